@@ -1,0 +1,65 @@
+//! What a caller can choose: one plain struct, every field with unit, range, default and effect.
+
+use resample_core::{FootprintMode, KernelShape, OpacityMode, SelectMode};
+
+/// The choices of one rendering. `RenderOptions::default()` is what the measured trade favours.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RenderOptions {
+    /// Shape of the reconstruction kernel.
+    pub kernel: KernelShape,
+    /// How a perspective footprint is evaluated.
+    pub footprint: FootprintMode,
+    /// How the opacity of a voxel becomes the opacity of a pixel.
+    pub opacity: OpacityMode,
+    /// Which samples are points and which are splats.
+    pub select: SelectMode,
+    /// In `SelectMode::Hybrid`: a sample whose spacing projects to less than this is a point. Pixels, above 0.
+    pub point_threshold_px: f32,
+    /// Depth range within which points are summed before they are composited, in voxels (the smallest spacing).
+    pub sheet_voxels: f64,
+    /// A pixel is left alone once its transmittance is below this, 0..1: no pixel changes by more than this.
+    /// 0 never stops early.
+    pub min_transmittance: f32,
+    /// The length, in world units, over which a transfer function's opacity is meant; `None` is the smallest spacing.
+    pub opacity_unit: Option<f64>,
+    /// What gives a sample its colour.
+    pub colour_by: ColourBy,
+    /// Whether the picture carries a depth plane.
+    pub depth: DepthPlane,
+}
+
+/// What gives a sample its colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ColourBy {
+    /// The transfer function.
+    Transfer,
+    /// Splats are painted red, points keep the colour of the transfer function (the paper, Figure 8a).
+    Select,
+}
+
+/// Whether the picture carries a depth plane.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DepthPlane {
+    /// No depth.
+    None,
+    /// Opacity-weighted mean camera z, world units; +infinity where nothing is seen.
+    Expected,
+}
+
+impl Default for RenderOptions {
+    fn default() -> Self {
+        Self {
+            kernel: KernelShape::Gaussian,
+            footprint: FootprintMode::Exact,
+            opacity: OpacityMode::Extinction,
+            select: SelectMode::Hybrid,
+            point_threshold_px: 1.0,
+            sheet_voxels: 1.0,
+            // Half a step of an 8-bit picture.
+            min_transmittance: 1.0 / 512.0,
+            opacity_unit: None,
+            colour_by: ColourBy::Transfer,
+            depth: DepthPlane::None,
+        }
+    }
+}

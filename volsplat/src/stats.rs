@@ -1,0 +1,57 @@
+//! What a frame cost: counts that are the same on every machine, and times that are not.
+//!
+//! The field names are the keys of the stats file; tools read them, so they do not change.
+
+use serde::Serialize;
+
+/// Wall and process-CPU time of one stage, ms.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct StageTime {
+    /// Elapsed time, ms. Stages that run interleaved share the frame's time in proportion to their CPU time.
+    pub wall_ms: f64,
+    /// CPU time of all threads together, ms.
+    pub cpu_ms: f64,
+}
+
+/// The time of each stage of a frame, in the order in which data flows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct StageTimes {
+    /// Bricks outside the view are dropped.
+    pub cull: StageTime,
+    /// Samples are projected and become points or splats (sample and select).
+    pub project: StageTime,
+    /// Footprints are listed by the screen tiles that they touch.
+    pub bin: StageTime,
+    /// Each tile's list is put in depth order.
+    pub sort: StageTime,
+    /// Points and splats are accumulated and composited, front to back.
+    pub composite: StageTime,
+    /// Tiles are copied into the picture.
+    pub image: StageTime,
+}
+
+/// Counts and times of one frame.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct FrameStats {
+    /// Elapsed time of the frame, ms.
+    pub wall_ms: f64,
+    /// CPU time of all threads, ms.
+    pub cpu_ms: f64,
+    /// Time of each stage.
+    pub stages: StageTimes,
+    /// Samples in bricks outside the view, or themselves outside it.
+    pub culled: u64,
+    /// Samples taken as points.
+    pub points: u64,
+    /// Samples taken as splats, those near the eye included.
+    pub splats: u64,
+    /// Samples that cross the near plane or hold the eye, integrated from the near plane on (a part of `splats`).
+    pub near_splats: u64,
+    /// Footprints times the tiles that each touches.
+    pub tile_pairs: u64,
+    /// Tile pairs that were never looked at because every pixel of their tile was already opaque.
+    pub hidden_pairs: u64,
+    /// Pixel updates: how often a footprint added something to a pixel (whole rows of a tile's width are counted as
+    /// they are computed).
+    pub pixels_touched: u64,
+}
