@@ -1,1 +1,3 @@
 //! References.
+
+pub mod data;
