@@ -3,15 +3,23 @@
 //! The modules stand in the order in which data flows.
 
 pub mod camera;
+pub mod view;
+pub mod kernel;
+pub mod table;
+pub mod conic;
+pub mod footprint;
+pub mod index_table;
+pub mod disc;
+pub mod select;
+pub mod scan;
+pub mod composite;
 pub mod image;
+pub mod metrics;
 
 pub use camera::{Camera, CameraError, Intrinsics, LookAt, PixelCentre, Projection};
-pub use image::{Image, Plane};
-pub mod composite;
-pub mod footprint;
-pub mod kernel;
-pub mod select;
 pub use composite::OpacityMode;
 pub use footprint::FootprintMode;
-pub use kernel::KernelShape;
+pub use image::{Image, Plane};
+pub use kernel::{Kernel, KernelShape};
 pub use select::SelectMode;
+pub use view::GridView;
