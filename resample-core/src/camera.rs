@@ -105,8 +105,8 @@ pub enum CameraError {
     NotRotation(f64),
 }
 
-/// Largest picture side, px. Keeps pixel indices in u32 and pixel coordinates exact to 1/256 px in f32.
-pub const MAX_SIDE_PX: u32 = 65_536;
+/// Largest picture side, px. Keeps row numbers in u16 and pixel coordinates exact to 1/512 px in f32.
+pub const MAX_SIDE_PX: u32 = 32_768;
 
 /// Near plane when nothing else is asked for: this fraction of the distance to the target. Small enough that it cuts
 /// nothing a person would look at, large enough that x/z stays far from overflow.
@@ -204,7 +204,7 @@ impl Camera {
         }
         for (name, value) in [("width", self.width), ("height", self.height)] {
             if value == 0 || value > MAX_SIDE_PX {
-                let expected = "1 to 65536 px";
+                let expected = "1 to 32768 px";
                 return Err(CameraError::OutOfRange { name, value: f64::from(value), expected });
             }
         }

@@ -42,7 +42,7 @@ impl Pattern {
         match self {
             Self::Ramp => self.code(x + 1, y, c),
             Self::Checker => self.code(x + 2, y, c),
-            Self::Noise => self.code(x, y, c) + if (x + y) % 5 == 0 { 4 } else { 0 },
+            Self::Noise => self.code(x, y, c) + if (x + y).is_multiple_of(5) { 4 } else { 0 },
         }
     }
 

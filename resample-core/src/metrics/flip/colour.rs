@@ -3,7 +3,7 @@
 //! Takes and gives one colour at a time as three f64. The matrix to XYZ is computed from the chromaticities that define
 //! sRGB, so no rounded table stands between two directions of a conversion. White is the white of sRGB (D65) in all.
 //!
-//! Sources: IEC 61966-2-1 (sRGB primaries and white); CIE 15 (CIELAB); section 4.1 of the FLIP paper (the linear
+//! Sources: IEC 61966-2-1 (sRGB primaries and white); CIE 15 (CIELAB); the colour pipeline of the FLIP paper (the linear
 //! opponent space, the Hunt effect and the HyAB distance, with the sources it names for them).
 //!
 //! Limits: no clamping; callers keep RGB within 0..=1 where that matters.

@@ -4,7 +4,7 @@
 //! by the second derivative of a Gaussian as wide as the eye's own edge detector; the larger of the two differences
 //! counts. Each kernel's positive taps sum to 1 and its negative ones to -1, so a step from black to white has length 1.
 //!
-//! Source: section 4.2 of the FLIP paper (cited in the parent module).
+//! Source: the feature pipeline of the FLIP paper (cited in the parent module).
 //!
 //! Limits: luminance only, as in the paper.
 
@@ -12,9 +12,9 @@ use super::super::ScalarMap;
 use super::super::convolve::{Border, along_columns, along_rows, normalised, sampled_taps};
 use rayon::prelude::*;
 
-/// Width of the feature detector in degrees of the visual field (section 4.2.1).
+/// Width of the feature detector in degrees of the visual field.
 const FEATURE_WIDTH_DEG: f64 = 0.082;
-/// Exponent of the feature difference (section 4.2.2).
+/// Exponent of the feature difference.
 const FEATURE_EXPONENT: f64 = 0.5;
 
 /// The feature difference of two luminance maps (the Y of YCxCz, -16..=100).

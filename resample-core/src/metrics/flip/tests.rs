@@ -71,10 +71,6 @@ fn patterns_agree_with_the_reference_implementation() {
         let mean = FlipSummary::new(map.values.clone()).mean;
         let mean_in_disc = FlipSummary::new(map.selected(Some(&disc_mask()))).mean;
         let found = [mean, mean_in_disc, at(0, 0), at(23, 18), at(46, 36), at(10, 30)];
-        println!(
-            "{pattern:?} {pixels_per_degree}: {:?}",
-            std::array::from_fn::<f64, 6, _>(|i| found[i] - expected[i])
-        );
         for (found, expected) in found.into_iter().zip(expected) {
             assert!(
                 (found - expected).abs() < 1e-4,
