@@ -52,7 +52,11 @@ mod tests {
 
     #[test]
     fn an_absent_file_is_none() {
-        assert_eq!(data_file("the test of data_file", "no/such/file"), None, "an absent file must be skipped");
+        assert_eq!(
+            data_file("the test of data_file", "no/such/file"),
+            None,
+            "an absent file must be skipped"
+        );
     }
 
     #[test]

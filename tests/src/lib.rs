@@ -1,3 +1,4 @@
 //! References.
 
 pub mod data;
+pub mod exr_read;
