@@ -1,0 +1,131 @@
+//! Volume files: tells the format by the content and gives a checked [`Volume`].
+//!
+//! Takes a path and what the user says about it. A file that begins with the magic of NRRD is read as such; anything
+//! else is headerless, and then its size and type must be given. All formats end in one decoder of scalars
+//! (`decode.rs`) and one check of the result ([`Volume::new`]), so the promises of a volume do not depend on the format.
+//! Limits: NRRD and headerless files; one scalar per voxel; one volume per file.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use glam::{DMat3, DVec3};
+
+use crate::Error;
+use crate::volume::{NanPolicy, Volume};
+
+pub mod raw;
+pub mod voxel_type;
+
+mod decode;
+mod nrrd;
+
+pub use raw::RawOptions;
+pub use voxel_type::{Endian, VoxelType};
+
+/// What a caller says about a volume file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LoadOptions {
+    /// How a file without a header is laid out; must be absent for a file with one.
+    pub raw: Option<RawOptions>,
+    /// World distance between voxels along x, y and z, each above 0, instead of what the file says. Directions stay.
+    pub spacing: Option<[f64; 3]>,
+    /// World position of the first voxel, instead of what the file says.
+    pub origin: Option<[f64; 3]>,
+    /// What happens to voxels that are NaN or infinite.
+    pub nan: NanPolicy,
+}
+
+/// Reads a volume file.
+///
+/// Errors name the file: [`Error::Read`] if the system cannot read it, [`Error::Invalid`] if it contradicts its own
+/// header or the options, [`Error::Unsupported`] if it is no scalar volume, [`Error::Option`] if options are missing
+/// or superfluous.
+pub fn load(path: &Path, options: &LoadOptions) -> Result<Volume, Error> {
+    let is_nrrd = begins_with(path, nrrd::MAGIC)?;
+    let mut parts = match (&options.raw, is_nrrd) {
+        (None, true) => nrrd::load(path)?,
+        (Some(raw), false) => raw::load(path, raw)?,
+        (Some(_), true) => {
+            let path = path.display();
+            return Err(Error::Option(format!(
+                "{path}: this is an NRRD file and states its own size and type: leave out --dims and --type"
+            )));
+        }
+        (None, false) => {
+            let path = path.display();
+            return Err(Error::Option(format!(
+                "{path}: no known header (NRRD is told by its first bytes): for a headerless file give --dims X,Y,Z \
+                 and --type TYPE, and where needed --endian, --skip and --spacing"
+            )));
+        }
+    };
+    if let NanPolicy::Replace(value) = options.nan {
+        parts.voxels.replace_non_finite(value).map_err(Error::Option)?;
+    }
+    let lattice = replaced_lattice(parts.world_from_index, options)?;
+    let mut volume = Volume::new(parts.dims, parts.voxels, lattice).map_err(|error| at(path, error))?;
+    volume.up_hint = parts.up_hint;
+    volume.space = parts.space;
+    Ok(volume)
+}
+
+/// What a format reader gives: the parts of a volume, not yet checked against each other.
+struct Parts {
+    dims: [usize; 3],
+    voxels: crate::volume::Voxels,
+    world_from_index: glam::DAffine3,
+    up_hint: Option<DVec3>,
+    space: Option<String>,
+}
+
+fn replaced_lattice(mut map: glam::DAffine3, options: &LoadOptions) -> Result<glam::DAffine3, Error> {
+    if let Some(spacing) = options.spacing {
+        if !spacing.iter().all(|&length| length > 0.0 && length.is_finite()) {
+            return Err(Error::Option(format!("--spacing {spacing:?}: each must be finite and above 0")));
+        }
+        let axes = map.matrix3;
+        let unit = [axes.x_axis, axes.y_axis, axes.z_axis].map(DVec3::normalize_or_zero);
+        map.matrix3 = DMat3::from_cols(unit[0] * spacing[0], unit[1] * spacing[1], unit[2] * spacing[2]);
+    }
+    if let Some(origin) = options.origin {
+        map.translation = DVec3::from_array(origin);
+    }
+    Ok(map)
+}
+
+fn begins_with(path: &Path, magic: &[u8]) -> Result<bool, Error> {
+    let mut head = Vec::new();
+    let file = open(path)?;
+    file.take(magic.len() as u64).read_to_end(&mut head).map_err(|source| cannot_read(path, source))?;
+    Ok(head == magic)
+}
+
+fn open(path: &Path) -> Result<File, Error> {
+    let file = File::open(path).map_err(|source| cannot_read(path, source))?;
+    // Opening a folder succeeds on some systems, and the fault would surface later with a worse message.
+    let metadata = file.metadata().map_err(|source| cannot_read(path, source))?;
+    if metadata.is_dir() {
+        return Err(cannot_read(path, std::io::ErrorKind::IsADirectory.into()));
+    }
+    Ok(file)
+}
+
+fn cannot_read(path: &Path, source: std::io::Error) -> Error {
+    Error::Read { path: path.to_owned(), source }
+}
+
+fn invalid(path: &Path, what: impl Into<String>) -> Error {
+    Error::Invalid { path: path.to_owned(), what: what.into() }
+}
+
+/// Puts the file's name before an error of the volume's own checks.
+fn at(path: &Path, error: Error) -> Error {
+    match error {
+        Error::Option(what) => invalid(path, what),
+        other => other,
+    }
+}
+
+#[cfg(test)]
+mod tests;

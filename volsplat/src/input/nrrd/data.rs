@@ -1,0 +1,201 @@
+//! The data of an NRRD file: where it is, how it is packed, and from there to voxels.
+//!
+//! Takes the header and its path, gives the voxels. What the header claims is compared with what the file can hold
+//! before anything is allocated: exactly for raw data, by the greatest possible expansion for packed data and text.
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
+use std::str::FromStr;
+
+use super::Fault;
+use super::header::Header;
+use crate::Error;
+use crate::input::decode::{self, Layout};
+use crate::input::{cannot_read, invalid, open};
+use crate::volume::Voxels;
+
+mod files;
+mod hex;
+
+pub(super) use files::DataFiles;
+
+/// How the numbers are packed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Encoding {
+    Raw,
+    Text,
+    Hex,
+    Gzip,
+    Bzip2,
+}
+
+impl FromStr for Encoding {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.to_lowercase().as_str() {
+            "raw" => Ok(Self::Raw),
+            "txt" | "text" | "ascii" => Ok(Self::Text),
+            "hex" => Ok(Self::Hex),
+            "gz" | "gzip" => Ok(Self::Gzip),
+            "bz2" | "bzip2" => Ok(Self::Bzip2),
+            _ => Err(format!("field 'encoding' is '{text}': expected raw, text, hex, gzip or bzip2")),
+        }
+    }
+}
+
+/// Deflate expands at most 1032 times: its shortest code, one bit for length and one for distance, gives 258 bytes.
+const DEFLATE_EXPANSION: u64 = 1032;
+
+pub(super) fn read(path: &Path, header: &Header) -> Result<Voxels, Error> {
+    let count = value_count(&header.sizes).map_err(|what| invalid(path, what))?;
+    let files = header.data_files.paths(path, &header.sizes).map_err(|fault: Fault| fault.at(path))?;
+    let start = if header.data_files == DataFiles::Attached { header.bytes } else { 0 };
+    let layout = Layout { voxel_type: header.voxel_type, endian: header.endian, count: count / files.len() };
+    let mut voxels: Option<Voxels> = None;
+    for file in &files {
+        let part = read_file(file, start, header, &layout)?;
+        match &mut voxels {
+            None => voxels = Some(part),
+            Some(voxels) => append(voxels, part),
+        }
+    }
+    voxels.ok_or_else(|| invalid(path, "field 'data file' names no file"))
+}
+
+/// Number of values of all axes together.
+fn value_count(sizes: &[usize]) -> Result<usize, String> {
+    let count = sizes.iter().try_fold(1usize, |count, &size| count.checked_mul(size));
+    count.ok_or_else(|| format!("field 'sizes' is {sizes:?}: more values than this machine can count"))
+}
+
+fn read_file(path: &Path, start: u64, header: &Header, layout: &Layout) -> Result<Voxels, Error> {
+    let mut file = open(path)?;
+    let total = file.metadata().map_err(|source| cannot_read(path, source))?.len();
+    let mut begin = || -> io::Result<u64> {
+        file.seek(SeekFrom::Start(start))?;
+        skip_lines(&mut file, header.line_skip)
+    };
+    let skipped = begin().map_err(|source| cannot_read(path, source))?;
+    let held = total.saturating_sub(start + skipped);
+    let packed = Packed { file, begin: start + skipped, held, byte_skip: header.byte_skip };
+    packed.decode(header.encoding, layout).map_err(|fault| fault.at(path))
+}
+
+/// Bytes up to and including the given number of line ends, read from where the file stands.
+fn skip_lines(file: &mut File, lines: u64) -> io::Result<u64> {
+    let mut reader = BufReader::new(file);
+    let mut skipped = 0;
+    for line in 0..lines {
+        let got = reader.skip_until(b'\n')?;
+        if got == 0 {
+            let what = format!("'line skip' is {lines}, but there are only {line} lines");
+            return Err(io::Error::new(io::ErrorKind::UnexpectedEof, what));
+        }
+        skipped += got as u64;
+    }
+    Ok(skipped)
+}
+
+/// The bytes of one data file behind the head and the skipped lines.
+struct Packed {
+    file: File,
+    /// Where they begin in the file.
+    begin: u64,
+    /// How many there are.
+    held: u64,
+    byte_skip: i64,
+}
+
+impl Packed {
+    fn decode(mut self, encoding: Encoding, layout: &Layout) -> Result<Voxels, Fault> {
+        let needed = layout.bytes()?;
+        if encoding == Encoding::Raw {
+            return Ok(self.raw(layout, needed)?);
+        }
+        let Ok(skip) = u64::try_from(self.byte_skip) else {
+            return Err(Fault::Unsupported("'byte skip: -1' with an encoding other than raw".to_owned()));
+        };
+        let unpacked = needed.saturating_add(skip);
+        match encoding {
+            Encoding::Gzip => {
+                self.refuse_beyond(unpacked, self.held.saturating_mul(DEFLATE_EXPANSION), "unpacked data")?
+            }
+            Encoding::Hex => self.refuse_beyond(needed.saturating_mul(2), self.held, "hex text")?,
+            // A digit and a separator for every value but the last.
+            Encoding::Text => self.refuse_beyond(2 * layout.count as u64 - 1, self.held, "text")?,
+            // Bzip2 expands up to a million times, so this says nothing; memory grows only as data arrives.
+            Encoding::Bzip2 | Encoding::Raw => {}
+        }
+        let skip_packed = if matches!(encoding, Encoding::Hex | Encoding::Text) { skip } else { 0 };
+        self.seek(skip_packed)?;
+        let file = BufReader::new(self.file);
+        Ok(match encoding {
+            Encoding::Text => decode::text(&mut { file }, layout)?,
+            Encoding::Hex => decode::binary(&mut hex::HexReader::new(file), layout)?,
+            Encoding::Bzip2 => after_skip(bzip2::bufread::MultiBzDecoder::new(file), skip, layout)?,
+            Encoding::Gzip | Encoding::Raw => {
+                after_skip(flate2::bufread::MultiGzDecoder::new(file), skip, layout)?
+            }
+        })
+    }
+
+    fn raw(mut self, layout: &Layout, needed: u64) -> Result<Voxels, String> {
+        // -1 means that the data is the end of the file, whatever stands before it.
+        let skip = match u64::try_from(self.byte_skip) {
+            Ok(skip) => skip,
+            Err(_) => self.held.saturating_sub(needed),
+        };
+        if skip.checked_add(needed) != Some(self.held) {
+            let (count, name, held) = (layout.count, layout.voxel_type.name(), self.held);
+            return Err(format!(
+                "{count} values of {name} need {needed} bytes after skipping {skip}, there are {held}: \
+                 check 'sizes', 'type' and the skips"
+            ));
+        }
+        self.seek(skip)?;
+        decode::binary(&mut self.file, layout)
+    }
+
+    fn seek(&mut self, skip: u64) -> Result<(), String> {
+        let place = SeekFrom::Start(self.begin.saturating_add(skip));
+        self.file.seek(place).map(|_| ()).map_err(|error| decode::broken(&error))
+    }
+
+    fn refuse_beyond(&self, needed: u64, possible: u64, what: &str) -> Result<(), String> {
+        if needed <= possible {
+            return Ok(());
+        }
+        Err(format!(
+            "the header needs {needed} bytes of {what}, but the {} bytes there give at most {possible}: \
+             the file is cut off or 'sizes' is wrong",
+            self.held
+        ))
+    }
+}
+
+/// Decodes an unpacked stream behind its first `skip` bytes.
+fn after_skip(mut stream: impl Read, skip: u64, layout: &Layout) -> Result<Voxels, String> {
+    let skipped = io::copy(&mut (&mut stream).take(skip), &mut io::sink());
+    let skipped = skipped.map_err(|error| decode::broken(&error))?;
+    if skipped < skip {
+        return Err(format!("'byte skip' is {skip}, but the unpacked data has {skipped} bytes"));
+    }
+    decode::binary(&mut stream, layout)
+}
+
+/// Both parts come from the same layout, so they hold the same type.
+fn append(voxels: &mut Voxels, part: Voxels) {
+    match (voxels, part) {
+        (Voxels::U8(all), Voxels::U8(part)) => all.extend(part),
+        (Voxels::I8(all), Voxels::I8(part)) => all.extend(part),
+        (Voxels::U16(all), Voxels::U16(part)) => all.extend(part),
+        (Voxels::I16(all), Voxels::I16(part)) => all.extend(part),
+        (Voxels::U32(all), Voxels::U32(part)) => all.extend(part),
+        (Voxels::I32(all), Voxels::I32(part)) => all.extend(part),
+        (Voxels::F32(all), Voxels::F32(part)) => all.extend(part),
+        (Voxels::F64(all), Voxels::F64(part)) => all.extend(part),
+        _ => unreachable!("the parts of one volume are decoded by one layout"),
+    }
+}

@@ -1,0 +1,142 @@
+//! Which axes of an NRRD file are the volume's, and where they lie in the world.
+//!
+//! Takes the header, gives three dims and the affine map. Axes of size 1 that are not needed are dropped, missing ones
+//! (a picture, a line) are added with size 1. Anything that is not one scalar per point of space, such as colour,
+//! vectors or time, is refused with a word on what to do.
+
+use glam::{DAffine3, DMat3, DVec3};
+
+use super::Fault;
+use super::header::{Header, excerpt};
+
+/// The lattice of a scalar volume.
+pub(super) struct Geometry {
+    pub(super) dims: [usize; 3],
+    pub(super) world_from_index: DAffine3,
+    pub(super) up_hint: Option<DVec3>,
+}
+
+pub(super) fn derive(header: &Header) -> Result<Geometry, Fault> {
+    let axes = spatial_axes(header)?;
+    let mut dims = [1; 3];
+    let mut columns = Vec::new();
+    for (dim, &axis) in dims.iter_mut().zip(&axes) {
+        *dim = header.sizes[axis];
+        columns.push(axis_in_world(header, axis, columns.len())?);
+    }
+    complete(&mut columns);
+    let origin =
+        header.origin.as_deref().map_or(Ok(DVec3::ZERO), |origin| in_space("space origin", origin))?;
+    let matrix = DMat3::from_cols(columns[0], columns[1], columns[2]);
+    let world_from_index = DAffine3::from_mat3_translation(matrix, origin);
+    Ok(Geometry { dims, world_from_index, up_hint: header.space.as_deref().and_then(up_of) })
+}
+
+/// The vectors of a field such as `(1,0,0) none (0, 0, 1)`; `none` gives `None`.
+pub(super) fn parse_vectors(name: &str, text: &str) -> Result<Vec<Option<Vec<f64>>>, String> {
+    let fault = || format!("field '{name}' is '{}': expected vectors such as (1,0,0) or none", excerpt(text));
+    let mut vectors = Vec::new();
+    let mut rest = text.trim_start();
+    while !rest.is_empty() {
+        if let Some(inside) = rest.strip_prefix('(') {
+            let (inside, after) = inside.split_once(')').ok_or_else(fault)?;
+            let numbers = inside.split(',').map(|word| word.trim().parse()).collect::<Result<Vec<f64>, _>>();
+            vectors.push(Some(numbers.map_err(|_| fault())?));
+            rest = after.trim_start();
+        } else {
+            let (word, after) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
+            if !word.eq_ignore_ascii_case("none") {
+                return Err(fault());
+            }
+            vectors.push(None);
+            rest = after.trim_start();
+        }
+    }
+    Ok(vectors)
+}
+
+/// The one to three axes that are the volume's, in file order.
+fn spatial_axes(header: &Header) -> Result<Vec<usize>, Fault> {
+    let is_spatial = |axis: usize| {
+        let kind = header.kinds[axis].to_lowercase();
+        let has_direction = header.directions.get(axis).is_none_or(Option::is_some);
+        has_direction && matches!(kind.as_str(), "domain" | "space" | "none" | "???" | "stub")
+    };
+    let mut axes = Vec::new();
+    for axis in 0..header.sizes.len() {
+        match (is_spatial(axis), header.sizes[axis]) {
+            (true, _) => axes.push(axis),
+            (false, 1) => {}
+            (false, size) => return Err(not_scalar(&header.kinds[axis], axis, size)),
+        }
+    }
+    // Of more than three, those of size 1 go, the slowest first.
+    while axes.len() > 3 {
+        let Some(place) = axes.iter().rposition(|&axis| header.sizes[axis] == 1) else {
+            let count = axes.len();
+            return Err(Fault::Unsupported(format!(
+                "{count} axes are longer than 1: a volume has three, so cut out one volume first"
+            )));
+        };
+        axes.remove(place);
+    }
+    Ok(axes)
+}
+
+fn not_scalar(kind: &str, axis: usize, size: usize) -> Fault {
+    let what = if matches!(kind, "domain" | "space" | "none" | "???") { "not in space" } else { kind };
+    Fault::Unsupported(format!(
+        "axis {axis} of size {size} is {what}, so this is no scalar volume: cut out one component or one time first"
+    ))
+}
+
+fn axis_in_world(header: &Header, axis: usize, place: usize) -> Result<DVec3, Fault> {
+    if let Some(direction) = header.directions.get(axis).and_then(Option::as_deref) {
+        return in_space("space directions", direction);
+    }
+    let spacing = header.spacings[axis];
+    // NaN is how the format writes a spacing that is not known.
+    Ok(DVec3::AXES[place] * if spacing.is_nan() { 1.0 } else { spacing })
+}
+
+/// Two to four components as a vector of space; the fourth, which would be time, must be 0.
+fn in_space(name: &str, components: &[f64]) -> Result<DVec3, Fault> {
+    match *components {
+        [x, y] => Ok(DVec3::new(x, y, 0.0)),
+        [x, y, z] => Ok(DVec3::new(x, y, z)),
+        [x, y, z, 0.0] => Ok(DVec3::new(x, y, z)),
+        _ => {
+            let count = components.len();
+            Err(Fault::Unsupported(format!(
+                "field '{name}' has a vector of {count} components: space has three"
+            )))
+        }
+    }
+}
+
+/// Adds axes of size 1 until there are three: at right angles to the others, as long as the shortest of them.
+fn complete(columns: &mut Vec<DVec3>) {
+    let shortest = columns.iter().map(|column| column.length()).fold(f64::INFINITY, f64::min);
+    let length = if shortest > 0.0 && shortest.is_finite() { shortest } else { 1.0 };
+    if columns.is_empty() {
+        columns.push(DVec3::X * length);
+    }
+    if columns.len() == 1 {
+        let across = columns[0].try_normalize().map_or(DVec3::Y, DVec3::any_orthonormal_vector);
+        columns.push(across * length);
+    }
+    if columns.len() == 2 {
+        let normal = columns[0].cross(columns[1]).try_normalize().unwrap_or(DVec3::Z);
+        columns.push(normal * length);
+    }
+}
+
+/// In the anatomical spaces the third coordinate grows towards the head.
+fn up_of(space: &str) -> Option<DVec3> {
+    let space = space.trim_matches('"').to_lowercase();
+    let anatomical =
+        ["right-anterior-superior", "ras", "left-anterior-superior", "las", "left-posterior-superior", "lps"];
+    let spatial = space.strip_suffix("-time").unwrap_or(&space);
+    let known = anatomical.contains(&spatial) || matches!(spatial, "rast" | "last" | "lpst");
+    known.then_some(DVec3::Z)
+}

@@ -1,0 +1,231 @@
+//! The text head of an NRRD file: from lines to typed fields.
+//!
+//! Takes a reader at the start of the file and gives a [`Header`]; only fields that place or size the data are kept.
+//! Lines end in LF or CR LF, field names and values ignore case, comments and key/value pairs are passed over, and
+//! the head ends at the first empty line or at the end of the file.
+
+use std::collections::HashMap;
+use std::io::{BufRead, Read};
+use std::str::FromStr;
+
+use super::Fault;
+use super::data::{DataFiles, Encoding};
+use super::geometry::parse_vectors;
+use crate::input::{Endian, VoxelType};
+
+/// What the head says, each list with one entry per axis, the fastest axis first.
+pub(super) struct Header {
+    pub(super) voxel_type: VoxelType,
+    pub(super) endian: Endian,
+    pub(super) encoding: Encoding,
+    pub(super) sizes: Vec<usize>,
+    pub(super) kinds: Vec<String>,
+    /// NaN where not known.
+    pub(super) spacings: Vec<f64>,
+    /// `None` for an axis that is not in space; an empty list if the field is absent.
+    pub(super) directions: Vec<Option<Vec<f64>>>,
+    pub(super) origin: Option<Vec<f64>>,
+    pub(super) space: Option<String>,
+    pub(super) data_files: DataFiles,
+    pub(super) line_skip: u64,
+    /// -1 means that the data is at the end of the file.
+    pub(super) byte_skip: i64,
+    /// Bytes of the head: where attached data begins.
+    pub(super) bytes: u64,
+}
+
+/// Longest head that is read. Diffusion data with hundreds of gradients has some hundred kB; this is a guess beyond it.
+const MAX_HEADER_BYTES: u64 = 1 << 24;
+
+/// The greatest dimension that the format's own library allows.
+const MAX_DIMENSION: usize = 16;
+
+pub(super) fn read(reader: &mut dyn BufRead) -> Result<Header, Fault> {
+    let mut lines = Lines { reader, bytes: 0 };
+    let magic = lines.next()?.unwrap_or_default();
+    if !matches!(magic.as_str(), "NRRD0001" | "NRRD0002" | "NRRD0003" | "NRRD0004" | "NRRD0005") {
+        return Err(Fault::Unsupported(format!("version '{magic}': versions NRRD0001 to NRRD0005 are read")));
+    }
+    let mut fields = Fields::default();
+    let mut listed = Vec::new();
+    while let Some(line) = lines.next()?.filter(|line| !line.is_empty()) {
+        if fields.data_file_is_list() {
+            listed.push(line);
+        } else {
+            fields.add(&line)?;
+        }
+    }
+    fields.into_header(listed, lines.bytes)
+}
+
+/// The lines of the head, counting bytes.
+struct Lines<'a> {
+    reader: &'a mut dyn BufRead,
+    bytes: u64,
+}
+
+impl Lines<'_> {
+    /// The next line without its end, `None` at the end of the file.
+    fn next(&mut self) -> Result<Option<String>, Fault> {
+        let mut line = Vec::new();
+        let room = MAX_HEADER_BYTES - self.bytes;
+        let got = (&mut *self.reader).take(room).read_until(b'\n', &mut line);
+        let got = got.map_err(|error| format!("the header cannot be read: {error}"))? as u64;
+        self.bytes += got;
+        if got == room && !line.ends_with(b"\n") {
+            return Err(Fault::Invalid(format!("the header has no end within {MAX_HEADER_BYTES} bytes")));
+        }
+        let text = String::from_utf8_lossy(&line);
+        Ok((got > 0).then(|| text.trim_end_matches('\n').trim_end_matches('\r').to_owned()))
+    }
+}
+
+#[derive(Default)]
+struct Fields {
+    /// Lower-case names without spaces to the text behind the colon.
+    by_name: HashMap<String, String>,
+}
+
+impl Fields {
+    fn add(&mut self, line: &str) -> Result<(), String> {
+        if line.starts_with('#') {
+            return Ok(());
+        }
+        let Some(colon) = line.find(':') else {
+            return Err(format!("header line '{}': expected 'field: value'", excerpt(line)));
+        };
+        if line[colon..].starts_with(":=") {
+            return Ok(());
+        }
+        // "data file" and "datafile" are the same field, and so are the skips.
+        let name: String = line[..colon].to_lowercase().split_whitespace().collect();
+        let value = line[colon + 1..].trim().to_owned();
+        match self.by_name.insert(name, value) {
+            None => Ok(()),
+            Some(_) => Err(format!("field '{}' is given twice", line[..colon].trim())),
+        }
+    }
+
+    fn data_file_is_list(&self) -> bool {
+        let first = self.by_name.get("datafile").and_then(|value| value.split_whitespace().next());
+        first.is_some_and(|word| word.eq_ignore_ascii_case("list"))
+    }
+
+    fn into_header(self, listed: Vec<String>, bytes: u64) -> Result<Header, Fault> {
+        let voxel_type = self.voxel_type()?;
+        let encoding = self.required("encoding")?.parse()?;
+        let sizes = self.sizes()?;
+        let dimension = sizes.len();
+        let mut kinds = self.words("kinds", dimension)?;
+        kinds.resize(dimension, "domain".to_owned());
+        let mut spacings = self.numbers("spacings", dimension)?;
+        spacings.resize(dimension, f64::NAN);
+        Ok(Header {
+            endian: self.endian(voxel_type, encoding)?,
+            directions: self.directions(dimension)?,
+            origin: self.origin()?,
+            space: self.by_name.get("space").cloned(),
+            data_files: DataFiles::parse(
+                self.by_name.get("datafile").map(String::as_str),
+                listed,
+                dimension,
+            )?,
+            line_skip: self.skip("lineskip", 0)? as u64,
+            byte_skip: self.skip("byteskip", -1)?,
+            voxel_type,
+            encoding,
+            sizes,
+            kinds,
+            spacings,
+            bytes,
+        })
+    }
+
+    fn required(&self, name: &str) -> Result<&str, String> {
+        let value = self.by_name.get(name).map(String::as_str);
+        value.ok_or_else(|| format!("the header has no field '{name}'"))
+    }
+
+    fn voxel_type(&self) -> Result<VoxelType, Fault> {
+        let name = self.required("type")?;
+        if name.eq_ignore_ascii_case("block") {
+            return Err(Fault::Unsupported(
+                "type block (opaque records): convert it to a number type".to_owned(),
+            ));
+        }
+        Ok(name.parse().map_err(|what| format!("field 'type': {what}"))?)
+    }
+
+    fn endian(&self, voxel_type: VoxelType, encoding: Encoding) -> Result<Endian, String> {
+        match self.by_name.get("endian") {
+            Some(text) => text.parse().map_err(|what| format!("field 'endian': {what}")),
+            None if voxel_type.bytes() == 1 || encoding == Encoding::Text => Ok(Endian::Little),
+            None => Err(format!("the header has no field 'endian', which type {} needs", voxel_type.name())),
+        }
+    }
+
+    fn sizes(&self) -> Result<Vec<usize>, String> {
+        let dimension: usize = parse("dimension", self.required("dimension")?)?;
+        if !(1..=MAX_DIMENSION).contains(&dimension) {
+            return Err(format!("field 'dimension' is {dimension}: expected 1 to {MAX_DIMENSION}"));
+        }
+        self.required("sizes")?;
+        let words = self.words("sizes", dimension)?;
+        let sizes: Vec<usize> = words.iter().map(|word| parse("sizes", word)).collect::<Result<_, _>>()?;
+        if sizes.contains(&0) {
+            return Err(format!("field 'sizes' is {}: each must be at least 1", words.join(" ")));
+        }
+        Ok(sizes)
+    }
+
+    /// The words of a per-axis field; none if it is absent.
+    fn words(&self, name: &str, dimension: usize) -> Result<Vec<String>, String> {
+        let Some(text) = self.by_name.get(name) else { return Ok(Vec::new()) };
+        let words: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
+        if words.len() == dimension {
+            return Ok(words);
+        }
+        let held = words.len();
+        Err(format!("field '{name}' has {held} entries, but 'dimension' is {dimension}"))
+    }
+
+    fn numbers(&self, name: &str, dimension: usize) -> Result<Vec<f64>, String> {
+        self.words(name, dimension)?.iter().map(|word| parse(name, word)).collect()
+    }
+
+    fn directions(&self, dimension: usize) -> Result<Vec<Option<Vec<f64>>>, String> {
+        let Some(text) = self.by_name.get("spacedirections") else { return Ok(Vec::new()) };
+        let vectors = parse_vectors("space directions", text)?;
+        if vectors.len() == dimension {
+            return Ok(vectors);
+        }
+        let held = vectors.len();
+        Err(format!("field 'space directions' has {held} entries, but 'dimension' is {dimension}"))
+    }
+
+    fn origin(&self) -> Result<Option<Vec<f64>>, String> {
+        let Some(text) = self.by_name.get("spaceorigin") else { return Ok(None) };
+        match parse_vectors("space origin", text)?.as_slice() {
+            [one] => Ok(one.clone()),
+            _ => Err(format!("field 'space origin' is '{}': expected one vector (x,y,z)", excerpt(text))),
+        }
+    }
+
+    fn skip(&self, name: &str, least: i64) -> Result<i64, String> {
+        let Some(text) = self.by_name.get(name) else { return Ok(0) };
+        let count: i64 = parse(name, text)?;
+        if count < least {
+            return Err(format!("field '{name}' is {count}: expected at least {least}"));
+        }
+        Ok(count)
+    }
+}
+
+/// The start of a text, short enough for a message.
+pub(super) fn excerpt(text: &str) -> String {
+    text.chars().take(60).collect()
+}
+
+fn parse<T: FromStr>(name: &str, word: &str) -> Result<T, String> {
+    word.parse().map_err(|_| format!("field '{name}' holds '{}': expected a number", excerpt(word)))
+}

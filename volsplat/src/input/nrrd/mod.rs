@@ -1,0 +1,61 @@
+//! NRRD files, versions 1 to 5, with attached or detached data.
+//!
+//! Takes a path, gives the parts of a volume. The header (`header.rs`) says what the numbers are, the geometry
+//! (`geometry.rs`) which of its axes are the volume's and where they lie, and the data (`data.rs`) is found, unpacked
+//! and decoded. The source is the definition of the NRRD file format of the Teem library, version 1.9 and later.
+//! Limits: scalar volumes; "block" types, and the fields that do not place or size the data ("axis mins", "centers",
+//! "thicknesses", units, "measurement frame", "old min", key/value pairs), are left aside. World coordinates are
+//! kept as the file has them: nothing is flipped between anatomical conventions.
+
+use std::io::BufReader;
+use std::path::Path;
+
+use super::{Parts, invalid, open};
+use crate::Error;
+
+mod data;
+mod geometry;
+mod header;
+
+/// The first bytes of every NRRD file; one digit of version follows.
+pub(super) const MAGIC: &[u8] = b"NRRD000";
+
+/// Why a header is refused, before the file's name is known.
+enum Fault {
+    /// It contradicts the format or itself.
+    Invalid(String),
+    /// It is right, but not a scalar volume, or a rare form that is not read.
+    Unsupported(String),
+}
+
+impl From<String> for Fault {
+    fn from(what: String) -> Self {
+        Self::Invalid(what)
+    }
+}
+
+impl Fault {
+    fn at(self, path: &Path) -> Error {
+        match self {
+            Self::Invalid(what) => invalid(path, what),
+            Self::Unsupported(what) => Error::Unsupported { path: path.to_owned(), what },
+        }
+    }
+}
+
+pub(super) fn load(path: &Path) -> Result<Parts, Error> {
+    let mut reader = BufReader::new(open(path)?);
+    let header = header::read(&mut reader).map_err(|fault| fault.at(path))?;
+    let geometry = geometry::derive(&header).map_err(|fault| fault.at(path))?;
+    let voxels = data::read(path, &header)?;
+    Ok(Parts {
+        dims: geometry.dims,
+        voxels,
+        world_from_index: geometry.world_from_index,
+        up_hint: geometry.up_hint,
+        space: header.space,
+    })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,62 @@
+//! Headerless files: the scalars and nothing else, described by the user.
+//!
+//! Takes [`RawOptions`], gives voxels and an axis-aligned lattice. The size of the file must be exactly what the options
+//! promise, because a wrong dimension or type is the usual mistake and its size is the only sign.
+
+use std::path::Path;
+
+use glam::{DAffine3, DMat3, DVec3};
+
+use super::decode::{self, Layout};
+use super::{Endian, Parts, VoxelType, cannot_read, invalid, open};
+use crate::Error;
+use crate::volume::voxel_count;
+
+/// How a headerless file is laid out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RawOptions {
+    /// Number of voxels along x, y and z; x is fastest in the file.
+    pub dims: [usize; 3],
+    /// Type of one scalar.
+    pub voxel_type: VoxelType,
+    /// Byte order.
+    pub endian: Endian,
+    /// World distance between voxels along x, y and z, each above 0.
+    pub spacing: [f64; 3],
+    /// World position of the first voxel.
+    pub origin: [f64; 3],
+    /// Bytes before the first scalar.
+    pub skip_bytes: u64,
+}
+
+impl RawOptions {
+    /// Little endian, spacing 1, origin 0, nothing skipped.
+    pub fn new(dims: [usize; 3], voxel_type: VoxelType) -> Self {
+        Self { dims, voxel_type, endian: Endian::Little, spacing: [1.0; 3], origin: [0.0; 3], skip_bytes: 0 }
+    }
+}
+
+pub(super) fn load(path: &Path, options: &RawOptions) -> Result<Parts, Error> {
+    let count = voxel_count(options.dims).map_err(Error::Option)?;
+    let layout = Layout { voxel_type: options.voxel_type, endian: options.endian, count };
+    let needed = layout.bytes().map_err(Error::Option)?;
+    let mut file = open(path)?;
+    let held = file.metadata().map_err(|source| cannot_read(path, source))?.len();
+    if options.skip_bytes.checked_add(needed) != Some(held) {
+        let ([x, y, z], skip) = (options.dims, options.skip_bytes);
+        let name = options.voxel_type.name();
+        return Err(invalid(
+            path,
+            format!(
+                "dims {x}x{y}x{z} of {name} need {needed} bytes after skipping {skip}, the file has {held}: \
+                 check --dims, --type and --skip"
+            ),
+        ));
+    }
+    std::io::Seek::seek(&mut file, std::io::SeekFrom::Start(options.skip_bytes))
+        .map_err(|source| cannot_read(path, source))?;
+    let voxels = decode::binary(&mut file, &layout).map_err(|what| invalid(path, what))?;
+    let axes = DMat3::from_diagonal(DVec3::from_array(options.spacing));
+    let world_from_index = DAffine3::from_mat3_translation(axes, DVec3::from_array(options.origin));
+    Ok(Parts { dims: options.dims, voxels, world_from_index, up_hint: None, space: None })
+}
