@@ -3,6 +3,7 @@
 pub mod error;
 pub mod input;
 pub mod options;
+pub mod procedural;
 pub mod stats;
 pub mod volume;
 
