@@ -101,7 +101,9 @@ pub enum CameraError {
     #[error("camera up is zero or parallel to the view direction: choose another up")]
     NoUp,
     /// The pose is not a rotation.
-    #[error("camera rotation is not orthonormal with determinant +1 (off by {0:.1e}): it may hold a scale or a flip")]
+    #[error(
+        "camera rotation is not orthonormal with determinant +1 (off by {0:.1e}): it may hold a scale or a flip"
+    )]
     NotRotation(f64),
 }
 
@@ -135,7 +137,12 @@ impl Camera {
         Self::looking(Projection::Orthographic, pose, f64::from(size[1]) / height_in_world, size)
     }
 
-    fn looking(projection: Projection, pose: &LookAt, focal_px: f64, size: [u32; 2]) -> Result<Self, CameraError> {
+    fn looking(
+        projection: Projection,
+        pose: &LookAt,
+        focal_px: f64,
+        size: [u32; 2],
+    ) -> Result<Self, CameraError> {
         let camera = Self {
             projection,
             width: size[0],
@@ -179,10 +186,8 @@ impl Camera {
 
     /// The same view on a picture of another size; pixels stretch if the proportions differ.
     pub fn resized(mut self, width: u32, height: u32) -> Result<Self, CameraError> {
-        let scale = DVec2::new(
-            f64::from(width) / f64::from(self.width),
-            f64::from(height) / f64::from(self.height),
-        );
+        let scale =
+            DVec2::new(f64::from(width) / f64::from(self.width), f64::from(height) / f64::from(self.height));
         (self.width, self.height) = (width, height);
         (self.fx, self.cx) = (self.fx * scale.x, self.cx * scale.x);
         (self.fy, self.cy) = (self.fy * scale.y, self.cy * scale.y);
@@ -191,7 +196,8 @@ impl Camera {
 
     /// Checks every number; a camera that passes cannot make a later stage fail.
     pub fn validated(self) -> Result<Self, CameraError> {
-        for (name, value) in [("fx", self.fx), ("fy", self.fy), ("cx", self.cx), ("cy", self.cy), ("near", self.near)]
+        for (name, value) in
+            [("fx", self.fx), ("fy", self.fy), ("cx", self.cx), ("cy", self.cy), ("near", self.near)]
         {
             if !value.is_finite() {
                 return Err(CameraError::NotFinite(name));
@@ -252,7 +258,8 @@ impl Camera {
     /// Perspective: from the origin along (x, y, 1), so that the ray parameter is camera z. Orthographic: from
     /// (x, y, 0) along (0, 0, 1). The direction is not normalised.
     pub fn ray_in_camera(&self, pos_in_screen: DVec2) -> (DVec3, DVec3) {
-        let on_plane = DVec2::new((pos_in_screen.x - self.cx) / self.fx, (pos_in_screen.y - self.cy) / self.fy);
+        let on_plane =
+            DVec2::new((pos_in_screen.x - self.cx) / self.fx, (pos_in_screen.y - self.cy) / self.fy);
         match self.projection {
             Projection::Perspective => (DVec3::ZERO, on_plane.extend(1.0)),
             Projection::Orthographic => (on_plane.extend(0.0), DVec3::Z),

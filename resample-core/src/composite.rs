@@ -12,11 +12,12 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch};
 use fearless_simd_macros::simd;
 
+use crate::maps::{TileMaps, TilePlane};
 use crate::point::PixelFilter;
 use crate::simd::opacity_from_optical_depth;
 use crate::sort::entry_index;
 use crate::table::FootprintProfile;
-use crate::tile::{ChunkBins, POINT_ROWS, Primitive, TILE_PX};
+use crate::tile::{POINT_ROWS, Primitive, TILE_PX};
 
 /// How the opacity of a sample becomes the opacity of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,29 +47,16 @@ pub enum DepthRule {
     Expected,
 }
 
-/// One plane of a tile: rows of pixels.
-pub type Plane = [[f32; TILE_PX]; TILE_PX];
-
 /// What the pixels of a tile have gathered so far; linear, premultiplied.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub struct TilePixels {
     /// What is left to be seen behind, 1 at the start.
-    pub transmittance: Plane,
+    pub transmittance: TilePlane,
     /// Red, green, blue.
-    pub rgb: [Plane; 3],
+    pub rgb: [TilePlane; 3],
     /// Depth times the opacity that it was seen with.
-    pub depth: Plane,
-}
-
-/// Per-pixel maps of a tile, from the camera alone.
-#[derive(Clone, Debug)]
-#[repr(align(64))]
-pub struct TileMaps {
-    /// Factor of a splat's form: 1 / (r^2 |w|^2) for exact footprints, 1 otherwise.
-    pub form_scale: Plane,
-    /// Length, in units of the transfer function, of one grid unit along the pixel's ray.
-    pub unit_per_grid: Plane,
+    pub depth: TilePlane,
 }
 
 /// The settings of a frame that every tile shares.
@@ -124,12 +112,6 @@ impl Default for TilePixels {
     }
 }
 
-impl Default for TileMaps {
-    fn default() -> Self {
-        Self { form_scale: [[1.0; TILE_PX]; TILE_PX], unit_per_grid: [[1.0; TILE_PX]; TILE_PX] }
-    }
-}
-
 impl Default for Sheet {
     fn default() -> Self {
         let sums = [[[0.0; 4]; TILE_PX]; TILE_PX];
@@ -143,7 +125,7 @@ pub fn composite_tile(
     tile: &mut TileWork,
     corner_px: [usize; 2],
     entries: &[u64],
-    chunks: &[ChunkBins],
+    chunks: &[&[Primitive]],
 ) -> TileCounts {
     let corner_px = corner_px.map(|c| c as f32);
     dispatch!(settings.level, simd => composite_entries(simd, settings, tile, corner_px, entries, chunks))
@@ -167,14 +149,14 @@ fn composite_entries<S: Simd>(
     tile: &mut TileWork,
     corner_px: [f32; 2],
     entries: &[u64],
-    chunks: &[ChunkBins],
+    chunks: &[&[Primitive]],
 ) -> TileCounts {
     let mut counts = TileCounts::default();
     let sheets_per_unit = 1.0 / settings.sheet_thickness;
     for block in entries.chunks(ENTRIES_PER_CHECK) {
         for &entry in block {
             let index = entry_index(entry) as usize;
-            let primitive = &chunks[index >> 16].primitives[index & 0xffff];
+            let primitive = &chunks[index >> 16][index & 0xffff];
             if primitive.rows == POINT_ROWS {
                 let number = (primitive.depth * sheets_per_unit) as u32;
                 if number != tile.sheet.number {

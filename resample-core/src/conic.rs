@@ -35,7 +35,9 @@ pub struct Ellipse {
 impl Conic {
     /// The quadratic at a position (px): negative inside.
     pub fn value(&self, p: DVec2) -> f64 {
-        (self.xx * p.x + 2.0 * (self.xy * p.y + self.x)) * p.x + (self.yy * p.y + 2.0 * self.y) * p.y + self.one
+        (self.xx * p.x + 2.0 * (self.xy * p.y + self.x)) * p.x
+            + (self.yy * p.y + 2.0 * self.y) * p.y
+            + self.one
     }
 
     /// The same conic as an ellipse, or `None` if it is none (open, empty or degenerate).

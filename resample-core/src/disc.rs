@@ -156,7 +156,12 @@ mod tests {
             let pixel = deep.projected_px + DVec2::new(step, step);
             (deep.uv_affine(pixel) - deep.uv_exact(pixel).expect("in front")).length()
         };
-        assert!(error(1.0) > 0.0 && error(0.1) < 0.011 * error(1.0), "second order: {} {}", error(1.0), error(0.1));
+        assert!(
+            error(1.0) > 0.0 && error(0.1) < 0.011 * error(1.0),
+            "second order: {} {}",
+            error(1.0),
+            error(0.1)
+        );
     }
 
     #[test]

@@ -181,7 +181,11 @@ mod tests {
     #[test]
     fn exact_mode_is_the_ray_distance_in_a_sheared_grid() {
         let grid = DAffine3::from_mat3_translation(
-            DMat3::from_cols(DVec3::new(1.0, 0.1, 0.0), DVec3::new(0.3, 0.5, -0.2), DVec3::new(0.0, 0.4, 2.0)),
+            DMat3::from_cols(
+                DVec3::new(1.0, 0.1, 0.0),
+                DVec3::new(0.3, 0.5, -0.2),
+                DVec3::new(0.0, 0.4, 2.0),
+            ),
             DVec3::new(0.5, -0.2, 0.1),
         );
         let view = view(grid);
@@ -229,7 +233,8 @@ mod tests {
             near: 1e-3,
         };
         let view = GridView::new(&camera, &DAffine3::IDENTITY);
-        let ball = BallGeometry::new(&view, DVec3::new(theta.sin(), 0.0, theta.cos()) * 5.0, 5.0 * alpha.sin());
+        let ball =
+            BallGeometry::new(&view, DVec3::new(theta.sin(), 0.0, theta.cos()) * 5.0, 5.0 * alpha.sin());
         let ball = ball.expect("in front");
         let (near, far) = (focal * (theta - alpha).tan(), focal * (theta + alpha).tan());
         assert!((ball.outline.centre_px - DVec2::new(0.5 * (near + far), 0.0)).length() < 1e-9, "midpoint");

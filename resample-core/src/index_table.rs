@@ -89,7 +89,8 @@ mod tests {
             for i in 0..=200 {
                 let index = f64::from(i) / 200.0;
                 let truth = index_from_ellipse(index, angle);
-                table_error = table_error.max((f64::from(table.index(index as f32, angle as f32)) - truth).abs());
+                table_error =
+                    table_error.max((f64::from(table.index(index as f32, angle as f32)) - truth).abs());
                 let closed = index2_from_ellipse(index * index, angle.sin().powi(2)).sqrt();
                 closed_error = closed_error.max((closed - truth).abs());
             }
@@ -104,7 +105,10 @@ mod tests {
         for degrees in [1.0f64, 5.0, 15.0, 60.0] {
             let angle = degrees.to_radians();
             assert!((index_from_ellipse(1.0, angle) - 1.0).abs() < 1e-12);
-            assert!((index_as_printed(1.0, angle) - angle.cos()).abs() < 1e-12, "the misprint gives cos(alpha)");
+            assert!(
+                (index_as_printed(1.0, angle) - angle.cos()).abs() < 1e-12,
+                "the misprint gives cos(alpha)"
+            );
         }
     }
 }

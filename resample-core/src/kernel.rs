@@ -79,7 +79,11 @@ impl Kernel {
                 KernelShape::Polynomial => (1.0 - distance2 / (self.radius * self.radius)).powi(3),
                 KernelShape::BSpline => {
                     let r = distance2.sqrt();
-                    if r < 1.0 { 2.0 / 3.0 - distance2 + 0.5 * r * distance2 } else { (2.0 - r).powi(3) / 6.0 }
+                    if r < 1.0 {
+                        2.0 / 3.0 - distance2 + 0.5 * r * distance2
+                    } else {
+                        (2.0 - r).powi(3) / 6.0
+                    }
                 }
             }
     }
@@ -183,7 +187,8 @@ fn bspline_antiderivative(distance2: f64, t: f64) -> f64 {
     };
     let magnitude = t.abs();
     let knot = (1.0 - distance2).max(0.0).sqrt();
-    let integral = if magnitude <= knot { inner(magnitude) } else { inner(knot) + outer(magnitude) - outer(knot) };
+    let integral =
+        if magnitude <= knot { inner(magnitude) } else { inner(knot) + outer(magnitude) - outer(knot) };
     integral.copysign(t)
 }
 
@@ -230,7 +235,10 @@ mod tests {
                         .map(|t| kernel.value(distance2 + t * t) * step)
                         .sum();
                     let closed = kernel.line_integral_from(distance2, start);
-                    assert!((numeric - closed).abs() < 1e-6, "{shape:?} {distance2} {start}: {numeric} {closed}");
+                    assert!(
+                        (numeric - closed).abs() < 1e-6,
+                        "{shape:?} {distance2} {start}: {numeric} {closed}"
+                    );
                 }
             }
         }

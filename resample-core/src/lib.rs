@@ -3,22 +3,23 @@
 //! The modules stand in the order in which data flows.
 
 pub mod camera;
-pub mod view;
-pub mod kernel;
-pub mod table;
-pub mod conic;
-pub mod footprint;
-pub mod index_table;
-pub mod disc;
-pub mod select;
-pub mod scan;
-pub mod simd;
-pub mod tile;
-pub mod sort;
-pub mod point;
 pub mod composite;
+pub mod conic;
+pub mod disc;
+pub mod footprint;
 pub mod image;
+pub mod index_table;
+pub mod kernel;
+pub mod maps;
 pub mod metrics;
+pub mod point;
+pub mod scan;
+pub mod select;
+pub mod simd;
+pub mod sort;
+pub mod table;
+pub mod tile;
+pub mod view;
 
 pub use camera::{Camera, CameraError, Intrinsics, LookAt, PixelCentre, Projection};
 pub use composite::OpacityMode;

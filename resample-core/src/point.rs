@@ -37,7 +37,8 @@ impl PixelFilter {
         let weights = (0..PHASES).map(|phase| {
             let t = (phase as f64 + 0.5) / PHASES as f64;
             let raw: [f64; TAPS] =
-                std::array::from_fn(|tap| gaussian(tap as f64 - 1.0 - t) - gaussian(reach)).map(|w| w.max(0.0));
+                std::array::from_fn(|tap| gaussian(tap as f64 - 1.0 - t) - gaussian(reach))
+                    .map(|w| w.max(0.0));
             let sum: f64 = raw.iter().sum();
             raw.map(|w| (w / sum) as f32)
         });

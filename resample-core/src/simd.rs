@@ -111,7 +111,8 @@ mod tests {
     #[test]
     fn the_ends_are_finite() {
         for level in SimdLevel::ALL {
-            let got = opacities_from_optical_depths(level, &[0.0, f32::MIN_POSITIVE, f32::MAX, f32::INFINITY]);
+            let got =
+                opacities_from_optical_depths(level, &[0.0, f32::MIN_POSITIVE, f32::MAX, f32::INFINITY]);
             assert_eq!((got[0], got[2], got[3]), (0.0, 1.0, 1.0), "{level:?}");
             assert!(got[1] >= 0.0 && got[1] < 1e-37, "{level:?}: {}", got[1]);
         }

@@ -84,7 +84,8 @@ mod tests {
 
     #[test]
     fn equal_depths_and_negative_zero_sort_by_index() {
-        let mut entries: Vec<u64> = (0..200).rev().map(|i| entry(if i % 2 == 0 { 0.0 } else { -0.0 }, i)).collect();
+        let mut entries: Vec<u64> =
+            (0..200).rev().map(|i| entry(if i % 2 == 0 { 0.0 } else { -0.0 }, i)).collect();
         let given = entries.clone();
         sort_by_depth(&mut entries, &mut Vec::new());
         assert_eq!(entries, given, "a stable sort leaves equal keys alone");

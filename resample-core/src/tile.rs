@@ -227,8 +227,10 @@ mod tests {
             for y in 0..10 {
                 for x in 0..10 {
                     let listed: Vec<u32> = bins.tile(x, y).iter().map(|&e| entry_index(e)).collect();
-                    let expected: Vec<u32> =
-                        (0..500).filter(|&i| rects[i as usize].slot(x, y).is_some()).map(|i| 3 << 16 | i).collect();
+                    let expected: Vec<u32> = (0..500)
+                        .filter(|&i| rects[i as usize].slot(x, y).is_some())
+                        .map(|i| 3 << 16 | i)
+                        .collect();
                     assert_eq!(listed, expected, "tile ({x}, {y}) of frame {frame}");
                 }
             }

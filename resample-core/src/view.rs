@@ -106,7 +106,11 @@ mod tests {
     fn rays_agree_with_the_camera_through_any_affine_grid() {
         let pose = LookAt { position: DVec3::new(9.0, 4.0, -7.0), target: DVec3::ONE, up: DVec3::Y };
         let grid = DAffine3::from_mat3_translation(
-            DMat3::from_cols(DVec3::new(2.0, 0.1, 0.0), DVec3::new(0.3, 1.0, -0.2), DVec3::new(0.0, 0.4, 0.5)),
+            DMat3::from_cols(
+                DVec3::new(2.0, 0.1, 0.0),
+                DVec3::new(0.3, 1.0, -0.2),
+                DVec3::new(0.0, 0.4, 0.5),
+            ),
             DVec3::new(-1.0, 2.0, 3.0),
         );
         for camera in [

@@ -1,5 +1,7 @@
 //! What a caller can choose: one plain struct, every field with unit, range, default and effect.
 
+use crate::Error;
+use resample_core::simd::SimdLevel;
 use resample_core::{FootprintMode, KernelShape, OpacityMode, SelectMode};
 
 /// The choices of one rendering. `RenderOptions::default()` is what the measured trade favours.
@@ -26,6 +28,8 @@ pub struct RenderOptions {
     pub colour_by: ColourBy,
     /// Whether the picture carries a depth plane.
     pub depth: DepthPlane,
+    /// Vector instructions to use. Levels agree to rounding.
+    pub simd: SimdLevel,
 }
 
 /// What gives a sample its colour.
@@ -60,6 +64,24 @@ impl Default for RenderOptions {
             opacity_unit: None,
             colour_by: ColourBy::Transfer,
             depth: DepthPlane::None,
+            simd: SimdLevel::Auto,
         }
+    }
+}
+
+impl RenderOptions {
+    /// Checks every number against its range.
+    pub fn validate(&self) -> Result<(), Error> {
+        let range = |name: &str, value: f64, good: bool, expected: &str| {
+            if good { Ok(()) } else { Err(Error::Option(format!("{name} is {value}, expected {expected}"))) }
+        };
+        let positive = |x: f64| x > 0.0 && x.is_finite();
+        let threshold = f64::from(self.point_threshold_px);
+        range("the point threshold", threshold, positive(threshold), "pixels above 0")?;
+        range("the sheet thickness", self.sheet_voxels, positive(self.sheet_voxels), "voxels above 0")?;
+        let least = f64::from(self.min_transmittance);
+        range("the least transmittance", least, (0.0..1.0).contains(&least), "0 or more, and less than 1")?;
+        let unit = self.opacity_unit.unwrap_or(1.0);
+        range("the opacity unit", unit, positive(unit), "a length above 0")
     }
 }

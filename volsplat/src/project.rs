@@ -1,0 +1,205 @@
+//! Projection: the samples of a brick become points and splats on the screen (the stages sample and select).
+//!
+//! Positions are f32 relative to the eye, taken there in f64 once per brick; so a volume may lie 1e7 units from the
+//! origin. Geometry is computed for a block of samples at a time in plain loops over arrays, which the compiler turns
+//! into vector code; what is irregular (culling, rows, tiles) follows one by one. The formulas are those of
+//! `resample_core::footprint`, which is the f64 twin.
+
+use fearless_simd::{Simd, dispatch};
+use fearless_simd_macros::simd;
+use glam::{DVec3, Vec3};
+use resample_core::SelectMode;
+use resample_core::tile::{ChunkBins, POINT_ROWS, Primitive, TileGrid, TileRect};
+
+use crate::cull::ViewVolume;
+use crate::geometry::{BLOCK, Block, Lens};
+use crate::near::NearSample;
+use crate::options::ColourBy;
+use crate::sample::{Brick, place};
+
+/// What every sample of a frame is projected with.
+#[derive(Clone, Debug)]
+pub(crate) struct ProjectSetup {
+    /// Camera, kernel and modes, as the block geometry wants them.
+    pub(crate) lens: Lens,
+    /// What the camera sees.
+    pub(crate) view_volume: ViewVolume,
+    /// Tiles of the picture.
+    pub(crate) grid: TileGrid,
+    /// Point or splat.
+    pub(crate) select: SelectMode,
+    /// Square of the spacing, px^2, below which a sample is a point.
+    pub(crate) threshold2_px2: f32,
+    /// Colour of splats.
+    pub(crate) colour_by: ColourBy,
+    /// Vector instructions to use.
+    pub(crate) level: fearless_simd::Level,
+}
+
+/// What projecting a chunk of bricks gave.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ProjectedChunk {
+    /// Points and splats, listed by tile.
+    pub(crate) bins: ChunkBins,
+    /// Samples that cross the near plane.
+    pub(crate) near: Vec<NearSample>,
+    /// Samples outside the view.
+    pub(crate) culled: u64,
+    /// Points made.
+    pub(crate) points: u64,
+    /// Splats made, `near` included.
+    pub(crate) splats: u64,
+    block: Block,
+}
+
+/// Linear red in which [`ColourBy::Select`] paints splats.
+const SPLAT_RED: [f32; 3] = [1.0, 0.0, 0.0];
+
+/// Pixels that a point reaches on either side of its position.
+const POINT_REACH_PX: f32 = 2.0;
+
+impl ProjectedChunk {
+    /// Forgets the last frame; keeps the buffers.
+    pub(crate) fn clear(&mut self) {
+        self.bins.clear();
+        self.near.clear();
+        (self.culled, self.points, self.splats) = (0, 0, 0);
+    }
+
+    /// Projects one brick.
+    pub(crate) fn project(&mut self, setup: &ProjectSetup, brick: &Brick) {
+        let corner = DVec3::from(brick.corner.map(f64::from));
+        for (places, values) in brick.places.chunks(BLOCK).zip(brick.values.chunks(BLOCK)) {
+            for (i, &packed) in places.iter().enumerate() {
+                let [x, y, z] = place(packed).map(f32::from);
+                (self.block.x[i], self.block.y[i], self.block.z[i]) = (x, y, z);
+            }
+            let corner = setup.lens.at_corner(corner);
+            dispatch!(setup.level, simd => block_geometry(simd, setup, corner, &mut self.block));
+            for (i, value) in values.iter().enumerate() {
+                self.emit(setup, brick, i, (places[i], value));
+            }
+        }
+    }
+
+    /// Turns sample `i` of the block into a point, a splat, a near sample, or nothing.
+    #[inline(always)]
+    fn emit(&mut self, setup: &ProjectSetup, brick: &Brick, i: usize, (packed, value): (u16, &[f32; 4])) {
+        let lens = &setup.lens;
+        let camera_z = self.block.camera_z[i];
+        if !(camera_z - lens.depth_reach > lens.near) {
+            return self.emit_near(setup, brick, packed, (camera_z, self.block.depth[i], value));
+        }
+        let is_point = match setup.select {
+            SelectMode::Hybrid => self.block.spacing2_px2[i] < setup.threshold2_px2,
+            SelectMode::Points => true,
+            SelectMode::Splats | SelectMode::Ewa => false,
+        };
+        if is_point {
+            self.emit_point(setup, i, value);
+        } else {
+            self.emit_splat(setup, i, value);
+        }
+    }
+
+    fn emit_near(
+        &mut self,
+        setup: &ProjectSetup,
+        brick: &Brick,
+        packed: u16,
+        (camera_z, depth, value): (f32, f32, &[f32; 4]),
+    ) {
+        let corner = DVec3::from(brick.corner.map(f64::from));
+        let pos_in_grid = corner + DVec3::from(place(packed).map(f64::from));
+        // The negation keeps what is not a number out of the picture.
+        let reaches_near = camera_z + setup.lens.depth_reach > setup.lens.near;
+        if !reaches_near || !setup.view_volume.sees_ball(pos_in_grid) {
+            self.culled += 1;
+            return;
+        }
+        let value = painted(setup, value);
+        self.near.push(NearSample { pos_in_grid, value, depth });
+        self.splats += 1;
+    }
+
+    #[inline(always)]
+    fn emit_point(&mut self, setup: &ProjectSetup, i: usize, value: &[f32; 4]) {
+        let (x, y) = (self.block.screen_x[i], self.block.screen_y[i]);
+        let columns = pixels(x, POINT_REACH_PX, setup.grid.width);
+        let rows = pixels(y, POINT_REACH_PX, setup.grid.height);
+        let rect = setup.grid.rect(columns, rows);
+        if rect.area() == 0 {
+            self.culled += 1;
+            return;
+        }
+        self.points += 1;
+        let point = Primitive {
+            x,
+            y,
+            strength: value[3] * self.block.area_px2[i],
+            rgb: [value[0], value[1], value[2]],
+            rows: POINT_ROWS,
+            depth: self.block.depth[i],
+            ..Primitive::default()
+        };
+        self.bins.push(point, rect);
+    }
+
+    #[inline(always)]
+    fn emit_splat(&mut self, setup: &ProjectSetup, i: usize, value: &[f32; 4]) {
+        let block = &self.block;
+        let columns = pixels(block.middle_x[i], block.half_width[i], setup.grid.width);
+        let rows = pixels(block.middle_y[i], block.half_height[i], setup.grid.height);
+        let rect = setup.grid.rect(columns, rows);
+        if rect.area() == 0 && outside(setup.grid, block, i) {
+            self.culled += 1;
+            return;
+        }
+        let value = painted(setup, value);
+        let splat = Primitive {
+            x: block.form_x[i],
+            y: block.form_y[i],
+            form: [block.form_xx[i], 2.0 * block.form_xy[i], block.form_yy[i]],
+            sin2_cone: block.sin2_cone[i],
+            strength: value[3] * block.splat_scale[i],
+            rgb: [value[0], value[1], value[2]],
+            rows,
+            depth: block.depth[i],
+        };
+        self.splats += 1;
+        if rect != TileRect::default() {
+            self.bins.push(splat, rect);
+        }
+    }
+}
+
+/// The colour and strength of a splat, red where that is asked for.
+fn painted(setup: &ProjectSetup, value: &[f32; 4]) -> [f32; 4] {
+    let [r, g, b] = SPLAT_RED;
+    match setup.colour_by {
+        ColourBy::Transfer => *value,
+        ColourBy::Select => [r, g, b, value[3]],
+    }
+}
+
+/// Whether the box of a footprint misses the picture altogether (a small one inside may still miss every centre).
+fn outside(grid: TileGrid, block: &Block, i: usize) -> bool {
+    let misses =
+        |middle: f32, half: f32, count: usize| !(middle + half > 0.0 && middle - half < count as f32);
+    misses(block.middle_x[i], block.half_width[i], grid.width)
+        || misses(block.middle_y[i], block.half_height[i], grid.height)
+}
+
+/// The pixels first..end whose centres lie within `half` of `middle`, inside 0..count. Casts saturate; NaN gives 0.
+#[inline(always)]
+fn pixels(middle: f32, half: f32, count: usize) -> [u16; 2] {
+    let limit = count as f32;
+    let first = (middle - half - 0.5).ceil().clamp(0.0, limit);
+    let end = ((middle + half - 0.5).floor() + 1.0).clamp(0.0, limit);
+    [first as u16, end as u16]
+}
+
+#[simd]
+fn block_geometry<S: Simd>(_: S, setup: &ProjectSetup, corner: [Vec3; 2], block: &mut Block) {
+    setup.lens.fill(corner, block);
+}

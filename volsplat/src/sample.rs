@@ -1,0 +1,190 @@
+//! Samples: the voxels that a transfer function leaves visible, stored compactly, brick by brick.
+//!
+//! Takes a volume and a transfer function (pre-classification: the function is applied to the voxel), gives bricks of
+//! 16^3 voxels that hold only what is not transparent: two bytes of place and four floats of colour and strength a
+//! sample. Memory and every later cost follow the visible voxels, not the grid. Bricks are in Morton order, so that a
+//! run of bricks is compact in space and touches few screen tiles.
+
+use glam::{DAffine3, DVec3};
+use rayon::prelude::*;
+use resample_core::OpacityMode;
+
+use crate::transfer::TransferFunction;
+use crate::volume::{Volume, Voxels, with_voxels};
+
+/// Voxels along a brick's side. 16^3 samples project in one batch that fits the first-level cache; a brick of them is
+/// large enough to be worth a visibility test and small enough to hug a surface.
+pub const BRICK_SIDE: usize = 16;
+
+/// Bits of a sample's place in its brick, per axis.
+const PLACE_BITS: u32 = BRICK_SIDE.trailing_zeros();
+const _: () = assert!(BRICK_SIDE.is_power_of_two() && 3 * PLACE_BITS <= u16::BITS);
+
+/// Extinction of a fully opaque voxel, per opacity unit: exp(-87) is the edge of what f32 holds as a normal number,
+/// so more would change no pixel.
+const MAX_EXTINCTION: f64 = 87.0;
+
+/// The visible voxels of a volume.
+#[derive(Clone, Debug)]
+pub struct Samples {
+    /// Bricks that hold at least one sample, in Morton order.
+    pub bricks: Vec<Brick>,
+    /// Voxels of the volume.
+    pub voxels: u64,
+    /// Samples in all bricks.
+    pub count: u64,
+    /// From voxel indices to the world.
+    pub world_from_index: DAffine3,
+}
+
+/// The visible voxels of one brick.
+#[derive(Clone, Debug)]
+pub struct Brick {
+    /// Index of the brick's first voxel.
+    pub corner: [u32; 3],
+    /// Place of each sample in the brick, see [`place`].
+    pub places: Vec<u16>,
+    /// Linear red, green, blue, and the strength: extinction per opacity unit, or with linear opacity the opacity.
+    pub values: Vec<[f32; 4]>,
+    /// Least and greatest place along each axis that holds a sample.
+    pub bounds: [[u8; 3]; 2],
+}
+
+/// The place (x, y, z) in a brick of a packed place.
+#[inline(always)]
+pub fn place(packed: u16) -> [u16; 3] {
+    const MASK: u16 = BRICK_SIDE as u16 - 1;
+    [packed & MASK, packed >> PLACE_BITS & MASK, packed >> (2 * PLACE_BITS)]
+}
+
+impl Samples {
+    /// Applies the transfer function to every voxel and keeps those with opacity above 0.
+    pub fn classify(volume: &Volume, transfer: &TransferFunction, opacity: OpacityMode) -> Self {
+        let bricks = volume.dims.map(|n| n.div_ceil(BRICK_SIDE));
+        let mut corners: Vec<[u32; 3]> = (0..bricks.iter().product::<usize>())
+            .map(|i| [i % bricks[0], i / bricks[0] % bricks[1], i / (bricks[0] * bricks[1])])
+            .map(|brick| brick.map(|b| (b * BRICK_SIDE) as u32))
+            .collect();
+        corners.sort_unstable_by_key(|&corner| morton(corner));
+        let classifier = Classifier::new(volume, transfer, opacity);
+        let bricks: Vec<Brick> =
+            corners.into_par_iter().filter_map(|corner| classifier.brick(volume, corner)).collect();
+        let count = bricks.iter().map(|b| b.places.len() as u64).sum();
+        Self { bricks, voxels: volume.len() as u64, count, world_from_index: volume.world_from_index }
+    }
+
+    /// The box, in the world, of the samples' positions; `None` if there are none.
+    pub fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
+        let mut bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        for corner in self.bricks.iter().flat_map(|brick| brick.corners_in_grid(0.0)) {
+            let pos_in_world = self.world_from_index.transform_point3(corner);
+            bounds = [bounds[0].min(pos_in_world), bounds[1].max(pos_in_world)];
+        }
+        (self.count > 0).then_some(bounds)
+    }
+}
+
+impl Brick {
+    /// The eight corners of the box of the samples' positions, grown by `margin` on all sides, in grid units.
+    pub fn corners_in_grid(&self, margin: f64) -> [DVec3; 8] {
+        let bound =
+            |end: usize, axis: usize| f64::from(self.corner[axis]) + f64::from(self.bounds[end][axis]);
+        std::array::from_fn(|i| {
+            let at = |axis: usize| {
+                let end = i >> axis & 1;
+                bound(end, axis) + if end == 0 { -margin } else { margin }
+            };
+            DVec3::new(at(0), at(1), at(2))
+        })
+    }
+}
+
+/// The transfer function, as a table where the voxel type has few values.
+enum Classifier<'a> {
+    Table { entries: Vec<[f32; 4]>, lowest: f64 },
+    Direct { transfer: &'a TransferFunction, opacity: OpacityMode },
+}
+
+impl<'a> Classifier<'a> {
+    fn new(volume: &Volume, transfer: &'a TransferFunction, opacity: OpacityMode) -> Self {
+        // A table over all values of a type pays once the volume has more voxels than the table has entries.
+        let range = match volume.voxels {
+            Voxels::U8(_) => Some((0.0, 1 << 8)),
+            Voxels::I8(_) => Some((-128.0, 1 << 8)),
+            Voxels::U16(_) => Some((0.0, 1 << 16)),
+            Voxels::I16(_) => Some((-32_768.0, 1 << 16)),
+            Voxels::U32(_) | Voxels::I32(_) | Voxels::F32(_) | Voxels::F64(_) => None,
+        };
+        match range {
+            Some((lowest, len)) if volume.len() >= len => {
+                let entry = |i: usize| classified(transfer, opacity, lowest + i as f64);
+                Self::Table { entries: (0..len).map(entry).collect(), lowest }
+            }
+            _ => Self::Direct { transfer, opacity },
+        }
+    }
+
+    #[inline(always)]
+    fn sample(&self, value: f64) -> [f32; 4] {
+        match self {
+            Self::Table { entries, lowest } => entries[(value - lowest) as usize],
+            Self::Direct { transfer, opacity } => classified(transfer, *opacity, value),
+        }
+    }
+
+    fn brick(&self, volume: &Volume, corner: [u32; 3]) -> Option<Brick> {
+        with_voxels!(&volume.voxels, slice => self.brick_of(slice, volume.dims, corner))
+    }
+
+    fn brick_of<T: Copy + Into<f64>>(
+        &self,
+        slice: &[T],
+        dims: [usize; 3],
+        corner: [u32; 3],
+    ) -> Option<Brick> {
+        let first = corner.map(|c| c as usize);
+        let size: [usize; 3] = std::array::from_fn(|axis| BRICK_SIDE.min(dims[axis] - first[axis]));
+        let (mut places, mut values) = (Vec::new(), Vec::new());
+        let mut bounds = [[u8::MAX; 3], [0; 3]];
+        for z in 0..size[2] {
+            for y in 0..size[1] {
+                let start = first[0] + dims[0] * (first[1] + y + dims[1] * (first[2] + z));
+                for (x, &voxel) in slice[start..start + size[0]].iter().enumerate() {
+                    let value = self.sample(voxel.into());
+                    if value[3] > 0.0 {
+                        places.push((x | y << PLACE_BITS | z << (2 * PLACE_BITS)) as u16);
+                        values.push(value);
+                        for (axis, at) in [x as u8, y as u8, z as u8].into_iter().enumerate() {
+                            bounds[0][axis] = bounds[0][axis].min(at);
+                            bounds[1][axis] = bounds[1][axis].max(at);
+                        }
+                    }
+                }
+            }
+        }
+        places.shrink_to_fit();
+        values.shrink_to_fit();
+        (!places.is_empty()).then_some(Brick { corner, places, values, bounds })
+    }
+}
+
+/// Colour and strength of a scalar.
+fn classified(transfer: &TransferFunction, mode: OpacityMode, value: f64) -> [f32; 4] {
+    let (rgb, opacity) = transfer.sample(value);
+    let strength = match mode {
+        OpacityMode::Extinction => (-(-opacity).ln_1p()).min(MAX_EXTINCTION),
+        OpacityMode::Linear => opacity,
+    };
+    [rgb[0], rgb[1], rgb[2], strength as f32]
+}
+
+/// The bits of three brick coordinates, interleaved.
+fn morton(corner: [u32; 3]) -> u64 {
+    let mut code = 0;
+    for bit in 0..21 {
+        for (axis, c) in corner.iter().enumerate() {
+            code |= u64::from(c / BRICK_SIDE as u32 >> bit & 1) << (3 * bit + axis);
+        }
+    }
+    code
+}

@@ -1,0 +1,110 @@
+//! The tiles of a frame: gathering, sorting, and compositing each tile's list (the stages accumulate and composite).
+//!
+//! A tile gathers its slices from the chunks in source order, sorts them by depth, and composites until it is opaque.
+//! One task owns a tile from start to end.
+
+use cpu_time::ThreadTime;
+use rayon::prelude::*;
+use resample_core::composite::{TileCounts, TilePixels, TileSettings, TileWork, composite_tile};
+use resample_core::maps::{MapSource, TileMaps};
+use resample_core::sort::sort_by_depth;
+use resample_core::tile::{Primitive, TILE_PX, TileGrid};
+
+use crate::near::{NearSample, NearSetup, composite_near};
+use crate::project::ProjectedChunk;
+use crate::stats::{FrameStats, StageClock, seconds_to_ms};
+
+/// What a frame's tiles are made with.
+pub(crate) struct TileStage<'a> {
+    /// Compositing settings.
+    pub(crate) settings: TileSettings,
+    /// Per-pixel maps.
+    pub(crate) maps: MapSource,
+    /// Tiles of the picture.
+    pub(crate) grid: TileGrid,
+    /// Samples at the eye, nearest first.
+    pub(crate) near: &'a [NearSample],
+    /// How those are integrated.
+    pub(crate) near_setup: NearSetup,
+    /// Projected chunks, binned.
+    pub(crate) chunks: &'a [ProjectedChunk],
+}
+
+/// One tile of the frame buffer, with what it cost.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct TileSlot {
+    /// What the tile's pixels hold.
+    pub(crate) pixels: TilePixels,
+    entries: Vec<u64>,
+    counts: TileCounts,
+    sort_ms: f64,
+    composite_ms: f64,
+}
+
+/// Storage of one task, reused from tile to tile.
+#[derive(Default)]
+struct Scratch {
+    sort: Vec<u64>,
+    work: TileWork,
+}
+
+impl TileStage<'_> {
+    /// Renders every tile into `slots`, which are resized to the grid.
+    pub(crate) fn run(&self, slots: &mut Vec<TileSlot>, stats: &mut FrameStats) {
+        let clock = StageClock::start();
+        let columns = self.grid.columns();
+        slots.resize_with(columns * self.grid.rows(), TileSlot::default);
+        let primitives: Vec<&[Primitive]> =
+            self.chunks.iter().map(|chunk| chunk.bins.primitives.as_slice()).collect();
+        slots.par_iter_mut().enumerate().for_each_init(Scratch::default, |scratch, (index, slot)| {
+            self.render_tile([index % columns, index / columns], &primitives, slot, scratch);
+        });
+        let whole = clock.stop();
+        let (mut sort_ms, mut composite_ms) = (0.0, 0.0);
+        for slot in slots.iter() {
+            sort_ms += slot.sort_ms;
+            composite_ms += slot.composite_ms;
+            stats.tile_pairs += slot.entries.len() as u64;
+            stats.hidden_pairs += (slot.entries.len() - slot.counts.composited) as u64;
+            stats.pixels_touched += slot.counts.pixels_touched as u64;
+        }
+        [stats.stages.sort, stats.stages.composite] = whole.shared([sort_ms, composite_ms]);
+    }
+
+    fn render_tile(
+        &self,
+        at: [usize; 2],
+        primitives: &[&[Primitive]],
+        slot: &mut TileSlot,
+        scratch: &mut Scratch,
+    ) {
+        let start = ThreadTime::try_now().ok();
+        slot.entries.clear();
+        for chunk in self.chunks {
+            // Tile numbers fit: a picture side is at most 32768 px.
+            slot.entries.extend_from_slice(chunk.bins.tile(at[0] as u16, at[1] as u16));
+        }
+        sort_by_depth(&mut slot.entries, &mut scratch.sort);
+        slot.sort_ms = elapsed_ms(start);
+
+        let start = ThreadTime::try_now().ok();
+        let corner_px = at.map(|tile| tile * TILE_PX);
+        let work = &mut scratch.work;
+        work.pixels = TilePixels::default();
+        if !self.near.is_empty() {
+            composite_near(&self.near_setup, self.near, corner_px, &mut work.pixels);
+        }
+        slot.counts = TileCounts::default();
+        if !slot.entries.is_empty() {
+            TileMaps::fill(&mut work.maps, self.settings.level, &self.maps, corner_px);
+            slot.counts = composite_tile(&self.settings, work, corner_px, &slot.entries, primitives);
+        }
+        slot.pixels = work.pixels.clone();
+        slot.composite_ms = elapsed_ms(start);
+    }
+}
+
+/// CPU time of this thread since `start`, ms; 0 where the system keeps no such clock.
+pub(crate) fn elapsed_ms(start: Option<ThreadTime>) -> f64 {
+    start.and_then(|s| s.try_elapsed().ok()).map_or(0.0, |d| seconds_to_ms(d.as_secs_f64()))
+}
