@@ -1,0 +1,280 @@
+//! What was typed: the clap structs, whose doc comments are the help texts.
+//!
+//! Takes the words of the command line, gives plain values with the spelling already checked. Nothing here knows
+//! what a value leads to: `settings.rs` turns these structs into the options of the libraries, and `choices.rs` pairs
+//! the small enums with their twins in the libraries, which need not know clap. Defaults come from the libraries.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use volsplat::RenderOptions;
+use volsplat::input::{Endian, VoxelType};
+use volsplat::transfer::ColourMap;
+
+use crate::choices;
+use crate::values::{self, Axis, Orbit, Size};
+
+/// Forward resampling: draws volumes with a mix of points and elliptical splats.
+#[derive(Debug, Parser)]
+#[command(name = "resample", version, max_term_width = 110)]
+pub(crate) struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+    /// Options of every command.
+    #[command(flatten)]
+    pub global: GlobalArgs,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Draw built-in volumes: needs no file, takes seconds
+    Demo(DemoArgs),
+    /// Draw a volume file from one or several cameras
+    ///
+    /// Example: resample volsplat engine.raw --dims 256,256,128 --type u8 -o engine.png
+    Volsplat(Box<VolsplatArgs>),
+}
+
+/// Options of every command.
+#[derive(Args, Debug)]
+pub(crate) struct GlobalArgs {
+    /// Number of threads [default: all processors]; the picture is the same for any number
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Print nothing but warnings and errors
+    #[arg(long, global = true, conflicts_with = "verbose")]
+    pub quiet: bool,
+    /// Print the time of each stage
+    #[arg(long, global = true)]
+    pub verbose: bool,
+}
+
+/// Options of `resample demo`.
+#[derive(Args, Debug)]
+pub(crate) struct DemoArgs {
+    /// Folder for the pictures; it is made if it does not exist
+    #[arg(short, long, value_name = "FOLDER", default_value = "demo")]
+    pub output: PathBuf,
+    /// Picture size in pixels
+    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "512x512")]
+    pub size: Size,
+}
+
+/// Options of `resample volsplat`.
+#[derive(Args, Debug)]
+pub(crate) struct VolsplatArgs {
+    /// Volume file; the kind is told by its extension, and a raw file needs --dims and --type
+    #[arg(value_name = "VOLUME")]
+    pub input: PathBuf,
+    /// Picture to write, .png or .exr; a pattern such as %04d is replaced by the number of the camera
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Also write counts and times as JSON
+    #[arg(long, value_name = "FILE.json")]
+    pub stats: Option<PathBuf>,
+    /// How the file is read.
+    #[command(flatten)]
+    pub volume: VolumeArgs,
+    /// How values become colour and opacity.
+    #[command(flatten)]
+    pub transfer: TransferArgs,
+    /// From where it is seen.
+    #[command(flatten)]
+    pub camera: CameraArgs,
+    /// How it is drawn.
+    #[command(flatten)]
+    pub render: RenderArgs,
+    /// How the picture is written.
+    #[command(flatten)]
+    pub picture: PictureArgs,
+}
+
+/// How the volume file is read.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Volume")]
+pub(crate) struct VolumeArgs {
+    /// Number of voxels along x, y and z (raw files)
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::dims, requires = "voxel_type")]
+    pub dims: Option<[usize; 3]>,
+    /// Type of a voxel: u8, i8, u16, i16, u32, i32, u64, i64, f32 or f64 (raw files)
+    #[arg(long = "type", value_name = "TYPE", requires = "dims")]
+    pub voxel_type: Option<VoxelType>,
+    /// Byte order: little, which is also the default, or big (raw files)
+    #[arg(long, value_name = "ORDER", requires = "dims")]
+    pub endian: Option<Endian>,
+    /// Bytes before the first voxel, 0 if not given (raw files)
+    #[arg(long, value_name = "BYTES", requires = "dims")]
+    pub skip: Option<u64>,
+    /// Distance between voxels along x, y and z in world units, instead of the file's own [default: 1,1,1]
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector)]
+    pub spacing: Option<[f64; 3]>,
+    /// World position of the centre of the first voxel, instead of the file's own [default: 0,0,0]
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub origin: Option<[f64; 3]>,
+    /// Value that stands for NaN; without it, a volume that holds NaN is an error
+    #[arg(long, value_name = "V", value_parser = values::number, allow_hyphen_values = true)]
+    pub nan_as: Option<f64>,
+}
+
+/// How values become colour and opacity.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Transfer function")]
+pub(crate) struct TransferArgs {
+    /// Transfer function file, a colour map of ParaView (JSON) [default: made from the histogram]
+    #[arg(long, value_name = "FILE.json")]
+    pub transfer: Option<PathBuf>,
+    /// Colour space of the colours in the transfer function file
+    #[arg(long, value_name = "SPACE", value_enum, default_value = "linear")]
+    pub transfer_space: SpaceArg,
+    /// Colour map of the transfer function that is made from the histogram [default: viridis]
+    #[arg(long, value_name = "NAME", conflicts_with = "transfer")]
+    pub colormap: Option<ColourMap>,
+    /// Length in world units over which an opacity is meant [default: the smallest distance between voxels]
+    #[arg(long, value_name = "LENGTH", value_parser = values::positive)]
+    pub opacity_unit: Option<f64>,
+}
+
+/// From where the volume is seen.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Camera")]
+pub(crate) struct CameraArgs {
+    /// Camera file; a JSON list of cameras renders one numbered picture for each
+    #[arg(long, value_name = "FILE.json", conflicts_with_all = ["orbit", "up", "projection"])]
+    pub camera: Option<PathBuf>,
+    /// Azimuth and elevation of the eye in degrees, around what is visible; DIST multiplies the distance that
+    /// just fits the view (orthographic: the height of the view) [default: 30,20,1]
+    #[arg(long, value_name = "AZ,EL[,DIST]", value_parser = values::orbit, allow_hyphen_values = true)]
+    pub orbit: Option<Orbit>,
+    /// Vertical field of view in degrees, where no camera file gives one
+    #[arg(long, value_name = "DEG", value_parser = values::field_of_view, default_value = "30")]
+    pub fov: f64,
+    /// World axis that points up in the picture [default: the file's own idea, else y]
+    #[arg(long, value_name = "AXIS", value_parser = values::axis, allow_hyphen_values = true)]
+    pub up: Option<Axis>,
+    /// Perspective or parallel view
+    #[arg(long, value_enum, default_value = "perspective")]
+    pub projection: ProjectionArg,
+    /// Picture size in pixels [default: 800x800, or the size that the camera file gives]
+    #[arg(long, value_name = "WxH", value_parser = values::size)]
+    pub size: Option<Size>,
+}
+
+/// How the volume is drawn.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Rendering")]
+pub(crate) struct RenderArgs {
+    /// How the opacity of a voxel becomes the opacity of a pixel
+    #[arg(long, value_enum, default_value_t = choices::OPACITY.default_arg(|o| o.opacity))]
+    pub opacity: OpacityArg,
+    /// How a perspective footprint is evaluated
+    #[arg(long, value_enum, default_value_t = choices::FOOTPRINT.default_arg(|o| o.footprint))]
+    pub footprint: FootprintArg,
+    /// Shape of the reconstruction kernel
+    #[arg(long, value_enum, default_value_t = choices::KERNEL.default_arg(|o| o.kernel))]
+    pub kernel: KernelArg,
+    /// Which voxels are drawn as points and which as splats
+    #[arg(long, value_enum, default_value_t = choices::SELECT.default_arg(|o| o.select))]
+    pub select: SelectArg,
+    /// In hybrid: voxels whose spacing projects to less than this many pixels are points
+    #[arg(long, value_name = "PX", value_parser = values::positive_f32,
+        default_value_t = RenderOptions::default().point_threshold_px)]
+    pub point_threshold: f32,
+    /// Depth range within which points are summed before they are composited, in voxels
+    #[arg(long, value_name = "VOXELS", value_parser = values::positive,
+        default_value_t = RenderOptions::default().sheet_voxels)]
+    pub sheet: f64,
+    /// A pixel is left alone once its transmittance is below this; 0 never stops early
+    #[arg(long, value_name = "T", value_parser = values::fraction,
+        default_value_t = RenderOptions::default().min_transmittance)]
+    pub min_transmittance: f32,
+    /// What gives a voxel its colour; select paints splats red
+    #[arg(long, alias = "color-by", value_enum, default_value_t = choices::COLOUR_BY.default_arg(|o| o.colour_by))]
+    pub colour_by: ColourByArg,
+}
+
+/// How the picture is written.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Picture")]
+pub(crate) struct PictureArgs {
+    /// Bits per channel of a PNG [default: 8]
+    #[arg(long, value_name = "8|16", value_parser = values::bits)]
+    pub bits: Option<u8>,
+    /// Opaque background: white, black, #rrggbb, or R,G,B from 0 to 255 (sRGB) [default: transparent]
+    #[arg(long, value_name = "COLOUR", value_parser = values::colour)]
+    pub background: Option<[f32; 3]>,
+}
+
+/// Colour space of the colours in a transfer function file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SpaceArg {
+    /// Proportional to light
+    Linear,
+    /// As on a screen
+    Srgb,
+}
+
+/// Perspective or parallel view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ProjectionArg {
+    /// Things far away are smaller
+    Perspective,
+    /// Parallel rays
+    Orthographic,
+}
+
+/// How the opacity of a voxel becomes the opacity of a pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum OpacityArg {
+    /// Exact transmittance, however many footprints overlap
+    Extinction,
+    /// Opacity times footprint, for comparison
+    Linear,
+}
+
+/// How a perspective footprint is evaluated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum FootprintArg {
+    /// Ellipse around the projected centre
+    AffineApprox,
+    /// Exact ellipse around its midpoint
+    Affine,
+    /// Exact ellipse, index corrected by the cone angle
+    Table,
+    /// Exact distance from the ray
+    Exact,
+}
+
+/// Shape of the reconstruction kernel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum KernelArg {
+    /// Truncated Gaussian
+    Gaussian,
+    /// Compact polynomial
+    Polynomial,
+    /// Cubic B-spline
+    BSpline,
+}
+
+/// Which voxels are drawn as points and which as splats.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SelectArg {
+    /// Small ones as points, large ones as splats
+    Hybrid,
+    /// All as points
+    Points,
+    /// All as splats
+    Splats,
+    /// All as footprints convolved with the pixel's Gaussian
+    Ewa,
+}
+
+/// What gives a voxel its colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ColourByArg {
+    /// The transfer function
+    Transfer,
+    /// Red for splats, the transfer function for points
+    Select,
+}

@@ -1,0 +1,105 @@
+//! Choices by name: the enums of the command line, paired with those of the libraries.
+//!
+//! Each table is used in both directions: from the word that was typed to the library's value, and from a value
+//! (a default, or what a stats file reports) back to its word. So a name and a default are written down once.
+
+use clap::ValueEnum;
+use resample_core::{FootprintMode, KernelShape, OpacityMode, Projection, SelectMode};
+use volsplat::transfer::ColourEncoding;
+use volsplat::{ColourBy, RenderOptions};
+
+use crate::args::{ColourByArg, FootprintArg, KernelArg, OpacityArg, ProjectionArg, SelectArg, SpaceArg};
+
+/// Pairs of a command line's value and a library's value; each of either occurs once.
+pub(crate) struct Twins<A: 'static, L: 'static>(&'static [(A, L)]);
+
+/// `--opacity`
+pub(crate) const OPACITY: Twins<OpacityArg, OpacityMode> =
+    Twins(&[(OpacityArg::Extinction, OpacityMode::Extinction), (OpacityArg::Linear, OpacityMode::Linear)]);
+
+/// `--footprint`
+pub(crate) const FOOTPRINT: Twins<FootprintArg, FootprintMode> = Twins(&[
+    (FootprintArg::AffineApprox, FootprintMode::AffineApprox),
+    (FootprintArg::Affine, FootprintMode::Affine),
+    (FootprintArg::Table, FootprintMode::Table),
+    (FootprintArg::Exact, FootprintMode::Exact),
+]);
+
+/// `--kernel`
+pub(crate) const KERNEL: Twins<KernelArg, KernelShape> = Twins(&[
+    (KernelArg::Gaussian, KernelShape::Gaussian),
+    (KernelArg::Polynomial, KernelShape::Polynomial),
+    (KernelArg::BSpline, KernelShape::BSpline),
+]);
+
+/// `--select`
+pub(crate) const SELECT: Twins<SelectArg, SelectMode> = Twins(&[
+    (SelectArg::Hybrid, SelectMode::Hybrid),
+    (SelectArg::Points, SelectMode::Points),
+    (SelectArg::Splats, SelectMode::Splats),
+    (SelectArg::Ewa, SelectMode::Ewa),
+]);
+
+/// `--colour-by`
+pub(crate) const COLOUR_BY: Twins<ColourByArg, ColourBy> =
+    Twins(&[(ColourByArg::Transfer, ColourBy::Transfer), (ColourByArg::Select, ColourBy::Select)]);
+
+/// `--transfer-space`
+pub(crate) const SPACE: Twins<SpaceArg, ColourEncoding> =
+    Twins(&[(SpaceArg::Linear, ColourEncoding::Linear), (SpaceArg::Srgb, ColourEncoding::Srgb)]);
+
+/// `--projection`
+pub(crate) const PROJECTION: Twins<ProjectionArg, Projection> = Twins(&[
+    (ProjectionArg::Perspective, Projection::Perspective),
+    (ProjectionArg::Orthographic, Projection::Orthographic),
+]);
+
+impl<A: Copy + PartialEq + ValueEnum, L: Copy + PartialEq> Twins<A, L> {
+    /// The library's value for what was typed.
+    pub(crate) fn library(&self, arg: A) -> L {
+        let pair = self.0.iter().find(|pair| pair.0 == arg);
+        pair.expect("a table holds every value of its enum, which a test checks").1
+    }
+
+    /// The command line's value for a library's.
+    pub(crate) fn arg(&self, value: L) -> A {
+        let pair = self.0.iter().find(|pair| pair.1 == value);
+        pair.expect("a table holds every value of its enum, which a test checks").0
+    }
+
+    /// The word for a library's value.
+    pub(crate) fn name(&self, value: L) -> String {
+        let value = self.arg(value).to_possible_value();
+        value.expect("no value is hidden from the command line").get_name().to_owned()
+    }
+
+    /// The command line's value for the default of the library.
+    pub(crate) fn default_arg(&self, field: fn(&RenderOptions) -> L) -> A {
+        self.arg(field(&RenderOptions::default()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check<A: Copy + PartialEq + ValueEnum, L: Copy + PartialEq>(twins: &Twins<A, L>, names: &[&str]) {
+        assert_eq!(twins.0.len(), A::value_variants().len(), "a value is missing in the table of {names:?}");
+        for (arg, name) in A::value_variants().iter().zip(names) {
+            let value = twins.library(*arg);
+            assert!(twins.arg(value) == *arg, "{name} must come back as itself");
+            assert_eq!(&twins.name(value), name, "the word of the command line");
+        }
+    }
+
+    #[test]
+    fn every_choice_has_its_twin_and_its_name() {
+        check(&OPACITY, &["extinction", "linear"]);
+        check(&FOOTPRINT, &["affine-approx", "affine", "table", "exact"]);
+        check(&KERNEL, &["gaussian", "polynomial", "b-spline"]);
+        check(&SELECT, &["hybrid", "points", "splats", "ewa"]);
+        check(&COLOUR_BY, &["transfer", "select"]);
+        check(&SPACE, &["linear", "srgb"]);
+        check(&PROJECTION, &["perspective", "orthographic"]);
+    }
+}

@@ -1,0 +1,4 @@
+//! The commands, one file each: what was typed, turned into options, calls and a report.
+
+pub(crate) mod demo;
+pub(crate) mod volsplat;

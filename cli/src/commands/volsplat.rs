@@ -1,0 +1,184 @@
+//! `resample volsplat`: a volume file to one picture or several.
+//!
+//! The steps are those of [`run`]: everything that can be refused without reading the volume is checked first, so
+//! that a misspelt name does not cost a minute, and nothing is written before all input has proved to be good.
+
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use glam::DVec3;
+use indicatif::ProgressBar;
+use resample_core::Camera;
+use volsplat::{RenderOptions, Renderer, TransferFunction, Volume};
+
+use crate::args::{CameraArgs, ProjectionArg, VolsplatArgs};
+use crate::camera_file::{self, CameraDefaults, CameraFile};
+use crate::framing::{self, Lens, View};
+use crate::output::{self, Format, FrameNames};
+use crate::picture::{self, Finish};
+use crate::report::{self, RunStats, Verbosity, WrittenFrame};
+use crate::settings;
+use crate::values::Size;
+
+/// Picture size when neither the command line nor a camera file gives one.
+const DEFAULT_SIZE: Size = Size { width: 800, height: 800 };
+
+/// What is known before the volume is read.
+struct Plan {
+    names: FrameNames,
+    finish: Finish,
+    cameras: Option<CameraFile>,
+}
+
+/// The volume, ready to be drawn.
+struct Scene {
+    volume: Volume,
+    renderer: Renderer,
+    load_ms: f64,
+    classify_ms: f64,
+}
+
+/// Checks, loads, classifies, renders, and reports.
+pub(crate) fn run(args: &VolsplatArgs, verbosity: Verbosity) -> Result<()> {
+    let start = Instant::now();
+    let plan = checked_plan(args)?;
+    let options = settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format);
+    let scene = loaded(args, &options)?;
+    let cameras = cameras(args, &plan, &scene)?;
+    let mut stats = stats_before_drawing(args, &options, plan.finish.format, &scene);
+    let mut renderer = scene.renderer;
+    // The renderer has its own copy of what can be seen.
+    drop(scene.volume);
+    if verbosity == Verbosity::Verbose {
+        report::say(&format!("load {:.1} ms, classify {:.1} ms", stats.load_ms, stats.classify_ms));
+    }
+    stats.frames = draw_all(&mut renderer, &cameras, &plan, verbosity)?;
+    stats.peak_bytes = report::peak_bytes();
+    if let Some(path) = &args.stats {
+        output::write_text(path, &format!("{}\n", serde_json::to_string_pretty(&stats)?))?;
+    }
+    if verbosity != Verbosity::Quiet {
+        report::say(&report::summary(&stats.frames, start.elapsed().as_secs_f64()));
+    }
+    Ok(())
+}
+
+fn stats_before_drawing(
+    args: &VolsplatArgs,
+    options: &RenderOptions,
+    format: Format,
+    scene: &Scene,
+) -> RunStats {
+    RunStats {
+        version: env!("CARGO_PKG_VERSION"),
+        voxels: scene.renderer.voxels(),
+        non_transparent: scene.renderer.non_transparent(),
+        threads: rayon::current_num_threads(),
+        settings: settings::record(args, options, format, &scene.volume),
+        load_ms: scene.load_ms,
+        classify_ms: scene.classify_ms,
+        peak_bytes: None,
+        frames: Vec::new(),
+    }
+}
+
+fn checked_plan(args: &VolsplatArgs) -> Result<Plan> {
+    let format = output::format_of(&args.output, args.picture.bits)?;
+    let cameras = args.camera.camera.as_deref().map(|path| read_cameras(path, &args.camera)).transpose()?;
+    let names = match &cameras {
+        Some(CameraFile::List(_)) => FrameNames::numbered(&args.output)?,
+        _ => FrameNames::single(&args.output)?,
+    };
+    check_targets(args, &names.frame(0))?;
+    Ok(Plan { names, finish: Finish { format, background: args.picture.background }, cameras })
+}
+
+fn read_cameras(path: &Path, args: &CameraArgs) -> Result<CameraFile> {
+    let defaults = CameraDefaults { size: args.size, look_at_size: DEFAULT_SIZE, fov_y_deg: args.fov };
+    camera_file::read(path, &defaults)
+}
+
+/// Checks every place that will be written to. All frames go to one folder, so the first stands for the others.
+fn check_targets(args: &VolsplatArgs, first_frame: &Path) -> Result<()> {
+    let optional = [args.transfer.transfer.as_deref(), args.camera.camera.as_deref()];
+    let inputs: Vec<&Path> = optional.into_iter().flatten().chain([args.input.as_path()]).collect();
+    for target in [Some(first_frame), args.stats.as_deref()].into_iter().flatten() {
+        output::check_writable(target)?;
+        output::check_not_input(target, &inputs)?;
+    }
+    Ok(())
+}
+
+fn loaded(args: &VolsplatArgs, options: &RenderOptions) -> Result<Scene> {
+    let start = Instant::now();
+    let volume = volsplat::load(&args.input, &settings::load_options(&args.volume))?;
+    let load_ms = report::ms_since(start);
+    let transfer: TransferFunction = settings::transfer_function(&args.transfer, &volume)?;
+    let start = Instant::now();
+    let renderer = Renderer::new(&volume, &transfer, options)
+        .with_context(|| format!("{}: cannot be drawn", args.input.display()))?;
+    let classify_ms = report::ms_since(start);
+    Ok(Scene { volume, renderer, load_ms, classify_ms })
+}
+
+fn cameras(args: &VolsplatArgs, plan: &Plan, scene: &Scene) -> Result<Vec<Camera>> {
+    let bounds = scene.renderer.visible_bounds_in_world().unwrap_or_else(|| {
+        report::say(&format!(
+            "warning: nothing is visible: the transfer function makes every voxel of {} transparent",
+            args.input.display()
+        ));
+        framing::grid_bounds(&scene.volume)
+    });
+    let bounds = framing::with_kernels(bounds, &scene.volume);
+    let cameras = match &plan.cameras {
+        None => vec![framing::frame(bounds, &view(&args.camera, &scene.volume))?],
+        Some(file) => file_cameras(file, bounds)
+            .with_context(|| args.camera.camera.as_deref().unwrap_or(Path::new("")).display().to_string())?,
+    };
+    cameras.iter().try_for_each(picture::check_size)?;
+    Ok(cameras)
+}
+
+fn file_cameras(file: &CameraFile, bounds: [DVec3; 2]) -> Result<Vec<Camera>> {
+    match file {
+        CameraFile::One(camera) => Ok(vec![camera.for_bounds(bounds)?]),
+        CameraFile::List(list) => list.iter().map(|camera| camera.for_bounds(bounds)).collect(),
+    }
+}
+
+fn view(args: &CameraArgs, volume: &Volume) -> View {
+    View {
+        size: args.size.unwrap_or(DEFAULT_SIZE),
+        orbit: args.orbit.unwrap_or(framing::DEFAULT_ORBIT),
+        stance: framing::stance(volume, args.up.map(|axis| axis.direction)),
+        lens: match args.projection {
+            ProjectionArg::Perspective => Lens::Perspective { fov_y_deg: args.fov },
+            ProjectionArg::Orthographic => Lens::Orthographic,
+        },
+    }
+}
+
+fn draw_all(
+    renderer: &mut Renderer,
+    cameras: &[Camera],
+    plan: &Plan,
+    verbosity: Verbosity,
+) -> Result<Vec<WrittenFrame>> {
+    let bar = match (cameras.len(), verbosity) {
+        (1, _) | (_, Verbosity::Quiet) => ProgressBar::hidden(),
+        // It hides itself where stderr is no terminal.
+        (count, _) => ProgressBar::new(count as u64),
+    };
+    let mut frames = Vec::with_capacity(cameras.len());
+    for (index, camera) in cameras.iter().enumerate() {
+        let frame = picture::draw(renderer, camera, plan.names.frame(index), &plan.finish)?;
+        if verbosity == Verbosity::Verbose {
+            bar.suspend(|| report::say(&report::stage_line(&frame)));
+        }
+        frames.push(frame);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    Ok(frames)
+}

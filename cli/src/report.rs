@@ -1,0 +1,190 @@
+//! What is told about a run: lines on stderr and the stats file.
+//!
+//! Takes counts and times, gives text. Everything for people goes to stderr, so that stdout stays free; a closed
+//! stderr is no reason to stop. The keys of the stats file are described in `docs/stats.md`.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::Error;
+use serde::Serialize;
+use volsplat::FrameStats;
+
+/// How much is said.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Verbosity {
+    /// Warnings and errors only.
+    Quiet,
+    /// What was written, in one line.
+    Normal,
+    /// The time of each stage as well.
+    Verbose,
+}
+
+/// The stats file. Field names are its keys.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct RunStats {
+    /// Version of this program.
+    pub version: &'static str,
+    /// Voxels in the volume.
+    pub voxels: u64,
+    /// Voxels that are not fully transparent under the transfer function.
+    pub non_transparent: u64,
+    /// Threads that were used.
+    pub threads: usize,
+    /// All options as they were used.
+    pub settings: serde_json::Value,
+    /// Elapsed time to read the volume, ms.
+    pub load_ms: f64,
+    /// Elapsed time to apply the transfer function and sort the voxels into bricks, ms.
+    pub classify_ms: f64,
+    /// Most memory that the process held at once, bytes; none where the system does not tell.
+    pub peak_bytes: Option<u64>,
+    /// One entry per picture.
+    pub frames: Vec<WrittenFrame>,
+}
+
+/// One picture that was written.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct WrittenFrame {
+    /// Its file.
+    pub file: PathBuf,
+    /// Size of the file, bytes.
+    pub file_bytes: u64,
+    /// Width, px.
+    pub width: usize,
+    /// Height, px.
+    pub height: usize,
+    /// Counts and times.
+    #[serde(flatten)]
+    pub stats: FrameStats,
+}
+
+/// Prints one line to stderr.
+pub(crate) fn say(line: &str) {
+    // Nobody is left to tell if stderr is closed.
+    let _ = writeln!(std::io::stderr(), "{line}");
+}
+
+/// An error and its causes as one line, without repeating a cause that the message before it already holds.
+pub(crate) fn one_line(error: &Error) -> String {
+    let mut line = String::new();
+    for cause in error.chain() {
+        let text = cause.to_string();
+        if line.is_empty() {
+            line = text;
+        } else if !line.contains(&text) {
+            line = format!("{line}: {text}");
+        }
+    }
+    line.lines().map(str::trim).collect::<Vec<_>>().join(" ")
+}
+
+/// Milliseconds since `start`.
+pub(crate) fn ms_since(start: Instant) -> f64 {
+    start.elapsed().as_secs_f64() * 1e3
+}
+
+/// The line at the end of a run: what was written, how large, how long it took.
+pub(crate) fn summary(frames: &[WrittenFrame], seconds: f64) -> String {
+    let [first, .., last] = frames else {
+        return match frames {
+            [only] => format!("wrote {} in {seconds:.2} s", described(only)),
+            _ => "wrote nothing".to_owned(),
+        };
+    };
+    let bytes = frames.iter().map(|frame| frame.file_bytes).sum();
+    let (count, size) = (frames.len(), human_bytes(bytes));
+    let (first, last) = (first.file.display(), last.file.display());
+    format!("wrote {count} pictures, {first} to {last} ({size}) in {seconds:.2} s")
+}
+
+/// The times of a frame's stages, one line.
+pub(crate) fn stage_line(frame: &WrittenFrame) -> String {
+    let stages = &frame.stats.stages;
+    let named = [
+        ("cull", stages.cull),
+        ("project", stages.project),
+        ("bin", stages.bin),
+        ("sort", stages.sort),
+        ("composite", stages.composite),
+        ("image", stages.image),
+    ];
+    let times: Vec<_> = named.iter().map(|(name, time)| format!("{name} {:.1}", time.wall_ms)).collect();
+    let stats = &frame.stats;
+    format!(
+        "{}: {:.1} ms wall, {:.1} ms CPU ({} ms); {} points, {} splats, {} culled",
+        frame.file.display(),
+        stats.wall_ms,
+        stats.cpu_ms,
+        times.join(", "),
+        stats.points,
+        stats.splats,
+        stats.culled
+    )
+}
+
+/// The high-water mark of this process's memory, bytes.
+pub(crate) fn peak_bytes() -> Option<u64> {
+    // Linux only; the file does not exist elsewhere.
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kib * 1024)
+}
+
+fn described(frame: &WrittenFrame) -> String {
+    let size = human_bytes(frame.file_bytes);
+    format!("{} ({}x{}, {size})", frame.file.display(), frame.width, frame.height)
+}
+
+fn human_bytes(bytes: u64) -> String {
+    match bytes {
+        0..1_000 => format!("{bytes} bytes"),
+        1_000..1_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),
+        1_000_000..1_000_000_000 => format!("{:.1} MB", bytes as f64 / 1e6),
+        _ => format!("{:.1} GB", bytes as f64 / 1e9),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use anyhow::anyhow;
+
+    use super::*;
+
+    fn frame(name: &str) -> WrittenFrame {
+        let stats = FrameStats { points: 3, ..FrameStats::default() };
+        WrittenFrame { file: name.into(), file_bytes: 1_500, width: 8, height: 6, stats }
+    }
+
+    #[test]
+    fn causes_are_joined_without_repeating_themselves() {
+        let error =
+            anyhow!("no such file").context("a.raw: cannot read: no such file").context("loading\nfailed");
+        assert_eq!(one_line(&error), "loading failed: a.raw: cannot read: no such file", "one line");
+    }
+
+    #[test]
+    fn summary_names_one_picture_or_the_first_and_the_last() {
+        assert_eq!(summary(&[frame("a.png")], 0.5), "wrote a.png (8x6, 1.5 kB) in 0.50 s", "one");
+        let several = [frame("a_0000.png"), frame("a_0001.png")];
+        let expected = "wrote 2 pictures, a_0000.png to a_0001.png (3.0 kB) in 2.00 s";
+        assert_eq!(summary(&several, 2.0), expected, "several");
+    }
+
+    #[test]
+    fn frame_counts_lie_beside_the_file_name_in_the_stats() {
+        let json = serde_json::to_value(frame("a.png")).expect("plain data");
+        assert_eq!((&json["file"], &json["points"]), (&"a.png".into(), &3.into()), "{json}");
+        assert!(json["stages"]["composite"]["wall_ms"].is_number(), "stage times: {json}");
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn memory_high_water_mark_is_plausible() {
+        let peak = peak_bytes().expect("Linux tells");
+        assert!(peak > 1 << 18, "a process holds more than {peak} bytes");
+    }
+}

@@ -1,0 +1,131 @@
+//! From what was typed to the options of the libraries, and to the record of what was used.
+//!
+//! Takes the structs of `args.rs`, gives `LoadOptions`, `RenderOptions`, a transfer function and the `settings`
+//! object of the stats file. No file but the transfer function is touched here.
+
+use anyhow::Result;
+use serde_json::{Value, json};
+use volsplat::input::RawOptions;
+use volsplat::transfer::Histogram;
+use volsplat::volume::NanPolicy;
+use volsplat::{DepthPlane, LoadOptions, RenderOptions, TransferFunction, Volume};
+
+use crate::args::{RenderArgs, TransferArgs, VolsplatArgs, VolumeArgs};
+use crate::choices;
+use crate::framing;
+use crate::output::{Depth, Format};
+
+/// How the volume is read.
+pub(crate) fn load_options(args: &VolumeArgs) -> LoadOptions {
+    // The command line accepts --dims and --type together or not at all.
+    let raw = args.dims.zip(args.voxel_type).map(|(dims, voxel_type)| RawOptions {
+        endian: args.endian.unwrap_or_default(),
+        skip_bytes: args.skip.unwrap_or(0),
+        ..RawOptions::new(dims, voxel_type)
+    });
+    LoadOptions {
+        raw,
+        spacing: args.spacing,
+        origin: args.origin,
+        nan: args.nan_as.map_or(NanPolicy::Refuse, NanPolicy::Replace),
+    }
+}
+
+/// How the volume is drawn. Only an EXR file has a place for depth.
+pub(crate) fn render_options(args: &RenderArgs, opacity_unit: Option<f64>, format: Format) -> RenderOptions {
+    RenderOptions {
+        kernel: choices::KERNEL.library(args.kernel),
+        footprint: choices::FOOTPRINT.library(args.footprint),
+        opacity: choices::OPACITY.library(args.opacity),
+        select: choices::SELECT.library(args.select),
+        point_threshold_px: args.point_threshold,
+        sheet_voxels: args.sheet,
+        min_transmittance: args.min_transmittance,
+        opacity_unit,
+        colour_by: choices::COLOUR_BY.library(args.colour_by),
+        depth: if format == Format::Exr { DepthPlane::Expected } else { DepthPlane::None },
+        ..RenderOptions::default()
+    }
+}
+
+/// How values become colour and opacity. Errors name the file.
+pub(crate) fn transfer_function(args: &TransferArgs, volume: &Volume) -> Result<TransferFunction> {
+    let encoding = choices::SPACE.library(args.transfer_space);
+    Ok(match &args.transfer {
+        Some(path) => TransferFunction::load_paraview(path, encoding, volume)?,
+        None => TransferFunction::automatic(&Histogram::of_volume(volume), args.colormap.unwrap_or_default()),
+    })
+}
+
+/// Everything that decided the pictures, for the stats file.
+pub(crate) fn record(args: &VolsplatArgs, options: &RenderOptions, format: Format, volume: &Volume) -> Value {
+    let colormap = match args.transfer.transfer {
+        Some(_) => None,
+        None => Some(args.transfer.colormap.unwrap_or_default()),
+    };
+    json!({
+        "volume": volume_record(args, volume),
+        "transfer": {
+            "file": args.transfer.transfer,
+            "space": choices::SPACE.name(choices::SPACE.library(args.transfer.transfer_space)),
+            "colormap": colormap.map(|map| map.name()),
+            "opacity_unit": options.opacity_unit.unwrap_or_else(|| volume.smallest_spacing()),
+        },
+        "camera": camera_record(args, volume),
+        "render": render_record(options),
+        "picture": picture_record(args, format),
+    })
+}
+
+fn volume_record(args: &VolsplatArgs, volume: &Volume) -> Value {
+    json!({
+        "file": args.input,
+        "dims": volume.dims,
+        "spacing": volume.spacing(),
+        "origin": volume.world_from_index.translation.to_array(),
+        "space": volume.space,
+        "raw_type": args.volume.voxel_type.map(|kind| kind.name()),
+        "raw_endian": args.volume.endian.map(|endian| format!("{endian:?}").to_lowercase()),
+        "raw_skip_bytes": args.volume.skip,
+        "nan_as": args.volume.nan_as,
+    })
+}
+
+fn camera_record(args: &VolsplatArgs, volume: &Volume) -> Value {
+    let orbit = args.camera.orbit.unwrap_or(framing::DEFAULT_ORBIT);
+    let stance = framing::stance(volume, args.camera.up.map(|axis| axis.direction));
+    match &args.camera.camera {
+        Some(file) => json!({ "file": file }),
+        None => json!({
+            "azimuth_deg": orbit.azimuth_deg,
+            "elevation_deg": orbit.elevation_deg,
+            "distance": orbit.distance,
+            "fov_y_deg": args.camera.fov,
+            "up": stance.up.to_array(),
+            "projection": choices::PROJECTION.name(choices::PROJECTION.library(args.camera.projection)),
+        }),
+    }
+}
+
+fn picture_record(args: &VolsplatArgs, format: Format) -> Value {
+    let bits = match format {
+        Format::Png(Depth::Eight) => Some(8),
+        Format::Png(Depth::Sixteen) => Some(16),
+        Format::Exr => None,
+    };
+    json!({ "output": args.output, "bits": bits, "background_linear": args.picture.background })
+}
+
+fn render_record(options: &RenderOptions) -> Value {
+    json!({
+        "kernel": choices::KERNEL.name(options.kernel),
+        "footprint": choices::FOOTPRINT.name(options.footprint),
+        "opacity": choices::OPACITY.name(options.opacity),
+        "select": choices::SELECT.name(options.select),
+        "point_threshold_px": options.point_threshold_px,
+        "sheet_voxels": options.sheet_voxels,
+        "min_transmittance": options.min_transmittance,
+        "colour_by": choices::COLOUR_BY.name(options.colour_by),
+        "depth": options.depth == DepthPlane::Expected,
+    })
+}

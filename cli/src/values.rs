@@ -1,0 +1,215 @@
+//! Values that are typed in one word: sizes, vectors, angles, axes, colours.
+//!
+//! Takes the word, gives the value or a sentence that says what was expected. These are the value parsers of
+//! `args.rs`, so that clap can name the option in front of the sentence.
+
+use glam::DVec3;
+use resample_core::image::linear_from_srgb;
+
+/// A picture size, px.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Size {
+    /// Width, px.
+    pub width: u32,
+    /// Height, px.
+    pub height: u32,
+}
+
+/// Where the eye stands around what it looks at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Orbit {
+    /// Turn around the up axis, degrees; 0 is the front, positive moves the eye to the right.
+    pub azimuth_deg: f64,
+    /// Angle above the horizon, degrees, -90 to 90.
+    pub elevation_deg: f64,
+    /// Multiple of the distance that just fits the view, above 0.
+    pub distance: f64,
+}
+
+/// A signed world axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Axis {
+    /// The unit vector.
+    pub direction: DVec3,
+}
+
+/// `WxH`, each from 1 to the largest side of a camera.
+pub(crate) fn size(text: &str) -> Result<Size, String> {
+    let expected =
+        || format!("expected WxH such as 800x600, each from 1 to {}", resample_core::camera::MAX_SIDE_PX);
+    let (width, height) = text.split_once(['x', 'X']).ok_or_else(expected)?;
+    let side = |word: &str| {
+        let px: u32 = word.trim().parse().ok()?;
+        (1..=resample_core::camera::MAX_SIDE_PX).contains(&px).then_some(px)
+    };
+    match (side(width), side(height)) {
+        (Some(width), Some(height)) => Ok(Size { width, height }),
+        _ => Err(expected()),
+    }
+}
+
+/// `X,Y,Z`, whole numbers above 0.
+pub(crate) fn dims(text: &str) -> Result<[usize; 3], String> {
+    let parsed: Option<Vec<usize>> = text.split(',').map(|word| word.trim().parse().ok()).collect();
+    match parsed.as_deref() {
+        Some(&[x, y, z]) if x > 0 && y > 0 && z > 0 => Ok([x, y, z]),
+        _ => Err("expected three whole numbers above 0 such as 256,256,128".into()),
+    }
+}
+
+/// `X,Y,Z`, finite numbers.
+pub(crate) fn vector(text: &str) -> Result<[f64; 3], String> {
+    match numbers(text).as_deref() {
+        Some(&[x, y, z]) => Ok([x, y, z]),
+        _ => Err("expected three numbers such as 1,1,1.4".into()),
+    }
+}
+
+/// A finite number.
+pub(crate) fn number(text: &str) -> Result<f64, String> {
+    finite(text).ok_or_else(|| "expected a finite number".into())
+}
+
+/// A finite number above 0.
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
+    finite(text).filter(|&value| value > 0.0).ok_or_else(|| "expected a number above 0".into())
+}
+
+/// A finite number above 0, in single precision.
+pub(crate) fn positive_f32(text: &str) -> Result<f32, String> {
+    finite(text)
+        .map(|value| value as f32)
+        .filter(|&value| value > 0.0 && value.is_finite())
+        .ok_or_else(|| "expected a number above 0".into())
+}
+
+/// A number from 0 up to, not including, 1, in single precision.
+pub(crate) fn fraction(text: &str) -> Result<f32, String> {
+    finite(text)
+        .map(|value| value as f32)
+        .filter(|value| (0.0..1.0).contains(value))
+        .ok_or_else(|| "expected a number from 0 up to, not including, 1".into())
+}
+
+/// An angle in degrees, above 0 and below 180.
+pub(crate) fn field_of_view(text: &str) -> Result<f64, String> {
+    finite(text)
+        .filter(|&degrees| degrees > 0.0 && degrees < 180.0)
+        .ok_or_else(|| "expected an angle above 0 and below 180 degrees".into())
+}
+
+/// `AZ,EL` or `AZ,EL,DIST`.
+pub(crate) fn orbit(text: &str) -> Result<Orbit, String> {
+    let (azimuth_deg, elevation_deg, distance) = match numbers(text).as_deref() {
+        Some(&[azimuth, elevation]) => (azimuth, elevation, 1.0),
+        Some(&[azimuth, elevation, distance]) => (azimuth, elevation, distance),
+        _ => return Err("expected AZ,EL or AZ,EL,DIST such as 30,20 or 30,20,1.5".into()),
+    };
+    if !(-90.0..=90.0).contains(&elevation_deg) {
+        return Err("expected an elevation from -90 to 90 degrees".into());
+    }
+    if distance <= 0.0 {
+        return Err("expected a distance above 0".into());
+    }
+    Ok(Orbit { azimuth_deg, elevation_deg, distance })
+}
+
+/// `x`, `y`, `z`, `-x`, `-y` or `-z`.
+pub(crate) fn axis(text: &str) -> Result<Axis, String> {
+    let direction = match text {
+        "x" | "+x" => DVec3::X,
+        "y" | "+y" => DVec3::Y,
+        "z" | "+z" => DVec3::Z,
+        "-x" => DVec3::NEG_X,
+        "-y" => DVec3::NEG_Y,
+        "-z" => DVec3::NEG_Z,
+        _ => return Err("expected x, y, z, -x, -y or -z".into()),
+    };
+    Ok(Axis { direction })
+}
+
+/// 8 or 16.
+pub(crate) fn bits(text: &str) -> Result<u8, String> {
+    match text {
+        "8" => Ok(8),
+        "16" => Ok(16),
+        _ => Err("expected 8 or 16".into()),
+    }
+}
+
+/// A colour given in sRGB (`white`, `black`, `#rrggbb` or `R,G,B` from 0 to 255), as linear RGB.
+pub(crate) fn colour(text: &str) -> Result<[f32; 3], String> {
+    let encoded = match text {
+        "white" => Some([255.0; 3]),
+        "black" => Some([0.0; 3]),
+        _ => hex_colour(text).or_else(|| decimal_colour(text)),
+    };
+    let encoded = encoded.ok_or("expected white, black, #rrggbb, or R,G,B from 0 to 255")?;
+    Ok(encoded.map(|channel| linear_from_srgb(channel / 255.0)))
+}
+
+fn hex_colour(text: &str) -> Option<[f32; 3]> {
+    let digits =
+        text.strip_prefix('#').filter(|d| d.len() == 6 && d.bytes().all(|b| b.is_ascii_hexdigit()))?;
+    let channel = |at: usize| u8::from_str_radix(&digits[at..at + 2], 16).ok().map(f32::from);
+    Some([channel(0)?, channel(2)?, channel(4)?])
+}
+
+fn decimal_colour(text: &str) -> Option<[f32; 3]> {
+    match numbers(text)?.as_slice() {
+        rgb @ &[r, g, b] if rgb.iter().all(|c| (0.0..=255.0).contains(c)) => {
+            Some([r as f32, g as f32, b as f32])
+        }
+        _ => None,
+    }
+}
+
+fn numbers(text: &str) -> Option<Vec<f64>> {
+    text.split(',').map(finite).collect()
+}
+
+fn finite(text: &str) -> Option<f64> {
+    text.trim().parse::<f64>().ok().filter(|value| value.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_need_two_sides_within_range() {
+        assert_eq!(size("640x480"), Ok(Size { width: 640, height: 480 }), "the usual spelling");
+        for bad in ["", "640", "0x1", "1x99999", "-1x5", "1x2x3", "axb"] {
+            assert!(size(bad).is_err(), "{bad:?} is no size");
+        }
+    }
+
+    #[test]
+    fn vectors_are_three_finite_numbers() {
+        assert_eq!(vector("1, -2,3e-1"), Ok([1.0, -2.0, 0.3]), "spaces and exponents are fine");
+        for bad in ["1,2", "1,2,3,4", "1,2,nan", "1,2,inf", "1,,2", ""] {
+            assert!(vector(bad).is_err(), "{bad:?} is no vector");
+        }
+        assert!(dims("4,0,4").is_err(), "an empty grid has no voxels");
+        assert_eq!(dims("4,5,6"), Ok([4, 5, 6]), "three sizes");
+    }
+
+    #[test]
+    fn colours_are_decoded_to_linear_light() {
+        assert_eq!(colour("white"), Ok([1.0; 3]), "white");
+        assert_eq!(colour("#000000"), Ok([0.0; 3]), "black");
+        assert_eq!(colour("#ff8000"), colour("255,128,0"), "both spellings of orange");
+        for bad in ["#ff80", "#ff80zz", "256,0,0", "-1,0,0", "red", "#éé"] {
+            assert!(colour(bad).is_err(), "{bad:?} is no colour");
+        }
+    }
+
+    #[test]
+    fn orbits_have_an_optional_distance() {
+        let expected = Orbit { azimuth_deg: -30.0, elevation_deg: 90.0, distance: 1.0 };
+        assert_eq!(orbit("-30,90"), Ok(expected), "the pole is allowed");
+        for bad in ["30", "0,91", "0,0,0", "0,0,-1", "0,0,1,2"] {
+            assert!(orbit(bad).is_err(), "{bad:?} is no orbit");
+        }
+    }
+}
