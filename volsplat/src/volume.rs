@@ -64,7 +64,7 @@ pub enum NanPolicy {
 
 /// Binds the typed slice of a [`Voxels`] and runs the body once per type: `with_voxels!(&voxels, slice => body)`.
 ///
-/// In the body, `f64::from(value)` is exact for each type.
+/// In the body, [`scalar`] gives a value of any of the types as f64.
 macro_rules! with_voxels {
     ($voxels:expr, $slice:ident => $body:expr) => {
         match $voxels {
@@ -80,6 +80,11 @@ macro_rules! with_voxels {
     };
 }
 pub(crate) use with_voxels;
+
+/// A stored value as f64, exactly.
+pub(crate) fn scalar<T: Into<f64>>(value: T) -> f64 {
+    value.into()
+}
 
 /// Voxels per parallel task of a streaming pass: a few hundred kB, so that a task outweighs its own overhead. A guess.
 pub(crate) const VOXELS_PER_TASK: usize = 1 << 18;
@@ -148,7 +153,7 @@ impl Voxels {
 
     /// One scalar; panics beyond [`Voxels::len`].
     pub fn value(&self, index: usize) -> f64 {
-        with_voxels!(self, slice => f64::from(slice[index]))
+        with_voxels!(self, slice => scalar(slice[index]))
     }
 
     /// Replaces what is NaN or infinite. Refused where the replacement is not finite in the voxel type.
@@ -179,7 +184,7 @@ impl Voxels {
     fn finite_range(&self) -> (f64, f64) {
         with_voxels!(self, slice => slice
             .par_chunks(VOXELS_PER_TASK)
-            .map(|chunk| range_of(chunk.iter().map(|&value| f64::from(value))))
+            .map(|chunk| range_of(chunk.iter().map(|&value| scalar(value))))
             .reduce(|| (f64::INFINITY, f64::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1))))
     }
 }

@@ -6,7 +6,8 @@
 
 use rayon::prelude::*;
 
-use crate::volume::{VOXELS_PER_TASK, Volume, Voxels, with_voxels};
+use super::share_of;
+use crate::volume::{VOXELS_PER_TASK, Volume, Voxels, scalar, with_voxels};
 
 /// Counts of the scalars of a volume in equal bins.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,7 +61,12 @@ impl Histogram {
 
     /// The scalar that a bin stands for; the first and last bin stand for the ends of the range.
     pub fn value(&self, bin: usize) -> f64 {
-        let place = bin as f64 / (self.counts.len() - 1).max(1) as f64;
+        let last = (self.counts.len() - 1).max(1) as f64;
+        if self.high - self.low == last {
+            // One bin per integer: exactly that integer.
+            return self.low + bin as f64;
+        }
+        let place = bin as f64 / last;
         self.low * (1.0 - place) + self.high * place
     }
 
@@ -72,20 +78,14 @@ impl Histogram {
             _ => 1,
         };
         let last = (bins - 1) as f64;
-        // Halved first, so that the whole range of f64 does not overflow.
-        let half_span = 0.5 * high - 0.5 * low;
-        let bin_of = |value: f64| {
-            if bins == 1 {
-                0
-            } else {
-                ((0.5 * value - 0.5 * low) / half_span * last + 0.5).clamp(0.0, last) as usize
-            }
-        };
+        // One bin only is a constant volume; its share would be 0/0.
+        let bin_of =
+            |value: f64| if bins == 1 { 0 } else { (share_of(value, low, high) * last + 0.5) as usize };
         let counts = with_voxels!(voxels, slice => slice
         .par_chunks(VOXELS_PER_TASK)
         .map(|chunk| {
             let mut counts = vec![0u64; bins];
-            chunk.iter().for_each(|&value| counts[bin_of(f64::from(value))] += 1);
+            chunk.iter().for_each(|&value| counts[bin_of(scalar(value))] += 1);
             counts
         })
         .reduce_with(|mut one, other| {
@@ -111,7 +111,7 @@ fn range_within(voxels: &Voxels, from: f64, to: f64) -> (f64, f64) {
     with_voxels!(voxels, slice => slice
         .par_chunks(VOXELS_PER_TASK)
         .map(|chunk| {
-            let inside = chunk.iter().map(|&value| f64::from(value)).filter(|value| (from..=to).contains(value));
+            let inside = chunk.iter().map(|&value| scalar(value)).filter(|value| (from..=to).contains(value));
             inside.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
         })
         .reduce(|| (f64::INFINITY, f64::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1))))

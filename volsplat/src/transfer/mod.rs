@@ -124,7 +124,9 @@ impl TransferFunction {
         else {
             return self.opacities[above.saturating_sub(1)].opacity;
         };
-        low.opacity + share_of(value, low.value, high.value) * (high.opacity - low.opacity)
+        let mixed = low.opacity + share_of(value, low.value, high.value) * (high.opacity - low.opacity);
+        // Rounding must not lift it above the knots, or `max_opacity_in` would not bound it.
+        mixed.clamp(low.opacity.min(high.opacity), low.opacity.max(high.opacity))
     }
 
     /// The greatest opacity of the scalars `low..=high`, exactly (just below a step counts as its lower side).
@@ -182,9 +184,16 @@ impl TransferFunction {
     }
 }
 
-/// Where `value` lies between two scalars, 0..=1; halved first, so that the whole range of f64 does not overflow.
+/// Where `value` lies between two scalars, 0..=1.
 fn share_of(value: f64, low: f64, high: f64) -> f64 {
-    ((0.5 * value - 0.5 * low) / (0.5 * high - 0.5 * low)).clamp(0.0, 1.0)
+    let span = high - low;
+    let share = if span.is_finite() {
+        (value - low) / span
+    } else {
+        // Two scalars near the ends of f64: halved, their distance is finite.
+        (0.5 * value - 0.5 * low) / (0.5 * high - 0.5 * low)
+    };
+    share.clamp(0.0, 1.0)
 }
 
 fn check_ascending(kind: &str, values: impl Iterator<Item = f64>) -> Result<(), Error> {

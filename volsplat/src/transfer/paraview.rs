@@ -33,9 +33,8 @@ struct FileColour {
 /// Longest file that is read; a map of a thousand knots has 100 kB. A guess.
 const MAX_FILE_BYTES: u64 = 1 << 24;
 
-/// Straight pieces per interval of a bent colour path, where there are few intervals: the steps are then below one
-/// 8-bit level for paths of up to a quarter of the gamut.
-const MOST_PIECES: usize = 64;
+/// Straight pieces per interval of a bent colour path, where there are few intervals: one per 8-bit level.
+const MOST_PIECES: usize = 256;
 
 /// Pieces of all intervals together, about; long tables are fine enough as they are.
 const PIECES_IN_ALL: usize = 4096;

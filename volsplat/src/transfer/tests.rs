@@ -13,10 +13,10 @@ fn linear_between_knots_and_constant_beyond() {
         ColourKnot { value: 1.0, rgb: [0.0, 0.5, 1.0] },
         ColourKnot { value: 3.0, rgb: [1.0, 0.5, 0.0] },
     ];
-    let opacities = vec![OpacityKnot { value: 0.0, opacity: 0.2 }, OpacityKnot { value: 4.0, opacity: 1.0 }];
+    let opacities = vec![OpacityKnot { value: 0.0, opacity: 0.5 }, OpacityKnot { value: 4.0, opacity: 1.0 }];
     let function = TransferFunction::new(colours, opacities).expect("valid");
-    assert_eq!(function.sample(2.0), ([0.5, 0.5, 0.5], 0.6));
-    assert_eq!(function.sample(-9.0), ([0.0, 0.5, 1.0], 0.2));
+    assert_eq!(function.sample(2.0), ([0.5, 0.5, 0.5], 0.75));
+    assert_eq!(function.sample(-9.0), ([0.0, 0.5, 1.0], 0.5));
     assert_eq!(function.sample(9.0), ([1.0, 0.5, 0.0], 1.0));
     assert_eq!(function.value_range(), (0.0, 4.0));
 }
