@@ -153,10 +153,14 @@ fn composite_entries<S: Simd>(
 ) -> TileCounts {
     let mut counts = TileCounts::default();
     let sheets_per_unit = 1.0 / settings.sheet_thickness;
+    let mut gathered = [Primitive::default(); ENTRIES_PER_CHECK];
     for block in entries.chunks(ENTRIES_PER_CHECK) {
-        for &entry in block {
+        // Depth order is random order in memory: fetched together, the misses of a block overlap.
+        for (slot, &entry) in gathered.iter_mut().zip(block) {
             let index = entry_index(entry) as usize;
-            let primitive = &chunks[index >> 16][index & 0xffff];
+            *slot = chunks[index >> 16][index & 0xffff];
+        }
+        for primitive in &gathered[..block.len()] {
             if primitive.rows == POINT_ROWS {
                 let number = (primitive.depth * sheets_per_unit) as u32;
                 if number != tile.sheet.number {
