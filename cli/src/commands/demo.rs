@@ -1,15 +1,14 @@
 //! `resample demo`: built-in volumes to pictures, without any file.
 //!
-//! Each scene is a formula, a transfer function and a view. The scenes show what the renderer is for: a smooth
-//! surface from ripples near the limit of sampling, soft translucent matter, and a box that is splats in front and
-//! points behind.
+//! Each scene is a formula, a transfer function and a view. The scenes show what the renderer is for: ripples that
+//! are hard to reconstruct, soft translucent matter, and a box of opaque cells with sharp edges.
 
 use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::Result;
 use volsplat::transfer::{ColourKnot, OpacityKnot};
-use volsplat::{ColourBy, RenderOptions, Renderer, TransferFunction, Volume, procedural};
+use volsplat::{RenderOptions, Renderer, TransferFunction, Volume, procedural};
 
 use crate::args::DemoArgs;
 use crate::framing::{self, Lens, View};
@@ -23,7 +22,6 @@ struct Scene {
     name: &'static str,
     volume: Volume,
     transfer: TransferFunction,
-    options: RenderOptions,
     orbit: Orbit,
 }
 
@@ -55,33 +53,30 @@ pub(crate) fn run(args: &DemoArgs, verbosity: Verbosity) -> Result<()> {
 }
 
 fn scenes() -> Result<Vec<Scene>> {
-    let checker = |name, colour_by| -> Result<Scene> {
-        let options = RenderOptions { colour_by, ..RenderOptions::default() };
-        let (volume, transfer) = (procedural::checker_box(100, 10)?, checker_transfer()?);
-        Ok(Scene { name, volume, transfer, options, orbit: orbit(35.0, 25.0, 0.8) })
-    };
     Ok(vec![
         Scene {
             name: "marschner_lobb",
             volume: procedural::marschner_lobb(96)?,
             transfer: ripple_transfer()?,
-            options: RenderOptions::default(),
-            orbit: orbit(25.0, 40.0, 0.85),
+            orbit: orbit(25.0, 25.0, 1.0),
         },
         Scene {
             name: "blobs",
             volume: procedural::blobs(96)?,
             transfer: blob_transfer()?,
-            options: RenderOptions::default(),
-            orbit: orbit(15.0, 20.0, 0.85),
+            orbit: orbit(15.0, 20.0, 0.75),
         },
-        checker("checker_box", ColourBy::Transfer)?,
-        checker("checker_box_select", ColourBy::Select)?,
+        Scene {
+            name: "checker_box",
+            volume: procedural::checker_box(100, 10)?,
+            transfer: checker_transfer()?,
+            orbit: orbit(35.0, 25.0, 1.0),
+        },
     ])
 }
 
 fn draw(scene: &Scene, size: Size, file: PathBuf) -> Result<report::WrittenFrame> {
-    let mut renderer = Renderer::new(&scene.volume, &scene.transfer, &scene.options)?;
+    let mut renderer = Renderer::new(&scene.volume, &scene.transfer, &RenderOptions::default())?;
     let bounds = renderer.visible_bounds_in_world().unwrap_or_else(|| framing::grid_bounds(&scene.volume));
     let stance = framing::stance(&scene.volume, None);
     let view = View { size, orbit: scene.orbit, stance, lens: Lens::Perspective { fov_y_deg: FOV_Y_DEG } };
@@ -92,21 +87,20 @@ fn draw(scene: &Scene, size: Size, file: PathBuf) -> Result<report::WrittenFrame
 
 /// Colours by hand, for looks only.
 fn ripple_transfer() -> Result<TransferFunction> {
-    transfer(
-        &[
-            (0.35, [0.02, 0.05, 0.25]),
-            (0.5, [0.1, 0.5, 0.6]),
-            (0.6, [0.9, 0.8, 0.4]),
-            (0.75, [1.0, 0.95, 0.9]),
-        ],
-        &[(0.4, 0.0), (0.5, 0.1), (0.6, 0.6), (1.0, 0.6)],
-    )
+    let colours = [
+        (0.0, [0.01, 0.02, 0.15]),
+        (0.1, [0.02, 0.3, 0.4]),
+        (0.2, [0.9, 0.75, 0.3]),
+        (0.5, [0.8, 0.2, 0.05]),
+        (1.0, [0.25, 0.02, 0.1]),
+    ];
+    transfer(&colours, &[(0.0, 0.3), (0.1, 0.3), (0.2, 0.9)])
 }
 
 fn blob_transfer() -> Result<TransferFunction> {
     transfer(
-        &[(0.0, [0.05, 0.1, 0.5]), (0.8, [0.6, 0.1, 0.4]), (1.4, [1.0, 0.4, 0.05]), (2.2, [1.0, 0.9, 0.5])],
-        &[(0.1, 0.0), (0.4, 0.02), (1.0, 0.1), (1.6, 0.6)],
+        &[(0.0, [0.05, 0.1, 0.5]), (1.0, [0.6, 0.1, 0.4]), (1.6, [1.0, 0.4, 0.05]), (2.2, [1.0, 0.9, 0.5])],
+        &[(0.1, 0.0), (0.6, 0.015), (1.4, 0.04), (1.8, 0.3), (2.4, 0.8)],
     )
 }
 
