@@ -127,5 +127,6 @@ fn render_record(options: &RenderOptions) -> Value {
         "min_transmittance": options.min_transmittance,
         "colour_by": choices::COLOUR_BY.name(options.colour_by),
         "depth": options.depth == DepthPlane::Expected,
+        "simd": format!("{:?}", options.simd).to_lowercase(),
     })
 }

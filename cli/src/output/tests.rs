@@ -84,7 +84,9 @@ fn a_failed_write_leaves_the_old_file_and_nothing_else() {
         file.write_all(b"half")?;
         bail!("the disk is full")
     });
-    let message = format!("{:#}", failed.expect_err("it failed"));
+    let failure = failed.expect_err("it failed");
+    assert!(failure.is::<WriteFailure>(), "a failed write is told apart from bad input");
+    let message = format!("{failure:#}");
     assert!(message.contains("a.txt") && message.contains("disk is full"), "{message}");
     assert_eq!(fs::read_to_string(&path).expect("there"), "old", "the old file stays");
     assert_eq!(fs::read_dir(folder.path()).expect("there").count(), 1, "no temporary file is left");
