@@ -65,7 +65,7 @@ pub(crate) struct DemoArgs {
 /// Options of `resample volsplat`.
 #[derive(Args, Debug)]
 pub(crate) struct VolsplatArgs {
-    /// Volume file; the kind is told by its extension, and a raw file needs --dims and --type
+    /// Volume file: NRRD, told by its first bytes, or raw, which needs --dims and --type
     #[arg(value_name = "VOLUME")]
     pub input: PathBuf,
     /// Picture to write, .png or .exr; a pattern such as %04d is replaced by the number of the camera
@@ -129,7 +129,7 @@ pub(crate) struct TransferArgs {
     #[arg(long, value_name = "SPACE", value_enum, default_value = "linear")]
     pub transfer_space: SpaceArg,
     /// Colour map of the transfer function that is made from the histogram [default: viridis]
-    #[arg(long, value_name = "NAME", conflicts_with = "transfer")]
+    #[arg(long, alias = "colourmap", value_name = "NAME", conflicts_with = "transfer")]
     pub colormap: Option<ColourMap>,
     /// Length in world units over which an opacity is meant [default: the smallest distance between voxels]
     #[arg(long, value_name = "LENGTH", value_parser = values::positive)]
