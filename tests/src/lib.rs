@@ -1,4 +1,13 @@
-//! References.
+//! Slow, obvious f64 references for the volume renderer, the scenes that they are tried on, and the real data.
+//!
+//! Nothing here is fast and nothing here shares a formula with what it tests: a ray is a line in the grid, a distance
+//! is a cross product, an integral is a sum over many small steps, a screen is looped over pixel by pixel. What is
+//! taken from the library is its data (volumes, cameras, options, pictures) and the transfer function.
 
 pub mod data;
 pub mod exr_read;
+pub mod field;
+pub mod march;
+pub mod rays;
+pub mod reference;
+pub mod scenes;
