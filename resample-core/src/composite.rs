@@ -174,7 +174,7 @@ fn composite_entries<S: Simd>(
             }
         }
         counts.composited += block.len();
-        if is_opaque(simd, &tile.pixels, settings.min_transmittance) {
+        if tile.pixels.is_opaque(simd, settings.min_transmittance) {
             break;
         }
     }
@@ -182,16 +182,41 @@ fn composite_entries<S: Simd>(
     counts
 }
 
-/// Whether every pixel's transmittance is below the bound.
-#[inline(always)]
-fn is_opaque<S: Simd>(simd: S, pixels: &TilePixels, min_transmittance: f32) -> bool {
-    let mut most = S::f32s::splat(simd, 0.0);
-    for row in &pixels.transmittance {
-        for lanes in row.chunks_exact(S::f32s::LEN) {
-            most = most.max(S::f32s::from_slice(simd, lanes));
+impl TilePixels {
+    /// The means over squares of `side` pixels, in the first `TILE_PX / side` rows and columns; `side` divides
+    /// [`TILE_PX`].
+    pub fn averaged(&self, side: usize) -> Self {
+        if side <= 1 {
+            return self.clone();
+        }
+        let share = 1.0 / (side * side) as f32;
+        let mean = |plane: &TilePlane| -> TilePlane {
+            let mut means = [[0.0; TILE_PX]; TILE_PX];
+            for (y, row) in plane.iter().enumerate() {
+                for (x, value) in row.iter().enumerate() {
+                    means[y / side][x / side] += share * value;
+                }
+            }
+            means
+        };
+        Self {
+            transmittance: mean(&self.transmittance),
+            rgb: [mean(&self.rgb[0]), mean(&self.rgb[1]), mean(&self.rgb[2])],
+            depth: mean(&self.depth),
         }
     }
-    most.simd_lt(S::f32s::splat(simd, min_transmittance)).all_true()
+
+    /// Whether every pixel's transmittance is below the bound.
+    #[inline(always)]
+    pub fn is_opaque<S: Simd>(&self, simd: S, min_transmittance: f32) -> bool {
+        let mut most = S::f32s::splat(simd, 0.0);
+        for row in &self.transmittance {
+            for lanes in row.chunks_exact(S::f32s::LEN) {
+                most = most.max(S::f32s::from_slice(simd, lanes));
+            }
+        }
+        most.simd_lt(S::f32s::splat(simd, min_transmittance)).all_true()
+    }
 }
 
 /// Lays one splat over the tile, row by row. Returns the pixels looked at.
@@ -275,7 +300,7 @@ fn composite_lanes<S: Simd>(
 
 /// A pixel's opacity from what a splat or a sheet adds to it.
 #[inline(always)]
-fn opacity<S: Simd>(simd: S, mode: OpacityMode, added: S::f32s) -> S::f32s {
+pub fn opacity<S: Simd>(simd: S, mode: OpacityMode, added: S::f32s) -> S::f32s {
     match mode {
         OpacityMode::Extinction => opacity_from_optical_depth(simd, added),
         OpacityMode::Linear => added.min(S::f32s::splat(simd, 1.0)),

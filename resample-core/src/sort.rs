@@ -13,10 +13,20 @@ const KEY_BITS: u32 = 16;
 const DIGIT_BITS: u32 = 8;
 const DIGITS: usize = 1 << DIGIT_BITS;
 
-/// Packs a depth (finite, not negative) and the index of a primitive.
-pub fn entry(depth: f32, index: u32) -> u64 {
+/// The sort key of a depth (finite, not negative).
+pub fn depth_key(depth: f32) -> u32 {
     // Adding 0 turns -0, whose bits would sort last, into 0.
-    u64::from((depth + 0.0).to_bits()) << 32 | u64::from(index)
+    (depth + 0.0).to_bits()
+}
+
+/// Packs a sort key and the index of a primitive.
+pub fn entry(key: u32, index: u32) -> u64 {
+    u64::from(key) << 32 | u64::from(index)
+}
+
+/// The sort key of an entry.
+pub fn entry_key(entry: u64) -> u32 {
+    (entry >> 32) as u32
 }
 
 /// The index of an entry's primitive.
@@ -66,7 +76,7 @@ mod tests {
     proptest! {
         #[test]
         fn radix_order_is_depth_order_to_the_quantum(depths in prop::collection::vec(0.0f32..1e6, 0..400)) {
-            let mut entries: Vec<u64> = depths.iter().zip(0..).map(|(&d, i)| entry(d, i)).collect();
+            let mut entries: Vec<u64> = depths.iter().zip(0..).map(|(&d, i)| entry(depth_key(d), i)).collect();
             let mut expected = entries.clone();
             sort_by_depth(&mut entries, &mut Vec::new());
             let range = depths.iter().fold(0.0f32, |m, &d| m.max(d)).to_bits();
@@ -85,7 +95,7 @@ mod tests {
     #[test]
     fn equal_depths_and_negative_zero_sort_by_index() {
         let mut entries: Vec<u64> =
-            (0..200).rev().map(|i| entry(if i % 2 == 0 { 0.0 } else { -0.0 }, i)).collect();
+            (0..200).rev().map(|i| entry(depth_key(if i % 2 == 0 { 0.0 } else { -0.0 }), i)).collect();
         let given = entries.clone();
         sort_by_depth(&mut entries, &mut Vec::new());
         assert_eq!(entries, given, "a stable sort leaves equal keys alone");

@@ -116,30 +116,46 @@ impl TileRect {
     }
 }
 
-/// The primitives of one chunk and their lists by tile. Buffers are kept from frame to frame.
-#[derive(Clone, Debug, Default)]
-pub struct ChunkBins {
+/// The primitives of one chunk, of whatever kind, and their lists by tile. Buffers are kept from frame to frame.
+#[derive(Clone, Debug)]
+pub struct ChunkBins<P> {
     /// The primitives, in source order.
-    pub primitives: Vec<Primitive>,
+    pub primitives: Vec<P>,
+    keys: Vec<u32>,
     rects: Vec<TileRect>,
     bounds: TileRect,
     starts: Vec<u32>,
     entries: Vec<u64>,
 }
 
-impl ChunkBins {
+impl<P> Default for ChunkBins<P> {
+    fn default() -> Self {
+        Self {
+            primitives: Vec::new(),
+            keys: Vec::new(),
+            rects: Vec::new(),
+            bounds: TileRect::default(),
+            starts: Vec::new(),
+            entries: Vec::new(),
+        }
+    }
+}
+
+impl<P> ChunkBins<P> {
     /// Forgets the last frame.
     pub fn clear(&mut self) {
         self.primitives.clear();
+        self.keys.clear();
         self.rects.clear();
         self.entries.clear();
         self.bounds = TileRect::default();
     }
 
-    /// Adds a primitive that touches the tiles of `rect`.
-    pub fn push(&mut self, primitive: Primitive, rect: TileRect) {
+    /// Adds a primitive that touches the tiles of `rect` and is sorted by `key`, least first.
+    pub fn push(&mut self, primitive: P, key: u32, rect: TileRect) {
         debug_assert!(self.primitives.len() < MAX_CHUNK_LEN, "the index of a primitive has 16 bits");
         self.primitives.push(primitive);
+        self.keys.push(key);
         self.rects.push(rect);
         self.bounds = self.bounds.union(rect);
     }
@@ -160,8 +176,8 @@ impl ChunkBins {
         }
         let total = self.starts.last().map_or(0, |&n| n as usize);
         self.entries.resize(total, 0);
-        for (local, (primitive, rect)) in self.primitives.iter().zip(&self.rects).enumerate() {
-            let packed = entry(primitive.depth, (chunk << 16 | local) as u32);
+        for (local, (&key, rect)) in self.keys.iter().zip(&self.rects).enumerate() {
+            let packed = entry(key, (chunk << 16 | local) as u32);
             for_each_tile(rect, |x, y| {
                 if let Some(slot) = self.bounds.slot(x, y) {
                     self.entries[self.starts[slot] as usize] = packed;
@@ -213,14 +229,14 @@ mod tests {
     #[test]
     fn every_primitive_is_listed_in_each_of_its_tiles_once_and_in_order() {
         let grid = TileGrid { width: 160, height: 160 };
-        let mut bins = ChunkBins::default();
+        let mut bins: ChunkBins<u16> = ChunkBins::default();
         for frame in 0..2 {
             bins.clear();
             let mut rects = Vec::new();
             for i in 0..500u16 {
                 let (x, y) = (i * 7 % 150, i * 13 % 140);
                 let rect = grid.rect([x, (x + i % 40).min(160)], [y, (y + i % 23 + frame).min(160)]);
-                bins.push(Primitive { depth: f32::from(i), ..Primitive::default() }, rect);
+                bins.push(i, u32::from(i), rect);
                 rects.push(rect);
             }
             bins.bin(3);

@@ -7,7 +7,7 @@
 use glam::DVec3;
 use resample_core::{Camera, GridView, Projection};
 
-use crate::sample::Brick;
+use crate::sample::Bounds;
 
 /// Pixels around the picture from which a point still reaches into it (the pixel filter has four taps).
 const MARGIN_PX: f64 = 2.0;
@@ -44,8 +44,8 @@ impl ViewVolume {
     }
 
     /// Whether any of the brick's kernels may reach into the view.
-    pub fn sees(&self, brick: &Brick) -> bool {
-        let corners = brick.corners_in_grid(self.radius);
+    pub fn sees(&self, bounds: &Bounds) -> bool {
+        let corners = bounds.corners_in_grid(self.radius);
         self.planes.iter().all(|(normal, offset)| corners.iter().any(|c| normal.dot(*c) + offset > 0.0))
     }
 

@@ -1,15 +1,20 @@
 //! Volume rendering by hybrid forward resampling.
 
+mod chunks;
 pub mod cull;
 pub mod error;
+mod every_sample;
+pub mod field;
 mod geometry;
 pub mod input;
 pub mod near;
 pub mod options;
+mod picture;
 pub mod procedural;
 mod project;
 pub mod render;
 pub mod sample;
+mod sheets;
 pub mod stats;
 mod tiles;
 pub mod transfer;
@@ -17,7 +22,7 @@ pub mod volume;
 
 pub use error::Error;
 pub use input::{Endian, LoadOptions, RawOptions, VoxelType, load};
-pub use options::{ColourBy, DepthPlane, RenderOptions};
+pub use options::{ColourBy, DepthPlane, Order, RenderOptions, Subpixels};
 pub use render::{Frame, Renderer};
 pub use stats::{FrameStats, StageTime, StageTimes};
 pub use transfer::{ColourEncoding, ColourMap, Histogram, TransferFunction};

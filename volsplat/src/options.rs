@@ -7,6 +7,12 @@ use resample_core::{FootprintMode, KernelShape, OpacityMode, SelectMode};
 /// The choices of one rendering. `RenderOptions::default()` is what the measured trade favours.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderOptions {
+    /// In which order samples are composited.
+    pub order: Order,
+    /// Image sheets: thickness of a slab along the view direction, in voxels (the smallest spacing).
+    pub slab_voxels: f64,
+    /// Image sheets: sub-pixels along a pixel's side at which sheets are composited before they are averaged.
+    pub subpixels: Subpixels,
     /// Shape of the reconstruction kernel.
     pub kernel: KernelShape,
     /// How a perspective footprint is evaluated.
@@ -32,6 +38,25 @@ pub struct RenderOptions {
     pub simd: SimdLevel,
 }
 
+/// In which order samples are composited.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Each pre-classified sample over those behind it, as point or splat (the paper, section 4.1).
+    EverySample,
+    /// Slabs parallel to the image plane: scalars are summed per slab, classified per pixel, and composited
+    /// (Mueller and Crawfis 1998).
+    ImageSheets,
+}
+
+/// Sub-pixels along a pixel's side.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Subpixels {
+    /// As many as make the middle of what is visible about two sub-pixels a voxel, 1 to 8.
+    Auto,
+    /// This many: 1, 2, 4, 8 or 16.
+    Fixed(u32),
+}
+
 /// What gives a sample its colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ColourBy {
@@ -53,6 +78,9 @@ pub enum DepthPlane {
 impl Default for RenderOptions {
     fn default() -> Self {
         Self {
+            order: Order::ImageSheets,
+            slab_voxels: 0.5,
+            subpixels: Subpixels::Auto,
             kernel: KernelShape::Gaussian,
             footprint: FootprintMode::Exact,
             opacity: OpacityMode::Extinction,
@@ -79,6 +107,15 @@ impl RenderOptions {
         let threshold = f64::from(self.point_threshold_px);
         range("the point threshold", threshold, positive(threshold), "pixels above 0")?;
         range("the sheet thickness", self.sheet_voxels, positive(self.sheet_voxels), "voxels above 0")?;
+        range("the slab thickness", self.slab_voxels, positive(self.slab_voxels), "voxels above 0")?;
+        if let Subpixels::Fixed(n) = self.subpixels {
+            range(
+                "the number of sub-pixels",
+                f64::from(n),
+                [1, 2, 4, 8, 16].contains(&n),
+                "1, 2, 4, 8 or 16",
+            )?;
+        }
         let least = f64::from(self.min_transmittance);
         range("the least transmittance", least, (0.0..1.0).contains(&least), "0 or more, and less than 1")?;
         let unit = self.opacity_unit.unwrap_or(1.0);

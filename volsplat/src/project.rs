@@ -9,6 +9,7 @@ use fearless_simd::{Simd, dispatch};
 use fearless_simd_macros::simd;
 use glam::{DVec3, Vec3};
 use resample_core::SelectMode;
+use resample_core::sort::depth_key;
 use resample_core::tile::{ChunkBins, POINT_ROWS, Primitive, TileGrid, TileRect};
 
 use crate::cull::ViewVolume;
@@ -40,7 +41,7 @@ pub(crate) struct ProjectSetup {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ProjectedChunk {
     /// Points and splats, listed by tile.
-    pub(crate) bins: ChunkBins,
+    pub(crate) bins: ChunkBins<Primitive>,
     /// Samples that cross the near plane.
     pub(crate) near: Vec<NearSample>,
     /// Samples outside the view.
@@ -68,7 +69,7 @@ impl ProjectedChunk {
 
     /// Projects one brick.
     pub(crate) fn project(&mut self, setup: &ProjectSetup, brick: &Brick) {
-        let corner = DVec3::from(brick.corner.map(f64::from));
+        let corner = DVec3::from(brick.bounds.corner.map(f64::from));
         for (places, values) in brick.places.chunks(BLOCK).zip(brick.values.chunks(BLOCK)) {
             for (i, &packed) in places.iter().enumerate() {
                 let [x, y, z] = place(packed).map(f32::from);
@@ -109,7 +110,7 @@ impl ProjectedChunk {
         packed: u16,
         (camera_z, depth, value): (f32, f32, &[f32; 4]),
     ) {
-        let corner = DVec3::from(brick.corner.map(f64::from));
+        let corner = DVec3::from(brick.bounds.corner.map(f64::from));
         let pos_in_grid = corner + DVec3::from(place(packed).map(f64::from));
         // The negation keeps what is not a number out of the picture.
         let reaches_near = camera_z + setup.lens.depth_reach > setup.lens.near;
@@ -142,7 +143,7 @@ impl ProjectedChunk {
             depth: self.block.depth[i],
             ..Primitive::default()
         };
-        self.bins.push(point, rect);
+        self.bins.push(point, depth_key(point.depth), rect);
     }
 
     #[inline(always)]
@@ -168,7 +169,7 @@ impl ProjectedChunk {
         };
         self.splats += 1;
         if rect != TileRect::default() {
-            self.bins.push(splat, rect);
+            self.bins.push(splat, depth_key(splat.depth), rect);
         }
     }
 }

@@ -40,14 +40,28 @@ pub struct Samples {
 /// The visible voxels of one brick.
 #[derive(Clone, Debug)]
 pub struct Brick {
-    /// Index of the brick's first voxel.
-    pub corner: [u32; 3],
+    /// Where the samples lie.
+    pub bounds: Bounds,
     /// Place of each sample in the brick, see [`place`].
     pub places: Vec<u16>,
     /// Linear red, green, blue, and the strength: extinction per opacity unit, or with linear opacity the opacity.
     pub values: Vec<[f32; 4]>,
-    /// Least and greatest place along each axis that holds a sample.
-    pub bounds: [[u8; 3]; 2],
+}
+
+/// Where the samples of a brick lie.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounds {
+    /// Index of the brick's first voxel.
+    pub corner: [u32; 3],
+    /// Least place along each axis that holds a sample.
+    least: [u8; 3],
+    /// Greatest such place.
+    greatest: [u8; 3],
+}
+
+/// Packs a place in a brick.
+pub(crate) fn pack_place([x, y, z]: [usize; 3]) -> u16 {
+    (x | y << PLACE_BITS | z << (2 * PLACE_BITS)) as u16
 }
 
 /// The place (x, y, z) in a brick of a packed place.
@@ -60,43 +74,67 @@ pub fn place(packed: u16) -> [u16; 3] {
 impl Samples {
     /// Applies the transfer function to every voxel and keeps those with opacity above 0.
     pub fn classify(volume: &Volume, transfer: &TransferFunction, opacity: OpacityMode) -> Self {
-        let bricks = volume.dims.map(|n| n.div_ceil(BRICK_SIDE));
-        let mut corners: Vec<[u32; 3]> = (0..bricks.iter().product::<usize>())
-            .map(|i| [i % bricks[0], i / bricks[0] % bricks[1], i / (bricks[0] * bricks[1])])
-            .map(|brick| brick.map(|b| (b * BRICK_SIDE) as u32))
-            .collect();
-        corners.sort_unstable_by_key(|&corner| morton(corner));
+        let corners = brick_corners(volume.dims);
         let classifier = Classifier::new(volume, transfer, opacity);
         let bricks: Vec<Brick> =
             corners.into_par_iter().filter_map(|corner| classifier.brick(volume, corner)).collect();
         let count = bricks.iter().map(|b| b.places.len() as u64).sum();
         Self { bricks, voxels: volume.len() as u64, count, world_from_index: volume.world_from_index }
     }
-
-    /// The box, in the world, of the samples' positions; `None` if there are none.
-    pub fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
-        let mut bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-        for corner in self.bricks.iter().flat_map(|brick| brick.corners_in_grid(0.0)) {
-            let pos_in_world = self.world_from_index.transform_point3(corner);
-            bounds = [bounds[0].min(pos_in_world), bounds[1].max(pos_in_world)];
-        }
-        (self.count > 0).then_some(bounds)
-    }
 }
 
-impl Brick {
+impl Bounds {
+    /// The bounds of no sample, in the brick with this first voxel.
+    pub(crate) fn nothing(corner: [u32; 3]) -> Self {
+        Self { corner, least: [u8::MAX; 3], greatest: [0; 3] }
+    }
+
+    /// Takes a sample in.
+    pub(crate) fn add(&mut self, place: [usize; 3]) {
+        for (axis, at) in place.into_iter().enumerate() {
+            self.least[axis] = self.least[axis].min(at as u8);
+            self.greatest[axis] = self.greatest[axis].max(at as u8);
+        }
+    }
+
     /// The eight corners of the box of the samples' positions, grown by `margin` on all sides, in grid units.
     pub fn corners_in_grid(&self, margin: f64) -> [DVec3; 8] {
-        let bound =
-            |end: usize, axis: usize| f64::from(self.corner[axis]) + f64::from(self.bounds[end][axis]);
+        let [least, greatest] = [self.least, self.greatest].map(|end| {
+            DVec3::from(std::array::from_fn::<f64, 3, _>(|axis| {
+                f64::from(self.corner[axis]) + f64::from(end[axis])
+            }))
+        });
+        let (low, high) = (least - margin, greatest + margin);
         std::array::from_fn(|i| {
-            let at = |axis: usize| {
-                let end = i >> axis & 1;
-                bound(end, axis) + if end == 0 { -margin } else { margin }
-            };
+            let at = |axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };
             DVec3::new(at(0), at(1), at(2))
         })
     }
+}
+
+/// The first voxels of all bricks of a volume, in Morton order.
+pub(crate) fn brick_corners(dims: [usize; 3]) -> Vec<[u32; 3]> {
+    let bricks = dims.map(|n| n.div_ceil(BRICK_SIDE));
+    let mut corners: Vec<[u32; 3]> = (0..bricks.iter().product::<usize>())
+        .map(|i| [i % bricks[0], i / bricks[0] % bricks[1], i / (bricks[0] * bricks[1])])
+        .map(|brick| brick.map(|b| (b * BRICK_SIDE) as u32))
+        .collect();
+    corners.sort_unstable_by_key(|&corner| morton(corner));
+    corners
+}
+
+/// The box, in the world, of the samples' positions; `None` if there are none.
+pub(crate) fn bounds_in_world<'a>(
+    bounds: impl Iterator<Item = &'a Bounds>,
+    world_from_index: &DAffine3,
+) -> Option<[DVec3; 2]> {
+    bounds.flat_map(|b| b.corners_in_grid(0.0)).map(|corner| world_from_index.transform_point3(corner)).fold(
+        None,
+        |bounds, p| match bounds {
+            None => Some([p, p]),
+            Some([low, high]) => Some([low.min(p), high.max(p)]),
+        },
+    )
 }
 
 /// The transfer function, as a table where the voxel type has few values.
@@ -145,31 +183,28 @@ impl<'a> Classifier<'a> {
         let first = corner.map(|c| c as usize);
         let size: [usize; 3] = std::array::from_fn(|axis| BRICK_SIDE.min(dims[axis] - first[axis]));
         let (mut places, mut values) = (Vec::new(), Vec::new());
-        let mut bounds = [[u8::MAX; 3], [0; 3]];
+        let mut bounds = Bounds::nothing(corner);
         for z in 0..size[2] {
             for y in 0..size[1] {
                 let start = first[0] + dims[0] * (first[1] + y + dims[1] * (first[2] + z));
                 for (x, &voxel) in slice[start..start + size[0]].iter().enumerate() {
                     let value = self.sample(voxel.into());
                     if value[3] > 0.0 {
-                        places.push((x | y << PLACE_BITS | z << (2 * PLACE_BITS)) as u16);
+                        places.push(pack_place([x, y, z]));
                         values.push(value);
-                        for (axis, at) in [x as u8, y as u8, z as u8].into_iter().enumerate() {
-                            bounds[0][axis] = bounds[0][axis].min(at);
-                            bounds[1][axis] = bounds[1][axis].max(at);
-                        }
+                        bounds.add([x, y, z]);
                     }
                 }
             }
         }
         places.shrink_to_fit();
         values.shrink_to_fit();
-        (!places.is_empty()).then_some(Brick { corner, places, values, bounds })
+        (!places.is_empty()).then_some(Brick { bounds, places, values })
     }
 }
 
 /// Colour and strength of a scalar.
-fn classified(transfer: &TransferFunction, mode: OpacityMode, value: f64) -> [f32; 4] {
+pub(crate) fn classified(transfer: &TransferFunction, mode: OpacityMode, value: f64) -> [f32; 4] {
     let (rgb, opacity) = transfer.sample(value);
     let strength = match mode {
         OpacityMode::Extinction => (-(-opacity).ln_1p()).min(MAX_EXTINCTION),
@@ -183,7 +218,7 @@ fn morton(corner: [u32; 3]) -> u64 {
     let mut code = 0;
     for bit in 0..21 {
         for (axis, c) in corner.iter().enumerate() {
-            code |= u64::from(c / BRICK_SIDE as u32 >> bit & 1) << (3 * bit + axis);
+            code |= u64::from((c / BRICK_SIDE as u32) >> bit & 1) << (3 * bit + axis);
         }
     }
     code

@@ -35,10 +35,10 @@ pub(crate) struct TileStage<'a> {
 pub(crate) struct TileSlot {
     /// What the tile's pixels hold.
     pub(crate) pixels: TilePixels,
-    entries: Vec<u64>,
-    counts: TileCounts,
-    sort_ms: f64,
-    composite_ms: f64,
+    pub(crate) entries: Vec<u64>,
+    pub(crate) counts: TileCounts,
+    pub(crate) sort_ms: f64,
+    pub(crate) composite_ms: f64,
 }
 
 /// Storage of one task, reused from tile to tile.
@@ -59,16 +59,7 @@ impl TileStage<'_> {
         slots.par_iter_mut().enumerate().for_each_init(Scratch::default, |scratch, (index, slot)| {
             self.render_tile([index % columns, index / columns], &primitives, slot, scratch);
         });
-        let whole = clock.stop();
-        let (mut sort_ms, mut composite_ms) = (0.0, 0.0);
-        for slot in slots.iter() {
-            sort_ms += slot.sort_ms;
-            composite_ms += slot.composite_ms;
-            stats.tile_pairs += slot.entries.len() as u64;
-            stats.hidden_pairs += (slot.entries.len() - slot.counts.composited) as u64;
-            stats.pixels_touched += slot.counts.pixels_touched as u64;
-        }
-        [stats.stages.sort, stats.stages.composite] = whole.shared([sort_ms, composite_ms]);
+        tally(slots, clock, stats);
     }
 
     fn render_tile(
@@ -102,6 +93,20 @@ impl TileStage<'_> {
         slot.pixels = work.pixels.clone();
         slot.composite_ms = elapsed_ms(start);
     }
+}
+
+/// Adds up what the tiles cost.
+pub(crate) fn tally(slots: &[TileSlot], clock: StageClock, stats: &mut FrameStats) {
+    let whole = clock.stop();
+    let (mut sort_ms, mut composite_ms) = (0.0, 0.0);
+    for slot in slots {
+        sort_ms += slot.sort_ms;
+        composite_ms += slot.composite_ms;
+        stats.tile_pairs += slot.entries.len() as u64;
+        stats.hidden_pairs += (slot.entries.len() - slot.counts.composited) as u64;
+        stats.pixels_touched += slot.counts.pixels_touched as u64;
+    }
+    [stats.stages.sort, stats.stages.composite] = whole.shared([sort_ms, composite_ms]);
 }
 
 /// CPU time of this thread since `start`, ms; 0 where the system keeps no such clock.

@@ -1,0 +1,78 @@
+//! Chunks: the bricks in view, cut into runs that one task projects.
+//!
+//! The cut looks at the bricks alone, never at the number of threads.
+
+use rayon::prelude::*;
+
+use crate::cull::ViewVolume;
+use crate::field::FieldBrick;
+use crate::sample::{Bounds, Brick};
+use crate::stats::{FrameStats, StageClock};
+
+/// Samples of a chunk: its primitives (48 bytes each) then stay in the second-level cache while they are binned.
+const CHUNK_SAMPLES: usize = 1 << 14;
+
+/// A brick of either kind, as culling and chunking see it.
+pub(crate) trait BrickOfSamples: Sync {
+    /// Where its samples lie.
+    fn bounds(&self) -> &Bounds;
+    /// How many there are.
+    fn sample_count(&self) -> usize;
+}
+
+impl BrickOfSamples for Brick {
+    fn bounds(&self) -> &Bounds {
+        &self.bounds
+    }
+
+    fn sample_count(&self) -> usize {
+        self.places.len()
+    }
+}
+
+impl BrickOfSamples for FieldBrick {
+    fn bounds(&self) -> &Bounds {
+        &self.bounds
+    }
+
+    fn sample_count(&self) -> usize {
+        self.places.len()
+    }
+}
+
+/// The bricks that may reach into the view; the samples of the others are counted as culled.
+pub(crate) fn visible_bricks<B: BrickOfSamples>(
+    bricks: &[B],
+    view_volume: &ViewVolume,
+    stats: &mut FrameStats,
+) -> Vec<usize> {
+    let clock = StageClock::start();
+    let seen: Vec<bool> = bricks.par_iter().map(|brick| view_volume.sees(brick.bounds())).collect();
+    let (visible, hidden): (Vec<usize>, Vec<usize>) = (0..bricks.len()).partition(|&i| seen[i]);
+    stats.culled = hidden.iter().map(|&i| bricks[i].sample_count() as u64).sum();
+    stats.stages.cull = clock.stop();
+    visible
+}
+
+/// Cuts the visible bricks into runs of about [`CHUNK_SAMPLES`], one chunk each.
+pub(crate) fn runs_of_bricks<B: BrickOfSamples>(bricks: &[B], visible: Vec<usize>) -> Vec<Vec<usize>> {
+    let total: usize = visible.iter().map(|&i| bricks[i].sample_count()).sum();
+    // A chunk's number has 16 bits: beyond 2^30 samples the chunks grow.
+    let target = CHUNK_SAMPLES.max(total >> 15);
+    let mut runs: Vec<Vec<usize>> = Vec::new();
+    let mut filled = usize::MAX;
+    for brick in visible {
+        let samples = bricks[brick].sample_count();
+        match runs.last_mut() {
+            Some(run) if filled + samples <= target => {
+                run.push(brick);
+                filled += samples;
+            }
+            _ => {
+                runs.push(vec![brick]);
+                filled = samples;
+            }
+        }
+    }
+    runs
+}

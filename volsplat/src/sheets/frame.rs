@@ -1,0 +1,257 @@
+//! The frame of the image-sheets order: slabs, the camera per tile, and the projection of voxels.
+//!
+//! Slabs are parallel to the image plane and equally thick; the plane of slab k is at camera z = (k + 1/2) thickness,
+//! fixed to the eye, so that nothing pops when the view turns. On such a plane a pixel's position in the grid is an
+//! affine function of the pixel: three vectors a plane are all that a section needs.
+
+use fearless_simd::Level;
+use glam::{DVec2, DVec3, Vec3};
+use resample_core::composite::DepthRule;
+use resample_core::maps::TilePlane;
+use resample_core::tile::{ChunkBins, TILE_PX, TileGrid, TileRect};
+use resample_core::{Camera, GridView, OpacityMode, Projection};
+
+use super::classify::TransferTable;
+use super::section::SectionTable;
+use crate::field::FieldBrick;
+use crate::sample::place;
+
+/// A voxel as the tiles need it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Section {
+    /// Position in the grid, relative to the anchor, and the scalar in the last place.
+    pub(crate) grid_and_value: [f32; 4],
+    /// Camera x and y, world units.
+    pub(crate) camera: [f32; 2],
+    /// Camera z relative to the anchor's, world units.
+    pub(crate) offset_z: f32,
+}
+
+/// A point in the middle of the field. Positions on planes and of voxels are taken relative to it, in f64 once per
+/// plane and once per brick, so that the weights of a cell sum to 1 however far the eye is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Anchor {
+    /// A whole grid position: voxels are then whole numbers away.
+    pub(crate) grid: DVec3,
+    /// Its camera z, world units.
+    pub(crate) camera_z: f64,
+}
+
+/// What every tile of a frame shares.
+#[derive(Clone, Debug)]
+pub(crate) struct SheetSettings {
+    pub(crate) level: Level,
+    pub(crate) table: TransferTable,
+    pub(crate) sections: SectionTable,
+    pub(crate) anchor: Anchor,
+    /// Slab thickness along camera z, world units.
+    pub(crate) thickness: f64,
+    /// Planes that are open at a time: a power of two, and at least what one kernel may span.
+    pub(crate) ring_len: usize,
+    /// World length over which the transfer function's opacity is meant.
+    pub(crate) unit_in_world: f64,
+    pub(crate) opacity: OpacityMode,
+    pub(crate) depth: DepthRule,
+    pub(crate) min_transmittance: f32,
+}
+
+/// The camera of one tile.
+#[derive(Clone, Debug)]
+pub(crate) struct TileView {
+    view: GridView,
+    anchor: Anchor,
+    thickness: f64,
+    /// The tile's first pixel: its corner, not its centre.
+    corner_px: DVec2,
+    /// Opacity units along each pixel's ray through one slab.
+    pub(crate) units_per_slab: TilePlane,
+}
+
+/// Lanes of the vectors that lay sections down: a section of a voxel is a few pixels wide.
+pub(crate) const LANES: usize = 8;
+
+/// One plane over one tile: an affine map from pixels to the grid.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(align(32))]
+pub(crate) struct PlaneView {
+    /// Change of the grid position over the lanes: lane times the step per pixel along x, for each grid axis.
+    pub(crate) lanes: [[f32; LANES]; 3],
+    /// Grid position of the centre of the tile's first pixel, relative to the anchor.
+    pub(crate) first: [f32; 4],
+    /// Change of the grid position per pixel along x.
+    pub(crate) step_x: [f32; 4],
+    /// Change of the grid position per pixel along y.
+    pub(crate) step_y: [f32; 4],
+    /// From a camera x, y, x, y to tile pixels, so that the first covered pixel is the number rounded up.
+    pub(crate) pixel_scale: [f32; 4],
+    /// Added after the scale.
+    pub(crate) pixel_shift: [f32; 4],
+    /// Camera z relative to the anchor's.
+    pub(crate) offset_z: f32,
+    /// Camera z.
+    pub(crate) camera_z: f32,
+}
+
+impl SheetSettings {
+    /// Length of the ring: a power of two that holds the planes that a kernel of these sections may span.
+    pub(crate) fn ring_len(sections: &SectionTable, thickness: f64) -> usize {
+        ((2.0 * f64::from(sections.reach_z) / thickness).floor() as usize + 2).next_power_of_two()
+    }
+}
+
+impl TileView {
+    /// The view of the tile whose first pixel is `corner_px`.
+    pub(crate) fn new(view: &GridView, corner_px: [usize; 2], settings: &SheetSettings) -> Self {
+        let corner = DVec2::new(corner_px[0] as f64, corner_px[1] as f64);
+        let mut units_per_slab = [[0.0; TILE_PX]; TILE_PX];
+        let per_z = settings.thickness / settings.unit_in_world;
+        for (y, row) in units_per_slab.iter_mut().enumerate() {
+            for (x, units) in row.iter_mut().enumerate() {
+                let pixel = corner + DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+                *units = (per_z * ray_length_per_z(view, pixel)) as f32;
+            }
+        }
+        let (anchor, thickness) = (settings.anchor, settings.thickness);
+        Self { view: *view, anchor, thickness, corner_px: corner, units_per_slab }
+    }
+
+    /// The plane of a slab.
+    pub(crate) fn plane(&self, number: u32) -> PlaneView {
+        let camera_z = (f64::from(number) + 0.5) * self.thickness;
+        let (origin, direction) = self.view.ray(self.corner_px + 0.5);
+        let first = origin - self.anchor.grid + camera_z * direction;
+        let scale = match self.view.projection {
+            Projection::Perspective => camera_z,
+            Projection::Orthographic => 1.0,
+        };
+        let (step_x, step_y) = (scale * self.view.wx, scale * self.view.wy);
+        let pixels = self.view.focal / scale;
+        let shift = self.view.principal_px - self.corner_px - 0.5;
+        let four = |v: DVec3| [v.x as f32, v.y as f32, v.z as f32, 0.0];
+        let twice = |v: DVec2| [v.x as f32, v.y as f32, v.x as f32, v.y as f32];
+        PlaneView {
+            lanes: step_x.to_array().map(|step| std::array::from_fn(|lane| (lane as f64 * step) as f32)),
+            first: four(first),
+            step_x: four(step_x),
+            step_y: four(step_y),
+            pixel_scale: twice(pixels),
+            pixel_shift: twice(shift),
+            offset_z: (camera_z - self.anchor.camera_z) as f32,
+            camera_z: camera_z as f32,
+        }
+    }
+}
+
+/// Length of a pixel's ray per unit of camera z.
+fn ray_length_per_z(view: &GridView, pixel: DVec2) -> f64 {
+    match view.projection {
+        Projection::Perspective => ((pixel - view.principal_px) / view.focal).extend(1.0).length(),
+        Projection::Orthographic => 1.0,
+    }
+}
+
+/// What voxels are projected with.
+#[derive(Clone, Debug)]
+pub(crate) struct SheetProjection {
+    view: GridView,
+    anchor: Anchor,
+    grid: TileGrid,
+    axes: [Vec3; 3],
+    inverse_thickness: f32,
+    thickness: f32,
+    /// Plane of the anchor, in planes; fractional.
+    anchor_plane: f32,
+    /// First plane that is seen.
+    first_plane: f32,
+    reach_z: f32,
+    /// Box of all sections: least x, y, greatest x, y, world units.
+    reach: [f32; 4],
+}
+
+/// The voxels of a chunk of bricks, by tile.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SheetChunk {
+    pub(crate) bins: ChunkBins<Section>,
+    pub(crate) culled: u64,
+}
+
+/// Planes at whose number a voxel is cut off from a frame: beyond this, f32 no longer counts planes one by one.
+const MAX_PLANE: f32 = 8_388_608.0;
+
+impl SheetProjection {
+    pub(crate) fn new(view: &GridView, camera: &Camera, settings: &SheetSettings) -> Self {
+        let m = view.camera_from_grid.matrix3;
+        // Planes before the near plane are not seen; neither are those behind the eye of an orthographic camera.
+        let first_plane = (view.near / settings.thickness - 0.5).ceil().max(0.0);
+        Self {
+            view: *view,
+            anchor: settings.anchor,
+            grid: TileGrid { width: camera.width as usize, height: camera.height as usize },
+            axes: [m.x_axis.as_vec3(), m.y_axis.as_vec3(), m.z_axis.as_vec3()],
+            inverse_thickness: (1.0 / settings.thickness) as f32,
+            thickness: settings.thickness as f32,
+            anchor_plane: (settings.anchor.camera_z / settings.thickness - 0.5) as f32,
+            first_plane: first_plane as f32,
+            reach_z: settings.sections.reach_z,
+            reach: settings.sections.whole().ends,
+        }
+    }
+
+    /// The pixels first..end, along one axis, that a voxel's sections may touch between two camera z.
+    #[inline(always)]
+    fn pixels(&self, camera: f32, z: [f32; 2], axis: usize) -> [u16; 2] {
+        let (focal, principal) = (self.view.focal[axis] as f32, self.view.principal_px[axis] as f32);
+        let count = if axis == 0 { self.grid.width } else { self.grid.height } as f32;
+        let scale = match self.view.projection {
+            Projection::Perspective => [focal / z[0], focal / z[1]],
+            Projection::Orthographic => [focal; 2],
+        };
+        let at = |offset: f32| [(camera + offset) * scale[0], (camera + offset) * scale[1]];
+        let (low, high) = (at(self.reach[axis]), at(self.reach[axis + 2]));
+        let first = (low[0].min(low[1]) + principal - 0.5).ceil().clamp(0.0, count);
+        let end = ((high[0].max(high[1]) + principal - 0.5).floor() + 1.0).clamp(0.0, count);
+        [first as u16, end as u16]
+    }
+}
+
+impl SheetChunk {
+    pub(crate) fn clear(&mut self) {
+        self.bins.clear();
+        self.culled = 0;
+    }
+
+    /// Projects the voxels of a brick.
+    pub(crate) fn project(&mut self, setup: &SheetProjection, brick: &FieldBrick) {
+        let corner = DVec3::from(brick.bounds.corner.map(f64::from));
+        let in_camera = setup.view.camera_from_grid.transform_point3(corner);
+        let anchor_z = setup.anchor.camera_z;
+        let in_camera = (in_camera - anchor_z * DVec3::Z).as_vec3();
+        let in_grid = (corner - setup.anchor.grid).as_vec3();
+        let [ax, ay, az] = setup.axes;
+        for (&packed, &value) in brick.places.iter().zip(&brick.values) {
+            let at = Vec3::from(place(packed).map(f32::from));
+            let camera = in_camera + at.x * ax + at.y * ay + at.z * az;
+            // Planes first..=last cut the kernel.
+            let plane = |z: f32| z * setup.inverse_thickness + setup.anchor_plane;
+            let first = plane(camera.z - setup.reach_z).ceil().max(setup.first_plane);
+            let last = plane(camera.z + setup.reach_z).floor();
+            let z = [(first + 0.5) * setup.thickness, (last + 0.5) * setup.thickness];
+            let rect = if last >= first && last < MAX_PLANE {
+                setup.grid.rect(setup.pixels(camera.x, z, 0), setup.pixels(camera.y, z, 1))
+            } else {
+                TileRect::default()
+            };
+            if rect.area() == 0 {
+                self.culled += 1;
+                continue;
+            }
+            let grid = in_grid + at;
+            let section = Section {
+                grid_and_value: [grid.x, grid.y, grid.z, value],
+                camera: [camera.x, camera.y],
+                offset_z: camera.z,
+            };
+            self.bins.push(section, first as u32, rect);
+        }
+    }
+}
