@@ -1,0 +1,153 @@
+//! Holds the volume readers to real files of every format: sizes, places in the world and sums of the voxels.
+//!
+//! The expected numbers come from independent readers: SimpleITK 2.5 (MetaImage). Sums are over the voxels as f64.
+//! Every file of a folder is either loaded or refused for the reason given here; a file that this test does not know
+//! fails it. NRRD has a test of its own, `nrrd_real.rs`.
+
+use std::path::{Path, PathBuf};
+
+use resample_tests::data::{data_dir, skipped};
+use volsplat::{LoadOptions, Volume, load};
+
+/// What an independent reader says about a file.
+struct Expected {
+    /// Below the folder `volumes`.
+    file: &'static str,
+    dims: [usize; 3],
+    /// World position of the first voxel.
+    origin: [f64; 3],
+    /// World steps along x, y and z.
+    axes: [[f64; 3]; 3],
+    /// Sum of all voxels.
+    sum: f64,
+}
+
+/// Axes along the world's, with these steps.
+const fn upright(x: f64, y: f64, z: f64) -> [[f64; 3]; 3] {
+    [[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]]
+}
+
+/// Read by SimpleITK: GetOrigin, GetDirection times GetSpacing, and the sum of GetArrayFromImage.
+///
+/// The sum of frogtissue.mhd is of its whole unpacked stream (Python's zlib): ITK stops after as many packed bytes as
+/// the header wrongly gives and leaves the rest 0.
+const META_IMAGES: [Expected; 5] = [
+    Expected {
+        file: "mhd/Brain.mhd",
+        dims: [100, 100, 38],
+        origin: [0.0; 3],
+        axes: upright(1.0, 1.0, 1.0),
+        sum: 5770222.142043107,
+    },
+    Expected {
+        file: "mhd/bonsai_small.mhd",
+        dims: [256, 256, 91],
+        origin: [0.0; 3],
+        axes: upright(1.172, 1.172, 2.0),
+        sum: 86293940.0,
+    },
+    Expected {
+        file: "mha/frogtissue.mhd",
+        dims: [500, 470, 136],
+        origin: [0.0; 3],
+        axes: upright(1.0, 1.0, 1.5),
+        sum: 12279472.0,
+    },
+    Expected {
+        file: "mha/mha.mha",
+        dims: [64, 64, 37],
+        origin: [-108.28100000000002, 82.37950000000001, -47.83559999999999],
+        axes: upright(3.437500000000001, -3.437500000000001, 3.7999999999999994),
+        sum: 79944614.0,
+    },
+    Expected {
+        file: "mha/sox9.mhd",
+        dims: [75, 150, 75],
+        origin: [0.0; 3],
+        axes: upright(15.5467, 15.1, 14.9333),
+        sum: 54535416.0,
+    },
+];
+
+/// Files that are refused, and the words that say why.
+const REFUSED: [(&str, &str); 1] = [
+    // Its header claims four channels and half the slices; the data has one channel and 62 slices.
+    ("mhd/Teddybear.mhd", "a voxel has 4 components"),
+];
+
+#[test]
+fn every_real_meta_image_is_as_itk_says() {
+    check_folder("mhd", &META_IMAGES);
+    check_folder("mha", &META_IMAGES);
+}
+
+#[test]
+fn a_channel_of_the_header_that_lies_is_refused_for_its_length() {
+    let Some(folder) = volumes("mhd") else { return };
+    let options = LoadOptions { component: Some(0), ..LoadOptions::default() };
+    let error = load(&folder.join("Teddybear.mhd"), &options).expect_err("four channels are not there");
+    assert!(error.to_string().contains("needs 4063232 bytes, the file has 1015808"), "{error}");
+}
+
+/// Loads what `expected` has in this folder and checks that every other file is refused as in [`REFUSED`].
+fn check_folder(name: &str, expected: &[Expected]) {
+    let Some(folder) = volumes(name) else { return };
+    let mut loaded = 0;
+    for path in files(&folder) {
+        let file = format!("{name}/{}", path.file_name().unwrap_or_default().to_string_lossy());
+        if let Some(expected) = expected.iter().find(|expected| expected.file == file) {
+            let volume = load(&path, &LoadOptions::default()).unwrap_or_else(|error| panic!("{error}"));
+            check(expected, &volume);
+            loaded += 1;
+        } else if let Some((_, reason)) = REFUSED.iter().find(|(refused, _)| *refused == file) {
+            let error =
+                load(&path, &LoadOptions::default()).expect_err("this file must be refused").to_string();
+            assert!(error.contains(reason) && error.contains(&file), "{error}");
+        } else {
+            let is_data = [".raw", ".zraw", ".readme", ".img"].iter().any(|end| file.ends_with(end));
+            assert!(is_data, "{file} has no expectation here");
+        }
+    }
+    let prefix = format!("{name}/");
+    let known = expected.iter().filter(|expected| expected.file.starts_with(&prefix)).count();
+    assert_eq!(loaded, known, "{name}: a file that is expected is absent");
+}
+
+fn check(expected: &Expected, volume: &Volume) {
+    let file = expected.file;
+    assert_eq!(volume.dims, expected.dims, "{file}");
+    let map = volume.world_from_index;
+    let axes = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis];
+    for (got, wanted) in axes.iter().zip(expected.axes) {
+        let wanted = glam::DVec3::from_array(wanted);
+        // Headers hold singles, or decimals of as many digits.
+        assert!((*got - wanted).length() < 1e-6 * wanted.length(), "{file}: axis {got}, expected {wanted}");
+    }
+    let origin = glam::DVec3::from_array(expected.origin);
+    assert!(
+        (map.translation - origin).length() < 1e-6 * origin.length().max(1.0),
+        "{file}: {}",
+        map.translation
+    );
+    let sum: f64 = (0..volume.len()).map(|index| volume.value(index)).sum();
+    // Numpy adds in pairs, we add in order: the difference is rounding, below count * epsilon.
+    let tolerance = expected.sum.abs() * volume.len() as f64 * f64::EPSILON;
+    assert!((sum - expected.sum).abs() <= tolerance, "{file}: sum {sum}, expected {}", expected.sum);
+}
+
+fn volumes(name: &str) -> Option<PathBuf> {
+    let folder = data_dir().map(|folder| folder.join("volumes").join(name)).filter(|folder| folder.is_dir());
+    if folder.is_none() {
+        skipped(&format!("formats_real: volumes/{name} is absent"));
+    }
+    folder
+}
+
+/// The files of a folder in the order of their names.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).expect("the data folder");
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.expect("an entry").path()).collect();
+    paths.retain(|path| path.is_file());
+    paths.sort();
+    paths
+}
