@@ -17,7 +17,7 @@ use resample_core::maps::{MapSource, TilePlane};
 use resample_core::point::PixelFilter;
 use resample_core::table::FootprintProfile;
 use resample_core::tile::{TILE_PX, TileGrid};
-use resample_core::{Camera, FootprintMode, GridView, Image, Kernel, SelectMode};
+use resample_core::{Camera, FootprintMode, GridView, Image, Kernel, Projection, SelectMode};
 
 use crate::cull::ViewVolume;
 use crate::geometry::Lens;
@@ -41,6 +41,7 @@ pub struct Renderer {
     kernel: Kernel,
     profile: FootprintProfile,
     filter: PixelFilter,
+    bounds_in_world: Option<[DVec3; 2]>,
     smallest_spacing: f64,
     unit_in_world: f64,
     chunks: Vec<ProjectedChunk>,
@@ -61,8 +62,10 @@ impl Renderer {
     pub fn new(volume: &Volume, transfer: &TransferFunction, options: &RenderOptions) -> Result<Self, Error> {
         options.validate()?;
         let kernel = Kernel::new(options.kernel);
+        let samples = Samples::classify(volume, transfer, options.opacity);
         Ok(Self {
-            samples: Samples::classify(volume, transfer, options.opacity),
+            bounds_in_world: samples.bounds_in_world(),
+            samples,
             options: options.clone(),
             kernel,
             profile: FootprintProfile::new(&kernel),
@@ -86,12 +89,14 @@ impl Renderer {
 
     /// The box, in the world, of the visible voxels; `None` if there are none.
     pub fn visible_bounds_in_world(&self) -> Option<[DVec3; 2]> {
-        self.samples.bounds_in_world()
+        self.bounds_in_world
     }
 
     /// Renders one frame.
     pub fn render(&mut self, camera: &Camera) -> Result<Frame, Error> {
         let camera = camera.validated().map_err(|e| Error::Option(e.to_string()))?;
+        let depth_origin = self.depth_origin(&camera);
+        let camera = moved_forward(camera, depth_origin);
         let mut stats = FrameStats::default();
         let whole = StageClock::start();
         let view = GridView::new(&camera, &self.samples.world_from_index);
@@ -123,10 +128,27 @@ impl Renderer {
         };
         stage.run(&mut self.tiles, &mut stats);
 
-        let image = picture(&self.tiles, &camera, self.options.depth, &mut stats);
+        let mut image = picture(&self.tiles, &camera, self.options.depth, &mut stats);
+        image.depth.iter_mut().flatten().for_each(|depth| *depth += depth_origin as f32);
         let whole = whole.stop();
         (stats.wall_ms, stats.cpu_ms) = (whole.wall_ms, whole.cpu_ms);
         Ok(Frame { image, stats })
+    }
+
+    /// Camera z at which the depths of parallel rays begin: before every sample that is seen, and a whole number of
+    /// sheets, so that sheets stay where they are. Depths are then small and not negative, as sorting wants them,
+    /// wherever the image plane lies. 0 in perspective, where depth is the distance from the eye.
+    fn depth_origin(&self, camera: &Camera) -> f64 {
+        let Some([low, high]) =
+            self.bounds_in_world.filter(|_| camera.projection == Projection::Orthographic)
+        else {
+            return 0.0;
+        };
+        let forward = camera.forward_in_world();
+        let nearest_corner = DVec3::select(forward.cmpge(DVec3::ZERO), low, high);
+        let nearest = forward.dot(nearest_corner) + camera.camera_from_world.translation.z;
+        let thickness = self.options.sheet_voxels * self.smallest_spacing;
+        (nearest.max(camera.near) / thickness).floor() * thickness
     }
 
     /// The footprint that the tiles evaluate: EWA is affine by construction.
@@ -167,6 +189,13 @@ impl Renderer {
             min_transmittance: self.options.min_transmittance,
         }
     }
+}
+
+/// The camera with its image plane moved along the view by this camera z; the near plane stays where it is.
+fn moved_forward(mut camera: Camera, by: f64) -> Camera {
+    camera.camera_from_world.translation.z -= by;
+    camera.near -= by;
+    camera
 }
 
 /// The bricks that may reach into the view; the samples of the others are counted as culled.
