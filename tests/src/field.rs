@@ -148,8 +148,9 @@ mod tests {
     fn kernels_integrate_to_one_and_their_lines_fill_the_plane() {
         for shape in KernelShape::ALL {
             let kernel = ReferenceKernel::new(shape);
-            let plane =
-                simpson(0.0, kernel.radius, 400, |d| 2.0 * PI * d * kernel.line_integral(d, f64::NEG_INFINITY));
+            let plane = simpson(0.0, kernel.radius, 400, |d| {
+                2.0 * PI * d * kernel.line_integral(d, f64::NEG_INFINITY)
+            });
             assert!((plane - 1.0).abs() < 1e-6, "{shape:?}: the footprint integrates to {plane}");
         }
     }

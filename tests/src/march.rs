@@ -57,7 +57,8 @@ mod tests {
         let field = Field::new(&volume, &grey(0.3), KernelShape::Gaussian);
         let camera = perspective(DVec3::new(12.0, 9.0, -11.0), DVec3::new(2.0, 2.5, 3.0), 40.0, [12, 12]);
         let [coarse, fine] = [0.02, 0.005].map(|step| optical_depths(&field, &camera, 1.0, step));
-        let error = coarse.iter().zip(&fine).map(|(a, b)| ((-a).exp() - (-b).exp()).abs()).fold(0.0, f64::max);
+        let error =
+            coarse.iter().zip(&fine).map(|(a, b)| ((-a).exp() - (-b).exp()).abs()).fold(0.0, f64::max);
         println!("error of the marched transmittance at a step of 0.02: {error:.1e}");
         assert!(error < 1e-6, "the reference itself is off by {error}");
     }

@@ -34,7 +34,8 @@ impl RaySource {
 
     /// The ray through a screen position, px.
     pub fn ray(&self, screen: DVec2) -> Ray {
-        let (x, y) = ((screen.x - self.camera.cx) / self.camera.fx, (screen.y - self.camera.cy) / self.camera.fy);
+        let (x, y) =
+            ((screen.x - self.camera.cx) / self.camera.fx, (screen.y - self.camera.cy) / self.camera.fy);
         let (origin, direction) = match self.camera.projection {
             Projection::Perspective => (DVec3::ZERO, DVec3::new(x, y, 1.0)),
             Projection::Orthographic => (DVec3::new(x, y, 0.0), DVec3::Z),
@@ -69,9 +70,8 @@ impl RaySource {
     /// Screen movement per voxel along each grid axis at a voxel, by central differences; good to 1e-8.
     pub fn jacobian(&self, index: DVec3) -> [DVec2; 3] {
         const STEP: f64 = 1e-4;
-        DVec3::AXES.map(|axis| {
-            (self.screen(index + STEP * axis) - self.screen(index - STEP * axis)) / (2.0 * STEP)
-        })
+        DVec3::AXES
+            .map(|axis| (self.screen(index + STEP * axis) - self.screen(index - STEP * axis)) / (2.0 * STEP))
     }
 
     /// World volume of a voxel's cell.

@@ -115,8 +115,7 @@ impl Setup<'_> {
     fn sample(&self, linear: usize) -> Option<Sample> {
         let Scene { volume, transfer, camera, options } = self.scene;
         let [nx, ny, _] = volume.dims;
-        let index =
-            DVec3::new((linear % nx) as f64, (linear / nx % ny) as f64, (linear / (nx * ny)) as f64);
+        let index = DVec3::new((linear % nx) as f64, (linear / nx % ny) as f64, (linear / (nx * ny)) as f64);
         let (rgb, opacity) = transfer.sample(volume.value(linear));
         let in_camera = self.rays.in_camera(index);
         let reach = self.rays.depth_reach(self.kernel.radius);
@@ -141,7 +140,8 @@ impl Setup<'_> {
     fn kind(&self, index: DVec3, in_camera: DVec3, strength: f64) -> Kind {
         let options = self.scene.options;
         let columns = self.rays.jacobian(index);
-        let gram = columns.iter().fold([0.0; 3], |g, j| [g[0] + j.x * j.x, g[1] + j.x * j.y, g[2] + j.y * j.y]);
+        let gram =
+            columns.iter().fold([0.0; 3], |g, j| [g[0] + j.x * j.x, g[1] + j.x * j.y, g[2] + j.y * j.y]);
         let (mean, half) = (0.5 * (gram[0] + gram[2]), 0.5 * (gram[0] - gram[2]));
         let spacing = (mean + half.hypot(gram[1])).sqrt();
         let mass = strength * self.mass(in_camera);

@@ -65,7 +65,9 @@ fn a_point_has_its_mass_everywhere() {
 /// between the pixels: 13 % at 0.7 px, 86 % at 0.5 px. That is what points are for.
 #[test]
 fn a_splat_has_its_mass_from_the_threshold_on() {
-    for (spacing_px, bound) in [(0.5, 1.0), (0.7, 0.2), (0.999, 0.01), (1.001, 0.01), (1.4, 0.01), (2.0, 0.01)] {
+    for (spacing_px, bound) in
+        [(0.5, 1.0), (0.7, 0.2), (0.999, 0.01), (1.001, 0.01), (1.4, 0.01), (2.0, 0.01)]
+    {
         let error = worst_mass_error(SelectMode::Splats, spacing_px);
         println!("splat, spacing {spacing_px} px: {error:.1e}");
         assert!(error < bound, "a splat at {spacing_px} px has its mass wrong by {error}");
@@ -76,7 +78,8 @@ fn a_splat_has_its_mass_from_the_threshold_on() {
 /// ripples by 1.5 %.
 #[test]
 fn ewa_has_its_mass_at_every_spacing() {
-    for (spacing_px, bound) in [(0.25, 0.02), (0.5, 0.01), (0.7, 0.01), (1.0, 0.01), (1.4, 0.01), (2.0, 0.01)] {
+    for (spacing_px, bound) in [(0.25, 0.02), (0.5, 0.01), (0.7, 0.01), (1.0, 0.01), (1.4, 0.01), (2.0, 0.01)]
+    {
         let error = worst_mass_error(SelectMode::Ewa, spacing_px);
         println!("ewa, spacing {spacing_px} px: {error:.1e}");
         assert!(error < bound, "ewa at {spacing_px} px has its mass wrong by {error}");

@@ -200,6 +200,22 @@ fn parallel_views_do_not_depend_on_the_image_plane() {
     }
 }
 
+/// Sheets of points too thin to be numbered in f32 are still seen.
+#[test]
+fn sheets_of_no_thickness() {
+    let volume = random_volume([3, 3, 5], DAffine3::IDENTITY);
+    let eye = DVec3::new(3.1, 2.9, -9.0);
+    for camera in [orthographic(eye, DVec3::ONE, 8.0, [24, 24]), perspective(eye, DVec3::ONE, 40.0, [24, 24])]
+    {
+        for sheet_voxels in [1e-300, 1e-30, 1e300] {
+            let options = RenderOptions { sheet_voxels, ..full(SelectMode::Points) };
+            let image = render(&volume, &coloured(0.6), &options, &camera);
+            let seen = image.rgba.iter().any(|p| p[3] > 0.1);
+            assert!(seen, "{:?}: nothing is seen in sheets of {sheet_voxels:e}", camera.projection);
+        }
+    }
+}
+
 /// In perspective the order is that of the distance from the eye in f32. From 1e6 voxels away it is known to 1/8
 /// voxel, so neighbours may swap: the picture is right up to what those swaps cost.
 #[test]

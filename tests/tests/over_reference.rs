@@ -10,7 +10,9 @@
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, OpacityMode, SelectMode};
 use resample_tests::reference::{ReferencePixel, Scene, render as reference};
-use resample_tests::scenes::{coloured, full, orthographic, perspective, random_volume, render, sheared_grid};
+use resample_tests::scenes::{
+    coloured, full, orthographic, perspective, random_volume, render, sheared_grid,
+};
 use volsplat::{DepthPlane, RenderOptions, Renderer, Volume};
 
 const BOUND: f64 = 1e-4;
@@ -62,7 +64,12 @@ fn check(name: &str, volume: &Volume, options: &RenderOptions, bounds: [f64; 2])
 #[test]
 fn splats() {
     check("splats", &column(), &full(SelectMode::Splats), [BOUND, BOUND]);
-    check("splats, sheared", &random_volume([3, 4, 5], sheared_grid()), &full(SelectMode::Splats), [BOUND; 2]);
+    check(
+        "splats, sheared",
+        &random_volume([3, 4, 5], sheared_grid()),
+        &full(SelectMode::Splats),
+        [BOUND; 2],
+    );
 }
 
 /// The depth of a sheet is one number for a whole tile, so it may be off by the sheet's thickness, here 1.
@@ -108,7 +115,10 @@ fn a_thousand_splats_up_to_swaps_of_near_ties() {
         let cost = reference(&scene).iter().map(|p| p.swap_cost).fold(0.0, f64::max);
         let [plain, _] = worst(&scene, |_| 0.0);
         let [beyond, _] = worst(&scene, |p| p.swap_cost);
-        println!("{:?}: error {plain:.2e}, swaps may cost {cost:.2e}, beyond {beyond:.2e}", camera.projection);
+        println!(
+            "{:?}: error {plain:.2e}, swaps may cost {cost:.2e}, beyond {beyond:.2e}",
+            camera.projection
+        );
         assert!(beyond < BOUND, "{:?}: off by {beyond} beyond what swaps may cost", camera.projection);
         assert!(cost < 5e-3, "the bound on swaps has become too weak to test anything: {cost}");
     }

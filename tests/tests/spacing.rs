@@ -55,8 +55,7 @@ fn another_order_of_storage_is_the_same_picture() {
     });
     let camera = perspective(DVec3::new(7.1, 5.3, -8.2), DVec3::new(1.1, 1.2, 3.3), 50.0, [40, 30]);
     for select in MODES {
-        let [a, b] =
-            [&original, &stored].map(|v| render(v, &coloured(0.3), &options(select, 1.0), &camera));
+        let [a, b] = [&original, &stored].map(|v| render(v, &coloured(0.3), &options(select, 1.0), &camera));
         let difference = worst_difference(&a, &b);
         println!("{select:?}, another order of storage: {difference:.1e}");
         assert!(difference < 1e-5, "{select:?}: the order of storage changes the picture by {difference}");
@@ -99,7 +98,8 @@ fn twice_the_voxels_along_an_axis_are_the_same_picture() {
             render(&sampled(DVec3::new(1.0, 1.0, z)), &grey(1.0), &options, &camera)
         });
         let [coarse, fine] = pictures.each_ref().map(|picture| {
-            let errors = picture.rgba.iter().zip(&truth).map(|(p, d)| (1.0 - f64::from(p[3]) - (-d).exp()).abs());
+            let errors =
+                picture.rgba.iter().zip(&truth).map(|(p, d)| (1.0 - f64::from(p[3]) - (-d).exp()).abs());
             errors.fold(0.0, f64::max)
         });
         let difference = worst_difference(&pictures[0], &pictures[1]);

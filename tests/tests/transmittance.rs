@@ -50,7 +50,8 @@ fn check_grid(name: &str, grid: DAffine3) {
     let size = (grid.matrix3 * DVec3::splat(17.0)).length();
     for shape in KernelShape::ALL {
         for camera in cameras(middle, size) {
-            let options = RenderOptions { kernel: shape, opacity_unit: Some(1.0), ..full(SelectMode::Splats) };
+            let options =
+                RenderOptions { kernel: shape, opacity_unit: Some(1.0), ..full(SelectMode::Splats) };
             let error = worst(&volume, &grey(0.15), &options, &camera);
             println!("{name}, {shape:?}, {:?}: {error:.2e}", camera.projection);
             let bound = if shape == KernelShape::BSpline { 5e-4 } else { BOUND };

@@ -147,8 +147,11 @@ impl Renderer {
         let forward = camera.forward_in_world();
         let nearest_corner = DVec3::select(forward.cmpge(DVec3::ZERO), low, high);
         let nearest = forward.dot(nearest_corner) + camera.camera_from_world.translation.z;
+        let start = nearest.max(camera.near);
         let thickness = self.options.sheet_voxels * self.smallest_spacing;
-        (nearest.max(camera.near) / thickness).floor() * thickness
+        let origin = (start / thickness).floor() * thickness;
+        // Sheets too thin to be counted overflow the quotient.
+        if origin.is_finite() { origin } else { start }
     }
 
     /// The footprint that the tiles evaluate: EWA is affine by construction.

@@ -142,10 +142,8 @@ fn axis_weight(offset: f64, position: f64) -> f64 {
 /// Depths that differ by less than this share may be taken in either order: lists of 64 and more are sorted by 16 bits
 /// of the range of their f32 depths' bit patterns.
 fn relative_quantum<'a>(samples: impl Iterator<Item = &'a Sample>) -> f64 {
-    let bits: Vec<u32> = samples
-        .filter(|s| !matches!(s.kind, Kind::Near))
-        .map(|s| (s.depth as f32).to_bits())
-        .collect();
+    let bits: Vec<u32> =
+        samples.filter(|s| !matches!(s.kind, Kind::Near)).map(|s| (s.depth as f32).to_bits()).collect();
     let (Some(least), Some(most)) = (bits.iter().min(), bits.iter().max()) else { return 0.0 };
     if bits.len() < 64 {
         // Every bit counts; f32 itself may still round two depths into one, or over one another.
