@@ -1,6 +1,6 @@
 //! Holds the volume readers to real files of every format: sizes, places in the world and sums of the voxels.
 //!
-//! The expected numbers come from independent readers: SimpleITK 2.5 (MetaImage). Sums are over the voxels as f64.
+//! The expected numbers come from independent readers: SimpleITK (MetaImage), nibabel (NIfTI). Sums are over the voxels as f64.
 //! Every file of a folder is either loaded or refused for the reason given here; a file that this test does not know
 //! fails it. NRRD has a test of its own, `nrrd_real.rs`.
 
@@ -69,6 +69,69 @@ const META_IMAGES: [Expected; 5] = [
     },
 ];
 
+/// Read by nibabel: affine, and the sum of dataobj as single precision (double for FLOAT64), which is how the values are
+/// held here.
+const NIFTIS: [Expected; 9] = [
+    Expected {
+        file: "nifti/CT_AVM.nii.gz",
+        dims: [256, 242, 154],
+        origin: [-73.39768981933594, -69.69419860839844, -64.11000061035156],
+        axes: upright(0.719942569732666, 0.7209135890007019, 1.0),
+        sum: 49383836.594276905,
+    },
+    Expected {
+        file: "nifti/CT_pitch.nii.gz",
+        dims: [175, 248, 58],
+        origin: [-69.02075958251953, -134.38560485839844, -13.56882095336914],
+        axes: [
+            [0.8125, 0.0, 0.0],
+            [0.0, 0.779041051864624, -0.23076248168945312],
+            [0.0, 0.6807987689971924, 2.2983384132385254],
+        ],
+        sum: 95678796.0,
+    },
+    Expected { file: "nifti/FLOAT32.nii.gz", sum: 11398461.247137904, ..AVERAGE_HEAD },
+    Expected { file: "nifti/FLOAT64.nii.gz", sum: 11398461.144353032, ..AVERAGE_HEAD },
+    Expected { file: "nifti/INT16.nii.gz", sum: 11398481.212837487, ..AVERAGE_HEAD },
+    Expected {
+        file: "nifti/avf_float_32.nii.gz",
+        dims: [74, 93, 20],
+        origin: [-26.376943588256836, -33.2421760559082, -9.5],
+        axes: upright(0.7226560115814209, 0.7226560115814209, 1.0),
+        sum: 25368783.28780222,
+    },
+    Expected {
+        file: "nifti/bonsai.nii.gz",
+        dims: [256, 256, 256],
+        origin: [-127.0, -127.0, -128.0],
+        axes: upright(1.0, 1.0, 1.0),
+        sum: 225901147.0,
+    },
+    Expected {
+        file: "nifti/fuel.nii.gz",
+        dims: [64, 33, 32],
+        origin: [-31.0, -16.0, -16.0],
+        axes: upright(1.0, 1.0, 1.0),
+        sum: 509815.0,
+    },
+    Expected {
+        file: "nifti/ras.hdr",
+        dims: [62, 41, 34],
+        origin: [-73.37730407714844, -65.35720825195312, -31.532268524169922],
+        axes: upright(2.3852322101593018, 2.389753818511963, 2.3664863109588623),
+        sum: 15024169.0,
+    },
+];
+
+/// One image in three types.
+const AVERAGE_HEAD: Expected = Expected {
+    file: "",
+    dims: [64, 79, 67],
+    origin: [-75.76253509521484, -110.76253509521484, -71.76253509521484],
+    axes: upright(2.3852322101593018, 2.389753818511963, 2.3664863109588623),
+    sum: 0.0,
+};
+
 /// Files that are refused, and the words that say why.
 const REFUSED: [(&str, &str); 1] = [
     // Its header claims four channels and half the slices; the data has one channel and 62 slices.
@@ -79,6 +142,11 @@ const REFUSED: [(&str, &str); 1] = [
 fn every_real_meta_image_is_as_itk_says() {
     check_folder("mhd", &META_IMAGES);
     check_folder("mha", &META_IMAGES);
+}
+
+#[test]
+fn every_real_nifti_is_as_nibabel_says() {
+    check_folder("nifti", &NIFTIS);
 }
 
 #[test]

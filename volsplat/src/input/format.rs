@@ -6,7 +6,7 @@
 use std::io::Read;
 use std::path::Path;
 
-use super::{cannot_read, meta_image, nrrd, open};
+use super::{cannot_read, meta_image, nifti, nrrd, open};
 use crate::Error;
 
 /// The formats that are told by their content. A headerless file has none of them.
@@ -16,6 +16,8 @@ pub enum Format {
     Nrrd,
     /// MetaImage, `.mha` or `.mhd`.
     MetaImage,
+    /// NIfTI, one file or a pair.
+    Nifti,
 }
 
 impl Format {
@@ -24,6 +26,7 @@ impl Format {
         match self {
             Self::Nrrd => "NRRD",
             Self::MetaImage => "MetaImage",
+            Self::Nifti => "NIfTI",
         }
     }
 }
@@ -49,6 +52,9 @@ const NOT_READ: [(&[u8], &str); 6] = [
     (b"BZh", "a bzip2 file: unpack it first"),
 ];
 
+const GZIP: &str = "a gzip file that holds no NIfTI: unpack it first";
+const ANALYZE: &str = "an ANALYZE 7.5 header, which does not say which side is left: convert it to NIfTI";
+
 /// The format of the file at `path`.
 ///
 /// `None` where nothing marks one, as in a headerless file. Errors: [`Error::Read`].
@@ -65,13 +71,33 @@ pub(super) fn tell(path: &Path) -> Result<Told, Error> {
     if let Some(format) = known(&head) {
         return Ok(Told::Known(format));
     }
+    if head.starts_with(nifti::GZIP_MAGIC) {
+        return Ok(if nifti::is_nifti(&unpacked(&head)) {
+            Told::Known(Format::Nifti)
+        } else {
+            Told::NotRead(GZIP)
+        });
+    }
+    if nifti::is_analyze(&head) {
+        return Ok(Told::NotRead(ANALYZE));
+    }
     let not_read = NOT_READ.iter().find(|(mark, _)| head.starts_with(mark));
     Ok(not_read.map_or(Told::Nothing, |(_, advice)| Told::NotRead(advice)))
+}
+
+/// What the beginning of a gzip file unpacks to, as far as a header goes.
+fn unpacked(head: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let stream = flate2::bufread::MultiGzDecoder::new(head).take(nifti::MAX_HEADER_BYTES);
+    // The packed bytes are cut off, so an error at their end means nothing; what came before it counts.
+    let _ = { stream }.read_to_end(&mut bytes);
+    bytes
 }
 
 fn known(head: &[u8]) -> Option<Format> {
     match head {
         _ if head.starts_with(nrrd::MAGIC) => Some(Format::Nrrd),
+        _ if nifti::is_nifti(head) => Some(Format::Nifti),
         _ if meta_image::begins(head) => Some(Format::MetaImage),
         _ => None,
     }

@@ -24,7 +24,9 @@ mod decode;
 mod fault;
 mod lines;
 mod meta_image;
+mod nifti;
 mod nrrd;
+mod rescale;
 
 use format::Told;
 
@@ -53,6 +55,9 @@ pub struct LoadOptions {
 /// header or the options, [`Error::Unsupported`] if it is no scalar volume, [`Error::Option`] if options are missing
 /// or superfluous.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Volume, Error> {
+    // The image of a NIfTI pair has no mark of its own.
+    let header = if options.raw.is_none() { nifti::header_beside(path) } else { None };
+    let path = header.as_deref().unwrap_or(path);
     let mut parts = match (format::tell(path)?, &options.raw) {
         (Told::Known(format), None) => read(format, path, options)?,
         (Told::NotRead(_) | Told::Nothing, Some(raw)) => raw::load(path, raw)?,
@@ -73,6 +78,7 @@ fn read(format: Format, path: &Path, options: &LoadOptions) -> Result<Parts, Err
     match format {
         Format::Nrrd => nrrd::load(path),
         Format::MetaImage => meta_image::load(path, options.component),
+        Format::Nifti => nifti::load(path),
     }
 }
 

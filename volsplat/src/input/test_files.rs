@@ -72,8 +72,9 @@ pub(super) fn survive_damage(good: &[u8], options: &LoadOptions, copies: usize) 
     let folder = Folder::new();
     let mut dice = Dice::new(good.len() as u64);
     let mut refused = 0;
-    for _ in 0..copies {
-        let path = folder.write("damaged.dat", &[&damaged(good, &mut dice)]);
+    for copy in 0..copies {
+        // A name of its own: some file systems flush a file to the disk when it is written a second time.
+        let path = folder.write(&format!("damaged.dat.{copy}"), &[&damaged(good, &mut dice)]);
         match load(&path, options) {
             Ok(volume) => {
                 let most = (good.len() as u64 + 64) * DEFLATE_EXPANSION * 8;
