@@ -79,9 +79,9 @@ fn print_view(view: &str, subject: (&Volume, &TransferFunction), cameras: &[Came
         let ratio = |stage: fn(&FrameStats) -> f64| entrant.least(stage) / exact.least(stage);
         let error = compare(&entrant.image, &exact.image, Some(&inside)).expect("pictures of one size");
         println!(
-            "| {view} | {} | {:.1} dB | {:.2} | {:.2} | {:.2} | {} | {} |",
+            "| {view} | {} | {} | {:.2} | {:.2} | {:.2} | {} | {} |",
             entrant.name,
-            error.psnr_db,
+            decibels(error.psnr_db),
             ratio(|stats| stats.cpu_ms),
             ratio(|stats| stats.stages.project.cpu_ms),
             ratio(|stats| stats.stages.composite.cpu_ms),
@@ -89,6 +89,11 @@ fn print_view(view: &str, subject: (&Volume, &TransferFunction), cameras: &[Came
             entrant.last().points
         );
     }
+}
+
+/// Without difference the ratio is infinite.
+fn decibels(psnr_db: f64) -> String {
+    if psnr_db.is_finite() { format!("{psnr_db:.1} dB") } else { "same".to_owned() }
 }
 
 fn name(mode: FootprintMode) -> &'static str {
