@@ -6,7 +6,7 @@
 use std::io::Read;
 use std::path::Path;
 
-use super::{cannot_read, meta_image, nifti, nrrd, open};
+use super::{cannot_read, meta_image, nifti, npy, nrrd, open};
 use crate::Error;
 
 /// The formats that are told by their content. A headerless file has none of them.
@@ -18,6 +18,8 @@ pub enum Format {
     MetaImage,
     /// NIfTI, one file or a pair.
     Nifti,
+    /// An array of NumPy, `.npy`.
+    Npy,
 }
 
 impl Format {
@@ -27,6 +29,7 @@ impl Format {
             Self::Nrrd => "NRRD",
             Self::MetaImage => "MetaImage",
             Self::Nifti => "NIfTI",
+            Self::Npy => "NumPy array",
         }
     }
 }
@@ -98,6 +101,7 @@ fn known(head: &[u8]) -> Option<Format> {
     match head {
         _ if head.starts_with(nrrd::MAGIC) => Some(Format::Nrrd),
         _ if nifti::is_nifti(head) => Some(Format::Nifti),
+        _ if head.starts_with(npy::MAGIC) => Some(Format::Npy),
         _ if meta_image::begins(head) => Some(Format::MetaImage),
         _ => None,
     }

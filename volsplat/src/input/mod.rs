@@ -25,6 +25,7 @@ mod fault;
 mod lines;
 mod meta_image;
 mod nifti;
+mod npy;
 mod nrrd;
 mod rescale;
 
@@ -79,6 +80,7 @@ fn read(format: Format, path: &Path, options: &LoadOptions) -> Result<Parts, Err
         Format::Nrrd => nrrd::load(path),
         Format::MetaImage => meta_image::load(path, options.component),
         Format::Nifti => nifti::load(path),
+        Format::Npy => npy::load(path),
     }
 }
 
