@@ -116,6 +116,9 @@ pub(crate) struct VolumeArgs {
     /// Value that stands for NaN; without it, a volume that holds NaN is an error
     #[arg(long, value_name = "V", value_parser = values::number, allow_hyphen_values = true)]
     pub nan_as: Option<f64>,
+    /// Component of each voxel, counted from 0, where the file holds several
+    #[arg(long, value_name = "N")]
+    pub component: Option<usize>,
 }
 
 /// How values become colour and opacity.

@@ -51,7 +51,7 @@ fn lower_level(_wide: bool) -> Level {
 }
 
 /// 2^f - 1 = f (c0 + c1 f + ... + c4 f^4) for |f| <= 1/2, fitted for the smallest relative error: 4.3e-7.
-const EXP2M1: [f32; 5] = [0.693_147_2, 0.240_223_5, 0.055_505, 0.009_666_245, 0.001_333_353_3];
+const EXP2M1: [f32; 5] = [std::f32::consts::LN_2, 0.240_223_5, 0.055_505, 0.009_666_245, 0.001_333_353_3];
 
 /// Adding this rounds a float of magnitude under 2^22 to an integer and leaves that integer in the low bits.
 const ROUND_MAGIC: f32 = 12_582_912.0;

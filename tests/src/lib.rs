@@ -7,7 +7,9 @@
 pub mod data;
 pub mod exr_read;
 pub mod field;
+pub mod interleaved;
 pub mod march;
+pub mod peer_scenes;
 pub mod rays;
 pub mod reference;
 pub mod scenes;

@@ -52,6 +52,8 @@ pub struct ReferencePixel {
     pub depth: f64,
     /// The most by which a channel may change when splats swap whose depths the renderer's keys cannot tell apart.
     pub swap_cost: f64,
+    /// The most by which a channel may change because points stand at 256 positions a pixel, up to 1/512 px off.
+    pub phase_cost: f64,
 }
 
 /// How a voxel reaches the screen.

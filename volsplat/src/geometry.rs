@@ -8,6 +8,9 @@ use glam::{DVec3, Vec3};
 use resample_core::point::PIXEL_SIGMA_PX;
 use resample_core::{FootprintMode, GridView, Kernel, Projection, SelectMode};
 
+#[cfg(test)]
+mod tests;
+
 /// Samples of a block: enough to amortise the loop heads, few enough for the arrays to stay in the first-level cache.
 pub(crate) const BLOCK: usize = 64;
 
@@ -313,7 +316,7 @@ impl Lens {
             let (along2, across2) = (tx * ux + ty * uy, sx * vx + sy * vy);
             let rest = 1.0 - shift * shift * along2;
             let reach = shift + 1.0 / along2.sqrt();
-            let (along, across) = (1.0 / (along2 * reach), 1.0 / (across2 * rest.sqrt()));
+            let (along, across) = (1.0 / (along2 * reach), 1.0 / (across2 * rest).sqrt());
             let (ux, uy, vx, vy) = (ux * along, uy * along, vx * across, vy * across);
             let (xx, xy, yy) = (ux * ux + vx * vx, ux * uy + vx * vy, uy * uy + vy * vy);
             let inverse_det = 1.0 / (xx * yy - xy * xy);

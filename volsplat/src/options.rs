@@ -78,7 +78,7 @@ pub enum DepthPlane {
 impl Default for RenderOptions {
     fn default() -> Self {
         Self {
-            order: Order::ImageSheets,
+            order: Order::EverySample,
             slab_voxels: 0.5,
             subpixels: Subpixels::Auto,
             kernel: KernelShape::Gaussian,

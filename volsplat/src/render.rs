@@ -5,7 +5,7 @@
 //! to the number of threads, and each is owned by one task, so the same bytes come out on any number of them.
 
 use glam::DVec3;
-use resample_core::{Camera, Image};
+use resample_core::{Camera, Image, Projection};
 
 use crate::every_sample::EverySample;
 use crate::options::{Order, RenderOptions};
@@ -22,6 +22,9 @@ use crate::{Error, Volume};
 pub struct Renderer {
     pipeline: Pipeline,
     options: RenderOptions,
+    bounds_in_world: Option<[DVec3; 2]>,
+    smallest_spacing: f64,
+    largest_spacing: f64,
     tiles: Vec<TileSlot>,
 }
 
@@ -52,7 +55,14 @@ impl Renderer {
                 Pipeline::ImageSheets(Box::new(ImageSheets::new(volume, transfer, options)))
             }
         };
-        Ok(Self { pipeline, options: options.clone(), tiles: Vec::new() })
+        Ok(Self {
+            bounds_in_world: pipeline.bounds_in_world(),
+            pipeline,
+            options: options.clone(),
+            smallest_spacing: volume.smallest_spacing(),
+            largest_spacing: volume.spacing().into_iter().fold(0.0, f64::max),
+            tiles: Vec::new(),
+        })
     }
 
     /// Voxels that the transfer function leaves visible.
@@ -73,28 +83,68 @@ impl Renderer {
 
     /// The box, in the world, of the voxels that are drawn; `None` if there are none.
     pub fn visible_bounds_in_world(&self) -> Option<[DVec3; 2]> {
-        match &self.pipeline {
-            Pipeline::EverySample(p) => {
-                bounds_in_world(p.samples.bricks.iter().map(|b| &b.bounds), &p.samples.world_from_index)
-            }
-            Pipeline::ImageSheets(p) => {
-                bounds_in_world(p.field.bricks.iter().map(|b| &b.bounds), &p.field.world_from_index)
-            }
-        }
+        self.bounds_in_world
     }
 
     /// Renders one frame.
     pub fn render(&mut self, camera: &Camera) -> Result<Frame, Error> {
         let camera = camera.validated().map_err(|e| Error::Option(e.to_string()))?;
+        let depth_origin = self.depth_origin(&camera);
+        let camera = moved_forward(camera, depth_origin);
         let mut stats = FrameStats::default();
         let whole = StageClock::start();
         let layout = match &mut self.pipeline {
             Pipeline::EverySample(p) => p.render(&camera, &mut self.tiles, &mut stats),
             Pipeline::ImageSheets(p) => p.render(&camera, &mut self.tiles, &mut stats),
         };
-        let image = picture(&self.tiles, &layout, self.options.depth, &mut stats);
+        let mut image = picture(&self.tiles, &layout, self.options.depth, &mut stats);
+        image.depth.iter_mut().flatten().for_each(|depth| *depth += depth_origin as f32);
         let whole = whole.stop();
         (stats.wall_ms, stats.cpu_ms) = (whole.wall_ms, whole.cpu_ms);
         Ok(Frame { image, stats })
     }
+
+    /// Camera z at which the depths of parallel rays begin: before every sample that is seen, and a whole number of
+    /// sheets, so that sheets stay where they are. Depths are then small and not negative, as sorting wants them,
+    /// wherever the image plane lies. 0 in perspective, where depth counts from the eye.
+    fn depth_origin(&self, camera: &Camera) -> f64 {
+        let Some([low, high]) =
+            self.bounds_in_world.filter(|_| camera.projection == Projection::Orthographic)
+        else {
+            return 0.0;
+        };
+        let forward = camera.forward_in_world();
+        let nearest_corner = DVec3::select(forward.cmpge(DVec3::ZERO), low, high);
+        let nearest = forward.dot(nearest_corner) + camera.camera_from_world.translation.z;
+        let (sheet_voxels, reach) = match self.options.order {
+            Order::EverySample => (self.options.sheet_voxels, 0.0),
+            // A trilinear kernel begins before its voxel, by a spacing along each axis at most.
+            Order::ImageSheets => (self.options.slab_voxels, 3.0 * self.largest_spacing),
+        };
+        let start = (nearest - reach).max(camera.near);
+        let thickness = sheet_voxels * self.smallest_spacing;
+        let origin = (start / thickness).floor() * thickness;
+        // Sheets too thin to be counted overflow the quotient.
+        if origin.is_finite() { origin } else { start }
+    }
+}
+
+impl Pipeline {
+    fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
+        match self {
+            Self::EverySample(p) => {
+                bounds_in_world(p.samples.bricks.iter().map(|b| &b.bounds), &p.samples.world_from_index)
+            }
+            Self::ImageSheets(p) => {
+                bounds_in_world(p.field.bricks.iter().map(|b| &b.bounds), &p.field.world_from_index)
+            }
+        }
+    }
+}
+
+/// The camera with its image plane moved along the view by this camera z; the near plane stays where it is.
+fn moved_forward(mut camera: Camera, by: f64) -> Camera {
+    camera.camera_from_world.translation.z -= by;
+    camera.near -= by;
+    camera
 }

@@ -181,7 +181,7 @@ impl Voxels {
         }
     }
 
-    fn finite_range(&self) -> (f64, f64) {
+    pub(crate) fn finite_range(&self) -> (f64, f64) {
         with_voxels!(self, slice => slice
             .par_chunks(VOXELS_PER_TASK)
             .map(|chunk| range_of(chunk.iter().map(|&value| scalar(value))))

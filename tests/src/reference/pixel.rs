@@ -6,11 +6,13 @@ use resample_core::OpacityMode;
 use super::{Kind, ReferencePixel, Sample, Setup, TILE};
 
 /// What a pixel has gathered.
+#[derive(Default)]
 struct Gathered {
     transmittance: f64,
     rgb: [f64; 3],
     depth: f64,
     swap_cost: f64,
+    phase_cost: f64,
     /// Depth, opacity and colour of the splats that the sorting keys cannot tell from the next one.
     recent: Vec<(f64, f64, [f64; 3])>,
 }
@@ -33,8 +35,7 @@ impl Setup<'_> {
             inside(s.tiles[0], x) && inside(s.tiles[1], y)
         };
         let quantum = relative_quantum(samples.iter().filter(|s| touches(s)));
-        let mut sum =
-            Gathered { transmittance: 1.0, rgb: [0.0; 3], depth: 0.0, swap_cost: 0.0, recent: Vec::new() };
+        let mut sum = Gathered { transmittance: 1.0, ..Gathered::default() };
         let mut sheet = Sheet::default();
         for sample in samples.iter().filter(|s| touches(s)) {
             match sample.kind {
@@ -44,9 +45,11 @@ impl Setup<'_> {
                         self.close(&mut sheet, &mut sum);
                         sheet.number = number;
                     }
-                    let weight = point_weight(centre.x - sample.screen.x, sample.screen.x)
-                        * point_weight(centre.y - sample.screen.y, sample.screen.y);
+                    let weight = point_weight(centre, sample.screen);
                     sheet.add(weight * mass, sample);
+                    let moved = PHASE_SHIFTS.map(|by| point_weight(centre, sample.screen + by) - weight);
+                    let change = moved.iter().fold(0.0f64, |most, w| most.max(w.abs()));
+                    sum.phase_cost += sum.transmittance * mass * change;
                 }
                 Kind::Near | Kind::Splat | Kind::Ewa(_) => {
                     self.close(&mut sheet, &mut sum);
@@ -62,7 +65,8 @@ impl Setup<'_> {
         let opacity = 1.0 - sum.transmittance;
         let z_per_depth = 1.0 / ray.world_per_z;
         let depth = if opacity > 0.0 { sum.depth / opacity * z_per_depth } else { f64::INFINITY };
-        ReferencePixel { rgb: sum.rgb, transmittance: sum.transmittance, depth, swap_cost: sum.swap_cost }
+        let Gathered { transmittance, rgb, swap_cost, phase_cost, .. } = sum;
+        ReferencePixel { rgb, transmittance, depth, swap_cost, phase_cost }
     }
 
     fn opacity(&self, added: f64) -> f64 {
@@ -114,9 +118,21 @@ impl Gathered {
     }
 }
 
+/// Where a point may stand at most when it is moved to the nearest of 256 positions a pixel along each axis.
+const PHASE_SHIFTS: [DVec2; 4] = {
+    const FAR: f64 = 1.0 / 512.0;
+    [DVec2::new(FAR, FAR), DVec2::new(FAR, -FAR), DVec2::new(-FAR, FAR), DVec2::new(-FAR, -FAR)]
+};
+
+/// Weight of a point at a pixel: the product of those along the axes.
+fn point_weight(pixel_centre: DVec2, point: DVec2) -> f64 {
+    let offset = pixel_centre - point;
+    axis_weight(offset.x, point.x) * axis_weight(offset.y, point.y)
+}
+
 /// Weight of the pixel whose centre is `offset` from a point at `position`: a Gaussian of sigma 1/2 px shifted to reach
 /// 0 at 2 px, over the sum of those of all pixels in reach.
-fn point_weight(offset: f64, position: f64) -> f64 {
+fn axis_weight(offset: f64, position: f64) -> f64 {
     let gaussian = |d: f64| ((-2.0 * d * d).exp() - (-8.0f64).exp()).max(0.0);
     let first = (position - 3.5).floor();
     let sum: f64 = (0..8).map(|i| gaussian(first + f64::from(i) + 0.5 - position)).sum();

@@ -28,6 +28,9 @@ const SURPLUS_LIMIT: u64 = 1 << 26;
 /// Longest word of a text encoding. The longest sensible one, a double in full, has 24 characters; others are a forgery.
 const MAX_WORD_BYTES: usize = 400;
 
+/// Deflate expands at most 1032 times: its shortest code, one bit for length and one for distance, gives 258 bytes.
+pub(super) const DEFLATE_EXPANSION: u64 = 1032;
+
 impl Layout {
     /// Bytes that the scalars take in a binary encoding; an error where that overflows.
     pub(super) fn bytes(&self) -> Result<u64, String> {
@@ -87,6 +90,33 @@ pub(super) fn text(stream: &mut dyn BufRead, layout: &Layout) -> Result<Voxels, 
         VoxelType::F32 => Voxels::F32(words(stream, layout, |w| w.parse().ok())?),
         VoxelType::F64 => Voxels::F64(words(stream, layout, |w| w.parse().ok())?),
     })
+}
+
+/// Puts the scalars of one file behind those of the files before. Both parts come from the same layout, so they hold the same type.
+pub(super) fn append(voxels: &mut Voxels, part: Voxels) {
+    match (voxels, part) {
+        (Voxels::U8(all), Voxels::U8(part)) => all.extend(part),
+        (Voxels::I8(all), Voxels::I8(part)) => all.extend(part),
+        (Voxels::U16(all), Voxels::U16(part)) => all.extend(part),
+        (Voxels::I16(all), Voxels::I16(part)) => all.extend(part),
+        (Voxels::U32(all), Voxels::U32(part)) => all.extend(part),
+        (Voxels::I32(all), Voxels::I32(part)) => all.extend(part),
+        (Voxels::F32(all), Voxels::F32(part)) => all.extend(part),
+        (Voxels::F64(all), Voxels::F64(part)) => all.extend(part),
+        _ => unreachable!("the parts of one volume are decoded by one layout"),
+    }
+}
+
+/// Refuses a claim that deflated data of `held` bytes cannot fulfil.
+pub(super) fn check_deflated(needed: u64, held: u64) -> Result<(), String> {
+    let possible = held.saturating_mul(DEFLATE_EXPANSION);
+    if needed <= possible {
+        return Ok(());
+    }
+    Err(format!(
+        "the header promises {needed} bytes of unpacked data, but the {held} packed bytes there give at most {possible}: \
+         the file is cut off or its size is wrong"
+    ))
 }
 
 /// The fault of a stream that the system or a decompressor gave up on.

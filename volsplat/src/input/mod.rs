@@ -1,12 +1,11 @@
 //! Volume files: tells the format by the content and gives a checked [`Volume`].
 //!
-//! Takes a path and what the user says about it. A file that begins with the magic of NRRD is read as such; anything
-//! else is headerless, and then its size and type must be given. All formats end in one decoder of scalars
+//! Takes a path and what the user says about it. The first bytes tell the format (`format.rs`); a file without a known
+//! mark is headerless, and then its size and type must be given. All formats end in one decoder of scalars
 //! (`decode.rs`) and one check of the result ([`Volume::new`]), so the promises of a volume do not depend on the format.
-//! Limits: NRRD and headerless files; one scalar per voxel; one volume per file.
+//! Limits: one scalar per voxel; one volume per file. World coordinates stay as the format defines them.
 
 use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
@@ -14,12 +13,25 @@ use glam::{DMat3, DVec3};
 use crate::Error;
 use crate::volume::{NanPolicy, Volume};
 
+pub mod format;
 pub mod raw;
 pub mod voxel_type;
 
+mod axes;
+mod component;
+mod data_files;
 mod decode;
+mod fault;
+mod lines;
+mod meta_image;
+mod nifti;
+mod npy;
 mod nrrd;
+mod rescale;
 
+use format::Told;
+
+pub use format::{Format, format_of};
 pub use raw::RawOptions;
 pub use voxel_type::{Endian, VoxelType};
 
@@ -34,6 +46,8 @@ pub struct LoadOptions {
     pub origin: Option<[f64; 3]>,
     /// What happens to voxels that are NaN or infinite.
     pub nan: NanPolicy,
+    /// Which component of each voxel is read, counted from 0; needed where there are several.
+    pub component: Option<usize>,
 }
 
 /// Reads a volume file.
@@ -42,23 +56,13 @@ pub struct LoadOptions {
 /// header or the options, [`Error::Unsupported`] if it is no scalar volume, [`Error::Option`] if options are missing
 /// or superfluous.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Volume, Error> {
-    let is_nrrd = begins_with(path, nrrd::MAGIC)?;
-    let mut parts = match (&options.raw, is_nrrd) {
-        (None, true) => nrrd::load(path)?,
-        (Some(raw), false) => raw::load(path, raw)?,
-        (Some(_), true) => {
-            let path = path.display();
-            return Err(Error::Option(format!(
-                "{path}: this is an NRRD file and states its own size and type: leave out --dims and --type"
-            )));
-        }
-        (None, false) => {
-            let path = path.display();
-            return Err(Error::Option(format!(
-                "{path}: no known header (NRRD is told by its first bytes): for a headerless file give --dims X,Y,Z \
-                 and --type TYPE, and where needed --endian, --skip and --spacing"
-            )));
-        }
+    // The image of a NIfTI pair has no mark of its own.
+    let header = if options.raw.is_none() { nifti::header_beside(path) } else { None };
+    let path = header.as_deref().unwrap_or(path);
+    let mut parts = match (format::tell(path)?, &options.raw) {
+        (Told::Known(format), None) => read(format, path, options)?,
+        (Told::NotRead(_) | Told::Nothing, Some(raw)) => raw::load(path, raw)?,
+        (told, _) => return Err(undecided(path, &told)),
     };
     if let NanPolicy::Replace(value) = options.nan {
         parts.voxels.replace_non_finite(value).map_err(Error::Option)?;
@@ -68,6 +72,49 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Volume, Error> {
     volume.up_hint = parts.up_hint;
     volume.space = parts.space;
     Ok(volume)
+}
+
+fn read(format: Format, path: &Path, options: &LoadOptions) -> Result<Parts, Error> {
+    refuse_superfluous(format, path, options)?;
+    match format {
+        Format::Nrrd => nrrd::load(path),
+        Format::MetaImage => meta_image::load(path, options.component),
+        Format::Nifti => nifti::load(path),
+        Format::Npy => npy::load(path),
+    }
+}
+
+/// Options that mean nothing for the format are an error, because whoever typed them expects an effect.
+fn refuse_superfluous(format: Format, path: &Path, options: &LoadOptions) -> Result<(), Error> {
+    let has_components = matches!(format, Format::MetaImage);
+    let given = [("--component", options.component.is_some() && !has_components)];
+    match given.iter().find(|(_, superfluous)| *superfluous) {
+        None => Ok(()),
+        Some((name, _)) => {
+            let (path, format) = (path.display(), format.name());
+            Err(Error::Option(format!(
+                "{path}: {name} means nothing for a file of format {format}: leave it out"
+            )))
+        }
+    }
+}
+
+/// The error where the content and the options do not say how to read the file.
+fn undecided(path: &Path, told: &Told) -> Error {
+    let name = path.display();
+    match told {
+        Told::Known(format) => Error::Option(format!(
+            "{name}: this is a file of format {} and states its own size and type: leave out --dims and --type",
+            format.name()
+        )),
+        Told::NotRead(advice) => {
+            Error::Unsupported { path: path.to_owned(), what: format!("this is {advice}") }
+        }
+        Told::Nothing => Error::Option(format!(
+            "{name}: no known header (formats are told by the content): for a headerless file give --dims X,Y,Z \
+             and --type TYPE, and where needed --endian, --skip and --spacing"
+        )),
+    }
 }
 
 /// What a format reader gives: the parts of a volume, not yet checked against each other.
@@ -92,13 +139,6 @@ fn replaced_lattice(mut map: glam::DAffine3, options: &LoadOptions) -> Result<gl
         map.translation = DVec3::from_array(origin);
     }
     Ok(map)
-}
-
-fn begins_with(path: &Path, magic: &[u8]) -> Result<bool, Error> {
-    let mut head = Vec::new();
-    let file = open(path)?;
-    file.take(magic.len() as u64).read_to_end(&mut head).map_err(|source| cannot_read(path, source))?;
-    Ok(head == magic)
 }
 
 fn open(path: &Path) -> Result<File, Error> {
@@ -127,5 +167,7 @@ fn at(path: &Path, error: Error) -> Error {
     }
 }
 
+#[cfg(test)]
+mod test_files;
 #[cfg(test)]
 mod tests;

@@ -5,8 +5,7 @@
 
 use std::path::Path;
 
-use glam::{DAffine3, DMat3, DVec3};
-
+use super::axes;
 use super::decode::{self, Layout};
 use super::{Endian, Parts, VoxelType, cannot_read, invalid, open};
 use crate::Error;
@@ -56,7 +55,6 @@ pub(super) fn load(path: &Path, options: &RawOptions) -> Result<Parts, Error> {
     std::io::Seek::seek(&mut file, std::io::SeekFrom::Start(options.skip_bytes))
         .map_err(|source| cannot_read(path, source))?;
     let voxels = decode::binary(&mut file, &layout).map_err(|what| invalid(path, what))?;
-    let axes = DMat3::from_diagonal(DVec3::from_array(options.spacing));
-    let world_from_index = DAffine3::from_mat3_translation(axes, DVec3::from_array(options.origin));
+    let world_from_index = axes::upright(options.spacing, options.origin);
     Ok(Parts { dims: options.dims, voxels, world_from_index, up_hint: None, space: None })
 }

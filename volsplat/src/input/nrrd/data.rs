@@ -8,17 +8,15 @@ use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 use std::str::FromStr;
 
-use super::Fault;
 use super::header::Header;
 use crate::Error;
-use crate::input::decode::{self, Layout};
+use crate::input::data_files::DataFiles;
+use crate::input::decode::{self, DEFLATE_EXPANSION, Layout};
+use crate::input::fault::Fault;
 use crate::input::{cannot_read, invalid, open};
 use crate::volume::Voxels;
 
-mod files;
 mod hex;
-
-pub(super) use files::DataFiles;
 
 /// How the numbers are packed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,9 +43,6 @@ impl FromStr for Encoding {
     }
 }
 
-/// Deflate expands at most 1032 times: its shortest code, one bit for length and one for distance, gives 258 bytes.
-const DEFLATE_EXPANSION: u64 = 1032;
-
 pub(super) fn read(path: &Path, header: &Header) -> Result<Voxels, Error> {
     let count = value_count(&header.sizes).map_err(|what| invalid(path, what))?;
     let files = header.data_files.paths(path, &header.sizes).map_err(|fault: Fault| fault.at(path))?;
@@ -58,7 +53,7 @@ pub(super) fn read(path: &Path, header: &Header) -> Result<Voxels, Error> {
         let part = read_file(file, start, header, &layout)?;
         match &mut voxels {
             None => voxels = Some(part),
-            Some(voxels) => append(voxels, part),
+            Some(voxels) => decode::append(voxels, part),
         }
     }
     voxels.ok_or_else(|| invalid(path, "field 'data file' names no file"))
@@ -183,19 +178,4 @@ fn after_skip(mut stream: impl Read, skip: u64, layout: &Layout) -> Result<Voxel
         return Err(format!("'byte skip' is {skip}, but the unpacked data has {skipped} bytes"));
     }
     decode::binary(&mut stream, layout)
-}
-
-/// Both parts come from the same layout, so they hold the same type.
-fn append(voxels: &mut Voxels, part: Voxels) {
-    match (voxels, part) {
-        (Voxels::U8(all), Voxels::U8(part)) => all.extend(part),
-        (Voxels::I8(all), Voxels::I8(part)) => all.extend(part),
-        (Voxels::U16(all), Voxels::U16(part)) => all.extend(part),
-        (Voxels::I16(all), Voxels::I16(part)) => all.extend(part),
-        (Voxels::U32(all), Voxels::U32(part)) => all.extend(part),
-        (Voxels::I32(all), Voxels::I32(part)) => all.extend(part),
-        (Voxels::F32(all), Voxels::F32(part)) => all.extend(part),
-        (Voxels::F64(all), Voxels::F64(part)) => all.extend(part),
-        _ => unreachable!("the parts of one volume are decoded by one layout"),
-    }
 }

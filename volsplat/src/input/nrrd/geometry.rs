@@ -4,10 +4,12 @@
 //! (a picture, a line) are added with size 1. Anything that is not one scalar per point of space, such as colour,
 //! vectors or time, is refused with a word on what to do.
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DVec3};
 
-use super::Fault;
-use super::header::{Header, excerpt};
+use super::header::Header;
+use crate::input::axes;
+use crate::input::fault::Fault;
+use crate::input::fault::excerpt;
 
 /// The lattice of a scalar volume.
 pub(super) struct Geometry {
@@ -17,18 +19,16 @@ pub(super) struct Geometry {
 }
 
 pub(super) fn derive(header: &Header) -> Result<Geometry, Fault> {
-    let axes = spatial_axes(header)?;
+    let spatial = spatial_axes(header)?;
     let mut dims = [1; 3];
     let mut columns = Vec::new();
-    for (dim, &axis) in dims.iter_mut().zip(&axes) {
+    for (dim, &axis) in dims.iter_mut().zip(&spatial) {
         *dim = header.sizes[axis];
         columns.push(axis_in_world(header, axis, columns.len())?);
     }
-    complete(&mut columns);
     let origin =
         header.origin.as_deref().map_or(Ok(DVec3::ZERO), |origin| in_space("space origin", origin))?;
-    let matrix = DMat3::from_cols(columns[0], columns[1], columns[2]);
-    let world_from_index = DAffine3::from_mat3_translation(matrix, origin);
+    let world_from_index = DAffine3::from_mat3_translation(axes::complete(columns), origin);
     Ok(Geometry { dims, world_from_index, up_hint: header.space.as_deref().and_then(up_of) })
 }
 
@@ -111,23 +111,6 @@ fn in_space(name: &str, components: &[f64]) -> Result<DVec3, Fault> {
                 "field '{name}' has a vector of {count} components: space has three"
             )))
         }
-    }
-}
-
-/// Adds axes of size 1 until there are three: at right angles to the others, as long as the shortest of them.
-fn complete(columns: &mut Vec<DVec3>) {
-    let shortest = columns.iter().map(|column| column.length()).fold(f64::INFINITY, f64::min);
-    let length = if shortest > 0.0 && shortest.is_finite() { shortest } else { 1.0 };
-    if columns.is_empty() {
-        columns.push(DVec3::X * length);
-    }
-    if columns.len() == 1 {
-        let across = columns[0].try_normalize().map_or(DVec3::Y, DVec3::any_orthonormal_vector);
-        columns.push(across * length);
-    }
-    if columns.len() == 2 {
-        let normal = columns[0].cross(columns[1]).try_normalize().unwrap_or(DVec3::Z);
-        columns.push(normal * length);
     }
 }
 

@@ -5,12 +5,15 @@
 //! the head ends at the first empty line or at the end of the file.
 
 use std::collections::HashMap;
-use std::io::{BufRead, Read};
+use std::io::BufRead;
 use std::str::FromStr;
 
-use super::Fault;
-use super::data::{DataFiles, Encoding};
+use super::data::Encoding;
 use super::geometry::parse_vectors;
+use crate::input::data_files::DataFiles;
+use crate::input::fault::Fault;
+use crate::input::fault::excerpt;
+use crate::input::lines::Lines;
 use crate::input::{Endian, VoxelType};
 
 /// What the head says, each list with one entry per axis, the fastest axis first.
@@ -34,14 +37,11 @@ pub(super) struct Header {
     pub(super) bytes: u64,
 }
 
-/// Longest head that is read. Diffusion data with hundreds of gradients has some hundred kB; this is a guess beyond it.
-const MAX_HEADER_BYTES: u64 = 1 << 24;
-
 /// The greatest dimension that the format's own library allows.
 const MAX_DIMENSION: usize = 16;
 
 pub(super) fn read(reader: &mut dyn BufRead) -> Result<Header, Fault> {
-    let mut lines = Lines { reader, bytes: 0 };
+    let mut lines = Lines::new(reader);
     let magic = lines.next()?.unwrap_or_default();
     if !matches!(magic.as_str(), "NRRD0001" | "NRRD0002" | "NRRD0003" | "NRRD0004" | "NRRD0005") {
         return Err(Fault::Unsupported(format!("version '{magic}': versions NRRD0001 to NRRD0005 are read")));
@@ -56,28 +56,6 @@ pub(super) fn read(reader: &mut dyn BufRead) -> Result<Header, Fault> {
         }
     }
     fields.into_header(listed, lines.bytes)
-}
-
-/// The lines of the head, counting bytes.
-struct Lines<'a> {
-    reader: &'a mut dyn BufRead,
-    bytes: u64,
-}
-
-impl Lines<'_> {
-    /// The next line without its end, `None` at the end of the file.
-    fn next(&mut self) -> Result<Option<String>, Fault> {
-        let mut line = Vec::new();
-        let room = MAX_HEADER_BYTES - self.bytes;
-        let got = (&mut *self.reader).take(room).read_until(b'\n', &mut line);
-        let got = got.map_err(|error| format!("the header cannot be read: {error}"))? as u64;
-        self.bytes += got;
-        if got == room && !line.ends_with(b"\n") {
-            return Err(Fault::Invalid(format!("the header has no end within {MAX_HEADER_BYTES} bytes")));
-        }
-        let text = String::from_utf8_lossy(&line);
-        Ok((got > 0).then(|| text.trim_end_matches('\n').trim_end_matches('\r').to_owned()))
-    }
 }
 
 #[derive(Default)]
@@ -219,11 +197,6 @@ impl Fields {
         }
         Ok(count)
     }
-}
-
-/// The start of a text, short enough for a message.
-pub(super) fn excerpt(text: &str) -> String {
-    text.chars().take(60).collect()
 }
 
 fn parse<T: FromStr>(name: &str, word: &str) -> Result<T, String> {

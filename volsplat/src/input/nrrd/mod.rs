@@ -10,7 +10,7 @@
 use std::io::BufReader;
 use std::path::Path;
 
-use super::{Parts, invalid, open};
+use super::{Parts, open};
 use crate::Error;
 
 mod data;
@@ -19,29 +19,6 @@ mod header;
 
 /// The first bytes of every NRRD file; one digit of version follows.
 pub(super) const MAGIC: &[u8] = b"NRRD000";
-
-/// Why a header is refused, before the file's name is known.
-enum Fault {
-    /// It contradicts the format or itself.
-    Invalid(String),
-    /// It is right, but not a scalar volume, or a rare form that is not read.
-    Unsupported(String),
-}
-
-impl From<String> for Fault {
-    fn from(what: String) -> Self {
-        Self::Invalid(what)
-    }
-}
-
-impl Fault {
-    fn at(self, path: &Path) -> Error {
-        match self {
-            Self::Invalid(what) => invalid(path, what),
-            Self::Unsupported(what) => Error::Unsupported { path: path.to_owned(), what },
-        }
-    }
-}
 
 pub(super) fn load(path: &Path) -> Result<Parts, Error> {
     let mut reader = BufReader::new(open(path)?);

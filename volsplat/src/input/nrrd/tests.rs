@@ -1,45 +1,13 @@
 //! NRRD: small files of every encoding, byte order and form, written here and read back.
 
 use std::io::Write;
-use std::path::PathBuf;
 
-use tempfile::TempDir;
-
-use crate::Error;
-use crate::input::{LoadOptions, load};
-use crate::volume::{Volume, Voxels};
+use crate::input::LoadOptions;
+use crate::input::test_files::{Folder, gzip, survive_damage};
+use crate::volume::Voxels;
 
 mod detached;
 mod geometry;
-
-/// A folder in which a test writes its files.
-struct Folder(TempDir);
-
-impl Folder {
-    fn new() -> Self {
-        Self(tempfile::tempdir().expect("temporary folder"))
-    }
-
-    fn write(&self, name: &str, parts: &[&[u8]]) -> PathBuf {
-        let path = self.0.path().join(name);
-        std::fs::write(&path, parts.concat()).expect("write");
-        path
-    }
-
-    fn load(&self, parts: &[&[u8]]) -> Result<Volume, Error> {
-        load(&self.write("test.nrrd", parts), &LoadOptions::default())
-    }
-
-    fn refusal(&self, parts: &[&[u8]]) -> String {
-        self.load(parts).expect_err("this file must be refused").to_string()
-    }
-}
-
-fn gzip(bytes: &[u8]) -> Vec<u8> {
-    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
-    encoder.write_all(bytes).expect("in memory");
-    encoder.finish().expect("in memory")
-}
 
 fn bzip2(bytes: &[u8]) -> Vec<u8> {
     let mut encoder = bzip2::write::BzEncoder::new(Vec::new(), bzip2::Compression::default());
@@ -177,7 +145,7 @@ fn truncated_packed_streams_are_refused() {
         for kept in [packed.len() / 2, packed.len() - 4, 1] {
             let text = folder.refusal(&[head(encoding).as_bytes(), &packed[..kept]]);
             assert!(
-                (text.contains("the data") || text.contains("cut off")) && text.contains("test.nrrd"),
+                (text.contains("the data") || text.contains("cut off")) && text.contains("test.dat"),
                 "{encoding} {kept}: {text}"
             );
         }
@@ -235,4 +203,15 @@ fn faulty_heads_name_the_field() {
         let text = folder.refusal(&[b"NRRD0004\n", fields.as_bytes(), b"\n\0"]);
         assert!(text.contains(expected), "{fields}: {text}");
     }
+}
+
+#[test]
+fn damaged_files_are_refused_and_never_panic() {
+    let data: Vec<u8> = (0..8).collect();
+    survive_damage(&[head("short", "big", "raw").as_bytes(), &data].concat(), &LoadOptions::default(), 1000);
+    survive_damage(
+        &[head("short", "big", "gzip").into_bytes(), gzip(&data)].concat(),
+        &LoadOptions::default(),
+        2000,
+    );
 }

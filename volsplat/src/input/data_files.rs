@@ -1,17 +1,17 @@
 //! Which files hold the data: the header itself, one other, a list, or a numbered series.
 //!
-//! Takes the text of the field "data file", gives paths. Relative names count from the folder of the header. Several
-//! files hold equal, consecutive shares of the values; their number must match the sizes.
+//! Takes the text of the field that names them, which NRRD and MetaImage write alike, and gives paths. Relative names
+//! count from the folder of the header. Several files hold equal, consecutive shares of the values; their number must
+//! match the sizes.
 
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-use super::Fault;
-use crate::input::nrrd::header::excerpt;
+use super::fault::{Fault, excerpt};
 
-/// The field "data file".
+/// The field that names the data.
 #[derive(Clone, Debug, PartialEq)]
-pub(in crate::input::nrrd) enum DataFiles {
+pub(super) enum DataFiles {
     /// Absent: the data follows the header.
     Attached,
     /// One name.
@@ -24,7 +24,7 @@ pub(in crate::input::nrrd) enum DataFiles {
 
 /// `count` numbers from `first` on, `step` apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::input::nrrd) struct Numbers {
+pub(super) struct Numbers {
     first: i64,
     step: i64,
     count: u64,
@@ -32,11 +32,7 @@ pub(in crate::input::nrrd) struct Numbers {
 
 impl DataFiles {
     /// `listed` are the lines behind a header whose field says LIST.
-    pub(in crate::input::nrrd) fn parse(
-        field: Option<&str>,
-        listed: Vec<String>,
-        dimension: usize,
-    ) -> Result<Self, String> {
+    pub(super) fn parse(field: Option<&str>, listed: Vec<String>, dimension: usize) -> Result<Self, String> {
         let Some(text) = field else { return Ok(Self::Attached) };
         let words: Vec<&str> = text.split_whitespace().collect();
         if words.first().is_some_and(|word| word.eq_ignore_ascii_case("list")) {
@@ -45,7 +41,7 @@ impl DataFiles {
         }
         match words.iter().position(|word| word.contains('%')) {
             Some(at) if matches!(words.len() - at, 4 | 5) => parse_series(&words, at, dimension),
-            _ if text.is_empty() => Err("field 'data file' is empty: expected a file name".to_owned()),
+            _ if text.is_empty() => Err("the data file field is empty: expected a file name".to_owned()),
             _ => Ok(Self::One(text.to_owned())),
         }
     }
@@ -79,7 +75,7 @@ const MAX_FILES: u64 = 100_000;
 /// Files of dimension `subdim` are as many as the axes above it make; files of the full dimension cut the slowest axis.
 fn check_share(files: u64, subdim: usize, sizes: &[usize]) -> Result<(), String> {
     if files > MAX_FILES {
-        return Err(format!("field 'data file' names {files} files: at most {MAX_FILES} are read"));
+        return Err(format!("the data file field names {files} files: at most {MAX_FILES} are read"));
     }
     let slowest = sizes.len() - 1;
     let matches = if subdim == sizes.len() {
@@ -92,33 +88,35 @@ fn check_share(files: u64, subdim: usize, sizes: &[usize]) -> Result<(), String>
         return Ok(());
     }
     Err(format!(
-        "field 'data file' names {files} files of dimension {subdim}, which does not fit sizes {sizes:?}"
+        "the data file field names {files} files of dimension {subdim}, which does not fit sizes {sizes:?}"
     ))
 }
 
 /// Without the word, one file holds all axes but the slowest.
 fn parse_subdim(word: Option<&&str>, dimension: usize) -> Result<usize, String> {
     let allowed: RangeInclusive<usize> = 1..=dimension;
-    match word.map(|word| word.parse()) {
+    // MetaImage writes "2D" where NRRD writes "2".
+    match word.map(|word| word.trim_end_matches(['D', 'd']).parse()) {
         None => Ok(dimension.saturating_sub(1).max(1)),
         Some(Ok(subdim)) if allowed.contains(&subdim) => Ok(subdim),
-        Some(_) => Err(format!("field 'data file': the dimension of one file must be 1 to {dimension}")),
+        Some(_) => Err(format!("the data file field: the dimension of one file must be 1 to {dimension}")),
     }
 }
 
 /// `words[at]` has the `%`; the name may hold spaces before it.
 fn parse_series(words: &[&str], at: usize, dimension: usize) -> Result<DataFiles, String> {
     let number = |word: &str| {
-        let fault = || format!("field 'data file' holds '{}': expected NAME FIRST LAST STEP", excerpt(word));
+        let fault =
+            || format!("the data file field holds '{}': expected NAME FIRST LAST STEP", excerpt(word));
         word.parse::<i32>().map(i64::from).map_err(|_| fault())
     };
     let [first, last, step] = [number(words[at + 1])?, number(words[at + 2])?, number(words[at + 3])?];
     if step == 0 || (last - first).signum() == -step.signum() {
-        return Err(format!("field 'data file': from {first} to {last} by {step} leads nowhere"));
+        return Err(format!("the data file field: from {first} to {last} by {step} leads nowhere"));
     }
     let numbers = Numbers { first, step, count: ((last - first) / step) as u64 + 1 };
     let pattern = words[..=at].join(" ");
-    let fault = || format!("field 'data file': pattern '{}': expected one such as %03d", excerpt(&pattern));
+    let fault = || format!("the data file field: pattern '{}': expected one such as %03d", excerpt(&pattern));
     let (prefix, rest) = pattern.split_once('%').ok_or_else(fault)?;
     let conversion = rest.find(['d', 'i', 'u']).ok_or_else(fault)?;
     let digits = &rest[..conversion];

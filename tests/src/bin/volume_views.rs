@@ -1,0 +1,108 @@
+//! Renders the six views of the volume comparison with many settings and prints error and cost as Markdown tables.
+//!
+//! `cargo run --release -p resample-tests --bin volume_views [-- FRAMES]`. Each setting draws two frames to warm up and
+//! FRAMES timed ones (9 if not given), the camera turned by 0.7 degrees about up from frame to frame; the last frame
+//! is not turned, and is compared with the truths over the pixels that the truth covers. Says "skipped" and succeeds
+//! where the data is absent. Time is the median process-CPU time of one thread.
+
+use std::process::ExitCode;
+
+use resample_core::metrics::{Comparison, Mask, compare};
+use resample_core::{Camera, FootprintMode, Image, KernelShape, OpacityMode, SelectMode};
+use resample_tests::interleaved::{Entrant, run};
+use resample_tests::peer_scenes::{Scene, Subject, Truth};
+use volsplat::{RenderOptions, TransferFunction, Volume};
+
+/// How far the camera turns from frame to frame: a voxel at the volume's rim moves by about two pixels.
+const TURN_DEG: f64 = 0.7;
+
+/// Frames that only bring buffers to their size.
+const WARM_UP: usize = 2;
+
+/// Timed frames if none are asked for.
+const FRAMES: usize = 9;
+
+/// What skip lines call this program.
+const PROGRAM: &str = "volume_views";
+
+fn main() -> ExitCode {
+    let frames = match std::env::args().nth(1).map(|argument| argument.parse::<usize>()) {
+        None => FRAMES,
+        Some(Ok(frames)) if frames > 0 => frames,
+        Some(_) => {
+            eprintln!("usage: {PROGRAM} [FRAMES], with FRAMES a whole number above 0");
+            return ExitCode::FAILURE;
+        }
+    };
+    for subject in Subject::ALL {
+        let Some(volume) = subject.volume(PROGRAM) else { continue };
+        let transfer = subject.transfer();
+        for scene in Scene::ALL.into_iter().filter(|scene| scene.subject == subject) {
+            print_scene(&scene, (&volume, &transfer), frames);
+        }
+    }
+    ExitCode::SUCCESS
+}
+
+fn print_scene(scene: &Scene, subject: (&Volume, &TransferFunction), frames: usize) {
+    let truths: Vec<Image> = Truth::ALL.iter().filter_map(|&truth| scene.truth(PROGRAM, truth)).collect();
+    let [point, area] = truths.as_slice() else { return };
+    let mut entrants: Vec<Entrant> =
+        settings().iter().map(|(name, options)| Entrant::new(name, subject, options)).collect();
+    run(&mut entrants, &cameras(scene, frames), WARM_UP);
+    println!("### {}\n", scene.name());
+    println!("| setting | against point truth | against area truth | CPU ms | splats | points |");
+    println!("|---|---|---|---|---|---|");
+    for entrant in &entrants {
+        let stats = entrant.last();
+        println!(
+            "| {} | {} | {} | {:.1} | {} | {} |",
+            entrant.name,
+            figures(&against(&entrant.image, point)),
+            figures(&against(&entrant.image, area)),
+            entrant.median_cpu_ms(),
+            stats.splats,
+            stats.points
+        );
+    }
+    println!();
+}
+
+/// PSNR inside, SSIM inside, mean FLIP inside.
+fn figures(comparison: &Comparison) -> String {
+    format!("{:.1} dB; {:.3}; {:.3}", comparison.psnr_db, comparison.ssim, comparison.flip.mean)
+}
+
+/// The comparison over the pixels that the truth covers.
+fn against(image: &Image, truth: &Image) -> Comparison {
+    compare(image, truth, Some(&Mask::from_alpha(truth))).expect("finite pictures of one size")
+}
+
+/// The turning camera; the last one looks as the truth does.
+fn cameras(scene: &Scene, frames: usize) -> Vec<Camera> {
+    let pose = scene.pose();
+    let turned = |back: usize| pose.turned((back as f64 * TURN_DEG).to_radians()).camera();
+    (0..WARM_UP + frames).rev().map(turned).collect()
+}
+
+/// What is compared: the default, then one choice changed at a time.
+fn settings() -> Vec<(&'static str, RenderOptions)> {
+    let default = RenderOptions::default;
+    let mut rows = vec![("default: hybrid, exact, Gaussian", default())];
+    let footprints = [
+        ("footprint affine-approx", FootprintMode::AffineApprox),
+        ("footprint affine", FootprintMode::Affine),
+        ("footprint table", FootprintMode::Table),
+    ];
+    rows.extend(footprints.map(|(name, footprint)| (name, RenderOptions { footprint, ..default() })));
+    let kernels = [("kernel polynomial", KernelShape::Polynomial), ("kernel B-spline", KernelShape::BSpline)];
+    rows.extend(kernels.map(|(name, kernel)| (name, RenderOptions { kernel, ..default() })));
+    let selections = [
+        ("select splats", SelectMode::Splats),
+        ("select points", SelectMode::Points),
+        ("select ewa", SelectMode::Ewa),
+    ];
+    rows.extend(selections.map(|(name, select)| (name, RenderOptions { select, ..default() })));
+    rows.push(("opacity linear", RenderOptions { opacity: OpacityMode::Linear, ..default() }));
+    rows
+}

@@ -1,0 +1,46 @@
+//! Why a reader gives up, before the file's name is known.
+//!
+//! The parts of a reader work on text and bytes and do not know the path; they give a [`Fault`], and whoever opened the
+//! file turns it into the error that names it.
+
+use std::path::Path;
+
+use super::invalid;
+use crate::Error;
+
+/// Why a file is refused.
+#[derive(Debug)]
+pub(super) enum Fault {
+    /// It contradicts the format or itself.
+    Invalid(String),
+    /// It is right, but not a scalar volume, or a rare form that is not read.
+    Unsupported(String),
+    /// Only the caller's options are at fault.
+    Option(String),
+}
+
+impl From<String> for Fault {
+    fn from(what: String) -> Self {
+        Self::Invalid(what)
+    }
+}
+
+impl Fault {
+    pub(super) fn at(self, path: &Path) -> Error {
+        match self {
+            Self::Invalid(what) => invalid(path, what),
+            Self::Unsupported(what) => Error::Unsupported { path: path.to_owned(), what },
+            Self::Option(what) => Error::Option(format!("{}: {what}", path.display())),
+        }
+    }
+}
+
+/// A fault of a right file that is not read here.
+pub(super) fn unsupported(what: impl Into<String>) -> Fault {
+    Fault::Unsupported(what.into())
+}
+
+/// The start of a text, short enough for a message.
+pub(super) fn excerpt(text: &str) -> String {
+    text.chars().take(60).collect()
+}

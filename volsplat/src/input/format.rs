@@ -1,0 +1,108 @@
+//! Which format a file has, told by its content and never by its name.
+//!
+//! Takes a path, reads its first bytes, and compares them with what each format must begin with. What is known but not
+//! read here, such as HDF5, is named too, so that the message can say more than "unknown".
+
+use std::io::Read;
+use std::path::Path;
+
+use super::{cannot_read, meta_image, nifti, npy, nrrd, open};
+use crate::Error;
+
+/// The formats that are told by their content. A headerless file has none of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// NRRD, attached or detached.
+    Nrrd,
+    /// MetaImage, `.mha` or `.mhd`.
+    MetaImage,
+    /// NIfTI, one file or a pair.
+    Nifti,
+    /// An array of NumPy, `.npy`.
+    Npy,
+}
+
+impl Format {
+    /// The usual name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Nrrd => "NRRD",
+            Self::MetaImage => "MetaImage",
+            Self::Nifti => "NIfTI",
+            Self::Npy => "NumPy array",
+        }
+    }
+}
+
+/// What the first bytes say.
+pub(super) enum Told {
+    Known(Format),
+    /// A format that is not read here: its name and what to do.
+    NotRead(&'static str),
+    Nothing,
+}
+
+/// Enough for every mark below: the latest one, of XML behind a comment, has no fixed place. A guess.
+const HEAD_BYTES: u64 = 4096;
+
+/// Marks of formats that people may hand in and that are not read here, with what to do.
+const NOT_READ: [(&[u8], &str); 6] = [
+    (b"\x89HDF\r\n\x1a\n", "an HDF5 file: write the data set to NRRD or .npy first"),
+    (b"PK\x03\x04", "a ZIP archive (.npz, .zip): unpack it and give one file of it"),
+    (b"# vtk DataFile", "a legacy VTK file: save it as VTK ImageData (.vti)"),
+    (b"\x89PNG\r\n\x1a\n", "a PNG picture: convert the slices to a TIFF stack"),
+    (b"\xff\xd8\xff", "a JPEG picture: convert the slices to a TIFF stack"),
+    (b"BZh", "a bzip2 file: unpack it first"),
+];
+
+const GZIP: &str = "a gzip file that holds no NIfTI: unpack it first";
+const ANALYZE: &str = "an ANALYZE 7.5 header, which does not say which side is left: convert it to NIfTI";
+
+/// The format of the file at `path`.
+///
+/// `None` where nothing marks one, as in a headerless file. Errors: [`Error::Read`].
+pub fn format_of(path: &Path) -> Result<Option<Format>, Error> {
+    Ok(match tell(path)? {
+        Told::Known(format) => Some(format),
+        Told::NotRead(_) | Told::Nothing => None,
+    })
+}
+
+pub(super) fn tell(path: &Path) -> Result<Told, Error> {
+    let mut head = Vec::new();
+    open(path)?.take(HEAD_BYTES).read_to_end(&mut head).map_err(|source| cannot_read(path, source))?;
+    if let Some(format) = known(&head) {
+        return Ok(Told::Known(format));
+    }
+    if head.starts_with(nifti::GZIP_MAGIC) {
+        return Ok(if nifti::is_nifti(&unpacked(&head)) {
+            Told::Known(Format::Nifti)
+        } else {
+            Told::NotRead(GZIP)
+        });
+    }
+    if nifti::is_analyze(&head) {
+        return Ok(Told::NotRead(ANALYZE));
+    }
+    let not_read = NOT_READ.iter().find(|(mark, _)| head.starts_with(mark));
+    Ok(not_read.map_or(Told::Nothing, |(_, advice)| Told::NotRead(advice)))
+}
+
+/// What the beginning of a gzip file unpacks to, as far as a header goes.
+fn unpacked(head: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let stream = flate2::bufread::MultiGzDecoder::new(head).take(nifti::MAX_HEADER_BYTES);
+    // The packed bytes are cut off, so an error at their end means nothing; what came before it counts.
+    let _ = { stream }.read_to_end(&mut bytes);
+    bytes
+}
+
+fn known(head: &[u8]) -> Option<Format> {
+    match head {
+        _ if head.starts_with(nrrd::MAGIC) => Some(Format::Nrrd),
+        _ if nifti::is_nifti(head) => Some(Format::Nifti),
+        _ if head.starts_with(npy::MAGIC) => Some(Format::Npy),
+        _ if meta_image::begins(head) => Some(Format::MetaImage),
+        _ => None,
+    }
+}

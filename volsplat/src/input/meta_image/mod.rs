@@ -1,0 +1,139 @@
+//! MetaImage files, `.mha` with attached and `.mhd` with detached data.
+//!
+//! Takes a path, gives the parts of a volume. The header (`header.rs`) is a list of `Key = Value` lines whose last key,
+//! ElementDataFile, says where the data is: behind the header, in one file, a list of files or a numbered series. The
+//! data is binary, zlib-compressed or text. The source is the description of MetaIO, ITK's library for this format.
+//! Limits: scalars, or one chosen component; "CenterOfRotation" and the intensity function are left aside, as ITK does,
+//! and so is "CompressedDataSize": the whole stream is unpacked, and its length must fit the size of the image.
+
+use std::fs::File;
+use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
+
+use super::component::{Interleaved, OneComponent, chosen};
+use super::data_files::DataFiles;
+use super::decode::{self, Layout};
+use super::fault::Fault;
+use super::{Parts, cannot_read, invalid, open};
+use crate::Error;
+use crate::volume::{Voxels, voxel_count};
+
+mod header;
+
+use header::{Encoding, Header};
+
+/// Whether a file that begins with `head` is a MetaImage.
+pub(super) fn begins(head: &[u8]) -> bool {
+    header::begins(head)
+}
+
+pub(super) fn load(path: &Path, component: Option<usize>) -> Result<Parts, Error> {
+    let header = header::read(&mut BufReader::new(open(path)?)).map_err(|fault| fault.at(path))?;
+    let chosen = chosen(component, header.channels).map_err(|fault| fault.at(path))?;
+    let voxels = voxels(path, &header, chosen)?;
+    Ok(Parts {
+        dims: header.dims,
+        voxels,
+        world_from_index: header.world_from_index,
+        // The third coordinate grows towards the head in the space that ITK writes.
+        up_hint: header.is_anatomical.then_some(glam::DVec3::Z),
+        space: header.is_anatomical.then(|| "left-posterior-superior".to_owned()),
+    })
+}
+
+fn voxels(path: &Path, header: &Header, chosen: usize) -> Result<Voxels, Error> {
+    let count = voxel_count(header.dims).map_err(|what| invalid(path, format!("DimSize: {what}")))?;
+    let files = header.data_files.paths(path, &header.dims).map_err(|fault| fault.at(path))?;
+    let start = if header.data_files == DataFiles::Attached { header.bytes } else { 0 };
+    let layout = Layout { voxel_type: header.voxel_type, endian: header.endian, count: count / files.len() };
+    let interleaved =
+        Interleaved { scalar_bytes: header.voxel_type.bytes(), components: header.channels, chosen };
+    let mut voxels: Option<Voxels> = None;
+    for name in &files {
+        let file = open(name)?;
+        let total = file.metadata().map_err(|source| cannot_read(name, source))?.len();
+        let part = Data { file, total, start, layout, interleaved };
+        let part = part.decode(header).map_err(|fault| fault.at(name))?;
+        match &mut voxels {
+            None => voxels = Some(part),
+            Some(voxels) => decode::append(voxels, part),
+        }
+    }
+    voxels.ok_or_else(|| invalid(path, "ElementDataFile names no file"))
+}
+
+/// One data file.
+struct Data {
+    file: File,
+    /// Its length in bytes.
+    total: u64,
+    /// Where the data begins if HeaderSize does not say it.
+    start: u64,
+    layout: Layout,
+    interleaved: Interleaved,
+}
+
+impl Data {
+    fn decode(mut self, header: &Header) -> Result<Voxels, Fault> {
+        let needed = self.layout.bytes()?.checked_mul(self.interleaved.components as u64);
+        let needed = needed.ok_or_else(|| "the voxels take more bytes than can be counted".to_owned())?;
+        let skip = self.skip(header, needed)?;
+        let held = self.total.saturating_sub(skip);
+        match header.encoding {
+            Encoding::Raw if held != needed => {
+                return Err(Fault::Invalid(wrong_length(header, needed, held)));
+            }
+            Encoding::Zlib => decode::check_deflated(needed, held)?,
+            // A digit and a separator for every value but the last.
+            Encoding::Text if 2 * self.layout.count as u64 - 1 > held => {
+                return Err(Fault::Invalid(format!(
+                    "{} values cannot stand in {held} bytes",
+                    self.layout.count
+                )));
+            }
+            Encoding::Raw | Encoding::Text => {}
+        }
+        self.file.seek(SeekFrom::Start(skip)).map_err(|error| decode::broken(&error))?;
+        let mut file = BufReader::new(self.file);
+        Ok(match header.encoding {
+            Encoding::Raw => component_of(file, self.interleaved, &self.layout)?,
+            Encoding::Zlib => {
+                let unpacked = flate2::bufread::ZlibDecoder::new(file);
+                component_of(unpacked, self.interleaved, &self.layout)?
+            }
+            Encoding::Text if self.interleaved.components > 1 => {
+                return Err(Fault::Unsupported(
+                    "several channels as text: save the data as binary".to_owned(),
+                ));
+            }
+            Encoding::Text => decode::text(&mut file, &self.layout)?,
+        })
+    }
+
+    /// Bytes of the file before the data. HeaderSize counts from the beginning of the file, attached or not.
+    fn skip(&self, header: &Header, needed: u64) -> Result<u64, String> {
+        match (header.header_size, header.encoding) {
+            (0, _) => Ok(self.start),
+            (-1, Encoding::Raw) => self.total.checked_sub(needed).ok_or_else(|| {
+                format!("{} needs {needed} bytes, the file has {}", header.described(), self.total)
+            }),
+            (-1, _) => Err("HeaderSize = -1 is for plain binary data only".to_owned()),
+            (size, _) => Ok(size.unsigned_abs()),
+        }
+    }
+}
+
+fn component_of(stream: impl Read, interleaved: Interleaved, layout: &Layout) -> Result<Voxels, String> {
+    decode::binary(&mut OneComponent::new(stream, interleaved), layout)
+}
+
+fn wrong_length(header: &Header, needed: u64, held: u64) -> String {
+    format!(
+        "{} needs {needed} bytes of data, there are {held}: check DimSize, ElementType, ElementNumberOfChannels and \
+         HeaderSize",
+        header.described()
+    )
+}
+
+#[cfg(test)]
+mod tests;
