@@ -7,6 +7,7 @@ mod inputs;
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
+use resample_core::sort::depth_key;
 use resample_core::tile::{ChunkBins, Primitive, TileGrid};
 
 /// Primitives of the chunk.
@@ -23,7 +24,7 @@ fn chunk(bencher: Bencher, side_px: u16) {
     for pair in inputs::spread(2 * COUNT, 100.0, 228.0).chunks(2) {
         let [x, y] = [pair[0] as u16, pair[1] as u16];
         let primitive = Primitive { depth: pair[0] as f32, ..Primitive::default() };
-        bins.push(primitive, grid.rect([x, x + side_px], [y, y + side_px]));
+        bins.push(primitive, depth_key(primitive.depth), grid.rect([x, x + side_px], [y, y + side_px]));
     }
     bencher.counter(ItemsCount::new(COUNT)).bench_local(|| bins.bin(3));
 }

@@ -11,7 +11,7 @@ use divan::counter::ItemsCount;
 use resample_core::composite::{DepthRule, IndexRule, TileSettings, TileWork, composite_tile};
 use resample_core::point::PixelFilter;
 use resample_core::simd::SimdLevel;
-use resample_core::sort::entry;
+use resample_core::sort::{depth_key, entry};
 use resample_core::table::FootprintProfile;
 use resample_core::tile::{POINT_ROWS, Primitive, TILE_PX};
 use resample_core::{Kernel, KernelShape, OpacityMode};
@@ -52,7 +52,7 @@ fn splats_4_px_cone_corrected(bencher: Bencher, level: SimdLevel) {
 }
 
 fn composite(bencher: Bencher, settings: &TileSettings, primitives: &[Primitive]) {
-    let entries: Vec<u64> = primitives.iter().zip(0..).map(|(p, i)| entry(p.depth, i)).collect();
+    let entries: Vec<u64> = primitives.iter().zip(0..).map(|(p, i)| entry(depth_key(p.depth), i)).collect();
     bencher
         .counter(ItemsCount::new(primitives.len()))
         .with_inputs(TileWork::default)

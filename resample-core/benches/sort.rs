@@ -6,7 +6,7 @@ mod inputs;
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use resample_core::sort::{entry, sort_by_depth};
+use resample_core::sort::{depth_key, entry, sort_by_depth};
 
 /// From a tile at the picture's edge to the fullest tile of a large volume.
 const LENGTHS: [usize; 4] = [100, 300, 1_000, 10_000];
@@ -35,5 +35,9 @@ fn std_sort_unstable(bencher: Bencher, length: usize) {
 }
 
 fn entries(length: usize) -> Vec<u64> {
-    inputs::spread(length, 300.0, 700.0).iter().zip(0..).map(|(&depth, i)| entry(depth as f32, i)).collect()
+    inputs::spread(length, 300.0, 700.0)
+        .iter()
+        .zip(0..)
+        .map(|(&depth, i)| entry(depth_key(depth as f32), i))
+        .collect()
 }

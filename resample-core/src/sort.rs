@@ -1,15 +1,20 @@
 //! Depth sorting of a tile's list.
 //!
 //! An entry packs the depth's bits (positive floats order as their bits do) above the index of a primitive. The list
-//! is sorted by a stable radix sort on the depth, quantised to 16 bits of the list's own range: at most 1/65536 of the
-//! tile's depth range decides nothing, and ties keep the order of the source, so the result never depends on threads.
+//! is sorted by a stable radix sort on the key, quantised to 16 bits of the list's own range of keys: two depths of a
+//! tile closer than 1/65536 of the range of their bits (in a tile whose depths span a factor of two, 1/65536 of them)
+//! keep the order of the source, so the result never depends on threads.
 
-/// Lists shorter than this are sorted by comparison: the counters of a radix pass would cost more. A guess near the
-/// measured crossing, which is flat.
-const RADIX_MIN: usize = 64;
+/// Lists shorter than this are sorted by comparison: the counters of a radix pass would cost more. The measured
+/// crossing lies between 100 entries (comparison 1.3 times faster) and 300 (radix 1.3 times faster).
+const RADIX_MIN: usize = 200;
 
 /// Bits of depth that the radix passes look at.
 const KEY_BITS: u32 = 16;
+
+/// Keys of a list that lie in a range shorter than this are sorted exactly.
+pub const EXACT_KEYS: u32 = 1 << KEY_BITS;
+
 const DIGIT_BITS: u32 = 8;
 const DIGITS: usize = 1 << DIGIT_BITS;
 

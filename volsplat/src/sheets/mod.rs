@@ -20,7 +20,7 @@ use cpu_time::ThreadTime;
 use glam::DVec3;
 use rayon::prelude::*;
 use resample_core::composite::{DepthRule, TileCounts, TilePixels};
-use resample_core::sort::sort_by_depth;
+use resample_core::sort::{EXACT_KEYS, entry_key, sort_by_depth};
 use resample_core::tile::{TILE_PX, TileGrid};
 use resample_core::{Camera, GridView};
 
@@ -196,7 +196,7 @@ impl SheetFrame<'_> {
         scratch.pixels = TilePixels::default();
         slot.counts = TileCounts::default();
         let start = ThreadTime::try_now().ok();
-        sort_by_depth(&mut slot.entries, &mut scratch.sort);
+        sort_by_plane(&mut slot.entries, &mut scratch.sort);
         slot.sort_ms = elapsed_ms(start);
         let start = ThreadTime::try_now().ok();
         if !slot.entries.is_empty() {
@@ -205,5 +205,16 @@ impl SheetFrame<'_> {
         }
         slot.pixels = scratch.pixels.averaged(self.subpixels as usize);
         slot.composite_ms = elapsed_ms(start);
+    }
+}
+
+/// Sorts entries by their plane, exactly: the tile relies on it.
+fn sort_by_plane(entries: &mut [u64], scratch: &mut Vec<u64>) {
+    let planes = entries.iter().map(|&e| entry_key(e));
+    let (nearest, farthest) = planes.fold((u32::MAX, 0), |(lo, hi), plane| (lo.min(plane), hi.max(plane)));
+    if farthest.saturating_sub(nearest) < EXACT_KEYS {
+        sort_by_depth(entries, scratch);
+    } else {
+        entries.sort_unstable();
     }
 }
