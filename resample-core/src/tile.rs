@@ -204,6 +204,45 @@ impl<P> ChunkBins<P> {
     }
 }
 
+/// Items by tile, where one task can list them all: few large items, such as bricks.
+#[derive(Clone, Debug, Default)]
+pub struct TileLists {
+    columns: usize,
+    starts: Vec<u32>,
+    items: Vec<u32>,
+}
+
+impl TileLists {
+    /// Lists the items 0.. by the tiles that their rectangles touch; each tile keeps the order of the items.
+    pub fn new(grid: &TileGrid, rects: &[TileRect]) -> Self {
+        let columns = grid.columns();
+        let slot = |x: u16, y: u16| usize::from(y) * columns + usize::from(x);
+        let mut starts = vec![0u32; columns * grid.rows() + 1];
+        for rect in rects {
+            for_each_tile(rect, |x, y| starts[slot(x, y) + 1] += 1);
+        }
+        for tile in 1..starts.len() {
+            starts[tile] += starts[tile - 1];
+        }
+        let mut next = starts.clone();
+        let mut items = vec![0; starts.last().map_or(0, |&n| n as usize)];
+        for (item, rect) in rects.iter().enumerate() {
+            for_each_tile(rect, |x, y| {
+                let place = &mut next[slot(x, y)];
+                items[*place as usize] = item as u32;
+                *place += 1;
+            });
+        }
+        Self { columns, starts, items }
+    }
+
+    /// The items of tile (x, y).
+    pub fn tile(&self, x: usize, y: usize) -> &[u32] {
+        let tile = y * self.columns + x;
+        &self.items[self.starts[tile] as usize..self.starts[tile + 1] as usize]
+    }
+}
+
 fn for_each_tile(rect: &TileRect, mut visit: impl FnMut(u16, u16)) {
     for y in rect.y0..rect.y1 {
         for x in rect.x0..rect.x1 {
@@ -251,6 +290,21 @@ mod tests {
                 }
             }
             assert_eq!(bins.pairs(), rects.iter().map(TileRect::area).sum::<usize>());
+        }
+    }
+
+    #[test]
+    fn lists_keep_every_item_in_each_of_its_tiles_in_order() {
+        let grid = TileGrid { width: 70, height: 50 };
+        let rects: Vec<TileRect> =
+            (0..60u16).map(|i| grid.rect([i, (2 * i + 3).min(70)], [i % 40, i % 40 + 9])).collect();
+        let lists = TileLists::new(&grid, &rects);
+        for y in 0..grid.rows() {
+            for x in 0..grid.columns() {
+                let expected: Vec<u32> =
+                    (0..60).filter(|&i| rects[i as usize].slot(x as u16, y as u16).is_some()).collect();
+                assert_eq!(lists.tile(x, y), expected, "tile ({x}, {y})");
+            }
         }
     }
 }

@@ -4,6 +4,7 @@
 
 use rayon::prelude::*;
 
+use crate::cells::CellBrick;
 use crate::cull::ViewVolume;
 use crate::field::FieldBrick;
 use crate::sample::{Bounds, Brick};
@@ -37,6 +38,18 @@ impl BrickOfSamples for FieldBrick {
 
     fn sample_count(&self) -> usize {
         self.places.len()
+    }
+}
+
+impl BrickOfSamples for CellBrick {
+    fn bounds(&self) -> &Bounds {
+        &self.bounds
+    }
+
+    /// Cells in the box of the visible ones: what a brick out of view spares.
+    fn sample_count(&self) -> usize {
+        let [low, high] = self.bounds.range();
+        (0..3).map(|axis| usize::from(high[axis] - low[axis])).product()
     }
 }
 

@@ -5,12 +5,11 @@
 //! of its eight corners meets the transfer function's support. All other voxels are dropped. What falls into a cell
 //! with dropped corners is told by its weights, which no longer sum to 1.
 
-use std::ops::RangeInclusive;
-
 use glam::DAffine3;
 use rayon::prelude::*;
 
 use crate::sample::{BRICK_SIDE, Bounds, brick_corners, pack_place};
+use crate::support::Support;
 use crate::transfer::TransferFunction;
 use crate::volume::{Volume, with_voxels};
 
@@ -44,8 +43,8 @@ pub struct FieldBrick {
 impl Field {
     /// The voxels within `reach` (voxels, at least 1) of a cell that may hold a visible scalar.
     pub fn new(volume: &Volume, transfer: &TransferFunction, reach: usize) -> Self {
-        let support = support(transfer);
-        let bricks: Vec<FieldBrick> = brick_corners(volume.dims)
+        let support = Support::new(transfer);
+        let bricks: Vec<FieldBrick> = brick_corners(volume.dims, BRICK_SIDE)
             .into_par_iter()
             .filter_map(|corner| {
                 with_voxels!(&volume.voxels, slice => {
@@ -64,38 +63,15 @@ impl Field {
     }
 }
 
-/// The scalars whose opacity is above 0, as intervals; their ends may be transparent themselves, which only makes
-/// the test below keep a cell that it could drop.
-fn support(transfer: &TransferFunction) -> Vec<RangeInclusive<f32>> {
-    let knots = transfer.opacity_knots();
-    let mut support = Vec::new();
-    let visible = |i: usize| knots[i].opacity > 0.0;
-    let at = |i: usize| knots[i].value as f32;
-    if visible(0) {
-        support.push(f32::NEG_INFINITY..=at(0));
-    }
-    for i in 1..knots.len() {
-        if visible(i - 1) || visible(i) {
-            // A ramp that starts from 0 is visible only past its knot.
-            let low = if visible(i - 1) { at(i - 1) } else { at(i - 1).next_up() };
-            let high = if visible(i) { at(i) } else { at(i).next_down() };
-            support.push(low..=high);
-        }
-    }
-    if visible(knots.len() - 1) {
-        support.push(at(knots.len() - 1)..=f32::INFINITY);
-    }
-    support
-}
-
-struct Grid<'a, T> {
-    voxels: &'a [T],
-    dims: [usize; 3],
+/// Typed voxels of a volume.
+pub(crate) struct Grid<'a, T> {
+    pub(crate) voxels: &'a [T],
+    pub(crate) dims: [usize; 3],
 }
 
 impl<T: Copy + Into<f64>> Grid<'_, T> {
     /// The scalar of a voxel; beyond the volume, that of the nearest one.
-    fn at(&self, index: [isize; 3]) -> f32 {
+    pub(crate) fn at(&self, index: [isize; 3]) -> f32 {
         let [x, y, z] = [0, 1, 2].map(|axis| index[axis].clamp(0, self.dims[axis] as isize - 1) as usize);
         let value: f64 = self.voxels[x + self.dims[0] * (y + self.dims[1] * z)].into();
         value as f32
@@ -109,7 +85,7 @@ fn field_brick<T: Copy + Into<f64>>(
     grid: &Grid<T>,
     corner: [u32; 3],
     reach: usize,
-    support: &[RangeInclusive<f32>],
+    support: &Support,
 ) -> Option<FieldBrick> {
     let side = BRICK_SIDE + 2 * reach;
     assert!(side <= MAX_SIDE, "a row of cells is kept in 32 bits");
@@ -119,7 +95,7 @@ fn field_brick<T: Copy + Into<f64>>(
         let at = [i % side, i / side % side, i / (side * side)];
         *value = grid.at([0, 1, 2].map(|axis| first[axis] + at[axis] as isize));
     }
-    let visible = |low: f32, high: f32| support.iter().any(|s| high >= *s.start() && low <= *s.end());
+    let visible = |low: f32, high: f32| support.meets(low, high);
     let range = block.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
     if !visible(range.0, range.1) {
         return None;

@@ -1,5 +1,6 @@
 //! Volume rendering by hybrid forward resampling.
 
+mod cells;
 mod chunks;
 pub mod cull;
 pub mod error;
@@ -16,13 +17,14 @@ pub mod render;
 pub mod sample;
 mod sheets;
 pub mod stats;
+mod support;
 mod tiles;
 pub mod transfer;
 pub mod volume;
 
 pub use error::Error;
 pub use input::{Endian, LoadOptions, RawOptions, VoxelType, load};
-pub use options::{ColourBy, DepthPlane, Order, RenderOptions, Subpixels};
+pub use options::{ColourBy, DepthPlane, Order, RenderOptions, SheetSums, Subpixels};
 pub use render::{Frame, Renderer};
 pub use stats::{FrameStats, StageTime, StageTimes};
 pub use transfer::{ColourEncoding, ColourMap, Histogram, TransferFunction};

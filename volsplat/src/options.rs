@@ -11,6 +11,8 @@ pub struct RenderOptions {
     pub order: Order,
     /// Image sheets: thickness of a slab along the view direction, in voxels (the smallest spacing).
     pub slab_voxels: f64,
+    /// Image sheets: how the sums are formed. The pictures agree to rounding.
+    pub sheet_sums: SheetSums,
     /// Image sheets: sub-pixels along a pixel's side at which sheets are composited before they are averaged.
     pub subpixels: Subpixels,
     /// Shape of the reconstruction kernel.
@@ -48,6 +50,15 @@ pub enum Order {
     ImageSheets,
 }
 
+/// How an image sheet's sums are formed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SheetSums {
+    /// Sample by sample, from the eight voxels of its cell.
+    Gather,
+    /// Voxel by voxel, into every plane that cuts its kernel.
+    Scatter,
+}
+
 /// Sub-pixels along a pixel's side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subpixels {
@@ -80,6 +91,7 @@ impl Default for RenderOptions {
         Self {
             order: Order::EverySample,
             slab_voxels: 0.5,
+            sheet_sums: SheetSums::Gather,
             subpixels: Subpixels::Auto,
             kernel: KernelShape::Gaussian,
             footprint: FootprintMode::Exact,

@@ -52,7 +52,7 @@ impl Renderer {
                 Pipeline::EverySample(Box::new(EverySample::new(volume, transfer, options)))
             }
             Order::ImageSheets => {
-                Pipeline::ImageSheets(Box::new(ImageSheets::new(volume, transfer, options)))
+                Pipeline::ImageSheets(Box::new(ImageSheets::new(volume, transfer, options)?))
             }
         };
         Ok(Self {
@@ -69,7 +69,7 @@ impl Renderer {
     pub fn non_transparent(&self) -> u64 {
         match &self.pipeline {
             Pipeline::EverySample(p) => p.samples.count,
-            Pipeline::ImageSheets(p) => p.field.non_transparent,
+            Pipeline::ImageSheets(p) => p.counts()[0],
         }
     }
 
@@ -77,7 +77,7 @@ impl Renderer {
     pub fn voxels(&self) -> u64 {
         match &self.pipeline {
             Pipeline::EverySample(p) => p.samples.voxels,
-            Pipeline::ImageSheets(p) => p.field.voxels,
+            Pipeline::ImageSheets(p) => p.counts()[1],
         }
     }
 
@@ -135,9 +135,7 @@ impl Pipeline {
             Self::EverySample(p) => {
                 bounds_in_world(p.samples.bricks.iter().map(|b| &b.bounds), &p.samples.world_from_index)
             }
-            Self::ImageSheets(p) => {
-                bounds_in_world(p.field.bricks.iter().map(|b| &b.bounds), &p.field.world_from_index)
-            }
+            Self::ImageSheets(p) => p.bounds_in_world(),
         }
     }
 }

@@ -74,7 +74,7 @@ pub fn place(packed: u16) -> [u16; 3] {
 impl Samples {
     /// Applies the transfer function to every voxel and keeps those with opacity above 0.
     pub fn classify(volume: &Volume, transfer: &TransferFunction, opacity: OpacityMode) -> Self {
-        let corners = brick_corners(volume.dims);
+        let corners = brick_corners(volume.dims, BRICK_SIDE);
         let classifier = Classifier::new(volume, transfer, opacity);
         let bricks: Vec<Brick> =
             corners.into_par_iter().filter_map(|corner| classifier.brick(volume, corner)).collect();
@@ -87,6 +87,11 @@ impl Bounds {
     /// The bounds of no sample, in the brick with this first voxel.
     pub(crate) fn nothing(corner: [u32; 3]) -> Self {
         Self { corner, least: [u8::MAX; 3], greatest: [0; 3] }
+    }
+
+    /// Least and greatest place along each axis.
+    pub(crate) fn range(&self) -> [[u8; 3]; 2] {
+        [self.least, self.greatest]
     }
 
     /// Takes a sample in.
@@ -112,14 +117,14 @@ impl Bounds {
     }
 }
 
-/// The first voxels of all bricks of a volume, in Morton order.
-pub(crate) fn brick_corners(dims: [usize; 3]) -> Vec<[u32; 3]> {
-    let bricks = dims.map(|n| n.div_ceil(BRICK_SIDE));
+/// The first voxels of all bricks of `side` voxels of a grid, in Morton order.
+pub(crate) fn brick_corners(dims: [usize; 3], side: usize) -> Vec<[u32; 3]> {
+    let bricks = dims.map(|n| n.div_ceil(side));
     let mut corners: Vec<[u32; 3]> = (0..bricks.iter().product::<usize>())
         .map(|i| [i % bricks[0], i / bricks[0] % bricks[1], i / (bricks[0] * bricks[1])])
-        .map(|brick| brick.map(|b| (b * BRICK_SIDE) as u32))
+        .map(|brick| brick.map(|b| (b * side) as u32))
         .collect();
-    corners.sort_unstable_by_key(|&corner| morton(corner));
+    corners.sort_unstable_by_key(|corner| morton(corner.map(|c| c / side as u32)));
     corners
 }
 
@@ -214,11 +219,11 @@ pub(crate) fn classified(transfer: &TransferFunction, mode: OpacityMode, value: 
 }
 
 /// The bits of three brick coordinates, interleaved.
-fn morton(corner: [u32; 3]) -> u64 {
+fn morton(brick: [u32; 3]) -> u64 {
     let mut code = 0;
     for bit in 0..21 {
-        for (axis, c) in corner.iter().enumerate() {
-            code |= u64::from((c / BRICK_SIDE as u32) >> bit & 1) << (3 * bit + axis);
+        for (axis, b) in brick.iter().enumerate() {
+            code |= u64::from((b >> bit) & 1) << (3 * bit + axis);
         }
     }
     code

@@ -50,7 +50,9 @@ pub struct FrameStats {
     pub splats: u64,
     /// Samples that cross the near plane or hold the eye, integrated from the near plane on (a part of `splats`).
     pub near_splats: u64,
-    /// Footprints times the tiles that each touches.
+    /// Bricks of cells in view (image sheets that gather).
+    pub bricks: u64,
+    /// Footprints, or bricks of cells, times the tiles that each touches.
     pub tile_pairs: u64,
     /// Tile pairs that were never looked at because every pixel of their tile was already opaque.
     pub hidden_pairs: u64,

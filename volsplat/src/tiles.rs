@@ -36,6 +36,8 @@ pub(crate) struct TileSlot {
     /// What the tile's pixels hold.
     pub(crate) pixels: TilePixels,
     pub(crate) entries: Vec<u64>,
+    /// Items listed in the tile, where they are not in `entries`.
+    listed: usize,
     pub(crate) counts: TileCounts,
     pub(crate) sort_ms: f64,
     pub(crate) composite_ms: f64,
@@ -46,6 +48,17 @@ pub(crate) struct TileSlot {
 struct Scratch {
     sort: Vec<u64>,
     work: TileWork,
+}
+
+impl TileSlot {
+    /// An empty tile that `listed` items touch.
+    pub(crate) fn reset(&mut self, listed: usize) {
+        self.pixels = TilePixels::default();
+        self.entries.clear();
+        self.listed = listed;
+        self.counts = TileCounts::default();
+        (self.sort_ms, self.composite_ms) = (0.0, 0.0);
+    }
 }
 
 impl TileStage<'_> {
@@ -70,7 +83,7 @@ impl TileStage<'_> {
         scratch: &mut Scratch,
     ) {
         let start = ThreadTime::try_now().ok();
-        slot.entries.clear();
+        slot.reset(0);
         for chunk in self.chunks {
             // Tile numbers fit: a picture side is at most 32768 px.
             slot.entries.extend_from_slice(chunk.bins.tile(at[0] as u16, at[1] as u16));
@@ -102,8 +115,9 @@ pub(crate) fn tally(slots: &[TileSlot], clock: StageClock, stats: &mut FrameStat
     for slot in slots {
         sort_ms += slot.sort_ms;
         composite_ms += slot.composite_ms;
-        stats.tile_pairs += slot.entries.len() as u64;
-        stats.hidden_pairs += (slot.entries.len() - slot.counts.composited) as u64;
+        let listed = slot.entries.len() + slot.listed;
+        stats.tile_pairs += listed as u64;
+        stats.hidden_pairs += (listed - slot.counts.composited) as u64;
         stats.pixels_touched += slot.counts.pixels_touched as u64;
     }
     [stats.stages.sort, stats.stages.composite] = whole.shared([sort_ms, composite_ms]);

@@ -67,15 +67,12 @@ pub(crate) struct TileView {
     pub(crate) units_per_slab: TilePlane,
 }
 
-/// Lanes of the vectors that lay sections down: a section of a voxel is a few pixels wide.
-pub(crate) const LANES: usize = 8;
-
 /// One plane over one tile: an affine map from pixels to the grid.
 #[derive(Clone, Copy, Debug, Default)]
-#[repr(align(32))]
+#[repr(align(64))]
 pub(crate) struct PlaneView {
     /// Change of the grid position over the lanes: lane times the step per pixel along x, for each grid axis.
-    pub(crate) lanes: [[f32; LANES]; 3],
+    pub(crate) lanes: [[f32; TILE_PX]; 3],
     /// Grid position of the centre of the tile's first pixel, relative to the anchor.
     pub(crate) first: [f32; 4],
     /// Change of the grid position per pixel along x.
@@ -93,6 +90,11 @@ pub(crate) struct PlaneView {
 }
 
 impl SheetSettings {
+    /// The slab, fractional, whose plane lies at a camera z.
+    pub(crate) fn plane_from_z(&self, z: f64) -> f64 {
+        z / self.thickness - 0.5
+    }
+
     /// Length of the ring: a power of two that holds the planes that a kernel of these sections may span.
     pub(crate) fn ring_len(sections: &SectionTable, thickness: f64) -> usize {
         ((2.0 * f64::from(sections.reach_z) / thickness).floor() as usize + 2).next_power_of_two()

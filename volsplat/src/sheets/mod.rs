@@ -1,68 +1,118 @@
 //! The image-sheets order, post-classified: slabs parallel to the image plane, one over another.
 //!
-//! 1. input: the voxels that visible cells need were collected into bricks ([`crate::field`]);
-//! 2. sample: visible bricks are projected, each voxel is listed by the tiles that its kernel touches ([`frame`]);
-//! 3. accumulate: each tile sorts its list by first plane and sums scalars and weights, plane by plane ([`tile`]);
-//! 4. composite: a plane that no voxel can reach any more is classified per pixel and composited behind the others;
+//! 1. input: the voxels or cells that the transfer function may show were collected into bricks;
+//! 2. sample: visible bricks are placed on the screen;
+//! 3. accumulate: on the plane through a slab's middle, the kernels' sum is formed at every sub-pixel, either gathered
+//!    from the cell that the sample lies in ([`gather`]), or summed voxel by voxel ([`scatter`]): [`SheetSums`];
+//! 4. composite: each plane is classified per sub-pixel and composited behind those before it;
 //! 5. image: sub-pixels become pixels.
 //!
-//! The kernel is trilinear: a sample on a plane is then exactly what a ray caster with trilinear interpolation reads
-//! there, reached in object order, so that cost follows the visible voxels and not the box around them.
+//! The kernel is trilinear: a sample on a plane is exactly what a ray caster with trilinear interpolation reads there,
+//! reached in object order, so that cost follows what is visible and not the box around it.
 //! Source: K. Mueller, R. Crawfis, "Eliminating Popping Artifacts in Sheet Buffer-Based Splatting", IEEE Visualization
 //! 1998, for the sheets; we sample the plane through a slab's middle instead of integrating the kernel over the slab.
 
 pub(crate) mod classify;
 pub(crate) mod frame;
+pub(crate) mod gather;
+pub(crate) mod place;
+pub(crate) mod scatter;
 pub(crate) mod section;
 pub(crate) mod tile;
 
 use cpu_time::ThreadTime;
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
-use resample_core::composite::{DepthRule, TileCounts, TilePixels};
-use resample_core::sort::{EXACT_KEYS, entry_key, sort_by_depth};
-use resample_core::tile::{TILE_PX, TileGrid};
+use resample_core::composite::DepthRule;
+use resample_core::tile::{TILE_PX, TileGrid, TileLists};
 use resample_core::{Camera, GridView};
 
 use self::classify::TransferTable;
-use self::frame::{Anchor, Section, SheetChunk, SheetProjection, SheetSettings, TileView};
+use self::frame::{Anchor, SheetSettings, TileView};
+use self::gather::{GatherScratch, render_tile};
+use self::place::placed;
+use self::scatter::VoxelSheets;
 use self::section::SectionTable;
-use self::tile::{SheetScratch, render_tile};
-use crate::chunks::{runs_of_bricks, visible_bricks};
+use crate::Error;
+use crate::cells::CellField;
+use crate::chunks::visible_bricks;
 use crate::cull::ViewVolume;
-use crate::field::Field;
-use crate::options::{DepthPlane, RenderOptions, Subpixels};
+use crate::options::{DepthPlane, RenderOptions, SheetSums, Subpixels};
 use crate::picture::{TileDepth, TileLayout};
-use crate::sample::bounds_in_world;
+use crate::sample::{Bounds, bounds_in_world};
 use crate::stats::{FrameStats, StageClock};
 use crate::tiles::{TileSlot, elapsed_ms, tally};
 use crate::transfer::TransferFunction;
 use crate::volume::Volume;
 
-/// Reach of the trilinear kernel along each grid axis, voxels.
-const REACH: f64 = 1.0;
-
 /// Renders a field in image-aligned sheets.
 #[derive(Clone, Debug)]
 pub(crate) struct ImageSheets {
-    pub(crate) field: Field,
+    source: Source,
     table: TransferTable,
     options: RenderOptions,
+    world_from_index: DAffine3,
     smallest_spacing: f64,
     /// The voxel in the middle of the volume.
     middle: DVec3,
-    chunks: Vec<SheetChunk>,
+    /// Middle of what is visible, in the grid.
+    visible_middle: Option<DVec3>,
+}
+
+/// What the sums are formed from.
+#[derive(Clone, Debug)]
+enum Source {
+    Cells(CellField),
+    Voxels(VoxelSheets),
+}
+
+/// One frame's camera, at sub-pixel resolution, and settings.
+pub(crate) struct SheetFrame<'a> {
+    pub(crate) settings: &'a SheetSettings,
+    pub(crate) view: &'a GridView,
+    pub(crate) camera: &'a Camera,
+    pub(crate) subpixels: u32,
 }
 
 impl ImageSheets {
-    pub(crate) fn new(volume: &Volume, transfer: &TransferFunction, options: &RenderOptions) -> Self {
-        Self {
-            field: Field::new(volume, transfer, REACH as usize),
+    pub(crate) fn new(
+        volume: &Volume,
+        transfer: &TransferFunction,
+        options: &RenderOptions,
+    ) -> Result<Self, Error> {
+        if let Some(axis) = volume.dims.iter().position(|&n| n < 2) {
+            return Err(Error::Option(format!(
+                "image sheets need two voxels or more along each axis, and there is one along {}: composite every \
+                 sample instead (--order every-sample)",
+                ["x", "y", "z"][axis]
+            )));
+        }
+        let source = match options.sheet_sums {
+            SheetSums::Gather => Source::Cells(CellField::new(volume, transfer)),
+            SheetSums::Scatter => Source::Voxels(VoxelSheets::new(volume, transfer)),
+        };
+        let visible = bounds_in_world(source.bounds(), &DAffine3::IDENTITY);
+        Ok(Self {
+            visible_middle: visible.map(|[low, high]| 0.5 * (low + high)),
+            source,
             table: TransferTable::new(transfer, options.opacity, volume.value_range()),
             options: options.clone(),
+            world_from_index: volume.world_from_index,
             smallest_spacing: volume.smallest_spacing(),
             middle: DVec3::from(volume.dims.map(|n| (n / 2) as f64)),
-            chunks: Vec::new(),
+        })
+    }
+
+    /// The box, in the world, of the voxels that are drawn.
+    pub(crate) fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
+        bounds_in_world(self.source.bounds(), &self.world_from_index)
+    }
+
+    /// Voxels that the transfer function leaves visible, and voxels in all.
+    pub(crate) fn counts(&self) -> [u64; 2] {
+        match &self.source {
+            Source::Cells(field) => [field.non_transparent, field.voxels],
+            Source::Voxels(sheets) => [sheets.field.non_transparent, sheets.field.voxels],
         }
     }
 
@@ -74,33 +124,30 @@ impl ImageSheets {
         stats: &mut FrameStats,
     ) -> TileLayout {
         let subpixels = self.subpixels(camera);
-        // Sides of up to 2^15 px times 16 sub-pixels are more than a camera may have: fewer sub-pixels then.
+        // A picture with more sub-pixels along a side than a camera may have pixels gets one a pixel.
         let (fine, subpixels) = match camera.resized(camera.width * subpixels, camera.height * subpixels) {
             Ok(fine) => (fine, subpixels),
             Err(_) => (*camera, 1),
         };
-        let view = GridView::new(&fine, &self.field.world_from_index);
+        let view = GridView::new(&fine, &self.world_from_index);
         let settings = self.settings(&view);
-        let view_volume = ViewVolume::new(&fine, &view, REACH * 3f64.sqrt());
-        let visible = visible_bricks(&self.field.bricks, &view_volume, stats);
-        let runs = runs_of_bricks(&self.field.bricks, visible);
-        self.chunks.resize_with(self.chunks.len().max(runs.len()), SheetChunk::default);
-        self.project(&SheetProjection::new(&view, &fine, &settings), &runs, stats);
         let frame = SheetFrame { settings: &settings, view: &view, camera: &fine, subpixels };
-        frame.run(&self.chunks[..runs.len()], tiles, stats);
+        match &mut self.source {
+            Source::Cells(field) => frame.gather(field, tiles, stats),
+            Source::Voxels(sheets) => sheets.render(&frame, tiles, stats),
+        }
         TileLayout { camera: *camera, subpixels, depth: TileDepth::CameraZ }
     }
 
     /// The number of sub-pixels along a pixel's side.
     fn subpixels(&self, camera: &Camera) -> u32 {
-        let bounds = self.field.bricks.iter().map(|b| &b.bounds);
-        match (self.options.subpixels, bounds_in_world(bounds, &self.field.world_from_index)) {
+        match (self.options.subpixels, self.visible_middle) {
             (Subpixels::Fixed(n), _) => n,
             (Subpixels::Auto, None) => 1,
-            (Subpixels::Auto, Some([low, high])) => {
-                let middle = camera.camera_from_world.transform_point3(0.5 * (low + high));
-                let view = GridView::new(camera, &self.field.world_from_index);
-                let spacing_px = resample_core::view::largest_eigenvalue(view.gram_px2(middle)).sqrt();
+            (Subpixels::Auto, Some(middle)) => {
+                let view = GridView::new(camera, &self.world_from_index);
+                let gram = view.gram_px2(view.camera_from_grid.transform_point3(middle));
+                let spacing_px = resample_core::view::largest_eigenvalue(gram).sqrt();
                 // Two sub-pixels a voxel: at one, thin structures lose 9 dB, beyond two it costs more than it gains.
                 // A middle behind the eye, or one that is no number, gives 1.
                 [1, 2, 4].into_iter().find(|&n| !(f64::from(n) * spacing_px < 1.5)).unwrap_or(8)
@@ -130,91 +177,50 @@ impl ImageSheets {
             min_transmittance: self.options.min_transmittance,
         }
     }
-
-    /// Projects each run of bricks into its chunk and lists it by tile.
-    fn project(&mut self, setup: &SheetProjection, runs: &[Vec<usize>], stats: &mut FrameStats) {
-        let clock = StageClock::start();
-        let bricks = &self.field.bricks;
-        let parts: Vec<[f64; 2]> = self.chunks[..runs.len()]
-            .par_iter_mut()
-            .zip(runs)
-            .enumerate()
-            .map(|(number, (chunk, run))| {
-                let start = ThreadTime::try_now().ok();
-                chunk.clear();
-                for &brick in run {
-                    chunk.project(setup, &bricks[brick]);
-                }
-                let project_ms = elapsed_ms(start);
-                let start = ThreadTime::try_now().ok();
-                chunk.bins.bin(number);
-                [project_ms, elapsed_ms(start)]
-            })
-            .collect();
-        let cpu_ms = parts.iter().fold([0.0; 2], |sum, part| [sum[0] + part[0], sum[1] + part[1]]);
-        [stats.stages.project, stats.stages.bin] = clock.stop().shared(cpu_ms);
-        for chunk in &self.chunks[..runs.len()] {
-            stats.culled += chunk.culled;
-            stats.splats += chunk.bins.primitives.len() as u64;
-        }
-    }
 }
 
-/// What the tiles of a frame are rendered with.
-struct SheetFrame<'a> {
-    settings: &'a SheetSettings,
-    view: &'a GridView,
-    camera: &'a Camera,
-    subpixels: u32,
+impl Source {
+    fn bounds(&self) -> Box<dyn Iterator<Item = &Bounds> + '_> {
+        match self {
+            Self::Cells(field) => Box::new(field.bricks.iter().map(|brick| &brick.bounds)),
+            Self::Voxels(sheets) => Box::new(sheets.field.bricks.iter().map(|brick| &brick.bounds)),
+        }
+    }
 }
 
 impl SheetFrame<'_> {
-    fn run(&self, chunks: &[SheetChunk], slots: &mut Vec<TileSlot>, stats: &mut FrameStats) {
+    /// Renders the tiles from cells.
+    fn gather(&self, field: &CellField, slots: &mut Vec<TileSlot>, stats: &mut FrameStats) {
+        let view_volume = ViewVolume::new(self.camera, self.view, 0.0);
+        let visible = visible_bricks(&field.bricks, &view_volume, stats);
+
+        let clock = StageClock::start();
+        let (bricks, rects) = placed(&field.bricks, &visible, self.view, self.camera, self.settings);
+        stats.stages.project = clock.stop();
+        stats.bricks = bricks.len() as u64;
+
         let clock = StageClock::start();
         let grid = TileGrid { width: self.camera.width as usize, height: self.camera.height as usize };
+        let lists = TileLists::new(&grid, &rects);
+        stats.stages.bin = clock.stop();
+
+        let clock = StageClock::start();
         let columns = grid.columns();
         slots.resize_with(columns * grid.rows(), TileSlot::default);
-        let sections: Vec<&[Section]> = chunks.iter().map(|chunk| chunk.bins.primitives.as_slice()).collect();
-        slots.par_iter_mut().enumerate().for_each_init(SheetScratch::default, |scratch, (index, slot)| {
+        slots.par_iter_mut().enumerate().for_each_init(GatherScratch::default, |scratch, (index, slot)| {
+            let start = ThreadTime::try_now().ok();
             let at = [index % columns, index / columns];
-            slot.entries.clear();
-            for chunk in chunks {
-                slot.entries.extend_from_slice(chunk.bins.tile(at[0] as u16, at[1] as u16));
+            let list = lists.tile(at[0], at[1]);
+            slot.reset(list.len());
+            if !list.is_empty() {
+                let corner_px = at.map(|tile| tile * TILE_PX);
+                let view = TileView::new(self.view, corner_px, self.settings);
+                let front_to_back = list.iter().map(|&brick| &bricks[brick as usize]);
+                slot.counts = render_tile(self.settings, &view, corner_px, front_to_back, scratch);
+                slot.pixels = scratch.pixels.averaged(self.subpixels as usize);
             }
-            self.tile(at.map(|tile| tile * TILE_PX), &sections, slot, scratch);
+            slot.composite_ms = elapsed_ms(start);
         });
         tally(slots, clock, stats);
-    }
-
-    fn tile(
-        &self,
-        corner_px: [usize; 2],
-        sections: &[&[Section]],
-        slot: &mut TileSlot,
-        scratch: &mut SheetScratch,
-    ) {
-        scratch.pixels = TilePixels::default();
-        slot.counts = TileCounts::default();
-        let start = ThreadTime::try_now().ok();
-        sort_by_plane(&mut slot.entries, &mut scratch.sort);
-        slot.sort_ms = elapsed_ms(start);
-        let start = ThreadTime::try_now().ok();
-        if !slot.entries.is_empty() {
-            let view = TileView::new(self.view, corner_px, self.settings);
-            slot.counts = render_tile(self.settings, &view, &slot.entries, sections, scratch);
-        }
-        slot.pixels = scratch.pixels.averaged(self.subpixels as usize);
-        slot.composite_ms = elapsed_ms(start);
-    }
-}
-
-/// Sorts entries by their plane, exactly: the tile relies on it.
-fn sort_by_plane(entries: &mut [u64], scratch: &mut Vec<u64>) {
-    let planes = entries.iter().map(|&e| entry_key(e));
-    let (nearest, farthest) = planes.fold((u32::MAX, 0), |(lo, hi), plane| (lo.min(plane), hi.max(plane)));
-    if farthest.saturating_sub(nearest) < EXACT_KEYS {
-        sort_by_depth(entries, scratch);
-    } else {
-        entries.sort_unstable();
     }
 }

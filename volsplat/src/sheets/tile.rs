@@ -12,7 +12,10 @@ use resample_core::composite::{DepthRule, TileCounts, TilePixels, opacity};
 use resample_core::sort::{entry_index, entry_key};
 use resample_core::tile::TILE_PX;
 
-use super::frame::{LANES, PlaneView, Section, SheetSettings, TileView};
+use super::frame::{PlaneView, Section, SheetSettings, TileView};
+
+/// Lanes of the vectors that lay sections down: a section of a voxel is a few pixels wide.
+const LANES: usize = 8;
 
 /// Columns on either side of a tile that a vector may hang over.
 const MARGIN: usize = LANES;
@@ -161,7 +164,7 @@ fn add_window<S: Simd>(
     let start = four(&view.step_y).mul_add(f32x4::splat(simd, rows[0] as f32), start).to_array();
     let eight = |v: f32| f32x8::splat(simd, v);
     let mut d: [f32x8<S>; 3] =
-        std::array::from_fn(|axis| f32x8::from_slice(simd, &view.lanes[axis]) + eight(start[axis]));
+        std::array::from_fn(|axis| f32x8::from_slice(simd, &view.lanes[axis][..LANES]) + eight(start[axis]));
     let down: [f32x8<S>; 3] = std::array::from_fn(|axis| eight(view.step_y[axis]));
     let (one, zero, scalar) = (eight(1.0), eight(0.0), eight(grid_and_value[3]));
     let range = x + MARGIN..x + MARGIN + LANES;

@@ -1,0 +1,83 @@
+//! Bricks of cells on the screen: in front-to-back order, each with the planes and the pixels that it covers.
+//!
+//! In a regular grid a ray that leaves a brick never returns, and along each axis it only moves away from the eye. So
+//! the number of bricks between the eye's brick and another, added up over the axes, grows along every ray: sorted by
+//! it, no brick hides one that came before. This holds in a sheared grid too, because rays stay straight in it.
+
+use glam::DVec3;
+use rayon::prelude::*;
+use resample_core::tile::{TileGrid, TileRect};
+use resample_core::{Camera, GridView, Projection};
+
+use super::frame::SheetSettings;
+use super::gather::PlacedBrick;
+use crate::cells::{CELL_SIDE, CellBrick};
+
+/// The bricks numbered in `visible`, front to back, with the tiles that each covers.
+pub(crate) fn placed<'a>(
+    bricks: &'a [CellBrick],
+    visible: &[usize],
+    view: &GridView,
+    camera: &Camera,
+    settings: &SheetSettings,
+) -> (Vec<PlacedBrick<'a>>, Vec<TileRect>) {
+    let grid = TileGrid { width: camera.width as usize, height: camera.height as usize };
+    let mut ordered: Vec<(u64, usize)> = visible.iter().map(|&i| (distance(view, &bricks[i]), i)).collect();
+    ordered.sort_unstable();
+    ordered
+        .into_par_iter()
+        .filter_map(|(_, i)| {
+            let placed = place(&bricks[i], view, grid, settings)?;
+            Some((placed, grid.rect(placed.columns, placed.rows)))
+        })
+        .unzip()
+}
+
+/// Bricks between the eye's brick and this one, added up over the axes.
+fn distance(view: &GridView, brick: &CellBrick) -> u64 {
+    let side = CELL_SIDE as f64;
+    let corner = DVec3::from(brick.bounds.corner.map(f64::from)) / side;
+    (0..3)
+        .map(|axis| match view.projection {
+            Projection::Perspective => (corner[axis] - (view.origin[axis] / side).floor()).abs() as u64,
+            // Every ray has the same direction: count along it, from an end that no volume reaches.
+            Projection::Orthographic if view.w0[axis] < 0.0 => u64::from(u32::MAX) - corner[axis] as u64,
+            Projection::Orthographic => corner[axis] as u64,
+        })
+        .sum()
+}
+
+fn place<'a>(
+    brick: &'a CellBrick,
+    view: &GridView,
+    grid: TileGrid,
+    settings: &SheetSettings,
+) -> Option<PlacedBrick<'a>> {
+    let corners =
+        brick.bounds.corners_in_grid(0.0).map(|corner| view.camera_from_grid.transform_point3(corner));
+    let (near, far) =
+        corners.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(n, f), c| (n.min(c.z), f.max(c.z)));
+    let first = settings.plane_from_z(near).ceil().max(settings.plane_from_z(view.near).ceil()).max(0.0);
+    let end = settings.plane_from_z(far).floor() + 1.0;
+    if !(first < end && end < f64::from(u32::MAX)) {
+        return None;
+    }
+    // A box that reaches the first plane's depth may cover any pixel from there on.
+    let whole = near <= 0.0 && view.projection == Projection::Perspective;
+    let cover = |axis: usize, count: usize| {
+        if whole {
+            return [0, count as u16];
+        }
+        let ends = corners.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| {
+            let scale = if view.projection == Projection::Perspective { c.z } else { 1.0 };
+            let pixel = c[axis] * view.focal[axis] / scale + view.principal_px[axis];
+            (low.min(pixel), high.max(pixel))
+        });
+        // A sixteenth of a pixel more than the box: the f32 positions of samples may lie outside by less.
+        let pixel = |p: f64| (p - 0.5).ceil().clamp(0.0, count as f64) as u16;
+        [pixel(ends.0 - 0.0625), pixel(ends.1 + 0.0625)]
+    };
+    let (columns, rows) = (cover(0, grid.width), cover(1, grid.height));
+    let seen = columns[0] < columns[1] && rows[0] < rows[1];
+    seen.then_some(PlacedBrick { brick, planes: [first as u32, end as u32], columns, rows })
+}

@@ -1,0 +1,58 @@
+//! The support of a transfer function: the scalars that it shows.
+//!
+//! Cells and voxels are dropped when their scalars miss the support; the test may keep what it could drop, and never
+//! drops what is seen.
+
+use std::ops::RangeInclusive;
+
+use rayon::prelude::*;
+
+use crate::transfer::TransferFunction;
+use crate::volume::{VOXELS_PER_TASK, Volume, scalar, with_voxels};
+
+/// The scalars whose opacity is above 0, as intervals.
+#[derive(Clone, Debug)]
+pub(crate) struct Support {
+    intervals: Vec<RangeInclusive<f32>>,
+}
+
+impl Support {
+    pub(crate) fn new(transfer: &TransferFunction) -> Self {
+        let knots = transfer.opacity_knots();
+        let visible = |i: usize| knots[i].opacity > 0.0;
+        let at = |i: usize| knots[i].value as f32;
+        let mut intervals = Vec::new();
+        if visible(0) {
+            intervals.push(f32::NEG_INFINITY..=at(0));
+        }
+        for i in 1..knots.len() {
+            if visible(i - 1) || visible(i) {
+                // A ramp that starts from 0 is visible only past its knot. Two knots at one scalar are a step: the
+                // upper one holds from there on.
+                let rises = !visible(i - 1) && at(i) > at(i - 1);
+                let falls = !visible(i) && at(i) > at(i - 1);
+                let low = if rises { at(i - 1).next_up() } else { at(i - 1) };
+                let high = if falls { at(i).next_down() } else { at(i) };
+                intervals.push(low..=high);
+            }
+        }
+        if visible(knots.len() - 1) {
+            intervals.push(at(knots.len() - 1)..=f32::INFINITY);
+        }
+        Self { intervals }
+    }
+
+    /// Whether any scalar from `low` to `high` may be visible.
+    #[inline(always)]
+    pub(crate) fn meets(&self, low: f32, high: f32) -> bool {
+        self.intervals.iter().any(|s| high >= *s.start() && low <= *s.end())
+    }
+}
+
+/// Voxels whose own scalar is visible.
+pub(crate) fn count_visible(volume: &Volume, transfer: &TransferFunction) -> u64 {
+    with_voxels!(&volume.voxels, slice => {
+        let count = |part: &[_]| part.iter().filter(|&&v| transfer.opacity(scalar(v)) > 0.0).count() as u64;
+        slice.par_chunks(VOXELS_PER_TASK).map(count).sum()
+    })
+}
