@@ -300,10 +300,15 @@ fn composite_lanes<S: Simd>(
 
 /// A pixel's opacity from what a splat or a sheet adds to it.
 #[inline(always)]
-pub fn opacity<S: Simd>(simd: S, mode: OpacityMode, added: S::f32s) -> S::f32s {
+pub fn opacity<S, F>(simd: S, mode: OpacityMode, added: F) -> F
+where
+    S: Simd,
+    F: SimdFloat<S, Element = f32>,
+    F::Bits: SimdInt<S, Element = u32>,
+{
     match mode {
         OpacityMode::Extinction => opacity_from_optical_depth(simd, added),
-        OpacityMode::Linear => added.min(S::f32s::splat(simd, 1.0)),
+        OpacityMode::Linear => added.min(F::splat(simd, 1.0)),
     }
 }
 

@@ -62,8 +62,13 @@ const MAX_LOG2: f32 = 126.0;
 /// 1 - exp(-depth) for depth >= 0 (infinity gives 1 - 2^-126), to 1e-6 relative even for tiny depths, where
 /// 1 - exp would have lost everything.
 #[inline(always)]
-pub(crate) fn opacity_from_optical_depth<S: Simd>(simd: S, depth: S::f32s) -> S::f32s {
-    let splat = |x: f32| S::f32s::splat(simd, x);
+pub(crate) fn opacity_from_optical_depth<S, F>(simd: S, depth: F) -> F
+where
+    S: Simd,
+    F: SimdFloat<S, Element = f32>,
+    F::Bits: SimdInt<S, Element = u32>,
+{
+    let splat = |x: f32| F::splat(simd, x);
     let log2 = (depth * splat(-std::f32::consts::LOG2_E)).max(splat(-MAX_LOG2));
     let rounded = log2 + splat(ROUND_MAGIC);
     let fraction = log2 - (rounded - splat(ROUND_MAGIC));
@@ -73,7 +78,7 @@ pub(crate) fn opacity_from_optical_depth<S: Simd>(simd: S, depth: S::f32s) -> S:
     }
     let power = fraction * poly;
     // 2^n, built from the integer that the magic number left in the low bits.
-    let scale = S::f32s::from_bits((rounded.to_bits() << 23) + splat(1.0).to_bits());
+    let scale = F::from_bits((rounded.to_bits() << 23) + F::Bits::splat(simd, 1f32.to_bits()));
     // 1 - scale (1 + power): the first difference is exact, and 0 for tiny depths.
     (splat(1.0) - scale) - scale * power
 }

@@ -4,7 +4,6 @@
 //! its vertices side by side, so that the eight that a sample needs are a few cache lines apart. Bricks whose cells
 //! hold no visible scalar are dropped, and the others know the box of their visible cells.
 
-use glam::DAffine3;
 use rayon::prelude::*;
 
 use crate::field::Grid;
@@ -31,7 +30,6 @@ pub(crate) struct CellField {
     pub(crate) bricks: Vec<CellBrick>,
     pub(crate) non_transparent: u64,
     pub(crate) voxels: u64,
-    pub(crate) world_from_index: DAffine3,
 }
 
 /// A brick of cells.
@@ -55,12 +53,7 @@ impl CellField {
                 })
             })
             .collect();
-        Self {
-            bricks,
-            non_transparent: count_visible(volume, transfer),
-            voxels: volume.len() as u64,
-            world_from_index: volume.world_from_index,
-        }
+        Self { bricks, non_transparent: count_visible(volume, transfer), voxels: volume.len() as u64 }
     }
 }
 

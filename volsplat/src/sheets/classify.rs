@@ -1,7 +1,7 @@
 //! Post-classification: the transfer function as a table over the scalars that it shows.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x16, i32x16};
+use fearless_simd::{f32x8, i32x8};
 use resample_core::OpacityMode;
 
 use crate::sample::classified;
@@ -48,13 +48,12 @@ impl TransferTable {
         Self { entries, scale: (1.0 / step) as f32, shift: (1.5 - low / step) as f32 }
     }
 
-    /// The places of a row of scalars.
+    /// The places of scalars.
     #[inline(always)]
-    pub(crate) fn places<S: Simd>(&self, simd: S, values: &[f32; 16]) -> [i32; 16] {
-        let scaled = f32x16::from_slice(simd, values)
-            .mul_add(f32x16::splat(simd, self.scale), f32x16::splat(simd, self.shift));
-        let place = scaled.max(f32x16::splat(simd, 0.0)).min(f32x16::splat(simd, (ENTRIES + 1) as f32));
-        place.to_int::<i32x16<S>>().to_array()
+    pub(crate) fn places<S: Simd>(&self, simd: S, values: f32x8<S>) -> i32x8<S> {
+        let constant = |v: f32| f32x8::splat(simd, v);
+        let place = values.mul_add(constant(self.scale), constant(self.shift));
+        place.max(constant(0.0)).min(constant((ENTRIES + 1) as f32)).to_int()
     }
 
     /// Linear red, green, blue and strength at a place.

@@ -4,7 +4,8 @@
 //! fixed to the eye, so that nothing pops when the view turns. On such a plane a pixel's position in the grid is an
 //! affine function of the pixel: three vectors a plane are all that a section needs.
 
-use fearless_simd::Level;
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, f32x4, i32x4};
 use glam::{DVec2, DVec3, Vec3};
 use resample_core::composite::DepthRule;
 use resample_core::maps::TilePlane;
@@ -42,7 +43,10 @@ pub(crate) struct Anchor {
 pub(crate) struct SheetSettings {
     pub(crate) level: Level,
     pub(crate) table: TransferTable,
+    /// Sections of a kernel.
     pub(crate) sections: SectionTable,
+    /// Sections of a whole brick of cells, from its middle.
+    pub(crate) brick_sections: SectionTable,
     pub(crate) anchor: Anchor,
     /// Slab thickness along camera z, world units.
     pub(crate) thickness: f64,
@@ -142,6 +146,16 @@ impl TileView {
             camera_z: camera_z as f32,
         }
     }
+}
+
+/// The tile's pixels whose centres lie in a box (least x, y, greatest x, y of the camera): first column and row, end
+/// column and row.
+#[inline(always)]
+pub(crate) fn covered<S: Simd>(simd: S, view: &PlaneView, ends: f32x4<S>) -> [usize; 4] {
+    let scale = f32x4::from_slice(simd, &view.pixel_scale);
+    let pixels = ends.mul_add(scale, f32x4::from_slice(simd, &view.pixel_shift)).ceil();
+    let tile = pixels.max(f32x4::splat(simd, 0.0)).min(f32x4::splat(simd, TILE_PX as f32));
+    tile.to_int::<i32x4<S>>().to_array().map(|p| p as usize)
 }
 
 /// Length of a pixel's ray per unit of camera z.

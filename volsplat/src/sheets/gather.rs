@@ -6,17 +6,18 @@
 //! Bricks come in an order in which none hides an earlier one; a brick behind an opaque tile is never looked at.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{dispatch, f32x16, i32x16};
+use fearless_simd::{dispatch, f32x4, f32x8, i32x8, mask32x8};
 use fearless_simd_macros::simd;
 use glam::DVec3;
 use resample_core::composite::{DepthRule, TileCounts, TilePixels, opacity};
 use resample_core::tile::TILE_PX;
 
-use super::frame::{Anchor, PlaneView, SheetSettings, TileView};
+use super::frame::{Anchor, PlaneView, SheetSettings, TileView, covered};
 use crate::cells::{CELL_SIDE, CellBrick, VERTEX_SIDE};
 
-/// Lanes of a vector: one row of a tile.
-const LANES: usize = TILE_PX;
+/// Lanes of a vector: half a row of a tile. A brick covers about half the lanes of a whole row, and a gather into a
+/// whole row would come back from memory in pieces that a wider load has to wait for.
+const LANES: usize = 8;
 
 /// Planes whose views are remembered in a tile; neighbouring bricks share planes. A power of two; a brick of unit
 /// cells spans at most 2 * 8 * sqrt(3) planes half a voxel apart.
@@ -31,6 +32,10 @@ pub(crate) struct PlacedBrick<'a> {
     /// Pixel columns first..end and rows first..end that the box covers.
     pub(crate) columns: [u16; 2],
     pub(crate) rows: [u16; 2],
+    /// Camera x and y of the middle of the brick.
+    pub(crate) middle: [f32; 2],
+    /// Its camera z, relative to the anchor's.
+    pub(crate) middle_z: f32,
 }
 
 /// Storage of one task, reused from tile to tile.
@@ -84,16 +89,39 @@ pub(crate) fn render_tile<'a>(
     counts
 }
 
-/// The rows of a tile that a brick covers.
+/// The pixels of a tile that a brick covers.
 #[derive(Clone, Copy, Debug)]
 struct Window {
+    columns: [usize; 2],
     rows: [usize; 2],
 }
 
 impl Window {
     fn new(placed: &PlacedBrick, corner_px: [usize; 2]) -> Self {
-        let row = |pixel: u16| usize::from(pixel).saturating_sub(corner_px[1]).min(TILE_PX);
-        Self { rows: placed.rows.map(row) }
+        let inside =
+            |pixel: u16, axis: usize| usize::from(pixel).saturating_sub(corner_px[axis]).min(TILE_PX);
+        Self { columns: placed.columns.map(|c| inside(c, 0)), rows: placed.rows.map(|r| inside(r, 1)) }
+    }
+
+    /// The part that one plane's section of the brick covers; empty where it covers nothing.
+    #[inline(always)]
+    fn section<S: Simd>(
+        &self,
+        simd: S,
+        settings: &SheetSettings,
+        plane: &PlaneView,
+        placed: &PlacedBrick,
+    ) -> Self {
+        let Some(reach) = settings.brick_sections.at(plane.offset_z - placed.middle_z) else {
+            return Self { columns: [0; 2], rows: [0; 2] };
+        };
+        let [x, y] = placed.middle;
+        let ends = f32x4::from_slice(simd, &[x, y, x, y]) + f32x4::from_slice(simd, &reach.ends);
+        let [x0, y0, x1, y1] = covered(simd, plane, ends);
+        Self {
+            columns: [x0.max(self.columns[0]), x1.min(self.columns[1])],
+            rows: [y0.max(self.rows[0]), y1.min(self.rows[1])],
+        }
     }
 }
 
@@ -134,68 +162,76 @@ fn add_brick<S: Simd>(
             scratch.planes[slot] = (number, view.plane(number));
         }
         let plane = scratch.planes[slot].1;
-        for row in window.rows[0]..window.rows[1] {
-            let (inside, samples) = sample_row(simd, &plane, &cells, row, placed.brick);
-            touched += LANES;
-            if inside == 0 {
-                continue;
+        let section = window.section(simd, settings, &plane, placed);
+        let halves = section.columns[0] / LANES..section.columns[1].div_ceil(LANES);
+        for row in section.rows[0]..section.rows[1] {
+            for first in halves.clone().map(|half| half * LANES) {
+                let at = HalfRow { row, first };
+                touched += LANES;
+                let Some(sample) = sample(simd, &plane, &cells, at, placed.brick) else { continue };
+                seen |= composite_samples(simd, settings, view, (at, &plane), sample, scratch);
             }
-            seen |= composite_row(simd, settings, view, (row, &plane), (inside, &samples), scratch);
         }
     }
     (touched, seen && scratch.pixels.is_opaque(simd, settings.min_transmittance))
 }
 
-/// The scalars on one row of a plane, and the bits of the pixels whose samples lie in the box.
+/// A vector's place in a tile.
+#[derive(Clone, Copy)]
+struct HalfRow {
+    row: usize,
+    first: usize,
+}
+
+/// The scalars on half a row of a plane, and which of them lie in the box; `None` if none does.
 #[inline(always)]
-fn sample_row<S: Simd>(
+fn sample<S: Simd>(
     simd: S,
     plane: &PlaneView,
     cells: &CellBox,
-    row: usize,
+    at: HalfRow,
     brick: &CellBrick,
-) -> (u64, [f32; LANES]) {
-    let constant = |v: f32| f32x16::splat(simd, v);
+) -> Option<(f32x8<S>, mask32x8<S>)> {
+    let constant = |v: f32| f32x8::splat(simd, v);
     // Positions relative to the anchor come out the same for every brick, so that a sample on a face between two of
     // them belongs to exactly one.
-    let position: [f32x16<S>; 3] = std::array::from_fn(|axis| {
-        let start = plane.first[axis] + row as f32 * plane.step_y[axis];
-        f32x16::from_slice(simd, &plane.lanes[axis]) + constant(start)
+    let position: [f32x8<S>; 3] = std::array::from_fn(|axis| {
+        let start = plane.first[axis] + at.row as f32 * plane.step_y[axis];
+        f32x8::from_slice(simd, &plane.lanes[axis][at.first..at.first + LANES]) + constant(start)
     });
-    let mut inside = u64::MAX;
-    for axis in 0..3 {
+    let inside = [0, 1, 2].map(|axis| {
         let p = position[axis];
-        inside &= p.simd_ge(constant(cells.low[axis])).to_bitmask();
-        inside &= p.simd_lt(constant(cells.high[axis])).to_bitmask();
+        p.simd_ge(constant(cells.low[axis])) & p.simd_lt(constant(cells.high[axis]))
+    });
+    let inside = inside[0] & inside[1] & inside[2];
+    if inside.all_false() {
+        return None;
     }
-    if inside == 0 {
-        return (0, [0.0; LANES]);
-    }
-    let in_brick: [f32x16<S>; 3] = std::array::from_fn(|axis| position[axis] - constant(cells.corner[axis]));
+    let in_brick: [f32x8<S>; 3] = std::array::from_fn(|axis| position[axis] - constant(cells.corner[axis]));
+    // Samples outside the box are read from a cell inside, and left out later.
     let cell = in_brick.map(|p| p.max(constant(0.0)).min(constant(CELL_SIDE as f32 - 1.0)).trunc());
-    let share: [f32x16<S>; 3] = std::array::from_fn(|axis| in_brick[axis] - cell[axis]);
+    let share: [f32x8<S>; 3] = std::array::from_fn(|axis| in_brick[axis] - cell[axis]);
     let row_stride = VERTEX_SIDE as f32;
     let places =
         cell[2].mul_add(constant(row_stride * row_stride), cell[1].mul_add(constant(row_stride), cell[0]));
-    let places = places.to_int::<i32x16<S>>().to_array();
-    let corners = corners(&places, inside, brick);
-    let load = |k: usize| f32x16::from_slice(simd, &corners[k]);
-    let mix = |a: f32x16<S>, b: f32x16<S>, t: f32x16<S>| (b - a).mul_add(t, a);
-    let x: [f32x16<S>; 4] = std::array::from_fn(|k| mix(load(2 * k), load(2 * k + 1), share[0]));
+    let corners = corners(&places.to_int::<i32x8<S>>().to_array(), brick);
+    let load = |k: usize| f32x8::from_slice(simd, &corners[k]);
+    let mix = |a: f32x8<S>, b: f32x8<S>, t: f32x8<S>| (b - a).mul_add(t, a);
+    let x: [f32x8<S>; 4] = std::array::from_fn(|k| mix(load(2 * k), load(2 * k + 1), share[0]));
     let y = [mix(x[0], x[1], share[1]), mix(x[2], x[3], share[1])];
-    (inside, mix(y[0], y[1], share[2]).to_array())
+    Some((mix(y[0], y[1], share[2]), inside))
 }
 
-/// The scalars at the eight corners of each lane's cell, corner by corner, for the lanes from the first to the last
-/// that is inside.
+/// The scalars at the eight corners of each lane's cell, corner by corner, x fastest. A plain loop over the lanes: it
+/// becomes gather instructions where the CPU has them.
 #[inline(always)]
-fn corners(places: &[i32; LANES], inside: u64, brick: &CellBrick) -> [[f32; LANES]; 8] {
+fn corners(places: &[i32; LANES], brick: &CellBrick) -> [[f32; LANES]; 8] {
     const OFFSETS: [usize; 8] = {
         let (row, layer) = (VERTEX_SIDE, VERTEX_SIDE * VERTEX_SIDE);
         [0, 1, row, row + 1, layer, layer + 1, layer + row, layer + row + 1]
     };
     let mut corners = [[0.0; LANES]; 8];
-    for lane in inside.trailing_zeros() as usize..(64 - inside.leading_zeros() as usize).min(LANES) {
+    for lane in 0..LANES {
         let place = places[lane] as usize & 1023;
         for (corner, offset) in corners.iter_mut().zip(OFFSETS) {
             corner[lane] = brick.scalars[place + offset];
@@ -204,48 +240,40 @@ fn corners(places: &[i32; LANES], inside: u64, brick: &CellBrick) -> [[f32; LANE
     corners
 }
 
-/// Classifies a row of samples and composites it. Returns whether anything was seen.
+/// Classifies half a row of samples and composites it. Returns whether anything was seen.
 #[inline(always)]
-fn composite_row<S: Simd>(
+fn composite_samples<S: Simd>(
     simd: S,
     settings: &SheetSettings,
     view: &TileView,
-    (row, plane): (usize, &PlaneView),
-    (inside, samples): (u64, &[f32; LANES]),
+    (at, plane): (HalfRow, &PlaneView),
+    (samples, inside): (f32x8<S>, mask32x8<S>),
     scratch: &mut GatherScratch,
 ) -> bool {
-    let lanes = inside.trailing_zeros() as usize..(64 - inside.leading_zeros() as usize).min(LANES);
-    let places = settings.table.places(simd, samples);
-    let mut strength = [0.0f32; LANES];
-    let mut any = 0.0f32;
-    for lane in lanes.clone() {
-        if inside >> lane & 1 == 1 {
-            strength[lane] = settings.table.entry(places[lane])[3];
-            any += strength[lane];
-        }
+    let places = settings.table.places(simd, samples).to_array();
+    let mut strengths = [0.0f32; LANES];
+    for (strength, &place) in strengths.iter_mut().zip(&places) {
+        *strength = settings.table.entry(place)[3];
     }
-    if !(any > 0.0) {
+    let zero = f32x8::splat(simd, 0.0);
+    let strength = inside.select(f32x8::from_slice(simd, &strengths), zero);
+    if strength.simd_gt(zero).all_false() {
         return false;
     }
-    let mut weights = [0.0f32; LANES];
-    for start in (0..LANES).step_by(S::f32s::LEN) {
-        let range = start..start + S::f32s::LEN;
-        let load = |plane: &[f32; LANES]| S::f32s::from_slice(simd, &plane[range.clone()]);
-        let added = load(&strength) * load(&view.units_per_slab[row]);
-        let before = load(&scratch.pixels.transmittance[row]);
-        let weight = before * opacity(simd, settings.opacity, added);
-        (before - weight).store_slice(&mut scratch.pixels.transmittance[row][range.clone()]);
-        weight.store_slice(&mut weights[range.clone()]);
-        if settings.depth == DepthRule::Expected {
-            let z = S::f32s::splat(simd, plane.camera_z);
-            let sum = weight.mul_add(z, load(&scratch.pixels.depth[row]));
-            sum.store_slice(&mut scratch.pixels.depth[row][range]);
-        }
+    let range = at.first..at.first + LANES;
+    let load = |plane: &[f32; TILE_PX]| f32x8::from_slice(simd, &plane[range.clone()]);
+    let added = strength * load(&view.units_per_slab[at.row]);
+    let before = load(&scratch.pixels.transmittance[at.row]);
+    let weight = before * opacity(simd, settings.opacity, added);
+    (before - weight).store_slice(&mut scratch.pixels.transmittance[at.row][range.clone()]);
+    if settings.depth == DepthRule::Expected {
+        let sum = weight.mul_add(f32x8::splat(simd, plane.camera_z), load(&scratch.pixels.depth[at.row]));
+        sum.store_slice(&mut scratch.pixels.depth[at.row][range.clone()]);
     }
-    for lane in lanes {
-        let colour = settings.table.entry(places[lane]);
-        for (sum, value) in scratch.rgb[row][lane].iter_mut().zip(colour) {
-            *sum += weights[lane] * value;
+    let weights = weight.to_array();
+    for ((sum, &place), weight) in scratch.rgb[at.row][range].iter_mut().zip(&places).zip(weights) {
+        for (sum, value) in sum.iter_mut().zip(settings.table.entry(place)) {
+            *sum += weight * value;
         }
     }
     true

@@ -34,7 +34,7 @@ use self::place::placed;
 use self::scatter::VoxelSheets;
 use self::section::SectionTable;
 use crate::Error;
-use crate::cells::CellField;
+use crate::cells::{CELL_SIDE, CellField};
 use crate::chunks::visible_bricks;
 use crate::cull::ViewVolume;
 use crate::options::{DepthPlane, RenderOptions, SheetSums, Subpixels};
@@ -163,6 +163,7 @@ impl ImageSheets {
             table: self.table.clone(),
             ring_len: SheetSettings::ring_len(&sections, thickness),
             sections,
+            brick_sections: SectionTable::of_cube(view.camera_from_grid.matrix3 * (0.5 * CELL_SIDE as f64)),
             thickness,
             unit_in_world: self.options.opacity_unit.unwrap_or(self.smallest_spacing),
             anchor: Anchor {

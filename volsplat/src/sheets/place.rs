@@ -78,6 +78,15 @@ fn place<'a>(
         [pixel(ends.0 - 0.0625), pixel(ends.1 + 0.0625)]
     };
     let (columns, rows) = (cover(0, grid.width), cover(1, grid.height));
+    let middle = DVec3::from(brick.bounds.corner.map(f64::from)) + 0.5 * CELL_SIDE as f64;
+    let middle = view.camera_from_grid.transform_point3(middle);
     let seen = columns[0] < columns[1] && rows[0] < rows[1];
-    seen.then_some(PlacedBrick { brick, planes: [first as u32, end as u32], columns, rows })
+    seen.then_some(PlacedBrick {
+        brick,
+        planes: [first as u32, end as u32],
+        columns,
+        rows,
+        middle: [middle.x as f32, middle.y as f32],
+        middle_z: (middle.z - settings.anchor.camera_z) as f32,
+    })
 }

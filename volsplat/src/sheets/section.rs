@@ -10,7 +10,7 @@ use glam::{DMat3, DVec3};
 /// table that is too coarse costs pixels, never a hole: with 64 the boxes are 2 % too wide.
 const ENTRIES: usize = 64;
 
-/// Extents of the sections of the trilinear kernel: the box -1..1 in the grid.
+/// Extents of the sections of a box -1..1 in some grid: the trilinear kernel, or a brick of cells.
 #[derive(Clone, Debug)]
 pub(crate) struct SectionTable {
     /// Least and greatest camera x and y, world units relative to the kernel's centre.

@@ -6,13 +6,13 @@
 //! one kernel spans: a ring of them, which stays in the first-level cache.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{dispatch, f32x4, f32x8, i32x4};
+use fearless_simd::{dispatch, f32x4, f32x8};
 use fearless_simd_macros::simd;
 use resample_core::composite::{DepthRule, TileCounts, TilePixels, opacity};
 use resample_core::sort::{entry_index, entry_key};
 use resample_core::tile::TILE_PX;
 
-use super::frame::{PlaneView, Section, SheetSettings, TileView};
+use super::frame::{PlaneView, Section, SheetSettings, TileView, covered};
 
 /// Lanes of the vectors that lay sections down: a section of a voxel is a few pixels wide.
 const LANES: usize = 8;
@@ -137,16 +137,6 @@ fn add_voxel<S: Simd>(
         }
     }
     touched
-}
-
-/// The tile's pixels whose centres lie in a box (least x, y, greatest x, y of the camera): first column and row, end
-/// column and row.
-#[inline(always)]
-fn covered<S: Simd>(simd: S, view: &PlaneView, ends: f32x4<S>) -> [usize; 4] {
-    let scale = f32x4::from_slice(simd, &view.pixel_scale);
-    let pixels = ends.mul_add(scale, f32x4::from_slice(simd, &view.pixel_shift)).ceil();
-    let tile = pixels.max(f32x4::splat(simd, 0.0)).min(f32x4::splat(simd, TILE_PX as f32));
-    tile.to_int::<i32x4<S>>().to_array().map(|p| p as usize)
 }
 
 /// Adds the trilinear weights of one voxel (grid position and scalar) to eight columns from `x` on, over `rows`.
