@@ -6,7 +6,7 @@
 use std::io::Read;
 use std::path::Path;
 
-use super::{cannot_read, meta_image, nifti, npy, nrrd, open};
+use super::{cannot_read, meta_image, nifti, npy, nrrd, open, vti};
 use crate::Error;
 
 /// The formats that are told by their content. A headerless file has none of them.
@@ -20,6 +20,8 @@ pub enum Format {
     Nifti,
     /// An array of NumPy, `.npy`.
     Npy,
+    /// VTK ImageData in XML, `.vti`.
+    Vti,
 }
 
 impl Format {
@@ -30,6 +32,7 @@ impl Format {
             Self::MetaImage => "MetaImage",
             Self::Nifti => "NIfTI",
             Self::Npy => "NumPy array",
+            Self::Vti => "VTK ImageData",
         }
     }
 }
@@ -102,6 +105,7 @@ fn known(head: &[u8]) -> Option<Format> {
         _ if head.starts_with(nrrd::MAGIC) => Some(Format::Nrrd),
         _ if nifti::is_nifti(head) => Some(Format::Nifti),
         _ if head.starts_with(npy::MAGIC) => Some(Format::Npy),
+        _ if vti::begins(head) => Some(Format::Vti),
         _ if meta_image::begins(head) => Some(Format::MetaImage),
         _ => None,
     }

@@ -28,6 +28,7 @@ mod nifti;
 mod npy;
 mod nrrd;
 mod rescale;
+mod vti;
 
 use format::Told;
 
@@ -46,6 +47,8 @@ pub struct LoadOptions {
     pub origin: Option<[f64; 3]>,
     /// What happens to voxels that are NaN or infinite.
     pub nan: NanPolicy,
+    /// Name of the array that is read; needed where the file holds several and calls none of them its scalars.
+    pub array: Option<String>,
     /// Which component of each voxel is read, counted from 0; needed where there are several.
     pub component: Option<usize>,
 }
@@ -81,13 +84,20 @@ fn read(format: Format, path: &Path, options: &LoadOptions) -> Result<Parts, Err
         Format::MetaImage => meta_image::load(path, options.component),
         Format::Nifti => nifti::load(path),
         Format::Npy => npy::load(path),
+        Format::Vti => {
+            let choice = vti::Choice { array: options.array.as_deref(), component: options.component };
+            vti::load(path, choice)
+        }
     }
 }
 
 /// Options that mean nothing for the format are an error, because whoever typed them expects an effect.
 fn refuse_superfluous(format: Format, path: &Path, options: &LoadOptions) -> Result<(), Error> {
-    let has_components = matches!(format, Format::MetaImage);
-    let given = [("--component", options.component.is_some() && !has_components)];
+    let has_components = matches!(format, Format::MetaImage | Format::Vti);
+    let given = [
+        ("--component", options.component.is_some() && !has_components),
+        ("--array", options.array.is_some() && format != Format::Vti),
+    ];
     match given.iter().find(|(_, superfluous)| *superfluous) {
         None => Ok(()),
         Some((name, _)) => {
