@@ -6,7 +6,7 @@
 //! Limits: one scalar per voxel; one volume per file. World coordinates stay as the format defines them.
 
 use std::fs::File;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::{DMat3, DVec3};
 
@@ -28,6 +28,8 @@ mod nifti;
 mod npy;
 mod nrrd;
 mod rescale;
+mod slices;
+mod tiff_stack;
 mod vti;
 
 use format::Told;
@@ -63,7 +65,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Volume, Error> {
     let header = if options.raw.is_none() { nifti::header_beside(path) } else { None };
     let path = header.as_deref().unwrap_or(path);
     let mut parts = match (format::tell(path)?, &options.raw) {
-        (Told::Known(format), None) => read(format, path, options)?,
+        (Told::Known(format, files), None) => read(format, path, &files, options)?,
         (Told::NotRead(_) | Told::Nothing, Some(raw)) => raw::load(path, raw)?,
         (told, _) => return Err(undecided(path, &told)),
     };
@@ -77,13 +79,14 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Volume, Error> {
     Ok(volume)
 }
 
-fn read(format: Format, path: &Path, options: &LoadOptions) -> Result<Parts, Error> {
+fn read(format: Format, path: &Path, files: &[PathBuf], options: &LoadOptions) -> Result<Parts, Error> {
     refuse_superfluous(format, path, options)?;
     match format {
         Format::Nrrd => nrrd::load(path),
         Format::MetaImage => meta_image::load(path, options.component),
         Format::Nifti => nifti::load(path),
         Format::Npy => npy::load(path),
+        Format::Tiff => tiff_stack::load(files),
         Format::Vti => {
             let choice = vti::Choice { array: options.array.as_deref(), component: options.component };
             vti::load(path, choice)
@@ -113,7 +116,7 @@ fn refuse_superfluous(format: Format, path: &Path, options: &LoadOptions) -> Res
 fn undecided(path: &Path, told: &Told) -> Error {
     let name = path.display();
     match told {
-        Told::Known(format) => Error::Option(format!(
+        Told::Known(format, _) => Error::Option(format!(
             "{name}: this is a file of format {} and states its own size and type: leave out --dims and --type",
             format.name()
         )),
