@@ -116,6 +116,9 @@ pub(crate) struct VolumeArgs {
     /// Value that stands for NaN; without it, a volume that holds NaN is an error
     #[arg(long, value_name = "V", value_parser = values::number, allow_hyphen_values = true)]
     pub nan_as: Option<f64>,
+    /// Name of the array, where the file holds several (VTK)
+    #[arg(long, value_name = "NAME")]
+    pub array: Option<String>,
     /// Component of each voxel, counted from 0, where the file holds several
     #[arg(long, value_name = "N")]
     pub component: Option<usize>,

@@ -1,6 +1,6 @@
 //! Holds the volume readers to real files of every format: sizes, places in the world and sums of the voxels.
 //!
-//! The expected numbers come from independent readers: SimpleITK (MetaImage), nibabel (NIfTI). Sums are over the voxels as f64.
+//! The expected numbers come from independent readers: SimpleITK (MetaImage), nibabel (NIfTI), VTK (ImageData), tifffile (TIFF). Sums are over the voxels as f64.
 //! Every file of a folder is either loaded or refused for the reason given here; a file that this test does not know
 //! fails it. NRRD has a test of its own, `nrrd_real.rs`.
 
@@ -132,10 +132,71 @@ const AVERAGE_HEAD: Expected = Expected {
     sum: 0.0,
 };
 
+/// Read by vtkXMLImageDataReader of VTK: GetOrigin, GetSpacing, and the sum of the array.
+const VTIS: [Expected; 4] = [
+    Expected {
+        file: "vti/head.vti",
+        dims: [256, 256, 94],
+        origin: [0.0; 3],
+        axes: upright(1.0, 1.0, 2.0),
+        sum: 15546877.0,
+    },
+    Expected {
+        file: "vti/hydrogen.vti",
+        dims: [64, 64, 64],
+        origin: [0.0; 3],
+        axes: upright(1.0, 1.0, 1.0),
+        sum: 4856.008970333326,
+    },
+    Expected {
+        file: "vti/jet_vort-small.vti",
+        dims: [240, 360, 60],
+        origin: [0.0; 3],
+        axes: upright(2.0, 2.0, 2.0),
+        sum: 105772789533.0,
+    },
+    Expected {
+        file: "vti/vase.vti",
+        dims: [115, 101, 75],
+        origin: [0.0; 3],
+        axes: upright(1.0, 1.0, 1.0),
+        sum: 10723131.0,
+    },
+];
+
+/// Read by tifffile: the sum of asarray, and the tags. In embryo.tif ImageJ notes unit=inch, spacing=4.088, and the
+/// resolution is 244140 pixels per 1000000 inches; the others say nothing of the kind.
+const TIFFS: [Expected; 2] = [
+    Expected {
+        file: "tiff/embryo.tif",
+        dims: [125, 80, 107],
+        origin: [0.0; 3],
+        axes: upright(1e6 / 244140.0, 1e6 / 244140.0, 4.088),
+        sum: 7328080.0,
+    },
+    Expected {
+        file: "tiff/mri-stack.tif",
+        dims: [186, 226, 27],
+        origin: [0.0; 3],
+        axes: upright(1.0, 1.0, 1.0),
+        sum: 40784917.0,
+    },
+];
+
+/// A folder of 99 files, read like [`TIFFS`].
+const TIFF_FOLDER: Expected = Expected {
+    file: "tiff/cthead_8bit_stack",
+    dims: [256, 256, 99],
+    origin: [0.0; 3],
+    axes: upright(1.0, 1.0, 1.0),
+    sum: 204273107.0,
+};
+
 /// Files that are refused, and the words that say why.
-const REFUSED: [(&str, &str); 1] = [
+const REFUSED: [(&str, &str); 2] = [
     // Its header claims four channels and half the slices; the data has one channel and 62 slices.
     ("mhd/Teddybear.mhd", "a voxel has 4 components"),
+    ("vti/vase_4comp.vti", "a voxel has 4 components"),
 ];
 
 #[test]
@@ -147,6 +208,36 @@ fn every_real_meta_image_is_as_itk_says() {
 #[test]
 fn every_real_nifti_is_as_nibabel_says() {
     check_folder("nifti", &NIFTIS);
+}
+
+#[test]
+fn every_real_vti_is_as_vtk_says() {
+    check_folder("vti", &VTIS);
+}
+
+#[test]
+fn components_and_arrays_of_a_real_vti_are_chosen() {
+    let Some(folder) = volumes("vti") else { return };
+    for component in 0..4 {
+        let options = LoadOptions {
+            array: Some("Scalars_".to_owned()),
+            component: Some(component),
+            ..LoadOptions::default()
+        };
+        let volume = load(&folder.join("vase_4comp.vti"), &options).expect("chosen");
+        check(&Expected { file: "vti/vase_4comp.vti", ..VTIS[3] }, &volume);
+    }
+}
+
+#[test]
+fn every_real_tiff_is_as_tifffile_says() {
+    check_folder("tiff", &TIFFS);
+    let Some(folder) = volumes("tiff") else { return };
+    for name in ["cthead_8bit_stack", "cthead_8bit_stack/*.tif"] {
+        let volume =
+            load(&folder.join(name), &LoadOptions::default()).unwrap_or_else(|error| panic!("{error}"));
+        check(&TIFF_FOLDER, &volume);
+    }
 }
 
 #[test]

@@ -107,6 +107,11 @@ pub(super) fn append(voxels: &mut Voxels, part: Voxels) {
     }
 }
 
+/// Whether two parts hold the same type, so that [`append`] can join them.
+pub(super) fn same_type(voxels: &Voxels, part: &Voxels) -> bool {
+    std::mem::discriminant(voxels) == std::mem::discriminant(part)
+}
+
 /// Refuses a claim that deflated data of `held` bytes cannot fulfil.
 pub(super) fn check_deflated(needed: u64, held: u64) -> Result<(), String> {
     let possible = held.saturating_mul(DEFLATE_EXPANSION);

@@ -4,9 +4,9 @@
 //! read here, such as HDF5, is named too, so that the message can say more than "unknown".
 
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use super::{cannot_read, meta_image, nifti, npy, nrrd, open};
+use super::{cannot_read, meta_image, nifti, npy, nrrd, open, slices, tiff_stack, vti};
 use crate::Error;
 
 /// The formats that are told by their content. A headerless file has none of them.
@@ -20,6 +20,10 @@ pub enum Format {
     Nifti,
     /// An array of NumPy, `.npy`.
     Npy,
+    /// VTK ImageData in XML, `.vti`.
+    Vti,
+    /// Grey TIFF pictures: a file of many pages, or a folder of slices.
+    Tiff,
 }
 
 impl Format {
@@ -30,13 +34,16 @@ impl Format {
             Self::MetaImage => "MetaImage",
             Self::Nifti => "NIfTI",
             Self::Npy => "NumPy array",
+            Self::Vti => "VTK ImageData",
+            Self::Tiff => "TIFF stack",
         }
     }
 }
 
-/// What the first bytes say.
+/// What the content says.
 pub(super) enum Told {
-    Known(Format),
+    /// A format, and the files that hold it: one, or the slices in their order.
+    Known(Format, Vec<PathBuf>),
     /// A format that is not read here: its name and what to do.
     NotRead(&'static str),
     Nothing,
@@ -55,28 +62,42 @@ const NOT_READ: [(&[u8], &str); 6] = [
     (b"BZh", "a bzip2 file: unpack it first"),
 ];
 
+const NO_SLICES: &str = "a folder without slices (TIFF files)";
 const GZIP: &str = "a gzip file that holds no NIfTI: unpack it first";
 const ANALYZE: &str = "an ANALYZE 7.5 header, which does not say which side is left: convert it to NIfTI";
 
-/// The format of the file at `path`.
+/// The format of the file, the folder of slices or the pattern (`slices/img*.tif`) at `path`.
 ///
-/// `None` where nothing marks one, as in a headerless file. Errors: [`Error::Read`].
+/// `None` where nothing marks one, as in a headerless file. Errors: [`Error::Read`], and [`Error::Invalid`] for a pattern
+/// that no file fits.
 pub fn format_of(path: &Path) -> Result<Option<Format>, Error> {
     Ok(match tell(path)? {
-        Told::Known(format) => Some(format),
+        Told::Known(format, _) => Some(format),
         Told::NotRead(_) | Told::Nothing => None,
     })
 }
 
 pub(super) fn tell(path: &Path) -> Result<Told, Error> {
-    let mut head = Vec::new();
-    open(path)?.take(HEAD_BYTES).read_to_end(&mut head).map_err(|source| cannot_read(path, source))?;
-    if let Some(format) = known(&head) {
-        return Ok(Told::Known(format));
+    let Some(paths) = slices::paths(path)? else { return tell_file(path) };
+    let mut slices = Vec::new();
+    for path in paths {
+        // Files of other kinds, such as notes, are left aside.
+        if known(&head_of(&path)?) == Some(Format::Tiff) {
+            slices.push(path);
+        }
+    }
+    Ok(if slices.is_empty() { Told::NotRead(NO_SLICES) } else { Told::Known(Format::Tiff, slices) })
+}
+
+fn tell_file(path: &Path) -> Result<Told, Error> {
+    let head = head_of(path)?;
+    let known = |format| Told::Known(format, vec![path.to_owned()]);
+    if let Some(format) = self::known(&head) {
+        return Ok(known(format));
     }
     if head.starts_with(nifti::GZIP_MAGIC) {
         return Ok(if nifti::is_nifti(&unpacked(&head)) {
-            Told::Known(Format::Nifti)
+            known(Format::Nifti)
         } else {
             Told::NotRead(GZIP)
         });
@@ -86,6 +107,12 @@ pub(super) fn tell(path: &Path) -> Result<Told, Error> {
     }
     let not_read = NOT_READ.iter().find(|(mark, _)| head.starts_with(mark));
     Ok(not_read.map_or(Told::Nothing, |(_, advice)| Told::NotRead(advice)))
+}
+
+fn head_of(path: &Path) -> Result<Vec<u8>, Error> {
+    let mut head = Vec::new();
+    open(path)?.take(HEAD_BYTES).read_to_end(&mut head).map_err(|source| cannot_read(path, source))?;
+    Ok(head)
 }
 
 /// What the beginning of a gzip file unpacks to, as far as a header goes.
@@ -102,6 +129,8 @@ fn known(head: &[u8]) -> Option<Format> {
         _ if head.starts_with(nrrd::MAGIC) => Some(Format::Nrrd),
         _ if nifti::is_nifti(head) => Some(Format::Nifti),
         _ if head.starts_with(npy::MAGIC) => Some(Format::Npy),
+        _ if tiff_stack::begins(head) => Some(Format::Tiff),
+        _ if vti::begins(head) => Some(Format::Vti),
         _ if meta_image::begins(head) => Some(Format::MetaImage),
         _ => None,
     }

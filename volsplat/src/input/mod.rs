@@ -6,7 +6,7 @@
 //! Limits: one scalar per voxel; one volume per file. World coordinates stay as the format defines them.
 
 use std::fs::File;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::{DMat3, DVec3};
 
@@ -28,6 +28,9 @@ mod nifti;
 mod npy;
 mod nrrd;
 mod rescale;
+mod slices;
+mod tiff_stack;
+mod vti;
 
 use format::Told;
 
@@ -46,6 +49,8 @@ pub struct LoadOptions {
     pub origin: Option<[f64; 3]>,
     /// What happens to voxels that are NaN or infinite.
     pub nan: NanPolicy,
+    /// Name of the array that is read; needed where the file holds several and calls none of them its scalars.
+    pub array: Option<String>,
     /// Which component of each voxel is read, counted from 0; needed where there are several.
     pub component: Option<usize>,
 }
@@ -60,7 +65,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Volume, Error> {
     let header = if options.raw.is_none() { nifti::header_beside(path) } else { None };
     let path = header.as_deref().unwrap_or(path);
     let mut parts = match (format::tell(path)?, &options.raw) {
-        (Told::Known(format), None) => read(format, path, options)?,
+        (Told::Known(format, files), None) => read(format, path, &files, options)?,
         (Told::NotRead(_) | Told::Nothing, Some(raw)) => raw::load(path, raw)?,
         (told, _) => return Err(undecided(path, &told)),
     };
@@ -74,20 +79,28 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Volume, Error> {
     Ok(volume)
 }
 
-fn read(format: Format, path: &Path, options: &LoadOptions) -> Result<Parts, Error> {
+fn read(format: Format, path: &Path, files: &[PathBuf], options: &LoadOptions) -> Result<Parts, Error> {
     refuse_superfluous(format, path, options)?;
     match format {
         Format::Nrrd => nrrd::load(path),
         Format::MetaImage => meta_image::load(path, options.component),
         Format::Nifti => nifti::load(path),
         Format::Npy => npy::load(path),
+        Format::Tiff => tiff_stack::load(files),
+        Format::Vti => {
+            let choice = vti::Choice { array: options.array.as_deref(), component: options.component };
+            vti::load(path, choice)
+        }
     }
 }
 
 /// Options that mean nothing for the format are an error, because whoever typed them expects an effect.
 fn refuse_superfluous(format: Format, path: &Path, options: &LoadOptions) -> Result<(), Error> {
-    let has_components = matches!(format, Format::MetaImage);
-    let given = [("--component", options.component.is_some() && !has_components)];
+    let has_components = matches!(format, Format::MetaImage | Format::Vti);
+    let given = [
+        ("--component", options.component.is_some() && !has_components),
+        ("--array", options.array.is_some() && format != Format::Vti),
+    ];
     match given.iter().find(|(_, superfluous)| *superfluous) {
         None => Ok(()),
         Some((name, _)) => {
@@ -103,7 +116,7 @@ fn refuse_superfluous(format: Format, path: &Path, options: &LoadOptions) -> Res
 fn undecided(path: &Path, told: &Told) -> Error {
     let name = path.display();
     match told {
-        Told::Known(format) => Error::Option(format!(
+        Told::Known(format, _) => Error::Option(format!(
             "{name}: this is a file of format {} and states its own size and type: leave out --dims and --type",
             format.name()
         )),

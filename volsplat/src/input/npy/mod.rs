@@ -85,7 +85,7 @@ fn read_header(file: &mut dyn Read) -> Result<Header, Fault> {
         2 | 3 => 4,
         other => return Err(unsupported(format!("version {other} of the format: 1 to 3 are read"))),
     };
-    let length = take(length_bytes)?.iter().rev().fold(0, |length, &byte| length << 8 | usize::from(byte));
+    let length = take(length_bytes)?.iter().rev().fold(0, |length, &byte| (length << 8) | usize::from(byte));
     if length > MAX_HEADER_BYTES {
         return Err(Fault::Invalid(format!(
             "a header of {length} bytes: expected at most {MAX_HEADER_BYTES}"

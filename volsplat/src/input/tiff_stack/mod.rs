@@ -1,0 +1,78 @@
+//! Stacks of grey TIFF pictures: one file of many pages, or many files of one page.
+//!
+//! Takes paths in the order of the slices, gives the parts of a volume. First every page is looked at (`pages.rs`): all
+//! must have the same size and type, and the file must be able to hold them; only then are they decoded. Spacing is
+//! taken from the notes of ImageJ or OME in the first page (`description.rs`), else it is 1: the resolution alone is
+//! meant for printers. Source: TIFF 6.0 and BigTIFF; the decoder is the crate `tiff`.
+//! Limits: grey values of 8 to 64 bits, half precision included; no colours and no palettes; one channel, one time.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+
+use super::{Parts, axes, decode, invalid};
+use crate::Error;
+use crate::volume::Voxels;
+
+mod description;
+mod pages;
+
+use pages::{Kind, Pages};
+
+/// Whether a file that begins with `head` is a TIFF or BigTIFF file.
+pub(super) fn begins(head: &[u8]) -> bool {
+    [b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"].iter().any(|mark| head.starts_with(*mark))
+}
+
+/// Reads the slices of one file or of several.
+pub(super) fn load(paths: &[PathBuf]) -> Result<Parts, Error> {
+    let mut stack: Option<Stack> = None;
+    for path in paths {
+        let pages = Pages::look_at(path, paths.len())?;
+        match &mut stack {
+            None => stack = Some(Stack::begin(&pages, path)?),
+            Some(stack) => stack.add(&pages, path)?,
+        }
+    }
+    let stack = stack.ok_or_else(|| invalid(Path::new(""), "no slices"))?;
+    Ok(Parts {
+        dims: [stack.kind.width, stack.kind.height, stack.depth],
+        voxels: stack.voxels,
+        world_from_index: axes::upright(stack.spacing, [0.0; 3]),
+        // Rows run from the top of a picture down.
+        up_hint: Some(DVec3::NEG_Y),
+        space: None,
+    })
+}
+
+/// The slices read so far.
+struct Stack {
+    kind: Kind,
+    depth: usize,
+    voxels: Voxels,
+    spacing: [f64; 3],
+}
+
+impl Stack {
+    fn begin(pages: &Pages, path: &Path) -> Result<Self, Error> {
+        let spacing = pages.spacing().map_err(|fault| fault.at(path))?;
+        Ok(Self { kind: pages.kind, depth: pages.count, voxels: pages.decode(path)?, spacing })
+    }
+
+    fn add(&mut self, pages: &Pages, path: &Path) -> Result<(), Error> {
+        if pages.kind != self.kind {
+            let what = format!("a slice of {}, but the slices before it are {}", pages.kind, self.kind);
+            return Err(invalid(path, what));
+        }
+        let slices = pages.decode(path)?;
+        if !decode::same_type(&self.voxels, &slices) {
+            return Err(invalid(path, "a slice of another number type than the slices before it"));
+        }
+        decode::append(&mut self.voxels, slices);
+        self.depth += pages.count;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;
