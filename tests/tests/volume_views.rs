@@ -35,7 +35,7 @@ fn views_keep_their_error(subject: Subject) {
     let test = format!("the views of {}", subject.name());
     let Some(volume) = subject.volume(&test) else { return };
     let mut renderer =
-        Renderer::new(&volume, &subject.transfer(), &RenderOptions::default()).expect("default options");
+        Renderer::new(&volume, &subject.transfer(), &RenderOptions::every_sample()).expect("default options");
     for (_, distance, recorded_db) in RECORDED_DB.into_iter().filter(|(of, ..)| *of == subject) {
         let scene = Scene { subject, distance };
         let image = renderer.render(&scene.pose().camera()).expect("a valid camera").image;
@@ -61,7 +61,8 @@ fn visible_voxels_are_as_many_as_in_the_paper() {
     {
         let Some(volume) = subject.volume("the count of visible voxels") else { continue };
         let transfer = step(threshold);
-        let renderer = Renderer::new(&volume, &transfer, &RenderOptions::default()).expect("default options");
+        let renderer =
+            Renderer::new(&volume, &transfer, &RenderOptions::every_sample()).expect("default options");
         assert_eq!(renderer.non_transparent(), count, "voxels of {} at or above {threshold}", subject.name());
     }
 }

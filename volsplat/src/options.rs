@@ -89,7 +89,7 @@ pub enum DepthPlane {
 impl Default for RenderOptions {
     fn default() -> Self {
         Self {
-            order: Order::EverySample,
+            order: Order::ImageSheets,
             slab_voxels: 0.5,
             sheet_sums: SheetSums::Gather,
             subpixels: Subpixels::Auto,
@@ -110,6 +110,11 @@ impl Default for RenderOptions {
 }
 
 impl RenderOptions {
+    /// The paper's order of compositing, with the default of every other choice.
+    pub fn every_sample() -> Self {
+        Self { order: Order::EverySample, ..Self::default() }
+    }
+
     /// Checks every number against its range.
     pub fn validate(&self) -> Result<(), Error> {
         let range = |name: &str, value: f64, good: bool, expected: &str| {
