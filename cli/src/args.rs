@@ -7,9 +7,9 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use volsplat::RenderOptions;
 use volsplat::input::{Endian, VoxelType};
 use volsplat::transfer::ColourMap;
+use volsplat::{RenderOptions, Subpixels};
 
 use crate::choices;
 use crate::values::{self, Axis, Orbit, Size};
@@ -171,33 +171,60 @@ pub(crate) struct CameraArgs {
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Rendering")]
 pub(crate) struct RenderArgs {
+    /// Order in which voxels are composited [default: image-sheets; every-sample where one of its own options is
+    /// given, or where the volume is a single slice]
+    #[arg(long, value_enum)]
+    pub order: Option<OrderArg>,
     /// How the opacity of a voxel becomes the opacity of a pixel
     #[arg(long, value_enum, default_value_t = choices::OPACITY.default_arg(|o| o.opacity))]
     pub opacity: OpacityArg,
-    /// How a perspective footprint is evaluated
-    #[arg(long, value_enum, default_value_t = choices::FOOTPRINT.default_arg(|o| o.footprint))]
-    pub footprint: FootprintArg,
-    /// Shape of the reconstruction kernel
-    #[arg(long, value_enum, default_value_t = choices::KERNEL.default_arg(|o| o.kernel))]
-    pub kernel: KernelArg,
-    /// Which voxels are drawn as points and which as splats
-    #[arg(long, value_enum, default_value_t = choices::SELECT.default_arg(|o| o.select))]
-    pub select: SelectArg,
-    /// In hybrid: voxels whose spacing projects to less than this many pixels are points
-    #[arg(long, value_name = "PX", value_parser = values::positive_f32,
-        default_value_t = RenderOptions::default().point_threshold_px)]
-    pub point_threshold: f32,
-    /// Depth range within which points are summed before they are composited, in voxels
-    #[arg(long, value_name = "VOXELS", value_parser = values::positive,
-        default_value_t = RenderOptions::default().sheet_voxels)]
-    pub sheet: f64,
     /// A pixel is left alone once its transmittance is below this; 0 never stops early
     #[arg(long, value_name = "T", value_parser = values::fraction,
         default_value_t = RenderOptions::default().min_transmittance)]
     pub min_transmittance: f32,
-    /// What gives a voxel its colour; select paints splats red
-    #[arg(long, alias = "color-by", value_enum, default_value_t = choices::COLOUR_BY.default_arg(|o| o.colour_by))]
-    pub colour_by: ColourByArg,
+    #[command(flatten)]
+    pub sheets: SheetArgs,
+    #[command(flatten)]
+    pub samples: SampleArgs,
+}
+
+/// Options of the image-sheets order.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Rendering, order image-sheets")]
+pub(crate) struct SheetArgs {
+    /// Thickness of a slab along the view, in voxels [default: 0.5]
+    #[arg(long, value_name = "VOXELS", value_parser = values::positive)]
+    pub slab: Option<f64>,
+    /// Sub-pixels along a pixel's side: 1, 2, 4, 8, 16, or auto, about two a voxel [default: auto]
+    #[arg(long, value_name = "N|auto", value_parser = values::subpixels)]
+    pub subpixel: Option<Subpixels>,
+    /// How the sums of a sheet are formed; the picture is the same [default: gather]
+    #[arg(long, value_enum)]
+    pub sheet_sums: Option<SheetSumsArg>,
+}
+
+/// Options of the every-sample order.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Rendering, order every-sample")]
+pub(crate) struct SampleArgs {
+    /// How a perspective footprint is evaluated [default: exact]
+    #[arg(long, value_enum)]
+    pub footprint: Option<FootprintArg>,
+    /// Shape of the reconstruction kernel [default: gaussian]
+    #[arg(long, value_enum)]
+    pub kernel: Option<KernelArg>,
+    /// Which voxels are drawn as points and which as splats [default: hybrid]
+    #[arg(long, value_enum)]
+    pub select: Option<SelectArg>,
+    /// In hybrid: voxels whose spacing projects to less than this many pixels are points [default: 1]
+    #[arg(long, value_name = "PX", value_parser = values::positive_f32)]
+    pub point_threshold: Option<f32>,
+    /// Depth range within which points are summed before they are composited, in voxels [default: 1]
+    #[arg(long, value_name = "VOXELS", value_parser = values::positive)]
+    pub sheet: Option<f64>,
+    /// What gives a voxel its colour; select paints splats red [default: transfer]
+    #[arg(long, alias = "color-by", value_enum)]
+    pub colour_by: Option<ColourByArg>,
 }
 
 /// How the picture is written.
@@ -228,6 +255,24 @@ pub(crate) enum ProjectionArg {
     Perspective,
     /// Parallel rays
     Orthographic,
+}
+
+/// Order of compositing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum OrderArg {
+    /// Slabs parallel to the picture, classified per sub-pixel: sharp and antialiased
+    ImageSheets,
+    /// Each voxel over those behind it, as point or splat
+    EverySample,
+}
+
+/// How the sums of a sheet are formed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SheetSumsArg {
+    /// Sample by sample, from the eight voxels around it
+    Gather,
+    /// Voxel by voxel; slower, for comparison
+    Scatter,
 }
 
 /// How the opacity of a voxel becomes the opacity of a pixel.

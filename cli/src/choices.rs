@@ -6,12 +6,23 @@
 use clap::ValueEnum;
 use resample_core::{FootprintMode, KernelShape, OpacityMode, Projection, SelectMode};
 use volsplat::transfer::ColourEncoding;
-use volsplat::{ColourBy, RenderOptions};
+use volsplat::{ColourBy, Order, RenderOptions, SheetSums};
 
-use crate::args::{ColourByArg, FootprintArg, KernelArg, OpacityArg, ProjectionArg, SelectArg, SpaceArg};
+use crate::args::{
+    ColourByArg, FootprintArg, KernelArg, OpacityArg, OrderArg, ProjectionArg, SelectArg, SheetSumsArg,
+    SpaceArg,
+};
 
 /// Pairs of a command line's value and a library's value; each of either occurs once.
 pub(crate) struct Twins<A: 'static, L: 'static>(&'static [(A, L)]);
+
+/// `--order`
+pub(crate) const ORDER: Twins<OrderArg, Order> =
+    Twins(&[(OrderArg::ImageSheets, Order::ImageSheets), (OrderArg::EverySample, Order::EverySample)]);
+
+/// `--sheet-sums`
+pub(crate) const SHEET_SUMS: Twins<SheetSumsArg, SheetSums> =
+    Twins(&[(SheetSumsArg::Gather, SheetSums::Gather), (SheetSumsArg::Scatter, SheetSums::Scatter)]);
 
 /// `--opacity`
 pub(crate) const OPACITY: Twins<OpacityArg, OpacityMode> =
@@ -94,6 +105,8 @@ mod tests {
 
     #[test]
     fn every_choice_has_its_twin_and_its_name() {
+        check(&ORDER, &["image-sheets", "every-sample"]);
+        check(&SHEET_SUMS, &["gather", "scatter"]);
         check(&OPACITY, &["extinction", "linear"]);
         check(&FOOTPRINT, &["affine-approx", "affine", "table", "exact"]);
         check(&KERNEL, &["gaussian", "polynomial", "b-spline"]);

@@ -3,12 +3,12 @@
 //! Takes the structs of `args.rs`, gives `LoadOptions`, `RenderOptions`, a transfer function and the `settings`
 //! object of the stats file. No file but the transfer function is touched here.
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use serde_json::{Value, json};
 use volsplat::input::RawOptions;
 use volsplat::transfer::Histogram;
 use volsplat::volume::NanPolicy;
-use volsplat::{DepthPlane, LoadOptions, RenderOptions, TransferFunction, Volume};
+use volsplat::{DepthPlane, LoadOptions, Order, RenderOptions, Subpixels, TransferFunction, Volume};
 
 use crate::args::{RenderArgs, TransferArgs, VolsplatArgs, VolumeArgs};
 use crate::choices;
@@ -34,19 +34,76 @@ pub(crate) fn load_options(args: &VolumeArgs) -> LoadOptions {
 }
 
 /// How the volume is drawn. Only an EXR file has a place for depth.
-pub(crate) fn render_options(args: &RenderArgs, opacity_unit: Option<f64>, format: Format) -> RenderOptions {
-    RenderOptions {
-        kernel: choices::KERNEL.library(args.kernel),
-        footprint: choices::FOOTPRINT.library(args.footprint),
+pub(crate) fn render_options(
+    args: &RenderArgs,
+    opacity_unit: Option<f64>,
+    format: Format,
+) -> Result<RenderOptions> {
+    let (samples, sheets) = (&args.samples, &args.sheets);
+    let default = RenderOptions::default();
+    Ok(RenderOptions {
+        order: order(args)?.unwrap_or(default.order),
+        slab_voxels: sheets.slab.unwrap_or(default.slab_voxels),
+        subpixels: sheets.subpixel.unwrap_or(default.subpixels),
+        sheet_sums: sheets.sheet_sums.map_or(default.sheet_sums, |sums| choices::SHEET_SUMS.library(sums)),
+        kernel: samples.kernel.map_or(default.kernel, |kernel| choices::KERNEL.library(kernel)),
+        footprint: samples.footprint.map_or(default.footprint, |mode| choices::FOOTPRINT.library(mode)),
         opacity: choices::OPACITY.library(args.opacity),
-        select: choices::SELECT.library(args.select),
-        point_threshold_px: args.point_threshold,
-        sheet_voxels: args.sheet,
+        select: samples.select.map_or(default.select, |select| choices::SELECT.library(select)),
+        point_threshold_px: samples.point_threshold.unwrap_or(default.point_threshold_px),
+        sheet_voxels: samples.sheet.unwrap_or(default.sheet_voxels),
         min_transmittance: args.min_transmittance,
         opacity_unit,
-        colour_by: choices::COLOUR_BY.library(args.colour_by),
+        colour_by: samples.colour_by.map_or(default.colour_by, |by| choices::COLOUR_BY.library(by)),
         depth: if format == Format::Exr { DepthPlane::Expected } else { DepthPlane::None },
-        ..RenderOptions::default()
+        simd: default.simd,
+    })
+}
+
+/// A single slice has no cell to interpolate in: unless an order was asked for, each of its samples is drawn.
+pub(crate) fn suited_to(options: RenderOptions, args: &RenderArgs, volume: &Volume) -> RenderOptions {
+    match args.order {
+        None if volume.dims.contains(&1) => RenderOptions { order: Order::EverySample, ..options },
+        _ => options,
+    }
+}
+
+/// The order that was asked for, or that the options given belong to; an error names an option of another order.
+fn order(args: &RenderArgs) -> Result<Option<Order>> {
+    let given = |options: &[(&'static str, bool)]| options.iter().find(|o| o.1).map(|o| o.0);
+    let (samples, sheets) = (&args.samples, &args.sheets);
+    let of_samples = given(&[
+        ("--footprint", samples.footprint.is_some()),
+        ("--kernel", samples.kernel.is_some()),
+        ("--select", samples.select.is_some()),
+        ("--point-threshold", samples.point_threshold.is_some()),
+        ("--sheet", samples.sheet.is_some()),
+        ("--colour-by", samples.colour_by.is_some()),
+    ]);
+    let of_sheets = given(&[
+        ("--slab", sheets.slab.is_some()),
+        ("--subpixel", sheets.subpixel.is_some()),
+        ("--sheet-sums", sheets.sheet_sums.is_some()),
+    ]);
+    match (args.order.map(|order| choices::ORDER.library(order)), of_samples, of_sheets) {
+        (Some(Order::ImageSheets), Some(option), _) => {
+            bail!(
+                "{option} belongs to --order every-sample and does nothing in image-sheets: drop one of them"
+            )
+        }
+        (Some(Order::EverySample), _, Some(option)) => {
+            bail!(
+                "{option} belongs to --order image-sheets and does nothing in every-sample: drop one of them"
+            )
+        }
+        (None, Some(one), Some(other)) => {
+            bail!(
+                "{one} belongs to --order every-sample and {other} to --order image-sheets: drop one of them"
+            )
+        }
+        (Some(order), ..) => Ok(Some(order)),
+        (None, Some(_), None) => Ok(Some(Order::EverySample)),
+        (None, None, _) => Ok(None),
     }
 }
 
@@ -119,7 +176,15 @@ fn picture_record(args: &VolsplatArgs, format: Format) -> Value {
 }
 
 fn render_record(options: &RenderOptions) -> Value {
+    let subpixels = match options.subpixels {
+        Subpixels::Auto => json!("auto"),
+        Subpixels::Fixed(n) => json!(n),
+    };
     json!({
+        "order": choices::ORDER.name(options.order),
+        "slab_voxels": options.slab_voxels,
+        "subpixel": subpixels,
+        "sheet_sums": choices::SHEET_SUMS.name(options.sheet_sums),
         "kernel": choices::KERNEL.name(options.kernel),
         "footprint": choices::FOOTPRINT.name(options.footprint),
         "opacity": choices::OPACITY.name(options.opacity),

@@ -5,6 +5,7 @@
 
 use glam::DVec3;
 use resample_core::image::linear_from_srgb;
+use volsplat::Subpixels;
 
 /// A picture size, px.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,6 +82,17 @@ pub(crate) fn positive_f32(text: &str) -> Result<f32, String> {
         .map(|value| value as f32)
         .filter(|&value| value > 0.0 && value.is_finite())
         .ok_or_else(|| "expected a number above 0".into())
+}
+
+/// `auto`, or a number of sub-pixels along a pixel's side.
+pub(crate) fn subpixels(text: &str) -> Result<Subpixels, String> {
+    match text.trim() {
+        "auto" => Ok(Subpixels::Auto),
+        word @ ("1" | "2" | "4" | "8" | "16") => {
+            word.parse().map(Subpixels::Fixed).map_err(|_| String::new())
+        }
+        _ => Err("expected auto, 1, 2, 4, 8 or 16".into()),
+    }
 }
 
 /// A number from 0 up to, not including, 1, in single precision.

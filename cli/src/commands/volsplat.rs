@@ -35,6 +35,7 @@ struct Plan {
 struct Scene {
     volume: Volume,
     renderer: Renderer,
+    options: RenderOptions,
     load_ms: f64,
     classify_ms: f64,
 }
@@ -43,10 +44,10 @@ struct Scene {
 pub(crate) fn run(args: &VolsplatArgs, verbosity: Verbosity) -> Result<()> {
     let start = Instant::now();
     let plan = checked_plan(args)?;
-    let options = settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format);
-    let scene = loaded(args, &options)?;
+    let options = settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format)?;
+    let scene = loaded(args, options)?;
     let cameras = cameras(args, &plan, &scene)?;
-    let mut stats = stats_before_drawing(args, &options, plan.finish.format, &scene);
+    let mut stats = stats_before_drawing(args, plan.finish.format, &scene);
     let mut renderer = scene.renderer;
     // The renderer has its own copy of what can be seen.
     drop(scene.volume);
@@ -64,18 +65,13 @@ pub(crate) fn run(args: &VolsplatArgs, verbosity: Verbosity) -> Result<()> {
     Ok(())
 }
 
-fn stats_before_drawing(
-    args: &VolsplatArgs,
-    options: &RenderOptions,
-    format: Format,
-    scene: &Scene,
-) -> RunStats {
+fn stats_before_drawing(args: &VolsplatArgs, format: Format, scene: &Scene) -> RunStats {
     RunStats {
         version: env!("CARGO_PKG_VERSION"),
         voxels: scene.renderer.voxels(),
         non_transparent: scene.renderer.non_transparent(),
         threads: rayon::current_num_threads(),
-        settings: settings::record(args, options, format, &scene.volume),
+        settings: settings::record(args, &scene.options, format, &scene.volume),
         load_ms: scene.load_ms,
         classify_ms: scene.classify_ms,
         peak_bytes: None,
@@ -110,16 +106,17 @@ fn check_targets(args: &VolsplatArgs, first_frame: &Path) -> Result<()> {
     Ok(())
 }
 
-fn loaded(args: &VolsplatArgs, options: &RenderOptions) -> Result<Scene> {
+fn loaded(args: &VolsplatArgs, options: RenderOptions) -> Result<Scene> {
     let start = Instant::now();
     let volume = volsplat::load(&args.input, &settings::load_options(&args.volume))?;
     let load_ms = report::ms_since(start);
+    let options = settings::suited_to(options, &args.render, &volume);
     let transfer: TransferFunction = settings::transfer_function(&args.transfer, &volume)?;
     let start = Instant::now();
-    let renderer = Renderer::new(&volume, &transfer, options)
+    let renderer = Renderer::new(&volume, &transfer, &options)
         .with_context(|| format!("{}: cannot be drawn", args.input.display()))?;
     let classify_ms = report::ms_since(start);
-    Ok(Scene { volume, renderer, load_ms, classify_ms })
+    Ok(Scene { volume, renderer, options, load_ms, classify_ms })
 }
 
 fn cameras(args: &VolsplatArgs, plan: &Plan, scene: &Scene) -> Result<Vec<Camera>> {

@@ -147,3 +147,16 @@ fn misspelt_options_are_refused_by_name() {
     }
     assert_refused(&bench, "volsplat ball.raw --dims 32,32,32 -o out/a.png", "--type");
 }
+
+#[test]
+fn options_of_another_order_are_refused() {
+    let bench = Bench::new();
+    let words = |options: &str| format!("volsplat ball.raw {BALL} -o out/a.png {options}");
+    assert_one_line(&bench, &words("--order image-sheets --select splats"), "--select");
+    assert_one_line(&bench, &words("--order every-sample --slab 1"), "--slab");
+    assert_one_line(&bench, &words("--kernel gaussian --subpixel 2"), "--kernel");
+    assert_refused(&bench, &words("--subpixel 3"), "--subpixel");
+    bench.write("slice.raw", &[200; 64]);
+    let slice = "volsplat slice.raw --dims 8,8,1 --type u8 --order image-sheets -o out/a.png";
+    assert_one_line(&bench, slice, "slice.raw");
+}

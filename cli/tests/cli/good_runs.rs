@@ -77,6 +77,7 @@ fn exr_has_colour_and_depth_and_the_stats_count_every_voxel() {
     );
     let frame = &stats["frames"][0];
     assert_eq!((&frame["file"], &frame["width"]), (&"out/a.exr".into(), &64.into()), "frame");
+    assert_eq!(stats["settings"]["render"]["order"], "every-sample", "the kernel is an option of that order");
     let drawn: u64 = ["points", "splats", "culled"].iter().filter_map(|key| frame[*key].as_u64()).sum();
     assert_eq!(drawn, count("non_transparent"), "each visible voxel is a point, a splat, or culled");
 }
@@ -145,6 +146,11 @@ fn every_view_option_gives_a_picture() {
         "--fov 90 --bits 16",
         "--spacing 1,1,2 --origin -5,0,1e6",
         "--colormap viridis --opacity-unit 3",
+        "--order every-sample",
+        "--order image-sheets --slab 1 --subpixel 2",
+        "--sheet-sums scatter --subpixel auto",
+        "--select ewa --footprint affine",
+        "--colour-by select",
     ]
     .into_iter()
     .enumerate()
@@ -153,6 +159,21 @@ fn every_view_option_gives_a_picture() {
         let (.., rgba) = read_png(&bench.path(&format!("out/{index}.png")));
         assert!(rgba.iter().any(|&byte| byte > 0), "`{words}` shows nothing");
     }
+}
+
+#[test]
+fn options_choose_their_order_and_a_single_slice_is_drawn() {
+    let bench = Bench::new();
+    let order = |words: &str| {
+        assert_good(&bench.draw(&format!("--size 8x8 -o out/a.png --stats out/s.json {words}")));
+        stats(&bench)["settings"]["render"]["order"].as_str().map(str::to_owned)
+    };
+    assert_eq!(order("").as_deref(), Some("image-sheets"));
+    assert_eq!(order("--select splats").as_deref(), Some("every-sample"));
+    assert_eq!(order("--slab 0.5").as_deref(), Some("image-sheets"));
+    bench.write("slice.raw", &[200; 64]);
+    let words = "volsplat slice.raw --dims 8,8,1 --type u8 --size 8x8 --orbit 0,0 -o out/b.png";
+    assert_good(&bench.run(words));
 }
 
 #[test]
