@@ -2,6 +2,7 @@
 //!
 //! The cut looks at the bricks alone, never at the number of threads.
 
+use cpu_time::ThreadTime;
 use rayon::prelude::*;
 
 use crate::cells::CellBrick;
@@ -9,6 +10,7 @@ use crate::cull::ViewVolume;
 use crate::field::FieldBrick;
 use crate::sample::{Bounds, Brick};
 use crate::stats::{FrameStats, StageClock};
+use crate::tiles::elapsed_ms;
 
 /// Samples of a chunk: its primitives (48 bytes each) then stay in the second-level cache while they are binned.
 const CHUNK_SAMPLES: usize = 1 << 14;
@@ -88,4 +90,30 @@ pub(crate) fn runs_of_bricks<B: BrickOfSamples>(bricks: &[B], visible: Vec<usize
         }
     }
     runs
+}
+
+/// Projects each run of bricks into its chunk and lists it by tile, one task a chunk; the two are timed apart.
+pub(crate) fn project_runs<C: Send>(
+    chunks: &mut [C],
+    runs: &[Vec<usize>],
+    stats: &mut FrameStats,
+    project: impl Fn(&mut C, &[usize]) + Sync,
+    bin: impl Fn(&mut C, usize) + Sync,
+) {
+    let clock = StageClock::start();
+    let parts: Vec<[f64; 2]> = chunks
+        .par_iter_mut()
+        .zip(runs)
+        .enumerate()
+        .map(|(number, (chunk, run))| {
+            let start = ThreadTime::try_now().ok();
+            project(chunk, run);
+            let project_ms = elapsed_ms(start);
+            let start = ThreadTime::try_now().ok();
+            bin(chunk, number);
+            [project_ms, elapsed_ms(start)]
+        })
+        .collect();
+    let cpu_ms = parts.iter().fold([0.0; 2], |sum, part| [sum[0] + part[0], sum[1] + part[1]]);
+    [stats.stages.project, stats.stages.bin] = clock.stop().shared(cpu_ms);
 }

@@ -5,8 +5,6 @@
 //! 3. accumulate: primitives are listed by screen tile, each tile sorts its list by depth;
 //! 4. composite: points and splats are composited front to back, tile by tile, until the tile is opaque.
 
-use cpu_time::ThreadTime;
-use rayon::prelude::*;
 use resample_core::composite::{DepthRule, IndexRule, TileSettings};
 use resample_core::maps::MapSource;
 use resample_core::point::PixelFilter;
@@ -14,7 +12,7 @@ use resample_core::table::FootprintProfile;
 use resample_core::tile::TileGrid;
 use resample_core::{Camera, FootprintMode, GridView, Kernel, SelectMode};
 
-use crate::chunks::{runs_of_bricks, visible_bricks};
+use crate::chunks::{project_runs, runs_of_bricks, visible_bricks};
 use crate::cull::ViewVolume;
 use crate::geometry::Lens;
 use crate::near::{NearSample, NearSetup};
@@ -22,8 +20,8 @@ use crate::options::{DepthPlane, RenderOptions};
 use crate::picture::{TileDepth, TileLayout};
 use crate::project::{ProjectSetup, ProjectedChunk};
 use crate::sample::{Brick, Samples};
-use crate::stats::{FrameStats, StageClock};
-use crate::tiles::{TileSlot, TileStage, elapsed_ms};
+use crate::stats::FrameStats;
+use crate::tiles::{TileSlot, TileStage};
 use crate::transfer::TransferFunction;
 use crate::volume::Volume;
 
@@ -142,25 +140,11 @@ fn project(
     runs: &[Vec<usize>],
     stats: &mut FrameStats,
 ) {
-    let clock = StageClock::start();
-    let parts: Vec<[f64; 2]> = chunks
-        .par_iter_mut()
-        .zip(runs)
-        .enumerate()
-        .map(|(number, (chunk, run))| {
-            let start = ThreadTime::try_now().ok();
-            chunk.clear();
-            for &brick in run {
-                chunk.project(setup, &bricks[brick]);
-            }
-            let project_ms = elapsed_ms(start);
-            let start = ThreadTime::try_now().ok();
-            chunk.bins.bin(number);
-            [project_ms, elapsed_ms(start)]
-        })
-        .collect();
-    let cpu_ms = parts.iter().fold([0.0; 2], |sum, part| [sum[0] + part[0], sum[1] + part[1]]);
-    [stats.stages.project, stats.stages.bin] = clock.stop().shared(cpu_ms);
+    let project = |chunk: &mut ProjectedChunk, run: &[usize]| {
+        chunk.clear();
+        run.iter().for_each(|&brick| chunk.project(setup, &bricks[brick]));
+    };
+    project_runs(chunks, runs, stats, project, |chunk, number| chunk.bins.bin(number));
     for chunk in chunks.iter() {
         stats.culled += chunk.culled;
         stats.points += chunk.points;

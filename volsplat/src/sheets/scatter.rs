@@ -13,7 +13,7 @@ use resample_core::tile::{TILE_PX, TileGrid};
 use super::SheetFrame;
 use super::frame::{Section, SheetChunk, SheetProjection, TileView};
 use super::tile::{SheetScratch, render_tile};
-use crate::chunks::{runs_of_bricks, visible_bricks};
+use crate::chunks::{project_runs, runs_of_bricks, visible_bricks};
 use crate::cull::ViewVolume;
 use crate::field::Field;
 use crate::stats::{FrameStats, StageClock};
@@ -49,26 +49,13 @@ impl VoxelSheets {
 
     /// Projects each run of bricks into its chunk and lists it by tile.
     fn project(&mut self, setup: &SheetProjection, runs: &[Vec<usize>], stats: &mut FrameStats) {
-        let clock = StageClock::start();
         let bricks = &self.field.bricks;
-        let parts: Vec<[f64; 2]> = self.chunks[..runs.len()]
-            .par_iter_mut()
-            .zip(runs)
-            .enumerate()
-            .map(|(number, (chunk, run))| {
-                let start = ThreadTime::try_now().ok();
-                chunk.clear();
-                for &brick in run {
-                    chunk.project(setup, &bricks[brick]);
-                }
-                let project_ms = elapsed_ms(start);
-                let start = ThreadTime::try_now().ok();
-                chunk.bins.bin(number);
-                [project_ms, elapsed_ms(start)]
-            })
-            .collect();
-        let cpu_ms = parts.iter().fold([0.0; 2], |sum, part| [sum[0] + part[0], sum[1] + part[1]]);
-        [stats.stages.project, stats.stages.bin] = clock.stop().shared(cpu_ms);
+        let project = |chunk: &mut SheetChunk, run: &[usize]| {
+            chunk.clear();
+            run.iter().for_each(|&brick| chunk.project(setup, &bricks[brick]));
+        };
+        let chunks = &mut self.chunks[..runs.len()];
+        project_runs(chunks, runs, stats, project, |chunk, number| chunk.bins.bin(number));
         for chunk in &self.chunks[..runs.len()] {
             stats.culled += chunk.culled;
             stats.splats += chunk.bins.primitives.len() as u64;
