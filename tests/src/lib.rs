@@ -13,3 +13,4 @@ pub mod peer_scenes;
 pub mod rays;
 pub mod reference;
 pub mod scenes;
+pub mod sheet_reference;

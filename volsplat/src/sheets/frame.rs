@@ -6,7 +6,7 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, f32x4, i32x4};
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DMat3, DVec2, DVec3, Vec3};
 use resample_core::composite::DepthRule;
 use resample_core::maps::TilePlane;
 use resample_core::tile::{ChunkBins, TILE_PX, TileGrid, TileRect};
@@ -14,6 +14,7 @@ use resample_core::{Camera, GridView, OpacityMode, Projection};
 
 use super::classify::TransferTable;
 use super::section::SectionTable;
+use super::shade::ShadeSettings;
 use crate::field::FieldBrick;
 use crate::sample::place;
 
@@ -55,6 +56,9 @@ pub(crate) struct SheetSettings {
     /// World length over which the transfer function's opacity is meant.
     pub(crate) unit_in_world: f64,
     pub(crate) opacity: OpacityMode,
+    /// Where samples are lit: how.
+    pub(crate) shade: Option<ShadeSettings>,
+    pub(crate) world_from_camera: DMat3,
     pub(crate) depth: DepthRule,
     pub(crate) min_transmittance: f32,
 }
@@ -69,6 +73,8 @@ pub(crate) struct TileView {
     corner_px: DVec2,
     /// Opacity units along each pixel's ray through one slab.
     pub(crate) units_per_slab: TilePlane,
+    /// Unit direction of each pixel's ray, in the world; only where samples are lit.
+    pub(crate) ray_in_world: [TilePlane; 3],
 }
 
 /// One plane over one tile: an affine map from pixels to the grid.
@@ -85,7 +91,7 @@ pub(crate) struct PlaneView {
     pub(crate) step_y: [f32; 4],
     /// From a camera x, y, x, y to tile pixels, so that the first covered pixel is the number rounded up.
     pub(crate) pixel_scale: [f32; 4],
-    /// Added after the scale.
+    /// Added after the scale, with the margin of boxes.
     pub(crate) pixel_shift: [f32; 4],
     /// Camera z relative to the anchor's.
     pub(crate) offset_z: f32,
@@ -97,6 +103,16 @@ impl SheetSettings {
     /// The slab, fractional, whose plane lies at a camera z.
     pub(crate) fn plane_from_z(&self, z: f64) -> f64 {
         z / self.thickness - 0.5
+    }
+
+    /// The sections of bricks of this many cells along a side, from their middle, with the margin.
+    pub(crate) fn of_bricks(camera_from_grid: DMat3, cells: usize) -> SectionTable {
+        SectionTable::of_cube(camera_from_grid * (0.5 * cells as f64 + BOX_MARGIN))
+    }
+
+    /// The margin of a box along camera z, world units: as far as its corners move when it grows by the margin.
+    pub(crate) fn margin_z(&self) -> f64 {
+        BOX_MARGIN * f64::from(self.sections.reach_z)
     }
 
     /// Length of the ring: a power of two that holds the planes that a kernel of these sections may span.
@@ -118,7 +134,11 @@ impl TileView {
             }
         }
         let (anchor, thickness) = (settings.anchor, settings.thickness);
-        Self { view: *view, anchor, thickness, corner_px: corner, units_per_slab }
+        let mut ray_in_world = [[[0.0; TILE_PX]; TILE_PX]; 3];
+        if settings.shade.is_some() {
+            fill_rays(&mut ray_in_world, view, corner, &settings.world_from_camera);
+        }
+        Self { view: *view, anchor, thickness, corner_px: corner, units_per_slab, ray_in_world }
     }
 
     /// The plane of a slab.
@@ -134,14 +154,14 @@ impl TileView {
         let pixels = self.view.focal / scale;
         let shift = self.view.principal_px - self.corner_px - 0.5;
         let four = |v: DVec3| [v.x as f32, v.y as f32, v.z as f32, 0.0];
-        let twice = |v: DVec2| [v.x as f32, v.y as f32, v.x as f32, v.y as f32];
+        let ends = |low: DVec2, high: DVec2| [low.x as f32, low.y as f32, high.x as f32, high.y as f32];
         PlaneView {
             lanes: step_x.to_array().map(|step| std::array::from_fn(|lane| (lane as f64 * step) as f32)),
             first: four(first),
             step_x: four(step_x),
             step_y: four(step_y),
-            pixel_scale: twice(pixels),
-            pixel_shift: twice(shift),
+            pixel_scale: ends(pixels, pixels),
+            pixel_shift: ends(shift - BOX_MARGIN, shift + BOX_MARGIN),
             offset_z: (camera_z - self.anchor.camera_z) as f32,
             camera_z: camera_z as f32,
         }
@@ -156,6 +176,22 @@ pub(crate) fn covered<S: Simd>(simd: S, view: &PlaneView, ends: f32x4<S>) -> [us
     let pixels = ends.mul_add(scale, f32x4::from_slice(simd, &view.pixel_shift)).ceil();
     let tile = pixels.max(f32x4::splat(simd, 0.0)).min(f32x4::splat(simd, TILE_PX as f32));
     tile.to_int::<i32x4<S>>().to_array().map(|p| p as usize)
+}
+
+/// Unit directions, in the world, of the rays of a tile's pixels.
+fn fill_rays(rays: &mut [TilePlane; 3], view: &GridView, corner: DVec2, world_from_camera: &DMat3) {
+    for y in 0..TILE_PX {
+        for x in 0..TILE_PX {
+            let offset = corner + DVec2::new(x as f64 + 0.5, y as f64 + 0.5) - view.principal_px;
+            let in_camera = match view.projection {
+                Projection::Perspective => (offset / view.focal).extend(1.0).normalize(),
+                Projection::Orthographic => DVec3::Z,
+            };
+            for (plane, axis) in rays.iter_mut().zip((*world_from_camera * in_camera).to_array()) {
+                plane[y][x] = axis as f32;
+            }
+        }
+    }
 }
 
 /// Length of a pixel's ray per unit of camera z.
@@ -190,6 +226,10 @@ pub(crate) struct SheetChunk {
     pub(crate) bins: ChunkBins<Section>,
     pub(crate) culled: u64,
 }
+
+/// Boxes on the screen and along the view are wider than what they hold by this much, in pixels and in voxels, so that
+/// the rounding of their ends never drops a sample that lies on them: f32 counts 2^17 pixels to 1/128.
+const BOX_MARGIN: f64 = 1.0 / 64.0;
 
 /// Planes at whose number a voxel is cut off from a frame: beyond this, f32 no longer counts planes one by one.
 const MAX_PLANE: f32 = 8_388_608.0;

@@ -13,7 +13,8 @@ use resample_core::composite::{DepthRule, TileCounts, TilePixels, opacity};
 use resample_core::tile::TILE_PX;
 
 use super::frame::{Anchor, PlaneView, SheetSettings, TileView, covered};
-use crate::cells::{CELL_SIDE, CellBrick, VERTEX_SIDE};
+use super::shade::Lit;
+use crate::cells::{CELL_SIDE, CellBrick, TABLE_LEN, VERTEX_SIDE};
 
 /// Lanes of a vector: half a row of a tile. A brick covers about half the lanes of a whole row, and a gather into a
 /// whole row would come back from memory in pieces that a wider load has to wait for.
@@ -169,7 +170,8 @@ fn add_brick<S: Simd>(
                 let at = HalfRow { row, first };
                 touched += LANES;
                 let Some(sample) = sample(simd, &plane, &cells, at, placed.brick) else { continue };
-                seen |= composite_samples(simd, settings, view, (at, &plane), sample, scratch);
+                let lit = |simd| lit(simd, settings, view, at, (placed.brick, &sample));
+                seen |= composite_samples(simd, settings, view, (at, &plane), (&sample, lit), scratch);
             }
         }
     }
@@ -183,6 +185,17 @@ struct HalfRow {
     first: usize,
 }
 
+/// Half a row of samples on a plane.
+#[derive(Clone, Copy)]
+struct Sample<S: Simd> {
+    scalar: f32x8<S>,
+    /// Which of them lie in the brick's box.
+    inside: mask32x8<S>,
+    /// Place of each one's cell in the brick's tables, and its position in the cell.
+    places: [i32; LANES],
+    share: [f32x8<S>; 3],
+}
+
 /// The scalars on half a row of a plane, and which of them lie in the box; `None` if none does.
 #[inline(always)]
 fn sample<S: Simd>(
@@ -191,7 +204,7 @@ fn sample<S: Simd>(
     cells: &CellBox,
     at: HalfRow,
     brick: &CellBrick,
-) -> Option<(f32x8<S>, mask32x8<S>)> {
+) -> Option<Sample<S>> {
     let constant = |v: f32| f32x8::splat(simd, v);
     // Positions relative to the anchor come out the same for every brick, so that a sample on a face between two of
     // them belongs to exactly one.
@@ -214,18 +227,30 @@ fn sample<S: Simd>(
     let row_stride = VERTEX_SIDE as f32;
     let places =
         cell[2].mul_add(constant(row_stride * row_stride), cell[1].mul_add(constant(row_stride), cell[0]));
-    let corners = corners(&places.to_int::<i32x8<S>>().to_array(), brick);
+    let places = places.to_int::<i32x8<S>>().to_array();
+    Some(Sample { scalar: interpolated(simd, &brick.scalars, &places, share), inside, places, share })
+}
+
+/// The trilinear mix of a table's values at the corners of each lane's cell.
+#[inline(always)]
+fn interpolated<S: Simd>(
+    simd: S,
+    table: &[f32; TABLE_LEN],
+    places: &[i32; LANES],
+    share: [f32x8<S>; 3],
+) -> f32x8<S> {
+    let corners = corners(table, places);
     let load = |k: usize| f32x8::from_slice(simd, &corners[k]);
     let mix = |a: f32x8<S>, b: f32x8<S>, t: f32x8<S>| (b - a).mul_add(t, a);
     let x: [f32x8<S>; 4] = std::array::from_fn(|k| mix(load(2 * k), load(2 * k + 1), share[0]));
     let y = [mix(x[0], x[1], share[1]), mix(x[2], x[3], share[1])];
-    Some((mix(y[0], y[1], share[2]), inside))
+    mix(y[0], y[1], share[2])
 }
 
-/// The scalars at the eight corners of each lane's cell, corner by corner, x fastest. A plain loop over the lanes: it
-/// becomes gather instructions where the CPU has them.
+/// The values at the eight corners of each lane's cell, corner by corner, x fastest. A plain loop over the lanes: it
+/// becomes vector code where the CPU has what it takes.
 #[inline(always)]
-fn corners(places: &[i32; LANES], brick: &CellBrick) -> [[f32; LANES]; 8] {
+fn corners(table: &[f32; TABLE_LEN], places: &[i32; LANES]) -> [[f32; LANES]; 8] {
     const OFFSETS: [usize; 8] = {
         let (row, layer) = (VERTEX_SIDE, VERTEX_SIDE * VERTEX_SIDE);
         [0, 1, row, row + 1, layer, layer + 1, layer + row, layer + row + 1]
@@ -234,7 +259,7 @@ fn corners(places: &[i32; LANES], brick: &CellBrick) -> [[f32; LANES]; 8] {
     for lane in 0..LANES {
         let place = places[lane] as usize & 1023;
         for (corner, offset) in corners.iter_mut().zip(OFFSETS) {
-            corner[lane] = brick.scalars[place + offset];
+            corner[lane] = table[place + offset];
         }
     }
     corners
@@ -247,16 +272,16 @@ fn composite_samples<S: Simd>(
     settings: &SheetSettings,
     view: &TileView,
     (at, plane): (HalfRow, &PlaneView),
-    (samples, inside): (f32x8<S>, mask32x8<S>),
+    (sample, lit): (&Sample<S>, impl FnOnce(S) -> Option<Lit<S>>),
     scratch: &mut GatherScratch,
 ) -> bool {
-    let places = settings.table.places(simd, samples).to_array();
+    let places = settings.table.places(simd, sample.scalar).to_array();
     let mut strengths = [0.0f32; LANES];
     for (strength, &place) in strengths.iter_mut().zip(&places) {
         *strength = settings.table.entry(place)[3];
     }
     let zero = f32x8::splat(simd, 0.0);
-    let strength = inside.select(f32x8::from_slice(simd, &strengths), zero);
+    let strength = sample.inside.select(f32x8::from_slice(simd, &strengths), zero);
     if strength.simd_gt(zero).all_false() {
         return false;
     }
@@ -270,11 +295,32 @@ fn composite_samples<S: Simd>(
         let sum = weight.mul_add(f32x8::splat(simd, plane.camera_z), load(&scratch.pixels.depth[at.row]));
         sum.store_slice(&mut scratch.pixels.depth[at.row][range.clone()]);
     }
-    let weights = weight.to_array();
-    for ((sum, &place), weight) in scratch.rgb[at.row][range].iter_mut().zip(&places).zip(weights) {
-        for (sum, value) in sum.iter_mut().zip(settings.table.entry(place)) {
-            *sum += weight * value;
+    // What is not lit is its own colour, with nothing added: a factor of 1 and a highlight of 0.
+    let lit = lit(simd);
+    let factors = lit.map_or(weight, |lit| weight * lit.body).to_array();
+    let highlights = lit.map_or([0.0; LANES], |lit| (weight * lit.highlight).to_array());
+    for (lane, sum) in scratch.rgb[at.row][range].iter_mut().enumerate() {
+        for (sum, value) in sum.iter_mut().zip(settings.table.entry(places[lane])) {
+            *sum += factors[lane] * value + highlights[lane];
         }
     }
     true
+}
+
+/// What light makes of samples; `None` where nothing is shaded.
+#[inline(always)]
+fn lit<S: Simd>(
+    simd: S,
+    settings: &SheetSettings,
+    view: &TileView,
+    at: HalfRow,
+    (brick, sample): (&CellBrick, &Sample<S>),
+) -> Option<Lit<S>> {
+    let (shade, gradients) = (settings.shade.as_ref()?, brick.gradients.as_ref()?);
+    let range = at.first..at.first + LANES;
+    let ray =
+        std::array::from_fn(|axis| f32x8::from_slice(simd, &view.ray_in_world[axis][at.row][range.clone()]));
+    let gradient =
+        std::array::from_fn(|axis| interpolated(simd, &gradients[axis], &sample.places, sample.share));
+    Some(shade.light(simd, gradient, ray))
 }

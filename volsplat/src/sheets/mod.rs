@@ -18,6 +18,7 @@ pub(crate) mod gather;
 pub(crate) mod place;
 pub(crate) mod scatter;
 pub(crate) mod section;
+pub(crate) mod shade;
 pub(crate) mod tile;
 
 use cpu_time::ThreadTime;
@@ -33,11 +34,12 @@ use self::gather::{GatherScratch, render_tile};
 use self::place::placed;
 use self::scatter::VoxelSheets;
 use self::section::SectionTable;
+use self::shade::ShadeSettings;
 use crate::Error;
-use crate::cells::{CELL_SIDE, CellField};
+use crate::cells::{CELL_SIDE, CellField, Gradients};
 use crate::chunks::visible_bricks;
 use crate::cull::ViewVolume;
-use crate::options::{DepthPlane, RenderOptions, SheetSums, Subpixels};
+use crate::options::{DepthPlane, RenderOptions, Shading, SheetSums, Subpixels};
 use crate::picture::{TileDepth, TileLayout};
 use crate::sample::{Bounds, bounds_in_world};
 use crate::stats::{FrameStats, StageClock};
@@ -88,7 +90,13 @@ impl ImageSheets {
             )));
         }
         let source = match options.sheet_sums {
-            SheetSums::Gather => Source::Cells(CellField::new(volume, transfer)),
+            SheetSums::Gather => {
+                let gradients = match options.shading {
+                    Shading::None => Gradients::Without,
+                    Shading::Lambert | Shading::Phong => Gradients::With,
+                };
+                Source::Cells(CellField::new(volume, transfer, gradients))
+            }
             SheetSums::Scatter => Source::Voxels(VoxelSheets::new(volume, transfer)),
         };
         let visible = bounds_in_world(source.bounds(), &DAffine3::IDENTITY);
@@ -130,7 +138,7 @@ impl ImageSheets {
             Err(_) => (*camera, 1),
         };
         let view = GridView::new(&fine, &self.world_from_index);
-        let settings = self.settings(&view);
+        let settings = self.settings(&view, &fine);
         let frame = SheetFrame { settings: &settings, view: &view, camera: &fine, subpixels };
         match &mut self.source {
             Source::Cells(field) => frame.gather(field, tiles, stats),
@@ -155,7 +163,7 @@ impl ImageSheets {
         }
     }
 
-    fn settings(&self, view: &GridView) -> SheetSettings {
+    fn settings(&self, view: &GridView, camera: &Camera) -> SheetSettings {
         let sections = SectionTable::of_cube(view.camera_from_grid.matrix3);
         let thickness = self.options.slab_voxels * self.smallest_spacing;
         SheetSettings {
@@ -163,7 +171,7 @@ impl ImageSheets {
             table: self.table.clone(),
             ring_len: SheetSettings::ring_len(&sections, thickness),
             sections,
-            brick_sections: SectionTable::of_cube(view.camera_from_grid.matrix3 * (0.5 * CELL_SIDE as f64)),
+            brick_sections: SheetSettings::of_bricks(view.camera_from_grid.matrix3, CELL_SIDE),
             thickness,
             unit_in_world: self.options.opacity_unit.unwrap_or(self.smallest_spacing),
             anchor: Anchor {
@@ -171,6 +179,8 @@ impl ImageSheets {
                 camera_z: view.camera_from_grid.transform_point3(self.middle).z,
             },
             opacity: self.options.opacity,
+            shade: ShadeSettings::new(&self.options, camera),
+            world_from_camera: camera.camera_from_world.matrix3.transpose(),
             depth: match self.options.depth {
                 DepthPlane::None => DepthRule::Skip,
                 DepthPlane::Expected => DepthRule::Expected,

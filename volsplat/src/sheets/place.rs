@@ -57,8 +57,11 @@ fn place<'a>(
         brick.bounds.corners_in_grid(0.0).map(|corner| view.camera_from_grid.transform_point3(corner));
     let (near, far) =
         corners.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(n, f), c| (n.min(c.z), f.max(c.z)));
-    let first = settings.plane_from_z(near).ceil().max(settings.plane_from_z(view.near).ceil()).max(0.0);
-    let end = settings.plane_from_z(far).floor() + 1.0;
+    // A sample on a face lies in this brick or in the next, as its f32 position says: both must look at its plane.
+    let margin = settings.margin_z();
+    let first =
+        settings.plane_from_z(near - margin).ceil().max(settings.plane_from_z(view.near).ceil()).max(0.0);
+    let end = settings.plane_from_z(far + margin).floor() + 1.0;
     if !(first < end && end < f64::from(u32::MAX)) {
         return None;
     }
