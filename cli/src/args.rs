@@ -7,6 +7,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use glam::DVec3;
 use volsplat::input::{Endian, VoxelType};
 use volsplat::transfer::ColourMap;
 use volsplat::{RenderOptions, Subpixels};
@@ -201,6 +202,12 @@ pub(crate) struct SheetArgs {
     /// How the sums of a sheet are formed; the picture is the same [default: gather]
     #[arg(long, value_enum)]
     pub sheet_sums: Option<SheetSumsArg>,
+    /// How samples are lit, by the gradient of the volume [default: none]
+    #[arg(long, value_enum)]
+    pub shade: Option<ShadeArg>,
+    /// Direction towards the light, in the world [default: the light is at the camera]
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true, requires = "shade")]
+    pub light: Option<DVec3>,
 }
 
 /// Options of the every-sample order.
@@ -264,6 +271,17 @@ pub(crate) enum OrderArg {
     ImageSheets,
     /// Each voxel over those behind it, as point or splat
     EverySample,
+}
+
+/// How samples are lit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ShadeArg {
+    /// Not at all: the colours of the transfer function
+    None,
+    /// Ambient and diffuse light
+    Lambert,
+    /// With a highlight
+    Phong,
 }
 
 /// How the sums of a sheet are formed.

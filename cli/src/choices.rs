@@ -6,11 +6,11 @@
 use clap::ValueEnum;
 use resample_core::{FootprintMode, KernelShape, OpacityMode, Projection, SelectMode};
 use volsplat::transfer::ColourEncoding;
-use volsplat::{ColourBy, Order, RenderOptions, SheetSums};
+use volsplat::{ColourBy, Order, RenderOptions, Shading, SheetSums};
 
 use crate::args::{
-    ColourByArg, FootprintArg, KernelArg, OpacityArg, OrderArg, ProjectionArg, SelectArg, SheetSumsArg,
-    SpaceArg,
+    ColourByArg, FootprintArg, KernelArg, OpacityArg, OrderArg, ProjectionArg, SelectArg, ShadeArg,
+    SheetSumsArg, SpaceArg,
 };
 
 /// Pairs of a command line's value and a library's value; each of either occurs once.
@@ -23,6 +23,13 @@ pub(crate) const ORDER: Twins<OrderArg, Order> =
 /// `--sheet-sums`
 pub(crate) const SHEET_SUMS: Twins<SheetSumsArg, SheetSums> =
     Twins(&[(SheetSumsArg::Gather, SheetSums::Gather), (SheetSumsArg::Scatter, SheetSums::Scatter)]);
+
+/// `--shade`
+pub(crate) const SHADE: Twins<ShadeArg, Shading> = Twins(&[
+    (ShadeArg::None, Shading::None),
+    (ShadeArg::Lambert, Shading::Lambert),
+    (ShadeArg::Phong, Shading::Phong),
+]);
 
 /// `--opacity`
 pub(crate) const OPACITY: Twins<OpacityArg, OpacityMode> =
@@ -106,6 +113,7 @@ mod tests {
     #[test]
     fn every_choice_has_its_twin_and_its_name() {
         check(&ORDER, &["image-sheets", "every-sample"]);
+        check(&SHADE, &["none", "lambert", "phong"]);
         check(&SHEET_SUMS, &["gather", "scatter"]);
         check(&OPACITY, &["extinction", "linear"]);
         check(&FOOTPRINT, &["affine-approx", "affine", "table", "exact"]);

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use volsplat::input::RawOptions;
 use volsplat::transfer::Histogram;
 use volsplat::volume::NanPolicy;
-use volsplat::{DepthPlane, LoadOptions, Order, RenderOptions, Subpixels, TransferFunction, Volume};
+use volsplat::{DepthPlane, Light, LoadOptions, Order, RenderOptions, Subpixels, TransferFunction, Volume};
 
 use crate::args::{RenderArgs, TransferArgs, VolsplatArgs, VolumeArgs};
 use crate::choices;
@@ -46,6 +46,8 @@ pub(crate) fn render_options(
         slab_voxels: sheets.slab.unwrap_or(default.slab_voxels),
         subpixels: sheets.subpixel.unwrap_or(default.subpixels),
         sheet_sums: sheets.sheet_sums.map_or(default.sheet_sums, |sums| choices::SHEET_SUMS.library(sums)),
+        shading: sheets.shade.map_or(default.shading, |shade| choices::SHADE.library(shade)),
+        light: sheets.light.map_or(default.light, Light::Towards),
         kernel: samples.kernel.map_or(default.kernel, |kernel| choices::KERNEL.library(kernel)),
         footprint: samples.footprint.map_or(default.footprint, |mode| choices::FOOTPRINT.library(mode)),
         opacity: choices::OPACITY.library(args.opacity),
@@ -84,6 +86,7 @@ fn order(args: &RenderArgs) -> Result<Option<Order>> {
         ("--slab", sheets.slab.is_some()),
         ("--subpixel", sheets.subpixel.is_some()),
         ("--sheet-sums", sheets.sheet_sums.is_some()),
+        ("--shade", sheets.shade.is_some()),
     ]);
     match (args.order.map(|order| choices::ORDER.library(order)), of_samples, of_sheets) {
         (Some(Order::ImageSheets), Some(option), _) => {
@@ -176,6 +179,10 @@ fn picture_record(args: &VolsplatArgs, format: Format) -> Value {
 }
 
 fn render_record(options: &RenderOptions) -> Value {
+    let light = match options.light {
+        Light::Headlight => json!("headlight"),
+        Light::Towards(direction) => json!(direction.to_array()),
+    };
     let subpixels = match options.subpixels {
         Subpixels::Auto => json!("auto"),
         Subpixels::Fixed(n) => json!(n),
@@ -184,6 +191,8 @@ fn render_record(options: &RenderOptions) -> Value {
         "order": choices::ORDER.name(options.order),
         "slab_voxels": options.slab_voxels,
         "subpixel": subpixels,
+        "shade": choices::SHADE.name(options.shading),
+        "light": light,
         "sheet_sums": choices::SHEET_SUMS.name(options.sheet_sums),
         "kernel": choices::KERNEL.name(options.kernel),
         "footprint": choices::FOOTPRINT.name(options.footprint),

@@ -84,6 +84,17 @@ pub(crate) fn positive_f32(text: &str) -> Result<f32, String> {
         .ok_or_else(|| "expected a number above 0".into())
 }
 
+/// `X,Y,Z`, not all 0: a direction of any length.
+pub(crate) fn direction(text: &str) -> Result<DVec3, String> {
+    let parts: Vec<f64> = text.split(',').map_while(finite).collect();
+    <[f64; 3]>::try_from(parts)
+        .ok()
+        .filter(|_| text.matches(',').count() == 2)
+        .map(DVec3::from)
+        .filter(|direction| direction.try_normalize().is_some())
+        .ok_or_else(|| "expected X,Y,Z, three numbers that are not all 0".into())
+}
+
 /// `auto`, or a number of sub-pixels along a pixel's side.
 pub(crate) fn subpixels(text: &str) -> Result<Subpixels, String> {
     match text.trim() {

@@ -4,6 +4,7 @@
 //! its vertices side by side, so that the eight that a sample needs are a few cache lines apart. Bricks whose cells
 //! hold no visible scalar are dropped, and the others know the box of their visible cells.
 
+use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use crate::field::Grid;
@@ -39,17 +40,33 @@ pub(crate) struct CellBrick {
     pub(crate) bounds: Bounds,
     /// Scalars at the vertices, x fastest, [`VERTEX_SIDE`] a row; the rest is padding.
     pub(crate) scalars: Box<[f32; TABLE_LEN]>,
+    /// The scalar's gradient at the vertices, per world unit, one table per world axis; only where it was asked for.
+    pub(crate) gradients: Option<Box<[[f32; TABLE_LEN]; 3]>>,
+}
+
+/// Whether bricks carry gradients.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Gradients {
+    Without,
+    With,
 }
 
 impl CellField {
-    pub(crate) fn new(volume: &Volume, transfer: &TransferFunction) -> Self {
+    pub(crate) fn new(volume: &Volume, transfer: &TransferFunction, gradients: Gradients) -> Self {
+        // Gradients are covectors: they go to the world by the inverse transpose.
+        let world_from_grid = volume.world_from_index.matrix3.inverse().transpose();
         let support = Support::new(transfer);
         let cells = volume.dims.map(|n| n - 1);
         let bricks = brick_corners(cells, CELL_SIDE)
             .into_par_iter()
             .filter_map(|corner| {
                 with_voxels!(&volume.voxels, slice => {
-                    cell_brick(&Grid { voxels: slice, dims: volume.dims }, corner, &support)
+                    let grid = Grid { voxels: slice, dims: volume.dims };
+                    let brick = cell_brick(&grid, corner, &support);
+                    match gradients {
+                        Gradients::Without => brick,
+                        Gradients::With => brick.map(|brick| with_gradients(brick, &grid, &world_from_grid)),
+                    }
                 })
             })
             .collect();
@@ -89,7 +106,39 @@ fn cell_brick<T: Copy + Into<f64>>(grid: &Grid<T>, corner: [u32; 3], support: &S
             }
         }
     }
-    any.then_some(CellBrick { bounds, scalars })
+    any.then_some(CellBrick { bounds, scalars, gradients: None })
+}
+
+/// The brick with its gradients: central differences, one-sided by repetition at the volume's faces.
+fn with_gradients<T: Copy + Into<f64>>(
+    brick: CellBrick,
+    grid: &Grid<T>,
+    world_from_grid: &DMat3,
+) -> CellBrick {
+    let mut gradients = Box::new([[0.0f32; TABLE_LEN]; 3]);
+    let [_, greatest] = brick.bounds.range().map(|end| end.map(isize::from));
+    for z in 0..=greatest[2] {
+        for y in 0..=greatest[1] {
+            for x in 0..=greatest[0] {
+                let at = |offset: [isize; 3]| {
+                    let place = [x, y, z];
+                    grid.at(std::array::from_fn(|axis| {
+                        brick.bounds.corner[axis] as isize + place[axis] + offset[axis]
+                    }))
+                };
+                let difference = DVec3::new(
+                    f64::from(at([1, 0, 0]) - at([-1, 0, 0])),
+                    f64::from(at([0, 1, 0]) - at([0, -1, 0])),
+                    f64::from(at([0, 0, 1]) - at([0, 0, -1])),
+                );
+                let gradient = (*world_from_grid * (0.5 * difference)).to_array();
+                for (table, g) in gradients.iter_mut().zip(gradient) {
+                    table[vertex(x as usize, y as usize, z as usize)] = g as f32;
+                }
+            }
+        }
+    }
+    CellBrick { gradients: Some(gradients), ..brick }
 }
 
 /// Place of a vertex in a brick's table.

@@ -24,7 +24,7 @@ pub mod volume;
 
 pub use error::Error;
 pub use input::{Endian, LoadOptions, RawOptions, VoxelType, load};
-pub use options::{ColourBy, DepthPlane, Order, RenderOptions, SheetSums, Subpixels};
+pub use options::{ColourBy, DepthPlane, Light, Order, RenderOptions, Shading, SheetSums, Subpixels};
 pub use render::{Frame, Renderer};
 pub use stats::{FrameStats, StageTime, StageTimes};
 pub use transfer::{ColourEncoding, ColourMap, Histogram, TransferFunction};

@@ -1,5 +1,7 @@
 //! What a caller can choose: one plain struct, every field with unit, range, default and effect.
 
+use glam::DVec3;
+
 use crate::Error;
 use resample_core::simd::SimdLevel;
 use resample_core::{FootprintMode, KernelShape, OpacityMode, SelectMode};
@@ -13,6 +15,10 @@ pub struct RenderOptions {
     pub slab_voxels: f64,
     /// Image sheets: how the sums are formed. The pictures agree to rounding.
     pub sheet_sums: SheetSums,
+    /// Image sheets that gather: how samples are lit.
+    pub shading: Shading,
+    /// Where the light of shading comes from.
+    pub light: Light,
     /// Image sheets: sub-pixels along a pixel's side at which sheets are composited before they are averaged.
     pub subpixels: Subpixels,
     /// Shape of the reconstruction kernel.
@@ -48,6 +54,26 @@ pub enum Order {
     /// Slabs parallel to the image plane: scalars are summed per slab, classified per pixel, and composited
     /// (Mueller and Crawfis 1998).
     ImageSheets,
+}
+
+/// How samples are lit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shading {
+    /// A sample has the colour of the transfer function.
+    None,
+    /// Ambient and diffuse light by the gradient.
+    Lambert,
+    /// As `Lambert`, with a white highlight.
+    Phong,
+}
+
+/// Where the light of shading comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Light {
+    /// Along the view direction of the camera.
+    Headlight,
+    /// From this direction in the world: it points towards the light, and has any length above 0.
+    Towards(DVec3),
 }
 
 /// How an image sheet's sums are formed.
@@ -92,6 +118,8 @@ impl Default for RenderOptions {
             order: Order::ImageSheets,
             slab_voxels: 0.5,
             sheet_sums: SheetSums::Gather,
+            shading: Shading::None,
+            light: Light::Headlight,
             subpixels: Subpixels::Auto,
             kernel: KernelShape::Gaussian,
             footprint: FootprintMode::Exact,
@@ -133,9 +161,25 @@ impl RenderOptions {
                 "1, 2, 4, 8 or 16",
             )?;
         }
+        self.validate_shading()?;
         let least = f64::from(self.min_transmittance);
         range("the least transmittance", least, (0.0..1.0).contains(&least), "0 or more, and less than 1")?;
         let unit = self.opacity_unit.unwrap_or(1.0);
         range("the opacity unit", unit, positive(unit), "a length above 0")
+    }
+
+    fn validate_shading(&self) -> Result<(), Error> {
+        let gathers = self.order == Order::ImageSheets && self.sheet_sums == SheetSums::Gather;
+        if self.shading != Shading::None && !gathers {
+            let what =
+                "shading needs image sheets that gather: use --order image-sheets and --sheet-sums gather";
+            return Err(Error::Option(what.into()));
+        }
+        match self.light {
+            Light::Towards(direction) if direction.try_normalize().is_none() => {
+                Err(Error::Option(format!("the light comes from {direction}, expected a direction")))
+            }
+            _ => Ok(()),
+        }
     }
 }

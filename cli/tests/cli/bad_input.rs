@@ -156,6 +156,9 @@ fn options_of_another_order_are_refused() {
     assert_one_line(&bench, &words("--order every-sample --slab 1"), "--slab");
     assert_one_line(&bench, &words("--kernel gaussian --subpixel 2"), "--kernel");
     assert_refused(&bench, &words("--subpixel 3"), "--subpixel");
+    assert_one_line(&bench, &words("--order every-sample --shade phong"), "--shade");
+    assert_one_line(&bench, &words("--sheet-sums scatter --shade phong"), "gather");
+    assert_refused(&bench, &words("--shade phong --light 0,0,0"), "--light");
     bench.write("slice.raw", &[200; 64]);
     let slice = "volsplat slice.raw --dims 8,8,1 --type u8 --order image-sheets -o out/a.png";
     assert_one_line(&bench, slice, "slice.raw");

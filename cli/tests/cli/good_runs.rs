@@ -149,6 +149,8 @@ fn every_view_option_gives_a_picture() {
         "--order every-sample",
         "--order image-sheets --slab 1 --subpixel 2",
         "--sheet-sums scatter --subpixel auto",
+        "--shade phong --light 1,2,-3",
+        "--shade lambert --projection orthographic",
         "--select ewa --footprint affine",
         "--colour-by select",
     ]
