@@ -1,0 +1,158 @@
+//! Shading against closed forms: a linear field has one gradient everywhere, so every pixel of it is lit alike.
+//! (METHOD section 3: image sheets with gradient shading.)
+
+use glam::{DAffine3, DMat3, DVec2, DVec3};
+use resample_core::{Camera, LookAt};
+use volsplat::transfer::{ColourKnot, OpacityKnot};
+use volsplat::{
+    Light, Order, RenderOptions, Renderer, Shading, SheetSums, Subpixels, TransferFunction, Volume, Voxels,
+};
+
+/// Ambient and diffuse share, highlight and its exponent, as the shading's documentation gives them.
+const AMBIENT: f64 = 0.3;
+const DIFFUSE: f64 = 0.7;
+const SPECULAR: f64 = 0.2;
+const POWER: i32 = 20;
+
+const COLOUR: [f32; 3] = [0.9, 0.5, 0.1];
+
+/// A field that rises linearly along `gradient` (grid units), wholly visible and in one colour.
+fn ramp(gradient: DVec3, world_from_index: DAffine3) -> (Volume, TransferFunction) {
+    let n = 12;
+    let at = |i: usize| DVec3::new((i % n) as f64, (i / n % n) as f64, (i / (n * n)) as f64);
+    let voxels = (0..n * n * n).map(|i| (100.0 + gradient.dot(at(i))) as f32).collect();
+    let volume = Volume::new([n; 3], Voxels::F32(voxels), world_from_index).expect("valid");
+    let transfer = TransferFunction::new(
+        vec![ColourKnot { value: 0.0, rgb: COLOUR }],
+        vec![OpacityKnot { value: 0.0, opacity: 0.6 }],
+    );
+    (volume, transfer.expect("valid"))
+}
+
+fn camera(volume: &Volume) -> Camera {
+    let middle = volume.world_from_index.transform_point3(DVec3::splat(5.5));
+    let pose = LookAt { position: middle + DVec3::new(30.0, 20.0, 50.0), target: middle, up: DVec3::Y };
+    Camera::perspective(&pose, 0.3, [32, 32]).expect("valid")
+}
+
+/// The colour of a ray over its opacity: what a sample was lit to. Only pixels whose samples have whole differences
+/// on all sides are looked at, near the middle of the picture.
+fn lit_colours(
+    volume: &Volume,
+    transfer: &TransferFunction,
+    options: &RenderOptions,
+) -> Vec<(DVec2, [f64; 3])> {
+    let camera = camera(volume);
+    let mut renderer = Renderer::new(volume, transfer, options).expect("valid options");
+    let image = renderer.render(&camera).expect("valid camera").image;
+    let middle = (12..20).flat_map(|y| (12..20).map(move |x| (x, y)));
+    middle
+        .map(|(x, y)| {
+            let pixel = image.pixel(x, y);
+            let colour = [0, 1, 2].map(|k| f64::from(pixel[k]) / f64::from(pixel[3]));
+            (DVec2::new(x as f64 + 0.5, y as f64 + 0.5), colour)
+        })
+        .collect()
+}
+
+fn options(shading: Shading, light: Light) -> RenderOptions {
+    RenderOptions {
+        shading,
+        light,
+        subpixels: Subpixels::Fixed(1),
+        min_transmittance: 0.0,
+        ..RenderOptions::default()
+    }
+}
+
+fn sheared() -> DAffine3 {
+    DAffine3::from_mat3_translation(
+        DMat3::from_cols(DVec3::new(1.0, 0.2, 0.0), DVec3::new(-0.3, 0.5, 0.1), DVec3::new(0.0, 0.4, 2.0)),
+        DVec3::new(5.0, -3.0, 2.0),
+    )
+}
+
+/// The faces of the volume take one-sided differences, of half the size: only a gradient along an axis keeps its
+/// direction there, in the grid as in the world.
+const ALONG_X: DVec3 = DVec3::new(3.0, 0.0, 0.0);
+
+#[test]
+fn lambert_follows_the_cosine_in_the_world() {
+    for grid in [DAffine3::IDENTITY, DAffine3::from_scale(DVec3::new(1.0, 2.0, 0.5)), sheared()] {
+        let (volume, transfer) = ramp(ALONG_X, grid);
+        let normal = (grid.matrix3.inverse().transpose() * ALONG_X).normalize();
+        for light in [DVec3::new(1.0, 2.0, 3.0), DVec3::new(-4.0, 1.0, 0.5), normal, -normal] {
+            let options = options(Shading::Lambert, Light::Towards(light));
+            let factor = AMBIENT + DIFFUSE * normal.dot(light.normalize()).abs();
+            for (pixel, colour) in lit_colours(&volume, &transfer, &options) {
+                for (got, own) in colour.iter().zip(COLOUR) {
+                    let expected = factor * f64::from(own);
+                    assert!(
+                        (got - expected).abs() < 2e-6,
+                        "{pixel} lit from {light}: {got} against {expected}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_headlight_shines_along_the_view() {
+    let (volume, transfer) = ramp(ALONG_X, DAffine3::IDENTITY);
+    let forward = camera(&volume).forward_in_world();
+    let head = lit_colours(&volume, &transfer, &options(Shading::Phong, Light::Headlight));
+    let same = lit_colours(&volume, &transfer, &options(Shading::Phong, Light::Towards(-7.0 * forward)));
+    assert_eq!(head, same, "a light of any length, from where the camera is");
+}
+
+#[test]
+fn phong_adds_the_mirrored_light() {
+    let (volume, transfer) = ramp(ALONG_X, DAffine3::IDENTITY);
+    let camera = camera(&volume);
+    // The mirror image of the view about the normal: the highlight is at its strongest near the middle.
+    let forward = camera.forward_in_world();
+    let light = forward - 2.0 * forward.x * DVec3::X;
+    for light in [light, light + DVec3::new(0.1, 0.2, 0.0)].map(DVec3::normalize) {
+        let normal = DVec3::X * light.x.signum();
+        let mirrored = 2.0 * normal.dot(light) * normal - light;
+        let mut strongest = 0.0f64;
+        for (pixel, colour) in
+            lit_colours(&volume, &transfer, &options(Shading::Phong, Light::Towards(light)))
+        {
+            let (_, in_camera) = camera.ray_in_camera(pixel);
+            let ray = (camera.camera_from_world.matrix3.transpose() * in_camera).normalize();
+            let shine = SPECULAR * (-mirrored.dot(ray)).max(0.0).powi(POWER);
+            strongest = strongest.max(shine);
+            for (got, own) in colour.iter().zip(COLOUR) {
+                let expected = (AMBIENT + DIFFUSE * light.x.abs()) * f64::from(own) + shine;
+                assert!((got - expected).abs() < 5e-6, "{pixel}: {got} against {expected}");
+            }
+        }
+        assert!(strongest > 0.1, "the highlight is in view: {strongest}");
+    }
+}
+
+#[test]
+fn a_field_without_a_gradient_shows_its_ambient_part() {
+    let (volume, transfer) = ramp(DVec3::ZERO, DAffine3::IDENTITY);
+    for (pixel, colour) in lit_colours(&volume, &transfer, &options(Shading::Phong, Light::Headlight)) {
+        for (got, own) in colour.iter().zip(COLOUR) {
+            assert!((got - AMBIENT * f64::from(own)).abs() < 2e-6, "{pixel}: {got}");
+        }
+    }
+}
+
+#[test]
+fn shading_where_it_cannot_be_is_refused() {
+    let (volume, transfer) = ramp(ALONG_X, DAffine3::IDENTITY);
+    let lit = options(Shading::Phong, Light::Headlight);
+    for bad in [
+        RenderOptions { order: Order::EverySample, ..lit.clone() },
+        RenderOptions { sheet_sums: SheetSums::Scatter, ..lit.clone() },
+        RenderOptions { light: Light::Towards(DVec3::ZERO), ..lit.clone() },
+        RenderOptions { light: Light::Towards(DVec3::NAN), ..lit },
+    ] {
+        assert!(Renderer::new(&volume, &transfer, &bad).is_err(), "{bad:?}");
+    }
+}
