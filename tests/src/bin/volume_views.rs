@@ -3,7 +3,7 @@
 //! `cargo run --release -p resample-tests --bin volume_views [-- FRAMES]`. Each setting draws two frames to warm up and
 //! FRAMES timed ones (9 if not given), the camera turned by 0.7 degrees about up from frame to frame; the last frame
 //! is not turned, and is compared with the truths over the pixels that the truth covers. Says "skipped" and succeeds
-//! where the data is absent. Time is the median process-CPU time of one thread.
+//! where the data is absent. Time is process-CPU time of one thread: the median over the frames, and the least.
 
 use std::process::ExitCode;
 
@@ -11,7 +11,7 @@ use resample_core::metrics::{Comparison, Mask, compare};
 use resample_core::{Camera, FootprintMode, Image, KernelShape, OpacityMode, SelectMode};
 use resample_tests::interleaved::{Entrant, run};
 use resample_tests::peer_scenes::{Scene, Subject, Truth};
-use volsplat::{RenderOptions, TransferFunction, Volume};
+use volsplat::{RenderOptions, SheetSums, Subpixels, TransferFunction, Volume};
 
 /// How far the camera turns from frame to frame: a voxel at the volume's rim moves by about two pixels.
 const TURN_DEG: f64 = 0.7;
@@ -51,16 +51,20 @@ fn print_scene(scene: &Scene, subject: (&Volume, &TransferFunction), frames: usi
         settings().iter().map(|(name, options)| Entrant::new(name, subject, options)).collect();
     run(&mut entrants, &cameras(scene, frames), WARM_UP);
     println!("### {}\n", scene.name());
-    println!("| setting | against point truth | against area truth | CPU ms | splats | points |");
-    println!("|---|---|---|---|---|---|");
+    println!(
+        "| setting | against point truth | against area truth | CPU ms (least) | bricks | splats | points |"
+    );
+    println!("|---|---|---|---|---|---|---|");
     for entrant in &entrants {
         let stats = entrant.last();
         println!(
-            "| {} | {} | {} | {:.1} | {} | {} |",
+            "| {} | {} | {} | {:.1} ({:.1}) | {} | {} | {} |",
             entrant.name,
             figures(&against(&entrant.image, point)),
             figures(&against(&entrant.image, area)),
             entrant.median_cpu_ms(),
+            entrant.least(|stats| stats.cpu_ms),
+            stats.bricks,
             stats.splats,
             stats.points
         );
@@ -85,24 +89,47 @@ fn cameras(scene: &Scene, frames: usize) -> Vec<Camera> {
     (0..WARM_UP + frames).rev().map(turned).collect()
 }
 
-/// What is compared: the default, then one choice changed at a time.
+/// What is compared: image sheets, then every sample, each with one choice of its default changed at a time.
 fn settings() -> Vec<(&'static str, RenderOptions)> {
+    let mut rows = sheet_settings();
+    rows.extend(every_sample_settings());
+    rows
+}
+
+fn sheet_settings() -> Vec<(&'static str, RenderOptions)> {
     let default = RenderOptions::default;
-    let mut rows = vec![("default: hybrid, exact, Gaussian", default())];
+    let mut rows = vec![("default: image sheets, slab 0.5, auto sub-pixels", default())];
+    let slabs = [("slab 1", 1.0), ("slab 0.25", 0.25)];
+    rows.extend(slabs.map(|(name, slab_voxels)| (name, RenderOptions { slab_voxels, ..default() })));
+    let counts = [("1 sub-pixel", 1), ("2x2 sub-pixels", 2), ("4x4 sub-pixels", 4)];
+    rows.extend(
+        counts.map(|(name, n)| (name, RenderOptions { subpixels: Subpixels::Fixed(n), ..default() })),
+    );
+    rows.push(("scattered sums", RenderOptions { sheet_sums: SheetSums::Scatter, ..default() }));
+    rows
+}
+
+fn every_sample_settings() -> Vec<(&'static str, RenderOptions)> {
+    let default = RenderOptions::every_sample;
+    let mut rows = vec![("every sample: hybrid, exact, Gaussian", default())];
     let footprints = [
-        ("footprint affine-approx", FootprintMode::AffineApprox),
-        ("footprint affine", FootprintMode::Affine),
-        ("footprint table", FootprintMode::Table),
+        ("every sample, footprint affine-approx", FootprintMode::AffineApprox),
+        ("every sample, footprint affine", FootprintMode::Affine),
+        ("every sample, footprint table", FootprintMode::Table),
     ];
     rows.extend(footprints.map(|(name, footprint)| (name, RenderOptions { footprint, ..default() })));
-    let kernels = [("kernel polynomial", KernelShape::Polynomial), ("kernel B-spline", KernelShape::BSpline)];
+    let kernels = [
+        ("every sample, kernel polynomial", KernelShape::Polynomial),
+        ("every sample, kernel B-spline", KernelShape::BSpline),
+    ];
     rows.extend(kernels.map(|(name, kernel)| (name, RenderOptions { kernel, ..default() })));
     let selections = [
-        ("select splats", SelectMode::Splats),
-        ("select points", SelectMode::Points),
-        ("select ewa", SelectMode::Ewa),
+        ("every sample, select splats", SelectMode::Splats),
+        ("every sample, select points", SelectMode::Points),
+        ("every sample, select ewa", SelectMode::Ewa),
     ];
     rows.extend(selections.map(|(name, select)| (name, RenderOptions { select, ..default() })));
-    rows.push(("opacity linear", RenderOptions { opacity: OpacityMode::Linear, ..default() }));
+    let opacity = OpacityMode::Linear;
+    rows.push(("every sample, opacity linear", RenderOptions { opacity, ..default() }));
     rows
 }
