@@ -116,6 +116,9 @@ pub(crate) struct VolumeArgs {
     /// Value that stands for NaN; without it, a volume that holds NaN is an error
     #[arg(long, value_name = "V", value_parser = values::number, allow_hyphen_values = true)]
     pub nan_as: Option<f64>,
+    /// UID of the series, where a folder holds several (DICOM)
+    #[arg(long, value_name = "UID")]
+    pub series: Option<String>,
     /// Name of the array, where the file holds several (VTK)
     #[arg(long, value_name = "NAME")]
     pub array: Option<String>,

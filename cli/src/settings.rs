@@ -28,6 +28,7 @@ pub(crate) fn load_options(args: &VolumeArgs) -> LoadOptions {
         spacing: args.spacing,
         origin: args.origin,
         nan: args.nan_as.map_or(NanPolicy::Refuse, NanPolicy::Replace),
+        series: args.series.clone(),
         array: args.array.clone(),
         component: args.component,
     }
