@@ -165,7 +165,9 @@ fn jpeg(packed: &[u8], kind: Kind) -> Result<Voxels, String> {
 
 fn jpeg_2000(packed: &[u8], kind: Kind) -> Result<Voxels, String> {
     check_size(size_of_jpeg_2000(packed)?, kind)?;
-    let image = jpeg2k::Image::from_bytes(packed)
+    // Without being strict, the decoder fills what is missing of a cut picture with grey.
+    let parameters = jpeg2k::DecodeParameters::new().strict(true);
+    let image = jpeg2k::Image::from_bytes_with(packed, parameters)
         .map_err(|error| format!("the JPEG 2000 picture is broken: {error}"))?;
     match image.components() {
         [grey] => {
