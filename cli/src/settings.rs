@@ -91,6 +91,9 @@ fn volume_record(args: &VolsplatArgs, volume: &Volume) -> Value {
         "raw_endian": args.volume.endian.map(|endian| format!("{endian:?}").to_lowercase()),
         "raw_skip_bytes": args.volume.skip,
         "nan_as": args.volume.nan_as,
+        "array": args.volume.array,
+        "component": args.volume.component,
+        "series": args.volume.series,
     })
 }
 

@@ -74,7 +74,8 @@ const ANALYZE: &str = "an ANALYZE 7.5 header, which does not say which side is l
 /// `None` where nothing marks one, as in a headerless file. Errors: [`Error::Read`], and [`Error::Invalid`] for a pattern
 /// that no file fits.
 pub fn format_of(path: &Path) -> Result<Option<Format>, Error> {
-    Ok(match tell(path)? {
+    let header = nifti::header_beside(path);
+    Ok(match tell(header.as_deref().unwrap_or(path))? {
         Told::Known(format, _) => Some(format),
         Told::NotRead(_) | Told::Nothing => None,
     })
