@@ -32,6 +32,10 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Draw built-in volumes: needs no file, takes seconds
     Demo(DemoArgs),
+    /// Show what a volume file holds: size, place, values
+    ///
+    /// Example: resample info head.nii.gz
+    Info(InfoArgs),
     /// Draw a volume file from one or several cameras
     ///
     /// Example: resample volsplat engine.raw --dims 256,256,128 --type u8 -o engine.png
@@ -63,10 +67,27 @@ pub(crate) struct DemoArgs {
     pub size: Size,
 }
 
+/// Options of `resample info`.
+#[derive(Args, Debug)]
+pub(crate) struct InfoArgs {
+    /// Volume file, folder of slices or pattern such as 'slices/*.tif'; the format is told by the content
+    #[arg(value_name = "VOLUME")]
+    pub input: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+    /// How the file is read.
+    #[command(flatten)]
+    pub volume: VolumeArgs,
+}
+
 /// Options of `resample volsplat`.
 #[derive(Args, Debug)]
 pub(crate) struct VolsplatArgs {
-    /// Volume file: NRRD, told by its first bytes, or raw, which needs --dims and --type
+    /// Volume file, folder of slices or pattern such as 'slices/*.tif'
+    ///
+    /// The format is told by the file's content: NRRD, MetaImage, NIfTI, NumPy .npy, VTK .vti, TIFF stacks or DICOM. A
+    /// file without a known header is raw and needs --dims and --type.
     #[arg(value_name = "VOLUME")]
     pub input: PathBuf,
     /// Picture to write, .png or .exr; a pattern such as %04d is replaced by the number of the camera
@@ -117,6 +138,9 @@ pub(crate) struct VolumeArgs {
     /// Value that stands for NaN; without it, a volume that holds NaN is an error
     #[arg(long, value_name = "V", value_parser = values::number, allow_hyphen_values = true)]
     pub nan_as: Option<f64>,
+    /// UID of the series, where a folder holds several (DICOM)
+    #[arg(long, value_name = "UID")]
+    pub series: Option<String>,
     /// Name of the array, where the file holds several (VTK)
     #[arg(long, value_name = "NAME")]
     pub array: Option<String>,

@@ -1,4 +1,5 @@
 //! The commands, one file each: what was typed, turned into options, calls and a report.
 
 pub(crate) mod demo;
+pub(crate) mod info;
 pub(crate) mod volsplat;

@@ -47,6 +47,7 @@ fn run(cli: &Cli) -> Result<()> {
     let verbosity = verbosity(&cli.global);
     match &cli.command {
         Command::Demo(args) => commands::demo::run(args, verbosity),
+        Command::Info(args) => commands::info::run(args),
         Command::Volsplat(args) => commands::volsplat::run(args, verbosity),
     }
 }

@@ -139,7 +139,8 @@ fn described(frame: &WrittenFrame) -> String {
     format!("{} ({}x{}, {size})", frame.file.display(), frame.width, frame.height)
 }
 
-fn human_bytes(bytes: u64) -> String {
+/// A number of bytes as people write it.
+pub(crate) fn human_bytes(bytes: u64) -> String {
     match bytes {
         0..1_000 => format!("{bytes} bytes"),
         1_000..1_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),

@@ -28,6 +28,7 @@ pub(crate) fn load_options(args: &VolumeArgs) -> LoadOptions {
         spacing: args.spacing,
         origin: args.origin,
         nan: args.nan_as.map_or(NanPolicy::Refuse, NanPolicy::Replace),
+        series: args.series.clone(),
         array: args.array.clone(),
         component: args.component,
     }
@@ -150,6 +151,9 @@ fn volume_record(args: &VolsplatArgs, volume: &Volume) -> Value {
         "raw_endian": args.volume.endian.map(|endian| format!("{endian:?}").to_lowercase()),
         "raw_skip_bytes": args.volume.skip,
         "nan_as": args.volume.nan_as,
+        "array": args.volume.array,
+        "component": args.volume.component,
+        "series": args.volume.series,
     })
 }
 

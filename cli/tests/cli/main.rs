@@ -11,6 +11,7 @@ use tempfile::TempDir;
 
 mod bad_input;
 mod good_runs;
+mod info;
 
 /// Voxels along an axis of the test volume.
 const SIDE: usize = 32;

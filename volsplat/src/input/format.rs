@@ -6,7 +6,7 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use super::{cannot_read, meta_image, nifti, npy, nrrd, open, slices, tiff_stack, vti};
+use super::{cannot_read, dicom, meta_image, nifti, npy, nrrd, open, slices, tiff_stack, vti};
 use crate::Error;
 
 /// The formats that are told by their content. A headerless file has none of them.
@@ -24,6 +24,8 @@ pub enum Format {
     Vti,
     /// Grey TIFF pictures: a file of many pages, or a folder of slices.
     Tiff,
+    /// DICOM pictures: a file, or a folder of slices.
+    Dicom,
 }
 
 impl Format {
@@ -36,6 +38,7 @@ impl Format {
             Self::Npy => "NumPy array",
             Self::Vti => "VTK ImageData",
             Self::Tiff => "TIFF stack",
+            Self::Dicom => "DICOM",
         }
     }
 }
@@ -62,7 +65,7 @@ const NOT_READ: [(&[u8], &str); 6] = [
     (b"BZh", "a bzip2 file: unpack it first"),
 ];
 
-const NO_SLICES: &str = "a folder without slices (TIFF files)";
+const NO_SLICES: &str = "a folder without slices (DICOM or TIFF files)";
 const GZIP: &str = "a gzip file that holds no NIfTI: unpack it first";
 const ANALYZE: &str = "an ANALYZE 7.5 header, which does not say which side is left: convert it to NIfTI";
 
@@ -71,7 +74,8 @@ const ANALYZE: &str = "an ANALYZE 7.5 header, which does not say which side is l
 /// `None` where nothing marks one, as in a headerless file. Errors: [`Error::Read`], and [`Error::Invalid`] for a pattern
 /// that no file fits.
 pub fn format_of(path: &Path) -> Result<Option<Format>, Error> {
-    Ok(match tell(path)? {
+    let header = nifti::header_beside(path);
+    Ok(match tell(header.as_deref().unwrap_or(path))? {
         Told::Known(format, _) => Some(format),
         Told::NotRead(_) | Told::Nothing => None,
     })
@@ -79,14 +83,20 @@ pub fn format_of(path: &Path) -> Result<Option<Format>, Error> {
 
 pub(super) fn tell(path: &Path) -> Result<Told, Error> {
     let Some(paths) = slices::paths(path)? else { return tell_file(path) };
-    let mut slices = Vec::new();
+    let (mut dicom, mut tiff) = (Vec::new(), Vec::new());
     for path in paths {
-        // Files of other kinds, such as notes, are left aside.
-        if known(&head_of(&path)?) == Some(Format::Tiff) {
-            slices.push(path);
+        match known(&head_of(&path)?) {
+            Some(Format::Dicom) => dicom.push(path),
+            Some(Format::Tiff) => tiff.push(path),
+            // Folders also hold notes, previews and indices.
+            _ => {}
         }
     }
-    Ok(if slices.is_empty() { Told::NotRead(NO_SLICES) } else { Told::Known(Format::Tiff, slices) })
+    Ok(match (dicom.is_empty(), tiff.is_empty()) {
+        (false, _) => Told::Known(Format::Dicom, dicom),
+        (true, false) => Told::Known(Format::Tiff, tiff),
+        (true, true) => Told::NotRead(NO_SLICES),
+    })
 }
 
 fn tell_file(path: &Path) -> Result<Told, Error> {
@@ -126,6 +136,8 @@ fn unpacked(head: &[u8]) -> Vec<u8> {
 
 fn known(head: &[u8]) -> Option<Format> {
     match head {
+        // Its first 128 bytes are free, and some files have the mark of TIFF there to be both.
+        _ if dicom::begins(head) => Some(Format::Dicom),
         _ if head.starts_with(nrrd::MAGIC) => Some(Format::Nrrd),
         _ if nifti::is_nifti(head) => Some(Format::Nifti),
         _ if head.starts_with(npy::MAGIC) => Some(Format::Npy),

@@ -21,6 +21,7 @@ mod axes;
 mod component;
 mod data_files;
 mod decode;
+mod dicom;
 mod fault;
 mod lines;
 mod meta_image;
@@ -49,6 +50,8 @@ pub struct LoadOptions {
     pub origin: Option<[f64; 3]>,
     /// What happens to voxels that are NaN or infinite.
     pub nan: NanPolicy,
+    /// SeriesInstanceUID of the series that is read; needed where a folder of DICOM files holds several.
+    pub series: Option<String>,
     /// Name of the array that is read; needed where the file holds several and calls none of them its scalars.
     pub array: Option<String>,
     /// Which component of each voxel is read, counted from 0; needed where there are several.
@@ -86,6 +89,7 @@ fn read(format: Format, path: &Path, files: &[PathBuf], options: &LoadOptions) -
         Format::MetaImage => meta_image::load(path, options.component),
         Format::Nifti => nifti::load(path),
         Format::Npy => npy::load(path),
+        Format::Dicom => dicom::load(files, path, options.series.as_deref()),
         Format::Tiff => tiff_stack::load(files),
         Format::Vti => {
             let choice = vti::Choice { array: options.array.as_deref(), component: options.component };
@@ -99,6 +103,7 @@ fn refuse_superfluous(format: Format, path: &Path, options: &LoadOptions) -> Res
     let has_components = matches!(format, Format::MetaImage | Format::Vti);
     let given = [
         ("--component", options.component.is_some() && !has_components),
+        ("--series", options.series.is_some() && format != Format::Dicom),
         ("--array", options.array.is_some() && format != Format::Vti),
     ];
     match given.iter().find(|(_, superfluous)| *superfluous) {

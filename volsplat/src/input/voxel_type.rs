@@ -2,6 +2,8 @@
 
 use std::str::FromStr;
 
+use crate::volume::Voxels;
+
 /// Type of one stored scalar.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum VoxelType {
@@ -67,6 +69,20 @@ const NAMES: [(VoxelType, &[&str]); 10] = [
 ];
 
 impl VoxelType {
+    /// The type in which voxels are held; 64-bit integers are held as f64.
+    pub fn of(voxels: &Voxels) -> Self {
+        match voxels {
+            Voxels::U8(_) => Self::U8,
+            Voxels::I8(_) => Self::I8,
+            Voxels::U16(_) => Self::U16,
+            Voxels::I16(_) => Self::I16,
+            Voxels::U32(_) => Self::U32,
+            Voxels::I32(_) => Self::I32,
+            Voxels::F32(_) => Self::F32,
+            Voxels::F64(_) => Self::F64,
+        }
+    }
+
     /// Bytes of one scalar: 1, 2, 4 or 8.
     pub fn bytes(self) -> usize {
         match self {

@@ -1,0 +1,214 @@
+//! `resample info`: what a volume file holds, for people or as JSON.
+//!
+//! The volume is read as `resample volsplat` would read it, with the same options, so that what is shown here is what
+//! will be drawn. It all goes to stdout, because it is the result of the command.
+
+use std::io::{self, Write};
+
+use anyhow::{Context, Result};
+use glam::DVec3;
+use serde_json::{Value, json};
+use volsplat::input::{VoxelType, format_of};
+use volsplat::transfer::Histogram;
+use volsplat::{LoadOptions, Volume};
+
+use crate::args::InfoArgs;
+use crate::framing;
+use crate::report;
+use crate::settings;
+
+/// Bars of the histogram: a line of them fits a terminal of 80 columns beside two numbers.
+const BARS: usize = 48;
+
+/// Heights of a bar, the lowest first.
+const HEIGHTS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+
+/// Degrees below which an axis counts as not tilted: half of what one decimal can show.
+const TILT_SHOWN_DEG: f64 = 0.05;
+
+/// Reads the volume and describes it.
+pub(crate) fn run(args: &InfoArgs) -> Result<()> {
+    let options = settings::load_options(&args.volume);
+    let volume = volsplat::load(&args.input, &options)?;
+    let facts = Facts::of(args, &options, &volume)?;
+    let text = if args.json {
+        format!("{}\n", serde_json::to_string_pretty(&facts.json(&volume))?)
+    } else {
+        facts.text(&volume)
+    };
+    print(&text)
+}
+
+/// What is told beside the volume's own fields.
+struct Facts {
+    path: String,
+    format: &'static str,
+    kind: VoxelType,
+    /// World corners of the box around all voxels.
+    corners: [DVec3; 2],
+    /// Least and greatest value.
+    range: (f64, f64),
+    bars: Bars,
+}
+
+/// A histogram of few bins.
+struct Bars {
+    low: f64,
+    high: f64,
+    counts: Vec<u64>,
+}
+
+impl Facts {
+    fn of(args: &InfoArgs, options: &LoadOptions, volume: &Volume) -> Result<Self> {
+        let told = if options.raw.is_some() { None } else { format_of(&args.input)? };
+        Ok(Self {
+            path: args.input.display().to_string(),
+            format: told.map_or("headerless", |format| format.name()),
+            kind: VoxelType::of(&volume.voxels),
+            corners: framing::grid_bounds(volume),
+            range: volume.value_range(),
+            bars: Bars::of(&Histogram::of_volume(volume)),
+        })
+    }
+
+    fn json(&self, volume: &Volume) -> Value {
+        let map = volume.world_from_index;
+        json!({
+            "path": self.path,
+            "format": self.format,
+            "dims": volume.dims,
+            "voxels": volume.len(),
+            "type": self.kind.name(),
+            "bytes": volume.bytes(),
+            "spacing": volume.spacing(),
+            "origin": map.translation.to_array(),
+            "axes": [map.matrix3.x_axis.to_array(), map.matrix3.y_axis.to_array(), map.matrix3.z_axis.to_array()],
+            "left_handed": map.matrix3.determinant() < 0.0,
+            "extent": self.corners.map(|corner| corner.to_array()),
+            "space": volume.space,
+            "up": volume.up_hint.map(|up| up.to_array()),
+            "range": [self.range.0, self.range.1],
+            "histogram": { "low": self.bars.low, "high": self.bars.high, "counts": self.bars.counts },
+        })
+    }
+
+    fn text(&self, volume: &Volume) -> String {
+        let ([x, y, z], [dx, dy, dz]) = (volume.dims, volume.spacing().map(short));
+        let [low, high] = self.corners;
+        let size = high - low;
+        let between = |axis: usize| format!("{} to {}", short(low[axis]), short(high[axis]));
+        let lines = [
+            ("format", self.format.to_owned()),
+            ("size", format!("{x} x {y} x {z}, {} voxels", volume.len())),
+            ("type", self.kind.name().to_owned()),
+            ("spacing", format!("{dx} x {dy} x {dz}")),
+            ("extent", format!("{} x {} x {}", short(size.x), short(size.y), short(size.z))),
+            ("", format!("x {}, y {}, z {}", between(0), between(1), between(2))),
+            ("axes", orientation(volume)),
+            ("space", volume.space.clone().unwrap_or_else(|| "not named".to_owned())),
+            ("values", format!("{} to {}", short(self.range.0), short(self.range.1))),
+            ("memory", report::human_bytes(volume.bytes() as u64)),
+            ("histogram", format!("{} {} {}", short(self.bars.low), self.bars.line(), short(self.bars.high))),
+        ];
+        let lines: String = lines.iter().map(|(name, text)| format!("  {name:<10} {text}\n")).collect();
+        format!("{}\n{lines}", self.path)
+    }
+}
+
+impl Bars {
+    fn of(histogram: &Histogram) -> Self {
+        let (low, high) = histogram.range();
+        let held = histogram.counts();
+        let bars = BARS.min(held.len());
+        let mut counts = vec![0; bars];
+        for (bin, count) in held.iter().enumerate() {
+            counts[bin * bars / held.len()] += count;
+        }
+        Self { low, high, counts }
+    }
+
+    /// Bars on a logarithmic scale, because background outnumbers everything else; a space where nothing is.
+    fn line(&self) -> String {
+        let most = self.counts.iter().copied().max().unwrap_or(0) as f64;
+        let bar = |&count: &u64| {
+            let share = (count as f64).ln_1p() / most.ln_1p();
+            let height = (share * HEIGHTS.len() as f64).ceil() as usize;
+            if count == 0 { ' ' } else { HEIGHTS[height.clamp(1, HEIGHTS.len()) - 1] }
+        };
+        self.counts.iter().map(bar).collect()
+    }
+}
+
+/// Where the three axes of the lattice point.
+fn orientation(volume: &Volume) -> String {
+    let map = volume.world_from_index.matrix3;
+    let axes = [("x", map.x_axis), ("y", map.y_axis), ("z", map.z_axis)];
+    let named = axes.map(|(name, axis)| format!("{name} along {}", direction(axis)));
+    let hand = if map.determinant() < 0.0 { "; left-handed" } else { "" };
+    let up = volume.up_hint.map_or(String::new(), |up| format!("; up is {}", direction(up)));
+    format!("{}{hand}{up}", named.join(", "))
+}
+
+/// The world axis closest to a direction, and how far it is from it.
+fn direction(axis: DVec3) -> String {
+    let sides = ["x", "y", "z"];
+    let place = (0..3).max_by(|&a, &b| axis[a].abs().total_cmp(&axis[b].abs())).unwrap_or(0);
+    let sign = if axis[place] < 0.0 { '-' } else { '+' };
+    let tilt_deg = (axis[place].abs() / axis.length()).min(1.0).acos().to_degrees();
+    let tilt =
+        if tilt_deg < TILT_SHOWN_DEG { String::new() } else { format!(" tilted by {tilt_deg:.1} degrees") };
+    format!("{sign}{}{tilt}", sides[place])
+}
+
+/// A number with up to six significant digits, as people write it.
+fn short(value: f64) -> String {
+    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
+    if rounded != 0.0 && !(1e-4..1e9).contains(&rounded.abs()) {
+        format!("{rounded:e}")
+    } else {
+        rounded.to_string()
+    }
+}
+
+/// Writes to stdout; a reader that has seen enough and closed it is no fault.
+fn print(text: &str) -> Result<()> {
+    match io::stdout().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(error).context("cannot write to stdout")
+        }
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_keep_their_size() {
+        for (value, text) in [
+            (0.0, "0"),
+            (1.0, "1"),
+            (0.1 + 0.2, "0.3"),
+            (-1023.0, "-1023"),
+            (3.437_500_000_000_001, "3.4375"),
+            (1.5e-7, "1.5e-7"),
+            (2e12, "2e12"),
+            (65535.0, "65535"),
+        ] {
+            assert_eq!(short(value), text, "{value}");
+        }
+    }
+
+    #[test]
+    fn directions_name_the_closest_axis_and_the_tilt() {
+        assert_eq!(direction(DVec3::new(0.0, -2.0, 0.0)), "-y");
+        assert_eq!(direction(DVec3::new(0.0, 0.8, -0.6)), "+y tilted by 36.9 degrees");
+    }
+
+    #[test]
+    fn bars_are_logarithmic_and_empty_bins_are_blank() {
+        let bars = Bars { low: 0.0, high: 3.0, counts: vec![1_000_000, 0, 1, 999] };
+        assert_eq!(bars.line(), "█ ▁▄", "log(1e6), nothing, log(2), log(1e3)");
+    }
+}

@@ -1,0 +1,81 @@
+//! `resample info`: what is told about a volume, and what is refused.
+
+use serde_json::Value;
+
+use super::{BALL, Bench, stderr};
+
+/// Runs and gives what was printed to stdout.
+fn told(bench: &Bench, words: &str) -> String {
+    let output = bench.run(words);
+    assert_eq!(output.status.code(), Some(0), "`{words}`: {}", stderr(&output));
+    assert!(stderr(&output).is_empty(), "`{words}` has nothing to say on stderr: {}", stderr(&output));
+    String::from_utf8(output.stdout).expect("text")
+}
+
+/// A MetaImage of 2x1x2 voxels of 16 bits that lies turned in the world.
+fn meta_image() -> Vec<u8> {
+    let head = "ObjectType = Image\nNDims = 3\nDimSize = 2 1 2\nElementType = MET_SHORT\nElementSpacing = 1 2 4\n\
+                Offset = 10 20 30\nTransformMatrix = 0 1 0 -1 0 0 0 0 1\nAnatomicalOrientation = RAI\n\
+                ElementDataFile = LOCAL\n";
+    let values = [-3i16, 0, 5, 1000].map(i16::to_le_bytes).concat();
+    [head.as_bytes(), &values].concat()
+}
+
+#[test]
+fn people_read_size_place_and_values() {
+    let bench = Bench::new();
+    bench.write("turned.mha", &meta_image());
+    let text = told(&bench, "info turned.mha");
+    for line in [
+        "turned.mha",
+        "format     MetaImage",
+        "size       2 x 1 x 2, 4 voxels",
+        "type       i16",
+        "spacing    1 x 2 x 4",
+        "extent     0 x 1 x 4",
+        "x 10 to 10, y 20 to 21, z 30 to 34",
+        "x along +y, y along -x, z along +z; up is +z",
+        "values     -3 to 1000",
+        "memory     8 bytes",
+        "histogram  -3 █",
+    ] {
+        assert!(text.contains(line), "'{line}' is missing in:\n{text}");
+    }
+    let text = told(&bench, &format!("info ball.raw {BALL} --spacing 1,1,2"));
+    assert!(text.contains("format     headerless") && text.contains("spacing    1 x 1 x 2"), "{text}");
+}
+
+#[test]
+fn programs_read_json() {
+    let bench = Bench::new();
+    bench.write("turned.mha", &meta_image());
+    let json: Value = serde_json::from_str(&told(&bench, "info --json turned.mha")).expect("JSON");
+    assert_eq!(json["format"], "MetaImage", "{json}");
+    assert_eq!(json["dims"], serde_json::json!([2, 1, 2]), "{json}");
+    assert_eq!(json["extent"], serde_json::json!([[10.0, 20.0, 30.0], [10.0, 21.0, 34.0]]), "{json}");
+    assert_eq!(json["axes"][1], serde_json::json!([-2.0, 0.0, 0.0]), "{json}");
+    assert_eq!((&json["left_handed"], &json["bytes"]), (&Value::Bool(false), &8.into()), "{json}");
+    let counts: u64 =
+        json["histogram"]["counts"].as_array().expect("a list").iter().filter_map(Value::as_u64).sum();
+    assert_eq!(counts, 4, "every voxel is counted: {json}");
+}
+
+#[test]
+fn what_cannot_be_read_is_refused_in_one_line() {
+    let bench = Bench::new();
+    bench.write("turned.mha", &meta_image());
+    for (words, named) in [
+        ("info absent.nrrd", "absent.nrrd"),
+        ("info ball.raw", "--dims"),
+        ("info out", "without slices"),
+        ("info turned.mha --component 1", "--component 1"),
+        ("info turned.mha --series 1.2", "--series means nothing"),
+        ("info turned.mha --array a", "--array means nothing"),
+    ] {
+        let output = bench.run(words);
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "`{words}` must end with code 2: {said}");
+        assert!(said.lines().count() == 1 && said.contains(named), "`{words}` must name {named}: {said}");
+        assert!(output.stdout.is_empty(), "`{words}` has no result");
+    }
+}

@@ -1,0 +1,188 @@
+//! Holds the volume readers to real files of every format: sizes, places in the world and sums of the voxels.
+//!
+//! The expected numbers (`expected.rs`) come from independent readers: SimpleITK for MetaImage, nibabel for NIfTI, VTK
+//! for its ImageData, tifffile for TIFF, pydicom for DICOM. Sums are over the voxels as f64. Every file of a folder is
+//! either loaded or refused for the reason given there; a file that this test does not know fails it. NRRD has a test of
+//! its own, `nrrd_real.rs`.
+
+use std::path::{Path, PathBuf};
+
+use resample_tests::data::{data_dir, skipped};
+use volsplat::{LoadOptions, Volume, load};
+
+mod expected;
+
+use expected::{DICOMS, Expected, META_IMAGES, NIFTIS, REFUSED, TIFF_FOLDER, TIFFS, VTIS};
+
+#[test]
+fn every_real_meta_image_is_as_itk_says() {
+    check_folder("mhd", &META_IMAGES);
+    check_folder("mha", &META_IMAGES);
+}
+
+#[test]
+fn every_real_nifti_is_as_nibabel_says() {
+    check_folder("nifti", &NIFTIS);
+}
+
+#[test]
+fn every_real_vti_is_as_vtk_says() {
+    check_folder("vti", &VTIS);
+}
+
+#[test]
+fn components_and_arrays_of_a_real_vti_are_chosen() {
+    let Some(folder) = volumes("vti") else { return };
+    for component in 0..4 {
+        let options = LoadOptions {
+            array: Some("Scalars_".to_owned()),
+            component: Some(component),
+            ..LoadOptions::default()
+        };
+        let volume = load(&folder.join("vase_4comp.vti"), &options).expect("chosen");
+        check(&Expected { file: "vti/vase_4comp.vti", ..VTIS[3] }, &volume);
+    }
+}
+
+#[test]
+fn every_real_tiff_is_as_tifffile_says() {
+    check_folder("tiff", &TIFFS);
+    let Some(folder) = volumes("tiff") else { return };
+    for name in ["cthead_8bit_stack", "cthead_8bit_stack/*.tif"] {
+        let volume =
+            load(&folder.join(name), &LoadOptions::default()).unwrap_or_else(|error| panic!("{error}"));
+        check(&TIFF_FOLDER, &volume);
+    }
+}
+
+#[test]
+fn every_real_dicom_is_as_pydicom_says() {
+    check_folder("dicom/wg04_ct_single", &DICOMS);
+    check_folder("dicom/pydicom_data_multiframe", &DICOMS);
+}
+
+#[test]
+fn a_real_tilted_series_is_sheared_where_it_is_even_and_refused_where_not() {
+    let Some(folder) = volumes("dicom/qa_ct_ge_tilt") else { return };
+    // Rows go down and back, tilted by 18.5 degrees; the table moves along z.
+    let axes =
+        |step| [[0.4882812, 0.0, 0.0], [0.0, 0.46304863422444004, -0.15493391968164], [0.0, 0.0, step]];
+    let part = |file, z, step, sum| Expected {
+        file,
+        dims: [512, 512, 9],
+        origin: [-125.0, -123.5404569, z],
+        axes: axes(step),
+        sum,
+    };
+    for part in
+        [part("0?.dcm", 5.8360586, 4.22, -1472849408.0), part("2?.dcm", 98.7360586, 7.38, -1823775849.0)]
+    {
+        let volume =
+            load(&folder.join(part.file), &LoadOptions::default()).unwrap_or_else(|error| panic!("{error}"));
+        check(&part, &volume);
+    }
+    let error = load(&folder, &LoadOptions::default()).expect_err("two distances").to_string();
+    assert!(error.contains("slices 0 to 13 are 4.22 mm apart, 13 to 14 are 1.14 mm apart"), "{error}");
+    assert!(error.contains("14 to 27 are 7.38 mm apart"), "{error}");
+}
+
+#[test]
+fn a_real_folder_of_several_series_asks_for_one() {
+    let Some(folder) = volumes("dicom/wg04_ct_single") else { return };
+    let error = load(&folder, &LoadOptions::default()).expect_err("several series").to_string();
+    assert!(error.contains("choose one with --series UID"), "{error}");
+}
+
+#[test]
+fn damaged_packed_pictures_are_refused_or_read_without_a_crash() {
+    let Some(folder) = volumes("dicom/wg04_ct_single") else { return };
+    let target = tempfile::tempdir().expect("temporary folder");
+    for name in ["CT2_J2KI", "CT2_JPLL"] {
+        let good = std::fs::read(folder.join(name)).expect("a data file");
+        let mut refused = 0;
+        for copy in 0..60usize {
+            let mut bytes = good.clone();
+            // Hits spread over the packed picture, which is most of the file, and over its header.
+            let place = good.len() - good.len() * (copy + 1) / 61;
+            bytes[place] = bytes[place].wrapping_add(1 + (copy * 37 % 200) as u8);
+            if copy % 3 == 0 {
+                bytes.truncate(place);
+            }
+            let path = target.path().join(format!("{name}.{copy}"));
+            std::fs::write(&path, bytes).expect("write");
+            refused += usize::from(load(&path, &LoadOptions::default()).is_err());
+        }
+        assert!(refused >= 20, "{name}: files that are cut off must be refused, {refused} of 60 were");
+    }
+}
+
+#[test]
+fn a_channel_of_the_header_that_lies_is_refused_for_its_length() {
+    let Some(folder) = volumes("mhd") else { return };
+    let options = LoadOptions { component: Some(0), ..LoadOptions::default() };
+    let error = load(&folder.join("Teddybear.mhd"), &options).expect_err("four channels are not there");
+    assert!(error.to_string().contains("needs 4063232 bytes, the file has 1015808"), "{error}");
+}
+
+/// Loads what `expected` has in this folder and checks that every other file is refused as in [`REFUSED`].
+fn check_folder(name: &str, expected: &[Expected]) {
+    let Some(folder) = volumes(name) else { return };
+    let mut loaded = 0;
+    for path in files(&folder) {
+        let file = format!("{name}/{}", path.file_name().unwrap_or_default().to_string_lossy());
+        if let Some(expected) = expected.iter().find(|expected| expected.file == file) {
+            let volume = load(&path, &LoadOptions::default()).unwrap_or_else(|error| panic!("{error}"));
+            check(expected, &volume);
+            loaded += 1;
+        } else if let Some((_, reason)) = REFUSED.iter().find(|(refused, _)| *refused == file) {
+            let Err(error) = load(&path, &LoadOptions::default()) else { panic!("{file} must be refused") };
+            let error = error.to_string();
+            assert!(error.contains(reason) && error.contains(&file), "{error}");
+        } else {
+            let is_data = [".raw", ".zraw", ".readme", ".img"].iter().any(|end| file.ends_with(end));
+            assert!(is_data, "{file} has no expectation here");
+        }
+    }
+    let prefix = format!("{name}/");
+    let known = expected.iter().filter(|expected| expected.file.starts_with(&prefix)).count();
+    assert_eq!(loaded, known, "{name}: a file that is expected is absent");
+}
+
+fn check(expected: &Expected, volume: &Volume) {
+    let file = expected.file;
+    assert_eq!(volume.dims, expected.dims, "{file}");
+    let map = volume.world_from_index;
+    let axes = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis];
+    for (got, wanted) in axes.iter().zip(expected.axes) {
+        let wanted = glam::DVec3::from_array(wanted);
+        // Headers hold singles, or decimals of as many digits.
+        assert!((*got - wanted).length() < 1e-6 * wanted.length(), "{file}: axis {got}, expected {wanted}");
+    }
+    let origin = glam::DVec3::from_array(expected.origin);
+    assert!(
+        (map.translation - origin).length() < 1e-6 * origin.length().max(1.0),
+        "{file}: {}",
+        map.translation
+    );
+    let sum: f64 = (0..volume.len()).map(|index| volume.value(index)).sum();
+    // Numpy adds in pairs, we add in order: the difference is rounding, below count * epsilon.
+    let tolerance = expected.sum.abs() * volume.len() as f64 * f64::EPSILON;
+    assert!((sum - expected.sum).abs() <= tolerance, "{file}: sum {sum}, expected {}", expected.sum);
+}
+
+fn volumes(name: &str) -> Option<PathBuf> {
+    let folder = data_dir().map(|folder| folder.join("volumes").join(name)).filter(|folder| folder.is_dir());
+    if folder.is_none() {
+        skipped(&format!("formats_real: volumes/{name} is absent"));
+    }
+    folder
+}
+
+/// The files of a folder in the order of their names.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).expect("the data folder");
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.expect("an entry").path()).collect();
+    paths.retain(|path| path.is_file());
+    paths.sort();
+    paths
+}

@@ -1,0 +1,144 @@
+//! DICOM pictures: a series of files with one slice each, or files of several frames.
+//!
+//! Takes paths, gives the parts of a volume. Every file is parsed (`dataset.rs`) and asked for its picture
+//! (`header.rs`); of the files of one series the slices are put in order and into the world (`stack.rs`); then they are
+//! unpacked one after the other (`pixels.rs`) and scaled to what the numbers mean, such as Hounsfield units.
+//! Source: the DICOM standard, PS3.3, PS3.5 and PS3.10. The parser is our own because claims of lengths have to be held
+//! against the file before memory is taken.
+//! Limits: grey pictures of 8, 16 or 32 bits; evenly spaced slices; no JPEG-LS; modality tables are left aside.
+
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+
+use super::rescale::Rescale;
+use super::{Parts, cannot_read, decode, invalid, open};
+use crate::Error;
+use crate::volume::Voxels;
+
+mod dataset;
+mod header;
+mod pixels;
+mod rle;
+mod stack;
+
+use header::Picture;
+use stack::{Slice, Stack};
+
+/// Whether a file that begins with `head` is DICOM.
+pub(super) fn begins(head: &[u8]) -> bool {
+    dataset::begins(head)
+}
+
+/// Reads the slices of one series. `named` is what the caller named, for messages about all files together.
+pub(super) fn load(paths: &[PathBuf], named: &Path, series: Option<&str>) -> Result<Parts, Error> {
+    let mut files = Vec::new();
+    for path in paths {
+        // Folders hold reports and indices beside pictures.
+        files.extend(picture_of(path)?.map(|picture| (path.clone(), picture)));
+    }
+    let (paths, pictures): (Vec<PathBuf>, Vec<Picture>) =
+        chosen_series(files, named, series)?.into_iter().unzip();
+    let kind = pictures[0].kind;
+    if let Some(index) = pictures.iter().position(|picture| picture.kind != kind) {
+        let (other, first) = (pictures[index].kind.described(), kind.described());
+        return Err(invalid(&paths[index], format!("a slice of {other}, but the first one has {first}")));
+    }
+    let Stack { slices, world_from_index } = stack::stack(&pictures).map_err(|fault| fault.at(named))?;
+    let voxels = voxels(&slices, &paths, &pictures)?;
+    Ok(Parts {
+        dims: [kind.columns, kind.rows, slices.len()],
+        voxels,
+        world_from_index,
+        up_hint: Some(DVec3::Z),
+        space: Some("left-posterior-superior".to_owned()),
+    })
+}
+
+fn picture_of(path: &Path) -> Result<Option<Picture>, Error> {
+    let bytes = bytes_of(path)?;
+    let (meta, elements) = dataset::read_meta(&bytes).map_err(|fault| fault.at(path))?;
+    let dataset = dataset::parse(&elements, &meta).map_err(|fault| fault.at(path))?;
+    header::picture(&dataset).map_err(|fault| fault.at(path))
+}
+
+fn bytes_of(path: &Path) -> Result<Vec<u8>, Error> {
+    let mut bytes = Vec::new();
+    open(path)?.read_to_end(&mut bytes).map_err(|source| cannot_read(path, source))?;
+    Ok(bytes)
+}
+
+/// The files of the series that was asked for, or of the only one.
+fn chosen_series(
+    mut files: Vec<(PathBuf, Picture)>,
+    named: &Path,
+    series: Option<&str>,
+) -> Result<Vec<(PathBuf, Picture)>, Error> {
+    let mut all: BTreeMap<&str, (usize, &str)> = BTreeMap::new();
+    for (_, picture) in &files {
+        all.entry(&picture.series).or_insert((0, &picture.description)).0 += picture.frames.len();
+    }
+    let listed: Vec<String> =
+        all.iter().map(|(uid, (count, name))| format!("{uid} ({count} slices, '{name}')")).collect();
+    let (listed, count, named) = (listed.join(", "), all.len(), named.display());
+    match series {
+        _ if files.is_empty() => {
+            Err(Error::Unsupported { path: named.to_string().into(), what: "no picture in it".to_owned() })
+        }
+        None if count == 1 => Ok(files),
+        None => {
+            Err(Error::Option(format!("{named}: {count} series: choose one with --series UID, of {listed}")))
+        }
+        Some(uid) => {
+            if !all.contains_key(uid) {
+                return Err(Error::Option(format!(
+                    "{named}: --series {uid}: no such series; there are: {listed}"
+                )));
+            }
+            files.retain(|(_, picture)| picture.series == uid);
+            Ok(files)
+        }
+    }
+}
+
+/// The scaled numbers of all slices in their order.
+fn voxels(slices: &[Slice], paths: &[PathBuf], pictures: &[Picture]) -> Result<Voxels, Error> {
+    let common = slices[0].place.rescale;
+    let is_common = slices.iter().all(|slice| slice.place.rescale == common);
+    // Frames of a file are unpacked together and wait here until it is their turn.
+    let mut waiting: Vec<Vec<Option<Voxels>>> = (0..paths.len()).map(|_| Vec::new()).collect();
+    let mut voxels: Option<Voxels> = None;
+    for slice in slices {
+        if waiting[slice.file].is_empty() {
+            let frames = unpacked(&paths[slice.file], &pictures[slice.file])?;
+            waiting[slice.file] = frames.into_iter().map(Some).collect();
+        }
+        let frame = waiting[slice.file].get_mut(slice.frame).and_then(Option::take);
+        let frame = frame.ok_or_else(|| invalid(&paths[slice.file], "a frame is absent"))?;
+        // Slices of different scales have no common stored type.
+        let frame = if is_common { frame } else { scaled_single(frame, slice.place.rescale) };
+        match &mut voxels {
+            None => voxels = Some(frame),
+            Some(voxels) => decode::append(voxels, frame),
+        }
+    }
+    let voxels = voxels.ok_or_else(|| invalid(&paths[0], "no slice"))?;
+    Ok(if is_common { common.apply(voxels) } else { voxels })
+}
+
+fn unpacked(path: &Path, picture: &Picture) -> Result<Vec<Voxels>, Error> {
+    let bytes = bytes_of(path)?;
+    let (meta, elements) = dataset::read_meta(&bytes).map_err(|fault| fault.at(path))?;
+    let dataset = dataset::parse(&elements, &meta).map_err(|fault| fault.at(path))?;
+    pixels::frames(&dataset, &meta, picture.kind, picture.frames.len()).map_err(|fault| fault.at(path))
+}
+
+fn scaled_single(frame: Voxels, rescale: Rescale) -> Voxels {
+    let scaled = |index: usize| (frame.value(index) * rescale.slope + rescale.intercept) as f32;
+    Voxels::F32((0..frame.len()).map(scaled).collect())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,133 @@
+//! From frames to a lattice: the order of the slices and their common map to the world.
+//!
+//! Slices are sorted along their normal. The step from one to the next must be the same everywhere; it need not be at
+//! right angles to the slices: a tilted gantry shifts them, and the sheared map says exactly that. The world is the
+//! patient's: x to the left, y to the back, z to the head, millimetres.
+
+use glam::{DAffine3, DMat3, DVec3};
+
+use super::header::{Frame, Picture};
+use crate::input::fault::{Fault, unsupported};
+
+/// One slice: a frame of a file.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Slice {
+    /// Index of the file.
+    pub(super) file: usize,
+    /// Index of the frame in the file.
+    pub(super) frame: usize,
+    pub(super) place: Frame,
+}
+
+/// Slices in their order, and the map of the lattice that they make.
+pub(super) struct Stack {
+    pub(super) slices: Vec<Slice>,
+    pub(super) world_from_index: DAffine3,
+}
+
+/// Directions of slices of one volume differ by rounding only, in the sixth decimal.
+const DIRECTION_TOLERANCE: f64 = 1e-4;
+
+/// By this much, millimetres plus a share of the step, steps between slices may differ. Positions are decimals of a few
+/// digits; a scanner that leaves out a slice or changes its distance differs by far more. A guess.
+const STEP_TOLERANCE_MM: f64 = 0.01;
+const STEP_TOLERANCE_SHARE: f64 = 0.01;
+
+pub(super) fn stack(pictures: &[Picture]) -> Result<Stack, Fault> {
+    let mut slices = Vec::new();
+    for (file, picture) in pictures.iter().enumerate() {
+        let frames = picture.frames.iter().enumerate();
+        slices.extend(frames.map(|(frame, &place)| Slice { file, frame, place }));
+    }
+    let first = slices.first().ok_or_else(|| "there is no slice".to_owned())?.place;
+    check_directions(&slices, &first)?;
+    let [x, y] = first.directions;
+    let normal =
+        x.cross(y).try_normalize().ok_or_else(|| "ImageOrientationPatient spans no plane".to_owned())?;
+    let (origin, step) = if slices.len() == 1 {
+        (first.position.unwrap_or(DVec3::ZERO), normal * pictures[0].slice_step)
+    } else {
+        sorted_steps(&mut slices, normal, pictures)?
+    };
+    let axes = DMat3::from_cols(x * first.spacing[0], y * first.spacing[1], step);
+    Ok(Stack { slices, world_from_index: DAffine3::from_mat3_translation(axes, origin) })
+}
+
+fn check_directions(slices: &[Slice], first: &Frame) -> Result<(), Fault> {
+    for slice in slices {
+        let place = &slice.place;
+        let turned =
+            (0..2).any(|i| !((place.directions[i] - first.directions[i]).length() < DIRECTION_TOLERANCE));
+        let rescaled =
+            (0..2).any(|i| !((place.spacing[i] / first.spacing[i] - 1.0).abs() < DIRECTION_TOLERANCE));
+        if turned || rescaled {
+            let what = if turned { "is turned against" } else { "has another pixel spacing than" };
+            return Err(unsupported(format!(
+                "a slice {what} the first one: a series with an overview or of several directions must be split into \
+                 folders first"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Sorts the slices along the normal and gives the first position and the step.
+fn sorted_steps(slices: &mut [Slice], normal: DVec3, pictures: &[Picture]) -> Result<(DVec3, DVec3), Fault> {
+    let held = slices.iter().filter(|slice| slice.place.position.is_some()).count();
+    match held {
+        // The frames of one file are in order.
+        0 if pictures.len() == 1 => return Ok((DVec3::ZERO, normal * pictures[0].slice_step)),
+        0 => {
+            return Err(unsupported(
+                "the slices have no ImagePositionPatient, so their order is not known: convert them to another format",
+            ));
+        }
+        held if held < slices.len() => {
+            let (all, without) = (slices.len(), slices.len() - held);
+            return Err(Fault::Invalid(format!("{without} of {all} slices have no ImagePositionPatient")));
+        }
+        _ => {}
+    }
+    let at = |slice: &Slice| slice.place.position.unwrap_or_default();
+    slices.sort_by(|a, b| at(a).dot(normal).total_cmp(&at(b).dot(normal)));
+    let positions: Vec<DVec3> = slices.iter().map(at).collect();
+    let steps: Vec<DVec3> = positions.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let mean = (positions[positions.len() - 1] - positions[0]) / steps.len() as f64;
+    check_steps(&steps, mean, normal)?;
+    Ok((positions[0], mean))
+}
+
+fn check_steps(steps: &[DVec3], mean: DVec3, normal: DVec3) -> Result<(), Fault> {
+    let tolerance = STEP_TOLERANCE_MM + STEP_TOLERANCE_SHARE * mean.length();
+    if let Some(index) = steps.iter().position(|step| !(step.dot(normal) > 0.1 * tolerance)) {
+        return Err(unsupported(format!(
+            "slices {index} and {} lie at the same place: the series holds several times or kinds of picture; put one \
+             of each place into a folder of its own",
+            index + 1
+        )));
+    }
+    if steps.iter().all(|step| (*step - mean).length() <= tolerance) {
+        return Ok(());
+    }
+    Err(unsupported(format!(
+        "the slices are not evenly spaced: {}; put evenly spaced ones into a folder of their own",
+        runs(steps, tolerance)
+    )))
+}
+
+/// Most runs that a message lists.
+const MAX_RUNS: usize = 6;
+
+/// Which slices, counted along the normal, have which distance.
+fn runs(steps: &[DVec3], tolerance: f64) -> String {
+    let mut runs: Vec<String> = Vec::new();
+    let mut begin = 0;
+    while begin < steps.len() && runs.len() < MAX_RUNS {
+        let same = |step: &&DVec3| (**step - steps[begin]).length() <= tolerance;
+        let end = begin + steps[begin..].iter().take_while(same).count();
+        runs.push(format!("{begin} to {end} are {:.2} mm apart", steps[begin].length()));
+        begin = end;
+    }
+    let more = if begin < steps.len() { ", and so on" } else { "" };
+    format!("slices {}{more}", runs.join(", "))
+}
