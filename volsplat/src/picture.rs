@@ -41,11 +41,11 @@ pub(crate) fn picture(
     let (width, height) = (layout.camera.width as usize, layout.camera.height as usize);
     let side = TILE_PX / layout.subpixels as usize;
     let columns = width.div_ceil(side);
-    let tile = |x: usize, y: usize| &tiles[y / side * columns + x / side].pixels;
+    let tile = |x: usize, y: usize| tiles[y / side * columns + x / side].shown();
     let mut image = Image::transparent(width, height);
     image.rgba.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
         for (x, pixel) in row.iter_mut().enumerate() {
-            let tile = tile(x, y);
+            let Some(tile) = tile(x, y) else { continue };
             let at = |plane: &TilePlane| plane[y % side][x % side];
             *pixel = [at(&tile.rgb[0]), at(&tile.rgb[1]), at(&tile.rgb[2]), 1.0 - at(&tile.transmittance)];
         }
@@ -53,7 +53,7 @@ pub(crate) fn picture(
     if depth == DepthPlane::Expected {
         let plane = (0..width * height).map(|i| {
             let (x, y) = (i % width, i / width);
-            let tile = tile(x, y);
+            let Some(tile) = tile(x, y) else { return f32::INFINITY };
             let opacity = 1.0 - tile.transmittance[y % side][x % side];
             let depth = tile.depth[y % side][x % side] / opacity;
             if opacity > 0.0 { depth * camera_z_per_depth(layout, x, y) } else { f32::INFINITY }

@@ -33,8 +33,11 @@ pub(crate) struct TileStage<'a> {
 /// One tile of the frame buffer, with what it cost.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TileSlot {
-    /// What the tile's pixels hold.
-    pub(crate) pixels: TilePixels,
+    /// What the tile's pixels hold, made when the tile first shows something: memory follows what is visible. Read
+    /// it with [`TileSlot::shown`].
+    pixels: Option<Box<TilePixels>>,
+    /// Whether `pixels` are of this frame.
+    seen: bool,
     pub(crate) entries: Vec<u64>,
     /// Items listed in the tile, where they are not in `entries`.
     listed: usize,
@@ -53,11 +56,25 @@ struct Scratch {
 impl TileSlot {
     /// An empty tile that `listed` items touch.
     pub(crate) fn reset(&mut self, listed: usize) {
-        self.pixels = TilePixels::default();
+        self.seen = false;
         self.entries.clear();
         self.listed = listed;
         self.counts = TileCounts::default();
         (self.sort_ms, self.composite_ms) = (0.0, 0.0);
+    }
+
+    /// Keeps what the tile shows in this frame.
+    pub(crate) fn show(&mut self, pixels: TilePixels) {
+        self.seen = true;
+        match &mut self.pixels {
+            Some(kept) => **kept = pixels,
+            None => self.pixels = Some(Box::new(pixels)),
+        }
+    }
+
+    /// What the tile shows in this frame; `None` where that is nothing.
+    pub(crate) fn shown(&self) -> Option<&TilePixels> {
+        self.pixels.as_deref().filter(|_| self.seen)
     }
 }
 
@@ -88,6 +105,9 @@ impl TileStage<'_> {
             // Tile numbers fit: a picture side is at most 32768 px.
             slot.entries.extend_from_slice(chunk.bins.tile(at[0] as u16, at[1] as u16));
         }
+        if slot.entries.is_empty() && self.near.is_empty() {
+            return;
+        }
         sort_by_depth(&mut slot.entries, &mut scratch.sort);
         slot.sort_ms = elapsed_ms(start);
 
@@ -98,12 +118,11 @@ impl TileStage<'_> {
         if !self.near.is_empty() {
             composite_near(&self.near_setup, self.near, corner_px, &mut work.pixels);
         }
-        slot.counts = TileCounts::default();
         if !slot.entries.is_empty() {
             TileMaps::fill(&mut work.maps, self.settings.level, &self.maps, corner_px);
             slot.counts = composite_tile(&self.settings, work, corner_px, &slot.entries, primitives);
         }
-        slot.pixels = work.pixels.clone();
+        slot.show(work.pixels.clone());
         slot.composite_ms = elapsed_ms(start);
     }
 }

@@ -219,17 +219,18 @@ impl SheetFrame<'_> {
         let columns = grid.columns();
         slots.resize_with(columns * grid.rows(), TileSlot::default);
         slots.par_iter_mut().enumerate().for_each_init(GatherScratch::default, |scratch, (index, slot)| {
-            let start = ThreadTime::try_now().ok();
             let at = [index % columns, index / columns];
             let list = lists.tile(at[0], at[1]);
             slot.reset(list.len());
-            if !list.is_empty() {
-                let corner_px = at.map(|tile| tile * TILE_PX);
-                let view = TileView::new(self.view, corner_px, self.settings);
-                let front_to_back = list.iter().map(|&brick| &bricks[brick as usize]);
-                slot.counts = render_tile(self.settings, &view, corner_px, front_to_back, scratch);
-                slot.pixels = scratch.pixels.averaged(self.subpixels as usize);
+            if list.is_empty() {
+                return;
             }
+            let start = ThreadTime::try_now().ok();
+            let corner_px = at.map(|tile| tile * TILE_PX);
+            let view = TileView::new(self.view, corner_px, self.settings);
+            let front_to_back = list.iter().map(|&brick| &bricks[brick as usize]);
+            slot.counts = render_tile(self.settings, &view, corner_px, front_to_back, scratch);
+            slot.show(scratch.pixels.averaged(self.subpixels as usize));
             slot.composite_ms = elapsed_ms(start);
         });
         tally(slots, clock, stats);

@@ -89,16 +89,17 @@ impl SheetFrame<'_> {
         slot: &mut TileSlot,
         scratch: &mut SheetScratch,
     ) {
+        if slot.entries.is_empty() {
+            return;
+        }
         scratch.pixels = TilePixels::default();
         let start = ThreadTime::try_now().ok();
         sort_by_plane(&mut slot.entries, &mut scratch.sort);
         slot.sort_ms = elapsed_ms(start);
         let start = ThreadTime::try_now().ok();
-        if !slot.entries.is_empty() {
-            let view = TileView::new(self.view, corner_px, self.settings);
-            slot.counts = render_tile(self.settings, &view, &slot.entries, sections, scratch);
-        }
-        slot.pixels = scratch.pixels.averaged(self.subpixels as usize);
+        let view = TileView::new(self.view, corner_px, self.settings);
+        slot.counts = render_tile(self.settings, &view, &slot.entries, sections, scratch);
+        slot.show(scratch.pixels.averaged(self.subpixels as usize));
         slot.composite_ms = elapsed_ms(start);
     }
 }
