@@ -15,6 +15,10 @@ use volsplat::{RenderOptions, Subpixels};
 use crate::choices;
 use crate::values::{self, Axis, Orbit, Size};
 
+mod sequence;
+
+pub(crate) use sequence::SequenceArgs;
+
 /// Forward resampling: draws volumes with a mix of points and elliptical splats.
 #[derive(Debug, Parser)]
 #[command(name = "resample", version, max_term_width = 110)]
@@ -90,7 +94,7 @@ pub(crate) struct VolsplatArgs {
     /// file without a known header is raw and needs --dims and --type.
     #[arg(value_name = "VOLUME")]
     pub input: PathBuf,
-    /// Picture to write, .png or .exr; a pattern such as %04d is replaced by the number of the camera
+    /// Picture to write, .png or .exr; a pattern such as %04d is replaced by the number of the picture
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
     /// Also write counts and times as JSON
@@ -105,6 +109,9 @@ pub(crate) struct VolsplatArgs {
     /// From where it is seen.
     #[command(flatten)]
     pub camera: CameraArgs,
+    /// How many pictures there are.
+    #[command(flatten)]
+    pub sequence: SequenceArgs,
     /// How it is drawn.
     #[command(flatten)]
     pub render: RenderArgs,

@@ -112,6 +112,18 @@ pub(crate) fn frame(bounds: [DVec3; 2], view: &View) -> Result<Camera> {
     })
 }
 
+/// Cameras that go once around the box in `steps` equal steps, from the azimuth of `view` on.
+///
+/// The last stands one step before the first, so that a film that starts again does not stop for a picture.
+pub(crate) fn turntable(bounds: [DVec3; 2], view: &View, steps: u32) -> Result<Vec<Camera>> {
+    let at = |step: u32| {
+        let turned_deg = 360.0 * f64::from(step) / f64::from(steps);
+        let orbit = Orbit { azimuth_deg: view.orbit.azimuth_deg + turned_deg, ..view.orbit };
+        frame(bounds, &View { orbit, ..*view })
+    };
+    (0..steps).map(at).collect()
+}
+
 /// The distance at which a sphere touches the nearer pair of picture edges.
 fn fitting_distance(radius: f64, fov_y_rad: f64, aspect: f64) -> f64 {
     let half_tangent = (0.5 * fov_y_rad).tan() * aspect.min(1.0);

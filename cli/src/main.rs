@@ -1,18 +1,20 @@
 //! The command line `resample`.
 //!
 //! Takes words, gives an exit code: 0 when everything asked for was written, 2 when the input or the options are
-//! bad (nothing is written then), 1 when a file could not be written although all checks had passed. This file
-//! parses, starts the threads and dispatches; each command reads as its list of steps in `commands/`.
+//! bad (nothing is written then), 1 when a file could not be written although all checks had passed, 130 after
+//! Ctrl-C. This file parses, starts the threads and dispatches; each command reads as its list of steps in `commands/`.
 
 mod args;
 mod camera_file;
 mod choices;
 mod commands;
 mod framing;
+mod interrupt;
 mod json_fields;
 mod output;
 mod picture;
 mod report;
+mod sequence;
 mod settings;
 mod values;
 
@@ -22,6 +24,7 @@ use anyhow::{Context, Result};
 use clap::Parser;
 
 use crate::args::{Cli, Command, GlobalArgs};
+use crate::interrupt::Interrupted;
 use crate::output::WriteFailure;
 use crate::report::Verbosity;
 
@@ -35,6 +38,10 @@ fn main() -> ExitCode {
     let cli = Cli::parse();
     match run(&cli) {
         Ok(()) => ExitCode::SUCCESS,
+        Err(error) if error.is::<Interrupted>() => {
+            report::say(&report::one_line(&error));
+            ExitCode::from(interrupt::EXIT_INTERRUPTED)
+        }
         Err(error) => {
             report::say(&format!("error: {}", report::one_line(&error)));
             ExitCode::from(if error.is::<WriteFailure>() { EXIT_WRITE_FAILED } else { EXIT_BAD_INPUT })

@@ -16,6 +16,8 @@ use anyhow::{Context, Result, bail};
 use resample_core::Image;
 use tempfile::NamedTempFile;
 
+use crate::interrupt::{self, Listed};
+
 pub(crate) use names::FrameNames;
 pub(crate) use png::Depth;
 
@@ -97,7 +99,8 @@ pub(crate) fn write_text(path: &Path, text: &str) -> Result<u64> {
 /// Writes a file through a temporary one.
 fn write_whole(path: &Path, write: impl FnOnce(&mut BufWriter<NamedTempFile>) -> Result<()>) -> Result<u64> {
     let written = || -> Result<u64> {
-        let mut buffered = BufWriter::new(temporary_file(folder_of(path))?);
+        let (file, _listed) = temporary_file(folder_of(path))?;
+        let mut buffered = BufWriter::new(file);
         write(&mut buffered)?;
         let mut file = buffered.into_inner().map_err(std::io::IntoInnerError::into_error)?;
         let bytes = file.seek(std::io::SeekFrom::End(0))?;
@@ -107,13 +110,13 @@ fn write_whole(path: &Path, write: impl FnOnce(&mut BufWriter<NamedTempFile>) ->
     written().with_context(|| WriteFailure { path: path.to_owned() })
 }
 
-fn temporary_file(folder: &Path) -> std::io::Result<NamedTempFile> {
+fn temporary_file(folder: &Path) -> std::io::Result<(NamedTempFile, Listed)> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".resample-").suffix(".tmp");
     // A temporary file is private by default; a picture has the permissions of any other new file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder)
+    interrupt::listed(|| builder.tempfile_in(folder), |file| file.path().to_owned())
 }
 
 /// The folder of a path; a bare name lies in the current one.

@@ -5,8 +5,8 @@
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
-use resample_core::Camera;
-use volsplat::Renderer;
+use resample_core::{Camera, Image};
+use volsplat::{FrameStats, Renderer};
 
 use crate::output::{self, Format};
 use crate::report::WrittenFrame;
@@ -33,6 +33,28 @@ pub(crate) fn check_size(camera: &Camera) -> Result<()> {
     Ok(())
 }
 
+/// A picture in memory, and the counts and times of its drawing.
+pub(crate) struct Drawn {
+    /// The picture, over its background if there is one.
+    pub image: Image,
+    /// Counts and times.
+    pub stats: FrameStats,
+}
+
+/// Renders from `camera`.
+pub(crate) fn render(
+    renderer: &mut Renderer,
+    camera: &Camera,
+    background: Option<[f32; 3]>,
+) -> Result<Drawn> {
+    let frame = renderer.render(camera)?;
+    let image = match background {
+        Some(background) => frame.image.over_background(background),
+        None => frame.image,
+    };
+    Ok(Drawn { image, stats: frame.stats })
+}
+
 /// Renders from `camera` and writes `file`.
 pub(crate) fn draw(
     renderer: &mut Renderer,
@@ -40,11 +62,7 @@ pub(crate) fn draw(
     file: PathBuf,
     finish: &Finish,
 ) -> Result<WrittenFrame> {
-    let frame = renderer.render(camera)?;
-    let image = match finish.background {
-        Some(background) => frame.image.over_background(background),
-        None => frame.image,
-    };
+    let Drawn { image, stats } = render(renderer, camera, finish.background)?;
     let file_bytes = output::write_picture(&file, finish.format, &image)?;
-    Ok(WrittenFrame { file, file_bytes, width: image.width, height: image.height, stats: frame.stats })
+    Ok(WrittenFrame { file, file_bytes, width: image.width, height: image.height, stats })
 }

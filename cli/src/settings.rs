@@ -163,6 +163,7 @@ fn camera_record(args: &VolsplatArgs, volume: &Volume) -> Value {
     match &args.camera.camera {
         Some(file) => json!({ "file": file }),
         None => json!({
+            "turntable": args.sequence.turntable,
             "azimuth_deg": orbit.azimuth_deg,
             "elevation_deg": orbit.elevation_deg,
             "distance": orbit.distance,

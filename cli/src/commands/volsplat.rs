@@ -8,16 +8,17 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use glam::DVec3;
-use indicatif::ProgressBar;
 use resample_core::Camera;
 use volsplat::{RenderOptions, Renderer, TransferFunction, Volume};
 
 use crate::args::{CameraArgs, ProjectionArg, VolsplatArgs};
 use crate::camera_file::{self, CameraDefaults, CameraFile};
 use crate::framing::{self, Lens, View};
+use crate::interrupt;
 use crate::output::{self, Format, FrameNames};
 use crate::picture::{self, Finish};
-use crate::report::{self, RunStats, Verbosity, WrittenFrame};
+use crate::report::{self, RunStats, Verbosity};
+use crate::sequence::{self, Existing, Sequence};
 use crate::settings;
 use crate::values::Size;
 
@@ -43,6 +44,7 @@ struct Scene {
 /// Checks, loads, classifies, renders, and reports.
 pub(crate) fn run(args: &VolsplatArgs, verbosity: Verbosity) -> Result<()> {
     let start = Instant::now();
+    interrupt::watch()?;
     let plan = checked_plan(args)?;
     let options = settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format)?;
     let scene = loaded(args, options)?;
@@ -54,15 +56,21 @@ pub(crate) fn run(args: &VolsplatArgs, verbosity: Verbosity) -> Result<()> {
     if verbosity == Verbosity::Verbose {
         report::say(&format!("load {:.1} ms, classify {:.1} ms", stats.load_ms, stats.classify_ms));
     }
-    stats.frames = draw_all(&mut renderer, &cameras, &plan, verbosity)?;
+    let existing = if args.sequence.resume { Existing::Keep } else { Existing::Replace };
+    let sequence = Sequence { cameras: &cameras, names: &plan.names, finish: plan.finish, existing };
+    let outcome = sequence::draw(&mut renderer, &sequence, verbosity)?;
+    stats.frames = outcome.frames;
     stats.peak_bytes = report::peak_bytes();
     if let Some(path) = &args.stats {
         output::write_text(path, &format!("{}\n", serde_json::to_string_pretty(&stats)?))?;
     }
     if verbosity != Verbosity::Quiet {
+        if outcome.kept > 0 {
+            report::say(&format!("{} of {} pictures were there already", outcome.kept, cameras.len()));
+        }
         report::say(&report::summary(&stats.frames, start.elapsed().as_secs_f64()));
     }
-    Ok(())
+    outcome.ending
 }
 
 fn stats_before_drawing(args: &VolsplatArgs, format: Format, scene: &Scene) -> RunStats {
@@ -82,8 +90,8 @@ fn stats_before_drawing(args: &VolsplatArgs, format: Format, scene: &Scene) -> R
 fn checked_plan(args: &VolsplatArgs) -> Result<Plan> {
     let format = output::format_of(&args.output, args.picture.bits)?;
     let cameras = args.camera.camera.as_deref().map(|path| read_cameras(path, &args.camera)).transpose()?;
-    let names = match &cameras {
-        Some(CameraFile::List(_)) => FrameNames::numbered(&args.output)?,
+    let names = match (&cameras, args.sequence.turntable) {
+        (Some(CameraFile::List(_)), _) | (_, Some(_)) => FrameNames::numbered(&args.output)?,
         _ => FrameNames::single(&args.output)?,
     };
     check_targets(args, &names.frame(0))?;
@@ -129,12 +137,21 @@ fn cameras(args: &VolsplatArgs, plan: &Plan, scene: &Scene) -> Result<Vec<Camera
     });
     let bounds = framing::with_kernels(bounds, &scene.volume);
     let cameras = match &plan.cameras {
-        None => vec![framing::frame(bounds, &view(&args.camera, &scene.volume))?],
+        None => framed(args, bounds, &scene.volume)?,
         Some(file) => file_cameras(file, bounds)
             .with_context(|| args.camera.camera.as_deref().unwrap_or(Path::new("")).display().to_string())?,
     };
     cameras.iter().try_for_each(picture::check_size)?;
     Ok(cameras)
+}
+
+/// The cameras that nobody wrote down: one, or those of a turntable.
+fn framed(args: &VolsplatArgs, bounds: [DVec3; 2], volume: &Volume) -> Result<Vec<Camera>> {
+    let view = view(&args.camera, volume);
+    match args.sequence.turntable {
+        Some(steps) => framing::turntable(bounds, &view, steps),
+        None => Ok(vec![framing::frame(bounds, &view)?]),
+    }
 }
 
 fn file_cameras(file: &CameraFile, bounds: [DVec3; 2]) -> Result<Vec<Camera>> {
@@ -154,28 +171,4 @@ fn view(args: &CameraArgs, volume: &Volume) -> View {
             ProjectionArg::Orthographic => Lens::Orthographic,
         },
     }
-}
-
-fn draw_all(
-    renderer: &mut Renderer,
-    cameras: &[Camera],
-    plan: &Plan,
-    verbosity: Verbosity,
-) -> Result<Vec<WrittenFrame>> {
-    let bar = match (cameras.len(), verbosity) {
-        (1, _) | (_, Verbosity::Quiet) => ProgressBar::hidden(),
-        // It hides itself where stderr is no terminal.
-        (count, _) => ProgressBar::new(count as u64),
-    };
-    let mut frames = Vec::with_capacity(cameras.len());
-    for (index, camera) in cameras.iter().enumerate() {
-        let frame = picture::draw(renderer, camera, plan.names.frame(index), &plan.finish)?;
-        if verbosity == Verbosity::Verbose {
-            bar.suspend(|| report::say(&report::stage_line(&frame)));
-        }
-        frames.push(frame);
-        bar.inc(1);
-    }
-    bar.finish_and_clear();
-    Ok(frames)
 }

@@ -129,3 +129,23 @@ fn grid_box_reaches_from_the_first_to_the_last_voxel() {
     let expected = [DVec3::new(4.0, 6.0, 7.0), DVec3::new(5.0, 8.0, 10.0)];
     assert_eq!(grid_bounds(&mirrored), expected, "corners stay sorted when an axis is mirrored");
 }
+
+#[test]
+fn a_turntable_steps_evenly_on_one_circle() {
+    for lens in LENSES {
+        let cameras = turntable(BOX, &view(lens), 5).expect("good views");
+        let centre = 0.5 * (BOX[0] + BOX[1]);
+        let arms: Vec<DVec3> = cameras.iter().map(|camera| camera.eye_in_world() - centre).collect();
+        assert_eq!(
+            cameras[0],
+            frame(BOX, &view(lens)).expect("a good view"),
+            "it starts at the orbit's azimuth"
+        );
+        for (step, arm) in arms.iter().enumerate() {
+            let next = arms[(step + 1) % arms.len()];
+            assert!((arm.y - arms[0].y).abs() < 1e-12 * arm.length(), "step {step} keeps its elevation");
+            let turned_deg = arm.xz().angle_to(next.xz()).to_degrees();
+            assert!((turned_deg.abs() - 72.0).abs() < 1e-9, "step {step} turns by {turned_deg} degrees");
+        }
+    }
+}

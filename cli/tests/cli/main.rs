@@ -12,6 +12,8 @@ use tempfile::TempDir;
 mod bad_input;
 mod good_runs;
 mod info;
+mod sequences;
+mod transfer;
 
 /// Voxels along an axis of the test volume.
 const SIDE: usize = 32;

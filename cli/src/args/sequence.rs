@@ -1,0 +1,22 @@
+//! Options of several pictures in a row.
+//!
+//! Takes the words of the command line, gives plain values with the spelling already checked. What belongs together
+//! beyond one option is checked by clap; what depends on the name of the output is not known here.
+
+use clap::Args;
+
+/// Several pictures, one after another.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Several pictures")]
+pub(crate) struct SequenceArgs {
+    /// Go once around what is visible in N numbered pictures, from --orbit's azimuth on
+    #[arg(long, value_name = "N", conflicts_with = "camera",
+        value_parser = clap::value_parser!(u32).range(1..=MAX_STEPS))]
+    pub turntable: Option<u32>,
+    /// Draw only the pictures that do not exist yet; go on after Ctrl-C with the same options
+    #[arg(long)]
+    pub resume: bool,
+}
+
+/// Most steps of a turntable: an hour at 25 pictures a second is 90 000. More is a slip of the finger.
+const MAX_STEPS: i64 = 100_000;

@@ -1,0 +1,97 @@
+//! Pictures one after another, numbered.
+//!
+//! Takes a renderer and cameras, writes one file for each, and gives what was written. Between two pictures it looks
+//! whether Ctrl-C was pressed and then stops; pictures that exist can be kept, so that a run can be taken up again.
+//! Limits: a picture that exists is taken for whole (files appear only by renaming), and is not compared with the
+//! options of this run.
+
+use anyhow::Result;
+use indicatif::{ProgressBar, ProgressStyle};
+use resample_core::Camera;
+use volsplat::Renderer;
+
+use crate::interrupt::{self, Interrupted};
+use crate::output::FrameNames;
+use crate::picture::{self, Finish};
+use crate::report::{self, Verbosity, WrittenFrame};
+
+/// What is drawn, and to where.
+pub(crate) struct Sequence<'a> {
+    /// One camera per picture.
+    pub cameras: &'a [Camera],
+    /// One name per picture.
+    pub names: &'a FrameNames,
+    /// How every picture is finished.
+    pub finish: Finish,
+    /// What happens to pictures that exist.
+    pub existing: Existing,
+}
+
+/// What happens to pictures that exist.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Existing {
+    /// They are drawn again.
+    Replace,
+    /// They stay as they are.
+    Keep,
+}
+
+/// What became of a sequence.
+pub(crate) struct Outcome {
+    /// The pictures that were drawn, in order.
+    pub frames: Vec<WrittenFrame>,
+    /// How many pictures were there already.
+    pub kept: usize,
+    /// An error of the kind [`Interrupted`] if Ctrl-C ended it.
+    pub ending: Result<()>,
+}
+
+/// Draws the sequence.
+pub(crate) fn draw(renderer: &mut Renderer, sequence: &Sequence, verbosity: Verbosity) -> Result<Outcome> {
+    let (todo, kept) = todo(sequence);
+    let total = sequence.cameras.len();
+    // A single picture has no end that is worth waiting for.
+    let _patience = (total > 1).then(interrupt::patience);
+    let bar = progress(todo.len(), verbosity);
+    let mut frames = Vec::with_capacity(todo.len());
+    for (file, camera) in todo {
+        if interrupt::asked() {
+            break;
+        }
+        let frame = picture::draw(renderer, camera, file, &sequence.finish)?;
+        if verbosity == Verbosity::Verbose {
+            bar.suspend(|| report::say(&report::stage_line(&frame)));
+        }
+        frames.push(frame);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let ending = ending(kept + frames.len(), total);
+    Ok(Outcome { frames, kept, ending })
+}
+
+/// A bar with the time left; it hides itself where stderr is no terminal.
+pub(crate) fn progress(count: usize, verbosity: Verbosity) -> ProgressBar {
+    if count < 2 || verbosity == Verbosity::Quiet {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{wide_bar} {pos} of {len}, {eta} left");
+    ProgressBar::new(count as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+/// The pictures to draw, each with its camera, and the number of those that are kept.
+fn todo<'a>(sequence: &Sequence<'a>) -> (Vec<(std::path::PathBuf, &'a Camera)>, usize) {
+    let all =
+        sequence.cameras.iter().enumerate().map(|(index, camera)| (sequence.names.frame(index), camera));
+    let (kept, todo): (Vec<_>, Vec<_>) =
+        all.partition(|(file, _)| sequence.existing == Existing::Keep && file.is_file());
+    (todo, kept.len())
+}
+
+fn ending(done: usize, total: usize) -> Result<()> {
+    if done == total {
+        return Ok(());
+    }
+    let state = format!("{done} of {total} pictures are finished; --resume draws the rest");
+    Err(Interrupted { state }.into())
+}
