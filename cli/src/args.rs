@@ -4,13 +4,16 @@
 //! what a value leads to: `settings.rs` turns these structs into the options of the libraries, and `choices.rs` pairs
 //! the small enums with their twins in the libraries, which need not know clap. Defaults come from the libraries.
 
+mod transfer;
+
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use volsplat::input::{Endian, VoxelType};
-use volsplat::transfer::ColourMap;
 use volsplat::{RenderOptions, Subpixels};
+
+pub(crate) use transfer::{SpaceArg, TransferArgs};
 
 use crate::choices;
 use crate::values::{self, Axis, Orbit, Size};
@@ -156,24 +159,6 @@ pub(crate) struct VolumeArgs {
     pub component: Option<usize>,
 }
 
-/// How values become colour and opacity.
-#[derive(Args, Debug)]
-#[command(next_help_heading = "Transfer function")]
-pub(crate) struct TransferArgs {
-    /// Transfer function file, a colour map of ParaView (JSON) [default: made from the histogram]
-    #[arg(long, value_name = "FILE.json")]
-    pub transfer: Option<PathBuf>,
-    /// Colour space of the colours in the transfer function file
-    #[arg(long, value_name = "SPACE", value_enum, default_value = "linear")]
-    pub transfer_space: SpaceArg,
-    /// Colour map of the transfer function that is made from the histogram [default: viridis]
-    #[arg(long, alias = "colourmap", value_name = "NAME", conflicts_with = "transfer")]
-    pub colormap: Option<ColourMap>,
-    /// Length in world units over which an opacity is meant [default: the smallest distance between voxels]
-    #[arg(long, value_name = "LENGTH", value_parser = values::positive)]
-    pub opacity_unit: Option<f64>,
-}
-
 /// From where the volume is seen.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Camera")]
@@ -275,15 +260,6 @@ pub(crate) struct PictureArgs {
     /// Opaque background: white, black, #rrggbb, or R,G,B from 0 to 255 (sRGB) [default: transparent]
     #[arg(long, value_name = "COLOUR", value_parser = values::colour)]
     pub background: Option<[f32; 3]>,
-}
-
-/// Colour space of the colours in a transfer function file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum SpaceArg {
-    /// Proportional to light
-    Linear,
-    /// As on a screen
-    Srgb,
 }
 
 /// Perspective or parallel view.

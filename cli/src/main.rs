@@ -16,6 +16,7 @@ mod picture;
 mod report;
 mod sequence;
 mod settings;
+mod transfer;
 mod values;
 
 use std::process::ExitCode;

@@ -1,19 +1,19 @@
 //! From what was typed to the options of the libraries, and to the record of what was used.
 //!
-//! Takes the structs of `args.rs`, gives `LoadOptions`, `RenderOptions`, a transfer function and the `settings`
-//! object of the stats file. No file but the transfer function is touched here.
+//! Takes the structs of `args.rs`, gives `LoadOptions`, `RenderOptions` and the `settings` object of the
+//! stats file; `transfer.rs` does the same for the transfer function. No file is touched here.
 
 use anyhow::{Result, bail};
 use serde_json::{Value, json};
 use volsplat::input::RawOptions;
-use volsplat::transfer::Histogram;
 use volsplat::volume::NanPolicy;
-use volsplat::{DepthPlane, Light, LoadOptions, Order, RenderOptions, Subpixels, TransferFunction, Volume};
+use volsplat::{DepthPlane, Light, LoadOptions, Order, RenderOptions, Subpixels, Volume};
 
-use crate::args::{RenderArgs, TransferArgs, VolsplatArgs, VolumeArgs};
+use crate::args::{RenderArgs, VolsplatArgs, VolumeArgs};
 use crate::choices;
 use crate::framing;
 use crate::output::{Depth, Format};
+use crate::transfer;
 
 /// How the volume is read.
 pub(crate) fn load_options(args: &VolumeArgs) -> LoadOptions {
@@ -111,29 +111,11 @@ fn order(args: &RenderArgs) -> Result<Option<Order>> {
     }
 }
 
-/// How values become colour and opacity. Errors name the file.
-pub(crate) fn transfer_function(args: &TransferArgs, volume: &Volume) -> Result<TransferFunction> {
-    let encoding = choices::SPACE.library(args.transfer_space);
-    Ok(match &args.transfer {
-        Some(path) => TransferFunction::load_paraview(path, encoding, volume)?,
-        None => TransferFunction::automatic(&Histogram::of_volume(volume), args.colormap.unwrap_or_default()),
-    })
-}
-
 /// Everything that decided the pictures, for the stats file.
 pub(crate) fn record(args: &VolsplatArgs, options: &RenderOptions, format: Format, volume: &Volume) -> Value {
-    let colormap = match args.transfer.transfer {
-        Some(_) => None,
-        None => Some(args.transfer.colormap.unwrap_or_default()),
-    };
     json!({
         "volume": volume_record(args, volume),
-        "transfer": {
-            "file": args.transfer.transfer,
-            "space": choices::SPACE.name(choices::SPACE.library(args.transfer.transfer_space)),
-            "colormap": colormap.map(|map| map.name()),
-            "opacity_unit": options.opacity_unit.unwrap_or_else(|| volume.smallest_spacing()),
-        },
+        "transfer": transfer::record(&args.transfer, options.opacity_unit, volume),
         "camera": camera_record(args, volume),
         "render": render_record(options),
         "picture": picture_record(args, format),

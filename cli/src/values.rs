@@ -34,6 +34,15 @@ pub(crate) struct Axis {
     pub direction: DVec3,
 }
 
+/// A range of scalars by its middle and its extent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Window {
+    /// The scalar in the middle.
+    pub level: f64,
+    /// Distance of the ends, above 0.
+    pub width: f64,
+}
+
 /// `WxH`, each from 1 to the largest side of a camera.
 pub(crate) fn size(text: &str) -> Result<Size, String> {
     let expected =
@@ -137,6 +146,14 @@ pub(crate) fn orbit(text: &str) -> Result<Orbit, String> {
     Ok(Orbit { azimuth_deg, elevation_deg, distance })
 }
 
+/// `LEVEL,WIDTH`.
+pub(crate) fn window(text: &str) -> Result<Window, String> {
+    match numbers(text).as_deref() {
+        Some(&[level, width]) if width > 0.0 => Ok(Window { level, width }),
+        _ => Err("expected LEVEL,WIDTH such as 40,400, with a width above 0".into()),
+    }
+}
+
 /// `x`, `y`, `z`, `-x`, `-y` or `-z`.
 pub(crate) fn axis(text: &str) -> Result<Axis, String> {
     let direction = match text {
@@ -224,6 +241,14 @@ mod tests {
         assert_eq!(colour("#ff8000"), colour("255,128,0"), "both spellings of orange");
         for bad in ["#ff80", "#ff80zz", "256,0,0", "-1,0,0", "red", "#éé"] {
             assert!(colour(bad).is_err(), "{bad:?} is no colour");
+        }
+    }
+
+    #[test]
+    fn windows_have_a_level_and_a_width_above_0() {
+        assert_eq!(window("-600, 1500"), Ok(Window { level: -600.0, width: 1500.0 }), "a lung window");
+        for bad in ["40", "40,0", "40,-400", "1,2,3", "40,inf", ""] {
+            assert!(window(bad).is_err(), "{bad:?} is no window");
         }
     }
 

@@ -20,6 +20,7 @@ use crate::picture::{self, Finish};
 use crate::report::{self, RunStats, Verbosity};
 use crate::sequence::{self, Existing, Sequence};
 use crate::settings;
+use crate::transfer;
 use crate::values::Size;
 
 /// Picture size when neither the command line nor a camera file gives one.
@@ -119,7 +120,7 @@ fn loaded(args: &VolsplatArgs, options: RenderOptions) -> Result<Scene> {
     let volume = volsplat::load(&args.input, &settings::load_options(&args.volume))?;
     let load_ms = report::ms_since(start);
     let options = settings::suited_to(options, &args.render, &volume);
-    let transfer: TransferFunction = settings::transfer_function(&args.transfer, &volume)?;
+    let transfer: TransferFunction = transfer::function(&args.transfer, &volume)?;
     let start = Instant::now();
     let renderer = Renderer::new(&volume, &transfer, &options)
         .with_context(|| format!("{}: cannot be drawn", args.input.display()))?;

@@ -5,7 +5,7 @@ use std::io::Write;
 use super::{BALL, Bench, stderr};
 
 /// Runs and expects a refusal that names `named`; `out` stays empty.
-fn assert_refused(bench: &Bench, words: &str, named: &str) {
+pub(super) fn assert_refused(bench: &Bench, words: &str, named: &str) {
     let output = bench.run(words);
     let said = stderr(&output);
     assert_eq!(output.status.code(), Some(2), "`{words}` must end with code 2, stderr was: {said}");

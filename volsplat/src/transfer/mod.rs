@@ -13,6 +13,7 @@ use crate::{Error, Volume};
 pub mod colour_map;
 pub mod histogram;
 
+mod adjust;
 mod automatic;
 mod colour_space;
 mod curve;
@@ -97,6 +98,26 @@ impl TransferFunction {
         let opacities =
             knots.opacities.unwrap_or_else(|| automatic::opacities(&Histogram::of_volume(volume)));
         Self::new(knots.colours, opacities)
+    }
+
+    /// As [`TransferFunction::load_paraview`], with the file's knots moved to span the volume's values, as
+    /// [`TransferFunction::rescaled`] does it; for maps that are written over 0..1.
+    ///
+    /// Without `Points` only the colours are moved: the automatic opacity is that of the volume already.
+    pub fn load_paraview_rescaled(
+        path: &Path,
+        encoding: ColourEncoding,
+        volume: &Volume,
+    ) -> Result<Self, Error> {
+        let knots = paraview::load(path, encoding)?;
+        let (low, high) = volume.value_range();
+        let Some(opacities) = knots.opacities else {
+            // The one opacity knot lies on a colour knot, so the colours alone decide how all is moved.
+            let placeholder = OpacityKnot { value: knots.colours[0].value, opacity: 0.0 };
+            let colours = Self::new(knots.colours, vec![placeholder])?.rescaled(low, high).colours;
+            return Self::new(colours, automatic::opacities(&Histogram::of_volume(volume)));
+        };
+        Ok(Self::new(knots.colours, opacities)?.rescaled(low, high))
     }
 
     /// Linear RGB and opacity at a scalar; a NaN scalar gives the first knots.

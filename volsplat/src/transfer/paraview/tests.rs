@@ -3,7 +3,7 @@
 use glam::DAffine3;
 
 use super::*;
-use crate::transfer::TransferFunction;
+use crate::transfer::{ColourMap, Histogram, TransferFunction};
 use crate::volume::{Volume, Voxels};
 
 const COLOURS: &str = r#""RGBPoints": [0, 0, 0, 0,  10, 1, 0.5, 0]"#;
@@ -155,4 +155,24 @@ fn files_are_named_in_errors_and_absent_points_become_automatic() {
     let function = load().expect("valid");
     assert_eq!(function.opacity(0.0), 0.0, "the background vanishes");
     assert!(function.opacity(200.0) > 0.0, "the object stays");
+}
+
+#[test]
+fn rescaling_moves_the_file_to_the_volume_but_not_the_automatic_opacity() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let path = folder.path().join("map.json");
+    let values = [vec![50u8; 90], vec![200; 10]].concat();
+    let volume = Volume::new([100, 1, 1], Voxels::U8(values), DAffine3::IDENTITY).expect("valid");
+    let colours = r#""RGBPoints": [0, 0, 0, 0, 1, 1, 1, 1]"#;
+    let load = || TransferFunction::load_paraview_rescaled(&path, ColourEncoding::Linear, &volume);
+    std::fs::write(&path, format!(r#"{{{colours}, "Points": [0, 0, 0.5, 0, 0.5, 1, 0.5, 0]}}"#))
+        .expect("write");
+    let function = load().expect("valid");
+    assert_eq!(function.value_range(), (50.0, 200.0), "both kinds of knots span the volume");
+    assert_eq!((function.opacity(87.5), function.opacity(125.0)), (0.5, 1.0), "opacity keeps its shape");
+    std::fs::write(&path, format!("{{{colours}}}")).expect("write");
+    let function = load().expect("valid");
+    let automatic = TransferFunction::automatic(&Histogram::of_volume(&volume), ColourMap::default());
+    assert_eq!(function.opacity_knots(), automatic.opacity_knots(), "automatic opacity stays");
+    assert_eq!((function.colour(50.0), function.colour(200.0)), ([0.0; 3], [1.0; 3]), "colours are moved");
 }

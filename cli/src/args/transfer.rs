@@ -1,0 +1,51 @@
+//! What was typed about the transfer function; see `args.rs`.
+//!
+//! Takes words, gives plain values. A function comes from one of four places: a file, a window, a preset or the
+//! histogram; clap refuses two of them together. What changes a function goes with each of them.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use volsplat::transfer::ColourMap;
+
+use crate::values::{self, Window};
+
+/// How values become colour and opacity.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Transfer function")]
+pub(crate) struct TransferArgs {
+    /// Transfer function file, a colour map of ParaView (JSON) [default: made from the histogram]
+    #[arg(long, value_name = "FILE.json")]
+    pub transfer: Option<PathBuf>,
+    /// Colour space of the colours in the transfer function file
+    #[arg(long, value_name = "SPACE", value_enum, default_value = "linear")]
+    pub transfer_space: SpaceArg,
+    /// Move the file's knots, from the first to the last, to the range of the volume's values
+    ///
+    /// For colour maps that are written over 0 to 1. Opacity that the file does not give is made from the histogram and
+    /// is not moved.
+    #[arg(long, requires = "transfer")]
+    pub rescale_transfer: bool,
+    /// Values LEVEL - WIDTH/2 to LEVEL + WIDTH/2 span the colour map and an opacity from 0 to 1, as in CT: 40,400
+    #[arg(long, value_name = "LEVEL,WIDTH", value_parser = values::window, allow_hyphen_values = true,
+        conflicts_with = "transfer")]
+    pub window: Option<Window>,
+    /// Colour map of the window, or of the transfer function that is made from the histogram [default: viridis]
+    #[arg(long, alias = "colourmap", value_name = "NAME", conflicts_with = "transfer")]
+    pub colormap: Option<ColourMap>,
+    /// Multiply the extinction of any transfer function: an opacity A becomes 1 - (1 - A)^S
+    #[arg(long, value_name = "S", value_parser = values::positive, default_value = "1")]
+    pub opacity_scale: f64,
+    /// Length in world units over which an opacity is meant [default: the smallest distance between voxels]
+    #[arg(long, value_name = "LENGTH", value_parser = values::positive)]
+    pub opacity_unit: Option<f64>,
+}
+
+/// Colour space of the colours in a transfer function file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SpaceArg {
+    /// Proportional to light
+    Linear,
+    /// As on a screen
+    Srgb,
+}

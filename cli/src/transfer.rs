@@ -1,0 +1,56 @@
+//! From what was typed to the transfer function, and to its part of the stats file's settings.
+//!
+//! Takes `TransferArgs` and the volume, gives the function. Where neither a file nor a window is given, the function is
+//! made from the volume's histogram. No file but the transfer function's own is read here.
+
+use anyhow::Result;
+use serde_json::{Value, json};
+use volsplat::transfer::{ColourMap, Histogram};
+use volsplat::{TransferFunction, Volume};
+
+use crate::args::TransferArgs;
+use crate::choices;
+
+/// How values become colour and opacity. Errors name the file or the option.
+pub(crate) fn function(args: &TransferArgs, volume: &Volume) -> Result<TransferFunction> {
+    let function = unscaled(args, volume)?;
+    if args.opacity_scale == 1.0 {
+        // Not even a rounding error where nothing was asked for.
+        return Ok(function);
+    }
+    Ok(function.with_opacity_scaled(args.opacity_scale)?)
+}
+
+/// The transfer function's part of the settings in the stats file.
+pub(crate) fn record(args: &TransferArgs, opacity_unit: Option<f64>, volume: &Volume) -> Value {
+    json!({
+        "file": args.transfer,
+        "space": choices::SPACE.name(choices::SPACE.library(args.transfer_space)),
+        "rescaled": args.rescale_transfer,
+        "window": args.window.map(|window| [window.level, window.width]),
+        "colormap": colour_map(args).map(|map| map.name()),
+        "opacity_scale": args.opacity_scale,
+        "opacity_unit": opacity_unit.unwrap_or_else(|| volume.smallest_spacing()),
+    })
+}
+
+fn unscaled(args: &TransferArgs, volume: &Volume) -> Result<TransferFunction> {
+    let encoding = choices::SPACE.library(args.transfer_space);
+    let map = args.colormap.unwrap_or_default();
+    Ok(match (&args.transfer, args.window) {
+        (Some(path), _) if args.rescale_transfer => {
+            TransferFunction::load_paraview_rescaled(path, encoding, volume)?
+        }
+        (Some(path), _) => TransferFunction::load_paraview(path, encoding, volume)?,
+        (None, Some(window)) => TransferFunction::window(window.level, window.width, map)?,
+        (None, None) => TransferFunction::automatic(&Histogram::of_volume(volume), map),
+    })
+}
+
+/// The named colour map that is used, if one is.
+fn colour_map(args: &TransferArgs) -> Option<ColourMap> {
+    match args.transfer {
+        Some(_) => None,
+        None => Some(args.colormap.unwrap_or_default()),
+    }
+}

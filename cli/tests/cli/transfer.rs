@@ -1,0 +1,88 @@
+//! Transfer functions as they are asked for on the command line, seen in the pictures and in the stats.
+
+use std::fs;
+
+use serde_json::{Value, json};
+
+use super::bad_input::assert_refused;
+use super::{Bench, assert_good, read_png};
+
+/// A white map over 0..1 that becomes opaque at its upper end.
+const UNIT_MAP: &str = r#"[{"ColorSpace": "RGB", "RGBPoints": [0, 1, 1, 1, 1, 1, 1, 1],
+    "Points": [0, 0, 0.5, 0, 1, 1, 0.5, 0]}]"#;
+
+/// Draws the ball and gives the alpha of its middle and what the stats say of the transfer function.
+fn drawn(bench: &Bench, words: &str) -> (u8, Value) {
+    assert_good(&bench.draw(&format!("--size 24x24 -o out/a.png --stats out/s.json {words}")));
+    let (.., rgba) = read_png(&bench.path("out/a.png"));
+    let text = fs::read_to_string(bench.path("out/s.json")).expect("a stats file");
+    let stats: Value = serde_json::from_str(&text).expect("a JSON file");
+    (rgba[(12 * 24 + 12) * 4 + 3], stats["settings"]["transfer"].clone())
+}
+
+#[test]
+fn a_window_decides_what_is_seen() {
+    let bench = Bench::new();
+    let (low, record) = drawn(&bench, "--window 100,200 --colormap magma");
+    assert_eq!(low, 255, "the ball's values lie in the window");
+    assert_eq!(
+        (&record["window"], &record["colormap"]),
+        (&json!([100.0, 200.0]), &json!("magma")),
+        "{record}"
+    );
+    let (beyond, record) = drawn(&bench, "--window 500,200");
+    assert_eq!(beyond, 0, "no value of the ball reaches 400");
+    assert_eq!(record["colormap"], "viridis", "{record}");
+    // A CT window may lie below 0.
+    assert_eq!(drawn(&bench, "--window -600,1500").1["window"], json!([-600.0, 1500.0]));
+}
+
+#[test]
+fn the_opacity_scale_scales_every_function() {
+    let bench = Bench::new();
+    bench.write("tf.json", UNIT_MAP.as_bytes());
+    for words in ["", "--window 500,1000", "--transfer tf.json --rescale-transfer"] {
+        let alphas =
+            ["0.02", "0.05", "0.2"].map(|scale| drawn(&bench, &format!("{words} --opacity-scale {scale}")).0);
+        assert!(
+            alphas[0] < alphas[1] && alphas[1] < alphas[2],
+            "`{words}`: alpha grows with the scale: {alphas:?}"
+        );
+        // Alpha is 1 - exp(-scale * x), with the same x; the codes are rounded, and below 255 by some.
+        let depth = |alpha: u8| -(1.0 - f64::from(alpha) / 255.0).ln();
+        let ratio = depth(alphas[1]) / depth(alphas[0]);
+        assert!((ratio - 2.5).abs() < 0.3, "`{words}`: extinction grows by 2.5, not {ratio}: {alphas:?}");
+    }
+    assert_eq!(drawn(&bench, "--opacity-scale 2.5").1["opacity_scale"], 2.5);
+}
+
+#[test]
+fn a_map_over_the_unit_interval_is_moved_to_the_volume() {
+    let bench = Bench::new();
+    bench.write("tf.json", UNIT_MAP.as_bytes());
+    // Almost every value of the ball is above 1, so that its rim is opaque; moved, the rim is faint.
+    let visible = |words: &str| {
+        let record = drawn(&bench, words).1;
+        let (.., rgba) = read_png(&bench.path("out/a.png"));
+        (rgba.chunks(4).filter(|pixel| pixel[3] > 200).count(), record)
+    };
+    let (as_written, record) = visible("--transfer tf.json");
+    assert_eq!(record["rescaled"], false, "{record}");
+    let (moved, record) = visible("--transfer tf.json --rescale-transfer");
+    assert_eq!(record["rescaled"], true, "{record}");
+    assert!(moved < as_written, "opaque pixels: {as_written} as written, {moved} moved");
+}
+
+#[test]
+fn contradictions_and_bad_numbers_are_refused() {
+    let bench = Bench::new();
+    bench.write("tf.json", UNIT_MAP.as_bytes());
+    let refused = |words: &str, named: &str| {
+        assert_refused(&bench, &format!("volsplat ball.raw {} -o out/a.png {words}", super::BALL), named);
+    };
+    refused("--window 40,400 --transfer tf.json", "--transfer");
+    refused("--window 40", "LEVEL,WIDTH");
+    refused("--window 40,0", "width above 0");
+    refused("--opacity-scale 0", "--opacity-scale");
+    refused("--rescale-transfer", "--transfer");
+}
