@@ -1,6 +1,6 @@
 //! From what was typed to the transfer function, and to its part of the stats file's settings.
 //!
-//! Takes `TransferArgs` and the volume, gives the function. Where neither a file nor a window is given, the function is
+//! Takes `TransferArgs` and the volume, gives the function. Where neither a file, a window nor a preset is given, the function is
 //! made from the volume's histogram. No file but the transfer function's own is read here.
 
 use anyhow::Result;
@@ -21,6 +21,13 @@ pub(crate) fn function(args: &TransferArgs, volume: &Volume) -> Result<TransferF
     Ok(function.with_opacity_scaled(args.opacity_scale)?)
 }
 
+/// A warning where a preset does not suit the volume.
+pub(crate) fn warning(args: &TransferArgs, volume: &Volume) -> Option<String> {
+    let preset = args.preset?;
+    let why = preset.mismatch(volume)?;
+    Some(format!("warning: --preset {} expects Hounsfield units, but {why}", preset.name()))
+}
+
 /// The transfer function's part of the settings in the stats file.
 pub(crate) fn record(args: &TransferArgs, opacity_unit: Option<f64>, volume: &Volume) -> Value {
     json!({
@@ -28,6 +35,7 @@ pub(crate) fn record(args: &TransferArgs, opacity_unit: Option<f64>, volume: &Vo
         "space": choices::SPACE.name(choices::SPACE.library(args.transfer_space)),
         "rescaled": args.rescale_transfer,
         "window": args.window.map(|window| [window.level, window.width]),
+        "preset": args.preset.map(|preset| preset.name()),
         "colormap": colour_map(args).map(|map| map.name()),
         "opacity_scale": args.opacity_scale,
         "opacity_unit": opacity_unit.unwrap_or_else(|| volume.smallest_spacing()),
@@ -37,6 +45,9 @@ pub(crate) fn record(args: &TransferArgs, opacity_unit: Option<f64>, volume: &Vo
 fn unscaled(args: &TransferArgs, volume: &Volume) -> Result<TransferFunction> {
     let encoding = choices::SPACE.library(args.transfer_space);
     let map = args.colormap.unwrap_or_default();
+    if let Some(preset) = args.preset {
+        return Ok(preset.transfer(&Histogram::of_volume(volume)));
+    }
     Ok(match (&args.transfer, args.window) {
         (Some(path), _) if args.rescale_transfer => {
             TransferFunction::load_paraview_rescaled(path, encoding, volume)?
@@ -49,8 +60,8 @@ fn unscaled(args: &TransferArgs, volume: &Volume) -> Result<TransferFunction> {
 
 /// The named colour map that is used, if one is.
 fn colour_map(args: &TransferArgs) -> Option<ColourMap> {
-    match args.transfer {
-        Some(_) => None,
-        None => Some(args.colormap.unwrap_or_default()),
+    if args.transfer.is_some() || args.preset.is_some() {
+        return None;
     }
+    Some(args.colormap.unwrap_or_default())
 }

@@ -6,7 +6,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use volsplat::transfer::ColourMap;
+use volsplat::transfer::{ColourMap, Preset};
 
 use crate::values::{self, Window};
 
@@ -30,6 +30,12 @@ pub(crate) struct TransferArgs {
     #[arg(long, value_name = "LEVEL,WIDTH", value_parser = values::window, allow_hyphen_values = true,
         conflicts_with = "transfer")]
     pub window: Option<Window>,
+    /// Ready-made function: ct-bone, ct-soft-tissue, ct-vessels, ct-skin, ct-lung or mr-head; list describes them
+    ///
+    /// Those for CT expect Hounsfield units, that for MR takes the range of the volume's values. Opacities are per voxel,
+    /// unless --opacity-unit says otherwise.
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["transfer", "window", "colormap"])]
+    pub preset: Option<Preset>,
     /// Colour map of the window, or of the transfer function that is made from the histogram [default: viridis]
     #[arg(long, alias = "colourmap", value_name = "NAME", conflicts_with = "transfer")]
     pub colormap: Option<ColourMap>,

@@ -5,7 +5,7 @@ use std::fs;
 use serde_json::{Value, json};
 
 use super::bad_input::assert_refused;
-use super::{Bench, assert_good, read_png};
+use super::{Bench, assert_good, read_png, stderr};
 
 /// A white map over 0..1 that becomes opaque at its upper end.
 const UNIT_MAP: &str = r#"[{"ColorSpace": "RGB", "RGBPoints": [0, 1, 1, 1, 1, 1, 1, 1],
@@ -74,6 +74,31 @@ fn a_map_over_the_unit_interval_is_moved_to_the_volume() {
 }
 
 #[test]
+fn a_preset_draws_hounsfield_units_and_warns_of_others() {
+    let bench = Bench::new();
+    // The ball in steps of 8 above air: its middle is dense bone.
+    let hounsfield = super::ball().into_iter().map(|v| i16::from(v) * 8 - 1000);
+    bench.write("ct.raw", &hounsfield.flat_map(i16::to_le_bytes).collect::<Vec<_>>());
+    let ct = "volsplat ct.raw --dims 32,32,32 --type i16 --size 24x24 -o out/a.png --preset";
+    for name in ["ct-bone", "ct-soft-tissue", "ct-vessels", "ct-skin", "ct-lung", "mr-head"] {
+        let output = bench.run(&format!("{ct} {name}"));
+        assert_good(&output);
+        assert!(!stderr(&output).contains("warning"), "{name} suits the volume: {}", stderr(&output));
+        let (.., rgba) = read_png(&bench.path("out/a.png"));
+        assert!(rgba[(12 * 24 + 12) * 4 + 3] > 64, "{name} shows the middle of the ball");
+    }
+    let output = bench.draw("--size 24x24 -o out/a.png --preset ct-bone");
+    assert_good(&output);
+    let said = stderr(&output);
+    assert!(
+        said.contains("warning: --preset ct-bone expects Hounsfield units") && said.contains("8 bits"),
+        "{said}"
+    );
+    let record = drawn(&bench, "--preset mr-head").1;
+    assert_eq!((&record["preset"], &record["colormap"]), (&json!("mr-head"), &Value::Null), "{record}");
+}
+
+#[test]
 fn contradictions_and_bad_numbers_are_refused() {
     let bench = Bench::new();
     bench.write("tf.json", UNIT_MAP.as_bytes());
@@ -85,4 +110,9 @@ fn contradictions_and_bad_numbers_are_refused() {
     refused("--window 40,0", "width above 0");
     refused("--opacity-scale 0", "--opacity-scale");
     refused("--rescale-transfer", "--transfer");
+    refused("--preset ct-bone --window 40,400", "--window");
+    refused("--preset ct-bone --transfer tf.json", "--transfer");
+    for line in ["ct-bone         bone alone", "mr-head         a head in MR"] {
+        refused("--preset list", line);
+    }
 }

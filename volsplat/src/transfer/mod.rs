@@ -12,6 +12,7 @@ use crate::{Error, Volume};
 
 pub mod colour_map;
 pub mod histogram;
+pub mod presets;
 
 mod adjust;
 mod automatic;
@@ -21,6 +22,7 @@ mod paraview;
 
 pub use colour_map::ColourMap;
 pub use histogram::Histogram;
+pub use presets::{Preset, PresetScale};
 
 /// Scalar to colour and opacity, both piecewise linear.
 #[derive(Clone, Debug, PartialEq)]
