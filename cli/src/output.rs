@@ -5,8 +5,10 @@
 //! The format of a picture follows from its extension.
 
 mod exr;
+mod film;
 mod names;
 mod png;
+mod video;
 
 use std::fs;
 use std::io::{BufWriter, Seek, Write};
@@ -18,6 +20,7 @@ use tempfile::NamedTempFile;
 
 use crate::interrupt::{self, Listed};
 
+pub(crate) use film::{DEFAULT_FPS, Film, FilmKind, FilmPlan, kind_of};
 pub(crate) use names::FrameNames;
 pub(crate) use png::Depth;
 
@@ -54,7 +57,10 @@ pub(crate) fn format_of(path: &Path, bits: Option<u8>) -> Result<Format> {
         (Some("exr"), Some(_)) => {
             bail!("{}: an EXR file always has 32 bits per channel: leave --bits out", path.display())
         }
-        _ => bail!("{}: unknown picture format: the name must end in .png or .exr", path.display()),
+        _ => bail!(
+            "{}: unknown picture format: the name must end in .png or .exr (animations: .apng, .mp4, .webm, .mkv)",
+            path.display()
+        ),
     }
 }
 

@@ -48,7 +48,7 @@ pub(crate) struct RunStats {
 /// One picture that was written.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct WrittenFrame {
-    /// Its file.
+    /// Its file; all pictures of an animation share one.
     pub file: PathBuf,
     /// Size of the file, bytes.
     pub file_bytes: u64,
@@ -94,6 +94,10 @@ pub(crate) fn summary(frames: &[WrittenFrame], seconds: f64) -> String {
             _ => "wrote nothing".to_owned(),
         };
     };
+    if first.file == last.file {
+        let (count, film) = (frames.len(), described(first));
+        return format!("wrote {count} pictures as {film} in {seconds:.2} s");
+    }
     let bytes = frames.iter().map(|frame| frame.file_bytes).sum();
     let (count, size) = (frames.len(), human_bytes(bytes));
     let (first, last) = (first.file.display(), last.file.display());
@@ -173,6 +177,9 @@ mod tests {
         let several = [frame("a_0000.png"), frame("a_0001.png")];
         let expected = "wrote 2 pictures, a_0000.png to a_0001.png (3.0 kB) in 2.00 s";
         assert_eq!(summary(&several, 2.0), expected, "several");
+        let film = [frame("a.apng"), frame("a.apng")];
+        let expected = "wrote 2 pictures as a.apng (8x6, 1.5 kB) in 2.00 s";
+        assert_eq!(summary(&film, 2.0), expected, "an animation is one file");
     }
 
     #[test]

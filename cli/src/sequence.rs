@@ -1,6 +1,6 @@
-//! Pictures one after another, numbered.
+//! Pictures one after another, numbered or as one animation.
 //!
-//! Takes a renderer and cameras, writes one file for each, and gives what was written. Between two pictures it looks
+//! Takes a renderer and cameras, writes one file for each or one for all, and gives what was written. Between two pictures it looks
 //! whether Ctrl-C was pressed and then stops; pictures that exist can be kept, so that a run can be taken up again.
 //! Limits: a picture that exists is taken for whole (files appear only by renaming), and is not compared with the
 //! options of this run.
@@ -11,8 +11,8 @@ use resample_core::Camera;
 use volsplat::Renderer;
 
 use crate::interrupt::{self, Interrupted};
-use crate::output::FrameNames;
-use crate::picture::{self, Finish};
+use crate::output::{Film, FilmPlan, FrameNames};
+use crate::picture::{self, Drawn, Finish};
 use crate::report::{self, Verbosity, WrittenFrame};
 
 /// What is drawn, and to where.
@@ -68,6 +68,37 @@ pub(crate) fn draw(renderer: &mut Renderer, sequence: &Sequence, verbosity: Verb
     bar.finish_and_clear();
     let ending = ending(kept + frames.len(), total);
     Ok(Outcome { frames, kept, ending })
+}
+
+/// Draws the sequence into one animation.
+pub(crate) fn draw_film(
+    renderer: &mut Renderer,
+    sequence: &Sequence,
+    plan: &FilmPlan,
+    verbosity: Verbosity,
+) -> Result<Outcome> {
+    let (cameras, file) = (sequence.cameras, &plan.path);
+    let size = cameras.first().map_or([1; 2], |camera| [camera.width, camera.height]);
+    let _patience = (cameras.len() > 1).then(interrupt::patience);
+    let mut film = Film::begin(plan, size, u32::try_from(cameras.len())?)?;
+    let bar = progress(cameras.len(), verbosity);
+    let mut frames = Vec::with_capacity(cameras.len());
+    for camera in cameras {
+        if interrupt::asked() {
+            bar.finish_and_clear();
+            let state = format!("{} is not written", file.display());
+            return Ok(Outcome { frames: Vec::new(), kept: 0, ending: Err(Interrupted { state }.into()) });
+        }
+        let Drawn { image, stats } = picture::render(renderer, camera, sequence.finish.background)?;
+        film.add(&image)?;
+        let (width, height) = (image.width, image.height);
+        frames.push(WrittenFrame { file: file.clone(), file_bytes: 0, width, height, stats });
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let file_bytes = film.finish()?;
+    frames.iter_mut().for_each(|frame| frame.file_bytes = file_bytes);
+    Ok(Outcome { frames, kept: 0, ending: Ok(()) })
 }
 
 /// A bar with the time left; it hides itself where stderr is no terminal.

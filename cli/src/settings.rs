@@ -12,7 +12,7 @@ use volsplat::{DepthPlane, Light, LoadOptions, Order, RenderOptions, Subpixels, 
 use crate::args::{RenderArgs, VolsplatArgs, VolumeArgs};
 use crate::choices;
 use crate::framing;
-use crate::output::{Depth, Format};
+use crate::output::{self, Depth, Format};
 use crate::transfer;
 
 /// How the volume is read.
@@ -162,7 +162,14 @@ fn picture_record(args: &VolsplatArgs, format: Format) -> Value {
         Format::Png(Depth::Sixteen) => Some(16),
         Format::Exr => None,
     };
-    json!({ "output": args.output, "bits": bits, "background_linear": args.picture.background })
+    // The name has been checked by now.
+    let film = output::kind_of(&args.output, None).ok().flatten();
+    json!({
+        "output": args.output,
+        "bits": bits,
+        "background_linear": args.picture.background,
+        "fps": film.map(|_| args.sequence.fps.unwrap_or(output::DEFAULT_FPS)),
+    })
 }
 
 fn render_record(options: &RenderOptions) -> Value {

@@ -16,7 +16,13 @@ pub(crate) struct SequenceArgs {
     /// Draw only the pictures that do not exist yet; go on after Ctrl-C with the same options
     #[arg(long)]
     pub resume: bool,
+    /// Pictures per second of an animation [default: 25]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MAX_FPS))]
+    pub fps: Option<u16>,
 }
 
 /// Most steps of a turntable: an hour at 25 pictures a second is 90 000. More is a slip of the finger.
 const MAX_STEPS: i64 = 100_000;
+
+/// Most pictures per second: more than any screen shows.
+const MAX_FPS: i64 = 1_000;

@@ -6,7 +6,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use glam::DVec3;
 use resample_core::Camera;
 use volsplat::{RenderOptions, Renderer, TransferFunction, Volume};
@@ -15,7 +15,7 @@ use crate::args::{CameraArgs, ProjectionArg, VolsplatArgs};
 use crate::camera_file::{self, CameraDefaults, CameraFile};
 use crate::framing::{self, Lens, View};
 use crate::interrupt;
-use crate::output::{self, Format, FrameNames};
+use crate::output::{self, Depth, FilmKind, FilmPlan, Format, FrameNames};
 use crate::picture::{self, Finish};
 use crate::report::{self, RunStats, Verbosity};
 use crate::sequence::{self, Existing, Sequence};
@@ -29,6 +29,7 @@ const DEFAULT_SIZE: Size = Size { width: 800, height: 800 };
 /// What is known before the volume is read.
 struct Plan {
     names: FrameNames,
+    film: Option<FilmPlan>,
     finish: Finish,
     cameras: Option<CameraFile>,
 }
@@ -59,7 +60,10 @@ pub(crate) fn run(args: &VolsplatArgs, verbosity: Verbosity) -> Result<()> {
     }
     let existing = if args.sequence.resume { Existing::Keep } else { Existing::Replace };
     let sequence = Sequence { cameras: &cameras, names: &plan.names, finish: plan.finish, existing };
-    let outcome = sequence::draw(&mut renderer, &sequence, verbosity)?;
+    let outcome = match &plan.film {
+        Some(film) => sequence::draw_film(&mut renderer, &sequence, film, verbosity)?,
+        None => sequence::draw(&mut renderer, &sequence, verbosity)?,
+    };
     stats.frames = outcome.frames;
     stats.peak_bytes = report::peak_bytes();
     if let Some(path) = &args.stats {
@@ -89,14 +93,43 @@ fn stats_before_drawing(args: &VolsplatArgs, format: Format, scene: &Scene) -> R
 }
 
 fn checked_plan(args: &VolsplatArgs) -> Result<Plan> {
-    let format = output::format_of(&args.output, args.picture.bits)?;
+    let film = film_plan(args)?;
+    let format = match film.as_ref().map(|film| film.kind) {
+        Some(FilmKind::Png(depth)) => Format::Png(depth),
+        Some(FilmKind::Video(_)) => Format::Png(Depth::Eight),
+        None => output::format_of(&args.output, args.picture.bits)?,
+    };
     let cameras = args.camera.camera.as_deref().map(|path| read_cameras(path, &args.camera)).transpose()?;
     let names = match (&cameras, args.sequence.turntable) {
         (Some(CameraFile::List(_)), _) | (_, Some(_)) => FrameNames::numbered(&args.output)?,
+        _ if film.is_some() => FrameNames::Single(args.output.clone()),
         _ => FrameNames::single(&args.output)?,
     };
     check_targets(args, &names.frame(0))?;
-    Ok(Plan { names, finish: Finish { format, background: args.picture.background }, cameras })
+    // A video cannot be transparent.
+    let opaque = matches!(film, Some(FilmPlan { kind: FilmKind::Video(_), .. }));
+    let background = args.picture.background.or(opaque.then_some([0.0; 3]));
+    Ok(Plan { names, film, finish: Finish { format, background }, cameras })
+}
+
+/// The animation that the name of the output asks for.
+fn film_plan(args: &VolsplatArgs) -> Result<Option<FilmPlan>> {
+    let name = args.output.display();
+    let Some(kind) = output::kind_of(&args.output, args.picture.bits)? else {
+        if args.sequence.fps.is_some() {
+            bail!(
+                "{name}: --fps is for animations, and the name must then end in .apng, .mp4, .webm or .mkv"
+            );
+        }
+        return Ok(None);
+    };
+    if args.sequence.resume {
+        bail!("{name}: --resume is for numbered pictures; an animation is written whole or not at all");
+    }
+    let fps = args.sequence.fps.unwrap_or(output::DEFAULT_FPS);
+    let film = FilmPlan { path: args.output.clone(), kind, fps };
+    film.check_tools()?;
+    Ok(Some(film))
 }
 
 fn read_cameras(path: &Path, args: &CameraArgs) -> Result<CameraFile> {
@@ -146,6 +179,9 @@ fn cameras(args: &VolsplatArgs, plan: &Plan, scene: &Scene) -> Result<Vec<Camera
             .with_context(|| args.camera.camera.as_deref().unwrap_or(Path::new("")).display().to_string())?,
     };
     cameras.iter().try_for_each(picture::check_size)?;
+    if let Some(film) = &plan.film {
+        film.check_sizes(&cameras)?;
+    }
     Ok(cameras)
 }
 

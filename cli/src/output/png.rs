@@ -23,7 +23,15 @@ pub(crate) enum Depth {
 
 /// Writes `image` to `file`.
 pub(super) fn write(file: impl Write, image: &Image, depth: Depth) -> Result<()> {
-    let mut encoder = Encoder::new(file, u32::try_from(image.width)?, u32::try_from(image.height)?);
+    let size = [u32::try_from(image.width)?, u32::try_from(image.height)?];
+    let mut writer = encoder(file, size, depth).write_header()?;
+    writer.write_image_data(&bytes(image, depth))?;
+    Ok(writer.finish()?)
+}
+
+/// An encoder for pictures of `size` pixels, width and height.
+pub(super) fn encoder<W: Write>(file: W, size: [u32; 2], depth: Depth) -> Encoder<'static, W> {
+    let mut encoder = Encoder::new(file, size[0], size[1]);
     encoder.set_color(ColorType::Rgba);
     encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
     // The stronger levels take forty times as long for a third of the size.
@@ -32,13 +40,20 @@ pub(super) fn write(file: impl Write, image: &Image, depth: Depth) -> Result<()>
         Depth::Eight => BitDepth::Eight,
         Depth::Sixteen => BitDepth::Sixteen,
     });
-    let mut writer = encoder.write_header()?;
-    let bytes: Vec<u8> = match depth {
+    encoder
+}
+
+/// The pixels of a picture as a PNG has them: red, green, blue and alpha, sixteen bits with the high byte first.
+pub(super) fn bytes(image: &Image, depth: Depth) -> Vec<u8> {
+    match depth {
         Depth::Eight => image.rgba.par_iter().flat_map_iter(|&pixel| eight_bits(pixel)).collect(),
         Depth::Sixteen => image.rgba.par_iter().flat_map_iter(|&pixel| sixteen_bits(pixel)).collect(),
-    };
-    writer.write_image_data(&bytes)?;
-    Ok(writer.finish()?)
+    }
+}
+
+/// Red, green and blue of an opaque picture, 8 bits in sRGB.
+pub(super) fn opaque_bytes(image: &Image) -> Vec<u8> {
+    image.rgba.par_iter().flat_map_iter(|&pixel| eight_bits(pixel).into_iter().take(3)).collect()
 }
 
 fn eight_bits(pixel: [f32; 4]) -> [u8; 4] {

@@ -9,6 +9,7 @@ use std::process::{Command, Output};
 
 use tempfile::TempDir;
 
+mod animations;
 mod bad_input;
 mod good_runs;
 mod info;

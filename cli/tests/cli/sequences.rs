@@ -37,8 +37,7 @@ fn a_turntable_goes_once_around() {
 #[test]
 fn a_turntable_refuses_a_camera_file_and_no_step() {
     let bench = Bench::new();
-    for words in ["--turntable 4 --camera cam.json", "--turntable 0", "--turntable 100001"]
-    {
+    for words in ["--turntable 4 --camera cam.json", "--turntable 0", "--turntable 100001"] {
         let output = bench.draw(&format!("-o out/a.png {words}"));
         assert_eq!(output.status.code(), Some(2), "`{words}` is refused: {}", stderr(&output));
         assert!(stderr(&output).contains("--turntable"), "`{words}` is named: {}", stderr(&output));

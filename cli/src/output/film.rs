@@ -1,0 +1,155 @@
+//! Animations: all pictures of a run in one file, an animated PNG or a video.
+//!
+//! Takes pictures of one size, one after another, and gives a file that appears whole or not at all. An animated
+//! PNG keeps transparency and every bit; a video is made by the program `ffmpeg`, and is opaque. The kind follows
+//! from the extension. Limits: a video needs `ffmpeg` on the PATH and an even width and height.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use png::Writer;
+use resample_core::{Camera, Image};
+use tempfile::NamedTempFile;
+
+use super::png::Depth;
+use super::video::{self, Container};
+use super::{Listed, WriteFailure, folder_of, png as picture_png, temporary_file};
+
+/// Kind of an animation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum FilmKind {
+    /// Animated PNG.
+    Png(Depth),
+    /// Video, made by `ffmpeg`.
+    Video(Container),
+}
+
+/// An animation to make.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct FilmPlan {
+    /// Its file.
+    pub path: PathBuf,
+    /// Its kind.
+    pub kind: FilmKind,
+    /// Pictures per second, at least 1.
+    pub fps: u16,
+}
+
+/// An animation in the making. Dropped before [`Film::finish`], it leaves nothing.
+pub(crate) struct Film {
+    // The order matters: what writes to the file ends before the file is removed.
+    sink: Sink,
+    file: NamedTempFile,
+    _listed: Listed,
+    path: PathBuf,
+}
+
+enum Sink {
+    Png(Box<Writer<File>>, Depth),
+    Video(video::Pipe),
+}
+
+/// Pictures per second when nothing is asked for, as films in Europe have it.
+pub(crate) const DEFAULT_FPS: u16 = 25;
+
+/// The kind of animation that the extension of `path` asks for; `None` if it is no animation.
+pub(crate) fn kind_of(path: &Path, bits: Option<u8>) -> Result<Option<FilmKind>> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    let container = match extension.as_deref() {
+        Some("apng") => {
+            let depth = if bits == Some(16) { Depth::Sixteen } else { Depth::Eight };
+            return Ok(Some(FilmKind::Png(depth)));
+        }
+        Some("mp4") => Container::Mp4,
+        Some("webm") => Container::WebM,
+        Some("mkv") => Container::Matroska,
+        _ => return Ok(None),
+    };
+    if bits.is_some() {
+        bail!("{}: a video always has 8 bits per channel: leave --bits out", path.display());
+    }
+    Ok(Some(FilmKind::Video(container)))
+}
+
+impl FilmPlan {
+    /// Checks what is needed beside the pictures: a video needs `ffmpeg`.
+    pub(crate) fn check_tools(&self) -> Result<()> {
+        match self.kind {
+            FilmKind::Png(_) => Ok(()),
+            FilmKind::Video(_) => video::check_ffmpeg(&self.path),
+        }
+    }
+
+    /// Checks that all pictures have one size that the animation can have.
+    pub(crate) fn check_sizes(&self, cameras: &[Camera]) -> Result<()> {
+        let size = |camera: &Camera| (camera.width, camera.height);
+        let Some(first) = cameras.first().map(size) else { return Ok(()) };
+        let (path, (width, height)) = (self.path.display(), first);
+        if let Some((index, other)) = cameras.iter().map(size).enumerate().find(|(_, other)| *other != first)
+        {
+            bail!(
+                "{path}: the pictures of an animation must have one size, but picture 0 has {width}x{height} and \
+                 picture {index} has {}x{}: give --size",
+                other.0,
+                other.1
+            );
+        }
+        if matches!(self.kind, FilmKind::Video(_)) && (width % 2 != 0 || height % 2 != 0) {
+            let (even_width, even_height) = (width.next_multiple_of(2), height.next_multiple_of(2));
+            bail!(
+                "{path}: a video needs an even width and height, not {width}x{height}: give --size \
+                 {even_width}x{even_height}"
+            );
+        }
+        Ok(())
+    }
+}
+
+impl Film {
+    /// Starts an animation of `count` pictures of `size` pixels, width and height.
+    pub(crate) fn begin(plan: &FilmPlan, size: [u32; 2], count: u32) -> Result<Self> {
+        let begun = || -> Result<Self> {
+            let (file, listed) = temporary_file(folder_of(&plan.path))?;
+            let sink = match plan.kind {
+                FilmKind::Png(depth) => {
+                    let mut encoder = picture_png::encoder(file.as_file().try_clone()?, size, depth);
+                    encoder.set_animated(count, 0)?;
+                    encoder.set_frame_delay(1, plan.fps)?;
+                    Sink::Png(Box::new(encoder.write_header()?), depth)
+                }
+                FilmKind::Video(container) => {
+                    Sink::Video(video::Pipe::open(file.path(), container, size, plan.fps)?)
+                }
+            };
+            Ok(Self { sink, file, _listed: listed, path: plan.path.clone() })
+        };
+        begun().with_context(|| WriteFailure { path: plan.path.clone() })
+    }
+
+    /// Adds a picture.
+    pub(crate) fn add(&mut self, image: &Image) -> Result<()> {
+        let added = match &mut self.sink {
+            Sink::Png(writer, depth) => {
+                writer.write_image_data(&picture_png::bytes(image, *depth)).map_err(Into::into)
+            }
+            Sink::Video(pipe) => pipe.add(&picture_png::opaque_bytes(image)),
+        };
+        added.with_context(|| WriteFailure { path: self.path.clone() })
+    }
+
+    /// Ends the animation, gives it its name, and gives the size of the file in bytes.
+    pub(crate) fn finish(self) -> Result<u64> {
+        let Self { sink, file, _listed, path } = self;
+        let finished = || -> Result<u64> {
+            match sink {
+                Sink::Png(writer, _) => writer.finish()?,
+                Sink::Video(pipe) => pipe.finish()?,
+            }
+            let bytes = std::fs::metadata(file.path())?.len();
+            file.persist(&path)?;
+            Ok(bytes)
+        };
+        finished().with_context(|| WriteFailure { path: path.clone() })
+    }
+}
