@@ -17,6 +17,7 @@ mod report;
 mod sequence;
 mod settings;
 mod transfer;
+mod transfer_plot;
 mod values;
 
 use std::process::ExitCode;

@@ -1,7 +1,8 @@
 //! From what was typed to the transfer function, and to its part of the stats file's settings.
 //!
 //! Takes `TransferArgs` and the volume, gives the function. Where neither a file, a window nor a preset is given, the function is
-//! made from the volume's histogram. No file but the transfer function's own is read here.
+//! made from the volume's histogram. No file but the function's own is read, and
+//! none but the plot of `--show-transfer` is written.
 
 use anyhow::Result;
 use serde_json::{Value, json};
@@ -9,7 +10,8 @@ use volsplat::transfer::{ColourMap, Histogram};
 use volsplat::{TransferFunction, Volume};
 
 use crate::args::TransferArgs;
-use crate::choices;
+use crate::output::{self, Depth, Format};
+use crate::{choices, transfer_plot};
 
 /// How values become colour and opacity. Errors name the file or the option.
 pub(crate) fn function(args: &TransferArgs, volume: &Volume) -> Result<TransferFunction> {
@@ -28,6 +30,15 @@ pub(crate) fn warning(args: &TransferArgs, volume: &Volume) -> Option<String> {
     Some(format!("warning: --preset {} expects Hounsfield units, but {why}", preset.name()))
 }
 
+/// Draws the function over the volume's histogram, where that was asked for.
+pub(crate) fn show(args: &TransferArgs, function: &TransferFunction, volume: &Volume) -> Result<()> {
+    if let Some(path) = &args.show_transfer {
+        let plot = transfer_plot::draw(function, &Histogram::of_volume(volume));
+        output::write_picture(path, Format::Png(Depth::Eight), &plot)?;
+    }
+    Ok(())
+}
+
 /// The transfer function's part of the settings in the stats file.
 pub(crate) fn record(args: &TransferArgs, opacity_unit: Option<f64>, volume: &Volume) -> Value {
     json!({
@@ -37,6 +48,7 @@ pub(crate) fn record(args: &TransferArgs, opacity_unit: Option<f64>, volume: &Vo
         "window": args.window.map(|window| [window.level, window.width]),
         "preset": args.preset.map(|preset| preset.name()),
         "colormap": colour_map(args).map(|map| map.name()),
+        "shown_in": args.show_transfer,
         "opacity_scale": args.opacity_scale,
         "opacity_unit": opacity_unit.unwrap_or_else(|| volume.smallest_spacing()),
     })

@@ -3,6 +3,8 @@
 //! Takes the word, gives the value or a sentence that says what was expected. These are the value parsers of
 //! `args.rs`, so that clap can name the option in front of the sentence.
 
+use std::path::PathBuf;
+
 use glam::DVec3;
 use resample_core::image::linear_from_srgb;
 use volsplat::Subpixels;
@@ -144,6 +146,13 @@ pub(crate) fn orbit(text: &str) -> Result<Orbit, String> {
         return Err("expected a distance above 0".into());
     }
     Ok(Orbit { azimuth_deg, elevation_deg, distance })
+}
+
+/// The name of a PNG file.
+pub(crate) fn png_name(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let is_png = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
+    is_png.then_some(path).ok_or_else(|| "expected a name that ends in .png".into())
 }
 
 /// `LEVEL,WIDTH`.

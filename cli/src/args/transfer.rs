@@ -45,6 +45,9 @@ pub(crate) struct TransferArgs {
     /// Length in world units over which an opacity is meant [default: the smallest distance between voxels]
     #[arg(long, value_name = "LENGTH", value_parser = values::positive)]
     pub opacity_unit: Option<f64>,
+    /// Also draw the transfer function over the histogram of the volume, as a PNG
+    #[arg(long, value_name = "FILE.png", value_parser = values::png_name)]
+    pub show_transfer: Option<PathBuf>,
 }
 
 /// Colour space of the colours in a transfer function file.

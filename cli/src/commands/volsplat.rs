@@ -37,6 +37,7 @@ struct Plan {
 /// The volume, ready to be drawn.
 struct Scene {
     volume: Volume,
+    transfer: TransferFunction,
     renderer: Renderer,
     options: RenderOptions,
     load_ms: f64,
@@ -101,8 +102,8 @@ fn checked_plan(args: &VolsplatArgs) -> Result<Plan> {
     };
     let cameras = args.camera.camera.as_deref().map(|path| read_cameras(path, &args.camera)).transpose()?;
     let names = match (&cameras, args.sequence.turntable) {
-        (Some(CameraFile::List(_)), _) | (_, Some(_)) => FrameNames::numbered(&args.output)?,
         _ if film.is_some() => FrameNames::Single(args.output.clone()),
+        (Some(CameraFile::List(_)), _) | (_, Some(_)) => FrameNames::numbered(&args.output)?,
         _ => FrameNames::single(&args.output)?,
     };
     check_targets(args, &names.frame(0))?;
@@ -141,7 +142,8 @@ fn read_cameras(path: &Path, args: &CameraArgs) -> Result<CameraFile> {
 fn check_targets(args: &VolsplatArgs, first_frame: &Path) -> Result<()> {
     let optional = [args.transfer.transfer.as_deref(), args.camera.camera.as_deref()];
     let inputs: Vec<&Path> = optional.into_iter().flatten().chain([args.input.as_path()]).collect();
-    for target in [Some(first_frame), args.stats.as_deref()].into_iter().flatten() {
+    let plot = args.transfer.show_transfer.as_deref();
+    for target in [Some(first_frame), args.stats.as_deref(), plot].into_iter().flatten() {
         output::check_writable(target)?;
         output::check_not_input(target, &inputs)?;
     }
@@ -161,7 +163,7 @@ fn loaded(args: &VolsplatArgs, options: RenderOptions) -> Result<Scene> {
     let renderer = Renderer::new(&volume, &transfer, &options)
         .with_context(|| format!("{}: cannot be drawn", args.input.display()))?;
     let classify_ms = report::ms_since(start);
-    Ok(Scene { volume, renderer, options, load_ms, classify_ms })
+    Ok(Scene { volume, transfer, renderer, options, load_ms, classify_ms })
 }
 
 fn cameras(args: &VolsplatArgs, plan: &Plan, scene: &Scene) -> Result<Vec<Camera>> {
@@ -182,6 +184,7 @@ fn cameras(args: &VolsplatArgs, plan: &Plan, scene: &Scene) -> Result<Vec<Camera
     if let Some(film) = &plan.film {
         film.check_sizes(&cameras)?;
     }
+    transfer::show(&args.transfer, &scene.transfer, &scene.volume)?;
     Ok(cameras)
 }
 

@@ -99,6 +99,17 @@ fn a_preset_draws_hounsfield_units_and_warns_of_others() {
 }
 
 #[test]
+fn the_plot_is_an_extra_picture() {
+    let bench = Bench::new();
+    let record = drawn(&bench, "--window 100,200 --show-transfer out/plot.png").1;
+    assert_eq!(record["shown_in"], "out/plot.png", "{record}");
+    assert_eq!(bench.written(), ["a.png", "plot.png", "s.json"], "beside the picture");
+    let (width, height, rgba) = read_png(&bench.path("out/plot.png"));
+    assert_eq!((width, height), (800, 300), "size");
+    assert!(rgba.chunks(4).any(|pixel| pixel != &rgba[..4]), "something is drawn");
+}
+
+#[test]
 fn contradictions_and_bad_numbers_are_refused() {
     let bench = Bench::new();
     bench.write("tf.json", UNIT_MAP.as_bytes());
@@ -110,6 +121,8 @@ fn contradictions_and_bad_numbers_are_refused() {
     refused("--window 40,0", "width above 0");
     refused("--opacity-scale 0", "--opacity-scale");
     refused("--rescale-transfer", "--transfer");
+    refused("--show-transfer out/plot.exr", ".png");
+    refused("--show-transfer absent/plot.png", "absent");
     refused("--preset ct-bone --window 40,400", "--window");
     refused("--preset ct-bone --transfer tf.json", "--transfer");
     for line in ["ct-bone         bone alone", "mr-head         a head in MR"] {
