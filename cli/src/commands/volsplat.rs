@@ -143,6 +143,9 @@ fn check_targets(args: &VolsplatArgs, first_frame: &Path) -> Result<()> {
     let optional = [args.transfer.transfer.as_deref(), args.camera.camera.as_deref()];
     let inputs: Vec<&Path> = optional.into_iter().flatten().chain([args.input.as_path()]).collect();
     let plot = args.transfer.show_transfer.as_deref();
+    if let Some(plot) = plot.filter(|&plot| plot == first_frame) {
+        bail!("{}: is the name of the picture and of --show-transfer: choose another name", plot.display());
+    }
     for target in [Some(first_frame), args.stats.as_deref(), plot].into_iter().flatten() {
         output::check_writable(target)?;
         output::check_not_input(target, &inputs)?;

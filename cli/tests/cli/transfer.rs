@@ -122,6 +122,7 @@ fn contradictions_and_bad_numbers_are_refused() {
     refused("--opacity-scale 0", "--opacity-scale");
     refused("--rescale-transfer", "--transfer");
     refused("--show-transfer out/plot.exr", ".png");
+    refused("--show-transfer out/a.png", "--show-transfer");
     refused("--show-transfer absent/plot.png", "absent");
     refused("--preset ct-bone --window 40,400", "--window");
     refused("--preset ct-bone --transfer tf.json", "--transfer");
