@@ -72,8 +72,13 @@ pub(crate) fn render_tile<'a>(
     scratch.pixels = TilePixels::default();
     for placed in bricks {
         let window = Window::new(placed, corner_px);
-        let (touched, opaque) = dispatch!(settings.level, simd =>
-            add_brick(simd, settings, view, (placed, window), scratch));
+        let brick = (placed, window);
+        // Two kernels: what shading needs would spill the registers of the one that does without.
+        let (touched, opaque) = if settings.shade.is_some() {
+            dispatch!(settings.level, simd => add_brick::<_, true>(simd, settings, view, brick, scratch))
+        } else {
+            dispatch!(settings.level, simd => add_brick::<_, false>(simd, settings, view, brick, scratch))
+        };
         counts.composited += 1;
         counts.pixels_touched += touched;
         if opaque {
@@ -147,7 +152,7 @@ impl CellBox {
 
 /// Composites all samples of a brick. Returns the pixels looked at, and whether the tile is opaque now.
 #[simd]
-fn add_brick<S: Simd>(
+fn add_brick<S: Simd, const SHADED: bool>(
     simd: S,
     settings: &SheetSettings,
     view: &TileView,
@@ -170,8 +175,8 @@ fn add_brick<S: Simd>(
                 let at = HalfRow { row, first };
                 touched += LANES;
                 let Some(sample) = sample(simd, &plane, &cells, at, placed.brick) else { continue };
-                let lit = |simd| lit(simd, settings, view, at, (placed.brick, &sample));
-                seen |= composite_samples(simd, settings, view, (at, &plane), (&sample, lit), scratch);
+                let sample = (&sample, placed.brick);
+                seen |= composite_samples::<S, SHADED>(simd, settings, view, (at, &plane), sample, scratch);
             }
         }
     }
@@ -212,17 +217,19 @@ fn sample<S: Simd>(
         let start = plane.first[axis] + at.row as f32 * plane.step_y[axis];
         f32x8::from_slice(simd, &plane.lanes[axis][at.first..at.first + LANES]) + constant(start)
     });
-    let inside = [0, 1, 2].map(|axis| {
+    // Written out: a call of the array's `map` is left as a call here, and costs half of the frame.
+    let within = |axis: usize| {
         let p = position[axis];
         p.simd_ge(constant(cells.low[axis])) & p.simd_lt(constant(cells.high[axis]))
-    });
-    let inside = inside[0] & inside[1] & inside[2];
+    };
+    let inside = within(0) & within(1) & within(2);
     if inside.all_false() {
         return None;
     }
     let in_brick: [f32x8<S>; 3] = std::array::from_fn(|axis| position[axis] - constant(cells.corner[axis]));
     // Samples outside the box are read from a cell inside, and left out later.
-    let cell = in_brick.map(|p| p.max(constant(0.0)).min(constant(CELL_SIDE as f32 - 1.0)).trunc());
+    let cell_of = |p: f32x8<S>| p.max(constant(0.0)).min(constant(CELL_SIDE as f32 - 1.0)).trunc();
+    let cell = [cell_of(in_brick[0]), cell_of(in_brick[1]), cell_of(in_brick[2])];
     let share: [f32x8<S>; 3] = std::array::from_fn(|axis| in_brick[axis] - cell[axis]);
     let row_stride = VERTEX_SIDE as f32;
     let places =
@@ -267,12 +274,12 @@ fn corners(table: &[f32; TABLE_LEN], places: &[i32; LANES]) -> [[f32; LANES]; 8]
 
 /// Classifies half a row of samples and composites it. Returns whether anything was seen.
 #[inline(always)]
-fn composite_samples<S: Simd>(
+fn composite_samples<S: Simd, const SHADED: bool>(
     simd: S,
     settings: &SheetSettings,
     view: &TileView,
     (at, plane): (HalfRow, &PlaneView),
-    (sample, lit): (&Sample<S>, impl FnOnce(S) -> Option<Lit<S>>),
+    (sample, brick): (&Sample<S>, &CellBrick),
     scratch: &mut GatherScratch,
 ) -> bool {
     let places = settings.table.places(simd, sample.scalar).to_array();
@@ -295,13 +302,26 @@ fn composite_samples<S: Simd>(
         let sum = weight.mul_add(f32x8::splat(simd, plane.camera_z), load(&scratch.pixels.depth[at.row]));
         sum.store_slice(&mut scratch.pixels.depth[at.row][range.clone()]);
     }
-    // What is not lit is its own colour, with nothing added: a factor of 1 and a highlight of 0.
-    let lit = lit(simd);
-    let factors = lit.map_or(weight, |lit| weight * lit.body).to_array();
-    let highlights = lit.map_or([0.0; LANES], |lit| (weight * lit.highlight).to_array());
-    for (lane, sum) in scratch.rgb[at.row][range].iter_mut().enumerate() {
-        for (sum, value) in sum.iter_mut().zip(settings.table.entry(places[lane])) {
-            *sum += factors[lane] * value + highlights[lane];
+    let sums = &mut scratch.rgb[at.row][range];
+    // What is not lit has its own colour.
+    let lit = if SHADED { lit(simd, settings, view, at, (brick, sample)) } else { None };
+    match lit {
+        None => {
+            let weights = weight.to_array();
+            for ((sum, &place), weight) in sums.iter_mut().zip(&places).zip(weights) {
+                for (sum, value) in sum.iter_mut().zip(settings.table.entry(place)) {
+                    *sum += weight * value;
+                }
+            }
+        }
+        Some(lit) => {
+            let bodies = (weight * lit.body).to_array();
+            let highlights = (weight * lit.highlight).to_array();
+            for (lane, sum) in sums.iter_mut().enumerate() {
+                for (sum, value) in sum.iter_mut().zip(settings.table.entry(places[lane])) {
+                    *sum += bodies[lane] * value + highlights[lane];
+                }
+            }
         }
     }
     true
