@@ -22,7 +22,7 @@ mod sequence;
 
 pub(crate) use sequence::SequenceArgs;
 
-/// Forward resampling: draws volumes with a mix of points and elliptical splats.
+/// Forward resampling: clean pictures from discrete samples
 #[derive(Debug, Parser)]
 #[command(name = "resample", version, max_term_width = 110)]
 pub(crate) struct Cli {

@@ -1,6 +1,7 @@
 //! Hybrid forward resampling: discrete samples laid on the screen as points or as splats.
 //!
-//! The modules stand in the order in which data flows.
+//! In the order in which data flows: `camera` and `view`; `kernel` and `table`; `conic`, `footprint`, `index_table` and
+//! `disc`; `select` and `scan`; `tile`, `sort`, `maps`, `point`, `simd` and `composite`; `image` and `metrics`.
 
 pub mod camera;
 pub mod composite;

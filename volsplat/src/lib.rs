@@ -1,4 +1,7 @@
 //! Volume rendering by hybrid forward resampling.
+//!
+//! [`load`] reads a volume, a [`TransferFunction`] says what of it is seen, and a [`Renderer`] draws it: in image sheets
+//! (`sheets`) or sample over sample (`every_sample`), as [`RenderOptions`] says.
 
 mod cells;
 mod chunks;

@@ -17,9 +17,9 @@ pub(crate) mod frame;
 pub(crate) mod gather;
 pub(crate) mod place;
 pub(crate) mod scatter;
+pub(crate) mod scatter_tile;
 pub(crate) mod section;
 pub(crate) mod shade;
-pub(crate) mod tile;
 
 use cpu_time::ThreadTime;
 use glam::{DAffine3, DVec3};

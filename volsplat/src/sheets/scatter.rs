@@ -1,7 +1,7 @@
 //! Image sheets summed from voxels: each voxel adds its scalar and its weight to every plane that cuts its kernel.
 //!
 //! Visible bricks are projected voxel by voxel, each is listed by the tiles that its kernel touches, each tile sorts
-//! its list by first plane and sums plane by plane ([`super::tile`]). Any compact kernel could be laid down this way;
+//! its list by first plane and sums plane by plane ([`super::scatter_tile`]). Any compact kernel could be laid down this way;
 //! for the trilinear one, gathering from cells gives the same sums in a fraction of the time.
 
 use cpu_time::ThreadTime;
@@ -12,7 +12,7 @@ use resample_core::tile::{TILE_PX, TileGrid};
 
 use super::SheetFrame;
 use super::frame::{Section, SheetChunk, SheetProjection, TileView};
-use super::tile::{SheetScratch, render_tile};
+use super::scatter_tile::{SheetScratch, render_tile};
 use crate::chunks::{project_runs, runs_of_bricks, visible_bricks};
 use crate::cull::ViewVolume;
 use crate::field::Field;

@@ -1,4 +1,4 @@
-//! One tile of an image-sheets frame: summing sections into sheets, classifying, compositing.
+//! One tile of a scattered image-sheets frame: summing sections into sheets, classifying, compositing.
 //!
 //! A sheet is sampled on the plane through its middle. A voxel adds its scalar and its weight to each plane that cuts
 //! its kernel; when no later voxel can reach a plane any more, the plane is classified pixel by pixel and composited
