@@ -1,0 +1,178 @@
+//! The scene: triangles in world space, materials and textures, as every input format leaves them.
+//!
+//! Node transforms are applied, so that nothing but triangles remains: there is no scene graph. After input, every
+//! index is in range and every number finite; later stages do not check again.
+
+use glam::{DAffine3, DMat2, DVec2};
+
+/// Everything that a file shows.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// Triangle lists, one material each.
+    pub meshes: Vec<Mesh>,
+    /// What meshes look like; meshes point here.
+    pub materials: Vec<Material>,
+    /// Pictures; materials point here.
+    pub textures: Vec<Texture>,
+    /// Cameras of the file.
+    pub cameras: Vec<SceneCamera>,
+}
+
+/// Triangles of one material, in world space.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// Name in the file, for messages; may be empty.
+    pub name: String,
+    /// World positions.
+    pub positions: Vec<[f32; 3]>,
+    /// Unit normals, one per position; empty where the file has none: triangles are then flat.
+    pub normals: Vec<[f32; 3]>,
+    /// Texture coordinates: sets of one (u, v) per position. (0, 0) is the corner of the picture's first texel, v down.
+    pub uvs: Vec<Vec<[f32; 2]>>,
+    /// Linear red, green, blue and alpha per position; empty means white.
+    pub colours: Vec<[f32; 4]>,
+    /// Corners, counter-clockwise seen from the front in a right-handed world.
+    pub triangles: Vec<[u32; 3]>,
+    /// Index into [`Scene::materials`].
+    pub material: usize,
+}
+
+/// What a surface looks like.
+#[derive(Clone, Debug)]
+pub struct Material {
+    /// Name in the file, for messages; may be empty.
+    pub name: String,
+    /// Linear red, green, blue and alpha: a factor of the texture's and the vertices' colour.
+    pub base_colour: [f32; 4],
+    /// Picture of the base colour.
+    pub base_texture: Option<TextureUse>,
+    /// Linear light that the surface emits, a factor of the emissive texture's.
+    pub emissive: [f32; 3],
+    /// Picture of the emitted light.
+    pub emissive_texture: Option<TextureUse>,
+    /// What alpha means.
+    pub alpha: AlphaMode,
+    /// Which sides are seen.
+    pub sides: Sides,
+    /// Whether light falls on it.
+    pub lighting: Lighting,
+}
+
+/// What a surface's alpha means.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AlphaMode {
+    /// Alpha is ignored.
+    Opaque,
+    /// Seen where alpha reaches the cutoff, 0..=1.
+    Mask {
+        /// Least alpha that is seen.
+        cutoff: f32,
+    },
+    /// Composited over what lies behind.
+    Blend,
+}
+
+/// Which sides of a triangle are seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sides {
+    /// The front only.
+    Front,
+    /// Both.
+    Both,
+}
+
+/// Whether light falls on a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lighting {
+    /// It shows its colour as it is.
+    Unlit,
+    /// It is lit.
+    Lit,
+}
+
+/// A texture as a material uses it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TextureUse {
+    /// Index into [`Scene::textures`].
+    pub texture: usize,
+    /// Index into [`Mesh::uvs`].
+    pub uv_set: usize,
+    /// From the mesh's coordinates to the picture's: `linear * uv + offset`.
+    pub uv_linear: DMat2,
+    /// See `uv_linear`.
+    pub uv_offset: DVec2,
+    /// What lies beyond the picture, along u and v.
+    pub wrap: [Wrap; 2],
+    /// How the picture is reconstructed where it is magnified.
+    pub magnify: Magnify,
+}
+
+/// What lies beyond the border of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wrap {
+    /// The picture again.
+    Repeat,
+    /// The picture mirrored, then again.
+    Mirror,
+    /// The texel at the border.
+    Clamp,
+}
+
+/// How a picture is reconstructed where it is magnified.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Magnify {
+    /// The nearest texel.
+    Nearest,
+    /// A mix of the neighbours.
+    Linear,
+}
+
+/// A picture.
+#[derive(Clone, Debug)]
+pub struct Texture {
+    /// Name or path, for messages.
+    pub name: String,
+    /// Width in texels, above 0.
+    pub width: usize,
+    /// Height in texels, above 0.
+    pub height: usize,
+    /// The texels, rows from the top.
+    pub texels: Texels,
+}
+
+/// Texels as they are kept: what the file has, decoded where it is used.
+#[derive(Clone, Debug)]
+pub enum Texels {
+    /// 8 bits, sRGB colour, straight linear alpha.
+    Srgb8(Vec<[u8; 4]>),
+    /// Linear light, straight alpha: 16-bit and floating-point pictures.
+    LinearF32(Vec<[f32; 4]>),
+}
+
+/// A camera of the file.
+#[derive(Clone, Debug)]
+pub struct SceneCamera {
+    /// Name in the file; may be empty.
+    pub name: String,
+    /// From the camera's space (x right, y up, looking along -z, as in glTF) to the world.
+    pub world_from_camera: DAffine3,
+    /// How it projects.
+    pub lens: SceneLens,
+}
+
+/// How a scene's camera projects.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SceneLens {
+    /// Perspective: vertical field of view in radians, and width over height where the file fixes it.
+    Perspective {
+        /// Vertical field of view, radians.
+        fov_y_rad: f64,
+        /// Width over height, if the file gives one.
+        aspect: Option<f64>,
+    },
+    /// Parallel rays: the width and the height of the view, world units.
+    Orthographic {
+        /// Width and height, world units.
+        size: DVec2,
+    },
+}

@@ -1,0 +1,14 @@
+//! What can go wrong, said so that the reader can act: the file, the place, what was expected, what to do.
+
+use thiserror::Error;
+
+/// An error of this crate.
+#[derive(Debug, Error)]
+pub enum Error {
+    /// A file or what it holds; the text names the file, the place, what was expected and what to do.
+    #[error("{0}")]
+    Input(String),
+    /// An option or a camera outside its range.
+    #[error("{0}")]
+    Option(String),
+}

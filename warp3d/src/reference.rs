@@ -1,0 +1,17 @@
+//! A reference view: a picture, its depth and its camera, as every input format leaves them.
+//!
+//! After input everything is one convention: linear light, camera z as depth, the core's camera. Later stages do not
+//! check again.
+
+use resample_core::Camera;
+
+/// A picture with depth and the camera that took it.
+#[derive(Clone, Debug)]
+pub struct Reference {
+    /// The camera; its width and height are those of the planes.
+    pub camera: Camera,
+    /// Linear red, green and blue, rows from the top. A sample lies at its pixel's centre.
+    pub colour: Vec<[f32; 3]>,
+    /// Camera z of each pixel, world units, above 0; NaN where nothing is known.
+    pub depth: Vec<f32>,
+}
