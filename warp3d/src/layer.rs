@@ -1,0 +1,24 @@
+//! What one reference gives for one picture, before references are blended.
+
+/// One reference seen from the target camera.
+#[derive(Clone, Debug)]
+pub(crate) struct Layer {
+    /// Linear premultiplied colour and coverage.
+    pub(crate) rgba: Vec<[f32; 4]>,
+    /// Camera z, world units; +infinity where nothing is seen.
+    pub(crate) depth: Vec<f32>,
+    /// Reference pixels per target pixel along the worse direction, inverted and at most 1: how well the reference
+    /// resolves what is seen; 0 where nothing is seen.
+    pub(crate) resolution: Vec<f32>,
+}
+
+impl Layer {
+    /// A layer in which nothing is seen.
+    pub(crate) fn empty(pixels: usize) -> Self {
+        Self {
+            rgba: vec![[0.0; 4]; pixels],
+            depth: vec![f32::INFINITY; pixels],
+            resolution: vec![0.0; pixels],
+        }
+    }
+}
