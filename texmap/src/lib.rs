@@ -1,10 +1,17 @@
 //! Forward texture mapping: the texels of a mesh laid on the screen as points or as splats.
 //!
 //! In the order in which data flows: a file becomes a [`Scene`] of triangles in world space with their materials and
-//! textures; visible triangles' texels are projected, selected, accumulated and resolved into a picture.
+//! textures; a [`Renderer`] prepares it; visible triangles' texels are projected, selected, accumulated and resolved
+//! into a picture, as [`RenderOptions`] says.
 
 mod error;
+pub mod options;
+pub mod render;
 pub mod scene;
+pub mod stats;
 
 pub use error::Error;
+pub use options::{LevelChoice, Method, PlaneKind, RenderOptions, Shade};
+pub use render::{Frame, Renderer};
 pub use scene::Scene;
+pub use stats::{FrameStats, StageTime, StageTimes};
