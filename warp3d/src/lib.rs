@@ -6,6 +6,7 @@
 mod bands;
 mod epipole;
 mod error;
+pub mod input;
 mod layer;
 mod nearest;
 pub mod options;

@@ -1,0 +1,25 @@
+//! The depth file: EXR channel, PFM, 16-bit PNG, `.npy`, TIFF, and grey pictures of 8 bits.
+//!
+//! Takes a file and perhaps a channel, gives its numbers as they are stored. The first bytes tell the format. What the
+//! numbers mean is the business of `meaning.rs`.
+
+use super::{Part, Plane, exr, fault, first_bytes, npy, pfm, raster, tiff};
+use crate::Error;
+
+/// Reads a depth file. An EXR file may name a channel (`ref.exr:Z`); without one the only candidate is taken.
+pub fn read(part: &Part) -> Result<Plane, Error> {
+    let path = &part.path;
+    let start = first_bytes(path, 8)?;
+    if exr::is_exr(&start) {
+        return exr::read_depth(path, part.name.as_deref());
+    }
+    if let Some(name) = &part.name {
+        return Err(fault(path, format!("only an EXR file has channels, leave out ':{name}'")));
+    }
+    match start.as_slice() {
+        [b'P', b'F' | b'f', ..] => pfm::read(path),
+        [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => npy::read(path),
+        [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => tiff::read(path),
+        _ => raster::read_depth(path),
+    }
+}
