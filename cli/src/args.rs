@@ -4,6 +4,7 @@
 //! what a value leads to: `settings.rs` turns these structs into the options of the libraries, and `choices.rs` pairs
 //! the small enums with their twins in the libraries, which need not know clap. Defaults come from the libraries.
 
+mod clip;
 mod transfer;
 
 use std::path::PathBuf;
@@ -13,6 +14,7 @@ use glam::DVec3;
 use volsplat::input::{Endian, VoxelType};
 use volsplat::{RenderOptions, Subpixels};
 
+pub(crate) use clip::ClipArgs;
 pub(crate) use transfer::{SpaceArg, TransferArgs};
 
 use crate::choices;
@@ -202,6 +204,9 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "T", value_parser = values::fraction,
         default_value_t = RenderOptions::default().min_transmittance)]
     pub min_transmittance: f32,
+    /// Which part of the volume is drawn.
+    #[command(flatten)]
+    pub clip: ClipArgs,
     #[command(flatten)]
     pub sheets: SheetArgs,
     #[command(flatten)]

@@ -7,6 +7,7 @@
 mod args;
 mod camera_file;
 mod choices;
+mod clip;
 mod commands;
 mod framing;
 mod interrupt;

@@ -11,6 +11,7 @@ use volsplat::{DepthPlane, Light, LoadOptions, Order, RenderOptions, Subpixels, 
 
 use crate::args::{RenderArgs, VolsplatArgs, VolumeArgs};
 use crate::choices;
+use crate::clip;
 use crate::framing;
 use crate::output::{self, Depth, Format};
 use crate::transfer;
@@ -44,6 +45,7 @@ pub(crate) fn render_options(
     let default = RenderOptions::default();
     Ok(RenderOptions {
         order: order(args)?.unwrap_or(default.order),
+        clip: clip::clip(&args.clip),
         slab_voxels: sheets.slab.unwrap_or(default.slab_voxels),
         subpixels: sheets.subpixel.unwrap_or(default.subpixels),
         sheet_sums: sheets.sheet_sums.map_or(default.sheet_sums, |sums| choices::SHEET_SUMS.library(sums)),
@@ -183,6 +185,7 @@ fn render_record(options: &RenderOptions) -> Value {
     };
     json!({
         "order": choices::ORDER.name(options.order),
+        "clip": clip::record(&options.clip),
         "slab_voxels": options.slab_voxels,
         "subpixel": subpixels,
         "shade": choices::SHADE.name(options.shading),

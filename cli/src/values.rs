@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 use resample_core::image::linear_from_srgb;
-use volsplat::Subpixels;
+use volsplat::{ClipPlane, Subpixels};
 
 /// A picture size, px.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,6 +74,27 @@ pub(crate) fn vector(text: &str) -> Result<[f64; 3], String> {
     match numbers(text).as_deref() {
         Some(&[x, y, z]) => Ok([x, y, z]),
         _ => Err("expected three numbers such as 1,1,1.4".into()),
+    }
+}
+
+/// `X0,Y0,Z0,X1,Y1,Z1`: two corners of a box, the first below the second on every axis.
+pub(crate) fn corners(text: &str) -> Result<[[f64; 3]; 2], String> {
+    match numbers(text).as_deref() {
+        Some(&[x0, y0, z0, x1, y1, z1]) if x0 < x1 && y0 < y1 && z0 < z1 => Ok([[x0, y0, z0], [x1, y1, z1]]),
+        _ => {
+            Err("expected six numbers, the first three below the other three, such as 0,0,0,100,100,50"
+                .into())
+        }
+    }
+}
+
+/// `NX,NY,NZ,D`: a direction and a number.
+pub(crate) fn plane(text: &str) -> Result<ClipPlane, String> {
+    match numbers(text).as_deref() {
+        Some(&[x, y, z, offset]) if DVec3::new(x, y, z).try_normalize().is_some() => {
+            Ok(ClipPlane { normal: DVec3::new(x, y, z), offset })
+        }
+        _ => Err("expected four numbers, the first three not all 0, such as 1,0,0,40".into()),
     }
 }
 
@@ -241,6 +262,18 @@ mod tests {
         }
         assert!(dims("4,0,4").is_err(), "an empty grid has no voxels");
         assert_eq!(dims("4,5,6"), Ok([4, 5, 6]), "three sizes");
+    }
+
+    #[test]
+    fn boxes_and_planes_have_an_inside() {
+        assert_eq!(corners("-1,0,0,1,2,3.5"), Ok([[-1.0, 0.0, 0.0], [1.0, 2.0, 3.5]]), "two corners");
+        for bad in ["0,0,0,1,1", "0,0,0,1,1,0", "0,0,0,1,1,nan", "1,0,0,0,1,1", ""] {
+            assert!(corners(bad).is_err(), "{bad:?} is no box");
+        }
+        assert_eq!(plane("0,-2,0,5").map(|plane| plane.offset), Ok(5.0), "a direction of any length");
+        for bad in ["0,0,0,1", "1,0,0", "1,0,0,inf", "1,0,0,0,0"] {
+            assert!(plane(bad).is_err(), "{bad:?} is no plane");
+        }
     }
 
     #[test]

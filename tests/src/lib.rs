@@ -4,6 +4,8 @@
 //! is a cross product, an integral is a sum over many small steps, a screen is looped over pixel by pixel. What is
 //! taken from the library is its data (volumes, cameras, options, pictures) and the transfer function.
 
+pub mod against_sheets;
+pub mod clip_reference;
 pub mod data;
 pub mod exr_read;
 pub mod field;

@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use resample_core::OpacityMode;
 use volsplat::{SheetSums, Subpixels};
 
+use crate::clip_reference;
 use crate::field::extinction;
 use crate::rays::{Ray, RaySource};
 use crate::reference::Scene;
@@ -178,7 +179,8 @@ impl<'a> Setup<'a> {
     /// The slab at a grid position; `by` is added to the scalar, and the volume is `wider` on all sides.
     fn slab(&self, at: DVec3, by: f64, wider: f64, ray: &Ray) -> Slab {
         let last = DVec3::from(self.scene.volume.dims.map(|n| (n - 1) as f64));
-        if at.cmplt(DVec3::splat(-wider)).any() || at.cmpgt(last + wider).any() {
+        let outside = at.cmplt(DVec3::splat(-wider)).any() || at.cmpgt(last + wider).any();
+        if outside || !clip_reference::keeps(&self.scene, at, wider) {
             return Slab { rgb: [0.0; 3], opacity: 0.0 };
         }
         let (rgb, opacity) = self.scene.transfer.sample(self.scalar(at.clamp(DVec3::ZERO, last)) + by);

@@ -5,6 +5,7 @@
 //! 3. accumulate: primitives are listed by screen tile, each tile sorts its list by depth;
 //! 4. composite: points and splats are composited front to back, tile by tile, until the tile is opaque.
 
+use glam::DVec3;
 use resample_core::composite::{DepthRule, IndexRule, TileSettings};
 use resample_core::maps::MapSource;
 use resample_core::point::PixelFilter;
@@ -13,13 +14,14 @@ use resample_core::tile::TileGrid;
 use resample_core::{Camera, FootprintMode, GridView, Kernel, SelectMode};
 
 use crate::chunks::{project_runs, runs_of_bricks, visible_bricks};
+use crate::clip::{Clip, Cut, GridClip};
 use crate::cull::ViewVolume;
 use crate::geometry::Lens;
 use crate::near::{NearSample, NearSetup};
 use crate::options::{DepthPlane, RenderOptions};
 use crate::picture::{TileDepth, TileLayout};
 use crate::project::{ProjectSetup, ProjectedChunk};
-use crate::sample::{Brick, Samples};
+use crate::sample::{Brick, Samples, bounds_in_world};
 use crate::stats::FrameStats;
 use crate::tiles::{TileSlot, TileStage};
 use crate::transfer::TransferFunction;
@@ -30,6 +32,7 @@ use crate::volume::Volume;
 pub(crate) struct EverySample {
     pub(crate) samples: Samples,
     options: RenderOptions,
+    clip: GridClip,
     kernel: Kernel,
     profile: FootprintProfile,
     filter: PixelFilter,
@@ -44,6 +47,7 @@ impl EverySample {
         Self {
             samples: Samples::classify(volume, transfer, options.opacity),
             options: options.clone(),
+            clip: options.clip.in_grid(&volume.world_from_index),
             kernel,
             profile: FootprintProfile::new(&kernel),
             filter: PixelFilter::new(),
@@ -51,6 +55,17 @@ impl EverySample {
             unit_in_world: options.opacity_unit.unwrap_or_else(|| volume.smallest_spacing()),
             chunks: Vec::new(),
         }
+    }
+
+    /// Changes what is kept of the volume.
+    pub(crate) fn set_clip(&mut self, clip: &Clip) {
+        self.clip = clip.in_grid(&self.samples.world_from_index);
+    }
+
+    /// The box, in the world, of the voxels that are drawn.
+    pub(crate) fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
+        let bounds = self.samples.bricks.iter().map(|brick| &brick.bounds);
+        bounds_in_world(bounds, &self.clip, &self.samples.world_from_index)
     }
 
     /// Renders the tiles of one frame.
@@ -76,7 +91,8 @@ impl EverySample {
 
         let setup = self.project_setup(&maps, grid, view_volume);
         self.chunks.resize_with(self.chunks.len().max(runs.len()), ProjectedChunk::default);
-        project(&mut self.chunks[..runs.len()], &setup, &self.samples.bricks, &runs, stats);
+        let bricks = (self.samples.bricks.as_slice(), &self.clip);
+        project(&mut self.chunks[..runs.len()], &setup, bricks, &runs, stats);
 
         let chunks = &self.chunks[..runs.len()];
         let near = nearest_first(chunks);
@@ -136,13 +152,19 @@ impl EverySample {
 fn project(
     chunks: &mut [ProjectedChunk],
     setup: &ProjectSetup,
-    bricks: &[Brick],
+    (bricks, clip): (&[Brick], &GridClip),
     runs: &[Vec<usize>],
     stats: &mut FrameStats,
 ) {
     let project = |chunk: &mut ProjectedChunk, run: &[usize]| {
         chunk.clear();
-        run.iter().for_each(|&brick| chunk.project(setup, &bricks[brick]));
+        for brick in run.iter().map(|&number| &bricks[number]) {
+            match clip.cut(&brick.bounds) {
+                Cut::Outside => {}
+                Cut::By(0) => chunk.project(setup, brick),
+                Cut::By(_) => chunk.project(setup, &brick.kept(clip)),
+            }
+        }
     };
     project_runs(chunks, runs, stats, project, |chunk, number| chunk.bins.bin(number));
     for chunk in chunks.iter() {

@@ -5,6 +5,7 @@
 
 mod cells;
 mod chunks;
+pub mod clip;
 pub mod cull;
 pub mod error;
 mod every_sample;
@@ -25,6 +26,7 @@ mod tiles;
 pub mod transfer;
 pub mod volume;
 
+pub use clip::{Clip, ClipPlane};
 pub use error::Error;
 pub use input::{Endian, LoadOptions, RawOptions, VoxelType, load};
 pub use options::{ColourBy, DepthPlane, Light, Order, RenderOptions, Shading, SheetSums, Subpixels};

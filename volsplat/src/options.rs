@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::Error;
+use crate::clip::Clip;
 use resample_core::simd::SimdLevel;
 use resample_core::{FootprintMode, KernelShape, OpacityMode, SelectMode};
 
@@ -11,6 +12,8 @@ use resample_core::{FootprintMode, KernelShape, OpacityMode, SelectMode};
 pub struct RenderOptions {
     /// In which order samples are composited.
     pub order: Order,
+    /// What is kept of the volume.
+    pub clip: Clip,
     /// Image sheets: thickness of a slab along the view direction, in voxels (the smallest spacing).
     pub slab_voxels: f64,
     /// Image sheets: how the sums are formed. The pictures agree to rounding.
@@ -116,6 +119,7 @@ impl Default for RenderOptions {
     fn default() -> Self {
         Self {
             order: Order::ImageSheets,
+            clip: Clip::default(),
             slab_voxels: 0.5,
             sheet_sums: SheetSums::Gather,
             shading: Shading::None,
@@ -162,10 +166,20 @@ impl RenderOptions {
             )?;
         }
         self.validate_shading()?;
+        self.validate_clip()?;
         let least = f64::from(self.min_transmittance);
         range("the least transmittance", least, (0.0..1.0).contains(&least), "0 or more, and less than 1")?;
         let unit = self.opacity_unit.unwrap_or(1.0);
         range("the opacity unit", unit, positive(unit), "a length above 0")
+    }
+
+    fn validate_clip(&self) -> Result<(), Error> {
+        let scatters = self.order == Order::ImageSheets && self.sheet_sums == SheetSums::Scatter;
+        if scatters && !self.clip.keeps_all() {
+            let what = "clipping cannot cut a kernel in scattered sheets: use --sheet-sums gather or --order every-sample";
+            return Err(Error::Option(what.into()));
+        }
+        self.clip.validate()
     }
 
     fn validate_shading(&self) -> Result<(), Error> {

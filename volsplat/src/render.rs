@@ -7,10 +7,10 @@
 use glam::DVec3;
 use resample_core::{Camera, Image, Projection};
 
+use crate::clip::Clip;
 use crate::every_sample::EverySample;
 use crate::options::{Order, RenderOptions};
 use crate::picture::picture;
-use crate::sample::bounds_in_world;
 use crate::sheets::ImageSheets;
 use crate::stats::{FrameStats, StageClock};
 use crate::tiles::TileSlot;
@@ -81,7 +81,20 @@ impl Renderer {
         }
     }
 
-    /// The box, in the world, of the voxels that are drawn; `None` if there are none.
+    /// Changes what is kept of the volume, for the frames that follow. [`Error::Option`] as in [`Renderer::new`].
+    pub fn set_clip(&mut self, clip: Clip) -> Result<(), Error> {
+        let options = RenderOptions { clip, ..self.options.clone() };
+        options.validate()?;
+        match &mut self.pipeline {
+            Pipeline::EverySample(p) => p.set_clip(&options.clip),
+            Pipeline::ImageSheets(p) => p.set_clip(&options.clip),
+        }
+        self.bounds_in_world = self.pipeline.bounds_in_world();
+        self.options = options;
+        Ok(())
+    }
+
+    /// The box, in the world, of the voxels that are drawn and that the clip keeps; `None` if there are none.
     pub fn visible_bounds_in_world(&self) -> Option<[DVec3; 2]> {
         self.bounds_in_world
     }
@@ -132,9 +145,7 @@ impl Renderer {
 impl Pipeline {
     fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
         match self {
-            Self::EverySample(p) => {
-                bounds_in_world(p.samples.bricks.iter().map(|b| &b.bounds), &p.samples.world_from_index)
-            }
+            Self::EverySample(p) => p.bounds_in_world(),
             Self::ImageSheets(p) => p.bounds_in_world(),
         }
     }

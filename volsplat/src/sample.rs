@@ -9,6 +9,7 @@ use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 use resample_core::OpacityMode;
 
+use crate::clip::GridClip;
 use crate::transfer::TransferFunction;
 use crate::volume::{Volume, Voxels, with_voxels};
 
@@ -83,6 +84,18 @@ impl Samples {
     }
 }
 
+impl Brick {
+    /// The samples whose voxel centres a clip keeps, in a brick of their own with the same bounds.
+    pub(crate) fn kept(&self, clip: &GridClip) -> Self {
+        let corner = DVec3::from(self.bounds.corner.map(f64::from));
+        let is_kept = |&(packed, _): &(&u16, &[f32; 4])| {
+            clip.keeps(corner + DVec3::from(place(*packed).map(f64::from)))
+        };
+        let (places, values) = self.places.iter().zip(&self.values).filter(is_kept).unzip();
+        Self { bounds: self.bounds, places, values }
+    }
+}
+
 impl Bounds {
     /// The bounds of no sample, in the brick with this first voxel.
     pub(crate) fn nothing(corner: [u32; 3]) -> Self {
@@ -128,12 +141,13 @@ pub(crate) fn brick_corners(dims: [usize; 3], side: usize) -> Vec<[u32; 3]> {
     corners
 }
 
-/// The box, in the world, of the samples' positions; `None` if there are none.
+/// The box, in the world, of the samples' positions that a clip keeps; `None` if there are none.
 pub(crate) fn bounds_in_world<'a>(
     bounds: impl Iterator<Item = &'a Bounds>,
+    clip: &GridClip,
     world_from_index: &DAffine3,
 ) -> Option<[DVec3; 2]> {
-    bounds.flat_map(|b| b.corners_in_grid(0.0)).map(|corner| world_from_index.transform_point3(corner)).fold(
+    bounds.flat_map(|b| clip.corners(b)).map(|corner| world_from_index.transform_point3(corner)).fold(
         None,
         |bounds, p| match bounds {
             None => Some([p, p]),

@@ -15,6 +15,7 @@ use resample_core::{Camera, GridView, OpacityMode, Projection};
 use super::classify::TransferTable;
 use super::section::SectionTable;
 use super::shade::ShadeSettings;
+use crate::clip::AnchoredHalfSpace;
 use crate::field::FieldBrick;
 use crate::sample::place;
 
@@ -49,6 +50,8 @@ pub(crate) struct SheetSettings {
     /// Sections of a whole brick of cells, from its middle.
     pub(crate) brick_sections: SectionTable,
     pub(crate) anchor: Anchor,
+    /// The clip, relative to the anchor.
+    pub(crate) clip: Vec<AnchoredHalfSpace>,
     /// Slab thickness along camera z, world units.
     pub(crate) thickness: f64,
     /// Planes that are open at a time: a power of two, and at least what one kernel may span.

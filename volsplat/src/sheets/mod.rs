@@ -12,9 +12,12 @@
 //! Source: K. Mueller, R. Crawfis, "Eliminating Popping Artifacts in Sheet Buffer-Based Splatting", IEEE Visualization
 //! 1998, for the sheets; we sample the plane through a slab's middle instead of integrating the kernel over the slab.
 
+mod cell_sample;
 pub(crate) mod classify;
+mod clipped;
 pub(crate) mod frame;
 pub(crate) mod gather;
+mod over;
 pub(crate) mod place;
 pub(crate) mod scatter;
 pub(crate) mod scatter_tile;
@@ -38,6 +41,7 @@ use self::shade::ShadeSettings;
 use crate::Error;
 use crate::cells::{CELL_SIDE, CellField, Gradients};
 use crate::chunks::visible_bricks;
+use crate::clip::{Clip, GridClip};
 use crate::cull::ViewVolume;
 use crate::options::{DepthPlane, RenderOptions, Shading, SheetSums, Subpixels};
 use crate::picture::{TileDepth, TileLayout};
@@ -53,6 +57,7 @@ pub(crate) struct ImageSheets {
     source: Source,
     table: TransferTable,
     options: RenderOptions,
+    clip: GridClip,
     world_from_index: DAffine3,
     smallest_spacing: f64,
     /// The voxel in the middle of the volume.
@@ -99,21 +104,30 @@ impl ImageSheets {
             }
             SheetSums::Scatter => Source::Voxels(VoxelSheets::new(volume, transfer)),
         };
-        let visible = bounds_in_world(source.bounds(), &DAffine3::IDENTITY);
-        Ok(Self {
-            visible_middle: visible.map(|[low, high]| 0.5 * (low + high)),
+        let mut sheets = Self {
+            visible_middle: None,
+            clip: GridClip::default(),
             source,
             table: TransferTable::new(transfer, options.opacity, volume.value_range()),
             options: options.clone(),
             world_from_index: volume.world_from_index,
             smallest_spacing: volume.smallest_spacing(),
             middle: DVec3::from(volume.dims.map(|n| (n / 2) as f64)),
-        })
+        };
+        sheets.set_clip(&options.clip);
+        Ok(sheets)
+    }
+
+    /// Changes what is kept of the volume.
+    pub(crate) fn set_clip(&mut self, clip: &Clip) {
+        self.clip = clip.in_grid(&self.world_from_index);
+        let visible = bounds_in_world(self.source.bounds(), &self.clip, &DAffine3::IDENTITY);
+        self.visible_middle = visible.map(|[low, high]| 0.5 * (low + high));
     }
 
     /// The box, in the world, of the voxels that are drawn.
     pub(crate) fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
-        bounds_in_world(self.source.bounds(), &self.world_from_index)
+        bounds_in_world(self.source.bounds(), &self.clip, &self.world_from_index)
     }
 
     /// Voxels that the transfer function leaves visible, and voxels in all.
@@ -141,7 +155,7 @@ impl ImageSheets {
         let settings = self.settings(&view, &fine);
         let frame = SheetFrame { settings: &settings, view: &view, camera: &fine, subpixels };
         match &mut self.source {
-            Source::Cells(field) => frame.gather(field, tiles, stats),
+            Source::Cells(field) => frame.gather((field, &self.clip), tiles, stats),
             Source::Voxels(sheets) => sheets.render(&frame, tiles, stats),
         }
         TileLayout { camera: *camera, subpixels, depth: TileDepth::CameraZ }
@@ -178,6 +192,7 @@ impl ImageSheets {
                 grid: self.middle,
                 camera_z: view.camera_from_grid.transform_point3(self.middle).z,
             },
+            clip: self.clip.anchored(self.middle),
             opacity: self.options.opacity,
             shade: ShadeSettings::new(&self.options, camera),
             world_from_camera: camera.camera_from_world.matrix3.transpose(),
@@ -201,12 +216,17 @@ impl Source {
 
 impl SheetFrame<'_> {
     /// Renders the tiles from cells.
-    fn gather(&self, field: &CellField, slots: &mut Vec<TileSlot>, stats: &mut FrameStats) {
+    fn gather(
+        &self,
+        (field, clip): (&CellField, &GridClip),
+        slots: &mut Vec<TileSlot>,
+        stats: &mut FrameStats,
+    ) {
         let view_volume = ViewVolume::new(self.camera, self.view, 0.0);
         let visible = visible_bricks(&field.bricks, &view_volume, stats);
 
         let clock = StageClock::start();
-        let (bricks, rects) = placed(&field.bricks, &visible, self.view, self.camera, self.settings);
+        let (bricks, rects) = placed((&field.bricks, clip), &visible, self.view, self.camera, self.settings);
         stats.stages.project = clock.stop();
         stats.bricks = bricks.len() as u64;
 

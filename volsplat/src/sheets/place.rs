@@ -12,10 +12,11 @@ use resample_core::{Camera, GridView, Projection};
 use super::frame::SheetSettings;
 use super::gather::PlacedBrick;
 use crate::cells::{CELL_SIDE, CellBrick};
+use crate::clip::{Cut, GridClip};
 
 /// The bricks numbered in `visible`, front to back, with the tiles that each covers.
 pub(crate) fn placed<'a>(
-    bricks: &'a [CellBrick],
+    (bricks, clip): (&'a [CellBrick], &GridClip),
     visible: &[usize],
     view: &GridView,
     camera: &Camera,
@@ -27,7 +28,8 @@ pub(crate) fn placed<'a>(
     ordered
         .into_par_iter()
         .filter_map(|(_, i)| {
-            let placed = place(&bricks[i], view, grid, settings)?;
+            let Cut::By(cuts) = clip.cut(&bricks[i].bounds) else { return None };
+            let placed = PlacedBrick { cuts, ..place(&bricks[i], view, grid, settings)? };
             Some((placed, grid.rect(placed.columns, placed.rows)))
         })
         .unzip()
@@ -91,5 +93,6 @@ fn place<'a>(
         rows,
         middle: [middle.x as f32, middle.y as f32],
         middle_z: (middle.z - settings.anchor.camera_z) as f32,
+        cuts: 0,
     })
 }

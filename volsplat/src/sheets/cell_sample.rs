@@ -1,0 +1,135 @@
+//! Samples on a plane inside a brick of cells: where they lie, and what the field is there.
+//!
+//! Half a row of a tile is one vector. A sample lies in exactly one brick's box; its cell gives eight values, and the
+//! trilinear mix of them is the field. Source: the trilinear kernel, gathered. Limits: a brick's own cells only.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{f32x8, i32x8, mask32x8};
+use glam::DVec3;
+
+use super::frame::{Anchor, PlaneView};
+use crate::cells::{CELL_SIDE, CellBrick, TABLE_LEN, VERTEX_SIDE};
+
+/// Lanes of a vector: half a row of a tile. A brick covers about half the lanes of a whole row, and a gather into a
+/// whole row would come back from memory in pieces that a wider load has to wait for.
+pub(super) const LANES: usize = 8;
+
+/// The box of a brick's visible cells, in grid units relative to the anchor.
+#[derive(Clone, Copy)]
+pub(super) struct CellBox {
+    /// The brick's first vertex.
+    corner: [f32; 3],
+    low: [f32; 3],
+    high: [f32; 3],
+}
+
+impl CellBox {
+    pub(super) fn new(brick: &CellBrick, anchor: &Anchor) -> Self {
+        let corner = DVec3::from(brick.bounds.corner.map(f64::from)) - anchor.grid;
+        let [low, high] = brick.bounds.range();
+        // Whole numbers: exact in f32, so that neighbouring bricks share their faces to the bit.
+        let at = |v: [u8; 3]| (corner + DVec3::from(v.map(f64::from))).as_vec3().to_array();
+        Self { corner: corner.as_vec3().to_array(), low: at(low), high: at(high) }
+    }
+}
+
+/// A vector's place in a tile.
+#[derive(Clone, Copy)]
+pub(super) struct HalfRow {
+    pub(super) row: usize,
+    pub(super) first: usize,
+}
+
+/// Where half a row of samples on a plane lies.
+#[derive(Clone, Copy)]
+pub(super) struct Located<S: Simd> {
+    /// Position in the grid relative to the anchor.
+    pub(super) position: [f32x8<S>; 3],
+    /// Which of them lie in the brick's box.
+    pub(super) inside: mask32x8<S>,
+    /// Place of each one's cell in the brick's tables.
+    pub(super) places: [i32; LANES],
+    /// Its position in the cell.
+    pub(super) share: [f32x8<S>; 3],
+}
+
+/// The positions of half a row on a plane, and which of them lie in the box; `None` if none does.
+#[inline(always)]
+pub(super) fn located<S: Simd>(
+    simd: S,
+    plane: &PlaneView,
+    cells: &CellBox,
+    at: HalfRow,
+) -> Option<Located<S>> {
+    let constant = |v: f32| f32x8::splat(simd, v);
+    // Positions relative to the anchor come out the same for every brick, so that a sample on a face between two of
+    // them belongs to exactly one.
+    let position: [f32x8<S>; 3] = std::array::from_fn(|axis| {
+        let start = plane.first[axis] + at.row as f32 * plane.step_y[axis];
+        f32x8::from_slice(simd, &plane.lanes[axis][at.first..at.first + LANES]) + constant(start)
+    });
+    // Written out: a call of the array's `map` is left as a call here, and costs half of the frame.
+    let within = |axis: usize| {
+        let p = position[axis];
+        p.simd_ge(constant(cells.low[axis])) & p.simd_lt(constant(cells.high[axis]))
+    };
+    let inside = within(0) & within(1) & within(2);
+    if inside.all_false() {
+        return None;
+    }
+    Some(in_cells(simd, cells, position, inside))
+}
+
+/// The cells of positions; those outside the box are read from a cell inside, and left out later.
+#[inline(always)]
+pub(super) fn in_cells<S: Simd>(
+    simd: S,
+    cells: &CellBox,
+    position: [f32x8<S>; 3],
+    inside: mask32x8<S>,
+) -> Located<S> {
+    let constant = |v: f32| f32x8::splat(simd, v);
+    let in_brick: [f32x8<S>; 3] = std::array::from_fn(|axis| position[axis] - constant(cells.corner[axis]));
+    let cell_of = |p: f32x8<S>| p.max(constant(0.0)).min(constant(CELL_SIDE as f32 - 1.0)).trunc();
+    let cell = [cell_of(in_brick[0]), cell_of(in_brick[1]), cell_of(in_brick[2])];
+    let share: [f32x8<S>; 3] = std::array::from_fn(|axis| in_brick[axis] - cell[axis]);
+    let row_stride = VERTEX_SIDE as f32;
+    let places =
+        cell[2].mul_add(constant(row_stride * row_stride), cell[1].mul_add(constant(row_stride), cell[0]));
+    let places = places.to_int::<i32x8<S>>().to_array();
+    Located { position, inside, places, share }
+}
+
+/// The trilinear mix of a table's values at the corners of each lane's cell.
+#[inline(always)]
+pub(super) fn interpolated<S: Simd>(
+    simd: S,
+    table: &[f32; TABLE_LEN],
+    places: &[i32; LANES],
+    share: [f32x8<S>; 3],
+) -> f32x8<S> {
+    let corners = corners(table, places);
+    let load = |k: usize| f32x8::from_slice(simd, &corners[k]);
+    let mix = |a: f32x8<S>, b: f32x8<S>, t: f32x8<S>| (b - a).mul_add(t, a);
+    let x: [f32x8<S>; 4] = std::array::from_fn(|k| mix(load(2 * k), load(2 * k + 1), share[0]));
+    let y = [mix(x[0], x[1], share[1]), mix(x[2], x[3], share[1])];
+    mix(y[0], y[1], share[2])
+}
+
+/// The values at the eight corners of each lane's cell, corner by corner, x fastest. A plain loop over the lanes: it
+/// becomes vector code where the CPU has what it takes.
+#[inline(always)]
+fn corners(table: &[f32; TABLE_LEN], places: &[i32; LANES]) -> [[f32; LANES]; 8] {
+    const OFFSETS: [usize; 8] = {
+        let (row, layer) = (VERTEX_SIDE, VERTEX_SIDE * VERTEX_SIDE);
+        [0, 1, row, row + 1, layer, layer + 1, layer + row, layer + row + 1]
+    };
+    let mut corners = [[0.0; LANES]; 8];
+    for lane in 0..LANES {
+        let place = places[lane] as usize & 1023;
+        for (corner, offset) in corners.iter_mut().zip(OFFSETS) {
+            corner[lane] = table[place + offset];
+        }
+    }
+    corners
+}
