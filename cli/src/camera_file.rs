@@ -10,7 +10,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use glam::{DMat3, DVec3};
-use resample_core::{Camera, Intrinsics, LookAt, PixelCentre};
+use resample_core::{Camera, Intrinsics, LookAt, PixelCentre, Projection};
 use serde_json::Value;
 
 use crate::json_fields::Fields;
@@ -34,6 +34,8 @@ pub(crate) struct FileCamera {
     /// The camera; its near plane counts only as far as `near` says.
     camera: Camera,
     near: NearPlane,
+    /// From the eye to the target of a look-at camera, world units.
+    target_distance: Option<f64>,
 }
 
 /// The cameras of a file.
@@ -81,14 +83,30 @@ impl FileCamera {
         }
         Ok(camera.validated()?)
     }
+
+    /// From the eye to the target, world units, where the file gives a target.
+    pub(crate) fn target_distance(&self) -> Option<f64> {
+        self.target_distance
+    }
+
+    /// Picture width and height, px.
+    pub(crate) fn size(&self) -> [u32; 2] {
+        [self.camera.width, self.camera.height]
+    }
+
+    /// Kind of view.
+    pub(crate) fn projection(&self) -> Projection {
+        self.camera.projection
+    }
 }
 
-fn read_value(path: &Path) -> Result<Value> {
+/// The JSON value that a file holds.
+pub(crate) fn read_value(path: &Path) -> Result<Value> {
     let mut text = String::new();
     // A limit on what is read, not on the size that the system tells: a pipe or a device tells none.
     File::open(path)?.take(MAX_FILE_BYTES + 1).read_to_string(&mut text)?;
     if text.len() as u64 > MAX_FILE_BYTES {
-        bail!("the file has more than {MAX_FILE_BYTES} bytes, more than any list of cameras");
+        bail!("the file has more than {MAX_FILE_BYTES} bytes, more than any camera file");
     }
     Ok(serde_json::from_str(&text)?)
 }
@@ -109,7 +127,8 @@ fn cameras(value: Value, defaults: &CameraDefaults) -> Result<CameraFile> {
     Ok(CameraFile::List(cameras?))
 }
 
-fn one_camera(value: Value, defaults: &CameraDefaults) -> Result<FileCamera> {
+/// One camera from its JSON object.
+pub(crate) fn one_camera(value: Value, defaults: &CameraDefaults) -> Result<FileCamera> {
     let mut fields = Fields::new(value)?;
     let calibrated = ["fx", "fy", "cx", "cy", "R", "t"].iter().any(|key| fields.holds(key));
     let camera = match calibrated {
@@ -139,7 +158,8 @@ fn look_at_camera(fields: &mut Fields, defaults: &CameraDefaults) -> Result<File
     if let Some(near) = fields.number("near")? {
         camera.near = near;
     }
-    Ok(FileCamera { camera: camera.validated()?, near: NearPlane::Known })
+    let target_distance = Some(pose.position.distance(pose.target));
+    Ok(FileCamera { camera: camera.validated()?, near: NearPlane::Known, target_distance })
 }
 
 fn calibrated_camera(fields: &mut Fields, defaults: &CameraDefaults) -> Result<FileCamera> {
@@ -154,7 +174,7 @@ fn calibrated_camera(fields: &mut Fields, defaults: &CameraDefaults) -> Result<F
         None => camera,
     };
     let near = if given.is_some() { NearPlane::Known } else { NearPlane::FromBounds };
-    Ok(FileCamera { camera, near })
+    Ok(FileCamera { camera, near, target_distance: None })
 }
 
 fn intrinsics(fields: &mut Fields) -> Result<Intrinsics> {

@@ -42,14 +42,14 @@ impl Fields {
 
     /// A whole number from 0 to 2^32 - 1 that must be there.
     pub(crate) fn required_count(&mut self, key: &'static str) -> Result<u32> {
-        let value = self.take(key).with_context(|| missing(key))?;
+        let value = self.required_value(key)?;
         let count = value.as_u64().and_then(|count| u32::try_from(count).ok());
         count.with_context(|| expected(key, "a whole number", &value))
     }
 
     /// A list of exactly `N` numbers that must be there.
     pub(crate) fn required_numbers<const N: usize>(&mut self, key: &'static str) -> Result<[f64; N]> {
-        let value = self.take(key).with_context(|| missing(key))?;
+        let value = self.required_value(key)?;
         let numbers: Option<Vec<f64>> =
             value.as_array().and_then(|list| list.iter().map(Value::as_f64).collect());
         let array = numbers.and_then(|numbers| <[f64; N]>::try_from(numbers).ok());
@@ -81,7 +81,21 @@ impl Fields {
         }
     }
 
-    fn take(&mut self, key: &'static str) -> Option<Value> {
+    /// A value of any kind that must be there.
+    pub(crate) fn required_value(&mut self, key: &'static str) -> Result<Value> {
+        self.take(key).with_context(|| missing(key))
+    }
+
+    /// A list that must be there.
+    pub(crate) fn required_list(&mut self, key: &'static str) -> Result<Vec<Value>> {
+        match self.required_value(key)? {
+            Value::Array(list) => Ok(list),
+            other => bail!("{}", expected(key, "a list", &other)),
+        }
+    }
+
+    /// A value of any kind, if the key is there.
+    pub(crate) fn take(&mut self, key: &'static str) -> Option<Value> {
         self.asked.push(key);
         self.remaining.remove(key)
     }

@@ -6,6 +6,7 @@
 
 mod args;
 mod camera_file;
+mod camera_path;
 mod choices;
 mod clip;
 mod commands;

@@ -3,6 +3,8 @@
 //! Takes the words of the command line, gives plain values with the spelling already checked. What belongs together
 //! beyond one option is checked by clap; what depends on the name of the output is not known here.
 
+use std::path::PathBuf;
+
 use clap::Args;
 
 /// Several pictures, one after another.
@@ -13,10 +15,13 @@ pub(crate) struct SequenceArgs {
     #[arg(long, value_name = "N", conflicts_with = "camera",
         value_parser = clap::value_parser!(u32).range(1..=MAX_STEPS))]
     pub turntable: Option<u32>,
+    /// Move through the keys of a file, each with a time in seconds and a camera, in numbered pictures
+    #[arg(long, value_name = "FILE.json", conflicts_with_all = ["camera", "turntable", "orbit", "up", "projection"])]
+    pub path: Option<PathBuf>,
     /// Draw only the pictures that do not exist yet; go on after Ctrl-C with the same options
     #[arg(long)]
     pub resume: bool,
-    /// Pictures per second of an animation [default: 25]
+    /// Pictures per second of an animation or of --path [default: 25]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MAX_FPS))]
     pub fps: Option<u16>,
 }

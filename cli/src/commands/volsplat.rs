@@ -3,7 +3,7 @@
 //! The steps are those of [`run`]: everything that can be refused without reading the volume is checked first, so
 //! that a misspelt name does not cost a minute, and nothing is written before all input has proved to be good.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
@@ -13,6 +13,7 @@ use volsplat::{RenderOptions, Renderer, TransferFunction, Volume};
 
 use crate::args::{CameraArgs, ProjectionArg, VolsplatArgs};
 use crate::camera_file::{self, CameraDefaults, CameraFile};
+use crate::camera_path::{self, CameraPath, Moment};
 use crate::framing::{self, Lens, View};
 use crate::interrupt;
 use crate::output::{self, Depth, FilmKind, FilmPlan, Format, FrameNames};
@@ -31,7 +32,17 @@ struct Plan {
     names: FrameNames,
     film: Option<FilmPlan>,
     finish: Finish,
-    cameras: Option<CameraFile>,
+    cameras: PlannedCameras,
+}
+
+/// Where the cameras come from.
+enum PlannedCameras {
+    /// They are fitted to what is visible.
+    Framed,
+    /// A camera file.
+    File(CameraFile),
+    /// Keys, and the moments of the pictures between them.
+    Path(CameraPath, Vec<Moment>),
 }
 
 /// The volume, ready to be drawn.
@@ -100,10 +111,12 @@ fn checked_plan(args: &VolsplatArgs) -> Result<Plan> {
         Some(FilmKind::Video(_)) => Format::Png(Depth::Eight),
         None => output::format_of(&args.output, args.picture.bits)?,
     };
-    let cameras = args.camera.camera.as_deref().map(|path| read_cameras(path, &args.camera)).transpose()?;
+    let cameras = planned_cameras(args)?;
     let names = match (&cameras, args.sequence.turntable) {
         _ if film.is_some() => FrameNames::Single(args.output.clone()),
-        (Some(CameraFile::List(_)), _) | (_, Some(_)) => FrameNames::numbered(&args.output)?,
+        (PlannedCameras::File(CameraFile::List(_)) | PlannedCameras::Path(..), _) | (_, Some(_)) => {
+            FrameNames::numbered(&args.output)?
+        }
         _ => FrameNames::single(&args.output)?,
     };
     check_targets(args, &names.frame(0))?;
@@ -117,9 +130,9 @@ fn checked_plan(args: &VolsplatArgs) -> Result<Plan> {
 fn film_plan(args: &VolsplatArgs) -> Result<Option<FilmPlan>> {
     let name = args.output.display();
     let Some(kind) = output::kind_of(&args.output, args.picture.bits)? else {
-        if args.sequence.fps.is_some() {
+        if args.sequence.fps.is_some() && args.sequence.path.is_none() {
             bail!(
-                "{name}: --fps is for animations, and the name must then end in .apng, .mp4, .webm or .mkv"
+                "{name}: --fps is for --path and for animations, whose name ends in .apng, .mp4, .webm or .mkv"
             );
         }
         return Ok(None);
@@ -133,14 +146,24 @@ fn film_plan(args: &VolsplatArgs) -> Result<Option<FilmPlan>> {
     Ok(Some(film))
 }
 
-fn read_cameras(path: &Path, args: &CameraArgs) -> Result<CameraFile> {
-    let defaults = CameraDefaults { size: args.size, look_at_size: DEFAULT_SIZE, fov_y_deg: args.fov };
-    camera_file::read(path, &defaults)
+fn planned_cameras(args: &VolsplatArgs) -> Result<PlannedCameras> {
+    let (camera, sequence) = (&args.camera, &args.sequence);
+    let defaults = CameraDefaults { size: camera.size, look_at_size: DEFAULT_SIZE, fov_y_deg: camera.fov };
+    if let Some(file) = &sequence.path {
+        let path = camera_path::read(file, &defaults, &[])?;
+        let pictures = path.pictures(f64::from(sequence.fps.unwrap_or(output::DEFAULT_FPS)))?;
+        return Ok(PlannedCameras::Path(path, pictures));
+    }
+    match &camera.camera {
+        Some(file) => Ok(PlannedCameras::File(camera_file::read(file, &defaults)?)),
+        None => Ok(PlannedCameras::Framed),
+    }
 }
 
 /// Checks every place that will be written to. All frames go to one folder, so the first stands for the others.
 fn check_targets(args: &VolsplatArgs, first_frame: &Path) -> Result<()> {
-    let optional = [args.transfer.transfer.as_deref(), args.camera.camera.as_deref()];
+    let optional =
+        [args.transfer.transfer.as_deref(), args.camera.camera.as_deref(), args.sequence.path.as_deref()];
     let inputs: Vec<&Path> = optional.into_iter().flatten().chain([args.input.as_path()]).collect();
     let plot = args.transfer.show_transfer.as_deref();
     if let Some(plot) = plot.filter(|&plot| plot == first_frame) {
@@ -178,10 +201,15 @@ fn cameras(args: &VolsplatArgs, plan: &Plan, scene: &Scene) -> Result<Vec<Camera
         framing::grid_bounds(&scene.volume)
     });
     let bounds = framing::with_kernels(bounds, &scene.volume);
+    let named = |file: &Option<PathBuf>| file.as_deref().unwrap_or(Path::new("")).display().to_string();
     let cameras = match &plan.cameras {
-        None => framed(args, bounds, &scene.volume)?,
-        Some(file) => file_cameras(file, bounds)
-            .with_context(|| args.camera.camera.as_deref().unwrap_or(Path::new("")).display().to_string())?,
+        PlannedCameras::Framed => framed(args, bounds, &scene.volume)?,
+        PlannedCameras::File(file) => {
+            file_cameras(file, bounds).with_context(|| named(&args.camera.camera))?
+        }
+        PlannedCameras::Path(path, pictures) => {
+            path.cameras(pictures, bounds).with_context(|| named(&args.sequence.path))?
+        }
     };
     cameras.iter().try_for_each(picture::check_size)?;
     if let Some(film) = &plan.film {
