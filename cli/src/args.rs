@@ -20,8 +20,12 @@ pub(crate) use transfer::{SpaceArg, TransferArgs};
 use crate::choices;
 use crate::values::{self, Axis, Orbit, Size};
 
+mod bench;
+mod compare;
 mod sequence;
 
+pub(crate) use bench::{BenchArgs, BenchPaperArgs, BenchTable};
+pub(crate) use compare::CompareArgs;
 pub(crate) use sequence::SequenceArgs;
 
 /// Forward resampling: clean pictures from discrete samples
@@ -45,6 +49,12 @@ pub(crate) enum Command {
     ///
     /// Example: resample info head.nii.gz
     Info(InfoArgs),
+    /// Measure published tables again, on this machine
+    Bench(BenchArgs),
+    /// Compare a picture or an animation with its reference: PSNR, SSIM, FLIP and more
+    ///
+    /// Example: resample compare mine.png truth.exr --heatmap errors.png --fail-above flip=0.02
+    Compare(CompareArgs),
     /// Draw a volume file from one or several cameras
     ///
     /// Example: resample volsplat engine.raw --dims 256,256,128 --type u8 -o engine.png

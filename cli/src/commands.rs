@@ -1,5 +1,7 @@
 //! The commands, one file each: what was typed, turned into options, calls and a report.
 
+pub(crate) mod bench;
+pub(crate) mod compare;
 pub(crate) mod demo;
 pub(crate) mod info;
 pub(crate) mod volsplat;

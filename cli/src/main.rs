@@ -1,8 +1,8 @@
 //! The command line `resample`.
 //!
 //! Takes words, gives an exit code: 0 when everything asked for was written, 2 when the input or the options are
-//! bad (nothing is written then), 1 when a file could not be written although all checks had passed, 130 after
-//! Ctrl-C. This file parses, starts the threads and dispatches; each command reads as its list of steps in `commands/`.
+//! bad (nothing is written then), 1 when a file could not be written although all checks had passed or a bound of a
+//! comparison is broken, 130 after Ctrl-C. This file parses, starts the threads and dispatches; each command reads as its list of steps in `commands/`.
 
 mod args;
 mod camera_file;
@@ -11,6 +11,7 @@ mod choices;
 mod clip;
 mod commands;
 mod framing;
+mod input_picture;
 mod interrupt;
 mod json_fields;
 mod output;
@@ -28,6 +29,7 @@ use anyhow::{Context, Result};
 use clap::Parser;
 
 use crate::args::{Cli, Command, GlobalArgs};
+use crate::commands::compare::TooFar;
 use crate::interrupt::Interrupted;
 use crate::output::WriteFailure;
 use crate::report::Verbosity;
@@ -35,8 +37,8 @@ use crate::report::Verbosity;
 /// Bad input or options; also what clap uses.
 const EXIT_BAD_INPUT: u8 = 2;
 
-/// Everything was fine but the writing.
-const EXIT_WRITE_FAILED: u8 = 1;
+/// The input was fine, but a file could not be written or pictures are too far apart.
+const EXIT_FAILED: u8 = 1;
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
@@ -48,7 +50,8 @@ fn main() -> ExitCode {
         }
         Err(error) => {
             report::say(&format!("error: {}", report::one_line(&error)));
-            ExitCode::from(if error.is::<WriteFailure>() { EXIT_WRITE_FAILED } else { EXIT_BAD_INPUT })
+            let failed = error.is::<WriteFailure>() || error.is::<TooFar>();
+            ExitCode::from(if failed { EXIT_FAILED } else { EXIT_BAD_INPUT })
         }
     }
 }
@@ -58,6 +61,8 @@ fn run(cli: &Cli) -> Result<()> {
     let verbosity = verbosity(&cli.global);
     match &cli.command {
         Command::Demo(args) => commands::demo::run(args, verbosity),
+        Command::Bench(args) => commands::bench::run(args, verbosity),
+        Command::Compare(args) => commands::compare::run(args),
         Command::Info(args) => commands::info::run(args),
         Command::Volsplat(args) => commands::volsplat::run(args, verbosity),
     }

@@ -22,7 +22,7 @@ pub(crate) struct Finish {
 
 /// Most pixels of a picture: 16384 x 16384. The picture alone then takes 4 GiB; a camera file must not be able to
 /// ask for all memory by its width and height.
-const MAX_PIXELS: u64 = 1 << 28;
+pub(crate) const MAX_PIXELS: u64 = 1 << 28;
 
 /// Checks that a picture of this size can be held.
 pub(crate) fn check_size(camera: &Camera) -> Result<()> {

@@ -169,6 +169,12 @@ pub(crate) fn orbit(text: &str) -> Result<Orbit, String> {
     Ok(Orbit { azimuth_deg, elevation_deg, distance })
 }
 
+/// `METRIC=VALUE`.
+pub(crate) fn metric_bound(text: &str) -> Result<(String, f64), String> {
+    let parts = text.split_once('=').and_then(|(name, value)| Some((name.trim().to_owned(), finite(value)?)));
+    parts.ok_or_else(|| "expected METRIC=VALUE such as flip=0.02".into())
+}
+
 /// The name of a PNG file.
 pub(crate) fn png_name(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);

@@ -1,4 +1,4 @@
-//! Camera paths: keys in time, each a camera and what else may change, and the pictures between them.
+//! Camera paths: keys in time, each a camera, and the pictures between them.
 //!
 //! Takes a JSON file of keys, gives a camera for every picture: the keys' cameras are passed through smoothly
 //! ([`spline`]). A look-at camera moves by its target, its direction and its distance, so that keys around an object
@@ -35,17 +35,15 @@ pub(crate) struct CameraPath {
 #[derive(Clone, Debug)]
 pub(crate) struct Key {
     camera: FileCamera,
-    /// What an application may read besides; see [`CameraPath::extras`].
-    extras: Vec<(String, Value)>,
 }
 
 /// Most pictures of a path: an hour at 25 a second is 90 000. More is a slip of the finger.
 const MAX_PICTURES: f64 = 100_000.0;
 
-/// Reads `path`. Keys of a key other than "time" and "camera" must be among `extras`.
-pub(crate) fn read(path: &Path, defaults: &CameraDefaults, extras: &[&'static str]) -> Result<CameraPath> {
+/// Reads `path`.
+pub(crate) fn read(path: &Path, defaults: &CameraDefaults) -> Result<CameraPath> {
     camera_file::read_value(path)
-        .and_then(|value| keys(value, defaults, extras))
+        .and_then(|value| keys(value, defaults))
         .with_context(|| format!("{}: not a usable camera path", path.display()))
 }
 
@@ -68,18 +66,6 @@ impl CameraPath {
         let tracks = Tracks::new(&self.keys, &cameras);
         pictures.iter().map(|&at| tracks.camera(&self.times_s, at)).collect()
     }
-
-    /// What the keys hold under `name`: one value per key, or `None` if no key has it. All or none must.
-    pub(crate) fn extras(&self, name: &str) -> Result<Option<Vec<&Value>>> {
-        let found: Vec<Option<&Value>> = (self.keys.iter())
-            .map(|key| key.extras.iter().find(|(n, _)| n == name).map(|(_, value)| value))
-            .collect();
-        match found.iter().position(Option::is_none) {
-            None => Ok(Some(found.into_iter().flatten().collect())),
-            Some(_) if found.iter().all(Option::is_none) => Ok(None),
-            Some(missing) => bail!("key {missing} has no \"{name}\", which other keys have: give it to every key"),
-        }
-    }
 }
 
 /// What moves, key by key.
@@ -97,7 +83,7 @@ impl Tracks {
     fn new(keys: &[Key], cameras: &[Camera]) -> Self {
         let distances: Vec<f64> = keys.iter().map(|key| key.camera.target_distance().unwrap_or(0.0)).collect();
         let orbits = distances.iter().all(|&distance| distance > 0.0);
-        let mut numbers = vec![Vec::with_capacity(keys.len()); 9];
+        let mut numbers = vec![Vec::new(); 9];
         for (camera, distance) in cameras.iter().zip(distances) {
             let distance = if orbits { distance } else { 0.0 };
             let pivot = camera.eye_in_world() + distance * camera.forward_in_world();
@@ -140,7 +126,7 @@ fn orthographic(camera: &Camera) -> bool {
     camera.projection == Projection::Orthographic
 }
 
-fn keys(value: Value, defaults: &CameraDefaults, extras: &[&'static str]) -> Result<CameraPath> {
+fn keys(value: Value, defaults: &CameraDefaults) -> Result<CameraPath> {
     let mut fields = Fields::new(value)?;
     let list = fields.required_list("keys")?;
     fields.finish()?;
@@ -150,7 +136,7 @@ fn keys(value: Value, defaults: &CameraDefaults, extras: &[&'static str]) -> Res
     let (mut times_s, mut keys) = (Vec::new(), Vec::new());
     for (index, value) in list.into_iter().enumerate() {
         let (time_s, key) =
-            one_key(value, defaults, extras).with_context(|| format!("key {index} of the path"))?;
+            one_key(value, defaults).with_context(|| format!("key {index} of the path"))?;
         if times_s.last().is_some_and(|&before| time_s <= before) {
             bail!("key {index} of the path: \"time\" is {time_s}, expected more than that of the key before");
         }
@@ -161,14 +147,12 @@ fn keys(value: Value, defaults: &CameraDefaults, extras: &[&'static str]) -> Res
     Ok(CameraPath { times_s, keys })
 }
 
-fn one_key(value: Value, defaults: &CameraDefaults, extras: &[&'static str]) -> Result<(f64, Key)> {
+fn one_key(value: Value, defaults: &CameraDefaults) -> Result<(f64, Key)> {
     let mut fields = Fields::new(value)?;
     let time_s = fields.required_number("time")?;
     let camera = camera_file::one_camera(fields.required_value("camera")?, defaults).context("\"camera\"")?;
-    let extras =
-        extras.iter().filter_map(|&name| fields.take(name).map(|value| (name.to_owned(), value))).collect();
     fields.finish()?;
-    Ok((time_s, Key { camera, extras }))
+    Ok((time_s, Key { camera }))
 }
 
 /// Checks what cannot move: the kind of projection and the picture size.

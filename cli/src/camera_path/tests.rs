@@ -15,7 +15,7 @@ fn key(time: f64, position: [f64; 3]) -> Value {
 }
 
 fn path(list: Vec<Value>) -> Result<CameraPath> {
-    keys(json!({ "keys": list }), &DEFAULTS, &["transfer"])
+    keys(json!({ "keys": list }), &DEFAULTS)
 }
 
 fn complaint(list: Vec<Value>) -> String {
@@ -61,20 +61,4 @@ fn what_cannot_be_a_path_is_refused_by_name() {
     let mut odd = key(2.0, [4.0, 0.0, 0.0]);
     odd["colour"] = json!("red");
     assert!(complaint(vec![key(0.0, [0.0, 0.0, 4.0]), odd]).contains("unknown key \"colour\""));
-}
-
-#[test]
-fn extras_belong_to_every_key_or_to_none() {
-    let with = |mut key: Value| {
-        key["transfer"] = json!("a.json");
-        key
-    };
-    let (a, b) = (key(0.0, [0.0, 0.0, 4.0]), key(1.0, [4.0, 0.0, 0.0]));
-    let none = path(vec![a.clone(), b.clone()]).expect("good");
-    assert_eq!(none.extras("transfer").expect("none"), None);
-    let all = path(vec![with(a.clone()), with(b.clone())]).expect("good");
-    assert_eq!(all.extras("transfer").expect("all").map(|list| list.len()), Some(2));
-    let some = path(vec![with(a), b]).expect("good");
-    let complaint = format!("{:#}", some.extras("transfer").expect_err("one is missing"));
-    assert!(complaint.contains("key 1 has no \"transfer\""), "{complaint}");
 }

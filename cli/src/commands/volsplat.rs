@@ -150,7 +150,7 @@ fn planned_cameras(args: &VolsplatArgs) -> Result<PlannedCameras> {
     let (camera, sequence) = (&args.camera, &args.sequence);
     let defaults = CameraDefaults { size: camera.size, look_at_size: DEFAULT_SIZE, fov_y_deg: camera.fov };
     if let Some(file) = &sequence.path {
-        let path = camera_path::read(file, &defaults, &[])?;
+        let path = camera_path::read(file, &defaults)?;
         let pictures = path.pictures(f64::from(sequence.fps.unwrap_or(output::DEFAULT_FPS)))?;
         return Ok(PlannedCameras::Path(path, pictures));
     }

@@ -1,0 +1,294 @@
+//! `resample compare`: how far a picture, or an animation, is from its reference.
+//!
+//! Every pair of pictures is compared by the metrics of `resample_core::metrics`, in linear light with premultiplied
+//! alpha; of an animation the worst picture is told beside the mean, and the flicker: how much more, or less, each
+//! pixel changes from picture to picture than in the reference. The result goes to stdout; a bound that is broken
+//! makes the exit code 1.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use resample_core::Image;
+use resample_core::metrics::{self, Comparison, Mask, flip};
+use serde_json::{Value, json};
+
+use crate::args::CompareArgs;
+use crate::input_picture::{self, Pictures};
+use crate::output::{self, Depth, Format};
+
+/// A bound of `--fail-above` was broken: the pictures were compared, and are too far apart.
+#[derive(Debug)]
+pub(crate) struct TooFar {
+    what: String,
+}
+
+impl std::fmt::Display for TooFar {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.what)
+    }
+}
+
+impl std::error::Error for TooFar {}
+
+/// Name of a figure, whether more is better, and how it is read off a comparison.
+type Metric = (&'static str, Better, fn(&Comparison) -> f64);
+
+/// The figures.
+const METRICS: [Metric; 9] = [
+    ("rmse", Better::Less, |c| c.rmse),
+    ("psnr", Better::More, |c| c.psnr_db),
+    ("alpha-psnr", Better::More, |c| c.alpha_psnr_db),
+    ("bias", Better::Less, |c| c.mean_signed.abs()),
+    ("max", Better::Less, |c| c.max_abs),
+    ("p999", Better::Less, |c| c.p999_abs),
+    ("ssim", Better::More, |c| c.ssim),
+    ("flip", Better::Less, |c| c.flip.mean),
+    ("flip-max", Better::Less, |c| c.flip.max),
+];
+
+/// The figure over time, known for animations only.
+const FLICKER: &str = "flicker";
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Better {
+    Less,
+    More,
+}
+
+/// All figures of a run.
+struct Findings {
+    /// One per pair of pictures.
+    pictures: Vec<Comparison>,
+    /// The pair with the largest FLIP error, and the map of its errors.
+    worst: usize,
+    worst_map: metrics::ScalarMap,
+    /// RMS over pixels and steps of the difference between the changes of picture and reference.
+    flicker: Option<f64>,
+}
+
+/// Compares, tells, and checks the bounds.
+pub(crate) fn run(args: &CompareArgs) -> Result<()> {
+    check_bounds(args)?;
+    if let Some(path) = &args.heatmap {
+        output::check_writable(path)?;
+        output::check_not_input(path, &[args.picture.as_path(), args.reference.as_path()])?;
+    }
+    let findings = compared(args)?;
+    let text = if args.json {
+        format!("{}\n", serde_json::to_string_pretty(&findings.json())?)
+    } else {
+        findings.text()
+    };
+    io::stdout().write_all(text.as_bytes())?;
+    if let Some(path) = &args.heatmap {
+        output::write_picture(path, Format::Png(Depth::Eight), &heatmap(&findings.worst_map))?;
+    }
+    findings.hold(&args.bounds)
+}
+
+fn check_bounds(args: &CompareArgs) -> Result<()> {
+    let known = |name: &str| name == FLICKER || METRICS.iter().any(|metric| metric.0 == name);
+    match args.bounds.iter().find(|(name, _)| !known(name)) {
+        None => Ok(()),
+        Some((name, _)) => {
+            let names: Vec<&str> = METRICS.iter().map(|metric| metric.0).chain([FLICKER]).collect();
+            bail!("--fail-above {name}: no such figure, expected one of {}", names.join(", "))
+        }
+    }
+}
+
+fn compared(args: &CompareArgs) -> Result<Findings> {
+    let mask = args.mask.as_deref().map(light_parts).transpose()?;
+    let (mut pictures, mut references) = (Pictures::open(&args.picture)?, Pictures::open(&args.reference)?);
+    let mut findings: Option<Findings> = None;
+    let mut steps = Steps::default();
+    loop {
+        let (picture, reference) = match (pictures.next()?, references.next()?) {
+            (Some(picture), Some(reference)) => (picture, reference),
+            (None, None) => break,
+            (picture, _) => {
+                let (short, long) = if picture.is_none() {
+                    (&args.picture, &args.reference)
+                } else {
+                    (&args.reference, &args.picture)
+                };
+                bail!("{}: has fewer pictures than {}", short.display(), long.display());
+            }
+        };
+        let inside = args.inside.then(|| Mask::from_alpha(&reference));
+        let mask = inside.as_ref().or(mask.as_ref());
+        add(&mut findings, &picture, &reference, mask)
+            .with_context(|| format!("{} against {}", args.picture.display(), args.reference.display()))?;
+        steps.add(picture, reference, mask);
+    }
+    let mut findings = findings.with_context(|| format!("{}: holds no picture", args.picture.display()))?;
+    findings.flicker = steps.flicker();
+    Ok(findings)
+}
+
+/// Compares one pair and keeps its figures; the map only of the worst.
+fn add(
+    findings: &mut Option<Findings>,
+    picture: &Image,
+    reference: &Image,
+    mask: Option<&Mask>,
+) -> Result<()> {
+    let comparison = metrics::compare(picture, reference, mask)?;
+    let is_worst = findings.as_ref().is_none_or(|f| comparison.flip.mean > f.pictures[f.worst].flip.mean);
+    let found = findings.get_or_insert_with(|| Findings {
+        pictures: Vec::new(),
+        worst: 0,
+        worst_map: metrics::ScalarMap { width: 0, height: 0, values: Vec::new() },
+        flicker: None,
+    });
+    if is_worst {
+        found.worst = found.pictures.len();
+        found.worst_map = flip::map(picture, reference, flip::DEFAULT_PIXELS_PER_DEGREE)?;
+    }
+    found.pictures.push(comparison);
+    Ok(())
+}
+
+/// What changes from picture to picture.
+#[derive(Default)]
+struct Steps {
+    before: Option<(Image, Image)>,
+    sum_of_squares: f64,
+    count: usize,
+}
+
+impl Steps {
+    fn add(&mut self, picture: Image, reference: Image, mask: Option<&Mask>) {
+        if let Some((before, reference_before)) = &self.before {
+            let changes = picture.rgba.iter().zip(&before.rgba);
+            let expected = reference.rgba.iter().zip(&reference_before.rgba);
+            for (index, ((now, then), (expected_now, expected_then))) in changes.zip(expected).enumerate() {
+                if mask.is_some_and(|mask| !mask.inside()[index]) {
+                    continue;
+                }
+                for k in 0..3 {
+                    let change = f64::from(now[k]) - f64::from(then[k]);
+                    let expected = f64::from(expected_now[k]) - f64::from(expected_then[k]);
+                    self.sum_of_squares += (change - expected).powi(2);
+                    self.count += 1;
+                }
+            }
+        }
+        self.before = Some((picture, reference));
+    }
+
+    fn flicker(&self) -> Option<f64> {
+        (self.count > 0).then(|| (self.sum_of_squares / self.count as f64).sqrt())
+    }
+}
+
+impl Findings {
+    /// The mean of a figure over all pictures, and the worst.
+    fn mean_and_worst(&self, better: Better, of: fn(&Comparison) -> f64) -> (f64, f64) {
+        let values = self.pictures.iter().map(of);
+        let mean = values.clone().sum::<f64>() / self.pictures.len() as f64;
+        let worst = match better {
+            Better::Less => values.fold(f64::NEG_INFINITY, f64::max),
+            Better::More => values.fold(f64::INFINITY, f64::min),
+        };
+        (mean, worst)
+    }
+
+    fn text(&self) -> String {
+        let several = self.pictures.len() > 1;
+        let mut text = String::new();
+        if several {
+            text += &format!("{} pictures, the worst is number {}\n", self.pictures.len(), self.worst);
+            text += &format!("{:<12}{:>12}{:>12}\n", "", "mean", "worst");
+        }
+        for (name, better, of) in METRICS {
+            let (mean, worst) = self.mean_and_worst(better, of);
+            text += &format!("{name:<12}{:>12}", short(mean));
+            text += &if several { format!("{:>12}\n", short(worst)) } else { "\n".into() };
+        }
+        if let Some(flicker) = self.flicker {
+            text += &format!("{FLICKER:<12}{:>12}\n", short(flicker));
+        }
+        text += &format!("{:<12}{:>12}\n", "pixels", self.pictures[0].pixel_count);
+        text
+    }
+
+    fn json(&self) -> Value {
+        let picture = |c: &Comparison| {
+            let mut figures: serde_json::Map<String, Value> =
+                METRICS.iter().map(|(name, _, of)| ((*name).to_owned(), number(of(c)))).collect();
+            figures.insert("pixels".into(), json!(c.pixel_count));
+            Value::Object(figures)
+        };
+        let mut all = json!({"pictures": self.pictures.iter().map(picture).collect::<Vec<_>>(), "worst": self.worst});
+        if let Some(flicker) = self.flicker {
+            all[FLICKER] = json!(flicker);
+        }
+        all
+    }
+
+    /// Checks the bounds against the worst picture.
+    fn hold(&self, bounds: &[(String, f64)]) -> Result<()> {
+        for (name, bound) in bounds {
+            let metric = METRICS.iter().find(|metric| metric.0 == name);
+            let (better, value) = match metric {
+                Some(&(_, better, of)) => (better, self.mean_and_worst(better, of).1),
+                None => match self.flicker {
+                    Some(flicker) => (Better::Less, flicker),
+                    None => bail!("--fail-above {name}: one picture does not flicker, expected an animation"),
+                },
+            };
+            let (broken, relation) = match better {
+                Better::Less => (value > *bound, "above"),
+                Better::More => (value < *bound, "below"),
+            };
+            if broken {
+                let what = format!("{name} is {}, {relation} the bound {bound}", short(value));
+                return Err(TooFar { what }.into());
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Four significant digits; endless where there is no difference.
+fn short(value: f64) -> String {
+    if value.is_infinite() {
+        return "inf".into();
+    }
+    if value == 0.0 || (1e-3..1e4).contains(&value.abs()) {
+        let digits = if value.abs() >= 10.0 { 2 } else { 5 };
+        format!("{value:.digits$}")
+    } else {
+        format!("{value:.3e}")
+    }
+}
+
+/// JSON has no infinity: equal pictures have no finite PSNR, and get null.
+fn number(value: f64) -> Value {
+    if value.is_finite() { json!(value) } else { Value::Null }
+}
+
+/// Where a picture is lighter than middle grey, and not transparent.
+fn light_parts(path: &Path) -> Result<Mask> {
+    let picture = input_picture::read(path)?;
+    // Rec. 709 luminance of the picture on black; 0.2140 is the linear light of the sRGB code 0.5.
+    let light = |p: &[f32; 4]| 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2] > 0.2140;
+    let inside: Vec<bool> = picture.rgba.iter().map(light).collect();
+    if !inside.contains(&true) {
+        bail!("{}: the mask selects no pixel: it is lighter than middle grey nowhere", path.display());
+    }
+    Ok(Mask::new(picture.width, picture.height, inside)?)
+}
+
+/// The errors in the colours of a well-known map, dark for none.
+fn heatmap(map: &metrics::ScalarMap) -> Image {
+    let colour = |&error: &f64| {
+        let c = colorous::MAGMA.eval_continuous(error.clamp(0.0, 1.0));
+        let linear = |code: u8| resample_core::image::linear_from_srgb(f32::from(code) / 255.0);
+        [linear(c.r), linear(c.g), linear(c.b), 1.0]
+    };
+    let rgba = map.values.iter().map(colour).collect();
+    Image { width: map.width, height: map.height, rgba, depth: None, planes: Vec::new() }
+}

@@ -1,0 +1,217 @@
+//! Pictures that are read: PNG, animated PNG and OpenEXR, brought to linear light with premultiplied alpha.
+//!
+//! Takes the name of a file, or a pattern such as `out/a_%04d.png` that stands for numbered pictures, and gives one
+//! [`Image`] after another, so that an animation never lies in memory as a whole. The format is told by the content.
+//! Limits: colour and alpha only; 8 bits in an animated PNG; no video.
+
+use std::fs::File;
+use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, anyhow, bail};
+use exr::prelude::{MetaData, read_first_rgba_layer_from_file};
+use image::codecs::png::PngDecoder;
+use image::{AnimationDecoder, DynamicImage, Frames, ImageDecoder, Limits};
+use resample_core::Image;
+use resample_core::image::linear_from_srgb;
+
+use crate::output::FrameNames;
+use crate::picture::MAX_PIXELS;
+
+/// The pictures of a file or of a numbered row of files, in order.
+pub(crate) struct Pictures {
+    source: Source,
+    /// Pictures that were given.
+    given: usize,
+}
+
+enum Source {
+    /// One file that holds one picture.
+    Still(PathBuf),
+    /// Files, numbered from 0, until one is missing.
+    Numbered(FrameNames),
+    /// An animated PNG.
+    Frames(PathBuf, Frames<'static>),
+}
+
+impl Pictures {
+    /// Opens `path`; what is wrong with later pictures shows when they are asked for.
+    pub(crate) fn open(path: &Path) -> Result<Self> {
+        let names = FrameNames::single(path)?;
+        if matches!(names, FrameNames::Numbered { .. }) {
+            return Ok(Self { source: Source::Numbered(names), given: 0 });
+        }
+        let source = match content_of(path)? {
+            Content::Exr => Source::Still(path.to_owned()),
+            Content::Png => {
+                let decoder = png(path)?;
+                if decoder.is_apng().with_context(|| broken(path))? {
+                    let frames = decoder.apng().with_context(|| broken(path))?.into_frames();
+                    Source::Frames(path.to_owned(), frames)
+                } else {
+                    Source::Still(path.to_owned())
+                }
+            }
+        };
+        Ok(Self { source, given: 0 })
+    }
+
+    /// The next picture, `None` after the last.
+    pub(crate) fn next(&mut self) -> Result<Option<Image>> {
+        let index = self.given;
+        self.given += 1;
+        match &mut self.source {
+            Source::Still(path) if index == 0 => read(path).map(Some),
+            Source::Still(_) => Ok(None),
+            Source::Numbered(names) => {
+                let file = names.frame(index);
+                // The first must be there; the first that is missing ends the row.
+                if index > 0 && !file.exists() { Ok(None) } else { read(&file).map(Some) }
+            }
+            Source::Frames(path, frames) => match frames.next() {
+                None => Ok(None),
+                Some(frame) => {
+                    let frame = frame.with_context(|| format!("{}: picture {index}", path.display()))?;
+                    Ok(Some(linear(&DynamicImage::ImageRgba8(frame.into_buffer()))))
+                }
+            },
+        }
+    }
+}
+
+/// The one picture of a file.
+pub(crate) fn read(path: &Path) -> Result<Image> {
+    match content_of(path)? {
+        Content::Exr => read_exr(path),
+        Content::Png => {
+            let decoded = DynamicImage::from_decoder(png(path)?).with_context(|| broken(path))?;
+            Ok(linear(&decoded))
+        }
+    }
+}
+
+/// What a file holds.
+enum Content {
+    Png,
+    Exr,
+}
+
+fn content_of(path: &Path) -> Result<Content> {
+    let mut file = File::open(path).with_context(|| format!("{}: cannot be opened", path.display()))?;
+    let mut start = [0; 8];
+    let length = file.read(&mut start).with_context(|| format!("{}: cannot be read", path.display()))?;
+    match &start[..length] {
+        [0x89, b'P', b'N', b'G', ..] => Ok(Content::Png),
+        [0x76, 0x2f, 0x31, 0x01, ..] => Ok(Content::Exr),
+        _ => bail!("{}: expected a PNG or an OpenEXR picture, found neither", path.display()),
+    }
+}
+
+/// A decoder that refuses more pixels than a picture may have.
+fn png(path: &Path) -> Result<PngDecoder<BufReader<File>>> {
+    let mut file = BufReader::new(File::open(path).with_context(|| format!("{}", path.display()))?);
+    file.seek(SeekFrom::Start(0))?;
+    let mut limits = Limits::no_limits();
+    // Eight bytes a pixel at most, and as much again for what the decoder needs besides.
+    limits.max_alloc = Some(16 * MAX_PIXELS);
+    let decoder = PngDecoder::with_limits(file, limits).with_context(|| broken(path))?;
+    let (width, height) = decoder.dimensions();
+    check_pixels(path, u64::from(width), u64::from(height))?;
+    Ok(decoder)
+}
+
+fn read_exr(path: &Path) -> Result<Image> {
+    let unreadable = |error: exr::error::Error| anyhow!("{}: {error}", broken(path));
+    for header in &MetaData::read_from_file(path, false).map_err(unreadable)?.headers {
+        check_pixels(path, header.layer_size.width() as u64, header.layer_size.height() as u64)?;
+    }
+    let read = read_first_rgba_layer_from_file(
+        path,
+        |size, _| Image::transparent(size.width(), size.height()),
+        |image, at, (red, green, blue, alpha): (f32, f32, f32, f32)| {
+            let index = at.y() * image.width + at.x();
+            image.rgba[index] = [red, green, blue, alpha];
+        },
+    );
+    Ok(read.map_err(unreadable)?.layer_data.channel_data.pixels)
+}
+
+fn check_pixels(path: &Path, width: u64, height: u64) -> Result<()> {
+    if width.checked_mul(height).is_none_or(|pixels| pixels > MAX_PIXELS) {
+        bail!("{}: {width}x{height} are more than {MAX_PIXELS} pixels", path.display());
+    }
+    Ok(())
+}
+
+fn broken(path: &Path) -> String {
+    format!("{}: not a picture that can be read", path.display())
+}
+
+/// From sRGB and straight alpha.
+fn linear(picture: &DynamicImage) -> Image {
+    let (width, height) = (picture.width() as usize, picture.height() as usize);
+    let straight = picture.to_rgba32f();
+    let premultiplied = straight.pixels().map(|pixel| {
+        let [r, g, b, alpha] = pixel.0;
+        let [r, g, b] = [r, g, b].map(|encoded| linear_from_srgb(encoded) * alpha);
+        [r, g, b, alpha]
+    });
+    Image { width, height, rgba: premultiplied.collect(), depth: None, planes: Vec::new() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::output::{self, Depth, Format};
+
+    fn picture() -> Image {
+        let mut image = Image::transparent(3, 2);
+        image.rgba[0] = [0.25, 0.5, 1.0, 1.0];
+        image.rgba[4] = [0.1, 0.05, 0.0, 0.2];
+        image
+    }
+
+    #[test]
+    fn what_is_written_comes_back() {
+        let folder = tempfile::tempdir().expect("a folder");
+        for (name, format, tolerance) in [
+            ("a.exr", Format::Exr, 0.0),
+            ("a.png", Format::Png(Depth::Sixteen), 1e-4),
+            ("b.png", Format::Png(Depth::Eight), 5e-3),
+        ] {
+            let path = folder.path().join(name);
+            output::write_picture(&path, format, &picture()).expect("written");
+            let back = read(&path).expect("read");
+            assert_eq!((back.width, back.height), (3, 2), "{name}");
+            for (a, b) in back.rgba.iter().flatten().zip(picture().rgba.iter().flatten()) {
+                assert!((a - b).abs() <= tolerance, "{name}: {a} against {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_row_of_files_ends_where_one_is_missing() {
+        let folder = tempfile::tempdir().expect("a folder");
+        for index in [0, 1, 3] {
+            let path = folder.path().join(format!("f{index}.png"));
+            output::write_picture(&path, Format::Png(Depth::Eight), &picture()).expect("written");
+        }
+        let mut pictures = Pictures::open(&folder.path().join("f%d.png")).expect("a pattern");
+        let mut count = 0;
+        while pictures.next().expect("good").is_some() {
+            count += 1;
+        }
+        assert_eq!(count, 2, "0 and 1; 3 is not next");
+    }
+
+    #[test]
+    fn other_files_are_refused_by_name() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.png");
+        std::fs::write(&path, b"text").expect("written");
+        let complaint = format!("{:#}", read(&path).expect_err("no picture"));
+        assert!(complaint.contains("a.png") && complaint.contains("expected a PNG"), "{complaint}");
+        std::fs::write(&path, b"\x89PNG\r\n\x1a\n").expect("written");
+        assert!(read(&path).is_err(), "a PNG without a header");
+    }
+}
