@@ -53,7 +53,10 @@ impl CameraPath {
         let (first, last) = (self.times_s[0], self.times_s[self.times_s.len() - 1]);
         let steps = ((last - first) * fps).round().max(1.0);
         if steps >= MAX_PICTURES {
-            bail!("{} seconds at {fps} pictures per second are more than {MAX_PICTURES} pictures", last - first);
+            bail!(
+                "{} seconds at {fps} pictures per second are more than {MAX_PICTURES} pictures",
+                last - first
+            );
         }
         let time = |step: usize| first + (last - first) * step as f64 / steps;
         Ok((0..=steps as usize).map(|step| spline::moment(&self.times_s, time(step))).collect())
@@ -81,7 +84,8 @@ struct Tracks {
 
 impl Tracks {
     fn new(keys: &[Key], cameras: &[Camera]) -> Self {
-        let distances: Vec<f64> = keys.iter().map(|key| key.camera.target_distance().unwrap_or(0.0)).collect();
+        let distances: Vec<f64> =
+            keys.iter().map(|key| key.camera.target_distance().unwrap_or(0.0)).collect();
         let orbits = distances.iter().all(|&distance| distance > 0.0);
         let mut numbers = vec![Vec::new(); 9];
         for (camera, distance) in cameras.iter().zip(distances) {
@@ -135,8 +139,7 @@ fn keys(value: Value, defaults: &CameraDefaults) -> Result<CameraPath> {
     }
     let (mut times_s, mut keys) = (Vec::new(), Vec::new());
     for (index, value) in list.into_iter().enumerate() {
-        let (time_s, key) =
-            one_key(value, defaults).with_context(|| format!("key {index} of the path"))?;
+        let (time_s, key) = one_key(value, defaults).with_context(|| format!("key {index} of the path"))?;
         if times_s.last().is_some_and(|&before| time_s <= before) {
             bail!("key {index} of the path: \"time\" is {time_s}, expected more than that of the key before");
         }
@@ -162,7 +165,9 @@ fn check_alike(keys: &[Key]) -> Result<()> {
     match keys.iter().position(|key| kind(key) != first) {
         None => Ok(()),
         Some(other) => {
-            bail!("key {other} of the path: its picture size or its projection is not that of key 0: make them the same")
+            bail!(
+                "key {other} of the path: its picture size or its projection is not that of key 0: make them the same"
+            )
         }
     }
 }

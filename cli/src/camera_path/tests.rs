@@ -40,7 +40,8 @@ fn keys_around_an_object_go_around_it() {
 
 #[test]
 fn a_zoom_is_steady() {
-    let camera = |fov: f64| json!({"position": [0, 0, 5], "target": [0, 0, 0], "up": [0, 1, 0], "fov_y": fov});
+    let camera =
+        |fov: f64| json!({"position": [0, 0, 5], "target": [0, 0, 0], "up": [0, 1, 0], "fov_y": fov});
     let list = vec![json!({"time": 0, "camera": camera(60.0)}), json!({"time": 1, "camera": camera(10.0)})];
     let path = path(list).expect("good");
     let pictures = path.pictures(4.0).expect("few");
@@ -57,7 +58,9 @@ fn what_cannot_be_a_path_is_refused_by_name() {
     let mut other = key(2.0, [4.0, 0.0, 0.0]);
     other["camera"]["projection"] = json!("orthographic");
     other["camera"]["height"] = json!(3);
-    assert!(complaint(vec![key(0.0, [0.0, 0.0, 4.0]), other]).contains("key 1 of the path: its picture size"));
+    assert!(
+        complaint(vec![key(0.0, [0.0, 0.0, 4.0]), other]).contains("key 1 of the path: its picture size")
+    );
     let mut odd = key(2.0, [4.0, 0.0, 0.0]);
     odd["colour"] = json!("red");
     assert!(complaint(vec![key(0.0, [0.0, 0.0, 4.0]), odd]).contains("unknown key \"colour\""));

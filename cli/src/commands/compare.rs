@@ -221,7 +221,8 @@ impl Findings {
             figures.insert("pixels".into(), json!(c.pixel_count));
             Value::Object(figures)
         };
-        let mut all = json!({"pictures": self.pictures.iter().map(picture).collect::<Vec<_>>(), "worst": self.worst});
+        let mut all =
+            json!({"pictures": self.pictures.iter().map(picture).collect::<Vec<_>>(), "worst": self.worst});
         if let Some(flicker) = self.flicker {
             all[FLICKER] = json!(flicker);
         }

@@ -61,7 +61,11 @@ fn animations_are_compared_picture_by_picture() {
     assert!(other["flicker"].as_f64().expect("a number") > 0.0, "the views differ");
     let short = bench.run("compare out/a.apng out/f_0000.png");
     assert_eq!(short.status.code(), Some(2));
-    assert!(stderr(&short).contains("out/f_0000.png: has fewer pictures than out/a.apng"), "{}", stderr(&short));
+    assert!(
+        stderr(&short).contains("out/f_0000.png: has fewer pictures than out/a.apng"),
+        "{}",
+        stderr(&short)
+    );
 }
 
 #[test]

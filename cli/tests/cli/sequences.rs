@@ -170,10 +170,14 @@ fn a_path_passes_through_its_keys() {
     let bench = Bench::new();
     bench.write("path.json", PATH.as_bytes());
     assert_good(&bench.draw("--size 24x24 --path path.json --fps 4 -o out/a.png"));
-    assert_eq!(bench.written().len(), 5, "a second at four pictures a second, both ends: {:?}", bench.written());
-    let camera = |position: &str| {
-        format!(r#"{{"position": {position}, "target": [16, 16, 16], "up": [0, 1, 0]}}"#)
-    };
+    assert_eq!(
+        bench.written().len(),
+        5,
+        "a second at four pictures a second, both ends: {:?}",
+        bench.written()
+    );
+    let camera =
+        |position: &str| format!(r#"{{"position": {position}, "target": [16, 16, 16], "up": [0, 1, 0]}}"#);
     for (file, position) in [("a_0000", "[16, 16, 90]"), ("a_0004", "[90, 16, 16]")] {
         bench.write("cam.json", camera(position).as_bytes());
         assert_good(&bench.draw("--size 24x24 --camera cam.json -o out/one.exr"));
@@ -190,6 +194,10 @@ fn a_bad_path_is_refused_by_name() {
     bench.write("path.json", PATH.replace("\"time\": 1", "\"time\": 0").as_bytes());
     let output = bench.draw("--path path.json -o out/a.png");
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
-    assert!(stderr(&output).contains("path.json") && stderr(&output).contains("key 1"), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("path.json") && stderr(&output).contains("key 1"),
+        "{}",
+        stderr(&output)
+    );
     assert!(bench.written().is_empty(), "nothing is written: {:?}", bench.written());
 }

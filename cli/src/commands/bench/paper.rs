@@ -167,17 +167,15 @@ fn volume(row: &Row, folder: Option<&Path>) -> Result<Option<Volume>> {
     let Some(path) = file_that_begins(folder, prefix)? else { return Ok(None) };
     let raw = RawOptions::new(row.dims, VoxelType::U8);
     let is_raw = path.extension().is_some_and(|extension| extension == "raw");
-    let options = LoadOptions {
-        raw: is_raw.then_some(raw),
-        spacing: Some(row.spacing),
-        ..LoadOptions::default()
-    };
+    let options =
+        LoadOptions { raw: is_raw.then_some(raw), spacing: Some(row.spacing), ..LoadOptions::default() };
     Ok(Some(volsplat::load(&path, &options)?))
 }
 
 /// The first file of a folder, by name, that begins with a word, in small letters or not.
 fn file_that_begins(folder: &Path, prefix: &str) -> Result<Option<PathBuf>> {
-    let entries = std::fs::read_dir(folder).with_context(|| format!("{}: cannot be listed", folder.display()))?;
+    let entries =
+        std::fs::read_dir(folder).with_context(|| format!("{}: cannot be listed", folder.display()))?;
     let mut files = Vec::new();
     for entry in entries {
         let path = entry?.path();
