@@ -11,6 +11,7 @@ use tempfile::TempDir;
 
 mod animations;
 mod bad_input;
+mod bench;
 mod compare;
 mod good_runs;
 mod info;
