@@ -11,7 +11,8 @@ fn the_papers_table_has_the_checker_box_without_any_data() {
     let row = text.lines().find(|line| line.starts_with("| Checker Box ")).expect("the row of the formula");
     assert!(row.contains("1000000 (1000000)"), "all voxels are visible: {row}");
     // The share of splats in the mixed view is the paper's 46.60 % to half a percent.
-    let share: f64 = row.split(", ").nth(1).and_then(|s| s.split(" %").next()?.parse().ok()).expect("a share");
+    let share: f64 =
+        row.split(", ").nth(1).and_then(|s| s.split(" %").next()?.parse().ok()).expect("a share");
     assert!((share - 46.60).abs() < 0.5, "{row}");
     assert!(text.contains("Left out, because no file was found: Engine, Lobster, Aneurism, Skull"), "{text}");
     let names = ["checker-box-all-points.png", "checker-box-all-splats.png", "checker-box-mixed.png"];
