@@ -244,9 +244,9 @@ pub(crate) struct SheetArgs {
     pub light: Option<DVec3>,
 }
 
-/// Options of the every-sample order.
+/// Options of the orders that draw samples.
 #[derive(Args, Debug)]
-#[command(next_help_heading = "Rendering, order every-sample")]
+#[command(next_help_heading = "Rendering, orders every-sample and axis-sheets")]
 pub(crate) struct SampleArgs {
     /// How a perspective footprint is evaluated [default: exact]
     #[arg(long, value_enum)]
@@ -260,7 +260,7 @@ pub(crate) struct SampleArgs {
     /// In hybrid: voxels whose spacing projects to less than this many pixels are points [default: 1]
     #[arg(long, value_name = "PX", value_parser = values::positive_f32)]
     pub point_threshold: Option<f32>,
-    /// Depth range within which points are summed before they are composited, in voxels [default: 1]
+    /// Depth range within which points are summed before they are composited, in voxels (every-sample) [default: 1]
     #[arg(long, value_name = "VOXELS", value_parser = values::positive)]
     pub sheet: Option<f64>,
     /// What gives a voxel its colour; select paints splats red [default: transfer]
@@ -296,6 +296,8 @@ pub(crate) enum OrderArg {
     ImageSheets,
     /// Each voxel over those behind it, as point or splat
     EverySample,
+    /// Slices of voxels, summed, one over another: jumps as the view turns, for comparison
+    AxisSheets,
 }
 
 /// How samples are lit.

@@ -17,8 +17,11 @@ use crate::args::{
 pub(crate) struct Twins<A: 'static, L: 'static>(&'static [(A, L)]);
 
 /// `--order`
-pub(crate) const ORDER: Twins<OrderArg, Order> =
-    Twins(&[(OrderArg::ImageSheets, Order::ImageSheets), (OrderArg::EverySample, Order::EverySample)]);
+pub(crate) const ORDER: Twins<OrderArg, Order> = Twins(&[
+    (OrderArg::ImageSheets, Order::ImageSheets),
+    (OrderArg::EverySample, Order::EverySample),
+    (OrderArg::AxisSheets, Order::AxisSheets),
+]);
 
 /// `--sheet-sums`
 pub(crate) const SHEET_SUMS: Twins<SheetSumsArg, SheetSums> =
@@ -112,7 +115,7 @@ mod tests {
 
     #[test]
     fn every_choice_has_its_twin_and_its_name() {
-        check(&ORDER, &["image-sheets", "every-sample"]);
+        check(&ORDER, &["image-sheets", "every-sample", "axis-sheets"]);
         check(&SHADE, &["none", "lambert", "phong"]);
         check(&SHEET_SUMS, &["gather", "scatter"]);
         check(&OPACITY, &["extinction", "linear"]);

@@ -14,6 +14,7 @@ mod framing;
 mod input_picture;
 mod interrupt;
 mod json_fields;
+mod order;
 mod output;
 mod picture;
 mod report;

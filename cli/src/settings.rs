@@ -3,7 +3,7 @@
 //! Takes the structs of `args.rs`, gives `LoadOptions`, `RenderOptions` and the `settings` object of the
 //! stats file; `transfer.rs` does the same for the transfer function. No file is touched here.
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use serde_json::{Value, json};
 use volsplat::input::RawOptions;
 use volsplat::volume::NanPolicy;
@@ -13,6 +13,7 @@ use crate::args::{RenderArgs, VolsplatArgs, VolumeArgs};
 use crate::choices;
 use crate::clip;
 use crate::framing;
+use crate::order::order;
 use crate::output::{self, Depth, Format};
 use crate::transfer;
 
@@ -70,46 +71,6 @@ pub(crate) fn suited_to(options: RenderOptions, args: &RenderArgs, volume: &Volu
     match args.order {
         None if volume.dims.contains(&1) => RenderOptions { order: Order::EverySample, ..options },
         _ => options,
-    }
-}
-
-/// The order that was asked for, or that the options given belong to; an error names an option of another order.
-fn order(args: &RenderArgs) -> Result<Option<Order>> {
-    let given = |options: &[(&'static str, bool)]| options.iter().find(|o| o.1).map(|o| o.0);
-    let (samples, sheets) = (&args.samples, &args.sheets);
-    let of_samples = given(&[
-        ("--footprint", samples.footprint.is_some()),
-        ("--kernel", samples.kernel.is_some()),
-        ("--select", samples.select.is_some()),
-        ("--point-threshold", samples.point_threshold.is_some()),
-        ("--sheet", samples.sheet.is_some()),
-        ("--colour-by", samples.colour_by.is_some()),
-    ]);
-    let of_sheets = given(&[
-        ("--slab", sheets.slab.is_some()),
-        ("--subpixel", sheets.subpixel.is_some()),
-        ("--sheet-sums", sheets.sheet_sums.is_some()),
-        ("--shade", sheets.shade.is_some()),
-    ]);
-    match (args.order.map(|order| choices::ORDER.library(order)), of_samples, of_sheets) {
-        (Some(Order::ImageSheets), Some(option), _) => {
-            bail!(
-                "{option} belongs to --order every-sample and does nothing in image-sheets: drop one of them"
-            )
-        }
-        (Some(Order::EverySample), _, Some(option)) => {
-            bail!(
-                "{option} belongs to --order image-sheets and does nothing in every-sample: drop one of them"
-            )
-        }
-        (None, Some(one), Some(other)) => {
-            bail!(
-                "{one} belongs to --order every-sample and {other} to --order image-sheets: drop one of them"
-            )
-        }
-        (Some(order), ..) => Ok(Some(order)),
-        (None, Some(_), None) => Ok(Some(Order::EverySample)),
-        (None, None, _) => Ok(None),
     }
 }
 

@@ -5,8 +5,13 @@
 //! order of colours inside an overlap is approximated. Points do not cover a pixel, so those within a depth range (a
 //! sheet) are summed first and composited once, with the extinction-weighted mean colour.
 //!
+//! In slices ([`composite_slices`]) everything of one slice is summed before it is composited, splats as well.
+//!
 //! The hot loop works on whole rows of a tile, structure of arrays, generic over the vector width.
 //! Source: Yuan et al. 2003, section 4.1 (order, sheets of points); Westover 1990 for the linear opacity.
+
+mod points;
+mod slices;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch};
@@ -18,6 +23,10 @@ use crate::simd::opacity_from_optical_depth;
 use crate::sort::entry_index;
 use crate::table::FootprintProfile;
 use crate::tile::{POINT_ROWS, Primitive, TILE_PX};
+
+pub use points::Sheet;
+use points::{close_sheet, gather_point};
+pub use slices::{SliceSums, composite_slices};
 
 /// How the opacity of a sample becomes the opacity of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,18 +98,6 @@ pub struct TileCounts {
     pub pixels_touched: usize,
 }
 
-/// Points of the sheet that is being gathered. Interleaved: colour times strength, and strength.
-#[derive(Clone, Debug)]
-#[repr(align(64))]
-pub struct Sheet {
-    sums: [[[f32; 4]; TILE_PX]; TILE_PX],
-    /// Rows first..end that hold anything.
-    rows: [usize; 2],
-    number: u32,
-    strength: f32,
-    strength_depth: f32,
-}
-
 /// The transmittances of a tile are looked at after this many entries: often enough that little is composited in
 /// vain, seldom enough that looking costs nothing. A guess; the optimum is flat between 16 and 64.
 const ENTRIES_PER_CHECK: usize = 32;
@@ -109,13 +106,6 @@ impl Default for TilePixels {
     fn default() -> Self {
         let zero = [[0.0; TILE_PX]; TILE_PX];
         Self { transmittance: [[1.0; TILE_PX]; TILE_PX], rgb: [zero; 3], depth: zero }
-    }
-}
-
-impl Default for Sheet {
-    fn default() -> Self {
-        let sums = [[[0.0; 4]; TILE_PX]; TILE_PX];
-        Self { sums, rows: [TILE_PX, 0], number: 0, strength: 0.0, strength_depth: 0.0 }
     }
 }
 
@@ -140,6 +130,8 @@ pub struct TileWork {
     pub maps: TileMaps,
     /// The open sheet of points; empty between tiles.
     pub sheet: Sheet,
+    /// The open slice; empty between tiles.
+    pub slice: SliceSums,
 }
 
 #[simd]
@@ -170,7 +162,8 @@ fn composite_entries<S: Simd>(
                 counts.pixels_touched += gather_point(settings, &mut tile.sheet, corner_px, primitive);
             } else {
                 close_sheet(simd, settings, tile, &mut counts);
-                counts.pixels_touched += composite_splat(simd, settings, tile, corner_px, primitive);
+                counts.pixels_touched +=
+                    composite_splat::<_, false>(simd, settings, tile, corner_px, primitive);
             }
         }
         counts.composited += block.len();
@@ -219,9 +212,9 @@ impl TilePixels {
     }
 }
 
-/// Lays one splat over the tile, row by row. Returns the pixels looked at.
+/// Lays one splat over the tile, or adds it to the open slice, row by row. Returns the pixels looked at.
 #[inline(always)]
-fn composite_splat<S: Simd>(
+fn composite_splat<S: Simd, const SLICED: bool>(
     simd: S,
     settings: &TileSettings,
     tile: &mut TileWork,
@@ -242,7 +235,12 @@ fn composite_splat<S: Simd>(
             let (linear, constant) = (S::f32s::splat(simd, xy2 * dy), S::f32s::splat(simd, yy * dy * dy));
             let form = dx.mul_add(linear, xx_dx2) + constant;
             let at = RowLanes { row, lane };
-            composite_lanes(simd, settings, tile, at, (form, splat));
+            let Some(added) = added_lanes(simd, settings, &tile.maps, at, (form, splat)) else { continue };
+            if SLICED {
+                slices::add_lanes(simd, &mut tile.slice, at, (added, splat));
+            } else {
+                composite_lanes(simd, settings, &mut tile.pixels, at, (added, splat));
+            }
         }
     }
     end.saturating_sub(first) * TILE_PX
@@ -255,25 +253,25 @@ struct RowLanes {
     lane: usize,
 }
 
-/// Lays one vector of a splat, given the value of its form, over the pixels.
+/// What a splat adds to the optical depth of a vector of pixels, given the value of its form; `None` if it misses them.
 #[inline(always)]
-fn composite_lanes<S: Simd>(
+fn added_lanes<S: Simd>(
     simd: S,
     settings: &TileSettings,
-    tile: &mut TileWork,
+    maps: &TileMaps,
     at: RowLanes,
     (form, splat): (S::f32s, &Primitive),
-) {
+) -> Option<S::f32s> {
     let range = at.lane..at.lane + S::f32s::LEN;
     let constant = |x: f32| S::f32s::splat(simd, x);
-    let mut q = form * S::f32s::from_slice(simd, &tile.maps.form_scale[at.row][range.clone()]);
+    let mut q = form * S::f32s::from_slice(simd, &maps.form_scale[at.row][range.clone()]);
     if settings.index == IndexRule::ConeCorrected {
         q = q / (constant(1.0 - splat.sin2_cone) + q * constant(splat.sin2_cone));
     }
     let u = constant(1.0) - q;
     let inside = u.simd_gt(constant(0.0));
     if inside.all_false() {
-        return;
+        return None;
     }
     let u = u.max(constant(0.0));
     let coefficients = &settings.profile.coefficients;
@@ -281,19 +279,32 @@ fn composite_lanes<S: Simd>(
     for &c in coefficients[..coefficients.len() - 1].iter().rev() {
         poly = poly.mul_add(u, constant(c));
     }
-    let unit_per_grid = S::f32s::from_slice(simd, &tile.maps.unit_per_grid[at.row][range.clone()]);
-    let depth = (u * u.sqrt()) * (poly * constant(splat.strength)) * unit_per_grid;
-    let opacity = opacity(simd, settings.opacity, depth);
-    let transmittance = &mut tile.pixels.transmittance[at.row][range.clone()];
+    let unit_per_grid = S::f32s::from_slice(simd, &maps.unit_per_grid[at.row][range]);
+    Some((u * u.sqrt()) * (poly * constant(splat.strength)) * unit_per_grid)
+}
+
+/// Lays one vector of a splat, which adds this to the optical depth, over the pixels.
+#[inline(always)]
+fn composite_lanes<S: Simd>(
+    simd: S,
+    settings: &TileSettings,
+    pixels: &mut TilePixels,
+    at: RowLanes,
+    (added, splat): (S::f32s, &Primitive),
+) {
+    let range = at.lane..at.lane + S::f32s::LEN;
+    let constant = |x: f32| S::f32s::splat(simd, x);
+    let opacity = opacity(simd, settings.opacity, added);
+    let transmittance = &mut pixels.transmittance[at.row][range.clone()];
     let before = S::f32s::from_slice(simd, transmittance);
     let weight = before * opacity;
     (before - weight).store_slice(transmittance);
-    for (plane, value) in tile.pixels.rgb.iter_mut().zip(splat.rgb) {
+    for (plane, value) in pixels.rgb.iter_mut().zip(splat.rgb) {
         let lanes = &mut plane[at.row][range.clone()];
         weight.mul_add(constant(value), S::f32s::from_slice(simd, lanes)).store_slice(lanes);
     }
     if settings.depth == DepthRule::Expected {
-        let lanes = &mut tile.pixels.depth[at.row][range];
+        let lanes = &mut pixels.depth[at.row][range];
         weight.mul_add(constant(splat.depth), S::f32s::from_slice(simd, lanes)).store_slice(lanes);
     }
 }
@@ -309,84 +320,5 @@ where
     match mode {
         OpacityMode::Extinction => opacity_from_optical_depth(simd, added),
         OpacityMode::Linear => added.min(F::splat(simd, 1.0)),
-    }
-}
-
-/// Adds a point to the open sheet. Returns the pixels touched.
-#[inline(always)]
-fn gather_point(settings: &TileSettings, sheet: &mut Sheet, corner_px: [f32; 2], point: &Primitive) -> usize {
-    let across = settings.filter.along_axis(point.x - corner_px[0]);
-    let down = settings.filter.along_axis(point.y - corner_px[1]);
-    let [r, g, b] = point.rgb;
-    let colour = [r * point.strength, g * point.strength, b * point.strength, point.strength];
-    let mut touched = 0;
-    for (tap_y, weight_y) in down.weights.iter().enumerate() {
-        let Some(row) = pixel(down.first, tap_y) else { continue };
-        for (tap_x, weight_x) in across.weights.iter().enumerate() {
-            let Some(column) = pixel(across.first, tap_x) else { continue };
-            let weight = weight_x * weight_y;
-            for (sum, value) in sheet.sums[row][column].iter_mut().zip(colour) {
-                *sum += weight * value;
-            }
-            touched += 1;
-        }
-        sheet.rows = [sheet.rows[0].min(row), sheet.rows[1].max(row + 1)];
-    }
-    sheet.strength += point.strength;
-    sheet.strength_depth += point.strength * point.depth;
-    touched
-}
-
-/// The pixel of a tap, if the tile holds it.
-#[inline(always)]
-fn pixel(first: i32, tap: usize) -> Option<usize> {
-    usize::try_from(first + tap as i32).ok().filter(|&p| p < TILE_PX)
-}
-
-/// Composites the open sheet, if it holds anything, and empties it.
-#[inline(always)]
-fn close_sheet<S: Simd>(simd: S, settings: &TileSettings, tile: &mut TileWork, counts: &mut TileCounts) {
-    let [first, end] = tile.sheet.rows;
-    if first >= end {
-        return;
-    }
-    let depth = tile.sheet.strength_depth / tile.sheet.strength.max(f32::MIN_POSITIVE);
-    for row in first..end {
-        let sums = std::mem::replace(&mut tile.sheet.sums[row], [[0.0; 4]; TILE_PX]);
-        let planes: [[f32; TILE_PX]; 4] = std::array::from_fn(|k| std::array::from_fn(|x| sums[x][k]));
-        for lane in (0..TILE_PX).step_by(S::f32s::LEN) {
-            let at = RowLanes { row, lane };
-            composite_sheet_lanes(simd, settings, &mut tile.pixels, at, (&planes, depth));
-        }
-    }
-    counts.pixels_touched += (end - first) * TILE_PX;
-    tile.sheet.rows = [TILE_PX, 0];
-    (tile.sheet.strength, tile.sheet.strength_depth) = (0.0, 0.0);
-}
-
-#[inline(always)]
-fn composite_sheet_lanes<S: Simd>(
-    simd: S,
-    settings: &TileSettings,
-    pixels: &mut TilePixels,
-    at: RowLanes,
-    (planes, depth): (&[[f32; TILE_PX]; 4], f32),
-) {
-    let range = at.lane..at.lane + S::f32s::LEN;
-    let load = |plane: &[f32; TILE_PX]| S::f32s::from_slice(simd, &plane[range.clone()]);
-    let strength = load(&planes[3]);
-    let transmittance = &mut pixels.transmittance[at.row][range.clone()];
-    let before = S::f32s::from_slice(simd, transmittance);
-    let weight = before * opacity(simd, settings.opacity, strength);
-    (before - weight).store_slice(transmittance);
-    // The mean colour is sum / strength; where nothing was gathered the weight is 0 and so are the sums.
-    let share = weight / strength.max(S::f32s::splat(simd, f32::MIN_POSITIVE));
-    for (plane, sums) in pixels.rgb.iter_mut().zip(planes) {
-        let lanes = &mut plane[at.row][range.clone()];
-        share.mul_add(load(sums), S::f32s::from_slice(simd, lanes)).store_slice(lanes);
-    }
-    if settings.depth == DepthRule::Expected {
-        let lanes = &mut pixels.depth[at.row][range.clone()];
-        weight.mul_add(S::f32s::splat(simd, depth), S::f32s::from_slice(simd, lanes)).store_slice(lanes);
     }
 }

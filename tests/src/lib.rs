@@ -12,6 +12,7 @@ pub mod field;
 pub mod interleaved;
 pub mod march;
 pub mod peer_scenes;
+pub mod popping;
 pub mod rays;
 pub mod reference;
 pub mod scenes;

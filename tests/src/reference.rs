@@ -4,7 +4,8 @@
 //! is a numeric integral at the distance from the pixel's ray, found by a cross product; voxels are sorted by distance
 //! with all their digits. Points are weighted by the pixel's Gaussian at their true position; those of one depth range
 //! are summed until a splat of the same 16 px tile comes between (this rule is the renderer's: which splats part a
-//! sheet is decided by tile, not by pixel). Source: the method, sections 2 and 3.
+//! sheet is decided by tile, not by pixel). With `axis-sheets` whole slices of the grid are summed instead. Source: the
+//! method, sections 2, 3 and 4.
 //!
 //! Limits: `exact` footprints only; EWA in grids of equal, perpendicular axes. The renderer sorts long lists by depth
 //! to 16 bits of their range; [`ReferencePixel::swap_cost`] bounds what a swap of near-ties may change.
@@ -12,7 +13,7 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use resample_core::{Camera, OpacityMode, Projection, SelectMode};
-use volsplat::{RenderOptions, TransferFunction, Volume};
+use volsplat::{Order, RenderOptions, TransferFunction, Volume};
 
 use crate::field::{ReferenceKernel, extinction};
 use crate::rays::{Ray, RaySource};
@@ -76,6 +77,8 @@ struct Sample {
     rgb: [f64; 3],
     strength: f64,
     depth: f64,
+    /// What comes first: the depth, or the distance of the sample's slice from the eye.
+    rank: f64,
     screen: DVec2,
     kind: Kind,
     /// Tiles first..end along x and y that its box touches.
@@ -89,6 +92,14 @@ struct Setup<'a> {
     rays: RaySource,
     unit: f64,
     sheet_thickness: f64,
+    slices: Option<Slices>,
+}
+
+/// The slices of `axis-sheets`: across this grid axis, counted from the eye's place on it.
+#[derive(Clone, Copy, Debug)]
+struct Slices {
+    axis: usize,
+    eye: f64,
 }
 
 /// Renders a picture, row by row.
@@ -100,14 +111,35 @@ pub fn render(scene: &Scene) -> Vec<ReferencePixel> {
         rays: RaySource::new(scene.camera, &scene.volume.world_from_index),
         unit: scene.options.opacity_unit.unwrap_or(smallest),
         sheet_thickness: scene.options.sheet_voxels * smallest,
+        slices: (scene.options.order == Order::AxisSheets).then(|| slices(scene)),
     };
     let mut samples: Vec<Sample> = (0..scene.volume.len()).filter_map(|i| setup.sample(i)).collect();
     samples.sort_by(|a, b| {
         let near = |s: &Sample| !matches!(s.kind, Kind::Near);
-        near(a).cmp(&near(b)).then(a.depth.total_cmp(&b.depth))
+        let by_rank = if near(a) { a.rank.total_cmp(&b.rank) } else { a.depth.total_cmp(&b.depth) };
+        near(a).cmp(&near(b)).then(by_rank)
     });
     let (width, height) = (scene.camera.width as usize, scene.camera.height as usize);
     (0..width * height).into_par_iter().map(|i| setup.pixel(&samples, [i % width, i / width])).collect()
+}
+
+/// The grid axis whose slices face the view: the angle between their normal and the view direction is the least.
+fn slices(scene: &Scene) -> Slices {
+    let axes = scene.volume.world_from_index.matrix3;
+    let columns = [axes.x_axis, axes.y_axis, axes.z_axis];
+    let forward = scene.camera.camera_from_world.matrix3.row(2).normalize();
+    let facing = |axis: usize| {
+        let normal = columns[(axis + 1) % 3].cross(columns[(axis + 2) % 3]);
+        (normal.dot(forward) / normal.length()).abs()
+    };
+    let axis = (0..3).max_by(|&a, &b| facing(a).total_cmp(&facing(b))).unwrap_or(0);
+    let ray = RaySource::new(scene.camera, &scene.volume.world_from_index).pixel(0, 0);
+    let eye = match scene.camera.projection {
+        Projection::Perspective => ray.origin[axis],
+        // So far away that every slice lies on one side.
+        Projection::Orthographic => -1e9 * ray.direction[axis].signum(),
+    };
+    Slices { axis, eye }
 }
 
 impl Setup<'_> {
@@ -132,9 +164,10 @@ impl Setup<'_> {
             Projection::Perspective => in_camera.length(),
             Projection::Orthographic => in_camera.z,
         };
+        let rank = self.slices.map_or(depth, |slices| (index[slices.axis] - slices.eye).abs());
         let screen = self.rays.screen(index);
         let tiles = self.tiles(index, screen, &kind);
-        Some(Sample { index, rgb: rgb.map(f64::from), strength, depth, screen, kind, tiles })
+        Some(Sample { index, rgb: rgb.map(f64::from), strength, depth, rank, screen, kind, tiles })
     }
 
     fn kind(&self, index: DVec3, in_camera: DVec3, strength: f64) -> Kind {

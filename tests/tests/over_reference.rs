@@ -13,7 +13,7 @@ use resample_tests::reference::{ReferencePixel, Scene, render as reference};
 use resample_tests::scenes::{
     coloured, full, orthographic, perspective, random_volume, render, sheared_grid,
 };
-use volsplat::{DepthPlane, RenderOptions, Renderer, Volume};
+use volsplat::{DepthPlane, Order, RenderOptions, Renderer, Volume};
 
 const BOUND: f64 = 1e-4;
 
@@ -100,6 +100,32 @@ fn linear_opacity() {
         let options = RenderOptions { opacity: OpacityMode::Linear, ..full(select) };
         check("linear opacity", &column(), &options, [BOUND, 1.0]);
     }
+}
+
+/// Slices are whole whatever the depths in them, so that nothing depends on the keys of depth.
+#[test]
+fn axis_sheets() {
+    for (name, volume) in
+        [("column", column()), ("sheared", random_volume([5, 6, 7], sheared_grid())), ("cube", cube())]
+    {
+        for select in [SelectMode::Splats, SelectMode::Hybrid, SelectMode::Points, SelectMode::Ewa] {
+            if name == "sheared" && select == SelectMode::Ewa {
+                continue;
+            }
+            let options = RenderOptions { order: Order::AxisSheets, ..full(select) };
+            // The phases change weights by up to 3e-3, of depths of up to 16.
+            let depth = if select == SelectMode::Splats { 2.0 * BOUND } else { 5e-2 };
+            check(&format!("axis sheets, {name}, {select:?}"), &volume, &options, [BOUND, depth]);
+        }
+    }
+    let linear =
+        RenderOptions { order: Order::AxisSheets, opacity: OpacityMode::Linear, ..full(SelectMode::Hybrid) };
+    check("axis sheets, linear opacity", &column(), &linear, [BOUND, 5e-2]);
+}
+
+/// Around the place that the cameras look at, so that one is inside and slices lie on both sides of it.
+fn cube() -> Volume {
+    random_volume([9, 10, 9], DAffine3::from_translation(DVec3::new(-3.0, -4.0, -8.0)))
 }
 
 /// Long lists: near-ties may swap, and the reference says what that may cost in each pixel.

@@ -4,6 +4,8 @@
 //! 2. sample and select: visible bricks are projected, each sample becomes a point or a splat (`project`);
 //! 3. accumulate: primitives are listed by screen tile, each tile sorts its list by depth;
 //! 4. composite: points and splats are composited front to back, tile by tile, until the tile is opaque.
+//!
+//! The axis-sheets order ([`crate::axis_sheets`]) runs the same stages; it sorts by slice and composites whole slices.
 
 use glam::DVec3;
 use resample_core::composite::{DepthRule, IndexRule, TileSettings};
@@ -13,17 +15,18 @@ use resample_core::table::FootprintProfile;
 use resample_core::tile::TileGrid;
 use resample_core::{Camera, FootprintMode, GridView, Kernel, SelectMode};
 
+use crate::axis_sheets::SliceOrder;
 use crate::chunks::{project_runs, runs_of_bricks, visible_bricks};
 use crate::clip::{Clip, Cut, GridClip};
 use crate::cull::ViewVolume;
 use crate::geometry::Lens;
 use crate::near::{NearSample, NearSetup};
-use crate::options::{DepthPlane, RenderOptions};
+use crate::options::{DepthPlane, Order, RenderOptions};
 use crate::picture::{TileDepth, TileLayout};
-use crate::project::{ProjectSetup, ProjectedChunk};
+use crate::project::{ProjectSetup, ProjectedChunk, SortKeys};
 use crate::sample::{Brick, Samples, bounds_in_world};
 use crate::stats::FrameStats;
-use crate::tiles::{TileSlot, TileStage};
+use crate::tiles::{Layers, TileSlot, TileStage};
 use crate::transfer::TransferFunction;
 use crate::volume::Volume;
 
@@ -36,6 +39,7 @@ pub(crate) struct EverySample {
     kernel: Kernel,
     profile: FootprintProfile,
     filter: PixelFilter,
+    dims: [usize; 3],
     smallest_spacing: f64,
     unit_in_world: f64,
     chunks: Vec<ProjectedChunk>,
@@ -51,6 +55,7 @@ impl EverySample {
             kernel,
             profile: FootprintProfile::new(&kernel),
             filter: PixelFilter::new(),
+            dims: volume.dims,
             smallest_spacing: volume.smallest_spacing(),
             unit_in_world: options.opacity_unit.unwrap_or_else(|| volume.smallest_spacing()),
             chunks: Vec::new(),
@@ -89,7 +94,11 @@ impl EverySample {
         let visible = visible_bricks(bricks, &view_volume, stats);
         let runs = runs_of_bricks(bricks, visible);
 
-        let setup = self.project_setup(&maps, grid, view_volume);
+        let (keys, layers) = match self.options.order {
+            Order::AxisSheets => (SortKeys::Slice(SliceOrder::new(&view, self.dims)), Layers::Slices),
+            Order::EverySample | Order::ImageSheets => (SortKeys::Depth, Layers::Samples),
+        };
+        let setup = self.project_setup(&maps, grid, view_volume, keys);
         self.chunks.resize_with(self.chunks.len().max(runs.len()), ProjectedChunk::default);
         let bricks = (self.samples.bricks.as_slice(), &self.clip);
         project(&mut self.chunks[..runs.len()], &setup, bricks, &runs, stats);
@@ -103,6 +112,7 @@ impl EverySample {
             near: &near,
             near_setup: NearSetup { source: maps, kernel: self.kernel, opacity: self.options.opacity },
             chunks,
+            layers,
         };
         stage.run(tiles, stats);
         TileLayout { camera: *camera, subpixels: 1, depth: TileDepth::Distance }
@@ -113,7 +123,13 @@ impl EverySample {
         if self.options.select == SelectMode::Ewa { FootprintMode::Affine } else { self.options.footprint }
     }
 
-    fn project_setup(&self, maps: &MapSource, grid: TileGrid, view_volume: ViewVolume) -> ProjectSetup {
+    fn project_setup(
+        &self,
+        maps: &MapSource,
+        grid: TileGrid,
+        view_volume: ViewVolume,
+        keys: SortKeys,
+    ) -> ProjectSetup {
         let threshold = self.options.point_threshold_px;
         let modes = (self.options.footprint, self.options.select);
         ProjectSetup {
@@ -124,6 +140,7 @@ impl EverySample {
             threshold2_px2: threshold * threshold,
             colour_by: self.options.colour_by,
             level: self.options.simd.resolve(),
+            keys,
         }
     }
 

@@ -1,8 +1,9 @@
 //! Volume rendering by hybrid forward resampling.
 //!
 //! [`load`] reads a volume, a [`TransferFunction`] says what of it is seen, and a [`Renderer`] draws it: in image sheets
-//! (`sheets`) or sample over sample (`every_sample`), as [`RenderOptions`] says.
+//! (`sheets`), sample over sample (`every_sample`) or in slices of the grid (`axis_sheets`), as [`RenderOptions`] says.
 
+mod axis_sheets;
 mod cells;
 mod chunks;
 pub mod clip;

@@ -54,6 +54,9 @@ pub struct RenderOptions {
 pub enum Order {
     /// Each pre-classified sample over those behind it, as point or splat (the paper, section 4.1).
     EverySample,
+    /// Pre-classified samples summed in the slice of the grid that faces the view, slice over slice (Westover 1990).
+    /// Jumps where the facing slice changes; made to be measured against.
+    AxisSheets,
     /// Slabs parallel to the image plane: scalars are summed per slab, classified per pixel, and composited
     /// (Mueller and Crawfis 1998).
     ImageSheets,
@@ -145,6 +148,11 @@ impl RenderOptions {
     /// The paper's order of compositing, with the default of every other choice.
     pub fn every_sample() -> Self {
         Self { order: Order::EverySample, ..Self::default() }
+    }
+
+    /// Westover's order, with the default of every other choice.
+    pub fn axis_sheets() -> Self {
+        Self { order: Order::AxisSheets, ..Self::default() }
     }
 
     /// Checks every number against its range.

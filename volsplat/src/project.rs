@@ -12,6 +12,7 @@ use resample_core::SelectMode;
 use resample_core::sort::depth_key;
 use resample_core::tile::{ChunkBins, POINT_ROWS, Primitive, TileGrid, TileRect};
 
+use crate::axis_sheets::SliceOrder;
 use crate::cull::ViewVolume;
 use crate::geometry::{BLOCK, Block, Lens};
 use crate::near::NearSample;
@@ -35,6 +36,27 @@ pub(crate) struct ProjectSetup {
     pub(crate) colour_by: ColourBy,
     /// Vector instructions to use.
     pub(crate) level: fearless_simd::Level,
+    /// What primitives are sorted by.
+    pub(crate) keys: SortKeys,
+}
+
+/// What primitives are sorted by.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum SortKeys {
+    /// Their depth.
+    Depth,
+    /// The slice of the grid that they lie in.
+    Slice(SliceOrder),
+}
+
+impl SortKeys {
+    #[inline(always)]
+    fn of(&self, depth: f32, brick: &Brick, packed: u16) -> u32 {
+        match self {
+            Self::Depth => depth_key(depth),
+            Self::Slice(order) => order.key(&brick.bounds, packed),
+        }
+    }
 }
 
 /// What projecting a chunk of bricks gave.
@@ -96,10 +118,11 @@ impl ProjectedChunk {
             SelectMode::Points => true,
             SelectMode::Splats | SelectMode::Ewa => false,
         };
+        let key = setup.keys.of(self.block.depth[i], brick, packed);
         if is_point {
-            self.emit_point(setup, i, value);
+            self.emit_point(setup, i, (key, value));
         } else {
-            self.emit_splat(setup, i, value);
+            self.emit_splat(setup, i, (key, value));
         }
     }
 
@@ -124,7 +147,7 @@ impl ProjectedChunk {
     }
 
     #[inline(always)]
-    fn emit_point(&mut self, setup: &ProjectSetup, i: usize, value: &[f32; 4]) {
+    fn emit_point(&mut self, setup: &ProjectSetup, i: usize, (key, value): (u32, &[f32; 4])) {
         let (x, y) = (self.block.screen_x[i], self.block.screen_y[i]);
         let columns = pixels(x, POINT_REACH_PX, setup.grid.width);
         let rows = pixels(y, POINT_REACH_PX, setup.grid.height);
@@ -143,11 +166,11 @@ impl ProjectedChunk {
             depth: self.block.depth[i],
             ..Primitive::default()
         };
-        self.bins.push(point, depth_key(point.depth), rect);
+        self.bins.push(point, key, rect);
     }
 
     #[inline(always)]
-    fn emit_splat(&mut self, setup: &ProjectSetup, i: usize, value: &[f32; 4]) {
+    fn emit_splat(&mut self, setup: &ProjectSetup, i: usize, (key, value): (u32, &[f32; 4])) {
         let block = &self.block;
         let columns = pixels(block.middle_x[i], block.half_width[i], setup.grid.width);
         let rows = pixels(block.middle_y[i], block.half_height[i], setup.grid.height);
@@ -169,7 +192,7 @@ impl ProjectedChunk {
         };
         self.splats += 1;
         if rect != TileRect::default() {
-            self.bins.push(splat, depth_key(splat.depth), rect);
+            self.bins.push(splat, key, rect);
         }
     }
 }

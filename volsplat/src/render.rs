@@ -30,6 +30,7 @@ pub struct Renderer {
 
 #[derive(Clone, Debug)]
 enum Pipeline {
+    /// Every sample by itself, or slices of samples.
     EverySample(Box<EverySample>),
     ImageSheets(Box<ImageSheets>),
 }
@@ -48,7 +49,7 @@ impl Renderer {
     pub fn new(volume: &Volume, transfer: &TransferFunction, options: &RenderOptions) -> Result<Self, Error> {
         options.validate()?;
         let pipeline = match options.order {
-            Order::EverySample => {
+            Order::EverySample | Order::AxisSheets => {
                 Pipeline::EverySample(Box::new(EverySample::new(volume, transfer, options)))
             }
             Order::ImageSheets => {
@@ -130,7 +131,7 @@ impl Renderer {
         let nearest_corner = DVec3::select(forward.cmpge(DVec3::ZERO), low, high);
         let nearest = forward.dot(nearest_corner) + camera.camera_from_world.translation.z;
         let (sheet_voxels, reach) = match self.options.order {
-            Order::EverySample => (self.options.sheet_voxels, 0.0),
+            Order::EverySample | Order::AxisSheets => (self.options.sheet_voxels, 0.0),
             // A trilinear kernel begins before its voxel, by a spacing along each axis at most.
             Order::ImageSheets => (self.options.slab_voxels, 3.0 * self.largest_spacing),
         };

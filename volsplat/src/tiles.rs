@@ -5,7 +5,9 @@
 
 use cpu_time::ThreadTime;
 use rayon::prelude::*;
-use resample_core::composite::{TileCounts, TilePixels, TileSettings, TileWork, composite_tile};
+use resample_core::composite::{
+    TileCounts, TilePixels, TileSettings, TileWork, composite_slices, composite_tile,
+};
 use resample_core::maps::{MapSource, TileMaps};
 use resample_core::sort::sort_by_depth;
 use resample_core::tile::{Primitive, TILE_PX, TileGrid};
@@ -28,6 +30,17 @@ pub(crate) struct TileStage<'a> {
     pub(crate) near_setup: NearSetup,
     /// Projected chunks, binned.
     pub(crate) chunks: &'a [ProjectedChunk],
+    /// What is composited at a time.
+    pub(crate) layers: Layers,
+}
+
+/// What is composited at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Layers {
+    /// A sample; points in sheets of their own.
+    Samples,
+    /// All of one sorting key.
+    Slices,
 }
 
 /// One tile of the frame buffer, with what it cost.
@@ -120,7 +133,11 @@ impl TileStage<'_> {
         }
         if !slot.entries.is_empty() {
             TileMaps::fill(&mut work.maps, self.settings.level, &self.maps, corner_px);
-            slot.counts = composite_tile(&self.settings, work, corner_px, &slot.entries, primitives);
+            let composite = match self.layers {
+                Layers::Samples => composite_tile,
+                Layers::Slices => composite_slices,
+            };
+            slot.counts = composite(&self.settings, work, corner_px, &slot.entries, primitives);
         }
         slot.show(work.pixels.clone());
         slot.composite_ms = elapsed_ms(start);

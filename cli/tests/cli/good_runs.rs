@@ -147,6 +147,7 @@ fn every_view_option_gives_a_picture() {
         "--spacing 1,1,2 --origin -5,0,1e6",
         "--colormap viridis --opacity-unit 3",
         "--order every-sample",
+        "--order axis-sheets --kernel polynomial",
         "--order image-sheets --slab 1 --subpixel 2",
         "--sheet-sums scatter --subpixel auto",
         "--shade phong --light 1,2,-3",

@@ -38,9 +38,12 @@ impl Setup<'_> {
         let mut sum = Gathered { transmittance: 1.0, ..Gathered::default() };
         let mut sheet = Sheet::default();
         for sample in samples.iter().filter(|s| touches(s)) {
+            let number = match self.slices {
+                Some(_) => sample.rank,
+                None => (sample.depth / self.sheet_thickness).floor(),
+            };
             match sample.kind {
                 Kind::Point { mass } => {
-                    let number = (sample.depth / self.sheet_thickness).floor();
                     if number != sheet.number {
                         self.close(&mut sheet, &mut sum);
                         sheet.number = number;
@@ -52,11 +55,19 @@ impl Setup<'_> {
                     sum.phase_cost += sum.transmittance * mass * change;
                 }
                 Kind::Near | Kind::Splat | Kind::Ewa(_) => {
-                    self.close(&mut sheet, &mut sum);
                     let added = match &sample.kind {
                         Kind::Ewa(ewa) => ewa.value(&self.kernel, centre - sample.screen),
                         _ => self.along_ray(sample, &ray),
                     };
+                    let in_slice = self.slices.is_some() && !matches!(sample.kind, Kind::Near);
+                    if !in_slice || number != sheet.number {
+                        self.close(&mut sheet, &mut sum);
+                        sheet.number = number;
+                    }
+                    if in_slice {
+                        sheet.add(added, sample);
+                        continue;
+                    }
                     sum.over(self.opacity(added), sample.rgb, (sample.depth, quantum));
                 }
             }

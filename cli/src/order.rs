@@ -1,0 +1,79 @@
+//! Which order of compositing the options ask for, and which options it has.
+//!
+//! Takes what was typed, gives the order; an option that does nothing in that order is an error, never ignored. Each
+//! option lists its orders, the one that it stands for when it comes alone first.
+
+use anyhow::{Result, bail};
+use volsplat::Order;
+
+use crate::args::RenderArgs;
+use crate::choices;
+
+const IMAGE: &[Order] = &[Order::ImageSheets];
+const SAMPLES: &[Order] = &[Order::EverySample, Order::AxisSheets];
+const EVERY: &[Order] = &[Order::EverySample];
+
+/// An option that was given, and the orders that have it.
+#[derive(Clone, Copy)]
+struct Given {
+    name: &'static str,
+    orders: &'static [Order],
+}
+
+/// The order that was asked for, or that the options given belong to; `None` leaves the default.
+pub(crate) fn order(args: &RenderArgs) -> Result<Option<Order>> {
+    let given = given(args);
+    let fits = |order: &Order, option: &Given| option.orders.contains(order);
+    if let Some(order) = args.order.map(|order| choices::ORDER.library(order)) {
+        return match given.iter().find(|option| !fits(&order, option)) {
+            Some(option) => bail!(
+                "{} belongs to {} and does nothing in {}: drop one of them",
+                option.name,
+                names(option),
+                choices::ORDER.name(order)
+            ),
+            None => Ok(Some(order)),
+        };
+    }
+    let Some(first) = given.first() else { return Ok(None) };
+    let common = first.orders.iter().find(|order| given.iter().all(|option| fits(order, option)));
+    if let Some(&order) = common {
+        return Ok(Some(order));
+    }
+    // Some two of them share no order, or three do not.
+    let other = given.iter().find(|option| !option.orders.iter().any(|order| fits(order, first)));
+    match other.or(given.last()) {
+        Some(other) => bail!(
+            "{} belongs to {} and {} to {}: drop one of them",
+            first.name,
+            names(first),
+            other.name,
+            names(other)
+        ),
+        None => Ok(None),
+    }
+}
+
+fn names(option: &Given) -> String {
+    let names: Vec<String> =
+        option.orders.iter().map(|&order| format!("--order {}", choices::ORDER.name(order))).collect();
+    names.join(" or ")
+}
+
+/// The options given that not every order has.
+fn given(args: &RenderArgs) -> Vec<Given> {
+    let (samples, sheets) = (&args.samples, &args.sheets);
+    let all = [
+        ("--footprint", samples.footprint.is_some(), SAMPLES),
+        ("--kernel", samples.kernel.is_some(), SAMPLES),
+        ("--select", samples.select.is_some(), SAMPLES),
+        ("--point-threshold", samples.point_threshold.is_some(), SAMPLES),
+        ("--sheet", samples.sheet.is_some(), EVERY),
+        ("--colour-by", samples.colour_by.is_some(), SAMPLES),
+        ("--slab", sheets.slab.is_some(), IMAGE),
+        ("--subpixel", sheets.subpixel.is_some(), IMAGE),
+        ("--sheet-sums", sheets.sheet_sums.is_some(), IMAGE),
+        ("--shade", sheets.shade.is_some(), IMAGE),
+    ];
+    all.into_iter().filter(|option| option.1).map(|(name, _, orders)| Given { name, orders }).collect()
+}
