@@ -17,3 +17,4 @@ pub mod rays;
 pub mod reference;
 pub mod scenes;
 pub mod sheet_reference;
+pub mod texture_scenes;

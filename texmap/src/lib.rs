@@ -4,11 +4,20 @@
 //! textures; a [`Renderer`] prepares it; visible triangles' texels are projected, selected, accumulated and resolved
 //! into a picture, as [`RenderOptions`] says.
 
+mod cull;
 mod error;
+mod filter;
+mod lookup;
+mod mip;
 pub mod options;
+mod points;
+mod prepare;
 pub mod render;
 pub mod scene;
 pub mod stats;
+mod surface;
+mod tile;
+mod visibility;
 
 pub use error::Error;
 pub use options::{LevelChoice, Method, PlaneKind, RenderOptions, Shade};

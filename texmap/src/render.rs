@@ -1,16 +1,28 @@
 //! The renderer: a scene prepared once, then one picture per camera.
+//!
+//! Tiles are cut without regard to the number of threads, and each is owned by one task, so the same bytes come out
+//! on any number of them.
 
 use glam::DVec3;
+use rayon::prelude::*;
+use resample_core::tile::{TileGrid, TileLists};
 use resample_core::{Camera, Image};
 
+use crate::cull::{InView, cull};
+use crate::filter::PixelFilter;
 use crate::options::RenderOptions;
+use crate::prepare::Prepared;
 use crate::stats::{FrameStats, StageClock};
+use crate::tile::{FrameView, TileImage, TileWork, near_key, render_tile};
+use crate::visibility::TILE_PX;
 use crate::{Error, Scene};
 
 /// Renders one prepared scene, frame after frame.
 #[derive(Clone, Debug)]
 pub struct Renderer {
+    scene: Prepared,
     options: RenderOptions,
+    filter: PixelFilter,
     bounds_in_world: Option<[DVec3; 2]>,
 }
 
@@ -30,7 +42,12 @@ impl Renderer {
     /// [`Error::Option`] if an option is outside its range.
     pub fn new(scene: &Scene, options: &RenderOptions) -> Result<Self, Error> {
         options.validate()?;
-        Ok(Self { options: options.clone(), bounds_in_world: bounds_in_world(scene) })
+        Ok(Self {
+            scene: Prepared::new(scene, options),
+            options: options.clone(),
+            filter: PixelFilter::new(options.subpixels as usize),
+            bounds_in_world: bounds_in_world(scene),
+        })
     }
 
     /// The box, in the world, of the vertices that triangles use; `None` if there are none.
@@ -44,14 +61,85 @@ impl Renderer {
     /// [`Error::Option`] if the camera is none.
     pub fn render(&mut self, camera: &Camera) -> Result<Frame, Error> {
         let camera = camera.validated().map_err(|e| Error::Option(e.to_string()))?;
-        let whole = StageClock::start();
         let mut stats = FrameStats::default();
-        let image = Image::transparent(camera.width as usize, camera.height as usize);
-        let _ = &self.options;
+        let whole = StageClock::start();
+
+        let clock = StageClock::start();
+        let in_view = cull(&self.scene, &camera, &mut stats);
+        stats.stages.cull = clock.stop();
+
+        let clock = StageClock::start();
+        let grid = TileGrid { width: camera.width as usize, height: camera.height as usize };
+        let lists = TileLists::new(&grid, &in_view.rects);
+        stats.tile_pairs = in_view.rects.iter().map(|rect| rect.area() as u64).sum();
+        stats.stages.bin = clock.stop();
+
+        let tiles = self.tiles(&camera, &in_view, (&grid, &lists), &mut stats);
+
+        let clock = StageClock::start();
+        let image = picture(&grid, &tiles);
+        stats.pixels_touched = image.rgba.iter().filter(|pixel| pixel[3] > 0.0).count() as u64;
+        stats.stages.image = clock.stop();
+
         let whole = whole.stop();
         (stats.wall_ms, stats.cpu_ms) = (whole.wall_ms, whole.cpu_ms);
         Ok(Frame { image, stats })
     }
+
+    /// Draws every tile: the stages visibility, accumulate and resolve.
+    fn tiles(
+        &self,
+        camera: &Camera,
+        in_view: &InView,
+        (grid, lists): (&TileGrid, &TileLists),
+        stats: &mut FrameStats,
+    ) -> Vec<TileImage> {
+        let clock = StageClock::start();
+        let frame = FrameView {
+            scene: &self.scene,
+            camera,
+            options: &self.options,
+            in_view,
+            filter: &self.filter,
+            near: near_key(camera),
+        };
+        let columns = grid.columns();
+        let tiles: Vec<TileImage> = (0..columns * grid.rows())
+            .into_par_iter()
+            .map_init(TileWork::default, |work, index| {
+                let at = [index % columns, index / columns];
+                render_tile(&frame, at, lists.tile(at[0], at[1]), work)
+            })
+            .collect();
+        let sum = |part: fn(&TileImage) -> f64| tiles.iter().map(part).sum::<f64>();
+        [stats.stages.visibility, stats.stages.accumulate, stats.stages.resolve] = clock.stop().shared([
+            sum(|tile| tile.visibility_ms),
+            sum(|tile| tile.accumulate_ms),
+            sum(|tile| tile.resolve_ms),
+        ]);
+        stats.points = tiles.iter().map(|tile| tile.points).sum();
+        stats.splats = tiles.iter().map(|tile| tile.splats).sum();
+        let mut drawn = vec![false; in_view.triangles.len()];
+        tiles.iter().flat_map(|tile| &tile.drawn).for_each(|&i| drawn[i as usize] = true);
+        stats.drawn = drawn.iter().filter(|&&d| d).count() as u64;
+        stats.hidden = drawn.len() as u64 - stats.drawn;
+        tiles
+    }
+}
+
+/// Copies the tiles into a picture.
+fn picture(grid: &TileGrid, tiles: &[TileImage]) -> Image {
+    let mut image = Image::transparent(grid.width, grid.height);
+    let columns = grid.columns();
+    image.rgba.par_chunks_mut(grid.width).enumerate().for_each(|(y, row)| {
+        for (tile, part) in row.chunks_mut(TILE_PX).enumerate() {
+            let tile = &tiles[y / TILE_PX * columns + tile];
+            if !tile.rgba.is_empty() {
+                part.copy_from_slice(&tile.rgba[y % TILE_PX * TILE_PX..][..part.len()]);
+            }
+        }
+    });
+    image
 }
 
 fn bounds_in_world(scene: &Scene) -> Option<[DVec3; 2]> {

@@ -1,0 +1,99 @@
+//! Looking a texture up at a position: the splats of its texels, summed there.
+//!
+//! Each texel is a splat with the texture's own reconstruction kernel (tent or box) in its tangent plane. At a
+//! position of the screen whose texture coordinates are known exactly, the splats that reach it are the two by two
+//! texels around: their sum is the bilinear look-up. [`small_footprint`] serves a sub-pixel that holds several
+//! texels.
+
+use crate::mip::{Level, Pyramid};
+use crate::scene::{Magnify, Wrap};
+use crate::surface::UvAt;
+
+/// Most look-ups along the longer axis of a sub-pixel. Sub-pixels longer than that are sharpened no further.
+const MAX_LOOKUPS: f32 = 8.0;
+
+/// The texture's own reconstruction of the full texture at (u, v) (texels).
+#[inline(always)]
+pub(crate) fn reconstructed(pyramid: &Pyramid, u: f32, v: f32) -> [f32; 4] {
+    match pyramid.magnify {
+        Magnify::Nearest => nearest(&pyramid.levels[0], pyramid.wrap, u, v),
+        Magnify::Linear => bilinear(&pyramid.levels[0], pyramid.wrap, u, v),
+    }
+}
+
+/// The texel that holds (u, v) (texels of this level).
+#[inline(always)]
+pub(crate) fn nearest(level: &Level, wrap: [Wrap; 2], u: f32, v: f32) -> [f32; 4] {
+    // Saturating casts: what lies beyond every integer is at the border.
+    level.texel(u.floor() as i32, v.floor() as i32, wrap)
+}
+
+/// The mix of the four texels around (u, v) (texels of this level).
+#[inline(always)]
+pub(crate) fn bilinear(level: &Level, wrap: [Wrap; 2], u: f32, v: f32) -> [f32; 4] {
+    let (u, v) = (u - 0.5, v - 0.5);
+    let (u0, v0) = (u.floor(), v.floor());
+    let (fu, fv) = (u - u0, v - v0);
+    let (i, j) = (u0 as i32, v0 as i32);
+    let (next_i, next_j) = (i.saturating_add(1), j.saturating_add(1));
+    let t = [
+        level.texel(i, j, wrap),
+        level.texel(next_i, j, wrap),
+        level.texel(i, next_j, wrap),
+        level.texel(next_i, next_j, wrap),
+    ];
+    let mut out = [0.0; 4];
+    for (k, o) in out.iter_mut().enumerate() {
+        let top = t[0][k] + fu * (t[1][k] - t[0][k]);
+        let low = t[2][k] + fu * (t[3][k] - t[2][k]);
+        *o = top + fv * (low - top);
+    }
+    out
+}
+
+/// The mix of the bilinear look-ups in the two levels beside `lod` (0 is the full texture).
+#[inline(always)]
+pub(crate) fn trilinear(pyramid: &Pyramid, lod: f32, u: f32, v: f32) -> [f32; 4] {
+    let last = pyramid.levels.len() - 1;
+    let lod = lod.clamp(0.0, last as f32);
+    let first = lod as usize;
+    let share = lod - first as f32;
+    let at = |level: usize| {
+        let level = &pyramid.levels[level.min(last)];
+        bilinear(level, pyramid.wrap, u * level.scale[0], v * level.scale[1])
+    };
+    let mut out = at(first);
+    if share > 0.0 {
+        for (o, c) in out.iter_mut().zip(at(first + 1)) {
+            *o += share * (c - *o);
+        }
+    }
+    out
+}
+
+/// The mean over a sub-pixel of side `side_px`.
+#[inline(always)]
+pub(crate) fn small_footprint(pyramid: &Pyramid, at: &UvAt, side_px: f32) -> [f32; 4] {
+    let [ux, uy, vx, vy] = at.jacobian.map(|j| j * side_px);
+    let (x2, y2) = (ux * ux + vx * vx, uy * uy + vy * vy);
+    // A sub-pixel within a texel or so sees the reconstruction as it is; the sub-pixels' own filter does the rest.
+    if x2.max(y2) <= 1.0 {
+        return reconstructed(pyramid, at.u, at.v);
+    }
+    let (long2, along) = if x2 > y2 { (x2, [ux, vx]) } else { (y2, [uy, vy]) };
+    let long = long2.sqrt();
+    let short = (ux * vy - uy * vx).abs() / long;
+    // Two texels of the level across the sub-pixel, or as many as the most look-ups leave.
+    let texel = (0.5 * short).max(long / MAX_LOOKUPS).max(1.0);
+    let count = (long / texel).ceil().clamp(1.0, MAX_LOOKUPS);
+    let lod = texel.log2();
+    let mut sum = [0.0; 4];
+    for k in 0..count as usize {
+        let t = (k as f32 + 0.5) / count - 0.5;
+        let value = trilinear(pyramid, lod, at.u + t * along[0], at.v + t * along[1]);
+        for (s, c) in sum.iter_mut().zip(value) {
+            *s += c / count;
+        }
+    }
+    sum
+}

@@ -1,0 +1,211 @@
+//! A triangle as one tile sees it: from a position on the screen to texture coordinates, colour and light.
+//!
+//! Everything that is linear over a triangle is, divided by w, a plane over the screen; two planes and one division
+//! give it back exactly. Planes are in f32, relative to the tile and to whole periods of the texture, so that neither
+//! a picture far from the eye nor a texture repeated a million times loses digits.
+
+use glam::{DMat3, DVec2, DVec3, Vec3};
+use resample_core::{Camera, Projection};
+
+use crate::cull::{Facing, ScreenTriangle};
+use crate::prepare::{LightKind, Prepared, PreparedMaterial};
+use crate::scene::Wrap;
+use crate::visibility::{Plane, moved, narrow};
+
+/// Share of light that reaches a surface whatever its direction, and the share that depends on it: the same balance
+/// as the volume renderer's.
+const AMBIENT: f32 = 0.3;
+const DIFFUSE: f32 = 1.0 - AMBIENT;
+
+/// A texture's coordinates over the tile.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct UvPlanes {
+    pub(crate) u: Plane,
+    pub(crate) v: Plane,
+    /// Index into the pyramids.
+    pub(crate) pyramid: usize,
+}
+
+/// A triangle as one tile sees it.
+#[derive(Clone, Debug)]
+pub(crate) struct Surface {
+    /// 1/w, times a factor that all planes share.
+    pub(crate) over_w: Plane,
+    pub(crate) base: Option<UvPlanes>,
+    pub(crate) emissive: Option<UvPlanes>,
+    /// World normal towards the eye, in any length.
+    pub(crate) normal: [Plane; 3],
+    /// Vertex colour times the material's; `None` where it is the same everywhere.
+    colours: Option<[Plane; 4]>,
+    pub(crate) material: usize,
+    base_colour: [f32; 4],
+    light: Light,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Light {
+    None,
+    /// From the eye: rays of the tile, to be turned round.
+    Eye,
+    Distant(Vec3),
+}
+
+/// What all surfaces of a tile share.
+pub(crate) struct TileView<'a> {
+    pub(crate) scene: &'a Prepared,
+    /// Corner of the tile's border, px.
+    pub(crate) corner_px: [f64; 2],
+    /// Direction of the rays in the world, a plane each.
+    pub(crate) rays: [Plane; 3],
+    /// Unit vector towards the distant light.
+    pub(crate) light: Vec3,
+}
+
+/// Where texture coordinates are and how they move from pixel to pixel.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct UvAt {
+    /// Texels of the full texture; the centre of the first is 0.5.
+    pub(crate) u: f32,
+    pub(crate) v: f32,
+    /// Texels per px: du/dx, du/dy, dv/dx, dv/dy.
+    pub(crate) jacobian: [f32; 4],
+}
+
+impl<'a> TileView<'a> {
+    pub(crate) fn new(scene: &'a Prepared, camera: &Camera, corner_px: [f64; 2], light: DVec3) -> Self {
+        let world_from_camera: DMat3 = camera.camera_from_world.matrix3.transpose();
+        let axis = |v: DVec3| world_from_camera * v;
+        let rays = match camera.projection {
+            Projection::Perspective => {
+                let corner = camera.ray_in_camera(DVec2::from(corner_px)).1;
+                [axis(DVec3::X / camera.fx), axis(DVec3::Y / camera.fy), axis(corner)]
+            }
+            Projection::Orthographic => [DVec3::ZERO, DVec3::ZERO, axis(DVec3::Z)],
+        };
+        let rays = [0, 1, 2].map(|k| narrow(DVec3::new(rays[0][k], rays[1][k], rays[2][k])));
+        Self { scene, corner_px, rays, light: light.normalize_or_zero().as_vec3() }
+    }
+}
+
+impl Surface {
+    /// The triangle as the tile sees it; `seen_px` is a position of the tile, from its corner, where it is seen.
+    pub(crate) fn new(tile: &TileView, triangle: &ScreenTriangle, seen_px: [f32; 2]) -> Self {
+        let mesh = &tile.scene.meshes[triangle.mesh as usize];
+        let material = &tile.scene.materials[mesh.material];
+        let corners = mesh.triangles[triangle.triangle as usize].map(|i| i as usize);
+        let p = DVec3::new(
+            tile.corner_px[0] + f64::from(seen_px[0]),
+            tile.corner_px[1] + f64::from(seen_px[1]),
+            1.0,
+        );
+        // One unit of w there, so that f32 holds everything however far the triangle is.
+        let unit = 1.0 / triangle.plane([1.0; 3]).dot(p);
+        let plane = |at: [f64; 3]| narrow(moved(triangle.plane(at) * unit, tile.corner_px));
+        let uv = |coordinates: &[DVec2], pyramid: Option<usize>| {
+            let pyramid = pyramid.filter(|_| !coordinates.is_empty())?;
+            let at = corners.map(|i| coordinates[i]);
+            let axis = |k: usize| {
+                let values = at.map(|uv| uv[k]);
+                let here = triangle.plane(values).dot(p) * unit;
+                let start = period_start(tile.scene, pyramid, k, here);
+                plane(values.map(|v| v - start))
+            };
+            Some(UvPlanes { u: axis(0), v: axis(1), pyramid })
+        };
+        let flip = if triangle.facing == Facing::Front { 1.0 } else { -1.0 };
+        let normal = if mesh.normals.is_empty() {
+            triangle.flat_normal(mesh).normalize_or_zero().to_array().map(|n| [0.0, 0.0, n as f32])
+        } else {
+            [0, 1, 2].map(|k| plane(corners.map(|i| flip * f64::from(mesh.normals[i][k]))))
+        };
+        let colours = (!mesh.colours.is_empty())
+            .then(|| [0, 1, 2, 3].map(|k| plane(corners.map(|i| f64::from(mesh.colours[i][k])))));
+        Self {
+            over_w: plane([1.0; 3]),
+            base: uv(&mesh.base_uv, material.base),
+            emissive: uv(&mesh.emissive_uv, material.emissive),
+            normal,
+            colours,
+            material: mesh.material,
+            base_colour: material.base_colour,
+            light: match material.light {
+                LightKind::None => Light::None,
+                LightKind::Headlight => Light::Eye,
+                LightKind::Lambert => Light::Distant(tile.light),
+            },
+        }
+    }
+
+    /// Texture coordinates at a position of the tile.
+    #[inline(always)]
+    pub(crate) fn uv_at(&self, planes: &UvPlanes, at: [f32; 2]) -> UvAt {
+        let d = value(&self.over_w, at);
+        let w = 1.0 / d;
+        let (u, v) = (value(&planes.u, at) * w, value(&planes.v, at) * w);
+        let slope = |p: &Plane, t: f32, axis: usize| (p[axis] - t * self.over_w[axis]) * w;
+        let jacobian =
+            [slope(&planes.u, u, 0), slope(&planes.u, u, 1), slope(&planes.v, v, 0), slope(&planes.v, v, 1)];
+        UvAt { u, v, jacobian }
+    }
+
+    /// Relative change of 1/w per px along x and y.
+    pub(crate) fn over_w_slope(&self, at: [f32; 2]) -> [f32; 2] {
+        let w = 1.0 / value(&self.over_w, at);
+        [self.over_w[0] * w, self.over_w[1] * w]
+    }
+
+    /// Base colour factor with the vertices' colour: red, green, blue, alpha.
+    #[inline(always)]
+    pub(crate) fn factor(&self, at: [f32; 2]) -> [f32; 4] {
+        let Some(colours) = &self.colours else { return self.base_colour };
+        let w = 1.0 / value(&self.over_w, at);
+        let mut factor = self.base_colour;
+        for (f, plane) in factor.iter_mut().zip(colours) {
+            *f *= (value(plane, at) * w).max(0.0);
+        }
+        factor
+    }
+
+    /// Unit normal in the world towards the eye; zero where there is none.
+    pub(crate) fn normal_at(&self, at: [f32; 2]) -> Vec3 {
+        let n = &self.normal;
+        Vec3::new(value(&n[0], at), value(&n[1], at), value(&n[2], at)).normalize_or_zero()
+    }
+
+    /// The light that a position reflects, as a factor of its colour.
+    #[inline(always)]
+    pub(crate) fn light_at(&self, tile: &TileView, at: [f32; 2]) -> f32 {
+        let towards = match self.light {
+            Light::None => return 1.0,
+            Light::Eye => {
+                let r = &tile.rays;
+                -Vec3::new(value(&r[0], at), value(&r[1], at), value(&r[2], at)).normalize_or_zero()
+            }
+            Light::Distant(direction) => direction,
+        };
+        AMBIENT + DIFFUSE * self.normal_at(at).dot(towards).max(0.0)
+    }
+
+    /// The material.
+    pub(crate) fn material<'a>(&self, scene: &'a Prepared) -> &'a PreparedMaterial {
+        &scene.materials[self.material]
+    }
+}
+
+/// Where the period of the texture begins that holds coordinate `here`, texels.
+fn period_start(scene: &Prepared, pyramid: usize, axis: usize, here: f64) -> f64 {
+    let pyramid = &scene.pyramids[pyramid];
+    let size = pyramid.levels[0].size[axis] as f64;
+    let period = match pyramid.wrap[axis] {
+        Wrap::Repeat => size,
+        Wrap::Mirror => 2.0 * size,
+        Wrap::Clamp => return 0.0,
+    };
+    let start = (here / period).floor() * period;
+    if start.is_finite() { start } else { 0.0 }
+}
+
+#[inline(always)]
+pub(crate) fn value(plane: &Plane, at: [f32; 2]) -> f32 {
+    plane[0] * at[0] + plane[1] * at[1] + plane[2]
+}

@@ -1,0 +1,172 @@
+//! The depth prepass of one tile: which triangle each sub-pixel shows.
+//!
+//! A sub-pixel belongs to the nearest triangle that covers its position, so surfaces behind, however near, add
+//! nothing. Where two triangles are equally near within the rounding of their depth keys, the one that stands first
+//! in the scene wins everywhere, so coplanar surfaces do not mix in stripes. Translucent triangles are kept in lists,
+//! all of them that lie before what is opaque.
+
+use glam::DVec3;
+
+use crate::cull::ScreenTriangle;
+use crate::filter::{BORDER_PX, PixelFilter};
+
+/// A tile's side, px.
+pub(crate) const TILE_PX: usize = resample_core::tile::TILE_PX;
+
+/// A tile's side with the border that its filter needs, px.
+pub(crate) const SPAN_PX: usize = TILE_PX + 2 * BORDER_PX;
+
+/// A sub-pixel that shows nothing.
+pub(crate) const NONE: u32 = u32::MAX;
+
+/// Relative rounding of a depth key: three products and two sums in f32 of parts that may be a few times larger than
+/// the key, each rounded by 2^-24.
+const KEY_ROUNDING: f32 = 16.0 / 16_777_216.0;
+
+/// A plane over the tile: value = `[0]` x + `[1]` y + `[2]`, x and y in px from the corner of the tile's border.
+pub(crate) type Plane = [f32; 3];
+
+/// What each sub-pixel of a tile shows.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Visibility {
+    /// Sub-pixels in a row.
+    pub(crate) side: usize,
+    /// Place in the tile's list of triangles, or [`NONE`].
+    pub(crate) ids: Vec<u32>,
+    /// Depth keys: larger is nearer.
+    pub(crate) keys: Vec<f32>,
+    /// Translucent triangles: sub-pixel, depth key, place in the tile's list.
+    pub(crate) layers: Vec<Layer>,
+}
+
+/// A translucent triangle at one sub-pixel.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Layer {
+    pub(crate) subpixel: u32,
+    pub(crate) key: f32,
+    pub(crate) id: u32,
+}
+
+/// A triangle as one tile sees it, ready to be drawn.
+pub(crate) struct RasterTriangle {
+    lines: [Plane; 3],
+    /// Whether a position on the line itself is inside.
+    closed: [bool; 3],
+    key: Plane,
+    columns: [usize; 2],
+    rows: [usize; 2],
+}
+
+/// Largest key that lies beyond the near plane.
+#[derive(Clone, Copy)]
+pub(crate) struct NearKey(pub(crate) f32);
+
+/// A plane of the screen as one of the tile whose border's corner is at `corner_px`, in f64.
+pub(crate) fn moved(plane: DVec3, corner_px: [f64; 2]) -> DVec3 {
+    DVec3::new(plane.x, plane.y, plane.x * corner_px[0] + plane.y * corner_px[1] + plane.z)
+}
+
+pub(crate) fn narrow(plane: DVec3) -> Plane {
+    plane.to_array().map(|v| v as f32)
+}
+
+impl RasterTriangle {
+    /// `None` if the triangle's rectangle misses the tile.
+    pub(crate) fn new(triangle: &ScreenTriangle, corner_px: [f64; 2], filter: &PixelFilter) -> Option<Self> {
+        let side = SPAN_PX * filter.subpixels;
+        let range = |axis: usize| {
+            let place = |px: f64| (px - corner_px[axis]) * filter.subpixels as f64;
+            // A sub-pixel lies between its column's number and the next, in either direction.
+            let first = (place(triangle.bounds_px[axis]) - 1.0).clamp(0.0, side as f64) as usize;
+            let last = (place(triangle.bounds_px[axis + 2]) + 1.0).ceil().clamp(0.0, side as f64) as usize;
+            [first, last]
+        };
+        let (columns, rows) = (range(0), range(1));
+        if columns[0] >= columns[1] || rows[0] >= rows[1] {
+            return None;
+        }
+        let mut closed = [false; 3];
+        let mut lines = [[0.0; 3]; 3];
+        for (i, line) in triangle.lines.iter().enumerate() {
+            let line = moved(*line, corner_px);
+            let steepness = line.x.abs().max(line.y.abs());
+            let size = if steepness > 0.0 { steepness } else { line.z.abs() };
+            // Two triangles that share the line scale it by the same number.
+            lines[i] = narrow(line / size);
+            closed[i] = line.x > 0.0 || (line.x == 0.0 && line.y > 0.0);
+        }
+        Some(Self { lines, closed, key: narrow(moved(triangle.key, corner_px)), columns, rows })
+    }
+
+    /// Calls `hit` with sub-pixel and key wherever the triangle covers a sub-pixel beyond the near plane.
+    #[inline(always)]
+    fn scan(&self, filter: &PixelFilter, near: NearKey, mut hit: impl FnMut(usize, f32)) {
+        let n = filter.subpixels;
+        let side = SPAN_PX * n;
+        let step = 1.0 / n as f32;
+        for row in self.rows[0]..self.rows[1] {
+            let y0 = row as f32 * step;
+            let x0 = filter.offset_px[row % n];
+            for column in self.columns[0]..self.columns[1] {
+                let x = column as f32 * step + x0;
+                let y = y0 + filter.offset_px[column % n];
+                let value = |p: &Plane| p[0] * x + p[1] * y + p[2];
+                let e = [value(&self.lines[0]), value(&self.lines[1]), value(&self.lines[2])];
+                let inside = |i: usize| e[i] > 0.0 || (e[i] == 0.0 && self.closed[i]);
+                if inside(0) && inside(1) && inside(2) {
+                    let key = value(&self.key);
+                    if key <= near.0 {
+                        hit(row * side + column, key);
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Visibility {
+    /// Forgets the last tile.
+    pub(crate) fn clear(&mut self, filter: &PixelFilter) {
+        self.side = SPAN_PX * filter.subpixels;
+        let count = self.side * self.side;
+        self.ids.clear();
+        self.ids.resize(count, NONE);
+        self.keys.clear();
+        self.keys.resize(count, f32::NEG_INFINITY);
+        self.layers.clear();
+    }
+
+    /// Draws a triangle where it is nearer than what is there and `shows` says that the sub-pixel is not cut out.
+    pub(crate) fn draw(
+        &mut self,
+        triangle: &RasterTriangle,
+        id: u32,
+        (filter, near): (&PixelFilter, NearKey),
+        mut shows: impl FnMut(usize) -> bool,
+    ) {
+        let (ids, keys) = (&mut self.ids, &mut self.keys);
+        triangle.scan(filter, near, |at, key| {
+            let before = keys[at];
+            if key > before + key.abs() * KEY_ROUNDING && shows(at) {
+                ids[at] = id;
+                keys[at] = key;
+            }
+        });
+    }
+
+    /// Lists a translucent triangle wherever it lies before what is opaque.
+    pub(crate) fn list(&mut self, triangle: &RasterTriangle, id: u32, filter: &PixelFilter, near: NearKey) {
+        let (keys, layers) = (&self.keys, &mut self.layers);
+        triangle.scan(filter, near, |at, key| {
+            if key > keys[at] {
+                layers.push(Layer { subpixel: at as u32, key, id });
+            }
+        });
+    }
+
+    /// Orders the layers by sub-pixel, the farthest first; equally far ones in the order of the scene.
+    pub(crate) fn sort_layers(&mut self) {
+        self.layers
+            .sort_by(|a, b| a.subpixel.cmp(&b.subpixel).then(a.key.total_cmp(&b.key)).then(a.id.cmp(&b.id)));
+    }
+}
