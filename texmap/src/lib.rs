@@ -4,12 +4,17 @@
 //! textures; a [`Renderer`] prepares it; visible triangles' texels are projected, selected, accumulated and resolved
 //! into a picture, as [`RenderOptions`] says.
 
+mod accumulate;
+mod backward;
 mod cull;
+mod ellipse;
 mod error;
 mod filter;
+mod fragments;
 mod lookup;
 mod mip;
 pub mod options;
+mod planes;
 mod points;
 mod prepare;
 pub mod render;

@@ -65,16 +65,6 @@ impl Pyramid {
         }
         Self { levels, wrap, magnify }
     }
-
-    /// Variance, in squared texels, and fourth cumulant of the kernel that reconstructs the full texture.
-    pub(crate) fn kernel(&self) -> [f32; 2] {
-        match self.magnify {
-            // A box of one texel.
-            Magnify::Nearest => [1.0 / 12.0, -1.0 / 120.0],
-            // A tent is two boxes after one another, and cumulants add.
-            Magnify::Linear => [1.0 / 6.0, -1.0 / 60.0],
-        }
-    }
 }
 
 impl Level {

@@ -6,19 +6,18 @@
 //! kernel's variance), corrected in fourth order for what a tent is not a Gaussian: an Edgeworth series. A coarser
 //! level counts the same way, with the variance and the fourth cumulant of its own filter taken off.
 //!
-//! Perspective is exact: with a texel's offset delta from the pixel's coordinates, and h the relative change of 1/w per
-//! texel, the offset that the Jacobian at the pixel would give is delta / (1 - h delta), and the area that the texel
-//! stands for changes by the third power of the same factor (Sherman and Morrison on the homography's rows).
-//!
 //! Limits: a single plane; the Gaussian is cut at [`CUT`] standard deviations.
 
 use resample_core::point::PIXEL_SIGMA_PX;
 
+use crate::ellipse::{Covariance, TexelEllipse};
+use crate::lookup::reconstructed;
 use crate::mip::{Level, Pyramid};
 use crate::options::LevelChoice;
+use crate::scene::Magnify;
 use crate::surface::UvAt;
 
-/// Where the Gaussian is cut, standard deviations.
+/// Where the Gaussian is cut, standard deviations: the same reach as the sub-pixels' filter.
 const CUT: f32 = 3.0;
 
 /// A level is coarse enough only while the texels' Gaussian keeps this variance (texels of that level) along its
@@ -26,7 +25,11 @@ const CUT: f32 = 3.0;
 const LEAST_VARIANCE: f32 = 0.5;
 
 /// The pixel's variance, px^2.
-const PIXEL_VARIANCE: f32 = (PIXEL_SIGMA_PX * PIXEL_SIGMA_PX) as f32;
+pub(crate) const PIXEL_VARIANCE: f32 = (PIXEL_SIGMA_PX * PIXEL_SIGMA_PX) as f32;
+
+/// Most parts that a texel is split into along one axis: a texel larger than half as many pixels is as smooth as it
+/// will be.
+const MAX_SPLIT: f32 = 4096.0;
 
 /// What gathering needs to know.
 #[derive(Clone, Copy, Debug)]
@@ -35,195 +38,123 @@ pub(crate) struct PointSettings {
     pub(crate) max_texels: u32,
 }
 
-/// The texels around a pixel and what each counts.
+/// A pixel on a textured plane.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PointFootprint<'a> {
-    level: &'a Level,
-    pyramid: &'a Pyramid,
-    /// The pixel in texels of the level, so that texel k's centre is at k.
-    centre: [f32; 2],
-    /// Inverse covariance (xx, xy, yy) and the half extents at one standard deviation.
-    inverse: [f32; 3],
-    extent: [f32; 2],
-    /// Relative change of 1/w per texel along u and v.
-    perspective: [f32; 2],
-    /// Largest relative change of 1/w within the cut.
-    change: f32,
-    /// Fourth cumulants that the Gaussian lacks, over 24.
-    kappa: [f32; 2],
+pub(crate) struct PixelOnTexture<'a> {
+    pub(crate) pyramid: &'a Pyramid,
+    pub(crate) at: UvAt,
+    /// Relative change of 1/w per px along x and y; zero makes footprints affine.
+    pub(crate) over_w_slope: [f32; 2],
 }
 
 /// A gathered colour.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Gathered {
     pub(crate) rgba: [f32; 4],
+    /// Texels looked at.
     pub(crate) texels: u32,
 }
 
-/// A covariance (xx, xy, yy), texels squared.
-#[derive(Clone, Copy)]
-struct Covariance([f32; 3]);
-
-impl Covariance {
-    fn determinant(self) -> f32 {
-        self.0[0] * self.0[2] - self.0[1] * self.0[1]
+/// Gathers the texels around a pixel; `None` where the texture is magnified, or nearly: its texels are splats there.
+pub(crate) fn gather_minified(pixel: &PixelOnTexture, settings: &PointSettings) -> Option<Gathered> {
+    let pyramid = pixel.pyramid;
+    let full = &pyramid.levels[0];
+    let mut chosen = (full, covariance(pixel, full));
+    if !(chosen.1.eigenvalues()[0] >= LEAST_VARIANCE) {
+        return None;
     }
+    if settings.level == LevelChoice::Auto {
+        chosen = coarsest(pixel, settings.max_texels, chosen);
+    }
+    let (level, covariance) = chosen;
+    if level.size == [1, 1] {
+        return Some(Gathered { rgba: level.texels[0], texels: 1 });
+    }
+    let fourth = |k: usize| (kernel(pyramid)[1] * level.scale[k].powi(4) - level.kappa[k]) / 24.0;
+    let mut ellipse = TexelEllipse::new(pixel, level.scale, covariance, CUT)?;
+    ellipse.kappa = [fourth(0), fourth(1)];
+    ellipse.gather_level(level, pyramid.wrap)
+}
 
-    fn eigenvalues(self) -> [f32; 2] {
-        let [xx, xy, yy] = self.0;
-        let half_trace = 0.5 * (xx + yy);
-        let large = half_trace + (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt();
-        [self.determinant() / large, large]
+/// Gathers texels as plain points, each with the pixel's Gaussian alone: `None` where no texel is near (a hole).
+pub(crate) fn gather_points(pixel: &PixelOnTexture, settings: &PointSettings) -> Option<Gathered> {
+    // A hole is a pixel that no texel reaches; minified textures have none, so that the same levels serve.
+    if let Some(gathered) = gather_minified(pixel, settings) {
+        return Some(gathered);
+    }
+    let level = &pixel.pyramid.levels[0];
+    let plain = covariance_with(pixel, level, [0.0; 2]);
+    TexelEllipse::new(pixel, level.scale, plain, CUT)?.gather_level(level, pixel.pyramid.wrap)
+}
+
+/// Gathers texels split along their magnified axes until all are points.
+pub(crate) fn gather_split(pixel: &PixelOnTexture, settings: &PointSettings) -> Option<Gathered> {
+    if let Some(gathered) = gather_minified(pixel, settings) {
+        return Some(gathered);
+    }
+    let [ux, uy, vx, vy] = pixel.at.jacobian;
+    // Parts per texel that leave a variance of LEAST_VARIANCE along the axis's own direction.
+    let area = (ux * vy - uy * vx).abs();
+    let parts = |along: f32, across: f32| {
+        // The narrower of the ellipse's extent and its chord along the axis.
+        let chord = (area / across).min(along);
+        (LEAST_VARIANCE / (PIXEL_VARIANCE * chord * chord)).sqrt().ceil().clamp(1.0, MAX_SPLIT)
+    };
+    let (u, v) = (ux.hypot(uy), vx.hypot(vy));
+    let split = [parts(u, v), parts(v, u)];
+    let kernel = |k: usize| if split[k] > 1.0 { 0.0 } else { kernel(pixel.pyramid)[0] };
+    let full = &pixel.pyramid.levels[0];
+    let [xx, xy, yy] = covariance_with(pixel, full, [kernel(0), kernel(1)]).0;
+    let fine = Covariance([xx * split[0] * split[0], xy * split[0] * split[1], yy * split[1] * split[1]]);
+    let ellipse = TexelEllipse::new(pixel, split, fine, CUT)?;
+    ellipse.gather(|column, row| {
+        let at = |k: usize, index: i32| (index as f32 + 0.5) / split[k];
+        reconstructed(pixel.pyramid, at(0, column), at(1, row))
+    })
+}
+
+/// Variance, in squared texels, and fourth cumulant of the kernel that reconstructs the full texture.
+fn kernel(pyramid: &Pyramid) -> [f32; 2] {
+    match pyramid.magnify {
+        // A box of one texel.
+        Magnify::Nearest => [1.0 / 12.0, -1.0 / 120.0],
+        // A tent is two boxes after one another, and cumulants add.
+        Magnify::Linear => [1.0 / 6.0, -1.0 / 60.0],
     }
 }
 
 /// Pixel and kernel covariance in one level, less what its filter has done already.
-fn covariance(pyramid: &Pyramid, level: &Level, at: &UvAt) -> Covariance {
+fn covariance(pixel: &PixelOnTexture, level: &Level) -> Covariance {
+    let variance = kernel(pixel.pyramid)[0];
+    let rest = |k: usize| level.scale[k] * level.scale[k] * variance - level.variance[k];
+    covariance_with(pixel, level, [rest(0), rest(1)])
+}
+
+/// The pixel's covariance in a level's texels, and more along u and v.
+pub(crate) fn covariance_with(pixel: &PixelOnTexture, level: &Level, more: [f32; 2]) -> Covariance {
     let [su, sv] = level.scale;
-    let [ux, uy, vx, vy] = at.jacobian;
-    let kernel = pyramid.kernel()[0];
+    let [ux, uy, vx, vy] = pixel.at.jacobian;
     Covariance([
-        su * su * (PIXEL_VARIANCE * (ux * ux + uy * uy) + kernel) - level.variance[0],
+        su * su * PIXEL_VARIANCE * (ux * ux + uy * uy) + more[0],
         su * sv * PIXEL_VARIANCE * (ux * vx + uy * vy),
-        sv * sv * (PIXEL_VARIANCE * (vx * vx + vy * vy) + kernel) - level.variance[1],
+        sv * sv * PIXEL_VARIANCE * (vx * vx + vy * vy) + more[1],
     ])
-}
-
-impl<'a> PointFootprint<'a> {
-    /// `None` where the texture is magnified, or nearly: its texels are splats there.
-    ///
-    /// `over_w_slope` is the relative change of 1/w per px along x and y; zero makes the footprint affine.
-    pub(crate) fn new(
-        pyramid: &'a Pyramid,
-        at: &UvAt,
-        over_w_slope: [f32; 2],
-        settings: &PointSettings,
-    ) -> Option<Self> {
-        let full = &pyramid.levels[0];
-        let mut chosen = (full, covariance(pyramid, full, at));
-        if !(chosen.1.eigenvalues()[0] >= LEAST_VARIANCE) {
-            return None;
-        }
-        if settings.level == LevelChoice::Auto {
-            chosen = coarsest(pyramid, at, settings.max_texels, chosen);
-        }
-        let (level, covariance) = chosen;
-        let [xx, xy, yy] = widened(covariance).0;
-        let determinant = xx * yy - xy * xy;
-        let inverse = [yy / determinant, -xy / determinant, xx / determinant];
-        let [su, sv] = level.scale;
-        let [ux, uy, vx, vy] = at.jacobian;
-        // h = J^-T g, in texels of the level.
-        let area = ux * vy - uy * vx;
-        let [gx, gy] = over_w_slope;
-        let perspective = [(vy * gx - vx * gy) / (area * su), (ux * gy - uy * gx) / (area * sv)];
-        let [hu, hv] = perspective;
-        let change = CUT * (hu * hu * xx + 2.0 * hu * hv * xy + hv * hv * yy).max(0.0).sqrt();
-        let fourth = |k: usize| (pyramid.kernel()[1] * level.scale[k].powi(4) - level.kappa[k]) / 24.0;
-        let footprint = Self {
-            level,
-            pyramid,
-            centre: [at.u * su - 0.5, at.v * sv - 0.5],
-            inverse,
-            extent: [xx.sqrt(), yy.sqrt()],
-            perspective,
-            change: change.min(0.9),
-            kappa: [fourth(0), fourth(1)],
-        };
-        let finite = inverse.iter().chain(&footprint.centre).chain(&perspective).all(|v| v.is_finite());
-        finite.then_some(footprint)
-    }
-
-    /// The mean of the texels, each as often as it counts.
-    pub(crate) fn gather(&self) -> Gathered {
-        let level = self.level;
-        if level.size == [1, 1] {
-            return Gathered { rgba: level.texels[0], texels: 1 };
-        }
-        let [ixx, ixy, iyy] = self.inverse;
-        let reach = CUT / (1.0 - self.change);
-        let rows = whole(self.centre[1], reach * self.extent[1]);
-        let mut sum = [0.0f32; 5];
-        let mut texels = 0;
-        for row in rows[0]..=rows[1] {
-            let dv = row as f32 - self.centre[1];
-            // The row's chord of the ellipse: ixx du^2 + 2 ixy du dv + iyy dv^2 = reach^2.
-            let middle = -ixy * dv / ixx;
-            let left = (reach * reach - (iyy - ixy * ixy / ixx) * dv * dv).max(0.0) / ixx;
-            let columns = whole(self.centre[0] + middle, left.sqrt());
-            let start = level.row_start(row, self.pyramid.wrap[1]);
-            for column in columns[0]..=columns[1] {
-                let du = column as f32 - self.centre[0];
-                let weight = self.weight(du, dv);
-                let place = crate::mip::wrapped(column, level.size[0], self.pyramid.wrap[0]);
-                let texel = &level.texels[start + place];
-                for (s, c) in sum.iter_mut().zip(texel) {
-                    *s += weight * c;
-                }
-                sum[4] += weight;
-                texels += 1;
-            }
-        }
-        let scale = 1.0 / sum[4];
-        Gathered { rgba: [0, 1, 2, 3].map(|k| sum[k] * scale), texels }
-    }
-
-    /// What a texel at this offset counts.
-    #[inline(always)]
-    fn weight(&self, du: f32, dv: f32) -> f32 {
-        let tau = 1.0 / (1.0 - self.perspective[0] * du - self.perspective[1] * dv);
-        let (du, dv) = (du * tau, dv * tau);
-        let [ixx, ixy, iyy] = self.inverse;
-        let (tu, tv) = (ixx * du + ixy * dv, ixy * du + iyy * dv);
-        let q = tu * du + tv * dv;
-        if q > CUT * CUT {
-            return 0.0;
-        }
-        let hermite = |t: f32, s: f32| t * t * (t * t - 6.0 * s) + 3.0 * s * s;
-        let series = 1.0 + self.kappa[0] * hermite(tu, ixx) + self.kappa[1] * hermite(tv, iyy);
-        (-0.5 * q).exp() * series * tau * tau * tau
-    }
-}
-
-/// The whole numbers within `half` of `middle`.
-#[inline(always)]
-fn whole(middle: f32, half: f32) -> [i32; 2] {
-    [(middle - half).ceil() as i32, (middle + half).floor() as i32]
 }
 
 /// The coarsest level whose texels still see the footprint as smooth, or a coarser one if that holds too many.
 fn coarsest<'a>(
-    pyramid: &'a Pyramid,
-    at: &UvAt,
+    pixel: &PixelOnTexture<'a>,
     max_texels: u32,
     full: (&'a Level, Covariance),
 ) -> (&'a Level, Covariance) {
     let mut chosen = full;
-    for level in &pyramid.levels[1..] {
-        let next = covariance(pyramid, level, at);
+    for level in &pixel.pyramid.levels[1..] {
+        let next = covariance(pixel, level);
         let texels = std::f32::consts::PI * CUT * CUT * chosen.1.determinant().max(0.0).sqrt();
         if !(next.eigenvalues()[0] >= LEAST_VARIANCE || texels > max_texels as f32) {
             break;
         }
-        chosen = (level, widened(next));
+        chosen = (level, next.widened(LEAST_VARIANCE));
     }
     chosen
-}
-
-/// The covariance with its shorter axis lengthened to what the lattice of texels can carry.
-fn widened(covariance: Covariance) -> Covariance {
-    let [small, large] = covariance.eigenvalues();
-    if small >= LEAST_VARIANCE {
-        return covariance;
-    }
-    let [xx, xy, yy] = covariance.0;
-    let add = LEAST_VARIANCE - small;
-    let span = large - small;
-    if !(span > 0.0) {
-        return Covariance([LEAST_VARIANCE, 0.0, LEAST_VARIANCE]);
-    }
-    // The projection on the shorter axis is (large I - covariance) / (large - small).
-    let scale = add / span;
-    let out = [xx + scale * (large - xx), xy - scale * xy, yy + scale * (large - yy)];
-    Covariance(out)
 }

@@ -11,6 +11,7 @@ use resample_core::{Camera, Image};
 use crate::cull::{InView, cull};
 use crate::filter::PixelFilter;
 use crate::options::RenderOptions;
+use crate::planes::add_planes;
 use crate::prepare::Prepared;
 use crate::stats::{FrameStats, StageClock};
 use crate::tile::{FrameView, TileImage, TileWork, near_key, render_tile};
@@ -77,7 +78,13 @@ impl Renderer {
         let tiles = self.tiles(&camera, &in_view, (&grid, &lists), &mut stats);
 
         let clock = StageClock::start();
-        let image = picture(&grid, &tiles);
+        let mut image = picture(&grid, &tiles);
+        if !self.options.planes.is_empty() {
+            let columns = grid.columns();
+            add_planes(&mut image, &self.options, |x, y| {
+                tiles[y / TILE_PX * columns + x / TILE_PX].planes.get(y % TILE_PX * TILE_PX + x % TILE_PX)
+            });
+        }
         stats.pixels_touched = image.rgba.iter().filter(|pixel| pixel[3] > 0.0).count() as u64;
         stats.stages.image = clock.stop();
 

@@ -1,0 +1,232 @@
+//! Accumulate and resolve: the texels of what a tile shows become the colours of its pixels.
+//!
+//! A pixel whose whole filter lies on one plane, minified, gathers texels as points. Every other pixel is made from
+//! sub-pixels, each of which sums the splats of the texels around the place that it shows; the pixel's Gaussian
+//! filters them down, so that each surface counts by its own coverage and nothing hidden counts. Both are the same
+//! sum of texels to within the errors stated in their modules, so there is no seam between them.
+//!
+//! The other methods look the texture up once for each triangle in each pixel, and count it by its coverage. Pixels
+//! with something translucent are made from sub-pixels in every method.
+
+use resample_core::FootprintMode;
+
+use crate::backward::{look_up_bilinear, look_up_ewa, look_up_nearest, look_up_trilinear};
+use crate::filter::BORDER_PX;
+use crate::fragments::{Fragment, collect};
+use crate::lookup::small_footprint;
+use crate::options::Method;
+use crate::points::{Gathered, PixelOnTexture, PointSettings, gather_minified, gather_points, gather_split};
+use crate::scene::AlphaMode;
+use crate::surface::{Surface, UvPlanes};
+use crate::tile::{Cell, Tile, TileImage, TileWork, joined, subpixel_px};
+use crate::visibility::{NONE, SPAN_PX, TILE_PX};
+
+impl Tile<'_> {
+    /// What the filter of pixel (x, y) of the tile sees.
+    pub(crate) fn seen(&self, work: &TileWork, [x, y]: [usize; 2]) -> Cell {
+        (0..9).map(|k| work.cells[around([x, y], k)]).reduce(joined).unwrap_or(Cell::Empty)
+    }
+
+    /// Gathers points at every pixel that sees one minified plane, and leaves the others to sub-pixels.
+    pub(crate) fn lay_points(&self, work: &mut TileWork, image: &mut TileImage) {
+        self.each_pixel(work, |work, pixel, cell| {
+            let Cell::Plane(id, _) = cell else { return false };
+            let Some(surface) = &work.surfaces[id as usize] else { return false };
+            match self.pixel_colour(surface, centre_px(pixel), &mut image.points) {
+                Some(colour) => image.rgba[pixel[1] * TILE_PX + pixel[0]] = colour,
+                None => return false,
+            }
+            true
+        });
+    }
+
+    /// Looks the texture up for each triangle of each pixel; leaves pixels with something translucent to sub-pixels.
+    pub(crate) fn look_up(&self, work: &mut TileWork, image: &mut TileImage) {
+        let forward = matches!(self.frame.options.method, Method::Point | Method::Supersample);
+        let mut texels = 0;
+        self.each_pixel(work, |work, pixel, cell| {
+            match cell {
+                Cell::Layered => return false,
+                Cell::Plane(id, _) => {
+                    work.fragments.clear();
+                    work.fragments.push(Fragment { id, weight: 1.0, at: centre_px(pixel) });
+                }
+                _ => collect(self.frame.filter, &work.visibility.ids, pixel, &mut work.fragments),
+            }
+            let out = &mut image.rgba[pixel[1] * TILE_PX + pixel[0]];
+            for fragment in &work.fragments {
+                let Some(surface) = &work.surfaces[fragment.id as usize] else { continue };
+                // Where no texel is near, as between the points of a magnified texture, nothing is seen.
+                let colour = self.pixel_colour(surface, fragment.at, &mut texels).unwrap_or([0.0; 4]);
+                for (o, c) in out.iter_mut().zip(colour) {
+                    *o += fragment.weight * c;
+                }
+            }
+            true
+        });
+        if forward {
+            image.points += texels;
+        } else {
+            image.splats += texels;
+        }
+    }
+
+    /// Calls `done` for every pixel that shows something; those for which it says no are left to sub-pixels.
+    fn each_pixel(&self, work: &mut TileWork, mut done: impl FnMut(&mut TileWork, [usize; 2], Cell) -> bool) {
+        work.wanted.clear();
+        work.wanted.resize(SPAN_PX * SPAN_PX, false);
+        work.from_subpixels.clear();
+        for y in 0..TILE_PX {
+            for x in 0..TILE_PX {
+                let cell = self.seen(work, [x, y]);
+                if cell != Cell::Empty && !done(work, [x, y], cell) {
+                    work.from_subpixels.push((y * TILE_PX + x) as u16);
+                    (0..9).for_each(|k| work.wanted[around([x, y], k)] = true);
+                }
+            }
+        }
+    }
+
+    /// The colour of a surface at a pixel by the method of the frame; `None` where the method has none.
+    fn pixel_colour(&self, surface: &Surface, at: [f32; 2], texels: &mut u64) -> Option<[f32; 4]> {
+        let mut filtered = |planes: &Option<UvPlanes>| match planes {
+            None => Some([1.0; 4]),
+            Some(planes) => {
+                let gathered = self.pixel_texture(surface, planes, at)?;
+                *texels += u64::from(gathered.texels);
+                Some(gathered.rgba)
+            }
+        };
+        let (base, emissive) = (filtered(&surface.base)?, filtered(&surface.emissive)?);
+        Some(self.lit(surface, at, base, emissive))
+    }
+
+    fn pixel_texture(&self, surface: &Surface, planes: &UvPlanes, at: [f32; 2]) -> Option<Gathered> {
+        let options = self.frame.options;
+        let over_w_slope = match options.footprint {
+            FootprintMode::Exact => surface.over_w_slope(at),
+            _ => [0.0; 2],
+        };
+        let pyramid = &self.frame.scene.pyramids[planes.pyramid];
+        let pixel = PixelOnTexture { pyramid, at: surface.uv_at(planes, at), over_w_slope };
+        let settings = PointSettings { level: options.level, max_texels: options.max_texels };
+        match options.method {
+            Method::Hybrid => gather_minified(&pixel, &settings),
+            Method::Point => gather_points(&pixel, &settings),
+            Method::Supersample => gather_split(&pixel, &settings),
+            Method::BackwardNearest => Some(look_up_nearest(&pixel)),
+            Method::BackwardBilinear => Some(look_up_bilinear(&pixel)),
+            Method::BackwardTrilinear => Some(look_up_trilinear(&pixel)),
+            Method::BackwardEwa => Some(look_up_ewa(&pixel)),
+        }
+    }
+
+    /// Colours of the sub-pixels that some pixel wants: splats, and what is translucent over what lies behind.
+    pub(crate) fn lay_splats(&self, work: &mut TileWork, image: &mut TileImage) {
+        if work.from_subpixels.is_empty() {
+            return;
+        }
+        let n = self.frame.filter.subpixels;
+        let side = work.visibility.side;
+        work.colours.resize(side * side, [0.0; 4]);
+        for cell in (0..SPAN_PX * SPAN_PX).filter(|&cell| work.wanted[cell]) {
+            let (column, row) = (cell % SPAN_PX, cell / SPAN_PX);
+            for j in 0..n {
+                let start = (row * n + j) * side + column * n;
+                for at in start..start + n {
+                    let id = work.visibility.ids[at];
+                    let surface = work.surfaces.get(id as usize).and_then(Option::as_deref);
+                    work.colours[at] = match surface {
+                        Some(surface) if id != NONE => {
+                            image.splats += 4;
+                            self.colour(surface, subpixel_px(self.frame.filter, at))
+                        }
+                        _ => [0.0; 4],
+                    };
+                }
+            }
+        }
+        for layer in &work.visibility.layers {
+            let Some(surface) = &work.surfaces[layer.id as usize] else { continue };
+            let at = layer.subpixel as usize;
+            if !work.wanted[at / side / n * SPAN_PX + at % side / n] {
+                continue;
+            }
+            let front = self.colour(surface, subpixel_px(self.frame.filter, at));
+            for (behind, f) in work.colours[at].iter_mut().zip(front) {
+                *behind = f + (1.0 - front[3]) * *behind;
+            }
+            image.splats += 4;
+        }
+    }
+
+    /// Premultiplied colour of a surface at a sub-pixel.
+    #[inline(always)]
+    fn colour(&self, surface: &Surface, at: [f32; 2]) -> [f32; 4] {
+        let base = self.texture(surface, &surface.base, at);
+        let emissive = self.texture(surface, &surface.emissive, at);
+        self.lit(surface, at, base, emissive)
+    }
+
+    #[inline(always)]
+    fn texture(&self, surface: &Surface, planes: &Option<UvPlanes>, at: [f32; 2]) -> [f32; 4] {
+        let Some(planes) = planes else { return [1.0; 4] };
+        let side_px = 1.0 / self.frame.filter.subpixels as f32;
+        small_footprint(&self.frame.scene.pyramids[planes.pyramid], &surface.uv_at(planes, at), side_px)
+    }
+
+    /// Alpha of a surface at a sub-pixel.
+    pub(crate) fn alpha(&self, surface: &Surface, at: [f32; 2]) -> f32 {
+        surface.factor(at)[3] * self.texture(surface, &surface.base, at)[3]
+    }
+
+    /// What a pixel or sub-pixel shows of a surface: filtered textures times factors, lit, premultiplied.
+    #[inline(always)]
+    fn lit(&self, surface: &Surface, at: [f32; 2], base: [f32; 4], emissive: [f32; 4]) -> [f32; 4] {
+        let material = surface.material(self.frame.scene);
+        let factor = surface.factor(at);
+        let light = surface.light_at(&self.view, at);
+        // Textures of materials with alpha are premultiplied; what their factor's alpha makes of it is still to do.
+        let (weight, alpha) = match material.alpha {
+            AlphaMode::Opaque => (1.0, 1.0),
+            AlphaMode::Mask { .. } => (if base[3] > 0.0 { 1.0 / base[3] } else { 0.0 }, 1.0),
+            AlphaMode::Blend => (factor[3], (factor[3] * base[3]).min(1.0)),
+        };
+        let mut out = [alpha; 4];
+        for k in 0..3 {
+            let emitted = alpha * material.emissive_colour[k] * emissive[k];
+            out[k] = weight * light * factor[k] * base[k] + emitted;
+        }
+        out
+    }
+
+    /// Filters sub-pixels down to the pixels that are made from them.
+    pub(crate) fn resolve(&self, work: &TileWork, image: &mut TileImage) {
+        let n = self.frame.filter.subpixels;
+        let side = work.visibility.side;
+        for &pixel in &work.from_subpixels {
+            let (x, y) = (usize::from(pixel) % TILE_PX, usize::from(pixel) / TILE_PX);
+            let mut sum = [0.0f32; 4];
+            for (j, weights) in self.frame.filter.weights.chunks_exact(3 * n).enumerate() {
+                let colours = &work.colours[(y * n + j) * side + x * n..][..3 * n];
+                for (weight, colour) in weights.iter().zip(colours) {
+                    for (s, c) in sum.iter_mut().zip(colour) {
+                        *s += weight * c;
+                    }
+                }
+            }
+            image.rgba[usize::from(pixel)] = sum;
+        }
+    }
+}
+
+/// Number of the k-th of the nine cells that the filter of pixel (x, y) reaches.
+#[inline(always)]
+fn around([x, y]: [usize; 2], k: usize) -> usize {
+    (y + k / 3) * SPAN_PX + x + k % 3
+}
+
+/// Position of the centre of pixel (x, y) of the tile, from the corner of its border.
+pub(crate) fn centre_px([x, y]: [usize; 2]) -> [f32; 2] {
+    [(x + BORDER_PX) as f32 + 0.5, (y + BORDER_PX) as f32 + 0.5]
+}
