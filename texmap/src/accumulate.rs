@@ -8,6 +8,7 @@
 //! The other methods look the texture up once for each triangle in each pixel, and count it by its coverage. Pixels
 //! with something translucent are made from sub-pixels in every method.
 
+use glam::Vec4;
 use resample_core::FootprintMode;
 
 use crate::backward::{look_up_bilinear, look_up_ewa, look_up_nearest, look_up_trilinear};
@@ -24,7 +25,7 @@ use crate::visibility::{NONE, SPAN_PX, TILE_PX};
 impl Tile<'_> {
     /// What the filter of pixel (x, y) of the tile sees.
     pub(crate) fn seen(&self, work: &TileWork, [x, y]: [usize; 2]) -> Cell {
-        (0..9).map(|k| work.cells[around([x, y], k)]).reduce(joined).unwrap_or(Cell::Empty)
+        (0..AROUND).map(|k| work.cells[around([x, y], k)]).reduce(joined).unwrap_or(Cell::Empty)
     }
 
     /// Gathers points at every pixel that sees one minified plane, and leaves the others to sub-pixels.
@@ -33,7 +34,7 @@ impl Tile<'_> {
             let Cell::Plane(id, _) = cell else { return false };
             let Some(surface) = &work.surfaces[id as usize] else { return false };
             match self.pixel_colour(surface, centre_px(pixel), &mut image.points) {
-                Some(colour) => image.rgba[pixel[1] * TILE_PX + pixel[0]] = colour,
+                Some(colour) => image.rgba[pixel[1] * TILE_PX + pixel[0]] = colour.to_array(),
                 None => return false,
             }
             true
@@ -53,15 +54,14 @@ impl Tile<'_> {
                 }
                 _ => collect(self.frame.filter, &work.visibility.ids, pixel, &mut work.fragments),
             }
-            let out = &mut image.rgba[pixel[1] * TILE_PX + pixel[0]];
+            let mut sum = Vec4::ZERO;
             for fragment in &work.fragments {
                 let Some(surface) = &work.surfaces[fragment.id as usize] else { continue };
                 // Where no texel is near, as between the points of a magnified texture, nothing is seen.
-                let colour = self.pixel_colour(surface, fragment.at, &mut texels).unwrap_or([0.0; 4]);
-                for (o, c) in out.iter_mut().zip(colour) {
-                    *o += fragment.weight * c;
-                }
+                let colour = self.pixel_colour(surface, fragment.at, &mut texels).unwrap_or(Vec4::ZERO);
+                sum += fragment.weight * colour;
             }
+            image.rgba[pixel[1] * TILE_PX + pixel[0]] = sum.to_array();
             true
         });
         if forward {
@@ -81,16 +81,16 @@ impl Tile<'_> {
                 let cell = self.seen(work, [x, y]);
                 if cell != Cell::Empty && !done(work, [x, y], cell) {
                     work.from_subpixels.push((y * TILE_PX + x) as u16);
-                    (0..9).for_each(|k| work.wanted[around([x, y], k)] = true);
+                    (0..AROUND).for_each(|k| work.wanted[around([x, y], k)] = true);
                 }
             }
         }
     }
 
     /// The colour of a surface at a pixel by the method of the frame; `None` where the method has none.
-    fn pixel_colour(&self, surface: &Surface, at: [f32; 2], texels: &mut u64) -> Option<[f32; 4]> {
+    fn pixel_colour(&self, surface: &Surface, at: [f32; 2], texels: &mut u64) -> Option<Vec4> {
         let mut filtered = |planes: &Option<UvPlanes>| match planes {
-            None => Some([1.0; 4]),
+            None => Some(Vec4::ONE),
             Some(planes) => {
                 let gathered = self.pixel_texture(surface, planes, at)?;
                 *texels += u64::from(gathered.texels);
@@ -128,7 +128,7 @@ impl Tile<'_> {
         }
         let n = self.frame.filter.subpixels;
         let side = work.visibility.side;
-        work.colours.resize(side * side, [0.0; 4]);
+        work.colours.resize(side * side, Vec4::ZERO);
         for cell in (0..SPAN_PX * SPAN_PX).filter(|&cell| work.wanted[cell]) {
             let (column, row) = (cell % SPAN_PX, cell / SPAN_PX);
             for j in 0..n {
@@ -141,7 +141,7 @@ impl Tile<'_> {
                             image.splats += 4;
                             self.colour(surface, subpixel_px(self.frame.filter, at))
                         }
-                        _ => [0.0; 4],
+                        _ => Vec4::ZERO,
                     };
                 }
             }
@@ -153,77 +153,75 @@ impl Tile<'_> {
                 continue;
             }
             let front = self.colour(surface, subpixel_px(self.frame.filter, at));
-            for (behind, f) in work.colours[at].iter_mut().zip(front) {
-                *behind = f + (1.0 - front[3]) * *behind;
-            }
+            let behind = &mut work.colours[at];
+            *behind = front + (1.0 - front.w) * *behind;
             image.splats += 4;
         }
     }
 
     /// Premultiplied colour of a surface at a sub-pixel.
     #[inline(always)]
-    fn colour(&self, surface: &Surface, at: [f32; 2]) -> [f32; 4] {
+    fn colour(&self, surface: &Surface, at: [f32; 2]) -> Vec4 {
         let base = self.texture(surface, &surface.base, at);
         let emissive = self.texture(surface, &surface.emissive, at);
         self.lit(surface, at, base, emissive)
     }
 
     #[inline(always)]
-    fn texture(&self, surface: &Surface, planes: &Option<UvPlanes>, at: [f32; 2]) -> [f32; 4] {
-        let Some(planes) = planes else { return [1.0; 4] };
+    fn texture(&self, surface: &Surface, planes: &Option<UvPlanes>, at: [f32; 2]) -> Vec4 {
+        let Some(planes) = planes else { return Vec4::ONE };
         let side_px = 1.0 / self.frame.filter.subpixels as f32;
         small_footprint(&self.frame.scene.pyramids[planes.pyramid], &surface.uv_at(planes, at), side_px)
     }
 
     /// Alpha of a surface at a sub-pixel.
     pub(crate) fn alpha(&self, surface: &Surface, at: [f32; 2]) -> f32 {
-        surface.factor(at)[3] * self.texture(surface, &surface.base, at)[3]
+        surface.factor(at).w * self.texture(surface, &surface.base, at).w
     }
 
     /// What a pixel or sub-pixel shows of a surface: filtered textures times factors, lit, premultiplied.
     #[inline(always)]
-    fn lit(&self, surface: &Surface, at: [f32; 2], base: [f32; 4], emissive: [f32; 4]) -> [f32; 4] {
+    fn lit(&self, surface: &Surface, at: [f32; 2], base: Vec4, emissive: Vec4) -> Vec4 {
         let material = surface.material(self.frame.scene);
         let factor = surface.factor(at);
         let light = surface.light_at(&self.view, at);
         // Textures of materials with alpha are premultiplied; what their factor's alpha makes of it is still to do.
         let (weight, alpha) = match material.alpha {
             AlphaMode::Opaque => (1.0, 1.0),
-            AlphaMode::Mask { .. } => (if base[3] > 0.0 { 1.0 / base[3] } else { 0.0 }, 1.0),
-            AlphaMode::Blend => (factor[3], (factor[3] * base[3]).min(1.0)),
+            AlphaMode::Mask { .. } => (if base.w > 0.0 { 1.0 / base.w } else { 0.0 }, 1.0),
+            AlphaMode::Blend => (factor.w, (factor.w * base.w).min(1.0)),
         };
-        let mut out = [alpha; 4];
-        for k in 0..3 {
-            let emitted = alpha * material.emissive_colour[k] * emissive[k];
-            out[k] = weight * light * factor[k] * base[k] + emitted;
-        }
-        out
+        let emitted = material.emissive_colour * emissive * alpha;
+        (factor * base * (weight * light) + emitted).truncate().extend(alpha)
     }
 
     /// Filters sub-pixels down to the pixels that are made from them.
     pub(crate) fn resolve(&self, work: &TileWork, image: &mut TileImage) {
-        let n = self.frame.filter.subpixels;
+        let filter = self.frame.filter;
+        let n = filter.subpixels;
         let side = work.visibility.side;
         for &pixel in &work.from_subpixels {
             let (x, y) = (usize::from(pixel) % TILE_PX, usize::from(pixel) / TILE_PX);
-            let mut sum = [0.0f32; 4];
-            for (j, weights) in self.frame.filter.weights.chunks_exact(3 * n).enumerate() {
-                let colours = &work.colours[(y * n + j) * side + x * n..][..3 * n];
+            let (column, row) = (x * n + filter.first(), y * n + filter.first());
+            let mut sum = Vec4::ZERO;
+            for (j, weights) in filter.weights.chunks_exact(filter.window).enumerate() {
+                let colours = &work.colours[(row + j) * side + column..][..filter.window];
                 for (weight, colour) in weights.iter().zip(colours) {
-                    for (s, c) in sum.iter_mut().zip(colour) {
-                        *s += weight * c;
-                    }
+                    sum += *colour * *weight;
                 }
             }
-            image.rgba[usize::from(pixel)] = sum;
+            image.rgba[usize::from(pixel)] = sum.to_array();
         }
     }
 }
 
-/// Number of the k-th of the nine cells that the filter of pixel (x, y) reaches.
+/// Cells that a pixel's filter reaches.
+const AROUND: usize = (2 * BORDER_PX + 1) * (2 * BORDER_PX + 1);
+
+/// Number of the k-th of the cells that the filter of pixel (x, y) reaches.
 #[inline(always)]
 fn around([x, y]: [usize; 2], k: usize) -> usize {
-    (y + k / 3) * SPAN_PX + x + k % 3
+    (y + k / (2 * BORDER_PX + 1)) * SPAN_PX + x + k % (2 * BORDER_PX + 1)
 }
 
 /// Position of the centre of pixel (x, y) of the tile, from the corner of its border.

@@ -55,9 +55,7 @@ pub(crate) fn look_up_ewa(pixel: &PixelOnTexture) -> Gathered {
     if share > 0.0 {
         let next = ewa_in_level(pixel, first + 1);
         out.texels += next.texels;
-        for (o, c) in out.rgba.iter_mut().zip(next.rgba) {
-            *o += share * (c - *o);
-        }
+        out.rgba = out.rgba.lerp(next.rgba, share);
     }
     out
 }

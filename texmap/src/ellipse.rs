@@ -4,6 +4,8 @@
 //! texel, the offset that the Jacobian at the pixel would give is delta / (1 - h delta), and the area that the texel
 //! stands for changes by the third power of the same factor (Sherman and Morrison on the homography's rows).
 
+use glam::Vec4;
+
 use crate::mip::{Level, wrapped};
 use crate::points::{Gathered, PixelOnTexture};
 use crate::scene::Wrap;
@@ -105,10 +107,10 @@ impl TexelEllipse {
 
     /// The mean of what `texel` gives by column and row.
     #[inline(always)]
-    pub(crate) fn gather(&self, texel: impl Fn(i32, i32) -> [f32; 4]) -> Option<Gathered> {
+    pub(crate) fn gather(&self, texel: impl Fn(i32, i32) -> Vec4) -> Option<Gathered> {
         let [ixx, ixy, iyy] = self.inverse;
         let reach = self.cut / (1.0 - self.change);
-        let mut sum = [0.0f32; 5];
+        let (mut sum, mut weights) = (Vec4::ZERO, 0.0);
         let mut texels = 0;
         let [first, last] = whole(self.centre[1], reach * self.extent_v);
         for row in first..=last {
@@ -119,15 +121,12 @@ impl TexelEllipse {
             let [start, end] = whole(self.centre[0] + middle, left.sqrt());
             for column in start..=end {
                 let weight = self.weight(column as f32 - self.centre[0], dv);
-                for (s, c) in sum.iter_mut().zip(texel(column, row)) {
-                    *s += weight * c;
-                }
-                sum[4] += weight;
+                sum += texel(column, row) * weight;
+                weights += weight;
                 texels += 1;
             }
         }
-        let scale = 1.0 / sum[4];
-        (sum[4] > 0.0).then(|| Gathered { rgba: [0, 1, 2, 3].map(|k| sum[k] * scale), texels })
+        (weights > 0.0).then(|| Gathered { rgba: sum / weights, texels })
     }
 
     /// What a texel at this offset counts.

@@ -19,9 +19,11 @@ pub(crate) fn collect(filter: &PixelFilter, ids: &[u32], [x, y]: [usize; 2], fra
     let n = filter.subpixels;
     let side = SPAN_PX * n;
     fragments.clear();
-    for (j, weights) in filter.weights.chunks_exact(3 * n).enumerate() {
-        let (column, row) = (x * n, y * n + j);
-        for (i, (&weight, &id)) in weights.iter().zip(&ids[row * side + column..][..3 * n]).enumerate() {
+    for (j, weights) in filter.weights.chunks_exact(filter.window).enumerate() {
+        let (column, row) = (x * n + filter.first(), y * n + filter.first() + j);
+        for (i, (&weight, &id)) in
+            weights.iter().zip(&ids[row * side + column..][..filter.window]).enumerate()
+        {
             if id == NONE {
                 continue;
             }

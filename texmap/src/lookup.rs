@@ -5,6 +5,8 @@
 //! texels around: their sum is the bilinear look-up. [`small_footprint`] serves a sub-pixel that holds several
 //! texels.
 
+use glam::Vec4;
+
 use crate::mip::{Level, Pyramid};
 use crate::scene::{Magnify, Wrap};
 use crate::surface::UvAt;
@@ -14,7 +16,7 @@ const MAX_LOOKUPS: f32 = 8.0;
 
 /// The texture's own reconstruction of the full texture at (u, v) (texels).
 #[inline(always)]
-pub(crate) fn reconstructed(pyramid: &Pyramid, u: f32, v: f32) -> [f32; 4] {
+pub(crate) fn reconstructed(pyramid: &Pyramid, u: f32, v: f32) -> Vec4 {
     match pyramid.magnify {
         Magnify::Nearest => nearest(&pyramid.levels[0], pyramid.wrap, u, v),
         Magnify::Linear => bilinear(&pyramid.levels[0], pyramid.wrap, u, v),
@@ -23,37 +25,27 @@ pub(crate) fn reconstructed(pyramid: &Pyramid, u: f32, v: f32) -> [f32; 4] {
 
 /// The texel that holds (u, v) (texels of this level).
 #[inline(always)]
-pub(crate) fn nearest(level: &Level, wrap: [Wrap; 2], u: f32, v: f32) -> [f32; 4] {
+pub(crate) fn nearest(level: &Level, wrap: [Wrap; 2], u: f32, v: f32) -> Vec4 {
     // Saturating casts: what lies beyond every integer is at the border.
     level.texel(u.floor() as i32, v.floor() as i32, wrap)
 }
 
 /// The mix of the four texels around (u, v) (texels of this level).
 #[inline(always)]
-pub(crate) fn bilinear(level: &Level, wrap: [Wrap; 2], u: f32, v: f32) -> [f32; 4] {
+pub(crate) fn bilinear(level: &Level, wrap: [Wrap; 2], u: f32, v: f32) -> Vec4 {
     let (u, v) = (u - 0.5, v - 0.5);
     let (u0, v0) = (u.floor(), v.floor());
     let (fu, fv) = (u - u0, v - v0);
     let (i, j) = (u0 as i32, v0 as i32);
     let (next_i, next_j) = (i.saturating_add(1), j.saturating_add(1));
-    let t = [
-        level.texel(i, j, wrap),
-        level.texel(next_i, j, wrap),
-        level.texel(i, next_j, wrap),
-        level.texel(next_i, next_j, wrap),
-    ];
-    let mut out = [0.0; 4];
-    for (k, o) in out.iter_mut().enumerate() {
-        let top = t[0][k] + fu * (t[1][k] - t[0][k]);
-        let low = t[2][k] + fu * (t[3][k] - t[2][k]);
-        *o = top + fv * (low - top);
-    }
-    out
+    let top = level.texel(i, j, wrap).lerp(level.texel(next_i, j, wrap), fu);
+    let low = level.texel(i, next_j, wrap).lerp(level.texel(next_i, next_j, wrap), fu);
+    top.lerp(low, fv)
 }
 
 /// The mix of the bilinear look-ups in the two levels beside `lod` (0 is the full texture).
 #[inline(always)]
-pub(crate) fn trilinear(pyramid: &Pyramid, lod: f32, u: f32, v: f32) -> [f32; 4] {
+pub(crate) fn trilinear(pyramid: &Pyramid, lod: f32, u: f32, v: f32) -> Vec4 {
     let last = pyramid.levels.len() - 1;
     let lod = lod.clamp(0.0, last as f32);
     let first = lod as usize;
@@ -64,16 +56,14 @@ pub(crate) fn trilinear(pyramid: &Pyramid, lod: f32, u: f32, v: f32) -> [f32; 4]
     };
     let mut out = at(first);
     if share > 0.0 {
-        for (o, c) in out.iter_mut().zip(at(first + 1)) {
-            *o += share * (c - *o);
-        }
+        out = out.lerp(at(first + 1), share);
     }
     out
 }
 
 /// The mean over a sub-pixel of side `side_px`.
 #[inline(always)]
-pub(crate) fn small_footprint(pyramid: &Pyramid, at: &UvAt, side_px: f32) -> [f32; 4] {
+pub(crate) fn small_footprint(pyramid: &Pyramid, at: &UvAt, side_px: f32) -> Vec4 {
     let [ux, uy, vx, vy] = at.jacobian.map(|j| j * side_px);
     let (x2, y2) = (ux * ux + vx * vx, uy * uy + vy * vy);
     // A sub-pixel within a texel or so sees the reconstruction as it is; the sub-pixels' own filter does the rest.
@@ -87,13 +77,10 @@ pub(crate) fn small_footprint(pyramid: &Pyramid, at: &UvAt, side_px: f32) -> [f3
     let texel = (0.5 * short).max(long / MAX_LOOKUPS).max(1.0);
     let count = (long / texel).ceil().clamp(1.0, MAX_LOOKUPS);
     let lod = texel.log2();
-    let mut sum = [0.0; 4];
+    let mut sum = Vec4::ZERO;
     for k in 0..count as usize {
         let t = (k as f32 + 0.5) / count - 0.5;
-        let value = trilinear(pyramid, lod, at.u + t * along[0], at.v + t * along[1]);
-        for (s, c) in sum.iter_mut().zip(value) {
-            *s += c / count;
-        }
+        sum += trilinear(pyramid, lod, at.u + t * along[0], at.v + t * along[1]);
     }
-    sum
+    sum / count
 }

@@ -8,6 +8,7 @@
 //! Limits: an odd length is halved by a quadratic B-spline of the right width, whose mean is kept to about 1 percent
 //! per texel and exactly over a flat texture.
 
+use glam::Vec4;
 use rayon::prelude::*;
 
 use crate::scene::{Magnify, Texels, Texture, Wrap};
@@ -19,7 +20,7 @@ pub(crate) struct Level {
     /// Width and height, texels.
     pub(crate) size: [usize; 2],
     /// Red, green, blue, alpha.
-    pub(crate) texels: Vec<[f32; 4]>,
+    pub(crate) texels: Vec<Vec4>,
     /// Texels of this level per texel of the full texture, along u and v; at most 1.
     pub(crate) scale: [f32; 2],
     /// Variance of the filter between this level and the full texture, in squared texels of this level.
@@ -70,7 +71,7 @@ impl Pyramid {
 impl Level {
     /// The texel at column and row, which may lie beyond the borders.
     #[inline(always)]
-    pub(crate) fn texel(&self, column: i32, row: i32, wrap: [Wrap; 2]) -> [f32; 4] {
+    pub(crate) fn texel(&self, column: i32, row: i32, wrap: [Wrap; 2]) -> Vec4 {
         self.texels[self.row_start(row, wrap[1]) + wrapped(column, self.size[0], wrap[0])]
     }
 
@@ -99,10 +100,10 @@ pub(crate) fn wrapped(index: i32, count: usize, wrap: Wrap) -> usize {
     }
 }
 
-fn decoded(texture: &Texture, alpha: AlphaUse) -> Vec<[f32; 4]> {
+fn decoded(texture: &Texture, alpha: AlphaUse) -> Vec<Vec4> {
     let finished = |[r, g, b, a]: [f32; 4]| match alpha {
-        AlphaUse::Ignored => [r, g, b, 1.0],
-        AlphaUse::Weights => [r * a, g * a, b * a, a],
+        AlphaUse::Ignored => Vec4::new(r, g, b, 1.0),
+        AlphaUse::Weights => Vec4::new(r * a, g * a, b * a, a),
     };
     match &texture.texels {
         Texels::LinearF32(texels) => texels.iter().map(|&t| finished(t)).collect(),
@@ -172,20 +173,20 @@ fn spline_taps(centre: f64, ratio: f64) -> (i32, Vec<f64>) {
 fn halved(fine: &Level, wrap: [Wrap; 2]) -> Level {
     let filters = fine.size.map(AxisFilter::new);
     let size = filters.each_ref().map(|f| f.taps.len());
-    let mut narrow = vec![[0.0f32; 4]; size[0] * fine.size[1]];
+    let mut narrow = vec![Vec4::ZERO; size[0] * fine.size[1]];
     narrow.par_chunks_mut(size[0]).enumerate().for_each(|(row, out)| {
         let source = &fine.texels[row * fine.size[0]..][..fine.size[0]];
         for (texel, taps) in out.iter_mut().zip(&filters[0].taps) {
             for (&w, i) in taps.weights.iter().zip(taps.first..) {
-                add(texel, w, &source[wrapped(i, fine.size[0], wrap[0])]);
+                *texel += source[wrapped(i, fine.size[0], wrap[0])] * w;
             }
         }
     });
-    let mut texels = vec![[0.0f32; 4]; size[0] * size[1]];
+    let mut texels = vec![Vec4::ZERO; size[0] * size[1]];
     texels.par_chunks_mut(size[0]).zip(&filters[1].taps).for_each(|(out, taps)| {
         for (&w, i) in taps.weights.iter().zip(taps.first..) {
             let source = &narrow[wrapped(i, fine.size[1], wrap[1]) * size[0]..][..size[0]];
-            out.iter_mut().zip(source).for_each(|(texel, s)| add(texel, w, s));
+            out.iter_mut().zip(source).for_each(|(texel, s)| *texel += *s * w);
         }
     });
     let axis = |k: usize| {
@@ -197,11 +198,4 @@ fn halved(fine: &Level, wrap: [Wrap; 2]) -> Level {
     };
     let (u, v) = (axis(0), axis(1));
     Level { size, texels, scale: [u[0], v[0]], variance: [u[1], v[1]], kappa: [u[2], v[2]] }
-}
-
-#[inline(always)]
-fn add(sum: &mut [f32; 4], weight: f32, value: &[f32; 4]) {
-    for (s, v) in sum.iter_mut().zip(value) {
-        *s += weight * v;
-    }
 }

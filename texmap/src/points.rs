@@ -8,6 +8,7 @@
 //!
 //! Limits: a single plane; the Gaussian is cut at [`CUT`] standard deviations.
 
+use glam::Vec4;
 use resample_core::point::PIXEL_SIGMA_PX;
 
 use crate::ellipse::{Covariance, TexelEllipse};
@@ -18,7 +19,7 @@ use crate::scene::Magnify;
 use crate::surface::UvAt;
 
 /// Where the Gaussian is cut, standard deviations: the same reach as the sub-pixels' filter.
-const CUT: f32 = 3.0;
+const CUT: f32 = 4.0;
 
 /// A level is coarse enough only while the texels' Gaussian keeps this variance (texels of that level) along its
 /// shorter axis: the lattice of texels then shows through by 2 exp(-2 pi^2 / 2) = 1e-4.
@@ -50,7 +51,7 @@ pub(crate) struct PixelOnTexture<'a> {
 /// A gathered colour.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Gathered {
-    pub(crate) rgba: [f32; 4],
+    pub(crate) rgba: Vec4,
     /// Texels looked at.
     pub(crate) texels: u32,
 }

@@ -2,7 +2,7 @@
 //!
 //! Takes a [`Scene`], once. A picture that several materials use in one way is decoded once.
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3, Vec4};
 
 use crate::mip::{AlphaUse, Pyramid};
 use crate::options::{RenderOptions, Shade};
@@ -37,10 +37,11 @@ pub(crate) struct PreparedMesh {
 /// What a surface looks like.
 #[derive(Clone, Debug)]
 pub(crate) struct PreparedMaterial {
-    pub(crate) base_colour: [f32; 4],
+    pub(crate) base_colour: Vec4,
     /// Index into the pyramids.
     pub(crate) base: Option<usize>,
-    pub(crate) emissive_colour: [f32; 3],
+    /// Red, green, blue; the fourth counts for nothing.
+    pub(crate) emissive_colour: Vec4,
     /// Index into the pyramids.
     pub(crate) emissive: Option<usize>,
     pub(crate) alpha: AlphaMode,
@@ -93,9 +94,9 @@ impl Prepared {
             })
         };
         PreparedMaterial {
-            base_colour: material.base_colour,
+            base_colour: Vec4::from(material.base_colour),
             base: pyramid(&material.base_texture, alpha),
-            emissive_colour: material.emissive,
+            emissive_colour: Vec3::from(material.emissive).extend(0.0),
             emissive: pyramid(&material.emissive_texture, AlphaUse::Ignored)
                 .filter(|_| material.emissive != [0.0; 3]),
             alpha: material.alpha,

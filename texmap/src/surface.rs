@@ -4,7 +4,7 @@
 //! give it back exactly. Planes are in f32, relative to the tile and to whole periods of the texture, so that neither
 //! a picture far from the eye nor a texture repeated a million times loses digits.
 
-use glam::{DMat3, DVec2, DVec3, Vec3};
+use glam::{DMat3, DVec2, DVec3, Vec3, Vec4};
 use resample_core::{Camera, Projection};
 
 use crate::cull::{Facing, ScreenTriangle};
@@ -38,7 +38,7 @@ pub(crate) struct Surface {
     /// Vertex colour times the material's; `None` where it is the same everywhere.
     colours: Option<[Plane; 4]>,
     pub(crate) material: usize,
-    base_colour: [f32; 4],
+    base_colour: Vec4,
     light: Light,
 }
 
@@ -156,14 +156,11 @@ impl Surface {
 
     /// Base colour factor with the vertices' colour: red, green, blue, alpha.
     #[inline(always)]
-    pub(crate) fn factor(&self, at: [f32; 2]) -> [f32; 4] {
+    pub(crate) fn factor(&self, at: [f32; 2]) -> Vec4 {
         let Some(colours) = &self.colours else { return self.base_colour };
         let w = 1.0 / value(&self.over_w, at);
-        let mut factor = self.base_colour;
-        for (f, plane) in factor.iter_mut().zip(colours) {
-            *f *= (value(plane, at) * w).max(0.0);
-        }
-        factor
+        let c = |k: usize| value(&colours[k], at) * w;
+        self.base_colour * Vec4::new(c(0), c(1), c(2), c(3)).max(Vec4::ZERO)
     }
 
     /// Unit normal in the world towards the eye; zero where there is none.

@@ -4,6 +4,7 @@
 //! at sub-pixels elsewhere; look-ups in backward methods); resolve.
 
 use cpu_time::ThreadTime;
+use glam::Vec4;
 use resample_core::Camera;
 
 use crate::cull::{InView, ScreenTriangle};
@@ -50,7 +51,7 @@ pub(crate) struct TileWork {
     /// By place in the tile's list.
     pub(crate) surfaces: Vec<Option<Box<Surface>>>,
     /// Colours of sub-pixels.
-    pub(crate) colours: Vec<[f32; 4]>,
+    pub(crate) colours: Vec<Vec4>,
     /// By pixel of the span: what its sub-pixels show.
     pub(crate) cells: Vec<Cell>,
     /// By pixel of the span: whether its sub-pixels' colours are needed.
