@@ -20,10 +20,11 @@ pub(crate) const CELL_SIDE: usize = 8;
 /// Vertices along a brick's side.
 pub(crate) const VERTEX_SIDE: usize = CELL_SIDE + 1;
 
-/// Places in a brick's table: a power of two, so that a masked index needs no further check, and room for the corner
-/// of a cell that lies farthest from the cell's own place.
-pub(crate) const TABLE_LEN: usize = 1024 + VERTEX_SIDE * VERTEX_SIDE + VERTEX_SIDE + 2;
-const _: () = assert!(VERTEX_SIDE * VERTEX_SIDE * VERTEX_SIDE <= 1024);
+/// Places in a brick's table.
+pub(crate) const TABLE_LEN: usize = VERTEX_SIDE * VERTEX_SIDE * VERTEX_SIDE;
+
+/// Place of a brick's last cell. A place that is held below it needs no check of its corners' places.
+pub(crate) const LAST_CELL: usize = TABLE_LEN - 1 - (1 + VERTEX_SIDE + VERTEX_SIDE * VERTEX_SIDE);
 
 /// The bricks of a volume that hold visible cells.
 #[derive(Clone, Debug)]
@@ -38,7 +39,7 @@ pub(crate) struct CellField {
 pub(crate) struct CellBrick {
     /// The box of the visible cells: the brick's first voxel, and the least and greatest vertex.
     pub(crate) bounds: Bounds,
-    /// Scalars at the vertices, x fastest, [`VERTEX_SIDE`] a row; the rest is padding.
+    /// Scalars at the vertices, x fastest, [`VERTEX_SIDE`] a row.
     pub(crate) scalars: Box<[f32; TABLE_LEN]>,
     /// The scalar's gradient at the vertices, per world unit, one table per world axis; only where it was asked for.
     pub(crate) gradients: Option<Box<[[f32; TABLE_LEN]; 3]>>,

@@ -8,7 +8,7 @@ use fearless_simd::{f32x8, i32x8, mask32x8};
 use glam::DVec3;
 
 use super::frame::{Anchor, PlaneView};
-use crate::cells::{CELL_SIDE, CellBrick, TABLE_LEN, VERTEX_SIDE};
+use crate::cells::{CELL_SIDE, CellBrick, LAST_CELL, TABLE_LEN, VERTEX_SIDE};
 
 /// Lanes of a vector: half a row of a tile. A brick covers about half the lanes of a whole row, and a gather into a
 /// whole row would come back from memory in pieces that a wider load has to wait for.
@@ -53,12 +53,12 @@ pub(super) struct Located<S: Simd> {
     pub(super) share: [f32x8<S>; 3],
 }
 
-/// The positions of half a row on a plane, and which of them lie in the box; `None` if none does.
+/// The positions of half a row on a plane, and which of those that are still open lie in the box; `None` if none does.
 #[inline(always)]
 pub(super) fn located<S: Simd>(
     simd: S,
     plane: &PlaneView,
-    cells: &CellBox,
+    (cells, open): (&CellBox, mask32x8<S>),
     at: HalfRow,
 ) -> Option<Located<S>> {
     let constant = |v: f32| f32x8::splat(simd, v);
@@ -73,7 +73,7 @@ pub(super) fn located<S: Simd>(
         let p = position[axis];
         p.simd_ge(constant(cells.low[axis])) & p.simd_lt(constant(cells.high[axis]))
     };
-    let inside = within(0) & within(1) & within(2);
+    let inside = within(0) & within(1) & within(2) & open;
     if inside.all_false() {
         return None;
     }
@@ -126,7 +126,7 @@ fn corners(table: &[f32; TABLE_LEN], places: &[i32; LANES]) -> [[f32; LANES]; 8]
     };
     let mut corners = [[0.0; LANES]; 8];
     for lane in 0..LANES {
-        let place = places[lane] as usize & 1023;
+        let place = (places[lane] as usize).min(LAST_CELL);
         for (corner, offset) in corners.iter_mut().zip(OFFSETS) {
             corner[lane] = table[place + offset];
         }

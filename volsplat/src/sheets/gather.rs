@@ -7,7 +7,7 @@
 //! Bricks come in an order in which none hides an earlier one; a brick behind an opaque tile is never looked at.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{dispatch, f32x4};
+use fearless_simd::{dispatch, f32x4, f32x8};
 use fearless_simd_macros::simd;
 use resample_core::composite::{TileCounts, TilePixels};
 use resample_core::tile::TILE_PX;
@@ -86,10 +86,21 @@ pub(crate) fn render_tile<'a>(
     bricks: impl Iterator<Item = &'a PlacedBrick<'a>>,
     scratch: &mut GatherScratch,
 ) -> TileCounts {
+    scratch.begin();
+    let (counts, _) = advance_tile(settings, view, corner_px, bricks, scratch);
+    scratch.end();
+    counts
+}
+
+/// Composites more bricks, front to back, behind what `scratch` holds. Says also whether the tile is opaque now.
+pub(crate) fn advance_tile<'a>(
+    settings: &SheetSettings,
+    view: &TileView,
+    corner_px: [usize; 2],
+    bricks: impl Iterator<Item = &'a PlacedBrick<'a>>,
+    scratch: &mut GatherScratch,
+) -> (TileCounts, TileState) {
     let mut counts = TileCounts::default();
-    scratch.planes.iter_mut().for_each(|plane| plane.0 = u32::MAX);
-    scratch.rgb = [[[0.0; 4]; TILE_PX]; TILE_PX];
-    scratch.pixels = TilePixels::default();
     for placed in bricks {
         let window = Window::new(placed, corner_px);
         let job = Job { settings, view, placed };
@@ -97,17 +108,37 @@ pub(crate) fn render_tile<'a>(
         counts.composited += 1;
         counts.pixels_touched += touched;
         if opaque {
-            break;
+            return (counts, TileState::Opaque);
         }
     }
-    for (y, row) in scratch.rgb.iter().enumerate() {
-        for (x, pixel) in row.iter().enumerate() {
-            for (plane, value) in scratch.pixels.rgb.iter_mut().zip(pixel) {
-                plane[y][x] = *value;
+    (counts, TileState::Open)
+}
+
+/// Whether anything behind can still be seen in a tile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TileState {
+    Open,
+    Opaque,
+}
+
+impl GatherScratch {
+    /// Makes ready for an empty tile.
+    pub(crate) fn begin(&mut self) {
+        self.planes.iter_mut().for_each(|plane| plane.0 = u32::MAX);
+        self.rgb = [[[0.0; 4]; TILE_PX]; TILE_PX];
+        self.pixels = TilePixels::default();
+    }
+
+    /// Puts the colours where the pixels are.
+    pub(crate) fn end(&mut self) {
+        for (y, row) in self.rgb.iter().enumerate() {
+            for (x, pixel) in row.iter().enumerate() {
+                for (plane, value) in self.pixels.rgb.iter_mut().zip(pixel) {
+                    plane[y][x] = *value;
+                }
             }
         }
     }
-    counts
 }
 
 /// One kernel for each rule: what a rule needs would spill the registers of those that do without.
@@ -187,7 +218,14 @@ fn add_brick<S: Simd, R: SampleRule>(
             for first in halves.clone().map(|half| half * LANES) {
                 let at = HalfRow { row, first };
                 touched += LANES;
-                let Some(located) = located(simd, &plane, &cells, at) else { continue };
+                let left = f32x8::from_slice(simd, &scratch.pixels.transmittance[row][first..first + LANES]);
+                // What is opaque is left alone pixel by pixel, so that the picture does not depend on which other
+                // bricks the tile saw before.
+                let open = left.simd_ge(f32x8::splat(simd, settings.min_transmittance));
+                if open.all_false() {
+                    continue;
+                }
+                let Some(located) = located(simd, &plane, (&cells, open), at) else { continue };
                 seen |= R::take(simd, job, (at, &plane), &located, scratch);
             }
         }
