@@ -18,7 +18,7 @@ pub(crate) use clip::ClipArgs;
 pub(crate) use transfer::{SpaceArg, TransferArgs};
 
 use crate::choices;
-use crate::values::{self, Axis, Orbit, Size};
+use crate::values::{self, Axis, BackgroundWord, Orbit, Size};
 
 mod bench;
 mod compare;
@@ -275,9 +275,10 @@ pub(crate) struct PictureArgs {
     /// Bits per channel of a PNG [default: 8]
     #[arg(long, value_name = "8|16", value_parser = values::bits)]
     pub bits: Option<u8>,
-    /// Opaque background: white, black, #rrggbb, or R,G,B from 0 to 255 (sRGB) [default: transparent]
-    #[arg(long, value_name = "COLOUR", value_parser = values::colour)]
-    pub background: Option<[f32; 3]>,
+    /// Background: transparent, white, black, #rrggbb, R,G,B from 0 to 255 (sRGB), or a picture file, which is
+    /// scaled until it covers the picture [default: transparent]
+    #[arg(long, value_name = "COLOUR|FILE", value_parser = values::background)]
+    pub background: Option<BackgroundWord>,
 }
 
 /// Perspective or parallel view.

@@ -8,9 +8,10 @@
 use anyhow::Result;
 use glam::{DVec3, Vec3Swizzles};
 use resample_core::{Camera, LookAt};
-use volsplat::Volume;
 
 use crate::values::{Orbit, Size};
+
+pub(crate) mod volume;
 
 /// What a view is made of, beside the box that it shows.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +26,7 @@ pub(crate) struct View {
     pub lens: Lens,
 }
 
-/// How a volume stands in the world for its viewer.
+/// How what is shown stands in the world for its viewer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stance {
     /// The direction that is up in the picture, a unit vector.
@@ -56,37 +57,19 @@ const MIN_RADIUS_FRACTION: f64 = 1e-9;
 /// Smallest radius of the sphere at the origin, world units: its square is still far from underflow.
 const MIN_RADIUS: f64 = 1e-100;
 
-/// The stance of a volume: `up` if asked for, else what the file says, else y.
-///
-/// Azimuth 0 has the world's x axis to the right (y, if x is up). A medical volume whose y axis points to the
-/// patient's front is seen from there instead, so that azimuth 0 always shows the face.
-pub(crate) fn stance(volume: &Volume, up: Option<DVec3>) -> Stance {
-    let up = up.or(volume.up_hint).unwrap_or(DVec3::Y).normalize_or(DVec3::Y);
-    let space = volume.space.as_deref().unwrap_or("").to_lowercase();
-    let y_is_front = space.split('-').nth(1) == Some("anterior");
-    // An up axis within 45 degrees of x leaves x no room to point to the right.
-    let side = match (up.x.abs() > up.yz().length(), y_is_front) {
-        (true, _) => DVec3::Y,
-        (false, true) => DVec3::NEG_X,
-        (false, false) => DVec3::X,
-    };
-    Stance { up, right: side.reject_from_normalized(up).normalize_or(DVec3::X) }
-}
+impl Stance {
+    /// `up` in the picture, and x to the right, or y where `up` leaves x no room.
+    pub(crate) fn upright(up: DVec3) -> Self {
+        Self::facing(up, DVec3::X)
+    }
 
-/// Two corners of the box, along the world's axes, around all voxels of a volume.
-pub(crate) fn grid_bounds(volume: &Volume) -> [DVec3; 2] {
-    let last = DVec3::from_array(volume.dims.map(|n| (n - 1) as f64));
-    let corner = |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2));
-    let in_world = |i: u32| volume.world_from_index.transform_point3(corner(i) * last);
-    (1..8).map(in_world).fold([in_world(0); 2], |[low, high], pos| [low.min(pos), high.max(pos)])
-}
-
-/// The box of voxel centres, widened to hold what is drawn around them.
-///
-/// A kernel reaches about two spacings from its voxel and has all but faded after one, so one is added.
-pub(crate) fn with_kernels(bounds: [DVec3; 2], volume: &Volume) -> [DVec3; 2] {
-    let reach = volume.spacing().into_iter().fold(0.0, f64::max);
-    [bounds[0] - reach, bounds[1] + reach]
+    /// `up` in the picture, and `side` to the right as far as `up` lets it.
+    fn facing(up: DVec3, side: DVec3) -> Self {
+        let up = up.normalize_or(DVec3::Y);
+        // An up axis within 45 degrees of x leaves x no room to point to the right.
+        let side = if up.x.abs() > up.yz().length() { DVec3::Y } else { side };
+        Self { up, right: side.reject_from_normalized(up).normalize_or(DVec3::X) }
+    }
 }
 
 /// A camera that shows the box with corners `bounds`.

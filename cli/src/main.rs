@@ -5,6 +5,7 @@
 //! comparison is broken, 130 after Ctrl-C. This file parses, starts the threads and dispatches; each command reads as its list of steps in `commands/`.
 
 mod args;
+mod background;
 mod camera_file;
 mod camera_path;
 mod choices;
@@ -17,6 +18,7 @@ mod json_fields;
 mod order;
 mod output;
 mod picture;
+mod plan;
 mod report;
 mod sequence;
 mod settings;

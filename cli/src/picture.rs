@@ -1,23 +1,23 @@
 //! One picture: rendered, laid over its background, written.
 //!
-//! Takes a renderer, a camera and a file name, gives what the stats file says about the picture.
+//! Takes any renderer as a closure, a camera and a file name, gives what the stats file says about the picture.
 
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use resample_core::{Camera, Image};
-use volsplat::{FrameStats, Renderer};
 
+use crate::background::Background;
 use crate::output::{self, Format};
-use crate::report::WrittenFrame;
+use crate::report::{Account, WrittenFrame};
 
 /// How every picture of a run is finished.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Finish {
     /// File format.
     pub format: Format,
-    /// Opaque background, linear RGB; none keeps the picture's transparency.
-    pub background: Option<[f32; 3]>,
+    /// What lies behind.
+    pub background: Background,
 }
 
 /// Most pixels of a picture: 16384 x 16384. The picture alone then takes 4 GiB; a camera file must not be able to
@@ -33,36 +33,31 @@ pub(crate) fn check_size(camera: &Camera) -> Result<()> {
     Ok(())
 }
 
+/// A renderer: the picture that a camera sees.
+pub(crate) type Render<'a> = dyn FnMut(&Camera) -> Result<Drawn> + 'a;
+
 /// A picture in memory, and the counts and times of its drawing.
 pub(crate) struct Drawn {
-    /// The picture, over its background if there is one.
+    /// The picture.
     pub image: Image,
     /// Counts and times.
-    pub stats: FrameStats,
+    pub account: Account,
 }
 
-/// Renders from `camera`.
-pub(crate) fn render(
-    renderer: &mut Renderer,
-    camera: &Camera,
-    background: Option<[f32; 3]>,
-) -> Result<Drawn> {
-    let frame = renderer.render(camera)?;
-    let image = match background {
-        Some(background) => frame.image.over_background(background),
-        None => frame.image,
-    };
-    Ok(Drawn { image, stats: frame.stats })
+/// Renders from `camera` and lays the picture over its background.
+pub(crate) fn render(render: &mut Render, camera: &Camera, background: &Background) -> Result<Drawn> {
+    let Drawn { image, account } = render(camera)?;
+    Ok(Drawn { image: background.behind(image), account })
 }
 
 /// Renders from `camera` and writes `file`.
 pub(crate) fn draw(
-    renderer: &mut Renderer,
+    renderer: &mut Render,
     camera: &Camera,
     file: PathBuf,
     finish: &Finish,
 ) -> Result<WrittenFrame> {
-    let Drawn { image, stats } = render(renderer, camera, finish.background)?;
+    let Drawn { image, account } = render(renderer, camera, &finish.background)?;
     let file_bytes = output::write_picture(&file, finish.format, &image)?;
-    Ok(WrittenFrame { file, file_bytes, width: image.width, height: image.height, stats })
+    Ok(WrittenFrame { file, file_bytes, width: image.width, height: image.height, account })
 }

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use anyhow::Error;
 use serde::Serialize;
-use volsplat::FrameStats;
+use serde_json::Value;
 
 /// How much is said.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,18 +27,15 @@ pub(crate) enum Verbosity {
 pub(crate) struct RunStats {
     /// Version of this program.
     pub version: &'static str,
-    /// Voxels in the volume.
-    pub voxels: u64,
-    /// Voxels that are not fully transparent under the transfer function.
-    pub non_transparent: u64,
+    /// What is drawn: an object whose keys depend on the command.
+    #[serde(flatten)]
+    pub scene: Value,
     /// Threads that were used.
     pub threads: usize,
     /// All options as they were used.
-    pub settings: serde_json::Value,
-    /// Elapsed time to read the volume, ms.
+    pub settings: Value,
+    /// Elapsed time to read the input, ms.
     pub load_ms: f64,
-    /// Elapsed time to apply the transfer function and sort the voxels into bricks, ms.
-    pub classify_ms: f64,
     /// Most memory that the process held at once, bytes; none where the system does not tell.
     pub peak_bytes: Option<u64>,
     /// One entry per picture.
@@ -58,7 +55,18 @@ pub(crate) struct WrittenFrame {
     pub height: usize,
     /// Counts and times.
     #[serde(flatten)]
-    pub stats: FrameStats,
+    pub account: Account,
+}
+
+/// What a renderer says about a frame.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(crate) struct Account {
+    /// An object of counts and times; its keys depend on the renderer.
+    #[serde(flatten)]
+    pub keys: Value,
+    /// The times of the stages and the main counts in one line, for people.
+    #[serde(skip)]
+    pub line: String,
 }
 
 /// Prints one line to stderr.
@@ -104,29 +112,9 @@ pub(crate) fn summary(frames: &[WrittenFrame], seconds: f64) -> String {
     format!("wrote {count} pictures, {first} to {last} ({size}) in {seconds:.2} s")
 }
 
-/// The times of a frame's stages, one line.
+/// A frame's file and what its renderer says about it, one line.
 pub(crate) fn stage_line(frame: &WrittenFrame) -> String {
-    let stages = &frame.stats.stages;
-    let named = [
-        ("cull", stages.cull),
-        ("project", stages.project),
-        ("bin", stages.bin),
-        ("sort", stages.sort),
-        ("composite", stages.composite),
-        ("image", stages.image),
-    ];
-    let times: Vec<_> = named.iter().map(|(name, time)| format!("{name} {:.1}", time.wall_ms)).collect();
-    let stats = &frame.stats;
-    format!(
-        "{}: {:.1} ms wall, {:.1} ms CPU ({} ms); {} points, {} splats, {} culled",
-        frame.file.display(),
-        stats.wall_ms,
-        stats.cpu_ms,
-        times.join(", "),
-        stats.points,
-        stats.splats,
-        stats.culled
-    )
+    format!("{}: {}", frame.file.display(), frame.account.line)
 }
 
 /// The high-water mark of this process's memory, bytes.
@@ -156,12 +144,13 @@ pub(crate) fn human_bytes(bytes: u64) -> String {
 #[cfg(test)]
 mod tests {
     use anyhow::anyhow;
+    use serde_json::json;
 
     use super::*;
 
     fn frame(name: &str) -> WrittenFrame {
-        let stats = FrameStats { points: 3, ..FrameStats::default() };
-        WrittenFrame { file: name.into(), file_bytes: 1_500, width: 8, height: 6, stats }
+        let account = Account { keys: json!({ "points": 3, "stages": {} }), line: "3 points".into() };
+        WrittenFrame { file: name.into(), file_bytes: 1_500, width: 8, height: 6, account }
     }
 
     #[test]
@@ -186,7 +175,8 @@ mod tests {
     fn frame_counts_lie_beside_the_file_name_in_the_stats() {
         let json = serde_json::to_value(frame("a.png")).expect("plain data");
         assert_eq!((&json["file"], &json["points"]), (&"a.png".into(), &3.into()), "{json}");
-        assert!(json["stages"]["composite"]["wall_ms"].is_number(), "stage times: {json}");
+        assert!(json["stages"].is_object() && json.get("line").is_none(), "keys, but no text: {json}");
+        assert_eq!(stage_line(&frame("a.png")), "a.png: 3 points", "the line for people");
     }
 
     #[cfg(target_os = "linux")]

@@ -1,18 +1,18 @@
 //! Pictures one after another, numbered or as one animation.
 //!
-//! Takes a renderer and cameras, writes one file for each or one for all, and gives what was written. Between two pictures it looks
-//! whether Ctrl-C was pressed and then stops; pictures that exist can be kept, so that a run can be taken up again.
+//! Takes any renderer as a closure, and cameras; writes one file for each or one for all, and gives what was written.
+//! Between two pictures it looks whether Ctrl-C was pressed and then stops; pictures that exist can be kept, so that a
+//! run can be taken up again.
 //! Limits: a picture that exists is taken for whole (files appear only by renaming), and is not compared with the
 //! options of this run.
 
 use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
 use resample_core::Camera;
-use volsplat::Renderer;
 
 use crate::interrupt::{self, Interrupted};
 use crate::output::{Film, FilmPlan, FrameNames};
-use crate::picture::{self, Drawn, Finish};
+use crate::picture::{self, Drawn, Finish, Render};
 use crate::report::{self, Verbosity, WrittenFrame};
 
 /// What is drawn, and to where.
@@ -22,7 +22,7 @@ pub(crate) struct Sequence<'a> {
     /// One name per picture.
     pub names: &'a FrameNames,
     /// How every picture is finished.
-    pub finish: Finish,
+    pub finish: &'a Finish,
     /// What happens to pictures that exist.
     pub existing: Existing,
 }
@@ -47,7 +47,7 @@ pub(crate) struct Outcome {
 }
 
 /// Draws the sequence.
-pub(crate) fn draw(renderer: &mut Renderer, sequence: &Sequence, verbosity: Verbosity) -> Result<Outcome> {
+pub(crate) fn draw(render: &mut Render, sequence: &Sequence, verbosity: Verbosity) -> Result<Outcome> {
     let (todo, kept) = todo(sequence);
     let total = sequence.cameras.len();
     // A single picture has no end that is worth waiting for.
@@ -58,7 +58,7 @@ pub(crate) fn draw(renderer: &mut Renderer, sequence: &Sequence, verbosity: Verb
         if interrupt::asked() {
             break;
         }
-        let frame = picture::draw(renderer, camera, file, &sequence.finish)?;
+        let frame = picture::draw(render, camera, file, sequence.finish)?;
         if verbosity == Verbosity::Verbose {
             bar.suspend(|| report::say(&report::stage_line(&frame)));
         }
@@ -72,7 +72,7 @@ pub(crate) fn draw(renderer: &mut Renderer, sequence: &Sequence, verbosity: Verb
 
 /// Draws the sequence into one animation.
 pub(crate) fn draw_film(
-    renderer: &mut Renderer,
+    render: &mut Render,
     sequence: &Sequence,
     plan: &FilmPlan,
     verbosity: Verbosity,
@@ -89,10 +89,10 @@ pub(crate) fn draw_film(
             let state = format!("{} is not written", file.display());
             return Ok(Outcome { frames: Vec::new(), kept: 0, ending: Err(Interrupted { state }.into()) });
         }
-        let Drawn { image, stats } = picture::render(renderer, camera, sequence.finish.background)?;
+        let Drawn { image, account } = picture::render(render, camera, &sequence.finish.background)?;
         film.add(&image)?;
         let (width, height) = (image.width, image.height);
-        frames.push(WrittenFrame { file: file.clone(), file_bytes: 0, width, height, stats });
+        frames.push(WrittenFrame { file: file.clone(), file_bytes: 0, width, height, account });
         bar.inc(1);
     }
     bar.finish_and_clear();

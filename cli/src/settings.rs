@@ -14,7 +14,8 @@ use crate::choices;
 use crate::clip;
 use crate::framing;
 use crate::order::order;
-use crate::output::{self, Depth, Format};
+use crate::output::Format;
+use crate::plan::{self, Request};
 use crate::transfer;
 
 /// How the volume is read.
@@ -75,13 +76,19 @@ pub(crate) fn suited_to(options: RenderOptions, args: &RenderArgs, volume: &Volu
 }
 
 /// Everything that decided the pictures, for the stats file.
-pub(crate) fn record(args: &VolsplatArgs, options: &RenderOptions, format: Format, volume: &Volume) -> Value {
+pub(crate) fn record(
+    args: &VolsplatArgs,
+    request: &Request,
+    format: Format,
+    (options, volume): (&RenderOptions, &Volume),
+) -> Value {
+    let stance = framing::volume::stance(volume, args.camera.up.map(|axis| axis.direction));
     json!({
         "volume": volume_record(args, volume),
         "transfer": transfer::record(&args.transfer, options.opacity_unit, volume),
-        "camera": camera_record(args, volume),
+        "camera": plan::camera_record(request, stance),
         "render": render_record(options),
-        "picture": picture_record(args, format),
+        "picture": plan::picture_record(request, format),
     })
 }
 
@@ -99,39 +106,6 @@ fn volume_record(args: &VolsplatArgs, volume: &Volume) -> Value {
         "array": args.volume.array,
         "component": args.volume.component,
         "series": args.volume.series,
-    })
-}
-
-fn camera_record(args: &VolsplatArgs, volume: &Volume) -> Value {
-    let orbit = args.camera.orbit.unwrap_or(framing::DEFAULT_ORBIT);
-    let stance = framing::stance(volume, args.camera.up.map(|axis| axis.direction));
-    match &args.camera.camera {
-        Some(file) => json!({ "file": file }),
-        None => json!({
-            "turntable": args.sequence.turntable,
-            "azimuth_deg": orbit.azimuth_deg,
-            "elevation_deg": orbit.elevation_deg,
-            "distance": orbit.distance,
-            "fov_y_deg": args.camera.fov,
-            "up": stance.up.to_array(),
-            "projection": choices::PROJECTION.name(choices::PROJECTION.library(args.camera.projection)),
-        }),
-    }
-}
-
-fn picture_record(args: &VolsplatArgs, format: Format) -> Value {
-    let bits = match format {
-        Format::Png(Depth::Eight) => Some(8),
-        Format::Png(Depth::Sixteen) => Some(16),
-        Format::Exr => None,
-    };
-    // The name has been checked by now.
-    let film = output::kind_of(&args.output, None).ok().flatten();
-    json!({
-        "output": args.output,
-        "bits": bits,
-        "background_linear": args.picture.background,
-        "fps": film.map(|_| args.sequence.fps.unwrap_or(output::DEFAULT_FPS)),
     })
 }
 

@@ -45,6 +45,17 @@ pub(crate) struct Window {
     pub width: f64,
 }
 
+/// What lies behind the picture.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum BackgroundWord {
+    /// Nothing.
+    Transparent,
+    /// A colour, linear RGB.
+    Colour([f32; 3]),
+    /// A picture file.
+    File(PathBuf),
+}
+
 /// `WxH`, each from 1 to the largest side of a camera.
 pub(crate) fn size(text: &str) -> Result<Size, String> {
     let expected =
@@ -222,6 +233,19 @@ pub(crate) fn colour(text: &str) -> Result<[f32; 3], String> {
     };
     let encoded = encoded.ok_or("expected white, black, #rrggbb, or R,G,B from 0 to 255")?;
     Ok(encoded.map(|channel| linear_from_srgb(channel / 255.0)))
+}
+
+/// `transparent`, a colour as [`colour`] takes it, or a file: what is no colour must look like the name of one.
+pub(crate) fn background(text: &str) -> Result<BackgroundWord, String> {
+    if text == "transparent" {
+        return Ok(BackgroundWord::Transparent);
+    }
+    let path = PathBuf::from(text);
+    match colour(text) {
+        Ok(colour) => Ok(BackgroundWord::Colour(colour)),
+        Err(_) if path.extension().is_some() => Ok(BackgroundWord::File(path)),
+        Err(expected) => Err(format!("{expected}, transparent, or the name of a picture file")),
+    }
 }
 
 fn hex_colour(text: &str) -> Option<[f32; 3]> {

@@ -11,6 +11,7 @@ mod ellipse;
 mod error;
 mod filter;
 mod fragments;
+pub mod input;
 mod lookup;
 mod mip;
 pub mod options;
@@ -25,6 +26,7 @@ mod tile;
 mod visibility;
 
 pub use error::Error;
+pub use input::{LoadOptions, Loaded, load, load_picture};
 pub use options::{LevelChoice, Method, PlaneKind, RenderOptions, Shade};
 pub use render::{Frame, Renderer};
 pub use scene::Scene;

@@ -58,6 +58,22 @@ pub struct Material {
     pub lighting: Lighting,
 }
 
+impl Default for Material {
+    /// White, opaque, lit, seen from its front.
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            base_colour: [1.0; 4],
+            base_texture: None,
+            emissive: [0.0; 3],
+            emissive_texture: None,
+            alpha: AlphaMode::Opaque,
+            sides: Sides::Front,
+            lighting: Lighting::Lit,
+        }
+    }
+}
+
 /// What a surface's alpha means.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AlphaMode {

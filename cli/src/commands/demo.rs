@@ -11,6 +11,7 @@ use volsplat::transfer::{ColourKnot, OpacityKnot};
 use volsplat::{RenderOptions, Renderer, TransferFunction, Volume, procedural};
 
 use crate::args::DemoArgs;
+use crate::background::Background;
 use crate::framing::{self, Lens, View};
 use crate::output::{self, Depth, Format};
 use crate::picture::{self, Finish};
@@ -29,7 +30,7 @@ struct Scene {
 const FOV_Y_DEG: f64 = 40.0;
 
 /// Plain PNG over black, so that translucent matter looks the same in every viewer.
-const FINISH: Finish = Finish { format: Format::Png(Depth::Eight), background: Some([0.0; 3]) };
+const FINISH: Finish = Finish { format: Format::Png(Depth::Eight), background: Background::Colour([0.0; 3]) };
 
 /// Renders every scene into the folder and says where the pictures are.
 pub(crate) fn run(args: &DemoArgs, verbosity: Verbosity) -> Result<()> {
@@ -77,12 +78,13 @@ fn scenes() -> Result<Vec<Scene>> {
 
 fn draw(scene: &Scene, size: Size, file: PathBuf) -> Result<report::WrittenFrame> {
     let mut renderer = Renderer::new(&scene.volume, &scene.transfer, &RenderOptions::default())?;
-    let bounds = renderer.visible_bounds_in_world().unwrap_or_else(|| framing::grid_bounds(&scene.volume));
-    let stance = framing::stance(&scene.volume, None);
+    let bounds =
+        renderer.visible_bounds_in_world().unwrap_or_else(|| framing::volume::grid_bounds(&scene.volume));
+    let stance = framing::volume::stance(&scene.volume, None);
     let view = View { size, orbit: scene.orbit, stance, lens: Lens::Perspective { fov_y_deg: FOV_Y_DEG } };
-    let camera = framing::frame(framing::with_kernels(bounds, &scene.volume), &view)?;
+    let camera = framing::frame(framing::volume::with_kernels(bounds, &scene.volume), &view)?;
     picture::check_size(&camera)?;
-    picture::draw(&mut renderer, &camera, file, &FINISH)
+    picture::draw(&mut |camera| super::volsplat::drawn(&mut renderer, camera), &camera, file, &FINISH)
 }
 
 /// Colours by hand, for looks only.

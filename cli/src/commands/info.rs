@@ -65,7 +65,7 @@ impl Facts {
             path: args.input.display().to_string(),
             format: told.map_or("headerless", |format| format.name()),
             kind: VoxelType::of(&volume.voxels),
-            corners: framing::grid_bounds(volume),
+            corners: framing::volume::grid_bounds(volume),
             range: volume.value_range(),
             bars: Bars::of(&Histogram::of_volume(volume)),
         })

@@ -1,8 +1,10 @@
 //! Framing: what must be in the picture is, from every side and through every lens.
 
 use glam::{DAffine3, DVec2};
+use volsplat::Volume;
 use volsplat::volume::Voxels;
 
+use super::volume::{grid_bounds, stance};
 use super::*;
 
 const BOX: [DVec3; 2] = [DVec3::new(10.0, -4.0, 3.0), DVec3::new(14.0, 2.0, 5.0)];

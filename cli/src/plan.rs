@@ -1,0 +1,285 @@
+//! What every command that draws has in common: names and cameras before the input is read, pictures after it.
+//!
+//! Takes the shared groups of options, gives a [`Plan`]: everything that can be refused without reading the input, so
+//! that a misspelt name does not cost a minute. Once the input is known, the plan gives the cameras and draws the
+//! pictures with whatever renderer it is handed. Nothing is written before all input has proved to be good.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+use glam::DVec3;
+use resample_core::Camera;
+use serde_json::{Value, json};
+
+use crate::args::{CameraArgs, PictureArgs, ProjectionArg, SequenceArgs};
+use crate::background::Background;
+use crate::camera_file::{self, CameraDefaults, CameraFile};
+use crate::camera_path::{self, CameraPath, Moment};
+use crate::choices;
+use crate::framing::{self, Lens, Stance, View};
+use crate::output::{self, Depth, FilmKind, FilmPlan, Format, FrameNames};
+use crate::picture::{self, Finish, Render};
+use crate::report::{self, RunStats, Verbosity};
+use crate::sequence::{self, Existing, Sequence};
+use crate::values::{BackgroundWord, Size};
+
+/// Picture size when neither the command line nor a camera file gives one.
+pub(crate) const DEFAULT_SIZE: Size = Size { width: 800, height: 800 };
+
+/// What was asked for, as far as every command asks it.
+pub(crate) struct Request<'a> {
+    /// The picture, pattern or animation.
+    pub output: &'a Path,
+    /// The stats file.
+    pub stats: Option<&'a Path>,
+    /// From where it is seen.
+    pub camera: &'a CameraArgs,
+    /// How many pictures there are.
+    pub sequence: &'a SequenceArgs,
+    /// How they are written.
+    pub picture: &'a PictureArgs,
+    /// Files that are read, beside the camera file and the background.
+    pub inputs: Vec<&'a Path>,
+    /// Files that are written beside the picture, each with its option.
+    pub others: Vec<(&'static str, &'a Path)>,
+}
+
+/// What is known before the input is read.
+pub(crate) struct Plan {
+    names: FrameNames,
+    film: Option<FilmPlan>,
+    /// How every picture is finished.
+    pub finish: Finish,
+    cameras: PlannedCameras,
+}
+
+/// Where the cameras come from.
+enum PlannedCameras {
+    /// They are fitted to what is visible.
+    Framed,
+    /// A camera file.
+    File(CameraFile),
+    /// Keys, and the moments of the pictures between them.
+    Path(CameraPath, Vec<Moment>),
+}
+
+/// When a command started, and how much it says.
+#[derive(Clone, Copy)]
+pub(crate) struct Telling {
+    /// The start, for the time at the end.
+    pub start: Instant,
+    /// How much is said.
+    pub verbosity: Verbosity,
+}
+
+impl Plan {
+    /// Checks all that can be checked by now.
+    pub(crate) fn new(request: &Request) -> Result<Self> {
+        let film = film_plan(request)?;
+        let format = match film.as_ref().map(|film| film.kind) {
+            Some(FilmKind::Png(depth)) => Format::Png(depth),
+            Some(FilmKind::Video(_)) => Format::Png(Depth::Eight),
+            None => output::format_of(request.output, request.picture.bits)?,
+        };
+        let cameras = planned_cameras(request)?;
+        let names = match (&cameras, request.sequence.turntable) {
+            _ if film.is_some() => FrameNames::Single(request.output.to_owned()),
+            (PlannedCameras::File(CameraFile::List(_)) | PlannedCameras::Path(..), _) | (_, Some(_)) => {
+                FrameNames::numbered(request.output)?
+            }
+            _ => FrameNames::single(request.output)?,
+        };
+        check_targets(request, &names.frame(0))?;
+        // A video cannot be transparent.
+        let opaque = matches!(film, Some(FilmPlan { kind: FilmKind::Video(_), .. }));
+        let background = background(request.picture.background.as_ref(), opaque)?;
+        Ok(Self { names, film, finish: Finish { format, background }, cameras })
+    }
+
+    /// The cameras of the camera file, or those that show the box with corners `bounds` as was asked for.
+    pub(crate) fn cameras(
+        &self,
+        request: &Request,
+        bounds: [DVec3; 2],
+        stance: Stance,
+    ) -> Result<Vec<Camera>> {
+        let named = |file: &Option<PathBuf>| file.as_deref().unwrap_or(Path::new("")).display().to_string();
+        let cameras = match &self.cameras {
+            PlannedCameras::Framed => framed(request, bounds, stance)?,
+            PlannedCameras::File(file) => {
+                file_cameras(file, bounds).with_context(|| named(&request.camera.camera))?
+            }
+            PlannedCameras::Path(path, pictures) => {
+                path.cameras(pictures, bounds).with_context(|| named(&request.sequence.path))?
+            }
+        };
+        self.checked(cameras)
+    }
+
+    /// Cameras that were made elsewhere, if pictures of their sizes can be written.
+    pub(crate) fn checked(&self, cameras: Vec<Camera>) -> Result<Vec<Camera>> {
+        cameras.iter().try_for_each(picture::check_size)?;
+        if let Some(film) = &self.film {
+            film.check_sizes(&cameras)?;
+        }
+        Ok(cameras)
+    }
+
+    /// Draws all pictures, writes the stats file, and tells what was done.
+    pub(crate) fn draw(
+        &self,
+        request: &Request,
+        cameras: &[Camera],
+        mut stats: RunStats,
+        (render, telling): (&mut Render, Telling),
+    ) -> Result<()> {
+        let existing = if request.sequence.resume { Existing::Keep } else { Existing::Replace };
+        let sequence = Sequence { cameras, names: &self.names, finish: &self.finish, existing };
+        let outcome = match &self.film {
+            Some(film) => sequence::draw_film(render, &sequence, film, telling.verbosity)?,
+            None => sequence::draw(render, &sequence, telling.verbosity)?,
+        };
+        stats.frames = outcome.frames;
+        stats.peak_bytes = report::peak_bytes();
+        if let Some(path) = request.stats {
+            output::write_text(path, &format!("{}\n", serde_json::to_string_pretty(&stats)?))?;
+        }
+        if telling.verbosity != Verbosity::Quiet {
+            if outcome.kept > 0 {
+                report::say(&format!("{} of {} pictures were there already", outcome.kept, cameras.len()));
+            }
+            report::say(&report::summary(&stats.frames, telling.start.elapsed().as_secs_f64()));
+        }
+        outcome.ending
+    }
+}
+
+/// What the stats file says about the cameras.
+pub(crate) fn camera_record(request: &Request, stance: Stance) -> Value {
+    let args = request.camera;
+    let orbit = args.orbit.unwrap_or(framing::DEFAULT_ORBIT);
+    match &args.camera {
+        Some(file) => json!({ "file": file }),
+        None => json!({
+            "turntable": request.sequence.turntable,
+            "azimuth_deg": orbit.azimuth_deg,
+            "elevation_deg": orbit.elevation_deg,
+            "distance": orbit.distance,
+            "fov_y_deg": args.fov,
+            "up": stance.up.to_array(),
+            "projection": choices::PROJECTION.name(choices::PROJECTION.library(args.projection)),
+        }),
+    }
+}
+
+/// What the stats file says about the writing.
+pub(crate) fn picture_record(request: &Request, format: Format) -> Value {
+    let bits = match format {
+        Format::Png(Depth::Eight) => Some(8),
+        Format::Png(Depth::Sixteen) => Some(16),
+        Format::Exr => None,
+    };
+    // The name has been checked by now.
+    let film = output::kind_of(request.output, None).ok().flatten();
+    let (colour, file) = match &request.picture.background {
+        Some(BackgroundWord::Colour(colour)) => (Some(colour), None),
+        Some(BackgroundWord::File(path)) => (None, Some(path)),
+        Some(BackgroundWord::Transparent) | None => (None, None),
+    };
+    json!({
+        "output": request.output,
+        "bits": bits,
+        "background_linear": colour,
+        "background_file": file,
+        "fps": film.map(|_| request.sequence.fps.unwrap_or(output::DEFAULT_FPS)),
+    })
+}
+
+/// The background that was asked for; where a picture has to be opaque, black if none was.
+fn background(word: Option<&BackgroundWord>, opaque: bool) -> Result<Background> {
+    match word {
+        Some(BackgroundWord::File(path)) => Background::read(path),
+        Some(&BackgroundWord::Colour(colour)) => Ok(Background::Colour(colour)),
+        Some(BackgroundWord::Transparent) | None if opaque => Ok(Background::Colour([0.0; 3])),
+        Some(BackgroundWord::Transparent) | None => Ok(Background::Transparent),
+    }
+}
+
+/// The animation that the name of the output asks for.
+fn film_plan(request: &Request) -> Result<Option<FilmPlan>> {
+    let name = request.output.display();
+    let Some(kind) = output::kind_of(request.output, request.picture.bits)? else {
+        if request.sequence.fps.is_some() && request.sequence.path.is_none() {
+            bail!(
+                "{name}: --fps is for --path and for animations, whose name ends in .apng, .mp4, .webm or .mkv"
+            );
+        }
+        return Ok(None);
+    };
+    if request.sequence.resume {
+        bail!("{name}: --resume is for numbered pictures; an animation is written whole or not at all");
+    }
+    let fps = request.sequence.fps.unwrap_or(output::DEFAULT_FPS);
+    let film = FilmPlan { path: request.output.to_owned(), kind, fps };
+    film.check_tools()?;
+    Ok(Some(film))
+}
+
+fn planned_cameras(request: &Request) -> Result<PlannedCameras> {
+    let (camera, sequence) = (request.camera, request.sequence);
+    let defaults = CameraDefaults { size: camera.size, look_at_size: DEFAULT_SIZE, fov_y_deg: camera.fov };
+    if let Some(file) = &sequence.path {
+        let path = camera_path::read(file, &defaults)?;
+        let pictures = path.pictures(f64::from(sequence.fps.unwrap_or(output::DEFAULT_FPS)))?;
+        return Ok(PlannedCameras::Path(path, pictures));
+    }
+    match &camera.camera {
+        Some(file) => Ok(PlannedCameras::File(camera_file::read(file, &defaults)?)),
+        None => Ok(PlannedCameras::Framed),
+    }
+}
+
+/// Checks every place that will be written to. All frames go to one folder, so the first stands for the others.
+fn check_targets(request: &Request, first_frame: &Path) -> Result<()> {
+    let background = match &request.picture.background {
+        Some(BackgroundWord::File(path)) => Some(path.as_path()),
+        _ => None,
+    };
+    let optional = [request.camera.camera.as_deref(), request.sequence.path.as_deref(), background];
+    let inputs: Vec<&Path> = optional.into_iter().flatten().chain(request.inputs.iter().copied()).collect();
+    if let Some((option, path)) = request.others.iter().find(|(_, path)| *path == first_frame) {
+        bail!("{}: is the name of the picture and of {option}: choose another name", path.display());
+    }
+    let others = request.others.iter().map(|&(_, path)| path);
+    for target in [Some(first_frame), request.stats].into_iter().flatten().chain(others) {
+        output::check_writable(target)?;
+        output::check_not_input(target, &inputs)?;
+    }
+    Ok(())
+}
+
+/// The cameras that nobody wrote down: one, or those of a turntable.
+fn framed(request: &Request, bounds: [DVec3; 2], stance: Stance) -> Result<Vec<Camera>> {
+    let args = request.camera;
+    let view = View {
+        size: args.size.unwrap_or(DEFAULT_SIZE),
+        orbit: args.orbit.unwrap_or(framing::DEFAULT_ORBIT),
+        stance,
+        lens: match args.projection {
+            ProjectionArg::Perspective => Lens::Perspective { fov_y_deg: args.fov },
+            ProjectionArg::Orthographic => Lens::Orthographic,
+        },
+    };
+    match request.sequence.turntable {
+        Some(steps) => framing::turntable(bounds, &view, steps),
+        None => Ok(vec![framing::frame(bounds, &view)?]),
+    }
+}
+
+fn file_cameras(file: &CameraFile, bounds: [DVec3; 2]) -> Result<Vec<Camera>> {
+    match file {
+        CameraFile::One(camera) => Ok(vec![camera.for_bounds(bounds)?]),
+        CameraFile::List(list) => list.iter().map(|camera| camera.for_bounds(bounds)).collect(),
+    }
+}

@@ -1,0 +1,107 @@
+//! The last check of a scene, the same for every format.
+//!
+//! Takes what a format reader gives and makes the promises of [`Scene`] true: numbers that are not finite are an error,
+//! and a texture whose coordinates a mesh lacks is taken away from that mesh. Empty meshes go.
+
+use std::collections::HashMap;
+
+use glam::{DMat2, DVec2};
+
+use super::Notes;
+use super::files::excerpt;
+use crate::scene::{Magnify, Material, Mesh, Scene, Texture, TextureUse, Wrap};
+
+/// Largest world coordinate. Squares of distances then stay far from the end of single precision.
+const MAX_COORDINATE: f32 = 1e15;
+
+/// Largest texture coordinate: beyond 2^24 neighbouring numbers of a file are whole textures apart.
+const MAX_UV: f32 = 16_777_216.0;
+
+/// Checks a scene.
+pub(super) fn scene(mut scene: Scene, notes: &mut Notes) -> Result<Scene, String> {
+    scene.meshes.retain(|mesh| !mesh.triangles.is_empty());
+    if scene.meshes.is_empty() {
+        return Err("holds no triangles: there is nothing to draw".into());
+    }
+    for mesh in &scene.meshes {
+        check_numbers(mesh).map_err(|what| format!("mesh '{}': {what}", excerpt(&mesh.name)))?;
+    }
+    drop_unusable_textures(&mut scene, notes);
+    Ok(scene)
+}
+
+/// Gives a picture to every material without one, as far as its meshes have texture coordinates.
+pub(super) fn bind(scene: &mut Scene, texture: Texture) -> Result<(), String> {
+    let has_uvs = |mesh: &Mesh| !mesh.uvs.is_empty() && !mesh.triangles.is_empty();
+    if !scene.meshes.iter().any(has_uvs) {
+        return Err("no mesh has texture coordinates, so that no texture can be laid on it".into());
+    }
+    let wants = |mesh: &Mesh| has_uvs(mesh) && scene.materials[mesh.material].base_texture.is_none();
+    if !scene.meshes.iter().any(wants) {
+        return Err("every mesh that can have a texture has one already: leave it out".into());
+    }
+    scene.textures.push(texture);
+    let bound = TextureUse {
+        texture: scene.textures.len() - 1,
+        uv_set: 0,
+        uv_linear: DMat2::IDENTITY,
+        uv_offset: DVec2::ZERO,
+        wrap: [Wrap::Repeat; 2],
+        magnify: Magnify::Linear,
+    };
+    for material in scene.materials.iter_mut().filter(|material| material.base_texture.is_none()) {
+        material.base_texture = Some(bound);
+    }
+    Ok(())
+}
+
+fn check_numbers(mesh: &Mesh) -> Result<(), String> {
+    let far = mesh.positions.iter().position(|pos| !pos.iter().all(|x| x.abs() <= MAX_COORDINATE));
+    if let Some(at) = far {
+        let pos = mesh.positions[at];
+        return Err(format!(
+            "vertex {at} lies at {pos:?} in the world: expected finite numbers up to {MAX_COORDINATE:e}"
+        ));
+    }
+    let uvs = mesh.uvs.iter().flatten();
+    if let Some(uv) = uvs.clone().find(|uv| !uv.iter().all(|x| x.abs() <= MAX_UV)) {
+        return Err(format!("a texture coordinate is {uv:?}: expected finite numbers up to {MAX_UV}"));
+    }
+    if !mesh.normals.iter().flatten().all(|number| number.is_finite()) {
+        return Err("a normal is not finite".into());
+    }
+    if !mesh.colours.iter().flatten().all(|number| number.is_finite()) {
+        return Err("a vertex colour is not finite".into());
+    }
+    Ok(())
+}
+
+/// Where a mesh lacks the coordinates that its material's texture wants, it gets a material without that texture.
+fn drop_unusable_textures(scene: &mut Scene, notes: &mut Notes) {
+    let mut without: HashMap<(usize, [bool; 2]), usize> = HashMap::new();
+    for mesh in &mut scene.meshes {
+        let material = &scene.materials[mesh.material];
+        let lacks = |texture: &Option<TextureUse>| texture.is_some_and(|used| used.uv_set >= mesh.uvs.len());
+        let lacking = [lacks(&material.base_texture), lacks(&material.emissive_texture)];
+        if lacking == [false; 2] {
+            continue;
+        }
+        notes.say(format!(
+            "mesh '{}' has no coordinates for the texture of material '{}': it shows the plain colour",
+            excerpt(&mesh.name),
+            excerpt(&material.name)
+        ));
+        let place = *without.entry((mesh.material, lacking)).or_insert_with(|| {
+            scene.materials.push(stripped(&scene.materials[mesh.material], lacking));
+            scene.materials.len() - 1
+        });
+        mesh.material = place;
+    }
+}
+
+fn stripped(material: &Material, [base, emissive]: [bool; 2]) -> Material {
+    let mut material = material.clone();
+    material.base_texture = material.base_texture.filter(|_| !base);
+    material.emissive_texture = material.emissive_texture.filter(|_| !emissive);
+    material
+}

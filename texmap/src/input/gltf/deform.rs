@@ -1,0 +1,153 @@
+//! Vertices into the world: morph targets at their default weights, skins in the pose of the file, else the node.
+//!
+//! Takes local positions and normals, gives world ones. Everything is composed in f64; normals go by the cofactors of
+//! the matrix, which need no inverse and keep their side when the matrix mirrors.
+//! Source: glTF 2.0, 3.7.2.2 and 3.7.3. Limits: no animation; the pose is that of the nodes as they are written.
+
+use glam::{DMat3, DMat4, DVec3};
+use gltf::json::accessor::{ComponentType, Type};
+use gltf::json::mesh::{Primitive, Semantic};
+use gltf::json::validation::Checked;
+
+use super::accessor::{Integers, Numbers, Use};
+use super::primitive::{NORMAL, POSITION, attribute};
+
+/// How a mesh gets into the world.
+pub(super) enum Place {
+    /// By its node.
+    Node(DMat4),
+    /// By joints: from the mesh's space to the world, one per joint of the skin.
+    Skin(Vec<DMat4>),
+}
+
+/// Positions, normals and how their triangles wind, in the world.
+pub(super) struct Placed {
+    pub positions: Vec<DVec3>,
+    /// One per position, of any length; empty where the file has none.
+    pub normals: Vec<DVec3>,
+    /// Whether the space around each position is mirrored, so that its triangles turn round.
+    pub mirrored: Vec<bool>,
+}
+
+const JOINTS: Use = Use {
+    name: "JOINTS",
+    shapes: &[Type::Vec4],
+    components: &[ComponentType::U8, ComponentType::U16],
+    integers: Integers::AsMarked,
+};
+
+const WEIGHTS: Use = Use {
+    name: "WEIGHTS",
+    shapes: &[Type::Vec4],
+    components: &[ComponentType::F32, ComponentType::U8, ComponentType::U16],
+    integers: Integers::Fractions,
+};
+
+/// Inverse bind matrices.
+pub(super) const BIND: Use = Use {
+    name: "inverseBindMatrices",
+    shapes: &[Type::Mat4],
+    components: &[ComponentType::F32],
+    integers: Integers::AsMarked,
+};
+
+/// Places the vertices of a primitive; `weights` are those of its morph targets.
+pub(super) fn placed(
+    primitive: &Primitive,
+    numbers: &Numbers,
+    place: &Place,
+    weights: &[f32],
+) -> Result<Placed, String> {
+    let vectors = |index: usize, how: &Use| -> Result<Vec<DVec3>, String> {
+        Ok(numbers.vectors::<3>(index, how)?.iter().map(|v| DVec3::from_array(v.map(f64::from))).collect())
+    };
+    let position = attribute(primitive, &Semantic::Positions).ok_or("it has no POSITION")?;
+    let mut positions = vectors(position, &POSITION)?;
+    let mut normals = match attribute(primitive, &Semantic::Normals) {
+        Some(index) => vectors(index, &NORMAL)?,
+        None => Vec::new(),
+    };
+    same_count("NORMAL", normals.len(), positions.len())?;
+    for (target, &weight) in
+        primitive.targets.iter().flatten().zip(weights).filter(|(_, weight)| **weight != 0.0)
+    {
+        for (index, how, vertices) in
+            [(target.positions, &POSITION, &mut positions), (target.normals, &NORMAL, &mut normals)]
+        {
+            let Some(index) = index.filter(|_| !vertices.is_empty()) else { continue };
+            let moved = vectors(index.value(), how)?;
+            same_count("a morph target", moved.len(), vertices.len())?;
+            vertices.iter_mut().zip(moved).for_each(|(vertex, by)| *vertex += f64::from(weight) * by);
+        }
+    }
+    match place {
+        Place::Node(matrix) => Ok(moved(positions, normals, |_| *matrix)),
+        Place::Skin(joints) => {
+            let matrices = blended(primitive, numbers, joints, positions.len())?;
+            Ok(moved(positions, normals, |vertex| matrices[vertex]))
+        }
+    }
+}
+
+fn moved(positions: Vec<DVec3>, normals: Vec<DVec3>, world_from_mesh: impl Fn(usize) -> DMat4) -> Placed {
+    let linear = |vertex: usize| DMat3::from_mat4(world_from_mesh(vertex));
+    let mirrored = (0..positions.len()).map(|vertex| linear(vertex).determinant() < 0.0).collect();
+    let normal = |(vertex, normal): (usize, &DVec3)| {
+        let linear = linear(vertex);
+        let cofactors = DMat3::from_cols(
+            linear.y_axis.cross(linear.z_axis),
+            linear.z_axis.cross(linear.x_axis),
+            linear.x_axis.cross(linear.y_axis),
+        );
+        cofactors * *normal * linear.determinant().signum()
+    };
+    let normals = normals.iter().enumerate().map(normal).collect();
+    let position = |(vertex, &pos): (usize, &DVec3)| world_from_mesh(vertex).transform_point3(pos);
+    Placed { positions: positions.iter().enumerate().map(position).collect(), normals, mirrored }
+}
+
+/// The matrix of each vertex of a skin: the mean of its joints' by their weights.
+fn blended(
+    primitive: &Primitive,
+    numbers: &Numbers,
+    joints: &[DMat4],
+    count: usize,
+) -> Result<Vec<DMat4>, String> {
+    let mut sums = vec![(DMat4::ZERO, 0.0); count];
+    for set in 0.. {
+        let pair =
+            attribute(primitive, &Semantic::Joints(set)).zip(attribute(primitive, &Semantic::Weights(set)));
+        let Some((joint, weight)) = pair else { break };
+        let places = numbers.whole::<4>(joint, &JOINTS)?;
+        let weights = numbers.vectors::<4>(weight, &WEIGHTS)?;
+        same_count("JOINTS", places.len(), count)?;
+        same_count("WEIGHTS", weights.len(), count)?;
+        for ((sum, places), weights) in sums.iter_mut().zip(&places).zip(&weights) {
+            for (&place, &weight) in places.iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {
+                let joint =
+                    joints.get(place as usize).ok_or_else(|| format!("joint {place} does not exist"))?;
+                sum.0 += *joint * f64::from(weight);
+                sum.1 += f64::from(weight);
+            }
+        }
+    }
+    // A vertex without any weight goes with the first joint, as if it had been meant.
+    let first = joints.first().copied().unwrap_or(DMat4::IDENTITY);
+    Ok(sums
+        .into_iter()
+        .map(|(sum, weight)| if weight > 0.0 { sum * (1.0 / weight) } else { first })
+        .collect())
+}
+
+/// Checks that an attribute has one element per position, or none at all.
+pub(super) fn same_count(name: &str, count: usize, positions: usize) -> Result<(), String> {
+    if count != 0 && count != positions {
+        return Err(format!("{name} has {count} elements, POSITION has {positions}"));
+    }
+    Ok(())
+}
+
+/// The key of an attribute in a primitive.
+pub(super) fn key(semantic: &Semantic) -> Checked<Semantic> {
+    Checked::Valid(semantic.clone())
+}

@@ -1,0 +1,202 @@
+//! Materials and textures: what surfaces look like, as far as colour, alpha and emitted light go.
+//!
+//! Takes the document and its buffers, gives materials and textures in the order in which meshes ask for them: what
+//! nobody uses is not decoded. A picture that cannot be read leaves its factor, and a note.
+//! Source: glTF 2.0, 3.8 and 3.9, with KHR_texture_transform, KHR_materials_unlit, KHR_materials_emissive_strength,
+//! KHR_materials_pbrSpecularGlossiness (its diffuse part) and EXT_texture_webp. Limits: metal, roughness, normal maps,
+//! occlusion and every further layer of light are left out.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use glam::{DMat2, DVec2};
+use gltf::json::Root;
+use gltf::json::material::AlphaMode as JsonAlpha;
+use gltf::json::texture::{Info, MagFilter, WrappingMode};
+use gltf::json::validation::Checked;
+use image::ImageFormat;
+
+use super::super::{Notes, files, picture};
+use super::accessor::Numbers;
+use super::container;
+use crate::scene::{AlphaMode, Lighting, Magnify, Material, Sides, Texture, TextureUse, Wrap};
+
+/// Cutoff of masked materials that give none: glTF 2.0, 5.19.
+const DEFAULT_CUTOFF: f32 = 0.5;
+
+/// The materials of a file, read when they are asked for.
+pub(super) struct Materials<'a> {
+    root: &'a Root,
+    numbers: &'a Numbers<'a>,
+    folder: &'a Path,
+    /// What was read.
+    pub materials: Vec<Material>,
+    /// What was read.
+    pub textures: picture::Pictures,
+    by_index: HashMap<Option<usize>, usize>,
+    by_image: HashMap<usize, Option<usize>>,
+}
+
+impl<'a> Materials<'a> {
+    /// Nothing is read yet.
+    pub(super) fn new(root: &'a Root, numbers: &'a Numbers<'a>, folder: &'a Path) -> Self {
+        let (materials, textures) = (Vec::new(), picture::Pictures::default());
+        Self {
+            root,
+            numbers,
+            folder,
+            materials,
+            textures,
+            by_index: HashMap::new(),
+            by_image: HashMap::new(),
+        }
+    }
+
+    /// The place of a material of the file, or of the default one, in `materials`.
+    pub(super) fn place(&mut self, index: Option<usize>, notes: &mut Notes) -> Result<usize, String> {
+        if let Some(&place) = self.by_index.get(&index) {
+            return Ok(place);
+        }
+        let material = match index {
+            None => Material::default(),
+            Some(index) => self.material(index, notes)?,
+        };
+        self.materials.push(material);
+        self.by_index.insert(index, self.materials.len() - 1);
+        Ok(self.materials.len() - 1)
+    }
+
+    fn material(&mut self, index: usize, notes: &mut Notes) -> Result<Material, String> {
+        let json =
+            self.root.materials.get(index).ok_or_else(|| format!("material {index} does not exist"))?;
+        let extensions = json.extensions.as_ref();
+        let diffuse = extensions.and_then(|e| e.others.get("KHR_materials_pbrSpecularGlossiness"));
+        let (base_colour, base_info) = match diffuse {
+            Some(value) => diffuse_part(value, index)?,
+            None => {
+                let pbr = &json.pbr_metallic_roughness;
+                (pbr.base_color_factor.0, pbr.base_color_texture.clone())
+            }
+        };
+        let strength =
+            extensions.and_then(|e| e.emissive_strength.as_ref()).map_or(1.0, |e| e.emissive_strength.0);
+        let Checked::Valid(alpha) = json.alpha_mode else {
+            return Err(format!("material {index}: alphaMode must be OPAQUE, MASK or BLEND"));
+        };
+        let cutoff = json.alpha_cutoff.map_or(DEFAULT_CUTOFF, |cutoff| cutoff.0);
+        let material = Material {
+            name: json.name.clone().unwrap_or_else(|| format!("material {index}")),
+            base_colour,
+            base_texture: self.texture_use(base_info.as_ref(), notes)?,
+            emissive: json.emissive_factor.0.map(|factor| factor * strength),
+            emissive_texture: self.texture_use(json.emissive_texture.as_ref(), notes)?,
+            alpha: match alpha {
+                JsonAlpha::Opaque => AlphaMode::Opaque,
+                JsonAlpha::Mask => AlphaMode::Mask { cutoff },
+                JsonAlpha::Blend => AlphaMode::Blend,
+            },
+            sides: if json.double_sided { Sides::Both } else { Sides::Front },
+            lighting: match extensions.and_then(|e| e.unlit.as_ref()) {
+                Some(_) => Lighting::Unlit,
+                None => Lighting::Lit,
+            },
+        };
+        let numbers = material.base_colour.iter().chain(&material.emissive);
+        if !numbers.chain([&cutoff]).all(|number| number.is_finite()) {
+            return Err(format!("material {index}: a factor is not finite"));
+        }
+        Ok(material)
+    }
+
+    fn texture_use(&mut self, info: Option<&Info>, notes: &mut Notes) -> Result<Option<TextureUse>, String> {
+        let Some(info) = info else { return Ok(None) };
+        let index = info.index.value();
+        let json = self.root.textures.get(index).ok_or_else(|| format!("texture {index} does not exist"))?;
+        let webp = json.extensions.as_ref().and_then(|e| e.others.get("EXT_texture_webp"));
+        let webp = webp.and_then(|value| usize::try_from(value.get("source")?.as_u64()?).ok());
+        // The crate gives the largest index where the file gives none.
+        let source = Some(json.source.value()).filter(|&source| source != u32::MAX as usize);
+        let Some(image) = webp.or(source) else {
+            notes.say(format!(
+                "texture {index} has no picture of a known kind: its colour factor stands alone"
+            ));
+            return Ok(None);
+        };
+        let Some(texture) = self.image(image, notes)? else { return Ok(None) };
+        let sampler = match json.sampler.map(|sampler| sampler.value()) {
+            None => gltf::json::texture::Sampler::default(),
+            Some(at) => {
+                let sampler = self.root.samplers.get(at);
+                sampler.ok_or_else(|| format!("texture {index}: sampler {at} does not exist"))?.clone()
+            }
+        };
+        let transform = info.extensions.as_ref().and_then(|e| e.texture_transform.as_ref());
+        let (uv_linear, uv_offset) = transform.map_or((DMat2::IDENTITY, DVec2::ZERO), uv_transform);
+        if !uv_linear.is_finite() || !uv_offset.is_finite() {
+            return Err(format!("texture {index}: its transform is not finite"));
+        }
+        let uv_set = transform.and_then(|transform| transform.tex_coord).unwrap_or(info.tex_coord) as usize;
+        let wrap = [wrap(sampler.wrap_s, index)?, wrap(sampler.wrap_t, index)?];
+        let magnify = match sampler.mag_filter {
+            Some(Checked::Valid(MagFilter::Nearest)) => Magnify::Nearest,
+            _ => Magnify::Linear,
+        };
+        Ok(Some(TextureUse { texture, uv_set, uv_linear, uv_offset, wrap, magnify }))
+    }
+
+    /// The place of a picture in `textures`; none if it cannot be had, which a note says.
+    fn image(&mut self, index: usize, notes: &mut Notes) -> Result<Option<usize>, String> {
+        if let Some(&place) = self.by_image.get(&index) {
+            return Ok(place);
+        }
+        let json = self.root.images.get(index).ok_or_else(|| format!("image {index} does not exist"))?;
+        let label = match (&json.name, &json.uri) {
+            (_, Some(uri)) if files::data_uri(uri).is_none() => files::excerpt(uri),
+            (Some(name), _) => files::excerpt(name),
+            (None, _) => format!("image {index}"),
+        };
+        let place = self.decoded(json, &label).and_then(|texture| self.textures.add(texture));
+        let place = place
+            .map_err(|what| notes.say(format!("texture {label}: {what}: its colour factor stands alone")));
+        self.by_image.insert(index, place.ok());
+        Ok(place.ok())
+    }
+
+    fn decoded(&self, json: &gltf::json::Image, label: &str) -> Result<Texture, String> {
+        let mime = json.mime_type.as_ref().and_then(|mime| ImageFormat::from_mime_type(&mime.0));
+        let format = mime.or_else(|| ImageFormat::from_path(json.uri.as_deref()?).ok());
+        match (json.buffer_view, &json.uri) {
+            (Some(view), _) => picture::decode(self.numbers.view(view.value())?, format, label),
+            (None, Some(uri)) => picture::decode(&container::from_uri(uri, self.folder)?, format, label),
+            (None, None) => Err("has neither a file nor data".into()),
+        }
+    }
+}
+
+fn wrap(mode: Checked<WrappingMode>, index: usize) -> Result<Wrap, String> {
+    match mode {
+        Checked::Valid(WrappingMode::Repeat) => Ok(Wrap::Repeat),
+        Checked::Valid(WrappingMode::MirroredRepeat) => Ok(Wrap::Mirror),
+        Checked::Valid(WrappingMode::ClampToEdge) => Ok(Wrap::Clamp),
+        Checked::Invalid => Err(format!("texture {index}: unknown wrap mode")),
+    }
+}
+
+/// Scale first, then rotation, then offset. Positive angles turn the coordinates counter-clockwise as seen in the
+/// picture, where v points down, so the picture on the surface turns clockwise.
+fn uv_transform(transform: &gltf::json::extensions::texture::TextureTransform) -> (DMat2, DVec2) {
+    let (sin, cos) = f64::from(transform.rotation.0).sin_cos();
+    let rotation = DMat2::from_cols(DVec2::new(cos, -sin), DVec2::new(sin, cos));
+    let scale = DMat2::from_diagonal(DVec2::from_array(transform.scale.0.map(f64::from)));
+    (rotation * scale, DVec2::from_array(transform.offset.0.map(f64::from)))
+}
+
+/// The diffuse colour and picture of KHR_materials_pbrSpecularGlossiness, which stand for the base colour's.
+fn diffuse_part(value: &serde_json::Value, index: usize) -> Result<([f32; 4], Option<Info>), String> {
+    let broken = |error| format!("material {index}: KHR_materials_pbrSpecularGlossiness: {error}");
+    let factor =
+        value.get("diffuseFactor").cloned().map(serde_json::from_value).transpose().map_err(broken)?;
+    let info =
+        value.get("diffuseTexture").cloned().map(serde_json::from_value).transpose().map_err(broken)?;
+    Ok((factor.unwrap_or([1.0; 4]), info))
+}

@@ -1,0 +1,196 @@
+//! Texture maps of MTL files: their options, their files, and colour and alpha from two files.
+//!
+//! Takes the text of a `map_` line, gives where and how a picture lies. A name is looked for as it stands, with
+//! back-slashes as slashes, then by its last part beside the MTL file, and then without regard to capitals: files written
+//! on another system keep working.
+
+use std::path::{Path, PathBuf};
+
+use resample_core::image::srgb_from_linear;
+
+use super::super::files::excerpt;
+use super::super::load_picture;
+use crate::scene::{Texels, Texture};
+
+/// A map as it is written.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Map {
+    /// Its file, as it is named.
+    pub file: String,
+    /// Factor of u and v.
+    pub scale: [f32; 2],
+    /// Added to u and v, v from the bottom.
+    pub offset: [f32; 2],
+    /// Whether the border goes on outside, instead of the picture again.
+    pub clamp: bool,
+}
+
+impl Map {
+    /// Reads options and name; the name is all that follows the last option.
+    pub(super) fn read(text: &str) -> Result<Self, String> {
+        let mut map = Self { file: String::new(), scale: [1.0; 2], offset: [0.0; 2], clamp: false };
+        let mut rest = text.trim();
+        while let Some((option, after)) = option(rest) {
+            rest = match option {
+                "-s" => numbers_into(&mut map.scale, after)?,
+                "-o" => numbers_into(&mut map.offset, after)?,
+                "-t" => numbers_into(&mut [0.0; 2], after)?,
+                "-mm" => skipped(after, 2),
+                "-clamp" => {
+                    map.clamp = after.starts_with("on");
+                    skipped(after, 1)
+                }
+                "-blendu" | "-blendv" | "-cc" | "-boost" | "-texres" | "-bm" | "-imfchan" | "-type"
+                | "-colorspace" => skipped(after, 1),
+                _ => break,
+            };
+        }
+        if rest.is_empty() {
+            return Err("a map without a file".into());
+        }
+        rest.trim_matches('"').clone_into(&mut map.file);
+        Ok(map)
+    }
+}
+
+/// The file that a name in another file means, if it is there.
+pub(super) fn find(folder: &Path, name: &str) -> Option<PathBuf> {
+    let name = name.trim().trim_matches('"').replace('\\', "/");
+    if name.is_empty() || name.contains('\0') {
+        return None;
+    }
+    let last = name.rsplit('/').next().unwrap_or(&name);
+    let relative = !Path::new(&name).is_absolute();
+    let names = [Some(name.as_str()).filter(|_| relative), Some(last)].into_iter().flatten();
+    let mut paths = names.filter(|name| !name.is_empty()).map(|name| folder.join(name));
+    paths.find(|path| path.is_file()).or_else(|| in_any_case(folder, last))
+}
+
+/// A picture with colour from one file and alpha from another: its alpha channel where it has one, else how bright it
+/// is. The alpha is taken at the place of each texel of the colour; without a colour, it is white.
+pub(super) fn with_alpha(colour: Option<&Path>, alpha: &Path) -> Result<Texture, String> {
+    let load = |path: &Path| load_picture(path).map_err(|error| error.to_string());
+    let mask = load(alpha)?;
+    let values = alphas(&mask);
+    let Some(colour) = colour else {
+        let texels = values.iter().map(|&a| [255, 255, 255, a]).collect();
+        return Ok(Texture { texels: Texels::Srgb8(texels), ..mask });
+    };
+    let mut picture = load(colour)?;
+    let (width, height) = (picture.width, picture.height);
+    let at = |index: usize| {
+        let column = ((index % width) * 2 + 1) * mask.width / (2 * width);
+        let row = ((index / width) * 2 + 1) * mask.height / (2 * height);
+        values[row * mask.width + column]
+    };
+    match &mut picture.texels {
+        Texels::Srgb8(texels) => {
+            texels.iter_mut().enumerate().for_each(|(index, texel)| texel[3] = at(index))
+        }
+        Texels::LinearF32(texels) => {
+            texels.iter_mut().enumerate().for_each(|(index, texel)| texel[3] = f32::from(at(index)) / 255.0);
+        }
+    }
+    Ok(picture)
+}
+
+fn alphas(mask: &Texture) -> Vec<u8> {
+    let texels: Vec<[u8; 4]> = match &mask.texels {
+        Texels::Srgb8(texels) => texels.clone(),
+        Texels::LinearF32(texels) => {
+            let byte = |channel: f32| (channel * 255.0).round() as u8;
+            let encoded = |&[r, g, b, a]: &[f32; 4]| {
+                [r, g, b].map(|c| byte(srgb_from_linear(c))).into_iter().chain([byte(a)])
+            };
+            texels
+                .iter()
+                .map(|texel| encoded(texel).collect::<Vec<_>>())
+                .map(|t| [t[0], t[1], t[2], t[3]])
+                .collect()
+        }
+    };
+    match texels.iter().any(|texel| texel[3] != 255) {
+        true => texels.iter().map(|texel| texel[3]).collect(),
+        // Masks are numbers and not light: the mean of the codes, as programs take it.
+        false => {
+            texels.iter().map(|t| ((u16::from(t[0]) + u16::from(t[1]) + u16::from(t[2])) / 3) as u8).collect()
+        }
+    }
+}
+
+/// An option at the start of a text, and what follows it.
+fn option(text: &str) -> Option<(&str, &str)> {
+    let (word, rest) = text.split_once(|c: char| c.is_whitespace())?;
+    word.starts_with('-').then_some((word, rest.trim_start()))
+}
+
+/// Reads one to three numbers, of which the first two count; one number stands for itself alone.
+fn numbers_into<'a>(numbers: &mut [f32; 2], text: &'a str) -> Result<&'a str, String> {
+    let mut rest = text;
+    for place in 0..3 {
+        let (word, after) = rest.split_once(|c: char| c.is_whitespace()).unwrap_or((rest, ""));
+        let number: f32 = match word.parse() {
+            Ok(number) => number,
+            Err(_) if place > 0 => break,
+            Err(_) => return Err(format!("'{}' is no number", excerpt(word))),
+        };
+        if !number.is_finite() {
+            return Err("a number of a map is not finite".into());
+        }
+        if let Some(slot) = numbers.get_mut(place) {
+            *slot = number;
+        }
+        rest = after.trim_start();
+    }
+    Ok(rest)
+}
+
+fn skipped(text: &str, words: usize) -> &str {
+    (0..words).fold(text, |rest, _| {
+        rest.split_once(|c: char| c.is_whitespace()).map_or("", |(_, rest)| rest.trim_start())
+    })
+}
+
+fn in_any_case(folder: &Path, name: &str) -> Option<PathBuf> {
+    // A folder of more files is not one of a model.
+    const LOOKED_AT: usize = 10_000;
+    let entries = std::fs::read_dir(folder).ok()?.take(LOOKED_AT).flatten();
+    let same = |path: &PathBuf| path.file_name().is_some_and(|file| file.eq_ignore_ascii_case(name));
+    entries.map(|entry| entry.path()).filter(|path| path.is_file()).find(same)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn options_are_read_and_names_keep_their_spaces() {
+        let map = Map::read("-s 2 3 1 -o 0.5 -bm 1.5 -clamp on my wood.png").expect("a map");
+        let expected = Map { file: "my wood.png".into(), scale: [2.0, 3.0], offset: [0.5, 0.0], clamp: true };
+        assert_eq!(map, expected, "each option by its own arguments");
+        assert_eq!(Map::read("-mm 0 1 a.png").expect("a map").file, "a.png", "two arguments");
+        assert_eq!(Map::read("-dash.png").expect("a map").file, "-dash.png", "a name may begin with a dash");
+        for bad in ["", "-s 1 1 1", "-clamp on", "-s x a.png"] {
+            assert!(Map::read(bad).is_err(), "'{bad}' names no file");
+        }
+    }
+
+    #[test]
+    fn names_of_other_systems_are_found() {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::create_dir(folder.path().join("tex")).expect("a folder");
+        std::fs::write(folder.path().join("tex/a.png"), "").expect("written");
+        std::fs::write(folder.path().join("Wood B.PNG"), "").expect("written");
+        let found = |name: &str| {
+            find(folder.path(), name).map(|path| path.strip_prefix(folder.path()).map(PathBuf::from))
+        };
+        assert_eq!(found("tex\\a.png"), Some(Ok("tex/a.png".into())), "back-slashes");
+        assert_eq!(
+            found("C:\\other\\wood b.png"),
+            Some(Ok("Wood B.PNG".into())),
+            "the last part, in any case"
+        );
+        assert_eq!(found("nothing.png"), None, "what is not there");
+        assert_eq!(found("/etc/passwd"), None, "absolute names are not followed");
+    }
+}

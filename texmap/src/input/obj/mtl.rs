@@ -1,0 +1,222 @@
+//! MTL: the materials of OBJ files.
+//!
+//! Takes the names of MTL files, gives materials and textures for the materials that meshes use. Colours are written as
+//! on a screen and become linear. A line that cannot be read is left out with a note, and so is a file or a picture that
+//! is missing; the material's plain colour then stands alone.
+//! Source: the Wavefront format as the programs of today write it: names with spaces and back-slashes, `Tr` for 1 - `d`,
+//! and a black `Kd` beside a `map_Kd`, which is meant to be white. Limits: of the options of a map, `-s`, `-o` and
+//! `-clamp` are followed; of materials only colour, alpha and emitted light are read.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use glam::{DMat2, DVec2};
+use resample_core::image::linear_from_srgb;
+
+use super::super::Notes;
+use super::super::files::{self, excerpt};
+use super::super::picture::Pictures;
+use super::lines::{Line, decode_text, lines, numbers};
+use super::map::{self, Map};
+use crate::scene::{AlphaMode, Lighting, Magnify, Material, Texture, TextureUse, Wrap};
+
+/// Largest MTL file, bytes. A material takes about 300, so this is 200 000 of them.
+const MAX_FILE_BYTES: u64 = 64 << 20;
+
+/// The materials of all MTL files that were named, and the textures of those that are used.
+#[derive(Default)]
+pub(super) struct Library {
+    entries: HashMap<String, Entry>,
+    places: HashMap<String, usize>,
+    textures: Pictures,
+    by_file: HashMap<[Option<PathBuf>; 2], Option<usize>>,
+    late_notes: Vec<String>,
+}
+
+/// A material as it is written.
+struct Entry {
+    folder: PathBuf,
+    kd: [f32; 3],
+    ke: [f32; 3],
+    opacity: f32,
+    illumination: i32,
+    map_kd: Option<Map>,
+    map_ke: Option<Map>,
+    map_d: Option<Map>,
+}
+
+impl Library {
+    /// Reads the MTL files that a `mtllib` line names; `folder` is that of the OBJ file.
+    pub(super) fn read(&mut self, folder: &Path, names: &str, notes: &mut Notes) {
+        // A name may hold spaces, and a line may hold several names.
+        let whole = map::find(folder, names);
+        let found: Vec<_> = match whole {
+            Some(path) => vec![(names, Some(path))],
+            None => names.split_ascii_whitespace().map(|name| (name, map::find(folder, name))).collect(),
+        };
+        for (name, path) in found {
+            match path {
+                Some(path) => self.read_file(&path, notes),
+                None => notes
+                    .say(format!("material file {} is not there: its materials are plain", excerpt(name))),
+            }
+        }
+    }
+
+    /// The place of a material among `materials`; one that no file describes is plain.
+    pub(super) fn place(&mut self, name: &str, materials: &mut Vec<Material>) -> usize {
+        if let Some(&place) = self.places.get(name) {
+            return place;
+        }
+        let material = match self.entries.remove(name) {
+            None => super::plain(name),
+            Some(entry) => self.material(name, &entry),
+        };
+        materials.push(material);
+        self.places.insert(name.to_owned(), materials.len() - 1);
+        materials.len() - 1
+    }
+
+    /// The textures that materials point to, and what could not be had.
+    pub(super) fn into_textures(self, notes: &mut Notes) -> Vec<Texture> {
+        self.late_notes.into_iter().for_each(|note| notes.say(note));
+        self.textures.into_textures()
+    }
+
+    fn read_file(&mut self, path: &Path, notes: &mut Notes) {
+        let size = std::fs::metadata(path).map_or(0, |metadata| metadata.len());
+        if size > MAX_FILE_BYTES {
+            notes.say(format!("{} is too large for a material file and is left out", path.display()));
+            return;
+        }
+        let bytes = match files::read(path) {
+            Ok(bytes) => bytes,
+            Err(error) => return notes.say(error.to_string()),
+        };
+        let text = decode_text(&bytes);
+        let folder = files::folder_of(path);
+        let mut current: Option<(String, Entry)> = None;
+        for line in lines(&text) {
+            if line.word == "newmtl" {
+                self.entries.extend(current.take());
+                current = Some((line.rest.to_owned(), Entry::new(folder)));
+            } else if let Some((_, entry)) = &mut current
+                && let Err(what) = entry.line(&line)
+            {
+                let (path, number) = (path.display(), line.number);
+                notes.say(format!("{path}, line {number}: {what}: the line is left out"));
+            }
+        }
+        self.entries.extend(current);
+    }
+
+    fn material(&mut self, name: &str, entry: &Entry) -> Material {
+        let base_texture = self.texture_use(entry, entry.map_kd.as_ref(), entry.map_d.as_ref());
+        let emissive_texture = self.texture_use(entry, entry.map_ke.as_ref(), None);
+        let black = entry.kd == [0.0; 3] && entry.map_kd.is_some() && base_texture.is_some();
+        let [r, g, b] = if black { [1.0; 3] } else { entry.kd.map(linear_from_srgb) };
+        let emissive = if emissive_texture.is_some() && entry.ke == [0.0; 3] { [1.0; 3] } else { entry.ke };
+        let see_through = entry.opacity < 1.0 || (entry.map_d.is_some() && base_texture.is_some());
+        Material {
+            base_colour: [r, g, b, entry.opacity],
+            base_texture,
+            emissive: emissive.map(linear_from_srgb),
+            emissive_texture,
+            alpha: if see_through { AlphaMode::Blend } else { AlphaMode::Opaque },
+            // Illumination 0 is the plain colour without light.
+            lighting: if entry.illumination == 0 { Lighting::Unlit } else { Lighting::Lit },
+            ..super::plain(name)
+        }
+    }
+
+    /// A texture of a colour map, with alpha from another map where there is one.
+    fn texture_use(
+        &mut self,
+        entry: &Entry,
+        colour: Option<&Map>,
+        alpha: Option<&Map>,
+    ) -> Option<TextureUse> {
+        let placed = colour.or(alpha)?;
+        let paths = [colour, alpha].map(|map| map.map(|map| self.found(&entry.folder, map)));
+        let paths = paths.map(Option::flatten);
+        let texture = match self.by_file.get(&paths) {
+            Some(&texture) => texture,
+            None => {
+                let texture = self.load(&paths);
+                self.by_file.insert(paths, texture);
+                texture
+            }
+        };
+        // With v from the top, s * v + o from the bottom is s * v + 1 - s - o.
+        let [scale, offset] = [placed.scale, placed.offset].map(|v| DVec2::from_array(v.map(f64::from)));
+        Some(TextureUse {
+            texture: texture?,
+            uv_set: 0,
+            uv_linear: DMat2::from_diagonal(scale),
+            uv_offset: DVec2::new(offset.x, 1.0 - scale.y - offset.y),
+            wrap: [if placed.clamp { Wrap::Clamp } else { Wrap::Repeat }; 2],
+            magnify: Magnify::Linear,
+        })
+    }
+
+    fn found(&mut self, folder: &Path, map: &Map) -> Option<PathBuf> {
+        let path = map::find(folder, &map.file);
+        if path.is_none() {
+            let name = excerpt(&map.file);
+            self.late_notes.push(format!("texture {name} is not there: the material's colour stands alone"));
+        }
+        path
+    }
+
+    fn load(&mut self, [colour, alpha]: &[Option<PathBuf>; 2]) -> Option<usize> {
+        let texture = match (colour, alpha) {
+            (None, None) => return None,
+            (Some(colour), None) => super::super::load_picture(colour).map_err(|error| error.to_string()),
+            (colour, Some(alpha)) => map::with_alpha(colour.as_deref(), alpha),
+        };
+        match texture.and_then(|texture| self.textures.add(texture)) {
+            Ok(place) => Some(place),
+            Err(what) => {
+                self.late_notes.push(format!("{what}: the material's colour stands alone"));
+                None
+            }
+        }
+    }
+}
+
+impl Entry {
+    /// What a material is before its first line: light grey would hide a missing colour, so it is white.
+    fn new(folder: &Path) -> Self {
+        let (kd, ke) = ([1.0; 3], [0.0; 3]);
+        let (map_kd, map_ke, map_d) = (None, None, None);
+        Self { folder: folder.to_owned(), kd, ke, opacity: 1.0, illumination: 2, map_kd, map_ke, map_d }
+    }
+
+    fn line(&mut self, line: &Line) -> Result<(), String> {
+        match line.word {
+            "Kd" => self.kd = colour(line.rest)?,
+            "Ke" => self.ke = colour(line.rest)?,
+            "d" => self.opacity = unit(line.rest.trim_start_matches("-halo"))?,
+            "Tr" => self.opacity = 1.0 - unit(line.rest)?,
+            "illum" => self.illumination = line.rest.parse().map_err(|_| "illum is no whole number")?,
+            "map_Kd" | "map_kd" => self.map_kd = Some(Map::read(line.rest)?),
+            "map_Ke" | "map_ke" => self.map_ke = Some(Map::read(line.rest)?),
+            "map_d" | "map_D" => self.map_d = Some(Map::read(line.rest)?),
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+/// Red, green and blue; one number is a grey.
+fn colour(text: &str) -> Result<[f32; 3], String> {
+    let [red] = numbers(text, [None])?;
+    let [_, green, blue] = numbers(text, [None, Some(red), Some(red)])?;
+    let colour = [red, green, blue];
+    colour.iter().all(|c| c.is_finite()).then_some(colour).ok_or_else(|| "a colour is not finite".into())
+}
+
+fn unit(text: &str) -> Result<f32, String> {
+    let [number] = numbers(text, [None])?;
+    if number.is_nan() { Err("an opacity is no number".into()) } else { Ok(number.clamp(0.0, 1.0)) }
+}
