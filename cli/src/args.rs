@@ -23,10 +23,15 @@ use crate::values::{self, Axis, BackgroundWord, Orbit, Size};
 mod bench;
 mod compare;
 mod sequence;
+mod texmap;
 
 pub(crate) use bench::{BenchArgs, BenchPaperArgs, BenchTable};
 pub(crate) use compare::CompareArgs;
 pub(crate) use sequence::SequenceArgs;
+pub(crate) use texmap::{
+    FlatFootprintArg, LayerArg, LevelArg, MeshShadeArg, ModelArgs, TexmapArgs, TexmapMethodArg,
+    TexmapRenderArgs,
+};
 
 /// Forward resampling: clean pictures from discrete samples
 #[derive(Debug, Parser)]
@@ -55,6 +60,10 @@ pub(crate) enum Command {
     ///
     /// Example: resample compare mine.png truth.exr --heatmap errors.png --fail-above flip=0.02
     Compare(CompareArgs),
+    /// Draw a textured mesh, glTF or OBJ, from one or several cameras
+    ///
+    /// Example: resample texmap helmet.glb -o helmet.png
+    Texmap(Box<TexmapArgs>),
     /// Draw a volume file from one or several cameras
     ///
     /// Example: resample volsplat engine.raw --dims 256,256,128 --type u8 -o engine.png

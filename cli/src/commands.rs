@@ -4,4 +4,5 @@ pub(crate) mod bench;
 pub(crate) mod compare;
 pub(crate) mod demo;
 pub(crate) mod info;
+pub(crate) mod texmap;
 pub(crate) mod volsplat;

@@ -20,6 +20,7 @@ mod output;
 mod picture;
 mod plan;
 mod report;
+mod scene_camera;
 mod sequence;
 mod settings;
 mod transfer;
@@ -67,6 +68,7 @@ fn run(cli: &Cli) -> Result<()> {
         Command::Bench(args) => commands::bench::run(args, verbosity),
         Command::Compare(args) => commands::compare::run(args),
         Command::Info(args) => commands::info::run(args),
+        Command::Texmap(args) => commands::texmap::run(args, verbosity),
         Command::Volsplat(args) => commands::volsplat::run(args, verbosity),
     }
 }

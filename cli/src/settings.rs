@@ -18,6 +18,8 @@ use crate::output::Format;
 use crate::plan::{self, Request};
 use crate::transfer;
 
+pub(crate) mod texmap;
+
 /// How the volume is read.
 pub(crate) fn load_options(args: &VolumeArgs) -> LoadOptions {
     // The command line accepts --dims and --type together or not at all.

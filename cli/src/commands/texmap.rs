@@ -1,0 +1,120 @@
+//! `resample texmap`: a mesh file to one picture or several.
+//!
+//! The steps are those of [`run`]: everything that can be refused without reading the mesh is checked first, and nothing
+//! is written before all input has proved to be good.
+
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use glam::DVec3;
+use resample_core::Camera;
+use serde_json::json;
+use texmap::{FrameStats, Loaded, Renderer, Scene};
+
+use crate::args::TexmapArgs;
+use crate::framing::Stance;
+use crate::interrupt;
+use crate::picture::Drawn;
+use crate::plan::{Plan, Request, Telling};
+use crate::report::{self, Account, RunStats, Verbosity};
+use crate::scene_camera;
+use crate::settings::texmap as settings;
+
+/// Checks, loads, prepares, renders, and reports.
+pub(crate) fn run(args: &TexmapArgs, verbosity: Verbosity) -> Result<()> {
+    let telling = Telling { start: Instant::now(), verbosity };
+    interrupt::watch()?;
+    let request = request(args);
+    let plan = Plan::new(&request)?;
+    let options = settings::render_options(&args.render, plan.finish.format)?;
+    let Loaded { scene, notes } = texmap::load(&args.input, &settings::load_options(&args.model))?;
+    let load_ms = report::ms_since(telling.start);
+    if verbosity != Verbosity::Quiet {
+        notes.iter().for_each(|note| report::say(&format!("note: {note}")));
+    }
+    let prepared = Instant::now();
+    let mut renderer = Renderer::new(&scene, &options)
+        .with_context(|| format!("{}: cannot be drawn", args.input.display()))?;
+    let prepare_ms = report::ms_since(prepared);
+    let stance = Stance::upright(args.camera.up.map_or(DVec3::Y, |axis| axis.direction));
+    // A scene that was loaded has triangles.
+    let bounds = renderer.bounds_in_world().unwrap_or_default();
+    let cameras = match &args.model.camera_name {
+        None => plan.cameras(&request, bounds, stance)?,
+        Some(name) => {
+            let camera = scene_camera::named(&scene.cameras, name, args.camera.size, bounds);
+            plan.checked(vec![camera.with_context(|| args.input.display().to_string())?])?
+        }
+    };
+    let stats = RunStats {
+        version: env!("CARGO_PKG_VERSION"),
+        scene: scene_record(&scene, &notes, prepare_ms),
+        threads: rayon::current_num_threads(),
+        settings: settings::record(args, &request, &options, (plan.finish.format, stance)),
+        load_ms,
+        peak_bytes: None,
+        frames: Vec::new(),
+    };
+    // The renderer has its own copy of what it draws.
+    drop(scene);
+    if verbosity == Verbosity::Verbose {
+        report::say(&format!("load {load_ms:.1} ms, prepare {prepare_ms:.1} ms"));
+    }
+    plan.draw(&request, &cameras, stats, (&mut |camera| drawn(&mut renderer, camera), telling))
+}
+
+fn request(args: &TexmapArgs) -> Request<'_> {
+    let texture = args.model.texture.as_deref();
+    Request {
+        output: &args.output,
+        stats: args.stats.as_deref(),
+        camera: &args.camera,
+        sequence: &args.sequence,
+        picture: &args.picture,
+        inputs: [Some(args.input.as_path()), texture].into_iter().flatten().collect(),
+        others: Vec::new(),
+    }
+}
+
+fn drawn(renderer: &mut Renderer, camera: &Camera) -> Result<Drawn> {
+    let frame = renderer.render(camera)?;
+    let account = Account { keys: serde_json::to_value(&frame.stats)?, line: stage_line(&frame.stats) };
+    Ok(Drawn { image: frame.image, account })
+}
+
+fn scene_record(scene: &Scene, notes: &[String], prepare_ms: f64) -> serde_json::Value {
+    let texels: usize = scene.textures.iter().map(|texture| texture.width * texture.height).sum();
+    json!({
+        "meshes": scene.meshes.len(),
+        "triangles": scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum::<usize>(),
+        "vertices": scene.meshes.iter().map(|mesh| mesh.positions.len()).sum::<usize>(),
+        "textures": scene.textures.len(),
+        "texels": texels,
+        "notes": notes,
+        "prepare_ms": prepare_ms,
+    })
+}
+
+/// The times of a frame's stages and its counts, one line.
+fn stage_line(stats: &FrameStats) -> String {
+    let stages = &stats.stages;
+    let named = [
+        ("cull", stages.cull),
+        ("bin", stages.bin),
+        ("visibility", stages.visibility),
+        ("accumulate", stages.accumulate),
+        ("resolve", stages.resolve),
+        ("image", stages.image),
+    ];
+    let times: Vec<_> = named.iter().map(|(name, time)| format!("{name} {:.1}", time.wall_ms)).collect();
+    format!(
+        "{:.1} ms wall, {:.1} ms CPU ({} ms); {} of {} triangles, {} points, {} splats",
+        stats.wall_ms,
+        stats.cpu_ms,
+        times.join(", "),
+        stats.drawn,
+        stats.triangles,
+        stats.points,
+        stats.splats
+    )
+}
