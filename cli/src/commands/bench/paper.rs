@@ -191,7 +191,7 @@ fn file_that_begins(folder: &Path, prefix: &str) -> Result<Option<PathBuf>> {
 fn measured(row: &Row, volume: &Volume, args: &BenchPaperArgs) -> Result<Measured> {
     let transfer = transfer(row.threshold, volume)?;
     let mut renderer = Renderer::new(volume, &transfer, &RenderOptions::every_sample())?;
-    let bounds = renderer.visible_bounds_in_world().unwrap_or_else(|| framing::grid_bounds(volume));
+    let bounds = renderer.visible_bounds_in_world().unwrap_or_else(|| framing::volume::grid_bounds(volume));
     let cameras = cameras(row, volume, &transfer, bounds)?;
     let mut times = [const { Vec::new() }; 3];
     for _ in 0..args.reps {
