@@ -109,7 +109,7 @@ fn lies_about_counts_types_and_ranges_are_found_out() {
         let error = load(accessor, key, value.clone()).unwrap_or_default();
         assert!(error.contains(expected), "{key} = {value}: expected '{expected}' in '{error}'");
     }
-    maker.views[0]["byteLength"] = json!(1 << 40);
+    maker.views[0]["byteLength"] = json!(1u64 << 40);
     assert!(
         maker.load(json!({ "meshes": meshes })).is_err_and(|e| e.contains("takes")),
         "a view beyond its buffer"
