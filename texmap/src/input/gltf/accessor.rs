@@ -116,7 +116,7 @@ impl<'a> Numbers<'a> {
         let (component, width) = checked_type(accessor, how)?;
         let count = self.budgeted(accessor)?;
         let size = bytes_of(component) * width;
-        let mut bytes = Vec::with_capacity(count * size);
+        let mut bytes = Vec::new();
         match accessor.buffer_view {
             None => bytes.resize(count * size, 0),
             Some(view) => {
@@ -175,14 +175,14 @@ impl<'a> Numbers<'a> {
             return Err(format!("{count} sparse substitutes for {} elements", bytes.len() / size));
         }
         let index_size = bytes_of(index_type.0);
-        let mut places = Vec::with_capacity(count * index_size);
+        let mut places = Vec::new();
         let indices = Elements { count, size: index_size, stride: index_size };
         indices.gather(
             self.view(sparse.indices.buffer_view.value())?,
             sparse.indices.byte_offset.0,
             &mut places,
         )?;
-        let mut values = Vec::with_capacity(count * size);
+        let mut values = Vec::new();
         let elements = Elements { count, size, stride: size };
         elements.gather(
             self.view(sparse.values.buffer_view.value())?,
@@ -209,7 +209,7 @@ impl Elements {
     fn gather(&self, view: &[u8], offset: u64, packed: &mut Vec<u8>) -> Result<(), String> {
         let Self { count, size, stride } = *self;
         let last = (count as u64).saturating_sub(1);
-        let end = last.checked_mul(stride as u64).and_then(|start| start.checked_add(offset + size as u64));
+        let end = last.checked_mul(stride as u64).and_then(|start| start.checked_add(offset)?.checked_add(size as u64));
         if count > 0 && end.is_none_or(|end| end > view.len() as u64) {
             let (have, stride) = (view.len(), self.stride);
             return Err(format!(
@@ -217,7 +217,8 @@ impl Elements {
                  {have} bytes"
             ));
         }
-        // The check above keeps every sum inside the view.
+        // The check above keeps every sum inside the view, and the room that is asked for real.
+        packed.reserve(count * size);
         let start = |at: usize| offset as usize + at * stride;
         (0..count).for_each(|at| packed.extend_from_slice(&view[start(at)..start(at) + size]));
         Ok(())
