@@ -209,7 +209,9 @@ impl Elements {
     fn gather(&self, view: &[u8], offset: u64, packed: &mut Vec<u8>) -> Result<(), String> {
         let Self { count, size, stride } = *self;
         let last = (count as u64).saturating_sub(1);
-        let end = last.checked_mul(stride as u64).and_then(|start| start.checked_add(offset)?.checked_add(size as u64));
+        let end = last
+            .checked_mul(stride as u64)
+            .and_then(|start| start.checked_add(offset)?.checked_add(size as u64));
         if count > 0 && end.is_none_or(|end| end > view.len() as u64) {
             let (have, stride) = (view.len(), self.stride);
             return Err(format!(
