@@ -16,6 +16,7 @@ mod compare;
 mod good_runs;
 mod info;
 mod sequences;
+mod texmap;
 mod transfer;
 
 /// Voxels along an axis of the test volume.
