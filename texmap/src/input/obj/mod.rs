@@ -147,7 +147,7 @@ impl Reading<'_> {
 
     fn polygon(&mut self, rest: &str, notes: &mut Notes) -> Result<(), String> {
         let corners: Vec<Corner> =
-            rest.split_ascii_whitespace().map(|word| self.corner(word)).collect::<Result<_, _>>()?;
+            rest.split_ascii_whitespace().map(|word| self.corner(word, notes)).collect::<Result<_, _>>()?;
         if corners.len() < 3 {
             notes.say("polygons of less than three corners are left out".to_owned());
             return Ok(());
@@ -178,22 +178,23 @@ impl Reading<'_> {
         Ok(())
     }
 
-    /// `7`, `7/2`, `7//3` or `7/2/3`; numbers count from 1, or from the end where they are negative.
-    fn corner(&self, word: &str) -> Result<Corner, String> {
+    /// `7`, `7/2`, `7//3` or `7/2/3`; numbers count from 1, or from the end where they are negative. Coordinates and
+    /// normals of a file that has none at all are left out.
+    fn corner(&self, word: &str, notes: &mut Notes) -> Result<Corner, String> {
         let mut parts = word.split('/');
         let mut part = |name: &str, count: usize| match parts.next() {
             None | Some("") => Ok(None),
+            Some(_) if count == 0 && name != "v" => {
+                notes.say(format!("polygons point to {name} lines, but there are none"));
+                Ok(None)
+            }
             Some(number) => place(number, count).map(Some).ok_or_else(|| {
-                format!("corner '{}': there is no {name} {number} among {count}", excerpt(word))
+                format!("corner '{}': there is no {name} {} among {count}", excerpt(word), excerpt(number))
             }),
         };
         let position = part("v", self.positions.len())?;
-        let corner = (part("vt", self.uvs.len())?, part("vn", self.normals.len())?);
-        Ok((
-            position.ok_or_else(|| format!("corner '{}' has no position", excerpt(word)))?,
-            corner.0,
-            corner.1,
-        ))
+        let (uv, normal) = (part("vt", self.uvs.len())?, part("vn", self.normals.len())?);
+        Ok((position.ok_or_else(|| format!("corner '{}' has no position", excerpt(word)))?, uv, normal))
     }
 
     fn into_scene(self, notes: &mut Notes) -> Scene {

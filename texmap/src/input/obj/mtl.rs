@@ -4,7 +4,7 @@
 //! on a screen and become linear. A line that cannot be read is left out with a note, and so is a file or a picture that
 //! is missing; the material's plain colour then stands alone.
 //! Source: the Wavefront format as the programs of today write it: names with spaces and back-slashes, `Tr` for 1 - `d`,
-//! and a black `Kd` beside a `map_Kd`, which is meant to be white. Limits: of the options of a map, `-s`, `-o` and
+//! `Tr 1` alone for a surface that is there, and a black `Kd` beside a `map_Kd`, which is meant to be white. Limits: of the options of a map, `-s`, `-o` and
 //! `-clamp` are followed; of materials only colour, alpha and emitted light are read.
 
 use std::collections::HashMap;
@@ -38,7 +38,9 @@ struct Entry {
     folder: PathBuf,
     kd: [f32; 3],
     ke: [f32; 3],
-    opacity: f32,
+    /// `d`, and `Tr`, which counts only without it.
+    opacity: Option<f32>,
+    transparency: f32,
     illumination: i32,
     map_kd: Option<Map>,
     map_ke: Option<Map>,
@@ -116,9 +118,10 @@ impl Library {
         let black = entry.kd == [0.0; 3] && entry.map_kd.is_some() && base_texture.is_some();
         let [r, g, b] = if black { [1.0; 3] } else { entry.kd.map(linear_from_srgb) };
         let emissive = if emissive_texture.is_some() && entry.ke == [0.0; 3] { [1.0; 3] } else { entry.ke };
-        let see_through = entry.opacity < 1.0 || (entry.map_d.is_some() && base_texture.is_some());
+        let opacity = entry.opacity();
+        let see_through = opacity < 1.0 || (entry.map_d.is_some() && base_texture.is_some());
         Material {
-            base_colour: [r, g, b, entry.opacity],
+            base_colour: [r, g, b, opacity],
             base_texture,
             emissive: emissive.map(linear_from_srgb),
             emissive_texture,
@@ -189,15 +192,34 @@ impl Entry {
     fn new(folder: &Path) -> Self {
         let (kd, ke) = ([1.0; 3], [0.0; 3]);
         let (map_kd, map_ke, map_d) = (None, None, None);
-        Self { folder: folder.to_owned(), kd, ke, opacity: 1.0, illumination: 2, map_kd, map_ke, map_d }
+        Self {
+            folder: folder.to_owned(),
+            kd,
+            ke,
+            opacity: None,
+            transparency: 0.0,
+            illumination: 2,
+            map_kd,
+            map_ke,
+            map_d,
+        }
+    }
+
+    /// Some programs write `Tr 1` and mean opaque; nobody writes a material to be invisible.
+    fn opacity(&self) -> f32 {
+        match (self.opacity, self.transparency) {
+            (Some(opacity), _) => opacity,
+            (None, 1.0) => 1.0,
+            (None, transparency) => 1.0 - transparency,
+        }
     }
 
     fn line(&mut self, line: &Line) -> Result<(), String> {
         match line.word {
             "Kd" => self.kd = colour(line.rest)?,
             "Ke" => self.ke = colour(line.rest)?,
-            "d" => self.opacity = unit(line.rest.trim_start_matches("-halo"))?,
-            "Tr" => self.opacity = 1.0 - unit(line.rest)?,
+            "d" => self.opacity = Some(unit(line.rest.trim_start_matches("-halo"))?),
+            "Tr" => self.transparency = unit(line.rest)?,
             "illum" => self.illumination = line.rest.parse().map_err(|_| "illum is no whole number")?,
             "map_Kd" | "map_kd" => self.map_kd = Some(Map::read(line.rest)?),
             "map_Ke" | "map_ke" => self.map_ke = Some(Map::read(line.rest)?),

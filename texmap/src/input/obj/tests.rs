@@ -65,6 +65,9 @@ fn numbers_count_from_either_end_and_parts_may_be_missing() {
         let corners: Vec<_> = scene.meshes[0].triangles.iter().flatten().collect();
         assert_eq!((scene.meshes[0].positions.len(), corners.len()), (4, 6), "{face}: a square");
     }
+    let Loaded { scene, notes } =
+        folder.load("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1//1 2//1 3//1").expect("a good file");
+    assert!(scene.meshes[0].normals.is_empty() && notes.len() == 1, "normals that no line gives: {notes:?}");
     let mixed = folder.scene(format!("{SQUARE}f 1/1 2/2 3/3\nf 1 3 4"));
     let with: Vec<_> = mixed.meshes.iter().map(|mesh| mesh.uvs.len()).collect();
     assert_eq!(with, [1, 0], "a triangle without coordinates takes none from the other");
@@ -153,6 +156,18 @@ fn materials_have_colour_alpha_and_maps() {
         notes.iter().any(|note| note.contains("line 14")),
         "the line that is no colour is told: {notes:?}"
     );
+}
+
+#[test]
+fn opacity_is_d_before_tr_and_tr_1_alone_is_opaque() {
+    let folder = Folder::new();
+    for (lines, expected) in
+        [("Tr 0.25", 0.75), ("d 0.5\nTr 0.25", 0.5), ("Tr 0.25\nd 0.5", 0.5), ("Tr 1", 1.0)]
+    {
+        folder.write("a.mtl", format!("newmtl m\n{lines}\n"));
+        let scene = folder.scene(format!("mtllib a.mtl\n{SQUARE}usemtl m\nf 1/1 2/2 3/3"));
+        assert_eq!(scene.materials[0].base_colour[3], expected, "{lines}");
+    }
 }
 
 #[test]
