@@ -47,8 +47,9 @@ fn a_bound_texture_stands_upright_and_a_background_lies_behind() {
     let words = format!("texmap bare.obj --texture four.png --background four.png -o out/a.png {FRONT}");
     assert_good(&bench.run(&words));
     let picture = read_png(&bench.path("out/a.png"));
+    // Which of the four it is; two texels are mixed nearly everywhere.
     let near = |[r, g, b, _]: [u8; 4], expected: [u8; 3]| {
-        [r, g, b].iter().zip(expected).all(|(&found, expected)| found.abs_diff(expected) < 40)
+        [r, g, b].iter().zip(expected).all(|(&found, expected)| (found > 127) == (expected > 127))
     };
     for (x, y, expected) in
         [(22, 22, [255, 0, 0]), (42, 22, [0, 255, 0]), (22, 42, [0, 0, 255]), (42, 42, [255; 3])]
