@@ -153,7 +153,7 @@ fn materials_have_colour_alpha_and_maps() {
         "alpha from map_d's own channel"
     );
     assert!(
-        notes.iter().any(|note| note.contains("line 14")),
+        notes.iter().any(|note| note.contains("line 12")),
         "the line that is no colour is told: {notes:?}"
     );
 }
