@@ -179,7 +179,8 @@ fn colour_channels<'a>(image: &'a Layers, layer: Option<&str>) -> Result<Colour<
         let alpha = named("A").filter(|&alpha| same_part(red, alpha));
         return Ok(Colour { rgb: [red, green, blue], alpha });
     }
-    if let Some(grey) = named("Y").or_else(|| layer.and_then(|name| find(image, name))) {
+    let only = || if channels(image).count() == 1 { channels(image).next().map(|(_, at)| at) } else { None };
+    if let Some(grey) = named("Y").or_else(|| layer.map_or_else(only, |name| find(image, name))) {
         return Ok(Colour { rgb: [grey; 3], alpha: named("A") });
     }
     let held = listed(image);
