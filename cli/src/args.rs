@@ -24,6 +24,7 @@ mod bench;
 mod compare;
 mod sequence;
 mod texmap;
+mod warp3d;
 
 pub(crate) use bench::{BenchArgs, BenchPaperArgs, BenchTable};
 pub(crate) use compare::CompareArgs;
@@ -31,6 +32,10 @@ pub(crate) use sequence::SequenceArgs;
 pub(crate) use texmap::{
     FlatFootprintArg, LayerArg, LevelArg, MeshShadeArg, ModelArgs, TexmapArgs, TexmapMethodArg,
     TexmapRenderArgs,
+};
+pub(crate) use warp3d::{
+    AnaglyphArg, BlendArg, DepthArgs, DepthKindArg, FillArg, MethodArg, MixedArg, VisibilityArg, Warp3dArgs,
+    WarpArgs,
 };
 
 /// Forward resampling: clean pictures from discrete samples
@@ -68,6 +73,11 @@ pub(crate) enum Command {
     ///
     /// Example: resample volsplat engine.raw --dims 256,256,128 --type u8 -o engine.png
     Volsplat(Box<VolsplatArgs>),
+    /// Show a picture with depth from another camera
+    ///
+    /// Example: resample warp3d im0.png disp0.pfm --depth-kind disparity --from calib.txt#0 --to calib.txt#1 -o new.png
+    #[command(name = "warp3d")]
+    Warp3d(Box<Warp3dArgs>),
 }
 
 /// Options of every command.

@@ -72,6 +72,16 @@ pub(crate) fn read(path: &Path, defaults: &CameraDefaults) -> Result<CameraFile>
 }
 
 impl FileCamera {
+    /// A camera of another kind of file, which states no near plane.
+    pub(crate) fn without_near(camera: Camera) -> Self {
+        Self { camera, near: NearPlane::FromBounds, target_distance: None }
+    }
+
+    /// The camera as it stands: its near plane may be a placeholder.
+    pub(crate) fn with_any_near(&self) -> Camera {
+        self.camera
+    }
+
     /// The camera, with its near plane fitted to `bounds` (two corners of a box in the world) if the file gave none.
     pub(crate) fn for_bounds(&self, bounds: [DVec3; 2]) -> Result<Camera> {
         let mut camera = self.camera;

@@ -3,6 +3,8 @@
 //! Each table is used in both directions: from the word that was typed to the library's value, and from a value
 //! (a default, or what a stats file reports) back to its word. So a name and a default are written down once.
 
+pub(crate) mod warp;
+
 use clap::ValueEnum;
 use resample_core::{FootprintMode, KernelShape, OpacityMode, Projection, SelectMode};
 use volsplat::transfer::ColourEncoding;
@@ -142,7 +144,10 @@ impl<A: Copy + PartialEq + ValueEnum, L: Copy + PartialEq> Twins<A, L> {
 mod tests {
     use super::*;
 
-    fn check<A: Copy + PartialEq + ValueEnum, L: Copy + PartialEq>(twins: &Twins<A, L>, names: &[&str]) {
+    pub(super) fn check<A: Copy + PartialEq + ValueEnum, L: Copy + PartialEq>(
+        twins: &Twins<A, L>,
+        names: &[&str],
+    ) {
         assert_eq!(twins.0.len(), A::value_variants().len(), "a value is missing in the table of {names:?}");
         for (arg, name) in A::value_variants().iter().zip(names) {
             let value = twins.library(*arg);

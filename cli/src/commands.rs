@@ -6,3 +6,4 @@ pub(crate) mod demo;
 pub(crate) mod info;
 pub(crate) mod texmap;
 pub(crate) mod volsplat;
+pub(crate) mod warp3d;

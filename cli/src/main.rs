@@ -15,6 +15,7 @@ mod framing;
 mod input_picture;
 mod interrupt;
 mod json_fields;
+mod multiview;
 mod order;
 mod output;
 mod picture;
@@ -26,6 +27,8 @@ mod settings;
 mod transfer;
 mod transfer_plot;
 mod values;
+mod viewpoint;
+mod warp_scene;
 
 use std::process::ExitCode;
 
@@ -70,6 +73,7 @@ fn run(cli: &Cli) -> Result<()> {
         Command::Info(args) => commands::info::run(args),
         Command::Texmap(args) => commands::texmap::run(args, verbosity),
         Command::Volsplat(args) => commands::volsplat::run(args, verbosity),
+        Command::Warp3d(args) => commands::warp3d::run(args, verbosity),
     }
 }
 

@@ -97,6 +97,16 @@ pub(crate) fn write_picture(path: &Path, format: Format, image: &Image) -> Resul
     })
 }
 
+/// Writes one plane of numbers as a grey picture, in the format of its name: 0 to 1 become the codes of a PNG as they
+/// are, without the sRGB curve; EXR keeps every number in a channel Y.
+pub(crate) fn write_grey(path: &Path, size: [usize; 2], values: &[f32]) -> Result<u64> {
+    let format = format_of(path, None)?;
+    write_whole(path, |file| match format {
+        Format::Png(_) => png::write_grey(file, size, values),
+        Format::Exr => exr::write_grey(file, size, values),
+    })
+}
+
 /// Writes text and gives the size of the file in bytes.
 pub(crate) fn write_text(path: &Path, text: &str) -> Result<u64> {
     write_whole(path, |file| Ok(file.write_all(text.as_bytes())?))

@@ -64,6 +64,15 @@ enum PlannedCameras {
     Path(CameraPath, Vec<Moment>),
 }
 
+/// Whether names need numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Pictures {
+    /// One picture.
+    One,
+    /// A list of them, even if it should hold one only.
+    Several,
+}
+
 /// When a command started, and how much it says.
 #[derive(Clone, Copy)]
 pub(crate) struct Telling {
@@ -76,25 +85,31 @@ pub(crate) struct Telling {
 impl Plan {
     /// Checks all that can be checked by now.
     pub(crate) fn new(request: &Request) -> Result<Self> {
+        let cameras = planned_cameras(request)?;
+        let list = matches!(cameras, PlannedCameras::File(CameraFile::List(_)) | PlannedCameras::Path(..));
+        let several = list || request.sequence.turntable.is_some();
+        let pictures = if several { Pictures::Several } else { Pictures::One };
+        Ok(Self { cameras, ..Self::without_cameras(request, pictures)? })
+    }
+
+    /// As [`Plan::new`], for a command that finds its cameras itself.
+    pub(crate) fn without_cameras(request: &Request, pictures: Pictures) -> Result<Self> {
         let film = film_plan(request)?;
         let format = match film.as_ref().map(|film| film.kind) {
             Some(FilmKind::Png(depth)) => Format::Png(depth),
             Some(FilmKind::Video(_)) => Format::Png(Depth::Eight),
             None => output::format_of(request.output, request.picture.bits)?,
         };
-        let cameras = planned_cameras(request)?;
-        let names = match (&cameras, request.sequence.turntable) {
+        let names = match pictures {
             _ if film.is_some() => FrameNames::Single(request.output.to_owned()),
-            (PlannedCameras::File(CameraFile::List(_)) | PlannedCameras::Path(..), _) | (_, Some(_)) => {
-                FrameNames::numbered(request.output)?
-            }
-            _ => FrameNames::single(request.output)?,
+            Pictures::Several => FrameNames::numbered(request.output)?,
+            Pictures::One => FrameNames::single(request.output)?,
         };
         check_targets(request, &names.frame(0))?;
         // A video cannot be transparent.
         let opaque = matches!(film, Some(FilmPlan { kind: FilmKind::Video(_), .. }));
         let background = background(request.picture.background.as_ref(), opaque)?;
-        Ok(Self { names, film, finish: Finish { format, background }, cameras })
+        Ok(Self { names, film, finish: Finish { format, background }, cameras: PlannedCameras::Framed })
     }
 
     /// The cameras of the camera file, or those that show the box with corners `bounds` as was asked for.

@@ -9,6 +9,11 @@ use glam::DVec3;
 use resample_core::image::linear_from_srgb;
 use volsplat::{ClipPlane, Subpixels};
 
+use crate::multiview::Grid;
+
+/// Most views along a side of a grid: more than any light-field screen shows.
+const MAX_GRID_SIDE: u32 = 64;
+
 /// A picture size, px.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Size {
@@ -162,6 +167,44 @@ pub(crate) fn field_of_view(text: &str) -> Result<f64, String> {
     finite(text)
         .filter(|&degrees| degrees > 0.0 && degrees < 180.0)
         .ok_or_else(|| "expected an angle above 0 and below 180 degrees".into())
+}
+
+/// A number above 0 and below 1, in single precision.
+pub(crate) fn positive_fraction(text: &str) -> Result<f32, String> {
+    fraction(text)
+        .ok()
+        .filter(|&value| value > 0.0)
+        .ok_or_else(|| "expected a number above 0 and below 1".into())
+}
+
+/// `FX,FY,CX,CY` in pixels, focal lengths above 0.
+pub(crate) fn intrinsics(text: &str) -> Result<[f64; 4], String> {
+    match numbers(text).as_deref() {
+        Some(&[fx, fy, cx, cy]) if fx > 0.0 && fy > 0.0 => Ok([fx, fy, cx, cy]),
+        _ => Err("expected FX,FY,CX,CY in pixels such as 525,525,319.5,239.5, focal lengths above 0".into()),
+    }
+}
+
+/// `CxR`, columns and rows of a grid of views.
+pub(crate) fn grid(text: &str) -> Result<Grid, String> {
+    let side = |word: &str| word.parse().ok().filter(|side| (1..=MAX_GRID_SIDE).contains(side));
+    let parsed = text.split_once(['x', 'X']).and_then(|(columns, rows)| Some((side(columns)?, side(rows)?)));
+    let grid =
+        parsed.filter(|&(columns, rows)| columns * rows > 1).map(|(columns, rows)| Grid { columns, rows });
+    grid.ok_or_else(|| format!("expected CxR such as 8x6, each from 1 to {MAX_GRID_SIDE}, two views or more"))
+}
+
+/// A distance above 0, or `inf`.
+pub(crate) fn distance(text: &str) -> Result<f64, String> {
+    if text.trim() == "inf" { Ok(f64::INFINITY) } else { positive(text).map_err(|e| format!("{e}, or inf")) }
+}
+
+/// An angle above 0 and up to 45 degrees.
+pub(crate) fn sway(text: &str) -> Result<f64, String> {
+    positive(text)
+        .ok()
+        .filter(|&angle_deg| angle_deg <= 45.0)
+        .ok_or_else(|| "expected an angle above 0 and up to 45 degrees".into())
 }
 
 /// `AZ,EL` or `AZ,EL,DIST`.

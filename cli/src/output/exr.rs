@@ -15,8 +15,21 @@ pub(super) fn write(file: impl Write + Seek, image: &Image) -> Result<()> {
     let mut names: Vec<_> = channels.iter().map(|channel| channel.name.to_string()).collect();
     names.sort();
     ensure!(names.windows(2).all(|pair| pair[0] != pair[1]), "two channels have the same name");
+    write_channels(file, [image.width, image.height], channels)
+}
+
+/// Writes one plane as channel Y.
+pub(super) fn write_grey(file: impl Write + Seek, size: [usize; 2], values: &[f32]) -> Result<()> {
+    write_channels(file, size, vec![channel("Y", values.to_vec())])
+}
+
+fn write_channels(
+    file: impl Write + Seek,
+    [width, height]: [usize; 2],
+    channels: Vec<AnyChannel<FlatSamples>>,
+) -> Result<()> {
     let layer = Layer::new(
-        (image.width, image.height),
+        (width, height),
         LayerAttributes::default(),
         Encoding::SMALL_LOSSLESS,
         AnyChannels::sort(channels.into_iter().collect()),

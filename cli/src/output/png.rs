@@ -29,6 +29,18 @@ pub(super) fn write(file: impl Write, image: &Image, depth: Depth) -> Result<()>
     Ok(writer.finish()?)
 }
 
+/// Writes a plane of numbers from 0 to 1 as 8-bit grey codes.
+pub(super) fn write_grey(file: impl Write, size: [usize; 2], values: &[f32]) -> Result<()> {
+    let mut encoder = Encoder::new(file, u32::try_from(size[0])?, u32::try_from(size[1])?);
+    encoder.set_color(ColorType::Grayscale);
+    encoder.set_depth(BitDepth::Eight);
+    let mut writer = encoder.write_header()?;
+    // A cast to an integer saturates, and NaN becomes 0.
+    let codes: Vec<u8> = values.iter().map(|value| (value * 255.0).round() as u8).collect();
+    writer.write_image_data(&codes)?;
+    Ok(writer.finish()?)
+}
+
 /// An encoder for pictures of `size` pixels, width and height.
 pub(super) fn encoder<W: Write>(file: W, size: [u32; 2], depth: Depth) -> Encoder<'static, W> {
     let mut encoder = Encoder::new(file, size[0], size[1]);

@@ -17,7 +17,7 @@ pub(super) fn assert_refused(bench: &Bench, words: &str, named: &str) {
 }
 
 /// As [`assert_refused`], for complaints of one line that are this program's own and not the parser's.
-fn assert_one_line(bench: &Bench, words: &str, named: &str) {
+pub(super) fn assert_one_line(bench: &Bench, words: &str, named: &str) {
     assert_refused(bench, words, named);
     let said = stderr(&bench.run(words));
     assert_eq!(said.lines().count(), 1, "`{words}` must print one line, stderr was: {said}");

@@ -18,6 +18,7 @@ mod info;
 mod sequences;
 mod texmap;
 mod transfer;
+mod warp3d;
 
 /// Voxels along an axis of the test volume.
 const SIDE: usize = 32;

@@ -1,0 +1,294 @@
+//! What was typed for `resample warp3d`.
+//!
+//! Takes the words of the command line, gives plain values with the spelling already checked. Cameras are only split
+//! into file and entry here; `viewpoint.rs` reads them.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use resample_core::camera::PixelCentre;
+use warp3d::WarpOptions;
+
+use crate::args::PictureArgs;
+use crate::choices::warp;
+use crate::multiview::Grid;
+use crate::values::{self, Size};
+use crate::viewpoint::{self, Viewpoint};
+
+/// Options of `resample warp3d`.
+#[derive(Args, Debug)]
+pub(crate) struct Warp3dArgs {
+    /// Picture: PNG, JPEG, TIFF or EXR (FILE.exr:LAYER), told by its content
+    #[arg(value_name = "COLOUR")]
+    pub colour: String,
+    /// Depth of the picture: EXR (FILE.exr:CHANNEL), PFM, PNG, .npy or TIFF
+    #[arg(value_name = "DEPTH")]
+    pub depth: String,
+    /// Picture to write, .png or .exr; a pattern such as %04d is replaced by the number of the picture
+    ///
+    /// An EXR file also holds depth (Z), what was filled, and the confidence. With .apng, all pictures go into one
+    /// animated PNG; with .mp4, .webm or .mkv into one video, which needs the program ffmpeg.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Also write what the picture could not see as a grey PNG or EXR: 1 where a hole is or was filled
+    #[arg(long, value_name = "FILE")]
+    pub mask: Option<PathBuf>,
+    /// Also write how well each pixel was seen as a grey PNG or EXR: 0 to 1
+    #[arg(long, value_name = "FILE")]
+    pub confidence: Option<PathBuf>,
+    /// Also write counts and times as JSON
+    #[arg(long, value_name = "FILE.json")]
+    pub stats: Option<PathBuf>,
+    /// Which cameras there are.
+    #[command(flatten)]
+    pub cameras: WarpCameraArgs,
+    /// What the numbers of the depth file mean.
+    #[command(flatten)]
+    pub meaning: DepthArgs,
+    /// Several views in one picture.
+    #[command(flatten)]
+    pub views: ViewArgs,
+    /// How many pictures there are.
+    #[command(flatten)]
+    pub sequence: WarpSequenceArgs,
+    /// How it is drawn.
+    #[command(flatten)]
+    pub warp: WarpArgs,
+    /// How the picture is written.
+    #[command(flatten)]
+    pub picture: PictureArgs,
+}
+
+/// Where pictures were and are taken from.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Cameras")]
+pub(crate) struct WarpCameraArgs {
+    /// Camera of the picture: FILE, FILE#ENTRY or fov:DEGREES [default: the lens of --intrinsics, at the origin]
+    ///
+    /// Files: this program's JSON, Middlebury calib.txt, Open3D and TUM trajectories, COLMAP images.txt (with
+    /// cameras.txt beside it), NeRF and Blender transforms.json, MPEG camera JSON. ENTRY is the name or number of a
+    /// camera in the file.
+    #[arg(long, value_name = "CAM", value_parser = viewpoint::parse)]
+    pub from: Option<Viewpoint>,
+    /// New camera: FILE, FILE#ENTRY, or shift:X,Y,Z from the picture's camera (right, down, forward) [default: the
+    /// picture's own camera, with --stereo, --quilt or --sway]
+    ///
+    /// A file of several cameras without ENTRY gives one numbered picture for each.
+    #[arg(long, value_name = "CAM", value_parser = viewpoint::parse)]
+    pub to: Option<Viewpoint>,
+    /// A further picture, its depth and its camera; may be repeated
+    #[arg(long, value_names = ["COLOUR", "DEPTH", "CAM"], num_args = 3, action = clap::ArgAction::Append)]
+    pub reference: Vec<String>,
+    /// Lens of the picture in pixels, where the camera file holds poses alone
+    #[arg(long, value_name = "FX,FY,CX,CY", value_parser = values::intrinsics)]
+    pub intrinsics: Option<[f64; 4]>,
+    /// Where CX and CY of --intrinsics have the centre of the first pixel: at 0 (integer) or at 0.5 (half)
+    #[arg(long, value_enum, default_value = "integer")]
+    pub pixel_centre: PixelCentreArg,
+    /// Size of the new picture in pixels [default: that of its camera]
+    #[arg(long, value_name = "WxH", value_parser = values::size)]
+    pub size: Option<Size>,
+}
+
+/// What the numbers of a depth file mean.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Depth")]
+pub(crate) struct DepthArgs {
+    /// What the numbers of the depth file are
+    #[arg(long, value_enum, default_value = "z")]
+    pub depth_kind: DepthKindArg,
+    /// World units per stored unit, such as 0.001; needed where depth is stored in whole numbers [default: 1]
+    #[arg(long, value_name = "S", value_parser = values::positive)]
+    pub depth_scale: Option<f64>,
+    /// Near plane of an MPEG or OpenGL depth code, world units
+    #[arg(long, value_name = "Z", value_parser = values::positive, requires = "far")]
+    pub near: Option<f64>,
+    /// Far plane of an MPEG or OpenGL depth code, world units
+    #[arg(long, value_name = "Z", value_parser = values::positive, requires = "near")]
+    pub far: Option<f64>,
+    /// A stored number that means "unknown", beside 0, NaN and infinity
+    #[arg(long, value_name = "V", value_parser = values::number, allow_hyphen_values = true)]
+    pub invalid: Option<f64>,
+    /// Distance between the eyes of a disparity, world units [default: that of calib.txt]
+    #[arg(long, value_name = "B", value_parser = values::positive)]
+    pub baseline: Option<f64>,
+    /// Difference of the principal points of a disparity, px [default: that of calib.txt, else 0]
+    #[arg(long, value_name = "PX", value_parser = values::number, allow_hyphen_values = true)]
+    pub doffs: Option<f64>,
+}
+
+/// Several views in one picture.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Stereo and light fields")]
+pub(crate) struct ViewArgs {
+    /// Two views this far apart (world units), side by side, the left eye's on the left
+    #[arg(long, value_name = "BASELINE", value_parser = values::positive, conflicts_with = "quilt")]
+    pub stereo: Option<f64>,
+    /// One red-cyan picture of the two views of --stereo
+    #[arg(long, value_enum, requires = "stereo", num_args = 0..=1, default_missing_value = "dubois")]
+    pub anaglyph: Option<AnaglyphArg>,
+    /// A grid of COLUMNSxROWS views for light-field screens: the leftmost view at the bottom left, the rightmost at
+    /// the top right, row by row upwards
+    #[arg(long, value_name = "CxR", value_parser = values::grid)]
+    pub quilt: Option<Grid>,
+    /// Angle between the outer views of --quilt, degrees
+    #[arg(long, value_name = "DEG", value_parser = values::field_of_view, default_value = "40", requires = "quilt")]
+    pub view_cone: f64,
+    /// Distance at which the views of --stereo and --quilt agree and about which --sway turns; `inf` for parallel
+    /// views [default: the median depth]
+    #[arg(long, value_name = "Z", value_parser = values::distance)]
+    pub convergence: Option<f64>,
+}
+
+/// Several pictures, one after another.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Several pictures")]
+pub(crate) struct WarpSequenceArgs {
+    /// Move through the keys of a file, each with a time in seconds and a camera, in numbered pictures
+    #[arg(long, value_name = "FILE.json", conflicts_with_all = ["to", "sway"])]
+    pub path: Option<PathBuf>,
+    /// Sway around the scene, up to this angle from the new camera, once around in --frames pictures
+    #[arg(long, value_name = "DEG", value_parser = values::sway)]
+    pub sway: Option<f64>,
+    /// Number of pictures of --sway
+    #[arg(long, value_name = "N", default_value = "48", requires = "sway",
+        value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub frames: u32,
+    /// Draw only the pictures that do not exist yet; go on after Ctrl-C with the same options
+    #[arg(long)]
+    pub resume: bool,
+    /// Pictures per second of an animation or of --path [default: 25]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1_000))]
+    pub fps: Option<u16>,
+}
+
+/// How a depth image is warped.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Rendering")]
+pub(crate) struct WarpArgs {
+    /// How samples become pixels
+    #[arg(long, value_enum, default_value_t = warp::METHOD.arg(WarpOptions::default().method))]
+    pub method: MethodArg,
+    /// How hidden samples are kept out
+    #[arg(long, value_enum, default_value_t = warp::VISIBILITY.arg(WarpOptions::default().visibility))]
+    pub visibility: VisibilityArg,
+    /// What is put where nothing was seen
+    #[arg(long, value_enum, default_value_t = warp::FILL.arg(WarpOptions::default().fill))]
+    pub fill: FillArg,
+    /// Neighbours are on one surface while their inverse depth departs from a plane's by less than this part
+    /// [default: from the steps of the depth itself]
+    #[arg(long, value_name = "PART", value_parser = values::positive_fraction)]
+    pub tolerance: Option<f32>,
+    /// What happens to pixels that blend two surfaces
+    #[arg(long, value_enum, default_value_t = warp::MIXED.arg(WarpOptions::default().mixed))]
+    pub mixed: MixedArg,
+    /// Sub-pixels along a pixel's side at depth edges, 1 to 8
+    #[arg(long, value_name = "N", default_value_t = WarpOptions::default().subpixels,
+        value_parser = clap::value_parser!(u32).range(1..=8))]
+    pub subpixels: u32,
+    /// How several references become one picture
+    #[arg(long, value_enum, default_value_t = warp::BLEND.arg(WarpOptions::default().blend))]
+    pub blend: BlendArg,
+}
+
+/// Where the centre of the first pixel is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PixelCentreArg {
+    /// At 0, as in OpenCV
+    Integer,
+    /// At 0.5, as in COLMAP
+    Half,
+}
+
+/// What a stored number of depth is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum DepthKindArg {
+    /// Distance along the optical axis
+    Z,
+    /// Distance from the eye along the ray
+    Ray,
+    /// Shift between the pictures of a rectified pair, px
+    Disparity,
+    /// 1 / z
+    Inverse,
+    /// MPEG code between --near and --far, linear in 1 / z, bright is near
+    Mpeg,
+    /// OpenGL depth buffer between --near and --far
+    Opengl,
+}
+
+/// How samples become pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum MethodArg {
+    /// One pixel per sample: fast, with cracks
+    Nearest,
+    /// Surfaces projected forward, colour reconstructed where they are seen
+    Hybrid,
+    /// Triangles between the samples of each surface
+    Mesh,
+    /// Points gathered by the pixel's Gaussian
+    Points,
+    /// Discs in the surface
+    Splats,
+    /// Discs convolved with the pixel's Gaussian
+    Ewa,
+}
+
+/// How hidden samples are kept out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum VisibilityArg {
+    /// The nearest one wins
+    Zbuffer,
+    /// Drawn from back to front by the epipole, without comparing depth
+    OcclusionOrder,
+}
+
+/// What is put where nothing was seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum FillArg {
+    /// Nothing: transparent
+    None,
+    /// The farther side, extended
+    Background,
+    /// Natural-neighbour interpolation from the farther side
+    Natural,
+}
+
+/// What happens to pixels that blend two surfaces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum MixedArg {
+    /// Used as they are
+    Keep,
+    /// Given the colour of their own surface
+    Unmix,
+}
+
+/// How several references become one picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum BlendArg {
+    /// Weighted by baseline, resolution and agreement of depth
+    Weighted,
+    /// The best one at each pixel
+    Best,
+}
+
+/// How two views become one red-cyan picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum AnaglyphArg {
+    /// Least-squares colours for red-cyan glasses, little ghosting
+    Dubois,
+    /// Red of the left view, green and blue of the right
+    Colour,
+    /// Luminance alone
+    Grey,
+}
+
+impl PixelCentreArg {
+    /// The core's value.
+    pub(crate) fn library(self) -> PixelCentre {
+        match self {
+            Self::Integer => PixelCentre::Integer,
+            Self::Half => PixelCentre::Half,
+        }
+    }
+}

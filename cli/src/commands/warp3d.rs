@@ -1,0 +1,289 @@
+//! `resample warp3d`: a picture with depth, seen from elsewhere.
+//!
+//! The steps are those of [`run`]: what can be refused without reading a picture is checked first, then the references
+//! are read, then the cameras are placed, and only then is anything written.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+use resample_core::{Camera, Image};
+use serde_json::{Value, json};
+use warp3d::{FrameStats, SurfaceTolerance, WarpOptions, Warper};
+
+use crate::args::{CameraArgs, ProjectionArg, SequenceArgs, Warp3dArgs, WarpArgs};
+use crate::camera_file::CameraDefaults;
+use crate::camera_path;
+use crate::choices::warp;
+use crate::interrupt;
+use crate::multiview::{self, Layout};
+use crate::output;
+use crate::picture::Drawn;
+use crate::plan::{self, Pictures, Plan, Request, Telling};
+use crate::report::{self, Account, RunStats, Verbosity};
+use crate::values::Size;
+use crate::viewpoint::{self, Known};
+use crate::warp_scene::{self, WarpScene};
+
+/// The groups of options that every command has, for the shared code.
+struct Shared {
+    camera: CameraArgs,
+    sequence: SequenceArgs,
+    inputs: Vec<PathBuf>,
+}
+
+/// Checks, reads, warps, and reports.
+pub(crate) fn run(args: &Warp3dArgs, verbosity: Verbosity) -> Result<()> {
+    let telling = Telling { start: Instant::now(), verbosity };
+    interrupt::watch()?;
+    let shared = shared(args);
+    let request = request(args, &shared);
+    check_words(args)?;
+    // How many pictures there will be is known when the cameras are read; a name that cannot be is refused now.
+    Plan::without_cameras(&request, Pictures::One)?;
+    let options = options(&args.warp);
+    let start = Instant::now();
+    let scene = warp_scene::read(args)?;
+    let load_ms = report::ms_since(start);
+    let layout = layout(args);
+    let targets = targets(args, &scene)?;
+    let convergence = convergence(args, &scene, &targets[0])?;
+    let cameras = cameras(args, &layout, &targets, convergence)?;
+    let several = cameras.len() > 1;
+    if several && (args.mask.is_some() || args.confidence.is_some()) {
+        bail!(
+            "--mask and --confidence write one file: for several pictures use .exr, which holds both for each"
+        );
+    }
+    let plan = Plan::without_cameras(&request, if several { Pictures::Several } else { Pictures::One })?;
+    let cameras = plan.checked(cameras)?;
+    let samples: usize =
+        scene.references.iter().map(|r| r.depth.iter().filter(|z| !z.is_nan()).count()).sum();
+    let stats = RunStats {
+        version: env!("CARGO_PKG_VERSION"),
+        scene: json!({ "references": scene.references.len(), "samples": samples }),
+        threads: rayon::current_num_threads(),
+        settings: record(args, &options, &request, convergence),
+        load_ms,
+        peak_bytes: None,
+        frames: Vec::new(),
+    };
+    let mut drawer =
+        Drawer { warper: Warper::new(scene.references, &options)?, layout, convergence, last: None };
+    plan.draw(&request, &cameras, stats, (&mut |camera| drawer.draw(camera), telling))?;
+    write_planes(args, drawer.last.as_ref())
+}
+
+/// Draws the views of a sheet.
+struct Drawer {
+    warper: Warper,
+    layout: Layout,
+    convergence: f64,
+    /// The last picture, for `--mask` and `--confidence`.
+    last: Option<Image>,
+}
+
+impl Drawer {
+    fn draw(&mut self, sheet: &Camera) -> Result<Drawn> {
+        let views = self.layout.views(sheet, self.convergence);
+        let frames: Result<Vec<_>, _> = views.iter().map(|camera| self.warper.render(camera)).collect();
+        let (images, stats): (Vec<_>, Vec<_>) =
+            frames?.into_iter().map(|frame| (frame.image, frame.stats)).unzip();
+        if stats.iter().all(|stats| stats.seen == 0) {
+            report::say("warning: nothing of the references is seen from this camera: the picture is empty");
+        }
+        let image = self.layout.put_together(sheet, images);
+        self.last = Some(image.clone());
+        Ok(Drawn { image, account: account(&stats)? })
+    }
+}
+
+/// What a warp says about its frames: that of one view, or a list of them.
+fn account(stats: &[FrameStats]) -> Result<Account> {
+    let keys = match stats {
+        [one] => serde_json::to_value(one)?,
+        several => json!({ "views": several }),
+    };
+    let sum = |number: fn(&FrameStats) -> f64| stats.iter().map(number).sum::<f64>();
+    let line = format!(
+        "{:.1} ms wall, {:.1} ms CPU; {} pixels seen, {} filled",
+        sum(|stats| stats.wall_ms),
+        sum(|stats| stats.cpu_ms),
+        sum(|stats| stats.seen as f64),
+        sum(|stats| stats.filled as f64)
+    );
+    Ok(Account { keys, line })
+}
+
+fn shared(args: &Warp3dArgs) -> Shared {
+    let sequence = &args.sequence;
+    Shared {
+        // The cameras of this command are --from and --to; none of the shared ones is used.
+        camera: CameraArgs {
+            camera: None,
+            orbit: None,
+            fov: 30.0,
+            up: None,
+            projection: ProjectionArg::Perspective,
+            size: args.cameras.size,
+        },
+        sequence: SequenceArgs {
+            turntable: None,
+            path: sequence.path.clone(),
+            resume: sequence.resume,
+            fps: sequence.fps,
+        },
+        inputs: warp_scene::files(args),
+    }
+}
+
+fn request<'a>(args: &'a Warp3dArgs, shared: &'a Shared) -> Request<'a> {
+    let others = [("--mask", &args.mask), ("--confidence", &args.confidence)];
+    Request {
+        output: &args.output,
+        stats: args.stats.as_deref(),
+        camera: &shared.camera,
+        sequence: &shared.sequence,
+        picture: &args.picture,
+        inputs: shared.inputs.iter().map(PathBuf::as_path).collect(),
+        others: others.into_iter().filter_map(|(name, path)| Some((name, path.as_deref()?))).collect(),
+    }
+}
+
+/// Refuses what the words alone rule out.
+fn check_words(args: &Warp3dArgs) -> Result<()> {
+    for path in [&args.mask, &args.confidence].into_iter().flatten() {
+        output::format_of(path, None)?;
+    }
+    if args.mask.is_some() && args.mask == args.confidence {
+        bail!("--mask and --confidence have the same name: choose another one");
+    }
+    if args.confidence.is_some() && args.views.anaglyph.is_some() {
+        bail!("--confidence: an anaglyph shows two views at once: leave it out");
+    }
+    let is_single = layout(args) == Layout::Single && args.sequence.sway.is_none();
+    if is_single && args.cameras.to.is_none() && args.sequence.path.is_none() {
+        bail!("the new camera is missing: give --to CAM or --path, or --stereo, --quilt or --sway");
+    }
+    Ok(())
+}
+
+fn layout(args: &Warp3dArgs) -> Layout {
+    let views = &args.views;
+    match (views.stereo, views.anaglyph, views.quilt) {
+        (Some(baseline), Some(kind), _) => Layout::Anaglyph(baseline, kind),
+        (Some(baseline), None, _) => Layout::SideBySide(baseline),
+        (None, _, Some(grid)) => Layout::Quilt(grid, views.view_cone),
+        (None, _, None) => Layout::Single,
+    }
+}
+
+/// The cameras to draw from, before they become sheets or sway.
+fn targets(args: &Warp3dArgs, scene: &WarpScene) -> Result<Vec<Camera>> {
+    let from = scene.from.for_bounds(scene.bounds)?;
+    if let Some(path) = &args.sequence.path {
+        return keyed(path, args, &from, scene);
+    }
+    let Some(to) = &args.cameras.to else {
+        return Ok(vec![viewpoint::sized(from, args.cameras.size)?]);
+    };
+    let known =
+        Known { picture: [from.width, from.height], size: args.cameras.size, lens: warp_scene::lens(args) };
+    let cameras = viewpoint::several(to, &from, &known)?;
+    let named = || to.path().unwrap_or(Path::new("--to")).display().to_string();
+    cameras.iter().map(|camera| camera.for_bounds(scene.bounds).with_context(named)).collect()
+}
+
+/// The cameras of a path of keys.
+fn keyed(path: &Path, args: &Warp3dArgs, from: &Camera, scene: &WarpScene) -> Result<Vec<Camera>> {
+    let look_at_size = Size { width: from.width, height: from.height };
+    let defaults =
+        CameraDefaults { size: args.cameras.size, look_at_size, fov_y_deg: viewpoint::DEFAULT_FOV_Y_DEG };
+    let keys = camera_path::read(path, &defaults)?;
+    let pictures = keys.pictures(f64::from(args.sequence.fps.unwrap_or(output::DEFAULT_FPS)))?;
+    keys.cameras(&pictures, scene.bounds).with_context(|| path.display().to_string())
+}
+
+/// Distance at which views agree and about which cameras sway.
+fn convergence(args: &Warp3dArgs, scene: &WarpScene, target: &Camera) -> Result<f64> {
+    let is_needed = layout(args).needs_convergence() || args.sequence.sway.is_some();
+    let Some(typed) = args.views.convergence else {
+        if !is_needed {
+            return Ok(f64::INFINITY);
+        }
+        let median = multiview::median_depth(&scene.references[0], target);
+        return median.context("nothing lies before the new camera: give --convergence");
+    };
+    let needs_finite = args.views.quilt.is_some() || args.sequence.sway.is_some();
+    if needs_finite && typed.is_infinite() {
+        bail!("--convergence inf: --quilt and --sway need a distance");
+    }
+    Ok(typed)
+}
+
+fn cameras(args: &Warp3dArgs, layout: &Layout, targets: &[Camera], convergence: f64) -> Result<Vec<Camera>> {
+    let swaying = match args.sequence.sway {
+        None => targets.to_vec(),
+        Some(_) if targets.len() > 1 => bail!("--sway goes around one camera: name it behind a #"),
+        Some(angle_deg) => multiview::sway(&targets[0], convergence, angle_deg, args.sequence.frames)?,
+    };
+    swaying.iter().map(|camera| Ok(layout.sheet(camera).validated()?)).collect()
+}
+
+fn options(args: &WarpArgs) -> WarpOptions {
+    let default = WarpOptions::default();
+    WarpOptions {
+        method: warp::METHOD.library(args.method),
+        visibility: warp::VISIBILITY.library(args.visibility),
+        fill: warp::FILL.library(args.fill),
+        tolerance: args.tolerance.map_or(default.tolerance, SurfaceTolerance::Relative),
+        mixed: warp::MIXED.library(args.mixed),
+        subpixels: args.subpixels,
+        blend: warp::BLEND.library(args.blend),
+        ..default
+    }
+}
+
+fn record(args: &Warp3dArgs, options: &WarpOptions, request: &Request, convergence: f64) -> Value {
+    let tolerance = match options.tolerance {
+        SurfaceTolerance::Auto => json!("auto"),
+        SurfaceTolerance::Relative(part) => json!(part),
+    };
+    json!({
+        "colour": args.colour,
+        "depth": args.depth,
+        "from": args.cameras.from.as_ref().map(ToString::to_string),
+        "to": args.cameras.to.as_ref().map(ToString::to_string),
+        "method": warp::METHOD.name(options.method),
+        "visibility": warp::VISIBILITY.name(options.visibility),
+        "fill": warp::FILL.name(options.fill),
+        "tolerance": tolerance,
+        "mixed": warp::MIXED.name(options.mixed),
+        "subpixels": options.subpixels,
+        "blend": warp::BLEND.name(options.blend),
+        "depth_kind": warp::DEPTH_KIND.name(warp::DEPTH_KIND.library(args.meaning.depth_kind)),
+        "stereo": args.views.stereo,
+        "convergence": convergence.is_finite().then_some(convergence),
+        "picture": plan::picture_record(request, output::format_of(&args.output, None).unwrap_or(output::Format::Exr)),
+    })
+}
+
+/// Writes the planes beside the picture.
+fn write_planes(args: &Warp3dArgs, image: Option<&Image>) -> Result<()> {
+    let Some(image) = image else { return Ok(()) };
+    let plane = |name: &str| image.planes.iter().find(|plane| plane.name == name).map(|plane| &plane.values);
+    if let Some(path) = &args.mask {
+        let seen = image.rgba.iter().map(|pixel| 1.0 - pixel[3].clamp(0.0, 1.0));
+        let mask: Vec<f32> = match plane("filled") {
+            Some(filled) => seen.zip(filled).map(|(hole, &filled)| hole.max(filled)).collect(),
+            None => seen.collect(),
+        };
+        output::write_grey(path, [image.width, image.height], &mask)?;
+    }
+    if let Some(path) = &args.confidence {
+        let confidence =
+            plane("confidence").context("this layout of views has no confidence: leave --confidence out")?;
+        output::write_grey(path, [image.width, image.height], confidence)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,243 @@
+//! Cameras as they are typed: `FILE`, `FILE#ENTRY`, `fov:DEGREES`, `shift:X,Y,Z`.
+//!
+//! Takes a word and what is known by then, gives cameras. Files of this program's own kind are read by
+//! `camera_file.rs`, all others by `warp3d::input::cameras`.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, anyhow, bail};
+use glam::{DAffine3, DVec3};
+use resample_core::{Camera, LookAt};
+use warp3d::input::cameras::{self, Hints, Lens, Pair};
+
+use crate::camera_file::{self, CameraDefaults, CameraFile, FileCamera};
+use crate::values::{self, Size};
+
+/// A camera as it was typed.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Viewpoint {
+    /// A file, and perhaps the name or number of a camera in it.
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Which of its cameras.
+        entry: Option<String>,
+    },
+    /// A pinhole at the origin with this vertical field of view, degrees.
+    Fov(f64),
+    /// The picture's camera, moved right, down and forward, world units.
+    Shift(DVec3),
+}
+
+impl std::fmt::Display for Viewpoint {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::File { path, entry: Some(entry) } => write!(f, "{}#{entry}", path.display()),
+            Self::File { path, entry: None } => write!(f, "{}", path.display()),
+            Self::Fov(degrees) => write!(f, "fov:{degrees}"),
+            Self::Shift(shift) => write!(f, "shift:{},{},{}", shift.x, shift.y, shift.z),
+        }
+    }
+}
+
+/// What is known when cameras are read.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Known {
+    /// Size of the picture that the camera took or takes, where the file states none.
+    pub picture: [u32; 2],
+    /// Size that was asked for.
+    pub size: Option<Size>,
+    /// Lens that was typed.
+    pub lens: Option<Lens>,
+}
+
+/// The cameras of a word.
+#[derive(Clone, Debug)]
+pub(crate) struct Views {
+    /// At least one.
+    pub cameras: Vec<FileCamera>,
+    /// The geometry of a rectified pair, where the file states one.
+    pub pair: Option<Pair>,
+}
+
+/// Vertical field of view of a look-at camera whose file states none, degrees: the default of `--fov`.
+pub(crate) const DEFAULT_FOV_Y_DEG: f64 = 30.0;
+
+/// Splits the word of a camera.
+pub(crate) fn parse(text: &str) -> Result<Viewpoint, String> {
+    if let Some(angle) = text.strip_prefix("fov:") {
+        return values::field_of_view(angle).map(Viewpoint::Fov);
+    }
+    if let Some(shift) = text.strip_prefix("shift:") {
+        return values::vector(shift).map(|shift| Viewpoint::Shift(DVec3::from_array(shift)));
+    }
+    let (path, entry) = match text.rsplit_once('#') {
+        Some((path, entry)) if !path.is_empty() && !entry.is_empty() && !Path::new(text).exists() => {
+            (path, Some(entry.to_owned()))
+        }
+        _ => (text, None),
+    };
+    if path.is_empty() {
+        Err("expected a camera".into())
+    } else {
+        Ok(Viewpoint::File { path: path.into(), entry })
+    }
+}
+
+impl Viewpoint {
+    /// The file that is read, if one is.
+    pub(crate) fn path(&self) -> Option<&Path> {
+        match self {
+            Self::File { path, .. } => Some(path),
+            Self::Fov(_) | Self::Shift(_) => None,
+        }
+    }
+}
+
+/// The one camera that a picture was taken with.
+pub(crate) fn only_one(viewpoint: &Viewpoint, known: &Known) -> Result<(FileCamera, Option<Pair>)> {
+    let Viewpoint::File { path, entry } = viewpoint else {
+        return Ok((typed(viewpoint, None, known)?, None));
+    };
+    let views = views_of_file(path, entry.as_deref(), known)?;
+    match views.cameras.as_slice() {
+        [camera] => Ok((*camera, views.pair)),
+        several => bail!(
+            "{}: holds {} cameras, but a picture has one: name it behind a #, as in {}#0",
+            path.display(),
+            several.len(),
+            path.display()
+        ),
+    }
+}
+
+/// The cameras to draw from; `from` is the picture's own.
+pub(crate) fn several(viewpoint: &Viewpoint, from: &Camera, known: &Known) -> Result<Vec<FileCamera>> {
+    match viewpoint {
+        Viewpoint::File { path, entry } => Ok(views_of_file(path, entry.as_deref(), known)?.cameras),
+        _ => Ok(vec![typed(viewpoint, Some(from), known)?]),
+    }
+}
+
+/// `camera` with its picture at the size that was asked for.
+pub(crate) fn sized(camera: Camera, size: Option<Size>) -> Result<Camera> {
+    match size {
+        Some(size) => Ok(camera.resized(size.width, size.height)?),
+        None => Ok(camera),
+    }
+}
+
+/// A lens at the world's origin that looks along its own z.
+pub(crate) fn at_origin(lens: &Lens, size: [u32; 2]) -> Result<FileCamera> {
+    let k = resample_core::Intrinsics {
+        width: size[0],
+        height: size[1],
+        fx: lens.fx,
+        fy: lens.fy,
+        cx: lens.cx,
+        cy: lens.cy,
+        pixel_centre: lens.pixel_centre,
+    };
+    let camera = Camera::from_intrinsics(&k, glam::DMat3::IDENTITY, DVec3::ZERO, cameras::NEAR_PLACEHOLDER);
+    Ok(FileCamera::without_near(camera.context("--intrinsics")?))
+}
+
+fn typed(viewpoint: &Viewpoint, from: Option<&Camera>, known: &Known) -> Result<FileCamera> {
+    let camera = match (viewpoint, from) {
+        (Viewpoint::Shift(_), None) => {
+            bail!("--from shift:...: a shift counts from the camera of --from, and is for --to alone")
+        }
+        (&Viewpoint::Shift(shift), Some(&from)) => {
+            let moved = DAffine3::from_translation(-shift) * from.camera_from_world;
+            sized(Camera { camera_from_world: moved, ..from }, known.size)?
+        }
+        (&Viewpoint::Fov(fov_y_deg), from) => {
+            let size = known.size.map_or(known.picture, |size| [size.width, size.height]);
+            // World axes as the camera's: x right, y down, z forward.
+            let pose = LookAt { position: DVec3::ZERO, target: DVec3::Z, up: DVec3::NEG_Y };
+            let camera = Camera::perspective(&pose, fov_y_deg.to_radians(), size)?;
+            let pose = from.map_or(camera.camera_from_world, |from| from.camera_from_world);
+            Camera { camera_from_world: pose, ..camera }
+        }
+        (Viewpoint::File { .. }, _) => bail!("a file is no typed camera"),
+    };
+    Ok(FileCamera::without_near(camera))
+}
+
+fn views_of_file(path: &Path, entry: Option<&str>, known: &Known) -> Result<Views> {
+    let hints = Hints { size: Some(known.picture), lens: known.lens };
+    let Some(set) = cameras::read(path, &hints)? else {
+        return own_file(path, entry, known);
+    };
+    let chosen = match entry {
+        Some(name) => {
+            let entry = set.entry(name).map_err(|what| anyhow!("{}: {what}", path.display()))?;
+            std::slice::from_ref(entry)
+        }
+        None => &set.entries,
+    };
+    let sized = |entry: &cameras::Entry| -> Result<FileCamera> {
+        let camera =
+            sized(entry.camera, known.size).with_context(|| format!("{}: '{}'", path.display(), entry.name));
+        Ok(FileCamera::without_near(camera?))
+    };
+    Ok(Views { cameras: chosen.iter().map(sized).collect::<Result<_>>()?, pair: set.pair })
+}
+
+/// A file of this program's own kind.
+fn own_file(path: &Path, entry: Option<&str>, known: &Known) -> Result<Views> {
+    let [width, height] = known.picture;
+    let defaults = CameraDefaults {
+        size: known.size,
+        look_at_size: Size { width, height },
+        fov_y_deg: DEFAULT_FOV_Y_DEG,
+    };
+    let cameras = match camera_file::read(path, &defaults)? {
+        CameraFile::One(camera) => vec![camera],
+        CameraFile::List(list) => list,
+    };
+    let cameras = match entry {
+        None => cameras,
+        Some(entry) => {
+            let count = cameras.len();
+            let index = entry.parse::<usize>().ok().filter(|&index| index < count);
+            let index = index.with_context(|| {
+                format!("{}: no camera '{entry}': expected a number from 0 to {}", path.display(), count - 1)
+            })?;
+            vec![cameras[index]]
+        }
+    };
+    Ok(Views { cameras, pair: None })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_files_angles_or_shifts() {
+        let file = |path: &str, entry: Option<&str>| Viewpoint::File {
+            path: path.into(),
+            entry: entry.map(str::to_owned),
+        };
+        assert_eq!(parse("cameras.json#targets/0"), Ok(file("cameras.json", Some("targets/0"))), "an entry");
+        assert_eq!(parse("calib.txt"), Ok(file("calib.txt", None)), "no entry");
+        assert_eq!(parse("a.json#"), Ok(file("a.json#", None)), "nothing behind the sign");
+        assert_eq!(parse("fov:60"), Ok(Viewpoint::Fov(60.0)), "an angle");
+        assert_eq!(parse("shift:0.1,0,-2"), Ok(Viewpoint::Shift(DVec3::new(0.1, 0.0, -2.0))), "a shift");
+        for bad in ["", "fov:0", "fov:x", "shift:1,2"] {
+            assert!(parse(bad).is_err(), "{bad:?} is no camera");
+        }
+    }
+
+    #[test]
+    fn a_shift_moves_the_eye_along_the_axes_of_the_camera() {
+        let pose = LookAt { position: DVec3::new(1.0, 2.0, 3.0), target: DVec3::ZERO, up: DVec3::Y };
+        let from = Camera::perspective(&pose, 1.0, [8, 6]).expect("a good camera");
+        let known = Known { picture: [8, 6], size: None, lens: None };
+        let shifted = several(&Viewpoint::Shift(DVec3::new(0.0, 0.0, 0.5)), &from, &known).expect("good")[0];
+        let moved = shifted.with_any_near().eye_in_world() - from.eye_in_world();
+        assert!((moved - 0.5 * from.forward_in_world()).length() < 1e-12, "half a unit forward, not {moved}");
+        assert!(only_one(&Viewpoint::Shift(DVec3::X), &known).is_err(), "there is nothing to shift from");
+    }
+}
