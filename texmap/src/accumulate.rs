@@ -126,33 +126,30 @@ impl Tile<'_> {
         if work.from_subpixels.is_empty() {
             return;
         }
-        let n = self.frame.filter.subpixels;
-        let side = work.visibility.side;
-        work.colours.resize(side * side, Vec4::ZERO);
+        let filter = self.frame.filter;
+        work.colours.resize(work.visibility.ids.len(), Vec4::ZERO);
         for cell in (0..SPAN_PX * SPAN_PX).filter(|&cell| work.wanted[cell]) {
-            let (column, row) = (cell % SPAN_PX, cell / SPAN_PX);
-            for j in 0..n {
-                let start = (row * n + j) * side + column * n;
-                for at in start..start + n {
-                    let id = work.visibility.ids[at];
-                    let surface = work.surfaces.get(id as usize).and_then(Option::as_deref);
-                    work.colours[at] = match surface {
-                        Some(surface) if id != NONE => {
-                            image.splats += 4;
-                            self.colour(surface, subpixel_px(self.frame.filter, at))
-                        }
-                        _ => Vec4::ZERO,
-                    };
-                }
+            let (column, first_row) = (cell % SPAN_PX, cell / SPAN_PX * filter.per_pixel);
+            for row in first_row..first_row + filter.per_pixel {
+                let at = row * SPAN_PX + column;
+                let id = work.visibility.ids[at];
+                let surface = work.surfaces.get(id as usize).and_then(Option::as_deref);
+                work.colours[at] = match surface {
+                    Some(surface) if id != NONE => {
+                        image.splats += 4;
+                        self.colour(surface, filter.position_px(column, row))
+                    }
+                    _ => Vec4::ZERO,
+                };
             }
         }
         for layer in &work.visibility.layers {
             let Some(surface) = &work.surfaces[layer.id as usize] else { continue };
             let at = layer.subpixel as usize;
-            if !work.wanted[at / side / n * SPAN_PX + at % side / n] {
+            if !work.wanted[at / SPAN_PX / filter.per_pixel * SPAN_PX + at % SPAN_PX] {
                 continue;
             }
-            let front = self.colour(surface, subpixel_px(self.frame.filter, at));
+            let front = self.colour(surface, subpixel_px(filter, at));
             let behind = &mut work.colours[at];
             *behind = front + (1.0 - front.w) * *behind;
             image.splats += 4;
@@ -170,7 +167,7 @@ impl Tile<'_> {
     #[inline(always)]
     fn texture(&self, surface: &Surface, planes: &Option<UvPlanes>, at: [f32; 2]) -> Vec4 {
         let Some(planes) = planes else { return Vec4::ONE };
-        let side_px = 1.0 / self.frame.filter.subpixels as f32;
+        let side_px = self.frame.filter.spacing_px;
         small_footprint(&self.frame.scene.pyramids[planes.pyramid], &surface.uv_at(planes, at), side_px)
     }
 
@@ -198,15 +195,13 @@ impl Tile<'_> {
     /// Filters sub-pixels down to the pixels that are made from them.
     pub(crate) fn resolve(&self, work: &TileWork, image: &mut TileImage) {
         let filter = self.frame.filter;
-        let n = filter.subpixels;
-        let side = work.visibility.side;
         for &pixel in &work.from_subpixels {
             let (x, y) = (usize::from(pixel) % TILE_PX, usize::from(pixel) / TILE_PX);
-            let (column, row) = (x * n + filter.first(), y * n + filter.first());
+            let first = y * filter.per_pixel * SPAN_PX + x;
             let mut sum = Vec4::ZERO;
-            for (j, weights) in filter.weights.chunks_exact(filter.window).enumerate() {
-                let colours = &work.colours[(row + j) * side + column..][..filter.window];
-                for (weight, colour) in weights.iter().zip(colours) {
+            for window in &filter.rows {
+                let colours = &work.colours[first + window.row * SPAN_PX + window.column..];
+                for (weight, colour) in window.weights.iter().zip(colours) {
                     sum += *colour * *weight;
                 }
             }

@@ -16,14 +16,11 @@ pub(crate) struct Fragment {
 
 /// Lists the triangles that `ids` (by sub-pixel of the tile) hold within the filter of pixel (x, y) of the tile.
 pub(crate) fn collect(filter: &PixelFilter, ids: &[u32], [x, y]: [usize; 2], fragments: &mut Vec<Fragment>) {
-    let n = filter.subpixels;
-    let side = SPAN_PX * n;
     fragments.clear();
-    for (j, weights) in filter.weights.chunks_exact(filter.window).enumerate() {
-        let (column, row) = (x * n + filter.first(), y * n + filter.first() + j);
-        for (i, (&weight, &id)) in
-            weights.iter().zip(&ids[row * side + column..][..filter.window]).enumerate()
-        {
+    for window in &filter.rows {
+        let (column, row) = (x + window.column, y * filter.per_pixel + window.row);
+        let ids = &ids[row * SPAN_PX + column..][..window.weights.len()];
+        for (i, (&weight, &id)) in window.weights.iter().zip(ids).enumerate() {
             if id == NONE {
                 continue;
             }

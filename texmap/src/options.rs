@@ -17,7 +17,8 @@ pub struct RenderOptions {
     pub shade: Shade,
     /// Where the light of [`Shade::Lambert`] comes from: points towards the light, any length above 0.
     pub light: DVec3,
-    /// Sub-pixels along a pixel's side at which visibility is decided: 1, 2, 4 or 8.
+    /// Sub-pixels along a pixel's side at which visibility is decided: 1, 2, 4 or 8. A pixel has one more than their
+    /// square, on a turned lattice.
     pub subpixels: u32,
     /// From which level minified texels are taken.
     pub level: LevelChoice,

@@ -198,35 +198,29 @@ impl Tile<'_> {
     }
 
     fn find_cells(&self, work: &mut TileWork) {
-        let n = self.frame.filter.subpixels;
-        let side = work.visibility.side;
+        let per_pixel = self.frame.filter.per_pixel;
         work.cells.clear();
-        for row in 0..SPAN_PX {
+        for rows in work.visibility.ids.chunks_exact(per_pixel * SPAN_PX) {
             for column in 0..SPAN_PX {
-                let mut cell = None;
-                let mut last = None;
-                for j in 0..n {
-                    let start = (row * n + j) * side + column * n;
-                    for &id in &work.visibility.ids[start..start + n] {
-                        if last == Some(id) {
-                            continue;
-                        }
-                        last = Some(id);
-                        let here =
-                            if id == NONE { Cell::Empty } else { Cell::Plane(id, self.plane_number(id)) };
-                        cell = Some(match cell {
-                            None => here,
-                            Some(before) => joined(before, here),
-                        });
+                let mut last = rows[column];
+                let mut cell = self.cell(last);
+                for &id in rows[column..].iter().step_by(SPAN_PX) {
+                    if id != last {
+                        last = id;
+                        cell = joined(cell, self.cell(id));
                     }
                 }
-                work.cells.push(cell.unwrap_or(Cell::Empty));
+                work.cells.push(cell);
             }
         }
         for layer in &work.visibility.layers {
-            let (column, row) = (layer.subpixel as usize % side, layer.subpixel as usize / side);
-            work.cells[row / n * SPAN_PX + column / n] = Cell::Layered;
+            let (column, row) = (layer.subpixel as usize % SPAN_PX, layer.subpixel as usize / SPAN_PX);
+            work.cells[row / per_pixel * SPAN_PX + column] = Cell::Layered;
         }
+    }
+
+    fn cell(&self, id: u32) -> Cell {
+        if id == NONE { Cell::Empty } else { Cell::Plane(id, self.plane_number(id)) }
     }
 }
 
@@ -243,8 +237,7 @@ pub(crate) fn joined(a: Cell, b: Cell) -> Cell {
 /// Position of a sub-pixel by its place in the tile.
 #[inline(always)]
 pub(crate) fn subpixel_px(filter: &PixelFilter, at: usize) -> [f32; 2] {
-    let side = SPAN_PX * filter.subpixels;
-    filter.position_px(at % side, at / side)
+    filter.position_px(at % SPAN_PX, at / SPAN_PX)
 }
 
 /// Largest key that the near plane lets through.

@@ -26,11 +26,9 @@ const KEY_ROUNDING: f32 = 16.0 / 16_777_216.0;
 /// A plane over the tile: value = `[0]` x + `[1]` y + `[2]`, x and y in px from the corner of the tile's border.
 pub(crate) type Plane = [f32; 3];
 
-/// What each sub-pixel of a tile shows.
+/// What each sub-pixel of a tile shows: rows from the top, one sub-pixel for each pixel of the span in each row.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Visibility {
-    /// Sub-pixels in a row.
-    pub(crate) side: usize,
     /// Place in the tile's list of triangles, or [`NONE`].
     pub(crate) ids: Vec<u32>,
     /// Depth keys: larger is nearer.
@@ -73,15 +71,15 @@ pub(crate) fn narrow(plane: DVec3) -> Plane {
 impl RasterTriangle {
     /// `None` if the triangle's rectangle misses the tile.
     pub(crate) fn new(triangle: &ScreenTriangle, corner_px: [f64; 2], filter: &PixelFilter) -> Option<Self> {
-        let side = SPAN_PX * filter.subpixels;
-        let range = |axis: usize| {
-            let place = |px: f64| (px - corner_px[axis]) * filter.subpixels as f64;
+        let range = |axis: usize, per_pixel: usize| {
+            let place = |px: f64| (px - corner_px[axis]) * per_pixel as f64;
+            let count = (SPAN_PX * per_pixel) as f64;
             // A sub-pixel lies between its column's number and the next, in either direction.
-            let first = (place(triangle.bounds_px[axis]) - 1.0).clamp(0.0, side as f64) as usize;
-            let last = (place(triangle.bounds_px[axis + 2]) + 1.0).ceil().clamp(0.0, side as f64) as usize;
+            let first = (place(triangle.bounds_px[axis]) - 1.0).clamp(0.0, count) as usize;
+            let last = (place(triangle.bounds_px[axis + 2]) + 1.0).ceil().clamp(0.0, count) as usize;
             [first, last]
         };
-        let (columns, rows) = (range(0), range(1));
+        let (columns, rows) = (range(0, 1), range(1, filter.per_pixel));
         if columns[0] >= columns[1] || rows[0] >= rows[1] {
             return None;
         }
@@ -101,22 +99,18 @@ impl RasterTriangle {
     /// Calls `hit` with sub-pixel and key wherever the triangle covers a sub-pixel beyond the near plane.
     #[inline(always)]
     fn scan(&self, filter: &PixelFilter, near: NearKey, mut hit: impl FnMut(usize, f32)) {
-        let n = filter.subpixels;
-        let side = SPAN_PX * n;
-        let step = 1.0 / n as f32;
         for row in self.rows[0]..self.rows[1] {
-            let y0 = row as f32 * step;
-            let x0 = filter.offset_px[row % n];
+            let y = filter.y_px(row);
+            let x0 = filter.offset_px[row % filter.per_pixel];
             for column in self.columns[0]..self.columns[1] {
-                let x = column as f32 * step + x0;
-                let y = y0 + filter.offset_px[column % n];
+                let x = column as f32 + x0;
                 let value = |p: &Plane| p[0] * x + p[1] * y + p[2];
                 let e = [value(&self.lines[0]), value(&self.lines[1]), value(&self.lines[2])];
                 let inside = |i: usize| e[i] > 0.0 || (e[i] == 0.0 && self.closed[i]);
                 if inside(0) && inside(1) && inside(2) {
                     let key = value(&self.key);
                     if key <= near.0 {
-                        hit(row * side + column, key);
+                        hit(row * SPAN_PX + column, key);
                     }
                 }
             }
@@ -127,8 +121,7 @@ impl RasterTriangle {
 impl Visibility {
     /// Forgets the last tile.
     pub(crate) fn clear(&mut self, filter: &PixelFilter) {
-        self.side = SPAN_PX * filter.subpixels;
-        let count = self.side * self.side;
+        let count = SPAN_PX * SPAN_PX * filter.per_pixel;
         self.ids.clear();
         self.ids.resize(count, NONE);
         self.keys.clear();
