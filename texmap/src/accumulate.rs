@@ -109,7 +109,8 @@ impl Tile<'_> {
         };
         let pyramid = &self.frame.scene.pyramids[planes.pyramid];
         let pixel = PixelOnTexture { pyramid, at: surface.uv_at(planes, at), over_w_slope };
-        let settings = PointSettings { level: options.level, max_texels: options.max_texels };
+        let settings =
+            PointSettings { level: options.level, max_texels: options.max_texels, simd: self.frame.simd };
         match options.method {
             Method::Hybrid => gather_minified(&pixel, &settings),
             Method::Point => gather_points(&pixel, &settings),
@@ -117,7 +118,7 @@ impl Tile<'_> {
             Method::BackwardNearest => Some(look_up_nearest(&pixel)),
             Method::BackwardBilinear => Some(look_up_bilinear(&pixel)),
             Method::BackwardTrilinear => Some(look_up_trilinear(&pixel)),
-            Method::BackwardEwa => Some(look_up_ewa(&pixel)),
+            Method::BackwardEwa => Some(look_up_ewa(&pixel, settings.simd)),
         }
     }
 
@@ -130,14 +131,14 @@ impl Tile<'_> {
         work.colours.resize(work.visibility.ids.len(), Vec4::ZERO);
         for cell in (0..SPAN_PX * SPAN_PX).filter(|&cell| work.wanted[cell]) {
             let (column, first_row) = (cell % SPAN_PX, cell / SPAN_PX * filter.per_pixel);
-            for row in first_row..first_row + filter.per_pixel {
+            for (row, offset_px) in (first_row..).zip(&filter.offset_px) {
                 let at = row * SPAN_PX + column;
                 let id = work.visibility.ids[at];
                 let surface = work.surfaces.get(id as usize).and_then(Option::as_deref);
                 work.colours[at] = match surface {
                     Some(surface) if id != NONE => {
                         image.splats += 4;
-                        self.colour(surface, filter.position_px(column, row))
+                        self.colour(surface, [column as f32 + offset_px, filter.y_px(row)])
                     }
                     _ => Vec4::ZERO,
                 };

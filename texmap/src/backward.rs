@@ -4,6 +4,8 @@
 //! renderers carry it out: the ellipse of one pixel, widened by a texel, at most 16 times longer than wide, in the two
 //! levels whose texels are beside the ellipse's shorter axis.
 
+use fearless_simd::Level as SimdLevel;
+
 use crate::ellipse::TexelEllipse;
 use crate::lookup::{nearest, reconstructed, trilinear};
 use crate::points::{Gathered, PixelOnTexture, covariance_with};
@@ -39,7 +41,7 @@ pub(crate) fn look_up_trilinear(pixel: &PixelOnTexture) -> Gathered {
 }
 
 /// Elliptical weighted average.
-pub(crate) fn look_up_ewa(pixel: &PixelOnTexture) -> Gathered {
+pub(crate) fn look_up_ewa(pixel: &PixelOnTexture, simd: SimdLevel) -> Gathered {
     let pyramid = pixel.pyramid;
     let full = covariance_with(pixel, &pyramid.levels[0], [0.0; 2]);
     // Standard deviations are half a pixel, so that the axes of one pixel are twice as long.
@@ -51,16 +53,16 @@ pub(crate) fn look_up_ewa(pixel: &PixelOnTexture) -> Gathered {
     let last = (pyramid.levels.len() - 1) as f32;
     let lod = short.log2().clamp(0.0, last);
     let (first, share) = (lod as usize, lod.fract());
-    let mut out = ewa_in_level(pixel, first);
+    let mut out = ewa_in_level(pixel, first, simd);
     if share > 0.0 {
-        let next = ewa_in_level(pixel, first + 1);
+        let next = ewa_in_level(pixel, first + 1, simd);
         out.texels += next.texels;
         out.rgba = out.rgba.lerp(next.rgba, share);
     }
     out
 }
 
-fn ewa_in_level(pixel: &PixelOnTexture, index: usize) -> Gathered {
+fn ewa_in_level(pixel: &PixelOnTexture, index: usize, simd: SimdLevel) -> Gathered {
     let pyramid = pixel.pyramid;
     let level = &pyramid.levels[index];
     let plain = covariance_with(pixel, level, [0.0; 2]);
@@ -71,7 +73,7 @@ fn ewa_in_level(pixel: &PixelOnTexture, index: usize) -> Gathered {
     let affine = PixelOnTexture { over_w_slope: [0.0; 2], ..*pixel };
     let gathered = TexelEllipse::new(&affine, level.scale, covariance, EWA_CUT).and_then(|mut ellipse| {
         ellipse.floor = (-0.5 * EWA_CUT * EWA_CUT).exp();
-        ellipse.gather_level(level, pyramid.wrap)
+        ellipse.gather_level(level, pyramid.wrap, simd)
     });
     gathered.unwrap_or_else(|| look_up_bilinear(pixel))
 }

@@ -4,6 +4,9 @@
 //! texel, the offset that the Jacobian at the pixel would give is delta / (1 - h delta), and the area that the texel
 //! stands for changes by the third power of the same factor (Sherman and Morrison on the homography's rows).
 
+use fearless_simd::prelude::*;
+use fearless_simd::{Level as SimdLevel, dispatch};
+use fearless_simd_macros::simd;
 use glam::Vec4;
 
 use crate::mip::{Level, wrapped};
@@ -36,6 +39,12 @@ pub(crate) struct TexelEllipse {
 }
 
 impl Covariance {
+    /// All variances times `factor`.
+    pub(crate) fn scaled(self, factor: f32) -> Self {
+        let [xx, xy, yy] = self.0;
+        Self([factor * xx, factor * xy, factor * yy])
+    }
+
     pub(crate) fn determinant(self) -> f32 {
         self.0[0] * self.0[2] - self.0[1] * self.0[1]
     }
@@ -99,18 +108,16 @@ impl TexelEllipse {
     }
 
     /// The mean of a level's texels, each as often as it counts; `None` if none does.
-    pub(crate) fn gather_level(&self, level: &Level, wrap: [Wrap; 2]) -> Option<Gathered> {
-        self.gather(|column, row| {
-            level.texels[level.row_start(row, wrap[1]) + wrapped(column, level.size[0], wrap[0])]
-        })
+    pub(crate) fn gather_level(&self, level: &Level, wrap: [Wrap; 2], simd: SimdLevel) -> Option<Gathered> {
+        dispatch!(simd, simd => gather_texels(simd, self, (level, wrap)))
     }
 
-    /// The mean of what `texel` gives by column and row.
+    /// The mean of what the source gives by column and row.
     #[inline(always)]
-    pub(crate) fn gather(&self, texel: impl Fn(i32, i32) -> Vec4) -> Option<Gathered> {
+    pub(crate) fn gather(&self, source: impl RowSource) -> Option<Gathered> {
         let [ixx, ixy, iyy] = self.inverse;
         let reach = self.cut / (1.0 - self.change);
-        let (mut sum, mut weights) = (Vec4::ZERO, 0.0);
+        let (mut sum, mut total) = (Vec4::ZERO, 0.0);
         let mut texels = 0;
         let [first, last] = whole(self.centre[1], reach * self.extent_v);
         for row in first..=last {
@@ -119,14 +126,20 @@ impl TexelEllipse {
             let middle = -ixy * dv / ixx;
             let left = (reach * reach - (iyy - ixy * ixy / ixx) * dv * dv).max(0.0) / ixx;
             let [start, end] = whole(self.centre[0] + middle, left.sqrt());
-            for column in start..=end {
-                let weight = self.weight(column as f32 - self.centre[0], dv);
-                sum += texel(column, row) * weight;
-                weights += weight;
-                texels += 1;
+            let mut column = start;
+            while column <= end {
+                let count = ((end - column) as usize + 1).min(BATCH);
+                let mut weights = [0.0f32; BATCH];
+                for (k, weight) in weights.iter_mut().enumerate() {
+                    *weight = self.weight((column + k as i32) as f32 - self.centre[0], dv);
+                }
+                source.add(row, column, &weights[..count], &mut sum);
+                total += weights[..count].iter().sum::<f32>();
+                texels += count as u32;
+                column += BATCH as i32;
             }
         }
-        (weights > 0.0).then(|| Gathered { rgba: sum / weights, texels })
+        (total > 0.0).then(|| Gathered { rgba: sum / total, texels })
     }
 
     /// What a texel at this offset counts.
@@ -137,13 +150,80 @@ impl TexelEllipse {
         let [ixx, ixy, iyy] = self.inverse;
         let (tu, tv) = (ixx * du + ixy * dv, ixy * du + iyy * dv);
         let q = tu * du + tv * dv;
-        if q > self.cut * self.cut {
-            return 0.0;
-        }
         let hermite = |t: f32, s: f32| t * t * (t * t - 6.0 * s) + 3.0 * s * s;
         let series = 1.0 + self.kappa[0] * hermite(tu, ixx) + self.kappa[1] * hermite(tv, iyy);
-        ((-0.5 * q).exp() * series - self.floor) * tau * tau * tau
+        let weight = (exp2(q * (-0.5 * std::f32::consts::LOG2_E)) * series - self.floor) * tau * tau * tau;
+        if q <= self.cut * self.cut { weight } else { 0.0 }
     }
+}
+
+/// Texels whose weights are computed together.
+const BATCH: usize = 8;
+
+/// Where a row of weights finds what it weighs.
+pub(crate) trait RowSource {
+    /// Adds to `sum` what stands from `column` of `row` on, times the weights.
+    fn add(&self, row: i32, column: i32, weights: &[f32], sum: &mut Vec4);
+}
+
+/// A source that is asked for each texel.
+pub(crate) struct Each<F: Fn(i32, i32) -> Vec4>(pub(crate) F);
+
+impl<F: Fn(i32, i32) -> Vec4> RowSource for Each<F> {
+    #[inline(always)]
+    fn add(&self, row: i32, column: i32, weights: &[f32], sum: &mut Vec4) {
+        for (&weight, column) in weights.iter().zip(column..) {
+            if weight != 0.0 {
+                *sum += (self.0)(column, row) * weight;
+            }
+        }
+    }
+}
+
+/// A level and what lies beyond its borders.
+impl RowSource for (&Level, [Wrap; 2]) {
+    #[inline(always)]
+    fn add(&self, row: i32, column: i32, weights: &[f32], sum: &mut Vec4) {
+        let (level, wrap) = self;
+        let start = level.row_start(row, wrap[1]);
+        let texels = &level.texels[start..start + level.size[0]];
+        let inside = usize::try_from(column).ok().and_then(|first| texels.get(first..first + weights.len()));
+        match inside {
+            Some(texels) => {
+                for (&weight, texel) in weights.iter().zip(texels) {
+                    *sum += *texel * weight;
+                }
+            }
+            None => {
+                for (&weight, column) in weights.iter().zip(column..) {
+                    *sum += texels[wrapped(column, level.size[0], wrap[0])] * weight;
+                }
+            }
+        }
+    }
+}
+
+#[simd]
+fn gather_texels<S: Simd>(_: S, ellipse: &TexelEllipse, source: (&Level, [Wrap; 2])) -> Option<Gathered> {
+    ellipse.gather(source)
+}
+
+/// Adding this rounds a float of magnitude under 2^22 to an integer and leaves that integer in the low bits.
+const ROUND_MAGIC: f32 = 12_582_912.0;
+
+/// 2^f - 1 = f (c0 + c1 f + ... + c4 f^4) for |f| <= 1/2, fitted for the smallest relative error: 4.3e-7.
+const EXP2M1: [f32; 5] = [std::f32::consts::LN_2, 0.240_223_5, 0.055_505, 0.009_666_245, 0.001_333_353_3];
+
+/// 2^x for x <= 0, as 2^-126 below that; no branch and no call, so that loops over it become vector code.
+#[inline(always)]
+fn exp2(x: f32) -> f32 {
+    let x = x.max(-126.0);
+    let rounded = x + ROUND_MAGIC;
+    let f = x - (rounded - ROUND_MAGIC);
+    let [c0, c1, c2, c3, c4] = EXP2M1;
+    let power = f * (c0 + f * (c1 + f * (c2 + f * (c3 + f * c4))));
+    let scale = f32::from_bits((rounded.to_bits() << 23).wrapping_add(1f32.to_bits()));
+    scale + scale * power
 }
 
 /// The whole numbers within `half` of `middle`.

@@ -21,6 +21,8 @@ pub(crate) struct PixelFilter {
     pub(crate) per_pixel: usize,
     /// Their distance, px.
     pub(crate) spacing_px: f32,
+    /// Distance of two rows, px.
+    pub(crate) row_px: f32,
     /// Position within the pixel along x, px, by row.
     pub(crate) offset_px: Vec<f32>,
     /// The rows within reach of the pixel (0, 0) of a tile whose border is [`BORDER_PX`] wide.
@@ -67,6 +69,7 @@ impl PixelFilter {
         Self {
             per_pixel,
             spacing_px: (1.0 / (per_pixel as f64).sqrt()) as f32,
+            row_px: (1.0 / per_pixel as f64) as f32,
             offset_px: (0..per_pixel).map(|row| offset(row) as f32).collect(),
             rows,
         }
@@ -75,7 +78,7 @@ impl PixelFilter {
     /// Position along y of a row, px from the border's corner.
     #[inline(always)]
     pub(crate) fn y_px(&self, row: usize) -> f32 {
-        (row as f32 + 0.5) / self.per_pixel as f32
+        (row as f32 + 0.5) * self.row_px
     }
 
     /// Position of a sub-pixel, px from the border's corner.

@@ -7,7 +7,7 @@
 
 use glam::Vec4;
 
-use crate::mip::{Level, Pyramid};
+use crate::mip::{Level, Pyramid, wrapped};
 use crate::scene::{Magnify, Wrap};
 use crate::surface::UvAt;
 
@@ -37,10 +37,20 @@ pub(crate) fn bilinear(level: &Level, wrap: [Wrap; 2], u: f32, v: f32) -> Vec4 {
     let (u0, v0) = (u.floor(), v.floor());
     let (fu, fv) = (u - u0, v - v0);
     let (i, j) = (u0 as i32, v0 as i32);
-    let (next_i, next_j) = (i.saturating_add(1), j.saturating_add(1));
-    let top = level.texel(i, j, wrap).lerp(level.texel(next_i, j, wrap), fu);
-    let low = level.texel(i, next_j, wrap).lerp(level.texel(next_i, next_j, wrap), fu);
-    top.lerp(low, fv)
+    let [width, height] = level.size;
+    // Saturated or wrapped only where the four texels are not all inside.
+    let inside = (i as usize) < width - 1 && (j as usize) < height - 1;
+    let (columns, rows) = if inside {
+        ([i as usize, i as usize + 1], [j as usize * width, (j as usize + 1) * width])
+    } else {
+        let column = |i: i32| wrapped(i, width, wrap[0]);
+        (
+            [column(i), column(i.saturating_add(1))],
+            [level.row_start(j, wrap[1]), level.row_start(j.saturating_add(1), wrap[1])],
+        )
+    };
+    let along = |row: usize| level.texels[row + columns[0]].lerp(level.texels[row + columns[1]], fu);
+    along(rows[0]).lerp(along(rows[1]), fv)
 }
 
 /// The mix of the bilinear look-ups in the two levels beside `lod` (0 is the full texture).

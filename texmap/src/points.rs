@@ -8,18 +8,22 @@
 //!
 //! Limits: a single plane; the Gaussian is cut at [`CUT`] standard deviations.
 
+use fearless_simd::Level as SimdLevel;
 use glam::Vec4;
 use resample_core::point::PIXEL_SIGMA_PX;
 
-use crate::ellipse::{Covariance, TexelEllipse};
+use crate::ellipse::{Covariance, Each, TexelEllipse};
 use crate::lookup::reconstructed;
 use crate::mip::{Level, Pyramid};
 use crate::options::LevelChoice;
 use crate::scene::Magnify;
 use crate::surface::UvAt;
 
-/// Where the Gaussian is cut, standard deviations: the same reach as the sub-pixels' filter.
-const CUT: f32 = 4.0;
+/// Where the Gaussian is cut, standard deviations. What the cut takes off its variance is added before.
+const CUT: f32 = 3.25;
+
+/// Variance of a plane Gaussian that is cut there, over its variance before: 1 - t / (e^t - 1) with t = CUT^2 / 2.
+const KEPT: f32 = 0.973_0;
 
 /// A level is coarse enough only while the texels' Gaussian keeps this variance (texels of that level) along its
 /// shorter axis: the lattice of texels then shows through by 2 exp(-2 pi^2 / 2) = 1e-4.
@@ -37,6 +41,7 @@ const MAX_SPLIT: f32 = 4096.0;
 pub(crate) struct PointSettings {
     pub(crate) level: LevelChoice,
     pub(crate) max_texels: u32,
+    pub(crate) simd: SimdLevel,
 }
 
 /// A pixel on a textured plane.
@@ -72,9 +77,9 @@ pub(crate) fn gather_minified(pixel: &PixelOnTexture, settings: &PointSettings) 
         return Some(Gathered { rgba: level.texels[0], texels: 1 });
     }
     let fourth = |k: usize| (kernel(pyramid)[1] * level.scale[k].powi(4) - level.kappa[k]) / 24.0;
-    let mut ellipse = TexelEllipse::new(pixel, level.scale, covariance, CUT)?;
+    let mut ellipse = TexelEllipse::new(pixel, level.scale, covariance.scaled(1.0 / KEPT), CUT)?;
     ellipse.kappa = [fourth(0), fourth(1)];
-    ellipse.gather_level(level, pyramid.wrap)
+    ellipse.gather_level(level, pyramid.wrap, settings.simd)
 }
 
 /// Gathers texels as plain points, each with the pixel's Gaussian alone: `None` where no texel is near (a hole).
@@ -85,7 +90,11 @@ pub(crate) fn gather_points(pixel: &PixelOnTexture, settings: &PointSettings) ->
     }
     let level = &pixel.pyramid.levels[0];
     let plain = covariance_with(pixel, level, [0.0; 2]);
-    TexelEllipse::new(pixel, level.scale, plain, CUT)?.gather_level(level, pixel.pyramid.wrap)
+    TexelEllipse::new(pixel, level.scale, plain.scaled(1.0 / KEPT), CUT)?.gather_level(
+        level,
+        pixel.pyramid.wrap,
+        settings.simd,
+    )
 }
 
 /// Gathers texels split along their magnified axes until all are points.
@@ -107,11 +116,11 @@ pub(crate) fn gather_split(pixel: &PixelOnTexture, settings: &PointSettings) -> 
     let full = &pixel.pyramid.levels[0];
     let [xx, xy, yy] = covariance_with(pixel, full, [kernel(0), kernel(1)]).0;
     let fine = Covariance([xx * split[0] * split[0], xy * split[0] * split[1], yy * split[1] * split[1]]);
-    let ellipse = TexelEllipse::new(pixel, split, fine, CUT)?;
-    ellipse.gather(|column, row| {
+    let ellipse = TexelEllipse::new(pixel, split, fine.scaled(1.0 / KEPT), CUT)?;
+    ellipse.gather(Each(|column, row| {
         let at = |k: usize, index: i32| (index as f32 + 0.5) / split[k];
         reconstructed(pixel.pyramid, at(0, column), at(1, row))
-    })
+    }))
 }
 
 /// Variance, in squared texels, and fourth cumulant of the kernel that reconstructs the full texture.

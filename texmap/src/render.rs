@@ -109,6 +109,7 @@ impl Renderer {
             in_view,
             filter: &self.filter,
             near: near_key(camera),
+            simd: self.options.simd.resolve(),
         };
         let columns = grid.columns();
         let tiles: Vec<TileImage> = (0..columns * grid.rows())

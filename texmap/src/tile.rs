@@ -4,6 +4,7 @@
 //! at sub-pixels elsewhere; look-ups in backward methods); resolve.
 
 use cpu_time::ThreadTime;
+use fearless_simd::Level;
 use glam::Vec4;
 use resample_core::Camera;
 
@@ -26,6 +27,7 @@ pub(crate) struct FrameView<'a> {
     pub(crate) in_view: &'a InView,
     pub(crate) filter: &'a PixelFilter,
     pub(crate) near: NearKey,
+    pub(crate) simd: Level,
 }
 
 /// What a tile shows and what it cost.
