@@ -17,4 +17,6 @@ pub mod rays;
 pub mod reference;
 pub mod scenes;
 pub mod sheet_reference;
+pub mod texture_reference;
 pub mod texture_scenes;
+pub mod textured;

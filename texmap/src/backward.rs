@@ -65,6 +65,9 @@ pub(crate) fn look_up_ewa(pixel: &PixelOnTexture, simd: SimdLevel) -> Gathered {
 fn ewa_in_level(pixel: &PixelOnTexture, index: usize, simd: SimdLevel) -> Gathered {
     let pyramid = pixel.pyramid;
     let level = &pyramid.levels[index];
+    if level.size == [1, 1] {
+        return Gathered { rgba: level.texels[0], texels: 1 };
+    }
     let plain = covariance_with(pixel, level, [0.0; 2]);
     let [_, large] = plain.eigenvalues();
     let mut covariance = plain.widened(large / (MAX_ANISOTROPY * MAX_ANISOTROPY));

@@ -120,6 +120,10 @@ impl TexelEllipse {
         let (mut sum, mut total) = (Vec4::ZERO, 0.0);
         let mut texels = 0;
         let [first, last] = whole(self.centre[1], reach * self.extent_v);
+        // Far more than any level that callers choose: it bounds the time of a footprint that is none.
+        if last.saturating_sub(first) > MAX_SIDE || reach * reach > ixx * (MAX_SIDE as f32).powi(2) {
+            return None;
+        }
         for row in first..=last {
             let dv = row as f32 - self.centre[1];
             // The row's chord of the ellipse: ixx du^2 + 2 ixy du dv + iyy dv^2 = reach^2.
@@ -145,7 +149,8 @@ impl TexelEllipse {
     /// What a texel at this offset counts.
     #[inline(always)]
     fn weight(&self, du: f32, dv: f32) -> f32 {
-        let tau = 1.0 / (1.0 - self.perspective[0] * du - self.perspective[1] * dv);
+        let nearness = 1.0 - self.perspective[0] * du - self.perspective[1] * dv;
+        let tau = 1.0 / nearness;
         let (du, dv) = (du * tau, dv * tau);
         let [ixx, ixy, iyy] = self.inverse;
         let (tu, tv) = (ixx * du + ixy * dv, ixy * du + iyy * dv);
@@ -153,9 +158,13 @@ impl TexelEllipse {
         let hermite = |t: f32, s: f32| t * t * (t * t - 6.0 * s) + 3.0 * s * s;
         let series = 1.0 + self.kappa[0] * hermite(tu, ixx) + self.kappa[1] * hermite(tv, iyy);
         let weight = (exp2(q * (-0.5 * std::f32::consts::LOG2_E)) * series - self.floor) * tau * tau * tau;
-        if q <= self.cut * self.cut { weight } else { 0.0 }
+        // What is not before the eye has no place on the screen.
+        if q <= self.cut * self.cut && nearness > 0.0 { weight } else { 0.0 }
     }
 }
+
+/// Most rows, and most columns of a row.
+const MAX_SIDE: i32 = 1 << 14;
 
 /// Texels whose weights are computed together.
 const BATCH: usize = 8;

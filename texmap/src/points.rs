@@ -116,11 +116,13 @@ pub(crate) fn gather_split(pixel: &PixelOnTexture, settings: &PointSettings) -> 
     let full = &pixel.pyramid.levels[0];
     let [xx, xy, yy] = covariance_with(pixel, full, [kernel(0), kernel(1)]).0;
     let fine = Covariance([xx * split[0] * split[0], xy * split[0] * split[1], yy * split[1] * split[1]]);
-    let ellipse = TexelEllipse::new(pixel, split, fine.scaled(1.0 / KEPT), CUT)?;
-    ellipse.gather(Each(|column, row| {
-        let at = |k: usize, index: i32| (index as f32 + 0.5) / split[k];
-        reconstructed(pixel.pyramid, at(0, column), at(1, row))
-    }))
+    let at = |k: usize, index: i32| (index as f32 + 0.5) / split[k];
+    let parts = Each(|column, row| reconstructed(pixel.pyramid, at(0, column), at(1, row)));
+    let gathered =
+        TexelEllipse::new(pixel, split, fine.scaled(1.0 / KEPT), CUT).and_then(|e| e.gather(parts));
+    // Texels too large to be split so far are flat over a pixel.
+    gathered
+        .or_else(|| Some(Gathered { rgba: reconstructed(pixel.pyramid, pixel.at.u, pixel.at.v), texels: 4 }))
 }
 
 /// Variance, in squared texels, and fourth cumulant of the kernel that reconstructs the full texture.

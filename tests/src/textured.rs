@@ -1,0 +1,119 @@
+//! Small textured scenes made by formulas: planes, walls, and the textures on them.
+//!
+//! Gives [`Scene`]s with one material per texture, unlit and opaque unless a test changes them.
+
+use glam::{DMat2, DVec2};
+use texmap::Scene;
+use texmap::scene::{AlphaMode, Lighting, Magnify, Material, Mesh, Sides, Texels, Texture, TextureUse, Wrap};
+
+/// Straight alpha and linear colour of a texel by column and row.
+pub fn texture(size: [usize; 2], colour: impl Fn(usize, usize) -> [f32; 4]) -> Texture {
+    let texels = (0..size[0] * size[1]).map(|i| colour(i % size[0], i / size[0])).collect();
+    Texture { name: String::new(), width: size[0], height: size[1], texels: Texels::LinearF32(texels) }
+}
+
+/// Black and white squares of `square` texels.
+pub fn checker(side: usize, square: usize) -> Texture {
+    texture([side, side], |x, y| grey(((x / square + y / square) % 2) as f32))
+}
+
+/// Rings whose frequency rises from the middle to `limit` cycles per texel at the border.
+pub fn zone_plate(side: usize, limit: f64) -> Texture {
+    let middle = 0.5 * side as f64;
+    texture([side, side], |x, y| {
+        let (dx, dy) = (x as f64 + 0.5 - middle, y as f64 + 0.5 - middle);
+        let phase = std::f64::consts::PI * limit / middle * (dx * dx + dy * dy);
+        grey((0.5 + 0.5 * phase.cos()) as f32)
+    })
+}
+
+/// Random texels with a spectrum that falls as a photograph's does: sums of value noise.
+pub fn photo(side: usize) -> Texture {
+    let noise = |x: usize, y: usize, seed: u32| {
+        let mut h = (x as u32).wrapping_mul(0x9e37_79b1) ^ (y as u32).wrapping_mul(0x85eb_ca77) ^ seed;
+        h = (h ^ h >> 15).wrapping_mul(0x2c1b_3c6d);
+        h = (h ^ h >> 12).wrapping_mul(0x297a_2d39);
+        (h >> 8) as f32 / 16_777_216.0
+    };
+    let smooth = |x: usize, y: usize, cell: usize, seed: u32| {
+        let (i, j) = (x / cell, y / cell);
+        let (s, t) = ((x % cell) as f32 / cell as f32, (y % cell) as f32 / cell as f32);
+        let n = side / cell;
+        let at = |i: usize, j: usize| noise(i % n, j % n, seed);
+        let top = at(i, j) * (1.0 - s) + at(i + 1, j) * s;
+        let low = at(i, j + 1) * (1.0 - s) + at(i + 1, j + 1) * s;
+        top * (1.0 - t) + low * t
+    };
+    texture([side, side], |x, y| {
+        let channel = |seed: u32| {
+            [32, 16, 8, 4, 2, 1].iter().map(|&cell| smooth(x, y, cell, seed) * cell as f32 / 63.0).sum()
+        };
+        [channel(1), channel(2), channel(3), 1.0]
+    })
+}
+
+fn grey(value: f32) -> [f32; 4] {
+    [value, value, value, 1.0]
+}
+
+/// A use of texture 0 with coordinate set 0.
+pub fn texture_use(wrap: Wrap) -> TextureUse {
+    TextureUse {
+        texture: 0,
+        uv_set: 0,
+        uv_linear: DMat2::IDENTITY,
+        uv_offset: DVec2::ZERO,
+        wrap: [wrap; 2],
+        magnify: Magnify::Linear,
+    }
+}
+
+/// An unlit, opaque, two-sided white material.
+pub fn material(base_texture: Option<TextureUse>) -> Material {
+    Material {
+        name: String::new(),
+        base_colour: [1.0; 4],
+        base_texture,
+        emissive: [0.0; 3],
+        emissive_texture: None,
+        alpha: AlphaMode::Opaque,
+        sides: Sides::Both,
+        lighting: Lighting::Unlit,
+    }
+}
+
+/// Two triangles with corners in order around the quad.
+pub fn quad(corners: [[f32; 3]; 4], uvs: [[f32; 2]; 4], material: usize) -> Mesh {
+    Mesh {
+        positions: corners.to_vec(),
+        uvs: vec![uvs.to_vec()],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        material,
+        ..Mesh::default()
+    }
+}
+
+/// One textured quad.
+pub fn quad_scene(corners: [[f32; 3]; 4], uvs: [[f32; 2]; 4], texture: Texture, wrap: Wrap) -> Scene {
+    Scene {
+        meshes: vec![quad(corners, uvs, 0)],
+        materials: vec![material(Some(texture_use(wrap)))],
+        textures: vec![texture],
+        cameras: Vec::new(),
+    }
+}
+
+/// An upright square of side 2 around the origin, seen from +z, the texture once.
+pub fn wall(texture: Texture) -> Scene {
+    let corners = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
+    quad_scene(corners, [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]], texture, Wrap::Clamp)
+}
+
+/// The ground y = 0 from z = 2 to -`depth`, with the texture `repeats` times along its depth.
+pub fn ground(texture: Texture, depth: f32, repeats: f32) -> Scene {
+    let (near, far, half) = (2.0, -depth, 0.5 * depth);
+    let across = repeats * 2.0 * half / (depth + near);
+    let corners = [[-half, 0.0, near], [half, 0.0, near], [half, 0.0, far], [-half, 0.0, far]];
+    let uvs = [[0.0, repeats], [across, repeats], [across, 0.0], [0.0, 0.0]];
+    quad_scene(corners, uvs, texture, Wrap::Repeat)
+}
