@@ -15,6 +15,7 @@ pub mod maps;
 pub mod metrics;
 pub mod point;
 pub mod scan;
+pub mod section;
 pub mod select;
 pub mod simd;
 pub mod sort;

@@ -105,7 +105,7 @@ fn max_relative_error(kernel: &Kernel, approximation: impl Fn(f32) -> f32) -> f6
 }
 
 /// Gaussian elimination with partial pivoting; the normal matrix of distinct powers is never singular.
-fn solve<const N: usize>(mut matrix: [[f64; N]; N], mut right: [f64; N]) -> [f64; N] {
+pub(crate) fn solve<const N: usize>(mut matrix: [[f64; N]; N], mut right: [f64; N]) -> [f64; N] {
     for column in 0..N {
         let pivot = (column..N)
             .max_by(|&a, &b| matrix[a][column].abs().total_cmp(&matrix[b][column].abs()))

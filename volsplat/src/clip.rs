@@ -144,6 +144,22 @@ impl GridClip {
         self.half_spaces.iter().all(|half| half.height(pos_in_grid) >= 0.0)
     }
 
+    /// The part of a ray that is kept, from one parameter to another; the first is the larger where there is none.
+    pub(crate) fn interval(&self, origin: DVec3, direction: DVec3) -> [f64; 2] {
+        let mut ends = [f64::NEG_INFINITY, f64::INFINITY];
+        for half in &self.half_spaces {
+            let (height, slope) = (half.height(origin), half.normal.dot(direction));
+            if slope > 0.0 {
+                ends[0] = ends[0].max(-height / slope);
+            } else if slope < 0.0 {
+                ends[1] = ends[1].min(-height / slope);
+            } else if height < 0.0 {
+                return [f64::INFINITY, f64::NEG_INFINITY];
+            }
+        }
+        ends
+    }
+
     /// How a box of samples lies in the clip.
     pub(crate) fn cut(&self, bounds: &Bounds) -> Cut {
         let corners = bounds.corners_in_grid(0.0);

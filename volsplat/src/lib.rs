@@ -13,6 +13,7 @@ mod every_sample;
 pub mod field;
 mod geometry;
 pub mod input;
+mod kernel_field;
 pub mod near;
 pub mod options;
 mod picture;
@@ -30,7 +31,9 @@ pub mod volume;
 pub use clip::{Clip, ClipPlane};
 pub use error::Error;
 pub use input::{Endian, LoadOptions, RawOptions, VoxelType, load};
-pub use options::{ColourBy, DepthPlane, Light, Order, RenderOptions, Shading, SheetSums, Subpixels};
+pub use options::{
+    Classify, ColourBy, DepthPlane, Light, Order, RenderOptions, Shading, SheetKernel, SheetSums, Subpixels,
+};
 pub use render::{Frame, Renderer};
 pub use stats::{FrameStats, StageTime, StageTimes};
 pub use transfer::{ColourEncoding, ColourMap, Histogram, TransferFunction};

@@ -18,19 +18,24 @@ pub struct RenderOptions {
     pub slab_voxels: f64,
     /// Image sheets: how the sums are formed. The pictures agree to rounding.
     pub sheet_sums: SheetSums,
+    /// Image sheets: shape of the reconstruction kernel.
+    pub sheet_kernel: SheetKernel,
+    /// Image sheets: whether the transfer function is applied to voxels or to what their kernels sum up to. The other
+    /// orders classify voxels, whatever is said here.
+    pub classify: Classify,
     /// Image sheets that gather: how samples are lit.
     pub shading: Shading,
     /// Where the light of shading comes from.
     pub light: Light,
     /// Image sheets: sub-pixels along a pixel's side at which sheets are composited before they are averaged.
     pub subpixels: Subpixels,
-    /// Shape of the reconstruction kernel.
+    /// Every sample and axis sheets: shape of the reconstruction kernel.
     pub kernel: KernelShape,
     /// How a perspective footprint is evaluated.
     pub footprint: FootprintMode,
     /// How the opacity of a voxel becomes the opacity of a pixel.
     pub opacity: OpacityMode,
-    /// Which samples are points and which are splats.
+    /// Which samples are points and which are splats. In image sheets it holds for radial kernels, where `Ewa` is refused.
     pub select: SelectMode,
     /// In `SelectMode::Hybrid`: a sample whose spacing projects to less than this is a point. Pixels, above 0.
     pub point_threshold_px: f32,
@@ -91,6 +96,24 @@ pub enum SheetSums {
     Scatter,
 }
 
+/// Shape of the kernel in image sheets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SheetKernel {
+    /// Trilinear interpolation, read on the plane through a slab's middle.
+    Trilinear,
+    /// A ball, cut into slab sections.
+    Radial(KernelShape),
+}
+
+/// What the transfer function is applied to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Classify {
+    /// Voxels: their extinction and colour are summed.
+    Pre,
+    /// The reconstructed scalar: scalars are summed, and classified per slab and pixel.
+    Post,
+}
+
 /// Sub-pixels along a pixel's side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subpixels {
@@ -125,6 +148,8 @@ impl Default for RenderOptions {
             clip: Clip::default(),
             slab_voxels: 0.5,
             sheet_sums: SheetSums::Gather,
+            sheet_kernel: SheetKernel::Trilinear,
+            classify: Classify::Post,
             shading: Shading::None,
             light: Light::Headlight,
             subpixels: Subpixels::Auto,
@@ -173,6 +198,7 @@ impl RenderOptions {
                 "1, 2, 4, 8 or 16",
             )?;
         }
+        self.validate_sheets()?;
         self.validate_shading()?;
         self.validate_clip()?;
         let least = f64::from(self.min_transmittance);
@@ -182,7 +208,8 @@ impl RenderOptions {
     }
 
     fn validate_clip(&self) -> Result<(), Error> {
-        let scatters = self.order == Order::ImageSheets && self.sheet_sums == SheetSums::Scatter;
+        let scatters =
+            self.order == Order::ImageSheets && self.sheet_sums == SheetSums::Scatter && !self.sums_kernels();
         if scatters && !self.clip.keeps_all() {
             let what = "clipping cannot cut a kernel in scattered sheets: use --sheet-sums gather or --order every-sample";
             return Err(Error::Option(what.into()));
@@ -190,11 +217,26 @@ impl RenderOptions {
         self.clip.validate()
     }
 
+    /// Whether image sheets sum kernels, and do not gather or scatter the trilinear field.
+    pub(crate) fn sums_kernels(&self) -> bool {
+        self.sheet_kernel != SheetKernel::Trilinear || self.classify == Classify::Pre
+    }
+
+    fn validate_sheets(&self) -> Result<(), Error> {
+        let radial = self.sheet_kernel != SheetKernel::Trilinear;
+        if self.order == Order::ImageSheets && radial && self.select == SelectMode::Ewa {
+            let what = "ewa belongs to the orders every-sample and axis-sheets: in image-sheets use hybrid, splats or points";
+            return Err(Error::Option(what.into()));
+        }
+        Ok(())
+    }
+
     fn validate_shading(&self) -> Result<(), Error> {
-        let gathers = self.order == Order::ImageSheets && self.sheet_sums == SheetSums::Gather;
+        let gathers =
+            self.order == Order::ImageSheets && self.sheet_sums == SheetSums::Gather && !self.sums_kernels();
         if self.shading != Shading::None && !gathers {
-            let what =
-                "shading needs image sheets that gather: use --order image-sheets and --sheet-sums gather";
+            let what = "shading needs image sheets that gather: use --order image-sheets and --sheet-sums gather, with the \
+                        trilinear kernel and post-classification";
             return Err(Error::Option(what.into()));
         }
         match self.light {

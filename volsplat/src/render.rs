@@ -132,8 +132,12 @@ impl Renderer {
         let nearest = forward.dot(nearest_corner) + camera.camera_from_world.translation.z;
         let (sheet_voxels, reach) = match self.options.order {
             Order::EverySample | Order::AxisSheets => (self.options.sheet_voxels, 0.0),
-            // A trilinear kernel begins before its voxel, by a spacing along each axis at most.
-            Order::ImageSheets => (self.options.slab_voxels, 3.0 * self.largest_spacing),
+            // A kernel begins before its voxel: a trilinear one by a spacing along each axis at most, a radial one, on the
+            // volume's continuation, by two and two more.
+            Order::ImageSheets => {
+                let reach = if self.options.sums_kernels() { 12.0 } else { 3.0 };
+                (self.options.slab_voxels, reach * self.largest_spacing)
+            }
         };
         let start = (nearest - reach).max(camera.near);
         let thickness = sheet_voxels * self.smallest_spacing;

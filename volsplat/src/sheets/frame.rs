@@ -144,6 +144,22 @@ impl TileView {
         Self { view: *view, anchor, thickness, corner_px: corner, units_per_slab, ray_in_world }
     }
 
+    /// The tile's first pixel.
+    pub(crate) fn corner_px(&self) -> [f32; 2] {
+        self.corner_px.as_vec2().to_array()
+    }
+
+    /// Pixels per pixel of a slab's plane, for a length at the slab's near and far end.
+    pub(crate) fn end_scales(&self, number: u32) -> [f32; 2] {
+        let camera_z = (f64::from(number) + 0.5) * self.thickness;
+        let at = |z: f64| match self.view.projection {
+            Projection::Perspective => (camera_z / z) as f32,
+            Projection::Orthographic => 1.0,
+        };
+        // What lies before the near plane is cut off.
+        [at((camera_z - 0.5 * self.thickness).max(self.view.near)), at(camera_z + 0.5 * self.thickness)]
+    }
+
     /// The plane of a slab.
     pub(crate) fn plane(&self, number: u32) -> PlaneView {
         let camera_z = (f64::from(number) + 0.5) * self.thickness;
@@ -221,6 +237,18 @@ pub(crate) struct SheetProjection {
     reach_z: f32,
     /// Box of all sections: least x, y, greatest x, y, world units.
     reach: [f32; 4],
+    /// Half of the slab that a section reaches over, in planes: 0 where it lies in the plane alone.
+    half: f32,
+    near: f32,
+}
+
+/// How much of a slab a section covers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Span {
+    /// The plane through its middle.
+    Plane,
+    /// All of it, from the near plane on.
+    Slab,
 }
 
 /// The voxels of a chunk of bricks, by tile.
@@ -238,10 +266,15 @@ const BOX_MARGIN: f64 = 1.0 / 64.0;
 const MAX_PLANE: f32 = 8_388_608.0;
 
 impl SheetProjection {
-    pub(crate) fn new(view: &GridView, camera: &Camera, settings: &SheetSettings) -> Self {
+    pub(crate) fn new(view: &GridView, camera: &Camera, settings: &SheetSettings, span: Span) -> Self {
         let m = view.camera_from_grid.matrix3;
         // Planes before the near plane are not seen; neither are those behind the eye of an orthographic camera.
-        let first_plane = (view.near / settings.thickness - 0.5).ceil().max(0.0);
+        let near = view.near / settings.thickness;
+        let (first_plane, half) = match span {
+            Span::Plane => ((near - 0.5).ceil(), 0.0),
+            Span::Slab => (near.floor(), 0.5),
+        };
+        let first_plane = first_plane.max(0.0);
         Self {
             view: *view,
             anchor: settings.anchor,
@@ -253,6 +286,8 @@ impl SheetProjection {
             first_plane: first_plane as f32,
             reach_z: settings.sections.reach_z,
             reach: settings.sections.whole().ends,
+            half,
+            near: view.near as f32,
         }
     }
 
@@ -271,6 +306,36 @@ impl SheetProjection {
         let end = ((high[0].max(high[1]) + principal - 0.5).floor() + 1.0).clamp(0.0, count);
         [first as u16, end as u16]
     }
+
+    /// The first plane that cuts the kernel of a voxel (camera space, z relative to the anchor), and the tiles that its
+    /// sections touch; `None` where no picture of it is seen.
+    #[inline(always)]
+    pub(crate) fn cover(&self, camera: Vec3) -> Option<(u32, TileRect)> {
+        // Planes first..=last cut the kernel.
+        let plane = |z: f32| z * self.inverse_thickness + self.anchor_plane;
+        let first = plane(camera.z - self.reach_z).ceil().max(self.first_plane);
+        let last = plane(camera.z + self.reach_z).floor();
+        if !(last >= first && last < MAX_PLANE) {
+            return None;
+        }
+        let ends = [first + 0.5 - self.half, last + 0.5 + self.half].map(|plane| plane * self.thickness);
+        // A slab that the near plane cuts begins there.
+        let z = if self.half > 0.0 { [ends[0].max(self.near), ends[1]] } else { ends };
+        let rect = self.grid.rect(self.pixels(camera.x, z, 0), self.pixels(camera.y, z, 1));
+        (rect.area() > 0).then_some((first as u32, rect))
+    }
+
+    /// Camera space position of a grid position, z relative to the anchor.
+    #[inline(always)]
+    pub(crate) fn at_corner(&self, corner: DVec3) -> [Vec3; 2] {
+        let in_camera = self.view.camera_from_grid.transform_point3(corner);
+        [(in_camera - self.anchor.camera_z * DVec3::Z).as_vec3(), (corner - self.anchor.grid).as_vec3()]
+    }
+
+    /// The camera movement per grid axis.
+    pub(crate) fn axes(&self) -> [Vec3; 3] {
+        self.axes
+    }
 }
 
 impl SheetChunk {
@@ -282,35 +347,22 @@ impl SheetChunk {
     /// Projects the voxels of a brick.
     pub(crate) fn project(&mut self, setup: &SheetProjection, brick: &FieldBrick) {
         let corner = DVec3::from(brick.bounds.corner.map(f64::from));
-        let in_camera = setup.view.camera_from_grid.transform_point3(corner);
-        let anchor_z = setup.anchor.camera_z;
-        let in_camera = (in_camera - anchor_z * DVec3::Z).as_vec3();
-        let in_grid = (corner - setup.anchor.grid).as_vec3();
+        let [in_camera, in_grid] = setup.at_corner(corner);
         let [ax, ay, az] = setup.axes;
         for (&packed, &value) in brick.places.iter().zip(&brick.values) {
             let at = Vec3::from(place(packed).map(f32::from));
             let camera = in_camera + at.x * ax + at.y * ay + at.z * az;
-            // Planes first..=last cut the kernel.
-            let plane = |z: f32| z * setup.inverse_thickness + setup.anchor_plane;
-            let first = plane(camera.z - setup.reach_z).ceil().max(setup.first_plane);
-            let last = plane(camera.z + setup.reach_z).floor();
-            let z = [(first + 0.5) * setup.thickness, (last + 0.5) * setup.thickness];
-            let rect = if last >= first && last < MAX_PLANE {
-                setup.grid.rect(setup.pixels(camera.x, z, 0), setup.pixels(camera.y, z, 1))
-            } else {
-                TileRect::default()
-            };
-            if rect.area() == 0 {
+            let Some((first, rect)) = setup.cover(camera) else {
                 self.culled += 1;
                 continue;
-            }
+            };
             let grid = in_grid + at;
             let section = Section {
                 grid_and_value: [grid.x, grid.y, grid.z, value],
                 camera: [camera.x, camera.y],
                 offset_z: camera.z,
             };
-            self.bins.push(section, first as u32, rect);
+            self.bins.push(section, first, rect);
         }
     }
 }

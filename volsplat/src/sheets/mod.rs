@@ -7,7 +7,9 @@
 //! 4. composite: each plane is classified per sub-pixel and composited behind those before it;
 //! 5. image: sub-pixels become pixels.
 //!
-//! The kernel is trilinear: a sample on a plane is exactly what a ray caster with trilinear interpolation reads there,
+//! Other kernels, and pre-classified voxels, are summed as slab sections and points ([`kernels`]): steps 2 and 3 differ.
+//!
+//! The default kernel is trilinear: a sample on a plane is exactly what a ray caster with trilinear interpolation reads there,
 //! reached in object order, so that cost follows what is visible and not the box around it.
 //! Source: K. Mueller, R. Crawfis, "Eliminating Popping Artifacts in Sheet Buffer-Based Splatting", IEEE Visualization
 //! 1998, for the sheets; we sample the plane through a slab's middle instead of integrating the kernel over the slab.
@@ -17,6 +19,8 @@ pub(crate) mod classify;
 mod clipped;
 pub(crate) mod frame;
 pub(crate) mod gather;
+pub(crate) mod kernel_tile;
+pub(crate) mod kernels;
 mod over;
 pub(crate) mod place;
 pub(crate) mod scatter;
@@ -34,6 +38,7 @@ use resample_core::{Camera, GridView};
 use self::classify::TransferTable;
 use self::frame::{Anchor, SheetSettings, TileView};
 use self::gather::{GatherScratch, render_tile};
+use self::kernels::KernelSheets;
 use self::place::placed;
 use self::scatter::VoxelSheets;
 use self::section::SectionTable;
@@ -71,6 +76,7 @@ pub(crate) struct ImageSheets {
 enum Source {
     Cells(CellField),
     Voxels(VoxelSheets),
+    Kernels(KernelSheets),
 }
 
 /// One frame's camera, at sub-pixel resolution, and settings.
@@ -95,6 +101,7 @@ impl ImageSheets {
             )));
         }
         let source = match options.sheet_sums {
+            _ if options.sums_kernels() => Source::Kernels(KernelSheets::new(volume, transfer, options)),
             SheetSums::Gather => {
                 let gradients = match options.shading {
                     Shading::None => Gradients::Without,
@@ -105,12 +112,15 @@ impl ImageSheets {
             SheetSums::Scatter => Source::Voxels(VoxelSheets::new(volume, transfer)),
         };
         let mut sheets = Self {
+            world_from_index: match &source {
+                Source::Kernels(sheets) => sheets.world_from_grid(),
+                _ => volume.world_from_index,
+            },
             visible_middle: None,
             clip: GridClip::default(),
             source,
             table: TransferTable::new(transfer, options.opacity, volume.value_range()),
             options: options.clone(),
-            world_from_index: volume.world_from_index,
             smallest_spacing: volume.smallest_spacing(),
             middle: DVec3::from(volume.dims.map(|n| (n / 2) as f64)),
         };
@@ -120,7 +130,10 @@ impl ImageSheets {
 
     /// Changes what is kept of the volume.
     pub(crate) fn set_clip(&mut self, clip: &Clip) {
-        self.clip = clip.in_grid(&self.world_from_index);
+        self.clip = match &mut self.source {
+            Source::Kernels(sheets) => sheets.set_clip(clip),
+            _ => clip.in_grid(&self.world_from_index),
+        };
         let visible = bounds_in_world(self.source.bounds(), &self.clip, &DAffine3::IDENTITY);
         self.visible_middle = visible.map(|[low, high]| 0.5 * (low + high));
     }
@@ -135,6 +148,7 @@ impl ImageSheets {
         match &self.source {
             Source::Cells(field) => [field.non_transparent, field.voxels],
             Source::Voxels(sheets) => [sheets.field.non_transparent, sheets.field.voxels],
+            Source::Kernels(sheets) => [sheets.samples.count, sheets.samples.voxels],
         }
     }
 
@@ -157,6 +171,7 @@ impl ImageSheets {
         match &mut self.source {
             Source::Cells(field) => frame.gather((field, &self.clip), tiles, stats),
             Source::Voxels(sheets) => sheets.render(&frame, tiles, stats),
+            Source::Kernels(sheets) => sheets.render(&frame, tiles, stats),
         }
         TileLayout { camera: *camera, subpixels, depth: TileDepth::CameraZ }
     }
@@ -178,8 +193,11 @@ impl ImageSheets {
     }
 
     fn settings(&self, view: &GridView, camera: &Camera) -> SheetSettings {
-        let sections = SectionTable::of_cube(view.camera_from_grid.matrix3);
         let thickness = self.options.slab_voxels * self.smallest_spacing;
+        let sections = match &self.source {
+            Source::Kernels(sheets) => sheets.sections(view, thickness),
+            _ => SectionTable::of_cube(view.camera_from_grid.matrix3),
+        };
         SheetSettings {
             level: self.options.simd.resolve(),
             table: self.table.clone(),
@@ -210,6 +228,7 @@ impl Source {
         match self {
             Self::Cells(field) => Box::new(field.bricks.iter().map(|brick| &brick.bounds)),
             Self::Voxels(sheets) => Box::new(sheets.field.bricks.iter().map(|brick| &brick.bounds)),
+            Self::Kernels(sheets) => Box::new(sheets.samples.bricks.iter().map(|brick| &brick.bounds)),
         }
     }
 }

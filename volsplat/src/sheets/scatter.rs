@@ -11,7 +11,7 @@ use resample_core::sort::{EXACT_KEYS, entry_key, sort_by_depth};
 use resample_core::tile::{TILE_PX, TileGrid};
 
 use super::SheetFrame;
-use super::frame::{Section, SheetChunk, SheetProjection, TileView};
+use super::frame::{Section, SheetChunk, SheetProjection, Span, TileView};
 use super::scatter_tile::{SheetScratch, render_tile};
 use crate::chunks::{project_runs, runs_of_bricks, visible_bricks};
 use crate::cull::ViewVolume;
@@ -43,7 +43,11 @@ impl VoxelSheets {
         let visible = visible_bricks(&self.field.bricks, &view_volume, stats);
         let runs = runs_of_bricks(&self.field.bricks, visible);
         self.chunks.resize_with(self.chunks.len().max(runs.len()), SheetChunk::default);
-        self.project(&SheetProjection::new(frame.view, frame.camera, frame.settings), &runs, stats);
+        self.project(
+            &SheetProjection::new(frame.view, frame.camera, frame.settings, Span::Plane),
+            &runs,
+            stats,
+        );
         frame.scatter(&self.chunks[..runs.len()], slots, stats);
     }
 
@@ -105,7 +109,7 @@ impl SheetFrame<'_> {
 }
 
 /// Sorts entries by their plane, exactly: the tile relies on it.
-fn sort_by_plane(entries: &mut [u64], scratch: &mut Vec<u64>) {
+pub(crate) fn sort_by_plane(entries: &mut [u64], scratch: &mut Vec<u64>) {
     let planes = entries.iter().map(|&e| entry_key(e));
     let (nearest, farthest) = planes.fold((u32::MAX, 0), |(lo, hi), plane| (lo.min(plane), hi.max(plane)));
     if farthest.saturating_sub(nearest) < EXACT_KEYS {

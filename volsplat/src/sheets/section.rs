@@ -48,6 +48,22 @@ impl SectionTable {
         }
     }
 
+    /// The sections of the ball of this radius of such a grid by slabs of this thickness, at their middle planes.
+    pub(crate) fn of_ball(camera_from_grid: DMat3, radius: f64, thickness: f64) -> Self {
+        let ball = Ball { rows: [0, 1, 2].map(|k| radius * camera_from_grid.row(k)) };
+        let reach_z = ball.rows[2].length() + 0.5 * thickness;
+        let step = 2.0 * reach_z / ENTRIES as f64;
+        let entry = |i: usize| {
+            let low = -reach_z + i as f64 * step;
+            ball.bounds(low - 0.5 * thickness, low + step + 0.5 * thickness)
+        };
+        Self {
+            entries: (0..ENTRIES).map(entry).collect(),
+            reach_z: reach_z as f32,
+            entries_per_unit: (1.0 / step) as f32,
+        }
+    }
+
     /// The box of the section by a plane at this camera z from the centre; `None` where the plane lies behind the
     /// kernel. One that lies before it, as rounding may put the first, gets the first box.
     #[inline(always)]
@@ -68,6 +84,35 @@ impl SectionBox {
     fn union(self, other: Self) -> Self {
         let (a, b) = (self.ends, other.ends);
         Self { ends: [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])] }
+    }
+}
+
+/// A ball of the grid in camera space: the rows of the map times the radius.
+struct Ball {
+    rows: [DVec3; 3],
+}
+
+impl Ball {
+    /// The box of the part between two camera z from the centre.
+    fn bounds(&self, low: f64, high: f64) -> SectionBox {
+        let [x, y] = [0, 1].map(|axis| {
+            let greatest = self.greatest(axis, low, high);
+            // The ball is symmetric: the least is the greatest of the mirrored part.
+            [-self.greatest(axis, -high, -low), greatest]
+        });
+        // One step of f32 outwards: rounding never cuts the box.
+        let out = |end: f64, up: bool| if up { (end as f32).next_up() } else { (end as f32).next_down() };
+        SectionBox { ends: [out(x[0], false), out(y[0], false), out(x[1], true), out(y[1], true)] }
+    }
+
+    /// The greatest camera x or y between two camera z. Over z it is concave, so the nearest z to the peak has it.
+    fn greatest(&self, axis: usize, low: f64, high: f64) -> f64 {
+        let (row, z) = (self.rows[axis], self.rows[2]);
+        let (depth2, along) = (z.length_squared(), row.dot(z));
+        let peak = along / row.length().max(f64::MIN_POSITIVE);
+        let at = peak.clamp(low, high);
+        let across = (row - along / depth2 * z).length();
+        along / depth2 * at + (1.0 - at * at / depth2).max(0.0).sqrt() * across
     }
 }
 
@@ -97,6 +142,30 @@ fn bounds_between(edges: &[[DVec3; 2]], low: f64, step: f64) -> SectionBox {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_point_of_the_ball_lies_in_the_box_of_its_slab() {
+        let map = DMat3::from_cols(
+            DVec3::new(1.0, 0.2, -0.3),
+            DVec3::new(-0.4, 0.7, 0.9),
+            DVec3::new(0.1, -0.5, 2.0),
+        );
+        let (radius, thickness) = (1.8, 0.5);
+        let table = SectionTable::of_ball(map, radius, thickness);
+        for i in 0..20_000 {
+            // A spiral over the sphere.
+            let height = 1.0 - 2.0 * (f64::from(i) + 0.5) / 20_000.0;
+            let angle = f64::from(i) * 2.4;
+            let across = (1.0 - height * height).sqrt();
+            let p = map * (radius * 0.999 * DVec3::new(across * angle.cos(), across * angle.sin(), height));
+            for offset in [-0.249, 0.0, 0.249] {
+                let [x0, y0, x1, y1] = table.at((p.z + offset) as f32).expect("a slab that holds it").ends;
+                let (x, y) = (p.x as f32, p.y as f32);
+                assert!(x >= x0 && x <= x1 && y >= y0 && y <= y1, "{p} outside its box");
+            }
+        }
+        assert!(table.at(table.reach_z * 1.01).is_none(), "a slab behind the ball");
+    }
 
     #[test]
     fn every_point_of_the_cube_lies_in_the_box_of_its_section() {

@@ -1,0 +1,307 @@
+//! Image sheets summed from kernels: any kernel, pre- or post-classified, with points where voxels are small.
+//!
+//! Visible bricks are projected voxel by voxel. One whose spacing projects to less than the threshold adds to its slab as a
+//! point, through the pixel's Gaussian (with sub-pixels, that of the sub-pixel); any other is cut into slab sections. Each
+//! is listed by the tiles that it touches, and each tile sums slab by slab ([`super::kernel_tile`]).
+//! Limits: the trilinear kernel is sampled on the plane through a slab's middle, and is never a point.
+
+use cpu_time::ThreadTime;
+use glam::{DAffine3, DVec3, Vec3};
+use rayon::prelude::*;
+use resample_core::composite::TilePixels;
+use resample_core::point::PixelFilter;
+use resample_core::section::SectionProfile;
+use resample_core::tile::{ChunkBins, TILE_PX, TileGrid};
+use resample_core::{GridView, Kernel, Projection, SelectMode};
+
+use super::SheetFrame;
+use super::frame::{SheetProjection, SheetSettings, Span, TileView};
+use super::kernel_tile::{KernelScratch, KernelSettings, Laid, TileRays, render_tile};
+use super::scatter::sort_by_plane;
+use super::section::SectionTable;
+use crate::chunks::{project_runs, runs_of_bricks, visible_bricks};
+use crate::clip::{Clip, GridClip};
+use crate::cull::ViewVolume;
+use crate::kernel_field::{MARGIN, kernel_samples};
+use crate::options::{Classify, RenderOptions, SheetKernel};
+use crate::sample::{Brick, Samples, place};
+use crate::stats::{FrameStats, StageClock};
+use crate::tiles::{TileSlot, elapsed_ms, tally};
+use crate::transfer::TransferFunction;
+use crate::volume::Volume;
+
+/// Voxels with their kernel, and the chunks that they are projected in, kept from frame to frame.
+#[derive(Clone, Debug)]
+pub(crate) struct KernelSheets {
+    pub(crate) samples: Samples,
+    dims: [usize; 3],
+    kernel: Option<Kernel>,
+    settings: KernelSettings,
+    select: SelectMode,
+    threshold_px: f32,
+    chunks: Vec<KernelChunk>,
+}
+
+/// The voxels of a chunk of bricks, by tile.
+#[derive(Clone, Debug, Default)]
+struct KernelChunk {
+    bins: ChunkBins<Laid>,
+    culled: u64,
+    points: u64,
+}
+
+/// What voxels of a frame are projected with.
+struct KernelProjection {
+    projection: SheetProjection,
+    view: GridView,
+    grid: TileGrid,
+    select: SelectMode,
+    threshold2_px2: f32,
+    anchor_z: f64,
+    thickness: f64,
+    /// World volume of a cell times the focal lengths, over the opacity unit.
+    mass_scale: f32,
+    classify: Classify,
+}
+
+impl KernelSheets {
+    pub(crate) fn new(volume: &Volume, transfer: &TransferFunction, options: &RenderOptions) -> Self {
+        let kernel = match options.sheet_kernel {
+            SheetKernel::Trilinear => None,
+            SheetKernel::Radial(shape) => Some(Kernel::new(shape)),
+        };
+        let samples = match options.classify {
+            Classify::Pre => Samples::classify(volume, transfer, options.opacity),
+            Classify::Post => kernel_samples(volume, transfer),
+        };
+        Self {
+            samples,
+            dims: volume.dims,
+            settings: KernelSettings {
+                profile: kernel.as_ref().map(SectionProfile::new),
+                filter: PixelFilter::new(),
+                classify: options.classify,
+                clip: GridClip::default(),
+            },
+            kernel,
+            select: if kernel.is_some() { options.select } else { SelectMode::Splats },
+            threshold_px: options.point_threshold_px,
+            chunks: Vec::new(),
+        }
+    }
+
+    /// From the indices of the samples to the world.
+    pub(crate) fn world_from_grid(&self) -> DAffine3 {
+        self.samples.world_from_index
+    }
+
+    /// Changes what is kept of each ray, and gives it: scalars are known inside the volume alone.
+    pub(crate) fn set_clip(&mut self, clip: &Clip) -> GridClip {
+        let mut clip = clip.clone();
+        if self.settings.classify == Classify::Post {
+            let margin = DVec3::splat(MARGIN as f64);
+            let last = DVec3::from(self.dims.map(|n| (n - 1) as f64));
+            let [low, high] = clip.crop_in_grid.unwrap_or([DVec3::ZERO, last]);
+            clip.crop_in_grid = Some([low.max(DVec3::ZERO) + margin, high.min(last) + margin]);
+        }
+        self.settings.clip = clip.in_grid(&self.samples.world_from_index);
+        self.settings.clip.clone()
+    }
+
+    /// The extents of the kernel's sections.
+    pub(crate) fn sections(&self, view: &GridView, thickness: f64) -> SectionTable {
+        match &self.kernel {
+            None => SectionTable::of_cube(view.camera_from_grid.matrix3),
+            Some(kernel) => SectionTable::of_ball(view.camera_from_grid.matrix3, kernel.radius(), thickness),
+        }
+    }
+
+    /// Renders the tiles of one frame.
+    pub(crate) fn render(&mut self, frame: &SheetFrame, slots: &mut Vec<TileSlot>, stats: &mut FrameStats) {
+        // The corners of the trilinear kernel's box lie sqrt(3) away.
+        let radius = self.kernel.map_or(3f64.sqrt(), |kernel| kernel.radius());
+        let view_volume = ViewVolume::new(frame.camera, frame.view, radius);
+        let visible = visible_bricks(&self.samples.bricks, &view_volume, stats);
+        let runs = runs_of_bricks(&self.samples.bricks, visible);
+        self.chunks.resize_with(self.chunks.len().max(runs.len()), KernelChunk::default);
+        let setup = self.projection(frame);
+        let (bricks, chunks) = (&self.samples.bricks, &mut self.chunks[..runs.len()]);
+        let project = |chunk: &mut KernelChunk, run: &[usize]| {
+            chunk.bins.clear();
+            (chunk.culled, chunk.points) = (0, 0);
+            run.iter().for_each(|&brick| chunk.project(&setup, &bricks[brick]));
+        };
+        project_runs(chunks, &runs, stats, project, |chunk, number| chunk.bins.bin(number));
+        for chunk in chunks.iter() {
+            stats.culled += chunk.culled;
+            stats.points += chunk.points;
+            stats.splats += chunk.bins.primitives.len() as u64 - chunk.points;
+        }
+        frame.sum_kernels(&self.settings, &self.chunks[..runs.len()], slots, stats);
+    }
+
+    fn projection(&self, frame: &SheetFrame) -> KernelProjection {
+        let (view, settings): (&GridView, &SheetSettings) = (frame.view, frame.settings);
+        let span = if self.kernel.is_some() { Span::Slab } else { Span::Plane };
+        let area = view.focal.x * view.focal.y;
+        KernelProjection {
+            projection: SheetProjection::new(view, frame.camera, settings, span),
+            view: *view,
+            grid: TileGrid { width: frame.camera.width as usize, height: frame.camera.height as usize },
+            select: self.select,
+            threshold2_px2: self.threshold_px * self.threshold_px,
+            anchor_z: settings.anchor.camera_z,
+            thickness: settings.thickness,
+            mass_scale: (view.cell_volume() * area / settings.unit_in_world) as f32,
+            classify: self.settings.classify,
+        }
+    }
+}
+
+/// A voxel on the screen.
+struct OnScreen {
+    /// Position, px.
+    at: [f32; 2],
+    /// Weight of a point summed over the screen, opacity units times px^2.
+    mass: f32,
+    spacing2_px2: f32,
+}
+
+impl KernelProjection {
+    /// Where a voxel in front of the near plane falls, given its camera position, z relative to the anchor.
+    #[inline(always)]
+    fn on_screen(&self, camera: Vec3, z: f32) -> OnScreen {
+        let (focal, principal) = (self.view.focal.as_vec2(), self.view.principal_px.as_vec2());
+        let axes = self.projection.axes();
+        let (scale, x, y, distance_per_z3) = match self.view.projection {
+            Projection::Perspective => {
+                let distance = (camera.x * camera.x + camera.y * camera.y + z * z).sqrt();
+                (1.0 / z, camera.x / z, camera.y / z, distance / (z * z * z))
+            }
+            Projection::Orthographic => (1.0, camera.x, camera.y, 1.0),
+        };
+        let oblique = if self.view.projection == Projection::Perspective { 1.0 } else { 0.0 };
+        let mut gram = [0.0f32; 3];
+        for axis in axes {
+            let across = focal.x * scale * (axis.x - oblique * x * axis.z);
+            let down = focal.y * scale * (axis.y - oblique * y * axis.z);
+            gram = [gram[0] + across * across, gram[1] + across * down, gram[2] + down * down];
+        }
+        let half = 0.5 * (gram[0] - gram[2]);
+        OnScreen {
+            at: [focal.x * x + principal.x, focal.y * y + principal.y],
+            mass: self.mass_scale * distance_per_z3,
+            spacing2_px2: 0.5 * (gram[0] + gram[2]) + (half * half + gram[1] * gram[1]).sqrt(),
+        }
+    }
+
+    /// The point that a voxel becomes, with its slab; `None` if it is none.
+    #[inline(always)]
+    fn point(&self, camera: Vec3) -> Option<(u32, OnScreen)> {
+        let z = (f64::from(camera.z) + self.anchor_z) as f32;
+        let wanted = matches!(self.select, SelectMode::Hybrid | SelectMode::Points);
+        let near = (self.view.near as f32).max(0.0);
+        if !wanted || !(z > near) {
+            return None;
+        }
+        let screen = self.on_screen(camera, z);
+        let small = self.select == SelectMode::Points || screen.spacing2_px2 < self.threshold2_px2;
+        let slab = (f64::from(camera.z) + self.anchor_z) / self.thickness;
+        (small && slab < f64::from(1u32 << 23)).then_some((slab as u32, screen))
+    }
+}
+
+impl KernelChunk {
+    fn project(&mut self, setup: &KernelProjection, brick: &Brick) {
+        let corner = DVec3::from(brick.bounds.corner.map(f64::from));
+        let [in_camera, in_grid] = setup.projection.at_corner(corner);
+        let [ax, ay, az] = setup.projection.axes();
+        for (&packed, &value) in brick.places.iter().zip(&brick.values) {
+            let at = Vec3::from(place(packed).map(f32::from));
+            let camera = in_camera + at.x * ax + at.y * ay + at.z * az;
+            let value = match setup.classify {
+                Classify::Pre => [value[0] * value[3], value[1] * value[3], value[2] * value[3], value[3]],
+                Classify::Post => value,
+            };
+            let laid = Laid {
+                grid: (in_grid + at).to_array(),
+                offset_z: camera.z,
+                value,
+                across: [camera.x, camera.y],
+                mass: 0.0,
+            };
+            match setup.point(camera) {
+                Some((slab, screen)) => self.push_point(setup, slab, screen, laid),
+                None => match setup.projection.cover(camera) {
+                    Some((first, rect)) => self.bins.push(laid, first, rect),
+                    None => self.culled += 1,
+                },
+            }
+        }
+    }
+
+    fn push_point(&mut self, setup: &KernelProjection, slab: u32, screen: OnScreen, laid: Laid) {
+        const REACH_PX: f32 = 2.0;
+        let cover = |at: f32, count: usize| {
+            let inside = |p: f32| p.clamp(0.0, count as f32) as u16;
+            [inside((at - REACH_PX - 0.5).ceil()), inside((at + REACH_PX - 0.5).floor() + 1.0)]
+        };
+        let [x, y] = screen.at;
+        let rect = setup.grid.rect(cover(x, setup.grid.width), cover(y, setup.grid.height));
+        if rect.area() == 0 || !(screen.mass > 0.0) {
+            self.culled += 1;
+            return;
+        }
+        self.points += 1;
+        self.bins.push(Laid { across: screen.at, mass: screen.mass, ..laid }, slab, rect);
+    }
+}
+
+impl SheetFrame<'_> {
+    /// Renders the tiles from projected voxels.
+    fn sum_kernels(
+        &self,
+        kernel: &KernelSettings,
+        chunks: &[KernelChunk],
+        slots: &mut Vec<TileSlot>,
+        stats: &mut FrameStats,
+    ) {
+        let clock = StageClock::start();
+        let grid = TileGrid { width: self.camera.width as usize, height: self.camera.height as usize };
+        let columns = grid.columns();
+        slots.resize_with(columns * grid.rows(), TileSlot::default);
+        let voxels: Vec<&[Laid]> = chunks.iter().map(|chunk| chunk.bins.primitives.as_slice()).collect();
+        slots.par_iter_mut().enumerate().for_each_init(KernelScratch::default, |scratch, (index, slot)| {
+            let at = [index % columns, index / columns];
+            slot.reset(0);
+            for chunk in chunks {
+                slot.entries.extend_from_slice(chunk.bins.tile(at[0] as u16, at[1] as u16));
+            }
+            self.kernel_tile(kernel, at.map(|tile| tile * TILE_PX), &voxels, (slot, scratch));
+        });
+        tally(slots, clock, stats);
+    }
+
+    fn kernel_tile(
+        &self,
+        kernel: &KernelSettings,
+        corner_px: [usize; 2],
+        voxels: &[&[Laid]],
+        (slot, scratch): (&mut TileSlot, &mut KernelScratch),
+    ) {
+        if slot.entries.is_empty() {
+            return;
+        }
+        scratch.pixels = TilePixels::default();
+        let start = ThreadTime::try_now().ok();
+        sort_by_plane(&mut slot.entries, &mut scratch.sort);
+        slot.sort_ms = elapsed_ms(start);
+        let start = ThreadTime::try_now().ok();
+        let view = TileView::new(self.view, corner_px, self.settings);
+        let rays = TileRays::new(self.view, corner_px, self.settings, &kernel.clip);
+        let frame = (self.settings, kernel);
+        slot.counts = render_tile(frame, (&view, &rays), &slot.entries, voxels, scratch);
+        slot.show(scratch.pixels.averaged(self.subpixels as usize));
+        slot.composite_ms = elapsed_ms(start);
+    }
+}
