@@ -255,6 +255,9 @@ pub(crate) struct SheetArgs {
     /// How the sums of a sheet are formed; the picture is the same [default: gather]
     #[arg(long, value_enum)]
     pub sheet_sums: Option<SheetSumsArg>,
+    /// What the transfer function is applied to [default: post; the other orders classify voxels]
+    #[arg(long, value_enum)]
+    pub classify: Option<ClassifyArg>,
     /// How samples are lit, by the gradient of the volume [default: none]
     #[arg(long, value_enum)]
     pub shade: Option<ShadeArg>,
@@ -270,10 +273,11 @@ pub(crate) struct SampleArgs {
     /// How a perspective footprint is evaluated [default: exact]
     #[arg(long, value_enum)]
     pub footprint: Option<FootprintArg>,
-    /// Shape of the reconstruction kernel [default: gaussian]
+    /// Shape of the reconstruction kernel [default: gaussian; trilinear in image-sheets, which has all of them]
     #[arg(long, value_enum)]
     pub kernel: Option<KernelArg>,
-    /// Which voxels are drawn as points and which as splats [default: hybrid]
+    /// Which voxels are drawn as points and which as splats; with a kernel other than trilinear in image-sheets too
+    /// [default: hybrid]
     #[arg(long, value_enum)]
     pub select: Option<SelectArg>,
     /// In hybrid: voxels whose spacing projects to less than this many pixels are points [default: 1]
@@ -362,9 +366,20 @@ pub(crate) enum FootprintArg {
     Exact,
 }
 
+/// What the transfer function is applied to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ClassifyArg {
+    /// Voxels, before they are summed
+    Pre,
+    /// The interpolated value, after the sum
+    Post,
+}
+
 /// Shape of the reconstruction kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum KernelArg {
+    /// Trilinear interpolation (image-sheets)
+    Trilinear,
     /// Truncated Gaussian
     Gaussian,
     /// Compact polynomial

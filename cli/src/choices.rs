@@ -8,11 +8,11 @@ pub(crate) mod warp;
 use clap::ValueEnum;
 use resample_core::{FootprintMode, KernelShape, OpacityMode, Projection, SelectMode};
 use volsplat::transfer::ColourEncoding;
-use volsplat::{ColourBy, Order, RenderOptions, Shading, SheetSums};
+use volsplat::{Classify, ColourBy, Order, RenderOptions, Shading, SheetKernel, SheetSums};
 
 use crate::args::{
-    ColourByArg, FlatFootprintArg, FootprintArg, KernelArg, LayerArg, LevelArg, MeshShadeArg, OpacityArg,
-    OrderArg, ProjectionArg, SelectArg, ShadeArg, SheetSumsArg, SpaceArg, TexmapMethodArg,
+    ClassifyArg, ColourByArg, FlatFootprintArg, FootprintArg, KernelArg, LayerArg, LevelArg, MeshShadeArg,
+    OpacityArg, OrderArg, ProjectionArg, SelectArg, ShadeArg, SheetSumsArg, SpaceArg, TexmapMethodArg,
 };
 
 /// Pairs of a command line's value and a library's value; each of either occurs once.
@@ -48,11 +48,16 @@ pub(crate) const FOOTPRINT: Twins<FootprintArg, FootprintMode> = Twins(&[
     (FootprintArg::Exact, FootprintMode::Exact),
 ]);
 
+/// `--classify`
+pub(crate) const CLASSIFY: Twins<ClassifyArg, Classify> =
+    Twins(&[(ClassifyArg::Pre, Classify::Pre), (ClassifyArg::Post, Classify::Post)]);
+
 /// `--kernel`
-pub(crate) const KERNEL: Twins<KernelArg, KernelShape> = Twins(&[
-    (KernelArg::Gaussian, KernelShape::Gaussian),
-    (KernelArg::Polynomial, KernelShape::Polynomial),
-    (KernelArg::BSpline, KernelShape::BSpline),
+pub(crate) const KERNEL: Twins<KernelArg, SheetKernel> = Twins(&[
+    (KernelArg::Trilinear, SheetKernel::Trilinear),
+    (KernelArg::Gaussian, SheetKernel::Radial(KernelShape::Gaussian)),
+    (KernelArg::Polynomial, SheetKernel::Radial(KernelShape::Polynomial)),
+    (KernelArg::BSpline, SheetKernel::Radial(KernelShape::BSpline)),
 ]);
 
 /// `--select`
@@ -163,7 +168,8 @@ mod tests {
         check(&SHEET_SUMS, &["gather", "scatter"]);
         check(&OPACITY, &["extinction", "linear"]);
         check(&FOOTPRINT, &["affine-approx", "affine", "table", "exact"]);
-        check(&KERNEL, &["gaussian", "polynomial", "b-spline"]);
+        check(&CLASSIFY, &["pre", "post"]);
+        check(&KERNEL, &["trilinear", "gaussian", "polynomial", "b-spline"]);
         check(&SELECT, &["hybrid", "points", "splats", "ewa"]);
         check(&COLOUR_BY, &["transfer", "select"]);
         check(&SPACE, &["linear", "srgb"]);

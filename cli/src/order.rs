@@ -6,11 +6,14 @@
 use anyhow::{Result, bail};
 use volsplat::Order;
 
-use crate::args::RenderArgs;
+use crate::args::{ClassifyArg, KernelArg, RenderArgs};
 use crate::choices;
 
 const IMAGE: &[Order] = &[Order::ImageSheets];
+/// Pre-classification is what the other orders do anyway.
+const PRE: &[Order] = &[Order::ImageSheets, Order::EverySample, Order::AxisSheets];
 const SAMPLES: &[Order] = &[Order::EverySample, Order::AxisSheets];
+const ALL: &[Order] = &[Order::EverySample, Order::AxisSheets, Order::ImageSheets];
 const EVERY: &[Order] = &[Order::EverySample];
 
 /// An option that was given, and the orders that have it.
@@ -63,11 +66,18 @@ fn names(option: &Given) -> String {
 /// The options given that not every order has.
 fn given(args: &RenderArgs) -> Vec<Given> {
     let (samples, sheets) = (&args.samples, &args.sheets);
+    let kernel = samples.kernel;
+    let kernel_orders = if kernel == Some(KernelArg::Trilinear) { IMAGE } else { ALL };
+    // Sheets of trilinear samples have neither points nor splats.
+    let select_orders =
+        if kernel.is_some_and(|kernel| kernel != KernelArg::Trilinear) { ALL } else { SAMPLES };
+    let classify_orders = if sheets.classify == Some(ClassifyArg::Pre) { PRE } else { IMAGE };
     let all = [
+        ("--classify", sheets.classify.is_some(), classify_orders),
         ("--footprint", samples.footprint.is_some(), SAMPLES),
-        ("--kernel", samples.kernel.is_some(), SAMPLES),
-        ("--select", samples.select.is_some(), SAMPLES),
-        ("--point-threshold", samples.point_threshold.is_some(), SAMPLES),
+        ("--kernel", kernel.is_some(), kernel_orders),
+        ("--select", samples.select.is_some(), select_orders),
+        ("--point-threshold", samples.point_threshold.is_some(), select_orders),
         ("--sheet", samples.sheet.is_some(), EVERY),
         ("--colour-by", samples.colour_by.is_some(), SAMPLES),
         ("--slab", sheets.slab.is_some(), IMAGE),

@@ -7,7 +7,9 @@ use anyhow::Result;
 use serde_json::{Value, json};
 use volsplat::input::RawOptions;
 use volsplat::volume::NanPolicy;
-use volsplat::{DepthPlane, Light, LoadOptions, Order, RenderOptions, Subpixels, Volume};
+use volsplat::{
+    Classify, DepthPlane, Light, LoadOptions, Order, RenderOptions, SheetKernel, Subpixels, Volume,
+};
 
 use crate::args::{RenderArgs, VolsplatArgs, VolumeArgs};
 use crate::choices;
@@ -47,6 +49,7 @@ pub(crate) fn render_options(
 ) -> Result<RenderOptions> {
     let (samples, sheets) = (&args.samples, &args.sheets);
     let default = RenderOptions::default();
+    let kernel = samples.kernel.map_or(default.sheet_kernel, |kernel| choices::KERNEL.library(kernel));
     Ok(RenderOptions {
         order: order(args)?.unwrap_or(default.order),
         clip: clip::clip(&args.clip),
@@ -55,7 +58,12 @@ pub(crate) fn render_options(
         sheet_sums: sheets.sheet_sums.map_or(default.sheet_sums, |sums| choices::SHEET_SUMS.library(sums)),
         shading: sheets.shade.map_or(default.shading, |shade| choices::SHADE.library(shade)),
         light: sheets.light.map_or(default.light, Light::Towards),
-        kernel: samples.kernel.map_or(default.kernel, |kernel| choices::KERNEL.library(kernel)),
+        kernel: match kernel {
+            SheetKernel::Radial(shape) => shape,
+            SheetKernel::Trilinear => default.kernel,
+        },
+        sheet_kernel: kernel,
+        classify: sheets.classify.map_or(default.classify, |classify| choices::CLASSIFY.library(classify)),
         footprint: samples.footprint.map_or(default.footprint, |mode| choices::FOOTPRINT.library(mode)),
         opacity: choices::OPACITY.library(args.opacity),
         select: samples.select.map_or(default.select, |select| choices::SELECT.library(select)),
@@ -128,7 +136,14 @@ fn render_record(options: &RenderOptions) -> Value {
         "shade": choices::SHADE.name(options.shading),
         "light": light,
         "sheet_sums": choices::SHEET_SUMS.name(options.sheet_sums),
-        "kernel": choices::KERNEL.name(options.kernel),
+        "kernel": choices::KERNEL.name(match options.order {
+            Order::ImageSheets => options.sheet_kernel,
+            Order::EverySample | Order::AxisSheets => SheetKernel::Radial(options.kernel),
+        }),
+        "classify": choices::CLASSIFY.name(match options.order {
+            Order::ImageSheets => options.classify,
+            Order::EverySample | Order::AxisSheets => Classify::Pre,
+        }),
         "footprint": choices::FOOTPRINT.name(options.footprint),
         "opacity": choices::OPACITY.name(options.opacity),
         "select": choices::SELECT.name(options.select),

@@ -152,7 +152,8 @@ mod tests {
             let parts: f64 = (-8..8)
                 .map(|k| integral(&profile, distance2, [0.3 * f64::from(k), 0.3 * f64::from(k + 1)]))
                 .sum();
-            assert!((parts - whole).abs() < 2e-6, "{shape:?}: {parts} instead of {whole}");
+            // The coefficients are of order 10, in f32.
+            assert!((parts - whole).abs() < 1e-5, "{shape:?}: {parts} instead of {whole}");
         }
     }
 }

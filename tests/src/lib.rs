@@ -10,6 +10,7 @@ pub mod data;
 pub mod exr_read;
 pub mod field;
 pub mod interleaved;
+pub mod kernel_sheet_reference;
 pub mod march;
 pub mod peer_scenes;
 pub mod popping;

@@ -21,6 +21,8 @@ use crate::rays::{Ray, RaySource};
 mod footprint;
 mod pixel;
 
+pub(crate) use pixel::point_weight;
+
 use footprint::{Ewa, outline_box};
 
 /// Side of the tiles that part sheets of points, px.

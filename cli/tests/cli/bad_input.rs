@@ -154,6 +154,8 @@ fn options_of_another_order_are_refused() {
     let words = |options: &str| format!("volsplat ball.raw {BALL} -o out/a.png {options}");
     assert_one_line(&bench, &words("--order image-sheets --select splats"), "--select");
     assert_one_line(&bench, &words("--order every-sample --slab 1"), "--slab");
+    assert_one_line(&bench, &words("--order every-sample --classify post"), "--classify");
+    assert_one_line(&bench, &words("--order axis-sheets --kernel trilinear"), "--kernel");
     assert_one_line(&bench, &words("--kernel gaussian --subpixel 2"), "--kernel");
     assert_refused(&bench, &words("--subpixel 3"), "--subpixel");
     assert_one_line(&bench, &words("--order every-sample --shade phong"), "--shade");

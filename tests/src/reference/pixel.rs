@@ -136,7 +136,7 @@ const PHASE_SHIFTS: [DVec2; 4] = {
 };
 
 /// Weight of a point at a pixel: the product of those along the axes.
-fn point_weight(pixel_centre: DVec2, point: DVec2) -> f64 {
+pub(crate) fn point_weight(pixel_centre: DVec2, point: DVec2) -> f64 {
     let offset = pixel_centre - point;
     axis_weight(offset.x, point.x) * axis_weight(offset.y, point.y)
 }

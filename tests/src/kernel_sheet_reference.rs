@@ -1,0 +1,198 @@
+//! The reference for image sheets summed from kernels: every voxel against every slab of every pixel's ray, in f64.
+//!
+//! Takes what the renderer takes, gives colour and opacity per pixel. A voxel's section is a numeric integral of its kernel
+//! along the ray, from where the ray enters the slab to where it leaves it; a point is weighted by the pixel's Gaussian at
+//! its true position. Pre-classified, extinction and colour are summed; post-classified, the quotient of the sums of scalar
+//! and weight is classified by the transfer function itself. The volume is continued by its outermost voxels, and nothing
+//! is dropped. Source: the method, sections 3 and 4. Limits: slow; one sub-pixel; no clip; extinction only.
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+use resample_core::{Projection, SelectMode};
+use volsplat::{Classify, SheetKernel};
+
+use crate::field::{ReferenceKernel, extinction};
+use crate::rays::{Ray, RaySource};
+use crate::reference::{Scene, point_weight};
+
+/// Voxels that continue the volume on each side where scalars are summed: no kernel reaches farther.
+const MARGIN: i64 = 2;
+
+struct Voxel {
+    index: DVec3,
+    /// Colour times extinction and extinction, or the scalar in the last place.
+    value: [f64; 4],
+    /// Of a point: camera z, screen position and weight summed over the screen.
+    point: Option<(f64, DVec2, f64)>,
+}
+
+struct Setup<'a> {
+    scene: Scene<'a>,
+    rays: RaySource,
+    kernel: Option<ReferenceKernel>,
+    thickness: f64,
+    unit: f64,
+    voxels: Vec<Voxel>,
+}
+
+/// Renders a picture, row by row: linear premultiplied colour and opacity.
+pub fn render(scene: &Scene) -> Vec<[f64; 4]> {
+    let smallest = DVec3::from(scene.volume.spacing()).min_element();
+    let mut setup = Setup {
+        scene: *scene,
+        rays: RaySource::new(scene.camera, &scene.volume.world_from_index),
+        kernel: match scene.options.sheet_kernel {
+            SheetKernel::Trilinear => None,
+            SheetKernel::Radial(shape) => Some(ReferenceKernel::new(shape)),
+        },
+        thickness: scene.options.slab_voxels * smallest,
+        unit: scene.options.opacity_unit.unwrap_or(smallest),
+        voxels: Vec::new(),
+    };
+    setup.voxels = setup.voxels();
+    let (width, height) = (scene.camera.width as usize, scene.camera.height as usize);
+    (0..width * height).into_par_iter().map(|i| setup.pixel([i % width, i / width])).collect()
+}
+
+impl Setup<'_> {
+    fn post(&self) -> bool {
+        self.scene.options.classify == Classify::Post
+    }
+
+    fn voxels(&self) -> Vec<Voxel> {
+        let dims = self.scene.volume.dims.map(|n| n as i64);
+        let margin = if self.post() { MARGIN } else { 0 };
+        let mut voxels = Vec::new();
+        for z in -margin..dims[2] + margin {
+            for y in -margin..dims[1] + margin {
+                for x in -margin..dims[0] + margin {
+                    let held: [i64; 3] = std::array::from_fn(|axis| [x, y, z][axis].clamp(0, dims[axis] - 1));
+                    let scalar =
+                        self.scene.volume.value((held[0] + dims[0] * (held[1] + dims[1] * held[2])) as usize);
+                    let index = DVec3::new(x as f64, y as f64, z as f64);
+                    voxels.push(Voxel { index, value: self.value(scalar), point: self.point(index) });
+                }
+            }
+        }
+        voxels
+    }
+
+    fn value(&self, scalar: f64) -> [f64; 4] {
+        if self.post() {
+            return [0.0, 0.0, 0.0, scalar];
+        }
+        let (rgb, opacity) = self.scene.transfer.sample(scalar);
+        let tau = extinction(opacity);
+        [f64::from(rgb[0]) * tau, f64::from(rgb[1]) * tau, f64::from(rgb[2]) * tau, tau]
+    }
+
+    fn point(&self, index: DVec3) -> Option<(f64, DVec2, f64)> {
+        let options = self.scene.options;
+        let in_camera = self.rays.in_camera(index);
+        if self.kernel.is_none()
+            || options.select == SelectMode::Splats
+            || in_camera.z <= self.scene.camera.near
+        {
+            return None;
+        }
+        let gram = self
+            .rays
+            .jacobian(index)
+            .iter()
+            .fold([0.0; 3], |g, j| [g[0] + j.x * j.x, g[1] + j.x * j.y, g[2] + j.y * j.y]);
+        let half = 0.5 * (gram[0] - gram[2]);
+        let spacing = (0.5 * (gram[0] + gram[2]) + half.hypot(gram[1])).sqrt();
+        if options.select == SelectMode::Hybrid && spacing >= f64::from(options.point_threshold_px) {
+            return None;
+        }
+        let camera = self.scene.camera;
+        let area_per_px = match camera.projection {
+            Projection::Perspective => in_camera.z.powi(3) / (camera.fx * camera.fy * in_camera.length()),
+            Projection::Orthographic => 1.0 / (camera.fx * camera.fy),
+        };
+        Some((in_camera.z, self.rays.screen(index), self.rays.cell_volume() / (self.unit * area_per_px)))
+    }
+
+    fn pixel(&self, [x, y]: [usize; 2]) -> [f64; 4] {
+        let ray = self.rays.pixel(x, y);
+        let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+        let near: Vec<&Voxel> = self
+            .voxels
+            .iter()
+            .filter(|voxel| match voxel.point {
+                Some((_, screen, _)) => (screen - centre).abs().max_element() < 2.0,
+                None => ray.distance(voxel.index) < self.kernel.map_or(1.8, |kernel| kernel.radius),
+            })
+            .collect();
+        let depths = near.iter().map(|voxel| self.rays.in_camera(voxel.index).z);
+        let (low, high) = depths.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), z| (l.min(z), h.max(z)));
+        let reach = self.rays.depth_reach(2.0) + self.thickness;
+        let first = ((low - reach).max(self.scene.camera.near) / self.thickness).floor();
+        let slabs = (((high + reach) / self.thickness - first).ceil()).max(0.0) as u64;
+        let (mut left, mut rgb) = (1.0, [0.0; 3]);
+        for slab in (0..slabs).map(|i| first + i as f64) {
+            let added = self.slab(&near, &ray, (centre, slab));
+            if added[3] > 0.0 {
+                let weight = left * -(-added[3]).exp_m1();
+                left -= weight;
+                for (sum, c) in rgb.iter_mut().zip(added) {
+                    *sum += weight * c / added[3];
+                }
+            }
+        }
+        [rgb[0], rgb[1], rgb[2], 1.0 - left]
+    }
+
+    /// Colours times optical depth, and optical depth, of a slab.
+    fn slab(&self, voxels: &[&Voxel], ray: &Ray, (centre, slab): (DVec2, f64)) -> [f64; 4] {
+        let ends = [slab * self.thickness, (slab + 1.0) * self.thickness];
+        let kept = self.kept(ray);
+        let [from, to] = [ends[0].max(kept[0]), ends[1].min(kept[1])];
+        let (mut sums, mut weights) = ([0.0; 4], 0.0);
+        for voxel in voxels {
+            let weight = match voxel.point {
+                Some((z, screen, mass)) if ends[0] <= z && z < ends[1] => mass * point_weight(centre, screen),
+                Some(_) => 0.0,
+                None if from < to => self.section(voxel, ray, [from, to, 0.5 * (ends[0] + ends[1])]),
+                None => 0.0,
+            };
+            weights += weight;
+            for (sum, value) in sums.iter_mut().zip(voxel.value) {
+                *sum += weight * value;
+            }
+        }
+        if !self.post() {
+            return sums;
+        }
+        if weights <= 0.0 {
+            return [0.0; 4];
+        }
+        let (rgb, opacity) = self.scene.transfer.sample(sums[3] / weights);
+        let added = extinction(opacity) * weights;
+        [f64::from(rgb[0]) * added, f64::from(rgb[1]) * added, f64::from(rgb[2]) * added, added]
+    }
+
+    /// Camera z between which the ray is in front of the near plane and, for scalars, in the volume.
+    fn kept(&self, ray: &Ray) -> [f64; 2] {
+        let mut kept = [self.scene.camera.near, f64::INFINITY];
+        for axis in (0..3).filter(|_| self.post()) {
+            let high = (self.scene.volume.dims[axis] - 1) as f64;
+            let ends = [0.0, high].map(|side| (side - ray.origin[axis]) / ray.direction[axis]);
+            kept = [kept[0].max(ends[0].min(ends[1])), kept[1].min(ends[0].max(ends[1]))];
+        }
+        kept
+    }
+
+    /// The section of a voxel's kernel between two camera z, opacity units; the trilinear one is read in the middle.
+    fn section(&self, voxel: &Voxel, ray: &Ray, [from, to, middle]: [f64; 3]) -> f64 {
+        let unit_per_voxel = ray.world_per_voxel() / self.unit;
+        let length = ray.direction.length();
+        let Some(kernel) = &self.kernel else {
+            let d = (ray.origin + middle * ray.direction - voxel.index).abs();
+            return (1.0 - d).max(DVec3::ZERO).element_product() * (to - from) * length * unit_per_voxel;
+        };
+        let (distance, nearest) = (ray.distance(voxel.index), ray.nearest(voxel.index));
+        let beyond = |z: f64| kernel.line_integral(distance, (z - nearest) * length);
+        (beyond(from) - beyond(to)) * unit_per_voxel
+    }
+}
