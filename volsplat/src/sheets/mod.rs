@@ -76,7 +76,7 @@ pub(crate) struct ImageSheets {
 enum Source {
     Cells(CellField),
     Voxels(VoxelSheets),
-    Kernels(KernelSheets),
+    Kernels(Box<KernelSheets>),
 }
 
 /// One frame's camera, at sub-pixel resolution, and settings.
@@ -101,7 +101,9 @@ impl ImageSheets {
             )));
         }
         let source = match options.sheet_sums {
-            _ if options.sums_kernels() => Source::Kernels(KernelSheets::new(volume, transfer, options)),
+            _ if options.sums_kernels() => {
+                Source::Kernels(Box::new(KernelSheets::new(volume, transfer, options)))
+            }
             SheetSums::Gather => {
                 let gradients = match options.shading {
                     Shading::None => Gradients::Without,
