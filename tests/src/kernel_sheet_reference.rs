@@ -192,7 +192,11 @@ impl Setup<'_> {
             return (1.0 - d).max(DVec3::ZERO).element_product() * (to - from) * length * unit_per_voxel;
         };
         let (distance, nearest) = (ray.distance(voxel.index), ray.nearest(voxel.index));
-        let beyond = |z: f64| kernel.line_integral(distance, (z - nearest) * length);
-        (beyond(from) - beyond(to)) * unit_per_voxel
+        let [start, end] = [from, to].map(|z| (z - nearest) * length);
+        if end <= -kernel.radius || start >= kernel.radius {
+            return 0.0;
+        }
+        let beyond = |t: f64| kernel.line_integral(distance, t);
+        (beyond(start) - beyond(end)) * unit_per_voxel
     }
 }

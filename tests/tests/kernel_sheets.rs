@@ -68,7 +68,7 @@ fn hold(name: &str, (volume, look): (&Volume, &TransferFunction), camera: &Camer
 
 fn cameras(middle: DVec3, size: f64) -> [Camera; 2] {
     let eye = middle + size * DVec3::new(0.9, 0.55, -1.0);
-    [perspective(eye, middle, 40.0, [22, 20]), orthographic(eye, middle, 0.9 * size, [22, 20])]
+    [perspective(eye, middle, 40.0, [15, 13]), orthographic(eye, middle, 0.9 * size, [15, 13])]
 }
 
 fn hold_grid(name: &str, grid: DAffine3) {
@@ -103,7 +103,7 @@ fn eye_inside_the_volume() {
     let volume = random_volume([6, 5, 7], DAffine3::IDENTITY);
     let eye = DVec3::new(2.2, 2.3, 2.6);
     for fov_deg in [40.0, 110.0] {
-        let camera = perspective(eye, eye + DVec3::new(0.5, 0.2, 1.0), fov_deg, [22, 20]);
+        let camera = perspective(eye, eye + DVec3::new(0.5, 0.2, 1.0), fov_deg, [15, 13]);
         for kernel in KERNELS {
             for classify in CLASSIFY.into_iter().filter(|classify| summed(kernel, *classify)) {
                 hold("eye inside", (&volume, &coloured(0.3)), &camera, &options(kernel, classify));
