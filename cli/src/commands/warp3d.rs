@@ -17,7 +17,7 @@ use crate::camera_path;
 use crate::choices::warp;
 use crate::interrupt;
 use crate::multiview::{self, Layout};
-use crate::output;
+use crate::output::{self, Format};
 use crate::picture::Drawn;
 use crate::plan::{self, Pictures, Plan, Request, Telling};
 use crate::report::{self, Account, RunStats, Verbosity};
@@ -50,7 +50,8 @@ pub(crate) fn run(args: &Warp3dArgs, verbosity: Verbosity) -> Result<()> {
     let convergence = convergence(args, &scene, &targets[0])?;
     let cameras = cameras(args, &layout, &targets, convergence)?;
     let several = cameras.len() > 1;
-    if several && (args.mask.is_some() || args.confidence.is_some()) {
+    let planes = args.mask.is_some() || args.confidence.is_some();
+    if several && planes {
         bail!(
             "--mask and --confidence write one file: for several pictures use .exr, which holds both for each"
         );
@@ -63,15 +64,18 @@ pub(crate) fn run(args: &Warp3dArgs, verbosity: Verbosity) -> Result<()> {
         version: env!("CARGO_PKG_VERSION"),
         scene: json!({ "references": scene.references.len(), "samples": samples }),
         threads: rayon::current_num_threads(),
-        settings: record(args, &options, &request, convergence),
+        settings: record(args, &options, (&request, plan.finish.format), convergence),
         load_ms,
         peak_bytes: None,
         frames: Vec::new(),
     };
-    let mut drawer =
-        Drawer { warper: Warper::new(scene.references, &options)?, layout, convergence, last: None };
+    let last = if planes { LastPicture::Kept(None) } else { LastPicture::NotKept };
+    let mut drawer = Drawer { warper: Warper::new(scene.references, &options)?, layout, convergence, last };
     plan.draw(&request, &cameras, stats, (&mut |camera| drawer.draw(camera), telling))?;
-    write_planes(args, drawer.last.as_ref())
+    match drawer.last {
+        LastPicture::Kept(Some(image)) => write_planes(args, &image),
+        LastPicture::Kept(None) | LastPicture::NotKept => Ok(()),
+    }
 }
 
 /// Draws the views of a sheet.
@@ -79,8 +83,15 @@ struct Drawer {
     warper: Warper,
     layout: Layout,
     convergence: f64,
-    /// The last picture, for `--mask` and `--confidence`.
-    last: Option<Image>,
+    last: LastPicture,
+}
+
+/// The last picture that was drawn, for `--mask` and `--confidence`.
+enum LastPicture {
+    /// Neither was asked for.
+    NotKept,
+    /// Kept, once there is one.
+    Kept(Option<Image>),
 }
 
 impl Drawer {
@@ -93,7 +104,9 @@ impl Drawer {
             report::say("warning: nothing of the references is seen from this camera: the picture is empty");
         }
         let image = self.layout.put_together(sheet, images);
-        self.last = Some(image.clone());
+        if let LastPicture::Kept(last) = &mut self.last {
+            *last = Some(image.clone());
+        }
         Ok(Drawn { image, account: account(&stats)? })
     }
 }
@@ -244,7 +257,12 @@ fn options(args: &WarpArgs) -> WarpOptions {
     }
 }
 
-fn record(args: &Warp3dArgs, options: &WarpOptions, request: &Request, convergence: f64) -> Value {
+fn record(
+    args: &Warp3dArgs,
+    options: &WarpOptions,
+    (request, format): (&Request, Format),
+    convergence: f64,
+) -> Value {
     let tolerance = match options.tolerance {
         SurfaceTolerance::Auto => json!("auto"),
         SurfaceTolerance::Relative(part) => json!(part),
@@ -264,13 +282,12 @@ fn record(args: &Warp3dArgs, options: &WarpOptions, request: &Request, convergen
         "depth_kind": warp::DEPTH_KIND.name(warp::DEPTH_KIND.library(args.meaning.depth_kind)),
         "stereo": args.views.stereo,
         "convergence": convergence.is_finite().then_some(convergence),
-        "picture": plan::picture_record(request, output::format_of(&args.output, None).unwrap_or(output::Format::Exr)),
+        "picture": plan::picture_record(request, format),
     })
 }
 
 /// Writes the planes beside the picture.
-fn write_planes(args: &Warp3dArgs, image: Option<&Image>) -> Result<()> {
-    let Some(image) = image else { return Ok(()) };
+fn write_planes(args: &Warp3dArgs, image: &Image) -> Result<()> {
     let plane = |name: &str| image.planes.iter().find(|plane| plane.name == name).map(|plane| &plane.values);
     if let Some(path) = &args.mask {
         let seen = image.rgba.iter().map(|pixel| 1.0 - pixel[3].clamp(0.0, 1.0));
