@@ -21,3 +21,5 @@ pub mod sheet_reference;
 pub mod texture_reference;
 pub mod texture_scenes;
 pub mod textured;
+pub mod warp_measure;
+pub mod warp_truth;

@@ -4,14 +4,26 @@
 //! selected, accumulated and resolved into a picture; holes are left or filled, and said.
 
 mod bands;
+mod blend;
+mod colour;
 mod epipole;
 mod error;
+mod fill;
+mod hybrid;
 pub mod input;
 mod layer;
+mod mesh;
 mod nearest;
 pub mod options;
+mod patch;
+mod raster;
 pub mod reference;
+mod resolve;
+mod rims;
+mod splat;
+mod spline;
 pub mod stats;
+mod surface;
 pub mod warp;
 pub mod warper;
 

@@ -44,7 +44,7 @@ pub enum Method {
     Ewa,
 }
 
-/// How hidden samples are kept out.
+/// How hidden samples are kept out. `OcclusionOrder` is for the methods `Nearest` and `Hybrid`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Visibility {
     /// The nearest one wins.
@@ -131,6 +131,11 @@ impl WarpOptions {
 
     /// Checks every number against its range.
     pub fn validate(&self) -> Result<(), Error> {
+        let ordered = matches!(self.method, Method::Nearest | Method::Hybrid);
+        if self.visibility == Visibility::OcclusionOrder && !ordered {
+            let what = "occlusion order is for the methods nearest and hybrid: use --visibility zbuffer";
+            return Err(Error::Option(what.into()));
+        }
         if !(1..=8).contains(&self.subpixels) {
             let n = self.subpixels;
             return Err(Error::Option(format!("the number of sub-pixels is {n}, expected 1 to 8")));

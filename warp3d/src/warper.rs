@@ -2,18 +2,32 @@
 
 use resample_core::{Camera, Image, Plane};
 
+use crate::blend::blend;
+use crate::fill::fill;
+use crate::hybrid::{Hybrid, Prepared};
 use crate::layer::Layer;
+use crate::mesh::Mesh;
 use crate::nearest::Nearest;
-use crate::options::{ExtraPlanes, WarpOptions};
+use crate::options::{ExtraPlanes, Fill, Method, WarpOptions};
+use crate::patch::MAX_CELLS;
 use crate::stats::{FrameStats, StageClock};
-use crate::{Error, Reference};
+use crate::{Error, Reference, splat};
 
 /// Warps prepared references, frame after frame.
 #[derive(Clone, Debug)]
 pub struct Warper {
     references: Vec<Reference>,
     options: WarpOptions,
-    nearest: Nearest,
+    pipeline: Pipeline,
+}
+
+/// What each method keeps: per reference, and from frame to frame.
+#[derive(Clone, Debug)]
+enum Pipeline {
+    Nearest(Nearest),
+    Hybrid(Vec<Prepared>, Box<Hybrid>),
+    Splats(Vec<Prepared>),
+    Mesh(Vec<(Prepared, Mesh)>),
 }
 
 /// A picture and what it cost.
@@ -38,7 +52,8 @@ impl Warper {
             ));
         }
         references.iter().enumerate().try_for_each(|(index, reference)| check(index, reference))?;
-        Ok(Self { references, options: options.clone(), nearest: Nearest::default() })
+        let pipeline = Pipeline::new(&references, options)?;
+        Ok(Self { references, options: options.clone(), pipeline })
     }
 
     /// The references, as they were given.
@@ -54,24 +69,72 @@ impl Warper {
         let camera = camera.validated().map_err(|e| Error::Option(e.to_string()))?;
         let mut stats = FrameStats::default();
         let whole = StageClock::start();
-        let reference = &self.references[0];
-        let layer = self.nearest.render(reference, &camera, self.options.visibility, &mut stats);
-        let image = self.picture(layer, &camera, &mut stats);
+        let layers = (0..self.references.len())
+            .map(|i| self.pipeline.layer(i, &self.references[i], &camera, &self.options, &mut stats));
+        let layers: Vec<Layer> = layers.collect();
+        let clock = StageClock::start();
+        let pixels = camera.width as usize * camera.height as usize;
+        let layer = blend(layers, &self.references, &camera, self.options.blend);
+        stats.stages.blend = clock.stop();
+        let image = self.picture(layer.unwrap_or_else(|| Layer::empty(pixels)), &camera, &mut stats);
         let whole = whole.stop();
         (stats.wall_ms, stats.cpu_ms) = (whole.wall_ms, whole.cpu_ms);
         Ok(Frame { image, stats })
     }
 
-    fn picture(&self, layer: Layer, camera: &Camera, stats: &mut FrameStats) -> Image {
+    fn picture(&self, mut layer: Layer, camera: &Camera, stats: &mut FrameStats) -> Image {
         stats.seen = layer.rgba.iter().filter(|pixel| pixel[3] > 0.0).count() as u64;
+        let clock = StageClock::start();
+        let confidence = layer.resolution.iter().zip(&layer.rgba).map(|(r, p)| r * p[3]).collect();
+        let filled = fill(&mut layer, camera.width as usize, self.options.fill);
+        if self.options.fill != Fill::None {
+            stats.filled = filled.iter().filter(|&&f| f > 0.5).count() as u64;
+        }
+        stats.stages.fill = clock.stop();
         let mut image = Image::transparent(camera.width as usize, camera.height as usize);
         if self.options.planes == ExtraPlanes::FilledAndConfidence {
-            let filled = Plane { name: "filled".into(), values: vec![0.0; layer.rgba.len()] };
-            image.planes = vec![filled, Plane { name: "confidence".into(), values: layer.resolution }];
+            let filled = Plane { name: "filled".into(), values: filled };
+            image.planes = vec![filled, Plane { name: "confidence".into(), values: confidence }];
         }
         image.rgba = layer.rgba;
         image.depth = Some(layer.depth);
         image
+    }
+}
+
+impl Pipeline {
+    fn new(references: &[Reference], options: &WarpOptions) -> Result<Self, Error> {
+        let prepared = || references.iter().map(|reference| Prepared::new(reference, options));
+        Ok(match options.method {
+            Method::Nearest => Self::Nearest(Nearest::default()),
+            Method::Hybrid => Self::Hybrid(prepared().collect(), Box::default()),
+            Method::Points | Method::Splats | Method::Ewa => Self::Splats(prepared().collect()),
+            Method::Mesh => {
+                let meshes = prepared().map(|p| Mesh::new(&p.surfaces).map(|mesh| (p, mesh)));
+                Self::Mesh(meshes.collect::<Result<_, _>>()?)
+            }
+        })
+    }
+
+    fn layer(
+        &mut self,
+        index: usize,
+        reference: &Reference,
+        camera: &Camera,
+        options: &WarpOptions,
+        stats: &mut FrameStats,
+    ) -> Layer {
+        match self {
+            Self::Nearest(nearest) => nearest.render(reference, camera, options.visibility, stats),
+            Self::Hybrid(prepared, hybrid) => {
+                hybrid.render((reference, &prepared[index]), camera, options, stats)
+            }
+            Self::Splats(prepared) => splat::render((reference, &prepared[index]), camera, options, stats),
+            Self::Mesh(meshes) => {
+                let (prepared, mesh) = &meshes[index];
+                mesh.render((reference, prepared), camera, stats)
+            }
+        }
     }
 }
 
@@ -84,6 +147,13 @@ fn check(index: usize, reference: &Reference) -> Result<(), Error> {
                 "reference {index}: {found} entries of {plane}, expected {pixels} (one per pixel of its camera)"
             )));
         }
+    }
+    if pixels > MAX_CELLS / 2 {
+        return Err(Error::Input(format!(
+            "reference {index}: {pixels} pixels, more than {} that pieces of surfaces can be numbered for; use a \
+             smaller picture",
+            MAX_CELLS / 2
+        )));
     }
     Ok(())
 }

@@ -1,0 +1,110 @@
+//! How far a warped picture is from the truth: inside surfaces, near depth edges, in holes and where nothing can be
+//! known.
+//!
+//! Takes a picture with alpha and a truth, and gives the figures of the tables. A pixel counts as shown from a
+//! quarter of coverage on; its colour is compared without alpha, so that a rim of a hole is not counted as darkness. Pixels that
+//! are not shown are black.
+
+use resample_core::Image;
+use resample_core::metrics::{Mask, compare};
+
+use crate::warp_truth::Truth;
+
+/// Coverage from which on a pixel is shown: less is a hole. An edge misplaced by a quarter of a pixel opens no hole.
+const SHOWN: f32 = 0.25;
+
+/// How far the edge band reaches to either side of a depth edge, px.
+const BAND_PX: usize = 3;
+
+/// Departure of 1/z from linearity, relative, from which on two neighbours have an edge between them.
+const EDGE: f32 = 0.02;
+
+/// The figures of one picture.
+#[derive(Clone, Copy, Debug)]
+pub struct WarpFigures {
+    /// PSNR over visible pixels, dB.
+    pub psnr_db: f64,
+    /// PSNR over visible pixels away from depth edges, dB.
+    pub interior_db: f64,
+    /// PSNR over visible pixels near depth edges, dB.
+    pub edge_db: f64,
+    /// Part of the visible pixels that are not shown, percent.
+    pub holes_percent: f64,
+    /// Part of the pixels that cannot be known, and are not beside one that can, that are shown, percent.
+    pub false_fill_percent: f64,
+    /// SSIM over visible pixels.
+    pub ssim: f64,
+    /// Mean FLIP over visible pixels.
+    pub flip: f64,
+}
+
+/// Compares `image` with `truth`.
+///
+/// # Panics
+/// If the sizes differ or no pixel is visible.
+pub fn measure(image: &Image, truth: &Truth) -> WarpFigures {
+    let shown: Vec<bool> = image.rgba.iter().map(|p| p[3] >= SHOWN).collect();
+    let mut straight = image.clone();
+    for pixel in &mut straight.rgba {
+        let alpha = if pixel[3] >= SHOWN { pixel[3] } else { f32::INFINITY };
+        *pixel = [pixel[0] / alpha, pixel[1] / alpha, pixel[2] / alpha, 1.0];
+    }
+    let size = [image.width, image.height];
+    let mut band = edge_band(&truth.depth, size);
+    // The rim of what the reference sees is an edge of the reference.
+    let unseen: Vec<bool> = truth.visible.iter().map(|v| !v).collect();
+    for (band, rim) in band.iter_mut().zip(grown(&unseen, size, BAND_PX)) {
+        *band |= rim;
+    }
+    let over = |keep: &dyn Fn(usize) -> bool| {
+        let inside = (0..shown.len()).map(|i| truth.visible[i] && keep(i)).collect();
+        let mask = Mask::new(size[0], size[1], inside).expect("a mask of the picture's size");
+        (mask.count() > 0).then(|| compare(&straight, &truth.image, Some(&mask)).expect("finite pictures"))
+    };
+    let all = over(&|_| true).expect("something is visible");
+    let psnr = |keep: &dyn Fn(usize) -> bool| over(keep).map_or(f64::NAN, |c| c.psnr_db);
+    let near_visible = grown(&truth.visible, size, 2);
+    let share = |of: &dyn Fn(usize) -> bool, what: &dyn Fn(usize) -> bool| {
+        let of: Vec<usize> = (0..shown.len()).filter(|&i| of(i)).collect();
+        let count = of.iter().filter(|&&i| what(i)).count();
+        if of.is_empty() { 0.0 } else { 100.0 * count as f64 / of.len() as f64 }
+    };
+    WarpFigures {
+        psnr_db: all.psnr_db,
+        interior_db: psnr(&|i| !band[i]),
+        edge_db: psnr(&|i| band[i]),
+        holes_percent: share(&|i| truth.visible[i], &|i| !shown[i]),
+        false_fill_percent: share(&|i| !near_visible[i], &|i| shown[i]),
+        ssim: all.ssim,
+        flip: all.flip.mean,
+    }
+}
+
+/// Pixels near a place where 1/z is not linear.
+fn edge_band(depth: &[f32], size: [usize; 2]) -> Vec<bool> {
+    let [width, height] = size;
+    let inverse = |i: usize| if depth[i].is_finite() { 1.0 / depth[i] } else { 0.0 };
+    let bends = |i: usize, place: usize, count: usize, step: usize| {
+        let inside = place > 0 && place + 1 < count;
+        inside && {
+            let (a, b, c) = (inverse(i - step), inverse(i), inverse(i + step));
+            (a - 2.0 * b + c).abs() > EDGE * a.max(b).max(c)
+        }
+    };
+    let edges: Vec<bool> = (0..depth.len())
+        .map(|i| bends(i, i % width, width, 1) || bends(i, i / width, height, width))
+        .collect();
+    grown(&edges, size, BAND_PX)
+}
+
+fn grown(flags: &[bool], size: [usize; 2], by: usize) -> Vec<bool> {
+    let [width, height] = size;
+    let mut out = vec![false; flags.len()];
+    for i in (0..flags.len()).filter(|&i| flags[i]) {
+        let (x, y) = (i % width, i / width);
+        for v in y.saturating_sub(by)..(y + by + 1).min(height) {
+            out[v * width + x.saturating_sub(by)..v * width + (x + by + 1).min(width)].fill(true);
+        }
+    }
+    out
+}

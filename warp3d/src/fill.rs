@@ -1,0 +1,150 @@
+//! What is put where no reference saw anything.
+//!
+//! A hole that opens behind a surface shows what is behind, so only the far side of its rim says what it may look like.
+//! `Background` carries the nearest far rim pixels inwards along eight directions; `Natural` interpolates between the far
+//! rim pixels by natural neighbours (Sibson 1981), and falls back to `Background` outside their hull. What was
+//! filled is said in a mask, 1 minus what was seen.
+
+use rayon::prelude::*;
+use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
+
+use crate::layer::Layer;
+use crate::options::Fill;
+
+/// From this coverage on a pixel is known and may be a rim.
+const SOLID: f32 = 0.99;
+
+/// Depths within this ratio of the farthest rim count as far as well. A guess: surfaces behind are rarely flat.
+const FAR_RATIO: f32 = 1.15;
+
+/// Steps along x and y of the eight directions.
+const DIRECTIONS: [[isize; 2]; 8] = [[1, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [-1, 1], [1, -1], [-1, -1]];
+
+/// A known pixel that a direction meets first.
+#[derive(Clone, Copy, Debug)]
+struct Rim {
+    pixel: u32,
+    distance: f32,
+}
+
+/// A far rim pixel in the triangulation.
+struct Site {
+    at: Point2<f64>,
+    pixel: usize,
+}
+
+impl HasPosition for Site {
+    type Scalar = f64;
+    fn position(&self) -> Point2<f64> {
+        self.at
+    }
+}
+
+/// Fills the holes of `layer` and gives the mask of what was filled, 0 to 1.
+pub(crate) fn fill(layer: &mut Layer, width: usize, how: Fill) -> Vec<f32> {
+    let mut mask = vec![0.0; layer.rgba.len()];
+    let known = layer.rgba.iter().any(|p| p[3] >= SOLID);
+    if how == Fill::None || !known {
+        return mask;
+    }
+    let rims = rims(layer, width);
+    let background: Vec<Option<([f32; 3], f32)>> =
+        (0..layer.rgba.len()).into_par_iter().map(|i| background(layer, &rims, i)).collect();
+    let natural = if how == Fill::Natural { natural(layer, &rims, width) } else { Vec::new() };
+    for (i, behind) in background.into_iter().enumerate() {
+        let Some((rgb, depth)) = natural.get(i).copied().flatten().or(behind) else { continue };
+        let pixel = &mut layer.rgba[i];
+        let missing = 1.0 - pixel[3];
+        for (c, v) in pixel.iter_mut().zip([rgb[0], rgb[1], rgb[2], 1.0]) {
+            *c += missing * v;
+        }
+        mask[i] = missing;
+        if missing > 0.5 {
+            layer.depth[i] = depth;
+        }
+    }
+    mask
+}
+
+/// For each direction and pixel, the known pixel met first when going against the direction.
+fn rims(layer: &Layer, width: usize) -> Vec<Vec<Option<Rim>>> {
+    let height = layer.rgba.len() / width;
+    let sweep = |&[dx, dy]: &[isize; 2]| {
+        let mut met: Vec<Option<Rim>> = vec![None; layer.rgba.len()];
+        for row in 0..height {
+            let y = if dy >= 0 { row } else { height - 1 - row };
+            for column in 0..width {
+                let x = if dx >= 0 { column } else { width - 1 - column };
+                let at = y * width + x;
+                if layer.rgba[at].as_slice()[3] >= SOLID {
+                    met[at] = Some(Rim { pixel: at as u32, distance: 0.0 });
+                    continue;
+                }
+                let (px, py) = (x as isize - dx, y as isize - dy);
+                if px >= 0 && py >= 0 && px < width as isize && py < height as isize {
+                    let step = ((dx * dx + dy * dy) as f32).sqrt();
+                    met[at] = met[py as usize * width + px as usize]
+                        .map(|rim| Rim { distance: rim.distance + step, ..rim });
+                }
+            }
+        }
+        met
+    };
+    DIRECTIONS.par_iter().map(sweep).collect()
+}
+
+/// Colour and depth behind a pixel from the far rims around it; `None` where the pixel is known or has no rim.
+fn background(layer: &Layer, rims: &[Vec<Option<Rim>>], at: usize) -> Option<([f32; 3], f32)> {
+    if layer.rgba[at][3] >= SOLID {
+        return None;
+    }
+    let far = farthest(layer, rims, at)?;
+    let (mut sum, mut depth, mut total) = ([0.0; 3], 0.0, 0.0);
+    for rim in rims.iter().filter_map(|r| r[at]) {
+        let z = layer.depth[rim.pixel as usize];
+        if z * FAR_RATIO < far {
+            continue;
+        }
+        let weight = 1.0 / (rim.distance * rim.distance);
+        let colour = layer.rgba[rim.pixel as usize];
+        sum = std::array::from_fn(|c| sum[c] + weight * colour[c]);
+        // An infinite depth has no mean: the farthest stands for all.
+        depth += weight * z.min(f32::MAX.sqrt());
+        total += weight;
+    }
+    Some((sum.map(|v| v / total), if far.is_finite() { depth / total } else { far }))
+}
+
+fn farthest(layer: &Layer, rims: &[Vec<Option<Rim>>], at: usize) -> Option<f32> {
+    rims.iter().filter_map(|r| r[at]).map(|rim| layer.depth[rim.pixel as usize]).reduce(f32::max)
+}
+
+/// Natural-neighbour interpolation between all far rim pixels; `None` outside their hull.
+fn natural(layer: &Layer, rims: &[Vec<Option<Rim>>], width: usize) -> Vec<Option<([f32; 3], f32)>> {
+    let holes: Vec<usize> = (0..layer.rgba.len()).filter(|&i| layer.rgba[i][3] < SOLID).collect();
+    let mut is_site = vec![false; layer.rgba.len()];
+    for &hole in &holes {
+        let Some(far) = farthest(layer, rims, hole) else { continue };
+        let met = rims.iter().filter_map(|r| r[hole]);
+        for rim in met.filter(|rim| layer.depth[rim.pixel as usize] * FAR_RATIO >= far) {
+            is_site[rim.pixel as usize] = true;
+        }
+    }
+    let sites = (0..is_site.len())
+        .filter(|&i| is_site[i])
+        .map(|pixel| Site { at: Point2::new((pixel % width) as f64, (pixel / width) as f64), pixel });
+    let mut out = vec![None; layer.rgba.len()];
+    let Ok(triangulation) = DelaunayTriangulation::<Site>::bulk_load(sites.collect()) else { return out };
+    let neighbours = triangulation.natural_neighbor();
+    for hole in holes {
+        let at = Point2::new((hole % width) as f64, (hole / width) as f64);
+        let value = |of: &dyn Fn(usize) -> f32| neighbours.interpolate(|v| f64::from(of(v.data().pixel)), at);
+        let channel = |c: usize| value(&|i| layer.rgba[i][c]).map(|v| v as f32);
+        let depth = value(&|i| layer.depth[i].min(f32::MAX.sqrt())).map(|v| v as f32);
+        out[hole] = match (channel(0), channel(1), channel(2), depth) {
+            (Some(r), Some(g), Some(b), Some(z)) => Some(([r, g, b], z)),
+            _ => None,
+        };
+    }
+    out
+}

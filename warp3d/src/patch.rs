@@ -1,0 +1,115 @@
+//! Flat pieces of a reference's surfaces, and where a screen position lies on one.
+//!
+//! Cells between samples are two triangles, or up to four quarters where they are cut; on each the disparity is linear
+//! over the reference, so its map to the screen is a homography. A piece is named by a number, and its exact inverse is
+//! computed in f64 only where it is seen.
+
+use glam::{DMat2, DVec2, DVec3};
+
+use crate::surface::{Cell, Surfaces};
+use crate::warp::Warp;
+
+/// Kinds of pieces in one cell: two triangles and four quarters, rounded up to a power of 2.
+const KINDS: u32 = 8;
+
+/// Most cells that numbers of pieces can tell apart.
+pub(crate) const MAX_CELLS: usize = (u32::MAX / KINDS) as usize;
+
+/// The number of no piece.
+pub(crate) const NO_PATCH: u32 = u32::MAX;
+
+/// A piece's number: its cell and kind (0 and 1: triangles; 2 to 5: the quarter of a corner).
+pub(crate) fn patch_id(cell: usize, kind: u32) -> u32 {
+    cell as u32 * KINDS + kind
+}
+
+/// A flat piece: disparity is linear around a place in the reference.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Patch {
+    /// A place on the piece, px of the reference (centres at +0.5).
+    pub(crate) place: DVec2,
+    /// Disparity there.
+    pub(crate) disparity: f64,
+    /// Change of disparity per pixel of the reference.
+    pub(crate) slope: DVec2,
+}
+
+/// Where a screen position lies on a piece.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Hit {
+    /// Position in the reference, px.
+    pub(crate) pos_in_reference: DVec2,
+    /// Reference px per screen px.
+    pub(crate) reference_from_screen: DMat2,
+    /// Disparity there.
+    pub(crate) disparity: f64,
+}
+
+impl Patch {
+    /// The piece of this number.
+    pub(crate) fn new(surfaces: &Surfaces, id: u32) -> Self {
+        let width = surfaces.size[0];
+        let cell = (id / KINDS) as usize;
+        let (cx, cy) = (cell % (width + 1), cell / (width + 1));
+        let kind = id % KINDS;
+        if kind >= 2 {
+            let corner = kind as usize - 2;
+            return Self::of_sample(surfaces, cx + corner % 2, cy + corner / 2);
+        }
+        let first = (cy - 1) * width + cx - 1;
+        let [a, b, c, d] =
+            [first, first + 1, first + width, first + width + 1].map(|i| f64::from(surfaces.disparity[i]));
+        let place = DVec2::new(cx as f64 - 0.5, cy as f64 - 0.5);
+        let (disparity, slope) = match (surfaces.cells[cell], kind) {
+            (Cell::AntiDiagonal, 0) => (a, [b - a, c - a]),
+            (Cell::AntiDiagonal, _) => (b + c - d, [d - c, d - b]),
+            (_, 0) => (a, [b - a, d - b]),
+            _ => (a, [d - c, c - a]),
+        };
+        Self { place, disparity, slope: DVec2::from_array(slope) }
+    }
+
+    /// The tangent plane of a sample; `None` where its depth is unknown.
+    pub(crate) fn of_sample_at(surfaces: &Surfaces, index: usize) -> Option<Self> {
+        let width = surfaces.size[0];
+        (!surfaces.disparity[index].is_nan())
+            .then(|| Self::of_sample(surfaces, index % width + 1, index / width + 1))
+    }
+
+    /// The tangent plane of the sample whose right lower cell is (cx, cy): sample (cx - 1, cy - 1).
+    fn of_sample(surfaces: &Surfaces, cx: usize, cy: usize) -> Self {
+        let index = (cy - 1) * surfaces.size[0] + cx - 1;
+        let slope = surfaces.slope[index].map(f64::from);
+        Self {
+            place: DVec2::new(cx as f64 - 0.5, cy as f64 - 0.5),
+            disparity: f64::from(surfaces.disparity[index]),
+            slope: DVec2::from_array(slope),
+        }
+    }
+
+    /// Disparity of the piece's plane at a place in the reference.
+    pub(crate) fn disparity_at(&self, pos_in_reference: DVec2) -> f64 {
+        self.disparity + self.slope.dot(pos_in_reference - self.place)
+    }
+
+    /// Where the screen position lies on the piece's plane; `None` if it is seen edge-on.
+    pub(crate) fn hit(&self, warp: &Warp, pos_in_screen: DVec2) -> Option<Hit> {
+        let [x, y, one] = warp.pixel_columns();
+        let disparity = warp.disparity_column();
+        // Coordinates count from the place, so that nothing cancels far from the reference's corner.
+        let origin = self.place.x * x + self.place.y * y + one + self.disparity * disparity;
+        let (x, y) = (x + self.slope.x * disparity, y + self.slope.y * disparity);
+        let screen = pos_in_screen.extend(1.0);
+        let (row_x, row_y, row_one) = (y.cross(origin), origin.cross(x), x.cross(y));
+        let scale = 1.0 / row_one.dot(screen);
+        let offset = DVec2::new(row_x.dot(screen), row_y.dot(screen)) * scale;
+        let column = |of: fn(DVec3) -> f64| {
+            DVec2::new(of(row_x) - offset.x * of(row_one), of(row_y) - offset.y * of(row_one)) * scale
+        };
+        offset.is_finite().then(|| Hit {
+            pos_in_reference: self.place + offset,
+            reference_from_screen: DMat2::from_cols(column(|v| v.x), column(|v| v.y)),
+            disparity: self.disparity + self.slope.dot(offset),
+        })
+    }
+}
