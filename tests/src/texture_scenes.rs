@@ -9,6 +9,7 @@ use glam::{DMat3, DVec3};
 use resample_core::camera::{Camera, Intrinsics, PixelCentre};
 use resample_core::{Image, LookAt};
 use serde_json::Value;
+use texmap::{LoadOptions, Scene};
 
 use crate::data::data_file;
 use crate::exr_read::read_rgba;
@@ -50,6 +51,15 @@ impl TextureScene {
             Self::PhotoMinified => "astro_min",
             Self::Avocado => "avocado",
         }
+    }
+
+    /// The textured surface; `None`, with a visible skip line for `test`, where it is absent.
+    ///
+    /// # Panics
+    /// If the file is there and cannot be read.
+    pub fn scene(self, test: &str) -> Option<Scene> {
+        let path = data_file(test, &format!("texture-truth/{}/scene.glb", self.name()))?;
+        Some(texmap::load(&path, &LoadOptions::default()).expect("the scene is readable").scene)
     }
 
     /// The camera of the truth; `None`, with a visible skip line for `test`, where the data is absent.
