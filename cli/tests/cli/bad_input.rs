@@ -156,7 +156,7 @@ fn options_of_another_order_are_refused() {
     assert_one_line(&bench, &words("--order every-sample --slab 1"), "--slab");
     assert_one_line(&bench, &words("--order every-sample --classify post"), "--classify");
     assert_one_line(&bench, &words("--order axis-sheets --kernel trilinear"), "--kernel");
-    assert_one_line(&bench, &words("--kernel gaussian --subpixel 2"), "--kernel");
+    assert_one_line(&bench, &words("--footprint exact --subpixel 2"), "--footprint");
     assert_refused(&bench, &words("--subpixel 3"), "--subpixel");
     assert_one_line(&bench, &words("--order every-sample --shade phong"), "--shade");
     assert_one_line(&bench, &words("--sheet-sums scatter --shade phong"), "gather");
