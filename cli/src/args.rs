@@ -4,7 +4,9 @@
 //! what a value leads to: `settings.rs` turns these structs into the options of the libraries, and `choices.rs` pairs
 //! the small enums with their twins in the libraries, which need not know clap. Defaults come from the libraries.
 
+mod blend;
 mod clip;
+mod scene;
 mod transfer;
 
 use std::path::PathBuf;
@@ -14,7 +16,9 @@ use glam::DVec3;
 use volsplat::input::{Endian, VoxelType};
 use volsplat::{RenderOptions, Subpixels};
 
+pub(crate) use blend::{BlendArgs, RayBlendArg};
 pub(crate) use clip::ClipArgs;
+pub(crate) use scene::SceneArgs;
 pub(crate) use transfer::{SpaceArg, TransferArgs};
 
 use crate::choices;
@@ -143,6 +147,9 @@ pub(crate) struct VolsplatArgs {
     /// How values become colour and opacity.
     #[command(flatten)]
     pub transfer: TransferArgs,
+    /// What else is drawn, and what is not.
+    #[command(flatten)]
+    pub scene: SceneArgs,
     /// From where it is seen.
     #[command(flatten)]
     pub camera: CameraArgs,
@@ -236,6 +243,9 @@ pub(crate) struct RenderArgs {
     /// Which part of the volume is drawn.
     #[command(flatten)]
     pub clip: ClipArgs,
+    /// What a pixel shows of its ray.
+    #[command(flatten)]
+    pub blend: BlendArgs,
     #[command(flatten)]
     pub sheets: SheetArgs,
     #[command(flatten)]

@@ -6,6 +6,7 @@
 
 mod args;
 mod background;
+mod blend;
 mod camera_file;
 mod camera_path;
 mod choices;
@@ -21,6 +22,7 @@ mod output;
 mod picture;
 mod plan;
 mod report;
+mod scene;
 mod scene_camera;
 mod sequence;
 mod settings;

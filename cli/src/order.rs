@@ -6,7 +6,7 @@
 use anyhow::{Result, bail};
 use volsplat::Order;
 
-use crate::args::{ClassifyArg, KernelArg, RenderArgs};
+use crate::args::{ClassifyArg, KernelArg, RayBlendArg, RenderArgs};
 use crate::choices;
 
 const IMAGE: &[Order] = &[Order::ImageSheets];
@@ -84,6 +84,9 @@ fn given(args: &RenderArgs) -> Vec<Given> {
         ("--subpixel", sheets.subpixel.is_some(), IMAGE),
         ("--sheet-sums", sheets.sheet_sums.is_some(), IMAGE),
         ("--shade", sheets.shade.is_some(), IMAGE),
+        ("--blend", args.blend.blend.is_some_and(|blend| blend != RayBlendArg::Emission), IMAGE),
+        ("--iso", args.blend.iso.is_some(), IMAGE),
+        ("--gradient-opacity", args.blend.gradient_opacity.is_some(), IMAGE),
     ];
     all.into_iter().filter(|option| option.1).map(|(name, _, orders)| Given { name, orders }).collect()
 }

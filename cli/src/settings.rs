@@ -8,16 +8,19 @@ use serde_json::{Value, json};
 use volsplat::input::RawOptions;
 use volsplat::volume::NanPolicy;
 use volsplat::{
-    Classify, DepthPlane, Light, LoadOptions, Order, RenderOptions, SheetKernel, Subpixels, Volume,
+    Blend, Classify, DepthPlane, Light, LoadOptions, Order, RenderOptions, Shading, SheetKernel, Subpixels,
+    Volume,
 };
 
 use crate::args::{RenderArgs, VolsplatArgs, VolumeArgs};
+use crate::blend;
 use crate::choices;
 use crate::clip;
 use crate::framing;
 use crate::order::order;
 use crate::output::Format;
 use crate::plan::{self, Request};
+use crate::scene;
 use crate::transfer;
 
 pub(crate) mod texmap;
@@ -50,13 +53,18 @@ pub(crate) fn render_options(
     let (samples, sheets) = (&args.samples, &args.sheets);
     let default = RenderOptions::default();
     let kernel = samples.kernel.map_or(default.sheet_kernel, |kernel| choices::KERNEL.library(kernel));
+    let blend = blend::blend(&args.blend)?;
+    // A surface without light is one spot of colour.
+    let unasked = if matches!(blend, Blend::Isosurface(_)) { Shading::Phong } else { default.shading };
     Ok(RenderOptions {
         order: order(args)?.unwrap_or(default.order),
         clip: clip::clip(&args.clip),
+        blend,
+        gradient_opacity: args.blend.gradient_opacity,
         slab_voxels: sheets.slab.unwrap_or(default.slab_voxels),
         subpixels: sheets.subpixel.unwrap_or(default.subpixels),
         sheet_sums: sheets.sheet_sums.map_or(default.sheet_sums, |sums| choices::SHEET_SUMS.library(sums)),
-        shading: sheets.shade.map_or(default.shading, |shade| choices::SHADE.library(shade)),
+        shading: sheets.shade.map_or(unasked, |shade| choices::SHADE.library(shade)),
         light: sheets.light.map_or(default.light, Light::Towards),
         kernel: match kernel {
             SheetKernel::Radial(shape) => shape,
@@ -96,6 +104,7 @@ pub(crate) fn record(
     json!({
         "volume": volume_record(args, volume),
         "transfer": transfer::record(&args.transfer, options.opacity_unit, volume),
+        "scene": scene::record(&args.scene),
         "camera": plan::camera_record(request, stance),
         "render": render_record(options),
         "picture": plan::picture_record(request, format),
@@ -131,6 +140,8 @@ fn render_record(options: &RenderOptions) -> Value {
     json!({
         "order": choices::ORDER.name(options.order),
         "clip": clip::record(&options.clip),
+        "blend": blend::record(options.blend),
+        "gradient_opacity": options.gradient_opacity,
         "slab_voxels": options.slab_voxels,
         "subpixel": subpixels,
         "shade": choices::SHADE.name(options.shading),

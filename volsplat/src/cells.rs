@@ -2,15 +2,16 @@
 //!
 //! The other way to keep a field: where a sheet's sum is gathered, sample by sample, a brick stores the scalars at all
 //! its vertices side by side, so that the eight that a sample needs are a few cache lines apart. Bricks whose cells
-//! hold no visible scalar are dropped, and the others know the box of their visible cells.
+//! hold no visible scalar are dropped, and the others know the box of their visible cells. Further channels and a mask go
+//! with the brick, in tables of the same layout.
 
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use crate::field::Grid;
+use crate::palette::Palette;
 use crate::sample::{Bounds, brick_corners};
-use crate::support::{Support, count_visible};
-use crate::transfer::TransferFunction;
+use crate::support::Support;
 use crate::volume::{Volume, with_voxels};
 
 /// Cells along a brick's side: small enough to hug thin structures, large enough that finding a brick on the screen
@@ -39,11 +40,36 @@ pub(crate) struct CellField {
 pub(crate) struct CellBrick {
     /// The box of the visible cells: the brick's first voxel, and the least and greatest vertex.
     pub(crate) bounds: Bounds,
-    /// Scalars at the vertices, x fastest, [`VERTEX_SIDE`] a row.
-    pub(crate) scalars: Box<[f32; TABLE_LEN]>,
+    /// Scalars at the vertices, x fastest, [`VERTEX_SIDE`] a row. Of labels, their numbers in a palette.
+    pub(crate) scalars: Box<Table>,
     /// The scalar's gradient at the vertices, per world unit, one table per world axis; only where it was asked for.
-    pub(crate) gradients: Option<Box<[[f32; TABLE_LEN]; 3]>>,
+    pub(crate) gradients: Option<Box<[Table; 3]>>,
+    /// Least and greatest scalar at the vertices.
+    pub(crate) range: [f32; 2],
+    /// The channels after the first.
+    pub(crate) more: Vec<BrickChannel>,
+    /// 1 at vertices that the mask shows, 0 at others; `None` where it shows all of them.
+    pub(crate) mask: Option<Box<[u8; TABLE_LEN]>>,
 }
+
+/// One channel of a brick; the fields are those of [`CellBrick`].
+#[derive(Clone, Debug)]
+pub(crate) struct BrickChannel {
+    scalars: Box<Table>,
+    gradients: Option<Box<[Table; 3]>>,
+    range: [f32; 2],
+}
+
+/// One channel of a brick, lent.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ChannelCells<'a> {
+    pub(crate) scalars: &'a Table,
+    pub(crate) gradients: Option<&'a [Table; 3]>,
+    pub(crate) range: [f32; 2],
+}
+
+/// A value for each vertex of a brick.
+pub(crate) type Table = [f32; TABLE_LEN];
 
 /// Whether bricks carry gradients.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,80 +78,233 @@ pub(crate) enum Gradients {
     With,
 }
 
+/// What a field is made from.
+pub(crate) struct FieldPlan<'a> {
+    /// At least one; all of one size.
+    pub(crate) channels: Vec<PlannedChannel<'a>>,
+    pub(crate) mask: Option<&'a Volume>,
+    pub(crate) gradients: Gradients,
+}
+
+/// A volume and what of it is seen.
+pub(crate) struct PlannedChannel<'a> {
+    pub(crate) volume: &'a Volume,
+    pub(crate) shown: Shown,
+}
+
+/// What of a channel is seen.
+pub(crate) enum Shown {
+    /// Interpolated scalars.
+    Scalars(Support),
+    /// The labels of a palette, with their strengths by number.
+    Labels(Palette, Vec<f32>),
+}
+
 impl CellField {
-    pub(crate) fn new(volume: &Volume, transfer: &TransferFunction, gradients: Gradients) -> Self {
-        // Gradients are covectors: they go to the world by the inverse transpose.
-        let world_from_grid = volume.world_from_index.matrix3.inverse().transpose();
-        let support = Support::new(transfer);
-        let cells = volume.dims.map(|n| n - 1);
+    /// The bricks of a plan. `non_transparent` is counted by the caller.
+    pub(crate) fn new(plan: &FieldPlan, non_transparent: u64) -> Self {
+        let first = plan.channels[0].volume;
+        let cells = first.dims.map(|n| n - 1);
         let bricks = brick_corners(cells, CELL_SIDE)
             .into_par_iter()
-            .filter_map(|corner| {
-                with_voxels!(&volume.voxels, slice => {
-                    let grid = Grid { voxels: slice, dims: volume.dims };
-                    let brick = cell_brick(&grid, corner, &support);
-                    match gradients {
-                        Gradients::Without => brick,
-                        Gradients::With => brick.map(|brick| with_gradients(brick, &grid, &world_from_grid)),
-                    }
-                })
-            })
+            .filter_map(|corner| plan.brick(&Block::new(first.dims, corner)))
             .collect();
-        Self { bricks, non_transparent: count_visible(volume, transfer), voxels: volume.len() as u64 }
+        Self { bricks, non_transparent, voxels: first.len() as u64 }
     }
 }
 
-fn cell_brick<T: Copy + Into<f64>>(grid: &Grid<T>, corner: [u32; 3], support: &Support) -> Option<CellBrick> {
-    let size: [usize; 3] =
-        std::array::from_fn(|axis| CELL_SIDE.min(grid.dims[axis] - 1 - corner[axis] as usize));
-    let first = corner.map(|c| c as usize);
-    let mut scalars = Box::new([0.0f32; TABLE_LEN]);
-    let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
-    for z in 0..=size[2] {
-        for y in 0..=size[1] {
-            for x in 0..=size[0] {
-                let value = grid.at([first[0] + x, first[1] + y, first[2] + z].map(|i| i as isize));
-                (low, high) = (low.min(value), high.max(value));
-                scalars[vertex(x, y, z)] = value;
-            }
-        }
-    }
-    if !support.meets(low, high) {
-        return None;
-    }
-    let mut bounds = Bounds::nothing(corner);
-    let mut any = false;
-    for z in 0..size[2] {
-        for y in 0..size[1] {
-            for x in 0..size[0] {
-                let (low, high) = cell_range(&scalars, vertex(x, y, z));
-                if support.meets(low, high) {
-                    bounds.add([x, y, z]);
-                    bounds.add([x + 1, y + 1, z + 1]);
-                    any = true;
+impl CellBrick {
+    /// A channel by its number.
+    #[inline(always)]
+    pub(crate) fn channel(&self, number: usize) -> ChannelCells<'_> {
+        match number.checked_sub(1) {
+            None => ChannelCells {
+                scalars: &self.scalars,
+                gradients: self.gradients.as_deref(),
+                range: self.range,
+            },
+            Some(place) => {
+                let channel = &self.more[place];
+                ChannelCells {
+                    scalars: &channel.scalars,
+                    gradients: channel.gradients.as_deref(),
+                    range: channel.range,
                 }
             }
         }
     }
-    any.then_some(CellBrick { bounds, scalars, gradients: None })
 }
 
-/// The brick with its gradients: central differences, one-sided by repetition at the volume's faces.
-fn with_gradients<T: Copy + Into<f64>>(
-    brick: CellBrick,
-    grid: &Grid<T>,
-    world_from_grid: &DMat3,
-) -> CellBrick {
-    let mut gradients = Box::new([[0.0f32; TABLE_LEN]; 3]);
-    let [_, greatest] = brick.bounds.range().map(|end| end.map(isize::from));
+/// Where a brick lies in its volume.
+struct Block {
+    corner: [u32; 3],
+    /// Cells along each axis.
+    size: [usize; 3],
+}
+
+impl Block {
+    fn new(dims: [usize; 3], corner: [u32; 3]) -> Self {
+        let size = std::array::from_fn(|axis| CELL_SIDE.min(dims[axis] - 1 - corner[axis] as usize));
+        Self { corner, size }
+    }
+
+    /// Calls `visit` with each vertex's place in the tables and its index in the volume.
+    fn for_each_vertex(&self, mut visit: impl FnMut(usize, [isize; 3])) {
+        for z in 0..=self.size[2] {
+            for y in 0..=self.size[1] {
+                for x in 0..=self.size[0] {
+                    let place = [x, y, z];
+                    let index =
+                        std::array::from_fn(|axis| (self.corner[axis] as usize + place[axis]) as isize);
+                    visit(vertex(x, y, z), index);
+                }
+            }
+        }
+    }
+}
+
+impl FieldPlan<'_> {
+    /// A brick; `None` where nothing of it is seen.
+    fn brick(&self, block: &Block) -> Option<CellBrick> {
+        let tables: Vec<(Box<Table>, [f32; 2])> = self.channels.iter().map(|c| c.scalars(block)).collect();
+        let seen = |(channel, table): (&PlannedChannel, &(_, [f32; 2]))| channel.shown.meets(table.1);
+        if !self.channels.iter().zip(&tables).any(seen) {
+            return None;
+        }
+        let mask = match self.mask.map(|mask| mask_table(mask, block)) {
+            Some(Masked::All) => return None,
+            Some(Masked::Part(table)) => Some(table),
+            Some(Masked::None) | None => None,
+        };
+        let bounds = self.bounds(block, &tables, mask.as_deref())?;
+        let with_gradients = |(channel, (scalars, range)): (&PlannedChannel, (Box<Table>, [f32; 2]))| {
+            let gradients = match self.gradients {
+                Gradients::Without => None,
+                Gradients::With => Some(channel.gradients(&bounds)),
+            };
+            BrickChannel { scalars, gradients, range }
+        };
+        let mut channels = self.channels.iter().zip(tables).map(with_gradients);
+        let BrickChannel { scalars, gradients, range } = channels.next()?;
+        Some(CellBrick { bounds, scalars, gradients, range, more: channels.collect(), mask })
+    }
+
+    /// The box of the cells that are seen; `None` where there are none.
+    fn bounds(
+        &self,
+        block: &Block,
+        tables: &[(Box<Table>, [f32; 2])],
+        mask: Option<&[u8; TABLE_LEN]>,
+    ) -> Option<Bounds> {
+        let mut bounds = Bounds::nothing(block.corner);
+        let mut any = false;
+        for z in 0..block.size[2] {
+            for y in 0..block.size[1] {
+                for x in 0..block.size[0] {
+                    let first = vertex(x, y, z);
+                    let shown = mask.is_none_or(|mask| CELL_CORNERS.iter().any(|o| mask[first + o] != 0));
+                    let channels = || self.channels.iter().zip(tables);
+                    if shown
+                        && channels().any(|(channel, table)| channel.shown.meets(cell_range(&table.0, first)))
+                    {
+                        bounds.add([x, y, z]);
+                        bounds.add([x + 1, y + 1, z + 1]);
+                        any = true;
+                    }
+                }
+            }
+        }
+        any.then_some(bounds)
+    }
+}
+
+impl PlannedChannel<'_> {
+    /// The scalars of a block, or the numbers of its labels, and their range.
+    fn scalars(&self, block: &Block) -> (Box<Table>, [f32; 2]) {
+        let mut table = Box::new([0.0; TABLE_LEN]);
+        let mut range = [f32::INFINITY, f32::NEG_INFINITY];
+        let dims = self.volume.dims;
+        with_voxels!(&self.volume.voxels, slice => {
+            let grid = Grid { voxels: slice, dims };
+            block.for_each_vertex(|place, index| {
+                let value = match &self.shown {
+                    Shown::Scalars(_) => grid.at(index),
+                    Shown::Labels(palette, _) => palette.number(grid.stored(index)),
+                };
+                table[place] = value;
+                range = [range[0].min(value), range[1].max(value)];
+            });
+        });
+        (table, range)
+    }
+
+    /// The gradients at the vertices of a block up to the greatest that is seen.
+    fn gradients(&self, bounds: &Bounds) -> Box<[Table; 3]> {
+        let dims = self.volume.dims;
+        // Gradients are covectors: they go to the world by the inverse transpose.
+        let world_from_grid = self.volume.world_from_index.matrix3.inverse().transpose();
+        with_voxels!(&self.volume.voxels, slice => {
+            let grid = Grid { voxels: slice, dims };
+            match &self.shown {
+                Shown::Scalars(_) => gradients(|index| grid.at(index), bounds, &world_from_grid),
+                // Labels rise and fall with what is seen of them.
+                Shown::Labels(palette, strengths) => {
+                    let strength = |index| strengths[palette.number(grid.stored(index)) as usize];
+                    gradients(strength, bounds, &world_from_grid)
+                }
+            }
+        })
+    }
+}
+
+impl Shown {
+    /// Whether any of the values, from the least to the greatest, may be seen.
+    #[inline(always)]
+    fn meets(&self, range: [f32; 2]) -> bool {
+        match self {
+            Self::Scalars(support) => support.meets(range[0], range[1]),
+            // Number 0 stands for all that is not drawn.
+            Self::Labels(..) => range[1] > 0.0,
+        }
+    }
+}
+
+/// What a mask hides of a brick.
+enum Masked {
+    None,
+    All,
+    Part(Box<[u8; TABLE_LEN]>),
+}
+
+fn mask_table(mask: &Volume, block: &Block) -> Masked {
+    let mut table = Box::new([0; TABLE_LEN]);
+    let (mut shown, mut hidden) = (false, false);
+    with_voxels!(&mask.voxels, slice => {
+        let grid = Grid { voxels: slice, dims: mask.dims };
+        block.for_each_vertex(|place, index| {
+            let is_shown = grid.stored(index) != 0.0;
+            table[place] = u8::from(is_shown);
+            shown |= is_shown;
+            hidden |= !is_shown;
+        });
+    });
+    match (shown, hidden) {
+        (false, _) => Masked::All,
+        (true, false) => Masked::None,
+        (true, true) => Masked::Part(table),
+    }
+}
+
+/// Gradients of a function of the voxel: central differences, one-sided by repetition at the volume's faces.
+fn gradients(at: impl Fn([isize; 3]) -> f32, bounds: &Bounds, world_from_grid: &DMat3) -> Box<[Table; 3]> {
+    let mut tables = Box::new([[0.0f32; TABLE_LEN]; 3]);
+    let [_, greatest] = bounds.range().map(|end| end.map(isize::from));
     for z in 0..=greatest[2] {
         for y in 0..=greatest[1] {
             for x in 0..=greatest[0] {
                 let at = |offset: [isize; 3]| {
                     let place = [x, y, z];
-                    grid.at(std::array::from_fn(|axis| {
-                        brick.bounds.corner[axis] as isize + place[axis] + offset[axis]
-                    }))
+                    at(std::array::from_fn(|axis| bounds.corner[axis] as isize + place[axis] + offset[axis]))
                 };
                 let difference = DVec3::new(
                     f64::from(at([1, 0, 0]) - at([-1, 0, 0])),
@@ -133,13 +312,13 @@ fn with_gradients<T: Copy + Into<f64>>(
                     f64::from(at([0, 0, 1]) - at([0, 0, -1])),
                 );
                 let gradient = (*world_from_grid * (0.5 * difference)).to_array();
-                for (table, g) in gradients.iter_mut().zip(gradient) {
+                for (table, g) in tables.iter_mut().zip(gradient) {
                     table[vertex(x as usize, y as usize, z as usize)] = g as f32;
                 }
             }
         }
     }
-    CellBrick { gradients: Some(gradients), ..brick }
+    tables
 }
 
 /// Place of a vertex in a brick's table.
@@ -147,13 +326,16 @@ fn vertex(x: usize, y: usize, z: usize) -> usize {
     x + VERTEX_SIDE * (y + VERTEX_SIDE * z)
 }
 
+/// From the place of a cell's first vertex to its eight.
+const CELL_CORNERS: [usize; 8] = {
+    let (row, layer) = (VERTEX_SIDE, VERTEX_SIDE * VERTEX_SIDE);
+    [0, 1, row, row + 1, layer, layer + 1, layer + row, layer + row + 1]
+};
+
 /// Least and greatest scalar of a cell's corners.
-fn cell_range(scalars: &[f32; TABLE_LEN], first: usize) -> (f32, f32) {
-    let row = VERTEX_SIDE;
-    let layer = row * row;
-    let corners = [0, 1, row, row + 1, layer, layer + 1, layer + row, layer + row + 1];
-    corners.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), offset| {
+fn cell_range(scalars: &Table, first: usize) -> [f32; 2] {
+    CELL_CORNERS.iter().fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], offset| {
         let value = scalars[first + offset];
-        (low.min(value), high.max(value))
+        [low.min(value), high.max(value)]
     })
 }

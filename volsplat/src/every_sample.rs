@@ -25,10 +25,9 @@ use crate::options::{DepthPlane, Order, RenderOptions};
 use crate::picture::{TileDepth, TileLayout};
 use crate::project::{ProjectSetup, ProjectedChunk, SortKeys};
 use crate::sample::{Brick, Samples, bounds_in_world};
+use crate::scene::Scene;
 use crate::stats::FrameStats;
 use crate::tiles::{Layers, TileSlot, TileStage};
-use crate::transfer::TransferFunction;
-use crate::volume::Volume;
 
 /// Renders samples one over another.
 #[derive(Clone, Debug)]
@@ -46,10 +45,11 @@ pub(crate) struct EverySample {
 }
 
 impl EverySample {
-    pub(crate) fn new(volume: &Volume, transfer: &TransferFunction, options: &RenderOptions) -> Self {
+    pub(crate) fn new(scene: &Scene, options: &RenderOptions) -> Self {
+        let volume = scene.grid();
         let kernel = Kernel::new(options.kernel);
         Self {
-            samples: Samples::classify(volume, transfer, options.opacity),
+            samples: Samples::of_scene(scene, options.opacity),
             options: options.clone(),
             clip: options.clip.in_grid(&volume.world_from_index),
             kernel,

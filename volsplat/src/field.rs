@@ -72,9 +72,13 @@ pub(crate) struct Grid<'a, T> {
 impl<T: Copy + Into<f64>> Grid<'_, T> {
     /// The scalar of a voxel; beyond the volume, that of the nearest one.
     pub(crate) fn at(&self, index: [isize; 3]) -> f32 {
+        self.stored(index) as f32
+    }
+
+    /// As [`Grid::at`], with all digits.
+    pub(crate) fn stored(&self, index: [isize; 3]) -> f64 {
         let [x, y, z] = [0, 1, 2].map(|axis| index[axis].clamp(0, self.dims[axis] as isize - 1) as usize);
-        let value: f64 = self.voxels[x + self.dims[0] * (y + self.dims[1] * z)].into();
-        value as f32
+        self.voxels[x + self.dims[0] * (y + self.dims[1] * z)].into()
     }
 }
 

@@ -14,13 +14,16 @@ pub mod field;
 mod geometry;
 pub mod input;
 mod kernel_field;
+pub mod labels;
 pub mod near;
 pub mod options;
+mod palette;
 mod picture;
 pub mod procedural;
 mod project;
 pub mod render;
 pub mod sample;
+pub mod scene;
 mod sheets;
 pub mod stats;
 mod support;
@@ -31,10 +34,13 @@ pub mod volume;
 pub use clip::{Clip, ClipPlane};
 pub use error::Error;
 pub use input::{Endian, LoadOptions, RawOptions, VoxelType, load};
+pub use labels::{LabelLook, LabelTable};
 pub use options::{
-    Classify, ColourBy, DepthPlane, Light, Order, RenderOptions, Shading, SheetKernel, SheetSums, Subpixels,
+    Blend, Classify, ColourBy, DepthPlane, Isosurface, Light, Order, RenderOptions, Shading, SheetKernel,
+    SheetSums, Subpixels,
 };
 pub use render::{Frame, Renderer};
+pub use scene::{Channel, Look, Scene};
 pub use stats::{FrameStats, StageTime, StageTimes};
 pub use transfer::{ColourEncoding, ColourMap, Histogram, TransferFunction};
 pub use volume::{NanPolicy, Volume, Voxels};

@@ -31,6 +31,11 @@ pub struct RenderOptions {
     pub subpixels: Subpixels,
     /// Every sample and axis sheets: shape of the reconstruction kernel.
     pub kernel: KernelShape,
+    /// What a pixel shows of its ray. All but `Emission` need image sheets that gather.
+    pub blend: Blend,
+    /// Image sheets that gather, emission: lengths of the gradient, value per world unit, between which a factor of the
+    /// extinction rises from 0 to 1; from 0 on, the first below the second. Labels are not modulated. `None` is off.
+    pub gradient_opacity: Option<[f64; 2]>,
     /// How a perspective footprint is evaluated.
     pub footprint: FootprintMode,
     /// How the opacity of a voxel becomes the opacity of a pixel.
@@ -65,6 +70,32 @@ pub enum Order {
     /// Slabs parallel to the image plane: scalars are summed per slab, classified per pixel, and composited
     /// (Mueller and Crawfis 1998).
     ImageSheets,
+}
+
+/// What a pixel shows of its ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Blend {
+    /// Emission and absorption: each sample behind those before it.
+    Emission,
+    /// The greatest scalar, classified: its opacity over one opacity unit is the pixel's.
+    Maximum,
+    /// The least scalar inside the volume, classified alike.
+    Minimum,
+    /// The mean of the scalars inside the volume, classified alike.
+    Average,
+    /// A surface of one scalar.
+    Isosurface(Isosurface),
+}
+
+/// A surface of one scalar. It is lit as the shading says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Isosurface {
+    /// The scalar, finite.
+    pub value: f64,
+    /// Linear red, green, blue; `None` is the transfer function's colour of the scalar.
+    pub colour: Option<[f32; 3]>,
+    /// Opacity of the surface each time that a ray crosses it; above 0, at most 1.
+    pub opacity: f32,
 }
 
 /// How samples are lit.
@@ -154,6 +185,8 @@ impl Default for RenderOptions {
             light: Light::Headlight,
             subpixels: Subpixels::Auto,
             kernel: KernelShape::Gaussian,
+            blend: Blend::Emission,
+            gradient_opacity: None,
             footprint: FootprintMode::Exact,
             opacity: OpacityMode::Extinction,
             select: SelectMode::Hybrid,
@@ -201,6 +234,7 @@ impl RenderOptions {
         self.validate_sheets()?;
         self.validate_shading()?;
         self.validate_clip()?;
+        self.validate_blend()?;
         let least = f64::from(self.min_transmittance);
         range("the least transmittance", least, (0.0..1.0).contains(&least), "0 or more, and less than 1")?;
         let unit = self.opacity_unit.unwrap_or(1.0);
@@ -231,9 +265,47 @@ impl RenderOptions {
         Ok(())
     }
 
+    /// Whether samples are gathered from cells, which most choices of what a pixel shows need.
+    fn gathers(&self) -> bool {
+        self.order == Order::ImageSheets && self.sheet_sums == SheetSums::Gather && !self.sums_kernels()
+    }
+
+    fn validate_blend(&self) -> Result<(), Error> {
+        let wrong = |what: String| Err(Error::Option(what));
+        let is_plain = self.blend == Blend::Emission && self.gradient_opacity.is_none();
+        if !is_plain && !self.gathers() {
+            return wrong(
+                "this blend mode, or opacity by the gradient, needs image sheets that gather: use --order image-sheets and \
+                 --sheet-sums gather, with the trilinear kernel and post-classification"
+                    .into(),
+            );
+        }
+        match (self.blend, self.gradient_opacity) {
+            (Blend::Isosurface(iso), _) if !iso.value.is_finite() || !(iso.value as f32).is_finite() => {
+                wrong(format!("the surface is at {}, expected a finite number", iso.value))
+            }
+            (Blend::Isosurface(iso), _) if !(iso.opacity > 0.0 && iso.opacity <= 1.0) => wrong(format!(
+                "the opacity of the surface is {}, expected more than 0, and at most 1",
+                iso.opacity
+            )),
+            (Blend::Isosurface(Isosurface { colour: Some(rgb), .. }), _)
+                if !rgb.iter().all(|c| c.is_finite() && *c >= 0.0) =>
+            {
+                wrong(format!("the colour of the surface is {rgb:?}, expected finite numbers from 0 on"))
+            }
+            (_, Some([low, high])) if !(low >= 0.0 && low < high && high.is_finite()) => wrong(format!(
+                "the ramp over the gradient goes from {low} to {high}: expected finite numbers from 0 on, the first below \
+                 the second"
+            )),
+            (blend, Some(_)) if blend != Blend::Emission => {
+                wrong("opacity by the gradient goes with emission only: leave out --blend".into())
+            }
+            _ => Ok(()),
+        }
+    }
+
     fn validate_shading(&self) -> Result<(), Error> {
-        let gathers =
-            self.order == Order::ImageSheets && self.sheet_sums == SheetSums::Gather && !self.sums_kernels();
+        let gathers = self.gathers();
         if self.shading != Shading::None && !gathers {
             let what = "shading needs image sheets that gather: use --order image-sheets and --sheet-sums gather, with the \
                         trilinear kernel and post-classification";

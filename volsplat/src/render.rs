@@ -11,6 +11,7 @@ use crate::clip::Clip;
 use crate::every_sample::EverySample;
 use crate::options::{Order, RenderOptions};
 use crate::picture::picture;
+use crate::scene::Scene;
 use crate::sheets::ImageSheets;
 use crate::stats::{FrameStats, StageClock};
 use crate::tiles::TileSlot;
@@ -47,14 +48,21 @@ pub struct Frame {
 impl Renderer {
     /// Prepares `volume` for rendering with `options`.
     pub fn new(volume: &Volume, transfer: &TransferFunction, options: &RenderOptions) -> Result<Self, Error> {
+        Self::with_scene(&Scene::new(volume, transfer), options)
+    }
+
+    /// Prepares channels and a mask for rendering with `options`.
+    ///
+    /// [`Error::Option`] where the options contradict one another or the scene, or where the scene's grids differ.
+    pub fn with_scene(scene: &Scene, options: &RenderOptions) -> Result<Self, Error> {
         options.validate()?;
+        scene.validate()?;
+        let volume = scene.grid();
         let pipeline = match options.order {
             Order::EverySample | Order::AxisSheets => {
-                Pipeline::EverySample(Box::new(EverySample::new(volume, transfer, options)))
+                Pipeline::EverySample(Box::new(EverySample::new(scene, options)))
             }
-            Order::ImageSheets => {
-                Pipeline::ImageSheets(Box::new(ImageSheets::new(volume, transfer, options)?))
-            }
+            Order::ImageSheets => Pipeline::ImageSheets(Box::new(ImageSheets::new(scene, options)?)),
         };
         Ok(Self {
             bounds_in_world: pipeline.bounds_in_world(),

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use resample_core::OpacityMode;
 
 use crate::clip::GridClip;
+use crate::scene::Scene;
 use crate::transfer::TransferFunction;
 use crate::volume::{Volume, Voxels, with_voxels};
 
@@ -73,6 +74,23 @@ pub fn place(packed: u16) -> [u16; 3] {
 }
 
 impl Samples {
+    /// Classifies every voxel of a scene and keeps those with opacity above 0 that the mask shows.
+    pub(crate) fn of_scene(scene: &Scene, opacity: OpacityMode) -> Self {
+        if let Some((volume, transfer)) = scene.single() {
+            return Self::classify(volume, transfer, opacity);
+        }
+        let volume = scene.grid();
+        let bricks: Vec<Brick> = brick_corners(volume.dims, BRICK_SIDE)
+            .into_par_iter()
+            .filter_map(|corner| {
+                let sample = |index: usize| scene.voxel(index, opacity);
+                brick_from(volume.dims, corner, sample)
+            })
+            .collect();
+        let count = bricks.iter().map(|b| b.places.len() as u64).sum();
+        Self { bricks, voxels: volume.len() as u64, count, world_from_index: volume.world_from_index }
+    }
+
     /// Applies the transfer function to every voxel and keeps those with opacity above 0.
     pub fn classify(volume: &Volume, transfer: &TransferFunction, opacity: OpacityMode) -> Self {
         let corners = brick_corners(volume.dims, BRICK_SIDE);
@@ -222,14 +240,37 @@ impl<'a> Classifier<'a> {
     }
 }
 
+/// A brick of what `sample` makes of the voxel at a linear index.
+fn brick_from(dims: [usize; 3], corner: [u32; 3], sample: impl Fn(usize) -> [f32; 4]) -> Option<Brick> {
+    let first = corner.map(|c| c as usize);
+    let size: [usize; 3] = std::array::from_fn(|axis| BRICK_SIDE.min(dims[axis] - first[axis]));
+    let (mut places, mut values) = (Vec::new(), Vec::new());
+    let mut bounds = Bounds::nothing(corner);
+    for i in 0..size.iter().product() {
+        let [x, y, z] = [i % size[0], i / size[0] % size[1], i / (size[0] * size[1])];
+        let value = sample(first[0] + x + dims[0] * (first[1] + y + dims[1] * (first[2] + z)));
+        if value[3] > 0.0 {
+            places.push(pack_place([x, y, z]));
+            values.push(value);
+            bounds.add([x, y, z]);
+        }
+    }
+    (!places.is_empty()).then_some(Brick { bounds, places, values })
+}
+
 /// Colour and strength of a scalar.
 pub(crate) fn classified(transfer: &TransferFunction, mode: OpacityMode, value: f64) -> [f32; 4] {
     let (rgb, opacity) = transfer.sample(value);
+    [rgb[0], rgb[1], rgb[2], strength_of(opacity, mode)]
+}
+
+/// Strength of an opacity: extinction per opacity unit, or with linear opacity the opacity.
+pub(crate) fn strength_of(opacity: f64, mode: OpacityMode) -> f32 {
     let strength = match mode {
         OpacityMode::Extinction => (-(-opacity).ln_1p()).min(MAX_EXTINCTION),
         OpacityMode::Linear => opacity,
     };
-    [rgb[0], rgb[1], rgb[2], strength as f32]
+    strength as f32
 }
 
 /// The bits of three brick coordinates, interleaved.

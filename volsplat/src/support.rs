@@ -42,6 +42,16 @@ impl Support {
         Self { intervals }
     }
 
+    /// All scalars.
+    pub(crate) fn everything() -> Self {
+        Self { intervals: vec![f32::NEG_INFINITY..=f32::INFINITY] }
+    }
+
+    /// One scalar.
+    pub(crate) fn of(value: f32) -> Self {
+        Self { intervals: vec![value..=value] }
+    }
+
     /// Whether any scalar from `low` to `high` may be visible.
     #[inline(always)]
     pub(crate) fn meets(&self, low: f32, high: f32) -> bool {

@@ -8,7 +8,7 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 use resample_core::Camera;
 use serde_json::json;
-use volsplat::{FrameStats, RenderOptions, Renderer, TransferFunction, Volume};
+use volsplat::{FrameStats, RenderOptions, Renderer};
 
 use crate::args::VolsplatArgs;
 use crate::framing;
@@ -16,13 +16,13 @@ use crate::interrupt;
 use crate::picture::Drawn;
 use crate::plan::{Plan, Request, Telling};
 use crate::report::{self, Account, RunStats, Verbosity};
+use crate::scene::{self, Volumes};
 use crate::settings;
 use crate::transfer;
 
 /// The volume, ready to be drawn.
 struct Scene {
-    volume: Volume,
-    transfer: TransferFunction,
+    volumes: Volumes,
     renderer: Renderer,
     options: RenderOptions,
     load_ms: f64,
@@ -38,14 +38,14 @@ pub(crate) fn run(args: &VolsplatArgs, verbosity: Verbosity) -> Result<()> {
     let options = settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format)?;
     let scene = loaded(args, options)?;
     let cameras = cameras(args, &request, &plan, &scene)?;
-    transfer::show(&args.transfer, &scene.transfer, &scene.volume)?;
+    scene.volumes.show_transfer(&args.transfer)?;
     let stats = stats_before_drawing(args, &request, &plan, &scene);
     if verbosity == Verbosity::Verbose {
         report::say(&format!("load {:.1} ms, classify {:.1} ms", scene.load_ms, scene.classify_ms));
     }
     let mut renderer = scene.renderer;
     // The renderer has its own copy of what can be seen.
-    drop(scene.volume);
+    drop(scene.volumes);
     plan.draw(&request, &cameras, stats, (&mut |camera| drawn(&mut renderer, camera), telling))
 }
 
@@ -64,7 +64,11 @@ fn request(args: &VolsplatArgs) -> Request<'_> {
         camera: &args.camera,
         sequence: &args.sequence,
         picture: &args.picture,
-        inputs: [Some(args.input.as_path()), transfer].into_iter().flatten().collect(),
+        inputs: [Some(args.input.as_path()), transfer]
+            .into_iter()
+            .flatten()
+            .chain(scene::inputs(&args.scene))
+            .collect(),
         others: args.transfer.show_transfer.iter().map(|path| ("--show-transfer", path.as_path())).collect(),
     }
 }
@@ -78,7 +82,12 @@ fn stats_before_drawing(args: &VolsplatArgs, request: &Request, plan: &Plan, sce
             "classify_ms": scene.classify_ms,
         }),
         threads: rayon::current_num_threads(),
-        settings: settings::record(args, request, plan.finish.format, (&scene.options, &scene.volume)),
+        settings: settings::record(
+            args,
+            request,
+            plan.finish.format,
+            (&scene.options, scene.volumes.first()),
+        ),
         load_ms: scene.load_ms,
         peak_bytes: None,
         frames: Vec::new(),
@@ -87,18 +96,17 @@ fn stats_before_drawing(args: &VolsplatArgs, request: &Request, plan: &Plan, sce
 
 fn loaded(args: &VolsplatArgs, options: RenderOptions) -> Result<Scene> {
     let start = Instant::now();
-    let volume = volsplat::load(&args.input, &settings::load_options(&args.volume))?;
+    let volumes = scene::load(args)?;
     let load_ms = report::ms_since(start);
-    let options = settings::suited_to(options, &args.render, &volume);
-    let transfer: TransferFunction = transfer::function(&args.transfer, &volume)?;
-    if let Some(warning) = transfer::warning(&args.transfer, &volume) {
+    let options = settings::suited_to(options, &args.render, volumes.first());
+    if let Some(warning) = transfer::warning(&args.transfer, volumes.first()) {
         report::say(&warning);
     }
     let start = Instant::now();
-    let renderer = Renderer::new(&volume, &transfer, &options)
+    let renderer = Renderer::with_scene(&volumes.scene(), &options)
         .with_context(|| format!("{}: cannot be drawn", args.input.display()))?;
     let classify_ms = report::ms_since(start);
-    Ok(Scene { volume, transfer, renderer, options, load_ms, classify_ms })
+    Ok(Scene { volumes, renderer, options, load_ms, classify_ms })
 }
 
 fn cameras(args: &VolsplatArgs, request: &Request, plan: &Plan, scene: &Scene) -> Result<Vec<Camera>> {
@@ -107,10 +115,10 @@ fn cameras(args: &VolsplatArgs, request: &Request, plan: &Plan, scene: &Scene) -
             "warning: nothing is visible: the transfer function makes every voxel of {} transparent",
             args.input.display()
         ));
-        framing::volume::grid_bounds(&scene.volume)
+        framing::volume::grid_bounds(scene.volumes.first())
     });
-    let bounds = framing::volume::with_kernels(bounds, &scene.volume);
-    let stance = framing::volume::stance(&scene.volume, args.camera.up.map(|axis| axis.direction));
+    let bounds = framing::volume::with_kernels(bounds, scene.volumes.first());
+    let stance = framing::volume::stance(scene.volumes.first(), args.camera.up.map(|axis| axis.direction));
     plan.cameras(request, bounds, stance)
 }
 

@@ -19,8 +19,8 @@ pub(super) const LANES: usize = 8;
 pub(super) struct CellBox {
     /// The brick's first vertex.
     corner: [f32; 3],
-    low: [f32; 3],
-    high: [f32; 3],
+    pub(super) low: [f32; 3],
+    pub(super) high: [f32; 3],
 }
 
 impl CellBox {
@@ -92,6 +92,30 @@ pub(super) fn in_cells<S: Simd>(
     let in_brick: [f32x8<S>; 3] = std::array::from_fn(|axis| position[axis] - constant(cells.corner[axis]));
     let cell_of = |p: f32x8<S>| p.max(constant(0.0)).min(constant(CELL_SIDE as f32 - 1.0)).trunc();
     let cell = [cell_of(in_brick[0]), cell_of(in_brick[1]), cell_of(in_brick[2])];
+    at_cells(simd, (position, in_brick), cell, inside)
+}
+
+/// As [`in_cells`], with every position in a cell of the box: a position outside the box counts on from the nearest.
+#[inline(always)]
+pub(super) fn in_box_cells<S: Simd>(simd: S, cells: &CellBox, position: [f32x8<S>; 3]) -> Located<S> {
+    let constant = |v: f32| f32x8::splat(simd, v);
+    let in_brick: [f32x8<S>; 3] = std::array::from_fn(|axis| position[axis] - constant(cells.corner[axis]));
+    let cell_of = |axis: usize| {
+        let (low, high) = (cells.low[axis] - cells.corner[axis], cells.high[axis] - cells.corner[axis] - 1.0);
+        in_brick[axis].max(constant(low)).min(constant(high)).trunc()
+    };
+    let cell = [cell_of(0), cell_of(1), cell_of(2)];
+    at_cells(simd, (position, in_brick), cell, constant(0.0).simd_eq(constant(0.0)))
+}
+
+#[inline(always)]
+fn at_cells<S: Simd>(
+    simd: S,
+    (position, in_brick): ([f32x8<S>; 3], [f32x8<S>; 3]),
+    cell: [f32x8<S>; 3],
+    inside: mask32x8<S>,
+) -> Located<S> {
+    let constant = |v: f32| f32x8::splat(simd, v);
     let share: [f32x8<S>; 3] = std::array::from_fn(|axis| in_brick[axis] - cell[axis]);
     let row_stride = VERTEX_SIDE as f32;
     let places =
@@ -132,4 +156,29 @@ fn corners(table: &[f32; TABLE_LEN], places: &[i32; LANES]) -> [[f32; LANES]; 8]
         }
     }
     corners
+}
+
+/// The places of the voxels that are nearest to samples.
+#[inline(always)]
+pub(super) fn nearest_places<S: Simd>(simd: S, located: &Located<S>) -> [i32; LANES] {
+    let constant = |v: f32| f32x8::splat(simd, v);
+    let step = |axis: usize, stride: usize| {
+        located.share[axis].simd_ge(constant(0.5)).select(constant(stride as f32), constant(0.0))
+    };
+    let steps = step(0, 1) + step(1, VERTEX_SIDE) + step(2, VERTEX_SIDE * VERTEX_SIDE);
+    let mut places = steps.to_int::<i32x8<S>>().to_array();
+    for (place, cell) in places.iter_mut().zip(located.places) {
+        *place += cell;
+    }
+    places
+}
+
+/// What the nearest voxels hold.
+#[inline(always)]
+pub(super) fn nearest<S: Simd>(simd: S, table: &[f32; TABLE_LEN], located: &Located<S>) -> f32x8<S> {
+    let mut values = [0.0f32; LANES];
+    for (value, place) in values.iter_mut().zip(nearest_places(simd, located)) {
+        *value = table[(place as usize).min(TABLE_LEN - 1)];
+    }
+    f32x8::from_slice(simd, &values)
 }

@@ -48,6 +48,16 @@ impl TransferTable {
         Self { entries, scale: (1.0 / step) as f32, shift: (1.5 - low / step) as f32 }
     }
 
+    /// A table in which the scalar i, a whole number from 0 on, stands for entry i; at most as many as it has places for.
+    pub(crate) fn of_entries(listed: &[[f32; 4]]) -> Self {
+        let mut entries = Box::new([[0.0; 4]; PLACES]);
+        for (entry, listed) in entries[1..=ENTRIES + 1].iter_mut().zip(listed) {
+            *entry = *listed;
+        }
+        // Places are rounded down: half a place more keeps whole numbers off the edge.
+        Self { entries, scale: 1.0, shift: 1.5 }
+    }
+
     /// The places of scalars.
     #[inline(always)]
     pub(crate) fn places<S: Simd>(&self, simd: S, values: f32x8<S>) -> i32x8<S> {

@@ -4,17 +4,23 @@
 //! fixed to the eye, so that nothing pops when the view turns. On such a plane a pixel's position in the grid is an
 //! affine function of the pixel: three vectors a plane are all that a section needs.
 
+use std::sync::Arc;
+
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, f32x4, i32x4};
+use fearless_simd::{Level, f32x4, f32x8, i32x4};
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use resample_core::composite::DepthRule;
 use resample_core::maps::TilePlane;
 use resample_core::tile::{ChunkBins, TILE_PX, TileGrid, TileRect};
 use resample_core::{Camera, GridView, OpacityMode, Projection};
 
+use super::cell_sample::{HalfRow, LANES};
+use super::channel::{ChannelSettings, GradientRamp};
 use super::classify::TransferTable;
+use super::isosurface::{AnchoredRays, IsoSettings};
 use super::section::SectionTable;
 use super::shade::ShadeSettings;
+use super::statistic::Statistic;
 use crate::clip::AnchoredHalfSpace;
 use crate::field::FieldBrick;
 use crate::sample::place;
@@ -56,6 +62,14 @@ pub(crate) struct SheetSettings {
     pub(crate) thickness: f64,
     /// Planes that are open at a time: a power of two, and at least what one kernel may span.
     pub(crate) ring_len: usize,
+    /// All channels; the table of the first is `table` too.
+    pub(crate) channels: Arc<[ChannelSettings]>,
+    /// Where extinction follows the gradient: how.
+    pub(crate) gradient_ramp: Option<GradientRamp>,
+    /// Where the pixels show a statistic of their rays: which.
+    pub(crate) statistic: Option<Statistic>,
+    /// Where a surface is drawn: which.
+    pub(crate) iso: Option<IsoSettings>,
     /// World length over which the transfer function's opacity is meant.
     pub(crate) unit_in_world: f64,
     pub(crate) opacity: OpacityMode,
@@ -78,6 +92,8 @@ pub(crate) struct TileView {
     pub(crate) units_per_slab: TilePlane,
     /// Unit direction of each pixel's ray, in the world; only where samples are lit.
     pub(crate) ray_in_world: [TilePlane; 3],
+    /// Rays in the grid; only where a surface is drawn.
+    pub(crate) iso_rays: Option<Box<AnchoredRays>>,
 }
 
 /// One plane over one tile: an affine map from pixels to the grid.
@@ -141,7 +157,15 @@ impl TileView {
         if settings.shade.is_some() {
             fill_rays(&mut ray_in_world, view, corner, &settings.world_from_camera);
         }
-        Self { view: *view, anchor, thickness, corner_px: corner, units_per_slab, ray_in_world }
+        let iso_rays = settings.iso.map(|_| Box::new(AnchoredRays::new(view, corner, &anchor)));
+        Self { view: *view, anchor, thickness, corner_px: corner, units_per_slab, ray_in_world, iso_rays }
+    }
+
+    /// Unit directions of half a row's rays, in the world.
+    #[inline(always)]
+    pub(super) fn rays<S: Simd>(&self, simd: S, at: HalfRow) -> [f32x8<S>; 3] {
+        let range = at.first..at.first + LANES;
+        std::array::from_fn(|axis| f32x8::from_slice(simd, &self.ray_in_world[axis][at.row][range.clone()]))
     }
 
     /// The tile's first pixel.

@@ -10,12 +10,17 @@ use fearless_simd::prelude::*;
 use fearless_simd::{dispatch, f32x4, f32x8};
 use fearless_simd_macros::simd;
 use resample_core::composite::{TileCounts, TilePixels};
+use resample_core::maps::TilePlane;
 use resample_core::tile::TILE_PX;
 
 use super::cell_sample::{CellBox, HalfRow, LANES, Located, located};
-use super::clipped::Clipped;
+use super::channel::Reading;
 use super::frame::{PlaneView, SheetSettings, TileView, covered};
+use super::isosurface;
+use super::kept::Kept;
+use super::mixed::Mixed;
 use super::over::Over;
+use super::statistic::{self, Gathered, RayValues};
 use crate::cells::CellBrick;
 
 /// Planes whose views are remembered in a tile; neighbouring bricks share planes. A power of two; a brick of unit
@@ -66,6 +71,10 @@ pub(crate) struct GatherScratch {
     /// Colour so far, premultiplied; interleaved, as one sample at a time is added.
     pub(super) rgb: [[[f32; 4]; TILE_PX]; TILE_PX],
     pub(crate) pixels: TilePixels,
+    /// What rays have met, by channel; only where a statistic is shown.
+    pub(super) rays: Vec<RayValues>,
+    /// Camera z, relative to the anchor's, of the last surface that was hit.
+    pub(super) last_hit: TilePlane,
 }
 
 impl Default for GatherScratch {
@@ -74,6 +83,33 @@ impl Default for GatherScratch {
             planes: vec![(u32::MAX, PlaneView::default()); REMEMBERED_PLANES],
             rgb: [[[0.0; 4]; TILE_PX]; TILE_PX],
             pixels: TilePixels::default(),
+            rays: Vec::new(),
+            last_hit: [[f32::NEG_INFINITY; TILE_PX]; TILE_PX],
+        }
+    }
+}
+
+impl GatherScratch {
+    /// Makes ready for an empty tile.
+    pub(crate) fn begin(&mut self, settings: &SheetSettings) {
+        self.planes.iter_mut().for_each(|plane| plane.0 = u32::MAX);
+        self.rgb = [[[0.0; 4]; TILE_PX]; TILE_PX];
+        self.pixels = TilePixels::default();
+        self.rays = statistic::at_start(settings.statistic, &settings.channels);
+        self.last_hit = [[f32::NEG_INFINITY; TILE_PX]; TILE_PX];
+    }
+
+    /// Classifies what waits for it, and puts the colours where the pixels are.
+    pub(crate) fn end(&mut self, settings: &SheetSettings) {
+        if let Some(wanted) = settings.statistic {
+            statistic::classify(settings, wanted, self);
+        }
+        for (y, row) in self.rgb.iter().enumerate() {
+            for (x, pixel) in row.iter().enumerate() {
+                for (plane, value) in self.pixels.rgb.iter_mut().zip(pixel) {
+                    plane[y][x] = *value;
+                }
+            }
         }
     }
 }
@@ -86,13 +122,13 @@ pub(crate) fn render_tile<'a>(
     bricks: impl Iterator<Item = &'a PlacedBrick<'a>>,
     scratch: &mut GatherScratch,
 ) -> TileCounts {
-    scratch.begin();
+    scratch.begin(settings);
     let (counts, _) = advance_tile(settings, view, corner_px, bricks, scratch);
-    scratch.end();
+    scratch.end(settings);
     counts
 }
 
-/// Composites more bricks, front to back, behind what `scratch` holds. Says also whether the tile is opaque now.
+/// Takes more bricks in, front to back, behind what `scratch` holds. Says also whether the tile is opaque now.
 pub(crate) fn advance_tile<'a>(
     settings: &SheetSettings,
     view: &TileView,
@@ -100,9 +136,29 @@ pub(crate) fn advance_tile<'a>(
     bricks: impl Iterator<Item = &'a PlacedBrick<'a>>,
     scratch: &mut GatherScratch,
 ) -> (TileCounts, TileState) {
+    if let Some(wanted) = settings.statistic {
+        let mut bricks: Vec<&PlacedBrick> = bricks.collect();
+        statistic::in_best_order(wanted, &mut bricks);
+        let useful = |placed: &PlacedBrick, window: &Window, scratch: &GatherScratch| {
+            !statistic::is_idle(wanted, placed, window, &scratch.rays)
+        };
+        return advance_while_open((settings, view, corner_px), bricks.into_iter(), useful, scratch);
+    }
+    advance_while_open((settings, view, corner_px), bricks, |_, _, _| true, scratch)
+}
+
+fn advance_while_open<'a>(
+    (settings, view, corner_px): (&SheetSettings, &TileView, [usize; 2]),
+    bricks: impl Iterator<Item = &'a PlacedBrick<'a>>,
+    is_useful: impl Fn(&PlacedBrick, &Window, &GatherScratch) -> bool,
+    scratch: &mut GatherScratch,
+) -> (TileCounts, TileState) {
     let mut counts = TileCounts::default();
     for placed in bricks {
         let window = Window::new(placed, corner_px);
+        if !is_useful(placed, &window, scratch) {
+            continue;
+        }
         let job = Job { settings, view, placed };
         let (touched, opaque) = add_brick_by_rule(&job, window, scratch);
         counts.composited += 1;
@@ -121,48 +177,55 @@ pub(crate) enum TileState {
     Opaque,
 }
 
-impl GatherScratch {
-    /// Makes ready for an empty tile.
-    pub(crate) fn begin(&mut self) {
-        self.planes.iter_mut().for_each(|plane| plane.0 = u32::MAX);
-        self.rgb = [[[0.0; 4]; TILE_PX]; TILE_PX];
-        self.pixels = TilePixels::default();
+/// One kernel for each rule: what a rule needs would spill the registers of those that do without.
+fn add_brick_by_rule(job: &Job, window: Window, scratch: &mut GatherScratch) -> (usize, bool) {
+    macro_rules! add {
+        ($rule:ty) => {
+            dispatch!(job.settings.level, simd => add_brick::<_, $rule>(simd, job, window, scratch))
+        };
     }
-
-    /// Puts the colours where the pixels are.
-    pub(crate) fn end(&mut self) {
-        for (y, row) in self.rgb.iter().enumerate() {
-            for (x, pixel) in row.iter().enumerate() {
-                for (plane, value) in self.pixels.rgb.iter_mut().zip(pixel) {
-                    plane[y][x] = *value;
-                }
-            }
-        }
+    let settings = job.settings;
+    if let (Some(iso), Some(rays)) = (&settings.iso, &job.view.iso_rays) {
+        return dispatch!(settings.level, simd => isosurface::add_brick(simd, job, (iso, rays), window, scratch));
+    }
+    let is_cut = job.placed.cuts != 0 || job.placed.brick.mask.is_some();
+    match (rule(settings), is_cut) {
+        (Rule::Over, false) => add!(Over<false>),
+        (Rule::Over, true) => add!(Kept<Over<false>>),
+        (Rule::Shaded, false) => add!(Over<true>),
+        (Rule::Shaded, true) => add!(Kept<Over<true>>),
+        (Rule::Mixed, false) => add!(Mixed),
+        (Rule::Mixed, true) => add!(Kept<Mixed>),
+        (Rule::Statistic, false) => add!(Gathered),
+        (Rule::Statistic, true) => add!(Kept<Gathered>),
     }
 }
 
-/// One kernel for each rule: what a rule needs would spill the registers of those that do without.
-fn add_brick_by_rule(job: &Job, window: Window, scratch: &mut GatherScratch) -> (usize, bool) {
-    let level = job.settings.level;
-    match (job.placed.cuts != 0, job.settings.shade.is_some()) {
-        (false, false) => {
-            dispatch!(level, simd => add_brick::<_, Over<false>>(simd, job, window, scratch))
-        }
-        (false, true) => dispatch!(level, simd => add_brick::<_, Over<true>>(simd, job, window, scratch)),
-        (true, false) => {
-            dispatch!(level, simd => add_brick::<_, Clipped<Over<false>>>(simd, job, window, scratch))
-        }
-        (true, true) => {
-            dispatch!(level, simd => add_brick::<_, Clipped<Over<true>>>(simd, job, window, scratch))
-        }
+/// The least rule that does what the settings ask for.
+enum Rule {
+    Over,
+    Shaded,
+    Mixed,
+    Statistic,
+}
+
+fn rule(settings: &SheetSettings) -> Rule {
+    let is_plain = settings.channels.len() == 1
+        && settings.channels[0].reading == Reading::Trilinear
+        && settings.gradient_ramp.is_none();
+    match (settings.statistic.is_some(), is_plain, settings.shade.is_some()) {
+        (true, ..) => Rule::Statistic,
+        (_, false, _) => Rule::Mixed,
+        (_, true, true) => Rule::Shaded,
+        (_, true, false) => Rule::Over,
     }
 }
 
 /// The pixels of a tile that a brick covers.
 #[derive(Clone, Copy, Debug)]
-struct Window {
-    columns: [usize; 2],
-    rows: [usize; 2],
+pub(super) struct Window {
+    pub(super) columns: [usize; 2],
+    pub(super) rows: [usize; 2],
 }
 
 impl Window {

@@ -15,18 +15,25 @@
 //! 1998, for the sheets; we sample the plane through a slab's middle instead of integrating the kernel over the slab.
 
 mod cell_sample;
+pub(crate) mod channel;
 pub(crate) mod classify;
-mod clipped;
 pub(crate) mod frame;
 pub(crate) mod gather;
+pub(crate) mod isosurface;
+mod kept;
 pub(crate) mod kernel_tile;
 pub(crate) mod kernels;
+mod mixed;
 mod over;
 pub(crate) mod place;
+mod prepare;
 pub(crate) mod scatter;
 pub(crate) mod scatter_tile;
 pub(crate) mod section;
 pub(crate) mod shade;
+pub(crate) mod statistic;
+
+use std::sync::Arc;
 
 use cpu_time::ThreadTime;
 use glam::{DAffine3, DVec3};
@@ -35,32 +42,39 @@ use resample_core::composite::DepthRule;
 use resample_core::tile::{TILE_PX, TileGrid, TileLists};
 use resample_core::{Camera, GridView};
 
-use self::classify::TransferTable;
+use self::channel::{ChannelSettings, GradientRamp, Reading};
 use self::frame::{Anchor, SheetSettings, TileView};
 use self::gather::{GatherScratch, render_tile};
+use self::isosurface::IsoSettings;
 use self::kernels::KernelSheets;
 use self::place::placed;
 use self::scatter::VoxelSheets;
 use self::section::SectionTable;
 use self::shade::ShadeSettings;
 use crate::Error;
-use crate::cells::{CELL_SIDE, CellField, Gradients};
+use crate::cells::{CELL_SIDE, CellField};
 use crate::chunks::visible_bricks;
 use crate::clip::{Clip, GridClip};
 use crate::cull::ViewVolume;
-use crate::options::{DepthPlane, RenderOptions, Shading, SheetSums, Subpixels};
+use crate::options::{Blend, DepthPlane, RenderOptions, SheetSums, Subpixels};
 use crate::picture::{TileDepth, TileLayout};
 use crate::sample::{Bounds, bounds_in_world};
+use crate::scene::Scene;
 use crate::stats::{FrameStats, StageClock};
 use crate::tiles::{TileSlot, elapsed_ms, tally};
 use crate::transfer::TransferFunction;
 use crate::volume::Volume;
 
+/// Sub-pixels along a pixel's side for what has hard edges: 16 a pixel, so that an edge has 17 shades. At 2 it has 5, and
+/// stairs show.
+const HARD_EDGE_SUBPIXELS: u32 = 4;
+
 /// Renders a field in image-aligned sheets.
 #[derive(Clone, Debug)]
 pub(crate) struct ImageSheets {
     source: Source,
-    table: TransferTable,
+    channels: Arc<[ChannelSettings]>,
+    iso: Option<IsoSettings>,
     options: RenderOptions,
     clip: GridClip,
     world_from_index: DAffine3,
@@ -88,11 +102,8 @@ pub(crate) struct SheetFrame<'a> {
 }
 
 impl ImageSheets {
-    pub(crate) fn new(
-        volume: &Volume,
-        transfer: &TransferFunction,
-        options: &RenderOptions,
-    ) -> Result<Self, Error> {
+    pub(crate) fn new(scene: &Scene, options: &RenderOptions) -> Result<Self, Error> {
+        let volume = scene.grid();
         if let Some(axis) = volume.dims.iter().position(|&n| n < 2) {
             return Err(Error::Option(format!(
                 "image sheets need two voxels or more along each axis, and there is one along {}: composite every \
@@ -100,18 +111,17 @@ impl ImageSheets {
                 ["x", "y", "z"][axis]
             )));
         }
+        let channels = prepare::channels(scene, options)?;
         let source = match options.sheet_sums {
             _ if options.sums_kernels() => {
+                let (volume, transfer) = single(scene)?;
                 Source::Kernels(Box::new(KernelSheets::new(volume, transfer, options)))
             }
-            SheetSums::Gather => {
-                let gradients = match options.shading {
-                    Shading::None => Gradients::Without,
-                    Shading::Lambert | Shading::Phong => Gradients::With,
-                };
-                Source::Cells(CellField::new(volume, transfer, gradients))
+            SheetSums::Gather => Source::Cells(prepare::cells(scene, options)?),
+            SheetSums::Scatter => {
+                let (volume, transfer) = single(scene)?;
+                Source::Voxels(VoxelSheets::new(volume, transfer))
             }
-            SheetSums::Scatter => Source::Voxels(VoxelSheets::new(volume, transfer)),
         };
         let mut sheets = Self {
             world_from_index: match &source {
@@ -121,7 +131,8 @@ impl ImageSheets {
             visible_middle: None,
             clip: GridClip::default(),
             source,
-            table: TransferTable::new(transfer, options.opacity, volume.value_range()),
+            channels,
+            iso: prepare::iso(scene, options),
             options: options.clone(),
             smallest_spacing: volume.smallest_spacing(),
             middle: DVec3::from(volume.dims.map(|n| (n / 2) as f64)),
@@ -189,9 +200,17 @@ impl ImageSheets {
                 let spacing_px = resample_core::view::largest_eigenvalue(gram).sqrt();
                 // Two sub-pixels a voxel: at one, thin structures lose 9 dB, beyond two it costs more than it gains.
                 // A middle behind the eye, or one that is no number, gives 1.
-                [1, 2, 4].into_iter().find(|&n| !(f64::from(n) * spacing_px < 1.5)).unwrap_or(8)
+                let of_voxels =
+                    [1, 2, 4].into_iter().find(|&n| !(f64::from(n) * spacing_px < 1.5)).unwrap_or(8);
+                of_voxels.max(self.least_subpixels())
             }
         }
+    }
+
+    /// Sub-pixels that edges need however large voxels are: surfaces and labels end between one pixel and the next.
+    fn least_subpixels(&self) -> u32 {
+        let has_labels = self.channels.iter().any(|channel| channel.reading == Reading::Nearest);
+        if has_labels || matches!(self.options.blend, Blend::Isosurface(_)) { HARD_EDGE_SUBPIXELS } else { 1 }
     }
 
     fn settings(&self, view: &GridView, camera: &Camera) -> SheetSettings {
@@ -200,18 +219,25 @@ impl ImageSheets {
             Source::Kernels(sheets) => sheets.sections(view, thickness),
             _ => SectionTable::of_cube(view.camera_from_grid.matrix3),
         };
+        let camera_z = view.camera_from_grid.transform_point3(self.middle).z;
+        let anchor = Anchor { grid: self.middle, camera_z };
         SheetSettings {
             level: self.options.simd.resolve(),
-            table: self.table.clone(),
+            table: self.channels[0].table.clone(),
+            channels: Arc::clone(&self.channels),
+            gradient_ramp: self.options.gradient_opacity.map(GradientRamp::new),
+            statistic: prepare::statistic(&self.options),
+            iso: self.iso.map(|iso| IsoSettings {
+                near: (view.near - anchor.camera_z) as f32,
+                step: thickness as f32,
+                ..iso
+            }),
             ring_len: SheetSettings::ring_len(&sections, thickness),
             sections,
             brick_sections: SheetSettings::of_bricks(view.camera_from_grid.matrix3, CELL_SIDE),
             thickness,
             unit_in_world: self.options.opacity_unit.unwrap_or(self.smallest_spacing),
-            anchor: Anchor {
-                grid: self.middle,
-                camera_z: view.camera_from_grid.transform_point3(self.middle).z,
-            },
+            anchor,
             clip: self.clip.anchored(self.middle),
             opacity: self.options.opacity,
             shade: ShadeSettings::new(&self.options, camera),
@@ -223,6 +249,15 @@ impl ImageSheets {
             min_transmittance: self.options.min_transmittance,
         }
     }
+}
+
+/// The one scalar field of a scene: all that summed kernels know.
+fn single<'a>(scene: &Scene<'a>) -> Result<(&'a Volume, &'a TransferFunction), Error> {
+    scene.single().ok_or_else(|| {
+        let what = "sheets that sum kernels know one channel of scalars and no mask: use --sheet-sums gather with the \
+                    trilinear kernel";
+        Error::Option(what.into())
+    })
 }
 
 impl Source {

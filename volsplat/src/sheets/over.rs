@@ -77,11 +77,7 @@ impl<const SHADED: bool> SampleRule for Over<SHADED> {
 #[inline(always)]
 pub(super) fn lit<S: Simd>(simd: S, job: &Job, at: HalfRow, located: &Located<S>) -> Option<Lit<S>> {
     let (shade, gradients) = (job.settings.shade.as_ref()?, job.placed.brick.gradients.as_ref()?);
-    let range = at.first..at.first + LANES;
-    let ray = std::array::from_fn(|axis| {
-        f32x8::from_slice(simd, &job.view.ray_in_world[axis][at.row][range.clone()])
-    });
     let gradient =
         std::array::from_fn(|axis| interpolated(simd, &gradients[axis], &located.places, located.share));
-    Some(shade.light(simd, gradient, ray))
+    Some(shade.light(simd, gradient, job.view.rays(simd, at)))
 }

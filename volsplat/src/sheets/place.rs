@@ -64,7 +64,9 @@ fn place<'a>(
     let first =
         settings.plane_from_z(near - margin).ceil().max(settings.plane_from_z(view.near).ceil()).max(0.0);
     let end = settings.plane_from_z(far + margin).floor() + 1.0;
-    if !(first < end && end < f64::from(u32::MAX)) {
+    // A surface may lie between two planes.
+    let is_seen = if settings.iso.is_some() { far + margin > view.near } else { first < end };
+    if !(is_seen && end < f64::from(u32::MAX)) {
         return None;
     }
     // A box that reaches the first plane's depth may cover any pixel from there on.

@@ -1,21 +1,23 @@
-//! Samples of a brick that the clip cuts: those outside are left out, exactly, and a rule takes the others in.
+//! Samples of a brick that the clip or the mask cuts: those that are hidden are left out, exactly, and a rule takes the
+//! others in.
 //!
 //! A half-space of the clip is an affine function of the position in the grid; it is evaluated at the sample's own
-//! position, for the half-spaces alone that cut the brick.
+//! position, for the half-spaces alone that cut the brick. The mask is that of the nearest voxel.
 
 use std::marker::PhantomData;
 
 use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
 
-use super::cell_sample::{HalfRow, Located};
+use super::cell_sample::{HalfRow, LANES, Located, nearest_places};
 use super::frame::PlaneView;
 use super::gather::{GatherScratch, Job, SampleRule};
+use crate::cells::TABLE_LEN;
 
-/// The rule `R` for the samples that the clip keeps.
-pub(super) struct Clipped<R>(PhantomData<R>);
+/// The rule `R` for the samples that clip and mask keep.
+pub(super) struct Kept<R>(PhantomData<R>);
 
-impl<R: SampleRule> SampleRule for Clipped<R> {
+impl<R: SampleRule> SampleRule for Kept<R> {
     #[inline(always)]
     fn take<S: Simd>(
         simd: S,
@@ -24,7 +26,7 @@ impl<R: SampleRule> SampleRule for Clipped<R> {
         located: &Located<S>,
         scratch: &mut GatherScratch,
     ) -> bool {
-        let kept = kept(simd, job, located);
+        let kept = masked(simd, job, &unclipped(simd, job, located));
         if kept.inside.all_false() {
             return false;
         }
@@ -34,7 +36,7 @@ impl<R: SampleRule> SampleRule for Clipped<R> {
 
 /// The samples without those that the clip cuts off.
 #[inline(always)]
-pub(super) fn kept<S: Simd>(simd: S, job: &Job, located: &Located<S>) -> Located<S> {
+fn unclipped<S: Simd>(simd: S, job: &Job, located: &Located<S>) -> Located<S> {
     let constant = |v: f32| f32x8::splat(simd, v);
     let mut kept = *located;
     for (number, half) in job.settings.clip.iter().enumerate() {
@@ -51,4 +53,17 @@ pub(super) fn kept<S: Simd>(simd: S, job: &Job, located: &Located<S>) -> Located
         }
     }
     kept
+}
+
+/// The samples without those whose nearest voxel the mask hides.
+#[inline(always)]
+pub(super) fn masked<S: Simd>(simd: S, job: &Job, located: &Located<S>) -> Located<S> {
+    let Some(mask) = job.placed.brick.mask.as_deref() else { return *located };
+    let places = nearest_places(simd, located);
+    let mut shown = [0.0f32; LANES];
+    for (shown, place) in shown.iter_mut().zip(places) {
+        *shown = f32::from(mask[(place as usize).min(TABLE_LEN - 1)]);
+    }
+    let shown = f32x8::from_slice(simd, &shown).simd_gt(f32x8::splat(simd, 0.0));
+    Located { inside: located.inside & shown, ..*located }
 }

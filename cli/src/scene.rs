@@ -1,0 +1,195 @@
+//! The volumes of a picture and their looks: the main one, further channels, a mask.
+//!
+//! Takes the arguments, reads every file that they name, gives what a `volsplat::Scene` borrows. Without options of this
+//! kind that is one volume and its transfer function.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use serde_json::{Value, json};
+use volsplat::transfer::{ColourKnot, ColourMap, Histogram};
+use volsplat::{Channel, LabelTable, LoadOptions, Look, Scene, TransferFunction, Volume};
+
+use crate::args::{SceneArgs, TransferArgs, VolsplatArgs};
+use crate::{choices, settings, transfer, values};
+
+/// All volumes of a picture.
+pub(crate) struct Volumes {
+    /// At least one; the first gives the picture its grid.
+    pub channels: Vec<LookedAt>,
+    mask: Option<Volume>,
+}
+
+/// A volume and how it looks.
+pub(crate) struct LookedAt {
+    /// The voxels.
+    pub volume: Volume,
+    look: OwnLook,
+}
+
+enum OwnLook {
+    Transfer(TransferFunction),
+    Labels(LabelTable),
+}
+
+/// Display colours by name, beside those that are written in numbers.
+const COLOURS: [(&str, &str); 7] = [
+    ("red", "#ff0000"),
+    ("green", "#00ff00"),
+    ("blue", "#0000ff"),
+    ("cyan", "#00ffff"),
+    ("magenta", "#ff00ff"),
+    ("yellow", "#ffff00"),
+    ("orange", "#ff8000"),
+];
+
+/// Reads all volumes and looks that the arguments name.
+pub(crate) fn load(args: &VolsplatArgs) -> Result<Volumes> {
+    let options = settings::load_options(&args.volume);
+    let scene = &args.scene;
+    let mut channels = Vec::new();
+    for pair in scene.channel.chunks(2) {
+        let [number, look] = pair else { continue };
+        let component = number.parse().ok().with_context(|| {
+            format!(
+                "--channel {number}: expected the number of a component, counted from 0, and then its look"
+            )
+        })?;
+        let volume =
+            volsplat::load(&args.input, &LoadOptions { component: Some(component), ..options.clone() })?;
+        channels.push(LookedAt { look: parsed_look(look, &volume, args)?, volume });
+    }
+    if channels.is_empty() {
+        let volume = volsplat::load(&args.input, &options)?;
+        channels.push(LookedAt { look: own_look(args, &volume)?, volume });
+    }
+    for pair in scene.also.chunks(2) {
+        let [file, look] = pair else { continue };
+        let volume = beside(Path::new(file), &options)?;
+        channels.push(LookedAt { look: parsed_look(look, &volume, args)?, volume });
+    }
+    let mask = scene.mask.as_deref().map(|path| mask(path, &options, &channels[0].volume)).transpose()?;
+    Ok(Volumes { channels, mask })
+}
+
+impl Volumes {
+    /// What the library draws.
+    pub(crate) fn scene(&self) -> Scene<'_> {
+        Scene {
+            channels: self
+                .channels
+                .iter()
+                .map(|channel| Channel { volume: &channel.volume, look: channel.look.lent() })
+                .collect(),
+            mask: self.mask.as_ref(),
+        }
+    }
+
+    /// The first volume, which gives the picture its grid.
+    pub(crate) fn first(&self) -> &Volume {
+        &self.channels[0].volume
+    }
+
+    /// Draws the first transfer function over its volume's histogram, where that was asked for.
+    pub(crate) fn show_transfer(&self, args: &TransferArgs) -> Result<()> {
+        match &self.channels[0].look {
+            OwnLook::Transfer(function) => transfer::show(args, function, self.first()),
+            // The command line does not accept both.
+            OwnLook::Labels(_) => Ok(()),
+        }
+    }
+}
+
+impl OwnLook {
+    fn lent(&self) -> Look<'_> {
+        match self {
+            Self::Transfer(function) => Look::Transfer(function),
+            Self::Labels(table) => Look::Labels(table),
+        }
+    }
+}
+
+/// The files that are read beside the volume, the transfer function and the cameras.
+pub(crate) fn inputs(args: &SceneArgs) -> impl Iterator<Item = &Path> {
+    let also = args.also.iter().step_by(2).map(Path::new);
+    args.mask.iter().chain(&args.label_colours).map(PathBuf::as_path).chain(also)
+}
+
+/// The scene's part of the settings in the stats file.
+pub(crate) fn record(args: &SceneArgs) -> Value {
+    json!({
+        "mask": args.mask,
+        "labels": args.labels,
+        "label_colours": args.label_colours,
+        "channels": args.channel.chunks(2).collect::<Vec<_>>(),
+        "also": args.also.chunks(2).collect::<Vec<_>>(),
+    })
+}
+
+/// The look of the volume that no word describes.
+fn own_look(args: &VolsplatArgs, volume: &Volume) -> Result<OwnLook> {
+    if args.scene.labels {
+        return Ok(OwnLook::Labels(label_table(args)?));
+    }
+    Ok(OwnLook::Transfer(transfer::function(&args.transfer, volume)?))
+}
+
+fn parsed_look(word: &str, volume: &Volume, args: &VolsplatArgs) -> Result<OwnLook> {
+    if word == "labels" {
+        return Ok(OwnLook::Labels(label_table(args)?));
+    }
+    let function = if word.to_lowercase().ends_with(".json") {
+        let encoding = choices::SPACE.library(args.transfer.transfer_space);
+        TransferFunction::load_paraview(Path::new(word), encoding, volume)?
+    } else if let Ok(map) = word.parse::<ColourMap>() {
+        TransferFunction::automatic(&Histogram::of_volume(volume), map)
+    } else {
+        one_colour(word, volume)?
+    };
+    Ok(OwnLook::Transfer(function.with_opacity_scaled(args.transfer.opacity_scale)?))
+}
+
+/// The opacity of the histogram, in one colour.
+fn one_colour(word: &str, volume: &Volume) -> Result<TransferFunction> {
+    let written = COLOURS.iter().find(|(name, _)| *name == word).map_or(word, |(_, digits)| digits);
+    let Ok(rgb) = values::colour(written) else {
+        bail!(
+            "{word}: expected the look of a channel: a file that ends in .json, a colour map such as viridis, labels, a colour \
+             such as #ff8000, or one of {}",
+            COLOURS.map(|(name, _)| name).join(", ")
+        );
+    };
+    let opacities = TransferFunction::automatic(&Histogram::of_volume(volume), ColourMap::default());
+    let colour = ColourKnot { value: volume.value_range().0, rgb };
+    Ok(TransferFunction::new(vec![colour], opacities.opacity_knots().to_vec())?)
+}
+
+fn label_table(args: &VolsplatArgs) -> Result<LabelTable> {
+    let table = match &args.scene.label_colours {
+        Some(path) => LabelTable::load(path)?,
+        None => LabelTable::distinct(),
+    };
+    Ok(table.with_opacity_scaled(args.transfer.opacity_scale))
+}
+
+/// Reads a volume that lies on the grid of another: as headerless as that one, if it has no header of its own.
+fn beside(path: &Path, options: &LoadOptions) -> Result<Volume> {
+    let is_known = volsplat::input::format_of(path)?.is_some();
+    let raw = options.raw.clone().filter(|_| !is_known);
+    let own = LoadOptions { raw, component: None, array: None, series: None, ..options.clone() };
+    Ok(volsplat::load(path, &own)?)
+}
+
+fn mask(path: &Path, options: &LoadOptions, grid: &Volume) -> Result<Volume> {
+    let mask = beside(path, options)?;
+    if mask.dims != grid.dims {
+        let text = |[x, y, z]: [usize; 3]| format!("{x}x{y}x{z}");
+        bail!(
+            "{}: the mask has {} voxels, and the volume has {}: expected as many along each axis",
+            path.display(),
+            text(mask.dims),
+            text(grid.dims)
+        );
+    }
+    Ok(mask)
+}
