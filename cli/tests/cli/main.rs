@@ -15,6 +15,7 @@ mod bench;
 mod compare;
 mod good_runs;
 mod info;
+mod scenes;
 mod sequences;
 mod texmap;
 mod transfer;
