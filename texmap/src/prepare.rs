@@ -25,8 +25,6 @@ pub(crate) struct PreparedMesh {
     /// Empty: white.
     pub(crate) colours: Vec<[f32; 4]>,
     pub(crate) triangles: Vec<[u32; 3]>,
-    /// For each triangle the first one with the same plane and the same map from plane to texture.
-    pub(crate) plane_of: Vec<u32>,
     /// Coordinates in the base texture, texels of the full texture; empty without one.
     pub(crate) base_uv: Vec<DVec2>,
     /// As `base_uv`, for the emissive texture.
@@ -115,13 +113,11 @@ fn prepared_mesh(scene: &Scene, mesh: &Mesh) -> PreparedMesh {
     let uv =
         |texture: &Option<TextureUse>| texture.map_or_else(Vec::new, |t| texel_coordinates(scene, mesh, &t));
     let (base_uv, emissive_uv) = (uv(&material.base_texture), uv(&material.emissive_texture));
-    let plane_of = (0..mesh.triangles.len() as u32).collect();
     PreparedMesh {
         positions: mesh.positions.clone(),
         normals: mesh.normals.clone(),
         colours: mesh.colours.clone(),
         triangles: mesh.triangles.clone(),
-        plane_of,
         base_uv,
         emissive_uv,
         material: mesh.material,

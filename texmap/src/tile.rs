@@ -195,8 +195,7 @@ impl Tile<'_> {
 
     fn plane_number(&self, id: u32) -> u64 {
         let triangle = self.triangle(id);
-        let mesh = &self.frame.scene.meshes[triangle.mesh as usize];
-        u64::from(triangle.mesh) << 32 | u64::from(mesh.plane_of[triangle.triangle as usize])
+        u64::from(triangle.mesh) << 32 | u64::from(triangle.triangle)
     }
 
     fn find_cells(&self, work: &mut TileWork) {
