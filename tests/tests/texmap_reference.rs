@@ -11,6 +11,9 @@ use texmap::{LevelChoice, Method, RenderOptions, Renderer, Scene};
 /// Rays along a pixel's side.
 const RAYS: usize = 8;
 
+/// The same where many texels share a pixel, up to the horizon: with fewer, the truth itself is noisy.
+const HORIZON_RAYS: usize = 32;
+
 fn rendered(scene: &Scene, camera: &Camera, options: &RenderOptions) -> Image {
     let mut renderer = Renderer::new(scene, options).expect("options within their ranges");
     renderer.render(camera).expect("a valid camera").image
@@ -33,8 +36,8 @@ fn with(method: Method) -> RenderOptions {
 
 /// Hybrid is near the truth, `least_db` inside the surface, and 6 dB better there than every single-sample method.
 /// Outlines included it is at least 40 dB: these small pictures consist of them.
-fn check(name: &str, scene: &Scene, camera: &Camera, least_db: f64) {
-    let truth = reference_picture(scene, camera, RAYS);
+fn check(name: &str, scene: &Scene, camera: &Camera, (rays, least_db): (usize, f64)) {
+    let truth = reference_picture(scene, camera, rays);
     let image = rendered(scene, camera, &RenderOptions::default());
     let (whole, hybrid) = (psnr_db(&image, &truth), inner_db(&image, &truth));
     println!("{name}: hybrid {hybrid:.1} dB inside, {whole:.1} dB with outlines");
@@ -52,19 +55,19 @@ fn check(name: &str, scene: &Scene, camera: &Camera, least_db: f64) {
 #[test]
 fn a_slanted_zone_plate() {
     let camera = looking_camera(DVec3::new(0.9, 0.7, 1.6), DVec3::ZERO, 50.0, [96, 72]);
-    check("zone plate", &wall(zone_plate(256, 0.5)), &camera, 55.0);
+    check("zone plate", &wall(zone_plate(256, 0.5)), &camera, (RAYS, 55.0));
 }
 
 #[test]
 fn a_minified_photo() {
     let camera = looking_camera(DVec3::new(-1.4, 0.4, 1.5), DVec3::ZERO, 55.0, [90, 70]);
-    check("photo", &wall(photo(512)), &camera, 55.0);
+    check("photo", &wall(photo(512)), &camera, (RAYS, 55.0));
 }
 
 #[test]
 fn a_checkerboard_to_the_horizon() {
-    let camera = looking_camera(DVec3::new(0.0, 1.0, 2.0), DVec3::new(0.3, 0.75, 0.0), 60.0, [96, 72]);
-    check("horizon", &ground(checker(64, 8), 60.0, 30.0), &camera, 40.0);
+    let camera = looking_camera(DVec3::new(0.0, 1.0, 2.0), DVec3::new(0.3, 0.75, 0.0), 60.0, [64, 48]);
+    check("horizon", &ground(checker(64, 8), 60.0, 30.0), &camera, (HORIZON_RAYS, 48.0));
 }
 
 #[test]
@@ -83,7 +86,7 @@ fn a_magnified_texture_is_as_sharp_as_bilinear() {
 fn parallel_rays_are_held_to_the_same_truth() {
     let pose = LookAt { position: DVec3::new(1.0, 2.0, 3.0), target: DVec3::ZERO, up: DVec3::Y };
     let camera = Camera::orthographic(&pose, 2.6, [80, 80]).expect("valid");
-    check("orthographic", &wall(photo(256)), &camera, 55.0);
+    check("orthographic", &wall(photo(256)), &camera, (RAYS, 55.0));
 }
 
 #[test]
@@ -102,13 +105,13 @@ fn coarse_levels_stay_near_the_full_texture() {
 fn affine_and_exact_footprints_agree_within_a_pixel() {
     // A pixel's footprint is so small that perspective hardly bends it, even on a ground seen from close above.
     let scene = ground(zone_plate(1024, 0.4), 60.0, 1.0);
-    let camera = looking_camera(DVec3::new(0.0, 0.4, 1.0), DVec3::new(0.0, 0.2, 0.0), 70.0, [64, 48]);
-    let truth = reference_picture(&scene, &camera, RAYS);
+    let camera = looking_camera(DVec3::new(0.0, 0.4, 1.0), DVec3::new(0.0, 0.2, 0.0), 70.0, [48, 36]);
+    let truth = reference_picture(&scene, &camera, HORIZON_RAYS);
     let affine = RenderOptions { footprint: FootprintMode::Affine, ..RenderOptions::default() };
     let exact = inner_db(&rendered(&scene, &camera, &RenderOptions::default()), &truth);
     let affine = inner_db(&rendered(&scene, &camera, &affine), &truth);
     println!("exact {exact:.2} dB, affine {affine:.2} dB");
-    assert!(exact > 45.0 && affine > 45.0, "exact {exact:.2} dB, affine {affine:.2} dB");
+    assert!(exact > 55.0 && affine > 55.0, "exact {exact:.2} dB, affine {affine:.2} dB");
     assert!(exact > affine - 0.1, "exact {exact:.2} dB is worse than affine, {affine:.2} dB");
 }
 
