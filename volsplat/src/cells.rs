@@ -109,11 +109,22 @@ impl CellField {
             .into_par_iter()
             .filter_map(|corner| plan.brick(&Block::new(first.dims, corner)))
             .collect();
-        Self { bricks, non_transparent, voxels: first.len() as u64 }
+        Self::of_bricks(bricks, non_transparent, first.len() as u64)
+    }
+
+    /// A field of these bricks, with the number of its visible voxels and of all.
+    pub(crate) fn of_bricks(bricks: Vec<CellBrick>, non_transparent: u64, voxels: u64) -> Self {
+        Self { bricks, non_transparent, voxels }
     }
 }
 
 impl CellBrick {
+    /// Bytes that a brick of one channel takes.
+    pub(crate) fn bytes(gradients: Gradients) -> u64 {
+        let tables = if gradients == Gradients::With { 4 } else { 1 };
+        (size_of::<Self>() + tables * size_of::<Table>()) as u64
+    }
+
     /// A channel by its number.
     #[inline(always)]
     pub(crate) fn channel(&self, number: usize) -> ChannelCells<'_> {
@@ -148,6 +159,29 @@ impl Block {
         Self { corner, size }
     }
 
+    /// A value for each vertex, made from its voxel, and their range.
+    fn filled<T: Copy + Into<f64>>(&self, grid: &Grid<T>, value: impl Fn(T) -> f32) -> (Box<Table>, [f32; 2]) {
+        let mut table = Box::new([0.0; TABLE_LEN]);
+        let mut range = [f32::INFINITY, f32::NEG_INFINITY];
+        self.for_each_row(grid, |place, row| {
+            for (entry, &voxel) in table[place..place + VERTEX_SIDE].iter_mut().zip(row) {
+                *entry = value(voxel);
+                range = [range[0].min(*entry), range[1].max(*entry)];
+            }
+        });
+        (table, range)
+    }
+
+    /// Calls `visit` with each row of vertices: the place of its first in the tables, and its voxels.
+    fn for_each_row<T: Copy + Into<f64>>(&self, grid: &Grid<T>, mut visit: impl FnMut(usize, &[T])) {
+        let [first_x, first_y, first_z] = self.corner.map(|c| c as usize);
+        for z in 0..=self.size[2] {
+            for y in 0..=self.size[1] {
+                visit(vertex(0, y, z), grid.row([first_x, first_y + y, first_z + z], self.size[0] + 1));
+            }
+        }
+    }
+
     /// Calls `visit` with each vertex's place in the tables and its index in the volume.
     fn for_each_vertex(&self, mut visit: impl FnMut(usize, [isize; 3])) {
         for z in 0..=self.size[2] {
@@ -164,6 +198,11 @@ impl Block {
 }
 
 impl FieldPlan<'_> {
+    /// The brick whose first vertex is `corner`; `None` where nothing of it is seen.
+    pub(crate) fn brick_at(&self, corner: [u32; 3]) -> Option<CellBrick> {
+        self.brick(&Block::new(self.channels[0].volume.dims, corner))
+    }
+
     /// A brick; `None` where nothing of it is seen.
     fn brick(&self, block: &Block) -> Option<CellBrick> {
         let tables: Vec<(Box<Table>, [f32; 2])> = self.channels.iter().map(|c| c.scalars(block)).collect();
@@ -221,21 +260,14 @@ impl FieldPlan<'_> {
 impl PlannedChannel<'_> {
     /// The scalars of a block, or the numbers of its labels, and their range.
     fn scalars(&self, block: &Block) -> (Box<Table>, [f32; 2]) {
-        let mut table = Box::new([0.0; TABLE_LEN]);
-        let mut range = [f32::INFINITY, f32::NEG_INFINITY];
         let dims = self.volume.dims;
         with_voxels!(&self.volume.voxels, slice => {
             let grid = Grid { voxels: slice, dims };
-            block.for_each_vertex(|place, index| {
-                let value = match &self.shown {
-                    Shown::Scalars(_) => grid.at(index),
-                    Shown::Labels(palette, _) => palette.number(grid.stored(index)),
-                };
-                table[place] = value;
-                range = [range[0].min(value), range[1].max(value)];
-            });
-        });
-        (table, range)
+            match &self.shown {
+                Shown::Scalars(_) => block.filled(&grid, |value| value.into() as f32),
+                Shown::Labels(palette, _) => block.filled(&grid, |value| palette.number(value.into())),
+            }
+        })
     }
 
     /// The gradients at the vertices of a block up to the greatest that is seen.
@@ -267,6 +299,18 @@ impl Shown {
             Self::Labels(..) => range[1] > 0.0,
         }
     }
+}
+
+/// Least and greatest scalar at the vertices of the brick whose first vertex is `corner`.
+pub(crate) fn least_and_greatest<T: Copy + Into<f64>>(grid: &Grid<T>, corner: [u32; 3]) -> [f32; 2] {
+    let mut range = [f32::INFINITY, f32::NEG_INFINITY];
+    Block::new(grid.dims, corner).for_each_row(grid, |_, row| {
+        for &voxel in row {
+            let value = voxel.into() as f32;
+            range = [range[0].min(value), range[1].max(value)];
+        }
+    });
+    range
 }
 
 /// What a mask hides of a brick.

@@ -69,7 +69,7 @@ impl EverySample {
 
     /// The box, in the world, of the voxels that are drawn.
     pub(crate) fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
-        let bounds = self.samples.bricks.iter().map(|brick| &brick.bounds);
+        let bounds = self.samples.bricks.iter().map(|brick| brick.bounds);
         bounds_in_world(bounds, &self.clip, &self.samples.world_from_index)
     }
 

@@ -15,6 +15,7 @@ mod geometry;
 pub mod input;
 mod kernel_field;
 pub mod labels;
+pub mod large;
 pub mod near;
 pub mod options;
 mod palette;
@@ -35,6 +36,7 @@ pub use clip::{Clip, ClipPlane};
 pub use error::Error;
 pub use input::{Endian, LoadOptions, RawOptions, VoxelType, load};
 pub use labels::{LabelLook, LabelTable};
+pub use large::LargeVolume;
 pub use options::{
     Blend, Classify, ColourBy, DepthPlane, Isosurface, Light, Order, RenderOptions, Shading, SheetKernel,
     SheetSums, Subpixels,
@@ -43,4 +45,4 @@ pub use render::{Frame, Renderer};
 pub use scene::{Channel, Look, Scene};
 pub use stats::{FrameStats, StageTime, StageTimes};
 pub use transfer::{ColourEncoding, ColourMap, Histogram, TransferFunction};
-pub use volume::{NanPolicy, Volume, Voxels};
+pub use volume::{Described, Lattice, NanPolicy, Volume, Voxels};

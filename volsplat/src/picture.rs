@@ -2,13 +2,12 @@
 
 use glam::DVec2;
 use rayon::prelude::*;
-use resample_core::maps::TilePlane;
 use resample_core::tile::TILE_PX;
 use resample_core::{Camera, Image};
 
 use crate::options::DepthPlane;
 use crate::stats::{FrameStats, StageClock};
-use crate::tiles::TileSlot;
+use crate::tiles::{ShownPixel, TileSlot};
 
 /// How tiles lie in the picture, and what their depth means.
 #[derive(Clone, Copy, Debug)]
@@ -41,21 +40,23 @@ pub(crate) fn picture(
     let (width, height) = (layout.camera.width as usize, layout.camera.height as usize);
     let side = TILE_PX / layout.subpixels as usize;
     let columns = width.div_ceil(side);
-    let tile = |x: usize, y: usize| tiles[y / side * columns + x / side].shown();
+    let pixel_at = |x: usize, y: usize| -> Option<ShownPixel> {
+        Some(tiles[y / side * columns + x / side].shown()?[y % side * side + x % side])
+    };
     let mut image = Image::transparent(width, height);
     image.rgba.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
         for (x, pixel) in row.iter_mut().enumerate() {
-            let Some(tile) = tile(x, y) else { continue };
-            let at = |plane: &TilePlane| plane[y % side][x % side];
-            *pixel = [at(&tile.rgb[0]), at(&tile.rgb[1]), at(&tile.rgb[2]), 1.0 - at(&tile.transmittance)];
+            let Some(shown) = pixel_at(x, y) else { continue };
+            let [red, green, blue] = shown.rgb;
+            *pixel = [red, green, blue, 1.0 - shown.transmittance];
         }
     });
     if depth == DepthPlane::Expected {
         let plane = (0..width * height).map(|i| {
             let (x, y) = (i % width, i / width);
-            let Some(tile) = tile(x, y) else { return f32::INFINITY };
-            let opacity = 1.0 - tile.transmittance[y % side][x % side];
-            let depth = tile.depth[y % side][x % side] / opacity;
+            let Some(shown) = pixel_at(x, y) else { return f32::INFINITY };
+            let opacity = 1.0 - shown.transmittance;
+            let depth = shown.depth / opacity;
             if opacity > 0.0 { depth * camera_z_per_depth(layout, x, y) } else { f32::INFINITY }
         });
         image.depth = Some(plane.collect());

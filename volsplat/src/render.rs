@@ -9,13 +9,15 @@ use resample_core::{Camera, Image, Projection};
 
 use crate::clip::Clip;
 use crate::every_sample::EverySample;
-use crate::options::{Order, RenderOptions};
+use crate::large::{LargeVolume, Watch};
+use crate::options::{Order, RenderOptions, SheetSums};
 use crate::picture::picture;
 use crate::scene::Scene;
 use crate::sheets::ImageSheets;
 use crate::stats::{FrameStats, StageClock};
 use crate::tiles::TileSlot;
 use crate::transfer::TransferFunction;
+use crate::volume::{Described, Lattice};
 use crate::{Error, Volume};
 
 /// Renders one prepared volume, frame after frame.
@@ -64,14 +66,43 @@ impl Renderer {
             }
             Order::ImageSheets => Pipeline::ImageSheets(Box::new(ImageSheets::new(scene, options)?)),
         };
-        Ok(Self {
+        Ok(Self::assembled(pipeline, &volume.lattice(), options))
+    }
+
+    /// Prepares a volume that stays in its file. What can be seen of it stays in memory if it fits, and is else read
+    /// again for each frame, as far as it is not hidden; the pictures are the same.
+    ///
+    /// [`Error::Option`] also for an order that needs all voxels in memory; [`Error::Read`] if the file has gone.
+    pub fn of_large(
+        volume: &LargeVolume,
+        transfer: &TransferFunction,
+        options: &RenderOptions,
+        watch: &mut Watch,
+    ) -> Result<Self, Error> {
+        options.validate()?;
+        let gathers = options.order == Order::ImageSheets
+            && options.sheet_sums == SheetSums::Gather
+            && !options.sums_kernels();
+        if !gathers {
+            return Err(Error::Option(
+                "a volume that stays in its file is drawn in image sheets that gather, with the trilinear kernel: leave \
+                 out what asks for another way, or allow more with --max-memory"
+                    .to_owned(),
+            ));
+        }
+        let sheets = ImageSheets::of_large(volume, transfer, options, watch)?;
+        Ok(Self::assembled(Pipeline::ImageSheets(Box::new(sheets)), &volume.lattice(), options))
+    }
+
+    fn assembled(pipeline: Pipeline, lattice: &Lattice, options: &RenderOptions) -> Self {
+        Self {
             bounds_in_world: pipeline.bounds_in_world(),
             pipeline,
             options: options.clone(),
-            smallest_spacing: volume.smallest_spacing(),
-            largest_spacing: volume.spacing().into_iter().fold(0.0, f64::max),
+            smallest_spacing: lattice.smallest_spacing(),
+            largest_spacing: lattice.spacing().into_iter().fold(0.0, f64::max),
             tiles: Vec::new(),
-        })
+        }
     }
 
     /// Voxels that the transfer function leaves visible.
@@ -110,6 +141,11 @@ impl Renderer {
 
     /// Renders one frame.
     pub fn render(&mut self, camera: &Camera) -> Result<Frame, Error> {
+        self.render_watched(camera, &mut |_| {})
+    }
+
+    /// Renders one frame and tells how far it is, which a volume that stays in its file makes worth knowing.
+    pub fn render_watched(&mut self, camera: &Camera, watch: &mut Watch) -> Result<Frame, Error> {
         let camera = camera.validated().map_err(|e| Error::Option(e.to_string()))?;
         let depth_origin = self.depth_origin(&camera);
         let camera = moved_forward(camera, depth_origin);
@@ -117,7 +153,7 @@ impl Renderer {
         let whole = StageClock::start();
         let layout = match &mut self.pipeline {
             Pipeline::EverySample(p) => p.render(&camera, &mut self.tiles, &mut stats),
-            Pipeline::ImageSheets(p) => p.render(&camera, &mut self.tiles, &mut stats),
+            Pipeline::ImageSheets(p) => p.render(&camera, &mut self.tiles, (&mut stats, watch))?,
         };
         let mut image = picture(&self.tiles, &layout, self.options.depth, &mut stats);
         image.depth.iter_mut().flatten().for_each(|depth| *depth += depth_origin as f32);

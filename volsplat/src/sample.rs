@@ -120,6 +120,11 @@ impl Bounds {
         Self { corner, least: [u8::MAX; 3], greatest: [0; 3] }
     }
 
+    /// The bounds with this least and greatest place along each axis.
+    pub(crate) fn of_range(corner: [u32; 3], [least, greatest]: [[u8; 3]; 2]) -> Self {
+        Self { corner, least, greatest }
+    }
+
     /// Least and greatest place along each axis.
     pub(crate) fn range(&self) -> [[u8; 3]; 2] {
         [self.least, self.greatest]
@@ -160,12 +165,12 @@ pub(crate) fn brick_corners(dims: [usize; 3], side: usize) -> Vec<[u32; 3]> {
 }
 
 /// The box, in the world, of the samples' positions that a clip keeps; `None` if there are none.
-pub(crate) fn bounds_in_world<'a>(
-    bounds: impl Iterator<Item = &'a Bounds>,
+pub(crate) fn bounds_in_world(
+    bounds: impl Iterator<Item = Bounds>,
     clip: &GridClip,
     world_from_index: &DAffine3,
 ) -> Option<[DVec3; 2]> {
-    bounds.flat_map(|b| clip.corners(b)).map(|corner| world_from_index.transform_point3(corner)).fold(
+    bounds.flat_map(|b| clip.corners(&b)).map(|corner| world_from_index.transform_point3(corner)).fold(
         None,
         |bounds, p| match bounds {
             None => Some([p, p]),

@@ -52,6 +52,10 @@ pub struct FrameStats {
     pub near_splats: u64,
     /// Bricks of cells in view (image sheets that gather).
     pub bricks: u64,
+    /// Bricks of cells that were read from the file for this frame (volumes that stay in their file).
+    pub bricks_read: u64,
+    /// Most bytes that bricks, their index and begun tiles took at once (volumes that stay in their file).
+    pub resident_bytes: u64,
     /// Footprints, or bricks of cells, times the tiles that each touches.
     pub tile_pairs: u64,
     /// Tile pairs that were never looked at because every pixel of their tile was already opaque.

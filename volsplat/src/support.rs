@@ -7,6 +7,7 @@ use std::ops::RangeInclusive;
 
 use rayon::prelude::*;
 
+use crate::input::VoxelType;
 use crate::transfer::TransferFunction;
 use crate::volume::{VOXELS_PER_TASK, Volume, scalar, with_voxels};
 
@@ -59,10 +60,40 @@ impl Support {
     }
 }
 
+/// Which values a transfer function shows: a table where the type has few.
+pub(crate) enum VisibleValues<'a> {
+    Table { lowest: i32, shown: Vec<bool> },
+    Direct(&'a TransferFunction),
+}
+
+impl<'a> VisibleValues<'a> {
+    pub(crate) fn new(voxel_type: VoxelType, transfer: &'a TransferFunction) -> Self {
+        let (lowest, count) = match voxel_type {
+            VoxelType::U8 => (0, 1 << 8),
+            VoxelType::I8 => (-(1 << 7), 1 << 8),
+            VoxelType::U16 => (0, 1 << 16),
+            VoxelType::I16 => (-(1 << 15), 1 << 16),
+            _ => return Self::Direct(transfer),
+        };
+        let shown = (lowest..lowest + count).map(|value| transfer.opacity(f64::from(value)) > 0.0).collect();
+        Self::Table { lowest, shown }
+    }
+
+    /// Whether a value of the type is visible.
+    #[inline(always)]
+    pub(crate) fn shows(&self, value: f64) -> bool {
+        match self {
+            Self::Table { lowest, shown } => shown[(value as i32 - lowest) as usize],
+            Self::Direct(transfer) => transfer.opacity(value) > 0.0,
+        }
+    }
+}
+
 /// Voxels whose own scalar is visible.
 pub(crate) fn count_visible(volume: &Volume, transfer: &TransferFunction) -> u64 {
+    let values = VisibleValues::new(VoxelType::of(&volume.voxels), transfer);
     with_voxels!(&volume.voxels, slice => {
-        let count = |part: &[_]| part.iter().filter(|&&v| transfer.opacity(scalar(v)) > 0.0).count() as u64;
+        let count = |part: &[_]| part.iter().filter(|&&v| values.shows(scalar(v))).count() as u64;
         slice.par_chunks(VOXELS_PER_TASK).map(count).sum()
     })
 }

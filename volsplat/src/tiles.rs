@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use resample_core::composite::{
     TileCounts, TilePixels, TileSettings, TileWork, composite_slices, composite_tile,
 };
-use resample_core::maps::{MapSource, TileMaps};
+use resample_core::maps::{MapSource, TileMaps, TilePlane};
 use resample_core::sort::sort_by_depth;
 use resample_core::tile::{Primitive, TILE_PX, TileGrid};
 
@@ -46,9 +46,9 @@ pub(crate) enum Layers {
 /// One tile of the frame buffer, with what it cost.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TileSlot {
-    /// What the tile's pixels hold, made when the tile first shows something: memory follows what is visible. Read
-    /// it with [`TileSlot::shown`].
-    pixels: Option<Box<TilePixels>>,
+    /// What the tile's pixels hold, row by row, made when the tile first shows something: memory follows what is
+    /// visible. Read it with [`TileSlot::shown`].
+    pixels: Vec<ShownPixel>,
     /// Whether `pixels` are of this frame.
     seen: bool,
     pub(crate) entries: Vec<u64>,
@@ -57,6 +57,15 @@ pub(crate) struct TileSlot {
     pub(crate) counts: TileCounts,
     pub(crate) sort_ms: f64,
     pub(crate) composite_ms: f64,
+}
+
+/// A pixel of the picture, premultiplied.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ShownPixel {
+    pub(crate) rgb: [f32; 3],
+    pub(crate) transmittance: f32,
+    /// Depth times the opacity that it was seen with.
+    pub(crate) depth: f32,
 }
 
 /// Storage of one task, reused from tile to tile.
@@ -76,18 +85,34 @@ impl TileSlot {
         (self.sort_ms, self.composite_ms) = (0.0, 0.0);
     }
 
-    /// Keeps what the tile shows in this frame.
-    pub(crate) fn show(&mut self, pixels: TilePixels) {
-        self.seen = true;
-        match &mut self.pixels {
-            Some(kept) => **kept = pixels,
-            None => self.pixels = Some(Box::new(pixels)),
-        }
+    /// Takes note of more items that touch the tile.
+    pub(crate) fn list_more(&mut self, listed: usize) {
+        self.listed += listed;
     }
 
-    /// What the tile shows in this frame; `None` where that is nothing.
-    pub(crate) fn shown(&self) -> Option<&TilePixels> {
-        self.pixels.as_deref().filter(|_| self.seen)
+    /// Adds to what the tile cost.
+    pub(crate) fn count(&mut self, counts: TileCounts) {
+        self.counts.composited += counts.composited;
+        self.counts.pixels_touched += counts.pixels_touched;
+    }
+
+    /// Keeps what the tile shows in this frame: the means over squares of `subpixels` on a side.
+    pub(crate) fn show(&mut self, pixels: &TilePixels, subpixels: usize) {
+        self.seen = true;
+        let means = pixels.averaged(subpixels);
+        let side = TILE_PX / subpixels;
+        self.pixels.clear();
+        self.pixels.extend((0..side * side).map(|i| {
+            let at = |plane: &TilePlane| plane[i / side][i % side];
+            let [red, green, blue] = &means.rgb;
+            let rgb = [at(red), at(green), at(blue)];
+            ShownPixel { rgb, transmittance: at(&means.transmittance), depth: at(&means.depth) }
+        }));
+    }
+
+    /// What the tile shows in this frame, row by row; `None` where that is nothing.
+    pub(crate) fn shown(&self) -> Option<&[ShownPixel]> {
+        self.seen.then_some(self.pixels.as_slice())
     }
 }
 
@@ -139,7 +164,7 @@ impl TileStage<'_> {
             };
             slot.counts = composite(&self.settings, work, corner_px, &slot.entries, primitives);
         }
-        slot.show(work.pixels.clone());
+        slot.show(&work.pixels, 1);
         slot.composite_ms = elapsed_ms(start);
     }
 }

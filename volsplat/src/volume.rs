@@ -10,6 +10,8 @@ use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use crate::Error;
+use crate::input::VoxelType;
+use crate::transfer::Histogram;
 
 #[cfg(test)]
 mod tests;
@@ -29,6 +31,34 @@ pub struct Volume {
     pub up_hint: Option<DVec3>,
     /// The name of the world space as the file gives it, such as "left-posterior-superior".
     pub space: Option<String>,
+}
+
+/// Where a volume lies and how large it is, without its scalars.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lattice {
+    /// Number of voxels along x, y and z.
+    pub dims: [usize; 3],
+    /// World position of voxel (i, j, k).
+    pub world_from_index: DAffine3,
+    /// The world direction that points up for a viewer (a unit vector), where the file says which one that is.
+    pub up_hint: Option<DVec3>,
+    /// The name of the world space as the file gives it.
+    pub space: Option<String>,
+}
+
+/// A volume as those see it who need no single voxel, wherever its voxels are.
+pub trait Described {
+    /// Where it lies and how large it is.
+    fn lattice(&self) -> Lattice;
+
+    /// The type in which its voxels are held.
+    fn voxel_type(&self) -> VoxelType;
+
+    /// Least and greatest scalar.
+    fn value_range(&self) -> (f64, f64);
+
+    /// How often each scalar occurs.
+    fn histogram(&self) -> Histogram;
 }
 
 /// Scalars in the type in which they were stored.
@@ -140,6 +170,54 @@ impl Volume {
     }
 }
 
+impl Described for Volume {
+    fn lattice(&self) -> Lattice {
+        Lattice {
+            dims: self.dims,
+            world_from_index: self.world_from_index,
+            up_hint: self.up_hint,
+            space: self.space.clone(),
+        }
+    }
+
+    fn voxel_type(&self) -> VoxelType {
+        VoxelType::of(&self.voxels)
+    }
+
+    fn value_range(&self) -> (f64, f64) {
+        self.voxels.finite_range()
+    }
+
+    fn histogram(&self) -> Histogram {
+        Histogram::of_volume(self)
+    }
+}
+
+impl Lattice {
+    /// World distance between neighbours along x, y and z, each above 0.
+    pub fn spacing(&self) -> [f64; 3] {
+        let axes = self.world_from_index.matrix3;
+        [axes.x_axis.length(), axes.y_axis.length(), axes.z_axis.length()]
+    }
+
+    /// The least of [`Lattice::spacing`].
+    pub fn smallest_spacing(&self) -> f64 {
+        self.spacing().into_iter().fold(f64::INFINITY, f64::min)
+    }
+
+    /// Number of voxels.
+    #[expect(clippy::len_without_is_empty, reason = "a volume is never empty")]
+    pub fn len(&self) -> usize {
+        self.dims.iter().product()
+    }
+
+    /// The checks of [`Volume::new`] that need no voxel.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        voxel_count(self.dims).map_err(Error::Option)?;
+        check_axes(&self.world_from_index).map_err(Error::Option)
+    }
+}
+
 impl Voxels {
     /// Number of scalars.
     pub fn len(&self) -> usize {
@@ -154,6 +232,23 @@ impl Voxels {
     /// One scalar; panics beyond [`Voxels::len`].
     pub fn value(&self, index: usize) -> f64 {
         with_voxels!(self, slice => scalar(slice[index]))
+    }
+
+    /// Pieces of `len` scalars each, from these places on, one behind the other.
+    pub(crate) fn pieces(&self, starts: &[usize], len: usize) -> Self {
+        macro_rules! pieces {
+            ($($kind:ident),*) => {
+                match self {
+                    $(Self::$kind(all) => Self::$kind(starts.iter().flat_map(|&at| &all[at..at + len]).copied().collect()),)*
+                }
+            };
+        }
+        pieces!(U8, I8, U16, I16, U32, I32, F32, F64)
+    }
+
+    /// Makes room for this many more, and no more than that.
+    pub(crate) fn reserve_exact(&mut self, more: usize) {
+        with_voxels!(self, slice => slice.reserve_exact(more));
     }
 
     /// Replaces what is NaN or infinite. Refused where the replacement is not finite in the voxel type.
@@ -173,7 +268,7 @@ impl Voxels {
         Ok(())
     }
 
-    fn first_non_finite(&self) -> Option<usize> {
+    pub(crate) fn first_non_finite(&self) -> Option<usize> {
         match self {
             Self::F32(values) => values.par_iter().position_first(|v| !v.is_finite()),
             Self::F64(values) => values.par_iter().position_first(|v| !v.is_finite()),

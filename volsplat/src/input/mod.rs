@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use glam::{DMat3, DVec3};
 
 use crate::Error;
-use crate::volume::{NanPolicy, Volume};
+use crate::volume::{Lattice, NanPolicy, Volume};
 
 pub mod format;
 pub mod raw;
@@ -30,13 +30,16 @@ mod npy;
 mod nrrd;
 mod rescale;
 mod slices;
+mod stored;
 mod tiff_stack;
 mod vti;
 
 use format::Told;
+use stored::Located;
 
 pub use format::{Format, format_of};
 pub use raw::RawOptions;
+pub(crate) use stored::{Region, Stored};
 pub use voxel_type::{Endian, VoxelType};
 
 /// What a caller says about a volume file.
@@ -80,6 +83,38 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Volume, Error> {
     volume.up_hint = parts.up_hint;
     volume.space = parts.space;
     Ok(volume)
+}
+
+/// What is known of a volume file whose voxels stay in it.
+pub(crate) struct Unread {
+    pub(crate) stored: Stored,
+    pub(crate) lattice: Lattice,
+}
+
+/// Opens a volume file whose voxels can be read box by box; `None` for a file that must be unpacked as a whole.
+///
+/// Errors as in [`load`]; the values are not looked at.
+pub(crate) fn open_unread(path: &Path, options: &LoadOptions) -> Result<Option<Unread>, Error> {
+    let located = match (format::tell(path)?, &options.raw) {
+        (Told::Known(format, _), None) => {
+            refuse_superfluous(format, path, options)?;
+            match format {
+                Format::Nrrd => nrrd::locate(path)?,
+                Format::MetaImage => meta_image::locate(path)?,
+                _ => None,
+            }
+        }
+        (Told::NotRead(_) | Told::Nothing, Some(raw)) => Some(raw::locate(path, raw)?),
+        (Told::NotRead(_) | Told::Nothing, None) if nifti::header_beside(path).is_some() => None,
+        (told, _) => return Err(undecided(path, &told)),
+    };
+    let Some(located) = located else { return Ok(None) };
+    let Some(stored) = Stored::open(&located, options.nan)? else { return Ok(None) };
+    let Located { dims, up_hint, space, .. } = located;
+    let world_from_index = replaced_lattice(located.world_from_index, options)?;
+    let lattice = Lattice { dims, world_from_index, up_hint, space };
+    lattice.check().map_err(|error| at(path, error))?;
+    Ok(Some(Unread { stored, lattice }))
 }
 
 fn read(format: Format, path: &Path, files: &[PathBuf], options: &LoadOptions) -> Result<Parts, Error> {

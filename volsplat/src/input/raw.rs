@@ -7,6 +7,7 @@ use std::path::Path;
 
 use super::axes;
 use super::decode::{self, Layout};
+use super::stored::Located;
 use super::{Endian, Parts, VoxelType, cannot_read, invalid, open};
 use crate::Error;
 use crate::volume::voxel_count;
@@ -35,12 +36,11 @@ impl RawOptions {
     }
 }
 
-pub(super) fn load(path: &Path, options: &RawOptions) -> Result<Parts, Error> {
-    let count = voxel_count(options.dims).map_err(Error::Option)?;
-    let layout = Layout { voxel_type: options.voxel_type, endian: options.endian, count };
+/// Where the voxels lie, with the size of the file checked.
+pub(super) fn locate(path: &Path, options: &RawOptions) -> Result<Located, Error> {
+    let layout = layout(options)?;
     let needed = layout.bytes().map_err(Error::Option)?;
-    let mut file = open(path)?;
-    let held = file.metadata().map_err(|source| cannot_read(path, source))?.len();
+    let held = open(path)?.metadata().map_err(|source| cannot_read(path, source))?.len();
     if options.skip_bytes.checked_add(needed) != Some(held) {
         let ([x, y, z], skip) = (options.dims, options.skip_bytes);
         let name = options.voxel_type.name();
@@ -52,9 +52,27 @@ pub(super) fn load(path: &Path, options: &RawOptions) -> Result<Parts, Error> {
             ),
         ));
     }
+    Ok(Located {
+        dims: options.dims,
+        voxel_type: options.voxel_type,
+        endian: options.endian,
+        files: vec![(path.to_owned(), options.skip_bytes)],
+        world_from_index: axes::upright(options.spacing, options.origin),
+        up_hint: None,
+        space: None,
+    })
+}
+
+pub(super) fn load(path: &Path, options: &RawOptions) -> Result<Parts, Error> {
+    let Located { dims, world_from_index, up_hint, space, .. } = locate(path, options)?;
+    let mut file = open(path)?;
     std::io::Seek::seek(&mut file, std::io::SeekFrom::Start(options.skip_bytes))
         .map_err(|source| cannot_read(path, source))?;
-    let voxels = decode::binary(&mut file, &layout).map_err(|what| invalid(path, what))?;
-    let world_from_index = axes::upright(options.spacing, options.origin);
-    Ok(Parts { dims: options.dims, voxels, world_from_index, up_hint: None, space: None })
+    let voxels = decode::binary(&mut file, &layout(options)?).map_err(|what| invalid(path, what))?;
+    Ok(Parts { dims, voxels, world_from_index, up_hint, space })
+}
+
+fn layout(options: &RawOptions) -> Result<Layout, Error> {
+    let count = voxel_count(options.dims).map_err(Error::Option)?;
+    Ok(Layout { voxel_type: options.voxel_type, endian: options.endian, count })
 }

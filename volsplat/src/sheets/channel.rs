@@ -8,6 +8,7 @@ use super::classify::TransferTable;
 use crate::Error;
 use crate::palette::Palette;
 use crate::scene::{Channel, Look};
+use crate::transfer::TransferFunction;
 
 /// How one channel becomes colour and extinction.
 #[derive(Clone, Debug)]
@@ -34,13 +35,15 @@ pub(crate) struct GradientRamp {
 }
 
 impl ChannelSettings {
+    /// The settings of scalars in this range.
+    pub(crate) fn of_transfer(transfer: &TransferFunction, range: (f64, f64), opacity: OpacityMode) -> Self {
+        Self { table: TransferTable::new(transfer, opacity, range), reading: Reading::Trilinear }
+    }
+
     /// The settings of a channel; an error where its labels are too many.
     pub(crate) fn new(channel: &Channel, opacity: OpacityMode) -> Result<Self, Error> {
         Ok(match channel.look {
-            Look::Transfer(transfer) => Self {
-                table: TransferTable::new(transfer, opacity, channel.volume.value_range()),
-                reading: Reading::Trilinear,
-            },
+            Look::Transfer(transfer) => Self::of_transfer(transfer, channel.volume.value_range(), opacity),
             Look::Labels(labels) => Self {
                 table: TransferTable::of_entries(&Palette::new(channel.volume, labels)?.entries(opacity)),
                 reading: Reading::Nearest,

@@ -99,6 +99,19 @@ impl GatherScratch {
         self.last_hit = [[f32::NEG_INFINITY; TILE_PX]; TILE_PX];
     }
 
+    /// Makes ready for a tile that was begun before: `pixels` are what [`GatherScratch::end`] left. What has neither rays
+    /// nor surfaces to remember only.
+    pub(crate) fn resume(&mut self, settings: &SheetSettings, pixels: &TilePixels) {
+        self.begin(settings);
+        self.pixels = pixels.clone();
+        for (y, row) in self.rgb.iter_mut().enumerate() {
+            for (x, pixel) in row.iter_mut().enumerate() {
+                let [red, green, blue] = &pixels.rgb;
+                *pixel = [red[y][x], green[y][x], blue[y][x], 0.0];
+            }
+        }
+    }
+
     /// Classifies what waits for it, and puts the colours where the pixels are.
     pub(crate) fn end(&mut self, settings: &SheetSettings) {
         if let Some(wanted) = settings.statistic {

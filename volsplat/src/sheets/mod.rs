@@ -32,6 +32,7 @@ pub(crate) mod scatter_tile;
 pub(crate) mod section;
 pub(crate) mod shade;
 pub(crate) mod statistic;
+mod streamed;
 
 use std::sync::Arc;
 
@@ -51,19 +52,21 @@ use self::place::placed;
 use self::scatter::VoxelSheets;
 use self::section::SectionTable;
 use self::shade::ShadeSettings;
+use self::streamed::{LargeCells, StreamedCells};
 use crate::Error;
 use crate::cells::{CELL_SIDE, CellField};
 use crate::chunks::visible_bricks;
 use crate::clip::{Clip, GridClip};
 use crate::cull::ViewVolume;
+use crate::large::{LargeVolume, Watch};
 use crate::options::{Blend, DepthPlane, RenderOptions, SheetSums, Subpixels};
 use crate::picture::{TileDepth, TileLayout};
 use crate::sample::{Bounds, bounds_in_world};
-use crate::scene::Scene;
+use crate::scene::{Look, Scene};
 use crate::stats::{FrameStats, StageClock};
 use crate::tiles::{TileSlot, elapsed_ms, tally};
 use crate::transfer::TransferFunction;
-use crate::volume::Volume;
+use crate::volume::{Described, Lattice, Volume};
 
 /// Sub-pixels along a pixel's side for what has hard edges: 16 a pixel, so that an edge has 17 shades. At 2 it has 5, and
 /// stairs show.
@@ -89,6 +92,8 @@ pub(crate) struct ImageSheets {
 #[derive(Clone, Debug)]
 enum Source {
     Cells(CellField),
+    /// Cells that are read when they are needed.
+    Streamed(Box<StreamedCells>),
     Voxels(VoxelSheets),
     Kernels(Box<KernelSheets>),
 }
@@ -104,13 +109,7 @@ pub(crate) struct SheetFrame<'a> {
 impl ImageSheets {
     pub(crate) fn new(scene: &Scene, options: &RenderOptions) -> Result<Self, Error> {
         let volume = scene.grid();
-        if let Some(axis) = volume.dims.iter().position(|&n| n < 2) {
-            return Err(Error::Option(format!(
-                "image sheets need two voxels or more along each axis, and there is one along {}: composite every \
-                 sample instead (--order every-sample)",
-                ["x", "y", "z"][axis]
-            )));
-        }
+        check_dims(volume.dims)?;
         let channels = prepare::channels(scene, options)?;
         let source = match options.sheet_sums {
             _ if options.sums_kernels() => {
@@ -123,22 +122,50 @@ impl ImageSheets {
                 Source::Voxels(VoxelSheets::new(volume, transfer))
             }
         };
+        let iso = prepare::iso(scene.channels[0].look, options);
+        Ok(Self::assembled(source, (channels, iso), &volume.lattice(), options))
+    }
+
+    /// Image sheets of a volume that stays in its file.
+    pub(crate) fn of_large(
+        volume: &LargeVolume,
+        transfer: &TransferFunction,
+        options: &RenderOptions,
+        watch: &mut Watch,
+    ) -> Result<Self, Error> {
+        let lattice = volume.lattice();
+        check_dims(lattice.dims)?;
+        let source = match LargeCells::new(volume, transfer, options, watch)? {
+            LargeCells::Resident(field) => Source::Cells(field),
+            LargeCells::Streamed(cells) => Source::Streamed(cells),
+        };
+        let channel = ChannelSettings::of_transfer(transfer, volume.value_range(), options.opacity);
+        let iso = prepare::iso(Look::Transfer(transfer), options);
+        Ok(Self::assembled(source, (Arc::from([channel]), iso), &lattice, options))
+    }
+
+    fn assembled(
+        source: Source,
+        (channels, iso): (Arc<[ChannelSettings]>, Option<IsoSettings>),
+        lattice: &Lattice,
+        options: &RenderOptions,
+    ) -> Self {
         let mut sheets = Self {
             world_from_index: match &source {
                 Source::Kernels(sheets) => sheets.world_from_grid(),
-                _ => volume.world_from_index,
+                _ => lattice.world_from_index,
             },
             visible_middle: None,
             clip: GridClip::default(),
             source,
             channels,
-            iso: prepare::iso(scene, options),
+            iso,
             options: options.clone(),
-            smallest_spacing: volume.smallest_spacing(),
-            middle: DVec3::from(volume.dims.map(|n| (n / 2) as f64)),
+            smallest_spacing: lattice.smallest_spacing(),
+            middle: DVec3::from(lattice.dims.map(|n| (n / 2) as f64)),
         };
         sheets.set_clip(&options.clip);
-        Ok(sheets)
+        sheets
     }
 
     /// Changes what is kept of the volume.
@@ -160,18 +187,19 @@ impl ImageSheets {
     pub(crate) fn counts(&self) -> [u64; 2] {
         match &self.source {
             Source::Cells(field) => [field.non_transparent, field.voxels],
+            Source::Streamed(cells) => [cells.non_transparent, cells.voxels],
             Source::Voxels(sheets) => [sheets.field.non_transparent, sheets.field.voxels],
             Source::Kernels(sheets) => [sheets.samples.count, sheets.samples.voxels],
         }
     }
 
-    /// Renders the tiles of one frame.
+    /// Renders the tiles of one frame. Fails only where voxels have to be read and cannot be.
     pub(crate) fn render(
         &mut self,
         camera: &Camera,
         tiles: &mut Vec<TileSlot>,
-        stats: &mut FrameStats,
-    ) -> TileLayout {
+        (stats, watch): (&mut FrameStats, &mut Watch),
+    ) -> Result<TileLayout, Error> {
         let subpixels = self.subpixels(camera);
         // A picture with more sub-pixels along a side than a camera may have pixels gets one a pixel.
         let (fine, subpixels) = match camera.resized(camera.width * subpixels, camera.height * subpixels) {
@@ -183,10 +211,11 @@ impl ImageSheets {
         let frame = SheetFrame { settings: &settings, view: &view, camera: &fine, subpixels };
         match &mut self.source {
             Source::Cells(field) => frame.gather((field, &self.clip), tiles, stats),
+            Source::Streamed(cells) => cells.render(&frame, &self.clip, tiles, (stats, watch))?,
             Source::Voxels(sheets) => sheets.render(&frame, tiles, stats),
             Source::Kernels(sheets) => sheets.render(&frame, tiles, stats),
         }
-        TileLayout { camera: *camera, subpixels, depth: TileDepth::CameraZ }
+        Ok(TileLayout { camera: *camera, subpixels, depth: TileDepth::CameraZ })
     }
 
     /// The number of sub-pixels along a pixel's side.
@@ -260,12 +289,23 @@ fn single<'a>(scene: &Scene<'a>) -> Result<(&'a Volume, &'a TransferFunction), E
     })
 }
 
+/// A sample needs a cell around it.
+fn check_dims(dims: [usize; 3]) -> Result<(), Error> {
+    let Some(axis) = dims.iter().position(|&n| n < 2) else { return Ok(()) };
+    Err(Error::Option(format!(
+        "image sheets need two voxels or more along each axis, and there is one along {}: composite every \
+         sample instead (--order every-sample)",
+        ["x", "y", "z"][axis]
+    )))
+}
+
 impl Source {
-    fn bounds(&self) -> Box<dyn Iterator<Item = &Bounds> + '_> {
+    fn bounds(&self) -> Box<dyn Iterator<Item = Bounds> + '_> {
         match self {
-            Self::Cells(field) => Box::new(field.bricks.iter().map(|brick| &brick.bounds)),
-            Self::Voxels(sheets) => Box::new(sheets.field.bricks.iter().map(|brick| &brick.bounds)),
-            Self::Kernels(sheets) => Box::new(sheets.samples.bricks.iter().map(|brick| &brick.bounds)),
+            Self::Cells(field) => Box::new(field.bricks.iter().map(|brick| brick.bounds)),
+            Self::Streamed(cells) => Box::new(cells.bounds()),
+            Self::Voxels(sheets) => Box::new(sheets.field.bricks.iter().map(|brick| brick.bounds)),
+            Self::Kernels(sheets) => Box::new(sheets.samples.bricks.iter().map(|brick| brick.bounds)),
         }
     }
 }
@@ -306,7 +346,7 @@ impl SheetFrame<'_> {
             let view = TileView::new(self.view, corner_px, self.settings);
             let front_to_back = list.iter().map(|&brick| &bricks[brick as usize]);
             slot.counts = render_tile(self.settings, &view, corner_px, front_to_back, scratch);
-            slot.show(scratch.pixels.averaged(self.subpixels as usize));
+            slot.show(&scratch.pixels, self.subpixels as usize);
             slot.composite_ms = elapsed_ms(start);
         });
         tally(slots, clock, stats);

@@ -13,6 +13,7 @@ use super::frame::SheetSettings;
 use super::gather::PlacedBrick;
 use crate::cells::{CELL_SIDE, CellBrick};
 use crate::clip::{Cut, GridClip};
+use crate::sample::Bounds;
 
 /// The bricks numbered in `visible`, front to back, with the tiles that each covers.
 pub(crate) fn placed<'a>(
@@ -37,26 +38,40 @@ pub(crate) fn placed<'a>(
 
 /// Bricks between the eye's brick and this one, added up over the axes.
 fn distance(view: &GridView, brick: &CellBrick) -> u64 {
-    let side = CELL_SIDE as f64;
-    let corner = DVec3::from(brick.bounds.corner.map(f64::from)) / side;
-    (0..3)
-        .map(|axis| match view.projection {
-            Projection::Perspective => (corner[axis] - (view.origin[axis] / side).floor()).abs() as u64,
-            // Every ray has the same direction: count along it, from an end that no volume reaches.
-            Projection::Orthographic if view.w0[axis] < 0.0 => u64::from(u32::MAX) - corner[axis] as u64,
-            Projection::Orthographic => corner[axis] as u64,
-        })
-        .sum()
+    (0..3).map(|axis| axis_distance(view, brick.bounds.corner[axis], axis)).sum()
 }
 
-fn place<'a>(
-    brick: &'a CellBrick,
+/// Bricks along one axis between the eye's brick and one whose first voxel is `corner`.
+pub(crate) fn axis_distance(view: &GridView, corner: u32, axis: usize) -> u64 {
+    let side = CELL_SIDE as f64;
+    let number = f64::from(corner) / side;
+    match view.projection {
+        Projection::Perspective => (number - (view.origin[axis] / side).floor()).abs() as u64,
+        // Every ray has the same direction: count along it, from an end that no volume reaches.
+        Projection::Orthographic if view.w0[axis] < 0.0 => u64::from(u32::MAX) - number as u64,
+        Projection::Orthographic => number as u64,
+    }
+}
+
+/// The tiles that a brick covers whose visible cells lie in this box; `None` where it is not seen.
+pub(crate) fn tile_rect(
+    bounds: &Bounds,
     view: &GridView,
     grid: TileGrid,
     settings: &SheetSettings,
-) -> Option<PlacedBrick<'a>> {
-    let corners =
-        brick.bounds.corners_in_grid(0.0).map(|corner| view.camera_from_grid.transform_point3(corner));
+) -> Option<TileRect> {
+    extent(bounds, view, grid, settings).map(|extent| grid.rect(extent.columns, extent.rows))
+}
+
+/// What a box of cells covers.
+struct Extent {
+    planes: [u32; 2],
+    columns: [u16; 2],
+    rows: [u16; 2],
+}
+
+fn extent(bounds: &Bounds, view: &GridView, grid: TileGrid, settings: &SheetSettings) -> Option<Extent> {
+    let corners = bounds.corners_in_grid(0.0).map(|corner| view.camera_from_grid.transform_point3(corner));
     let (near, far) =
         corners.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(n, f), c| (n.min(c.z), f.max(c.z)));
     // A sample on a face lies in this brick or in the next, as its f32 position says: both must look at its plane.
@@ -85,12 +100,22 @@ fn place<'a>(
         [pixel(ends.0 - 0.0625), pixel(ends.1 + 0.0625)]
     };
     let (columns, rows) = (cover(0, grid.width), cover(1, grid.height));
+    let seen = columns[0] < columns[1] && rows[0] < rows[1];
+    seen.then_some(Extent { planes: [first as u32, end as u32], columns, rows })
+}
+
+fn place<'a>(
+    brick: &'a CellBrick,
+    view: &GridView,
+    grid: TileGrid,
+    settings: &SheetSettings,
+) -> Option<PlacedBrick<'a>> {
+    let Extent { planes, columns, rows } = extent(&brick.bounds, view, grid, settings)?;
     let middle = DVec3::from(brick.bounds.corner.map(f64::from)) + 0.5 * CELL_SIDE as f64;
     let middle = view.camera_from_grid.transform_point3(middle);
-    let seen = columns[0] < columns[1] && rows[0] < rows[1];
-    seen.then_some(PlacedBrick {
+    Some(PlacedBrick {
         brick,
-        planes: [first as u32, end as u32],
+        planes,
         columns,
         rows,
         middle: [middle.x as f32, middle.y as f32],

@@ -14,6 +14,7 @@ use crate::options::{Blend, RenderOptions, Shading};
 use crate::palette::Palette;
 use crate::scene::{Channel, Look, Scene};
 use crate::support::Support;
+use crate::transfer::TransferFunction;
 
 /// The tables of a scene's channels; an error where the channels do not suit the options.
 pub(super) fn channels(scene: &Scene, options: &RenderOptions) -> Result<Arc<[ChannelSettings]>, Error> {
@@ -38,7 +39,6 @@ pub(super) fn channels(scene: &Scene, options: &RenderOptions) -> Result<Arc<[Ch
 
 /// The bricks of a scene.
 pub(super) fn cells(scene: &Scene, options: &RenderOptions) -> Result<CellField, Error> {
-    let needs_gradients = options.shading != Shading::None || options.gradient_opacity.is_some();
     let plan = FieldPlan {
         channels: scene
             .channels
@@ -46,21 +46,34 @@ pub(super) fn cells(scene: &Scene, options: &RenderOptions) -> Result<CellField,
             .map(|channel| Ok(PlannedChannel { volume: channel.volume, shown: shown(channel, options)? }))
             .collect::<Result<_, Error>>()?,
         mask: scene.mask,
-        gradients: if needs_gradients { Gradients::With } else { Gradients::Without },
+        gradients: gradients(options),
     };
     Ok(CellField::new(&plan, scene.count_visible()))
 }
 
+/// Whether the bricks need gradients.
+pub(super) fn gradients(options: &RenderOptions) -> Gradients {
+    let needed = options.shading != Shading::None || options.gradient_opacity.is_some();
+    if needed { Gradients::With } else { Gradients::Without }
+}
+
+/// The scalars that are seen.
+pub(super) fn support(transfer: &TransferFunction, options: &RenderOptions) -> Support {
+    match options.blend {
+        Blend::Emission => Support::new(transfer),
+        Blend::Isosurface(iso) => Support::of(iso.value as f32),
+        Blend::Maximum | Blend::Minimum | Blend::Average => Support::everything(),
+    }
+}
+
 fn shown(channel: &Channel, options: &RenderOptions) -> Result<Shown, Error> {
-    Ok(match (options.blend, channel.look) {
-        (_, Look::Labels(labels)) => {
+    Ok(match channel.look {
+        Look::Labels(labels) => {
             let palette = Palette::new(channel.volume, labels)?;
             let strengths = palette.entries(options.opacity).iter().map(|entry| entry[3]).collect();
             Shown::Labels(palette, strengths)
         }
-        (Blend::Emission, Look::Transfer(transfer)) => Shown::Scalars(Support::new(transfer)),
-        (Blend::Isosurface(iso), _) => Shown::Scalars(Support::of(iso.value as f32)),
-        (Blend::Maximum | Blend::Minimum | Blend::Average, _) => Shown::Scalars(Support::everything()),
+        Look::Transfer(transfer) => Shown::Scalars(support(transfer, options)),
     })
 }
 
@@ -75,9 +88,9 @@ pub(super) fn statistic(options: &RenderOptions) -> Option<Statistic> {
 }
 
 /// The surface that the options ask for, without what depends on the camera.
-pub(super) fn iso(scene: &Scene, options: &RenderOptions) -> Option<IsoSettings> {
+pub(super) fn iso(look: Look, options: &RenderOptions) -> Option<IsoSettings> {
     let Blend::Isosurface(iso) = options.blend else { return None };
-    let own_colour = match scene.channels[0].look {
+    let own_colour = match look {
         Look::Transfer(transfer) => transfer.sample(iso.value).0,
         Look::Labels(_) => [1.0; 3],
     };

@@ -103,7 +103,7 @@ impl SheetFrame<'_> {
         let start = ThreadTime::try_now().ok();
         let view = TileView::new(self.view, corner_px, self.settings);
         slot.counts = render_tile(self.settings, &view, &slot.entries, sections, scratch);
-        slot.show(scratch.pixels.averaged(self.subpixels as usize));
+        slot.show(&scratch.pixels, self.subpixels as usize);
         slot.composite_ms = elapsed_ms(start);
     }
 }

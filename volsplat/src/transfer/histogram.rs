@@ -4,6 +4,8 @@
 //! voxels fall into two neighbouring bins (one broken voxel of 1e30 does that), the histogram is made again over what
 //! those bins hold, and the few are counted at its ends.
 
+use std::convert::Infallible;
+
 use rayon::prelude::*;
 
 use super::share_of;
@@ -33,20 +35,39 @@ const MAX_ZOOMS: usize = 200;
 impl Histogram {
     /// The histogram of a volume; a few passes over its voxels.
     pub fn of_volume(volume: &Volume) -> Self {
-        let (mut low, mut high) = volume.value_range();
         let is_integer = !matches!(volume.voxels, Voxels::F32(_) | Voxels::F64(_));
-        let mut histogram = Self::over(&volume.voxels, low, high, is_integer);
+        let Ok(histogram) = Self::refined::<Infallible>(
+            volume.value_range(),
+            |low, high| Ok(Self::over(&volume.voxels, low, high, is_integer)),
+            |from, to| Ok(range_within(&volume.voxels, from, to)),
+        );
+        histogram
+    }
+
+    /// The histogram of values that two questions are asked about: their histogram between two scalars, and the least
+    /// and greatest of those between two scalars.
+    pub(crate) fn refined<E>(
+        (mut low, mut high): (f64, f64),
+        mut over: impl FnMut(f64, f64) -> Result<Self, E>,
+        mut range_within: impl FnMut(f64, f64) -> Result<(f64, f64), E>,
+    ) -> Result<Self, E> {
+        let mut histogram = over(low, high)?;
         for _ in 0..MAX_ZOOMS {
             let Some((from, to)) = histogram.crowded_range() else { break };
-            let (inner_low, inner_high) = range_within(&volume.voxels, from, to);
+            let (inner_low, inner_high) = range_within(from, to)?;
             // One value and a few others is a clear case, and a range that does not shrink will never be.
             if inner_low >= inner_high || (inner_low, inner_high) == (low, high) {
                 break;
             }
             (low, high) = (inner_low, inner_high);
-            histogram = Self::over(&volume.voxels, low, high, is_integer);
+            histogram = over(low, high)?;
         }
-        histogram
+        Ok(histogram)
+    }
+
+    /// Adds the counts of another one over the same range.
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.counts.iter_mut().zip(&other.counts).for_each(|(count, more)| *count += more);
     }
 
     /// Least and greatest scalar that the bins stand for.
@@ -71,16 +92,8 @@ impl Histogram {
     }
 
     /// Counts scalars in bins whose centres run from `low` to `high`; scalars beyond are counted at the ends.
-    fn over(voxels: &Voxels, low: f64, high: f64, is_integer: bool) -> Self {
-        let bins = match high - low {
-            span if is_integer && span < MAX_EXACT_BINS => span as usize + 1,
-            span if span > 0.0 => BINS,
-            _ => 1,
-        };
-        let last = (bins - 1) as f64;
-        // One bin only is a constant volume; its share would be 0/0.
-        let bin_of =
-            |value: f64| if bins == 1 { 0 } else { (share_of(value, low, high) * last + 0.5) as usize };
+    pub(crate) fn over(voxels: &Voxels, low: f64, high: f64, is_integer: bool) -> Self {
+        let (bins, bin_of) = bins(low, high, is_integer);
         let counts = with_voxels!(voxels, slice => slice
         .par_chunks(VOXELS_PER_TASK)
         .map(|chunk| {
@@ -106,8 +119,22 @@ impl Histogram {
     }
 }
 
+/// How many bins there are over a range, and which one a scalar falls into.
+fn bins(low: f64, high: f64, is_integer: bool) -> (usize, impl Fn(f64) -> usize + Sync) {
+    let bins = match high - low {
+        span if is_integer && span < MAX_EXACT_BINS => span as usize + 1,
+        span if span > 0.0 => BINS,
+        _ => 1,
+    };
+    let last = (bins - 1) as f64;
+    // One bin only is a constant volume; its share would be 0/0.
+    let bin_of =
+        move |value: f64| if bins == 1 { 0 } else { (share_of(value, low, high) * last + 0.5) as usize };
+    (bins, bin_of)
+}
+
 /// Least and greatest of the scalars in `from..=to`; (infinity, -infinity) if there are none.
-fn range_within(voxels: &Voxels, from: f64, to: f64) -> (f64, f64) {
+pub(crate) fn range_within(voxels: &Voxels, from: f64, to: f64) -> (f64, f64) {
     with_voxels!(voxels, slice => slice
         .par_chunks(VOXELS_PER_TASK)
         .map(|chunk| {
@@ -116,6 +143,10 @@ fn range_within(voxels: &Voxels, from: f64, to: f64) -> (f64, f64) {
         })
         .reduce(|| (f64::INFINITY, f64::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1))))
 }
+
+mod tally;
+
+pub(crate) use tally::Tally;
 
 #[cfg(test)]
 mod tests {

@@ -8,7 +8,8 @@
 
 use std::path::Path;
 
-use crate::{Error, Volume};
+use crate::Error;
+use crate::volume::Described;
 
 pub mod colour_map;
 pub mod histogram;
@@ -95,10 +96,13 @@ impl TransferFunction {
     ///
     /// Without `Points` the opacity is that of [`TransferFunction::automatic`] for this volume. `NanColor` has no
     /// use here, as a volume holds no NaN. Errors name the file, the key and the place in its list.
-    pub fn load_paraview(path: &Path, encoding: ColourEncoding, volume: &Volume) -> Result<Self, Error> {
+    pub fn load_paraview(
+        path: &Path,
+        encoding: ColourEncoding,
+        volume: &dyn Described,
+    ) -> Result<Self, Error> {
         let knots = paraview::load(path, encoding)?;
-        let opacities =
-            knots.opacities.unwrap_or_else(|| automatic::opacities(&Histogram::of_volume(volume)));
+        let opacities = knots.opacities.unwrap_or_else(|| automatic::opacities(&volume.histogram()));
         Self::new(knots.colours, opacities)
     }
 
@@ -109,7 +113,7 @@ impl TransferFunction {
     pub fn load_paraview_rescaled(
         path: &Path,
         encoding: ColourEncoding,
-        volume: &Volume,
+        volume: &dyn Described,
     ) -> Result<Self, Error> {
         let knots = paraview::load(path, encoding)?;
         let (low, high) = volume.value_range();
@@ -117,7 +121,7 @@ impl TransferFunction {
             // The one opacity knot lies on a colour knot, so the colours alone decide how all is moved.
             let placeholder = OpacityKnot { value: knots.colours[0].value, opacity: 0.0 };
             let colours = Self::new(knots.colours, vec![placeholder])?.rescaled(low, high).colours;
-            return Self::new(colours, automatic::opacities(&Histogram::of_volume(volume)));
+            return Self::new(colours, automatic::opacities(&volume.histogram()));
         };
         Ok(Self::new(knots.colours, opacities)?.rescaled(low, high))
     }

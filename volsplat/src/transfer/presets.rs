@@ -9,7 +9,8 @@
 use std::str::FromStr;
 
 use super::{ColourKnot, Histogram, OpacityKnot, TransferFunction};
-use crate::volume::{Volume, Voxels};
+use crate::input::VoxelType;
+use crate::volume::Described;
 
 /// A named transfer function. `parse` gives one by name.
 #[derive(Clone, Copy, Debug)]
@@ -170,12 +171,12 @@ impl Preset {
     }
 
     /// Why the values of a volume do not look like what the preset is written in; `None` if they do.
-    pub fn mismatch(&self, volume: &Volume) -> Option<String> {
+    pub fn mismatch(&self, volume: &dyn Described) -> Option<String> {
         if self.0.scale != PresetScale::Hounsfield {
             return None;
         }
         let (low, high) = volume.value_range();
-        if matches!(volume.voxels, Voxels::U8(_) | Voxels::I8(_)) {
+        if matches!(volume.voxel_type(), VoxelType::U8 | VoxelType::I8) {
             return Some("the volume has 8 bits per voxel".to_owned());
         }
         if low < HOUNSFIELD_RANGE.0 || high > HOUNSFIELD_RANGE.1 {
@@ -219,6 +220,7 @@ mod tests {
     use glam::DAffine3;
 
     use super::*;
+    use crate::volume::{Volume, Voxels};
 
     fn volume(voxels: Voxels) -> Volume {
         Volume::new([voxels.len(), 1, 1], voxels, DAffine3::IDENTITY).expect("valid")

@@ -8,12 +8,15 @@
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
 
 use super::component::{Interleaved, OneComponent, chosen};
 use super::data_files::DataFiles;
 use super::decode::{self, Layout};
 use super::fault::Fault;
+use super::stored::Located;
 use super::{Parts, cannot_read, invalid, open};
 use crate::Error;
 use crate::volume::{Voxels, voxel_count};
@@ -35,25 +38,62 @@ pub(super) fn load(path: &Path, component: Option<usize>) -> Result<Parts, Error
         dims: header.dims,
         voxels,
         world_from_index: header.world_from_index,
-        // The third coordinate grows towards the head in the space that ITK writes.
-        up_hint: header.is_anatomical.then_some(glam::DVec3::Z),
-        space: header.is_anatomical.then(|| "left-posterior-superior".to_owned()),
+        up_hint: up_hint(&header),
+        space: space(&header),
     })
 }
 
-fn voxels(path: &Path, header: &Header, chosen: usize) -> Result<Voxels, Error> {
+/// Where the voxels lie; `None` where they are packed or have several components.
+pub(super) fn locate(path: &Path) -> Result<Option<Located>, Error> {
+    let header = header::read(&mut BufReader::new(open(path)?)).map_err(|fault| fault.at(path))?;
+    if header.encoding != Encoding::Raw || header.channels != 1 {
+        return Ok(None);
+    }
+    let data = data_files(path, &header, 0)?;
+    let place = |(name, data): (PathBuf, Data)| {
+        let begin = data.begin(&header).map_err(|fault| fault.at(&name))?;
+        Ok((name, begin))
+    };
+    Ok(Some(Located {
+        dims: header.dims,
+        voxel_type: header.voxel_type,
+        endian: header.endian,
+        files: data.into_iter().map(place).collect::<Result<_, Error>>()?,
+        world_from_index: header.world_from_index,
+        up_hint: up_hint(&header),
+        space: space(&header),
+    }))
+}
+
+/// The third coordinate grows towards the head in the space that ITK writes.
+fn up_hint(header: &Header) -> Option<DVec3> {
+    header.is_anatomical.then_some(DVec3::Z)
+}
+
+fn space(header: &Header) -> Option<String> {
+    header.is_anatomical.then(|| "left-posterior-superior".to_owned())
+}
+
+/// The data files, opened, with their names.
+fn data_files(path: &Path, header: &Header, chosen: usize) -> Result<Vec<(PathBuf, Data)>, Error> {
     let count = voxel_count(header.dims).map_err(|what| invalid(path, format!("DimSize: {what}")))?;
     let files = header.data_files.paths(path, &header.dims).map_err(|fault| fault.at(path))?;
     let start = if header.data_files == DataFiles::Attached { header.bytes } else { 0 };
     let layout = Layout { voxel_type: header.voxel_type, endian: header.endian, count: count / files.len() };
     let interleaved =
         Interleaved { scalar_bytes: header.voxel_type.bytes(), components: header.channels, chosen };
+    let opened = |name: PathBuf| {
+        let file = open(&name)?;
+        let total = file.metadata().map_err(|source| cannot_read(&name, source))?.len();
+        Ok((name, Data { file, total, start, layout, interleaved }))
+    };
+    files.into_iter().map(opened).collect()
+}
+
+fn voxels(path: &Path, header: &Header, chosen: usize) -> Result<Voxels, Error> {
     let mut voxels: Option<Voxels> = None;
-    for name in &files {
-        let file = open(name)?;
-        let total = file.metadata().map_err(|source| cannot_read(name, source))?.len();
-        let part = Data { file, total, start, layout, interleaved };
-        let part = part.decode(header).map_err(|fault| fault.at(name))?;
+    for (name, data) in data_files(path, header, chosen)? {
+        let part = data.decode(header).map_err(|fault| fault.at(&name))?;
         match &mut voxels {
             None => voxels = Some(part),
             Some(voxels) => decode::append(voxels, part),
@@ -75,14 +115,10 @@ struct Data {
 
 impl Data {
     fn decode(mut self, header: &Header) -> Result<Voxels, Fault> {
-        let needed = self.layout.bytes()?.checked_mul(self.interleaved.components as u64);
-        let needed = needed.ok_or_else(|| "the voxels take more bytes than can be counted".to_owned())?;
-        let skip = self.skip(header, needed)?;
+        let needed = self.needed()?;
+        let skip = self.begin(header)?;
         let held = self.total.saturating_sub(skip);
         match header.encoding {
-            Encoding::Raw if held != needed => {
-                return Err(Fault::Invalid(wrong_length(header, needed, held)));
-            }
             Encoding::Zlib => decode::check_deflated(needed, held)?,
             // A digit and a separator for every value but the last.
             Encoding::Text if 2 * self.layout.count as u64 - 1 > held => {
@@ -108,6 +144,23 @@ impl Data {
             }
             Encoding::Text => decode::text(&mut file, &self.layout)?,
         })
+    }
+
+    /// Bytes that plain data takes.
+    fn needed(&self) -> Result<u64, String> {
+        let needed = self.layout.bytes()?.checked_mul(self.interleaved.components as u64);
+        needed.ok_or_else(|| "the voxels take more bytes than can be counted".to_owned())
+    }
+
+    /// The first byte of the data. Plain data must fill the rest of the file.
+    fn begin(&self, header: &Header) -> Result<u64, Fault> {
+        let needed = self.needed()?;
+        let skip = self.skip(header, needed)?;
+        let held = self.total.saturating_sub(skip);
+        if header.encoding == Encoding::Raw && held != needed {
+            return Err(Fault::Invalid(wrong_length(header, needed, held)));
+        }
+        Ok(skip)
     }
 
     /// Bytes of the file before the data. HeaderSize counts from the beginning of the file, attached or not.

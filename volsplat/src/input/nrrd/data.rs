@@ -5,7 +5,7 @@
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use super::header::Header;
@@ -44,10 +44,7 @@ impl FromStr for Encoding {
 }
 
 pub(super) fn read(path: &Path, header: &Header) -> Result<Voxels, Error> {
-    let count = value_count(&header.sizes).map_err(|what| invalid(path, what))?;
-    let files = header.data_files.paths(path, &header.sizes).map_err(|fault: Fault| fault.at(path))?;
-    let start = if header.data_files == DataFiles::Attached { header.bytes } else { 0 };
-    let layout = Layout { voxel_type: header.voxel_type, endian: header.endian, count: count / files.len() };
+    let (files, start, layout) = files(path, header)?;
     let mut voxels: Option<Voxels> = None;
     for file in &files {
         let part = read_file(file, start, header, &layout)?;
@@ -59,6 +56,30 @@ pub(super) fn read(path: &Path, header: &Header) -> Result<Voxels, Error> {
     voxels.ok_or_else(|| invalid(path, "field 'data file' names no file"))
 }
 
+/// The files of plain data, each with its first byte; `None` where the data is packed.
+pub(super) fn locate(path: &Path, header: &Header) -> Result<Option<Vec<(PathBuf, u64)>>, Error> {
+    if header.encoding != Encoding::Raw {
+        return Ok(None);
+    }
+    let (files, start, layout) = files(path, header)?;
+    let place = |file: PathBuf| {
+        let packed = Packed::open(&file, start, header)?;
+        let needed = layout.bytes().map_err(|what| invalid(&file, what))?;
+        let skip = packed.raw_skip(&layout, needed).map_err(|what| invalid(&file, what))?;
+        Ok((file, packed.begin + skip))
+    };
+    files.into_iter().map(place).collect::<Result<_, Error>>().map(Some)
+}
+
+/// The data files, the first byte of each behind a header of its own, and what one of them holds.
+fn files(path: &Path, header: &Header) -> Result<(Vec<PathBuf>, u64, Layout), Error> {
+    let count = value_count(&header.sizes).map_err(|what| invalid(path, what))?;
+    let files = header.data_files.paths(path, &header.sizes).map_err(|fault: Fault| fault.at(path))?;
+    let start = if header.data_files == DataFiles::Attached { header.bytes } else { 0 };
+    let layout = Layout { voxel_type: header.voxel_type, endian: header.endian, count: count / files.len() };
+    Ok((files, start, layout))
+}
+
 /// Number of values of all axes together.
 fn value_count(sizes: &[usize]) -> Result<usize, String> {
     let count = sizes.iter().try_fold(1usize, |count, &size| count.checked_mul(size));
@@ -66,16 +87,7 @@ fn value_count(sizes: &[usize]) -> Result<usize, String> {
 }
 
 fn read_file(path: &Path, start: u64, header: &Header, layout: &Layout) -> Result<Voxels, Error> {
-    let mut file = open(path)?;
-    let total = file.metadata().map_err(|source| cannot_read(path, source))?.len();
-    let mut begin = || -> io::Result<u64> {
-        file.seek(SeekFrom::Start(start))?;
-        skip_lines(&mut file, header.line_skip)
-    };
-    let skipped = begin().map_err(|source| cannot_read(path, source))?;
-    let held = total.saturating_sub(start + skipped);
-    let packed = Packed { file, begin: start + skipped, held, byte_skip: header.byte_skip };
-    packed.decode(header.encoding, layout).map_err(|fault| fault.at(path))
+    Packed::open(path, start, header)?.decode(header.encoding, layout).map_err(|fault| fault.at(path))
 }
 
 /// Bytes up to and including the given number of line ends, read from where the file stands.
@@ -104,6 +116,18 @@ struct Packed {
 }
 
 impl Packed {
+    fn open(path: &Path, start: u64, header: &Header) -> Result<Self, Error> {
+        let mut file = open(path)?;
+        let total = file.metadata().map_err(|source| cannot_read(path, source))?.len();
+        let mut begin = || -> io::Result<u64> {
+            file.seek(SeekFrom::Start(start))?;
+            skip_lines(&mut file, header.line_skip)
+        };
+        let skipped = begin().map_err(|source| cannot_read(path, source))?;
+        let held = total.saturating_sub(start + skipped);
+        Ok(Self { file, begin: start + skipped, held, byte_skip: header.byte_skip })
+    }
+
     fn decode(mut self, encoding: Encoding, layout: &Layout) -> Result<Voxels, Fault> {
         let needed = layout.bytes()?;
         if encoding == Encoding::Raw {
@@ -137,6 +161,13 @@ impl Packed {
     }
 
     fn raw(mut self, layout: &Layout, needed: u64) -> Result<Voxels, String> {
+        let skip = self.raw_skip(layout, needed)?;
+        self.seek(skip)?;
+        decode::binary(&mut self.file, layout)
+    }
+
+    /// Bytes before plain data, which must fill the rest of the file.
+    fn raw_skip(&self, layout: &Layout, needed: u64) -> Result<u64, String> {
         // -1 means that the data is the end of the file, whatever stands before it.
         let skip = match u64::try_from(self.byte_skip) {
             Ok(skip) => skip,
@@ -149,8 +180,7 @@ impl Packed {
                  check 'sizes', 'type' and the skips"
             ));
         }
-        self.seek(skip)?;
-        decode::binary(&mut self.file, layout)
+        Ok(skip)
     }
 
     fn seek(&mut self, skip: u64) -> Result<(), String> {

@@ -10,6 +10,7 @@
 use std::io::BufReader;
 use std::path::Path;
 
+use super::stored::Located;
 use super::{Parts, open};
 use crate::Error;
 
@@ -32,6 +33,22 @@ pub(super) fn load(path: &Path) -> Result<Parts, Error> {
         up_hint: geometry.up_hint,
         space: header.space,
     })
+}
+
+/// Where the voxels lie; `None` where they are packed.
+pub(super) fn locate(path: &Path) -> Result<Option<Located>, Error> {
+    let header = header::read(&mut BufReader::new(open(path)?)).map_err(|fault| fault.at(path))?;
+    let geometry = geometry::derive(&header).map_err(|fault| fault.at(path))?;
+    let Some(files) = data::locate(path, &header)? else { return Ok(None) };
+    Ok(Some(Located {
+        dims: geometry.dims,
+        voxel_type: header.voxel_type,
+        endian: header.endian,
+        files,
+        world_from_index: geometry.world_from_index,
+        up_hint: geometry.up_hint,
+        space: header.space,
+    }))
 }
 
 #[cfg(test)]
