@@ -21,6 +21,7 @@ mod order;
 mod output;
 mod picture;
 mod plan;
+mod progress;
 mod report;
 mod scene;
 mod scene_camera;
@@ -30,6 +31,7 @@ mod transfer;
 mod transfer_plot;
 mod values;
 mod viewpoint;
+mod volume_data;
 mod warp_scene;
 
 use std::process::ExitCode;

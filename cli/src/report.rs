@@ -11,6 +11,8 @@ use anyhow::Error;
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::progress::Progress;
+
 /// How much is said.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Verbosity {
@@ -20,6 +22,13 @@ pub(crate) enum Verbosity {
     Normal,
     /// The time of each stage as well.
     Verbose,
+}
+
+impl Verbosity {
+    /// Whether bars are shown.
+    pub(crate) fn progress(self) -> Progress {
+        if self == Self::Quiet { Progress::Hidden } else { Progress::Shown }
+    }
 }
 
 /// The stats file. Field names are its keys.
@@ -122,6 +131,15 @@ pub(crate) fn peak_bytes() -> Option<u64> {
     // Linux only; the file does not exist elsewhere.
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kib * 1024)
+}
+
+/// Memory that programs can have without pushing others out, bytes.
+pub(crate) fn available_bytes() -> Option<u64> {
+    // Linux only, as above.
+    let info = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = info.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
     let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kib * 1024)
 }

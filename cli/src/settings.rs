@@ -8,8 +8,8 @@ use serde_json::{Value, json};
 use volsplat::input::RawOptions;
 use volsplat::volume::NanPolicy;
 use volsplat::{
-    Blend, Classify, DepthPlane, Light, LoadOptions, Order, RenderOptions, Shading, SheetKernel, Subpixels,
-    Volume,
+    Blend, Classify, DepthPlane, Described, Light, LoadOptions, Order, RenderOptions, Shading, SheetKernel,
+    Subpixels,
 };
 
 use crate::args::{RenderArgs, VolsplatArgs, VolumeArgs};
@@ -86,9 +86,9 @@ pub(crate) fn render_options(
 }
 
 /// A single slice has no cell to interpolate in: unless an order was asked for, each of its samples is drawn.
-pub(crate) fn suited_to(options: RenderOptions, args: &RenderArgs, volume: &Volume) -> RenderOptions {
+pub(crate) fn suited_to(options: RenderOptions, args: &RenderArgs, volume: &dyn Described) -> RenderOptions {
     match args.order {
-        None if volume.dims.contains(&1) => RenderOptions { order: Order::EverySample, ..options },
+        None if volume.lattice().dims.contains(&1) => RenderOptions { order: Order::EverySample, ..options },
         _ => options,
     }
 }
@@ -98,7 +98,7 @@ pub(crate) fn record(
     args: &VolsplatArgs,
     request: &Request,
     format: Format,
-    (options, volume): (&RenderOptions, &Volume),
+    (options, volume): (&RenderOptions, &dyn Described),
 ) -> Value {
     let stance = framing::volume::stance(volume, args.camera.up.map(|axis| axis.direction));
     json!({
@@ -111,17 +111,19 @@ pub(crate) fn record(
     })
 }
 
-fn volume_record(args: &VolsplatArgs, volume: &Volume) -> Value {
+fn volume_record(args: &VolsplatArgs, volume: &dyn Described) -> Value {
+    let lattice = volume.lattice();
     json!({
         "file": args.input,
-        "dims": volume.dims,
-        "spacing": volume.spacing(),
-        "origin": volume.world_from_index.translation.to_array(),
-        "space": volume.space,
+        "dims": lattice.dims,
+        "spacing": lattice.spacing(),
+        "origin": lattice.world_from_index.translation.to_array(),
+        "space": lattice.space,
         "raw_type": args.volume.voxel_type.map(|kind| kind.name()),
         "raw_endian": args.volume.endian.map(|endian| format!("{endian:?}").to_lowercase()),
         "raw_skip_bytes": args.volume.skip,
         "nan_as": args.volume.nan_as,
+        "max_memory_bytes": args.volume.max_memory,
         "array": args.volume.array,
         "component": args.volume.component,
         "series": args.volume.series,

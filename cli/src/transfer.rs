@@ -6,15 +6,15 @@
 
 use anyhow::Result;
 use serde_json::{Value, json};
-use volsplat::transfer::{ColourMap, Histogram};
-use volsplat::{TransferFunction, Volume};
+use volsplat::transfer::ColourMap;
+use volsplat::{Described, TransferFunction};
 
 use crate::args::TransferArgs;
 use crate::output::{self, Depth, Format};
 use crate::{choices, transfer_plot};
 
 /// How values become colour and opacity. Errors name the file or the option.
-pub(crate) fn function(args: &TransferArgs, volume: &Volume) -> Result<TransferFunction> {
+pub(crate) fn function(args: &TransferArgs, volume: &dyn Described) -> Result<TransferFunction> {
     let function = unscaled(args, volume)?;
     if args.opacity_scale == 1.0 {
         // Not even a rounding error where nothing was asked for.
@@ -24,23 +24,23 @@ pub(crate) fn function(args: &TransferArgs, volume: &Volume) -> Result<TransferF
 }
 
 /// A warning where a preset does not suit the volume.
-pub(crate) fn warning(args: &TransferArgs, volume: &Volume) -> Option<String> {
+pub(crate) fn warning(args: &TransferArgs, volume: &dyn Described) -> Option<String> {
     let preset = args.preset?;
     let why = preset.mismatch(volume)?;
     Some(format!("warning: --preset {} expects Hounsfield units, but {why}", preset.name()))
 }
 
 /// Draws the function over the volume's histogram, where that was asked for.
-pub(crate) fn show(args: &TransferArgs, function: &TransferFunction, volume: &Volume) -> Result<()> {
+pub(crate) fn show(args: &TransferArgs, function: &TransferFunction, volume: &dyn Described) -> Result<()> {
     if let Some(path) = &args.show_transfer {
-        let plot = transfer_plot::draw(function, &Histogram::of_volume(volume));
+        let plot = transfer_plot::draw(function, &volume.histogram());
         output::write_picture(path, Format::Png(Depth::Eight), &plot)?;
     }
     Ok(())
 }
 
 /// The transfer function's part of the settings in the stats file.
-pub(crate) fn record(args: &TransferArgs, opacity_unit: Option<f64>, volume: &Volume) -> Value {
+pub(crate) fn record(args: &TransferArgs, opacity_unit: Option<f64>, volume: &dyn Described) -> Value {
     json!({
         "file": args.transfer,
         "space": choices::SPACE.name(choices::SPACE.library(args.transfer_space)),
@@ -50,15 +50,15 @@ pub(crate) fn record(args: &TransferArgs, opacity_unit: Option<f64>, volume: &Vo
         "colormap": colour_map(args).map(|map| map.name()),
         "shown_in": args.show_transfer,
         "opacity_scale": args.opacity_scale,
-        "opacity_unit": opacity_unit.unwrap_or_else(|| volume.smallest_spacing()),
+        "opacity_unit": opacity_unit.unwrap_or_else(|| volume.lattice().smallest_spacing()),
     })
 }
 
-fn unscaled(args: &TransferArgs, volume: &Volume) -> Result<TransferFunction> {
+fn unscaled(args: &TransferArgs, volume: &dyn Described) -> Result<TransferFunction> {
     let encoding = choices::SPACE.library(args.transfer_space);
     let map = args.colormap.unwrap_or_default();
     if let Some(preset) = args.preset {
-        return Ok(preset.transfer(&Histogram::of_volume(volume)));
+        return Ok(preset.transfer(&volume.histogram()));
     }
     Ok(match (&args.transfer, args.window) {
         (Some(path), _) if args.rescale_transfer => {
@@ -66,7 +66,7 @@ fn unscaled(args: &TransferArgs, volume: &Volume) -> Result<TransferFunction> {
         }
         (Some(path), _) => TransferFunction::load_paraview(path, encoding, volume)?,
         (None, Some(window)) => TransferFunction::window(window.level, window.width, map)?,
-        (None, None) => TransferFunction::automatic(&Histogram::of_volume(volume), map),
+        (None, None) => TransferFunction::automatic(&volume.histogram(), map),
     })
 }
 

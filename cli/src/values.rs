@@ -11,6 +11,10 @@ use volsplat::{ClipPlane, Subpixels};
 
 use crate::multiview::Grid;
 
+mod bytes;
+
+pub(crate) use bytes::bytes;
+
 /// Most views along a side of a grid: more than any light-field screen shows.
 const MAX_GRID_SIDE: u32 = 64;
 

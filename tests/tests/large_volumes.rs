@@ -4,6 +4,7 @@
 use glam::DVec3;
 use resample_core::{Camera, Image};
 use resample_tests::scenes::{orthographic, perspective, transfer};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 use volsplat::{
@@ -72,20 +73,20 @@ fn middle() -> DVec3 {
 
 /// From all sides, from inside, and in parallel.
 fn cameras() -> Vec<(&'static str, Camera)> {
-    let from = |offset: DVec3| perspective(middle() + offset, middle(), 150.0, [90, 70]);
+    let from = |offset: DVec3| perspective(middle() + offset, middle(), 35.0, [60, 44]);
     vec![
         ("along z", from(DVec3::new(10.0, 5.0, -400.0))),
         ("along -z", from(DVec3::new(-10.0, 5.0, 400.0))),
         ("along x", from(DVec3::new(-400.0, 20.0, 30.0))),
         ("along -y", from(DVec3::new(30.0, 400.0, 20.0))),
-        ("close", perspective(middle() + DVec3::new(90.0, 80.0, -110.0), middle(), 90.0, [90, 70])),
-        ("from inside", perspective(middle() + 3.0, middle() + DVec3::new(40.0, 20.0, 9.0), 60.0, [80, 80])),
-        ("in parallel", orthographic(middle() - DVec3::new(300.0, 200.0, 100.0), middle(), 220.0, [90, 70])),
+        ("close", perspective(middle() + DVec3::new(90.0, 80.0, -110.0), middle(), 60.0, [60, 44])),
+        ("from inside", perspective(middle() + 3.0, middle() + DVec3::new(40.0, 20.0, 9.0), 80.0, [48, 40])),
+        ("in parallel", orthographic(middle() - DVec3::new(300.0, 200.0, 100.0), middle(), 220.0, [60, 44])),
     ]
 }
 
-/// Renders all views in memory and from the file; returns what the last frame from the file read.
-fn compare(scene: &Scene, options: &RenderOptions, transfer: &TransferFunction) -> u64 {
+/// Renders these views in memory and from the file; returns what the last frame from the file read.
+fn compare(scene: &Scene, options: &RenderOptions, transfer: &TransferFunction, views: Range<usize>) -> u64 {
     let volume = load(&scene.path, &scene.options).expect("a valid file");
     let mut memory = Renderer::new(&volume, transfer, options).expect("valid options");
     let large = open(scene, BUDGET);
@@ -93,7 +94,7 @@ fn compare(scene: &Scene, options: &RenderOptions, transfer: &TransferFunction) 
     assert_eq!(memory.non_transparent(), stored.non_transparent(), "visible voxels");
     assert_eq!(memory.visible_bounds_in_world(), stored.visible_bounds_in_world(), "framing");
     let mut read = 0;
-    for (name, camera) in cameras() {
+    for &(name, camera) in &cameras()[views] {
         let expected = memory.render(&camera).expect("a valid camera");
         let got = stored.render(&camera).expect("a valid camera");
         assert!(expected.image.rgba.iter().any(|p| p[3] > 0.1), "{name}: the picture is empty");
@@ -111,7 +112,7 @@ fn compare(scene: &Scene, options: &RenderOptions, transfer: &TransferFunction) 
 #[test]
 fn the_picture_is_that_of_the_volume_in_memory() {
     let options = RenderOptions { depth: DepthPlane::Expected, ..RenderOptions::default() };
-    assert!(compare(&scene(), &options, &dense()) > 0, "nothing was read from the file");
+    assert!(compare(&scene(), &options, &dense(), 0..7) > 0, "nothing was read from the file");
 }
 
 #[test]
@@ -119,7 +120,7 @@ fn shaded_and_clipped_pictures_agree_too() {
     let planes = vec![ClipPlane { normal: DVec3::new(0.3, -0.2, 1.0), offset: 70.0 }];
     let clip = Clip { planes, ..Clip::default() };
     let options = RenderOptions { shading: Shading::Phong, clip, ..RenderOptions::default() };
-    compare(&scene(), &options, &dense());
+    compare(&scene(), &options, &dense(), 4..6);
 }
 
 #[test]
@@ -129,7 +130,7 @@ fn bricks_behind_opaque_tiles_are_not_read() {
     let large = open(&scene, BUDGET);
     let options = RenderOptions::default();
     let mut stored = Renderer::of_large(&large, &wall, &options, &mut |_| {}).expect("valid options");
-    let front = perspective(middle() - DVec3::new(0.0, 0.0, 500.0), middle(), 300.0, [100, 100]);
+    let front = perspective(middle() - DVec3::new(0.0, 0.0, 500.0), middle(), 40.0, [64, 64]);
     let stats = stored.render(&front).expect("a valid camera").stats;
     let all = DIMS.map(|n| (n - 1).div_ceil(8) as u64).iter().product::<u64>();
     assert!(
@@ -143,7 +144,7 @@ fn bricks_behind_opaque_tiles_are_not_read() {
 #[test]
 fn what_fits_stays_in_memory() {
     let scene = scene();
-    let sparse = transfer(&[(0.0, [0.5; 3])], &[(3900.0, 0.0), (4000.0, 0.5)]);
+    let sparse = transfer(&[(0.0, [0.5; 3])], &[(3700.0, 0.0), (4000.0, 0.5)]);
     let large = open(&scene, BUDGET);
     let options = RenderOptions::default();
     let mut stored = Renderer::of_large(&large, &sparse, &options, &mut |_| {}).expect("valid options");
@@ -182,7 +183,12 @@ fn floats_and_their_gaps_agree_too() {
     assert!(refused.contains("(7, 100, 90)") && refused.contains("--nan-as"), "{refused}");
     scene.options.nan = NanPolicy::Replace(0.5);
     let colours = [(0.0, [0.1, 0.2, 1.0]), (4.0, [1.0, 0.3, 0.1])];
-    compare(&scene, &RenderOptions::default(), &transfer(&colours, &[(0.5, 0.0), (2.5, 0.1), (4.0, 0.9)]));
+    compare(
+        &scene,
+        &RenderOptions::default(),
+        &transfer(&colours, &[(0.5, 0.0), (2.5, 0.1), (4.0, 0.9)]),
+        2..4,
+    );
 }
 
 fn refusal(path: &Path, options: &LoadOptions, budget: u64) -> String {

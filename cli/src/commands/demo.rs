@@ -15,6 +15,7 @@ use crate::background::Background;
 use crate::framing::{self, Lens, View};
 use crate::output::{self, Depth, Format};
 use crate::picture::{self, Finish};
+use crate::progress::Progress;
 use crate::report::{self, Verbosity};
 use crate::values::{Orbit, Size};
 
@@ -84,7 +85,7 @@ fn draw(scene: &Scene, size: Size, file: PathBuf) -> Result<report::WrittenFrame
     let view = View { size, orbit: scene.orbit, stance, lens: Lens::Perspective { fov_y_deg: FOV_Y_DEG } };
     let camera = framing::frame(framing::volume::with_kernels(bounds, &scene.volume), &view)?;
     picture::check_size(&camera)?;
-    picture::draw(&mut |camera| super::volsplat::drawn(&mut renderer, camera), &camera, file, &FINISH)
+    picture::draw(&mut |camera| super::volsplat::drawn(&mut renderer, camera, Progress::Hidden), &camera, file, &FINISH)
 }
 
 /// Colours by hand, for looks only.

@@ -9,13 +9,16 @@ use anyhow::{Context, Result};
 use glam::DVec3;
 use serde_json::{Value, json};
 use volsplat::input::{VoxelType, format_of};
+use volsplat::large::{most_brick_bytes, peek};
 use volsplat::transfer::Histogram;
-use volsplat::{LoadOptions, Volume};
+use volsplat::{Described, Lattice, RenderOptions};
 
 use crate::args::InfoArgs;
 use crate::framing;
+use crate::progress::Progress;
 use crate::report;
 use crate::settings;
+use crate::volume_data::look_through;
 
 /// Bars of the histogram: a line of them fits a terminal of 80 columns beside two numbers.
 const BARS: usize = 48;
@@ -28,15 +31,30 @@ const TILT_SHOWN_DEG: f64 = 0.05;
 
 /// Reads the volume and describes it.
 pub(crate) fn run(args: &InfoArgs) -> Result<()> {
-    let options = settings::load_options(&args.volume);
-    let volume = volsplat::load(&args.input, &options)?;
-    let facts = Facts::of(args, &options, &volume)?;
+    let max_memory = match args.volume.max_memory {
+        Some(allowed) => Some(allowed),
+        None => enough_to_look_through(args)?,
+    };
+    let drawn = RenderOptions::default();
+    let facts = match look_through(&args.input, &args.volume, (max_memory, &drawn), Progress::Shown)? {
+        Some(volume) => Facts::of(args, volume.as_ref())?,
+        None => Facts::of(args, &volsplat::load(&args.input, &settings::load_options(&args.volume))?)?,
+    };
     let text = if args.json {
-        format!("{}\n", serde_json::to_string_pretty(&facts.json(&volume))?)
+        format!("{}\n", serde_json::to_string_pretty(&facts.json())?)
     } else {
-        facts.text(&volume)
+        facts.text()
     };
     print(&text)
+}
+
+/// Memory for a volume that is only looked at, where it is larger than half of what there is: a quarter of that.
+fn enough_to_look_through(args: &InfoArgs) -> Result<Option<u64>> {
+    let Some((lattice, voxel_type)) = peek(&args.input, &settings::load_options(&args.volume))? else {
+        return Ok(None);
+    };
+    let bytes = lattice.len() as u64 * voxel_type.bytes() as u64;
+    Ok(report::available_bytes().filter(|available| bytes > available / 2).map(|available| available / 4))
 }
 
 /// What is told beside the volume's own fields.
@@ -49,6 +67,17 @@ struct Facts {
     /// Least and greatest value.
     range: (f64, f64),
     bars: Bars,
+    lattice: Lattice,
+    memory: Memory,
+}
+
+/// What drawing takes, bytes.
+struct Memory {
+    voxels: u64,
+    /// Beside the voxels, if all of them are visible.
+    most_bricks: u64,
+    /// What there is, where the system tells.
+    available: Option<u64>,
 }
 
 /// A histogram of few bins.
@@ -59,19 +88,28 @@ struct Bars {
 }
 
 impl Facts {
-    fn of(args: &InfoArgs, options: &LoadOptions, volume: &Volume) -> Result<Self> {
-        let told = if options.raw.is_some() { None } else { format_of(&args.input)? };
+    fn of(args: &InfoArgs, volume: &dyn Described) -> Result<Self> {
+        let lattice = volume.lattice();
+        let memory = Memory {
+            voxels: lattice.len() as u64 * volume.voxel_type().bytes() as u64,
+            most_bricks: most_brick_bytes(&lattice, &RenderOptions::default()),
+            available: report::available_bytes(),
+        };
+        let told = if args.volume.dims.is_some() { None } else { format_of(&args.input)? };
         Ok(Self {
             path: args.input.display().to_string(),
             format: told.map_or("headerless", |format| format.name()),
-            kind: VoxelType::of(&volume.voxels),
+            kind: volume.voxel_type(),
             corners: framing::volume::grid_bounds(volume),
             range: volume.value_range(),
-            bars: Bars::of(&Histogram::of_volume(volume)),
+            bars: Bars::of(&volume.histogram()),
+            lattice,
+            memory,
         })
     }
 
-    fn json(&self, volume: &Volume) -> Value {
+    fn json(&self) -> Value {
+        let volume = &self.lattice;
         let map = volume.world_from_index;
         json!({
             "path": self.path,
@@ -79,7 +117,9 @@ impl Facts {
             "dims": volume.dims,
             "voxels": volume.len(),
             "type": self.kind.name(),
-            "bytes": volume.bytes(),
+            "bytes": self.memory.voxels,
+            "most_brick_bytes": self.memory.most_bricks,
+            "available_bytes": self.memory.available,
             "spacing": volume.spacing(),
             "origin": map.translation.to_array(),
             "axes": [map.matrix3.x_axis.to_array(), map.matrix3.y_axis.to_array(), map.matrix3.z_axis.to_array()],
@@ -92,7 +132,8 @@ impl Facts {
         })
     }
 
-    fn text(&self, volume: &Volume) -> String {
+    fn text(&self) -> String {
+        let volume = &self.lattice;
         let ([x, y, z], [dx, dy, dz]) = (volume.dims, volume.spacing().map(short));
         let [low, high] = self.corners;
         let size = high - low;
@@ -107,11 +148,26 @@ impl Facts {
             ("axes", orientation(volume)),
             ("space", volume.space.clone().unwrap_or_else(|| "not named".to_owned())),
             ("values", format!("{} to {}", short(self.range.0), short(self.range.1))),
-            ("memory", report::human_bytes(volume.bytes() as u64)),
+            ("memory", self.memory.text()),
             ("histogram", format!("{} {} {}", short(self.bars.low), self.bars.line(), short(self.bars.high))),
         ];
         let lines: String = lines.iter().map(|(name, text)| format!("  {name:<10} {text}\n")).collect();
         format!("{}\n{lines}", self.path)
+    }
+}
+
+impl Memory {
+    fn text(&self) -> String {
+        let human = report::human_bytes;
+        let most = self.voxels.saturating_add(self.most_bricks);
+        let needed = format!("{} for the voxels, up to {} to draw them", human(self.voxels), human(most));
+        match self.available {
+            Some(available) if most > available => {
+                format!("{needed}, of {} available: draw it with --max-memory", human(available))
+            }
+            Some(available) => format!("{needed}, of {} available", human(available)),
+            None => needed,
+        }
     }
 }
 
@@ -140,7 +196,7 @@ impl Bars {
 }
 
 /// Where the three axes of the lattice point.
-fn orientation(volume: &Volume) -> String {
+fn orientation(volume: &Lattice) -> String {
     let map = volume.world_from_index.matrix3;
     let axes = [("x", map.x_axis), ("y", map.y_axis), ("z", map.z_axis)];
     let named = axes.map(|(name, axis)| format!("{name} along {}", direction(axis)));

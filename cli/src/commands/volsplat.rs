@@ -16,13 +16,15 @@ use crate::interrupt;
 use crate::picture::Drawn;
 use crate::plan::{Plan, Request, Telling};
 use crate::report::{self, Account, RunStats, Verbosity};
-use crate::scene::{self, Volumes};
+use crate::progress::{Progress, watch};
+use crate::scene;
 use crate::settings;
 use crate::transfer;
+use crate::volume_data::Content;
 
 /// The volume, ready to be drawn.
 struct Scene {
-    volumes: Volumes,
+    content: Content,
     renderer: Renderer,
     options: RenderOptions,
     load_ms: f64,
@@ -36,22 +38,25 @@ pub(crate) fn run(args: &VolsplatArgs, verbosity: Verbosity) -> Result<()> {
     let request = request(args);
     let plan = Plan::new(&request)?;
     let options = settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format)?;
-    let scene = loaded(args, options)?;
+    let scene = loaded(args, options, verbosity.progress())?;
     let cameras = cameras(args, &request, &plan, &scene)?;
-    scene.volumes.show_transfer(&args.transfer)?;
+    scene.content.show_transfer(&args.transfer)?;
     let stats = stats_before_drawing(args, &request, &plan, &scene);
     if verbosity == Verbosity::Verbose {
         report::say(&format!("load {:.1} ms, classify {:.1} ms", scene.load_ms, scene.classify_ms));
     }
     let mut renderer = scene.renderer;
     // The renderer has its own copy of what can be seen.
-    drop(scene.volumes);
-    plan.draw(&request, &cameras, stats, (&mut |camera| drawn(&mut renderer, camera), telling))
+    drop(scene.content);
+    // Of several pictures a bar counts the pictures.
+    let progress = if cameras.len() == 1 { verbosity.progress() } else { Progress::Hidden };
+    let mut render = |camera: &Camera| drawn(&mut renderer, camera, progress);
+    plan.draw(&request, &cameras, stats, (&mut render, telling))
 }
 
 /// What a volume renderer draws, and says.
-pub(crate) fn drawn(renderer: &mut Renderer, camera: &Camera) -> Result<Drawn> {
-    let frame = renderer.render(camera)?;
+pub(crate) fn drawn(renderer: &mut Renderer, camera: &Camera, progress: Progress) -> Result<Drawn> {
+    let frame = renderer.render_watched(camera, &mut watch("drawing", progress))?;
     let account = Account { keys: serde_json::to_value(&frame.stats)?, line: stage_line(&frame.stats) };
     Ok(Drawn { image: frame.image, account })
 }
@@ -86,7 +91,7 @@ fn stats_before_drawing(args: &VolsplatArgs, request: &Request, plan: &Plan, sce
             args,
             request,
             plan.finish.format,
-            (&scene.options, scene.volumes.first()),
+            (&scene.options, scene.content.first()),
         ),
         load_ms: scene.load_ms,
         peak_bytes: None,
@@ -94,19 +99,20 @@ fn stats_before_drawing(args: &VolsplatArgs, request: &Request, plan: &Plan, sce
     }
 }
 
-fn loaded(args: &VolsplatArgs, options: RenderOptions) -> Result<Scene> {
+fn loaded(args: &VolsplatArgs, options: RenderOptions, progress: Progress) -> Result<Scene> {
     let start = Instant::now();
-    let volumes = scene::load(args)?;
+    let content = Content::load(args, &options, progress)?;
     let load_ms = report::ms_since(start);
-    let options = settings::suited_to(options, &args.render, volumes.first());
-    if let Some(warning) = transfer::warning(&args.transfer, volumes.first()) {
+    let options = settings::suited_to(options, &args.render, content.first());
+    if let Some(warning) = transfer::warning(&args.transfer, content.first()) {
         report::say(&warning);
     }
     let start = Instant::now();
-    let renderer = Renderer::with_scene(&volumes.scene(), &options)
+    let renderer = content
+        .renderer(&options, progress)
         .with_context(|| format!("{}: cannot be drawn", args.input.display()))?;
     let classify_ms = report::ms_since(start);
-    Ok(Scene { volumes, renderer, options, load_ms, classify_ms })
+    Ok(Scene { content, renderer, options, load_ms, classify_ms })
 }
 
 fn cameras(args: &VolsplatArgs, request: &Request, plan: &Plan, scene: &Scene) -> Result<Vec<Camera>> {
@@ -115,10 +121,10 @@ fn cameras(args: &VolsplatArgs, request: &Request, plan: &Plan, scene: &Scene) -
             "warning: nothing is visible: the transfer function makes every voxel of {} transparent",
             args.input.display()
         ));
-        framing::volume::grid_bounds(scene.volumes.first())
+        framing::volume::grid_bounds(scene.content.first())
     });
-    let bounds = framing::volume::with_kernels(bounds, scene.volumes.first());
-    let stance = framing::volume::stance(scene.volumes.first(), args.camera.up.map(|axis| axis.direction));
+    let bounds = framing::volume::with_kernels(bounds, scene.content.first());
+    let stance = framing::volume::stance(scene.content.first(), args.camera.up.map(|axis| axis.direction));
     plan.cameras(request, bounds, stance)
 }
 

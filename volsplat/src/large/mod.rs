@@ -9,7 +9,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::Error;
+use crate::cells::CellBrick;
 use crate::input::{LoadOptions, Stored, Unread, VoxelType, open_unread};
+use crate::options::RenderOptions;
+use crate::sheets;
 use crate::transfer::Histogram;
 use crate::volume::{Described, Lattice};
 
@@ -87,8 +90,15 @@ impl Described for LargeVolume {
     }
 }
 
-/// Bytes of the voxels of a file that can be read brick by brick, told without reading them; `None` for other files.
-pub fn stored_bytes(path: &Path, options: &LoadOptions) -> Result<Option<u64>, Error> {
+/// The lattice and the voxel type of a file whose voxels can be read in parts, told without reading them; `None` for
+/// other files.
+pub fn peek(path: &Path, options: &LoadOptions) -> Result<Option<(Lattice, VoxelType)>, Error> {
     let unread = open_unread(path, options)?;
-    Ok(unread.map(|u| u.lattice.len() as u64 * u.stored.voxel_type().bytes() as u64))
+    Ok(unread.map(|unread| (unread.lattice, unread.stored.voxel_type())))
+}
+
+/// Most memory that image sheets take beside the voxels, bytes: the bricks of a volume that is visible everywhere.
+pub fn most_brick_bytes(lattice: &Lattice, options: &RenderOptions) -> u64 {
+    let bricks: usize = bricks_along(lattice.dims).iter().product();
+    bricks as u64 * CellBrick::bytes(sheets::gradients(options))
 }

@@ -53,6 +53,7 @@ use self::scatter::VoxelSheets;
 use self::section::SectionTable;
 use self::shade::ShadeSettings;
 use self::streamed::{LargeCells, StreamedCells};
+pub(crate) use self::prepare::gradients;
 use crate::Error;
 use crate::cells::{CELL_SIDE, CellField};
 use crate::chunks::visible_bricks;

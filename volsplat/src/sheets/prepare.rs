@@ -52,7 +52,7 @@ pub(super) fn cells(scene: &Scene, options: &RenderOptions) -> Result<CellField,
 }
 
 /// Whether the bricks need gradients.
-pub(super) fn gradients(options: &RenderOptions) -> Gradients {
+pub(crate) fn gradients(options: &RenderOptions) -> Gradients {
     let needed = options.shading != Shading::None || options.gradient_opacity.is_some();
     if needed { Gradients::With } else { Gradients::Without }
 }
