@@ -160,12 +160,16 @@ impl Block {
     }
 
     /// A value for each vertex, made from its voxel, and their range.
-    fn filled<T: Copy + Into<f64>>(&self, grid: &Grid<T>, value: impl Fn(T) -> f32) -> (Box<Table>, [f32; 2]) {
+    fn filled<T: Copy + Into<f64>>(
+        &self,
+        grid: &Grid<T>,
+        value: impl Fn(f64) -> f32,
+    ) -> (Box<Table>, [f32; 2]) {
         let mut table = Box::new([0.0; TABLE_LEN]);
         let mut range = [f32::INFINITY, f32::NEG_INFINITY];
         self.for_each_row(grid, |place, row| {
             for (entry, &voxel) in table[place..place + VERTEX_SIDE].iter_mut().zip(row) {
-                *entry = value(voxel);
+                *entry = value(voxel.into());
                 range = [range[0].min(*entry), range[1].max(*entry)];
             }
         });
@@ -264,8 +268,8 @@ impl PlannedChannel<'_> {
         with_voxels!(&self.volume.voxels, slice => {
             let grid = Grid { voxels: slice, dims };
             match &self.shown {
-                Shown::Scalars(_) => block.filled(&grid, |value| value.into() as f32),
-                Shown::Labels(palette, _) => block.filled(&grid, |value| palette.number(value.into())),
+                Shown::Scalars(_) => block.filled(&grid, |value| value as f32),
+                Shown::Labels(palette, _) => block.filled(&grid, |value| palette.number(value)),
             }
         })
     }

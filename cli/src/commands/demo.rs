@@ -85,7 +85,12 @@ fn draw(scene: &Scene, size: Size, file: PathBuf) -> Result<report::WrittenFrame
     let view = View { size, orbit: scene.orbit, stance, lens: Lens::Perspective { fov_y_deg: FOV_Y_DEG } };
     let camera = framing::frame(framing::volume::with_kernels(bounds, &scene.volume), &view)?;
     picture::check_size(&camera)?;
-    picture::draw(&mut |camera| super::volsplat::drawn(&mut renderer, camera, Progress::Hidden), &camera, file, &FINISH)
+    picture::draw(
+        &mut |camera| super::volsplat::drawn(&mut renderer, camera, Progress::Hidden),
+        &camera,
+        file,
+        &FINISH,
+    )
 }
 
 /// Colours by hand, for looks only.

@@ -40,11 +40,8 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
         Some(volume) => Facts::of(args, volume.as_ref())?,
         None => Facts::of(args, &volsplat::load(&args.input, &settings::load_options(&args.volume))?)?,
     };
-    let text = if args.json {
-        format!("{}\n", serde_json::to_string_pretty(&facts.json())?)
-    } else {
-        facts.text()
-    };
+    let text =
+        if args.json { format!("{}\n", serde_json::to_string_pretty(&facts.json())?) } else { facts.text() };
     print(&text)
 }
 

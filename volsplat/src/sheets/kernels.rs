@@ -301,7 +301,7 @@ impl SheetFrame<'_> {
         let rays = TileRays::new(self.view, corner_px, self.settings, &kernel.clip);
         let frame = (self.settings, kernel);
         slot.counts = render_tile(frame, (&view, &rays), &slot.entries, voxels, scratch);
-        slot.show(scratch.pixels.averaged(self.subpixels as usize));
+        slot.show(&scratch.pixels, self.subpixels as usize);
         slot.composite_ms = elapsed_ms(start);
     }
 }
