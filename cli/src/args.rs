@@ -28,6 +28,7 @@ mod bench;
 mod compare;
 mod sequence;
 mod texmap;
+mod trade;
 mod warp3d;
 
 pub(crate) use bench::{BenchArgs, BenchPaperArgs, BenchTable};
@@ -37,6 +38,7 @@ pub(crate) use texmap::{
     FlatFootprintArg, LayerArg, LevelArg, MeshShadeArg, ModelArgs, TexmapArgs, TexmapMethodArg,
     TexmapRenderArgs,
 };
+pub(crate) use trade::{SceneArg, TradeArgs, TradeOptions};
 pub(crate) use warp3d::{
     AnaglyphArg, BlendArg, DepthArgs, DepthKindArg, FillArg, MethodArg, MixedArg, VisibilityArg, Warp3dArgs,
     WarpArgs,
@@ -73,6 +75,10 @@ pub(crate) enum Command {
     ///
     /// Example: resample texmap helmet.glb -o helmet.png
     Texmap(Box<TexmapArgs>),
+    /// Measure what every choice costs and loses: error against time, as one page with pictures
+    ///
+    /// Example: resample trade volsplat engine.nrrd --transfer tf.json --out report --settings slab,subpixel
+    Trade(TradeArgs),
     /// Draw a volume file from one or several cameras
     ///
     /// Example: resample volsplat engine.raw --dims 256,256,128 --type u8 -o engine.png

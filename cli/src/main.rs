@@ -12,10 +12,12 @@ mod camera_path;
 mod choices;
 mod clip;
 mod commands;
+mod figures;
 mod framing;
 mod input_picture;
 mod interrupt;
 mod json_fields;
+mod machine;
 mod multiview;
 mod order;
 mod output;
@@ -76,6 +78,7 @@ fn run(cli: &Cli) -> Result<()> {
         Command::Compare(args) => commands::compare::run(args),
         Command::Info(args) => commands::info::run(args),
         Command::Texmap(args) => commands::texmap::run(args, verbosity),
+        Command::Trade(args) => commands::trade::run(args, verbosity),
         Command::Volsplat(args) => commands::volsplat::run(args, verbosity),
         Command::Warp3d(args) => commands::warp3d::run(args, verbosity),
     }

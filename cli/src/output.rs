@@ -112,6 +112,11 @@ pub(crate) fn write_text(path: &Path, text: &str) -> Result<u64> {
     write_whole(path, |file| Ok(file.write_all(text.as_bytes())?))
 }
 
+/// Writes bytes and gives their number.
+pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<u64> {
+    write_whole(path, |file| Ok(file.write_all(bytes)?))
+}
+
 /// Writes a file through a temporary one.
 fn write_whole(path: &Path, write: impl FnOnce(&mut BufWriter<NamedTempFile>) -> Result<()>) -> Result<u64> {
     let written = || -> Result<u64> {

@@ -14,6 +14,7 @@ use resample_core::metrics::{self, Comparison, Mask, flip};
 use serde_json::{Value, json};
 
 use crate::args::CompareArgs;
+use crate::figures::{self, Better, FLICKER, METRICS, Steps};
 use crate::input_picture::{self, Pictures};
 use crate::output::{self, Depth, Format};
 
@@ -30,31 +31,6 @@ impl std::fmt::Display for TooFar {
 }
 
 impl std::error::Error for TooFar {}
-
-/// Name of a figure, whether more is better, and how it is read off a comparison.
-type Metric = (&'static str, Better, fn(&Comparison) -> f64);
-
-/// The figures.
-const METRICS: [Metric; 9] = [
-    ("rmse", Better::Less, |c| c.rmse),
-    ("psnr", Better::More, |c| c.psnr_db),
-    ("alpha-psnr", Better::More, |c| c.alpha_psnr_db),
-    ("bias", Better::Less, |c| c.mean_signed.abs()),
-    ("max", Better::Less, |c| c.max_abs),
-    ("p999", Better::Less, |c| c.p999_abs),
-    ("ssim", Better::More, |c| c.ssim),
-    ("flip", Better::Less, |c| c.flip.mean),
-    ("flip-max", Better::Less, |c| c.flip.max),
-];
-
-/// The figure over time, known for animations only.
-const FLICKER: &str = "flicker";
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Better {
-    Less,
-    More,
-}
 
 /// All figures of a run.
 struct Findings {
@@ -82,7 +58,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<()> {
     };
     io::stdout().write_all(text.as_bytes())?;
     if let Some(path) = &args.heatmap {
-        output::write_picture(path, Format::Png(Depth::Eight), &heatmap(&findings.worst_map))?;
+        output::write_picture(path, Format::Png(Depth::Eight), &figures::heatmap(&findings.worst_map))?;
     }
     findings.hold(&args.bounds)
 }
@@ -150,39 +126,6 @@ fn add(
     Ok(())
 }
 
-/// What changes from picture to picture.
-#[derive(Default)]
-struct Steps {
-    before: Option<(Image, Image)>,
-    sum_of_squares: f64,
-    count: usize,
-}
-
-impl Steps {
-    fn add(&mut self, picture: Image, reference: Image, mask: Option<&Mask>) {
-        if let Some((before, reference_before)) = &self.before {
-            let changes = picture.rgba.iter().zip(&before.rgba);
-            let expected = reference.rgba.iter().zip(&reference_before.rgba);
-            for (index, ((now, then), (expected_now, expected_then))) in changes.zip(expected).enumerate() {
-                if mask.is_some_and(|mask| !mask.inside()[index]) {
-                    continue;
-                }
-                for k in 0..3 {
-                    let change = f64::from(now[k]) - f64::from(then[k]);
-                    let expected = f64::from(expected_now[k]) - f64::from(expected_then[k]);
-                    self.sum_of_squares += (change - expected).powi(2);
-                    self.count += 1;
-                }
-            }
-        }
-        self.before = Some((picture, reference));
-    }
-
-    fn flicker(&self) -> Option<f64> {
-        (self.count > 0).then(|| (self.sum_of_squares / self.count as f64).sqrt())
-    }
-}
-
 impl Findings {
     /// The mean of a figure over all pictures, and the worst.
     fn mean_and_worst(&self, better: Better, of: fn(&Comparison) -> f64) -> (f64, f64) {
@@ -215,14 +158,7 @@ impl Findings {
     }
 
     fn json(&self) -> Value {
-        let picture = |c: &Comparison| {
-            let mut figures: serde_json::Map<String, Value> =
-                METRICS.iter().map(|(name, _, of)| ((*name).to_owned(), number(of(c)))).collect();
-            figures.insert("pixels".into(), json!(c.pixel_count));
-            Value::Object(figures)
-        };
-        let mut all =
-            json!({"pictures": self.pictures.iter().map(picture).collect::<Vec<_>>(), "worst": self.worst});
+        let mut all = json!({"pictures": self.pictures.iter().map(figures::record).collect::<Vec<_>>(), "worst": self.worst});
         if let Some(flicker) = self.flicker {
             all[FLICKER] = json!(flicker);
         }
@@ -266,11 +202,6 @@ fn short(value: f64) -> String {
     }
 }
 
-/// JSON has no infinity: equal pictures have no finite PSNR, and get null.
-fn number(value: f64) -> Value {
-    if value.is_finite() { json!(value) } else { Value::Null }
-}
-
 /// Where a picture is lighter than middle grey, and not transparent.
 fn light_parts(path: &Path) -> Result<Mask> {
     let picture = input_picture::read(path)?;
@@ -281,15 +212,4 @@ fn light_parts(path: &Path) -> Result<Mask> {
         bail!("{}: the mask selects no pixel: it is lighter than middle grey nowhere", path.display());
     }
     Ok(Mask::new(picture.width, picture.height, inside)?)
-}
-
-/// The errors in the colours of a well-known map, dark for none.
-fn heatmap(map: &metrics::ScalarMap) -> Image {
-    let colour = |&error: &f64| {
-        let c = colorous::MAGMA.eval_continuous(error.clamp(0.0, 1.0));
-        let linear = |code: u8| resample_core::image::linear_from_srgb(f32::from(code) / 255.0);
-        [linear(c.r), linear(c.g), linear(c.b), 1.0]
-    };
-    let rgba = map.values.iter().map(colour).collect();
-    Image { width: map.width, height: map.height, rgba, depth: None, planes: Vec::new() }
 }

@@ -12,6 +12,7 @@ use serde_json::json;
 use texmap::{FrameStats, Loaded, Renderer, Scene};
 
 use crate::args::TexmapArgs;
+use crate::commands::Prepared;
 use crate::framing::Stance;
 use crate::interrupt;
 use crate::picture::Drawn;
@@ -36,16 +37,8 @@ pub(crate) fn run(args: &TexmapArgs, verbosity: Verbosity) -> Result<()> {
     let mut renderer = Renderer::new(&scene, &options)
         .with_context(|| format!("{}: cannot be drawn", args.input.display()))?;
     let prepare_ms = report::ms_since(prepared);
-    let stance = Stance::upright(args.camera.up.map_or(DVec3::Y, |axis| axis.direction));
-    // A scene that was loaded has triangles.
-    let bounds = renderer.bounds_in_world().unwrap_or_default();
-    let cameras = match &args.model.camera_name {
-        None => plan.cameras(&request, bounds, stance)?,
-        Some(name) => {
-            let camera = scene_camera::named(&scene.cameras, name, args.camera.size, bounds);
-            plan.checked(vec![camera.with_context(|| args.input.display().to_string())?])?
-        }
-    };
+    let stance = stance(args);
+    let cameras = cameras(args, (&request, &plan), &scene, &renderer)?;
     let stats = RunStats {
         version: env!("CARGO_PKG_VERSION"),
         scene: scene_record(&scene, &notes, prepare_ms),
@@ -61,6 +54,39 @@ pub(crate) fn run(args: &TexmapArgs, verbosity: Verbosity) -> Result<()> {
         report::say(&format!("load {load_ms:.1} ms, prepare {prepare_ms:.1} ms"));
     }
     plan.draw(&request, &cameras, stats, (&mut |camera| drawn(&mut renderer, camera), telling))
+}
+
+/// Does all but the drawing.
+pub(crate) fn prepared(args: &TexmapArgs) -> Result<Prepared> {
+    let request = request(args);
+    let plan = Plan::new(&request)?;
+    let options = settings::render_options(&args.render, plan.finish.format)?;
+    let Loaded { scene, .. } = texmap::load(&args.input, &settings::load_options(&args.model))?;
+    let mut renderer = Renderer::new(&scene, &options)
+        .with_context(|| format!("{}: cannot be drawn", args.input.display()))?;
+    let cameras = cameras(args, (&request, &plan), &scene, &renderer)?;
+    Ok(Prepared { cameras, render: Box::new(move |camera| drawn(&mut renderer, camera)) })
+}
+
+fn stance(args: &TexmapArgs) -> Stance {
+    Stance::upright(args.camera.up.map_or(DVec3::Y, |axis| axis.direction))
+}
+
+fn cameras(
+    args: &TexmapArgs,
+    (request, plan): (&Request, &Plan),
+    scene: &Scene,
+    renderer: &Renderer,
+) -> Result<Vec<Camera>> {
+    // A scene that was loaded has triangles.
+    let bounds = renderer.bounds_in_world().unwrap_or_default();
+    match &args.model.camera_name {
+        None => plan.cameras(request, bounds, stance(args)),
+        Some(name) => {
+            let camera = scene_camera::named(&scene.cameras, name, args.camera.size, bounds);
+            plan.checked(vec![camera.with_context(|| args.input.display().to_string())?])
+        }
+    }
 }
 
 fn request(args: &TexmapArgs) -> Request<'_> {

@@ -11,6 +11,7 @@ use serde_json::json;
 use volsplat::{FrameStats, RenderOptions, Renderer};
 
 use crate::args::VolsplatArgs;
+use crate::commands::Prepared;
 use crate::framing;
 use crate::interrupt;
 use crate::picture::Drawn;
@@ -52,6 +53,17 @@ pub(crate) fn run(args: &VolsplatArgs, verbosity: Verbosity) -> Result<()> {
     let progress = if cameras.len() == 1 { verbosity.progress() } else { Progress::Hidden };
     let mut render = |camera: &Camera| drawn(&mut renderer, camera, progress);
     plan.draw(&request, &cameras, stats, (&mut render, telling))
+}
+
+/// Does all but the drawing.
+pub(crate) fn prepared(args: &VolsplatArgs) -> Result<Prepared> {
+    let request = request(args);
+    let plan = Plan::new(&request)?;
+    let options = settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format)?;
+    let scene = loaded(args, options)?;
+    let cameras = cameras(args, &request, &plan, &scene)?;
+    let mut renderer = scene.renderer;
+    Ok(Prepared { cameras, render: Box::new(move |camera| drawn(&mut renderer, camera)) })
 }
 
 /// What a volume renderer draws, and says.

@@ -15,6 +15,7 @@ use crate::args::{CameraArgs, ProjectionArg, SequenceArgs, Warp3dArgs, WarpArgs}
 use crate::camera_file::CameraDefaults;
 use crate::camera_path;
 use crate::choices::warp;
+use crate::commands::Prepared;
 use crate::interrupt;
 use crate::multiview::{self, Layout};
 use crate::output::{self, Format};
@@ -76,6 +77,19 @@ pub(crate) fn run(args: &Warp3dArgs, verbosity: Verbosity) -> Result<()> {
         LastPicture::Kept(Some(image)) => write_planes(args, &image),
         LastPicture::Kept(None) | LastPicture::NotKept => Ok(()),
     }
+}
+
+/// Does all but the drawing.
+pub(crate) fn prepared(args: &Warp3dArgs) -> Result<Prepared> {
+    check_words(args)?;
+    let scene = warp_scene::read(args)?;
+    let layout = layout(args);
+    let targets = targets(args, &scene)?;
+    let convergence = convergence(args, &scene, &targets[0])?;
+    let cameras = cameras(args, &layout, &targets, convergence)?;
+    let warper = Warper::new(scene.references, &options(&args.warp))?;
+    let mut drawer = Drawer { warper, layout, convergence, last: LastPicture::NotKept };
+    Ok(Prepared { cameras, render: Box::new(move |camera| drawer.draw(camera)) })
 }
 
 /// Draws the views of a sheet.

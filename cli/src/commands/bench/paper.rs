@@ -14,10 +14,11 @@ use volsplat::input::{RawOptions, VoxelType};
 use volsplat::transfer::{ColourKnot, OpacityKnot};
 use volsplat::{LoadOptions, RenderOptions, Renderer, TransferFunction, Volume, procedural};
 
-use super::{heading, median};
+use super::median;
 use crate::args::BenchPaperArgs;
 use crate::framing;
 use crate::interrupt;
+use crate::machine;
 use crate::output::{self, Depth, Format};
 use crate::report::Verbosity;
 use crate::sequence;
@@ -115,7 +116,7 @@ pub(super) fn table(args: &BenchPaperArgs, verbosity: Verbosity) -> Result<Strin
     let mut text = format!(
         "{}\n{SIZE_PX}x{SIZE_PX} pixels, order every-sample, medians of {} frames; the paper's times are of a 1.7 GHz \
          Pentium 4 (2003)\n\n",
-        heading(),
+        machine::heading(),
         args.reps
     );
     text += "| volume | size | visible (paper) | all splats s (paper) | mixed s, splats (paper) | all points s (paper) |\n";

@@ -1,0 +1,207 @@
+//! The ladders: for every choice of an application, its rungs from fast to exact.
+//!
+//! One ladder at a time is climbed from the default; the ladders named on the command line are combined with one
+//! another as well. A combination that the application refuses, such as a footprint of splats with an order that has
+//! none, is no setting and is left out.
+
+use anyhow::{Result, bail};
+
+/// A choice and its rungs.
+pub(super) struct Ladder {
+    /// What `--settings` calls it.
+    pub(super) name: &'static str,
+    /// Words of each rung, names and values in turn.
+    pub(super) rungs: &'static [&'static [&'static str]],
+}
+
+/// What is measured of one application.
+pub(super) struct Application {
+    pub(super) ladders: &'static [Ladder],
+    /// Words of the slowest, most exact setting.
+    pub(super) exact: &'static [&'static str],
+}
+
+/// A setting to measure.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Setting {
+    /// What it changes, for people; empty is the default.
+    pub(super) name: String,
+    /// The ladder that it belongs to; "default", "exact" and "combined" stand for none.
+    pub(super) group: String,
+    /// Words, names and values in turn.
+    pub(super) words: Vec<String>,
+}
+
+const VOLSPLAT: Application = Application {
+    ladders: &[
+        Ladder {
+            name: "order",
+            rungs: &[&["--order", "image-sheets"], &["--order", "every-sample"], &["--order", "axis-sheets"]],
+        },
+        Ladder {
+            name: "slab",
+            rungs: &[&["--slab", "2"], &["--slab", "1"], &["--slab", "0.5"], &["--slab", "0.25"]],
+        },
+        Ladder {
+            name: "subpixel",
+            rungs: &[&["--subpixel", "1"], &["--subpixel", "2"], &["--subpixel", "4"], &["--subpixel", "8"]],
+        },
+        Ladder {
+            name: "termination",
+            rungs: &[
+                &["--min-transmittance", "0.03125"],
+                &["--min-transmittance", "0.001953125"],
+                &["--min-transmittance", "0"],
+            ],
+        },
+        Ladder {
+            name: "footprint",
+            rungs: &[
+                &["--order", "every-sample", "--footprint", "affine-approx"],
+                &["--order", "every-sample", "--footprint", "affine"],
+                &["--order", "every-sample", "--footprint", "table"],
+                &["--order", "every-sample", "--footprint", "exact"],
+            ],
+        },
+        Ladder {
+            name: "kernel",
+            rungs: &[
+                &["--order", "every-sample", "--kernel", "polynomial"],
+                &["--order", "every-sample", "--kernel", "gaussian"],
+                &["--order", "every-sample", "--kernel", "b-spline"],
+            ],
+        },
+        Ladder {
+            name: "select",
+            rungs: &[
+                &["--order", "every-sample", "--select", "points"],
+                &["--order", "every-sample", "--select", "hybrid"],
+                &["--order", "every-sample", "--select", "splats"],
+                &["--order", "every-sample", "--select", "ewa"],
+            ],
+        },
+        Ladder {
+            name: "threshold",
+            rungs: &[
+                &["--order", "every-sample", "--point-threshold", "2"],
+                &["--order", "every-sample", "--point-threshold", "1"],
+                &["--order", "every-sample", "--point-threshold", "0.5"],
+            ],
+        },
+    ],
+    exact: &["--order", "image-sheets", "--slab", "0.125", "--subpixel", "8", "--min-transmittance", "0"],
+};
+
+const TEXMAP: Application = Application {
+    ladders: &[
+        Ladder {
+            name: "method",
+            rungs: &[
+                &["--method", "point"],
+                &["--method", "backward-bilinear"],
+                &["--method", "backward-trilinear"],
+                &["--method", "backward-ewa"],
+                &["--method", "hybrid"],
+                &["--method", "supersample"],
+            ],
+        },
+        Ladder { name: "footprint", rungs: &[&["--footprint", "affine"], &["--footprint", "exact"]] },
+    ],
+    exact: &["--method", "hybrid", "--footprint", "exact"],
+};
+
+const WARP3D: Application = Application {
+    ladders: &[
+        Ladder {
+            name: "method",
+            rungs: &[
+                &["--method", "nearest"],
+                &["--method", "points"],
+                &["--method", "splats"],
+                &["--method", "ewa"],
+                &["--method", "mesh"],
+                &["--method", "hybrid"],
+            ],
+        },
+        Ladder {
+            name: "visibility",
+            rungs: &[&["--visibility", "zbuffer"], &["--visibility", "occlusion-order"]],
+        },
+    ],
+    exact: &["--method", "hybrid", "--visibility", "zbuffer"],
+};
+
+/// The application that a command line begins with.
+pub(super) fn application(words: &[String]) -> Result<&'static Application> {
+    match words.first().map(String::as_str) {
+        Some("volsplat") => Ok(&VOLSPLAT),
+        Some("texmap") => Ok(&TEXMAP),
+        Some("warp3d") => Ok(&WARP3D),
+        Some(other) => bail!("{other}: expected volsplat, texmap or warp3d after trade"),
+        None => bail!("expected volsplat, texmap or warp3d after trade"),
+    }
+}
+
+impl Application {
+    /// The most exact setting, the default, one ladder at a time, and the combinations of the `named` ladders.
+    pub(super) fn settings(&self, named: &[String]) -> Result<Vec<Setting>> {
+        let mut settings = vec![
+            setting("exact", "exact", self.exact),
+            Setting { name: "default".into(), group: "default".into(), words: Vec::new() },
+        ];
+        for ladder in self.ladders {
+            settings.extend(ladder.rungs.iter().map(|rung| setting(&name(rung), ladder.name, rung)));
+        }
+        let mut combined = vec![Vec::new()];
+        for name in named {
+            let ladder = self.ladders.iter().find(|ladder| ladder.name == name);
+            let Some(ladder) = ladder else {
+                let names: Vec<&str> = self.ladders.iter().map(|ladder| ladder.name).collect();
+                bail!("--settings {name}: no such ladder, expected some of {}", names.join(", "));
+            };
+            combined = combined
+                .iter()
+                .flat_map(|words| ladder.rungs.iter().map(|rung| super::words::with(words, &owned(rung))))
+                .collect();
+        }
+        if named.len() > 1 {
+            let of = |words: Vec<String>| Setting { name: name(&words), group: "combined".into(), words };
+            settings.extend(combined.into_iter().map(of));
+        }
+        settings.dedup_by(|a, b| a.words == b.words);
+        Ok(settings)
+    }
+}
+
+fn setting(name: &str, group: &str, words: &[&str]) -> Setting {
+    Setting { name: name.into(), group: group.into(), words: owned(words) }
+}
+
+fn owned(words: &[&str]) -> Vec<String> {
+    words.iter().map(|&word| word.to_owned()).collect()
+}
+
+/// Words without their dashes: "slab 0.5, subpixel 2".
+fn name<T: AsRef<str>>(words: &[T]) -> String {
+    let pairs = words.chunks(2).map(|pair| {
+        let [name, value] = [0, 1].map(|k| pair.get(k).map_or("", |word| word.as_ref()));
+        format!("{} {value}", name.trim_start_matches("--"))
+    });
+    pairs.collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ladders_are_climbed_one_by_one_and_combined_where_named() {
+        let alone = VOLSPLAT.settings(&[]).expect("good");
+        let rungs: usize = VOLSPLAT.ladders.iter().map(|ladder| ladder.rungs.len()).sum();
+        assert_eq!(alone.len(), 2 + rungs, "exact, default and every rung");
+        let both = VOLSPLAT.settings(&["slab".into(), "subpixel".into()]).expect("good");
+        assert_eq!(both.len(), alone.len() + 16, "four by four combinations");
+        assert!(both.iter().any(|s| s.name == "slab 2, subpixel 8" && s.group == "combined"));
+        assert!(VOLSPLAT.settings(&["colour".into()]).is_err(), "no such ladder");
+    }
+}
