@@ -52,7 +52,7 @@ pub(crate) fn run(args: &TradeArgs, verbosity: Verbosity) -> Result<()> {
     if let Some(scene) = options.scene {
         words = scene::written(scene, &options.out, &words)?;
     }
-    let (settings, left_out) = possible(ladders::application(&words)?.settings(&options.settings)?, &words);
+    let (settings, left_out) = possible(ladders::application(&words)?.settings(&options.settings)?, &options, &words);
     let command = words::typed(&words);
     let done = if options.resume { Report::earlier(&options.out, &command)? } else { Vec::new() };
     let mut report = Report {
@@ -74,11 +74,11 @@ pub(crate) fn run(args: &TradeArgs, verbosity: Verbosity) -> Result<()> {
 }
 
 /// The settings that the application takes, and how many it refuses.
-fn possible(settings: Vec<Setting>, words: &[String]) -> (Vec<Setting>, usize) {
+fn possible(settings: Vec<Setting>, options: &TradeOptions, words: &[String]) -> (Vec<Setting>, usize) {
     let all = settings.len();
     let good: Vec<Setting> = settings
         .into_iter()
-        .filter(|setting| words::parsed(&words::with(words, &setting.words)).is_ok())
+        .filter(|setting| words::parsed(&complete(options, words, &setting.words)).is_ok())
         .collect();
     let left_out = all - good.len();
     (good, left_out)
@@ -132,11 +132,16 @@ fn measure_all(
 
 /// Reads and prepares the scene under a setting.
 fn prepared(options: &TradeOptions, words: &[String], changes: &[String]) -> Result<Prepared> {
+    let Cli { command, .. } = words::parsed(&complete(options, words, changes))?;
+    commands::prepared(&command)
+}
+
+/// The words of a command that can be parsed.
+fn complete(options: &TradeOptions, words: &[String], changes: &[String]) -> Vec<String> {
     let mut words = words::with(words, changes);
     // The picture is never written; the name only has to be good.
     words.extend(["-o".to_owned(), options.out.join("picture.exr").display().to_string()]);
-    let Cli { command, .. } = words::parsed(&words)?;
-    commands::prepared(&command)
+    words
 }
 
 fn reference(
