@@ -18,6 +18,7 @@ mod info;
 mod scenes;
 mod sequences;
 mod texmap;
+mod trade;
 mod transfer;
 mod warp3d;
 

@@ -1,7 +1,8 @@
 // Draws the scatter from the rows, shows the pictures of the row that is chosen, and sorts the table.
 "use strict";
 const rows = JSON.parse(document.getElementById("data").textContent);
-const colours = ["#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#B8A800", "#888888"];
+const colours = ["#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#B8A800", "#888888",
+  "#332288", "#882255", "#44AA99", "#999933"];
 const groups = [...new Set(rows.map((row) => row.group))];
 const more = new Set(["psnr", "ssim"]);
 const size = { width: 720, height: 460, left: 64, right: 16, top: 16, bottom: 44 };
@@ -14,13 +15,14 @@ function element(name, attributes, parent) {
   return made;
 }
 
-// A logarithmic scale where all values are above 0, else a linear one.
-function scale(values, from, to) {
-  const low = Math.min(...values), high = Math.max(...values);
-  const log = low > 0 && high / low > 3;
+// A logarithmic scale where values lie far apart, else a linear one; on a logarithmic one, 0 lies at its beginning.
+function scale(all, from, to) {
+  const values = all.filter((v) => v > 0);
+  const low = Math.min(...(values.length ? values : all)), high = Math.max(...all);
+  const log = values.length > 0 && Math.min(...all) >= 0 && high / low > 3;
   const map = log ? Math.log10 : (v) => v;
   const a = map(low), b = map(high), span = b - a || 1;
-  const place = (v) => from + ((map(v) - a) / span * 0.92 + 0.04) * (to - from);
+  const place = (v) => log && v <= 0 ? from : from + ((map(v) - a) / span * 0.92 + 0.04) * (to - from);
   const ticks = [];
   if (log) {
     for (let e = Math.floor(a); e <= Math.ceil(b); e++)

@@ -1,0 +1,105 @@
+//! `resample trade`: the report, its page in a real browser, and going on after a stop.
+
+use std::fs;
+use std::process::Command;
+
+use serde_json::Value;
+
+use super::{BALL, Bench, stderr};
+
+/// A small measurement of the ball.
+fn measure(bench: &Bench, words: &str) -> Value {
+    let output = bench.run(&format!("trade volsplat ball.raw {BALL} --size 24x24 --reps 1 --out out {words}"));
+    assert_eq!(output.status.code(), Some(0), "`{words}`: {}", stderr(&output));
+    serde_json::from_str(&fs::read_to_string(bench.path("out/trade.json")).expect("a report")).expect("JSON")
+}
+
+fn row<'a>(report: &'a Value, name: &str) -> &'a Value {
+    let rows = report["rows"].as_array().expect("a list");
+    rows.iter().find(|row| row["name"] == name).unwrap_or_else(|| panic!("a row {name}"))
+}
+
+#[test]
+fn every_ladder_is_climbed_and_told_in_all_formats() {
+    let bench = Bench::new();
+    let report = measure(&bench, "--settings slab,subpixel");
+    assert_eq!(row(&report, "exact")["error"]["rmse"], 0.0, "the reference itself");
+    let rmse = |name: &str| row(&report, name)["error"]["rmse"].as_f64().expect("a number");
+    assert!(rmse("slab 2") > rmse("slab 0.25"), "thin slabs are nearer");
+    assert!(rmse("subpixel 1") > rmse("subpixel 8"), "sub-pixels are nearer");
+    assert!(row(&report, "slab 2, subpixel 4")["group"] == "combined", "the cross product is there");
+    let command = row(&report, "slab 2")["command"].as_str().expect("text");
+    assert!(command.starts_with("resample volsplat ball.raw") && command.ends_with("--slab 2"), "{command}");
+    let count = report["rows"].as_array().expect("a list").len();
+    let csv = fs::read_to_string(bench.path("out/trade.csv")).expect("a table");
+    assert_eq!(csv.lines().count(), count + 1, "one line per row");
+    for plot in ["error-time.png", "flip-time.png"] {
+        let bytes = fs::read(bench.path(&format!("out/{plot}"))).expect("a plot");
+        assert!(bytes.starts_with(b"\x89PNG"), "{plot} is a picture");
+    }
+    let command = command.strip_prefix("resample ").expect("the program").to_owned() + " -o out/again.png";
+    let again = bench.run(&command);
+    assert_eq!(again.status.code(), Some(0), "the command of a row can be typed: {}", stderr(&again));
+    let same = bench.run("compare out/again.png out/slab-2_picture.png --fail-above max=0");
+    assert_eq!(same.status.code(), Some(0), "and gives its picture: {}", stderr(&same));
+}
+
+#[test]
+fn what_was_measured_is_kept_on_resume() {
+    let bench = Bench::new();
+    let mut report = measure(&bench, "");
+    report["rows"][2]["cost"]["cpu_ms"] = 12345.0.into();
+    bench.write("out/trade.json", report.to_string().as_bytes());
+    let again = measure(&bench, "--resume");
+    assert_eq!(again["rows"][2]["cost"]["cpu_ms"], 12345.0, "kept, not measured again");
+}
+
+#[test]
+fn the_page_works_in_a_browser() {
+    let browsers = ["chromium", "chromium-browser", "google-chrome"];
+    let Some(browser) = browsers.into_iter().find(|name| Command::new(name).arg("--version").output().is_ok())
+    else {
+        println!("skipped: no Chromium is installed");
+        return;
+    };
+    let bench = Bench::new();
+    measure(&bench, "");
+    // A real click needs a driver; a click event goes through the same handler. Errors are kept where the test sees them.
+    let page = fs::read_to_string(bench.path("out/index.html")).expect("a page");
+    let watch = "<script>window.onerror = (what) => document.documentElement.setAttribute('data-failed', what);</script>";
+    let click = "<script>document.querySelector(\"circle[data-row='2']\")\
+                 .dispatchEvent(new MouseEvent('click', { bubbles: true }));</script>";
+    let page = page.replace("<head>", &format!("<head>{watch}")).replace("</body>", &format!("{click}</body>"));
+    bench.write("out/clicked.html", page.as_bytes());
+    let output = Command::new(browser)
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking"])
+        .args(["--no-first-run", "--disable-sync", "--dump-dom"])
+        .arg(format!("--user-data-dir={}", bench.path("profile").display()))
+        .arg(format!("file://{}", bench.path("out/clicked.html").display()))
+        .output()
+        .expect("the browser starts");
+    let dom = String::from_utf8_lossy(&output.stdout);
+    assert!(!dom.contains("data-failed"), "the page has an error");
+    let rows = dom.matches("<tr data-row=").count();
+    let points = dom.matches("<circle ").count();
+    assert!(rows > 20 && points > rows, "{rows} rows, {points} points and legend marks");
+    assert!(dom.contains("class=\"chosen\""), "the click marks its row");
+    assert!(dom.contains("alt=\"picture of order image-sheets\""), "and shows its picture");
+}
+
+#[test]
+fn what_cannot_be_measured_is_refused() {
+    let bench = Bench::new();
+    for (words, part) in [
+        ("trade", "COMMAND"),
+        ("trade engine.raw", "expected volsplat, texmap or warp3d"),
+        ("trade volsplat absent.raw --dims 2,2,2 --type u8 --out out", "absent.raw"),
+        ("trade volsplat ball.raw --out out --settings sharpness", "no such ladder"),
+        ("trade volsplat ball.raw --out out -o a.png", "leave it out"),
+        ("trade texmap --scene blobs --out out", "volumes"),
+    ] {
+        let output = bench.run(words);
+        assert_eq!(output.status.code(), Some(2), "`{words}` is refused: {}", stderr(&output));
+        assert!(stderr(&output).contains(part), "`{words}` says {part}: {}", stderr(&output));
+    }
+}
