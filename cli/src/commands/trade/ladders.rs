@@ -90,7 +90,16 @@ const VOLSPLAT: Application = Application {
         },
     ],
     // A transmittance of 1e-5 is a four-hundredth of a step of an 8-bit picture; 0 would take many times as long.
-    exact: &["--order", "image-sheets", "--slab", "0.125", "--subpixel", "8", "--min-transmittance", "0.00001"],
+    exact: &[
+        "--order",
+        "image-sheets",
+        "--slab",
+        "0.125",
+        "--subpixel",
+        "8",
+        "--min-transmittance",
+        "0.00001",
+    ],
 };
 
 const TEXMAP: Application = Application {

@@ -52,7 +52,8 @@ pub(crate) fn run(args: &TradeArgs, verbosity: Verbosity) -> Result<()> {
     if let Some(scene) = options.scene {
         words = scene::written(scene, &options.out, &words)?;
     }
-    let (settings, left_out) = possible(ladders::application(&words)?.settings(&options.settings)?, &options, &words);
+    let (settings, left_out) =
+        possible(ladders::application(&words)?.settings(&options.settings)?, &options, &words);
     let command = words::typed(&words);
     let done = if options.resume { Report::earlier(&options.out, &command)? } else { Vec::new() };
     let mut report = Report {
