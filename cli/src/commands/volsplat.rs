@@ -60,10 +60,11 @@ pub(crate) fn prepared(args: &VolsplatArgs) -> Result<Prepared> {
     let request = request(args);
     let plan = Plan::new(&request)?;
     let options = settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format)?;
-    let scene = loaded(args, options)?;
+    let scene = loaded(args, options, Progress::Hidden)?;
     let cameras = cameras(args, &request, &plan, &scene)?;
     let mut renderer = scene.renderer;
-    Ok(Prepared { cameras, render: Box::new(move |camera| drawn(&mut renderer, camera)) })
+    let render = move |camera: &Camera| drawn(&mut renderer, camera, Progress::Hidden);
+    Ok(Prepared { cameras, render: Box::new(render) })
 }
 
 /// What a volume renderer draws, and says.
