@@ -26,4 +26,5 @@ pub mod texture_scenes;
 pub mod textured;
 pub mod trilinear;
 pub mod warp_measure;
+pub mod warp_scenes;
 pub mod warp_truth;

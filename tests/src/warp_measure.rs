@@ -28,6 +28,8 @@ pub struct WarpFigures {
     pub interior_db: f64,
     /// PSNR over visible pixels near depth edges, dB.
     pub edge_db: f64,
+    /// PSNR over pixels whose eight neighbours are visible too, so that no unseen part is in the true pixel, dB.
+    pub seen_whole_db: f64,
     /// Part of the visible pixels that are not shown, percent.
     pub holes_percent: f64,
     /// Part of the pixels that cannot be known, and are not beside one that can, that are shown, percent.
@@ -53,6 +55,7 @@ pub fn measure(image: &Image, truth: &Truth) -> WarpFigures {
     let mut band = edge_band(&truth.depth, size);
     // The rim of what the reference sees is an edge of the reference.
     let unseen: Vec<bool> = truth.visible.iter().map(|v| !v).collect();
+    let near_unseen = grown(&unseen, size, 1);
     for (band, rim) in band.iter_mut().zip(grown(&unseen, size, BAND_PX)) {
         *band |= rim;
     }
@@ -73,6 +76,7 @@ pub fn measure(image: &Image, truth: &Truth) -> WarpFigures {
         psnr_db: all.psnr_db,
         interior_db: psnr(&|i| !band[i]),
         edge_db: psnr(&|i| band[i]),
+        seen_whole_db: psnr(&|i| !near_unseen[i]),
         holes_percent: share(&|i| truth.visible[i], &|i| !shown[i]),
         false_fill_percent: share(&|i| !near_visible[i], &|i| shown[i]),
         ssim: all.ssim,

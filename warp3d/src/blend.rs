@@ -26,14 +26,18 @@ pub(crate) fn blend(
     }
     let baselines = baseline_weights(references, target);
     let mut out = Layer::empty(layers[0].rgba.len());
-    let planes = out.rgba.par_iter_mut().zip(&mut out.depth).zip(&mut out.resolution);
-    planes.enumerate().for_each(|(at, ((rgba, depth), resolution))| {
+    let shares = out.resolution.par_iter_mut().zip(&mut out.purity);
+    let planes = out.rgba.par_iter_mut().zip(&mut out.depth).zip(shares);
+    planes.enumerate().for_each(|(at, ((rgba, depth), (resolution, purity)))| {
+        *purity = 0.0;
         let seen = |l: &Layer| l.rgba[at][3] >= 0.5;
         let nearest = layers.iter().filter(|l| seen(l)).map(|l| l.depth[at]).fold(f32::INFINITY, f32::min);
         let agrees = |l: &Layer| !seen(l) || l.depth[at] <= nearest * (1.0 + AGREEMENT);
         let weight = |i: usize| {
             let l = &layers[i];
-            if agrees(l) { baselines[i] * l.resolution[at].max(1e-3) * l.rgba[at][3] } else { 0.0 }
+            // The fourth power: a pixel half covered by a rim says little if another reference covers it whole.
+            let covered = (l.rgba[at][3] * l.purity[at]).powi(4);
+            if agrees(l) { baselines[i] * l.resolution[at].max(1e-3) * covered } else { 0.0 }
         };
         let best = (0..layers.len()).max_by(|&i, &j| weight(i).total_cmp(&weight(j)));
         let keep = |i: usize| how == Blend::Weighted || Some(i) == best;
@@ -48,6 +52,7 @@ pub(crate) fn blend(
             straight = std::array::from_fn(|c| straight[c] + share * pixel[c] / pixel[3]);
             transmittance *= 1.0 - pixel[3].min(1.0);
             *resolution += share * layers[i].resolution[at];
+            *purity += share * layers[i].purity[at];
         }
         let alpha = 1.0 - transmittance;
         *rgba = [straight[0] * alpha, straight[1] * alpha, straight[2] * alpha, alpha];

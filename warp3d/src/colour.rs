@@ -9,6 +9,7 @@
 use glam::{DMat2, DVec2};
 use resample_core::point::PIXEL_SIGMA_PX;
 
+use crate::Reference;
 use crate::patch::{Hit, Patch};
 use crate::surface::Surfaces;
 
@@ -170,8 +171,9 @@ impl Lookup<'_> {
     /// The cubic reconstruction at a place.
     fn cubic(&self, at: DVec2) -> [f32; 4] {
         let corner = at - 0.5;
-        let base = corner.floor();
-        let (wx, wy) = (spline(corner.x - base.x), spline(corner.y - base.y));
+        // A place that rounding has put just before a sample is at it: otherwise the row before the first is asked for.
+        let base = (corner + 1e-6).floor();
+        let (wx, wy) = (spline((corner.x - base.x).max(0.0)), spline((corner.y - base.y).max(0.0)));
         let [width, height] = self.surfaces.size;
         // Only where four rows and columns exist, and no cut is among them.
         let inside =
@@ -249,12 +251,45 @@ impl Lookup<'_> {
     }
 }
 
+/// The reference's picture at a place, across all surfaces: the cubic of Keys (1981), which needs no coefficients.
+pub(crate) fn as_taken(reference: &Reference, pos_in_reference: DVec2) -> [f32; 3] {
+    let corner = pos_in_reference - 0.5;
+    let base = corner.floor();
+    let (wx, wy) = (keys(corner.x - base.x), keys(corner.y - base.y));
+    let size = [reference.camera.width, reference.camera.height].map(i64::from);
+    let mut sum = [0.0; 3];
+    for (dy, wy) in (-1..).zip(wy) {
+        for (dx, wx) in (-1..).zip(wx) {
+            let x = (base.x as i64 + dx).clamp(0, size[0] - 1);
+            let y = (base.y as i64 + dy).clamp(0, size[1] - 1);
+            let sample = reference.colour[(y * size[0] + x) as usize];
+            sum = std::array::from_fn(|c| sum[c] + wx * wy * sample[c]);
+        }
+    }
+    sum.map(|v| v.max(0.0))
+}
+
+/// Weights of four samples around a place `t` past the second (Keys 1981, a = -1/2).
+fn keys(t: f64) -> [f32; 4] {
+    let t = t as f32;
+    let (t2, t3) = (t * t, t * t * t);
+    [
+        0.5 * (-t3 + 2.0 * t2 - t),
+        0.5 * (3.0 * t3 - 5.0 * t2 + 2.0),
+        0.5 * (-3.0 * t3 + 4.0 * t2 + t),
+        0.5 * (t3 - t2),
+    ]
+}
+
 /// Missing taps of four, continued from the others; `None` if all are missing.
 fn continued(taps: [Option<[f32; 4]>; 4]) -> Option<[[f32; 4]; 4]> {
-    let near = |from: [usize; 3]| from.into_iter().find_map(|i| taps[i]);
-    let inner = [taps[1].or_else(|| near([2, 0, 3]))?, taps[2].or_else(|| near([1, 3, 0]))?];
     // Beyond a natural end the spline goes on straight.
     let beyond = |a: [f32; 4], b: [f32; 4]| std::array::from_fn(|c| 2.0 * a[c] - b[c]);
+    let inner = |here: usize, next: usize, after: usize, other: usize| {
+        let straight = || Some(beyond(taps[next]?, taps[after]?));
+        taps[here].or_else(straight).or(taps[next]).or(taps[other]).or(taps[after])
+    };
+    let inner = [inner(1, 2, 3, 0)?, inner(2, 1, 0, 3)?];
     let first = taps[0].unwrap_or_else(|| beyond(inner[0], inner[1]));
     let last = taps[3].unwrap_or_else(|| beyond(inner[1], inner[0]));
     Some([first, inner[0], inner[1], last])

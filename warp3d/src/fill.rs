@@ -14,6 +14,9 @@ use crate::options::Fill;
 /// From this coverage on a pixel is known and may be a rim.
 const SOLID: f32 = 0.99;
 
+/// A rim's colour is that of one surface if that surface has this share of it.
+const PURE: f32 = 0.97;
+
 /// Depths within this ratio of the farthest rim count as far as well. A guess: surfaces behind are rarely flat.
 const FAR_RATIO: f32 = 1.15;
 
@@ -76,7 +79,7 @@ fn rims(layer: &Layer, width: usize) -> Vec<Vec<Option<Rim>>> {
             for column in 0..width {
                 let x = if dx >= 0 { column } else { width - 1 - column };
                 let at = y * width + x;
-                if layer.rgba[at].as_slice()[3] >= SOLID {
+                if layer.rgba[at][3] >= SOLID && layer.purity[at] >= PURE {
                     met[at] = Some(Rim { pixel: at as u32, distance: 0.0 });
                     continue;
                 }

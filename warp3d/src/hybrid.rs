@@ -10,11 +10,11 @@ use rayon::prelude::*;
 use resample_core::Camera;
 
 use crate::Reference;
-use crate::bands::BAND_ROWS;
+use crate::bands::{BAND_ROWS, RowRange};
 use crate::colour::Colours;
 use crate::epipole::OcclusionOrder;
 use crate::layer::Layer;
-use crate::options::{Visibility, WarpOptions};
+use crate::options::{MixedPixels, Visibility, WarpOptions};
 use crate::patch::NO_PATCH;
 use crate::raster::{Projected, Rim, Scene, Sink, Vertex, scan_triangle};
 use crate::resolve::Resolver;
@@ -69,9 +69,12 @@ impl Prepared {
     /// Finds surfaces and edges of `reference`.
     pub(crate) fn new(reference: &Reference, options: &WarpOptions) -> Self {
         let surfaces = Surfaces::new(reference, options.tolerance);
-        let samples: Vec<_> = reference.colour.par_iter().map(|&[r, g, b]| [r, g, b, 0.0]).collect();
+        let mut samples: Vec<_> = reference.colour.par_iter().map(|&[r, g, b]| [r, g, b, 0.0]).collect();
+        let cuts = match options.mixed {
+            MixedPixels::Keep => Rims::half_way(&surfaces),
+            MixedPixels::Unmix => Rims::unmixed(&surfaces, &mut samples),
+        };
         let coefficients = coefficients(&samples, &surfaces);
-        let cuts = Rims::new(&surfaces);
         Self { surfaces, colours: Colours { samples, coefficients }, cuts }
     }
 }
@@ -107,7 +110,8 @@ impl Hybrid {
         stats.edge_pixels += self.at_edge.iter().filter(|&&edge| edge).count() as u64;
         stats.stages.accumulate.add(clock.stop());
         let clock = StageClock::start();
-        let layer = Resolver::new(self, prepared, &warp, target, options.subpixels as usize).layer();
+        let layer =
+            Resolver::new(self, (reference, prepared), &warp, target, options.subpixels as usize).layer();
         stats.stages.resolve.add(clock.stop());
         layer
     }
@@ -218,6 +222,10 @@ impl Sink for Centres<'_> {
         });
     }
 
+    fn wants(&self, _columns: RowRange, _rows: RowRange) -> bool {
+        true
+    }
+
     fn turned_away(&mut self, corners: [Vertex; 3]) {
         self.mark(corners);
     }
@@ -257,6 +265,18 @@ impl Sink for Fine<'_> {
                 *seen = Seen { nearness, patch: id };
             }
         });
+    }
+
+    fn wants(&self, columns: RowRange, rows: RowRange) -> bool {
+        let first = (rows.low.max(self.rows[0] as f32)) as usize;
+        let last = (rows.high.min(self.rows[1] as f32 - 1.0)) as usize;
+        let left = columns.low.max(0.0) as usize;
+        let right = (columns.high.max(-1.0) + 1.0).min(self.width as f32) as usize;
+        left < right
+            && (first..=last).any(|row| {
+                let from = (row - self.rows[0]) * self.width;
+                self.slot[from + left..from + right].iter().any(|&slot| slot != NO_SLOT)
+            })
     }
 
     fn turned_away(&mut self, _corners: [Vertex; 3]) {}

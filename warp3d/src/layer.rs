@@ -10,6 +10,8 @@ pub(crate) struct Layer {
     /// Reference pixels per target pixel along the worse direction, inverted and at most 1: how well the reference
     /// resolves what is seen; 0 where nothing is seen.
     pub(crate) resolution: Vec<f32>,
+    /// Share of the pixel's coverage that its main surface has: below 1 where surfaces blend.
+    pub(crate) purity: Vec<f32>,
 }
 
 impl Layer {
@@ -19,6 +21,7 @@ impl Layer {
             rgba: vec![[0.0; 4]; pixels],
             depth: vec![f32::INFINITY; pixels],
             resolution: vec![0.0; pixels],
+            purity: vec![1.0; pixels],
         }
     }
 }

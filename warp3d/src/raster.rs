@@ -33,14 +33,16 @@ pub(crate) struct Vertex {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Projected {
     vertices: Vec<Vertex>,
-    /// Screen rows that each segment of each row of cells touches.
-    segments: Vec<RowRange>,
+    /// Screen columns and rows that each segment of each row of cells touches.
+    segments: Vec<[RowRange; 2]>,
 }
 
 /// What receives the pieces of a band.
 pub(crate) trait Sink {
     /// A triangle that faces the eye, in px; `is_rim` if it borders on a cut.
     fn triangle(&mut self, corners: [Vertex; 3], id: u32, rim: Rim);
+    /// Whether anything within these columns and rows (px) can matter.
+    fn wants(&self, columns: RowRange, rows: RowRange) -> bool;
     /// A triangle that is turned away.
     fn turned_away(&mut self, corners: [Vertex; 3]);
 }
@@ -68,13 +70,16 @@ impl Projected {
             }
         });
         let per_row = (width + 1).div_ceil(SEGMENT);
-        self.segments.resize(per_row * (height + 1), RowRange::EMPTY);
+        self.segments.resize(per_row * (height + 1), [RowRange::EMPTY; 2]);
         let vertices = &self.vertices;
         self.segments.par_iter_mut().enumerate().for_each(|(index, range)| {
-            *range = RowRange::EMPTY;
+            *range = [RowRange::EMPTY; 2];
             let (cy, first) = (index / per_row, index % per_row * SEGMENT);
             for cx in first..(first + SEGMENT).min(width + 1) {
-                each_corner(surfaces, vertices, warp, (cx, cy), cuts, &mut |v| range.include(v.y));
+                each_corner(surfaces, vertices, warp, (cx, cy), cuts, &mut |v| {
+                    range[0].include(v.x);
+                    range[1].include(v.y);
+                });
             }
         });
     }
@@ -94,12 +99,17 @@ impl Projected {
     ) {
         let [width, height] = scene.surfaces.size;
         let per_row = (width + 1).div_ceil(SEGMENT);
-        let touches =
-            |cx: usize, cy: usize| self.segments[cy * per_row + cx / SEGMENT].touches(rows[0], rows[1]);
+        let touches = |cx: usize, cy: usize, sink: &mut dyn FnMut(RowRange, RowRange) -> bool| {
+            let [columns, along] = self.segments[cy * per_row + cx / SEGMENT];
+            along.touches(rows[0], rows[1]) && sink(columns, along)
+        };
         match order {
             None => {
                 for cy in 0..=height {
-                    for segment in (0..per_row).filter(|&s| touches(s * SEGMENT, cy)) {
+                    for segment in 0..per_row {
+                        if !touches(segment * SEGMENT, cy, &mut |c, r| sink.wants(c, r)) {
+                            continue;
+                        }
                         for cx in segment * SEGMENT..((segment + 1) * SEGMENT).min(width + 1) {
                             self.visit_cell(scene, (cx, cy), sink);
                         }
@@ -109,7 +119,7 @@ impl Projected {
             Some(order) => {
                 for cy in order.rows.indices() {
                     for cx in order.columns.indices() {
-                        if touches(cx as usize, cy as usize) {
+                        if touches(cx as usize, cy as usize, &mut |_, _| true) {
                             self.visit_cell(scene, (cx as usize, cy as usize), sink);
                         }
                     }

@@ -9,8 +9,9 @@ use rayon::prelude::*;
 use resample_core::Camera;
 use resample_core::point::PIXEL_SIGMA_PX;
 
+use crate::Reference;
 use crate::bands::BAND_ROWS;
-use crate::colour::Lookup;
+use crate::colour::{Lookup, as_taken};
 use crate::hybrid::{Hybrid, NO_SLOT, Prepared, Seen};
 use crate::layer::Layer;
 use crate::patch::{NO_PATCH, Patch};
@@ -19,9 +20,14 @@ use crate::warp::Warp;
 /// Pixels on either side whose sub-pixels count: the Gaussian reaches three sigmas.
 const REACH_PX: i32 = 1;
 
+/// Two sides of an edge that have moved against each other by less than this, reference px, are partly shown as the
+/// reference shows them. A guess: half the sigma of its pixels.
+const UNMOVED_PX: f64 = 0.25;
+
 /// Resolves one picture.
 pub(crate) struct Resolver<'a> {
     hybrid: &'a Hybrid,
+    reference: &'a Reference,
     prepared: &'a Prepared,
     warp: &'a Warp,
     size: [usize; 2],
@@ -48,13 +54,14 @@ struct Resolved {
     rgba: [f32; 4],
     depth: f32,
     resolution: f32,
+    purity: f32,
 }
 
 impl<'a> Resolver<'a> {
     /// Everything that the pixels need.
     pub(crate) fn new(
         hybrid: &'a Hybrid,
-        prepared: &'a Prepared,
+        (reference, prepared): (&'a Reference, &'a Prepared),
         warp: &'a Warp,
         target: &Camera,
         subpixels: usize,
@@ -67,6 +74,7 @@ impl<'a> Resolver<'a> {
         let total: f64 = (0..count).map(weight).sum();
         Self {
             hybrid,
+            reference,
             prepared,
             warp,
             size: [target.width as usize, target.height as usize],
@@ -79,20 +87,19 @@ impl<'a> Resolver<'a> {
     pub(crate) fn layer(&self) -> Layer {
         let width = self.size[0];
         let mut layer = Layer::empty(width * self.size[1]);
-        let rows = layer.rgba.par_chunks_mut(width).zip(layer.depth.par_chunks_mut(width));
-        rows.zip(layer.resolution.par_chunks_mut(width)).enumerate().for_each(
-            |(y, ((rgba, depth), resolution))| {
-                for x in 0..width {
-                    let at_edge = self.hybrid.at_edge[y * width + x];
-                    let resolved = if at_edge { self.at_edge(x, y) } else { self.inside(x, y) };
-                    if let Some(resolved) = resolved {
-                        rgba[x] = resolved.rgba;
-                        depth[x] = resolved.depth;
-                        resolution[x] = resolved.resolution;
-                    }
+        let colours = layer.rgba.par_chunks_mut(width).zip(layer.depth.par_chunks_mut(width));
+        let shares = layer.resolution.par_chunks_mut(width).zip(layer.purity.par_chunks_mut(width));
+        colours.zip(shares).enumerate().for_each(|(y, ((rgba, depth), (resolution, purity)))| {
+            for x in 0..width {
+                let at_edge = self.hybrid.at_edge[y * width + x];
+                let resolved = if at_edge { self.at_edge(x, y) } else { self.inside(x, y) };
+                if let Some(resolved) = resolved {
+                    rgba[x] = resolved.rgba;
+                    depth[x] = resolved.depth;
+                    (resolution[x], purity[x]) = (resolved.resolution, resolved.purity);
                 }
-            },
-        );
+            }
+        });
         layer
     }
 
@@ -103,7 +110,7 @@ impl<'a> Resolver<'a> {
         }
         let patch = Patch::new(&self.prepared.surfaces, id);
         let (rgb, depth, resolution) = self.look_up(&patch, DVec2::new(x as f64 + 0.5, y as f64 + 0.5))?;
-        Some(Resolved { rgba: [rgb[0], rgb[1], rgb[2], 1.0], depth, resolution })
+        Some(Resolved { rgba: [rgb[0], rgb[1], rgb[2], 1.0], depth, resolution, purity: 1.0 })
     }
 
     fn look_up(&self, patch: &Patch, pos_in_screen: DVec2) -> Option<([f32; 3], f32, f32)> {
@@ -117,23 +124,53 @@ impl<'a> Resolver<'a> {
     }
 
     fn at_edge(&self, x: usize, y: usize) -> Option<Resolved> {
-        let parts = self.parts(x, y);
+        let (parts, window) = self.parts(x, y);
+        let inside = window[2];
         let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-        let mut sum = Resolved { rgba: [0.0; 4], depth: f32::INFINITY, resolution: 0.0 };
+        let mut sum = Resolved { rgba: [0.0; 4], depth: f32::INFINITY, resolution: 0.0, purity: 1.0 };
         let mut largest = 0.0;
         for part in &parts {
-            let at = centre + self.shift(part, centre);
+            let at = centre + self.shift(part, window, centre);
             let Some((rgb, depth, resolution)) = self.look_up(&part.patch, at) else { continue };
             for (s, v) in sum.rgba.iter_mut().zip([rgb[0], rgb[1], rgb[2], 1.0]) {
-                *s += part.weight * v;
+                *s += part.weight / inside * v;
             }
             if part.weight > largest {
                 largest = part.weight;
                 (sum.depth, sum.resolution) = (depth, resolution);
             }
         }
+        if let Some((rgb, share)) = self.unmoved(&parts, centre) {
+            // Between two sides that have not moved there is no gap, however the edge was placed.
+            let alpha = sum.rgba[3] + share * (1.0 - sum.rgba[3]);
+            for (s, v) in sum.rgba.iter_mut().zip([rgb[0], rgb[1], rgb[2], 1.0]) {
+                *s += share * (alpha * v - *s);
+            }
+        }
+        sum.purity = largest / inside / sum.rgba[3].max(f32::MIN_POSITIVE);
         sum.rgba[3] = sum.rgba[3].min(1.0);
         (largest > 0.0).then_some(sum)
+    }
+
+    /// The reference's own blend at an edge whose two sides have not moved against each other, and how far that is so.
+    ///
+    /// Seen from the same place, an edge looks as the reference shows it, mixed pixels and all, and nothing that was
+    /// taken apart can be put together better.
+    fn unmoved(&self, parts: &[Part], centre: DVec2) -> Option<([f32; 3], f32)> {
+        if parts.len() < 2 {
+            return None;
+        }
+        let hit = parts[0].patch.hit(self.warp, centre)?;
+        let mut spread = 0.0f64;
+        for part in &parts[1..] {
+            let other = part.patch.hit(self.warp, centre)?;
+            spread = spread.max(hit.pos_in_reference.distance(other.pos_in_reference));
+        }
+        let minification = hit.reference_from_screen.determinant().abs().sqrt();
+        let known = known_at(self.reference, hit.pos_in_reference);
+        // Minified, the filter mixes more than the reference's pixels did.
+        let share = (1.0 - spread / UNMOVED_PX).max(0.0) * (2.0 - minification).clamp(0.0, 1.0);
+        (known && share > 0.0).then(|| (as_taken(self.reference, hit.pos_in_reference), share as f32))
     }
 
     /// From the pixel's centre to where a surface's colour is looked up.
@@ -141,9 +178,12 @@ impl<'a> Resolver<'a> {
     /// Where the screen magnifies it is the centre of gravity of what is seen. Where it minifies, the lookup's own filter
     /// already leaves out what is not on the surface, and only the reference's share of the pixel's filter, 1/m^2 of
     /// its variance, is shifted.
-    fn shift(&self, part: &Part, centre: DVec2) -> DVec2 {
-        let moment =
-            DVec2::new(f64::from(part.moment[0]), f64::from(part.moment[1])) / f64::from(part.weight);
+    fn shift(&self, part: &Part, window: [f32; 3], centre: DVec2) -> DVec2 {
+        // At the picture's border the window itself is lopsided, which shifts nothing.
+        let gravity = |moment: [f32; 2], weight: f32| {
+            DVec2::new(f64::from(moment[0]), f64::from(moment[1])) / f64::from(weight)
+        };
+        let moment = gravity(part.moment, part.weight) - gravity([window[0], window[1]], window[2]);
         let minification2 = part
             .patch
             .hit(self.warp, centre)
@@ -151,22 +191,28 @@ impl<'a> Resolver<'a> {
         moment / minification2.max(1.0)
     }
 
-    /// The surfaces that the places around a pixel see.
-    fn parts(&self, x: usize, y: usize) -> Vec<Part> {
+    /// The surfaces that the places around a pixel see, and the moment and weight of all places inside the picture.
+    fn parts(&self, x: usize, y: usize) -> (Vec<Part>, [f32; 3]) {
         let n = self.subpixels;
         let mut parts: Vec<Part> = Vec::new();
+        let mut window = [0.0; 3];
         for dy in -REACH_PX..=REACH_PX {
             for dx in -REACH_PX..=REACH_PX {
                 let Some(seen) = self.seen(x as i32 + dx, y as i32 + dy) else { continue };
-                for (place, seen) in seen.iter().enumerate().filter(|(_, s)| s.patch != NO_PATCH) {
+                for (place, seen) in seen.iter().enumerate() {
                     let along = [dx, dy].map(|d| (d + REACH_PX) as usize * n);
                     let [i, j] = [along[0] + place % n, along[1] + place / n];
                     let offset = [i, j].map(|i| (i as f32 + 0.5) / n as f32 - REACH_PX as f32 - 0.5);
-                    self.add_place(&mut parts, seen.patch, self.weights[i] * self.weights[j], offset);
+                    let weight = self.weights[i] * self.weights[j];
+                    window =
+                        [window[0] + weight * offset[0], window[1] + weight * offset[1], window[2] + weight];
+                    if seen.patch != NO_PATCH {
+                        self.add_place(&mut parts, seen.patch, weight, offset);
+                    }
                 }
             }
         }
-        parts
+        (parts, window)
     }
 
     fn add_place(&self, parts: &mut Vec<Part>, id: u32, weight: f32, offset: [f32; 2]) {
@@ -211,6 +257,14 @@ impl<'a> Resolver<'a> {
             &self.hybrid.fine[y as usize / BAND_ROWS][first..first + count]
         })
     }
+}
+
+/// Whether the reference knows a depth at the pixel that holds this place.
+fn known_at(reference: &Reference, pos_in_reference: DVec2) -> bool {
+    let size = DVec2::new(f64::from(reference.camera.width), f64::from(reference.camera.height));
+    let at = pos_in_reference.clamp(DVec2::ZERO, size - 1.0);
+    let depth = reference.depth[at.y as usize * reference.camera.width as usize + at.x as usize];
+    depth > 0.0
 }
 
 /// Whether one piece lies on the plane of the other, as far away as it is.

@@ -44,6 +44,8 @@ pub(crate) enum Cell {
 /// there is one more cell than samples along each axis.
 #[derive(Clone, Debug)]
 pub(crate) struct Surfaces {
+    /// What disparity means: 1/z for a pinhole, z for parallel rays.
+    projection: Projection,
     /// Samples along x and y.
     pub(crate) size: [usize; 2],
     /// Generalised disparity; NaN where unknown.
@@ -78,6 +80,7 @@ impl Surfaces {
         };
         let links = links(&disparity, size, tolerance);
         let mut surfaces = Self {
+            projection,
             size,
             slope: Vec::new(),
             cells: Vec::new(),
@@ -97,6 +100,14 @@ impl Surfaces {
         self.links[index] & [RIGHT, BELOW][axis] != 0
     }
 
+    /// Whether the sample `a` is nearer to the reference's eye than `b`.
+    pub(crate) fn nearer(&self, a: usize, b: usize) -> bool {
+        match self.projection {
+            Projection::Perspective => self.disparity[a] > self.disparity[b],
+            Projection::Orthographic => self.disparity[a] < self.disparity[b],
+        }
+    }
+
     fn slopes(&self) -> Vec<[f32; 2]> {
         let width = self.size[0];
         let slope = |index: usize| {
@@ -105,7 +116,8 @@ impl Surfaces {
         (0..self.disparity.len()).into_par_iter().map(slope).collect()
     }
 
-    /// The mean of the steps to the linked neighbours along an axis, 0 if there is none.
+    /// The mean of the steps to the linked neighbours along an axis, 0 if there is none. At an end of a surface that
+    /// curves away the step grows on as it grew before.
     fn slope_along(&self, index: usize, place: usize, axis: usize) -> f32 {
         let step = [1, self.size[0]][axis];
         let here = self.disparity[index];
@@ -114,8 +126,35 @@ impl Surfaces {
             (place > 0 && self.linked_on(index - step, axis)).then(|| here - self.disparity[index - step]);
         match (before, after) {
             (Some(b), Some(a)) => 0.5 * (a + b),
-            (Some(slope), None) | (None, Some(slope)) => slope,
+            (Some(b), None) => {
+                let linked = place > 1 && self.linked_on(index - 2 * step, axis);
+                b * self.growth(
+                    here,
+                    b,
+                    linked.then(|| self.disparity[index - step] - self.disparity[index - 2 * step]),
+                )
+            }
+            (None, Some(a)) => {
+                let linked = self.linked_on(index + step, axis);
+                let inner = linked.then(|| self.disparity[index + 2 * step] - self.disparity[index + step]);
+                a * self.growth(here, -a, inner.map(|i| -i))
+            }
             (None, None) => 0.0,
+        }
+    }
+
+    /// How much larger the next step outwards is than the last one, `outwards`, given the one before it.
+    fn growth(&self, here: f32, outwards: f32, before: Option<f32>) -> f32 {
+        let away = match self.projection {
+            Projection::Perspective => outwards < 0.0,
+            Projection::Orthographic => outwards > 0.0,
+        };
+        let steep = outwards.abs() > 0.5 * self.tolerance * here.abs();
+        match before {
+            Some(before) if away && steep && before * outwards > 0.0 => {
+                (outwards / before).clamp(1.0, LIMB_RATIO)
+            }
+            _ => 1.0,
         }
     }
 
