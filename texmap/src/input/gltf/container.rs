@@ -20,9 +20,10 @@ pub(super) struct Document {
 const MAGIC: &[u8; 4] = b"glTF";
 
 /// Extensions that change what is seen and are understood here.
-const DECODED: [&str; 10] = [
+const DECODED: [&str; 11] = [
     "EXT_texture_webp",
     "KHR_materials_emissive_strength",
+    "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_unlit",
     "KHR_mesh_quantization",
     "KHR_texture_transform",

@@ -170,6 +170,7 @@ fn webp_and_the_older_material_model_are_read() {
     let rest = json!({
         "images": [{ "uri": "nothing.ktx2" }, { "bufferView": view, "mimeType": "image/png" }],
         "textures": [{ "source": 0, "extensions": { "EXT_texture_webp": { "source": 1 } } }],
+        "extensionsRequired": ["EXT_texture_webp", "KHR_materials_pbrSpecularGlossiness"],
     });
     let old = json!({ "diffuseFactor": [0.5, 0.5, 0.5, 1], "diffuseTexture": { "index": 0 } });
     let material = json!({ "extensions": { "KHR_materials_pbrSpecularGlossiness": old } });
