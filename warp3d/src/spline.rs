@@ -38,7 +38,7 @@ fn solve_runs(line: &mut [[f32; 4]], linked: impl Fn(usize) -> bool) {
     }
 }
 
-/// Solves (c[i-1] + 4 c[i] + c[i+1]) / 6 = f[i] with c = f at both ends, in place (Thomas).
+/// Solves `(c[i-1] + 4 c[i] + c[i+1]) / 6 = f[i]` with c = f at both ends, in place (Thomas).
 fn solve(run: &mut [[f32; 4]], scratch: &mut [f32]) {
     if run.len() < 3 {
         return;

@@ -1,7 +1,7 @@
 //! Mesh files: tells the format by the content and gives a checked [`Scene`].
 //!
 //! Takes a path and what the user says about it, gives a scene and notes about what was left out. All formats end in one
-//! check ([`checked::scene`]), so that what a scene promises does not depend on its format. What a file has and a scene
+//! check (`checked`), so that what a scene promises does not depend on its format. What a file has and a scene
 //! does not need is left out with a note; what would make the picture wrong is an error.
 //! Limits: glTF 2.0 and OBJ with MTL.
 
