@@ -272,6 +272,10 @@ pub(crate) struct SheetArgs {
     /// Sub-pixels along a pixel's side: 1, 2, 4, 8, 16, or auto, about two a voxel [default: auto]
     #[arg(long, value_name = "N|auto", value_parser = values::subpixels)]
     pub subpixel: Option<Subpixels>,
+    /// Far bricks are drawn from merged blocks or fewer sheets where no pixel is predicted to change by more than this;
+    /// 0 never does [default: 0.001953125]
+    #[arg(long, value_name = "E", value_parser = values::fraction)]
+    pub lod_error: Option<f32>,
     /// How the sums of a sheet are formed; the picture is the same [default: gather]
     #[arg(long, value_enum)]
     pub sheet_sums: Option<SheetSumsArg>,

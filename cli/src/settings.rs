@@ -63,6 +63,7 @@ pub(crate) fn render_options(
         gradient_opacity: args.blend.gradient_opacity,
         slab_voxels: sheets.slab.unwrap_or(default.slab_voxels),
         subpixels: sheets.subpixel.unwrap_or(default.subpixels),
+        lod_error: sheets.lod_error.unwrap_or(default.lod_error),
         sheet_sums: sheets.sheet_sums.map_or(default.sheet_sums, |sums| choices::SHEET_SUMS.library(sums)),
         shading: sheets.shade.map_or(unasked, |shade| choices::SHADE.library(shade)),
         light: sheets.light.map_or(default.light, Light::Towards),
@@ -148,6 +149,7 @@ fn render_record(options: &RenderOptions) -> Value {
         "subpixel": subpixels,
         "shade": choices::SHADE.name(options.shading),
         "light": light,
+        "lod_error": options.lod_error,
         "sheet_sums": choices::SHEET_SUMS.name(options.sheet_sums),
         "kernel": choices::KERNEL.name(match options.order {
             Order::ImageSheets => options.sheet_kernel,

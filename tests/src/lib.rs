@@ -5,6 +5,7 @@
 //! taken from the library is its data (volumes, cameras, options, pictures) and the transfer function.
 
 pub mod against_sheets;
+pub mod area_truth;
 pub mod clip_reference;
 pub mod data;
 pub mod exr_read;
@@ -12,6 +13,7 @@ pub mod field;
 pub mod interleaved;
 pub mod iso_reference;
 pub mod kernel_sheet_reference;
+pub mod lod_scenes;
 pub mod march;
 pub mod peer_scenes;
 pub mod popping;

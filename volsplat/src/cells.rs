@@ -31,6 +31,8 @@ pub(crate) const LAST_CELL: usize = TABLE_LEN - 1 - (1 + VERTEX_SIDE + VERTEX_SI
 #[derive(Clone, Debug)]
 pub(crate) struct CellField {
     pub(crate) bricks: Vec<CellBrick>,
+    /// Bricks that were dropped.
+    pub(crate) empty: u64,
     pub(crate) non_transparent: u64,
     pub(crate) voxels: u64,
 }
@@ -105,16 +107,19 @@ impl CellField {
     pub(crate) fn new(plan: &FieldPlan, non_transparent: u64) -> Self {
         let first = plan.channels[0].volume;
         let cells = first.dims.map(|n| n - 1);
-        let bricks = brick_corners(cells, CELL_SIDE)
+        let corners = brick_corners(cells, CELL_SIDE);
+        let count = corners.len();
+        let bricks: Vec<CellBrick> = corners
             .into_par_iter()
             .filter_map(|corner| plan.brick(&Block::new(first.dims, corner)))
             .collect();
-        Self::of_bricks(bricks, non_transparent, first.len() as u64)
+        let empty = (count - bricks.len()) as u64;
+        Self { empty, ..Self::of_bricks(bricks, non_transparent, first.len() as u64) }
     }
 
     /// A field of these bricks, with the number of its visible voxels and of all.
     pub(crate) fn of_bricks(bricks: Vec<CellBrick>, non_transparent: u64, voxels: u64) -> Self {
-        Self { bricks, non_transparent, voxels }
+        Self { bricks, empty: 0, non_transparent, voxels }
     }
 }
 

@@ -64,6 +64,7 @@ pub(crate) fn visible_bricks<B: BrickOfSamples>(
     let clock = StageClock::start();
     let seen: Vec<bool> = bricks.par_iter().map(|brick| view_volume.sees(brick.bounds())).collect();
     let (visible, hidden): (Vec<usize>, Vec<usize>) = (0..bricks.len()).partition(|&i| seen[i]);
+    stats.bricks_outside = hidden.len() as u64;
     stats.culled = hidden.iter().map(|&i| bricks[i].sample_count() as u64).sum();
     stats.stages.cull = clock.stop();
     visible

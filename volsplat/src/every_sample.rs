@@ -92,6 +92,7 @@ impl EverySample {
         let view_volume = ViewVolume::new(camera, &view, self.kernel.radius());
         let bricks = &self.samples.bricks;
         let visible = visible_bricks(bricks, &view_volume, stats);
+        stats.bricks_empty = self.samples.empty;
         let runs = runs_of_bricks(bricks, visible);
 
         let (keys, layers) = match self.options.order {

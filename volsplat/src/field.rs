@@ -18,6 +18,8 @@ use crate::volume::{Volume, with_voxels};
 pub struct Field {
     /// Bricks that hold at least one needed voxel, in Morton order.
     pub bricks: Vec<FieldBrick>,
+    /// Bricks that hold none, and were dropped.
+    pub empty: u64,
     /// Needed voxels in all bricks.
     pub count: u64,
     /// Voxels whose own scalar is visible.
@@ -44,7 +46,9 @@ impl Field {
     /// The voxels within `reach` (voxels, at least 1) of a cell that may hold a visible scalar.
     pub fn new(volume: &Volume, transfer: &TransferFunction, reach: usize) -> Self {
         let support = Support::new(transfer);
-        let bricks: Vec<FieldBrick> = brick_corners(volume.dims, BRICK_SIDE)
+        let corners = brick_corners(volume.dims, BRICK_SIDE);
+        let all = corners.len();
+        let bricks: Vec<FieldBrick> = corners
             .into_par_iter()
             .filter_map(|corner| {
                 with_voxels!(&volume.voxels, slice => {
@@ -54,6 +58,7 @@ impl Field {
             })
             .collect();
         Self {
+            empty: (all - bricks.len()) as u64,
             count: bricks.iter().map(|b| b.places.len() as u64).sum(),
             non_transparent: bricks.iter().map(|b| b.non_transparent).sum(),
             voxels: volume.len() as u64,

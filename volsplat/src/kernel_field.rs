@@ -31,7 +31,9 @@ const SIDE: usize = BRICK_SIDE + 2 * HALO;
 pub(crate) fn kernel_samples(volume: &Volume, transfer: &TransferFunction) -> Samples {
     let support = Support::new(transfer);
     let dims = volume.dims.map(|n| n + 2 * MARGIN);
-    let bricks: Vec<Brick> = brick_corners(dims, BRICK_SIDE)
+    let corners = brick_corners(dims, BRICK_SIDE);
+    let all = corners.len();
+    let bricks: Vec<Brick> = corners
         .into_par_iter()
         .filter_map(|corner| {
             with_voxels!(&volume.voxels, slice => {
@@ -44,6 +46,7 @@ pub(crate) fn kernel_samples(volume: &Volume, transfer: &TransferFunction) -> Sa
         .collect();
     let shift = DAffine3::from_translation(DVec3::splat(-(MARGIN as f64)));
     Samples {
+        empty: (all - bricks.len()) as u64,
         bricks,
         voxels: volume.len() as u64,
         count: count_visible(volume, transfer),

@@ -49,6 +49,9 @@ pub struct RenderOptions {
     /// A pixel is left alone once its transmittance is below this, 0..1: no pixel changes by more than this.
     /// 0 never stops early.
     pub min_transmittance: f32,
+    /// Image sheets that gather: bricks seen at less than half a pixel a voxel are drawn from merged blocks where no
+    /// pixel is predicted to change by more than this, 0..1. 0 never merges.
+    pub lod_error: f32,
     /// The length, in world units, over which a transfer function's opacity is meant; `None` is the smallest spacing.
     pub opacity_unit: Option<f64>,
     /// What gives a sample its colour.
@@ -194,6 +197,8 @@ impl Default for RenderOptions {
             sheet_voxels: 1.0,
             // Half a step of an 8-bit picture.
             min_transmittance: 1.0 / 512.0,
+            // As much as the early end may change.
+            lod_error: 1.0 / 512.0,
             opacity_unit: None,
             colour_by: ColourBy::Transfer,
             depth: DepthPlane::None,
@@ -237,6 +242,8 @@ impl RenderOptions {
         self.validate_blend()?;
         let least = f64::from(self.min_transmittance);
         range("the least transmittance", least, (0.0..1.0).contains(&least), "0 or more, and less than 1")?;
+        let lod = f64::from(self.lod_error);
+        range("the level-of-detail error", lod, (0.0..1.0).contains(&lod), "0 or more, and less than 1")?;
         let unit = self.opacity_unit.unwrap_or(1.0);
         range("the opacity unit", unit, positive(unit), "a length above 0")
     }

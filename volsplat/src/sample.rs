@@ -31,6 +31,8 @@ const MAX_EXTINCTION: f64 = 87.0;
 pub struct Samples {
     /// Bricks that hold at least one sample, in Morton order.
     pub bricks: Vec<Brick>,
+    /// Bricks that hold none, and were dropped.
+    pub empty: u64,
     /// Voxels of the volume.
     pub voxels: u64,
     /// Samples in all bricks.
@@ -80,7 +82,9 @@ impl Samples {
             return Self::classify(volume, transfer, opacity);
         }
         let volume = scene.grid();
-        let bricks: Vec<Brick> = brick_corners(volume.dims, BRICK_SIDE)
+        let corners = brick_corners(volume.dims, BRICK_SIDE);
+        let all = corners.len();
+        let bricks: Vec<Brick> = corners
             .into_par_iter()
             .filter_map(|corner| {
                 let sample = |index: usize| scene.voxel(index, opacity);
@@ -88,17 +92,20 @@ impl Samples {
             })
             .collect();
         let count = bricks.iter().map(|b| b.places.len() as u64).sum();
-        Self { bricks, voxels: volume.len() as u64, count, world_from_index: volume.world_from_index }
+        let empty = (all - bricks.len()) as u64;
+        Self { bricks, empty, voxels: volume.len() as u64, count, world_from_index: volume.world_from_index }
     }
 
     /// Applies the transfer function to every voxel and keeps those with opacity above 0.
     pub fn classify(volume: &Volume, transfer: &TransferFunction, opacity: OpacityMode) -> Self {
         let corners = brick_corners(volume.dims, BRICK_SIDE);
         let classifier = Classifier::new(volume, transfer, opacity);
+        let all = corners.len();
         let bricks: Vec<Brick> =
             corners.into_par_iter().filter_map(|corner| classifier.brick(volume, corner)).collect();
         let count = bricks.iter().map(|b| b.places.len() as u64).sum();
-        Self { bricks, voxels: volume.len() as u64, count, world_from_index: volume.world_from_index }
+        let empty = (all - bricks.len()) as u64;
+        Self { bricks, empty, voxels: volume.len() as u64, count, world_from_index: volume.world_from_index }
     }
 }
 

@@ -56,6 +56,18 @@ pub struct FrameStats {
     pub bricks_read: u64,
     /// Most bytes that bricks, their index and begun tiles took at once (volumes that stay in their file).
     pub resident_bytes: u64,
+    /// Bricks that hold nothing visible: dropped when the volume was prepared.
+    pub bricks_empty: u64,
+    /// Bricks outside the view.
+    pub bricks_outside: u64,
+    /// Bricks in view that no tile looked at, because what lies before them is opaque (image sheets that gather).
+    pub bricks_hidden: u64,
+    /// Bricks in view by level of detail: drawn from cells, and merged into blocks of 2, 4 and 8 cells a side.
+    pub bricks_by_level: [u64; 4],
+    /// Those of level 0 by the sheets that a row of sub-pixels takes: every one, one in 2, in 4, in 8.
+    pub bricks_by_stride: [u64; 4],
+    /// The hidden bricks by level.
+    pub bricks_hidden_by_level: [u64; 4],
     /// Footprints, or bricks of cells, times the tiles that each touches.
     pub tile_pairs: u64,
     /// Tile pairs that were never looked at because every pixel of their tile was already opaque.

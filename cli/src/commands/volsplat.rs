@@ -154,12 +154,16 @@ fn stage_line(stats: &FrameStats) -> String {
     ];
     let times: Vec<_> = named.iter().map(|(name, time)| format!("{name} {:.1}", time.wall_ms)).collect();
     format!(
-        "{:.1} ms wall, {:.1} ms CPU ({} ms); {} points, {} splats, {} culled",
+        "{:.1} ms wall, {:.1} ms CPU ({} ms); {} points, {} splats, {} culled; \
+         bricks: {} empty, {} outside, {} hidden",
         stats.wall_ms,
         stats.cpu_ms,
         times.join(", "),
         stats.points,
         stats.splats,
-        stats.culled
+        stats.culled,
+        stats.bricks_empty,
+        stats.bricks_outside,
+        stats.bricks_hidden
     )
 }

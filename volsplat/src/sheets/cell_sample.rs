@@ -18,7 +18,7 @@ pub(super) const LANES: usize = 8;
 #[derive(Clone, Copy)]
 pub(super) struct CellBox {
     /// The brick's first vertex.
-    corner: [f32; 3],
+    pub(super) corner: [f32; 3],
     pub(super) low: [f32; 3],
     pub(super) high: [f32; 3],
 }
@@ -61,23 +61,33 @@ pub(super) fn located<S: Simd>(
     (cells, open): (&CellBox, mask32x8<S>),
     at: HalfRow,
 ) -> Option<Located<S>> {
-    let constant = |v: f32| f32x8::splat(simd, v);
-    // Positions relative to the anchor come out the same for every brick, so that a sample on a face between two of
-    // them belongs to exactly one.
-    let position: [f32x8<S>; 3] = std::array::from_fn(|axis| {
-        let start = plane.first[axis] + at.row as f32 * plane.step_y[axis];
-        f32x8::from_slice(simd, &plane.lanes[axis][at.first..at.first + LANES]) + constant(start)
-    });
-    // Written out: a call of the array's `map` is left as a call here, and costs half of the frame.
-    let within = |axis: usize| {
-        let p = position[axis];
-        p.simd_ge(constant(cells.low[axis])) & p.simd_lt(constant(cells.high[axis]))
-    };
-    let inside = within(0) & within(1) & within(2) & open;
+    let position = position(simd, plane, at);
+    let inside = inside(simd, cells, position) & open;
     if inside.all_false() {
         return None;
     }
     Some(in_cells(simd, cells, position, inside))
+}
+
+/// Where half a row of a plane lies in the grid, relative to the anchor. It comes out the same for every brick, so that
+/// a sample on a face between two of them belongs to exactly one.
+#[inline(always)]
+pub(super) fn position<S: Simd>(simd: S, plane: &PlaneView, at: HalfRow) -> [f32x8<S>; 3] {
+    std::array::from_fn(|axis| {
+        let start = plane.first[axis] + at.row as f32 * plane.step_y[axis];
+        f32x8::from_slice(simd, &plane.lanes[axis][at.first..at.first + LANES]) + f32x8::splat(simd, start)
+    })
+}
+
+/// Which positions lie in the box of a brick's visible cells.
+#[inline(always)]
+pub(super) fn inside<S: Simd>(simd: S, cells: &CellBox, position: [f32x8<S>; 3]) -> mask32x8<S> {
+    // Written out: a call of the array's `map` is left as a call here, and costs half of the frame.
+    let within = |axis: usize| {
+        let p = position[axis];
+        p.simd_ge(f32x8::splat(simd, cells.low[axis])) & p.simd_lt(f32x8::splat(simd, cells.high[axis]))
+    };
+    within(0) & within(1) & within(2)
 }
 
 /// The cells of positions; those outside the box are read from a cell inside, and left out later.

@@ -18,6 +18,8 @@ use super::channel::Reading;
 use super::frame::{PlaneView, SheetSettings, TileView, covered};
 use super::isosurface;
 use super::kept::Kept;
+use super::lod::Choice;
+use super::lod::walk::add_in_steps;
 use super::mixed::Mixed;
 use super::over::Over;
 use super::statistic::{self, Gathered, RayValues};
@@ -31,6 +33,8 @@ const REMEMBERED_PLANES: usize = 64;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlacedBrick<'a> {
     pub(crate) brick: &'a CellBrick,
+    /// What is drawn: its cells on every sheet, or less.
+    pub(crate) detail: Choice<'a>,
     /// Planes first..end that cut the box of its visible cells.
     pub(crate) planes: [u32; 2],
     /// Pixel columns first..end and rows first..end that the box covers.
@@ -90,6 +94,16 @@ impl Default for GatherScratch {
 }
 
 impl GatherScratch {
+    /// The view of a plane, remembered.
+    #[inline(always)]
+    pub(super) fn plane(&mut self, view: &TileView, number: u32) -> &PlaneView {
+        let slot = &mut self.planes[number as usize % REMEMBERED_PLANES];
+        if slot.0 != number {
+            *slot = (number, view.plane(number));
+        }
+        &slot.1
+    }
+
     /// Makes ready for an empty tile.
     pub(crate) fn begin(&mut self, settings: &SheetSettings) {
         self.planes.iter_mut().for_each(|plane| plane.0 = u32::MAX);
@@ -201,6 +215,15 @@ fn add_brick_by_rule(job: &Job, window: Window, scratch: &mut GatherScratch) -> 
     if let (Some(iso), Some(rays)) = (&settings.iso, &job.view.iso_rays) {
         return dispatch!(settings.level, simd => isosurface::add_brick(simd, job, (iso, rays), window, scratch));
     }
+    match job.placed.detail {
+        Choice::EverySheet => {}
+        Choice::Skipping(_) => {
+            return dispatch!(settings.level, simd => add_in_steps::<_, false>(simd, job, window, scratch));
+        }
+        Choice::Merged(_) => {
+            return dispatch!(settings.level, simd => add_in_steps::<_, true>(simd, job, window, scratch));
+        }
+    }
     let is_cut = job.placed.cuts != 0 || job.placed.brick.mask.is_some();
     match (rule(settings), is_cut) {
         (Rule::Over, false) => add!(Over<false>),
@@ -220,6 +243,11 @@ enum Rule {
     Shaded,
     Mixed,
     Statistic,
+}
+
+/// Whether samples are only classified and composited: not lit, mixed, or searched for a surface.
+pub(super) fn is_plain(settings: &SheetSettings) -> bool {
+    settings.iso.is_none() && matches!(rule(settings), Rule::Over)
 }
 
 fn rule(settings: &SheetSettings) -> Rule {
@@ -283,11 +311,7 @@ fn add_brick<S: Simd, R: SampleRule>(
     let mut touched = 0;
     let mut seen = false;
     for number in placed.planes[0]..placed.planes[1] {
-        let slot = number as usize % REMEMBERED_PLANES;
-        if scratch.planes[slot].0 != number {
-            scratch.planes[slot] = (number, job.view.plane(number));
-        }
-        let plane = scratch.planes[slot].1;
+        let plane = *scratch.plane(job.view, number);
         let section = window.section(simd, settings, &plane, placed);
         let halves = section.columns[0] / LANES..section.columns[1].div_ceil(LANES);
         for row in section.rows[0]..section.rows[1] {

@@ -122,6 +122,7 @@ impl KernelSheets {
         let radius = self.kernel.map_or(3f64.sqrt(), |kernel| kernel.radius());
         let view_volume = ViewVolume::new(frame.camera, frame.view, radius);
         let visible = visible_bricks(&self.samples.bricks, &view_volume, stats);
+        stats.bricks_empty = self.samples.empty;
         let runs = runs_of_bricks(&self.samples.bricks, visible);
         self.chunks.resize_with(self.chunks.len().max(runs.len()), KernelChunk::default);
         let setup = self.projection(frame);

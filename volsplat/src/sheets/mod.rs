@@ -23,6 +23,7 @@ pub(crate) mod isosurface;
 mod kept;
 pub(crate) mod kernel_tile;
 pub(crate) mod kernels;
+pub(crate) mod lod;
 mod mixed;
 mod over;
 pub(crate) mod place;
@@ -45,9 +46,10 @@ use resample_core::{Camera, GridView};
 
 use self::channel::{ChannelSettings, GradientRamp, Reading};
 use self::frame::{Anchor, SheetSettings, TileView};
-use self::gather::{GatherScratch, render_tile};
+use self::gather::{GatherScratch, is_plain, render_tile};
 use self::isosurface::IsoSettings;
 use self::kernels::KernelSheets;
+use self::lod::{Choice, Detail, LevelChoice, count_levels, details};
 use self::place::placed;
 pub(crate) use self::prepare::gradients;
 use self::scatter::VoxelSheets;
@@ -77,6 +79,8 @@ const HARD_EDGE_SUBPIXELS: u32 = 4;
 #[derive(Clone, Debug)]
 pub(crate) struct ImageSheets {
     source: Source,
+    /// What may be drawn in place of each brick of cells, once some view has asked for it.
+    details: Option<Vec<Detail>>,
     channels: Arc<[ChannelSettings]>,
     iso: Option<IsoSettings>,
     options: RenderOptions,
@@ -105,6 +109,7 @@ pub(crate) struct SheetFrame<'a> {
     pub(crate) view: &'a GridView,
     pub(crate) camera: &'a Camera,
     pub(crate) subpixels: u32,
+    pub(crate) levels: Option<LevelChoice>,
 }
 
 impl ImageSheets {
@@ -159,6 +164,7 @@ impl ImageSheets {
             visible_middle: None,
             clip: GridClip::default(),
             source,
+            details: None,
             channels,
             iso,
             options: options.clone(),
@@ -209,14 +215,40 @@ impl ImageSheets {
         };
         let view = GridView::new(&fine, &self.world_from_index);
         let settings = self.settings(&view, &fine);
-        let frame = SheetFrame { settings: &settings, view: &view, camera: &fine, subpixels };
+        let levels = self.levels(&view, (camera, subpixels), &settings);
+        let frame = SheetFrame { settings: &settings, view: &view, camera: &fine, subpixels, levels };
         match &mut self.source {
-            Source::Cells(field) => frame.gather((field, &self.clip), tiles, stats),
+            Source::Cells(field) => {
+                let details = self.details.as_deref().unwrap_or_default();
+                frame.gather((field, details), &self.clip, tiles, stats);
+            }
             Source::Streamed(cells) => cells.render(&frame, &self.clip, tiles, (stats, watch))?,
             Source::Voxels(sheets) => sheets.render(&frame, tiles, stats),
             Source::Kernels(sheets) => sheets.render(&frame, tiles, stats),
         }
         Ok(TileLayout { camera: *camera, subpixels, depth: TileDepth::CameraZ })
+    }
+
+    /// How bricks are replaced in this view, if any may be; what replaces them is made the first time.
+    fn levels(
+        &mut self,
+        view: &GridView,
+        camera: (&Camera, u32),
+        settings: &SheetSettings,
+    ) -> Option<LevelChoice> {
+        let Source::Cells(field) = &self.source else { return None };
+        if !is_plain(settings) {
+            return None;
+        }
+        let choice = LevelChoice::new(&self.options, view, camera, settings.unit_in_world)?;
+        let bounds = bounds_in_world(self.source.bounds(), &self.clip, &DAffine3::IDENTITY)?;
+        if !choice.wants(view, bounds) {
+            return None;
+        }
+        if self.details.is_none() {
+            self.details = Some(details(&field.bricks, &settings.table, choice.ever_useful()));
+        }
+        Some(choice)
     }
 
     /// The number of sub-pixels along a pixel's side.
@@ -315,7 +347,8 @@ impl SheetFrame<'_> {
     /// Renders the tiles from cells.
     fn gather(
         &self,
-        (field, clip): (&CellField, &GridClip),
+        (field, details): (&CellField, &[Detail]),
+        clip: &GridClip,
         slots: &mut Vec<TileSlot>,
         stats: &mut FrameStats,
     ) {
@@ -323,9 +356,15 @@ impl SheetFrame<'_> {
         let visible = visible_bricks(&field.bricks, &view_volume, stats);
 
         let clock = StageClock::start();
-        let (bricks, rects) = placed((&field.bricks, clip), &visible, self.view, self.camera, self.settings);
+        let detail = |i: usize| match (&self.levels, details.get(i)) {
+            (Some(levels), Some(detail)) => levels.choice(self.view, &field.bricks[i], detail),
+            _ => Choice::EverySheet,
+        };
+        let (bricks, rects) =
+            placed((&field.bricks, clip), (&visible, detail), self.view, self.camera, self.settings);
         stats.stages.project = clock.stop();
         stats.bricks = bricks.len() as u64;
+        stats.bricks_empty = field.empty;
 
         let clock = StageClock::start();
         let grid = TileGrid { width: self.camera.width as usize, height: self.camera.height as usize };
@@ -351,5 +390,6 @@ impl SheetFrame<'_> {
             slot.composite_ms = elapsed_ms(start);
         });
         tally(slots, clock, stats);
+        count_levels(&bricks, &lists, (slots, columns), stats);
     }
 }

@@ -11,14 +11,16 @@ use resample_core::{Camera, GridView, Projection};
 
 use super::frame::SheetSettings;
 use super::gather::PlacedBrick;
+use super::lod::Choice;
 use crate::cells::{CELL_SIDE, CellBrick};
 use crate::clip::{Cut, GridClip};
 use crate::sample::Bounds;
 
-/// The bricks numbered in `visible`, front to back, with the tiles that each covers.
+/// The bricks numbered in `visible`, front to back, with the tiles that each covers; `detail` says what is drawn in
+/// place of a brick that the clip leaves whole.
 pub(crate) fn placed<'a>(
     (bricks, clip): (&'a [CellBrick], &GridClip),
-    visible: &[usize],
+    (visible, detail): (&[usize], impl Fn(usize) -> Choice<'a> + Sync),
     view: &GridView,
     camera: &Camera,
     settings: &SheetSettings,
@@ -30,7 +32,8 @@ pub(crate) fn placed<'a>(
         .into_par_iter()
         .filter_map(|(_, i)| {
             let Cut::By(cuts) = clip.cut(&bricks[i].bounds) else { return None };
-            let placed = PlacedBrick { cuts, ..place(&bricks[i], view, grid, settings)? };
+            let detail = if cuts == 0 { detail(i) } else { Choice::EverySheet };
+            let placed = PlacedBrick { cuts, detail, ..place(&bricks[i], view, grid, settings)? };
             Some((placed, grid.rect(placed.columns, placed.rows)))
         })
         .unzip()
@@ -115,6 +118,7 @@ fn place<'a>(
     let middle = view.camera_from_grid.transform_point3(middle);
     Some(PlacedBrick {
         brick,
+        detail: Choice::EverySheet,
         planes,
         columns,
         rows,

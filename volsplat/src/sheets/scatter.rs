@@ -41,6 +41,7 @@ impl VoxelSheets {
         // The corners of the trilinear kernel's box lie sqrt(3) away.
         let view_volume = ViewVolume::new(frame.camera, frame.view, REACH as f64 * 3f64.sqrt());
         let visible = visible_bricks(&self.field.bricks, &view_volume, stats);
+        stats.bricks_empty = self.field.empty;
         let runs = runs_of_bricks(&self.field.bricks, visible);
         self.chunks.resize_with(self.chunks.len().max(runs.len()), SheetChunk::default);
         self.project(

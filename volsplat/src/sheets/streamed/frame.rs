@@ -23,6 +23,7 @@ use crate::large::Watch;
 use crate::sheets::SheetFrame;
 use crate::sheets::frame::TileView;
 use crate::sheets::gather::{GatherScratch, TileState, advance_tile};
+use crate::sheets::lod::Choice;
 use crate::sheets::place::{axis_distance, placed, tile_rect};
 use crate::stats::{FrameStats, StageClock};
 use crate::tiles::{TileSlot, elapsed_ms, tally};
@@ -197,7 +198,8 @@ impl Band<'_> {
         drop(batch);
         let all: Vec<usize> = (0..bricks.len()).collect();
         let (view, camera, settings) = (self.frame.view, self.frame.camera, self.frame.settings);
-        let (placed, rects) = placed((&bricks, self.clip), &all, view, camera, settings);
+        let (placed, rects) =
+            placed((&bricks, self.clip), (&all, |_| Choice::EverySheet), view, camera, settings);
         stats.bricks += placed.len() as u64;
         let rects: Vec<TileRect> = rects.into_iter().map(|rect| self.inside(rect)).collect();
         let lists = TileLists::new(&self.grid, &rects);

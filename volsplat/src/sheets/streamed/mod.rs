@@ -102,7 +102,10 @@ impl LargeCells {
         finder.find(&mut found, keep, watch)?;
         let (voxels, non_transparent) = (lattice.len() as u64, found.non_transparent);
         if keep == Keep::Whole {
-            return Ok(Self::Resident(CellField::of_bricks(found.whole, non_transparent, voxels)));
+            let all: usize = bricks_along(lattice.dims).iter().product();
+            let empty = (all - found.whole.len()) as u64;
+            let field = CellField::of_bricks(found.whole, non_transparent, voxels);
+            return Ok(Self::Resident(CellField { empty, ..field }));
         }
         let Found { index, packed, .. } = found;
         check_index(&index, budget.total)?;

@@ -1,0 +1,97 @@
+//! Antialiasing along a zoom-out: error and flicker of every way of drawing, against the area-averaged truth.
+//!
+//! `cargo run --release -p resample-tests --bin zoom_out [-- FRAMES]` prints Markdown tables (64 frames if not given).
+//! Over the frames the camera moves away from where the volume fills the picture to eight times that distance. The
+//! truth is trilinear and post-classified, 36 rays a pixel, f64; every-sample draws a pre-classified kernel field, and
+//! is measured against the same truth. PSNR is over the pixels that the truth shows and all frames; flicker is the root
+//! mean square, over the same pixels, of the change of the error from frame to frame, times 1000.
+
+use std::process::ExitCode;
+
+use resample_core::{Camera, Image, SelectMode};
+use resample_tests::area_truth::AreaTruth;
+use resample_tests::lod_scenes::{Subject, zoom_subjects};
+use volsplat::{RenderOptions, Renderer};
+
+fn main() -> ExitCode {
+    let frames = std::env::args().nth(1).map_or(Ok(64), |argument| argument.parse::<usize>());
+    let Ok(frames @ 2..) = frames else {
+        eprintln!("usage: zoom_out [FRAMES], with FRAMES a whole number above 1");
+        return ExitCode::FAILURE;
+    };
+    for subject in zoom_subjects("zoom_out") {
+        print_subject(&subject, frames);
+    }
+    ExitCode::SUCCESS
+}
+
+fn print_subject(subject: &Subject, frames: usize) {
+    let cameras: Vec<Camera> =
+        (0..frames).map(|i| subject.zoomed(8f64.powf(i as f64 / (frames - 1) as f64))).collect();
+    let truth = AreaTruth::new(&subject.volume, &subject.transfer);
+    let truths: Vec<Image> = cameras.iter().map(|camera| truth.render(camera)).collect();
+    println!("### {}\n", subject.name);
+    println!(
+        "| drawn by | PSNR dB, all frames | first quarter | last quarter | flicker x1000 | CPU ms a frame |"
+    );
+    println!("|---|---|---|---|---|---|");
+    for (name, options) in settings() {
+        let mut renderer =
+            Renderer::new(&subject.volume, &subject.transfer, &options).expect("options within their ranges");
+        let drawn: Vec<_> =
+            cameras.iter().map(|camera| renderer.render(camera).expect("a valid camera")).collect();
+        let images: Vec<&Image> = drawn.iter().map(|frame| &frame.image).collect();
+        let part = |range: std::ops::Range<usize>| psnr_db(&images[range.clone()], &truths[range]);
+        let cpu_ms = drawn.iter().map(|frame| frame.stats.cpu_ms).sum::<f64>() / frames as f64;
+        println!(
+            "| {name} | {:.1} | {:.1} | {:.1} | {:.2} | {cpu_ms:.1} |",
+            part(0..frames),
+            part(0..frames / 4),
+            part(frames - frames / 4..frames),
+            1e3 * flicker(&images, &truths)
+        );
+    }
+    println!();
+}
+
+fn settings() -> Vec<(&'static str, RenderOptions)> {
+    let every = |select| RenderOptions { select, ..RenderOptions::every_sample() };
+    vec![
+        ("image sheets (the default)", RenderOptions::default()),
+        ("image sheets, `--lod-error 0`", RenderOptions { lod_error: 0.0, ..RenderOptions::default() }),
+        ("image sheets, `--lod-error 0.03`", RenderOptions { lod_error: 0.03, ..RenderOptions::default() }),
+        ("every sample, hybrid", every(SelectMode::Hybrid)),
+        ("every sample, splats", every(SelectMode::Splats)),
+        ("every sample, points", every(SelectMode::Points)),
+        ("every sample, ewa", every(SelectMode::Ewa)),
+    ]
+}
+
+/// Differences of red, green and blue at the pixels that the truth shows; 0 elsewhere.
+fn errors(image: &Image, truth: &Image) -> Vec<Option<[f64; 3]>> {
+    let error = |(a, b): (&[f32; 4], &[f32; 4])| {
+        (b[3] > 0.0).then(|| std::array::from_fn(|c| f64::from(a[c]) - f64::from(b[c])))
+    };
+    image.rgba.iter().zip(&truth.rgba).map(error).collect()
+}
+
+fn psnr_db(images: &[&Image], truths: &[Image]) -> f64 {
+    let all = images.iter().zip(truths).flat_map(|(image, truth)| errors(image, truth)).flatten().flatten();
+    -10.0 * mean_square(all).log10()
+}
+
+fn flicker(images: &[&Image], truths: &[Image]) -> f64 {
+    let by_frame: Vec<_> = images.iter().zip(truths).map(|(image, truth)| errors(image, truth)).collect();
+    let changes = by_frame.windows(2).flat_map(|pair| {
+        let pixels = pair[0].iter().zip(&pair[1]);
+        pixels.filter_map(|(a, b)| {
+            Some(a.as_ref()?.iter().zip(b.as_ref()?).map(|(a, b)| b - a).collect::<Vec<_>>())
+        })
+    });
+    mean_square(changes.flatten()).sqrt()
+}
+
+fn mean_square(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), v| (sum + v * v, count + 1.0));
+    sum / count
+}

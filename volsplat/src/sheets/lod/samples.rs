@@ -1,0 +1,216 @@
+//! The post-classified field of one brick, sampled, and how far it strays from what may be drawn in its place.
+//!
+//! The trilinear scalar is taken at 2^3 places a cell and classified. From these samples come the blocks' means, and
+//! per axis, column by column, the errors in optical depth that blocks and skipped sheets make.
+
+use super::{LEVELS, STRIDES};
+use crate::cells::{CELL_SIDE, CellBrick, VERTEX_SIDE};
+use crate::sheets::classify::TransferTable;
+
+/// Samples along a cell's side.
+const FINE: usize = 2;
+
+/// Samples along a brick's side.
+const SIDE: usize = CELL_SIDE * FINE;
+
+/// Length of a sample along its column, voxels.
+const LENGTH: f32 = 1.0 / FINE as f32;
+
+/// Blocks along a brick's side at a level.
+pub(crate) const SIDES: [usize; LEVELS] = [4, 2, 1];
+
+/// How far the field strays from the blocks of a level; in optical depth, for opacity units of one voxel.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Stray {
+    /// Root mean square over columns of the error, in parts of the mean.
+    pub(crate) spread: f32,
+    /// Mean over columns of the error up to the depth where it is greatest.
+    pub(crate) drift: f32,
+}
+
+/// Colour times extinction, and extinction, at the samples of a brick.
+pub(super) struct Samples {
+    /// Samples first..end along each axis that lie in the box of the visible cells.
+    range: [[usize; 2]; 3],
+    values: Box<[[f32; 4]]>,
+    /// Optical depth, over all columns, that samples may have missed: cells that show only at a corner.
+    missed: f32,
+}
+
+impl Samples {
+    pub(super) fn new(brick: &CellBrick, table: &TransferTable) -> Self {
+        let [least, greatest] = brick.bounds.range().map(|end| end.map(usize::from));
+        let range = std::array::from_fn(|axis| [least[axis] * FINE, greatest[axis] * FINE]);
+        let values = vec![[0.0; 4]; SIDE * SIDE * SIDE].into_boxed_slice();
+        let mut samples = Self { range, values, missed: 0.0 };
+        for z in least[2]..greatest[2] {
+            for y in least[1]..greatest[1] {
+                for x in least[0]..greatest[0] {
+                    samples.fill_cell(brick, table, [x, y, z]);
+                }
+            }
+        }
+        samples
+    }
+
+    fn fill_cell(&mut self, brick: &CellBrick, table: &TransferTable, cell: [usize; 3]) {
+        let (row, layer) = (VERTEX_SIDE, VERTEX_SIDE * VERTEX_SIDE);
+        let first = cell[0] + row * cell[1] + layer * cell[2];
+        let offsets = [0, 1, row, row + 1, layer, layer + 1, layer + row, layer + row + 1];
+        let corners = offsets.map(|offset| brick.scalars[first + offset]);
+        let mix = |a: f32, b: f32, odd: usize| a + (b - a) * (0.25 + 0.5 * odd as f32);
+        let mut seen = false;
+        for i in 0..8 {
+            let odd = [i & 1, i >> 1 & 1, i >> 2];
+            let x = |k: usize| mix(corners[k], corners[k + 1], odd[0]);
+            let scalar = mix(mix(x(0), x(2), odd[1]), mix(x(4), x(6), odd[1]), odd[2]);
+            let [r, g, b, strength] = table.at(scalar);
+            seen |= strength > 0.0;
+            let at = std::array::from_fn(|axis| FINE * cell[axis] + odd[axis]);
+            self.values[place(at)] = [r * strength, g * strength, b * strength, strength];
+        }
+        if !seen {
+            // What a corner shows fills less than the eighth of the cell around it, of which a column meets a cell's
+            // length.
+            let most = corners.iter().map(|&scalar| table.at(scalar)[3]).fold(0.0, f32::max);
+            self.missed += most * (FINE * FINE) as f32 / 8.0;
+        }
+    }
+
+    fn columns(&self, axis: usize) -> f32 {
+        let len = |axis: usize| (self.range[axis][1] - self.range[axis][0]) as f32;
+        len((axis + 1) % 3) * len((axis + 2) % 3)
+    }
+
+    /// Sum of the extinction over all samples.
+    fn total(&self) -> f32 {
+        self.values.iter().map(|value| value[3]).sum()
+    }
+
+    /// Mean optical depth through the brick along its longest axis, for opacity units of one voxel.
+    pub(super) fn depth(&self) -> f32 {
+        (0..3).map(|axis| LENGTH * self.total() / self.columns(axis)).fold(0.0, f32::max)
+    }
+
+    /// The error over the mean: a root mean square over columns, with what samples may have missed.
+    fn relative(&self, square_sum: f32, axis: usize) -> f32 {
+        let columns = self.columns(axis);
+        let error = (square_sum / columns).sqrt() + self.missed / columns;
+        // A brick without extinction in its samples has a relative error only if something was missed.
+        if error > 0.0 { error * columns / (LENGTH * self.total()) } else { 0.0 }
+    }
+
+    /// Visits all columns along an axis: a place on the column as a function of its depth.
+    fn for_each_column(&self, axis: usize, mut visit: impl FnMut(&dyn Fn(usize) -> [usize; 3])) {
+        let across = [(axis + 1) % 3, (axis + 2) % 3];
+        for v in self.range[across[1]][0]..self.range[across[1]][1] {
+            for u in self.range[across[0]][0]..self.range[across[0]][1] {
+                visit(&|depth| {
+                    let mut at = [0; 3];
+                    (at[axis], at[across[0]], at[across[1]]) = (depth, u, v);
+                    at
+                });
+            }
+        }
+    }
+
+    /// Mean of each block of a level (0 is the finest) over its part in the box.
+    pub(super) fn means(&self, level: usize) -> Vec<[f32; 4]> {
+        let mut sums = vec![([0.0f32; 4], 0.0f32); SIDES[level].pow(3)];
+        self.for_each_column(0, |column| {
+            for depth in self.range[0][0]..self.range[0][1] {
+                let at = column(depth);
+                let (sum, count) = &mut sums[block(level, at)];
+                for (sum, value) in sum.iter_mut().zip(self.values[place(at)]) {
+                    *sum += value;
+                }
+                *count += 1.0;
+            }
+        });
+        sums.into_iter().map(|(sum, count)| sum.map(|s| s / f32::max(count, 1.0))).collect()
+    }
+
+    /// How far the field strays from the blocks of a level.
+    pub(super) fn stray(&self, level: usize) -> Stray {
+        let means = self.means(level);
+        let all = (0..3).map(|axis| self.stray_along(axis, level, &means));
+        all.fold(Stray::default(), |worst, s| Stray {
+            spread: worst.spread.max(s.spread),
+            drift: worst.drift.max(s.drift),
+        })
+    }
+
+    fn stray_along(&self, axis: usize, level: usize, means: &[[f32; 4]]) -> Stray {
+        let [first, end] = self.range[axis];
+        let mut by_depth = [[0.0f32; 4]; SIDE];
+        let mut squares = [0.0f32; 4];
+        self.for_each_column(axis, |column| {
+            let mut error = [0.0f32; 4];
+            for (depth, sums) in (first..end).zip(&mut by_depth) {
+                let at = column(depth);
+                let (value, mean) = (self.values[place(at)], means[block(level, at)]);
+                for channel in 0..4 {
+                    error[channel] += LENGTH * (value[channel] - mean[channel]);
+                    sums[channel] += error[channel];
+                }
+            }
+            for (square, error) in squares.iter_mut().zip(error) {
+                *square += error * error;
+            }
+        });
+        let drift = by_depth.iter().flatten().fold(0.0, |worst, d| f32::max(worst, d.abs()));
+        let worst = squares.into_iter().fold(0.0, f32::max);
+        Stray { spread: self.relative(worst, axis), drift: drift / self.columns(axis) }
+    }
+
+    /// Root mean square, over columns and over where the sheets begin, of the error that taking only every 2nd, 4th
+    /// and 8th sample makes, in parts of the mean.
+    pub(super) fn skip_spreads(&self) -> [f32; STRIDES] {
+        let mut worst = [0.0f32; STRIDES];
+        for axis in 0..3 {
+            let mut squares = [[0.0f32; 4]; STRIDES];
+            let [first, end] = self.range[axis];
+            self.for_each_column(axis, |column| {
+                let mut phases = [[0.0f32; 4]; 1 << STRIDES];
+                for depth in first..end {
+                    let value = self.values[place(column(depth))];
+                    for (sum, value) in phases[depth % (1 << STRIDES)].iter_mut().zip(value) {
+                        *sum += LENGTH * value;
+                    }
+                }
+                add_phase_errors(&phases, &mut squares);
+            });
+            for (worst, squares) in worst.iter_mut().zip(squares) {
+                let most = squares.into_iter().fold(0.0, f32::max);
+                *worst = worst.max(self.relative(most, axis));
+            }
+        }
+        worst
+    }
+}
+
+/// Adds, per stride and channel, the mean square over the phases of stride * (sum of a phase) - (sum of all).
+fn add_phase_errors(phases: &[[f32; 4]; 1 << STRIDES], squares: &mut [[f32; 4]; STRIDES]) {
+    for channel in 0..4 {
+        let all: f32 = phases.iter().map(|phase| phase[channel]).sum();
+        for (i, squares) in squares.iter_mut().enumerate() {
+            let stride = 2usize << i;
+            let error = |start: usize| {
+                let part: f32 = phases.iter().skip(start).step_by(stride).map(|phase| phase[channel]).sum();
+                (stride as f32 * part - all).powi(2)
+            };
+            squares[channel] += (0..stride).map(error).sum::<f32>() / stride as f32;
+        }
+    }
+}
+
+/// Place of a sample in its brick.
+fn place([x, y, z]: [usize; 3]) -> usize {
+    x + SIDE * (y + SIDE * z)
+}
+
+/// The block of a level that a sample lies in.
+fn block(level: usize, at: [usize; 3]) -> usize {
+    let (samples, side) = (FINE << (level + 1), SIDES[level]);
+    at[0] / samples + side * (at[1] / samples + side * (at[2] / samples))
+}
