@@ -88,7 +88,9 @@ fn cameras() -> Vec<(&'static str, Camera)> {
 /// Renders these views in memory and from the file; returns what the last frame from the file read.
 fn compare(scene: &Scene, options: &RenderOptions, transfer: &TransferFunction, views: Range<usize>) -> u64 {
     let volume = load(&scene.path, &scene.options).expect("a valid file");
-    let mut memory = Renderer::new(&volume, transfer, options).expect("valid options");
+    // A volume that stays in its file has no level of detail.
+    let full = RenderOptions { lod_error: 0.0, ..options.clone() };
+    let mut memory = Renderer::new(&volume, transfer, &full).expect("valid options");
     let large = open(scene, BUDGET);
     let mut stored = Renderer::of_large(&large, transfer, options, &mut |_| {}).expect("valid options");
     assert_eq!(memory.non_transparent(), stored.non_transparent(), "visible voxels");

@@ -50,7 +50,7 @@ pub struct RenderOptions {
     /// 0 never stops early.
     pub min_transmittance: f32,
     /// Image sheets that gather: bricks seen at less than half a pixel a voxel are drawn from merged blocks where no
-    /// pixel is predicted to change by more than this, 0..1. 0 never merges.
+    /// pixel is predicted to change by more than this, 0..1. 0 never does, nor do volumes that stay in their file.
     pub lod_error: f32,
     /// The length, in world units, over which a transfer function's opacity is meant; `None` is the smallest spacing.
     pub opacity_unit: Option<f64>,

@@ -147,7 +147,9 @@ impl ImageSheets {
         };
         let channel = ChannelSettings::of_transfer(transfer, volume.value_range(), options.opacity);
         let iso = prepare::iso(Look::Transfer(transfer), options);
-        Ok(Self::assembled(source, (Arc::from([channel]), iso), &lattice, options))
+        // The same picture however much of it stays in memory: what is read for a frame has no detail to choose from.
+        let options = RenderOptions { lod_error: 0.0, ..options.clone() };
+        Ok(Self::assembled(source, (Arc::from([channel]), iso), &lattice, &options))
     }
 
     fn assembled(
