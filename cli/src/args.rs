@@ -8,18 +8,19 @@ mod blend;
 mod clip;
 mod scene;
 mod transfer;
+mod volume;
 
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
-use volsplat::input::{Endian, VoxelType};
 use volsplat::{RenderOptions, Subpixels};
 
 pub(crate) use blend::{BlendArgs, RayBlendArg};
 pub(crate) use clip::ClipArgs;
 pub(crate) use scene::SceneArgs;
 pub(crate) use transfer::{SpaceArg, TransferArgs};
+pub(crate) use volume::VolumeArgs;
 
 use crate::choices;
 use crate::values::{self, Axis, BackgroundWord, Orbit, Size};
@@ -134,7 +135,7 @@ pub(crate) struct InfoArgs {
 pub(crate) struct VolsplatArgs {
     /// Volume file, folder of slices or pattern such as 'slices/*.tif'
     ///
-    /// The format is told by the file's content: NRRD, MetaImage, NIfTI, NumPy .npy, VTK .vti, TIFF stacks or DICOM. A
+    /// The format is told by the file's content: NRRD, MetaImage, NIfTI, NumPy .npy, VTK .vti, TIFF stacks, DICOM or OME-Zarr. A
     /// file without a known header is raw and needs --dims and --type.
     #[arg(value_name = "VOLUME")]
     pub input: PathBuf,
@@ -168,46 +169,6 @@ pub(crate) struct VolsplatArgs {
     /// How the picture is written.
     #[command(flatten)]
     pub picture: PictureArgs,
-}
-
-/// How the volume file is read.
-#[derive(Args, Debug)]
-#[command(next_help_heading = "Volume")]
-pub(crate) struct VolumeArgs {
-    /// Number of voxels along x, y and z (raw files)
-    #[arg(long, value_name = "X,Y,Z", value_parser = values::dims, requires = "voxel_type")]
-    pub dims: Option<[usize; 3]>,
-    /// Type of a voxel: u8, i8, u16, i16, u32, i32, u64, i64, f32 or f64 (raw files)
-    #[arg(long = "type", value_name = "TYPE", requires = "dims")]
-    pub voxel_type: Option<VoxelType>,
-    /// Byte order: little, which is also the default, or big (raw files)
-    #[arg(long, value_name = "ORDER", requires = "dims")]
-    pub endian: Option<Endian>,
-    /// Bytes before the first voxel, 0 if not given (raw files)
-    #[arg(long, value_name = "BYTES", requires = "dims")]
-    pub skip: Option<u64>,
-    /// Most memory to work in, such as 4G or 512M. A raw file, or NRRD or MetaImage data that is not packed, is then read
-    /// brick by brick where it does not fit
-    #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
-    pub max_memory: Option<u64>,
-    /// Distance between voxels along x, y and z in world units, instead of the file's own [default: 1,1,1]
-    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector)]
-    pub spacing: Option<[f64; 3]>,
-    /// World position of the centre of the first voxel, instead of the file's own [default: 0,0,0]
-    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
-    pub origin: Option<[f64; 3]>,
-    /// Value that stands for NaN; without it, a volume that holds NaN is an error
-    #[arg(long, value_name = "V", value_parser = values::number, allow_hyphen_values = true)]
-    pub nan_as: Option<f64>,
-    /// UID of the series, where a folder holds several (DICOM)
-    #[arg(long, value_name = "UID")]
-    pub series: Option<String>,
-    /// Name of the array, where the file holds several (VTK)
-    #[arg(long, value_name = "NAME")]
-    pub array: Option<String>,
-    /// Component of each voxel, counted from 0, where the file holds several
-    #[arg(long, value_name = "N")]
-    pub component: Option<usize>,
 }
 
 /// From where the volume is seen.

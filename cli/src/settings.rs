@@ -41,6 +41,9 @@ pub(crate) fn load_options(args: &VolumeArgs) -> LoadOptions {
         series: args.series.clone(),
         array: args.array.clone(),
         component: args.component,
+        level: args.level,
+        time: args.time,
+        rescale: args.rescale_values,
     }
 }
 
@@ -127,6 +130,9 @@ fn volume_record(args: &VolsplatArgs, volume: &dyn Described) -> Value {
         "max_memory_bytes": args.volume.max_memory,
         "array": args.volume.array,
         "component": args.volume.component,
+        "level": args.volume.level,
+        "time": args.volume.time,
+        "rescaled_by": args.volume.rescale_values,
         "series": args.volume.series,
     })
 }

@@ -89,6 +89,14 @@ pub(crate) fn dims(text: &str) -> Result<[usize; 3], String> {
     }
 }
 
+/// `A,B`, finite numbers.
+pub(crate) fn pair(text: &str) -> Result<[f64; 2], String> {
+    match numbers(text).as_deref() {
+        Some(&[a, b]) => Ok([a, b]),
+        _ => Err("expected two numbers such as 1,-1024".into()),
+    }
+}
+
 /// `X,Y,Z`, finite numbers.
 pub(crate) fn vector(text: &str) -> Result<[f64; 3], String> {
     match numbers(text).as_deref() {

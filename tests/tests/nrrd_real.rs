@@ -44,10 +44,8 @@ const LOADED: [Expected; 12] = [
 ];
 
 /// Well-formed files that are no scalar volume, and a part of the reason.
-const REFUSED: [(&str, &str); 2] = [
-    ("eltype_rgb_u8.nrrd", "axis 0 of size 3 is RGB-color"),
-    ("small_time.nrrd", "axis 3 of size 5 is time"),
-];
+const REFUSED: [(&str, &str); 2] =
+    [("eltype_rgb_u8.nrrd", "3 components"), ("small_time.nrrd", "5 components")];
 
 /// File name, dims, type, and from which scalar on the object is surely seen; below the next number is background.
 const RAW: [(&str, [usize; 3], VoxelType, f64, f64); 6] = [

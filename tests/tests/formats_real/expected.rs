@@ -229,7 +229,7 @@ pub(crate) const REFUSED: [(&str, &str); 9] = [
     // Its header claims four channels and half the slices; the data has one channel and 62 slices.
     ("mhd/Teddybear.mhd", "a voxel has 4 components"),
     ("vti/vase_4comp.vti", "a voxel has 4 components"),
-    ("dicom/wg04_ct_single/CT1_JLSL", "packed as JPEG-LS: unpack it first"),
+    ("dicom/wg04_ct_single/CT1_JLSL", "1.2.840.10008.1.2.4.80, a picture packed as JPEG-LS: unpack it first"),
     ("dicom/wg04_ct_single/CT1_JLSN", "packed as JPEG-LS"),
     ("dicom/wg04_ct_single/CT2_JLSL", "packed as JPEG-LS"),
     ("dicom/wg04_ct_single/CT2_JLSN", "packed as JPEG-LS"),

@@ -45,6 +45,46 @@ fn components_and_arrays_of_a_real_vti_are_chosen() {
 }
 
 #[test]
+fn real_ome_zarr_images_are_as_zarr_python_says() {
+    let Some(folder) = volumes("zarr") else { return };
+    let image = "example_data_zarr3/6001240_labels_v0.5.zarr";
+    let labels = format!("{image}/labels/0");
+    // Name, level and channel; size; sum, and sums weighted with x and with z.
+    type Case<'a> = (&'a str, [usize; 2], [usize; 3], [f64; 3]);
+    let cases: [Case; 6] = [
+        (
+            "lobster_omezarr_v0.4.zarr",
+            [0, 0],
+            [301, 324, 56],
+            [71_284_695.0, 10_186_621_738.0, 1_812_404_300.0],
+        ),
+        ("lobster_omezarr_v0.4.zarr", [1, 0], [150, 162, 28], [8_909_953.0, 634_387_486.0, 111_027_324.0]),
+        ("lobster_omezarr_v0.4.zarr", [2, 0], [75, 81, 14], [1_113_700.0, 39_369_403.0, 6_657_392.0]),
+        (image, [0, 1], [67, 68, 236], [97_075_283.0, 3_825_816_103.0, 11_200_796_355.0]),
+        (image, [0, 0], [67, 68, 236], [71_687_754.0, f64::NAN, f64::NAN]),
+        (&labels, [2, 0], [67, 68, 236], [2_519_289.0, 108_834_713.0, 378_718_417.0]),
+    ];
+    for (name, [level, channel], dims, sums) in cases {
+        let options = LoadOptions { level: Some(level), component: Some(channel), ..LoadOptions::default() };
+        let volume = load(&folder.join(name), &options).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(volume.dims, dims, "{name}");
+        let mut found = [0.0; 3];
+        for i in 0..volume.len() {
+            let value = volume.value(i);
+            let weights = [1.0, (i % dims[0]) as f64, (i / (dims[0] * dims[1])) as f64];
+            found.iter_mut().zip(weights).for_each(|(sum, weight)| *sum += weight * value);
+        }
+        for (found, expected) in found.into_iter().zip(sums).filter(|(_, expected)| !expected.is_nan()) {
+            assert_eq!(found, expected, "{name}, level {level}, channel {channel}");
+        }
+    }
+    let lobster = load(&folder.join("lobster_omezarr_v0.4.zarr"), &LoadOptions::default()).expect("level 0");
+    assert_eq!(lobster.spacing(), [1.0, 1.0, 1.4], "spacing");
+    let refused = load(&folder.join(image), &LoadOptions::default()).expect_err("two channels").to_string();
+    assert!(refused.contains("LaminB1, Dapi"), "{refused}");
+}
+
+#[test]
 fn every_real_tiff_is_as_tifffile_says() {
     check_folder("tiff", &TIFFS);
     let Some(folder) = volumes("tiff") else { return };

@@ -51,9 +51,37 @@ impl<R: Read> OneComponent<R> {
         Self { stream, layout, ready: Vec::new(), at: 0 }
     }
 
+    /// Reads the next whole component where voxels are larger than a piece, as with components that lie one behind the
+    /// other.
+    fn refill_by_component(&mut self) -> io::Result<()> {
+        let Interleaved { scalar_bytes, components, chosen } = self.layout;
+        let cut = || io::Error::new(io::ErrorKind::UnexpectedEof, "it ends inside a voxel");
+        let mut skip = |count: usize| -> io::Result<u64> {
+            let count = (count * scalar_bytes) as u64;
+            let skipped = io::copy(&mut (&mut self.stream).take(count), &mut io::sink())?;
+            // Nothing at all is the end; a part is a cut.
+            if skipped == count || skipped == 0 { Ok(skipped) } else { Err(cut()) }
+        };
+        let before = skip(chosen)?;
+        self.ready.clear();
+        self.at = 0;
+        (&mut self.stream).take(scalar_bytes as u64).read_to_end(&mut self.ready)?;
+        match (self.ready.len(), before) {
+            (0, _) if chosen == 0 || before == 0 => return Ok(()),
+            (count, _) if count < scalar_bytes => return Err(cut()),
+            _ => {}
+        }
+        let rest = (components - 1 - chosen) * scalar_bytes;
+        let skipped = io::copy(&mut (&mut self.stream).take(rest as u64), &mut io::sink())?;
+        if skipped == rest as u64 { Ok(()) } else { Err(cut()) }
+    }
+
     fn refill(&mut self) -> io::Result<()> {
         let Interleaved { scalar_bytes, components, chosen } = self.layout;
-        let voxel_bytes = scalar_bytes * components;
+        let voxel_bytes = scalar_bytes.saturating_mul(components);
+        if voxel_bytes > PIECE_BYTES {
+            return self.refill_by_component();
+        }
         let wanted = (PIECE_BYTES / voxel_bytes).max(1) * voxel_bytes;
         let mut piece = Vec::new();
         (&mut self.stream).take(wanted as u64).read_to_end(&mut piece)?;
@@ -102,6 +130,17 @@ mod tests {
             let expected: Vec<u8> =
                 bytes.chunks(6).flat_map(|v| [v[2 * chosen], v[2 * chosen + 1]]).collect();
             assert_eq!(taken(&bytes, layout).expect("whole"), expected, "component {chosen}");
+        }
+    }
+
+    #[test]
+    fn components_that_lie_one_behind_the_other_are_taken_too() {
+        let bytes: Vec<u8> = (0..3 * 50_000u32).map(|v| (v % 251) as u8).collect();
+        for chosen in 0..3 {
+            let layout = Interleaved { scalar_bytes: 50_000, components: 3, chosen };
+            let expected = &bytes[50_000 * chosen..50_000 * (chosen + 1)];
+            assert_eq!(taken(&bytes, layout).expect("whole"), expected, "component {chosen}");
+            assert!(taken(&bytes[..bytes.len() - 1], layout).is_err(), "component {chosen} of a cut stream");
         }
     }
 

@@ -6,7 +6,7 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use super::{cannot_read, dicom, meta_image, nifti, npy, nrrd, open, slices, tiff_stack, vti};
+use super::{cannot_read, dicom, meta_image, nifti, npy, nrrd, open, slices, tiff_stack, vti, zarr};
 use crate::Error;
 
 /// The formats that are told by their content. A headerless file has none of them.
@@ -26,6 +26,8 @@ pub enum Format {
     Tiff,
     /// DICOM pictures: a file, or a folder of slices.
     Dicom,
+    /// OME-Zarr or a plain Zarr array: a folder.
+    Zarr,
 }
 
 impl Format {
@@ -39,6 +41,7 @@ impl Format {
             Self::Vti => "VTK ImageData",
             Self::Tiff => "TIFF stack",
             Self::Dicom => "DICOM",
+            Self::Zarr => "OME-Zarr",
         }
     }
 }
@@ -82,6 +85,9 @@ pub fn format_of(path: &Path) -> Result<Option<Format>, Error> {
 }
 
 pub(super) fn tell(path: &Path) -> Result<Told, Error> {
+    if zarr::begins(path) {
+        return Ok(Told::Known(Format::Zarr, vec![path.to_owned()]));
+    }
     let Some(paths) = slices::paths(path)? else { return tell_file(path) };
     let (mut dicom, mut tiff) = (Vec::new(), Vec::new());
     for path in paths {

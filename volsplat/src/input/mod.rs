@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use glam::{DMat3, DVec3};
 
 use crate::Error;
-use crate::volume::{Lattice, NanPolicy, Volume};
+use crate::volume::{Lattice, NanPolicy, Volume, Voxels};
 
 pub mod format;
 pub mod raw;
@@ -33,6 +33,7 @@ mod slices;
 mod stored;
 mod tiff_stack;
 mod vti;
+mod zarr;
 
 use format::Told;
 use stored::Located;
@@ -57,8 +58,14 @@ pub struct LoadOptions {
     pub series: Option<String>,
     /// Name of the array that is read; needed where the file holds several and calls none of them its scalars.
     pub array: Option<String>,
-    /// Which component of each voxel is read, counted from 0; needed where there are several.
+    /// Which component of each voxel, or channel of an image, is read, counted from 0; needed where there are several.
     pub component: Option<usize>,
+    /// Which level of an image with several resolutions is read; `None` is 0, the finest.
+    pub level: Option<usize>,
+    /// Which point in time is read, counted from 0; needed where there are several.
+    pub time: Option<usize>,
+    /// What every value is multiplied with, and what is added then; for raw files that hold no Hounsfield units yet.
+    pub rescale: Option<[f64; 2]>,
 }
 
 /// Reads a volume file.
@@ -75,6 +82,9 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Volume, Error> {
         (Told::NotRead(_) | Told::Nothing, Some(raw)) => raw::load(path, raw)?,
         (told, _) => return Err(undecided(path, &told)),
     };
+    if let Some([slope, intercept]) = options.rescale {
+        parts.voxels = rescaled(parts.voxels, slope, intercept)?;
+    }
     if let NanPolicy::Replace(value) = options.nan {
         parts.voxels.replace_non_finite(value).map_err(Error::Option)?;
     }
@@ -95,11 +105,16 @@ pub(crate) struct Unread {
 ///
 /// Errors as in [`load`]; the values are not looked at.
 pub(crate) fn open_unread(path: &Path, options: &LoadOptions) -> Result<Option<Unread>, Error> {
+    if options.rescale.is_some() {
+        // Box by box, values would have no type that suits all of them.
+        return Ok(None);
+    }
     let located = match (format::tell(path)?, &options.raw) {
         (Told::Known(format, _), None) => {
             refuse_superfluous(format, path, options)?;
             match format {
-                Format::Nrrd => nrrd::locate(path)?,
+                // A component lies between others.
+                Format::Nrrd if options.component.is_none() => nrrd::locate(path)?,
                 Format::MetaImage => meta_image::locate(path)?,
                 _ => None,
             }
@@ -117,10 +132,20 @@ pub(crate) fn open_unread(path: &Path, options: &LoadOptions) -> Result<Option<U
     Ok(Some(Unread { stored, lattice }))
 }
 
+/// Integers stay integers where all of their values do.
+fn rescaled(voxels: Voxels, slope: f64, intercept: f64) -> Result<Voxels, Error> {
+    if !(slope.is_finite() && intercept.is_finite() && slope != 0.0) {
+        return Err(Error::Option(format!(
+            "values are to be multiplied with {slope} and {intercept} added: expected finite numbers, the first not 0"
+        )));
+    }
+    Ok(rescale::Rescale { slope, intercept }.apply(voxels))
+}
+
 fn read(format: Format, path: &Path, files: &[PathBuf], options: &LoadOptions) -> Result<Parts, Error> {
     refuse_superfluous(format, path, options)?;
     match format {
-        Format::Nrrd => nrrd::load(path),
+        Format::Nrrd => nrrd::load(path, options.component),
         Format::MetaImage => meta_image::load(path, options.component),
         Format::Nifti => nifti::load(path),
         Format::Npy => npy::load(path),
@@ -130,16 +155,23 @@ fn read(format: Format, path: &Path, files: &[PathBuf], options: &LoadOptions) -
             let choice = vti::Choice { array: options.array.as_deref(), component: options.component };
             vti::load(path, choice)
         }
+        Format::Zarr => {
+            let choice =
+                zarr::Choice { level: options.level, channel: options.component, time: options.time };
+            zarr::load(path, choice)
+        }
     }
 }
 
 /// Options that mean nothing for the format are an error, because whoever typed them expects an effect.
 fn refuse_superfluous(format: Format, path: &Path, options: &LoadOptions) -> Result<(), Error> {
-    let has_components = matches!(format, Format::MetaImage | Format::Vti);
+    let has_components = matches!(format, Format::MetaImage | Format::Nrrd | Format::Vti | Format::Zarr);
     let given = [
         ("--component", options.component.is_some() && !has_components),
         ("--series", options.series.is_some() && format != Format::Dicom),
         ("--array", options.array.is_some() && format != Format::Vti),
+        ("--level", options.level.is_some() && format != Format::Zarr),
+        ("--time", options.time.is_some() && format != Format::Zarr),
     ];
     match given.iter().find(|(_, superfluous)| *superfluous) {
         None => Ok(()),
@@ -173,7 +205,7 @@ fn undecided(path: &Path, told: &Told) -> Error {
 /// What a format reader gives: the parts of a volume, not yet checked against each other.
 struct Parts {
     dims: [usize; 3],
-    voxels: crate::volume::Voxels,
+    voxels: Voxels,
     world_from_index: glam::DAffine3,
     up_hint: Option<DVec3>,
     space: Option<String>,
@@ -206,6 +238,10 @@ fn open(path: &Path) -> Result<File, Error> {
 
 fn cannot_read(path: &Path, source: std::io::Error) -> Error {
     Error::Read { path: path.to_owned(), source }
+}
+
+fn unsupported_file(path: &Path, what: impl Into<String>) -> Error {
+    Error::Unsupported { path: path.to_owned(), what: what.into() }
 }
 
 fn invalid(path: &Path, what: impl Into<String>) -> Error {

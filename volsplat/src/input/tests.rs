@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use glam::DVec3;
 use tempfile::TempDir;
 
+use super::test_files::Folder;
 use super::*;
 use crate::volume::Voxels;
 
@@ -98,4 +99,16 @@ fn missing_folders_and_unknown_formats_are_told_apart() {
     std::fs::write(&path, "NRRD0004\n").expect("write");
     let text = load(&path, &options([9, 1, 1], VoxelType::U8)).expect_err("both").to_string();
     assert!(text.contains("leave out --dims"), "{text}");
+}
+
+#[test]
+fn values_are_rescaled_before_anything_else_sees_them() {
+    let folder = Folder::new();
+    let path = folder.write("ct.raw", &[&[0, 0, 0, 4, 0, 16, 255, 15]]);
+    let raw = Some(RawOptions::new([2, 2, 1], VoxelType::U16));
+    let options = LoadOptions { raw, rescale: Some([1.0, -1024.0]), ..LoadOptions::default() };
+    let volume = load(&path, &options).expect("valid");
+    assert_eq!(volume.voxels, Voxels::I16(vec![-1024, 0, 3072, 3071]));
+    let none = load(&path, &LoadOptions { rescale: Some([0.0, 1.0]), ..options }).expect_err("no scale");
+    assert!(none.to_string().contains("the first not 0"), "{none}");
 }

@@ -2,7 +2,8 @@
 //!
 //! Takes the elements of a file, gives the stored numbers of each frame, with the bits that do not count removed. Plain
 //! data, deflated files and RLE are read here; JPEG (8 bits, and lossless up to 16) and JPEG 2000 by crates, which are
-//! asked for the size of the picture first and never trusted not to panic.
+//! asked for the size of the picture first and never trusted not to panic. JPEG-LS is refused: its crates either bind a C++
+//! library or bring some ninety other crates along.
 
 use std::borrow::Cow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -60,9 +61,9 @@ fn packing(syntax: &str) -> Result<Packing, Fault> {
         "1.2.840.10008.1.2.5" => Ok(Packing::Rle),
         "1.2.840.10008.1.2.4.50" | "1.2.840.10008.1.2.4.57" | "1.2.840.10008.1.2.4.70" => Ok(Packing::Jpeg),
         "1.2.840.10008.1.2.4.90" | "1.2.840.10008.1.2.4.91" => Ok(Packing::Jpeg2000),
-        "1.2.840.10008.1.2.4.80" | "1.2.840.10008.1.2.4.81" => Err(unsupported(
-            "a picture packed as JPEG-LS: unpack it first, such as with dcmdjpls or gdcmconv",
-        )),
+        "1.2.840.10008.1.2.4.80" | "1.2.840.10008.1.2.4.81" => Err(unsupported(format!(
+            "transfer syntax {syntax}, a picture packed as JPEG-LS: unpack it first, such as with dcmdjpls or gdcmconv --raw"
+        ))),
         other => Err(unsupported(format!(
             "transfer syntax {other}: unpack the picture first (to explicit VR little endian)"
         ))),

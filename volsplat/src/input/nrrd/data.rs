@@ -10,6 +10,7 @@ use std::str::FromStr;
 
 use super::header::Header;
 use crate::Error;
+use crate::input::component::{Interleaved, OneComponent};
 use crate::input::data_files::DataFiles;
 use crate::input::decode::{self, DEFLATE_EXPANSION, Layout};
 use crate::input::fault::Fault;
@@ -43,11 +44,19 @@ impl FromStr for Encoding {
     }
 }
 
-pub(super) fn read(path: &Path, header: &Header) -> Result<Voxels, Error> {
+/// One of the components that lie along an axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OneOf {
+    pub(super) axis: usize,
+    pub(super) chosen: usize,
+}
+
+pub(super) fn read(path: &Path, header: &Header, one_of: Option<OneOf>) -> Result<Voxels, Error> {
     let (files, start, layout) = files(path, header)?;
+    let taken = taken(path, header, one_of, files.len())?;
     let mut voxels: Option<Voxels> = None;
     for file in &files {
-        let part = read_file(file, start, header, &layout)?;
+        let part = read_file(file, start, header, (&layout, taken))?;
         match &mut voxels {
             None => voxels = Some(part),
             Some(voxels) => decode::append(voxels, part),
@@ -80,14 +89,34 @@ fn files(path: &Path, header: &Header) -> Result<(Vec<PathBuf>, u64, Layout), Er
     Ok((files, start, layout))
 }
 
+/// How the component that is read lies between the others: what is before its axis makes up one "scalar".
+fn taken(path: &Path, header: &Header, one_of: Option<OneOf>, files: usize) -> Result<Interleaved, Error> {
+    let bytes = header.voxel_type.bytes();
+    let Some(OneOf { axis, chosen }) = one_of else {
+        return Ok(Interleaved { scalar_bytes: bytes, components: 1, chosen: 0 });
+    };
+    if files > 1 || header.encoding == Encoding::Text {
+        let what =
+            "one component of a text, or out of several data files: write the data to one binary file first";
+        return Err(Fault::Unsupported(what.to_owned()).at(path));
+    }
+    let inner = value_count(&header.sizes[..axis]).map_err(|what| invalid(path, what))?;
+    Ok(Interleaved { scalar_bytes: inner.saturating_mul(bytes), components: header.sizes[axis], chosen })
+}
+
 /// Number of values of all axes together.
 fn value_count(sizes: &[usize]) -> Result<usize, String> {
     let count = sizes.iter().try_fold(1usize, |count, &size| count.checked_mul(size));
     count.ok_or_else(|| format!("field 'sizes' is {sizes:?}: more values than this machine can count"))
 }
 
-fn read_file(path: &Path, start: u64, header: &Header, layout: &Layout) -> Result<Voxels, Error> {
-    Packed::open(path, start, header)?.decode(header.encoding, layout).map_err(|fault| fault.at(path))
+fn read_file(
+    path: &Path,
+    start: u64,
+    header: &Header,
+    data: (&Layout, Interleaved),
+) -> Result<Voxels, Error> {
+    Packed::open(path, start, header)?.decode(header.encoding, data).map_err(|fault| fault.at(path))
 }
 
 /// Bytes up to and including the given number of line ends, read from where the file stands.
@@ -128,10 +157,14 @@ impl Packed {
         Ok(Self { file, begin: start + skipped, held, byte_skip: header.byte_skip })
     }
 
-    fn decode(mut self, encoding: Encoding, layout: &Layout) -> Result<Voxels, Fault> {
+    fn decode(
+        mut self,
+        encoding: Encoding,
+        (layout, taken): (&Layout, Interleaved),
+    ) -> Result<Voxels, Fault> {
         let needed = layout.bytes()?;
         if encoding == Encoding::Raw {
-            return Ok(self.raw(layout, needed)?);
+            return Ok(self.raw((layout, taken), needed)?);
         }
         let Ok(skip) = u64::try_from(self.byte_skip) else {
             return Err(Fault::Unsupported("'byte skip: -1' with an encoding other than raw".to_owned()));
@@ -152,18 +185,18 @@ impl Packed {
         let file = BufReader::new(self.file);
         Ok(match encoding {
             Encoding::Text => decode::text(&mut { file }, layout)?,
-            Encoding::Hex => decode::binary(&mut hex::HexReader::new(file), layout)?,
-            Encoding::Bzip2 => after_skip(bzip2::bufread::MultiBzDecoder::new(file), skip, layout)?,
+            Encoding::Hex => component_of(hex::HexReader::new(file), (layout, taken))?,
+            Encoding::Bzip2 => after_skip(bzip2::bufread::MultiBzDecoder::new(file), skip, (layout, taken))?,
             Encoding::Gzip | Encoding::Raw => {
-                after_skip(flate2::bufread::MultiGzDecoder::new(file), skip, layout)?
+                after_skip(flate2::bufread::MultiGzDecoder::new(file), skip, (layout, taken))?
             }
         })
     }
 
-    fn raw(mut self, layout: &Layout, needed: u64) -> Result<Voxels, String> {
+    fn raw(mut self, (layout, taken): (&Layout, Interleaved), needed: u64) -> Result<Voxels, String> {
         let skip = self.raw_skip(layout, needed)?;
         self.seek(skip)?;
-        decode::binary(&mut self.file, layout)
+        component_of(BufReader::new(self.file), (layout, taken))
     }
 
     /// Bytes before plain data, which must fill the rest of the file.
@@ -201,11 +234,17 @@ impl Packed {
 }
 
 /// Decodes an unpacked stream behind its first `skip` bytes.
-fn after_skip(mut stream: impl Read, skip: u64, layout: &Layout) -> Result<Voxels, String> {
+fn after_skip(mut stream: impl Read, skip: u64, data: (&Layout, Interleaved)) -> Result<Voxels, String> {
     let skipped = io::copy(&mut (&mut stream).take(skip), &mut io::sink());
     let skipped = skipped.map_err(|error| decode::broken(&error))?;
     if skipped < skip {
         return Err(format!("'byte skip' is {skip}, but the unpacked data has {skipped} bytes"));
     }
-    decode::binary(&mut stream, layout)
+    component_of(stream, data)
+}
+
+/// Decodes what is taken out of a stream of `layout.count` values.
+fn component_of(stream: impl Read, (layout, taken): (&Layout, Interleaved)) -> Result<Voxels, String> {
+    let layout = Layout { count: layout.count / taken.components, ..*layout };
+    decode::binary(&mut OneComponent::new(stream, taken), &layout)
 }

@@ -1,8 +1,8 @@
 //! Which axes of an NRRD file are the volume's, and where they lie in the world.
 //!
 //! Takes the header, gives three dims and the affine map. Axes of size 1 that are not needed are dropped, missing ones
-//! (a picture, a line) are added with size 1. Anything that is not one scalar per point of space, such as colour,
-//! vectors or time, is refused with a word on what to do.
+//! (a picture, a line) are added with size 1. One axis that is not in space, such as colours, vectors or time, holds
+//! components, of which one is read; more than one such axis is refused with a word on what to do.
 
 use glam::{DAffine3, DVec3};
 
@@ -16,10 +16,12 @@ pub(super) struct Geometry {
     pub(super) dims: [usize; 3],
     pub(super) world_from_index: DAffine3,
     pub(super) up_hint: Option<DVec3>,
+    /// The axis along which the components of a voxel lie, where there are several.
+    pub(super) components: Option<usize>,
 }
 
 pub(super) fn derive(header: &Header) -> Result<Geometry, Fault> {
-    let spatial = spatial_axes(header)?;
+    let (spatial, components) = spatial_axes(header)?;
     let mut dims = [1; 3];
     let mut columns = Vec::new();
     for (dim, &axis) in dims.iter_mut().zip(&spatial) {
@@ -29,7 +31,7 @@ pub(super) fn derive(header: &Header) -> Result<Geometry, Fault> {
     let origin =
         header.origin.as_deref().map_or(Ok(DVec3::ZERO), |origin| in_space("space origin", origin))?;
     let world_from_index = DAffine3::from_mat3_translation(axes::complete(columns), origin);
-    Ok(Geometry { dims, world_from_index, up_hint: header.space.as_deref().and_then(up_of) })
+    Ok(Geometry { dims, world_from_index, up_hint: header.space.as_deref().and_then(up_of), components })
 }
 
 /// The vectors of a field such as `(1,0,0) none (0, 0, 1)`; `none` gives `None`.
@@ -55,18 +57,20 @@ pub(super) fn parse_vectors(name: &str, text: &str) -> Result<Vec<Option<Vec<f64
     Ok(vectors)
 }
 
-/// The one to three axes that are the volume's, in file order.
-fn spatial_axes(header: &Header) -> Result<Vec<usize>, Fault> {
+/// The one to three axes that are the volume's, in file order, and the axis of a voxel's components.
+fn spatial_axes(header: &Header) -> Result<(Vec<usize>, Option<usize>), Fault> {
     let is_spatial = |axis: usize| {
         let kind = header.kinds[axis].to_lowercase();
         let has_direction = header.directions.get(axis).is_none_or(Option::is_some);
         has_direction && matches!(kind.as_str(), "domain" | "space" | "none" | "???" | "stub")
     };
     let mut axes = Vec::new();
+    let mut components = None;
     for axis in 0..header.sizes.len() {
         match (is_spatial(axis), header.sizes[axis]) {
             (true, _) => axes.push(axis),
             (false, 1) => {}
+            (false, _) if components.is_none() => components = Some(axis),
             (false, size) => return Err(not_scalar(&header.kinds[axis], axis, size)),
         }
     }
@@ -80,13 +84,13 @@ fn spatial_axes(header: &Header) -> Result<Vec<usize>, Fault> {
         };
         axes.remove(place);
     }
-    Ok(axes)
+    Ok((axes, components))
 }
 
 fn not_scalar(kind: &str, axis: usize, size: usize) -> Fault {
     let what = if matches!(kind, "domain" | "space" | "none" | "???") { "not in space" } else { kind };
     Fault::Unsupported(format!(
-        "axis {axis} of size {size} is {what}, so this is no scalar volume: cut out one component or one time first"
+        "axis {axis} of size {size} is {what}, and another axis is not in space either: cut out one component or one time first"
     ))
 }
 

@@ -3,13 +3,14 @@
 //! Takes a path, gives the parts of a volume. The header (`header.rs`) says what the numbers are, the geometry
 //! (`geometry.rs`) which of its axes are the volume's and where they lie, and the data (`data.rs`) is found, unpacked
 //! and decoded. The source is the definition of the NRRD file format of the Teem library, version 1.9 and later.
-//! Limits: scalar volumes; "block" types, and the fields that do not place or size the data ("axis mins", "centers",
+//! Limits: scalar volumes, or one of several components; "block" types, and the fields that do not place or size the data ("axis mins", "centers",
 //! "thicknesses", units, "measurement frame", "old min", key/value pairs), are left aside. World coordinates are
 //! kept as the file has them: nothing is flipped between anatomical conventions.
 
 use std::io::BufReader;
 use std::path::Path;
 
+use super::component;
 use super::stored::Located;
 use super::{Parts, open};
 use crate::Error;
@@ -21,11 +22,13 @@ mod header;
 /// The first bytes of every NRRD file; one digit of version follows.
 pub(super) const MAGIC: &[u8] = b"NRRD000";
 
-pub(super) fn load(path: &Path) -> Result<Parts, Error> {
+pub(super) fn load(path: &Path, component: Option<usize>) -> Result<Parts, Error> {
     let mut reader = BufReader::new(open(path)?);
     let header = header::read(&mut reader).map_err(|fault| fault.at(path))?;
     let geometry = geometry::derive(&header).map_err(|fault| fault.at(path))?;
-    let voxels = data::read(path, &header)?;
+    let components = geometry.components.map_or(1, |axis| header.sizes[axis]);
+    let chosen = component::chosen(component, components).map_err(|fault| fault.at(path))?;
+    let voxels = data::read(path, &header, geometry.components.map(|axis| data::OneOf { axis, chosen }))?;
     Ok(Parts {
         dims: geometry.dims,
         voxels,
@@ -39,6 +42,9 @@ pub(super) fn load(path: &Path) -> Result<Parts, Error> {
 pub(super) fn locate(path: &Path) -> Result<Option<Located>, Error> {
     let header = header::read(&mut BufReader::new(open(path)?)).map_err(|fault| fault.at(path))?;
     let geometry = geometry::derive(&header).map_err(|fault| fault.at(path))?;
+    if geometry.components.is_some() {
+        return Ok(None);
+    }
     let Some(files) = data::locate(path, &header)? else { return Ok(None) };
     Ok(Some(Located {
         dims: geometry.dims,

@@ -2,8 +2,8 @@
 
 use std::io::Write;
 
-use crate::input::LoadOptions;
 use crate::input::test_files::{Folder, gzip, survive_damage};
+use crate::input::{LoadOptions, load};
 use crate::volume::Voxels;
 
 mod detached;
@@ -49,6 +49,32 @@ fn samples() -> Vec<(&'static str, Voxels, Vec<u8>, Vec<u8>)> {
         sample!("float", F32, f32, [0.0, -1.5, 1e-42, 3e38], f32),
         sample!("double", F64, f64, [0.0, -1.5, 1e-310, 3e300], f64),
     ]
+}
+
+#[test]
+fn a_component_is_taken_wherever_its_axis_lies() {
+    let folder = Folder::new();
+    // Colours first, times last: 3 components of 2x1x2 voxels either way.
+    let cases = [
+        ("3 2 1 2", "RGB-color space space space", [1, 4, 7, 10]),
+        ("2 1 2 3", "space space space time", [4, 5, 6, 7]),
+    ];
+    for (sizes, kinds, expected) in cases {
+        let fields = format!("NRRD0004\ntype: uchar\ndimension: 4\nsizes: {sizes}\nkinds: {kinds}\n");
+        let data: Vec<u8> = (0..12).collect();
+        let packed = [("raw", data.clone()), ("gzip", gzip(&data)), ("hex", hex(&data))];
+        for (encoding, data) in packed {
+            let head = format!("{fields}encoding: {encoding}\n\n");
+            let path = folder.write("c.nrrd", &[head.as_bytes(), &data]);
+            let options = LoadOptions { component: Some(1), ..LoadOptions::default() };
+            let volume = load(&path, &options).unwrap_or_else(|error| panic!("{error}"));
+            assert_eq!(
+                (volume.dims, volume.voxels),
+                ([2, 1, 2], Voxels::U8(expected.to_vec())),
+                "{kinds}, {encoding}"
+            );
+        }
+    }
 }
 
 #[test]

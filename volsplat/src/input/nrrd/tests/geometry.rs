@@ -66,9 +66,10 @@ fn axes_of_size_one_are_dropped_and_longer_ones_refused() {
     assert_eq!((colour.dims, colour.spacing()), ([4, 3, 2], [1.0, 2.0, 3.0]));
     assert_eq!(volume("4 3 2 1", "").expect("one time").dims, [4, 3, 2]);
     let cases = [
-        ("3 4 2", "kinds: RGB-color domain domain\n", "axis 0 of size 3 is RGB-color"),
-        ("4 3 2 5", "kinds: space space space time\n", "axis 3 of size 5 is time"),
-        ("6 4 3 2", "space directions: none (1,0,0) (0,1,0) (0,0,1)\n", "axis 0 of size 6 is not in space"),
+        ("3 4 2", "kinds: RGB-color domain domain\n", "a voxel has 3 components"),
+        ("4 3 2 5", "kinds: space space space time\n", "a voxel has 5 components"),
+        ("6 4 3 2", "space directions: none (1,0,0) (0,1,0) (0,0,1)\n", "a voxel has 6 components"),
+        ("3 4 2 5", "kinds: RGB-color space space time\n", "axis 3 of size 5 is time, and another axis"),
         ("4 3 2 5", "", "4 axes are longer than 1"),
     ];
     for (sizes, fields, expected) in cases {

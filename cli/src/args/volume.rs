@@ -1,0 +1,55 @@
+//! How a volume file is read, as it is typed.
+
+use clap::Args;
+use volsplat::input::{Endian, VoxelType};
+
+use crate::values;
+
+/// How the volume file is read.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Volume")]
+pub(crate) struct VolumeArgs {
+    /// Number of voxels along x, y and z (raw files)
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::dims, requires = "voxel_type")]
+    pub dims: Option<[usize; 3]>,
+    /// Type of a voxel: u8, i8, u16, i16, u32, i32, u64, i64, f32 or f64 (raw files)
+    #[arg(long = "type", value_name = "TYPE", requires = "dims")]
+    pub voxel_type: Option<VoxelType>,
+    /// Byte order: little, which is also the default, or big (raw files)
+    #[arg(long, value_name = "ORDER", requires = "dims")]
+    pub endian: Option<Endian>,
+    /// Bytes before the first voxel, 0 if not given (raw files)
+    #[arg(long, value_name = "BYTES", requires = "dims")]
+    pub skip: Option<u64>,
+    /// Most memory to work in, such as 4G or 512M. A raw file, or NRRD or MetaImage data that is not packed, is then read
+    /// brick by brick where it does not fit
+    #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
+    pub max_memory: Option<u64>,
+    /// Distance between voxels along x, y and z in world units, instead of the file's own [default: 1,1,1]
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector)]
+    pub spacing: Option<[f64; 3]>,
+    /// World position of the centre of the first voxel, instead of the file's own [default: 0,0,0]
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub origin: Option<[f64; 3]>,
+    /// Value that stands for NaN; without it, a volume that holds NaN is an error
+    #[arg(long, value_name = "V", value_parser = values::number, allow_hyphen_values = true)]
+    pub nan_as: Option<f64>,
+    /// UID of the series, where a folder holds several (DICOM)
+    #[arg(long, value_name = "UID")]
+    pub series: Option<String>,
+    /// Name of the array, where the file holds several (VTK)
+    #[arg(long, value_name = "NAME")]
+    pub array: Option<String>,
+    /// Component of each voxel, or channel of an image, counted from 0, where the file holds several
+    #[arg(long, value_name = "N")]
+    pub component: Option<usize>,
+    /// Level of an image with several resolutions, 0 being the finest [default: 0] (OME-Zarr)
+    #[arg(long, value_name = "N")]
+    pub level: Option<usize>,
+    /// Point in time, counted from 0, where the image holds several (OME-Zarr)
+    #[arg(long, value_name = "N")]
+    pub time: Option<usize>,
+    /// What every value is multiplied with and what is added then, such as 1,-1024 for a raw CT
+    #[arg(long, value_name = "SCALE,OFFSET", value_parser = values::pair, allow_hyphen_values = true)]
+    pub rescale_values: Option<[f64; 2]>,
+}

@@ -1,0 +1,257 @@
+//! Zarr: small stores of both versions, every compression and cut, written here and read back.
+
+use std::path::Path;
+
+use super::super::test_files::{Dice, Folder, gzip, zlib};
+use crate::input::{Format, LoadOptions, format_of, load};
+use crate::volume::{Volume, Voxels};
+
+/// 3x4x5 voxels (z, y, x) in chunks of 2x3x4.
+const SHAPE: [usize; 3] = [3, 4, 5];
+const CHUNK: [usize; 3] = [2, 3, 4];
+
+fn value(z: usize, y: usize, x: usize) -> u16 {
+    (1000 * z + 100 * y + x) as u16
+}
+
+fn expected() -> Voxels {
+    let places = (0..60).map(|i| (i / 20, i / 5 % 4, i % 5));
+    Voxels::U16(places.map(|(z, y, x)| value(z, y, x)).collect())
+}
+
+/// The bytes of a chunk that begins at a voxel; what lies beyond the array is 7.
+fn chunk(first: [usize; 3], size: [usize; 3]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for z in first[0]..first[0] + size[0] {
+        for y in first[1]..first[1] + size[1] {
+            for x in first[2]..first[2] + size[2] {
+                let inside = z < SHAPE[0] && y < SHAPE[1] && x < SHAPE[2];
+                bytes.extend(if inside { value(z, y, x) } else { 7 }.to_le_bytes());
+            }
+        }
+    }
+    bytes
+}
+
+fn write(path: &Path, bytes: &[u8]) {
+    std::fs::create_dir_all(path.parent().expect("a folder")).expect("made");
+    std::fs::write(path, bytes).expect("written");
+}
+
+/// Writes the chunks of an array, packed; `prefix` and `separator` make their names.
+fn write_chunks(array: &Path, (prefix, separator): (&str, &str), pack: impl Fn(Vec<u8>) -> Vec<u8>) {
+    for i in 0..8 {
+        let index = [i >> 2, i >> 1 & 1, i & 1];
+        let first = [index[0] * CHUNK[0], index[1] * CHUNK[1], index[2] * CHUNK[2]];
+        let name = format!("{prefix}{}", index.map(|n: usize| n.to_string()).join(separator));
+        write(&array.join(name), &pack(chunk(first, CHUNK)));
+    }
+}
+
+fn array_2(compressor: &str) -> String {
+    format!(
+        r#"{{"zarr_format": 2, "shape": [3,4,5], "chunks": [2,3,4], "dtype": "<u2", "order": "C", "filters": null,
+            "fill_value": 0, "dimension_separator": "/", "compressor": {compressor}}}"#
+    )
+}
+
+fn array_3(chunk: &str, codecs: &str) -> String {
+    format!(
+        r#"{{"zarr_format": 3, "node_type": "array", "shape": [3,4,5], "data_type": "uint16", "fill_value": 9,
+            "chunk_grid": {{"name": "regular", "configuration": {{"chunk_shape": {chunk}}}}},
+            "chunk_key_encoding": {{"name": "default"}}, "codecs": {codecs}}}"#
+    )
+}
+
+const BYTES: &str = r#"{"name": "bytes", "configuration": {"endian": "little"}}"#;
+
+/// A Blosc container of one block, by its flags; the block is packed by `pack`, after bytes were shuffled.
+fn blosc(bytes: &[u8], flags: u8, pack: impl Fn(&[u8]) -> Vec<u8>) -> Vec<u8> {
+    let count = bytes.len() / 2;
+    let shuffled: Vec<u8> = (0..2).flat_map(|byte| (0..count).map(move |i| bytes[2 * i + byte])).collect();
+    let block = pack(if flags & 1 == 1 { &shuffled } else { bytes });
+    let mut out = vec![2, 1, flags, 2];
+    let length = |n: usize| (n as u32).to_le_bytes();
+    for n in [bytes.len(), bytes.len(), 16 + 4 + 4 + block.len()] {
+        out.extend(length(n));
+    }
+    out.extend(length(20));
+    out.extend(length(block.len()));
+    out.extend(block);
+    out
+}
+
+fn loaded(path: &Path) -> Volume {
+    load(path, &LoadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn every_compression_of_version_2_reads_back() {
+    type Pack = fn(Vec<u8>) -> Vec<u8>;
+    let lz4: Pack = |bytes| blosc(&bytes, 1 | 1 << 5 | 16, lz4_flex::block::compress);
+    let blosc_zlib: Pack = |bytes| blosc(&bytes, 3 << 5 | 16, zlib);
+    let stored: Pack = |bytes| [&[2, 1, 2, 2][..], &[48, 0, 0, 0, 48, 0, 0, 0, 64, 0, 0, 0], &bytes].concat();
+    let plain_lz4: Pack = |bytes| [&48u32.to_le_bytes()[..], &lz4_flex::block::compress(&bytes)].concat();
+    let cases: [(&str, Pack); 7] = [
+        ("null", |bytes| bytes),
+        (r#"{"id": "zlib", "level": 1}"#, |bytes| zlib(&bytes)),
+        (r#"{"id": "gzip", "level": 1}"#, |bytes| gzip(&bytes)),
+        (r#"{"id": "blosc", "cname": "lz4"}"#, lz4),
+        (r#"{"id": "blosc", "cname": "zlib"}"#, blosc_zlib),
+        (r#"{"id": "blosc", "cname": "lz4"}"#, stored),
+        (r#"{"id": "lz4"}"#, plain_lz4),
+    ];
+    for (compressor, pack) in cases {
+        let folder = Folder::new();
+        let array = folder.path("a.zarr");
+        write(&array.join(".zarray"), array_2(compressor).as_bytes());
+        write_chunks(&array, ("", "/"), pack);
+        assert_eq!(format_of(&array).expect("readable"), Some(Format::Zarr));
+        let volume = loaded(&array);
+        assert_eq!((volume.dims, volume.voxels), ([5, 4, 3], expected()), "{compressor}");
+    }
+}
+
+#[test]
+fn version_3_reads_back_and_absent_chunks_hold_the_fill_value() {
+    let folder = Folder::new();
+    let array = folder.path("a.zarr");
+    write(
+        &array.join("zarr.json"),
+        array_3("[2,3,4]", &format!("[{BYTES}, {{\"name\": \"gzip\"}}]")).as_bytes(),
+    );
+    write_chunks(&array, ("c/", "/"), |bytes| gzip(&bytes));
+    assert_eq!(loaded(&array).voxels, expected());
+    std::fs::remove_file(array.join("c/1/1/1")).expect("there");
+    let with_gap = loaded(&array);
+    assert_eq!((with_gap.value(59), with_gap.value(0)), (9.0, 0.0), "the last voxel is the fill value");
+}
+
+#[test]
+fn shards_and_transposed_chunks_read_back() {
+    let folder = Folder::new();
+    let array = folder.path("a.zarr");
+    let sharding = format!(
+        r#"[{{"name": "sharding_indexed", "configuration": {{"chunk_shape": [2,3,4], "codecs": [{BYTES}],
+            "index_codecs": [{BYTES}, {{"name": "crc32c"}}]}}}}]"#
+    );
+    write(&array.join("zarr.json"), array_3("[4,6,8]", &sharding).as_bytes());
+    let (mut shard, mut index) = (Vec::new(), Vec::new());
+    for i in 0..8usize {
+        let part = chunk([i >> 2 << 1, (i >> 1 & 1) * 3, (i & 1) * 4], CHUNK);
+        index.extend((shard.len() as u64).to_le_bytes());
+        index.extend((part.len() as u64).to_le_bytes());
+        shard.extend(part);
+    }
+    write(&array.join("c/0/0/0"), &[shard, index, vec![0; 4]].concat());
+    assert_eq!(loaded(&array).voxels, expected(), "a shard");
+
+    let transposed = folder.path("t.zarr");
+    let codecs = format!(r#"[{{"name": "transpose", "configuration": {{"order": [2,1,0]}}}}, {BYTES}]"#);
+    write(&transposed.join("zarr.json"), array_3("[3,4,5]", &codecs).as_bytes());
+    let bytes: Vec<u8> = (0..60).flat_map(|i: usize| value(i % 3, i / 3 % 4, i / 12).to_le_bytes()).collect();
+    write(&transposed.join("c/0/0/0"), &bytes);
+    assert_eq!(loaded(&transposed).voxels, expected(), "x slowest");
+}
+
+/// An image of two levels, two points in time and three channels; every voxel is 10 t + c, level 1 adds 100.
+fn image(folder: &Folder) -> std::path::PathBuf {
+    let image = folder.path("image.zarr");
+    let scale = |s: &str| {
+        format!(
+            r#"[{{"type": "scale", "scale": {s}}}, {{"type": "translation", "translation": [0,0,4,2,1]}}]"#
+        )
+    };
+    let attributes = format!(
+        r#"{{"multiscales": [{{"version": "0.4", "axes": [{{"name": "t", "type": "time"}}, {{"name": "c", "type": "channel"}},
+            {{"name": "z", "type": "space"}}, {{"name": "y", "type": "space"}}, {{"name": "x", "type": "space"}}],
+            "datasets": [{{"path": "0", "coordinateTransformations": {}}}, {{"path": "1", "coordinateTransformations": {}}}]}}],
+            "omero": {{"channels": [{{"label": "DAPI"}}, {{"label": "GFP"}}, {{"label": "RFP"}}]}}}}"#,
+        scale("[1,1,3,2,0.5]"),
+        scale("[1,1,3,4,1]")
+    );
+    write(&image.join(".zgroup"), br#"{"zarr_format": 2}"#);
+    write(&image.join(".zattrs"), attributes.as_bytes());
+    for level in 0..2 {
+        let meta = r#"{"zarr_format": 2, "shape": [2,3,1,2,2], "chunks": [1,1,1,2,2], "dtype": "|u1", "order": "C",
+            "filters": null, "fill_value": 0, "compressor": null}"#;
+        write(&image.join(format!("{level}/.zarray")), meta.as_bytes());
+        for (t, c) in (0..6).map(|i| (i / 3, i % 3)) {
+            let held = 100 * level + 10 * t + c;
+            write(&image.join(format!("{level}/{t}.{c}.0.0.0")), &[held as u8; 4]);
+        }
+    }
+    image
+}
+
+#[test]
+fn level_channel_and_time_are_chosen() {
+    let folder = Folder::new();
+    let image = image(&folder);
+    let choice = |level, component, time| {
+        load(&image, &LoadOptions { level, component, time, ..LoadOptions::default() })
+    };
+    let volume = choice(None, Some(2), Some(1)).expect("chosen");
+    assert_eq!((volume.dims, volume.voxels), ([2, 2, 1], Voxels::U8(vec![12; 4])));
+    assert_eq!(volume.world_from_index.translation.to_array(), [1.0, 2.0, 4.0], "translation");
+    let spacing = volume.world_from_index.matrix3;
+    assert_eq!([spacing.x_axis.x, spacing.y_axis.y, spacing.z_axis.z], [0.5, 2.0, 3.0], "scale");
+    assert_eq!(choice(Some(1), Some(0), Some(0)).expect("chosen").voxels, Voxels::U8(vec![100; 4]));
+    let text = |level, component, time| choice(level, component, time).expect_err("refused").to_string();
+    assert!(text(None, None, Some(0)).contains("DAPI, GFP, RFP"), "{}", text(None, None, Some(0)));
+    assert!(text(None, Some(0), None).contains("--time N"));
+    assert!(text(None, Some(3), Some(0)).contains("3 channel(s)"));
+    assert!(text(Some(2), Some(0), Some(0)).contains("2 level(s)"));
+}
+
+#[test]
+fn what_is_no_image_is_refused_with_a_way_out() {
+    let folder = Folder::new();
+    let group = folder.path("plate.zarr");
+    write(&group.join("zarr.json"), br#"{"zarr_format": 3, "node_type": "group", "attributes": {}}"#);
+    let text = load(&group, &LoadOptions::default()).expect_err("no image").to_string();
+    assert!(text.contains("name one of its folders"), "{text}");
+    let cases = [
+        (array_2(r#"{"id": "snappy"}"#), "compressor 'snappy'"),
+        (array_2("null").replace("<u2", "<f2"), "type 'f2'"),
+        (array_2("null").replace("[3,4,5]", "[3,4]"), "as many numbers"),
+        (array_2("null").replace("[3,4,5]", "[60,80,100]"), "chunks are there"),
+        (array_2("null").replace("[2,3,4]", "[20000,30000,40000]"), "larger than"),
+        (array_2("null").replace("\"zarr_format\"", "zarr_format"), "not JSON"),
+    ];
+    for (meta, expected) in cases {
+        let array = folder.path("bad.zarr");
+        write(&array.join(".zarray"), meta.as_bytes());
+        write_chunks(&array, ("", "/"), |bytes| bytes);
+        let text = load(&array, &LoadOptions::default()).expect_err("refused").to_string();
+        assert!(text.contains(expected) && text.contains("bad.zarr"), "{expected}: {text}");
+    }
+    let short = folder.path("short.zarr");
+    write(&short.join(".zarray"), array_2("null").as_bytes());
+    write_chunks(&short, ("", "/"), |bytes| bytes[1..].to_vec());
+    let text = load(&short, &LoadOptions::default()).expect_err("short").to_string();
+    assert!(text.contains("47 bytes, and its shape needs 48"), "{text}");
+}
+
+#[test]
+fn damaged_chunks_are_refused_and_never_panic() {
+    let folder = Folder::new();
+    let array = folder.path("d.zarr");
+    let pack = |bytes: Vec<u8>| blosc(&bytes, 1 | 1 << 5 | 16, lz4_flex::block::compress);
+    write(&array.join(".zarray"), array_2(r#"{"id": "blosc"}"#).as_bytes());
+    write_chunks(&array, ("", "/"), pack);
+    let place = array.join("0/0/0");
+    let good = std::fs::read(&place).expect("written");
+    let mut dice = Dice::new(1);
+    let mut refused = 0;
+    for _ in 0..500 {
+        let mut bad = good.clone();
+        match dice.below(2) {
+            0 => bad.truncate(dice.below(good.len())),
+            _ => bad[dice.below(good.len())] = dice.below(256) as u8,
+        }
+        write(&place, &bad);
+        refused += usize::from(load(&array, &LoadOptions::default()).is_err());
+    }
+    assert!(refused > 200, "damage is noticed: {refused} of 500 were refused");
+}
