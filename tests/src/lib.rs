@@ -28,5 +28,6 @@ pub mod texture_scenes;
 pub mod textured;
 pub mod trilinear;
 pub mod warp_measure;
+pub mod warp_pairs;
 pub mod warp_scenes;
 pub mod warp_truth;

@@ -6,6 +6,7 @@
 //! are not shown are black.
 
 use resample_core::Image;
+use resample_core::image::srgb_from_linear;
 use resample_core::metrics::{Mask, compare};
 
 use crate::warp_truth::Truth;
@@ -24,6 +25,8 @@ const EDGE: f32 = 0.02;
 pub struct WarpFigures {
     /// PSNR over visible pixels, dB.
     pub psnr_db: f64,
+    /// PSNR over visible pixels of the colours after the sRGB curve, as photographs are stored, dB.
+    pub srgb_db: f64,
     /// PSNR over visible pixels away from depth edges, dB.
     pub interior_db: f64,
     /// PSNR over visible pixels near depth edges, dB.
@@ -74,6 +77,7 @@ pub fn measure(image: &Image, truth: &Truth) -> WarpFigures {
     };
     WarpFigures {
         psnr_db: all.psnr_db,
+        srgb_db: srgb_psnr(&straight, truth),
         interior_db: psnr(&|i| !band[i]),
         edge_db: psnr(&|i| band[i]),
         seen_whole_db: psnr(&|i| !near_unseen[i]),
@@ -82,6 +86,19 @@ pub fn measure(image: &Image, truth: &Truth) -> WarpFigures {
         ssim: all.ssim,
         flip: all.flip.mean,
     }
+}
+
+/// PSNR over visible pixels after the sRGB curve, dB.
+fn srgb_psnr(straight: &Image, truth: &Truth) -> f64 {
+    let pairs = straight.rgba.iter().zip(&truth.image.rgba).zip(&truth.visible).filter(|(_, v)| **v);
+    let (mut sum, mut count) = (0.0f64, 0u64);
+    for ((a, b), _) in pairs {
+        for (a, b) in a.iter().zip(b).take(3) {
+            sum += f64::from(srgb_from_linear(*a) - srgb_from_linear(*b)).powi(2);
+            count += 1;
+        }
+    }
+    -10.0 * (sum / count.max(1) as f64).log10()
 }
 
 /// Pixels near a place where 1/z is not linear.
