@@ -55,6 +55,10 @@ const VOLSPLAT: Application = Application {
             ],
         },
         Ladder {
+            name: "lod",
+            rungs: &[&["--lod-error", "0.03125"], &["--lod-error", "0.001953125"], &["--lod-error", "0"]],
+        },
+        Ladder {
             name: "footprint",
             rungs: &[
                 &["--order", "every-sample", "--footprint", "affine-approx"],
@@ -99,6 +103,8 @@ const VOLSPLAT: Application = Application {
         "8",
         "--min-transmittance",
         "0.00001",
+        "--lod-error",
+        "0",
     ],
 };
 
