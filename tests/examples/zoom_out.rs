@@ -1,6 +1,6 @@
 //! Antialiasing along a zoom-out: error and flicker of every way of drawing, against the area-averaged truth.
 //!
-//! `cargo run --release -p resample-tests --bin zoom_out [-- FRAMES]` prints Markdown tables (64 frames if not given).
+//! `cargo run --release -p resample-tests --example zoom_out [-- FRAMES]` prints Markdown tables (64 frames if not given).
 //! Over the frames the camera moves away from where the volume fills the picture to eight times that distance. The
 //! truth is trilinear and post-classified, 36 rays a pixel, f64; every-sample draws a pre-classified kernel field, and
 //! is measured against the same truth. PSNR is over the pixels that the truth shows and all frames; flicker is the root

@@ -1,6 +1,6 @@
 //! Warps the scenes of the warp comparison and real pairs with every method and prints error and cost as tables.
 //!
-//! `cargo run --release -p resample-tests --bin warp_views [-- FRAMES [FOLDER]]`. Each method draws one frame to warm up
+//! `cargo run --release -p resample-tests --example warp_views [-- FRAMES [FOLDER]]`. Each method draws one frame to warm up
 //! and FRAMES timed ones (5 if not given). With FOLDER, pictures are written there. Says "skipped" and succeeds where the
 //! data is absent. Time is process-CPU time of all threads, the least of the frames.
 

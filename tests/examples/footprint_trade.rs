@@ -1,6 +1,6 @@
 //! Measures what the modes of footprint evaluation lose against the exact one, and what they save.
 //!
-//! `cargo run --release -p resample-tests --bin footprint_trade [-- FRAMES]`. The eye stands close before the middle of
+//! `cargo run --release -p resample-tests --example footprint_trade [-- FRAMES]`. The eye stands close before the middle of
 //! a face, with a wide field of view: that is where the modes differ, because their error grows with the footprint's
 //! half cone angle times the tangent of its angle off the axis. Prints one Markdown table per volume: PSNR against the
 //! picture of the exact mode over the pixels that it covers, and CPU time relative to it (least of FRAMES frames, 9 if

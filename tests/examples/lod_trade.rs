@@ -1,6 +1,6 @@
 //! Measures the level of detail: the largest change of a pixel, and what it saves, as the camera recedes.
 //!
-//! `cargo run --release -p resample-tests --bin lod_trade [-- VIEWS]` prints Markdown tables: each volume from so many
+//! `cargo run --release -p resample-tests --example lod_trade [-- VIEWS]` prints Markdown tables: each volume from so many
 //! sides (3 if not given) at every distance, with `--lod-error` 1/512, 1/128 and 1/32 against 0. Time is the least
 //! process-CPU time of a view on one thread; the change is the largest of any channel of any pixel of any view. The
 //! first frame at a distance also prepares what may be drawn instead, and the least leaves that out.

@@ -1,6 +1,6 @@
 //! Renders the six views of the volume comparison with many settings and prints error and cost as Markdown tables.
 //!
-//! `cargo run --release -p resample-tests --bin volume_views [-- FRAMES]`. Each setting draws two frames to warm up and
+//! `cargo run --release -p resample-tests --example volume_views [-- FRAMES]`. Each setting draws two frames to warm up and
 //! FRAMES timed ones (9 if not given), the camera turned by 0.7 degrees about up from frame to frame; the last frame
 //! is not turned, and is compared with the truths over the pixels that the truth covers. Says "skipped" and succeeds
 //! where the data is absent. Time is process-CPU time of one thread: the median over the frames, and the least.

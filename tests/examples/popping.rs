@@ -1,6 +1,6 @@
 //! Turns volumes through 45 degrees with every order of compositing and prints how much the frames change, as Markdown.
 //!
-//! `cargo run --release -p resample-tests --bin popping [-- FOLDER]`. With FOLDER, also writes the two views on either
+//! `cargo run --release -p resample-tests --example popping [-- FOLDER]`. With FOLDER, also writes the two views on either
 //! side of 45 degrees of the generated box (the paper's Figure 7), one PNG for each order and view. The real volumes are
 //! left out, with a line that says so, where the data is absent.
 

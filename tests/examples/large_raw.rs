@@ -1,6 +1,6 @@
 //! Writes a large volume of 16-bit voxels from a formula, slice by slice.
 //!
-//! `cargo run --release -p resample-tests --bin large_raw -- FILE.raw X,Y,Z`. A ball of shells whose surface is dented along
+//! `cargo run --release -p resample-tests --example large_raw -- FILE.raw X,Y,Z`. A ball of shells whose surface is dented along
 //! all axes; every brick of it is different. It takes the memory of one slice. The values go from 0 to 4000.
 
 use std::fs::File;

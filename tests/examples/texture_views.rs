@@ -1,6 +1,6 @@
 //! Renders the scenes of the texture comparison with every method and prints error and cost as Markdown tables.
 //!
-//! `cargo run --release -p resample-tests --bin texture_views [-- FOLDER]`. Errors are against the Gaussian truth, over
+//! `cargo run --release -p resample-tests --example texture_views [-- FOLDER]`. Errors are against the Gaussian truth, over
 //! the pixels that it covers, both laid over the truth's grey background. Time is the least process-CPU time of a
 //! frame on one thread, the methods taking turns frame by frame. With FOLDER, the checkerboard plane by three methods
 //! and its truth are written there as PNG. Says "skipped" and succeeds where the data is absent.
