@@ -12,7 +12,7 @@ use glam::Vec4;
 use resample_core::FootprintMode;
 
 use crate::backward::{look_up_bilinear, look_up_ewa, look_up_nearest, look_up_trilinear};
-use crate::filter::BORDER_PX;
+use crate::filter::{AROUND, BORDER_PX, around};
 use crate::fragments::{Fragment, collect};
 use crate::lookup::small_footprint;
 use crate::options::Method;
@@ -52,7 +52,12 @@ impl Tile<'_> {
                     work.fragments.clear();
                     work.fragments.push(Fragment { id, weight: 1.0, at: centre_px(pixel) });
                 }
-                _ => collect(self.frame.filter, &work.visibility.ids, pixel, &mut work.fragments),
+                _ => collect(
+                    self.frame.filter,
+                    (&work.visibility.ids, &work.edges),
+                    pixel,
+                    &mut work.fragments,
+                ),
             }
             let mut sum = Vec4::ZERO;
             for fragment in &work.fragments {
@@ -144,6 +149,7 @@ impl Tile<'_> {
                 };
             }
         }
+        correct_edges(work, filter.per_pixel);
         for layer in &work.visibility.layers {
             let Some(surface) = &work.surfaces[layer.id as usize] else { continue };
             let at = layer.subpixel as usize;
@@ -206,18 +212,27 @@ impl Tile<'_> {
                     sum += *colour * *weight;
                 }
             }
-            image.rgba[usize::from(pixel)] = sum.to_array();
+            // What edges add is exact only in the sum, and may leave a rest of either sign.
+            let sum = sum.max(Vec4::ZERO);
+            image.rgba[usize::from(pixel)] = sum.truncate().extend(sum.w.min(1.0)).to_array();
         }
     }
 }
 
-/// Cells that a pixel's filter reaches.
-const AROUND: usize = (2 * BORDER_PX + 1) * (2 * BORDER_PX + 1);
-
-/// Number of the k-th of the cells that the filter of pixel (x, y) reaches.
-#[inline(always)]
-fn around([x, y]: [usize; 2], k: usize) -> usize {
-    (y + k / (2 * BORDER_PX + 1)) * SPAN_PX + x + k % (2 * BORDER_PX + 1)
+/// Adds to the colours of neighbouring sub-pixels what the place of the edge between them makes of the jump.
+fn correct_edges(work: &mut TileWork, per_pixel: usize) {
+    let TileWork { edges, colours, wanted, jumps, .. } = work;
+    let wanted = |at: u32| wanted[at as usize / SPAN_PX / per_pixel * SPAN_PX + at as usize % SPAN_PX];
+    jumps.clear();
+    jumps.extend(edges.all.iter().map(|edge| match edge.between.map(|at| wanted(at)) {
+        [true, true] => colours[edge.between[0] as usize] - colours[edge.between[1] as usize],
+        _ => Vec4::ZERO,
+    }));
+    for (edge, jump) in edges.all.iter().zip(jumps) {
+        for (at, share) in edge.between.into_iter().zip(edge.shares) {
+            colours[at as usize] += *jump * share;
+        }
+    }
 }
 
 /// Position of the centre of pixel (x, y) of the tile, from the corner of its border.

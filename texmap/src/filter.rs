@@ -7,6 +7,8 @@
 
 use resample_core::point::PIXEL_SIGMA_PX;
 
+use crate::visibility::SPAN_PX;
+
 /// How far the filter reaches: 4 sigma. A Gaussian cut at 3 sigma has lost 5 % of its variance over the plane, which
 /// limits a picture to some 55 dB; at 4 sigma it is 0.3 %.
 pub(crate) const REACH_PX: f64 = 2.0;
@@ -27,7 +29,25 @@ pub(crate) struct PixelFilter {
     pub(crate) offset_px: Vec<f32>,
     /// The rows within reach of the pixel (0, 0) of a tile whose border is [`BORDER_PX`] wide.
     pub(crate) rows: Vec<WindowRow>,
+    /// The lattice's two shortest steps, at right angles.
+    pub(crate) steps: [LatticeStep; 2],
+    /// Weights by row and column from the border's corner, for the tile's first pixel.
+    weights: Vec<f32>,
 }
+
+/// A step from one sub-pixel to a neighbour.
+#[derive(Clone, Debug)]
+pub(crate) struct LatticeStep {
+    /// Rows down.
+    pub(crate) rows: usize,
+    /// Columns to the right, by row of the pixel.
+    pub(crate) columns: Vec<isize>,
+    /// The same, px.
+    pub(crate) vector_px: [f32; 2],
+}
+
+/// Columns of pixels that a filter reaches.
+const WINDOW_PX: usize = 2 * BORDER_PX + 1;
 
 /// What a pixel sees of one row of sub-pixels.
 #[derive(Clone, Debug)]
@@ -66,7 +86,14 @@ impl PixelFilter {
             }
         }
         rows.iter_mut().flat_map(|row| &mut row.weights).for_each(|w| *w = (f64::from(*w) / sum) as f32);
+        let mut weights = vec![0.0; WINDOW_PX * WINDOW_PX * per_pixel];
+        for row in &rows {
+            let start = row.row * WINDOW_PX + row.column;
+            weights[start..start + row.weights.len()].copy_from_slice(&row.weights);
+        }
         Self {
+            steps: steps(n, per_pixel),
+            weights,
             per_pixel,
             spacing_px: (1.0 / (per_pixel as f64).sqrt()) as f32,
             row_px: (1.0 / per_pixel as f64) as f32,
@@ -81,11 +108,55 @@ impl PixelFilter {
         (row as f32 + 0.5) * self.row_px
     }
 
+    /// Weight in pixel (x, y) of the tile of a sub-pixel, by its place in the tile's span.
+    #[inline(always)]
+    pub(crate) fn weight(&self, [x, y]: [usize; 2], subpixel: usize) -> f32 {
+        let column = (subpixel % SPAN_PX).wrapping_sub(x);
+        let row = (subpixel / SPAN_PX).wrapping_sub(y * self.per_pixel);
+        if column < WINDOW_PX {
+            self.weights.get(row.saturating_mul(WINDOW_PX) + column).copied().unwrap_or(0.0)
+        } else {
+            0.0
+        }
+    }
+
     /// Position of a sub-pixel, px from the border's corner.
     #[inline(always)]
     pub(crate) fn position_px(&self, column: usize, row: usize) -> [f32; 2] {
         [column as f32 + self.offset_px[row % self.per_pixel], self.y_px(row)]
     }
+}
+
+/// Cells that a pixel's filter reaches.
+pub(crate) const AROUND: usize = WINDOW_PX * WINDOW_PX;
+
+/// Number of the k-th of the cells that the filter of pixel (x, y) reaches.
+#[inline(always)]
+pub(crate) fn around([x, y]: [usize; 2], k: usize) -> usize {
+    (y + k / WINDOW_PX) * SPAN_PX + x + k % WINDOW_PX
+}
+
+/// The steps (n, 1) and (-1, n) over n^2 + 1; without a lattice, to the next column and to the next row.
+fn steps(n: usize, per_pixel: usize) -> [LatticeStep; 2] {
+    if per_pixel == 1 {
+        let step = |rows, columns| LatticeStep {
+            rows,
+            columns: vec![columns],
+            vector_px: [columns as f32, rows as f32],
+        };
+        return [step(0, 1), step(1, 0)];
+    }
+    let part = 1.0 / per_pixel as f32;
+    // Column numbers within a pixel run through all residues: a step that leaves them changes the pixel.
+    let columns = |step: isize| -> Vec<isize> {
+        (0..per_pixel)
+            .map(|row| ((row * n % per_pixel) as isize + step).div_euclid(per_pixel as isize))
+            .collect()
+    };
+    [
+        LatticeStep { rows: 1, columns: columns(n as isize), vector_px: [n as f32 * part, part] },
+        LatticeStep { rows: n, columns: columns(-1), vector_px: [-part, n as f32 * part] },
+    ]
 }
 
 #[cfg(test)]

@@ -5,8 +5,10 @@
 //! into a picture, as [`RenderOptions`] says.
 
 mod accumulate;
+mod adjacency;
 mod backward;
 mod cull;
+mod edges;
 mod ellipse;
 mod error;
 mod filter;
@@ -24,6 +26,7 @@ pub mod stats;
 mod surface;
 mod tile;
 mod visibility;
+mod walk;
 
 pub use error::Error;
 pub use input::{LoadOptions, Loaded, load, load_picture};

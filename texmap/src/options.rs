@@ -123,7 +123,7 @@ impl RenderOptions {
         if !matches!(self.footprint, FootprintMode::Affine | FootprintMode::Exact) {
             return refuse("flat samples have the footprints affine and exact; choose one of them".into());
         }
-        if ![1, 2, 4, 8].contains(&self.subpixels) {
+        if ![1, 2, 3, 4, 8].contains(&self.subpixels) {
             return refuse(format!("the number of sub-pixels is {}, expected 1, 2, 4 or 8", self.subpixels));
         }
         if self.max_texels < 16 {

@@ -38,7 +38,7 @@ impl Tile<'_> {
                     work.fragments.clear();
                     work.fragments.push(Fragment { id, weight: 1.0, at: centre_px(pixel) });
                 }
-                _ => collect(self.frame.filter, &nearest, pixel, &mut work.fragments),
+                _ => collect(self.frame.filter, (&nearest, &work.edges), pixel, &mut work.fragments),
             }
             for fragment in &work.fragments {
                 if let Some(surface) = &work.surfaces[fragment.id as usize] {

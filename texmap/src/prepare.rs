@@ -4,6 +4,7 @@
 
 use glam::{DVec2, DVec3, Vec3, Vec4};
 
+use crate::adjacency::{Neighbour, neighbours};
 use crate::mip::{AlphaUse, Pyramid};
 use crate::options::{RenderOptions, Shade};
 use crate::scene::{AlphaMode, Lighting, Magnify, Material, Mesh, Scene, Sides, TextureUse, Wrap};
@@ -25,6 +26,8 @@ pub(crate) struct PreparedMesh {
     /// Empty: white.
     pub(crate) colours: Vec<[f32; 4]>,
     pub(crate) triangles: Vec<[u32; 3]>,
+    /// By triangle and corner: what lies beyond the line opposite the corner.
+    pub(crate) neighbours: Vec<[Option<Neighbour>; 3]>,
     /// Coordinates in the base texture, texels of the full texture; empty without one.
     pub(crate) base_uv: Vec<DVec2>,
     /// As `base_uv`, for the emissive texture.
@@ -117,6 +120,7 @@ fn prepared_mesh(scene: &Scene, mesh: &Mesh) -> PreparedMesh {
         positions: mesh.positions.clone(),
         normals: mesh.normals.clone(),
         colours: mesh.colours.clone(),
+        neighbours: neighbours(&mesh.positions, &mesh.triangles),
         triangles: mesh.triangles.clone(),
         base_uv,
         emissive_uv,

@@ -9,15 +9,17 @@ use glam::Vec4;
 use resample_core::Camera;
 
 use crate::cull::{InView, ScreenTriangle};
+use crate::edges::Edges;
 use crate::filter::{BORDER_PX, PixelFilter};
 use crate::fragments::Fragment;
 use crate::options::{Method, RenderOptions};
 use crate::planes::PixelPlanes;
-use crate::prepare::Prepared;
+use crate::prepare::{LightKind, Prepared};
 use crate::scene::AlphaMode;
 use crate::stats::elapsed_ms;
 use crate::surface::{Surface, TileView};
 use crate::visibility::{NONE, NearKey, Plane, RasterTriangle, SPAN_PX, TILE_PX, Visibility, moved, narrow};
+use crate::walk::{self, Beyond, crossing};
 
 /// What all tiles of a frame share.
 pub(crate) struct FrameView<'a> {
@@ -61,6 +63,11 @@ pub(crate) struct TileWork {
     /// Pixels of the tile that are made from sub-pixels.
     pub(crate) from_subpixels: Vec<u16>,
     pub(crate) fragments: Vec<Fragment>,
+    /// By place in the tile's list: opaque and cut-out triangles.
+    pub(crate) rasters: Vec<Option<RasterTriangle>>,
+    pub(crate) edges: Edges,
+    /// By edge: the difference in colour across it.
+    pub(crate) jumps: Vec<Vec4>,
 }
 
 /// What the sub-pixels of one pixel show.
@@ -92,6 +99,7 @@ pub(crate) fn render_tile(frame: &FrameView, at: [usize; 2], list: &[u32], work:
         return image;
     }
     tile.find_cells(work);
+    tile.find_edges(work);
     image.visibility_ms = elapsed_ms(start);
 
     let start = ThreadTime::try_now().ok();
@@ -136,8 +144,10 @@ impl Tile<'_> {
 
     fn find_visible(&self, work: &mut TileWork) {
         let FrameView { filter, near, .. } = *self.frame;
-        let TileWork { visibility, surfaces, .. } = work;
+        let TileWork { visibility, surfaces, rasters, .. } = work;
         visibility.clear(filter);
+        rasters.clear();
+        rasters.resize_with(self.list.len(), || None);
         surfaces.clear();
         surfaces.resize(self.list.len(), None);
         let raster = |id: u32| RasterTriangle::new(self.triangle(id), self.view.corner_px, filter);
@@ -148,16 +158,17 @@ impl Tile<'_> {
                 continue;
             }
             let Some(triangle) = raster(id) else { continue };
+            let triangle = rasters[id as usize].insert(triangle);
             match mode {
                 AlphaMode::Mask { cutoff } => {
                     let slot = &mut surfaces[id as usize];
-                    visibility.draw(&triangle, id, (filter, near), |at| {
+                    visibility.draw(triangle, id, (filter, near), |at| {
                         let at = subpixel_px(filter, at);
                         let surface = slot.get_or_insert_with(|| self.surface(id, at));
                         self.alpha(surface, at) >= cutoff
                     });
                 }
-                _ => visibility.draw(&triangle, id, (filter, near), |_| true),
+                _ => visibility.draw(triangle, id, (filter, near), |_| true),
             }
         }
         for id in ids.filter(|&id| self.alpha_mode(id) == AlphaMode::Blend) {
@@ -220,8 +231,53 @@ impl Tile<'_> {
         }
     }
 
+    /// Finds the edges between sub-pixels across which colour may jump.
+    fn find_edges(&self, work: &mut TileWork) {
+        let TileWork { edges, visibility, rasters, .. } = work;
+        let mesh = TileMesh { tile: self, rasters };
+        edges.find(self.frame.filter, &visibility.ids, |pair| crossing(&mesh, pair));
+    }
+
+    /// Place in the tile's list of a triangle of the scene.
+    fn place(&self, mesh: u32, triangle: u32) -> Option<u32> {
+        let key = |&index: &u32| {
+            let seen = &self.frame.in_view.triangles[index as usize];
+            (seen.mesh, seen.triangle)
+        };
+        // Lists keep the order of the scene.
+        self.list.binary_search_by_key(&(mesh, triangle), key).ok().map(|place| place as u32)
+    }
+
     fn cell(&self, id: u32) -> Cell {
         if id == NONE { Cell::Empty } else { Cell::Plane(id, self.plane_number(id)) }
+    }
+}
+
+/// The triangles of a tile as a surface to walk over.
+struct TileMesh<'a> {
+    tile: &'a Tile<'a>,
+    rasters: &'a [Option<RasterTriangle>],
+}
+
+impl walk::Mesh for TileMesh<'_> {
+    fn triangle(&self, id: u32) -> Option<&RasterTriangle> {
+        self.rasters.get(id as usize)?.as_ref()
+    }
+
+    fn beyond(&self, id: u32, corner: usize) -> Option<Beyond> {
+        let seen = self.tile.triangle(id);
+        let mesh = &self.tile.frame.scene.meshes[seen.mesh as usize];
+        let next = mesh.neighbours[seen.triangle as usize][corner]?;
+        let id = self.tile.place(seen.mesh, next.triangle)?;
+        let line = |triangle: u32, corner: usize| {
+            let corners = mesh.triangles[triangle as usize];
+            [corners[(corner + 1) % 3], corners[(corner + 2) % 3]]
+        };
+        let [a, b] = line(seen.triangle, corner);
+        let flat = mesh.normals.is_empty()
+            && self.tile.frame.scene.materials[mesh.material].light != LightKind::None;
+        let jumps = flat || ![[a, b], [b, a]].contains(&line(next.triangle, next.corner()));
+        Some(Beyond { id, corner: next.corner(), jumps })
     }
 }
 

@@ -8,6 +8,7 @@
 use glam::DVec3;
 
 use crate::cull::ScreenTriangle;
+use crate::edges::Crossing;
 use crate::filter::{BORDER_PX, PixelFilter};
 
 /// A tile's side, px.
@@ -94,6 +95,36 @@ impl RasterTriangle {
             closed[i] = line.x > 0.0 || (line.x == 0.0 && line.y > 0.0);
         }
         Some(Self { lines, closed, key: narrow(moved(triangle.key, corner_px)), columns, rows })
+    }
+
+    /// The depth key over the tile.
+    pub(crate) fn key(&self) -> &Plane {
+        &self.key
+    }
+
+    /// Where the way from `p` to `q`, having entered the triangle, leaves it, and the corner opposite the line that it
+    /// crosses there; `None` if it ends inside.
+    #[inline(always)]
+    pub(crate) fn leaves(&self, p: [f32; 2], q: [f32; 2]) -> Option<(Crossing, usize)> {
+        let mut first: Option<(Crossing, usize)> = None;
+        for (corner, line) in self.lines.iter().enumerate() {
+            let value = |at: [f32; 2]| line[0] * at[0] + line[1] * at[1] + line[2];
+            let (here, there) = (value(p), value(q));
+            if there < 0.0 && there < here {
+                let t = (here / (here - there)).max(0.0);
+                if first.is_none_or(|(before, _)| t < before.t) {
+                    first = Some((Crossing { t, across: [line[0], line[1]] }, corner));
+                }
+            }
+        }
+        first
+    }
+
+    /// Whether the way from `p` to `q` enters the triangle, not leaves it, where it crosses the line opposite `corner`.
+    #[inline(always)]
+    pub(crate) fn opens(&self, corner: usize, p: [f32; 2], q: [f32; 2]) -> bool {
+        let line = &self.lines[corner];
+        line[0] * (q[0] - p[0]) + line[1] * (q[1] - p[1]) > 0.0
     }
 
     /// Calls `hit` with sub-pixel and key wherever the triangle covers a sub-pixel beyond the near plane.
