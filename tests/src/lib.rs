@@ -15,6 +15,7 @@ pub mod iso_reference;
 pub mod kernel_sheet_reference;
 pub mod lod_scenes;
 pub mod march;
+pub mod mesh_views;
 pub mod peer_scenes;
 pub mod popping;
 pub mod rays;

@@ -1,64 +1,91 @@
 //! The picture of a textured scene by brute force: many f64 rays a pixel, each against every triangle.
 //!
-//! A pixel is the Gaussian mean (sigma 0.5 px, cut at 2.5 px) of what rays on a fine grid see: the nearest triangle's
+//! A pixel is the Gaussian mean (sigma 0.5 px, over five by five pixels) of what rays on a fine grid see: the nearest triangle's
 //! texture, reconstructed bilinearly in linear light, times the material's colour. Shares no formula with the
 //! renderer: rays meet triangles by Cramer's rule in camera space.
 //!
-//! Limits: unlit, opaque, base texture only; no near plane; time is pixels times rays times triangles.
+//! Limits: unlit, opaque, base texture only; no near plane; time is pixels times rays times the triangles
+//! whose rectangle holds the pixel.
 
 use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 use resample_core::image::linear_from_srgb;
-use resample_core::{Camera, Image};
+use resample_core::{Camera, Image, Projection};
 use texmap::Scene;
 use texmap::scene::{Magnify, Texels, Texture, TextureUse, Wrap};
-
-/// Reach of the pixel's Gaussian, px.
-const REACH_PX: f64 = 2.5;
 
 /// A triangle before the camera, with its texture coordinates in texels.
 struct Target<'a> {
     corners: [DVec3; 3],
+    /// What it may cover of the screen, px: the least and the greatest corner.
+    bounds_px: [DVec2; 2],
     uv: [DVec2; 3],
     texture: Option<(&'a Texture, TextureUse)>,
     colour: [f64; 3],
 }
 
+/// Pixels along a side of the window that the Gaussian reaches.
+const WINDOW: usize = 5;
+
+/// What the rays of one pixel add to each pixel of the window around it: red, green, blue, coverage, weight.
+type Shares = [[f64; 5]; WINDOW * WINDOW];
+
 /// The picture of `scene` from `camera` with `per_px` x `per_px` rays a pixel.
 pub fn reference_picture(scene: &Scene, camera: &Camera, per_px: usize) -> Image {
     let targets = targets(scene, camera);
     let (width, height) = (camera.width as usize, camera.height as usize);
+    // Pixels around the picture count too.
+    let border = WINDOW / 2;
+    let columns = width + 2 * border;
+    let cells: Vec<Shares> = (0..columns * (height + 2 * border))
+        .into_par_iter()
+        .map(|cell| {
+            let at = |index: usize| index as f64 - border as f64;
+            shares(&targets, camera, DVec2::new(at(cell % columns), at(cell / columns)), per_px)
+        })
+        .collect();
     let mut image = Image::transparent(width, height);
     image.rgba.par_iter_mut().enumerate().for_each(|(index, pixel)| {
-        let centre = DVec2::new((index % width) as f64 + 0.5, (index / width) as f64 + 0.5);
-        *pixel = pixel_colour(&targets, camera, centre, per_px).map(|v| v as f32);
+        let mut sum = [0.0; 5];
+        for k in 0..WINDOW * WINDOW {
+            let cell = (index / width + k / WINDOW) * columns + index % width + k % WINDOW;
+            // The cell's window has this pixel on the other side.
+            (0..5).for_each(|channel| sum[channel] += cells[cell][WINDOW * WINDOW - 1 - k][channel]);
+        }
+        *pixel = [0, 1, 2, 3].map(|channel| (sum[channel] / sum[4]) as f32);
     });
     image
 }
 
-fn pixel_colour(targets: &[Target], camera: &Camera, centre: DVec2, per_px: usize) -> [f64; 4] {
+/// The rays of the pixel whose corner is at `corner`.
+fn shares(targets: &[Target], camera: &Camera, corner: DVec2, per_px: usize) -> Shares {
+    let near: Vec<&Target> = targets
+        .iter()
+        .filter(|t| t.bounds_px[0].cmple(corner + 1.0).all() && t.bounds_px[1].cmpge(corner).all())
+        .collect();
     let step = 1.0 / per_px as f64;
-    let count = (2.0 * REACH_PX / step).round() as usize;
-    let (mut sum, mut total) = ([0.0; 4], 0.0);
-    for j in 0..count {
-        for i in 0..count {
-            let offset = DVec2::new(i as f64 + 0.5, j as f64 + 0.5) * step - DVec2::splat(REACH_PX);
-            let weight = (-2.0 * offset.length_squared()).exp();
-            total += weight;
-            if let Some(colour) = seen(targets, camera, centre + offset) {
-                (0..3).for_each(|k| sum[k] += weight * colour[k]);
-                sum[3] += weight;
+    let mut shares = [[0.0; 5]; WINDOW * WINDOW];
+    for ray in 0..per_px * per_px {
+        let offset = DVec2::new((ray % per_px) as f64 + 0.5, (ray / per_px) as f64 + 0.5) * step;
+        let colour = seen(&near, camera, corner + offset);
+        for (k, share) in shares.iter_mut().enumerate() {
+            let middle = DVec2::new((k % WINDOW) as f64, (k / WINDOW) as f64) - (WINDOW / 2) as f64 + 0.5;
+            let weight = (-2.0 * (offset - middle).length_squared()).exp();
+            if let Some(colour) = colour {
+                (0..3).for_each(|channel| share[channel] += weight * colour[channel]);
+                share[3] += weight;
             }
+            share[4] += weight;
         }
     }
-    sum.map(|v| v / total)
+    shares
 }
 
 /// The colour of the nearest triangle on the ray through a screen position.
-fn seen(targets: &[Target], camera: &Camera, pos_in_screen: DVec2) -> Option<[f64; 3]> {
+fn seen(targets: &[&Target], camera: &Camera, pos_in_screen: DVec2) -> Option<[f64; 3]> {
     let (origin, direction) = camera.ray_in_camera(pos_in_screen);
     let mut nearest: Option<(f64, &Target, DVec3)> = None;
-    for target in targets {
+    for &target in targets {
         let [a, b, c] = target.corners;
         // origin + t direction = a + p (b - a) + q (c - a)
         let matrix = DMat3::from_cols(-direction, b - a, c - a);
@@ -97,10 +124,28 @@ fn targets<'a>(scene: &'a Scene, camera: &Camera) -> Vec<Target<'a>> {
                 (texture_use.uv_linear * uv + texture_use.uv_offset) * size
             });
             let [r, g, b, _] = material.base_colour.map(f64::from);
-            targets.push(Target { corners, uv, texture, colour: [r, g, b] });
+            targets.push(Target {
+                corners,
+                bounds_px: bounds_px(camera, &corners),
+                uv,
+                texture,
+                colour: [r, g, b],
+            });
         }
     }
     targets
+}
+
+/// The rectangle around the corners' places; everything if one of them is not before the eye.
+fn bounds_px(camera: &Camera, corners: &[DVec3; 3]) -> [DVec2; 2] {
+    if camera.projection == Projection::Perspective && corners.iter().any(|corner| corner.z <= 0.0) {
+        return [DVec2::NEG_INFINITY, DVec2::INFINITY];
+    }
+    let w = |corner: &DVec3| if camera.projection == Projection::Perspective { corner.z } else { 1.0 };
+    let places = corners.map(|corner| {
+        DVec2::new(camera.fx * corner.x, camera.fy * corner.y) / w(&corner) + DVec2::new(camera.cx, camera.cy)
+    });
+    [places[0].min(places[1]).min(places[2]), places[0].max(places[1]).max(places[2])]
 }
 
 /// The texture's own reconstruction at `uv` (texels).

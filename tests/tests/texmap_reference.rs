@@ -35,13 +35,13 @@ fn with(method: Method) -> RenderOptions {
 }
 
 /// Hybrid is near the truth, `least_db` inside the surface, and 6 dB better there than every single-sample method.
-/// Outlines included it is at least 40 dB: these small pictures consist of them.
+/// Outlines included it is at least 45 dB: these small pictures consist of them, and so few rays see them in steps.
 fn check(name: &str, scene: &Scene, camera: &Camera, (rays, least_db): (usize, f64)) {
     let truth = reference_picture(scene, camera, rays);
     let image = rendered(scene, camera, &RenderOptions::default());
     let (whole, hybrid) = (psnr_db(&image, &truth), inner_db(&image, &truth));
     println!("{name}: hybrid {hybrid:.1} dB inside, {whole:.1} dB with outlines");
-    assert!(whole >= 40.0, "{name}: hybrid is {whole:.1} dB from the truth with outlines");
+    assert!(whole >= 45.0, "{name}: hybrid is {whole:.1} dB from the truth with outlines");
     assert!(hybrid >= least_db, "{name}: hybrid is {hybrid:.1} dB from the truth, expected {least_db}");
     for method in
         [Method::BackwardNearest, Method::BackwardBilinear, Method::BackwardTrilinear, Method::BackwardEwa]

@@ -224,7 +224,7 @@ fn correct_edges(work: &mut TileWork, per_pixel: usize) {
     let TileWork { edges, colours, wanted, jumps, .. } = work;
     let wanted = |at: u32| wanted[at as usize / SPAN_PX / per_pixel * SPAN_PX + at as usize % SPAN_PX];
     jumps.clear();
-    jumps.extend(edges.all.iter().map(|edge| match edge.between.map(|at| wanted(at)) {
+    jumps.extend(edges.all.iter().map(|edge| match edge.between.map(&wanted) {
         [true, true] => colours[edge.between[0] as usize] - colours[edge.between[1] as usize],
         _ => Vec4::ZERO,
     }));

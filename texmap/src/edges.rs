@@ -11,8 +11,8 @@
 //! by which the jump is added to the colours of p and of q. Of the lattice's two directions the one that crosses the
 //! edge more steeply is corrected: across its lines the sum is then over a smooth function, which needs no correction.
 //!
-//! Limits: edges are straight between neighbours; what no sub-pixel shows is not found; translucent layers are not
-//! corrected.
+//! Limits: edges are straight between neighbours; what no sub-pixel shows is not found; translucent layers and cuts by
+//! alpha are not corrected.
 
 use crate::filter::{LatticeStep, PixelFilter};
 use crate::visibility::SPAN_PX;

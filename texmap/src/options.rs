@@ -17,7 +17,7 @@ pub struct RenderOptions {
     pub shade: Shade,
     /// Where the light of [`Shade::Lambert`] comes from: points towards the light, any length above 0.
     pub light: DVec3,
-    /// Sub-pixels along a pixel's side at which visibility is decided: 1, 2, 4 or 8. A pixel has one more than their
+    /// Sub-pixels along a pixel's side at which visibility is decided: 1, 2, 3, 4 or 8. A pixel has one more than their
     /// square, on a turned lattice.
     pub subpixels: u32,
     /// From which level minified texels are taken.
@@ -124,7 +124,10 @@ impl RenderOptions {
             return refuse("flat samples have the footprints affine and exact; choose one of them".into());
         }
         if ![1, 2, 3, 4, 8].contains(&self.subpixels) {
-            return refuse(format!("the number of sub-pixels is {}, expected 1, 2, 4 or 8", self.subpixels));
+            return refuse(format!(
+                "the number of sub-pixels is {}, expected 1, 2, 3, 4 or 8",
+                self.subpixels
+            ));
         }
         if self.max_texels < 16 {
             return refuse(format!(

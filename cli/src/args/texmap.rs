@@ -74,7 +74,7 @@ pub(crate) struct TexmapRenderArgs {
     /// Direction towards the light, in the world, for --shade lambert [default: 0.4,1,0.6]
     #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true, requires = "shade")]
     pub light: Option<DVec3>,
-    /// Sub-pixels along a pixel's side at which visibility is decided: 1, 2, 4 or 8
+    /// Sub-pixels along a pixel's side at which visibility is decided: 1, 2, 3, 4 or 8
     #[arg(long, value_name = "N", default_value_t = RenderOptions::default().subpixels)]
     pub subpixel: u32,
     /// From which level of the texture's pyramid small texels are taken [default: auto]
