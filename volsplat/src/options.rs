@@ -49,7 +49,7 @@ pub struct RenderOptions {
     /// A pixel is left alone once its transmittance is below this, 0..1: no pixel changes by more than this.
     /// 0 never stops early.
     pub min_transmittance: f32,
-    /// Image sheets that gather: bricks seen at less than half a pixel a voxel are drawn from merged blocks where no
+    /// Image sheets that gather: bricks seen at less than 0.3 pixels a voxel are drawn from merged blocks where no
     /// pixel is predicted to change by more than this, 0..1. 0 never does, nor do volumes that stay in their file.
     pub lod_error: f32,
     /// The length, in world units, over which a transfer function's opacity is meant; `None` is the smallest spacing.

@@ -80,7 +80,7 @@ const HARD_EDGE_SUBPIXELS: u32 = 4;
 pub(crate) struct ImageSheets {
     source: Source,
     /// What may be drawn in place of each brick of cells, once some view has asked for it.
-    details: Option<Vec<Detail>>,
+    details: Option<Vec<Option<Detail>>>,
     channels: Arc<[ChannelSettings]>,
     iso: Option<IsoSettings>,
     options: RenderOptions,
@@ -349,7 +349,7 @@ impl SheetFrame<'_> {
     /// Renders the tiles from cells.
     fn gather(
         &self,
-        (field, details): (&CellField, &[Detail]),
+        (field, details): (&CellField, &[Option<Detail>]),
         clip: &GridClip,
         slots: &mut Vec<TileSlot>,
         stats: &mut FrameStats,
@@ -359,7 +359,7 @@ impl SheetFrame<'_> {
 
         let clock = StageClock::start();
         let detail = |i: usize| match (&self.levels, details.get(i)) {
-            (Some(levels), Some(detail)) => levels.choice(self.view, &field.bricks[i], detail),
+            (Some(levels), Some(Some(detail))) => levels.choice(self.view, &field.bricks[i], detail),
             _ => Choice::EverySheet,
         };
         let (bricks, rects) =

@@ -9,9 +9,9 @@ use super::{Choice, LEVELS, Merged, STRIDES, Stride};
 use crate::cells::{CELL_SIDE, CellBrick};
 use crate::options::{RenderOptions, Shading};
 
-/// Pixels a voxel from which on nothing is replaced: blocks of two cells are then as large as a pixel, and no
-/// deviation averages out.
-const MOST_PX: f64 = 0.5;
+/// Pixels a voxel from which on nothing is replaced. At half a pixel blocks of two cells are as large as a pixel, so
+/// that nothing averages out, and sheets that are skipped save less than the look at the bricks costs.
+const MOST_PX: f64 = 0.3;
 
 /// Share of a block's spread that does not average out over a pixel, per pixel that a block is wide. Calibrated.
 const BLOCK_SHARE: f64 = 0.5;

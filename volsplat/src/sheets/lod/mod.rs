@@ -1,6 +1,6 @@
 //! Level of detail: bricks of cells whose blocks of 2^3, 4^3 or 8^3 cells are drawn as one homogeneous sample each.
 //!
-//! A brick that is seen at less than half a pixel a voxel may be drawn from blocks (`blocks`): the mean extinction and
+//! A brick that is seen at less than 0.3 pixels a voxel may be drawn from blocks (`blocks`): the mean extinction and
 //! the extinction-weighted mean colour of the post-classified field over each block. A ray then takes steps 2^L times
 //! as long ([`walk`]); a level whose predicted change is too large for `--lod-error` is not used (`choose`). Bricks that nothing may replace are drawn as ever, from the same samples on the same planes, and
 //! merged bricks count the planes that they stand for, so that a homogeneous brick is the same at every level.

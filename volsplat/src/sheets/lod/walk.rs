@@ -179,7 +179,12 @@ fn composite_steps<S: Simd, const MERGED: bool>(
         let before = load(&scratch.pixels.transmittance[at.row]);
         // What is opaque is left alone, as on every sheet.
         let open = before.simd_ge(constant(settings.min_transmittance));
-        let weight = open.select(before * opacity(simd, settings.opacity, added), constant(0.0));
+        let mut weight = open.select(before * opacity(simd, settings.opacity, added), constant(0.0));
+        let least = constant(settings.min_transmittance);
+        if ((before - weight).simd_lt(least) & open).any_true() {
+            let added = until_opaque(simd, settings.min_transmittance, before, (units * strength, planes));
+            weight = open.select(before * opacity(simd, settings.opacity, added), constant(0.0));
+        }
         (before - weight).store_slice(&mut scratch.pixels.transmittance[at.row][range.clone()]);
         if settings.depth == DepthRule::Expected {
             let thickness = constant(settings.thickness as f32);
@@ -196,4 +201,25 @@ fn composite_steps<S: Simd, const MERGED: bool>(
         }
     }
     (count, seen)
+}
+
+/// Optical depths of the planes that are composited before a pixel is opaque: sheet by sheet it would end there, and a
+/// step must not go on. `added` is the optical depth of one plane, and there are so many planes.
+#[inline(never)]
+fn until_opaque<S: Simd>(
+    simd: S,
+    min_transmittance: f32,
+    before: f32x8<S>,
+    (added, planes): (f32x8<S>, f32x8<S>),
+) -> f32x8<S> {
+    let (before, added, planes) = (before.to_array(), added.to_array(), planes.to_array());
+    let mut depths = [0.0f32; LANES];
+    for lane in 0..LANES {
+        // The least number of planes after which less than the least transmittance is left.
+        let enough = ((before[lane] / min_transmittance).ln() / added[lane]).floor() + 1.0;
+        // Without extinction this is no number or infinite, and all planes are taken.
+        let taken = if enough >= 1.0 { enough.min(planes[lane]) } else { planes[lane] };
+        depths[lane] = taken * added[lane];
+    }
+    f32x8::from_slice(simd, &depths)
 }
