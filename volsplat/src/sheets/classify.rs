@@ -58,6 +58,13 @@ impl TransferTable {
         Self { entries, scale: 1.0, shift: 1.5 }
     }
 
+    /// Colour and strength of these scalars, where they are the same for all from the least to the greatest.
+    pub(crate) fn constant_over(&self, [least, greatest]: [f32; 2]) -> Option<[f32; 4]> {
+        let (first, last) = (self.place(least), self.place(greatest));
+        let entry = self.entry(first);
+        (first..=last).all(|place| self.entry(place) == entry).then_some(entry)
+    }
+
     /// The places of scalars.
     #[inline(always)]
     pub(crate) fn places<S: Simd>(&self, simd: S, values: f32x8<S>) -> i32x8<S> {
@@ -75,7 +82,13 @@ impl TransferTable {
     /// Linear red, green, blue and strength of a scalar.
     #[inline(always)]
     pub(crate) fn at(&self, value: f32) -> [f32; 4] {
-        self.entry((value * self.scale + self.shift).clamp(0.0, (ENTRIES + 1) as f32) as i32)
+        self.entry(self.place(value))
+    }
+
+    /// The place of one scalar.
+    #[inline(always)]
+    fn place(&self, value: f32) -> i32 {
+        (value * self.scale + self.shift).clamp(0.0, (ENTRIES + 1) as f32) as i32
     }
 }
 

@@ -19,6 +19,7 @@ mod adjust;
 mod automatic;
 mod colour_space;
 mod curve;
+mod mixed;
 mod paraview;
 
 pub use colour_map::ColourMap;

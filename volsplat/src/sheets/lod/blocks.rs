@@ -5,7 +5,8 @@
 
 use rayon::prelude::*;
 
-use super::samples::{FALL, Samples, Stray, coarse_spread};
+use super::look::first_look;
+use super::samples::{Samples, Stray};
 use super::{LEVELS, STRIDES};
 use crate::cells::CellBrick;
 use crate::sheets::classify::TransferTable;
@@ -44,20 +45,41 @@ pub(crate) fn details(
     useful: impl Fn(Stray) -> bool + Sync,
 ) -> Vec<Option<Detail>> {
     let detail = |brick: &CellBrick| {
-        // A first look drops most bricks with edges, at a tenth of the cost.
-        let spread = coarse_spread(brick, table) / FALL;
-        if !useful(Stray { spread, drift: 0.0 }) {
+        if let Some(value) = table.constant_over(brick.range) {
+            return Some(Detail::homogeneous(brick, value));
+        }
+        if !first_look(brick, table, &useful) {
             return None;
         }
         let samples = Samples::new(brick, table);
-        let blocks = useful(samples.stray(0)).then(|| Box::new(Blocks::new(&samples)));
-        Some(Detail { skip_spreads: samples.skip_spreads(), depth: samples.depth(), blocks })
+        let skip_spreads = samples.skip_spreads(&useful);
+        let blocks = samples.stray(0, &useful).map(|stray| Box::new(Blocks::new(&samples, stray)));
+        (skip_spreads.is_some() || blocks.is_some()).then(|| Detail {
+            skip_spreads: skip_spreads.unwrap_or([f32::INFINITY; STRIDES]),
+            depth: samples.depth(),
+            blocks,
+        })
     };
     bricks.par_iter().map(detail).collect()
 }
 
+impl Detail {
+    /// That of a brick whose samples are all the same: nothing strays.
+    fn homogeneous(brick: &CellBrick, value: [f32; 4]) -> Self {
+        let [least, greatest] = brick.bounds.range();
+        let longest = (0..3).map(|axis| greatest[axis] - least[axis]).max().unwrap_or(0);
+        let blocks = Blocks::of_values(&[value; BLOCKS], [Stray::default(); LEVELS]);
+        Self {
+            skip_spreads: [0.0; STRIDES],
+            depth: f32::from(longest) * value[3],
+            blocks: Some(Box::new(blocks)),
+        }
+    }
+}
+
 impl Blocks {
-    fn new(samples: &Samples) -> Self {
+    /// `finest` is the stray of the first level.
+    fn new(samples: &Samples, finest: Stray) -> Self {
         let mut values = Vec::with_capacity(BLOCKS);
         for level in 0..LEVELS {
             values.extend(samples.means(level).into_iter().map(|[r, g, b, strength]| {
@@ -65,14 +87,21 @@ impl Blocks {
                 [colour(r), colour(g), colour(b), strength]
             }));
         }
+        let never = Stray { spread: f32::INFINITY, drift: f32::INFINITY };
+        let stray = |level| if level == 0 { finest } else { samples.stray(level, |_| true).unwrap_or(never) };
+        Self::of_values(&values, std::array::from_fn(stray))
+    }
+
+    /// From colour and strength of every block.
+    fn of_values(values: &[[f32; 4]], strays: [Stray; LEVELS]) -> Self {
         let most = |channel: usize| values.iter().map(|v| v[channel]).fold(f32::MIN_POSITIVE, f32::max);
         let colour = most(0).max(most(1)).max(most(2));
         let scales = [colour, colour, colour, most(3)].map(|most| most / CODES);
         let mut codes = [[0; 4]; BLOCKS];
-        for (code, value) in codes.iter_mut().zip(&values) {
+        for (code, value) in codes.iter_mut().zip(values) {
             *code = std::array::from_fn(|channel| (value[channel] / scales[channel]).round() as u16);
         }
-        Self { codes, scales, strays: std::array::from_fn(|level| samples.stray(level)) }
+        Self { codes, scales, strays }
     }
 
     /// Red, green, blue and extinction of a block, in parts of their scales.

@@ -20,6 +20,17 @@ const BLOCK_SHARE: f64 = 0.5;
 /// Calibrated.
 const SKIP_SHARE: f64 = 0.75;
 
+/// Pixels a voxel down to which details are made. Farther away frames cost little anyway, and the bricks that only such
+/// views could replace cost more to look at than all frames of a zoom to there would save.
+const LEAST_PX: f64 = 1.0 / 8.0;
+
+/// The least share that is met: of blocks of two cells at that distance, or of skipped sheets at 8 rows a pixel, the most that
+/// is chosen by itself.
+const LEAST_SHARE: f64 = {
+    let (blocks, skipped) = (BLOCK_SHARE * LEAST_PX * 2.0, SKIP_SHARE / 8.0);
+    if blocks < skipped { blocks } else { skipped }
+};
+
 /// Factor on every predicted change. Calibrated: at 1 the largest change was 0.95 times the bound in the scenes that
 /// the shares were fitted to.
 const SAFETY: f64 = 2.0;
@@ -91,10 +102,13 @@ impl LevelChoice {
         })
     }
 
-    /// Whether blocks with this stray may be used in any view, however far.
+    /// Whether something with this stray may be used in any view down to [`LEAST_PX`] pixels a voxel.
     pub(crate) fn ever_useful(&self) -> impl Fn(Stray) -> bool + Sync + use<> {
         let bound = self.lod_error;
-        move |stray| SAFETY * 0.5 * f64::from(stray.spread).powi(2) <= bound
+        move |stray| {
+            let spread = f64::from(stray.spread);
+            SAFETY * (LEAST_SHARE * spread + 0.5 * spread * spread) <= bound
+        }
     }
 
     /// What a brick is drawn from.

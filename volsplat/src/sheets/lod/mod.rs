@@ -39,6 +39,7 @@
 pub(crate) mod blocks;
 pub(crate) mod choose;
 mod count;
+mod look;
 pub(crate) mod merged;
 mod samples;
 pub(crate) mod skip;

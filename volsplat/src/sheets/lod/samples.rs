@@ -19,6 +19,9 @@ const LENGTH: f32 = 1.0 / FINE as f32;
 /// How much the spread falls where the step is halved, for a smooth field: the midpoint rule is of second order.
 pub(super) const FALL: f32 = 4.0;
 
+/// Places at which the greatest stride may begin.
+const PHASES: usize = 1 << STRIDES;
+
 /// Blocks along a brick's side at a level.
 pub(crate) const SIDES: [usize; LEVELS] = [4, 2, 1];
 
@@ -140,13 +143,13 @@ impl Samples {
         sums.into_iter().map(|(sum, count)| sum.map(|s| s / f32::max(count, 1.0))).collect()
     }
 
-    /// How far the field strays from the blocks of a level.
-    pub(super) fn stray(&self, level: usize) -> Stray {
+    /// How far the field strays from the blocks of a level; `None` as soon as that is not `useful`.
+    pub(super) fn stray(&self, level: usize, useful: impl Fn(Stray) -> bool) -> Option<Stray> {
         let means = self.means(level);
-        let all = (0..3).map(|axis| self.stray_along(axis, level, &means));
-        all.fold(Stray::default(), |worst, s| Stray {
-            spread: worst.spread.max(s.spread),
-            drift: worst.drift.max(s.drift),
+        (0..3).try_fold(Stray::default(), |worst, axis| {
+            let along = self.stray_along(axis, level, &means);
+            let worst = Stray { spread: worst.spread.max(along.spread), drift: worst.drift.max(along.drift) };
+            useful(worst).then_some(worst)
         })
     }
 
@@ -174,25 +177,14 @@ impl Samples {
     }
 
     /// Root mean square, over columns and over where the sheets begin, of the error that taking only every 2nd, 4th
-    /// and 8th sample makes, in parts of the mean.
-    pub(super) fn skip_spreads(&self) -> [f32; STRIDES] {
+    /// and 8th sample makes, in parts of the mean; `None` as soon as the first of them is not `useful`.
+    pub(super) fn skip_spreads(&self, useful: impl Fn(Stray) -> bool) -> Option<[f32; STRIDES]> {
         let mut worst = [0.0f32; STRIDES];
         for axis in 0..3 {
-            let mut squares = [[0.0f32; 4]; STRIDES];
-            let [first, end] = self.range[axis];
-            for column in self.columns_along(axis) {
-                let mut phases = [[0.0f32; 4]; 1 << STRIDES];
-                for depth in first..end {
-                    let value = self.values[place(column.at(depth))];
-                    for (sum, value) in phases[depth % (1 << STRIDES)].iter_mut().zip(value) {
-                        *sum += LENGTH * value;
-                    }
-                }
-                add_phase_errors(&phases, &mut squares);
-            }
-            for (worst, squares) in worst.iter_mut().zip(squares) {
-                let most = squares.into_iter().fold(0.0, f32::max);
-                *worst = worst.max(self.relative(most, axis));
+            let along = self.skip_spreads_along(axis);
+            worst = std::array::from_fn(|i| worst[i].max(along[i]));
+            if !useful(Stray { spread: worst[0], drift: 0.0 }) {
+                return None;
             }
         }
         // What is symmetric about the samples shows no error at a stride that it shows at others: the error falls no
@@ -200,43 +192,24 @@ impl Samples {
         for i in (1..STRIDES).rev() {
             worst[i - 1] = worst[i - 1].max(worst[i] / FALL);
         }
-        worst
+        Some(worst)
     }
-}
 
-/// Root mean square, over the columns of one axis or another, of the error that taking every other cell's middle
-/// makes, in parts of the mean: a first look, at an eighth of the samples. The field is colour times extinction, and
-/// extinction.
-pub(super) fn coarse_spread(brick: &CellBrick, table: &TransferTable) -> f32 {
-    let [least, greatest] = brick.bounds.range().map(|end| end.map(usize::from));
-    let mut columns = [[[0.0f32; 4]; CELL_SIDE * CELL_SIDE]; 3];
-    let mut total = 0.0f32;
-    for z in least[2]..greatest[2] {
-        for y in least[1]..greatest[1] {
-            for x in least[0]..greatest[0] {
-                let middle = corners(brick, [x, y, z]).iter().sum::<f32>() / 8.0;
-                let [r, g, b, strength] = table.at(middle);
-                total += strength;
-                let value = [r * strength, g * strength, b * strength, strength];
-                for (columns, [along, u, v]) in columns.iter_mut().zip([[x, y, z], [y, z, x], [z, x, y]]) {
-                    let sign = if along % 2 == 0 { 1.0 } else { -1.0 };
-                    for (sum, value) in columns[u + CELL_SIDE * v].iter_mut().zip(value) {
-                        *sum += sign * value;
-                    }
+    fn skip_spreads_along(&self, axis: usize) -> [f32; STRIDES] {
+        let mut squares = [[0.0f32; 4]; STRIDES];
+        let [first, end] = self.range[axis];
+        for column in self.columns_along(axis) {
+            let mut phases = [[0.0f32; 4]; PHASES];
+            for depth in first..end {
+                let value = self.values[place(column.at(depth))];
+                for (sum, value) in phases[depth % PHASES].iter_mut().zip(value) {
+                    *sum += LENGTH * value;
                 }
             }
+            add_phase_errors(&phases, &mut squares);
         }
+        squares.map(|squares| self.relative(squares.into_iter().fold(0.0, f32::max), axis))
     }
-    let size: [usize; 3] = std::array::from_fn(|axis| greatest[axis] - least[axis]);
-    let mut worst = 0.0f32;
-    for (axis, columns) in columns.iter().enumerate() {
-        let count = (size[(axis + 1) % 3] * size[(axis + 2) % 3]) as f32;
-        for channel in 0..4 {
-            let squares: f32 = columns.iter().map(|sum| sum[channel] * sum[channel]).sum();
-            worst = worst.max((squares * count).sqrt());
-        }
-    }
-    worst / total.max(f32::MIN_POSITIVE)
 }
 
 /// The scalars at the corners of a cell, x fastest.
@@ -248,16 +221,22 @@ fn corners(brick: &CellBrick, [x, y, z]: [usize; 3]) -> [f32; 8] {
 }
 
 /// Adds, per stride and channel, the mean square over the phases of stride * (sum of a phase) - (sum of all).
-fn add_phase_errors(phases: &[[f32; 4]; 1 << STRIDES], squares: &mut [[f32; 4]; STRIDES]) {
-    for channel in 0..4 {
-        let all: f32 = phases.iter().map(|phase| phase[channel]).sum();
-        for (i, squares) in squares.iter_mut().enumerate() {
-            let stride = 2usize << i;
-            let error = |start: usize| {
-                let part: f32 = phases.iter().skip(start).step_by(stride).map(|phase| phase[channel]).sum();
-                (stride as f32 * part - all).powi(2)
-            };
-            squares[channel] += (0..stride).map(error).sum::<f32>() / stride as f32;
+#[inline(always)]
+fn add_phase_errors(eight: &[[f32; 4]; PHASES], squares: &mut [[f32; 4]; STRIDES]) {
+    let plus = |a: [f32; 4], b: [f32; 4]| [a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]];
+    let mut four = [[0.0f32; 4]; PHASES / 2];
+    for (i, sum) in four.iter_mut().enumerate() {
+        *sum = plus(eight[i], eight[i + PHASES / 2]);
+    }
+    let two = [plus(four[0], four[2]), plus(four[1], four[3])];
+    let all = plus(two[0], two[1]);
+    for (sums, squares) in [&two[..], &four[..], &eight[..]].into_iter().zip(squares) {
+        let stride = sums.len() as f32;
+        for sum in sums {
+            for channel in 0..4 {
+                let error = stride * sum[channel] - all[channel];
+                squares[channel] += error * error / stride;
+            }
         }
     }
 }
