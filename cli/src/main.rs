@@ -34,6 +34,7 @@ mod transfer_plot;
 mod values;
 mod viewpoint;
 mod volume_data;
+mod volume_motion;
 mod warp_scene;
 
 use std::process::ExitCode;

@@ -36,6 +36,9 @@ pub(crate) fn check_size(camera: &Camera) -> Result<()> {
 /// A renderer: the picture that a camera sees.
 pub(crate) type Render<'a> = dyn FnMut(&Camera) -> Result<Drawn> + 'a;
 
+/// A renderer of a sequence: the picture that a camera sees, and its number, from 0 on.
+pub(crate) type RenderNumbered<'a> = dyn FnMut(&Camera, usize) -> Result<Drawn> + 'a;
+
 /// A picture in memory, and the counts and times of its drawing.
 pub(crate) struct Drawn {
     /// The picture.
@@ -45,15 +48,19 @@ pub(crate) struct Drawn {
 }
 
 /// Renders from `camera` and lays the picture over its background.
-pub(crate) fn render(render: &mut Render, camera: &Camera, background: &Background) -> Result<Drawn> {
-    let Drawn { image, account } = render(camera)?;
+pub(crate) fn render(
+    render: &mut RenderNumbered,
+    (camera, number): (&Camera, usize),
+    background: &Background,
+) -> Result<Drawn> {
+    let Drawn { image, account } = render(camera, number)?;
     Ok(Drawn { image: background.behind(image), account })
 }
 
 /// Renders from `camera` and writes `file`.
 pub(crate) fn draw(
-    renderer: &mut Render,
-    camera: &Camera,
+    renderer: &mut RenderNumbered,
+    camera: (&Camera, usize),
     file: PathBuf,
     finish: &Finish,
 ) -> Result<WrittenFrame> {

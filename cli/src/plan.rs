@@ -15,11 +15,11 @@ use serde_json::{Value, json};
 use crate::args::{CameraArgs, PictureArgs, ProjectionArg, SequenceArgs};
 use crate::background::Background;
 use crate::camera_file::{self, CameraDefaults, CameraFile};
-use crate::camera_path::{self, CameraPath, Moment};
+use crate::camera_path::{self, CameraPath, KeyKind, Moment};
 use crate::choices;
 use crate::framing::{self, Lens, Stance, View};
 use crate::output::{self, Depth, FilmKind, FilmPlan, Format, FrameNames};
-use crate::picture::{self, Finish, Render};
+use crate::picture::{self, Finish, RenderNumbered};
 use crate::report::{self, RunStats, Verbosity};
 use crate::sequence::{self, Existing, Sequence};
 use crate::values::{BackgroundWord, Size};
@@ -39,6 +39,8 @@ pub(crate) struct Request<'a> {
     pub sequence: &'a SequenceArgs,
     /// How they are written.
     pub picture: &'a PictureArgs,
+    /// What the keys of a path may say.
+    pub keys: KeyKind,
     /// Files that are read, beside the camera file and the background.
     pub inputs: Vec<&'a Path>,
     /// Files that are written beside the picture, each with its option.
@@ -132,6 +134,14 @@ impl Plan {
         self.checked(cameras)
     }
 
+    /// The path that the cameras follow, and the moments of its pictures.
+    pub(crate) fn path(&self) -> Option<(&CameraPath, &[Moment])> {
+        match &self.cameras {
+            PlannedCameras::Path(path, pictures) => Some((path, pictures)),
+            PlannedCameras::Framed | PlannedCameras::File(_) => None,
+        }
+    }
+
     /// Cameras that were made elsewhere, if pictures of their sizes can be written.
     pub(crate) fn checked(&self, cameras: Vec<Camera>) -> Result<Vec<Camera>> {
         cameras.iter().try_for_each(picture::check_size)?;
@@ -147,7 +157,7 @@ impl Plan {
         request: &Request,
         cameras: &[Camera],
         mut stats: RunStats,
-        (render, telling): (&mut Render, Telling),
+        (render, telling): (&mut RenderNumbered, Telling),
     ) -> Result<()> {
         let existing = if request.sequence.resume { Existing::Keep } else { Existing::Replace };
         let sequence = Sequence { cameras, names: &self.names, finish: &self.finish, existing };
@@ -245,7 +255,7 @@ fn planned_cameras(request: &Request) -> Result<PlannedCameras> {
     let (camera, sequence) = (request.camera, request.sequence);
     let defaults = CameraDefaults { size: camera.size, look_at_size: DEFAULT_SIZE, fov_y_deg: camera.fov };
     if let Some(file) = &sequence.path {
-        let path = camera_path::read(file, &defaults)?;
+        let path = camera_path::read(file, &defaults, request.keys)?;
         let pictures = path.pictures(f64::from(sequence.fps.unwrap_or(output::DEFAULT_FPS)))?;
         return Ok(PlannedCameras::Path(path, pictures));
     }

@@ -90,6 +90,11 @@ impl Volumes {
         &self.channels[0].volume
     }
 
+    /// Takes another transfer function for the first volume.
+    pub(crate) fn set_function(&mut self, function: TransferFunction) {
+        self.channels[0].look = OwnLook::Transfer(function);
+    }
+
     /// Draws the first transfer function over its volume's histogram, where that was asked for.
     pub(crate) fn show_transfer(&self, args: &TransferArgs) -> Result<()> {
         match &self.channels[0].look {

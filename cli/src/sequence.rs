@@ -6,13 +6,15 @@
 //! Limits: a picture that exists is taken for whole (files appear only by renaming), and is not compared with the
 //! options of this run.
 
+use std::path::PathBuf;
+
 use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
 use resample_core::Camera;
 
 use crate::interrupt::{self, Interrupted};
 use crate::output::{Film, FilmPlan, FrameNames};
-use crate::picture::{self, Drawn, Finish, Render};
+use crate::picture::{self, Drawn, Finish, RenderNumbered};
 use crate::report::{self, Verbosity, WrittenFrame};
 
 /// What is drawn, and to where.
@@ -47,7 +49,11 @@ pub(crate) struct Outcome {
 }
 
 /// Draws the sequence.
-pub(crate) fn draw(render: &mut Render, sequence: &Sequence, verbosity: Verbosity) -> Result<Outcome> {
+pub(crate) fn draw(
+    render: &mut RenderNumbered,
+    sequence: &Sequence,
+    verbosity: Verbosity,
+) -> Result<Outcome> {
     let (todo, kept) = todo(sequence);
     let total = sequence.cameras.len();
     // A single picture has no end that is worth waiting for.
@@ -72,7 +78,7 @@ pub(crate) fn draw(render: &mut Render, sequence: &Sequence, verbosity: Verbosit
 
 /// Draws the sequence into one animation.
 pub(crate) fn draw_film(
-    render: &mut Render,
+    render: &mut RenderNumbered,
     sequence: &Sequence,
     plan: &FilmPlan,
     verbosity: Verbosity,
@@ -83,7 +89,7 @@ pub(crate) fn draw_film(
     let mut film = Film::begin(plan, size, u32::try_from(cameras.len())?)?;
     let bar = progress(cameras.len(), verbosity);
     let mut frames = Vec::with_capacity(cameras.len());
-    for camera in cameras {
+    for camera in cameras.iter().enumerate().map(|(number, camera)| (camera, number)) {
         if interrupt::asked() {
             bar.finish_and_clear();
             let state = format!("{} is not written", file.display());
@@ -110,10 +116,10 @@ pub(crate) fn progress(count: usize, verbosity: Verbosity) -> ProgressBar {
     ProgressBar::new(count as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-/// The pictures to draw, each with its camera, and the number of those that are kept.
-fn todo<'a>(sequence: &Sequence<'a>) -> (Vec<(std::path::PathBuf, &'a Camera)>, usize) {
-    let all =
-        sequence.cameras.iter().enumerate().map(|(index, camera)| (sequence.names.frame(index), camera));
+/// The pictures to draw, each with its camera and its number, and how many are kept.
+fn todo<'a>(sequence: &Sequence<'a>) -> (Vec<(PathBuf, (&'a Camera, usize))>, usize) {
+    let cameras = sequence.cameras.iter().enumerate();
+    let all = cameras.map(|(index, camera)| (sequence.names.frame(index), (camera, index)));
     let (kept, todo): (Vec<_>, Vec<_>) =
         all.partition(|(file, _)| sequence.existing == Existing::Keep && file.is_file());
     (todo, kept.len())

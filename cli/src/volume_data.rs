@@ -46,6 +46,14 @@ impl Content {
         }
     }
 
+    /// Takes another transfer function for the first volume, for renderers that are made from now on.
+    pub(crate) fn set_function(&mut self, function: TransferFunction) {
+        match self {
+            Self::Memory(volumes) => volumes.set_function(function),
+            Self::Stored(_, own) => *own = function,
+        }
+    }
+
     /// Draws the first transfer function over its volume's histogram, where that was asked for.
     pub(crate) fn show_transfer(&self, args: &TransferArgs) -> Result<()> {
         match self {

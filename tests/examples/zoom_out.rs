@@ -2,16 +2,17 @@
 //!
 //! `cargo run --release -p resample-tests --example zoom_out [-- FRAMES]` prints Markdown tables (64 frames if not given).
 //! Over the frames the camera moves away from where the volume fills the picture to eight times that distance. The
-//! truth is trilinear and post-classified, 36 rays a pixel, f64; every-sample draws a pre-classified kernel field, and
-//! is measured against the same truth. PSNR is over the pixels that the truth shows and all frames; flicker is the root
-//! mean square, over the same pixels, of the change of the error from frame to frame, times 1000.
+//! truth is trilinear and post-classified, 36 rays a pixel, f64. Every-sample draws classified voxels summed with a
+//! kernel: it is measured against the same truth, and against the truth of that field, which parts the error of
+//! antialiasing from that of classification. PSNR is over the pixels that the truth shows and all frames; flicker is
+//! the root mean square, over the same pixels, of the change of the error from frame to frame, times 1000.
 
 use std::process::ExitCode;
 
 use resample_core::{Camera, Image, SelectMode};
 use resample_tests::area_truth::AreaTruth;
 use resample_tests::lod_scenes::{Subject, zoom_subjects};
-use volsplat::{RenderOptions, Renderer};
+use volsplat::{Order, RenderOptions, Renderer};
 
 fn main() -> ExitCode {
     let frames = std::env::args().nth(1).map_or(Ok(64), |argument| argument.parse::<usize>());
@@ -28,30 +29,47 @@ fn main() -> ExitCode {
 fn print_subject(subject: &Subject, frames: usize) {
     let cameras: Vec<Camera> =
         (0..frames).map(|i| subject.zoomed(8f64.powf(i as f64 / (frames - 1) as f64))).collect();
-    let truth = AreaTruth::new(&subject.volume, &subject.transfer);
-    let truths: Vec<Image> = cameras.iter().map(|camera| truth.render(camera)).collect();
+    let (volume, transfer) = (&subject.volume, &subject.transfer);
+    let render = |truth: AreaTruth| -> Vec<Image> { cameras.iter().map(|c| truth.render(c)).collect() };
+    let post = render(AreaTruth::new(volume, transfer));
+    let kernel = RenderOptions::every_sample().kernel;
+    let pre = render(AreaTruth::of_classified(volume, transfer, kernel));
     println!("### {}\n", subject.name);
     println!(
-        "| drawn by | PSNR dB, all frames | first quarter | last quarter | flicker x1000 | CPU ms a frame |"
+        "| drawn by | truth | PSNR dB, all frames | first quarter | last quarter | flicker x1000 | longest frame, CPU ms | CPU ms a frame |"
     );
-    println!("|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|");
+    let images: Vec<&Image> = pre.iter().collect();
+    print_row("(the truth of classified voxels)", ("post", &post), &images, None);
     for (name, options) in settings() {
         let mut renderer =
             Renderer::new(&subject.volume, &subject.transfer, &options).expect("options within their ranges");
         let drawn: Vec<_> =
             cameras.iter().map(|camera| renderer.render(camera).expect("a valid camera")).collect();
         let images: Vec<&Image> = drawn.iter().map(|frame| &frame.image).collect();
-        let part = |range: std::ops::Range<usize>| psnr_db(&images[range.clone()], &truths[range]);
-        let cpu_ms = drawn.iter().map(|frame| frame.stats.cpu_ms).sum::<f64>() / frames as f64;
-        println!(
-            "| {name} | {:.1} | {:.1} | {:.1} | {:.2} | {cpu_ms:.1} |",
-            part(0..frames),
-            part(0..frames / 4),
-            part(frames - frames / 4..frames),
-            1e3 * flicker(&images, &truths)
-        );
+        let cpu: Vec<f64> = drawn.iter().map(|frame| frame.stats.cpu_ms).collect();
+        print_row(name, ("post", &post), &images, Some(&cpu));
+        if options.order == Order::EverySample {
+            print_row(name, ("pre", &pre), &images, Some(&cpu));
+        }
     }
     println!();
+}
+
+/// One line of the table; times are left out where nothing was drawn.
+fn print_row(name: &str, (kind, truths): (&str, &[Image]), images: &[&Image], cpu_ms: Option<&[f64]>) {
+    let frames = images.len();
+    let part = |range: std::ops::Range<usize>| psnr_db(&images[range.clone()], &truths[range]);
+    let [longest, mean] = cpu_ms.map_or([f64::NAN; 2], |ms| {
+        [ms.iter().copied().fold(0.0, f64::max), ms.iter().sum::<f64>() / frames as f64]
+    });
+    println!(
+        "| {name} | {kind} | {:.1} | {:.1} | {:.1} | {:.2} | {longest:.1} | {mean:.1} |",
+        part(0..frames),
+        part(0..frames / 4),
+        part(frames - frames / 4..frames),
+        1e3 * flicker(images, truths)
+    );
 }
 
 fn settings() -> Vec<(&'static str, RenderOptions)> {

@@ -13,7 +13,7 @@ use crate::large::{LargeVolume, Watch};
 use crate::options::{Order, RenderOptions, SheetSums};
 use crate::picture::picture;
 use crate::scene::Scene;
-use crate::sheets::ImageSheets;
+use crate::sheets::{ImageSheets, Relook};
 use crate::stats::{FrameStats, StageClock};
 use crate::tiles::TileSlot;
 use crate::transfer::TransferFunction;
@@ -132,6 +132,17 @@ impl Renderer {
         self.bounds_in_world = self.pipeline.bounds_in_world();
         self.options = options;
         Ok(())
+    }
+
+    /// Changes the transfer function for the frames that follow, where what is kept of the volume holds all that it
+    /// shows: image sheets that gather one channel of scalars, prepared with a function that shows as much. One prepared
+    /// with a mean of several functions ([`TransferFunction::mixed`]) takes each of them. Counts and
+    /// [`Renderer::visible_bounds_in_world`] stay those of the function that it was prepared with.
+    pub fn relook(&mut self, transfer: &TransferFunction) -> Relook {
+        match &mut self.pipeline {
+            Pipeline::EverySample(_) => Relook::NeedsVoxels,
+            Pipeline::ImageSheets(p) => p.relook(transfer),
+        }
     }
 
     /// The box, in the world, of the voxels that are drawn and that the clip keeps; `None` if there are none.

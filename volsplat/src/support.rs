@@ -53,6 +53,26 @@ impl Support {
         Self { intervals: vec![value..=value] }
     }
 
+    /// Whether all scalars of another support are in this one.
+    pub(crate) fn covers(&self, other: &Self) -> bool {
+        let mut sorted = self.intervals.clone();
+        sorted.sort_by(|a, b| a.start().total_cmp(b.start()));
+        // Intervals that touch or overlap are one.
+        let mut joined: Vec<RangeInclusive<f32>> = Vec::new();
+        for interval in sorted.into_iter().filter(|interval| !interval.is_empty()) {
+            match joined.last_mut() {
+                Some(last) if *interval.start() <= last.end().next_up() => {
+                    *last = *last.start()..=last.end().max(*interval.end());
+                }
+                _ => joined.push(interval),
+            }
+        }
+        let holds = |part: &RangeInclusive<f32>| {
+            joined.iter().any(|whole| whole.start() <= part.start() && part.end() <= whole.end())
+        };
+        other.intervals.iter().filter(|part| !part.is_empty()).all(holds)
+    }
+
     /// Whether any scalar from `low` to `high` may be visible.
     #[inline(always)]
     pub(crate) fn meets(&self, low: f32, high: f32) -> bool {
@@ -96,4 +116,46 @@ pub(crate) fn count_visible(volume: &Volume, transfer: &TransferFunction) -> u64
         let count = |part: &[_]| part.iter().filter(|&&v| values.shows(scalar(v))).count() as u64;
         slice.par_chunks(VOXELS_PER_TASK).map(count).sum()
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::transfer::{ColourKnot, OpacityKnot};
+
+    fn support(knots: &[(f64, f64)]) -> Support {
+        let colours = vec![ColourKnot { value: 0.0, rgb: [1.0; 3] }];
+        let knots = knots.iter().map(|&(value, opacity)| OpacityKnot { value, opacity }).collect();
+        Support::new(&TransferFunction::new(colours, knots).expect("a valid function"))
+    }
+
+    #[test]
+    fn a_support_covers_what_lies_inside_it() {
+        let wide = support(&[(10.0, 0.0), (20.0, 1.0), (50.0, 0.5), (60.0, 0.0)]);
+        let narrow = support(&[(15.0, 0.0), (30.0, 1.0), (60.0, 0.0)]);
+        assert!(wide.covers(&narrow) && !narrow.covers(&wide), "one inside another");
+        assert!(wide.covers(&wide) && Support::everything().covers(&wide), "the same, and all");
+        let parts = support(&[(10.0, 0.0), (20.0, 1.0), (30.0, 0.0), (40.0, 0.0), (50.0, 1.0), (60.0, 0.0)]);
+        assert!(wide.covers(&parts) && !parts.covers(&wide), "a gap is not covered");
+        let open = support(&[(10.0, 0.0), (20.0, 1.0)]);
+        assert!(open.covers(&wide) && !wide.covers(&open), "without end");
+        assert!(narrow.covers(&support(&[(0.0, 0.0)])), "nothing is covered by anything");
+    }
+
+    #[test]
+    fn a_mean_shows_what_either_function_shows() {
+        let colours = vec![ColourKnot { value: 0.0, rgb: [1.0; 3] }];
+        let function = |knots: &[(f64, f64)]| {
+            let knots = knots.iter().map(|&(value, opacity)| OpacityKnot { value, opacity }).collect();
+            TransferFunction::new(colours.clone(), knots).expect("a valid function")
+        };
+        let (a, b) = (
+            function(&[(10.0, 0.0), (20.0, 0.4), (20.0, 0.0), (40.0, 0.0)]),
+            function(&[(15.0, 0.0), (30.0, 0.1), (35.0, 0.0)]),
+        );
+        let kept = Support::new(&a.mixed(&b, 0.5));
+        for share in [0.0, 0.1, 0.7, 1.0] {
+            assert!(kept.covers(&Support::new(&a.mixed(&b, share))), "share {share}");
+        }
+    }
 }

@@ -9,9 +9,11 @@
 //! { "keys": [ { "time": 0, "camera": { "position": [0, 0, 9], "target": [0, 0, 0], "up": [0, 1, 0] } },
 //!             { "time": 2.5, "camera": { "position": [9, 0, 0], "target": [0, 0, 0], "up": [0, 1, 0] } } ] }
 //! ```
-//! Times are seconds; there are `round(duration * pictures per second) + 1` pictures.
+//! Times are seconds; there are `round(duration * pictures per second) + 1` pictures. Keys of a volume may also say how it
+//! looks and what is clipped away ([`volume_keys`]).
 
 mod spline;
+mod volume_keys;
 
 use std::path::Path;
 
@@ -23,6 +25,7 @@ use serde_json::Value;
 use crate::camera_file::{self, CameraDefaults, FileCamera};
 use crate::json_fields::Fields;
 pub(crate) use spline::Moment;
+pub(crate) use volume_keys::{Between, KeyLook, Track, VolumeKey};
 
 /// Keys in ascending order of time, at least two.
 #[derive(Clone, Debug)]
@@ -35,15 +38,26 @@ pub(crate) struct CameraPath {
 #[derive(Clone, Debug)]
 pub(crate) struct Key {
     camera: FileCamera,
+    volume: VolumeKey,
+}
+
+/// What keys may say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum KeyKind {
+    /// Where the camera is.
+    Cameras,
+    /// And how a volume looks.
+    Volume,
 }
 
 /// Most pictures of a path: an hour at 25 a second is 90 000. More is a slip of the finger.
 const MAX_PICTURES: f64 = 100_000.0;
 
 /// Reads `path`.
-pub(crate) fn read(path: &Path, defaults: &CameraDefaults) -> Result<CameraPath> {
+pub(crate) fn read(path: &Path, defaults: &CameraDefaults, kind: KeyKind) -> Result<CameraPath> {
+    let folder = path.parent().unwrap_or(Path::new(""));
     camera_file::read_value(path)
-        .and_then(|value| keys(value, defaults))
+        .and_then(|value| keys(value, defaults, (kind, folder)))
         .with_context(|| format!("{}: not a usable camera path", path.display()))
 }
 
@@ -60,6 +74,18 @@ impl CameraPath {
         }
         let time = |step: usize| first + (last - first) * step as f64 / steps;
         Ok((0..=steps as usize).map(|step| spline::moment(&self.times_s, time(step))).collect())
+    }
+
+    /// The time of a picture, seconds.
+    pub(crate) fn time_s(&self, at: Moment) -> f64 {
+        let [before, after] = [at.segment, at.segment + 1].map(|key| self.times_s[key]);
+        before + at.share * (after - before)
+    }
+
+    /// The times of the keys, and what they say about the volume; `None` where none says anything.
+    pub(crate) fn volume_keys(&self) -> Option<(&[f64], Vec<&VolumeKey>)> {
+        let keys: Vec<&VolumeKey> = self.keys.iter().map(|key| &key.volume).collect();
+        keys.iter().any(|key| !key.is_empty()).then_some((&self.times_s, keys))
     }
 
     /// A camera for each picture; near planes that the file does not give are fitted to `bounds`.
@@ -130,7 +156,7 @@ fn orthographic(camera: &Camera) -> bool {
     camera.projection == Projection::Orthographic
 }
 
-fn keys(value: Value, defaults: &CameraDefaults) -> Result<CameraPath> {
+fn keys(value: Value, defaults: &CameraDefaults, kind: (KeyKind, &Path)) -> Result<CameraPath> {
     let mut fields = Fields::new(value)?;
     let list = fields.required_list("keys")?;
     fields.finish()?;
@@ -139,7 +165,8 @@ fn keys(value: Value, defaults: &CameraDefaults) -> Result<CameraPath> {
     }
     let (mut times_s, mut keys) = (Vec::new(), Vec::new());
     for (index, value) in list.into_iter().enumerate() {
-        let (time_s, key) = one_key(value, defaults).with_context(|| format!("key {index} of the path"))?;
+        let (time_s, key) =
+            one_key(value, defaults, kind).with_context(|| format!("key {index} of the path"))?;
         if times_s.last().is_some_and(|&before| time_s <= before) {
             bail!("key {index} of the path: \"time\" is {time_s}, expected more than that of the key before");
         }
@@ -150,12 +177,16 @@ fn keys(value: Value, defaults: &CameraDefaults) -> Result<CameraPath> {
     Ok(CameraPath { times_s, keys })
 }
 
-fn one_key(value: Value, defaults: &CameraDefaults) -> Result<(f64, Key)> {
+fn one_key(value: Value, defaults: &CameraDefaults, (kind, folder): (KeyKind, &Path)) -> Result<(f64, Key)> {
     let mut fields = Fields::new(value)?;
     let time_s = fields.required_number("time")?;
     let camera = camera_file::one_camera(fields.required_value("camera")?, defaults).context("\"camera\"")?;
+    let volume = match kind {
+        KeyKind::Cameras => VolumeKey::default(),
+        KeyKind::Volume => volume_keys::volume_key(&mut fields, folder)?,
+    };
     fields.finish()?;
-    Ok((time_s, Key { camera }))
+    Ok((time_s, Key { camera, volume }))
 }
 
 /// Checks what cannot move: the kind of projection and the picture size.

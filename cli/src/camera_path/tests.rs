@@ -15,7 +15,7 @@ fn key(time: f64, position: [f64; 3]) -> Value {
 }
 
 fn path(list: Vec<Value>) -> Result<CameraPath> {
-    keys(json!({ "keys": list }), &DEFAULTS)
+    keys(json!({ "keys": list }), &DEFAULTS, (KeyKind::Volume, Path::new("")))
 }
 
 fn complaint(list: Vec<Value>) -> String {

@@ -86,8 +86,8 @@ fn draw(scene: &Scene, size: Size, file: PathBuf) -> Result<report::WrittenFrame
     let camera = framing::frame(framing::volume::with_kernels(bounds, &scene.volume), &view)?;
     picture::check_size(&camera)?;
     picture::draw(
-        &mut |camera| super::volsplat::drawn(&mut renderer, camera, Progress::Hidden),
-        &camera,
+        &mut |camera, _| super::volsplat::drawn(&mut renderer, camera, Progress::Hidden),
+        (&camera, 0),
         file,
         &FINISH,
     )

@@ -12,6 +12,7 @@ use serde_json::json;
 use texmap::{FrameStats, Loaded, Renderer, Scene};
 
 use crate::args::TexmapArgs;
+use crate::camera_path::KeyKind;
 use crate::commands::Prepared;
 use crate::framing::Stance;
 use crate::interrupt;
@@ -53,7 +54,7 @@ pub(crate) fn run(args: &TexmapArgs, verbosity: Verbosity) -> Result<()> {
     if verbosity == Verbosity::Verbose {
         report::say(&format!("load {load_ms:.1} ms, prepare {prepare_ms:.1} ms"));
     }
-    plan.draw(&request, &cameras, stats, (&mut |camera| drawn(&mut renderer, camera), telling))
+    plan.draw(&request, &cameras, stats, (&mut |camera, _| drawn(&mut renderer, camera), telling))
 }
 
 /// Does all but the drawing.
@@ -97,6 +98,7 @@ fn request(args: &TexmapArgs) -> Request<'_> {
         camera: &args.camera,
         sequence: &args.sequence,
         picture: &args.picture,
+        keys: KeyKind::Cameras,
         inputs: [Some(args.input.as_path()), texture].into_iter().flatten().collect(),
         others: Vec::new(),
     }

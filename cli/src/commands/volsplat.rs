@@ -3,14 +3,16 @@
 //! The steps are those of [`run`]: everything that can be refused without reading the volume is checked first, so
 //! that a misspelt name does not cost a minute, and nothing is written before all input has proved to be good.
 
+use std::path::Path;
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use resample_core::Camera;
 use serde_json::json;
 use volsplat::{FrameStats, RenderOptions, Renderer};
 
 use crate::args::VolsplatArgs;
+use crate::camera_path::KeyKind;
 use crate::commands::Prepared;
 use crate::framing;
 use crate::interrupt;
@@ -22,12 +24,15 @@ use crate::scene;
 use crate::settings;
 use crate::transfer;
 use crate::volume_data::Content;
+use crate::volume_motion::{self, VolumeMotion};
 
 /// The volume, ready to be drawn.
 struct Scene {
     content: Content,
     renderer: Renderer,
     options: RenderOptions,
+    /// What changes from picture to picture beside the camera.
+    motion: Option<VolumeMotion>,
     load_ms: f64,
     classify_ms: f64,
 }
@@ -39,19 +44,24 @@ pub(crate) fn run(args: &VolsplatArgs, verbosity: Verbosity) -> Result<()> {
     let request = request(args);
     let plan = Plan::new(&request)?;
     let options = settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format)?;
-    let scene = loaded(args, options, verbosity.progress())?;
+    let scene = loaded(args, options, (&plan, verbosity.progress()))?;
     let cameras = cameras(args, &request, &plan, &scene)?;
     scene.content.show_transfer(&args.transfer)?;
     let stats = stats_before_drawing(args, &request, &plan, &scene);
     if verbosity == Verbosity::Verbose {
         report::say(&format!("load {:.1} ms, classify {:.1} ms", scene.load_ms, scene.classify_ms));
     }
-    let mut renderer = scene.renderer;
-    // The renderer has its own copy of what can be seen.
-    drop(scene.content);
     // Of several pictures a bar counts the pictures.
     let progress = if cameras.len() == 1 { verbosity.progress() } else { Progress::Hidden };
-    let mut render = |camera: &Camera| drawn(&mut renderer, camera, progress);
+    let Scene { content, mut renderer, options, motion, .. } = scene;
+    // The renderer has its own copy of what can be seen; only what moves may need the voxels again.
+    let mut moving = motion.map(|motion| (motion, content));
+    let mut render = |camera: &Camera, number: usize| {
+        if let Some((motion, content)) = &mut moving {
+            motion.set(number, &mut renderer, (content, &options))?;
+        }
+        drawn(&mut renderer, camera, progress)
+    };
     plan.draw(&request, &cameras, stats, (&mut render, telling))
 }
 
@@ -60,7 +70,12 @@ pub(crate) fn prepared(args: &VolsplatArgs) -> Result<Prepared> {
     let request = request(args);
     let plan = Plan::new(&request)?;
     let options = settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format)?;
-    let scene = loaded(args, options, Progress::Hidden)?;
+    let scene = loaded(args, options, (&plan, Progress::Hidden))?;
+    if scene.motion.is_some() {
+        bail!(
+            "the keys of --path change the volume, and only cameras are measured: leave that out of the keys"
+        );
+    }
     let cameras = cameras(args, &request, &plan, &scene)?;
     let mut renderer = scene.renderer;
     let render = move |camera: &Camera| drawn(&mut renderer, camera, Progress::Hidden);
@@ -82,6 +97,7 @@ fn request(args: &VolsplatArgs) -> Request<'_> {
         camera: &args.camera,
         sequence: &args.sequence,
         picture: &args.picture,
+        keys: KeyKind::Volume,
         inputs: [Some(args.input.as_path()), transfer]
             .into_iter()
             .flatten()
@@ -98,6 +114,7 @@ fn stats_before_drawing(args: &VolsplatArgs, request: &Request, plan: &Plan, sce
             "voxels": scene.renderer.voxels(),
             "non_transparent": scene.renderer.non_transparent(),
             "classify_ms": scene.classify_ms,
+            "moving": scene.motion.as_ref().map(volume_motion::record),
         }),
         threads: rayon::current_num_threads(),
         settings: settings::record(
@@ -112,10 +129,17 @@ fn stats_before_drawing(args: &VolsplatArgs, request: &Request, plan: &Plan, sce
     }
 }
 
-fn loaded(args: &VolsplatArgs, options: RenderOptions, progress: Progress) -> Result<Scene> {
+fn loaded(args: &VolsplatArgs, options: RenderOptions, (plan, progress): (&Plan, Progress)) -> Result<Scene> {
     let start = Instant::now();
-    let content = Content::load(args, &options, progress)?;
+    let mut content = Content::load(args, &options, progress)?;
     let load_ms = report::ms_since(start);
+    let motion = match plan.path() {
+        Some(path) => VolumeMotion::new(path, args, content.first()).with_context(|| path_name(args))?,
+        None => None,
+    };
+    if let Some(mean) = motion.as_ref().and_then(VolumeMotion::mean) {
+        content.set_function(mean);
+    }
     let options = settings::suited_to(options, &args.render, content.first());
     if let Some(warning) = transfer::warning(&args.transfer, content.first()) {
         report::say(&warning);
@@ -125,7 +149,11 @@ fn loaded(args: &VolsplatArgs, options: RenderOptions, progress: Progress) -> Re
         .renderer(&options, progress)
         .with_context(|| format!("{}: cannot be drawn", args.input.display()))?;
     let classify_ms = report::ms_since(start);
-    Ok(Scene { content, renderer, options, load_ms, classify_ms })
+    Ok(Scene { content, renderer, options, motion, load_ms, classify_ms })
+}
+
+fn path_name(args: &VolsplatArgs) -> String {
+    args.sequence.path.as_deref().unwrap_or(Path::new("")).display().to_string()
 }
 
 fn cameras(args: &VolsplatArgs, request: &Request, plan: &Plan, scene: &Scene) -> Result<Vec<Camera>> {

@@ -13,7 +13,7 @@ use warp3d::{FrameStats, SurfaceTolerance, WarpOptions, Warper};
 
 use crate::args::{CameraArgs, ProjectionArg, SequenceArgs, Warp3dArgs, WarpArgs};
 use crate::camera_file::CameraDefaults;
-use crate::camera_path;
+use crate::camera_path::{self, KeyKind};
 use crate::choices::warp;
 use crate::commands::Prepared;
 use crate::interrupt;
@@ -72,7 +72,7 @@ pub(crate) fn run(args: &Warp3dArgs, verbosity: Verbosity) -> Result<()> {
     };
     let last = if planes { LastPicture::Kept(None) } else { LastPicture::NotKept };
     let mut drawer = Drawer { warper: Warper::new(scene.references, &options)?, layout, convergence, last };
-    plan.draw(&request, &cameras, stats, (&mut |camera| drawer.draw(camera), telling))?;
+    plan.draw(&request, &cameras, stats, (&mut |camera, _| drawer.draw(camera), telling))?;
     match drawer.last {
         LastPicture::Kept(Some(image)) => write_planes(args, &image),
         LastPicture::Kept(None) | LastPicture::NotKept => Ok(()),
@@ -172,6 +172,7 @@ fn request<'a>(args: &'a Warp3dArgs, shared: &'a Shared) -> Request<'a> {
         camera: &shared.camera,
         sequence: &shared.sequence,
         picture: &args.picture,
+        keys: KeyKind::Cameras,
         inputs: shared.inputs.iter().map(PathBuf::as_path).collect(),
         others: others.into_iter().filter_map(|(name, path)| Some((name, path.as_deref()?))).collect(),
     }
@@ -226,7 +227,7 @@ fn keyed(path: &Path, args: &Warp3dArgs, from: &Camera, scene: &WarpScene) -> Re
     let look_at_size = Size { width: from.width, height: from.height };
     let defaults =
         CameraDefaults { size: args.cameras.size, look_at_size, fov_y_deg: viewpoint::DEFAULT_FOV_Y_DEG };
-    let keys = camera_path::read(path, &defaults)?;
+    let keys = camera_path::read(path, &defaults, KeyKind::Cameras)?;
     let pictures = keys.pictures(f64::from(args.sequence.fps.unwrap_or(output::DEFAULT_FPS)))?;
     keys.cameras(&pictures, scene.bounds).with_context(|| path.display().to_string())
 }

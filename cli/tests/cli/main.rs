@@ -15,6 +15,7 @@ mod bench;
 mod compare;
 mod good_runs;
 mod info;
+mod motion;
 mod scenes;
 mod sequences;
 mod texmap;

@@ -15,6 +15,8 @@ use crate::transfer::TransferFunction;
 pub(crate) struct ChannelSettings {
     pub(crate) table: TransferTable,
     pub(crate) reading: Reading,
+    /// Least and greatest scalar of the volume; of labels, 0.
+    pub(crate) value_range: (f64, f64),
 }
 
 /// How a sample is read from the voxels around it.
@@ -37,7 +39,8 @@ pub(crate) struct GradientRamp {
 impl ChannelSettings {
     /// The settings of scalars in this range.
     pub(crate) fn of_transfer(transfer: &TransferFunction, range: (f64, f64), opacity: OpacityMode) -> Self {
-        Self { table: TransferTable::new(transfer, opacity, range), reading: Reading::Trilinear }
+        let table = TransferTable::new(transfer, opacity, range);
+        Self { table, reading: Reading::Trilinear, value_range: range }
     }
 
     /// The settings of a channel; an error where its labels are too many.
@@ -47,6 +50,7 @@ impl ChannelSettings {
             Look::Labels(labels) => Self {
                 table: TransferTable::of_entries(&Palette::new(channel.volume, labels)?.entries(opacity)),
                 reading: Reading::Nearest,
+                value_range: (0.0, 0.0),
             },
         })
     }

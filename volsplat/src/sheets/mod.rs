@@ -15,6 +15,7 @@
 //! 1998, for the sheets; we sample the plane through a slab's middle instead of integrating the kernel over the slab.
 
 mod cell_sample;
+mod cells_frame;
 pub(crate) mod channel;
 pub(crate) mod classify;
 pub(crate) mod frame;
@@ -28,6 +29,7 @@ mod mixed;
 mod over;
 pub(crate) mod place;
 mod prepare;
+mod relook;
 pub(crate) mod scatter;
 pub(crate) mod scatter_tile;
 pub(crate) mod section;
@@ -37,37 +39,33 @@ mod streamed;
 
 use std::sync::Arc;
 
-use cpu_time::ThreadTime;
 use glam::{DAffine3, DVec3};
-use rayon::prelude::*;
 use resample_core::composite::DepthRule;
-use resample_core::tile::{TILE_PX, TileGrid, TileLists};
 use resample_core::{Camera, GridView};
 
 use self::channel::{ChannelSettings, GradientRamp, Reading};
-use self::frame::{Anchor, SheetSettings, TileView};
-use self::gather::{GatherScratch, is_plain, render_tile};
+use self::frame::{Anchor, SheetSettings};
+use self::gather::is_plain;
 use self::isosurface::IsoSettings;
 use self::kernels::KernelSheets;
-use self::lod::{Choice, Detail, LevelChoice, count_levels, details};
-use self::place::placed;
+use self::lod::{Detail, LevelChoice, details};
 pub(crate) use self::prepare::gradients;
+pub use self::relook::Relook;
 use self::scatter::VoxelSheets;
 use self::section::SectionTable;
 use self::shade::ShadeSettings;
 use self::streamed::{LargeCells, StreamedCells};
 use crate::Error;
 use crate::cells::{CELL_SIDE, CellField};
-use crate::chunks::visible_bricks;
 use crate::clip::{Clip, GridClip};
-use crate::cull::ViewVolume;
 use crate::large::{LargeVolume, Watch};
 use crate::options::{Blend, DepthPlane, RenderOptions, SheetSums, Subpixels};
 use crate::picture::{TileDepth, TileLayout};
 use crate::sample::{Bounds, bounds_in_world};
 use crate::scene::{Look, Scene};
-use crate::stats::{FrameStats, StageClock};
-use crate::tiles::{TileSlot, elapsed_ms, tally};
+use crate::stats::FrameStats;
+use crate::support::Support;
+use crate::tiles::TileSlot;
 use crate::transfer::TransferFunction;
 use crate::volume::{Described, Lattice, Volume};
 
@@ -82,6 +80,9 @@ pub(crate) struct ImageSheets {
     /// What may be drawn in place of each brick of cells, once some view has asked for it.
     details: Option<Vec<Option<Detail>>>,
     channels: Arc<[ChannelSettings]>,
+    /// The scalars that bricks are kept for, and those that are seen now where they are fewer; one channel of scalars.
+    kept: Option<Support>,
+    seen: Option<Support>,
     iso: Option<IsoSettings>,
     options: RenderOptions,
     clip: GridClip,
@@ -129,7 +130,8 @@ impl ImageSheets {
             }
         };
         let iso = prepare::iso(scene.channels[0].look, options);
-        Ok(Self::assembled(source, (channels, iso), &volume.lattice(), options))
+        let kept = scene.single().map(|(_, transfer)| prepare::support(transfer, options));
+        Ok(Self { kept, ..Self::assembled(source, (channels, iso), &volume.lattice(), options) })
     }
 
     /// Image sheets of a volume that stays in its file.
@@ -149,7 +151,8 @@ impl ImageSheets {
         let iso = prepare::iso(Look::Transfer(transfer), options);
         // The same picture however much of it stays in memory: what is read for a frame has no detail to choose from.
         let options = RenderOptions { lod_error: 0.0, ..options.clone() };
-        Ok(Self::assembled(source, (Arc::from([channel]), iso), &lattice, &options))
+        let kept = Some(prepare::support(transfer, &options));
+        Ok(Self { kept, ..Self::assembled(source, (Arc::from([channel]), iso), &lattice, &options) })
     }
 
     fn assembled(
@@ -168,6 +171,8 @@ impl ImageSheets {
             source,
             details: None,
             channels,
+            kept: None,
+            seen: None,
             iso,
             options: options.clone(),
             smallest_spacing: lattice.smallest_spacing(),
@@ -222,7 +227,7 @@ impl ImageSheets {
         match &mut self.source {
             Source::Cells(field) => {
                 let details = self.details.as_deref().unwrap_or_default();
-                frame.gather((field, details), &self.clip, tiles, stats);
+                frame.gather((field, details, self.seen.as_ref()), &self.clip, tiles, stats);
             }
             Source::Streamed(cells) => cells.render(&frame, &self.clip, tiles, (stats, watch))?,
             Source::Voxels(sheets) => sheets.render(&frame, tiles, stats),
@@ -342,56 +347,5 @@ impl Source {
             Self::Voxels(sheets) => Box::new(sheets.field.bricks.iter().map(|brick| brick.bounds)),
             Self::Kernels(sheets) => Box::new(sheets.samples.bricks.iter().map(|brick| brick.bounds)),
         }
-    }
-}
-
-impl SheetFrame<'_> {
-    /// Renders the tiles from cells.
-    fn gather(
-        &self,
-        (field, details): (&CellField, &[Option<Detail>]),
-        clip: &GridClip,
-        slots: &mut Vec<TileSlot>,
-        stats: &mut FrameStats,
-    ) {
-        let view_volume = ViewVolume::new(self.camera, self.view, 0.0);
-        let visible = visible_bricks(&field.bricks, &view_volume, stats);
-
-        let clock = StageClock::start();
-        let detail = |i: usize| match (&self.levels, details.get(i)) {
-            (Some(levels), Some(Some(detail))) => levels.choice(self.view, &field.bricks[i], detail),
-            _ => Choice::EverySheet,
-        };
-        let (bricks, rects) =
-            placed((&field.bricks, clip), (&visible, detail), self.view, self.camera, self.settings);
-        stats.stages.project = clock.stop();
-        stats.bricks = bricks.len() as u64;
-        stats.bricks_empty = field.empty;
-
-        let clock = StageClock::start();
-        let grid = TileGrid { width: self.camera.width as usize, height: self.camera.height as usize };
-        let lists = TileLists::new(&grid, &rects);
-        stats.stages.bin = clock.stop();
-
-        let clock = StageClock::start();
-        let columns = grid.columns();
-        slots.resize_with(columns * grid.rows(), TileSlot::default);
-        slots.par_iter_mut().enumerate().for_each_init(GatherScratch::default, |scratch, (index, slot)| {
-            let at = [index % columns, index / columns];
-            let list = lists.tile(at[0], at[1]);
-            slot.reset(list.len());
-            if list.is_empty() {
-                return;
-            }
-            let start = ThreadTime::try_now().ok();
-            let corner_px = at.map(|tile| tile * TILE_PX);
-            let view = TileView::new(self.view, corner_px, self.settings);
-            let front_to_back = list.iter().map(|&brick| &bricks[brick as usize]);
-            slot.counts = render_tile(self.settings, &view, corner_px, front_to_back, scratch);
-            slot.show(&scratch.pixels, self.subpixels as usize);
-            slot.composite_ms = elapsed_ms(start);
-        });
-        tally(slots, clock, stats);
-        count_levels(&bricks, &lists, (slots, columns), stats);
     }
 }

@@ -1,0 +1,80 @@
+//! One frame from bricks of cells in memory.
+//!
+//! Takes the bricks, drops those outside the view, puts the others on the screen in front-to-back order, and has each
+//! tile sample what it sees of them (`gather`).
+
+use cpu_time::ThreadTime;
+use rayon::prelude::*;
+use resample_core::tile::{TILE_PX, TileGrid, TileLists};
+
+use super::SheetFrame;
+use super::frame::TileView;
+use super::gather::{GatherScratch, render_tile};
+use super::lod::{Choice, Detail, count_levels};
+use super::place::placed;
+use crate::cells::CellField;
+use crate::chunks::visible_bricks;
+use crate::clip::GridClip;
+use crate::cull::ViewVolume;
+use crate::stats::{FrameStats, StageClock};
+use crate::support::Support;
+use crate::tiles::{TileSlot, elapsed_ms, tally};
+
+impl SheetFrame<'_> {
+    /// Renders the tiles from cells. Bricks without any of the scalars that are `seen` now are passed over.
+    pub(super) fn gather(
+        &self,
+        (field, details, seen): (&CellField, &[Option<Detail>], Option<&Support>),
+        clip: &GridClip,
+        slots: &mut Vec<TileSlot>,
+        stats: &mut FrameStats,
+    ) {
+        let view_volume = ViewVolume::new(self.camera, self.view, 0.0);
+        let mut visible = visible_bricks(&field.bricks, &view_volume, stats);
+        if let Some(seen) = seen {
+            let in_view = visible.len();
+            visible.retain(|&i| {
+                let [least, greatest] = field.bricks[i].range;
+                seen.meets(least, greatest)
+            });
+            stats.bricks_empty = (in_view - visible.len()) as u64;
+        }
+
+        let clock = StageClock::start();
+        let detail = |i: usize| match (&self.levels, details.get(i)) {
+            (Some(levels), Some(Some(detail))) => levels.choice(self.view, &field.bricks[i], detail),
+            _ => Choice::EverySheet,
+        };
+        let (bricks, rects) =
+            placed((&field.bricks, clip), (&visible, detail), self.view, self.camera, self.settings);
+        stats.stages.project = clock.stop();
+        stats.bricks = bricks.len() as u64;
+        stats.bricks_empty += field.empty;
+
+        let clock = StageClock::start();
+        let grid = TileGrid { width: self.camera.width as usize, height: self.camera.height as usize };
+        let lists = TileLists::new(&grid, &rects);
+        stats.stages.bin = clock.stop();
+
+        let clock = StageClock::start();
+        let columns = grid.columns();
+        slots.resize_with(columns * grid.rows(), TileSlot::default);
+        slots.par_iter_mut().enumerate().for_each_init(GatherScratch::default, |scratch, (index, slot)| {
+            let at = [index % columns, index / columns];
+            let list = lists.tile(at[0], at[1]);
+            slot.reset(list.len());
+            if list.is_empty() {
+                return;
+            }
+            let start = ThreadTime::try_now().ok();
+            let corner_px = at.map(|tile| tile * TILE_PX);
+            let view = TileView::new(self.view, corner_px, self.settings);
+            let front_to_back = list.iter().map(|&brick| &bricks[brick as usize]);
+            slot.counts = render_tile(self.settings, &view, corner_px, front_to_back, scratch);
+            slot.show(&scratch.pixels, self.subpixels as usize);
+            slot.composite_ms = elapsed_ms(start);
+        });
+        tally(slots, clock, stats);
+        count_levels(&bricks, &lists, (slots, columns), stats);
+    }
+}

@@ -1,0 +1,43 @@
+//! Another transfer function for the same bricks: what an animation changes from picture to picture.
+//!
+//! The bricks of cells hold scalars, and the transfer function is a table beside them: as long as the bricks hold all that
+//! the new function shows, only the table is made again, and what was made from it. A renderer that was prepared with the
+//! mean of several functions can so take any of them, and any mean of them.
+//! Limits: one channel of scalars, no mask, gathered sheets.
+
+use std::sync::Arc;
+
+use super::channel::ChannelSettings;
+use super::{ImageSheets, Source, prepare};
+use crate::scene::Look;
+use crate::transfer::TransferFunction;
+
+/// What became of a new transfer function.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[must_use]
+pub enum Relook {
+    /// The frames that follow show it.
+    Done,
+    /// Nothing has changed: what is kept of the volume does not hold all that the function shows, or was made from the
+    /// function itself. A new renderer is needed.
+    NeedsVoxels,
+}
+
+impl ImageSheets {
+    /// Takes another transfer function.
+    pub(crate) fn relook(&mut self, transfer: &TransferFunction) -> Relook {
+        let (Some(kept), Source::Cells(_) | Source::Streamed(_)) = (&self.kept, &self.source) else {
+            return Relook::NeedsVoxels;
+        };
+        let support = prepare::support(transfer, &self.options);
+        if !kept.covers(&support) {
+            return Relook::NeedsVoxels;
+        }
+        self.seen = (!support.covers(kept)).then_some(support);
+        let range = self.channels[0].value_range;
+        self.channels = Arc::from([ChannelSettings::of_transfer(transfer, range, self.options.opacity)]);
+        self.iso = prepare::iso(Look::Transfer(transfer), &self.options);
+        self.details = None;
+        Relook::Done
+    }
+}
