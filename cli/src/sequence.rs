@@ -116,8 +116,11 @@ pub(crate) fn progress(count: usize, verbosity: Verbosity) -> ProgressBar {
     ProgressBar::new(count as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
+/// A picture's file, and its camera with its number.
+type Todo<'a> = (PathBuf, (&'a Camera, usize));
+
 /// The pictures to draw, each with its camera and its number, and how many are kept.
-fn todo<'a>(sequence: &Sequence<'a>) -> (Vec<(PathBuf, (&'a Camera, usize))>, usize) {
+fn todo<'a>(sequence: &Sequence<'a>) -> (Vec<Todo<'a>>, usize) {
     let cameras = sequence.cameras.iter().enumerate();
     let all = cameras.map(|(index, camera)| (sequence.names.frame(index), (camera, index)));
     let (kept, todo): (Vec<_>, Vec<_>) =

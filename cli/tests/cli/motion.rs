@@ -82,8 +82,8 @@ fn clips_move_between_keys() {
     let cases = [
         ([planes(10.0), planes(40.0)], "--clip-plane 1,0,0,12.5 --clip-plane 0,0,-1,-25"),
         (
-            [json!({"crop": [0, 0, 4, 31, 31, 20]}), json!({"crop": [8, 0, 12, 31, 31, 28]})],
-            "--crop 4,0,8,31,31,24",
+            [json!({"crop": [0, 0, 4, 31, 31, 20]}), json!({"crop": [8, 0, 20, 31, 31, 36]})],
+            "--crop 4,0,12,31,31,28",
         ),
         (
             [json!({"crop_voxels": [0, 0, 0, 20, 31, 31]}), json!({"crop_voxels": [0, 0, 0, 10, 31, 31]})],
