@@ -141,8 +141,8 @@ fn slivers_at_an_outline_do_not_hide_it() {
 fn real_meshes_reach_four_by_four_samples() {
     for view in MESH_VIEWS {
         let Some(scene) = view.scene("real_meshes_reach_four_by_four_samples") else { continue };
-        let camera = view.camera(&scene, 128);
-        let truth = reference_picture(&scene, &camera, 24).over_background([0.5; 3]);
+        let camera = view.camera(&scene, 96);
+        let truth = reference_picture(&scene, &camera, 20).over_background([0.5; 3]);
         let covered: Vec<bool> =
             reference_picture(&scene, &camera, 4).rgba.iter().map(|pixel| pixel[3] > 1.0 / 255.0).collect();
         let mask = Mask::new(truth.width, truth.height, covered).expect("one flag a pixel");

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use resample_core::metrics::{Mask, compare};
+use resample_core::simd::SimdLevel;
 use resample_core::{Camera, FootprintMode, Image, LookAt};
 use resample_tests::texture_reference::reference_picture;
 use resample_tests::texture_scenes::looking_camera;
@@ -124,4 +125,16 @@ fn one_picture_for_any_number_of_threads() {
         pool.install(|| rendered(&scene, &camera, &RenderOptions::default()))
     };
     assert_eq!(on(1).rgba, on(4).rgba, "the number of threads changes the picture");
+}
+
+#[test]
+fn vector_instructions_change_nothing_but_rounding() {
+    let scene = wall(photo(128));
+    let camera = looking_camera(DVec3::new(-1.4, 0.4, 1.5), DVec3::ZERO, 55.0, [90, 70]);
+    let with =
+        |simd: SimdLevel| rendered(&scene, &camera, &RenderOptions { simd, ..RenderOptions::default() }).rgba;
+    let (auto, plain) = (with(SimdLevel::Auto), with(SimdLevel::Scalar));
+    let worst =
+        auto.iter().flatten().zip(plain.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    assert!(worst < 1e-5, "vector instructions change the picture by {worst}");
 }

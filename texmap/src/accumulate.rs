@@ -19,19 +19,14 @@ use crate::options::Method;
 use crate::points::{Gathered, PixelOnTexture, PointSettings, gather_minified, gather_points, gather_split};
 use crate::scene::AlphaMode;
 use crate::surface::{Surface, UvPlanes};
-use crate::tile::{Cell, Tile, TileImage, TileWork, joined, subpixel_px};
-use crate::visibility::{NONE, SPAN_PX, TILE_PX};
+use crate::tile::{Cell, Tile, TileImage, TileWork};
+use crate::visibility::{SPAN_PX, TILE_PX};
 
 impl Tile<'_> {
-    /// What the filter of pixel (x, y) of the tile sees.
-    pub(crate) fn seen(&self, work: &TileWork, [x, y]: [usize; 2]) -> Cell {
-        (0..AROUND).map(|k| work.cells[around([x, y], k)]).reduce(joined).unwrap_or(Cell::Empty)
-    }
-
     /// Gathers points at every pixel that sees one minified plane, and leaves the others to sub-pixels.
     pub(crate) fn lay_points(&self, work: &mut TileWork, image: &mut TileImage) {
         self.each_pixel(work, |work, pixel, cell| {
-            let Cell::Plane(id, _) = cell else { return false };
+            let Cell::Plane(id) = cell else { return false };
             let Some(surface) = &work.surfaces[id as usize] else { return false };
             match self.pixel_colour(surface, centre_px(pixel), &mut image.points) {
                 Some(colour) => image.rgba[pixel[1] * TILE_PX + pixel[0]] = colour.to_array(),
@@ -48,7 +43,7 @@ impl Tile<'_> {
         self.each_pixel(work, |work, pixel, cell| {
             match cell {
                 Cell::Layered => return false,
-                Cell::Plane(id, _) => {
+                Cell::Plane(id) => {
                     work.fragments.clear();
                     work.fragments.push(Fragment { id, weight: 1.0, at: centre_px(pixel) });
                 }
@@ -83,7 +78,7 @@ impl Tile<'_> {
         work.from_subpixels.clear();
         for y in 0..TILE_PX {
             for x in 0..TILE_PX {
-                let cell = self.seen(work, [x, y]);
+                let cell = work.seen[y * TILE_PX + x];
                 if cell != Cell::Empty && !done(work, [x, y], cell) {
                     work.from_subpixels.push((y * TILE_PX + x) as u16);
                     (0..AROUND).for_each(|k| work.wanted[around([x, y], k)] = true);
@@ -127,45 +122,9 @@ impl Tile<'_> {
         }
     }
 
-    /// Colours of the sub-pixels that some pixel wants: splats, and what is translucent over what lies behind.
-    pub(crate) fn lay_splats(&self, work: &mut TileWork, image: &mut TileImage) {
-        if work.from_subpixels.is_empty() {
-            return;
-        }
-        let filter = self.frame.filter;
-        work.colours.resize(work.visibility.ids.len(), Vec4::ZERO);
-        for cell in (0..SPAN_PX * SPAN_PX).filter(|&cell| work.wanted[cell]) {
-            let (column, first_row) = (cell % SPAN_PX, cell / SPAN_PX * filter.per_pixel);
-            for (row, offset_px) in (first_row..).zip(&filter.offset_px) {
-                let at = row * SPAN_PX + column;
-                let id = work.visibility.ids[at];
-                let surface = work.surfaces.get(id as usize).and_then(Option::as_deref);
-                work.colours[at] = match surface {
-                    Some(surface) if id != NONE => {
-                        image.splats += 4;
-                        self.colour(surface, [column as f32 + offset_px, filter.y_px(row)])
-                    }
-                    _ => Vec4::ZERO,
-                };
-            }
-        }
-        correct_edges(work, filter.per_pixel);
-        for layer in &work.visibility.layers {
-            let Some(surface) = &work.surfaces[layer.id as usize] else { continue };
-            let at = layer.subpixel as usize;
-            if !work.wanted[at / SPAN_PX / filter.per_pixel * SPAN_PX + at % SPAN_PX] {
-                continue;
-            }
-            let front = self.colour(surface, subpixel_px(filter, at));
-            let behind = &mut work.colours[at];
-            *behind = front + (1.0 - front.w) * *behind;
-            image.splats += 4;
-        }
-    }
-
     /// Premultiplied colour of a surface at a sub-pixel.
     #[inline(always)]
-    fn colour(&self, surface: &Surface, at: [f32; 2]) -> Vec4 {
+    pub(crate) fn colour(&self, surface: &Surface, at: [f32; 2]) -> Vec4 {
         let base = self.texture(surface, &surface.base, at);
         let emissive = self.texture(surface, &surface.emissive, at);
         self.lit(surface, at, base, emissive)
@@ -186,9 +145,20 @@ impl Tile<'_> {
     /// What a pixel or sub-pixel shows of a surface: filtered textures times factors, lit, premultiplied.
     #[inline(always)]
     fn lit(&self, surface: &Surface, at: [f32; 2], base: Vec4, emissive: Vec4) -> Vec4 {
+        self.shaded(surface, (at, surface.light_at(&self.view, at)), base, emissive)
+    }
+
+    /// As [`Tile::lit`], where the light that is reflected is known.
+    #[inline(always)]
+    pub(crate) fn shaded(
+        &self,
+        surface: &Surface,
+        (at, light): ([f32; 2], f32),
+        base: Vec4,
+        emissive: Vec4,
+    ) -> Vec4 {
         let material = surface.material(self.frame.scene);
         let factor = surface.factor(at);
-        let light = surface.light_at(&self.view, at);
         // Textures of materials with alpha are premultiplied; what their factor's alpha makes of it is still to do.
         let (weight, alpha) = match material.alpha {
             AlphaMode::Opaque => (1.0, 1.0),
@@ -197,41 +167,6 @@ impl Tile<'_> {
         };
         let emitted = material.emissive_colour * emissive * alpha;
         (factor * base * (weight * light) + emitted).truncate().extend(alpha)
-    }
-
-    /// Filters sub-pixels down to the pixels that are made from them.
-    pub(crate) fn resolve(&self, work: &TileWork, image: &mut TileImage) {
-        let filter = self.frame.filter;
-        for &pixel in &work.from_subpixels {
-            let (x, y) = (usize::from(pixel) % TILE_PX, usize::from(pixel) / TILE_PX);
-            let first = y * filter.per_pixel * SPAN_PX + x;
-            let mut sum = Vec4::ZERO;
-            for window in &filter.rows {
-                let colours = &work.colours[first + window.row * SPAN_PX + window.column..];
-                for (weight, colour) in window.weights.iter().zip(colours) {
-                    sum += *colour * *weight;
-                }
-            }
-            // What edges add is exact only in the sum, and may leave a rest of either sign.
-            let sum = sum.max(Vec4::ZERO);
-            image.rgba[usize::from(pixel)] = sum.truncate().extend(sum.w.min(1.0)).to_array();
-        }
-    }
-}
-
-/// Adds to the colours of neighbouring sub-pixels what the place of the edge between them makes of the jump.
-fn correct_edges(work: &mut TileWork, per_pixel: usize) {
-    let TileWork { edges, colours, wanted, jumps, .. } = work;
-    let wanted = |at: u32| wanted[at as usize / SPAN_PX / per_pixel * SPAN_PX + at as usize % SPAN_PX];
-    jumps.clear();
-    jumps.extend(edges.all.iter().map(|edge| match edge.between.map(&wanted) {
-        [true, true] => colours[edge.between[0] as usize] - colours[edge.between[1] as usize],
-        _ => Vec4::ZERO,
-    }));
-    for (edge, jump) in edges.all.iter().zip(jumps) {
-        for (at, share) in edge.between.into_iter().zip(edge.shares) {
-            colours[at as usize] += *jump * share;
-        }
     }
 }
 

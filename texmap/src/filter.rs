@@ -47,7 +47,7 @@ pub(crate) struct LatticeStep {
 }
 
 /// Columns of pixels that a filter reaches.
-const WINDOW_PX: usize = 2 * BORDER_PX + 1;
+pub(crate) const WINDOW_PX: usize = 2 * BORDER_PX + 1;
 
 /// What a pixel sees of one row of sub-pixels.
 #[derive(Clone, Debug)]

@@ -32,9 +32,9 @@ impl Tile<'_> {
         work.visibility.layers.iter().for_each(|layer| nearest[layer.subpixel as usize] = layer.id);
         for (index, planes) in image.planes.iter_mut().enumerate() {
             let pixel = [index % TILE_PX, index / TILE_PX];
-            match self.seen(work, pixel) {
+            match work.seen[index] {
                 Cell::Empty => continue,
-                Cell::Plane(id, _) => {
+                Cell::Plane(id) => {
                     work.fragments.clear();
                     work.fragments.push(Fragment { id, weight: 1.0, at: centre_px(pixel) });
                 }

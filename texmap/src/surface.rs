@@ -14,8 +14,8 @@ use crate::visibility::{Plane, moved, narrow};
 
 /// Share of light that reaches a surface whatever its direction, and the share that depends on it: the same balance
 /// as the volume renderer's.
-const AMBIENT: f32 = 0.3;
-const DIFFUSE: f32 = 1.0 - AMBIENT;
+pub(crate) const AMBIENT: f32 = 0.3;
+pub(crate) const DIFFUSE: f32 = 1.0 - AMBIENT;
 
 /// A texture's coordinates over the tile.
 #[derive(Clone, Copy, Debug)]
@@ -36,14 +36,15 @@ pub(crate) struct Surface {
     /// World normal towards the eye, in any length.
     pub(crate) normal: [Plane; 3],
     /// Vertex colour times the material's; `None` where it is the same everywhere.
-    colours: Option<[Plane; 4]>,
+    pub(crate) colours: Option<[Plane; 4]>,
     pub(crate) material: usize,
     base_colour: Vec4,
-    light: Light,
+    pub(crate) light: Light,
 }
 
+/// Where light comes from.
 #[derive(Clone, Copy, Debug)]
-enum Light {
+pub(crate) enum Light {
     None,
     /// From the eye: rays of the tile, to be turned round.
     Eye,

@@ -10,7 +10,7 @@ use resample_core::Camera;
 
 use crate::cull::{InView, ScreenTriangle};
 use crate::edges::Edges;
-use crate::filter::{BORDER_PX, PixelFilter};
+use crate::filter::{BORDER_PX, PixelFilter, WINDOW_PX};
 use crate::fragments::Fragment;
 use crate::options::{Method, RenderOptions};
 use crate::planes::PixelPlanes;
@@ -54,10 +54,13 @@ pub(crate) struct TileWork {
     pub(crate) visibility: Visibility,
     /// By place in the tile's list.
     pub(crate) surfaces: Vec<Option<Box<Surface>>>,
-    /// Colours of sub-pixels.
-    pub(crate) colours: Vec<Vec4>,
+    /// Linear premultiplied colours of sub-pixels.
+    pub(crate) colours: Vec<[f32; 4]>,
     /// By pixel of the span: what its sub-pixels show.
-    pub(crate) cells: Vec<Cell>,
+    cells: Vec<Cell>,
+    cells_along: Vec<Cell>,
+    /// By pixel of the tile: what its filter sees.
+    pub(crate) seen: Vec<Cell>,
     /// By pixel of the span: whether its sub-pixels' colours are needed.
     pub(crate) wanted: Vec<bool>,
     /// Pixels of the tile that are made from sub-pixels.
@@ -70,12 +73,12 @@ pub(crate) struct TileWork {
     pub(crate) jumps: Vec<Vec4>,
 }
 
-/// What the sub-pixels of one pixel show.
+/// What the sub-pixels of a pixel, or of all pixels that a filter reaches, show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Cell {
     Empty,
-    /// One plane, of which this is a triangle's place in the tile's list and the plane's own number.
-    Plane(u32, u64),
+    /// One triangle, by its place in the tile's list.
+    Plane(u32),
     /// Several opaque things.
     Mixed,
     /// Something translucent.
@@ -162,13 +165,13 @@ impl Tile<'_> {
             match mode {
                 AlphaMode::Mask { cutoff } => {
                     let slot = &mut surfaces[id as usize];
-                    visibility.draw(triangle, id, (filter, near), |at| {
+                    visibility.draw_cut(triangle, id, (filter, near), |at| {
                         let at = subpixel_px(filter, at);
                         let surface = slot.get_or_insert_with(|| self.surface(id, at));
                         self.alpha(surface, at) >= cutoff
                     });
                 }
-                _ => visibility.draw(triangle, id, (filter, near), |_| true),
+                _ => visibility.draw(triangle, id, (filter, near), self.frame.simd),
             }
         }
         for id in ids.filter(|&id| self.alpha_mode(id) == AlphaMode::Blend) {
@@ -187,48 +190,46 @@ impl Tile<'_> {
     fn note_drawn(&self, work: &mut TileWork, image: &mut TileImage) -> bool {
         let filter = self.frame.filter;
         let mut seen = vec![false; self.list.len()];
-        let opaque = work.visibility.ids.iter().enumerate().map(|(at, &id)| (at, id));
-        let layers = work.visibility.layers.iter().map(|l| (l.subpixel as usize, l.id));
-        let mut last = NONE;
-        for (at, id) in opaque.chain(layers) {
-            if id == NONE || id == last {
-                continue;
-            }
-            last = id;
+        let mut note = |at: usize, id: u32| {
             if !std::mem::replace(&mut seen[id as usize], true) {
                 let surface = &mut work.surfaces[id as usize];
                 surface.get_or_insert_with(|| self.surface(id, subpixel_px(filter, at)));
                 image.drawn.push(self.list[id as usize]);
             }
+        };
+        let mut before: &[u32] = &[];
+        for (row, ids) in work.visibility.ids.chunks_exact(SPAN_PX).enumerate() {
+            // Most rows show what the row above shows.
+            if ids != before {
+                let shown = ids.iter().enumerate().filter(|(_, id)| **id != NONE);
+                shown.for_each(|(column, &id)| note(row * SPAN_PX + column, id));
+            }
+            before = ids;
         }
+        work.visibility.layers.iter().for_each(|layer| note(layer.subpixel as usize, layer.id));
         !image.drawn.is_empty()
-    }
-
-    fn plane_number(&self, id: u32) -> u64 {
-        let triangle = self.triangle(id);
-        u64::from(triangle.mesh) << 32 | u64::from(triangle.triangle)
     }
 
     fn find_cells(&self, work: &mut TileWork) {
         let per_pixel = self.frame.filter.per_pixel;
         work.cells.clear();
         for rows in work.visibility.ids.chunks_exact(per_pixel * SPAN_PX) {
-            for column in 0..SPAN_PX {
-                let mut last = rows[column];
-                let mut cell = self.cell(last);
-                for &id in rows[column..].iter().step_by(SPAN_PX) {
-                    if id != last {
-                        last = id;
-                        cell = joined(cell, self.cell(id));
-                    }
-                }
-                work.cells.push(cell);
+            let (first, rest) = rows.split_at(SPAN_PX);
+            let mut differ = [false; SPAN_PX];
+            for row in rest.chunks_exact(SPAN_PX) {
+                differ.iter_mut().zip(row.iter().zip(first)).for_each(|(differ, (a, b))| *differ |= a != b);
             }
+            work.cells.extend(first.iter().zip(differ).map(|(&id, differ)| match differ {
+                true => Cell::Mixed,
+                false if id == NONE => Cell::Empty,
+                false => Cell::Plane(id),
+            }));
         }
         for layer in &work.visibility.layers {
             let (column, row) = (layer.subpixel as usize % SPAN_PX, layer.subpixel as usize / SPAN_PX);
             work.cells[row / per_pixel * SPAN_PX + column] = Cell::Layered;
         }
+        seen(&work.cells, &mut work.cells_along, &mut work.seen);
     }
 
     /// Finds the edges between sub-pixels across which colour may jump.
@@ -246,10 +247,6 @@ impl Tile<'_> {
         };
         // Lists keep the order of the scene.
         self.list.binary_search_by_key(&(mesh, triangle), key).ok().map(|place| place as u32)
-    }
-
-    fn cell(&self, id: u32) -> Cell {
-        if id == NONE { Cell::Empty } else { Cell::Plane(id, self.plane_number(id)) }
     }
 }
 
@@ -281,12 +278,25 @@ impl walk::Mesh for TileMesh<'_> {
     }
 }
 
+/// What the filters of the tile's pixels see, given what the cells of its span show.
+fn seen(cells: &[Cell], along: &mut Vec<Cell>, out: &mut Vec<Cell>) {
+    out.clear();
+    if cells.iter().all(|&cell| cell == cells[0]) {
+        return out.resize(TILE_PX * TILE_PX, cells[0]);
+    }
+    along.clear();
+    for row in cells.chunks_exact(SPAN_PX) {
+        along.extend(row.windows(WINDOW_PX).map(|window| window[1..].iter().fold(window[0], joined)));
+    }
+    let below = |first: usize| (1..WINDOW_PX).map(move |k| first + k * TILE_PX);
+    out.extend((0..TILE_PX * TILE_PX).map(|at| below(at).fold(along[at], |cell, k| joined(cell, &along[k]))));
+}
+
 /// What two neighbouring cells show together.
-pub(crate) fn joined(a: Cell, b: Cell) -> Cell {
-    match (a, b) {
+fn joined(a: Cell, b: &Cell) -> Cell {
+    match (a, *b) {
+        (a, b) if a == b => a,
         (Cell::Layered, _) | (_, Cell::Layered) => Cell::Layered,
-        (Cell::Plane(_, one), Cell::Plane(_, two)) if one == two => a,
-        (Cell::Empty, Cell::Empty) => a,
         _ => Cell::Mixed,
     }
 }

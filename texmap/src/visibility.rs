@@ -5,6 +5,9 @@
 //! in the scene wins everywhere, so coplanar surfaces do not mix in stripes. Translucent triangles are kept in lists,
 //! all of them that lie before what is opaque.
 
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch};
+use fearless_simd_macros::simd;
 use glam::DVec3;
 
 use crate::cull::ScreenTriangle;
@@ -149,6 +152,43 @@ impl RasterTriangle {
     }
 }
 
+/// Draws a triangle row by row, a row of sub-pixels at a time.
+#[simd]
+fn draw_rows<S: Simd>(
+    _: S,
+    visibility: &mut Visibility,
+    (triangle, id): (&RasterTriangle, u32),
+    (filter, near): (&PixelFilter, NearKey),
+) {
+    let [first, last] = triangle.columns;
+    let [l0, l1, l2] = triangle.lines;
+    let [c0, c1, c2] = triangle.closed;
+    let key_plane = triangle.key;
+    for row in triangle.rows[0]..triangle.rows[1] {
+        let y = filter.y_px(row);
+        let x0 = filter.offset_px[row % filter.per_pixel];
+        let ids = &mut visibility.ids[row * SPAN_PX + first..row * SPAN_PX + last];
+        let keys = &mut visibility.keys[row * SPAN_PX + first..row * SPAN_PX + last];
+        // No branch inside: every sub-pixel of the row is looked at, and what it shows is chosen.
+        for (k, (shown, before)) in ids.iter_mut().zip(keys).enumerate() {
+            let x = (first + k) as i32 as f32 + x0;
+            let (e0, e1, e2) = (at(&l0, x, y), at(&l1, x, y), at(&l2, x, y));
+            let inside = ((e0 > 0.0) | ((e0 == 0.0) & c0))
+                & ((e1 > 0.0) | ((e1 == 0.0) & c1))
+                & ((e2 > 0.0) | ((e2 == 0.0) & c2));
+            let key = at(&key_plane, x, y);
+            let seen = inside & (key <= near.0) & (key > *before + key.abs() * KEY_ROUNDING);
+            *shown = if seen { id } else { *shown };
+            *before = if seen { key } else { *before };
+        }
+    }
+}
+
+#[inline(always)]
+fn at(plane: &Plane, x: f32, y: f32) -> f32 {
+    plane[0] * x + plane[1] * y + plane[2]
+}
+
 impl Visibility {
     /// Forgets the last tile.
     pub(crate) fn clear(&mut self, filter: &PixelFilter) {
@@ -160,8 +200,19 @@ impl Visibility {
         self.layers.clear();
     }
 
-    /// Draws a triangle where it is nearer than what is there and `shows` says that the sub-pixel is not cut out.
+    /// Draws a triangle where it is nearer than what is there.
     pub(crate) fn draw(
+        &mut self,
+        triangle: &RasterTriangle,
+        id: u32,
+        view: (&PixelFilter, NearKey),
+        simd: Level,
+    ) {
+        dispatch!(simd, simd => draw_rows(simd, self, (triangle, id), view));
+    }
+
+    /// As [`Visibility::draw`], where `shows` says that the sub-pixel is not cut out.
+    pub(crate) fn draw_cut(
         &mut self,
         triangle: &RasterTriangle,
         id: u32,
