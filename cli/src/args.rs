@@ -141,7 +141,7 @@ pub(crate) struct VolsplatArgs {
     pub input: PathBuf,
     /// Picture to write, .png or .exr; a pattern such as %04d is replaced by the number of the picture
     ///
-    /// With .apng, all pictures go into one animated PNG; with .mp4, .webm or .mkv into one video, which needs the
+    /// With .apng or .webp, all pictures go into one animation; with .mp4, .webm or .mkv into one video, which needs the
     /// program ffmpeg.
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,

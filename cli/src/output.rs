@@ -9,6 +9,7 @@ mod film;
 mod names;
 mod png;
 mod video;
+mod webp;
 
 use std::fs;
 use std::io::{BufWriter, Seek, Write};
@@ -58,7 +59,7 @@ pub(crate) fn format_of(path: &Path, bits: Option<u8>) -> Result<Format> {
             bail!("{}: an EXR file always has 32 bits per channel: leave --bits out", path.display())
         }
         _ => bail!(
-            "{}: unknown picture format: the name must end in .png or .exr (animations: .apng, .mp4, .webm, .mkv)",
+            "{}: unknown picture format: the name must end in .png or .exr (animations: .apng, .webp, .mp4, .webm, .mkv)",
             path.display()
         ),
     }

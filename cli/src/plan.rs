@@ -99,7 +99,7 @@ impl Plan {
         let film = film_plan(request)?;
         let format = match film.as_ref().map(|film| film.kind) {
             Some(FilmKind::Png(depth)) => Format::Png(depth),
-            Some(FilmKind::Video(_)) => Format::Png(Depth::Eight),
+            Some(FilmKind::WebP | FilmKind::Video(_)) => Format::Png(Depth::Eight),
             None => output::format_of(request.output, request.picture.bits)?,
         };
         let names = match pictures {
@@ -237,7 +237,7 @@ fn film_plan(request: &Request) -> Result<Option<FilmPlan>> {
     let Some(kind) = output::kind_of(request.output, request.picture.bits)? else {
         if request.sequence.fps.is_some() && request.sequence.path.is_none() {
             bail!(
-                "{name}: --fps is for --path and for animations, whose name ends in .apng, .mp4, .webm or .mkv"
+                "{name}: --fps is for --path and for animations, whose name ends in .apng, .webp, .mp4, .webm or .mkv"
             );
         }
         return Ok(None);

@@ -26,8 +26,8 @@ pub(crate) struct Warp3dArgs {
     pub depth: String,
     /// Picture to write, .png or .exr; a pattern such as %04d is replaced by the number of the picture
     ///
-    /// An EXR file also holds depth (Z), what was filled, and the confidence. With .apng, all pictures go into one
-    /// animated PNG; with .mp4, .webm or .mkv into one video, which needs the program ffmpeg.
+    /// An EXR file also holds depth (Z), what was filled, and the confidence. With .apng or .webp, all pictures go into
+    /// one animation; with .mp4, .webm or .mkv into one video, which needs the program ffmpeg.
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
     /// Also write what the picture could not see as a grey PNG or EXR: 1 where a hole is or was filled

@@ -1,8 +1,8 @@
-//! Animations: all pictures of a run in one file, an animated PNG or a video.
+//! Animations: all pictures of a run in one file, an animated PNG or WebP or a video.
 //!
 //! Takes pictures of one size, one after another, and gives a file that appears whole or not at all. An animated
-//! PNG keeps transparency and every bit; a video is made by the program `ffmpeg`, and is opaque. The kind follows
-//! from the extension. Limits: a video needs `ffmpeg` on the PATH and an even width and height.
+//! PNG or WebP keeps transparency and every bit; a video is made by the program `ffmpeg`, and is opaque. The kind
+//! follows from the extension. Limits: a video needs `ffmpeg` on the PATH and an even width and height.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -14,6 +14,7 @@ use tempfile::NamedTempFile;
 
 use super::png::Depth;
 use super::video::{self, Container};
+use super::webp::{self, WebP};
 use super::{Listed, WriteFailure, folder_of, png as picture_png, temporary_file};
 
 /// Kind of an animation.
@@ -21,6 +22,8 @@ use super::{Listed, WriteFailure, folder_of, png as picture_png, temporary_file}
 pub(crate) enum FilmKind {
     /// Animated PNG.
     Png(Depth),
+    /// WebP without loss; of one picture, a plain one.
+    WebP,
     /// Video, made by `ffmpeg`.
     Video(Container),
 }
@@ -47,6 +50,7 @@ pub(crate) struct Film {
 
 enum Sink {
     Png(Box<Writer<File>>, Depth),
+    WebP(WebP),
     Video(video::Pipe),
 }
 
@@ -61,6 +65,10 @@ pub(crate) fn kind_of(path: &Path, bits: Option<u8>) -> Result<Option<FilmKind>>
             let depth = if bits == Some(16) { Depth::Sixteen } else { Depth::Eight };
             return Ok(Some(FilmKind::Png(depth)));
         }
+        Some("webp") if bits.is_some() => {
+            bail!("{}: a WebP always has 8 bits per channel: leave --bits out", path.display())
+        }
+        Some("webp") => return Ok(Some(FilmKind::WebP)),
         Some("mp4") => Container::Mp4,
         Some("webm") => Container::WebM,
         Some("mkv") => Container::Matroska,
@@ -76,7 +84,7 @@ impl FilmPlan {
     /// Checks what is needed beside the pictures: a video needs `ffmpeg`.
     pub(crate) fn check_tools(&self) -> Result<()> {
         match self.kind {
-            FilmKind::Png(_) => Ok(()),
+            FilmKind::Png(_) | FilmKind::WebP => Ok(()),
             FilmKind::Video(_) => video::check_ffmpeg(&self.path),
         }
     }
@@ -94,6 +102,9 @@ impl FilmPlan {
                 other.0,
                 other.1
             );
+        }
+        if self.kind == FilmKind::WebP && width.max(height) > webp::MAX_SIDE {
+            bail!("{path}: a WebP has at most {} pixels a side, not {width}x{height}", webp::MAX_SIDE);
         }
         if matches!(self.kind, FilmKind::Video(_)) && (width % 2 != 0 || height % 2 != 0) {
             let (even_width, even_height) = (width.next_multiple_of(2), height.next_multiple_of(2));
@@ -118,6 +129,9 @@ impl Film {
                     encoder.set_frame_delay(1, plan.fps)?;
                     Sink::Png(Box::new(encoder.write_header()?), depth)
                 }
+                FilmKind::WebP => {
+                    Sink::WebP(WebP::begin(file.as_file().try_clone()?, size, plan.fps, count)?)
+                }
                 FilmKind::Video(container) => {
                     Sink::Video(video::Pipe::open(file.path(), container, size, plan.fps)?)
                 }
@@ -133,6 +147,7 @@ impl Film {
             Sink::Png(writer, depth) => {
                 writer.write_image_data(&picture_png::bytes(image, *depth)).map_err(Into::into)
             }
+            Sink::WebP(webp) => webp.add(&picture_png::bytes(image, Depth::Eight)),
             Sink::Video(pipe) => pipe.add(&picture_png::opaque_bytes(image)),
         };
         added.with_context(|| WriteFailure { path: self.path.clone() })
@@ -144,6 +159,7 @@ impl Film {
         let finished = || -> Result<u64> {
             match sink {
                 Sink::Png(writer, _) => writer.finish()?,
+                Sink::WebP(webp) => webp.finish()?,
                 Sink::Video(pipe) => pipe.finish()?,
             }
             let bytes = std::fs::metadata(file.path())?.len();

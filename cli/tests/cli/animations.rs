@@ -4,6 +4,9 @@ use std::fs;
 use std::io::BufReader;
 use std::path::Path;
 
+use image::AnimationDecoder;
+use image::codecs::webp::WebPDecoder;
+
 use super::{Bench, assert_good, read_png, stderr};
 
 struct Animation {
@@ -37,6 +40,34 @@ fn assert_refused(bench: &Bench, words: &str, named: &str) {
     assert_eq!(output.status.code(), Some(2), "`{words}` is refused: {said}");
     assert!(said.contains(named), "`{words}` must name {named}: {said}");
     assert!(bench.written().is_empty(), "`{words}` writes nothing: {:?}", bench.written());
+}
+
+#[test]
+fn an_animated_webp_holds_every_picture_and_its_alpha() {
+    let bench = Bench::new();
+    assert_good(&bench.draw("--size 24x16 --turntable 3 --fps 10 -o out/a.webp"));
+    assert_eq!(bench.written(), ["a.webp"], "one file");
+    let file = fs::File::open(bench.path("out/a.webp")).expect("written");
+    let decoder = WebPDecoder::new(BufReader::new(file)).expect("a WebP");
+    let frames = decoder.into_frames().collect_frames().expect("whole frames");
+    assert_eq!(frames.len(), 3, "pictures");
+    assert_good(&bench.draw("--size 24x16 --turntable 3 -o out/b.png"));
+    for (index, frame) in frames.iter().enumerate() {
+        assert_eq!(frame.delay().numer_denom_ms(), (100, 1), "picture {index}: a tenth of a second");
+        let (.., single) = read_png(&bench.path(&format!("out/b_000{index}.png")));
+        let (mut partly, pixels) = (0, frame.buffer().chunks(4).zip(single.chunks(4)));
+        for (got, wanted) in pixels {
+            partly += usize::from((1..255).contains(&wanted[3]));
+            assert!(got == wanted || got[3] == 0 && wanted[3] == 0, "picture {index}: {got:?}, {wanted:?}");
+        }
+        assert!(partly > 20, "picture {index} is partly transparent");
+    }
+    assert_good(&bench.draw("--size 24x16 -o out/one.webp"));
+    let one = image::open(bench.path("out/one.webp")).expect("a plain WebP");
+    assert_eq!((one.width(), one.height()), (24, 16), "one picture");
+    let bench = Bench::new();
+    assert_refused(&bench, "--bits 16 -o out/b.webp", "8 bits");
+    assert_refused(&bench, "--size 16385x1 -o out/b.webp", "16384");
 }
 
 #[test]
