@@ -25,6 +25,12 @@ impl RowRange {
         self.high = self.high.max(y);
     }
 
+    /// Widens the range to hold `other`.
+    pub(crate) fn join(&mut self, other: Self) {
+        self.low = self.low.min(other.low);
+        self.high = self.high.max(other.high);
+    }
+
     /// Whether the range touches rows `first..end` (px).
     pub(crate) fn touches(&self, first: usize, end: usize) -> bool {
         self.high >= first as f32 && self.low <= end as f32

@@ -6,23 +6,35 @@
 //! near an edge take it once for each surface that they see, weighted by the coverage that the pixel's Gaussian gives
 //! each.
 
+mod centres;
+mod fine;
+mod slots;
+
+use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 use resample_core::Camera;
 
 use crate::Reference;
-use crate::bands::{BAND_ROWS, RowRange};
+use crate::bands::BAND_ROWS;
 use crate::colour::Colours;
 use crate::epipole::OcclusionOrder;
+use crate::flags::Flags;
 use crate::layer::Layer;
 use crate::options::{MixedPixels, Visibility, WarpOptions};
 use crate::patch::NO_PATCH;
-use crate::raster::{Projected, Rim, Scene, Sink, Vertex, scan_triangle};
+use crate::raster::{Projected, Quarters, Scene, Segments, Vertex};
 use crate::resolve::Resolver;
 use crate::rims::Rims;
 use crate::spline::coefficients;
 use crate::stats::{FrameStats, StageClock};
 use crate::surface::Surfaces;
 use crate::warp::Warp;
+use centres::{Centres, Taking};
+use fine::Fine;
+pub(crate) use slots::{SlotPart, SlotParts, one_surface};
+
+/// From this many samples to the nearest cut on a surface is looked up without a look at its edges.
+const CLEAR: u8 = 3;
 
 /// A pixel that no finer lattice belongs to.
 pub(crate) const NO_SLOT: u32 = u32::MAX;
@@ -34,8 +46,10 @@ pub(crate) struct Prepared {
     pub(crate) surfaces: Surfaces,
     /// Its colours.
     pub(crate) colours: Colours,
-    /// Where its edges lie between the samples.
-    pub(crate) cuts: Rims,
+    /// Its cells, as they are drawn.
+    segments: Segments,
+    /// Number of samples with a depth.
+    known: u64,
 }
 
 /// What the pixel centres see, and the finer lattice near edges.
@@ -52,8 +66,12 @@ pub(crate) struct Hybrid {
     pub(crate) slot: Vec<u32>,
     /// For each band, the pieces of the finer lattice, `subpixels`^2 a slot.
     pub(crate) fine: Vec<Vec<Seen>>,
+    /// The same for each band, grouped into surfaces.
+    pub(crate) parts: Vec<SlotParts>,
     /// Whether a pixel is resolved from the finer lattice.
-    pub(crate) at_edge: Vec<bool>,
+    pub(crate) at_edge: Flags,
+    /// Whether a pixel has a place in the finer lattice: those, and their neighbours.
+    drawn: Flags,
 }
 
 /// What one place of the finer lattice sees.
@@ -63,6 +81,19 @@ pub(crate) struct Seen {
     pub(crate) nearness: f32,
     /// Its piece.
     pub(crate) patch: u32,
+}
+
+/// What is drawn, and how.
+struct Drawing<'a> {
+    scene: Scene<'a>,
+    order: Option<OcclusionOrder>,
+    level: Level,
+}
+
+impl Drawing<'_> {
+    fn taking(&self) -> Taking {
+        if self.order.is_some() { Taking::Always } else { Taking::Nearer }
+    }
 }
 
 impl Prepared {
@@ -75,7 +106,9 @@ impl Prepared {
             MixedPixels::Unmix => Rims::unmixed(&surfaces, &mut samples),
         };
         let coefficients = coefficients(&samples, &surfaces);
-        Self { surfaces, colours: Colours { samples, coefficients }, cuts }
+        let segments = Segments::new(&surfaces, Quarters::new(&surfaces, &cuts));
+        let known = surfaces.disparity.iter().filter(|d| !d.is_nan()).count() as u64;
+        Self { surfaces, colours: Colours { samples, coefficients }, segments, known }
     }
 }
 
@@ -89,12 +122,11 @@ impl Hybrid {
         stats: &mut FrameStats,
     ) -> Layer {
         let warp = Warp::new(&reference.camera, target);
-        let scene = Scene { surfaces: &prepared.surfaces, warp: &warp, cuts: &prepared.cuts };
+        let scene = Scene { surfaces: &prepared.surfaces, segments: &prepared.segments };
         let clock = StageClock::start();
-        self.projected.project(&prepared.surfaces, &warp, &prepared.cuts);
-        let known = prepared.surfaces.disparity.iter().filter(|d| !d.is_nan()).count() as u64;
-        stats.samples += known;
-        stats.outside += known - self.projected.in_front();
+        self.projected.project(&scene, &warp);
+        stats.samples += prepared.known;
+        stats.outside += prepared.known - self.projected.in_front();
         stats.stages.project.add(clock.stop());
         let clock = StageClock::start();
         let order = match options.visibility {
@@ -104,19 +136,20 @@ impl Hybrid {
                 Some(OcclusionOrder::new(&reference.camera, target, size))
             }
         };
-        self.draw_centres(&scene, target, order);
+        let drawing = Drawing { scene, order, level: options.simd.resolve() };
+        self.draw_centres(&drawing, target);
         self.mark_edges(target, prepared.surfaces.tolerance);
-        self.draw_fine(&scene, target, order, options.subpixels as usize);
-        stats.edge_pixels += self.at_edge.iter().filter(|&&edge| edge).count() as u64;
+        self.draw_fine(&drawing, target, options.subpixels as usize);
+        self.narrow_edges(&prepared.surfaces, target, options.subpixels as usize);
+        stats.edge_pixels += edges(&self.at_edge, target);
         stats.stages.accumulate.add(clock.stop());
         let clock = StageClock::start();
-        let layer =
-            Resolver::new(self, (reference, prepared), &warp, target, options.subpixels as usize).layer();
+        let layer = Resolver::new(self, (reference, prepared), &warp, target, options).layer();
         stats.stages.resolve.add(clock.stop());
         layer
     }
 
-    fn draw_centres(&mut self, scene: &Scene<'_>, target: &Camera, order: Option<OcclusionOrder>) {
+    fn draw_centres(&mut self, drawing: &Drawing<'_>, target: &Camera) {
         let width = target.width as usize;
         let pixels = width * target.height as usize;
         for plane in [&mut self.nearness, &mut self.rim] {
@@ -132,42 +165,69 @@ impl Hybrid {
             |(index, ((nearness, patch), rim))| {
                 let first = index * BAND_ROWS;
                 let rows = [first, first + nearness.len() / width];
-                let mut sink = Centres { width, rows, nearness, patch, rim, order };
-                projected.visit(scene, rows, order, &mut sink);
+                let mut sink = Centres { width, rows, nearness, patch, rim, taking: drawing.taking() };
+                let (scene, order) = (&drawing.scene, drawing.order);
+                dispatch!(drawing.level, simd => projected.visit(simd, scene, (rows, order), &mut sink));
             },
         );
     }
 
     /// A pixel is at an edge if a visible rim is within two pixels, as far as the pixel's Gaussian reaches.
     fn mark_edges(&mut self, target: &Camera, tolerance: f32) {
-        let visible = |(&rim, &nearness): (&f32, &f32)| {
-            rim > f32::NEG_INFINITY && rim >= nearness - tolerance * nearness.abs()
-        };
-        let touched: Vec<bool> = self.rim.par_iter().zip(&self.nearness).map(visible).collect();
         let size = [target.width as usize, target.height as usize];
-        self.at_edge = dilated(&touched, size, 2);
-        let drawn = dilated(&self.at_edge, size, 1);
+        let (rim, nearness) = (&self.rim, &self.nearness);
+        let touched = Flags::new(size[0], size[1], |i| {
+            rim[i] > f32::NEG_INFINITY && rim[i] >= nearness[i] - tolerance * nearness[i].abs()
+        });
+        self.at_edge = touched.grown(2);
+        self.drawn = self.at_edge.grown(1);
         self.slot.clear();
-        self.slot.resize(drawn.len(), NO_SLOT);
-        let band = size[0] * BAND_ROWS;
-        self.slot.par_chunks_mut(band).zip(drawn.par_chunks(band)).for_each(|(slots, drawn)| {
-            for (next, (slot, _)) in slots.iter_mut().zip(drawn).filter(|(_, drawn)| **drawn).enumerate() {
-                *slot = next as u32;
+        self.slot.resize(size[0] * size[1], NO_SLOT);
+        let (band, drawn) = (size[0] * BAND_ROWS, &self.drawn);
+        self.slot.par_chunks_mut(band).enumerate().for_each(|(index, slots)| {
+            let mut next = 0;
+            for (y, row) in slots.chunks_mut(size[0]).enumerate() {
+                for x in drawn.columns(index * BAND_ROWS + y, size[0]) {
+                    row[x] = next;
+                    next += 1;
+                }
             }
         });
     }
 
-    fn draw_fine(
-        &mut self,
-        scene: &Scene<'_>,
-        target: &Camera,
-        order: Option<OcclusionOrder>,
-        subpixels: usize,
-    ) {
+    /// Of the pixels at edges, keeps those whose neighbours do not all see the whole of one surface, far from its cuts.
+    fn narrow_edges(&mut self, surfaces: &Surfaces, target: &Camera, subpixels: usize) {
+        let [width, height] = [target.width as usize, target.height as usize];
+        let whole = u64::MAX >> (64 - subpixels * subpixels);
+        let one = |at: usize| {
+            let slot = self.slot[at];
+            let parts = self.parts[at / width / BAND_ROWS].of_slot(slot as usize);
+            parts.first().filter(|part| parts.len() == 1 && part.places == whole)
+        };
+        let mixed = |at: usize| {
+            if self.slot[at] == NO_SLOT {
+                return false;
+            }
+            let Some(part) = one(at) else { return true };
+            if part.patch.clearance(surfaces) < CLEAR {
+                return true;
+            }
+            let differs = |next: usize| {
+                self.slot[next] != NO_SLOT && one(next).is_some_and(|next| !part.is_one_with(next, surfaces))
+            };
+            (at % width + 1 < width && differs(at + 1)) || (at / width + 1 < height && differs(at + width))
+        };
+        let mixed = Flags::new(width, height, mixed).grown(1);
+        self.at_edge.keep(&mixed);
+    }
+
+    fn draw_fine(&mut self, drawing: &Drawing<'_>, target: &Camera, subpixels: usize) {
         let width = target.width as usize;
-        let (projected, slots) = (&self.projected, &self.slot);
-        self.fine.resize(slots.len().div_ceil(width * BAND_ROWS), Vec::new());
-        self.fine.par_iter_mut().enumerate().for_each(|(index, fine)| {
+        let (projected, slots, drawn) = (&self.projected, &self.slot, &self.drawn);
+        let bands = slots.len().div_ceil(width * BAND_ROWS);
+        self.fine.resize(bands, Vec::new());
+        self.parts.resize(bands, SlotParts::default());
+        self.fine.par_iter_mut().zip(&mut self.parts).enumerate().for_each(|(index, (fine, parts))| {
             let first = index * BAND_ROWS;
             let rows = [first, (first + BAND_ROWS).min(target.height as usize)];
             let slot = &slots[rows[0] * width..rows[1] * width];
@@ -175,111 +235,18 @@ impl Hybrid {
             fine.clear();
             fine.resize(count * subpixels * subpixels, Seen { nearness: f32::NEG_INFINITY, patch: NO_PATCH });
             if count > 0 {
-                let mut sink = Fine { width, rows, subpixels, slot, fine, order };
-                projected.visit(scene, rows, order, &mut sink);
+                let mut sink = Fine { width, rows, subpixels, slot, drawn, fine, taking: drawing.taking() };
+                let (scene, order) = (&drawing.scene, drawing.order);
+                dispatch!(drawing.level, simd => projected.visit(simd, scene, (rows, order), &mut sink));
             }
+            parts.group(drawing.scene.surfaces, fine, subpixels * subpixels);
         });
     }
 }
 
-/// Draws a band at the pixel centres.
-struct Centres<'a> {
-    width: usize,
-    rows: [usize; 2],
-    nearness: &'a mut [f32],
-    patch: &'a mut [u32],
-    rim: &'a mut [f32],
-    order: Option<OcclusionOrder>,
-}
-
-impl Centres<'_> {
-    fn mark(&mut self, corners: [Vertex; 3]) {
-        let Some([columns, rows]) = pixels_of(corners, self.width, self.rows) else { return };
-        let nearness = corners.iter().fold(f32::NEG_INFINITY, |n, v| n.max(v.nearness));
-        for row in rows[0]..=rows[1] {
-            let first = (row - self.rows[0]) * self.width;
-            for rim in &mut self.rim[first + columns[0]..=first + columns[1]] {
-                *rim = rim.max(nearness);
-            }
-        }
-    }
-}
-
-impl Sink for Centres<'_> {
-    fn triangle(&mut self, corners: [Vertex; 3], id: u32, rim: Rim) {
-        if rim == Rim::Rim {
-            self.mark(corners);
-        }
-        let clip = [[0, self.width as i32], self.rows.map(|r| r as i32)];
-        let first_row = self.rows[0] as i32;
-        let centred = corners.map(|v| Vertex { x: v.x - 0.5, y: v.y - 0.5, ..v });
-        scan_triangle(centred, clip, |column, row, nearness| {
-            let at = (row - first_row) as usize * self.width + column as usize;
-            if self.order.is_some() || nearness > self.nearness[at] {
-                self.nearness[at] = nearness;
-                self.patch[at] = id;
-            }
-        });
-    }
-
-    fn wants(&self, _columns: RowRange, _rows: RowRange) -> bool {
-        true
-    }
-
-    fn turned_away(&mut self, corners: [Vertex; 3]) {
-        self.mark(corners);
-    }
-}
-
-/// Draws a band at the sub-pixels of the slots.
-struct Fine<'a> {
-    width: usize,
-    rows: [usize; 2],
-    subpixels: usize,
-    slot: &'a [u32],
-    fine: &'a mut [Seen],
-    order: Option<OcclusionOrder>,
-}
-
-impl Sink for Fine<'_> {
-    fn triangle(&mut self, corners: [Vertex; 3], id: u32, _rim: Rim) {
-        let Some([columns, rows]) = pixels_of(corners, self.width, self.rows) else { return };
-        let slot_of = |column: usize, row: usize| self.slot[(row - self.rows[0]) * self.width + column];
-        let any =
-            (rows[0]..=rows[1]).any(|row| (columns[0]..=columns[1]).any(|c| slot_of(c, row) != NO_SLOT));
-        if !any {
-            return;
-        }
-        let n = self.subpixels;
-        let scale = n as f32;
-        let fine = corners.map(|v| Vertex { x: v.x * scale - 0.5, y: v.y * scale - 0.5, ..v });
-        let clip = [[0, (self.width * n) as i32], self.rows.map(|r| (r * n) as i32)];
-        scan_triangle(fine, clip, |column, row, nearness| {
-            let (column, row) = (column as usize, row as usize);
-            let slot = slot_of(column / n, row / n);
-            if slot == NO_SLOT {
-                return;
-            }
-            let seen = &mut self.fine[(slot as usize * n + row % n) * n + column % n];
-            if self.order.is_some() || nearness > seen.nearness {
-                *seen = Seen { nearness, patch: id };
-            }
-        });
-    }
-
-    fn wants(&self, columns: RowRange, rows: RowRange) -> bool {
-        let first = (rows.low.max(self.rows[0] as f32)) as usize;
-        let last = (rows.high.min(self.rows[1] as f32 - 1.0)) as usize;
-        let left = columns.low.max(0.0) as usize;
-        let right = (columns.high.max(-1.0) + 1.0).min(self.width as f32) as usize;
-        left < right
-            && (first..=last).any(|row| {
-                let from = (row - self.rows[0]) * self.width;
-                self.slot[from + left..from + right].iter().any(|&slot| slot != NO_SLOT)
-            })
-    }
-
-    fn turned_away(&mut self, _corners: [Vertex; 3]) {}
+fn edges(at_edge: &Flags, target: &Camera) -> u64 {
+    let width = target.width as usize;
+    (0..target.height as usize).map(|y| at_edge.columns(y, width).count() as u64).sum()
 }
 
 /// First and last column and row that a triangle's bounding box touches inside a band.
@@ -290,24 +257,4 @@ fn pixels_of(corners: [Vertex; 3], width: usize, rows: [usize; 2]) -> Option<[[u
         (low <= high).then_some([low as usize, high as usize])
     };
     Some([range(|v| v.x, 0, width)?, range(|v| v.y, rows[0], rows[1])?])
-}
-
-/// The flags, grown by `by` pixels along each axis.
-fn dilated(flags: &[bool], size: [usize; 2], by: usize) -> Vec<bool> {
-    let [width, height] = size;
-    let mut wide = vec![false; flags.len()];
-    wide.par_chunks_mut(width).zip(flags.par_chunks(width)).for_each(|(wide, row)| {
-        for x in (0..width).filter(|&x| row[x]) {
-            wide[x.saturating_sub(by)..(x + by + 1).min(width)].fill(true);
-        }
-    });
-    let mut grown = vec![false; flags.len()];
-    grown.par_chunks_mut(width).enumerate().for_each(|(y, grown)| {
-        for from in y.saturating_sub(by)..(y + by + 1).min(height) {
-            for (g, &w) in grown.iter_mut().zip(&wide[from * width..(from + 1) * width]) {
-                *g |= w;
-            }
-        }
-    });
-    grown
 }

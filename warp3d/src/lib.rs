@@ -9,6 +9,7 @@ mod colour;
 mod epipole;
 mod error;
 mod fill;
+mod flags;
 mod hybrid;
 pub mod input;
 mod layer;

@@ -5,6 +5,8 @@
 //!
 //! Limits: no filter, so minified textures alias; surfaces end at their outermost samples.
 
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch};
 use glam::DVec2;
 use rayon::prelude::*;
 use resample_core::Camera;
@@ -90,7 +92,8 @@ impl Mesh {
         planes.zip(layer.resolution.par_chunks_mut(band)).enumerate().for_each(
             |(index, ((rgba, depth), resolution))| {
                 let rows = [index * BAND_ROWS, index * BAND_ROWS + rgba.len() / width];
-                let seen = self.seen(&ranges, rows, width, corners);
+                let on_band = (&ranges[..], rows, width);
+                let seen = dispatch!(Level::new(), simd => self.seen(simd, on_band, corners));
                 for (at, &triangle) in seen.iter().enumerate().filter(|(_, t)| **t != NO_PATCH) {
                     let pos = DVec2::new((at % width) as f64 + 0.5, (rows[0] + at / width) as f64 + 0.5);
                     let Some((rgb, z)) = self.colour(triangle as usize, prepared, &warp, pos) else {
@@ -106,11 +109,11 @@ impl Mesh {
     }
 
     /// The triangle that each pixel centre of a band sees.
-    fn seen(
+    #[inline(always)]
+    fn seen<S: Simd>(
         &self,
-        ranges: &[RowRange],
-        rows: [usize; 2],
-        width: usize,
+        simd: S,
+        (ranges, rows, width): (&[RowRange], [usize; 2], usize),
         corners: impl Fn(&[u32; 3]) -> [Vertex; 3],
     ) -> Vec<u32> {
         let count = width * (rows[1] - rows[0]);
@@ -124,7 +127,7 @@ impl Mesh {
                 if !(area > 0.0) {
                     continue;
                 }
-                scan_triangle(c, clip, |column, row, nearness| {
+                scan_triangle(simd, c, clip, |column, row, nearness| {
                     let at = (row - clip[1][0]) as usize * width + column as usize;
                     if nearness > nearest[at] {
                         (nearest[at], seen[at]) = (nearness, (first + i) as u32);

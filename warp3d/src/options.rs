@@ -2,6 +2,7 @@
 
 use crate::Error;
 use resample_core::FootprintMode;
+use resample_core::simd::SimdLevel;
 
 /// The choices of one warp. `WarpOptions::default()` is what the measured trade favours.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +26,8 @@ pub struct WarpOptions {
     pub blend: Blend,
     /// Whether the picture carries the planes `filled` and `confidence`.
     pub planes: ExtraPlanes,
+    /// Vector instructions: the best of this CPU, or fewer, for tests.
+    pub simd: SimdLevel,
 }
 
 /// How samples become pixels.
@@ -113,6 +116,7 @@ impl Default for WarpOptions {
             subpixels: 4,
             blend: Blend::Weighted,
             planes: ExtraPlanes::FilledAndConfidence,
+            simd: SimdLevel::Auto,
         }
     }
 }

@@ -131,6 +131,11 @@ impl Warp {
         [column(0), column(1), column(2)]
     }
 
+    /// What depth is made of: coefficients of x, y, 1 and disparity, and constant and slope in disparity of their divisor.
+    pub fn depth_terms(&self) -> ([f64; 4], [f64; 2]) {
+        (self.rows[3].to_array(), self.depth_divisor)
+    }
+
     /// Whether a warped sample is in front of the near plane.
     pub fn in_front(&self, warped: &Warped) -> bool {
         let before = match self.target {

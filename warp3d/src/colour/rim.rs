@@ -1,0 +1,143 @@
+//! The cubic spline where samples are missing or lie on another surface.
+//!
+//! A missing sample is continued from those of its row that count: a spline with natural ends goes on straight. That is
+//! linear in the samples, so only the weights change.
+
+use fearless_simd::f32x4;
+use fearless_simd::prelude::*;
+use glam::DVec2;
+
+use super::Lookup;
+use crate::surface::{BELOW, RIGHT};
+
+impl Lookup<'_> {
+    /// The sum over sixteen samples around `base`, those that do not count continued from the others.
+    #[inline(always)]
+    pub(super) fn cubic_at_rim<S: Simd>(&self, simd: S, base: DVec2, [wx, wy]: [[f32; 4]; 2]) -> f32x4<S> {
+        let width = self.surfaces.size[0] as i64;
+        let (left, top) = (base.x as i64 - 1, base.y as i64 - 1);
+        let taps = self.taps(left, top);
+        if taps == 0 {
+            return f32x4::from_slice(simd, &self.nearest(base));
+        }
+        let mut row_bits = 0;
+        let mut rows = [f32x4::splat(simd, 0.0); 4];
+        for (j, sum) in rows.iter_mut().enumerate() {
+            let bits = taps >> (4 * j) & 0xf;
+            if bits == 0 {
+                continue;
+            }
+            row_bits |= 1 << j;
+            let first = (top + j as i64) * width + left;
+            for (i, weight) in folded(bits, wx).into_iter().enumerate() {
+                if bits >> i & 1 != 0 {
+                    let sample = &self.colours.coefficients[(first + i as i64) as usize];
+                    *sum = f32x4::from_slice(simd, sample).mul_add(f32x4::splat(simd, weight), *sum);
+                }
+            }
+        }
+        let mut sum = f32x4::splat(simd, 0.0);
+        for (row, weight) in rows.into_iter().zip(folded(row_bits, wy)) {
+            sum = row.mul_add(f32x4::splat(simd, weight), sum);
+        }
+        sum
+    }
+
+    /// Which of sixteen samples count, one bit each: those on the patch's plane, and those that are linked to one.
+    #[inline(always)]
+    fn taps(&self, left: i64, top: i64) -> u32 {
+        let [width, height] = self.surfaces.size;
+        let (mut taps, mut right, mut below) = (0u32, 0u32, 0u32);
+        for j in 0..4 {
+            for i in 0..4 {
+                let (x, y) = (left + i, top + j);
+                if x < 0 || y < 0 || x >= width as i64 || y >= height as i64 {
+                    continue;
+                }
+                let (index, bit) = ((y * width as i64 + x) as usize, 4 * j + i);
+                taps |= u32::from(self.counts(x as usize, y as usize, index)) << bit;
+                right |= u32::from(i < 3 && self.surfaces.links[index] & RIGHT != 0) << bit;
+                below |= u32::from(j < 3 && self.surfaces.links[index] & BELOW != 0) << bit;
+            }
+        }
+        // Where a surface bends away from its plane, as at a limb, its samples still are its own: along a row as far as
+        // it is linked, and in a row without any, from the row before or after. Not around corners: two surfaces that
+        // touch are linked there.
+        let (down, up) = ((taps & below) << 4, taps >> 4 & below);
+        for row in [0xf, 0xf0, 0xf00, 0xf000] {
+            if taps & row == 0 {
+                taps |= (down | up) & row;
+            }
+        }
+        for _ in 0..3 {
+            taps |= (taps & right) << 1 | (taps >> 1 & right);
+        }
+        taps
+    }
+
+    /// The colour of the patch's own sample, where nothing else is near.
+    fn nearest(&self, base: DVec2) -> [f32; 4] {
+        let [width, height] = self.surfaces.size;
+        let clamp = |v: f64, size: usize| v.clamp(0.0, size as f64 - 1.0) as usize;
+        let index = |place: DVec2| clamp(place.y, height) * width + clamp(place.x, width);
+        let place = if base.distance(self.patch.place) < 4.0 { base } else { self.patch.place - 0.5 };
+        let own = index(self.patch.place - 0.5);
+        let known = !self.surfaces.disparity[own].is_nan();
+        self.colours.samples[if known { own } else { index(place) }]
+    }
+}
+
+/// The weights of four samples of which only those in `bits` are there, at least one: what a missing one would be is
+/// made of the others.
+#[inline(always)]
+fn folded(bits: u32, mut w: [f32; 4]) -> [f32; 4] {
+    let has = |i: usize| bits >> i & 1 != 0;
+    // Outer ones go on straight from the two inner ones.
+    for (outer, near, far) in [(0, 1, 2), (3, 2, 1)] {
+        if !has(outer) {
+            w[near] += 2.0 * w[outer];
+            w[far] -= w[outer];
+            w[outer] = 0.0;
+        }
+    }
+    // Inner ones go on straight from the other side, or are what is nearest.
+    for (here, next, after, other) in [(1, 2, 3, 0), (2, 1, 0, 3)] {
+        if has(here) {
+            continue;
+        }
+        let weight = std::mem::take(&mut w[here]);
+        if has(next) && has(after) {
+            w[next] += 2.0 * weight;
+            w[after] -= weight;
+        } else if has(next) {
+            w[next] += weight;
+        } else if has(other) {
+            w[other] += weight;
+        } else {
+            w[after] += weight;
+        }
+    }
+    w
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn missing_samples_of_a_straight_line_are_not_missed() {
+        let line = [1.0, 3.0, 5.0, 7.0];
+        let weights = [0.1, 0.5, 0.3, 0.1];
+        let expected: f32 = line.iter().zip(weights).map(|(v, w)| v * w).sum();
+        // With two neighbours on one side the line is known.
+        for bits in [0b1111, 0b0111, 0b1110, 0b0110, 0b0011, 0b1100] {
+            let sum: f32 = line.iter().zip(folded(bits, weights)).map(|(v, w)| v * w).sum();
+            assert!((sum - expected).abs() < 1e-6, "samples {bits:04b}: {sum} against {expected}");
+        }
+        for bits in 1..16u32 {
+            let w = folded(bits, weights);
+            assert!((w.iter().sum::<f32>() - 1.0).abs() < 1e-6, "samples {bits:04b}: a constant is kept");
+            assert!((0..4).all(|i| bits >> i & 1 != 0 || w[i] == 0.0), "samples {bits:04b}: {w:?}");
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! What each pixel near an edge sees, grouped into surfaces once, for all the pixels whose Gaussian reaches it.
+//!
+//! Pieces of joined cells that share a corner are one surface, which is told from their numbers alone; other pieces are
+//! one if the one lies on the plane of the other.
+
+use super::Seen;
+use crate::patch::{NO_PATCH, Patch, share_a_corner};
+use crate::surface::Surfaces;
+
+/// One surface in one pixel.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SlotPart {
+    /// The places of the finer lattice that see it, one bit each.
+    pub(crate) places: u64,
+    /// One of its pieces.
+    pub(crate) id: u32,
+    /// The plane of that piece.
+    pub(crate) patch: Patch,
+}
+
+/// The parts of the slots of a band.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SlotParts {
+    parts: Vec<SlotPart>,
+    /// First part of each slot, and the end.
+    first: Vec<u32>,
+}
+
+impl SlotParts {
+    /// Groups the places of every slot; `fine` holds `count` a slot.
+    pub(super) fn group(&mut self, surfaces: &Surfaces, fine: &[Seen], count: usize) {
+        self.parts.clear();
+        self.first.clear();
+        self.first.push(0);
+        // The last piece of each part of the slot at hand.
+        let mut last = Vec::new();
+        for places in fine.chunks_exact(count) {
+            let begin = self.parts.len();
+            last.clear();
+            for (place, seen) in places.iter().enumerate().filter(|(_, seen)| seen.patch != NO_PATCH) {
+                let parts = &mut self.parts[begin..];
+                let found = find(surfaces, parts, &last, seen.patch);
+                match found {
+                    Ok(part) => {
+                        parts[part].places |= 1 << place;
+                        last[part] = seen.patch;
+                    }
+                    Err(patch) => {
+                        self.parts.push(SlotPart { places: 1 << place, id: seen.patch, patch });
+                        last.push(seen.patch);
+                    }
+                }
+            }
+            self.first.push(self.parts.len() as u32);
+        }
+    }
+
+    /// The parts of a slot.
+    pub(crate) fn of_slot(&self, slot: usize) -> &[SlotPart] {
+        &self.parts[self.first[slot] as usize..self.first[slot + 1] as usize]
+    }
+}
+
+/// The part that a piece belongs to, or the plane of a new one.
+fn find(surfaces: &Surfaces, parts: &[SlotPart], last: &[u32], id: u32) -> Result<usize, Patch> {
+    let near = last.iter().position(|&last| share_a_corner(surfaces, last, id));
+    if let Some(part) = near {
+        return Ok(part);
+    }
+    let patch = Patch::new(surfaces, id);
+    let tolerance = surfaces.tolerance;
+    parts.iter().position(|part| one_surface(&part.patch, &patch, tolerance)).ok_or(patch)
+}
+
+/// Two pixels are told apart from this part of the tolerance on: what counts as one must not hold a jump across which
+/// colours are taken apart, four tolerances, at up to three samples' distance.
+const STRICTLY: f32 = 0.75;
+
+impl SlotPart {
+    /// Whether another part is of the same surface beyond doubt.
+    pub(crate) fn is_one_with(&self, other: &Self, surfaces: &Surfaces) -> bool {
+        share_a_corner(surfaces, self.id, other.id)
+            || one_surface(&self.patch, &other.patch, STRICTLY * surfaces.tolerance)
+    }
+}
+
+/// Whether two pieces are of one plane: the one lies on the other's, as far away as it is, and slopes as it does.
+pub(crate) fn one_surface(a: &Patch, b: &Patch, tolerance: f32) -> bool {
+    let allowed = f64::from(tolerance) * b.disparity.abs();
+    let distance = (a.place - b.place).abs().max_element();
+    let expected = a.disparity_at(b.place);
+    (expected - b.disparity).abs() <= allowed * (2.0 + distance)
+        && (a.slope - b.slope).abs().max_element() <= 2.0 * allowed
+}

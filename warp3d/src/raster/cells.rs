@@ -1,0 +1,97 @@
+//! Joined cells, eight of a row at a time.
+//!
+//! At unit scale a cell holds about one pixel centre, so what a cell costs is what its set-up costs. Eight neighbours
+//! share it: their corners are two rows of samples, loaded once and once more a sample further.
+
+use fearless_simd::f32x8;
+use fearless_simd::mask32x8;
+use fearless_simd::prelude::*;
+
+use super::{Planes, Vertex};
+use crate::patch::patch_id;
+
+/// Cells that are drawn at once.
+pub(crate) const LANES: usize = 8;
+
+/// Eight cells of a row of which some are joined.
+#[derive(Clone, Copy)]
+pub(crate) struct EightCells<S: Simd> {
+    /// Screen x, screen y and nearness of the corners: top left, top right, bottom left, bottom right.
+    corners: [[f32x8<S>; 3]; 4],
+    /// Which are joined.
+    pub(crate) joined: u64,
+    /// Which share the main diagonal.
+    main: mask32x8<S>,
+    /// The first cell.
+    first: usize,
+}
+
+/// One triangle of each of eight cells: screen x, screen y and nearness of its three corners.
+pub(crate) struct EightTriangles<S: Simd>(pub(crate) [[f32x8<S>; 3]; 3]);
+
+impl<S: Simd> EightCells<S> {
+    /// The cells from `cell` on. `above` is the sample at the first one's upper left corner, `width` the samples in a
+    /// row; the bits say which cells are joined, and which of them along the main diagonal.
+    #[inline(always)]
+    pub(super) fn load(
+        simd: S,
+        planes: &Planes,
+        (cell, above, width): (usize, usize, usize),
+        [joined, main]: [u32; 2],
+    ) -> Self {
+        let mut corners = [[f32x8::splat(simd, 0.0); 3]; 4];
+        for (corner, from) in corners.iter_mut().zip([above, above + 1, above + width, above + width + 1]) {
+            for (values, plane) in corner.iter_mut().zip(&planes.0) {
+                *values = f32x8::from_slice(simd, &plane[from..from + LANES]);
+            }
+        }
+        let bits = |bits: u32| u64::from(bits & 0xff);
+        Self { corners, joined: bits(joined), main: mask32x8::from_bitmask(simd, bits(main)), first: cell }
+    }
+
+    /// The number of a piece.
+    pub(crate) fn id(&self, lane: usize, triangle: usize) -> u32 {
+        patch_id(self.first + lane, triangle as u32)
+    }
+
+    /// One of the two triangles of each cell.
+    #[inline(always)]
+    pub(crate) fn triangles(&self, triangle: usize) -> EightTriangles<S> {
+        let [a, b, c, d] = self.corners;
+        let mut shared = [a[0]; 3];
+        let (on_main, on_other) = if triangle == 0 { (d, c) } else { (a, b) };
+        for (corner, (main, other)) in shared.iter_mut().zip(on_main.into_iter().zip(on_other)) {
+            *corner = self.main.select(main, other);
+        }
+        EightTriangles(if triangle == 0 { [a, b, shared] } else { [shared, d, c] })
+    }
+
+    /// Least and greatest screen x and y of each cell.
+    #[inline(always)]
+    pub(crate) fn bounds(&self) -> [[[f32; LANES]; 2]; 2] {
+        let [a, b, c, d] = self.corners;
+        let of = |i: usize| {
+            let low = a[i].min(b[i]).min(c[i].min(d[i]));
+            let high = a[i].max(b[i]).max(c[i].max(d[i]));
+            [low.to_array(), high.to_array()]
+        };
+        [of(0), of(1)]
+    }
+}
+
+impl<S: Simd> EightTriangles<S> {
+    /// Twice the area, px^2: above 0 where the triangle faces the eye.
+    #[inline(always)]
+    pub(crate) fn area(&self) -> f32x8<S> {
+        let [p, q, r] = self.0;
+        (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
+    }
+
+    /// One of the triangles.
+    #[inline(always)]
+    pub(crate) fn lane(&self, lane: usize) -> [Vertex; 3] {
+        let corner = |v: &[f32x8<S>; 3]| Vertex { x: v[0][lane], y: v[1][lane], nearness: v[2][lane] };
+        let [p, q, r] = &self.0;
+        [corner(p), corner(q), corner(r)]
+    }
+}
