@@ -6,6 +6,7 @@
 
 mod blend;
 mod clip;
+mod samples;
 mod scene;
 mod transfer;
 mod volume;
@@ -18,6 +19,7 @@ use volsplat::{RenderOptions, Subpixels};
 
 pub(crate) use blend::{BlendArgs, RayBlendArg};
 pub(crate) use clip::ClipArgs;
+pub(crate) use samples::{CellsArg, SampleArgs};
 pub(crate) use scene::SceneArgs;
 pub(crate) use transfer::{SpaceArg, TransferArgs};
 pub(crate) use volume::VolumeArgs;
@@ -230,7 +232,8 @@ pub(crate) struct SheetArgs {
     /// Thickness of a slab along the view, in voxels [default: 0.5]
     #[arg(long, value_name = "VOXELS", value_parser = values::positive)]
     pub slab: Option<f64>,
-    /// Sub-pixels along a pixel's side: 1, 2, 4, 8, 16, or auto, about two a voxel [default: auto]
+    /// Sub-pixels along a pixel's side: 1, 2, 4, 8, 16, or auto, about two a voxel, or one a sample in every-sample
+    /// (every order) [default: auto; in axis-sheets it is 1]
     #[arg(long, value_name = "N|auto", value_parser = values::subpixels)]
     pub subpixel: Option<Subpixels>,
     /// Far bricks are drawn from merged blocks or fewer sheets where no pixel is predicted to change by more than this;
@@ -249,31 +252,6 @@ pub(crate) struct SheetArgs {
     /// Direction towards the light, in the world [default: the light is at the camera]
     #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true, requires = "shade")]
     pub light: Option<DVec3>,
-}
-
-/// Options of the orders that draw samples.
-#[derive(Args, Debug)]
-#[command(next_help_heading = "Rendering, orders every-sample and axis-sheets")]
-pub(crate) struct SampleArgs {
-    /// How a perspective footprint is evaluated [default: exact]
-    #[arg(long, value_enum)]
-    pub footprint: Option<FootprintArg>,
-    /// Shape of the reconstruction kernel [default: gaussian; trilinear in image-sheets, which has all of them]
-    #[arg(long, value_enum)]
-    pub kernel: Option<KernelArg>,
-    /// Which voxels are drawn as points and which as splats; with a kernel other than trilinear in image-sheets too
-    /// [default: hybrid]
-    #[arg(long, value_enum)]
-    pub select: Option<SelectArg>,
-    /// In hybrid: voxels whose spacing projects to less than this many pixels are points [default: 1]
-    #[arg(long, value_name = "PX", value_parser = values::positive_f32)]
-    pub point_threshold: Option<f32>,
-    /// Depth range within which points are summed before they are composited, in voxels (every-sample) [default: 1]
-    #[arg(long, value_name = "VOXELS", value_parser = values::positive)]
-    pub sheet: Option<f64>,
-    /// What gives a voxel its colour; select paints splats red [default: transfer]
-    #[arg(long, alias = "color-by", value_enum)]
-    pub colour_by: Option<ColourByArg>,
 }
 
 /// How the picture is written.

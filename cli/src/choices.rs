@@ -8,11 +8,12 @@ pub(crate) mod warp;
 use clap::ValueEnum;
 use resample_core::{FootprintMode, KernelShape, OpacityMode, Projection, SelectMode};
 use volsplat::transfer::ColourEncoding;
-use volsplat::{Classify, ColourBy, Order, RenderOptions, Shading, SheetKernel, SheetSums};
+use volsplat::{Cells, Classify, ColourBy, Order, RenderOptions, Shading, SheetKernel, SheetSums};
 
 use crate::args::{
-    ClassifyArg, ColourByArg, FlatFootprintArg, FootprintArg, KernelArg, LayerArg, LevelArg, MeshShadeArg,
-    OpacityArg, OrderArg, ProjectionArg, SelectArg, ShadeArg, SheetSumsArg, SpaceArg, TexmapMethodArg,
+    CellsArg, ClassifyArg, ColourByArg, FlatFootprintArg, FootprintArg, KernelArg, LayerArg, LevelArg,
+    MeshShadeArg, OpacityArg, OrderArg, ProjectionArg, SelectArg, ShadeArg, SheetSumsArg, SpaceArg,
+    TexmapMethodArg,
 };
 
 /// Pairs of a command line's value and a library's value; each of either occurs once.
@@ -51,6 +52,14 @@ pub(crate) const FOOTPRINT: Twins<FootprintArg, FootprintMode> = Twins(&[
 /// `--classify`
 pub(crate) const CLASSIFY: Twins<ClassifyArg, Classify> =
     Twins(&[(ClassifyArg::Pre, Classify::Pre), (ClassifyArg::Post, Classify::Post)]);
+
+/// `--cells`
+pub(crate) const CELLS: Twins<CellsArg, Cells> = Twins(&[
+    (CellsArg::Auto, Cells::Auto),
+    (CellsArg::Off, Cells::Off),
+    (CellsArg::Mean, Cells::Mean),
+    (CellsArg::Split, Cells::Split),
+]);
 
 /// `--kernel`
 pub(crate) const KERNEL: Twins<KernelArg, SheetKernel> = Twins(&[
@@ -169,6 +178,7 @@ mod tests {
         check(&OPACITY, &["extinction", "linear"]);
         check(&FOOTPRINT, &["affine-approx", "affine", "table", "exact"]);
         check(&CLASSIFY, &["pre", "post"]);
+        check(&CELLS, &["auto", "off", "mean", "split"]);
         check(&KERNEL, &["trilinear", "gaussian", "polynomial", "b-spline"]);
         check(&SELECT, &["hybrid", "points", "splats", "ewa"]);
         check(&COLOUR_BY, &["transfer", "select"]);

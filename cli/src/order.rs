@@ -10,7 +10,7 @@ use crate::args::{ClassifyArg, KernelArg, RayBlendArg, RenderArgs};
 use crate::choices;
 
 const IMAGE: &[Order] = &[Order::ImageSheets];
-/// Pre-classification is what the other orders do anyway.
+/// All, image sheets first: pre-classification is what the other orders do anyway.
 const PRE: &[Order] = &[Order::ImageSheets, Order::EverySample, Order::AxisSheets];
 const SAMPLES: &[Order] = &[Order::EverySample, Order::AxisSheets];
 const ALL: &[Order] = &[Order::EverySample, Order::AxisSheets, Order::ImageSheets];
@@ -72,6 +72,8 @@ fn given(args: &RenderArgs) -> Vec<Given> {
     let select_orders =
         if kernel.is_some_and(|kernel| kernel != KernelArg::Trilinear) { ALL } else { SAMPLES };
     let classify_orders = if sheets.classify == Some(ClassifyArg::Pre) { PRE } else { IMAGE };
+    // Cells are classified before they are drawn, so that image sheets have them with --classify pre.
+    let cells_orders = if sheets.classify == Some(ClassifyArg::Pre) { ALL } else { SAMPLES };
     let all = [
         ("--classify", sheets.classify.is_some(), classify_orders),
         ("--footprint", samples.footprint.is_some(), SAMPLES),
@@ -80,8 +82,10 @@ fn given(args: &RenderArgs) -> Vec<Given> {
         ("--point-threshold", samples.point_threshold.is_some(), select_orders),
         ("--sheet", samples.sheet.is_some(), EVERY),
         ("--colour-by", samples.colour_by.is_some(), SAMPLES),
+        ("--cells", samples.cells.is_some(), cells_orders),
+        ("--cell-error", samples.cell_error.is_some(), cells_orders),
         ("--slab", sheets.slab.is_some(), IMAGE),
-        ("--subpixel", sheets.subpixel.is_some(), IMAGE),
+        ("--subpixel", sheets.subpixel.is_some(), PRE),
         ("--sheet-sums", sheets.sheet_sums.is_some(), IMAGE),
         ("--shade", sheets.shade.is_some(), IMAGE),
         ("--blend", args.blend.blend.is_some_and(|blend| blend != RayBlendArg::Emission), IMAGE),

@@ -279,6 +279,8 @@ fn added_lanes<S: Simd>(
     for &c in coefficients[..coefficients.len() - 1].iter().rev() {
         poly = poly.mul_add(u, constant(c));
     }
+    // A fitted profile may undershoot 0 near its edge, and a negative sum has no mean colour.
+    let poly = poly.max(constant(0.0));
     let unit_per_grid = S::f32s::from_slice(simd, &maps.unit_per_grid[at.row][range]);
     Some((u * u.sqrt()) * (poly * constant(splat.strength)) * unit_per_grid)
 }

@@ -6,7 +6,7 @@
 //! series in u, because the integral of u^k along the line is a multiple of u^(k + 1/2). A short polynomial in u is
 //! therefore exact for the polynomial kernel and converges fast for the Gaussian.
 
-use crate::kernel::Kernel;
+use crate::kernel::{Kernel, KernelShape};
 
 /// Entries of a footprint table. The error of linear interpolation falls with the square of the spacing, except in
 /// the last interval, where the integral starts as u^(3/2): measured by [`FootprintTable::max_error`], 1024 entries
@@ -58,8 +58,14 @@ pub struct FootprintProfile {
 
 impl FootprintProfile {
     /// Fits P by least squares on Chebyshev nodes, weighted by u^(3/2): what is minimised is the error of the
-    /// line integral itself.
+    /// line integral itself. That of the polynomial kernel is known.
     pub fn new(kernel: &Kernel) -> Self {
+        if kernel.shape() == KernelShape::Polynomial {
+            // The integral of (u - s^2)^3 along the line is a multiple of u^(7/2): no fit, which would undershoot 0.
+            let mut coefficients = [0.0; PROFILE_LEN];
+            coefficients[2] = kernel.line_integral(0.0) as f32;
+            return Self { coefficients };
+        }
         const NODES: usize = 256;
         let mut normal = [[0.0; PROFILE_LEN]; PROFILE_LEN];
         let mut right = [0.0; PROFILE_LEN];
@@ -131,7 +137,6 @@ pub(crate) fn solve<const N: usize>(mut matrix: [[f64; N]; N], mut right: [f64; 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kernel::KernelShape;
 
     #[test]
     fn table_and_profile_keep_their_stated_bounds() {

@@ -69,7 +69,7 @@ fn print_volume(title: &str, subject: (&Volume, &TransferFunction), frames: usiz
 }
 
 fn print_view(view: &str, subject: (&Volume, &TransferFunction), cameras: &[Camera]) {
-    let options = |footprint| RenderOptions { footprint, ..RenderOptions::every_sample() };
+    let options = |footprint| RenderOptions { footprint, ..RenderOptions::paper() };
     let entrant = |mode: FootprintMode| Entrant::new(name(mode), subject, &options(mode));
     let mut entrants = FootprintMode::ALL.map(entrant);
     run(&mut entrants, cameras, WARM_UP);

@@ -110,8 +110,12 @@ fn sheet_settings() -> Vec<(&'static str, RenderOptions)> {
 }
 
 fn every_sample_settings() -> Vec<(&'static str, RenderOptions)> {
-    let default = RenderOptions::every_sample;
-    let mut rows = vec![("every sample: hybrid, exact, Gaussian", default())];
+    // The rows after the first change one choice of the paper's way.
+    let default = RenderOptions::paper;
+    let mut rows = vec![
+        ("every sample: its default", RenderOptions::every_sample()),
+        ("every sample, the paper's way: hybrid, exact, Gaussian", default()),
+    ];
     let footprints = [
         ("every sample, footprint affine-approx", FootprintMode::AffineApprox),
         ("every sample, footprint affine", FootprintMode::Affine),

@@ -74,6 +74,7 @@ fn print_row(name: &str, (kind, truths): (&str, &[Image]), images: &[&Image], cp
 
 fn settings() -> Vec<(&'static str, RenderOptions)> {
     let every = |select| RenderOptions { select, ..RenderOptions::every_sample() };
+    let paper = |select| RenderOptions { select, ..RenderOptions::paper() };
     vec![
         ("image sheets (the default)", RenderOptions::default()),
         ("image sheets, `--lod-error 0`", RenderOptions { lod_error: 0.0, ..RenderOptions::default() }),
@@ -82,6 +83,10 @@ fn settings() -> Vec<(&'static str, RenderOptions)> {
         ("every sample, splats", every(SelectMode::Splats)),
         ("every sample, points", every(SelectMode::Points)),
         ("every sample, ewa", every(SelectMode::Ewa)),
+        ("the paper's way, hybrid", paper(SelectMode::Hybrid)),
+        ("the paper's way, splats", paper(SelectMode::Splats)),
+        ("the paper's way, points", paper(SelectMode::Points)),
+        ("the paper's way, ewa", paper(SelectMode::Ewa)),
     ]
 }
 

@@ -9,8 +9,9 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use resample_core::{Projection, SelectMode};
-use volsplat::{Classify, SheetKernel};
+use volsplat::{Cells, Classify, SheetKernel};
 
+use crate::cell_reference::{Part, parts};
 use crate::field::{ReferenceKernel, extinction};
 use crate::rays::{Ray, RaySource};
 use crate::reference::{Scene, point_weight};
@@ -60,6 +61,15 @@ impl Setup<'_> {
     }
 
     fn voxels(&self) -> Vec<Voxel> {
+        if self.scene.options.cells == Cells::Mean {
+            let Scene { volume, transfer, options, .. } = self.scene;
+            let sample = |part: &Part| {
+                let [r, g, b] = part.rgb.map(|c| c * part.strength);
+                let value = [r, g, b, part.strength];
+                Voxel { index: part.index, value, point: self.point(part.index) }
+            };
+            return parts(volume, transfer, options).iter().map(sample).collect();
+        }
         let dims = self.scene.volume.dims.map(|n| n as i64);
         let margin = if self.post() { MARGIN } else { 0 };
         let mut voxels = Vec::new();

@@ -6,6 +6,7 @@
 
 pub mod against_sheets;
 pub mod area_truth;
+pub mod cell_reference;
 pub mod clip_reference;
 pub mod data;
 pub mod exr_read;

@@ -1,4 +1,4 @@
-//! The reference renderer: every voxel against every pixel, in f64, by definition.
+//! The reference renderer: every voxel, or part of a cell, against every pixel, in f64, by definition.
 //!
 //! Takes what the renderer takes, gives colour, transmittance and expected depth per pixel. Each voxel's line integral
 //! is a numeric integral at the distance from the pixel's ray, found by a cross product; voxels are sorted by distance
@@ -12,10 +12,11 @@
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use resample_core::{Camera, OpacityMode, Projection, SelectMode};
+use resample_core::{Camera, Projection, SelectMode};
 use volsplat::{Order, RenderOptions, TransferFunction, Volume};
 
-use crate::field::{ReferenceKernel, extinction};
+use crate::cell_reference::{Part, parts};
+use crate::field::ReferenceKernel;
 use crate::rays::{Ray, RaySource};
 
 mod footprint;
@@ -76,6 +77,7 @@ enum Kind {
 #[derive(Clone, Copy, Debug)]
 struct Sample {
     index: DVec3,
+    side: f64,
     rgb: [f64; 3],
     strength: f64,
     depth: f64,
@@ -115,7 +117,8 @@ pub fn render(scene: &Scene) -> Vec<ReferencePixel> {
         sheet_thickness: scene.options.sheet_voxels * smallest,
         slices: (scene.options.order == Order::AxisSheets).then(|| slices(scene)),
     };
-    let mut samples: Vec<Sample> = (0..scene.volume.len()).filter_map(|i| setup.sample(i)).collect();
+    let drawn = parts(scene.volume, scene.transfer, scene.options);
+    let mut samples: Vec<Sample> = drawn.iter().filter_map(|part| setup.sample(part)).collect();
     samples.sort_by(|a, b| {
         let near = |s: &Sample| !matches!(s.kind, Kind::Near);
         let by_rank = if near(a) { a.rank.total_cmp(&b.rank) } else { a.depth.total_cmp(&b.depth) };
@@ -144,42 +147,42 @@ fn slices(scene: &Scene) -> Slices {
     Slices { axis, eye }
 }
 
+/// The slice that a part lies in: that of its voxel, or of its cell.
+fn slice_of(part: &Part, axis: usize) -> f64 {
+    part.index[axis].floor()
+}
+
 impl Setup<'_> {
-    /// The voxel at a linear index, if it is visible at all.
-    fn sample(&self, linear: usize) -> Option<Sample> {
-        let Scene { volume, transfer, camera, options } = self.scene;
-        let [nx, ny, _] = volume.dims;
-        let index = DVec3::new((linear % nx) as f64, (linear / nx % ny) as f64, (linear / (nx * ny)) as f64);
-        let (rgb, opacity) = transfer.sample(volume.value(linear));
+    /// A voxel or part of a cell, if it is visible at all.
+    fn sample(&self, part: &Part) -> Option<Sample> {
+        let &Part { index, side, rgb, strength } = part;
+        let camera = self.scene.camera;
         let in_camera = self.rays.in_camera(index);
-        let reach = self.rays.depth_reach(self.kernel.radius);
-        if !(opacity > 0.0 && in_camera.z + reach > camera.near) {
+        let reach = self.rays.depth_reach(self.kernel.radius * side);
+        if !(in_camera.z + reach > camera.near) {
             return None;
         }
-        let strength = match options.opacity {
-            OpacityMode::Extinction => extinction(opacity),
-            OpacityMode::Linear => opacity,
-        };
         let is_near = in_camera.z - reach <= camera.near;
-        let kind = if is_near { Kind::Near } else { self.kind(index, in_camera, strength) };
+        let kind = if is_near { Kind::Near } else { self.kind(part, in_camera) };
         let depth = match camera.projection {
             Projection::Perspective => in_camera.length(),
             Projection::Orthographic => in_camera.z,
         };
-        let rank = self.slices.map_or(depth, |slices| (index[slices.axis] - slices.eye).abs());
+        let rank = self.slices.map_or(depth, |slices| (slice_of(part, slices.axis) - slices.eye).abs());
         let screen = self.rays.screen(index);
-        let tiles = self.tiles(index, screen, &kind);
-        Some(Sample { index, rgb: rgb.map(f64::from), strength, depth, rank, screen, kind, tiles })
+        let tiles = self.tiles(part, screen, &kind);
+        Some(Sample { index, side, rgb, strength, depth, rank, screen, kind, tiles })
     }
 
-    fn kind(&self, index: DVec3, in_camera: DVec3, strength: f64) -> Kind {
+    fn kind(&self, &Part { index, side, strength, .. }: &Part, in_camera: DVec3) -> Kind {
         let options = self.scene.options;
         let columns = self.rays.jacobian(index);
         let gram =
             columns.iter().fold([0.0; 3], |g, j| [g[0] + j.x * j.x, g[1] + j.x * j.y, g[2] + j.y * j.y]);
+        let gram = gram.map(|g| g * side * side);
         let (mean, half) = (0.5 * (gram[0] + gram[2]), 0.5 * (gram[0] - gram[2]));
         let spacing = (mean + half.hypot(gram[1])).sqrt();
-        let mass = strength * self.mass(in_camera);
+        let mass = strength * self.mass(in_camera) * side.powi(3);
         match options.select {
             SelectMode::Splats => Kind::Splat,
             SelectMode::Points => Kind::Point { mass },
@@ -201,11 +204,11 @@ impl Setup<'_> {
     }
 
     /// Tiles that a sample's box of pixel centres touches.
-    fn tiles(&self, index: DVec3, screen: DVec2, kind: &Kind) -> [[usize; 2]; 2] {
+    fn tiles(&self, part: &Part, screen: DVec2, kind: &Kind) -> [[usize; 2]; 2] {
         let camera = self.scene.camera;
         let bounds = match kind {
             Kind::Near => return [[0, usize::MAX]; 2],
-            Kind::Splat => outline_box(&self.rays, camera, index, self.kernel.radius),
+            Kind::Splat => outline_box(&self.rays, camera, part.index, self.kernel.radius * part.side),
             Kind::Point { .. } => [screen - 2.0, screen + 2.0],
             Kind::Ewa(ewa) => [screen - ewa.half_extent, screen + ewa.half_extent],
         };
@@ -225,7 +228,9 @@ impl Setup<'_> {
     fn along_ray(&self, sample: &Sample, ray: &Ray) -> f64 {
         let start = (self.scene.camera.near - ray.nearest(sample.index)) * ray.direction.length();
         let start = if matches!(sample.kind, Kind::Near) { start } else { f64::NEG_INFINITY };
-        let integral = self.kernel.line_integral(ray.distance(sample.index), start);
+        // The kernel is as much smaller as the part is, and higher, so that its integral over space is the part's volume.
+        let side = sample.side;
+        let integral = side * self.kernel.line_integral(ray.distance(sample.index) / side, start / side);
         sample.strength * integral * ray.world_per_voxel() / self.unit
     }
 }

@@ -74,7 +74,7 @@ pub fn orthographic(position: DVec3, target: DVec3, height: f64, size: [u32; 2])
 
 /// The default options with this selection, and no early end.
 pub fn full(select: SelectMode) -> RenderOptions {
-    RenderOptions { select, min_transmittance: 0.0, ..RenderOptions::every_sample() }
+    RenderOptions { select, min_transmittance: 0.0, ..RenderOptions::paper() }
 }
 
 /// Renders one frame and checks that every number in it is finite and in range (depth may be +infinity).

@@ -254,13 +254,12 @@ fn an_early_end_changes_no_pixel_by_more_than_its_bound() {
 fn numbers_that_are_none_are_refused() {
     let voxel = single_voxel(DVec3::ZERO);
     let good = perspective(DVec3::splat(5.0), DVec3::ZERO, 40.0, [8, 8]);
-    let mut renderer =
-        Renderer::new(&voxel, &grey(0.5), &RenderOptions::every_sample()).expect("valid options");
+    let mut renderer = Renderer::new(&voxel, &grey(0.5), &RenderOptions::paper()).expect("valid options");
     for bad in [f64::NAN, f64::INFINITY, 0.0, -1.0] {
         let error =
             renderer.render(&Camera { fx: bad, ..good }).expect_err("a camera with a bad focal length");
         assert!(error.to_string().contains("fx"), "the error does not name fx: {error}");
-        let options = RenderOptions { opacity_unit: Some(bad), ..RenderOptions::every_sample() };
+        let options = RenderOptions { opacity_unit: Some(bad), ..RenderOptions::paper() };
         assert!(Renderer::new(&voxel, &grey(0.5), &options).is_err(), "an opacity unit of {bad}");
     }
     let nan = Volume::new([1, 1, 1], volsplat::Voxels::F32(vec![f32::NAN]), DAffine3::IDENTITY);

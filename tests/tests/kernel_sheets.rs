@@ -11,7 +11,7 @@ use resample_tests::scenes::{
 };
 use volsplat::procedural::blobs;
 use volsplat::{
-    Classify, RenderOptions, Renderer, SheetKernel, SheetSums, Subpixels, TransferFunction, Volume,
+    Cells, Classify, RenderOptions, Renderer, SheetKernel, SheetSums, Subpixels, TransferFunction, Volume,
 };
 
 const KERNELS: [SheetKernel; 4] = [
@@ -132,6 +132,18 @@ fn points_and_mixtures() {
     let mut renderer = Renderer::new(&volume, &coloured(0.3), &hybrid).expect("valid options");
     let stats = renderer.render(&camera).expect("a valid camera").stats;
     assert!(stats.points > 9 && stats.splats > 9, "{} points, {} splats", stats.points, stats.splats);
+}
+
+#[test]
+fn means_of_cells() {
+    let volume = random_volume([5, 4, 6], sheared_grid());
+    let middle = sheared_grid().transform_point3(DVec3::new(2.0, 1.5, 2.5));
+    for camera in cameras(middle, 7.0) {
+        for kernel in KERNELS {
+            let options = RenderOptions { cells: Cells::Mean, ..options(kernel, Classify::Pre) };
+            hold("means of cells", (&volume, &coloured(0.3)), &camera, &options);
+        }
+    }
 }
 
 /// Most voxels are dropped: what is left must sum to what all of them sum to.

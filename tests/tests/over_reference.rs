@@ -9,11 +9,12 @@
 
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, OpacityMode, SelectMode};
+use resample_tests::cell_reference::parts;
 use resample_tests::reference::{ReferencePixel, Scene, render as reference};
 use resample_tests::scenes::{
     coloured, full, orthographic, perspective, random_volume, render, sheared_grid,
 };
-use volsplat::{DepthPlane, Order, RenderOptions, Renderer, Volume};
+use volsplat::{Cells, DepthPlane, Order, RenderOptions, Renderer, Volume};
 
 const BOUND: f64 = 1e-4;
 
@@ -47,6 +48,16 @@ fn column() -> Volume {
 fn cameras() -> [Camera; 2] {
     let (eye, target) = (DVec3::new(1.93, 2.21, -4.17), DVec3::new(0.41, 0.37, 6.0));
     [perspective(eye, target, 80.0, [24, 24]), orthographic(eye, target, 14.0, [24, 24])]
+}
+
+/// As `check`, with a proviso for near-ties in long lists.
+fn check_with(name: &str, (volume, opacity): (&Volume, f64), options: &RenderOptions, more: f64) {
+    for camera in cameras() {
+        let scene = Scene { volume, transfer: &coloured(opacity), camera: &camera, options };
+        let [colour, _] = worst(&scene, |p| p.phase_cost + p.swap_cost);
+        println!("{name}, {:?}: beyond phases and swaps {colour:.2e}", camera.projection);
+        assert!(colour < BOUND + more, "{name}: a colour is off by {colour} beyond phases and swaps");
+    }
 }
 
 fn check(name: &str, volume: &Volume, options: &RenderOptions, bounds: [f64; 2]) {
@@ -147,5 +158,25 @@ fn a_thousand_splats_up_to_swaps_of_near_ties() {
         );
         assert!(beyond < BOUND, "{:?}: off by {beyond} beyond what swaps may cost", camera.projection);
         assert!(cost < 5e-3, "the bound on swaps has become too weak to test anything: {cost}");
+    }
+}
+
+/// Means of cells, and cells split into halves and quarters, near and far. The renderer's table of the transfer function
+/// has 4096 entries, which comes on top of the bound.
+#[test]
+fn cells() {
+    let table = 2e-4;
+    for (cells, cell_error) in [(Cells::Mean, 0.0), (Cells::Split, 0.08), (Cells::Split, 0.04)] {
+        let volume = random_volume([3, 2, 5], DAffine3::IDENTITY);
+        let options = RenderOptions { cells, cell_error, sheet_voxels: 0.01, ..full(SelectMode::Hybrid) };
+        let drawn = parts(&volume, &coloured(0.9), &options);
+        let sides = [1.0, 0.5, 0.25].map(|side| drawn.iter().filter(|part| part.side == side).count());
+        println!("{cells:?} at {cell_error}: whole cells, halves, quarters {sides:?}");
+        for select in [SelectMode::Splats, SelectMode::Hybrid, SelectMode::Ewa] {
+            let options = RenderOptions { select, ..options.clone() };
+            check_with(&format!("{cells:?} at {cell_error}, {select:?}"), (&volume, 0.9), &options, table);
+        }
+        let options = RenderOptions { order: Order::AxisSheets, ..options };
+        check_with(&format!("{cells:?} at {cell_error}, axis-sheets"), (&volume, 0.9), &options, table);
     }
 }

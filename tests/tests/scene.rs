@@ -143,7 +143,7 @@ fn options_that_change_nothing_change_nothing() {
 fn every_sample_mixes_voxels() {
     let (field, colours) = (random_volume(DIMS, DAffine3::IDENTITY), coloured(0.3));
     let mask = mask(DAffine3::IDENTITY);
-    let options = RenderOptions { min_transmittance: 0.0, ..RenderOptions::every_sample() };
+    let options = RenderOptions { min_transmittance: 0.0, ..RenderOptions::paper() };
     let cut = volume(DIMS, DAffine3::IDENTITY, |p| {
         let i = resample_tests::trilinear::linear(&field, p.as_usizevec3().to_array());
         field.value(i) * mask.value(i)

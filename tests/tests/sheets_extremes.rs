@@ -183,7 +183,7 @@ fn a_single_voxel_along_an_axis_is_refused_with_the_way_out() {
             assert!(message.contains(&format!("along {axis}")), "the axis {axis} is not named in: {message}");
         }
     }
-    let every = Renderer::new(&single_voxel(DVec3::ZERO), &grey(0.5), &RenderOptions::every_sample());
+    let every = Renderer::new(&single_voxel(DVec3::ZERO), &grey(0.5), &RenderOptions::paper());
     assert!(every.is_ok(), "the way out is open");
 }
 

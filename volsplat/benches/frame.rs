@@ -43,7 +43,7 @@ fn aneurism_all_threads(bencher: Bencher, view: View) {
 fn frame(bencher: Bencher, subject: &Subject, view: View, threads: usize) {
     let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started");
     let camera = view::camera(&subject.volume, view);
-    let options = RenderOptions::every_sample();
+    let options = RenderOptions::paper();
     let mut renderer = Renderer::new(&subject.volume, &subject.transfer, &options).expect("default options");
     bencher
         .counter(ItemsCount::new(renderer.non_transparent()))

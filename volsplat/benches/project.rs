@@ -50,7 +50,7 @@ fn row(view: View, stats: &FrameStats) {
 fn least(subject: &Subject, view: View, frames: usize) -> FrameStats {
     let pool = ThreadPoolBuilder::new().num_threads(1).build().expect("one thread can be started");
     let camera = view::camera(&subject.volume, view);
-    let options = RenderOptions::every_sample();
+    let options = RenderOptions::paper();
     let mut renderer = Renderer::new(&subject.volume, &subject.transfer, &options).expect("default options");
     let stats = (0..frames).map(|_| pool.install(|| renderer.render(&camera)).expect("a valid camera").stats);
     stats.min_by(|a, b| a.cpu_ms.total_cmp(&b.cpu_ms)).expect("at least one frame")

@@ -19,6 +19,8 @@ pub(crate) struct SliceOrder {
     pub(crate) axis: usize,
     /// The first slice behind the eye's place on that axis; slices are counted from here in both directions.
     first: i64,
+    /// Each slice holds samples of 2 to this layers.
+    halvings: u32,
 }
 
 impl SliceOrder {
@@ -32,13 +34,19 @@ impl SliceOrder {
             Projection::Orthographic if view.w0[axis] > 0.0 => 0,
             Projection::Orthographic => end,
         };
-        Self { axis, first }
+        Self { axis, first, halvings: 0 }
+    }
+
+    /// The same slices, for samples whose lattice halves them this often.
+    pub(crate) fn halved(self, halvings: u32) -> Self {
+        Self { halvings, ..self }
     }
 
     /// The sorting key of the slice of a sample at a packed place of a brick.
     #[inline(always)]
     pub(crate) fn key(&self, bounds: &Bounds, packed: u16) -> u32 {
-        self.key_of(i64::from(bounds.corner[self.axis]) + i64::from(place(packed)[self.axis]))
+        let layer = i64::from(bounds.corner[self.axis]) + i64::from(place(packed)[self.axis]);
+        self.key_of(layer >> self.halvings)
     }
 
     /// The sorting key of a slice: its distance from the eye in slices, twice, and odd on the near side of `first`.

@@ -301,7 +301,7 @@ impl PlannedChannel<'_> {
 impl Shown {
     /// Whether any of the values, from the least to the greatest, may be seen.
     #[inline(always)]
-    fn meets(&self, range: [f32; 2]) -> bool {
+    pub(crate) fn meets(&self, range: [f32; 2]) -> bool {
         match self {
             Self::Scalars(support) => support.meets(range[0], range[1]),
             // Number 0 stands for all that is not drawn.
@@ -380,13 +380,13 @@ fn vertex(x: usize, y: usize, z: usize) -> usize {
 }
 
 /// From the place of a cell's first vertex to its eight.
-const CELL_CORNERS: [usize; 8] = {
+pub(crate) const CELL_CORNERS: [usize; 8] = {
     let (row, layer) = (VERTEX_SIDE, VERTEX_SIDE * VERTEX_SIDE);
     [0, 1, row, row + 1, layer, layer + 1, layer + row, layer + row + 1]
 };
 
 /// Least and greatest scalar of a cell's corners.
-fn cell_range(scalars: &Table, first: usize) -> [f32; 2] {
+pub(crate) fn cell_range(scalars: &Table, first: usize) -> [f32; 2] {
     CELL_CORNERS.iter().fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], offset| {
         let value = scalars[first + offset];
         [low.min(value), high.max(value)]

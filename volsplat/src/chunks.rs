@@ -64,17 +64,24 @@ pub(crate) fn visible_bricks<B: BrickOfSamples>(
     let clock = StageClock::start();
     let seen: Vec<bool> = bricks.par_iter().map(|brick| view_volume.sees(brick.bounds())).collect();
     let (visible, hidden): (Vec<usize>, Vec<usize>) = (0..bricks.len()).partition(|&i| seen[i]);
-    stats.bricks_outside = hidden.len() as u64;
-    stats.culled = hidden.iter().map(|&i| bricks[i].sample_count() as u64).sum();
-    stats.stages.cull = clock.stop();
+    stats.bricks_outside += hidden.len() as u64;
+    stats.culled += hidden.iter().map(|&i| bricks[i].sample_count() as u64).sum::<u64>();
+    stats.stages.cull += clock.stop();
     visible
 }
 
-/// Cuts the visible bricks into runs of about [`CHUNK_SAMPLES`], one chunk each.
-pub(crate) fn runs_of_bricks<B: BrickOfSamples>(bricks: &[B], visible: Vec<usize>) -> Vec<Vec<usize>> {
-    let total: usize = visible.iter().map(|&i| bricks[i].sample_count()).sum();
-    // A chunk's number has 16 bits: beyond 2^30 samples the chunks grow.
-    let target = CHUNK_SAMPLES.max(total >> 15);
+/// Samples that a chunk is to hold where there are so many in all.
+pub(crate) fn chunk_target(samples: usize) -> usize {
+    // A chunk's number has 16 bits: beyond 2^29 samples the chunks grow.
+    CHUNK_SAMPLES.max(samples >> 15)
+}
+
+/// Cuts the visible bricks into runs of about `target` samples, one chunk each.
+pub(crate) fn runs_of_bricks<B: BrickOfSamples>(
+    bricks: &[B],
+    visible: Vec<usize>,
+    target: usize,
+) -> Vec<Vec<usize>> {
     let mut runs: Vec<Vec<usize>> = Vec::new();
     let mut filled = usize::MAX;
     for brick in visible {
@@ -94,11 +101,11 @@ pub(crate) fn runs_of_bricks<B: BrickOfSamples>(bricks: &[B], visible: Vec<usize
 }
 
 /// Projects each run of bricks into its chunk and lists it by tile, one task a chunk; the two are timed apart.
-pub(crate) fn project_runs<C: Send>(
+pub(crate) fn project_runs<C: Send, R: Sync>(
     chunks: &mut [C],
-    runs: &[Vec<usize>],
+    runs: &[R],
     stats: &mut FrameStats,
-    project: impl Fn(&mut C, &[usize]) + Sync,
+    project: impl Fn(&mut C, &R) + Sync,
     bin: impl Fn(&mut C, usize) + Sync,
 ) {
     let clock = StageClock::start();

@@ -93,6 +93,10 @@ pub(crate) struct Lens {
     pub(crate) depth_reach: f32,
     /// Near plane, world units.
     pub(crate) near: f32,
+    /// From the forms of this layer to those that the tiles' maps, made for the first layer, suit.
+    pub(crate) form_factor: f32,
+    /// The same for line integrals.
+    pub(crate) length_factor: f32,
 }
 
 impl Default for Block {
@@ -128,13 +132,17 @@ impl Default for Block {
 }
 
 impl Lens {
-    /// The lens of one frame; `unit` is the world length that strengths are per.
+    /// The lens of one frame for a layer whose spacing is the first's, halved `halvings` times; `unit` is the world
+    /// length that strengths are per.
     pub(crate) fn new(
-        view: &GridView,
+        (view, halvings): (&GridView, u32),
         kernel: &Kernel,
         (mode, select): (FootprintMode, SelectMode),
         unit: f64,
     ) -> Self {
+        let side = 0.5f32.powi(halvings as i32);
+        // The exact form is in square units of the layer; the others are 1 on the outline.
+        let is_exact = mode == FootprintMode::Exact && select != SelectMode::Ewa;
         let radius2 = kernel.radius() * kernel.radius();
         let outer = |a: DVec3, b: DVec3| [a.dot(a), a.dot(b), b.dot(b)];
         let scaled = |form: [f64; 3], by: f64| form.map(|f| (f * by) as f32);
@@ -158,6 +166,8 @@ impl Lens {
             units_per_world: (1.0 / unit) as f32,
             depth_reach: (kernel.radius() * m.row(2).length()) as f32,
             near: view.near as f32,
+            form_factor: if is_exact { side * side } else { 1.0 },
+            length_factor: side,
         }
     }
 

@@ -19,7 +19,7 @@ use crate::volume::{Volume, with_voxels};
 const REACH: usize = 2;
 
 /// Voxels added before and behind the volume along each axis.
-pub(crate) const MARGIN: usize = REACH;
+const MARGIN: usize = REACH;
 
 /// Voxels around a brick that decide about it: a voxel is kept when a needed one lies within twice the reach, which is
 /// needed for a cell within the reach, which looks at voxels one less than the reach around it.
@@ -51,6 +51,7 @@ pub(crate) fn kernel_samples(volume: &Volume, transfer: &TransferFunction) -> Sa
         voxels: volume.len() as u64,
         count: count_visible(volume, transfer),
         world_from_index: volume.world_from_index * shift,
+        index_from_voxel: [1.0, MARGIN as f64],
     }
 }
 

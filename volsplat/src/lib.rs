@@ -4,6 +4,7 @@
 //! (`sheets`), sample over sample (`every_sample`) or in slices of the grid (`axis_sheets`), as [`RenderOptions`] says.
 
 mod axis_sheets;
+mod cell_samples;
 mod cells;
 mod chunks;
 pub mod clip;
@@ -16,6 +17,7 @@ pub mod input;
 mod kernel_field;
 pub mod labels;
 pub mod large;
+mod layer;
 pub mod near;
 pub mod options;
 mod palette;
@@ -27,6 +29,7 @@ pub mod sample;
 pub mod scene;
 mod sheets;
 pub mod stats;
+mod subpixels;
 mod support;
 mod tiles;
 pub mod transfer;
@@ -38,8 +41,8 @@ pub use input::{Endian, LoadOptions, RawOptions, VoxelType, load};
 pub use labels::{LabelLook, LabelTable};
 pub use large::LargeVolume;
 pub use options::{
-    Blend, Classify, ColourBy, DepthPlane, Isosurface, Light, Order, RenderOptions, Shading, SheetKernel,
-    SheetSums, Subpixels,
+    Blend, Cells, Classify, ColourBy, DepthPlane, Isosurface, Light, Order, RenderOptions, Shading,
+    SheetKernel, SheetSums, Subpixels,
 };
 pub use render::{Frame, Renderer};
 pub use scene::{Channel, Look, Scene};

@@ -13,8 +13,10 @@ use resample_core::{Kernel, OpacityMode};
 /// A sample whose kernel is cut by the near plane.
 #[derive(Clone, Copy, Debug)]
 pub struct NearSample {
-    /// Grid position.
+    /// Position in the indices of its layer.
     pub pos_in_grid: DVec3,
+    /// The layer's number.
+    pub layer: u8,
     /// Linear colour and strength, as in [`crate::sample::Brick::values`].
     pub value: [f32; 4],
     /// Distance from the eye, or camera z in orthographic views.
@@ -32,9 +34,10 @@ pub struct NearSetup {
     pub opacity: OpacityMode,
 }
 
-/// Composites `samples`, nearest first, onto the fresh pixels of the tile whose first pixel is `corner_px`.
+/// Composites `samples`, nearest first, onto the fresh pixels of the tile whose first pixel is `corner_px`; `setups` holds
+/// one for each layer.
 pub fn composite_near(
-    setup: &NearSetup,
+    setups: &[NearSetup],
     samples: &[NearSample],
     corner_px: [usize; 2],
     pixels: &mut TilePixels,
@@ -42,7 +45,7 @@ pub fn composite_near(
     for row in 0..TILE_PX {
         for column in 0..TILE_PX {
             let pixel = DVec2::new((corner_px[0] + column) as f64 + 0.5, (corner_px[1] + row) as f64 + 0.5);
-            composite_pixel(setup, samples, pixel, |weights| {
+            composite_pixel(setups, samples, pixel, |weights| {
                 pixels.transmittance[row][column] = weights.transmittance as f32;
                 for (plane, c) in pixels.rgb.iter_mut().zip(weights.rgb) {
                     plane[row][column] = c as f32;
@@ -59,13 +62,19 @@ struct PixelSum {
     depth: f64,
 }
 
-fn composite_pixel(setup: &NearSetup, samples: &[NearSample], pixel: DVec2, store: impl FnOnce(&PixelSum)) {
-    let view = &setup.source.view;
-    let (origin, direction) = view.ray(pixel);
-    let length = direction.length();
-    let unit_per_grid = view.world_per_grid_along(direction) / setup.source.unit_in_world;
+fn composite_pixel(
+    setups: &[NearSetup],
+    samples: &[NearSample],
+    pixel: DVec2,
+    store: impl FnOnce(&PixelSum),
+) {
     let mut sum = PixelSum { transmittance: 1.0, rgb: [0.0; 3], depth: 0.0 };
     for sample in samples {
+        let setup = &setups[usize::from(sample.layer)];
+        let view = &setup.source.view;
+        let (origin, direction) = view.ray(pixel);
+        let length = direction.length();
+        let unit_per_grid = view.world_per_grid_along(direction) / setup.source.unit_in_world;
         let to_centre = sample.pos_in_grid - origin;
         let nearest = to_centre.dot(direction) / length;
         let distance2 = to_centre.cross(direction).length_squared() / (length * length);

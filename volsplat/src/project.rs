@@ -38,6 +38,8 @@ pub(crate) struct ProjectSetup {
     pub(crate) level: fearless_simd::Level,
     /// What primitives are sorted by.
     pub(crate) keys: SortKeys,
+    /// The layer's number.
+    pub(crate) layer: u8,
 }
 
 /// What primitives are sorted by.
@@ -142,7 +144,7 @@ impl ProjectedChunk {
             return;
         }
         let value = painted(setup, value);
-        self.near.push(NearSample { pos_in_grid, value, depth });
+        self.near.push(NearSample { pos_in_grid, layer: setup.layer, value, depth });
         self.splats += 1;
     }
 
@@ -180,12 +182,13 @@ impl ProjectedChunk {
             return;
         }
         let value = painted(setup, value);
+        let [form, length] = [setup.lens.form_factor, setup.lens.length_factor];
         let splat = Primitive {
             x: block.form_x[i],
             y: block.form_y[i],
-            form: [block.form_xx[i], 2.0 * block.form_xy[i], block.form_yy[i]],
+            form: [form * block.form_xx[i], 2.0 * form * block.form_xy[i], form * block.form_yy[i]],
             sin2_cone: block.sin2_cone[i],
-            strength: value[3] * block.splat_scale[i],
+            strength: value[3] * block.splat_scale[i] * length,
             rgb: [value[0], value[1], value[2]],
             rows,
             depth: block.depth[i],

@@ -62,7 +62,7 @@ impl Renderer {
         let volume = scene.grid();
         let pipeline = match options.order {
             Order::EverySample | Order::AxisSheets => {
-                Pipeline::EverySample(Box::new(EverySample::new(scene, options)))
+                Pipeline::EverySample(Box::new(EverySample::new(scene, options)?))
             }
             Order::ImageSheets => Pipeline::ImageSheets(Box::new(ImageSheets::new(scene, options)?)),
         };
@@ -108,7 +108,7 @@ impl Renderer {
     /// Voxels that the transfer function leaves visible.
     pub fn non_transparent(&self) -> u64 {
         match &self.pipeline {
-            Pipeline::EverySample(p) => p.samples.count,
+            Pipeline::EverySample(p) => p.non_transparent,
             Pipeline::ImageSheets(p) => p.counts()[0],
         }
     }
@@ -116,7 +116,7 @@ impl Renderer {
     /// Voxels of the volume.
     pub fn voxels(&self) -> u64 {
         match &self.pipeline {
-            Pipeline::EverySample(p) => p.samples.voxels,
+            Pipeline::EverySample(p) => p.voxels,
             Pipeline::ImageSheets(p) => p.counts()[1],
         }
     }

@@ -9,7 +9,7 @@ use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 use resample_core::OpacityMode;
 
-use crate::clip::GridClip;
+use crate::clip::{Clip, GridClip};
 use crate::scene::Scene;
 use crate::transfer::TransferFunction;
 use crate::volume::{Volume, Voxels, with_voxels};
@@ -37,8 +37,10 @@ pub struct Samples {
     pub voxels: u64,
     /// Samples in all bricks.
     pub count: u64,
-    /// From voxel indices to the world.
+    /// From the indices of samples to the world.
     pub world_from_index: DAffine3,
+    /// A sample's index is its voxel's times the first plus the second, along each axis.
+    pub index_from_voxel: [f64; 2],
 }
 
 /// The visible voxels of one brick.
@@ -93,7 +95,14 @@ impl Samples {
             .collect();
         let count = bricks.iter().map(|b| b.places.len() as u64).sum();
         let empty = (all - bricks.len()) as u64;
-        Self { bricks, empty, voxels: volume.len() as u64, count, world_from_index: volume.world_from_index }
+        Self {
+            bricks,
+            empty,
+            voxels: volume.len() as u64,
+            count,
+            world_from_index: volume.world_from_index,
+            index_from_voxel: [1.0, 0.0],
+        }
     }
 
     /// Applies the transfer function to every voxel and keeps those with opacity above 0.
@@ -105,7 +114,23 @@ impl Samples {
             corners.into_par_iter().filter_map(|corner| classifier.brick(volume, corner)).collect();
         let count = bricks.iter().map(|b| b.places.len() as u64).sum();
         let empty = (all - bricks.len()) as u64;
-        Self { bricks, empty, voxels: volume.len() as u64, count, world_from_index: volume.world_from_index }
+        Self {
+            bricks,
+            empty,
+            voxels: volume.len() as u64,
+            count,
+            world_from_index: volume.world_from_index,
+            index_from_voxel: [1.0, 0.0],
+        }
+    }
+}
+
+impl Samples {
+    /// A clip of the volume in the indices of the samples.
+    pub(crate) fn clip(&self, clip: &Clip) -> GridClip {
+        let [scale, shift] = self.index_from_voxel;
+        let moved = |corners: [DVec3; 2]| corners.map(|corner| corner * scale + shift);
+        Clip { crop_in_grid: clip.crop_in_grid.map(moved), ..clip.clone() }.in_grid(&self.world_from_index)
     }
 }
 

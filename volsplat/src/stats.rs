@@ -101,6 +101,13 @@ impl StageClock {
     }
 }
 
+impl std::ops::AddAssign for StageTime {
+    fn add_assign(&mut self, other: Self) {
+        self.wall_ms += other.wall_ms;
+        self.cpu_ms += other.cpu_ms;
+    }
+}
+
 impl StageTime {
     /// Splits the time of stages that ran interleaved, in proportion to the CPU time measured inside each.
     pub fn shared<const N: usize>(self, cpu_ms: [f64; N]) -> [Self; N] {

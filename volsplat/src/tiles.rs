@@ -26,12 +26,14 @@ pub(crate) struct TileStage<'a> {
     pub(crate) grid: TileGrid,
     /// Samples at the eye, nearest first.
     pub(crate) near: &'a [NearSample],
-    /// How those are integrated.
-    pub(crate) near_setup: NearSetup,
+    /// How those of each layer are integrated.
+    pub(crate) near_setups: &'a [NearSetup],
     /// Projected chunks, binned.
     pub(crate) chunks: &'a [ProjectedChunk],
     /// What is composited at a time.
     pub(crate) layers: Layers,
+    /// Sub-pixels along a pixel's side.
+    pub(crate) subpixels: usize,
 }
 
 /// What is composited at a time.
@@ -154,7 +156,7 @@ impl TileStage<'_> {
         let work = &mut scratch.work;
         work.pixels = TilePixels::default();
         if !self.near.is_empty() {
-            composite_near(&self.near_setup, self.near, corner_px, &mut work.pixels);
+            composite_near(self.near_setups, self.near, corner_px, &mut work.pixels);
         }
         if !slot.entries.is_empty() {
             TileMaps::fill(&mut work.maps, self.settings.level, &self.maps, corner_px);
@@ -164,7 +166,7 @@ impl TileStage<'_> {
             };
             slot.counts = composite(&self.settings, work, corner_px, &slot.entries, primitives);
         }
-        slot.show(&work.pixels, 1);
+        slot.show(&work.pixels, self.subpixels);
         slot.composite_ms = elapsed_ms(start);
     }
 }

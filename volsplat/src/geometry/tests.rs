@@ -93,7 +93,7 @@ fn measure(mode: FootprintMode, projection: Projection) -> Worst {
         let grid = numbers.grid();
         let camera = numbers.camera(&grid, projection);
         let view = GridView::new(&camera, &grid);
-        let lens = Lens::new(&view, &kernel, (mode, SelectMode::Splats), 0.7);
+        let lens = Lens::new((&view, 0), &kernel, (mode, SelectMode::Splats), 0.7);
         let (block, positions) = filled(&mut numbers, &lens);
         for (i, at) in positions.iter().enumerate() {
             let Some(ball) = BallGeometry::new(&view, *at, kernel.radius()) else { continue };

@@ -14,26 +14,31 @@ use resample_core::section::SectionProfile;
 use resample_core::tile::{ChunkBins, TILE_PX, TileGrid};
 use resample_core::{GridView, Kernel, Projection, SelectMode};
 
-use super::SheetFrame;
 use super::frame::{SheetProjection, SheetSettings, Span, TileView};
 use super::kernel_tile::{KernelScratch, KernelSettings, Laid, TileRays, render_tile};
 use super::scatter::sort_by_plane;
 use super::section::SectionTable;
-use crate::chunks::{project_runs, runs_of_bricks, visible_bricks};
+use super::{SheetFrame, single};
+use crate::Error;
+use crate::cell_samples::cell_samples;
+use crate::chunks::{chunk_target, project_runs, runs_of_bricks, visible_bricks};
 use crate::clip::{Clip, GridClip};
 use crate::cull::ViewVolume;
-use crate::kernel_field::{MARGIN, kernel_samples};
-use crate::options::{Classify, RenderOptions, SheetKernel};
+use crate::kernel_field::kernel_samples;
+use crate::layer::cells_of;
+use crate::options::{Cells, Classify, RenderOptions, SheetKernel};
 use crate::sample::{Brick, Samples, place};
+use crate::scene::Scene;
 use crate::stats::{FrameStats, StageClock};
+use crate::support::count_visible;
 use crate::tiles::{TileSlot, elapsed_ms, tally};
-use crate::transfer::TransferFunction;
-use crate::volume::Volume;
 
 /// Voxels with their kernel, and the chunks that they are projected in, kept from frame to frame.
 #[derive(Clone, Debug)]
 pub(crate) struct KernelSheets {
     pub(crate) samples: Samples,
+    /// Voxels that the transfer function leaves visible.
+    pub(crate) non_transparent: u64,
     dims: [usize; 3],
     kernel: Option<Kernel>,
     settings: KernelSettings,
@@ -65,17 +70,21 @@ struct KernelProjection {
 }
 
 impl KernelSheets {
-    pub(crate) fn new(volume: &Volume, transfer: &TransferFunction, options: &RenderOptions) -> Self {
+    /// [`Error::Option`] where the scene holds more than one channel of scalars, or cells are to be split.
+    pub(crate) fn new(scene: &Scene, options: &RenderOptions) -> Result<Self, Error> {
+        let (volume, transfer) = single(scene)?;
         let kernel = match options.sheet_kernel {
             SheetKernel::Trilinear => None,
             SheetKernel::Radial(shape) => Some(Kernel::new(shape)),
         };
-        let samples = match options.classify {
-            Classify::Pre => Samples::classify(volume, transfer, options.opacity),
-            Classify::Post => kernel_samples(volume, transfer),
+        let samples = match (options.classify, cells_of(scene, options)) {
+            (Classify::Post, _) => kernel_samples(volume, transfer),
+            (Classify::Pre, Cells::Mean) => cell_samples(scene, options)?.swap_remove(0),
+            (Classify::Pre, _) => Samples::classify(volume, transfer, options.opacity),
         };
-        Self {
+        Ok(Self {
             samples,
+            non_transparent: count_visible(volume, transfer),
             dims: volume.dims,
             settings: KernelSettings {
                 profile: kernel.as_ref().map(SectionProfile::new),
@@ -87,7 +96,7 @@ impl KernelSheets {
             select: if kernel.is_some() { options.select } else { SelectMode::Splats },
             threshold_px: options.point_threshold_px,
             chunks: Vec::new(),
-        }
+        })
     }
 
     /// From the indices of the samples to the world.
@@ -99,12 +108,11 @@ impl KernelSheets {
     pub(crate) fn set_clip(&mut self, clip: &Clip) -> GridClip {
         let mut clip = clip.clone();
         if self.settings.classify == Classify::Post {
-            let margin = DVec3::splat(MARGIN as f64);
             let last = DVec3::from(self.dims.map(|n| (n - 1) as f64));
             let [low, high] = clip.crop_in_grid.unwrap_or([DVec3::ZERO, last]);
-            clip.crop_in_grid = Some([low.max(DVec3::ZERO) + margin, high.min(last) + margin]);
+            clip.crop_in_grid = Some([low.max(DVec3::ZERO), high.min(last)]);
         }
-        self.settings.clip = clip.in_grid(&self.samples.world_from_index);
+        self.settings.clip = self.samples.clip(&clip);
         self.settings.clip.clone()
     }
 
@@ -123,11 +131,12 @@ impl KernelSheets {
         let view_volume = ViewVolume::new(frame.camera, frame.view, radius);
         let visible = visible_bricks(&self.samples.bricks, &view_volume, stats);
         stats.bricks_empty = self.samples.empty;
-        let runs = runs_of_bricks(&self.samples.bricks, visible);
+        let in_view = visible.iter().map(|&i| self.samples.bricks[i].places.len()).sum();
+        let runs = runs_of_bricks(&self.samples.bricks, visible, chunk_target(in_view));
         self.chunks.resize_with(self.chunks.len().max(runs.len()), KernelChunk::default);
         let setup = self.projection(frame);
         let (bricks, chunks) = (&self.samples.bricks, &mut self.chunks[..runs.len()]);
-        let project = |chunk: &mut KernelChunk, run: &[usize]| {
+        let project = |chunk: &mut KernelChunk, run: &Vec<usize>| {
             chunk.bins.clear();
             (chunk.culled, chunk.points) = (0, 0);
             run.iter().for_each(|&brick| chunk.project(&setup, &bricks[brick]));

@@ -49,7 +49,7 @@ use self::gather::is_plain;
 use self::isosurface::IsoSettings;
 use self::kernels::KernelSheets;
 use self::lod::{Detail, LevelChoice, details};
-pub(crate) use self::prepare::gradients;
+pub(crate) use self::prepare::{channels, gradients, plan};
 pub use self::relook::Relook;
 use self::scatter::VoxelSheets;
 use self::section::SectionTable;
@@ -64,6 +64,7 @@ use crate::picture::{TileDepth, TileLayout};
 use crate::sample::{Bounds, bounds_in_world};
 use crate::scene::{Look, Scene};
 use crate::stats::FrameStats;
+use crate::subpixels::{automatic, refined};
 use crate::support::Support;
 use crate::tiles::TileSlot;
 use crate::transfer::TransferFunction;
@@ -117,12 +118,9 @@ impl ImageSheets {
     pub(crate) fn new(scene: &Scene, options: &RenderOptions) -> Result<Self, Error> {
         let volume = scene.grid();
         check_dims(volume.dims)?;
-        let channels = prepare::channels(scene, options)?;
+        let channels = channels(scene, options)?;
         let source = match options.sheet_sums {
-            _ if options.sums_kernels() => {
-                let (volume, transfer) = single(scene)?;
-                Source::Kernels(Box::new(KernelSheets::new(volume, transfer, options)))
-            }
+            _ if options.sums_kernels() => Source::Kernels(Box::new(KernelSheets::new(scene, options)?)),
             SheetSums::Gather => Source::Cells(prepare::cells(scene, options)?),
             SheetSums::Scatter => {
                 let (volume, transfer) = single(scene)?;
@@ -203,7 +201,7 @@ impl ImageSheets {
             Source::Cells(field) => [field.non_transparent, field.voxels],
             Source::Streamed(cells) => [cells.non_transparent, cells.voxels],
             Source::Voxels(sheets) => [sheets.field.non_transparent, sheets.field.voxels],
-            Source::Kernels(sheets) => [sheets.samples.count, sheets.samples.voxels],
+            Source::Kernels(sheets) => [sheets.non_transparent, sheets.samples.voxels],
         }
     }
 
@@ -215,11 +213,7 @@ impl ImageSheets {
         (stats, watch): (&mut FrameStats, &mut Watch),
     ) -> Result<TileLayout, Error> {
         let subpixels = self.subpixels(camera);
-        // A picture with more sub-pixels along a side than a camera may have pixels gets one a pixel.
-        let (fine, subpixels) = match camera.resized(camera.width * subpixels, camera.height * subpixels) {
-            Ok(fine) => (fine, subpixels),
-            Err(_) => (*camera, 1),
-        };
+        let (fine, subpixels) = refined(camera, subpixels);
         let view = GridView::new(&fine, &self.world_from_index);
         let settings = self.settings(&view, &fine);
         let levels = self.levels(&view, (camera, subpixels), &settings);
@@ -264,13 +258,8 @@ impl ImageSheets {
             (Subpixels::Fixed(n), _) => n,
             (Subpixels::Auto, None) => 1,
             (Subpixels::Auto, Some(middle)) => {
-                let view = GridView::new(camera, &self.world_from_index);
-                let gram = view.gram_px2(view.camera_from_grid.transform_point3(middle));
-                let spacing_px = resample_core::view::largest_eigenvalue(gram).sqrt();
                 // Two sub-pixels a voxel: at one, thin structures lose 9 dB, beyond two it costs more than it gains.
-                // A middle behind the eye, or one that is no number, gives 1.
-                let of_voxels =
-                    [1, 2, 4].into_iter().find(|&n| !(f64::from(n) * spacing_px < 1.5)).unwrap_or(8);
+                let of_voxels = automatic(camera, &self.world_from_index, middle, 1.5);
                 of_voxels.max(self.least_subpixels())
             }
         }

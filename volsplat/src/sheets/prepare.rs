@@ -17,7 +17,7 @@ use crate::support::Support;
 use crate::transfer::TransferFunction;
 
 /// The tables of a scene's channels; an error where the channels do not suit the options.
-pub(super) fn channels(scene: &Scene, options: &RenderOptions) -> Result<Arc<[ChannelSettings]>, Error> {
+pub(crate) fn channels(scene: &Scene, options: &RenderOptions) -> Result<Arc<[ChannelSettings]>, Error> {
     let channels: Arc<[ChannelSettings]> = scene
         .channels
         .iter()
@@ -39,7 +39,12 @@ pub(super) fn channels(scene: &Scene, options: &RenderOptions) -> Result<Arc<[Ch
 
 /// The bricks of a scene.
 pub(super) fn cells(scene: &Scene, options: &RenderOptions) -> Result<CellField, Error> {
-    let plan = FieldPlan {
+    Ok(CellField::new(&plan(scene, options)?, scene.count_visible()))
+}
+
+/// What the bricks of a scene are made from.
+pub(crate) fn plan<'a>(scene: &Scene<'a>, options: &RenderOptions) -> Result<FieldPlan<'a>, Error> {
+    Ok(FieldPlan {
         channels: scene
             .channels
             .iter()
@@ -47,8 +52,7 @@ pub(super) fn cells(scene: &Scene, options: &RenderOptions) -> Result<CellField,
             .collect::<Result<_, Error>>()?,
         mask: scene.mask,
         gradients: gradients(options),
-    };
-    Ok(CellField::new(&plan, scene.count_visible()))
+    })
 }
 
 /// Whether the bricks need gradients.

@@ -13,7 +13,7 @@ use resample_core::tile::{TILE_PX, TileGrid};
 use super::SheetFrame;
 use super::frame::{Section, SheetChunk, SheetProjection, Span, TileView};
 use super::scatter_tile::{SheetScratch, render_tile};
-use crate::chunks::{project_runs, runs_of_bricks, visible_bricks};
+use crate::chunks::{chunk_target, project_runs, runs_of_bricks, visible_bricks};
 use crate::cull::ViewVolume;
 use crate::field::Field;
 use crate::stats::{FrameStats, StageClock};
@@ -42,7 +42,8 @@ impl VoxelSheets {
         let view_volume = ViewVolume::new(frame.camera, frame.view, REACH as f64 * 3f64.sqrt());
         let visible = visible_bricks(&self.field.bricks, &view_volume, stats);
         stats.bricks_empty = self.field.empty;
-        let runs = runs_of_bricks(&self.field.bricks, visible);
+        let in_view = visible.iter().map(|&i| self.field.bricks[i].places.len()).sum();
+        let runs = runs_of_bricks(&self.field.bricks, visible, chunk_target(in_view));
         self.chunks.resize_with(self.chunks.len().max(runs.len()), SheetChunk::default);
         self.project(
             &SheetProjection::new(frame.view, frame.camera, frame.settings, Span::Plane),
@@ -55,7 +56,7 @@ impl VoxelSheets {
     /// Projects each run of bricks into its chunk and lists it by tile.
     fn project(&mut self, setup: &SheetProjection, runs: &[Vec<usize>], stats: &mut FrameStats) {
         let bricks = &self.field.bricks;
-        let project = |chunk: &mut SheetChunk, run: &[usize]| {
+        let project = |chunk: &mut SheetChunk, run: &Vec<usize>| {
             chunk.clear();
             run.iter().for_each(|&brick| chunk.project(setup, &bricks[brick]));
         };

@@ -191,7 +191,7 @@ fn file_that_begins(folder: &Path, prefix: &str) -> Result<Option<PathBuf>> {
 
 fn measured(row: &Row, volume: &Volume, args: &BenchPaperArgs) -> Result<Measured> {
     let transfer = transfer(row.threshold, volume)?;
-    let mut renderer = Renderer::new(volume, &transfer, &RenderOptions::every_sample())?;
+    let mut renderer = Renderer::new(volume, &transfer, &RenderOptions::paper())?;
     let bounds = renderer.visible_bounds_in_world().unwrap_or_else(|| framing::volume::grid_bounds(volume));
     let cameras = cameras(row, volume, &transfer, bounds)?;
     let mut times = [const { Vec::new() }; 3];
@@ -224,7 +224,7 @@ fn transfer(threshold: f64, volume: &Volume) -> Result<TransferFunction> {
 
 /// A renderer that hides nothing, so that every visible voxel is counted.
 fn counting(volume: &Volume, transfer: &TransferFunction) -> Result<Renderer> {
-    let options = RenderOptions { min_transmittance: 0.0, ..RenderOptions::every_sample() };
+    let options = RenderOptions { min_transmittance: 0.0, ..RenderOptions::paper() };
     Ok(Renderer::new(volume, transfer, &options)?)
 }
 

@@ -1,0 +1,65 @@
+//! The lattices of samples that are drawn together: voxels, or whole cells and their parts.
+//!
+//! A layer is a lattice with its samples and with the clip in its own indices. One kernel serves all of them: each uses it
+//! at its own spacing, so that samples of half the side have a kernel of half the radius.
+
+use glam::DVec3;
+
+use crate::Error;
+use crate::cell_samples::cell_samples;
+use crate::clip::{Clip, GridClip};
+use crate::options::{Cells, Order, RenderOptions};
+use crate::sample::{Bounds, Samples, bounds_in_world};
+use crate::scene::Scene;
+
+/// The samples of one lattice.
+#[derive(Clone, Debug)]
+pub(crate) struct Layer {
+    pub(crate) samples: Samples,
+    pub(crate) clip: GridClip,
+    /// How often the first layer's spacing is halved.
+    pub(crate) halvings: u32,
+}
+
+/// What the options ask for in a scene: [`Cells::Auto`] decided. Cells of a single slice have no volume.
+pub(crate) fn cells_of(scene: &Scene, options: &RenderOptions) -> Cells {
+    match options.cells {
+        _ if scene.grid().dims.contains(&1) => Cells::Off,
+        Cells::Auto if options.order == Order::EverySample => Cells::Split,
+        Cells::Auto => Cells::Off,
+        chosen => chosen,
+    }
+}
+
+/// The layers of a scene, coarse to fine, with the clip of the options.
+pub(crate) fn layers(scene: &Scene, options: &RenderOptions) -> Result<Vec<Layer>, Error> {
+    let lattices = match cells_of(scene, options) {
+        Cells::Off => vec![Samples::of_scene(scene, options.opacity)],
+        cells => cell_samples(scene, &RenderOptions { cells, ..options.clone() })?,
+    };
+    let layer = |(halvings, samples): (u32, Samples)| {
+        let clip = samples.clip(&options.clip);
+        Layer { samples, clip, halvings }
+    };
+    Ok((0..).zip(lattices).map(layer).collect())
+}
+
+/// The box, in the world, of the samples that are drawn.
+pub(crate) fn layers_in_world(layers: &[Layer]) -> Option<[DVec3; 2]> {
+    let boxes = layers
+        .iter()
+        .filter_map(|layer| bounds_in_world(layer.bounds(), &layer.clip, &layer.samples.world_from_index));
+    boxes.reduce(|[low, high], [l, h]| [low.min(l), high.max(h)])
+}
+
+impl Layer {
+    /// Changes what is kept of the volume.
+    pub(crate) fn set_clip(&mut self, clip: &Clip) {
+        self.clip = self.samples.clip(clip);
+    }
+
+    /// The places of the layer's bricks.
+    pub(crate) fn bounds(&self) -> impl Iterator<Item = Bounds> + '_ {
+        self.samples.bricks.iter().map(|brick| brick.bounds)
+    }
+}
