@@ -19,7 +19,7 @@ use volsplat::{RenderOptions, Subpixels};
 
 pub(crate) use blend::{BlendArgs, RayBlendArg};
 pub(crate) use clip::ClipArgs;
-pub(crate) use samples::{CellsArg, SampleArgs};
+pub(crate) use samples::{CellsArg, InterpolateArg, SampleArgs};
 pub(crate) use scene::SceneArgs;
 pub(crate) use transfer::{SpaceArg, TransferArgs};
 pub(crate) use volume::VolumeArgs;

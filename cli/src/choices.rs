@@ -8,11 +8,13 @@ pub(crate) mod warp;
 use clap::ValueEnum;
 use resample_core::{FootprintMode, KernelShape, OpacityMode, Projection, SelectMode};
 use volsplat::transfer::ColourEncoding;
-use volsplat::{Cells, Classify, ColourBy, Order, RenderOptions, Shading, SheetKernel, SheetSums};
+use volsplat::{
+    Cells, Classify, ColourBy, Interpolate, Order, RenderOptions, Shading, SheetKernel, SheetSums,
+};
 
 use crate::args::{
-    CellsArg, ClassifyArg, ColourByArg, FlatFootprintArg, FootprintArg, KernelArg, LayerArg, LevelArg,
-    MeshShadeArg, OpacityArg, OrderArg, ProjectionArg, SelectArg, ShadeArg, SheetSumsArg, SpaceArg,
+    CellsArg, ClassifyArg, ColourByArg, FlatFootprintArg, FootprintArg, InterpolateArg, KernelArg, LayerArg,
+    LevelArg, MeshShadeArg, OpacityArg, OrderArg, ProjectionArg, SelectArg, ShadeArg, SheetSumsArg, SpaceArg,
     TexmapMethodArg,
 };
 
@@ -60,6 +62,10 @@ pub(crate) const CELLS: Twins<CellsArg, Cells> = Twins(&[
     (CellsArg::Mean, Cells::Mean),
     (CellsArg::Split, Cells::Split),
 ]);
+
+/// `--interpolate`
+pub(crate) const INTERPOLATE: Twins<InterpolateArg, Interpolate> =
+    Twins(&[(InterpolateArg::Off, Interpolate::Off), (InterpolateArg::On, Interpolate::On)]);
 
 /// `--kernel`
 pub(crate) const KERNEL: Twins<KernelArg, SheetKernel> = Twins(&[
@@ -178,6 +184,7 @@ mod tests {
         check(&OPACITY, &["extinction", "linear"]);
         check(&FOOTPRINT, &["affine-approx", "affine", "table", "exact"]);
         check(&CLASSIFY, &["pre", "post"]);
+        check(&INTERPOLATE, &["off", "on"]);
         check(&CELLS, &["auto", "off", "mean", "split"]);
         check(&KERNEL, &["trilinear", "gaussian", "polynomial", "b-spline"]);
         check(&SELECT, &["hybrid", "points", "splats", "ewa"]);

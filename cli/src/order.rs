@@ -6,7 +6,7 @@
 use anyhow::{Result, bail};
 use volsplat::Order;
 
-use crate::args::{ClassifyArg, KernelArg, RayBlendArg, RenderArgs};
+use crate::args::{ClassifyArg, InterpolateArg, KernelArg, RayBlendArg, RenderArgs};
 use crate::choices;
 
 const IMAGE: &[Order] = &[Order::ImageSheets];
@@ -82,6 +82,7 @@ fn given(args: &RenderArgs) -> Vec<Given> {
         ("--point-threshold", samples.point_threshold.is_some(), select_orders),
         ("--sheet", samples.sheet.is_some(), EVERY),
         ("--colour-by", samples.colour_by.is_some(), SAMPLES),
+        ("--interpolate", samples.interpolate.is_some_and(|i| i == InterpolateArg::On), IMAGE),
         ("--cells", samples.cells.is_some(), cells_orders),
         ("--cell-error", samples.cell_error.is_some(), cells_orders),
         ("--slab", sheets.slab.is_some(), IMAGE),

@@ -9,10 +9,11 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use resample_core::{Projection, SelectMode};
-use volsplat::{Cells, Classify, SheetKernel};
+use volsplat::{Cells, Classify, Interpolate, SheetKernel};
 
 use crate::cell_reference::{Part, parts};
 use crate::field::{ReferenceKernel, extinction};
+use crate::interpolation_reference::coefficients;
 use crate::rays::{Ray, RaySource};
 use crate::reference::{Scene, point_weight};
 
@@ -21,8 +22,10 @@ const MARGIN: i64 = 2;
 
 struct Voxel {
     index: DVec3,
-    /// Colour times extinction and extinction, or the scalar in the last place.
+    /// Colour times extinction and extinction, or the scalar (or its coefficient) in the last place.
     value: [f64; 4],
+    /// The voxel's own scalar.
+    scalar: f64,
     /// Of a point: camera z, screen position and weight summed over the screen.
     point: Option<(f64, DVec2, f64)>,
 }
@@ -66,21 +69,26 @@ impl Setup<'_> {
             let sample = |part: &Part| {
                 let [r, g, b] = part.rgb.map(|c| c * part.strength);
                 let value = [r, g, b, part.strength];
-                Voxel { index: part.index, value, point: self.point(part.index) }
+                Voxel { index: part.index, value, scalar: 0.0, point: self.point(part.index) }
             };
             return parts(volume, transfer, options).iter().map(sample).collect();
         }
         let dims = self.scene.volume.dims.map(|n| n as i64);
         let margin = if self.post() { MARGIN } else { 0 };
+        let solved = match (self.scene.options.interpolate, &self.kernel) {
+            (Interpolate::On, Some(kernel)) => Some(coefficients(self.scene.volume, kernel)),
+            _ => None,
+        };
         let mut voxels = Vec::new();
         for z in -margin..dims[2] + margin {
             for y in -margin..dims[1] + margin {
                 for x in -margin..dims[0] + margin {
                     let held: [i64; 3] = std::array::from_fn(|axis| [x, y, z][axis].clamp(0, dims[axis] - 1));
-                    let scalar =
-                        self.scene.volume.value((held[0] + dims[0] * (held[1] + dims[1] * held[2])) as usize);
+                    let place = (held[0] + dims[0] * (held[1] + dims[1] * held[2])) as usize;
+                    let scalar = self.scene.volume.value(place);
                     let index = DVec3::new(x as f64, y as f64, z as f64);
-                    voxels.push(Voxel { index, value: self.value(scalar), point: self.point(index) });
+                    let value = self.value(solved.as_ref().map_or(scalar, |solved| solved[place]));
+                    voxels.push(Voxel { index, value, scalar, point: self.point(index) });
                 }
             }
         }
@@ -159,6 +167,7 @@ impl Setup<'_> {
         let kept = self.kept(ray);
         let [from, to] = [ends[0].max(kept[0]), ends[1].min(kept[1])];
         let (mut sums, mut weights) = ([0.0; 4], 0.0);
+        let mut range = [f64::INFINITY, f64::NEG_INFINITY];
         for voxel in voxels {
             let weight = match voxel.point {
                 Some((z, screen, mass)) if ends[0] <= z && z < ends[1] => mass * point_weight(centre, screen),
@@ -167,6 +176,9 @@ impl Setup<'_> {
                 None => 0.0,
             };
             weights += weight;
+            if weight > 0.0 {
+                range = [range[0].min(voxel.scalar), range[1].max(voxel.scalar)];
+            }
             for (sum, value) in sums.iter_mut().zip(voxel.value) {
                 *sum += weight * value;
             }
@@ -177,7 +189,11 @@ impl Setup<'_> {
         if weights <= 0.0 {
             return [0.0; 4];
         }
-        let (rgb, opacity) = self.scene.transfer.sample(sums[3] / weights);
+        let mut scalar = sums[3] / weights;
+        if self.scene.options.interpolate == Interpolate::On {
+            scalar = scalar.clamp(range[0], range[1]);
+        }
+        let (rgb, opacity) = self.scene.transfer.sample(scalar);
         let added = extinction(opacity) * weights;
         [f64::from(rgb[0]) * added, f64::from(rgb[1]) * added, f64::from(rgb[2]) * added, added]
     }

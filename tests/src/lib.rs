@@ -5,6 +5,7 @@
 //! taken from the library is its data (volumes, cameras, options, pictures) and the transfer function.
 
 pub mod against_sheets;
+pub mod analytic_fields;
 pub mod area_truth;
 pub mod cell_reference;
 pub mod clip_reference;
@@ -12,6 +13,7 @@ pub mod data;
 pub mod exr_read;
 pub mod field;
 pub mod interleaved;
+pub mod interpolation_reference;
 pub mod iso_reference;
 pub mod kernel_sheet_reference;
 pub mod lod_scenes;

@@ -11,7 +11,8 @@ use resample_tests::scenes::{
 };
 use volsplat::procedural::blobs;
 use volsplat::{
-    Cells, Classify, RenderOptions, Renderer, SheetKernel, SheetSums, Subpixels, TransferFunction, Volume,
+    Cells, Classify, Interpolate, RenderOptions, Renderer, SheetKernel, SheetSums, Subpixels,
+    TransferFunction, Volume,
 };
 
 const KERNELS: [SheetKernel; 4] = [
@@ -40,11 +41,13 @@ fn options(sheet_kernel: SheetKernel, classify: Classify) -> RenderOptions {
 }
 
 fn bound(options: &RenderOptions) -> f64 {
-    match (options.sheet_kernel, options.select) {
-        (SheetKernel::Radial(_), SelectMode::Points | SelectMode::Hybrid) => 8e-3,
-        (SheetKernel::Radial(KernelShape::BSpline), _) => 2e-3,
-        _ => 2e-4,
-    }
+    let residual = if options.interpolate == Interpolate::On { 1e-3 } else { 0.0 };
+    residual
+        + match (options.sheet_kernel, options.select) {
+            (SheetKernel::Radial(_), SelectMode::Points | SelectMode::Hybrid) => 8e-3,
+            (SheetKernel::Radial(KernelShape::BSpline), _) => 2e-3,
+            _ => 2e-4,
+        }
 }
 
 fn hold(name: &str, (volume, look): (&Volume, &TransferFunction), camera: &Camera, options: &RenderOptions) {
@@ -142,6 +145,22 @@ fn means_of_cells() {
         for kernel in KERNELS {
             let options = RenderOptions { cells: Cells::Mean, ..options(kernel, Classify::Pre) };
             hold("means of cells", (&volume, &coloured(0.3)), &camera, &options);
+        }
+    }
+}
+
+/// The residual of the coefficients, a thousandth of the range, comes on top of the bound.
+#[test]
+fn interpolating_kernels() {
+    let volume = random_volume([5, 4, 6], sheared_grid());
+    let middle = sheared_grid().transform_point3(DVec3::new(2.0, 1.5, 2.5));
+    for camera in cameras(middle, 7.0) {
+        for kernel in &KERNELS[1..] {
+            for select in [SelectMode::Splats, SelectMode::Points] {
+                let interpolate = Interpolate::On;
+                let options = RenderOptions { interpolate, select, ..options(*kernel, Classify::Post) };
+                hold("interpolating", (&volume, &coloured(0.3)), &camera, &options);
+            }
         }
     }
 }

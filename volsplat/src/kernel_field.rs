@@ -10,7 +10,7 @@ use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use crate::field::Grid;
-use crate::sample::{BRICK_SIDE, Bounds, Brick, Samples, brick_corners, pack_place};
+use crate::sample::{BRICK_SIDE, Bounds, Brick, Samples, brick_corners, pack_place, place};
 use crate::support::{Support, count_visible};
 use crate::transfer::TransferFunction;
 use crate::volume::{Volume, with_voxels};
@@ -27,8 +27,13 @@ const HALO: usize = 4 * REACH - 1;
 
 const SIDE: usize = BRICK_SIDE + 2 * HALO;
 
-/// The voxels that the kernels' sum needs. A sample's value is its scalar, 1, and whether it is needed.
-pub(crate) fn kernel_samples(volume: &Volume, transfer: &TransferFunction) -> Samples {
+/// The voxels that the kernels' sum needs. A sample's value is what its kernel is multiplied with (its scalar, or the
+/// coefficient given for it), 1, whether it is needed, and its scalar.
+pub(crate) fn kernel_samples(
+    volume: &Volume,
+    transfer: &TransferFunction,
+    coefficients: Option<&[f32]>,
+) -> Samples {
     let support = Support::new(transfer);
     let dims = volume.dims.map(|n| n + 2 * MARGIN);
     let corners = brick_corners(dims, BRICK_SIDE);
@@ -40,7 +45,11 @@ pub(crate) fn kernel_samples(volume: &Volume, transfer: &TransferFunction) -> Sa
                 let grid = Grid { voxels: slice, dims: volume.dims };
                 let first = corner.map(|c| c as isize - (HALO + MARGIN) as isize);
                 let scalars = block(|at| grid.at([0, 1, 2].map(|axis| first[axis] + at[axis] as isize)));
-                brick(&scalars, corner, dims, &support)
+                let mut brick = brick(&scalars, corner, dims, &support)?;
+                if let Some(voxels) = coefficients {
+                    set_coefficients(&mut brick, &Grid { voxels, dims: volume.dims });
+                }
+                Some(brick)
             })
         })
         .collect();
@@ -52,6 +61,15 @@ pub(crate) fn kernel_samples(volume: &Volume, transfer: &TransferFunction) -> Sa
         count: count_visible(volume, transfer),
         world_from_index: volume.world_from_index * shift,
         index_from_voxel: [1.0, MARGIN as f64],
+    }
+}
+
+/// Gives each sample of a brick its coefficient; beyond the volume, that of the nearest voxel.
+fn set_coefficients(brick: &mut Brick, grid: &Grid<f32>) {
+    for (&packed, value) in brick.places.iter().zip(&mut brick.values) {
+        let at = place(packed);
+        let index = |axis: usize| brick.bounds.corner[axis] as isize + at[axis] as isize - MARGIN as isize;
+        value[0] = grid.at([0, 1, 2].map(index));
     }
 }
 
@@ -82,7 +100,7 @@ fn brick(scalars: &[f32], corner: [u32; 3], dims: [usize; 3], support: &Support)
                 let at = x + HALO + SIDE * (y + HALO + SIDE * (z + HALO));
                 if kept[at] {
                     places.push(pack_place([x, y, z]));
-                    values.push([scalars[at], 1.0, if needed[at] { 1.0 } else { 0.0 }, 0.0]);
+                    values.push([scalars[at], 1.0, if needed[at] { 1.0 } else { 0.0 }, scalars[at]]);
                     bounds.add([x, y, z]);
                 }
             }

@@ -20,6 +20,8 @@ pub struct RenderOptions {
     pub sheet_sums: SheetSums,
     /// Image sheets: shape of the reconstruction kernel.
     pub sheet_kernel: SheetKernel,
+    /// Image sheets, radial kernels, post-classified: whether the kernels' sum blurs or passes through the voxels.
+    pub interpolate: Interpolate,
     /// Image sheets: whether the transfer function is applied to voxels or to what their kernels sum up to. The other
     /// orders classify voxels, whatever is said here.
     pub classify: Classify,
@@ -144,6 +146,16 @@ pub enum SheetKernel {
     Radial(KernelShape),
 }
 
+/// What a sum of kernels does at the voxels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interpolate {
+    /// It is the mean of the neighbourhood that the kernel makes: a blur.
+    Off,
+    /// It takes the voxel's own value: coefficients are solved for when the volume is prepared, and what overshoots
+    /// between voxels is clamped to the range of those in reach.
+    On,
+}
+
 /// What the transfer function is applied to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Classify {
@@ -202,6 +214,7 @@ impl Default for RenderOptions {
             slab_voxels: 0.5,
             sheet_sums: SheetSums::Gather,
             sheet_kernel: SheetKernel::Trilinear,
+            interpolate: Interpolate::Off,
             classify: Classify::Post,
             shading: Shading::None,
             light: Light::Headlight,
@@ -301,6 +314,12 @@ impl RenderOptions {
         let radial = self.sheet_kernel != SheetKernel::Trilinear;
         if self.order == Order::ImageSheets && radial && self.select == SelectMode::Ewa {
             let what = "ewa belongs to the orders every-sample and axis-sheets: in image-sheets use hybrid, splats or points";
+            return Err(Error::Option(what.into()));
+        }
+        let has_kernels = self.order == Order::ImageSheets && radial && self.classify == Classify::Post;
+        if self.interpolate == Interpolate::On && !has_kernels {
+            let what = "kernels interpolate in post-classified image sheets: use --order image-sheets with --kernel polynomial, \
+                        gaussian or b-spline";
             return Err(Error::Option(what.into()));
         }
         let what = match (self.order, self.classify, self.cells) {

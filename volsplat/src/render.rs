@@ -113,6 +113,14 @@ impl Renderer {
         }
     }
 
+    /// Of interpolating kernels, the largest difference between their sum at a voxel and its scalar; else `None`.
+    pub fn interpolation_residual(&self) -> Option<f32> {
+        match &self.pipeline {
+            Pipeline::EverySample(_) => None,
+            Pipeline::ImageSheets(p) => p.residual(),
+        }
+    }
+
     /// Voxels of the volume.
     pub fn voxels(&self) -> u64 {
         match &self.pipeline {

@@ -15,6 +15,9 @@ pub(crate) struct SampleArgs {
     /// Shape of the reconstruction kernel [default: polynomial; trilinear in image-sheets, which has all of them]
     #[arg(long, value_enum)]
     pub kernel: Option<KernelArg>,
+    /// Whether the kernels' sum passes through the voxels (image-sheets with a kernel other than trilinear) [default: off]
+    #[arg(long, value_enum, num_args = 0..=1, default_missing_value = "on")]
+    pub interpolate: Option<InterpolateArg>,
     /// Which voxels are drawn as points and which as splats; with a kernel other than trilinear in image-sheets too
     /// [default: hybrid]
     #[arg(long, value_enum)]
@@ -48,4 +51,13 @@ pub(crate) enum CellsArg {
     Mean,
     /// The same, or parts of it where it varies inside
     Split,
+}
+
+/// What a sum of kernels does at the voxels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum InterpolateArg {
+    /// It blurs them
+    Off,
+    /// It takes their values; coefficients are solved for first
+    On,
 }

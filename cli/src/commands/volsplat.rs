@@ -115,6 +115,7 @@ fn stats_before_drawing(args: &VolsplatArgs, request: &Request, plan: &Plan, sce
             "non_transparent": scene.renderer.non_transparent(),
             "classify_ms": scene.classify_ms,
             "moving": scene.motion.as_ref().map(volume_motion::record),
+            "interpolation_residual": scene.renderer.interpolation_residual(),
         }),
         threads: rayon::current_num_threads(),
         settings: settings::record(

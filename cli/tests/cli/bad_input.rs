@@ -156,7 +156,12 @@ fn options_of_another_order_are_refused() {
     assert_one_line(&bench, &words("--order every-sample --slab 1"), "--slab");
     assert_one_line(&bench, &words("--order every-sample --classify post"), "--classify");
     assert_one_line(&bench, &words("--order axis-sheets --kernel trilinear"), "--kernel");
-    assert_one_line(&bench, &words("--footprint exact --subpixel 2"), "--footprint");
+    assert_one_line(&bench, &words("--footprint exact --slab 2"), "--footprint");
+    assert_one_line(&bench, &words("--order image-sheets --cells mean"), "--cells");
+    assert_one_line(&bench, &words("--order image-sheets --classify pre --cells split"), "--cells mean");
+    assert_one_line(&bench, &words("--order every-sample --interpolate"), "--interpolate");
+    assert_one_line(&bench, &words("--interpolate"), "--kernel");
+    assert_refused(&bench, &words("--cell-error 1"), "--cell-error");
     assert_refused(&bench, &words("--subpixel 3"), "--subpixel");
     assert_one_line(&bench, &words("--order every-sample --shade phong"), "--shade");
     assert_one_line(&bench, &words("--sheet-sums scatter --shade phong"), "gather");

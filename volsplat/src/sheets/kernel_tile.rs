@@ -6,21 +6,24 @@
 //! colours (pre-classified), or scalar and weight, whose quotient is classified now (post-classified).
 //! The clip and the near plane cut each ray, and with it the sections, exactly.
 
+mod close;
+
 use fearless_simd::prelude::*;
 use fearless_simd::{dispatch, f32x8};
 use fearless_simd_macros::simd;
 use glam::DVec2;
 use resample_core::GridView;
-use resample_core::composite::{DepthRule, TileCounts, TilePixels, opacity};
+use resample_core::composite::{TileCounts, TilePixels};
 use resample_core::maps::TilePlane;
 use resample_core::point::PixelFilter;
 use resample_core::section::SectionProfile;
 use resample_core::sort::{entry_index, entry_key};
 use resample_core::tile::TILE_PX;
 
+use self::close::close_slabs;
 use super::frame::{PlaneView, SheetSettings, TileView};
 use crate::clip::GridClip;
-use crate::options::Classify;
+use crate::options::{Classify, Interpolate};
 
 const LANES: usize = 8;
 
@@ -32,7 +35,7 @@ pub(crate) struct Laid {
     /// Camera z relative to the anchor's, world units.
     pub(crate) offset_z: f32,
     /// What is summed. Pre-classified: red, green, blue times strength, strength. Post-classified: scalar, 1, and 1 for a
-    /// voxel that something visible depends on.
+    /// voxel that something visible depends on, and the scalar again where the first is a coefficient in its place.
     pub(crate) value: [f32; 4],
     /// Section: camera x and y, world units. Point: screen position, px.
     pub(crate) across: [f32; 2],
@@ -47,6 +50,7 @@ pub(crate) struct KernelSettings {
     pub(crate) profile: Option<SectionProfile>,
     pub(crate) filter: PixelFilter,
     pub(crate) classify: Classify,
+    pub(crate) interpolate: Interpolate,
     /// What is kept of each ray.
     pub(crate) clip: GridClip,
 }
@@ -69,6 +73,8 @@ pub(crate) struct TileRays {
 #[repr(align(64))]
 struct SlabSums {
     planes: [TilePlane; 4],
+    /// Of interpolating kernels: least and greatest scalar of the voxels in reach.
+    range: [TilePlane; 2],
     /// Rows first..end that hold anything.
     rows: [usize; 2],
     view: PlaneView,
@@ -88,7 +94,8 @@ pub(crate) struct KernelScratch {
 impl Default for SlabSums {
     fn default() -> Self {
         let (planes, view) = ([[[0.0; TILE_PX]; TILE_PX]; 4], PlaneView::default());
-        Self { planes, rows: [TILE_PX, 0], view, end_scales: [1.0; 2], number: u32::MAX }
+        let range = [f32::INFINITY, f32::NEG_INFINITY].map(|end| [[end; TILE_PX]; TILE_PX]);
+        Self { planes, range, rows: [TILE_PX, 0], view, end_scales: [1.0; 2], number: u32::MAX }
     }
 }
 
@@ -153,7 +160,7 @@ fn render_entries<S: Simd>(
         let first = entry_key(entry);
         if first > open {
             let end = first.min(open.saturating_add(settings.ring_len as u32));
-            let opaque = close_slabs(simd, settings, kernel.classify, open..end, scratch);
+            let opaque = close_slabs(simd, settings, kernel, open..end, scratch);
             open = first;
             if opaque {
                 return counts;
@@ -167,7 +174,7 @@ fn render_entries<S: Simd>(
         counts.composited += 1;
     }
     let end = open.saturating_add(settings.ring_len as u32);
-    close_slabs(simd, settings, kernel.classify, open..end, scratch);
+    close_slabs(simd, settings, kernel, open..end, scratch);
     counts
 }
 
@@ -209,6 +216,11 @@ fn add_point(
             let weight = weight_x * weight_y * point.mass;
             for (plane, value) in sums.planes.iter_mut().zip(point.value) {
                 plane[row][column] += weight * value;
+            }
+            if kernel.interpolate == Interpolate::On && weight > 0.0 {
+                let [low, high] = &mut sums.range;
+                low[row][column] = low[row][column].min(point.value[3]);
+                high[row][column] = high[row][column].max(point.value[3]);
             }
             touched += 1;
         }
@@ -304,78 +316,13 @@ fn add_lanes<S: Simd>(
         let lanes = &mut plane[row][range.clone()];
         weight.mul_add(constant(value), f32x8::from_slice(simd, lanes)).store_slice(lanes);
     }
-}
-
-/// Composites slabs, nearest first, and empties them. Returns whether the tile is opaque.
-#[inline(always)]
-fn close_slabs<S: Simd>(
-    simd: S,
-    settings: &SheetSettings,
-    classify: Classify,
-    numbers: std::ops::Range<u32>,
-    scratch: &mut KernelScratch,
-) -> bool {
-    let mut changed = false;
-    for number in numbers {
-        let sums = &mut scratch.ring[number as usize & (settings.ring_len - 1)];
-        let [first, end] = sums.rows;
-        for row in first..end {
-            if classify == Classify::Post {
-                classify_row(settings, sums, row);
-            }
-            composite_row(simd, settings, (sums, &mut scratch.pixels), row);
-            for plane in &mut sums.planes {
-                plane[row] = [0.0; TILE_PX];
-            }
-            changed = true;
-        }
-        sums.rows = [TILE_PX, 0];
-    }
-    changed && scratch.pixels.is_opaque(simd, settings.min_transmittance)
-}
-
-/// Turns a row's sums of scalar and weight into those of colours and strength.
-#[inline(always)]
-fn classify_row(settings: &SheetSettings, sums: &mut SlabSums, row: usize) {
-    let [scalars, weights, needed, strengths] = &mut sums.planes;
-    for x in 0..TILE_PX {
-        let weight = weights[row][x];
-        // Where no voxel that matters reaches, nothing is visible, and some of those that reach it may be missing.
-        let classified = if needed[row][x] > 0.0 && weight > f32::MIN_POSITIVE {
-            settings.table.at(scalars[row][x] / weight)
-        } else {
-            [0.0; 4]
-        };
-        let [r, g, b, strength] = classified;
-        let added = strength * weight;
-        (scalars[row][x], weights[row][x], needed[row][x]) = (r * added, g * added, b * added);
-        strengths[row][x] = added;
-    }
-}
-
-/// Composites a row of colours times strength, and strength, behind what the pixels hold.
-#[inline(always)]
-fn composite_row<S: Simd>(
-    simd: S,
-    settings: &SheetSettings,
-    (sums, pixels): (&SlabSums, &mut TilePixels),
-    row: usize,
-) {
-    for lane in (0..TILE_PX).step_by(S::f32s::LEN) {
-        let range = lane..lane + S::f32s::LEN;
-        let load = |plane: &TilePlane| S::f32s::from_slice(simd, &plane[row][range.clone()]);
-        let strength = load(&sums.planes[3]);
-        let before = load(&pixels.transmittance);
-        let weight = before * opacity(simd, settings.opacity, strength);
-        (before - weight).store_slice(&mut pixels.transmittance[row][range.clone()]);
-        let share = weight / strength.max(S::f32s::splat(simd, f32::MIN_POSITIVE));
-        for (plane, colour) in pixels.rgb.iter_mut().zip(&sums.planes) {
-            let sum = share.mul_add(load(colour), load(plane));
-            sum.store_slice(&mut plane[row][range.clone()]);
-        }
-        if settings.depth == DepthRule::Expected {
-            let sum = weight.mul_add(S::f32s::splat(simd, sums.view.camera_z), load(&pixels.depth));
-            sum.store_slice(&mut pixels.depth[row][range.clone()]);
-        }
+    if kernel.interpolate == Interpolate::On {
+        let [low, high] = &mut sums.range;
+        let reached = weight.simd_gt(constant(0.0));
+        let (low, high) = (&mut low[row][range.clone()], &mut high[row][range]);
+        let (before, value) = (f32x8::from_slice(simd, low), constant(voxel.value[3]));
+        reached.select(before.min(value), before).store_slice(low);
+        let before = f32x8::from_slice(simd, high);
+        reached.select(before.max(value), before).store_slice(high);
     }
 }

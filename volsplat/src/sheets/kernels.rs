@@ -24,14 +24,16 @@ use crate::cell_samples::cell_samples;
 use crate::chunks::{chunk_target, project_runs, runs_of_bricks, visible_bricks};
 use crate::clip::{Clip, GridClip};
 use crate::cull::ViewVolume;
+use crate::interpolate::coefficients;
 use crate::kernel_field::kernel_samples;
 use crate::layer::cells_of;
-use crate::options::{Cells, Classify, RenderOptions, SheetKernel};
+use crate::options::{Cells, Classify, Interpolate, RenderOptions, SheetKernel};
 use crate::sample::{Brick, Samples, place};
 use crate::scene::Scene;
 use crate::stats::{FrameStats, StageClock};
 use crate::support::count_visible;
 use crate::tiles::{TileSlot, elapsed_ms, tally};
+use crate::volume::{scalar, with_voxels};
 
 /// Voxels with their kernel, and the chunks that they are projected in, kept from frame to frame.
 #[derive(Clone, Debug)]
@@ -39,6 +41,8 @@ pub(crate) struct KernelSheets {
     pub(crate) samples: Samples,
     /// Voxels that the transfer function leaves visible.
     pub(crate) non_transparent: u64,
+    /// Of interpolating kernels: the largest difference between their sum at a voxel and its scalar.
+    pub(crate) residual: Option<f32>,
     dims: [usize; 3],
     kernel: Option<Kernel>,
     settings: KernelSettings,
@@ -77,19 +81,32 @@ impl KernelSheets {
             SheetKernel::Trilinear => None,
             SheetKernel::Radial(shape) => Some(Kernel::new(shape)),
         };
+        let solved = match (options.interpolate, &kernel) {
+            (Interpolate::On, Some(kernel)) => {
+                let scalars = with_voxels!(&volume.voxels, slice => {
+                    slice.par_iter().map(|&value| scalar(value) as f32).collect::<Vec<f32>>()
+                });
+                Some(coefficients(&scalars, volume.dims, kernel))
+            }
+            _ => None,
+        };
         let samples = match (options.classify, cells_of(scene, options)) {
-            (Classify::Post, _) => kernel_samples(volume, transfer),
+            (Classify::Post, _) => {
+                kernel_samples(volume, transfer, solved.as_ref().map(|solved| solved.values.as_slice()))
+            }
             (Classify::Pre, Cells::Mean) => cell_samples(scene, options)?.swap_remove(0),
             (Classify::Pre, _) => Samples::classify(volume, transfer, options.opacity),
         };
         Ok(Self {
             samples,
             non_transparent: count_visible(volume, transfer),
+            residual: solved.map(|solved| solved.residual),
             dims: volume.dims,
             settings: KernelSettings {
                 profile: kernel.as_ref().map(SectionProfile::new),
                 filter: PixelFilter::new(),
                 classify: options.classify,
+                interpolate: options.interpolate,
                 clip: GridClip::default(),
             },
             kernel,

@@ -205,6 +205,11 @@ impl ImageSheets {
         }
     }
 
+    /// Of interpolating kernels: the largest difference between their sum at a voxel and its scalar.
+    pub(crate) fn residual(&self) -> Option<f32> {
+        if let Source::Kernels(sheets) = &self.source { sheets.residual } else { None }
+    }
+
     /// Renders the tiles of one frame. Fails only where voxels have to be read and cannot be.
     pub(crate) fn render(
         &mut self,
