@@ -30,35 +30,83 @@ const SQUARE: [[f32; 3]; 4] = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0
 #[test]
 fn the_other_half_of_an_atlas_does_not_leak() {
     // The wall shows the red half only, up to half a texel from the blue one, as atlases are made.
-    // With up to four texels a pixel or so, outlines look at single texels. Beyond, a sub-pixel on an outline takes its
-    // mean from a coarser level, whose texels reach over the seam by a fraction of the sub-pixel.
-    for (side, distance, least) in
-        [(16usize, 2.5, 1e-3), (64, 4.0, 1e-3), (256, 4.0, 1e-3), (1024, 6.0, 0.04)]
-    {
+    let cases = [
+        (16usize, 2.5, 1e-3),
+        (64, 4.0, 1e-3),
+        (256, 4.0, 1e-3),
+        (1024, 6.0, 1e-3),
+        (1024, 20.0, 1e-3),
+        (1024, 60.0, 0.02),
+    ];
+    for (side, distance, least) in cases {
         let halves = texture([side, side], |x, _| if 2 * x < side { RED } else { BLUE });
         let end = 0.5 - 0.5 / side as f32;
         let uvs = [[0.0, 1.0], [end, 1.0], [end, 0.0], [0.0, 0.0]];
         let scene = quad_scene(SQUARE, uvs, halves, Wrap::Clamp);
-        let camera = front(64, distance);
-        let (ours, truth) =
-            (most_blue(&rendered(&scene, &camera)), most_blue(&reference_picture(&scene, &camera, 8)));
-        println!("{side} texels: blue {ours:.4}, truth {truth:.4}");
-        assert!(ours <= truth + least, "{side} texels: blue leaks by {ours}, in the truth {truth}");
+        for camera in [front(64, distance), slanted(64, distance)] {
+            let (ours, truth) =
+                (most_blue(&rendered(&scene, &camera)), most_blue(&reference_picture(&scene, &camera, 8)));
+            println!("{side} texels at {distance}: blue {ours:.4}, truth {truth:.4}");
+            assert!(
+                ours <= truth + least,
+                "{side} texels at {distance}: blue leaks by {ours}, in the truth {truth}"
+            );
+        }
+    }
+}
+
+/// From far to the side, so that texels are much smaller along one axis.
+fn slanted(size: u32, distance: f64) -> Camera {
+    let eye = distance * DVec3::new(0.9, 0.35, 0.3).normalize();
+    looking_camera(eye, DVec3::ZERO, 50.0, [size, size])
+}
+
+#[test]
+fn charts_that_meet_on_a_surface_take_nothing_from_their_neighbours_in_the_atlas() {
+    // An atlas of four columns: red, blue, red, blue. A wall shows the first and, beside it, the third, each up to half
+    // a texel from its borders; its two halves share the edge in the middle.
+    for (side, distance) in [(64usize, 3.0), (512, 5.0), (1024, 8.0), (1024, 25.0)] {
+        let columns = texture([side, side], |x, _| if (4 * x / side) % 2 == 0 { RED } else { BLUE });
+        let half = 0.5 / side as f32;
+        let chart = |left: f32| [left + half, left + 0.25 - half];
+        let ([a, b], [c, d]) = (chart(0.0), chart(0.5));
+        let mut scene = quad_scene(SQUARE, [[0.0; 2]; 4], columns, Wrap::Repeat);
+        let piece = |x: [f32; 2], u: [f32; 2]| {
+            let corners = [[x[0], -1.0, 0.0], [x[1], -1.0, 0.0], [x[1], 1.0, 0.0], [x[0], 1.0, 0.0]];
+            quad(corners, [[u[0], 1.0], [u[1], 1.0], [u[1], 0.0], [u[0], 0.0]], 0)
+        };
+        let (mut left, right) = (piece([-1.0, 0.0], [a, b]), piece([0.0, 1.0], [c, d]));
+        left.positions.extend(&right.positions);
+        left.uvs[0].extend(&right.uvs[0]);
+        left.triangles.extend(right.triangles.iter().map(|corners| corners.map(|corner| corner + 4)));
+        scene.meshes = vec![left];
+        for camera in [front(64, distance), slanted(64, distance)] {
+            let blue = most_blue(&rendered(&scene, &camera));
+            println!("{side} texels at {distance}: blue {blue:.5}");
+            assert!(blue < 1e-3, "{side} texels at {distance}: the atlas's neighbours leak by {blue}");
+        }
     }
 }
 
 #[test]
 fn a_wrap_border_follows_the_wrap_mode() {
     // Red on the left, blue on the right: repeated, the left border's neighbour is blue; clamped or mirrored, red.
-    let halves = || texture([64, 64], |x, _| if x < 32 { RED } else { BLUE });
-    let uvs = [[0.0, 1.0], [0.4, 1.0], [0.4, 0.0], [0.0, 0.0]];
-    for wrap in [Wrap::Clamp, Wrap::Mirror, Wrap::Repeat] {
-        let scene = quad_scene(SQUARE, uvs, halves(), wrap);
-        let camera = front(48, 3.0);
-        let (image, truth) = (rendered(&scene, &camera), reference_picture(&scene, &camera, 8));
-        let worst = image.rgba.iter().zip(&truth.rgba).map(|(a, b)| (a[2] - b[2]).abs()).fold(0.0, f32::max);
-        println!("{wrap:?}: worst difference in blue {worst:.4}");
-        assert!(worst < 0.03, "{wrap:?}: blue differs from the truth by {worst}");
+    for (side, distance) in [(64usize, 3.0), (64, 9.0), (512, 6.0), (512, 20.0)] {
+        let halves = || texture([side, side], |x, _| if 2 * x < side { RED } else { BLUE });
+        let uvs = [[0.0, 1.0], [0.4, 1.0], [0.4, 0.0], [0.0, 0.0]];
+        for wrap in [Wrap::Clamp, Wrap::Mirror, Wrap::Repeat] {
+            let scene = quad_scene(SQUARE, uvs, halves(), wrap);
+            let camera = front(48, distance);
+            // Enough rays to meet single texels.
+            let (image, truth) = (rendered(&scene, &camera), reference_picture(&scene, &camera, 24));
+            let worst =
+                image.rgba.iter().zip(&truth.rgba).map(|(a, b)| (a[2] - b[2]).abs()).fold(0.0, f32::max);
+            println!("{side} texels at {distance}, {wrap:?}: worst difference in blue {worst:.4}");
+            assert!(
+                worst < 0.01,
+                "{side} texels at {distance}, {wrap:?}: blue differs from the truth by {worst}"
+            );
+        }
     }
 }
 

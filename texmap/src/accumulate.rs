@@ -134,7 +134,8 @@ impl Tile<'_> {
     fn texture(&self, surface: &Surface, planes: &Option<UvPlanes>, at: [f32; 2]) -> Vec4 {
         let Some(planes) = planes else { return Vec4::ONE };
         let side_px = self.frame.filter.spacing_px;
-        small_footprint(&self.frame.scene.pyramids[planes.pyramid], &surface.uv_at(planes, at), side_px)
+        let pyramid = &self.frame.scene.pyramids[planes.pyramid];
+        small_footprint(pyramid, &surface.uv_at(planes, at), side_px, &planes.borders)
     }
 
     /// Alpha of a surface at a sub-pixel.

@@ -7,6 +7,7 @@
 mod accumulate;
 mod adjacency;
 mod backward;
+mod charts;
 mod cull;
 mod edges;
 mod ellipse;

@@ -5,6 +5,7 @@
 use glam::{DVec2, DVec3, Vec3, Vec4};
 
 use crate::adjacency::{Neighbour, neighbours};
+use crate::charts::Charts;
 use crate::mip::{AlphaUse, Pyramid};
 use crate::options::{RenderOptions, Shade};
 use crate::scene::{AlphaMode, Lighting, Magnify, Material, Mesh, Scene, Sides, TextureUse, Wrap};
@@ -28,6 +29,8 @@ pub(crate) struct PreparedMesh {
     pub(crate) triangles: Vec<[u32; 3]>,
     /// By triangle and corner: what lies beyond the line opposite the corner.
     pub(crate) neighbours: Vec<[Option<Neighbour>; 3]>,
+    /// Where charts of texture coordinates end.
+    pub(crate) charts: Charts,
     /// Coordinates in the base texture, texels of the full texture; empty without one.
     pub(crate) base_uv: Vec<DVec2>,
     /// As `base_uv`, for the emissive texture.
@@ -116,11 +119,13 @@ fn prepared_mesh(scene: &Scene, mesh: &Mesh) -> PreparedMesh {
     let uv =
         |texture: &Option<TextureUse>| texture.map_or_else(Vec::new, |t| texel_coordinates(scene, mesh, &t));
     let (base_uv, emissive_uv) = (uv(&material.base_texture), uv(&material.emissive_texture));
+    let neighbours = neighbours(&mesh.positions, &mesh.triangles);
     PreparedMesh {
+        charts: Charts::new(mesh, &neighbours, [&base_uv, &emissive_uv]),
         positions: mesh.positions.clone(),
         normals: mesh.normals.clone(),
         colours: mesh.colours.clone(),
-        neighbours: neighbours(&mesh.positions, &mesh.triangles),
+        neighbours,
         triangles: mesh.triangles.clone(),
         base_uv,
         emissive_uv,

@@ -57,7 +57,7 @@ impl Run {
             *out = if places.size2[k] <= texel2 {
                 reconstructed(pyramid, places.u[k], places.v[k])
             } else {
-                small_footprint(pyramid, &surface.uv_at(planes, self.at(k)), side_px)
+                small_footprint(pyramid, &surface.uv_at(planes, self.at(k)), side_px, &planes.borders)
             };
         }
     }

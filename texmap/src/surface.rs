@@ -7,6 +7,7 @@
 use glam::{DMat3, DVec2, DVec3, Vec3, Vec4};
 use resample_core::{Camera, Projection};
 
+use crate::charts::Borders;
 use crate::cull::{Facing, ScreenTriangle};
 use crate::prepare::{LightKind, Prepared, PreparedMaterial};
 use crate::scene::Wrap;
@@ -24,6 +25,8 @@ pub(crate) struct UvPlanes {
     pub(crate) v: Plane,
     /// Index into the pyramids.
     pub(crate) pyramid: usize,
+    /// Where the chart ends.
+    pub(crate) borders: Borders,
 }
 
 /// A triangle as one tile sees it.
@@ -104,14 +107,14 @@ impl Surface {
         let plane = |at: [f64; 3]| narrow(moved(triangle.plane(at) * unit, tile.corner_px));
         let uv = |coordinates: &[DVec2], pyramid: Option<usize>| {
             let pyramid = pyramid.filter(|_| !coordinates.is_empty())?;
-            let at = corners.map(|i| coordinates[i]);
-            let axis = |k: usize| {
-                let values = at.map(|uv| uv[k]);
-                let here = triangle.plane(values).dot(p) * unit;
-                let start = period_start(tile.scene, pyramid, k, here);
-                plane(values.map(|v| v - start))
-            };
-            Some(UvPlanes { u: axis(0), v: axis(1), pyramid })
+            let start = [0, 1].map(|k| {
+                let here = triangle.plane(corners.map(|i| coordinates[i][k])).dot(p) * unit;
+                period_start(tile.scene, pyramid, k, here)
+            });
+            let uv = |i: usize| coordinates[i] - DVec2::from(start);
+            let axis = |k: usize| plane(corners.map(|i| uv(i)[k]));
+            let borders = mesh.charts.around(corners, uv);
+            Some(UvPlanes { u: axis(0), v: axis(1), pyramid, borders })
         };
         let flip = if triangle.facing == Facing::Front { 1.0 } else { -1.0 };
         let normal = if mesh.normals.is_empty() {
