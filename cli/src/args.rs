@@ -27,15 +27,21 @@ pub(crate) use volume::VolumeArgs;
 use crate::choices;
 use crate::values::{self, Axis, BackgroundWord, Orbit, Size};
 
+mod ask;
 mod bench;
+mod calibrate;
 mod compare;
+mod info;
 mod sequence;
 mod texmap;
 mod trade;
 mod warp3d;
 
-pub(crate) use bench::{BenchArgs, BenchPaperArgs, BenchTable};
+pub(crate) use ask::AskArgs;
+pub(crate) use bench::{BenchArgs, BenchPaperArgs, BenchSceneArgs, BenchTable};
+pub(crate) use calibrate::CalibrateArgs;
 pub(crate) use compare::CompareArgs;
+pub(crate) use info::{DemoArgs, InfoArgs};
 pub(crate) use sequence::SequenceArgs;
 pub(crate) use texmap::{
     FlatFootprintArg, LayerArg, LevelArg, MeshShadeArg, ModelArgs, TexmapArgs, TexmapMethodArg,
@@ -70,6 +76,8 @@ pub(crate) enum Command {
     Info(InfoArgs),
     /// Measure published tables again, on this machine
     Bench(BenchArgs),
+    /// Measure what this machine needs for what a picture is made of; --max-time predicts from it
+    Calibrate(CalibrateArgs),
     /// Compare a picture or an animation with its reference: PSNR, SSIM, FLIP and more
     ///
     /// Example: resample compare mine.png truth.exr --heatmap errors.png --fail-above flip=0.02
@@ -105,31 +113,6 @@ pub(crate) struct GlobalArgs {
     /// Print the time of each stage
     #[arg(long, global = true)]
     pub verbose: bool,
-}
-
-/// Options of `resample demo`.
-#[derive(Args, Debug)]
-pub(crate) struct DemoArgs {
-    /// Folder for the pictures; it is made if it does not exist
-    #[arg(short, long, value_name = "FOLDER", default_value = "demo")]
-    pub output: PathBuf,
-    /// Picture size in pixels
-    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "512x512")]
-    pub size: Size,
-}
-
-/// Options of `resample info`.
-#[derive(Args, Debug)]
-pub(crate) struct InfoArgs {
-    /// Volume file, folder of slices or pattern such as 'slices/*.tif'; the format is told by the content
-    #[arg(value_name = "VOLUME")]
-    pub input: PathBuf,
-    /// Print JSON
-    #[arg(long)]
-    pub json: bool,
-    /// How the file is read.
-    #[command(flatten)]
-    pub volume: VolumeArgs,
 }
 
 /// Options of `resample volsplat`.
@@ -168,6 +151,8 @@ pub(crate) struct VolsplatArgs {
     /// How it is drawn.
     #[command(flatten)]
     pub render: RenderArgs,
+    #[command(flatten)]
+    pub ask: AskArgs,
     /// How the picture is written.
     #[command(flatten)]
     pub picture: PictureArgs,

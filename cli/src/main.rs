@@ -7,6 +7,7 @@
 mod args;
 mod background;
 mod blend;
+mod built_in;
 mod camera_file;
 mod camera_path;
 mod choices;
@@ -23,6 +24,7 @@ mod order;
 mod output;
 mod picture;
 mod plan;
+mod planner;
 mod progress;
 mod report;
 mod scene;
@@ -36,6 +38,7 @@ mod viewpoint;
 mod volume_data;
 mod volume_motion;
 mod warp_scene;
+mod words;
 
 use std::process::ExitCode;
 
@@ -73,9 +76,11 @@ fn main() -> ExitCode {
 fn run(cli: &Cli) -> Result<()> {
     start_threads(&cli.global)?;
     let verbosity = verbosity(&cli.global);
-    match &cli.command {
+    let planned = planner::planned(&cli.command, verbosity)?;
+    match planned.as_ref().unwrap_or(&cli.command) {
         Command::Demo(args) => commands::demo::run(args, verbosity),
         Command::Bench(args) => commands::bench::run(args, verbosity),
+        Command::Calibrate(args) => commands::calibrate::run(args, verbosity),
         Command::Compare(args) => commands::compare::run(args),
         Command::Info(args) => commands::info::run(args),
         Command::Texmap(args) => commands::texmap::run(args, verbosity),

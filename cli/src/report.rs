@@ -43,6 +43,9 @@ pub(crate) struct RunStats {
     pub threads: usize,
     /// All options as they were used.
     pub settings: Value,
+    /// What `--max-error` or `--max-time` chose.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub planned: Option<Value>,
     /// Elapsed time to read the input, ms.
     pub load_ms: f64,
     /// Most memory that the process held at once, bytes; none where the system does not tell.

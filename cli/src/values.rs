@@ -11,8 +11,10 @@ use volsplat::{ClipPlane, Subpixels};
 
 use crate::multiview::Grid;
 
+mod bound;
 mod bytes;
 
+pub(crate) use bound::{Bound, BoundMetric, bound, metric_bound, time_ms};
 pub(crate) use bytes::bytes;
 
 /// Most views along a side of a grid: more than any light-field screen shows.
@@ -241,12 +243,6 @@ pub(crate) fn orbit(text: &str) -> Result<Orbit, String> {
         return Err("expected a distance above 0".into());
     }
     Ok(Orbit { azimuth_deg, elevation_deg, distance })
-}
-
-/// `METRIC=VALUE`.
-pub(crate) fn metric_bound(text: &str) -> Result<(String, f64), String> {
-    let parts = text.split_once('=').and_then(|(name, value)| Some((name.trim().to_owned(), finite(value)?)));
-    parts.ok_or_else(|| "expected METRIC=VALUE such as flip=0.02".into())
 }
 
 /// The name of a PNG file.

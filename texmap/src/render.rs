@@ -51,6 +51,32 @@ impl Renderer {
         })
     }
 
+    /// Draws with `options` from now on, if what was prepared serves them too: true. False, and nothing changes, where
+    /// they ask for another preparation, that is, for another renderer.
+    ///
+    /// # Errors
+    /// [`Error::Option`] if an option is outside its range.
+    pub fn adopt(&mut self, options: &RenderOptions) -> Result<bool, Error> {
+        options.validate()?;
+        // What is prepared depends on the shading alone; an option that is not named here counts as prepared.
+        let own = self.options.clone();
+        let alike = RenderOptions {
+            method: own.method,
+            footprint: own.footprint,
+            subpixels: own.subpixels,
+            level: own.level,
+            max_texels: own.max_texels,
+            planes: own.planes.clone(),
+            ..options.clone()
+        };
+        if alike != own {
+            return Ok(false);
+        }
+        self.filter = PixelFilter::new(options.subpixels as usize);
+        self.options = options.clone();
+        Ok(true)
+    }
+
     /// The box, in the world, of the vertices that triangles use; `None` if there are none.
     pub fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
         self.bounds_in_world

@@ -85,6 +85,12 @@ impl EverySample {
         })
     }
 
+    /// Takes options that differ in what is read anew for each frame.
+    pub(crate) fn adopt(&mut self, options: &RenderOptions) -> bool {
+        self.options = options.clone();
+        true
+    }
+
     /// Changes what is kept of the volume.
     pub(crate) fn set_clip(&mut self, clip: &Clip) {
         for layer in &mut self.layers {

@@ -29,6 +29,16 @@ pub struct Renderer {
     smallest_spacing: f64,
     largest_spacing: f64,
     tiles: Vec<TileSlot>,
+    detail: Detail,
+}
+
+/// Whether far bricks may be replaced.
+#[derive(Clone, Copy, Debug)]
+enum Detail {
+    /// As the options say.
+    AsAsked,
+    /// Never: the volume stays in its file.
+    None,
 }
 
 #[derive(Clone, Debug)]
@@ -91,7 +101,8 @@ impl Renderer {
             ));
         }
         let sheets = ImageSheets::of_large(volume, transfer, options, watch)?;
-        Ok(Self::assembled(Pipeline::ImageSheets(Box::new(sheets)), &volume.lattice(), options))
+        let assembled = Self::assembled(Pipeline::ImageSheets(Box::new(sheets)), &volume.lattice(), options);
+        Ok(Self { detail: Detail::None, ..assembled })
     }
 
     fn assembled(pipeline: Pipeline, lattice: &Lattice, options: &RenderOptions) -> Self {
@@ -102,6 +113,7 @@ impl Renderer {
             smallest_spacing: lattice.smallest_spacing(),
             largest_spacing: lattice.spacing().into_iter().fold(0.0, f64::max),
             tiles: Vec::new(),
+            detail: Detail::AsAsked,
         }
     }
 
@@ -151,6 +163,39 @@ impl Renderer {
             Pipeline::EverySample(_) => Relook::NeedsVoxels,
             Pipeline::ImageSheets(p) => p.relook(transfer),
         }
+    }
+
+    /// Draws with `options` from now on, if what was prepared serves them too: true. False, and nothing changes, where
+    /// they ask for another preparation, that is, for another renderer. [`Error::Option`] as in [`Renderer::new`].
+    pub fn adopt(&mut self, options: &RenderOptions) -> Result<bool, Error> {
+        options.validate()?;
+        let own = self.options.clone();
+        // Only what is read anew for each frame may differ.
+        let alike = RenderOptions {
+            slab_voxels: own.slab_voxels,
+            subpixels: own.subpixels,
+            lod_error: own.lod_error,
+            min_transmittance: own.min_transmittance,
+            footprint: own.footprint,
+            point_threshold_px: own.point_threshold_px,
+            sheet_voxels: own.sheet_voxels,
+            depth: own.depth,
+            ..options.clone()
+        };
+        let lod_error = match self.detail {
+            Detail::AsAsked => options.lod_error,
+            Detail::None => 0.0,
+        };
+        let of_frame = RenderOptions { lod_error, ..options.clone() };
+        let adopted = alike == own
+            && match &mut self.pipeline {
+                Pipeline::EverySample(p) => p.adopt(&of_frame),
+                Pipeline::ImageSheets(p) => p.adopt(&of_frame),
+            };
+        if adopted {
+            self.options = options.clone();
+        }
+        Ok(adopted)
     }
 
     /// The box, in the world, of the voxels that are drawn and that the clip keeps; `None` if there are none.

@@ -56,6 +56,31 @@ impl Warper {
         Ok(Self { references, options: options.clone(), pipeline })
     }
 
+    /// Warps with `options` from now on, if what was prepared serves them too: true. False, and nothing changes, where
+    /// they ask for another preparation, that is, for another warper.
+    ///
+    /// # Errors
+    /// An option that is outside its range.
+    pub fn adopt(&mut self, options: &WarpOptions) -> Result<bool, Error> {
+        options.validate()?;
+        // Only what is read anew for each frame may differ.
+        let own = self.options.clone();
+        let alike = WarpOptions {
+            visibility: own.visibility,
+            fill: own.fill,
+            footprint: own.footprint,
+            subpixels: own.subpixels,
+            blend: own.blend,
+            planes: own.planes,
+            ..options.clone()
+        };
+        if alike != own {
+            return Ok(false);
+        }
+        self.options = options.clone();
+        Ok(true)
+    }
+
     /// The references, as they were given.
     pub fn references(&self) -> &[Reference] {
         &self.references

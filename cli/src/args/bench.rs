@@ -6,6 +6,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
+use crate::values::{self, Size};
+
 /// Options of `resample bench`.
 #[derive(Args, Debug)]
 pub(crate) struct BenchArgs {
@@ -21,6 +23,25 @@ pub(crate) enum BenchTable {
     ///
     /// Example: resample bench paper --data volumes/raw
     Paper(BenchPaperArgs),
+    /// Footprint modes and kernels of the every-sample order, near and wide: error and cost
+    Footprint(BenchSceneArgs),
+    /// Orders of compositing: error, cost, and how much a picture jumps while the view turns
+    Orders(BenchSceneArgs),
+    /// Texture filters on a ground and a ball: error, cost and shimmer
+    Texture(BenchSceneArgs),
+    /// Methods of warping a picture with depth, against the true view: error and cost
+    Warp(BenchSceneArgs),
+}
+
+/// Options of the tables over built-in scenes.
+#[derive(Args, Debug)]
+pub(crate) struct BenchSceneArgs {
+    /// Frames of each setting; the median of their CPU times counts
+    #[arg(long, value_name = "N", default_value = "5", value_parser = clap::value_parser!(u16).range(1..=1000))]
+    pub reps: u16,
+    /// Picture size in pixels
+    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "320x240")]
+    pub size: Size,
 }
 
 /// Options of `resample bench paper`.

@@ -8,7 +8,7 @@ use clap::{Args, ValueEnum};
 use glam::DVec3;
 use texmap::RenderOptions;
 
-use super::{CameraArgs, PictureArgs, SequenceArgs};
+use super::{AskArgs, CameraArgs, PictureArgs, SequenceArgs};
 use crate::values;
 
 /// Options of `resample texmap`.
@@ -38,6 +38,8 @@ pub(crate) struct TexmapArgs {
     /// How it is drawn.
     #[command(flatten)]
     pub render: TexmapRenderArgs,
+    #[command(flatten)]
+    pub ask: AskArgs,
     /// How the picture is written.
     #[command(flatten)]
     pub picture: PictureArgs,

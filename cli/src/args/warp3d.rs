@@ -9,7 +9,7 @@ use clap::{Args, ValueEnum};
 use resample_core::camera::PixelCentre;
 use warp3d::WarpOptions;
 
-use crate::args::PictureArgs;
+use crate::args::{AskArgs, PictureArgs};
 use crate::choices::warp;
 use crate::multiview::Grid;
 use crate::values::{self, Size};
@@ -54,6 +54,8 @@ pub(crate) struct Warp3dArgs {
     /// How it is drawn.
     #[command(flatten)]
     pub warp: WarpArgs,
+    #[command(flatten)]
+    pub ask: AskArgs,
     /// How the picture is written.
     #[command(flatten)]
     pub picture: PictureArgs,

@@ -5,15 +5,15 @@
 
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use glam::DVec3;
 use resample_core::Camera;
 use serde_json::json;
 use texmap::{FrameStats, Loaded, Renderer, Scene};
 
-use crate::args::TexmapArgs;
+use crate::args::{Command, TexmapArgs};
 use crate::camera_path::KeyKind;
-use crate::commands::Prepared;
+use crate::commands::{Opened, Parts, Prepared};
 use crate::framing::Stance;
 use crate::interrupt;
 use crate::picture::Drawn;
@@ -45,6 +45,7 @@ pub(crate) fn run(args: &TexmapArgs, verbosity: Verbosity) -> Result<()> {
         scene: scene_record(&scene, &notes, prepare_ms),
         threads: rayon::current_num_threads(),
         settings: settings::record(args, &request, &options, (plan.finish.format, stance)),
+        planned: args.ask.kept.clone(),
         load_ms,
         peak_bytes: None,
         frames: Vec::new(),
@@ -67,6 +68,27 @@ pub(crate) fn prepared(args: &TexmapArgs) -> Result<Prepared> {
         .with_context(|| format!("{}: cannot be drawn", args.input.display()))?;
     let cameras = cameras(args, (&request, &plan), &scene, &renderer)?;
     Ok(Prepared { cameras, render: Box::new(move |camera| drawn(&mut renderer, camera)) })
+}
+
+/// Reads the mesh, to draw it under several settings.
+pub(crate) fn opened(args: &TexmapArgs) -> Result<Opened> {
+    let request = request(args);
+    let plan = Plan::new(&request)?;
+    let format = plan.finish.format;
+    let options = settings::render_options(&args.render, format)?;
+    let Loaded { scene, .. } = texmap::load(&args.input, &settings::load_options(&args.model))?;
+    let mut renderer = Renderer::new(&scene, &options)
+        .with_context(|| format!("{}: cannot be drawn", args.input.display()))?;
+    let cameras = cameras(args, (&request, &plan), &scene, &renderer)?;
+    let draw = move |command: &Command, camera: &Camera| {
+        let Command::Texmap(args) = command else { bail!("expected texmap") };
+        let options = settings::render_options(&args.render, format)?;
+        if !renderer.adopt(&options)? {
+            renderer = Renderer::new(&scene, &options)?;
+        }
+        drawn(&mut renderer, camera)
+    };
+    Ok(Opened { cameras, parts: Parts::Windows { side_px: 32, least: 6 }, draw: Box::new(draw) })
 }
 
 fn stance(args: &TexmapArgs) -> Stance {

@@ -11,9 +11,9 @@ use resample_core::Camera;
 use serde_json::json;
 use volsplat::{FrameStats, RenderOptions, Renderer};
 
-use crate::args::VolsplatArgs;
+use crate::args::{Command, VolsplatArgs};
 use crate::camera_path::KeyKind;
-use crate::commands::Prepared;
+use crate::commands::{Opened, Parts, Prepared};
 use crate::framing;
 use crate::interrupt;
 use crate::picture::Drawn;
@@ -82,6 +82,27 @@ pub(crate) fn prepared(args: &VolsplatArgs) -> Result<Prepared> {
     Ok(Prepared { cameras, render: Box::new(render) })
 }
 
+/// Reads the volume, to draw it under several settings.
+pub(crate) fn opened(args: &VolsplatArgs) -> Result<Opened> {
+    let request = request(args);
+    let plan = Plan::new(&request)?;
+    let format = plan.finish.format;
+    let options = settings::render_options(&args.render, args.transfer.opacity_unit, format)?;
+    let scene = loaded(args, options, Progress::Hidden)?;
+    let cameras = cameras(args, &request, &plan, &scene)?;
+    let Scene { content, mut renderer, .. } = scene;
+    let draw = move |command: &Command, camera: &Camera| {
+        let Command::Volsplat(args) = command else { bail!("expected volsplat") };
+        let options = settings::render_options(&args.render, args.transfer.opacity_unit, format)?;
+        let options = settings::suited_to(options, &args.render, content.first());
+        if !renderer.adopt(&options)? {
+            renderer = content.renderer(&options, Progress::Hidden)?;
+        }
+        drawn(&mut renderer, camera, Progress::Hidden)
+    };
+    Ok(Opened { cameras, parts: Parts::Windows { side_px: 16, least: 8 }, draw: Box::new(draw) })
+}
+
 /// What a volume renderer draws, and says.
 pub(crate) fn drawn(renderer: &mut Renderer, camera: &Camera, progress: Progress) -> Result<Drawn> {
     let frame = renderer.render_watched(camera, &mut watch("drawing", progress))?;
@@ -124,6 +145,7 @@ fn stats_before_drawing(args: &VolsplatArgs, request: &Request, plan: &Plan, sce
             plan.finish.format,
             (&scene.options, scene.content.first()),
         ),
+        planned: args.ask.kept.clone(),
         load_ms: scene.load_ms,
         peak_bytes: None,
         frames: Vec::new(),

@@ -9,13 +9,13 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use resample_core::{Camera, Image};
 use serde_json::{Value, json};
-use warp3d::{FrameStats, SurfaceTolerance, WarpOptions, Warper};
+use warp3d::{Fill, FrameStats, SurfaceTolerance, WarpOptions, Warper};
 
-use crate::args::{CameraArgs, ProjectionArg, SequenceArgs, Warp3dArgs, WarpArgs};
+use crate::args::{CameraArgs, Command, ProjectionArg, SequenceArgs, Warp3dArgs, WarpArgs};
 use crate::camera_file::CameraDefaults;
 use crate::camera_path::{self, KeyKind};
 use crate::choices::warp;
-use crate::commands::Prepared;
+use crate::commands::{Opened, Parts, Prepared};
 use crate::interrupt;
 use crate::multiview::{self, Layout};
 use crate::output::{self, Format};
@@ -66,6 +66,7 @@ pub(crate) fn run(args: &Warp3dArgs, verbosity: Verbosity) -> Result<()> {
         scene: json!({ "references": scene.references.len(), "samples": samples }),
         threads: rayon::current_num_threads(),
         settings: record(args, &options, (&request, plan.finish.format), convergence),
+        planned: args.ask.kept.clone(),
         load_ms,
         peak_bytes: None,
         frames: Vec::new(),
@@ -92,6 +93,33 @@ pub(crate) fn prepared(args: &Warp3dArgs) -> Result<Prepared> {
     Ok(Prepared { cameras, render: Box::new(move |camera| drawer.draw(camera)) })
 }
 
+/// Reads the references, to warp them under several settings.
+pub(crate) fn opened(args: &Warp3dArgs) -> Result<Opened> {
+    let shared = shared(args);
+    let request = request(args, &shared);
+    check_words(args)?;
+    Plan::without_cameras(&request, Pictures::One)?;
+    let scene = warp_scene::read(args)?;
+    let layout = layout(args);
+    let targets = targets(args, &scene)?;
+    let convergence = convergence(args, &scene, &targets[0])?;
+    let cameras = cameras(args, &layout, &targets, convergence)?;
+    // What fills a hole may come from anywhere on its rim.
+    let whole = layout != Layout::Single || options(&args.warp).fill != Fill::None;
+    let warper = Warper::new(scene.references, &options(&args.warp))?;
+    let mut drawer = Drawer { warper, layout, convergence, last: LastPicture::NotKept };
+    let draw = move |command: &Command, camera: &Camera| {
+        let Command::Warp3d(args) = command else { bail!("expected warp3d") };
+        let options = options(&args.warp);
+        if !drawer.warper.adopt(&options)? {
+            drawer.warper = Warper::new(drawer.warper.references().to_vec(), &options)?;
+        }
+        drawer.draw_silently(camera)
+    };
+    let parts = if whole { Parts::Whole } else { Parts::Windows { side_px: 64, least: 4 } };
+    Ok(Opened { cameras, parts, draw: Box::new(draw) })
+}
+
 /// Draws the views of a sheet.
 struct Drawer {
     warper: Warper,
@@ -110,13 +138,18 @@ enum LastPicture {
 
 impl Drawer {
     fn draw(&mut self, sheet: &Camera) -> Result<Drawn> {
+        let drawn = self.draw_silently(sheet)?;
+        if drawn.image.rgba.iter().all(|pixel| !(pixel[3] > 0.0)) {
+            report::say("warning: nothing of the references is seen from this camera: the picture is empty");
+        }
+        Ok(drawn)
+    }
+
+    fn draw_silently(&mut self, sheet: &Camera) -> Result<Drawn> {
         let views = self.layout.views(sheet, self.convergence);
         let frames: Result<Vec<_>, _> = views.iter().map(|camera| self.warper.render(camera)).collect();
         let (images, stats): (Vec<_>, Vec<_>) =
             frames?.into_iter().map(|frame| (frame.image, frame.stats)).unzip();
-        if stats.iter().all(|stats| stats.seen == 0) {
-            report::say("warning: nothing of the references is seen from this camera: the picture is empty");
-        }
         let image = self.layout.put_together(sheet, images);
         if let LastPicture::Kept(last) = &mut self.last {
             *last = Some(image.clone());

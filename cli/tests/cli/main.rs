@@ -16,6 +16,7 @@ mod compare;
 mod good_runs;
 mod info;
 mod motion;
+mod planner;
 mod scenes;
 mod sequences;
 mod texmap;

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use super::channel::{ChannelSettings, Reading};
 use super::isosurface::IsoSettings;
 use super::statistic::Statistic;
+use super::{ImageSheets, Source};
 use crate::Error;
 use crate::cells::{CellField, FieldPlan, Gradients, PlannedChannel, Shown};
 use crate::options::{Blend, RenderOptions, Shading};
@@ -15,6 +16,20 @@ use crate::palette::Palette;
 use crate::scene::{Channel, Look, Scene};
 use crate::support::Support;
 use crate::transfer::TransferFunction;
+
+impl ImageSheets {
+    /// Takes options that differ in what is read anew for each frame; false where sums of kernels hold some of them.
+    pub(crate) fn adopt(&mut self, options: &RenderOptions) -> bool {
+        if matches!(self.source, Source::Kernels(_)) {
+            return false;
+        }
+        if options.lod_error != self.options.lod_error {
+            self.details = None;
+        }
+        self.options = options.clone();
+        true
+    }
+}
 
 /// The tables of a scene's channels; an error where the channels do not suit the options.
 pub(crate) fn channels(scene: &Scene, options: &RenderOptions) -> Result<Arc<[ChannelSettings]>, Error> {

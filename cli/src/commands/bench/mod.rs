@@ -4,6 +4,8 @@
 //! and settings. Times are medians over interleaved repetitions of one run, so that a disturbance hits every row.
 
 mod paper;
+mod scenes;
+mod settings;
 
 use std::io::{self, Write};
 
@@ -16,6 +18,10 @@ use crate::report::Verbosity;
 pub(crate) fn run(args: &BenchArgs, verbosity: Verbosity) -> Result<()> {
     let table = match &args.table {
         BenchTable::Paper(args) => paper::table(args, verbosity)?,
+        BenchTable::Footprint(args) => scenes::footprint(args, verbosity)?,
+        BenchTable::Orders(args) => scenes::orders(args, verbosity)?,
+        BenchTable::Texture(args) => scenes::texture(args, verbosity)?,
+        BenchTable::Warp(args) => scenes::warp(args, verbosity)?,
     };
     Ok(io::stdout().write_all(table.as_bytes())?)
 }

@@ -76,6 +76,17 @@ const VOLSPLAT: Application = Application {
             ],
         },
         Ladder {
+            name: "sheet-kernel",
+            rungs: &[
+                &["--order", "image-sheets", "--kernel", "polynomial"],
+                &["--order", "image-sheets", "--kernel", "gaussian"],
+                &["--order", "image-sheets", "--kernel", "b-spline"],
+                &["--order", "image-sheets", "--kernel", "trilinear"],
+            ],
+        },
+        Ladder { name: "classify", rungs: &[&["--classify", "pre"], &["--classify", "post"]] },
+        Ladder { name: "sheet-sums", rungs: &[&["--sheet-sums", "scatter"], &["--sheet-sums", "gather"]] },
+        Ladder {
             name: "select",
             rungs: &[
                 &["--order", "every-sample", "--select", "points"],
@@ -122,8 +133,17 @@ const TEXMAP: Application = Application {
             ],
         },
         Ladder { name: "footprint", rungs: &[&["--footprint", "affine"], &["--footprint", "exact"]] },
+        Ladder {
+            name: "subpixel",
+            rungs: &[&["--subpixel", "1"], &["--subpixel", "2"], &["--subpixel", "4"], &["--subpixel", "8"]],
+        },
+        Ladder { name: "level", rungs: &[&["--level", "auto"], &["--level", "full"]] },
+        Ladder {
+            name: "max-texels",
+            rungs: &[&["--max-texels", "64"], &["--max-texels", "256"], &["--max-texels", "1024"]],
+        },
     ],
-    exact: &["--method", "hybrid", "--footprint", "exact"],
+    exact: &["--method", "hybrid", "--footprint", "exact", "--subpixel", "8"],
 };
 
 const WARP3D: Application = Application {
@@ -143,8 +163,18 @@ const WARP3D: Application = Application {
             name: "visibility",
             rungs: &[&["--visibility", "zbuffer"], &["--visibility", "occlusion-order"]],
         },
+        Ladder {
+            name: "subpixels",
+            rungs: &[
+                &["--subpixels", "1"],
+                &["--subpixels", "2"],
+                &["--subpixels", "4"],
+                &["--subpixels", "8"],
+            ],
+        },
+        Ladder { name: "mixed", rungs: &[&["--mixed", "keep"], &["--mixed", "unmix"]] },
     ],
-    exact: &["--method", "hybrid", "--visibility", "zbuffer"],
+    exact: &["--method", "hybrid", "--visibility", "zbuffer", "--subpixels", "8"],
 };
 
 /// The application that a command line begins with.
@@ -177,7 +207,7 @@ impl Application {
             };
             combined = combined
                 .iter()
-                .flat_map(|words| ladder.rungs.iter().map(|rung| super::words::with(words, &owned(rung))))
+                .flat_map(|words| ladder.rungs.iter().map(|rung| crate::words::with(words, &owned(rung))))
                 .collect();
         }
         if named.len() > 1 {

@@ -54,7 +54,7 @@ pub(crate) fn run(args: &TradeArgs, verbosity: Verbosity) -> Result<()> {
     }
     let (settings, left_out) =
         possible(ladders::application(&words)?.settings(&options.settings)?, &options, &words);
-    let command = words::typed(&words);
+    let command = crate::words::typed(&words);
     let done = if options.resume { Report::earlier(&options.out, &command)? } else { Vec::new() };
     let mut report = Report {
         heading: machine::heading(),
@@ -79,7 +79,7 @@ fn possible(settings: Vec<Setting>, options: &TradeOptions, words: &[String]) ->
     let all = settings.len();
     let good: Vec<Setting> = settings
         .into_iter()
-        .filter(|setting| words::parsed(&complete(options, words, &setting.words)).is_ok())
+        .filter(|setting| crate::words::parsed(&complete(options, words, &setting.words)).is_ok())
         .collect();
     let left_out = all - good.len();
     (good, left_out)
@@ -113,7 +113,7 @@ fn measure_all(
             let state = format!("{} of {} settings are measured", report.rows.len(), settings.len());
             return Err(Interrupted { state: format!("{state}; --resume measures the rest") }.into());
         }
-        let typed = words::typed(&words::with(words, &setting.words));
+        let typed = crate::words::typed(&crate::words::with(words, &setting.words));
         let kept = done.iter().find(|row| row.command == typed && row.name == setting.name);
         match kept {
             Some(row) => report.rows.push(row.clone()),
@@ -133,13 +133,13 @@ fn measure_all(
 
 /// Reads and prepares the scene under a setting.
 fn prepared(options: &TradeOptions, words: &[String], changes: &[String]) -> Result<Prepared> {
-    let Cli { command, .. } = words::parsed(&complete(options, words, changes))?;
+    let Cli { command, .. } = crate::words::parsed(&complete(options, words, changes))?;
     commands::prepared(&command)
 }
 
 /// The words of a command that can be parsed.
 fn complete(options: &TradeOptions, words: &[String], changes: &[String]) -> Vec<String> {
-    let mut words = words::with(words, changes);
+    let mut words = crate::words::with(words, changes);
     // The picture is never written; the name only has to be good.
     words.extend(["-o".to_owned(), options.out.join("picture.exr").display().to_string()]);
     words

@@ -1,0 +1,33 @@
+//! Options of `resample demo` and `resample info`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::VolumeArgs;
+use crate::values::{self, Size};
+
+/// Options of `resample demo`.
+#[derive(Args, Debug)]
+pub(crate) struct DemoArgs {
+    /// Folder for the pictures; it is made if it does not exist
+    #[arg(short, long, value_name = "FOLDER", default_value = "demo")]
+    pub output: PathBuf,
+    /// Picture size in pixels
+    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "512x512")]
+    pub size: Size,
+}
+
+/// Options of `resample info`.
+#[derive(Args, Debug)]
+pub(crate) struct InfoArgs {
+    /// Volume file, folder of slices or pattern such as 'slices/*.tif'; the format is told by the content
+    #[arg(value_name = "VOLUME")]
+    pub input: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+    /// How the file is read.
+    #[command(flatten)]
+    pub volume: VolumeArgs,
+}

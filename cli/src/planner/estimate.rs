@@ -1,0 +1,122 @@
+//! From the errors in some windows to the error of whole pictures, with a margin that the spread among windows gives.
+//!
+//! Root mean square: each draw of a window gives an estimate of the picture's sum of squares (its own sum over its chance);
+//! their mean is unbiased, and two standard errors of that mean are added. Of several views the worst counts, and half
+//! the mean step between neighbouring views is added for the pictures between them.
+//! Largest change: the maxima of the windows are taken for draws from a Gumbel distribution, the law of maxima of many
+//! pixels; its two numbers come from their mean and spread, and the bound is what the maximum over all cells of all pictures
+//! exceeds with a chance of one in fifty.
+
+use crate::values::BoundMetric;
+
+/// What a window showed against the exact setting.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WindowError {
+    /// Sum of squares over the covered pixels' red, green and blue.
+    pub(super) squares: f64,
+    /// Largest change of any pixel.
+    pub(super) max: f64,
+    /// The chance of the window, and how often it was drawn.
+    pub(super) chance: f64,
+    pub(super) draws: usize,
+}
+
+/// The windows of one view.
+#[derive(Clone, Debug)]
+pub(super) struct ViewErrors {
+    pub(super) windows: Vec<WindowError>,
+    pub(super) covered_px: f64,
+    pub(super) cells: usize,
+}
+
+/// Standard errors that are added to a mean.
+const STANDARD_ERRORS: f64 = 2.0;
+
+/// Euler's constant: the mean of the standard Gumbel distribution.
+const EULER: f64 = 0.577_215_664_901_532_9;
+
+/// -ln(-ln(1 - 1/50)): where one maximum in fifty lies above.
+const ONE_IN_FIFTY: f64 = 3.902;
+
+/// The predicted error of the worst of `pictures` pictures.
+pub(super) fn predicted(metric: BoundMetric, views: &[ViewErrors], pictures: usize) -> f64 {
+    match metric {
+        BoundMetric::Rms => root_mean_square(views),
+        BoundMetric::Max => largest(views, pictures),
+    }
+}
+
+fn root_mean_square(views: &[ViewErrors]) -> f64 {
+    let bounds: Vec<f64> = views.iter().filter(|view| view.covered_px > 0.0).map(mean_square).collect();
+    let steps: Vec<f64> = bounds.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    let between = 0.5 * steps.iter().sum::<f64>() / steps.len().max(1) as f64;
+    (bounds.iter().copied().fold(0.0, f64::max) + between).sqrt()
+}
+
+/// The mean square error of a view, with its margin.
+fn mean_square(view: &ViewErrors) -> f64 {
+    let estimates: Vec<f64> = view
+        .windows
+        .iter()
+        .flat_map(|w| std::iter::repeat_n(w.squares / (w.chance * 3.0 * view.covered_px), w.draws))
+        .collect();
+    let (mean, deviation) = mean_and_deviation(&estimates);
+    mean + STANDARD_ERRORS * deviation / (estimates.len().max(1) as f64).sqrt()
+}
+
+fn largest(views: &[ViewErrors], pictures: usize) -> f64 {
+    let maxima: Vec<f64> = views.iter().flat_map(|view| view.windows.iter().map(|w| w.max)).collect();
+    let seen = maxima.iter().copied().fold(0.0, f64::max);
+    let (mean, deviation) = mean_and_deviation(&maxima);
+    if views.iter().all(|view| view.cells <= view.windows.len()) && pictures <= views.len() {
+        // Nothing was left out.
+        return seen;
+    }
+    let scale = deviation * 6.0_f64.sqrt() / std::f64::consts::PI;
+    let cells = views.iter().map(|view| view.cells).sum::<usize>() as f64 / views.len().max(1) as f64;
+    let draws = (cells * pictures as f64).max(1.0);
+    let place = mean - EULER * scale;
+    seen.max(place + scale * (draws.ln() + ONE_IN_FIFTY))
+}
+
+/// Mean, and standard deviation of the sample; of fewer than two the deviation is 0.
+fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
+    let count = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    (mean, (squares / (count - 1.0).max(1.0)).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn window(squares: f64, max: f64, chance: f64) -> WindowError {
+        WindowError { squares, max, chance, draws: 1 }
+    }
+
+    #[test]
+    fn errors_in_proportion_to_chances_have_no_margin() {
+        let windows = vec![window(3.0 * 0.02, 0.1, 0.2), window(3.0 * 0.08, 0.1, 0.8)];
+        let view = ViewErrors { windows, covered_px: 10.0, cells: 2 };
+        let found = predicted(BoundMetric::Rms, &[view], 1);
+        assert!((found - 0.1).abs() < 1e-12, "all estimates agree on 0.01 a pixel: {found}");
+    }
+
+    #[test]
+    fn spread_widens_the_bound() {
+        let even = ViewErrors { windows: vec![window(0.3, 0.1, 0.25); 4], covered_px: 100.0, cells: 100 };
+        let mut uneven = even.clone();
+        uneven.windows[0].squares = 0.6;
+        uneven.windows[0].max = 0.15;
+        uneven.windows[1].squares = 0.0;
+        uneven.windows[1].max = 0.05;
+        for metric in [BoundMetric::Rms, BoundMetric::Max] {
+            let (a, b) = (predicted(metric, &[even.clone()], 1), predicted(metric, &[uneven.clone()], 1));
+            assert!(b > 1.1 * a, "{metric:?}: {b} after {a}");
+        }
+        let (one, many) =
+            (predicted(BoundMetric::Max, &[uneven.clone()], 1), predicted(BoundMetric::Max, &[uneven], 64));
+        assert!(many > one, "more pictures have a larger maximum");
+    }
+}

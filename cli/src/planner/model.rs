@@ -1,0 +1,176 @@
+//! What a picture costs, from what it is made of: counts times coefficients that are not negative.
+//!
+//! Counts are those of the stats file, the same on every machine; coefficients are milliseconds of CPU time per count,
+//! fitted to measured frames by least squares over relative errors, so that short and long frames weigh alike. A kind
+//! of work that was never measured has no coefficients, and no prediction.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+/// Number of counts: frames; bricks, triangles or samples; tile pairs; points; splats; pixels touched; edge pixels; pixels.
+/// The first two belong to a frame however much of it is drawn; the others add up over the parts of a picture.
+pub(crate) const COUNTS: usize = 8;
+
+/// How many of the counts belong to the whole frame.
+pub(crate) const OF_FRAME: usize = 2;
+
+/// Counts of one picture, or of a part of it.
+pub(crate) type Counts = [f64; COUNTS];
+
+/// Sweeps over the coefficients: the sums converge long before.
+const SWEEPS: usize = 2000;
+
+/// Coefficients by kind of work.
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+pub(crate) struct Model {
+    /// Milliseconds of CPU time per count.
+    pub(crate) cpu_ms: BTreeMap<String, Counts>,
+    /// Elapsed over CPU time, by application, with the threads that the model was measured with.
+    pub(crate) wall_per_cpu: BTreeMap<String, f64>,
+}
+
+/// One measured frame.
+#[derive(Clone, Debug)]
+pub(crate) struct Sample {
+    /// Its kind of work.
+    pub(crate) path: String,
+    /// What it was made of.
+    pub(crate) counts: Counts,
+    /// What it took.
+    pub(crate) cpu_ms: f64,
+    /// Elapsed time.
+    pub(crate) wall_ms: f64,
+}
+
+/// The counts in a renderer's account.
+pub(crate) fn counts(keys: &Value, pixels: f64) -> Counts {
+    if let Some(views) = keys.get("views").and_then(Value::as_array) {
+        let mut sum = [0.0; COUNTS];
+        for view in views {
+            let of_view = counts(view, pixels / views.len() as f64);
+            sum.iter_mut().zip(of_view).for_each(|(sum, count)| *sum += count);
+        }
+        return sum;
+    }
+    let number = |name: &str| keys.get(name).and_then(Value::as_f64).unwrap_or(0.0);
+    [
+        1.0,
+        number("bricks") + number("triangles") + number("samples"),
+        (number("tile_pairs") - number("hidden_pairs")).max(0.0),
+        number("points"),
+        number("splats"),
+        number("pixels_touched") + number("seen"),
+        number("edge_pixels"),
+        pixels,
+    ]
+}
+
+/// Milliseconds under a name of a renderer's account; of several views their sum.
+pub(crate) fn milliseconds(keys: &Value, name: &str) -> f64 {
+    match keys.get("views").and_then(Value::as_array) {
+        Some(views) => views.iter().map(|view| milliseconds(view, name)).sum(),
+        None => keys.get(name).and_then(Value::as_f64).unwrap_or(0.0),
+    }
+}
+
+impl Model {
+    /// Fits coefficients to measured frames.
+    pub(crate) fn fitted(samples: &[Sample]) -> Self {
+        let mut by_path: BTreeMap<&str, Vec<&Sample>> = BTreeMap::new();
+        let mut ratios: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+        for sample in samples.iter().filter(|sample| sample.cpu_ms > 0.0) {
+            by_path.entry(&sample.path).or_default().push(sample);
+            ratios.entry(application(&sample.path)).or_default().push(sample.wall_ms / sample.cpu_ms);
+        }
+        let cpu_ms = by_path.iter().map(|(path, samples)| ((*path).to_owned(), fit(samples))).collect();
+        // Other work on the machine lengthens elapsed time alone, so the least disturbed frame counts.
+        let least = |list: Vec<f64>| list.into_iter().fold(f64::INFINITY, f64::min);
+        let wall_per_cpu = ratios.into_iter().map(|(name, list)| (name.to_owned(), least(list))).collect();
+        Self { cpu_ms, wall_per_cpu }
+    }
+
+    /// CPU time of a frame; `None` for a kind of work that was never measured.
+    pub(crate) fn cpu_ms(&self, path: &str, counts: &Counts) -> Option<f64> {
+        let coefficients = self.cpu_ms.get(path)?;
+        Some(coefficients.iter().zip(counts).map(|(ms, count)| ms * count).sum())
+    }
+
+    /// Elapsed over CPU time.
+    pub(crate) fn wall_per_cpu(&self, path: &str) -> f64 {
+        self.wall_per_cpu.get(application(path)).copied().unwrap_or(1.0)
+    }
+}
+
+/// The application of a kind of work.
+fn application(path: &str) -> &str {
+    path.split(' ').next().unwrap_or_default()
+}
+
+/// Coefficients that are not negative, for which the squares of the relative errors are least: each in turn is set to
+/// its best value, the others held (coordinate descent, which ends in the only minimum of a convex function).
+fn fit(samples: &[&Sample]) -> Counts {
+    let rows: Vec<Counts> =
+        samples.iter().map(|sample| sample.counts.map(|count| count / sample.cpu_ms)).collect();
+    let mut gram = [[0.0; COUNTS]; COUNTS];
+    let mut right = [0.0; COUNTS];
+    for row in &rows {
+        for i in 0..COUNTS {
+            right[i] += row[i];
+            for j in 0..COUNTS {
+                gram[i][j] += row[i] * row[j];
+            }
+        }
+    }
+    let mut coefficients = [0.0; COUNTS];
+    for _ in 0..SWEEPS {
+        for i in 0..COUNTS {
+            if gram[i][i] > 0.0 {
+                let others: f64 = (0..COUNTS).filter(|&j| j != i).map(|j| gram[i][j] * coefficients[j]).sum();
+                coefficients[i] = ((right[i] - others) / gram[i][i]).max(0.0);
+            }
+        }
+    }
+    coefficients
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn sample(counts: Counts, cpu_ms: f64) -> Sample {
+        Sample { path: "volsplat x".into(), counts, cpu_ms, wall_ms: 0.5 * cpu_ms }
+    }
+
+    #[test]
+    fn coefficients_are_found_again() {
+        let truth: Counts = [0.5, 0.0, 0.01, 0.0, 0.002, 0.0001, 0.0, 0.0];
+        let samples: Vec<Sample> = (1..30_i32)
+            .map(|k| {
+                let wave = |m: i32| 1.0 + f64::from(k * m % 17);
+                let counts =
+                    [1.0, 10.0 * wave(5), 100.0 * wave(3), 0.0, 50.0 * wave(7), 9e3 * wave(11), 0.0, 1e4];
+                sample(counts, truth.iter().zip(counts).map(|(t, c)| t * c).sum())
+            })
+            .collect();
+        let model = Model::fitted(&samples);
+        for sample in &samples {
+            let found = model.cpu_ms("volsplat x", &sample.counts).expect("measured");
+            assert!((found / sample.cpu_ms - 1.0).abs() < 0.01, "{found} for {}", sample.cpu_ms);
+        }
+        assert!(model.cpu_ms["volsplat x"].iter().all(|&c| c >= 0.0), "none is negative");
+        assert_eq!(model.wall_per_cpu("volsplat x"), 0.5);
+        assert!(model.cpu_ms("volsplat y", &samples[0].counts).is_none(), "never measured");
+    }
+
+    #[test]
+    fn views_of_a_sheet_add_up() {
+        let keys = json!({"views": [{"seen": 3, "samples": 5, "cpu_ms": 1.5}, {"seen": 4, "samples": 5, "cpu_ms": 2.0}]});
+        let found = counts(&keys, 100.0);
+        assert_eq!((found[0], found[1], found[5], found[7]), (2.0, 10.0, 7.0, 100.0));
+        assert_eq!(milliseconds(&keys, "cpu_ms"), 3.5);
+    }
+}

@@ -1,0 +1,212 @@
+//! The pilot: small windows of the pictures, drawn with the exact setting and with candidates.
+//!
+//! Takes an opened scene, gives for any setting the errors in the windows and the counts of the whole picture. A coarse
+//! picture shows what is covered and where contrast is; windows stand there. Counts of the whole picture under a
+//! setting are those of the coarse picture times the ratio of both settings' counts in the windows, which varies far
+//! less than the counts themselves.
+
+use anyhow::Result;
+use resample_core::{Camera, Image};
+
+use super::estimate::{ViewErrors, WindowError};
+use super::ladders;
+use super::model::{COUNTS, Counts, OF_FRAME, counts, milliseconds};
+use super::windows::{self, Window, Windows};
+use crate::args::Command;
+use crate::commands::{Opened, Parts};
+use crate::words;
+
+/// A scene under the settings of a command.
+pub(super) struct Scene {
+    pub(super) opened: Opened,
+    /// The command without the options of the planner.
+    pub(super) words: Vec<String>,
+}
+
+/// What was drawn.
+struct Sight {
+    image: Image,
+    counts: Counts,
+    cpu_ms: f64,
+}
+
+/// The windows of some of the pictures, and what the exact setting shows in them.
+pub(super) struct Pilot {
+    views: Vec<View>,
+    /// Pictures of the whole sequence.
+    pub(super) pictures: usize,
+    /// The exact setting in the windows.
+    pub(super) exact: Option<Found>,
+    /// CPU time of all that the pilot has drawn, ms.
+    pub(super) cpu_ms: f64,
+}
+
+struct View {
+    camera: Camera,
+    windows: Windows,
+    /// Counts of the whole coarse picture, and of its windows.
+    coarse: Counts,
+    coarse_windows: Vec<Counts>,
+    exact: Vec<Image>,
+}
+
+/// What the pilot found of a setting.
+#[derive(Clone, Debug)]
+pub(super) struct Found {
+    /// The kind of work.
+    pub(super) path: String,
+    /// Errors of each view.
+    pub(super) errors: Vec<ViewErrors>,
+    /// Counts of each view's whole picture.
+    pub(super) frames: Vec<Counts>,
+    /// CPU time and counts of all windows together.
+    pub(super) windows_cpu_ms: f64,
+    pub(super) windows_counts: Counts,
+    /// CPU time of each view's whole picture by the windows alone.
+    pub(super) frames_cpu_ms: Vec<f64>,
+}
+
+/// Most pictures of a sequence that are looked at; one in eight of shorter ones.
+const MOST_VIEWS: usize = 8;
+
+/// Share of the covered cells that is looked at in each picture, and most windows as a multiple of the least number.
+const SHARE: f64 = 0.06;
+const MOST: usize = 3;
+
+impl Scene {
+    /// The command under a setting.
+    pub(super) fn command(&self, setting: &[String]) -> Result<Command> {
+        Ok(words::parsed(&words::with(&self.words, setting))?.command)
+    }
+
+    fn draw(&mut self, command: &Command, camera: &Camera) -> Result<Sight> {
+        let drawn = (self.opened.draw)(command, camera)?;
+        let pixels = f64::from(camera.width) * f64::from(camera.height);
+        Ok(Sight {
+            image: drawn.image,
+            counts: counts(&drawn.account.keys, pixels),
+            cpu_ms: milliseconds(&drawn.account.keys, "cpu_ms"),
+        })
+    }
+}
+
+impl Pilot {
+    /// Looks at the pictures coarsely, and at their windows with the exact setting.
+    pub(super) fn new(scene: &mut Scene, family: &ladders::Family) -> Result<Self> {
+        let pictures = scene.opened.cameras.len();
+        let mut pilot = Self { views: Vec::new(), pictures, exact: None, cpu_ms: 0.0 };
+        let coarse = scene.command(&family.coarse)?;
+        for camera in chosen(&scene.opened.cameras) {
+            let whole = scene.draw(&coarse, &camera)?;
+            let windows = match scene.opened.parts {
+                Parts::Windows { side_px, least } => {
+                    windows::spread(&camera, &whole.image, side_px, (SHARE, [least, MOST * least]))
+                }
+                Parts::Whole => windows::whole(&camera, &whole.image),
+            };
+            let mut coarse_windows = Vec::with_capacity(windows.list.len());
+            pilot.cpu_ms += whole.cpu_ms;
+            for window in &windows.list {
+                let sight = scene.draw(&coarse, &window.camera)?;
+                pilot.cpu_ms += sight.cpu_ms;
+                coarse_windows.push(sight.counts);
+            }
+            let view = View { camera, windows, coarse: whole.counts, coarse_windows, exact: Vec::new() };
+            pilot.views.push(view);
+        }
+        pilot.exact = Some(pilot.found(scene, &family.exact)?);
+        Ok(pilot)
+    }
+
+    /// Draws the windows with a setting; the first one is what all others are compared with.
+    pub(super) fn found(&mut self, scene: &mut Scene, setting: &[String]) -> Result<Found> {
+        let command = scene.command(setting)?;
+        let mut found = Found {
+            path: ladders::path(&command),
+            errors: Vec::new(),
+            frames: Vec::new(),
+            windows_cpu_ms: 0.0,
+            windows_counts: [0.0; COUNTS],
+            frames_cpu_ms: Vec::new(),
+        };
+        for view in &mut self.views {
+            let mut sights = Vec::with_capacity(view.windows.list.len());
+            for window in &view.windows.list {
+                sights.push(scene.draw(&command, &window.camera)?);
+            }
+            found.add(view, &sights);
+            if view.exact.len() < sights.len() {
+                view.exact = sights.into_iter().map(|sight| sight.image).collect();
+            }
+        }
+        self.cpu_ms += found.windows_cpu_ms;
+        Ok(found)
+    }
+
+    /// Whether anything is covered.
+    pub(super) fn sees_something(&self) -> bool {
+        self.views.iter().any(|view| !view.windows.list.is_empty())
+    }
+
+    /// Views, windows, and the share of these views' pixels that the windows hold.
+    pub(super) fn size(&self) -> (usize, usize, f64) {
+        let pixels = |camera: &Camera| f64::from(camera.width) * f64::from(camera.height);
+        let windows = self.views.iter().flat_map(|view| &view.windows.list);
+        let seen: f64 = windows.clone().map(|window| pixels(&window.camera)).sum();
+        let all: f64 = self.views.iter().map(|view| pixels(&view.camera)).sum();
+        (self.views.len(), windows.count(), seen / all.max(1.0))
+    }
+}
+
+impl Found {
+    fn add(&mut self, view: &View, sights: &[Sight]) {
+        let windows = &view.windows.list;
+        let exact = if view.exact.is_empty() { None } else { Some(&view.exact) };
+        let errors = windows.iter().zip(sights).enumerate().map(|(index, (window, sight))| {
+            let exact = exact.map_or(&sight.image, |images| &images[index]);
+            window_error(window, &sight.image, exact)
+        });
+        self.errors.push(ViewErrors {
+            windows: errors.collect(),
+            covered_px: view.windows.covered_px,
+            cells: view.windows.cells,
+        });
+        let of = |sights: &dyn Fn(usize) -> f64| -> f64 {
+            let list = windows.iter().enumerate();
+            let draws: usize = windows.iter().map(|window| window.draws).sum();
+            list.map(|(k, w)| w.draws as f64 * sights(k) / w.chance).sum::<f64>() / draws.max(1) as f64
+        };
+        self.frames.push(std::array::from_fn(|i| {
+            let (own, coarse) = (of(&|k| sights[k].counts[i]), of(&|k| view.coarse_windows[k][i]));
+            match coarse > 0.0 {
+                _ if i < OF_FRAME || i == COUNTS - 1 => view.coarse[i],
+                true => view.coarse[i] * own / coarse,
+                false => own,
+            }
+        }));
+        self.frames_cpu_ms.push(of(&|k| sights[k].cpu_ms));
+        for sight in sights {
+            self.windows_cpu_ms += sight.cpu_ms;
+            self.windows_counts.iter_mut().zip(sight.counts).for_each(|(sum, count)| *sum += count);
+        }
+    }
+}
+
+fn window_error(window: &Window, image: &Image, exact: &Image) -> WindowError {
+    let (mut squares, mut max) = (0.0, 0.0_f64);
+    for (pixel, exact) in image.rgba.iter().zip(&exact.rgba) {
+        for k in 0..3 {
+            let change = f64::from(pixel[k]) - f64::from(exact[k]);
+            max = max.max(change.abs());
+            // As in the figures of a comparison under the mask of the exact picture.
+            squares += if exact[3] > 1.0 / 255.0 { change * change } else { 0.0 };
+        }
+    }
+    WindowError { squares, max, chance: window.chance, draws: window.draws }
+}
+
+/// The cameras that are looked at, evenly spaced.
+fn chosen(cameras: &[Camera]) -> Vec<Camera> {
+    let count = if cameras.len() == 1 { 1 } else { (cameras.len() / 4).clamp(2, MOST_VIEWS) };
+    (0..count).map(|k| cameras[(2 * k + 1) * cameras.len() / (2 * count)]).collect()
+}
