@@ -122,7 +122,7 @@ fn checkerboard(side: usize) -> Image {
     let mut image = Image::transparent(side, side);
     for (index, pixel) in image.rgba.iter_mut().enumerate() {
         let (x, y) = (index % side, index / side);
-        let light = if (x / cell + y / cell) % 2 == 0 { 0.8 } else { 0.1 };
+        let light = if (x / cell + y / cell).is_multiple_of(2) { 0.8 } else { 0.1 };
         // A slow gradient tells the cells apart.
         *pixel = [light, light * x as f32 / side as f32, light * y as f32 / side as f32, 1.0];
     }

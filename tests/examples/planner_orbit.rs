@@ -54,7 +54,7 @@ const SCENES: [Scene; 13] = [
 ];
 
 /// What is asked for.
-const BOUNDS: [&str; 4] = ["1/255", "1/64", "max:1/16", "max:1/255"];
+const BOUNDS: [&str; 3] = ["1/255", "1/64", "max:1/16"];
 
 /// Times that are asked for, in multiples of what the setting for 1/64 takes.
 const TIMES: [f64; 2] = [1.0, 4.0];
