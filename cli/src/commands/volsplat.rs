@@ -71,11 +71,7 @@ pub(crate) fn prepared(args: &VolsplatArgs) -> Result<Prepared> {
     let plan = Plan::new(&request)?;
     let options = settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format)?;
     let scene = loaded(args, options, (&plan, Progress::Hidden))?;
-    if scene.motion.is_some() {
-        bail!(
-            "the keys of --path change the volume, and only cameras are measured: leave that out of the keys"
-        );
-    }
+    check_still(&scene)?;
     let cameras = cameras(args, &request, &plan, &scene)?;
     let mut renderer = scene.renderer;
     let render = move |camera: &Camera| drawn(&mut renderer, camera, Progress::Hidden);
@@ -88,7 +84,8 @@ pub(crate) fn opened(args: &VolsplatArgs) -> Result<Opened> {
     let plan = Plan::new(&request)?;
     let format = plan.finish.format;
     let options = settings::render_options(&args.render, args.transfer.opacity_unit, format)?;
-    let scene = loaded(args, options, Progress::Hidden)?;
+    let scene = loaded(args, options, (&plan, Progress::Hidden))?;
+    check_still(&scene)?;
     let cameras = cameras(args, &request, &plan, &scene)?;
     let Scene { content, mut renderer, .. } = scene;
     let draw = move |command: &Command, camera: &Camera| {
@@ -101,6 +98,16 @@ pub(crate) fn opened(args: &VolsplatArgs) -> Result<Opened> {
         drawn(&mut renderer, camera, Progress::Hidden)
     };
     Ok(Opened { cameras, parts: Parts::Windows { side_px: 16, least: 8 }, draw: Box::new(draw) })
+}
+
+/// Refuses what changes from picture to picture beside the camera.
+fn check_still(scene: &Scene) -> Result<()> {
+    if scene.motion.is_some() {
+        bail!(
+            "the keys of --path change the volume, and only cameras are measured: leave that out of the keys"
+        );
+    }
+    Ok(())
 }
 
 /// What a volume renderer draws, and says.
