@@ -38,6 +38,6 @@ fn tables_over_built_in_scenes_have_a_row_for_each_setting() {
         let found = text.lines().filter(|line| line.starts_with("| `--")).count();
         assert_eq!(found, rows, "{table}: {text}");
         let same = text.lines().filter(|line| line.contains("| same |")).count();
-        assert!(table != "footprint" || same == 2, "the exact footprint is its own reference: {text}");
+        assert!(table != "footprint" || same >= 2, "the exact footprint is its own reference: {text}");
     }
 }

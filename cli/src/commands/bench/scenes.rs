@@ -7,7 +7,7 @@
 use anyhow::Result;
 use resample_core::Camera;
 
-use super::settings::{Against, Bench, Measured};
+use super::settings::{Against, Bench, Measured, Motion};
 use crate::args::{BenchSceneArgs, SceneArg};
 use crate::built_in;
 use crate::machine;
@@ -63,14 +63,14 @@ pub(super) fn footprint(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<S
     let mut text = heading(args, "errors against `--order every-sample --footprint exact` with the Gaussian");
     // Near and wide, where cones are wide and slant.
     let views = [
-        ("blobs, near, 60 degrees", "--orbit 30,20,0.6 --fov 60"),
-        ("blobs, near, 100 degrees", "--orbit 30,20,0.6 --fov 100"),
+        ("blobs, near, 60 degrees", "--orbit 30,20,0.6 --fov 60 --select splats"),
+        ("blobs, near, 100 degrees", "--orbit 30,20,0.6 --fov 100 --select splats"),
     ];
     for (name, camera) in views {
         let scene = Scene::volume(name, SceneArg::Blobs, camera)?;
         let bench = scene.bench(Some(args), settings.clone(), args.reps);
         let exact = Against::Setting("--order every-sample --footprint exact");
-        text += &table(scene.name, &bench.measured(exact, &|_| Vec::new(), verbosity)?);
+        text += &table(scene.name, &bench.measured(exact, &Motion::Still, verbosity)?);
     }
     Ok(text)
 }
@@ -96,7 +96,7 @@ pub(super) fn orders(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<Stri
         let scene = Scene::volume(name, scene, "--orbit 45,0")?;
         let bench = scene.bench(Some(args), settings.clone(), args.reps);
         let exact = Against::Setting("--slab 0.125 --subpixel 8 --min-transmittance 0.00001 --lod-error 0");
-        text += &table(scene.name, &bench.measured(exact, &turned, verbosity)?);
+        text += &table(scene.name, &bench.measured(exact, &Motion::Even(turned), verbosity)?);
     }
     Ok(text)
 }
@@ -119,8 +119,11 @@ pub(super) fn texture(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<Str
     words.extend(["--orbit", "20,12,0.35"].map(str::to_owned));
     let scene = Scene { name: "ball on a ground", words, folder };
     let bench = scene.bench(Some(args), settings, args.reps);
-    let rows =
-        bench.measured(Against::Setting("--method hybrid --subpixel 8 --level full"), &shifted, verbosity)?;
+    let rows = bench.measured(
+        Against::Setting("--method hybrid --subpixel 8 --level full"),
+        &Motion::Shimmer(shifted),
+        verbosity,
+    )?;
     let what = "errors against `--method hybrid --subpixel 8 --level full`; shimmer: error of the change over sixteen steps of a \
                 sixteenth of a pixel";
     Ok(heading(args, what) + &table(scene.name, &rows))
@@ -143,7 +146,7 @@ pub(super) fn warp(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String
     let scene = Scene { name: "ball before a wall, 320x240", words, folder };
     let bench = scene.bench(None, settings, args.reps);
     let truth = built_in::ball_before_wall(built_in::NEW_EYE, 2 * built_in::DEPTH_IMAGE_SAMPLES);
-    let rows = bench.measured(Against::Picture(truth), &|_| Vec::new(), verbosity)?;
+    let rows = bench.measured(Against::Picture(truth), &Motion::Still, verbosity)?;
     let what = "errors against the true picture, holes included";
     Ok(heading(args, what) + &table(scene.name, &rows))
 }

@@ -46,12 +46,22 @@ pub(super) enum Against {
     Picture(Image),
 }
 
+/// Further cameras, made of the first one.
+pub(super) enum Motion {
+    /// None.
+    Still,
+    /// Steps over which a picture should change evenly.
+    Even(fn(&Camera) -> Vec<Camera>),
+    /// Steps over which a picture should change as the reference does.
+    Shimmer(fn(&Camera) -> Vec<Camera>),
+}
+
 impl Bench {
-    /// Measures every setting; `steps` makes further cameras of the first one, over which pictures should change evenly.
+    /// Measures every setting.
     pub(super) fn measured(
         &self,
         against: Against,
-        steps: &dyn Fn(&Camera) -> Vec<Camera>,
+        motion: &Motion,
         verbosity: Verbosity,
     ) -> Result<Vec<Measured>> {
         let mut exact = match &against {
@@ -61,13 +71,20 @@ impl Bench {
         let mut all = self.settings.iter().map(|s| self.prepared(s)).collect::<Result<Vec<_>>>()?;
         let first = all.first().and_then(|prepared| prepared.cameras.first().copied());
         let camera = first.context("there is no camera to draw from")?;
-        let views = steps(&camera);
+        let views = match motion {
+            Motion::Still => Vec::new(),
+            Motion::Even(steps) | Motion::Shimmer(steps) => steps(&camera),
+        };
         let pictures_of = |prepared: &mut Prepared| -> Result<Vec<Image>> {
             views.iter().map(|view| Ok((prepared.render)(view)?.image)).collect()
         };
         let (reference, moving) = match (against, &mut exact) {
             (Against::Picture(picture), _) => (picture, Vec::new()),
-            (_, Some(exact)) => ((exact.render)(&camera)?.image, pictures_of(exact)?),
+            (_, Some(exact)) => {
+                let shimmers = matches!(motion, Motion::Shimmer(_));
+                let moving = if shimmers { pictures_of(exact)? } else { Vec::new() };
+                ((exact.render)(&camera)?.image, moving)
+            }
             (Against::Setting(_), None) => return Ok(Vec::new()),
         };
         let mask = Mask::from_alpha(&reference);
@@ -92,7 +109,7 @@ impl Bench {
                 setting,
                 comparison: metrics::compare(&drawn.image, &reference, Some(&mask))?,
                 flicker: flicker(&own, &moving),
-                jump: jump(&own),
+                jump: matches!(motion, Motion::Even(_)).then(|| jump(&own)).flatten(),
                 cpu_ms: median(times),
                 counts: ["points", "splats", "pixels_touched"].map(|name| number(&keys, name)),
             });
