@@ -47,6 +47,8 @@ pub(crate) enum Parts {
         side_px: u32,
         /// Least number of parts that tell what the whole is like.
         least: usize,
+        /// Rim of a part that may differ, px: its pixels look at neighbours.
+        guard_px: usize,
     },
     /// It cannot be drawn without the rest: several views, or holes that are filled from afar.
     Whole,

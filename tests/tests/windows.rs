@@ -20,11 +20,11 @@ fn part(camera: &Camera, at: [u32; 2], size: [u32; 2]) -> Camera {
     }
 }
 
-/// Largest change between a window and the same place of the whole picture.
-fn departure(whole: &Image, window: &Image, at: [u32; 2]) -> f32 {
+/// Largest change between a window and the same place of the whole picture, but for a rim of `guard` pixels.
+fn departure(whole: &Image, window: &Image, (at, guard): ([u32; 2], usize)) -> f32 {
     let mut worst = 0.0_f32;
-    for y in 0..window.height {
-        for x in 0..window.width {
+    for y in guard..window.height - guard {
+        for x in guard..window.width - guard {
             let expected = whole.pixel(x + at[0] as usize, y + at[1] as usize);
             for (a, b) in window.pixel(x, y).iter().zip(expected) {
                 worst = worst.max((a - b).abs());
@@ -65,7 +65,7 @@ fn windows_of_a_volume_are_parts_of_its_picture() {
         assert!(whole.rgba.iter().any(|pixel| pixel[3] > 0.2), "{name}: something is seen");
         for at in PLACES {
             let window = renderer.render(&part(&camera, at, [16, 16])).expect("a window").image;
-            let worst = departure(&whole, &window, at);
+            let worst = departure(&whole, &window, (at, 0));
             assert!(worst < TOLERANCE, "{name} at {at:?}: a window departs by {worst}");
         }
     }
@@ -111,7 +111,7 @@ fn windows_of_a_mesh_are_parts_of_its_picture() {
         assert_eq!(whole, new.expect("a picture").image, "{method:?}: adopted and new");
         for at in PLACES {
             let window = kept.render(&part(&camera, at, [16, 16])).expect("a window").image;
-            let worst = departure(&whole, &window, at);
+            let worst = departure(&whole, &window, (at, 0));
             assert!(worst < TOLERANCE, "{method:?} at {at:?}: a window departs by {worst}");
         }
     }
@@ -156,7 +156,8 @@ fn windows_of_a_warp_are_parts_of_its_picture() {
         let mut warper = warp3d::Warper::new(vec![reference.clone()], &options).expect("a warper");
         let whole = warper.render(&camera).expect("a picture").image;
         let window = warper.render(&part(&camera, at, [32, 32])).expect("a window").image;
-        departure(&whole, &window, at)
+        // The hybrid looks for edges in the neighbours of a pixel, which the rim of a window has not.
+        departure(&whole, &window, (at, 1))
     };
     for method in warp3d::Method::ALL {
         for at in [[32, 32], [0, 0], [64, 40]] {

@@ -88,7 +88,7 @@ pub(crate) fn opened(args: &TexmapArgs) -> Result<Opened> {
         }
         drawn(&mut renderer, camera)
     };
-    Ok(Opened { cameras, parts: Parts::Windows { side_px: 32, least: 6 }, draw: Box::new(draw) })
+    Ok(Opened { cameras, parts: Parts::Windows { side_px: 32, least: 6, guard_px: 0 }, draw: Box::new(draw) })
 }
 
 fn stance(args: &TexmapArgs) -> Stance {

@@ -97,7 +97,7 @@ pub(crate) fn opened(args: &VolsplatArgs) -> Result<Opened> {
         }
         drawn(&mut renderer, camera, Progress::Hidden)
     };
-    Ok(Opened { cameras, parts: Parts::Windows { side_px: 16, least: 8 }, draw: Box::new(draw) })
+    Ok(Opened { cameras, parts: Parts::Windows { side_px: 16, least: 8, guard_px: 0 }, draw: Box::new(draw) })
 }
 
 /// Refuses what changes from picture to picture beside the camera.

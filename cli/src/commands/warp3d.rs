@@ -116,7 +116,7 @@ pub(crate) fn opened(args: &Warp3dArgs) -> Result<Opened> {
         }
         drawer.draw_silently(camera)
     };
-    let parts = if whole { Parts::Whole } else { Parts::Windows { side_px: 64, least: 4 } };
+    let parts = if whole { Parts::Whole } else { Parts::Windows { side_px: 64, least: 4, guard_px: 1 } };
     Ok(Opened { cameras, parts, draw: Box::new(draw) })
 }
 

@@ -35,6 +35,8 @@ pub(super) struct Pilot {
     views: Vec<View>,
     /// Pictures of the whole sequence.
     pub(super) pictures: usize,
+    /// Rim of a window that does not count, px.
+    guard_px: usize,
     /// The exact setting in the windows.
     pub(super) exact: Option<Found>,
     /// CPU time of all that the pilot has drawn, ms.
@@ -94,12 +96,16 @@ impl Pilot {
     /// Looks at the pictures coarsely, and at their windows with the exact setting.
     pub(super) fn new(scene: &mut Scene, family: &ladders::Family) -> Result<Self> {
         let pictures = scene.opened.cameras.len();
-        let mut pilot = Self { views: Vec::new(), pictures, exact: None, cpu_ms: 0.0 };
+        let guard_px = match scene.opened.parts {
+            Parts::Windows { guard_px, .. } => guard_px,
+            Parts::Whole => 0,
+        };
+        let mut pilot = Self { views: Vec::new(), pictures, guard_px, exact: None, cpu_ms: 0.0 };
         let coarse = scene.command(&family.coarse)?;
         for camera in chosen(&scene.opened.cameras) {
             let whole = scene.draw(&coarse, &camera)?;
             let windows = match scene.opened.parts {
-                Parts::Windows { side_px, least } => {
+                Parts::Windows { side_px, least, .. } => {
                     windows::spread(&camera, &whole.image, side_px, (SHARE, [least, MOST * least]))
                 }
                 Parts::Whole => windows::whole(&camera, &whole.image),
@@ -134,7 +140,7 @@ impl Pilot {
             for window in &view.windows.list {
                 sights.push(scene.draw(&command, &window.camera)?);
             }
-            found.add(view, &sights);
+            found.add(view, &sights, self.guard_px);
             if view.exact.len() < sights.len() {
                 view.exact = sights.into_iter().map(|sight| sight.image).collect();
             }
@@ -159,12 +165,12 @@ impl Pilot {
 }
 
 impl Found {
-    fn add(&mut self, view: &View, sights: &[Sight]) {
+    fn add(&mut self, view: &View, sights: &[Sight], guard_px: usize) {
         let windows = &view.windows.list;
         let exact = if view.exact.is_empty() { None } else { Some(&view.exact) };
         let errors = windows.iter().zip(sights).enumerate().map(|(index, (window, sight))| {
             let exact = exact.map_or(&sight.image, |images| &images[index]);
-            window_error(window, &sight.image, exact)
+            window_error(window, (&sight.image, exact), guard_px)
         });
         self.errors.push(ViewErrors {
             windows: errors.collect(),
@@ -192,16 +198,25 @@ impl Found {
     }
 }
 
-fn window_error(window: &Window, image: &Image, exact: &Image) -> WindowError {
-    let (mut squares, mut max) = (0.0, 0.0_f64);
-    for (pixel, exact) in image.rgba.iter().zip(&exact.rgba) {
-        for k in 0..3 {
-            let change = f64::from(pixel[k]) - f64::from(exact[k]);
-            max = max.max(change.abs());
-            // As in the figures of a comparison under the mask of the exact picture.
-            squares += if exact[3] > 1.0 / 255.0 { change * change } else { 0.0 };
+/// Errors inside the rim of a window, the squares as if the rim were like the inside.
+fn window_error(window: &Window, (image, exact): (&Image, &Image), guard_px: usize) -> WindowError {
+    let (mut squares, mut max, mut inside) = (0.0, 0.0_f64, 0_usize);
+    let (width, height) = (image.width, image.height);
+    // A part that is nothing but rim counts whole.
+    let guard = if width.min(height) > 2 * guard_px { guard_px } else { 0 };
+    for y in guard..height - guard {
+        let row = y * width + guard..(y + 1) * width - guard;
+        for (pixel, exact) in image.rgba[row.clone()].iter().zip(&exact.rgba[row]) {
+            inside += 1;
+            for k in 0..3 {
+                let change = f64::from(pixel[k]) - f64::from(exact[k]);
+                max = max.max(change.abs());
+                // As in the figures of a comparison under the mask of the exact picture.
+                squares += if exact[3] > 1.0 / 255.0 { change * change } else { 0.0 };
+            }
         }
     }
+    squares *= (width * height) as f64 / inside.max(1) as f64;
     WindowError { squares, max, chance: window.chance, draws: window.draws }
 }
 
