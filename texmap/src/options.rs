@@ -36,7 +36,8 @@ pub struct RenderOptions {
 pub enum Method {
     /// Minified texels are points gathered by the pixel's Gaussian, magnified ones splats of the texture's own kernel.
     Hybrid,
-    /// Every texel is a point: magnified textures have holes (the paper, Figure 5a).
+    /// Every texel is a point: magnified textures have holes (the paper, Figure 5a). Minified ones are points in
+    /// `Hybrid` too, and the same.
     Point,
     /// Texels are split along magnified axes until all are points.
     Supersample,

@@ -20,20 +20,28 @@ pub(super) struct Document {
 const MAGIC: &[u8; 4] = b"glTF";
 
 /// Extensions that change what is seen and are understood here.
-const DECODED: [&str; 11] = [
+const DECODED: [&str; 6] = [
     "EXT_texture_webp",
     "KHR_materials_emissive_strength",
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_unlit",
     "KHR_mesh_quantization",
     "KHR_texture_transform",
-    // These change light on the surface, which is not modelled, and leave colour and shape as they are.
+];
+
+/// Extensions that change light on the surface, which is not modelled, and leave colour and shape as they are.
+const LIGHT_ALONE: [&str; 5] = [
     "KHR_materials_clearcoat",
     "KHR_materials_ior",
     "KHR_materials_sheen",
     "KHR_materials_specular",
     "KHR_lights_punctual",
 ];
+
+/// The extensions that a file requires and that are read over: light on surfaces differs.
+pub(super) fn read_over(root: &Root) -> impl Iterator<Item = &String> {
+    root.extensions_required.iter().filter(|name| LIGHT_ALONE.contains(&name.as_str()))
+}
 
 /// Whether a file starts as a binary glTF does.
 pub(super) fn is_binary(bytes: &[u8]) -> bool {
@@ -49,7 +57,8 @@ pub(super) fn open(bytes: &[u8], folder: &Path) -> Result<Document, String> {
         let version = files::excerpt(&root.asset.version);
         return Err(format!("glTF version {version} is not read: convert the file to glTF 2.0"));
     }
-    if let Some(name) = root.extensions_required.iter().find(|name| !DECODED.contains(&name.as_str())) {
+    let known = |name: &str| DECODED.contains(&name) || LIGHT_ALONE.contains(&name);
+    if let Some(name) = root.extensions_required.iter().find(|name| !known(name)) {
         return Err(undecoded(name));
     }
     let mut buffers = Vec::with_capacity(root.buffers.len());

@@ -121,6 +121,9 @@ impl Reading<'_> {
 }
 
 fn tell_what_is_left_out(root: &Root, notes: &mut Notes) {
+    for name in container::read_over(root) {
+        notes.say(format!("{name} is not modelled: light on surfaces differs, colour and shape do not"));
+    }
     if !root.animations.is_empty() {
         notes.say("animations are not played: the scene stands still in the pose of the file".to_owned());
     }

@@ -295,6 +295,15 @@ fn required_extensions_that_are_not_decoded_name_a_way_out() {
 }
 
 #[test]
+fn required_extensions_that_change_light_alone_are_noted() {
+    let mut maker = Maker::default();
+    let meshes = square(&mut maker);
+    let rest = json!({ "meshes": meshes, "extensionsRequired": ["KHR_materials_sheen"] });
+    let (_, notes) = maker.load_with(rest, &LoadOptions::default()).expect("a good file");
+    assert!(notes.0.iter().any(|note| note.contains("KHR_materials_sheen")), "no note: {:?}", notes.0);
+}
+
+#[test]
 fn older_and_foreign_json_is_told_apart() {
     let load =
         |text: &str| load(text.as_bytes(), Path::new("."), &LoadOptions::default(), &mut Notes::default());
