@@ -72,8 +72,8 @@ pub(crate) fn visible_bricks<B: BrickOfSamples>(
 
 /// Samples that a chunk is to hold where there are so many in all.
 pub(crate) fn chunk_target(samples: usize) -> usize {
-    // A chunk's number has 16 bits: beyond 2^29 samples the chunks grow.
-    CHUNK_SAMPLES.max(samples >> 15)
+    // A chunk's number has 16 bits: beyond 2^28 samples the chunks grow.
+    CHUNK_SAMPLES.max(samples >> 14)
 }
 
 /// Cuts the visible bricks into runs of about `target` samples, one chunk each.
@@ -123,5 +123,7 @@ pub(crate) fn project_runs<C: Send, R: Sync>(
         })
         .collect();
     let cpu_ms = parts.iter().fold([0.0; 2], |sum, part| [sum[0] + part[0], sum[1] + part[1]]);
-    [stats.stages.project, stats.stages.bin] = clock.stop().shared(cpu_ms);
+    let [project, bin] = clock.stop().shared(cpu_ms);
+    stats.stages.project += project;
+    stats.stages.bin += bin;
 }

@@ -5,34 +5,43 @@
 //! 3. accumulate: primitives are listed by screen tile, each tile sorts its list by depth;
 //! 4. composite: points and splats are composited front to back, tile by tile, until the tile is opaque.
 //!
+//! The bricks go through these stages in batches, front to back ([`crate::batches`]), so that what lies behind opaque tiles is
+//! never projected ([`crate::hiding`]).
+//!
 //! The axis-sheets order ([`crate::axis_sheets`]) runs the same stages; it sorts by slice and composites whole slices.
 
 use glam::DVec3;
-use resample_core::composite::{DepthRule, IndexRule, TileSettings};
+use rayon::prelude::*;
+use resample_core::composite::{DepthRule, IndexRule, TilePixels, TileSettings};
 use resample_core::maps::MapSource;
 use resample_core::point::PixelFilter;
 use resample_core::table::FootprintProfile;
-use resample_core::tile::TileGrid;
+use resample_core::tile::{TILE_AREA, TileGrid};
 use resample_core::{Camera, FootprintMode, GridView, Kernel, SelectMode};
 
 use crate::Error;
 use crate::axis_sheets::SliceOrder;
-use crate::chunks::{chunk_target, project_runs, runs_of_bricks, visible_bricks};
+use crate::batches::{Batch, Outlines, PlacedBrick, Run, in_batches};
+use crate::chunks::{project_runs, visible_bricks};
 use crate::clip::{Clip, Cut};
 use crate::cull::ViewVolume;
 use crate::geometry::Lens;
+use crate::hiding::{BrickPlace, Hiding};
 use crate::layer::{Layer, cells_of, layers, layers_in_world};
 use crate::near::{NearSample, NearSetup};
 use crate::options::{Cells, DepthPlane, Order, RenderOptions, Subpixels};
 use crate::picture::{TileDepth, TileLayout};
 use crate::project::{ProjectSetup, ProjectedChunk, SortKeys};
 use crate::scene::Scene;
-use crate::stats::FrameStats;
+use crate::stats::{FrameStats, StageClock, StageTime};
 use crate::subpixels::{automatic, refined};
-use crate::tiles::{Layers, TileSlot, TileStage};
+use crate::tiles::{Layers, OpenTile, TileSlot, TileStage, tally};
 
 /// How far apart samples are at least, in sub-pixels, that are composited on their own: about one.
 const SPACING_IN_SUBPIXELS: f64 = 0.75;
+
+/// Most bytes that tiles may take between batches: a picture with more of them is drawn in one batch, tile after tile.
+const MAX_OPEN_BYTES: usize = 1 << 29;
 
 /// Renders samples one over another.
 #[derive(Clone, Debug)]
@@ -51,12 +60,7 @@ pub(crate) struct EverySample {
     smallest_spacing: f64,
     unit_in_world: f64,
     chunks: Vec<ProjectedChunk>,
-}
-
-/// Bricks of one layer that one task projects.
-struct Run {
-    layer: usize,
-    bricks: Vec<usize>,
+    open: Vec<OpenTile>,
 }
 
 impl EverySample {
@@ -82,6 +86,7 @@ impl EverySample {
             smallest_spacing: volume.smallest_spacing(),
             unit_in_world: options.opacity_unit.unwrap_or_else(|| volume.smallest_spacing()),
             chunks: Vec::new(),
+            open: Vec::new(),
         })
     }
 
@@ -120,28 +125,40 @@ impl EverySample {
             .zip(&maps)
             .map(|(layer, source)| self.project_setup(layer, source, (&fine, &maps[0].view)))
             .collect();
-        let runs = self.runs(&setups, stats);
-        self.chunks.resize_with(self.chunks.len().max(runs.len()), ProjectedChunk::default);
-        project(&mut self.chunks[..runs.len()], &setups, &self.layers, &runs, stats);
-
-        let chunks = &self.chunks[..runs.len()];
-        let near = nearest_first(chunks);
+        let batches = self.batches(&setups, (&maps, &fine), stats);
         let near_setup =
             |&source: &MapSource| NearSetup { source, kernel: self.kernel, opacity: self.options.opacity };
-        let stage = TileStage {
+        let near_setups: Vec<NearSetup> = maps.iter().map(near_setup).collect();
+        let mut stage = TileStage {
             settings: self.tile_settings(&maps[0]),
             maps: maps[0],
             grid,
-            near: &near,
-            near_setups: &maps.iter().map(near_setup).collect::<Vec<_>>(),
-            chunks,
+            near: Vec::new(),
+            near_setups: &near_setups,
             layers: match self.options.order {
                 Order::AxisSheets => Layers::Slices,
                 Order::EverySample | Order::ImageSheets => Layers::Samples,
             },
             subpixels: subpixels as usize,
         };
-        stage.run(tiles, stats);
+        stage.begin(tiles, &mut self.open);
+        let (mut hiding, mut first, mut spent) = (Hiding::default(), 0, StageTime::default());
+        for (number, batch) in batches.iter().enumerate() {
+            let runs = batch.runs(&self.layers, &hiding, stats);
+            let end = first + runs.len();
+            self.chunks.resize_with(self.chunks.len().max(end), ProjectedChunk::default);
+            project((&mut self.chunks[first..end], first), (&setups, &hiding), &self.layers, &runs, stats);
+            if number == 0 {
+                stage.near = nearest_first(&self.chunks[..end]);
+            }
+            let clock = StageClock::start();
+            let frontier = batches.get(number + 1).map_or(f64::INFINITY, |next| next.nearest);
+            stage.advance((&self.chunks[..end], first), frontier, (tiles, &mut self.open));
+            hiding = Hiding::new(&grid, |tile| self.open[tile].is_opaque);
+            spent += clock.stop();
+            first = end;
+        }
+        tally(tiles, spent, stats);
         TileLayout { camera: *camera, subpixels, depth: TileDepth::Distance }
     }
 
@@ -169,23 +186,37 @@ impl EverySample {
         self.layers.iter().find(reached).unwrap_or(&self.layers[0])
     }
 
-    /// The bricks in view, cut into what one task projects.
-    fn runs(&self, setups: &[ProjectSetup], stats: &mut FrameStats) -> Vec<Run> {
-        let mut visible = Vec::new();
-        for (layer, setup) in self.layers.iter().zip(setups) {
-            visible.push(visible_bricks(&layer.samples.bricks, &setup.view_volume, stats));
-            stats.bricks_empty += layer.samples.empty;
+    /// The bricks in view, front to back, in batches.
+    fn batches(
+        &self,
+        setups: &[ProjectSetup],
+        (maps, camera): (&[MapSource], &Camera),
+        stats: &mut FrameStats,
+    ) -> Vec<Batch> {
+        let mut placed: Vec<PlacedBrick> = Vec::new();
+        for (layer, setup) in setups.iter().enumerate() {
+            let samples = &self.layers[layer].samples;
+            stats.bricks_empty += samples.empty;
+            let visible = visible_bricks(&samples.bricks, &setup.view_volume, stats);
+            let place = |number: usize| {
+                let brick = &samples.bricks[number];
+                let place = BrickPlace::new(&brick.bounds, self.kernel.radius(), &maps[layer].view, camera);
+                PlacedBrick { layer, number, samples: brick.places.len(), place }
+            };
+            placed.par_extend(visible.into_par_iter().map(place));
         }
-        let samples = |layer: &Layer, seen: &[usize]| -> usize {
-            seen.iter().map(|&number| layer.samples.bricks[number].places.len()).sum()
-        };
-        let total = self.layers.iter().zip(&visible).map(|(layer, seen)| samples(layer, seen)).sum();
-        let target = chunk_target(total);
-        let cut = |(number, seen): (usize, Vec<usize>)| {
-            let runs = runs_of_bricks(&self.layers[number].samples.bricks, seen, target);
-            runs.into_iter().map(move |bricks| Run { layer: number, bricks })
-        };
-        visible.into_iter().enumerate().flat_map(cut).collect()
+        let tiles = camera.width as usize * camera.height as usize / TILE_AREA;
+        let is_one =
+            self.options.order == Order::AxisSheets || tiles * size_of::<TilePixels>() > MAX_OPEN_BYTES;
+        in_batches(placed, is_one, self.outlines())
+    }
+
+    /// Whether footprints stay within their kernels' outlines.
+    fn outlines(&self) -> Outlines {
+        match (self.options.select, self.options.footprint) {
+            (SelectMode::Ewa, _) | (_, FootprintMode::AffineApprox) => Outlines::Wider,
+            _ => Outlines::Kernels,
+        }
     }
 
     fn maps(&self, layer: &Layer, camera: &Camera) -> MapSource {
@@ -250,10 +281,10 @@ impl EverySample {
     }
 }
 
-/// Projects each run of bricks into its chunk and lists it by tile.
+/// Projects each run of bricks into its chunk, the first of which has the number `first`, and lists it by tile.
 fn project(
-    chunks: &mut [ProjectedChunk],
-    setups: &[ProjectSetup],
+    (chunks, first): (&mut [ProjectedChunk], usize),
+    (setups, hiding): (&[ProjectSetup], &Hiding),
     layers: &[Layer],
     runs: &[Run],
     stats: &mut FrameStats,
@@ -264,14 +295,15 @@ fn project(
         for brick in run.bricks.iter().map(|&number| &layer.samples.bricks[number]) {
             match layer.clip.cut(&brick.bounds) {
                 Cut::Outside => {}
-                Cut::By(0) => chunk.project(setup, brick),
-                Cut::By(_) => chunk.project(setup, &brick.kept(&layer.clip)),
+                Cut::By(0) => chunk.project(setup, hiding, brick),
+                Cut::By(_) => chunk.project(setup, hiding, &brick.kept(&layer.clip)),
             }
         }
     };
-    project_runs(chunks, runs, stats, project, |chunk, number| chunk.bins.bin(number));
+    project_runs(chunks, runs, stats, project, |chunk, number| chunk.bins.bin(first + number));
     for chunk in chunks.iter() {
         stats.culled += chunk.culled;
+        stats.hidden += chunk.hidden;
         stats.points += chunk.points;
         stats.splats += chunk.splats;
         stats.near_splats += chunk.near.len() as u64;

@@ -4,6 +4,7 @@
 //! (`sheets`), sample over sample (`every_sample`) or in slices of the grid (`axis_sheets`), as [`RenderOptions`] says.
 
 mod axis_sheets;
+mod batches;
 mod cell_samples;
 mod cells;
 mod chunks;
@@ -13,6 +14,7 @@ pub mod error;
 mod every_sample;
 pub mod field;
 mod geometry;
+mod hiding;
 pub mod input;
 mod interpolate;
 mod kernel_field;

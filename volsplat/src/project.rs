@@ -15,6 +15,7 @@ use resample_core::tile::{ChunkBins, POINT_ROWS, Primitive, TileGrid, TileRect};
 use crate::axis_sheets::SliceOrder;
 use crate::cull::ViewVolume;
 use crate::geometry::{BLOCK, Block, Lens};
+use crate::hiding::Hiding;
 use crate::near::NearSample;
 use crate::options::ColourBy;
 use crate::sample::{Brick, place};
@@ -70,6 +71,8 @@ pub(crate) struct ProjectedChunk {
     pub(crate) near: Vec<NearSample>,
     /// Samples outside the view.
     pub(crate) culled: u64,
+    /// Samples that touch opaque tiles alone.
+    pub(crate) hidden: u64,
     /// Points made.
     pub(crate) points: u64,
     /// Splats made, `near` included.
@@ -88,11 +91,11 @@ impl ProjectedChunk {
     pub(crate) fn clear(&mut self) {
         self.bins.clear();
         self.near.clear();
-        (self.culled, self.points, self.splats) = (0, 0, 0);
+        (self.culled, self.hidden, self.points, self.splats) = (0, 0, 0, 0);
     }
 
-    /// Projects one brick.
-    pub(crate) fn project(&mut self, setup: &ProjectSetup, brick: &Brick) {
+    /// Projects one brick; what `hiding` hides is left out.
+    pub(crate) fn project(&mut self, setup: &ProjectSetup, hiding: &Hiding, brick: &Brick) {
         let corner = DVec3::from(brick.bounds.corner.map(f64::from));
         for (places, values) in brick.places.chunks(BLOCK).zip(brick.values.chunks(BLOCK)) {
             for (i, &packed) in places.iter().enumerate() {
@@ -102,14 +105,20 @@ impl ProjectedChunk {
             let corner = setup.lens.at_corner(corner);
             dispatch!(setup.level, simd => block_geometry(simd, setup, corner, &mut self.block));
             for (i, value) in values.iter().enumerate() {
-                self.emit(setup, brick, i, (places[i], value));
+                self.emit((setup, hiding), brick, i, (places[i], value));
             }
         }
     }
 
     /// Turns sample `i` of the block into a point, a splat, a near sample, or nothing.
     #[inline(always)]
-    fn emit(&mut self, setup: &ProjectSetup, brick: &Brick, i: usize, (packed, value): (u16, &[f32; 4])) {
+    fn emit(
+        &mut self,
+        (setup, hiding): (&ProjectSetup, &Hiding),
+        brick: &Brick,
+        i: usize,
+        (packed, value): (u16, &[f32; 4]),
+    ) {
         let lens = &setup.lens;
         let camera_z = self.block.camera_z[i];
         if !(camera_z - lens.depth_reach > lens.near) {
@@ -122,9 +131,9 @@ impl ProjectedChunk {
         };
         let key = setup.keys.of(self.block.depth[i], brick, packed);
         if is_point {
-            self.emit_point(setup, i, (key, value));
+            self.emit_point((setup, hiding), i, (key, value));
         } else {
-            self.emit_splat(setup, i, (key, value));
+            self.emit_splat((setup, hiding), i, (key, value));
         }
     }
 
@@ -149,13 +158,22 @@ impl ProjectedChunk {
     }
 
     #[inline(always)]
-    fn emit_point(&mut self, setup: &ProjectSetup, i: usize, (key, value): (u32, &[f32; 4])) {
+    fn emit_point(
+        &mut self,
+        (setup, hiding): (&ProjectSetup, &Hiding),
+        i: usize,
+        (key, value): (u32, &[f32; 4]),
+    ) {
         let (x, y) = (self.block.screen_x[i], self.block.screen_y[i]);
         let columns = pixels(x, POINT_REACH_PX, setup.grid.width);
         let rows = pixels(y, POINT_REACH_PX, setup.grid.height);
         let rect = setup.grid.rect(columns, rows);
         if rect.area() == 0 {
             self.culled += 1;
+            return;
+        }
+        if hiding.hides(&rect) {
+            self.hidden += 1;
             return;
         }
         self.points += 1;
@@ -172,13 +190,22 @@ impl ProjectedChunk {
     }
 
     #[inline(always)]
-    fn emit_splat(&mut self, setup: &ProjectSetup, i: usize, (key, value): (u32, &[f32; 4])) {
+    fn emit_splat(
+        &mut self,
+        (setup, hiding): (&ProjectSetup, &Hiding),
+        i: usize,
+        (key, value): (u32, &[f32; 4]),
+    ) {
         let block = &self.block;
         let columns = pixels(block.middle_x[i], block.half_width[i], setup.grid.width);
         let rows = pixels(block.middle_y[i], block.half_height[i], setup.grid.height);
         let rect = setup.grid.rect(columns, rows);
         if rect.area() == 0 && outside(setup.grid, block, i) {
             self.culled += 1;
+            return;
+        }
+        if hiding.hides(&rect) {
+            self.hidden += 1;
             return;
         }
         let value = painted(setup, value);

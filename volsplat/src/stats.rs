@@ -44,6 +44,9 @@ pub struct FrameStats {
     pub stages: StageTimes,
     /// Samples in bricks outside the view, or themselves outside it.
     pub culled: u64,
+    /// Samples in view that lie behind opaque tiles alone, and were not listed: in hidden bricks, or by themselves
+    /// (every sample).
+    pub hidden: u64,
     /// Samples taken as points.
     pub points: u64,
     /// Samples taken as splats, those near the eye included.
@@ -60,7 +63,8 @@ pub struct FrameStats {
     pub bricks_empty: u64,
     /// Bricks outside the view.
     pub bricks_outside: u64,
-    /// Bricks in view that no tile looked at, because what lies before them is opaque (image sheets that gather).
+    /// Bricks in view that no tile looked at, because what lies before them is opaque (image sheets that gather), or
+    /// that were not projected for the same reason (every sample).
     pub bricks_hidden: u64,
     /// Bricks in view by level of detail: drawn from cells, and merged into blocks of 2, 4 and 8 cells a side.
     pub bricks_by_level: [u64; 4],

@@ -9,12 +9,12 @@ use resample_core::composite::{
     TileCounts, TilePixels, TileSettings, TileWork, composite_slices, composite_tile,
 };
 use resample_core::maps::{MapSource, TileMaps, TilePlane};
-use resample_core::sort::sort_by_depth;
+use resample_core::sort::{entry_key, sort_by_depth};
 use resample_core::tile::{Primitive, TILE_PX, TileGrid};
 
 use crate::near::{NearSample, NearSetup, composite_near};
 use crate::project::ProjectedChunk;
-use crate::stats::{FrameStats, StageClock, seconds_to_ms};
+use crate::stats::{FrameStats, StageTime, seconds_to_ms};
 
 /// What a frame's tiles are made with.
 pub(crate) struct TileStage<'a> {
@@ -25,11 +25,9 @@ pub(crate) struct TileStage<'a> {
     /// Tiles of the picture.
     pub(crate) grid: TileGrid,
     /// Samples at the eye, nearest first.
-    pub(crate) near: &'a [NearSample],
+    pub(crate) near: Vec<NearSample>,
     /// How those of each layer are integrated.
     pub(crate) near_setups: &'a [NearSetup],
-    /// Projected chunks, binned.
-    pub(crate) chunks: &'a [ProjectedChunk],
     /// What is composited at a time.
     pub(crate) layers: Layers,
     /// Sub-pixels along a pixel's side.
@@ -73,6 +71,7 @@ pub(crate) struct ShownPixel {
 /// Storage of one task, reused from tile to tile.
 #[derive(Default)]
 struct Scratch {
+    ready: Vec<u64>,
     sort: Vec<u64>,
     work: TileWork,
 }
@@ -118,62 +117,134 @@ impl TileSlot {
     }
 }
 
+/// A tile between two batches of samples.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct OpenTile {
+    /// What its pixels have gathered; made when something touches the tile.
+    pixels: Option<Box<TilePixels>>,
+    /// What was listed and may still have something before it.
+    pending: Vec<u64>,
+    pub(crate) is_opaque: bool,
+}
+
+impl OpenTile {
+    /// Forgets the last frame.
+    fn reset(&mut self) {
+        self.pixels = None;
+        self.pending.clear();
+        self.is_opaque = false;
+    }
+}
+
 impl TileStage<'_> {
-    /// Renders every tile into `slots`, which are resized to the grid.
-    pub(crate) fn run(&self, slots: &mut Vec<TileSlot>, stats: &mut FrameStats) {
-        let clock = StageClock::start();
-        let columns = self.grid.columns();
-        slots.resize_with(columns * self.grid.rows(), TileSlot::default);
-        let primitives: Vec<&[Primitive]> =
-            self.chunks.iter().map(|chunk| chunk.bins.primitives.as_slice()).collect();
-        slots.par_iter_mut().enumerate().for_each_init(Scratch::default, |scratch, (index, slot)| {
-            self.render_tile([index % columns, index / columns], &primitives, slot, scratch);
-        });
-        tally(slots, clock, stats);
+    /// Makes tiles ready for a frame.
+    pub(crate) fn begin(&self, slots: &mut Vec<TileSlot>, open: &mut Vec<OpenTile>) {
+        let count = self.grid.columns() * self.grid.rows();
+        slots.resize_with(count, TileSlot::default);
+        open.resize_with(count, OpenTile::default);
+        slots.par_iter_mut().for_each(|slot| slot.reset(0));
+        open.par_iter_mut().for_each(OpenTile::reset);
     }
 
-    fn render_tile(
+    /// Composites what the chunks from `first` on hold, and what was left before, as far as nothing that is still to come
+    /// lies before it: up to the sheet that holds the depth `frontier`. A tile is shown once it is opaque or nothing is to
+    /// come (`frontier` is infinite).
+    pub(crate) fn advance(
         &self,
-        at: [usize; 2],
-        primitives: &[&[Primitive]],
-        slot: &mut TileSlot,
-        scratch: &mut Scratch,
+        (chunks, first): (&[ProjectedChunk], usize),
+        frontier: f64,
+        (slots, open): (&mut [TileSlot], &mut [OpenTile]),
     ) {
-        let start = ThreadTime::try_now().ok();
-        slot.reset(0);
-        for chunk in self.chunks {
-            // Tile numbers fit: a picture side is at most 32768 px.
-            slot.entries.extend_from_slice(chunk.bins.tile(at[0] as u16, at[1] as u16));
-        }
-        if slot.entries.is_empty() && self.near.is_empty() {
+        let columns = self.grid.columns();
+        let primitives: Vec<&[Primitive]> =
+            chunks.iter().map(|chunk| chunk.bins.primitives.as_slice()).collect();
+        let tiles = slots.par_iter_mut().zip(open).enumerate();
+        tiles.for_each_init(Scratch::default, |scratch, (index, (slot, open))| {
+            let at = [index % columns, index / columns];
+            let start = ThreadTime::try_now().ok();
+            let before = open.pending.len();
+            for chunk in &chunks[first..] {
+                // Tile numbers fit: a picture side is at most 32768 px.
+                open.pending.extend_from_slice(chunk.bins.tile(at[0] as u16, at[1] as u16));
+            }
+            slot.list_more(open.pending.len() - before);
+            let is_begun = first > 0 || self.near.is_empty();
+            if open.is_opaque {
+                open.pending.clear();
+                return;
+            }
+            if !(open.pending.is_empty() && is_begun) {
+                self.take_ready(frontier, open, &mut scratch.ready);
+                sort_by_depth(&mut scratch.ready, &mut scratch.sort);
+                slot.sort_ms += elapsed_ms(start);
+                let start = ThreadTime::try_now().ok();
+                let corner_px = at.map(|tile| tile * TILE_PX);
+                self.composite((corner_px, is_begun), &primitives, (slot, open), scratch);
+                slot.composite_ms += elapsed_ms(start);
+            }
+            if (open.is_opaque || frontier == f64::INFINITY)
+                && let Some(pixels) = open.pixels.take()
+            {
+                slot.show(&pixels, self.subpixels);
+            }
+        });
+    }
+
+    /// Moves what may be composited now out of the pending entries.
+    fn take_ready(&self, frontier: f64, open: &mut OpenTile, ready: &mut Vec<u64>) {
+        ready.clear();
+        if self.layers == Layers::Slices || frontier == f64::INFINITY {
+            ready.append(&mut open.pending);
             return;
         }
-        sort_by_depth(&mut slot.entries, &mut scratch.sort);
-        slot.sort_ms = elapsed_ms(start);
+        // As the points of a sheet are numbered when they are composited: a sheet is not cut in two.
+        let sheets_per_unit = 1.0 / self.settings.sheet_thickness;
+        let number = |depth: f32| (depth * sheets_per_unit) as u32;
+        let end = number(frontier.max(0.0) as f32);
+        open.pending.retain(|&entry| {
+            let is_ready = number(f32::from_bits(entry_key(entry))) < end;
+            if is_ready {
+                ready.push(entry);
+            }
+            !is_ready
+        });
+    }
 
-        let start = ThreadTime::try_now().ok();
-        let corner_px = at.map(|tile| tile * TILE_PX);
-        let work = &mut scratch.work;
-        work.pixels = TilePixels::default();
-        if !self.near.is_empty() {
-            composite_near(self.near_setups, self.near, corner_px, &mut work.pixels);
+    fn composite(
+        &self,
+        (corner_px, is_begun): ([usize; 2], bool),
+        primitives: &[&[Primitive]],
+        (slot, open): (&mut TileSlot, &mut OpenTile),
+        scratch: &mut Scratch,
+    ) {
+        let Scratch { work, ready, .. } = scratch;
+        if ready.is_empty() && is_begun {
+            return;
         }
-        if !slot.entries.is_empty() {
+        let kept = open.pixels.get_or_insert_default();
+        if !is_begun {
+            composite_near(self.near_setups, &self.near, corner_px, kept);
+        }
+        if !ready.is_empty() {
+            std::mem::swap(&mut work.pixels, kept);
             TileMaps::fill(&mut work.maps, self.settings.level, &self.maps, corner_px);
             let composite = match self.layers {
                 Layers::Samples => composite_tile,
                 Layers::Slices => composite_slices,
             };
-            slot.counts = composite(&self.settings, work, corner_px, &slot.entries, primitives);
+            slot.count(composite(&self.settings, work, corner_px, ready, primitives));
+            std::mem::swap(&mut work.pixels, kept);
         }
-        slot.show(&work.pixels, self.subpixels);
-        slot.composite_ms = elapsed_ms(start);
+        let most = kept.transmittance.iter().flatten().fold(0.0f32, |most, &t| most.max(t));
+        open.is_opaque = most < self.settings.min_transmittance;
+        if open.is_opaque {
+            open.pending.clear();
+        }
     }
 }
 
 /// Adds up what the tiles cost.
-pub(crate) fn tally(slots: &[TileSlot], clock: StageClock, stats: &mut FrameStats) {
-    let whole = clock.stop();
+pub(crate) fn tally(slots: &[TileSlot], whole: StageTime, stats: &mut FrameStats) {
     let (mut sort_ms, mut composite_ms) = (0.0, 0.0);
     for slot in slots {
         sort_ms += slot.sort_ms;

@@ -81,8 +81,9 @@ fn exr_has_colour_and_depth_and_the_stats_count_every_voxel() {
     let frame = &stats["frames"][0];
     assert_eq!((&frame["file"], &frame["width"]), (&"out/a.exr".into(), &64.into()), "frame");
     assert_eq!(stats["settings"]["render"]["order"], "every-sample", "the kernel is an option of that order");
-    let drawn: u64 = ["points", "splats", "culled"].iter().filter_map(|key| frame[*key].as_u64()).sum();
-    assert_eq!(drawn, count("non_transparent"), "each visible voxel is a point, a splat, or culled");
+    let drawn: u64 =
+        ["points", "splats", "culled", "hidden"].iter().filter_map(|key| frame[*key].as_u64()).sum();
+    assert_eq!(drawn, count("non_transparent"), "each visible voxel is a point, a splat, culled or hidden");
 }
 
 #[test]

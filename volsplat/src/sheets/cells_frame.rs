@@ -74,7 +74,7 @@ impl SheetFrame<'_> {
             slot.show(&scratch.pixels, self.subpixels as usize);
             slot.composite_ms = elapsed_ms(start);
         });
-        tally(slots, clock, stats);
+        tally(slots, clock.stop(), stats);
         count_levels(&bricks, &lists, (slots, columns), stats);
     }
 }

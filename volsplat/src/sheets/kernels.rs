@@ -306,7 +306,7 @@ impl SheetFrame<'_> {
             }
             self.kernel_tile(kernel, at.map(|tile| tile * TILE_PX), &voxels, (slot, scratch));
         });
-        tally(slots, clock, stats);
+        tally(slots, clock.stop(), stats);
     }
 
     fn kernel_tile(

@@ -85,7 +85,7 @@ impl SheetFrame<'_> {
             }
             self.scatter_tile(at.map(|tile| tile * TILE_PX), &sections, slot, scratch);
         });
-        tally(slots, clock, stats);
+        tally(slots, clock.stop(), stats);
     }
 
     fn scatter_tile(

@@ -98,7 +98,7 @@ impl StreamedCells {
             let slots = &mut slots[rows.start * grid.columns()..rows.end * grid.columns()];
             band.draw(slots, stats, &mut |share| watch((done as f64 + share) / bands.len() as f64))?;
         }
-        tally(slots, clock, stats);
+        tally(slots, clock.stop(), stats);
         Ok(())
     }
 }
