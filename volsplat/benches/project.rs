@@ -31,7 +31,7 @@ fn main() {
 }
 
 fn row(view: View, stats: &FrameStats) {
-    let visible = (stats.points + stats.splats + stats.culled) as f64;
+    let visible = (stats.points + stats.splats + stats.culled + stats.hidden) as f64;
     let ns = |cpu_ms: f64| 1e6 * cpu_ms / visible;
     let stages = &stats.stages;
     println!(
