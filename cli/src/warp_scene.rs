@@ -49,6 +49,15 @@ pub(crate) fn read(args: &Warp3dArgs) -> Result<WarpScene> {
     Ok(WarpScene { references, from, bounds })
 }
 
+/// The sizes of all pictures, px, from their headers alone.
+pub(crate) fn sizes(args: &Warp3dArgs) -> Result<Vec<[u32; 2]>> {
+    let mut sizes = vec![colour::size(&Part::from_text(&args.colour))?];
+    for typed in further(args) {
+        sizes.push(colour::size(&Part::from_text(typed?.colour))?);
+    }
+    Ok(sizes)
+}
+
 /// The files that are read, for the check that none is written over.
 pub(crate) fn files(args: &Warp3dArgs) -> Vec<std::path::PathBuf> {
     let pictures = [&args.colour, &args.depth]

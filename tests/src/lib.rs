@@ -31,6 +31,7 @@ pub mod texture_reference;
 pub mod texture_scenes;
 pub mod textured;
 pub mod trilinear;
+pub mod warp_filtered;
 pub mod warp_measure;
 pub mod warp_pairs;
 pub mod warp_scenes;

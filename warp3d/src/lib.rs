@@ -13,6 +13,7 @@ mod flags;
 mod hybrid;
 pub mod input;
 mod layer;
+pub mod memory;
 mod mesh;
 mod nearest;
 pub mod options;

@@ -173,11 +173,11 @@ fn check(index: usize, reference: &Reference) -> Result<(), Error> {
             )));
         }
     }
-    if pixels > MAX_CELLS / 2 {
+    let cells = (reference.camera.width as usize + 1) * (reference.camera.height as usize + 1);
+    if cells > MAX_CELLS {
         return Err(Error::Input(format!(
-            "reference {index}: {pixels} pixels, more than {} that pieces of surfaces can be numbered for; use a \
-             smaller picture",
-            MAX_CELLS / 2
+            "reference {index}: {pixels} pixels have {cells} cells between them, more than the {MAX_CELLS} that pieces \
+             of surfaces can be numbered for; use a smaller picture"
         )));
     }
     Ok(())

@@ -44,6 +44,8 @@ pub(crate) fn run(args: &Warp3dArgs, verbosity: Verbosity) -> Result<()> {
     Plan::without_cameras(&request, Pictures::One)?;
     let options = options(&args.warp);
     let start = Instant::now();
+    // The new picture is at least a pixel; how large it is, cameras say later.
+    check_memory(args, &options, [1, 1])?;
     let scene = warp_scene::read(args)?;
     let load_ms = report::ms_since(start);
     let layout = layout(args);
@@ -59,6 +61,9 @@ pub(crate) fn run(args: &Warp3dArgs, verbosity: Verbosity) -> Result<()> {
     }
     let plan = Plan::without_cameras(&request, if several { Pictures::Several } else { Pictures::One })?;
     let cameras = plan.checked(cameras)?;
+    for camera in &cameras {
+        check_memory(args, &options, [camera.width, camera.height])?;
+    }
     let samples: usize =
         scene.references.iter().map(|r| r.depth.iter().filter(|z| !z.is_nan()).count()).sum();
     let stats = RunStats {
@@ -78,6 +83,12 @@ pub(crate) fn run(args: &Warp3dArgs, verbosity: Verbosity) -> Result<()> {
         LastPicture::Kept(Some(image)) => write_planes(args, &image),
         LastPicture::Kept(None) | LastPicture::NotKept => Ok(()),
     }
+}
+
+/// Holds what the warp takes against `--max-memory`.
+fn check_memory(args: &Warp3dArgs, options: &WarpOptions, target: [u32; 2]) -> Result<()> {
+    let Some(max_memory) = args.max_memory else { return Ok(()) };
+    Ok(warp3d::memory::check_memory(&warp_scene::sizes(args)?, target, options, max_memory)?)
 }
 
 /// Does all but the drawing.

@@ -1,5 +1,7 @@
 //! `resample warp3d` from end to end: a small picture with depth, made here, seen from elsewhere.
 
+use std::io::Write;
+
 use super::bad_input::{assert_one_line, assert_refused};
 use super::{Bench, assert_good, read_png, stderr};
 
@@ -244,4 +246,28 @@ fn words_that_contradict_each_other_are_refused() {
     refused("--to shift:0,0,0 --size 0x9 -o out/a.png", "--size");
     refused("--to cameras.json --sway 3 -o out/a.png", "--sway");
     refused("--to shift:0,0,0 --near 1 -o out/a.png", "--far");
+}
+
+#[test]
+fn a_limit_of_memory_is_kept_before_anything_is_read() {
+    const SIDE: usize = 16_384;
+    let bench = bench();
+    let mut large = Vec::new();
+    let mut encoder = png::Encoder::new(&mut large, SIDE as u32, SIDE as u32);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_compression(png::Compression::Fast);
+    let mut writer = encoder.write_header().expect("in memory");
+    let mut rows = writer.stream_writer().expect("in memory");
+    let row = vec![128; SIDE];
+    (0..SIDE).for_each(|_| rows.write_all(&row).expect("in memory"));
+    rows.finish().expect("in memory");
+    drop(writer);
+    bench.write("large.png", &large);
+    let lens = "--intrinsics 9000,9000,8192,8192 --to shift:0.1,0,0 -o out/a.png";
+    // The depth file is not even looked for.
+    let words = format!("warp3d large.png absent.pfm {lens} --max-memory");
+    assert_one_line(&bench, &format!("{words} 4G"), "16384x16384");
+    assert_one_line(&bench, &format!("{words} 16G"), "--method nearest");
+    assert_one_line(&bench, &format!("{words} 256G"), "absent.pfm");
+    assert_good(&bench.run(&format!("{VIEW} --to shift:0.1,0,0 -o out/b.png --max-memory 64M")));
 }

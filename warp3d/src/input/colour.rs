@@ -37,6 +37,14 @@ pub fn read(part: &Part) -> Result<Picture, Error> {
     Ok(tamed(picture))
 }
 
+/// Width and height of a picture, px, from its header alone.
+///
+/// # Errors
+/// A file that cannot be read, or whose header claims more than the file can hold.
+pub fn size(part: &Part) -> Result<[u32; 2], Error> {
+    if exr::is_exr(&first_bytes(&part.path, 8)?) { exr::size(&part.path) } else { raster::size(&part.path) }
+}
+
 /// A colour that is not a number is no colour: its pixel is not covered. Infinite light is the brightest.
 fn tamed(mut picture: Picture) -> Picture {
     let unknown = |rgb: &[f32; 3]| rgb.iter().any(|channel| channel.is_nan());

@@ -36,6 +36,18 @@ pub(super) fn is_exr(start: &[u8]) -> bool {
     start.starts_with(&MAGIC)
 }
 
+/// Width and height of the display window, from the header alone.
+pub(super) fn size(path: &Path) -> Result<[u32; 2], Error> {
+    let (_, length) = open(path)?;
+    let meta = catch_unwind(|| MetaData::read_from_file(path, false))
+        .map_err(|_| fault(path, "not a usable EXR file: its header makes no sense"))?
+        .map_err(|error| fault(path, format!("not a usable EXR file: {error}")))?;
+    check_sizes(&meta, length).map_err(|what| fault(path, what))?;
+    let window = meta.headers.first().map(|header| header.shared_attributes.display_window.size);
+    let window = window.ok_or_else(|| fault(path, "an EXR file without a picture"))?;
+    Ok([window.width() as u32, window.height() as u32])
+}
+
 /// Red, green, blue and alpha of the picture, or of a layer.
 pub(super) fn read_colour(path: &Path, layer: Option<&str>) -> Result<Picture, Error> {
     let image = decoded(path)?;

@@ -72,7 +72,23 @@ pub(super) fn read_depth(path: &Path) -> Result<Plane, Error> {
     Ok(Plane { width, height, values, stored: Stored::Code(largest) })
 }
 
+/// Width and height, from the header alone.
+pub(super) fn size(path: &Path) -> Result<[u32; 2], Error> {
+    let decoder = checked_decoder(path)?;
+    Ok(decoder.dimensions().into())
+}
+
 fn decoded(path: &Path) -> Result<DynamicImage, Error> {
+    let decoder = checked_decoder(path)?;
+    DynamicImage::from_decoder(decoder).map_err(|error| not_usable(path, &error))
+}
+
+fn not_usable(path: &Path, error: &image::ImageError) -> Error {
+    fault(path, format!("not a usable picture: {error}"))
+}
+
+/// A decoder whose claims have been held against the length of the file.
+fn checked_decoder(path: &Path) -> Result<impl ImageDecoder, Error> {
     let (file, length) = open(path)?;
     let mut file = BufReader::new(file);
     let guessed =
@@ -83,18 +99,17 @@ fn decoded(path: &Path) -> Result<DynamicImage, Error> {
             "no known picture format (formats are told by the content): expected PNG, JPEG, EXR, TIFF, PFM or .npy",
         ));
     };
-    let wrong = |error: image::ImageError| fault(path, format!("not a usable picture: {error}"));
     file.rewind().map_err(|source| cannot_read(path, &source))?;
     let mut reader = ImageReader::with_format(file, format);
     let mut limits = Limits::default();
     // Four channels of four bytes, the widest type, and as much again for the decoder's own buffers.
     limits.max_alloc = Some(MAX_PIXELS * 32);
     reader.limits(limits);
-    let decoder = reader.into_decoder().map_err(wrong)?;
+    let decoder = reader.into_decoder().map_err(|error| not_usable(path, &error))?;
     let (width, height) = decoder.dimensions();
     check_claim(width.into(), height.into(), length, most_pixels_per_byte(format))
         .map_err(|what| fault(path, what))?;
-    DynamicImage::from_decoder(decoder).map_err(wrong)
+    Ok(decoder)
 }
 
 /// The largest number of pixels that one byte of a format can stand for.
