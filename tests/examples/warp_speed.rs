@@ -18,7 +18,7 @@ const FRAMES: usize = 9;
 fn main() {
     let frames = std::env::args().nth(1).and_then(|a| a.parse().ok()).unwrap_or(FRAMES);
     println!(
-        "| size | method | prepared once, CPU ms | frame, CPU ms | times nearest | project | accumulate | resolve | frames/s, 2 threads |"
+        "| size | method | prepared once, wall ms | frame, CPU ms | times nearest | project | accumulate | resolve | frames/s, 2 threads |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
     let only = std::env::args().nth(2).and_then(|a| a.parse().ok());
