@@ -17,7 +17,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use volsplat::{RenderOptions, Subpixels};
 
-pub(crate) use blend::{BlendArgs, RayBlendArg};
+pub(crate) use blend::{BlendArgs, RayBlendArg, VolumeLayerArg};
 pub(crate) use clip::ClipArgs;
 pub(crate) use samples::{CellsArg, InterpolateArg, SampleArgs};
 pub(crate) use scene::SceneArgs;

@@ -15,7 +15,7 @@ use volsplat::{
 use crate::args::{
     CellsArg, ClassifyArg, ColourByArg, FlatFootprintArg, FootprintArg, InterpolateArg, KernelArg, LayerArg,
     LevelArg, MeshShadeArg, OpacityArg, OrderArg, ProjectionArg, SelectArg, ShadeArg, SheetSumsArg, SpaceArg,
-    TexmapMethodArg,
+    TexmapMethodArg, VolumeLayerArg,
 };
 
 /// Pairs of a command line's value and a library's value; each of either occurs once.
@@ -135,6 +135,13 @@ pub(crate) const LAYER: Twins<LayerArg, texmap::PlaneKind> = Twins(&[
     (LayerArg::Texels, texmap::PlaneKind::TexelDensity),
 ]);
 
+/// `--layers` of volsplat
+pub(crate) const VOLUME_LAYER: Twins<VolumeLayerArg, volsplat::Layer> = Twins(&[
+    (VolumeLayerArg::FirstHit, volsplat::Layer::FirstHit),
+    (VolumeLayerArg::Normal, volsplat::Layer::Normal),
+    (VolumeLayerArg::Samples, volsplat::Layer::Samples),
+]);
+
 impl<A: Copy + PartialEq + ValueEnum, L: Copy + PartialEq> Twins<A, L> {
     /// The library's value for what was typed.
     pub(crate) fn library(&self, arg: A) -> L {
@@ -194,6 +201,7 @@ mod tests {
         check(&FLAT_FOOTPRINT, &["affine", "exact"]);
         check(&MESH_SHADE, &["auto", "unlit", "headlight", "lambert"]);
         check(&LEVEL, &["auto", "full"]);
+        check(&VOLUME_LAYER, &["first-hit", "normal", "samples"]);
         check(&LAYER, &["depth", "normal", "coverage", "selection", "texels"]);
         check(
             &TEXMAP_METHOD,

@@ -91,6 +91,7 @@ fn given(args: &RenderArgs) -> Vec<Given> {
         ("--shade", sheets.shade.is_some(), IMAGE),
         ("--blend", args.blend.blend.is_some_and(|blend| blend != RayBlendArg::Emission), IMAGE),
         ("--iso", args.blend.iso.is_some(), IMAGE),
+        ("--layers", args.blend.layers.is_some(), IMAGE),
         ("--gradient-opacity", args.blend.gradient_opacity.is_some(), IMAGE),
     ];
     all.into_iter().filter(|option| option.1).map(|(name, _, orders)| Given { name, orders }).collect()

@@ -49,7 +49,7 @@ pub use options::{
 };
 pub use render::{Frame, Renderer};
 pub use scene::{Channel, Look, Scene};
-pub use sheets::Relook;
+pub use sheets::{Layer, Relook};
 pub use stats::{FrameStats, StageTime, StageTimes};
 pub use transfer::{ColourEncoding, ColourMap, Histogram, TransferFunction};
 pub use volume::{Described, Lattice, NanPolicy, Volume, Voxels};

@@ -5,6 +5,7 @@
 //! to the number of threads, and each is owned by one task, so the same bytes come out on any number of them.
 
 use glam::DVec3;
+use resample_core::image::Plane;
 use resample_core::{Camera, Image, Projection};
 
 use crate::clip::Clip;
@@ -13,7 +14,7 @@ use crate::large::{LargeVolume, Watch};
 use crate::options::{Order, RenderOptions, SheetSums};
 use crate::picture::picture;
 use crate::scene::Scene;
-use crate::sheets::{ImageSheets, Relook};
+use crate::sheets::{ImageSheets, Layer, Relook, layers_refused};
 use crate::stats::{FrameStats, StageClock};
 use crate::tiles::TileSlot;
 use crate::transfer::TransferFunction;
@@ -196,6 +197,18 @@ impl Renderer {
             self.options = options.clone();
         }
         Ok(adopted)
+    }
+
+    /// Planes beside the colour of the picture that this camera sees, in the order of the list; a pass of its own.
+    /// [`Error::Option`] where there are none: they are made of one channel of scalars in memory, in
+    /// image sheets that gather, without a mask, gradient opacity or another blend.
+    pub fn layers(&self, camera: &Camera, wanted: &[Layer]) -> Result<Vec<Plane>, Error> {
+        let camera = camera.validated().map_err(|e| Error::Option(e.to_string()))?;
+        match &self.pipeline {
+            Pipeline::ImageSheets(p) => p.layers(&camera, wanted),
+            Pipeline::EverySample(_) if wanted.is_empty() => Ok(Vec::new()),
+            Pipeline::EverySample(_) => Err(layers_refused()),
+        }
     }
 
     /// The box, in the world, of the voxels that are drawn and that the clip keeps; `None` if there are none.

@@ -23,6 +23,21 @@ pub(crate) struct BlendArgs {
     /// Multiply the extinction by a ramp over the length of the gradient: 0 at LOW, 1 at HIGH, value per world unit
     #[arg(long, value_name = "LOW,HIGH", value_parser = values::ramp)]
     pub gradient_opacity: Option<[f64; 2]>,
+    /// Planes of an EXR file beside colour and mean depth (Z): where the ray first meets something (depth.first), what it
+    /// faces (normal.X, .Y, .Z), how many samples it took (samples) [default: none]
+    #[arg(long, value_enum, value_name = "NAMES", value_delimiter = ',')]
+    pub layers: Option<Vec<VolumeLayerArg>>,
+}
+
+/// Planes beside a volume's colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum VolumeLayerArg {
+    /// Camera z at which the ray first meets something
+    FirstHit,
+    /// Mean normal, towards the eye, times opacity
+    Normal,
+    /// Samples along the ray
+    Samples,
 }
 
 /// What a pixel shows of its ray.

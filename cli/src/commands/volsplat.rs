@@ -12,6 +12,7 @@ use serde_json::json;
 use volsplat::{FrameStats, RenderOptions, Renderer};
 
 use crate::args::{Command, VolsplatArgs};
+use crate::blend;
 use crate::camera_path::KeyKind;
 use crate::commands::{Opened, Parts, Prepared};
 use crate::framing;
@@ -44,6 +45,7 @@ pub(crate) fn run(args: &VolsplatArgs, verbosity: Verbosity) -> Result<()> {
     let request = request(args);
     let plan = Plan::new(&request)?;
     let options = settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format)?;
+    let layers = blend::layers(&args.render.blend, plan.finish.format)?;
     let scene = loaded(args, options, (&plan, verbosity.progress()))?;
     let cameras = cameras(args, &request, &plan, &scene)?;
     scene.content.show_transfer(&args.transfer)?;
@@ -60,7 +62,9 @@ pub(crate) fn run(args: &VolsplatArgs, verbosity: Verbosity) -> Result<()> {
         if let Some((motion, content)) = &mut moving {
             motion.set(number, &mut renderer, (content, &options))?;
         }
-        drawn(&mut renderer, camera, progress)
+        let mut drawn = drawn(&mut renderer, camera, progress)?;
+        drawn.image.planes.extend(renderer.layers(camera, &layers)?);
+        Ok(drawn)
     };
     plan.draw(&request, &cameras, stats, (&mut render, telling))
 }

@@ -54,6 +54,33 @@ fn background_makes_the_picture_opaque() {
 }
 
 #[test]
+fn layers_are_channels_of_an_exr() {
+    let bench = Bench::new();
+    assert_good(&bench.draw("--size 16x16 -o out/a.exr --layers samples,first-hit,normal"));
+    let read = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
+    let read = read.first_valid_layer().all_attributes().from_file(bench.path("out/a.exr")).expect("an EXR");
+    let channels = &read.layer_data.channel_data.list;
+    let names: Vec<_> = channels.iter().map(|channel| channel.name.to_string()).collect();
+    let expected = ["A", "B", "G", "R", "Z", "depth.first", "normal.X", "normal.Y", "normal.Z", "samples"];
+    assert_eq!(names, expected, "channels");
+    let middle = |channel: usize| channels[channel].sample_data.values_as_f32().nth(8 * 16 + 8);
+    let (mean, first) = (middle(4).expect("a pixel"), middle(5).expect("a pixel"));
+    assert!(first < mean, "the ball is met at {first}, before its mean depth {mean}");
+    let bench = Bench::new();
+    for (words, complaint) in [
+        ("-o out/a.png --layers normal", "--layers: only a name that ends in .exr"),
+        ("-o out/a.exr --layers normal,normal", "--layers: normal is named twice"),
+        ("-o out/a.exr --layers normal --select points", "--layers"),
+        ("-o out/a.exr --layers normal --kernel gaussian --order image-sheets", "--layers"),
+    ] {
+        let output = bench.draw(words);
+        assert_eq!(output.status.code(), Some(2), "{words}: {}", stderr(&output));
+        assert!(stderr(&output).contains(complaint), "{words}: {}", stderr(&output));
+    }
+    assert!(bench.written().is_empty(), "nothing is written: {:?}", bench.written());
+}
+
+#[test]
 fn exr_has_colour_and_depth_and_the_stats_count_every_voxel() {
     let bench = Bench::new();
     assert_good(
