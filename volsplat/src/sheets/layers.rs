@@ -143,7 +143,7 @@ impl<'a> Tracer<'a> {
         let (origin, direction) = self.view.ray(pos_in_screen);
         let thickness = self.settings.thickness;
         let at = |camera_z: f64| origin + camera_z * direction;
-        let units = thickness * self.view.world_per_grid_along(direction) / self.settings.unit_in_world;
+        let units = thickness * self.ray_in_camera(direction).length() / self.settings.unit_in_world;
         let mut traced = Traced { first: f64::INFINITY, normal: DVec3::ZERO, samples: 0 };
         let mut transmittance = 1.0;
         let mut number = (self.reach[0].max(self.view.near) / thickness - 0.5).ceil();
