@@ -2,8 +2,8 @@
 //!
 //! `cargo run --release -p resample-tests --example zoom_out [-- FRAMES]` prints Markdown tables (64 frames if not given).
 //! Over the frames the camera moves away from where the volume fills the picture to eight times that distance. The
-//! truth is trilinear and post-classified, 36 rays a pixel, f64. Every-sample draws classified voxels summed with a
-//! kernel: it is measured against the same truth, and against the truth of that field, which parts the error of
+//! truth is trilinear and post-classified, 36 rays a pixel, f64. The paper's settings draw classified voxels summed with a
+//! kernel: they are measured against the same truth, and against the truth of that field, which parts the error of
 //! antialiasing from that of classification. PSNR is over the pixels that the truth shows and all frames; flicker is
 //! the root mean square, over the same pixels, of the change of the error from frame to frame, times 1000.
 
@@ -12,7 +12,7 @@ use std::process::ExitCode;
 use resample_core::{Camera, Image, SelectMode};
 use resample_tests::area_truth::AreaTruth;
 use resample_tests::lod_scenes::{Subject, zoom_subjects};
-use volsplat::{Order, RenderOptions, Renderer};
+use volsplat::{Cells, RenderOptions, Renderer};
 
 fn main() -> ExitCode {
     let frames = std::env::args().nth(1).map_or(Ok(64), |argument| argument.parse::<usize>());
@@ -32,7 +32,7 @@ fn print_subject(subject: &Subject, frames: usize) {
     let (volume, transfer) = (&subject.volume, &subject.transfer);
     let render = |truth: AreaTruth| -> Vec<Image> { cameras.iter().map(|c| truth.render(c)).collect() };
     let post = render(AreaTruth::new(volume, transfer));
-    let kernel = RenderOptions::every_sample().kernel;
+    let kernel = RenderOptions::paper().kernel;
     let pre = render(AreaTruth::of_classified(volume, transfer, kernel));
     println!("### {}\n", subject.name);
     println!(
@@ -49,7 +49,7 @@ fn print_subject(subject: &Subject, frames: usize) {
         let images: Vec<&Image> = drawn.iter().map(|frame| &frame.image).collect();
         let cpu: Vec<f64> = drawn.iter().map(|frame| frame.stats.cpu_ms).collect();
         print_row(name, ("post", &post), &images, Some(&cpu));
-        if options.order == Order::EverySample {
+        if options.cells == Cells::Off {
             print_row(name, ("pre", &pre), &images, Some(&cpu));
         }
     }
@@ -73,20 +73,16 @@ fn print_row(name: &str, (kind, truths): (&str, &[Image]), images: &[&Image], cp
 }
 
 fn settings() -> Vec<(&'static str, RenderOptions)> {
-    let every = |select| RenderOptions { select, ..RenderOptions::every_sample() };
     let paper = |select| RenderOptions { select, ..RenderOptions::paper() };
     vec![
         ("image sheets (the default)", RenderOptions::default()),
         ("image sheets, `--lod-error 0`", RenderOptions { lod_error: 0.0, ..RenderOptions::default() }),
         ("image sheets, `--lod-error 0.03`", RenderOptions { lod_error: 0.03, ..RenderOptions::default() }),
-        ("every sample, hybrid", every(SelectMode::Hybrid)),
-        ("every sample, splats", every(SelectMode::Splats)),
-        ("every sample, points", every(SelectMode::Points)),
-        ("every sample, ewa", every(SelectMode::Ewa)),
-        ("the paper's way, hybrid", paper(SelectMode::Hybrid)),
-        ("the paper's way, splats", paper(SelectMode::Splats)),
-        ("the paper's way, points", paper(SelectMode::Points)),
-        ("the paper's way, ewa", paper(SelectMode::Ewa)),
+        ("every sample (cells, sub-pixels)", RenderOptions::every_sample()),
+        ("the paper: hybrid", paper(SelectMode::Hybrid)),
+        ("the paper: splats", paper(SelectMode::Splats)),
+        ("the paper: points", paper(SelectMode::Points)),
+        ("the paper: ewa", paper(SelectMode::Ewa)),
     ]
 }
 
