@@ -1,8 +1,8 @@
 //! Automatic framing: a camera that shows a box, from a direction given by two angles.
 //!
-//! Takes a box in the world, an up axis and an orbit, gives a camera. The view is fitted to the sphere around the
-//! box, not to the box itself, so that pictures from different angles have the same scale and an orbit does not
-//! jump. The picture's up direction is the derivative of the eye's position along the elevation, which is defined
+//! Takes a box in the world, an up axis and an orbit, gives a camera. The view is fitted to a sphere around what
+//! is in the box, not to the box itself, so that pictures from different angles have the same scale and an orbit
+//! does not jump. The picture's up direction is the derivative of the eye's position along the elevation, which is defined
 //! everywhere, the poles included.
 
 use anyhow::Result;
@@ -13,7 +13,16 @@ use crate::values::{Orbit, Size};
 
 pub(crate) mod volume;
 
-/// What a view is made of, beside the box that it shows.
+/// What must be in the picture.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Extent {
+    /// Two corners of a box along the world's axes that holds all of it.
+    pub bounds: [DVec3; 2],
+    /// How far any of it is from the middle of the box, world units.
+    pub radius: f64,
+}
+
+/// What a view is made of, beside the extent that it shows.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct View {
     /// Picture size.
@@ -57,6 +66,20 @@ const MIN_RADIUS_FRACTION: f64 = 1e-9;
 /// Smallest radius of the sphere at the origin, world units: its square is still far from underflow.
 const MIN_RADIUS: f64 = 1e-100;
 
+impl Extent {
+    /// All of a box, its corners too.
+    pub(crate) fn of_box(bounds: [DVec3; 2]) -> Self {
+        Self { bounds, radius: 0.5 * (bounds[1] - bounds[0]).length() }
+    }
+
+    /// Points that lie in a box: a ball in its box is drawn larger than the box.
+    pub(crate) fn of_points(bounds: [DVec3; 2], points: impl Iterator<Item = DVec3>) -> Self {
+        let middle = 0.5 * (bounds[0] + bounds[1]);
+        let farthest = points.map(|point| point.distance_squared(middle)).fold(0.0, f64::max).sqrt();
+        Self { bounds, radius: farthest.min(Self::of_box(bounds).radius) }
+    }
+}
+
 impl Stance {
     /// `up` in the picture, and x to the right, or y where `up` leaves x no room.
     pub(crate) fn upright(up: DVec3) -> Self {
@@ -72,11 +95,11 @@ impl Stance {
     }
 }
 
-/// A camera that shows the box with corners `bounds`.
-pub(crate) fn frame(bounds: [DVec3; 2], view: &View) -> Result<Camera> {
-    let target = 0.5 * (bounds[0] + bounds[1]);
+/// A camera that shows all of `extent`.
+pub(crate) fn frame(extent: &Extent, view: &View) -> Result<Camera> {
+    let target = 0.5 * (extent.bounds[0] + extent.bounds[1]);
     let floor = (MIN_RADIUS_FRACTION * target.length()).max(MIN_RADIUS);
-    let radius = (0.5 * (bounds[1] - bounds[0]).length()).max(floor);
+    let radius = extent.radius.max(floor);
     let (eye_direction, up) = orbit_directions(&view.orbit, &view.stance);
     let pose = |distance: f64| LookAt { position: target + distance * eye_direction, target, up };
     let size = [view.size.width, view.size.height];
@@ -95,14 +118,14 @@ pub(crate) fn frame(bounds: [DVec3; 2], view: &View) -> Result<Camera> {
     })
 }
 
-/// Cameras that go once around the box in `steps` equal steps, from the azimuth of `view` on.
+/// Cameras that go once around what is shown in `steps` equal steps, from the azimuth of `view` on.
 ///
 /// The last stands one step before the first, so that a film that starts again does not stop for a picture.
-pub(crate) fn turntable(bounds: [DVec3; 2], view: &View, steps: u32) -> Result<Vec<Camera>> {
+pub(crate) fn turntable(extent: &Extent, view: &View, steps: u32) -> Result<Vec<Camera>> {
     let at = |step: u32| {
         let turned_deg = 360.0 * f64::from(step) / f64::from(steps);
         let orbit = Orbit { azimuth_deg: view.orbit.azimuth_deg + turned_deg, ..view.orbit };
-        frame(bounds, &View { orbit, ..*view })
+        frame(extent, &View { orbit, ..*view })
     };
     (0..steps).map(at).collect()
 }

@@ -17,7 +17,7 @@ use crate::background::Background;
 use crate::camera_file::{self, CameraDefaults, CameraFile};
 use crate::camera_path::{self, CameraPath, KeyKind, Moment};
 use crate::choices;
-use crate::framing::{self, Lens, Stance, View};
+use crate::framing::{self, Extent, Lens, Stance, View};
 use crate::output::{self, Depth, FilmKind, FilmPlan, Format, FrameNames};
 use crate::picture::{self, Finish, RenderNumbered};
 use crate::report::{self, RunStats, Verbosity};
@@ -114,21 +114,16 @@ impl Plan {
         Ok(Self { names, film, finish: Finish { format, background }, cameras: PlannedCameras::Framed })
     }
 
-    /// The cameras of the camera file, or those that show the box with corners `bounds` as was asked for.
-    pub(crate) fn cameras(
-        &self,
-        request: &Request,
-        bounds: [DVec3; 2],
-        stance: Stance,
-    ) -> Result<Vec<Camera>> {
+    /// The cameras of the camera file, or those that show `extent` as was asked for.
+    pub(crate) fn cameras(&self, request: &Request, extent: &Extent, stance: Stance) -> Result<Vec<Camera>> {
         let named = |file: &Option<PathBuf>| file.as_deref().unwrap_or(Path::new("")).display().to_string();
         let cameras = match &self.cameras {
-            PlannedCameras::Framed => framed(request, bounds, stance)?,
+            PlannedCameras::Framed => framed(request, extent, stance)?,
             PlannedCameras::File(file) => {
-                file_cameras(file, bounds).with_context(|| named(&request.camera.camera))?
+                file_cameras(file, extent.bounds).with_context(|| named(&request.camera.camera))?
             }
             PlannedCameras::Path(path, pictures) => {
-                path.cameras(pictures, bounds).with_context(|| named(&request.sequence.path))?
+                path.cameras(pictures, extent.bounds).with_context(|| named(&request.sequence.path))?
             }
         };
         self.checked(cameras)
@@ -285,7 +280,7 @@ fn check_targets(request: &Request, first_frame: &Path) -> Result<()> {
 }
 
 /// The cameras that nobody wrote down: one, or those of a turntable.
-fn framed(request: &Request, bounds: [DVec3; 2], stance: Stance) -> Result<Vec<Camera>> {
+fn framed(request: &Request, extent: &Extent, stance: Stance) -> Result<Vec<Camera>> {
     let args = request.camera;
     let view = View {
         size: args.size.unwrap_or(DEFAULT_SIZE),
@@ -297,8 +292,8 @@ fn framed(request: &Request, bounds: [DVec3; 2], stance: Stance) -> Result<Vec<C
         },
     };
     match request.sequence.turntable {
-        Some(steps) => framing::turntable(bounds, &view, steps),
-        None => Ok(vec![framing::frame(bounds, &view)?]),
+        Some(steps) => framing::turntable(extent, &view, steps),
+        None => Ok(vec![framing::frame(extent, &view)?]),
     }
 }
 

@@ -12,7 +12,7 @@ use volsplat::{RenderOptions, Renderer, TransferFunction, Volume, procedural};
 
 use crate::args::DemoArgs;
 use crate::background::Background;
-use crate::framing::{self, Lens, View};
+use crate::framing::{self, Extent, Lens, View};
 use crate::output::{self, Depth, Format};
 use crate::picture::{self, Finish};
 use crate::progress::Progress;
@@ -83,7 +83,8 @@ fn draw(scene: &Scene, size: Size, file: PathBuf) -> Result<report::WrittenFrame
         renderer.visible_bounds_in_world().unwrap_or_else(|| framing::volume::grid_bounds(&scene.volume));
     let stance = framing::volume::stance(&scene.volume, None);
     let view = View { size, orbit: scene.orbit, stance, lens: Lens::Perspective { fov_y_deg: FOV_Y_DEG } };
-    let camera = framing::frame(framing::volume::with_kernels(bounds, &scene.volume), &view)?;
+    let extent = Extent::of_box(framing::volume::with_kernels(bounds, &scene.volume));
+    let camera = framing::frame(&extent, &view)?;
     picture::check_size(&camera)?;
     picture::draw(
         &mut |camera, _| super::volsplat::drawn(&mut renderer, camera, Progress::Hidden),

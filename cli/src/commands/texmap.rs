@@ -6,15 +6,16 @@
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use resample_core::Camera;
 use serde_json::json;
+use texmap::scene::Mesh;
 use texmap::{FrameStats, Loaded, Renderer, Scene};
 
 use crate::args::{Command, TexmapArgs};
 use crate::camera_path::KeyKind;
 use crate::commands::{Opened, Parts, Prepared};
-use crate::framing::Stance;
+use crate::framing::{Extent, Stance};
 use crate::interrupt;
 use crate::picture::Drawn;
 use crate::plan::{Plan, Request, Telling};
@@ -104,12 +105,19 @@ fn cameras(
     // A scene that was loaded has triangles.
     let bounds = renderer.bounds_in_world().unwrap_or_default();
     match &args.model.camera_name {
-        None => plan.cameras(request, bounds, stance(args)),
+        None => plan.cameras(request, &Extent::of_points(bounds, corners(scene)), stance(args)),
         Some(name) => {
             let camera = scene_camera::named(&scene.cameras, name, args.camera.size, bounds);
             plan.checked(vec![camera.with_context(|| args.input.display().to_string())?])
         }
     }
+}
+
+/// The corners of all triangles; one that several share comes several times.
+fn corners(scene: &Scene) -> impl Iterator<Item = DVec3> {
+    let of_mesh = |mesh: &Mesh, corner: u32| Vec3::from_array(mesh.positions[corner as usize]).as_dvec3();
+    let meshes = scene.meshes.iter();
+    meshes.flat_map(move |mesh| mesh.triangles.iter().flatten().map(move |&corner| of_mesh(mesh, corner)))
 }
 
 fn request(args: &TexmapArgs) -> Request<'_> {

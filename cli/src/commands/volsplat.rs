@@ -15,7 +15,7 @@ use crate::args::{Command, VolsplatArgs};
 use crate::blend;
 use crate::camera_path::KeyKind;
 use crate::commands::{Opened, Parts, Prepared};
-use crate::framing;
+use crate::framing::{self, Extent};
 use crate::interrupt;
 use crate::picture::Drawn;
 use crate::plan::{Plan, Request, Telling};
@@ -200,7 +200,7 @@ fn cameras(args: &VolsplatArgs, request: &Request, plan: &Plan, scene: &Scene) -
     });
     let bounds = framing::volume::with_kernels(bounds, scene.content.first());
     let stance = framing::volume::stance(scene.content.first(), args.camera.up.map(|axis| axis.direction));
-    plan.cameras(request, bounds, stance)
+    plan.cameras(request, &Extent::of_box(bounds), stance)
 }
 
 /// The times of a frame's stages and its counts, one line.

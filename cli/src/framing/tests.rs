@@ -25,7 +25,7 @@ fn corners() -> impl Iterator<Item = DVec3> {
 }
 
 fn assert_all_corners_seen(view: &View) {
-    let camera = frame(BOX, view).expect("a good view");
+    let camera = frame(&Extent::of_box(BOX), view).expect("a good view");
     for corner in corners() {
         let in_camera = camera.camera_from_world.transform_point3(corner);
         let seen = camera.screen_from_camera(in_camera);
@@ -49,10 +49,22 @@ fn all_corners_are_inside_the_picture_from_every_side() {
 
 #[test]
 fn sphere_touches_the_nearer_picture_edge() {
-    let camera = frame(BOX, &view(Lens::Perspective { fov_y_deg: 40.0 })).expect("a good view");
+    let camera =
+        frame(&Extent::of_box(BOX), &view(Lens::Perspective { fov_y_deg: 40.0 })).expect("a good view");
     let distance = camera.eye_in_world().distance(DVec3::new(12.0, -1.0, 4.0));
     let radius = 0.5 * (BOX[1] - BOX[0]).length();
     assert!((radius / distance - 20f64.to_radians().sin()).abs() < 1e-12, "tangent cone at {distance}");
+}
+
+#[test]
+fn a_ball_is_framed_as_a_ball_and_not_as_its_box() {
+    let ball = [DVec3::splat(-1.0), DVec3::splat(1.0)];
+    let on_it = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
+    let extent = Extent::of_points(ball, on_it.into_iter());
+    assert!((extent.radius - 1.0).abs() < 1e-15, "radius {}", extent.radius);
+    let camera = frame(&extent, &view(Lens::Perspective { fov_y_deg: 40.0 })).expect("a good view");
+    let distance = camera.eye_in_world().length();
+    assert!((1.0 / distance - 20f64.to_radians().sin()).abs() < 1e-12, "tangent cone at {distance}");
 }
 
 #[test]
@@ -67,7 +79,8 @@ fn azimuth_zero_looks_along_the_front_axis() {
     ] {
         let orbit = Orbit { azimuth_deg: 0.0, elevation_deg: 0.0, distance: 1.0 };
         let stance = stance(&volume(), Some(up));
-        let camera = frame(BOX, &View { orbit, stance, ..view(Lens::Orthographic) }).expect("a good view");
+        let camera = frame(&Extent::of_box(BOX), &View { orbit, stance, ..view(Lens::Orthographic) })
+            .expect("a good view");
         assert!((camera.forward_in_world() - forward).length() < 1e-12, "up {up}");
         let up_in_camera = camera.camera_from_world.transform_vector3(up);
         assert!((up_in_camera - DVec3::NEG_Y).length() < 1e-12, "up {up} must be up in the picture");
@@ -78,7 +91,9 @@ fn azimuth_zero_looks_along_the_front_axis() {
 fn positive_azimuth_moves_the_eye_to_the_right_and_elevation_moves_it_up() {
     let eye = |azimuth_deg, elevation_deg| {
         let orbit = Orbit { azimuth_deg, elevation_deg, distance: 1.0 };
-        frame(BOX, &View { orbit, ..view(Lens::Orthographic) }).expect("a good view").eye_in_world()
+        frame(&Extent::of_box(BOX), &View { orbit, ..view(Lens::Orthographic) })
+            .expect("a good view")
+            .eye_in_world()
     };
     assert!(eye(10.0, 0.0).x > eye(0.0, 0.0).x, "right");
     assert!(eye(0.0, 10.0).y > eye(0.0, 0.0).y, "up");
@@ -100,7 +115,7 @@ fn a_patient_is_seen_from_the_front_in_either_convention() {
 fn distance_scales_the_view() {
     let scale = |lens: Lens, distance: f64| {
         let orbit = Orbit { distance, ..DEFAULT_ORBIT };
-        let camera = frame(BOX, &View { orbit, ..view(lens) }).expect("a good view");
+        let camera = frame(&Extent::of_box(BOX), &View { orbit, ..view(lens) }).expect("a good view");
         let depth = camera.eye_in_world().distance(DVec3::new(12.0, -1.0, 4.0));
         if matches!(lens, Lens::Orthographic) { camera.fx } else { camera.fx / depth }
     };
@@ -114,7 +129,7 @@ fn distance_scales_the_view() {
 fn one_point_still_gives_a_camera() {
     for at in [DVec3::ZERO, DVec3::splat(1e7)] {
         for lens in LENSES {
-            assert!(frame([at, at], &view(lens)).is_ok(), "{lens:?} at {at}");
+            assert!(frame(&Extent::of_box([at, at]), &view(lens)).is_ok(), "{lens:?} at {at}");
         }
     }
 }
@@ -135,12 +150,12 @@ fn grid_box_reaches_from_the_first_to_the_last_voxel() {
 #[test]
 fn a_turntable_steps_evenly_on_one_circle() {
     for lens in LENSES {
-        let cameras = turntable(BOX, &view(lens), 5).expect("good views");
+        let cameras = turntable(&Extent::of_box(BOX), &view(lens), 5).expect("good views");
         let centre = 0.5 * (BOX[0] + BOX[1]);
         let arms: Vec<DVec3> = cameras.iter().map(|camera| camera.eye_in_world() - centre).collect();
         assert_eq!(
             cameras[0],
-            frame(BOX, &view(lens)).expect("a good view"),
+            frame(&Extent::of_box(BOX), &view(lens)).expect("a good view"),
             "it starts at the orbit's azimuth"
         );
         for (step, arm) in arms.iter().enumerate() {

@@ -161,7 +161,7 @@ fn options_that_mean_nothing_are_refused() {
     let draw = "texmap square.obj -o out/a.png";
     assert_refused(&bench, &format!("{draw} --scene 0"), "--scene");
     assert_refused(&bench, &format!("{draw} --camera-name 0"), "the file has none");
-    assert_refused(&bench, &format!("{draw} --subpixel 3"), "sub-pixels");
+    assert_refused(&bench, &format!("{draw} --subpixel 5"), "sub-pixels");
     assert_refused(&bench, &format!("{draw} --texture absent.png"), "absent.png");
     assert_refused(&bench, &format!("{draw} --background absent.png"), "absent.png");
     assert_refused(&bench, &format!("{draw} --light 0,0,1"), "--shade");
