@@ -140,6 +140,7 @@ pub(crate) const VOLUME_LAYER: Twins<VolumeLayerArg, volsplat::Layer> = Twins(&[
     (VolumeLayerArg::FirstHit, volsplat::Layer::FirstHit),
     (VolumeLayerArg::Normal, volsplat::Layer::Normal),
     (VolumeLayerArg::Samples, volsplat::Layer::Samples),
+    (VolumeLayerArg::Selection, volsplat::Layer::Selection),
 ]);
 
 impl<A: Copy + PartialEq + ValueEnum, L: Copy + PartialEq> Twins<A, L> {
@@ -201,7 +202,7 @@ mod tests {
         check(&FLAT_FOOTPRINT, &["affine", "exact"]);
         check(&MESH_SHADE, &["auto", "unlit", "headlight", "lambert"]);
         check(&LEVEL, &["auto", "full"]);
-        check(&VOLUME_LAYER, &["first-hit", "normal", "samples"]);
+        check(&VOLUME_LAYER, &["first-hit", "normal", "samples", "selection"]);
         check(&LAYER, &["depth", "normal", "coverage", "selection", "texels"]);
         check(
             &TEXMAP_METHOD,

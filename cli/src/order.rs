@@ -6,7 +6,7 @@
 use anyhow::{Result, bail};
 use volsplat::Order;
 
-use crate::args::{ClassifyArg, InterpolateArg, KernelArg, RayBlendArg, RenderArgs};
+use crate::args::{ClassifyArg, InterpolateArg, KernelArg, RayBlendArg, RenderArgs, VolumeLayerArg};
 use crate::choices;
 
 const IMAGE: &[Order] = &[Order::ImageSheets];
@@ -74,6 +74,8 @@ fn given(args: &RenderArgs) -> Vec<Given> {
     let classify_orders = if sheets.classify == Some(ClassifyArg::Pre) { PRE } else { IMAGE };
     // Cells are classified before they are drawn, so that image sheets have them with --classify pre.
     let cells_orders = if sheets.classify == Some(ClassifyArg::Pre) { ALL } else { SAMPLES };
+    let layers = args.blend.layers.as_deref().unwrap_or_default();
+    let layer_orders = if layers == [VolumeLayerArg::Selection] { SAMPLES } else { IMAGE };
     let all = [
         ("--classify", sheets.classify.is_some(), classify_orders),
         ("--footprint", samples.footprint.is_some(), SAMPLES),
@@ -91,7 +93,7 @@ fn given(args: &RenderArgs) -> Vec<Given> {
         ("--shade", sheets.shade.is_some(), IMAGE),
         ("--blend", args.blend.blend.is_some_and(|blend| blend != RayBlendArg::Emission), IMAGE),
         ("--iso", args.blend.iso.is_some(), IMAGE),
-        ("--layers", args.blend.layers.is_some(), IMAGE),
+        ("--layers", args.blend.layers.is_some(), layer_orders),
         ("--gradient-opacity", args.blend.gradient_opacity.is_some(), IMAGE),
     ];
     all.into_iter().filter(|option| option.1).map(|(name, _, orders)| Given { name, orders }).collect()

@@ -3,7 +3,7 @@
 use glam::{DAffine3, DVec2, DVec3};
 use resample_core::{Camera, Image};
 use resample_tests::scenes::{coloured, orthographic, perspective, sheared_grid, transfer, volume};
-use volsplat::{Clip, ClipPlane, Layer, Order, RenderOptions, Renderer, TransferFunction, Volume};
+use volsplat::{Clip, ClipPlane, ColourBy, Layer, Order, RenderOptions, Renderer, TransferFunction, Volume};
 
 const ALL: [Layer; 3] = [Layer::FirstHit, Layer::Normal, Layer::Samples];
 
@@ -143,8 +143,36 @@ fn other_ways_of_drawing_say_that_they_have_none() {
     let fog = volume([9, 9, 9], DAffine3::IDENTITY, |_| 0.5);
     let camera = perspective(DVec3::new(4.0, 4.0, -20.0), DVec3::splat(4.0), 30.0, [4, 4]);
     let options = RenderOptions { order: Order::EverySample, ..RenderOptions::every_sample() };
-    let renderer = Renderer::new(&fog, &coloured(0.5), &options).expect("valid options");
+    let mut renderer = Renderer::new(&fog, &coloured(0.5), &options).expect("valid options");
     let complaint = renderer.layers(&camera, &ALL).expect_err("no cells").to_string();
     assert!(complaint.contains("--layers"), "{complaint}");
     assert!(renderer.layers(&camera, &[]).expect("nothing was asked for").is_empty(), "no planes");
+}
+
+/// The selection plane, and the picture painted by selection, of the paper's way from this far.
+fn selection(distance: f64, size: [u32; 2]) -> (Vec<f32>, Image) {
+    let fog = volume([24, 24, 24], DAffine3::IDENTITY, |_| 0.5);
+    let look = transfer(&[(0.0, [0.0, 1.0, 0.0])], &[(0.0, 0.1), (1.0, 0.1)]);
+    let camera = perspective(DVec3::new(11.5, 11.5, -distance), DVec3::splat(11.5), 30.0, size);
+    let options = RenderOptions { colour_by: ColourBy::Select, ..RenderOptions::paper() };
+    let mut renderer = Renderer::new(&fog, &look, &options).expect("valid options");
+    let planes = renderer.layers(&camera, &[Layer::Selection]).expect("a plane");
+    assert_eq!(planes[0].name, "selection", "channel");
+    (planes[0].values.clone(), renderer.render(&camera).expect("a valid camera").image)
+}
+
+#[test]
+fn selection_is_the_share_of_points() {
+    for (distance, size) in [(300.0, [16, 16]), (5.0, [64, 64]), (60.0, [64, 64])] {
+        let (shares, image) = selection(distance, size);
+        for (share, [red, green, ..]) in shares.iter().zip(&image.rgba) {
+            // Painted red, splats give no green: the picture itself tells the shares.
+            let expected = if red + green > 0.0 { green / (red + green) } else { 0.0 };
+            assert!((share - expected).abs() < 1e-5, "{distance} away: {share} is not {expected}");
+        }
+    }
+    let most = |shares: &[f32]| shares.iter().copied().fold(0.0, f32::max);
+    let (far, near) = (selection(300.0, [16, 16]).0, selection(5.0, [64, 64]).0);
+    assert!((most(&far) - 1.0).abs() < 1e-5, "all are points from far away: {}", most(&far));
+    assert_eq!(most(&near), 0.0, "all are splats close by");
 }

@@ -31,7 +31,7 @@ use crate::layer::{Layer, cells_of, layers, layers_in_world};
 use crate::near::{NearSample, NearSetup};
 use crate::options::{Cells, DepthPlane, Order, RenderOptions, Subpixels};
 use crate::picture::{TileDepth, TileLayout};
-use crate::project::{ProjectSetup, ProjectedChunk, SortKeys};
+use crate::project::{Painting, ProjectSetup, ProjectedChunk, SortKeys};
 use crate::scene::Scene;
 use crate::stats::{FrameStats, StageClock, StageTime};
 use crate::subpixels::{automatic, refined};
@@ -55,6 +55,8 @@ pub(crate) struct EverySample {
     kernel: Kernel,
     profile: FootprintProfile,
     filter: PixelFilter,
+    /// How samples are painted in the next frame.
+    pub(crate) painting: Painting,
     dims: [usize; 3],
     bounds_in_world: Option<[DVec3; 2]>,
     smallest_spacing: f64,
@@ -76,6 +78,7 @@ impl EverySample {
         Ok(Self {
             bounds_in_world: layers_in_world(&layers),
             layers,
+            painting: options.colour_by.into(),
             non_transparent,
             voxels: volume.len() as u64,
             options: options.clone(),
@@ -248,7 +251,7 @@ impl EverySample {
             grid: TileGrid { width: camera.width as usize, height: camera.height as usize },
             select: self.options.select,
             threshold2_px2: threshold * threshold,
-            colour_by: self.options.colour_by,
+            painting: self.painting,
             level: self.options.simd.resolve(),
             keys: match self.options.order {
                 Order::AxisSheets => {

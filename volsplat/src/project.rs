@@ -34,7 +34,7 @@ pub(crate) struct ProjectSetup {
     /// Square of the spacing, px^2, below which a sample is a point.
     pub(crate) threshold2_px2: f32,
     /// Colour of splats.
-    pub(crate) colour_by: ColourBy,
+    pub(crate) painting: Painting,
     /// Vector instructions to use.
     pub(crate) level: fearless_simd::Level,
     /// What primitives are sorted by.
@@ -80,8 +80,41 @@ pub(crate) struct ProjectedChunk {
     block: Block,
 }
 
-/// Linear red in which [`ColourBy::Select`] paints splats.
-const SPLAT_RED: [f32; 3] = [1.0, 0.0, 0.0];
+/// How samples are painted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Painting {
+    /// In their own colours.
+    Own,
+    /// Splats in linear red (the paper, Figure 8a).
+    SplatsRed,
+    /// Points red, splats green: what each gives a pixel, in a channel of its own.
+    Kinds,
+}
+
+impl From<ColourBy> for Painting {
+    fn from(colour_by: ColourBy) -> Self {
+        match colour_by {
+            ColourBy::Transfer => Self::Own,
+            ColourBy::Select => Self::SplatsRed,
+        }
+    }
+}
+
+impl Painting {
+    #[inline(always)]
+    fn point(self, [r, g, b, _]: &[f32; 4]) -> [f32; 3] {
+        if self == Self::Kinds { [1.0, 0.0, 0.0] } else { [*r, *g, *b] }
+    }
+
+    #[inline(always)]
+    fn splat(self, value: &[f32; 4]) -> [f32; 4] {
+        match self {
+            Self::Own => *value,
+            Self::SplatsRed => [1.0, 0.0, 0.0, value[3]],
+            Self::Kinds => [0.0, 1.0, 0.0, value[3]],
+        }
+    }
+}
 
 /// Pixels that a point reaches on either side of its position.
 const POINT_REACH_PX: f32 = 2.0;
@@ -152,7 +185,7 @@ impl ProjectedChunk {
             self.culled += 1;
             return;
         }
-        let value = painted(setup, value);
+        let value = setup.painting.splat(value);
         self.near.push(NearSample { pos_in_grid, layer: setup.layer, value, depth });
         self.splats += 1;
     }
@@ -181,7 +214,7 @@ impl ProjectedChunk {
             x,
             y,
             strength: value[3] * self.block.area_px2[i],
-            rgb: [value[0], value[1], value[2]],
+            rgb: setup.painting.point(value),
             rows: POINT_ROWS,
             depth: self.block.depth[i],
             ..Primitive::default()
@@ -208,7 +241,7 @@ impl ProjectedChunk {
             self.hidden += 1;
             return;
         }
-        let value = painted(setup, value);
+        let value = setup.painting.splat(value);
         let [form, length] = [setup.lens.form_factor, setup.lens.length_factor];
         let splat = Primitive {
             x: block.form_x[i],
@@ -224,15 +257,6 @@ impl ProjectedChunk {
         if rect != TileRect::default() {
             self.bins.push(splat, key, rect);
         }
-    }
-}
-
-/// The colour and strength of a splat, red where that is asked for.
-fn painted(setup: &ProjectSetup, value: &[f32; 4]) -> [f32; 4] {
-    let [r, g, b] = SPLAT_RED;
-    match setup.colour_by {
-        ColourBy::Transfer => *value,
-        ColourBy::Select => [r, g, b, value[3]],
     }
 }
 

@@ -11,8 +11,9 @@ use resample_core::{Camera, Image, Projection};
 use crate::clip::Clip;
 use crate::every_sample::EverySample;
 use crate::large::{LargeVolume, Watch};
-use crate::options::{Order, RenderOptions, SheetSums};
+use crate::options::{DepthPlane, Order, RenderOptions, SheetSums};
 use crate::picture::picture;
+use crate::project::Painting;
 use crate::scene::Scene;
 use crate::sheets::{ImageSheets, Layer, Relook, layers_refused};
 use crate::stats::{FrameStats, StageClock};
@@ -200,15 +201,33 @@ impl Renderer {
     }
 
     /// Planes beside the colour of the picture that this camera sees, in the order of the list; a pass of its own.
-    /// [`Error::Option`] where there are none: they are made of one channel of scalars in memory, in
-    /// image sheets that gather, without a mask, gradient opacity or another blend.
-    pub fn layers(&self, camera: &Camera, wanted: &[Layer]) -> Result<Vec<Plane>, Error> {
+    /// [`Error::Option`] where there are none: [`Layer::Selection`] is of the orders of samples, the others are made of
+    /// one channel of scalars in memory, in image sheets that gather, without a mask, gradient opacity or another blend.
+    pub fn layers(&mut self, camera: &Camera, wanted: &[Layer]) -> Result<Vec<Plane>, Error> {
         let camera = camera.validated().map_err(|e| Error::Option(e.to_string()))?;
         match &self.pipeline {
             Pipeline::ImageSheets(p) => p.layers(&camera, wanted),
-            Pipeline::EverySample(_) if wanted.is_empty() => Ok(Vec::new()),
-            Pipeline::EverySample(_) => Err(layers_refused()),
+            Pipeline::EverySample(_) if wanted.iter().any(|layer| *layer != Layer::Selection) => {
+                Err(layers_refused())
+            }
+            Pipeline::EverySample(_) => {
+                let camera = moved_forward(camera, self.depth_origin(&camera));
+                wanted.iter().map(|_| self.selection(&camera)).collect()
+            }
         }
+    }
+
+    /// The share of points in each pixel's opacity.
+    fn selection(&mut self, camera: &Camera) -> Result<Plane, Error> {
+        let Pipeline::EverySample(samples) = &mut self.pipeline else { return Err(layers_refused()) };
+        let mut stats = FrameStats::default();
+        samples.painting = Painting::Kinds;
+        let layout = samples.render(camera, &mut self.tiles, &mut stats);
+        samples.painting = self.options.colour_by.into();
+        let image = picture(&self.tiles, &layout, DepthPlane::None, &mut stats);
+        // Not by the opacity: 1 less a transmittance near 1 has few digits.
+        let share = |&[points, splats, ..]: &[f32; 4]| points / (points + splats).max(f32::MIN_POSITIVE);
+        Ok(Plane { name: "selection".into(), values: image.rgba.iter().map(share).collect() })
     }
 
     /// The box, in the world, of the voxels that are drawn and that the clip keeps; `None` if there are none.

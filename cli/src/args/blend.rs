@@ -24,7 +24,7 @@ pub(crate) struct BlendArgs {
     #[arg(long, value_name = "LOW,HIGH", value_parser = values::ramp)]
     pub gradient_opacity: Option<[f64; 2]>,
     /// Planes of an EXR file beside colour and mean depth (Z): where the ray first meets something (depth.first), what it
-    /// faces (normal.X, .Y, .Z), how many samples it took (samples) [default: none]
+    /// faces (normal.X, .Y, .Z), how many samples it took (samples); the share of points (selection) [default: none]
     #[arg(long, value_enum, value_name = "NAMES", value_delimiter = ',')]
     pub layers: Option<Vec<VolumeLayerArg>>,
 }
@@ -38,6 +38,8 @@ pub(crate) enum VolumeLayerArg {
     Normal,
     /// Samples along the ray
     Samples,
+    /// Share of points in the opacity, the rest being splats (every-sample, axis-sheets)
+    Selection,
 }
 
 /// What a pixel shows of its ray.

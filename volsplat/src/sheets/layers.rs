@@ -3,8 +3,8 @@
 //! Takes the bricks of cells and a camera, walks one ray through the middle of each pixel, on the sheets that the picture
 //! is made of, and gives the planes that were asked for. It is a pass of its own, so that pictures without planes cost
 //! nothing. Slow and plain: f64, one sample at a time; stretches without bricks are stepped over.
-//! Limits: one channel of scalars in memory, emission and absorption. There are neither points nor splats here, and so
-//! no plane that tells them apart.
+//! Limits: one channel of scalars in memory, emission and absorption. There are neither points nor splats here: the plane
+//! that tells them apart is drawn by the orders of samples.
 
 use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
@@ -30,6 +30,9 @@ pub enum Layer {
     Normal,
     /// Samples in cells that show something until the ray was opaque: channel `samples`.
     Samples,
+    /// The share of a pixel's opacity that points give it, the rest being splats, 0..=1; 0 where nothing is seen:
+    /// channel `selection`. Only in the orders of samples.
+    Selection,
 }
 
 /// What one ray gives.
@@ -77,6 +80,7 @@ impl ImageSheets {
                     planes.push(plane("normal.Z", &|traced| traced.normal.z));
                 }
                 Layer::Samples => planes.push(plane("samples", &|traced| f64::from(traced.samples))),
+                Layer::Selection => return Err(refused()),
             }
         }
         Ok(planes)
@@ -86,7 +90,8 @@ impl ImageSheets {
 /// What is refused where there are no cells to walk through.
 pub(crate) fn refused() -> Error {
     let what = "--layers: first hits, normals and sample counts are made of one channel of scalars in memory, in image \
-                sheets with the trilinear kernel, without a mask, --gradient-opacity or another --blend";
+                sheets with the trilinear kernel, without a mask, --gradient-opacity or another --blend; the selection in the \
+                orders of samples, every-sample and axis-sheets";
     Error::Option(what.into())
 }
 
