@@ -22,7 +22,7 @@ pub(crate) struct VolumeArgs {
     #[arg(long, value_name = "BYTES", requires = "dims")]
     pub skip: Option<u64>,
     /// Most memory to work in, such as 4G or 512M. A raw file, or NRRD or MetaImage data that is not packed, is then read
-    /// brick by brick where it does not fit
+    /// brick by brick where it does not fit; a Zarr array is first unpacked into a temporary file in the folder TMPDIR
     #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
     pub max_memory: Option<u64>,
     /// Distance between voxels along x, y and z in world units, instead of the file's own [default: 1,1,1]

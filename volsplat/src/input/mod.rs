@@ -101,10 +101,49 @@ pub(crate) struct Unread {
     pub(crate) lattice: Lattice,
 }
 
-/// Opens a volume file whose voxels can be read box by box; `None` for a file that must be unpacked as a whole.
+/// The lattice and the voxel type of a file that [`open_unread`] opens, told without unpacking it; `None` for others.
+pub(crate) fn peek(path: &Path, options: &LoadOptions) -> Result<Option<(Lattice, VoxelType)>, Error> {
+    if let Some(zarr) = open_zarr(path, options)? {
+        return Ok(Some((zarr_lattice(path, &zarr, options)?, zarr.voxel_type())));
+    }
+    let unread = open_unread(path, options, 0)?;
+    Ok(unread.map(|unread| (unread.lattice, unread.stored.voxel_type())))
+}
+
+/// The array of a Zarr store that can be unpacked chunk by chunk.
+fn open_zarr(path: &Path, options: &LoadOptions) -> Result<Option<zarr::Opened>, Error> {
+    // Positioned writes are for Unix only; with a layout, the path for all formats says what is wrong.
+    if !cfg!(unix) || options.raw.is_some() || options.rescale.is_some() || !zarr::begins(path) {
+        return Ok(None);
+    }
+    refuse_superfluous(Format::Zarr, path, options)?;
+    zarr::open(path, zarr_choice(options)).map(Some)
+}
+
+fn zarr_lattice(path: &Path, zarr: &zarr::Opened, options: &LoadOptions) -> Result<Lattice, Error> {
+    let world_from_index = replaced_lattice(zarr.world_from_index, options)?;
+    let lattice = Lattice { dims: zarr.dims, world_from_index, up_hint: None, space: None };
+    lattice.check().map_err(|error| at(path, error))?;
+    Ok(lattice)
+}
+
+fn zarr_choice(options: &LoadOptions) -> zarr::Choice {
+    zarr::Choice { level: options.level, channel: options.component, time: options.time }
+}
+
+/// Opens a volume file whose voxels can be read box by box, unpacking chunks into a temporary file within `max_memory`
+/// bytes where it has any; `None` for a file that must be unpacked as a whole.
 ///
 /// Errors as in [`load`]; the values are not looked at.
-pub(crate) fn open_unread(path: &Path, options: &LoadOptions) -> Result<Option<Unread>, Error> {
+pub(crate) fn open_unread(
+    path: &Path,
+    options: &LoadOptions,
+    max_memory: u64,
+) -> Result<Option<Unread>, Error> {
+    if let Some(zarr) = open_zarr(path, options)? {
+        let lattice = zarr_lattice(path, &zarr, options)?;
+        return Ok(Some(Unread { stored: zarr.unpack(max_memory, options.nan)?, lattice }));
+    }
     if options.rescale.is_some() {
         // Box by box, values would have no type that suits all of them.
         return Ok(None);
@@ -155,11 +194,7 @@ fn read(format: Format, path: &Path, files: &[PathBuf], options: &LoadOptions) -
             let choice = vti::Choice { array: options.array.as_deref(), component: options.component };
             vti::load(path, choice)
         }
-        Format::Zarr => {
-            let choice =
-                zarr::Choice { level: options.level, channel: options.component, time: options.time };
-            zarr::load(path, choice)
-        }
+        Format::Zarr => zarr::load(path, zarr_choice(options)),
     }
 }
 

@@ -6,7 +6,7 @@
 //! Limits: plain scalars, x fastest; several files hold whole slices in equal shares.
 
 use std::fs::File;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
@@ -68,6 +68,17 @@ impl Stored {
         let parts = located.files.iter().map(part).collect::<Result<Vec<Part>, Error>>()?;
         let Located { dims, voxel_type, endian, .. } = *located;
         Ok(Some(Self { dims, voxel_type, endian, parts, nan }))
+    }
+
+    /// Plain scalars from the first byte of one file on; errors call it by a name.
+    pub(super) fn of_file(
+        (name, file): (&Path, File),
+        dims: [usize; 3],
+        (voxel_type, endian): (VoxelType, Endian),
+        nan: NanPolicy,
+    ) -> Self {
+        let parts = vec![Part { path: name.to_owned(), file, begin: 0 }];
+        Self { dims, voxel_type, endian, parts, nan }
     }
 
     /// Number of voxels along x, y and z.

@@ -3,14 +3,15 @@
 //! Takes a file whose scalars lie in it plainly, reads it once from end to end, and keeps its place in the world, the
 //! counts of its values, and the least and greatest scalar of every brick of cells. A transfer function then tells which
 //! bricks can be seen without another look at the file. The file is read in blocks of bricks that fit the memory.
-//! Limits: raw files, and NRRD and MetaImage files with plain data; see [`crate::Renderer::of_large`] for what draws them.
+//! Limits: raw files, NRRD and MetaImage files with plain data, and Zarr, unpacked once into a temporary file; see
+//! [`crate::Renderer::of_large`] for what draws them.
 
 use std::path::Path;
 use std::sync::Arc;
 
 use crate::Error;
 use crate::cells::CellBrick;
-use crate::input::{LoadOptions, Stored, Unread, VoxelType, open_unread};
+use crate::input::{self, LoadOptions, Stored, Unread, VoxelType, open_unread};
 use crate::options::RenderOptions;
 use crate::sheets;
 use crate::transfer::Histogram;
@@ -38,14 +39,17 @@ impl LargeVolume {
     /// Reads a volume file once, holding at most about `max_memory` bytes.
     ///
     /// `None` for a file that has to be unpacked as a whole, which [`crate::load`] does. Errors are those of
-    /// [`crate::load`]; [`Error::Option`] also where `max_memory` is too little for any brick-wise work.
+    /// [`crate::load`]; [`Error::Option`] also where `max_memory` is too little for any brick-wise work, and where the
+    /// temporary file of a Zarr array has no room.
     pub fn open(
         path: &Path,
         options: &LoadOptions,
         max_memory: u64,
         watch: &mut Watch,
     ) -> Result<Option<Self>, Error> {
-        let Some(Unread { stored, lattice }) = open_unread(path, options)? else { return Ok(None) };
+        let Some(Unread { stored, lattice }) = open_unread(path, options, max_memory)? else {
+            return Ok(None);
+        };
         let survey = Survey::new(&stored, max_memory, watch)?;
         Ok(Some(Self { lattice, stored: Arc::new(stored), survey, max_memory }))
     }
@@ -93,8 +97,7 @@ impl Described for LargeVolume {
 /// The lattice and the voxel type of a file whose voxels can be read in parts, told without reading them; `None` for
 /// other files.
 pub fn peek(path: &Path, options: &LoadOptions) -> Result<Option<(Lattice, VoxelType)>, Error> {
-    let unread = open_unread(path, options)?;
-    Ok(unread.map(|unread| (unread.lattice, unread.stored.voxel_type())))
+    input::peek(path, options)
 }
 
 /// Most memory that image sheets take beside the voxels, bytes: the bricks of a volume that is visible everywhere.

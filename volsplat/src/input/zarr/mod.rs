@@ -9,21 +9,22 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use serde_json::Value;
 
 use super::axes;
 use super::decode::{self, Layout};
 use super::fault::{Fault, unsupported};
-use super::{Parts, cannot_read, invalid};
+use super::{Parts, Stored, VoxelType, cannot_read, invalid};
 use crate::Error;
-use crate::volume::Voxels;
+use crate::volume::{NanPolicy, Voxels};
 
 mod array;
 mod blosc;
 mod boxes;
 mod codecs;
 mod image;
+mod unpacked;
 
 use array::Array;
 use boxes::{Span, copy_box, len};
@@ -55,7 +56,48 @@ pub(super) fn begins(folder: &Path) -> bool {
     folder.is_dir() && MARKS.iter().any(|mark| folder.join(mark).is_file())
 }
 
+/// An array, and what of it makes the volume.
+pub(super) struct Opened {
+    /// The folder of the array.
+    folder: PathBuf,
+    array: Array,
+    /// What of each axis is wanted.
+    spans: Vec<Span>,
+    /// The axis of the array that is x.
+    last_axis: usize,
+    /// Voxels along x, y and z.
+    pub(super) dims: [usize; 3],
+    pub(super) world_from_index: DAffine3,
+}
+
+impl Opened {
+    /// The type of an element.
+    pub(super) fn voxel_type(&self) -> VoxelType {
+        self.array.voxel_type
+    }
+
+    /// The voxels in a temporary file; see `unpacked`.
+    pub(super) fn unpack(&self, max_memory: u64, nan: NanPolicy) -> Result<Stored, Error> {
+        let file = unpacked::unpack(self, max_memory)?;
+        let layout = (self.array.voxel_type, self.array.codecs.endian);
+        Ok(Stored::of_file((&self.folder, file), self.dims, layout, nan))
+    }
+}
+
+/// Reads all voxels.
 pub(super) fn load(folder: &Path, choice: Choice) -> Result<Parts, Error> {
+    let opened = open(folder, choice)?;
+    Ok(Parts {
+        dims: opened.dims,
+        voxels: voxels(&opened.folder, &opened.array, &opened.spans)?,
+        world_from_index: opened.world_from_index,
+        up_hint: None::<DVec3>,
+        space: None,
+    })
+}
+
+/// Reads the metadata.
+pub(super) fn open(folder: &Path, choice: Choice) -> Result<Opened, Error> {
     let image = image::read(folder)?;
     let level = choice.level.unwrap_or(0);
     let Some(dataset) = image.datasets.get(level) else {
@@ -68,7 +110,6 @@ pub(super) fn load(folder: &Path, choice: Choice) -> Result<Parts, Error> {
     let path = dataset.folder(folder);
     let array = array::read(&path)?;
     let spans = selected(&image, &array, choice).map_err(|fault| fault.at(folder))?;
-    let voxels = voxels(&path, &array, &spans)?;
     let spatial = spatial_axes(&image, array.shape.len());
     let mut dims = [1; 3];
     let (mut spacing, mut origin) = ([1.0; 3], [0.0; 3]);
@@ -87,13 +128,10 @@ pub(super) fn load(folder: &Path, choice: Choice) -> Result<Parts, Error> {
             format!("the scale of level {level} holds {bad}: expected lengths above 0"),
         ));
     }
-    Ok(Parts {
-        dims,
-        voxels,
-        world_from_index: axes::upright(spacing, origin),
-        up_hint: None::<DVec3>,
-        space: None,
-    })
+    // There is an axis of space, or nothing could have been selected.
+    let last_axis = spatial.last().copied().unwrap_or(0);
+    let world_from_index = axes::upright(spacing, origin);
+    Ok(Opened { folder: path, array, spans, last_axis, dims, world_from_index })
 }
 
 fn spatial_axes(image: &Image, count: usize) -> Vec<usize> {
@@ -149,19 +187,33 @@ fn voxels(folder: &Path, array: &Array, spans: &[Span]) -> Result<Voxels, Error>
         let packed = std::fs::read(&path).map_err(|source| cannot_read(&path, source))?;
         let chunk = codecs::unpack(&array.codecs, &array.chunk, &packed, &array.fill);
         let chunk = chunk.map_err(|fault| fault.at(&path))?;
-        // What the chunk and the spans have in common, counted in either.
-        let start: Vec<usize> = index.iter().zip(&array.chunk).map(|(i, size)| i * size).collect();
-        let low: Vec<usize> = start.iter().zip(spans).map(|(&s, span)| s.max(span.first)).collect();
-        let common: Vec<usize> = (0..start.len())
-            .map(|axis| {
-                (start[axis] + array.chunk[axis]).min(spans[axis].first + spans[axis].size) - low[axis]
-            })
-            .collect();
-        let from: Vec<usize> = low.iter().zip(&start).map(|(low, start)| low - start).collect();
-        let to: Vec<usize> = low.iter().zip(spans).map(|(low, span)| low - span.first).collect();
-        copy_box((&chunk, &array.chunk, &from), (&mut bytes, &size, &to), &common, bytes_each);
+        let common = Common::new(array, spans, &index);
+        let target = (bytes.as_mut_slice(), size.as_slice(), common.to.as_slice());
+        copy_box((&chunk, &array.chunk, &common.from), target, &common.size, bytes_each);
     }
     decode::binary(&mut bytes.as_slice(), &layout).map_err(|what| invalid(folder, what))
+}
+
+/// What a chunk and the spans have in common, counted in either.
+struct Common {
+    size: Vec<usize>,
+    /// Its first place in the chunk.
+    from: Vec<usize>,
+    /// Its first place in the spans.
+    to: Vec<usize>,
+}
+
+impl Common {
+    fn new(array: &Array, spans: &[Span], index: &[usize]) -> Self {
+        let start: Vec<usize> = index.iter().zip(&array.chunk).map(|(i, size)| i * size).collect();
+        let low: Vec<usize> = start.iter().zip(spans).map(|(&s, span)| s.max(span.first)).collect();
+        let end = |axis: usize| (start[axis] + array.chunk[axis]).min(spans[axis].first + spans[axis].size);
+        Self {
+            size: (0..start.len()).map(|axis| end(axis) - low[axis]).collect(),
+            from: low.iter().zip(&start).map(|(low, start)| low - start).collect(),
+            to: low.iter().zip(spans).map(|(low, span)| low - span.first).collect(),
+        }
+    }
 }
 
 /// The chunks that the spans touch and that were written: their places and their files.
