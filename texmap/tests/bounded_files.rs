@@ -5,12 +5,16 @@
 //! memory ends that process and not the test. Where the data is absent, or the shell knows no such limit, it says
 //! "skipped".
 
-use std::path::{Path, PathBuf};
+mod mesh_files;
+
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use resample_core::{Camera, LookAt};
 use texmap::{LoadOptions, RenderOptions, Renderer};
+
+use mesh_files::{folder, mesh_files};
 
 /// Names the file that a child process loads.
 const FILE_VARIABLE: &str = "RESAMPLE_MESH_FILE";
@@ -21,31 +25,6 @@ const TIME_LIMIT: Duration = Duration::from_secs(30);
 /// Address space, kB: 1 GiB. A picture of 64 x 64 px and a few MB of mesh touch less than a tenth; the rest is what
 /// threads reserve.
 const MEMORY_LIMIT_KB: u64 = 1 << 20;
-
-fn folder() -> Option<PathBuf> {
-    let data = std::env::var_os("RESAMPLE_DATA").map(PathBuf::from);
-    let data = data.unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"));
-    let folder = data.join("meshes");
-    if !folder.is_dir() {
-        println!("skipped: {} is not there", folder.display());
-        return None;
-    }
-    Some(folder)
-}
-
-fn mesh_files(folder: &Path, files: &mut Vec<PathBuf>) {
-    let entries = std::fs::read_dir(folder).expect("a folder");
-    let mut paths: Vec<_> = entries.map(|entry| entry.expect("an entry").path()).collect();
-    paths.sort();
-    for path in paths {
-        let extension = path.extension().map(|e| e.to_ascii_lowercase());
-        match extension.as_ref().and_then(|e| e.to_str()) {
-            _ if path.is_dir() => mesh_files(&path, files),
-            Some("gltf" | "glb" | "obj") => files.push(path),
-            _ => {}
-        }
-    }
-}
 
 /// What a child process does: loads the file that the environment names, draws it, and tells what became of it.
 #[test]

@@ -3,11 +3,15 @@
 //! Looks in `../shared/data/meshes` beside the workspace, or in `$RESAMPLE_DATA/meshes`; says that it is skipped where
 //! that is absent. `cargo test -p texmap --test real_files -- --nocapture` lists what became of each file.
 
-use std::path::{Path, PathBuf};
+mod mesh_files;
+
+use std::path::Path;
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 use texmap::{LoadOptions, Loaded, Scene};
+
+use mesh_files::{folder, mesh_files};
 
 /// No file has more than 5 MB, and most have a few kB: this is a hundred times what the slowest takes.
 const TIME_LIMIT: Duration = Duration::from_secs(20);
@@ -17,31 +21,6 @@ const MUST_LOAD: [&str; 5] = ["khronos/", "pytorch3d/cow_mesh", "viking_room", "
 
 /// Files of `khronos` that are packed in ways that are not read.
 const PACKED: [&str; 1] = ["glTF-Draco"];
-
-fn folder() -> Option<PathBuf> {
-    let data = std::env::var_os("RESAMPLE_DATA").map(PathBuf::from);
-    let data = data.unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"));
-    let folder = data.join("meshes");
-    if !folder.is_dir() {
-        println!("skipped: {} is not there", folder.display());
-        return None;
-    }
-    Some(folder)
-}
-
-fn mesh_files(folder: &Path, files: &mut Vec<PathBuf>) {
-    let entries = std::fs::read_dir(folder).expect("a folder");
-    let mut paths: Vec<_> = entries.map(|entry| entry.expect("an entry").path()).collect();
-    paths.sort();
-    for path in paths {
-        let extension = path.extension().map(|e| e.to_ascii_lowercase());
-        match extension.as_ref().and_then(|e| e.to_str()) {
-            _ if path.is_dir() => mesh_files(&path, files),
-            Some("gltf" | "glb" | "obj") => files.push(path),
-            _ => {}
-        }
-    }
-}
 
 /// Loads on a thread of its own, so that a panic or a hang is told with the name of the file.
 fn load(path: &Path) -> Result<Loaded, String> {

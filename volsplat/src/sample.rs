@@ -93,16 +93,7 @@ impl Samples {
                 brick_from(volume.dims, corner, sample)
             })
             .collect();
-        let count = bricks.iter().map(|b| b.places.len() as u64).sum();
-        let empty = (all - bricks.len()) as u64;
-        Self {
-            bricks,
-            empty,
-            voxels: volume.len() as u64,
-            count,
-            world_from_index: volume.world_from_index,
-            index_from_voxel: [1.0, 0.0],
-        }
+        Self::of_voxels(volume, bricks, all)
     }
 
     /// Applies the transfer function to every voxel and keeps those with opacity above 0.
@@ -112,13 +103,16 @@ impl Samples {
         let all = corners.len();
         let bricks: Vec<Brick> =
             corners.into_par_iter().filter_map(|corner| classifier.brick(volume, corner)).collect();
-        let count = bricks.iter().map(|b| b.places.len() as u64).sum();
-        let empty = (all - bricks.len()) as u64;
+        Self::of_voxels(volume, bricks, all)
+    }
+
+    /// Samples that are voxels: the bricks that show something, of `all`.
+    fn of_voxels(volume: &Volume, bricks: Vec<Brick>, all: usize) -> Self {
         Self {
+            count: bricks.iter().map(|brick| brick.places.len() as u64).sum(),
+            empty: (all - bricks.len()) as u64,
             bricks,
-            empty,
             voxels: volume.len() as u64,
-            count,
             world_from_index: volume.world_from_index,
             index_from_voxel: [1.0, 0.0],
         }

@@ -1,3 +1,7 @@
+//! Samples of cells on volumes of a few voxels whose field is known: means, splits, and what is left out.
+//!
+//! Takes the layers that `cell_samples` makes, and gives nothing: each value is compared with one worked out by hand.
+
 use glam::DAffine3;
 
 use super::*;
