@@ -55,9 +55,17 @@ impl Flags {
         grown
     }
 
-    /// Leaves out what is not in `other`, a set of the same picture.
-    pub(crate) fn keep(&mut self, other: &Self) {
-        self.words.iter_mut().zip(&other.words).for_each(|(word, other)| *word &= other);
+    /// Those pixels of the set, in a picture of `width`, for which `keep(index)` holds.
+    pub(crate) fn kept(&self, width: usize, keep: impl Fn(usize) -> bool + Sync) -> Self {
+        let mut kept = self.clone();
+        kept.words.par_chunks_mut(self.per_row.max(1)).enumerate().for_each(|(y, row)| {
+            for (k, word) in row.iter_mut().enumerate().filter(|(_, word)| **word != 0) {
+                let inside = Bits(*word).filter(|i| k * WORD + i < width);
+                let keeps = inside.filter(|i| keep(y * width + k * WORD + i));
+                *word = keeps.fold(0, |bits, i| bits | 1 << i);
+            }
+        });
+        kept
     }
 
     /// Whether a pixel is in the set.

@@ -30,11 +30,9 @@ use crate::stats::{FrameStats, StageClock};
 use crate::surface::Surfaces;
 use crate::warp::Warp;
 use centres::{Centres, Taking};
-use fine::Fine;
-pub(crate) use slots::{SlotPart, SlotParts, one_surface};
-
-/// From this many samples to the nearest cut on a surface is looked up without a look at its edges.
-const CLEAR: u8 = 3;
+use fine::{Fine, Lattice, Places};
+use slots::one_beyond_doubt;
+pub(crate) use slots::{SlotParts, one_surface};
 
 /// A pixel that no finer lattice belongs to.
 pub(crate) const NO_SLOT: u32 = u32::MAX;
@@ -64,23 +62,24 @@ pub(crate) struct Hybrid {
     rim: Vec<f32>,
     /// For each pixel, its place in the band's finer lattice.
     pub(crate) slot: Vec<u32>,
-    /// For each band, the pieces of the finer lattice, `subpixels`^2 a slot.
-    pub(crate) fine: Vec<Vec<Seen>>,
+    /// For each band, what the places of the finer lattice see.
+    pub(crate) fine: Vec<Lattice>,
     /// The same for each band, grouped into surfaces.
     pub(crate) parts: Vec<SlotParts>,
     /// Whether a pixel is resolved from the finer lattice.
     pub(crate) at_edge: Flags,
-    /// Whether a pixel has a place in the finer lattice: those, and their neighbours.
-    drawn: Flags,
+    /// Whether a visible rim touches the pixel: then it has a place in the finer lattice. Of any other pixel its centre
+    /// sees all.
+    touched: Flags,
 }
 
-/// What one place of the finer lattice sees.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Seen {
-    /// Its nearness.
-    pub(crate) nearness: f32,
-    /// Its piece.
-    pub(crate) patch: u32,
+/// What all places of a pixel see.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sight {
+    Nothing,
+    /// One surface, by one of its pieces.
+    One(u32),
+    Several,
 }
 
 /// What is drawn, and how.
@@ -124,7 +123,7 @@ impl Hybrid {
         let warp = Warp::new(&reference.camera, target);
         let scene = Scene { surfaces: &prepared.surfaces, segments: &prepared.segments };
         let clock = StageClock::start();
-        self.projected.project(&scene, &warp);
+        self.projected.project(&scene, &warp, options.simd.resolve());
         stats.samples += prepared.known;
         stats.outside += prepared.known - self.projected.in_front();
         stats.stages.project.add(clock.stop());
@@ -138,9 +137,9 @@ impl Hybrid {
         };
         let drawing = Drawing { scene, order, level: options.simd.resolve() };
         self.draw_centres(&drawing, target);
-        self.mark_edges(target, prepared.surfaces.tolerance);
+        self.give_slots(target, prepared.surfaces.tolerance);
         self.draw_fine(&drawing, target, options.subpixels as usize);
-        self.narrow_edges(&prepared.surfaces, target, options.subpixels as usize);
+        self.find_edges(&prepared.surfaces, target, options.subpixels as usize);
         stats.edge_pixels += edges(&self.at_edge, target);
         stats.stages.accumulate.add(clock.stop());
         let clock = StageClock::start();
@@ -152,17 +151,18 @@ impl Hybrid {
     fn draw_centres(&mut self, drawing: &Drawing<'_>, target: &Camera) {
         let width = target.width as usize;
         let pixels = width * target.height as usize;
-        for plane in [&mut self.nearness, &mut self.rim] {
-            plane.clear();
-            plane.resize(pixels, f32::NEG_INFINITY);
-        }
-        self.patch.clear();
+        self.nearness.resize(pixels, 0.0);
+        self.rim.resize(pixels, 0.0);
         self.patch.resize(pixels, NO_PATCH);
         let projected = &self.projected;
         let band = width * BAND_ROWS;
         let planes = self.nearness.par_chunks_mut(band).zip(self.patch.par_chunks_mut(band));
         planes.zip(self.rim.par_chunks_mut(band)).enumerate().for_each(
             |(index, ((nearness, patch), rim))| {
+                // What the frame before has left goes band by band: then it is still near when it is drawn over.
+                nearness.fill(f32::NEG_INFINITY);
+                rim.fill(f32::NEG_INFINITY);
+                patch.fill(NO_PATCH);
                 let first = index * BAND_ROWS;
                 let rows = [first, first + nearness.len() / width];
                 let mut sink = Centres { width, rows, nearness, patch, rim, taking: drawing.taking() };
@@ -172,22 +172,32 @@ impl Hybrid {
         );
     }
 
-    /// A pixel is at an edge if a visible rim is within two pixels, as far as the pixel's Gaussian reaches.
-    fn mark_edges(&mut self, target: &Camera, tolerance: f32) {
+    /// Gives the pixels that a visible rim touches their places in the finer lattice.
+    fn give_slots(&mut self, target: &Camera, tolerance: f32) {
         let size = [target.width as usize, target.height as usize];
         let (rim, nearness) = (&self.rim, &self.nearness);
-        let touched = Flags::new(size[0], size[1], |i| {
-            rim[i] > f32::NEG_INFINITY && rim[i] >= nearness[i] - tolerance * nearness[i].abs()
+        // What the pixel and its neighbours see farthest: at the limb of a round body the rim is well behind the
+        // middle of its pixel, but not behind what is seen beyond it.
+        let farthest = |at: usize| {
+            let (x, y) = (at % size[0], at / size[0]);
+            let rows = y.saturating_sub(1)..(y + 2).min(size[1]);
+            let columns = x.saturating_sub(1)..(x + 2).min(size[0]);
+            let of_row = |y: usize| nearness[y * size[0]..][columns.clone()].iter().copied();
+            rows.flat_map(of_row).fold(f32::INFINITY, f32::min)
+        };
+        self.touched = Flags::new(size[0], size[1], |at| {
+            rim[at] > f32::NEG_INFINITY && {
+                let farthest = farthest(at);
+                rim[at] >= farthest - tolerance * farthest.abs()
+            }
         });
-        self.at_edge = touched.grown(2);
-        self.drawn = self.at_edge.grown(1);
-        self.slot.clear();
         self.slot.resize(size[0] * size[1], NO_SLOT);
-        let (band, drawn) = (size[0] * BAND_ROWS, &self.drawn);
+        let (band, touched) = (size[0] * BAND_ROWS, &self.touched);
         self.slot.par_chunks_mut(band).enumerate().for_each(|(index, slots)| {
+            slots.fill(NO_SLOT);
             let mut next = 0;
             for (y, row) in slots.chunks_mut(size[0]).enumerate() {
-                for x in drawn.columns(index * BAND_ROWS + y, size[0]) {
+                for x in touched.columns(index * BAND_ROWS + y, size[0]) {
                     row[x] = next;
                     next += 1;
                 }
@@ -195,52 +205,68 @@ impl Hybrid {
         });
     }
 
-    /// Of the pixels at edges, keeps those whose neighbours do not all see the whole of one surface, far from its cuts.
-    fn narrow_edges(&mut self, surfaces: &Surfaces, target: &Camera, subpixels: usize) {
+    /// A pixel is at an edge if it or one of its eight neighbours, as far as its Gaussian reaches, sees several surfaces,
+    /// or another one than the next.
+    fn find_edges(&mut self, surfaces: &Surfaces, target: &Camera, subpixels: usize) {
         let [width, height] = [target.width as usize, target.height as usize];
         let whole = u64::MAX >> (64 - subpixels * subpixels);
-        let one = |at: usize| {
-            let slot = self.slot[at];
-            let parts = self.parts[at / width / BAND_ROWS].of_slot(slot as usize);
-            parts.first().filter(|part| parts.len() == 1 && part.places == whole)
-        };
+        let sight = |at: usize| self.sight(at, width, whole);
         let mixed = |at: usize| {
-            if self.slot[at] == NO_SLOT {
-                return false;
-            }
-            let Some(part) = one(at) else { return true };
-            if part.patch.clearance(surfaces) < CLEAR {
+            if sight(at) == Sight::Several {
                 return true;
             }
+            // Between two pixels that no rim touches there is no edge.
             let differs = |next: usize| {
-                self.slot[next] != NO_SLOT && one(next).is_some_and(|next| !part.is_one_with(next, surfaces))
+                (self.slot[at] != NO_SLOT || self.slot[next] != NO_SLOT)
+                    && differ(sight(at), sight(next), surfaces)
             };
             (at % width + 1 < width && differs(at + 1)) || (at / width + 1 < height && differs(at + width))
         };
-        let mixed = Flags::new(width, height, mixed).grown(1);
-        self.at_edge.keep(&mixed);
+        let near = self.touched.grown(1);
+        self.at_edge = near.kept(width, mixed).grown(1);
+    }
+
+    fn sight(&self, at: usize, width: usize, whole: u64) -> Sight {
+        if self.slot[at] == NO_SLOT {
+            return if self.patch[at] == NO_PATCH { Sight::Nothing } else { Sight::One(self.patch[at]) };
+        }
+        match self.parts[at / width / BAND_ROWS].of_slot(self.slot[at] as usize) {
+            [] => Sight::Nothing,
+            [part] if part.places == whole => Sight::One(part.id),
+            _ => Sight::Several,
+        }
     }
 
     fn draw_fine(&mut self, drawing: &Drawing<'_>, target: &Camera, subpixels: usize) {
         let width = target.width as usize;
-        let (projected, slots, drawn) = (&self.projected, &self.slot, &self.drawn);
+        let (projected, slots, drawn) = (&self.projected, &self.slot, &self.touched);
+        let places = Places::new(subpixels);
         let bands = slots.len().div_ceil(width * BAND_ROWS);
-        self.fine.resize(bands, Vec::new());
+        self.fine.resize(bands, Lattice::default());
         self.parts.resize(bands, SlotParts::default());
-        self.fine.par_iter_mut().zip(&mut self.parts).enumerate().for_each(|(index, (fine, parts))| {
+        self.fine.par_iter_mut().zip(&mut self.parts).enumerate().for_each(|(index, (lattice, parts))| {
             let first = index * BAND_ROWS;
             let rows = [first, (first + BAND_ROWS).min(target.height as usize)];
             let slot = &slots[rows[0] * width..rows[1] * width];
             let count = slot.iter().filter(|&&s| s != NO_SLOT).count();
-            fine.clear();
-            fine.resize(count * subpixels * subpixels, Seen { nearness: f32::NEG_INFINITY, patch: NO_PATCH });
+            lattice.clear(count, &places);
             if count > 0 {
-                let mut sink = Fine { width, rows, subpixels, slot, drawn, fine, taking: drawing.taking() };
+                let taking = drawing.taking();
+                let mut sink = Fine { width, rows, places: &places, slot, drawn, lattice, taking };
                 let (scene, order) = (&drawing.scene, drawing.order);
                 dispatch!(drawing.level, simd => projected.visit(simd, scene, (rows, order), &mut sink));
             }
-            parts.group(drawing.scene.surfaces, fine, subpixels * subpixels);
+            parts.group(drawing.scene.surfaces, &lattice.patch, [subpixels * subpixels, places.stride()]);
         });
+    }
+}
+
+/// Whether there is an edge between two neighbours that each see one thing.
+fn differ(a: Sight, b: Sight, surfaces: &Surfaces) -> bool {
+    match (a, b) {
+        (Sight::Several, _) | (_, Sight::Several) => false,
+        (Sight::One(a), Sight::One(b)) => !one_beyond_doubt(surfaces, a, b),
+        _ => a != b,
     }
 }
 
@@ -250,11 +276,13 @@ fn edges(at_edge: &Flags, target: &Camera) -> u64 {
 }
 
 /// First and last column and row that a triangle's bounding box touches inside a band.
+#[inline(always)]
 fn pixels_of(corners: [Vertex; 3], width: usize, rows: [usize; 2]) -> Option<[[usize; 2]; 2]> {
-    let range = |of: fn(&Vertex) -> f32, first: usize, end: usize| {
-        let low = corners.iter().map(of).fold(f32::INFINITY, f32::min).floor().max(first as f32);
-        let high = corners.iter().map(of).fold(f32::NEG_INFINITY, f32::max).floor().min(end as f32 - 1.0);
+    let [p, q, r] = corners;
+    let range = |a: f32, b: f32, c: f32, first: usize, end: usize| {
+        let low = a.min(b).min(c).floor().max(first as f32);
+        let high = a.max(b).max(c).floor().min(end as f32 - 1.0);
         (low <= high).then_some([low as usize, high as usize])
     };
-    Some([range(|v| v.x, 0, width)?, range(|v| v.y, rows[0], rows[1])?])
+    Some([range(p.x, q.x, r.x, 0, width)?, range(p.y, q.y, r.y, rows[0], rows[1])?])
 }

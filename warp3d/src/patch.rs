@@ -28,6 +28,29 @@ pub(crate) fn cell_of(id: u32) -> usize {
     (id / KINDS) as usize
 }
 
+/// Which row a cell is in, by a multiplication: it is asked for every pixel, and a division takes longer than all else.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CellRows {
+    factor: u64,
+    shift: u32,
+}
+
+impl CellRows {
+    /// For rows of `cells` cells.
+    ///
+    /// The factor is above 2^shift / cells by less than 1, so a number n below 2^29 ([`MAX_CELLS`]) gives a quotient that
+    /// is too large by less than n / 2^shift <= 1 / cells: never as far as the next whole number.
+    pub(crate) fn new(cells: usize) -> Self {
+        let shift = MAX_CELLS.ilog2() + 1 + cells.next_power_of_two().ilog2();
+        Self { factor: (1u64 << shift).div_ceil(cells as u64), shift }
+    }
+
+    #[inline(always)]
+    fn row(self, cell: usize) -> usize {
+        ((cell as u64 * self.factor) >> self.shift) as usize
+    }
+}
+
 /// Whether two pieces are one or are of joined cells that have a corner in common: they are on one surface, then.
 pub(crate) fn share_a_corner(surfaces: &Surfaces, a: u32, b: u32) -> bool {
     // Cells at the ends of rows are never joined, so that neighbours by number are neighbours in the picture.
@@ -60,12 +83,11 @@ pub(crate) struct Hit {
 
 impl Patch {
     /// The piece of this number.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn new(surfaces: &Surfaces, id: u32) -> Self {
         let width = surfaces.size[0];
         let cell = cell_of(id);
-        // In 32 bits a division is twice as fast, and this is done for every pixel.
-        let cy = (id / KINDS / (width as u32 + 1)) as usize;
+        let cy = surfaces.cell_rows.row(cell);
         let cx = cell - cy * (width + 1);
         let kind = id % KINDS;
         if kind >= 2 {
@@ -104,34 +126,71 @@ impl Patch {
         }
     }
 
-    /// Samples from the piece's place to the nearest cut.
-    pub(crate) fn clearance(&self, surfaces: &Surfaces) -> u8 {
-        surfaces.clearance[self.place.y as usize * surfaces.size[0] + self.place.x as usize]
-    }
-
     /// Disparity of the piece's plane at a place in the reference.
     pub(crate) fn disparity_at(&self, pos_in_reference: DVec2) -> f64 {
         self.disparity + self.slope.dot(pos_in_reference - self.place)
     }
 
     /// Where the screen position lies on the piece's plane; `None` if it is seen edge-on.
+    #[inline]
     pub(crate) fn hit(&self, warp: &Warp, pos_in_screen: DVec2) -> Option<Hit> {
+        self.plane(warp).hit(pos_in_screen)
+    }
+
+    /// The map from the screen to the piece's plane, to be asked more than once.
+    #[inline]
+    pub(crate) fn plane(&self, warp: &Warp) -> PlaneMap {
         let [x, y, one] = warp.pixel_columns();
         let disparity = warp.disparity_column();
         // Coordinates count from the place, so that nothing cancels far from the reference's corner.
         let origin = self.place.x * x + self.place.y * y + one + self.disparity * disparity;
         let (x, y) = (x + self.slope.x * disparity, y + self.slope.y * disparity);
+        PlaneMap { patch: *self, rows: [y.cross(origin), origin.cross(x), x.cross(y)] }
+    }
+}
+
+/// The homography from the screen to the plane of a piece.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlaneMap {
+    /// The piece.
+    pub(crate) patch: Patch,
+    /// Offset from the piece's place along x and y, and their divisor, by homogeneous screen position.
+    rows: [DVec3; 3],
+}
+
+impl PlaneMap {
+    /// Where the screen position lies on the plane; `None` if it is seen edge-on.
+    #[inline]
+    pub(crate) fn hit(&self, pos_in_screen: DVec2) -> Option<Hit> {
         let screen = pos_in_screen.extend(1.0);
-        let (row_x, row_y, row_one) = (y.cross(origin), origin.cross(x), x.cross(y));
+        let [row_x, row_y, row_one] = self.rows;
         let scale = 1.0 / row_one.dot(screen);
         let offset = DVec2::new(row_x.dot(screen), row_y.dot(screen)) * scale;
         let column = |of: fn(DVec3) -> f64| {
             DVec2::new(of(row_x) - offset.x * of(row_one), of(row_y) - offset.y * of(row_one)) * scale
         };
         offset.is_finite().then(|| Hit {
-            pos_in_reference: self.place + offset,
+            pos_in_reference: self.patch.place + offset,
             reference_from_screen: DMat2::from_cols(column(|v| v.x), column(|v| v.y)),
-            disparity: self.disparity + self.slope.dot(offset),
+            disparity: self.patch.disparity + self.patch.slope.dot(offset),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_of_cells_are_those_of_a_division() {
+        for cells in [1, 2, 3, 7, 33, 641, 1921, 4096, 4097, 65_537, MAX_CELLS] {
+            let rows = CellRows::new(cells);
+            let last = MAX_CELLS - 1;
+            let near_ends = (0..200).flat_map(|i| [i, last - i, (last / cells).saturating_sub(i) * cells]);
+            let all = near_ends.chain((0..=last).step_by(99_991)).flat_map(|n| [n, n.saturating_sub(1)]);
+            for cell in all {
+                assert_eq!(rows.row(cell), cell / cells, "cell {cell} in rows of {cells}");
+            }
+        }
     }
 }

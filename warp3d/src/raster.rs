@@ -6,16 +6,19 @@
 //! Limits: a piece with a corner before the near plane is dropped whole; it is smaller than a sample's spacing.
 
 mod cells;
+mod project;
 mod quarters;
 mod scan;
 
 use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch};
 use glam::DVec2;
 use rayon::prelude::*;
 
 pub(crate) use cells::{EightCells, EightTriangles, LANES};
 pub(crate) use quarters::Quarters;
-pub(crate) use scan::scan_triangle;
+use project::{ProjectedRow, project_row};
+pub(crate) use scan::{SLACK, scan_triangle};
 
 use crate::bands::RowRange;
 use crate::epipole::OcclusionOrder;
@@ -52,6 +55,8 @@ pub(crate) struct Projected {
     blocks: Vec<[RowRange; 2]>,
     /// Screen columns and rows that each segment of each row of cells touches.
     segments: Vec<[RowRange; 2]>,
+    /// Screen rows that each row of cells touches.
+    rows: Vec<RowRange>,
 }
 
 /// What receives the pieces of a band.
@@ -119,7 +124,7 @@ impl Segments {
 
 impl Projected {
     /// Warps every sample.
-    pub(crate) fn project(&mut self, scene: &Scene<'_>, warp: &Warp) {
+    pub(crate) fn project(&mut self, scene: &Scene<'_>, warp: &Warp, level: Level) {
         let [width, height] = scene.surfaces.size;
         let per_row = (width + 1).div_ceil(SEGMENT);
         for plane in &mut self.planes.0 {
@@ -133,7 +138,8 @@ impl Projected {
             .enumerate()
             .for_each(|(y, ((row, near), blocks))| {
                 let disparity = &scene.surfaces.disparity[y * width..(y + 1) * width];
-                project_row(warp, y, disparity, ([row.0, row.1, near], blocks));
+                let to = ProjectedRow { planes: [row.0, row.1, near], blocks };
+                dispatch!(level, simd => project_row(simd, warp, y, disparity, to));
             });
         scene.segments.quarters.project(scene.surfaces, warp, &mut self.quarters);
         self.segments.resize(per_row * (height + 1), [RowRange::EMPTY; 2]);
@@ -157,6 +163,14 @@ impl Projected {
                 range[1].include(corner.y);
             }
         });
+        let joined = |segments: &[[RowRange; 2]]| {
+            segments.iter().fold(RowRange::EMPTY, |mut row, [_, along]| {
+                row.join(*along);
+                row
+            })
+        };
+        self.rows.clear();
+        self.rows.extend(self.segments.chunks(per_row).map(joined));
     }
 
     /// Number of warped samples that are in front of the near plane.
@@ -176,7 +190,9 @@ impl Projected {
         let [width, height] = scene.surfaces.size;
         let per_row = (width + 1).div_ceil(SEGMENT);
         let Some(order) = order else {
-            for (segment, &[columns, along]) in self.segments.iter().enumerate() {
+            let touching = (0..self.rows.len()).filter(|&cy| self.rows[cy].touches(rows[0], rows[1]));
+            for segment in touching.flat_map(|cy| cy * per_row..(cy + 1) * per_row) {
+                let [columns, along] = self.segments[segment];
                 if along.touches(rows[0], rows[1]) && sink.wants(columns, along) {
                     self.visit_segment(simd, scene, segment, sink);
                 }
@@ -280,26 +296,6 @@ impl Vertex {
         }
         let at = warped.pos_in_screen();
         Self { x: at.x as f32, y: at.y as f32, nearness: warp.nearness(warped.depth) as f32 }
-    }
-}
-
-/// Warps a row of samples, and finds what each of its blocks touches.
-fn project_row(
-    warp: &Warp,
-    y: usize,
-    disparity: &[f32],
-    ([xs, ys, nearness], blocks): ([&mut [f32]; 3], &mut [[RowRange; 2]]),
-) {
-    let mut along = warp.row(y as u32);
-    blocks.fill([RowRange::EMPTY; 2]);
-    for (x, &disparity) in disparity.iter().enumerate() {
-        let known = !disparity.is_nan();
-        let warped = along.next(if known { f64::from(disparity) } else { 0.0 });
-        let vertex = if known { Vertex::of(warp, &warped) } else { Vertex::NOWHERE };
-        (xs[x], ys[x], nearness[x]) = (vertex.x, vertex.y, vertex.nearness);
-        let [columns, rows] = &mut blocks[x / SEGMENT];
-        columns.include(vertex.x);
-        rows.include(vertex.y);
     }
 }
 

@@ -19,7 +19,7 @@ use crate::colour::{Lookup, as_taken};
 use crate::hybrid::{Hybrid, Prepared};
 use crate::layer::Layer;
 use crate::options::WarpOptions;
-use crate::patch::Patch;
+use crate::patch::{Hit, Patch, PlaneMap};
 use crate::warp::Warp;
 use inside::{RUN, Run};
 use parts::{Part, Parts, WindowWeights};
@@ -102,24 +102,24 @@ impl<'a> Resolver<'a> {
     }
 
     #[inline(always)]
-    fn look_up<S: Simd>(&self, simd: S, patch: &Patch, pos_in_screen: DVec2) -> Option<([f32; 3], f32, f32)> {
-        let hit = patch.hit(self.warp, pos_in_screen)?;
-        let rgb = self.lookup(patch).filtered(simd, &hit);
+    fn look_up<S: Simd>(&self, simd: S, patch: &Patch, hit: &Hit) -> ([f32; 3], f32, f32) {
+        let rgb = self.lookup(patch).filtered(simd, hit);
         let depth = self.warp.at(hit.pos_in_reference, hit.disparity).depth as f32;
-        let area = hit.reference_from_screen.determinant().abs();
-        Some((rgb, depth, area.sqrt().min(1.0) as f32))
+        (rgb, depth, minification2(hit).sqrt().min(1.0) as f32)
     }
 
     #[inline(always)]
-    fn at_edge<S: Simd>(&self, simd: S, x: usize, y: usize) -> Option<Resolved> {
-        let Parts { list: parts, window } = self.parts(x, y);
-        let inside = window[0];
+    fn at_edge<S: Simd>(&self, simd: S, (x, y): (usize, usize), parts: &mut Parts) -> Option<Resolved> {
+        self.find_parts(x, y, parts);
+        let inside = parts.window[0];
         let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
         let mut sum = Resolved { rgba: [0.0; 4], depth: f32::INFINITY, resolution: 0.0, purity: 1.0 };
         let mut largest = 0.0;
-        for part in &parts {
-            let at = centre + self.shift(part, window, centre);
-            let Some((rgb, depth, resolution)) = self.look_up(simd, &part.patch, at) else { continue };
+        for (part, (plane, at_centre)) in parts.list.iter().zip(&parts.traced) {
+            let shift = shift(part, parts.window, at_centre.as_ref());
+            let hit = if shift == DVec2::ZERO { *at_centre } else { plane.hit(centre + shift) };
+            let Some(hit) = hit else { continue };
+            let (rgb, depth, resolution) = self.look_up(simd, &plane.patch, &hit);
             for (s, v) in sum.rgba.iter_mut().zip([rgb[0], rgb[1], rgb[2], 1.0]) {
                 *s += part.weight / inside * v;
             }
@@ -128,7 +128,7 @@ impl<'a> Resolver<'a> {
                 (sum.depth, sum.resolution) = (depth, resolution);
             }
         }
-        if let Some((rgb, share)) = self.unmoved(&parts, centre) {
+        if let Some((rgb, share)) = self.unmoved(&parts.traced) {
             // Between two sides that have not moved there is no gap, however the edge was placed.
             let alpha = sum.rgba[3] + share * (1.0 - sum.rgba[3]);
             for (s, v) in sum.rgba.iter_mut().zip([rgb[0], rgb[1], rgb[2], 1.0]) {
@@ -144,43 +144,44 @@ impl<'a> Resolver<'a> {
     ///
     /// Seen from the same place, an edge looks as the reference shows it, mixed pixels and all, and nothing that was
     /// taken apart can be put together better.
-    fn unmoved(&self, parts: &[Part], centre: DVec2) -> Option<([f32; 3], f32)> {
-        if parts.len() < 2 {
+    fn unmoved(&self, traced: &[(PlaneMap, Option<Hit>)]) -> Option<([f32; 3], f32)> {
+        let [(_, first), others @ ..] = traced else { return None };
+        if others.is_empty() {
             return None;
         }
-        let hit = parts[0].patch.hit(self.warp, centre)?;
+        let hit = first.as_ref()?;
         let mut spread = 0.0f64;
-        for part in &parts[1..] {
-            let other = part.patch.hit(self.warp, centre)?;
-            spread = spread.max(hit.pos_in_reference.distance(other.pos_in_reference));
+        for (_, other) in others {
+            spread = spread.max(hit.pos_in_reference.distance(other.as_ref()?.pos_in_reference));
         }
-        let minification = hit.reference_from_screen.determinant().abs().sqrt();
-        let known = known_at(self.reference, hit.pos_in_reference);
         // Minified, the filter mixes more than the reference's pixels did.
-        let share = (1.0 - spread / UNMOVED_PX).max(0.0) * (2.0 - minification).clamp(0.0, 1.0);
+        let unminified = (2.0 - minification2(hit).sqrt()).clamp(0.0, 1.0);
+        let share = (1.0 - spread / UNMOVED_PX).max(0.0) * unminified;
+        let known = known_at(self.reference, hit.pos_in_reference);
         (known && share > 0.0).then(|| (as_taken(self.reference, hit.pos_in_reference), share as f32))
     }
+}
 
-    /// From the pixel's centre to where a surface's colour is looked up.
-    ///
-    /// Where the screen magnifies it is the centre of gravity of what is seen. Where it minifies, the lookup's own filter
-    /// already leaves out what is not on the surface, and only the reference's share of the pixel's filter, 1/m^2 of
-    /// its variance, is shifted.
-    fn shift(&self, part: &Part, window: [f32; 3], centre: DVec2) -> DVec2 {
-        if part.weight > NEARLY_ALL * window[0] {
-            return DVec2::ZERO;
-        }
-        // At the picture's border the window itself is lopsided, which shifts nothing.
-        let gravity = |moment: [f32; 2], weight: f32| {
-            DVec2::new(f64::from(moment[0]), f64::from(moment[1])) / f64::from(weight)
-        };
-        let moment = gravity(part.moment, part.weight) - gravity([window[1], window[2]], window[0]);
-        let minification2 = part
-            .patch
-            .hit(self.warp, centre)
-            .map_or(1.0, |hit| hit.reference_from_screen.determinant().abs());
-        moment / minification2.max(1.0)
+/// Area of the reference that a pixel covers, px^2.
+fn minification2(hit: &Hit) -> f64 {
+    hit.reference_from_screen.determinant().abs()
+}
+
+/// From the pixel's centre to where a surface's colour is looked up.
+///
+/// Where the screen magnifies it is the centre of gravity of what is seen. Where it minifies, the lookup's own filter
+/// already leaves out what is not on the surface, and only the reference's share of the pixel's filter, 1/m^2 of
+/// its variance, is shifted.
+fn shift(part: &Part, window: [f32; 3], at_centre: Option<&Hit>) -> DVec2 {
+    if part.weight > NEARLY_ALL * window[0] {
+        return DVec2::ZERO;
     }
+    // At the picture's border the window itself is lopsided, which shifts nothing.
+    let gravity = |moment: [f32; 2], weight: f32| {
+        DVec2::new(f64::from(moment[0]), f64::from(moment[1])) / f64::from(weight)
+    };
+    let moment = gravity(part.moment, part.weight) - gravity([window[1], window[2]], window[0]);
+    moment / at_centre.map_or(1.0, minification2).max(1.0)
 }
 
 #[simd]
@@ -190,8 +191,9 @@ fn row<S: Simd>(simd: S, resolver: &Resolver<'_>, y: usize, row: Row<'_>) {
     for first in (0..width).step_by(RUN) {
         run.resolve(simd, resolver, (first, y), (row.rgba, row.depth, row.resolution));
     }
+    let mut parts = Parts::default();
     for x in resolver.hybrid.at_edge.columns(y, width) {
-        if let Some(resolved) = resolver.at_edge(simd, x, y) {
+        if let Some(resolved) = resolver.at_edge(simd, (x, y), &mut parts) {
             row.rgba[x] = resolved.rgba;
             row.depth[x] = resolved.depth;
             (row.resolution[x], row.purity[x]) = (resolved.resolution, resolved.purity);

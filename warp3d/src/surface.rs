@@ -11,6 +11,7 @@ use resample_core::Projection;
 
 use crate::Reference;
 use crate::options::SurfaceTolerance;
+use crate::patch::CellRows;
 use crate::warp::disparity;
 
 /// Tolerance of exact depth, relative to disparity: a sphere of 50 samples' radius bends less from sample to sample
@@ -56,6 +57,8 @@ pub(crate) struct Surfaces {
     pub(crate) links: Vec<u8>,
     /// The cells, rows from the top.
     pub(crate) cells: Vec<Cell>,
+    /// Which row a cell is in.
+    pub(crate) cell_rows: CellRows,
     /// Chebyshev distance to the nearest corner of a cut cell, samples, at most [`FAR_FROM_CUT`].
     pub(crate) clearance: Vec<u8>,
     /// Departure from linearity that still is one surface, relative to disparity.
@@ -84,6 +87,7 @@ impl Surfaces {
             size,
             slope: Vec::new(),
             cells: Vec::new(),
+            cell_rows: CellRows::new(size[0] + 1),
             clearance: Vec::new(),
             disparity,
             links,

@@ -136,6 +136,11 @@ impl Warp {
         (self.rows[3].to_array(), self.depth_divisor)
     }
 
+    /// The target's projection and its near plane, world units.
+    pub(crate) fn target(&self) -> (Projection, f64) {
+        (self.target, self.near)
+    }
+
     /// Whether a warped sample is in front of the near plane.
     pub fn in_front(&self, warped: &Warped) -> bool {
         let before = match self.target {

@@ -3,8 +3,8 @@
 //! A Gaussian of small variance needs no more samples than the spline itself: the spline plus half the variance times
 //! its second derivatives, which are sums over the same sixteen.
 
-use fearless_simd::f32x4;
 use fearless_simd::prelude::*;
+use fearless_simd::{f32x4, f32x8};
 
 /// Weights of four samples around a place `t` past the second, and their first and second derivatives.
 #[derive(Clone, Copy, Debug)]
@@ -72,23 +72,31 @@ impl Weights {
     /// The weighted sum of the sixteen samples whose first is `first`, in rows of `width`.
     #[inline(always)]
     pub(super) fn sum<S: Simd>(&self, simd: S, samples: &[[f32; 4]], first: usize, width: usize) -> f32x4<S> {
-        // One sum a row, so that additions need not wait for one another.
-        let mut rows = [f32x4::splat(simd, 0.0); 4];
-        for (j, sum) in rows.iter_mut().enumerate() {
-            let row = &samples[first + j * width..first + j * width + 4];
-            let mut weights = self.axes[0];
-            for weight in &mut weights {
-                *weight *= self.axes[1][j];
-            }
-            if let Some([x, y]) = &self.turned {
-                for (weight, x) in weights.iter_mut().zip(x) {
-                    *weight += y[j] * x;
-                }
-            }
-            for (sample, weight) in row.iter().zip(weights) {
-                *sum = f32x4::from_slice(simd, sample).mul_add(f32x4::splat(simd, weight), *sum);
-            }
+        let samples = samples.as_flattened();
+        // Two samples a vector: the left and the right half of each row.
+        let mut rows = [[f32x8::splat(simd, 0.0); 2]; 4];
+        for (j, row) in rows.iter_mut().enumerate() {
+            let from = 4 * (first + j * width);
+            let sixteen = &samples[from..from + 16];
+            *row = [f32x8::from_slice(simd, &sixteen[..8]), f32x8::from_slice(simd, &sixteen[8..])];
         }
-        (rows[0] + rows[1]) + (rows[2] + rows[3])
+        let mut sum = product(simd, &rows, &self.axes);
+        if let Some(turned) = &self.turned {
+            sum = sum + product(simd, &rows, turned);
+        }
+        let (left, right) = sum.split();
+        left + right
     }
+}
+
+/// The sum over four rows of four samples with the product of the weights `x` and `y`, in two halves.
+#[inline(always)]
+fn product<S: Simd>(simd: S, rows: &[[f32x8<S>; 2]; 4], [x, y]: &[[f32; 4]; 2]) -> f32x8<S> {
+    let mut halves = [f32x8::splat(simd, 0.0); 2];
+    for (row, &weight) in rows.iter().zip(y) {
+        let weight = f32x8::splat(simd, weight);
+        halves = [row[0].mul_add(weight, halves[0]), row[1].mul_add(weight, halves[1])];
+    }
+    let pair = |i: usize| f32x4::splat(simd, x[i]).combine(f32x4::splat(simd, x[i + 1]));
+    halves[0].mul_add(pair(0), halves[1] * pair(2))
 }

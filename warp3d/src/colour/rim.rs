@@ -47,19 +47,9 @@ impl Lookup<'_> {
     #[inline(always)]
     fn taps(&self, left: i64, top: i64) -> u32 {
         let [width, height] = self.surfaces.size;
-        let (mut taps, mut right, mut below) = (0u32, 0u32, 0u32);
-        for j in 0..4 {
-            for i in 0..4 {
-                let (x, y) = (left + i, top + j);
-                if x < 0 || y < 0 || x >= width as i64 || y >= height as i64 {
-                    continue;
-                }
-                let (index, bit) = ((y * width as i64 + x) as usize, 4 * j + i);
-                taps |= u32::from(self.counts(x as usize, y as usize, index)) << bit;
-                right |= u32::from(i < 3 && self.surfaces.links[index] & RIGHT != 0) << bit;
-                below |= u32::from(j < 3 && self.surfaces.links[index] & BELOW != 0) << bit;
-            }
-        }
+        let whole = left >= 0 && top >= 0 && left + 4 <= width as i64 && top + 4 <= height as i64;
+        let [mut taps, right, below] =
+            if whole { self.whole_block(left as usize, top as usize) } else { self.cut_block(left, top) };
         // Where a surface bends away from its plane, as at a limb, its samples still are its own: along a row as far as
         // it is linked, and in a row without any, from the row before or after. Not around corners: two surfaces that
         // touch are linked there.
@@ -73,6 +63,62 @@ impl Lookup<'_> {
             taps |= (taps & right) << 1 | (taps >> 1 & right);
         }
         taps
+    }
+
+    /// Of sixteen samples in the picture: which lie on the patch's plane, and which are linked with the next one of
+    /// them to the right and below.
+    #[inline(always)]
+    fn whole_block(&self, left: usize, top: usize) -> [u32; 3] {
+        let width = self.surfaces.size[0];
+        let (mut taps, mut right, mut below) = (0u32, 0u32, 0u32);
+        for j in 0..4 {
+            let from = (top + j) * width + left;
+            let on_plane = self.four_count(left, top + j, &self.surfaces.disparity[from..from + 4]);
+            for (i, (on_plane, links)) in
+                on_plane.into_iter().zip(&self.surfaces.links[from..from + 4]).enumerate()
+            {
+                let bit = 4 * j + i;
+                taps |= u32::from(on_plane) << bit;
+                right |= u32::from(links & RIGHT != 0) << bit;
+                below |= u32::from(links & BELOW != 0) << bit;
+            }
+        }
+        [taps, right & 0x7777, below & 0xfff]
+    }
+
+    /// As [`Self::whole_block`], where the picture ends among them.
+    fn cut_block(&self, left: i64, top: i64) -> [u32; 3] {
+        let [width, height] = self.surfaces.size;
+        let (mut taps, mut right, mut below) = (0u32, 0u32, 0u32);
+        for j in 0..4 {
+            for i in 0..4 {
+                let (x, y) = (left + i, top + j);
+                if x < 0 || y < 0 || x >= width as i64 || y >= height as i64 {
+                    continue;
+                }
+                let (index, bit) = ((y * width as i64 + x) as usize, 4 * j + i);
+                taps |= u32::from(self.counts(x as usize, y as usize, index)) << bit;
+                right |= u32::from(self.surfaces.links[index] & RIGHT != 0) << bit;
+                below |= u32::from(self.surfaces.links[index] & BELOW != 0) << bit;
+            }
+        }
+        [taps, right & 0x7777, below & 0xfff]
+    }
+
+    /// As [`Lookup::counts`], for four samples of a row from (x, y) on.
+    #[inline(always)]
+    fn four_count(&self, x: usize, y: usize, disparity: &[f32]) -> [bool; 4] {
+        let dx = x as f64 + 0.5 - self.patch.place.x;
+        let dy = y as f64 + 0.5 - self.patch.place.y;
+        let expected = self.patch.disparity + self.patch.slope.x * dx + self.patch.slope.y * dy;
+        let tolerance = f64::from(self.surfaces.tolerance);
+        let mut counts = [false; 4];
+        for (i, (counts, &found)) in counts.iter_mut().zip(disparity).enumerate() {
+            let (step, found) = (i as f64, f64::from(found));
+            let allowed = tolerance * (2.0 + (dx + step).abs().max(dy.abs()));
+            *counts = (found - expected - self.patch.slope.x * step).abs() <= allowed * found.abs();
+        }
+        counts
     }
 
     /// The colour of the patch's own sample, where nothing else is near.

@@ -77,6 +77,7 @@ fn pixel_range<S: Simd>(simd: S, [p, q, r]: [f32x8<S>; 3], clip: [usize; 2]) -> 
 }
 
 impl Centres<'_> {
+    #[inline(always)]
     fn mark(&mut self, corners: [Vertex; 3]) {
         let Some([columns, rows]) = pixels_of(corners, self.width, self.rows) else { return };
         let nearness = corners.iter().fold(f32::NEG_INFINITY, |n, v| n.max(v.nearness));

@@ -3,7 +3,6 @@
 //! Pieces of joined cells that share a corner are one surface, which is told from their numbers alone; other pieces are
 //! one if the one lies on the plane of the other.
 
-use super::Seen;
 use crate::patch::{NO_PATCH, Patch, share_a_corner};
 use crate::surface::Surfaces;
 
@@ -27,27 +26,26 @@ pub(crate) struct SlotParts {
 }
 
 impl SlotParts {
-    /// Groups the places of every slot; `fine` holds `count` a slot.
-    pub(super) fn group(&mut self, surfaces: &Surfaces, fine: &[Seen], count: usize) {
+    /// Groups the places of every slot: the first `count` of each `stride` of `pieces`.
+    pub(super) fn group(&mut self, surfaces: &Surfaces, pieces: &[u32], [count, stride]: [usize; 2]) {
         self.parts.clear();
         self.first.clear();
         self.first.push(0);
         // The last piece of each part of the slot at hand.
         let mut last = Vec::new();
-        for places in fine.chunks_exact(count) {
+        for places in pieces.chunks_exact(stride) {
             let begin = self.parts.len();
             last.clear();
-            for (place, seen) in places.iter().enumerate().filter(|(_, seen)| seen.patch != NO_PATCH) {
+            for (place, &piece) in places[..count].iter().enumerate().filter(|(_, piece)| **piece != NO_PATCH) {
                 let parts = &mut self.parts[begin..];
-                let found = find(surfaces, parts, &last, seen.patch);
-                match found {
+                match find(surfaces, parts, &last, piece) {
                     Ok(part) => {
                         parts[part].places |= 1 << place;
-                        last[part] = seen.patch;
+                        last[part] = piece;
                     }
                     Err(patch) => {
-                        self.parts.push(SlotPart { places: 1 << place, id: seen.patch, patch });
-                        last.push(seen.patch);
+                        self.parts.push(SlotPart { places: 1 << place, id: piece, patch });
+                        last.push(piece);
                     }
                 }
             }
@@ -76,12 +74,10 @@ fn find(surfaces: &Surfaces, parts: &[SlotPart], last: &[u32], id: u32) -> Resul
 /// colours are taken apart, four tolerances, at up to three samples' distance.
 const STRICTLY: f32 = 0.75;
 
-impl SlotPart {
-    /// Whether another part is of the same surface beyond doubt.
-    pub(crate) fn is_one_with(&self, other: &Self, surfaces: &Surfaces) -> bool {
-        share_a_corner(surfaces, self.id, other.id)
-            || one_surface(&self.patch, &other.patch, STRICTLY * surfaces.tolerance)
-    }
+/// Whether two pieces are of the same surface beyond doubt.
+pub(super) fn one_beyond_doubt(surfaces: &Surfaces, a: u32, b: u32) -> bool {
+    let plane = |id: u32| Patch::new(surfaces, id);
+    share_a_corner(surfaces, a, b) || one_surface(&plane(a), &plane(b), STRICTLY * surfaces.tolerance)
 }
 
 /// Whether two pieces are of one plane: the one lies on the other's, as far away as it is, and slopes as it does.

@@ -9,7 +9,7 @@ use fearless_simd::prelude::*;
 use super::Vertex;
 
 /// A place this close outside an edge counts, px.
-pub(super) const SLACK: f32 = 1e-3;
+pub(crate) const SLACK: f32 = 1e-3;
 
 /// Places that are asked at once.
 const LANES: usize = 8;

@@ -1,11 +1,12 @@
 //! The surfaces that a pixel near an edge sees, weighted by the pixel's Gaussian.
 
+use glam::DVec2;
 use resample_core::point::PIXEL_SIGMA_PX;
 
 use super::Resolver;
 use crate::bands::BAND_ROWS;
-use crate::hybrid::{NO_SLOT, SlotPart, one_surface};
-use crate::patch::{Patch, share_a_corner};
+use crate::hybrid::{NO_SLOT, one_surface};
+use crate::patch::{Hit, NO_PATCH, Patch, PlaneMap, share_a_corner};
 
 /// Pixels on either side whose sub-pixels count: the Gaussian reaches three sigmas.
 const REACH_PX: i32 = 1;
@@ -13,28 +14,40 @@ const REACH_PX: i32 = 1;
 /// Pixels of the window.
 const WINDOW: usize = (2 * REACH_PX as usize + 1) * (2 * REACH_PX as usize + 1);
 
+/// The pixels of the window, the middle one first: its pieces have the most neighbours among the others.
+const ORDER: [usize; WINDOW] = [4, 1, 3, 5, 7, 0, 2, 6, 8];
+
 /// One surface as a pixel sees it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Part {
-    /// The piece nearest to the pixel's centre stands for the surface.
-    pub(super) patch: Patch,
-    id: u32,
     /// Its share of the pixel's Gaussian.
     pub(super) weight: f32,
     /// Weighted sum of the places, px from the pixel's centre.
     pub(super) moment: [f32; 2],
-    /// Largest weight of one place so far.
-    best: f32,
-    /// Where that place is: its pixel's slot in the window, and its number.
-    best_place: [usize; 2],
+    /// A piece by which others of the surface are known, and its plane.
+    known_by: (u32, Patch),
+    /// Largest weight of one place so far, and the piece there.
+    best: (f32, u32),
 }
 
 /// The surfaces that a pixel sees.
+#[derive(Default)]
 pub(super) struct Parts {
     /// The surfaces, in no particular order.
     pub(super) list: Vec<Part>,
+    /// Of each, the plane of the piece nearest to the pixel's centre, which stands for the surface, and where the
+    /// centre lies on it.
+    pub(super) traced: Vec<(PlaneMap, Option<Hit>)>,
     /// Weight of all places inside the picture, and their weighted sum, px.
     pub(super) window: [f32; 3],
+}
+
+/// What a pixel of the window adds to a surface.
+struct Share {
+    /// Weight and moment.
+    sum: [f32; 3],
+    /// Largest weight of one place, and the piece there.
+    best: (f32, u32),
 }
 
 /// Gaussian weights of the places of one pixel of the window.
@@ -99,62 +112,87 @@ impl WindowPixel {
 }
 
 impl Resolver<'_> {
-    /// The surfaces that the places around a pixel see.
-    pub(super) fn parts(&self, x: usize, y: usize) -> Parts {
-        let mut parts = Parts { list: Vec::with_capacity(4), window: [0.0; 3] };
-        for (k, pixel) in self.weights.0.iter().enumerate() {
+    /// Finds the surfaces that the places around a pixel see.
+    pub(super) fn find_parts(&self, x: usize, y: usize, parts: &mut Parts) {
+        parts.list.clear();
+        parts.window = [0.0; 3];
+        for k in ORDER {
             let (dx, dy) = (k as i32 % 3 - REACH_PX, k as i32 / 3 - REACH_PX);
-            let Some((band, slot)) = self.slot(x as i32 + dx, y as i32 + dy) else { continue };
+            let Some([x, y]) = self.inside(x as i32 + dx, y as i32 + dy) else { continue };
+            let pixel = &self.weights.0[k];
             add(&mut parts.window, &pixel.total);
-            for part in self.hybrid.parts[band].of_slot(slot) {
-                self.add_part(&mut parts.list, part, pixel, [band, slot]);
+            let at = y * self.size[0] + x;
+            match self.hybrid.slot[at] {
+                NO_SLOT => self.add_whole(&mut parts.list, self.hybrid.patch[at], pixel),
+                slot => self.add_slot(&mut parts.list, [y / BAND_ROWS, slot as usize], pixel),
             }
         }
-        for part in &mut parts.list {
-            let [band, place] = part.best_place;
-            part.id = self.hybrid.fine[band][place].patch;
-            part.patch = Patch::new(&self.prepared.surfaces, part.id);
+        let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+        parts.traced.clear();
+        parts.traced.extend(parts.list.iter().map(|part| {
+            let plane = Patch::new(&self.prepared.surfaces, part.best.1).plane(self.warp);
+            (plane, plane.hit(centre))
+        }));
+    }
+
+    /// A pixel of the window of which the piece `id` stands for all.
+    #[inline(always)]
+    fn add_whole(&self, list: &mut Vec<Part>, id: u32, pixel: &WindowPixel) {
+        if id == NO_PATCH {
+            return;
         }
-        parts
+        let share = Share { sum: pixel.total, best: (pixel.places[pixel.best][0], id) };
+        let surfaces = &self.prepared.surfaces;
+        match list.iter_mut().find(|part| share_a_corner(surfaces, part.known_by.0, id)) {
+            Some(part) => part.add(&share),
+            None => self.add_share(list, (id, Patch::new(surfaces, id)), &share),
+        }
+    }
+
+    /// A pixel of the window that has places in the finer lattice.
+    #[inline(always)]
+    fn add_slot(&self, list: &mut Vec<Part>, [band, slot]: [usize; 2], pixel: &WindowPixel) {
+        for part in self.hybrid.parts[band].of_slot(slot) {
+            let (sum, best) = pixel.sum(part.places);
+            let best = (pixel.places[best][0], self.hybrid.fine[band].piece(slot, best));
+            self.add_share(list, (part.id, part.patch), &Share { sum, best });
+        }
     }
 
     #[inline(always)]
-    fn add_part(&self, list: &mut Vec<Part>, part: &SlotPart, pixel: &WindowPixel, [band, slot]: [usize; 2]) {
+    fn add_share(&self, list: &mut Vec<Part>, (id, patch): (u32, Patch), share: &Share) {
         let surfaces = &self.prepared.surfaces;
-        let ([weight, x, y], best) = pixel.sum(part.places);
-        let best_place = [band, slot * pixel.places.len() + best];
-        let found = list.iter_mut().find(|p| {
-            share_a_corner(surfaces, p.id, part.id) || one_surface(&p.patch, &part.patch, surfaces.tolerance)
+        let found = list.iter_mut().find(|part| {
+            let (known_id, plane) = &part.known_by;
+            share_a_corner(surfaces, *known_id, id) || one_surface(plane, &patch, surfaces.tolerance)
         });
         match found {
-            Some(p) => {
-                p.weight += weight;
-                p.moment = [p.moment[0] + x, p.moment[1] + y];
-                if pixel.places[best][0] > p.best {
-                    (p.best, p.best_place) = (pixel.places[best][0], best_place);
-                    (p.id, p.patch) = (part.id, part.patch);
-                }
-            }
+            Some(part) => part.add(share),
             None => list.push(Part {
-                patch: part.patch,
-                id: part.id,
-                weight,
-                moment: [x, y],
-                best: pixel.places[best][0],
-                best_place,
+                weight: share.sum[0],
+                moment: [share.sum[1], share.sum[2]],
+                known_by: (id, patch),
+                best: share.best,
             }),
         }
     }
 
-    /// Band and slot of a pixel; `None` outside the picture.
+    /// The place in the picture; `None` outside it.
     #[inline(always)]
-    fn slot(&self, x: i32, y: i32) -> Option<(usize, usize)> {
+    fn inside(&self, x: i32, y: i32) -> Option<[usize; 2]> {
         let [width, height] = self.size;
-        if x < 0 || y < 0 || x >= width as i32 || y >= height as i32 {
-            return None;
+        (x >= 0 && y >= 0 && x < width as i32 && y < height as i32).then_some([x as usize, y as usize])
+    }
+}
+
+impl Part {
+    #[inline(always)]
+    fn add(&mut self, share: &Share) {
+        self.weight += share.sum[0];
+        self.moment = [self.moment[0] + share.sum[1], self.moment[1] + share.sum[2]];
+        if share.best.0 > self.best.0 {
+            self.best = share.best;
         }
-        let slot = self.hybrid.slot[y as usize * width + x as usize];
-        (slot != NO_SLOT).then_some((y as usize / BAND_ROWS, slot as usize))
     }
 }
 
