@@ -33,7 +33,10 @@ fn frame(test: &str, index: usize) -> Option<Reference> {
     let frame = &frames["root"][index];
     let numbers = |matrix: &serde_json::Value| -> Vec<f64> {
         let rows = matrix["matrix"].as_array().expect("rows");
-        rows.iter().flat_map(|row| row.as_array().expect("a row")).map(|v| v.as_f64().expect("a number")).collect()
+        rows.iter()
+            .flat_map(|row| row.as_array().expect("a row"))
+            .map(|v| v.as_f64().expect("a number"))
+            .collect()
     };
     let lens = numbers(&frame["info"]["kcam"]);
     let world_from_camera = DMat4::from_cols_slice(&numbers(&frame["info"]["rt_cam"])).transpose();
@@ -119,9 +122,8 @@ fn on_one_surface(reference: &Reference, at: DVec2) -> bool {
         // The least tolerance that the hybrid takes.
         (a - b).abs() <= 0.004 * a.min(b)
     };
-    (y..y + 2 * REACH).all(|y| {
-        (x..x + 2 * REACH).map(|x| y * width + x).all(|i| linked(i, i + 1) && linked(i, i + width))
-    })
+    (y..y + 2 * REACH)
+        .all(|y| (x..x + 2 * REACH).map(|x| y * width + x).all(|i| linked(i, i + 1) && linked(i, i + width)))
 }
 
 /// The reference's camera turned as `other` is, on the spot, with a longer lens: nothing is minified, so that nothing
@@ -166,7 +168,8 @@ fn a_turn_on_the_spot_is_a_direct_resampling_of_a_real_picture() {
     }
     let psnr_db = -10.0 * (squares / f64::from(all)).log10();
     println!("{compared} pixels inside surfaces, worst {worst:e}; {all} pixels, {psnr_db:.2} dB");
+    // Measured: 88952 pixels, 2.9e-6, 50.4 dB.
     assert!(compared > 20_000, "only {compared} pixels were compared");
-    assert!(worst < 5e-5, "inside a surface a pixel is {worst} off the direct resampling");
-    assert!(psnr_db > 40.0, "with edges: {psnr_db} dB");
+    assert!(worst < 1e-5, "inside a surface a pixel is {worst} off the direct resampling");
+    assert!(psnr_db > 48.0, "with edges: {psnr_db} dB");
 }

@@ -16,8 +16,8 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 pub(crate) use cells::{EightCells, EightTriangles, LANES};
-pub(crate) use quarters::Quarters;
 use project::{ProjectedRow, project_row};
+pub(crate) use quarters::Quarters;
 pub(crate) use scan::{SLACK, scan_triangle};
 
 use crate::bands::RowRange;

@@ -54,13 +54,14 @@ impl Rims {
     /// Finds the edges between `samples` and gives the samples beside them the colour of their own surface.
     pub(crate) fn unmixed(surfaces: &Surfaces, samples: &mut [[f32; 4]]) -> Self {
         let mut rims = Self::half_way(surfaces);
-        let mixed = samples.to_vec();
+        // The colours stay as they are until all edges are found.
+        let mut own = Vec::new();
         // The largest share of another surface so far, per sample: the worst edge decides the colour.
         let mut shares = vec![0.0f32; samples.len()];
         for index in 0..samples.len() {
             for axis in 0..2 {
                 let Some(cut) = cut_after(surfaces, index, axis) else { continue };
-                let Some([near_share, far_share]) = cut.shares(&mixed) else { continue };
+                let Some([near_share, far_share]) = cut.shares(samples) else { continue };
                 let place = (0.5 - near_share + far_share).clamp(0.0, 1.0);
                 let from_here = if cut.nearer[0] == index { place } else { 1.0 - place };
                 rims.places[index][axis] = (255.0 * from_here + 0.5) as u8;
@@ -69,11 +70,12 @@ impl Rims {
                 for (sample, other, share) in sides {
                     if share > shares[sample] {
                         shares[sample] = share;
-                        samples[sample] = without(mixed[sample], mixed[other], share);
+                        own.push((sample, without(samples[sample], samples[other], share)));
                     }
                 }
             }
         }
+        own.into_iter().for_each(|(sample, colour)| samples[sample] = colour);
         rims
     }
 

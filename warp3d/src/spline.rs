@@ -12,18 +12,52 @@ use rayon::prelude::*;
 
 use crate::surface::Surfaces;
 
+/// Columns that one task solves: a row of them is several cache lines long, and their pivots stay in a near cache.
+const STRIP: usize = 32;
+
 /// Coefficients whose cubic B-spline passes through `samples`.
 pub(crate) fn coefficients(samples: &[[f32; 4]], surfaces: &Surfaces) -> Vec<[f32; 4]> {
-    let [width, height] = surfaces.size;
+    let width = surfaces.size[0];
     let mut rows = samples.to_vec();
     rows.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
         solve_runs(row, |x| surfaces.linked_on(y * width + x, 0));
     });
-    let mut columns = transposed(&rows, width, height);
-    columns.par_chunks_mut(height).enumerate().for_each(|(x, column)| {
-        solve_runs(column, |y| surfaces.linked_on(y * width + x, 1));
+    let mut strips: Vec<Vec<&mut [[f32; 4]]>> = (0..width.div_ceil(STRIP)).map(|_| Vec::new()).collect();
+    for row in rows.chunks_mut(width) {
+        strips.iter_mut().zip(row.chunks_mut(STRIP)).for_each(|(strip, part)| strip.push(part));
+    }
+    strips.par_iter_mut().enumerate().for_each(|(index, strip)| {
+        solve_columns(strip, |x, y| surfaces.linked_on(y * width + index * STRIP + x, 1));
     });
-    transposed(&columns, height, width)
+    rows
+}
+
+/// Solves every run down the columns of a strip, given by its rows, as [`solve`] does; `linked(x, y)` says whether an
+/// entry and the one below are in one run. All columns go down together, so that memory is read along rows.
+fn solve_columns(strip: &mut [&mut [[f32; 4]]], linked: impl Fn(usize, usize) -> bool) {
+    let width = strip.first().map_or(0, |row| row.len());
+    // 0 at the ends of runs, which stay as they are.
+    let mut pivots = vec![0.0f32; width * strip.len()];
+    for y in 1..strip.len().saturating_sub(1) {
+        let (above, rest) = strip.split_at_mut(y);
+        for (x, (value, before)) in rest[0].iter_mut().zip(above[y - 1].iter()).enumerate() {
+            if !(linked(x, y - 1) && linked(x, y)) {
+                continue;
+            }
+            let pivot = 1.0 / (4.0 - pivots[(y - 1) * width + x]);
+            pivots[y * width + x] = pivot;
+            *value = std::array::from_fn(|c| (6.0 * value[c] - before[c]) * pivot);
+        }
+    }
+    for y in (1..strip.len().saturating_sub(1)).rev() {
+        let (here, below) = strip.split_at_mut(y + 1);
+        for (x, (value, after)) in here[y].iter_mut().zip(below[0].iter()).enumerate() {
+            let pivot = pivots[y * width + x];
+            if pivot > 0.0 {
+                *value = std::array::from_fn(|c| value[c] - pivot * after[c]);
+            }
+        }
+    }
 }
 
 /// Solves every run; `linked(i)` says whether entry i and the next are in one run.
@@ -55,14 +89,6 @@ fn solve(run: &mut [[f32; 4]], scratch: &mut [f32]) {
     }
 }
 
-fn transposed(from: &[[f32; 4]], width: usize, height: usize) -> Vec<[f32; 4]> {
-    let mut to = vec![[0.0; 4]; from.len()];
-    to.par_chunks_mut(height).enumerate().for_each(|(x, column)| {
-        column.iter_mut().enumerate().for_each(|(y, v)| *v = from[y * width + x]);
-    });
-    to
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -78,6 +104,23 @@ mod tests {
         }
         for end in [0, 20, 21, 39] {
             assert_eq!(c[end], samples[end], "natural end at {end}");
+        }
+    }
+
+    #[test]
+    fn columns_are_solved_as_lines_are() {
+        let value = |x: usize, y: usize| ((x * 31 + y * y * 7) % 13) as f32 / 13.0;
+        let cut = |x: usize, y: usize| (x + 3 * y).is_multiple_of(17) || (x == 2 && y.is_multiple_of(2));
+        let (width, height) = (5, 40);
+        let mut rows: Vec<Vec<[f32; 4]>> =
+            (0..height).map(|y| (0..width).map(|x| [value(x, y); 4]).collect()).collect();
+        let mut strip: Vec<&mut [[f32; 4]]> = rows.iter_mut().map(Vec::as_mut_slice).collect();
+        solve_columns(&mut strip, |x, y| !cut(x, y));
+        for x in 0..width {
+            let mut line: Vec<[f32; 4]> = (0..height).map(|y| [value(x, y); 4]).collect();
+            solve_runs(&mut line, |y| !cut(x, y));
+            let column: Vec<[f32; 4]> = rows.iter().map(|row| row[x]).collect();
+            assert_eq!(column, line, "column {x}");
         }
     }
 }

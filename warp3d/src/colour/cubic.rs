@@ -82,7 +82,7 @@ impl Weights {
         }
         let mut sum = product(simd, &rows, &self.axes);
         if let Some(turned) = &self.turned {
-            sum = sum + product(simd, &rows, turned);
+            sum += product(simd, &rows, turned);
         }
         let (left, right) = sum.split();
         left + right

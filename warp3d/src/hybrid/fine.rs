@@ -108,15 +108,12 @@ impl<S: Simd> Scan<S> {
             let (dx, dy) = (b.x - a.x, b.y - a.y);
             let edge = constant(dx) * (y - constant(a.y)) - constant(dy) * (x - constant(a.x));
             let share = over.nearness * scale;
-            nearness = nearness + edge * constant(share);
+            nearness += edge * constant(share);
             nearness_steps = [nearness_steps[0] - dy * share, nearness_steps[1] + dx * share];
             edges[k] = edge + constant(slack * (dx.abs() + dy.abs()));
             steps[k] = [-dy, dx];
         }
-        let bounds = [
-            p.nearness.min(q.nearness).min(r.nearness),
-            p.nearness.max(q.nearness).max(r.nearness),
-        ];
+        let bounds = [p.nearness.min(q.nearness).min(r.nearness), p.nearness.max(q.nearness).max(r.nearness)];
         Self { edges, steps, nearness, nearness_steps, bounds }
     }
 

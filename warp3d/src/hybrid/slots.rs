@@ -36,7 +36,8 @@ impl SlotParts {
         for places in pieces.chunks_exact(stride) {
             let begin = self.parts.len();
             last.clear();
-            for (place, &piece) in places[..count].iter().enumerate().filter(|(_, piece)| **piece != NO_PATCH) {
+            for (place, &piece) in places[..count].iter().enumerate().filter(|(_, piece)| **piece != NO_PATCH)
+            {
                 let parts = &mut self.parts[begin..];
                 match find(surfaces, parts, &last, piece) {
                     Ok(part) => {

@@ -64,7 +64,8 @@ impl Terms {
                 (-(along(self.rows[3]) * inverse), divisor.simd_gt(constant(f64::NEG_INFINITY)))
             }
         };
-        let in_front = before & nearness.simd_le(constant(self.most)) & divisor.simd_lt(constant(f64::INFINITY));
+        let in_front =
+            before & nearness.simd_le(constant(self.most)) & divisor.simd_lt(constant(f64::INFINITY));
         let x = in_front.select(along(self.rows[0]) * inverse, constant(f64::NAN));
         [x, along(self.rows[1]) * inverse, nearness]
     }
@@ -126,8 +127,7 @@ impl<S: Simd> Bounds<S> {
 
     #[inline(always)]
     fn ranges(&self) -> [RowRange; 2] {
-        let range =
-            |i: usize| RowRange { low: self.low[i].reduce_min(), high: self.high[i].reduce_max() };
+        let range = |i: usize| RowRange { low: self.low[i].reduce_min(), high: self.high[i].reduce_max() };
         [range(0), range(1)]
     }
 }

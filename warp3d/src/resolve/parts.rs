@@ -14,9 +14,6 @@ const REACH_PX: i32 = 1;
 /// Pixels of the window.
 const WINDOW: usize = (2 * REACH_PX as usize + 1) * (2 * REACH_PX as usize + 1);
 
-/// The pixels of the window, the middle one first: its pieces have the most neighbours among the others.
-const ORDER: [usize; WINDOW] = [4, 1, 3, 5, 7, 0, 2, 6, 8];
-
 /// One surface as a pixel sees it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Part {
@@ -24,7 +21,7 @@ pub(super) struct Part {
     pub(super) weight: f32,
     /// Weighted sum of the places, px from the pixel's centre.
     pub(super) moment: [f32; 2],
-    /// A piece by which others of the surface are known, and its plane.
+    /// The piece by which others of the surface are known, and its plane: it is from the same pixel as the best place.
     known_by: (u32, Patch),
     /// Largest weight of one place so far, and the piece there.
     best: (f32, u32),
@@ -116,10 +113,9 @@ impl Resolver<'_> {
     pub(super) fn find_parts(&self, x: usize, y: usize, parts: &mut Parts) {
         parts.list.clear();
         parts.window = [0.0; 3];
-        for k in ORDER {
+        for (k, pixel) in self.weights.0.iter().enumerate() {
             let (dx, dy) = (k as i32 % 3 - REACH_PX, k as i32 / 3 - REACH_PX);
             let Some([x, y]) = self.inside(x as i32 + dx, y as i32 + dy) else { continue };
-            let pixel = &self.weights.0[k];
             add(&mut parts.window, &pixel.total);
             let at = y * self.size[0] + x;
             match self.hybrid.slot[at] {
@@ -144,7 +140,7 @@ impl Resolver<'_> {
         let share = Share { sum: pixel.total, best: (pixel.places[pixel.best][0], id) };
         let surfaces = &self.prepared.surfaces;
         match list.iter_mut().find(|part| share_a_corner(surfaces, part.known_by.0, id)) {
-            Some(part) => part.add(&share),
+            Some(part) => part.add(&share, || (id, Patch::new(surfaces, id))),
             None => self.add_share(list, (id, Patch::new(surfaces, id)), &share),
         }
     }
@@ -167,7 +163,7 @@ impl Resolver<'_> {
             share_a_corner(surfaces, *known_id, id) || one_surface(plane, &patch, surfaces.tolerance)
         });
         match found {
-            Some(part) => part.add(share),
+            Some(part) => part.add(share, || (id, patch)),
             None => list.push(Part {
                 weight: share.sum[0],
                 moment: [share.sum[1], share.sum[2]],
@@ -187,11 +183,12 @@ impl Resolver<'_> {
 
 impl Part {
     #[inline(always)]
-    fn add(&mut self, share: &Share) {
+    fn add(&mut self, share: &Share, known_by: impl FnOnce() -> (u32, Patch)) {
         self.weight += share.sum[0];
         self.moment = [self.moment[0] + share.sum[1], self.moment[1] + share.sum[2]];
         if share.best.0 > self.best.0 {
             self.best = share.best;
+            self.known_by = known_by();
         }
     }
 }
