@@ -28,7 +28,8 @@ impl Content {
         match look_through(&args.input, &args.volume, (max_memory, options), progress)? {
             None => Ok(Self::Memory(scene::load(args)?)),
             Some(_) if !is_single(&args.scene) => bail!(
-                "{}: masks, labels and further channels need all voxels in memory, and --max-memory does not allow them",
+                "{}: masks, labels and further channels need all voxels in memory: allow more with --max-memory, leave them out, \
+                 or draw a coarser level or a smaller volume",
                 args.input.display()
             ),
             Some(volume) => {

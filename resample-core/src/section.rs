@@ -10,11 +10,14 @@
 
 use fearless_simd::prelude::*;
 
-use crate::kernel::Kernel;
+use crate::kernel::{Kernel, KernelShape};
 use crate::table::{FootprintProfile, solve};
 
 /// Powers of u^2. Eight leave 2e-5 of the peak for the Gaussian, and 3e-4 for the B-spline, whose third derivative jumps.
-const ALONG: usize = 8;
+pub const ALONG: usize = 8;
+
+/// Powers of u^2 that the polynomial kernel needs, whose share has four.
+pub const ALONG_POLYNOMIAL: usize = 4;
 
 /// Powers of y.
 const ACROSS: usize = 5;
@@ -27,11 +30,40 @@ pub struct SectionProfile {
     /// Coefficients of P: powers of u^2, and for each the powers of y.
     coefficients: [[f32; ACROSS]; ALONG],
     radius: f32,
+    powers: Powers,
+}
+
+/// How many powers of u^2 a table has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Powers {
+    /// [`ALONG_POLYNOMIAL`], the same for every distance.
+    Few,
+    /// [`ALONG`].
+    All,
+}
+
+/// What rays at one distance each collect of a kernel; made once for all sections of a ray.
+#[derive(Clone, Copy, Debug)]
+pub struct Chord<F, const POWERS: usize> {
+    /// The whole line integral, grid units.
+    pub whole: F,
+    /// 1 over half the length of the chord, in grid units.
+    pub per_half: F,
+    coefficients: [F; POWERS],
 }
 
 impl SectionProfile {
-    /// Interpolates the share at Chebyshev nodes in u^2 and y.
+    /// Interpolates the share at Chebyshev nodes in u^2 and y. That of the polynomial kernel is known.
     pub fn new(kernel: &Kernel) -> Self {
+        let (footprint, radius) = (FootprintProfile::new(kernel), kernel.radius() as f32);
+        if kernel.shape() == KernelShape::Polynomial {
+            // The integral of (1 - u^2)^3 over that from -1 to 1, which is 32/35: no distance in it.
+            let mut coefficients = [[0.0; ACROSS]; ALONG];
+            for (powers, c) in coefficients.iter_mut().zip([1.0, -1.0, 0.6, -1.0 / 7.0]) {
+                powers[0] = c * 35.0 / 32.0;
+            }
+            return Self { footprint, coefficients, radius, powers: Powers::Few };
+        }
         let radius2 = kernel.radius() * kernel.radius();
         let odd_part = |v: f64, y: f64| {
             let (u, distance2) = (v.sqrt(), radius2 * (1.0 - y));
@@ -49,45 +81,72 @@ impl SectionProfile {
             let sum: f64 = coefficients.iter().map(|c| c[i]).sum();
             coefficients[ALONG - 1][i] += if i == 0 { 0.5 } else { 0.0 } - sum;
         }
-        Self {
-            footprint: FootprintProfile::new(kernel),
-            coefficients: coefficients.map(|c| c.map(|c| c as f32)),
-            radius: kernel.radius() as f32,
-        }
+        let coefficients = coefficients.map(|c| c.map(|c| c as f32));
+        Self { footprint, coefficients, radius, powers: Powers::All }
     }
 
-    /// The integral (grid units) along rays at these squared distances (grid units squared) from the centre, between
-    /// two places on each ray, grid units from the point nearest to the centre, `from` not after `to`.
+    /// How many powers a chord of this kernel needs.
+    pub fn powers(&self) -> Powers {
+        self.powers
+    }
+
+    /// The chords of rays at these squared distances (grid units squared) from the centre; `None` where none meets the
+    /// kernel. `POWERS` is what [`SectionProfile::powers`] says.
     #[inline(always)]
-    pub fn integral<S, F>(&self, simd: S, distance2: F, [from, to]: [F; 2]) -> F
+    pub fn chord<S, F, const POWERS: usize>(&self, simd: S, distance2: F) -> Option<Chord<F, POWERS>>
     where
         S: Simd,
         F: SimdFloat<S, Element = f32>,
     {
         let constant = |x: f32| F::splat(simd, x);
         let y = (constant(1.0) - distance2 * constant(1.0 / (self.radius * self.radius))).max(constant(0.0));
+        if y.simd_gt(constant(0.0)).all_false() {
+            return None;
+        }
         let root = y.sqrt();
-        let coefficients = &self.footprint.coefficients;
-        let mut whole = constant(coefficients[coefficients.len() - 1]);
-        for &c in coefficients[..coefficients.len() - 1].iter().rev() {
-            whole = whole.mul_add(y, constant(c));
-        }
-        // On the rim the chord has no length; any number will do for its inverse, as the whole is 0.
-        let inverse = constant(1.0) / (root * constant(self.radius)).max(constant(1e-6));
-        let mut sums = [constant(0.0); 2];
-        let clamped = |t: F| (t * inverse).max(constant(-1.0)).min(constant(1.0));
-        let u = [clamped(from), clamped(to)];
-        let v = [u[0] * u[0], u[1] * u[1]];
-        for powers in self.coefficients.iter().rev() {
-            let mut c = constant(powers[ACROSS - 1]);
-            for &power in powers[..ACROSS - 1].iter().rev() {
-                c = c.mul_add(y, constant(power));
+        let mut coefficients = [constant(0.0); POWERS];
+        let whole = if POWERS == ALONG_POLYNOMIAL {
+            for (c, powers) in coefficients.iter_mut().zip(&self.coefficients) {
+                *c = constant(powers[0]);
             }
-            sums = [sums[0].mul_add(v[0], c), sums[1].mul_add(v[1], c)];
-        }
-        let share = (u[1] * sums[1] - u[0] * sums[0]).max(constant(0.0));
-        y * root * whole * share
+            constant(self.footprint.coefficients[2]) * (y * y)
+        } else {
+            for (c, powers) in coefficients.iter_mut().zip(&self.coefficients) {
+                *c = polynomial(simd, y, powers);
+            }
+            polynomial(simd, y, &self.footprint.coefficients)
+        };
+        // On the rim the chord has no length; any number will do for its inverse, as the whole is 0.
+        let per_half = constant(1.0) / (root * constant(self.radius)).max(constant(1e-6));
+        Some(Chord { whole: y * root * whole, per_half, coefficients })
     }
+}
+
+impl<F, const POWERS: usize> Chord<F, POWERS> {
+    /// The share of the whole before these places on the chord (-1 to 1), less a half.
+    #[inline(always)]
+    pub fn share<S>(&self, place: F) -> F
+    where
+        S: Simd,
+        F: SimdFloat<S, Element = f32>,
+    {
+        let square = place * place;
+        let mut sum = self.coefficients[POWERS - 1];
+        for &c in self.coefficients[..POWERS - 1].iter().rev() {
+            sum = sum.mul_add(square, c);
+        }
+        place * sum
+    }
+}
+
+/// A polynomial by its coefficients, constant term first.
+#[inline(always)]
+fn polynomial<S: Simd, F: SimdFloat<S, Element = f32>>(simd: S, x: F, coefficients: &[f32]) -> F {
+    let (&last, rest) = match coefficients.split_last() {
+        Some(split) => split,
+        None => return F::splat(simd, 0.0),
+    };
+    rest.iter().rev().fold(F::splat(simd, last), |sum, &c| sum.mul_add(x, F::splat(simd, c)))
 }
 
 /// Chebyshev nodes of 0..1.
@@ -105,15 +164,23 @@ mod tests {
     use fearless_simd::{Level, dispatch, f32x4};
 
     use super::*;
-    use crate::kernel::KernelShape;
 
+    /// A section between two places on a ray, in grid units from the point nearest to the centre.
     fn integral(profile: &SectionProfile, distance2: f64, ends: [f64; 2]) -> f64 {
-        let ends = ends.map(|t| t as f32);
-        let value = dispatch!(Level::fallback(), simd => {
-            let four = |x: f32| f32x4::splat(simd, x);
-            profile.integral(simd, four(distance2 as f32), [four(ends[0]), four(ends[1])]).to_array()[0]
-        });
+        let value = match profile.powers() {
+            Powers::Few => section::<ALONG_POLYNOMIAL>(profile, distance2, ends),
+            Powers::All => section::<ALONG>(profile, distance2, ends),
+        };
         f64::from(value)
+    }
+
+    fn section<const POWERS: usize>(profile: &SectionProfile, distance2: f64, ends: [f64; 2]) -> f32 {
+        dispatch!(Level::fallback(), simd => {
+            let four = |x: f64| f32x4::splat(simd, x as f32);
+            let Some(chord) = profile.chord::<_, _, POWERS>(simd, four(distance2)) else { return 0.0 };
+            let share = |t: f64| chord.share((four(t) * chord.per_half).max(four(-1.0)).min(four(1.0)));
+            (chord.whole * (share(ends[1]) - share(ends[0]))).to_array()[0]
+        })
     }
 
     #[test]

@@ -4,14 +4,16 @@
 //! `cargo run --release -p resample-tests --example accuracy_ladder [-- FRAMES]` prints one Markdown table a field. Each
 //! field is drawn at 3 pixels a voxel (close) and at half a pixel (far). PSNR is over the pixels that the truth shows, in
 //! linear light. Time is process-CPU time of one thread, the least of FRAMES frames (3 if not given). A star marks what no
-//! other row beats in both error and time; the best of each order is bold.
+//! other row beats in both error and time; the best of each order is bold. A last table holds lit pictures of the kernels
+//! of image sheets, at one pixel a voxel, against those lit by the gradient of the formula.
 
 use std::process::ExitCode;
 
+use glam::DVec3;
 use resample_core::metrics::{Mask, compare};
 use resample_core::{Camera, FootprintMode, Image, KernelShape, SelectMode};
 use resample_tests::analytic_fields::AnalyticField;
-use volsplat::{Cells, Classify, Interpolate, Order, RenderOptions, Renderer, SheetKernel};
+use volsplat::{Cells, Classify, Interpolate, Light, Order, RenderOptions, Renderer, Shading, SheetKernel};
 
 /// Pixels that a voxel takes in the views.
 const VOXEL_PX: [f64; 2] = [3.0, 0.5];
@@ -46,7 +48,46 @@ fn main() -> ExitCode {
         let truths = cameras.map(|camera| field.truth(&camera));
         pool.install(|| print_field(field, (&cameras, &truths), frames));
     }
+    pool.install(print_lit);
     ExitCode::SUCCESS
+}
+
+/// The fields that curve, lit from above.
+fn print_lit() {
+    let lit = |options: &RenderOptions| RenderOptions {
+        shading: Shading::Phong,
+        light: Light::Towards(DVec3::new(0.3, 1.0, -0.4)),
+        ..options.clone()
+    };
+    let fields = [AnalyticField::MarschnerLobb, AnalyticField::Blobs];
+    let views = fields.map(|field| {
+        let camera = field.camera(1.0);
+        (
+            field,
+            camera,
+            [RenderOptions::default(), lit(&RenderOptions::default())].map(|o| field.truth_lit(&camera, &o)),
+        )
+    });
+    println!(
+        "### Lit\n\n| setting | {}: dB unlit; lit | {}: dB unlit; lit |",
+        fields[0].name(),
+        fields[1].name()
+    );
+    println!("|---|---|---|");
+    for setting in sheets() {
+        let cells = views.each_ref().map(|(field, camera, truths)| {
+            let options = [setting.options.clone(), lit(&setting.options)];
+            let [plain, lit] = [0, 1].map(|i| {
+                let mut renderer = Renderer::new(&field.volume(), &field.look(), &options[i])
+                    .expect("options within their ranges");
+                let image = renderer.render(camera).expect("a valid camera").image;
+                let mask = Mask::from_alpha(&truths[i]);
+                compare(&image, &truths[i], Some(&mask)).expect("pictures of one size").psnr_db
+            });
+            format!("{plain:.1}; {lit:.1}")
+        });
+        println!("| `{}` | {} |", setting.words, cells.join(" | "));
+    }
 }
 
 fn print_field(field: AnalyticField, views: (&[Camera; 2], &[Image; 2]), frames: usize) {

@@ -11,9 +11,10 @@ use std::f64::consts::PI;
 use glam::{DAffine3, DVec2, DVec3};
 use rayon::prelude::*;
 use resample_core::{Camera, Image};
-use volsplat::{TransferFunction, Volume};
+use volsplat::{RenderOptions, Shading, TransferFunction, Volume};
 
 use crate::field::extinction;
+use crate::light_reference::lit;
 use crate::rays::{Ray, RaySource};
 use crate::scenes::{perspective, transfer, volume};
 
@@ -98,8 +99,20 @@ impl AnalyticField {
         perspective(eye, middle, fov_deg, [size as u32; 2])
     }
 
-    /// The truth of a view.
+    /// The gradient of the formula, per voxel: a difference so small that its own error is 1e-8 of it.
+    fn gradient(self, at: DVec3) -> DVec3 {
+        const HALF_STEP: f64 = 1e-4;
+        let along = |axis: DVec3| self.value(at + HALF_STEP * axis) - self.value(at - HALF_STEP * axis);
+        DVec3::from(DVec3::AXES.map(along)) / (2.0 * HALF_STEP)
+    }
+
+    /// The truth of a view without light.
     pub fn truth(self, camera: &Camera) -> Image {
+        self.truth_lit(camera, &RenderOptions::default())
+    }
+
+    /// The truth of a view, lit as the options say, by the gradient of the formula.
+    pub fn truth_lit(self, camera: &Camera, options: &RenderOptions) -> Image {
         let rays = RaySource::new(camera, &DAffine3::IDENTITY);
         let look = self.look();
         let (width, height) = (camera.width as usize, camera.height as usize);
@@ -108,7 +121,7 @@ impl AnalyticField {
             let mut sum = [0.0f64; 4];
             for sub in 0..RAYS * RAYS {
                 let offset = DVec2::new((sub % RAYS) as f64 + 0.5, (sub / RAYS) as f64 + 0.5) / RAYS as f64;
-                let seen = self.march(&look, &rays.ray(corner + offset));
+                let seen = self.march(&look, &rays.ray(corner + offset), (camera, options));
                 sum.iter_mut().zip(seen).for_each(|(sum, value)| *sum += value / (RAYS * RAYS) as f64);
             }
             sum.map(|value| value as f32)
@@ -119,7 +132,12 @@ impl AnalyticField {
     }
 
     /// Colour and opacity along one ray.
-    fn march(self, look: &TransferFunction, ray: &Ray) -> [f64; 4] {
+    fn march(
+        self,
+        look: &TransferFunction,
+        ray: &Ray,
+        (camera, options): (&Camera, &RenderOptions),
+    ) -> [f64; 4] {
         let (mut first, mut end) = (0.0f64, f64::INFINITY);
         for axis in 0..3 {
             let ends = [0.0, (SIDE - 1) as f64].map(|face| (face - ray.origin[axis]) / ray.direction[axis]);
@@ -132,11 +150,16 @@ impl AnalyticField {
         let mut from = first;
         while from < end {
             let length = step.min(end - from);
-            let (rgb, opacity) = look.sample(self.value(ray.origin + (from + 0.5 * length) * ray.direction));
+            let at = ray.origin + (from + 0.5 * length) * ray.direction;
+            let (rgb, opacity) = look.sample(self.value(at));
             let weight = left * -(-extinction(opacity) * length * ray.world_per_z).exp_m1();
             left -= weight;
+            let mut rgb = rgb.map(f64::from);
+            if weight > 0.0 && options.shading != Shading::None {
+                rgb = lit(options, camera, rgb, (self.gradient(at), ray.direction));
+            }
             for (sum, colour) in sum.iter_mut().zip(rgb) {
-                *sum += weight * f64::from(colour);
+                *sum += weight * colour;
             }
             from += step;
         }

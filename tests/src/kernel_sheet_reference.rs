@@ -4,7 +4,8 @@
 //! along the ray, from where the ray enters the slab to where it leaves it; a point is weighted by the pixel's Gaussian at
 //! its true position. Pre-classified, extinction and colour are summed; post-classified, the quotient of the sums of scalar
 //! and weight is classified by the transfer function itself. The volume is continued by its outermost voxels, and nothing
-//! is dropped. Source: the method, sections 3 and 4. Limits: slow; one sub-pixel; no clip; extinction only.
+//! is dropped. Gradients are summed like scalars, and light the quotient; pre-classified, each voxel is lit by its own.
+//! Source: the method, sections 3 and 4. Limits: slow; one sub-pixel; extinction only.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -14,6 +15,7 @@ use volsplat::{Cells, Classify, Interpolate, SheetKernel};
 use crate::cell_reference::{Part, parts};
 use crate::field::{ReferenceKernel, extinction};
 use crate::interpolation_reference::coefficients;
+use crate::light_reference::{gradient_of, lit, needs_gradients, ramp};
 use crate::rays::{Ray, RaySource};
 use crate::reference::{Scene, point_weight};
 
@@ -26,6 +28,8 @@ struct Voxel {
     value: [f64; 4],
     /// The voxel's own scalar.
     scalar: f64,
+    /// The gradient in the world.
+    gradient: DVec3,
     /// Of a point: camera z, screen position and weight summed over the screen.
     point: Option<(f64, DVec2, f64)>,
 }
@@ -66,10 +70,11 @@ impl Setup<'_> {
     fn voxels(&self) -> Vec<Voxel> {
         if self.scene.options.cells == Cells::Mean {
             let Scene { volume, transfer, options, .. } = self.scene;
+            let own = self.scalars();
             let sample = |part: &Part| {
-                let [r, g, b] = part.rgb.map(|c| c * part.strength);
-                let value = [r, g, b, part.strength];
-                Voxel { index: part.index, value, scalar: 0.0, point: self.point(part.index) }
+                let gradient = gradient_of(volume, &own, part.index);
+                let value = self.lit_voxel(part.index, (part.rgb, part.strength), gradient);
+                Voxel { index: part.index, value, scalar: 0.0, gradient, point: self.point(part.index) }
             };
             return parts(volume, transfer, options).iter().map(sample).collect();
         }
@@ -79,29 +84,57 @@ impl Setup<'_> {
             (Interpolate::On, Some(kernel)) => Some(coefficients(self.scene.volume, kernel)),
             _ => None,
         };
+        let own = self.scalars();
+        let laid = solved.as_ref().unwrap_or(&own);
         let mut voxels = Vec::new();
         for z in -margin..dims[2] + margin {
             for y in -margin..dims[1] + margin {
                 for x in -margin..dims[0] + margin {
                     let held: [i64; 3] = std::array::from_fn(|axis| [x, y, z][axis].clamp(0, dims[axis] - 1));
                     let place = (held[0] + dims[0] * (held[1] + dims[1] * held[2])) as usize;
-                    let scalar = self.scene.volume.value(place);
                     let index = DVec3::new(x as f64, y as f64, z as f64);
-                    let value = self.value(solved.as_ref().map_or(scalar, |solved| solved[place]));
-                    voxels.push(Voxel { index, value, scalar, point: self.point(index) });
+                    let gradient = if needs_gradients(self.scene.options) {
+                        gradient_of(self.scene.volume, laid, DVec3::from(held.map(|i| i as f64)))
+                    } else {
+                        DVec3::ZERO
+                    };
+                    let value = self.value(laid[place], index, gradient);
+                    voxels.push(Voxel {
+                        index,
+                        value,
+                        scalar: own[place],
+                        gradient,
+                        point: self.point(index),
+                    });
                 }
             }
         }
         voxels
     }
 
-    fn value(&self, scalar: f64) -> [f64; 4] {
+    fn scalars(&self) -> Vec<f64> {
+        (0..self.scene.volume.len()).map(|i| self.scene.volume.value(i)).collect()
+    }
+
+    fn value(&self, scalar: f64, index: DVec3, gradient: DVec3) -> [f64; 4] {
         if self.post() {
             return [0.0, 0.0, 0.0, scalar];
         }
         let (rgb, opacity) = self.scene.transfer.sample(scalar);
-        let tau = extinction(opacity);
-        [f64::from(rgb[0]) * tau, f64::from(rgb[1]) * tau, f64::from(rgb[2]) * tau, tau]
+        self.lit_voxel(index, (rgb.map(f64::from), extinction(opacity)), gradient)
+    }
+
+    /// Colour times extinction and extinction of a classified voxel in its own light.
+    fn lit_voxel(&self, index: DVec3, (rgb, tau): ([f64; 3], f64), gradient: DVec3) -> [f64; 4] {
+        let Scene { camera, options, .. } = self.scene;
+        let in_camera = match camera.projection {
+            Projection::Perspective => self.rays.in_camera(index),
+            Projection::Orthographic => DVec3::Z,
+        };
+        let ray = camera.camera_from_world.matrix3.transpose() * in_camera;
+        let tau = tau * ramp(options, gradient);
+        let [r, g, b] = lit(options, camera, rgb, (gradient, ray)).map(|c| c * tau);
+        [r, g, b, tau]
     }
 
     fn point(&self, index: DVec3) -> Option<(f64, DVec2, f64)> {
@@ -110,6 +143,7 @@ impl Setup<'_> {
         if self.kernel.is_none()
             || options.select == SelectMode::Splats
             || in_camera.z <= self.scene.camera.near
+            || !self.keeps(index)
         {
             return None;
         }
@@ -129,6 +163,16 @@ impl Setup<'_> {
             Projection::Orthographic => 1.0 / (camera.fx * camera.fy),
         };
         Some((in_camera.z, self.rays.screen(index), self.rays.cell_volume() / (self.unit * area_per_px)))
+    }
+
+    /// Whether a voxel's centre lies in the clip: as a point it is there or not.
+    fn keeps(&self, index: DVec3) -> bool {
+        let Scene { volume, options, .. } = self.scene;
+        let at = volume.world_from_index.transform_point3(index);
+        let in_planes = options.clip.planes.iter().all(|plane| plane.normal.dot(at) >= plane.offset);
+        let in_box =
+            options.clip.crop_in_world.is_none_or(|[low, high]| at.cmpge(low).all() && at.cmple(high).all());
+        in_planes && in_box
     }
 
     fn pixel(&self, [x, y]: [usize; 2]) -> [f64; 4] {
@@ -166,7 +210,7 @@ impl Setup<'_> {
         let ends = [slab * self.thickness, (slab + 1.0) * self.thickness];
         let kept = self.kept(ray);
         let [from, to] = [ends[0].max(kept[0]), ends[1].min(kept[1])];
-        let (mut sums, mut weights) = ([0.0; 4], 0.0);
+        let (mut sums, mut weights, mut gradient) = ([0.0; 4], 0.0, DVec3::ZERO);
         let mut range = [f64::INFINITY, f64::NEG_INFINITY];
         for voxel in voxels {
             let weight = match voxel.point {
@@ -176,6 +220,7 @@ impl Setup<'_> {
                 None => 0.0,
             };
             weights += weight;
+            gradient += weight * voxel.gradient;
             if weight > 0.0 {
                 range = [range[0].min(voxel.scalar), range[1].max(voxel.scalar)];
             }
@@ -193,20 +238,51 @@ impl Setup<'_> {
         if self.scene.options.interpolate == Interpolate::On {
             scalar = scalar.clamp(range[0], range[1]);
         }
+        let Scene { camera, options, .. } = self.scene;
+        let gradient = gradient / weights;
         let (rgb, opacity) = self.scene.transfer.sample(scalar);
-        let added = extinction(opacity) * weights;
-        [f64::from(rgb[0]) * added, f64::from(rgb[1]) * added, f64::from(rgb[2]) * added, added]
+        let (_, in_camera) = camera.ray_in_camera(centre);
+        let ray = camera.camera_from_world.matrix3.transpose() * in_camera;
+        let added = extinction(opacity) * weights * ramp(options, gradient);
+        let [r, g, b] = lit(options, camera, rgb.map(f64::from), (gradient, ray)).map(|c| c * added);
+        [r, g, b, added]
     }
 
-    /// Camera z between which the ray is in front of the near plane and, for scalars, in the volume.
+    /// Camera z between which the ray is in front of the near plane, in the clip and, for scalars, in the volume.
     fn kept(&self, ray: &Ray) -> [f64; 2] {
-        let mut kept = [self.scene.camera.near, f64::INFINITY];
+        let mut kept = self.clipped(ray, [self.scene.camera.near, f64::INFINITY]);
         for axis in (0..3).filter(|_| self.post()) {
             let high = (self.scene.volume.dims[axis] - 1) as f64;
             let ends = [0.0, high].map(|side| (side - ray.origin[axis]) / ray.direction[axis]);
             kept = [kept[0].max(ends[0].min(ends[1])), kept[1].min(ends[0].max(ends[1]))];
         }
         kept
+    }
+
+    /// The part of a ray between two camera z that a box and planes in the world keep.
+    fn clipped(&self, ray: &Ray, [mut from, mut to]: [f64; 2]) -> [f64; 2] {
+        let Scene { volume, options, .. } = self.scene;
+        let origin = volume.world_from_index.transform_point3(ray.origin);
+        let direction = volume.world_from_index.transform_vector3(ray.direction);
+        let mut halves: Vec<(DVec3, f64)> =
+            options.clip.planes.iter().map(|plane| (plane.normal, plane.offset)).collect();
+        for axis in (0..3).filter(|_| options.clip.crop_in_world.is_some()) {
+            let [low, high] = options.clip.crop_in_world.expect("some");
+            halves.push((DVec3::AXES[axis], low[axis]));
+            halves.push((-DVec3::AXES[axis], -high[axis]));
+        }
+        for (normal, offset) in halves {
+            // Kept is what lies where normal . p is the offset or more.
+            let (height, rise) = (normal.dot(origin) - offset, normal.dot(direction));
+            let crossing = -height / rise;
+            match rise {
+                r if r > 0.0 => from = from.max(crossing),
+                r if r < 0.0 => to = to.min(crossing),
+                _ if height < 0.0 => to = from,
+                _ => {}
+            }
+        }
+        [from, to]
     }
 
     /// The section of a voxel's kernel between two camera z, opacity units; the trilinear one is read in the middle.

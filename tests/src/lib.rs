@@ -16,6 +16,7 @@ pub mod interleaved;
 pub mod interpolation_reference;
 pub mod iso_reference;
 pub mod kernel_sheet_reference;
+pub mod light_reference;
 pub mod lod_scenes;
 pub mod march;
 pub mod mesh_views;

@@ -1,5 +1,5 @@
 //! Image sheets summed from kernels, against their f64 reference: every kernel, pre- and post-classified, as sections, as
-//! points and mixed. The B-spline's footprint profile is off by 8e-4 of its peak, and has a bound of its own; points stand
+//! points and mixed, lit and clipped. The B-spline's footprint profile is off by 8e-4 of its peak, and has a bound of its own; points stand
 //! at 256 positions a pixel, which moves each by up to 1/512 px.
 
 use glam::{DAffine3, DVec3};
@@ -11,8 +11,8 @@ use resample_tests::scenes::{
 };
 use volsplat::procedural::blobs;
 use volsplat::{
-    Cells, Classify, Interpolate, RenderOptions, Renderer, SheetKernel, SheetSums, Subpixels,
-    TransferFunction, Volume,
+    Cells, Classify, Clip, ClipPlane, Interpolate, Light, RenderOptions, Renderer, Shading, SheetKernel,
+    SheetSums, Subpixels, TransferFunction, Volume,
 };
 
 const KERNELS: [SheetKernel; 4] = [
@@ -160,6 +160,92 @@ fn interpolating_kernels() {
                 let interpolate = Interpolate::On;
                 let options = RenderOptions { interpolate, select, ..options(*kernel, Classify::Post) };
                 hold("interpolating", (&volume, &coloured(0.3)), &camera, &options);
+            }
+        }
+    }
+}
+
+/// What is added to image sheets of kernels by light and by the ramp over the gradient.
+fn lights() -> [RenderOptions; 3] {
+    let towards = Light::Towards(DVec3::new(0.4, 1.0, -0.7));
+    let plain = RenderOptions::default();
+    [
+        RenderOptions { shading: Shading::Phong, ..plain.clone() },
+        RenderOptions { shading: Shading::Lambert, light: towards, ..plain.clone() },
+        RenderOptions {
+            shading: Shading::Phong,
+            light: towards,
+            gradient_opacity: Some([0.02, 0.4]),
+            ..plain
+        },
+    ]
+}
+
+/// `options`, lit and following the gradient as `light` says.
+fn lit_as(light: &RenderOptions, options: RenderOptions) -> RenderOptions {
+    let RenderOptions { shading, light, gradient_opacity, .. } = light.clone();
+    RenderOptions { shading, light, gradient_opacity, ..options }
+}
+
+#[test]
+fn gradients_are_summed_with_the_scalars() {
+    let volume = random_volume([5, 4, 6], sheared_grid());
+    let middle = sheared_grid().transform_point3(DVec3::new(2.0, 1.5, 2.5));
+    for camera in cameras(middle, 7.0) {
+        for (light, kernel) in lights().iter().flat_map(|light| KERNELS.map(|kernel| (light, kernel))) {
+            for classify in CLASSIFY.into_iter().filter(|classify| summed(kernel, *classify)) {
+                let lit = lit_as(light, options(kernel, classify));
+                hold("lit", (&volume, &coloured(0.3)), &camera, &lit);
+            }
+        }
+    }
+}
+
+#[test]
+fn light_on_points_on_interpolating_kernels_and_on_cells() {
+    let volume = random_volume([5, 4, 6], sheared_grid());
+    let middle = sheared_grid().transform_point3(DVec3::new(2.0, 1.5, 2.5));
+    let [camera, _] = cameras(middle, 7.0);
+    let gaussian = SheetKernel::Radial(KernelShape::Gaussian);
+    for light in &lights() {
+        for classify in CLASSIFY {
+            let points = RenderOptions { select: SelectMode::Points, ..options(gaussian, classify) };
+            hold("lit points", (&volume, &coloured(0.3)), &camera, &lit_as(light, points));
+        }
+        let sharp = RenderOptions { interpolate: Interpolate::On, ..options(gaussian, Classify::Post) };
+        hold("lit, interpolating", (&volume, &coloured(0.3)), &camera, &lit_as(light, sharp));
+        let cells = RenderOptions { cells: Cells::Mean, ..options(gaussian, Classify::Pre) };
+        hold("lit cells", (&volume, &coloured(0.3)), &camera, &lit_as(light, cells));
+    }
+}
+
+#[test]
+fn clips_cut_sections_along_the_ray_and_keep_points_or_not() {
+    let volume = random_volume([6, 5, 7], sheared_grid());
+    let middle = sheared_grid().transform_point3(DVec3::new(2.5, 2.0, 3.0));
+    let normal = DVec3::new(1.0, 2.0, -1.0);
+    // Through no voxel: rounding would decide about a point that lies in the plane.
+    let slanted = ClipPlane { normal, offset: normal.dot(middle) + 0.03 };
+    let crop_in_world = Some([middle - DVec3::new(1.1, 0.7, 2.3), middle + DVec3::new(0.9, 1.3, 1.7)]);
+    for clip in [
+        Clip { planes: vec![slanted], ..Clip::default() },
+        Clip { crop_in_world, ..Clip::default() },
+        Clip { crop_in_world, planes: vec![slanted], ..Clip::default() },
+    ] {
+        for camera in cameras(middle, 9.0) {
+            for kernel in KERNELS {
+                for classify in CLASSIFY.into_iter().filter(|classify| summed(kernel, *classify)) {
+                    // At the rim of a few points, what their scalars average to hangs on their exact places.
+                    let selects: &[SelectMode] = match classify {
+                        Classify::Pre => &[SelectMode::Splats, SelectMode::Points],
+                        Classify::Post => &[SelectMode::Splats],
+                    };
+                    for &select in selects {
+                        let clipped =
+                            RenderOptions { clip: clip.clone(), select, ..options(kernel, classify) };
+                        hold("clipped", (&volume, &coloured(0.3)), &camera, &clipped);
+                    }
+                }
             }
         }
     }

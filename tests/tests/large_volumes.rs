@@ -8,8 +8,8 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 use volsplat::{
-    Clip, ClipPlane, DepthPlane, Described, Error, Histogram, LargeVolume, LoadOptions, NanPolicy, Order,
-    RawOptions, RenderOptions, Renderer, Shading, TransferFunction, VoxelType, load,
+    Blend, Clip, ClipPlane, DepthPlane, Described, Error, Histogram, Isosurface, LargeVolume, LoadOptions,
+    NanPolicy, Order, RawOptions, RenderOptions, Renderer, Shading, TransferFunction, VoxelType, load,
 };
 
 /// 9.2 MB of u16: no side is a whole number of bricks.
@@ -123,6 +123,27 @@ fn shaded_and_clipped_pictures_agree_too() {
     let clip = Clip { planes, ..Clip::default() };
     let options = RenderOptions { shading: Shading::Phong, clip, ..RenderOptions::default() };
     compare(&scene(), &options, &dense(), 4..6);
+}
+
+#[test]
+fn statistics_of_rays_and_surfaces_agree_too() {
+    let planes = vec![ClipPlane { normal: DVec3::new(0.3, -0.2, 1.0), offset: 50.0 }];
+    let clip = Clip { planes, ..Clip::default() };
+    // The least of most rays is next to nothing, and seen too.
+    let all = transfer(&[(0.0, [0.2, 0.4, 1.0]), (4000.0, [1.0, 0.3, 0.1])], &[(0.0, 0.3), (4000.0, 0.9)]);
+    let surface = |opacity| Blend::Isosurface(Isosurface { value: 2000.0, colour: None, opacity });
+    for blend in [Blend::Maximum, Blend::Minimum, Blend::Average, surface(1.0), surface(0.4)] {
+        let shading = if matches!(blend, Blend::Isosurface(_)) { Shading::Lambert } else { Shading::None };
+        let options = RenderOptions { blend, shading, clip: clip.clone(), ..RenderOptions::default() };
+        let read = compare(&scene(), &options, &all, 4..6);
+        assert!(read > 0, "{blend:?}: nothing was read from the file");
+    }
+}
+
+#[test]
+fn opacity_by_the_gradient_agrees_too() {
+    let options = RenderOptions { gradient_opacity: Some([50.0, 400.0]), ..RenderOptions::default() };
+    compare(&scene(), &options, &dense(), 2..4);
 }
 
 #[test]

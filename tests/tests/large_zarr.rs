@@ -124,6 +124,18 @@ fn the_picture_is_that_of_the_array_in_memory() {
     compare(&path, &options);
 }
 
+#[test]
+fn the_whole_work_tells_how_far_it_is() {
+    let (_folder, path) = plain();
+    let mut shares = Vec::new();
+    LargeVolume::open(&path, &LoadOptions::default(), BUDGET, &mut |share| shares.push(share))
+        .expect("valid");
+    assert!(shares.is_sorted(), "{shares:?}");
+    let unpacking = shares.iter().filter(|share| **share <= 0.5).count();
+    assert!(unpacking > 1, "unpacking is told step by step: {shares:?}");
+    assert_eq!(shares.last(), Some(&1.0), "{shares:?}");
+}
+
 /// Channels stand last, high bytes first, and what was never written is not 0.
 #[test]
 fn one_channel_of_an_image_is_unpacked_alone() {

@@ -25,7 +25,7 @@ pub struct RenderOptions {
     /// Image sheets: whether the transfer function is applied to voxels or to what their kernels sum up to. The other
     /// orders classify voxels, whatever is said here.
     pub classify: Classify,
-    /// Image sheets that gather: how samples are lit.
+    /// Image sheets, but not those that scatter: how samples are lit.
     pub shading: Shading,
     /// Where the light of shading comes from.
     pub light: Light,
@@ -40,7 +40,7 @@ pub struct RenderOptions {
     pub kernel: KernelShape,
     /// What a pixel shows of its ray. All but `Emission` need image sheets that gather.
     pub blend: Blend,
-    /// Image sheets that gather, emission: lengths of the gradient, value per world unit, between which a factor of the
+    /// Image sheets, but not those that scatter, emission: lengths of the gradient, value per world unit, between which a factor of the
     /// extinction rises from 0 to 1; from 0 on, the first below the second. Labels are not modulated. `None` is off.
     pub gradient_opacity: Option<[f64; 2]>,
     /// How a perspective footprint is evaluated.
@@ -339,13 +339,24 @@ impl RenderOptions {
         self.order == Order::ImageSheets && self.sheet_sums == SheetSums::Gather && !self.sums_kernels()
     }
 
+    /// Whether samples have gradients: all image sheets but those that scatter the trilinear field.
+    fn has_gradients(&self) -> bool {
+        self.order == Order::ImageSheets && (self.sums_kernels() || self.sheet_sums == SheetSums::Gather)
+    }
+
     fn validate_blend(&self) -> Result<(), Error> {
         let wrong = |what: String| Err(Error::Option(what));
-        let is_plain = self.blend == Blend::Emission && self.gradient_opacity.is_none();
-        if !is_plain && !self.gathers() {
+        if self.blend != Blend::Emission && !self.gathers() {
             return wrong(
-                "this blend mode, or opacity by the gradient, needs image sheets that gather: use --order image-sheets and \
-                 --sheet-sums gather, with the trilinear kernel and post-classification"
+                "this blend mode needs image sheets that gather: use --order image-sheets and --sheet-sums gather, with the \
+                 trilinear kernel and post-classification"
+                    .into(),
+            );
+        }
+        if self.gradient_opacity.is_some() && !self.has_gradients() {
+            return wrong(
+                "opacity by the gradient needs image sheets that do not scatter: use --order image-sheets and \
+                 --sheet-sums gather"
                     .into(),
             );
         }
@@ -374,10 +385,8 @@ impl RenderOptions {
     }
 
     fn validate_shading(&self) -> Result<(), Error> {
-        let gathers = self.gathers();
-        if self.shading != Shading::None && !gathers {
-            let what = "shading needs image sheets that gather: use --order image-sheets and --sheet-sums gather, with the \
-                        trilinear kernel and post-classification";
+        if self.shading != Shading::None && !self.has_gradients() {
+            let what = "shading needs image sheets that do not scatter: use --order image-sheets and --sheet-sums gather";
             return Err(Error::Option(what.into()));
         }
         match self.light {

@@ -19,6 +19,7 @@ mod motion;
 mod planner;
 mod scenes;
 mod sequences;
+mod stored;
 mod texmap;
 mod trade;
 mod transfer;

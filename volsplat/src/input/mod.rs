@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use glam::{DMat3, DVec3};
 
 use crate::Error;
+use crate::large::Watch;
 use crate::volume::{Lattice, NanPolicy, Volume, Voxels};
 
 pub mod format;
@@ -106,7 +107,7 @@ pub(crate) fn peek(path: &Path, options: &LoadOptions) -> Result<Option<(Lattice
     if let Some(zarr) = open_zarr(path, options)? {
         return Ok(Some((zarr_lattice(path, &zarr, options)?, zarr.voxel_type())));
     }
-    let unread = open_unread(path, options, 0)?;
+    let unread = open_unread(path, options, (0, &mut |_| {}))?;
     Ok(unread.map(|unread| (unread.lattice, unread.stored.voxel_type())))
 }
 
@@ -132,17 +133,17 @@ fn zarr_choice(options: &LoadOptions) -> zarr::Choice {
 }
 
 /// Opens a volume file whose voxels can be read box by box, unpacking chunks into a temporary file within `max_memory`
-/// bytes where it has any; `None` for a file that must be unpacked as a whole.
+/// bytes where it has any; `None` for a file that must be unpacked as a whole. `watch` is told how far unpacking is.
 ///
 /// Errors as in [`load`]; the values are not looked at.
 pub(crate) fn open_unread(
     path: &Path,
     options: &LoadOptions,
-    max_memory: u64,
+    (max_memory, watch): (u64, &mut Watch),
 ) -> Result<Option<Unread>, Error> {
     if let Some(zarr) = open_zarr(path, options)? {
         let lattice = zarr_lattice(path, &zarr, options)?;
-        return Ok(Some(Unread { stored: zarr.unpack(max_memory, options.nan)?, lattice }));
+        return Ok(Some(Unread { stored: zarr.unpack((max_memory, watch), options.nan)?, lattice }));
     }
     if options.rescale.is_some() {
         // Box by box, values would have no type that suits all of them.

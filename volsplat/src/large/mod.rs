@@ -47,10 +47,15 @@ impl LargeVolume {
         max_memory: u64,
         watch: &mut Watch,
     ) -> Result<Option<Self>, Error> {
-        let Some(Unread { stored, lattice }) = open_unread(path, options, max_memory)? else {
-            return Ok(None);
+        // Unpacking, where there is any, is the first half of the work.
+        let mut begun = 0.0;
+        let mut unpacking = |share: f64| {
+            begun = 0.5;
+            watch(begun * share);
         };
-        let survey = Survey::new(&stored, max_memory, watch)?;
+        let opened = open_unread(path, options, (max_memory, &mut unpacking))?;
+        let Some(Unread { stored, lattice }) = opened else { return Ok(None) };
+        let survey = Survey::new(&stored, max_memory, &mut |share| watch(begun + (1.0 - begun) * share))?;
         Ok(Some(Self { lattice, stored: Arc::new(stored), survey, max_memory }))
     }
 

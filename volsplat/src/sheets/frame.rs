@@ -119,6 +119,11 @@ pub(crate) struct PlaneView {
 }
 
 impl SheetSettings {
+    /// Whether what is seen depends on the gradient.
+    pub(crate) fn needs_gradients(&self) -> bool {
+        self.shade.is_some() || self.gradient_ramp.is_some()
+    }
+
     /// The slab, fractional, whose plane lies at a camera z.
     pub(crate) fn plane_from_z(&self, z: f64) -> f64 {
         z / self.thickness - 0.5
@@ -309,7 +314,7 @@ impl SheetProjection {
             anchor_plane: (settings.anchor.camera_z / settings.thickness - 0.5) as f32,
             first_plane: first_plane as f32,
             reach_z: settings.sections.reach_z,
-            reach: settings.sections.whole().ends,
+            reach: settings.sections.whole.ends,
             half,
             near: view.near as f32,
         }

@@ -81,6 +81,22 @@ pub(crate) struct GatherScratch {
     pub(super) last_hit: TilePlane,
 }
 
+/// What a tile holds that more bricks will be drawn in.
+#[derive(Clone, Debug)]
+pub(crate) struct Unfinished {
+    pixels: TilePixels,
+    rays: Vec<RayValues>,
+    last_hit: Option<Box<TilePlane>>,
+}
+
+impl Unfinished {
+    /// Bytes that one takes.
+    pub(crate) fn bytes(settings: &SheetSettings) -> usize {
+        let rays = settings.statistic.map_or(0, |_| settings.channels.len() * size_of::<RayValues>());
+        size_of::<Self>() + rays + settings.iso.map_or(0, |_| size_of::<TilePlane>())
+    }
+}
+
 impl Default for GatherScratch {
     fn default() -> Self {
         Self {
@@ -113,17 +129,27 @@ impl GatherScratch {
         self.last_hit = [[f32::NEG_INFINITY; TILE_PX]; TILE_PX];
     }
 
-    /// Makes ready for a tile that was begun before: `pixels` are what [`GatherScratch::end`] left. What has neither rays
-    /// nor surfaces to remember only.
-    pub(crate) fn resume(&mut self, settings: &SheetSettings, pixels: &TilePixels) {
+    /// Makes ready for a tile that was begun before.
+    pub(crate) fn resume(&mut self, settings: &SheetSettings, begun: &Unfinished) {
         self.begin(settings);
-        self.pixels = pixels.clone();
+        self.pixels = begun.pixels.clone();
         for (y, row) in self.rgb.iter_mut().enumerate() {
             for (x, pixel) in row.iter_mut().enumerate() {
-                let [red, green, blue] = &pixels.rgb;
+                let [red, green, blue] = &begun.pixels.rgb;
                 *pixel = [red[y][x], green[y][x], blue[y][x], 0.0];
             }
         }
+        self.rays.clone_from(&begun.rays);
+        if let Some(last_hit) = &begun.last_hit {
+            self.last_hit = **last_hit;
+        }
+    }
+
+    /// What [`GatherScratch::resume`] goes on from.
+    pub(crate) fn suspend(&mut self, settings: &SheetSettings) -> Unfinished {
+        self.place_colours();
+        let last_hit = settings.iso.map(|_| Box::new(self.last_hit));
+        Unfinished { pixels: self.pixels.clone(), rays: self.rays.clone(), last_hit }
     }
 
     /// Classifies what waits for it, and puts the colours where the pixels are.
@@ -131,6 +157,10 @@ impl GatherScratch {
         if let Some(wanted) = settings.statistic {
             statistic::classify(settings, wanted, self);
         }
+        self.place_colours();
+    }
+
+    fn place_colours(&mut self) {
         for (y, row) in self.rgb.iter().enumerate() {
             for (x, pixel) in row.iter().enumerate() {
                 for (plane, value) in self.pixels.rgb.iter_mut().zip(pixel) {

@@ -1,12 +1,14 @@
 //! One tile of an image-sheets frame, summed from kernels cut into slab sections, or from points.
 //!
-//! Each voxel adds four values, times the integral of its kernel along each pixel's ray through the slab, to every slab
+//! Each voxel adds what it carries, times the integral of its kernel along each pixel's ray through the slab, to every slab
 //! that cuts the kernel. As voxels come sorted by the first slab that they reach, only as many slabs are open as a kernel
 //! spans. A slab that nothing can reach any more is composited behind those before it: its sums are either extinction and
-//! colours (pre-classified), or scalar and weight, whose quotient is classified now (post-classified).
-//! The clip and the near plane cut each ray, and with it the sections, exactly.
+//! colours (pre-classified), or scalar and weight, whose quotient is classified now (post-classified), and where samples
+//! are lit also the gradient. The clip and the near plane cut each ray, and with it the sections, exactly.
 
+mod ball;
 mod close;
+mod tent;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{dispatch, f32x8};
@@ -16,16 +18,26 @@ use resample_core::GridView;
 use resample_core::composite::{TileCounts, TilePixels};
 use resample_core::maps::TilePlane;
 use resample_core::point::PixelFilter;
-use resample_core::section::SectionProfile;
+use resample_core::section::{ALONG, ALONG_POLYNOMIAL, Powers, SectionProfile};
 use resample_core::sort::{entry_index, entry_key};
 use resample_core::tile::TILE_PX;
 
+use self::ball::add_ball;
 use self::close::close_slabs;
+use self::tent::add_tent;
 use super::frame::{PlaneView, SheetSettings, TileView};
 use crate::clip::GridClip;
 use crate::options::{Classify, Interpolate};
 
 const LANES: usize = 8;
+
+/// Most values that are summed for a voxel.
+pub(crate) const MOST_SUMS: usize = 6;
+
+/// How many values are summed: colour and strength; scalar, weight and need; the same and a gradient.
+const SUMS_PRE: usize = 4;
+const SUMS_POST: usize = 3;
+const SUMS_LIT: usize = MOST_SUMS;
 
 /// A voxel as the tiles need it.
 #[derive(Clone, Copy, Debug, Default)]
@@ -34,9 +46,11 @@ pub(crate) struct Laid {
     pub(crate) grid: [f32; 3],
     /// Camera z relative to the anchor's, world units.
     pub(crate) offset_z: f32,
-    /// What is summed. Pre-classified: red, green, blue times strength, strength. Post-classified: scalar, 1, and 1 for a
-    /// voxel that something visible depends on, and the scalar again where the first is a coefficient in its place.
-    pub(crate) value: [f32; 4],
+    /// What is summed. Pre-classified: red, green, blue times strength, strength. Post-classified: scalar or its
+    /// coefficient, 1, and 1 for a voxel that something visible depends on; then the gradient in the world.
+    pub(crate) value: [f32; MOST_SUMS],
+    /// The voxel's own scalar, post-classified.
+    pub(crate) scalar: f32,
     /// Section: camera x and y, world units. Point: screen position, px.
     pub(crate) across: [f32; 2],
     /// Point: its weight summed over the screen, opacity units times px^2. 0 marks a section.
@@ -72,7 +86,8 @@ pub(crate) struct TileRays {
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 struct SlabSums {
-    planes: [TilePlane; 4],
+    /// By row, and in each by what is summed.
+    sums: [[[f32; TILE_PX]; MOST_SUMS]; TILE_PX],
     /// Of interpolating kernels: least and greatest scalar of the voxels in reach.
     range: [TilePlane; 2],
     /// Rows first..end that hold anything.
@@ -81,6 +96,15 @@ struct SlabSums {
     /// Pixels per pixel of the middle plane, at the slab's near and far end.
     end_scales: [f32; 2],
     number: u32,
+}
+
+/// What every voxel of a tile is summed with.
+#[derive(Clone, Copy)]
+struct Tile<'a> {
+    settings: &'a SheetSettings,
+    kernel: &'a KernelSettings,
+    view: &'a TileView,
+    rays: &'a TileRays,
 }
 
 /// Storage of one task, reused from tile to tile.
@@ -93,9 +117,15 @@ pub(crate) struct KernelScratch {
 
 impl Default for SlabSums {
     fn default() -> Self {
-        let (planes, view) = ([[[0.0; TILE_PX]; TILE_PX]; 4], PlaneView::default());
         let range = [f32::INFINITY, f32::NEG_INFINITY].map(|end| [[end; TILE_PX]; TILE_PX]);
-        Self { planes, range, rows: [TILE_PX, 0], view, end_scales: [1.0; 2], number: u32::MAX }
+        Self {
+            sums: [[[0.0; TILE_PX]; MOST_SUMS]; TILE_PX],
+            range,
+            rows: [TILE_PX, 0],
+            view: PlaneView::default(),
+            end_scales: [1.0; 2],
+            number: u32::MAX,
+        }
     }
 }
 
@@ -137,21 +167,31 @@ pub(crate) fn render_tile(
     voxels: &[&[Laid]],
     scratch: &mut KernelScratch,
 ) -> TileCounts {
-    let frame = (settings, kernel);
-    dispatch!(settings.level, simd => render_entries(simd, frame, (view, rays), (entries, voxels), scratch))
+    let tile = Tile { settings, kernel, view, rays };
+    macro_rules! sum {
+        ($count:expr) => {
+            dispatch!(settings.level, simd => render_entries::<_, { $count }>(simd, tile, entries, voxels, scratch))
+        };
+    }
+    match kernel.classify {
+        Classify::Pre => sum!(SUMS_PRE),
+        Classify::Post if settings.needs_gradients() => sum!(SUMS_LIT),
+        Classify::Post => sum!(SUMS_POST),
+    }
 }
 
 #[simd]
-fn render_entries<S: Simd>(
+fn render_entries<S: Simd, const SUMS: usize>(
     simd: S,
-    (settings, kernel): (&SheetSettings, &KernelSettings),
-    (view, rays): (&TileView, &TileRays),
-    (entries, voxels): (&[u64], &[&[Laid]]),
+    tile: Tile,
+    entries: &[u64],
+    voxels: &[&[Laid]],
     scratch: &mut KernelScratch,
 ) -> TileCounts {
     let mut counts = TileCounts::default();
+    let ring_len = tile.settings.ring_len;
     scratch.ring.clear();
-    scratch.ring.resize_with(settings.ring_len, SlabSums::default);
+    scratch.ring.resize_with(ring_len, SlabSums::default);
     let Some(&nearest) = entries.first() else { return counts };
     let mut open = entry_key(nearest);
     for &entry in entries {
@@ -159,54 +199,51 @@ fn render_entries<S: Simd>(
         let voxel = &voxels[index >> 16][index & 0xffff];
         let first = entry_key(entry);
         if first > open {
-            let end = first.min(open.saturating_add(settings.ring_len as u32));
-            let opaque = close_slabs(simd, settings, kernel, open..end, scratch);
+            let end = first.min(open.saturating_add(ring_len as u32));
+            let opaque = close_slabs::<_, SUMS>(simd, tile, open..end, scratch);
             open = first;
             if opaque {
                 return counts;
             }
         }
         counts.pixels_touched += if voxel.mass > 0.0 {
-            add_point(settings, kernel, view, first, (voxel, scratch))
+            add_point::<SUMS>(tile, first, voxel, scratch)
         } else {
-            add_sections(simd, (settings, kernel), (view, rays), first, (voxel, scratch))
+            match tile.kernel.profile.as_ref().map(|profile| (profile, profile.powers())) {
+                None => add_tent::<_, SUMS>(simd, tile, first, voxel, scratch),
+                Some((profile, Powers::Few)) => {
+                    add_ball::<_, SUMS, ALONG_POLYNOMIAL>(simd, (tile, profile), first, voxel, scratch)
+                }
+                Some((profile, Powers::All)) => {
+                    add_ball::<_, SUMS, ALONG>(simd, (tile, profile), first, voxel, scratch)
+                }
+            }
         };
         counts.composited += 1;
     }
-    let end = open.saturating_add(settings.ring_len as u32);
-    close_slabs(simd, settings, kernel, open..end, scratch);
+    let end = open.saturating_add(ring_len as u32);
+    close_slabs::<_, SUMS>(simd, tile, open..end, scratch);
     counts
 }
 
 /// The sums of a slab, told where it lies.
 #[inline(always)]
-fn slab<'a>(
-    settings: &SheetSettings,
-    view: &TileView,
-    number: u32,
-    scratch: &'a mut KernelScratch,
-) -> &'a mut SlabSums {
-    let sums = &mut scratch.ring[number as usize & (settings.ring_len - 1)];
+fn slab<'a>(tile: &Tile, number: u32, ring: &'a mut [SlabSums]) -> &'a mut SlabSums {
+    let sums = &mut ring[number as usize & (tile.settings.ring_len - 1)];
     if sums.number != number {
-        (sums.view, sums.number) = (view.plane(number), number);
-        sums.end_scales = view.end_scales(number);
+        (sums.view, sums.number) = (tile.view.plane(number), number);
+        sums.end_scales = tile.view.end_scales(number);
     }
     sums
 }
 
 /// Adds a point to the slab that it lies in, through the pixel's Gaussian. Returns the pixels touched.
 #[inline(always)]
-fn add_point(
-    settings: &SheetSettings,
-    kernel: &KernelSettings,
-    view: &TileView,
-    number: u32,
-    (point, scratch): (&Laid, &mut KernelScratch),
-) -> usize {
-    let sums = slab(settings, view, number, scratch);
-    let corner = view.corner_px();
-    let across = kernel.filter.along_axis(point.across[0] - corner[0]);
-    let down = kernel.filter.along_axis(point.across[1] - corner[1]);
+fn add_point<const SUMS: usize>(tile: Tile, number: u32, point: &Laid, scratch: &mut KernelScratch) -> usize {
+    let sums = slab(&tile, number, &mut scratch.ring);
+    let corner = tile.view.corner_px();
+    let across = tile.kernel.filter.along_axis(point.across[0] - corner[0]);
+    let down = tile.kernel.filter.along_axis(point.across[1] - corner[1]);
     let mut touched = 0;
     let inside = |first: i32, tap: usize| usize::try_from(first + tap as i32).ok().filter(|&p| p < TILE_PX);
     for (tap_y, weight_y) in down.weights.iter().enumerate() {
@@ -214,13 +251,13 @@ fn add_point(
         for (tap_x, weight_x) in across.weights.iter().enumerate() {
             let Some(column) = inside(across.first, tap_x) else { continue };
             let weight = weight_x * weight_y * point.mass;
-            for (plane, value) in sums.planes.iter_mut().zip(point.value) {
-                plane[row][column] += weight * value;
+            for (plane, value) in sums.sums[row][..SUMS].iter_mut().zip(point.value) {
+                plane[column] += weight * value;
             }
-            if kernel.interpolate == Interpolate::On && weight > 0.0 {
+            if tile.kernel.interpolate == Interpolate::On && weight > 0.0 {
                 let [low, high] = &mut sums.range;
-                low[row][column] = low[row][column].min(point.value[3]);
-                high[row][column] = high[row][column].max(point.value[3]);
+                low[row][column] = low[row][column].min(point.scalar);
+                high[row][column] = high[row][column].max(point.scalar);
             }
             touched += 1;
         }
@@ -229,100 +266,47 @@ fn add_point(
     touched
 }
 
-/// Adds a voxel to every slab that cuts its kernel. Returns the pixels looked at.
-#[inline(always)]
-fn add_sections<S: Simd>(
-    simd: S,
-    (settings, kernel): (&SheetSettings, &KernelSettings),
-    (view, rays): (&TileView, &TileRays),
-    first: u32,
-    (voxel, scratch): (&Laid, &mut KernelScratch),
-) -> usize {
-    let mut touched = 0;
-    for number in first..first + settings.ring_len as u32 {
-        let sums = slab(settings, view, number, scratch);
-        let Some(reach) = settings.sections.at(sums.view.offset_z - voxel.offset_z) else { break };
-        let [x, y] = voxel.across;
-        let [left, top, right, bottom] = reach.ends;
-        let [x0, y0, x1, y1] = covered(sums, [x + left, y + top, x + right, y + bottom]);
-        if x0 >= x1 || y0 >= y1 {
-            continue;
+impl SlabSums {
+    /// The tile's pixels whose rays may meet a box of the camera in the slab: at either end, as the box is seen from
+    /// there. Least x, y, greatest x, y; pixels first..end.
+    #[inline(always)]
+    fn covered(&self, ends: [f32; 4]) -> [usize; 4] {
+        let mut pixels = [0; 4];
+        for (k, pixel) in pixels.iter_mut().enumerate() {
+            let at = |scale: f32| ends[k] * self.view.pixel_scale[k] * scale;
+            let (a, b) = (at(self.end_scales[0]), at(self.end_scales[1]));
+            let end = if k < 2 { a.min(b) } else { a.max(b) } + self.view.pixel_shift[k];
+            *pixel = end.ceil().clamp(0.0, TILE_PX as f32) as usize;
         }
-        sums.rows = [sums.rows[0].min(y0), sums.rows[1].max(y1)];
-        for lane in (x0 / LANES * LANES..x1).step_by(LANES) {
-            for row in y0..y1 {
-                add_lanes(simd, (settings, kernel), rays, (sums, [lane, row]), voxel);
-            }
-            touched += (y1 - y0) * LANES;
-        }
+        pixels
     }
-    touched
-}
 
-/// The tile's pixels whose rays may meet a box of the camera in the slab: at either end, as the box is seen from there.
-#[inline(always)]
-fn covered(sums: &SlabSums, ends: [f32; 4]) -> [usize; 4] {
-    let mut pixels = [0; 4];
-    for (k, pixel) in pixels.iter_mut().enumerate() {
-        let at = |scale: f32| ends[k] * sums.view.pixel_scale[k] * scale;
-        let (a, b) = (at(sums.end_scales[0]), at(sums.end_scales[1]));
-        let end = if k < 2 { a.min(b) } else { a.max(b) } + sums.view.pixel_shift[k];
-        *pixel = end.ceil().clamp(0.0, TILE_PX as f32) as usize;
+    /// Adds a voxel, by its weights, to one vector of pixels from `first` on.
+    #[inline(always)]
+    fn add<S: Simd, const SUMS: usize>(
+        &mut self,
+        simd: S,
+        (row, first): (usize, usize),
+        weight: f32x8<S>,
+        value: &[f32; MOST_SUMS],
+    ) {
+        for (plane, value) in self.sums[row][..SUMS].iter_mut().zip(value) {
+            let lanes = &mut plane[first..first + LANES];
+            weight.mul_add(f32x8::splat(simd, *value), f32x8::from_slice(simd, lanes)).store_slice(lanes);
+        }
     }
-    pixels
-}
 
-/// Adds a voxel's section to one vector of pixels.
-#[inline(always)]
-fn add_lanes<S: Simd>(
-    simd: S,
-    (settings, kernel): (&SheetSettings, &KernelSettings),
-    rays: &TileRays,
-    (sums, [lane, row]): (&mut SlabSums, [usize; 2]),
-    voxel: &Laid,
-) {
-    let constant = |v: f32| f32x8::splat(simd, v);
-    let range = lane..lane + LANES;
-    let load = |plane: &TilePlane| f32x8::from_slice(simd, &plane[row][range.clone()]);
-    let view = &sums.view;
-    // From the voxel to the ray's place on the middle plane.
-    let p: [f32x8<S>; 3] = std::array::from_fn(|axis| {
-        let start = view.first[axis] - voxel.grid[axis] + row as f32 * view.step_y[axis];
-        f32x8::from_slice(simd, &view.lanes[axis][range.clone()]) + constant(start)
-    });
-    let per_z = load(&rays.per_z);
-    let half = per_z * constant(0.5 * settings.thickness as f32);
-    let middle_z = constant(view.offset_z);
-    let to = ((load(&rays.kept[1]) - middle_z) * per_z).min(half);
-    let from = ((load(&rays.kept[0]) - middle_z) * per_z).max(-half).min(to);
-    let integral = match &kernel.profile {
-        Some(profile) => {
-            let d = [load(&rays.direction[0]), load(&rays.direction[1]), load(&rays.direction[2])];
-            let t = p[0].mul_add(d[0], p[1].mul_add(d[1], p[2] * d[2]));
-            let across = [p[0] - t * d[0], p[1] - t * d[1], p[2] - t * d[2]];
-            let distance2 = across[0].mul_add(across[0], across[1].mul_add(across[1], across[2] * across[2]));
-            profile.integral(simd, distance2, [t + from, t + to])
-        }
-        None => {
-            let tent = |d: f32x8<S>| (constant(1.0) - d.abs()).max(constant(0.0));
-            tent(p[0]) * tent(p[1]) * tent(p[2]) * (to - from)
-        }
-    };
-    let weight = integral * load(&rays.unit_per_grid);
-    if weight.simd_gt(constant(0.0)).all_false() {
-        return;
-    }
-    for (plane, value) in sums.planes.iter_mut().zip(voxel.value) {
-        let lanes = &mut plane[row][range.clone()];
-        weight.mul_add(constant(value), f32x8::from_slice(simd, lanes)).store_slice(lanes);
-    }
-    if kernel.interpolate == Interpolate::On {
-        let [low, high] = &mut sums.range;
-        let reached = weight.simd_gt(constant(0.0));
+    /// Remembers the scalar of a voxel where it has weight.
+    #[inline(always)]
+    fn widen_range<S: Simd>(&mut self, simd: S, (row, first): (usize, usize), weight: f32x8<S>, scalar: f32) {
+        let range = first..first + LANES;
+        let reached = weight.simd_gt(f32x8::splat(simd, 0.0));
+        let scalar = f32x8::splat(simd, scalar);
+        let [low, high] = &mut self.range;
         let (low, high) = (&mut low[row][range.clone()], &mut high[row][range]);
-        let (before, value) = (f32x8::from_slice(simd, low), constant(voxel.value[3]));
-        reached.select(before.min(value), before).store_slice(low);
+        let before = f32x8::from_slice(simd, low);
+        reached.select(before.min(scalar), before).store_slice(low);
         let before = f32x8::from_slice(simd, high);
-        reached.select(before.max(value), before).store_slice(high);
+        reached.select(before.max(scalar), before).store_slice(high);
     }
 }

@@ -3,6 +3,8 @@
 //! Visible bricks are projected voxel by voxel. One whose spacing projects to less than the threshold adds to its slab as a
 //! point, through the pixel's Gaussian (with sub-pixels, that of the sub-pixel); any other is cut into slab sections. Each
 //! is listed by the tiles that it touches, and each tile sums slab by slab ([`super::kernel_tile`]).
+//! Where samples are lit, gradients are summed with the scalars; voxels that are classified are lit by themselves
+//! ([`super::kernel_light`]).
 //! Limits: the trilinear kernel is sampled on the plane through a slab's middle, and is never a point.
 
 use cpu_time::ThreadTime;
@@ -15,16 +17,19 @@ use resample_core::tile::{ChunkBins, TILE_PX, TileGrid};
 use resample_core::{GridView, Kernel, Projection, SelectMode};
 
 use super::frame::{SheetProjection, SheetSettings, Span, TileView};
+use super::kernel_light::{BrickInCamera, gradients, lit_values};
 use super::kernel_tile::{KernelScratch, KernelSettings, Laid, TileRays, render_tile};
 use super::scatter::sort_by_plane;
 use super::section::SectionTable;
 use super::{SheetFrame, single};
 use crate::Error;
 use crate::cell_samples::cell_samples;
+use crate::cells::Gradients;
 use crate::chunks::{chunk_target, project_runs, runs_of_bricks, visible_bricks};
-use crate::clip::{Clip, GridClip};
+use crate::clip::{Clip, Cut, GridClip};
 use crate::cull::ViewVolume;
-use crate::interpolate::coefficients;
+use crate::field::Grid;
+use crate::interpolate::{Coefficients, coefficients};
 use crate::kernel_field::kernel_samples;
 use crate::layer::cells_of;
 use crate::options::{Cells, Classify, Interpolate, RenderOptions, SheetKernel};
@@ -33,7 +38,7 @@ use crate::scene::Scene;
 use crate::stats::{FrameStats, StageClock};
 use crate::support::count_visible;
 use crate::tiles::{TileSlot, elapsed_ms, tally};
-use crate::volume::{scalar, with_voxels};
+use crate::volume::{Volume, scalar, with_voxels};
 
 /// Voxels with their kernel, and the chunks that they are projected in, kept from frame to frame.
 #[derive(Clone, Debug)]
@@ -41,11 +46,15 @@ pub(crate) struct KernelSheets {
     pub(crate) samples: Samples,
     /// Voxels that the transfer function leaves visible.
     pub(crate) non_transparent: u64,
+    /// The gradients, in the world, of each brick's samples; none where nothing is lit or follows them.
+    gradients: Vec<Vec<[f32; 3]>>,
     /// Of interpolating kernels: the largest difference between their sum at a voxel and its scalar.
     pub(crate) residual: Option<f32>,
     dims: [usize; 3],
     kernel: Option<Kernel>,
     settings: KernelSettings,
+    /// The clip alone, without the faces of the volume.
+    point_clip: GridClip,
     select: SelectMode,
     threshold_px: f32,
     chunks: Vec<KernelChunk>,
@@ -60,17 +69,18 @@ struct KernelChunk {
 }
 
 /// What voxels of a frame are projected with.
-struct KernelProjection {
+struct KernelProjection<'a> {
+    settings: &'a SheetSettings,
     projection: SheetProjection,
     view: GridView,
     grid: TileGrid,
     select: SelectMode,
     threshold2_px2: f32,
-    anchor_z: f64,
-    thickness: f64,
     /// World volume of a cell times the focal lengths, over the opacity unit.
     mass_scale: f32,
     classify: Classify,
+    /// What is kept of points.
+    clip: &'a GridClip,
 }
 
 impl KernelSheets {
@@ -97,8 +107,13 @@ impl KernelSheets {
             (Classify::Pre, Cells::Mean) => cell_samples(scene, options)?.swap_remove(0),
             (Classify::Pre, _) => Samples::classify(volume, transfer, options.opacity),
         };
+        let gradients = match (crate::sheets::gradients(options), &solved) {
+            (Gradients::Without, _) => Vec::new(),
+            (Gradients::With, solved) => gradients_of(&samples, volume, solved.as_ref()),
+        };
         Ok(Self {
             samples,
+            gradients,
             non_transparent: count_visible(volume, transfer),
             residual: solved.map(|solved| solved.residual),
             dims: volume.dims,
@@ -109,6 +124,7 @@ impl KernelSheets {
                 interpolate: options.interpolate,
                 clip: GridClip::default(),
             },
+            point_clip: GridClip::default(),
             kernel,
             select: if kernel.is_some() { options.select } else { SelectMode::Splats },
             threshold_px: options.point_threshold_px,
@@ -123,6 +139,7 @@ impl KernelSheets {
 
     /// Changes what is kept of each ray, and gives it: scalars are known inside the volume alone.
     pub(crate) fn set_clip(&mut self, clip: &Clip) -> GridClip {
+        self.point_clip = self.samples.clip(clip);
         let mut clip = clip.clone();
         if self.settings.classify == Classify::Post {
             let last = DVec3::from(self.dims.map(|n| (n - 1) as f64));
@@ -150,37 +167,54 @@ impl KernelSheets {
         stats.bricks_empty = self.samples.empty;
         let in_view = visible.iter().map(|&i| self.samples.bricks[i].places.len()).sum();
         let runs = runs_of_bricks(&self.samples.bricks, visible, chunk_target(in_view));
-        self.chunks.resize_with(self.chunks.len().max(runs.len()), KernelChunk::default);
+        let mut chunks = std::mem::take(&mut self.chunks);
+        chunks.resize_with(chunks.len().max(runs.len()), KernelChunk::default);
         let setup = self.projection(frame);
-        let (bricks, chunks) = (&self.samples.bricks, &mut self.chunks[..runs.len()]);
+        let (bricks, gradients) = (&self.samples.bricks, &self.gradients);
+        let used = &mut chunks[..runs.len()];
         let project = |chunk: &mut KernelChunk, run: &Vec<usize>| {
             chunk.bins.clear();
             (chunk.culled, chunk.points) = (0, 0);
-            run.iter().for_each(|&brick| chunk.project(&setup, &bricks[brick]));
+            for &brick in run {
+                let gradients = gradients.get(brick).map(Vec::as_slice);
+                chunk.project(&setup, (&bricks[brick], gradients));
+            }
         };
-        project_runs(chunks, &runs, stats, project, |chunk, number| chunk.bins.bin(number));
-        for chunk in chunks.iter() {
+        project_runs(used, &runs, stats, project, |chunk, number| chunk.bins.bin(number));
+        for chunk in used.iter() {
             stats.culled += chunk.culled;
             stats.points += chunk.points;
             stats.splats += chunk.bins.primitives.len() as u64 - chunk.points;
         }
-        frame.sum_kernels(&self.settings, &self.chunks[..runs.len()], slots, stats);
+        frame.sum_kernels(&self.settings, used, slots, stats);
+        self.chunks = chunks;
     }
 
-    fn projection(&self, frame: &SheetFrame) -> KernelProjection {
-        let (view, settings): (&GridView, &SheetSettings) = (frame.view, frame.settings);
+    fn projection<'a>(&'a self, frame: &'a SheetFrame) -> KernelProjection<'a> {
+        let (view, settings) = (frame.view, frame.settings);
         let span = if self.kernel.is_some() { Span::Slab } else { Span::Plane };
         let area = view.focal.x * view.focal.y;
         KernelProjection {
+            settings,
             projection: SheetProjection::new(view, frame.camera, settings, span),
             view: *view,
             grid: TileGrid { width: frame.camera.width as usize, height: frame.camera.height as usize },
             select: self.select,
             threshold2_px2: self.threshold_px * self.threshold_px,
-            anchor_z: settings.anchor.camera_z,
-            thickness: settings.thickness,
             mass_scale: (view.cell_volume() * area / settings.unit_in_world) as f32,
             classify: self.settings.classify,
+            clip: &self.point_clip,
+        }
+    }
+}
+
+/// The gradients of the samples: of the coefficients, where there are some.
+fn gradients_of(samples: &Samples, volume: &Volume, solved: Option<&Coefficients>) -> Vec<Vec<[f32; 3]>> {
+    let (dims, axes) = (volume.dims, &volume.world_from_index.matrix3);
+    match solved {
+        Some(solved) => gradients(samples, &Grid { voxels: &solved.values, dims }, axes),
+        None => {
+            with_voxels!(&volume.voxels, slice => gradients(samples, &Grid { voxels: slice, dims }, axes))
         }
     }
 }
@@ -194,7 +228,7 @@ struct OnScreen {
     spacing2_px2: f32,
 }
 
-impl KernelProjection {
+impl KernelProjection<'_> {
     /// Where a voxel in front of the near plane falls, given its camera position, z relative to the anchor.
     #[inline(always)]
     fn on_screen(&self, camera: Vec3, z: f32) -> OnScreen {
@@ -225,7 +259,8 @@ impl KernelProjection {
     /// The point that a voxel becomes, with its slab; `None` if it is none.
     #[inline(always)]
     fn point(&self, camera: Vec3) -> Option<(u32, OnScreen)> {
-        let z = (f64::from(camera.z) + self.anchor_z) as f32;
+        let camera_z = f64::from(camera.z) + self.settings.anchor.camera_z;
+        let z = camera_z as f32;
         let wanted = matches!(self.select, SelectMode::Hybrid | SelectMode::Points);
         let near = (self.view.near as f32).max(0.0);
         if !wanted || !(z > near) {
@@ -233,31 +268,46 @@ impl KernelProjection {
         }
         let screen = self.on_screen(camera, z);
         let small = self.select == SelectMode::Points || screen.spacing2_px2 < self.threshold2_px2;
-        let slab = (f64::from(camera.z) + self.anchor_z) / self.thickness;
+        let slab = camera_z / self.settings.thickness;
         (small && slab < f64::from(1u32 << 23)).then_some((slab as u32, screen))
     }
 }
 
 impl KernelChunk {
-    fn project(&mut self, setup: &KernelProjection, brick: &Brick) {
+    fn project(&mut self, setup: &KernelProjection, (brick, gradients): (&Brick, Option<&[[f32; 3]]>)) {
         let corner = DVec3::from(brick.bounds.corner.map(f64::from));
         let [in_camera, in_grid] = setup.projection.at_corner(corner);
-        let [ax, ay, az] = setup.projection.axes();
-        for (&packed, &value) in brick.places.iter().zip(&brick.values) {
+        let axes @ [ax, ay, az] = setup.projection.axes();
+        let lit = match (setup.classify, gradients) {
+            (Classify::Pre, Some(gradients)) => {
+                let first = setup.view.camera_from_grid.transform_point3(corner);
+                let placed = BrickInCamera { first, axes, projection: setup.view.projection };
+                Some(lit_values(setup.settings, brick, gradients, &placed))
+            }
+            _ => None,
+        };
+        let values = lit.as_ref().unwrap_or(&brick.values);
+        let is_whole = matches!(setup.clip.cut(&brick.bounds), Cut::By(0));
+        for (number, (&packed, &value)) in brick.places.iter().zip(values).enumerate() {
             let at = Vec3::from(place(packed).map(f32::from));
             let camera = in_camera + at.x * ax + at.y * ay + at.z * az;
+            let [a, b, c, d] = value;
+            let gradient = gradients.map_or([0.0; 3], |gradients| gradients[number]);
             let value = match setup.classify {
-                Classify::Pre => [value[0] * value[3], value[1] * value[3], value[2] * value[3], value[3]],
-                Classify::Post => value,
+                Classify::Pre => [a * d, b * d, c * d, d, 0.0, 0.0],
+                Classify::Post => [a, b, c, gradient[0], gradient[1], gradient[2]],
             };
             let laid = Laid {
                 grid: (in_grid + at).to_array(),
                 offset_z: camera.z,
                 value,
+                scalar: d,
                 across: [camera.x, camera.y],
                 mass: 0.0,
             };
             match setup.point(camera) {
+                // A section is cut along each ray; a point is kept or not.
+                Some(_) if !is_whole && !setup.clip.keeps(corner + at.as_dvec3()) => self.culled += 1,
                 Some((slab, screen)) => self.push_point(setup, slab, screen, laid),
                 None => match setup.projection.cover(camera) {
                     Some((first, rect)) => self.bins.push(laid, first, rect),

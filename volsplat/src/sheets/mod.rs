@@ -22,6 +22,7 @@ pub(crate) mod frame;
 pub(crate) mod gather;
 pub(crate) mod isosurface;
 mod kept;
+mod kernel_light;
 pub(crate) mod kernel_tile;
 pub(crate) mod kernels;
 mod layers;

@@ -15,6 +15,8 @@ const ENTRIES: usize = 64;
 pub(crate) struct SectionTable {
     /// Least and greatest camera x and y, world units relative to the kernel's centre.
     entries: Vec<SectionBox>,
+    /// The box of all sections.
+    pub(crate) whole: SectionBox,
     /// Half the extent of the kernel along camera z, world units.
     pub(crate) reach_z: f32,
     entries_per_unit: f32,
@@ -41,11 +43,7 @@ impl SectionTable {
         let reach_z = (0..8).map(|i| corner(i).z).fold(0.0, f64::max);
         let step = 2.0 * reach_z / ENTRIES as f64;
         let entry = |i: usize| bounds_between(&edges, -reach_z + i as f64 * step, step);
-        Self {
-            entries: (0..ENTRIES).map(entry).collect(),
-            reach_z: reach_z as f32,
-            entries_per_unit: (1.0 / step) as f32,
-        }
+        Self::of_entries((0..ENTRIES).map(entry).collect(), reach_z)
     }
 
     /// The sections of the ball of this radius of such a grid by slabs of this thickness, at their middle planes.
@@ -57,11 +55,13 @@ impl SectionTable {
             let low = -reach_z + i as f64 * step;
             ball.bounds(low - 0.5 * thickness, low + step + 0.5 * thickness)
         };
-        Self {
-            entries: (0..ENTRIES).map(entry).collect(),
-            reach_z: reach_z as f32,
-            entries_per_unit: (1.0 / step) as f32,
-        }
+        Self::of_entries((0..ENTRIES).map(entry).collect(), reach_z)
+    }
+
+    fn of_entries(entries: Vec<SectionBox>, reach_z: f64) -> Self {
+        let whole = entries.iter().fold(SectionBox::EMPTY, |sum, entry| sum.union(*entry));
+        let entries_per_unit = (ENTRIES as f64 / (2.0 * reach_z)) as f32;
+        Self { entries, whole, reach_z: reach_z as f32, entries_per_unit }
     }
 
     /// The box of the section by a plane at this camera z from the centre; `None` where the plane lies behind the
@@ -70,11 +70,6 @@ impl SectionTable {
     pub(crate) fn at(&self, offset_z: f32) -> Option<SectionBox> {
         let position = (offset_z + self.reach_z) * self.entries_per_unit;
         self.entries.get(position as usize).copied()
-    }
-
-    /// The box of all sections.
-    pub(crate) fn whole(&self) -> SectionBox {
-        self.entries.iter().fold(SectionBox::EMPTY, |sum, entry| sum.union(*entry))
     }
 }
 

@@ -7,7 +7,7 @@
 
 use std::io::Read;
 
-use super::codecs::{lz4_block, zstd};
+use super::codecs::{Size, lz4_block, zstd};
 use crate::input::fault::{Fault, unsupported};
 
 const HEADER_BYTES: usize = 16;
@@ -29,15 +29,10 @@ const NOT_PACKED: u8 = 2;
 const BITS_SHUFFLED: u8 = 4;
 const NOT_SPLIT: u8 = 16;
 
-/// Unpacks a container, which must hold `needed` bytes where that is known.
-pub(super) fn unpack(packed: &[u8], needed: Option<usize>) -> Result<Vec<u8>, Fault> {
+/// Unpacks a container, which must hold so many bytes.
+pub(super) fn unpack(packed: &[u8], size: Size) -> Result<Vec<u8>, Fault> {
     let header = header(packed)?;
-    if needed.is_some_and(|needed| needed != header.bytes) {
-        return Err(Fault::Invalid(format!(
-            "the chunk says that it has {} bytes, which its shape does not need",
-            header.bytes
-        )));
-    }
+    size.check(header.bytes)?;
     if header.flags & NOT_PACKED != 0 {
         let plain = packed.get(HEADER_BYTES..HEADER_BYTES + header.bytes);
         return Ok(plain.ok_or_else(ends_early)?.to_vec());
@@ -103,7 +98,7 @@ fn unpack_block(header: &Header, mut stream: &[u8], size: usize) -> Result<Vec<u
                 read.map_err(|error| format!("the chunk cannot be unpacked: {error}"))?;
             }
             4 => {
-                let unpacked = zstd(packed, Some(part.len()))?;
+                let unpacked = zstd(packed, Size::Exactly(part.len()))?;
                 let fits = unpacked.len() == part.len();
                 fits.then(|| part.copy_from_slice(&unpacked)).ok_or_else(ends_early)?;
             }

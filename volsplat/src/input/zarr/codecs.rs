@@ -42,6 +42,46 @@ pub(super) enum Packing {
     Crc32c,
 }
 
+/// How many bytes something must have when it is unpacked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Size {
+    Exactly(usize),
+    /// Where that depends on how well something inside was packed.
+    AtMost(usize),
+}
+
+/// Most that a compression adds to what it cannot make smaller: an eighth, and room for headers. The formats that are read
+/// here stay far below.
+const SURPLUS_BYTES: usize = 1024;
+
+impl Size {
+    /// The most bytes.
+    fn most(self) -> usize {
+        match self {
+            Self::Exactly(size) | Self::AtMost(size) => size,
+        }
+    }
+
+    /// The size of these bytes while they are packed once more.
+    fn packed(self) -> Self {
+        let most = self.most();
+        Self::AtMost(most.saturating_add(most / 8).saturating_add(SURPLUS_BYTES))
+    }
+
+    /// Whether a size that a header states can be right.
+    pub(super) fn check(self, stated: usize) -> Result<(), String> {
+        match self {
+            Self::Exactly(needed) if stated != needed => {
+                Err(format!("the chunk says that it has {stated} bytes, which its shape does not need"))
+            }
+            Self::AtMost(most) if stated > most => {
+                Err(format!("the chunk says that it has {stated} bytes, and its shape needs at most {most}"))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
 /// The mark of an inner chunk that was never written.
 const ABSENT: u64 = u64::MAX;
 
@@ -67,9 +107,9 @@ pub(super) fn unpack(codecs: &Codecs, shape: &[usize], packed: &[u8], fill: &[u8
     let too_large = || Fault::Invalid("the chunk is larger than can be counted".to_owned());
     let needed = len(shape).and_then(|count| count.checked_mul(fill.len())).ok_or_else(too_large)?;
     if let Some(shard) = &codecs.shard {
-        return unshard(shard, shape, &undone(&codecs.packings, packed, None)?, fill);
+        return unshard(shard, shape, &undone(&codecs.packings, packed, shard.size(shape, needed))?, fill);
     }
-    let bytes = undone(&codecs.packings, packed, Some(needed))?;
+    let bytes = undone(&codecs.packings, packed, Size::Exactly(needed))?;
     if bytes.len() != needed {
         return Err(Fault::Invalid(format!(
             "the chunk has {} bytes, and its shape needs {needed}",
@@ -82,12 +122,22 @@ pub(super) fn unpack(codecs: &Codecs, shape: &[usize], packed: &[u8], fill: &[u8
     Ok(reordered(&bytes, shape, &codecs.order, fill.len()))
 }
 
-/// Undoes compression, the last one first; `needed` is how many bytes there must be in the end, where that is known.
-fn undone(packings: &[Packing], packed: &[u8], needed: Option<usize>) -> Result<Vec<u8>, Fault> {
+impl Shard {
+    /// The size of a shard of this shape that holds so many bytes unpacked: each of its chunks packed, and the index.
+    fn size(&self, shape: &[usize], needed: usize) -> Size {
+        let chunks: usize = shape.iter().zip(&self.chunk).map(|(outer, inner)| outer / inner).product();
+        let most = Size::Exactly(needed).packed().most();
+        // 16 bytes of the index, and the surplus, for each chunk; the checksum is part of the first surplus.
+        Size::AtMost(most.saturating_add(chunks.saturating_mul(16 + SURPLUS_BYTES)))
+    }
+}
+
+/// Undoes compression, the last one first; `size` is that of the bytes in the end.
+fn undone(packings: &[Packing], packed: &[u8], size: Size) -> Result<Vec<u8>, Fault> {
     let mut bytes = packed.to_vec();
     for (place, packing) in packings.iter().enumerate().rev() {
-        // Between two compressions the size is not known, and no writer makes two.
-        let needed = if place == 0 { needed } else { None };
+        // Between two compressions the size is not known; what one of them adds is bounded.
+        let needed = if place == 0 { size } else { size.packed() };
         bytes = match packing {
             Packing::Crc32c => {
                 let end = bytes.len().checked_sub(4).ok_or_else(|| "the chunk has no checksum".to_owned())?;
@@ -111,31 +161,37 @@ fn undone(packings: &[Packing], packed: &[u8], needed: Option<usize>) -> Result<
     Ok(bytes)
 }
 
-fn deflated(packed: &[u8], needed: Option<usize>) -> Result<(), String> {
-    needed.map_or(Ok(()), |needed| check_deflated(needed as u64, packed.len() as u64))
+fn deflated(packed: &[u8], size: Size) -> Result<(), String> {
+    match size {
+        Size::Exactly(needed) => check_deflated(needed as u64, packed.len() as u64),
+        Size::AtMost(_) => Ok(()),
+    }
 }
 
 /// Reads a stream to its end, but no further than one byte beyond what is needed: a surplus is an error later.
-fn all_of(stream: impl Read, needed: Option<usize>) -> Result<Vec<u8>, String> {
-    let limit = needed.map_or(u64::MAX, |needed| needed as u64 + 1);
+fn all_of(stream: impl Read, size: Size) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
-    let read = stream.take(limit).read_to_end(&mut bytes);
-    read.map(|_| bytes).map_err(|error| format!("the chunk cannot be unpacked: {error}"))
+    let read = stream.take((size.most() as u64).saturating_add(1)).read_to_end(&mut bytes);
+    read.map_err(|error| format!("the chunk cannot be unpacked: {error}"))?;
+    match size {
+        Size::AtMost(most) if bytes.len() > most => {
+            Err(format!("the chunk unpacks to more than the {most} bytes that its shape needs at most"))
+        }
+        _ => Ok(bytes),
+    }
 }
 
 /// Unpacks Zstandard.
-pub(super) fn zstd(packed: &[u8], needed: Option<usize>) -> Result<Vec<u8>, String> {
+pub(super) fn zstd(packed: &[u8], needed: Size) -> Result<Vec<u8>, String> {
     let stream = ruzstd::decoding::StreamingDecoder::new(packed);
     all_of(stream.map_err(|error| format!("the chunk cannot be unpacked: {error}"))?, needed)
 }
 
 /// Unpacks what numcodecs calls LZ4: the size of the data in four bytes, then a block.
-fn lz4(packed: &[u8], needed: Option<usize>) -> Result<Vec<u8>, String> {
+fn lz4(packed: &[u8], needed: Size) -> Result<Vec<u8>, String> {
     let (size, block) = packed.split_first_chunk::<4>().ok_or_else(|| "the chunk ends early".to_owned())?;
     let size = u32::from_le_bytes(*size) as usize;
-    if needed.is_some_and(|needed| needed != size) {
-        return Err(format!("the chunk says that it has {size} bytes, which its shape does not need"));
-    }
+    needed.check(size)?;
     let mut bytes = vec![0; size];
     lz4_block(block, &mut bytes)?;
     Ok(bytes)
@@ -190,5 +246,5 @@ fn index_of(shard: &Shard, bytes: &[u8], count: usize) -> Result<Vec<u8>, Fault>
         return Err(Fault::Invalid("the shard ends before its index does".to_owned()));
     };
     let index = if shard.index_is_first { &bytes[..size] } else { &bytes[start..] };
-    undone(&shard.index_packings, index, None)
+    undone(&shard.index_packings, index, Size::AtMost(index.len()))
 }

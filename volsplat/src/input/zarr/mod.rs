@@ -17,6 +17,7 @@ use super::decode::{self, Layout};
 use super::fault::{Fault, unsupported};
 use super::{Parts, Stored, VoxelType, cannot_read, invalid};
 use crate::Error;
+use crate::large::Watch;
 use crate::volume::{NanPolicy, Voxels};
 
 mod array;
@@ -77,8 +78,12 @@ impl Opened {
     }
 
     /// The voxels in a temporary file; see `unpacked`.
-    pub(super) fn unpack(&self, max_memory: u64, nan: NanPolicy) -> Result<Stored, Error> {
-        let file = unpacked::unpack(self, max_memory)?;
+    pub(super) fn unpack(
+        &self,
+        (max_memory, watch): (u64, &mut Watch),
+        nan: NanPolicy,
+    ) -> Result<Stored, Error> {
+        let file = unpacked::unpack(self, max_memory, watch)?;
         let layout = (self.array.voxel_type, self.array.codecs.endian);
         Ok(Stored::of_file((&self.folder, file), self.dims, layout, nan))
     }

@@ -127,15 +127,12 @@ fn version_3_reads_back_and_absent_chunks_hold_the_fill_value() {
     assert_eq!((with_gap.value(59), with_gap.value(0)), (9.0, 0.0), "the last voxel is the fill value");
 }
 
-#[test]
-fn shards_and_transposed_chunks_read_back() {
-    let folder = Folder::new();
-    let array = folder.path("a.zarr");
+/// The description of an array in one shard, whose bytes go through `outer` codecs as well, and the shard before those.
+fn sharded(outer: &str) -> (String, Vec<u8>) {
     let sharding = format!(
         r#"[{{"name": "sharding_indexed", "configuration": {{"chunk_shape": [2,3,4], "codecs": [{BYTES}],
-            "index_codecs": [{BYTES}, {{"name": "crc32c"}}]}}}}]"#
+            "index_codecs": [{BYTES}, {{"name": "crc32c"}}]}}}}{outer}]"#
     );
-    write(&array.join("zarr.json"), array_3("[4,6,8]", &sharding).as_bytes());
     let (mut shard, mut index) = (Vec::new(), Vec::new());
     for i in 0..8usize {
         let part = chunk([i >> 2 << 1, (i >> 1 & 1) * 3, (i & 1) * 4], CHUNK);
@@ -143,7 +140,39 @@ fn shards_and_transposed_chunks_read_back() {
         index.extend((part.len() as u64).to_le_bytes());
         shard.extend(part);
     }
-    write(&array.join("c/0/0/0"), &[shard, index, vec![0; 4]].concat());
+    (array_3("[4,6,8]", &sharding), [shard, index, vec![0; 4]].concat())
+}
+
+/// A shard that was compressed as a whole is undone, but no further than a shard of this shape can be long.
+#[test]
+fn shards_that_were_compressed_as_a_whole_read_back_and_bombs_are_refused() {
+    let folder = Folder::new();
+    type Pack = fn(&[u8]) -> Vec<u8>;
+    let outer: [(&str, &str, Pack); 3] = [
+        ("gzip", r#", {"name": "gzip"}"#, gzip),
+        ("twice", r#", {"name": "gzip"}, {"name": "gzip"}"#, |bytes| gzip(&gzip(bytes))),
+        ("blosc", r#", {"name": "blosc"}"#, |bytes| blosc(bytes, 1 | 1 << 5 | 16, lz4_flex::block::compress)),
+    ];
+    for (name, codec, pack) in outer {
+        let array = folder.path(name);
+        let (meta, shard) = sharded(codec);
+        write(&array.join("zarr.json"), meta.as_bytes());
+        let place = array.join("c/0/0/0");
+        write(&place, &pack(&shard));
+        assert_eq!(loaded(&array).voxels, expected(), "{name}");
+        write(&place, &pack(&vec![0; 1 << 26]));
+        let refused = load(&array, &LoadOptions::default()).expect_err("64 MB of zeros").to_string();
+        assert!(refused.contains("at most") && refused.contains("c/0/0/0"), "{name}: {refused}");
+    }
+}
+
+#[test]
+fn shards_and_transposed_chunks_read_back() {
+    let folder = Folder::new();
+    let array = folder.path("a.zarr");
+    let (meta, shard) = sharded("");
+    write(&array.join("zarr.json"), meta.as_bytes());
+    write(&array.join("c/0/0/0"), &shard);
     assert_eq!(loaded(&array).voxels, expected(), "a shard");
 
     let transposed = folder.path("t.zarr");

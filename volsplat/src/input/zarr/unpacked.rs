@@ -16,6 +16,7 @@ use super::boxes::{copy_box, len};
 use super::{Common, Opened, chunks_of, codecs};
 use crate::Error;
 use crate::input::{cannot_read, invalid};
+use crate::large::Watch;
 
 /// Times that a chunk is held: packed as read, once more while it is undone, and unpacked; or packed, unpacked, and cut to
 /// what is wanted. While a stream of unknown length grows it takes up to twice more, which the other half of the memory
@@ -25,8 +26,11 @@ const COPIES: u64 = 3;
 /// Bytes of fill that are written at once.
 const FILL_BYTES: usize = 1 << 20;
 
+/// Chunks that each thread unpacks between two words of how far it is.
+const GROUP: usize = 4;
+
 /// Unpacks an array while holding at most about half of `max_memory`.
-pub(super) fn unpack(opened: &Opened, max_memory: u64) -> Result<File, Error> {
+pub(super) fn unpack(opened: &Opened, max_memory: u64, watch: &mut Watch) -> Result<File, Error> {
     let folder = &opened.folder;
     let element = opened.array.voxel_type.bytes();
     let sizes: Vec<usize> = opened.spans.iter().map(|span| span.size).collect();
@@ -57,11 +61,17 @@ pub(super) fn unpack(opened: &Opened, max_memory: u64) -> Result<File, Error> {
             .try_for_each(|(place, row)| write_all_at(&file, row, (place * element) as u64).map_err(failed))
     };
     // Each thread holds a chunk.
-    let at_once = rayon::current_num_threads() as u64;
-    if at_once * COPIES * chunk_bytes <= max_memory / 2 {
-        chunks.par_iter().try_for_each(one)?;
-    } else {
-        chunks.iter().try_for_each(one)?;
+    let threads = rayon::current_num_threads();
+    let all_at_once = threads as u64 * COPIES * chunk_bytes <= max_memory / 2;
+    let mut done = 0;
+    for group in chunks.chunks(GROUP * threads) {
+        if all_at_once {
+            group.par_iter().try_for_each(one)?;
+        } else {
+            group.iter().try_for_each(one)?;
+        }
+        done += group.len();
+        watch(done as f64 / chunks.len() as f64);
     }
     Ok(file)
 }

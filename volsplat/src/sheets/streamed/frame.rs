@@ -2,15 +2,15 @@
 //!
 //! Along a ray the number of layers of bricks between the eye's layer and another only grows, and so does that of rows in a
 //! layer: taken in this order, no batch hides a part of an earlier one. Inside a batch bricks are sorted as in memory.
-//! Tiles keep their state from batch to batch; pixels that are opaque take nothing more, so that the picture is the same
-//! to the bit as that of a volume in memory. Bricks behind tiles that are opaque are never read.
+//! Tiles keep their state from batch to batch: colours, the last surface, or what a statistic of the ray has met. Pixels that
+//! are opaque take nothing more, so that the picture is the same to the bit as that of a volume in memory. (Where two samples
+//! of a ray share its greatest or least scalar, its depth may be that of either.) Bricks behind tiles that are opaque are never read.
 //! Where the tiles' states do not fit either, bands of tiles are drawn one after the other.
 
 use std::ops::Range;
 
 use cpu_time::ThreadTime;
 use rayon::prelude::*;
-use resample_core::composite::TilePixels;
 use resample_core::tile::{TILE_PX, TileGrid, TileLists, TileRect};
 
 use super::index::IndexedBrick;
@@ -21,8 +21,8 @@ use crate::clip::{Cut, GridClip};
 use crate::cull::ViewVolume;
 use crate::large::Watch;
 use crate::sheets::SheetFrame;
-use crate::sheets::frame::TileView;
-use crate::sheets::gather::{GatherScratch, TileState, advance_tile};
+use crate::sheets::frame::{SheetSettings, TileView};
+use crate::sheets::gather::{GatherScratch, TileState, Unfinished, advance_tile};
 use crate::sheets::lod::Choice;
 use crate::sheets::place::{axis_distance, placed, tile_rect};
 use crate::stats::{FrameStats, StageClock};
@@ -38,8 +38,8 @@ const MAX_BATCH: usize = 1 << 14;
 enum Progress {
     /// Nothing was drawn yet.
     Empty,
-    /// What its pixels hold so far.
-    Begun(Box<TilePixels>),
+    /// What it holds so far.
+    Begun(Box<Unfinished>),
     /// Nothing more can be seen in it, and what it shows was handed on.
     Opaque,
 }
@@ -79,7 +79,7 @@ impl StreamedCells {
         slots.resize_with(grid.columns() * grid.rows(), TileSlot::default);
         slots.iter_mut().for_each(|slot| slot.reset(0));
         let view_volume = ViewVolume::new(frame.camera, frame.view, 0.0);
-        let row_bytes = (grid.columns() * tile_bytes()) as u64;
+        let row_bytes = (grid.columns() * tile_bytes(frame.settings)) as u64;
         let band_rows = ((self.budget.tiles / row_bytes.max(1)) as usize).clamp(1, grid.rows());
         let bands: Vec<Range<usize>> =
             (0..grid.rows()).step_by(band_rows).map(|row| row..(row + band_rows).min(grid.rows())).collect();
@@ -104,8 +104,8 @@ impl StreamedCells {
 }
 
 /// Bytes that the state of a tile takes.
-fn tile_bytes() -> usize {
-    size_of::<TilePixels>() + size_of::<Progress>()
+fn tile_bytes(settings: &SheetSettings) -> usize {
+    Unfinished::bytes(settings) + size_of::<Progress>()
 }
 
 fn batch_len(budget: &Budget, gradients: crate::cells::Gradients) -> usize {
@@ -214,28 +214,27 @@ impl Band<'_> {
             }
             let start = ThreadTime::try_now().ok();
             match tile {
-                Progress::Begun(pixels) => scratch.resume(settings, pixels),
+                Progress::Begun(begun) => scratch.resume(settings, begun),
                 _ => scratch.begin(settings),
             }
             let corner_px = at.map(|tile| tile * TILE_PX);
             let view = TileView::new(self.frame.view, corner_px, settings);
             let front_to_back = list.iter().map(|&brick| &placed[brick as usize]);
             let (counts, state) = advance_tile(settings, &view, corner_px, front_to_back, scratch);
-            scratch.end(settings);
             slot.count(counts);
-            match (state, &mut *tile) {
-                (TileState::Opaque, _) => {
+            *tile = match state {
+                TileState::Opaque => {
+                    scratch.end(settings);
                     slot.show(&scratch.pixels, self.frame.subpixels as usize);
-                    *tile = Progress::Opaque;
+                    Progress::Opaque
                 }
-                (TileState::Open, Progress::Begun(pixels)) => **pixels = scratch.pixels.clone(),
-                (TileState::Open, _) => *tile = Progress::Begun(Box::new(scratch.pixels.clone())),
-            }
+                TileState::Open => Progress::Begun(Box::new(scratch.suspend(settings))),
+            };
             slot.composite_ms += elapsed_ms(start);
         });
         let begun = self.tiles.iter().filter(|tile| matches!(tile, Progress::Begun(_))).count();
         let held = bricks.len() as u64 * CellBrick::bytes(self.cells.reader.gradients)
-            + (begun * size_of::<TilePixels>() + self.tiles.len() * size_of::<Progress>()) as u64;
+            + (begun * Unfinished::bytes(settings) + self.tiles.len() * size_of::<Progress>()) as u64;
         stats.resident_bytes = stats.resident_bytes.max(self.cells.kept_bytes + held);
         Ok(())
     }
@@ -268,10 +267,13 @@ impl Band<'_> {
 
     /// Shows what the tiles hold that are not opaque.
     fn show_rest(&mut self, slots: &mut [TileSlot]) {
-        let subpixels = self.frame.subpixels as usize;
-        self.tiles.par_iter().zip(slots).for_each(|(tile, slot)| {
-            if let Progress::Begun(pixels) = tile {
-                slot.show(pixels, subpixels);
+        let SheetFrame { subpixels, settings, .. } = *self.frame;
+        let tiles = self.tiles.par_iter().zip(slots);
+        tiles.for_each_init(GatherScratch::default, |scratch, (tile, slot)| {
+            if let Progress::Begun(begun) = tile {
+                scratch.resume(settings, begun);
+                scratch.end(settings);
+                slot.show(&scratch.pixels, subpixels as usize);
             }
         });
     }

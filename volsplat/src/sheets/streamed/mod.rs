@@ -3,7 +3,7 @@
 //! Takes a surveyed volume and a transfer function. The bricks whose range of scalars the function may show are read
 //! once, for the box of their visible cells; what fits the memory stays, in the type of the file. A frame goes through
 //! the layers of bricks from the eye away (`frame.rs`) and reads what it still lacks, unless it is hidden.
-//! Limits: one channel, emission and absorption. What fits the memory as it is drawn has no limits.
+//! Limits: one channel of scalars and no mask, and no level of detail.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use super::prepare;
 use crate::Error;
 use crate::cells::{CellBrick, CellField, Gradients};
 use crate::large::{LargeVolume, Watch, bricks_along};
-use crate::options::{Blend, RenderOptions};
+use crate::options::RenderOptions;
 use crate::sample::Bounds;
 use crate::support::VisibleValues;
 use crate::transfer::TransferFunction;
@@ -88,12 +88,6 @@ impl LargeCells {
         let count = seen.iter().filter(|seen| **seen).count() as u64;
         let bytes = count * CellBrick::bytes(reader.gradients);
         let keep = if bytes <= budget.total / 2 { Keep::Whole } else { Keep::Packed };
-        if keep == Keep::Packed && options.blend != Blend::Emission {
-            return Err(Error::Option(format!(
-                "--max-memory {}: without --blend emission, the {bytes} bytes of what is seen must fit half of it",
-                budget.total
-            )));
-        }
         let values = VisibleValues::new(volume.voxel_type(), transfer);
         let tally = volume.survey().tally.as_ref();
         let finder = Finder { reader: &reader, counted: tally.is_none().then_some(&values), seen: &seen };
