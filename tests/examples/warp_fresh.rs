@@ -91,8 +91,8 @@ fn flicker(from: f64, to: f64) -> [f64; 8] {
     let scenes: Vec<WarpScene> =
         (0..STEPS).map(|s| filtered_scene("step", &room, &start, &view(to, eye(s)))).collect();
     let frames: Vec<[Image; 8]> = scenes.iter().map(pictures).collect();
-    let seen: Vec<usize> =
-        (0..160 * 120).filter(|&i| scenes.iter().all(|scene| scene.truth.visible[i])).collect();
+    let visible: Vec<Vec<bool>> = scenes.iter().map(|scene| scene.truth.visible()).collect();
+    let seen: Vec<usize> = (0..160 * 120).filter(|&i| visible.iter().all(|v| v[i])).collect();
     std::array::from_fn(|k| {
         let error = |step: usize, i: usize, c: usize| {
             let pixel = frames[step][k].rgba[i];

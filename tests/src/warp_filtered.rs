@@ -4,7 +4,7 @@
 //! pixels as in photographs; depth is that of the ray through the centre. The warper is the strongest simple one:
 //! depth forward, cracks closed from the neighbours, colour by a backward cubic lookup.
 //!
-//! Limits: what a pixel's centre sees decides what counts as visible.
+//! What is seen of a pixel is the share of the same rays, with the same weights, that the reference sees.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -30,12 +30,21 @@ pub fn filtered_scene(name: &str, scene: &AnalyticScene, from: &Camera, to: &Cam
     for (pixel, [r, g, b]) in truth.image.rgba.iter_mut().zip(filtered(scene, to)) {
         *pixel = [r, g, b, 1.0];
     }
+    truth.seen = gathered(to, &scene.seen(&finer(to), from).iter().map(|&s| [s; 3]).collect::<Vec<_>>())
+        .iter()
+        .map(|share| share[0])
+        .collect();
     WarpScene { name: name.into(), reference, target: *to, truth }
 }
 
 /// The colours of `scene` from `camera`, filtered.
 pub fn filtered(scene: &AnalyticScene, camera: &Camera) -> Vec<[f32; 3]> {
-    let finer = Camera {
+    gathered(camera, &scene.reference(&finer(camera)).colour)
+}
+
+/// The same view with [`RAYS`] times as many pixels along each side.
+fn finer(camera: &Camera) -> Camera {
+    Camera {
         width: camera.width * RAYS as u32,
         height: camera.height * RAYS as u32,
         fx: camera.fx * RAYS as f64,
@@ -43,8 +52,11 @@ pub fn filtered(scene: &AnalyticScene, camera: &Camera) -> Vec<[f32; 3]> {
         cx: camera.cx * RAYS as f64,
         cy: camera.cy * RAYS as f64,
         ..*camera
-    };
-    let rays = scene.reference(&finer).colour;
+    }
+}
+
+/// The pixels of `camera` from what its finer view holds, by the pixel's Gaussian.
+fn gathered(camera: &Camera, rays: &[[f32; 3]]) -> Vec<[f32; 3]> {
     let [width, height] = [camera.width as usize, camera.height as usize];
     let weights: Vec<f32> = (0..3 * RAYS)
         .map(|i| {

@@ -2,7 +2,7 @@
 //! known.
 //!
 //! Takes a picture with alpha and a truth, and gives the figures of the tables. A pixel counts as shown from a
-//! quarter of coverage on; its colour is compared without alpha, so that a rim of a hole is not counted as darkness. Pixels that
+//! quarter of coverage on; its colour is compared without alpha, so that a rim of a hole is not counted as darkness. Visible is what the reference sees wholly. Pixels that
 //! are not shown are black.
 
 use resample_core::Image;
@@ -31,11 +31,14 @@ pub struct WarpFigures {
     pub interior_db: f64,
     /// PSNR over visible pixels near depth edges, dB.
     pub edge_db: f64,
-    /// PSNR over pixels whose eight neighbours are visible too, so that no unseen part is in the true pixel, dB.
-    pub seen_whole_db: f64,
+    /// PSNR over all pixels of which the reference sees more than half, dB: what it does not see is in the true pixel, and
+    /// no warper can know it.
+    pub half_seen_db: f64,
+    /// PSNR over visible pixels whose eight neighbours are visible too, dB: for masks that are off by a pixel.
+    pub clear_db: f64,
     /// Part of the visible pixels that are not shown, percent.
     pub holes_percent: f64,
-    /// Part of the pixels that cannot be known, and are not beside one that can, that are shown, percent.
+    /// Part of the pixels of which nothing can be known, more than 2 px from those of which something can, that are shown, percent.
     pub false_fill_percent: f64,
     /// SSIM over visible pixels.
     pub ssim: f64,
@@ -57,19 +60,20 @@ pub fn measure(image: &Image, truth: &Truth) -> WarpFigures {
     let size = [image.width, image.height];
     let mut band = edge_band(&truth.depth, size);
     // The rim of what the reference sees is an edge of the reference.
-    let unseen: Vec<bool> = truth.visible.iter().map(|v| !v).collect();
+    let visible = truth.visible();
+    let unseen: Vec<bool> = visible.iter().map(|v| !v).collect();
     let near_unseen = grown(&unseen, size, 1);
     for (band, rim) in band.iter_mut().zip(grown(&unseen, size, BAND_PX)) {
         *band |= rim;
     }
     let over = |keep: &dyn Fn(usize) -> bool| {
-        let inside = (0..shown.len()).map(|i| truth.visible[i] && keep(i)).collect();
+        let inside = (0..shown.len()).map(keep).collect();
         let mask = Mask::new(size[0], size[1], inside).expect("a mask of the picture's size");
         (mask.count() > 0).then(|| compare(&straight, &truth.image, Some(&mask)).expect("finite pictures"))
     };
-    let all = over(&|_| true).expect("something is visible");
+    let all = over(&|i| visible[i]).expect("something is visible");
     let psnr = |keep: &dyn Fn(usize) -> bool| over(keep).map_or(f64::NAN, |c| c.psnr_db);
-    let near_visible = grown(&truth.visible, size, 2);
+    let near_known = grown(&truth.seen.iter().map(|&share| share > 0.0).collect::<Vec<_>>(), size, 2);
     let share = |of: &dyn Fn(usize) -> bool, what: &dyn Fn(usize) -> bool| {
         let of: Vec<usize> = (0..shown.len()).filter(|&i| of(i)).collect();
         let count = of.iter().filter(|&&i| what(i)).count();
@@ -77,20 +81,21 @@ pub fn measure(image: &Image, truth: &Truth) -> WarpFigures {
     };
     WarpFigures {
         psnr_db: all.psnr_db,
-        srgb_db: srgb_psnr(&straight, truth),
-        interior_db: psnr(&|i| !band[i]),
-        edge_db: psnr(&|i| band[i]),
-        seen_whole_db: psnr(&|i| !near_unseen[i]),
-        holes_percent: share(&|i| truth.visible[i], &|i| !shown[i]),
-        false_fill_percent: share(&|i| !near_visible[i], &|i| shown[i]),
+        srgb_db: srgb_psnr(&straight, truth, &visible),
+        interior_db: psnr(&|i| visible[i] && !band[i]),
+        edge_db: psnr(&|i| visible[i] && band[i]),
+        half_seen_db: psnr(&|i| truth.seen[i] > 0.5),
+        clear_db: psnr(&|i| !near_unseen[i]),
+        holes_percent: share(&|i| visible[i], &|i| !shown[i]),
+        false_fill_percent: share(&|i| !near_known[i], &|i| shown[i]),
         ssim: all.ssim,
         flip: all.flip.mean,
     }
 }
 
 /// PSNR over visible pixels after the sRGB curve, dB.
-fn srgb_psnr(straight: &Image, truth: &Truth) -> f64 {
-    let pairs = straight.rgba.iter().zip(&truth.image.rgba).zip(&truth.visible).filter(|(_, v)| **v);
+fn srgb_psnr(straight: &Image, truth: &Truth, visible: &[bool]) -> f64 {
+    let pairs = straight.rgba.iter().zip(&truth.image.rgba).zip(visible).filter(|(_, v)| **v);
     let (mut sum, mut count) = (0.0f64, 0u64);
     for ((a, b), _) in pairs {
         for (a, b) in a.iter().zip(b).take(3) {

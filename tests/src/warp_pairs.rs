@@ -38,13 +38,13 @@ pub fn pair(test: &str, name: &str) -> Option<WarpScene> {
         "Cones" | "Teddy" => middlebury(test, name, ["imL", "imR"], ["disp2", "disp6"], 0.25)?,
         _ => panic!("no pair is called {name}"),
     };
-    let visible = (0..to.depth.len()).map(|i| sees(&from, &to, i)).collect();
+    let seen = (0..to.depth.len()).map(|i| f32::from(u8::from(sees(&from, &to, i)))).collect();
     let mut image = Image::transparent(to.camera.width as usize, to.camera.height as usize);
     for (pixel, [r, g, b]) in image.rgba.iter_mut().zip(&to.colour) {
         *pixel = [*r, *g, *b, 1.0];
     }
     let depth = to.depth.iter().map(|&z| if z.is_nan() { f32::INFINITY } else { z }).collect();
-    let truth = Truth { image, depth, visible };
+    let truth = Truth { image, depth, seen };
     Some(WarpScene { name: name.into(), reference: from, target: to.camera, truth })
 }
 
@@ -101,7 +101,8 @@ fn calibrated(test: &str, name: &str) -> Option<WarpScene> {
     for (pixel, [r, g, b]) in image.rgba.iter_mut().zip(&taken.rgb) {
         *pixel = [*r, *g, *b, 1.0];
     }
-    let truth = Truth { visible: depth.iter().map(|z| z.is_finite()).collect(), image, depth };
+    let truth =
+        Truth { seen: depth.iter().map(|z| f32::from(u8::from(z.is_finite()))).collect(), image, depth };
     Some(WarpScene { name: name.into(), reference, target: right, truth })
 }
 

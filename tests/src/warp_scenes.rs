@@ -90,12 +90,17 @@ impl AnalyticScene {
             let [r, g, b] = met.map_or([0.0; 3], |m| m.rgb.map(|v| v as f32));
             *pixel = [r, g, b, 1.0];
         }
-        let visible = seen.par_iter().map(|m| m.is_some_and(|m| self.sees(reference, m.pos_in_world)));
         Truth {
             depth: seen.iter().map(|m| m.map_or(f32::INFINITY, |m| m.camera_z as f32)).collect(),
-            visible: visible.collect(),
+            seen: self.seen(target, reference),
             image,
         }
+    }
+
+    /// Whether `reference` sees what the centres of the pixels of `target` show: 0 or 1.
+    pub(crate) fn seen(&self, target: &Camera, reference: &Camera) -> Vec<f32> {
+        let sees = |m: Option<Met>| m.is_some_and(|m| self.sees(reference, m.pos_in_world));
+        self.rays(target, |met| f32::from(u8::from(sees(met))))
     }
 
     fn sees(&self, camera: &Camera, pos_in_world: DVec3) -> bool {

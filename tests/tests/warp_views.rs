@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 use resample_core::{Camera, Image};
 use resample_tests::warp_measure::{WarpFigures, measure};
 use resample_tests::warp_scenes::{AnalyticScene, camera};
+use resample_tests::warp_truth::WarpScene;
 use warp3d::{Method, Reference, Visibility, WarpOptions, Warper};
 
 const SIZE: [u32; 2] = [320, 240];
@@ -85,6 +86,24 @@ fn minified_views_are_filtered() {
     let to = camera([240, 180], 195.0, DVec3::X * 0.1, 0.0);
     let figures = hybrid(&AnalyticScene::room(), &from, &to);
     assert!(figures.interior_db > 40.0 && figures.holes_percent < 0.1, "{figures:?}");
+}
+
+/// The best figure of any other program or earlier trial on each scene, dB (measured 2026-11-20).
+const BEST_OTHER_DB: [(&str, f64); 4] =
+    [("stereo", 40.2), ("sphere", 32.8), ("minify4", 47.0), ("magnify4", 23.5)];
+
+#[test]
+fn one_default_is_above_the_best_of_others_on_every_scene_with_truth() {
+    for (name, best_db) in BEST_OTHER_DB {
+        let Some(scene) = WarpScene::load("warp_views", name) else { return };
+        let image = warp(&scene.reference, &scene.target, &WarpOptions::default());
+        let figures = measure(&image, &scene.truth);
+        println!("{name}: {figures:?}");
+        assert!(figures.psnr_db >= best_db, "{name}: below {best_db} dB: {figures:?}");
+        assert!(figures.holes_percent < 0.1, "{name}: {figures:?}");
+        // A few pixels where the ball's outermost samples are stretched fivefold.
+        assert!(figures.false_fill_percent < 0.05, "{name}: {figures:?}");
+    }
 }
 
 #[test]
