@@ -124,7 +124,7 @@ fn written(folder: &Path, side: usize) -> [PathBuf; 2] {
     rows(&files[0], side, (png::ColorType::Rgb, png::BitDepth::Eight), &|y, row| {
         for (x, rgb) in row.chunks_exact_mut(3).enumerate() {
             let checks = ((x >> 5) ^ (y >> 5)) as u8 & 1;
-            let grain = ((x as u32 * 73 ^ y as u32 * 151).wrapping_mul(2_654_435_761) >> 27) as u8;
+            let grain = (((x as u32 * 73) ^ (y as u32 * 151)).wrapping_mul(2_654_435_761) >> 27) as u8;
             let tint = [(x * 160 / side) as u8, (y * 160 / side) as u8, 90];
             for (channel, tint) in rgb.iter_mut().zip(tint) {
                 *channel = 30 + tint + 20 * checks + grain;

@@ -21,8 +21,8 @@ use crate::{Error, Frame, Warper};
 /// cubic spline. The distances to cuts are counted up to 32 samples too.
 pub(super) const REACH: usize = 99 + 3 + 32 + 2;
 
-/// Pixels around a window that decide its pixels: edges are looked for in two neighbours, the finer lattice has one
-/// neighbour more, and which of its pixels are mixed two more.
+/// Pixels around a window that decide its pixels: whether one is at an edge depends on what the next but one sees, on
+/// whether a rim touches that, and on what is seen beside it, four pixels away at most; two more to be sure.
 const GUARD_PX: u32 = 6;
 
 /// Farthest that a footprint reaches on the screen, px: that of the methods that lay samples one by one, and of the
