@@ -1,9 +1,9 @@
 //! References larger than memory: their samples stay in a temporary file, and a picture is drawn from the parts that it
 //! can show.
 //!
-//! 1. `unpack`: the files are decoded once, piece by piece, into the temporary file ([`sheet`]).
+//! 1. `unpack`: the files are decoded once, piece by piece, into the temporary file (`sheet`).
 //! 2. `survey`: the file is looked through once: camera z, the tolerance of surfaces, the box around all samples, and for
-//!    each block of 64 x 64 samples the range of disparity that its pieces can take ([`blocks`]).
+//!    each block of 64 x 64 samples the range of disparity that its pieces can take (`blocks`).
 //! 3. [`LargeWarper`]: a picture is cut into windows, each of which sees a part of each reference that fits the memory.
 //!    The parts are read and warped as if they were pictures of their own, and the windows put together.
 //!
