@@ -37,6 +37,7 @@ mod values;
 mod viewpoint;
 mod volume_data;
 mod volume_motion;
+mod warp_references;
 mod warp_scene;
 mod words;
 

@@ -10,7 +10,6 @@
 use anyhow::Result;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use resample_core::{Camera, Image, Plane};
-use warp3d::Reference;
 
 use crate::args::AnaglyphArg;
 
@@ -127,15 +126,23 @@ pub(crate) fn sway(camera: &Camera, distance: f64, angle_deg: f64, steps: u32) -
     (0..steps).map(at).collect()
 }
 
-/// The median depth, camera z, at which `camera` sees the samples of a reference.
-pub(crate) fn median_depth(reference: &Reference, camera: &Camera) -> Option<f64> {
-    let width = reference.camera.width as usize;
-    let camera_from_reference = camera.camera_from_world * reference.camera.camera_from_world.inverse();
-    let step = (reference.depth.len() / MEDIAN_SAMPLES).max(1);
-    let known = reference.depth.iter().enumerate().step_by(step).filter(|(_, z)| !z.is_nan());
-    let seen = known.map(|(index, &z)| {
+/// Every how many samples of a reference's camera one counts for a median depth.
+pub(crate) fn median_step(reference: &Camera) -> usize {
+    (reference.width as usize * reference.height as usize / MEDIAN_SAMPLES).max(1)
+}
+
+/// The median depth, camera z, at which `camera` sees samples of a reference, given by number and camera z.
+pub(crate) fn median_depth(
+    reference: &Camera,
+    samples: impl Iterator<Item = (usize, f32)>,
+    camera: &Camera,
+) -> Option<f64> {
+    let width = reference.width as usize;
+    let camera_from_reference = camera.camera_from_world * reference.camera_from_world.inverse();
+    let known = samples.filter(|(_, z)| !z.is_nan());
+    let seen = known.map(|(index, z)| {
         let pos_in_screen = DVec2::new((index % width) as f64 + 0.5, (index / width) as f64 + 0.5);
-        let (origin, direction) = reference.camera.ray_in_camera(pos_in_screen);
+        let (origin, direction) = reference.ray_in_camera(pos_in_screen);
         camera_from_reference.transform_point3(origin + f64::from(z) * direction).z
     });
     let mut depths: Vec<f64> = seen.filter(|&z| z > 0.0).collect();

@@ -6,20 +6,22 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
-use glam::{DVec2, DVec3};
-use warp3d::Reference;
+use glam::DVec3;
 use warp3d::input::cameras::{Lens, Pair};
 use warp3d::input::{self, DepthMeaning, Part, colour, depth};
+use warp3d::large::Files;
+use warp3d::{LargeReference, Reference, SurfaceTolerance};
 
 use crate::args::{DepthArgs, Warp3dArgs};
 use crate::camera_file::FileCamera;
 use crate::choices::warp;
 use crate::viewpoint::{self, Known, Viewpoint};
+use crate::warp_references::{Keeping, References};
 
 /// What is warped.
 pub(crate) struct WarpScene {
     /// The references, the picture of the command line first.
-    pub references: Vec<Reference>,
+    pub references: References,
     /// The camera of the first.
     pub from: FileCamera,
     /// Two corners of the box around all samples, world units.
@@ -34,19 +36,28 @@ struct Typed<'a> {
 }
 
 /// Reads all that is named.
-pub(crate) fn read(args: &Warp3dArgs) -> Result<WarpScene> {
+pub(crate) fn read(args: &Warp3dArgs, keeping: Keeping) -> Result<WarpScene> {
     let first = Typed { colour: &args.colour, depth: &args.depth, camera: args.cameras.from.clone() };
-    let (from, first) = one(&first, args)?;
-    let mut references = vec![first];
-    for typed in further(args) {
-        references.push(one(&typed?, args)?.1);
-    }
-    let bounds = bounds(&references);
-    for reference in &mut references {
+    let typed: Vec<Typed> = std::iter::once(Ok(first)).chain(further(args)).collect::<Result<_>>()?;
+    let described: Vec<Described> =
+        typed.iter().map(|typed| described(typed, args)).collect::<Result<_>>()?;
+    let both = typed.iter().zip(&described);
+    let mut references = match keeping {
+        Keeping::Memory => {
+            References::Held(both.map(|(typed, found)| held(typed, found)).collect::<Result<_>>()?)
+        }
+        Keeping::File(max_memory) => {
+            let tolerance = args.warp.tolerance.map_or(SurfaceTolerance::Auto, SurfaceTolerance::Relative);
+            let filed = both.map(|(typed, found)| filed(typed, found, (tolerance, max_memory)));
+            References::Filed(filed.collect::<Result<_>>()?, max_memory)
+        }
+    };
+    let bounds = references.bounds();
+    for camera in references.cameras_mut() {
         // The near plane of a reference cuts nothing: its samples are where they are.
-        reference.camera.near = reference.camera.near.min(1e-4 * (bounds[1] - bounds[0]).length().max(1e-30));
+        camera.near = camera.near.min(1e-4 * (bounds[1] - bounds[0]).length().max(1e-30));
     }
-    Ok(WarpScene { references, from, bounds })
+    Ok(WarpScene { references, from: described[0].from, bounds })
 }
 
 /// The sizes of all pictures, px, from their headers alone.
@@ -82,9 +93,17 @@ fn further(args: &Warp3dArgs) -> impl Iterator<Item = Result<Typed<'_>>> {
     })
 }
 
-fn one(typed: &Typed, args: &Warp3dArgs) -> Result<(FileCamera, Reference)> {
-    let picture = colour::read(&Part::from_text(typed.colour))?;
-    let size = [u32::try_from(picture.width)?, u32::try_from(picture.height)?];
+/// What is known of a picture before its pixels are read.
+struct Described {
+    colour: Part,
+    depth: Part,
+    from: FileCamera,
+    meaning: DepthMeaning,
+}
+
+fn described(typed: &Typed, args: &Warp3dArgs) -> Result<Described> {
+    let colour = Part::from_text(typed.colour);
+    let size = colour::size(&colour)?;
     let lens = lens(args);
     let known = Known { picture: size, size: None, lens };
     let (from, pair) = match (&typed.camera, &lens) {
@@ -95,11 +114,33 @@ fn one(typed: &Typed, args: &Warp3dArgs) -> Result<(FileCamera, Reference)> {
             typed.colour
         ),
     };
-    let part = Part::from_text(typed.depth);
-    let stored = depth::read(&part)?;
-    let meaning = meaning(&args.meaning, pair.as_ref());
-    let reference = input::reference(picture, &stored, from.with_any_near(), &meaning, &part.path);
-    Ok((from, reference.with_context(|| typed.colour.to_owned())?))
+    Ok(Described {
+        colour,
+        depth: Part::from_text(typed.depth),
+        from,
+        meaning: meaning(&args.meaning, pair.as_ref()),
+    })
+}
+
+/// Reads a reference into memory.
+fn held(typed: &Typed, found: &Described) -> Result<Reference> {
+    let picture = colour::read(&found.colour)?;
+    let stored = depth::read(&found.depth)?;
+    let camera = found.from.with_any_near();
+    let reference = input::reference(picture, &stored, camera, &found.meaning, &found.depth.path);
+    reference.with_context(|| typed.colour.to_owned())
+}
+
+/// Reads a reference into a temporary file.
+fn filed(
+    typed: &Typed,
+    found: &Described,
+    (tolerance, max_memory): (SurfaceTolerance, u64),
+) -> Result<LargeReference> {
+    let camera = found.from.with_any_near();
+    let files =
+        Files { colour: &found.colour, depth: &found.depth, camera: &camera, meaning: &found.meaning };
+    LargeReference::read(&files, tolerance, max_memory).with_context(|| typed.colour.to_owned())
 }
 
 /// What the numbers of a depth file mean.
@@ -112,20 +153,4 @@ fn meaning(args: &DepthArgs, pair: Option<&Pair>) -> DepthMeaning {
         doffs: args.doffs.or(pair.map(|pair| pair.doffs)).unwrap_or(0.0),
         near_far: args.near.zip(args.far).map(|(near, far)| [near, far]),
     }
-}
-
-/// Two corners of the box around all samples that have a depth.
-fn bounds(references: &[Reference]) -> [DVec3; 2] {
-    let mut corners = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-    for reference in references {
-        let width = reference.camera.width as usize;
-        let world_from_camera = reference.camera.camera_from_world.inverse();
-        for (index, &z) in reference.depth.iter().enumerate().filter(|(_, z)| !z.is_nan()) {
-            let pos_in_screen = DVec2::new((index % width) as f64 + 0.5, (index / width) as f64 + 0.5);
-            let (origin, direction) = reference.camera.ray_in_camera(pos_in_screen);
-            let pos_in_world = world_from_camera.transform_point3(origin + f64::from(z) * direction);
-            corners = [corners[0].min(pos_in_world), corners[1].max(pos_in_world)];
-        }
-    }
-    corners
 }

@@ -12,6 +12,7 @@ mod fill;
 mod flags;
 mod hybrid;
 pub mod input;
+pub mod large;
 mod layer;
 pub mod memory;
 mod mesh;
@@ -30,6 +31,7 @@ pub mod warp;
 pub mod warper;
 
 pub use error::Error;
+pub use large::{LargeReference, LargeWarper};
 pub use options::{Blend, ExtraPlanes, Fill, Method, MixedPixels, SurfaceTolerance, Visibility, WarpOptions};
 pub use reference::Reference;
 pub use stats::{FrameStats, StageTime, StageTimes};

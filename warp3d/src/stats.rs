@@ -19,6 +19,8 @@ pub struct StageTime {
 /// The time of each stage of a frame, in the order in which data flows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct StageTimes {
+    /// Parts of references that stayed in a file are read and prepared.
+    pub prepare: StageTime,
     /// Samples are warped to the screen.
     pub project: StageTime,
     /// Surfaces or footprints are laid on the screen and visibility is decided.
@@ -50,6 +52,10 @@ pub struct FrameStats {
     pub edge_pixels: u64,
     /// Pixels of holes that were filled.
     pub filled: u64,
+    /// Parts in which the picture was drawn, where the references stayed in a file; 0 where they were in memory.
+    pub windows: u64,
+    /// Samples that were read from that file and prepared for this picture.
+    pub read_samples: u64,
 }
 
 impl StageTime {

@@ -23,7 +23,10 @@ const LARGEST_TOLERANCE: f32 = 0.025;
 
 /// A step this many times the one before it, in the same direction, still is one surface: depth falls off like a square
 /// root at the limb of a round body, where the last step of whole samples is 1 / (sqrt 2 - 1) times the one before.
-const LIMB_RATIO: f32 = 2.42;
+pub(crate) const LIMB_RATIO: f32 = 2.42;
+
+/// Samples from one triple of the depth map to the next that its steps are taken from.
+pub(crate) const BEND_STRIDE: usize = 7;
 
 /// Distances to a cut are counted up to this, samples.
 pub(crate) const FAR_FROM_CUT: u8 = 32;
@@ -241,7 +244,8 @@ impl Surfaces {
     }
 }
 
-fn links(disparity: &[f32], size: [usize; 2], tolerance: f32) -> Vec<u8> {
+/// Which samples are linked with the next along x and along y.
+pub(crate) fn links(disparity: &[f32], size: [usize; 2], tolerance: f32) -> Vec<u8> {
     let [width, height] = size;
     let linked = |index: usize, place: usize, count: usize, step: usize| {
         if place + 1 >= count {
@@ -271,23 +275,56 @@ fn links(disparity: &[f32], size: [usize; 2], tolerance: f32) -> Vec<u8> {
 }
 
 /// The tolerance that the steps of the depth map call for.
+fn tolerance_of(disparity: &[f32], size: [usize; 2]) -> f32 {
+    let rows = disparity.chunks_exact(size[0]).enumerate();
+    tolerance_of_bends(rows.flat_map(|(y, row)| bends_of_row(row, y * size[0])).collect())
+}
+
+/// Second differences of disparity, relative, in a row whose first sample has the number `first`: every 7th triple of
+/// the picture, which is enough for a median, and out of step with any pattern of the width.
+pub(crate) fn bends_of_row(disparity: &[f32], first: usize) -> impl Iterator<Item = f32> {
+    // The middle samples are numbers 1, 8, 15 and so on.
+    let start = (1 + BEND_STRIDE - first % BEND_STRIDE) % BEND_STRIDE;
+    let start = if start == 0 { BEND_STRIDE } else { start };
+    (start..disparity.len().saturating_sub(1)).step_by(BEND_STRIDE).filter_map(|x| {
+        let bend = (disparity[x - 1] - 2.0 * disparity[x] + disparity[x + 1]).abs() / disparity[x];
+        // Below 1e-6 is rounding of f32, above 10 % an edge.
+        (bend > 1e-6 && bend < 0.1).then_some(bend)
+    })
+}
+
+/// The tolerance from the second differences of a picture.
 ///
 /// Rounding to steps of q moves a second difference by at most 2 q, and where it moves it at all, most often by q. So
 /// the median of the relative second differences that are not 0 estimates q, and exact depth gives next to nothing.
-fn tolerance_of(disparity: &[f32], size: [usize; 2]) -> f32 {
-    // Every 7th triple along rows: enough for a median, and out of step with any pattern of the width.
-    const STRIDE: usize = 7;
-    let bends = (1..disparity.len().saturating_sub(1)).step_by(STRIDE).filter_map(|i| {
-        let inside_row = i % size[0] != 0 && (i + 1) % size[0] != 0;
-        let bend = (disparity[i - 1] - 2.0 * disparity[i] + disparity[i + 1]).abs() / disparity[i];
-        // Below 1e-6 is rounding of f32, above 10 % an edge.
-        (inside_row && bend > 1e-6 && bend < 0.1).then_some(bend)
-    });
-    let mut bends: Vec<f32> = bends.collect();
+pub(crate) fn tolerance_of_bends(mut bends: Vec<f32>) -> f32 {
     if bends.is_empty() {
         return EXACT_TOLERANCE;
     }
     let middle = bends.len() / 2;
     let (_, median, _) = bends.select_nth_unstable_by(middle, f32::total_cmp);
     (2.0 * *median).clamp(EXACT_TOLERANCE, LARGEST_TOLERANCE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_seventh_triple_inside_a_row_is_looked_at_whatever_the_width() {
+        for width in [1, 2, 3, 5, 7, 8, 20, 23] {
+            let number = |i: usize| 1.0 + 1e-3 * ((i * i * 31) % 17) as f32;
+            let disparity: Vec<f32> = (0..width * 9).map(number).collect();
+            let inside = |i: &usize| !i.is_multiple_of(width) && !(i + 1).is_multiple_of(width);
+            let expected: Vec<f32> = (1..disparity.len() - 1)
+                .step_by(7)
+                .filter(inside)
+                .map(|i| (disparity[i - 1] - 2.0 * disparity[i] + disparity[i + 1]).abs() / disparity[i])
+                .filter(|bend| *bend > 1e-6 && *bend < 0.1)
+                .collect();
+            let rows = disparity.chunks_exact(width).enumerate();
+            let found: Vec<f32> = rows.flat_map(|(y, row)| bends_of_row(row, y * width)).collect();
+            assert_eq!(found, expected, "width {width}");
+        }
+    }
 }

@@ -8,7 +8,7 @@ use crate::hybrid::{Hybrid, Prepared};
 use crate::layer::Layer;
 use crate::mesh::Mesh;
 use crate::nearest::Nearest;
-use crate::options::{ExtraPlanes, Fill, Method, WarpOptions};
+use crate::options::{ExtraPlanes, Fill, Method, SurfaceTolerance, WarpOptions};
 use crate::patch::MAX_CELLS;
 use crate::stats::{FrameStats, StageClock};
 use crate::{Error, Reference, splat};
@@ -45,6 +45,16 @@ impl Warper {
     /// # Errors
     /// No reference, a plane that does not have one entry per pixel of its camera, or an option out of range.
     pub fn new(references: Vec<Reference>, options: &WarpOptions) -> Result<Self, Error> {
+        let tolerances = vec![options.tolerance; references.len()];
+        Self::with_tolerances(references, &tolerances, options)
+    }
+
+    /// As [`Warper::new`], with a tolerance of surfaces for each reference.
+    pub(crate) fn with_tolerances(
+        references: Vec<Reference>,
+        tolerances: &[SurfaceTolerance],
+        options: &WarpOptions,
+    ) -> Result<Self, Error> {
         options.validate()?;
         if references.is_empty() {
             return Err(Error::Option(
@@ -52,7 +62,7 @@ impl Warper {
             ));
         }
         references.iter().enumerate().try_for_each(|(index, reference)| check(index, reference))?;
-        let pipeline = Pipeline::new(&references, options)?;
+        let pipeline = Pipeline::new(&references, tolerances, options)?;
         Ok(Self { references, options: options.clone(), pipeline })
     }
 
@@ -94,42 +104,62 @@ impl Warper {
         let camera = camera.validated().map_err(|e| Error::Option(e.to_string()))?;
         let mut stats = FrameStats::default();
         let whole = StageClock::start();
-        let layers = (0..self.references.len())
-            .map(|i| self.pipeline.layer(i, &self.references[i], &camera, &self.options, &mut stats));
-        let layers: Vec<Layer> = layers.collect();
-        let clock = StageClock::start();
-        let pixels = camera.width as usize * camera.height as usize;
-        let layer = blend(layers, &self.references, &camera, self.options.blend);
-        stats.stages.blend = clock.stop();
-        let image = self.picture(layer.unwrap_or_else(|| Layer::empty(pixels)), &camera, &mut stats);
+        let layer = self.layer(&camera, &mut stats);
+        let image = finished(layer, &camera, &self.options, &mut stats);
         let whole = whole.stop();
         (stats.wall_ms, stats.cpu_ms) = (whole.wall_ms, whole.cpu_ms);
         Ok(Frame { image, stats })
     }
 
-    fn picture(&self, mut layer: Layer, camera: &Camera, stats: &mut FrameStats) -> Image {
-        stats.seen = layer.rgba.iter().filter(|pixel| pixel[3] > 0.0).count() as u64;
+    /// What `camera`, a valid one, sees before holes are filled.
+    pub(crate) fn layer(&mut self, camera: &Camera, stats: &mut FrameStats) -> Layer {
+        let layers = (0..self.references.len())
+            .map(|i| self.pipeline.layer(i, &self.references[i], camera, &self.options, stats));
+        let layers: Vec<Layer> = layers.collect();
         let clock = StageClock::start();
-        let confidence = layer.resolution.iter().zip(&layer.rgba).map(|(r, p)| r * p[3]).collect();
-        let filled = fill(&mut layer, camera.width as usize, self.options.fill);
-        if self.options.fill != Fill::None {
-            stats.filled = filled.iter().filter(|&&f| f > 0.5).count() as u64;
-        }
-        stats.stages.fill = clock.stop();
-        let mut image = Image::transparent(camera.width as usize, camera.height as usize);
-        if self.options.planes == ExtraPlanes::FilledAndConfidence {
-            let filled = Plane { name: "filled".into(), values: filled };
-            image.planes = vec![filled, Plane { name: "confidence".into(), values: confidence }];
-        }
-        image.rgba = layer.rgba;
-        image.depth = Some(layer.depth);
-        image
+        let pixels = camera.width as usize * camera.height as usize;
+        let layer = blend(layers, &self.references, camera, self.options.blend);
+        stats.stages.blend.add(clock.stop());
+        layer.unwrap_or_else(|| Layer::empty(pixels))
     }
 }
 
+/// The picture of a whole layer, its holes filled.
+pub(crate) fn finished(
+    mut layer: Layer,
+    camera: &Camera,
+    options: &WarpOptions,
+    stats: &mut FrameStats,
+) -> Image {
+    stats.seen = layer.rgba.iter().filter(|pixel| pixel[3] > 0.0).count() as u64;
+    let clock = StageClock::start();
+    let confidence = layer.resolution.iter().zip(&layer.rgba).map(|(r, p)| r * p[3]).collect();
+    let filled = fill(&mut layer, camera.width as usize, options.fill);
+    if options.fill != Fill::None {
+        stats.filled = filled.iter().filter(|&&f| f > 0.5).count() as u64;
+    }
+    stats.stages.fill = clock.stop();
+    let mut image = Image::transparent(camera.width as usize, camera.height as usize);
+    if options.planes == ExtraPlanes::FilledAndConfidence {
+        let filled = Plane { name: "filled".into(), values: filled };
+        image.planes = vec![filled, Plane { name: "confidence".into(), values: confidence }];
+    }
+    image.rgba = layer.rgba;
+    image.depth = Some(layer.depth);
+    image
+}
+
 impl Pipeline {
-    fn new(references: &[Reference], options: &WarpOptions) -> Result<Self, Error> {
-        let prepared = || references.iter().map(|reference| Prepared::new(reference, options));
+    fn new(
+        references: &[Reference],
+        tolerances: &[SurfaceTolerance],
+        options: &WarpOptions,
+    ) -> Result<Self, Error> {
+        let prepared = || {
+            references.iter().zip(tolerances).map(|(reference, &tolerance)| {
+                Prepared::new(reference, &WarpOptions { tolerance, ..options.clone() })
+            })
+        };
         Ok(match options.method {
             Method::Nearest => Self::Nearest(Nearest::default()),
             Method::Hybrid => Self::Hybrid(prepared().collect(), Box::default()),

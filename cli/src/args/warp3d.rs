@@ -39,7 +39,7 @@ pub(crate) struct Warp3dArgs {
     /// Also write counts and times as JSON
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,
-    /// Most memory to work in, such as 4G or 512M: what takes more is refused before a picture is read
+    /// Most memory to work in, such as 4G or 512M; larger pictures stay in a temporary file and are warped in parts
     #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
     pub max_memory: Option<u64>,
     /// Which cameras there are.

@@ -9,7 +9,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use resample_core::{Camera, Image};
 use serde_json::{Value, json};
-use warp3d::{Fill, FrameStats, SurfaceTolerance, WarpOptions, Warper};
+use warp3d::{Fill, FrameStats, Method, SurfaceTolerance, WarpOptions};
 
 use crate::args::{CameraArgs, Command, ProjectionArg, SequenceArgs, Warp3dArgs, WarpArgs};
 use crate::camera_file::CameraDefaults;
@@ -24,6 +24,7 @@ use crate::plan::{self, Pictures, Plan, Request, Telling};
 use crate::report::{self, Account, RunStats, Verbosity};
 use crate::values::Size;
 use crate::viewpoint::{self, Known};
+use crate::warp_references::{AnyWarper, Keeping};
 use crate::warp_scene::{self, WarpScene};
 
 /// The groups of options that every command has, for the shared code.
@@ -44,10 +45,10 @@ pub(crate) fn run(args: &Warp3dArgs, verbosity: Verbosity) -> Result<()> {
     Plan::without_cameras(&request, Pictures::One)?;
     let options = options(&args.warp);
     let start = Instant::now();
-    // The new picture is at least a pixel; how large it is, cameras say later.
-    check_memory(args, &options, [1, 1])?;
-    let scene = warp_scene::read(args)?;
-    let load_ms = report::ms_since(start);
+    // How large the new picture is, cameras say later.
+    let guess = args.cameras.size.map_or([1, 1], |size| [size.width, size.height]);
+    let mut keeping = keeping(args, &options, guess)?;
+    let mut scene = warp_scene::read(args, keeping)?;
     let layout = layout(args);
     let targets = targets(args, &scene)?;
     let convergence = convergence(args, &scene, &targets[0])?;
@@ -61,14 +62,18 @@ pub(crate) fn run(args: &Warp3dArgs, verbosity: Verbosity) -> Result<()> {
     }
     let plan = Plan::without_cameras(&request, if several { Pictures::Several } else { Pictures::One })?;
     let cameras = plan.checked(cameras)?;
-    for camera in &cameras {
-        check_memory(args, &options, [camera.width, camera.height])?;
+    let largest = cameras.iter().map(|camera| [camera.width, camera.height]).max_by_key(|&[w, h]| w * h);
+    if keeping == Keeping::Memory {
+        keeping = self::keeping(args, &options, largest.unwrap_or(guess))?;
+        if keeping != Keeping::Memory {
+            drop(scene);
+            scene = warp_scene::read(args, keeping)?;
+        }
     }
-    let samples: usize =
-        scene.references.iter().map(|r| r.depth.iter().filter(|z| !z.is_nan()).count()).sum();
+    let load_ms = report::ms_since(start);
     let stats = RunStats {
         version: env!("CARGO_PKG_VERSION"),
-        scene: json!({ "references": scene.references.len(), "samples": samples }),
+        scene: json!({ "references": scene.references.len(), "samples": scene.references.known() }),
         threads: rayon::current_num_threads(),
         settings: record(args, &options, (&request, plan.finish.format), convergence),
         planned: args.ask.kept.clone(),
@@ -77,7 +82,8 @@ pub(crate) fn run(args: &Warp3dArgs, verbosity: Verbosity) -> Result<()> {
         frames: Vec::new(),
     };
     let last = if planes { LastPicture::Kept(None) } else { LastPicture::NotKept };
-    let mut drawer = Drawer { warper: Warper::new(scene.references, &options)?, layout, convergence, last };
+    let mut drawer =
+        Drawer { warper: AnyWarper::new(scene.references, &options)?, layout, convergence, last };
     plan.draw(&request, &cameras, stats, (&mut |camera, _| drawer.draw(camera), telling))?;
     match drawer.last {
         LastPicture::Kept(Some(image)) => write_planes(args, &image),
@@ -85,21 +91,38 @@ pub(crate) fn run(args: &Warp3dArgs, verbosity: Verbosity) -> Result<()> {
     }
 }
 
-/// Holds what the warp takes against `--max-memory`.
+/// Where the references are kept when a picture of this size is drawn within `--max-memory`.
+fn keeping(args: &Warp3dArgs, options: &WarpOptions, target: [u32; 2]) -> Result<Keeping> {
+    match (check_memory(args, options, target), args.max_memory) {
+        (Ok(()), _) | (_, None) => Ok(Keeping::Memory),
+        // Its triangles join the samples of the whole picture.
+        (Err(error), _) if options.method == Method::Mesh => Err(error),
+        (Err(_), Some(max_memory)) => Ok(Keeping::File(max_memory)),
+    }
+}
+
+/// Holds what the warp takes in memory against `--max-memory`.
 fn check_memory(args: &Warp3dArgs, options: &WarpOptions, target: [u32; 2]) -> Result<()> {
     let Some(max_memory) = args.max_memory else { return Ok(()) };
     Ok(warp3d::memory::check_memory(&warp_scene::sizes(args)?, target, options, max_memory)?)
 }
 
+/// Reads the references into memory, for commands that draw them under several settings.
+fn read_into_memory(args: &Warp3dArgs) -> Result<WarpScene> {
+    check_memory(args, &options(&args.warp), [1, 1])
+        .context("settings are compared and chosen with the references in memory")?;
+    warp_scene::read(args, Keeping::Memory)
+}
+
 /// Does all but the drawing.
 pub(crate) fn prepared(args: &Warp3dArgs) -> Result<Prepared> {
     check_words(args)?;
-    let scene = warp_scene::read(args)?;
+    let scene = read_into_memory(args)?;
     let layout = layout(args);
     let targets = targets(args, &scene)?;
     let convergence = convergence(args, &scene, &targets[0])?;
     let cameras = cameras(args, &layout, &targets, convergence)?;
-    let warper = Warper::new(scene.references, &options(&args.warp))?;
+    let warper = AnyWarper::new(scene.references, &options(&args.warp))?;
     let mut drawer = Drawer { warper, layout, convergence, last: LastPicture::NotKept };
     Ok(Prepared { cameras, render: Box::new(move |camera| drawer.draw(camera)) })
 }
@@ -110,21 +133,18 @@ pub(crate) fn opened(args: &Warp3dArgs) -> Result<Opened> {
     let request = request(args, &shared);
     check_words(args)?;
     Plan::without_cameras(&request, Pictures::One)?;
-    let scene = warp_scene::read(args)?;
+    let scene = read_into_memory(args)?;
     let layout = layout(args);
     let targets = targets(args, &scene)?;
     let convergence = convergence(args, &scene, &targets[0])?;
     let cameras = cameras(args, &layout, &targets, convergence)?;
     // What fills a hole may come from anywhere on its rim.
     let whole = layout != Layout::Single || options(&args.warp).fill != Fill::None;
-    let warper = Warper::new(scene.references, &options(&args.warp))?;
+    let warper = AnyWarper::new(scene.references, &options(&args.warp))?;
     let mut drawer = Drawer { warper, layout, convergence, last: LastPicture::NotKept };
     let draw = move |command: &Command, camera: &Camera| {
         let Command::Warp3d(args) = command else { bail!("expected warp3d") };
-        let options = options(&args.warp);
-        if !drawer.warper.adopt(&options)? {
-            drawer.warper = Warper::new(drawer.warper.references().to_vec(), &options)?;
-        }
+        drawer.warper.change(&options(&args.warp))?;
         drawer.draw_silently(camera)
     };
     let parts = if whole { Parts::Whole } else { Parts::Windows { side_px: 64, least: 4, guard_px: 1 } };
@@ -133,7 +153,7 @@ pub(crate) fn opened(args: &Warp3dArgs) -> Result<Opened> {
 
 /// Draws the views of a sheet.
 struct Drawer {
-    warper: Warper,
+    warper: AnyWarper,
     layout: Layout,
     convergence: f64,
     last: LastPicture,
@@ -283,7 +303,7 @@ fn convergence(args: &Warp3dArgs, scene: &WarpScene, target: &Camera) -> Result<
         if !is_needed {
             return Ok(f64::INFINITY);
         }
-        let median = multiview::median_depth(&scene.references[0], target);
+        let median = scene.references.median_depth(target)?;
         return median.context("nothing lies before the new camera: give --convergence");
     };
     let needs_finite = args.views.quilt.is_some() || args.sequence.sway.is_some();

@@ -5,6 +5,7 @@
 //! and is divided by its alpha, because a sample carries the colour of its surface. Limits: colour profiles and gamma
 //! chunks are not read; EXR chromaticities are taken for Rec. 709 primaries.
 
+use super::receiver::{HeldPicture, Receiver, Room};
 use super::{Part, exr, fault, first_bytes, raster};
 use crate::Error;
 
@@ -27,14 +28,21 @@ const BRIGHTEST: f32 = 65_504.0;
 
 /// Reads a picture. An EXR file may name a layer: `stereo.exr:left`.
 pub fn read(part: &Part) -> Result<Picture, Error> {
-    let picture = if exr::is_exr(&first_bytes(&part.path, 8)?) {
-        exr::read_colour(&part.path, part.name.as_deref())?
-    } else if let Some(name) = &part.name {
+    let mut held = HeldPicture::default();
+    let has_alpha = decode(part, Room::ENDLESS, &mut held)?;
+    Ok(held.picture(has_alpha))
+}
+
+/// Gives a picture to `to` piece by piece; whether the file tells how much of each pixel is covered.
+pub(crate) fn decode(part: &Part, room: Room, to: &mut dyn Receiver) -> Result<bool, Error> {
+    let mut tamed = Tamed { to, row: Vec::new() };
+    if exr::is_exr(&first_bytes(&part.path, 8)?) {
+        return exr::decode_colour(&part.path, part.name.as_deref(), (room, &mut tamed));
+    }
+    if let Some(name) = &part.name {
         return Err(fault(&part.path, format!("only an EXR file has layers, leave out ':{name}'")));
-    } else {
-        raster::read_colour(&part.path)?
-    };
-    Ok(tamed(picture))
+    }
+    raster::decode_colour(&part.path, room, &mut tamed)
 }
 
 /// Width and height of a picture, px, from its header alone.
@@ -46,17 +54,26 @@ pub fn size(part: &Part) -> Result<[u32; 2], Error> {
 }
 
 /// A colour that is not a number is no colour: its pixel is not covered. Infinite light is the brightest.
-fn tamed(mut picture: Picture) -> Picture {
-    let unknown = |rgb: &[f32; 3]| rgb.iter().any(|channel| channel.is_nan());
-    if picture.rgb.iter().any(unknown) {
-        let pixels = picture.rgb.len();
-        let coverage = picture.coverage.get_or_insert_with(|| vec![1.0; pixels]);
-        for (rgb, coverage) in picture.rgb.iter_mut().zip(coverage).filter(|(rgb, _)| unknown(rgb)) {
-            (*rgb, *coverage) = ([0.0; 3], 0.0);
+struct Tamed<'a> {
+    to: &'a mut dyn Receiver,
+    row: Vec<f32>,
+}
+
+impl Receiver for Tamed<'_> {
+    fn begin(&mut self, size: [usize; 2]) -> Result<(), Error> {
+        self.to.begin(size)
+    }
+
+    fn put(&mut self, at: [usize; 2], values: &[f32]) -> Result<(), Error> {
+        self.row.clear();
+        for pixel in values.chunks_exact(4) {
+            if pixel[..3].iter().any(|channel| channel.is_nan()) {
+                self.row.extend([0.0; 4]);
+            } else {
+                self.row.extend(pixel[..3].iter().map(|channel| channel.clamp(-BRIGHTEST, BRIGHTEST)));
+                self.row.push(pixel[3]);
+            }
         }
+        self.to.put(at, &self.row)
     }
-    for channel in picture.rgb.iter_mut().flatten() {
-        *channel = channel.clamp(-BRIGHTEST, BRIGHTEST);
-    }
-    picture
 }

@@ -1,25 +1,26 @@
 //! OpenEXR: colour layers and depth channels, on the display window.
 //!
-//! Takes a path and perhaps a layer or channel, gives planes of the display window's size: pixels of the data window
+//! Takes a path and perhaps a layer or channel, gives pieces of rows on the display window: pixels of the data window
 //! that lie outside it are cut off, and where it reaches beyond the data window nothing is known. Half, single
-//! precision and whole numbers are read, tiled or in scan lines, one part or several. The sizes that the header claims
-//! are held against the length of the file before pixels are decoded. The decoding itself is the crate `exr`'s.
+//! precision and whole numbers are read, tiled or in scan lines, one part or several, block by block (`blocks`). The
+//! sizes that the header claims are held against the length of the file before pixels are decoded. The decoding itself
+//! is the crate `exr`'s.
 //! Limits: the largest resolution level; no deep data, no sub-sampled channels; the pixel aspect ratio is left to the
 //! camera.
+
+mod blocks;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use ::exr::meta::MetaData;
-use ::exr::prelude::{
-    AnyChannel, AnyChannels, Compression, FlatSamples, Image, IntegerBounds, Layer, ReadChannels, ReadLayers,
-    read,
-};
+use ::exr::meta::attribute::SampleType;
+use ::exr::meta::header::Header;
+use ::exr::prelude::Compression;
 
-use super::{MAX_PIXELS, Picture, Plane, Stored, fault, open};
+use super::receiver::{Receiver, Room};
+use super::{MAX_PIXELS, Stored, fault, open};
 use crate::Error;
-
-type Layers = Image<::exr::prelude::SmallVec<[Layer<AnyChannels<FlatSamples>>; 2]>>;
 
 /// First four bytes of every EXR file.
 const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
@@ -38,85 +39,95 @@ pub(super) fn is_exr(start: &[u8]) -> bool {
 
 /// Width and height of the display window, from the header alone.
 pub(super) fn size(path: &Path) -> Result<[u32; 2], Error> {
-    let (_, length) = open(path)?;
-    let meta = catch_unwind(|| MetaData::read_from_file(path, false))
-        .map_err(|_| fault(path, "not a usable EXR file: its header makes no sense"))?
-        .map_err(|error| fault(path, format!("not a usable EXR file: {error}")))?;
-    check_sizes(&meta, length).map_err(|what| fault(path, what))?;
-    let window = meta.headers.first().map(|header| header.shared_attributes.display_window.size);
+    let headers = headers(path)?;
+    let window = headers.first().map(|header| header.shared_attributes.display_window.size);
     let window = window.ok_or_else(|| fault(path, "an EXR file without a picture"))?;
     Ok([window.width() as u32, window.height() as u32])
 }
 
-/// Red, green, blue and alpha of the picture, or of a layer.
-pub(super) fn read_colour(path: &Path, layer: Option<&str>) -> Result<Picture, Error> {
-    let image = decoded(path)?;
-    let found = colour_channels(&image, layer).map_err(|what| fault(path, what))?;
-    let window = image.attributes.display_window;
-    let planes = found.rgb.map(|at| on_display(at, window));
-    let alpha = found.alpha.map(|at| on_display(at, window));
-    let [red, green, blue] = &planes;
-    let rgb = red.iter().zip(green).zip(blue).map(|((&r, &g), &b)| [r, g, b]);
-    // Without alpha, a pixel is covered where the data window has it.
-    let inside = || red.iter().map(|red| if red.is_nan() { 0.0 } else { 1.0 }).collect();
-    let coverage: Vec<f32> = alpha.as_ref().map_or_else(inside, |alpha| {
-        alpha.iter().map(|&alpha| if alpha > 0.0 { alpha.min(1.0) } else { 0.0 }).collect()
-    });
-    let straight = |(rgb, &alpha): ([f32; 3], &f32)| match alpha {
-        _ if alpha >= 1.0 => rgb,
-        _ if alpha > 0.0 => rgb.map(|channel| channel / alpha),
-        _ => [0.0; 3],
-    };
-    let rgb = rgb.zip(&coverage).map(straight).collect();
-    let whole = alpha.is_none() && coverage.iter().all(|&coverage| coverage == 1.0);
-    let coverage = (!whole).then_some(coverage);
-    Ok(Picture { width: window.size.width(), height: window.size.height(), rgb, coverage })
+/// Gives red, green, blue and alpha of the picture, or of a layer; whether there is alpha.
+pub(super) fn decode_colour(
+    path: &Path,
+    layer: Option<&str>,
+    (room, to): (Room, &mut dyn Receiver),
+) -> Result<bool, Error> {
+    let headers = headers(path)?;
+    let found = colour_channels(&headers, layer).map_err(|what| fault(path, what))?;
+    let mut row = Vec::new();
+    to.begin(blocks::display_size(&headers))?;
+    let wanted: Vec<At> = found.rgb.into_iter().chain(found.alpha).collect();
+    guarded(path, || {
+        blocks::pieces(path, &wanted, room, &mut |at, planes| {
+            row.clear();
+            for i in 0..planes[0].len() {
+                let rgb = [planes[0][i], planes[1][i], planes[2][i]];
+                row.extend(straight(rgb, planes.get(3).map(|alpha| alpha[i])));
+            }
+            to.put(at, &row)
+        })
+    })?;
+    Ok(found.alpha.is_some())
 }
 
-/// The channel that is named, or the only one that can be depth.
-pub(super) fn read_depth(path: &Path, channel: Option<&str>) -> Result<Plane, Error> {
-    let image = decoded(path)?;
-    let at = depth_channel(&image, channel).map_err(|what| fault(path, what))?;
-    let window = image.attributes.display_window;
-    let stored = match at.channel.sample_data {
-        FlatSamples::U32(_) => Stored::Code(u32::MAX),
-        _ => Stored::Float,
-    };
-    let (width, height) = (window.size.width(), window.size.height());
-    Ok(Plane { width, height, values: on_display(at, window), stored })
+/// Gives the channel that is named, or the only one that can be depth; what kind of numbers it has.
+pub(super) fn decode_depth(
+    path: &Path,
+    channel: Option<&str>,
+    (room, to): (Room, &mut dyn Receiver),
+) -> Result<Stored, Error> {
+    let headers = headers(path)?;
+    let at = depth_channel(&headers, channel).map_err(|what| fault(path, what))?;
+    to.begin(blocks::display_size(&headers))?;
+    guarded(path, || blocks::pieces(path, &[at], room, &mut |at, planes| to.put(at, &planes[0])))?;
+    Ok(match headers[at.layer].channels.list[at.channel].sample_type {
+        SampleType::U32 => Stored::Code(u32::MAX),
+        SampleType::F16 | SampleType::F32 => Stored::Float,
+    })
+}
+
+/// A premultiplied colour divided by its alpha, and the covered part of the pixel.
+fn straight(rgb: [f32; 3], alpha: Option<f32>) -> [f32; 4] {
+    let [r, g, b] = rgb;
+    match alpha {
+        None => [r, g, b, if r.is_nan() { 0.0 } else { 1.0 }],
+        Some(alpha) if alpha >= 1.0 => [r, g, b, 1.0],
+        Some(alpha) if alpha > 0.0 => [r / alpha, g / alpha, b / alpha, alpha],
+        Some(_) => [0.0; 4],
+    }
 }
 
 /// A channel and the layer it lies in.
-#[derive(Clone, Copy)]
-struct At<'a> {
-    layer: &'a Layer<AnyChannels<FlatSamples>>,
-    channel: &'a AnyChannel<FlatSamples>,
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct At {
+    layer: usize,
+    channel: usize,
 }
 
-struct Colour<'a> {
-    rgb: [At<'a>; 3],
-    alpha: Option<At<'a>>,
+struct Colour {
+    rgb: [At; 3],
+    alpha: Option<At>,
 }
 
-fn decoded(path: &Path) -> Result<Layers, Error> {
+/// The headers of all parts, their claims held against the length of the file.
+fn headers(path: &Path) -> Result<Vec<Header>, Error> {
     let (_, length) = open(path)?;
-    // The crate's checks are thorough, yet a panic in one of its decoders must not end the program without a word.
-    let all = catch_unwind(AssertUnwindSafe(|| -> Result<Layers, String> {
-        let wrong = |error: ::exr::error::Error| format!("not a usable EXR file: {error}");
-        let meta = MetaData::read_from_file(path, false).map_err(wrong)?;
-        check_sizes(&meta, length)?;
-        let all =
-            read().no_deep_data().largest_resolution_level().all_channels().all_layers().all_attributes();
-        all.non_parallel().from_file(path).map_err(wrong)
-    }));
-    all.unwrap_or_else(|_| Err("not a usable EXR file: its packed pixels make no sense".into()))
-        .map_err(|what| fault(path, what))
+    let meta = catch_unwind(|| MetaData::read_from_file(path, false))
+        .map_err(|_| fault(path, "not a usable EXR file: its header makes no sense"))?
+        .map_err(|error| fault(path, format!("not a usable EXR file: {error}")))?;
+    check_sizes(&meta.headers, length).map_err(|what| fault(path, what))?;
+    Ok(meta.headers.into_vec())
+}
+
+/// The crate's checks are thorough, yet a panic in one of its decoders must not end the program without a word.
+fn guarded(path: &Path, decode: impl FnOnce() -> Result<(), Error>) -> Result<(), Error> {
+    catch_unwind(AssertUnwindSafe(decode))
+        .unwrap_or_else(|_| Err(fault(path, "not a usable EXR file: its packed pixels make no sense")))
 }
 
 /// Holds the claims of all parts against the length of the file.
-fn check_sizes(meta: &MetaData, file_bytes: u64) -> Result<(), String> {
+fn check_sizes(headers: &[Header], file_bytes: u64) -> Result<(), String> {
     let (mut all_bytes, mut all_pixels) = (0u64, 0u64);
-    for header in &meta.headers {
+    for header in headers {
         let [width, height] = [header.layer_size.width() as u64, header.layer_size.height() as u64];
         let pixels = width.saturating_mul(height);
         let per_pixel = header.channels.bytes_per_pixel as u64;
@@ -142,7 +153,7 @@ fn check_sizes(meta: &MetaData, file_bytes: u64) -> Result<(), String> {
     if all_bytes > most {
         return Err(format!("its parts unpack to {all_bytes} bytes, more than the {most} that are read"));
     }
-    let window = meta.headers.first().map(|header| header.shared_attributes.display_window.size);
+    let window = headers.first().map(|header| header.shared_attributes.display_window.size);
     let (width, height) = window.map_or((0, 0), |size| (size.width() as u64, size.height() as u64));
     let display = width.saturating_mul(height);
     let allowed = FREE_DISPLAY_PIXELS.max(all_pixels.saturating_mul(MOST_DISPLAY_PER_DATA)).min(MAX_PIXELS);
@@ -153,14 +164,13 @@ fn check_sizes(meta: &MetaData, file_bytes: u64) -> Result<(), String> {
 }
 
 /// Every channel with its full name: the layer's or part's name may stand before it.
-fn channels(image: &Layers) -> impl Iterator<Item = (String, At<'_>)> {
-    let of_layer = |layer: &'_ Layer<AnyChannels<FlatSamples>>| layer.attributes.layer_name.clone();
-    image.layer_data.iter().flat_map(move |layer| {
-        let part = of_layer(layer);
-        layer.channel_data.list.iter().map(move |channel| {
-            let name = channel.name.to_string();
-            let name = match &part {
-                Some(part) if image.layer_data.len() > 1 => format!("{part}:{name}"),
+fn channels(headers: &[Header]) -> impl Iterator<Item = (String, At)> {
+    headers.iter().enumerate().flat_map(move |(layer, header)| {
+        let part = &header.own_attributes.layer_name;
+        header.channels.list.iter().enumerate().map(move |(channel, description)| {
+            let name = description.name.to_string();
+            let name = match part {
+                Some(part) if headers.len() > 1 => format!("{part}:{name}"),
                 _ => name,
             };
             (name, At { layer, channel })
@@ -169,7 +179,7 @@ fn channels(image: &Layers) -> impl Iterator<Item = (String, At<'_>)> {
 }
 
 /// The channel that is called `name`, in its part or with the part's name and a dot before it.
-fn find<'a>(image: &'a Layers, name: &str) -> Option<At<'a>> {
+fn find(headers: &[Header], name: &str) -> Option<At> {
     let matches = |full: &str| match full.split_once(':') {
         Some((part, channel)) => {
             channel == name
@@ -180,79 +190,54 @@ fn find<'a>(image: &'a Layers, name: &str) -> Option<At<'a>> {
         }
         None => full == name,
     };
-    channels(image).find(|(full, _)| matches(full)).map(|(_, at)| at)
+    channels(headers).find(|(full, _)| matches(full)).map(|(_, at)| at)
 }
 
-fn colour_channels<'a>(image: &'a Layers, layer: Option<&str>) -> Result<Colour<'a>, String> {
+fn colour_channels(headers: &[Header], layer: Option<&str>) -> Result<Colour, String> {
     let prefix = layer.map_or(String::new(), |layer| format!("{layer}."));
-    let named = |channel: &str| find(image, &format!("{prefix}{channel}"));
-    let same_part = |a: At, b: At| std::ptr::eq(a.layer, b.layer);
+    let named = |channel: &str| find(headers, &format!("{prefix}{channel}"));
     if let (Some(red), Some(green), Some(blue)) = (named("R"), named("G"), named("B")) {
-        let alpha = named("A").filter(|&alpha| same_part(red, alpha));
+        let alpha = named("A").filter(|&alpha| red.layer == alpha.layer);
         return Ok(Colour { rgb: [red, green, blue], alpha });
     }
-    let only = || if channels(image).count() == 1 { channels(image).next().map(|(_, at)| at) } else { None };
-    if let Some(grey) = named("Y").or_else(|| layer.map_or_else(only, |name| find(image, name))) {
+    let only =
+        || if channels(headers).count() == 1 { channels(headers).next().map(|(_, at)| at) } else { None };
+    if let Some(grey) = named("Y").or_else(|| layer.map_or_else(only, |name| find(headers, name))) {
         return Ok(Colour { rgb: [grey; 3], alpha: named("A") });
     }
-    let held = listed(image);
+    let held = listed(headers);
     Err(match layer {
         Some(layer) => format!("no colours in layer '{layer}': the channels are {held}"),
         None => format!("no channels R, G, B or Y: name a layer behind a colon; the channels are {held}"),
     })
 }
 
-fn depth_channel<'a>(image: &'a Layers, wanted: Option<&str>) -> Result<At<'a>, String> {
+fn depth_channel(headers: &[Header], wanted: Option<&str>) -> Result<At, String> {
     if let Some(name) = wanted {
-        let found = find(image, name).or_else(|| find(image, &format!("{name}.Z")));
-        return found.ok_or_else(|| format!("no channel '{name}': the channels are {}", listed(image)));
+        let found = find(headers, name).or_else(|| find(headers, &format!("{name}.Z")));
+        return found.ok_or_else(|| format!("no channel '{name}': the channels are {}", listed(headers)));
     }
     let usual = ["Z", "depth.Z", "Depth.Z", "depth", "Depth", "D"];
-    if let Some(at) = usual.iter().find_map(|name| find(image, name)) {
+    if let Some(at) = usual.iter().find_map(|name| find(headers, name)) {
         return Ok(at);
     }
-    let all: Vec<_> = channels(image).collect();
+    let all: Vec<_> = channels(headers).collect();
     let candidates: Vec<_> = all.iter().filter(|(name, _)| name.ends_with(".Z")).collect();
     match (candidates.as_slice(), all.as_slice()) {
         ([(_, at)], _) | (_, [(_, at)]) => Ok(*at),
         _ => Err(format!(
             "no channel Z or depth.Z: name the depth channel behind a colon; the channels are {}",
-            listed(image)
+            listed(headers)
         )),
     }
 }
 
 /// The names of the channels, for a message: the first ones if there are many.
-fn listed(image: &Layers) -> String {
+fn listed(headers: &[Header]) -> String {
     const MOST: usize = 16;
-    let mut names: Vec<String> = channels(image).map(|(name, _)| name).take(MOST + 1).collect();
+    let mut names: Vec<String> = channels(headers).map(|(name, _)| name).take(MOST + 1).collect();
     if names.len() > MOST {
         names[MOST] = "...".into();
     }
     names.join(", ")
-}
-
-/// A channel on the display window; NaN where the data window has no pixel.
-fn on_display(at: At, window: IntegerBounds) -> Vec<f32> {
-    let data = &at.channel.sample_data;
-    let size = at.layer.size;
-    let (width, height) = (window.size.width(), window.size.height());
-    // Where the display window's first pixel lies in the data.
-    let offset = |display: i32, data: i32| i64::from(display) - i64::from(data);
-    let left = offset(window.position.x(), at.layer.attributes.layer_position.x());
-    let top = offset(window.position.y(), at.layer.attributes.layer_position.y());
-    let mut values = vec![f32::NAN; width * height];
-    for (y, row) in values.chunks_exact_mut(width).enumerate() {
-        let Some(data_y) = inside(y as i64 + top, size.height()) else { continue };
-        for (x, value) in row.iter_mut().enumerate() {
-            if let Some(data_x) = inside(x as i64 + left, size.width()) {
-                *value = data.value_by_flat_index(data_y * size.width() + data_x).to_f32();
-            }
-        }
-    }
-    values
-}
-
-fn inside(index: i64, length: usize) -> Option<usize> {
-    usize::try_from(index).ok().filter(|&index| index < length)
 }

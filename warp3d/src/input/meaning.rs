@@ -10,6 +10,12 @@ use resample_core::{Camera, Projection};
 
 use super::plane::{Plane, Stored};
 
+/// Camera z of a stored number at a column and row, world units; NaN where unknown.
+pub(crate) type ZOf<'a> = Box<dyn Fn(f32, [usize; 2]) -> f32 + Sync + 'a>;
+
+/// From a scaled number to camera z, or to distance along the ray.
+type Formula = Box<dyn Fn(f64) -> f64 + Sync>;
+
 /// What a stored number is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DepthKind {
@@ -55,29 +61,33 @@ impl DepthMeaning {
     ///
     /// The error says which option is missing or out of range.
     pub fn camera_z(&self, stored: &Plane, camera: &Camera) -> Result<Vec<f32>, String> {
+        let z_of = self.converter(stored.stored, camera)?;
+        let per_pixel = stored.values.iter().enumerate();
+        Ok(per_pixel
+            .map(|(index, &value)| z_of(value, [index % stored.width, index / stored.width]))
+            .collect())
+    }
+
+    /// The camera z of a stored number at a column and row, as above.
+    pub(crate) fn converter<'a>(&'a self, stored: Stored, camera: &'a Camera) -> Result<ZOf<'a>, String> {
         let scale = self.scale_of(stored)?;
         let from_number = self.formula(camera)?;
-        let (invalid, zero_is_unknown) = (self.invalid, self.zero_is_unknown(stored.stored));
-        let per_pixel = stored.values.iter().enumerate().map(|(index, &value)| {
+        let (invalid, zero_is_unknown) = (self.invalid, self.zero_is_unknown(stored));
+        Ok(Box::new(move |value, [x, y]| {
             let value = f64::from(value);
             if !value.is_finite() || self.is_invalid(value, invalid) || (zero_is_unknown && value == 0.0) {
                 return f32::NAN;
             }
             let z = from_number(value * scale);
-            let z = if self.kind == DepthKind::Ray {
-                z / ray_length(camera, index % stored.width, index / stored.width)
-            } else {
-                z
-            };
+            let z = if self.kind == DepthKind::Ray { z / ray_length(camera, x, y) } else { z };
             // Beyond the range of f32 a distance is none.
             let z = z as f32;
             if z > 0.0 && z.is_finite() { z } else { f32::NAN }
-        });
-        Ok(per_pixel.collect())
+        }))
     }
 
     /// The meaning in words, for messages.
-    pub fn told(&self, stored: &Plane) -> String {
+    pub fn told(&self, stored: Stored) -> String {
         let scale = self.scale.map_or(String::new(), |scale| format!(", scale {scale}"));
         let kind = match self.kind {
             DepthKind::Z => "camera z",
@@ -87,7 +97,7 @@ impl DepthMeaning {
             DepthKind::Mpeg => "MPEG code",
             DepthKind::OpenGl => "OpenGL depth buffer",
         };
-        let numbers = match stored.stored {
+        let numbers = match stored {
             Stored::Float => "floating point".to_owned(),
             Stored::Code(largest) => format!("codes 0 to {largest}"),
         };
@@ -105,8 +115,8 @@ impl DepthMeaning {
         matches!(stored, Stored::Code(_)) && !is_code
     }
 
-    fn scale_of(&self, stored: &Plane) -> Result<f64, String> {
-        match (self.scale, self.kind, stored.stored) {
+    fn scale_of(&self, stored: Stored) -> Result<f64, String> {
+        match (self.scale, self.kind, stored) {
             (Some(scale), _, _) if scale > 0.0 && scale.is_finite() => Ok(scale),
             (Some(scale), _, _) => Err(format!("a depth scale of {scale}: expected a number above 0")),
             (None, DepthKind::Mpeg | DepthKind::OpenGl, Stored::Code(largest)) => {
@@ -121,7 +131,7 @@ impl DepthMeaning {
     }
 
     /// The formula from a scaled number to camera z (or distance along the ray).
-    fn formula(&self, camera: &Camera) -> Result<Box<dyn Fn(f64) -> f64>, String> {
+    fn formula(&self, camera: &Camera) -> Result<Formula, String> {
         Ok(match self.kind {
             DepthKind::Z | DepthKind::Ray => Box::new(|value| value),
             DepthKind::Inverse => Box::new(|value| 1.0 / value),

@@ -22,7 +22,9 @@ pub mod plane;
 mod exr;
 mod npy;
 mod pfm;
+mod png;
 mod raster;
+pub(crate) mod receiver;
 mod tiff;
 
 pub use colour::Picture;
@@ -75,8 +77,27 @@ pub fn reference(
     depth_file: &Path,
 ) -> Result<Reference, Error> {
     let size = [picture.width, picture.height];
-    if [stored.width, stored.height] != size {
-        let ([width, height], (depth_width, depth_height)) = (size, (stored.width, stored.height));
+    check_sizes(size, [stored.width, stored.height], &camera, depth_file)?;
+    let mut depth = meaning.camera_z(stored, &camera).map_err(|what| fault(depth_file, what))?;
+    if let Some(coverage) = &picture.coverage {
+        let uncovered = coverage.iter().zip(&mut depth).filter(|(coverage, _)| **coverage < 0.5);
+        uncovered.for_each(|(_, z)| *z = f32::NAN);
+    }
+    if depth.iter().all(|z| z.is_nan()) {
+        return Err(nothing_known(meaning, stored.stored, depth_file));
+    }
+    Ok(Reference { camera, colour: picture.rgb, depth })
+}
+
+/// Picture, depth and camera must have one size.
+pub(crate) fn check_sizes(
+    size: [usize; 2],
+    depth_size: [usize; 2],
+    camera: &Camera,
+    depth_file: &Path,
+) -> Result<(), Error> {
+    if depth_size != size {
+        let ([width, height], [depth_width, depth_height]) = (size, depth_size);
         return Err(fault(
             depth_file,
             format!(
@@ -92,20 +113,15 @@ pub fn reference(
             size[0], size[1]
         )));
     }
-    let mut depth = meaning.camera_z(stored, &camera).map_err(|what| fault(depth_file, what))?;
-    if let Some(coverage) = &picture.coverage {
-        let uncovered = coverage.iter().zip(&mut depth).filter(|(coverage, _)| **coverage < 0.5);
-        uncovered.for_each(|(_, z)| *z = f32::NAN);
-    }
-    if depth.iter().all(|z| z.is_nan()) {
-        let told = meaning.told(stored);
-        return Err(fault(depth_file, format!("no pixel has a usable depth (read as {told})")));
-    }
-    Ok(Reference { camera, colour: picture.rgb, depth })
+    Ok(())
+}
+
+pub(crate) fn nothing_known(meaning: &DepthMeaning, stored: Stored, depth_file: &Path) -> Error {
+    fault(depth_file, format!("no pixel has a usable depth (read as {})", meaning.told(stored)))
 }
 
 /// An error that names the file.
-fn fault(path: &Path, what: impl std::fmt::Display) -> Error {
+pub(crate) fn fault(path: &Path, what: impl std::fmt::Display) -> Error {
     Error::Input(format!("{}: {what}", path.display()))
 }
 
@@ -127,7 +143,7 @@ fn open(path: &Path) -> Result<(File, u64), Error> {
 }
 
 /// The first bytes of a file, at most `count`.
-fn first_bytes(path: &Path, count: u64) -> Result<Vec<u8>, Error> {
+pub(crate) fn first_bytes(path: &Path, count: u64) -> Result<Vec<u8>, Error> {
     let (file, _) = open(path)?;
     let mut bytes = Vec::new();
     file.take(count).read_to_end(&mut bytes).map_err(|source| cannot_read(path, &source))?;

@@ -5,12 +5,13 @@
 //! (1, h, w) and (h, w, 1) are read too. Source: NumPy's description of the format, versions 1 to 3.
 //! Limits: whole numbers up to 32 bits, half, single and double precision.
 
-use std::io::{BufReader, Read};
+use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
 use ::exr::prelude::f16;
 
-use super::{Plane, Stored, cannot_read, check_claim, fault, open};
+use super::receiver::{Receiver, Room};
+use super::{Stored, cannot_read, check_claim, fault, open};
 use crate::Error;
 
 /// Longest header that is read: NumPy itself refuses more than 10 000 characters.
@@ -19,29 +20,60 @@ const MAX_HEADER_BYTES: usize = 10_000;
 /// Bytes of the mark and the version before the header's length.
 const MARK_BYTES: usize = 8;
 
-pub(super) fn read(path: &Path) -> Result<Plane, Error> {
+/// Columns of an array in Fortran order that are held together, so that pieces of rows are not single numbers.
+const COLUMNS: usize = 64;
+
+pub(super) fn decode(path: &Path, room: Room, to: &mut dyn Receiver) -> Result<Stored, Error> {
     let (file, length) = open(path)?;
     let mut file = BufReader::new(file);
     let header = header(&mut file).map_err(|what| fault(path, what))?;
     let element = element(&header).map_err(|what| fault(path, what))?;
     let [height, width] = size(&header).map_err(|what| fault(path, what))?;
     check_claim(width as u64, height as u64, length, 1).map_err(|what| fault(path, what))?;
-    let mut bytes = Vec::new();
-    file.read_to_end(&mut bytes).map_err(|source| cannot_read(path, &source))?;
-    let needed = width * height * element.bytes;
-    if bytes.len() != needed {
-        let held = bytes.len();
+    let failed = |source: std::io::Error| cannot_read(path, &source);
+    let held = length - file.stream_position().map_err(failed)?;
+    let needed = (width * height * element.bytes) as u64;
+    if held != needed {
         return Err(fault(
             path,
             format!("{height} x {width} numbers take {needed} bytes behind the header, there are {held}"),
         ));
     }
-    let mut values: Vec<f32> = bytes.chunks_exact(element.bytes).map(|bytes| element.number(bytes)).collect();
+    to.begin([width, height])?;
     if entry(&header, "fortran_order").is_ok_and(|text| text.starts_with("True")) {
-        let columns_first = values;
-        values = (0..width * height).map(|i| columns_first[i % width * height + i / width]).collect();
+        by_columns(path, &mut file, (&element, [width, height]), (room, to))?;
+        return Ok(element.stored);
     }
-    Ok(Plane { width, height, values, stored: element.stored })
+    let mut bytes = vec![0; width * element.bytes];
+    for y in 0..height {
+        file.read_exact(&mut bytes).map_err(failed)?;
+        let row: Vec<f32> = bytes.chunks_exact(element.bytes).map(|bytes| element.number(bytes)).collect();
+        to.put([0, y], &row)?;
+    }
+    Ok(element.stored)
+}
+
+/// An array whose columns lie one after another.
+fn by_columns(
+    path: &Path,
+    file: &mut impl Read,
+    (element, [width, height]): (&Element, [usize; 2]),
+    (room, to): (Room, &mut dyn Receiver),
+) -> Result<(), Error> {
+    let column_bytes = height * element.bytes;
+    room.check(path, (COLUMNS.min(width) * column_bytes) as u64, "an array in Fortran order")?;
+    for first in (0..width).step_by(COLUMNS) {
+        let count = COLUMNS.min(width - first);
+        let mut bytes = vec![0; count * column_bytes];
+        file.read_exact(&mut bytes).map_err(|source| cannot_read(path, &source))?;
+        for y in 0..height {
+            let at = |column: usize| column * column_bytes + y * element.bytes;
+            let number = |column: usize| element.number(&bytes[at(column)..at(column) + element.bytes]);
+            let piece: Vec<f32> = (0..count).map(number).collect();
+            to.put([first, y], &piece)?;
+        }
+    }
+    Ok(())
 }
 
 /// How one number is stored.

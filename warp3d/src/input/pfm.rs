@@ -5,35 +5,41 @@
 //! goes with the Middlebury stereo sets. The magnitude of the scale is not applied: those sets store units there
 //! that readers ignore. Limits: a colour PFM (`PF`) is refused.
 
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::Path;
 
-use super::{Plane, Stored, cannot_read, check_claim, fault, open};
+use super::receiver::Receiver;
+use super::{Stored, cannot_read, check_claim, fault, open};
 use crate::Error;
 
 /// Longest line of the header, bytes; honest ones have less than twenty.
 const MAX_LINE_BYTES: u64 = 100;
 
-pub(super) fn read(path: &Path) -> Result<Plane, Error> {
+pub(super) fn decode(path: &Path, to: &mut dyn Receiver) -> Result<Stored, Error> {
     let (file, length) = open(path)?;
     let mut file = BufReader::new(file);
     let header = header(&mut file).map_err(|what| fault(path, what))?;
     let [width, height] = header.size;
     // One pixel takes four bytes.
     check_claim(width as u64, height as u64, length / 4, 1).map_err(|what| fault(path, what))?;
-    let mut bytes = Vec::new();
-    file.read_to_end(&mut bytes).map_err(|source| cannot_read(path, &source))?;
-    if bytes.len() != width * height * 4 {
-        let (needed, held) = (width * height * 4, bytes.len());
+    let failed = |source: std::io::Error| cannot_read(path, &source);
+    let held = length - file.stream_position().map_err(failed)?;
+    let needed = (width * height * 4) as u64;
+    if held != needed {
         return Err(fault(path, format!("{width}x{height} numbers take {needed} bytes, there are {held}")));
     }
     let number = |bytes: &[u8]| {
         let four = [bytes[0], bytes[1], bytes[2], bytes[3]];
         if header.big_endian { f32::from_be_bytes(four) } else { f32::from_le_bytes(four) }
     };
-    let rows_from_top = bytes.chunks_exact(width * 4).rev();
-    let values = rows_from_top.flat_map(|row| row.chunks_exact(4).map(number)).collect();
-    Ok(Plane { width, height, values, stored: Stored::Float })
+    to.begin([width, height])?;
+    let mut bytes = vec![0; width * 4];
+    for y in (0..height).rev() {
+        file.read_exact(&mut bytes).map_err(failed)?;
+        let row: Vec<f32> = bytes.chunks_exact(4).map(number).collect();
+        to.put([0, y], &row)?;
+    }
+    Ok(Stored::Float)
 }
 
 struct Header {

@@ -1,96 +1,216 @@
 //! PNG, JPEG, TIFF, PNM and the other formats that hold a plain picture.
 //!
-//! Takes a path, gives a linear picture, or the numbers of a grey one. The size in the header is held against the
-//! length of the file before the pixels are decoded. The decoding itself is the crate `image`'s.
+//! Takes a path, gives a linear picture, or the numbers of a grey one, row by row. The size in the header is held
+//! against the length of the file before the pixels are decoded. PNG is decoded row by row (`png.rs`); the others, and
+//! interlaced PNG, are held whole as they are stored. The decoding itself is the crates' `image` and `png`.
 
+use std::fs::File;
 use std::io::{BufReader, Seek};
 use std::path::Path;
 
-use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use resample_core::image::linear_from_srgb;
 
-use super::{MAX_PIXELS, Picture, Plane, Stored, cannot_read, check_claim, fault, open};
+use super::receiver::{Receiver, Room};
+use super::{MAX_PIXELS, Stored, cannot_read, check_claim, fault, open, png};
 use crate::Error;
 
-pub(super) fn read_colour(path: &Path) -> Result<Picture, Error> {
-    let image = decoded(path)?;
-    let (width, height) = (image.width() as usize, image.height() as usize);
-    let is_float = matches!(image.color(), ColorType::Rgb32F | ColorType::Rgba32F);
-    let is_wide =
-        matches!(image.color(), ColorType::L16 | ColorType::La16 | ColorType::Rgb16 | ColorType::Rgba16);
-    let has_alpha = image.color().has_alpha();
-    let mut coverage = Vec::with_capacity(if has_alpha { width * height } else { 0 });
-    let mut rgb = Vec::with_capacity(width * height);
-    let mut add = |[r, g, b, alpha]: [f32; 4]| {
-        rgb.push([r, g, b]);
-        if has_alpha {
-            coverage.push(alpha);
-        }
-    };
-    if is_float {
-        image.into_rgba32f().pixels().for_each(|pixel| add(pixel.0));
-    } else if is_wide {
-        let table: Vec<f32> =
-            (0..=u16::MAX).map(|code| linear_from_srgb(f32::from(code) / 65_535.0)).collect();
-        let linear = |code: u16| table[usize::from(code)];
-        let pixels = image.into_rgba16();
-        pixels
-            .pixels()
-            .for_each(|p| add([linear(p[0]), linear(p[1]), linear(p[2]), f32::from(p[3]) / 65_535.0]));
-    } else {
-        let table: Vec<f32> = (0..=u8::MAX).map(|code| linear_from_srgb(f32::from(code) / 255.0)).collect();
-        let linear = |code: u8| table[usize::from(code)];
-        let pixels = image.into_rgba8();
-        pixels
-            .pixels()
-            .for_each(|p| add([linear(p[0]), linear(p[1]), linear(p[2]), f32::from(p[3]) / 255.0]));
-    }
-    Ok(Picture { width, height, rgb, coverage: has_alpha.then_some(coverage) })
+/// The numbers of a row as they are stored: 1 to 4 channels a pixel (grey, grey and alpha, colours, colours and alpha).
+pub(super) enum Row<'a> {
+    /// 8 bits.
+    Bytes(&'a [u8]),
+    /// 16 bits.
+    Words(&'a [u16]),
+    /// Single precision, linear light.
+    Floats(&'a [f32]),
+}
+
+/// What takes the rows of a picture.
+pub(super) trait Rows {
+    /// Width and height, px, and the number of channels.
+    fn begin(&mut self, size: [usize; 2], channels: usize) -> Result<(), Error>;
+    /// The row `y`.
+    fn row(&mut self, y: usize, row: &Row<'_>) -> Result<(), Error>;
+}
+
+/// Whether the file has alpha.
+pub(super) fn decode_colour(path: &Path, room: Room, to: &mut dyn Receiver) -> Result<bool, Error> {
+    let mut rows = ColourRows { to, channels: 0, tables: [Vec::new(), Vec::new()], row: Vec::new() };
+    decode(path, room, &mut rows)?;
+    Ok(rows.channels.is_multiple_of(2))
 }
 
 /// The stored numbers of a grey picture. Three equal channels count as grey: some tools know no other PNG.
-pub(super) fn read_depth(path: &Path) -> Result<Plane, Error> {
-    let image = decoded(path)?;
-    let (width, height) = (image.width() as usize, image.height() as usize);
-    let (values, largest) = match &image {
-        DynamicImage::ImageLuma8(grey) => (grey.iter().map(|&code| f32::from(code)).collect(), 255),
-        DynamicImage::ImageLuma16(grey) => (grey.iter().map(|&code| f32::from(code)).collect(), 65_535),
-        DynamicImage::ImageRgb8(rgb) if rgb.pixels().all(|p| p[0] == p[1] && p[1] == p[2]) => {
-            (rgb.pixels().map(|p| f32::from(p[0])).collect(), 255)
-        }
-        DynamicImage::ImageRgba8(rgb) if rgb.pixels().all(|p| p[0] == p[1] && p[1] == p[2]) => {
-            (rgb.pixels().map(|p| f32::from(p[0])).collect(), 255)
-        }
-        other => {
-            let found = format!("{:?}", other.color());
-            return Err(fault(
-                path,
-                format!("depth has one number per pixel, this is a picture of type {found}"),
-            ));
-        }
-    };
-    Ok(Plane { width, height, values, stored: Stored::Code(largest) })
+pub(super) fn decode_depth(path: &Path, room: Room, to: &mut dyn Receiver) -> Result<Stored, Error> {
+    let mut rows = GreyRows { path, to, channels: 0, stored: Stored::Code(255), row: Vec::new() };
+    decode(path, room, &mut rows)?;
+    Ok(rows.stored)
 }
 
 /// Width and height, from the header alone.
 pub(super) fn size(path: &Path) -> Result<[u32; 2], Error> {
-    let decoder = checked_decoder(path)?;
+    let (_, decoder) = checked_decoder(path)?;
     Ok(decoder.dimensions().into())
 }
 
-fn decoded(path: &Path) -> Result<DynamicImage, Error> {
-    let decoder = checked_decoder(path)?;
-    DynamicImage::from_decoder(decoder).map_err(|error| not_usable(path, &error))
+/// Rows on their way to linear light.
+struct ColourRows<'a> {
+    to: &'a mut dyn Receiver,
+    channels: usize,
+    /// Linear light of each code of 8 and of 16 bits, once one was needed.
+    tables: [Vec<f32>; 2],
+    row: Vec<f32>,
+}
+
+impl Rows for ColourRows<'_> {
+    fn begin(&mut self, size: [usize; 2], channels: usize) -> Result<(), Error> {
+        self.channels = channels;
+        self.to.begin(size)
+    }
+
+    fn row(&mut self, y: usize, row: &Row<'_>) -> Result<(), Error> {
+        let channels = self.channels;
+        self.row.clear();
+        match row {
+            Row::Bytes(codes) => {
+                let table = filled(&mut self.tables[0], u8::MAX.into());
+                let pixels = codes.chunks_exact(channels).map(rgba::<u8>);
+                self.row.extend(pixels.flat_map(|p| linear(table, p.map(usize::from), 255.0)));
+            }
+            Row::Words(codes) => {
+                let table = filled(&mut self.tables[1], u16::MAX.into());
+                let pixels = codes.chunks_exact(channels).map(rgba::<u16>);
+                self.row.extend(pixels.flat_map(|p| linear(table, p.map(usize::from), 65_535.0)));
+            }
+            Row::Floats(values) => self.row.extend(values.chunks_exact(channels).flat_map(rgba::<f32>)),
+        }
+        self.to.put([0, y], &self.row)
+    }
+}
+
+/// The largest number of a type of channel: covered whole.
+trait Whole: Copy {
+    const WHOLE: Self;
+}
+
+impl Whole for u8 {
+    const WHOLE: Self = u8::MAX;
+}
+
+impl Whole for u16 {
+    const WHOLE: Self = u16::MAX;
+}
+
+impl Whole for f32 {
+    const WHOLE: Self = 1.0;
+}
+
+/// One to four channels as four.
+fn rgba<T: Whole>(channels: &[T]) -> [T; 4] {
+    match *channels {
+        [grey] => [grey, grey, grey, T::WHOLE],
+        [grey, alpha] => [grey, grey, grey, alpha],
+        [r, g, b] => [r, g, b, T::WHOLE],
+        [r, g, b, alpha, ..] => [r, g, b, alpha],
+        [] => [T::WHOLE; 4],
+    }
+}
+
+/// The table of linear light for codes up to `largest`.
+fn filled(table: &mut Vec<f32>, largest: u32) -> &[f32] {
+    if table.is_empty() {
+        table.extend((0..=largest).map(|code| linear_from_srgb(code as f32 / largest as f32)));
+    }
+    table
+}
+
+fn linear(table: &[f32], [r, g, b, alpha]: [usize; 4], largest: f32) -> [f32; 4] {
+    [table[r], table[g], table[b], alpha as f32 / largest]
+}
+
+/// Rows on their way to numbers of a depth.
+struct GreyRows<'a> {
+    path: &'a Path,
+    to: &'a mut dyn Receiver,
+    channels: usize,
+    stored: Stored,
+    row: Vec<f32>,
+}
+
+impl Rows for GreyRows<'_> {
+    fn begin(&mut self, size: [usize; 2], channels: usize) -> Result<(), Error> {
+        self.channels = channels;
+        self.to.begin(size)
+    }
+
+    fn row(&mut self, y: usize, row: &Row<'_>) -> Result<(), Error> {
+        self.row.clear();
+        match (row, self.channels) {
+            (Row::Bytes(codes), 1) => self.row.extend(codes.iter().map(|&code| f32::from(code))),
+            (Row::Words(codes), 1) => {
+                self.stored = Stored::Code(65_535);
+                self.row.extend(codes.iter().map(|&code| f32::from(code)));
+            }
+            (Row::Bytes(codes), channels @ (3 | 4)) => {
+                let mut pixels = codes.chunks_exact(channels);
+                if !pixels.clone().all(|p| p[0] == p[1] && p[1] == p[2]) {
+                    return Err(self.not_grey("Rgb8"));
+                }
+                self.row.extend(pixels.by_ref().map(|p| f32::from(p[0])));
+            }
+            (Row::Bytes(_), _) => return Err(self.not_grey("La8")),
+            (Row::Words(_), channels) => {
+                return Err(self.not_grey(if channels == 2 { "La16" } else { "Rgb16" }));
+            }
+            (Row::Floats(_), _) => return Err(self.not_grey("Rgb32F")),
+        }
+        self.to.put([0, y], &self.row)
+    }
+}
+
+impl GreyRows<'_> {
+    fn not_grey(&self, found: &str) -> Error {
+        fault(self.path, format!("depth has one number per pixel, this is a picture of type {found}"))
+    }
+}
+
+/// Gives the rows of a picture from the top.
+fn decode(path: &Path, room: Room, rows: &mut dyn Rows) -> Result<(), Error> {
+    let (format, decoder) = checked_decoder(path)?;
+    if format == ImageFormat::Png && png::decode(path, rows)? {
+        return Ok(());
+    }
+    let (width, height) = decoder.dimensions();
+    // The decoder's own buffers: the packed file, or a progressive JPEG's coefficients, two bytes for each number.
+    let bytes = decoder.total_bytes().saturating_mul(if format == ImageFormat::Jpeg { 3 } else { 2 });
+    room.check(path, bytes, &format!("a picture of {width}x{height} pixels in this format"))?;
+    let image = DynamicImage::from_decoder(decoder).map_err(|error| not_usable(path, &error))?;
+    let (width, height) = (image.width() as usize, image.height() as usize);
+    let channels = usize::from(image.color().channel_count());
+    rows.begin([width, height], channels)?;
+    let row = |y: usize| y * width * channels..(y + 1) * width * channels;
+    for y in 0..height {
+        if let Some(codes) = image.as_flat_samples_u8() {
+            rows.row(y, &Row::Bytes(&codes.samples[row(y)]))?;
+        } else if let Some(codes) = image.as_flat_samples_u16() {
+            rows.row(y, &Row::Words(&codes.samples[row(y)]))?;
+        } else if let Some(values) = image.as_flat_samples_f32() {
+            rows.row(y, &Row::Floats(&values.samples[row(y)]))?;
+        } else {
+            return Err(fault(path, format!("a picture of type {:?} is not read", image.color())));
+        }
+    }
+    Ok(())
 }
 
 fn not_usable(path: &Path, error: &image::ImageError) -> Error {
     fault(path, format!("not a usable picture: {error}"))
 }
 
-/// A decoder whose claims have been held against the length of the file.
-fn checked_decoder(path: &Path) -> Result<impl ImageDecoder, Error> {
+/// A decoder whose claims have been held against the length of the file, and the format.
+fn checked_decoder(path: &Path) -> Result<(ImageFormat, impl ImageDecoder + use<>), Error> {
     let (file, length) = open(path)?;
-    let mut file = BufReader::new(file);
+    let mut file: BufReader<File> = BufReader::new(file);
     let guessed =
         ImageReader::new(&mut file).with_guessed_format().map_err(|source| cannot_read(path, &source))?;
     let Some(format) = guessed.format() else {
@@ -109,7 +229,7 @@ fn checked_decoder(path: &Path) -> Result<impl ImageDecoder, Error> {
     let (width, height) = decoder.dimensions();
     check_claim(width.into(), height.into(), length, most_pixels_per_byte(format))
         .map_err(|what| fault(path, what))?;
-    Ok(decoder)
+    Ok((format, decoder))
 }
 
 /// The largest number of pixels that one byte of a format can stand for.

@@ -7,16 +7,18 @@ use std::io::BufReader;
 use std::path::Path;
 
 use ::tiff::decoder::{Decoder, DecodingResult, Limits};
+use ::tiff::tags::Tag;
 use ::tiff::{ColorType, TiffError};
 
-use super::{Plane, Stored, check_claim, fault, open};
+use super::receiver::{Receiver, Room};
+use super::{Stored, check_claim, fault, open};
 use crate::Error;
 
 /// Most pixels for one byte of any packing here: a code of LZW has at most 12 bits and stands for at most 3838 bytes,
 /// which is 2559 bytes for one; a byte holds at most eight pixels.
 const MOST_PIXELS_PER_BYTE: u64 = 2560 * 8;
 
-pub(super) fn read(path: &Path) -> Result<Plane, Error> {
+pub(super) fn decode(path: &Path, room: Room, to: &mut dyn Receiver) -> Result<Stored, Error> {
     let (file, length) = open(path)?;
     let wrong = |error: TiffError| fault(path, format!("not a usable TIFF file: {error}"));
     let mut decoder = Decoder::new(BufReader::new(file)).map_err(wrong)?;
@@ -31,18 +33,42 @@ pub(super) fn read(path: &Path) -> Result<Plane, Error> {
             format!("depth has one number per pixel, this is a picture of type {found}"),
         ));
     }
-    let (width, height) = (width as usize, height as usize);
-    let mut limits = Limits::unlimited();
-    // Eight bytes for each pixel, the widest type; the claim is checked.
-    limits.decoding_buffer_size = width * height * 8;
-    limits.intermediate_buffer_size = width * height * 8 + (1 << 20);
-    let mut decoder = decoder.with_limits(limits);
-    let (values, stored) = numbers(decoder.read_image().map_err(wrong)?);
-    if values.len() != width * height {
-        let held = values.len();
-        return Err(fault(path, format!("{width}x{height} pixels were promised, {held} numbers were found")));
+    // Strips and tiles are decoded one at a time, in at most eight bytes a pixel, the widest type.
+    for tag in [Tag::TileWidth, Tag::TileLength] {
+        // Beyond 32 bits the decoder has no answer for it.
+        decoder.find_tag_unsigned::<u32>(tag).map_err(wrong)?;
     }
-    Ok(Plane { width, height, values, stored })
+    let chunk = decoder.chunk_dimensions();
+    if chunk.0 == 0 || chunk.1 == 0 {
+        return Err(fault(path, "not a usable TIFF file: its strips or tiles are empty"));
+    }
+    let chunk_bytes = u64::from(chunk.0.min(width)) * u64::from(chunk.1.min(height)) * 8;
+    room.check(path, 2 * chunk_bytes, "a strip or tile of this TIFF file")?;
+    let mut limits = Limits::unlimited();
+    limits.decoding_buffer_size = chunk_bytes as usize;
+    limits.intermediate_buffer_size = chunk_bytes as usize + (1 << 20);
+    let mut decoder = decoder.with_limits(limits);
+    to.begin([width as usize, height as usize])?;
+    let mut kind = Stored::Float;
+    let across = width.div_ceil(chunk.0);
+    let count = across.saturating_mul(height.div_ceil(chunk.1));
+    for index in 0..count {
+        let (columns, rows) = decoder.chunk_data_dimensions(index);
+        let (values, stored) = numbers(decoder.read_chunk(index).map_err(wrong)?);
+        kind = stored;
+        if values.len() != columns as usize * rows as usize {
+            let held = values.len();
+            return Err(fault(
+                path,
+                format!("{columns}x{rows} pixels were promised, {held} numbers were found"),
+            ));
+        }
+        let (left, top) = ((index % across * chunk.0) as usize, (index / across * chunk.1) as usize);
+        for (row, values) in values.chunks_exact(columns.max(1) as usize).enumerate() {
+            to.put([left, top + row], values)?;
+        }
+    }
+    Ok(kind)
 }
 
 fn numbers(decoded: DecodingResult) -> (Vec<f32>, Stored) {

@@ -1,0 +1,107 @@
+//! Where decoded numbers go: into memory whole, or piece by piece into a file.
+//!
+//! A reader decodes a file once and gives its numbers in pieces of rows, in whatever order the format has them. What
+//! receives them decides what is kept. Nothing is received before the claims of a header have been checked.
+
+use std::path::Path;
+
+use super::{Picture, Plane, Stored, fault};
+use crate::Error;
+
+/// Takes the numbers of a picture or of a depth, piece by piece.
+pub(crate) trait Receiver {
+    /// Width and height, px, before the first piece. What no piece gives is unknown.
+    fn begin(&mut self, size: [usize; 2]) -> Result<(), Error>;
+    /// A piece of a row from column and row `at` on: for a picture red, green, blue and coverage of each pixel, for a
+    /// depth one number each.
+    fn put(&mut self, at: [usize; 2], values: &[f32]) -> Result<(), Error>;
+}
+
+/// Most bytes that a decoder may hold at once.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Room(pub(crate) u64);
+
+impl Room {
+    /// As much as there is.
+    pub(crate) const ENDLESS: Self = Self(u64::MAX);
+
+    /// Refuses a decoder that would hold `bytes`; `why` says what of the file it has to hold whole.
+    pub(crate) fn check(self, path: &Path, bytes: u64, why: &str) -> Result<(), Error> {
+        let mib = |bytes: u64| bytes.div_ceil(1 << 20);
+        if bytes <= self.0 {
+            return Ok(());
+        }
+        Err(fault(
+            path,
+            format!(
+                "{why} takes {} MiB to decode, --max-memory leaves {} MiB for it: allow more, or save the file as PNG \
+                 without interlacing, EXR in scan lines, PFM or .npy, which are read row by row",
+                mib(bytes),
+                mib(self.0)
+            ),
+        ))
+    }
+}
+
+/// A picture in memory, in the making.
+#[derive(Default)]
+pub(super) struct HeldPicture {
+    size: [usize; 2],
+    rgb: Vec<[f32; 3]>,
+    coverage: Vec<f32>,
+}
+
+impl HeldPicture {
+    /// The picture; its coverage only where the file has one, or lacks pixels.
+    pub(super) fn picture(self, has_alpha: bool) -> Picture {
+        let told = has_alpha || self.coverage.iter().any(|&coverage| coverage != 1.0);
+        let [width, height] = self.size;
+        Picture { width, height, rgb: self.rgb, coverage: told.then_some(self.coverage) }
+    }
+}
+
+impl Receiver for HeldPicture {
+    fn begin(&mut self, size: [usize; 2]) -> Result<(), Error> {
+        self.size = size;
+        self.rgb = vec![[0.0; 3]; size[0] * size[1]];
+        self.coverage = vec![0.0; size[0] * size[1]];
+        Ok(())
+    }
+
+    fn put(&mut self, [x, y]: [usize; 2], values: &[f32]) -> Result<(), Error> {
+        let first = y * self.size[0] + x;
+        let to = self.rgb[first..].iter_mut().zip(&mut self.coverage[first..]);
+        for ((rgb, coverage), pixel) in to.zip(values.chunks_exact(4)) {
+            (*rgb, *coverage) = ([pixel[0], pixel[1], pixel[2]], pixel[3]);
+        }
+        Ok(())
+    }
+}
+
+/// A depth in memory, in the making.
+#[derive(Default)]
+pub(super) struct HeldPlane {
+    size: [usize; 2],
+    values: Vec<f32>,
+}
+
+impl HeldPlane {
+    /// The plane.
+    pub(super) fn plane(self, stored: Stored) -> Plane {
+        Plane { width: self.size[0], height: self.size[1], values: self.values, stored }
+    }
+}
+
+impl Receiver for HeldPlane {
+    fn begin(&mut self, size: [usize; 2]) -> Result<(), Error> {
+        self.size = size;
+        self.values = vec![f32::NAN; size[0] * size[1]];
+        Ok(())
+    }
+
+    fn put(&mut self, [x, y]: [usize; 2], values: &[f32]) -> Result<(), Error> {
+        let first = y * self.size[0] + x;
+        self.values[first..first + values.len()].copy_from_slice(values);
+        Ok(())
+    }
+}

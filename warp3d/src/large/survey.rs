@@ -1,0 +1,109 @@
+//! One look through the unpacked samples, in bands of rows: numbers become camera z, and what must be known of the whole
+//! picture is gathered.
+
+use glam::DVec3;
+use rayon::prelude::*;
+use resample_core::{Camera, Projection};
+
+use super::Files;
+use super::blocks::{BLOCK, Blocks, HALO};
+use super::sheet::{Kind, Rect, Sheet};
+use super::unpack::Unpacked;
+use crate::Error;
+use crate::input::meaning::ZOf;
+use crate::input::{fault, nothing_known};
+use crate::options::SurfaceTolerance;
+use crate::reference::{NO_BOUNDS, joined, row_bounds};
+use crate::surface::{BEND_STRIDE, bends_of_row, tolerance_of_bends};
+use crate::warp::disparity;
+
+/// What was found.
+pub(super) struct Found {
+    pub(super) blocks: Blocks,
+    pub(super) tolerance: f32,
+    pub(super) known: u64,
+    pub(super) bounds: [DVec3; 2],
+}
+
+/// What a row has.
+struct RowFacts {
+    known: u64,
+    bounds: [DVec3; 2],
+    bends: Vec<f32>,
+}
+
+/// Looks through the samples and writes their camera z.
+pub(super) fn survey(
+    files: &Files<'_>,
+    unpacked: &Unpacked,
+    tolerance: SurfaceTolerance,
+) -> Result<Found, Error> {
+    let path = &files.depth.path;
+    let z_of = files.meaning.converter(unpacked.stored, files.camera).map_err(|what| fault(path, what))?;
+    let [width, height] = unpacked.sheet.size;
+    let wanted = tolerance == SurfaceTolerance::Auto;
+    let mut bends = Vec::with_capacity(if wanted { width * height / BEND_STRIDE + 1 } else { 0 });
+    let (mut known, mut bounds) = (0, NO_BOUNDS);
+    for first in (0..height).step_by(BLOCK) {
+        let rows = Rect { first: [0, first], size: [width, BLOCK.min(height - first)] };
+        let mut depth = unpacked.sheet.read(Kind::Depth, &rows)?;
+        let facts: Vec<RowFacts> = depth
+            .par_chunks_mut(width)
+            .enumerate()
+            .map(|(row, depth)| look_through((unpacked, files.camera), &z_of, first + row, depth))
+            .collect();
+        unpacked.sheet.write(Kind::Depth, [0, first], &depth)?;
+        for row in facts {
+            known += row.known;
+            bounds = joined(bounds, row.bounds);
+            if wanted {
+                bends.extend(row.bends);
+            }
+        }
+    }
+    if known == 0 {
+        return Err(nothing_known(files.meaning, unpacked.stored, path));
+    }
+    let tolerance = match tolerance {
+        SurfaceTolerance::Auto => tolerance_of_bends(bends),
+        SurfaceTolerance::Relative(tolerance) => tolerance,
+    };
+    let blocks = ranges(&unpacked.sheet, files.camera.projection, tolerance)?;
+    Ok(Found { blocks, tolerance, known, bounds })
+}
+
+/// Turns the numbers of row `y` into camera z.
+fn look_through(
+    (unpacked, camera): (&Unpacked, &Camera),
+    z_of: &ZOf<'_>,
+    y: usize,
+    depth: &mut [f32],
+) -> RowFacts {
+    for (x, z) in depth.iter_mut().enumerate() {
+        let is_there = unpacked.covered.get(x, y) && unpacked.given.get(x, y);
+        *z = if is_there { z_of(*z, [x, y]) } else { f32::NAN };
+    }
+    let row = disparities(camera.projection, depth);
+    RowFacts {
+        known: depth.iter().filter(|z| !z.is_nan()).count() as u64,
+        bounds: row_bounds(camera, y, depth),
+        bends: bends_of_row(&row, y * depth.len()).collect(),
+    }
+}
+
+/// The blocks of the picture, row of blocks by row of blocks.
+fn ranges(sheet: &Sheet, projection: Projection, tolerance: f32) -> Result<Blocks, Error> {
+    let [width, height] = sheet.size;
+    let mut blocks = Blocks::new(sheet.size);
+    for first in (0..height).step_by(BLOCK) {
+        let from = first.saturating_sub(HALO);
+        let to = (first + BLOCK + 1 + HALO).min(height);
+        let depth = sheet.read(Kind::Depth, &Rect { first: [0, from], size: [width, to - from] })?;
+        blocks.push_row(&disparities(projection, &depth), tolerance, first - from);
+    }
+    Ok(blocks)
+}
+
+fn disparities(projection: Projection, depth: &[f32]) -> Vec<f32> {
+    depth.iter().map(|&z| disparity(projection, z).unwrap_or(f32::NAN)).collect()
+}
