@@ -41,6 +41,7 @@ mod warp_scene;
 mod words;
 
 use std::process::ExitCode;
+use std::time::Instant;
 
 use anyhow::{Context, Result};
 use clap::Parser;
@@ -48,6 +49,7 @@ use clap::Parser;
 use crate::args::{Cli, Command, GlobalArgs};
 use crate::commands::compare::TooFar;
 use crate::interrupt::Interrupted;
+use crate::plan::Telling;
 use crate::output::WriteFailure;
 use crate::report::Verbosity;
 
@@ -76,8 +78,12 @@ fn main() -> ExitCode {
 fn run(cli: &Cli) -> Result<()> {
     start_threads(&cli.global)?;
     let verbosity = verbosity(&cli.global);
-    let planned = planner::planned(&cli.command, verbosity)?;
-    match planned.as_ref().unwrap_or(&cli.command) {
+    let telling = Telling { start: Instant::now(), verbosity };
+    if let Some((opened, command)) = planner::planned(&cli.command, verbosity)? {
+        interrupt::watch()?;
+        return opened.finish(&command, telling);
+    }
+    match &cli.command {
         Command::Demo(args) => commands::demo::run(args, verbosity),
         Command::Bench(args) => commands::bench::run(args, verbosity),
         Command::Calibrate(args) => commands::calibrate::run(args, verbosity),

@@ -1,6 +1,6 @@
 //! `resample warp3d`: a picture with depth, seen from elsewhere.
 //!
-//! The steps are those of [`run`]: what can be refused without reading a picture is checked first, then the references
+//! The steps are those of [`Open`]: what can be refused without reading a picture is checked first, then the references
 //! are read, then the cameras are placed, and only then is anything written.
 
 use std::path::{Path, PathBuf};
@@ -11,11 +11,11 @@ use resample_core::{Camera, Image};
 use serde_json::{Value, json};
 use warp3d::{Fill, FrameStats, SurfaceTolerance, WarpOptions, Warper};
 
-use crate::args::{CameraArgs, Command, ProjectionArg, SequenceArgs, Warp3dArgs, WarpArgs};
+use crate::args::{CameraArgs, ProjectionArg, SequenceArgs, Warp3dArgs, WarpArgs};
 use crate::camera_file::CameraDefaults;
 use crate::camera_path::{self, KeyKind};
 use crate::choices::warp;
-use crate::commands::{Opened, Parts, Prepared};
+use crate::commands::Prepared;
 use crate::interrupt;
 use crate::multiview::{self, Layout};
 use crate::output::{self, Format};
@@ -37,98 +37,119 @@ struct Shared {
 pub(crate) fn run(args: &Warp3dArgs, verbosity: Verbosity) -> Result<()> {
     let telling = Telling { start: Instant::now(), verbosity };
     interrupt::watch()?;
-    let shared = shared(args);
-    let request = request(args, &shared);
-    check_words(args)?;
-    // How many pictures there will be is known when the cameras are read; a name that cannot be is refused now.
-    Plan::without_cameras(&request, Pictures::One)?;
-    let options = options(&args.warp);
-    let start = Instant::now();
-    // The new picture is at least a pixel; how large it is, cameras say later.
-    check_memory(args, &options, [1, 1])?;
-    let scene = warp_scene::read(args)?;
-    let load_ms = report::ms_since(start);
-    let layout = layout(args);
-    let targets = targets(args, &scene)?;
-    let convergence = convergence(args, &scene, &targets[0])?;
-    let cameras = cameras(args, &layout, &targets, convergence)?;
-    let several = cameras.len() > 1;
-    let planes = args.mask.is_some() || args.confidence.is_some();
-    if several && planes {
-        bail!(
-            "--mask and --confidence write one file: for several pictures use .exr, which holds both for each"
-        );
+    Open::read(args)?.finish(args, telling)
+}
+
+/// Does all but the drawing.
+pub(crate) fn prepared(args: &Warp3dArgs) -> Result<Prepared> {
+    let Open { cameras, mut drawer, .. } = Open::read(args)?;
+    Ok(Prepared { cameras, render: Box::new(move |camera| drawer.draw(camera)) })
+}
+
+/// References that are read, ready to be warped.
+pub(crate) struct Open {
+    plan: Plan,
+    cameras: Vec<Camera>,
+    drawer: Drawer,
+    load_ms: f64,
+}
+
+impl Open {
+    /// Checks what can be checked, reads the references, places the cameras and prepares the warp.
+    pub(crate) fn read(args: &Warp3dArgs) -> Result<Self> {
+        let shared = shared(args);
+        let request = request(args, &shared);
+        check_words(args)?;
+        // How many pictures there will be is known when the cameras are read; a name that cannot be is refused now.
+        Plan::without_cameras(&request, Pictures::One)?;
+        let options = options(&args.warp);
+        let start = Instant::now();
+        // The new picture is at least a pixel; how large it is, cameras say later.
+        check_memory(args, &options, [1, 1])?;
+        let scene = warp_scene::read(args)?;
+        let load_ms = report::ms_since(start);
+        let layout = layout(args);
+        let targets = targets(args, &scene)?;
+        let convergence = convergence(args, &scene, &targets[0])?;
+        let cameras = cameras(args, &layout, &targets, convergence)?;
+        let several = cameras.len() > 1;
+        if several && has_planes(args) {
+            bail!(
+                "--mask and --confidence write one file: for several pictures use .exr, which holds both for each"
+            );
+        }
+        let plan = Plan::without_cameras(&request, if several { Pictures::Several } else { Pictures::One })?;
+        let cameras = plan.checked(cameras)?;
+        for camera in &cameras {
+            check_memory(args, &options, [camera.width, camera.height])?;
+        }
+        let warper = Warper::new(scene.references, &options)?;
+        let drawer = Drawer { warper, layout, convergence, last: LastPicture::NotKept };
+        Ok(Self { plan, cameras, drawer, load_ms })
     }
-    let plan = Plan::without_cameras(&request, if several { Pictures::Several } else { Pictures::One })?;
-    let cameras = plan.checked(cameras)?;
-    for camera in &cameras {
-        check_memory(args, &options, [camera.width, camera.height])?;
+
+    /// One camera per picture.
+    pub(crate) fn cameras(&self) -> &[Camera] {
+        &self.cameras
     }
-    let samples: usize =
-        scene.references.iter().map(|r| r.depth.iter().filter(|z| !z.is_nan()).count()).sum();
-    let stats = RunStats {
-        version: env!("CARGO_PKG_VERSION"),
-        scene: json!({ "references": scene.references.len(), "samples": samples }),
-        threads: rayon::current_num_threads(),
-        settings: record(args, &options, (&request, plan.finish.format), convergence),
-        planned: args.ask.kept.clone(),
-        load_ms,
-        peak_bytes: None,
-        frames: Vec::new(),
-    };
-    let last = if planes { LastPicture::Kept(None) } else { LastPicture::NotKept };
-    let mut drawer = Drawer { warper: Warper::new(scene.references, &options)?, layout, convergence, last };
-    plan.draw(&request, &cameras, stats, (&mut |camera, _| drawer.draw(camera), telling))?;
-    match drawer.last {
-        LastPicture::Kept(Some(image)) => write_planes(args, &image),
-        LastPicture::Kept(None) | LastPicture::NotKept => Ok(()),
+
+    /// Whether a part of a picture can be drawn without the rest.
+    pub(crate) fn has_parts(&self, args: &Warp3dArgs) -> bool {
+        // What fills a hole may come from anywhere on its rim.
+        self.drawer.layout == Layout::Single && options(&args.warp).fill == Fill::None
     }
+
+    /// Warps under the settings of `args`, without a warning.
+    pub(crate) fn draw(&mut self, args: &Warp3dArgs, camera: &Camera) -> Result<Drawn> {
+        self.adopt(&options(&args.warp))?;
+        self.drawer.draw_silently(camera)
+    }
+
+    /// Draws and writes all pictures under the settings of `args`, and reports.
+    pub(crate) fn finish(mut self, args: &Warp3dArgs, telling: Telling) -> Result<()> {
+        let shared = shared(args);
+        let request = request(args, &shared);
+        let options = options(&args.warp);
+        self.adopt(&options)?;
+        let Self { plan, cameras, mut drawer, load_ms } = self;
+        let references = drawer.warper.references();
+        let samples: usize = references.iter().map(|r| r.depth.iter().filter(|z| !z.is_nan()).count()).sum();
+        let stats = RunStats {
+            version: env!("CARGO_PKG_VERSION"),
+            scene: json!({ "references": references.len(), "samples": samples }),
+            threads: rayon::current_num_threads(),
+            settings: record(args, &options, (&request, plan.finish.format), drawer.convergence),
+            planned: args.ask.kept.clone(),
+            load_ms,
+            peak_bytes: None,
+            frames: Vec::new(),
+        };
+        drawer.last = if has_planes(args) { LastPicture::Kept(None) } else { LastPicture::NotKept };
+        plan.draw(&request, &cameras, stats, (&mut |camera, _| drawer.draw(camera), telling))?;
+        match drawer.last {
+            LastPicture::Kept(Some(image)) => write_planes(args, &image),
+            LastPicture::Kept(None) | LastPicture::NotKept => Ok(()),
+        }
+    }
+
+    fn adopt(&mut self, options: &WarpOptions) -> Result<()> {
+        let warper = &mut self.drawer.warper;
+        if !warper.adopt(options)? {
+            *warper = Warper::new(warper.references().to_vec(), options)?;
+        }
+        Ok(())
+    }
+}
+
+/// Whether the mask or the confidence of the picture is written.
+fn has_planes(args: &Warp3dArgs) -> bool {
+    args.mask.is_some() || args.confidence.is_some()
 }
 
 /// Holds what the warp takes against `--max-memory`.
 fn check_memory(args: &Warp3dArgs, options: &WarpOptions, target: [u32; 2]) -> Result<()> {
     let Some(max_memory) = args.max_memory else { return Ok(()) };
     Ok(warp3d::memory::check_memory(&warp_scene::sizes(args)?, target, options, max_memory)?)
-}
-
-/// Does all but the drawing.
-pub(crate) fn prepared(args: &Warp3dArgs) -> Result<Prepared> {
-    check_words(args)?;
-    let scene = warp_scene::read(args)?;
-    let layout = layout(args);
-    let targets = targets(args, &scene)?;
-    let convergence = convergence(args, &scene, &targets[0])?;
-    let cameras = cameras(args, &layout, &targets, convergence)?;
-    let warper = Warper::new(scene.references, &options(&args.warp))?;
-    let mut drawer = Drawer { warper, layout, convergence, last: LastPicture::NotKept };
-    Ok(Prepared { cameras, render: Box::new(move |camera| drawer.draw(camera)) })
-}
-
-/// Reads the references, to warp them under several settings.
-pub(crate) fn opened(args: &Warp3dArgs) -> Result<Opened> {
-    let shared = shared(args);
-    let request = request(args, &shared);
-    check_words(args)?;
-    Plan::without_cameras(&request, Pictures::One)?;
-    let scene = warp_scene::read(args)?;
-    let layout = layout(args);
-    let targets = targets(args, &scene)?;
-    let convergence = convergence(args, &scene, &targets[0])?;
-    let cameras = cameras(args, &layout, &targets, convergence)?;
-    // What fills a hole may come from anywhere on its rim.
-    let whole = layout != Layout::Single || options(&args.warp).fill != Fill::None;
-    let warper = Warper::new(scene.references, &options(&args.warp))?;
-    let mut drawer = Drawer { warper, layout, convergence, last: LastPicture::NotKept };
-    let draw = move |command: &Command, camera: &Camera| {
-        let Command::Warp3d(args) = command else { bail!("expected warp3d") };
-        let options = options(&args.warp);
-        if !drawer.warper.adopt(&options)? {
-            drawer.warper = Warper::new(drawer.warper.references().to_vec(), &options)?;
-        }
-        drawer.draw_silently(camera)
-    };
-    let parts = if whole { Parts::Whole } else { Parts::Windows { side_px: 64, least: 4, guard_px: 1 } };
-    Ok(Opened { cameras, parts, draw: Box::new(draw) })
 }
 
 /// Draws the views of a sheet.

@@ -16,9 +16,9 @@ use super::pilot::Found;
 use super::windows::part;
 use crate::args::SceneArg;
 use crate::built_in;
-use crate::commands::{self, Opened};
+use crate::commands::Opened;
 use crate::machine;
-use crate::report;
+use crate::report::{self, Verbosity};
 use crate::words;
 
 /// A model and where it comes from.
@@ -135,7 +135,7 @@ fn measure(
     let mut all = scene.to_vec();
     // The picture is never written; the name only has to be good.
     all.extend(["-o".to_owned(), std::env::temp_dir().join("resample-calibrate.exr").display().to_string()]);
-    let mut opened = commands::opened(&words::parsed(&all)?.command)?;
+    let mut opened = Opened::read(&words::parsed(&all)?.command, Verbosity::Quiet)?;
     let cameras = cameras(&opened)?;
     for setting in settings {
         let command = words::parsed(&words::with(&all, setting))?.command;
@@ -149,7 +149,7 @@ fn measure(
             }
             let mut best: Option<Sample> = None;
             for _ in 0..reps {
-                let keys = (opened.draw)(&command, camera)?.account.keys;
+                let keys = opened.draw(&command, camera)?.account.keys;
                 let sample = Sample {
                     path: path.clone(),
                     counts: counts(&keys, pixels),
@@ -169,7 +169,7 @@ fn measure(
 
 /// Whole pictures of several sizes, a nearer view, and parts.
 fn cameras(opened: &Opened) -> Result<Vec<Camera>> {
-    let first = opened.cameras.first().context("a built-in scene has no camera")?;
+    let first = opened.cameras().first().context("a built-in scene has no camera")?;
     let mut cameras = Vec::new();
     for side in SIDES_PX {
         cameras.push(first.resized(side, side)?);

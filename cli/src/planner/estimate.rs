@@ -1,8 +1,9 @@
 //! From the errors in some windows to the error of whole pictures, with a margin that the spread among windows gives.
 //!
 //! Root mean square: each draw of a window gives an estimate of the picture's sum of squares (its own sum over its chance);
-//! their mean is unbiased, and two standard errors of that mean are added. Of several views the worst counts, and half
-//! the mean step between neighbouring views is added for the pictures between them.
+//! their mean is unbiased, and two standard errors of that mean are added. Of several views the worst counts, and for the
+//! pictures between them a part of the mean step between neighbouring views is added: half of it for eight views, more
+//! for fewer.
 //! Largest change: the maxima of the windows are taken for draws from a Gumbel distribution, the law of maxima of many
 //! pixels; its two numbers come from their mean and spread, and the bound is what the maximum over all cells of all pictures
 //! exceeds with a chance of one in fifty, twice over: it is the weaker promise of the two.
@@ -32,6 +33,10 @@ pub(super) struct ViewErrors {
 /// Standard errors that are added to a mean.
 const STANDARD_ERRORS: f64 = 2.0;
 
+/// How many of the steps between views, over the number of views, are added for the pictures between them: the fewer
+/// views, the longer the way from one to the next. A guess, held to in `docs/results/planner.md`.
+const STEPS: f64 = 4.0;
+
 /// Euler's constant: the mean of the standard Gumbel distribution.
 const EULER: f64 = 0.577_215_664_901_532_9;
 
@@ -45,15 +50,16 @@ const ONE_IN_FIFTY: f64 = 3.902;
 /// The predicted error of the worst of `pictures` pictures.
 pub(super) fn predicted(metric: BoundMetric, views: &[ViewErrors], pictures: usize) -> f64 {
     match metric {
-        BoundMetric::Rms => root_mean_square(views),
+        BoundMetric::Rms => root_mean_square(views, pictures),
         BoundMetric::Max => largest(views, pictures),
     }
 }
 
-fn root_mean_square(views: &[ViewErrors]) -> f64 {
+fn root_mean_square(views: &[ViewErrors], pictures: usize) -> f64 {
     let bounds: Vec<f64> = views.iter().filter(|view| view.covered_px > 0.0).map(mean_square).collect();
     let steps: Vec<f64> = bounds.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
-    let between = 0.5 * steps.iter().sum::<f64>() / steps.len().max(1) as f64;
+    let step = steps.iter().sum::<f64>() / steps.len().max(1) as f64;
+    let between = if views.len() >= pictures { 0.0 } else { STEPS / views.len() as f64 * step };
     (bounds.iter().copied().fold(0.0, f64::max) + between).sqrt()
 }
 

@@ -10,7 +10,8 @@ use resample_core::{Camera, Image};
 
 use super::estimate::{ViewErrors, WindowError};
 use super::ladders;
-use super::model::{COUNTS, Counts, OF_FRAME, counts, milliseconds};
+use super::look::{self, Effort, Look, Part, WindowCost};
+use super::model::{COUNTS, Counts, Model, OF_FRAME, counts, milliseconds};
 use super::windows::{self, Window, Windows};
 use crate::args::Command;
 use crate::commands::{Opened, Parts};
@@ -19,6 +20,8 @@ use crate::words;
 /// A scene under the settings of a command.
 pub(super) struct Scene {
     pub(super) opened: Opened,
+    /// What a part of its pictures is.
+    pub(super) parts: Parts,
     /// The command without the options of the planner.
     pub(super) words: Vec<String>,
 }
@@ -28,6 +31,8 @@ struct Sight {
     image: Image,
     counts: Counts,
     cpu_ms: f64,
+    /// Under the settings of this kind of work.
+    path: String,
 }
 
 /// The windows of some of the pictures, and what the exact setting shows in them.
@@ -39,8 +44,10 @@ pub(super) struct Pilot {
     guard_px: usize,
     /// The exact setting in the windows.
     pub(super) exact: Option<Found>,
-    /// CPU time of all that the pilot has drawn, ms.
+    /// CPU time of all that the pilot has drawn, ms: measured, and by the model.
     pub(super) cpu_ms: f64,
+    pub(super) model_ms: f64,
+    model: Model,
 }
 
 struct View {
@@ -64,16 +71,11 @@ pub(super) struct Found {
     /// CPU time and counts of all windows together.
     pub(super) windows_cpu_ms: f64,
     pub(super) windows_counts: Counts,
+    /// What all windows take by the model.
+    pub(super) windows_model_ms: f64,
     /// CPU time of each view's whole picture by the windows alone.
     pub(super) frames_cpu_ms: Vec<f64>,
 }
-
-/// Most pictures of a sequence that are looked at; one in eight of shorter ones.
-const MOST_VIEWS: usize = 8;
-
-/// Share of the covered cells that is looked at in each picture, and most windows as a multiple of the least number.
-const SHARE: f64 = 0.06;
-const MOST: usize = 3;
 
 impl Scene {
     /// The command under a setting.
@@ -82,46 +84,94 @@ impl Scene {
     }
 
     fn draw(&mut self, command: &Command, camera: &Camera) -> Result<Sight> {
-        let drawn = (self.opened.draw)(command, camera)?;
+        let drawn = self.opened.draw(command, camera)?;
         let pixels = f64::from(camera.width) * f64::from(camera.height);
         Ok(Sight {
             image: drawn.image,
             counts: counts(&drawn.account.keys, pixels),
             cpu_ms: milliseconds(&drawn.account.keys, "cpu_ms"),
+            path: ladders::path(command),
         })
     }
 }
 
 impl Pilot {
-    /// Looks at the pictures coarsely, and at their windows with the exact setting.
-    pub(super) fn new(scene: &mut Scene, family: &ladders::Family) -> Result<Self> {
-        let pictures = scene.opened.cameras.len();
-        let guard_px = match scene.opened.parts {
+    /// Looks at the pictures coarsely, and at their windows with the exact setting; `None` where the effort does not allow
+    /// a look.
+    pub(super) fn new(
+        scene: &mut Scene,
+        family: &ladders::Family,
+        (effort, model): (Effort, &Model),
+    ) -> Result<Option<Self>> {
+        let pictures = scene.opened.cameras().len();
+        let guard_px = match scene.parts {
             Parts::Windows { guard_px, .. } => guard_px,
             Parts::Whole => 0,
         };
-        let mut pilot = Self { views: Vec::new(), pictures, guard_px, exact: None, cpu_ms: 0.0 };
+        let pixels = scene.opened.cameras().iter().map(pixels).fold(0.0, f64::max);
+        if effort == Effort::Affordable && !look::may_pay(scene.parts, (pictures, pixels)) {
+            return Ok(None);
+        }
+        let mut pilot = Self {
+            views: Vec::new(),
+            pictures,
+            guard_px,
+            exact: None,
+            cpu_ms: 0.0,
+            model_ms: 0.0,
+            model: model.clone(),
+        };
         let coarse = scene.command(&family.coarse)?;
-        for camera in chosen(&scene.opened.cameras) {
-            let whole = scene.draw(&coarse, &camera)?;
-            let windows = match scene.opened.parts {
-                Parts::Windows { side_px, least, .. } => {
-                    windows::spread(&camera, &whole.image, side_px, (SHARE, [least, MOST * least]))
-                }
-                Parts::Whole => windows::whole(&camera, &whole.image),
-            };
-            let mut coarse_windows = Vec::with_capacity(windows.list.len());
-            pilot.cpu_ms += whole.cpu_ms;
-            for window in &windows.list {
-                let sight = scene.draw(&coarse, &window.camera)?;
-                pilot.cpu_ms += sight.cpu_ms;
-                coarse_windows.push(sight.counts);
-            }
-            let view = View { camera, windows, coarse: whole.counts, coarse_windows, exact: Vec::new() };
-            pilot.views.push(view);
+        let Some(look) = pilot.look(scene, (family, &coarse), effort)? else { return Ok(None) };
+        for camera in chosen(scene.opened.cameras(), look.views) {
+            pilot.add_view(scene, &coarse, (camera, look.part))?;
         }
         pilot.exact = Some(pilot.found(scene, &family.exact)?);
-        Ok(pilot)
+        Ok(Some(pilot))
+    }
+
+    /// How closely the pictures are looked at, by a coarse look at one in the middle.
+    fn look(
+        &mut self,
+        scene: &mut Scene,
+        (family, coarse): (&ladders::Family, &Command),
+        effort: Effort,
+    ) -> Result<Option<Look>> {
+        let camera = chosen(scene.opened.cameras(), 1)[0];
+        let whole = scene.draw(coarse, &camera)?;
+        self.spend(&whole);
+        let exact = ladders::path(&scene.command(&family.exact)?);
+        let fixed = self.model.fixed_share(&exact, &whole.counts);
+        let window = |side_px| WindowCost {
+            cells: windows::covered_cells(&camera, &whole.image, side_px),
+            fixed,
+        };
+        Ok(look::closest(scene.parts, (self.pictures, effort), window))
+    }
+
+    fn add_view(&mut self, scene: &mut Scene, coarse: &Command, (camera, part): (Camera, Part)) -> Result<()> {
+        let whole = scene.draw(coarse, &camera)?;
+        self.spend(&whole);
+        let (windows, coarse_windows) = match part {
+            Part::Whole => (windows::whole(&camera, &whole.image), vec![whole.counts]),
+            Part::Windows { side_px, draws } => {
+                let windows = windows::spread(&camera, &whole.image, (side_px, draws));
+                let mut counts = Vec::with_capacity(windows.list.len());
+                for window in &windows.list {
+                    let sight = scene.draw(coarse, &window.camera)?;
+                    self.spend(&sight);
+                    counts.push(sight.counts);
+                }
+                (windows, counts)
+            }
+        };
+        self.views.push(View { camera, windows, coarse: whole.counts, coarse_windows, exact: Vec::new() });
+        Ok(())
+    }
+
+    fn spend(&mut self, sight: &Sight) {
+        self.cpu_ms += sight.cpu_ms;
+        self.model_ms += self.model.likely_cpu_ms(&sight.path, &sight.counts);
     }
 
     /// Draws the windows with a setting; the first one is what all others are compared with.
@@ -133,19 +183,23 @@ impl Pilot {
             frames: Vec::new(),
             windows_cpu_ms: 0.0,
             windows_counts: [0.0; COUNTS],
+            windows_model_ms: 0.0,
             frames_cpu_ms: Vec::new(),
         };
-        for view in &mut self.views {
-            let mut sights = Vec::with_capacity(view.windows.list.len());
-            for window in &view.windows.list {
-                sights.push(scene.draw(&command, &window.camera)?);
+        for k in 0..self.views.len() {
+            let cameras: Vec<Camera> = self.views[k].windows.list.iter().map(|window| window.camera).collect();
+            let mut sights = Vec::with_capacity(cameras.len());
+            for camera in &cameras {
+                sights.push(scene.draw(&command, camera)?);
             }
+            sights.iter().for_each(|sight| self.spend(sight));
+            let view = &mut self.views[k];
             found.add(view, &sights, self.guard_px);
             if view.exact.len() < sights.len() {
                 view.exact = sights.into_iter().map(|sight| sight.image).collect();
             }
         }
-        self.cpu_ms += found.windows_cpu_ms;
+        found.windows_model_ms = self.model.likely_cpu_ms(&found.path, &found.windows_counts);
         Ok(found)
     }
 
@@ -156,7 +210,6 @@ impl Pilot {
 
     /// Views, windows, and the share of these views' pixels that the windows hold.
     pub(super) fn size(&self) -> (usize, usize, f64) {
-        let pixels = |camera: &Camera| f64::from(camera.width) * f64::from(camera.height);
         let windows = self.views.iter().flat_map(|view| &view.windows.list);
         let seen: f64 = windows.clone().map(|window| pixels(&window.camera)).sum();
         let all: f64 = self.views.iter().map(|view| pixels(&view.camera)).sum();
@@ -221,7 +274,10 @@ fn window_error(window: &Window, (image, exact): (&Image, &Image), guard_px: usi
 }
 
 /// The cameras that are looked at, evenly spaced.
-fn chosen(cameras: &[Camera]) -> Vec<Camera> {
-    let count = if cameras.len() == 1 { 1 } else { (cameras.len() / 4).clamp(2, MOST_VIEWS) };
+fn chosen(cameras: &[Camera], count: usize) -> Vec<Camera> {
     (0..count).map(|k| cameras[(2 * k + 1) * cameras.len() / (2 * count)]).collect()
+}
+
+fn pixels(camera: &Camera) -> f64 {
+    f64::from(camera.width) * f64::from(camera.height)
 }

@@ -45,24 +45,25 @@ pub(super) fn whole(camera: &Camera, coarse: &Image) -> Windows {
     Windows { list, cells: 1, covered_px }
 }
 
-/// About `share` of the cells (of `side_px`) that show something, at least `least` draws and at most `most`.
-pub(super) fn spread(
-    camera: &Camera,
-    coarse: &Image,
-    side_px: u32,
-    (share, [least, most]): (f64, [usize; 2]),
-) -> Windows {
-    let side = if camera.width * camera.height > LARGE_PX { 2 * side_px } else { side_px };
-    let columns = camera.width.div_ceil(side);
-    let cells: Vec<Cell> = (0..columns * camera.height.div_ceil(side))
-        .map(|index| cell(coarse, [index % columns * side, index / columns * side], side))
-        .collect();
+/// The side of the cells of a picture, px: large pictures have larger ones.
+pub(super) fn side_of(camera: &Camera, side_px: u32) -> u32 {
+    if camera.width * camera.height > LARGE_PX { 2 * side_px } else { side_px }
+}
+
+/// How many of the cells show something.
+pub(super) fn covered_cells(camera: &Camera, coarse: &Image, side_px: u32) -> usize {
+    cells(camera, coarse, side_of(camera, side_px)).iter().filter(|cell| cell.covered > 0).count()
+}
+
+/// Windows of `side_px` in `count` draws.
+pub(super) fn spread(camera: &Camera, coarse: &Image, (side_px, count): (u32, usize)) -> Windows {
+    let side = side_of(camera, side_px);
+    let cells = cells(camera, coarse, side);
     let covered: Vec<&Cell> = cells.iter().filter(|cell| cell.covered > 0).collect();
     let covered_px: usize = covered.iter().map(|cell| cell.covered).sum();
     let mean = covered.iter().map(|cell| cell.contrast).sum::<f64>() / covered.len().max(1) as f64;
     let size = |cell: &Cell| cell.contrast + FLOOR * mean + f64::MIN_POSITIVE.sqrt();
     let total: f64 = covered.iter().map(|cell| size(cell)).sum();
-    let count = ((share * covered.len() as f64) as usize).clamp(least, most);
     let mut list = Vec::new();
     let (mut passed, mut drawn) = (0.0, 0);
     for &cell in &covered {
@@ -87,6 +88,14 @@ pub(super) fn part(camera: &Camera, at: [u32; 2], side: u32) -> Camera {
         cy: camera.cy - f64::from(at[1]),
         ..*camera
     }
+}
+
+/// All cells of a picture, row by row.
+fn cells(camera: &Camera, coarse: &Image, side: u32) -> Vec<Cell> {
+    let columns = camera.width.div_ceil(side);
+    (0..columns * camera.height.div_ceil(side))
+        .map(|index| cell(coarse, [index % columns * side, index / columns * side], side))
+        .collect()
 }
 
 struct Cell {
@@ -143,8 +152,9 @@ mod tests {
 
     #[test]
     fn windows_stand_on_what_is_covered_and_mostly_on_contrast() {
-        let windows = spread(&camera(), &picture(), 16, (1.0, [6, 6]));
+        let windows = spread(&camera(), &picture(), (16, 6));
         assert_eq!((windows.cells, windows.covered_px), (6, 1536.0), "cells of the right half");
+        assert_eq!(covered_cells(&camera(), &picture(), 16), 6, "counted alike");
         let draws: usize = windows.list.iter().map(|window| window.draws).sum();
         assert_eq!(draws, 6, "as many as asked for");
         let above = windows.list.iter().filter(|window| window.camera.cy > 23.0);
@@ -154,7 +164,7 @@ mod tests {
 
     #[test]
     fn an_empty_picture_has_no_windows() {
-        let windows = spread(&camera(), &Image::transparent(64, 48), 16, (0.1, [4, 8]));
+        let windows = spread(&camera(), &Image::transparent(64, 48), (16, 4));
         assert!(windows.list.is_empty() && windows.covered_px == 0.0);
     }
 }
