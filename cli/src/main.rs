@@ -49,8 +49,8 @@ use clap::Parser;
 use crate::args::{Cli, Command, GlobalArgs};
 use crate::commands::compare::TooFar;
 use crate::interrupt::Interrupted;
-use crate::plan::Telling;
 use crate::output::WriteFailure;
+use crate::plan::Telling;
 use crate::report::Verbosity;
 
 /// Bad input or options; also what clap uses.

@@ -61,8 +61,7 @@ impl Open {
     pub(crate) fn read(args: &VolsplatArgs, verbosity: Verbosity) -> Result<Self> {
         let request = request(args);
         let plan = Plan::new(&request)?;
-        let options =
-            settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format)?;
+        let options = settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format)?;
         blend::layers(&args.render.blend, plan.finish.format)?;
         let open = loaded(args, options, (plan, verbosity.progress()))?;
         let cameras = cameras(args, &request, &open)?;

@@ -15,7 +15,7 @@ use super::model::{Counts, Model, Sample, counts, milliseconds};
 use super::pilot::Found;
 use super::windows::part;
 use crate::args::SceneArg;
-use crate::built_in;
+use crate::built_in::{self, DepthSize, Texture, Triangles};
 use crate::commands::Opened;
 use crate::machine;
 use crate::report::{self, Verbosity};
@@ -120,10 +120,14 @@ fn scenes(folder: &std::path::Path) -> Result<Scenes> {
     for scene in [SceneArg::CheckerBox, SceneArg::MarschnerLobb, SceneArg::Blobs] {
         all.push((built_in::volume(scene, folder)?, list(&volumes)));
     }
-    for texture in [built_in::Texture::Fine, built_in::Texture::Coarse] {
-        all.push((built_in::mesh(folder, texture)?, list(&meshes)));
+    for (texture, triangles) in
+        [(Texture::Fine, Triangles::Few), (Texture::Coarse, Triangles::Few), (Texture::Fine, Triangles::Many)]
+    {
+        all.push((built_in::mesh(folder, texture, triangles)?, list(&meshes)));
     }
-    all.push((built_in::depth_image(folder)?, list(&warps)));
+    for size in [DepthSize::Full, DepthSize::Half] {
+        all.push((built_in::depth_image(folder, size)?, list(&warps)));
+    }
     Ok(all)
 }
 

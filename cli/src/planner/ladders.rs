@@ -42,6 +42,9 @@ pub(super) struct Family {
     pub(super) exact: Vec<String>,
     /// The cheapest setting, for a coarse look.
     pub(super) coarse: Vec<String>,
+    /// Where a coarse look must be cheap, it shows every so many pixels only: the cheapest setting of a mesh takes an eighth
+    /// of the exact one's time.
+    pub(super) coarse_step: u32,
     /// Options whose value is a proven bound on what they change; each gets a share of the error that is allowed.
     pub(super) proven: Vec<&'static str>,
 }
@@ -97,12 +100,15 @@ pub(super) fn family(command: &Command, typed: &[String]) -> Family {
             ways: vec![way(&[], &[SLAB, SHEET_SUBPIXEL], 1.0)],
             exact: owned(EXACT_SHEETS),
             coarse: owned(&["--slab", "2", "--subpixel", "1"]),
+            coarse_step: 1,
             proven: vec!["--min-transmittance", "--lod-error"],
         },
         _ => Family {
             ways: vec![way(&[], &[FOOTPRINT], 1.0)],
             exact: owned(EXACT_SAMPLES),
             coarse: owned(&["--footprint", "affine-approx"]),
+            // It costs as much as the exact setting.
+            coarse_step: 4,
             proven: vec!["--min-transmittance"],
         },
     };
@@ -121,6 +127,7 @@ fn mesh() -> Family {
         ways: MESH_METHODS.map(of).to_vec(),
         exact: owned(EXACT_MESH),
         coarse: owned(&["--method", "backward-nearest", "--subpixel", "1"]),
+        coarse_step: 4,
         proven: Vec::new(),
     }
 }
@@ -132,6 +139,7 @@ fn warp() -> Family {
         ways: plain.chain([hybrid]).collect(),
         exact: owned(EXACT_WARP),
         coarse: owned(&["--method", "nearest"]),
+        coarse_step: 1,
         proven: Vec::new(),
     }
 }

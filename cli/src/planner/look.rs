@@ -54,6 +54,9 @@ const LEAST_VIEWS: usize = 3;
 const CELL_SHARE: f64 = 0.06;
 const MOST_WINDOWS: usize = 3;
 
+/// Pictures with more pixels than this may have larger windows.
+const LARGE_PX: f64 = 512.0 * 512.0;
+
 /// Windows that cost more of a picture than this are not worth leaving the rest out. A guess.
 const WHOLE_ABOVE: f64 = 0.7;
 
@@ -70,15 +73,18 @@ fn least_views(pictures: usize) -> usize {
 pub(super) fn may_pay(parts: Parts, (pictures, pixels): (usize, f64)) -> bool {
     let affordable = MOST_SHARE * pictures as f64 / least_views(pictures) as f64;
     let windows = match parts {
-        Parts::Windows { side_px, least, .. } => least as f64 * f64::from(side_px).powi(2) <= affordable * pixels,
+        Parts::Windows { side_px, least, .. } => {
+            least as f64 * f64::from(side_px).powi(2) <= affordable * pixels
+        }
         Parts::Whole => false,
     };
     windows || (pictures > 1 && affordable >= 1.0)
 }
 
-/// The closest look that `effort` allows; `None` where there is none.
+/// The closest look that `effort` allows; `None` where there is none. Windows have one of `sides`, px, the first that can be
+/// afforded.
 pub(super) fn closest(
-    parts: Parts,
+    (parts, sides): (Parts, &[u32]),
     (pictures, effort): (usize, Effort),
     window: impl Fn(u32) -> WindowCost,
 ) -> Option<Look> {
@@ -91,13 +97,24 @@ pub(super) fn closest(
             Effort::Any => f64::INFINITY,
         };
         let part = match parts {
-            Parts::Windows { side_px, least, .. } => windows((side_px, least), affordable, window(side_px)),
+            Parts::Windows { least, .. } => {
+                sides.iter().find_map(|&side| windows((side, least), affordable, window(side)))
+            }
             Parts::Whole => None,
         };
         // The only picture as a whole would cost what it saves.
         let whole = (affordable >= 1.0).then_some(Part::Whole);
         part.or(whole).map(|part| Look { views, part })
     })
+}
+
+/// The sides of windows that may be taken, px: large pictures may have larger ones, whose counts spread less.
+pub(super) fn sides(parts: Parts, pixels: f64) -> Vec<u32> {
+    match parts {
+        Parts::Windows { side_px, .. } if pixels > LARGE_PX => vec![2 * side_px, side_px],
+        Parts::Windows { side_px, .. } => vec![side_px],
+        Parts::Whole => Vec::new(),
+    }
 }
 
 fn windows((side_px, least): (u32, usize), affordable: f64, cost: WindowCost) -> Option<Part> {
@@ -114,7 +131,7 @@ mod tests {
     const PARTS: Parts = Parts::Windows { side_px: 32, least: 6, guard_px: 0 };
 
     fn look(pictures: usize, cells: usize, fixed: f64) -> Option<Look> {
-        closest(PARTS, (pictures, Effort::Affordable), |_| WindowCost { cells, fixed })
+        closest((PARTS, &[32]), (pictures, Effort::Affordable), |_| WindowCost { cells, fixed })
     }
 
     #[test]
@@ -122,8 +139,26 @@ mod tests {
         let windows = |draws| Part::Windows { side_px: 32, draws };
         assert_eq!(look(64, 500, 0.001), Some(Look { views: 8, part: windows(18) }), "as many as are wanted");
         assert_eq!(look(1, 160, 0.001), Some(Look { views: 1, part: windows(6) }), "a share of one picture");
-        assert_eq!(look(64, 9, 0.05), Some(Look { views: 3, part: Part::Whole }), "six of nine cells cost more");
+        assert_eq!(
+            look(64, 9, 0.05),
+            Some(Look { views: 3, part: Part::Whole }),
+            "six of nine cells cost more"
+        );
         assert_eq!(look(400, 9, 0.05), Some(Look { views: 8, part: Part::Whole }), "a long run");
+    }
+
+    #[test]
+    fn large_windows_are_taken_where_they_can_be_afforded() {
+        let side = |cells: [usize; 2]| {
+            let window = |side| WindowCost { cells: cells[usize::from(side == 32)], fixed: 0.0 };
+            closest((PARTS, &sides(PARTS, 1e6)), (1, Effort::Affordable), window).map(|look| look.part)
+        };
+        assert_eq!(side([300, 1200]), Some(Part::Windows { side_px: 64, draws: 15 }));
+        assert_eq!(
+            side([100, 400]),
+            Some(Part::Windows { side_px: 32, draws: 18 }),
+            "six large ones cost more"
+        );
     }
 
     #[test]
@@ -132,7 +167,7 @@ mod tests {
         assert_eq!(look(8, 20, 0.02), None, "and no picture as a whole");
         assert!(!may_pay(PARTS, (1, 256.0 * 256.0)) && may_pay(PARTS, (1, 512.0 * 512.0)));
         assert!(!may_pay(Parts::Whole, (1, 1e9)) && may_pay(Parts::Whole, (64, 1e4)));
-        let any = closest(PARTS, (1, Effort::Any), |_| WindowCost { cells: 40, fixed: 0.0 });
+        let any = closest((PARTS, &[32]), (1, Effort::Any), |_| WindowCost { cells: 40, fixed: 0.0 });
         assert_eq!(any, Some(Look { views: 1, part: Part::Windows { side_px: 32, draws: 6 } }));
     }
 }

@@ -10,7 +10,7 @@ use resample_core::{Camera, Image};
 
 use super::estimate::{ViewErrors, WindowError};
 use super::ladders;
-use super::look::{self, Effort, Look, Part, WindowCost};
+use super::look::{self, Effort, Part, WindowCost};
 use super::model::{COUNTS, Counts, Model, OF_FRAME, counts, milliseconds};
 use super::windows::{self, Window, Windows};
 use crate::args::Command;
@@ -53,10 +53,16 @@ pub(super) struct Pilot {
 struct View {
     camera: Camera,
     windows: Windows,
-    /// Counts of the whole coarse picture, and of its windows.
-    coarse: Counts,
-    coarse_windows: Vec<Counts>,
+    /// Counts of the whole coarse picture and of its windows, where both were drawn.
+    coarse: Option<(Counts, Vec<Counts>)>,
     exact: Vec<Image>,
+}
+
+/// How a coarse look is taken.
+struct Coarse {
+    command: Command,
+    /// It shows every so many pixels.
+    step: u32,
 }
 
 /// What the pilot found of a setting.
@@ -121,57 +127,76 @@ impl Pilot {
             model_ms: 0.0,
             model: model.clone(),
         };
-        let coarse = scene.command(&family.coarse)?;
-        let Some(look) = pilot.look(scene, (family, &coarse), effort)? else { return Ok(None) };
+        let coarse = Coarse {
+            command: scene.command(&family.coarse)?,
+            step: if effort == Effort::Affordable { family.coarse_step } else { 1 },
+        };
+        let middle = chosen(scene.opened.cameras(), 1)[0];
+        let seen = pilot.coarse(scene, &coarse, &middle)?;
+        let exact = ladders::path(&scene.command(&family.exact)?);
+        let fixed = pilot.model.fixed_share(&exact, &seen.counts);
+        let window = |side| WindowCost { cells: windows::covered_cells(&middle, &seen.image, side), fixed };
+        let sides = look::sides(scene.parts, pixels);
+        let Some(look) = look::closest((scene.parts, &sides), (pictures, effort), window) else {
+            return Ok(None);
+        };
+        let mut seen = Some(seen);
         for camera in chosen(scene.opened.cameras(), look.views) {
-            pilot.add_view(scene, &coarse, (camera, look.part))?;
+            let sight = if camera == middle { seen.take() } else { None };
+            pilot.add_view(scene, &coarse, (camera, look.part, sight))?;
         }
         pilot.exact = Some(pilot.found(scene, &family.exact)?);
         Ok(Some(pilot))
     }
 
-    /// How closely the pictures are looked at, by a coarse look at one in the middle.
-    fn look(
+    /// Adds a picture that is looked at; what was seen of it coarsely is not drawn again.
+    fn add_view(
         &mut self,
         scene: &mut Scene,
-        (family, coarse): (&ladders::Family, &Command),
-        effort: Effort,
-    ) -> Result<Option<Look>> {
-        let camera = chosen(scene.opened.cameras(), 1)[0];
-        let whole = scene.draw(coarse, &camera)?;
-        self.spend(&whole);
-        let exact = ladders::path(&scene.command(&family.exact)?);
-        let fixed = self.model.fixed_share(&exact, &whole.counts);
-        let window = |side_px| WindowCost {
-            cells: windows::covered_cells(&camera, &whole.image, side_px),
-            fixed,
+        coarse: &Coarse,
+        (camera, part, seen): (Camera, Part, Option<Sight>),
+    ) -> Result<()> {
+        let Part::Windows { side_px, draws } = part else {
+            let windows = windows::whole(&camera);
+            self.views.push(View { camera, windows, coarse: None, exact: Vec::new() });
+            return Ok(());
         };
-        Ok(look::closest(scene.parts, (self.pictures, effort), window))
-    }
-
-    fn add_view(&mut self, scene: &mut Scene, coarse: &Command, (camera, part): (Camera, Part)) -> Result<()> {
-        let whole = scene.draw(coarse, &camera)?;
-        self.spend(&whole);
-        let (windows, coarse_windows) = match part {
-            Part::Whole => (windows::whole(&camera, &whole.image), vec![whole.counts]),
-            Part::Windows { side_px, draws } => {
-                let windows = windows::spread(&camera, &whole.image, (side_px, draws));
-                let mut counts = Vec::with_capacity(windows.list.len());
-                for window in &windows.list {
-                    let sight = scene.draw(coarse, &window.camera)?;
-                    self.spend(&sight);
-                    counts.push(sight.counts);
-                }
-                (windows, counts)
+        let whole = match seen {
+            Some(sight) => sight,
+            None => self.coarse(scene, coarse, &camera)?,
+        };
+        let windows = windows::spread(&camera, &whole.image, (side_px, draws));
+        let mut counts = Vec::with_capacity(windows.list.len());
+        if coarse.step == 1 {
+            for window in &windows.list {
+                counts.push(self.drawn(scene, &coarse.command, &window.camera)?.counts);
             }
-        };
-        self.views.push(View { camera, windows, coarse: whole.counts, coarse_windows, exact: Vec::new() });
+        }
+        let coarse = (coarse.step == 1).then_some((whole.counts, counts));
+        self.views.push(View { camera, windows, coarse, exact: Vec::new() });
         Ok(())
     }
 
-    fn spend(&mut self, sight: &Sight) {
+    /// Looks at a whole picture coarsely. Counts are those of all its pixels, about.
+    fn coarse(&mut self, scene: &mut Scene, coarse: &Coarse, camera: &Camera) -> Result<Sight> {
+        if coarse.step == 1 {
+            return self.drawn(scene, &coarse.command, camera);
+        }
+        let small =
+            camera.resized(camera.width.div_ceil(coarse.step), camera.height.div_ceil(coarse.step))?;
+        let mut sight = self.drawn(scene, &coarse.command, &small)?;
+        let more = pixels(camera) / pixels(&small);
+        sight.counts[OF_FRAME..].iter_mut().for_each(|count| *count *= more);
+        sight.image = windows::enlarged(sight.image, camera);
+        Ok(sight)
+    }
+
+    /// Draws, and counts what that took.
+    fn drawn(&mut self, scene: &mut Scene, command: &Command, camera: &Camera) -> Result<Sight> {
+        let sight = scene.draw(command, camera)?;
         self.cpu_ms += sight.cpu_ms;
         self.model_ms += self.model.likely_cpu_ms(&sight.path, &sight.counts);
+        Ok(sight)
     }
 
     /// Draws the windows with a setting; the first one is what all others are compared with.
@@ -187,13 +212,17 @@ impl Pilot {
             frames_cpu_ms: Vec::new(),
         };
         for k in 0..self.views.len() {
-            let cameras: Vec<Camera> = self.views[k].windows.list.iter().map(|window| window.camera).collect();
+            let cameras: Vec<Camera> =
+                self.views[k].windows.list.iter().map(|window| window.camera).collect();
             let mut sights = Vec::with_capacity(cameras.len());
             for camera in &cameras {
-                sights.push(scene.draw(&command, camera)?);
+                sights.push(self.drawn(scene, &command, camera)?);
             }
-            sights.iter().for_each(|sight| self.spend(sight));
             let view = &mut self.views[k];
+            // Of a whole picture the exact one tells what is covered.
+            if let ([sight], true) = (&sights[..], view.exact.is_empty() && view.windows.cells == 1) {
+                view.windows.covered_px = windows::covered_px(&sight.image);
+            }
             found.add(view, &sights, self.guard_px);
             if view.exact.len() < sights.len() {
                 view.exact = sights.into_iter().map(|sight| sight.image).collect();
@@ -205,7 +234,7 @@ impl Pilot {
 
     /// Whether anything is covered.
     pub(super) fn sees_something(&self) -> bool {
-        self.views.iter().any(|view| !view.windows.list.is_empty())
+        self.views.iter().any(|view| view.windows.covered_px > 0.0)
     }
 
     /// Views, windows, and the share of these views' pixels that the windows hold.
@@ -236,11 +265,17 @@ impl Found {
             list.map(|(k, w)| w.draws as f64 * sights(k) / w.chance).sum::<f64>() / draws.max(1) as f64
         };
         self.frames.push(std::array::from_fn(|i| {
-            let (own, coarse) = (of(&|k| sights[k].counts[i]), of(&|k| view.coarse_windows[k][i]));
-            match coarse > 0.0 {
-                _ if i < OF_FRAME || i == COUNTS - 1 => view.coarse[i],
-                true => view.coarse[i] * own / coarse,
-                false => own,
+            if i < OF_FRAME {
+                return sights.first().map_or(0.0, |sight| sight.counts[i]);
+            }
+            let own = of(&|k| sights[k].counts[i]);
+            match &view.coarse {
+                _ if i == COUNTS - 1 => pixels(&view.camera),
+                Some((whole, windows)) => {
+                    let coarse = of(&|k| windows[k][i]);
+                    if coarse > 0.0 { whole[i] * own / coarse } else { own }
+                }
+                None => own,
             }
         }));
         self.frames_cpu_ms.push(of(&|k| sights[k].cpu_ms));

@@ -65,6 +65,8 @@ pub(super) fn tried(
         Goal::LeastCost if last.ladders.len() < 2 => descent(last, extra, judge)?,
         Goal::LeastCost | Goal::LeastError => staircase(last, (goal, extra), judge)?,
     };
+    // Where the last way has nothing cheaper than the exact setting, the others are even less exact.
+    let others = if goal == Goal::LeastCost && best(goal, &all).is_none() { &[] } else { others };
     for way in others {
         // A way beside others has one ladder, or none.
         let rung_of = |t: &Tried| way.ladders.first().and_then(|ladder| rung(ladder, &t.setting));

@@ -28,9 +28,6 @@ pub(super) struct Windows {
     pub(super) covered_px: f64,
 }
 
-/// Pictures with more pixels than this have cells of twice the side.
-const LARGE_PX: u32 = 512 * 512;
-
 /// Share of the count that a covered cell has without contrast, of the mean: flat parts hold little error, but not none.
 /// A guess.
 const FLOOR: f64 = 0.25;
@@ -38,26 +35,38 @@ const FLOOR: f64 = 0.25;
 /// Smallest part of alpha that counts as covered, as in the figures of `resample compare`.
 const COVERED: f32 = 1.0 / 255.0;
 
-/// One window: the whole picture.
-pub(super) fn whole(camera: &Camera, coarse: &Image) -> Windows {
-    let covered_px = coarse.rgba.iter().filter(|pixel| pixel[3] > COVERED).count() as f64;
+/// One window: the whole picture. What it covers is known once it is drawn.
+pub(super) fn whole(camera: &Camera) -> Windows {
     let list = vec![Window { camera: *camera, chance: 1.0, draws: 1 }];
-    Windows { list, cells: 1, covered_px }
+    Windows { list, cells: 1, covered_px: 0.0 }
 }
 
-/// The side of the cells of a picture, px: large pictures have larger ones.
-pub(super) fn side_of(camera: &Camera, side_px: u32) -> u32 {
-    if camera.width * camera.height > LARGE_PX { 2 * side_px } else { side_px }
+/// Covered pixels of a picture.
+pub(super) fn covered_px(image: &Image) -> f64 {
+    image.rgba.iter().filter(|pixel| pixel[3] > COVERED).count() as f64
 }
 
-/// How many of the cells show something.
-pub(super) fn covered_cells(camera: &Camera, coarse: &Image, side_px: u32) -> usize {
-    cells(camera, coarse, side_of(camera, side_px)).iter().filter(|cell| cell.covered > 0).count()
+/// How many cells of a side show something.
+pub(super) fn covered_cells(camera: &Camera, coarse: &Image, side: u32) -> usize {
+    cells(camera, coarse, side).iter().filter(|cell| cell.covered > 0).count()
 }
 
-/// Windows of `side_px` in `count` draws.
-pub(super) fn spread(camera: &Camera, coarse: &Image, (side_px, count): (u32, usize)) -> Windows {
-    let side = side_of(camera, side_px);
+/// A picture as large as the camera's, of the pixels of a smaller one.
+pub(super) fn enlarged(image: Image, camera: &Camera) -> Image {
+    let [width, height] = [camera.width as usize, camera.height as usize];
+    if [image.width, image.height] == [width, height] {
+        return image;
+    }
+    let mut large = Image::transparent(width, height);
+    for (index, pixel) in large.rgba.iter_mut().enumerate() {
+        let (x, y) = (index % width * image.width / width, index / width * image.height / height);
+        *pixel = image.rgba[y * image.width + x];
+    }
+    large
+}
+
+/// Windows of a side in `count` draws.
+pub(super) fn spread(camera: &Camera, coarse: &Image, (side, count): (u32, usize)) -> Windows {
     let cells = cells(camera, coarse, side);
     let covered: Vec<&Cell> = cells.iter().filter(|cell| cell.covered > 0).collect();
     let covered_px: usize = covered.iter().map(|cell| cell.covered).sum();
@@ -160,6 +169,14 @@ mod tests {
         let above = windows.list.iter().filter(|window| window.camera.cy > 23.0);
         assert!(above.map(|window| window.draws).sum::<usize>() >= 4, "contrast draws more");
         assert!(windows.list.iter().all(|window| window.camera.cx <= 0.0), "never on what is empty");
+    }
+
+    #[test]
+    fn a_smaller_picture_stands_for_a_large_one() {
+        let large = enlarged(picture(), &camera().resized(128, 96).expect("a camera"));
+        assert_eq!((large.width, large.height), (128, 96));
+        assert_eq!(covered_px(&large), 4.0 * covered_px(&picture()), "each pixel four times");
+        assert_eq!(large.rgba[37 * 128 + 81], picture().rgba[18 * 64 + 40], "where it was");
     }
 
     #[test]
