@@ -156,7 +156,7 @@ impl Plan {
             Asked::Time(_) => (Goal::LeastError, Vec::new()),
         };
         let pictures = pilot.pictures;
-        let mut purse = purse(&found, pictures, &calibration.model);
+        let mut purse = full_purse(&found, pictures, &calibration.model);
         let exact = judged(asked, exact.setting, (&found, pictures), calibration);
         let mut tried = search::tried(family, (goal, &extra), &mut |candidate| {
             if goal == Goal::LeastCost && !purse.affords(candidate.cost, pilot.model_ms) {
@@ -205,7 +205,7 @@ fn proven_words(family: &ladders::Family, bound: f64) -> Vec<String> {
 }
 
 /// What may be spent on a run of which the exact setting is known.
-fn purse(exact: &Found, pictures: usize, model: &Model) -> Purse {
+fn full_purse(exact: &Found, pictures: usize, model: &Model) -> Purse {
     let exact_ms = mean_ms(exact, model);
     let windows_ms = exact.windows_model_ms;
     Purse { pictures: pictures as f64, exact_ms, best_ms: exact_ms, windows_ms }
