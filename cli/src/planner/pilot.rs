@@ -58,6 +58,9 @@ struct View {
     exact: Vec<Image>,
 }
 
+/// Most pictures that are looked at coarsely, for the one with the most unrest.
+const MOST_COARSE: usize = 24;
+
 /// How a coarse look is taken.
 struct Coarse {
     command: Command,
@@ -140,13 +143,37 @@ impl Pilot {
         let Some(look) = look::closest((scene.parts, &sides), (pictures, effort), window) else {
             return Ok(None);
         };
+        let cameras = match effort {
+            Effort::Affordable => pilot.with_worst(scene, &coarse, look.views)?,
+            Effort::Any => chosen(scene.opened.cameras(), look.views),
+        };
         let mut seen = Some(seen);
-        for camera in chosen(scene.opened.cameras(), look.views) {
+        for camera in cameras {
             let sight = if camera == middle { seen.take() } else { None };
             pilot.add_view(scene, &coarse, (camera, look.part, sight))?;
         }
         pilot.exact = Some(pilot.found(scene, &family.exact)?);
         Ok(Some(pilot))
+    }
+
+    /// The cameras that are looked at: evenly spaced, but for the one that is nearest to the picture with the most unrest,
+    /// in whose place that one is taken. A thing that is seen from its narrow side has the largest error.
+    fn with_worst(&mut self, scene: &mut Scene, coarse: &Coarse, count: usize) -> Result<Vec<Camera>> {
+        let cameras = scene.opened.cameras().to_vec();
+        let mut views = places(cameras.len(), count);
+        if count < cameras.len() && count > 1 {
+            let (mut worst, mut most) = (views[0], 0.0);
+            for place in places(cameras.len(), cameras.len().min(MOST_COARSE)) {
+                let unrest = windows::unrest(&self.coarse(scene, coarse, &cameras[place])?.image);
+                if unrest > most {
+                    (worst, most) = (place, unrest);
+                }
+            }
+            if let Some(nearest) = views.iter_mut().min_by_key(|view| view.abs_diff(worst)) {
+                *nearest = worst;
+            }
+        }
+        Ok(views.into_iter().map(|place| cameras[place]).collect())
     }
 
     /// Adds a picture that is looked at; what was seen of it coarsely is not drawn again.
@@ -308,9 +335,14 @@ fn window_error(window: &Window, (image, exact): (&Image, &Image), guard_px: usi
     WindowError { squares, max, chance: window.chance, draws: window.draws }
 }
 
-/// The cameras that are looked at, evenly spaced.
+/// Some of the cameras, evenly spaced.
 fn chosen(cameras: &[Camera], count: usize) -> Vec<Camera> {
-    (0..count).map(|k| cameras[(2 * k + 1) * cameras.len() / (2 * count)]).collect()
+    places(cameras.len(), count).into_iter().map(|place| cameras[place]).collect()
+}
+
+/// Numbers below `len`, evenly spaced.
+fn places(len: usize, count: usize) -> Vec<usize> {
+    (0..count).map(|k| (2 * k + 1) * len / (2 * count)).collect()
 }
 
 fn pixels(camera: &Camera) -> f64 {

@@ -46,6 +46,12 @@ pub(super) fn covered_px(image: &Image) -> f64 {
     image.rgba.iter().filter(|pixel| pixel[3] > COVERED).count() as f64
 }
 
+/// Contrast of a picture for each pixel that it covers: errors come from edges, and count for what is covered.
+pub(super) fn unrest(image: &Image) -> f64 {
+    let whole = cell(image, [0, 0], image.width.max(image.height) as u32);
+    if whole.covered > 0 { whole.contrast / whole.covered as f64 } else { 0.0 }
+}
+
 /// How many cells of a side show something.
 pub(super) fn covered_cells(camera: &Camera, coarse: &Image, side: u32) -> usize {
     cells(camera, coarse, side).iter().filter(|cell| cell.covered > 0).count()
@@ -169,6 +175,19 @@ mod tests {
         let above = windows.list.iter().filter(|window| window.camera.cy > 23.0);
         assert!(above.map(|window| window.draws).sum::<usize>() >= 4, "contrast draws more");
         assert!(windows.list.iter().all(|window| window.camera.cx <= 0.0), "never on what is empty");
+    }
+
+    #[test]
+    fn a_narrow_thing_has_more_unrest_than_a_wide_one() {
+        let mut narrow = picture();
+        narrow
+            .rgba
+            .iter_mut()
+            .enumerate()
+            .filter(|(i, _)| i % 64 >= 34)
+            .for_each(|(_, pixel)| *pixel = [0.0; 4]);
+        assert!(unrest(&narrow) > unrest(&picture()), "edges count for fewer pixels");
+        assert_eq!(unrest(&Image::transparent(64, 48)), 0.0, "nothing has none");
     }
 
     #[test]
