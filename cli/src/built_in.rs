@@ -28,6 +28,24 @@ pub(crate) enum Texture {
 /// Cells of the mesh's texture along a side.
 const TEXTURE_CELLS: usize = 16;
 
+/// How finely the ball of the mesh is cut into triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Triangles {
+    /// 2300 of them.
+    Few,
+    /// 37000, most of them smaller than a pixel.
+    Many,
+}
+
+/// How large the picture with depth is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum DepthSize {
+    /// All of it.
+    Full,
+    /// Every second pixel of every second row.
+    Half,
+}
+
 /// Size of the picture with depth, px, and its field of view from top to bottom, degrees.
 const DEPTH_IMAGE_PX: [usize; 2] = [320, 240];
 const DEPTH_IMAGE_FOV_Y_DEG: f64 = 50.0;
@@ -68,48 +86,67 @@ pub(crate) fn volume(scene: SceneArg, folder: &Path) -> Result<Vec<String>> {
 }
 
 /// Writes a ball over a ground, both with a checkerboard, into `folder`, and gives the words that draw them.
-pub(crate) fn mesh(folder: &Path, texture: Texture) -> Result<Vec<String>> {
+pub(crate) fn mesh(folder: &Path, texture: Texture, triangles: Triangles) -> Result<Vec<String>> {
     let (name, side_px) = match texture {
         Texture::Fine => ("fine", 512),
         Texture::Coarse => ("coarse", 64),
     };
-    let (obj, picture) = (folder.join("ball-on-ground.obj"), folder.join(format!("{name}.png")));
-    output::write_text(&obj, &ball_on_ground())?;
+    let (cut, [columns, rows]) = match triangles {
+        Triangles::Few => ("", [48, 24]),
+        Triangles::Many => ("-fine", [192, 96]),
+    };
+    let obj = folder.join(format!("ball-on-ground{cut}.obj"));
+    let picture = folder.join(format!("{name}.png"));
+    output::write_text(&obj, &ball_on_ground(columns, rows))?;
     output::write_picture(&picture, Format::Png(Depth::Eight), &checkerboard(side_px))?;
     let (obj, picture) = (obj.display().to_string(), picture.display().to_string());
     Ok(["texmap", &obj, "--texture", &picture].map(str::to_owned).to_vec())
 }
 
 /// Writes a picture with depth of a ball before a wall into `folder`, and gives the words that show it from beside.
-pub(crate) fn depth_image(folder: &Path) -> Result<Vec<String>> {
-    let path = folder.join("ball-before-wall.exr");
-    output::write_picture(&path, Format::Exr, &ball_before_wall(DVec3::ZERO, DEPTH_IMAGE_SAMPLES))?;
+pub(crate) fn depth_image(folder: &Path, size: DepthSize) -> Result<Vec<String>> {
+    let whole = ball_before_wall(DVec3::ZERO, DEPTH_IMAGE_SAMPLES);
+    let (name, image) = match size {
+        DepthSize::Full => ("ball-before-wall", whole),
+        DepthSize::Half => ("ball-before-wall-half", halved(&whole)),
+    };
+    let path = folder.join(format!("{name}.exr"));
+    output::write_picture(&path, Format::Exr, &image)?;
     let (path, fov) = (path.display().to_string(), format!("fov:{DEPTH_IMAGE_FOV_Y_DEG}"));
     let to = format!("shift:{},{},{}", NEW_EYE.x, NEW_EYE.y, NEW_EYE.z);
     let depth = format!("{path}:Z");
     Ok(["warp3d", &path, &depth, "--from", &fov, "--to", &to].map(str::to_owned).to_vec())
 }
 
+/// Every second pixel of every second row, with its depth.
+fn halved(image: &Image) -> Image {
+    let [width, height] = [image.width / 2, image.height / 2];
+    let mut half = Image::transparent(width, height);
+    let at = |index: usize| index / width * 2 * image.width + index % width * 2;
+    let all = 0..width * height;
+    half.depth = image.depth.as_ref().map(|depth| all.clone().map(|index| depth[at(index)]).collect());
+    half.rgba = all.map(|index| image.rgba[at(index)]).collect();
+    half
+}
+
 /// A ground of 20 by 20 units, and a ball of radius 1 that lies on it.
-fn ball_on_ground() -> String {
-    const COLUMNS: usize = 48;
-    const ROWS: usize = 24;
+fn ball_on_ground(columns: usize, rows: usize) -> String {
     let mut text = String::from("v -10 -1 -10\nv 10 -1 -10\nv 10 -1 10\nv -10 -1 10\n");
     text += "vt 0 0\nvt 8 0\nvt 8 8\nvt 0 8\nf 1/1 4/4 3/3 2/2\n";
-    for row in 0..=ROWS {
-        let (sin, cos) = (std::f64::consts::PI * row as f64 / ROWS as f64).sin_cos();
-        for column in 0..=COLUMNS {
-            let angle_rad = std::f64::consts::TAU * column as f64 / COLUMNS as f64;
+    for row in 0..=rows {
+        let (sin, cos) = (std::f64::consts::PI * row as f64 / rows as f64).sin_cos();
+        for column in 0..=columns {
+            let angle_rad = std::f64::consts::TAU * column as f64 / columns as f64;
             let (x, z) = (sin * angle_rad.cos(), sin * angle_rad.sin());
-            let (u, v) = (column as f64 / COLUMNS as f64, row as f64 / ROWS as f64);
+            let (u, v) = (column as f64 / columns as f64, row as f64 / rows as f64);
             // Writing to a string cannot fail.
             let _ = writeln!(text, "v {x:.6} {cos:.6} {z:.6}\nvt {u:.6} {v:.6}");
         }
     }
-    for row in 0..ROWS {
-        for column in 0..COLUMNS {
-            let at = 5 + row * (COLUMNS + 1) + column;
-            let (right, below) = (at + 1, at + COLUMNS + 1);
+    for row in 0..rows {
+        for column in 0..columns {
+            let at = 5 + row * (columns + 1) + column;
+            let (right, below) = (at + 1, at + columns + 1);
             let after = below + 1;
             let _ = writeln!(text, "f {at}/{at} {right}/{right} {after}/{after} {below}/{below}");
         }

@@ -15,6 +15,8 @@ use resample_core::Camera;
 
 use crate::args::Command;
 use crate::picture::{Drawn, Render};
+use crate::plan::Telling;
+use crate::report::Verbosity;
 
 /// A command that draws, ready to draw: its input is read, its cameras are known.
 pub(crate) struct Prepared {
@@ -24,18 +26,15 @@ pub(crate) struct Prepared {
     pub render: Box<Render<'static>>,
 }
 
-/// A scene whose files are read, to be drawn under one setting after another.
-pub(crate) struct Opened {
-    /// One camera per picture.
-    pub cameras: Vec<Camera>,
-    /// What a part of a picture is.
-    pub parts: Parts,
-    /// Draws what a camera sees as a command says, which may differ from the opened one in how it is drawn.
-    pub draw: Box<DrawAs>,
+/// A scene whose files are read, to be drawn under one setting after another, and at last as a command says.
+pub(crate) enum Opened {
+    /// A mesh.
+    Mesh(Box<texmap::Open>),
+    /// A volume.
+    Volume(Box<volsplat::Open>),
+    /// Pictures with depth.
+    Depth(Box<warp3d::Open>),
 }
-
-/// Draws what a camera sees as a command says.
-pub(crate) type DrawAs = dyn FnMut(&Command, &Camera) -> Result<Drawn>;
 
 /// What a part of a picture is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,15 +53,65 @@ pub(crate) enum Parts {
     Whole,
 }
 
-/// Reads the files of a command that draws.
-pub(crate) fn opened(command: &Command) -> Result<Opened> {
-    match command {
-        Command::Texmap(args) => texmap::opened(args),
-        Command::Volsplat(args) => volsplat::opened(args),
-        Command::Warp3d(args) => warp3d::opened(args),
-        _ => bail!("expected a command that draws: volsplat, texmap or warp3d"),
+impl Opened {
+    /// Reads the files of a command that draws.
+    pub(crate) fn read(command: &Command, verbosity: Verbosity) -> Result<Self> {
+        match command {
+            Command::Texmap(args) => Ok(Self::Mesh(Box::new(texmap::Open::read(args, verbosity)?))),
+            Command::Volsplat(args) => {
+                let open = volsplat::Open::read(args, verbosity)?;
+                open.check_still()?;
+                Ok(Self::Volume(Box::new(open)))
+            }
+            Command::Warp3d(args) => Ok(Self::Depth(Box::new(warp3d::Open::read(args)?))),
+            _ => bail!(NOT_DRAWING),
+        }
+    }
+
+    /// One camera per picture.
+    pub(crate) fn cameras(&self) -> &[Camera] {
+        match self {
+            Self::Mesh(open) => open.cameras(),
+            Self::Volume(open) => open.cameras(),
+            Self::Depth(open) => open.cameras(),
+        }
+    }
+
+    /// What a part of a picture is.
+    pub(crate) fn parts(&self, command: &Command) -> Parts {
+        match (self, command) {
+            (Self::Mesh(_), _) => Parts::Windows { side_px: 32, least: 6, guard_px: 0 },
+            (Self::Volume(_), _) => Parts::Windows { side_px: 16, least: 8, guard_px: 0 },
+            (Self::Depth(open), Command::Warp3d(args)) if open.has_parts(args) => {
+                Parts::Windows { side_px: 64, least: 4, guard_px: 1 }
+            }
+            (Self::Depth(_), _) => Parts::Whole,
+        }
+    }
+
+    /// Draws what a camera sees as a command says, which may differ from the one that was read in how it is drawn.
+    pub(crate) fn draw(&mut self, command: &Command, camera: &Camera) -> Result<Drawn> {
+        match (self, command) {
+            (Self::Mesh(open), Command::Texmap(args)) => open.draw(args, camera),
+            (Self::Volume(open), Command::Volsplat(args)) => open.draw(args, camera),
+            (Self::Depth(open), Command::Warp3d(args)) => open.draw(args, camera),
+            _ => bail!(NOT_DRAWING),
+        }
+    }
+
+    /// Draws and writes all pictures as a command says, which may differ likewise, and reports.
+    pub(crate) fn finish(self, command: &Command, telling: Telling) -> Result<()> {
+        match (self, command) {
+            (Self::Mesh(open), Command::Texmap(args)) => open.finish(args, telling),
+            (Self::Volume(open), Command::Volsplat(args)) => open.finish(args, telling),
+            (Self::Depth(open), Command::Warp3d(args)) => open.finish(args, telling),
+            _ => bail!(NOT_DRAWING),
+        }
     }
 }
+
+/// What is said of a command of another kind.
+const NOT_DRAWING: &str = "expected a command that draws: volsplat, texmap or warp3d";
 
 /// Does all of a command but the drawing; for commands that draw one scene.
 pub(crate) fn prepared(command: &Command) -> Result<Prepared> {
@@ -70,6 +119,6 @@ pub(crate) fn prepared(command: &Command) -> Result<Prepared> {
         Command::Texmap(args) => texmap::prepared(args),
         Command::Volsplat(args) => volsplat::prepared(args),
         Command::Warp3d(args) => warp3d::prepared(args),
-        _ => bail!("expected a command that draws: volsplat, texmap or warp3d"),
+        _ => bail!(NOT_DRAWING),
     }
 }

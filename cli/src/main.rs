@@ -42,6 +42,7 @@ mod warp_scene;
 mod words;
 
 use std::process::ExitCode;
+use std::time::Instant;
 
 use anyhow::{Context, Result};
 use clap::Parser;
@@ -50,6 +51,7 @@ use crate::args::{Cli, Command, GlobalArgs};
 use crate::commands::compare::TooFar;
 use crate::interrupt::Interrupted;
 use crate::output::WriteFailure;
+use crate::plan::Telling;
 use crate::report::Verbosity;
 
 /// Bad input or options; also what clap uses.
@@ -77,8 +79,12 @@ fn main() -> ExitCode {
 fn run(cli: &Cli) -> Result<()> {
     start_threads(&cli.global)?;
     let verbosity = verbosity(&cli.global);
-    let planned = planner::planned(&cli.command, verbosity)?;
-    match planned.as_ref().unwrap_or(&cli.command) {
+    let telling = Telling { start: Instant::now(), verbosity };
+    if let Some((opened, command)) = planner::planned(&cli.command, verbosity)? {
+        interrupt::watch()?;
+        return opened.finish(&command, telling);
+    }
+    match &cli.command {
         Command::Demo(args) => commands::demo::run(args, verbosity),
         Command::Bench(args) => commands::bench::run(args, verbosity),
         Command::Calibrate(args) => commands::calibrate::run(args, verbosity),

@@ -1,6 +1,6 @@
 //! The references of a warp in memory, or in a file where they do not fit, and their warper: the same for whoever draws.
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use glam::DVec3;
 use resample_core::Camera;
 use warp3d::{Frame, LargeReference, LargeWarper, Reference, WarpOptions, Warper, reference};
@@ -107,9 +107,9 @@ impl AnyWarper {
         })
     }
 
-    /// Warps with other options from now on.
+    /// Warps with other options from now on; references in a file are warped with the options they were opened with.
     pub(crate) fn change(&mut self, options: &WarpOptions) -> Result<()> {
-        let Self::Held(warper) = self else { bail!("references in a file are warped with one setting") };
+        let Self::Held(warper) = self else { return Ok(()) };
         if !warper.adopt(options)? {
             **warper = Warper::new(warper.references().to_vec(), options)?;
         }

@@ -1,20 +1,20 @@
 //! `resample texmap`: a mesh file to one picture or several.
 //!
-//! The steps are those of [`run`]: everything that can be refused without reading the mesh is checked first, and nothing
+//! The steps are those of [`Open`]: everything that can be refused without reading the mesh is checked first, and nothing
 //! is written before all input has proved to be good.
 
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use glam::{DVec3, Vec3};
 use resample_core::Camera;
 use serde_json::json;
 use texmap::scene::Mesh;
-use texmap::{FrameStats, Loaded, Renderer, Scene};
+use texmap::{FrameStats, Loaded, RenderOptions, Renderer, Scene};
 
-use crate::args::{Command, TexmapArgs};
+use crate::args::TexmapArgs;
 use crate::camera_path::KeyKind;
-use crate::commands::{Opened, Parts, Prepared};
+use crate::commands::Prepared;
 use crate::framing::{Extent, Stance};
 use crate::interrupt;
 use crate::picture::Drawn;
@@ -27,69 +27,87 @@ use crate::settings::texmap as settings;
 pub(crate) fn run(args: &TexmapArgs, verbosity: Verbosity) -> Result<()> {
     let telling = Telling { start: Instant::now(), verbosity };
     interrupt::watch()?;
-    let request = request(args);
-    let plan = Plan::new(&request)?;
-    let options = settings::render_options(&args.render, plan.finish.format)?;
-    let Loaded { scene, notes } = texmap::load(&args.input, &settings::load_options(&args.model))?;
-    let load_ms = report::ms_since(telling.start);
-    if verbosity != Verbosity::Quiet {
-        notes.iter().for_each(|note| report::say(&format!("note: {note}")));
-    }
-    let prepared = Instant::now();
-    let mut renderer = Renderer::new(&scene, &options)
-        .with_context(|| format!("{}: cannot be drawn", args.input.display()))?;
-    let prepare_ms = report::ms_since(prepared);
-    let stance = stance(args);
-    let cameras = cameras(args, (&request, &plan), &scene, &renderer)?;
-    let stats = RunStats {
-        version: env!("CARGO_PKG_VERSION"),
-        scene: scene_record(&scene, &notes, prepare_ms),
-        threads: rayon::current_num_threads(),
-        settings: settings::record(args, &request, &options, (plan.finish.format, stance)),
-        planned: args.ask.kept.clone(),
-        load_ms,
-        peak_bytes: None,
-        frames: Vec::new(),
-    };
-    // The renderer has its own copy of what it draws.
-    drop(scene);
-    if verbosity == Verbosity::Verbose {
-        report::say(&format!("load {load_ms:.1} ms, prepare {prepare_ms:.1} ms"));
-    }
-    plan.draw(&request, &cameras, stats, (&mut |camera, _| drawn(&mut renderer, camera), telling))
+    Open::read(args, verbosity)?.finish(args, telling)
 }
 
 /// Does all but the drawing.
 pub(crate) fn prepared(args: &TexmapArgs) -> Result<Prepared> {
-    let request = request(args);
-    let plan = Plan::new(&request)?;
-    let options = settings::render_options(&args.render, plan.finish.format)?;
-    let Loaded { scene, .. } = texmap::load(&args.input, &settings::load_options(&args.model))?;
-    let mut renderer = Renderer::new(&scene, &options)
-        .with_context(|| format!("{}: cannot be drawn", args.input.display()))?;
-    let cameras = cameras(args, (&request, &plan), &scene, &renderer)?;
+    let Open { cameras, mut renderer, .. } = Open::read(args, Verbosity::Quiet)?;
     Ok(Prepared { cameras, render: Box::new(move |camera| drawn(&mut renderer, camera)) })
 }
 
-/// Reads the mesh, to draw it under several settings.
-pub(crate) fn opened(args: &TexmapArgs) -> Result<Opened> {
-    let request = request(args);
-    let plan = Plan::new(&request)?;
-    let format = plan.finish.format;
-    let options = settings::render_options(&args.render, format)?;
-    let Loaded { scene, .. } = texmap::load(&args.input, &settings::load_options(&args.model))?;
-    let mut renderer = Renderer::new(&scene, &options)
-        .with_context(|| format!("{}: cannot be drawn", args.input.display()))?;
-    let cameras = cameras(args, (&request, &plan), &scene, &renderer)?;
-    let draw = move |command: &Command, camera: &Camera| {
-        let Command::Texmap(args) = command else { bail!("expected texmap") };
-        let options = settings::render_options(&args.render, format)?;
-        if !renderer.adopt(&options)? {
-            renderer = Renderer::new(&scene, &options)?;
+/// A mesh that is read, ready to be drawn.
+pub(crate) struct Open {
+    plan: Plan,
+    scene: Scene,
+    notes: Vec<String>,
+    renderer: Renderer,
+    cameras: Vec<Camera>,
+    load_ms: f64,
+    prepare_ms: f64,
+}
+
+impl Open {
+    /// Checks what can be checked, reads the mesh, and prepares it.
+    pub(crate) fn read(args: &TexmapArgs, verbosity: Verbosity) -> Result<Self> {
+        let start = Instant::now();
+        let request = request(args);
+        let plan = Plan::new(&request)?;
+        let options = settings::render_options(&args.render, plan.finish.format)?;
+        let Loaded { scene, notes } = texmap::load(&args.input, &settings::load_options(&args.model))?;
+        let load_ms = report::ms_since(start);
+        if verbosity != Verbosity::Quiet {
+            notes.iter().for_each(|note| report::say(&format!("note: {note}")));
         }
-        drawn(&mut renderer, camera)
-    };
-    Ok(Opened { cameras, parts: Parts::Windows { side_px: 32, least: 6, guard_px: 0 }, draw: Box::new(draw) })
+        let prepared = Instant::now();
+        let renderer = Renderer::new(&scene, &options)
+            .with_context(|| format!("{}: cannot be drawn", args.input.display()))?;
+        let prepare_ms = report::ms_since(prepared);
+        let cameras = cameras(args, (&request, &plan), &scene, &renderer)?;
+        Ok(Self { plan, scene, notes, renderer, cameras, load_ms, prepare_ms })
+    }
+
+    /// One camera per picture.
+    pub(crate) fn cameras(&self) -> &[Camera] {
+        &self.cameras
+    }
+
+    /// Draws under the settings of `args`.
+    pub(crate) fn draw(&mut self, args: &TexmapArgs, camera: &Camera) -> Result<Drawn> {
+        self.adopt(&settings::render_options(&args.render, self.plan.finish.format)?)?;
+        drawn(&mut self.renderer, camera)
+    }
+
+    /// Draws and writes all pictures under the settings of `args`, and reports.
+    pub(crate) fn finish(mut self, args: &TexmapArgs, telling: Telling) -> Result<()> {
+        let request = request(args);
+        let options = settings::render_options(&args.render, self.plan.finish.format)?;
+        self.adopt(&options)?;
+        let Self { plan, scene, notes, mut renderer, cameras, load_ms, prepare_ms } = self;
+        let stats = RunStats {
+            version: env!("CARGO_PKG_VERSION"),
+            scene: scene_record(&scene, &notes, prepare_ms),
+            threads: rayon::current_num_threads(),
+            settings: settings::record(args, &request, &options, (plan.finish.format, stance(args))),
+            planned: args.ask.kept.clone(),
+            load_ms,
+            peak_bytes: None,
+            frames: Vec::new(),
+        };
+        // The renderer has its own copy of what it draws.
+        drop(scene);
+        if telling.verbosity == Verbosity::Verbose {
+            report::say(&format!("load {load_ms:.1} ms, prepare {prepare_ms:.1} ms"));
+        }
+        plan.draw(&request, &cameras, stats, (&mut |camera, _| drawn(&mut renderer, camera), telling))
+    }
+
+    fn adopt(&mut self, options: &RenderOptions) -> Result<()> {
+        if !self.renderer.adopt(options)? {
+            self.renderer = Renderer::new(&self.scene, options)?;
+        }
+        Ok(())
+    }
 }
 
 fn stance(args: &TexmapArgs) -> Stance {

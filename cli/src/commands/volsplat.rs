@@ -1,6 +1,6 @@
 //! `resample volsplat`: a volume file to one picture or several.
 //!
-//! The steps are those of [`run`]: everything that can be refused without reading the volume is checked first, so
+//! The steps are those of [`Open`]: everything that can be refused without reading the volume is checked first, so
 //! that a misspelt name does not cost a minute, and nothing is written before all input has proved to be good.
 
 use std::path::Path;
@@ -11,10 +11,10 @@ use resample_core::Camera;
 use serde_json::json;
 use volsplat::{FrameStats, RenderOptions, Renderer};
 
-use crate::args::{Command, VolsplatArgs};
+use crate::args::VolsplatArgs;
 use crate::blend;
 use crate::camera_path::KeyKind;
-use crate::commands::{Opened, Parts, Prepared};
+use crate::commands::Prepared;
 use crate::framing::{self, Extent};
 use crate::interrupt;
 use crate::picture::Drawn;
@@ -27,13 +27,15 @@ use crate::transfer;
 use crate::volume_data::Content;
 use crate::volume_motion::{self, VolumeMotion};
 
-/// The volume, ready to be drawn.
-struct Scene {
+/// A volume that is read, ready to be drawn.
+pub(crate) struct Open {
+    plan: Plan,
     content: Content,
     renderer: Renderer,
     options: RenderOptions,
     /// What changes from picture to picture beside the camera.
     motion: Option<VolumeMotion>,
+    cameras: Vec<Camera>,
     load_ms: f64,
     classify_ms: f64,
 }
@@ -42,76 +44,114 @@ struct Scene {
 pub(crate) fn run(args: &VolsplatArgs, verbosity: Verbosity) -> Result<()> {
     let telling = Telling { start: Instant::now(), verbosity };
     interrupt::watch()?;
-    let request = request(args);
-    let plan = Plan::new(&request)?;
-    let options = settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format)?;
-    let layers = blend::layers(&args.render.blend, plan.finish.format)?;
-    let scene = loaded(args, options, (&plan, verbosity.progress()))?;
-    let cameras = cameras(args, &request, &plan, &scene)?;
-    scene.content.show_transfer(&args.transfer)?;
-    let stats = stats_before_drawing(args, &request, &plan, &scene);
-    if verbosity == Verbosity::Verbose {
-        report::say(&format!("load {:.1} ms, classify {:.1} ms", scene.load_ms, scene.classify_ms));
-    }
-    // Of several pictures a bar counts the pictures.
-    let progress = if cameras.len() == 1 { verbosity.progress() } else { Progress::Hidden };
-    let Scene { content, mut renderer, options, motion, .. } = scene;
-    // The renderer has its own copy of what can be seen; only what moves may need the voxels again.
-    let mut moving = motion.map(|motion| (motion, content));
-    let mut render = |camera: &Camera, number: usize| {
-        if let Some((motion, content)) = &mut moving {
-            motion.set(number, &mut renderer, (content, &options))?;
-        }
-        let mut drawn = drawn(&mut renderer, camera, progress)?;
-        drawn.image.planes.extend(renderer.layers(camera, &layers)?);
-        Ok(drawn)
-    };
-    plan.draw(&request, &cameras, stats, (&mut render, telling))
+    Open::read(args, verbosity)?.finish(args, telling)
 }
 
 /// Does all but the drawing.
 pub(crate) fn prepared(args: &VolsplatArgs) -> Result<Prepared> {
-    let request = request(args);
-    let plan = Plan::new(&request)?;
-    let options = settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format)?;
-    let scene = loaded(args, options, (&plan, Progress::Hidden))?;
-    check_still(&scene)?;
-    let cameras = cameras(args, &request, &plan, &scene)?;
-    let mut renderer = scene.renderer;
+    let open = Open::read(args, Verbosity::Quiet)?;
+    open.check_still()?;
+    let Open { cameras, mut renderer, .. } = open;
     let render = move |camera: &Camera| drawn(&mut renderer, camera, Progress::Hidden);
     Ok(Prepared { cameras, render: Box::new(render) })
 }
 
-/// Reads the volume, to draw it under several settings.
-pub(crate) fn opened(args: &VolsplatArgs) -> Result<Opened> {
-    let request = request(args);
-    let plan = Plan::new(&request)?;
-    let format = plan.finish.format;
-    let options = settings::render_options(&args.render, args.transfer.opacity_unit, format)?;
-    let scene = loaded(args, options, (&plan, Progress::Hidden))?;
-    check_still(&scene)?;
-    let cameras = cameras(args, &request, &plan, &scene)?;
-    let Scene { content, mut renderer, .. } = scene;
-    let draw = move |command: &Command, camera: &Camera| {
-        let Command::Volsplat(args) = command else { bail!("expected volsplat") };
-        let options = settings::render_options(&args.render, args.transfer.opacity_unit, format)?;
-        let options = settings::suited_to(options, &args.render, content.first());
-        if !renderer.adopt(&options)? {
-            renderer = content.renderer(&options, Progress::Hidden)?;
-        }
-        drawn(&mut renderer, camera, Progress::Hidden)
-    };
-    Ok(Opened { cameras, parts: Parts::Windows { side_px: 16, least: 8, guard_px: 0 }, draw: Box::new(draw) })
-}
-
-/// Refuses what changes from picture to picture beside the camera.
-fn check_still(scene: &Scene) -> Result<()> {
-    if scene.motion.is_some() {
-        bail!(
-            "the keys of --path change the volume, and only cameras are measured: leave that out of the keys"
-        );
+impl Open {
+    /// Checks what can be checked, reads the volume, and classifies it.
+    pub(crate) fn read(args: &VolsplatArgs, verbosity: Verbosity) -> Result<Self> {
+        let request = request(args);
+        let plan = Plan::new(&request)?;
+        let options = settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format)?;
+        blend::layers(&args.render.blend, plan.finish.format)?;
+        let open = loaded(args, options, (plan, verbosity.progress()))?;
+        let cameras = cameras(args, &request, &open)?;
+        Ok(Self { cameras, ..open })
     }
-    Ok(())
+
+    /// One camera per picture.
+    pub(crate) fn cameras(&self) -> &[Camera] {
+        &self.cameras
+    }
+
+    /// Draws under the settings of `args`.
+    pub(crate) fn draw(&mut self, args: &VolsplatArgs, camera: &Camera) -> Result<Drawn> {
+        self.adopt(args)?;
+        drawn(&mut self.renderer, camera, Progress::Hidden)
+    }
+
+    /// Draws and writes all pictures under the settings of `args`, and reports.
+    pub(crate) fn finish(mut self, args: &VolsplatArgs, telling: Telling) -> Result<()> {
+        self.adopt(args)?;
+        let request = request(args);
+        let layers = blend::layers(&args.render.blend, self.plan.finish.format)?;
+        self.content.show_transfer(&args.transfer)?;
+        let stats = self.stats_before_drawing(args, &request);
+        if telling.verbosity == Verbosity::Verbose {
+            report::say(&format!("load {:.1} ms, classify {:.1} ms", self.load_ms, self.classify_ms));
+        }
+        let Self { plan, content, mut renderer, options, motion, cameras, .. } = self;
+        // Of several pictures a bar counts the pictures.
+        let progress = if cameras.len() == 1 { telling.verbosity.progress() } else { Progress::Hidden };
+        // The renderer has its own copy of what can be seen; only what moves may need the voxels again.
+        let mut moving = motion.map(|motion| (motion, content));
+        let mut render = |camera: &Camera, number: usize| {
+            if let Some((motion, content)) = &mut moving {
+                motion.set(number, &mut renderer, (content, &options))?;
+            }
+            let mut drawn = drawn(&mut renderer, camera, progress)?;
+            drawn.image.planes.extend(renderer.layers(camera, &layers)?);
+            Ok(drawn)
+        };
+        plan.draw(&request, &cameras, stats, (&mut render, telling))
+    }
+
+    /// Refuses what changes from picture to picture beside the camera.
+    pub(crate) fn check_still(&self) -> Result<()> {
+        if self.motion.is_some() {
+            bail!(
+                "the keys of --path change the volume, and only cameras are measured: leave that out of the keys"
+            );
+        }
+        Ok(())
+    }
+
+    fn adopt(&mut self, args: &VolsplatArgs) -> Result<()> {
+        let options =
+            settings::render_options(&args.render, args.transfer.opacity_unit, self.plan.finish.format)?;
+        let options = settings::suited_to(options, &args.render, self.content.first());
+        if options == self.options {
+            return Ok(());
+        }
+        if !self.renderer.adopt(&options)? {
+            self.renderer = self.content.renderer(&options, Progress::Hidden)?;
+        }
+        self.options = options;
+        Ok(())
+    }
+
+    fn stats_before_drawing(&self, args: &VolsplatArgs, request: &Request) -> RunStats {
+        RunStats {
+            version: env!("CARGO_PKG_VERSION"),
+            scene: json!({
+                "voxels": self.renderer.voxels(),
+                "non_transparent": self.renderer.non_transparent(),
+                "classify_ms": self.classify_ms,
+                "moving": self.motion.as_ref().map(volume_motion::record),
+                "interpolation_residual": self.renderer.interpolation_residual(),
+            }),
+            threads: rayon::current_num_threads(),
+            settings: settings::record(
+                args,
+                request,
+                self.plan.finish.format,
+                (&self.options, self.content.first()),
+            ),
+            planned: args.ask.kept.clone(),
+            load_ms: self.load_ms,
+            peak_bytes: None,
+            frames: Vec::new(),
+        }
+    }
 }
 
 /// What a volume renderer draws, and says.
@@ -139,31 +179,8 @@ fn request(args: &VolsplatArgs) -> Request<'_> {
     }
 }
 
-fn stats_before_drawing(args: &VolsplatArgs, request: &Request, plan: &Plan, scene: &Scene) -> RunStats {
-    RunStats {
-        version: env!("CARGO_PKG_VERSION"),
-        scene: json!({
-            "voxels": scene.renderer.voxels(),
-            "non_transparent": scene.renderer.non_transparent(),
-            "classify_ms": scene.classify_ms,
-            "moving": scene.motion.as_ref().map(volume_motion::record),
-            "interpolation_residual": scene.renderer.interpolation_residual(),
-        }),
-        threads: rayon::current_num_threads(),
-        settings: settings::record(
-            args,
-            request,
-            plan.finish.format,
-            (&scene.options, scene.content.first()),
-        ),
-        planned: args.ask.kept.clone(),
-        load_ms: scene.load_ms,
-        peak_bytes: None,
-        frames: Vec::new(),
-    }
-}
-
-fn loaded(args: &VolsplatArgs, options: RenderOptions, (plan, progress): (&Plan, Progress)) -> Result<Scene> {
+/// All but the cameras.
+fn loaded(args: &VolsplatArgs, options: RenderOptions, (plan, progress): (Plan, Progress)) -> Result<Open> {
     let start = Instant::now();
     let mut content = Content::load(args, &options, progress)?;
     let load_ms = report::ms_since(start);
@@ -183,24 +200,24 @@ fn loaded(args: &VolsplatArgs, options: RenderOptions, (plan, progress): (&Plan,
         .renderer(&options, progress)
         .with_context(|| format!("{}: cannot be drawn", args.input.display()))?;
     let classify_ms = report::ms_since(start);
-    Ok(Scene { content, renderer, options, motion, load_ms, classify_ms })
+    Ok(Open { plan, content, renderer, options, motion, cameras: Vec::new(), load_ms, classify_ms })
 }
 
 fn path_name(args: &VolsplatArgs) -> String {
     args.sequence.path.as_deref().unwrap_or(Path::new("")).display().to_string()
 }
 
-fn cameras(args: &VolsplatArgs, request: &Request, plan: &Plan, scene: &Scene) -> Result<Vec<Camera>> {
-    let bounds = scene.renderer.visible_bounds_in_world().unwrap_or_else(|| {
+fn cameras(args: &VolsplatArgs, request: &Request, open: &Open) -> Result<Vec<Camera>> {
+    let bounds = open.renderer.visible_bounds_in_world().unwrap_or_else(|| {
         report::say(&format!(
             "warning: nothing is visible: the transfer function makes every voxel of {} transparent",
             args.input.display()
         ));
-        framing::volume::grid_bounds(scene.content.first())
+        framing::volume::grid_bounds(open.content.first())
     });
-    let bounds = framing::volume::with_kernels(bounds, scene.content.first());
-    let stance = framing::volume::stance(scene.content.first(), args.camera.up.map(|axis| axis.direction));
-    plan.cameras(request, &Extent::of_box(bounds), stance)
+    let bounds = framing::volume::with_kernels(bounds, open.content.first());
+    let stance = framing::volume::stance(open.content.first(), args.camera.up.map(|axis| axis.direction));
+    open.plan.cameras(request, &Extent::of_box(bounds), stance)
 }
 
 /// The times of a frame's stages and its counts, one line.

@@ -1,6 +1,6 @@
 //! `resample warp3d`: a picture with depth, seen from elsewhere.
 //!
-//! The steps are those of [`run`]: what can be refused without reading a picture is checked first, then the references
+//! The steps are those of [`Open`]: what can be refused without reading a picture is checked first, then the references
 //! are read, then the cameras are placed, and only then is anything written.
 
 use std::path::{Path, PathBuf};
@@ -9,23 +9,27 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use resample_core::{Camera, Image};
 use serde_json::{Value, json};
-use warp3d::{Fill, FrameStats, Method, SurfaceTolerance, WarpOptions};
+use warp3d::{Fill, Method, SurfaceTolerance, WarpOptions};
 
-use crate::args::{CameraArgs, Command, ProjectionArg, SequenceArgs, Warp3dArgs, WarpArgs};
+use crate::args::{CameraArgs, ProjectionArg, SequenceArgs, Warp3dArgs, WarpArgs};
 use crate::camera_file::CameraDefaults;
 use crate::camera_path::{self, KeyKind};
 use crate::choices::warp;
-use crate::commands::{Opened, Parts, Prepared};
+use crate::commands::Prepared;
 use crate::interrupt;
 use crate::multiview::{self, Layout};
 use crate::output::{self, Format};
 use crate::picture::Drawn;
 use crate::plan::{self, Pictures, Plan, Request, Telling};
-use crate::report::{self, Account, RunStats, Verbosity};
+use crate::report::{self, RunStats, Verbosity};
 use crate::values::Size;
 use crate::viewpoint::{self, Known};
 use crate::warp_references::{AnyWarper, Keeping};
 use crate::warp_scene::{self, WarpScene};
+
+mod drawer;
+
+use drawer::{Drawer, LastPicture};
 
 /// The groups of options that every command has, for the shared code.
 struct Shared {
@@ -38,63 +42,138 @@ struct Shared {
 pub(crate) fn run(args: &Warp3dArgs, verbosity: Verbosity) -> Result<()> {
     let telling = Telling { start: Instant::now(), verbosity };
     interrupt::watch()?;
-    let shared = shared(args);
-    let request = request(args, &shared);
-    check_words(args)?;
-    // How many pictures there will be is known when the cameras are read; a name that cannot be is refused now.
-    Plan::without_cameras(&request, Pictures::One)?;
-    let options = options(&args.warp);
-    let start = Instant::now();
-    // How large the new picture is, cameras say later.
-    let guess = args.cameras.size.map_or([1, 1], |size| [size.width, size.height]);
-    let mut keeping = keeping(args, &options, guess)?;
-    let mut scene = warp_scene::read(args, keeping)?;
-    let layout = layout(args);
-    let targets = targets(args, &scene)?;
-    let convergence = convergence(args, &scene, &targets[0])?;
-    let cameras = cameras(args, &layout, &targets, convergence)?;
-    let several = cameras.len() > 1;
-    let planes = args.mask.is_some() || args.confidence.is_some();
-    if several && planes {
-        bail!(
-            "--mask and --confidence write one file: for several pictures use .exr, which holds both for each"
-        );
+    Open::read_to(args, Places::MemoryOrFile)?.finish(args, telling)
+}
+
+/// Does all but the drawing.
+pub(crate) fn prepared(args: &Warp3dArgs) -> Result<Prepared> {
+    let Open { cameras, mut drawer, .. } = Open::read(args)?;
+    Ok(Prepared { cameras, render: Box::new(move |camera| drawer.draw(camera)) })
+}
+
+/// References that are read, ready to be warped.
+pub(crate) struct Open {
+    plan: Plan,
+    cameras: Vec<Camera>,
+    drawer: Drawer,
+    scene: Value,
+    load_ms: f64,
+}
+
+/// Where references may be kept.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Places {
+    /// In memory, so that they can be drawn under several settings.
+    Memory,
+    /// In a temporary file where they do not fit `--max-memory`.
+    MemoryOrFile,
+}
+
+impl Open {
+    /// Reads the references into memory, to warp them under several settings.
+    pub(crate) fn read(args: &Warp3dArgs) -> Result<Self> {
+        Self::read_to(args, Places::Memory)
     }
-    let plan = Plan::without_cameras(&request, if several { Pictures::Several } else { Pictures::One })?;
-    let cameras = plan.checked(cameras)?;
-    let largest = cameras.iter().map(|camera| [camera.width, camera.height]).max_by_key(|&[w, h]| w * h);
-    if keeping == Keeping::Memory {
-        keeping = self::keeping(args, &options, largest.unwrap_or(guess))?;
-        if keeping != Keeping::Memory {
-            drop(scene);
-            scene = warp_scene::read(args, keeping)?;
+
+    /// Checks what can be checked, reads the references, places the cameras and prepares the warp.
+    fn read_to(args: &Warp3dArgs, places: Places) -> Result<Self> {
+        let shared = shared(args);
+        let request = request(args, &shared);
+        check_words(args)?;
+        // How many pictures there will be is known when the cameras are read; a name that cannot be is refused now.
+        Plan::without_cameras(&request, Pictures::One)?;
+        let options = options(&args.warp);
+        let start = Instant::now();
+        // How large the new picture is, cameras say later.
+        let guess = args.cameras.size.map_or([1, 1], |size| [size.width, size.height]);
+        let mut keeping = keeping(args, &options, (guess, places))?;
+        let mut scene = warp_scene::read(args, keeping)?;
+        let layout = layout(args);
+        let targets = targets(args, &scene)?;
+        let convergence = convergence(args, &scene, &targets[0])?;
+        let cameras = cameras(args, &layout, &targets, convergence)?;
+        let several = cameras.len() > 1;
+        if several && has_planes(args) {
+            bail!(
+                "--mask and --confidence write one file: for several pictures use .exr, which holds both for each"
+            );
         }
+        let plan = Plan::without_cameras(&request, if several { Pictures::Several } else { Pictures::One })?;
+        let cameras = plan.checked(cameras)?;
+        let largest = cameras.iter().map(|camera| [camera.width, camera.height]).max_by_key(|&[w, h]| w * h);
+        if keeping == Keeping::Memory {
+            keeping = self::keeping(args, &options, (largest.unwrap_or(guess), places))?;
+            if keeping != Keeping::Memory {
+                drop(scene);
+                scene = warp_scene::read(args, keeping)?;
+            }
+        }
+        let load_ms = report::ms_since(start);
+        let account = json!({ "references": scene.references.len(), "samples": scene.references.known() });
+        let warper = AnyWarper::new(scene.references, &options)?;
+        let drawer = Drawer { warper, layout, convergence, last: LastPicture::NotKept };
+        Ok(Self { plan, cameras, drawer, scene: account, load_ms })
     }
-    let load_ms = report::ms_since(start);
-    let stats = RunStats {
-        version: env!("CARGO_PKG_VERSION"),
-        scene: json!({ "references": scene.references.len(), "samples": scene.references.known() }),
-        threads: rayon::current_num_threads(),
-        settings: record(args, &options, (&request, plan.finish.format), convergence),
-        planned: args.ask.kept.clone(),
-        load_ms,
-        peak_bytes: None,
-        frames: Vec::new(),
-    };
-    let last = if planes { LastPicture::Kept(None) } else { LastPicture::NotKept };
-    let mut drawer =
-        Drawer { warper: AnyWarper::new(scene.references, &options)?, layout, convergence, last };
-    plan.draw(&request, &cameras, stats, (&mut |camera, _| drawer.draw(camera), telling))?;
-    match drawer.last {
-        LastPicture::Kept(Some(image)) => write_planes(args, &image),
-        LastPicture::Kept(None) | LastPicture::NotKept => Ok(()),
+
+    /// One camera per picture.
+    pub(crate) fn cameras(&self) -> &[Camera] {
+        &self.cameras
+    }
+
+    /// Whether a part of a picture can be drawn without the rest.
+    pub(crate) fn has_parts(&self, args: &Warp3dArgs) -> bool {
+        // What fills a hole may come from anywhere on its rim.
+        self.drawer.layout == Layout::Single && options(&args.warp).fill == Fill::None
+    }
+
+    /// Warps under the settings of `args`, without a warning.
+    pub(crate) fn draw(&mut self, args: &Warp3dArgs, camera: &Camera) -> Result<Drawn> {
+        self.drawer.warper.change(&options(&args.warp))?;
+        self.drawer.draw_silently(camera)
+    }
+
+    /// Draws and writes all pictures under the settings of `args`, and reports.
+    pub(crate) fn finish(mut self, args: &Warp3dArgs, telling: Telling) -> Result<()> {
+        let shared = shared(args);
+        let request = request(args, &shared);
+        let options = options(&args.warp);
+        self.drawer.warper.change(&options)?;
+        let Self { plan, cameras, mut drawer, scene, load_ms } = self;
+        let stats = RunStats {
+            version: env!("CARGO_PKG_VERSION"),
+            scene,
+            threads: rayon::current_num_threads(),
+            settings: record(args, &options, (&request, plan.finish.format), drawer.convergence),
+            planned: args.ask.kept.clone(),
+            load_ms,
+            peak_bytes: None,
+            frames: Vec::new(),
+        };
+        drawer.last = if has_planes(args) { LastPicture::Kept(None) } else { LastPicture::NotKept };
+        plan.draw(&request, &cameras, stats, (&mut |camera, _| drawer.draw(camera), telling))?;
+        match drawer.last {
+            LastPicture::Kept(Some(image)) => write_planes(args, &image),
+            LastPicture::Kept(None) | LastPicture::NotKept => Ok(()),
+        }
     }
 }
 
+/// Whether the mask or the confidence of the picture is written.
+fn has_planes(args: &Warp3dArgs) -> bool {
+    args.mask.is_some() || args.confidence.is_some()
+}
+
 /// Where the references are kept when a picture of this size is drawn within `--max-memory`.
-fn keeping(args: &Warp3dArgs, options: &WarpOptions, target: [u32; 2]) -> Result<Keeping> {
+fn keeping(
+    args: &Warp3dArgs,
+    options: &WarpOptions,
+    (target, places): ([u32; 2], Places),
+) -> Result<Keeping> {
     match (check_memory(args, options, target), args.max_memory) {
         (Ok(()), _) | (_, None) => Ok(Keeping::Memory),
+        (Err(error), _) if places == Places::Memory => {
+            Err(error.context("settings are compared and chosen with the references in memory"))
+        }
         // Its triangles join the samples of the whole picture.
         (Err(error), _) if options.method == Method::Mesh => Err(error),
         (Err(_), Some(max_memory)) => Ok(Keeping::File(max_memory)),
@@ -105,105 +184,6 @@ fn keeping(args: &Warp3dArgs, options: &WarpOptions, target: [u32; 2]) -> Result
 fn check_memory(args: &Warp3dArgs, options: &WarpOptions, target: [u32; 2]) -> Result<()> {
     let Some(max_memory) = args.max_memory else { return Ok(()) };
     Ok(warp3d::memory::check_memory(&warp_scene::sizes(args)?, target, options, max_memory)?)
-}
-
-/// Reads the references into memory, for commands that draw them under several settings.
-fn read_into_memory(args: &Warp3dArgs) -> Result<WarpScene> {
-    check_memory(args, &options(&args.warp), [1, 1])
-        .context("settings are compared and chosen with the references in memory")?;
-    warp_scene::read(args, Keeping::Memory)
-}
-
-/// Does all but the drawing.
-pub(crate) fn prepared(args: &Warp3dArgs) -> Result<Prepared> {
-    check_words(args)?;
-    let scene = read_into_memory(args)?;
-    let layout = layout(args);
-    let targets = targets(args, &scene)?;
-    let convergence = convergence(args, &scene, &targets[0])?;
-    let cameras = cameras(args, &layout, &targets, convergence)?;
-    let warper = AnyWarper::new(scene.references, &options(&args.warp))?;
-    let mut drawer = Drawer { warper, layout, convergence, last: LastPicture::NotKept };
-    Ok(Prepared { cameras, render: Box::new(move |camera| drawer.draw(camera)) })
-}
-
-/// Reads the references, to warp them under several settings.
-pub(crate) fn opened(args: &Warp3dArgs) -> Result<Opened> {
-    let shared = shared(args);
-    let request = request(args, &shared);
-    check_words(args)?;
-    Plan::without_cameras(&request, Pictures::One)?;
-    let scene = read_into_memory(args)?;
-    let layout = layout(args);
-    let targets = targets(args, &scene)?;
-    let convergence = convergence(args, &scene, &targets[0])?;
-    let cameras = cameras(args, &layout, &targets, convergence)?;
-    // What fills a hole may come from anywhere on its rim.
-    let whole = layout != Layout::Single || options(&args.warp).fill != Fill::None;
-    let warper = AnyWarper::new(scene.references, &options(&args.warp))?;
-    let mut drawer = Drawer { warper, layout, convergence, last: LastPicture::NotKept };
-    let draw = move |command: &Command, camera: &Camera| {
-        let Command::Warp3d(args) = command else { bail!("expected warp3d") };
-        drawer.warper.change(&options(&args.warp))?;
-        drawer.draw_silently(camera)
-    };
-    let parts = if whole { Parts::Whole } else { Parts::Windows { side_px: 64, least: 4, guard_px: 1 } };
-    Ok(Opened { cameras, parts, draw: Box::new(draw) })
-}
-
-/// Draws the views of a sheet.
-struct Drawer {
-    warper: AnyWarper,
-    layout: Layout,
-    convergence: f64,
-    last: LastPicture,
-}
-
-/// The last picture that was drawn, for `--mask` and `--confidence`.
-enum LastPicture {
-    /// Neither was asked for.
-    NotKept,
-    /// Kept, once there is one.
-    Kept(Option<Image>),
-}
-
-impl Drawer {
-    fn draw(&mut self, sheet: &Camera) -> Result<Drawn> {
-        let drawn = self.draw_silently(sheet)?;
-        if drawn.image.rgba.iter().all(|pixel| !(pixel[3] > 0.0)) {
-            report::say("warning: nothing of the references is seen from this camera: the picture is empty");
-        }
-        Ok(drawn)
-    }
-
-    fn draw_silently(&mut self, sheet: &Camera) -> Result<Drawn> {
-        let views = self.layout.views(sheet, self.convergence);
-        let frames: Result<Vec<_>, _> = views.iter().map(|camera| self.warper.render(camera)).collect();
-        let (images, stats): (Vec<_>, Vec<_>) =
-            frames?.into_iter().map(|frame| (frame.image, frame.stats)).unzip();
-        let image = self.layout.put_together(sheet, images);
-        if let LastPicture::Kept(last) = &mut self.last {
-            *last = Some(image.clone());
-        }
-        Ok(Drawn { image, account: account(&stats)? })
-    }
-}
-
-/// What a warp says about its frames: that of one view, or a list of them.
-fn account(stats: &[FrameStats]) -> Result<Account> {
-    let keys = match stats {
-        [one] => serde_json::to_value(one)?,
-        several => json!({ "views": several }),
-    };
-    let sum = |number: fn(&FrameStats) -> f64| stats.iter().map(number).sum::<f64>();
-    let line = format!(
-        "{:.1} ms wall, {:.1} ms CPU; {} pixels seen, {} filled",
-        sum(|stats| stats.wall_ms),
-        sum(|stats| stats.cpu_ms),
-        sum(|stats| stats.seen as f64),
-        sum(|stats| stats.filled as f64)
-    );
-    Ok(Account { keys, line })
 }
 
 fn shared(args: &Warp3dArgs) -> Shared {

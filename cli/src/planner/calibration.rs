@@ -15,10 +15,10 @@ use super::model::{Counts, Model, Sample, counts, milliseconds};
 use super::pilot::Found;
 use super::windows::part;
 use crate::args::SceneArg;
-use crate::built_in;
-use crate::commands::{self, Opened};
+use crate::built_in::{self, DepthSize, Texture, Triangles};
+use crate::commands::Opened;
 use crate::machine;
-use crate::report;
+use crate::report::{self, Verbosity};
 use crate::words;
 
 /// A model and where it comes from.
@@ -120,10 +120,14 @@ fn scenes(folder: &std::path::Path) -> Result<Scenes> {
     for scene in [SceneArg::CheckerBox, SceneArg::MarschnerLobb, SceneArg::Blobs] {
         all.push((built_in::volume(scene, folder)?, list(&volumes)));
     }
-    for texture in [built_in::Texture::Fine, built_in::Texture::Coarse] {
-        all.push((built_in::mesh(folder, texture)?, list(&meshes)));
+    for (texture, triangles) in
+        [(Texture::Fine, Triangles::Few), (Texture::Coarse, Triangles::Few), (Texture::Fine, Triangles::Many)]
+    {
+        all.push((built_in::mesh(folder, texture, triangles)?, list(&meshes)));
     }
-    all.push((built_in::depth_image(folder)?, list(&warps)));
+    for size in [DepthSize::Full, DepthSize::Half] {
+        all.push((built_in::depth_image(folder, size)?, list(&warps)));
+    }
     Ok(all)
 }
 
@@ -135,7 +139,7 @@ fn measure(
     let mut all = scene.to_vec();
     // The picture is never written; the name only has to be good.
     all.extend(["-o".to_owned(), std::env::temp_dir().join("resample-calibrate.exr").display().to_string()]);
-    let mut opened = commands::opened(&words::parsed(&all)?.command)?;
+    let mut opened = Opened::read(&words::parsed(&all)?.command, Verbosity::Quiet)?;
     let cameras = cameras(&opened)?;
     for setting in settings {
         let command = words::parsed(&words::with(&all, setting))?.command;
@@ -149,7 +153,7 @@ fn measure(
             }
             let mut best: Option<Sample> = None;
             for _ in 0..reps {
-                let keys = (opened.draw)(&command, camera)?.account.keys;
+                let keys = opened.draw(&command, camera)?.account.keys;
                 let sample = Sample {
                     path: path.clone(),
                     counts: counts(&keys, pixels),
@@ -169,7 +173,7 @@ fn measure(
 
 /// Whole pictures of several sizes, a nearer view, and parts.
 fn cameras(opened: &Opened) -> Result<Vec<Camera>> {
-    let first = opened.cameras.first().context("a built-in scene has no camera")?;
+    let first = opened.cameras().first().context("a built-in scene has no camera")?;
     let mut cameras = Vec::new();
     for side in SIDES_PX {
         cameras.push(first.resized(side, side)?);

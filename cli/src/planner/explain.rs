@@ -105,7 +105,7 @@ impl Account<'_> {
     fn why_exact(&self) -> &'static str {
         match self.pilot {
             None => {
-                "why: this picture cannot be drawn in parts, and to try settings on the whole costs more than it saves"
+                "why: to try settings on parts of so few or such small pictures costs more than it can save"
             }
             Some(pilot) if !pilot.sees_something() => "why: a coarse look shows nothing to measure on",
             Some(_) => "why: nothing cheaper is predicted to keep what was asked for",

@@ -13,6 +13,9 @@ use crate::words;
 pub(super) struct Ladder {
     pub(super) option: &'static str,
     pub(super) rungs: &'static [&'static str],
+    /// What each rung usually costs, of the last one: the trade of the scenes in `docs/results`, rounded up. It only tells
+    /// whether a try is worth its cost.
+    pub(super) costs: &'static [f64],
 }
 
 /// A way of drawing: words that choose it, and what can be climbed in it, one or two ladders.
@@ -20,6 +23,15 @@ pub(super) struct Ladder {
 pub(super) struct Way {
     pub(super) words: Vec<String>,
     pub(super) ladders: Vec<Ladder>,
+    /// What it usually costs on its last rungs, of the exact setting, from the same figures.
+    pub(super) cost: f64,
+}
+
+impl Way {
+    /// What a setting usually costs, of the exact one.
+    pub(super) fn cost(&self, rungs: [usize; 2]) -> f64 {
+        self.ladders.iter().zip(rungs).fold(self.cost, |cost, (ladder, rung)| cost * ladder.costs[rung])
+    }
 }
 
 /// What may be chosen for one command.
@@ -30,15 +42,29 @@ pub(super) struct Family {
     pub(super) exact: Vec<String>,
     /// The cheapest setting, for a coarse look.
     pub(super) coarse: Vec<String>,
+    /// Where a coarse look must be cheap, it shows every so many pixels only: the cheapest setting of a mesh takes an eighth
+    /// of the exact one's time.
+    pub(super) coarse_step: u32,
     /// Options whose value is a proven bound on what they change; each gets a share of the error that is allowed.
     pub(super) proven: Vec<&'static str>,
 }
 
-const SLAB: Ladder = Ladder { option: "--slab", rungs: &["2", "1", "0.5", "0.25", "0.125"] };
-const SUBPIXEL: Ladder = Ladder { option: "--subpixel", rungs: &["1", "2", "4", "8"] };
-const SUBPIXELS: Ladder = Ladder { option: "--subpixels", rungs: &["1", "2", "4", "8"] };
-const FOOTPRINT: Ladder =
-    Ladder { option: "--footprint", rungs: &["affine-approx", "affine", "table", "exact"] };
+const SLAB: Ladder = Ladder {
+    option: "--slab",
+    rungs: &["2", "1", "0.5", "0.25", "0.125"],
+    costs: &[0.09, 0.16, 0.28, 0.53, 1.0],
+};
+const SHEET_SUBPIXEL: Ladder =
+    Ladder { option: "--subpixel", rungs: &["1", "2", "4", "8"], costs: &[0.11, 0.2, 0.43, 1.0] };
+const MESH_SUBPIXEL: Ladder =
+    Ladder { option: "--subpixel", rungs: &["1", "2", "4", "8"], costs: &[0.1, 0.25, 0.5, 1.0] };
+const SUBPIXELS: Ladder =
+    Ladder { option: "--subpixels", rungs: &["1", "2", "4", "8"], costs: &[0.4, 0.45, 0.55, 1.0] };
+const FOOTPRINT: Ladder = Ladder {
+    option: "--footprint",
+    rungs: &["affine-approx", "affine", "table", "exact"],
+    costs: &[1.0, 1.0, 1.1, 1.0],
+};
 
 /// Pairs of name and value of the exact settings. A transmittance of 1e-5 is a four-hundredth of a step of an 8-bit
 /// picture; 0 would take many times as long.
@@ -51,12 +77,19 @@ const EXACT_WARP: &[&str] = &["--method", "hybrid", "--visibility", "zbuffer", "
 /// The transmittance of the exact settings.
 pub(super) const LEAST_TRANSMITTANCE: &str = "0.00001";
 
-/// Look-ups and forward methods of meshes, by what they usually cost.
-const MESH_METHODS: [&str; 6] =
-    ["backward-nearest", "backward-bilinear", "backward-trilinear", "backward-ewa", "point", "hybrid"];
+/// Look-ups and forward methods of meshes, each with its cost over that of the hybrid on the same rung.
+const MESH_METHODS: [(&str, f64); 6] = [
+    ("backward-nearest", 0.9),
+    ("backward-bilinear", 0.9),
+    ("backward-trilinear", 0.9),
+    ("backward-ewa", 1.4),
+    ("point", 2.2),
+    ("hybrid", 1.0),
+];
 
-/// Methods of warping that have no sub-pixels; the hybrid has.
-const PLAIN_WARPS: [&str; 5] = ["nearest", "points", "ewa", "splats", "mesh"];
+/// Methods of warping that have no sub-pixels, each with its cost over that of the exact setting; the hybrid has.
+const PLAIN_WARPS: [(&str, f64); 5] =
+    [("nearest", 0.05), ("points", 0.3), ("ewa", 0.5), ("splats", 0.6), ("mesh", 1.0)];
 
 /// What may be chosen for a command, given the words that were typed.
 pub(super) fn family(command: &Command, typed: &[String]) -> Family {
@@ -64,15 +97,18 @@ pub(super) fn family(command: &Command, typed: &[String]) -> Family {
         Command::Texmap(_) => mesh(),
         Command::Warp3d(_) => warp(),
         Command::Volsplat(args) if draws_sheets(args) => Family {
-            ways: vec![way(&[], &[SLAB, SUBPIXEL])],
+            ways: vec![way(&[], &[SLAB, SHEET_SUBPIXEL], 1.0)],
             exact: owned(EXACT_SHEETS),
             coarse: owned(&["--slab", "2", "--subpixel", "1"]),
+            coarse_step: 1,
             proven: vec!["--min-transmittance", "--lod-error"],
         },
         _ => Family {
-            ways: vec![way(&[], &[FOOTPRINT])],
+            ways: vec![way(&[], &[FOOTPRINT], 1.0)],
             exact: owned(EXACT_SAMPLES),
             coarse: owned(&["--footprint", "affine-approx"]),
+            // It costs as much as the exact setting.
+            coarse_step: 4,
             proven: vec!["--min-transmittance"],
         },
     };
@@ -86,22 +122,24 @@ fn draws_sheets(args: &VolsplatArgs) -> bool {
 }
 
 fn mesh() -> Family {
-    let of = |method: &str| way(&["--method", method], &[SUBPIXEL]);
+    let of = |(method, cost): (&str, f64)| way(&["--method", method], &[MESH_SUBPIXEL], cost);
     Family {
         ways: MESH_METHODS.map(of).to_vec(),
         exact: owned(EXACT_MESH),
         coarse: owned(&["--method", "backward-nearest", "--subpixel", "1"]),
+        coarse_step: 4,
         proven: Vec::new(),
     }
 }
 
 fn warp() -> Family {
-    let plain = PLAIN_WARPS.iter().map(|method| way(&["--method", method], &[]));
-    let hybrid = way(&["--method", "hybrid"], &[SUBPIXELS]);
+    let plain = PLAIN_WARPS.iter().map(|&(method, cost)| way(&["--method", method], &[], cost));
+    let hybrid = way(&["--method", "hybrid"], &[SUBPIXELS], 1.0);
     Family {
         ways: plain.chain([hybrid]).collect(),
         exact: owned(EXACT_WARP),
         coarse: owned(&["--method", "nearest"]),
+        coarse_step: 1,
         proven: Vec::new(),
     }
 }
@@ -153,8 +191,8 @@ pub(super) fn path(command: &Command) -> String {
     }
 }
 
-fn way(words: &[&str], ladders: &[Ladder]) -> Way {
-    Way { words: owned(words), ladders: ladders.to_vec() }
+fn way(words: &[&str], ladders: &[Ladder], cost: f64) -> Way {
+    Way { words: owned(words), ladders: ladders.to_vec(), cost }
 }
 
 pub(super) fn owned(words: &[&str]) -> Vec<String> {

@@ -1,10 +1,11 @@
 //! The planner: from an error or a time that was asked for to settings, for this scene and these cameras.
 //!
 //! 1. ladders: what may be chosen, as words of a command line ([`ladders`]);
-//! 2. pilot: windows of the pictures, with the exact setting ([`windows`], [`pilot`]);
-//! 3. search: candidates in the same windows; their errors with a margin ([`estimate`]), their cost from counts
-//!    ([`model`]), and the best that keeps what was asked for ([`search`]);
-//! 4. the command is parsed again with the words that were chosen, and runs as if they had been typed.
+//! 2. pilot: windows of the pictures ([`windows`]), as many as the run can afford ([`look`]), with the exact setting
+//!    ([`pilot`]);
+//! 3. search: candidates in the same windows, while they are worth their cost ([`purse`]); their errors with a margin
+//!    ([`estimate`]), their cost from counts ([`model`]), and the best that keeps what was asked for ([`search`]);
+//! 4. the command is parsed again with the words that were chosen, and draws what was read, as if they had been typed.
 //!
 //! The choice for an error knows no clock: it is the same on every machine, and so is the picture. Proven bounds (early
 //! termination, level of detail) are used as such: each gets a share of the error, and what is left is measured together
@@ -14,8 +15,10 @@ mod calibration;
 mod estimate;
 mod explain;
 mod ladders;
+mod look;
 mod model;
 mod pilot;
+mod purse;
 mod search;
 mod windows;
 
@@ -27,11 +30,13 @@ use serde_json::json;
 use self::calibration::Calibration;
 use self::estimate::predicted;
 use self::explain::Account;
-use self::model::Counts;
+use self::look::Effort;
+use self::model::{Counts, Model};
 use self::pilot::{Found, Pilot, Scene};
+use self::purse::Purse;
 use self::search::{Goal, Keeps, Tried};
 use crate::args::{AskArgs, Command};
-use crate::commands::{self, Parts};
+use crate::commands::Opened;
 use crate::report::{self, Verbosity};
 use crate::values::{Bound, BoundMetric};
 use crate::words;
@@ -54,8 +59,8 @@ const PROVEN_SHARE: f64 = 0.25;
 /// The options of the planner: with a value, and without.
 const OWN_OPTIONS: ([&str; 2], [&str; 1]) = (["--max-error", "--max-time"], ["--explain"]);
 
-/// The command with the settings that were chosen; `None` where nothing was asked for.
-pub(crate) fn planned(command: &Command, verbosity: Verbosity) -> Result<Option<Command>> {
+/// The scene, read, and the command with the settings that were chosen; `None` where nothing was asked for.
+pub(crate) fn planned(command: &Command, verbosity: Verbosity) -> Result<Option<(Opened, Command)>> {
     let Some(ask) = asked_in(command) else { return Ok(None) };
     let asked = match (ask.max_error, ask.max_time_ms) {
         (Some(bound), _) => Asked::Error(bound),
@@ -68,7 +73,8 @@ pub(crate) fn planned(command: &Command, verbosity: Verbosity) -> Result<Option<
     let start = Instant::now();
     let words = typed_words()?;
     let family = ladders::family(command, &words);
-    let mut scene = Scene { opened: commands::opened(command)?, words };
+    let opened = Opened::read(command, verbosity)?;
+    let mut scene = Scene { parts: opened.parts(command), opened, words };
     let mut plan = Plan::new(asked, &mut scene, &family)?;
     let chosen = plan.choose(&mut scene, &family)?;
     let account = plan.account(&scene, (&family, &chosen), report::ms_since(start));
@@ -84,7 +90,7 @@ pub(crate) fn planned(command: &Command, verbosity: Verbosity) -> Result<Option<
     if let Some(ask) = ask_of(&mut command) {
         ask.kept = Some(account.record());
     }
-    Ok(Some(command))
+    Ok(Some((scene.opened, command)))
 }
 
 /// The words after the program's name, without those of the planner.
@@ -130,11 +136,11 @@ impl Plan {
             Asked::Error(_) => Calibration::built_in()?,
             Asked::Time(_) => Calibration::of_this_machine(&scene.words)?,
         };
-        // A pilot that has to draw the only picture as a whole would cost what it saves.
-        let unseen = matches!(asked, Asked::Error(_))
-            && scene.opened.parts == Parts::Whole
-            && scene.opened.cameras.len() == 1;
-        let pilot = if unseen { None } else { Some(Pilot::new(scene, family)?) };
+        let effort = match asked {
+            Asked::Error(_) => Effort::Affordable,
+            Asked::Time(_) => Effort::Any,
+        };
+        let pilot = Pilot::new(scene, family, (effort, &calibration.model))?;
         Ok(Self { asked, pilot, calibration, tried: Vec::new() })
     }
 
@@ -144,17 +150,24 @@ impl Plan {
         let Some(pilot) = self.pilot.as_mut().filter(|pilot| pilot.sees_something()) else {
             return Ok(exact);
         };
+        let Some(found) = pilot.exact.clone() else { return Ok(exact) };
         let (goal, extra) = match asked {
             Asked::Error(bound) => (Goal::LeastCost, proven_words(family, bound.value)),
             Asked::Time(_) => (Goal::LeastError, Vec::new()),
         };
         let pictures = pilot.pictures;
-        let judge =
-            |setting: Vec<String>, found: &Found| judged(asked, setting, (found, pictures), calibration);
-        let exact = pilot.exact.as_ref().map(|found| judge(exact.setting.clone(), found)).unwrap_or(exact);
-        let mut tried = search::tried(family, (goal, &extra), &mut |setting| {
-            let found = pilot.found(scene, &setting)?;
-            Ok(judge(setting, &found))
+        let mut purse = full_purse(&found, pictures, &calibration.model);
+        let exact = judged(asked, exact.setting, (&found, pictures), calibration);
+        let mut tried = search::tried(family, (goal, &extra), &mut |candidate| {
+            if goal == Goal::LeastCost && !purse.affords(candidate.cost, pilot.model_ms) {
+                return Ok(None);
+            }
+            let found = pilot.found(scene, &candidate.setting)?;
+            let tried = judged(asked, candidate.setting, (&found, pictures), calibration);
+            if tried.keeps == Keeps::Yes {
+                purse.won(mean_ms(&found, &calibration.model));
+            }
+            Ok(Some(tried))
         })?;
         tried.push(exact);
         let cheapest = tried.iter().min_by(|a, b| a.cost_ms.total_cmp(&b.cost_ms));
@@ -191,6 +204,19 @@ fn proven_words(family: &ladders::Family, bound: f64) -> Vec<String> {
     family.proven.iter().flat_map(|option| [(*option).to_owned(), format!("{share:.7}")]).collect()
 }
 
+/// What may be spent on a run of which the exact setting is known.
+fn full_purse(exact: &Found, pictures: usize, model: &Model) -> Purse {
+    let exact_ms = mean_ms(exact, model);
+    let windows_ms = exact.windows_model_ms;
+    Purse { pictures: pictures as f64, exact_ms, best_ms: exact_ms, windows_ms }
+}
+
+/// The mean cost of the pictures that were looked at.
+fn mean_ms(found: &Found, model: &Model) -> f64 {
+    let sum: f64 = found.frames.iter().map(|counts| model.likely_cpu_ms(&found.path, counts)).sum();
+    sum / found.frames.len().max(1) as f64
+}
+
 fn judged(
     asked: Asked,
     setting: Vec<String>,
@@ -207,9 +233,7 @@ fn judged(
     };
     let (cost_ms, keeps) = match asked {
         Asked::Error(bound) => {
-            let cost = worst(&|k, counts| {
-                calibration.model.cpu_ms(&found.path, counts).unwrap_or(found.frames_cpu_ms[k])
-            });
+            let cost = worst(&|_, counts| calibration.model.likely_cpu_ms(&found.path, counts));
             (cost, error <= bound.value)
         }
         Asked::Time(time_ms) => {

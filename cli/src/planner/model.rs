@@ -97,6 +97,35 @@ impl Model {
         Some(coefficients.iter().zip(counts).map(|(ms, count)| ms * count).sum())
     }
 
+    /// CPU time of a frame; for a kind of work that was never measured by the coefficients of the nearest kind.
+    pub(crate) fn likely_cpu_ms(&self, path: &str, counts: &Counts) -> f64 {
+        self.likely(path).iter().zip(counts).map(|(ms, count)| ms * count).sum()
+    }
+
+    /// The share of a frame that does not depend on how much of it is drawn.
+    pub(crate) fn fixed_share(&self, path: &str, counts: &Counts) -> f64 {
+        let fixed: f64 =
+            self.likely(path).iter().zip(counts).take(OF_FRAME).map(|(ms, count)| ms * count).sum();
+        (fixed / self.likely_cpu_ms(path, counts).max(f64::MIN_POSITIVE)).min(1.0)
+    }
+
+    /// Coefficients of a kind of work, or of the first that shares its method, its sub-pixels or its application.
+    fn likely(&self, path: &str) -> Counts {
+        let words = |path: &str| -> [String; 3] {
+            let mut words = path.split(' ').map(str::to_owned);
+            std::array::from_fn(|_| words.next().unwrap_or_default())
+        };
+        let own = words(path);
+        let like = |alike: &dyn Fn(&[String; 3]) -> bool| {
+            self.cpu_ms.iter().find(|(other, _)| alike(&words(other))).map(|(_, coefficients)| *coefficients)
+        };
+        like(&|other| *other == own)
+            .or_else(|| like(&|other| other[..2] == own[..2]))
+            .or_else(|| like(&|other| other[0] == own[0] && other[2] == own[2]))
+            .or_else(|| like(&|other| other[0] == own[0]))
+            .unwrap_or([1.0; COUNTS])
+    }
+
     /// Elapsed over CPU time.
     pub(crate) fn wall_per_cpu(&self, path: &str) -> f64 {
         self.wall_per_cpu.get(application(path)).copied().unwrap_or(1.0)

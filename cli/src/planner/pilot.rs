@@ -10,7 +10,8 @@ use resample_core::{Camera, Image};
 
 use super::estimate::{ViewErrors, WindowError};
 use super::ladders;
-use super::model::{COUNTS, Counts, OF_FRAME, counts, milliseconds};
+use super::look::{self, Effort, Part, WindowCost};
+use super::model::{COUNTS, Counts, Model, OF_FRAME, counts, milliseconds};
 use super::windows::{self, Window, Windows};
 use crate::args::Command;
 use crate::commands::{Opened, Parts};
@@ -19,6 +20,8 @@ use crate::words;
 /// A scene under the settings of a command.
 pub(super) struct Scene {
     pub(super) opened: Opened,
+    /// What a part of its pictures is.
+    pub(super) parts: Parts,
     /// The command without the options of the planner.
     pub(super) words: Vec<String>,
 }
@@ -28,6 +31,8 @@ struct Sight {
     image: Image,
     counts: Counts,
     cpu_ms: f64,
+    /// Under the settings of this kind of work.
+    path: String,
 }
 
 /// The windows of some of the pictures, and what the exact setting shows in them.
@@ -39,17 +44,28 @@ pub(super) struct Pilot {
     guard_px: usize,
     /// The exact setting in the windows.
     pub(super) exact: Option<Found>,
-    /// CPU time of all that the pilot has drawn, ms.
+    /// CPU time of all that the pilot has drawn, ms: measured, and by the model.
     pub(super) cpu_ms: f64,
+    pub(super) model_ms: f64,
+    model: Model,
 }
 
 struct View {
     camera: Camera,
     windows: Windows,
-    /// Counts of the whole coarse picture, and of its windows.
-    coarse: Counts,
-    coarse_windows: Vec<Counts>,
+    /// Counts of the whole coarse picture and of its windows, where both were drawn.
+    coarse: Option<(Counts, Vec<Counts>)>,
     exact: Vec<Image>,
+}
+
+/// Most pictures that are looked at coarsely, for the one with the most unrest.
+const MOST_COARSE: usize = 24;
+
+/// How a coarse look is taken.
+struct Coarse {
+    command: Command,
+    /// It shows every so many pixels.
+    step: u32,
 }
 
 /// What the pilot found of a setting.
@@ -64,16 +80,11 @@ pub(super) struct Found {
     /// CPU time and counts of all windows together.
     pub(super) windows_cpu_ms: f64,
     pub(super) windows_counts: Counts,
+    /// What all windows take by the model.
+    pub(super) windows_model_ms: f64,
     /// CPU time of each view's whole picture by the windows alone.
     pub(super) frames_cpu_ms: Vec<f64>,
 }
-
-/// Most pictures of a sequence that are looked at; one in eight of shorter ones.
-const MOST_VIEWS: usize = 8;
-
-/// Share of the covered cells that is looked at in each picture, and most windows as a multiple of the least number.
-const SHARE: f64 = 0.06;
-const MOST: usize = 3;
 
 impl Scene {
     /// The command under a setting.
@@ -82,46 +93,137 @@ impl Scene {
     }
 
     fn draw(&mut self, command: &Command, camera: &Camera) -> Result<Sight> {
-        let drawn = (self.opened.draw)(command, camera)?;
+        let drawn = self.opened.draw(command, camera)?;
         let pixels = f64::from(camera.width) * f64::from(camera.height);
         Ok(Sight {
             image: drawn.image,
             counts: counts(&drawn.account.keys, pixels),
             cpu_ms: milliseconds(&drawn.account.keys, "cpu_ms"),
+            path: ladders::path(command),
         })
     }
 }
 
 impl Pilot {
-    /// Looks at the pictures coarsely, and at their windows with the exact setting.
-    pub(super) fn new(scene: &mut Scene, family: &ladders::Family) -> Result<Self> {
-        let pictures = scene.opened.cameras.len();
-        let guard_px = match scene.opened.parts {
+    /// Looks at the pictures coarsely, and at their windows with the exact setting; `None` where the effort does not allow
+    /// a look.
+    pub(super) fn new(
+        scene: &mut Scene,
+        family: &ladders::Family,
+        (effort, model): (Effort, &Model),
+    ) -> Result<Option<Self>> {
+        let pictures = scene.opened.cameras().len();
+        let guard_px = match scene.parts {
             Parts::Windows { guard_px, .. } => guard_px,
             Parts::Whole => 0,
         };
-        let mut pilot = Self { views: Vec::new(), pictures, guard_px, exact: None, cpu_ms: 0.0 };
-        let coarse = scene.command(&family.coarse)?;
-        for camera in chosen(&scene.opened.cameras) {
-            let whole = scene.draw(&coarse, &camera)?;
-            let windows = match scene.opened.parts {
-                Parts::Windows { side_px, least, .. } => {
-                    windows::spread(&camera, &whole.image, side_px, (SHARE, [least, MOST * least]))
-                }
-                Parts::Whole => windows::whole(&camera, &whole.image),
-            };
-            let mut coarse_windows = Vec::with_capacity(windows.list.len());
-            pilot.cpu_ms += whole.cpu_ms;
-            for window in &windows.list {
-                let sight = scene.draw(&coarse, &window.camera)?;
-                pilot.cpu_ms += sight.cpu_ms;
-                coarse_windows.push(sight.counts);
-            }
-            let view = View { camera, windows, coarse: whole.counts, coarse_windows, exact: Vec::new() };
-            pilot.views.push(view);
+        let pixels = scene.opened.cameras().iter().map(pixels).fold(0.0, f64::max);
+        if effort == Effort::Affordable && !look::may_pay(scene.parts, (pictures, pixels)) {
+            return Ok(None);
+        }
+        let mut pilot = Self {
+            views: Vec::new(),
+            pictures,
+            guard_px,
+            exact: None,
+            cpu_ms: 0.0,
+            model_ms: 0.0,
+            model: model.clone(),
+        };
+        let coarse = Coarse {
+            command: scene.command(&family.coarse)?,
+            step: if effort == Effort::Affordable { family.coarse_step } else { 1 },
+        };
+        let middle = chosen(scene.opened.cameras(), 1)[0];
+        let seen = pilot.coarse(scene, &coarse, &middle)?;
+        let exact = ladders::path(&scene.command(&family.exact)?);
+        let fixed = pilot.model.fixed_share(&exact, &seen.counts);
+        let window = |side| WindowCost { cells: windows::covered_cells(&middle, &seen.image, side), fixed };
+        let sides = look::sides(scene.parts, pixels);
+        let Some(look) = look::closest((scene.parts, &sides), (pictures, effort), window) else {
+            return Ok(None);
+        };
+        let cameras = match effort {
+            Effort::Affordable => pilot.with_worst(scene, &coarse, look.views)?,
+            Effort::Any => chosen(scene.opened.cameras(), look.views),
+        };
+        let mut seen = Some(seen);
+        for camera in cameras {
+            let sight = if camera == middle { seen.take() } else { None };
+            pilot.add_view(scene, &coarse, (camera, look.part, sight))?;
         }
         pilot.exact = Some(pilot.found(scene, &family.exact)?);
-        Ok(pilot)
+        Ok(Some(pilot))
+    }
+
+    /// The cameras that are looked at: evenly spaced, but for the one that is nearest to the picture with the most unrest,
+    /// in whose place that one is taken. A thing that is seen from its narrow side has the largest error.
+    fn with_worst(&mut self, scene: &mut Scene, coarse: &Coarse, count: usize) -> Result<Vec<Camera>> {
+        let cameras = scene.opened.cameras().to_vec();
+        let mut views = places(cameras.len(), count);
+        if count < cameras.len() && count > 1 {
+            let (mut worst, mut most) = (views[0], 0.0);
+            for place in places(cameras.len(), cameras.len().min(MOST_COARSE)) {
+                let unrest = windows::unrest(&self.coarse(scene, coarse, &cameras[place])?.image);
+                if unrest > most {
+                    (worst, most) = (place, unrest);
+                }
+            }
+            if let Some(nearest) = views.iter_mut().min_by_key(|view| view.abs_diff(worst)) {
+                *nearest = worst;
+            }
+        }
+        Ok(views.into_iter().map(|place| cameras[place]).collect())
+    }
+
+    /// Adds a picture that is looked at; what was seen of it coarsely is not drawn again.
+    fn add_view(
+        &mut self,
+        scene: &mut Scene,
+        coarse: &Coarse,
+        (camera, part, seen): (Camera, Part, Option<Sight>),
+    ) -> Result<()> {
+        let Part::Windows { side_px, draws } = part else {
+            let windows = windows::whole(&camera);
+            self.views.push(View { camera, windows, coarse: None, exact: Vec::new() });
+            return Ok(());
+        };
+        let whole = match seen {
+            Some(sight) => sight,
+            None => self.coarse(scene, coarse, &camera)?,
+        };
+        let windows = windows::spread(&camera, &whole.image, (side_px, draws));
+        let mut counts = Vec::with_capacity(windows.list.len());
+        if coarse.step == 1 {
+            for window in &windows.list {
+                counts.push(self.drawn(scene, &coarse.command, &window.camera)?.counts);
+            }
+        }
+        let coarse = (coarse.step == 1).then_some((whole.counts, counts));
+        self.views.push(View { camera, windows, coarse, exact: Vec::new() });
+        Ok(())
+    }
+
+    /// Looks at a whole picture coarsely. Counts are those of all its pixels, about.
+    fn coarse(&mut self, scene: &mut Scene, coarse: &Coarse, camera: &Camera) -> Result<Sight> {
+        if coarse.step == 1 {
+            return self.drawn(scene, &coarse.command, camera);
+        }
+        let small =
+            camera.resized(camera.width.div_ceil(coarse.step), camera.height.div_ceil(coarse.step))?;
+        let mut sight = self.drawn(scene, &coarse.command, &small)?;
+        let more = pixels(camera) / pixels(&small);
+        sight.counts[OF_FRAME..].iter_mut().for_each(|count| *count *= more);
+        sight.image = windows::enlarged(sight.image, camera);
+        Ok(sight)
+    }
+
+    /// Draws, and counts what that took.
+    fn drawn(&mut self, scene: &mut Scene, command: &Command, camera: &Camera) -> Result<Sight> {
+        let sight = scene.draw(command, camera)?;
+        self.cpu_ms += sight.cpu_ms;
+        self.model_ms += self.model.likely_cpu_ms(&sight.path, &sight.counts);
+        Ok(sight)
     }
 
     /// Draws the windows with a setting; the first one is what all others are compared with.
@@ -133,30 +235,37 @@ impl Pilot {
             frames: Vec::new(),
             windows_cpu_ms: 0.0,
             windows_counts: [0.0; COUNTS],
+            windows_model_ms: 0.0,
             frames_cpu_ms: Vec::new(),
         };
-        for view in &mut self.views {
-            let mut sights = Vec::with_capacity(view.windows.list.len());
-            for window in &view.windows.list {
-                sights.push(scene.draw(&command, &window.camera)?);
+        for k in 0..self.views.len() {
+            let cameras: Vec<Camera> =
+                self.views[k].windows.list.iter().map(|window| window.camera).collect();
+            let mut sights = Vec::with_capacity(cameras.len());
+            for camera in &cameras {
+                sights.push(self.drawn(scene, &command, camera)?);
+            }
+            let view = &mut self.views[k];
+            // Of a whole picture the exact one tells what is covered.
+            if let ([sight], true) = (&sights[..], view.exact.is_empty() && view.windows.cells == 1) {
+                view.windows.covered_px = windows::covered_px(&sight.image);
             }
             found.add(view, &sights, self.guard_px);
             if view.exact.len() < sights.len() {
                 view.exact = sights.into_iter().map(|sight| sight.image).collect();
             }
         }
-        self.cpu_ms += found.windows_cpu_ms;
+        found.windows_model_ms = self.model.likely_cpu_ms(&found.path, &found.windows_counts);
         Ok(found)
     }
 
     /// Whether anything is covered.
     pub(super) fn sees_something(&self) -> bool {
-        self.views.iter().any(|view| !view.windows.list.is_empty())
+        self.views.iter().any(|view| view.windows.covered_px > 0.0)
     }
 
     /// Views, windows, and the share of these views' pixels that the windows hold.
     pub(super) fn size(&self) -> (usize, usize, f64) {
-        let pixels = |camera: &Camera| f64::from(camera.width) * f64::from(camera.height);
         let windows = self.views.iter().flat_map(|view| &view.windows.list);
         let seen: f64 = windows.clone().map(|window| pixels(&window.camera)).sum();
         let all: f64 = self.views.iter().map(|view| pixels(&view.camera)).sum();
@@ -183,11 +292,17 @@ impl Found {
             list.map(|(k, w)| w.draws as f64 * sights(k) / w.chance).sum::<f64>() / draws.max(1) as f64
         };
         self.frames.push(std::array::from_fn(|i| {
-            let (own, coarse) = (of(&|k| sights[k].counts[i]), of(&|k| view.coarse_windows[k][i]));
-            match coarse > 0.0 {
-                _ if i < OF_FRAME || i == COUNTS - 1 => view.coarse[i],
-                true => view.coarse[i] * own / coarse,
-                false => own,
+            if i < OF_FRAME {
+                return sights.first().map_or(0.0, |sight| sight.counts[i]);
+            }
+            let own = of(&|k| sights[k].counts[i]);
+            match &view.coarse {
+                _ if i == COUNTS - 1 => pixels(&view.camera),
+                Some((whole, windows)) => {
+                    let coarse = of(&|k| windows[k][i]);
+                    if coarse > 0.0 { whole[i] * own / coarse } else { own }
+                }
+                None => own,
             }
         }));
         self.frames_cpu_ms.push(of(&|k| sights[k].cpu_ms));
@@ -220,8 +335,16 @@ fn window_error(window: &Window, (image, exact): (&Image, &Image), guard_px: usi
     WindowError { squares, max, chance: window.chance, draws: window.draws }
 }
 
-/// The cameras that are looked at, evenly spaced.
-fn chosen(cameras: &[Camera]) -> Vec<Camera> {
-    let count = if cameras.len() == 1 { 1 } else { (cameras.len() / 4).clamp(2, MOST_VIEWS) };
-    (0..count).map(|k| cameras[(2 * k + 1) * cameras.len() / (2 * count)]).collect()
+/// Some of the cameras, evenly spaced.
+fn chosen(cameras: &[Camera], count: usize) -> Vec<Camera> {
+    places(cameras.len(), count).into_iter().map(|place| cameras[place]).collect()
+}
+
+/// Numbers below `len`, evenly spaced.
+fn places(len: usize, count: usize) -> Vec<usize> {
+    (0..count).map(|k| (2 * k + 1) * len / (2 * count)).collect()
+}
+
+fn pixels(camera: &Camera) -> f64 {
+    f64::from(camera.width) * f64::from(camera.height)
 }

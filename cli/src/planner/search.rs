@@ -2,7 +2,9 @@
 //!
 //! Two ladders of a way make a grid whose error falls and whose cost rises along both. So the settings that just keep a
 //! bound lie along a staircase, which is walked from the corner of the cheapest rung of the one and the most exact of the
-//! other, at one try a step. Of what was tried and is good enough, the cheapest is taken (or, for a time, the most exact).
+//! other, at one try a step. One ladder is climbed down for an error, so that the first try is the likeliest to save
+//! something, and up for a time. A walk ends where its judge does not think the next try worth its cost. Of what was
+//! tried and is good enough, the cheapest is taken (or, for a time, the most exact).
 
 use anyhow::Result;
 
@@ -37,21 +39,39 @@ pub(super) enum Goal {
     LeastError,
 }
 
+/// What proven bounds with a share of the error usually cost, of the exact ones (trade of volumes: 0.3 to 0.73).
+const PROVEN_COST: f64 = 0.7;
+
+/// A setting that may be tried.
+#[derive(Clone, Debug)]
+pub(super) struct Candidate {
+    pub(super) setting: Vec<String>,
+    /// What it usually costs, of the exact setting.
+    pub(super) cost: f64,
+}
+
+/// Tries a setting; `None` where that is not worth its cost.
+pub(super) type Judge<'a> = dyn FnMut(Candidate) -> Result<Option<Tried>> + 'a;
+
 /// Tries settings of all ways; `extra` words go with each. The last way is the most exact one and is walked as a whole;
 /// of the others only rungs up to the best of it are tried, because more of them would cost more than it does.
 pub(super) fn tried(
     family: &Family,
     (goal, extra): (Goal, &[String]),
-    judge: &mut dyn FnMut(Vec<String>) -> Result<Tried>,
+    judge: &mut Judge,
 ) -> Result<Vec<Tried>> {
     let Some((last, others)) = family.ways.split_last() else { return Ok(Vec::new()) };
-    let mut all = staircase(last, (goal, extra), judge)?;
+    let mut all = match goal {
+        Goal::LeastCost if last.ladders.len() < 2 => descent(last, extra, judge)?,
+        Goal::LeastCost | Goal::LeastError => staircase(last, (goal, extra), judge)?,
+    };
+    // Where the last way has nothing cheaper than the exact setting, the others are even less exact.
+    let others = if goal == Goal::LeastCost && best(goal, &all).is_none() { &[] } else { others };
     for way in others {
         // A way beside others has one ladder, or none.
         let rung_of = |t: &Tried| way.ladders.first().and_then(|ladder| rung(ladder, &t.setting));
         let mut next = best(goal, &all).and_then(rung_of).unwrap_or(0);
-        loop {
-            let found = judge(setting(way, [next, 0], extra))?;
+        while let Some(found) = judge(candidate(way, [next, 0], extra))? {
             let keeps = found.keeps;
             all.push(found);
             // What keeps an error may do with less; what takes too long must.
@@ -65,17 +85,30 @@ pub(super) fn tried(
     Ok(all)
 }
 
+/// Tries the settings of a way with one ladder or none, from the most exact down, until one does not keep the bound.
+fn descent(way: &Way, extra: &[String], judge: &mut Judge) -> Result<Vec<Tried>> {
+    let mut all = Vec::new();
+    let rungs = way.ladders.first().map_or(1, |ladder| ladder.rungs.len());
+    // The last rung without other words is the exact setting.
+    let tops = if extra.is_empty() { rungs - 1 } else { rungs };
+    for rung in (0..tops).rev() {
+        let Some(found) = judge(candidate(way, [rung, 0], extra))? else { break };
+        let keeps = found.keeps;
+        all.push(found);
+        if keeps == Keeps::No {
+            break;
+        }
+    }
+    Ok(all)
+}
+
 /// Tries the settings of a way along the border between those that keep the bound and those that do not.
-fn staircase(
-    way: &Way,
-    (goal, extra): (Goal, &[String]),
-    judge: &mut dyn FnMut(Vec<String>) -> Result<Tried>,
-) -> Result<Vec<Tried>> {
+fn staircase(way: &Way, (goal, extra): (Goal, &[String]), judge: &mut Judge) -> Result<Vec<Tried>> {
     let mut all = Vec::new();
     let lengths = [0, 1].map(|k| way.ladders.get(k).map_or(1, |ladder| ladder.rungs.len()));
     let (mut low, mut high) = (0, lengths[1]);
     while low < lengths[0] && high > 0 {
-        let found = judge(setting(way, [low, high - 1], extra))?;
+        let Some(found) = judge(candidate(way, [low, high - 1], extra))? else { break };
         // What keeps the bound may do with less; what does not needs more.
         let more = match goal {
             Goal::LeastCost => found.keeps == Keeps::No,
@@ -109,10 +142,12 @@ pub(super) fn best(goal: Goal, tried: &[Tried]) -> Option<&Tried> {
     }
 }
 
-fn setting(way: &Way, rungs: [usize; 2], extra: &[String]) -> Vec<String> {
+fn candidate(way: &Way, rungs: [usize; 2], extra: &[String]) -> Candidate {
     let climbed =
         way.ladders.iter().zip(rungs).flat_map(|(ladder, rung)| [ladder.option, ladder.rungs[rung]]);
-    way.words.iter().cloned().chain(climbed.map(str::to_owned)).chain(extra.iter().cloned()).collect()
+    let words = way.words.iter().cloned().chain(climbed.map(str::to_owned)).chain(extra.iter().cloned());
+    let proven = if extra.is_empty() { 1.0 } else { PROVEN_COST };
+    Candidate { setting: words.collect(), cost: proven * way.cost(rungs) }
 }
 
 #[cfg(test)]
@@ -121,8 +156,8 @@ mod tests {
     use crate::planner::ladders;
 
     /// Error and cost of a grid where both ladders count alike.
-    fn judge(goal: Goal, bound: f64) -> impl FnMut(Vec<String>) -> Result<Tried> {
-        move |setting: Vec<String>| {
+    fn judge(goal: Goal, bound: f64) -> impl FnMut(Candidate) -> Result<Option<Tried>> {
+        move |Candidate { setting, .. }| {
             let value = |name: &str| -> f64 {
                 let at = setting.iter().position(|word| word == name).expect("both ladders");
                 setting[at + 1].parse().expect("a number")
@@ -133,7 +168,7 @@ mod tests {
                 Goal::LeastCost => error <= bound,
                 Goal::LeastError => cost_ms <= bound,
             };
-            Ok(Tried { setting, error, cost_ms, keeps: if keeps { Keeps::Yes } else { Keeps::No } })
+            Ok(Some(Tried { setting, error, cost_ms, keeps: if keeps { Keeps::Yes } else { Keeps::No } }))
         }
     }
 

@@ -28,9 +28,6 @@ pub(super) struct Windows {
     pub(super) covered_px: f64,
 }
 
-/// Pictures with more pixels than this have cells of twice the side.
-const LARGE_PX: u32 = 512 * 512;
-
 /// Share of the count that a covered cell has without contrast, of the mean: flat parts hold little error, but not none.
 /// A guess.
 const FLOOR: f64 = 0.25;
@@ -38,31 +35,50 @@ const FLOOR: f64 = 0.25;
 /// Smallest part of alpha that counts as covered, as in the figures of `resample compare`.
 const COVERED: f32 = 1.0 / 255.0;
 
-/// One window: the whole picture.
-pub(super) fn whole(camera: &Camera, coarse: &Image) -> Windows {
-    let covered_px = coarse.rgba.iter().filter(|pixel| pixel[3] > COVERED).count() as f64;
+/// One window: the whole picture. What it covers is known once it is drawn.
+pub(super) fn whole(camera: &Camera) -> Windows {
     let list = vec![Window { camera: *camera, chance: 1.0, draws: 1 }];
-    Windows { list, cells: 1, covered_px }
+    Windows { list, cells: 1, covered_px: 0.0 }
 }
 
-/// About `share` of the cells (of `side_px`) that show something, at least `least` draws and at most `most`.
-pub(super) fn spread(
-    camera: &Camera,
-    coarse: &Image,
-    side_px: u32,
-    (share, [least, most]): (f64, [usize; 2]),
-) -> Windows {
-    let side = if camera.width * camera.height > LARGE_PX { 2 * side_px } else { side_px };
-    let columns = camera.width.div_ceil(side);
-    let cells: Vec<Cell> = (0..columns * camera.height.div_ceil(side))
-        .map(|index| cell(coarse, [index % columns * side, index / columns * side], side))
-        .collect();
+/// Covered pixels of a picture.
+pub(super) fn covered_px(image: &Image) -> f64 {
+    image.rgba.iter().filter(|pixel| pixel[3] > COVERED).count() as f64
+}
+
+/// Contrast of a picture for each pixel that it covers: errors come from edges, and count for what is covered.
+pub(super) fn unrest(image: &Image) -> f64 {
+    let whole = cell(image, [0, 0], image.width.max(image.height) as u32);
+    if whole.covered > 0 { whole.contrast / whole.covered as f64 } else { 0.0 }
+}
+
+/// How many cells of a side show something.
+pub(super) fn covered_cells(camera: &Camera, coarse: &Image, side: u32) -> usize {
+    cells(camera, coarse, side).iter().filter(|cell| cell.covered > 0).count()
+}
+
+/// A picture as large as the camera's, of the pixels of a smaller one.
+pub(super) fn enlarged(image: Image, camera: &Camera) -> Image {
+    let [width, height] = [camera.width as usize, camera.height as usize];
+    if [image.width, image.height] == [width, height] {
+        return image;
+    }
+    let mut large = Image::transparent(width, height);
+    for (index, pixel) in large.rgba.iter_mut().enumerate() {
+        let (x, y) = (index % width * image.width / width, index / width * image.height / height);
+        *pixel = image.rgba[y * image.width + x];
+    }
+    large
+}
+
+/// Windows of a side in `count` draws.
+pub(super) fn spread(camera: &Camera, coarse: &Image, (side, count): (u32, usize)) -> Windows {
+    let cells = cells(camera, coarse, side);
     let covered: Vec<&Cell> = cells.iter().filter(|cell| cell.covered > 0).collect();
     let covered_px: usize = covered.iter().map(|cell| cell.covered).sum();
     let mean = covered.iter().map(|cell| cell.contrast).sum::<f64>() / covered.len().max(1) as f64;
     let size = |cell: &Cell| cell.contrast + FLOOR * mean + f64::MIN_POSITIVE.sqrt();
     let total: f64 = covered.iter().map(|cell| size(cell)).sum();
-    let count = ((share * covered.len() as f64) as usize).clamp(least, most);
     let mut list = Vec::new();
     let (mut passed, mut drawn) = (0.0, 0);
     for &cell in &covered {
@@ -87,6 +103,14 @@ pub(super) fn part(camera: &Camera, at: [u32; 2], side: u32) -> Camera {
         cy: camera.cy - f64::from(at[1]),
         ..*camera
     }
+}
+
+/// All cells of a picture, row by row.
+fn cells(camera: &Camera, coarse: &Image, side: u32) -> Vec<Cell> {
+    let columns = camera.width.div_ceil(side);
+    (0..columns * camera.height.div_ceil(side))
+        .map(|index| cell(coarse, [index % columns * side, index / columns * side], side))
+        .collect()
 }
 
 struct Cell {
@@ -143,8 +167,9 @@ mod tests {
 
     #[test]
     fn windows_stand_on_what_is_covered_and_mostly_on_contrast() {
-        let windows = spread(&camera(), &picture(), 16, (1.0, [6, 6]));
+        let windows = spread(&camera(), &picture(), (16, 6));
         assert_eq!((windows.cells, windows.covered_px), (6, 1536.0), "cells of the right half");
+        assert_eq!(covered_cells(&camera(), &picture(), 16), 6, "counted alike");
         let draws: usize = windows.list.iter().map(|window| window.draws).sum();
         assert_eq!(draws, 6, "as many as asked for");
         let above = windows.list.iter().filter(|window| window.camera.cy > 23.0);
@@ -153,8 +178,29 @@ mod tests {
     }
 
     #[test]
+    fn a_narrow_thing_has_more_unrest_than_a_wide_one() {
+        let mut narrow = picture();
+        narrow
+            .rgba
+            .iter_mut()
+            .enumerate()
+            .filter(|(i, _)| i % 64 >= 34)
+            .for_each(|(_, pixel)| *pixel = [0.0; 4]);
+        assert!(unrest(&narrow) > unrest(&picture()), "edges count for fewer pixels");
+        assert_eq!(unrest(&Image::transparent(64, 48)), 0.0, "nothing has none");
+    }
+
+    #[test]
+    fn a_smaller_picture_stands_for_a_large_one() {
+        let large = enlarged(picture(), &camera().resized(128, 96).expect("a camera"));
+        assert_eq!((large.width, large.height), (128, 96));
+        assert_eq!(covered_px(&large), 4.0 * covered_px(&picture()), "each pixel four times");
+        assert_eq!(large.rgba[37 * 128 + 81], picture().rgba[18 * 64 + 40], "where it was");
+    }
+
+    #[test]
     fn an_empty_picture_has_no_windows() {
-        let windows = spread(&camera(), &Image::transparent(64, 48), 16, (0.1, [4, 8]));
+        let windows = spread(&camera(), &Image::transparent(64, 48), (16, 4));
         assert!(windows.list.is_empty() && windows.covered_px == 0.0);
     }
 }

@@ -29,6 +29,18 @@ fn every_ladder_is_climbed_and_told_in_all_formats() {
     assert!(rmse("slab 2") > rmse("slab 0.25"), "thin slabs are nearer");
     assert!(rmse("subpixel 1") > rmse("subpixel 8"), "sub-pixels are nearer");
     assert!(row(&report, "slab 2, subpixel 4")["group"] == "combined", "the cross product is there");
+    assert!(
+        rmse("order every-sample, cells off") > rmse("order every-sample, cells split"),
+        "cells are nearer"
+    );
+    for name in [
+        "order every-sample, cell-error 0.015625",
+        "order every-sample, subpixel 2",
+        "order image-sheets, kernel b-spline, interpolate on",
+        "classify pre",
+    ] {
+        assert!(rmse(name) > 0.0, "{name} is measured");
+    }
     let command = row(&report, "slab 2")["command"].as_str().expect("text");
     assert!(command.starts_with("resample volsplat ball.raw") && command.ends_with("--slab 2"), "{command}");
     let count = report["rows"].as_array().expect("a list").len();

@@ -9,7 +9,7 @@ use resample_core::Camera;
 
 use super::settings::{Against, Bench, Measured, Motion};
 use crate::args::{BenchSceneArgs, SceneArg};
-use crate::built_in;
+use crate::built_in::{self, DepthSize, Texture, Triangles};
 use crate::machine;
 use crate::report::Verbosity;
 
@@ -115,7 +115,7 @@ pub(super) fn texture(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<Str
         "--method hybrid --subpixel 8",
     ];
     let folder = folder()?;
-    let mut words = built_in::mesh(folder.path(), built_in::Texture::Fine)?;
+    let mut words = built_in::mesh(folder.path(), Texture::Fine, Triangles::Few)?;
     words.extend(["--orbit", "20,12,0.35"].map(str::to_owned));
     let scene = Scene { name: "ball on a ground", words, folder };
     let bench = scene.bench(Some(args), settings, args.reps);
@@ -142,7 +142,7 @@ pub(super) fn warp(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String
         "--method hybrid --fill background",
     ];
     let folder = folder()?;
-    let words = built_in::depth_image(folder.path())?;
+    let words = built_in::depth_image(folder.path(), DepthSize::Full)?;
     let scene = Scene { name: "ball before a wall, 320x240", words, folder };
     let bench = scene.bench(None, settings, args.reps);
     let truth = built_in::ball_before_wall(built_in::NEW_EYE, 2 * built_in::DEPTH_IMAGE_SAMPLES);

@@ -84,8 +84,40 @@ const VOLSPLAT: Application = Application {
                 &["--order", "image-sheets", "--kernel", "trilinear"],
             ],
         },
+        Ladder {
+            name: "interpolate",
+            rungs: &[
+                &["--order", "image-sheets", "--kernel", "b-spline", "--interpolate", "off"],
+                &["--order", "image-sheets", "--kernel", "b-spline", "--interpolate", "on"],
+            ],
+        },
         Ladder { name: "classify", rungs: &[&["--classify", "pre"], &["--classify", "post"]] },
         Ladder { name: "sheet-sums", rungs: &[&["--sheet-sums", "scatter"], &["--sheet-sums", "gather"]] },
+        Ladder {
+            name: "cells",
+            rungs: &[
+                &["--order", "every-sample", "--cells", "off"],
+                &["--order", "every-sample", "--cells", "mean"],
+                &["--order", "every-sample", "--cells", "split"],
+            ],
+        },
+        Ladder {
+            name: "cell-error",
+            rungs: &[
+                &["--order", "every-sample", "--cell-error", "0.25"],
+                &["--order", "every-sample", "--cell-error", "0.0625"],
+                &["--order", "every-sample", "--cell-error", "0.015625"],
+            ],
+        },
+        Ladder {
+            name: "sample-subpixel",
+            rungs: &[
+                &["--order", "every-sample", "--subpixel", "1"],
+                &["--order", "every-sample", "--subpixel", "2"],
+                &["--order", "every-sample", "--subpixel", "4"],
+                &["--order", "every-sample", "--subpixel", "8"],
+            ],
+        },
         Ladder {
             name: "select",
             rungs: &[
@@ -125,6 +157,7 @@ const TEXMAP: Application = Application {
             name: "method",
             rungs: &[
                 &["--method", "point"],
+                &["--method", "backward-nearest"],
                 &["--method", "backward-bilinear"],
                 &["--method", "backward-trilinear"],
                 &["--method", "backward-ewa"],
@@ -249,5 +282,21 @@ mod tests {
         assert_eq!(both.len(), alone.len() + 16, "four by four combinations");
         assert!(both.iter().any(|s| s.name == "slab 2, subpixel 8" && s.group == "combined"));
         assert!(VOLSPLAT.settings(&["colour".into()]).is_err(), "no such ladder");
+    }
+
+    #[test]
+    fn every_rung_can_be_typed() {
+        let inputs: [(&Application, &[&str]); 3] = [
+            (&VOLSPLAT, &["volsplat", "a.nrrd"]),
+            (&TEXMAP, &["texmap", "a.glb"]),
+            (&WARP3D, &["warp3d", "a.png", "a.pfm", "--from", "fov:50", "--to", "shift:0,0,0"]),
+        ];
+        for (application, input) in inputs {
+            let words: Vec<String> = owned(input).into_iter().chain(owned(&["-o", "a.exr"])).collect();
+            for setting in application.settings(&[]).expect("good") {
+                let typed = crate::words::with(&words, &setting.words);
+                assert!(crate::words::parsed(&typed).is_ok(), "{}", crate::words::typed(&typed));
+            }
+        }
     }
 }

@@ -1,0 +1,68 @@
+//! Draws one picture of a warp: the views that a layout puts on a sheet, from references in memory or in a file.
+
+use anyhow::Result;
+use resample_core::{Camera, Image};
+use serde_json::json;
+use warp3d::FrameStats;
+
+use crate::multiview::Layout;
+use crate::picture::Drawn;
+use crate::report::{self, Account};
+use crate::warp_references::AnyWarper;
+
+/// Draws the views of a sheet.
+pub(super) struct Drawer {
+    pub(super) warper: AnyWarper,
+    pub(super) layout: Layout,
+    pub(super) convergence: f64,
+    pub(super) last: LastPicture,
+}
+
+/// The last picture that was drawn, for `--mask` and `--confidence`.
+pub(super) enum LastPicture {
+    /// Neither was asked for.
+    NotKept,
+    /// Kept, once there is one.
+    Kept(Option<Image>),
+}
+
+impl Drawer {
+    /// Draws, and warns of an empty picture.
+    pub(super) fn draw(&mut self, sheet: &Camera) -> Result<Drawn> {
+        let drawn = self.draw_silently(sheet)?;
+        if drawn.image.rgba.iter().all(|pixel| !(pixel[3] > 0.0)) {
+            report::say("warning: nothing of the references is seen from this camera: the picture is empty");
+        }
+        Ok(drawn)
+    }
+
+    /// Draws.
+    pub(super) fn draw_silently(&mut self, sheet: &Camera) -> Result<Drawn> {
+        let views = self.layout.views(sheet, self.convergence);
+        let frames: Result<Vec<_>, _> = views.iter().map(|camera| self.warper.render(camera)).collect();
+        let (images, stats): (Vec<_>, Vec<_>) =
+            frames?.into_iter().map(|frame| (frame.image, frame.stats)).unzip();
+        let image = self.layout.put_together(sheet, images);
+        if let LastPicture::Kept(last) = &mut self.last {
+            *last = Some(image.clone());
+        }
+        Ok(Drawn { image, account: account(&stats)? })
+    }
+}
+
+/// What a warp says about its frames: that of one view, or a list of them.
+fn account(stats: &[FrameStats]) -> Result<Account> {
+    let keys = match stats {
+        [one] => serde_json::to_value(one)?,
+        several => json!({ "views": several }),
+    };
+    let sum = |number: fn(&FrameStats) -> f64| stats.iter().map(number).sum::<f64>();
+    let line = format!(
+        "{:.1} ms wall, {:.1} ms CPU; {} pixels seen, {} filled",
+        sum(|stats| stats.wall_ms),
+        sum(|stats| stats.cpu_ms),
+        sum(|stats| stats.seen as f64),
+        sum(|stats| stats.filled as f64)
+    );
+    Ok(Account { keys, line })
+}
