@@ -3,11 +3,12 @@
 //! Root mean square: each draw of a window gives an estimate of the picture's sum of squares (its own sum over its chance);
 //! their mean is unbiased, and two standard errors of that mean are added. Of several views the worst counts, and for the
 //! pictures between them parts of the worst and of the mean step between neighbouring views are added: an eighth and a
-//! half for eight views, more for fewer.
+//! half for eight views, more for fewer: small pictures have few edges, and single ones stand out.
 //! Largest change: the maxima of the windows are taken for draws from a Gumbel distribution, the law of maxima of many
 //! pixels; its two numbers come from their mean and spread, and the bound is what the maximum over all cells of all pictures
 //! exceeds with a chance of one in fifty, twice over: it is the weaker promise of the two.
 
+use super::look::MOST_VIEWS;
 use crate::values::BoundMetric;
 
 /// What a window showed against the exact setting.
@@ -60,7 +61,9 @@ fn root_mean_square(views: &[ViewErrors], pictures: usize) -> f64 {
     let steps: Vec<f64> = bounds.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     let step = steps.iter().sum::<f64>() / steps.len().max(1) as f64;
     let worst = bounds.iter().copied().fold(0.0, f64::max);
-    let between = if views.len() >= pictures { 0.0 } else { (worst + STEPS * step) / views.len() as f64 };
+    let views_per_most = views.len() as f64 / MOST_VIEWS as f64;
+    let unseen = worst / (MOST_VIEWS as f64 * views_per_most.powi(3)) + STEPS * step / views.len() as f64;
+    let between = if views.len() >= pictures { 0.0 } else { unseen };
     (worst + between).sqrt()
 }
 

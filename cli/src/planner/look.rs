@@ -47,7 +47,7 @@ pub(super) enum Effort {
 const MOST_SHARE: f64 = 0.05;
 
 /// Pictures of a sequence that are looked at: one in four, but at most eight, and at least three where there are many.
-const MOST_VIEWS: usize = 8;
+pub(super) const MOST_VIEWS: usize = 8;
 const LEAST_VIEWS: usize = 3;
 
 /// Share of the covered cells that is looked at in each picture, and most windows as a multiple of the least number.

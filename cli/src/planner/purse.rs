@@ -5,7 +5,7 @@
 //! `--max-error` is never much dearer than the exact one, however the tries end.
 
 /// Largest share of the exact run that planning may lose. A tenth is promised; the rest is for what the model does not know.
-const MOST_LOSS: f64 = 0.08;
+const MOST_LOSS: f64 = 0.095;
 
 /// What was spent and won.
 #[derive(Clone, Copy, Debug)]
@@ -43,8 +43,8 @@ mod tests {
     #[test]
     fn a_try_needs_what_it_costs_and_something_to_win() {
         let mut purse = Purse { pictures: 10.0, exact_ms: 10.0, best_ms: 10.0, windows_ms: 5.0 };
-        assert!(purse.affords(0.5, 4.0), "2.5 after 4 of 8");
-        assert!(!purse.affords(0.5, 6.0), "2.5 after 6 of 8");
+        assert!(purse.affords(0.5, 6.0), "2.5 after 6 of 9.5");
+        assert!(!purse.affords(0.5, 7.5), "2.5 after 7.5 of 9.5");
         assert!(!purse.affords(1.0, 0.0), "nothing to win");
         purse.won(5.0);
         assert!(purse.affords(0.4, 40.0), "half of the run was saved");
