@@ -57,7 +57,9 @@ pub fn render(scene: &Scene) -> Vec<[f64; 4]> {
         unit: scene.options.opacity_unit.unwrap_or(smallest),
         voxels: Vec::new(),
     };
-    setup.voxels = setup.voxels();
+    // A section is cut along each ray; a point is there or not.
+    let voxels = setup.voxels();
+    setup.voxels = voxels.into_iter().filter(|v| v.point.is_none() || setup.keeps(v.index)).collect();
     let (width, height) = (scene.camera.width as usize, scene.camera.height as usize);
     (0..width * height).into_par_iter().map(|i| setup.pixel([i % width, i / width])).collect()
 }
@@ -143,7 +145,6 @@ impl Setup<'_> {
         if self.kernel.is_none()
             || options.select == SelectMode::Splats
             || in_camera.z <= self.scene.camera.near
-            || !self.keeps(index)
         {
             return None;
         }

@@ -29,7 +29,7 @@ const TARGET: [u32; 2] = [320, 240];
 const BUDGET: u64 = 96 << 20;
 
 /// Most memory of the methods that lay samples one by one, which take 180 bytes for each, bytes.
-const SPLAT_BUDGET: u64 = 192 << 20;
+const SPLAT_BUDGET: u64 = 288 << 20;
 
 /// Largest change of a channel that is rounding: a fortieth of a step of 8 bits.
 const TOLERANCE: f32 = 1e-4;
