@@ -129,6 +129,8 @@ impl Projected {
         let per_row = (width + 1).div_ceil(SEGMENT);
         for plane in &mut self.planes.0 {
             plane.resize(width * height + LANES + 1, f32::NAN);
+            // What lies beyond the samples is none, whatever a reference of another size has left there.
+            plane[width * height + 1..].fill(f32::NAN);
         }
         self.blocks.resize(per_row * height, [RowRange::EMPTY; 2]);
         let [xs, ys, nearness] = &mut self.planes.0;
