@@ -1,6 +1,6 @@
 //! The references of a warp in memory, or in a file where they do not fit, and their warper: the same for whoever draws.
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use glam::DVec3;
 use resample_core::Camera;
 use warp3d::{Frame, LargeReference, LargeWarper, Reference, WarpOptions, Warper, reference};
@@ -107,11 +107,18 @@ impl AnyWarper {
         })
     }
 
-    /// Warps with other options from now on; references in a file are warped with the options they were opened with.
+    /// Warps with these options from now on. References in a file are warped with those that they came with.
     pub(crate) fn change(&mut self, options: &WarpOptions) -> Result<()> {
-        let Self::Held(warper) = self else { return Ok(()) };
-        if !warper.adopt(options)? {
-            **warper = Warper::new(warper.references().to_vec(), options)?;
+        match self {
+            Self::Held(warper) => {
+                if !warper.adopt(options)? {
+                    **warper = Warper::new(warper.references().to_vec(), options)?;
+                }
+            }
+            Self::Filed(warper) if warper.options() == options => {}
+            Self::Filed(_) => {
+                bail!("references in a file are warped with one setting: allow more --max-memory")
+            }
         }
         Ok(())
     }

@@ -13,6 +13,7 @@ use glam::DVec3;
 use resample_core::metrics::{Mask, compare};
 use resample_core::{Camera, FootprintMode, Image, KernelShape, SelectMode};
 use resample_tests::analytic_fields::AnalyticField;
+use resample_tests::frames::{frames_argument, one_thread};
 use volsplat::{Cells, Classify, Interpolate, Light, Order, RenderOptions, Renderer, Shading, SheetKernel};
 
 /// Pixels that a voxel takes in the views.
@@ -37,12 +38,8 @@ struct Measured {
 }
 
 fn main() -> ExitCode {
-    let frames = std::env::args().nth(1).map_or(Ok(3), |argument| argument.parse::<usize>());
-    let Ok(frames @ 1..) = frames else {
-        eprintln!("usage: accuracy_ladder [FRAMES], with FRAMES a whole number above 0");
-        return ExitCode::FAILURE;
-    };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("one thread can be started");
+    let Some(frames) = frames_argument("accuracy_ladder", 3) else { return ExitCode::FAILURE };
+    let pool = one_thread();
     for field in AnalyticField::ALL {
         let cameras = VOXEL_PX.map(|px| field.camera(px));
         let truths = cameras.map(|camera| field.truth(&camera));

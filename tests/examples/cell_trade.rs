@@ -8,19 +8,15 @@ use std::process::ExitCode;
 
 use resample_core::metrics::{Mask, compare};
 use resample_core::{Image, KernelShape};
+use resample_tests::frames::{frames_argument, one_thread};
 use resample_tests::peer_scenes::{Distance, Scene, Subject, Truth};
 use volsplat::{Cells, Order, RenderOptions, Renderer, Subpixels, TransferFunction, Volume};
 
 const PROGRAM: &str = "cell_trade";
 
 fn main() -> ExitCode {
-    let frames = std::env::args().nth(1).map_or(Ok(3), |argument| argument.parse::<usize>());
-    let Ok(frames @ 1..) = frames else {
-        eprintln!("usage: {PROGRAM} [FRAMES], with FRAMES a whole number above 0");
-        return ExitCode::FAILURE;
-    };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("one thread can be started");
-    pool.install(|| Subject::ALL.into_iter().for_each(|subject| print_subject(subject, frames)));
+    let Some(frames) = frames_argument(PROGRAM, 3) else { return ExitCode::FAILURE };
+    one_thread().install(|| Subject::ALL.into_iter().for_each(|subject| print_subject(subject, frames)));
     ExitCode::SUCCESS
 }
 

@@ -11,6 +11,7 @@ use std::process::ExitCode;
 use glam::{DAffine3, DVec3};
 use resample_core::metrics::{Mask, compare};
 use resample_core::{Camera, Image, KernelShape};
+use resample_tests::frames::{frames_argument, one_thread};
 use resample_tests::peer_scenes::{Distance, Scene, Subject};
 use resample_tests::scenes::volume;
 use volsplat::{Interpolate, RenderOptions, Renderer, SheetKernel, TransferFunction, Volume};
@@ -18,13 +19,8 @@ use volsplat::{Interpolate, RenderOptions, Renderer, SheetKernel, TransferFuncti
 const PROGRAM: &str = "interpolate_real";
 
 fn main() -> ExitCode {
-    let frames = std::env::args().nth(1).map_or(Ok(1), |argument| argument.parse::<usize>());
-    let Ok(frames @ 1..) = frames else {
-        eprintln!("usage: {PROGRAM} [FRAMES], with FRAMES a whole number above 0");
-        return ExitCode::FAILURE;
-    };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("one thread can be started");
-    pool.install(|| Subject::ALL.into_iter().for_each(|subject| print_subject(subject, frames)));
+    let Some(frames) = frames_argument(PROGRAM, 1) else { return ExitCode::FAILURE };
+    one_thread().install(|| Subject::ALL.into_iter().for_each(|subject| print_subject(subject, frames)));
     ExitCode::SUCCESS
 }
 

@@ -12,6 +12,7 @@ pub mod clip_reference;
 pub mod data;
 pub mod exr_read;
 pub mod field;
+pub mod frames;
 pub mod interleaved;
 pub mod interpolation_reference;
 pub mod iso_reference;

@@ -235,12 +235,7 @@ fn clips_cut_sections_along_the_ray_and_keep_points_or_not() {
         for camera in cameras(middle, 9.0) {
             for kernel in KERNELS {
                 for classify in CLASSIFY.into_iter().filter(|classify| summed(kernel, *classify)) {
-                    // At the rim of a few points, what their scalars average to hangs on their exact places.
-                    let selects: &[SelectMode] = match classify {
-                        Classify::Pre => &[SelectMode::Splats, SelectMode::Points],
-                        Classify::Post => &[SelectMode::Splats],
-                    };
-                    for &select in selects {
+                    for select in [SelectMode::Splats, SelectMode::Points] {
                         let clipped =
                             RenderOptions { clip: clip.clone(), select, ..options(kernel, classify) };
                         hold("clipped", (&volume, &coloured(0.3)), &camera, &clipped);

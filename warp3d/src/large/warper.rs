@@ -83,6 +83,11 @@ impl LargeWarper {
         Ok(Self { references, options: options.clone(), max_memory, kept: None })
     }
 
+    /// How they are warped.
+    pub fn options(&self) -> &WarpOptions {
+        &self.options
+    }
+
     /// The references, as they were given.
     pub fn references(&self) -> &[LargeReference] {
         &self.references

@@ -38,22 +38,24 @@ pub(crate) struct Blocks {
     pub(crate) strays: [Stray; LEVELS],
 }
 
-/// The detail of every brick; nothing where `useful` says that no such stray may ever be used.
+/// The detail of every brick; nothing where `useful` says that no such stray may ever be used. Without `useful` only bricks
+/// of one colour have any.
 pub(crate) fn details(
     bricks: &[CellBrick],
     table: &TransferTable,
-    useful: impl Fn(Stray) -> bool + Sync,
+    useful: Option<impl Fn(Stray) -> bool + Sync>,
 ) -> Vec<Option<Detail>> {
     let detail = |brick: &CellBrick| {
         if let Some(value) = table.constant_over(brick.range) {
             return Some(Detail::homogeneous(brick, value));
         }
-        if !first_look(brick, table, &useful) {
+        let useful = useful.as_ref()?;
+        if !first_look(brick, table, useful) {
             return None;
         }
         let samples = Samples::new(brick, table);
-        let skip_spreads = samples.skip_spreads(&useful);
-        let blocks = samples.stray(0, &useful).map(|stray| Box::new(Blocks::new(&samples, stray)));
+        let skip_spreads = samples.skip_spreads(useful);
+        let blocks = samples.stray(0, useful).map(|stray| Box::new(Blocks::new(&samples, stray)));
         (skip_spreads.is_some() || blocks.is_some()).then(|| Detail {
             skip_spreads: skip_spreads.unwrap_or([f32::INFINITY; STRIDES]),
             depth: samples.depth(),
