@@ -89,6 +89,7 @@ pub(crate) enum Command {
     /// Measure what every choice costs and loses: error against time, as one page with pictures
     ///
     /// Example: resample trade volsplat engine.nrrd --transfer tf.json --out report --settings slab,subpixel
+    #[command(after_help = trade::help_of_the_measurement())]
     Trade(TradeArgs),
     /// Draw a volume file from one or several cameras
     ///

@@ -69,6 +69,10 @@ fn main() -> ExitCode {
             ExitCode::from(interrupt::EXIT_INTERRUPTED)
         }
         Err(error) => {
+            // A measured command that is asked for its help.
+            if let Some(help) = error.downcast_ref::<clap::Error>().filter(|help| !help.use_stderr()) {
+                return ExitCode::from(if help.print().is_ok() { 0 } else { EXIT_FAILED });
+            }
             report::say(&format!("error: {}", report::one_line(&error)));
             let failed = error.is::<WriteFailure>() || error.is::<TooFar>();
             ExitCode::from(if failed { EXIT_FAILED } else { EXIT_BAD_INPUT })

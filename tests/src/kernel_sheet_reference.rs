@@ -95,19 +95,18 @@ impl Setup<'_> {
                     let held: [i64; 3] = std::array::from_fn(|axis| [x, y, z][axis].clamp(0, dims[axis] - 1));
                     let place = (held[0] + dims[0] * (held[1] + dims[1] * held[2])) as usize;
                     let index = DVec3::new(x as f64, y as f64, z as f64);
+                    let point = self.point(index);
+                    // What completes the sums of splats around the volume is no matter of its own.
+                    if point.is_some() && held != [x, y, z] {
+                        continue;
+                    }
                     let gradient = if needs_gradients(self.scene.options) {
                         gradient_of(self.scene.volume, laid, DVec3::from(held.map(|i| i as f64)))
                     } else {
                         DVec3::ZERO
                     };
                     let value = self.value(laid[place], index, gradient);
-                    voxels.push(Voxel {
-                        index,
-                        value,
-                        scalar: own[place],
-                        gradient,
-                        point: self.point(index),
-                    });
+                    voxels.push(Voxel { index, value, scalar: own[place], gradient, point });
                 }
             }
         }

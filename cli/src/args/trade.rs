@@ -6,13 +6,13 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, ValueEnum};
+use clap::builder::StyledStr;
+use clap::{Args, CommandFactory, Parser, ValueEnum};
 
 /// What is typed after `resample trade`.
 #[derive(Args, Debug)]
 pub(crate) struct TradeArgs {
-    /// volsplat, texmap or warp3d with its own options (all but -o), and the options of the measurement:
-    /// --out, --settings, --scene, --reps, --truth, --flicker, --resume
+    /// volsplat, texmap or warp3d with its own options (all but -o), and the options of the measurement
     #[arg(value_name = "COMMAND", required = true, trailing_var_arg = true, allow_hyphen_values = true)]
     pub words: Vec<String>,
 }
@@ -42,6 +42,14 @@ pub(crate) struct TradeOptions {
     /// Keep what an earlier run of the same command has measured
     #[arg(long)]
     pub resume: bool,
+}
+
+/// The options of the measurement, as help shows them.
+pub(super) fn help_of_the_measurement() -> StyledStr {
+    TradeOptions::command()
+        .disable_help_flag(true)
+        .help_template("Options of the measurement, anywhere among the others:\n{options}")
+        .render_help()
 }
 
 /// The built-in scenes.

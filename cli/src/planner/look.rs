@@ -65,7 +65,8 @@ pub(super) fn most_views(pictures: usize) -> usize {
     if pictures <= 1 { 1 } else { (pictures / 4).clamp(2, MOST_VIEWS) }
 }
 
-fn least_views(pictures: usize) -> usize {
+/// The fewest.
+pub(super) fn least_views(pictures: usize) -> usize {
     most_views(pictures).min(LEAST_VIEWS)
 }
 

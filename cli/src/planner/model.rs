@@ -102,6 +102,11 @@ impl Model {
         self.likely(path).iter().zip(counts).map(|(ms, count)| ms * count).sum()
     }
 
+    /// What depends on how much of a frame is drawn, ms; as [`Self::likely_cpu_ms`].
+    pub(crate) fn growing_ms(&self, path: &str, counts: &Counts) -> f64 {
+        self.likely(path).iter().zip(counts).skip(OF_FRAME).map(|(ms, count)| ms * count).sum()
+    }
+
     /// The share of a frame that does not depend on how much of it is drawn.
     pub(crate) fn fixed_share(&self, path: &str, counts: &Counts) -> f64 {
         let fixed: f64 =

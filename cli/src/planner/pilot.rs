@@ -5,9 +5,12 @@
 //! setting are those of the coarse picture times the ratio of both settings' counts in the windows, which varies far
 //! less than the counts themselves.
 
+mod thin;
+
 use anyhow::Result;
 use resample_core::{Camera, Image};
 
+use self::thin::Limit;
 use super::estimate::{ViewErrors, WindowError};
 use super::ladders;
 use super::look::{self, Effort, Part, WindowCost};
@@ -55,6 +58,8 @@ struct View {
     windows: Windows,
     /// Counts of the whole coarse picture and of its windows, where both were drawn.
     coarse: Option<(Counts, Vec<Counts>)>,
+    /// Contrast of the coarse picture per covered pixel.
+    unrest: f64,
     exact: Vec<Image>,
 }
 
@@ -66,6 +71,8 @@ struct Coarse {
     command: Command,
     /// It shows every so many pixels.
     step: u32,
+    /// What the windows may take under the exact setting.
+    limit: Limit,
 }
 
 /// What the pilot found of a setting.
@@ -133,11 +140,11 @@ impl Pilot {
         let coarse = Coarse {
             command: scene.command(&family.coarse)?,
             step: if effort == Effort::Affordable { family.coarse_step } else { 1 },
+            limit: Limit::new(ladders::path(&scene.command(&family.exact)?), (pictures, effort)),
         };
         let middle = chosen(scene.opened.cameras(), 1)[0];
         let seen = pilot.coarse(scene, &coarse, &middle)?;
-        let exact = ladders::path(&scene.command(&family.exact)?);
-        let fixed = pilot.model.fixed_share(&exact, &seen.counts);
+        let fixed = pilot.model.fixed_share(&coarse.limit.path, &seen.counts);
         let window = |side| WindowCost { cells: windows::covered_cells(&middle, &seen.image, side), fixed };
         let sides = look::sides(scene.parts, pixels);
         let Some(look) = look::closest((scene.parts, &sides), (pictures, effort), window) else {
@@ -150,7 +157,10 @@ impl Pilot {
         let mut seen = Some(seen);
         for camera in cameras {
             let sight = if camera == middle { seen.take() } else { None };
-            pilot.add_view(scene, &coarse, (camera, look.part, sight))?;
+            pilot.add_view(scene, (&coarse, look.views), (camera, look.part, sight))?;
+        }
+        if !pilot.thinned(&coarse.limit) {
+            return Ok(None);
         }
         pilot.exact = Some(pilot.found(scene, &family.exact)?);
         Ok(Some(pilot))
@@ -169,39 +179,50 @@ impl Pilot {
                     (worst, most) = (place, unrest);
                 }
             }
-            if let Some(nearest) = views.iter_mut().min_by_key(|view| view.abs_diff(worst)) {
-                *nearest = worst;
-            }
+            thin::include(&mut views, worst);
         }
         Ok(views.into_iter().map(|place| cameras[place]).collect())
     }
 
-    /// Adds a picture that is looked at; what was seen of it coarsely is not drawn again.
+    /// Adds one of `views` pictures that are looked at; what was seen of it coarsely is not drawn again.
     fn add_view(
         &mut self,
         scene: &mut Scene,
-        coarse: &Coarse,
+        (coarse, views): (&Coarse, usize),
         (camera, part, seen): (Camera, Part, Option<Sight>),
     ) -> Result<()> {
         let Part::Windows { side_px, draws } = part else {
             let windows = windows::whole(&camera);
-            self.views.push(View { camera, windows, coarse: None, exact: Vec::new() });
+            self.views.push(View { camera, windows, coarse: None, unrest: 0.0, exact: Vec::new() });
             return Ok(());
         };
         let whole = match seen {
             Some(sight) => sight,
             None => self.coarse(scene, coarse, &camera)?,
         };
-        let windows = windows::spread(&camera, &whole.image, (side_px, draws));
-        let mut counts = Vec::with_capacity(windows.list.len());
-        if coarse.step == 1 {
-            for window in &windows.list {
-                counts.push(self.drawn(scene, &coarse.command, &window.camera)?.counts);
-            }
+        let mut windows = windows::spread(&camera, &whole.image, (side_px, draws));
+        let mut counts = self.coarse_windows(scene, coarse, &windows)?;
+        let fewer =
+            self.affordable_draws((&coarse.limit, views), (&whole.counts, &counts), (scene.parts, draws));
+        if fewer < draws {
+            windows = windows::spread(&camera, &whole.image, (side_px, fewer));
+            counts = self.coarse_windows(scene, coarse, &windows)?;
         }
+        let unrest = windows::unrest(&whole.image);
         let coarse = (coarse.step == 1).then_some((whole.counts, counts));
-        self.views.push(View { camera, windows, coarse, exact: Vec::new() });
+        self.views.push(View { camera, windows, coarse, unrest, exact: Vec::new() });
         Ok(())
+    }
+
+    /// Counts of coarse windows; none where only every so many pixels are shown.
+    fn coarse_windows(
+        &mut self,
+        scene: &mut Scene,
+        coarse: &Coarse,
+        windows: &Windows,
+    ) -> Result<Vec<Counts>> {
+        let list = if coarse.step == 1 { &windows.list[..] } else { &[] };
+        list.iter().map(|window| Ok(self.drawn(scene, &coarse.command, &window.camera)?.counts)).collect()
     }
 
     /// Looks at a whole picture coarsely. Counts are those of all its pixels, about.

@@ -118,3 +118,19 @@ fn what_cannot_be_measured_is_refused() {
         assert!(stderr(&output).contains(part), "`{words}` says {part}: {}", stderr(&output));
     }
 }
+
+#[test]
+fn help_names_the_options_of_both_parts() {
+    let bench = Bench::new();
+    for (words, parts) in [
+        ("trade --help", ["--settings <NAMES>", "--out <FOLDER>", "--resume"]),
+        ("trade volsplat --help", ["--slab <VOXELS>", "--order <ORDER>", "--turntable <N>"]),
+    ] {
+        let output = bench.run(words);
+        assert_eq!(output.status.code(), Some(0), "`{words}` is no error: {}", stderr(&output));
+        let help = String::from_utf8_lossy(&output.stdout);
+        for part in parts {
+            assert!(help.contains(part), "`{words}` shows {part}: {help}");
+        }
+    }
+}

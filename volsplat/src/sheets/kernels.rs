@@ -53,8 +53,6 @@ pub(crate) struct KernelSheets {
     dims: [usize; 3],
     kernel: Option<Kernel>,
     settings: KernelSettings,
-    /// The clip alone, without the faces of the volume.
-    point_clip: GridClip,
     select: SelectMode,
     threshold_px: f32,
     chunks: Vec<KernelChunk>,
@@ -124,7 +122,6 @@ impl KernelSheets {
                 interpolate: options.interpolate,
                 clip: GridClip::default(),
             },
-            point_clip: GridClip::default(),
             kernel,
             select: if kernel.is_some() { options.select } else { SelectMode::Splats },
             threshold_px: options.point_threshold_px,
@@ -137,9 +134,9 @@ impl KernelSheets {
         self.samples.world_from_index
     }
 
-    /// Changes what is kept of each ray, and gives it: scalars are known inside the volume alone.
+    /// Changes what is kept of each ray and of points, and gives the former: scalars are known inside the volume alone, where
+    /// samples that only complete the sums of splats lie around it.
     pub(crate) fn set_clip(&mut self, clip: &Clip) -> GridClip {
-        self.point_clip = self.samples.clip(clip);
         let mut clip = clip.clone();
         if self.settings.classify == Classify::Post {
             let last = DVec3::from(self.dims.map(|n| (n - 1) as f64));
@@ -203,7 +200,7 @@ impl KernelSheets {
             threshold2_px2: self.threshold_px * self.threshold_px,
             mass_scale: (view.cell_volume() * area / settings.unit_in_world) as f32,
             classify: self.settings.classify,
-            clip: &self.point_clip,
+            clip: &self.settings.clip,
         }
     }
 }
