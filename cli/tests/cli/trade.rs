@@ -116,7 +116,11 @@ fn what_cannot_be_measured_is_refused() {
         let output = bench.run(words);
         assert_eq!(output.status.code(), Some(2), "`{words}` is refused: {}", stderr(&output));
         assert!(stderr(&output).contains(part), "`{words}` says {part}: {}", stderr(&output));
+        assert!(bench.written().is_empty(), "`{words}` leaves nothing: {:?}", bench.written());
     }
+    // A folder that the command would have made.
+    let output = bench.run("trade volsplat absent.raw --dims 2,2,2 --type u8 --out new");
+    assert!(output.status.code() == Some(2) && !bench.path("new").exists(), "no empty folder");
 }
 
 #[test]
@@ -133,4 +137,5 @@ fn help_names_the_options_of_both_parts() {
             assert!(help.contains(part), "`{words}` shows {part}: {help}");
         }
     }
+    assert!(!bench.path("trade-report").exists(), "help measures nothing");
 }

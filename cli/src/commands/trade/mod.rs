@@ -48,6 +48,8 @@ struct Reference {
 pub(crate) fn run(args: &TradeArgs, verbosity: Verbosity) -> Result<()> {
     interrupt::watch()?;
     let (options, mut words) = words::split(&args.words)?;
+    check(&options, &words)?;
+    let is_new = !options.out.exists();
     output::make_folder(&options.out)?;
     if let Some(scene) = options.scene {
         words = scene::written(scene, &options.out, &words)?;
@@ -65,12 +67,29 @@ pub(crate) fn run(args: &TradeArgs, verbosity: Verbosity) -> Result<()> {
         rows: Vec::new(),
     };
     let ending = measure_all(&options, (&words, &settings), done, (&mut report, verbosity));
+    if ending.is_err() && report.rows.is_empty() {
+        if is_new {
+            // What was written for a built-in scene stays, and the folder with it.
+            let _ = std::fs::remove_dir(&options.out);
+        }
+        return ending;
+    }
     write(&options.out, &mut report)?;
     ending?;
     if verbosity != Verbosity::Quiet {
         let page = options.out.join("index.html");
         report::say(&format!("{} settings measured: open {}", report.rows.len(), page.display()));
     }
+    Ok(())
+}
+
+/// Words that no command understands are told before a folder is made.
+fn check(options: &TradeOptions, words: &[String]) -> Result<()> {
+    if options.scene.is_some() {
+        return Ok(());
+    }
+    ladders::application(words)?.settings(&options.settings)?;
+    crate::words::parsed(&complete(options, words, &[]))?;
     Ok(())
 }
 
