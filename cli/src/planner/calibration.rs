@@ -34,6 +34,9 @@ pub(crate) struct Calibration {
 /// smaller ones.
 const MOST_MS: f64 = 100.0;
 
+/// Least part of the windows' time that is taken to grow with what they show. A guess, for disturbed clocks.
+const LEAST_GROWING: f64 = 0.1;
+
 /// Sides of the pictures, px.
 const SIDES_PX: [u32; 3] = [48, 96, 160];
 
@@ -60,12 +63,18 @@ impl Calibration {
         measured(command.first().map(String::as_str), 1)
     }
 
-    /// Elapsed time of a whole picture: the model says how the time of the windows grows to that of the picture, so
-    /// that what a scene costs beyond its counts is in it.
+    /// Elapsed time of a whole picture: the model says how the time of the windows, without what each of them takes in any
+    /// case, grows to that of the picture, so that what a scene costs beyond its counts is in it.
     pub(super) fn wall_ms(&self, found: &Found, (view, frame): (usize, &Counts)) -> f64 {
-        let model = |counts: &Counts| self.model.cpu_ms(&found.path, counts).filter(|&ms| ms > 0.0);
-        let cpu_ms = match (model(frame), model(&found.windows_counts)) {
-            (Some(frame), Some(windows)) => frame * found.windows_cpu_ms / windows,
+        let growing = |counts: &Counts| {
+            self.model.knows(&found.path).then(|| self.model.growing_ms(&found.path, counts))
+        };
+        let cpu_ms = match (growing(frame), growing(&found.windows_counts)) {
+            (Some(frame), Some(windows)) if windows > 0.0 => {
+                let fixed_ms = found.fixed_cpu_ms;
+                let grown_ms = found.windows_cpu_ms - found.windows as f64 * fixed_ms;
+                fixed_ms + frame / windows * grown_ms.max(LEAST_GROWING * found.windows_cpu_ms)
+            }
             _ => found.frames_cpu_ms[view],
         };
         cpu_ms * self.model.wall_per_cpu(&found.path)

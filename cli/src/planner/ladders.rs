@@ -45,6 +45,9 @@ pub(super) struct Family {
     /// Where a coarse look must be cheap, it shows every so many pixels only: the cheapest setting of a mesh takes an eighth
     /// of the exact one's time.
     pub(super) coarse_step: u32,
+    /// Most pictures of a sequence that are looked at coarsely, for the one with the most unrest. A coarse warp takes an eighth
+    /// of an exact one: six of 64 pictures are a hundredth of the run.
+    pub(super) coarse_looks: usize,
     /// Options whose value is a proven bound on what they change; each gets a share of the error that is allowed.
     pub(super) proven: Vec<&'static str>,
 }
@@ -101,6 +104,7 @@ pub(super) fn family(command: &Command, typed: &[String]) -> Family {
             exact: owned(EXACT_SHEETS),
             coarse: owned(&["--slab", "2", "--subpixel", "1"]),
             coarse_step: 1,
+            coarse_looks: 24,
             proven: vec!["--min-transmittance", "--lod-error"],
         },
         _ => Family {
@@ -109,6 +113,7 @@ pub(super) fn family(command: &Command, typed: &[String]) -> Family {
             coarse: owned(&["--footprint", "affine-approx"]),
             // It costs as much as the exact setting.
             coarse_step: 4,
+            coarse_looks: 24,
             proven: vec!["--min-transmittance"],
         },
     };
@@ -128,6 +133,7 @@ fn mesh() -> Family {
         exact: owned(EXACT_MESH),
         coarse: owned(&["--method", "backward-nearest", "--subpixel", "1"]),
         coarse_step: 4,
+        coarse_looks: 24,
         proven: Vec::new(),
     }
 }
@@ -140,6 +146,7 @@ fn warp() -> Family {
         exact: owned(EXACT_WARP),
         coarse: owned(&["--method", "nearest"]),
         coarse_step: 1,
+        coarse_looks: 6,
         proven: Vec::new(),
     }
 }

@@ -6,11 +6,13 @@
 //! less than the counts themselves.
 
 mod thin;
+mod took;
 
 use anyhow::Result;
 use resample_core::{Camera, Image};
 
 use self::thin::Limit;
+use self::took::Took;
 use super::estimate::{ViewErrors, WindowError};
 use super::ladders;
 use super::look::{self, Effort, Part, WindowCost};
@@ -51,6 +53,8 @@ pub(super) struct Pilot {
     pub(super) cpu_ms: f64,
     pub(super) model_ms: f64,
     model: Model,
+    /// What coarse pictures and their windows took.
+    took: Took,
 }
 
 struct View {
@@ -63,14 +67,13 @@ struct View {
     exact: Vec<Image>,
 }
 
-/// Most pictures that are looked at coarsely, for the one with the most unrest.
-const MOST_COARSE: usize = 24;
-
 /// How a coarse look is taken.
 struct Coarse {
     command: Command,
     /// It shows every so many pixels.
     step: u32,
+    /// Most pictures of a sequence that are looked at.
+    looks: usize,
     /// What the windows may take under the exact setting.
     limit: Limit,
 }
@@ -89,6 +92,9 @@ pub(super) struct Found {
     pub(super) windows_counts: Counts,
     /// What all windows take by the model.
     pub(super) windows_model_ms: f64,
+    /// How many windows there are, and the CPU time of each that does not depend on what it shows.
+    pub(super) windows: usize,
+    pub(super) fixed_cpu_ms: f64,
     /// CPU time of each view's whole picture by the windows alone.
     pub(super) frames_cpu_ms: Vec<f64>,
 }
@@ -136,10 +142,12 @@ impl Pilot {
             cpu_ms: 0.0,
             model_ms: 0.0,
             model: model.clone(),
+            took: Took::default(),
         };
         let coarse = Coarse {
             command: scene.command(&family.coarse)?,
             step: if effort == Effort::Affordable { family.coarse_step } else { 1 },
+            looks: family.coarse_looks,
             limit: Limit::new(ladders::path(&scene.command(&family.exact)?), (pictures, effort)),
         };
         let middle = chosen(scene.opened.cameras(), 1)[0];
@@ -173,7 +181,7 @@ impl Pilot {
         let mut views = places(cameras.len(), count);
         if count < cameras.len() && count > 1 {
             let (mut worst, mut most) = (views[0], 0.0);
-            for place in places(cameras.len(), cameras.len().min(MOST_COARSE)) {
+            for place in places(cameras.len(), cameras.len().min(coarse.looks)) {
                 let unrest = windows::unrest(&self.coarse(scene, coarse, &cameras[place])?.image);
                 if unrest > most {
                     (worst, most) = (place, unrest);
@@ -201,6 +209,7 @@ impl Pilot {
             None => self.coarse(scene, coarse, &camera)?,
         };
         let mut windows = windows::spread(&camera, &whole.image, (side_px, draws));
+        self.took.whole.add(&self.model, &whole);
         let mut counts = self.coarse_windows(scene, coarse, &windows)?;
         let fewer =
             self.affordable_draws((&coarse.limit, views), (&whole.counts, &counts), (scene.parts, draws));
@@ -222,7 +231,13 @@ impl Pilot {
         windows: &Windows,
     ) -> Result<Vec<Counts>> {
         let list = if coarse.step == 1 { &windows.list[..] } else { &[] };
-        list.iter().map(|window| Ok(self.drawn(scene, &coarse.command, &window.camera)?.counts)).collect()
+        let mut counts = Vec::with_capacity(list.len());
+        for window in list {
+            let sight = self.drawn(scene, &coarse.command, &window.camera)?;
+            self.took.windows.add(&self.model, &sight);
+            counts.push(sight.counts);
+        }
+        Ok(counts)
     }
 
     /// Looks at a whole picture coarsely. Counts are those of all its pixels, about.
@@ -257,6 +272,8 @@ impl Pilot {
             windows_cpu_ms: 0.0,
             windows_counts: [0.0; COUNTS],
             windows_model_ms: 0.0,
+            windows: 0,
+            fixed_cpu_ms: self.took.fixed_ms(),
             frames_cpu_ms: Vec::new(),
         };
         for k in 0..self.views.len() {
@@ -327,6 +344,7 @@ impl Found {
             }
         }));
         self.frames_cpu_ms.push(of(&|k| sights[k].cpu_ms));
+        self.windows += sights.len();
         for sight in sights {
             self.windows_cpu_ms += sight.cpu_ms;
             self.windows_counts.iter_mut().zip(sight.counts).for_each(|(sum, count)| *sum += count);

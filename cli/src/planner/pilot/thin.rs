@@ -97,7 +97,7 @@ mod tests {
     use glam::DVec3;
     use resample_core::{Camera, Image, LookAt};
 
-    use super::super::View;
+    use super::super::{Took, View};
     use super::*;
     use crate::planner::model::COUNTS;
     use crate::planner::windows;
@@ -134,6 +134,7 @@ mod tests {
             cpu_ms: 0.0,
             model_ms: 0.0,
             model: model(0.0),
+            took: Took::default(),
         }
     }
 
