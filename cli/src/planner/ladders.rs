@@ -45,7 +45,7 @@ pub(super) struct Family {
     /// Where a coarse look must be cheap, it shows every so many pixels only: the cheapest setting of a mesh takes an eighth
     /// of the exact one's time.
     pub(super) coarse_step: u32,
-    /// Most pictures of a sequence that are looked at coarsely, for the one with the most unrest. A coarse warp takes an eighth
+    /// Most pictures of a sequence that are looked at coarsely, for the one with the most unrest. A coarse warp takes a tenth
     /// of an exact one: six of 64 pictures are a hundredth of the run.
     pub(super) coarse_looks: usize,
     /// Options whose value is a proven bound on what they change; each gets a share of the error that is allowed.
@@ -62,7 +62,7 @@ const SHEET_SUBPIXEL: Ladder =
 const MESH_SUBPIXEL: Ladder =
     Ladder { option: "--subpixel", rungs: &["1", "2", "4", "8"], costs: &[0.1, 0.25, 0.5, 1.0] };
 const SUBPIXELS: Ladder =
-    Ladder { option: "--subpixels", rungs: &["1", "2", "4", "8"], costs: &[0.4, 0.45, 0.55, 1.0] };
+    Ladder { option: "--subpixels", rungs: &["1", "2", "4", "8"], costs: &[0.7, 0.7, 0.75, 1.0] };
 const FOOTPRINT: Ladder = Ladder {
     option: "--footprint",
     rungs: &["affine-approx", "affine", "table", "exact"],
@@ -92,7 +92,7 @@ const MESH_METHODS: [(&str, f64); 6] = [
 
 /// Methods of warping that have no sub-pixels, each with its cost over that of the exact setting; the hybrid has.
 const PLAIN_WARPS: [(&str, f64); 5] =
-    [("nearest", 0.05), ("points", 0.3), ("ewa", 0.5), ("splats", 0.6), ("mesh", 1.0)];
+    [("nearest", 0.1), ("points", 0.5), ("ewa", 0.9), ("splats", 1.2), ("mesh", 1.7)];
 
 /// What may be chosen for a command, given the words that were typed.
 pub(super) fn family(command: &Command, typed: &[String]) -> Family {

@@ -3,6 +3,9 @@
 const rows = JSON.parse(document.getElementById("data").textContent);
 const colours = ["#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#B8A800", "#888888",
   "#332288", "#882255", "#44AA99", "#999933"];
+// Where colours are used up, marks have a rim.
+const colour = (k) => colours[k % colours.length];
+const rim = (k) => (k < colours.length ? "" : "rim");
 const groups = [...new Set(rows.map((row) => row.group))];
 const more = new Set(["psnr", "ssim"]);
 const size = { width: 720, height: 460, left: 64, right: 16, top: 16, bottom: 44 };
@@ -70,15 +73,15 @@ function draw() {
   for (const p of at) {
     const circle = element("circle", {
       cx: x.place(p.x), cy: y.place(p.y), r: 6, "data-row": p.index, tabindex: 0,
-      fill: colours[groups.indexOf(p.row.group) % colours.length],
-      class: p.index === chosen ? "chosen" : "",
+      fill: colour(groups.indexOf(p.row.group)),
+      class: p.index === chosen ? "chosen" : rim(groups.indexOf(p.row.group)),
     }, svg);
     element("title", {}, circle).textContent = `${p.row.name}\n${name} ${p.x.toPrecision(4)}\n${error} ${p.y.toPrecision(4)}`;
     circle.addEventListener("click", () => choose(p.index));
     circle.addEventListener("mouseenter", () => show(p.index));
   }
   groups.forEach((group, k) => {
-    element("circle", { cx: size.width - 130, cy: 22 + 16 * k, r: 5, fill: colours[k % colours.length] }, svg);
+    element("circle", { cx: size.width - 130, cy: 22 + 16 * k, r: 5, fill: colour(k), class: rim(k) }, svg);
     text(group, { x: size.width - 120, y: 26 + 16 * k }, "start");
   });
 }

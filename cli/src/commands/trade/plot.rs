@@ -3,7 +3,7 @@
 use anyhow::{Result, anyhow};
 use kuva::PngBackend;
 use kuva::plot::LinePlot;
-use kuva::plot::scatter::ScatterPlot;
+use kuva::plot::scatter::{MarkerShape, ScatterPlot};
 use kuva::render::layout::Layout;
 use kuva::render::plots::Plot;
 use kuva::render::render::render_multiple;
@@ -14,6 +14,9 @@ use super::record::{Report, Row};
 /// Colours of the groups: Okabe and Ito's eight, told apart with any kind of colour vision.
 const COLOURS: [&str; 8] =
     ["#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#F0E442", "#000000"];
+
+/// Shapes of the marks: another one each time that the colours are used up.
+const SHAPES: [MarkerShape; 3] = [MarkerShape::Circle, MarkerShape::Triangle, MarkerShape::Square];
 
 /// Pixels of the picture per unit of the plot: twice as sharp as a screen needs.
 const SCALE: f32 = 2.0;
@@ -40,6 +43,7 @@ pub(super) fn scatter(report: &Report, figure: &str) -> Result<Option<Vec<u8>>> 
             let scatter = ScatterPlot::new()
                 .with_data(points)
                 .with_color(COLOURS[index % COLOURS.len()])
+                .with_marker(SHAPES[index / COLOURS.len() % SHAPES.len()])
                 .with_size(4.0)
                 .with_legend(*group);
             plots.push(Plot::Scatter(scatter));
