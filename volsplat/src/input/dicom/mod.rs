@@ -5,7 +5,7 @@
 //! unpacked one after the other (`pixels.rs`) and scaled to what the numbers mean, such as Hounsfield units.
 //! Source: the DICOM standard, PS3.3, PS3.5 and PS3.10. The parser is our own because claims of lengths have to be held
 //! against the file before memory is taken.
-//! Limits: grey pictures of 8, 16 or 32 bits; evenly spaced slices; no JPEG-LS; modality tables are left aside.
+//! Limits: grey pictures of 8, 16 or 32 bits; evenly spaced slices; modality tables are left aside.
 
 use std::collections::BTreeMap;
 use std::io::Read;

@@ -1,9 +1,8 @@
 //! The numbers of a DICOM picture: plain, or packed frame by frame.
 //!
 //! Takes the elements of a file, gives the stored numbers of each frame, with the bits that do not count removed. Plain
-//! data, deflated files and RLE are read here; JPEG (8 bits, and lossless up to 16) and JPEG 2000 by crates, which are
-//! asked for the size of the picture first and never trusted not to panic. JPEG-LS is refused: its crates either bind a C++
-//! library or bring some ninety other crates along.
+//! data, deflated files and RLE are read here; JPEG (8 bits, and lossless up to 16), JPEG-LS and JPEG 2000 by crates, which
+//! are told or asked for the size of the picture first and never trusted not to panic.
 
 use std::borrow::Cow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -22,10 +21,11 @@ enum Packing {
     Plain,
     Rle,
     Jpeg,
+    JpegLs,
     Jpeg2000,
 }
 
-/// Pixels that one packed byte can stand for at most in JPEG and JPEG 2000. Both can say "nothing here" for large areas;
+/// Pixels that one packed byte can stand for at most in JPEG, JPEG-LS and JPEG 2000. They can say "nothing here" for large areas;
 /// a constant picture of 512x512 takes some 180 bytes, 1500 pixels a byte. A guess ten times beyond that.
 const PIXELS_PER_PACKED_BYTE: usize = 1 << 14;
 
@@ -61,9 +61,7 @@ fn packing(syntax: &str) -> Result<Packing, Fault> {
         "1.2.840.10008.1.2.5" => Ok(Packing::Rle),
         "1.2.840.10008.1.2.4.50" | "1.2.840.10008.1.2.4.57" | "1.2.840.10008.1.2.4.70" => Ok(Packing::Jpeg),
         "1.2.840.10008.1.2.4.90" | "1.2.840.10008.1.2.4.91" => Ok(Packing::Jpeg2000),
-        "1.2.840.10008.1.2.4.80" | "1.2.840.10008.1.2.4.81" => Err(unsupported(format!(
-            "transfer syntax {syntax}, a picture packed as JPEG-LS: unpack it first, such as with dcmdjpls or gdcmconv --raw"
-        ))),
+        "1.2.840.10008.1.2.4.80" | "1.2.840.10008.1.2.4.81" => Ok(Packing::JpegLs),
         other => Err(unsupported(format!(
             "transfer syntax {other}: unpack the picture first (to explicit VR little endian)"
         ))),
@@ -138,6 +136,7 @@ fn unpack(packing: Packing, packed: &[u8], kind: Kind) -> Result<Voxels, String>
     // These decoders are not ours: a panic on broken data must not end the program.
     let unpacked = catch_unwind(AssertUnwindSafe(|| match packing {
         Packing::Jpeg => jpeg(packed, kind),
+        Packing::JpegLs => jpeg_ls(packed, kind),
         _ => jpeg_2000(packed, kind),
     }));
     unpacked
@@ -162,6 +161,14 @@ fn jpeg(packed: &[u8], kind: Kind) -> Result<Voxels, String> {
         _ => i32::from(value[0]),
     });
     stored(values, kind)
+}
+
+/// Lossless and nearly lossless. The crate refuses another size than the one that it is told before it decodes.
+fn jpeg_ls(packed: &[u8], kind: Kind) -> Result<Voxels, String> {
+    let (width, height) = (kind.columns as u32, kind.rows as u32);
+    let (values, ..) = jpegls::decode(packed, width, height)
+        .map_err(|error| format!("the JPEG-LS picture cannot be unpacked: {error}"))?;
+    stored(values.into_iter().map(i32::from), kind)
 }
 
 fn jpeg_2000(packed: &[u8], kind: Kind) -> Result<Voxels, String> {
