@@ -10,8 +10,8 @@ use crate::args::{ClassifyArg, InterpolateArg, KernelArg, RayBlendArg, RenderArg
 use crate::choices;
 
 const IMAGE: &[Order] = &[Order::ImageSheets];
-/// All, image sheets first: pre-classification is what the other orders do anyway.
-const PRE: &[Order] = &[Order::ImageSheets, Order::EverySample, Order::AxisSheets];
+/// All, image sheets first.
+const ANY: &[Order] = &[Order::ImageSheets, Order::EverySample, Order::AxisSheets];
 const SAMPLES: &[Order] = &[Order::EverySample, Order::AxisSheets];
 const ALL: &[Order] = &[Order::EverySample, Order::AxisSheets, Order::ImageSheets];
 const EVERY: &[Order] = &[Order::EverySample];
@@ -71,7 +71,8 @@ fn given(args: &RenderArgs) -> Vec<Given> {
     // Sheets of trilinear samples have neither points nor splats.
     let select_orders =
         if kernel.is_some_and(|kernel| kernel != KernelArg::Trilinear) { ALL } else { SAMPLES };
-    let classify_orders = if sheets.classify == Some(ClassifyArg::Pre) { PRE } else { IMAGE };
+    // Pre-classification is what the other orders do anyway.
+    let classify_orders = if sheets.classify == Some(ClassifyArg::Pre) { ANY } else { IMAGE };
     // Cells are classified before they are drawn, so that image sheets have them with --classify pre.
     let cells_orders = if sheets.classify == Some(ClassifyArg::Pre) { ALL } else { SAMPLES };
     let layers = args.blend.layers.as_deref().unwrap_or_default();
@@ -88,13 +89,13 @@ fn given(args: &RenderArgs) -> Vec<Given> {
         ("--cells", samples.cells.is_some(), cells_orders),
         ("--cell-error", samples.cell_error.is_some(), cells_orders),
         ("--slab", sheets.slab.is_some(), IMAGE),
-        ("--subpixel", sheets.subpixel.is_some(), PRE),
+        ("--subpixel", sheets.subpixel.is_some(), ANY),
         ("--sheet-sums", sheets.sheet_sums.is_some(), IMAGE),
-        ("--shade", sheets.shade.is_some(), IMAGE),
+        ("--shade", sheets.shade.is_some(), ANY),
         ("--blend", args.blend.blend.is_some_and(|blend| blend != RayBlendArg::Emission), IMAGE),
         ("--iso", args.blend.iso.is_some(), IMAGE),
         ("--layers", args.blend.layers.is_some(), layer_orders),
-        ("--gradient-opacity", args.blend.gradient_opacity.is_some(), IMAGE),
+        ("--gradient-opacity", args.blend.gradient_opacity.is_some(), ANY),
     ];
     all.into_iter().filter(|option| option.1).map(|(name, _, orders)| Given { name, orders }).collect()
 }

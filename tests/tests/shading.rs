@@ -8,8 +8,8 @@ use resample_tests::analytic_fields::AnalyticField;
 use resample_tests::scenes::render;
 use volsplat::transfer::{ColourKnot, OpacityKnot};
 use volsplat::{
-    Cells, Classify, Interpolate, Light, Order, RenderOptions, Renderer, Shading, SheetKernel, SheetSums,
-    Subpixels, TransferFunction, Volume, Voxels,
+    Cells, Channel, Classify, Clip, Interpolate, Light, Look, Order, RenderOptions, Renderer, Scene, Shading,
+    SheetKernel, SheetSums, Subpixels, TransferFunction, Volume, Voxels,
 };
 
 /// Ambient and diffuse share, highlight and its exponent, as the shading's documentation gives them.
@@ -103,12 +103,13 @@ fn lambert_follows_the_cosine_in_the_world() {
             let options = options(Shading::Lambert, Light::Towards(light));
             let factor = AMBIENT + DIFFUSE * normal.dot(light.normalize()).abs();
             let mut ways = ways(&options);
-            // Voxels that are lit by themselves are all lit alike.
-            let cells = [Cells::Off, Cells::Mean];
-            ways.extend(
-                cells
-                    .map(|cells| (RenderOptions { classify: Classify::Pre, cells, ..options.clone() }, 1e-5)),
-            );
+            // Samples that are lit by themselves are all lit alike.
+            for order in [Order::ImageSheets, Order::EverySample, Order::AxisSheets] {
+                for cells in [Cells::Off, Cells::Mean] {
+                    let classify = Classify::Pre;
+                    ways.push((RenderOptions { order, classify, cells, ..options.clone() }, 1e-5));
+                }
+            }
             for (options, bound) in ways {
                 for (pixel, colour) in lit_colours(&volume, &transfer, &options) {
                     for (got, own) in colour.iter().zip(COLOUR) {
@@ -194,6 +195,91 @@ fn lit_balls_are_near_their_formula() {
     }
 }
 
+/// Voxels that stand alone: of these two one is seen, the other is clipped away or was never there.
+const SEEN: [usize; 3] = [8, 7, 8];
+const CLIPPED: [usize; 3] = [3, 4, 3];
+
+/// A field whose gradient at a voxel (grid units) is the second, invisible but for single voxels.
+fn curved(at: DVec3) -> (f64, DVec3) {
+    let value = 0.2 * at.x * at.x + 0.1 * at.y * at.y - 0.15 * at.z * at.z + 0.5 * at.x;
+    (value, DVec3::new(0.4 * at.x + 0.5, 0.2 * at.y, -0.3 * at.z))
+}
+
+fn single_voxels(visible: &[[usize; 3]], grid: DAffine3) -> (Volume, TransferFunction) {
+    let n = 12;
+    let voxel = |i: usize| {
+        let at = [i % n, i / n % n, i / (n * n)];
+        if visible.contains(&at) { 100.0 } else { curved(DVec3::from(at.map(|a| a as f64))).0 as f32 }
+    };
+    let voxels = Voxels::F32((0..n * n * n).map(voxel).collect());
+    let knot = |value, opacity| OpacityKnot { value, opacity };
+    let transfer = TransferFunction::new(
+        vec![ColourKnot { value: 0.0, rgb: COLOUR }],
+        vec![knot(80.0, 0.0), knot(90.0, 0.4)],
+    );
+    (Volume::new([n; 3], voxels, grid).expect("valid"), transfer.expect("valid"))
+}
+
+/// The orders that classify voxels light each with its own gradient and the ray to its own place; a clip that removes
+/// others changes neither.
+#[test]
+fn a_classified_voxel_is_lit_where_it_stands() {
+    let grid = sheared();
+    let place = DVec3::from(SEEN.map(|a| a as f64));
+    let in_world = grid.transform_point3(place);
+    let gradient = grid.matrix3.inverse().transpose() * curved(place).1;
+    let normal = gradient.normalize();
+    let (alone, transfer) = single_voxels(&[SEEN], grid);
+    let (both, _) = single_voxels(&[SEEN, CLIPPED], grid);
+    let half = Clip { crop_in_grid: Some([DVec3::splat(5.0), DVec3::splat(11.0)]), ..Clip::default() };
+    let camera = camera(&alone);
+    let ray = (in_world - camera.camera_from_world.inverse().translation).normalize();
+    // Half-way to the mirrored view, so that the highlight is strong and not at its top.
+    let light = (2.0 * normal.dot(-ray) * normal + ray + DVec3::new(0.1, 0.05, 0.0)).normalize();
+    let body = AMBIENT + DIFFUSE * normal.dot(light).abs();
+    let mirrored = 2.0 * normal.dot(light) * normal - light;
+    let shine = SPECULAR * (-mirrored.dot(ray)).max(0.0).powi(POWER);
+    assert!(shine > 0.05, "the highlight is seen: {shine}");
+    for order in [Order::EverySample, Order::AxisSheets, Order::ImageSheets] {
+        for select in [SelectMode::Splats, SelectMode::Points] {
+            let plain = RenderOptions {
+                order,
+                select,
+                classify: Classify::Pre,
+                cells: Cells::Off,
+                sheet_kernel: SheetKernel::Radial(KernelShape::Polynomial),
+                ..options(Shading::Phong, Light::Towards(light))
+            };
+            let whole = render(&alone, &transfer, &plain, &camera);
+            let clipped =
+                render(&both, &transfer, &RenderOptions { clip: half.clone(), ..plain.clone() }, &camera);
+            let ramp = Some([0.0, 2.0 * gradient.length()]);
+            let faint = render(
+                &alone,
+                &transfer,
+                &RenderOptions { gradient_opacity: ramp, ..plain.clone() },
+                &camera,
+            );
+            let mut seen = 0;
+            for (k, pixel) in whole.rgba.iter().enumerate().filter(|(_, pixel)| pixel[3] > 0.02) {
+                seen += 1;
+                for channel in 0..3 {
+                    let expected = body * f64::from(COLOUR[channel]) + shine;
+                    let got = f64::from(pixel[channel]) / f64::from(pixel[3]);
+                    assert!((got - expected).abs() < 2e-5, "{got} against {expected}, {plain:?}");
+                    let behind = (clipped.rgba[k][channel] - pixel[channel]).abs();
+                    assert!(behind < 1e-6, "clipping changes it by {behind}, {plain:?}");
+                }
+                // Half of the ramp: half of the extinction.
+                let depth = |alpha: f32| -f64::from(-alpha).ln_1p();
+                let ratio = depth(faint.rgba[k][3]) / depth(pixel[3]);
+                assert!((ratio - 0.5).abs() < 1e-4, "extinction times {ratio}, {plain:?}");
+            }
+            assert!(seen > 3, "{seen} pixels, {plain:?}");
+        }
+    }
+}
+
 #[test]
 fn a_field_without_a_gradient_shows_its_ambient_part() {
     let (volume, transfer) = ramp(DVec3::ZERO, DAffine3::IDENTITY);
@@ -211,11 +297,14 @@ fn shading_where_it_cannot_be_is_refused() {
     let (volume, transfer) = ramp(ALONG_X, DAffine3::IDENTITY);
     let lit = options(Shading::Phong, Light::Headlight);
     for bad in [
-        RenderOptions { order: Order::EverySample, ..lit.clone() },
         RenderOptions { sheet_sums: SheetSums::Scatter, ..lit.clone() },
         RenderOptions { light: Light::Towards(DVec3::ZERO), ..lit.clone() },
-        RenderOptions { light: Light::Towards(DVec3::NAN), ..lit },
+        RenderOptions { light: Light::Towards(DVec3::NAN), ..lit.clone() },
     ] {
         assert!(Renderer::new(&volume, &transfer, &bad).is_err(), "{bad:?}");
     }
+    let channel = Channel { volume: &volume, look: Look::Transfer(&transfer) };
+    let two = Scene { channels: vec![channel; 2], mask: None };
+    let error = Renderer::with_scene(&two, &RenderOptions { order: Order::EverySample, ..lit });
+    assert!(error.is_err_and(|error| error.to_string().contains("one channel of scalars")));
 }

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use resample_core::OpacityMode;
 
 use crate::Error;
-use crate::cells::{CELL_CORNERS, CELL_SIDE, CellBrick, FieldPlan, VERTEX_SIDE, cell_range};
+use crate::cells::{CELL_CORNERS, CELL_SIDE, CellBrick, FieldPlan, Gradients, VERTEX_SIDE, cell_range};
 use crate::options::{Cells, RenderOptions};
 use crate::sample::{BRICK_SIDE, Bounds, Brick, Samples, brick_corners, pack_place};
 use crate::scene::Scene;
@@ -42,7 +42,8 @@ type Sum = [f32; 4];
 /// [`Error::Option`] where a label map has too many labels.
 pub(crate) fn cell_samples(scene: &Scene, options: &RenderOptions) -> Result<Vec<Samples>, Error> {
     let channels = channels(scene, options)?;
-    let plan = plan(scene, options)?;
+    // Samples have gradients of their own.
+    let plan = FieldPlan { gradients: Gradients::Without, ..plan(scene, options)? };
     let volume = scene.grid();
     let sampler = Sampler {
         plan: &plan,
@@ -210,7 +211,12 @@ impl Filling {
         let brick = |i: usize| {
             let at = [i % side, i / side % side, i / (side * side)];
             let corner = std::array::from_fn(|axis| (corner[axis] << level) + at[axis] as u32 * part);
-            Brick { bounds: Bounds::nothing(corner), places: Vec::new(), values: Vec::new() }
+            Brick {
+                bounds: Bounds::nothing(corner),
+                places: Vec::new(),
+                values: Vec::new(),
+                gradients: Vec::new(),
+            }
         };
         Self { corner, level, side, bricks: (0..side * side * side).map(brick).collect() }
     }

@@ -32,7 +32,10 @@ use crate::near::{NearSample, NearSetup};
 use crate::options::{Cells, DepthPlane, Order, RenderOptions, Subpixels};
 use crate::picture::{TileDepth, TileLayout};
 use crate::project::{Painting, ProjectSetup, ProjectedChunk, SortKeys};
+use crate::sample_light::SampleLight;
 use crate::scene::Scene;
+use crate::shade::ShadeSettings;
+use crate::sheets::channel::GradientRamp;
 use crate::stats::{FrameStats, StageClock, StageTime};
 use crate::subpixels::{automatic, refined};
 use crate::tiles::{Layers, OpenTile, TileSlot, TileStage, tally};
@@ -66,7 +69,7 @@ pub(crate) struct EverySample {
 }
 
 impl EverySample {
-    /// [`Error::Option`] where a label map has too many labels.
+    /// [`Error::Option`] where a label map has too many labels, or samples are to be lit that have no gradient.
     pub(crate) fn new(scene: &Scene, options: &RenderOptions) -> Result<Self, Error> {
         let volume = scene.grid();
         let kernel = Kernel::new(options.kernel);
@@ -251,6 +254,7 @@ impl EverySample {
             grid: TileGrid { width: camera.width as usize, height: camera.height as usize },
             select: self.options.select,
             threshold2_px2: threshold * threshold,
+            light: SampleLight::new(self.light(camera), camera, &maps.view, self.options.simd.resolve()),
             painting: self.painting,
             level: self.options.simd.resolve(),
             keys: match self.options.order {
@@ -261,6 +265,11 @@ impl EverySample {
             },
             layer: layer.halvings as u8,
         }
+    }
+
+    /// How samples are lit, and how their extinction follows the gradient.
+    fn light(&self, camera: &Camera) -> (Option<ShadeSettings>, Option<GradientRamp>) {
+        (ShadeSettings::new(&self.options, camera), self.options.gradient_opacity.map(GradientRamp::new))
     }
 
     fn tile_settings(&self, maps: &MapSource) -> TileSettings {

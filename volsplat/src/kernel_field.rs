@@ -106,7 +106,7 @@ fn brick(scalars: &[f32], corner: [u32; 3], dims: [usize; 3], support: &Support)
             }
         }
     }
-    (!places.is_empty()).then_some(Brick { bounds, places, values })
+    (!places.is_empty()).then_some(Brick { bounds, places, values, gradients: Vec::new() })
 }
 
 /// For each place of a block, the join of the values from `offsets[0]` to `offsets[1]` around it, axis by axis; beyond the

@@ -7,10 +7,13 @@ use glam::DVec3;
 
 use crate::Error;
 use crate::cell_samples::cell_samples;
+use crate::cells::Gradients;
 use crate::clip::{Clip, GridClip};
 use crate::options::{Cells, Order, RenderOptions};
 use crate::sample::{Bounds, Samples, bounds_in_world};
-use crate::scene::Scene;
+use crate::scene::{Channel, Look, Scene};
+use crate::sheets::gradients;
+use crate::volume::Volume;
 
 /// The samples of one lattice.
 #[derive(Clone, Debug)]
@@ -31,17 +34,34 @@ pub(crate) fn cells_of(scene: &Scene, options: &RenderOptions) -> Cells {
     }
 }
 
-/// The layers of a scene, coarse to fine, with the clip of the options.
+/// The layers of a scene, coarse to fine, with the clip of the options. [`Error::Option`] where samples are to be lit that
+/// have no gradient, or a label map has too many labels.
 pub(crate) fn layers(scene: &Scene, options: &RenderOptions) -> Result<Vec<Layer>, Error> {
-    let lattices = match cells_of(scene, options) {
+    let mut lattices = match cells_of(scene, options) {
         Cells::Off => vec![Samples::of_scene(scene, options.opacity)],
         cells => cell_samples(scene, &RenderOptions { cells, ..options.clone() })?,
     };
+    if gradients(options) == Gradients::With {
+        let volume = lit_volume(scene)?;
+        lattices.iter_mut().for_each(|samples| samples.set_gradients_of(volume));
+    }
     let layer = |(halvings, samples): (u32, Samples)| {
         let clip = samples.clip(&options.clip);
         Layer { samples, clip, halvings }
     };
     Ok((0..).zip(lattices).map(layer).collect())
+}
+
+/// The scalars whose gradient lights the samples.
+fn lit_volume<'a>(scene: &Scene<'a>) -> Result<&'a Volume, Error> {
+    match scene.channels.as_slice() {
+        &[Channel { volume, look: Look::Transfer(_) }] => Ok(volume),
+        _ => Err(Error::Option(
+            "samples are lit by the gradient of one channel of scalars: use --order image-sheets for several channels and for \
+             labels, or leave out --shade and --gradient-opacity"
+                .into(),
+        )),
+    }
 }
 
 /// The box, in the world, of the samples that are drawn.

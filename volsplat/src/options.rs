@@ -25,7 +25,7 @@ pub struct RenderOptions {
     /// Image sheets: whether the transfer function is applied to voxels or to what their kernels sum up to. The other
     /// orders classify voxels, whatever is said here.
     pub classify: Classify,
-    /// Image sheets, but not those that scatter: how samples are lit.
+    /// How samples are lit. Not in image sheets that scatter; the orders of samples light one channel of scalars.
     pub shading: Shading,
     /// Where the light of shading comes from.
     pub light: Light,
@@ -40,8 +40,8 @@ pub struct RenderOptions {
     pub kernel: KernelShape,
     /// What a pixel shows of its ray. All but `Emission` need image sheets that gather.
     pub blend: Blend,
-    /// Image sheets, but not those that scatter, emission: lengths of the gradient, value per world unit, between which a factor of the
-    /// extinction rises from 0 to 1; from 0 on, the first below the second. Labels are not modulated. `None` is off.
+    /// Emission, but not in image sheets that scatter: lengths of the gradient, value per world unit, between which a factor of
+    /// the extinction rises from 0 to 1; from 0 on, the first below the second. Labels are not modulated. `None` is off.
     pub gradient_opacity: Option<[f64; 2]>,
     /// How a perspective footprint is evaluated.
     pub footprint: FootprintMode,
@@ -339,9 +339,9 @@ impl RenderOptions {
         self.order == Order::ImageSheets && self.sheet_sums == SheetSums::Gather && !self.sums_kernels()
     }
 
-    /// Whether samples have gradients: all image sheets but those that scatter the trilinear field.
+    /// Whether samples have gradients: all but the image sheets that scatter the trilinear field.
     fn has_gradients(&self) -> bool {
-        self.order == Order::ImageSheets && (self.sums_kernels() || self.sheet_sums == SheetSums::Gather)
+        self.order != Order::ImageSheets || self.sums_kernels() || self.sheet_sums == SheetSums::Gather
     }
 
     fn validate_blend(&self) -> Result<(), Error> {
@@ -355,9 +355,7 @@ impl RenderOptions {
         }
         if self.gradient_opacity.is_some() && !self.has_gradients() {
             return wrong(
-                "opacity by the gradient needs image sheets that do not scatter: use --order image-sheets and \
-                 --sheet-sums gather"
-                    .into(),
+                "opacity by the gradient is not for sheets that scatter: use --sheet-sums gather".into(),
             );
         }
         match (self.blend, self.gradient_opacity) {
@@ -386,7 +384,7 @@ impl RenderOptions {
 
     fn validate_shading(&self) -> Result<(), Error> {
         if self.shading != Shading::None && !self.has_gradients() {
-            let what = "shading needs image sheets that do not scatter: use --order image-sheets and --sheet-sums gather";
+            let what = "shading is not for sheets that scatter: use --sheet-sums gather";
             return Err(Error::Option(what.into()));
         }
         match self.light {

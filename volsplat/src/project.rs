@@ -19,6 +19,7 @@ use crate::hiding::Hiding;
 use crate::near::NearSample;
 use crate::options::ColourBy;
 use crate::sample::{Brick, place};
+use crate::sample_light::SampleLight;
 
 /// What every sample of a frame is projected with.
 #[derive(Clone, Debug)]
@@ -33,6 +34,8 @@ pub(crate) struct ProjectSetup {
     pub(crate) select: SelectMode,
     /// Square of the spacing, px^2, below which a sample is a point.
     pub(crate) threshold2_px2: f32,
+    /// Where samples are lit: how.
+    pub(crate) light: Option<SampleLight>,
     /// Colour of splats.
     pub(crate) painting: Painting,
     /// Vector instructions to use.
@@ -130,7 +133,9 @@ impl ProjectedChunk {
     /// Projects one brick; what `hiding` hides is left out.
     pub(crate) fn project(&mut self, setup: &ProjectSetup, hiding: &Hiding, brick: &Brick) {
         let corner = DVec3::from(brick.bounds.corner.map(f64::from));
-        for (places, values) in brick.places.chunks(BLOCK).zip(brick.values.chunks(BLOCK)) {
+        let lit = setup.light.as_ref().map(|light| light.values(brick));
+        let values = lit.as_ref().unwrap_or(&brick.values);
+        for (places, values) in brick.places.chunks(BLOCK).zip(values.chunks(BLOCK)) {
             for (i, &packed) in places.iter().enumerate() {
                 let [x, y, z] = place(packed).map(f32::from);
                 (self.block.x[i], self.block.y[i], self.block.z[i]) = (x, y, z);

@@ -10,6 +10,8 @@ use rayon::prelude::*;
 use resample_core::OpacityMode;
 
 use crate::clip::{Clip, GridClip};
+use crate::field::Grid;
+use crate::sample_light::set_gradients;
 use crate::scene::Scene;
 use crate::transfer::TransferFunction;
 use crate::volume::{Volume, Voxels, with_voxels};
@@ -52,6 +54,8 @@ pub struct Brick {
     pub places: Vec<u16>,
     /// Linear red, green, blue, and the strength: extinction per opacity unit, or with linear opacity the opacity.
     pub values: Vec<[f32; 4]>,
+    /// The gradient of the scalar at each sample, per world unit; none where nothing asks for it.
+    pub gradients: Vec<[f32; 3]>,
 }
 
 /// Where the samples of a brick lie.
@@ -120,6 +124,12 @@ impl Samples {
 }
 
 impl Samples {
+    /// Gives the samples the gradients of a volume's scalars.
+    pub(crate) fn set_gradients_of(&mut self, volume: &Volume) {
+        let (dims, axes) = (volume.dims, &volume.world_from_index.matrix3);
+        with_voxels!(&volume.voxels, slice => set_gradients(self, &Grid { voxels: slice, dims }, axes));
+    }
+
     /// A clip of the volume in the indices of the samples.
     pub(crate) fn clip(&self, clip: &Clip) -> GridClip {
         let [scale, shift] = self.index_from_voxel;
@@ -132,11 +142,14 @@ impl Brick {
     /// The samples whose voxel centres a clip keeps, in a brick of their own with the same bounds.
     pub(crate) fn kept(&self, clip: &GridClip) -> Self {
         let corner = DVec3::from(self.bounds.corner.map(f64::from));
-        let is_kept = |&(packed, _): &(&u16, &[f32; 4])| {
-            clip.keeps(corner + DVec3::from(place(*packed).map(f64::from)))
-        };
-        let (places, values) = self.places.iter().zip(&self.values).filter(is_kept).unzip();
-        Self { bounds: self.bounds, places, values }
+        let is_kept = |&i: &usize| clip.keeps(corner + DVec3::from(place(self.places[i]).map(f64::from)));
+        let kept: Vec<usize> = (0..self.places.len()).filter(is_kept).collect();
+        Self {
+            bounds: self.bounds,
+            places: kept.iter().map(|&i| self.places[i]).collect(),
+            values: kept.iter().map(|&i| self.values[i]).collect(),
+            gradients: kept.iter().filter_map(|&i| self.gradients.get(i).copied()).collect(),
+        }
     }
 }
 
@@ -267,7 +280,7 @@ impl<'a> Classifier<'a> {
         }
         places.shrink_to_fit();
         values.shrink_to_fit();
-        (!places.is_empty()).then_some(Brick { bounds, places, values })
+        (!places.is_empty()).then_some(Brick { bounds, places, values, gradients: Vec::new() })
     }
 }
 
@@ -286,7 +299,7 @@ fn brick_from(dims: [usize; 3], corner: [u32; 3], sample: impl Fn(usize) -> [f32
             bounds.add([x, y, z]);
         }
     }
-    (!places.is_empty()).then_some(Brick { bounds, places, values })
+    (!places.is_empty()).then_some(Brick { bounds, places, values, gradients: Vec::new() })
 }
 
 /// Colour and strength of a scalar.

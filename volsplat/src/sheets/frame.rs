@@ -19,11 +19,11 @@ use super::channel::{ChannelSettings, GradientRamp};
 use super::classify::TransferTable;
 use super::isosurface::{AnchoredRays, IsoSettings};
 use super::section::SectionTable;
-use super::shade::ShadeSettings;
 use super::statistic::Statistic;
 use crate::clip::AnchoredHalfSpace;
 use crate::field::FieldBrick;
 use crate::sample::place;
+use crate::shade::ShadeSettings;
 
 /// A voxel as the tiles need it.
 #[derive(Clone, Copy, Debug, Default)]

@@ -4,7 +4,7 @@
 //! point, through the pixel's Gaussian (with sub-pixels, that of the sub-pixel); any other is cut into slab sections. Each
 //! is listed by the tiles that it touches, and each tile sums slab by slab ([`super::kernel_tile`]).
 //! Where samples are lit, gradients are summed with the scalars; voxels that are classified are lit by themselves
-//! ([`super::kernel_light`]).
+//! ([`crate::sample_light`]).
 //! Limits: the trilinear kernel is sampled on the plane through a slab's middle, and is never a point.
 
 use cpu_time::ThreadTime;
@@ -17,7 +17,6 @@ use resample_core::tile::{ChunkBins, TILE_PX, TileGrid};
 use resample_core::{GridView, Kernel, Projection, SelectMode};
 
 use super::frame::{SheetProjection, SheetSettings, Span, TileView};
-use super::kernel_light::{BrickInCamera, gradients, lit_values};
 use super::kernel_tile::{KernelScratch, KernelSettings, Laid, TileRays, render_tile};
 use super::scatter::sort_by_plane;
 use super::section::SectionTable;
@@ -29,16 +28,17 @@ use crate::chunks::{chunk_target, project_runs, runs_of_bricks, visible_bricks};
 use crate::clip::{Clip, Cut, GridClip};
 use crate::cull::ViewVolume;
 use crate::field::Grid;
-use crate::interpolate::{Coefficients, coefficients};
+use crate::interpolate::coefficients;
 use crate::kernel_field::kernel_samples;
 use crate::layer::cells_of;
 use crate::options::{Cells, Classify, Interpolate, RenderOptions, SheetKernel};
 use crate::sample::{Brick, Samples, place};
+use crate::sample_light::{SampleLight, set_gradients};
 use crate::scene::Scene;
 use crate::stats::{FrameStats, StageClock};
 use crate::support::count_visible;
 use crate::tiles::{TileSlot, elapsed_ms, tally};
-use crate::volume::{Volume, scalar, with_voxels};
+use crate::volume::{scalar, with_voxels};
 
 /// Voxels with their kernel, and the chunks that they are projected in, kept from frame to frame.
 #[derive(Clone, Debug)]
@@ -46,8 +46,6 @@ pub(crate) struct KernelSheets {
     pub(crate) samples: Samples,
     /// Voxels that the transfer function leaves visible.
     pub(crate) non_transparent: u64,
-    /// The gradients, in the world, of each brick's samples; none where nothing is lit or follows them.
-    gradients: Vec<Vec<[f32; 3]>>,
     /// Of interpolating kernels: the largest difference between their sum at a voxel and its scalar.
     pub(crate) residual: Option<f32>,
     dims: [usize; 3],
@@ -77,6 +75,8 @@ struct KernelProjection<'a> {
     /// World volume of a cell times the focal lengths, over the opacity unit.
     mass_scale: f32,
     classify: Classify,
+    /// Where classified voxels are lit: how.
+    light: Option<SampleLight>,
     /// What is kept of points.
     clip: &'a GridClip,
 }
@@ -98,20 +98,25 @@ impl KernelSheets {
             }
             _ => None,
         };
-        let samples = match (options.classify, cells_of(scene, options)) {
+        let mut samples = match (options.classify, cells_of(scene, options)) {
             (Classify::Post, _) => {
                 kernel_samples(volume, transfer, solved.as_ref().map(|solved| solved.values.as_slice()))
             }
             (Classify::Pre, Cells::Mean) => cell_samples(scene, options)?.swap_remove(0),
             (Classify::Pre, _) => Samples::classify(volume, transfer, options.opacity),
         };
-        let gradients = match (crate::sheets::gradients(options), &solved) {
-            (Gradients::Without, _) => Vec::new(),
-            (Gradients::With, solved) => gradients_of(&samples, volume, solved.as_ref()),
-        };
+        if crate::sheets::gradients(options) == Gradients::With {
+            // Of the coefficients, where there are some.
+            match &solved {
+                Some(solved) => {
+                    let grid = Grid { voxels: &solved.values, dims: volume.dims };
+                    set_gradients(&mut samples, &grid, &volume.world_from_index.matrix3);
+                }
+                None => samples.set_gradients_of(volume),
+            }
+        }
         Ok(Self {
             samples,
-            gradients,
             non_transparent: count_visible(volume, transfer),
             residual: solved.map(|solved| solved.residual),
             dims: volume.dims,
@@ -167,14 +172,13 @@ impl KernelSheets {
         let mut chunks = std::mem::take(&mut self.chunks);
         chunks.resize_with(chunks.len().max(runs.len()), KernelChunk::default);
         let setup = self.projection(frame);
-        let (bricks, gradients) = (&self.samples.bricks, &self.gradients);
+        let bricks = &self.samples.bricks;
         let used = &mut chunks[..runs.len()];
         let project = |chunk: &mut KernelChunk, run: &Vec<usize>| {
             chunk.bins.clear();
             (chunk.culled, chunk.points) = (0, 0);
             for &brick in run {
-                let gradients = gradients.get(brick).map(Vec::as_slice);
-                chunk.project(&setup, (&bricks[brick], gradients));
+                chunk.project(&setup, &bricks[brick]);
             }
         };
         project_runs(used, &runs, stats, project, |chunk, number| chunk.bins.bin(number));
@@ -200,18 +204,14 @@ impl KernelSheets {
             threshold2_px2: self.threshold_px * self.threshold_px,
             mass_scale: (view.cell_volume() * area / settings.unit_in_world) as f32,
             classify: self.settings.classify,
+            light: match self.settings.classify {
+                Classify::Pre => {
+                    let how = (settings.shade, settings.gradient_ramp);
+                    SampleLight::new(how, frame.camera, view, settings.level)
+                }
+                Classify::Post => None,
+            },
             clip: &self.settings.clip,
-        }
-    }
-}
-
-/// The gradients of the samples: of the coefficients, where there are some.
-fn gradients_of(samples: &Samples, volume: &Volume, solved: Option<&Coefficients>) -> Vec<Vec<[f32; 3]>> {
-    let (dims, axes) = (volume.dims, &volume.world_from_index.matrix3);
-    match solved {
-        Some(solved) => gradients(samples, &Grid { voxels: &solved.values, dims }, axes),
-        None => {
-            with_voxels!(&volume.voxels, slice => gradients(samples, &Grid { voxels: slice, dims }, axes))
         }
     }
 }
@@ -271,25 +271,18 @@ impl KernelProjection<'_> {
 }
 
 impl KernelChunk {
-    fn project(&mut self, setup: &KernelProjection, (brick, gradients): (&Brick, Option<&[[f32; 3]]>)) {
+    fn project(&mut self, setup: &KernelProjection, brick: &Brick) {
         let corner = DVec3::from(brick.bounds.corner.map(f64::from));
         let [in_camera, in_grid] = setup.projection.at_corner(corner);
-        let axes @ [ax, ay, az] = setup.projection.axes();
-        let lit = match (setup.classify, gradients) {
-            (Classify::Pre, Some(gradients)) => {
-                let first = setup.view.camera_from_grid.transform_point3(corner);
-                let placed = BrickInCamera { first, axes, projection: setup.view.projection };
-                Some(lit_values(setup.settings, brick, gradients, &placed))
-            }
-            _ => None,
-        };
+        let [ax, ay, az] = setup.projection.axes();
+        let lit = setup.light.as_ref().map(|light| light.values(brick));
         let values = lit.as_ref().unwrap_or(&brick.values);
         let is_whole = matches!(setup.clip.cut(&brick.bounds), Cut::By(0));
         for (number, (&packed, &value)) in brick.places.iter().zip(values).enumerate() {
             let at = Vec3::from(place(packed).map(f32::from));
             let camera = in_camera + at.x * ax + at.y * ay + at.z * az;
             let [a, b, c, d] = value;
-            let gradient = gradients.map_or([0.0; 3], |gradients| gradients[number]);
+            let gradient = brick.gradients.get(number).copied().unwrap_or_default();
             let value = match setup.classify {
                 Classify::Pre => [a * d, b * d, c * d, d, 0.0, 0.0],
                 Classify::Post => [a, b, c, gradient[0], gradient[1], gradient[2]],

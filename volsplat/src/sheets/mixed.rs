@@ -13,8 +13,8 @@ use super::cell_sample::{HalfRow, LANES, Located, interpolated, nearest};
 use super::channel::{ChannelSettings, Reading};
 use super::frame::PlaneView;
 use super::gather::{GatherScratch, Job, SampleRule};
-use super::shade::Lit;
 use crate::cells::ChannelCells;
+use crate::shade::Lit;
 
 /// Emission and absorption of all channels together.
 pub(super) struct Mixed;

@@ -11,7 +11,7 @@ use resample_core::tile::TILE_PX;
 use super::cell_sample::{HalfRow, LANES, Located, interpolated};
 use super::frame::PlaneView;
 use super::gather::{GatherScratch, Job, SampleRule};
-use super::shade::Lit;
+use crate::shade::Lit;
 
 /// Emission and absorption, with the light of the shading or without.
 pub(super) struct Over<const SHADED: bool>;
