@@ -199,6 +199,15 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "T", value_parser = values::fraction,
         default_value_t = RenderOptions::default().min_transmittance)]
     pub min_transmittance: f32,
+    /// How samples are lit, by the gradient of the volume [default: none]
+    #[arg(long, value_enum)]
+    pub shade: Option<ShadeArg>,
+    /// Direction towards the light, in the world [default: the light is at the camera]
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true, requires = "shade")]
+    pub light: Option<DVec3>,
+    /// Multiply the extinction by a ramp over the length of the gradient: 0 at LOW, 1 at HIGH, value per world unit
+    #[arg(long, value_name = "LOW,HIGH", value_parser = values::ramp)]
+    pub gradient_opacity: Option<[f64; 2]>,
     /// Which part of the volume is drawn.
     #[command(flatten)]
     pub clip: ClipArgs,
@@ -232,12 +241,6 @@ pub(crate) struct SheetArgs {
     /// What the transfer function is applied to [default: post; the other orders classify voxels]
     #[arg(long, value_enum)]
     pub classify: Option<ClassifyArg>,
-    /// How samples are lit, by the gradient of the volume [default: none]
-    #[arg(long, value_enum)]
-    pub shade: Option<ShadeArg>,
-    /// Direction towards the light, in the world [default: the light is at the camera]
-    #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true, requires = "shade")]
-    pub light: Option<DVec3>,
 }
 
 /// How the picture is written.

@@ -91,11 +91,11 @@ fn given(args: &RenderArgs) -> Vec<Given> {
         ("--slab", sheets.slab.is_some(), IMAGE),
         ("--subpixel", sheets.subpixel.is_some(), ANY),
         ("--sheet-sums", sheets.sheet_sums.is_some(), IMAGE),
-        ("--shade", sheets.shade.is_some(), ANY),
+        ("--shade", args.shade.is_some(), ANY),
         ("--blend", args.blend.blend.is_some_and(|blend| blend != RayBlendArg::Emission), IMAGE),
         ("--iso", args.blend.iso.is_some(), IMAGE),
         ("--layers", args.blend.layers.is_some(), layer_orders),
-        ("--gradient-opacity", args.blend.gradient_opacity.is_some(), ANY),
+        ("--gradient-opacity", args.gradient_opacity.is_some(), ANY),
     ];
     all.into_iter().filter(|option| option.1).map(|(name, _, orders)| Given { name, orders }).collect()
 }

@@ -4,8 +4,8 @@
 //! `cargo run --release -p resample-tests --example accuracy_ladder [-- FRAMES]` prints one Markdown table a field. Each
 //! field is drawn at 3 pixels a voxel (close) and at half a pixel (far). PSNR is over the pixels that the truth shows, in
 //! linear light. Time is process-CPU time of one thread, the least of FRAMES frames (3 if not given). A star marks what no
-//! other row beats in both error and time; the best of each order is bold. A last table holds lit pictures of the kernels
-//! of image sheets, at one pixel a voxel, against those lit by the gradient of the formula.
+//! other row beats in both error and time; the best of each order is bold. A last table holds lit pictures, at one pixel a
+//! voxel, against those lit by the gradient of the formula.
 
 use std::process::ExitCode;
 
@@ -71,7 +71,8 @@ fn print_lit() {
         fields[1].name()
     );
     println!("|---|---|---|");
-    for setting in sheets() {
+    let has_cells = |setting: &Setting| setting.words.contains("--cells");
+    for setting in sheets().into_iter().chain(samples().into_iter().filter(has_cells)) {
         let cells = views.each_ref().map(|(field, camera, truths)| {
             let options = [setting.options.clone(), lit(&setting.options)];
             let [plain, lit] = [0, 1].map(|i| {

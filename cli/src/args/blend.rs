@@ -20,9 +20,6 @@ pub(crate) struct BlendArgs {
     /// Opacity of the surface, each time that a ray crosses it; above 0, at most 1 [default: 1]
     #[arg(long, value_name = "A", value_parser = values::positive_f32, requires = "iso")]
     pub iso_opacity: Option<f32>,
-    /// Multiply the extinction by a ramp over the length of the gradient: 0 at LOW, 1 at HIGH, value per world unit
-    #[arg(long, value_name = "LOW,HIGH", value_parser = values::ramp)]
-    pub gradient_opacity: Option<[f64; 2]>,
     /// Planes of an EXR file beside colour and mean depth (Z): where the ray first meets something (depth.first), what it
     /// faces (normal.X, .Y, .Z), how many samples it took (samples); the share of points (selection) [default: none]
     #[arg(long, value_enum, value_name = "NAMES", value_delimiter = ',')]

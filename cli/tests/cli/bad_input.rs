@@ -163,7 +163,7 @@ fn options_of_another_order_are_refused() {
     assert_one_line(&bench, &words("--interpolate"), "--kernel");
     assert_refused(&bench, &words("--cell-error 1"), "--cell-error");
     assert_refused(&bench, &words("--subpixel 3"), "--subpixel");
-    assert_one_line(&bench, &words("--order every-sample --shade phong"), "--shade");
+    assert_one_line(&bench, &words("--order every-sample --shade phong --labels"), "one channel of scalars");
     assert_one_line(&bench, &words("--sheet-sums scatter --shade phong"), "gather");
     assert_refused(&bench, &words("--shade phong --light 0,0,0"), "--light");
     bench.write("slice.raw", &[200; 64]);

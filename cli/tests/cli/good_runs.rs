@@ -186,6 +186,8 @@ fn every_view_option_gives_a_picture() {
         "--sheet-sums scatter --subpixel auto",
         "--shade phong --light 1,2,-3",
         "--shade lambert --projection orthographic",
+        "--shade phong --order every-sample",
+        "--shade lambert --order axis-sheets --gradient-opacity 0,5",
         "--select ewa --footprint affine",
         "--colour-by select",
     ]
