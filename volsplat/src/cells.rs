@@ -44,8 +44,8 @@ pub(crate) struct CellBrick {
     pub(crate) bounds: Bounds,
     /// Scalars at the vertices, x fastest, [`VERTEX_SIDE`] a row. Of labels, their numbers in a palette.
     pub(crate) scalars: Box<Table>,
-    /// The scalar's gradient at the vertices, per world unit, one table per world axis; only where it was asked for.
-    pub(crate) gradients: Option<Box<[Table; 3]>>,
+    /// The scalar's gradient at the vertices, per world unit; only where it was asked for.
+    pub(crate) gradients: Option<Box<GradientTable>>,
     /// Least and greatest scalar at the vertices.
     pub(crate) range: [f32; 2],
     /// The channels after the first.
@@ -58,7 +58,7 @@ pub(crate) struct CellBrick {
 #[derive(Clone, Debug)]
 pub(crate) struct BrickChannel {
     scalars: Box<Table>,
-    gradients: Option<Box<[Table; 3]>>,
+    gradients: Option<Box<GradientTable>>,
     range: [f32; 2],
 }
 
@@ -66,12 +66,15 @@ pub(crate) struct BrickChannel {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ChannelCells<'a> {
     pub(crate) scalars: &'a Table,
-    pub(crate) gradients: Option<&'a [Table; 3]>,
+    pub(crate) gradients: Option<&'a GradientTable>,
     pub(crate) range: [f32; 2],
 }
 
 /// A value for each vertex of a brick.
 pub(crate) type Table = [f32; TABLE_LEN];
+
+/// A vector for each vertex of a brick, along the world's axes. The fourth number is 0: so one load takes a vector.
+pub(crate) type GradientTable = [[f32; 4]; TABLE_LEN];
 
 /// Whether bricks carry gradients.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -126,8 +129,8 @@ impl CellField {
 impl CellBrick {
     /// Bytes that a brick of one channel takes.
     pub(crate) fn bytes(gradients: Gradients) -> u64 {
-        let tables = if gradients == Gradients::With { 4 } else { 1 };
-        (size_of::<Self>() + tables * size_of::<Table>()) as u64
+        let vectors = if gradients == Gradients::With { size_of::<GradientTable>() } else { 0 };
+        (size_of::<Self>() + size_of::<Table>() + vectors) as u64
     }
 
     /// A channel by its number.
@@ -280,7 +283,7 @@ impl PlannedChannel<'_> {
     }
 
     /// The gradients at the vertices of a block up to the greatest that is seen.
-    fn gradients(&self, bounds: &Bounds) -> Box<[Table; 3]> {
+    fn gradients(&self, bounds: &Bounds) -> Box<GradientTable> {
         let dims = self.volume.dims;
         // Gradients are covectors: they go to the world by the inverse transpose.
         let world_from_grid = self.volume.world_from_index.matrix3.inverse().transpose();
@@ -349,8 +352,8 @@ fn mask_table(mask: &Volume, block: &Block) -> Masked {
 }
 
 /// Gradients of a function of the voxel: central differences, one-sided by repetition at the volume's faces.
-fn gradients(at: impl Fn([isize; 3]) -> f32, bounds: &Bounds, world_from_grid: &DMat3) -> Box<[Table; 3]> {
-    let mut tables = Box::new([[0.0f32; TABLE_LEN]; 3]);
+fn gradients(at: impl Fn([isize; 3]) -> f32, bounds: &Bounds, world_from_grid: &DMat3) -> Box<GradientTable> {
+    let mut table = Box::new([[0.0f32; 4]; TABLE_LEN]);
     let [_, greatest] = bounds.range().map(|end| end.map(isize::from));
     for z in 0..=greatest[2] {
         for y in 0..=greatest[1] {
@@ -364,14 +367,12 @@ fn gradients(at: impl Fn([isize; 3]) -> f32, bounds: &Bounds, world_from_grid: &
                     f64::from(at([0, 1, 0]) - at([0, -1, 0])),
                     f64::from(at([0, 0, 1]) - at([0, 0, -1])),
                 );
-                let gradient = (*world_from_grid * (0.5 * difference)).to_array();
-                for (table, g) in tables.iter_mut().zip(gradient) {
-                    table[vertex(x as usize, y as usize, z as usize)] = g as f32;
-                }
+                let gradient = (*world_from_grid * (0.5 * difference)).as_vec3();
+                table[vertex(x as usize, y as usize, z as usize)] = gradient.extend(0.0).to_array();
             }
         }
     }
-    tables
+    table
 }
 
 /// Place of a vertex in a brick's table.

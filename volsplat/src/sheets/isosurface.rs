@@ -253,7 +253,7 @@ fn add_surface<S: Simd>(
         .inside
         .select(hit, load(&scratch.last_hit))
         .store_slice(&mut scratch.last_hit[at.row][range.clone()]);
-    let lit = lit(simd, job, at, &found);
+    let lit = lit(simd, job, at, (&found, weight));
     let (body, highlight) = lit.map_or((constant(1.0), constant(0.0)), |lit| (lit.body, lit.highlight));
     let (bodies, highlights) = ((weight * body).to_array(), (weight * highlight).to_array());
     for (lane, sum) in scratch.rgb[at.row][range].iter_mut().enumerate() {

@@ -9,7 +9,7 @@ use fearless_simd::prelude::*;
 use resample_core::composite::{DepthRule, opacity};
 use resample_core::tile::TILE_PX;
 
-use super::cell_sample::{HalfRow, LANES, Located, interpolated, nearest};
+use super::cell_sample::{HalfRow, LANES, Located, interpolated, interpolated_gradient, nearest};
 use super::channel::{ChannelSettings, Reading};
 use super::frame::PlaneView;
 use super::gather::{GatherScratch, Job, SampleRule};
@@ -90,8 +90,7 @@ fn add_channel<S: Simd>(
     }
     let mut lit = Lit { body: f32x8::splat(simd, 1.0), highlight: zero };
     if let Some(gradients) = cells.gradients {
-        let gradient: [f32x8<S>; 3] =
-            std::array::from_fn(|axis| interpolated(simd, &gradients[axis], &located.places, located.share));
+        let gradient = interpolated_gradient(simd, gradients, located, strength);
         if let (Some(ramp), Reading::Trilinear) = (job.settings.gradient_ramp, channel.reading) {
             strength *= ramp.factor(simd, gradient);
         }

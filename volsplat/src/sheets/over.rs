@@ -8,7 +8,7 @@ use fearless_simd::prelude::*;
 use resample_core::composite::{DepthRule, opacity};
 use resample_core::tile::TILE_PX;
 
-use super::cell_sample::{HalfRow, LANES, Located, interpolated};
+use super::cell_sample::{HalfRow, LANES, Located, interpolated, interpolated_gradient};
 use super::frame::PlaneView;
 use super::gather::{GatherScratch, Job, SampleRule};
 use crate::shade::Lit;
@@ -49,7 +49,7 @@ impl<const SHADED: bool> SampleRule for Over<SHADED> {
         }
         let sums = &mut scratch.rgb[at.row][range];
         // What is not lit has its own colour.
-        let lit = if SHADED { lit(simd, job, at, located) } else { None };
+        let lit = if SHADED { lit(simd, job, at, (located, weight)) } else { None };
         match lit {
             None => {
                 let weights = weight.to_array();
@@ -73,11 +73,15 @@ impl<const SHADED: bool> SampleRule for Over<SHADED> {
     }
 }
 
-/// What light makes of samples; `None` where nothing is shaded.
+/// What light makes of the samples whose weight is above 0; `None` where nothing is shaded.
 #[inline(always)]
-pub(super) fn lit<S: Simd>(simd: S, job: &Job, at: HalfRow, located: &Located<S>) -> Option<Lit<S>> {
+pub(super) fn lit<S: Simd>(
+    simd: S,
+    job: &Job,
+    at: HalfRow,
+    (located, weight): (&Located<S>, f32x8<S>),
+) -> Option<Lit<S>> {
     let (shade, gradients) = (job.settings.shade.as_ref()?, job.placed.brick.gradients.as_ref()?);
-    let gradient =
-        std::array::from_fn(|axis| interpolated(simd, &gradients[axis], &located.places, located.share));
+    let gradient = interpolated_gradient(simd, gradients, located, weight);
     Some(shade.light(simd, gradient, job.view.rays(simd, at)))
 }
