@@ -83,6 +83,15 @@ impl LabelTable {
         self
     }
 
+    /// Whether a label is drawn; as [`LabelTable::look`], without making a colour.
+    pub(crate) fn shows(&self, label: i64) -> bool {
+        let is_shown = match &self.looks {
+            Looks::Distinct => label != 0,
+            Looks::Listed(listed) => listed.get(&label).is_some_and(|look| look.opacity > 0.0),
+        };
+        is_shown && self.opacity_scale > 0.0
+    }
+
     /// How a label looks; an opacity of 0 where it is not drawn.
     pub fn look(&self, label: i64) -> LabelLook {
         let hidden = LabelLook { rgb: [0.0; 3], opacity: 0.0 };

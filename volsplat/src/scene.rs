@@ -103,7 +103,10 @@ impl<'a> Scene<'a> {
         if let Some((volume, transfer)) = self.single() {
             return count_visible(volume, transfer);
         }
-        let seen = |&index: &usize| self.voxel(index, OpacityMode::Linear)[3] > 0.0;
+        let seen = |&index: &usize| {
+            self.shows(index)
+                && self.channels.iter().any(|channel| channel.shows(channel.volume.value(index)))
+        };
         (0..self.grid().len()).into_par_iter().filter(seen).count() as u64
     }
 
@@ -114,6 +117,14 @@ impl<'a> Scene<'a> {
 }
 
 impl Channel<'_> {
+    /// Whether a value is seen by itself.
+    fn shows(&self, value: f64) -> bool {
+        match self.look {
+            Look::Transfer(transfer) => transfer.opacity(value) > 0.0,
+            Look::Labels(labels) => labels.shows(value as i64),
+        }
+    }
+
     fn voxel(&self, index: usize, opacity: OpacityMode) -> [f32; 4] {
         let value = self.volume.value(index);
         match self.look {

@@ -21,6 +21,11 @@ fn the_three_kinds_of_file_say_the_same() {
     assert!((snap.look(2).opacity - 0.5).abs() < 1e-15, "half opaque");
     assert_eq!(snap.look(7).opacity, 0.0, "not visible");
     assert_eq!(snap.look(3).opacity, 0.0, "not listed, so not drawn");
+    for (table, label) in
+        [snap, LabelTable::distinct()].iter().flat_map(|t| (0..9).map(move |label| (t, label)))
+    {
+        assert_eq!(table.shows(label), table.look(label).opacity > 0.0, "{table:?}, {label}");
+    }
 }
 
 #[test]

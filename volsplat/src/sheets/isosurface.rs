@@ -132,12 +132,14 @@ fn add_half_row<S: Simd>(
     let longest = left.select(last - first, constant(0.0)).to_array().into_iter().fold(0.0, f32::max);
     let steps = (longest / iso.step).ceil().max(1.0);
     let length = (last - first) * constant(1.0 / steps);
-    let field = |t: f32x8<S>| field(simd, job, cells, &rays, t) - constant(iso.value);
-    let mut step = Step { near: first, far: first, at_near: field(first), at_far: constant(0.0) };
+    // Not a closure: one that is called twice is left as a call here, without the vector instructions.
+    let value = constant(iso.value);
+    let at_near = field(simd, job, cells, &rays, first) - value;
+    let mut step = Step { near: first, far: first, at_near, at_far: constant(0.0) };
     let mut seen = false;
     for number in 1..=steps as usize {
         step.far = length.mul_add(constant(number as f32), first);
-        step.at_far = field(step.far);
+        step.at_far = field(simd, job, cells, &rays, step.far) - value;
         let crosses = left & is_across(simd, step.at_near, step.at_far);
         if !crosses.all_false() {
             seen |= add_surface(simd, job, iso, (cells, at, &rays), (crosses, step), scratch);
