@@ -125,6 +125,59 @@ fn lambert_follows_the_cosine_in_the_world() {
     }
 }
 
+/// Scalars and lengths have the user's units: light and the ramp over the gradient see directions and ratios alone, also
+/// where the square of a gradient, or the gradient itself, is beyond what f32 holds.
+#[test]
+fn light_does_not_depend_on_units() {
+    let light = DVec3::new(1.0, 2.0, 3.0);
+    let factor = AMBIENT + DIFFUSE * light.normalize().x;
+    let mut usual = std::collections::HashMap::new();
+    let units =
+        [(1.0, 1.0), (1e25, 1.0), (1e-25, 1.0), (1.0, 1e-7), (1e20, 1e-6), (1e-20, 1e6), (1e32, 1e-8)];
+    for (value, length) in units {
+        let (unscaled, transfer) = ramp(ALONG_X, DAffine3::IDENTITY);
+        let voxels = (0..unscaled.len()).map(|i| (value * unscaled.value(i)) as f32).collect();
+        let grid = DAffine3::from_scale(DVec3::splat(length));
+        let volume = Volume::new(unscaled.dims, Voxels::F32(voxels), grid).expect("valid");
+        let target = DVec3::splat(5.5 * length);
+        let pose = LookAt { position: target + length * DVec3::new(30.0, 20.0, 50.0), target, up: DVec3::Y };
+        let camera = Camera::perspective(&pose, 0.3, [32, 32]).expect("valid");
+        let slope = ALONG_X.x * value / length;
+        let lit = options(Shading::Lambert, Light::Towards(light));
+        let mut ways = vec![lit.clone()];
+        let sheet_kernel = SheetKernel::Radial(KernelShape::Polynomial);
+        ways.push(RenderOptions { sheet_kernel, ..lit.clone() });
+        ways.push(RenderOptions { sheet_kernel, classify: Classify::Pre, ..lit.clone() });
+        ways.push(RenderOptions { order: Order::EverySample, ..lit });
+        for (number, options) in ways.into_iter().enumerate() {
+            let whole = render(&volume, &transfer, &options, &camera).pixel(16, 16);
+            for channel in 0..3 {
+                let got = f64::from(whole[channel]) / f64::from(whole[3]);
+                let expected = factor * f64::from(COLOUR[channel]);
+                assert!(
+                    (got - expected).abs() < 1e-5,
+                    "{value:e} {length:e}: {got}, {expected}, {options:?}"
+                );
+            }
+            if slope < f64::from(f32::MAX) / 4.0 {
+                // About half of the extinction; differences at faces are others.
+                let gradient_opacity = Some([0.0, 2.0 * slope]);
+                let faint = render(
+                    &volume,
+                    &transfer,
+                    &RenderOptions { gradient_opacity, ..options.clone() },
+                    &camera,
+                );
+                let depth = |alpha: f32| -f64::from(-alpha).ln_1p();
+                let ratio = depth(faint.pixel(16, 16)[3]) / depth(whole[3]);
+                assert!((0.4..0.6).contains(&ratio), "{value:e} {length:e}: {ratio}, {options:?}");
+                let usual = *usual.entry(number).or_insert(ratio);
+                assert!((ratio - usual).abs() < 1e-3, "{value:e} {length:e}: {ratio}, {usual}, {options:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn a_headlight_shines_along_the_view() {
     let (volume, transfer) = ramp(ALONG_X, DAffine3::IDENTITY);

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use crate::field::Grid;
 use crate::palette::Palette;
 use crate::sample::{Bounds, brick_corners};
+use crate::shade::held;
 use crate::support::Support;
 use crate::volume::{Volume, with_voxels};
 
@@ -367,8 +368,8 @@ fn gradients(at: impl Fn([isize; 3]) -> f32, bounds: &Bounds, world_from_grid: &
                     f64::from(at([0, 1, 0]) - at([0, -1, 0])),
                     f64::from(at([0, 0, 1]) - at([0, 0, -1])),
                 );
-                let gradient = (*world_from_grid * (0.5 * difference)).as_vec3();
-                table[vertex(x as usize, y as usize, z as usize)] = gradient.extend(0.0).to_array();
+                let [gx, gy, gz] = held(*world_from_grid * (0.5 * difference));
+                table[vertex(x as usize, y as usize, z as usize)] = [gx, gy, gz, 0.0];
             }
         }
     }

@@ -18,7 +18,7 @@ use resample_core::{Camera, GridView, Projection};
 
 use crate::field::Grid;
 use crate::sample::{Brick, Samples, place};
-use crate::shade::ShadeSettings;
+use crate::shade::{ShadeSettings, held};
 use crate::sheets::channel::GradientRamp;
 
 const LANES: usize = 8;
@@ -38,7 +38,7 @@ pub(crate) fn set_gradients<T: Copy + Into<f64> + Sync>(
         let differences = Differences::new(grid, brick.bounds.range().map(|end| voxel(end.map(f64::from))));
         let gradient = |&packed: &u16| {
             let at = differences.at(voxel(place(packed).map(f64::from)));
-            (world_from_gradient * at).as_vec3().to_array()
+            held(world_from_gradient * at)
         };
         brick.gradients = brick.places.iter().map(gradient).collect();
     });

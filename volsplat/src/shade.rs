@@ -4,8 +4,8 @@
 //! stretched grid is lit as it stands in the world. A sample without a gradient gets the ambient part alone.
 //! Source: B. T. Phong, "Illumination for Computer Generated Pictures", Communications of the ACM 18(6), 1975.
 
-use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
+use fearless_simd::{f32x8, mask32x8};
 use glam::DVec3;
 use resample_core::Camera;
 
@@ -35,6 +35,40 @@ pub(crate) struct Lit<S: Simd> {
     pub(crate) highlight: f32x8<S>,
 }
 
+/// Gradients as directions and lengths.
+#[derive(Clone, Copy)]
+pub(crate) struct Polar<S: Simd> {
+    /// Which of them have a direction.
+    pub(crate) directed: mask32x8<S>,
+    /// Unit vectors; 0 where there is no direction.
+    pub(crate) direction: [f32x8<S>; 3],
+    pub(crate) length: f32x8<S>,
+}
+
+/// A gradient as f32, held where differences of two are still finite.
+pub(crate) fn held(gradient: DVec3) -> [f32; 3] {
+    let most = DVec3::splat(0.25 * f64::from(f32::MAX));
+    gradient.clamp(-most, most).as_vec3().to_array()
+}
+
+impl<S: Simd> Polar<S> {
+    /// The unit of scalars and of lengths is the user's, so that squares may lie beyond f32 either way: they are taken of
+    /// the vector over its largest part.
+    #[inline(always)]
+    pub(crate) fn new(simd: S, gradient: [f32x8<S>; 3]) -> Self {
+        let constant = |v: f32| f32x8::splat(simd, v);
+        let [x, y, z] = gradient;
+        let largest = x.abs().max(y.abs()).max(z.abs());
+        // What is smaller has few digits, and no inverse.
+        let directed = largest.simd_ge(constant(f32::MIN_POSITIVE));
+        let inverse = directed.select(constant(1.0) / largest, constant(0.0));
+        let (x, y, z) = (x * inverse, y * inverse, z * inverse);
+        let root = x.mul_add(x, y.mul_add(y, z * z)).sqrt();
+        let unit = directed.select(constant(1.0) / root, constant(0.0));
+        Self { directed, direction: [x * unit, y * unit, z * unit], length: largest * root }
+    }
+}
+
 impl ShadeSettings {
     /// The settings of a frame; `None` where nothing is shaded.
     pub(crate) fn new(options: &RenderOptions, camera: &Camera) -> Option<Self> {
@@ -56,20 +90,18 @@ impl ShadeSettings {
         let constant = |v: f32| f32x8::splat(simd, v);
         let dot = |a: [f32x8<S>; 3], b: [f32x8<S>; 3]| a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]));
         let light = self.light.map(constant);
-        let length2 = dot(gradient, gradient);
-        // Too small to have a direction in f32: the cosine is then 0.
-        let directed = length2.simd_gt(constant(f32::MIN_POSITIVE));
-        let inverse = directed.select(constant(1.0) / length2.sqrt(), constant(0.0));
+        let Polar { directed, direction: normal, .. } = Polar::new(simd, gradient);
         // Either side is lit: the normal is the one that faces the light.
-        let signed = dot(gradient, light) * inverse;
+        let signed = dot(normal, light);
         let cosine = signed.abs();
         let body = cosine.mul_add(constant(DIFFUSE), constant(AMBIENT));
         if self.specular == 0.0 {
             return Lit { body, highlight: constant(0.0) };
         }
-        // The mirrored light is 2 (n.l) n - l; with the sign of n chosen, (n.l) n is (g.l) g / |g|^2.
-        let normal_part = (signed * inverse) * constant(2.0);
-        let mirrored: [f32x8<S>; 3] = std::array::from_fn(|k| gradient[k].mul_add(normal_part, -light[k]));
+        // The mirrored light is 2 (n.l) n - l, whichever side n is on.
+        let twice = signed * constant(2.0);
+        let mirror = |k: usize| normal[k].mul_add(twice, -light[k]);
+        let mirrored = [mirror(0), mirror(1), mirror(2)];
         let towards_eye = (-dot(mirrored, ray)).max(constant(0.0));
         let shine = directed.select(power(towards_eye), constant(0.0));
         Lit { body, highlight: shine * constant(self.specular) }

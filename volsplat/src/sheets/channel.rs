@@ -8,6 +8,7 @@ use super::classify::TransferTable;
 use crate::Error;
 use crate::palette::Palette;
 use crate::scene::{Channel, Look};
+use crate::shade::Polar;
 use crate::transfer::TransferFunction;
 
 /// How one channel becomes colour and extinction.
@@ -67,9 +68,7 @@ impl GradientRamp {
     #[inline(always)]
     pub(crate) fn factor<S: Simd>(&self, simd: S, gradient: [f32x8<S>; 3]) -> f32x8<S> {
         let constant = |v: f32| f32x8::splat(simd, v);
-        let [x, y, z] = gradient;
-        let length = x.mul_add(x, y.mul_add(y, z * z)).sqrt();
-        let ramp = (length - constant(self.low)) * constant(self.scale);
+        let ramp = (Polar::new(simd, gradient).length - constant(self.low)) * constant(self.scale);
         ramp.max(constant(0.0)).min(constant(1.0))
     }
 }
