@@ -11,12 +11,13 @@ use serde_json::{Map, Value, json};
 pub(crate) type Metric = (&'static str, Better, fn(&Comparison) -> f64);
 
 /// The figures.
-pub(crate) const METRICS: [Metric; 9] = [
+pub(crate) const METRICS: [Metric; 10] = [
     ("rmse", Better::Less, |c| c.rmse),
     ("psnr", Better::More, |c| c.psnr_db),
     ("alpha-psnr", Better::More, |c| c.alpha_psnr_db),
     ("bias", Better::Less, |c| c.mean_signed.abs()),
     ("max", Better::Less, |c| c.max_abs),
+    ("p99", Better::Less, |c| c.p99_abs),
     ("p999", Better::Less, |c| c.p999_abs),
     ("ssim", Better::More, |c| c.ssim),
     ("flip", Better::Less, |c| c.flip.mean),

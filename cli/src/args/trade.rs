@@ -42,6 +42,9 @@ pub(crate) struct TradeOptions {
     /// Keep what an earlier run of the same command has measured
     #[arg(long)]
     pub resume: bool,
+    /// Draw one picture and print what it took, for the measurement itself
+    #[arg(long, hide = true)]
+    pub probe: bool,
 }
 
 /// The options of the measurement, as help shows them.

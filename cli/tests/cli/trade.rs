@@ -41,6 +41,14 @@ fn every_ladder_is_climbed_and_told_in_all_formats() {
     ] {
         assert!(rmse(name) > 0.0, "{name} is measured");
     }
+    let rows = report["rows"].as_array().expect("a list");
+    for row in rows {
+        assert!(row["error"]["p99"].as_f64() <= row["error"]["max"].as_f64(), "{row}");
+        assert!(row["cost"]["cold_ms"].as_f64() > Some(0.0), "{row}");
+        // A program with nothing to do takes a megabyte.
+        let peak = row["cost"]["peak_bytes"].as_f64();
+        assert!(!cfg!(target_os = "linux") || peak > Some(1e6), "memory of its own process: {row}");
+    }
     let command = row(&report, "slab 2")["command"].as_str().expect("text");
     assert!(command.starts_with("resample volsplat ball.raw") && command.ends_with("--slab 2"), "{command}");
     let count = report["rows"].as_array().expect("a list").len();

@@ -1,4 +1,4 @@
-//! Statistics of the plain pixel difference: RMSE, PSNR, bias, maximum, percentile.
+//! Statistics of the plain pixel difference: RMSE, PSNR, bias, maximum, percentiles.
 //!
 //! Takes two checked images and a mask, gives numbers. Only image minus reference of the selected pixels is kept; each
 //! figure is then one pass over it. The signal's peak is 1, the brightest value that a display can show, so PSNR is

@@ -36,7 +36,9 @@ pub struct Comparison {
     pub mean_signed: f64,
     /// Largest absolute difference in any of red, green and blue.
     pub max_abs: f64,
-    /// 99.9th percentile over pixels of the largest absolute colour difference, interpolated linearly between ranks.
+    /// 99th percentile over pixels of the largest absolute colour difference, interpolated linearly between ranks.
+    pub p99_abs: f64,
+    /// The 99.9th.
     pub p999_abs: f64,
     /// Mean structural similarity, at most 1; see [`ssim::mean`] for what a mask changes.
     pub ssim: f64,
@@ -177,6 +179,7 @@ pub fn compare(image: &Image, reference: &Image, mask: Option<&Mask>) -> Result<
         alpha_psnr_db: differences.alpha_psnr_db(),
         mean_signed: differences.mean_signed(),
         max_abs: differences.max_abs(),
+        p99_abs: differences.quantile_abs(0.99),
         p999_abs: differences.quantile_abs(0.999),
         ssim: ssim::mean(&ssim_map, mask),
         flip: FlipSummary::new(flip_map.selected(mask)),

@@ -1,8 +1,7 @@
-//! Measuring one setting: its time beside the default's, its memory, its picture.
+//! Measuring one setting: its time beside the default's, its picture.
 //!
 //! Frames of the setting and of the default alternate, and what counts is the median of the ratios of neighbours: what
-//! disturbs the machine for longer than two frames hits both. Memory is what the process holds at most from before the
-//! setting is prepared to after its frames, less what it held before.
+//! disturbs the machine for longer than two frames hits both.
 
 use std::time::Instant;
 
@@ -46,7 +45,6 @@ pub(super) fn setting(
     reps: u16,
     baseline: &mut Baseline,
 ) -> Result<(Measured, Prepared)> {
-    let before = memory_reset();
     let start = Instant::now();
     let mut prepared = prepare()?;
     let first = (prepared.render)(camera)?;
@@ -58,14 +56,13 @@ pub(super) fn setting(
         wall.push(own.wall_ms / default.wall_ms);
         cpu.push(own.cpu_ms / default.cpu_ms);
     }
-    let peak_bytes = before.and_then(|before| Some(report::peak_bytes()?.saturating_sub(before)));
     let [cpu_low, cpu_middle, cpu_high] = quartiles(cpu);
     let cost = Cost {
         wall_ms: quartiles(wall)[1] * baseline.time.wall_ms,
         cpu_ms: cpu_middle * baseline.time.cpu_ms,
         spread: 0.5 * (cpu_high - cpu_low) / cpu_middle,
         cold_ms,
-        peak_bytes,
+        peak_bytes: None,
     };
     let counts = numbers(first.account.keys);
     Ok((Measured { cost, image: first.image, counts }, prepared))
@@ -98,12 +95,6 @@ fn quartiles(mut values: Vec<f64>) -> [f64; 3] {
     values.sort_unstable_by(f64::total_cmp);
     let last = values.len().saturating_sub(1) as f64;
     [0.25, 0.5, 0.75].map(|share| values.get((share * last).round() as usize).copied().unwrap_or(0.0))
-}
-
-/// Sets the high-water mark to what is held now, and gives it; Linux only.
-fn memory_reset() -> Option<u64> {
-    std::fs::write("/proc/self/clear_refs", "5").ok()?;
-    report::peak_bytes()
 }
 
 /// The numbers at the top of a renderer's account, without the times.

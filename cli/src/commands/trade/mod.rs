@@ -2,7 +2,8 @@
 //!
 //! 1. plan: the settings, as words of the command line ([`ladders`]);
 //! 2. reference: the picture of the most exact setting, or one that is given;
-//! 3. measure: each setting beside the default, its picture against the reference ([`measure`]);
+//! 3. measure: each setting beside the default, its picture against the reference ([`measure`]), and once in a process of its
+//!    own ([`probe`]);
 //! 4. report: JSON after every setting, then CSV, plots and one self-contained page ([`record`], [`plot`], [`page`]).
 //!
 //! Ctrl-C keeps what was measured, and `--resume` goes on.
@@ -11,6 +12,7 @@ mod ladders;
 mod measure;
 mod page;
 mod plot;
+mod probe;
 mod record;
 mod scene;
 mod words;
@@ -49,6 +51,9 @@ pub(crate) fn run(args: &TradeArgs, verbosity: Verbosity) -> Result<()> {
     interrupt::watch()?;
     let (options, mut words) = words::split(&args.words)?;
     check(&options, &words)?;
+    if options.probe {
+        return probe::run(&options, &words);
+    }
     let is_new = !options.out.exists();
     output::make_folder(&options.out)?;
     if let Some(scene) = options.scene {
@@ -191,7 +196,11 @@ fn measured(
     (camera, baseline): (&Camera, &mut Baseline),
 ) -> Result<Row> {
     let prepare = || prepared(options, words, &setting.words);
-    let (found, mut prepared) = measure::setting(prepare, camera, options.reps, baseline)?;
+    let (mut found, mut prepared) = measure::setting(prepare, camera, options.reps, baseline)?;
+    // Where it does not run by itself, the first picture here stands in, and nothing is known of its memory.
+    if let Ok(alone) = probe::measured(&crate::words::with(words, &setting.words), &options.out) {
+        (found.cost.cold_ms, found.cost.peak_bytes) = (alone.cold_ms, alone.peak_bytes);
+    }
     let mut error = figures(&found.image, reference)?;
     if let Some(flicker) = flicker(&mut prepared, camera, &reference.moving)? {
         error.insert(FLICKER.into(), json!(flicker));

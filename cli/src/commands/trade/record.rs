@@ -60,12 +60,13 @@ pub(super) struct Cost {
     pub(super) spread: f64,
     /// Elapsed time from nothing to the first picture, cold: reading, preparing, drawing once, ms.
     pub(super) cold_ms: f64,
-    /// Most memory above what the process held before, bytes; none where the system does not tell.
+    /// Most memory of a process that reads, prepares, and draws once, bytes; none where the system does not tell.
     pub(super) peak_bytes: Option<u64>,
 }
 
 /// Columns of the error in a row, in the order of the tables.
-pub(super) const ERRORS: [&str; 8] = ["rmse", "psnr", "max", "p999", "ssim", "flip", "flip-max", "flicker"];
+pub(super) const ERRORS: [&str; 9] =
+    ["rmse", "psnr", "max", "p99", "p999", "ssim", "flip", "flip-max", "flicker"];
 
 impl Report {
     /// What an earlier run of the same command left in `folder`, if there is any.

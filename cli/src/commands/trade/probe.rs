@@ -1,0 +1,51 @@
+//! What a setting takes in a process of its own: memory, and the time from nothing to the first picture.
+//!
+//! A process that has measured other settings holds what they left behind, and would tell the memory of a later one as
+//! next to nothing. So the program starts itself once for each setting, to read, prepare, and draw one picture.
+//! Limits: the time does not count the start of the process; memory is told on Linux alone.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use anyhow::{Context, Result, ensure};
+use serde::{Deserialize, Serialize};
+
+use crate::args::TradeOptions;
+use crate::report;
+
+/// What one picture takes.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+pub(super) struct Alone {
+    /// Elapsed time: reading, preparing, drawing once, ms.
+    pub(super) cold_ms: f64,
+    /// Most memory that the process held, bytes.
+    pub(super) peak_bytes: Option<u64>,
+}
+
+/// Draws one picture of the words, and prints what it took.
+pub(super) fn run(options: &TradeOptions, words: &[String]) -> Result<()> {
+    let start = std::time::Instant::now();
+    let mut prepared = super::prepared(options, words, &[])?;
+    let camera = *prepared.cameras.first().context("there is no camera to draw from")?;
+    (prepared.render)(&camera)?;
+    let alone = Alone { cold_ms: report::ms_since(start), peak_bytes: report::peak_bytes() };
+    println!("{}", serde_json::to_string(&alone)?);
+    Ok(())
+}
+
+/// What the words take in a process of their own. Nothing is written to the folder of the report.
+pub(super) fn measured(words: &[String], folder: &Path) -> Result<Alone> {
+    let mut command = Command::new(std::env::current_exe()?);
+    command
+        .args(["trade", "--probe", "--out"])
+        .arg(folder)
+        .args(words)
+        .stdin(Stdio::null())
+        .stderr(Stdio::null());
+    // Ctrl-C asks this process to stop after the setting, and leaves the other alone.
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(&mut command, 0);
+    let output = command.output()?;
+    ensure!(output.status.success(), "the setting cannot be drawn by itself");
+    Ok(serde_json::from_slice(&output.stdout)?)
+}
