@@ -8,7 +8,8 @@ const colour = (k) => colours[k % colours.length];
 const rim = (k) => (k < colours.length ? "" : "rim");
 const groups = [...new Set(rows.map((row) => row.group))];
 const more = new Set(["psnr", "ssim"]);
-const size = { width: 720, height: 460, left: 64, right: 16, top: 16, bottom: 44 };
+// The names of the ladders stand to the right of the axes.
+const size = { width: 840, height: 460, left: 64, right: 140, top: 16, bottom: 44 };
 let chosen = -1;
 
 function element(name, attributes, parent) {
@@ -81,8 +82,8 @@ function draw() {
     circle.addEventListener("mouseenter", () => show(p.index));
   }
   groups.forEach((group, k) => {
-    element("circle", { cx: size.width - 130, cy: 22 + 16 * k, r: 5, fill: colour(k), class: rim(k) }, svg);
-    text(group, { x: size.width - 120, y: 26 + 16 * k }, "start");
+    element("circle", { cx: size.width - size.right + 18, cy: 22 + 16 * k, r: 5, fill: colour(k), class: rim(k) }, svg);
+    text(group, { x: size.width - size.right + 28, y: 26 + 16 * k }, "start");
   });
 }
 

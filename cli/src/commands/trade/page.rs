@@ -31,8 +31,8 @@ pub(super) fn html(report: &Report, folder: &Path) -> Result<String> {
             body {
                 h1 { "Speed against accuracy" }
                 p { code { (report.command) } }
-                p { (report.heading) ". Errors against " (report.reference) ", where it shows something; times are medians of "
-                    (report.reps) " frames, each beside one of the default. "
+                p { (report.heading) ". Errors against " (report.reference) ", where it shows something; times are medians over "
+                    (report.reps) @if report.reps == 1 { " frame" } @else { " frames" } ", each beside one of the default. "
                     @if report.left_out > 0 { (report.left_out) " combinations exclude each other and were left out." } }
                 (choices())
                 div id="views" {
