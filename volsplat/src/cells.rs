@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use crate::field::Grid;
 use crate::palette::Palette;
 use crate::sample::{Bounds, brick_corners};
-use crate::shade::held;
+use crate::shade::gradient_in_f32;
 use crate::support::Support;
 use crate::volume::{Volume, with_voxels};
 
@@ -368,7 +368,7 @@ fn gradients(at: impl Fn([isize; 3]) -> f32, bounds: &Bounds, world_from_grid: &
                     f64::from(at([0, 1, 0]) - at([0, -1, 0])),
                     f64::from(at([0, 0, 1]) - at([0, 0, -1])),
                 );
-                let [gx, gy, gz] = held(*world_from_grid * (0.5 * difference));
+                let [gx, gy, gz] = gradient_in_f32(*world_from_grid * (0.5 * difference));
                 table[vertex(x as usize, y as usize, z as usize)] = [gx, gy, gz, 0.0];
             }
         }

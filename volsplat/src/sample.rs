@@ -2,7 +2,7 @@
 //!
 //! Takes a volume and a transfer function (pre-classification: the function is applied to the voxel), gives bricks of
 //! 16^3 voxels that hold only what is not transparent: two bytes of place and four floats of colour and strength a
-//! sample. Memory and every later cost follow the visible voxels, not the grid. Bricks are in Morton order, so that a
+//! sample, and three of its gradient where it is lit. Memory and every later cost follow the visible voxels, not the grid. Bricks are in Morton order, so that a
 //! run of bricks is compact in space and touches few screen tiles.
 
 use glam::{DAffine3, DVec3};

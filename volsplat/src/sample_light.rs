@@ -7,7 +7,8 @@
 //! that was nearer than the usual difference over three voxels for every kernel, and than the kernel's own derivative for all
 //! but the wide kernels at the limit of what the voxels can carry (see the accuracy ladder); and it serves points too, which
 //! have no derivative. Where kernels interpolate, the differences are those of the coefficients.
-//! Beyond the volume its outermost voxels go on: across its faces the gradient is half of the one inside.
+//! Limits: beyond the volume its outermost voxels go on, so that across its faces the gradient is half of the one inside; a cell,
+//! or a part of one, has the gradient in its middle.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f32x8};
@@ -18,8 +19,7 @@ use resample_core::{Camera, GridView, Projection};
 
 use crate::field::Grid;
 use crate::sample::{Brick, Samples, place};
-use crate::shade::{ShadeSettings, held};
-use crate::sheets::channel::GradientRamp;
+use crate::shade::{GradientRamp, ShadeSettings, gradient_in_f32};
 
 const LANES: usize = 8;
 
@@ -38,7 +38,7 @@ pub(crate) fn set_gradients<T: Copy + Into<f64> + Sync>(
         let differences = Differences::new(grid, brick.bounds.range().map(|end| voxel(end.map(f64::from))));
         let gradient = |&packed: &u16| {
             let at = differences.at(voxel(place(packed).map(f64::from)));
-            held(world_from_gradient * at)
+            gradient_in_f32(world_from_gradient * at)
         };
         brick.gradients = brick.places.iter().map(gradient).collect();
     });

@@ -1,7 +1,7 @@
-//! Shading of a sample by the gradient of the field: Lambert's cosine and Phong's highlight, on both sides.
+//! What the gradient of the field makes of a sample: Lambert's cosine and Phong's highlight, on both sides, and the ramp over its
+//! length.
 //!
-//! The gradient at a sample is the trilinear mix of central differences at the voxels, in world units, so that a
-//! stretched grid is lit as it stands in the world. A sample without a gradient gets the ambient part alone.
+//! Gradients are in world units, so that a stretched grid is lit as it stands in the world. A sample without a gradient gets the ambient part alone.
 //! Source: B. T. Phong, "Illumination for Computer Generated Pictures", Communications of the ACM 18(6), 1975.
 
 use fearless_simd::prelude::*;
@@ -28,6 +28,14 @@ pub(crate) struct ShadeSettings {
     specular: f32,
 }
 
+/// A factor of the extinction that rises from 0 to 1 with the length of the gradient.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct GradientRamp {
+    low: f32,
+    /// 1 over the ramp's width.
+    scale: f32,
+}
+
 /// What light makes of a sample: a factor of its colour, and white to add.
 #[derive(Clone, Copy)]
 pub(crate) struct Lit<S: Simd> {
@@ -46,7 +54,7 @@ pub(crate) struct Polar<S: Simd> {
 }
 
 /// A gradient as f32, held where differences of two are still finite.
-pub(crate) fn held(gradient: DVec3) -> [f32; 3] {
+pub(crate) fn gradient_in_f32(gradient: DVec3) -> [f32; 3] {
     let most = DVec3::splat(0.25 * f64::from(f32::MAX));
     gradient.clamp(-most, most).as_vec3().to_array()
 }
@@ -66,6 +74,22 @@ impl<S: Simd> Polar<S> {
         let root = x.mul_add(x, y.mul_add(y, z * z)).sqrt();
         let unit = directed.select(constant(1.0) / root, constant(0.0));
         Self { directed, direction: [x * unit, y * unit, z * unit], length: largest * root }
+    }
+}
+
+impl GradientRamp {
+    /// A ramp from `low` to `high`, value per world unit, `low` below `high`.
+    pub(crate) fn new([low, high]: [f64; 2]) -> Self {
+        // A ramp narrower than f32 knows is a step.
+        Self { low: low as f32, scale: (1.0 / (high - low)).min(f64::from(f32::MAX)) as f32 }
+    }
+
+    /// The factors of samples with these gradients.
+    #[inline(always)]
+    pub(crate) fn factor<S: Simd>(&self, simd: S, gradient: [f32x8<S>; 3]) -> f32x8<S> {
+        let constant = |v: f32| f32x8::splat(simd, v);
+        let ramp = (Polar::new(simd, gradient).length - constant(self.low)) * constant(self.scale);
+        ramp.max(constant(0.0)).min(constant(1.0))
     }
 }
 

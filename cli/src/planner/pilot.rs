@@ -55,6 +55,8 @@ pub(super) struct Pilot {
     model: Model,
     /// What coarse pictures and their windows took.
     took: Took,
+    /// What the windows may take under the exact setting.
+    limit: Limit,
 }
 
 struct View {
@@ -74,8 +76,6 @@ struct Coarse {
     step: u32,
     /// Most pictures of a sequence that are looked at.
     looks: usize,
-    /// What the windows may take under the exact setting.
-    limit: Limit,
 }
 
 /// What the pilot found of a setting.
@@ -143,16 +143,16 @@ impl Pilot {
             model_ms: 0.0,
             model: model.clone(),
             took: Took::default(),
+            limit: Limit::new(ladders::path(&scene.command(&family.exact)?), (pictures, effort)),
         };
         let coarse = Coarse {
             command: scene.command(&family.coarse)?,
             step: if effort == Effort::Affordable { family.coarse_step } else { 1 },
             looks: family.coarse_looks,
-            limit: Limit::new(ladders::path(&scene.command(&family.exact)?), (pictures, effort)),
         };
         let middle = chosen(scene.opened.cameras(), 1)[0];
         let seen = pilot.coarse(scene, &coarse, &middle)?;
-        let fixed = pilot.model.fixed_share(&coarse.limit.path, &seen.counts);
+        let fixed = pilot.model.fixed_share(&pilot.limit.path, &seen.counts);
         let window = |side| WindowCost { cells: windows::covered_cells(&middle, &seen.image, side), fixed };
         let sides = look::sides(scene.parts, pixels);
         let Some(look) = look::closest((scene.parts, &sides), (pictures, effort), window) else {
@@ -167,7 +167,7 @@ impl Pilot {
             let sight = if camera == middle { seen.take() } else { None };
             pilot.add_view(scene, (&coarse, look.views), (camera, look.part, sight))?;
         }
-        if !pilot.thinned(&coarse.limit) {
+        if !pilot.thinned() {
             return Ok(None);
         }
         pilot.exact = Some(pilot.found(scene, &family.exact)?);
@@ -211,8 +211,7 @@ impl Pilot {
         let mut windows = windows::spread(&camera, &whole.image, (side_px, draws));
         self.took.whole.add(&self.model, &whole);
         let mut counts = self.coarse_windows(scene, coarse, &windows)?;
-        let fewer =
-            self.affordable_draws((&coarse.limit, views), (&whole.counts, &counts), (scene.parts, draws));
+        let fewer = self.affordable_draws(views, (&whole.counts, &counts), (scene.parts, draws));
         if fewer < draws {
             windows = windows::spread(&camera, &whole.image, (side_px, fewer));
             counts = self.coarse_windows(scene, coarse, &windows)?;

@@ -1,14 +1,11 @@
-//! What a channel's samples are read and classified with, and the ramp over the gradient.
+//! What a channel's samples are read and classified with.
 
-use fearless_simd::f32x8;
-use fearless_simd::prelude::*;
 use resample_core::OpacityMode;
 
 use super::classify::TransferTable;
 use crate::Error;
 use crate::palette::Palette;
 use crate::scene::{Channel, Look};
-use crate::shade::Polar;
 use crate::transfer::TransferFunction;
 
 /// How one channel becomes colour and extinction.
@@ -29,14 +26,6 @@ pub(crate) enum Reading {
     Nearest,
 }
 
-/// A factor of the extinction that rises from 0 to 1 with the length of the gradient.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct GradientRamp {
-    low: f32,
-    /// 1 over the ramp's width.
-    scale: f32,
-}
-
 impl ChannelSettings {
     /// The settings of scalars in this range.
     pub(crate) fn of_transfer(transfer: &TransferFunction, range: (f64, f64), opacity: OpacityMode) -> Self {
@@ -54,21 +43,5 @@ impl ChannelSettings {
                 value_range: (0.0, 0.0),
             },
         })
-    }
-}
-
-impl GradientRamp {
-    /// A ramp from `low` to `high`, value per world unit, `low` below `high`.
-    pub(crate) fn new([low, high]: [f64; 2]) -> Self {
-        // A ramp narrower than f32 knows is a step.
-        Self { low: low as f32, scale: (1.0 / (high - low)).min(f64::from(f32::MAX)) as f32 }
-    }
-
-    /// The factors of samples with these gradients.
-    #[inline(always)]
-    pub(crate) fn factor<S: Simd>(&self, simd: S, gradient: [f32x8<S>; 3]) -> f32x8<S> {
-        let constant = |v: f32| f32x8::splat(simd, v);
-        let ramp = (Polar::new(simd, gradient).length - constant(self.low)) * constant(self.scale);
-        ramp.max(constant(0.0)).min(constant(1.0))
     }
 }

@@ -15,7 +15,7 @@ use resample_core::tile::{ChunkBins, TILE_PX, TileGrid, TileRect};
 use resample_core::{Camera, GridView, OpacityMode, Projection};
 
 use super::cell_sample::{HalfRow, LANES};
-use super::channel::{ChannelSettings, GradientRamp};
+use super::channel::ChannelSettings;
 use super::classify::TransferTable;
 use super::isosurface::{AnchoredRays, IsoSettings};
 use super::section::SectionTable;
@@ -23,7 +23,7 @@ use super::statistic::Statistic;
 use crate::clip::AnchoredHalfSpace;
 use crate::field::FieldBrick;
 use crate::sample::place;
-use crate::shade::ShadeSettings;
+use crate::shade::{GradientRamp, ShadeSettings};
 
 /// A voxel as the tiles need it.
 #[derive(Clone, Copy, Debug, Default)]

@@ -43,7 +43,7 @@ use glam::{DAffine3, DVec3};
 use resample_core::composite::DepthRule;
 use resample_core::{Camera, GridView};
 
-use self::channel::{ChannelSettings, GradientRamp, Reading};
+use self::channel::{ChannelSettings, Reading};
 use self::frame::{Anchor, SheetSettings};
 use self::gather::is_plain;
 use self::isosurface::IsoSettings;
@@ -64,7 +64,7 @@ use crate::options::{Blend, DepthPlane, RenderOptions, SheetSums, Subpixels};
 use crate::picture::{TileDepth, TileLayout};
 use crate::sample::{Bounds, bounds_in_world};
 use crate::scene::{Look, Scene};
-use crate::shade::ShadeSettings;
+use crate::shade::{GradientRamp, ShadeSettings};
 use crate::stats::FrameStats;
 use crate::subpixels::{automatic, refined};
 use crate::support::Support;

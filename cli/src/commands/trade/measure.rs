@@ -10,6 +10,7 @@ use cpu_time::ProcessTime;
 use resample_core::{Camera, Image};
 use serde_json::{Map, Value};
 
+use super::probe::Alone;
 use super::record::Cost;
 use crate::commands::Prepared;
 use crate::picture::Render;
@@ -38,17 +39,15 @@ pub(super) struct Baseline<'a> {
     pub(super) time: Time,
 }
 
-/// Prepares a setting, draws `reps` frames beside the default's, and gives the picture.
+/// Prepares a setting, draws `reps` frames beside the default's, and gives the picture. `alone` is what it took by itself.
 pub(super) fn setting(
     prepare: impl FnOnce() -> Result<Prepared>,
     camera: &Camera,
-    reps: u16,
+    (reps, alone): (u16, Alone),
     baseline: &mut Baseline,
 ) -> Result<(Measured, Prepared)> {
-    let start = Instant::now();
     let mut prepared = prepare()?;
     let first = (prepared.render)(camera)?;
-    let cold_ms = report::ms_since(start);
     let (mut wall, mut cpu) = (Vec::new(), Vec::new());
     for _ in 0..reps {
         let default = timed(baseline.render, camera)?;
@@ -61,8 +60,8 @@ pub(super) fn setting(
         wall_ms: quartiles(wall)[1] * baseline.time.wall_ms,
         cpu_ms: cpu_middle * baseline.time.cpu_ms,
         spread: 0.5 * (cpu_high - cpu_low) / cpu_middle,
-        cold_ms,
-        peak_bytes: None,
+        cold_ms: alone.cold_ms,
+        peak_bytes: alone.peak_bytes,
     };
     let counts = numbers(first.account.keys);
     Ok((Measured { cost, image: first.image, counts }, prepared))

@@ -196,11 +196,8 @@ fn measured(
     (camera, baseline): (&Camera, &mut Baseline),
 ) -> Result<Row> {
     let prepare = || prepared(options, words, &setting.words);
-    let (mut found, mut prepared) = measure::setting(prepare, camera, options.reps, baseline)?;
-    // Where it does not run by itself, the first picture here stands in, and nothing is known of its memory.
-    if let Ok(alone) = probe::measured(&crate::words::with(words, &setting.words), &options.out) {
-        (found.cost.cold_ms, found.cost.peak_bytes) = (alone.cold_ms, alone.peak_bytes);
-    }
+    let alone = probe::measured(&crate::words::with(words, &setting.words), &options.out)?;
+    let (found, mut prepared) = measure::setting(prepare, camera, (options.reps, alone), baseline)?;
     let mut error = figures(&found.image, reference)?;
     if let Some(flicker) = flicker(&mut prepared, camera, &reference.moving)? {
         error.insert(FLICKER.into(), json!(flicker));

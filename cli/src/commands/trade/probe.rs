@@ -7,7 +7,7 @@
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
 
 use crate::args::TradeOptions;
@@ -35,17 +35,15 @@ pub(super) fn run(options: &TradeOptions, words: &[String]) -> Result<()> {
 
 /// What the words take in a process of their own. Nothing is written to the folder of the report.
 pub(super) fn measured(words: &[String], folder: &Path) -> Result<Alone> {
-    let mut command = Command::new(std::env::current_exe()?);
-    command
-        .args(["trade", "--probe", "--out"])
-        .arg(folder)
-        .args(words)
-        .stdin(Stdio::null())
-        .stderr(Stdio::null());
+    let program = std::env::current_exe().context("the program does not know where it lies")?;
+    let mut command = Command::new(program);
+    command.args(["trade", "--probe", "--out"]).arg(folder).args(words).stdin(Stdio::null());
     // Ctrl-C asks this process to stop after the setting, and leaves the other alone.
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
-    let output = command.output()?;
-    ensure!(output.status.success(), "the setting cannot be drawn by itself");
+    let output = command.output().context("the program cannot start itself")?;
+    if !output.status.success() {
+        bail!("{}", String::from_utf8_lossy(&output.stderr).trim().trim_start_matches("error: "));
+    }
     Ok(serde_json::from_slice(&output.stdout)?)
 }

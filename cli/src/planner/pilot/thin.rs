@@ -43,10 +43,11 @@ impl Pilot {
     /// How many of the draws of one of `views` pictures can be afforded, but no fewer than parts of a picture need.
     pub(super) fn affordable_draws(
         &self,
-        (limit, views): (&Limit, usize),
+        views: usize,
         counts: (&Counts, &[Counts]),
         (parts, draws): (Parts, usize),
     ) -> usize {
+        let limit = &self.limit;
         let share = limit.share(&self.model, counts) * views as f64;
         match parts {
             Parts::Windows { least, .. } if share > limit.most => {
@@ -57,8 +58,9 @@ impl Pilot {
     }
 
     /// Leaves out pictures until the windows can be afforded; whether they can.
-    pub(super) fn thinned(&mut self, limit: &Limit) -> bool {
+    pub(super) fn thinned(&mut self) -> bool {
         loop {
+            let limit = &self.limit;
             let coarse = self.views.iter().filter_map(|view| view.coarse.as_ref());
             let share: f64 =
                 coarse.map(|(whole, windows)| limit.share(&self.model, (whole, windows.as_slice()))).sum();
@@ -116,7 +118,7 @@ mod tests {
     }
 
     /// Eight views of a sequence, whose windows hold six tenths of the work; the sixth has the most contrast.
-    fn pilot(pictures: usize) -> Pilot {
+    fn pilot(pictures: usize, effort: Effort) -> Pilot {
         let pose = LookAt { position: DVec3::new(0.0, 0.0, 5.0), target: DVec3::ZERO, up: DVec3::Y };
         let camera = Camera::perspective(&pose, 0.5, [96, 96]).expect("a camera");
         let view = |place: usize| View {
@@ -135,27 +137,26 @@ mod tests {
             model_ms: 0.0,
             model: model(0.0),
             took: Took::default(),
+            limit: Limit::new("volsplat x".into(), (pictures, effort)),
         }
     }
 
     #[test]
     fn pictures_are_left_out_until_the_rest_can_be_afforded() {
-        let limit = |pictures| Limit::new("volsplat x".into(), (pictures, Effort::Affordable));
+        let pilot = |pictures| pilot(pictures, Effort::Affordable);
         let mut long = pilot(100);
-        assert!(long.thinned(&limit(100)) && long.views.len() == 8, "4.8 of 7 pictures");
+        assert!(long.thinned() && long.views.len() == 8, "4.8 of 7 pictures");
         let mut short = pilot(64);
-        assert!(short.thinned(&limit(64)) && short.views.len() == 4, "2.4 of 4.5 pictures");
+        assert!(short.thinned() && short.views.len() == 4, "2.4 of 4.5 pictures");
         assert!(short.views.iter().any(|view| view.unrest > 1.0), "the one with the most contrast stays");
-        assert!(!pilot(8).thinned(&limit(8)), "two views would take 1.2 of 0.6 pictures");
+        assert!(!pilot(8).thinned(), "two views would take 1.2 of 0.6 pictures");
     }
 
     #[test]
     fn draws_are_left_out_first_but_not_below_the_least() {
         let parts = Parts::Windows { side_px: 16, least: 6, guard_px: 0 };
-        let pilot = pilot(1);
         let draws = |effort, windows: &[Counts]| {
-            let limit = Limit::new("volsplat x".into(), (1, effort));
-            pilot.affordable_draws((&limit, 1), (&counts(100.0), windows), (parts, 18))
+            pilot(1, effort).affordable_draws(1, (&counts(100.0), windows), (parts, 18))
         };
         assert_eq!(draws(Effort::Affordable, &[counts(5.0)]), 18, "a twentieth");
         assert_eq!(draws(Effort::Affordable, &[counts(10.0)]), 12, "a tenth, where 0.07 are allowed");
