@@ -8,8 +8,8 @@ use resample_tests::analytic_fields::AnalyticField;
 use resample_tests::scenes::render;
 use volsplat::transfer::{ColourKnot, OpacityKnot};
 use volsplat::{
-    Cells, Channel, Classify, Clip, Interpolate, Light, Look, Order, RenderOptions, Renderer, Scene, Shading,
-    SheetKernel, SheetSums, Subpixels, TransferFunction, Volume, Voxels,
+    Blend, Cells, Channel, Classify, Clip, Interpolate, Light, Look, Order, RenderOptions, Renderer, Scene,
+    Shading, SheetKernel, SheetSums, Subpixels, TransferFunction, Volume, Voxels,
 };
 
 /// Ambient and diffuse share, highlight and its exponent, as the shading's documentation gives them.
@@ -351,6 +351,7 @@ fn shading_where_it_cannot_be_is_refused() {
     let lit = options(Shading::Phong, Light::Headlight);
     for bad in [
         RenderOptions { sheet_sums: SheetSums::Scatter, ..lit.clone() },
+        RenderOptions { blend: Blend::Maximum, ..lit.clone() },
         RenderOptions { light: Light::Towards(DVec3::ZERO), ..lit.clone() },
         RenderOptions { light: Light::Towards(DVec3::NAN), ..lit.clone() },
     ] {

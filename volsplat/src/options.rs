@@ -339,6 +339,11 @@ impl RenderOptions {
         self.order == Order::ImageSheets && self.sheet_sums == SheetSums::Gather && !self.sums_kernels()
     }
 
+    /// Whether the gradient changes what is seen.
+    pub(crate) fn follows_gradient(&self) -> bool {
+        self.shading != Shading::None || self.gradient_opacity.is_some()
+    }
+
     /// Whether samples have gradients: all but the image sheets that scatter the trilinear field.
     fn has_gradients(&self) -> bool {
         self.order != Order::ImageSheets || self.sums_kernels() || self.sheet_sums == SheetSums::Gather
@@ -353,27 +358,20 @@ impl RenderOptions {
                     .into(),
             );
         }
-        if self.gradient_opacity.is_some() && !self.has_gradients() {
-            return wrong(
-                "opacity by the gradient is not for sheets that scatter: use --sheet-sums gather".into(),
-            );
-        }
         match (self.blend, self.gradient_opacity) {
             (Blend::Isosurface(iso), _) if !iso.value.is_finite() || !(iso.value as f32).is_finite() => {
                 wrong(format!("the surface is at {}, expected a finite number", iso.value))
             }
-            (Blend::Isosurface(iso), _) if !(iso.opacity > 0.0 && iso.opacity <= 1.0) => wrong(format!(
-                "the opacity of the surface is {}, expected more than 0, and at most 1",
-                iso.opacity
-            )),
+            (Blend::Isosurface(iso), _) if !(iso.opacity > 0.0 && iso.opacity <= 1.0) => {
+                wrong(format!("the opacity of the surface is {}, expected above 0, at most 1", iso.opacity))
+            }
             (Blend::Isosurface(Isosurface { colour: Some(rgb), .. }), _)
                 if !rgb.iter().all(|c| c.is_finite() && *c >= 0.0) =>
             {
                 wrong(format!("the colour of the surface is {rgb:?}, expected finite numbers from 0 on"))
             }
             (_, Some([low, high])) if !(low >= 0.0 && low < high && high.is_finite()) => wrong(format!(
-                "the ramp over the gradient goes from {low} to {high}: expected finite numbers from 0 on, the first below \
-                 the second"
+                "the ramp over the gradient is {low} to {high}, expected finite numbers from 0 on, rising"
             )),
             (blend, Some(_)) if blend != Blend::Emission => {
                 wrong("opacity by the gradient goes with emission only: leave out --blend".into())
@@ -383,13 +381,17 @@ impl RenderOptions {
     }
 
     fn validate_shading(&self) -> Result<(), Error> {
-        if self.shading != Shading::None && !self.has_gradients() {
-            let what = "shading is not for sheets that scatter: use --sheet-sums gather";
-            return Err(Error::Option(what.into()));
-        }
+        let is_statistic = matches!(self.blend, Blend::Maximum | Blend::Minimum | Blend::Average);
+        let wrong = |what: &str| Err(Error::Option(what.into()));
         match self.light {
+            _ if self.follows_gradient() && !self.has_gradients() => {
+                wrong("sheets that scatter have no gradients: use --sheet-sums gather")
+            }
+            _ if self.shading != Shading::None && is_statistic => {
+                wrong("a greatest, least or mean scalar is not lit: leave out --shade or --blend")
+            }
             Light::Towards(direction) if direction.try_normalize().is_none() => {
-                Err(Error::Option(format!("the light comes from {direction}, expected a direction")))
+                wrong(&format!("the light comes from {direction}, expected a direction"))
             }
             _ => Ok(()),
         }

@@ -165,6 +165,7 @@ fn options_of_another_order_are_refused() {
     assert_refused(&bench, &words("--subpixel 3"), "--subpixel");
     assert_one_line(&bench, &words("--order every-sample --shade phong --labels"), "one channel of scalars");
     assert_one_line(&bench, &words("--sheet-sums scatter --shade phong"), "gather");
+    assert_one_line(&bench, &words("--blend maximum --shade phong"), "--shade");
     assert_refused(&bench, &words("--shade phong --light 0,0,0"), "--light");
     bench.write("slice.raw", &[200; 64]);
     let slice = "volsplat slice.raw --dims 8,8,1 --type u8 --order image-sheets -o out/a.png";

@@ -11,7 +11,7 @@ use super::statistic::Statistic;
 use super::{ImageSheets, Source};
 use crate::Error;
 use crate::cells::{CellField, FieldPlan, Gradients, PlannedChannel, Shown};
-use crate::options::{Blend, RenderOptions, Shading};
+use crate::options::{Blend, RenderOptions};
 use crate::palette::Palette;
 use crate::scene::{Channel, Look, Scene};
 use crate::support::Support;
@@ -72,8 +72,7 @@ pub(crate) fn plan<'a>(scene: &Scene<'a>, options: &RenderOptions) -> Result<Fie
 
 /// Whether the bricks need gradients.
 pub(crate) fn gradients(options: &RenderOptions) -> Gradients {
-    let needed = options.shading != Shading::None || options.gradient_opacity.is_some();
-    if needed { Gradients::With } else { Gradients::Without }
+    if options.follows_gradient() { Gradients::With } else { Gradients::Without }
 }
 
 /// The scalars that are seen.
