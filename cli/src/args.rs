@@ -49,8 +49,8 @@ pub(crate) use texmap::{
 };
 pub(crate) use trade::{SceneArg, TradeArgs, TradeOptions};
 pub(crate) use warp3d::{
-    AnaglyphArg, BlendArg, DepthArgs, DepthKindArg, FillArg, MethodArg, MixedArg, VisibilityArg, Warp3dArgs,
-    WarpArgs,
+    AnaglyphArg, BlendArg, DepthArgs, DepthKindArg, FillArg, MethodArg, MixedArg, VisibilityArg,
+    Warp3dArgs, WarpArgs,
 };
 
 /// Forward resampling: clean pictures from discrete samples

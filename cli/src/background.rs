@@ -39,10 +39,17 @@ impl Background {
         let texture = texmap::load_picture(path)?;
         let linear = |code: u8| linear_from_srgb(f32::from(code) / 255.0);
         let rgb = match texture.texels {
-            Texels::Srgb8(texels) => texels.iter().map(|&[r, g, b, _]| [r, g, b].map(linear)).collect(),
+            Texels::Srgb8(texels) => texels
+                .iter()
+                .map(|&[r, g, b, _]| [r, g, b].map(linear))
+                .collect(),
             Texels::LinearF32(texels) => texels.iter().map(|&[r, g, b, _]| [r, g, b]).collect(),
         };
-        Ok(Self::Picture(Arc::new(Backdrop { width: texture.width, height: texture.height, rgb })))
+        Ok(Self::Picture(Arc::new(Backdrop {
+            width: texture.width,
+            height: texture.height,
+            rgb,
+        })))
     }
 
     /// The picture with this behind it.
@@ -62,18 +69,24 @@ impl Backdrop {
         let step = (self.width as f64 / width as f64).min(self.height as f64 / height as f64);
         let columns = taps(self.width, width, step);
         let rows = taps(self.height, height, step);
-        image.rgba.par_chunks_mut(width).zip(&rows).for_each(|(pixels, row)| {
-            let line = self.mixed_rows(row);
-            for (pixel, column) in pixels.iter_mut().zip(&columns) {
-                lay_over(pixel, mixed(column, |at| line[at]));
-            }
-        });
+        image
+            .rgba
+            .par_chunks_mut(width)
+            .zip(&rows)
+            .for_each(|(pixels, row)| {
+                let line = self.mixed_rows(row);
+                for (pixel, column) in pixels.iter_mut().zip(&columns) {
+                    lay_over(pixel, mixed(column, |at| line[at]));
+                }
+            });
         image
     }
 
     /// One row of the backdrop, mixed from those under a row of the picture.
     fn mixed_rows(&self, taps: &[(usize, f32)]) -> Vec<[f32; 3]> {
-        (0..self.width).map(|x| mixed(taps, |y| self.rgb[y * self.width + x])).collect()
+        (0..self.width)
+            .map(|x| mixed(taps, |y| self.rgb[y * self.width + x]))
+            .collect()
     }
 }
 
@@ -112,18 +125,30 @@ fn lay_over(pixel: &mut [f32; 4], behind: [f32; 3]) {
 mod tests {
     use super::*;
 
-    fn backdrop(width: usize, height: usize, colour: impl Fn(usize, usize) -> [f32; 3]) -> Background {
-        let rgb = (0..width * height).map(|i| colour(i % width, i / width)).collect();
+    fn backdrop(
+        width: usize,
+        height: usize,
+        colour: impl Fn(usize, usize) -> [f32; 3],
+    ) -> Background {
+        let rgb = (0..width * height)
+            .map(|i| colour(i % width, i / width))
+            .collect();
         Background::Picture(Arc::new(Backdrop { width, height, rgb }))
     }
 
     #[test]
     fn an_even_background_stays_even_at_any_size() {
         for (width, height) in [(1, 1), (7, 3), (640, 480)] {
-            let image = backdrop(width, height, |_, _| [0.2, 0.4, 0.8]).behind(Image::transparent(31, 17));
+            let image =
+                backdrop(width, height, |_, _| [0.2, 0.4, 0.8]).behind(Image::transparent(31, 17));
             for pixel in &image.rgba {
-                let off = (0..3).map(|c| (pixel[c] - [0.2, 0.4, 0.8][c]).abs()).fold(0.0, f32::max);
-                assert!(off < 1e-5 && pixel[3] == 1.0, "{width}x{height}: {pixel:?} is not the even colour");
+                let off = (0..3)
+                    .map(|c| (pixel[c] - [0.2, 0.4, 0.8][c]).abs())
+                    .fold(0.0, f32::max);
+                assert!(
+                    off < 1e-5 && pixel[3] == 1.0,
+                    "{width}x{height}: {pixel:?} is not the even colour"
+                );
             }
         }
     }
@@ -133,7 +158,11 @@ mod tests {
         // Red, green and blue thirds: a square picture shows the green one.
         let third = |x: usize| [0, 1, 2].map(|c| if x / 10 == c { 1.0 } else { 0.0 });
         let image = backdrop(30, 10, |x, _| third(x)).behind(Image::transparent(10, 10));
-        assert!(image.rgba.iter().all(|pixel| pixel[1] == 1.0), "only green: {:?}", image.pixel(0, 0));
+        assert!(
+            image.rgba.iter().all(|pixel| pixel[1] == 1.0),
+            "only green: {:?}",
+            image.pixel(0, 0)
+        );
     }
 
     #[test]
@@ -141,6 +170,10 @@ mod tests {
         let mut image = Image::transparent(1, 1);
         image.rgba[0] = [0.25, 0.5, 0.75, 1.0];
         let seen = backdrop(1, 1, |_, _| [1.0; 3]).behind(image);
-        assert_eq!(seen.rgba[0], [0.25, 0.5, 0.75, 1.0], "the picture's own pixel");
+        assert_eq!(
+            seen.rgba[0],
+            [0.25, 0.5, 0.75, 1.0],
+            "the picture's own pixel"
+        );
     }
 }

@@ -10,17 +10,26 @@ use crate::output::Format;
 
 /// The planes that were asked for. Only an EXR file has a place for them.
 pub(crate) fn layers(args: &BlendArgs, format: Format) -> Result<Vec<Layer>> {
-    let Some(layers) = &args.layers else { return Ok(Vec::new()) };
+    let Some(layers) = &args.layers else {
+        return Ok(Vec::new());
+    };
     if format != Format::Exr {
         bail!("--layers: only a name that ends in .exr has a place for them");
     }
-    if let Some(twice) = layers.iter().enumerate().find(|(i, layer)| layers[..*i].contains(layer)) {
+    if let Some(twice) = layers
+        .iter()
+        .enumerate()
+        .find(|(i, layer)| layers[..*i].contains(layer))
+    {
         bail!(
             "--layers: {} is named twice",
             choices::VOLUME_LAYER.name(choices::VOLUME_LAYER.library(*twice.1))
         );
     }
-    Ok(layers.iter().map(|&layer| choices::VOLUME_LAYER.library(layer)).collect())
+    Ok(layers
+        .iter()
+        .map(|&layer| choices::VOLUME_LAYER.library(layer))
+        .collect())
 }
 
 /// What a pixel shows of its ray.

@@ -63,26 +63,49 @@ pub(crate) fn volume(scene: SceneArg, folder: &Path) -> Result<Vec<String>> {
         SceneArg::CheckerBox => (
             "checker-box",
             procedural::checker_box(100, 10)?,
-            map(&[(dark, [0.3, 0.4, 0.65]), (light, [0.95, 0.9, 0.85])], &[(dark, 0.9), (light, 0.9)]),
+            map(
+                &[(dark, [0.3, 0.4, 0.65]), (light, [0.95, 0.9, 0.85])],
+                &[(dark, 0.9), (light, 0.9)],
+            ),
         ),
         SceneArg::MarschnerLobb => (
             "marschner-lobb",
             procedural::marschner_lobb(96)?,
-            map(&[(0.0, [0.1, 0.1, 0.5]), (1.0, [0.9, 0.5, 0.2])], &[(0.0, 0.02), (0.5, 0.1), (1.0, 0.9)]),
+            map(
+                &[(0.0, [0.1, 0.1, 0.5]), (1.0, [0.9, 0.5, 0.2])],
+                &[(0.0, 0.02), (0.5, 0.1), (1.0, 0.9)],
+            ),
         ),
         SceneArg::Blobs => (
             "blobs",
             procedural::blobs(96)?,
-            map(&[(0.0, [0.2, 0.3, 0.8]), (2.2, [1.0, 0.9, 0.6])], &[(0.1, 0.0), (1.4, 0.05), (2.4, 0.8)]),
+            map(
+                &[(0.0, [0.2, 0.3, 0.8]), (2.2, [1.0, 0.9, 0.6])],
+                &[(0.1, 0.0), (1.4, 0.05), (2.4, 0.8)],
+            ),
         ),
     };
     let (bytes, kind) = raw(&volume)?;
-    let (raw, json) = (folder.join(format!("{name}.raw")), folder.join(format!("{name}.json")));
+    let (raw, json) = (
+        folder.join(format!("{name}.raw")),
+        folder.join(format!("{name}.json")),
+    );
     output::write_bytes(&raw, &bytes)?;
     output::write_text(&json, &serde_json::to_string_pretty(&map)?)?;
     let dims = volume.dims.map(|n| n.to_string()).join(",");
     let (raw, json) = (raw.display().to_string(), json.display().to_string());
-    Ok(["volsplat", &raw, "--dims", &dims, "--type", kind, "--transfer", &json].map(str::to_owned).to_vec())
+    Ok([
+        "volsplat",
+        &raw,
+        "--dims",
+        &dims,
+        "--type",
+        kind,
+        "--transfer",
+        &json,
+    ]
+    .map(str::to_owned)
+    .to_vec())
 }
 
 /// Writes a ball over a ground, both with a checkerboard, into `folder`, and gives the words that draw them.
@@ -100,7 +123,9 @@ pub(crate) fn mesh(folder: &Path, texture: Texture, triangles: Triangles) -> Res
     output::write_text(&obj, &ball_on_ground(columns, rows))?;
     output::write_picture(&picture, Format::Png(Depth::Eight), &checkerboard(side_px))?;
     let (obj, picture) = (obj.display().to_string(), picture.display().to_string());
-    Ok(["texmap", &obj, "--texture", &picture].map(str::to_owned).to_vec())
+    Ok(["texmap", &obj, "--texture", &picture]
+        .map(str::to_owned)
+        .to_vec())
 }
 
 /// Writes a picture with depth of a ball before a wall into `folder`, and gives the words that show it from beside.
@@ -112,10 +137,15 @@ pub(crate) fn depth_image(folder: &Path, size: DepthSize) -> Result<Vec<String>>
     };
     let path = folder.join(format!("{name}.exr"));
     output::write_picture(&path, Format::Exr, &image)?;
-    let (path, fov) = (path.display().to_string(), format!("fov:{DEPTH_IMAGE_FOV_Y_DEG}"));
+    let (path, fov) = (
+        path.display().to_string(),
+        format!("fov:{DEPTH_IMAGE_FOV_Y_DEG}"),
+    );
     let to = format!("shift:{},{},{}", NEW_EYE.x, NEW_EYE.y, NEW_EYE.z);
     let depth = format!("{path}:Z");
-    Ok(["warp3d", &path, &depth, "--from", &fov, "--to", &to].map(str::to_owned).to_vec())
+    Ok(["warp3d", &path, &depth, "--from", &fov, "--to", &to]
+        .map(str::to_owned)
+        .to_vec())
 }
 
 /// Every second pixel of every second row, with its depth.
@@ -124,7 +154,10 @@ fn halved(image: &Image) -> Image {
     let mut half = Image::transparent(width, height);
     let at = |index: usize| index / width * 2 * image.width + index % width * 2;
     let all = 0..width * height;
-    half.depth = image.depth.as_ref().map(|depth| all.clone().map(|index| depth[at(index)]).collect());
+    half.depth = image
+        .depth
+        .as_ref()
+        .map(|depth| all.clone().map(|index| depth[at(index)]).collect());
     half.rgba = all.map(|index| image.rgba[at(index)]).collect();
     half
 }
@@ -148,7 +181,10 @@ fn ball_on_ground(columns: usize, rows: usize) -> String {
             let at = 5 + row * (columns + 1) + column;
             let (right, below) = (at + 1, at + columns + 1);
             let after = below + 1;
-            let _ = writeln!(text, "f {at}/{at} {right}/{right} {after}/{after} {below}/{below}");
+            let _ = writeln!(
+                text,
+                "f {at}/{at} {right}/{right} {after}/{after} {below}/{below}"
+            );
         }
     }
     text
@@ -159,9 +195,18 @@ fn checkerboard(side: usize) -> Image {
     let mut image = Image::transparent(side, side);
     for (index, pixel) in image.rgba.iter_mut().enumerate() {
         let (x, y) = (index % side, index / side);
-        let light = if (x / cell + y / cell).is_multiple_of(2) { 0.8 } else { 0.1 };
+        let light = if (x / cell + y / cell).is_multiple_of(2) {
+            0.8
+        } else {
+            0.1
+        };
         // A slow gradient tells the cells apart.
-        *pixel = [light, light * x as f32 / side as f32, light * y as f32 / side as f32, 1.0];
+        *pixel = [
+            light,
+            light * x as f32 / side as f32,
+            light * y as f32 / side as f32,
+            1.0,
+        ];
     }
     image
 }
@@ -200,7 +245,11 @@ fn seen(eye: DVec3, ray: DVec3) -> ([f32; 3], f64) {
     let to_ball = DVec3::new(0.0, 0.0, 4.0) - eye;
     let (a, b) = (ray.length_squared(), ray.dot(to_ball));
     let under_root = b * b - a * (to_ball.length_squared() - 1.0);
-    let (z, scale) = if under_root > 0.0 { ((b - under_root.sqrt()) / a, 4.0) } else { (wall, 1.5) };
+    let (z, scale) = if under_root > 0.0 {
+        ((b - under_root.sqrt()) / a, 4.0)
+    } else {
+        (wall, 1.5)
+    };
     let at = eye + z * ray;
     let odd = ((at.x * scale).floor() + (at.y * scale).floor()).rem_euclid(2.0);
     let light = (0.2 + 0.6 * odd) as f32;
@@ -211,15 +260,26 @@ fn seen(eye: DVec3, ray: DVec3) -> ([f32; 3], f64) {
 fn raw(volume: &Volume) -> Result<(Vec<u8>, &'static str)> {
     match &volume.voxels {
         Voxels::U8(voxels) => Ok((voxels.to_vec(), "u8")),
-        Voxels::F32(voxels) => Ok((voxels.iter().flat_map(|value| value.to_le_bytes()).collect(), "f32")),
+        Voxels::F32(voxels) => Ok((
+            voxels
+                .iter()
+                .flat_map(|value| value.to_le_bytes())
+                .collect(),
+            "f32",
+        )),
         _ => bail!("--scene: a formula of another type than u8 or f32"),
     }
 }
 
 /// A colour map as ParaView writes it, colours in sRGB.
 fn map(colours: &[(f64, [f64; 3])], opacities: &[(f64, f64)]) -> Value {
-    let rgb: Vec<f64> = colours.iter().flat_map(|&(value, [r, g, b])| [value, r, g, b]).collect();
-    let points: Vec<f64> =
-        opacities.iter().flat_map(|&(value, opacity)| [value, opacity, 0.5, 0.0]).collect();
+    let rgb: Vec<f64> = colours
+        .iter()
+        .flat_map(|&(value, [r, g, b])| [value, r, g, b])
+        .collect();
+    let points: Vec<f64> = opacities
+        .iter()
+        .flat_map(|&(value, opacity)| [value, opacity, 0.5, 0.0])
+        .collect();
     json!([{"Name": "scene", "ColorSpace": "RGB", "RGBPoints": rgb, "Points": points}])
 }

@@ -74,7 +74,11 @@ pub(crate) fn read(path: &Path, defaults: &CameraDefaults) -> Result<CameraFile>
 impl FileCamera {
     /// A camera of another kind of file, which states no near plane.
     pub(crate) fn without_near(camera: Camera) -> Self {
-        Self { camera, near: NearPlane::FromBounds, target_distance: None }
+        Self {
+            camera,
+            near: NearPlane::FromBounds,
+            target_distance: None,
+        }
     }
 
     /// The camera as it stands: its near plane may be a placeholder.
@@ -114,7 +118,9 @@ impl FileCamera {
 pub(crate) fn read_value(path: &Path) -> Result<Value> {
     let mut text = String::new();
     // A limit on what is read, not on the size that the system tells: a pipe or a device tells none.
-    File::open(path)?.take(MAX_FILE_BYTES + 1).read_to_string(&mut text)?;
+    File::open(path)?
+        .take(MAX_FILE_BYTES + 1)
+        .read_to_string(&mut text)?;
     if text.len() as u64 > MAX_FILE_BYTES {
         bail!("the file has more than {MAX_FILE_BYTES} bytes, more than any camera file");
     }
@@ -140,7 +146,9 @@ fn cameras(value: Value, defaults: &CameraDefaults) -> Result<CameraFile> {
 /// One camera from its JSON object.
 pub(crate) fn one_camera(value: Value, defaults: &CameraDefaults) -> Result<FileCamera> {
     let mut fields = Fields::new(value)?;
-    let calibrated = ["fx", "fy", "cx", "cy", "R", "t"].iter().any(|key| fields.holds(key));
+    let calibrated = ["fx", "fy", "cx", "cy", "R", "t"]
+        .iter()
+        .any(|key| fields.holds(key));
     let camera = match calibrated {
         true => calibrated_camera(&mut fields, defaults)?,
         false => look_at_camera(&mut fields, defaults)?,
@@ -159,7 +167,9 @@ fn look_at_camera(fields: &mut Fields, defaults: &CameraDefaults) -> Result<File
     let size = defaults.size.unwrap_or(defaults.look_at_size);
     let size = [size.width, size.height];
     let mut camera = match fields.word("projection", ["perspective", "orthographic"])? {
-        Some("orthographic") => Camera::orthographic(&pose, fields.required_number("height")?, size)?,
+        Some("orthographic") => {
+            Camera::orthographic(&pose, fields.required_number("height")?, size)?
+        }
         _ => {
             let fov_y_deg = fields.number("fov_y")?.unwrap_or(defaults.fov_y_deg);
             Camera::perspective(&pose, fov_y_deg.to_radians(), size)?
@@ -169,7 +179,11 @@ fn look_at_camera(fields: &mut Fields, defaults: &CameraDefaults) -> Result<File
         camera.near = near;
     }
     let target_distance = Some(pose.position.distance(pose.target));
-    Ok(FileCamera { camera: camera.validated()?, near: NearPlane::Known, target_distance })
+    Ok(FileCamera {
+        camera: camera.validated()?,
+        near: NearPlane::Known,
+        target_distance,
+    })
 }
 
 fn calibrated_camera(fields: &mut Fields, defaults: &CameraDefaults) -> Result<FileCamera> {
@@ -183,8 +197,16 @@ fn calibrated_camera(fields: &mut Fields, defaults: &CameraDefaults) -> Result<F
         Some(size) => camera.resized(size.width, size.height)?,
         None => camera,
     };
-    let near = if given.is_some() { NearPlane::Known } else { NearPlane::FromBounds };
-    Ok(FileCamera { camera, near, target_distance: None })
+    let near = if given.is_some() {
+        NearPlane::Known
+    } else {
+        NearPlane::FromBounds
+    };
+    Ok(FileCamera {
+        camera,
+        near,
+        target_distance: None,
+    })
 }
 
 fn intrinsics(fields: &mut Fields) -> Result<Intrinsics> {

@@ -13,9 +13,9 @@ use volsplat::{
 };
 
 use crate::args::{
-    CellsArg, ClassifyArg, ColourByArg, FlatFootprintArg, FootprintArg, InterpolateArg, KernelArg, LayerArg,
-    LevelArg, MeshShadeArg, OpacityArg, OrderArg, ProjectionArg, SelectArg, ShadeArg, SheetSumsArg, SpaceArg,
-    TexmapMethodArg, VolumeLayerArg,
+    CellsArg, ClassifyArg, ColourByArg, FlatFootprintArg, FootprintArg, InterpolateArg, KernelArg,
+    LayerArg, LevelArg, MeshShadeArg, OpacityArg, OrderArg, ProjectionArg, SelectArg, ShadeArg,
+    SheetSumsArg, SpaceArg, TexmapMethodArg, VolumeLayerArg,
 };
 
 /// Pairs of a command line's value and a library's value; each of either occurs once.
@@ -29,8 +29,10 @@ pub(crate) const ORDER: Twins<OrderArg, Order> = Twins(&[
 ]);
 
 /// `--sheet-sums`
-pub(crate) const SHEET_SUMS: Twins<SheetSumsArg, SheetSums> =
-    Twins(&[(SheetSumsArg::Gather, SheetSums::Gather), (SheetSumsArg::Scatter, SheetSums::Scatter)]);
+pub(crate) const SHEET_SUMS: Twins<SheetSumsArg, SheetSums> = Twins(&[
+    (SheetSumsArg::Gather, SheetSums::Gather),
+    (SheetSumsArg::Scatter, SheetSums::Scatter),
+]);
 
 /// `--shade`
 pub(crate) const SHADE: Twins<ShadeArg, Shading> = Twins(&[
@@ -40,8 +42,10 @@ pub(crate) const SHADE: Twins<ShadeArg, Shading> = Twins(&[
 ]);
 
 /// `--opacity`
-pub(crate) const OPACITY: Twins<OpacityArg, OpacityMode> =
-    Twins(&[(OpacityArg::Extinction, OpacityMode::Extinction), (OpacityArg::Linear, OpacityMode::Linear)]);
+pub(crate) const OPACITY: Twins<OpacityArg, OpacityMode> = Twins(&[
+    (OpacityArg::Extinction, OpacityMode::Extinction),
+    (OpacityArg::Linear, OpacityMode::Linear),
+]);
 
 /// `--footprint`
 pub(crate) const FOOTPRINT: Twins<FootprintArg, FootprintMode> = Twins(&[
@@ -52,8 +56,10 @@ pub(crate) const FOOTPRINT: Twins<FootprintArg, FootprintMode> = Twins(&[
 ]);
 
 /// `--classify`
-pub(crate) const CLASSIFY: Twins<ClassifyArg, Classify> =
-    Twins(&[(ClassifyArg::Pre, Classify::Pre), (ClassifyArg::Post, Classify::Post)]);
+pub(crate) const CLASSIFY: Twins<ClassifyArg, Classify> = Twins(&[
+    (ClassifyArg::Pre, Classify::Pre),
+    (ClassifyArg::Post, Classify::Post),
+]);
 
 /// `--cells`
 pub(crate) const CELLS: Twins<CellsArg, Cells> = Twins(&[
@@ -64,15 +70,26 @@ pub(crate) const CELLS: Twins<CellsArg, Cells> = Twins(&[
 ]);
 
 /// `--interpolate`
-pub(crate) const INTERPOLATE: Twins<InterpolateArg, Interpolate> =
-    Twins(&[(InterpolateArg::Off, Interpolate::Off), (InterpolateArg::On, Interpolate::On)]);
+pub(crate) const INTERPOLATE: Twins<InterpolateArg, Interpolate> = Twins(&[
+    (InterpolateArg::Off, Interpolate::Off),
+    (InterpolateArg::On, Interpolate::On),
+]);
 
 /// `--kernel`
 pub(crate) const KERNEL: Twins<KernelArg, SheetKernel> = Twins(&[
     (KernelArg::Trilinear, SheetKernel::Trilinear),
-    (KernelArg::Gaussian, SheetKernel::Radial(KernelShape::Gaussian)),
-    (KernelArg::Polynomial, SheetKernel::Radial(KernelShape::Polynomial)),
-    (KernelArg::BSpline, SheetKernel::Radial(KernelShape::BSpline)),
+    (
+        KernelArg::Gaussian,
+        SheetKernel::Radial(KernelShape::Gaussian),
+    ),
+    (
+        KernelArg::Polynomial,
+        SheetKernel::Radial(KernelShape::Polynomial),
+    ),
+    (
+        KernelArg::BSpline,
+        SheetKernel::Radial(KernelShape::BSpline),
+    ),
 ]);
 
 /// `--select`
@@ -84,12 +101,16 @@ pub(crate) const SELECT: Twins<SelectArg, SelectMode> = Twins(&[
 ]);
 
 /// `--colour-by`
-pub(crate) const COLOUR_BY: Twins<ColourByArg, ColourBy> =
-    Twins(&[(ColourByArg::Transfer, ColourBy::Transfer), (ColourByArg::Select, ColourBy::Select)]);
+pub(crate) const COLOUR_BY: Twins<ColourByArg, ColourBy> = Twins(&[
+    (ColourByArg::Transfer, ColourBy::Transfer),
+    (ColourByArg::Select, ColourBy::Select),
+]);
 
 /// `--transfer-space`
-pub(crate) const SPACE: Twins<SpaceArg, ColourEncoding> =
-    Twins(&[(SpaceArg::Linear, ColourEncoding::Linear), (SpaceArg::Srgb, ColourEncoding::Srgb)]);
+pub(crate) const SPACE: Twins<SpaceArg, ColourEncoding> = Twins(&[
+    (SpaceArg::Linear, ColourEncoding::Linear),
+    (SpaceArg::Srgb, ColourEncoding::Srgb),
+]);
 
 /// `--projection`
 pub(crate) const PROJECTION: Twins<ProjectionArg, Projection> = Twins(&[
@@ -102,9 +123,18 @@ pub(crate) const TEXMAP_METHOD: Twins<TexmapMethodArg, texmap::Method> = Twins(&
     (TexmapMethodArg::Hybrid, texmap::Method::Hybrid),
     (TexmapMethodArg::Point, texmap::Method::Point),
     (TexmapMethodArg::Supersample, texmap::Method::Supersample),
-    (TexmapMethodArg::BackwardNearest, texmap::Method::BackwardNearest),
-    (TexmapMethodArg::BackwardBilinear, texmap::Method::BackwardBilinear),
-    (TexmapMethodArg::BackwardTrilinear, texmap::Method::BackwardTrilinear),
+    (
+        TexmapMethodArg::BackwardNearest,
+        texmap::Method::BackwardNearest,
+    ),
+    (
+        TexmapMethodArg::BackwardBilinear,
+        texmap::Method::BackwardBilinear,
+    ),
+    (
+        TexmapMethodArg::BackwardTrilinear,
+        texmap::Method::BackwardTrilinear,
+    ),
     (TexmapMethodArg::BackwardEwa, texmap::Method::BackwardEwa),
 ]);
 
@@ -123,8 +153,10 @@ pub(crate) const MESH_SHADE: Twins<MeshShadeArg, texmap::Shade> = Twins(&[
 ]);
 
 /// `--level`
-pub(crate) const LEVEL: Twins<LevelArg, texmap::LevelChoice> =
-    Twins(&[(LevelArg::Auto, texmap::LevelChoice::Auto), (LevelArg::Full, texmap::LevelChoice::Full)]);
+pub(crate) const LEVEL: Twins<LevelArg, texmap::LevelChoice> = Twins(&[
+    (LevelArg::Auto, texmap::LevelChoice::Auto),
+    (LevelArg::Full, texmap::LevelChoice::Full),
+]);
 
 /// `--layers` of texmap
 pub(crate) const LAYER: Twins<LayerArg, texmap::PlaneKind> = Twins(&[
@@ -147,19 +179,24 @@ impl<A: Copy + PartialEq + ValueEnum, L: Copy + PartialEq> Twins<A, L> {
     /// The library's value for what was typed.
     pub(crate) fn library(&self, arg: A) -> L {
         let pair = self.0.iter().find(|pair| pair.0 == arg);
-        pair.expect("a table holds every value of its enum, which a test checks").1
+        pair.expect("a table holds every value of its enum, which a test checks")
+            .1
     }
 
     /// The command line's value for a library's.
     pub(crate) fn arg(&self, value: L) -> A {
         let pair = self.0.iter().find(|pair| pair.1 == value);
-        pair.expect("a table holds every value of its enum, which a test checks").0
+        pair.expect("a table holds every value of its enum, which a test checks")
+            .0
     }
 
     /// The word for a library's value.
     pub(crate) fn name(&self, value: L) -> String {
         let value = self.arg(value).to_possible_value();
-        value.expect("no value is hidden from the command line").get_name().to_owned()
+        value
+            .expect("no value is hidden from the command line")
+            .get_name()
+            .to_owned()
     }
 
     /// The command line's value for the default of the library.
@@ -176,7 +213,11 @@ mod tests {
         twins: &Twins<A, L>,
         names: &[&str],
     ) {
-        assert_eq!(twins.0.len(), A::value_variants().len(), "a value is missing in the table of {names:?}");
+        assert_eq!(
+            twins.0.len(),
+            A::value_variants().len(),
+            "a value is missing in the table of {names:?}"
+        );
         for (arg, name) in A::value_variants().iter().zip(names) {
             let value = twins.library(*arg);
             assert!(twins.arg(value) == *arg, "{name} must come back as itself");
@@ -194,7 +235,10 @@ mod tests {
         check(&CLASSIFY, &["pre", "post"]);
         check(&INTERPOLATE, &["off", "on"]);
         check(&CELLS, &["auto", "off", "mean", "split"]);
-        check(&KERNEL, &["trilinear", "gaussian", "polynomial", "b-spline"]);
+        check(
+            &KERNEL,
+            &["trilinear", "gaussian", "polynomial", "b-spline"],
+        );
         check(&SELECT, &["hybrid", "points", "splats", "ewa"]);
         check(&COLOUR_BY, &["transfer", "select"]);
         check(&SPACE, &["linear", "srgb"]);
@@ -202,8 +246,14 @@ mod tests {
         check(&FLAT_FOOTPRINT, &["affine", "exact"]);
         check(&MESH_SHADE, &["auto", "unlit", "headlight", "lambert"]);
         check(&LEVEL, &["auto", "full"]);
-        check(&VOLUME_LAYER, &["first-hit", "normal", "samples", "selection"]);
-        check(&LAYER, &["depth", "normal", "coverage", "selection", "texels"]);
+        check(
+            &VOLUME_LAYER,
+            &["first-hit", "normal", "samples", "selection"],
+        );
+        check(
+            &LAYER,
+            &["depth", "normal", "coverage", "selection", "texels"],
+        );
         check(
             &TEXMAP_METHOD,
             &[

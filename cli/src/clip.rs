@@ -19,7 +19,9 @@ pub(crate) fn clip(args: &ClipArgs) -> Clip {
 /// The clip's part of the settings in the stats file.
 pub(crate) fn record(clip: &Clip) -> Value {
     let corners = |ends: Option<[DVec3; 2]>| ends.map(|ends| ends.map(|corner| corner.to_array()));
-    let plane = |plane: &volsplat::ClipPlane| [plane.normal.x, plane.normal.y, plane.normal.z, plane.offset];
+    let plane = |plane: &volsplat::ClipPlane| {
+        [plane.normal.x, plane.normal.y, plane.normal.z, plane.offset]
+    };
     json!({
         "crop": corners(clip.crop_in_world),
         "crop_voxels": corners(clip.crop_in_grid),

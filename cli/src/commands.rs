@@ -80,11 +80,21 @@ impl Opened {
     /// What a part of a picture is.
     pub(crate) fn parts(&self, command: &Command) -> Parts {
         match (self, command) {
-            (Self::Mesh(_), _) => Parts::Windows { side_px: 32, least: 6, guard_px: 0 },
-            (Self::Volume(_), _) => Parts::Windows { side_px: 16, least: 6, guard_px: 0 },
-            (Self::Depth(open), Command::Warp3d(args)) if open.has_parts(args) => {
-                Parts::Windows { side_px: 64, least: 4, guard_px: 1 }
-            }
+            (Self::Mesh(_), _) => Parts::Windows {
+                side_px: 32,
+                least: 6,
+                guard_px: 0,
+            },
+            (Self::Volume(_), _) => Parts::Windows {
+                side_px: 16,
+                least: 6,
+                guard_px: 0,
+            },
+            (Self::Depth(open), Command::Warp3d(args)) if open.has_parts(args) => Parts::Windows {
+                side_px: 64,
+                least: 4,
+                guard_px: 1,
+            },
             (Self::Depth(_), _) => Parts::Whole,
         }
     }

@@ -38,15 +38,21 @@ pub(crate) enum Better {
 
 /// All figures of a comparison by name, and the number of pixels.
 pub(crate) fn record(comparison: &Comparison) -> Map<String, Value> {
-    let mut figures: Map<String, Value> =
-        METRICS.iter().map(|(name, _, of)| ((*name).to_owned(), number(of(comparison)))).collect();
+    let mut figures: Map<String, Value> = METRICS
+        .iter()
+        .map(|(name, _, of)| ((*name).to_owned(), number(of(comparison))))
+        .collect();
     figures.insert("pixels".into(), json!(comparison.pixel_count));
     figures
 }
 
 /// JSON has no infinity: equal pictures have no finite PSNR, and get null.
 fn number(value: f64) -> Value {
-    if value.is_finite() { json!(value) } else { Value::Null }
+    if value.is_finite() {
+        json!(value)
+    } else {
+        Value::Null
+    }
 }
 
 /// The errors in the colours of a well-known map, dark for none.
@@ -57,7 +63,13 @@ pub(crate) fn heatmap(map: &metrics::ScalarMap) -> Image {
         [linear(c.r), linear(c.g), linear(c.b), 1.0]
     };
     let rgba = map.values.iter().map(colour).collect();
-    Image { width: map.width, height: map.height, rgba, depth: None, planes: Vec::new() }
+    Image {
+        width: map.width,
+        height: map.height,
+        rgba,
+        depth: None,
+        planes: Vec::new(),
+    }
 }
 
 /// What changes from picture to picture, against what should change.
@@ -74,7 +86,9 @@ impl Steps {
         if let Some((before, reference_before)) = &self.before {
             let changes = picture.rgba.iter().zip(&before.rgba);
             let expected = reference.rgba.iter().zip(&reference_before.rgba);
-            for (index, ((now, then), (expected_now, expected_then))) in changes.zip(expected).enumerate() {
+            for (index, ((now, then), (expected_now, expected_then))) in
+                changes.zip(expected).enumerate()
+            {
                 if mask.is_some_and(|mask| !mask.inside()[index]) {
                     continue;
                 }

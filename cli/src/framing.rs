@@ -57,7 +57,11 @@ pub(crate) enum Lens {
 }
 
 /// The angles when nothing is asked for: three faces of the box are seen, the front one most. A matter of taste.
-pub(crate) const DEFAULT_ORBIT: Orbit = Orbit { azimuth_deg: 30.0, elevation_deg: 20.0, distance: 1.0 };
+pub(crate) const DEFAULT_ORBIT: Orbit = Orbit {
+    azimuth_deg: 30.0,
+    elevation_deg: 20.0,
+    distance: 1.0,
+};
 
 /// Smallest radius of the sphere, as a fraction of the box's distance from the world's origin: a box with less
 /// extent is one point as far as rounding can tell, and is shown as if it had this one.
@@ -69,14 +73,23 @@ const MIN_RADIUS: f64 = 1e-100;
 impl Extent {
     /// All of a box, its corners too.
     pub(crate) fn of_box(bounds: [DVec3; 2]) -> Self {
-        Self { bounds, radius: 0.5 * (bounds[1] - bounds[0]).length() }
+        Self {
+            bounds,
+            radius: 0.5 * (bounds[1] - bounds[0]).length(),
+        }
     }
 
     /// Points that lie in a box: a ball in its box is drawn larger than the box.
     pub(crate) fn of_points(bounds: [DVec3; 2], points: impl Iterator<Item = DVec3>) -> Self {
         let middle = 0.5 * (bounds[0] + bounds[1]);
-        let farthest = points.map(|point| point.distance_squared(middle)).fold(0.0, f64::max).sqrt();
-        Self { bounds, radius: farthest.min(Self::of_box(bounds).radius) }
+        let farthest = points
+            .map(|point| point.distance_squared(middle))
+            .fold(0.0, f64::max)
+            .sqrt();
+        Self {
+            bounds,
+            radius: farthest.min(Self::of_box(bounds).radius),
+        }
     }
 }
 
@@ -90,8 +103,15 @@ impl Stance {
     fn facing(up: DVec3, side: DVec3) -> Self {
         let up = up.normalize_or(DVec3::Y);
         // An up axis within 45 degrees of x leaves x no room to point to the right.
-        let side = if up.x.abs() > up.yz().length() { DVec3::Y } else { side };
-        Self { up, right: side.reject_from_normalized(up).normalize_or(DVec3::X) }
+        let side = if up.x.abs() > up.yz().length() {
+            DVec3::Y
+        } else {
+            side
+        };
+        Self {
+            up,
+            right: side.reject_from_normalized(up).normalize_or(DVec3::X),
+        }
     }
 }
 
@@ -101,7 +121,11 @@ pub(crate) fn frame(extent: &Extent, view: &View) -> Result<Camera> {
     let floor = (MIN_RADIUS_FRACTION * target.length()).max(MIN_RADIUS);
     let radius = extent.radius.max(floor);
     let (eye_direction, up) = orbit_directions(&view.orbit, &view.stance);
-    let pose = |distance: f64| LookAt { position: target + distance * eye_direction, target, up };
+    let pose = |distance: f64| LookAt {
+        position: target + distance * eye_direction,
+        target,
+        up,
+    };
     let size = [view.size.width, view.size.height];
     let aspect = f64::from(view.size.width) / f64::from(view.size.height);
     Ok(match view.lens {
@@ -124,7 +148,10 @@ pub(crate) fn frame(extent: &Extent, view: &View) -> Result<Camera> {
 pub(crate) fn turntable(extent: &Extent, view: &View, steps: u32) -> Result<Vec<Camera>> {
     let at = |step: u32| {
         let turned_deg = 360.0 * f64::from(step) / f64::from(steps);
-        let orbit = Orbit { azimuth_deg: view.orbit.azimuth_deg + turned_deg, ..view.orbit };
+        let orbit = Orbit {
+            azimuth_deg: view.orbit.azimuth_deg + turned_deg,
+            ..view.orbit
+        };
         frame(extent, &View { orbit, ..*view })
     };
     (0..steps).map(at).collect()
@@ -142,7 +169,10 @@ fn orbit_directions(orbit: &Orbit, &Stance { up, right }: &Stance) -> (DVec3, DV
     let (sin_azimuth, cos_azimuth) = orbit.azimuth_deg.to_radians().sin_cos();
     let (sin_elevation, cos_elevation) = orbit.elevation_deg.to_radians().sin_cos();
     let level = cos_azimuth * front + sin_azimuth * right;
-    (cos_elevation * level + sin_elevation * up, cos_elevation * up - sin_elevation * level)
+    (
+        cos_elevation * level + sin_elevation * up,
+        cos_elevation * up - sin_elevation * level,
+    )
 }
 
 #[cfg(test)]

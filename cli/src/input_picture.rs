@@ -39,7 +39,10 @@ impl Pictures {
     pub(crate) fn open(path: &Path) -> Result<Self> {
         let names = FrameNames::single(path)?;
         if matches!(names, FrameNames::Numbered { .. }) {
-            return Ok(Self { source: Source::Numbered(names), given: 0 });
+            return Ok(Self {
+                source: Source::Numbered(names),
+                given: 0,
+            });
         }
         let source = match content_of(path)? {
             Content::Exr => Source::Still(path.to_owned()),
@@ -66,12 +69,17 @@ impl Pictures {
             Source::Numbered(names) => {
                 let file = names.frame(index);
                 // The first must be there; the first that is missing ends the row.
-                if index > 0 && !file.exists() { Ok(None) } else { read(&file).map(Some) }
+                if index > 0 && !file.exists() {
+                    Ok(None)
+                } else {
+                    read(&file).map(Some)
+                }
             }
             Source::Frames(path, frames) => match frames.next() {
                 None => Ok(None),
                 Some(frame) => {
-                    let frame = frame.with_context(|| format!("{}: picture {index}", path.display()))?;
+                    let frame =
+                        frame.with_context(|| format!("{}: picture {index}", path.display()))?;
                     Ok(Some(linear(&DynamicImage::ImageRgba8(frame.into_buffer()))))
                 }
             },
@@ -97,13 +105,19 @@ enum Content {
 }
 
 fn content_of(path: &Path) -> Result<Content> {
-    let mut file = File::open(path).with_context(|| format!("{}: cannot be opened", path.display()))?;
+    let mut file =
+        File::open(path).with_context(|| format!("{}: cannot be opened", path.display()))?;
     let mut start = [0; 8];
-    let length = file.read(&mut start).with_context(|| format!("{}: cannot be read", path.display()))?;
+    let length = file
+        .read(&mut start)
+        .with_context(|| format!("{}: cannot be read", path.display()))?;
     match &start[..length] {
         [0x89, b'P', b'N', b'G', ..] => Ok(Content::Png),
         [0x76, 0x2f, 0x31, 0x01, ..] => Ok(Content::Exr),
-        _ => bail!("{}: expected a PNG or an OpenEXR picture, found neither", path.display()),
+        _ => bail!(
+            "{}: expected a PNG or an OpenEXR picture, found neither",
+            path.display()
+        ),
     }
 }
 
@@ -122,8 +136,15 @@ fn png(path: &Path) -> Result<PngDecoder<BufReader<File>>> {
 
 fn read_exr(path: &Path) -> Result<Image> {
     let unreadable = |error: exr::error::Error| anyhow!("{}: {error}", broken(path));
-    for header in &MetaData::read_from_file(path, false).map_err(unreadable)?.headers {
-        check_pixels(path, header.layer_size.width() as u64, header.layer_size.height() as u64)?;
+    for header in &MetaData::read_from_file(path, false)
+        .map_err(unreadable)?
+        .headers
+    {
+        check_pixels(
+            path,
+            header.layer_size.width() as u64,
+            header.layer_size.height() as u64,
+        )?;
     }
     let read = read_first_rgba_layer_from_file(
         path,
@@ -137,8 +158,14 @@ fn read_exr(path: &Path) -> Result<Image> {
 }
 
 fn check_pixels(path: &Path, width: u64, height: u64) -> Result<()> {
-    if width.checked_mul(height).is_none_or(|pixels| pixels > MAX_PIXELS) {
-        bail!("{}: {width}x{height} are more than {MAX_PIXELS} pixels", path.display());
+    if width
+        .checked_mul(height)
+        .is_none_or(|pixels| pixels > MAX_PIXELS)
+    {
+        bail!(
+            "{}: {width}x{height} are more than {MAX_PIXELS} pixels",
+            path.display()
+        );
     }
     Ok(())
 }
@@ -156,7 +183,13 @@ fn linear(picture: &DynamicImage) -> Image {
         let [r, g, b] = [r, g, b].map(|encoded| linear_from_srgb(encoded) * alpha);
         [r, g, b, alpha]
     });
-    Image { width, height, rgba: premultiplied.collect(), depth: None, planes: Vec::new() }
+    Image {
+        width,
+        height,
+        rgba: premultiplied.collect(),
+        depth: None,
+        planes: Vec::new(),
+    }
 }
 
 #[cfg(test)]
@@ -183,7 +216,12 @@ mod tests {
             output::write_picture(&path, format, &picture()).expect("written");
             let back = read(&path).expect("read");
             assert_eq!((back.width, back.height), (3, 2), "{name}");
-            for (a, b) in back.rgba.iter().flatten().zip(picture().rgba.iter().flatten()) {
+            for (a, b) in back
+                .rgba
+                .iter()
+                .flatten()
+                .zip(picture().rgba.iter().flatten())
+            {
                 assert!((a - b).abs() <= tolerance, "{name}: {a} against {b}");
             }
         }
@@ -210,7 +248,10 @@ mod tests {
         let path = folder.path().join("a.png");
         std::fs::write(&path, b"text").expect("written");
         let complaint = format!("{:#}", read(&path).expect_err("no picture"));
-        assert!(complaint.contains("a.png") && complaint.contains("expected a PNG"), "{complaint}");
+        assert!(
+            complaint.contains("a.png") && complaint.contains("expected a PNG"),
+            "{complaint}"
+        );
         std::fs::write(&path, b"\x89PNG\r\n\x1a\n").expect("written");
         assert!(read(&path).is_err(), "a PNG without a header");
     }

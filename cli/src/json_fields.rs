@@ -18,7 +18,10 @@ impl Fields {
     /// Starts on `value`, which must be an object.
     pub(crate) fn new(value: Value) -> Result<Self> {
         match value {
-            Value::Object(remaining) => Ok(Self { remaining, asked: Vec::new() }),
+            Value::Object(remaining) => Ok(Self {
+                remaining,
+                asked: Vec::new(),
+            }),
             other => bail!("expected an object {{...}}, found {}", shortened(&other)),
         }
     }
@@ -30,8 +33,12 @@ impl Fields {
 
     /// A number, if the key is there.
     pub(crate) fn number(&mut self, key: &'static str) -> Result<Option<f64>> {
-        let Some(value) = self.take(key) else { return Ok(None) };
-        let number = value.as_f64().with_context(|| expected(key, "a number", &value))?;
+        let Some(value) = self.take(key) else {
+            return Ok(None);
+        };
+        let number = value
+            .as_f64()
+            .with_context(|| expected(key, "a number", &value))?;
         Ok(Some(number))
     }
 
@@ -48,10 +55,14 @@ impl Fields {
     }
 
     /// A list of exactly `N` numbers that must be there.
-    pub(crate) fn required_numbers<const N: usize>(&mut self, key: &'static str) -> Result<[f64; N]> {
+    pub(crate) fn required_numbers<const N: usize>(
+        &mut self,
+        key: &'static str,
+    ) -> Result<[f64; N]> {
         let value = self.required_value(key)?;
-        let numbers: Option<Vec<f64>> =
-            value.as_array().and_then(|list| list.iter().map(Value::as_f64).collect());
+        let numbers: Option<Vec<f64>> = value
+            .as_array()
+            .and_then(|list| list.iter().map(Value::as_f64).collect());
         let array = numbers.and_then(|numbers| <[f64; N]>::try_from(numbers).ok());
         array.with_context(|| expected(key, &format!("a list of {N} numbers"), &value))
     }
@@ -67,9 +78,17 @@ impl Fields {
         key: &'static str,
         words: [&'static str; 2],
     ) -> Result<Option<&'static str>> {
-        let Some(value) = self.take(key) else { return Ok(None) };
+        let Some(value) = self.take(key) else {
+            return Ok(None);
+        };
         let found = words.into_iter().find(|&word| value.as_str() == Some(word));
-        let wanted = || expected(key, &format!("\"{}\" or \"{}\"", words[0], words[1]), &value);
+        let wanted = || {
+            expected(
+                key,
+                &format!("\"{}\" or \"{}\"", words[0], words[1]),
+                &value,
+            )
+        };
         Ok(Some(found.with_context(wanted)?))
     }
 
@@ -77,7 +96,10 @@ impl Fields {
     pub(crate) fn finish(self) -> Result<()> {
         match self.remaining.keys().next() {
             None => Ok(()),
-            Some(key) => bail!("unknown key \"{key}\", expected some of: {}", self.asked.join(", ")),
+            Some(key) => bail!(
+                "unknown key \"{key}\", expected some of: {}",
+                self.asked.join(", ")
+            ),
         }
     }
 

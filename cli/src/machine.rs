@@ -21,20 +21,34 @@ pub(crate) fn heading() -> String {
 pub(crate) fn file_name() -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
     let processor: String = processor().chars().map(plain).collect();
-    let name = format!("{}-{processor}-{}-threads", std::env::consts::ARCH, rayon::current_num_threads());
-    name.split('-').filter(|part| !part.is_empty()).collect::<Vec<_>>().join("-")
+    let name = format!(
+        "{}-{processor}-{}-threads",
+        std::env::consts::ARCH,
+        rayon::current_num_threads()
+    );
+    name.split('-')
+        .filter(|part| !part.is_empty())
+        .collect::<Vec<_>>()
+        .join("-")
 }
 
 /// The name of the processor, where the system tells it.
 fn processor() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let name = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
-    name.map_or_else(|| "unknown processor".into(), |(_, name)| name.trim().to_owned())
+    let name = text
+        .lines()
+        .find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    name.map_or_else(
+        || "unknown processor".into(),
+        |(_, name)| name.trim().to_owned(),
+    )
 }
 
 /// The day in Greenwich, year-month-day.
 fn today() -> String {
-    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |age| age.as_secs());
+    let seconds = SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .map_or(0, |age| age.as_secs());
     let [year, month, day] = date(seconds / 86_400);
     format!("{year}-{month:02}-{day:02}")
 }
@@ -44,11 +58,16 @@ fn date(days: u64) -> [u64; 3] {
     // Years are counted from March, so that a leap day is the last day; 400 years have 146097 days.
     let days = days + 719_468;
     let (era, day_of_era) = (days / 146_097, days % 146_097);
-    let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let year_of_era =
+        (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
     let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
     let month_from_march = (5 * day_of_year + 2) / 153;
     let day = day_of_year - (153 * month_from_march + 2) / 5 + 1;
-    let month = if month_from_march < 10 { month_from_march + 3 } else { month_from_march - 9 };
+    let month = if month_from_march < 10 {
+        month_from_march + 3
+    } else {
+        month_from_march - 9
+    };
     [era * 400 + year_of_era + u64::from(month <= 2), month, day]
 }
 

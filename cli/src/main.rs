@@ -70,7 +70,10 @@ fn main() -> ExitCode {
         }
         Err(error) => {
             // A measured command that is asked for its help.
-            if let Some(help) = error.downcast_ref::<clap::Error>().filter(|help| !help.use_stderr()) {
+            if let Some(help) = error
+                .downcast_ref::<clap::Error>()
+                .filter(|help| !help.use_stderr())
+            {
                 return ExitCode::from(if help.print().is_ok() { 0 } else { EXIT_FAILED });
             }
             report::say(&format!("error: {}", report::one_line(&error)));
@@ -83,7 +86,10 @@ fn main() -> ExitCode {
 fn run(cli: &Cli) -> Result<()> {
     start_threads(&cli.global)?;
     let verbosity = verbosity(&cli.global);
-    let telling = Telling { start: Instant::now(), verbosity };
+    let telling = Telling {
+        start: Instant::now(),
+        verbosity,
+    };
     if let Some((opened, command)) = planner::planned(&cli.command, verbosity)? {
         interrupt::watch()?;
         return opened.finish(&command, telling);
@@ -102,7 +108,9 @@ fn run(cli: &Cli) -> Result<()> {
 }
 
 fn start_threads(args: &GlobalArgs) -> Result<()> {
-    let Some(threads) = args.threads else { return Ok(()) };
+    let Some(threads) = args.threads else {
+        return Ok(());
+    };
     rayon::ThreadPoolBuilder::new()
         .num_threads(usize::from(threads))
         .build_global()

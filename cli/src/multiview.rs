@@ -38,9 +38,30 @@ pub(crate) enum Layout {
 /// Dubois' least-squares matrix for red-cyan glasses, linear light: rows are red, green and blue of the anaglyph,
 /// columns red, green and blue of the left and then of the right view.
 const DUBOIS: [[f32; 6]; 3] = [
-    [0.456_1, 0.500_484, 0.176_381, -0.043_470_6, -0.087_938_8, -0.001_555_29],
-    [-0.040_082_2, -0.037_824_6, -0.015_758_9, 0.378_476, 0.733_64, -0.018_450_3],
-    [-0.015_216_1, -0.020_597_1, -0.005_468_56, -0.072_152_7, -0.112_961, 1.226_4],
+    [
+        0.456_1,
+        0.500_484,
+        0.176_381,
+        -0.043_470_6,
+        -0.087_938_8,
+        -0.001_555_29,
+    ],
+    [
+        -0.040_082_2,
+        -0.037_824_6,
+        -0.015_758_9,
+        0.378_476,
+        0.733_64,
+        -0.018_450_3,
+    ],
+    [
+        -0.015_216_1,
+        -0.020_597_1,
+        -0.005_468_56,
+        -0.072_152_7,
+        -0.112_961,
+        1.226_4,
+    ],
 ];
 
 /// Luminance of linear Rec. 709 red, green and blue.
@@ -53,16 +74,26 @@ impl Layout {
     /// The camera that stands for a whole sheet of views from around `camera`.
     pub(crate) fn sheet(&self, camera: &Camera) -> Camera {
         let Grid { columns, rows } = self.grid();
-        Camera { width: camera.width * columns, height: camera.height * rows, ..*camera }
+        Camera {
+            width: camera.width * columns,
+            height: camera.height * rows,
+            ..*camera
+        }
     }
 
     /// The cameras of the views of a sheet, in the order of [`Layout::put_together`].
     pub(crate) fn views(&self, sheet: &Camera, convergence: f64) -> Vec<Camera> {
         let Grid { columns, rows } = self.grid();
-        let camera = Camera { width: sheet.width / columns, height: sheet.height / rows, ..*sheet };
+        let camera = Camera {
+            width: sheet.width / columns,
+            height: sheet.height / rows,
+            ..*sheet
+        };
         let offsets: Vec<f64> = match *self {
             Self::Single => return vec![camera],
-            Self::SideBySide(baseline) | Self::Anaglyph(baseline, _) => vec![-0.5 * baseline, 0.5 * baseline],
+            Self::SideBySide(baseline) | Self::Anaglyph(baseline, _) => {
+                vec![-0.5 * baseline, 0.5 * baseline]
+            }
             Self::Quilt(Grid { columns, rows }, cone_deg) => {
                 let half = convergence * (0.5 * cone_deg).to_radians().tan();
                 let last = (columns * rows).saturating_sub(1).max(1);
@@ -71,7 +102,10 @@ impl Layout {
                     .collect()
             }
         };
-        offsets.into_iter().map(|offset| beside(&camera, offset, convergence)).collect()
+        offsets
+            .into_iter()
+            .map(|offset| beside(&camera, offset, convergence))
+            .collect()
     }
 
     /// One picture of the pictures of the views.
@@ -80,7 +114,9 @@ impl Layout {
             Self::Anaglyph(_, kind) => return anaglyph(&views, *kind),
             Self::Single | Self::SideBySide(_) => |view, _| [view, 0],
             // From the bottom left, row by row upwards.
-            Self::Quilt(..) => |view, grid| [view % grid.columns, grid.rows - 1 - view / grid.columns],
+            Self::Quilt(..) => {
+                |view, grid| [view % grid.columns, grid.rows - 1 - view / grid.columns]
+            }
         };
         let mut views = views;
         if views.len() == 1 {
@@ -89,7 +125,11 @@ impl Layout {
         let mut whole = blank_like(&views[0], [sheet.width as usize, sheet.height as usize]);
         for (index, view) in (0..).zip(&views) {
             let [column, row] = at(index, self.grid());
-            paste(&mut whole, view, [column as usize * view.width, row as usize * view.height]);
+            paste(
+                &mut whole,
+                view,
+                [column as usize * view.width, row as usize * view.height],
+            );
         }
         whole
     }
@@ -101,8 +141,14 @@ impl Layout {
 
     fn grid(&self) -> Grid {
         match *self {
-            Self::Single | Self::Anaglyph(..) => Grid { columns: 1, rows: 1 },
-            Self::SideBySide(_) => Grid { columns: 2, rows: 1 },
+            Self::Single | Self::Anaglyph(..) => Grid {
+                columns: 1,
+                rows: 1,
+            },
+            Self::SideBySide(_) => Grid {
+                columns: 2,
+                rows: 1,
+            },
             Self::Quilt(grid, _) => grid,
         }
     }
@@ -112,16 +158,28 @@ impl Layout {
 ///
 /// The pivot lies straight ahead at `distance`. The cameras go up to `angle_deg` to either side and, because they start
 /// at `camera` itself, up to that angle upwards.
-pub(crate) fn sway(camera: &Camera, distance: f64, angle_deg: f64, steps: u32) -> Result<Vec<Camera>> {
+pub(crate) fn sway(
+    camera: &Camera,
+    distance: f64,
+    angle_deg: f64,
+    steps: u32,
+) -> Result<Vec<Camera>> {
     let pivot = DVec3::new(0.0, 0.0, distance);
     let at = |step: u32| {
         let (sin, cos) = (std::f64::consts::TAU * f64::from(step) / f64::from(steps)).sin_cos();
         let angle_rad = angle_deg.to_radians();
-        let turn =
-            DMat3::from_rotation_y(angle_rad * sin) * DMat3::from_rotation_x(0.5 * angle_rad * (cos - 1.0));
+        let turn = DMat3::from_rotation_y(angle_rad * sin)
+            * DMat3::from_rotation_x(0.5 * angle_rad * (cos - 1.0));
         // The world turns about the pivot, in the camera's own axes.
-        let swayed = DAffine3 { matrix3: turn, translation: pivot - turn * pivot };
-        Ok(Camera { camera_from_world: swayed * camera.camera_from_world, ..*camera }.validated()?)
+        let swayed = DAffine3 {
+            matrix3: turn,
+            translation: pivot - turn * pivot,
+        };
+        Ok(Camera {
+            camera_from_world: swayed * camera.camera_from_world,
+            ..*camera
+        }
+        .validated()?)
     };
     (0..steps).map(at).collect()
 }
@@ -143,7 +201,9 @@ pub(crate) fn median_depth(
     let seen = known.map(|(index, z)| {
         let pos_in_screen = DVec2::new((index % width) as f64 + 0.5, (index / width) as f64 + 0.5);
         let (origin, direction) = reference.ray_in_camera(pos_in_screen);
-        camera_from_reference.transform_point3(origin + f64::from(z) * direction).z
+        camera_from_reference
+            .transform_point3(origin + f64::from(z) * direction)
+            .z
     });
     let mut depths: Vec<f64> = seen.filter(|&z| z > 0.0).collect();
     let middle = depths.len() / 2;
@@ -152,15 +212,26 @@ pub(crate) fn median_depth(
 
 /// A camera moved along its x axis that sees what is at the distance `convergence` where `camera` sees it.
 fn beside(camera: &Camera, offset: f64, convergence: f64) -> Camera {
-    let moved = DAffine3::from_translation(DVec3::new(-offset, 0.0, 0.0)) * camera.camera_from_world;
+    let moved =
+        DAffine3::from_translation(DVec3::new(-offset, 0.0, 0.0)) * camera.camera_from_world;
     // With convergence at infinity the views are parallel.
-    Camera { camera_from_world: moved, cx: camera.cx + camera.fx * offset / convergence, ..*camera }
+    Camera {
+        camera_from_world: moved,
+        cx: camera.cx + camera.fx * offset / convergence,
+        ..*camera
+    }
 }
 
 fn blank_like(view: &Image, [width, height]: [usize; 2]) -> Image {
     let mut whole = Image::transparent(width, height);
-    whole.depth = view.depth.as_ref().map(|_| vec![f32::INFINITY; width * height]);
-    let blank = |plane: &Plane| Plane { name: plane.name.clone(), values: vec![0.0; width * height] };
+    whole.depth = view
+        .depth
+        .as_ref()
+        .map(|_| vec![f32::INFINITY; width * height]);
+    let blank = |plane: &Plane| Plane {
+        name: plane.name.clone(),
+        values: vec![0.0; width * height],
+    };
     whole.planes = view.planes.iter().map(blank).collect();
     whole
 }
@@ -182,7 +253,9 @@ fn paste(whole: &mut Image, view: &Image, [left, top]: [usize; 2]) {
 
 /// Left and right view in one picture. It has no depth: there are two.
 fn anaglyph(views: &[Image], kind: AnaglyphArg) -> Image {
-    let [left, right] = views else { return Image::transparent(1, 1) };
+    let [left, right] = views else {
+        return Image::transparent(1, 1);
+    };
     let grey = |[r, g, b, _]: [f32; 4]| LUMINANCE[0] * r + LUMINANCE[1] * g + LUMINANCE[2] * b;
     let mut both = Image::transparent(left.width, left.height);
     for ((pixel, &l), &r) in both.rgba.iter_mut().zip(&left.rgba).zip(&right.rgba) {
@@ -191,7 +264,10 @@ fn anaglyph(views: &[Image], kind: AnaglyphArg) -> Image {
             AnaglyphArg::Grey => [grey(l), grey(r), grey(r)],
             AnaglyphArg::Dubois => DUBOIS.map(|row| {
                 let parts = row[..3].iter().zip(l).chain(row[3..].iter().zip(r));
-                parts.map(|(weight, channel)| weight * channel).sum::<f32>().max(0.0)
+                parts
+                    .map(|(weight, channel)| weight * channel)
+                    .sum::<f32>()
+                    .max(0.0)
             }),
         };
         *pixel = [red, green, blue, l[3].max(r[3])];
@@ -206,13 +282,20 @@ mod tests {
     use super::*;
 
     fn camera() -> Camera {
-        let pose = LookAt { position: DVec3::new(1.0, -2.0, 5.0), target: DVec3::ZERO, up: DVec3::Y };
+        let pose = LookAt {
+            position: DVec3::new(1.0, -2.0, 5.0),
+            target: DVec3::ZERO,
+            up: DVec3::Y,
+        };
         Camera::perspective(&pose, 0.8, [40, 30]).expect("a good camera")
     }
 
     /// Where `seen` has a point that lies before `camera`, px.
     fn at(seen: &Camera, camera: &Camera, pos_in_camera: DVec3) -> DVec2 {
-        let world = camera.camera_from_world.inverse().transform_point3(pos_in_camera);
+        let world = camera
+            .camera_from_world
+            .inverse()
+            .transform_point3(pos_in_camera);
         seen.screen_from_camera(seen.camera_from_world.transform_point3(world))
     }
 
@@ -222,40 +305,69 @@ mod tests {
         let layouts = [
             Layout::SideBySide(0.3),
             Layout::Anaglyph(0.3, AnaglyphArg::Grey),
-            Layout::Quilt(Grid { columns: 4, rows: 3 }, 40.0),
+            Layout::Quilt(
+                Grid {
+                    columns: 4,
+                    rows: 3,
+                },
+                40.0,
+            ),
         ];
         for layout in layouts {
             let views = layout.views(&layout.sheet(&camera), 6.0);
             for view in &views {
                 let expected = camera.screen_from_camera(DVec3::new(0.7, 0.4, 6.0));
                 let found = at(view, &camera, DVec3::new(0.7, 0.4, 6.0));
-                assert!((found - expected).length() < 1e-9, "{layout:?}: {found} instead of {expected}");
+                assert!(
+                    (found - expected).length() < 1e-9,
+                    "{layout:?}: {found} instead of {expected}"
+                );
             }
             let near = |view: &Camera| at(view, &camera, DVec3::new(0.0, 0.2, 3.0));
             let (first, last) = (near(&views[0]), near(&views[views.len() - 1]));
-            assert!(first.x > last.x + 0.1, "{layout:?}: what is near moves left as the eye moves right");
-            assert!((first.y - last.y).abs() < 1e-9, "{layout:?}: vertical parallax");
+            assert!(
+                first.x > last.x + 0.1,
+                "{layout:?}: what is near moves left as the eye moves right"
+            );
+            assert!(
+                (first.y - last.y).abs() < 1e-9,
+                "{layout:?}: vertical parallax"
+            );
         }
     }
 
     #[test]
     fn parallel_views_shift_by_focal_length_times_baseline_over_depth() {
         let camera = camera();
-        let views = Layout::SideBySide(0.5).views(&Layout::SideBySide(0.5).sheet(&camera), f64::INFINITY);
+        let views =
+            Layout::SideBySide(0.5).views(&Layout::SideBySide(0.5).sheet(&camera), f64::INFINITY);
         let point = DVec3::new(0.2, 0.1, 4.0);
         let disparity = at(&views[0], &camera, point).x - at(&views[1], &camera, point).x;
-        assert!((disparity - camera.fx * 0.5 / 4.0).abs() < 1e-9, "{disparity} px");
+        assert!(
+            (disparity - camera.fx * 0.5 / 4.0).abs() < 1e-9,
+            "{disparity} px"
+        );
     }
 
     #[test]
     fn a_quilt_runs_from_the_bottom_left_to_the_top_right() {
-        let grid = Grid { columns: 3, rows: 2 };
+        let grid = Grid {
+            columns: 3,
+            rows: 2,
+        };
         let layout = Layout::Quilt(grid, 30.0);
-        let small = Camera { width: 2, height: 1, ..camera() };
+        let small = Camera {
+            width: 2,
+            height: 1,
+            ..camera()
+        };
         let sheet = layout.sheet(&small);
         assert_eq!([sheet.width, sheet.height], [6, 2], "size of the sheet");
         let views = layout.views(&sheet, 5.0);
-        assert!(views.iter().all(|view| [view.width, view.height] == [2, 1]), "size of a view");
+        assert!(
+            views.iter().all(|view| [view.width, view.height] == [2, 1]),
+            "size of a view"
+        );
         let marked = |index: usize| {
             let mut image = Image::transparent(2, 1);
             image.rgba = vec![[index as f32, 0.0, 0.0, 1.0]; 2];
@@ -270,12 +382,20 @@ mod tests {
     fn an_anaglyph_of_two_equal_grey_views_is_nearly_that_grey() {
         let mut view = Image::transparent(1, 1);
         view.rgba[0] = [0.5, 0.5, 0.5, 1.0];
-        for (kind, tolerance) in
-            [(AnaglyphArg::Colour, 1e-6), (AnaglyphArg::Grey, 1e-6), (AnaglyphArg::Dubois, 2e-3)]
-        {
+        for (kind, tolerance) in [
+            (AnaglyphArg::Colour, 1e-6),
+            (AnaglyphArg::Grey, 1e-6),
+            (AnaglyphArg::Dubois, 2e-3),
+        ] {
             let both = anaglyph(&[view.clone(), view.clone()], kind).rgba[0];
-            let worst = both[..3].iter().map(|channel| (channel - 0.5).abs()).fold(0.0, f32::max);
-            assert!(worst < tolerance, "{kind:?}: white must stay white, {both:?}");
+            let worst = both[..3]
+                .iter()
+                .map(|channel| (channel - 0.5).abs())
+                .fold(0.0, f32::max);
+            assert!(
+                worst < tolerance,
+                "{kind:?}: white must stay white, {both:?}"
+            );
         }
     }
 
@@ -286,7 +406,10 @@ mod tests {
         right.rgba[0] = [0.1, 0.1, 0.1, 1.0];
         for kind in [AnaglyphArg::Colour, AnaglyphArg::Grey, AnaglyphArg::Dubois] {
             let [red, green, blue, _] = anaglyph(&[left.clone(), right.clone()], kind).rgba[0];
-            assert!(red > 0.5 && green < 0.15 && blue < 0.15, "{kind:?}: [{red}, {green}, {blue}]");
+            assert!(
+                red > 0.5 && green < 0.15 && blue < 0.15,
+                "{kind:?}: [{red}, {green}, {blue}]"
+            );
         }
     }
 
@@ -298,7 +421,10 @@ mod tests {
         let mut widest = 0.0f64;
         for swayed in &cameras {
             let found = at(swayed, &camera, pivot);
-            assert!((found - camera.screen_from_camera(pivot)).length() < 1e-9, "the pivot moves to {found}");
+            assert!(
+                (found - camera.screen_from_camera(pivot)).length() < 1e-9,
+                "the pivot moves to {found}"
+            );
             let cosine = swayed.forward_in_world().dot(camera.forward_in_world());
             widest = widest.max(cosine.min(1.0).acos().to_degrees());
         }

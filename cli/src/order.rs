@@ -6,7 +6,9 @@
 use anyhow::{Result, bail};
 use volsplat::Order;
 
-use crate::args::{ClassifyArg, InterpolateArg, KernelArg, RayBlendArg, RenderArgs, VolumeLayerArg};
+use crate::args::{
+    ClassifyArg, InterpolateArg, KernelArg, RayBlendArg, RenderArgs, VolumeLayerArg,
+};
 use crate::choices;
 
 const IMAGE: &[Order] = &[Order::ImageSheets];
@@ -38,13 +40,20 @@ pub(crate) fn order(args: &RenderArgs) -> Result<Option<Order>> {
             None => Ok(Some(order)),
         };
     }
-    let Some(first) = given.first() else { return Ok(None) };
-    let common = first.orders.iter().find(|order| given.iter().all(|option| fits(order, option)));
+    let Some(first) = given.first() else {
+        return Ok(None);
+    };
+    let common = first
+        .orders
+        .iter()
+        .find(|order| given.iter().all(|option| fits(order, option)));
     if let Some(&order) = common {
         return Ok(Some(order));
     }
     // Some two of them share no order, or three do not.
-    let other = given.iter().find(|option| !option.orders.iter().any(|order| fits(order, first)));
+    let other = given
+        .iter()
+        .find(|option| !option.orders.iter().any(|order| fits(order, first)));
     match other.or(given.last()) {
         Some(other) => bail!(
             "{} belongs to {} and {} to {}: drop one of them",
@@ -58,8 +67,11 @@ pub(crate) fn order(args: &RenderArgs) -> Result<Option<Order>> {
 }
 
 fn names(option: &Given) -> String {
-    let names: Vec<String> =
-        option.orders.iter().map(|&order| format!("--order {}", choices::ORDER.name(order))).collect();
+    let names: Vec<String> = option
+        .orders
+        .iter()
+        .map(|&order| format!("--order {}", choices::ORDER.name(order)))
+        .collect();
     names.join(" or ")
 }
 
@@ -67,35 +79,71 @@ fn names(option: &Given) -> String {
 fn given(args: &RenderArgs) -> Vec<Given> {
     let (samples, sheets) = (&args.samples, &args.sheets);
     let kernel = samples.kernel;
-    let kernel_orders = if kernel == Some(KernelArg::Trilinear) { IMAGE } else { ALL };
+    let kernel_orders = if kernel == Some(KernelArg::Trilinear) {
+        IMAGE
+    } else {
+        ALL
+    };
     // Sheets of trilinear samples have neither points nor splats.
-    let select_orders =
-        if kernel.is_some_and(|kernel| kernel != KernelArg::Trilinear) { ALL } else { SAMPLES };
+    let select_orders = if kernel.is_some_and(|kernel| kernel != KernelArg::Trilinear) {
+        ALL
+    } else {
+        SAMPLES
+    };
     // Pre-classification is what the other orders do anyway.
-    let classify_orders = if sheets.classify == Some(ClassifyArg::Pre) { ANY } else { IMAGE };
+    let classify_orders = if sheets.classify == Some(ClassifyArg::Pre) {
+        ANY
+    } else {
+        IMAGE
+    };
     // Cells are classified before they are drawn, so that image sheets have them with --classify pre.
-    let cells_orders = if sheets.classify == Some(ClassifyArg::Pre) { ALL } else { SAMPLES };
+    let cells_orders = if sheets.classify == Some(ClassifyArg::Pre) {
+        ALL
+    } else {
+        SAMPLES
+    };
     let layers = args.blend.layers.as_deref().unwrap_or_default();
-    let layer_orders = if layers == [VolumeLayerArg::Selection] { SAMPLES } else { IMAGE };
+    let layer_orders = if layers == [VolumeLayerArg::Selection] {
+        SAMPLES
+    } else {
+        IMAGE
+    };
     let all = [
         ("--classify", sheets.classify.is_some(), classify_orders),
         ("--footprint", samples.footprint.is_some(), SAMPLES),
         ("--kernel", kernel.is_some(), kernel_orders),
         ("--select", samples.select.is_some(), select_orders),
-        ("--point-threshold", samples.point_threshold.is_some(), select_orders),
+        (
+            "--point-threshold",
+            samples.point_threshold.is_some(),
+            select_orders,
+        ),
         ("--sheet", samples.sheet.is_some(), EVERY),
         ("--colour-by", samples.colour_by.is_some(), SAMPLES),
-        ("--interpolate", samples.interpolate.is_some_and(|i| i == InterpolateArg::On), IMAGE),
+        (
+            "--interpolate",
+            samples.interpolate.is_some_and(|i| i == InterpolateArg::On),
+            IMAGE,
+        ),
         ("--cells", samples.cells.is_some(), cells_orders),
         ("--cell-error", samples.cell_error.is_some(), cells_orders),
         ("--slab", sheets.slab.is_some(), IMAGE),
         ("--subpixel", sheets.subpixel.is_some(), ANY),
         ("--sheet-sums", sheets.sheet_sums.is_some(), IMAGE),
         ("--shade", args.shade.is_some(), ANY),
-        ("--blend", args.blend.blend.is_some_and(|blend| blend != RayBlendArg::Emission), IMAGE),
+        (
+            "--blend",
+            args.blend
+                .blend
+                .is_some_and(|blend| blend != RayBlendArg::Emission),
+            IMAGE,
+        ),
         ("--iso", args.blend.iso.is_some(), IMAGE),
         ("--layers", args.blend.layers.is_some(), layer_orders),
         ("--gradient-opacity", args.gradient_opacity.is_some(), ANY),
     ];
-    all.into_iter().filter(|option| option.1).map(|(name, _, orders)| Given { name, orders }).collect()
+    all.into_iter()
+        .filter(|option| option.1)
+        .map(|(name, _, orders)| Given { name, orders })
+        .collect()
 }

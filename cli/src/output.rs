@@ -56,7 +56,10 @@ pub(crate) fn format_of(path: &Path, bits: Option<u8>) -> Result<Format> {
         (Some("png"), _) => Ok(Format::Png(Depth::Eight)),
         (Some("exr"), None) => Ok(Format::Exr),
         (Some("exr"), Some(_)) => {
-            bail!("{}: an EXR file always has 32 bits per channel: leave --bits out", path.display())
+            bail!(
+                "{}: an EXR file always has 32 bits per channel: leave --bits out",
+                path.display()
+            )
         }
         _ => bail!(
             "{}: unknown picture format: the name must end in .png or .exr (animations: .apng, .webp, .mp4, .webm, .mkv)",
@@ -70,22 +73,42 @@ pub(crate) fn format_of(path: &Path, bits: Option<u8>) -> Result<Format> {
 pub(crate) fn check_writable(path: &Path) -> Result<()> {
     // A device or a pipe would be replaced by the renaming, like a file.
     if path.exists() && !path.is_file() {
-        bail!("{}: is a folder or a device, expected the name of a file to write", path.display());
+        bail!(
+            "{}: is a folder or a device, expected the name of a file to write",
+            path.display()
+        );
     }
     let folder = folder_of(path);
     if !folder.is_dir() {
-        bail!("{}: cannot write: the folder {} does not exist", path.display(), folder.display());
+        bail!(
+            "{}: cannot write: the folder {} does not exist",
+            path.display(),
+            folder.display()
+        );
     }
-    temporary_file(folder)
-        .with_context(|| format!("{}: cannot write to the folder {}", path.display(), folder.display()))?;
+    temporary_file(folder).with_context(|| {
+        format!(
+            "{}: cannot write to the folder {}",
+            path.display(),
+            folder.display()
+        )
+    })?;
     Ok(())
 }
 
 /// Checks that writing `output` would not replace a file that is read.
 pub(crate) fn check_not_input(output: &Path, inputs: &[&Path]) -> Result<()> {
-    let Ok(written) = output.canonicalize() else { return Ok(()) };
-    match inputs.iter().find(|input| input.canonicalize().is_ok_and(|read| read == written)) {
-        Some(_) => bail!("{}: would be replaced, but is read as well: choose another name", output.display()),
+    let Ok(written) = output.canonicalize() else {
+        return Ok(());
+    };
+    match inputs
+        .iter()
+        .find(|input| input.canonicalize().is_ok_and(|read| read == written))
+    {
+        Some(_) => bail!(
+            "{}: would be replaced, but is read as well: choose another name",
+            output.display()
+        ),
         None => Ok(()),
     }
 }
@@ -119,17 +142,24 @@ pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<u64> {
 }
 
 /// Writes a file through a temporary one.
-fn write_whole(path: &Path, write: impl FnOnce(&mut BufWriter<NamedTempFile>) -> Result<()>) -> Result<u64> {
+fn write_whole(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<NamedTempFile>) -> Result<()>,
+) -> Result<u64> {
     let written = || -> Result<u64> {
         let (file, _listed) = temporary_file(folder_of(path))?;
         let mut buffered = BufWriter::new(file);
         write(&mut buffered)?;
-        let mut file = buffered.into_inner().map_err(std::io::IntoInnerError::into_error)?;
+        let mut file = buffered
+            .into_inner()
+            .map_err(std::io::IntoInnerError::into_error)?;
         let bytes = file.seek(std::io::SeekFrom::End(0))?;
         file.persist(path)?;
         Ok(bytes)
     };
-    written().with_context(|| WriteFailure { path: path.to_owned() })
+    written().with_context(|| WriteFailure {
+        path: path.to_owned(),
+    })
 }
 
 fn temporary_file(folder: &Path) -> std::io::Result<(NamedTempFile, Listed)> {
@@ -138,7 +168,10 @@ fn temporary_file(folder: &Path) -> std::io::Result<(NamedTempFile, Listed)> {
     // A temporary file is private by default; a picture has the permissions of any other new file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    interrupt::listed(|| builder.tempfile_in(folder), |file| file.path().to_owned())
+    interrupt::listed(
+        || builder.tempfile_in(folder),
+        |file| file.path().to_owned(),
+    )
 }
 
 /// The folder of a path; a bare name lies in the current one.

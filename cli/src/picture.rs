@@ -28,7 +28,9 @@ pub(crate) const MAX_PIXELS: u64 = 1 << 28;
 pub(crate) fn check_size(camera: &Camera) -> Result<()> {
     let (width, height) = (camera.width, camera.height);
     if u64::from(width) * u64::from(height) > MAX_PIXELS {
-        bail!("a picture of {width}x{height} has more than {MAX_PIXELS} pixels: choose a smaller size");
+        bail!(
+            "a picture of {width}x{height} has more than {MAX_PIXELS} pixels: choose a smaller size"
+        );
     }
     Ok(())
 }
@@ -54,7 +56,10 @@ pub(crate) fn render(
     background: &Background,
 ) -> Result<Drawn> {
     let Drawn { image, account } = render(camera, number)?;
-    Ok(Drawn { image: background.behind(image), account })
+    Ok(Drawn {
+        image: background.behind(image),
+        account,
+    })
 }
 
 /// Renders from `camera` and writes `file`.
@@ -66,5 +71,11 @@ pub(crate) fn draw(
 ) -> Result<WrittenFrame> {
     let Drawn { image, account } = render(renderer, camera, &finish.background)?;
     let file_bytes = output::write_picture(&file, finish.format, &image)?;
-    Ok(WrittenFrame { file, file_bytes, width: image.width, height: image.height, account })
+    Ok(WrittenFrame {
+        file,
+        file_bytes,
+        width: image.width,
+        height: image.height,
+        account,
+    })
 }

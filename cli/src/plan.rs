@@ -25,7 +25,10 @@ use crate::sequence::{self, Existing, Sequence};
 use crate::values::{BackgroundWord, Size};
 
 /// Picture size when neither the command line nor a camera file gives one.
-pub(crate) const DEFAULT_SIZE: Size = Size { width: 800, height: 800 };
+pub(crate) const DEFAULT_SIZE: Size = Size {
+    width: 800,
+    height: 800,
+};
 
 /// What was asked for, as far as every command asks it.
 pub(crate) struct Request<'a> {
@@ -88,10 +91,20 @@ impl Plan {
     /// Checks all that can be checked by now.
     pub(crate) fn new(request: &Request) -> Result<Self> {
         let cameras = planned_cameras(request)?;
-        let list = matches!(cameras, PlannedCameras::File(CameraFile::List(_)) | PlannedCameras::Path(..));
+        let list = matches!(
+            cameras,
+            PlannedCameras::File(CameraFile::List(_)) | PlannedCameras::Path(..)
+        );
         let several = list || request.sequence.turntable.is_some();
-        let pictures = if several { Pictures::Several } else { Pictures::One };
-        Ok(Self { cameras, ..Self::without_cameras(request, pictures)? })
+        let pictures = if several {
+            Pictures::Several
+        } else {
+            Pictures::One
+        };
+        Ok(Self {
+            cameras,
+            ..Self::without_cameras(request, pictures)?
+        })
     }
 
     /// As [`Plan::new`], for a command that finds its cameras itself.
@@ -109,22 +122,43 @@ impl Plan {
         };
         check_targets(request, &names.frame(0))?;
         // A video cannot be transparent.
-        let opaque = matches!(film, Some(FilmPlan { kind: FilmKind::Video(_), .. }));
+        let opaque = matches!(
+            film,
+            Some(FilmPlan {
+                kind: FilmKind::Video(_),
+                ..
+            })
+        );
         let background = background(request.picture.background.as_ref(), opaque)?;
-        Ok(Self { names, film, finish: Finish { format, background }, cameras: PlannedCameras::Framed })
+        Ok(Self {
+            names,
+            film,
+            finish: Finish { format, background },
+            cameras: PlannedCameras::Framed,
+        })
     }
 
     /// The cameras of the camera file, or those that show `extent` as was asked for.
-    pub(crate) fn cameras(&self, request: &Request, extent: &Extent, stance: Stance) -> Result<Vec<Camera>> {
-        let named = |file: &Option<PathBuf>| file.as_deref().unwrap_or(Path::new("")).display().to_string();
+    pub(crate) fn cameras(
+        &self,
+        request: &Request,
+        extent: &Extent,
+        stance: Stance,
+    ) -> Result<Vec<Camera>> {
+        let named = |file: &Option<PathBuf>| {
+            file.as_deref()
+                .unwrap_or(Path::new(""))
+                .display()
+                .to_string()
+        };
         let cameras = match &self.cameras {
             PlannedCameras::Framed => framed(request, extent, stance)?,
             PlannedCameras::File(file) => {
                 file_cameras(file, extent.bounds).with_context(|| named(&request.camera.camera))?
             }
-            PlannedCameras::Path(path, pictures) => {
-                path.cameras(pictures, extent.bounds).with_context(|| named(&request.sequence.path))?
-            }
+            PlannedCameras::Path(path, pictures) => path
+                .cameras(pictures, extent.bounds)
+                .with_context(|| named(&request.sequence.path))?,
         };
         self.checked(cameras)
     }
@@ -154,8 +188,17 @@ impl Plan {
         mut stats: RunStats,
         (render, telling): (&mut RenderNumbered, Telling),
     ) -> Result<()> {
-        let existing = if request.sequence.resume { Existing::Keep } else { Existing::Replace };
-        let sequence = Sequence { cameras, names: &self.names, finish: &self.finish, existing };
+        let existing = if request.sequence.resume {
+            Existing::Keep
+        } else {
+            Existing::Replace
+        };
+        let sequence = Sequence {
+            cameras,
+            names: &self.names,
+            finish: &self.finish,
+            existing,
+        };
         let outcome = match &self.film {
             Some(film) => sequence::draw_film(render, &sequence, film, telling.verbosity)?,
             None => sequence::draw(render, &sequence, telling.verbosity)?,
@@ -163,13 +206,23 @@ impl Plan {
         stats.frames = outcome.frames;
         stats.peak_bytes = report::peak_bytes();
         if let Some(path) = request.stats {
-            output::write_text(path, &format!("{}\n", serde_json::to_string_pretty(&stats)?))?;
+            output::write_text(
+                path,
+                &format!("{}\n", serde_json::to_string_pretty(&stats)?),
+            )?;
         }
         if telling.verbosity != Verbosity::Quiet {
             if outcome.kept > 0 {
-                report::say(&format!("{} of {} pictures were there already", outcome.kept, cameras.len()));
+                report::say(&format!(
+                    "{} of {} pictures were there already",
+                    outcome.kept,
+                    cameras.len()
+                ));
             }
-            report::say(&report::summary(&stats.frames, telling.start.elapsed().as_secs_f64()));
+            report::say(&report::summary(
+                &stats.frames,
+                telling.start.elapsed().as_secs_f64(),
+            ));
         }
         outcome.ending
     }
@@ -238,17 +291,27 @@ fn film_plan(request: &Request) -> Result<Option<FilmPlan>> {
         return Ok(None);
     };
     if request.sequence.resume {
-        bail!("{name}: --resume is for numbered pictures; an animation is written whole or not at all");
+        bail!(
+            "{name}: --resume is for numbered pictures; an animation is written whole or not at all"
+        );
     }
     let fps = request.sequence.fps.unwrap_or(output::DEFAULT_FPS);
-    let film = FilmPlan { path: request.output.to_owned(), kind, fps };
+    let film = FilmPlan {
+        path: request.output.to_owned(),
+        kind,
+        fps,
+    };
     film.check_tools()?;
     Ok(Some(film))
 }
 
 fn planned_cameras(request: &Request) -> Result<PlannedCameras> {
     let (camera, sequence) = (request.camera, request.sequence);
-    let defaults = CameraDefaults { size: camera.size, look_at_size: DEFAULT_SIZE, fov_y_deg: camera.fov };
+    let defaults = CameraDefaults {
+        size: camera.size,
+        look_at_size: DEFAULT_SIZE,
+        fov_y_deg: camera.fov,
+    };
     if let Some(file) = &sequence.path {
         let path = camera_path::read(file, &defaults, request.keys)?;
         let pictures = path.pictures(f64::from(sequence.fps.unwrap_or(output::DEFAULT_FPS)))?;
@@ -266,13 +329,28 @@ fn check_targets(request: &Request, first_frame: &Path) -> Result<()> {
         Some(BackgroundWord::File(path)) => Some(path.as_path()),
         _ => None,
     };
-    let optional = [request.camera.camera.as_deref(), request.sequence.path.as_deref(), background];
-    let inputs: Vec<&Path> = optional.into_iter().flatten().chain(request.inputs.iter().copied()).collect();
+    let optional = [
+        request.camera.camera.as_deref(),
+        request.sequence.path.as_deref(),
+        background,
+    ];
+    let inputs: Vec<&Path> = optional
+        .into_iter()
+        .flatten()
+        .chain(request.inputs.iter().copied())
+        .collect();
     if let Some((option, path)) = request.others.iter().find(|(_, path)| *path == first_frame) {
-        bail!("{}: is the name of the picture and of {option}: choose another name", path.display());
+        bail!(
+            "{}: is the name of the picture and of {option}: choose another name",
+            path.display()
+        );
     }
     let others = request.others.iter().map(|&(_, path)| path);
-    for target in [Some(first_frame), request.stats].into_iter().flatten().chain(others) {
+    for target in [Some(first_frame), request.stats]
+        .into_iter()
+        .flatten()
+        .chain(others)
+    {
         output::check_writable(target)?;
         output::check_not_input(target, &inputs)?;
     }
@@ -287,7 +365,9 @@ fn framed(request: &Request, extent: &Extent, stance: Stance) -> Result<Vec<Came
         orbit: args.orbit.unwrap_or(framing::DEFAULT_ORBIT),
         stance,
         lens: match args.projection {
-            ProjectionArg::Perspective => Lens::Perspective { fov_y_deg: args.fov },
+            ProjectionArg::Perspective => Lens::Perspective {
+                fov_y_deg: args.fov,
+            },
             ProjectionArg::Orthographic => Lens::Orthographic,
         },
     };
@@ -300,6 +380,9 @@ fn framed(request: &Request, extent: &Extent, stance: Stance) -> Result<Vec<Came
 fn file_cameras(file: &CameraFile, bounds: [DVec3; 2]) -> Result<Vec<Camera>> {
     match file {
         CameraFile::One(camera) => Ok(vec![camera.for_bounds(bounds)?]),
-        CameraFile::List(list) => list.iter().map(|camera| camera.for_bounds(bounds)).collect(),
+        CameraFile::List(list) => list
+            .iter()
+            .map(|camera| camera.for_bounds(bounds))
+            .collect(),
     }
 }

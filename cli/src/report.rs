@@ -27,7 +27,11 @@ pub(crate) enum Verbosity {
 impl Verbosity {
     /// Whether bars are shown.
     pub(crate) fn progress(self) -> Progress {
-        if self == Self::Quiet { Progress::Hidden } else { Progress::Shown }
+        if self == Self::Quiet {
+            Progress::Hidden
+        } else {
+            Progress::Shown
+        }
     }
 }
 
@@ -133,7 +137,9 @@ pub(crate) fn stage_line(frame: &WrittenFrame) -> String {
 pub(crate) fn peak_bytes() -> Option<u64> {
     // Linux only; the file does not exist elsewhere.
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))?;
     let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kib * 1024)
 }
@@ -142,14 +148,21 @@ pub(crate) fn peak_bytes() -> Option<u64> {
 pub(crate) fn available_bytes() -> Option<u64> {
     // Linux only, as above.
     let info = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = info.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    let line = info
+        .lines()
+        .find_map(|line| line.strip_prefix("MemAvailable:"))?;
     let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kib * 1024)
 }
 
 fn described(frame: &WrittenFrame) -> String {
     let size = human_bytes(frame.file_bytes);
-    format!("{} ({}x{}, {size})", frame.file.display(), frame.width, frame.height)
+    format!(
+        "{} ({}x{}, {size})",
+        frame.file.display(),
+        frame.width,
+        frame.height
+    )
 }
 
 /// A number of bytes as people write it.
@@ -170,20 +183,38 @@ mod tests {
     use super::*;
 
     fn frame(name: &str) -> WrittenFrame {
-        let account = Account { keys: json!({ "points": 3, "stages": {} }), line: "3 points".into() };
-        WrittenFrame { file: name.into(), file_bytes: 1_500, width: 8, height: 6, account }
+        let account = Account {
+            keys: json!({ "points": 3, "stages": {} }),
+            line: "3 points".into(),
+        };
+        WrittenFrame {
+            file: name.into(),
+            file_bytes: 1_500,
+            width: 8,
+            height: 6,
+            account,
+        }
     }
 
     #[test]
     fn causes_are_joined_without_repeating_themselves() {
-        let error =
-            anyhow!("no such file").context("a.raw: cannot read: no such file").context("loading\nfailed");
-        assert_eq!(one_line(&error), "loading failed: a.raw: cannot read: no such file", "one line");
+        let error = anyhow!("no such file")
+            .context("a.raw: cannot read: no such file")
+            .context("loading\nfailed");
+        assert_eq!(
+            one_line(&error),
+            "loading failed: a.raw: cannot read: no such file",
+            "one line"
+        );
     }
 
     #[test]
     fn summary_names_one_picture_or_the_first_and_the_last() {
-        assert_eq!(summary(&[frame("a.png")], 0.5), "wrote a.png (8x6, 1.5 kB) in 0.50 s", "one");
+        assert_eq!(
+            summary(&[frame("a.png")], 0.5),
+            "wrote a.png (8x6, 1.5 kB) in 0.50 s",
+            "one"
+        );
         let several = [frame("a_0000.png"), frame("a_0001.png")];
         let expected = "wrote 2 pictures, a_0000.png to a_0001.png (3.0 kB) in 2.00 s";
         assert_eq!(summary(&several, 2.0), expected, "several");
@@ -195,9 +226,20 @@ mod tests {
     #[test]
     fn frame_counts_lie_beside_the_file_name_in_the_stats() {
         let json = serde_json::to_value(frame("a.png")).expect("plain data");
-        assert_eq!((&json["file"], &json["points"]), (&"a.png".into(), &3.into()), "{json}");
-        assert!(json["stages"].is_object() && json.get("line").is_none(), "keys, but no text: {json}");
-        assert_eq!(stage_line(&frame("a.png")), "a.png: 3 points", "the line for people");
+        assert_eq!(
+            (&json["file"], &json["points"]),
+            (&"a.png".into(), &3.into()),
+            "{json}"
+        );
+        assert!(
+            json["stages"].is_object() && json.get("line").is_none(),
+            "keys, but no text: {json}"
+        );
+        assert_eq!(
+            stage_line(&frame("a.png")),
+            "a.png: 3 points",
+            "the line for people"
+        );
     }
 
     #[cfg(target_os = "linux")]

@@ -55,20 +55,38 @@ pub(crate) fn load(args: &VolsplatArgs) -> Result<Volumes> {
                 "--channel {number}: expected the number of a component, counted from 0, and then its look"
             )
         })?;
-        let volume =
-            volsplat::load(&args.input, &LoadOptions { component: Some(component), ..options.clone() })?;
-        channels.push(LookedAt { look: parsed_look(look, &volume, args)?, volume });
+        let volume = volsplat::load(
+            &args.input,
+            &LoadOptions {
+                component: Some(component),
+                ..options.clone()
+            },
+        )?;
+        channels.push(LookedAt {
+            look: parsed_look(look, &volume, args)?,
+            volume,
+        });
     }
     if channels.is_empty() {
         let volume = volsplat::load(&args.input, &options)?;
-        channels.push(LookedAt { look: own_look(args, &volume)?, volume });
+        channels.push(LookedAt {
+            look: own_look(args, &volume)?,
+            volume,
+        });
     }
     for pair in scene.also.chunks(2) {
         let [file, look] = pair else { continue };
         let volume = beside(Path::new(file), &options)?;
-        channels.push(LookedAt { look: parsed_look(look, &volume, args)?, volume });
+        channels.push(LookedAt {
+            look: parsed_look(look, &volume, args)?,
+            volume,
+        });
     }
-    let mask = scene.mask.as_deref().map(|path| mask(path, &options, &channels[0].volume)).transpose()?;
+    let mask = scene
+        .mask
+        .as_deref()
+        .map(|path| mask(path, &options, &channels[0].volume))
+        .transpose()?;
     Ok(Volumes { channels, mask })
 }
 
@@ -79,7 +97,10 @@ impl Volumes {
             channels: self
                 .channels
                 .iter()
-                .map(|channel| Channel { volume: &channel.volume, look: channel.look.lent() })
+                .map(|channel| Channel {
+                    volume: &channel.volume,
+                    look: channel.look.lent(),
+                })
                 .collect(),
             mask: self.mask.as_ref(),
         }
@@ -117,7 +138,11 @@ impl OwnLook {
 /// The files that are read beside the volume, the transfer function and the cameras.
 pub(crate) fn inputs(args: &SceneArgs) -> impl Iterator<Item = &Path> {
     let also = args.also.iter().step_by(2).map(Path::new);
-    args.mask.iter().chain(&args.label_colours).map(PathBuf::as_path).chain(also)
+    args.mask
+        .iter()
+        .chain(&args.label_colours)
+        .map(PathBuf::as_path)
+        .chain(also)
 }
 
 /// The scene's part of the settings in the stats file.
@@ -136,7 +161,10 @@ fn own_look(args: &VolsplatArgs, volume: &Volume) -> Result<OwnLook> {
     if args.scene.labels {
         return Ok(OwnLook::Labels(label_table(args)?));
     }
-    Ok(OwnLook::Transfer(transfer::function(&args.transfer, volume)?))
+    Ok(OwnLook::Transfer(transfer::function(
+        &args.transfer,
+        volume,
+    )?))
 }
 
 fn parsed_look(word: &str, volume: &Volume, args: &VolsplatArgs) -> Result<OwnLook> {
@@ -151,12 +179,17 @@ fn parsed_look(word: &str, volume: &Volume, args: &VolsplatArgs) -> Result<OwnLo
     } else {
         one_colour(word, volume)?
     };
-    Ok(OwnLook::Transfer(function.with_opacity_scaled(args.transfer.opacity_scale)?))
+    Ok(OwnLook::Transfer(
+        function.with_opacity_scaled(args.transfer.opacity_scale)?,
+    ))
 }
 
 /// The opacity of the histogram, in one colour.
 fn one_colour(word: &str, volume: &Volume) -> Result<TransferFunction> {
-    let written = COLOURS.iter().find(|(name, _)| *name == word).map_or(word, |(_, digits)| digits);
+    let written = COLOURS
+        .iter()
+        .find(|(name, _)| *name == word)
+        .map_or(word, |(_, digits)| digits);
     let Ok(rgb) = values::colour(written) else {
         bail!(
             "{word}: expected the look of a channel: a file that ends in .json, a colour map such as viridis, labels, a colour \
@@ -164,9 +197,16 @@ fn one_colour(word: &str, volume: &Volume) -> Result<TransferFunction> {
             COLOURS.map(|(name, _)| name).join(", ")
         );
     };
-    let opacities = TransferFunction::automatic(&Histogram::of_volume(volume), ColourMap::default());
-    let colour = ColourKnot { value: volume.value_range().0, rgb };
-    Ok(TransferFunction::new(vec![colour], opacities.opacity_knots().to_vec())?)
+    let opacities =
+        TransferFunction::automatic(&Histogram::of_volume(volume), ColourMap::default());
+    let colour = ColourKnot {
+        value: volume.value_range().0,
+        rgb,
+    };
+    Ok(TransferFunction::new(
+        vec![colour],
+        opacities.opacity_knots().to_vec(),
+    )?)
 }
 
 fn label_table(args: &VolsplatArgs) -> Result<LabelTable> {
@@ -181,7 +221,13 @@ fn label_table(args: &VolsplatArgs) -> Result<LabelTable> {
 fn beside(path: &Path, options: &LoadOptions) -> Result<Volume> {
     let is_known = volsplat::input::format_of(path)?.is_some();
     let raw = options.raw.clone().filter(|_| !is_known);
-    let own = LoadOptions { raw, component: None, array: None, series: None, ..options.clone() };
+    let own = LoadOptions {
+        raw,
+        component: None,
+        array: None,
+        series: None,
+        ..options.clone()
+    };
     Ok(volsplat::load(path, &own)?)
 }
 

@@ -31,9 +31,16 @@ fn placed(camera: &SceneCamera, size: Option<Size>, bounds: [DVec3; 2]) -> Resul
     let pose = &camera.world_from_camera;
     let (position, forward) = (pose.translation, -pose.matrix3.z_axis);
     // The distance of the target decides the near plane only: that of the farthest corner suits what is shown.
-    let reach = (bounds[0] - position).abs().max((bounds[1] - position).abs()).length();
+    let reach = (bounds[0] - position)
+        .abs()
+        .max((bounds[1] - position).abs())
+        .length();
     let distance = if reach > 0.0 { reach } else { 1.0 };
-    let look = LookAt { position, target: position + distance * forward, up: pose.matrix3.y_axis };
+    let look = LookAt {
+        position,
+        target: position + distance * forward,
+        up: pose.matrix3.y_axis,
+    };
     let size = size.unwrap_or_else(|| own_size(&camera.lens));
     let size = [size.width, size.height];
     Ok(match camera.lens {
@@ -79,12 +86,23 @@ mod tests {
     const BOUNDS: [DVec3; 2] = [DVec3::splat(-1.0), DVec3::splat(1.0)];
 
     fn cameras() -> Vec<SceneCamera> {
-        let perspective = SceneLens::Perspective { fov_y_rad: 1.0, aspect: Some(2.0) };
-        let orthographic = SceneLens::Orthographic { size: DVec2::new(3.0, 6.0) };
-        let pose =
-            DAffine3::from_rotation_translation(DQuat::from_rotation_y(0.5), DVec3::new(0.0, 0.0, 5.0));
+        let perspective = SceneLens::Perspective {
+            fov_y_rad: 1.0,
+            aspect: Some(2.0),
+        };
+        let orthographic = SceneLens::Orthographic {
+            size: DVec2::new(3.0, 6.0),
+        };
+        let pose = DAffine3::from_rotation_translation(
+            DQuat::from_rotation_y(0.5),
+            DVec3::new(0.0, 0.0, 5.0),
+        );
         [("front", perspective), ("", orthographic)]
-            .map(|(name, lens)| SceneCamera { name: name.into(), world_from_camera: pose, lens })
+            .map(|(name, lens)| SceneCamera {
+                name: name.into(),
+                world_from_camera: pose,
+                lens,
+            })
             .to_vec()
     }
 
@@ -98,9 +116,15 @@ mod tests {
                 camera.screen_from_camera(camera.camera_from_world.transform_point3(in_world))
             };
             let middle = DVec2::new(f64::from(camera.width), f64::from(camera.height)) * 0.5;
-            assert!((seen(DVec3::new(0.0, 0.0, -3.0)) - middle).length() < 1e-9, "{word}: straight ahead");
+            assert!(
+                (seen(DVec3::new(0.0, 0.0, -3.0)) - middle).length() < 1e-9,
+                "{word}: straight ahead"
+            );
             let shifted = seen(DVec3::new(0.5, 0.5, -3.0)) - middle;
-            assert!(shifted.x > 0.0 && shifted.y < 0.0, "{word}: right and up, not {shifted}");
+            assert!(
+                shifted.x > 0.0 && shifted.y < 0.0,
+                "{word}: right and up, not {shifted}"
+            );
         }
     }
 
@@ -112,14 +136,26 @@ mod tests {
             (1600, 400),
             "proportions of the file"
         );
-        let size = Some(Size { width: 10, height: 20 });
-        assert_eq!((camera("0", size).width, camera("0", size).height), (10, 20), "what was asked for");
+        let size = Some(Size {
+            width: 10,
+            height: 20,
+        });
+        assert_eq!(
+            (camera("0", size).width, camera("0", size).height),
+            (10, 20),
+            "what was asked for"
+        );
     }
 
     #[test]
     fn an_unknown_camera_lists_those_there_are() {
-        let error = named(&cameras(), "back", None, BOUNDS).expect_err("no such camera").to_string();
+        let error = named(&cameras(), "back", None, BOUNDS)
+            .expect_err("no such camera")
+            .to_string();
         assert!(error.contains("0 (front), 1"), "{error}");
-        assert!(named(&[], "0", None, BOUNDS).is_err_and(|e| e.to_string().contains("none")), "no cameras");
+        assert!(
+            named(&[], "0", None, BOUNDS).is_err_and(|e| e.to_string().contains("none")),
+            "no cameras"
+        );
     }
 }

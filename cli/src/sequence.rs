@@ -73,7 +73,11 @@ pub(crate) fn draw(
     }
     bar.finish_and_clear();
     let ending = ending(kept + frames.len(), total);
-    Ok(Outcome { frames, kept, ending })
+    Ok(Outcome {
+        frames,
+        kept,
+        ending,
+    })
 }
 
 /// Draws the sequence into one animation.
@@ -84,27 +88,50 @@ pub(crate) fn draw_film(
     verbosity: Verbosity,
 ) -> Result<Outcome> {
     let (cameras, file) = (sequence.cameras, &plan.path);
-    let size = cameras.first().map_or([1; 2], |camera| [camera.width, camera.height]);
+    let size = cameras
+        .first()
+        .map_or([1; 2], |camera| [camera.width, camera.height]);
     let _patience = (cameras.len() > 1).then(interrupt::patience);
     let mut film = Film::begin(plan, size, u32::try_from(cameras.len())?)?;
     let bar = progress(cameras.len(), verbosity);
     let mut frames = Vec::with_capacity(cameras.len());
-    for camera in cameras.iter().enumerate().map(|(number, camera)| (camera, number)) {
+    for camera in cameras
+        .iter()
+        .enumerate()
+        .map(|(number, camera)| (camera, number))
+    {
         if interrupt::asked() {
             bar.finish_and_clear();
             let state = format!("{} is not written", file.display());
-            return Ok(Outcome { frames: Vec::new(), kept: 0, ending: Err(Interrupted { state }.into()) });
+            return Ok(Outcome {
+                frames: Vec::new(),
+                kept: 0,
+                ending: Err(Interrupted { state }.into()),
+            });
         }
-        let Drawn { image, account } = picture::render(render, camera, &sequence.finish.background)?;
+        let Drawn { image, account } =
+            picture::render(render, camera, &sequence.finish.background)?;
         film.add(&image)?;
         let (width, height) = (image.width, image.height);
-        frames.push(WrittenFrame { file: file.clone(), file_bytes: 0, width, height, account });
+        frames.push(WrittenFrame {
+            file: file.clone(),
+            file_bytes: 0,
+            width,
+            height,
+            account,
+        });
         bar.inc(1);
     }
     bar.finish_and_clear();
     let file_bytes = film.finish()?;
-    frames.iter_mut().for_each(|frame| frame.file_bytes = file_bytes);
-    Ok(Outcome { frames, kept: 0, ending: Ok(()) })
+    frames
+        .iter_mut()
+        .for_each(|frame| frame.file_bytes = file_bytes);
+    Ok(Outcome {
+        frames,
+        kept: 0,
+        ending: Ok(()),
+    })
 }
 
 /// A bar with the time left; it hides itself where stderr is no terminal.
@@ -113,7 +140,8 @@ pub(crate) fn progress(count: usize, verbosity: Verbosity) -> ProgressBar {
         return ProgressBar::hidden();
     }
     let style = ProgressStyle::with_template("{wide_bar} {pos} of {len}, {eta} left");
-    ProgressBar::new(count as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+    ProgressBar::new(count as u64)
+        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 /// A picture's file, and its camera with its number.

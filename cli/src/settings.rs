@@ -8,8 +8,8 @@ use serde_json::{Value, json};
 use volsplat::input::RawOptions;
 use volsplat::volume::NanPolicy;
 use volsplat::{
-    Blend, Classify, DepthPlane, Described, Light, LoadOptions, Order, RenderOptions, Shading, SheetKernel,
-    Subpixels,
+    Blend, Classify, DepthPlane, Described, Light, LoadOptions, Order, RenderOptions, Shading,
+    SheetKernel, Subpixels,
 };
 
 use crate::args::{RenderArgs, VolsplatArgs, VolumeArgs};
@@ -28,11 +28,14 @@ pub(crate) mod texmap;
 /// How the volume is read.
 pub(crate) fn load_options(args: &VolumeArgs) -> LoadOptions {
     // The command line accepts --dims and --type together or not at all.
-    let raw = args.dims.zip(args.voxel_type).map(|(dims, voxel_type)| RawOptions {
-        endian: args.endian.unwrap_or_default(),
-        skip_bytes: args.skip.unwrap_or(0),
-        ..RawOptions::new(dims, voxel_type)
-    });
+    let raw = args
+        .dims
+        .zip(args.voxel_type)
+        .map(|(dims, voxel_type)| RawOptions {
+            endian: args.endian.unwrap_or_default(),
+            skip_bytes: args.skip.unwrap_or(0),
+            ..RawOptions::new(dims, voxel_type)
+        });
     LoadOptions {
         raw,
         spacing: args.spacing,
@@ -55,10 +58,16 @@ pub(crate) fn render_options(
 ) -> Result<RenderOptions> {
     let (samples, sheets) = (&args.samples, &args.sheets);
     let default = RenderOptions::default();
-    let kernel = samples.kernel.map_or(default.sheet_kernel, |kernel| choices::KERNEL.library(kernel));
+    let kernel = samples.kernel.map_or(default.sheet_kernel, |kernel| {
+        choices::KERNEL.library(kernel)
+    });
     let blend = blend::blend(&args.blend)?;
     // A surface without light is one spot of colour.
-    let unasked = if matches!(blend, Blend::Isosurface(_)) { Shading::Phong } else { default.shading };
+    let unasked = if matches!(blend, Blend::Isosurface(_)) {
+        Shading::Phong
+    } else {
+        default.shading
+    };
     Ok(RenderOptions {
         order: order(args)?.unwrap_or(default.order),
         clip: clip::clip(&args.clip),
@@ -66,36 +75,65 @@ pub(crate) fn render_options(
         gradient_opacity: args.gradient_opacity,
         slab_voxels: sheets.slab.unwrap_or(default.slab_voxels),
         subpixels: sheets.subpixel.unwrap_or(default.subpixels),
-        interpolate: samples.interpolate.map_or(default.interpolate, |on| choices::INTERPOLATE.library(on)),
-        cells: samples.cells.map_or(default.cells, |cells| choices::CELLS.library(cells)),
+        interpolate: samples
+            .interpolate
+            .map_or(default.interpolate, |on| choices::INTERPOLATE.library(on)),
+        cells: samples
+            .cells
+            .map_or(default.cells, |cells| choices::CELLS.library(cells)),
         cell_error: samples.cell_error.unwrap_or(default.cell_error),
         lod_error: sheets.lod_error.unwrap_or(default.lod_error),
-        sheet_sums: sheets.sheet_sums.map_or(default.sheet_sums, |sums| choices::SHEET_SUMS.library(sums)),
-        shading: args.shade.map_or(unasked, |shade| choices::SHADE.library(shade)),
+        sheet_sums: sheets
+            .sheet_sums
+            .map_or(default.sheet_sums, |sums| choices::SHEET_SUMS.library(sums)),
+        shading: args
+            .shade
+            .map_or(unasked, |shade| choices::SHADE.library(shade)),
         light: args.light.map_or(default.light, Light::Towards),
         kernel: match kernel {
             SheetKernel::Radial(shape) => shape,
             SheetKernel::Trilinear => default.kernel,
         },
         sheet_kernel: kernel,
-        classify: sheets.classify.map_or(default.classify, |classify| choices::CLASSIFY.library(classify)),
-        footprint: samples.footprint.map_or(default.footprint, |mode| choices::FOOTPRINT.library(mode)),
+        classify: sheets.classify.map_or(default.classify, |classify| {
+            choices::CLASSIFY.library(classify)
+        }),
+        footprint: samples
+            .footprint
+            .map_or(default.footprint, |mode| choices::FOOTPRINT.library(mode)),
         opacity: choices::OPACITY.library(args.opacity),
-        select: samples.select.map_or(default.select, |select| choices::SELECT.library(select)),
-        point_threshold_px: samples.point_threshold.unwrap_or(default.point_threshold_px),
+        select: samples
+            .select
+            .map_or(default.select, |select| choices::SELECT.library(select)),
+        point_threshold_px: samples
+            .point_threshold
+            .unwrap_or(default.point_threshold_px),
         sheet_voxels: samples.sheet.unwrap_or(default.sheet_voxels),
         min_transmittance: args.min_transmittance,
         opacity_unit,
-        colour_by: samples.colour_by.map_or(default.colour_by, |by| choices::COLOUR_BY.library(by)),
-        depth: if format == Format::Exr { DepthPlane::Expected } else { DepthPlane::None },
+        colour_by: samples
+            .colour_by
+            .map_or(default.colour_by, |by| choices::COLOUR_BY.library(by)),
+        depth: if format == Format::Exr {
+            DepthPlane::Expected
+        } else {
+            DepthPlane::None
+        },
         simd: default.simd,
     })
 }
 
 /// A single slice has no cell to interpolate in: unless an order was asked for, each of its samples is drawn.
-pub(crate) fn suited_to(options: RenderOptions, args: &RenderArgs, volume: &dyn Described) -> RenderOptions {
+pub(crate) fn suited_to(
+    options: RenderOptions,
+    args: &RenderArgs,
+    volume: &dyn Described,
+) -> RenderOptions {
     match args.order {
-        None if volume.lattice().dims.contains(&1) => RenderOptions { order: Order::EverySample, ..options },
+        None if volume.lattice().dims.contains(&1) => RenderOptions {
+            order: Order::EverySample,
+            ..options
+        },
         _ => options,
     }
 }

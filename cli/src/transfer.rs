@@ -27,11 +27,18 @@ pub(crate) fn function(args: &TransferArgs, volume: &dyn Described) -> Result<Tr
 pub(crate) fn warning(args: &TransferArgs, volume: &dyn Described) -> Option<String> {
     let preset = args.preset?;
     let why = preset.mismatch(volume)?;
-    Some(format!("warning: --preset {} expects Hounsfield units, but {why}", preset.name()))
+    Some(format!(
+        "warning: --preset {} expects Hounsfield units, but {why}",
+        preset.name()
+    ))
 }
 
 /// Draws the function over the volume's histogram, where that was asked for.
-pub(crate) fn show(args: &TransferArgs, function: &TransferFunction, volume: &dyn Described) -> Result<()> {
+pub(crate) fn show(
+    args: &TransferArgs,
+    function: &TransferFunction,
+    volume: &dyn Described,
+) -> Result<()> {
     if let Some(path) = &args.show_transfer {
         let plot = transfer_plot::draw(function, &volume.histogram());
         output::write_picture(path, Format::Png(Depth::Eight), &plot)?;
@@ -40,7 +47,11 @@ pub(crate) fn show(args: &TransferArgs, function: &TransferFunction, volume: &dy
 }
 
 /// The transfer function's part of the settings in the stats file.
-pub(crate) fn record(args: &TransferArgs, opacity_unit: Option<f64>, volume: &dyn Described) -> Value {
+pub(crate) fn record(
+    args: &TransferArgs,
+    opacity_unit: Option<f64>,
+    volume: &dyn Described,
+) -> Value {
     json!({
         "file": args.transfer,
         "space": choices::SPACE.name(choices::SPACE.library(args.transfer_space)),

@@ -60,7 +60,14 @@ impl Axis {
         let (first, last) = function.value_range();
         let (least, greatest) = histogram.range();
         let (low, high) = (first.min(least), last.max(greatest));
-        if high > low { Self { low, high } } else { Self { low: low - 0.5, high: high + 0.5 } }
+        if high > low {
+            Self { low, high }
+        } else {
+            Self {
+                low: low - 0.5,
+                high: high + 0.5,
+            }
+        }
     }
 
     fn value(&self, column: usize) -> f64 {
@@ -90,8 +97,16 @@ pub(crate) fn draw(function: &TransferFunction, histogram: &Histogram) -> Image 
             rgb.map(|channel| channel.min(1.0)),
         );
         let row = row_of(opacity);
-        let (top, bottom) = (row.min(before.unwrap_or(row)), row.max(before.unwrap_or(row)));
-        fill(&mut image, [MARGIN + column, top], [2, bottom - top + 2], INK);
+        let (top, bottom) = (
+            row.min(before.unwrap_or(row)),
+            row.max(before.unwrap_or(row)),
+        );
+        fill(
+            &mut image,
+            [MARGIN + column, top],
+            [2, bottom - top + 2],
+            INK,
+        );
         before = Some(row);
     }
     draw_ticks(&mut image, &axis);
@@ -113,11 +128,18 @@ fn draw_counts(image: &mut Image, axis: &Axis, histogram: &Histogram) {
         let half = 0.5 * next - 0.5 * centre;
         // A bin that is wider than a column fills all of its columns.
         let columns = axis.column(centre - half)..=axis.column(centre + half);
-        greatest[columns].iter_mut().for_each(|column| *column = count.max(*column));
+        greatest[columns]
+            .iter_mut()
+            .for_each(|column| *column = count.max(*column));
     }
     for (column, &count) in greatest.iter().enumerate().filter(|(_, count)| **count > 0) {
         let row = row_of((count as f64).ln_1p() / (most as f64).ln_1p());
-        fill(image, [MARGIN + column, row], [1, CURVE[1] + 1 - row], COUNTS);
+        fill(
+            image,
+            [MARGIN + column, row],
+            [1, CURVE[1] + 1 - row],
+            COUNTS,
+        );
     }
 }
 
@@ -143,7 +165,9 @@ fn draw_ticks(image: &mut Image, axis: &Axis) {
 fn tick_step(span: f64) -> f64 {
     let least = span / MOST_TICKS;
     let power = 10f64.powf(least.log10().floor());
-    let factor = [1.0, 2.0, 5.0].into_iter().find(|factor| factor * power >= least);
+    let factor = [1.0, 2.0, 5.0]
+        .into_iter()
+        .find(|factor| factor * power >= least);
     factor.unwrap_or(10.0) * power
 }
 
@@ -159,17 +183,30 @@ fn number(value: f64, step: f64) -> String {
 
 fn write_number(image: &mut Image, [left, top]: [usize; 2], text: &str) {
     for (place, letter) in text.chars().enumerate() {
-        let rows = FONT.iter().find(|(known, _)| *known == letter).map_or([0; 5], |(_, rows)| *rows);
+        let rows = FONT
+            .iter()
+            .find(|(known, _)| *known == letter)
+            .map_or([0; 5], |(_, rows)| *rows);
         for (y, row) in rows.into_iter().enumerate() {
             for x in (0..3).filter(|x| row & (4 >> x) != 0) {
-                fill(image, [left + (4 * place + x) * DOT, top + y * DOT], [DOT, DOT], INK);
+                fill(
+                    image,
+                    [left + (4 * place + x) * DOT, top + y * DOT],
+                    [DOT, DOT],
+                    INK,
+                );
             }
         }
     }
 }
 
 /// Fills a rectangle, cut at the edges of the picture.
-fn fill(image: &mut Image, [left, top]: [usize; 2], [width, height]: [usize; 2], [r, g, b]: [f32; 3]) {
+fn fill(
+    image: &mut Image,
+    [left, top]: [usize; 2],
+    [width, height]: [usize; 2],
+    [r, g, b]: [f32; 3],
+) {
     for y in top..(top + height).min(image.height) {
         for x in left..(left + width).min(image.width) {
             image.rgba[y * image.width + x] = [r, g, b, 1.0];
@@ -188,7 +225,8 @@ mod tests {
 
     fn plot(voxels: Voxels, level: f64, width: f64) -> Image {
         let volume = Volume::new([voxels.len(), 1, 1], voxels, DAffine3::IDENTITY).expect("valid");
-        let function = TransferFunction::window(level, width, ColourMap::default()).expect("a window");
+        let function =
+            TransferFunction::window(level, width, ColourMap::default()).expect("a window");
         draw(&function, &Histogram::of_volume(&volume))
     }
 
@@ -203,26 +241,52 @@ mod tests {
         let (left, right) = (MARGIN, MARGIN + COLUMNS - 1);
         assert_eq!(rgb(&image, left, CURVE[1]), INK, "opacity 0 on the left");
         assert_eq!(rgb(&image, right, CURVE[0]), INK, "opacity 1 on the right");
-        assert_eq!(rgb(&image, left + 300, CURVE[0]), COUNTS, "each value occurs once: all bars are full");
+        assert_eq!(
+            rgb(&image, left + 300, CURVE[0]),
+            COUNTS,
+            "each value occurs once: all bars are full"
+        );
         let map = ColourMap::default();
-        assert_eq!(rgb(&image, left, BAR[0]), map.colour(0.0), "the map's first colour");
-        assert_eq!(rgb(&image, right, BAR[0]), map.colour(1.0), "the map's last colour");
+        assert_eq!(
+            rgb(&image, left, BAR[0]),
+            map.colour(0.0),
+            "the map's first colour"
+        );
+        assert_eq!(
+            rgb(&image, right, BAR[0]),
+            map.colour(1.0),
+            "the map's last colour"
+        );
         // 200 / 8 = 25, so that the step is 50 and 100 is the tick in the middle.
-        let middle = MARGIN + Axis { low: 0.0, high: 200.0 }.column(100.0);
+        let middle = MARGIN
+            + Axis {
+                low: 0.0,
+                high: 200.0,
+            }
+            .column(100.0);
         assert_eq!(rgb(&image, middle, BAR[1] + 2), INK, "a tick at 100");
-        assert!(image.rgba.iter().all(|pixel| pixel[3] == 1.0), "the picture is opaque");
+        assert!(
+            image.rgba.iter().all(|pixel| pixel[3] == 1.0),
+            "the picture is opaque"
+        );
     }
 
     #[test]
     fn steps_are_round_and_numbers_short() {
         for (span, step) in [(200.0, 50.0), (8.0, 1.0), (4000.0, 500.0), (1.0, 0.2)] {
-            assert!((tick_step(span) / step - 1.0).abs() < 1e-12, "span {span}: {}", tick_step(span));
+            assert!(
+                (tick_step(span) / step - 1.0).abs() < 1e-12,
+                "span {span}: {}",
+                tick_step(span)
+            );
         }
         assert_eq!(number(-1000.0, 500.0), "-1000");
         assert_eq!(number(0.6000000000000001, 0.2), "0.6");
         assert_eq!(number(3e30, 1e30), "3.00e30");
         assert!(
-            number(1.5, 0.5).chars().all(|c| FONT.iter().any(|(known, _)| *known == c)),
+            number(1.5, 0.5)
+                .chars()
+                .all(|c| FONT.iter().any(|(known, _)| *known == c)),
             "all in the font"
         );
     }
@@ -235,7 +299,11 @@ mod tests {
             Voxels::F64(vec![1e-310, 2e-310]),
         ] {
             let image = plot(voxels, 0.0, 1e-3);
-            assert_eq!((image.width, image.height), (SIZE[0], SIZE[1]), "a picture all the same");
+            assert_eq!(
+                (image.width, image.height),
+                (SIZE[0], SIZE[1]),
+                "a picture all the same"
+            );
         }
     }
 }

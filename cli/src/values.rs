@@ -69,12 +69,18 @@ pub(crate) enum BackgroundWord {
 
 /// `WxH`, each from 1 to the largest side of a camera.
 pub(crate) fn size(text: &str) -> Result<Size, String> {
-    let expected =
-        || format!("expected WxH such as 800x600, each from 1 to {}", resample_core::camera::MAX_SIDE_PX);
+    let expected = || {
+        format!(
+            "expected WxH such as 800x600, each from 1 to {}",
+            resample_core::camera::MAX_SIDE_PX
+        )
+    };
     let (width, height) = text.split_once(['x', 'X']).ok_or_else(expected)?;
     let side = |word: &str| {
         let px: u32 = word.trim().parse().ok()?;
-        (1..=resample_core::camera::MAX_SIDE_PX).contains(&px).then_some(px)
+        (1..=resample_core::camera::MAX_SIDE_PX)
+            .contains(&px)
+            .then_some(px)
     };
     match (side(width), side(height)) {
         (Some(width), Some(height)) => Ok(Size { width, height }),
@@ -84,7 +90,10 @@ pub(crate) fn size(text: &str) -> Result<Size, String> {
 
 /// `X,Y,Z`, whole numbers above 0.
 pub(crate) fn dims(text: &str) -> Result<[usize; 3], String> {
-    let parsed: Option<Vec<usize>> = text.split(',').map(|word| word.trim().parse().ok()).collect();
+    let parsed: Option<Vec<usize>> = text
+        .split(',')
+        .map(|word| word.trim().parse().ok())
+        .collect();
     match parsed.as_deref() {
         Some(&[x, y, z]) if x > 0 && y > 0 && z > 0 => Ok([x, y, z]),
         _ => Err("expected three whole numbers above 0 such as 256,256,128".into()),
@@ -110,11 +119,13 @@ pub(crate) fn vector(text: &str) -> Result<[f64; 3], String> {
 /// `X0,Y0,Z0,X1,Y1,Z1`: two corners of a box, the first below the second on every axis.
 pub(crate) fn corners(text: &str) -> Result<[[f64; 3]; 2], String> {
     match numbers(text).as_deref() {
-        Some(&[x0, y0, z0, x1, y1, z1]) if x0 < x1 && y0 < y1 && z0 < z1 => Ok([[x0, y0, z0], [x1, y1, z1]]),
-        _ => {
-            Err("expected six numbers, the first three below the other three, such as 0,0,0,100,100,50"
-                .into())
+        Some(&[x0, y0, z0, x1, y1, z1]) if x0 < x1 && y0 < y1 && z0 < z1 => {
+            Ok([[x0, y0, z0], [x1, y1, z1]])
         }
+        _ => Err(
+            "expected six numbers, the first three below the other three, such as 0,0,0,100,100,50"
+                .into(),
+        ),
     }
 }
 
@@ -130,7 +141,10 @@ pub(crate) fn ramp(text: &str) -> Result<[f64; 2], String> {
 pub(crate) fn plane(text: &str) -> Result<ClipPlane, String> {
     match numbers(text).as_deref() {
         Some(&[x, y, z, offset]) if DVec3::new(x, y, z).try_normalize().is_some() => {
-            Ok(ClipPlane { normal: DVec3::new(x, y, z), offset })
+            Ok(ClipPlane {
+                normal: DVec3::new(x, y, z),
+                offset,
+            })
         }
         _ => Err("expected four numbers, the first three not all 0, such as 1,0,0,40".into()),
     }
@@ -143,7 +157,9 @@ pub(crate) fn number(text: &str) -> Result<f64, String> {
 
 /// A finite number above 0.
 pub(crate) fn positive(text: &str) -> Result<f64, String> {
-    finite(text).filter(|&value| value > 0.0).ok_or_else(|| "expected a number above 0".into())
+    finite(text)
+        .filter(|&value| value > 0.0)
+        .ok_or_else(|| "expected a number above 0".into())
 }
 
 /// A finite number above 0, in single precision.
@@ -169,9 +185,10 @@ pub(crate) fn direction(text: &str) -> Result<DVec3, String> {
 pub(crate) fn subpixels(text: &str) -> Result<Subpixels, String> {
     match text.trim() {
         "auto" => Ok(Subpixels::Auto),
-        word @ ("1" | "2" | "4" | "8" | "16") => {
-            word.parse().map(Subpixels::Fixed).map_err(|_| String::new())
-        }
+        word @ ("1" | "2" | "4" | "8" | "16") => word
+            .parse()
+            .map(Subpixels::Fixed)
+            .map_err(|_| String::new()),
         _ => Err("expected auto, 1, 2, 4, 8 or 16".into()),
     }
 }
@@ -203,22 +220,38 @@ pub(crate) fn positive_fraction(text: &str) -> Result<f32, String> {
 pub(crate) fn intrinsics(text: &str) -> Result<[f64; 4], String> {
     match numbers(text).as_deref() {
         Some(&[fx, fy, cx, cy]) if fx > 0.0 && fy > 0.0 => Ok([fx, fy, cx, cy]),
-        _ => Err("expected FX,FY,CX,CY in pixels such as 525,525,319.5,239.5, focal lengths above 0".into()),
+        _ => Err(
+            "expected FX,FY,CX,CY in pixels such as 525,525,319.5,239.5, focal lengths above 0"
+                .into(),
+        ),
     }
 }
 
 /// `CxR`, columns and rows of a grid of views.
 pub(crate) fn grid(text: &str) -> Result<Grid, String> {
-    let side = |word: &str| word.parse().ok().filter(|side| (1..=MAX_GRID_SIDE).contains(side));
-    let parsed = text.split_once(['x', 'X']).and_then(|(columns, rows)| Some((side(columns)?, side(rows)?)));
-    let grid =
-        parsed.filter(|&(columns, rows)| columns * rows > 1).map(|(columns, rows)| Grid { columns, rows });
-    grid.ok_or_else(|| format!("expected CxR such as 8x6, each from 1 to {MAX_GRID_SIDE}, two views or more"))
+    let side = |word: &str| {
+        word.parse()
+            .ok()
+            .filter(|side| (1..=MAX_GRID_SIDE).contains(side))
+    };
+    let parsed = text
+        .split_once(['x', 'X'])
+        .and_then(|(columns, rows)| Some((side(columns)?, side(rows)?)));
+    let grid = parsed
+        .filter(|&(columns, rows)| columns * rows > 1)
+        .map(|(columns, rows)| Grid { columns, rows });
+    grid.ok_or_else(|| {
+        format!("expected CxR such as 8x6, each from 1 to {MAX_GRID_SIDE}, two views or more")
+    })
 }
 
 /// A distance above 0, or `inf`.
 pub(crate) fn distance(text: &str) -> Result<f64, String> {
-    if text.trim() == "inf" { Ok(f64::INFINITY) } else { positive(text).map_err(|e| format!("{e}, or inf")) }
+    if text.trim() == "inf" {
+        Ok(f64::INFINITY)
+    } else {
+        positive(text).map_err(|e| format!("{e}, or inf"))
+    }
 }
 
 /// An angle above 0 and up to 45 degrees.
@@ -242,14 +275,22 @@ pub(crate) fn orbit(text: &str) -> Result<Orbit, String> {
     if distance <= 0.0 {
         return Err("expected a distance above 0".into());
     }
-    Ok(Orbit { azimuth_deg, elevation_deg, distance })
+    Ok(Orbit {
+        azimuth_deg,
+        elevation_deg,
+        distance,
+    })
 }
 
 /// The name of a PNG file.
 pub(crate) fn png_name(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
-    let is_png = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
-    is_png.then_some(path).ok_or_else(|| "expected a name that ends in .png".into())
+    let is_png = path
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
+    is_png
+        .then_some(path)
+        .ok_or_else(|| "expected a name that ends in .png".into())
 }
 
 /// `LEVEL,WIDTH`.
@@ -303,14 +344,21 @@ pub(crate) fn background(text: &str) -> Result<BackgroundWord, String> {
     match colour(text) {
         Ok(colour) => Ok(BackgroundWord::Colour(colour)),
         Err(_) if path.extension().is_some() => Ok(BackgroundWord::File(path)),
-        Err(expected) => Err(format!("{expected}, transparent, or the name of a picture file")),
+        Err(expected) => Err(format!(
+            "{expected}, transparent, or the name of a picture file"
+        )),
     }
 }
 
 fn hex_colour(text: &str) -> Option<[f32; 3]> {
-    let digits =
-        text.strip_prefix('#').filter(|d| d.len() == 6 && d.bytes().all(|b| b.is_ascii_hexdigit()))?;
-    let channel = |at: usize| u8::from_str_radix(&digits[at..at + 2], 16).ok().map(f32::from);
+    let digits = text
+        .strip_prefix('#')
+        .filter(|d| d.len() == 6 && d.bytes().all(|b| b.is_ascii_hexdigit()))?;
+    let channel = |at: usize| {
+        u8::from_str_radix(&digits[at..at + 2], 16)
+            .ok()
+            .map(f32::from)
+    };
     Some([channel(0)?, channel(2)?, channel(4)?])
 }
 
@@ -328,7 +376,10 @@ fn numbers(text: &str) -> Option<Vec<f64>> {
 }
 
 fn finite(text: &str) -> Option<f64> {
-    text.trim().parse::<f64>().ok().filter(|value| value.is_finite())
+    text.trim()
+        .parse::<f64>()
+        .ok()
+        .filter(|value| value.is_finite())
 }
 
 #[cfg(test)]
@@ -337,7 +388,14 @@ mod tests {
 
     #[test]
     fn sizes_need_two_sides_within_range() {
-        assert_eq!(size("640x480"), Ok(Size { width: 640, height: 480 }), "the usual spelling");
+        assert_eq!(
+            size("640x480"),
+            Ok(Size {
+                width: 640,
+                height: 480
+            }),
+            "the usual spelling"
+        );
         for bad in ["", "640", "0x1", "1x99999", "-1x5", "1x2x3", "axb"] {
             assert!(size(bad).is_err(), "{bad:?} is no size");
         }
@@ -345,7 +403,11 @@ mod tests {
 
     #[test]
     fn vectors_are_three_finite_numbers() {
-        assert_eq!(vector("1, -2,3e-1"), Ok([1.0, -2.0, 0.3]), "spaces and exponents are fine");
+        assert_eq!(
+            vector("1, -2,3e-1"),
+            Ok([1.0, -2.0, 0.3]),
+            "spaces and exponents are fine"
+        );
         for bad in ["1,2", "1,2,3,4", "1,2,nan", "1,2,inf", "1,,2", ""] {
             assert!(vector(bad).is_err(), "{bad:?} is no vector");
         }
@@ -355,11 +417,25 @@ mod tests {
 
     #[test]
     fn boxes_and_planes_have_an_inside() {
-        assert_eq!(corners("-1,0,0,1,2,3.5"), Ok([[-1.0, 0.0, 0.0], [1.0, 2.0, 3.5]]), "two corners");
-        for bad in ["0,0,0,1,1", "0,0,0,1,1,0", "0,0,0,1,1,nan", "1,0,0,0,1,1", ""] {
+        assert_eq!(
+            corners("-1,0,0,1,2,3.5"),
+            Ok([[-1.0, 0.0, 0.0], [1.0, 2.0, 3.5]]),
+            "two corners"
+        );
+        for bad in [
+            "0,0,0,1,1",
+            "0,0,0,1,1,0",
+            "0,0,0,1,1,nan",
+            "1,0,0,0,1,1",
+            "",
+        ] {
             assert!(corners(bad).is_err(), "{bad:?} is no box");
         }
-        assert_eq!(plane("0,-2,0,5").map(|plane| plane.offset), Ok(5.0), "a direction of any length");
+        assert_eq!(
+            plane("0,-2,0,5").map(|plane| plane.offset),
+            Ok(5.0),
+            "a direction of any length"
+        );
         for bad in ["0,0,0,1", "1,0,0", "1,0,0,inf", "1,0,0,0,0"] {
             assert!(plane(bad).is_err(), "{bad:?} is no plane");
         }
@@ -369,7 +445,11 @@ mod tests {
     fn colours_are_decoded_to_linear_light() {
         assert_eq!(colour("white"), Ok([1.0; 3]), "white");
         assert_eq!(colour("#000000"), Ok([0.0; 3]), "black");
-        assert_eq!(colour("#ff8000"), colour("255,128,0"), "both spellings of orange");
+        assert_eq!(
+            colour("#ff8000"),
+            colour("255,128,0"),
+            "both spellings of orange"
+        );
         for bad in ["#ff80", "#ff80zz", "256,0,0", "-1,0,0", "red", "#éé"] {
             assert!(colour(bad).is_err(), "{bad:?} is no colour");
         }
@@ -377,7 +457,14 @@ mod tests {
 
     #[test]
     fn windows_have_a_level_and_a_width_above_0() {
-        assert_eq!(window("-600, 1500"), Ok(Window { level: -600.0, width: 1500.0 }), "a lung window");
+        assert_eq!(
+            window("-600, 1500"),
+            Ok(Window {
+                level: -600.0,
+                width: 1500.0
+            }),
+            "a lung window"
+        );
         for bad in ["40", "40,0", "40,-400", "1,2,3", "40,inf", ""] {
             assert!(window(bad).is_err(), "{bad:?} is no window");
         }
@@ -385,7 +472,11 @@ mod tests {
 
     #[test]
     fn orbits_have_an_optional_distance() {
-        let expected = Orbit { azimuth_deg: -30.0, elevation_deg: 90.0, distance: 1.0 };
+        let expected = Orbit {
+            azimuth_deg: -30.0,
+            elevation_deg: 90.0,
+            distance: 1.0,
+        };
         assert_eq!(orbit("-30,90"), Ok(expected), "the pole is allowed");
         for bad in ["30", "0,91", "0,0,0", "0,0,-1", "0,0,1,2"] {
             assert!(orbit(bad).is_err(), "{bad:?} is no orbit");

@@ -32,7 +32,10 @@ pub(crate) enum Viewpoint {
 impl std::fmt::Display for Viewpoint {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::File { path, entry: Some(entry) } => write!(f, "{}#{entry}", path.display()),
+            Self::File {
+                path,
+                entry: Some(entry),
+            } => write!(f, "{}#{entry}", path.display()),
             Self::File { path, entry: None } => write!(f, "{}", path.display()),
             Self::Fov(degrees) => write!(f, "fov:{degrees}"),
             Self::Shift(shift) => write!(f, "shift:{},{},{}", shift.x, shift.y, shift.z),
@@ -72,7 +75,9 @@ pub(crate) fn parse(text: &str) -> Result<Viewpoint, String> {
         return values::vector(shift).map(|shift| Viewpoint::Shift(DVec3::from_array(shift)));
     }
     let (path, entry) = match text.rsplit_once('#') {
-        Some((path, entry)) if !path.is_empty() && !entry.is_empty() && !Path::new(text).exists() => {
+        Some((path, entry))
+            if !path.is_empty() && !entry.is_empty() && !Path::new(text).exists() =>
+        {
             (path, Some(entry.to_owned()))
         }
         _ => (text, None),
@@ -80,7 +85,10 @@ pub(crate) fn parse(text: &str) -> Result<Viewpoint, String> {
     if path.is_empty() {
         Err("expected a camera".into())
     } else {
-        Ok(Viewpoint::File { path: path.into(), entry })
+        Ok(Viewpoint::File {
+            path: path.into(),
+            entry,
+        })
     }
 }
 
@@ -112,9 +120,15 @@ pub(crate) fn only_one(viewpoint: &Viewpoint, known: &Known) -> Result<(FileCame
 }
 
 /// The cameras to draw from; `from` is the picture's own.
-pub(crate) fn several(viewpoint: &Viewpoint, from: &Camera, known: &Known) -> Result<Vec<FileCamera>> {
+pub(crate) fn several(
+    viewpoint: &Viewpoint,
+    from: &Camera,
+    known: &Known,
+) -> Result<Vec<FileCamera>> {
     match viewpoint {
-        Viewpoint::File { path, entry } => Ok(views_of_file(path, entry.as_deref(), known)?.cameras),
+        Viewpoint::File { path, entry } => {
+            Ok(views_of_file(path, entry.as_deref(), known)?.cameras)
+        }
         _ => Ok(vec![typed(viewpoint, Some(from), known)?]),
     }
 }
@@ -138,26 +152,48 @@ pub(crate) fn at_origin(lens: &Lens, size: [u32; 2]) -> Result<FileCamera> {
         cy: lens.cy,
         pixel_centre: lens.pixel_centre,
     };
-    let camera = Camera::from_intrinsics(&k, glam::DMat3::IDENTITY, DVec3::ZERO, cameras::NEAR_PLACEHOLDER);
+    let camera = Camera::from_intrinsics(
+        &k,
+        glam::DMat3::IDENTITY,
+        DVec3::ZERO,
+        cameras::NEAR_PLACEHOLDER,
+    );
     Ok(FileCamera::without_near(camera.context("--intrinsics")?))
 }
 
 fn typed(viewpoint: &Viewpoint, from: Option<&Camera>, known: &Known) -> Result<FileCamera> {
     let camera = match (viewpoint, from) {
         (Viewpoint::Shift(_), None) => {
-            bail!("--from shift:...: a shift counts from the camera of --from, and is for --to alone")
+            bail!(
+                "--from shift:...: a shift counts from the camera of --from, and is for --to alone"
+            )
         }
         (&Viewpoint::Shift(shift), Some(&from)) => {
             let moved = DAffine3::from_translation(-shift) * from.camera_from_world;
-            sized(Camera { camera_from_world: moved, ..from }, known.size)?
+            sized(
+                Camera {
+                    camera_from_world: moved,
+                    ..from
+                },
+                known.size,
+            )?
         }
         (&Viewpoint::Fov(fov_y_deg), from) => {
-            let size = known.size.map_or(known.picture, |size| [size.width, size.height]);
+            let size = known
+                .size
+                .map_or(known.picture, |size| [size.width, size.height]);
             // World axes as the camera's: x right, y down, z forward.
-            let pose = LookAt { position: DVec3::ZERO, target: DVec3::Z, up: DVec3::NEG_Y };
+            let pose = LookAt {
+                position: DVec3::ZERO,
+                target: DVec3::Z,
+                up: DVec3::NEG_Y,
+            };
             let camera = Camera::perspective(&pose, fov_y_deg.to_radians(), size)?;
             let pose = from.map_or(camera.camera_from_world, |from| from.camera_from_world);
-            Camera { camera_from_world: pose, ..camera }
+            Camera {
+                camera_from_world: pose,
+                ..camera
+            }
         }
         (Viewpoint::File { .. }, _) => bail!("a file is no typed camera"),
     };
@@ -165,23 +201,31 @@ fn typed(viewpoint: &Viewpoint, from: Option<&Camera>, known: &Known) -> Result<
 }
 
 fn views_of_file(path: &Path, entry: Option<&str>, known: &Known) -> Result<Views> {
-    let hints = Hints { size: Some(known.picture), lens: known.lens };
+    let hints = Hints {
+        size: Some(known.picture),
+        lens: known.lens,
+    };
     let Some(set) = cameras::read(path, &hints)? else {
         return own_file(path, entry, known);
     };
     let chosen = match entry {
         Some(name) => {
-            let entry = set.entry(name).map_err(|what| anyhow!("{}: {what}", path.display()))?;
+            let entry = set
+                .entry(name)
+                .map_err(|what| anyhow!("{}: {what}", path.display()))?;
             std::slice::from_ref(entry)
         }
         None => &set.entries,
     };
     let sized = |entry: &cameras::Entry| -> Result<FileCamera> {
-        let camera =
-            sized(entry.camera, known.size).with_context(|| format!("{}: '{}'", path.display(), entry.name));
+        let camera = sized(entry.camera, known.size)
+            .with_context(|| format!("{}: '{}'", path.display(), entry.name));
         Ok(FileCamera::without_near(camera?))
     };
-    Ok(Views { cameras: chosen.iter().map(sized).collect::<Result<_>>()?, pair: set.pair })
+    Ok(Views {
+        cameras: chosen.iter().map(sized).collect::<Result<_>>()?,
+        pair: set.pair,
+    })
 }
 
 /// A file of this program's own kind.
@@ -202,12 +246,19 @@ fn own_file(path: &Path, entry: Option<&str>, known: &Known) -> Result<Views> {
             let count = cameras.len();
             let index = entry.parse::<usize>().ok().filter(|&index| index < count);
             let index = index.with_context(|| {
-                format!("{}: no camera '{entry}': expected a number from 0 to {}", path.display(), count - 1)
+                format!(
+                    "{}: no camera '{entry}': expected a number from 0 to {}",
+                    path.display(),
+                    count - 1
+                )
             })?;
             vec![cameras[index]]
         }
     };
-    Ok(Views { cameras, pair: None })
+    Ok(Views {
+        cameras,
+        pair: None,
+    })
 }
 
 #[cfg(test)]
@@ -220,11 +271,23 @@ mod tests {
             path: path.into(),
             entry: entry.map(str::to_owned),
         };
-        assert_eq!(parse("cameras.json#targets/0"), Ok(file("cameras.json", Some("targets/0"))), "an entry");
+        assert_eq!(
+            parse("cameras.json#targets/0"),
+            Ok(file("cameras.json", Some("targets/0"))),
+            "an entry"
+        );
         assert_eq!(parse("calib.txt"), Ok(file("calib.txt", None)), "no entry");
-        assert_eq!(parse("a.json#"), Ok(file("a.json#", None)), "nothing behind the sign");
+        assert_eq!(
+            parse("a.json#"),
+            Ok(file("a.json#", None)),
+            "nothing behind the sign"
+        );
         assert_eq!(parse("fov:60"), Ok(Viewpoint::Fov(60.0)), "an angle");
-        assert_eq!(parse("shift:0.1,0,-2"), Ok(Viewpoint::Shift(DVec3::new(0.1, 0.0, -2.0))), "a shift");
+        assert_eq!(
+            parse("shift:0.1,0,-2"),
+            Ok(Viewpoint::Shift(DVec3::new(0.1, 0.0, -2.0))),
+            "a shift"
+        );
         for bad in ["", "fov:0", "fov:x", "shift:1,2"] {
             assert!(parse(bad).is_err(), "{bad:?} is no camera");
         }
@@ -232,12 +295,27 @@ mod tests {
 
     #[test]
     fn a_shift_moves_the_eye_along_the_axes_of_the_camera() {
-        let pose = LookAt { position: DVec3::new(1.0, 2.0, 3.0), target: DVec3::ZERO, up: DVec3::Y };
+        let pose = LookAt {
+            position: DVec3::new(1.0, 2.0, 3.0),
+            target: DVec3::ZERO,
+            up: DVec3::Y,
+        };
         let from = Camera::perspective(&pose, 1.0, [8, 6]).expect("a good camera");
-        let known = Known { picture: [8, 6], size: None, lens: None };
-        let shifted = several(&Viewpoint::Shift(DVec3::new(0.0, 0.0, 0.5)), &from, &known).expect("good")[0];
+        let known = Known {
+            picture: [8, 6],
+            size: None,
+            lens: None,
+        };
+        let shifted =
+            several(&Viewpoint::Shift(DVec3::new(0.0, 0.0, 0.5)), &from, &known).expect("good")[0];
         let moved = shifted.with_any_near().eye_in_world() - from.eye_in_world();
-        assert!((moved - 0.5 * from.forward_in_world()).length() < 1e-12, "half a unit forward, not {moved}");
-        assert!(only_one(&Viewpoint::Shift(DVec3::X), &known).is_err(), "there is nothing to shift from");
+        assert!(
+            (moved - 0.5 * from.forward_in_world()).length() < 1e-12,
+            "half a unit forward, not {moved}"
+        );
+        assert!(
+            only_one(&Viewpoint::Shift(DVec3::X), &known).is_err(),
+            "there is nothing to shift from"
+        );
     }
 }

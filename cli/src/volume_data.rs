@@ -23,7 +23,11 @@ pub(crate) enum Content {
 
 impl Content {
     /// Reads the volumes, or looks the only one through.
-    pub(crate) fn load(args: &VolsplatArgs, options: &RenderOptions, progress: Progress) -> Result<Self> {
+    pub(crate) fn load(
+        args: &VolsplatArgs,
+        options: &RenderOptions,
+        progress: Progress,
+    ) -> Result<Self> {
         let max_memory = args.volume.max_memory;
         match look_through(&args.input, &args.volume, (max_memory, options), progress)? {
             None => Ok(Self::Memory(scene::load(args)?)),
@@ -71,9 +75,12 @@ impl Content {
     ) -> Result<Renderer, volsplat::Error> {
         match self {
             Self::Memory(volumes) => Renderer::with_scene(&volumes.scene(), options),
-            Self::Stored(volume, function) => {
-                Renderer::of_large(volume, function, options, &mut watch("finding what is visible", progress))
-            }
+            Self::Stored(volume, function) => Renderer::of_large(
+                volume,
+                function,
+                options,
+                &mut watch("finding what is visible", progress),
+            ),
         }
     }
 }
@@ -85,11 +92,17 @@ pub(crate) fn look_through(
     (max_memory, options): (Option<u64>, &RenderOptions),
     progress: Progress,
 ) -> Result<Option<Box<LargeVolume>>> {
-    let Some(max_memory) = max_memory else { return Ok(None) };
+    let Some(max_memory) = max_memory else {
+        return Ok(None);
+    };
     let load_options = settings::load_options(args);
     let Some((lattice, voxel_type)) = peek(path, &load_options)? else {
         // What is packed is at least as large unpacked, as good as always.
-        check_fits(path, std::fs::metadata(path).map_or(0, |data| data.len()), max_memory)?;
+        check_fits(
+            path,
+            std::fs::metadata(path).map_or(0, |data| data.len()),
+            max_memory,
+        )?;
         return Ok(None);
     };
     let voxels = lattice.len() as u64 * voxel_type.bytes() as u64;

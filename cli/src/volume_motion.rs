@@ -38,7 +38,9 @@ impl VolumeMotion {
         args: &VolsplatArgs,
         volume: &dyn Described,
     ) -> Result<Option<Self>> {
-        let Some((times_s, keys)) = path.volume_keys() else { return Ok(None) };
+        let Some((times_s, keys)) = path.volume_keys() else {
+            return Ok(None);
+        };
         check_words(args, &keys)?;
         let encoding = choices::SPACE.library(args.transfer.transfer_space);
         let scale = args.transfer.opacity_scale;
@@ -103,18 +105,24 @@ impl VolumeMotion {
     /// The clip of a picture.
     fn clip(&self, number: usize) -> Result<Clip> {
         let time_s = self.times_s[number];
-        let boxed =
-            |track: &Option<Track<[DVec3; 2]>>, still| match track.as_ref().map(|track| track.at(time_s)) {
-                None => still,
-                Some(Between::At(&corners)) => Some(corners),
-                Some(Between::Mixed(a, b, share)) => Some([a[0].lerp(b[0], share), a[1].lerp(b[1], share)]),
-            };
+        let boxed = |track: &Option<Track<[DVec3; 2]>>, still| match track
+            .as_ref()
+            .map(|track| track.at(time_s))
+        {
+            None => still,
+            Some(Between::At(&corners)) => Some(corners),
+            Some(Between::Mixed(a, b, share)) => {
+                Some([a[0].lerp(b[0], share), a[1].lerp(b[1], share)])
+            }
+        };
         let planes = match self.planes.as_ref().map(|track| track.at(time_s)) {
             None => self.still.planes.clone(),
             Some(Between::At(planes)) => planes.clone(),
-            Some(Between::Mixed(a, b, share)) => {
-                a.iter().zip(b).map(|(a, b)| mixed_plane(a, b, share)).collect::<Result<_>>()?
-            }
+            Some(Between::Mixed(a, b, share)) => a
+                .iter()
+                .zip(b)
+                .map(|(a, b)| mixed_plane(a, b, share))
+                .collect::<Result<_>>()?,
         };
         Ok(Clip {
             crop_in_world: boxed(&self.crop, self.still.crop_in_world),
@@ -125,7 +133,9 @@ impl VolumeMotion {
 
     /// Refuses planes that come and go, and those that turn by half a turn between two keys.
     fn check_planes(&self) -> Result<()> {
-        let Some(track) = &self.planes else { return Ok(()) };
+        let Some(track) = &self.planes else {
+            return Ok(());
+        };
         for pair in track.values().windows(2) {
             if pair[0].len() != pair[1].len() {
                 bail!(
@@ -135,7 +145,10 @@ impl VolumeMotion {
                     pair[1].len()
                 );
             }
-            pair[0].iter().zip(&pair[1]).try_for_each(|(a, b)| mixed_plane(a, b, 0.5).map(|_| ()))?;
+            pair[0]
+                .iter()
+                .zip(&pair[1])
+                .try_for_each(|(a, b)| mixed_plane(a, b, 0.5).map(|_| ()))?;
         }
         Ok(())
     }
@@ -162,7 +175,10 @@ fn mixed_plane(a: &ClipPlane, b: &ClipPlane, share: f64) -> Result<ClipPlane> {
             "\"clip_planes\" of the path's keys: a plane turns over between two keys: put a key between them"
         );
     }
-    Ok(ClipPlane { normal: normal / length, offset: (a.offset + share * (b.offset - a.offset)) / length })
+    Ok(ClipPlane {
+        normal: normal / length,
+        offset: (a.offset + share * (b.offset - a.offset)) / length,
+    })
 }
 
 fn made(
@@ -176,7 +192,11 @@ fn made(
             TransferFunction::load_paraview(path, encoding, volume).context("\"transfer\"")?
         }
     };
-    if scale == 1.0 { Ok(function) } else { Ok(function.with_opacity_scaled(scale)?) }
+    if scale == 1.0 {
+        Ok(function)
+    } else {
+        Ok(function.with_opacity_scaled(scale)?)
+    }
 }
 
 /// Refuses words of the command line that say the same thing as the keys.
@@ -195,12 +215,23 @@ fn check_words(args: &VolsplatArgs, keys: &[&VolumeKey]) -> Result<()> {
     ];
     let given = one_function.into_iter().find(|(_, given)| looks && *given);
     let clips = [
-        ("--crop", clip.crop.is_some() && keys.iter().any(|key| key.crop.is_some())),
-        ("--crop-voxels", clip.crop_voxels.is_some() && keys.iter().any(|key| key.crop_voxels.is_some())),
-        ("--clip-plane", !clip.clip_plane.is_empty() && keys.iter().any(|key| key.clip_planes.is_some())),
+        (
+            "--crop",
+            clip.crop.is_some() && keys.iter().any(|key| key.crop.is_some()),
+        ),
+        (
+            "--crop-voxels",
+            clip.crop_voxels.is_some() && keys.iter().any(|key| key.crop_voxels.is_some()),
+        ),
+        (
+            "--clip-plane",
+            !clip.clip_plane.is_empty() && keys.iter().any(|key| key.clip_planes.is_some()),
+        ),
     ];
     match given.or(clips.into_iter().find(|(_, both)| *both)) {
-        Some((word, _)) => bail!("{word} and the keys of --path say different things: drop one of them"),
+        Some((word, _)) => {
+            bail!("{word} and the keys of --path say different things: drop one of them")
+        }
         None => Ok(()),
     }
 }
@@ -213,12 +244,30 @@ mod tests {
     fn a_plane_turns_about_the_line_where_two_meet() {
         let plane = |normal: DVec3, offset: f64| ClipPlane { normal, offset };
         let half = mixed_plane(&plane(DVec3::X, 3.0), &plane(DVec3::Y, 5.0), 0.5).expect("a plane");
-        assert!((half.normal.length() - 1.0).abs() < 1e-12, "normal {}", half.normal);
+        assert!(
+            (half.normal.length() - 1.0).abs() < 1e-12,
+            "normal {}",
+            half.normal
+        );
         let on_both = DVec3::new(3.0, 5.0, 17.0);
-        assert!((half.normal.dot(on_both) - half.offset).abs() < 1e-12, "the line stays on it");
-        assert!((half.normal - DVec3::new(1.0, 1.0, 0.0).normalize()).length() < 1e-12, "half way");
-        assert!(mixed_plane(&plane(DVec3::X, 0.0), &plane(-DVec3::X, 1.0), 0.5).is_err(), "turned over");
-        let shifted = mixed_plane(&plane(DVec3::Z, 1.0), &plane(DVec3::Z, 2.0), 0.25).expect("a plane");
-        assert!((shifted.offset - 1.25).abs() < 1e-12, "parallel planes move evenly: {}", shifted.offset);
+        assert!(
+            (half.normal.dot(on_both) - half.offset).abs() < 1e-12,
+            "the line stays on it"
+        );
+        assert!(
+            (half.normal - DVec3::new(1.0, 1.0, 0.0).normalize()).length() < 1e-12,
+            "half way"
+        );
+        assert!(
+            mixed_plane(&plane(DVec3::X, 0.0), &plane(-DVec3::X, 1.0), 0.5).is_err(),
+            "turned over"
+        );
+        let shifted =
+            mixed_plane(&plane(DVec3::Z, 1.0), &plane(DVec3::Z, 2.0), 0.25).expect("a plane");
+        assert!(
+            (shifted.offset - 1.25).abs() < 1e-12,
+            "parallel planes move evenly: {}",
+            shifted.offset
+        );
     }
 }

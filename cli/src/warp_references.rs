@@ -53,12 +53,14 @@ impl References {
     /// Two corners of the box around all samples that have a depth, world units.
     pub(crate) fn bounds(&self) -> [DVec3; 2] {
         match self {
-            Self::Held(references) => {
-                references.iter().map(Reference::bounds).fold(reference::NO_BOUNDS, reference::joined)
-            }
-            Self::Filed(references, _) => {
-                references.iter().map(LargeReference::bounds).fold(reference::NO_BOUNDS, reference::joined)
-            }
+            Self::Held(references) => references
+                .iter()
+                .map(Reference::bounds)
+                .fold(reference::NO_BOUNDS, reference::joined),
+            Self::Filed(references, _) => references
+                .iter()
+                .map(LargeReference::bounds)
+                .fold(reference::NO_BOUNDS, reference::joined),
         }
     }
 
@@ -74,15 +76,23 @@ impl References {
     pub(crate) fn median_depth(&self, camera: &Camera) -> Result<Option<f64>> {
         match self {
             Self::Held(references) => {
-                let Some(first) = references.first() else { return Ok(None) };
+                let Some(first) = references.first() else {
+                    return Ok(None);
+                };
                 let step = multiview::median_step(&first.camera);
                 let samples = first.depth.iter().copied().enumerate().step_by(step);
                 Ok(multiview::median_depth(&first.camera, samples, camera))
             }
             Self::Filed(references, _) => {
-                let Some(first) = references.first() else { return Ok(None) };
+                let Some(first) = references.first() else {
+                    return Ok(None);
+                };
                 let samples = first.depths(multiview::median_step(&first.camera))?;
-                Ok(multiview::median_depth(&first.camera, samples.into_iter(), camera))
+                Ok(multiview::median_depth(
+                    &first.camera,
+                    samples.into_iter(),
+                    camera,
+                ))
             }
         }
     }

@@ -37,17 +37,29 @@ struct Typed<'a> {
 
 /// Reads all that is named.
 pub(crate) fn read(args: &Warp3dArgs, keeping: Keeping) -> Result<WarpScene> {
-    let first = Typed { colour: &args.colour, depth: &args.depth, camera: args.cameras.from.clone() };
-    let typed: Vec<Typed> = std::iter::once(Ok(first)).chain(further(args)).collect::<Result<_>>()?;
-    let described: Vec<Described> =
-        typed.iter().map(|typed| described(typed, args)).collect::<Result<_>>()?;
+    let first = Typed {
+        colour: &args.colour,
+        depth: &args.depth,
+        camera: args.cameras.from.clone(),
+    };
+    let typed: Vec<Typed> = std::iter::once(Ok(first))
+        .chain(further(args))
+        .collect::<Result<_>>()?;
+    let described: Vec<Described> = typed
+        .iter()
+        .map(|typed| described(typed, args))
+        .collect::<Result<_>>()?;
     let both = typed.iter().zip(&described);
     let mut references = match keeping {
-        Keeping::Memory => {
-            References::Held(both.map(|(typed, found)| held(typed, found)).collect::<Result<_>>()?)
-        }
+        Keeping::Memory => References::Held(
+            both.map(|(typed, found)| held(typed, found))
+                .collect::<Result<_>>()?,
+        ),
         Keeping::File(max_memory) => {
-            let tolerance = args.warp.tolerance.map_or(SurfaceTolerance::Auto, SurfaceTolerance::Relative);
+            let tolerance = args
+                .warp
+                .tolerance
+                .map_or(SurfaceTolerance::Auto, SurfaceTolerance::Relative);
             let filed = both.map(|(typed, found)| filed(typed, found, (tolerance, max_memory)));
             References::Filed(filed.collect::<Result<_>>()?, max_memory)
         }
@@ -55,9 +67,15 @@ pub(crate) fn read(args: &Warp3dArgs, keeping: Keeping) -> Result<WarpScene> {
     let bounds = references.bounds();
     for camera in references.cameras_mut() {
         // The near plane of a reference cuts nothing: its samples are where they are.
-        camera.near = camera.near.min(1e-4 * (bounds[1] - bounds[0]).length().max(1e-30));
+        camera.near = camera
+            .near
+            .min(1e-4 * (bounds[1] - bounds[0]).length().max(1e-30));
     }
-    Ok(WarpScene { references, from: described[0].from, bounds })
+    Ok(WarpScene {
+        references,
+        from: described[0].from,
+        bounds,
+    })
 }
 
 /// The sizes of all pictures, px, from their headers alone.
@@ -71,25 +89,47 @@ pub(crate) fn sizes(args: &Warp3dArgs) -> Result<Vec<[u32; 2]>> {
 
 /// The files that are read, for the check that none is written over.
 pub(crate) fn files(args: &Warp3dArgs) -> Vec<std::path::PathBuf> {
-    let pictures = [&args.colour, &args.depth]
+    let pictures = [&args.colour, &args.depth].into_iter().chain(
+        args.cameras
+            .reference
+            .chunks(3)
+            .flat_map(|words| words.iter().take(2)),
+    );
+    let of_camera =
+        |word: &Option<Viewpoint>| word.as_ref().and_then(Viewpoint::path).map(Path::to_owned);
+    let cameras = [of_camera(&args.cameras.from), of_camera(&args.cameras.to)]
         .into_iter()
-        .chain(args.cameras.reference.chunks(3).flat_map(|words| words.iter().take(2)));
-    let of_camera = |word: &Option<Viewpoint>| word.as_ref().and_then(Viewpoint::path).map(Path::to_owned);
-    let cameras = [of_camera(&args.cameras.from), of_camera(&args.cameras.to)].into_iter().flatten();
-    pictures.map(|text| Part::from_text(text).path).chain(cameras).collect()
+        .flatten();
+    pictures
+        .map(|text| Part::from_text(text).path)
+        .chain(cameras)
+        .collect()
 }
 
 /// The lens that was typed.
 pub(crate) fn lens(args: &Warp3dArgs) -> Option<Lens> {
     let [fx, fy, cx, cy] = args.cameras.intrinsics?;
-    Some(Lens { fx, fy, cx, cy, pixel_centre: args.cameras.pixel_centre.library() })
+    Some(Lens {
+        fx,
+        fy,
+        cx,
+        cy,
+        pixel_centre: args.cameras.pixel_centre.library(),
+    })
 }
 
 fn further(args: &Warp3dArgs) -> impl Iterator<Item = Result<Typed<'_>>> {
     args.cameras.reference.chunks(3).map(|words| {
-        let [colour, depth, camera] = words else { anyhow::bail!("--reference needs COLOUR DEPTH CAM") };
-        let camera = viewpoint::parse(camera).map_err(|what| anyhow!("--reference: '{camera}': {what}"))?;
-        Ok(Typed { colour, depth, camera: Some(camera) })
+        let [colour, depth, camera] = words else {
+            anyhow::bail!("--reference needs COLOUR DEPTH CAM")
+        };
+        let camera =
+            viewpoint::parse(camera).map_err(|what| anyhow!("--reference: '{camera}': {what}"))?;
+        Ok(Typed {
+            colour,
+            depth,
+            camera: Some(camera),
+        })
     })
 }
 
@@ -105,7 +145,11 @@ fn described(typed: &Typed, args: &Warp3dArgs) -> Result<Described> {
     let colour = Part::from_text(typed.colour);
     let size = colour::size(&colour)?;
     let lens = lens(args);
-    let known = Known { picture: size, size: None, lens };
+    let known = Known {
+        picture: size,
+        size: None,
+        lens,
+    };
     let (from, pair) = match (&typed.camera, &lens) {
         (Some(camera), _) => viewpoint::only_one(camera, &known)?,
         (None, Some(lens)) => (viewpoint::at_origin(lens, size)?, None),
@@ -138,8 +182,12 @@ fn filed(
     (tolerance, max_memory): (SurfaceTolerance, u64),
 ) -> Result<LargeReference> {
     let camera = found.from.with_any_near();
-    let files =
-        Files { colour: &found.colour, depth: &found.depth, camera: &camera, meaning: &found.meaning };
+    let files = Files {
+        colour: &found.colour,
+        depth: &found.depth,
+        camera: &camera,
+        meaning: &found.meaning,
+    };
     LargeReference::read(&files, tolerance, max_memory).with_context(|| typed.colour.to_owned())
 }
 

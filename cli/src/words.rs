@@ -49,7 +49,9 @@ pub(crate) fn typed(words: &[String]) -> String {
 
 /// Whether an option is among the words.
 pub(crate) fn has(words: &[String], option: &str) -> bool {
-    words.iter().any(|word| word.split('=').next() == Some(option))
+    words
+        .iter()
+        .any(|word| word.split('=').next() == Some(option))
 }
 
 /// `words` without some options: those that take a value, and those that take none.
@@ -81,7 +83,10 @@ mod tests {
     fn a_setting_replaces_what_was_there() {
         let words = list("volsplat a.nrrd --slab 1 --fov=20");
         let changed = with(&words, &list("--slab 0.5 --fov 30 --subpixel 2"));
-        assert_eq!(changed, list("volsplat a.nrrd --slab 0.5 --fov 30 --subpixel 2"));
+        assert_eq!(
+            changed,
+            list("volsplat a.nrrd --slab 0.5 --fov 30 --subpixel 2")
+        );
         assert_eq!(typed(&list("volsplat a.nrrd")), "resample volsplat a.nrrd");
         assert_eq!(typed(&["a b".to_owned()]), "resample 'a b'");
     }
@@ -89,8 +94,15 @@ mod tests {
     #[test]
     fn options_are_found_and_left_out() {
         let words = list("volsplat a.nrrd --max-error 1/255 --slab=1 --explain -o b.png");
-        assert!(has(&words, "--slab") && !has(&words, "--subpixel"), "with a value behind =");
+        assert!(
+            has(&words, "--slab") && !has(&words, "--subpixel"),
+            "with a value behind ="
+        );
         let rest = without(&words, &["--max-error", "--slab"], &["--explain"]);
-        assert_eq!(rest, list("volsplat a.nrrd -o b.png"), "an option goes with its value");
+        assert_eq!(
+            rest,
+            list("volsplat a.nrrd -o b.png"),
+            "an option goes with its value"
+        );
     }
 }

@@ -19,12 +19,24 @@ fn main() {
 
 #[divan::bench(args = [4, 16, 64])]
 fn chunk(bencher: Bencher, side_px: u16) {
-    let grid = TileGrid { width: 400, height: 400 };
+    let grid = TileGrid {
+        width: 400,
+        height: 400,
+    };
     let mut bins = ChunkBins::default();
     for pair in inputs::spread(2 * COUNT, 100.0, 228.0).chunks(2) {
         let [x, y] = [pair[0] as u16, pair[1] as u16];
-        let primitive = Primitive { depth: pair[0] as f32, ..Primitive::default() };
-        bins.push(primitive, depth_key(primitive.depth), grid.rect([x, x + side_px], [y, y + side_px]));
+        let primitive = Primitive {
+            depth: pair[0] as f32,
+            ..Primitive::default()
+        };
+        bins.push(
+            primitive,
+            depth_key(primitive.depth),
+            grid.rect([x, x + side_px], [y, y + side_px]),
+        );
     }
-    bencher.counter(ItemsCount::new(COUNT)).bench_local(|| bins.bin(3));
+    bencher
+        .counter(ItemsCount::new(COUNT))
+        .bench_local(|| bins.bin(3));
 }

@@ -28,35 +28,61 @@ fn main() {
 
 #[divan::bench(args = SimdLevel::ALL)]
 fn points(bencher: Bencher, level: SimdLevel) {
-    composite(bencher, &settings(level, IndexRule::Direct), &list(2.0, point));
+    composite(
+        bencher,
+        &settings(level, IndexRule::Direct),
+        &list(2.0, point),
+    );
 }
 
 #[divan::bench(args = SimdLevel::ALL)]
 fn splats_2_px(bencher: Bencher, level: SimdLevel) {
-    composite(bencher, &settings(level, IndexRule::Direct), &list(2.0, splat));
+    composite(
+        bencher,
+        &settings(level, IndexRule::Direct),
+        &list(2.0, splat),
+    );
 }
 
 #[divan::bench(args = SimdLevel::ALL)]
 fn splats_4_px(bencher: Bencher, level: SimdLevel) {
-    composite(bencher, &settings(level, IndexRule::Direct), &list(4.0, splat));
+    composite(
+        bencher,
+        &settings(level, IndexRule::Direct),
+        &list(4.0, splat),
+    );
 }
 
 #[divan::bench(args = SimdLevel::ALL)]
 fn splats_16_px(bencher: Bencher, level: SimdLevel) {
-    composite(bencher, &settings(level, IndexRule::Direct), &list(16.0, splat));
+    composite(
+        bencher,
+        &settings(level, IndexRule::Direct),
+        &list(16.0, splat),
+    );
 }
 
 #[divan::bench(args = SimdLevel::ALL)]
 fn splats_4_px_cone_corrected(bencher: Bencher, level: SimdLevel) {
-    composite(bencher, &settings(level, IndexRule::ConeCorrected), &list(4.0, splat));
+    composite(
+        bencher,
+        &settings(level, IndexRule::ConeCorrected),
+        &list(4.0, splat),
+    );
 }
 
 fn composite(bencher: Bencher, settings: &TileSettings, primitives: &[Primitive]) {
-    let entries: Vec<u64> = primitives.iter().zip(0..).map(|(p, i)| entry(depth_key(p.depth), i)).collect();
+    let entries: Vec<u64> = primitives
+        .iter()
+        .zip(0..)
+        .map(|(p, i)| entry(depth_key(p.depth), i))
+        .collect();
     bencher
         .counter(ItemsCount::new(primitives.len()))
         .with_inputs(TileWork::default)
-        .bench_local_refs(|tile| composite_tile(settings, tile, CORNER_PX, &entries, &[primitives]));
+        .bench_local_refs(|tile| {
+            composite_tile(settings, tile, CORNER_PX, &entries, &[primitives])
+        });
 }
 
 fn settings(level: SimdLevel, index: IndexRule) -> TileSettings {
@@ -76,13 +102,30 @@ fn settings(level: SimdLevel, index: IndexRule) -> TileSettings {
 /// Primitives whose footprints of `radius_px` touch the tile, in order of depth, one unit apart.
 fn list(radius_px: f64, primitive: fn([f32; 2], f32) -> Primitive) -> Vec<Primitive> {
     let places = inputs::spread(2 * COUNT, -radius_px, TILE_PX as f64 + radius_px);
-    let at = |pair: &[f64]| [pair[0] as f32 + CORNER_PX[0] as f32, pair[1] as f32 + CORNER_PX[1] as f32];
+    let at = |pair: &[f64]| {
+        [
+            pair[0] as f32 + CORNER_PX[0] as f32,
+            pair[1] as f32 + CORNER_PX[1] as f32,
+        ]
+    };
     let placed = places.chunks(2).zip(0..COUNT);
-    placed.map(|(pair, i)| Primitive { depth: i as f32, ..primitive(at(pair), radius_px as f32) }).collect()
+    placed
+        .map(|(pair, i)| Primitive {
+            depth: i as f32,
+            ..primitive(at(pair), radius_px as f32)
+        })
+        .collect()
 }
 
 fn point([x, y]: [f32; 2], _: f32) -> Primitive {
-    Primitive { x, y, strength: 0.01, rgb: [0.5, 0.6, 0.7], rows: POINT_ROWS, ..Primitive::default() }
+    Primitive {
+        x,
+        y,
+        strength: 0.01,
+        rgb: [0.5, 0.6, 0.7],
+        rows: POINT_ROWS,
+        ..Primitive::default()
+    }
 }
 
 fn splat([x, y]: [f32; 2], radius_px: f32) -> Primitive {

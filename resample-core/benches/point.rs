@@ -18,7 +18,10 @@ fn main() {
 #[divan::bench]
 fn weights(bencher: Bencher) {
     let filter = PixelFilter::new();
-    let places: Vec<f32> = inputs::spread(2 * COUNT, 0.0, 400.0).iter().map(|&x| x as f32).collect();
+    let places: Vec<f32> = inputs::spread(2 * COUNT, 0.0, 400.0)
+        .iter()
+        .map(|&x| x as f32)
+        .collect();
     bencher.counter(ItemsCount::new(COUNT)).bench_local(|| {
         for pair in places.chunks_exact(2) {
             divan::black_box((filter.along_axis(pair[0]), filter.along_axis(pair[1])));
@@ -28,5 +31,7 @@ fn weights(bencher: Bencher) {
 
 #[divan::bench]
 fn tabulate(bencher: Bencher) {
-    bencher.counter(ItemsCount::new(1u32)).bench_local(PixelFilter::new);
+    bencher
+        .counter(ItemsCount::new(1u32))
+        .bench_local(PixelFilter::new);
 }

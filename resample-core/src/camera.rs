@@ -122,19 +122,36 @@ impl Camera {
     pub fn perspective(pose: &LookAt, fov_y_rad: f64, size: [u32; 2]) -> Result<Self, CameraError> {
         if !(fov_y_rad > 0.0 && fov_y_rad < std::f64::consts::PI) {
             let expected = "an angle above 0 and below 180 degrees (given in radians)";
-            return Err(CameraError::OutOfRange { name: "field of view", value: fov_y_rad, expected });
+            return Err(CameraError::OutOfRange {
+                name: "field of view",
+                value: fov_y_rad,
+                expected,
+            });
         }
         let focal_px = 0.5 * f64::from(size[1]) / (0.5 * fov_y_rad).tan();
         Self::looking(Projection::Perspective, pose, focal_px, size)
     }
 
     /// An orthographic camera at `pose`; the picture is `height_in_world` world units high, pixels are square.
-    pub fn orthographic(pose: &LookAt, height_in_world: f64, size: [u32; 2]) -> Result<Self, CameraError> {
+    pub fn orthographic(
+        pose: &LookAt,
+        height_in_world: f64,
+        size: [u32; 2],
+    ) -> Result<Self, CameraError> {
         if !(height_in_world > 0.0 && height_in_world.is_finite()) {
             let expected = "a height above 0 world units";
-            return Err(CameraError::OutOfRange { name: "view height", value: height_in_world, expected });
+            return Err(CameraError::OutOfRange {
+                name: "view height",
+                value: height_in_world,
+                expected,
+            });
         }
-        Self::looking(Projection::Orthographic, pose, f64::from(size[1]) / height_in_world, size)
+        Self::looking(
+            Projection::Orthographic,
+            pose,
+            f64::from(size[1]) / height_in_world,
+            size,
+        )
     }
 
     fn looking(
@@ -186,8 +203,10 @@ impl Camera {
 
     /// The same view on a picture of another size; pixels stretch if the proportions differ.
     pub fn resized(mut self, width: u32, height: u32) -> Result<Self, CameraError> {
-        let scale =
-            DVec2::new(f64::from(width) / f64::from(self.width), f64::from(height) / f64::from(self.height));
+        let scale = DVec2::new(
+            f64::from(width) / f64::from(self.width),
+            f64::from(height) / f64::from(self.height),
+        );
         (self.width, self.height) = (width, height);
         (self.fx, self.cx) = (self.fx * scale.x, self.cx * scale.x);
         (self.fy, self.cy) = (self.fy * scale.y, self.cy * scale.y);
@@ -196,27 +215,43 @@ impl Camera {
 
     /// Checks every number; a camera that passes cannot make a later stage fail.
     pub fn validated(self) -> Result<Self, CameraError> {
-        for (name, value) in
-            [("fx", self.fx), ("fy", self.fy), ("cx", self.cx), ("cy", self.cy), ("near", self.near)]
-        {
+        for (name, value) in [
+            ("fx", self.fx),
+            ("fy", self.fy),
+            ("cx", self.cx),
+            ("cy", self.cy),
+            ("near", self.near),
+        ] {
             if !value.is_finite() {
                 return Err(CameraError::NotFinite(name));
             }
         }
         for (name, value) in [("fx", self.fx), ("fy", self.fy)] {
             if value <= 0.0 {
-                return Err(CameraError::OutOfRange { name, value, expected: "a focal length above 0 px" });
+                return Err(CameraError::OutOfRange {
+                    name,
+                    value,
+                    expected: "a focal length above 0 px",
+                });
             }
         }
         for (name, value) in [("width", self.width), ("height", self.height)] {
             if value == 0 || value > MAX_SIDE_PX {
                 let expected = "1 to 32768 px";
-                return Err(CameraError::OutOfRange { name, value: f64::from(value), expected });
+                return Err(CameraError::OutOfRange {
+                    name,
+                    value: f64::from(value),
+                    expected,
+                });
             }
         }
         if self.projection == Projection::Perspective && self.near <= 0.0 {
             let expected = "a distance above 0";
-            return Err(CameraError::OutOfRange { name: "near", value: self.near, expected });
+            return Err(CameraError::OutOfRange {
+                name: "near",
+                value: self.near,
+                expected,
+            });
         }
         self.validated_pose()
     }
@@ -227,7 +262,10 @@ impl Camera {
             return Err(CameraError::NotFinite("pose"));
         }
         let defect = rotation * rotation.transpose() - DMat3::IDENTITY;
-        let defect = defect.to_cols_array().iter().fold(0.0f64, |worst, x| worst.max(x.abs()));
+        let defect = defect
+            .to_cols_array()
+            .iter()
+            .fold(0.0f64, |worst, x| worst.max(x.abs()));
         if defect > ROTATION_TOLERANCE || rotation.determinant() < 0.0 {
             return Err(CameraError::NotRotation(defect));
         }
@@ -250,7 +288,10 @@ impl Camera {
             Projection::Perspective => pos_in_camera.truncate() / pos_in_camera.z,
             Projection::Orthographic => pos_in_camera.truncate(),
         };
-        DVec2::new(self.fx * on_plane.x + self.cx, self.fy * on_plane.y + self.cy)
+        DVec2::new(
+            self.fx * on_plane.x + self.cx,
+            self.fy * on_plane.y + self.cy,
+        )
     }
 
     /// Origin and direction, in camera space, of the ray through a screen position (px).
@@ -258,8 +299,10 @@ impl Camera {
     /// Perspective: from the origin along (x, y, 1), so that the ray parameter is camera z. Orthographic: from
     /// (x, y, 0) along (0, 0, 1). The direction is not normalised.
     pub fn ray_in_camera(&self, pos_in_screen: DVec2) -> (DVec3, DVec3) {
-        let on_plane =
-            DVec2::new((pos_in_screen.x - self.cx) / self.fx, (pos_in_screen.y - self.cy) / self.fy);
+        let on_plane = DVec2::new(
+            (pos_in_screen.x - self.cx) / self.fx,
+            (pos_in_screen.y - self.cy) / self.fy,
+        );
         match self.projection {
             Projection::Perspective => (DVec3::ZERO, on_plane.extend(1.0)),
             Projection::Orthographic => (on_plane.extend(0.0), DVec3::Z),
@@ -270,12 +313,18 @@ impl Camera {
 impl LookAt {
     /// The world-to-camera transform of this pose.
     pub fn camera_from_world(&self) -> Result<DAffine3, CameraError> {
-        for (name, v) in [("position", self.position), ("target", self.target), ("up", self.up)] {
+        for (name, v) in [
+            ("position", self.position),
+            ("target", self.target),
+            ("up", self.up),
+        ] {
             if !v.is_finite() {
                 return Err(CameraError::NotFinite(name));
             }
         }
-        let forward = (self.target - self.position).try_normalize().ok_or(CameraError::NoDirection)?;
+        let forward = (self.target - self.position)
+            .try_normalize()
+            .ok_or(CameraError::NoDirection)?;
         let up = self.up.try_normalize().ok_or(CameraError::NoUp)?;
         let right = forward.cross(up);
         // Below a sine of 1e-6 the horizon is decided by rounding in a file with seven digits.
@@ -285,7 +334,10 @@ impl LookAt {
         let right = right.normalize();
         let down = forward.cross(right);
         let rotation = DMat3::from_cols(right, down, forward).transpose();
-        Ok(DAffine3::from_mat3_translation(rotation, rotation * -self.position))
+        Ok(DAffine3::from_mat3_translation(
+            rotation,
+            rotation * -self.position,
+        ))
     }
 }
 
@@ -294,17 +346,33 @@ mod tests {
     use super::*;
 
     fn pose() -> LookAt {
-        LookAt { position: DVec3::new(3.0, -2.0, 5.0), target: DVec3::new(0.5, 1.0, 0.0), up: DVec3::Y }
+        LookAt {
+            position: DVec3::new(3.0, -2.0, 5.0),
+            target: DVec3::new(0.5, 1.0, 0.0),
+            up: DVec3::Y,
+        }
     }
 
     #[test]
     fn target_is_the_picture_centre_and_up_is_up() {
         let camera = Camera::perspective(&pose(), 0.6, [200, 100]).expect("valid");
-        let seen = camera.screen_from_camera(camera.camera_from_world.transform_point3(pose().target));
-        assert!((seen - DVec2::new(100.0, 50.0)).length() < 1e-9, "target at {seen}");
-        let above = camera.camera_from_world.transform_point3(pose().target + DVec3::Y);
-        assert!(camera.screen_from_camera(above).y < 50.0, "up must point to smaller y");
-        assert!((camera.eye_in_world() - pose().position).length() < 1e-12, "eye");
+        let seen =
+            camera.screen_from_camera(camera.camera_from_world.transform_point3(pose().target));
+        assert!(
+            (seen - DVec2::new(100.0, 50.0)).length() < 1e-9,
+            "target at {seen}"
+        );
+        let above = camera
+            .camera_from_world
+            .transform_point3(pose().target + DVec3::Y);
+        assert!(
+            camera.screen_from_camera(above).y < 50.0,
+            "up must point to smaller y"
+        );
+        assert!(
+            (camera.eye_in_world() - pose().position).length() < 1e-12,
+            "eye"
+        );
     }
 
     #[test]
@@ -331,7 +399,8 @@ mod tests {
             cy: 2.5,
             pixel_centre: PixelCentre::Integer,
         };
-        let integer = Camera::from_intrinsics(&k, DMat3::IDENTITY, DVec3::ZERO, 0.1).expect("valid");
+        let integer =
+            Camera::from_intrinsics(&k, DMat3::IDENTITY, DVec3::ZERO, 0.1).expect("valid");
         k.pixel_centre = PixelCentre::Half;
         let half = Camera::from_intrinsics(&k, DMat3::IDENTITY, DVec3::ZERO, 0.1).expect("valid");
         assert_eq!((integer.cx - half.cx, integer.cy - half.cy), (0.5, 0.5));
@@ -341,18 +410,30 @@ mod tests {
     fn bad_cameras_are_refused_with_a_reason() {
         let mut same = pose();
         same.target = same.position;
-        assert_eq!(Camera::perspective(&same, 1.0, [8, 8]), Err(CameraError::NoDirection));
+        assert_eq!(
+            Camera::perspective(&same, 1.0, [8, 8]),
+            Err(CameraError::NoDirection)
+        );
         let mut along = pose();
         along.up = along.target - along.position;
-        assert_eq!(Camera::perspective(&along, 1.0, [8, 8]), Err(CameraError::NoUp));
+        assert_eq!(
+            Camera::perspective(&along, 1.0, [8, 8]),
+            Err(CameraError::NoUp)
+        );
         let good = Camera::perspective(&pose(), 1.0, [8, 8]).expect("valid");
         let mut scaled = good;
         scaled.camera_from_world.matrix3 *= 1.01;
-        assert!(matches!(scaled.validated(), Err(CameraError::NotRotation(_))));
+        assert!(matches!(
+            scaled.validated(),
+            Err(CameraError::NotRotation(_))
+        ));
         let mut flat = good;
         flat.camera_from_world.matrix3.x_axis = DVec3::splat(1e-9);
         assert!(matches!(flat.validated(), Err(CameraError::NotRotation(_))));
         assert!(good.resized(0, 8).is_err(), "empty picture");
-        assert!(Camera::perspective(&pose(), f64::NAN, [8, 8]).is_err(), "NaN angle");
+        assert!(
+            Camera::perspective(&pose(), f64::NAN, [8, 8]).is_err(),
+            "NaN angle"
+        );
     }
 }

@@ -105,7 +105,11 @@ const ENTRIES_PER_CHECK: usize = 32;
 impl Default for TilePixels {
     fn default() -> Self {
         let zero = [[0.0; TILE_PX]; TILE_PX];
-        Self { transmittance: [[1.0; TILE_PX]; TILE_PX], rgb: [zero; 3], depth: zero }
+        Self {
+            transmittance: [[1.0; TILE_PX]; TILE_PX],
+            rgb: [zero; 3],
+            depth: zero,
+        }
     }
 }
 
@@ -159,7 +163,8 @@ fn composite_entries<S: Simd>(
                     close_sheet(simd, settings, tile, &mut counts);
                     tile.sheet.number = number;
                 }
-                counts.pixels_touched += gather_point(settings, &mut tile.sheet, corner_px, primitive);
+                counts.pixels_touched +=
+                    gather_point(settings, &mut tile.sheet, corner_px, primitive);
             } else {
                 close_sheet(simd, settings, tile, &mut counts);
                 counts.pixels_touched +=
@@ -208,7 +213,8 @@ impl TilePixels {
                 most = most.max(S::f32s::from_slice(simd, lanes));
             }
         }
-        most.simd_lt(S::f32s::splat(simd, min_transmittance)).all_true()
+        most.simd_lt(S::f32s::splat(simd, min_transmittance))
+            .all_true()
     }
 }
 
@@ -224,7 +230,9 @@ fn composite_splat<S: Simd, const SLICED: bool>(
     // A tile's rows and a splat's rows are whole numbers below 2^16: exact in f32 and in usize.
     let corner_row = corner_px[1] as usize;
     let first = usize::from(splat.rows[0]).saturating_sub(corner_row);
-    let end = usize::from(splat.rows[1]).saturating_sub(corner_row).min(TILE_PX);
+    let end = usize::from(splat.rows[1])
+        .saturating_sub(corner_row)
+        .min(TILE_PX);
     let (x, y) = (splat.x - corner_px[0], splat.y - corner_px[1]);
     let [xx, xy2, yy] = splat.form;
     for lane in (0..TILE_PX).step_by(S::f32s::LEN) {
@@ -232,10 +240,15 @@ fn composite_splat<S: Simd, const SLICED: bool>(
         let xx_dx2 = dx * dx * S::f32s::splat(simd, xx);
         for row in first..end {
             let dy = row as f32 + 0.5 - y;
-            let (linear, constant) = (S::f32s::splat(simd, xy2 * dy), S::f32s::splat(simd, yy * dy * dy));
+            let (linear, constant) = (
+                S::f32s::splat(simd, xy2 * dy),
+                S::f32s::splat(simd, yy * dy * dy),
+            );
             let form = dx.mul_add(linear, xx_dx2) + constant;
             let at = RowLanes { row, lane };
-            let Some(added) = added_lanes(simd, settings, &tile.maps, at, (form, splat)) else { continue };
+            let Some(added) = added_lanes(simd, settings, &tile.maps, at, (form, splat)) else {
+                continue;
+            };
             if SLICED {
                 slices::add_lanes(simd, &mut tile.slice, at, (added, splat));
             } else {
@@ -303,11 +316,15 @@ fn composite_lanes<S: Simd>(
     (before - weight).store_slice(transmittance);
     for (plane, value) in pixels.rgb.iter_mut().zip(splat.rgb) {
         let lanes = &mut plane[at.row][range.clone()];
-        weight.mul_add(constant(value), S::f32s::from_slice(simd, lanes)).store_slice(lanes);
+        weight
+            .mul_add(constant(value), S::f32s::from_slice(simd, lanes))
+            .store_slice(lanes);
     }
     if settings.depth == DepthRule::Expected {
         let lanes = &mut pixels.depth[at.row][range];
-        weight.mul_add(constant(splat.depth), S::f32s::from_slice(simd, lanes)).store_slice(lanes);
+        weight
+            .mul_add(constant(splat.depth), S::f32s::from_slice(simd, lanes))
+            .store_slice(lanes);
     }
 }
 

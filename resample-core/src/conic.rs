@@ -66,7 +66,10 @@ impl Ellipse {
     /// Half width and half height of the bounding box, px.
     pub fn half_extent_px(&self) -> DVec2 {
         let determinant = self.form[0] * self.form[2] - self.form[1] * self.form[1];
-        DVec2::new((self.form[2] / determinant).sqrt(), (self.form[0] / determinant).sqrt())
+        DVec2::new(
+            (self.form[2] / determinant).sqrt(),
+            (self.form[0] / determinant).sqrt(),
+        )
     }
 
     /// The outline as a conic.
@@ -74,7 +77,14 @@ impl Ellipse {
         let [xx, xy, yy] = self.form;
         let c = self.centre_px;
         let (x, y) = (-(xx * c.x + xy * c.y), -(xy * c.x + yy * c.y));
-        Conic { xx, xy, yy, x, y, one: -(x * c.x + y * c.y) - 1.0 }
+        Conic {
+            xx,
+            xy,
+            yy,
+            x,
+            y,
+            one: -(x * c.x + y * c.y) - 1.0,
+        }
     }
 }
 
@@ -84,19 +94,27 @@ mod tests {
 
     #[test]
     fn ellipse_and_conic_are_the_same_curve() {
-        let ellipse = Ellipse { centre_px: DVec2::new(12.5, -3.25), form: [0.5, 0.2, 0.3] };
+        let ellipse = Ellipse {
+            centre_px: DVec2::new(12.5, -3.25),
+            form: [0.5, 0.2, 0.3],
+        };
         let back = ellipse.conic().ellipse().expect("still an ellipse");
         assert!((back.centre_px - ellipse.centre_px).length() < 1e-12);
         for (a, b) in back.form.iter().zip(ellipse.form) {
             assert!((a - b).abs() < 1e-12, "{back:?}");
         }
         let edge = ellipse.centre_px + DVec2::new(0.0, (1.0f64 / 0.3).sqrt());
-        assert!(ellipse.conic().value(edge).abs() < 1e-12 && (ellipse.value(edge) - 1.0).abs() < 1e-12);
+        assert!(
+            ellipse.conic().value(edge).abs() < 1e-12 && (ellipse.value(edge) - 1.0).abs() < 1e-12
+        );
     }
 
     #[test]
     fn bounding_box_touches_the_outline() {
-        let ellipse = Ellipse { centre_px: DVec2::new(1.0, 2.0), form: [0.5, 0.2, 0.3] };
+        let ellipse = Ellipse {
+            centre_px: DVec2::new(1.0, 2.0),
+            form: [0.5, 0.2, 0.3],
+        };
         let half = ellipse.half_extent_px();
         let steps = 100_000;
         let mut reach = DVec2::ZERO;
@@ -111,8 +129,22 @@ mod tests {
 
     #[test]
     fn open_and_empty_conics_are_no_ellipses() {
-        let hyperbola = Conic { xx: 1.0, xy: 0.0, yy: -1.0, x: 0.0, y: 0.0, one: -1.0 };
-        let empty = Conic { xx: 1.0, xy: 0.0, yy: 1.0, x: 0.0, y: 0.0, one: 1.0 };
+        let hyperbola = Conic {
+            xx: 1.0,
+            xy: 0.0,
+            yy: -1.0,
+            x: 0.0,
+            y: 0.0,
+            one: -1.0,
+        };
+        let empty = Conic {
+            xx: 1.0,
+            xy: 0.0,
+            yy: 1.0,
+            x: 0.0,
+            y: 0.0,
+            one: 1.0,
+        };
         assert_eq!((hyperbola.ellipse(), empty.ellipse()), (None, None));
     }
 }

@@ -43,7 +43,9 @@ impl DiscFootprint {
         );
         let on_screen = |v: DVec3, is_point: bool| match camera.projection {
             Projection::Perspective => intrinsic * v,
-            Projection::Orthographic => intrinsic * v.truncate().extend(if is_point { 1.0 } else { 0.0 }),
+            Projection::Orthographic => {
+                intrinsic * v.truncate().extend(if is_point { 1.0 } else { 0.0 })
+            }
         };
         let screen_from_disc = DMat3::from_cols(
             on_screen(disc.tangent_u, false),
@@ -53,7 +55,10 @@ impl DiscFootprint {
         let depth = screen_from_disc.z_axis.z;
         let projected_px = screen_from_disc.z_axis.truncate() / depth;
         let column = |c: DVec3| (c.truncate() - projected_px * c.z) / depth;
-        let jacobian = DMat2::from_cols(column(screen_from_disc.x_axis), column(screen_from_disc.y_axis));
+        let jacobian = DMat2::from_cols(
+            column(screen_from_disc.x_axis),
+            column(screen_from_disc.y_axis),
+        );
         let area = jacobian.determinant();
         let sizes = jacobian.x_axis.length() * jacobian.y_axis.length();
         // Edge-on: the parallelogram has lost all but rounding of its area.
@@ -62,7 +67,11 @@ impl DiscFootprint {
         }
         let disc_from_screen = screen_from_disc.inverse();
         let usable = disc_from_screen.is_finite() && projected_px.is_finite();
-        usable.then_some(Self { disc_from_screen, projected_px, jacobian_screen_from_disc: jacobian })
+        usable.then_some(Self {
+            disc_from_screen,
+            projected_px,
+            jacobian_screen_from_disc: jacobian,
+        })
     }
 
     /// (u, v) where the pixel's ray meets the tangent plane; `None` where it meets it behind the eye or not at all.
@@ -98,13 +107,23 @@ impl DiscFootprint {
     pub fn outline_affine(&self) -> Ellipse {
         let inverse = self.jacobian_screen_from_disc.inverse();
         let (x, y) = (inverse.x_axis, inverse.y_axis);
-        Ellipse { centre_px: self.projected_px, form: [x.dot(x), x.dot(y), y.dot(y)] }
+        Ellipse {
+            centre_px: self.projected_px,
+            form: [x.dot(x), x.dot(y), y.dot(y)],
+        }
     }
 
     /// Covariance on the screen (xx, xy, yy), px^2, of a kernel with unit variance in u and v.
     pub fn covariance_px2(&self) -> [f64; 3] {
-        let (a, b) = (self.jacobian_screen_from_disc.x_axis, self.jacobian_screen_from_disc.y_axis);
-        [a.x * a.x + b.x * b.x, a.x * a.y + b.x * b.y, a.y * a.y + b.y * b.y]
+        let (a, b) = (
+            self.jacobian_screen_from_disc.x_axis,
+            self.jacobian_screen_from_disc.y_axis,
+        );
+        [
+            a.x * a.x + b.x * b.x,
+            a.x * a.y + b.x * b.y,
+            a.y * a.y + b.y * b.y,
+        ]
     }
 }
 
@@ -114,10 +133,16 @@ mod tests {
     use crate::camera::LookAt;
 
     fn camera(projection: Projection) -> Camera {
-        let pose = LookAt { position: DVec3::ZERO, target: DVec3::Z, up: -DVec3::Y };
+        let pose = LookAt {
+            position: DVec3::ZERO,
+            target: DVec3::Z,
+            up: -DVec3::Y,
+        };
         match projection {
             Projection::Perspective => Camera::perspective(&pose, 0.8, [200, 160]).expect("valid"),
-            Projection::Orthographic => Camera::orthographic(&pose, 4.0, [200, 160]).expect("valid"),
+            Projection::Orthographic => {
+                Camera::orthographic(&pose, 4.0, [200, 160]).expect("valid")
+            }
         }
     }
 
@@ -139,9 +164,16 @@ mod tests {
                 let point = disc().centre + uv.x * disc().tangent_u + uv.y * disc().tangent_v;
                 let pixel = camera.screen_from_camera(point);
                 let back = footprint.uv_exact(pixel).expect("in front");
-                assert!((back - uv).length() < 1e-9, "{projection:?}: {back} against {uv}");
+                assert!(
+                    (back - uv).length() < 1e-9,
+                    "{projection:?}: {back} against {uv}"
+                );
                 let outline = footprint.outline().value(pixel);
-                assert_eq!(outline < 0.0, uv.length() < 1.0, "{projection:?}: outline at {uv}");
+                assert_eq!(
+                    outline < 0.0,
+                    uv.length() < 1.0,
+                    "{projection:?}: outline at {uv}"
+                );
             }
         }
     }
@@ -167,9 +199,19 @@ mod tests {
     #[test]
     fn discs_that_cannot_be_seen_have_no_footprint() {
         let camera = camera(Projection::Perspective);
-        let behind = Disc { centre: DVec3::new(0.0, 0.0, -1.0), ..disc() };
-        let edge_on = Disc { tangent_u: DVec3::X, tangent_v: DVec3::Z, centre: DVec3::Z * 2.0 };
-        let collapsed = Disc { tangent_u: DVec3::ZERO, ..disc() };
+        let behind = Disc {
+            centre: DVec3::new(0.0, 0.0, -1.0),
+            ..disc()
+        };
+        let edge_on = Disc {
+            tangent_u: DVec3::X,
+            tangent_v: DVec3::Z,
+            centre: DVec3::Z * 2.0,
+        };
+        let collapsed = Disc {
+            tangent_u: DVec3::ZERO,
+            ..disc()
+        };
         for disc in [behind, edge_on, collapsed] {
             assert!(DiscFootprint::new(&camera, &disc).is_none(), "{disc:?}");
         }
@@ -178,9 +220,16 @@ mod tests {
     #[test]
     fn a_disc_across_the_eye_plane_keeps_an_exact_map() {
         let camera = camera(Projection::Perspective);
-        let long = Disc { centre: DVec3::Z, tangent_u: DVec3::new(0.0, 0.2, 3.0), tangent_v: DVec3::X };
+        let long = Disc {
+            centre: DVec3::Z,
+            tangent_u: DVec3::new(0.0, 0.2, 3.0),
+            tangent_v: DVec3::X,
+        };
         let footprint = DiscFootprint::new(&camera, &long).expect("the centre is in front");
-        assert!(footprint.outline().ellipse().is_none(), "the outline is open");
+        assert!(
+            footprint.outline().ellipse().is_none(),
+            "the outline is open"
+        );
         let inside = camera.screen_from_camera(long.centre + 0.9 * long.tangent_u);
         let uv = footprint.uv_exact(inside).expect("in front");
         assert!((uv - DVec2::new(0.9, 0.0)).length() < 1e-9, "{uv}");

@@ -95,7 +95,13 @@ impl BallGeometry {
         };
         let mut outline = conic.ellipse()?;
         outline.centre_px += projected_px;
-        Some(Self { projected_px, cross_form, outline, sin2_cone: r2 / c.length_squared(), radius })
+        Some(Self {
+            projected_px,
+            cross_form,
+            outline,
+            sin2_cone: r2 / c.length_squared(),
+            radius,
+        })
     }
 
     fn orthographic(view: &GridView, centre: DVec3, radius: f64) -> Option<Self> {
@@ -104,9 +110,18 @@ impl BallGeometry {
         let (a, b) = (view.wx.cross(view.w0), view.wy.cross(view.w0));
         let cross_form = [a.dot(a), a.dot(b), b.dot(b)];
         let scale = 1.0 / (radius * radius * view.w0.length_squared());
-        let outline = Ellipse { centre_px: projected_px, form: cross_form.map(|f| f * scale) };
+        let outline = Ellipse {
+            centre_px: projected_px,
+            form: cross_form.map(|f| f * scale),
+        };
         let finite = outline.form.iter().all(|f| f.is_finite()) && projected_px.is_finite();
-        finite.then_some(Self { projected_px, cross_form, outline, sin2_cone: 0.0, radius })
+        finite.then_some(Self {
+            projected_px,
+            cross_form,
+            outline,
+            sin2_cone: 0.0,
+            radius,
+        })
     }
 
     /// The outline of Appendix A's small-angle form: axes C'B' and C'F' around the projected centre.
@@ -124,9 +139,19 @@ impl BallGeometry {
         let rest = 1.0 - offset.dot(apply(offset));
         // From the projected centre to the outline, away from the axis: the paper's C'B'.
         let reach = offset.dot(along) + (1.0 / along_norm2).sqrt();
-        let (u, v) = (along_dual / (along_norm2 * reach), across_dual / (across_norm2 * rest).sqrt());
-        let form = [u.x * u.x + v.x * v.x, u.x * u.y + v.x * v.y, u.y * u.y + v.y * v.y];
-        Ellipse { centre_px: self.projected_px, form }
+        let (u, v) = (
+            along_dual / (along_norm2 * reach),
+            across_dual / (across_norm2 * rest).sqrt(),
+        );
+        let form = [
+            u.x * u.x + v.x * v.x,
+            u.x * u.y + v.x * v.y,
+            u.y * u.y + v.y * v.y,
+        ];
+        Ellipse {
+            centre_px: self.projected_px,
+            form,
+        }
     }
 }
 
@@ -136,9 +161,17 @@ impl Footprint {
         let ellipse = match mode {
             FootprintMode::AffineApprox => ball.approximate_outline(),
             FootprintMode::Affine | FootprintMode::Table => ball.outline,
-            FootprintMode::Exact => Ellipse { centre_px: ball.projected_px, form: ball.cross_form },
+            FootprintMode::Exact => Ellipse {
+                centre_px: ball.projected_px,
+                form: ball.cross_form,
+            },
         };
-        Self { mode, ellipse, sin2_cone: ball.sin2_cone, radius2: ball.radius * ball.radius }
+        Self {
+            mode,
+            ellipse,
+            sin2_cone: ball.sin2_cone,
+            radius2: ball.radius * ball.radius,
+        }
     }
 
     /// q = (d/r)^2 at a screen position: 0 where the ray meets the centre, 1 on the outline.
@@ -147,7 +180,9 @@ impl Footprint {
         match self.mode {
             FootprintMode::AffineApprox | FootprintMode::Affine => value,
             FootprintMode::Table => index2_from_ellipse(value, self.sin2_cone),
-            FootprintMode::Exact => value / (self.radius2 * view.ray(pos_in_screen).1.length_squared()),
+            FootprintMode::Exact => {
+                value / (self.radius2 * view.ray(pos_in_screen).1.length_squared())
+            }
         }
     }
 }
@@ -169,13 +204,22 @@ mod tests {
     use crate::camera::{Camera, LookAt};
 
     fn view(grid: DAffine3) -> GridView {
-        let pose = LookAt { position: DVec3::new(3.0, 4.0, -7.0), target: DVec3::ZERO, up: DVec3::Y };
-        GridView::new(&Camera::perspective(&pose, 0.9, [320, 240]).expect("valid"), &grid)
+        let pose = LookAt {
+            position: DVec3::new(3.0, 4.0, -7.0),
+            target: DVec3::ZERO,
+            up: DVec3::Y,
+        };
+        GridView::new(
+            &Camera::perspective(&pose, 0.9, [320, 240]).expect("valid"),
+            &grid,
+        )
     }
 
     fn distance2(view: &GridView, pixel: DVec2, centre: DVec3) -> f64 {
         let (origin, direction) = view.ray(pixel);
-        (centre - origin).cross(direction.normalize()).length_squared()
+        (centre - origin)
+            .cross(direction.normalize())
+            .length_squared()
     }
 
     #[test]
@@ -194,8 +238,14 @@ mod tests {
         let footprint = Footprint::new(FootprintMode::Exact, &ball);
         for i in 0..40 {
             let pixel = ball.projected_px + DVec2::from_angle(f64::from(i)) * f64::from(i);
-            let (got, expected) = (footprint.index2(&view, pixel) * 0.49, distance2(&view, pixel, centre));
-            assert!((got - expected).abs() < 1e-12 * (1.0 + expected), "{got} against {expected}");
+            let (got, expected) = (
+                footprint.index2(&view, pixel) * 0.49,
+                distance2(&view, pixel, centre),
+            );
+            assert!(
+                (got - expected).abs() < 1e-12 * (1.0 + expected),
+                "{got} against {expected}"
+            );
         }
     }
 
@@ -208,10 +258,17 @@ mod tests {
             let ball = BallGeometry::new(&view, centre, 1.3).expect("in front");
             for i in 0..60 {
                 let direction = DVec2::from_angle(0.1 * f64::from(i));
-                let length = 1.0 / ball.outline.value(ball.outline.centre_px + direction).sqrt();
+                let length = 1.0
+                    / ball
+                        .outline
+                        .value(ball.outline.centre_px + direction)
+                        .sqrt();
                 let edge = ball.outline.centre_px + length * direction;
                 let distance = distance2(&view, edge, centre).sqrt();
-                assert!((distance - 1.3).abs() < 1e-9, "{projection:?}: a tangent ray passes at {distance}");
+                assert!(
+                    (distance - 1.3).abs() < 1e-9,
+                    "{projection:?}: a tangent ray passes at {distance}"
+                );
             }
         }
     }
@@ -233,24 +290,50 @@ mod tests {
             near: 1e-3,
         };
         let view = GridView::new(&camera, &DAffine3::IDENTITY);
-        let ball =
-            BallGeometry::new(&view, DVec3::new(theta.sin(), 0.0, theta.cos()) * 5.0, 5.0 * alpha.sin());
+        let ball = BallGeometry::new(
+            &view,
+            DVec3::new(theta.sin(), 0.0, theta.cos()) * 5.0,
+            5.0 * alpha.sin(),
+        );
         let ball = ball.expect("in front");
         let (near, far) = (focal * (theta - alpha).tan(), focal * (theta + alpha).tan());
-        assert!((ball.outline.centre_px - DVec2::new(0.5 * (near + far), 0.0)).length() < 1e-9, "midpoint");
-        assert!((ball.outline.half_extent_px().x - 0.5 * (far - near)).abs() < 1e-9, "R1");
+        assert!(
+            (ball.outline.centre_px - DVec2::new(0.5 * (near + far), 0.0)).length() < 1e-9,
+            "midpoint"
+        );
+        assert!(
+            (ball.outline.half_extent_px().x - 0.5 * (far - near)).abs() < 1e-9,
+            "R1"
+        );
         let approximate = ball.approximate_outline();
         let half = approximate.half_extent_px();
-        assert!((approximate.centre_px.x - focal * theta.tan()).abs() < 1e-9, "C'");
-        assert!((half.x - (far - focal * theta.tan())).abs() < 1e-9, "C'B' is {}", half.x);
-        assert!((half.y - focal * alpha.tan() / theta.cos()).abs() < 1e-9, "C'F' is {}", half.y);
+        assert!(
+            (approximate.centre_px.x - focal * theta.tan()).abs() < 1e-9,
+            "C'"
+        );
+        assert!(
+            (half.x - (far - focal * theta.tan())).abs() < 1e-9,
+            "C'B' is {}",
+            half.x
+        );
+        assert!(
+            (half.y - focal * alpha.tan() / theta.cos()).abs() < 1e-9,
+            "C'F' is {}",
+            half.y
+        );
     }
 
     #[test]
     fn a_ball_that_reaches_the_eye_plane_has_no_ellipse() {
         let view = view(DAffine3::IDENTITY);
-        assert!(BallGeometry::new(&view, view.origin, 1.0).is_none(), "eye inside");
+        assert!(
+            BallGeometry::new(&view, view.origin, 1.0).is_none(),
+            "eye inside"
+        );
         let beside = view.origin + 5.0 * view.wx.normalize();
-        assert!(BallGeometry::new(&view, beside, 0.1).is_none(), "on the eye plane");
+        assert!(
+            BallGeometry::new(&view, beside, 0.1).is_none(),
+            "on the eye plane"
+        );
     }
 }

@@ -32,7 +32,13 @@ pub struct Plane {
 impl Image {
     /// A transparent picture without depth or extra planes.
     pub fn transparent(width: usize, height: usize) -> Self {
-        Self { width, height, rgba: vec![[0.0; 4]; width * height], depth: None, planes: Vec::new() }
+        Self {
+            width,
+            height,
+            rgba: vec![[0.0; 4]; width * height],
+            depth: None,
+            planes: Vec::new(),
+        }
     }
 
     /// The colour of pixel (x, y), linear and premultiplied.
@@ -58,13 +64,21 @@ impl Image {
 /// Values outside 0..=1 are clamped; NaN becomes 0.
 pub fn srgb_from_linear(linear: f32) -> f32 {
     let linear = if linear > 0.0 { linear.min(1.0) } else { 0.0 };
-    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+    if linear <= 0.003_130_8 {
+        12.92 * linear
+    } else {
+        1.055 * linear.powf(1.0 / 2.4) - 0.055
+    }
 }
 
 /// The inverse of [`srgb_from_linear`].
 pub fn linear_from_srgb(encoded: f32) -> f32 {
     let encoded = if encoded > 0.0 { encoded.min(1.0) } else { 0.0 };
-    if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+    if encoded <= 0.040_45 {
+        encoded / 12.92
+    } else {
+        ((encoded + 0.055) / 1.055).powf(2.4)
+    }
 }
 
 #[cfg(test)]
@@ -76,7 +90,10 @@ mod tests {
         for code in 0..=255u8 {
             let encoded = f32::from(code) / 255.0;
             let back = srgb_from_linear(linear_from_srgb(encoded));
-            assert!((back - encoded).abs() < 1e-5, "code {code}: {back} against {encoded}");
+            assert!(
+                (back - encoded).abs() < 1e-5,
+                "code {code}: {back} against {encoded}"
+            );
         }
         assert_eq!(srgb_from_linear(f32::NAN), 0.0, "NaN must not reach a file");
     }
@@ -86,6 +103,9 @@ mod tests {
         let mut image = Image::transparent(2, 1);
         image.rgba[0] = [0.25, 0.5, 0.75, 1.0];
         let image = image.over_background([0.1, 0.2, 0.3]);
-        assert_eq!(image.rgba, vec![[0.25, 0.5, 0.75, 1.0], [0.1, 0.2, 0.3, 1.0]]);
+        assert_eq!(
+            image.rgba,
+            vec![[0.25, 0.5, 0.75, 1.0], [0.1, 0.2, 0.3, 1.0]]
+        );
     }
 }

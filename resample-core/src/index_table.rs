@@ -44,7 +44,11 @@ impl IndexTable {
             let angle = (k / (INDEX_STEPS + 1)) as f64 / ANGLE_STEPS as f64 * MAX_ANGLE_RAD;
             index_from_ellipse(index, angle) as f32
         };
-        Self { entries: (0..(INDEX_STEPS + 1) * (ANGLE_STEPS + 1)).map(entry).collect() }
+        Self {
+            entries: (0..(INDEX_STEPS + 1) * (ANGLE_STEPS + 1))
+                .map(entry)
+                .collect(),
+        }
     }
 
     /// d/r by bilinear interpolation; beyond the table's angles by the equation.
@@ -89,8 +93,8 @@ mod tests {
             for i in 0..=200 {
                 let index = f64::from(i) / 200.0;
                 let truth = index_from_ellipse(index, angle);
-                table_error =
-                    table_error.max((f64::from(table.index(index as f32, angle as f32)) - truth).abs());
+                table_error = table_error
+                    .max((f64::from(table.index(index as f32, angle as f32)) - truth).abs());
                 let closed = index2_from_ellipse(index * index, angle.sin().powi(2)).sqrt();
                 closed_error = closed_error.max((closed - truth).abs());
             }

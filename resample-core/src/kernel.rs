@@ -53,7 +53,11 @@ impl Kernel {
             KernelShape::Polynomial => POLYNOMIAL_RADIUS,
             KernelShape::BSpline => 2.0,
         };
-        let mut kernel = Self { shape, radius, scale: 1.0 };
+        let mut kernel = Self {
+            shape,
+            radius,
+            scale: 1.0,
+        };
         kernel.scale = 1.0 / kernel.radial_moment(2);
         kernel
     }
@@ -128,7 +132,11 @@ impl Kernel {
         for z in -reach..=reach {
             for y in -reach..=reach {
                 for x in -reach..=reach {
-                    let d = [at[0] - f64::from(x), at[1] - f64::from(y), at[2] - f64::from(z)];
+                    let d = [
+                        at[0] - f64::from(x),
+                        at[1] - f64::from(y),
+                        at[2] - f64::from(z),
+                    ];
                     sum += self.value(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
                 }
             }
@@ -145,7 +153,11 @@ impl Kernel {
         let mut sum = 0.0;
         for i in 0..=INTERVALS {
             let r = f64::from(i) * step;
-            let weight = if i == 0 || i == INTERVALS { 1.0 } else { f64::from(2 + 2 * (i % 2)) };
+            let weight = if i == 0 || i == INTERVALS {
+                1.0
+            } else {
+                f64::from(2 + 2 * (i % 2))
+            };
             sum += weight * self.value(r * r) * r.powi(power);
         }
         4.0 * PI * sum * step / 3.0
@@ -187,8 +199,11 @@ fn bspline_antiderivative(distance2: f64, t: f64) -> f64 {
     };
     let magnitude = t.abs();
     let knot = (1.0 - distance2).max(0.0).sqrt();
-    let integral =
-        if magnitude <= knot { inner(magnitude) } else { inner(knot) + outer(magnitude) - outer(knot) };
+    let integral = if magnitude <= knot {
+        inner(magnitude)
+    } else {
+        inner(knot) + outer(magnitude) - outer(knot)
+    };
     integral.copysign(t)
 }
 
@@ -196,9 +211,17 @@ fn bspline_antiderivative(distance2: f64, t: f64) -> f64 {
 fn power_antiderivatives(distance2: f64, t: f64) -> [f64; 3] {
     let r = (distance2 + t * t).sqrt();
     // d^2 asinh(t/d) tends to 0 with d.
-    let log_term = if distance2 > 0.0 { distance2 * (t / distance2.sqrt()).asinh() } else { 0.0 };
+    let log_term = if distance2 > 0.0 {
+        distance2 * (t / distance2.sqrt()).asinh()
+    } else {
+        0.0
+    };
     let r1 = 0.5 * (t * r + log_term);
-    [r1, distance2 * t + t * t * t / 3.0, 0.25 * t * r * r * r + 0.75 * distance2 * r1]
+    [
+        r1,
+        distance2 * t + t * t * t / 3.0,
+        0.25 * t * r * r * r + 0.75 * distance2 * r1,
+    ]
 }
 
 #[cfg(test)]
@@ -216,7 +239,10 @@ mod tests {
                 .map(|i| (f64::from(i) + 0.5) * step)
                 .map(|d| 2.0 * PI * d * kernel.line_integral(d * d) * step)
                 .sum();
-            assert!((total - 1.0).abs() < 1e-7, "{shape:?} integrates to {total}");
+            assert!(
+                (total - 1.0).abs() < 1e-7,
+                "{shape:?} integrates to {total}"
+            );
         }
     }
 
@@ -249,7 +275,10 @@ mod tests {
         for shape in KernelShape::ALL {
             let kernel = Kernel::new(shape);
             let radius2 = kernel.radius().powi(2);
-            assert!(kernel.value(radius2 * (1.0 - 1e-9)) < 1e-7, "{shape:?} value at the edge");
+            assert!(
+                kernel.value(radius2 * (1.0 - 1e-9)) < 1e-7,
+                "{shape:?} value at the edge"
+            );
             assert_eq!(kernel.value(radius2), 0.0);
             assert_eq!(kernel.line_integral(radius2), 0.0);
             assert_eq!(kernel.line_integral(f64::NAN), 0.0, "NaN is outside");
@@ -259,11 +288,19 @@ mod tests {
     #[test]
     fn lattice_ripple_is_what_the_docs_say() {
         let ripple = |shape| Kernel::new(shape).lattice_ripple();
-        let (gaussian, polynomial, bspline) =
-            (ripple(KernelShape::Gaussian), ripple(KernelShape::Polynomial), ripple(KernelShape::BSpline));
-        println!("ripple: Gaussian {gaussian:.5}, polynomial {polynomial:.5}, B-spline {bspline:.5}");
+        let (gaussian, polynomial, bspline) = (
+            ripple(KernelShape::Gaussian),
+            ripple(KernelShape::Polynomial),
+            ripple(KernelShape::BSpline),
+        );
+        println!(
+            "ripple: Gaussian {gaussian:.5}, polynomial {polynomial:.5}, B-spline {bspline:.5}"
+        );
         assert!((gaussian - 0.0127).abs() < 1e-3, "Gaussian {gaussian}");
-        assert!((polynomial - 0.0176).abs() < 1e-3, "polynomial {polynomial}");
+        assert!(
+            (polynomial - 0.0176).abs() < 1e-3,
+            "polynomial {polynomial}"
+        );
         assert!((bspline - 0.0021).abs() < 1e-3, "B-spline {bspline}");
     }
 
@@ -278,7 +315,11 @@ mod tests {
                 .map(|i| (f64::from(i) + 0.5) * step)
                 .map(|d| PI * d.powi(3) * kernel.line_integral(d * d) * step)
                 .sum();
-            assert!((numeric - kernel.variance()).abs() < 1e-6, "{shape:?}: {numeric} {}", kernel.variance());
+            assert!(
+                (numeric - kernel.variance()).abs() < 1e-6,
+                "{shape:?}: {numeric} {}",
+                kernel.variance()
+            );
         }
     }
 }

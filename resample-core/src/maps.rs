@@ -42,7 +42,10 @@ pub struct MapSource {
 
 impl Default for TileMaps {
     fn default() -> Self {
-        Self { form_scale: [[1.0; TILE_PX]; TILE_PX], unit_per_grid: [[1.0; TILE_PX]; TILE_PX] }
+        Self {
+            form_scale: [[1.0; TILE_PX]; TILE_PX],
+            unit_per_grid: [[1.0; TILE_PX]; TILE_PX],
+        }
     }
 }
 
@@ -54,11 +57,20 @@ impl TileMaps {
         let (_, in_grid) = view.ray(first_centre);
         let in_camera = view.camera_from_grid.matrix3 * in_grid;
         // In an orthographic view the direction does not change from pixel to pixel.
-        let step =
-            |v: DVec3| if view.projection == Projection::Perspective { v.as_vec3() } else { Vec3::ZERO };
+        let step = |v: DVec3| {
+            if view.projection == Projection::Perspective {
+                v.as_vec3()
+            } else {
+                Vec3::ZERO
+            }
+        };
         let rays = TileRays {
             in_grid: [in_grid.as_vec3(), step(view.wx), step(view.wy)],
-            in_camera: [in_camera.as_vec3(), step(DVec3::X / view.focal.x), step(DVec3::Y / view.focal.y)],
+            in_camera: [
+                in_camera.as_vec3(),
+                step(DVec3::X / view.focal.x),
+                step(DVec3::Y / view.focal.y),
+            ],
             form_scale: match source.mode {
                 FootprintMode::Exact => Some((1.0 / (source.radius * source.radius)) as f32),
                 _ => None,
@@ -93,7 +105,11 @@ fn fill_rows<S: Simd>(_: S, rays: &TileRays, maps: &mut TileMaps) {
 fn length2_at(directions: &[Vec3; 3], x: usize, y: usize) -> f32 {
     let (x, y) = (x as f32, y as f32);
     let [d, dx, dy] = directions;
-    let at = Vec3::new(d.x + x * dx.x + y * dy.x, d.y + x * dx.y + y * dy.y, d.z + x * dx.z + y * dy.z);
+    let at = Vec3::new(
+        d.x + x * dx.x + y * dy.x,
+        d.y + x * dx.y + y * dy.y,
+        d.z + x * dx.z + y * dy.z,
+    );
     at.x * at.x + at.y * at.y + at.z * at.z
 }
 
@@ -107,7 +123,11 @@ mod tests {
 
     #[test]
     fn maps_are_what_the_rays_say() {
-        let pose = LookAt { position: DVec3::new(9.0, 4.0, -7.0), target: DVec3::ONE, up: DVec3::Y };
+        let pose = LookAt {
+            position: DVec3::new(9.0, 4.0, -7.0),
+            target: DVec3::ONE,
+            up: DVec3::Y,
+        };
         let grid = DAffine3::from_mat3(DMat3::from_cols(
             DVec3::new(2.0, 0.1, 0.0),
             DVec3::new(0.3, 1.0, -0.2),
@@ -118,7 +138,12 @@ mod tests {
             Camera::orthographic(&pose, 12.0, [320, 240]).expect("valid"),
         ] {
             let view = GridView::new(&camera, &grid);
-            let source = MapSource { view, radius: 1.8, unit_in_world: 0.7, mode: FootprintMode::Exact };
+            let source = MapSource {
+                view,
+                radius: 1.8,
+                unit_in_world: 0.7,
+                mode: FootprintMode::Exact,
+            };
             for level in SimdLevel::ALL {
                 let mut maps = TileMaps::default();
                 maps.fill(level.resolve(), &source, [304, 16]);
@@ -128,7 +153,10 @@ mod tests {
                     let scale = 1.0 / (1.8 * 1.8 * direction.length_squared());
                     let length = view.world_per_grid_along(direction) / 0.7;
                     let (got_scale, got_length) = (maps.form_scale[y][x], maps.unit_per_grid[y][x]);
-                    assert!((f64::from(got_scale) / scale - 1.0).abs() < 1e-6, "{got_scale} against {scale}");
+                    assert!(
+                        (f64::from(got_scale) / scale - 1.0).abs() < 1e-6,
+                        "{got_scale} against {scale}"
+                    );
                     assert!(
                         (f64::from(got_length) / length - 1.0).abs() < 1e-6,
                         "{got_length} against {length}"

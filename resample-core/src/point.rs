@@ -42,7 +42,9 @@ impl PixelFilter {
             let sum: f64 = raw.iter().sum();
             raw.map(|w| (w / sum) as f32)
         });
-        Self { weights: weights.collect() }
+        Self {
+            weights: weights.collect(),
+        }
     }
 
     /// The pixels and weights of a point at `position_px` along one axis.
@@ -51,7 +53,10 @@ impl PixelFilter {
         let from_centre = position_px - 0.5;
         let cell = from_centre.floor();
         let phase = ((from_centre - cell) * PHASES as f32) as usize;
-        AxisWeights { first: cell as i32 - 1, weights: self.weights[phase.min(PHASES - 1)] }
+        AxisWeights {
+            first: cell as i32 - 1,
+            weights: self.weights[phase.min(PHASES - 1)],
+        }
     }
 }
 
@@ -73,9 +78,16 @@ mod tests {
             let axis = filter.along_axis(position);
             let sum: f32 = axis.weights.iter().sum();
             assert!((sum - 1.0).abs() < 1e-6, "sum {sum} at {position}");
-            let mean: f32 =
-                axis.weights.iter().zip(0..).map(|(w, tap)| w * ((axis.first + tap) as f32 + 0.5)).sum();
-            assert!((mean - position).abs() < 0.03, "centre of gravity {mean} for a point at {position}");
+            let mean: f32 = axis
+                .weights
+                .iter()
+                .zip(0..)
+                .map(|(w, tap)| w * ((axis.first + tap) as f32 + 0.5))
+                .sum();
+            assert!(
+                (mean - position).abs() < 0.03,
+                "centre of gravity {mean} for a point at {position}"
+            );
             assert!(axis.weights.iter().all(|&w| w >= 0.0), "{axis:?}");
         }
     }

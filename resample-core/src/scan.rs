@@ -17,7 +17,11 @@ pub type Span = Range<u32>;
 pub fn row_spans(conic: &Conic, row: u32, width: u32) -> [Span; 2] {
     let y = f64::from(row) + 0.5;
     // Along the row: a x^2 + 2 b x + c.
-    let (a, b, c) = (conic.xx, conic.xy * y + conic.x, (conic.yy * y + 2.0 * conic.y) * y + conic.one);
+    let (a, b, c) = (
+        conic.xx,
+        conic.xy * y + conic.x,
+        (conic.yy * y + 2.0 * conic.y) * y + conic.one,
+    );
     let inside = |x: u32| conic.value(DVec2::new(f64::from(x) + 0.5, y)) < 0.0;
     let [first, last] = roots(a, b, c);
     let cut = |x: f64| column(x, width);
@@ -106,9 +110,15 @@ mod tests {
                 let centre = DVec2::new(f64::from(x) + 0.5, f64::from(row) + 0.5);
                 let expected = conic.value(centre) < 0.0;
                 let covered = spans.iter().any(|span| span.contains(&x));
-                assert_eq!(covered, expected, "pixel ({x}, {row}) of {conic:?}: {spans:?}");
+                assert_eq!(
+                    covered, expected,
+                    "pixel ({x}, {row}) of {conic:?}: {spans:?}"
+                );
             }
-            assert!(spans[1].is_empty() || spans[0].end < spans[1].start, "spans overlap: {spans:?}");
+            assert!(
+                spans[1].is_empty() || spans[0].end < spans[1].start,
+                "spans overlap: {spans:?}"
+            );
         }
     }
 
@@ -141,11 +151,42 @@ mod tests {
 
     #[test]
     fn degenerate_conics_are_taken_as_they_are() {
-        let zero = Conic { xx: 0.0, xy: 0.0, yy: 0.0, x: 0.0, y: 0.0, one: 1.0 };
+        let zero = Conic {
+            xx: 0.0,
+            xy: 0.0,
+            yy: 0.0,
+            x: 0.0,
+            y: 0.0,
+            one: 1.0,
+        };
         check(&zero, 9, 9);
         check(&Conic { one: -1.0, ..zero }, 9, 9);
-        check(&Conic { x: 0.5, one: -4.2, ..zero }, 9, 9);
-        check(&Conic { xx: f64::NAN, ..zero }, 9, 9);
-        check(&Conic { xx: 1e-300, x: -1e-200, one: 1e-300, ..zero }, 9, 9);
+        check(
+            &Conic {
+                x: 0.5,
+                one: -4.2,
+                ..zero
+            },
+            9,
+            9,
+        );
+        check(
+            &Conic {
+                xx: f64::NAN,
+                ..zero
+            },
+            9,
+            9,
+        );
+        check(
+            &Conic {
+                xx: 1e-300,
+                x: -1e-200,
+                one: 1e-300,
+                ..zero
+            },
+            9,
+            9,
+        );
     }
 }

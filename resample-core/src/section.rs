@@ -62,7 +62,12 @@ impl SectionProfile {
             for (powers, c) in coefficients.iter_mut().zip([1.0, -1.0, 0.6, -1.0 / 7.0]) {
                 powers[0] = c * 35.0 / 32.0;
             }
-            return Self { footprint, coefficients, radius, powers: Powers::Few };
+            return Self {
+                footprint,
+                coefficients,
+                radius,
+                powers: Powers::Few,
+            };
         }
         let radius2 = kernel.radius() * kernel.radius();
         let odd_part = |v: f64, y: f64| {
@@ -74,15 +79,21 @@ impl SectionProfile {
         let along: [f64; ALONG] = nodes();
         // For each y a polynomial in u^2, and then each of its coefficients a polynomial in y.
         let at_nodes = across.map(|y| solve(powers(&along), along.map(|v| odd_part(v, y))));
-        let mut coefficients: [[f64; ACROSS]; ALONG] =
-            std::array::from_fn(|j| solve(powers(&across), std::array::from_fn(|i| at_nodes[i][j])));
+        let mut coefficients: [[f64; ACROSS]; ALONG] = std::array::from_fn(|j| {
+            solve(powers(&across), std::array::from_fn(|i| at_nodes[i][j]))
+        });
         // At the end of the chord the share is 1: P(1, y) is 1/2, whatever y.
         for i in 0..ACROSS {
             let sum: f64 = coefficients.iter().map(|c| c[i]).sum();
             coefficients[ALONG - 1][i] += if i == 0 { 0.5 } else { 0.0 } - sum;
         }
         let coefficients = coefficients.map(|c| c.map(|c| c as f32));
-        Self { footprint, coefficients, radius, powers: Powers::All }
+        Self {
+            footprint,
+            coefficients,
+            radius,
+            powers: Powers::All,
+        }
     }
 
     /// How many powers a chord of this kernel needs.
@@ -93,13 +104,18 @@ impl SectionProfile {
     /// The chords of rays at these squared distances (grid units squared) from the centre; `None` where none meets the
     /// kernel. `POWERS` is what [`SectionProfile::powers`] says.
     #[inline(always)]
-    pub fn chord<S, F, const POWERS: usize>(&self, simd: S, distance2: F) -> Option<Chord<F, POWERS>>
+    pub fn chord<S, F, const POWERS: usize>(
+        &self,
+        simd: S,
+        distance2: F,
+    ) -> Option<Chord<F, POWERS>>
     where
         S: Simd,
         F: SimdFloat<S, Element = f32>,
     {
         let constant = |x: f32| F::splat(simd, x);
-        let y = (constant(1.0) - distance2 * constant(1.0 / (self.radius * self.radius))).max(constant(0.0));
+        let y = (constant(1.0) - distance2 * constant(1.0 / (self.radius * self.radius)))
+            .max(constant(0.0));
         if y.simd_gt(constant(0.0)).all_false() {
             return None;
         }
@@ -118,7 +134,11 @@ impl SectionProfile {
         };
         // On the rim the chord has no length; any number will do for its inverse, as the whole is 0.
         let per_half = constant(1.0) / (root * constant(self.radius)).max(constant(1e-6));
-        Some(Chord { whole: y * root * whole, per_half, coefficients })
+        Some(Chord {
+            whole: y * root * whole,
+            per_half,
+            coefficients,
+        })
     }
 }
 
@@ -146,7 +166,9 @@ fn polynomial<S: Simd, F: SimdFloat<S, Element = f32>>(simd: S, x: F, coefficien
         Some(split) => split,
         None => return F::splat(simd, 0.0),
     };
-    rest.iter().rev().fold(F::splat(simd, last), |sum, &c| sum.mul_add(x, F::splat(simd, c)))
+    rest.iter().rev().fold(F::splat(simd, last), |sum, &c| {
+        sum.mul_add(x, F::splat(simd, c))
+    })
 }
 
 /// Chebyshev nodes of 0..1.
@@ -174,7 +196,11 @@ mod tests {
         f64::from(value)
     }
 
-    fn section<const POWERS: usize>(profile: &SectionProfile, distance2: f64, ends: [f64; 2]) -> f32 {
+    fn section<const POWERS: usize>(
+        profile: &SectionProfile,
+        distance2: f64,
+        ends: [f64; 2],
+    ) -> f32 {
         dispatch!(Level::fallback(), simd => {
             let four = |x: f64| f32x4::splat(simd, x as f32);
             let Some(chord) = profile.chord::<_, _, POWERS>(simd, four(distance2)) else { return 0.0 };
@@ -185,9 +211,11 @@ mod tests {
 
     #[test]
     fn sections_keep_their_stated_bounds() {
-        for (shape, bound) in
-            [(KernelShape::Gaussian, 5e-5), (KernelShape::Polynomial, 5e-6), (KernelShape::BSpline, 2e-3)]
-        {
+        for (shape, bound) in [
+            (KernelShape::Gaussian, 5e-5),
+            (KernelShape::Polynomial, 5e-6),
+            (KernelShape::BSpline, 2e-3),
+        ] {
             let (kernel, profile) = (Kernel::new(shape), SectionProfile::new(&Kernel::new(shape)));
             let mut worst = 0.0f64;
             for i in 0..60 {
@@ -214,13 +242,24 @@ mod tests {
             let profile = SectionProfile::new(&Kernel::new(shape));
             let distance2 = 0.37;
             let whole = f64::from(
-                profile.footprint.line_integral((distance2 / Kernel::new(shape).radius().powi(2)) as f32),
+                profile
+                    .footprint
+                    .line_integral((distance2 / Kernel::new(shape).radius().powi(2)) as f32),
             );
             let parts: f64 = (-8..8)
-                .map(|k| integral(&profile, distance2, [0.3 * f64::from(k), 0.3 * f64::from(k + 1)]))
+                .map(|k| {
+                    integral(
+                        &profile,
+                        distance2,
+                        [0.3 * f64::from(k), 0.3 * f64::from(k + 1)],
+                    )
+                })
                 .sum();
             // The coefficients are of order 10, in f32.
-            assert!((parts - whole).abs() < 1e-5, "{shape:?}: {parts} instead of {whole}");
+            assert!(
+                (parts - whole).abs() < 1e-5,
+                "{shape:?}: {parts} instead of {whole}"
+            );
         }
     }
 }

@@ -51,7 +51,13 @@ fn lower_level(_wide: bool) -> Level {
 }
 
 /// 2^f - 1 = f (c0 + c1 f + ... + c4 f^4) for |f| <= 1/2, fitted for the smallest relative error: 4.3e-7.
-const EXP2M1: [f32; 5] = [std::f32::consts::LN_2, 0.240_223_5, 0.055_505, 0.009_666_245, 0.001_333_353_3];
+const EXP2M1: [f32; 5] = [
+    std::f32::consts::LN_2,
+    0.240_223_5,
+    0.055_505,
+    0.009_666_245,
+    0.001_333_353_3,
+];
 
 /// Adding this rounds a float of magnitude under 2^22 to an integer and leaves that integer in the low bits.
 const ROUND_MAGIC: f32 = 12_582_912.0;
@@ -105,10 +111,16 @@ mod tests {
     fn opacity_keeps_its_relative_error_over_the_whole_range() {
         let depths: Vec<f32> = (-300..=60).map(|i| 10f32.powf(i as f32 / 10.0)).collect();
         for level in SimdLevel::ALL {
-            for (depth, got) in depths.iter().zip(opacities_from_optical_depths(level, &depths)) {
+            for (depth, got) in depths
+                .iter()
+                .zip(opacities_from_optical_depths(level, &depths))
+            {
                 let truth = -f64::from(-depth).exp_m1();
                 let error = (f64::from(got) - truth).abs() / truth;
-                assert!(error < 1e-6, "{level:?}: depth {depth} gives {got}, not {truth}");
+                assert!(
+                    error < 1e-6,
+                    "{level:?}: depth {depth} gives {got}, not {truth}"
+                );
             }
         }
     }
@@ -116,8 +128,10 @@ mod tests {
     #[test]
     fn the_ends_are_finite() {
         for level in SimdLevel::ALL {
-            let got =
-                opacities_from_optical_depths(level, &[0.0, f32::MIN_POSITIVE, f32::MAX, f32::INFINITY]);
+            let got = opacities_from_optical_depths(
+                level,
+                &[0.0, f32::MIN_POSITIVE, f32::MAX, f32::INFINITY],
+            );
             assert_eq!((got[0], got[2], got[3]), (0.0, 1.0, 1.0), "{level:?}");
             assert!(got[1] >= 0.0 && got[1] < 1e-37, "{level:?}: {}", got[1]);
         }

@@ -47,8 +47,9 @@ pub fn sort_by_depth(entries: &mut [u64], scratch: &mut Vec<u64>) {
         return;
     }
     let depth_bits = |e: u64| (e >> 32) as u32;
-    let (nearest, farthest) =
-        entries.iter().fold((u32::MAX, 0), |(lo, hi), &e| (lo.min(depth_bits(e)), hi.max(depth_bits(e))));
+    let (nearest, farthest) = entries.iter().fold((u32::MAX, 0), |(lo, hi), &e| {
+        (lo.min(depth_bits(e)), hi.max(depth_bits(e)))
+    });
     let shift = (32 - (farthest - nearest).leading_zeros()).saturating_sub(KEY_BITS);
     let key = |e: u64| ((depth_bits(e) - nearest) >> shift) as usize;
     scratch.resize(entries.len(), 0);
@@ -99,8 +100,10 @@ mod tests {
 
     #[test]
     fn equal_depths_and_negative_zero_sort_by_index() {
-        let mut entries: Vec<u64> =
-            (0..200).rev().map(|i| entry(depth_key(if i % 2 == 0 { 0.0 } else { -0.0 }), i)).collect();
+        let mut entries: Vec<u64> = (0..200)
+            .rev()
+            .map(|i| entry(depth_key(if i % 2 == 0 { 0.0 } else { -0.0 }), i))
+            .collect();
         let given = entries.clone();
         sort_by_depth(&mut entries, &mut Vec::new());
         assert_eq!(entries, given, "a stable sort leaves equal keys alone");

@@ -25,7 +25,9 @@ impl FootprintTable {
     pub fn new(kernel: &Kernel) -> Self {
         let radius2 = kernel.radius() * kernel.radius();
         let at = |i: usize| kernel.line_integral(radius2 * (i as f64 / TABLE_LEN as f64)) as f32;
-        Self { entries: (0..=TABLE_LEN + 1).map(at).collect() }
+        Self {
+            entries: (0..=TABLE_LEN + 1).map(at).collect(),
+        }
     }
 
     /// The line integral (grid units) at q = d^2/R^2; 0 at q >= 1, for NaN, and below 0 the value at 0.
@@ -81,7 +83,9 @@ impl FootprintProfile {
                 }
             }
         }
-        Self { coefficients: solve(normal, right).map(|c| c as f32) }
+        Self {
+            coefficients: solve(normal, right).map(|c| c as f32),
+        }
     }
 
     /// The line integral (grid units) at q = d^2/R^2; 0 at q >= 1 and for NaN. The scalar twin of the tile kernels.
@@ -90,7 +94,12 @@ impl FootprintProfile {
         if !(u > 0.0) {
             return 0.0;
         }
-        u * u.sqrt() * self.coefficients.iter().rev().fold(0.0, |sum, c| sum * u + c)
+        u * u.sqrt()
+            * self
+                .coefficients
+                .iter()
+                .rev()
+                .fold(0.0, |sum, c| sum * u + c)
     }
 
     /// Largest error over the support, relative to the peak.
@@ -159,8 +168,16 @@ mod tests {
         let kernel = Kernel::new(KernelShape::Gaussian);
         let (table, profile) = (FootprintTable::new(&kernel), FootprintProfile::new(&kernel));
         for q in [1.0, 2.0, f32::INFINITY, f32::NAN] {
-            assert_eq!((table.line_integral(q), profile.line_integral(q)), (0.0, 0.0), "q = {q}");
+            assert_eq!(
+                (table.line_integral(q), profile.line_integral(q)),
+                (0.0, 0.0),
+                "q = {q}"
+            );
         }
-        assert_eq!(table.line_integral(-1e-6), table.line_integral(0.0), "rounding below 0");
+        assert_eq!(
+            table.line_integral(-1e-6),
+            table.line_integral(0.0),
+            "rounding below 0"
+        );
     }
 }

@@ -112,7 +112,9 @@ impl TileRect {
 
     fn slot(&self, x: u16, y: u16) -> Option<usize> {
         let inside = (self.x0..self.x1).contains(&x) && (self.y0..self.y1).contains(&y);
-        inside.then(|| usize::from(y - self.y0) * usize::from(self.x1 - self.x0) + usize::from(x - self.x0))
+        inside.then(|| {
+            usize::from(y - self.y0) * usize::from(self.x1 - self.x0) + usize::from(x - self.x0)
+        })
     }
 }
 
@@ -153,7 +155,10 @@ impl<P> ChunkBins<P> {
 
     /// Adds a primitive that touches the tiles of `rect` and is sorted by `key`, least first.
     pub fn push(&mut self, primitive: P, key: u32, rect: TileRect) {
-        debug_assert!(self.primitives.len() < MAX_CHUNK_LEN, "the index of a primitive has 16 bits");
+        debug_assert!(
+            self.primitives.len() < MAX_CHUNK_LEN,
+            "the index of a primitive has 16 bits"
+        );
         self.primitives.push(primitive);
         self.keys.push(key);
         self.rects.push(rect);
@@ -233,7 +238,11 @@ impl TileLists {
                 *place += 1;
             });
         }
-        Self { columns, starts, items }
+        Self {
+            columns,
+            starts,
+            items,
+        }
     }
 
     /// The items of tile (x, y).
@@ -258,30 +267,56 @@ mod tests {
 
     #[test]
     fn rect_holds_exactly_the_tiles_of_its_pixels() {
-        let grid = TileGrid { width: 100, height: 40 };
+        let grid = TileGrid {
+            width: 100,
+            height: 40,
+        };
         assert_eq!((grid.columns(), grid.rows()), (7, 3));
-        assert_eq!(grid.rect([15, 17], [0, 16]), TileRect { x0: 0, x1: 2, y0: 0, y1: 1 });
-        assert_eq!(grid.rect([16, 32], [32, 33]), TileRect { x0: 1, x1: 2, y0: 2, y1: 3 });
+        assert_eq!(
+            grid.rect([15, 17], [0, 16]),
+            TileRect {
+                x0: 0,
+                x1: 2,
+                y0: 0,
+                y1: 1
+            }
+        );
+        assert_eq!(
+            grid.rect([16, 32], [32, 33]),
+            TileRect {
+                x0: 1,
+                x1: 2,
+                y0: 2,
+                y1: 3
+            }
+        );
         assert_eq!(grid.rect([5, 5], [0, 40]).area(), 0);
     }
 
     #[test]
     fn every_primitive_is_listed_in_each_of_its_tiles_once_and_in_order() {
-        let grid = TileGrid { width: 160, height: 160 };
+        let grid = TileGrid {
+            width: 160,
+            height: 160,
+        };
         let mut bins: ChunkBins<u16> = ChunkBins::default();
         for frame in 0..2 {
             bins.clear();
             let mut rects = Vec::new();
             for i in 0..500u16 {
                 let (x, y) = (i * 7 % 150, i * 13 % 140);
-                let rect = grid.rect([x, (x + i % 40).min(160)], [y, (y + i % 23 + frame).min(160)]);
+                let rect = grid.rect(
+                    [x, (x + i % 40).min(160)],
+                    [y, (y + i % 23 + frame).min(160)],
+                );
                 bins.push(i, u32::from(i), rect);
                 rects.push(rect);
             }
             bins.bin(3);
             for y in 0..10 {
                 for x in 0..10 {
-                    let listed: Vec<u32> = bins.tile(x, y).iter().map(|&e| entry_index(e)).collect();
+                    let listed: Vec<u32> =
+                        bins.tile(x, y).iter().map(|&e| entry_index(e)).collect();
                     let expected: Vec<u32> = (0..500)
                         .filter(|&i| rects[i as usize].slot(x, y).is_some())
                         .map(|i| 3 << 16 | i)
@@ -289,20 +324,28 @@ mod tests {
                     assert_eq!(listed, expected, "tile ({x}, {y}) of frame {frame}");
                 }
             }
-            assert_eq!(bins.pairs(), rects.iter().map(TileRect::area).sum::<usize>());
+            assert_eq!(
+                bins.pairs(),
+                rects.iter().map(TileRect::area).sum::<usize>()
+            );
         }
     }
 
     #[test]
     fn lists_keep_every_item_in_each_of_its_tiles_in_order() {
-        let grid = TileGrid { width: 70, height: 50 };
-        let rects: Vec<TileRect> =
-            (0..60u16).map(|i| grid.rect([i, (2 * i + 3).min(70)], [i % 40, i % 40 + 9])).collect();
+        let grid = TileGrid {
+            width: 70,
+            height: 50,
+        };
+        let rects: Vec<TileRect> = (0..60u16)
+            .map(|i| grid.rect([i, (2 * i + 3).min(70)], [i % 40, i % 40 + 9]))
+            .collect();
         let lists = TileLists::new(&grid, &rects);
         for y in 0..grid.rows() {
             for x in 0..grid.columns() {
-                let expected: Vec<u32> =
-                    (0..60).filter(|&i| rects[i as usize].slot(x as u16, y as u16).is_some()).collect();
+                let expected: Vec<u32> = (0..60)
+                    .filter(|&i| rects[i as usize].slot(x as u16, y as u16).is_some())
+                    .collect();
                 assert_eq!(lists.tile(x, y), expected, "tile ({x}, {y})");
             }
         }

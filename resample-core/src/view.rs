@@ -88,7 +88,9 @@ impl GridView {
     /// covariance of a kernel of unit variance, and the square of the spacing that selection looks at.
     pub fn gram_px2(&self, pos_in_camera: DVec3) -> [f64; 3] {
         let columns = self.jacobian_screen_from_grid(pos_in_camera);
-        columns.iter().fold([0.0; 3], |g, j| [g[0] + j.x * j.x, g[1] + j.x * j.y, g[2] + j.y * j.y])
+        columns.iter().fold([0.0; 3], |g, j| {
+            [g[0] + j.x * j.x, g[1] + j.x * j.y, g[2] + j.y * j.y]
+        })
     }
 }
 
@@ -104,7 +106,11 @@ mod tests {
 
     #[test]
     fn rays_agree_with_the_camera_through_any_affine_grid() {
-        let pose = LookAt { position: DVec3::new(9.0, 4.0, -7.0), target: DVec3::ONE, up: DVec3::Y };
+        let pose = LookAt {
+            position: DVec3::new(9.0, 4.0, -7.0),
+            target: DVec3::ONE,
+            up: DVec3::Y,
+        };
         let grid = DAffine3::from_mat3_translation(
             DMat3::from_cols(
                 DVec3::new(2.0, 0.1, 0.0),
@@ -120,25 +126,38 @@ mod tests {
             let view = GridView::new(&camera, &grid);
             let pixel = DVec2::new(17.5, 200.25);
             let (origin, direction) = view.ray(pixel);
-            let in_camera = view.camera_from_grid.transform_point3(origin + 6.5 * direction);
+            let in_camera = view
+                .camera_from_grid
+                .transform_point3(origin + 6.5 * direction);
             let (expected_origin, expected_direction) = camera.ray_in_camera(pixel);
             let expected = expected_origin + 6.5 * expected_direction;
-            assert!((in_camera - expected).length() < 1e-9, "{in_camera} against {expected}");
+            assert!(
+                (in_camera - expected).length() < 1e-9,
+                "{in_camera} against {expected}"
+            );
         }
     }
 
     #[test]
     fn jacobian_is_the_derivative_of_the_projection() {
-        let pose = LookAt { position: DVec3::new(3.0, 4.0, -7.0), target: DVec3::ONE, up: DVec3::Y };
+        let pose = LookAt {
+            position: DVec3::new(3.0, 4.0, -7.0),
+            target: DVec3::ONE,
+            up: DVec3::Y,
+        };
         let camera = Camera::perspective(&pose, 0.9, [320, 240]).expect("valid");
         let grid = DAffine3::from_scale(DVec3::new(1.0, 2.0, 0.5));
         let view = GridView::new(&camera, &grid);
         let at = DVec3::new(0.7, 0.2, 1.3);
-        let screen = |p: DVec3| camera.screen_from_camera(view.camera_from_grid.transform_point3(p));
+        let screen =
+            |p: DVec3| camera.screen_from_camera(view.camera_from_grid.transform_point3(p));
         let jacobian = view.jacobian_screen_from_grid(view.camera_from_grid.transform_point3(at));
         for (axis, column) in [DVec3::X, DVec3::Y, DVec3::Z].into_iter().zip(jacobian) {
             let numeric = (screen(at + 1e-5 * axis) - screen(at - 1e-5 * axis)) / 2e-5;
-            assert!((numeric - column).length() < 1e-5 * column.length(), "{numeric} against {column}");
+            assert!(
+                (numeric - column).length() < 1e-5 * column.length(),
+                "{numeric} against {column}"
+            );
         }
     }
 }

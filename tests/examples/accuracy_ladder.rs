@@ -14,7 +14,9 @@ use resample_core::metrics::{Mask, compare};
 use resample_core::{Camera, FootprintMode, Image, KernelShape, SelectMode};
 use resample_tests::analytic_fields::AnalyticField;
 use resample_tests::frames::{frames_argument, one_thread};
-use volsplat::{Cells, Classify, Interpolate, Light, Order, RenderOptions, Renderer, Shading, SheetKernel};
+use volsplat::{
+    Cells, Classify, Interpolate, Light, Order, RenderOptions, Renderer, Shading, SheetKernel,
+};
 
 /// Pixels that a voxel takes in the views.
 const VOXEL_PX: [f64; 2] = [3.0, 0.5];
@@ -38,7 +40,9 @@ struct Measured {
 }
 
 fn main() -> ExitCode {
-    let Some(frames) = frames_argument("accuracy_ladder", 3) else { return ExitCode::FAILURE };
+    let Some(frames) = frames_argument("accuracy_ladder", 3) else {
+        return ExitCode::FAILURE;
+    };
     let pool = one_thread();
     for field in AnalyticField::ALL {
         let cameras = VOXEL_PX.map(|px| field.camera(px));
@@ -62,7 +66,8 @@ fn print_lit() {
         (
             field,
             camera,
-            [RenderOptions::default(), lit(&RenderOptions::default())].map(|o| field.truth_lit(&camera, &o)),
+            [RenderOptions::default(), lit(&RenderOptions::default())]
+                .map(|o| field.truth_lit(&camera, &o)),
         )
     });
     println!(
@@ -72,7 +77,10 @@ fn print_lit() {
     );
     println!("|---|---|---|");
     let has_cells = |setting: &Setting| setting.words.contains("--cells");
-    for setting in sheets().into_iter().chain(samples().into_iter().filter(has_cells)) {
+    for setting in sheets()
+        .into_iter()
+        .chain(samples().into_iter().filter(has_cells))
+    {
         let cells = views.each_ref().map(|(field, camera, truths)| {
             let options = [setting.options.clone(), lit(&setting.options)];
             let [plain, lit] = [0, 1].map(|i| {
@@ -80,7 +88,9 @@ fn print_lit() {
                     .expect("options within their ranges");
                 let image = renderer.render(camera).expect("a valid camera").image;
                 let mask = Mask::from_alpha(&truths[i]);
-                compare(&image, &truths[i], Some(&mask)).expect("pictures of one size").psnr_db
+                compare(&image, &truths[i], Some(&mask))
+                    .expect("pictures of one size")
+                    .psnr_db
             });
             format!("{plain:.1}; {lit:.1}")
         });
@@ -90,26 +100,43 @@ fn print_lit() {
 
 fn print_field(field: AnalyticField, views: (&[Camera; 2], &[Image; 2]), frames: usize) {
     let settings = settings();
-    let rows: Vec<Measured> =
-        settings.iter().map(|setting| measured(field, &setting.options, views, frames)).collect();
+    let rows: Vec<Measured> = settings
+        .iter()
+        .map(|setting| measured(field, &setting.options, views, frames))
+        .collect();
     println!("### {}\n", field.name());
     println!("| setting | close: dB; ms | far: dB; ms | prepared in ms |");
     println!("|---|---|---|---|");
     for (i, (setting, row)) in settings.iter().zip(&rows).enumerate() {
         let cell = |view: usize| {
             let same = |other: &usize| settings[*other].options.order == setting.options.order;
-            let is_best =
-                (0..rows.len()).filter(same).all(|other| rows[other].psnr_db[view] <= row.psnr_db[view]);
+            let is_best = (0..rows.len())
+                .filter(same)
+                .all(|other| rows[other].psnr_db[view] <= row.psnr_db[view]);
             let beaten = (0..rows.len()).any(|other| {
                 other != i
                     && rows[other].psnr_db[view] >= row.psnr_db[view]
                     && rows[other].cpu_ms[view] <= row.cpu_ms[view]
             });
             let figures = format!("{:.1}; {:.1}", row.psnr_db[view], row.cpu_ms[view]);
-            let figures = if is_best { format!("**{figures}**") } else { figures };
-            if beaten { figures } else { format!("{figures} *") }
+            let figures = if is_best {
+                format!("**{figures}**")
+            } else {
+                figures
+            };
+            if beaten {
+                figures
+            } else {
+                format!("{figures} *")
+            }
         };
-        println!("| `{}` | {} | {} | {:.0} |", setting.words, cell(0), cell(1), row.prepared_ms);
+        println!(
+            "| `{}` | {} | {} | {:.0} |",
+            setting.words,
+            cell(0),
+            cell(1),
+            row.prepared_ms
+        );
     }
     println!();
 }
@@ -122,7 +149,8 @@ fn measured(
 ) -> Measured {
     let volume = field.volume();
     let start = std::time::Instant::now();
-    let mut renderer = Renderer::new(&volume, &field.look(), options).expect("options within their ranges");
+    let mut renderer =
+        Renderer::new(&volume, &field.look(), options).expect("options within their ranges");
     let mut row = Measured {
         psnr_db: [0.0; 2],
         cpu_ms: [f64::INFINITY; 2],
@@ -133,8 +161,9 @@ fn measured(
             let frame = renderer.render(&cameras[view]).expect("a valid camera");
             row.cpu_ms[view] = row.cpu_ms[view].min(frame.stats.cpu_ms);
             let mask = Mask::from_alpha(&truths[view]);
-            row.psnr_db[view] =
-                compare(&frame.image, &truths[view], Some(&mask)).expect("pictures of one size").psnr_db;
+            row.psnr_db[view] = compare(&frame.image, &truths[view], Some(&mask))
+                .expect("pictures of one size")
+                .psnr_db;
         }
     }
     row
@@ -149,23 +178,47 @@ fn settings() -> Vec<Setting> {
 /// Image sheets: kernels, classification, interpolation, slabs.
 fn sheets() -> Vec<Setting> {
     let default = RenderOptions::default;
-    let of = |words: &str, options: RenderOptions| Setting { words: format!("image-sheets{words}"), options };
+    let of = |words: &str, options: RenderOptions| Setting {
+        words: format!("image-sheets{words}"),
+        options,
+    };
     let mut rows = vec![of("", default())];
     for slab_voxels in [1.0, 0.25] {
-        rows.push(of(&format!(" --slab {slab_voxels}"), RenderOptions { slab_voxels, ..default() }));
+        rows.push(of(
+            &format!(" --slab {slab_voxels}"),
+            RenderOptions {
+                slab_voxels,
+                ..default()
+            },
+        ));
     }
     for (name, shape) in KERNELS {
-        let options = RenderOptions { sheet_kernel: SheetKernel::Radial(shape), ..default() };
+        let options = RenderOptions {
+            sheet_kernel: SheetKernel::Radial(shape),
+            ..default()
+        };
         rows.push(of(&format!(" --kernel {name}"), options.clone()));
-        let solved = RenderOptions { interpolate: Interpolate::On, ..options };
+        let solved = RenderOptions {
+            interpolate: Interpolate::On,
+            ..options
+        };
         rows.push(of(&format!(" --kernel {name} --interpolate"), solved));
     }
-    for (name, sheet_kernel) in
-        [("trilinear", SheetKernel::Trilinear), ("polynomial", SheetKernel::Radial(KernelShape::Polynomial))]
-    {
+    for (name, sheet_kernel) in [
+        ("trilinear", SheetKernel::Trilinear),
+        ("polynomial", SheetKernel::Radial(KernelShape::Polynomial)),
+    ] {
         for (word, cells) in [("", Cells::Off), (" --cells mean", Cells::Mean)] {
-            let options = RenderOptions { classify: Classify::Pre, sheet_kernel, cells, ..default() };
-            rows.push(of(&format!(" --classify pre --kernel {name}{word}"), options));
+            let options = RenderOptions {
+                classify: Classify::Pre,
+                sheet_kernel,
+                cells,
+                ..default()
+            };
+            rows.push(of(
+                &format!(" --classify pre --kernel {name}{word}"),
+                options,
+            ));
         }
     }
     rows
@@ -174,16 +227,33 @@ fn sheets() -> Vec<Setting> {
 /// The orders of samples: kernels and cells, then one change at a time.
 fn samples() -> Vec<Setting> {
     let mut rows = Vec::new();
-    for (order_name, order) in [("every-sample", Order::EverySample), ("axis-sheets", Order::AxisSheets)] {
-        let base = RenderOptions { order, ..RenderOptions::default() };
+    for (order_name, order) in [
+        ("every-sample", Order::EverySample),
+        ("axis-sheets", Order::AxisSheets),
+    ] {
+        let base = RenderOptions {
+            order,
+            ..RenderOptions::default()
+        };
         let mut push = |words: &str, options: RenderOptions| {
-            rows.push(Setting { words: format!("{order_name}{words}"), options });
+            rows.push(Setting {
+                words: format!("{order_name}{words}"),
+                options,
+            });
         };
         for (name, kernel) in KERNELS {
-            for (word, cells) in [("off", Cells::Off), ("mean", Cells::Mean), ("split", Cells::Split)] {
+            for (word, cells) in [
+                ("off", Cells::Off),
+                ("mean", Cells::Mean),
+                ("split", Cells::Split),
+            ] {
                 push(
                     &format!(" --kernel {name} --cells {word}"),
-                    RenderOptions { kernel, cells, ..base.clone() },
+                    RenderOptions {
+                        kernel,
+                        cells,
+                        ..base.clone()
+                    },
                 );
             }
         }
@@ -193,12 +263,26 @@ fn samples() -> Vec<Setting> {
             ("table", FootprintMode::Table),
         ];
         for (name, footprint) in footprints {
-            push(&format!(" --footprint {name}"), RenderOptions { footprint, ..base.clone() });
+            push(
+                &format!(" --footprint {name}"),
+                RenderOptions {
+                    footprint,
+                    ..base.clone()
+                },
+            );
         }
-        for (name, select) in
-            [("points", SelectMode::Points), ("splats", SelectMode::Splats), ("ewa", SelectMode::Ewa)]
-        {
-            push(&format!(" --select {name}"), RenderOptions { select, ..base.clone() });
+        for (name, select) in [
+            ("points", SelectMode::Points),
+            ("splats", SelectMode::Splats),
+            ("ewa", SelectMode::Ewa),
+        ] {
+            push(
+                &format!(" --select {name}"),
+                RenderOptions {
+                    select,
+                    ..base.clone()
+                },
+            );
         }
     }
     rows.push(Setting {

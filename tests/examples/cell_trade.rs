@@ -15,16 +15,27 @@ use volsplat::{Cells, Order, RenderOptions, Renderer, Subpixels, TransferFunctio
 const PROGRAM: &str = "cell_trade";
 
 fn main() -> ExitCode {
-    let Some(frames) = frames_argument(PROGRAM, 3) else { return ExitCode::FAILURE };
-    one_thread().install(|| Subject::ALL.into_iter().for_each(|subject| print_subject(subject, frames)));
+    let Some(frames) = frames_argument(PROGRAM, 3) else {
+        return ExitCode::FAILURE;
+    };
+    one_thread().install(|| {
+        Subject::ALL
+            .into_iter()
+            .for_each(|subject| print_subject(subject, frames))
+    });
     ExitCode::SUCCESS
 }
 
 fn print_subject(subject: Subject, frames: usize) {
-    let Some(volume) = subject.volume(PROGRAM) else { return };
+    let Some(volume) = subject.volume(PROGRAM) else {
+        return;
+    };
     let distances = [Distance::Close, Distance::Mixed, Distance::Far];
     let scenes = distances.map(|distance| Scene { subject, distance });
-    let truths: Vec<Image> = scenes.iter().filter_map(|scene| scene.truth(PROGRAM, Truth::Area)).collect();
+    let truths: Vec<Image> = scenes
+        .iter()
+        .filter_map(|scene| scene.truth(PROGRAM, Truth::Area))
+        .collect();
     if truths.len() < scenes.len() {
         return;
     }
@@ -34,7 +45,12 @@ fn print_subject(subject: Subject, frames: usize) {
     );
     println!("|---|---|---|---|---|---|---|");
     for (name, options) in settings() {
-        row(name, &options, (&volume, &subject.transfer()), (&scenes, &truths, frames));
+        row(
+            name,
+            &options,
+            (&volume, &subject.transfer()),
+            (&scenes, &truths, frames),
+        );
     }
     println!();
 }
@@ -46,7 +62,8 @@ fn row(
     (scenes, truths, frames): (&[Scene], &[Image], usize),
 ) {
     let start = std::time::Instant::now();
-    let mut renderer = Renderer::new(volume, transfer, options).expect("options within their ranges");
+    let mut renderer =
+        Renderer::new(volume, transfer, options).expect("options within their ranges");
     let prepared_ms = 1e3 * start.elapsed().as_secs_f64();
     let mut drawn = 0;
     let cells: Vec<String> = scenes
@@ -63,38 +80,87 @@ fn row(
                 image = Some(frame.image);
             }
             let image = image.expect("at least one frame");
-            let psnr_db =
-                compare(&image, truth, Some(&Mask::from_alpha(truth))).expect("pictures of one size").psnr_db;
+            let psnr_db = compare(&image, truth, Some(&Mask::from_alpha(truth)))
+                .expect("pictures of one size")
+                .psnr_db;
             format!("{psnr_db:.1}; {least_ms:.0}")
         })
         .collect();
-    println!("| {} | {} | {} | {drawn} | {prepared_ms:.0} |", name[0], name[1], cells.join(" | "));
+    println!(
+        "| {} | {} | {} | {drawn} | {prepared_ms:.0} |",
+        name[0],
+        name[1],
+        cells.join(" | ")
+    );
 }
 
 fn settings() -> Vec<([&'static str; 2], RenderOptions)> {
     let paper = RenderOptions::paper;
-    let counts = [("pixel", 1), ("2x2 sub-pixels", 2), ("4x4 sub-pixels", 4), ("8x8 sub-pixels", 8)];
+    let counts = [
+        ("pixel", 1),
+        ("2x2 sub-pixels", 2),
+        ("4x4 sub-pixels", 4),
+        ("8x8 sub-pixels", 8),
+    ];
     let cells = [
-        ("voxels, Gaussian (the paper)", Cells::Off, 0.0, KernelShape::Gaussian),
+        (
+            "voxels, Gaussian (the paper)",
+            Cells::Off,
+            0.0,
+            KernelShape::Gaussian,
+        ),
         ("voxels", Cells::Off, 0.0, KernelShape::Polynomial),
         ("means of cells", Cells::Mean, 0.0, KernelShape::Polynomial),
-        ("cells split at 1/4", Cells::Split, 0.25, KernelShape::Polynomial),
-        ("cells split at 1/8", Cells::Split, 0.125, KernelShape::Polynomial),
-        ("cells split at 1/16", Cells::Split, 1.0 / 16.0, KernelShape::Polynomial),
-        ("cells split at 1/32", Cells::Split, 1.0 / 32.0, KernelShape::Polynomial),
-        ("cells split at 1/64", Cells::Split, 1.0 / 64.0, KernelShape::Polynomial),
+        (
+            "cells split at 1/4",
+            Cells::Split,
+            0.25,
+            KernelShape::Polynomial,
+        ),
+        (
+            "cells split at 1/8",
+            Cells::Split,
+            0.125,
+            KernelShape::Polynomial,
+        ),
+        (
+            "cells split at 1/16",
+            Cells::Split,
+            1.0 / 16.0,
+            KernelShape::Polynomial,
+        ),
+        (
+            "cells split at 1/32",
+            Cells::Split,
+            1.0 / 32.0,
+            KernelShape::Polynomial,
+        ),
+        (
+            "cells split at 1/64",
+            Cells::Split,
+            1.0 / 64.0,
+            KernelShape::Polynomial,
+        ),
     ];
     let mut rows = Vec::new();
     for (name, cells, cell_error, kernel) in cells {
         for (at, n) in counts {
-            let options =
-                RenderOptions { cells, cell_error, kernel, subpixels: Subpixels::Fixed(n), ..paper() };
+            let options = RenderOptions {
+                cells,
+                cell_error,
+                kernel,
+                subpixels: Subpixels::Fixed(n),
+                ..paper()
+            };
             rows.push(([name, at], options));
         }
     }
     rows.push((
         ["default", "default"],
-        RenderOptions { order: Order::EverySample, ..RenderOptions::default() },
+        RenderOptions {
+            order: Order::EverySample,
+            ..RenderOptions::default()
+        },
     ));
     rows
 }

@@ -36,7 +36,10 @@ const FRAMES: usize = 9;
 const BLOBS_SIDE: usize = 192;
 
 fn main() -> ExitCode {
-    let frames = match std::env::args().nth(1).map(|argument| argument.parse::<usize>()) {
+    let frames = match std::env::args()
+        .nth(1)
+        .map(|argument| argument.parse::<usize>())
+    {
         None => FRAMES,
         Some(Ok(frames)) if frames > 0 => frames,
         Some(_) => {
@@ -44,11 +47,23 @@ fn main() -> ExitCode {
             return ExitCode::FAILURE;
         }
     };
-    print_volume("isolated voxels, one in 6 per axis", (&isolated(), &white()), frames);
+    print_volume(
+        "isolated voxels, one in 6 per axis",
+        (&isolated(), &white()),
+        frames,
+    );
     let blobs = procedural::blobs(BLOBS_SIDE).expect("a good size");
-    print_volume(&format!("built-in blobs, {BLOBS_SIDE}^3"), (&blobs, &bands()), frames);
+    print_volume(
+        &format!("built-in blobs, {BLOBS_SIDE}^3"),
+        (&blobs, &bands()),
+        frames,
+    );
     if let Some(engine) = Subject::Engine.volume("footprint_trade") {
-        print_volume("Engine, 256x256x128", (&engine, &Subject::Engine.transfer()), frames);
+        print_volume(
+            "Engine, 256x256x128",
+            (&engine, &Subject::Engine.transfer()),
+            frames,
+        );
     }
     ExitCode::SUCCESS
 }
@@ -62,14 +77,21 @@ fn print_volume(title: &str, subject: (&Volume, &TransferFunction), frames: usiz
     for fov_deg in FOVS_DEG {
         for gap_voxels in GAPS_VOXELS {
             let pose = before_the_face(subject.0, gap_voxels, fov_deg.to_radians());
-            print_view(&format!("{fov_deg} deg | {gap_voxels} voxels"), subject, &cameras(&pose, frames));
+            print_view(
+                &format!("{fov_deg} deg | {gap_voxels} voxels"),
+                subject,
+                &cameras(&pose, frames),
+            );
         }
     }
     println!();
 }
 
 fn print_view(view: &str, subject: (&Volume, &TransferFunction), cameras: &[Camera]) {
-    let options = |footprint| RenderOptions { footprint, ..RenderOptions::paper() };
+    let options = |footprint| RenderOptions {
+        footprint,
+        ..RenderOptions::paper()
+    };
     let entrant = |mode: FootprintMode| Entrant::new(name(mode), subject, &options(mode));
     let mut entrants = FootprintMode::ALL.map(entrant);
     run(&mut entrants, cameras, WARM_UP);
@@ -77,7 +99,8 @@ fn print_view(view: &str, subject: (&Volume, &TransferFunction), cameras: &[Came
     let inside = Mask::from_alpha(&exact.image);
     for entrant in &entrants {
         let ratio = |stage: fn(&FrameStats) -> f64| entrant.least(stage) / exact.least(stage);
-        let error = compare(&entrant.image, &exact.image, Some(&inside)).expect("pictures of one size");
+        let error =
+            compare(&entrant.image, &exact.image, Some(&inside)).expect("pictures of one size");
         println!(
             "| {view} | {} | {} | {:.2} | {:.2} | {:.2} | {} | {} |",
             entrant.name,
@@ -93,7 +116,11 @@ fn print_view(view: &str, subject: (&Volume, &TransferFunction), cameras: &[Came
 
 /// Without difference the ratio is infinite.
 fn decibels(psnr_db: f64) -> String {
-    if psnr_db.is_finite() { format!("{psnr_db:.1} dB") } else { "same".to_owned() }
+    if psnr_db.is_finite() {
+        format!("{psnr_db:.1} dB")
+    } else {
+        "same".to_owned()
+    }
 }
 
 fn name(mode: FootprintMode) -> &'static str {
@@ -110,7 +137,11 @@ fn before_the_face(volume: &Volume, gap_voxels: f64, fov_y_rad: f64) -> Pose {
     let last = DVec3::from(volume.dims.map(|n| (n - 1) as f64));
     let in_world = |index: DVec3| volume.world_from_index.transform_point3(index);
     let eye = DVec3::new(0.5 * last.x, 0.5 * last.y, last.z + gap_voxels);
-    let look_at = LookAt { position: in_world(eye), target: in_world(0.5 * last), up: DVec3::Y };
+    let look_at = LookAt {
+        position: in_world(eye),
+        target: in_world(0.5 * last),
+        up: DVec3::Y,
+    };
     Pose { look_at, fov_y_rad }
 }
 
@@ -123,15 +154,23 @@ fn cameras(pose: &Pose, frames: usize) -> Vec<Camera> {
 /// Single voxels in empty space: what one footprint looks like, with no neighbours to hide its error.
 fn isolated() -> Volume {
     let side = 97;
-    let is_set = |i: usize| [i % side, i / side % side, i / (side * side)].iter().all(|x| x % 6 == 0);
+    let is_set = |i: usize| {
+        [i % side, i / side % side, i / (side * side)]
+            .iter()
+            .all(|x| x % 6 == 0)
+    };
     let voxels = (0..side.pow(3)).map(|i| u8::from(is_set(i))).collect();
-    Volume::new([side; 3], Voxels::U8(voxels), DAffine3::IDENTITY).expect("as many voxels as dims say")
+    Volume::new([side; 3], Voxels::U8(voxels), DAffine3::IDENTITY)
+        .expect("as many voxels as dims say")
 }
 
 /// Nothing at 0, white and dense at 1.
 fn white() -> TransferFunction {
     let opacities = [(0.0, 0.0), (1.0, 0.9)].map(|(value, opacity)| OpacityKnot { value, opacity });
-    let colour = ColourKnot { value: 1.0, rgb: [1.0; 3] };
+    let colour = ColourKnot {
+        value: 1.0,
+        rgb: [1.0; 3],
+    };
     TransferFunction::new(vec![colour], opacities.to_vec()).expect("the knots ascend")
 }
 
@@ -139,8 +178,16 @@ fn white() -> TransferFunction {
 fn bands() -> TransferFunction {
     let colour = |value, rgb| ColourKnot { value, rgb };
     let opacity = |value, opacity| OpacityKnot { value, opacity };
-    let colours =
-        vec![colour(0.3, [0.1, 0.3, 0.8]), colour(1.2, [0.9, 0.6, 0.1]), colour(2.0, [0.9, 0.1, 0.1])];
-    let opacities = vec![opacity(0.3, 0.0), opacity(0.6, 0.05), opacity(1.5, 0.1), opacity(2.0, 0.6)];
+    let colours = vec![
+        colour(0.3, [0.1, 0.3, 0.8]),
+        colour(1.2, [0.9, 0.6, 0.1]),
+        colour(2.0, [0.9, 0.1, 0.1]),
+    ];
+    let opacities = vec![
+        opacity(0.3, 0.0),
+        opacity(0.6, 0.05),
+        opacity(1.5, 0.1),
+        opacity(2.0, 0.6),
+    ];
     TransferFunction::new(colours, opacities).expect("the knots ascend")
 }

@@ -19,15 +19,31 @@ use volsplat::{Interpolate, RenderOptions, Renderer, SheetKernel, TransferFuncti
 const PROGRAM: &str = "interpolate_real";
 
 fn main() -> ExitCode {
-    let Some(frames) = frames_argument(PROGRAM, 1) else { return ExitCode::FAILURE };
-    one_thread().install(|| Subject::ALL.into_iter().for_each(|subject| print_subject(subject, frames)));
+    let Some(frames) = frames_argument(PROGRAM, 1) else {
+        return ExitCode::FAILURE;
+    };
+    one_thread().install(|| {
+        Subject::ALL
+            .into_iter()
+            .for_each(|subject| print_subject(subject, frames))
+    });
     ExitCode::SUCCESS
 }
 
 fn print_subject(subject: Subject, frames: usize) {
-    let Some(whole) = subject.volume(PROGRAM) else { return };
-    let camera = Scene { subject, distance: Distance::Close }.pose().camera();
-    let fine = RenderOptions { slab_voxels: 0.125, ..plain() };
+    let Some(whole) = subject.volume(PROGRAM) else {
+        return;
+    };
+    let camera = Scene {
+        subject,
+        distance: Distance::Close,
+    }
+    .pose()
+    .camera();
+    let fine = RenderOptions {
+        slab_voxels: 0.125,
+        ..plain()
+    };
     let (truth, _) = drawn(&whole, &subject.transfer(), &fine, (&camera, 1));
     println!(
         "### {}\n\n| kernel | one voxel in eight: dB; ms | mean of eight: dB; ms |\n|---|---|---|",
@@ -35,11 +51,17 @@ fn print_subject(subject: Subject, frames: usize) {
     );
     let halves = [decimated(&whole), averaged(&whole)];
     for (name, sheet_kernel, interpolate) in settings() {
-        let options = RenderOptions { sheet_kernel, interpolate, ..plain() };
+        let options = RenderOptions {
+            sheet_kernel,
+            interpolate,
+            ..plain()
+        };
         let cells = halves.each_ref().map(|half| {
             let (image, ms) = drawn(half, &subject.transfer(), &options, (&camera, frames));
             let mask = Mask::from_alpha(&truth);
-            let psnr_db = compare(&image, &truth, Some(&mask)).expect("pictures of one size").psnr_db;
+            let psnr_db = compare(&image, &truth, Some(&mask))
+                .expect("pictures of one size")
+                .psnr_db;
             format!("{psnr_db:.1}; {ms:.0}")
         });
         println!("| {name} | {} |", cells.join(" | "));
@@ -49,18 +71,33 @@ fn print_subject(subject: Subject, frames: usize) {
 
 /// Opacity is meant per voxel of the whole scan, whatever is drawn.
 fn plain() -> RenderOptions {
-    RenderOptions { opacity_unit: Some(1.0), ..RenderOptions::default() }
+    RenderOptions {
+        opacity_unit: Some(1.0),
+        ..RenderOptions::default()
+    }
 }
 
 fn settings() -> Vec<(String, SheetKernel, Interpolate)> {
-    let mut rows = vec![("trilinear".to_owned(), SheetKernel::Trilinear, Interpolate::Off)];
+    let mut rows = vec![(
+        "trilinear".to_owned(),
+        SheetKernel::Trilinear,
+        Interpolate::Off,
+    )];
     for (name, shape) in [
         ("polynomial", KernelShape::Polynomial),
         ("gaussian", KernelShape::Gaussian),
         ("b-spline", KernelShape::BSpline),
     ] {
-        rows.push((name.to_owned(), SheetKernel::Radial(shape), Interpolate::Off));
-        rows.push((format!("{name}, `--interpolate`"), SheetKernel::Radial(shape), Interpolate::On));
+        rows.push((
+            name.to_owned(),
+            SheetKernel::Radial(shape),
+            Interpolate::Off,
+        ));
+        rows.push((
+            format!("{name}, `--interpolate`"),
+            SheetKernel::Radial(shape),
+            Interpolate::On,
+        ));
     }
     rows
 }
@@ -90,7 +127,10 @@ fn decimated(whole: &Volume) -> Volume {
 /// The means of eight voxels, in their middle.
 fn averaged(whole: &Volume) -> Volume {
     half(whole, DVec3::splat(0.5), |[x, y, z], value| {
-        (0..8).map(|i| value([x + (i & 1), y + (i >> 1 & 1), z + (i >> 2)])).sum::<f64>() / 8.0
+        (0..8)
+            .map(|i| value([x + (i & 1), y + (i >> 1 & 1), z + (i >> 2)]))
+            .sum::<f64>()
+            / 8.0
     })
 }
 
@@ -103,7 +143,9 @@ fn half(
     let [nx, ny, _] = whole.dims;
     let value = |[x, y, z]: [usize; 3]| whole.value(x + nx * (y + ny * z));
     let spread = DAffine3::from_translation(first) * DAffine3::from_scale(DVec3::splat(2.0));
-    volume(whole.dims.map(|n| n / 2), whole.world_from_index * spread, |at| {
-        voxel(at.to_array().map(|i| 2 * i as usize), &value)
-    })
+    volume(
+        whole.dims.map(|n| n / 2),
+        whole.world_from_index * spread,
+        |at| voxel(at.to_array().map(|i| 2 * i as usize), &value),
+    )
 }

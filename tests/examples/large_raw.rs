@@ -35,26 +35,38 @@ fn main() -> ExitCode {
 }
 
 fn parse(dims: &str) -> Option<[usize; 3]> {
-    let dims: Vec<usize> = dims.split(',').map_while(|n| n.parse().ok()).filter(|&n| n > 1).collect();
+    let dims: Vec<usize> = dims
+        .split(',')
+        .map_while(|n| n.parse().ok())
+        .filter(|&n| n > 1)
+        .collect();
     dims.try_into().ok()
 }
 
 fn write(path: &str, dims: [usize; 3]) -> std::io::Result<()> {
-    let shells: Vec<u16> = (0..STEPS).map(|step| shell((step as f64 / STEPS as f64).sqrt())).collect();
+    let shells: Vec<u16> = (0..STEPS)
+        .map(|step| shell((step as f64 / STEPS as f64).sqrt()))
+        .collect();
     // Squared distances along each axis, from the middle to 1/3 at a face, with dents.
     let along = dims.map(|count| -> Vec<f32> {
         let place = |i: usize| 2.0 * i as f64 / (count - 1) as f64 - 1.0;
-        (0..count).map(place).map(|p| ((p * p + 0.06 * (19.0 * p).sin()) / 3.0) as f32).collect()
+        (0..count)
+            .map(place)
+            .map(|p| ((p * p + 0.06 * (19.0 * p).sin()) / 3.0) as f32)
+            .collect()
     });
     let mut file = BufWriter::new(File::create(path)?);
     let mut slice = vec![0u8; 2 * dims[0] * dims[1]];
     for &z in &along[2] {
-        slice.par_chunks_mut(2 * dims[0]).zip(&along[1]).for_each(|(row, y)| {
-            for (bytes, x) in row.chunks_exact_mut(2).zip(&along[0]) {
-                let step = ((x + y + z).clamp(0.0, 0.9999) * STEPS as f32) as usize;
-                bytes.copy_from_slice(&shells[step].to_le_bytes());
-            }
-        });
+        slice
+            .par_chunks_mut(2 * dims[0])
+            .zip(&along[1])
+            .for_each(|(row, y)| {
+                for (bytes, x) in row.chunks_exact_mut(2).zip(&along[0]) {
+                    let step = ((x + y + z).clamp(0.0, 0.9999) * STEPS as f32) as usize;
+                    bytes.copy_from_slice(&shells[step].to_le_bytes());
+                }
+            });
         file.write_all(&slice)?;
     }
     file.flush()

@@ -14,7 +14,10 @@ use volsplat::RenderOptions;
 use volsplat::procedural::checker_box;
 
 fn main() -> ExitCode {
-    let Ok(views @ 1..) = std::env::args().nth(1).map_or(Ok(3), |argument| argument.parse::<usize>()) else {
+    let Ok(views @ 1..) = std::env::args()
+        .nth(1)
+        .map_or(Ok(3), |argument| argument.parse::<usize>())
+    else {
         eprintln!("usage: lod_trade [VIEWS], with VIEWS a whole number above 0");
         return ExitCode::FAILURE;
     };
@@ -24,7 +27,10 @@ fn main() -> ExitCode {
             "| px a voxel | without: CPU ms | lod-error | CPU ms | largest change | over bound | bricks by level | by stride |"
         );
         println!("|---|---|---|---|---|---|---|---|");
-        let with = |lod_error: f32| RenderOptions { lod_error, ..RenderOptions::default() };
+        let with = |lod_error: f32| RenderOptions {
+            lod_error,
+            ..RenderOptions::default()
+        };
         let pair = (&subject.volume, &subject.transfer);
         let mut entrants = vec![Entrant::new("off", pair, &with(0.0))];
         entrants.extend(ERRORS.map(|error| Entrant::new("on", pair, &with(error))));
@@ -42,13 +48,21 @@ const ERRORS: [f32; 3] = [1.0 / 512.0, 1.0 / 128.0, 1.0 / 32.0];
 /// A large volume, homogeneous over stretches of 32 voxels.
 fn large() -> Subject {
     let volume = checker_box(320, 32).expect("a good size");
-    let transfer =
-        transfer(&[(85.0, [0.9, 0.2, 0.1]), (170.0, [0.1, 0.3, 0.9])], &[(85.0, 0.004), (170.0, 0.02)]);
-    Subject { name: "checker box, 320^3", volume, transfer }
+    let transfer = transfer(
+        &[(85.0, [0.9, 0.2, 0.1]), (170.0, [0.1, 0.3, 0.9])],
+        &[(85.0, 0.004), (170.0, 0.02)],
+    );
+    Subject {
+        name: "checker box, 320^3",
+        volume,
+        transfer,
+    }
 }
 
 fn print_distance(subject: &Subject, px: f64, entrants: &mut [Entrant], views: usize) {
-    entrants.iter_mut().for_each(|entrant| entrant.stats.clear());
+    entrants
+        .iter_mut()
+        .for_each(|entrant| entrant.stats.clear());
     let mut worst = [0.0f64; ERRORS.len()];
     for number in 0..views {
         run(entrants, &[subject.camera(px, number)], 0);

@@ -22,21 +22,39 @@ use volsplat::volume::Voxels;
 type Scene = (&'static str, &'static str);
 
 const SCENES: [Scene; 14] = [
-    ("checker box", "volsplat %checker-box.raw --dims 100,100,100 --type u8 --transfer %checker-box.json"),
-    ("engine", "volsplat @volumes/raw/engine_256x256x128_uint8.raw --dims 256,256,128 --type u8"),
-    ("aneurism", "volsplat @volumes/raw/aneurism_256x256x256_uint8.raw --dims 256,256,256 --type u8"),
+    (
+        "checker box",
+        "volsplat %checker-box.raw --dims 100,100,100 --type u8 --transfer %checker-box.json",
+    ),
+    (
+        "engine",
+        "volsplat @volumes/raw/engine_256x256x128_uint8.raw --dims 256,256,128 --type u8",
+    ),
+    (
+        "aneurism",
+        "volsplat @volumes/raw/aneurism_256x256x256_uint8.raw --dims 256,256,256 --type u8",
+    ),
     (
         "lobster",
         "volsplat @volumes/raw/lobster_301x324x56_uint8.raw --dims 301,324,56 --type u8 --spacing 1,1,1.4",
     ),
-    ("CT head (NIfTI)", "volsplat @volumes/nifti/CT_AVM.nii.gz --preset ct-bone"),
+    (
+        "CT head (NIfTI)",
+        "volsplat @volumes/nifti/CT_AVM.nii.gz --preset ct-bone",
+    ),
     ("tooth", "volsplat @volumes/nrrd/tooth.nhdr"),
     (
         "walnut, far",
         "volsplat @volumes/raw/walnut_128x96x114_uint16.raw --dims 128,96,114 --type u16 --orbit 10,30,2",
     ),
-    ("Avocado", "texmap @meshes/khronos/Avocado/glTF/Avocado.gltf"),
-    ("DamagedHelmet", "texmap @meshes/khronos/DamagedHelmet/glTF-Binary/DamagedHelmet.glb"),
+    (
+        "Avocado",
+        "texmap @meshes/khronos/Avocado/glTF/Avocado.gltf",
+    ),
+    (
+        "DamagedHelmet",
+        "texmap @meshes/khronos/DamagedHelmet/glTF-Binary/DamagedHelmet.glb",
+    ),
     (
         "viking room (OBJ)",
         "texmap @meshes/obj/viking_room/viking_room.obj --texture @meshes/obj/viking_room/viking_room.png --up z",
@@ -78,12 +96,21 @@ struct Run {
 
 fn main() {
     let mut args = std::env::args().skip(1);
-    let number = |text: Option<String>, default| text.and_then(|text| text.parse().ok()).unwrap_or(default);
+    let number =
+        |text: Option<String>, default| text.and_then(|text| text.parse().ok()).unwrap_or(default);
     let (frames, side) = (number(args.next(), 64), number(args.next(), 160));
     let only = args.next();
-    let Some(data) = data_dir() else { return skipped("planner_orbit: there is no data folder") };
+    let Some(data) = data_dir() else {
+        return skipped("planner_orbit: there is no data folder");
+    };
     let folder = std::env::temp_dir().join(format!("planner-orbit-{}", std::process::id()));
-    let bench = Bench { binary: binary(), folder, data, frames, side };
+    let bench = Bench {
+        binary: binary(),
+        folder,
+        data,
+        frames,
+        side,
+    };
     bench.write_checker_box();
     println!("{frames} frames of {side} px, one thread\n");
     println!(
@@ -100,7 +127,9 @@ fn main() {
             None => skipped(name),
         }
     }
-    println!("\n| scene | asked ms | chosen | median CPU ms | slowest | within 1.2 times | rms predicted |");
+    println!(
+        "\n| scene | asked ms | chosen | median CPU ms | slowest | within 1.2 times | rms predicted |"
+    );
     println!("|---|---|---|---|---|---|---|");
     print!("{times}");
     // Nothing is lost if the folder stays.
@@ -128,7 +157,9 @@ impl Bench {
     fn write_checker_box(&self) {
         std::fs::create_dir_all(&self.folder).expect("a folder for the scene");
         let volume = procedural::checker_box(100, 10).expect("a volume");
-        let Voxels::U8(voxels) = &volume.voxels else { panic!("expected bytes") };
+        let Voxels::U8(voxels) = &volume.voxels else {
+            panic!("expected bytes")
+        };
         let [dark, light] = procedural::CHECKER_VALUES;
         let map = json!([{
             "Name": "checker",
@@ -137,7 +168,8 @@ impl Bench {
             "Points": [dark, 0.9, 0.5, 0.0, light, 0.9, 0.5, 0.0],
         }]);
         std::fs::write(self.folder.join("checker-box.raw"), &voxels[..]).expect("a volume");
-        std::fs::write(self.folder.join("checker-box.json"), map.to_string()).expect("a colour map");
+        std::fs::write(self.folder.join("checker-box.json"), map.to_string())
+            .expect("a colour map");
     }
 
     /// Prints the rows of the bounds, and gives those of the times.
@@ -146,7 +178,10 @@ impl Bench {
             .iter()
             .map(|bound| self.draw(words, &["--max-error", bound], &format!("{bound}/")))
             .collect();
-        let exact_words = planned[0].planned["exact_setting"].as_str().unwrap_or_default().to_owned();
+        let exact_words = planned[0].planned["exact_setting"]
+            .as_str()
+            .unwrap_or_default()
+            .to_owned();
         let exact = self.draw(words, &exact_words.split(' ').collect::<Vec<_>>(), "exact/");
         for (bound, run) in BOUNDS.iter().zip(&planned) {
             self.bound_row((name, bound), run, &exact);
@@ -160,8 +195,10 @@ impl Bench {
         let allowed = run.planned["bound"].as_f64().unwrap_or(0.0);
         let errors: Vec<f64> = (0..self.frames)
             .map(|frame| {
-                let [picture, truth] =
-                    [self.picture(&format!("{bound}/"), frame), self.picture("exact/", frame)];
+                let [picture, truth] = [
+                    self.picture(&format!("{bound}/"), frame),
+                    self.picture("exact/", frame),
+                ];
                 error(&picture, &truth, run.planned["metric"] == "max")
             })
             .collect();
@@ -200,26 +237,50 @@ impl Bench {
         let stats = folder.join("stats.json");
         let frames = self.frames.to_string();
         let mut command = Command::new(&self.binary);
-        command.args(["--threads", "1", "--quiet"]).args(words).args(more);
+        command
+            .args(["--threads", "1", "--quiet"])
+            .args(words)
+            .args(more);
         if words[0] == "warp3d" {
             command.args(["--sway", "3", "--frames", &frames]);
         } else {
-            command.args(["--turntable", &frames, "--size", &format!("{0}x{0}", self.side)]);
+            command.args([
+                "--turntable",
+                &frames,
+                "--size",
+                &format!("{0}x{0}", self.side),
+            ]);
         }
-        command.arg("-o").arg(folder.join("%04d.exr")).arg("--stats").arg(&stats);
+        command
+            .arg("-o")
+            .arg(folder.join("%04d.exr"))
+            .arg("--stats")
+            .arg(&stats);
         let output = command.output().expect("the binary runs");
-        assert!(output.status.success(), "{command:?}: {}", String::from_utf8_lossy(&output.stderr));
+        assert!(
+            output.status.success(),
+            "{command:?}: {}",
+            String::from_utf8_lossy(&output.stderr)
+        );
         let text = std::fs::read_to_string(&stats).expect("the stats");
         let stats: Value = serde_json::from_str(&text).expect("JSON");
         let frames = stats["frames"].as_array().expect("a list");
         Run {
-            cpu_ms: frames.iter().filter_map(|frame| frame["cpu_ms"].as_f64()).collect(),
+            cpu_ms: frames
+                .iter()
+                .filter_map(|frame| frame["cpu_ms"].as_f64())
+                .collect(),
             planned: stats["planned"].clone(),
         }
     }
 
     fn picture(&self, folder: &str, frame: usize) -> Image {
-        read_rgba(self.folder.join(plain(folder)).join(format!("{frame:04}.exr"))).expect("a picture")
+        read_rgba(
+            self.folder
+                .join(plain(folder))
+                .join(format!("{frame:04}.exr")),
+        )
+        .expect("a picture")
     }
 }
 
@@ -236,7 +297,11 @@ fn error(picture: &Image, truth: &Image, largest: bool) -> f64 {
             }
         }
     }
-    if largest { max } else { (squares / count.max(1) as f64).sqrt() }
+    if largest {
+        max
+    } else {
+        (squares / count.max(1) as f64).sqrt()
+    }
 }
 
 fn middle(values: &[f64]) -> f64 {
@@ -256,7 +321,9 @@ fn binary() -> PathBuf {
         let own = std::env::current_exe().ok()?;
         Some(own.parent().and_then(Path::parent)?.join("resample"))
     };
-    let found = std::env::var_os("RESAMPLE_BINARY").map(PathBuf::from).or_else(beside);
+    let found = std::env::var_os("RESAMPLE_BINARY")
+        .map(PathBuf::from)
+        .or_else(beside);
     found
         .filter(|path| path.is_file())
         .expect("build the binary first: cargo build --release -p resample-cli")

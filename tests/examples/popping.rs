@@ -30,12 +30,26 @@ fn main() -> ExitCode {
     let turn = Turn::around_unit_box(SIDE_PX);
     print_rows("Checker Box 100^3", (&checkers, &look), &turn);
     let cloud = blobs(64).expect("a good size");
-    print_rows("blobs 64^3", (&cloud, &resample_tests::scenes::coloured(0.3).rescaled(0.0, 2.5)), &turn);
+    print_rows(
+        "blobs 64^3",
+        (
+            &cloud,
+            &resample_tests::scenes::coloured(0.3).rescaled(0.0, 2.5),
+        ),
+        &turn,
+    );
     for subject in Subject::ALL {
-        let Some(volume) = subject.volume("popping") else { continue };
+        let Some(volume) = subject.volume("popping") else {
+            continue;
+        };
         let extent = DVec3::from(subject.dims().map(|n| (n - 1) as f64));
         let eye = extent.length() * DVec3::new(0.0, 0.4, -1.5);
-        let turn = Turn { centre: 0.5 * extent, eye, fov_y_deg: 35.0, side_px: SIDE_PX };
+        let turn = Turn {
+            centre: 0.5 * extent,
+            eye,
+            fov_y_deg: 35.0,
+            side_px: SIDE_PX,
+        };
         print_rows(subject.name(), (&volume, &subject.transfer()), &turn);
     }
     match std::env::args().nth(1) {
@@ -53,7 +67,13 @@ fn main() -> ExitCode {
 /// The orders with the defaults of everything else, but for the kernel of Westover's: his.
 fn orders() -> [(&'static str, RenderOptions); 3] {
     [
-        ("axis-sheets", RenderOptions { kernel: KernelShape::Gaussian, ..RenderOptions::axis_sheets() }),
+        (
+            "axis-sheets",
+            RenderOptions {
+                kernel: KernelShape::Gaussian,
+                ..RenderOptions::axis_sheets()
+            },
+        ),
         ("every-sample", RenderOptions::every_sample()),
         ("image-sheets", RenderOptions::default()),
     ]
@@ -62,8 +82,15 @@ fn orders() -> [(&'static str, RenderOptions); 3] {
 fn print_rows(name: &str, subject: (&Volume, &TransferFunction), turn: &Turn) {
     for (order, options) in orders() {
         let changes = Changes::measure(subject, turn, &options);
-        let Changes { median, largest, at } = changes;
-        println!("| {name} | {order} | {median:.2e} | {largest:.2e} | {at} | {:.2} |", changes.ratio());
+        let Changes {
+            median,
+            largest,
+            at,
+        } = changes;
+        println!(
+            "| {name} | {order} | {median:.2e} | {largest:.2e} | {at} | {:.2} |",
+            changes.ratio()
+        );
     }
 }
 
@@ -84,7 +111,8 @@ fn write_views(
 
 /// Writes a picture over black.
 fn write_png(path: &Path, image: &Image) -> Result<(), Box<dyn std::error::Error>> {
-    let mut encoder = png::Encoder::new(File::create(path)?, image.width as u32, image.height as u32);
+    let mut encoder =
+        png::Encoder::new(File::create(path)?, image.width as u32, image.height as u32);
     encoder.set_color(png::ColorType::Rgb);
     let bytes: Vec<u8> = image
         .rgba

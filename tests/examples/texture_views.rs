@@ -32,7 +32,10 @@ const PROGRAM: &str = "texture_views";
 
 fn main() -> ExitCode {
     let folder = std::env::args().nth(1).map(PathBuf::from);
-    let pool = ThreadPoolBuilder::new().num_threads(1).build().expect("one thread can be started");
+    let pool = ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .expect("one thread can be started");
     for scene in TextureScene::ALL {
         print_scene(scene, &pool, folder.as_deref());
     }
@@ -55,14 +58,22 @@ impl Entrant {
     fn new(name: &str, scene: &Scene, options: &RenderOptions) -> Self {
         let renderer = Renderer::new(scene, options).expect("options within their ranges");
         let image = Image::transparent(0, 0);
-        Self { name: name.into(), renderer, image, stats: FrameStats::default(), least_cpu_ms: f64::INFINITY }
+        Self {
+            name: name.into(),
+            renderer,
+            image,
+            stats: FrameStats::default(),
+            least_cpu_ms: f64::INFINITY,
+        }
     }
 }
 
 fn draw(entrants: &mut [Entrant], camera: &Camera, pool: &ThreadPool) {
     for _ in 0..FRAMES {
         for entrant in entrants.iter_mut() {
-            let frame = pool.install(|| entrant.renderer.render(camera)).expect("a valid camera");
+            let frame = pool
+                .install(|| entrant.renderer.render(camera))
+                .expect("a valid camera");
             entrant.least_cpu_ms = entrant.least_cpu_ms.min(frame.stats.cpu_ms);
             (entrant.image, entrant.stats) = (frame.image, frame.stats);
         }
@@ -71,13 +82,35 @@ fn draw(entrants: &mut [Entrant], camera: &Camera, pool: &ThreadPool) {
 
 fn settings() -> Vec<(String, RenderOptions)> {
     let default = RenderOptions::default;
-    let mut rows: Vec<_> =
-        Method::ALL.iter().map(|&method| (name(method), RenderOptions { method, ..default() })).collect();
+    let mut rows: Vec<_> = Method::ALL
+        .iter()
+        .map(|&method| {
+            (
+                name(method),
+                RenderOptions {
+                    method,
+                    ..default()
+                },
+            )
+        })
+        .collect();
     for subpixels in [2, 8] {
-        rows.push((format!("hybrid, {subpixels} sub-pixels"), RenderOptions { subpixels, ..default() }));
+        rows.push((
+            format!("hybrid, {subpixels} sub-pixels"),
+            RenderOptions {
+                subpixels,
+                ..default()
+            },
+        ));
     }
     let footprint = resample_core::FootprintMode::Affine;
-    rows.push(("hybrid, affine".into(), RenderOptions { footprint, ..default() }));
+    rows.push((
+        "hybrid, affine".into(),
+        RenderOptions {
+            footprint,
+            ..default()
+        },
+    ));
     rows
 }
 
@@ -95,18 +128,27 @@ fn name(method: Method) -> String {
 }
 
 fn print_scene(which: TextureScene, pool: &ThreadPool, folder: Option<&Path>) {
-    let (Some(scene), Some(camera)) = (which.scene(PROGRAM), which.camera(PROGRAM)) else { return };
-    let Some(truth) = which.truth(PROGRAM, TruthFilter::Gaussian) else { return };
+    let (Some(scene), Some(camera)) = (which.scene(PROGRAM), which.camera(PROGRAM)) else {
+        return;
+    };
+    let Some(truth) = which.truth(PROGRAM, TruthFilter::Gaussian) else {
+        return;
+    };
     let settings = settings();
-    let mut entrants: Vec<Entrant> =
-        settings.iter().map(|(name, options)| Entrant::new(name, &scene, options)).collect();
+    let mut entrants: Vec<Entrant> = settings
+        .iter()
+        .map(|(name, options)| Entrant::new(name, &scene, options))
+        .collect();
     draw(&mut entrants, &camera, pool);
     println!("### {}\n", which.name());
     println!("| setting | PSNR | PSNR inside outlines | SSIM | FLIP | CPU ms | points | splats |");
     println!("|---|---|---|---|---|---|---|---|");
     for entrant in &entrants {
         let image = entrant.image.clone().over_background(BACKGROUND);
-        let (whole, inner) = (against(&image, &truth, 1.0 / 255.0), against(&image, &truth, 0.9999));
+        let (whole, inner) = (
+            against(&image, &truth, 1.0 / 255.0),
+            against(&image, &truth, 0.9999),
+        );
         println!(
             "| {} | {:.1} | {:.1} | {:.5} | {:.4} | {:.1} | {} | {} |",
             entrant.name,
@@ -121,9 +163,11 @@ fn print_scene(which: TextureScene, pool: &ThreadPool, folder: Option<&Path>) {
     }
     println!();
     if let (Some(folder), TextureScene::CheckerPlane) = (folder, which) {
-        for (entrant, file) in
-            [(1, "figure5a-point.png"), (0, "figure5b-hybrid.png"), (4, "figure5c-backward.png")]
-        {
+        for (entrant, file) in [
+            (1, "figure5a-point.png"),
+            (0, "figure5b-hybrid.png"),
+            (4, "figure5c-backward.png"),
+        ] {
             let image = entrants[entrant].image.clone().over_background(BACKGROUND);
             write_png(&folder.join(file), &image);
         }
@@ -142,18 +186,36 @@ fn against(image: &Image, truth: &Image, least: f32) -> Comparison {
 fn print_speed(pool: &ThreadPool) {
     println!("### Meshes at 1024 x 1024\n");
     println!("| mesh | hybrid CPU ms | backward-ewa CPU ms | ratio |\n|---|---|---|---|");
-    let files = [("Avocado", "glTF/Avocado.gltf"), ("DamagedHelmet", "glTF-Binary/DamagedHelmet.glb")];
+    let files = [
+        ("Avocado", "glTF/Avocado.gltf"),
+        ("DamagedHelmet", "glTF-Binary/DamagedHelmet.glb"),
+    ];
     for (mesh, file) in files {
-        let Some(path) = data_file(PROGRAM, &format!("meshes/khronos/{mesh}/{file}")) else { continue };
-        let scene = texmap::load(&path, &LoadOptions::default()).expect("a readable mesh").scene;
+        let Some(path) = data_file(PROGRAM, &format!("meshes/khronos/{mesh}/{file}")) else {
+            continue;
+        };
+        let scene = texmap::load(&path, &LoadOptions::default())
+            .expect("a readable mesh")
+            .scene;
         let methods = [Method::Hybrid, Method::BackwardEwa];
-        let options = |method| RenderOptions { method, ..RenderOptions::default() };
-        let mut entrants: Vec<Entrant> =
-            methods.map(|method| Entrant::new(&name(method), &scene, &options(method))).into();
-        let [low, high] = entrants[0].renderer.bounds_in_world().expect("the mesh has triangles");
+        let options = |method| RenderOptions {
+            method,
+            ..RenderOptions::default()
+        };
+        let mut entrants: Vec<Entrant> = methods
+            .map(|method| Entrant::new(&name(method), &scene, &options(method)))
+            .into();
+        let [low, high] = entrants[0]
+            .renderer
+            .bounds_in_world()
+            .expect("the mesh has triangles");
         let (centre, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
         let eye = centre + 2.3 * radius * DVec3::new(0.4, 0.3, 1.0).normalize();
-        draw(&mut entrants, &looking_camera(eye, centre, 45.0, [1024, 1024]), pool);
+        draw(
+            &mut entrants,
+            &looking_camera(eye, centre, 45.0, [1024, 1024]),
+            pool,
+        );
         let [hybrid, ewa] = [entrants[0].least_cpu_ms, entrants[1].least_cpu_ms];
         println!("| {mesh} | {hybrid:.0} | {ewa:.0} | {:.2} |", hybrid / ewa);
     }
@@ -164,13 +226,22 @@ fn print_speed(pool: &ThreadPool) {
 fn print_repeats(pool: &ThreadPool) {
     println!("### A ground plane at 512 x 512\n");
     println!("| repeats | CPU ms | texels touched |\n|---|---|---|");
-    let camera = looking_camera(DVec3::new(0.0, 1.0, 2.0), DVec3::new(0.0, 0.6, 0.0), 60.0, [512, 512]);
+    let camera = looking_camera(
+        DVec3::new(0.0, 1.0, 2.0),
+        DVec3::new(0.0, 0.6, 0.0),
+        60.0,
+        [512, 512],
+    );
     for repeats in [10.0, 100.0, 1000.0] {
         let scene = ground(photo(512), 60.0, repeats);
         let mut entrants = [Entrant::new("hybrid", &scene, &RenderOptions::default())];
         draw(&mut entrants, &camera, pool);
         let stats = &entrants[0].stats;
-        println!("| {repeats} | {:.0} | {} |", entrants[0].least_cpu_ms, stats.points + stats.splats);
+        println!(
+            "| {repeats} | {:.0} | {} |",
+            entrants[0].least_cpu_ms,
+            stats.points + stats.splats
+        );
     }
     println!();
 }
@@ -183,19 +254,38 @@ fn print_shimmer(pool: &ThreadPool) {
     let scene = ground(photo(512), 60.0, 20.0);
     let cameras: Vec<Camera> = (0..=STEPS)
         .map(|step| {
-            let base = looking_camera(DVec3::new(0.0, 1.0, 2.0), DVec3::new(0.0, 0.6, 0.0), 60.0, [256, 256]);
-            Camera { cx: base.cx + step as f64 / STEPS as f64, ..base }
+            let base = looking_camera(
+                DVec3::new(0.0, 1.0, 2.0),
+                DVec3::new(0.0, 0.6, 0.0),
+                60.0,
+                [256, 256],
+            );
+            Camera {
+                cx: base.cx + step as f64 / STEPS as f64,
+                ..base
+            }
         })
         .collect();
     let film = |options: &RenderOptions| -> Vec<Image> {
         let mut renderer = Renderer::new(&scene, options).expect("options within their ranges");
-        let mut frame = |camera| pool.install(|| renderer.render(camera)).expect("a valid camera").image;
+        let mut frame = |camera| {
+            pool.install(|| renderer.render(camera))
+                .expect("a valid camera")
+                .image
+        };
         cameras.iter().map(&mut frame).collect()
     };
     let level = texmap::LevelChoice::Full;
-    let truth = film(&RenderOptions { subpixels: 8, level, ..RenderOptions::default() });
+    let truth = film(&RenderOptions {
+        subpixels: 8,
+        level,
+        ..RenderOptions::default()
+    });
     for method in Method::ALL {
-        let frames = film(&RenderOptions { method, ..RenderOptions::default() });
+        let frames = film(&RenderOptions {
+            method,
+            ..RenderOptions::default()
+        });
         let (mut change, mut error, mut count) = (0.0, 0.0, 0.0);
         for (ours, truth) in frames.windows(2).zip(truth.windows(2)) {
             for pixel in 0..ours[0].rgba.len() {
@@ -208,7 +298,12 @@ fn print_shimmer(pool: &ThreadPool) {
                 }
             }
         }
-        println!("| {} | {:.5} | {:.6} |", name(method), change / count, error / count);
+        println!(
+            "| {} | {:.5} | {:.6} |",
+            name(method),
+            change / count,
+            error / count
+        );
     }
     println!();
 }
@@ -224,5 +319,7 @@ fn write_png(path: &Path, image: &Image) {
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     let mut writer = encoder.write_header().expect("the picture can be written");
-    writer.write_image_data(&bytes).expect("the picture can be written");
+    writer
+        .write_image_data(&bytes)
+        .expect("the picture can be written");
 }

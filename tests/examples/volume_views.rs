@@ -26,7 +26,10 @@ const FRAMES: usize = 9;
 const PROGRAM: &str = "volume_views";
 
 fn main() -> ExitCode {
-    let frames = match std::env::args().nth(1).map(|argument| argument.parse::<usize>()) {
+    let frames = match std::env::args()
+        .nth(1)
+        .map(|argument| argument.parse::<usize>())
+    {
         None => FRAMES,
         Some(Ok(frames)) if frames > 0 => frames,
         Some(_) => {
@@ -35,9 +38,14 @@ fn main() -> ExitCode {
         }
     };
     for subject in Subject::ALL {
-        let Some(volume) = subject.volume(PROGRAM) else { continue };
+        let Some(volume) = subject.volume(PROGRAM) else {
+            continue;
+        };
         let transfer = subject.transfer();
-        for scene in Scene::ALL.into_iter().filter(|scene| scene.subject == subject) {
+        for scene in Scene::ALL
+            .into_iter()
+            .filter(|scene| scene.subject == subject)
+        {
             print_scene(&scene, (&volume, &transfer), frames);
         }
     }
@@ -45,10 +53,17 @@ fn main() -> ExitCode {
 }
 
 fn print_scene(scene: &Scene, subject: (&Volume, &TransferFunction), frames: usize) {
-    let truths: Vec<Image> = Truth::ALL.iter().filter_map(|&truth| scene.truth(PROGRAM, truth)).collect();
-    let [point, area] = truths.as_slice() else { return };
-    let mut entrants: Vec<Entrant> =
-        settings().iter().map(|(name, options)| Entrant::new(name, subject, options)).collect();
+    let truths: Vec<Image> = Truth::ALL
+        .iter()
+        .filter_map(|&truth| scene.truth(PROGRAM, truth))
+        .collect();
+    let [point, area] = truths.as_slice() else {
+        return;
+    };
+    let mut entrants: Vec<Entrant> = settings()
+        .iter()
+        .map(|(name, options)| Entrant::new(name, subject, options))
+        .collect();
     run(&mut entrants, &cameras(scene, frames), WARM_UP);
     println!("### {}\n", scene.name());
     println!(
@@ -74,7 +89,10 @@ fn print_scene(scene: &Scene, subject: (&Volume, &TransferFunction), frames: usi
 
 /// PSNR inside, SSIM inside, mean FLIP inside.
 fn figures(comparison: &Comparison) -> String {
-    format!("{:.1} dB; {:.3}; {:.3}", comparison.psnr_db, comparison.ssim, comparison.flip.mean)
+    format!(
+        "{:.1} dB; {:.3}; {:.3}",
+        comparison.psnr_db, comparison.ssim, comparison.flip.mean
+    )
 }
 
 /// The comparison over the pixels that the truth covers.
@@ -98,14 +116,41 @@ fn settings() -> Vec<(&'static str, RenderOptions)> {
 
 fn sheet_settings() -> Vec<(&'static str, RenderOptions)> {
     let default = RenderOptions::default;
-    let mut rows = vec![("default: image sheets, slab 0.5, auto sub-pixels", default())];
+    let mut rows = vec![(
+        "default: image sheets, slab 0.5, auto sub-pixels",
+        default(),
+    )];
     let slabs = [("slab 1", 1.0), ("slab 0.25", 0.25)];
-    rows.extend(slabs.map(|(name, slab_voxels)| (name, RenderOptions { slab_voxels, ..default() })));
-    let counts = [("1 sub-pixel", 1), ("2x2 sub-pixels", 2), ("4x4 sub-pixels", 4)];
-    rows.extend(
-        counts.map(|(name, n)| (name, RenderOptions { subpixels: Subpixels::Fixed(n), ..default() })),
-    );
-    rows.push(("scattered sums", RenderOptions { sheet_sums: SheetSums::Scatter, ..default() }));
+    rows.extend(slabs.map(|(name, slab_voxels)| {
+        (
+            name,
+            RenderOptions {
+                slab_voxels,
+                ..default()
+            },
+        )
+    }));
+    let counts = [
+        ("1 sub-pixel", 1),
+        ("2x2 sub-pixels", 2),
+        ("4x4 sub-pixels", 4),
+    ];
+    rows.extend(counts.map(|(name, n)| {
+        (
+            name,
+            RenderOptions {
+                subpixels: Subpixels::Fixed(n),
+                ..default()
+            },
+        )
+    }));
+    rows.push((
+        "scattered sums",
+        RenderOptions {
+            sheet_sums: SheetSums::Scatter,
+            ..default()
+        },
+    ));
     rows
 }
 
@@ -114,26 +159,62 @@ fn every_sample_settings() -> Vec<(&'static str, RenderOptions)> {
     let default = RenderOptions::paper;
     let mut rows = vec![
         ("every sample: its default", RenderOptions::every_sample()),
-        ("every sample, the paper's way: hybrid, exact, Gaussian", default()),
+        (
+            "every sample, the paper's way: hybrid, exact, Gaussian",
+            default(),
+        ),
     ];
     let footprints = [
-        ("every sample, footprint affine-approx", FootprintMode::AffineApprox),
+        (
+            "every sample, footprint affine-approx",
+            FootprintMode::AffineApprox,
+        ),
         ("every sample, footprint affine", FootprintMode::Affine),
         ("every sample, footprint table", FootprintMode::Table),
     ];
-    rows.extend(footprints.map(|(name, footprint)| (name, RenderOptions { footprint, ..default() })));
+    rows.extend(footprints.map(|(name, footprint)| {
+        (
+            name,
+            RenderOptions {
+                footprint,
+                ..default()
+            },
+        )
+    }));
     let kernels = [
         ("every sample, kernel polynomial", KernelShape::Polynomial),
         ("every sample, kernel B-spline", KernelShape::BSpline),
     ];
-    rows.extend(kernels.map(|(name, kernel)| (name, RenderOptions { kernel, ..default() })));
+    rows.extend(kernels.map(|(name, kernel)| {
+        (
+            name,
+            RenderOptions {
+                kernel,
+                ..default()
+            },
+        )
+    }));
     let selections = [
         ("every sample, select splats", SelectMode::Splats),
         ("every sample, select points", SelectMode::Points),
         ("every sample, select ewa", SelectMode::Ewa),
     ];
-    rows.extend(selections.map(|(name, select)| (name, RenderOptions { select, ..default() })));
+    rows.extend(selections.map(|(name, select)| {
+        (
+            name,
+            RenderOptions {
+                select,
+                ..default()
+            },
+        )
+    }));
     let opacity = OpacityMode::Linear;
-    rows.push(("every sample, opacity linear", RenderOptions { opacity, ..default() }));
+    rows.push((
+        "every sample, opacity linear",
+        RenderOptions {
+            opacity,
+            ..default()
+        },
+    ));
     rows
 }

@@ -29,14 +29,25 @@ fn main() {
         row("interior", &|i| format!("{:.1}", figures[i].interior_db));
         row("edge band", &|i| format!("{:.1}", figures[i].edge_db));
         row("holes %", &|i| format!("{:.3}", figures[i].holes_percent));
-        row("false fill %", &|i| format!("{:.2}", figures[i].false_fill_percent));
+        row("false fill %", &|i| {
+            format!("{:.2}", figures[i].false_fill_percent)
+        });
     }
     for (name, from, to) in [("1:1", 1.0, 1.0), ("minified 4x", 4.0, 1.0)] {
-        let figures: Vec<String> = flicker(from, to).iter().map(|v| format!("{v:.1}")).collect();
-        println!("| {name} | flicker, thousandths | {} |", figures.join(" | "));
+        let figures: Vec<String> = flicker(from, to)
+            .iter()
+            .map(|v| format!("{v:.1}"))
+            .collect();
+        println!(
+            "| {name} | flicker, thousandths | {} |",
+            figures.join(" | ")
+        );
     }
     for (name, scale) in [("unit scale", 1.0), ("magnified 4x", 4.0)] {
-        let figures: Vec<String> = fattening(scale).iter().map(|v| format!("{v:+.2}")).collect();
+        let figures: Vec<String> = fattening(scale)
+            .iter()
+            .map(|v| format!("{v:+.2}"))
+            .collect();
         println!("| {name} | fattening, px | {} |", figures.join(" | "));
     }
 }
@@ -49,7 +60,10 @@ fn settings() -> [WarpOptions; 7] {
         of(Method::Splats),
         of(Method::Ewa),
         of(Method::Mesh),
-        WarpOptions { mixed: MixedPixels::Keep, ..WarpOptions::default() },
+        WarpOptions {
+            mixed: MixedPixels::Keep,
+            ..WarpOptions::default()
+        },
         WarpOptions::default(),
     ]
 }
@@ -82,26 +96,41 @@ fn warped(reference: &Reference, target: &Camera, options: &WarpOptions) -> Imag
 /// Mean change of the error from step to step, thousandths.
 fn flicker(from: f64, to: f64) -> [f64; 8] {
     let view = |scale: f64, eye: DVec3| {
-        camera([(160.0 * scale) as u32, (120.0 * scale) as u32], 130.0 * scale, eye, 0.0)
+        camera(
+            [(160.0 * scale) as u32, (120.0 * scale) as u32],
+            130.0 * scale,
+            eye,
+            0.0,
+        )
     };
     let start = view(from, DVec3::ZERO);
     let room = AnalyticScene::room();
     // A sixteenth of a pixel a step at the ball.
     let eye = |step: usize| DVec3::X * (0.1 + step as f64 * 5.0 / 130.0 / STEPS as f64);
-    let scenes: Vec<WarpScene> =
-        (0..STEPS).map(|s| filtered_scene("step", &room, &start, &view(to, eye(s)))).collect();
+    let scenes: Vec<WarpScene> = (0..STEPS)
+        .map(|s| filtered_scene("step", &room, &start, &view(to, eye(s))))
+        .collect();
     let frames: Vec<[Image; 8]> = scenes.iter().map(pictures).collect();
     let visible: Vec<Vec<bool>> = scenes.iter().map(|scene| scene.truth.visible()).collect();
-    let seen: Vec<usize> = (0..160 * 120).filter(|&i| visible.iter().all(|v| v[i])).collect();
+    let seen: Vec<usize> = (0..160 * 120)
+        .filter(|&i| visible.iter().all(|v| v[i]))
+        .collect();
     std::array::from_fn(|k| {
         let error = |step: usize, i: usize, c: usize| {
             let pixel = frames[step][k].rgba[i];
-            let shown = if pixel[3] > 0.25 { pixel[c] / pixel[3] } else { 0.0 };
+            let shown = if pixel[3] > 0.25 {
+                pixel[c] / pixel[3]
+            } else {
+                0.0
+            };
             f64::from(shown - scenes[step].truth.image.rgba[i][c])
         };
         let change = |step: usize| {
-            let sum =
-                |i: &usize| (0..3).map(|c| (error(step, *i, c) - error(step - 1, *i, c)).abs()).sum::<f64>();
+            let sum = |i: &usize| {
+                (0..3)
+                    .map(|c| (error(step, *i, c) - error(step - 1, *i, c)).abs())
+                    .sum::<f64>()
+            };
             seen.iter().map(sum).sum::<f64>()
         };
         1e3 * (1..STEPS).map(change).sum::<f64>() / (3 * seen.len() * (STEPS - 1)) as f64
@@ -114,11 +143,24 @@ fn fattening(scale: f64) -> [f64; 8] {
     const TILT: f64 = 0.05;
     // One colour each: what is shown of the card is how red a row is.
     let flat = 1e9;
-    let turned =
-        |x: f64, y: f64| DVec3::new(x * TILT.cos() - y * TILT.sin(), x * TILT.sin() + y * TILT.cos(), 0.0);
+    let turned = |x: f64, y: f64| {
+        DVec3::new(
+            x * TILT.cos() - y * TILT.sin(),
+            x * TILT.sin() + y * TILT.cos(),
+            0.0,
+        )
+    };
     let scene = AnalyticScene(vec![
-        (Body::Card(DVec3::Z * 4.0, turned(HALF, 0.0), turned(0.0, 6.0)), flat, [1.0, 0.0, 0.0]),
-        (Body::Card(DVec3::Z * 9.0, DVec3::X * 30.0, DVec3::Y * 30.0), flat, [0.0, 0.0, 1.0]),
+        (
+            Body::Card(DVec3::Z * 4.0, turned(HALF, 0.0), turned(0.0, 6.0)),
+            flat,
+            [1.0, 0.0, 0.0],
+        ),
+        (
+            Body::Card(DVec3::Z * 9.0, DVec3::X * 30.0, DVec3::Y * 30.0),
+            flat,
+            [0.0, 0.0, 1.0],
+        ),
     ]);
     let size = [320, 240];
     let small = [(320.0 / scale) as u32, (240.0 / scale) as u32];
@@ -129,7 +171,11 @@ fn fattening(scale: f64) -> [f64; 8] {
     pictures.map(|image| {
         let rows = 60..180;
         // Light of the card is 0.6 of its tint.
-        let red = |y: usize| (0..320).map(|x| f64::from(image.pixel(x, y)[0]) / 0.6).sum::<f64>();
+        let red = |y: usize| {
+            (0..320)
+                .map(|x| f64::from(image.pixel(x, y)[0]) / 0.6)
+                .sum::<f64>()
+        };
         let count = rows.len() as f64;
         0.5 * (rows.map(red).sum::<f64>() / count - width_px)
     })

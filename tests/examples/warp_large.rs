@@ -31,15 +31,26 @@ fn main() {
         "| side | view | --max-memory | peak MiB | load s | frame s | CPU s | windows | samples read | differs |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|");
-    for side in sides.split(',').map(|side| side.parse::<usize>().expect("a side")) {
+    for side in sides
+        .split(',')
+        .map(|side| side.parse::<usize>().expect("a side"))
+    {
         let files = written(folder, side);
         for view in ["magnified", "whole"] {
             let mut first = None;
             for limit in limits.split(',') {
-                let run = Run { program, files: &files, side, view, limit };
+                let run = Run {
+                    program,
+                    files: &files,
+                    side,
+                    view,
+                    limit,
+                };
                 let picture = run.draw(folder);
                 let pixels = exr_read::read_rgba(&picture).expect("a picture");
-                let differs = first.as_ref().map_or(String::new(), |first| changed(first, &pixels));
+                let differs = first
+                    .as_ref()
+                    .map_or(String::new(), |first| changed(first, &pixels));
                 println!(" {differs} |");
                 first.get_or_insert(pixels);
             }
@@ -59,14 +70,26 @@ struct Run<'a> {
 impl Run<'_> {
     /// Draws, and prints a row without its end.
     fn draw(&self, folder: &Path) -> PathBuf {
-        let (picture, stats) = (folder.join(format!("{}.exr", self.view)), folder.join("stats.json"));
+        let (picture, stats) = (
+            folder.join(format!("{}.exr", self.view)),
+            folder.join("stats.json"),
+        );
         let side = self.side as f64;
         let lens = format!("{0},{0},{1},{1}", 0.9 * side, 0.5 * side - 0.5);
         let camera = folder.join("to.json");
         std::fs::write(&camera, camera_json(self.view, side)).expect("written");
         let mut command = Command::new(self.program);
-        command.arg("warp3d").args(self.files).args(["--depth-scale", UNIT, "--intrinsics", &lens]);
-        command.arg("--to").arg(&camera).arg("--stats").arg(&stats).arg("-o").arg(&picture);
+        command
+            .arg("warp3d")
+            .args(self.files)
+            .args(["--depth-scale", UNIT, "--intrinsics", &lens]);
+        command
+            .arg("--to")
+            .arg(&camera)
+            .arg("--stats")
+            .arg(&stats)
+            .arg("-o")
+            .arg(&picture);
         if self.limit != "-" {
             command.args(["--max-memory", self.limit]);
         }
@@ -108,9 +131,13 @@ fn camera_json(view: &str, side: f64) -> String {
 
 /// How many pixels differ by more than 1e-4, and by how much at most.
 fn changed(a: &Image, b: &Image) -> String {
-    let worst = |(a, b): (&[f32; 4], &[f32; 4])| (0..4).map(|k| (a[k] - b[k]).abs()).fold(0.0, f32::max);
+    let worst =
+        |(a, b): (&[f32; 4], &[f32; 4])| (0..4).map(|k| (a[k] - b[k]).abs()).fold(0.0, f32::max);
     let changes = || a.rgba.iter().zip(&b.rgba).map(worst);
-    let (count, largest) = (changes().filter(|&change| change > 1e-4).count(), changes().fold(0.0, f32::max));
+    let (count, largest) = (
+        changes().filter(|&change| change > 1e-4).count(),
+        changes().fold(0.0, f32::max),
+    );
     format!("{count} of {}, by up to {largest:.4}", a.rgba.len())
 }
 
@@ -121,21 +148,32 @@ fn written(folder: &Path, side: usize) -> [PathBuf; 2] {
         return files;
     }
     let start = Instant::now();
-    rows(&files[0], side, (png::ColorType::Rgb, png::BitDepth::Eight), &|y, row| {
-        for (x, rgb) in row.chunks_exact_mut(3).enumerate() {
-            let checks = ((x >> 5) ^ (y >> 5)) as u8 & 1;
-            let grain = (((x as u32 * 73) ^ (y as u32 * 151)).wrapping_mul(2_654_435_761) >> 27) as u8;
-            let tint = [(x * 160 / side) as u8, (y * 160 / side) as u8, 90];
-            for (channel, tint) in rgb.iter_mut().zip(tint) {
-                *channel = 30 + tint + 20 * checks + grain;
+    rows(
+        &files[0],
+        side,
+        (png::ColorType::Rgb, png::BitDepth::Eight),
+        &|y, row| {
+            for (x, rgb) in row.chunks_exact_mut(3).enumerate() {
+                let checks = ((x >> 5) ^ (y >> 5)) as u8 & 1;
+                let grain =
+                    (((x as u32 * 73) ^ (y as u32 * 151)).wrapping_mul(2_654_435_761) >> 27) as u8;
+                let tint = [(x * 160 / side) as u8, (y * 160 / side) as u8, 90];
+                for (channel, tint) in rgb.iter_mut().zip(tint) {
+                    *channel = 30 + tint + 20 * checks + grain;
+                }
             }
-        }
-    });
-    rows(&files[1], side, (png::ColorType::Grayscale, png::BitDepth::Sixteen), &|y, row| {
-        for (x, code) in row.chunks_exact_mut(2).enumerate() {
-            code.copy_from_slice(&depth_code(x, y, side).to_be_bytes());
-        }
-    });
+        },
+    );
+    rows(
+        &files[1],
+        side,
+        (png::ColorType::Grayscale, png::BitDepth::Sixteen),
+        &|y, row| {
+            for (x, code) in row.chunks_exact_mut(2).enumerate() {
+                code.copy_from_slice(&depth_code(x, y, side).to_be_bytes());
+            }
+        },
+    );
     eprintln!(
         "wrote {} and {} in {:.1} s",
         files[0].display(),
@@ -151,7 +189,11 @@ fn depth_code(x: usize, y: usize, side: usize) -> u16 {
     let (column, row) = (x / cell, y / cell);
     let inside = |v: usize| (cell / 4..cell * 3 / 4).contains(&(v % cell));
     let wall = 35_000 + x * 8_000 / side;
-    let before = if inside(x) && inside(y) { 5_000 + (column * 7 + row * 11) % 16 * 500 } else { 0 };
+    let before = if inside(x) && inside(y) {
+        5_000 + (column * 7 + row * 11) % 16 * 500
+    } else {
+        0
+    };
     (wall - before) as u16
 }
 

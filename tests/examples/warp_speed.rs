@@ -16,7 +16,10 @@ use warp3d::{FrameStats, Method, Reference, WarpOptions, Warper};
 const FRAMES: usize = 9;
 
 fn main() {
-    let frames = std::env::args().nth(1).and_then(|a| a.parse().ok()).unwrap_or(FRAMES);
+    let frames = std::env::args()
+        .nth(1)
+        .and_then(|a| a.parse().ok())
+        .unwrap_or(FRAMES);
     println!(
         "| size | method | prepared once, wall ms | frame, CPU ms | times nearest | project | accumulate | resolve | frames/s, 2 threads |"
     );
@@ -51,11 +54,19 @@ fn main() {
 }
 
 fn pool(threads: usize) -> ThreadPool {
-    ThreadPoolBuilder::new().num_threads(threads).build().expect("threads")
+    ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .expect("threads")
 }
 
 /// Time to prepare, ms, and the stats of the frame that took the least CPU time, with the median wall time.
-fn timed(reference: &Reference, method: Method, frames: usize, pool: &ThreadPool) -> (f64, FrameStats) {
+fn timed(
+    reference: &Reference,
+    method: Method,
+    frames: usize,
+    pool: &ThreadPool,
+) -> (f64, FrameStats) {
     pool.install(|| {
         let clock = Instant::now();
         let options = WarpOptions::with_method(method);
@@ -63,19 +74,33 @@ fn timed(reference: &Reference, method: Method, frames: usize, pool: &ThreadPool
         let prepare_ms = 1e3 * clock.elapsed().as_secs_f64();
         let mut stats: Vec<FrameStats> = (0..=frames)
             .map(|i| {
-                warper.render(&target(&reference.camera, i as f64 / frames as f64)).expect("a camera").stats
+                warper
+                    .render(&target(&reference.camera, i as f64 / frames as f64))
+                    .expect("a camera")
+                    .stats
             })
             .collect();
         stats.remove(0);
         stats.sort_by(|a, b| a.wall_ms.total_cmp(&b.wall_ms));
         let median_ms = stats[stats.len() / 2].wall_ms;
         stats.sort_by(|a, b| a.cpu_ms.total_cmp(&b.cpu_ms));
-        (prepare_ms, FrameStats { wall_ms: median_ms, ..stats[0].clone() })
+        (
+            prepare_ms,
+            FrameStats {
+                wall_ms: median_ms,
+                ..stats[0].clone()
+            },
+        )
     })
 }
 
 /// The reference's camera, moved aside and ahead and turned a little.
 fn target(reference: &Camera, along: f64) -> Camera {
     let size = [reference.width, reference.height];
-    camera(size, reference.fx, DVec3::new(0.1 + 0.1 * along, -0.03, 0.05 * along), 0.02 * along)
+    camera(
+        size,
+        reference.fx,
+        DVec3::new(0.1 + 0.1 * along, -0.03, 0.05 * along),
+        0.02 * along,
+    )
 }

@@ -22,10 +22,18 @@ const FRAMES: usize = 5;
 const PROGRAM: &str = "warp_views";
 
 fn main() -> ExitCode {
-    let frames = std::env::args().nth(1).and_then(|a| a.parse().ok()).unwrap_or(FRAMES);
+    let frames = std::env::args()
+        .nth(1)
+        .and_then(|a| a.parse().ok())
+        .unwrap_or(FRAMES);
     let folder = std::env::args().nth(2);
-    let scenes = SCENES.into_iter().map(|name| WarpScene::load(PROGRAM, name));
-    for scene in scenes.chain(PAIRS.into_iter().map(|name| pair(PROGRAM, name))).flatten() {
+    let scenes = SCENES
+        .into_iter()
+        .map(|name| WarpScene::load(PROGRAM, name));
+    for scene in scenes
+        .chain(PAIRS.into_iter().map(|name| pair(PROGRAM, name)))
+        .flatten()
+    {
         print_scene(&scene, frames, folder.as_deref());
     }
     if let Some(folder) = folder {
@@ -45,8 +53,16 @@ fn print_scene(scene: &WarpScene, frames: usize, folder: Option<&str>) {
         print_row(label, &measure(&frame.image, &scene.truth), cpu_ms);
         if let Some(folder) = folder {
             let path = format!("{folder}/{}-{label}", scene.name);
-            write_png(&frame.image, Some(&scene.truth.visible()), &format!("{path}.png"));
-            write_png(&difference(&frame.image, &scene.truth.image), None, &format!("{path}-diff.png"));
+            write_png(
+                &frame.image,
+                Some(&scene.truth.visible()),
+                &format!("{path}.png"),
+            );
+            write_png(
+                &difference(&frame.image, &scene.truth.image),
+                None,
+                &format!("{path}-diff.png"),
+            );
         }
     }
     println!();
@@ -88,9 +104,27 @@ fn settings() -> Vec<(&'static str, WarpOptions)> {
         ("ewa", of(Method::Ewa)),
         ("mesh", of(Method::Mesh)),
         ("hybrid", of(Method::Hybrid)),
-        ("hybrid, mixed keep", WarpOptions { mixed: MixedPixels::Keep, ..WarpOptions::default() }),
-        ("hybrid, fill background", WarpOptions { fill: Fill::Background, ..WarpOptions::default() }),
-        ("hybrid, fill natural", WarpOptions { fill: Fill::Natural, ..WarpOptions::default() }),
+        (
+            "hybrid, mixed keep",
+            WarpOptions {
+                mixed: MixedPixels::Keep,
+                ..WarpOptions::default()
+            },
+        ),
+        (
+            "hybrid, fill background",
+            WarpOptions {
+                fill: Fill::Background,
+                ..WarpOptions::default()
+            },
+        ),
+        (
+            "hybrid, fill natural",
+            WarpOptions {
+                fill: Fill::Natural,
+                ..WarpOptions::default()
+            },
+        ),
     ]
 }
 
@@ -102,10 +136,14 @@ fn figure() -> Image {
     let to = camera([320, 240], 520.0, DVec3::X * 0.25, 0.0);
     let scene = AnalyticScene::room();
     let by = |options: &WarpOptions| {
-        let mut warper = Warper::new(vec![scene.reference(&from)], options).expect("a good reference");
+        let mut warper =
+            Warper::new(vec![scene.reference(&from)], options).expect("a good reference");
         warper.render(&to).expect("a camera").image
     };
-    let filled = WarpOptions { fill: Fill::Background, ..WarpOptions::default() };
+    let filled = WarpOptions {
+        fill: Fill::Background,
+        ..WarpOptions::default()
+    };
     let nearest = by(&WarpOptions::with_method(Method::Nearest));
     let mesh = by(&WarpOptions::with_method(Method::Mesh));
     let panels = [nearest, mesh, by(&filled), scene.truth(&to, &from).image];
@@ -113,7 +151,10 @@ fn figure() -> Image {
     for (i, pixel) in out.rgba.iter_mut().enumerate() {
         let (x, y) = (i % (4 * CROP[0]), i / (4 * CROP[0]));
         let panel = &panels[x / (2 * CROP[0]) + 2 * (y / (2 * CROP[1]))];
-        *pixel = panel.pixel(FROM[0] + x % (2 * CROP[0]) / 2, FROM[1] + y % (2 * CROP[1]) / 2);
+        *pixel = panel.pixel(
+            FROM[0] + x % (2 * CROP[0]) / 2,
+            FROM[1] + y % (2 * CROP[1]) / 2,
+        );
     }
     out
 }
@@ -122,7 +163,13 @@ fn figure() -> Image {
 fn difference(image: &Image, truth: &Image) -> Image {
     let mut out = truth.clone();
     for (o, p) in out.rgba.iter_mut().zip(&image.rgba) {
-        *o = std::array::from_fn(|c| if c == 3 { 1.0 } else { 4.0 * (o[c] - p[c]).abs() });
+        *o = std::array::from_fn(|c| {
+            if c == 3 {
+                1.0
+            } else {
+                4.0 * (o[c] - p[c]).abs()
+            }
+        });
     }
     out
 }
@@ -135,8 +182,15 @@ fn write_png(image: &Image, visible: Option<&[bool]>, path: &str) {
     let code = |v: f32| (255.0 * srgb_from_linear(v) + 0.5) as u8;
     let pixels = image.rgba.iter().enumerate().flat_map(|(i, p)| {
         let [r, g, b] = [p[0], p[1], p[2]].map(code);
-        if visible.is_some_and(|v| !v[i]) { [r / 2 + 127, g / 2, b / 2] } else { [r, g, b] }
+        if visible.is_some_and(|v| !v[i]) {
+            [r / 2 + 127, g / 2, b / 2]
+        } else {
+            [r, g, b]
+        }
     });
     let bytes: Vec<u8> = pixels.collect();
-    encoder.write_header().and_then(|mut w| w.write_image_data(&bytes)).expect("a written picture");
+    encoder
+        .write_header()
+        .and_then(|mut w| w.write_image_data(&bytes))
+        .expect("a written picture");
 }

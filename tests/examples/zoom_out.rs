@@ -15,7 +15,9 @@ use resample_tests::lod_scenes::{Subject, zoom_subjects};
 use volsplat::{Cells, RenderOptions, Renderer};
 
 fn main() -> ExitCode {
-    let frames = std::env::args().nth(1).map_or(Ok(64), |argument| argument.parse::<usize>());
+    let frames = std::env::args()
+        .nth(1)
+        .map_or(Ok(64), |argument| argument.parse::<usize>());
     let Ok(frames @ 2..) = frames else {
         eprintln!("usage: zoom_out [FRAMES], with FRAMES a whole number above 1");
         return ExitCode::FAILURE;
@@ -27,10 +29,12 @@ fn main() -> ExitCode {
 }
 
 fn print_subject(subject: &Subject, frames: usize) {
-    let cameras: Vec<Camera> =
-        (0..frames).map(|i| subject.zoomed(8f64.powf(i as f64 / (frames - 1) as f64))).collect();
+    let cameras: Vec<Camera> = (0..frames)
+        .map(|i| subject.zoomed(8f64.powf(i as f64 / (frames - 1) as f64)))
+        .collect();
     let (volume, transfer) = (&subject.volume, &subject.transfer);
-    let render = |truth: AreaTruth| -> Vec<Image> { cameras.iter().map(|c| truth.render(c)).collect() };
+    let render =
+        |truth: AreaTruth| -> Vec<Image> { cameras.iter().map(|c| truth.render(c)).collect() };
     let post = render(AreaTruth::new(volume, transfer));
     let kernel = RenderOptions::paper().kernel;
     let pre = render(AreaTruth::of_classified(volume, transfer, kernel));
@@ -40,12 +44,19 @@ fn print_subject(subject: &Subject, frames: usize) {
     );
     println!("|---|---|---|---|---|---|---|---|");
     let images: Vec<&Image> = pre.iter().collect();
-    print_row("(the truth of classified voxels)", ("post", &post), &images, None);
+    print_row(
+        "(the truth of classified voxels)",
+        ("post", &post),
+        &images,
+        None,
+    );
     for (name, options) in settings() {
-        let mut renderer =
-            Renderer::new(&subject.volume, &subject.transfer, &options).expect("options within their ranges");
-        let drawn: Vec<_> =
-            cameras.iter().map(|camera| renderer.render(camera).expect("a valid camera")).collect();
+        let mut renderer = Renderer::new(&subject.volume, &subject.transfer, &options)
+            .expect("options within their ranges");
+        let drawn: Vec<_> = cameras
+            .iter()
+            .map(|camera| renderer.render(camera).expect("a valid camera"))
+            .collect();
         let images: Vec<&Image> = drawn.iter().map(|frame| &frame.image).collect();
         let cpu: Vec<f64> = drawn.iter().map(|frame| frame.stats.cpu_ms).collect();
         print_row(name, ("post", &post), &images, Some(&cpu));
@@ -57,11 +68,19 @@ fn print_subject(subject: &Subject, frames: usize) {
 }
 
 /// One line of the table; times are left out where nothing was drawn.
-fn print_row(name: &str, (kind, truths): (&str, &[Image]), images: &[&Image], cpu_ms: Option<&[f64]>) {
+fn print_row(
+    name: &str,
+    (kind, truths): (&str, &[Image]),
+    images: &[&Image],
+    cpu_ms: Option<&[f64]>,
+) {
     let frames = images.len();
     let part = |range: std::ops::Range<usize>| psnr_db(&images[range.clone()], &truths[range]);
     let [longest, mean] = cpu_ms.map_or([f64::NAN; 2], |ms| {
-        [ms.iter().copied().fold(0.0, f64::max), ms.iter().sum::<f64>() / frames as f64]
+        [
+            ms.iter().copied().fold(0.0, f64::max),
+            ms.iter().sum::<f64>() / frames as f64,
+        ]
     });
     println!(
         "| {name} | {kind} | {:.1} | {:.1} | {:.1} | {:.2} | {longest:.1} | {mean:.1} |",
@@ -73,12 +92,30 @@ fn print_row(name: &str, (kind, truths): (&str, &[Image]), images: &[&Image], cp
 }
 
 fn settings() -> Vec<(&'static str, RenderOptions)> {
-    let paper = |select| RenderOptions { select, ..RenderOptions::paper() };
+    let paper = |select| RenderOptions {
+        select,
+        ..RenderOptions::paper()
+    };
     vec![
         ("image sheets (the default)", RenderOptions::default()),
-        ("image sheets, `--lod-error 0`", RenderOptions { lod_error: 0.0, ..RenderOptions::default() }),
-        ("image sheets, `--lod-error 0.03`", RenderOptions { lod_error: 0.03, ..RenderOptions::default() }),
-        ("every sample (cells, sub-pixels)", RenderOptions::every_sample()),
+        (
+            "image sheets, `--lod-error 0`",
+            RenderOptions {
+                lod_error: 0.0,
+                ..RenderOptions::default()
+            },
+        ),
+        (
+            "image sheets, `--lod-error 0.03`",
+            RenderOptions {
+                lod_error: 0.03,
+                ..RenderOptions::default()
+            },
+        ),
+        (
+            "every sample (cells, sub-pixels)",
+            RenderOptions::every_sample(),
+        ),
         ("the paper: hybrid", paper(SelectMode::Hybrid)),
         ("the paper: splats", paper(SelectMode::Splats)),
         ("the paper: points", paper(SelectMode::Points)),
@@ -95,16 +132,31 @@ fn errors(image: &Image, truth: &Image) -> Vec<Option<[f64; 3]>> {
 }
 
 fn psnr_db(images: &[&Image], truths: &[Image]) -> f64 {
-    let all = images.iter().zip(truths).flat_map(|(image, truth)| errors(image, truth)).flatten().flatten();
+    let all = images
+        .iter()
+        .zip(truths)
+        .flat_map(|(image, truth)| errors(image, truth))
+        .flatten()
+        .flatten();
     -10.0 * mean_square(all).log10()
 }
 
 fn flicker(images: &[&Image], truths: &[Image]) -> f64 {
-    let by_frame: Vec<_> = images.iter().zip(truths).map(|(image, truth)| errors(image, truth)).collect();
+    let by_frame: Vec<_> = images
+        .iter()
+        .zip(truths)
+        .map(|(image, truth)| errors(image, truth))
+        .collect();
     let changes = by_frame.windows(2).flat_map(|pair| {
         let pixels = pair[0].iter().zip(&pair[1]);
         pixels.filter_map(|(a, b)| {
-            Some(a.as_ref()?.iter().zip(b.as_ref()?).map(|(a, b)| b - a).collect::<Vec<_>>())
+            Some(
+                a.as_ref()?
+                    .iter()
+                    .zip(b.as_ref()?)
+                    .map(|(a, b)| b - a)
+                    .collect::<Vec<_>>(),
+            )
         })
     });
     mean_square(changes.flatten()).sqrt()

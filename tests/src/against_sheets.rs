@@ -28,11 +28,17 @@ pub fn compare(scene: &Scene) -> Comparison {
 
 /// Compares a picture with reference pixels, row by row.
 pub fn compared(image: &resample_core::Image, truth: &[SheetPixel]) -> Comparison {
-    let mut result = Comparison { worst: 0.0, beyond: 0.0, seen: 0 };
+    let mut result = Comparison {
+        worst: 0.0,
+        beyond: 0.0,
+        seen: 0,
+    };
     for (got, truth) in image.rgba.iter().zip(truth) {
         let [r, g, b] = truth.rgb;
         let pairs = got.iter().zip([r, g, b, 1.0 - truth.transmittance]);
-        let error = pairs.map(|(got, expected)| (f64::from(*got) - expected).abs()).fold(0.0, f64::max);
+        let error = pairs
+            .map(|(got, expected)| (f64::from(*got) - expected).abs())
+            .fold(0.0, f64::max);
         result.worst = result.worst.max(error);
         result.beyond = result.beyond.max(error - truth.slack);
         result.seen += usize::from(truth.transmittance < 0.9);
@@ -45,8 +51,15 @@ pub fn compared(image: &resample_core::Image, truth: &[SheetPixel]) -> Compariso
 /// # Panics
 /// Where the picture differs.
 pub fn hold(name: &str, scene: &Scene) {
-    let Comparison { worst, beyond, seen } = compare(scene);
+    let Comparison {
+        worst,
+        beyond,
+        seen,
+    } = compare(scene);
     println!("{name}: off by {worst:.1e}, {beyond:.1e} beyond what is admitted; {seen} px seen");
     assert!(seen > 0, "{name}: nothing is seen, so nothing is tested");
-    assert!(beyond < ROUNDING, "{name}: {beyond:.1e} more than is admitted");
+    assert!(
+        beyond < ROUNDING,
+        "{name}: {beyond:.1e} more than is admitted"
+    );
 }

@@ -82,10 +82,23 @@ impl AnalyticField {
 
     /// A look with a soft body and a surface: opacity per voxel.
     pub fn look(self) -> TransferFunction {
-        let colours = [(0.0, [0.1, 0.2, 0.8]), (0.5, [0.9, 0.7, 0.3]), (1.0, [1.0, 0.9, 0.8])];
+        let colours = [
+            (0.0, [0.1, 0.2, 0.8]),
+            (0.5, [0.9, 0.7, 0.3]),
+            (1.0, [1.0, 0.9, 0.8]),
+        ];
         match self {
             Self::Ramp => transfer(&colours, &[(0.0, 0.0), (1.0, 0.15)]),
-            _ => transfer(&colours, &[(0.0, 0.0), (0.42, 0.0), (0.5, 0.35), (0.58, 0.03), (1.0, 0.1)]),
+            _ => transfer(
+                &colours,
+                &[
+                    (0.0, 0.0),
+                    (0.42, 0.0),
+                    (0.5, 0.35),
+                    (0.58, 0.03),
+                    (1.0, 0.1),
+                ],
+            ),
         }
     }
 
@@ -102,7 +115,8 @@ impl AnalyticField {
     /// The gradient of the formula, per voxel: a difference so small that its own error is 1e-8 of it.
     fn gradient(self, at: DVec3) -> DVec3 {
         const HALF_STEP: f64 = 1e-4;
-        let along = |axis: DVec3| self.value(at + HALF_STEP * axis) - self.value(at - HALF_STEP * axis);
+        let along =
+            |axis: DVec3| self.value(at + HALF_STEP * axis) - self.value(at - HALF_STEP * axis);
         DVec3::from(DVec3::AXES.map(along)) / (2.0 * HALF_STEP)
     }
 
@@ -120,9 +134,12 @@ impl AnalyticField {
             let corner = DVec2::new((i % width) as f64, (i / width) as f64);
             let mut sum = [0.0f64; 4];
             for sub in 0..RAYS * RAYS {
-                let offset = DVec2::new((sub % RAYS) as f64 + 0.5, (sub / RAYS) as f64 + 0.5) / RAYS as f64;
+                let offset =
+                    DVec2::new((sub % RAYS) as f64 + 0.5, (sub / RAYS) as f64 + 0.5) / RAYS as f64;
                 let seen = self.march(&look, &rays.ray(corner + offset), (camera, options));
-                sum.iter_mut().zip(seen).for_each(|(sum, value)| *sum += value / (RAYS * RAYS) as f64);
+                sum.iter_mut()
+                    .zip(seen)
+                    .for_each(|(sum, value)| *sum += value / (RAYS * RAYS) as f64);
             }
             sum.map(|value| value as f32)
         };
@@ -140,7 +157,8 @@ impl AnalyticField {
     ) -> [f64; 4] {
         let (mut first, mut end) = (0.0f64, f64::INFINITY);
         for axis in 0..3 {
-            let ends = [0.0, (SIDE - 1) as f64].map(|face| (face - ray.origin[axis]) / ray.direction[axis]);
+            let ends = [0.0, (SIDE - 1) as f64]
+                .map(|face| (face - ray.origin[axis]) / ray.direction[axis]);
             first = first.max(ends[0].min(ends[1]));
             end = end.min(ends[0].max(ends[1]));
         }
@@ -176,7 +194,11 @@ mod tests {
     fn values_lie_between_0_and_1() {
         for field in AnalyticField::ALL {
             for i in 0..1000 {
-                let at = DVec3::new(f64::from(i % 10), f64::from(i / 10 % 10), f64::from(i / 100)) * 4.4;
+                let at = DVec3::new(
+                    f64::from(i % 10),
+                    f64::from(i / 10 % 10),
+                    f64::from(i / 100),
+                ) * 4.4;
                 let value = field.value(at);
                 assert!((0.0..=1.0).contains(&value), "{field:?} is {value} at {at}");
             }
@@ -188,7 +210,11 @@ mod tests {
         for field in AnalyticField::ALL {
             let image = field.truth(&field.camera(0.4));
             let seen = image.rgba.iter().filter(|pixel| pixel[3] > 0.1).count();
-            assert!(seen > 50, "{field:?}: {seen} pixels of {}", image.rgba.len());
+            assert!(
+                seen > 50,
+                "{field:?}: {seen} pixels of {}",
+                image.rgba.len()
+            );
         }
     }
 }

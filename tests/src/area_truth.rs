@@ -61,15 +61,22 @@ impl<'a> AreaTruth<'a> {
             values,
             classified: None,
         };
-        truth.seen = (0..blocks.iter().product()).map(|i| truth.shows(i)).collect();
+        truth.seen = (0..blocks.iter().product())
+            .map(|i| truth.shows(i))
+            .collect();
         truth
     }
 
     /// The truth of voxels that are classified one by one, and then summed with a kernel.
-    pub fn of_classified(volume: &'a Volume, transfer: &'a TransferFunction, kernel: KernelShape) -> Self {
+    pub fn of_classified(
+        volume: &'a Volume,
+        transfer: &'a TransferFunction,
+        kernel: KernelShape,
+    ) -> Self {
         let mut truth = Self::new(volume, transfer);
         let shape = ReferenceKernel::new(kernel);
-        let entry = |i: usize| shape.value(shape.radius * (i as f64 / KERNEL_ENTRIES as f64).sqrt());
+        let entry =
+            |i: usize| shape.value(shape.radius * (i as f64 / KERNEL_ENTRIES as f64).sqrt());
         let voxel = |&value: &f64| {
             let (rgb, opacity) = transfer.sample(value);
             let strength = extinction(opacity);
@@ -82,13 +89,17 @@ impl<'a> AreaTruth<'a> {
             kernel: (0..=KERNEL_ENTRIES + 1).map(entry).collect(),
             radius: shape.radius,
         });
-        truth.seen = (0..truth.blocks.iter().product()).map(|i| truth.reaches(i)).collect();
+        truth.seen = (0..truth.blocks.iter().product())
+            .map(|i| truth.reaches(i))
+            .collect();
         truth
     }
 
     /// Whether a classified voxel shows in a block or reaches into it.
     fn reaches(&self, block: usize) -> bool {
-        let Some(classified) = &self.classified else { return false };
+        let Some(classified) = &self.classified else {
+            return false;
+        };
         let [nx, ny, _] = self.blocks;
         let at = [block % nx, block / nx % ny, block / (nx * ny)];
         let reach = classified.radius.ceil() as usize;
@@ -96,8 +107,10 @@ impl<'a> AreaTruth<'a> {
             let first = (at[axis] * BLOCK).saturating_sub(reach);
             first..((at[axis] + 1) * BLOCK + 1 + reach).min(self.volume.dims[axis])
         };
-        let place = |x: usize, y: usize, z: usize| x + self.volume.dims[0] * (y + self.volume.dims[1] * z);
-        range(2).any(|z| range(1).any(|y| range(0).any(|x| classified.voxels[place(x, y, z)][3] > 0.0)))
+        let place =
+            |x: usize, y: usize, z: usize| x + self.volume.dims[0] * (y + self.volume.dims[1] * z);
+        range(2)
+            .any(|z| range(1).any(|y| range(0).any(|x| classified.voxels[place(x, y, z)][3] > 0.0)))
     }
 
     /// Whether any scalar between the least and the greatest of a block is visible: asked at the ends, and at knots
@@ -105,18 +118,24 @@ impl<'a> AreaTruth<'a> {
     fn shows(&self, block: usize) -> bool {
         let [nx, ny, _] = self.blocks;
         let at = [block % nx, block / nx % ny, block / (nx * ny)];
-        let range = |axis: usize| at[axis] * BLOCK..((at[axis] + 1) * BLOCK + 1).min(self.volume.dims[axis]);
+        let range = |axis: usize| {
+            at[axis] * BLOCK..((at[axis] + 1) * BLOCK + 1).min(self.volume.dims[axis])
+        };
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for z in range(2) {
             for y in range(1) {
                 for x in range(0) {
-                    let value = self.values[x + self.volume.dims[0] * (y + self.volume.dims[1] * z)];
+                    let value =
+                        self.values[x + self.volume.dims[0] * (y + self.volume.dims[1] * z)];
                     (low, high) = (low.min(value), high.max(value));
                 }
             }
         }
-        let knots =
-            self.transfer.opacity_knots().iter().any(|k| k.opacity > 0.0 && k.value > low && k.value < high);
+        let knots = self
+            .transfer
+            .opacity_knots()
+            .iter()
+            .any(|k| k.opacity > 0.0 && k.value > low && k.value < high);
         knots || self.transfer.opacity(low) > 0.0 || self.transfer.opacity(high) > 0.0
     }
 
@@ -128,7 +147,10 @@ impl<'a> AreaTruth<'a> {
             let corner = DVec2::new((i % width) as f64, (i / width) as f64);
             let mut sum = [0.0f64; 4];
             for sub in 0..self.rays_per_side.pow(2) {
-                let offset = DVec2::new((sub % self.rays_per_side) as f64, (sub / self.rays_per_side) as f64);
+                let offset = DVec2::new(
+                    (sub % self.rays_per_side) as f64,
+                    (sub / self.rays_per_side) as f64,
+                );
                 let ray = rays.ray(corner + (offset + 0.5) / self.rays_per_side as f64);
                 for (sum, value) in sum.iter_mut().zip(self.march(&ray, camera.near)) {
                     *sum += value / self.rays_per_side.pow(2) as f64;
@@ -144,7 +166,10 @@ impl<'a> AreaTruth<'a> {
     fn march(&self, ray: &Ray, near: f64) -> [f64; 4] {
         let last = DVec3::from(self.volume.dims.map(|n| (n - 1) as f64));
         // Kernels reach beyond the voxels at the faces.
-        let margin = self.classified.as_ref().map_or(0.0, |classified| classified.radius);
+        let margin = self
+            .classified
+            .as_ref()
+            .map_or(0.0, |classified| classified.radius);
         let [first, end] = crossing(ray, DVec3::splat(-margin), last + margin);
         let (first, spacing) = (first.max(near), self.volume.smallest_spacing());
         let step = spacing / self.steps_per_voxel / ray.world_per_z;
@@ -157,7 +182,8 @@ impl<'a> AreaTruth<'a> {
                 break;
             }
             let at = ray.origin + z * ray.direction;
-            let block: [usize; 3] = std::array::from_fn(|a| (at[a] as usize / BLOCK).min(self.blocks[a] - 1));
+            let block: [usize; 3] =
+                std::array::from_fn(|a| (at[a] as usize / BLOCK).min(self.blocks[a] - 1));
             if !self.seen[block[0] + self.blocks[0] * (block[1] + self.blocks[1] * block[2])] {
                 let corner = DVec3::from(block.map(|b| (b * BLOCK) as f64));
                 let [_, leaves] = crossing(ray, corner, corner + BLOCK as f64);
@@ -192,13 +218,19 @@ impl<'a> AreaTruth<'a> {
 
     fn scalar(&self, at: DVec3) -> f64 {
         let [nx, ny, _] = self.volume.dims;
-        let cell: [usize; 3] = std::array::from_fn(|a| (at[a] as usize).min(self.volume.dims[a] - 2));
+        let cell: [usize; 3] =
+            std::array::from_fn(|a| (at[a] as usize).min(self.volume.dims[a] - 2));
         let share = at - DVec3::from(cell.map(|c| c as f64));
-        let value =
-            |x: usize, y: usize, z: usize| self.values[cell[0] + x + nx * (cell[1] + y + ny * (cell[2] + z))];
+        let value = |x: usize, y: usize, z: usize| {
+            self.values[cell[0] + x + nx * (cell[1] + y + ny * (cell[2] + z))]
+        };
         let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
         let row = |y: usize, z: usize| mix(value(0, y, z), value(1, y, z), share.x);
-        mix(mix(row(0, 0), row(1, 0), share.y), mix(row(0, 1), row(1, 1), share.y), share.z)
+        mix(
+            mix(row(0, 0), row(1, 0), share.y),
+            mix(row(0, 1), row(1, 1), share.y),
+            share.z,
+        )
     }
 }
 
@@ -221,7 +253,8 @@ impl Classified {
                         continue;
                     }
                     let (entry, share) = (place as usize, place.fract());
-                    let weight = self.kernel[entry] + share * (self.kernel[entry + 1] - self.kernel[entry]);
+                    let weight =
+                        self.kernel[entry] + share * (self.kernel[entry + 1] - self.kernel[entry]);
                     let voxel = self.voxels[x + dims[0] * (y + dims[1] * z)];
                     for (sum, value) in sum.iter_mut().zip(voxel) {
                         *sum += weight * value;
@@ -262,22 +295,39 @@ mod tests {
     /// One voxel alone: its optical depth on a ray is extinction times the kernel's line integral, in closed terms.
     #[test]
     fn a_classified_voxel_is_its_kernel() {
-        let voxel = volume([5, 5, 5], DAffine3::IDENTITY, |p| f64::from(p == DVec3::splat(2.0)));
+        let voxel = volume([5, 5, 5], DAffine3::IDENTITY, |p| {
+            f64::from(p == DVec3::splat(2.0))
+        });
         let transfer = transfer(&[(0.0, [0.2, 0.6, 1.0])], &[(0.0, 0.0), (1.0, 0.9)]);
-        let camera = perspective(DVec3::new(2.0, 2.0, -60.0), DVec3::splat(2.0), 4.0, [31, 31]);
+        let camera = perspective(
+            DVec3::new(2.0, 2.0, -60.0),
+            DVec3::splat(2.0),
+            4.0,
+            [31, 31],
+        );
         let mut truth = AreaTruth::of_classified(&voxel, &transfer, KernelShape::Gaussian);
         (truth.rays_per_side, truth.steps_per_voxel) = (1, 16.0);
         let image = truth.render(&camera);
-        let (kernel, rays) =
-            (ReferenceKernel::new(KernelShape::Gaussian), RaySource::new(&camera, &voxel.world_from_index));
+        let (kernel, rays) = (
+            ReferenceKernel::new(KernelShape::Gaussian),
+            RaySource::new(&camera, &voxel.world_from_index),
+        );
         for (x, y) in [(15, 15), (11, 15), (18, 9)] {
             let ray = rays.ray(DVec2::new(x as f64 + 0.5, y as f64 + 0.5));
-            let away = (DVec3::splat(2.0) - ray.origin).cross(ray.direction.normalize()).length();
+            let away = (DVec3::splat(2.0) - ray.origin)
+                .cross(ray.direction.normalize())
+                .length();
             let depth = extinction(0.9) * kernel.line_integral(away, f64::NEG_INFINITY);
             let got = image.rgba[x + 31 * y];
             let wanted = -(-depth).exp_m1();
-            assert!((f64::from(got[3]) - wanted).abs() < 1e-4, "({x}, {y}): {got:?}, {wanted}");
-            assert!((f64::from(got[1]) - 0.6 * wanted).abs() < 1e-4, "({x}, {y}): green of {got:?}");
+            assert!(
+                (f64::from(got[3]) - wanted).abs() < 1e-4,
+                "({x}, {y}): {got:?}, {wanted}"
+            );
+            assert!(
+                (f64::from(got[1]) - 0.6 * wanted).abs() < 1e-4,
+                "({x}, {y}): green of {got:?}"
+            );
         }
     }
 }

@@ -29,14 +29,26 @@ pub struct Part {
 pub fn parts(volume: &Volume, transfer: &TransferFunction, options: &RenderOptions) -> Vec<Part> {
     let [nx, ny, _] = volume.dims;
     let at = |i: usize, nx: usize, ny: usize| {
-        DVec3::new((i % nx) as f64, (i / nx % ny) as f64, (i / (nx * ny)) as f64)
+        DVec3::new(
+            (i % nx) as f64,
+            (i / nx % ny) as f64,
+            (i / (nx * ny)) as f64,
+        )
     };
     if !matches!(options.cells, Cells::Mean | Cells::Split) {
         let voxel = |i: usize| {
             let [rgb @ .., strength] = classified(transfer, options, volume.value(i));
-            Part { index: at(i, nx, ny), side: 1.0, rgb, strength }
+            Part {
+                index: at(i, nx, ny),
+                side: 1.0,
+                rgb,
+                strength,
+            }
         };
-        return (0..volume.len()).map(voxel).filter(|part| part.strength > 0.0).collect();
+        return (0..volume.len())
+            .map(voxel)
+            .filter(|part| part.strength > 0.0)
+            .collect();
     }
     let [cx, cy, cz] = volume.dims.map(|n| n - 1);
     let mut found = Vec::new();
@@ -56,11 +68,16 @@ fn collect(look: Look, corner: DVec3, side: f64, found: &mut Vec<Part>) {
     }
     let half = 0.5 * side;
     let eighths = || {
-        (0..8).map(move |i| corner + half * DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64))
+        (0..8).map(move |i| {
+            corner + half * DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64)
+        })
     };
     let differs = |at: DVec3| {
         let (whole, eighth) = (shown(look.2, &part), shown(look.2, &mean(look, at, half)));
-        whole.iter().zip(eighth).any(|(a, b)| (a - b).abs() > f64::from(look.2.cell_error))
+        whole
+            .iter()
+            .zip(eighth)
+            .any(|(a, b)| (a - b).abs() > f64::from(look.2.cell_error))
     };
     if look.2.cells == Cells::Split && side > 0.25 && eighths().any(differs) {
         eighths().for_each(|at| collect(look, at, half, found));
@@ -73,15 +90,27 @@ fn mean((volume, transfer, options): Look, corner: DVec3, side: f64) -> Part {
     let count = (4.0 * side) as usize;
     let mut sum = [0.0; 4];
     for i in 0..count.pow(3) {
-        let point = DVec3::new((i % count) as f64, (i / count % count) as f64, (i / (count * count)) as f64);
+        let point = DVec3::new(
+            (i % count) as f64,
+            (i / count % count) as f64,
+            (i / (count * count)) as f64,
+        );
         let value = scalar(volume, corner + 0.25 * (point + 0.5));
         let [r, g, b, strength] = classified(transfer, options, value);
-        for (sum, value) in sum.iter_mut().zip([r * strength, g * strength, b * strength, strength]) {
+        for (sum, value) in sum
+            .iter_mut()
+            .zip([r * strength, g * strength, b * strength, strength])
+        {
             *sum += value / count.pow(3) as f64;
         }
     }
     let rgb = [0, 1, 2].map(|k| if sum[3] > 0.0 { sum[k] / sum[3] } else { 0.0 });
-    Part { index: corner + 0.5 * side, side, rgb, strength: sum[3] }
+    Part {
+        index: corner + 0.5 * side,
+        side,
+        rgb,
+        strength: sum[3],
+    }
 }
 
 /// The colour and opacity that a part shows over an opacity unit.

@@ -9,7 +9,12 @@ use crate::reference::Scene;
 
 /// Whether the clip of the scene keeps a position, in the grid, with every half-space `wider` (voxels).
 pub fn keeps(scene: &Scene, pos_in_grid: DVec3, wider: f64) -> bool {
-    keeps_with(&scene.options.clip, &scene.volume.world_from_index, pos_in_grid, wider)
+    keeps_with(
+        &scene.options.clip,
+        &scene.volume.world_from_index,
+        pos_in_grid,
+        wider,
+    )
 }
 
 /// Whether a clip keeps a position in the grid that `map` places in the world.
@@ -23,5 +28,8 @@ pub fn keeps_with(clip: &Clip, map: &DAffine3, pos_in_grid: DVec3, wider: f64) -
     let in_world = DVec3::from(DVec3::AXES.map(grown));
     in_box(world, clip.crop_in_world, in_world)
         && in_box(pos_in_grid, clip.crop_in_grid, DVec3::splat(wider))
-        && clip.planes.iter().all(|plane| plane.normal.dot(world) >= plane.offset - grown(plane.normal))
+        && clip
+            .planes
+            .iter()
+            .all(|plane| plane.normal.dot(world) >= plane.offset - grown(plane.normal))
 }

@@ -20,7 +20,8 @@ const DEFAULT_FOLDER: &str = "../shared/data";
 /// is where `cargo test` is typed. A variable that is set never falls back to the default folder, so that an absent
 /// folder can be named on purpose to run without data.
 pub fn data_dir() -> Option<PathBuf> {
-    let named = std::env::var_os(DATA_VARIABLE).map_or_else(|| PathBuf::from(DEFAULT_FOLDER), PathBuf::from);
+    let named = std::env::var_os(DATA_VARIABLE)
+        .map_or_else(|| PathBuf::from(DEFAULT_FOLDER), PathBuf::from);
     let folder = workspace_root().join(named);
     folder.is_dir().then_some(folder)
 }
@@ -29,9 +30,13 @@ pub fn data_dir() -> Option<PathBuf> {
 ///
 /// Prints the skip line for `test` and gives `None` if the folder or the file is absent.
 pub fn data_file(test: &str, relative: &str) -> Option<PathBuf> {
-    let path = data_dir().map(|folder| folder.join(relative)).filter(|path| path.is_file());
+    let path = data_dir()
+        .map(|folder| folder.join(relative))
+        .filter(|path| path.is_file());
     if path.is_none() {
-        skipped(&format!("{test}: {relative} is absent (set {DATA_VARIABLE} to the data folder)"));
+        skipped(&format!(
+            "{test}: {relative} is absent (set {DATA_VARIABLE} to the data folder)"
+        ));
     }
     path
 }
@@ -43,7 +48,9 @@ pub fn skipped(what: &str) {
 
 /// The parent of this package's folder.
 fn workspace_root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."))
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .parent()
+        .unwrap_or(Path::new("."))
 }
 
 #[cfg(test)]
@@ -61,7 +68,12 @@ mod tests {
 
     #[test]
     fn the_workspace_root_holds_the_workspace_manifest() {
-        let manifest = std::fs::read_to_string(workspace_root().join("Cargo.toml")).expect("root manifest");
-        assert!(manifest.contains("[workspace]"), "{} is not the workspace root", workspace_root().display());
+        let manifest =
+            std::fs::read_to_string(workspace_root().join("Cargo.toml")).expect("root manifest");
+        assert!(
+            manifest.contains("[workspace]"),
+            "{} is not the workspace root",
+            workspace_root().display()
+        );
     }
 }

@@ -19,9 +19,16 @@ const MAX_PIXELS: usize = 1 << 26;
 /// One sentence that names the file, if it cannot be read, has no layer with R, G and B, or is larger than 2^26 pixels.
 pub fn read_rgba(path: impl AsRef<Path>) -> Result<Image, String> {
     let path = path.as_ref();
-    let in_file =
-        |error: exr::error::Error| format!("{}: cannot read as EXR with R, G, B: {error}", path.display());
-    check_size(path, &MetaData::read_from_file(path, false).map_err(in_file)?)?;
+    let in_file = |error: exr::error::Error| {
+        format!(
+            "{}: cannot read as EXR with R, G, B: {error}",
+            path.display()
+        )
+    };
+    check_size(
+        path,
+        &MetaData::read_from_file(path, false).map_err(in_file)?,
+    )?;
     let read = read_first_rgba_layer_from_file(
         path,
         |size, _| Image::transparent(size.width(), size.height()),
@@ -36,7 +43,10 @@ pub fn read_rgba(path: impl AsRef<Path>) -> Result<Image, String> {
 fn check_size(path: &Path, meta: &MetaData) -> Result<(), String> {
     for header in &meta.headers {
         let [width, height] = [header.layer_size.width(), header.layer_size.height()];
-        if width.checked_mul(height).is_none_or(|pixels| pixels > MAX_PIXELS) {
+        if width
+            .checked_mul(height)
+            .is_none_or(|pixels| pixels > MAX_PIXELS)
+        {
             let path = path.display();
             return Err(format!(
                 "{path}: {width} x {height} pixels, more than the {MAX_PIXELS} that a truth may have"
@@ -58,8 +68,16 @@ mod tests {
         exr::prelude::write_rgba_file(&path, 3, 2, value).expect("write");
         let image = read_rgba(&path).expect("read");
         assert_eq!((image.width, image.height), (3, 2), "size");
-        assert_eq!(image.pixel(2, 1), [2.0, 1.25, -1.5, 1.0 / 3.0], "last pixel of the bottom row");
-        assert_eq!(image.pixel(1, 0), [1.0, 0.25, -1.5, 1.0 / 3.0], "middle pixel of the top row");
+        assert_eq!(
+            image.pixel(2, 1),
+            [2.0, 1.25, -1.5, 1.0 / 3.0],
+            "last pixel of the bottom row"
+        );
+        assert_eq!(
+            image.pixel(1, 0),
+            [1.0, 0.25, -1.5, 1.0 / 3.0],
+            "middle pixel of the top row"
+        );
     }
 
     #[test]

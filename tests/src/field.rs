@@ -30,7 +30,11 @@ impl ReferenceKernel {
             KernelShape::Polynomial => 8.182_561_452_571_1 / (2.0 * PI),
             KernelShape::BSpline => 2.0,
         };
-        let mut kernel = Self { shape, radius, scale: 1.0 };
+        let mut kernel = Self {
+            shape,
+            radius,
+            scale: 1.0,
+        };
         kernel.scale = 1.0 / simpson(0.0, radius, 2000, |r| 4.0 * PI * r * r * kernel.value(r));
         kernel
     }
@@ -66,7 +70,9 @@ impl ReferenceKernel {
 
     /// The variance along one axis.
     pub fn variance(&self) -> f64 {
-        simpson(0.0, self.radius, 2000, |r| 4.0 * PI * r.powi(4) * self.value(r)) / 3.0
+        simpson(0.0, self.radius, 2000, |r| {
+            4.0 * PI * r.powi(4) * self.value(r)
+        }) / 3.0
     }
 }
 
@@ -78,7 +84,9 @@ pub fn simpson(from: f64, to: f64, intervals: u32, function: impl Fn(f64) -> f64
         i if i == intervals => 1.0,
         i => f64::from(2 + 2 * (i % 2)),
     };
-    let sum: f64 = (0..=intervals).map(|i| weight(i) * function(from + f64::from(i) * step)).sum();
+    let sum: f64 = (0..=intervals)
+        .map(|i| weight(i) * function(from + f64::from(i) * step))
+        .sum();
     sum * step / 3.0
 }
 
@@ -121,7 +129,8 @@ impl Field {
         let radius = self.kernel.radius;
         let range = |axis: usize| {
             let first = (at[axis] - radius).ceil().max(0.0) as usize;
-            let end = ((at[axis] + radius).floor() + 1.0).clamp(0.0, self.dims[axis] as f64) as usize;
+            let end =
+                ((at[axis] + radius).floor() + 1.0).clamp(0.0, self.dims[axis] as f64) as usize;
             first..end
         };
         let mut sum = 0.0;
@@ -151,7 +160,10 @@ mod tests {
             let plane = simpson(0.0, kernel.radius, 400, |d| {
                 2.0 * PI * d * kernel.line_integral(d, f64::NEG_INFINITY)
             });
-            assert!((plane - 1.0).abs() < 1e-6, "{shape:?}: the footprint integrates to {plane}");
+            assert!(
+                (plane - 1.0).abs() < 1e-6,
+                "{shape:?}: the footprint integrates to {plane}"
+            );
         }
     }
 }

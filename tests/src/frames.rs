@@ -7,7 +7,9 @@ use rayon::ThreadPool;
 /// The number of frames that the first argument asks for, or `default`; `None`, with a line on standard error, where it is
 /// no whole number above 0.
 pub fn frames_argument(program: &str, default: usize) -> Option<usize> {
-    let frames = std::env::args().nth(1).map_or(Ok(default), |argument| argument.parse::<usize>());
+    let frames = std::env::args()
+        .nth(1)
+        .map_or(Ok(default), |argument| argument.parse::<usize>());
     if let Ok(frames @ 1..) = frames {
         return Some(frames);
     }
@@ -20,5 +22,8 @@ pub fn frames_argument(program: &str, default: usize) -> Option<usize> {
 /// # Panics
 /// If the system gives no thread.
 pub fn one_thread() -> ThreadPool {
-    rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("one thread can be started")
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .expect("one thread can be started")
 }

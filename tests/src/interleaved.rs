@@ -26,8 +26,14 @@ impl Entrant {
     /// # Panics
     /// If the options are out of range.
     pub fn new(name: &str, subject: (&Volume, &TransferFunction), options: &RenderOptions) -> Self {
-        let renderer = Renderer::new(subject.0, subject.1, options).expect("options within their ranges");
-        Self { name: name.to_owned(), stats: Vec::new(), image: Image::transparent(0, 0), renderer }
+        let renderer =
+            Renderer::new(subject.0, subject.1, options).expect("options within their ranges");
+        Self {
+            name: name.to_owned(),
+            stats: Vec::new(),
+            image: Image::transparent(0, 0),
+            renderer,
+        }
     }
 
     /// Median over the frames of the CPU time, ms; the upper one of an even number.
@@ -59,10 +65,15 @@ impl Entrant {
 /// # Panics
 /// If a camera is not valid.
 pub fn run(entrants: &mut [Entrant], cameras: &[Camera], warm_up: usize) {
-    let pool = ThreadPoolBuilder::new().num_threads(1).build().expect("one thread can be started");
+    let pool = ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .expect("one thread can be started");
     for (number, camera) in cameras.iter().enumerate() {
         for entrant in entrants.iter_mut() {
-            let frame = pool.install(|| entrant.renderer.render(camera)).expect("a valid camera");
+            let frame = pool
+                .install(|| entrant.renderer.render(camera))
+                .expect("a valid camera");
             entrant.image = frame.image;
             if number >= warm_up {
                 entrant.stats.push(frame.stats);

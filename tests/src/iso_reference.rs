@@ -49,26 +49,39 @@ pub fn render(scene: &Scene) -> Vec<IsoPixel> {
         let mut sum = IsoPixel::default();
         let share = 1.0 / f64::from(n * n);
         for part in 0..n * n {
-            let inside = DVec2::new(f64::from(part % n) + 0.5, f64::from(part / n) + 0.5) / f64::from(n);
+            let inside =
+                DVec2::new(f64::from(part % n) + 0.5, f64::from(part / n) + 0.5) / f64::from(n);
             let ray = rays.ray(DVec2::new((i % width) as f64, (i / width) as f64) + inside);
             let (hit, is_doubtful) = first_hit(scene, &ray);
             sum.doubtful += if is_doubtful { share } else { 0.0 };
             if let Some(z) = hit {
                 let end = last(scene.volume);
-                let normal = gradient(scene.volume, (ray.origin + z * ray.direction).clamp(DVec3::ZERO, end));
-                sum.light += share * (AMBIENT + DIFFUSE * normal.normalize_or_zero().dot(light).abs());
+                let normal = gradient(
+                    scene.volume,
+                    (ray.origin + z * ray.direction).clamp(DVec3::ZERO, end),
+                );
+                sum.light +=
+                    share * (AMBIENT + DIFFUSE * normal.normalize_or_zero().dot(light).abs());
                 sum.coverage += share;
                 sum.depth += share * z;
             }
         }
-        IsoPixel { depth: sum.depth / sum.coverage, ..sum }
+        IsoPixel {
+            depth: sum.depth / sum.coverage,
+            ..sum
+        }
     };
-    (0..width * scene.camera.height as usize).into_par_iter().map(pixel).collect()
+    (0..width * scene.camera.height as usize)
+        .into_par_iter()
+        .map(pixel)
+        .collect()
 }
 
 /// Camera z of the first crossing, and whether there are two within a step of the renderer, or one next to a face.
 fn first_hit(scene: &Scene, ray: &Ray) -> (Option<f64>, bool) {
-    let Blend::Isosurface(iso) = scene.options.blend else { panic!("the reference knows surfaces only") };
+    let Blend::Isosurface(iso) = scene.options.blend else {
+        panic!("the reference knows surfaces only")
+    };
     let smallest = DVec3::from(scene.volume.spacing()).min_element();
     let step = scene.options.slab_voxels * smallest / f64::from(FINER);
     let end = last(scene.volume);
@@ -85,10 +98,14 @@ fn first_hit(scene: &Scene, ray: &Ray) -> (Option<f64>, bool) {
         (Some(a), Some(b)) => (a >= 0.0) != (b >= 0.0),
         _ => false,
     };
-    let crossings: Vec<usize> = (0..samples.len().saturating_sub(1)).filter(|&i| crosses(i)).collect();
+    let crossings: Vec<usize> = (0..samples.len().saturating_sub(1))
+        .filter(|&i| crosses(i))
+        .collect();
     let near_a_face = |i: usize| {
         let from = i.saturating_sub(1);
-        samples[from..(i + 3).min(samples.len())].iter().any(Option::is_none)
+        samples[from..(i + 3).min(samples.len())]
+            .iter()
+            .any(Option::is_none)
     };
     // A surface that a ray grazes between two reference steps: both are within a step's change of it.
     let grazes = samples.windows(3).any(|w| match (w[0], w[1], w[2]) {
@@ -101,9 +118,16 @@ fn first_hit(scene: &Scene, ray: &Ray) -> (Option<f64>, bool) {
         (None, Some(v)) | (Some(v), None) => v.abs() < 0.05,
         _ => false,
     });
-    let double = crossings.windows(2).any(|pair| pair[1] - pair[0] <= FINER as usize);
-    let hit = crossings.first().map(|&i| bisect(start + i as f64 * step, step, &value));
-    (hit, double || grazes || at_a_face || crossings.first().is_some_and(|&i| near_a_face(i)))
+    let double = crossings
+        .windows(2)
+        .any(|pair| pair[1] - pair[0] <= FINER as usize);
+    let hit = crossings
+        .first()
+        .map(|&i| bisect(start + i as f64 * step, step, &value));
+    (
+        hit,
+        double || grazes || at_a_face || crossings.first().is_some_and(|&i| near_a_face(i)),
+    )
 }
 
 fn bisect(near: f64, step: f64, value: &dyn Fn(f64) -> Option<f64>) -> f64 {

@@ -59,9 +59,15 @@ pub fn render(scene: &Scene) -> Vec<[f64; 4]> {
     };
     // A section is cut along each ray; a point is there or not.
     let voxels = setup.voxels();
-    setup.voxels = voxels.into_iter().filter(|v| v.point.is_none() || setup.keeps(v.index)).collect();
+    setup.voxels = voxels
+        .into_iter()
+        .filter(|v| v.point.is_none() || setup.keeps(v.index))
+        .collect();
     let (width, height) = (scene.camera.width as usize, scene.camera.height as usize);
-    (0..width * height).into_par_iter().map(|i| setup.pixel([i % width, i / width])).collect()
+    (0..width * height)
+        .into_par_iter()
+        .map(|i| setup.pixel([i % width, i / width]))
+        .collect()
 }
 
 impl Setup<'_> {
@@ -71,14 +77,28 @@ impl Setup<'_> {
 
     fn voxels(&self) -> Vec<Voxel> {
         if self.scene.options.cells == Cells::Mean {
-            let Scene { volume, transfer, options, .. } = self.scene;
+            let Scene {
+                volume,
+                transfer,
+                options,
+                ..
+            } = self.scene;
             let own = self.scalars();
             let sample = |part: &Part| {
                 let gradient = gradient_of(volume, &own, part.index);
                 let value = self.lit_voxel(part.index, (part.rgb, part.strength), gradient);
-                Voxel { index: part.index, value, scalar: 0.0, gradient, point: self.point(part.index) }
+                Voxel {
+                    index: part.index,
+                    value,
+                    scalar: 0.0,
+                    gradient,
+                    point: self.point(part.index),
+                }
             };
-            return parts(volume, transfer, options).iter().map(sample).collect();
+            return parts(volume, transfer, options)
+                .iter()
+                .map(sample)
+                .collect();
         }
         let dims = self.scene.volume.dims.map(|n| n as i64);
         let margin = if self.post() { MARGIN } else { 0 };
@@ -92,7 +112,8 @@ impl Setup<'_> {
         for z in -margin..dims[2] + margin {
             for y in -margin..dims[1] + margin {
                 for x in -margin..dims[0] + margin {
-                    let held: [i64; 3] = std::array::from_fn(|axis| [x, y, z][axis].clamp(0, dims[axis] - 1));
+                    let held: [i64; 3] =
+                        std::array::from_fn(|axis| [x, y, z][axis].clamp(0, dims[axis] - 1));
                     let place = (held[0] + dims[0] * (held[1] + dims[1] * held[2])) as usize;
                     let index = DVec3::new(x as f64, y as f64, z as f64);
                     let point = self.point(index);
@@ -106,7 +127,13 @@ impl Setup<'_> {
                         DVec3::ZERO
                     };
                     let value = self.value(laid[place], index, gradient);
-                    voxels.push(Voxel { index, value, scalar: own[place], gradient, point });
+                    voxels.push(Voxel {
+                        index,
+                        value,
+                        scalar: own[place],
+                        gradient,
+                        point,
+                    });
                 }
             }
         }
@@ -114,7 +141,9 @@ impl Setup<'_> {
     }
 
     fn scalars(&self) -> Vec<f64> {
-        (0..self.scene.volume.len()).map(|i| self.scene.volume.value(i)).collect()
+        (0..self.scene.volume.len())
+            .map(|i| self.scene.volume.value(i))
+            .collect()
     }
 
     fn value(&self, scalar: f64, index: DVec3, gradient: DVec3) -> [f64; 4] {
@@ -127,7 +156,9 @@ impl Setup<'_> {
 
     /// Colour times extinction and extinction of a classified voxel in its own light.
     fn lit_voxel(&self, index: DVec3, (rgb, tau): ([f64; 3], f64), gradient: DVec3) -> [f64; 4] {
-        let Scene { camera, options, .. } = self.scene;
+        let Scene {
+            camera, options, ..
+        } = self.scene;
         let in_camera = match camera.projection {
             Projection::Perspective => self.rays.in_camera(index),
             Projection::Orthographic => DVec3::Z,
@@ -147,31 +178,44 @@ impl Setup<'_> {
         {
             return None;
         }
-        let gram = self
-            .rays
-            .jacobian(index)
-            .iter()
-            .fold([0.0; 3], |g, j| [g[0] + j.x * j.x, g[1] + j.x * j.y, g[2] + j.y * j.y]);
+        let gram = self.rays.jacobian(index).iter().fold([0.0; 3], |g, j| {
+            [g[0] + j.x * j.x, g[1] + j.x * j.y, g[2] + j.y * j.y]
+        });
         let half = 0.5 * (gram[0] - gram[2]);
         let spacing = (0.5 * (gram[0] + gram[2]) + half.hypot(gram[1])).sqrt();
-        if options.select == SelectMode::Hybrid && spacing >= f64::from(options.point_threshold_px) {
+        if options.select == SelectMode::Hybrid && spacing >= f64::from(options.point_threshold_px)
+        {
             return None;
         }
         let camera = self.scene.camera;
         let area_per_px = match camera.projection {
-            Projection::Perspective => in_camera.z.powi(3) / (camera.fx * camera.fy * in_camera.length()),
+            Projection::Perspective => {
+                in_camera.z.powi(3) / (camera.fx * camera.fy * in_camera.length())
+            }
             Projection::Orthographic => 1.0 / (camera.fx * camera.fy),
         };
-        Some((in_camera.z, self.rays.screen(index), self.rays.cell_volume() / (self.unit * area_per_px)))
+        Some((
+            in_camera.z,
+            self.rays.screen(index),
+            self.rays.cell_volume() / (self.unit * area_per_px),
+        ))
     }
 
     /// Whether a voxel's centre lies in the clip: as a point it is there or not.
     fn keeps(&self, index: DVec3) -> bool {
-        let Scene { volume, options, .. } = self.scene;
+        let Scene {
+            volume, options, ..
+        } = self.scene;
         let at = volume.world_from_index.transform_point3(index);
-        let in_planes = options.clip.planes.iter().all(|plane| plane.normal.dot(at) >= plane.offset);
-        let in_box =
-            options.clip.crop_in_world.is_none_or(|[low, high]| at.cmpge(low).all() && at.cmple(high).all());
+        let in_planes = options
+            .clip
+            .planes
+            .iter()
+            .all(|plane| plane.normal.dot(at) >= plane.offset);
+        let in_box = options
+            .clip
+            .crop_in_world
+            .is_none_or(|[low, high]| at.cmpge(low).all() && at.cmple(high).all());
         in_planes && in_box
     }
 
@@ -187,7 +231,9 @@ impl Setup<'_> {
             })
             .collect();
         let depths = near.iter().map(|voxel| self.rays.in_camera(voxel.index).z);
-        let (low, high) = depths.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), z| (l.min(z), h.max(z)));
+        let (low, high) = depths.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), z| {
+            (l.min(z), h.max(z))
+        });
         let reach = self.rays.depth_reach(2.0) + self.thickness;
         let first = ((low - reach).max(self.scene.camera.near) / self.thickness).floor();
         let slabs = (((high + reach) / self.thickness - first).ceil()).max(0.0) as u64;
@@ -214,9 +260,13 @@ impl Setup<'_> {
         let mut range = [f64::INFINITY, f64::NEG_INFINITY];
         for voxel in voxels {
             let weight = match voxel.point {
-                Some((z, screen, mass)) if ends[0] <= z && z < ends[1] => mass * point_weight(centre, screen),
+                Some((z, screen, mass)) if ends[0] <= z && z < ends[1] => {
+                    mass * point_weight(centre, screen)
+                }
                 Some(_) => 0.0,
-                None if from < to => self.section(voxel, ray, [from, to, 0.5 * (ends[0] + ends[1])]),
+                None if from < to => {
+                    self.section(voxel, ray, [from, to, 0.5 * (ends[0] + ends[1])])
+                }
                 None => 0.0,
             };
             weights += weight;
@@ -238,13 +288,16 @@ impl Setup<'_> {
         if self.scene.options.interpolate == Interpolate::On {
             scalar = scalar.clamp(range[0], range[1]);
         }
-        let Scene { camera, options, .. } = self.scene;
+        let Scene {
+            camera, options, ..
+        } = self.scene;
         let gradient = gradient / weights;
         let (rgb, opacity) = self.scene.transfer.sample(scalar);
         let (_, in_camera) = camera.ray_in_camera(centre);
         let ray = camera.camera_from_world.matrix3.transpose() * in_camera;
         let added = extinction(opacity) * weights * ramp(options, gradient);
-        let [r, g, b] = lit(options, camera, rgb.map(f64::from), (gradient, ray)).map(|c| c * added);
+        let [r, g, b] =
+            lit(options, camera, rgb.map(f64::from), (gradient, ray)).map(|c| c * added);
         [r, g, b, added]
     }
 
@@ -254,18 +307,27 @@ impl Setup<'_> {
         for axis in (0..3).filter(|_| self.post()) {
             let high = (self.scene.volume.dims[axis] - 1) as f64;
             let ends = [0.0, high].map(|side| (side - ray.origin[axis]) / ray.direction[axis]);
-            kept = [kept[0].max(ends[0].min(ends[1])), kept[1].min(ends[0].max(ends[1]))];
+            kept = [
+                kept[0].max(ends[0].min(ends[1])),
+                kept[1].min(ends[0].max(ends[1])),
+            ];
         }
         kept
     }
 
     /// The part of a ray between two camera z that a box and planes in the world keep.
     fn clipped(&self, ray: &Ray, [mut from, mut to]: [f64; 2]) -> [f64; 2] {
-        let Scene { volume, options, .. } = self.scene;
+        let Scene {
+            volume, options, ..
+        } = self.scene;
         let origin = volume.world_from_index.transform_point3(ray.origin);
         let direction = volume.world_from_index.transform_vector3(ray.direction);
-        let mut halves: Vec<(DVec3, f64)> =
-            options.clip.planes.iter().map(|plane| (plane.normal, plane.offset)).collect();
+        let mut halves: Vec<(DVec3, f64)> = options
+            .clip
+            .planes
+            .iter()
+            .map(|plane| (plane.normal, plane.offset))
+            .collect();
         for axis in (0..3).filter(|_| options.clip.crop_in_world.is_some()) {
             let [low, high] = options.clip.crop_in_world.expect("some");
             halves.push((DVec3::AXES[axis], low[axis]));
@@ -291,7 +353,10 @@ impl Setup<'_> {
         let length = ray.direction.length();
         let Some(kernel) = &self.kernel else {
             let d = (ray.origin + middle * ray.direction - voxel.index).abs();
-            return (1.0 - d).max(DVec3::ZERO).element_product() * (to - from) * length * unit_per_voxel;
+            return (1.0 - d).max(DVec3::ZERO).element_product()
+                * (to - from)
+                * length
+                * unit_per_voxel;
         };
         let (distance, nearest) = (ray.distance(voxel.index), ray.nearest(voxel.index));
         let [start, end] = [from, to].map(|z| (z - nearest) * length);

@@ -36,16 +36,19 @@ pub fn lit(
     let body = AMBIENT + DIFFUSE * normal.dot(light).abs();
     let mirrored = 2.0 * normal.dot(light) * normal - light;
     let shines = options.shading == Shading::Phong && normal != DVec3::ZERO;
-    let highlight =
-        if shines { SPECULAR * (-mirrored.dot(ray.normalize())).max(0.0).powi(POWER) } else { 0.0 };
+    let highlight = if shines {
+        SPECULAR * (-mirrored.dot(ray.normalize())).max(0.0).powi(POWER)
+    } else {
+        0.0
+    };
     rgb.map(|c| c * body + highlight)
 }
 
 /// The factor of the extinction that follows the gradient.
 pub fn ramp(options: &RenderOptions, gradient: DVec3) -> f64 {
-    options
-        .gradient_opacity
-        .map_or(1.0, |[low, high]| ((gradient.length() - low) / (high - low)).clamp(0.0, 1.0))
+    options.gradient_opacity.map_or(1.0, |[low, high]| {
+        ((gradient.length() - low) / (high - low)).clamp(0.0, 1.0)
+    })
 }
 
 /// The gradient, in the world, at a place between voxels: the mean over the voxels around it, which is the voxel's own at a

@@ -73,20 +73,33 @@ pub fn procedural() -> Vec<Subject> {
         Subject {
             name: "Marschner-Lobb, 128^3",
             volume: made(marschner_lobb(128)),
-            transfer: transfer(&[(0.0, [0.2, 0.4, 1.0]), (1.0, white)], &[(0.0, 0.0), (1.0, 0.05)]),
+            transfer: transfer(
+                &[(0.0, [0.2, 0.4, 1.0]), (1.0, white)],
+                &[(0.0, 0.0), (1.0, 0.05)],
+            ),
         },
         Subject {
             name: "Marschner-Lobb, surface, 41^3",
             volume: made(marschner_lobb(41)),
-            transfer: transfer(&[(0.0, [0.2, 0.4, 1.0]), (1.0, white)], &[(0.45, 0.0), (0.55, 0.9)]),
+            transfer: transfer(
+                &[(0.0, [0.2, 0.4, 1.0]), (1.0, white)],
+                &[(0.45, 0.0), (0.55, 0.9)],
+            ),
         },
     ]
 }
 
 /// The subjects of a zoom-out: the Aneurism, where it is there, and the Checker Box.
 pub fn zoom_subjects(test: &str) -> Vec<Subject> {
-    let mut all: Vec<Subject> = real(test).into_iter().filter(|subject| subject.name == "aneurism").collect();
-    all.extend(procedural().into_iter().filter(|subject| subject.name.starts_with("checker box")));
+    let mut all: Vec<Subject> = real(test)
+        .into_iter()
+        .filter(|subject| subject.name == "aneurism")
+        .collect();
+    all.extend(
+        procedural()
+            .into_iter()
+            .filter(|subject| subject.name.starts_with("checker box")),
+    );
     all
 }
 
@@ -99,7 +112,11 @@ pub fn real(test: &str) -> Vec<Subject> {
         .into_iter()
         .filter_map(|subject| {
             let volume = subject.volume(test)?;
-            Some(Subject { name: subject.name(), volume, transfer: subject.transfer() })
+            Some(Subject {
+                name: subject.name(),
+                volume,
+                transfer: subject.transfer(),
+            })
         })
         .collect();
     all.extend(lobster(test));
@@ -109,13 +126,24 @@ pub fn real(test: &str) -> Vec<Subject> {
 fn lobster(test: &str) -> Option<Subject> {
     let path = data_file(test, "volumes/raw/lobster_301x324x56_uint8.raw")?;
     let raw = Some(RawOptions::new([301, 324, 56], VoxelType::U8));
-    let options = LoadOptions { raw, ..LoadOptions::default() };
+    let options = LoadOptions {
+        raw,
+        ..LoadOptions::default()
+    };
     let volume = volsplat::load(&path, &options).expect("the volume is as large as its name says");
     let transfer = transfer(
-        &[(0.0, [0.2, 0.1, 0.1]), (60.0, [0.9, 0.4, 0.2]), (255.0, [1.0, 0.9, 0.8])],
+        &[
+            (0.0, [0.2, 0.1, 0.1]),
+            (60.0, [0.9, 0.4, 0.2]),
+            (255.0, [1.0, 0.9, 0.8]),
+        ],
         &[(20.0, 0.0), (50.0, 0.02), (90.0, 0.3), (255.0, 0.8)],
     );
-    Some(Subject { name: "lobster", volume, transfer })
+    Some(Subject {
+        name: "lobster",
+        volume,
+        transfer,
+    })
 }
 
 impl Subject {
@@ -131,8 +159,13 @@ impl Subject {
         let side = (px * extent.length() / FILL).clamp(8.0, MOST_PX).round();
         let focal = 0.5 * side / (0.5 * FOV_Y_DEG.to_radians()).tan();
         let position = middle + direction(number) * focal / px * spacing;
-        let look_at = LookAt { position, target: middle, up: DVec3::new(0.1, 1.0, 0.05) };
-        Camera::perspective(&look_at, FOV_Y_DEG.to_radians(), [side as u32; 2]).expect("a view of the volume")
+        let look_at = LookAt {
+            position,
+            target: middle,
+            up: DVec3::new(0.1, 1.0, 0.05),
+        };
+        Camera::perspective(&look_at, FOV_Y_DEG.to_radians(), [side as u32; 2])
+            .expect("a view of the volume")
     }
 }
 
@@ -145,12 +178,19 @@ impl Subject {
     /// # Panics
     /// If `times` is not above 0.
     pub fn zoomed(&self, times: f64) -> Camera {
-        let extent = DVec3::from(self.volume.dims.map(|n| (n - 1) as f64)) * self.volume.smallest_spacing();
-        let middle =
-            self.volume.world_from_index.transform_point3(extent / (2.0 * self.volume.smallest_spacing()));
+        let extent =
+            DVec3::from(self.volume.dims.map(|n| (n - 1) as f64)) * self.volume.smallest_spacing();
+        let middle = self
+            .volume
+            .world_from_index
+            .transform_point3(extent / (2.0 * self.volume.smallest_spacing()));
         let distance = 0.5 * extent.length() / FILL / (0.5 * FOV_Y_DEG.to_radians()).tan();
         let position = middle + direction(0) * distance * times;
-        let look_at = LookAt { position, target: middle, up: DVec3::Y };
+        let look_at = LookAt {
+            position,
+            target: middle,
+            up: DVec3::Y,
+        };
         let size = [ZOOM_PX as u32; 2];
         Camera::perspective(&look_at, FOV_Y_DEG.to_radians(), size).expect("a view of the volume")
     }

@@ -29,7 +29,8 @@ fn optical_depth(field: &Field, ray: &Ray, near: f64, step: f64) -> f64 {
     let [low, high] = field.bounds();
     let (mut first, mut last) = (near, f64::INFINITY);
     for axis in 0..3 {
-        let ends = [low[axis], high[axis]].map(|side| (side - ray.origin[axis]) / ray.direction[axis]);
+        let ends =
+            [low[axis], high[axis]].map(|side| (side - ray.origin[axis]) / ray.direction[axis]);
         // A ray along a face gives 0/0, which min and max pass over: then the axis does not bound it.
         first = first.max(ends[0].min(ends[1]));
         last = last.min(ends[0].max(ends[1]));
@@ -55,10 +56,18 @@ mod tests {
     fn the_reference_is_converged() {
         let volume = random_volume([5, 6, 7], DAffine3::IDENTITY);
         let field = Field::new(&volume, &grey(0.3), KernelShape::Gaussian);
-        let camera = perspective(DVec3::new(12.0, 9.0, -11.0), DVec3::new(2.0, 2.5, 3.0), 40.0, [12, 12]);
+        let camera = perspective(
+            DVec3::new(12.0, 9.0, -11.0),
+            DVec3::new(2.0, 2.5, 3.0),
+            40.0,
+            [12, 12],
+        );
         let [coarse, fine] = [0.02, 0.005].map(|step| optical_depths(&field, &camera, 1.0, step));
-        let error =
-            coarse.iter().zip(&fine).map(|(a, b)| ((-a).exp() - (-b).exp()).abs()).fold(0.0, f64::max);
+        let error = coarse
+            .iter()
+            .zip(&fine)
+            .map(|(a, b)| ((-a).exp() - (-b).exp()).abs())
+            .fold(0.0, f64::max);
         println!("error of the marched transmittance at a step of 0.02: {error:.1e}");
         assert!(error < 1e-6, "the reference itself is off by {error}");
     }

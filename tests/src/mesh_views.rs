@@ -53,7 +53,9 @@ impl MeshView {
     /// If the file is there and cannot be read.
     pub fn scene(&self, test: &str) -> Option<Scene> {
         let path = data_file(test, &format!("meshes/{}", self.file))?;
-        let mut scene = texmap::load(&path, &LoadOptions::default()).expect("the mesh is readable").scene;
+        let mut scene = texmap::load(&path, &LoadOptions::default())
+            .expect("the mesh is readable")
+            .scene;
         for material in &mut scene.materials {
             material.alpha = AlphaMode::Opaque;
             material.sides = Sides::Both;

@@ -69,12 +69,30 @@ pub struct Pose {
 impl Scene {
     /// All six, subject by subject, from close to far.
     pub const ALL: [Self; 6] = [
-        Self { subject: Subject::Engine, distance: Distance::Close },
-        Self { subject: Subject::Engine, distance: Distance::Mixed },
-        Self { subject: Subject::Engine, distance: Distance::Far },
-        Self { subject: Subject::Aneurism, distance: Distance::Close },
-        Self { subject: Subject::Aneurism, distance: Distance::Mixed },
-        Self { subject: Subject::Aneurism, distance: Distance::Far },
+        Self {
+            subject: Subject::Engine,
+            distance: Distance::Close,
+        },
+        Self {
+            subject: Subject::Engine,
+            distance: Distance::Mixed,
+        },
+        Self {
+            subject: Subject::Engine,
+            distance: Distance::Far,
+        },
+        Self {
+            subject: Subject::Aneurism,
+            distance: Distance::Close,
+        },
+        Self {
+            subject: Subject::Aneurism,
+            distance: Distance::Mixed,
+        },
+        Self {
+            subject: Subject::Aneurism,
+            distance: Distance::Far,
+        },
     ];
 
     /// Such as `engine close`.
@@ -86,7 +104,12 @@ impl Scene {
     pub fn pose(&self) -> Pose {
         let extent = DVec3::from(self.subject.dims().map(|n| (n - 1) as f64));
         let (centre, radius) = (0.5 * extent, 0.5 * extent.length());
-        let fov_y_rad: f64 = if self.distance == Distance::Mixed { 60f64 } else { 30.0 }.to_radians();
+        let fov_y_rad: f64 = if self.distance == Distance::Mixed {
+            60f64
+        } else {
+            30.0
+        }
+        .to_radians();
         let focal_px = 0.5 * f64::from(SIDE_PX) / (0.5 * fov_y_rad).tan();
         let from_centre = match self.distance {
             // A cube of 256 voxels is seen from 420; the far side stays just above one pixel per voxel.
@@ -95,7 +118,14 @@ impl Scene {
             Distance::Far => 2.0 * focal_px,
         };
         let position = centre + from_centre * DVec3::new(0.62, 0.38, 0.69).normalize();
-        Pose { look_at: LookAt { position, target: centre, up: DVec3::Y }, fov_y_rad }
+        Pose {
+            look_at: LookAt {
+                position,
+                target: centre,
+                up: DVec3::Y,
+            },
+            fov_y_rad,
+        }
     }
 
     /// A truth of this view; `None`, with a visible skip line for `test`, where it is absent.
@@ -104,7 +134,10 @@ impl Scene {
     /// If the file is there and cannot be read.
     pub fn truth(&self, test: &str, truth: Truth) -> Option<Image> {
         let (subject, distance) = (self.subject.name(), self.distance.name());
-        let file = format!("volume-truth/{subject}_{distance}_{SIDE_PX}_{}.exr", truth.name());
+        let file = format!(
+            "volume-truth/{subject}_{distance}_{SIDE_PX}_{}.exr",
+            truth.name()
+        );
         Some(read_rgba(data_file(test, &file)?).expect("the truth is a readable picture"))
     }
 }
@@ -136,9 +169,19 @@ impl Distance {
 impl Pose {
     /// The pose after the eye has moved about the target, around the up axis.
     pub fn turned(&self, angle_rad: f64) -> Self {
-        let LookAt { position, target, up } = self.look_at;
+        let LookAt {
+            position,
+            target,
+            up,
+        } = self.look_at;
         let around = DQuat::from_axis_angle(up, angle_rad);
-        Self { look_at: LookAt { position: target + around * (position - target), ..self.look_at }, ..*self }
+        Self {
+            look_at: LookAt {
+                position: target + around * (position - target),
+                ..self.look_at
+            },
+            ..*self
+        }
     }
 
     /// The camera for a picture of [`SIDE_PX`].
@@ -146,7 +189,8 @@ impl Pose {
     /// # Panics
     /// If the pose is degenerate, which those of the scenes are not.
     pub fn camera(&self) -> Camera {
-        Camera::perspective(&self.look_at, self.fov_y_rad, [SIDE_PX; 2]).expect("a pose that has a direction")
+        Camera::perspective(&self.look_at, self.fov_y_rad, [SIDE_PX; 2])
+            .expect("a pose that has a direction")
     }
 }
 
@@ -176,9 +220,14 @@ impl Subject {
     /// If the file is there and cannot be read.
     pub fn volume(self, test: &str) -> Option<Volume> {
         let [x, y, z] = self.dims();
-        let path: PathBuf = data_file(test, &format!("volumes/raw/{}_{x}x{y}x{z}_uint8.raw", self.name()))?;
-        let options =
-            LoadOptions { raw: Some(RawOptions::new(self.dims(), VoxelType::U8)), ..LoadOptions::default() };
+        let path: PathBuf = data_file(
+            test,
+            &format!("volumes/raw/{}_{x}x{y}x{z}_uint8.raw", self.name()),
+        )?;
+        let options = LoadOptions {
+            raw: Some(RawOptions::new(self.dims(), VoxelType::U8)),
+            ..LoadOptions::default()
+        };
         Some(volsplat::load(&path, &options).expect("the volume is as large as its name says"))
     }
 
@@ -191,16 +240,29 @@ impl Subject {
             Self::Engine => (&ENGINE_OPACITIES, &ENGINE_COLOURS),
             Self::Aneurism => (&ANEURISM_OPACITIES, &ANEURISM_COLOURS),
         };
-        let colour = |k: &[f64; 4]| ColourKnot { value: k[0], rgb: [k[1] as f32, k[2] as f32, k[3] as f32] };
-        let opacity = |k: &[f64; 2]| OpacityKnot { value: k[0], opacity: k[1] };
+        let colour = |k: &[f64; 4]| ColourKnot {
+            value: k[0],
+            rgb: [k[1] as f32, k[2] as f32, k[3] as f32],
+        };
+        let opacity = |k: &[f64; 2]| OpacityKnot {
+            value: k[0],
+            opacity: k[1],
+        };
         let colours = colours.iter().map(colour).collect();
-        TransferFunction::new(colours, opacities.iter().map(opacity).collect()).expect("the knots ascend")
+        TransferFunction::new(colours, opacities.iter().map(opacity).collect())
+            .expect("the knots ascend")
     }
 }
 
 /// Value and opacity.
-const ENGINE_OPACITIES: [[f64; 2]; 6] =
-    [[0.0, 0.0], [70.0, 0.0], [110.0, 0.05], [150.0, 0.08], [200.0, 0.4], [255.0, 0.7]];
+const ENGINE_OPACITIES: [[f64; 2]; 6] = [
+    [0.0, 0.0],
+    [70.0, 0.0],
+    [110.0, 0.05],
+    [150.0, 0.08],
+    [200.0, 0.4],
+    [255.0, 0.7],
+];
 
 /// Value and linear red, green, blue.
 const ENGINE_COLOURS: [[f64; 4]; 5] = [
@@ -211,7 +273,17 @@ const ENGINE_COLOURS: [[f64; 4]; 5] = [
     [255.0, 1.0, 0.9, 0.6],
 ];
 
-const ANEURISM_OPACITIES: [[f64; 2]; 5] = [[0.0, 0.0], [24.0, 0.0], [80.0, 0.35], [140.0, 0.8], [255.0, 0.9]];
+const ANEURISM_OPACITIES: [[f64; 2]; 5] = [
+    [0.0, 0.0],
+    [24.0, 0.0],
+    [80.0, 0.35],
+    [140.0, 0.8],
+    [255.0, 0.9],
+];
 
-const ANEURISM_COLOURS: [[f64; 4]; 4] =
-    [[0.0, 0.6, 0.1, 0.1], [90.0, 0.9, 0.2, 0.15], [180.0, 1.0, 0.75, 0.6], [255.0, 1.0, 1.0, 0.95]];
+const ANEURISM_COLOURS: [[f64; 4]; 4] = [
+    [0.0, 0.6, 0.1, 0.1],
+    [90.0, 0.9, 0.2, 0.15],
+    [180.0, 1.0, 0.75, 0.6],
+    [255.0, 1.0, 1.0, 0.95],
+];

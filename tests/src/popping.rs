@@ -33,7 +33,12 @@ pub struct Turn {
 impl Turn {
     /// Around a volume that fills -1..1.
     pub fn around_unit_box(side_px: u32) -> Self {
-        Self { centre: DVec3::ZERO, eye: DVec3::new(0.0, 1.3, -5.0), fov_y_deg: 40.0, side_px }
+        Self {
+            centre: DVec3::ZERO,
+            eye: DVec3::new(0.0, 1.3, -5.0),
+            fov_y_deg: 40.0,
+            side_px,
+        }
     }
 
     /// The camera after a turn about y.
@@ -69,9 +74,18 @@ impl Changes {
     ///
     /// # Panics
     /// If the options are out of range.
-    pub fn measure(subject: (&Volume, &TransferFunction), turn: &Turn, options: &RenderOptions) -> Self {
+    pub fn measure(
+        subject: (&Volume, &TransferFunction),
+        turn: &Turn,
+        options: &RenderOptions,
+    ) -> Self {
         let mut renderer = Renderer::new(subject.0, subject.1, options).expect("valid options");
-        let mut frame = |step| renderer.render(&turn.step(step)).expect("a valid camera").image;
+        let mut frame = |step| {
+            renderer
+                .render(&turn.step(step))
+                .expect("a valid camera")
+                .image
+        };
         let mut before = frame(0);
         let mut changes = Vec::new();
         for step in 1..=STEPS {
@@ -81,7 +95,11 @@ impl Changes {
         }
         changes.sort_by(|a, b| a.0.total_cmp(&b.0));
         let (largest, at) = changes[changes.len() - 1];
-        Self { median: changes[changes.len() / 2].0, largest, at }
+        Self {
+            median: changes[changes.len() / 2].0,
+            largest,
+            at,
+        }
     }
 }
 
@@ -89,7 +107,10 @@ impl Changes {
 pub fn checkers(voxels_per_axis: usize) -> (Volume, TransferFunction) {
     let volume = checker_box(voxels_per_axis, voxels_per_axis / 5).expect("a good size");
     let [low, high] = CHECKER_VALUES.map(f64::from);
-    let look = transfer(&[(low, [0.9, 0.1, 0.1]), (high, [0.9; 3])], &[(low, 0.1), (high, 0.3)]);
+    let look = transfer(
+        &[(low, [0.9, 0.1, 0.1]), (high, [0.9; 3])],
+        &[(low, 0.1), (high, 0.3)],
+    );
     (volume, look)
 }
 

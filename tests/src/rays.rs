@@ -29,13 +29,19 @@ impl RaySource {
     /// The rays of `camera` through the grid that `world_from_index` places in the world.
     pub fn new(camera: &Camera, world_from_index: &DAffine3) -> Self {
         let camera_from_index = camera.camera_from_world * *world_from_index;
-        Self { camera: *camera, camera_from_index, index_from_camera: camera_from_index.inverse() }
+        Self {
+            camera: *camera,
+            camera_from_index,
+            index_from_camera: camera_from_index.inverse(),
+        }
     }
 
     /// The ray through a screen position, px.
     pub fn ray(&self, screen: DVec2) -> Ray {
-        let (x, y) =
-            ((screen.x - self.camera.cx) / self.camera.fx, (screen.y - self.camera.cy) / self.camera.fy);
+        let (x, y) = (
+            (screen.x - self.camera.cx) / self.camera.fx,
+            (screen.y - self.camera.cy) / self.camera.fy,
+        );
         let (origin, direction) = match self.camera.projection {
             Projection::Perspective => (DVec3::ZERO, DVec3::new(x, y, 1.0)),
             Projection::Orthographic => (DVec3::new(x, y, 0.0), DVec3::Z),
@@ -60,7 +66,11 @@ impl RaySource {
     /// Screen position of a voxel, px.
     pub fn screen(&self, index: DVec3) -> DVec2 {
         let p = self.in_camera(index);
-        let divisor = if self.camera.projection == Projection::Perspective { p.z } else { 1.0 };
+        let divisor = if self.camera.projection == Projection::Perspective {
+            p.z
+        } else {
+            1.0
+        };
         DVec2::new(
             self.camera.fx * p.x / divisor + self.camera.cx,
             self.camera.fy * p.y / divisor + self.camera.cy,
@@ -70,8 +80,9 @@ impl RaySource {
     /// Screen movement per voxel along each grid axis at a voxel, by central differences; good to 1e-8.
     pub fn jacobian(&self, index: DVec3) -> [DVec2; 3] {
         const STEP: f64 = 1e-4;
-        DVec3::AXES
-            .map(|axis| (self.screen(index + STEP * axis) - self.screen(index - STEP * axis)) / (2.0 * STEP))
+        DVec3::AXES.map(|axis| {
+            (self.screen(index + STEP * axis) - self.screen(index - STEP * axis)) / (2.0 * STEP)
+        })
     }
 
     /// World volume of a voxel's cell.

@@ -121,11 +121,18 @@ pub fn render(scene: &Scene) -> Vec<ReferencePixel> {
     let mut samples: Vec<Sample> = drawn.iter().filter_map(|part| setup.sample(part)).collect();
     samples.sort_by(|a, b| {
         let near = |s: &Sample| !matches!(s.kind, Kind::Near);
-        let by_rank = if near(a) { a.rank.total_cmp(&b.rank) } else { a.depth.total_cmp(&b.depth) };
+        let by_rank = if near(a) {
+            a.rank.total_cmp(&b.rank)
+        } else {
+            a.depth.total_cmp(&b.depth)
+        };
         near(a).cmp(&near(b)).then(by_rank)
     });
     let (width, height) = (scene.camera.width as usize, scene.camera.height as usize);
-    (0..width * height).into_par_iter().map(|i| setup.pixel(&samples, [i % width, i / width])).collect()
+    (0..width * height)
+        .into_par_iter()
+        .map(|i| setup.pixel(&samples, [i % width, i / width]))
+        .collect()
 }
 
 /// The grid axis whose slices face the view: the angle between their normal and the view direction is the least.
@@ -137,7 +144,9 @@ fn slices(scene: &Scene) -> Slices {
         let normal = columns[(axis + 1) % 3].cross(columns[(axis + 2) % 3]);
         (normal.dot(forward) / normal.length()).abs()
     };
-    let axis = (0..3).max_by(|&a, &b| facing(a).total_cmp(&facing(b))).unwrap_or(0);
+    let axis = (0..3)
+        .max_by(|&a, &b| facing(a).total_cmp(&facing(b)))
+        .unwrap_or(0);
     let ray = RaySource::new(scene.camera, &scene.volume.world_from_index).pixel(0, 0);
     let eye = match scene.camera.projection {
         Projection::Perspective => ray.origin[axis],
@@ -155,7 +164,12 @@ fn slice_of(part: &Part, axis: usize) -> f64 {
 impl Setup<'_> {
     /// A voxel or part of a cell, if it is visible at all.
     fn sample(&self, part: &Part) -> Option<Sample> {
-        let &Part { index, side, rgb, strength } = part;
+        let &Part {
+            index,
+            side,
+            rgb,
+            strength,
+        } = part;
         let camera = self.scene.camera;
         let in_camera = self.rays.in_camera(index);
         let reach = self.rays.depth_reach(self.kernel.radius * side);
@@ -163,22 +177,48 @@ impl Setup<'_> {
             return None;
         }
         let is_near = in_camera.z - reach <= camera.near;
-        let kind = if is_near { Kind::Near } else { self.kind(part, in_camera) };
+        let kind = if is_near {
+            Kind::Near
+        } else {
+            self.kind(part, in_camera)
+        };
         let depth = match camera.projection {
             Projection::Perspective => in_camera.length(),
             Projection::Orthographic => in_camera.z,
         };
-        let rank = self.slices.map_or(depth, |slices| (slice_of(part, slices.axis) - slices.eye).abs());
+        let rank = self.slices.map_or(depth, |slices| {
+            (slice_of(part, slices.axis) - slices.eye).abs()
+        });
         let screen = self.rays.screen(index);
         let tiles = self.tiles(part, screen, &kind);
-        Some(Sample { index, side, rgb, strength, depth, rank, screen, kind, tiles })
+        Some(Sample {
+            index,
+            side,
+            rgb,
+            strength,
+            depth,
+            rank,
+            screen,
+            kind,
+            tiles,
+        })
     }
 
-    fn kind(&self, &Part { index, side, strength, .. }: &Part, in_camera: DVec3) -> Kind {
+    fn kind(
+        &self,
+        &Part {
+            index,
+            side,
+            strength,
+            ..
+        }: &Part,
+        in_camera: DVec3,
+    ) -> Kind {
         let options = self.scene.options;
         let columns = self.rays.jacobian(index);
-        let gram =
-            columns.iter().fold([0.0; 3], |g, j| [g[0] + j.x * j.x, g[1] + j.x * j.y, g[2] + j.y * j.y]);
+        let gram = columns.iter().fold([0.0; 3], |g, j| {
+            [g[0] + j.x * j.x, g[1] + j.x * j.y, g[2] + j.y * j.y]
+        });
         let gram = gram.map(|g| g * side * side);
         let (mean, half) = (0.5 * (gram[0] + gram[2]), 0.5 * (gram[0] - gram[2]));
         let spacing = (mean + half.hypot(gram[1])).sqrt();
@@ -186,7 +226,9 @@ impl Setup<'_> {
         match options.select {
             SelectMode::Splats => Kind::Splat,
             SelectMode::Points => Kind::Point { mass },
-            SelectMode::Hybrid if spacing < f64::from(options.point_threshold_px) => Kind::Point { mass },
+            SelectMode::Hybrid if spacing < f64::from(options.point_threshold_px) => {
+                Kind::Point { mass }
+            }
             SelectMode::Hybrid => Kind::Splat,
             SelectMode::Ewa => Kind::Ewa(Ewa::new(&self.kernel, gram, PIXEL_VARIANCE, mass)),
         }
@@ -197,7 +239,9 @@ impl Setup<'_> {
     fn mass(&self, in_camera: DVec3) -> f64 {
         let camera = self.scene.camera;
         let area_per_px = match camera.projection {
-            Projection::Perspective => in_camera.z.powi(3) / (camera.fx * camera.fy * in_camera.length()),
+            Projection::Perspective => {
+                in_camera.z.powi(3) / (camera.fx * camera.fy * in_camera.length())
+            }
             Projection::Orthographic => 1.0 / (camera.fx * camera.fy),
         };
         self.rays.cell_volume() / (self.unit * area_per_px)
@@ -208,14 +252,22 @@ impl Setup<'_> {
         let camera = self.scene.camera;
         let bounds = match kind {
             Kind::Near => return [[0, usize::MAX]; 2],
-            Kind::Splat => outline_box(&self.rays, camera, part.index, self.kernel.radius * part.side),
+            Kind::Splat => outline_box(
+                &self.rays,
+                camera,
+                part.index,
+                self.kernel.radius * part.side,
+            ),
             Kind::Point { .. } => [screen - 2.0, screen + 2.0],
             Kind::Ewa(ewa) => [screen - ewa.half_extent, screen + ewa.half_extent],
         };
         let pixels = |axis: usize, count: u32| {
             let end = f64::from(count);
             let first = (bounds[0][axis] - 0.5).ceil().clamp(0.0, end) as usize;
-            [first, ((bounds[1][axis] - 0.5).floor() + 1.0).clamp(0.0, end) as usize]
+            [
+                first,
+                ((bounds[1][axis] - 0.5).floor() + 1.0).clamp(0.0, end) as usize,
+            ]
         };
         let (x, y) = (pixels(0, camera.width), pixels(1, camera.height));
         if x[0] >= x[1] || y[0] >= y[1] {
@@ -227,10 +279,17 @@ impl Setup<'_> {
     /// What a splat adds to the optical depth (or opacity) of a ray: the kernel's line integral beyond the near plane.
     fn along_ray(&self, sample: &Sample, ray: &Ray) -> f64 {
         let start = (self.scene.camera.near - ray.nearest(sample.index)) * ray.direction.length();
-        let start = if matches!(sample.kind, Kind::Near) { start } else { f64::NEG_INFINITY };
+        let start = if matches!(sample.kind, Kind::Near) {
+            start
+        } else {
+            f64::NEG_INFINITY
+        };
         // The kernel is as much smaller as the part is, and higher, so that its integral over space is the part's volume.
         let side = sample.side;
-        let integral = side * self.kernel.line_integral(ray.distance(sample.index) / side, start / side);
+        let integral = side
+            * self
+                .kernel
+                .line_integral(ray.distance(sample.index) / side, start / side);
         sample.strength * integral * ray.world_per_voxel() / self.unit
     }
 }

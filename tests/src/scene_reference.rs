@@ -56,7 +56,10 @@ pub fn render(scene: &Scene, camera: &Camera, options: &RenderOptions) -> Vec<Sh
         subpixels,
     };
     let (width, height) = (camera.width as usize, camera.height as usize);
-    (0..width * height).into_par_iter().map(|i| setup.pixel([i % width, i / width])).collect()
+    (0..width * height)
+        .into_par_iter()
+        .map(|i| setup.pixel([i % width, i / width]))
+        .collect()
 }
 
 impl Setup<'_> {
@@ -64,7 +67,8 @@ impl Setup<'_> {
         let n = self.subpixels;
         let mut sum = SheetPixel::default();
         for part in 0..n * n {
-            let inside = DVec2::new(f64::from(part % n) + 0.5, f64::from(part / n) + 0.5) / f64::from(n);
+            let inside =
+                DVec2::new(f64::from(part % n) + 0.5, f64::from(part / n) + 0.5) / f64::from(n);
             let add = self.ray(&self.rays.ray(DVec2::new(x as f64, y as f64) + inside));
             let share = 1.0 / f64::from(n * n);
             for (sum, add) in sum.rgb.iter_mut().zip(add.rgb) {
@@ -77,20 +81,32 @@ impl Setup<'_> {
     }
 
     fn ray(&self, ray: &Ray) -> SheetPixel {
-        let mut sum = SheetPixel { transmittance: 1.0, ..SheetPixel::default() };
+        let mut sum = SheetPixel {
+            transmittance: 1.0,
+            ..SheetPixel::default()
+        };
         // The most that may be left where the renderer's samples are all as faint as they may be.
         let mut most_left = 1.0;
         for k in self.planes(ray) {
             let at = ray.origin + (k + 0.5) * self.thickness * ray.direction;
             let composited = |(rgb, strength): Mixed| {
                 let opacity = -(-strength * self.thickness * ray.world_per_z / self.unit).exp_m1();
-                let share = if strength > 0.0 { opacity / strength } else { 0.0 };
+                let share = if strength > 0.0 {
+                    opacity / strength
+                } else {
+                    0.0
+                };
                 (rgb.map(|c| share * c), opacity)
             };
-            let (rgb, opacity) = composited(self.mixed(at, 0.0, &vec![0.0; self.scene.channels.len() + 1]));
+            let (rgb, opacity) =
+                composited(self.mixed(at, 0.0, &vec![0.0; self.scene.channels.len() + 1]));
             let (mut change, mut faintest) = (0.0f64, opacity);
             for (other_rgb, other) in self.candidates(at).into_iter().map(composited) {
-                let colour = rgb.iter().zip(other_rgb).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                let colour = rgb
+                    .iter()
+                    .zip(other_rgb)
+                    .map(|(a, b)| (a - b).abs())
+                    .fold(0.0, f64::max);
                 // What is behind shows through by as much more or less.
                 change = change.max(colour + (opacity - other).abs());
                 faintest = faintest.min(other);
@@ -117,7 +133,11 @@ impl Setup<'_> {
         }
         let first_plane = (first / self.thickness - 0.5).ceil();
         let last_plane = (end / self.thickness - 0.5).floor();
-        let count = if last_plane >= first_plane { (last_plane - first_plane) as u64 + 1 } else { 0 };
+        let count = if last_plane >= first_plane {
+            (last_plane - first_plane) as u64 + 1
+        } else {
+            0
+        };
         (0..count).map(move |i| first_plane + i as f64)
     }
 
@@ -126,13 +146,21 @@ impl Setup<'_> {
     fn candidates(&self, at: DVec3) -> Vec<Mixed> {
         let count = self.scene.channels.len() + 1;
         let errors = (0..1usize << count).map(|signs| {
-            (0..count).map(|i| if signs >> i & 1 == 0 { 1.0 } else { -1.0 }).collect::<Vec<f64>>()
+            (0..count)
+                .map(|i| if signs >> i & 1 == 0 { 1.0 } else { -1.0 })
+                .collect::<Vec<f64>>()
         });
         let mut found: Vec<Mixed> = errors.map(|signs| self.mixed(at, 0.0, &signs)).collect();
         let still = vec![0.0; count];
         found.extend([POSITION_ERROR, -POSITION_ERROR].map(|wider| self.mixed(at, wider, &still)));
         for signs in 0..8 {
-            let by = |axis: usize| if signs >> axis & 1 == 0 { POSITION_ERROR } else { -POSITION_ERROR };
+            let by = |axis: usize| {
+                if signs >> axis & 1 == 0 {
+                    POSITION_ERROR
+                } else {
+                    -POSITION_ERROR
+                }
+            };
             found.push(self.mixed(at + DVec3::new(by(0), by(1), by(2)), 0.0, &still));
         }
         found
@@ -171,7 +199,8 @@ impl Setup<'_> {
                 let (low, high) = channel.volume.value_range();
                 let shown = transfer.visible_range().unwrap_or((low, high));
                 let span = (shown.1.min(high) - shown.0.max(low)).max(0.0);
-                let error = 0.5 * span / (TABLE_ENTRIES - 1.0) + (3.0 * POSITION_ERROR + 1e-6) * (high - low);
+                let error = 0.5 * span / (TABLE_ENTRIES - 1.0)
+                    + (3.0 * POSITION_ERROR + 1e-6) * (high - low);
                 let (rgb, opacity) = transfer.sample(scalar(channel.volume, at) + signs[0] * error);
                 (rgb, self.ramp(channel, at, signs[1]) * extinction(opacity))
             }
@@ -180,7 +209,9 @@ impl Setup<'_> {
 
     /// The factor of the extinction that follows the gradient.
     fn ramp(&self, channel: &Channel, at: DVec3, sign: f64) -> f64 {
-        let Some([low, high]) = self.options.gradient_opacity else { return 1.0 };
+        let Some([low, high]) = self.options.gradient_opacity else {
+            return 1.0;
+        };
         let (least, most) = channel.volume.value_range();
         // Differences between neighbouring gradients are at most twice the range over the spacing.
         let steepest = (most - least) / DVec3::from(channel.volume.spacing()).min_element();

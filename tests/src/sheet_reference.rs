@@ -70,13 +70,20 @@ struct Slab {
 /// # Panics
 /// Where the options ask for linear opacity or automatic sub-pixels, which this reference does not know.
 pub fn render(scene: &Scene) -> Vec<SheetPixel> {
-    assert_eq!(scene.options.opacity, OpacityMode::Extinction, "the reference knows extinction only");
+    assert_eq!(
+        scene.options.opacity,
+        OpacityMode::Extinction,
+        "the reference knows extinction only"
+    );
     let Subpixels::Fixed(subpixels) = scene.options.subpixels else {
         panic!("the reference wants a fixed number of sub-pixels");
     };
     let setup = Setup::new(scene, subpixels);
     let (width, height) = (scene.camera.width as usize, scene.camera.height as usize);
-    (0..width * height).into_par_iter().map(|i| setup.pixel([i % width, i / width])).collect()
+    (0..width * height)
+        .into_par_iter()
+        .map(|i| setup.pixel([i % width, i / width]))
+        .collect()
 }
 
 impl<'a> Setup<'a> {
@@ -92,7 +99,8 @@ impl<'a> Setup<'a> {
             unit: scene.options.opacity_unit.unwrap_or(smallest),
             thickness: scene.options.slab_voxels * smallest,
             // f32 holds the scalar and its place in the table to 1e-6 of the range.
-            scalar_error: 0.5 * span / (TABLE_ENTRIES - 1.0) + (3.0 * POSITION_ERROR + 1e-6) * (high - low),
+            scalar_error: 0.5 * span / (TABLE_ENTRIES - 1.0)
+                + (3.0 * POSITION_ERROR + 1e-6) * (high - low),
             face_error: POSITION_ERROR + if scatters { MISSING_WEIGHT } else { 0.0 },
             scalar_range: high - low,
             subpixels,
@@ -103,7 +111,8 @@ impl<'a> Setup<'a> {
         let n = self.subpixels;
         let (mut sum, mut depth) = (SheetPixel::default(), 0.0);
         for part in 0..n * n {
-            let inside = DVec2::new(f64::from(part % n) + 0.5, f64::from(part / n) + 0.5) / f64::from(n);
+            let inside =
+                DVec2::new(f64::from(part % n) + 0.5, f64::from(part / n) + 0.5) / f64::from(n);
             let ray = self.rays.ray(DVec2::new(x as f64, y as f64) + inside);
             let add = self.ray(&ray);
             let share = 1.0 / f64::from(n * n);
@@ -115,12 +124,22 @@ impl<'a> Setup<'a> {
             depth += share * add.depth;
         }
         let opacity = 1.0 - sum.transmittance;
-        SheetPixel { depth: if opacity > 0.0 { depth / opacity } else { f64::INFINITY }, ..sum }
+        SheetPixel {
+            depth: if opacity > 0.0 {
+                depth / opacity
+            } else {
+                f64::INFINITY
+            },
+            ..sum
+        }
     }
 
     /// One ray; `depth` is the sum of opacity times camera z.
     fn ray(&self, ray: &Ray) -> SheetPixel {
-        let mut sum = SheetPixel { transmittance: 1.0, ..SheetPixel::default() };
+        let mut sum = SheetPixel {
+            transmittance: 1.0,
+            ..SheetPixel::default()
+        };
         // The most that may be left where the renderer's samples are all as faint as they may be.
         let mut most_left = 1.0;
         for k in self.planes(ray) {
@@ -130,7 +149,12 @@ impl<'a> Setup<'a> {
             let candidates = self.candidates(at, ray);
             let (mut change, mut faintest) = (0.0f64, slab.opacity);
             for other in candidates {
-                let colour = slab.rgb.iter().zip(other.rgb).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                let colour = slab
+                    .rgb
+                    .iter()
+                    .zip(other.rgb)
+                    .map(|(a, b)| (a - b).abs())
+                    .fold(0.0, f64::max);
                 let opacity = (slab.opacity - other.opacity).abs();
                 change = change.max(opacity + colour * slab.opacity.min(other.opacity));
                 faintest = faintest.min(other.opacity);
@@ -160,19 +184,31 @@ impl<'a> Setup<'a> {
         }
         let first_plane = (first / self.thickness - 0.5).ceil();
         let last_plane = (last / self.thickness - 0.5).floor();
-        let count = if last_plane >= first_plane { (last_plane - first_plane) as u64 + 1 } else { 0 };
+        let count = if last_plane >= first_plane {
+            (last_plane - first_plane) as u64 + 1
+        } else {
+            0
+        };
         (0..count).map(move |i| first_plane + i as f64)
     }
 
     /// What the renderer may take a sample for.
     fn candidates(&self, at: DVec3, ray: &Ray) -> [Slab; 4] {
         let scattered = self.scene.options.sheet_sums == SheetSums::Scatter;
-        let near_a_cell_face = at.to_array().iter().any(|p| (p - p.round()).abs() < self.face_error);
-        let missing = if scattered && near_a_cell_face { MISSING_WEIGHT * self.scalar_range } else { 0.0 };
+        let near_a_cell_face = at
+            .to_array()
+            .iter()
+            .any(|p| (p - p.round()).abs() < self.face_error);
+        let missing = if scattered && near_a_cell_face {
+            MISSING_WEIGHT * self.scalar_range
+        } else {
+            0.0
+        };
         let error = self.scalar_error + missing;
         let [low, high] = [-error, error].map(|by| self.slab(at, by, 0.0, ray));
         // Just inside or just outside the volume: seen or not seen.
-        let [inside, outside] = [self.face_error, -self.face_error].map(|by| self.slab(at, 0.0, by, ray));
+        let [inside, outside] =
+            [self.face_error, -self.face_error].map(|by| self.slab(at, 0.0, by, ray));
         [low, high, inside, outside]
     }
 
@@ -181,11 +217,20 @@ impl<'a> Setup<'a> {
         let last = DVec3::from(self.scene.volume.dims.map(|n| (n - 1) as f64));
         let outside = at.cmplt(DVec3::splat(-wider)).any() || at.cmpgt(last + wider).any();
         if outside || !clip_reference::keeps(&self.scene, at, wider) {
-            return Slab { rgb: [0.0; 3], opacity: 0.0 };
+            return Slab {
+                rgb: [0.0; 3],
+                opacity: 0.0,
+            };
         }
-        let (rgb, opacity) = self.scene.transfer.sample(self.scalar(at.clamp(DVec3::ZERO, last)) + by);
+        let (rgb, opacity) = self
+            .scene
+            .transfer
+            .sample(self.scalar(at.clamp(DVec3::ZERO, last)) + by);
         let length = self.thickness * ray.world_per_z / self.unit;
-        Slab { rgb: rgb.map(f64::from), opacity: -(-extinction(opacity) * length).exp_m1() }
+        Slab {
+            rgb: rgb.map(f64::from),
+            opacity: -(-extinction(opacity) * length).exp_m1(),
+        }
     }
 
     /// The trilinear scalar at a position inside the volume.
@@ -195,8 +240,14 @@ impl<'a> Setup<'a> {
         let mut sum = 0.0;
         for corner in 0..8 {
             let voxel: [usize; 3] = std::array::from_fn(|axis| cell[axis] + (corner >> axis & 1));
-            let weight: f64 = (0..3).map(|axis| 1.0 - (at[axis] - voxel[axis] as f64).abs()).product();
-            sum += weight * self.scene.volume.value((voxel[2] * dims[1] + voxel[1]) * dims[0] + voxel[0]);
+            let weight: f64 = (0..3)
+                .map(|axis| 1.0 - (at[axis] - voxel[axis] as f64).abs())
+                .product();
+            sum += weight
+                * self
+                    .scene
+                    .volume
+                    .value((voxel[2] * dims[1] + voxel[1]) * dims[0] + voxel[0]);
         }
         sum
     }
@@ -216,15 +267,33 @@ mod tests {
         let (eye, target) = (DVec3::new(2.0, 2.0, -10.0), DVec3::splat(2.0));
         let camera = perspective(eye, target, 2.0, [3, 3]);
         for slab_voxels in [0.01, 0.001] {
-            let options =
-                RenderOptions { slab_voxels, subpixels: Subpixels::Fixed(1), ..RenderOptions::default() };
-            let scene = Scene { volume: &volume, transfer: &grey(0.3), camera: &camera, options: &options };
+            let options = RenderOptions {
+                slab_voxels,
+                subpixels: Subpixels::Fixed(1),
+                ..RenderOptions::default()
+            };
+            let scene = Scene {
+                volume: &volume,
+                transfer: &grey(0.3),
+                camera: &camera,
+                options: &options,
+            };
             let middle = render(&scene)[4];
             let truth = 0.7f64.powi(4);
             let error = (middle.transmittance - truth).abs();
-            assert!(error < 0.4 * slab_voxels, "slab {slab_voxels}: off by {error}");
-            assert!((middle.rgb[0] + middle.transmittance - 1.0).abs() < 1e-12, "white on nothing");
-            assert!(middle.depth > 10.0 && middle.depth < 12.0, "nearer than the middle: {}", middle.depth);
+            assert!(
+                error < 0.4 * slab_voxels,
+                "slab {slab_voxels}: off by {error}"
+            );
+            assert!(
+                (middle.rgb[0] + middle.transmittance - 1.0).abs() < 1e-12,
+                "white on nothing"
+            );
+            assert!(
+                middle.depth > 10.0 && middle.depth < 12.0,
+                "nearer than the middle: {}",
+                middle.depth
+            );
         }
     }
 }

@@ -37,8 +37,12 @@ pub fn render(scene: &Scene) -> Vec<Interval> {
     let pixel = |i: usize| {
         let mut sum = [[0.0; 4]; 2];
         for part in 0..n * n {
-            let inside = DVec2::new(f64::from(part % n) + 0.5, f64::from(part / n) + 0.5) / f64::from(n);
-            let add = ray(scene, &rays.ray(DVec2::new((i % width) as f64, (i / width) as f64) + inside));
+            let inside =
+                DVec2::new(f64::from(part % n) + 0.5, f64::from(part / n) + 0.5) / f64::from(n);
+            let add = ray(
+                scene,
+                &rays.ray(DVec2::new((i % width) as f64, (i / width) as f64) + inside),
+            );
             for (sum, add) in sum.iter_mut().flatten().zip(add.into_iter().flatten()) {
                 *sum += add / f64::from(n * n);
             }
@@ -50,8 +54,11 @@ pub fn render(scene: &Scene) -> Vec<Interval> {
 
 fn ray(scene: &Scene, ray: &Ray) -> Interval {
     let (low, high) = scene.volume.value_range();
-    let error = 0.5 * (high - low) / 4095.0 + (3.0 * POSITION_ERROR + 4e-6) * (high - low) + 1e-6 * low.abs();
-    let [sure, possible] = [-POSITION_ERROR, POSITION_ERROR].map(|wider| statistic(scene, ray, wider));
+    let error = 0.5 * (high - low) / 4095.0
+        + (3.0 * POSITION_ERROR + 4e-6) * (high - low)
+        + 1e-6 * low.abs();
+    let [sure, possible] =
+        [-POSITION_ERROR, POSITION_ERROR].map(|wider| statistic(scene, ray, wider));
     let ends: Vec<f64> = sure.into_iter().chain(possible).collect();
     let from = ends.iter().fold(f64::INFINITY, |a, b| a.min(*b)) - error;
     let to = ends.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b)) + error;
@@ -67,8 +74,9 @@ fn ray(scene: &Scene, ray: &Ray) -> Interval {
     }
     if possible.is_some() {
         for place in 0..=PLACES {
-            let (rgb, opacity) =
-                scene.transfer.sample(from + (to - from) * f64::from(place) / f64::from(PLACES));
+            let (rgb, opacity) = scene
+                .transfer
+                .sample(from + (to - from) * f64::from(place) / f64::from(PLACES));
             let opacity = -(-extinction(opacity)).exp_m1();
             let [r, g, b] = rgb.map(|c| opacity * f64::from(c));
             take([r, g, b, opacity]);
@@ -88,7 +96,9 @@ fn statistic(scene: &Scene, ray: &Ray, wider: f64) -> Option<f64> {
     let values: Vec<f64> = (0..count)
         .map(|i| ray.origin + (first + i as f64 + 0.5) * thickness * ray.direction)
         .filter(|at| {
-            at.cmpge(DVec3::splat(-wider)).all() && at.cmple(end + wider).all() && keeps(scene, *at, wider)
+            at.cmpge(DVec3::splat(-wider)).all()
+                && at.cmple(end + wider).all()
+                && keeps(scene, *at, wider)
         })
         .map(|at| scalar(scene.volume, at.clamp(DVec3::ZERO, end)))
         .collect();

@@ -41,19 +41,30 @@ pub fn reference_picture(scene: &Scene, camera: &Camera, per_px: usize) -> Image
         .into_par_iter()
         .map(|cell| {
             let at = |index: usize| index as f64 - border as f64;
-            shares(&targets, camera, DVec2::new(at(cell % columns), at(cell / columns)), per_px)
+            shares(
+                &targets,
+                camera,
+                DVec2::new(at(cell % columns), at(cell / columns)),
+                per_px,
+            )
         })
         .collect();
     let mut image = Image::transparent(width, height);
-    image.rgba.par_iter_mut().enumerate().for_each(|(index, pixel)| {
-        let mut sum = [0.0; 5];
-        for k in 0..WINDOW * WINDOW {
-            let cell = (index / width + k / WINDOW) * columns + index % width + k % WINDOW;
-            // The cell's window has this pixel on the other side.
-            (0..5).for_each(|channel| sum[channel] += cells[cell][WINDOW * WINDOW - 1 - k][channel]);
-        }
-        *pixel = [0, 1, 2, 3].map(|channel| (sum[channel] / sum[4]) as f32);
-    });
+    image
+        .rgba
+        .par_iter_mut()
+        .enumerate()
+        .for_each(|(index, pixel)| {
+            let mut sum = [0.0; 5];
+            for k in 0..WINDOW * WINDOW {
+                let cell = (index / width + k / WINDOW) * columns + index % width + k % WINDOW;
+                // The cell's window has this pixel on the other side.
+                (0..5).for_each(|channel| {
+                    sum[channel] += cells[cell][WINDOW * WINDOW - 1 - k][channel]
+                });
+            }
+            *pixel = [0, 1, 2, 3].map(|channel| (sum[channel] / sum[4]) as f32);
+        });
     image
 }
 
@@ -69,7 +80,8 @@ fn shares(targets: &[Target], camera: &Camera, corner: DVec2, per_px: usize) -> 
         let offset = DVec2::new((ray % per_px) as f64 + 0.5, (ray / per_px) as f64 + 0.5) * step;
         let colour = seen(&near, camera, corner + offset);
         for (k, share) in shares.iter_mut().enumerate() {
-            let middle = DVec2::new((k % WINDOW) as f64, (k / WINDOW) as f64) - (WINDOW / 2) as f64 + 0.5;
+            let middle =
+                DVec2::new((k % WINDOW) as f64, (k / WINDOW) as f64) - (WINDOW / 2) as f64 + 0.5;
             let weight = (-2.0 * (offset - middle).length_squared()).exp();
             if let Some(colour) = colour {
                 (0..3).for_each(|channel| share[channel] += weight * colour[channel]);
@@ -100,10 +112,13 @@ fn seen(targets: &[&Target], camera: &Camera, pos_in_screen: DVec2) -> Option<[f
         }
     }
     let (_, target, share) = nearest?;
-    let texel = target.texture.as_ref().map_or([1.0; 3], |(texture, texture_use)| {
-        let uv = target.uv[0] * share.x + target.uv[1] * share.y + target.uv[2] * share.z;
-        reconstructed(texture, texture_use, uv)
-    });
+    let texel = target
+        .texture
+        .as_ref()
+        .map_or([1.0; 3], |(texture, texture_use)| {
+            let uv = target.uv[0] * share.x + target.uv[1] * share.y + target.uv[2] * share.z;
+            reconstructed(texture, texture_use, uv)
+        });
     Some([0, 1, 2].map(|k| texel[k] * target.colour[k]))
 }
 
@@ -111,14 +126,18 @@ fn targets<'a>(scene: &'a Scene, camera: &Camera) -> Vec<Target<'a>> {
     let mut targets = Vec::new();
     for mesh in &scene.meshes {
         let material = &scene.materials[mesh.material];
-        let texture = material.base_texture.map(|t| (&scene.textures[t.texture], t));
+        let texture = material
+            .base_texture
+            .map(|t| (&scene.textures[t.texture], t));
         for triangle in &mesh.triangles {
             let corners = triangle.map(|i| {
                 let position = DVec3::from(mesh.positions[i as usize].map(f64::from));
                 camera.camera_from_world.transform_point3(position)
             });
             let uv = triangle.map(|i| {
-                let Some((picture, texture_use)) = &texture else { return DVec2::ZERO };
+                let Some((picture, texture_use)) = &texture else {
+                    return DVec2::ZERO;
+                };
                 let uv = DVec2::from(mesh.uvs[texture_use.uv_set][i as usize].map(f64::from));
                 let size = DVec2::new(picture.width as f64, picture.height as f64);
                 (texture_use.uv_linear * uv + texture_use.uv_offset) * size
@@ -138,14 +157,25 @@ fn targets<'a>(scene: &'a Scene, camera: &Camera) -> Vec<Target<'a>> {
 
 /// The rectangle around the corners' places; everything if one of them is not before the eye.
 fn bounds_px(camera: &Camera, corners: &[DVec3; 3]) -> [DVec2; 2] {
-    if camera.projection == Projection::Perspective && corners.iter().any(|corner| corner.z <= 0.0) {
+    if camera.projection == Projection::Perspective && corners.iter().any(|corner| corner.z <= 0.0)
+    {
         return [DVec2::NEG_INFINITY, DVec2::INFINITY];
     }
-    let w = |corner: &DVec3| if camera.projection == Projection::Perspective { corner.z } else { 1.0 };
+    let w = |corner: &DVec3| {
+        if camera.projection == Projection::Perspective {
+            corner.z
+        } else {
+            1.0
+        }
+    };
     let places = corners.map(|corner| {
-        DVec2::new(camera.fx * corner.x, camera.fy * corner.y) / w(&corner) + DVec2::new(camera.cx, camera.cy)
+        DVec2::new(camera.fx * corner.x, camera.fy * corner.y) / w(&corner)
+            + DVec2::new(camera.cx, camera.cy)
     });
-    [places[0].min(places[1]).min(places[2]), places[0].max(places[1]).max(places[2])]
+    [
+        places[0].min(places[1]).min(places[2]),
+        places[0].max(places[1]).max(places[2]),
+    ]
 }
 
 /// The texture's own reconstruction at `uv` (texels).

@@ -41,7 +41,12 @@ pub enum TruthFilter {
 
 impl TextureScene {
     /// All four.
-    pub const ALL: [Self; 4] = [Self::CheckerPlane, Self::Siemens, Self::PhotoMinified, Self::Avocado];
+    pub const ALL: [Self; 4] = [
+        Self::CheckerPlane,
+        Self::Siemens,
+        Self::PhotoMinified,
+        Self::Avocado,
+    ];
 
     /// As in the file names.
     pub fn name(self) -> &'static str {
@@ -59,7 +64,11 @@ impl TextureScene {
     /// If the file is there and cannot be read.
     pub fn scene(self, test: &str) -> Option<Scene> {
         let path = data_file(test, &format!("texture-truth/{}/scene.glb", self.name()))?;
-        Some(texmap::load(&path, &LoadOptions::default()).expect("the scene is readable").scene)
+        Some(
+            texmap::load(&path, &LoadOptions::default())
+                .expect("the scene is readable")
+                .scene,
+        )
     }
 
     /// The camera of the truth; `None`, with a visible skip line for `test`, where the data is absent.
@@ -70,13 +79,19 @@ impl TextureScene {
         let path = data_file(test, &format!("texture-truth/{}/scene.json", self.name()))?;
         let text = std::fs::read_to_string(path).expect("the scene file is readable");
         let json: Value = serde_json::from_str(&text).expect("the scene file is JSON");
-        let entry = |row: usize, column: usize| json["cam"][row][column].as_f64().expect("a 4x4 matrix");
+        let entry =
+            |row: usize, column: usize| json["cam"][row][column].as_f64().expect("a 4x4 matrix");
         let column = |c: usize| DVec3::new(entry(0, c), entry(1, c), entry(2, c));
         let (right, up, back, position) = (column(0), column(1), column(2), column(3));
         let fov_y_rad = json["fov"].as_f64().expect("a field of view").to_radians();
         let near = json["near"].as_f64().expect("a near plane");
         let rotation = DMat3::from_cols(right, -up, -back).transpose();
-        Some(square_camera(fov_y_rad, rotation, -(rotation * position), near))
+        Some(square_camera(
+            fov_y_rad,
+            rotation,
+            -(rotation * position),
+            near,
+        ))
     }
 
     /// A truth; `None`, with a visible skip line for `test`, where it is absent.
@@ -105,7 +120,8 @@ fn square_camera(fov_y_rad: f64, rotation: DMat3, translation: DVec3, near: f64)
         cy: 0.5 * f64::from(SIDE_PX),
         pixel_centre: PixelCentre::Half,
     };
-    Camera::from_intrinsics(&intrinsics, rotation, translation, near).expect("a camera of the data is valid")
+    Camera::from_intrinsics(&intrinsics, rotation, translation, near)
+        .expect("a camera of the data is valid")
 }
 
 /// A camera at `position` that looks at `target`, y up, for analytic scenes.
@@ -113,6 +129,10 @@ fn square_camera(fov_y_rad: f64, rotation: DMat3, translation: DVec3, near: f64)
 /// # Panics
 /// If the pose gives no direction.
 pub fn looking_camera(position: DVec3, target: DVec3, fov_y_deg: f64, size: [u32; 2]) -> Camera {
-    let pose = LookAt { position, target, up: DVec3::Y };
+    let pose = LookAt {
+        position,
+        target,
+        up: DVec3::Y,
+    };
     Camera::perspective(&pose, fov_y_deg.to_radians(), size).expect("a pose with a direction")
 }

@@ -4,17 +4,28 @@
 
 use glam::{DMat2, DVec2};
 use texmap::Scene;
-use texmap::scene::{AlphaMode, Lighting, Magnify, Material, Mesh, Sides, Texels, Texture, TextureUse, Wrap};
+use texmap::scene::{
+    AlphaMode, Lighting, Magnify, Material, Mesh, Sides, Texels, Texture, TextureUse, Wrap,
+};
 
 /// Straight alpha and linear colour of a texel by column and row.
 pub fn texture(size: [usize; 2], colour: impl Fn(usize, usize) -> [f32; 4]) -> Texture {
-    let texels = (0..size[0] * size[1]).map(|i| colour(i % size[0], i / size[0])).collect();
-    Texture { name: String::new(), width: size[0], height: size[1], texels: Texels::LinearF32(texels) }
+    let texels = (0..size[0] * size[1])
+        .map(|i| colour(i % size[0], i / size[0]))
+        .collect();
+    Texture {
+        name: String::new(),
+        width: size[0],
+        height: size[1],
+        texels: Texels::LinearF32(texels),
+    }
 }
 
 /// Black and white squares of `square` texels.
 pub fn checker(side: usize, square: usize) -> Texture {
-    texture([side, side], |x, y| grey(((x / square + y / square) % 2) as f32))
+    texture([side, side], |x, y| {
+        grey(((x / square + y / square) % 2) as f32)
+    })
 }
 
 /// Rings whose frequency rises from the middle to `limit` cycles per texel at the border.
@@ -30,14 +41,18 @@ pub fn zone_plate(side: usize, limit: f64) -> Texture {
 /// Random texels with a spectrum that falls as a photograph's does: sums of value noise.
 pub fn photo(side: usize) -> Texture {
     let noise = |x: usize, y: usize, seed: u32| {
-        let mut h = (x as u32).wrapping_mul(0x9e37_79b1) ^ (y as u32).wrapping_mul(0x85eb_ca77) ^ seed;
+        let mut h =
+            (x as u32).wrapping_mul(0x9e37_79b1) ^ (y as u32).wrapping_mul(0x85eb_ca77) ^ seed;
         h = (h ^ h >> 15).wrapping_mul(0x2c1b_3c6d);
         h = (h ^ h >> 12).wrapping_mul(0x297a_2d39);
         (h >> 8) as f32 / 16_777_216.0
     };
     let smooth = |x: usize, y: usize, cell: usize, seed: u32| {
         let (i, j) = (x / cell, y / cell);
-        let (s, t) = ((x % cell) as f32 / cell as f32, (y % cell) as f32 / cell as f32);
+        let (s, t) = (
+            (x % cell) as f32 / cell as f32,
+            (y % cell) as f32 / cell as f32,
+        );
         let n = side / cell;
         let at = |i: usize, j: usize| noise(i % n, j % n, seed);
         let top = at(i, j) * (1.0 - s) + at(i + 1, j) * s;
@@ -46,7 +61,10 @@ pub fn photo(side: usize) -> Texture {
     };
     texture([side, side], |x, y| {
         let channel = |seed: u32| {
-            [32, 16, 8, 4, 2, 1].iter().map(|&cell| smooth(x, y, cell, seed) * cell as f32 / 63.0).sum()
+            [32, 16, 8, 4, 2, 1]
+                .iter()
+                .map(|&cell| smooth(x, y, cell, seed) * cell as f32 / 63.0)
+                .sum()
         };
         [channel(1), channel(2), channel(3), 1.0]
     })
@@ -94,7 +112,12 @@ pub fn quad(corners: [[f32; 3]; 4], uvs: [[f32; 2]; 4], material: usize) -> Mesh
 }
 
 /// One textured quad.
-pub fn quad_scene(corners: [[f32; 3]; 4], uvs: [[f32; 2]; 4], texture: Texture, wrap: Wrap) -> Scene {
+pub fn quad_scene(
+    corners: [[f32; 3]; 4],
+    uvs: [[f32; 2]; 4],
+    texture: Texture,
+    wrap: Wrap,
+) -> Scene {
     Scene {
         meshes: vec![quad(corners, uvs, 0)],
         materials: vec![material(Some(texture_use(wrap)))],
@@ -105,15 +128,30 @@ pub fn quad_scene(corners: [[f32; 3]; 4], uvs: [[f32; 2]; 4], texture: Texture, 
 
 /// An upright square of side 2 around the origin, seen from +z, the texture once.
 pub fn wall(texture: Texture) -> Scene {
-    let corners = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
-    quad_scene(corners, [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]], texture, Wrap::Clamp)
+    let corners = [
+        [-1.0, -1.0, 0.0],
+        [1.0, -1.0, 0.0],
+        [1.0, 1.0, 0.0],
+        [-1.0, 1.0, 0.0],
+    ];
+    quad_scene(
+        corners,
+        [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]],
+        texture,
+        Wrap::Clamp,
+    )
 }
 
 /// The ground y = 0 from z = 2 to -`depth`, with the texture `repeats` times along its depth.
 pub fn ground(texture: Texture, depth: f32, repeats: f32) -> Scene {
     let (near, far, half) = (2.0, -depth, 0.5 * depth);
     let across = repeats * 2.0 * half / (depth + near);
-    let corners = [[-half, 0.0, near], [half, 0.0, near], [half, 0.0, far], [-half, 0.0, far]];
+    let corners = [
+        [-half, 0.0, near],
+        [half, 0.0, near],
+        [half, 0.0, far],
+        [-half, 0.0, far],
+    ];
     let uvs = [[0.0, repeats], [across, repeats], [across, 0.0], [0.0, 0.0]];
     quad_scene(corners, uvs, texture, Wrap::Repeat)
 }

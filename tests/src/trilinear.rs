@@ -18,23 +18,31 @@ pub fn last(volume: &Volume) -> DVec3 {
 
 /// The eight voxels around a position inside the volume, with their weights.
 pub fn corners(volume: &Volume, at: DVec3) -> [([usize; 3], f64); 8] {
-    let cell: [usize; 3] = std::array::from_fn(|axis| (at[axis] as usize).min(volume.dims[axis] - 2));
+    let cell: [usize; 3] =
+        std::array::from_fn(|axis| (at[axis] as usize).min(volume.dims[axis] - 2));
     std::array::from_fn(|corner| {
         let voxel: [usize; 3] = std::array::from_fn(|axis| cell[axis] + (corner >> axis & 1));
-        let weight = (0..3).map(|axis| 1.0 - (at[axis] - voxel[axis] as f64).abs()).product();
+        let weight = (0..3)
+            .map(|axis| 1.0 - (at[axis] - voxel[axis] as f64).abs())
+            .product();
         (voxel, weight)
     })
 }
 
 /// The trilinear scalar at a position inside the volume.
 pub fn scalar(volume: &Volume, at: DVec3) -> f64 {
-    corners(volume, at).iter().map(|&(voxel, weight)| weight * volume.value(linear(volume, voxel))).sum()
+    corners(volume, at)
+        .iter()
+        .map(|&(voxel, weight)| weight * volume.value(linear(volume, voxel)))
+        .sum()
 }
 
 /// The gradient, per world unit, at a position inside the volume.
 pub fn gradient(volume: &Volume, at: DVec3) -> DVec3 {
-    let mixed: DVec3 =
-        corners(volume, at).iter().map(|&(voxel, weight)| weight * difference(volume, voxel)).sum();
+    let mixed: DVec3 = corners(volume, at)
+        .iter()
+        .map(|&(voxel, weight)| weight * difference(volume, voxel))
+        .sum();
     volume.world_from_index.matrix3.inverse().transpose() * mixed
 }
 
@@ -48,7 +56,9 @@ fn difference(volume: &Volume, voxel: [usize; 3]) -> DVec3 {
     let along = |axis: usize| {
         let at = |offset: isize| {
             let mut index = voxel;
-            index[axis] = index[axis].saturating_add_signed(offset).min(volume.dims[axis] - 1);
+            index[axis] = index[axis]
+                .saturating_add_signed(offset)
+                .min(volume.dims[axis] - 1);
             volume.value(linear(volume, index))
         };
         0.5 * (at(1) - at(-1))

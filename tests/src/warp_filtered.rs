@@ -25,16 +25,31 @@ type View = ([u32; 2], f64, DVec3, f64);
 
 /// `scene` from `from`, with the true view of `to`.
 pub fn filtered_scene(name: &str, scene: &AnalyticScene, from: &Camera, to: &Camera) -> WarpScene {
-    let reference = Reference { colour: filtered(scene, from), ..scene.reference(from) };
+    let reference = Reference {
+        colour: filtered(scene, from),
+        ..scene.reference(from)
+    };
     let mut truth: Truth = scene.truth(to, from);
     for (pixel, [r, g, b]) in truth.image.rgba.iter_mut().zip(filtered(scene, to)) {
         *pixel = [r, g, b, 1.0];
     }
-    truth.seen = gathered(to, &scene.seen(&finer(to), from).iter().map(|&s| [s; 3]).collect::<Vec<_>>())
-        .iter()
-        .map(|share| share[0])
-        .collect();
-    WarpScene { name: name.into(), reference, target: *to, truth }
+    truth.seen = gathered(
+        to,
+        &scene
+            .seen(&finer(to), from)
+            .iter()
+            .map(|&s| [s; 3])
+            .collect::<Vec<_>>(),
+    )
+    .iter()
+    .map(|share| share[0])
+    .collect();
+    WarpScene {
+        name: name.into(),
+        reference,
+        target: *to,
+        truth,
+    }
 }
 
 /// The colours of `scene` from `camera`, filtered.
@@ -69,7 +84,10 @@ fn gathered(camera: &Camera, rays: &[[f32; 3]]) -> Vec<[f32; 3]> {
         let mut sum = [0.0f32; 4];
         for (j, wy) in weights.iter().enumerate() {
             for (k, wx) in weights.iter().enumerate() {
-                let (u, v) = ((x * RAYS + k).wrapping_sub(RAYS), (y * RAYS + j).wrapping_sub(RAYS));
+                let (u, v) = (
+                    (x * RAYS + k).wrapping_sub(RAYS),
+                    (y * RAYS + j).wrapping_sub(RAYS),
+                );
                 if u < width * RAYS && v < height * RAYS {
                     let [r, g, b] = rays[v * width * RAYS + u];
                     for (s, value) in sum.iter_mut().zip([r, g, b, 1.0]) {
@@ -94,17 +112,40 @@ pub fn fresh_scenes() -> Vec<WarpScene> {
     let room = AnalyticScene::room;
     let scenes: [(&str, AnalyticScene, View, View); 9] = [
         ("stereo", room(), start, (vga, 260.0, DVec3::X * 0.2, 0.0)),
-        ("6dof", room(), start, (vga, 250.0, DVec3::new(0.25, -0.1, 0.4), 0.08)),
+        (
+            "6dof",
+            room(),
+            start,
+            (vga, 250.0, DVec3::new(0.25, -0.1, 0.4), 0.08),
+        ),
         ("thin", thin(), start, (vga, 260.0, DVec3::X * 0.15, 0.0)),
-        ("ground", AnalyticScene::wall(1.2), start, (vga, 260.0, DVec3::new(0.1, 0.05, 0.0), 0.0)),
-        ("rot50", AnalyticScene::wall(0.0), start, (vga, 260.0, aside, -angle)),
+        (
+            "ground",
+            AnalyticScene::wall(1.2),
+            start,
+            (vga, 260.0, DVec3::new(0.1, 0.05, 0.0), 0.0),
+        ),
+        (
+            "rot50",
+            AnalyticScene::wall(0.0),
+            start,
+            (vga, 260.0, aside, -angle),
+        ),
         ("min2.5", room(), fine, (vga, 260.0, DVec3::X * 0.2, 0.0)),
         ("mag4", room(), coarse, (vga, 260.0, DVec3::X * 0.1, 0.0)),
         ("mag8", room(), coarse, (vga, 520.0, DVec3::X * 0.1, 0.0)),
-        ("hd", room(), ([960, 540], 700.0, DVec3::ZERO, 0.0), ([960, 540], 700.0, DVec3::X * 0.2, 0.0)),
+        (
+            "hd",
+            room(),
+            ([960, 540], 700.0, DVec3::ZERO, 0.0),
+            ([960, 540], 700.0, DVec3::X * 0.2, 0.0),
+        ),
     ];
     let of = |(size, focal_px, eye, yaw): View| camera(size, focal_px, eye, yaw);
-    scenes.iter().map(|(name, scene, from, to)| filtered_scene(name, scene, &of(*from), &of(*to))).collect()
+    scenes
+        .iter()
+        .map(|(name, scene, from, to)| filtered_scene(name, scene, &of(*from), &of(*to)))
+        .collect()
 }
 
 /// Poles of one to three pixels before a wall.
@@ -126,8 +167,16 @@ pub fn forward_backward(reference: &Reference, target: &Camera) -> Image {
     let mut depth = vec![f32::INFINITY; width * height];
     let from = &reference.camera;
     let to_world = from.camera_from_world.inverse();
-    for (i, &z) in reference.depth.iter().enumerate().filter(|(_, z)| **z > 0.0) {
-        let at = DVec2::new((i % from.width as usize) as f64 + 0.5, (i / from.width as usize) as f64 + 0.5);
+    for (i, &z) in reference
+        .depth
+        .iter()
+        .enumerate()
+        .filter(|(_, z)| **z > 0.0)
+    {
+        let at = DVec2::new(
+            (i % from.width as usize) as f64 + 0.5,
+            (i / from.width as usize) as f64 + 0.5,
+        );
         let in_world = to_world.transform_point3(f64::from(z) * from.ray_in_camera(at).1);
         let in_target = target.camera_from_world.transform_point3(in_world);
         let screen = target.screen_from_camera(in_target);
@@ -139,12 +188,17 @@ pub fn forward_backward(reference: &Reference, target: &Camera) -> Image {
             }
         }
     }
-    let closed: Vec<f32> = (0..depth.len()).map(|i| closed(&depth, [width, height], i)).collect();
+    let closed: Vec<f32> = (0..depth.len())
+        .map(|i| closed(&depth, [width, height], i))
+        .collect();
     let mut image = Image::transparent(width, height);
     for (i, &z) in closed.iter().enumerate().filter(|(_, z)| z.is_finite()) {
         let pixel = DVec2::new((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
         let in_target = f64::from(z) * target.ray_in_camera(pixel).1;
-        let in_world = target.camera_from_world.inverse().transform_point3(in_target);
+        let in_world = target
+            .camera_from_world
+            .inverse()
+            .transform_point3(in_target);
         let at = from.screen_from_camera(from.camera_from_world.transform_point3(in_world));
         let [r, g, b] = keys(reference, at);
         image.rgba[i] = [r, g, b, 1.0];
@@ -159,14 +213,19 @@ fn closed(depth: &[f32], [width, height]: [usize; 2], i: usize) -> f32 {
         return depth[i];
     }
     let (x, y) = (i % width, i / width);
-    let around =
-        (0..9).filter(|k| *k != 4).map(|k| ((x + k % 3).wrapping_sub(1), (y + k / 3).wrapping_sub(1)));
+    let around = (0..9)
+        .filter(|k| *k != 4)
+        .map(|k| ((x + k % 3).wrapping_sub(1), (y + k / 3).wrapping_sub(1)));
     let known: Vec<f32> = around
         .filter(|&(u, v)| u < width && v < height)
         .map(|(u, v)| depth[v * width + u])
         .filter(|z| z.is_finite())
         .collect();
-    if known.len() >= 5 { known.iter().copied().fold(f32::INFINITY, f32::min) } else { f32::INFINITY }
+    if known.len() >= 5 {
+        known.iter().copied().fold(f32::INFINITY, f32::min)
+    } else {
+        f32::INFINITY
+    }
 }
 
 fn keys(reference: &Reference, at: DVec2) -> [f32; 3] {

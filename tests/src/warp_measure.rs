@@ -54,7 +54,11 @@ pub fn measure(image: &Image, truth: &Truth) -> WarpFigures {
     let shown: Vec<bool> = image.rgba.iter().map(|p| p[3] >= SHOWN).collect();
     let mut straight = image.clone();
     for pixel in &mut straight.rgba {
-        let alpha = if pixel[3] >= SHOWN { pixel[3] } else { f32::INFINITY };
+        let alpha = if pixel[3] >= SHOWN {
+            pixel[3]
+        } else {
+            f32::INFINITY
+        };
         *pixel = [pixel[0] / alpha, pixel[1] / alpha, pixel[2] / alpha, 1.0];
     }
     let size = [image.width, image.height];
@@ -69,15 +73,28 @@ pub fn measure(image: &Image, truth: &Truth) -> WarpFigures {
     let over = |keep: &dyn Fn(usize) -> bool| {
         let inside = (0..shown.len()).map(keep).collect();
         let mask = Mask::new(size[0], size[1], inside).expect("a mask of the picture's size");
-        (mask.count() > 0).then(|| compare(&straight, &truth.image, Some(&mask)).expect("finite pictures"))
+        (mask.count() > 0)
+            .then(|| compare(&straight, &truth.image, Some(&mask)).expect("finite pictures"))
     };
     let all = over(&|i| visible[i]).expect("something is visible");
     let psnr = |keep: &dyn Fn(usize) -> bool| over(keep).map_or(f64::NAN, |c| c.psnr_db);
-    let near_known = grown(&truth.seen.iter().map(|&share| share > 0.0).collect::<Vec<_>>(), size, 2);
+    let near_known = grown(
+        &truth
+            .seen
+            .iter()
+            .map(|&share| share > 0.0)
+            .collect::<Vec<_>>(),
+        size,
+        2,
+    );
     let share = |of: &dyn Fn(usize) -> bool, what: &dyn Fn(usize) -> bool| {
         let of: Vec<usize> = (0..shown.len()).filter(|&i| of(i)).collect();
         let count = of.iter().filter(|&&i| what(i)).count();
-        if of.is_empty() { 0.0 } else { 100.0 * count as f64 / of.len() as f64 }
+        if of.is_empty() {
+            0.0
+        } else {
+            100.0 * count as f64 / of.len() as f64
+        }
     };
     WarpFigures {
         psnr_db: all.psnr_db,
@@ -95,7 +112,12 @@ pub fn measure(image: &Image, truth: &Truth) -> WarpFigures {
 
 /// PSNR over visible pixels after the sRGB curve, dB.
 fn srgb_psnr(straight: &Image, truth: &Truth, visible: &[bool]) -> f64 {
-    let pairs = straight.rgba.iter().zip(&truth.image.rgba).zip(visible).filter(|(_, v)| **v);
+    let pairs = straight
+        .rgba
+        .iter()
+        .zip(&truth.image.rgba)
+        .zip(visible)
+        .filter(|(_, v)| **v);
     let (mut sum, mut count) = (0.0f64, 0u64);
     for ((a, b), _) in pairs {
         for (a, b) in a.iter().zip(b).take(3) {
@@ -109,7 +131,13 @@ fn srgb_psnr(straight: &Image, truth: &Truth, visible: &[bool]) -> f64 {
 /// Pixels near a place where 1/z is not linear.
 fn edge_band(depth: &[f32], size: [usize; 2]) -> Vec<bool> {
     let [width, height] = size;
-    let inverse = |i: usize| if depth[i].is_finite() { 1.0 / depth[i] } else { 0.0 };
+    let inverse = |i: usize| {
+        if depth[i].is_finite() {
+            1.0 / depth[i]
+        } else {
+            0.0
+        }
+    };
     let bends = |i: usize, place: usize, count: usize, step: usize| {
         let inside = place > 0 && place + 1 < count;
         inside && {

@@ -18,7 +18,15 @@ use crate::data::data_file;
 use crate::warp_truth::{Truth, WarpScene};
 
 /// The names of the pairs.
-pub const PAIRS: [&str; 7] = ["Cones", "Teddy", "Art", "livingroom", "Beachball", "Piano", "Pipes"];
+pub const PAIRS: [&str; 7] = [
+    "Cones",
+    "Teddy",
+    "Art",
+    "livingroom",
+    "Beachball",
+    "Piano",
+    "Pipes",
+];
 
 /// Depths within this part of each other are one point.
 const AGREEMENT: f32 = 0.03;
@@ -34,18 +42,35 @@ pub fn pair(test: &str, name: &str) -> Option<WarpScene> {
     let [from, to] = match name {
         "livingroom" => livingroom(test)?,
         "Beachball" => beachball(test)?,
-        "Art" => middlebury(test, name, ["view1", "view5"], ["disp1", "disp5"], 1.0 / 3.0)?,
+        "Art" => middlebury(
+            test,
+            name,
+            ["view1", "view5"],
+            ["disp1", "disp5"],
+            1.0 / 3.0,
+        )?,
         "Cones" | "Teddy" => middlebury(test, name, ["imL", "imR"], ["disp2", "disp6"], 0.25)?,
         _ => panic!("no pair is called {name}"),
     };
-    let seen = (0..to.depth.len()).map(|i| f32::from(u8::from(sees(&from, &to, i)))).collect();
+    let seen = (0..to.depth.len())
+        .map(|i| f32::from(u8::from(sees(&from, &to, i))))
+        .collect();
     let mut image = Image::transparent(to.camera.width as usize, to.camera.height as usize);
     for (pixel, [r, g, b]) in image.rgba.iter_mut().zip(&to.colour) {
         *pixel = [*r, *g, *b, 1.0];
     }
-    let depth = to.depth.iter().map(|&z| if z.is_nan() { f32::INFINITY } else { z }).collect();
+    let depth = to
+        .depth
+        .iter()
+        .map(|&z| if z.is_nan() { f32::INFINITY } else { z })
+        .collect();
     let truth = Truth { image, depth, seen };
-    Some(WarpScene { name: name.into(), reference: from, target: to.camera, truth })
+    Some(WarpScene {
+        name: name.into(),
+        reference: from,
+        target: to.camera,
+        truth,
+    })
 }
 
 fn sees(from: &Reference, to: &Reference, index: usize) -> bool {
@@ -56,7 +81,11 @@ fn sees(from: &Reference, to: &Reference, index: usize) -> bool {
         return false;
     }
     let (origin, direction) = to.camera.ray_in_camera(pixel);
-    let in_world = to.camera.camera_from_world.inverse().transform_point3(origin + f64::from(z) * direction);
+    let in_world = to
+        .camera
+        .camera_from_world
+        .inverse()
+        .transform_point3(origin + f64::from(z) * direction);
     let in_from = from.camera.camera_from_world.transform_point3(in_world);
     let at = from.camera.screen_from_camera(in_from);
     let size = DVec2::new(f64::from(from.camera.width), f64::from(from.camera.height));
@@ -72,7 +101,9 @@ fn sees(from: &Reference, to: &Reference, index: usize) -> bool {
 fn calibrated(test: &str, name: &str) -> Option<WarpScene> {
     let calib = data_file(test, &format!("rgbd/middlebury-2014/{name}/calib.txt"))?;
     let file = |name: &str| calib.with_file_name(name).to_string_lossy().into_owned();
-    let set = cameras::read(&calib, &Hints::default()).expect("good").expect("a known format");
+    let set = cameras::read(&calib, &Hints::default())
+        .expect("good")
+        .expect("a known format");
     let pair = set.pair.expect("a pair");
     let [left, right] = ["0", "1"].map(|eye| set.entry(eye).expect("an eye").camera);
     let disparity = DepthMeaning {
@@ -81,7 +112,8 @@ fn calibrated(test: &str, name: &str) -> Option<WarpScene> {
         ..DepthMeaning::of(DepthKind::Disparity)
     };
     let reference = read(&file("im0.png"), &file("disp0GT.pfm"), &disparity, |_| left);
-    let picture = |name: &str| colour::read(&Part::from_text(&file(name))).unwrap_or_else(|e| panic!("{e}"));
+    let picture =
+        |name: &str| colour::read(&Part::from_text(&file(name))).unwrap_or_else(|e| panic!("{e}"));
     let (taken, mask) = (picture("im1.png"), picture("mask0nocc.png"));
     let width = right.width as usize;
     let mut depth = vec![f32::INFINITY; width * right.height as usize];
@@ -89,8 +121,10 @@ fn calibrated(test: &str, name: &str) -> Option<WarpScene> {
     for i in (0..reference.depth.len()).filter(seen_by_both) {
         let pixel = DVec2::new((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
         let z = reference.depth[i];
-        let in_world =
-            left.camera_from_world.inverse().transform_point3(f64::from(z) * left.ray_in_camera(pixel).1);
+        let in_world = left
+            .camera_from_world
+            .inverse()
+            .transform_point3(f64::from(z) * left.ray_in_camera(pixel).1);
         let at = right.screen_from_camera(right.camera_from_world.transform_point3(in_world));
         if at.cmpge(DVec2::ZERO).all() && at.x < width as f64 && at.y < f64::from(right.height) {
             let slot = &mut depth[at.y as usize * width + at.x as usize];
@@ -101,9 +135,20 @@ fn calibrated(test: &str, name: &str) -> Option<WarpScene> {
     for (pixel, [r, g, b]) in image.rgba.iter_mut().zip(&taken.rgb) {
         *pixel = [*r, *g, *b, 1.0];
     }
-    let truth =
-        Truth { seen: depth.iter().map(|z| f32::from(u8::from(z.is_finite()))).collect(), image, depth };
-    Some(WarpScene { name: name.into(), reference, target: right, truth })
+    let truth = Truth {
+        seen: depth
+            .iter()
+            .map(|z| f32::from(u8::from(z.is_finite())))
+            .collect(),
+        image,
+        depth,
+    };
+    Some(WarpScene {
+        name: name.into(),
+        reference,
+        target: right,
+        truth,
+    })
 }
 
 fn middlebury(
@@ -113,15 +158,23 @@ fn middlebury(
     disparities: [&str; 2],
     scale: f64,
 ) -> Option<[Reference; 2]> {
-    let file = |name: &str, stem: &str| data_file(test, &format!("rgbd/middlebury-2003/{name}/{stem}.png"));
+    let file = |name: &str, stem: &str| {
+        data_file(test, &format!("rgbd/middlebury-2003/{name}/{stem}.png"))
+    };
     // The scale of the scene is free: focal length times baseline is 100 px units.
-    let meaning =
-        DepthMeaning { scale: Some(scale), baseline: Some(0.1), ..DepthMeaning::of(DepthKind::Disparity) };
+    let meaning = DepthMeaning {
+        scale: Some(scale),
+        baseline: Some(0.1),
+        ..DepthMeaning::of(DepthKind::Disparity)
+    };
     let view = |i: usize| {
         let (picture, codes) = (file(name, views[i])?, file(name, disparities[i])?);
-        Some(read(&picture.to_string_lossy(), &codes.to_string_lossy(), &meaning, |size| {
-            straight(size, 1000.0, DVec3::X * (0.1 * i as f64))
-        }))
+        Some(read(
+            &picture.to_string_lossy(),
+            &codes.to_string_lossy(),
+            &meaning,
+            |size| straight(size, 1000.0, DVec3::X * (0.1 * i as f64)),
+        ))
     };
     Some([view(0)?, view(1)?])
 }
@@ -129,16 +182,39 @@ fn middlebury(
 fn livingroom(test: &str) -> Option<[Reference; 2]> {
     let log = data_file(test, "rgbd/livingroom1/test_scene/trajectory.log")?;
     let folder = log.parent().and_then(Path::parent)?;
-    let lens = Lens { fx: 525.0, fy: 525.0, cx: 319.5, cy: 239.5, pixel_centre: PixelCentre::Integer };
-    let hints = Hints { size: Some([640, 480]), lens: Some(lens) };
-    let poses = cameras::read(&log, &hints).expect("good").expect("a known format");
-    let millimetres = DepthMeaning { scale: Some(1e-3), ..DepthMeaning::of(DepthKind::Z) };
+    let lens = Lens {
+        fx: 525.0,
+        fy: 525.0,
+        cx: 319.5,
+        cy: 239.5,
+        pixel_centre: PixelCentre::Integer,
+    };
+    let hints = Hints {
+        size: Some([640, 480]),
+        lens: Some(lens),
+    };
+    let poses = cameras::read(&log, &hints)
+        .expect("good")
+        .expect("a known format");
+    let millimetres = DepthMeaning {
+        scale: Some(1e-3),
+        ..DepthMeaning::of(DepthKind::Z)
+    };
     let view = |frame: &str| {
         let file = |kind: &str, end: &str| {
-            folder.join(kind).join(format!("{frame:0>5}.{end}")).to_string_lossy().into_owned()
+            folder
+                .join(kind)
+                .join(format!("{frame:0>5}.{end}"))
+                .to_string_lossy()
+                .into_owned()
         };
         let camera = poses.entry(frame).expect("the frame's pose").camera;
-        read(&file("image", "jpg"), &file("depth", "png"), &millimetres, |_| camera)
+        read(
+            &file("image", "jpg"),
+            &file("depth", "png"),
+            &millimetres,
+            |_| camera,
+        )
     };
     Some(["0", "20"].map(view))
 }
@@ -149,9 +225,15 @@ fn beachball(test: &str) -> Option<[Reference; 2]> {
     let z = DepthMeaning::of(DepthKind::Z);
     let view = |picture: &str, depth: &str, x: f64| {
         // Focal length times baseline is 333.32 px units; the left eye stands at negative x.
-        read(picture, depth, &z, |size| straight(size, 2000.0, DVec3::X * x))
+        read(picture, depth, &z, |size| {
+            straight(size, 2000.0, DVec3::X * x)
+        })
     };
-    let left = view(&format!("{path}:left"), &format!("{path}:left.Z"), -333.32 / 2000.0);
+    let left = view(
+        &format!("{path}:left"),
+        &format!("{path}:left.Z"),
+        -333.32 / 2000.0,
+    );
     Some([view(&path, &format!("{path}:Z"), 0.0), left])
 }
 
@@ -165,13 +247,22 @@ fn read(
     let part = Part::from_text(depth_file);
     let stored = depth::read(&part).unwrap_or_else(|error| panic!("{error}"));
     let camera = camera([picture.width as u32, picture.height as u32]);
-    input::reference(picture, &stored, camera, meaning, &part.path).unwrap_or_else(|error| panic!("{error}"))
+    input::reference(picture, &stored, camera, meaning, &part.path)
+        .unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// A camera at `eye` that looks along +z, with the centre of the picture on its axis.
 fn straight(size: [u32; 2], focal_px: f64, eye: DVec3) -> Camera {
     let [width, height] = size;
     let (cx, cy) = (0.5 * f64::from(width), 0.5 * f64::from(height));
-    let k = Intrinsics { width, height, fx: focal_px, fy: focal_px, cx, cy, pixel_centre: PixelCentre::Half };
+    let k = Intrinsics {
+        width,
+        height,
+        fx: focal_px,
+        fy: focal_px,
+        cx,
+        cy,
+        pixel_centre: PixelCentre::Half,
+    };
     Camera::from_intrinsics(&k, DMat3::IDENTITY, -eye, 1e-3).expect("a good camera")
 }

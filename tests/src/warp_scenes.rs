@@ -53,7 +53,11 @@ impl AnalyticScene {
     /// A wall, a card before it, a ball, a thin pole and slanted ground.
     pub fn room() -> Self {
         let wall = Body::Card(DVec3::new(0.0, 0.0, 9.0), DVec3::X * 12.0, DVec3::Y * 9.0);
-        let card = Body::Card(DVec3::new(-1.2, -0.3, 5.0), DVec3::new(0.8, 0.0, 0.3), DVec3::Y * 0.9);
+        let card = Body::Card(
+            DVec3::new(-1.2, -0.3, 5.0),
+            DVec3::new(0.8, 0.0, 0.3),
+            DVec3::Y * 0.9,
+        );
         let pole = Body::Card(DVec3::new(0.1, 0.0, 4.0), DVec3::X * 0.03, DVec3::Y * 3.0);
         let ground = Body::Card(DVec3::new(0.0, 1.6, 6.0), DVec3::X * 8.0, DVec3::Z * 3.5);
         let ball = Body::Sphere(DVec3::new(1.3, 0.2, 5.0), 0.8);
@@ -69,7 +73,11 @@ impl AnalyticScene {
     /// One wall across the view, turned by `yaw_rad`.
     pub fn wall(yaw_rad: f64) -> Self {
         let across = DVec3::new(yaw_rad.cos(), 0.0, yaw_rad.sin()) * 20.0;
-        Self(vec![(Body::Card(DVec3::Z * 5.0, across, DVec3::Y * 20.0), 3.0, [0.8, 0.7, 0.6])])
+        Self(vec![(
+            Body::Card(DVec3::Z * 5.0, across, DVec3::Y * 20.0),
+            3.0,
+            [0.8, 0.7, 0.6],
+        )])
     }
 
     /// The view of a camera: one ray a pixel centre.
@@ -77,8 +85,14 @@ impl AnalyticScene {
         let seen = self.rays(camera, |met| met);
         Reference {
             camera: *camera,
-            colour: seen.iter().map(|m| m.map_or([0.0; 3], |m| m.rgb.map(|v| v as f32))).collect(),
-            depth: seen.iter().map(|m| m.map_or(f32::NAN, |m| m.camera_z as f32)).collect(),
+            colour: seen
+                .iter()
+                .map(|m| m.map_or([0.0; 3], |m| m.rgb.map(|v| v as f32)))
+                .collect(),
+            depth: seen
+                .iter()
+                .map(|m| m.map_or(f32::NAN, |m| m.camera_z as f32))
+                .collect(),
         }
     }
 
@@ -91,7 +105,10 @@ impl AnalyticScene {
             *pixel = [r, g, b, 1.0];
         }
         Truth {
-            depth: seen.iter().map(|m| m.map_or(f32::INFINITY, |m| m.camera_z as f32)).collect(),
+            depth: seen
+                .iter()
+                .map(|m| m.map_or(f32::INFINITY, |m| m.camera_z as f32))
+                .collect(),
             seen: self.seen(target, reference),
             image,
         }
@@ -108,13 +125,19 @@ impl AnalyticScene {
         let at = camera.screen_from_camera(pos);
         let size = DVec2::new(f64::from(camera.width), f64::from(camera.height));
         let inside = pos.z > 0.0 && at.cmpge(DVec2::ZERO).all() && at.cmplt(size).all();
-        inside && self.ray(camera, at).is_some_and(|met| met.camera_z > pos.z * (1.0 - 1e-6))
+        inside
+            && self
+                .ray(camera, at)
+                .is_some_and(|met| met.camera_z > pos.z * (1.0 - 1e-6))
     }
 
     fn rays<T: Send>(&self, camera: &Camera, of: impl Fn(Option<Met>) -> T + Sync) -> Vec<T> {
         let width = camera.width as usize;
         let pixel = |i: usize| DVec2::new((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
-        (0..width * camera.height as usize).into_par_iter().map(|i| of(self.ray(camera, pixel(i)))).collect()
+        (0..width * camera.height as usize)
+            .into_par_iter()
+            .map(|i| of(self.ray(camera, pixel(i))))
+            .collect()
     }
 
     fn ray(&self, camera: &Camera, pos_in_screen: DVec2) -> Option<Met> {
@@ -124,7 +147,11 @@ impl AnalyticScene {
         let hits = self.0.iter().filter_map(|(body, period, tint)| {
             let camera_z = body.hit(eye, direction)?;
             let pos_in_world = eye + camera_z * direction;
-            Some(Met { camera_z, pos_in_world, rgb: pattern(pos_in_world / *period, *tint) })
+            Some(Met {
+                camera_z,
+                pos_in_world,
+                rgb: pattern(pos_in_world / *period, *tint),
+            })
         });
         hits.min_by(|a, b| a.camera_z.total_cmp(&b.camera_z))
     }

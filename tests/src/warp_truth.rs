@@ -63,20 +63,39 @@ impl WarpScene {
     /// If a file is there and cannot be read.
     pub fn load(test: &str, name: &str) -> Option<Self> {
         let file = |file: &str| data_file(test, &format!("warp-truth/{name}/{file}"));
-        let (reference, target, cameras) = (file("ref.exr")?, file("target.exr")?, file("cameras.json")?);
+        let (reference, target, cameras) =
+            (file("ref.exr")?, file("target.exr")?, file("cameras.json")?);
         let cameras: Value =
-            serde_json::from_str(&std::fs::read_to_string(cameras).expect("readable")).expect("JSON");
+            serde_json::from_str(&std::fs::read_to_string(cameras).expect("readable"))
+                .expect("JSON");
         let from = channels(&reference);
         let colour = colours(&from);
-        let depth = from.plane("Z").iter().map(|&z| if z.is_finite() { z } else { f32::NAN }).collect();
-        let reference = Reference { camera: camera(&cameras["ref"]), colour, depth };
+        let depth = from
+            .plane("Z")
+            .iter()
+            .map(|&z| if z.is_finite() { z } else { f32::NAN })
+            .collect();
+        let reference = Reference {
+            camera: camera(&cameras["ref"]),
+            colour,
+            depth,
+        };
         let to = channels(&target);
         let mut image = Image::transparent(to.size[0], to.size[1]);
         for (pixel, [r, g, b]) in image.rgba.iter_mut().zip(colours(&to)) {
             *pixel = [r, g, b, 1.0];
         }
-        let truth = Truth { image, depth: to.plane("Z").to_vec(), seen: to.plane("visible").to_vec() };
-        Some(Self { name: name.into(), reference, target: camera(&cameras["targets"][0]), truth })
+        let truth = Truth {
+            image,
+            depth: to.plane("Z").to_vec(),
+            seen: to.plane("visible").to_vec(),
+        };
+        Some(Self {
+            name: name.into(),
+            reference,
+            target: camera(&cameras["targets"][0]),
+            truth,
+        })
     }
 }
 
@@ -99,7 +118,9 @@ fn channels(path: &Path) -> Channels {
     let planes = layer.channel_data.list.iter();
     Channels {
         size: [layer.size.width(), layer.size.height()],
-        planes: planes.map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect())).collect(),
+        planes: planes
+            .map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect()))
+            .collect(),
     }
 }
 
@@ -111,7 +132,12 @@ fn colours(channels: &Channels) -> Vec<[f32; 3]> {
 fn camera(value: &Value) -> Camera {
     let number = |name: &str| value[name].as_f64().expect("a number");
     let list = |name: &str| -> Vec<f64> {
-        value[name].as_array().expect("a list").iter().map(|v| v.as_f64().expect("a number")).collect()
+        value[name]
+            .as_array()
+            .expect("a list")
+            .iter()
+            .map(|v| v.as_f64().expect("a number"))
+            .collect()
     };
     let intrinsics = Intrinsics {
         width: number("W") as u32,
@@ -123,5 +149,6 @@ fn camera(value: &Value) -> Camera {
         pixel_centre: PixelCentre::Integer,
     };
     let rotation = DMat3::from_cols_slice(&list("R")).transpose();
-    Camera::from_intrinsics(&intrinsics, rotation, DVec3::from_slice(&list("t")), NEAR).expect("a camera")
+    Camera::from_intrinsics(&intrinsics, rotation, DVec3::from_slice(&list("t")), NEAR)
+        .expect("a camera")
 }

@@ -11,30 +11,54 @@ const APPLICATIONS: [&str; 3] = ["texmap", "warp3d", "volsplat"];
 /// The workspace's crates and, of their dependencies (development ones aside), those that are in the workspace.
 fn workspace_dependencies() -> BTreeMap<String, BTreeSet<String>> {
     let output = Command::new(env!("CARGO"))
-        .args(["metadata", "--no-deps", "--format-version", "1", "--offline", "--manifest-path"])
+        .args([
+            "metadata",
+            "--no-deps",
+            "--format-version",
+            "1",
+            "--offline",
+            "--manifest-path",
+        ])
         .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/../Cargo.toml"))
         .output()
         .expect("cargo runs");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     let metadata: Value = serde_json::from_slice(&output.stdout).expect("cargo writes JSON");
     let packages = metadata["packages"].as_array().expect("a list of packages");
     let name = |value: &Value| value["name"].as_str().expect("a name").to_owned();
     let members: BTreeSet<String> = packages.iter().map(name).collect();
     let used = |package: &Value| {
         let all = package["dependencies"].as_array().expect("a list").iter();
-        all.filter(|d| d["kind"].as_str() != Some("dev")).map(name).filter(|d| members.contains(d)).collect()
+        all.filter(|d| d["kind"].as_str() != Some("dev"))
+            .map(name)
+            .filter(|d| members.contains(d))
+            .collect()
     };
-    packages.iter().map(|package| (name(package), used(package))).collect()
+    packages
+        .iter()
+        .map(|package| (name(package), used(package)))
+        .collect()
 }
 
 #[test]
 fn dependencies_flow_one_way() {
     let uses = workspace_dependencies();
     assert!(uses.contains_key(CORE), "the core is a member: {uses:?}");
-    assert!(uses[CORE].is_empty(), "{CORE} depends on nothing of ours, but uses {:?}", uses[CORE]);
+    assert!(
+        uses[CORE].is_empty(),
+        "{CORE} depends on nothing of ours, but uses {:?}",
+        uses[CORE]
+    );
     for application in APPLICATIONS.iter().filter(|a| uses.contains_key(**a)) {
         let only_core = BTreeSet::from([CORE.to_owned()]);
-        assert_eq!(uses[*application], only_core, "{application} may know the core alone");
+        assert_eq!(
+            uses[*application], only_core,
+            "{application} may know the core alone"
+        );
     }
 }
 

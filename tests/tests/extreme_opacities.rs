@@ -7,7 +7,9 @@
 use glam::{DAffine3, DVec3};
 use resample_core::{KernelShape, SelectMode};
 use resample_tests::field::ReferenceKernel;
-use resample_tests::scenes::{full, grey, orthographic, perspective, random_volume, render, single_voxel};
+use resample_tests::scenes::{
+    full, grey, orthographic, perspective, random_volume, render, single_voxel,
+};
 use volsplat::{RenderOptions, Volume, Voxels};
 
 const LAYERS: usize = 1_000_000;
@@ -20,21 +22,37 @@ fn row(len: usize) -> Volume {
 /// Transmittance of the middle pixel of a picture along the row, and its true value.
 fn through_the_row(len: usize, opacity: f64, shape: KernelShape) -> [f64; 2] {
     let camera = orthographic(DVec3::new(0.0, 0.0, -5.0), DVec3::ZERO, 3.0, [3, 3]);
-    let options = RenderOptions { kernel: shape, ..full(SelectMode::Splats) };
+    let options = RenderOptions {
+        kernel: shape,
+        ..full(SelectMode::Splats)
+    };
     let image = render(&row(len), &grey(opacity), &options, &camera);
-    let per_layer = -(-opacity).ln_1p() * ReferenceKernel::new(shape).line_integral(0.0, f64::NEG_INFINITY);
-    [1.0 - f64::from(image.pixel(1, 1)[3]), (-(len as f64) * per_layer).exp()]
+    let per_layer =
+        -(-opacity).ln_1p() * ReferenceKernel::new(shape).line_integral(0.0, f64::NEG_INFINITY);
+    [
+        1.0 - f64::from(image.pixel(1, 1)[3]),
+        (-(len as f64) * per_layer).exp(),
+    ]
 }
 
 /// Error found in the transmittance of a pixel: 1.1e-7 for layers of 1e-5, 1.3e-3 for 1e-6 (8 units in the last place,
 /// rounded), 1.3e-2 for 1e-7 (less than one unit, which is what is taken), 4.8e-3 for 1e-8 (all of it is lost).
 #[test]
 fn a_million_faint_layers() {
-    for (opacity, bound) in [(1e-5, 1e-6), (1e-6, 2e-3), (1e-7, 2e-2), (1e-8, 6e-3), (1e-12, 6e-7)] {
+    for (opacity, bound) in [
+        (1e-5, 1e-6),
+        (1e-6, 2e-3),
+        (1e-7, 2e-2),
+        (1e-8, 6e-3),
+        (1e-12, 6e-7),
+    ] {
         let [got, truth] = through_the_row(LAYERS, opacity, KernelShape::Gaussian);
         let error = (got - truth).abs();
         println!("a million layers of {opacity:e}: {got:.6}, truly {truth:.6}, error {error:.1e}");
-        assert!(error < bound, "a million layers of {opacity:e}: {got} instead of {truth}");
+        assert!(
+            error < bound,
+            "a million layers of {opacity:e}: {got} instead of {truth}"
+        );
     }
 }
 
@@ -43,17 +61,41 @@ fn a_million_faint_layers() {
 #[test]
 fn a_million_faint_points() {
     let camera = orthographic(DVec3::new(0.0, 0.0, -5.0), DVec3::ZERO, 18.0, [9, 9]);
-    let image = render(&row(LAYERS), &grey(1e-6), &full(SelectMode::Points), &camera);
-    let depth: f64 = image.rgba.iter().map(|p| -(1.0 - f64::from(p[3])).ln()).sum();
+    let image = render(
+        &row(LAYERS),
+        &grey(1e-6),
+        &full(SelectMode::Points),
+        &camera,
+    );
+    let depth: f64 = image
+        .rgba
+        .iter()
+        .map(|p| -(1.0 - f64::from(p[3])).ln())
+        .sum();
     let truth = -(-1e-6f64).ln_1p() * LAYERS as f64 * 0.25;
-    println!("a million points of 1e-6: optical depth {depth:.6} over the screen, truly {truth:.6}");
-    assert!((depth - truth).abs() < 0.12, "optical depth {depth}, expected {truth}");
+    println!(
+        "a million points of 1e-6: optical depth {depth:.6} over the screen, truly {truth:.6}"
+    );
+    assert!(
+        (depth - truth).abs() < 0.12,
+        "optical depth {depth}, expected {truth}"
+    );
     // Sheets of a thousand voxels lose nothing.
-    let thick = RenderOptions { sheet_voxels: 1000.0, ..full(SelectMode::Points) };
+    let thick = RenderOptions {
+        sheet_voxels: 1000.0,
+        ..full(SelectMode::Points)
+    };
     let image = render(&row(LAYERS), &grey(1e-6), &thick, &camera);
-    let depth: f64 = image.rgba.iter().map(|p| -(1.0 - f64::from(p[3])).ln()).sum();
+    let depth: f64 = image
+        .rgba
+        .iter()
+        .map(|p| -(1.0 - f64::from(p[3])).ln())
+        .sum();
     println!("in sheets of a thousand voxels: {depth:.6}");
-    assert!((depth / truth - 1.0).abs() < 1e-3, "in thick sheets: optical depth {depth}, expected {truth}");
+    assert!(
+        (depth / truth - 1.0).abs() < 1e-3,
+        "in thick sheets: optical depth {depth}, expected {truth}"
+    );
 }
 
 /// Transmittance falls through the last normal f32 to 0 and stays a number; alpha ends at exactly 1.
@@ -63,7 +105,10 @@ fn transmittance_at_the_edge_of_f32() {
         for len in [10, 60, 120, 400] {
             let [got, truth] = through_the_row(len, opacity, KernelShape::Gaussian);
             println!("{len} layers of {opacity}: {got:e}, truly {truth:e}");
-            assert!((got - truth).abs() < 1e-5, "{len} layers of {opacity}: {got:e} instead of {truth:e}");
+            assert!(
+                (got - truth).abs() < 1e-5,
+                "{len} layers of {opacity}: {got:e} instead of {truth:e}"
+            );
         }
     }
 }
@@ -71,17 +116,36 @@ fn transmittance_at_the_edge_of_f32() {
 #[test]
 fn opacity_of_zero_is_nothing_and_of_one_is_a_wall() {
     let volume = random_volume([5, 5, 5], DAffine3::IDENTITY);
-    let camera = perspective(DVec3::new(9.0, 8.0, -7.0), DVec3::splat(2.0), 30.0, [24, 24]);
-    for select in [SelectMode::Hybrid, SelectMode::Points, SelectMode::Splats, SelectMode::Ewa] {
+    let camera = perspective(
+        DVec3::new(9.0, 8.0, -7.0),
+        DVec3::splat(2.0),
+        30.0,
+        [24, 24],
+    );
+    for select in [
+        SelectMode::Hybrid,
+        SelectMode::Points,
+        SelectMode::Splats,
+        SelectMode::Ewa,
+    ] {
         let nothing = render(&volume, &grey(0.0), &full(select), &camera);
-        assert!(nothing.rgba.iter().all(|p| *p == [0.0; 4]), "{select:?}: opacity 0 is seen");
+        assert!(
+            nothing.rgba.iter().all(|p| *p == [0.0; 4]),
+            "{select:?}: opacity 0 is seen"
+        );
         for shape in KernelShape::ALL {
-            let options = RenderOptions { kernel: shape, ..full(select) };
+            let options = RenderOptions {
+                kernel: shape,
+                ..full(select)
+            };
             let solid = resample_tests::scenes::volume([5, 5, 5], DAffine3::IDENTITY, |_| 1.0);
             let image = render(&solid, &grey(1.0), &options, &camera);
             let middle = image.pixel(12, 12);
             if select != SelectMode::Points {
-                assert!(middle[3] > 0.9999, "{select:?}, {shape:?}: a wall lets light through: {middle:?}");
+                assert!(
+                    middle[3] > 0.9999,
+                    "{select:?}, {shape:?}: a wall lets light through: {middle:?}"
+                );
             }
         }
     }
@@ -91,10 +155,22 @@ fn opacity_of_zero_is_nothing_and_of_one_is_a_wall() {
 #[test]
 fn opacity_of_a_millionth_of_a_millionth() {
     let camera = orthographic(DVec3::new(0.0, 0.0, -5.0), DVec3::ZERO, 3.0, [3, 3]);
-    let image = render(&single_voxel(DVec3::ZERO), &grey(1e-12), &full(SelectMode::Splats), &camera);
-    let truth = 1e-12 * ReferenceKernel::new(KernelShape::Gaussian).line_integral(0.0, f64::NEG_INFINITY);
+    let image = render(
+        &single_voxel(DVec3::ZERO),
+        &grey(1e-12),
+        &full(SelectMode::Splats),
+        &camera,
+    );
+    let truth =
+        1e-12 * ReferenceKernel::new(KernelShape::Gaussian).line_integral(0.0, f64::NEG_INFINITY);
     let [red, .., alpha] = image.pixel(1, 1);
     println!("opacity 1e-12: red {red:e}, truly {truth:e}, alpha {alpha:e}");
-    assert!((f64::from(red) / truth - 1.0).abs() < 1e-4, "red {red:e}, expected {truth:e}");
-    assert!((f64::from(alpha) - truth).abs() < 2e-12, "alpha {alpha:e}, expected {truth:e}");
+    assert!(
+        (f64::from(red) / truth - 1.0).abs() < 1e-4,
+        "red {red:e}, expected {truth:e}"
+    );
+    assert!(
+        (f64::from(alpha) - truth).abs() < 2e-12,
+        "alpha {alpha:e}, expected {truth:e}"
+    );
 }

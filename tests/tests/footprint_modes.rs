@@ -35,8 +35,11 @@ fn view() -> GridView {
 
 /// Largest |index - d/r| over the footprint; `index` gets the screen position and the true d/r.
 fn worst_over_footprint(theta: f64, alpha: f64, index: impl Fn(DVec2, f64) -> f64) -> f64 {
-    let (across, up, along) =
-        (DVec3::new(theta.cos(), 0.0, -theta.sin()), DVec3::Y, DVec3::new(theta.sin(), 0.0, theta.cos()));
+    let (across, up, along) = (
+        DVec3::new(theta.cos(), 0.0, -theta.sin()),
+        DVec3::Y,
+        DVec3::new(theta.sin(), 0.0, theta.cos()),
+    );
     let mut worst = 0.0f64;
     for ring in 1..=250 {
         let beta = alpha * f64::from(ring) / 250.0;
@@ -57,7 +60,9 @@ fn worst_of(mode: FootprintMode, theta_deg: f64, alpha_deg: f64) -> f64 {
     let centre = 40.0 * DVec3::new(theta.sin(), 0.0, theta.cos());
     let ball = BallGeometry::new(&view, centre, 40.0 * alpha.sin()).expect("wholly in front");
     let footprint = Footprint::new(mode, &ball);
-    worst_over_footprint(theta, alpha, |screen, _| footprint.index2(&view, screen).sqrt())
+    worst_over_footprint(theta, alpha, |screen, _| {
+        footprint.index2(&view, screen).sqrt()
+    })
 }
 
 /// Two digits, as the table is printed.
@@ -73,9 +78,16 @@ fn check_table(mode: FootprintMode, expected: &[[&str; 4]; 4]) {
     for ((theta, row), errors) in THETAS.iter().zip(expected).zip(&measured) {
         for ((alpha, figure), &error) in ALPHAS.iter().zip(row).zip(errors) {
             if *figure == "0" {
-                assert!(error < 1e-9, "{mode:?} at theta {theta}, alpha {alpha}: {error}, expected none");
+                assert!(
+                    error < 1e-9,
+                    "{mode:?} at theta {theta}, alpha {alpha}: {error}, expected none"
+                );
             } else {
-                assert_eq!(two_digits(error), *figure, "{mode:?} at theta {theta}, alpha {alpha}");
+                assert_eq!(
+                    two_digits(error),
+                    *figure,
+                    "{mode:?} at theta {theta}, alpha {alpha}"
+                );
             }
         }
     }
@@ -127,7 +139,10 @@ fn exact_is_exact() {
     for theta in THETAS {
         for alpha in ALPHAS {
             let error = worst_of(FootprintMode::Exact, theta, alpha);
-            assert!(error < 1e-9, "exact at theta {theta}, alpha {alpha} is off by {error}");
+            assert!(
+                error < 1e-9,
+                "exact at theta {theta}, alpha {alpha} is off by {error}"
+            );
         }
     }
 }
@@ -138,19 +153,30 @@ fn exact_is_exact() {
 fn the_renderer_evaluates_the_mode_that_was_asked_for() {
     let grid = DAffine3::from_scale(DVec3::new(1.0, 0.7, 1.6));
     let voxel = volume([1, 1, 1], grid, |_| 1.0);
-    let camera = perspective(DVec3::new(-2.0, 1.5, -7.0), DVec3::new(0.5, 0.8, 0.0), 60.0, [64, 48]);
+    let camera = perspective(
+        DVec3::new(-2.0, 1.5, -7.0),
+        DVec3::new(0.5, 0.8, 0.0),
+        60.0,
+        [64, 48],
+    );
     let view = GridView::new(&camera, &grid);
     let rays = RaySource::new(&camera, &grid);
     let kernel = ReferenceKernel::new(KernelShape::Gaussian);
     let ball = BallGeometry::new(&view, DVec3::ZERO, kernel.radius).expect("wholly in front");
     for mode in FootprintMode::ALL {
         let footprint = Footprint::new(mode, &ball);
-        let options = RenderOptions { footprint: mode, opacity_unit: Some(1.0), ..full(SelectMode::Splats) };
+        let options = RenderOptions {
+            footprint: mode,
+            opacity_unit: Some(1.0),
+            ..full(SelectMode::Splats)
+        };
         let image = render(&voxel, &grey(0.6), &options, &camera);
         let mut worst = 0.0f64;
         for (i, pixel) in image.rgba.iter().enumerate() {
             let (x, y) = (i % 64, i / 64);
-            let index = footprint.index2(&view, DVec2::new(x as f64 + 0.5, y as f64 + 0.5)).sqrt();
+            let index = footprint
+                .index2(&view, DVec2::new(x as f64 + 0.5, y as f64 + 0.5))
+                .sqrt();
             let integral = kernel.line_integral(index * kernel.radius, f64::NEG_INFINITY);
             let depth = -(0.4f64.ln()) * integral * rays.pixel(x, y).world_per_voxel();
             worst = worst.max((f64::from(pixel[3]) - (1.0 - (-depth).exp())).abs());
@@ -165,15 +191,23 @@ fn the_renderer_evaluates_the_mode_that_was_asked_for() {
 fn the_misprint_costs_more_than_the_table_gains() {
     let alpha = 15f64.to_radians();
     let index = |screen: DVec2| (screen - DVec2::splat(500.0)).length() / (FOCAL_PX * alpha.tan());
-    let printed = worst_over_footprint(0.0, alpha, |screen, _| index_as_printed(index(screen), alpha));
+    let printed = worst_over_footprint(0.0, alpha, |screen, _| {
+        index_as_printed(index(screen), alpha)
+    });
     let without = worst_over_footprint(0.0, alpha, |screen, _| index(screen));
     let corrected = worst_over_footprint(0.0, alpha, |screen, _| {
         // The tangent ray passes at r: OE / OF is 1 / sin(alpha).
         (index(screen) * alpha.tan()).atan().sin() / alpha.sin()
     });
     println!("printed {printed:.2e}, without a table {without:.2e}, corrected {corrected:.2e}");
-    assert_eq!((two_digits(printed), two_digits(without)), ("3.4e-2".to_owned(), "1.3e-2".to_owned()));
+    assert_eq!(
+        (two_digits(printed), two_digits(without)),
+        ("3.4e-2".to_owned(), "1.3e-2".to_owned())
+    );
     assert!(corrected < 1e-12, "corrected: {corrected}");
     // At the rim the printed form gives cos(alpha), so that a tangent ray would still meet the kernel.
-    assert!((index_as_printed(1.0, alpha) - alpha.cos()).abs() < 1e-12, "printed form at the rim");
+    assert!(
+        (index_as_printed(1.0, alpha) - alpha.cos()).abs() < 1e-12,
+        "printed form at the rim"
+    );
 }

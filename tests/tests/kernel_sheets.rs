@@ -7,12 +7,13 @@ use resample_core::{Camera, KernelShape, SelectMode};
 use resample_tests::kernel_sheet_reference::render as reference;
 use resample_tests::reference::Scene;
 use resample_tests::scenes::{
-    coloured, orthographic, perspective, random_volume, render, sheared_grid, transfer, worst_difference,
+    coloured, orthographic, perspective, random_volume, render, sheared_grid, transfer,
+    worst_difference,
 };
 use volsplat::procedural::blobs;
 use volsplat::{
-    Cells, Classify, Clip, ClipPlane, Interpolate, Light, RenderOptions, Renderer, Shading, SheetKernel,
-    SheetSums, Subpixels, TransferFunction, Volume,
+    Cells, Classify, Clip, ClipPlane, Interpolate, Light, RenderOptions, Renderer, Shading,
+    SheetKernel, SheetSums, Subpixels, TransferFunction, Volume,
 };
 
 const KERNELS: [SheetKernel; 4] = [
@@ -41,7 +42,11 @@ fn options(sheet_kernel: SheetKernel, classify: Classify) -> RenderOptions {
 }
 
 fn bound(options: &RenderOptions) -> f64 {
-    let residual = if options.interpolate == Interpolate::On { 1e-3 } else { 0.0 };
+    let residual = if options.interpolate == Interpolate::On {
+        1e-3
+    } else {
+        0.0
+    };
     residual
         + match (options.sheet_kernel, options.select) {
             (SheetKernel::Radial(_), SelectMode::Points | SelectMode::Hybrid) => 8e-3,
@@ -50,9 +55,19 @@ fn bound(options: &RenderOptions) -> f64 {
         }
 }
 
-fn hold(name: &str, (volume, look): (&Volume, &TransferFunction), camera: &Camera, options: &RenderOptions) {
+fn hold(
+    name: &str,
+    (volume, look): (&Volume, &TransferFunction),
+    camera: &Camera,
+    options: &RenderOptions,
+) {
     let image = render(volume, look, options, camera);
-    let truth = reference(&Scene { volume, transfer: look, camera, options });
+    let truth = reference(&Scene {
+        volume,
+        transfer: look,
+        camera,
+        options,
+    });
     let errors = image.rgba.iter().zip(&truth);
     let worst = errors
         .flat_map(|(got, truth)| got.iter().zip(truth))
@@ -71,7 +86,10 @@ fn hold(name: &str, (volume, look): (&Volume, &TransferFunction), camera: &Camer
 
 fn cameras(middle: DVec3, size: f64) -> [Camera; 2] {
     let eye = middle + size * DVec3::new(0.9, 0.55, -1.0);
-    [perspective(eye, middle, 40.0, [15, 13]), orthographic(eye, middle, 0.9 * size, [15, 13])]
+    [
+        perspective(eye, middle, 40.0, [15, 13]),
+        orthographic(eye, middle, 0.9 * size, [15, 13]),
+    ]
 }
 
 fn hold_grid(name: &str, grid: DAffine3) {
@@ -80,11 +98,27 @@ fn hold_grid(name: &str, grid: DAffine3) {
     let size = (grid.matrix3 * DVec3::new(5.0, 4.0, 6.0)).length();
     for camera in cameras(middle, size) {
         for kernel in KERNELS {
-            for classify in CLASSIFY.into_iter().filter(|classify| summed(kernel, *classify)) {
+            for classify in CLASSIFY
+                .into_iter()
+                .filter(|classify| summed(kernel, *classify))
+            {
                 let name = format!("{name}, {:?}", camera.projection);
-                hold(&name, (&volume, &coloured(0.3)), &camera, &options(kernel, classify));
-                let thick = RenderOptions { slab_voxels: 1.3, ..options(kernel, classify) };
-                hold(&format!("{name}, thick"), (&volume, &coloured(0.3)), &camera, &thick);
+                hold(
+                    &name,
+                    (&volume, &coloured(0.3)),
+                    &camera,
+                    &options(kernel, classify),
+                );
+                let thick = RenderOptions {
+                    slab_voxels: 1.3,
+                    ..options(kernel, classify)
+                };
+                hold(
+                    &format!("{name}, thick"),
+                    (&volume, &coloured(0.3)),
+                    &camera,
+                    &thick,
+                );
             }
         }
     }
@@ -98,7 +132,10 @@ fn cubic_grid() {
 #[test]
 fn sheared_grid_and_stretched_grid() {
     hold_grid("sheared", sheared_grid());
-    hold_grid("stretched", DAffine3::from_scale(DVec3::new(0.5, 1.3, -0.7)));
+    hold_grid(
+        "stretched",
+        DAffine3::from_scale(DVec3::new(0.5, 1.3, -0.7)),
+    );
 }
 
 #[test]
@@ -108,8 +145,16 @@ fn eye_inside_the_volume() {
     for fov_deg in [40.0, 110.0] {
         let camera = perspective(eye, eye + DVec3::new(0.5, 0.2, 1.0), fov_deg, [15, 13]);
         for kernel in KERNELS {
-            for classify in CLASSIFY.into_iter().filter(|classify| summed(kernel, *classify)) {
-                hold("eye inside", (&volume, &coloured(0.3)), &camera, &options(kernel, classify));
+            for classify in CLASSIFY
+                .into_iter()
+                .filter(|classify| summed(kernel, *classify))
+            {
+                hold(
+                    "eye inside",
+                    (&volume, &coloured(0.3)),
+                    &camera,
+                    &options(kernel, classify),
+                );
             }
         }
     }
@@ -119,11 +164,19 @@ fn eye_inside_the_volume() {
 fn points_and_mixtures() {
     let volume = random_volume([6, 5, 12], DAffine3::IDENTITY);
     // The spacing falls below one pixel half way through.
-    let camera = perspective(DVec3::new(2.5, 2.0, -7.0), DVec3::new(2.4, 2.1, 6.0), 80.0, [22, 22]);
+    let camera = perspective(
+        DVec3::new(2.5, 2.0, -7.0),
+        DVec3::new(2.4, 2.1, 6.0),
+        80.0,
+        [22, 22],
+    );
     for select in [SelectMode::Points, SelectMode::Hybrid] {
         for classify in CLASSIFY {
             for kernel in &KERNELS[1..] {
-                let options = RenderOptions { select, ..options(*kernel, classify) };
+                let options = RenderOptions {
+                    select,
+                    ..options(*kernel, classify)
+                };
                 hold("mixture", (&volume, &coloured(0.3)), &camera, &options);
             }
         }
@@ -134,7 +187,12 @@ fn points_and_mixtures() {
     };
     let mut renderer = Renderer::new(&volume, &coloured(0.3), &hybrid).expect("valid options");
     let stats = renderer.render(&camera).expect("a valid camera").stats;
-    assert!(stats.points > 9 && stats.splats > 9, "{} points, {} splats", stats.points, stats.splats);
+    assert!(
+        stats.points > 9 && stats.splats > 9,
+        "{} points, {} splats",
+        stats.points,
+        stats.splats
+    );
 }
 
 #[test]
@@ -143,8 +201,16 @@ fn means_of_cells() {
     let middle = sheared_grid().transform_point3(DVec3::new(2.0, 1.5, 2.5));
     for camera in cameras(middle, 7.0) {
         for kernel in KERNELS {
-            let options = RenderOptions { cells: Cells::Mean, ..options(kernel, Classify::Pre) };
-            hold("means of cells", (&volume, &coloured(0.3)), &camera, &options);
+            let options = RenderOptions {
+                cells: Cells::Mean,
+                ..options(kernel, Classify::Pre)
+            };
+            hold(
+                "means of cells",
+                (&volume, &coloured(0.3)),
+                &camera,
+                &options,
+            );
         }
     }
 }
@@ -158,8 +224,17 @@ fn interpolating_kernels() {
         for kernel in &KERNELS[1..] {
             for select in [SelectMode::Splats, SelectMode::Points] {
                 let interpolate = Interpolate::On;
-                let options = RenderOptions { interpolate, select, ..options(*kernel, Classify::Post) };
-                hold("interpolating", (&volume, &coloured(0.3)), &camera, &options);
+                let options = RenderOptions {
+                    interpolate,
+                    select,
+                    ..options(*kernel, Classify::Post)
+                };
+                hold(
+                    "interpolating",
+                    (&volume, &coloured(0.3)),
+                    &camera,
+                    &options,
+                );
             }
         }
     }
@@ -170,8 +245,15 @@ fn lights() -> [RenderOptions; 3] {
     let towards = Light::Towards(DVec3::new(0.4, 1.0, -0.7));
     let plain = RenderOptions::default();
     [
-        RenderOptions { shading: Shading::Phong, ..plain.clone() },
-        RenderOptions { shading: Shading::Lambert, light: towards, ..plain.clone() },
+        RenderOptions {
+            shading: Shading::Phong,
+            ..plain.clone()
+        },
+        RenderOptions {
+            shading: Shading::Lambert,
+            light: towards,
+            ..plain.clone()
+        },
         RenderOptions {
             shading: Shading::Phong,
             light: towards,
@@ -183,8 +265,18 @@ fn lights() -> [RenderOptions; 3] {
 
 /// `options`, lit and following the gradient as `light` says.
 fn lit_as(light: &RenderOptions, options: RenderOptions) -> RenderOptions {
-    let RenderOptions { shading, light, gradient_opacity, .. } = light.clone();
-    RenderOptions { shading, light, gradient_opacity, ..options }
+    let RenderOptions {
+        shading,
+        light,
+        gradient_opacity,
+        ..
+    } = light.clone();
+    RenderOptions {
+        shading,
+        light,
+        gradient_opacity,
+        ..options
+    }
 }
 
 #[test]
@@ -192,8 +284,14 @@ fn gradients_are_summed_with_the_scalars() {
     let volume = random_volume([5, 4, 6], sheared_grid());
     let middle = sheared_grid().transform_point3(DVec3::new(2.0, 1.5, 2.5));
     for camera in cameras(middle, 7.0) {
-        for (light, kernel) in lights().iter().flat_map(|light| KERNELS.map(|kernel| (light, kernel))) {
-            for classify in CLASSIFY.into_iter().filter(|classify| summed(kernel, *classify)) {
+        for (light, kernel) in lights()
+            .iter()
+            .flat_map(|light| KERNELS.map(|kernel| (light, kernel)))
+        {
+            for classify in CLASSIFY
+                .into_iter()
+                .filter(|classify| summed(kernel, *classify))
+            {
                 let lit = lit_as(light, options(kernel, classify));
                 hold("lit", (&volume, &coloured(0.3)), &camera, &lit);
             }
@@ -209,13 +307,37 @@ fn light_on_points_on_interpolating_kernels_and_on_cells() {
     let gaussian = SheetKernel::Radial(KernelShape::Gaussian);
     for light in &lights() {
         for classify in CLASSIFY {
-            let points = RenderOptions { select: SelectMode::Points, ..options(gaussian, classify) };
-            hold("lit points", (&volume, &coloured(0.3)), &camera, &lit_as(light, points));
+            let points = RenderOptions {
+                select: SelectMode::Points,
+                ..options(gaussian, classify)
+            };
+            hold(
+                "lit points",
+                (&volume, &coloured(0.3)),
+                &camera,
+                &lit_as(light, points),
+            );
         }
-        let sharp = RenderOptions { interpolate: Interpolate::On, ..options(gaussian, Classify::Post) };
-        hold("lit, interpolating", (&volume, &coloured(0.3)), &camera, &lit_as(light, sharp));
-        let cells = RenderOptions { cells: Cells::Mean, ..options(gaussian, Classify::Pre) };
-        hold("lit cells", (&volume, &coloured(0.3)), &camera, &lit_as(light, cells));
+        let sharp = RenderOptions {
+            interpolate: Interpolate::On,
+            ..options(gaussian, Classify::Post)
+        };
+        hold(
+            "lit, interpolating",
+            (&volume, &coloured(0.3)),
+            &camera,
+            &lit_as(light, sharp),
+        );
+        let cells = RenderOptions {
+            cells: Cells::Mean,
+            ..options(gaussian, Classify::Pre)
+        };
+        hold(
+            "lit cells",
+            (&volume, &coloured(0.3)),
+            &camera,
+            &lit_as(light, cells),
+        );
     }
 }
 
@@ -225,19 +347,41 @@ fn clips_cut_sections_along_the_ray_and_keep_points_or_not() {
     let middle = sheared_grid().transform_point3(DVec3::new(2.5, 2.0, 3.0));
     let normal = DVec3::new(1.0, 2.0, -1.0);
     // Through no voxel: rounding would decide about a point that lies in the plane.
-    let slanted = ClipPlane { normal, offset: normal.dot(middle) + 0.03 };
-    let crop_in_world = Some([middle - DVec3::new(1.1, 0.7, 2.3), middle + DVec3::new(0.9, 1.3, 1.7)]);
+    let slanted = ClipPlane {
+        normal,
+        offset: normal.dot(middle) + 0.03,
+    };
+    let crop_in_world = Some([
+        middle - DVec3::new(1.1, 0.7, 2.3),
+        middle + DVec3::new(0.9, 1.3, 1.7),
+    ]);
     for clip in [
-        Clip { planes: vec![slanted], ..Clip::default() },
-        Clip { crop_in_world, ..Clip::default() },
-        Clip { crop_in_world, planes: vec![slanted], ..Clip::default() },
+        Clip {
+            planes: vec![slanted],
+            ..Clip::default()
+        },
+        Clip {
+            crop_in_world,
+            ..Clip::default()
+        },
+        Clip {
+            crop_in_world,
+            planes: vec![slanted],
+            ..Clip::default()
+        },
     ] {
         for camera in cameras(middle, 9.0) {
             for kernel in KERNELS {
-                for classify in CLASSIFY.into_iter().filter(|classify| summed(kernel, *classify)) {
+                for classify in CLASSIFY
+                    .into_iter()
+                    .filter(|classify| summed(kernel, *classify))
+                {
                     for select in [SelectMode::Splats, SelectMode::Points] {
-                        let clipped =
-                            RenderOptions { clip: clip.clone(), select, ..options(kernel, classify) };
+                        let clipped = RenderOptions {
+                            clip: clip.clone(),
+                            select,
+                            ..options(kernel, classify)
+                        };
                         hold("clipped", (&volume, &coloured(0.3)), &camera, &clipped);
                     }
                 }
@@ -254,7 +398,12 @@ fn dropped_voxels_change_nothing() {
     let band = transfer(&white, &[(0.6, 0.0), (0.9, 0.5), (1.2, 0.0)]);
     for camera in cameras(DVec3::ZERO, 2.0) {
         for kernel in KERNELS {
-            hold("band of blobs", (&volume, &band), &camera, &options(kernel, Classify::Post));
+            hold(
+                "band of blobs",
+                (&volume, &band),
+                &camera,
+                &options(kernel, Classify::Post),
+            );
         }
     }
 }
@@ -265,11 +414,17 @@ fn gather_and_scatter_are_untouched_by_the_new_choices() {
     let volume = blobs(21).expect("a good size");
     let camera = perspective(DVec3::new(1.9, 1.2, -2.3), DVec3::ZERO, 45.0, [40, 40]);
     let gather = options(SheetKernel::Trilinear, Classify::Post);
-    let scatter = RenderOptions { sheet_sums: SheetSums::Scatter, ..gather.clone() };
+    let scatter = RenderOptions {
+        sheet_sums: SheetSums::Scatter,
+        ..gather.clone()
+    };
     let look = coloured(0.3).rescaled(0.0, 2.5);
     let [a, b] = [&gather, &scatter].map(|options| render(&volume, &look, options, &camera));
     let difference = worst_difference(&a, &b);
-    assert!(difference < 1e-4, "gathered and scattered sums differ by {difference}");
+    assert!(
+        difference < 1e-4,
+        "gathered and scattered sums differ by {difference}"
+    );
 }
 
 #[test]
@@ -279,6 +434,11 @@ fn ewa_is_refused() {
         ..options(SheetKernel::Radial(KernelShape::Gaussian), Classify::Post)
     };
     let volume = random_volume([3, 3, 3], DAffine3::IDENTITY);
-    let error = Renderer::new(&volume, &coloured(0.3), &refused).err().map(|e| e.to_string());
-    assert!(error.as_deref().is_some_and(|e| e.contains("every-sample")), "{error:?}");
+    let error = Renderer::new(&volume, &coloured(0.3), &refused)
+        .err()
+        .map(|e| e.to_string());
+    assert!(
+        error.as_deref().is_some_and(|e| e.contains("every-sample")),
+        "{error:?}"
+    );
 }

@@ -8,8 +8,9 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 use volsplat::{
-    Blend, Clip, ClipPlane, DepthPlane, Described, Error, Histogram, Isosurface, LargeVolume, LoadOptions,
-    NanPolicy, Order, RawOptions, RenderOptions, Renderer, Shading, TransferFunction, VoxelType, load,
+    Blend, Clip, ClipPlane, DepthPlane, Described, Error, Histogram, Isosurface, LargeVolume,
+    LoadOptions, NanPolicy, Order, RawOptions, RenderOptions, Renderer, Shading, TransferFunction,
+    VoxelType, load,
 };
 
 /// 9.2 MB of u16: no side is a whole number of bricks.
@@ -39,7 +40,15 @@ fn write(bytes: impl Iterator<Item = u8>, voxel_type: VoxelType) -> Scene {
     std::fs::write(&path, bytes.collect::<Vec<u8>>()).expect("room for the test volume");
     let raw = Some(RawOptions::new(DIMS, voxel_type));
     let spacing = Some([1.0, 1.2, 0.9]);
-    Scene { _folder: folder, path, options: LoadOptions { raw, spacing, ..LoadOptions::default() } }
+    Scene {
+        _folder: folder,
+        path,
+        options: LoadOptions {
+            raw,
+            spacing,
+            ..LoadOptions::default()
+        },
+    }
 }
 
 fn places() -> impl Iterator<Item = [usize; 3]> {
@@ -48,23 +57,38 @@ fn places() -> impl Iterator<Item = [usize; 3]> {
 }
 
 fn scene() -> Scene {
-    write(places().flat_map(|at| value(at).to_le_bytes()), VoxelType::U16)
+    write(
+        places().flat_map(|at| value(at).to_le_bytes()),
+        VoxelType::U16,
+    )
 }
 
 fn open(scene: &Scene, budget: u64) -> LargeVolume {
     let opened = LargeVolume::open(&scene.path, &scene.options, budget, &mut |_| {});
-    opened.expect("a valid file").expect("a raw file can be read in parts")
+    opened
+        .expect("a valid file")
+        .expect("a raw file can be read in parts")
 }
 
 /// Almost every brick is visible, and the middle is opaque.
 fn dense() -> TransferFunction {
-    let colours = [(0.0, [0.1, 0.2, 1.0]), (1500.0, [0.2, 0.9, 0.3]), (4000.0, [1.0, 0.3, 0.1])];
+    let colours = [
+        (0.0, [0.1, 0.2, 1.0]),
+        (1500.0, [0.2, 0.9, 0.3]),
+        (4000.0, [1.0, 0.3, 0.1]),
+    ];
     transfer(&colours, &[(500.0, 0.0), (2500.0, 0.1), (4000.0, 0.9)])
 }
 
 fn bits(image: &Image) -> Vec<u32> {
     let depths = image.depth.iter().flatten();
-    image.rgba.iter().flatten().chain(depths).map(|x| x.to_bits()).collect()
+    image
+        .rgba
+        .iter()
+        .flatten()
+        .chain(depths)
+        .map(|x| x.to_bits())
+        .collect()
 }
 
 fn middle() -> DVec3 {
@@ -79,33 +103,80 @@ fn cameras() -> Vec<(&'static str, Camera)> {
         ("along -z", from(DVec3::new(-10.0, 5.0, 400.0))),
         ("along x", from(DVec3::new(-400.0, 20.0, 30.0))),
         ("along -y", from(DVec3::new(30.0, 400.0, 20.0))),
-        ("close", perspective(middle() + DVec3::new(70.0, 60.0, -90.0), middle(), 60.0, [60, 44])),
-        ("from inside", perspective(middle() + 3.0, middle() + DVec3::new(40.0, 20.0, 9.0), 80.0, [48, 40])),
-        ("in parallel", orthographic(middle() - DVec3::new(300.0, 200.0, 100.0), middle(), 180.0, [60, 44])),
+        (
+            "close",
+            perspective(
+                middle() + DVec3::new(70.0, 60.0, -90.0),
+                middle(),
+                60.0,
+                [60, 44],
+            ),
+        ),
+        (
+            "from inside",
+            perspective(
+                middle() + 3.0,
+                middle() + DVec3::new(40.0, 20.0, 9.0),
+                80.0,
+                [48, 40],
+            ),
+        ),
+        (
+            "in parallel",
+            orthographic(
+                middle() - DVec3::new(300.0, 200.0, 100.0),
+                middle(),
+                180.0,
+                [60, 44],
+            ),
+        ),
     ]
 }
 
 /// Renders these views in memory and from the file; returns what the last frame from the file read.
-fn compare(scene: &Scene, options: &RenderOptions, transfer: &TransferFunction, views: Range<usize>) -> u64 {
+fn compare(
+    scene: &Scene,
+    options: &RenderOptions,
+    transfer: &TransferFunction,
+    views: Range<usize>,
+) -> u64 {
     let volume = load(&scene.path, &scene.options).expect("a valid file");
     // A volume that stays in its file has no level of detail.
-    let full = RenderOptions { lod_error: 0.0, ..options.clone() };
+    let full = RenderOptions {
+        lod_error: 0.0,
+        ..options.clone()
+    };
     let mut memory = Renderer::new(&volume, transfer, &full).expect("valid options");
     let large = open(scene, BUDGET);
-    let mut stored = Renderer::of_large(&large, transfer, options, &mut |_| {}).expect("valid options");
-    assert_eq!(memory.non_transparent(), stored.non_transparent(), "visible voxels");
-    assert_eq!(memory.visible_bounds_in_world(), stored.visible_bounds_in_world(), "framing");
+    let mut stored =
+        Renderer::of_large(&large, transfer, options, &mut |_| {}).expect("valid options");
+    assert_eq!(
+        memory.non_transparent(),
+        stored.non_transparent(),
+        "visible voxels"
+    );
+    assert_eq!(
+        memory.visible_bounds_in_world(),
+        stored.visible_bounds_in_world(),
+        "framing"
+    );
     let mut read = 0;
     for &(name, camera) in &cameras()[views] {
         let expected = memory.render(&camera).expect("a valid camera");
         let got = stored.render(&camera).expect("a valid camera");
-        assert!(expected.image.rgba.iter().any(|p| p[3] > 0.1), "{name}: the picture is empty");
+        assert!(
+            expected.image.rgba.iter().any(|p| p[3] > 0.1),
+            "{name}: the picture is empty"
+        );
         assert!(
             bits(&expected.image) == bits(&got.image),
             "{name}: the picture differs from the one in memory"
         );
         let held = got.stats.resident_bytes;
-        assert!(held > 0 && held <= BUDGET, "{name}: {held} bytes were held of {BUDGET}");
+        assert!(
+            held > 0 && held <= BUDGET,
+            "{name}: {held} bytes were held of {BUDGET}"
+        );
         read = got.stats.bricks_read;
     }
     read
@@ -113,28 +184,74 @@ fn compare(scene: &Scene, options: &RenderOptions, transfer: &TransferFunction, 
 
 #[test]
 fn the_picture_is_that_of_the_volume_in_memory() {
-    let options = RenderOptions { depth: DepthPlane::Expected, ..RenderOptions::default() };
-    assert!(compare(&scene(), &options, &dense(), 0..7) > 0, "nothing was read from the file");
+    let options = RenderOptions {
+        depth: DepthPlane::Expected,
+        ..RenderOptions::default()
+    };
+    assert!(
+        compare(&scene(), &options, &dense(), 0..7) > 0,
+        "nothing was read from the file"
+    );
 }
 
 #[test]
 fn shaded_and_clipped_pictures_agree_too() {
-    let planes = vec![ClipPlane { normal: DVec3::new(0.3, -0.2, 1.0), offset: 50.0 }];
-    let clip = Clip { planes, ..Clip::default() };
-    let options = RenderOptions { shading: Shading::Phong, clip, ..RenderOptions::default() };
+    let planes = vec![ClipPlane {
+        normal: DVec3::new(0.3, -0.2, 1.0),
+        offset: 50.0,
+    }];
+    let clip = Clip {
+        planes,
+        ..Clip::default()
+    };
+    let options = RenderOptions {
+        shading: Shading::Phong,
+        clip,
+        ..RenderOptions::default()
+    };
     compare(&scene(), &options, &dense(), 4..6);
 }
 
 #[test]
 fn statistics_of_rays_and_surfaces_agree_too() {
-    let planes = vec![ClipPlane { normal: DVec3::new(0.3, -0.2, 1.0), offset: 50.0 }];
-    let clip = Clip { planes, ..Clip::default() };
+    let planes = vec![ClipPlane {
+        normal: DVec3::new(0.3, -0.2, 1.0),
+        offset: 50.0,
+    }];
+    let clip = Clip {
+        planes,
+        ..Clip::default()
+    };
     // The least of most rays is next to nothing, and seen too.
-    let all = transfer(&[(0.0, [0.2, 0.4, 1.0]), (4000.0, [1.0, 0.3, 0.1])], &[(0.0, 0.3), (4000.0, 0.9)]);
-    let surface = |opacity| Blend::Isosurface(Isosurface { value: 2000.0, colour: None, opacity });
-    for blend in [Blend::Maximum, Blend::Minimum, Blend::Average, surface(1.0), surface(0.4)] {
-        let shading = if matches!(blend, Blend::Isosurface(_)) { Shading::Lambert } else { Shading::None };
-        let options = RenderOptions { blend, shading, clip: clip.clone(), ..RenderOptions::default() };
+    let all = transfer(
+        &[(0.0, [0.2, 0.4, 1.0]), (4000.0, [1.0, 0.3, 0.1])],
+        &[(0.0, 0.3), (4000.0, 0.9)],
+    );
+    let surface = |opacity| {
+        Blend::Isosurface(Isosurface {
+            value: 2000.0,
+            colour: None,
+            opacity,
+        })
+    };
+    for blend in [
+        Blend::Maximum,
+        Blend::Minimum,
+        Blend::Average,
+        surface(1.0),
+        surface(0.4),
+    ] {
+        let shading = if matches!(blend, Blend::Isosurface(_)) {
+            Shading::Lambert
+        } else {
+            Shading::None
+        };
+        let options = RenderOptions {
+            blend,
+            shading,
+            clip: clip.clone(),
+            ..RenderOptions::default()
+        };
         let read = compare(&scene(), &options, &all, 4..6);
         assert!(read > 0, "{blend:?}: nothing was read from the file");
     }
@@ -142,7 +259,10 @@ fn statistics_of_rays_and_surfaces_agree_too() {
 
 #[test]
 fn opacity_by_the_gradient_agrees_too() {
-    let options = RenderOptions { gradient_opacity: Some([50.0, 400.0]), ..RenderOptions::default() };
+    let options = RenderOptions {
+        gradient_opacity: Some([50.0, 400.0]),
+        ..RenderOptions::default()
+    };
     compare(&scene(), &options, &dense(), 2..4);
 }
 
@@ -152,16 +272,28 @@ fn bricks_behind_opaque_tiles_are_not_read() {
     let wall = transfer(&[(0.0, [0.5; 3])], &[(0.0, 0.99), (4000.0, 0.99)]);
     let large = open(&scene, BUDGET);
     let options = RenderOptions::default();
-    let mut stored = Renderer::of_large(&large, &wall, &options, &mut |_| {}).expect("valid options");
-    let front = perspective(middle() - DVec3::new(0.0, 0.0, 500.0), middle(), 40.0, [64, 64]);
+    let mut stored =
+        Renderer::of_large(&large, &wall, &options, &mut |_| {}).expect("valid options");
+    let front = perspective(
+        middle() - DVec3::new(0.0, 0.0, 500.0),
+        middle(),
+        40.0,
+        [64, 64],
+    );
     let stats = stored.render(&front).expect("a valid camera").stats;
-    let all = DIMS.map(|n| (n - 1).div_ceil(8) as u64).iter().product::<u64>();
+    let all = DIMS
+        .map(|n| (n - 1).div_ceil(8) as u64)
+        .iter()
+        .product::<u64>();
     assert!(
         stats.bricks * 3 < all,
         "{} of {all} bricks were looked at, of which the front hides most",
         stats.bricks
     );
-    assert!(stats.bricks_read <= stats.bricks, "more was read than looked at");
+    assert!(
+        stats.bricks_read <= stats.bricks,
+        "more was read than looked at"
+    );
 }
 
 #[test]
@@ -170,28 +302,55 @@ fn what_fits_stays_in_memory() {
     let sparse = transfer(&[(0.0, [0.5; 3])], &[(3700.0, 0.0), (4000.0, 0.5)]);
     let large = open(&scene, BUDGET);
     let options = RenderOptions::default();
-    let mut stored = Renderer::of_large(&large, &sparse, &options, &mut |_| {}).expect("valid options");
+    let mut stored =
+        Renderer::of_large(&large, &sparse, &options, &mut |_| {}).expect("valid options");
     let volume = load(&scene.path, &scene.options).expect("a valid file");
     let mut memory = Renderer::new(&volume, &sparse, &options).expect("valid options");
     let (_, camera) = cameras()[0];
-    let (expected, got) = (memory.render(&camera).expect("valid"), stored.render(&camera).expect("valid"));
-    assert!(expected.image.rgba.iter().any(|p| p[3] > 0.0), "the picture is empty");
-    assert!(bits(&expected.image) == bits(&got.image), "the picture differs from the one in memory");
+    let (expected, got) = (
+        memory.render(&camera).expect("valid"),
+        stored.render(&camera).expect("valid"),
+    );
+    assert!(
+        expected.image.rgba.iter().any(|p| p[3] > 0.0),
+        "the picture is empty"
+    );
+    assert!(
+        bits(&expected.image) == bits(&got.image),
+        "the picture differs from the one in memory"
+    );
     assert_eq!(got.stats.bricks_read, 0, "a small visible part is kept");
 }
 
 /// Volumes of types with few and with many values.
 fn described(scene: &Scene) -> (LargeVolume, volsplat::Volume) {
-    (open(scene, BUDGET), load(&scene.path, &scene.options).expect("a valid file"))
+    (
+        open(scene, BUDGET),
+        load(&scene.path, &scene.options).expect("a valid file"),
+    )
 }
 
 #[test]
 fn the_survey_tells_what_the_volume_tells() {
     let float = |at| 1e-3 * f32::from(value(at)) - 1.0;
-    for scene in [scene(), write(places().flat_map(|at| float(at).to_le_bytes()), VoxelType::F32)] {
+    for scene in [
+        scene(),
+        write(
+            places().flat_map(|at| float(at).to_le_bytes()),
+            VoxelType::F32,
+        ),
+    ] {
         let (large, volume) = described(&scene);
-        assert_eq!(Described::value_range(&large), volume.value_range(), "range");
-        assert_eq!(large.histogram(), Histogram::of_volume(&volume), "histogram");
+        assert_eq!(
+            Described::value_range(&large),
+            volume.value_range(),
+            "range"
+        );
+        assert_eq!(
+            large.histogram(),
+            Histogram::of_volume(&volume),
+            "histogram"
+        );
         assert_eq!(large.lattice(), volume.lattice(), "place");
         assert_eq!(large.voxel_type(), Described::voxel_type(&volume), "type");
     }
@@ -199,11 +358,24 @@ fn the_survey_tells_what_the_volume_tells() {
 
 #[test]
 fn floats_and_their_gaps_agree_too() {
-    let float = |at: [usize; 3]| if at == [7, 100, 70] { f32::NAN } else { 1e-3 * f32::from(value(at)) };
-    let mut scene = write(places().flat_map(|at| float(at).to_le_bytes()), VoxelType::F32);
-    let refused =
-        LargeVolume::open(&scene.path, &scene.options, BUDGET, &mut |_| {}).expect_err("a gap").to_string();
-    assert!(refused.contains("(7, 100, 70)") && refused.contains("--nan-as"), "{refused}");
+    let float = |at: [usize; 3]| {
+        if at == [7, 100, 70] {
+            f32::NAN
+        } else {
+            1e-3 * f32::from(value(at))
+        }
+    };
+    let mut scene = write(
+        places().flat_map(|at| float(at).to_le_bytes()),
+        VoxelType::F32,
+    );
+    let refused = LargeVolume::open(&scene.path, &scene.options, BUDGET, &mut |_| {})
+        .expect_err("a gap")
+        .to_string();
+    assert!(
+        refused.contains("(7, 100, 70)") && refused.contains("--nan-as"),
+        "{refused}"
+    );
     scene.options.nan = NanPolicy::Replace(0.5);
     let colours = [(0.0, [0.1, 0.2, 1.0]), (4.0, [1.0, 0.3, 0.1])];
     compare(
@@ -215,25 +387,43 @@ fn floats_and_their_gaps_agree_too() {
 }
 
 fn refusal(path: &Path, options: &LoadOptions, budget: u64) -> String {
-    LargeVolume::open(path, options, budget, &mut |_| {}).expect_err("refused").to_string()
+    LargeVolume::open(path, options, budget, &mut |_| {})
+        .expect_err("refused")
+        .to_string()
 }
 
 #[test]
 fn what_cannot_be_done_is_refused_with_a_reason() {
     let scene = scene();
     assert!(refusal(&scene.path, &scene.options, 1000).contains("--max-memory 1000 is too little"));
-    let wrong =
-        LoadOptions { raw: Some(RawOptions::new([10, 10, 10], VoxelType::U16)), ..LoadOptions::default() };
+    let wrong = LoadOptions {
+        raw: Some(RawOptions::new([10, 10, 10], VoxelType::U16)),
+        ..LoadOptions::default()
+    };
     assert!(refusal(&scene.path, &wrong, BUDGET).contains("need 2000 bytes"));
     let large = open(&scene, BUDGET);
-    let options = RenderOptions { order: Order::EverySample, ..RenderOptions::default() };
-    let refused = Renderer::of_large(&large, &dense(), &options, &mut |_| {}).expect_err("needs all voxels");
-    assert!(matches!(&refused, Error::Option(text) if text.contains("--max-memory")), "{refused}");
+    let options = RenderOptions {
+        order: Order::EverySample,
+        ..RenderOptions::default()
+    };
+    let refused =
+        Renderer::of_large(&large, &dense(), &options, &mut |_| {}).expect_err("needs all voxels");
+    assert!(
+        matches!(&refused, Error::Option(text) if text.contains("--max-memory")),
+        "{refused}"
+    );
     // A file that is cut off later is an error of reading, not a crash.
-    let mut stored =
-        Renderer::of_large(&large, &dense(), &RenderOptions::default(), &mut |_| {}).expect("valid");
-    std::fs::OpenOptions::new().write(true).open(&scene.path).expect("ours").set_len(1000).expect("shorter");
-    let gone = stored.render(&cameras()[0].1).expect_err("the file was cut");
+    let mut stored = Renderer::of_large(&large, &dense(), &RenderOptions::default(), &mut |_| {})
+        .expect("valid");
+    std::fs::OpenOptions::new()
+        .write(true)
+        .open(&scene.path)
+        .expect("ours")
+        .set_len(1000)
+        .expect("shorter");
+    let gone = stored
+        .render(&cameras()[0].1)
+        .expect_err("the file was cut");
     assert!(matches!(gone, Error::Read { .. }), "{gone}");
 }
 
@@ -255,7 +445,9 @@ fn plain_headers_are_read_in_parts_and_packed_ones_are_not() {
         let path = folder.path().join(name);
         std::fs::write(&path, [head.as_bytes(), &data].concat()).expect("room");
         let options = LoadOptions::default();
-        let large = LargeVolume::open(&path, &options, 1 << 20, &mut |_| {}).expect("valid").expect("plain");
+        let large = LargeVolume::open(&path, &options, 1 << 20, &mut |_| {})
+            .expect("valid")
+            .expect("plain");
         let volume = load(&path, &options).expect("valid");
         assert_eq!(large.lattice(), volume.lattice(), "{name}");
         assert_eq!(large.histogram(), volume.histogram(), "{name}");
@@ -266,6 +458,7 @@ fn plain_headers_are_read_in_parts_and_packed_ones_are_not() {
         "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: text\n\n1 2 3 4 5 6 7 8\n",
     )
     .expect("room");
-    let packed = LargeVolume::open(&text, &LoadOptions::default(), 1 << 20, &mut |_| {}).expect("valid");
+    let packed =
+        LargeVolume::open(&text, &LoadOptions::default(), 1 << 20, &mut |_| {}).expect("valid");
     assert!(packed.is_none(), "text is read as a whole");
 }

@@ -55,7 +55,9 @@ const ANEURISM_CLOSE: Expected = Expected {
 #[test]
 fn point_against_area_agrees_with_other_programs() {
     for expected in [ENGINE_FAR, ANEURISM_CLOSE] {
-        let Some((point, area)) = truth_pair(expected.scene) else { return };
+        let Some((point, area)) = truth_pair(expected.scene) else {
+            return;
+        };
         check(&expected, &point, &area);
     }
 }
@@ -63,24 +65,46 @@ fn point_against_area_agrees_with_other_programs() {
 /// The point and the area picture of a scene, or `None` where the data is absent.
 fn truth_pair(scene: &str) -> Option<(Image, Image)> {
     let read = |kind: &str| {
-        let path = data_file("metrics on truths", &format!("volume-truth/{scene}_400_{kind}.exr"))?;
+        let path = data_file(
+            "metrics on truths",
+            &format!("volume-truth/{scene}_400_{kind}.exr"),
+        )?;
         Some(read_rgba(path).expect("a truth picture must be readable"))
     };
     Some((read("point")?, read("area")?))
 }
 
 fn check(expected: &Expected, point: &Image, area: &Image) {
-    assert_eq!((point.width, point.height), (400, 400), "{}: size", expected.scene);
+    assert_eq!(
+        (point.width, point.height),
+        (400, 400),
+        "{}: size",
+        expected.scene
+    );
     let mask = Mask::from_alpha(area);
     let whole = compare(point, area, None).expect("valid pair");
     let inside = compare(point, area, Some(&mask)).expect("valid pair");
-    assert_eq!(inside.pixel_count, expected.inside_count, "{}: pixels inside", expected.scene);
+    assert_eq!(
+        inside.pixel_count, expected.inside_count,
+        "{}: pixels inside",
+        expected.scene
+    );
     // The tolerances are the printed digits for f64 programs, and 1e-4 for FLIP, whose reference computes in f32.
     let figures = [
         ("PSNR", whole.psnr_db, expected.psnr_db, 1e-8),
         ("PSNR inside", inside.psnr_db, expected.psnr_inside_db, 1e-8),
-        ("PSNR of alpha", whole.alpha_psnr_db, expected.alpha_psnr_db, 1e-8),
-        ("99.9th percentile inside", inside.p999_abs, expected.p999_inside, 1e-8),
+        (
+            "PSNR of alpha",
+            whole.alpha_psnr_db,
+            expected.alpha_psnr_db,
+            1e-8,
+        ),
+        (
+            "99.9th percentile inside",
+            inside.p999_abs,
+            expected.p999_inside,
+            1e-8,
+        ),
         ("maximum", whole.max_abs, expected.max_abs, 1e-12),
         ("SSIM", whole.ssim, expected.ssim, 1e-9),
         ("SSIM inside", inside.ssim, expected.ssim_inside, 1e-9),
@@ -88,6 +112,10 @@ fn check(expected: &Expected, point: &Image, area: &Image) {
         ("FLIP inside", inside.flip.mean, expected.flip_inside, 1e-4),
     ];
     for (name, found, wanted, tolerance) in figures {
-        assert!((found - wanted).abs() < tolerance, "{}: {name} is {found}, not {wanted}", expected.scene);
+        assert!(
+            (found - wanted).abs() < tolerance,
+            "{}: {name} is {found}, not {wanted}",
+            expected.scene
+        );
     }
 }

@@ -5,13 +5,22 @@
 use glam::{DAffine3, DVec3};
 use resample_core::SelectMode;
 use resample_tests::lod_scenes::procedural;
-use resample_tests::scenes::{coloured, perspective, random_volume, render, transfer, worst_difference};
+use resample_tests::scenes::{
+    coloured, perspective, random_volume, render, transfer, worst_difference,
+};
 use volsplat::{Cells, Order, RenderOptions, Renderer, SheetSums};
 
 #[test]
 fn the_early_end_changes_no_pixel_by_more_than_its_bound() {
-    let mut scenes: Vec<_> = procedural().into_iter().map(|s| (s.name, s.volume, s.transfer)).collect();
-    scenes.push(("noise", random_volume([40, 37, 33], DAffine3::IDENTITY), coloured(0.4)));
+    let mut scenes: Vec<_> = procedural()
+        .into_iter()
+        .map(|s| (s.name, s.volume, s.transfer))
+        .collect();
+    scenes.push((
+        "noise",
+        random_volume([40, 37, 33], DAffine3::IDENTITY),
+        coloured(0.4),
+    ));
     for (name, volume, look) in &scenes {
         let extent = DVec3::from(volume.dims.map(|n| (n - 1) as f64));
         let middle = volume.world_from_index.transform_point3(0.5 * extent);
@@ -30,16 +39,25 @@ fn the_early_end_changes_no_pixel_by_more_than_its_bound() {
                         lod_error: 0.0,
                         ..RenderOptions::default()
                     };
-                    let full = RenderOptions { min_transmittance: 0.0, ..options.clone() };
+                    let full = RenderOptions {
+                        min_transmittance: 0.0,
+                        ..options.clone()
+                    };
                     for bound in [1.0 / 512.0, 0.05] {
-                        let early = RenderOptions { min_transmittance: bound, ..options.clone() };
+                        let early = RenderOptions {
+                            min_transmittance: bound,
+                            ..options.clone()
+                        };
                         let worst = worst_difference(
                             &render(volume, look, &early, &camera),
                             &render(volume, look, &full, &camera),
                         );
                         // Sums of f32 in another order, beside the bound.
                         let most = f64::from(bound) + 1e-5;
-                        assert!(worst <= most, "{name}, {order:?}, {sheet_sums:?}: {worst}, bound {bound}");
+                        assert!(
+                            worst <= most,
+                            "{name}, {order:?}, {sheet_sums:?}: {worst}, bound {bound}"
+                        );
                     }
                 }
             }
@@ -52,7 +70,10 @@ fn the_early_end_changes_no_pixel_by_more_than_its_bound() {
 fn hidden_bricks_and_samples_are_never_projected_and_missed_by_none() {
     let volume = volsplat::procedural::checker_box(80, 10).expect("a good size");
     let (low, high) = volsplat::Described::value_range(&volume);
-    let look = transfer(&[(low, [0.2, 0.5, 0.9]), (high, [1.0, 0.8, 0.3])], &[(low, 0.9), (high, 0.9)]);
+    let look = transfer(
+        &[(low, [0.2, 0.5, 0.9]), (high, [1.0, 0.8, 0.3])],
+        &[(low, 0.9), (high, 0.9)],
+    );
     let middle = volume.world_from_index.transform_point3(DVec3::splat(39.5));
     // Close enough for splats, far enough for points, and from a corner that is inside.
     let eyes = [(1.6, 90u32), (3.0, 150), (0.3, 70)];
@@ -60,10 +81,17 @@ fn hidden_bricks_and_samples_are_never_projected_and_missed_by_none() {
         let eye = middle + away * volume.smallest_spacing() * DVec3::new(50.0, 43.0, -62.0);
         let camera = perspective(eye, middle, 40.0, [side; 2]);
         for select in [SelectMode::Hybrid, SelectMode::Ewa] {
-            let full = RenderOptions { select, min_transmittance: 0.0, ..RenderOptions::paper() };
+            let full = RenderOptions {
+                select,
+                min_transmittance: 0.0,
+                ..RenderOptions::paper()
+            };
             let whole = render(&volume, &look, &full, &camera);
             let bound = 1.0 / 512.0;
-            let early = RenderOptions { min_transmittance: bound, ..full };
+            let early = RenderOptions {
+                min_transmittance: bound,
+                ..full
+            };
             let mut renderer = Renderer::new(&volume, &look, &early).expect("valid options");
             let frame = renderer.render(&camera).expect("a valid camera");
             let worst = worst_difference(&frame.image, &whole);
@@ -73,11 +101,25 @@ fn hidden_bricks_and_samples_are_never_projected_and_missed_by_none() {
                 "{name}: {} bricks and {} samples hidden, off by {worst:.1e}",
                 stats.bricks_hidden, stats.hidden
             );
-            assert!(worst <= f64::from(bound) + 1e-5, "{name}: a pixel changes by {worst}");
-            assert!(stats.hidden > 50_000, "{name}: hardly anything is hidden: {}", stats.hidden);
-            assert!(select == SelectMode::Ewa || stats.bricks_hidden > 10, "{name}: no brick is hidden");
+            assert!(
+                worst <= f64::from(bound) + 1e-5,
+                "{name}: a pixel changes by {worst}"
+            );
+            assert!(
+                stats.hidden > 50_000,
+                "{name}: hardly anything is hidden: {}",
+                stats.hidden
+            );
+            assert!(
+                select == SelectMode::Ewa || stats.bricks_hidden > 10,
+                "{name}: no brick is hidden"
+            );
             let told = stats.points + stats.splats + stats.culled + stats.hidden;
-            assert_eq!(told, renderer.non_transparent(), "{name}: every sample is told of once");
+            assert_eq!(
+                told,
+                renderer.non_transparent(),
+                "{name}: every sample is told of once"
+            );
         }
     }
 }
@@ -87,13 +129,22 @@ fn hidden_bricks_and_samples_are_never_projected_and_missed_by_none() {
 fn hiding_gives_the_same_bytes_on_any_number_of_threads() {
     let volume = volsplat::procedural::checker_box(64, 8).expect("a good size");
     let (low, high) = volsplat::Described::value_range(&volume);
-    let look = transfer(&[(low, [0.2, 0.5, 0.9]), (high, [1.0, 0.8, 0.3])], &[(low, 0.7), (high, 0.9)]);
+    let look = transfer(
+        &[(low, [0.2, 0.5, 0.9]), (high, [1.0, 0.8, 0.3])],
+        &[(low, 0.7), (high, 0.9)],
+    );
     let middle = volume.world_from_index.transform_point3(DVec3::splat(31.5));
     let eye = middle + volume.smallest_spacing() * DVec3::new(70.0, 60.0, -90.0);
     let camera = perspective(eye, middle, 40.0, [80; 2]);
     let images = [1, 3].map(|threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("threads");
         pool.install(|| render(&volume, &look, &RenderOptions::every_sample(), &camera))
     });
-    assert!(images[0] == images[1], "the picture depends on the number of threads");
+    assert!(
+        images[0] == images[1],
+        "the picture depends on the number of threads"
+    );
 }

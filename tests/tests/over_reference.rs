@@ -21,7 +21,10 @@ const BOUND: f64 = 1e-4;
 /// Largest error of any channel beyond `allowed`, and of depth times opacity: the quotient of depth multiplies the error
 /// of a faint pixel's sums by what it divides by.
 fn worst(scene: &Scene, allowed: impl Fn(&ReferencePixel) -> f64) -> [f64; 2] {
-    let options = RenderOptions { depth: DepthPlane::Expected, ..scene.options.clone() };
+    let options = RenderOptions {
+        depth: DepthPlane::Expected,
+        ..scene.options.clone()
+    };
     let image = render(scene.volume, scene.transfer, &options, scene.camera);
     let depths = image.depth.as_ref().expect("a depth plane was asked for");
     let (mut colour, mut depth, mut seen) = (0.0f64, 0.0f64, 0);
@@ -47,34 +50,64 @@ fn column() -> Volume {
 
 fn cameras() -> [Camera; 2] {
     let (eye, target) = (DVec3::new(1.93, 2.21, -4.17), DVec3::new(0.41, 0.37, 6.0));
-    [perspective(eye, target, 80.0, [24, 24]), orthographic(eye, target, 14.0, [24, 24])]
+    [
+        perspective(eye, target, 80.0, [24, 24]),
+        orthographic(eye, target, 14.0, [24, 24]),
+    ]
 }
 
 /// As `check`, with a proviso for near-ties in long lists.
 fn check_with(name: &str, (volume, opacity): (&Volume, f64), options: &RenderOptions, more: f64) {
     for camera in cameras() {
-        let scene = Scene { volume, transfer: &coloured(opacity), camera: &camera, options };
+        let scene = Scene {
+            volume,
+            transfer: &coloured(opacity),
+            camera: &camera,
+            options,
+        };
         let [colour, _] = worst(&scene, |p| p.phase_cost + p.swap_cost);
-        println!("{name}, {:?}: beyond phases and swaps {colour:.2e}", camera.projection);
-        assert!(colour < BOUND + more, "{name}: a colour is off by {colour} beyond phases and swaps");
+        println!(
+            "{name}, {:?}: beyond phases and swaps {colour:.2e}",
+            camera.projection
+        );
+        assert!(
+            colour < BOUND + more,
+            "{name}: a colour is off by {colour} beyond phases and swaps"
+        );
     }
 }
 
 fn check(name: &str, volume: &Volume, options: &RenderOptions, bounds: [f64; 2]) {
     for camera in cameras() {
-        let scene = Scene { volume, transfer: &coloured(0.3), camera: &camera, options };
+        let scene = Scene {
+            volume,
+            transfer: &coloured(0.3),
+            camera: &camera,
+            options,
+        };
         let [plain, _] = worst(&scene, |_| 0.0);
         let [colour, depth] = worst(&scene, |p| p.phase_cost);
         let name = format!("{name}, {:?}", camera.projection);
         println!("{name}: colour {plain:.2e}, beyond the phases {colour:.2e}, depth {depth:.2e}");
-        assert!(colour < bounds[0], "{name}: a colour is off by {colour} beyond the phases of points");
-        assert!(depth < bounds[1], "{name}: a depth is off by {depth}, weighted");
+        assert!(
+            colour < bounds[0],
+            "{name}: a colour is off by {colour} beyond the phases of points"
+        );
+        assert!(
+            depth < bounds[1],
+            "{name}: a depth is off by {depth}, weighted"
+        );
     }
 }
 
 #[test]
 fn splats() {
-    check("splats", &column(), &full(SelectMode::Splats), [BOUND, BOUND]);
+    check(
+        "splats",
+        &column(),
+        &full(SelectMode::Splats),
+        [BOUND, BOUND],
+    );
     check(
         "splats, sheared",
         &random_volume([3, 4, 5], sheared_grid()),
@@ -87,7 +120,10 @@ fn splats() {
 #[test]
 fn points() {
     check("points", &column(), &full(SelectMode::Points), [BOUND, 1.0]);
-    let thin = RenderOptions { sheet_voxels: 0.01, ..full(SelectMode::Points) };
+    let thin = RenderOptions {
+        sheet_voxels: 0.01,
+        ..full(SelectMode::Points)
+    };
     check("points in thin sheets", &column(), &thin, [BOUND, 0.01]);
 }
 
@@ -95,8 +131,16 @@ fn points() {
 fn hybrid() {
     let mut renderer =
         Renderer::new(&column(), &coloured(0.3), &full(SelectMode::Hybrid)).expect("valid options");
-    let stats = renderer.render(&cameras()[0]).expect("a valid camera").stats;
-    assert!(stats.points > 9 && stats.splats > 9, "{} points, {} splats", stats.points, stats.splats);
+    let stats = renderer
+        .render(&cameras()[0])
+        .expect("a valid camera")
+        .stats;
+    assert!(
+        stats.points > 9 && stats.splats > 9,
+        "{} points, {} splats",
+        stats.points,
+        stats.splats
+    );
     check("hybrid", &column(), &full(SelectMode::Hybrid), [BOUND, 1.0]);
 }
 
@@ -108,7 +152,10 @@ fn ewa() {
 #[test]
 fn linear_opacity() {
     for select in [SelectMode::Splats, SelectMode::Hybrid] {
-        let options = RenderOptions { opacity: OpacityMode::Linear, ..full(select) };
+        let options = RenderOptions {
+            opacity: OpacityMode::Linear,
+            ..full(select)
+        };
         check("linear opacity", &column(), &options, [BOUND, 1.0]);
     }
 }
@@ -116,27 +163,57 @@ fn linear_opacity() {
 /// Slices are whole whatever the depths in them, so that nothing depends on the keys of depth.
 #[test]
 fn axis_sheets() {
-    for (name, volume) in
-        [("column", column()), ("sheared", random_volume([5, 6, 7], sheared_grid())), ("cube", cube())]
-    {
-        for select in [SelectMode::Splats, SelectMode::Hybrid, SelectMode::Points, SelectMode::Ewa] {
+    for (name, volume) in [
+        ("column", column()),
+        ("sheared", random_volume([5, 6, 7], sheared_grid())),
+        ("cube", cube()),
+    ] {
+        for select in [
+            SelectMode::Splats,
+            SelectMode::Hybrid,
+            SelectMode::Points,
+            SelectMode::Ewa,
+        ] {
             if name == "sheared" && select == SelectMode::Ewa {
                 continue;
             }
-            let options = RenderOptions { order: Order::AxisSheets, ..full(select) };
+            let options = RenderOptions {
+                order: Order::AxisSheets,
+                ..full(select)
+            };
             // The phases change weights by up to 3e-3, of depths of up to 16.
-            let depth = if select == SelectMode::Splats { 2.0 * BOUND } else { 5e-2 };
-            check(&format!("axis sheets, {name}, {select:?}"), &volume, &options, [BOUND, depth]);
+            let depth = if select == SelectMode::Splats {
+                2.0 * BOUND
+            } else {
+                5e-2
+            };
+            check(
+                &format!("axis sheets, {name}, {select:?}"),
+                &volume,
+                &options,
+                [BOUND, depth],
+            );
         }
     }
-    let linear =
-        RenderOptions { order: Order::AxisSheets, opacity: OpacityMode::Linear, ..full(SelectMode::Hybrid) };
-    check("axis sheets, linear opacity", &column(), &linear, [BOUND, 5e-2]);
+    let linear = RenderOptions {
+        order: Order::AxisSheets,
+        opacity: OpacityMode::Linear,
+        ..full(SelectMode::Hybrid)
+    };
+    check(
+        "axis sheets, linear opacity",
+        &column(),
+        &linear,
+        [BOUND, 5e-2],
+    );
 }
 
 /// Around the place that the cameras look at, so that one is inside and slices lie on both sides of it.
 fn cube() -> Volume {
-    random_volume([9, 10, 9], DAffine3::from_translation(DVec3::new(-3.0, -4.0, -8.0)))
+    random_volume(
+        [9, 10, 9],
+        DAffine3::from_translation(DVec3::new(-3.0, -4.0, -8.0)),
+    )
 }
 
 /// Long lists: near-ties may swap, and the reference says what that may cost in each pixel.
@@ -145,19 +222,44 @@ fn a_thousand_splats_up_to_swaps_of_near_ties() {
     let volume = random_volume([10, 10, 10], DAffine3::IDENTITY);
     let options = full(SelectMode::Splats);
     for camera in [
-        perspective(DVec3::new(16.3, 13.1, -12.7), DVec3::splat(4.5), 45.0, [24, 24]),
-        orthographic(DVec3::new(16.3, 13.1, -12.7), DVec3::splat(4.5), 18.0, [24, 24]),
+        perspective(
+            DVec3::new(16.3, 13.1, -12.7),
+            DVec3::splat(4.5),
+            45.0,
+            [24, 24],
+        ),
+        orthographic(
+            DVec3::new(16.3, 13.1, -12.7),
+            DVec3::splat(4.5),
+            18.0,
+            [24, 24],
+        ),
     ] {
-        let scene = Scene { volume: &volume, transfer: &coloured(0.3), camera: &camera, options: &options };
-        let cost = reference(&scene).iter().map(|p| p.swap_cost).fold(0.0, f64::max);
+        let scene = Scene {
+            volume: &volume,
+            transfer: &coloured(0.3),
+            camera: &camera,
+            options: &options,
+        };
+        let cost = reference(&scene)
+            .iter()
+            .map(|p| p.swap_cost)
+            .fold(0.0, f64::max);
         let [plain, _] = worst(&scene, |_| 0.0);
         let [beyond, _] = worst(&scene, |p| p.swap_cost);
         println!(
             "{:?}: error {plain:.2e}, swaps may cost {cost:.2e}, beyond {beyond:.2e}",
             camera.projection
         );
-        assert!(beyond < BOUND, "{:?}: off by {beyond} beyond what swaps may cost", camera.projection);
-        assert!(cost < 5e-3, "the bound on swaps has become too weak to test anything: {cost}");
+        assert!(
+            beyond < BOUND,
+            "{:?}: off by {beyond} beyond what swaps may cost",
+            camera.projection
+        );
+        assert!(
+            cost < 5e-3,
+            "the bound on swaps has become too weak to test anything: {cost}"
+        );
     }
 }
 
@@ -166,17 +268,43 @@ fn a_thousand_splats_up_to_swaps_of_near_ties() {
 #[test]
 fn cells() {
     let table = 2e-4;
-    for (cells, cell_error) in [(Cells::Mean, 0.0), (Cells::Split, 0.08), (Cells::Split, 0.04)] {
+    for (cells, cell_error) in [
+        (Cells::Mean, 0.0),
+        (Cells::Split, 0.08),
+        (Cells::Split, 0.04),
+    ] {
         let volume = random_volume([3, 2, 5], DAffine3::IDENTITY);
-        let options = RenderOptions { cells, cell_error, sheet_voxels: 0.01, ..full(SelectMode::Hybrid) };
+        let options = RenderOptions {
+            cells,
+            cell_error,
+            sheet_voxels: 0.01,
+            ..full(SelectMode::Hybrid)
+        };
         let drawn = parts(&volume, &coloured(0.9), &options);
-        let sides = [1.0, 0.5, 0.25].map(|side| drawn.iter().filter(|part| part.side == side).count());
+        let sides =
+            [1.0, 0.5, 0.25].map(|side| drawn.iter().filter(|part| part.side == side).count());
         println!("{cells:?} at {cell_error}: whole cells, halves, quarters {sides:?}");
         for select in [SelectMode::Splats, SelectMode::Hybrid, SelectMode::Ewa] {
-            let options = RenderOptions { select, ..options.clone() };
-            check_with(&format!("{cells:?} at {cell_error}, {select:?}"), (&volume, 0.9), &options, table);
+            let options = RenderOptions {
+                select,
+                ..options.clone()
+            };
+            check_with(
+                &format!("{cells:?} at {cell_error}, {select:?}"),
+                (&volume, 0.9),
+                &options,
+                table,
+            );
         }
-        let options = RenderOptions { order: Order::AxisSheets, ..options };
-        check_with(&format!("{cells:?} at {cell_error}, axis-sheets"), (&volume, 0.9), &options, table);
+        let options = RenderOptions {
+            order: Order::AxisSheets,
+            ..options
+        };
+        check_with(
+            &format!("{cells:?} at {cell_error}, axis-sheets"),
+            (&volume, 0.9),
+            &options,
+            table,
+        );
     }
 }

@@ -16,21 +16,34 @@ const SPIKE: f64 = 3.0;
 fn changes(name: &str, options: &RenderOptions) -> Changes {
     let (volume, look) = checkers(25);
     let changes = Changes::measure((&volume, &look), &Turn::around_unit_box(96), options);
-    let Changes { median, largest, at } = changes;
-    println!("{name}: median {median:.2e}, largest {largest:.2e} at step {at}, ratio {:.2}", changes.ratio());
+    let Changes {
+        median,
+        largest,
+        at,
+    } = changes;
+    println!(
+        "{name}: median {median:.2e}, largest {largest:.2e} at step {at}, ratio {:.2}",
+        changes.ratio()
+    );
     assert!(median > 1e-4, "{name}: nothing moves, so nothing is tested");
     changes
 }
 
 fn hold_smooth(name: &str, options: &RenderOptions) {
     let ratio = changes(name, options).ratio();
-    assert!(ratio < JUMP, "{name}: a frame differs {ratio} times as much as usual from the one before");
+    assert!(
+        ratio < JUMP,
+        "{name}: a frame differs {ratio} times as much as usual from the one before"
+    );
 }
 
 #[test]
 fn image_sheets_do_not_pop() {
     hold_smooth("image sheets", &RenderOptions::default());
-    let scattered = RenderOptions { sheet_sums: SheetSums::Scatter, ..RenderOptions::default() };
+    let scattered = RenderOptions {
+        sheet_sums: SheetSums::Scatter,
+        ..RenderOptions::default()
+    };
     hold_smooth("image sheets, scattered", &scattered);
 }
 
@@ -43,12 +56,25 @@ fn every_sample_does_not_pop() {
 #[test]
 fn axis_sheets_pop_at_45_degrees() {
     let polynomial = changes("axis sheets, polynomial", &RenderOptions::axis_sheets()).ratio();
-    assert!(polynomial > JUMP, "axis-aligned sheets must jump, but the ratio is {polynomial}");
+    assert!(
+        polynomial > JUMP,
+        "axis-aligned sheets must jump, but the ratio is {polynomial}"
+    );
     // Westover's own kernel, with which they jump higher.
-    let gaussian = RenderOptions { kernel: KernelShape::Gaussian, ..RenderOptions::axis_sheets() };
+    let gaussian = RenderOptions {
+        kernel: KernelShape::Gaussian,
+        ..RenderOptions::axis_sheets()
+    };
     let changes = changes("axis sheets", &gaussian);
-    assert!(changes.ratio() > SPIKE, "axis-aligned sheets must jump, but the ratio is {}", changes.ratio());
+    assert!(
+        changes.ratio() > SPIKE,
+        "axis-aligned sheets must jump, but the ratio is {}",
+        changes.ratio()
+    );
     // The eye is above the box, so that the axes change places a little off the middle of the turn.
     let off = changes.at.abs_diff(STEPS / 2);
-    assert!(off <= 2, "the jump is expected at 45 degrees, but it is {off} steps away");
+    assert!(
+        off <= 2,
+        "the jump is expected at 45 degrees, but it is {off} steps away"
+    );
 }

@@ -8,8 +8,8 @@ use resample_tests::analytic_fields::AnalyticField;
 use resample_tests::scenes::render;
 use volsplat::transfer::{ColourKnot, OpacityKnot};
 use volsplat::{
-    Blend, Cells, Channel, Classify, Clip, Interpolate, Light, Look, Order, RenderOptions, Renderer, Scene,
-    Shading, SheetKernel, SheetSums, Subpixels, TransferFunction, Volume, Voxels,
+    Blend, Cells, Channel, Classify, Clip, Interpolate, Light, Look, Order, RenderOptions,
+    Renderer, Scene, Shading, SheetKernel, SheetSums, Subpixels, TransferFunction, Volume, Voxels,
 };
 
 /// Ambient and diffuse share, highlight and its exponent, as the shading's documentation gives them.
@@ -24,18 +24,30 @@ const COLOUR: [f32; 3] = [0.9, 0.5, 0.1];
 fn ramp(gradient: DVec3, world_from_index: DAffine3) -> (Volume, TransferFunction) {
     let n = 12;
     let at = |i: usize| DVec3::new((i % n) as f64, (i / n % n) as f64, (i / (n * n)) as f64);
-    let voxels = (0..n * n * n).map(|i| (100.0 + gradient.dot(at(i))) as f32).collect();
+    let voxels = (0..n * n * n)
+        .map(|i| (100.0 + gradient.dot(at(i))) as f32)
+        .collect();
     let volume = Volume::new([n; 3], Voxels::F32(voxels), world_from_index).expect("valid");
     let transfer = TransferFunction::new(
-        vec![ColourKnot { value: 0.0, rgb: COLOUR }],
-        vec![OpacityKnot { value: 0.0, opacity: 0.6 }],
+        vec![ColourKnot {
+            value: 0.0,
+            rgb: COLOUR,
+        }],
+        vec![OpacityKnot {
+            value: 0.0,
+            opacity: 0.6,
+        }],
     );
     (volume, transfer.expect("valid"))
 }
 
 fn camera(volume: &Volume) -> Camera {
     let middle = volume.world_from_index.transform_point3(DVec3::splat(5.5));
-    let pose = LookAt { position: middle + DVec3::new(30.0, 20.0, 50.0), target: middle, up: DVec3::Y };
+    let pose = LookAt {
+        position: middle + DVec3::new(30.0, 20.0, 50.0),
+        target: middle,
+        up: DVec3::Y,
+    };
     Camera::perspective(&pose, 0.3, [32, 32]).expect("valid")
 }
 
@@ -71,7 +83,11 @@ fn options(shading: Shading, light: Light) -> RenderOptions {
 
 fn sheared() -> DAffine3 {
     DAffine3::from_mat3_translation(
-        DMat3::from_cols(DVec3::new(1.0, 0.2, 0.0), DVec3::new(-0.3, 0.5, 0.1), DVec3::new(0.0, 0.4, 2.0)),
+        DMat3::from_cols(
+            DVec3::new(1.0, 0.2, 0.0),
+            DVec3::new(-0.3, 0.5, 0.1),
+            DVec3::new(0.0, 0.4, 2.0),
+        ),
         DVec3::new(5.0, -3.0, 2.0),
     )
 }
@@ -86,20 +102,43 @@ fn ways(options: &RenderOptions) -> Vec<(RenderOptions, f64)> {
     for shape in KernelShape::ALL {
         let sheet_kernel = SheetKernel::Radial(shape);
         for select in [SelectMode::Splats, SelectMode::Points] {
-            ways.push((RenderOptions { sheet_kernel, select, ..options.clone() }, 1e-5));
+            ways.push((
+                RenderOptions {
+                    sheet_kernel,
+                    select,
+                    ..options.clone()
+                },
+                1e-5,
+            ));
         }
         let interpolate = Interpolate::On;
-        ways.push((RenderOptions { sheet_kernel, interpolate, ..options.clone() }, 1e-5));
+        ways.push((
+            RenderOptions {
+                sheet_kernel,
+                interpolate,
+                ..options.clone()
+            },
+            1e-5,
+        ));
     }
     ways
 }
 
 #[test]
 fn lambert_follows_the_cosine_in_the_world() {
-    for grid in [DAffine3::IDENTITY, DAffine3::from_scale(DVec3::new(1.0, 2.0, 0.5)), sheared()] {
+    for grid in [
+        DAffine3::IDENTITY,
+        DAffine3::from_scale(DVec3::new(1.0, 2.0, 0.5)),
+        sheared(),
+    ] {
         let (volume, transfer) = ramp(ALONG_X, grid);
         let normal = (grid.matrix3.inverse().transpose() * ALONG_X).normalize();
-        for light in [DVec3::new(1.0, 2.0, 3.0), DVec3::new(-4.0, 1.0, 0.5), normal, -normal] {
+        for light in [
+            DVec3::new(1.0, 2.0, 3.0),
+            DVec3::new(-4.0, 1.0, 0.5),
+            normal,
+            -normal,
+        ] {
             let options = options(Shading::Lambert, Light::Towards(light));
             let factor = AMBIENT + DIFFUSE * normal.dot(light.normalize()).abs();
             let mut ways = ways(&options);
@@ -107,7 +146,15 @@ fn lambert_follows_the_cosine_in_the_world() {
             for order in [Order::ImageSheets, Order::EverySample, Order::AxisSheets] {
                 for cells in [Cells::Off, Cells::Mean] {
                     let classify = Classify::Pre;
-                    ways.push((RenderOptions { order, classify, cells, ..options.clone() }, 1e-5));
+                    ways.push((
+                        RenderOptions {
+                            order,
+                            classify,
+                            cells,
+                            ..options.clone()
+                        },
+                        1e-5,
+                    ));
                 }
             }
             for (options, bound) in ways {
@@ -132,23 +179,46 @@ fn light_does_not_depend_on_units() {
     let light = DVec3::new(1.0, 2.0, 3.0);
     let factor = AMBIENT + DIFFUSE * light.normalize().x;
     let mut usual = std::collections::HashMap::new();
-    let units =
-        [(1.0, 1.0), (1e25, 1.0), (1e-25, 1.0), (1.0, 1e-7), (1e20, 1e-6), (1e-20, 1e6), (1e32, 1e-8)];
+    let units = [
+        (1.0, 1.0),
+        (1e25, 1.0),
+        (1e-25, 1.0),
+        (1.0, 1e-7),
+        (1e20, 1e-6),
+        (1e-20, 1e6),
+        (1e32, 1e-8),
+    ];
     for (value, length) in units {
         let (unscaled, transfer) = ramp(ALONG_X, DAffine3::IDENTITY);
-        let voxels = (0..unscaled.len()).map(|i| (value * unscaled.value(i)) as f32).collect();
+        let voxels = (0..unscaled.len())
+            .map(|i| (value * unscaled.value(i)) as f32)
+            .collect();
         let grid = DAffine3::from_scale(DVec3::splat(length));
         let volume = Volume::new(unscaled.dims, Voxels::F32(voxels), grid).expect("valid");
         let target = DVec3::splat(5.5 * length);
-        let pose = LookAt { position: target + length * DVec3::new(30.0, 20.0, 50.0), target, up: DVec3::Y };
+        let pose = LookAt {
+            position: target + length * DVec3::new(30.0, 20.0, 50.0),
+            target,
+            up: DVec3::Y,
+        };
         let camera = Camera::perspective(&pose, 0.3, [32, 32]).expect("valid");
         let slope = ALONG_X.x * value / length;
         let lit = options(Shading::Lambert, Light::Towards(light));
         let mut ways = vec![lit.clone()];
         let sheet_kernel = SheetKernel::Radial(KernelShape::Polynomial);
-        ways.push(RenderOptions { sheet_kernel, ..lit.clone() });
-        ways.push(RenderOptions { sheet_kernel, classify: Classify::Pre, ..lit.clone() });
-        ways.push(RenderOptions { order: Order::EverySample, ..lit });
+        ways.push(RenderOptions {
+            sheet_kernel,
+            ..lit.clone()
+        });
+        ways.push(RenderOptions {
+            sheet_kernel,
+            classify: Classify::Pre,
+            ..lit.clone()
+        });
+        ways.push(RenderOptions {
+            order: Order::EverySample,
+            ..lit
+        });
         for (number, options) in ways.into_iter().enumerate() {
             let whole = render(&volume, &transfer, &options, &camera).pixel(16, 16);
             for channel in 0..3 {
@@ -165,14 +235,23 @@ fn light_does_not_depend_on_units() {
                 let faint = render(
                     &volume,
                     &transfer,
-                    &RenderOptions { gradient_opacity, ..options.clone() },
+                    &RenderOptions {
+                        gradient_opacity,
+                        ..options.clone()
+                    },
                     &camera,
                 );
                 let depth = |alpha: f32| -f64::from(-alpha).ln_1p();
                 let ratio = depth(faint.pixel(16, 16)[3]) / depth(whole[3]);
-                assert!((0.4..0.6).contains(&ratio), "{value:e} {length:e}: {ratio}, {options:?}");
+                assert!(
+                    (0.4..0.6).contains(&ratio),
+                    "{value:e} {length:e}: {ratio}, {options:?}"
+                );
                 let usual = *usual.entry(number).or_insert(ratio);
-                assert!((ratio - usual).abs() < 1e-3, "{value:e} {length:e}: {ratio}, {usual}, {options:?}");
+                assert!(
+                    (ratio - usual).abs() < 1e-3,
+                    "{value:e} {length:e}: {ratio}, {usual}, {options:?}"
+                );
             }
         }
     }
@@ -182,9 +261,20 @@ fn light_does_not_depend_on_units() {
 fn a_headlight_shines_along_the_view() {
     let (volume, transfer) = ramp(ALONG_X, DAffine3::IDENTITY);
     let forward = camera(&volume).forward_in_world();
-    let head = lit_colours(&volume, &transfer, &options(Shading::Phong, Light::Headlight));
-    let same = lit_colours(&volume, &transfer, &options(Shading::Phong, Light::Towards(-7.0 * forward)));
-    assert_eq!(head, same, "a light of any length, from where the camera is");
+    let head = lit_colours(
+        &volume,
+        &transfer,
+        &options(Shading::Phong, Light::Headlight),
+    );
+    let same = lit_colours(
+        &volume,
+        &transfer,
+        &options(Shading::Phong, Light::Towards(-7.0 * forward)),
+    );
+    assert_eq!(
+        head, same,
+        "a light of any length, from where the camera is"
+    );
 }
 
 #[test]
@@ -208,7 +298,10 @@ fn phong_adds_the_mirrored_light() {
                     let expected = (AMBIENT + DIFFUSE * light.x.abs()) * f64::from(own) + shine;
                     // The highlight is a power of 20.
                     let bound = bound + 3e-6;
-                    assert!((got - expected).abs() < bound, "{pixel}: {got} against {expected}, {options:?}");
+                    assert!(
+                        (got - expected).abs() < bound,
+                        "{pixel}: {got} against {expected}, {options:?}"
+                    );
                 }
             }
         }
@@ -225,25 +318,42 @@ fn lit_balls_are_near_their_formula() {
     let psnr_db = |options: &RenderOptions| {
         let image = render(&volume, &field.look(), options, &camera);
         let truth = field.truth_lit(&camera, options);
-        compare(&image, &truth, Some(&Mask::from_alpha(&truth))).expect("pictures of one size").psnr_db
+        compare(&image, &truth, Some(&Mask::from_alpha(&truth)))
+            .expect("pictures of one size")
+            .psnr_db
     };
     let light = Light::Towards(DVec3::new(0.3, 1.0, -0.4));
     let of = |sheet_kernel, interpolate| {
         [Shading::None, Shading::Phong].map(|shading| {
-            psnr_db(&RenderOptions { shading, light, sheet_kernel, interpolate, ..RenderOptions::default() })
+            psnr_db(&RenderOptions {
+                shading,
+                light,
+                sheet_kernel,
+                interpolate,
+                ..RenderOptions::default()
+            })
         })
     };
     let [unlit, trilinear] = of(SheetKernel::Trilinear, Interpolate::Off);
     println!("trilinear: {unlit:.1} dB unlit, {trilinear:.1} dB lit");
     for shape in KernelShape::ALL {
         let kernel = SheetKernel::Radial(shape);
-        let [blurred, sharp] = [Interpolate::Off, Interpolate::On].map(|interpolate| of(kernel, interpolate));
+        let [blurred, sharp] =
+            [Interpolate::Off, Interpolate::On].map(|interpolate| of(kernel, interpolate));
         println!("{shape:?}: {blurred:.1?} dB unlit and lit, interpolating {sharp:.1?}");
         for [unlit, lit] in [blurred, sharp] {
-            assert!(lit > unlit - 3.0, "{shape:?}: light costs {:.1} dB", unlit - lit);
+            assert!(
+                lit > unlit - 3.0,
+                "{shape:?}: light costs {:.1} dB",
+                unlit - lit
+            );
         }
         if shape != KernelShape::Polynomial {
-            assert!(sharp[1] > trilinear, "{shape:?}: {:.1} dB lit, trilinear {trilinear:.1}", sharp[1]);
+            assert!(
+                sharp[1] > trilinear,
+                "{shape:?}: {:.1} dB lit, trilinear {trilinear:.1}",
+                sharp[1]
+            );
         }
     }
 }
@@ -262,15 +372,25 @@ fn single_voxels(visible: &[[usize; 3]], grid: DAffine3) -> (Volume, TransferFun
     let n = 12;
     let voxel = |i: usize| {
         let at = [i % n, i / n % n, i / (n * n)];
-        if visible.contains(&at) { 100.0 } else { curved(DVec3::from(at.map(|a| a as f64))).0 as f32 }
+        if visible.contains(&at) {
+            100.0
+        } else {
+            curved(DVec3::from(at.map(|a| a as f64))).0 as f32
+        }
     };
     let voxels = Voxels::F32((0..n * n * n).map(voxel).collect());
     let knot = |value, opacity| OpacityKnot { value, opacity };
     let transfer = TransferFunction::new(
-        vec![ColourKnot { value: 0.0, rgb: COLOUR }],
+        vec![ColourKnot {
+            value: 0.0,
+            rgb: COLOUR,
+        }],
         vec![knot(80.0, 0.0), knot(90.0, 0.4)],
     );
-    (Volume::new([n; 3], voxels, grid).expect("valid"), transfer.expect("valid"))
+    (
+        Volume::new([n; 3], voxels, grid).expect("valid"),
+        transfer.expect("valid"),
+    )
 }
 
 /// The orders that classify voxels light each with its own gradient and the ray to its own place; a clip that removes
@@ -284,7 +404,10 @@ fn a_classified_voxel_is_lit_where_it_stands() {
     let normal = gradient.normalize();
     let (alone, transfer) = single_voxels(&[SEEN], grid);
     let (both, _) = single_voxels(&[SEEN, CLIPPED], grid);
-    let half = Clip { crop_in_grid: Some([DVec3::splat(5.0), DVec3::splat(11.0)]), ..Clip::default() };
+    let half = Clip {
+        crop_in_grid: Some([DVec3::splat(5.0), DVec3::splat(11.0)]),
+        ..Clip::default()
+    };
     let camera = camera(&alone);
     let ray = (in_world - camera.camera_from_world.inverse().translation).normalize();
     // Half-way to the mirrored view, so that the highlight is strong and not at its top.
@@ -304,29 +427,50 @@ fn a_classified_voxel_is_lit_where_it_stands() {
                 ..options(Shading::Phong, Light::Towards(light))
             };
             let whole = render(&alone, &transfer, &plain, &camera);
-            let clipped =
-                render(&both, &transfer, &RenderOptions { clip: half.clone(), ..plain.clone() }, &camera);
+            let clipped = render(
+                &both,
+                &transfer,
+                &RenderOptions {
+                    clip: half.clone(),
+                    ..plain.clone()
+                },
+                &camera,
+            );
             let ramp = Some([0.0, 2.0 * gradient.length()]);
             let faint = render(
                 &alone,
                 &transfer,
-                &RenderOptions { gradient_opacity: ramp, ..plain.clone() },
+                &RenderOptions {
+                    gradient_opacity: ramp,
+                    ..plain.clone()
+                },
                 &camera,
             );
             let mut seen = 0;
-            for (k, pixel) in whole.rgba.iter().enumerate().filter(|(_, pixel)| pixel[3] > 0.02) {
+            for (k, pixel) in whole
+                .rgba
+                .iter()
+                .enumerate()
+                .filter(|(_, pixel)| pixel[3] > 0.02)
+            {
                 seen += 1;
                 for channel in 0..3 {
                     let expected = body * f64::from(COLOUR[channel]) + shine;
                     let got = f64::from(pixel[channel]) / f64::from(pixel[3]);
-                    assert!((got - expected).abs() < 2e-5, "{got} against {expected}, {plain:?}");
+                    assert!(
+                        (got - expected).abs() < 2e-5,
+                        "{got} against {expected}, {plain:?}"
+                    );
                     let behind = (clipped.rgba[k][channel] - pixel[channel]).abs();
                     assert!(behind < 1e-6, "clipping changes it by {behind}, {plain:?}");
                 }
                 // Half of the ramp: half of the extinction.
                 let depth = |alpha: f32| -f64::from(-alpha).ln_1p();
                 let ratio = depth(faint.rgba[k][3]) / depth(pixel[3]);
-                assert!((ratio - 0.5).abs() < 1e-4, "extinction times {ratio}, {plain:?}");
+                assert!(
+                    (ratio - 0.5).abs() < 1e-4,
+                    "extinction times {ratio}, {plain:?}"
+                );
             }
             assert!(seen > 3, "{seen} pixels, {plain:?}");
         }
@@ -339,7 +483,10 @@ fn a_field_without_a_gradient_shows_its_ambient_part() {
     for (options, bound) in ways(&options(Shading::Phong, Light::Headlight)) {
         for (pixel, colour) in lit_colours(&volume, &transfer, &options) {
             for (got, own) in colour.iter().zip(COLOUR) {
-                assert!((got - AMBIENT * f64::from(own)).abs() < bound, "{pixel}: {got}, {options:?}");
+                assert!(
+                    (got - AMBIENT * f64::from(own)).abs() < bound,
+                    "{pixel}: {got}, {options:?}"
+                );
             }
         }
     }
@@ -350,15 +497,39 @@ fn shading_where_it_cannot_be_is_refused() {
     let (volume, transfer) = ramp(ALONG_X, DAffine3::IDENTITY);
     let lit = options(Shading::Phong, Light::Headlight);
     for bad in [
-        RenderOptions { sheet_sums: SheetSums::Scatter, ..lit.clone() },
-        RenderOptions { blend: Blend::Maximum, ..lit.clone() },
-        RenderOptions { light: Light::Towards(DVec3::ZERO), ..lit.clone() },
-        RenderOptions { light: Light::Towards(DVec3::NAN), ..lit.clone() },
+        RenderOptions {
+            sheet_sums: SheetSums::Scatter,
+            ..lit.clone()
+        },
+        RenderOptions {
+            blend: Blend::Maximum,
+            ..lit.clone()
+        },
+        RenderOptions {
+            light: Light::Towards(DVec3::ZERO),
+            ..lit.clone()
+        },
+        RenderOptions {
+            light: Light::Towards(DVec3::NAN),
+            ..lit.clone()
+        },
     ] {
         assert!(Renderer::new(&volume, &transfer, &bad).is_err(), "{bad:?}");
     }
-    let channel = Channel { volume: &volume, look: Look::Transfer(&transfer) };
-    let two = Scene { channels: vec![channel; 2], mask: None };
-    let error = Renderer::with_scene(&two, &RenderOptions { order: Order::EverySample, ..lit });
+    let channel = Channel {
+        volume: &volume,
+        look: Look::Transfer(&transfer),
+    };
+    let two = Scene {
+        channels: vec![channel; 2],
+        mask: None,
+    };
+    let error = Renderer::with_scene(
+        &two,
+        &RenderOptions {
+            order: Order::EverySample,
+            ..lit
+        },
+    );
     assert!(error.is_err_and(|error| error.to_string().contains("one channel of scalars")));
 }

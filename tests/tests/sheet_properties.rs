@@ -7,12 +7,14 @@ use resample_core::simd::SimdLevel;
 use resample_core::{Camera, Image, Projection};
 use resample_tests::reference::Scene;
 use resample_tests::scenes::{
-    coloured, grey, orthographic, perspective, random_volume, render, sheared_grid, transfer, volume,
-    worst_difference,
+    coloured, grey, orthographic, perspective, random_volume, render, sheared_grid, transfer,
+    volume, worst_difference,
 };
 use resample_tests::sheet_reference::render as reference;
 use volsplat::procedural::blobs;
-use volsplat::{DepthPlane, RenderOptions, Renderer, SheetSums, Subpixels, TransferFunction, Volume};
+use volsplat::{
+    DepthPlane, RenderOptions, Renderer, SheetSums, Subpixels, TransferFunction, Volume,
+};
 
 const SUMS: [SheetSums; 2] = [SheetSums::Gather, SheetSums::Scatter];
 
@@ -54,10 +56,24 @@ const ORIGINS: [DVec3; 4] = [
 fn a_constant_volume_is_exact_and_has_no_seams() {
     let tau = -(-0.05f64).ln_1p();
     let mut seams = 0;
-    for spacing in [1.0, 0.1, 1.0 / 3.0, 0.7, 0.9, 1.1, 1.3, 0.05, 3.3, 7.7, 0.123, 0.377] {
+    for spacing in [
+        1.0,
+        0.1,
+        1.0 / 3.0,
+        0.7,
+        0.9,
+        1.1,
+        1.3,
+        0.05,
+        3.3,
+        7.7,
+        0.123,
+        0.377,
+    ] {
         let dims = [26, 19, 35];
         let volume = volume(dims, DAffine3::from_scale(DVec3::splat(spacing)), |_| 1.0);
-        for (slab_voxels, before) in [(0.25, 0.1), (0.5, 0.25), (0.5, 0.4), (1.0, 0.5), (1.0, 0.3)] {
+        for (slab_voxels, before) in [(0.25, 0.1), (0.5, 0.25), (0.5, 0.4), (1.0, 0.5), (1.0, 0.3)]
+        {
             for origin in ORIGINS {
                 let moved = Volume {
                     world_from_index: DAffine3::from_translation(origin) * volume.world_from_index,
@@ -66,7 +82,8 @@ fn a_constant_volume_is_exact_and_has_no_seams() {
                 // One voxel a pixel, from the first cell face inside to the last one.
                 let eye = origin + spacing * DVec3::new(1.0, 1.0, -before);
                 let camera = straight(eye, spacing, [dims[0] as u32 - 2, dims[1] as u32 - 2]);
-                let case = format!("spacing {spacing}, slab {slab_voxels}, start {before}, at {origin}");
+                let case =
+                    format!("spacing {spacing}, slab {slab_voxels}, start {before}, at {origin}");
                 seams += check_constant(&case, &moved, (slab_voxels, before), (&camera, tau));
             }
         }
@@ -92,7 +109,10 @@ fn check_constant(
     let left = [1e-6, -1e-6].map(|margin| (-tau * slab_voxels * count(margin)).exp());
     let mut seams = 0;
     for sums in SUMS {
-        let options = RenderOptions { slab_voxels, ..options(sums) };
+        let options = RenderOptions {
+            slab_voxels,
+            ..options(sums)
+        };
         let image = render(volume, &grey(0.05), &options, camera);
         let is_off = |pixel: &&[f32; 4]| {
             let got = 1.0 - f64::from(pixel[3]);
@@ -100,7 +120,10 @@ fn check_constant(
         };
         let off = image.rgba.iter().filter(is_off).count();
         if off > 0 {
-            println!("{case}, {sums:?}: {off} of {} pixels do not leave {left:?}", image.rgba.len());
+            println!(
+                "{case}, {sums:?}: {off} of {} pixels do not leave {left:?}",
+                image.rgba.len()
+            );
         }
         seams += off;
     }
@@ -139,7 +162,10 @@ fn a_constant_volume_has_no_seams_in_perspective() {
 /// scalars: an entry is 7e-4, which changes extinction by 1.4e-4 per voxel and a slab's opacity by half of that.
 #[test]
 fn gathered_and_scattered_sums_agree() {
-    let look = transfer(&[(0.0, [1.0, 0.4, 0.2])], &[(0.2, 0.0), (1.0, 0.4), (3.0, 0.6)]);
+    let look = transfer(
+        &[(0.0, [1.0, 0.4, 0.2])],
+        &[(0.2, 0.0), (1.0, 0.4), (3.0, 0.6)],
+    );
     for grid in [DAffine3::IDENTITY, sheared_grid()] {
         let made = blobs(24).expect("a good size");
         let volume = Volume::new(made.dims, made.voxels, grid).expect("a valid grid");
@@ -150,16 +176,28 @@ fn gathered_and_scattered_sums_agree() {
                 orthographic(middle + eye, middle, 30.0, [40, 40]),
             ] {
                 let [a, b] = SUMS.map(|sums| render(&volume, &look, &options(sums), &camera));
-                let apart =
-                    |(a, b): (&[f32; 4], &[f32; 4])| a.iter().zip(b).any(|(a, b)| (a - b).abs() > 1e-5);
-                let other_entry = a.rgba.iter().zip(&b.rgba).filter(|&pair| apart(pair)).count();
+                let apart = |(a, b): (&[f32; 4], &[f32; 4])| {
+                    a.iter().zip(b).any(|(a, b)| (a - b).abs() > 1e-5)
+                };
+                let other_entry = a
+                    .rgba
+                    .iter()
+                    .zip(&b.rgba)
+                    .filter(|&pair| apart(pair))
+                    .count();
                 let difference = worst_difference(&a, &b);
                 println!(
                     "gather against scatter, {:?}: {difference:.1e}, {other_entry} px",
                     camera.projection
                 );
-                assert!(difference < 7e-5, "gather and scatter differ by {difference}");
-                assert!(other_entry <= 16, "gather and scatter differ in {other_entry} of 1600 pixels");
+                assert!(
+                    difference < 7e-5,
+                    "gather and scatter differ by {difference}"
+                );
+                assert!(
+                    other_entry <= 16,
+                    "gather and scatter differ in {other_entry} of 1600 pixels"
+                );
             }
         }
     }
@@ -180,12 +218,27 @@ fn frame(renderer: &mut Renderer, camera: &Camera) -> Image {
 
 fn bits(image: &Image) -> Vec<u32> {
     let depths = image.depth.as_ref().expect("a depth plane was asked for");
-    image.rgba.iter().flatten().chain(depths).map(|x| x.to_bits()).collect()
+    image
+        .rgba
+        .iter()
+        .flatten()
+        .chain(depths)
+        .map(|x| x.to_bits())
+        .collect()
 }
 
 fn busy_scene() -> (Volume, TransferFunction, Camera) {
     let volume = random_volume([37, 30, 33], DAffine3::IDENTITY);
-    (volume, coloured(0.2), perspective(DVec3::new(31.0, 25.0, -17.0), DVec3::splat(16.0), 75.0, [50, 39]))
+    (
+        volume,
+        coloured(0.2),
+        perspective(
+            DVec3::new(31.0, 25.0, -17.0),
+            DVec3::splat(16.0),
+            75.0,
+            [50, 39],
+        ),
+    )
 }
 
 #[test]
@@ -193,14 +246,24 @@ fn bytes_do_not_depend_on_threads() {
     let (volume, look, camera) = busy_scene();
     for sums in SUMS {
         let [one, two, seven] = [1, 2, 7].map(|threads| {
-            let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool");
+            let pool = ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .expect("a thread pool");
             pool.install(|| {
-                let mut renderer = Renderer::new(&volume, &look, &busy_options(sums)).expect("valid options");
+                let mut renderer =
+                    Renderer::new(&volume, &look, &busy_options(sums)).expect("valid options");
                 bits(&frame(&mut renderer, &camera))
             })
         });
-        assert!(one.iter().any(|&b| b != 0), "{sums:?}: the picture is empty");
-        assert!(one == two && one == seven, "{sums:?}: the bytes depend on the number of threads");
+        assert!(
+            one.iter().any(|&b| b != 0),
+            "{sums:?}: the picture is empty"
+        );
+        assert!(
+            one == two && one == seven,
+            "{sums:?}: the bytes depend on the number of threads"
+        );
     }
 }
 
@@ -208,16 +271,30 @@ fn bytes_do_not_depend_on_threads() {
 fn earlier_frames_leave_no_trace() {
     let (volume, look, camera) = busy_scene();
     let others = [
-        orthographic(DVec3::new(-40.0, 30.0, 9.0), DVec3::splat(12.0), 50.0, [90, 70]),
-        perspective(DVec3::splat(18.2), DVec3::new(30.0, 20.0, 18.0), 100.0, [16, 8]),
+        orthographic(
+            DVec3::new(-40.0, 30.0, 9.0),
+            DVec3::splat(12.0),
+            50.0,
+            [90, 70],
+        ),
+        perspective(
+            DVec3::splat(18.2),
+            DVec3::new(30.0, 20.0, 18.0),
+            100.0,
+            [16, 8],
+        ),
         perspective(DVec3::splat(100.0), DVec3::splat(200.0), 50.0, [64, 64]),
     ];
     for sums in SUMS {
-        let mut renderer = Renderer::new(&volume, &look, &busy_options(sums)).expect("valid options");
+        let mut renderer =
+            Renderer::new(&volume, &look, &busy_options(sums)).expect("valid options");
         let first = bits(&frame(&mut renderer, &camera));
         for other in &others {
             frame(&mut renderer, other);
-            assert!(first == bits(&frame(&mut renderer, &camera)), "{sums:?}: a frame left something behind");
+            assert!(
+                first == bits(&frame(&mut renderer, &camera)),
+                "{sums:?}: a frame left something behind"
+            );
         }
     }
 }
@@ -227,12 +304,25 @@ fn vector_levels_agree_to_rounding() {
     let volume = blobs(25).expect("a good size");
     let camera = perspective(DVec3::new(1.9, 1.2, -2.3), DVec3::ZERO, 45.0, [70, 55]);
     for sums in SUMS {
-        let at = |simd| render(&volume, &coloured(0.2), &RenderOptions { simd, ..options(sums) }, &camera);
+        let at = |simd| {
+            render(
+                &volume,
+                &coloured(0.2),
+                &RenderOptions {
+                    simd,
+                    ..options(sums)
+                },
+                &camera,
+            )
+        };
         let scalar = at(SimdLevel::Scalar);
         for level in SimdLevel::ALL {
             let difference = worst_difference(&scalar, &at(level));
             println!("{sums:?}, {level:?}: {difference:.1e}");
-            assert!(difference < 1e-5, "{sums:?}: {level:?} differs from scalar by {difference}");
+            assert!(
+                difference < 1e-5,
+                "{sums:?}: {level:?} differs from scalar by {difference}"
+            );
         }
     }
 }
@@ -240,20 +330,34 @@ fn vector_levels_agree_to_rounding() {
 #[test]
 fn an_early_end_changes_no_pixel_by_more_than_its_bound() {
     let volume = random_volume([16, 16, 16], DAffine3::IDENTITY);
-    let camera = perspective(DVec3::new(26.0, 21.0, -17.0), DVec3::splat(7.5), 25.0, [48, 48]);
+    let camera = perspective(
+        DVec3::new(26.0, 21.0, -17.0),
+        DVec3::splat(7.5),
+        25.0,
+        [48, 48],
+    );
     for sums in SUMS {
         for n in [1, 4] {
             let picture = |min_transmittance| {
-                let options =
-                    RenderOptions { min_transmittance, subpixels: Subpixels::Fixed(n), ..options(sums) };
+                let options = RenderOptions {
+                    min_transmittance,
+                    subpixels: Subpixels::Fixed(n),
+                    ..options(sums)
+                };
                 render(&volume, &coloured(0.5), &options, &camera)
             };
             let whole = picture(0.0);
             for bound in [1.0 / 512.0, 0.05, 0.5, 0.99] {
                 let difference = worst_difference(&whole, &picture(bound));
                 println!("{sums:?}, {n} sub-pixels, end at {bound}: {difference:.1e}");
-                assert!(difference <= f64::from(bound), "{sums:?}: {difference}, more than {bound}");
-                assert!(bound < 0.5 || difference > 0.0, "{sums:?}: {bound} ended nothing early");
+                assert!(
+                    difference <= f64::from(bound),
+                    "{sums:?}: {difference}, more than {bound}"
+                );
+                assert!(
+                    bound < 0.5 || difference > 0.0,
+                    "{sums:?}: {bound} ended nothing early"
+                );
             }
         }
     }
@@ -264,29 +368,55 @@ fn an_early_end_changes_no_pixel_by_more_than_its_bound() {
 #[test]
 fn error_falls_with_the_square_of_the_slab() {
     let volume = blobs(24).expect("a good size");
-    let look = transfer(&[(0.0, [0.1, 0.2, 1.0]), (2.0, [1.0, 0.3, 0.1])], &[(0.0, 0.0), (3.0, 0.5)]);
+    let look = transfer(
+        &[(0.0, [0.1, 0.2, 1.0]), (2.0, [1.0, 0.3, 0.1])],
+        &[(0.0, 0.0), (3.0, 0.5)],
+    );
     let eye = DVec3::new(1.9, 1.2, -2.3);
-    for camera in
-        [perspective(eye, DVec3::ZERO, 40.0, [32, 32]), orthographic(eye, DVec3::ZERO, 2.2, [32, 32])]
-    {
-        let fine = RenderOptions { slab_voxels: 1.0 / 64.0, ..options(SheetSums::Gather) };
-        let truth = reference(&Scene { volume: &volume, transfer: &look, camera: &camera, options: &fine });
+    for camera in [
+        perspective(eye, DVec3::ZERO, 40.0, [32, 32]),
+        orthographic(eye, DVec3::ZERO, 2.2, [32, 32]),
+    ] {
+        let fine = RenderOptions {
+            slab_voxels: 1.0 / 64.0,
+            ..options(SheetSums::Gather)
+        };
+        let truth = reference(&Scene {
+            volume: &volume,
+            transfer: &look,
+            camera: &camera,
+            options: &fine,
+        });
         let rms = |slab_voxels| {
-            let options = RenderOptions { slab_voxels, ..options(SheetSums::Gather) };
+            let options = RenderOptions {
+                slab_voxels,
+                ..options(SheetSums::Gather)
+            };
             let image = render(&volume, &look, &options, &camera);
             let squares = image.rgba.iter().zip(&truth).map(|(got, truth)| {
                 let [r, g, b] = truth.rgb;
                 let pairs = got.iter().zip([r, g, b, 1.0 - truth.transmittance]);
-                pairs.map(|(got, t)| (f64::from(*got) - t).powi(2)).sum::<f64>()
+                pairs
+                    .map(|(got, t)| (f64::from(*got) - t).powi(2))
+                    .sum::<f64>()
             });
             (squares.sum::<f64>() / truth.len() as f64).sqrt()
         };
         let errors = [2.0, 1.0, 0.5, 0.25].map(rms);
         let orders = errors.windows(2).map(|e| e[0] / e[1]).collect::<Vec<f64>>();
-        println!("{:?}: error {errors:.6?} for slabs of 2 to 1/4, falls by {orders:.2?}", camera.projection);
-        assert!(errors[0] > 1e-3, "the scene is too faint to test anything: {errors:?}");
+        println!(
+            "{:?}: error {errors:.6?} for slabs of 2 to 1/4, falls by {orders:.2?}",
+            camera.projection
+        );
+        assert!(
+            errors[0] > 1e-3,
+            "the scene is too faint to test anything: {errors:?}"
+        );
         for order in orders {
-            assert!((3.0..6.5).contains(&order), "half the slab divides the error by {order}, not about 4");
+            assert!(
+                (3.0..6.5).contains(&order),
+                "half the slab divides the error by {order}, not about 4"
+            );
         }
     }
 }

@@ -38,8 +38,16 @@ fn hold(
     choice: &RenderOptions,
 ) {
     for sheet_sums in SUMS {
-        let options = RenderOptions { sheet_sums, ..choice.clone() };
-        let truth = reference(&Scene { volume, transfer, camera, options: &options });
+        let options = RenderOptions {
+            sheet_sums,
+            ..choice.clone()
+        };
+        let truth = reference(&Scene {
+            volume,
+            transfer,
+            camera,
+            options: &options,
+        });
         let image = render(volume, transfer, &options, camera);
         let depths = image.depth.as_ref().expect("a depth plane was asked for");
         let (mut worst, mut beyond, mut slack) = (0.0f64, 0.0f64, 0.0f64);
@@ -50,16 +58,23 @@ fn hold(
             check_depth(name, f64::from(depths[i]), truth, volume);
         }
         let seen = truth.iter().filter(|p| p.transmittance < 0.9).count();
-        println!("{name}, {sheet_sums:?}: off by {worst:.1e}, the table allows {slack:.1e}; {seen} px seen");
+        println!(
+            "{name}, {sheet_sums:?}: off by {worst:.1e}, the table allows {slack:.1e}; {seen} px seen"
+        );
         assert!(seen > 0, "{name}: nothing is seen, so nothing is tested");
-        assert!(beyond < ROUNDING, "{name}, {sheet_sums:?}: {beyond:.1e} more than the table allows");
+        assert!(
+            beyond < ROUNDING,
+            "{name}, {sheet_sums:?}: {beyond:.1e} more than the table allows"
+        );
     }
 }
 
 fn difference(got: &[f32; 4], truth: &SheetPixel) -> f64 {
     let [r, g, b] = truth.rgb;
     let pairs = got.iter().zip([r, g, b, 1.0 - truth.transmittance]);
-    pairs.map(|(got, expected)| (f64::from(*got) - expected).abs()).fold(0.0, f64::max)
+    pairs
+        .map(|(got, expected)| (f64::from(*got) - expected).abs())
+        .fold(0.0, f64::max)
 }
 
 /// Opacities that change by `slack` move the mean depth by that share of the depths that are met, over the opacity.
@@ -68,11 +83,20 @@ fn check_depth(name: &str, got: f64, truth: &SheetPixel, volume: &Volume) {
     if opacity < 0.01 {
         return;
     }
-    let extent = volume.dims.iter().zip(volume.spacing()).map(|(n, s)| *n as f64 * s).sum::<f64>();
+    let extent = volume
+        .dims
+        .iter()
+        .zip(volume.spacing())
+        .map(|(n, s)| *n as f64 * s)
+        .sum::<f64>();
     let bound = (2.0 * truth.slack + ROUNDING) / (opacity - truth.slack).max(1e-9) * extent
         + 1e-5 * truth.depth.abs();
     let error = (got - truth.depth).abs();
-    assert!(error < bound, "{name}: depth {got} instead of {}, bound {bound:.1e}", truth.depth);
+    assert!(
+        error < bound,
+        "{name}: depth {got} instead of {}, bound {bound:.1e}",
+        truth.depth
+    );
 }
 
 /// A volume, opaque towards one side and visible up to its faces.
@@ -85,15 +109,26 @@ fn scene(grid: DAffine3) -> (Volume, DVec3, f64) {
 
 fn cameras(middle: DVec3, size: f64) -> [Camera; 2] {
     let eye = middle + size * DVec3::new(0.9, 0.55, -1.0);
-    [perspective(eye, middle, 40.0, [26, 22]), orthographic(eye, middle, 0.9 * size, [26, 22])]
+    [
+        perspective(eye, middle, 40.0, [26, 22]),
+        orthographic(eye, middle, 0.9 * size, [26, 22]),
+    ]
 }
 
 fn hold_grid(name: &str, grid: DAffine3) {
     let (volume, middle, size) = scene(grid);
     for camera in cameras(middle, size) {
         for (slab_voxels, subpixels) in [(0.25, 1), (0.5, 1), (0.5, 2), (1.0, 4)] {
-            let name = format!("{name}, {:?}, slab {slab_voxels}, {subpixels} sub-pixels", camera.projection);
-            hold(&name, (&volume, &coloured(0.3)), &camera, &options(slab_voxels, subpixels));
+            let name = format!(
+                "{name}, {:?}, slab {slab_voxels}, {subpixels} sub-pixels",
+                camera.projection
+            );
+            hold(
+                &name,
+                (&volume, &coloured(0.3)),
+                &camera,
+                &options(slab_voxels, subpixels),
+            );
         }
     }
 }
@@ -106,13 +141,19 @@ fn cubic_grid() {
 #[test]
 fn sheared_and_anisotropic_grids() {
     hold_grid("sheared", sheared_grid());
-    hold_grid("anisotropic", DAffine3::from_scale(DVec3::new(0.5, 1.3, 0.7)));
+    hold_grid(
+        "anisotropic",
+        DAffine3::from_scale(DVec3::new(0.5, 1.3, 0.7)),
+    );
     hold_grid("mirrored", DAffine3::from_scale(DVec3::new(-1.0, 0.8, 1.0)));
 }
 
 #[test]
 fn far_from_the_origin_of_the_world() {
-    hold_grid("offset by 1e7", DAffine3::from_translation(DVec3::new(1e7, -1e7, 2e7)));
+    hold_grid(
+        "offset by 1e7",
+        DAffine3::from_translation(DVec3::new(1e7, -1e7, 2e7)),
+    );
 }
 
 #[test]
@@ -123,7 +164,12 @@ fn eye_inside_the_volume() {
         let camera = perspective(eye, eye + DVec3::new(0.5, 0.2, 1.0), fov_deg, [26, 22]);
         for subpixels in [1, 2, 4] {
             let name = format!("eye inside, {fov_deg} degrees, {subpixels} sub-pixels");
-            hold(&name, (&volume, &coloured(0.3)), &camera, &options(0.5, subpixels));
+            hold(
+                &name,
+                (&volume, &coloured(0.3)),
+                &camera,
+                &options(0.5, subpixels),
+            );
         }
     }
 }
@@ -135,7 +181,12 @@ fn wide_field_of_view() {
     for slab_voxels in [0.25, 1.0] {
         let camera = perspective(eye, middle, 150.0, [40, 40]);
         let name = format!("150 degrees, slab {slab_voxels}");
-        hold(&name, (&volume, &coloured(0.3)), &camera, &options(slab_voxels, 2));
+        hold(
+            &name,
+            (&volume, &coloured(0.3)),
+            &camera,
+            &options(slab_voxels, 2),
+        );
     }
 }
 
@@ -143,12 +194,19 @@ fn wide_field_of_view() {
 #[test]
 fn a_smooth_cloud() {
     let volume = blobs(23).expect("a good size");
-    let look =
-        transfer(&[(0.0, [0.1, 0.2, 1.0]), (2.0, [1.0, 0.3, 0.1])], &[(0.1, 0.0), (1.5, 0.3), (3.0, 0.5)]);
+    let look = transfer(
+        &[(0.0, [0.1, 0.2, 1.0]), (2.0, [1.0, 0.3, 0.1])],
+        &[(0.1, 0.0), (1.5, 0.3), (3.0, 0.5)],
+    );
     for camera in cameras(DVec3::ZERO, 2.0) {
         for (slab_voxels, subpixels) in [(0.25, 1), (0.5, 2), (1.0, 4)] {
             let name = format!("cloud, {:?}, slab {slab_voxels}", camera.projection);
-            hold(&name, (&volume, &look), &camera, &options(slab_voxels, subpixels));
+            hold(
+                &name,
+                (&volume, &look),
+                &camera,
+                &options(slab_voxels, subpixels),
+            );
         }
     }
 }
@@ -157,12 +215,30 @@ fn a_smooth_cloud() {
 #[test]
 fn bands_and_steps() {
     let white = [(0.0, [1.0; 3])];
-    let band = transfer(&white, &[(0.45, 0.0), (0.45, 0.4), (0.55, 0.4), (0.55, 0.0)]);
+    let band = transfer(
+        &white,
+        &[(0.45, 0.0), (0.45, 0.4), (0.55, 0.4), (0.55, 0.0)],
+    );
     let step = transfer(&white, &[(0.9, 0.0), (0.9, 1.0)]);
-    let tent = transfer(&white, &[(0.3, 0.0), (0.35, 0.7), (0.4, 0.0), (0.8, 0.0), (0.9, 0.3), (1.0, 0.0)]);
+    let tent = transfer(
+        &white,
+        &[
+            (0.3, 0.0),
+            (0.35, 0.7),
+            (0.4, 0.0),
+            (0.8, 0.0),
+            (0.9, 0.3),
+            (1.0, 0.0),
+        ],
+    );
     let low = transfer(&white, &[(0.3, 0.5), (0.32, 0.0)]);
     let (volume, middle, size) = scene(DAffine3::IDENTITY);
-    for (name, look) in [("band", &band), ("step", &step), ("tents", &tent), ("low", &low)] {
+    for (name, look) in [
+        ("band", &band),
+        ("step", &step),
+        ("tents", &tent),
+        ("low", &low),
+    ] {
         for camera in cameras(middle, size) {
             for subpixels in [1, 2] {
                 let name = format!("{name}, {:?}, {subpixels} sub-pixels", camera.projection);
@@ -176,7 +252,9 @@ fn bands_and_steps() {
 fn integers(dims: [usize; 3], low: f64, high: f64) -> Vec<f64> {
     let random = random_volume(dims, DAffine3::IDENTITY);
     let unit = |i: usize| (random.value(i) - 0.2) / 0.8;
-    (0..random.len()).map(|i| (low + unit(i) * (high - low)).round()).collect()
+    (0..random.len())
+        .map(|i| (low + unit(i) * (high - low)).round())
+        .collect()
 }
 
 /// As [`coloured`], over other scalars.
@@ -191,10 +269,22 @@ fn voxel_types_and_odd_sizes() {
         let u16s = integers(dims, 30_000.0, 30_400.0);
         let i16s = integers(dims, -1024.0, 3071.0);
         let cases = [
-            (Voxels::U8(u8s.iter().map(|&v| v as u8).collect()), (0.0, 255.0)),
-            (Voxels::U16(u16s.iter().map(|&v| v as u16).collect()), (30_000.0, 30_400.0)),
-            (Voxels::I16(i16s.iter().map(|&v| v as i16).collect()), (-1024.0, 3071.0)),
-            (Voxels::F32(i16s.iter().map(|&v| 1e-3 * v as f32).collect()), (-1.024, 3.071)),
+            (
+                Voxels::U8(u8s.iter().map(|&v| v as u8).collect()),
+                (0.0, 255.0),
+            ),
+            (
+                Voxels::U16(u16s.iter().map(|&v| v as u16).collect()),
+                (30_000.0, 30_400.0),
+            ),
+            (
+                Voxels::I16(i16s.iter().map(|&v| v as i16).collect()),
+                (-1024.0, 3071.0),
+            ),
+            (
+                Voxels::F32(i16s.iter().map(|&v| 1e-3 * v as f32).collect()),
+                (-1.024, 3.071),
+            ),
         ];
         for (number, (voxels, (low, high))) in cases.into_iter().enumerate() {
             let volume = Volume::new(dims, voxels, DAffine3::IDENTITY).expect("a valid volume");
@@ -202,7 +292,12 @@ fn voxel_types_and_odd_sizes() {
             let eye = middle + 2.2 * middle.length() * DVec3::new(0.5, 0.4, -0.8);
             let camera = perspective(eye, middle, 50.0, [20, 20]);
             let name = format!("{dims:?}, type {number}");
-            hold(&name, (&volume, &coloured_over(low, high)), &camera, &options(0.5, 2));
+            hold(
+                &name,
+                (&volume, &coloured_over(low, high)),
+                &camera,
+                &options(0.5, 2),
+            );
         }
     }
 }

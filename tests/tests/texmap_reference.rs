@@ -21,18 +21,25 @@ fn rendered(scene: &Scene, camera: &Camera, options: &RenderOptions) -> Image {
 }
 
 fn psnr_db(image: &Image, truth: &Image) -> f64 {
-    compare(image, truth, Some(&Mask::from_alpha(truth))).expect("pictures of one size").psnr_db
+    compare(image, truth, Some(&Mask::from_alpha(truth)))
+        .expect("pictures of one size")
+        .psnr_db
 }
 
 /// As [`psnr_db`], over the pixels whose filter the surface fills: what textures are filtered to, without outlines.
 fn inner_db(image: &Image, truth: &Image) -> f64 {
     let inside = truth.rgba.iter().map(|pixel| pixel[3] > 0.999_99).collect();
     let mask = Mask::new(truth.width, truth.height, inside).expect("one flag a pixel");
-    compare(image, truth, Some(&mask)).expect("pictures of one size").psnr_db
+    compare(image, truth, Some(&mask))
+        .expect("pictures of one size")
+        .psnr_db
 }
 
 fn with(method: Method) -> RenderOptions {
-    RenderOptions { method, ..RenderOptions::default() }
+    RenderOptions {
+        method,
+        ..RenderOptions::default()
+    }
 }
 
 /// Hybrid is near the truth, `least_db` inside the surface, and 6 dB better there than every single-sample method.
@@ -42,21 +49,38 @@ fn check(name: &str, scene: &Scene, camera: &Camera, (rays, least_db): (usize, f
     let image = rendered(scene, camera, &RenderOptions::default());
     let (whole, hybrid) = (psnr_db(&image, &truth), inner_db(&image, &truth));
     println!("{name}: hybrid {hybrid:.1} dB inside, {whole:.1} dB with outlines");
-    assert!(whole >= 45.0, "{name}: hybrid is {whole:.1} dB from the truth with outlines");
-    assert!(hybrid >= least_db, "{name}: hybrid is {hybrid:.1} dB from the truth, expected {least_db}");
-    for method in
-        [Method::BackwardNearest, Method::BackwardBilinear, Method::BackwardTrilinear, Method::BackwardEwa]
-    {
+    assert!(
+        whole >= 45.0,
+        "{name}: hybrid is {whole:.1} dB from the truth with outlines"
+    );
+    assert!(
+        hybrid >= least_db,
+        "{name}: hybrid is {hybrid:.1} dB from the truth, expected {least_db}"
+    );
+    for method in [
+        Method::BackwardNearest,
+        Method::BackwardBilinear,
+        Method::BackwardTrilinear,
+        Method::BackwardEwa,
+    ] {
         let backward = inner_db(&rendered(scene, camera, &with(method)), &truth);
         println!("{name}: {method:?} {backward:.1} dB");
-        assert!(hybrid >= backward + 6.0, "{name}: {method:?} {backward:.1} dB, hybrid {hybrid:.1} dB");
+        assert!(
+            hybrid >= backward + 6.0,
+            "{name}: {method:?} {backward:.1} dB, hybrid {hybrid:.1} dB"
+        );
     }
 }
 
 #[test]
 fn a_slanted_zone_plate() {
     let camera = looking_camera(DVec3::new(0.9, 0.7, 1.6), DVec3::ZERO, 50.0, [96, 72]);
-    check("zone plate", &wall(zone_plate(256, 0.5)), &camera, (RAYS, 55.0));
+    check(
+        "zone plate",
+        &wall(zone_plate(256, 0.5)),
+        &camera,
+        (RAYS, 55.0),
+    );
 }
 
 #[test]
@@ -67,8 +91,18 @@ fn a_minified_photo() {
 
 #[test]
 fn a_checkerboard_to_the_horizon() {
-    let camera = looking_camera(DVec3::new(0.0, 1.0, 2.0), DVec3::new(0.3, 0.75, 0.0), 60.0, [64, 48]);
-    check("horizon", &ground(checker(64, 8), 60.0, 30.0), &camera, (HORIZON_RAYS, 48.0));
+    let camera = looking_camera(
+        DVec3::new(0.0, 1.0, 2.0),
+        DVec3::new(0.3, 0.75, 0.0),
+        60.0,
+        [64, 48],
+    );
+    check(
+        "horizon",
+        &ground(checker(64, 8), 60.0, 30.0),
+        &camera,
+        (HORIZON_RAYS, 48.0),
+    );
 }
 
 #[test]
@@ -76,16 +110,29 @@ fn a_magnified_texture_is_as_sharp_as_bilinear() {
     let scene = wall(photo(32));
     let camera = looking_camera(DVec3::new(0.2, 0.1, 1.2), DVec3::ZERO, 60.0, [96, 96]);
     let truth = reference_picture(&scene, &camera, RAYS);
-    let hybrid = psnr_db(&rendered(&scene, &camera, &RenderOptions::default()), &truth);
-    let bilinear = psnr_db(&rendered(&scene, &camera, &with(Method::BackwardBilinear)), &truth);
+    let hybrid = psnr_db(
+        &rendered(&scene, &camera, &RenderOptions::default()),
+        &truth,
+    );
+    let bilinear = psnr_db(
+        &rendered(&scene, &camera, &with(Method::BackwardBilinear)),
+        &truth,
+    );
     println!("magnified: hybrid {hybrid:.1} dB, bilinear {bilinear:.1} dB");
-    assert!(hybrid >= bilinear - 1.0, "hybrid {hybrid:.1} dB, bilinear {bilinear:.1} dB");
+    assert!(
+        hybrid >= bilinear - 1.0,
+        "hybrid {hybrid:.1} dB, bilinear {bilinear:.1} dB"
+    );
     assert!(hybrid >= 55.0, "hybrid {hybrid:.1} dB");
 }
 
 #[test]
 fn parallel_rays_are_held_to_the_same_truth() {
-    let pose = LookAt { position: DVec3::new(1.0, 2.0, 3.0), target: DVec3::ZERO, up: DVec3::Y };
+    let pose = LookAt {
+        position: DVec3::new(1.0, 2.0, 3.0),
+        target: DVec3::ZERO,
+        up: DVec3::Y,
+    };
     let camera = Camera::orthographic(&pose, 2.6, [80, 80]).expect("valid");
     check("orthographic", &wall(photo(256)), &camera, (RAYS, 55.0));
 }
@@ -94,9 +141,14 @@ fn parallel_rays_are_held_to_the_same_truth() {
 fn coarse_levels_stay_near_the_full_texture() {
     let scene = wall(photo(512));
     let camera = looking_camera(DVec3::new(-1.4, 0.4, 3.5), DVec3::ZERO, 40.0, [64, 64]);
-    let full = RenderOptions { level: LevelChoice::Full, ..RenderOptions::default() };
-    let error_db =
-        psnr_db(&rendered(&scene, &camera, &RenderOptions::default()), &rendered(&scene, &camera, &full));
+    let full = RenderOptions {
+        level: LevelChoice::Full,
+        ..RenderOptions::default()
+    };
+    let error_db = psnr_db(
+        &rendered(&scene, &camera, &RenderOptions::default()),
+        &rendered(&scene, &camera, &full),
+    );
     println!("levels: {error_db:.1} dB");
     // The stated error of starting from a coarser level.
     assert!(error_db > 55.0, "the level costs {error_db:.1} dB");
@@ -106,14 +158,31 @@ fn coarse_levels_stay_near_the_full_texture() {
 fn affine_and_exact_footprints_agree_within_a_pixel() {
     // A pixel's footprint is so small that perspective hardly bends it, even on a ground seen from close above.
     let scene = ground(zone_plate(1024, 0.4), 60.0, 1.0);
-    let camera = looking_camera(DVec3::new(0.0, 0.4, 1.0), DVec3::new(0.0, 0.2, 0.0), 70.0, [48, 36]);
+    let camera = looking_camera(
+        DVec3::new(0.0, 0.4, 1.0),
+        DVec3::new(0.0, 0.2, 0.0),
+        70.0,
+        [48, 36],
+    );
     let truth = reference_picture(&scene, &camera, HORIZON_RAYS);
-    let affine = RenderOptions { footprint: FootprintMode::Affine, ..RenderOptions::default() };
-    let exact = inner_db(&rendered(&scene, &camera, &RenderOptions::default()), &truth);
+    let affine = RenderOptions {
+        footprint: FootprintMode::Affine,
+        ..RenderOptions::default()
+    };
+    let exact = inner_db(
+        &rendered(&scene, &camera, &RenderOptions::default()),
+        &truth,
+    );
     let affine = inner_db(&rendered(&scene, &camera, &affine), &truth);
     println!("exact {exact:.2} dB, affine {affine:.2} dB");
-    assert!(exact > 55.0 && affine > 55.0, "exact {exact:.2} dB, affine {affine:.2} dB");
-    assert!(exact > affine - 0.1, "exact {exact:.2} dB is worse than affine, {affine:.2} dB");
+    assert!(
+        exact > 55.0 && affine > 55.0,
+        "exact {exact:.2} dB, affine {affine:.2} dB"
+    );
+    assert!(
+        exact > affine - 0.1,
+        "exact {exact:.2} dB is worse than affine, {affine:.2} dB"
+    );
 }
 
 #[test]
@@ -121,20 +190,43 @@ fn one_picture_for_any_number_of_threads() {
     let scene = wall(photo(128));
     let camera = looking_camera(DVec3::new(-1.4, 0.4, 1.5), DVec3::ZERO, 55.0, [90, 70]);
     let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("a pool");
         pool.install(|| rendered(&scene, &camera, &RenderOptions::default()))
     };
-    assert_eq!(on(1).rgba, on(4).rgba, "the number of threads changes the picture");
+    assert_eq!(
+        on(1).rgba,
+        on(4).rgba,
+        "the number of threads changes the picture"
+    );
 }
 
 #[test]
 fn vector_instructions_change_nothing_but_rounding() {
     let scene = wall(photo(128));
     let camera = looking_camera(DVec3::new(-1.4, 0.4, 1.5), DVec3::ZERO, 55.0, [90, 70]);
-    let with =
-        |simd: SimdLevel| rendered(&scene, &camera, &RenderOptions { simd, ..RenderOptions::default() }).rgba;
+    let with = |simd: SimdLevel| {
+        rendered(
+            &scene,
+            &camera,
+            &RenderOptions {
+                simd,
+                ..RenderOptions::default()
+            },
+        )
+        .rgba
+    };
     let (auto, plain) = (with(SimdLevel::Auto), with(SimdLevel::Scalar));
-    let worst =
-        auto.iter().flatten().zip(plain.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-    assert!(worst < 1e-5, "vector instructions change the picture by {worst}");
+    let worst = auto
+        .iter()
+        .flatten()
+        .zip(plain.iter().flatten())
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f32::max);
+    assert!(
+        worst < 1e-5,
+        "vector instructions change the picture by {worst}"
+    );
 }

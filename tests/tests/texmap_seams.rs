@@ -17,15 +17,30 @@ fn rendered(scene: &Scene, camera: &Camera) -> Image {
 }
 
 fn front(size: u32, distance: f64) -> Camera {
-    looking_camera(DVec3::new(0.0, 0.0, distance), DVec3::ZERO, 50.0, [size, size])
+    looking_camera(
+        DVec3::new(0.0, 0.0, distance),
+        DVec3::ZERO,
+        50.0,
+        [size, size],
+    )
 }
 
 /// Most blue in any pixel, as a share of its coverage.
 fn most_blue(image: &Image) -> f32 {
-    image.rgba.iter().filter(|p| p[3] > 0.05).map(|p| p[2] / p[3]).fold(0.0, f32::max)
+    image
+        .rgba
+        .iter()
+        .filter(|p| p[3] > 0.05)
+        .map(|p| p[2] / p[3])
+        .fold(0.0, f32::max)
 }
 
-const SQUARE: [[f32; 3]; 4] = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
+const SQUARE: [[f32; 3]; 4] = [
+    [-1.0, -1.0, 0.0],
+    [1.0, -1.0, 0.0],
+    [1.0, 1.0, 0.0],
+    [-1.0, 1.0, 0.0],
+];
 
 #[test]
 fn the_other_half_of_an_atlas_does_not_leak() {
@@ -44,8 +59,10 @@ fn the_other_half_of_an_atlas_does_not_leak() {
         let uvs = [[0.0, 1.0], [end, 1.0], [end, 0.0], [0.0, 0.0]];
         let scene = quad_scene(SQUARE, uvs, halves, Wrap::Clamp);
         for camera in [front(64, distance), slanted(64, distance)] {
-            let (ours, truth) =
-                (most_blue(&rendered(&scene, &camera)), most_blue(&reference_picture(&scene, &camera, 8)));
+            let (ours, truth) = (
+                most_blue(&rendered(&scene, &camera)),
+                most_blue(&reference_picture(&scene, &camera, 8)),
+            );
             println!("{side} texels at {distance}: blue {ours:.4}, truth {truth:.4}");
             assert!(
                 ours <= truth + least,
@@ -66,24 +83,43 @@ fn charts_that_meet_on_a_surface_take_nothing_from_their_neighbours_in_the_atlas
     // An atlas of four columns: red, blue, red, blue. A wall shows the first and, beside it, the third, each up to half
     // a texel from its borders; its two halves share the edge in the middle.
     for (side, distance) in [(64usize, 3.0), (512, 5.0), (1024, 8.0), (1024, 25.0)] {
-        let columns = texture([side, side], |x, _| if (4 * x / side) % 2 == 0 { RED } else { BLUE });
+        let columns = texture([side, side], |x, _| {
+            if (4 * x / side) % 2 == 0 { RED } else { BLUE }
+        });
         let half = 0.5 / side as f32;
         let chart = |left: f32| [left + half, left + 0.25 - half];
         let ([a, b], [c, d]) = (chart(0.0), chart(0.5));
         let mut scene = quad_scene(SQUARE, [[0.0; 2]; 4], columns, Wrap::Repeat);
         let piece = |x: [f32; 2], u: [f32; 2]| {
-            let corners = [[x[0], -1.0, 0.0], [x[1], -1.0, 0.0], [x[1], 1.0, 0.0], [x[0], 1.0, 0.0]];
-            quad(corners, [[u[0], 1.0], [u[1], 1.0], [u[1], 0.0], [u[0], 0.0]], 0)
+            let corners = [
+                [x[0], -1.0, 0.0],
+                [x[1], -1.0, 0.0],
+                [x[1], 1.0, 0.0],
+                [x[0], 1.0, 0.0],
+            ];
+            quad(
+                corners,
+                [[u[0], 1.0], [u[1], 1.0], [u[1], 0.0], [u[0], 0.0]],
+                0,
+            )
         };
         let (mut left, right) = (piece([-1.0, 0.0], [a, b]), piece([0.0, 1.0], [c, d]));
         left.positions.extend(&right.positions);
         left.uvs[0].extend(&right.uvs[0]);
-        left.triangles.extend(right.triangles.iter().map(|corners| corners.map(|corner| corner + 4)));
+        left.triangles.extend(
+            right
+                .triangles
+                .iter()
+                .map(|corners| corners.map(|corner| corner + 4)),
+        );
         scene.meshes = vec![left];
         for camera in [front(64, distance), slanted(64, distance)] {
             let blue = most_blue(&rendered(&scene, &camera));
             println!("{side} texels at {distance}: blue {blue:.5}");
-            assert!(blue < 1e-3, "{side} texels at {distance}: the atlas's neighbours leak by {blue}");
+            assert!(
+                blue < 1e-3,
+                "{side} texels at {distance}: the atlas's neighbours leak by {blue}"
+            );
         }
     }
 }
@@ -98,9 +134,16 @@ fn a_wrap_border_follows_the_wrap_mode() {
             let scene = quad_scene(SQUARE, uvs, halves(), wrap);
             let camera = front(48, distance);
             // Enough rays to meet single texels.
-            let (image, truth) = (rendered(&scene, &camera), reference_picture(&scene, &camera, 24));
-            let worst =
-                image.rgba.iter().zip(&truth.rgba).map(|(a, b)| (a[2] - b[2]).abs()).fold(0.0, f32::max);
+            let (image, truth) = (
+                rendered(&scene, &camera),
+                reference_picture(&scene, &camera, 24),
+            );
+            let worst = image
+                .rgba
+                .iter()
+                .zip(&truth.rgba)
+                .map(|(a, b)| (a[2] - b[2]).abs())
+                .fold(0.0, f32::max);
             println!("{side} texels at {distance}, {wrap:?}: worst difference in blue {worst:.4}");
             assert!(
                 worst < 0.01,
@@ -114,11 +157,15 @@ fn a_wrap_border_follows_the_wrap_mode() {
 fn triangles_of_one_surface_leave_no_line() {
     // A wall of 2 x 20 x 20 triangles in one colour: every pixel inside has it exactly.
     let n = 20u32;
-    let mut mesh = Mesh { uvs: vec![Vec::new()], ..Mesh::default() };
+    let mut mesh = Mesh {
+        uvs: vec![Vec::new()],
+        ..Mesh::default()
+    };
     for j in 0..=n {
         for i in 0..=n {
             let (s, t) = (i as f32 / n as f32, j as f32 / n as f32);
-            mesh.positions.push([2.0 * s - 1.0, 2.0 * t - 1.0, 0.3 * (7.0 * s).sin()]);
+            mesh.positions
+                .push([2.0 * s - 1.0, 2.0 * t - 1.0, 0.3 * (7.0 * s).sin()]);
             mesh.uvs[0].push([s, t]);
         }
     }
@@ -141,7 +188,10 @@ fn triangles_of_one_surface_leave_no_line() {
     for (x, y) in inside {
         let pixel = image.pixel(x, y);
         for (channel, expected) in pixel.iter().zip([0.25, 0.5, 0.75, 1.0]) {
-            assert!((channel - expected).abs() < 1e-4, "pixel ({x}, {y}) is {pixel:?}");
+            assert!(
+                (channel - expected).abs() < 1e-4,
+                "pixel ({x}, {y}) is {pixel:?}"
+            );
         }
     }
 }
@@ -166,9 +216,17 @@ fn a_wall_behind_does_not_bleed_through_a_thin_one() {
         let camera = looking_camera(DVec3::new(2.0, 0.5, 1.0), DVec3::ZERO, 50.0, [80, 80]);
         let image = rendered(&scene, &camera);
         let inside = |p: &&[f32; 4]| p[3] > 0.9999;
-        let worst = image.rgba.iter().filter(inside).map(|p| p[2]).fold(0.0, f32::max);
+        let worst = image
+            .rgba
+            .iter()
+            .filter(inside)
+            .map(|p| p[2])
+            .fold(0.0, f32::max);
         // The far wall's own outline shows by less than the gap's projection.
-        assert!(worst <= 1e-2 + 100.0 * gap, "gap {gap}: the wall behind shows {worst}");
+        assert!(
+            worst <= 1e-2 + 100.0 * gap,
+            "gap {gap}: the wall behind shows {worst}"
+        );
     }
 }
 
@@ -181,5 +239,9 @@ fn of_two_walls_in_one_plane_the_first_is_seen() {
     scene.materials.push(material(Some(second)));
     scene.meshes.push(quad(SQUARE, [[0.0; 2]; 4], 1));
     let image = rendered(&scene, &front(40, 2.5));
-    assert!(most_blue(&image) < 1e-6, "the second wall shows {}", most_blue(&image));
+    assert!(
+        most_blue(&image) < 1e-6,
+        "the second wall shows {}",
+        most_blue(&image)
+    );
 }

@@ -19,26 +19,46 @@ fn hybrid_is_six_decibels_above_every_single_sample_method() {
     ];
     for (which, peer_db, bar_db) in rows {
         let name = which.name();
-        let (Some(scene), Some(camera)) = (which.scene(name), which.camera(name)) else { continue };
-        let Some(truth) = which.truth(name, TruthFilter::Gaussian) else { continue };
+        let (Some(scene), Some(camera)) = (which.scene(name), which.camera(name)) else {
+            continue;
+        };
+        let Some(truth) = which.truth(name, TruthFilter::Gaussian) else {
+            continue;
+        };
         // Over the pixels that the truth covers, and over those that it fills: our own backward methods share the
         // outlines, so that only what is inside them tells filters apart.
         let inside = truth.rgba.iter().map(|pixel| pixel[3] > 0.9999).collect();
         let inside = Mask::new(truth.width, truth.height, inside).expect("one flag a pixel");
         let against_truth = |method: Method, mask: &Mask| {
-            let options = RenderOptions { method, ..RenderOptions::default() };
-            let mut renderer = Renderer::new(&scene, &options).expect("options within their ranges");
+            let options = RenderOptions {
+                method,
+                ..RenderOptions::default()
+            };
+            let mut renderer =
+                Renderer::new(&scene, &options).expect("options within their ranges");
             let image: Image = renderer.render(&camera).expect("a valid camera").image;
             let image = image.over_background(BACKGROUND);
-            compare(&image, &truth, Some(mask)).expect("one size").psnr_db
+            compare(&image, &truth, Some(mask))
+                .expect("one size")
+                .psnr_db
         };
         let hybrid = against_truth(Method::Hybrid, &Mask::from_alpha(&truth));
         println!("{name}: hybrid {hybrid:.1} dB");
-        assert!(hybrid >= peer_db + 6.0 && hybrid >= bar_db, "{name}: hybrid is {hybrid:.1} dB");
+        assert!(
+            hybrid >= peer_db + 6.0 && hybrid >= bar_db,
+            "{name}: hybrid is {hybrid:.1} dB"
+        );
         let hybrid = against_truth(Method::Hybrid, &inside);
-        for method in [Method::BackwardBilinear, Method::BackwardTrilinear, Method::BackwardEwa] {
+        for method in [
+            Method::BackwardBilinear,
+            Method::BackwardTrilinear,
+            Method::BackwardEwa,
+        ] {
             let backward = against_truth(method, &inside);
-            assert!(hybrid >= backward + 6.0, "{name}: {method:?} {backward:.1} dB, hybrid {hybrid:.1} dB");
+            assert!(
+                hybrid >= backward + 6.0,
+                "{name}: {method:?} {backward:.1} dB, hybrid {hybrid:.1} dB"
+            );
         }
     }
 }

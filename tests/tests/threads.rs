@@ -5,20 +5,39 @@ use glam::{DAffine3, DVec3};
 use rayon::ThreadPoolBuilder;
 use resample_core::simd::SimdLevel;
 use resample_core::{Camera, Image, SelectMode};
-use resample_tests::scenes::{coloured, full, orthographic, perspective, random_volume, worst_difference};
+use resample_tests::scenes::{
+    coloured, full, orthographic, perspective, random_volume, worst_difference,
+};
 use volsplat::procedural::blobs;
 use volsplat::{DepthPlane, RenderOptions, Renderer, Volume};
 
-const MODES: [SelectMode; 4] = [SelectMode::Hybrid, SelectMode::Points, SelectMode::Splats, SelectMode::Ewa];
+const MODES: [SelectMode; 4] = [
+    SelectMode::Hybrid,
+    SelectMode::Points,
+    SelectMode::Splats,
+    SelectMode::Ewa,
+];
 
 fn options(select: SelectMode) -> RenderOptions {
-    RenderOptions { depth: DepthPlane::Expected, min_transmittance: 1.0 / 512.0, ..full(select) }
+    RenderOptions {
+        depth: DepthPlane::Expected,
+        min_transmittance: 1.0 / 512.0,
+        ..full(select)
+    }
 }
 
 /// About 50,000 samples, so that there are several chunks; the camera crosses the threshold inside the volume.
 fn scene() -> (Volume, Camera) {
     let volume = random_volume([37, 37, 37], DAffine3::IDENTITY);
-    (volume, perspective(DVec3::new(31.0, 25.0, -17.0), DVec3::splat(16.0), 75.0, [70, 55]))
+    (
+        volume,
+        perspective(
+            DVec3::new(31.0, 25.0, -17.0),
+            DVec3::splat(16.0),
+            75.0,
+            [70, 55],
+        ),
+    )
 }
 
 fn renderer(volume: &Volume, options: &RenderOptions) -> Renderer {
@@ -32,7 +51,13 @@ fn frame(renderer: &mut Renderer, camera: &Camera) -> Image {
 /// The bits of colour and depth.
 fn bits(image: &Image) -> Vec<u32> {
     let depths = image.depth.as_ref().expect("a depth plane was asked for");
-    image.rgba.iter().flatten().chain(depths).map(|x| x.to_bits()).collect()
+    image
+        .rgba
+        .iter()
+        .flatten()
+        .chain(depths)
+        .map(|x| x.to_bits())
+        .collect()
 }
 
 #[test]
@@ -40,13 +65,25 @@ fn any_number_of_threads_gives_the_same_bytes() {
     let (volume, camera) = scene();
     for select in MODES {
         let on_threads = |threads| {
-            let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("a thread pool");
+            let pool = ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .expect("a thread pool");
             pool.install(|| bits(&frame(&mut renderer(&volume, &options(select)), &camera)))
         };
         let [one, two, seven] = [1, 2, 7].map(on_threads);
-        assert!(one.iter().any(|&b| b != 0), "{select:?}: the picture is empty");
-        assert!(one == two, "{select:?}: two threads give other bytes than one");
-        assert!(one == seven, "{select:?}: seven threads give other bytes than one");
+        assert!(
+            one.iter().any(|&b| b != 0),
+            "{select:?}: the picture is empty"
+        );
+        assert!(
+            one == two,
+            "{select:?}: two threads give other bytes than one"
+        );
+        assert!(
+            one == seven,
+            "{select:?}: seven threads give other bytes than one"
+        );
     }
 }
 
@@ -54,14 +91,27 @@ fn any_number_of_threads_gives_the_same_bytes() {
 fn earlier_frames_leave_no_trace() {
     let (volume, camera) = scene();
     let others = [
-        orthographic(DVec3::new(-40.0, 30.0, 9.0), DVec3::splat(12.0), 50.0, [120, 90]),
-        perspective(DVec3::splat(18.2), DVec3::new(30.0, 20.0, 18.0), 100.0, [16, 8]),
+        orthographic(
+            DVec3::new(-40.0, 30.0, 9.0),
+            DVec3::splat(12.0),
+            50.0,
+            [120, 90],
+        ),
+        perspective(
+            DVec3::splat(18.2),
+            DVec3::new(30.0, 20.0, 18.0),
+            100.0,
+            [16, 8],
+        ),
         perspective(DVec3::splat(100.0), DVec3::splat(200.0), 50.0, [64, 64]),
     ];
     for select in MODES {
         let mut reused = renderer(&volume, &options(select));
         let first = bits(&frame(&mut reused, &camera));
-        assert!(first == bits(&frame(&mut reused, &camera)), "{select:?}: the second frame differs");
+        assert!(
+            first == bits(&frame(&mut reused, &camera)),
+            "{select:?}: the second frame differs"
+        );
         for other in &others {
             frame(&mut reused, other);
             assert!(
@@ -79,14 +129,20 @@ fn vector_levels_agree_to_rounding() {
     for select in MODES {
         // Without an early end: a tile that ends one block later on another level differs by more than rounding.
         let at = |simd| {
-            let options = RenderOptions { simd, ..full(select) };
+            let options = RenderOptions {
+                simd,
+                ..full(select)
+            };
             frame(&mut renderer(&volume, &options), &camera)
         };
         let scalar = at(SimdLevel::Scalar);
         for level in SimdLevel::ALL {
             let difference = worst_difference(&scalar, &at(level));
             println!("{select:?}, {level:?}: {difference:.1e}");
-            assert!(difference < 1e-5, "{select:?}: {level:?} differs from scalar by {difference}");
+            assert!(
+                difference < 1e-5,
+                "{select:?}: {level:?} differs from scalar by {difference}"
+            );
         }
     }
 }

@@ -10,9 +10,13 @@ use resample_core::{Camera, KernelShape, SelectMode};
 use resample_tests::data::data_file;
 use resample_tests::field::Field;
 use resample_tests::march::optical_depths;
-use resample_tests::scenes::{full, grey, orthographic, perspective, render, sheared_grid, transfer};
+use resample_tests::scenes::{
+    full, grey, orthographic, perspective, render, sheared_grid, transfer,
+};
 use volsplat::procedural::blobs;
-use volsplat::{LoadOptions, RawOptions, RenderOptions, TransferFunction, Volume, VoxelType, Voxels, load};
+use volsplat::{
+    LoadOptions, RawOptions, RenderOptions, TransferFunction, Volume, VoxelType, Voxels, load,
+};
 
 /// Step of the march, voxels. The error at it is measured beside the march: 5e-7.
 const STEP: f64 = 0.02;
@@ -21,21 +25,38 @@ const STEP: f64 = 0.02;
 const BOUND: f64 = 1e-4;
 
 /// Largest difference of transmittance between the renderer and the march.
-fn worst(volume: &Volume, transfer: &TransferFunction, options: &RenderOptions, camera: &Camera) -> f64 {
+fn worst(
+    volume: &Volume,
+    transfer: &TransferFunction,
+    options: &RenderOptions,
+    camera: &Camera,
+) -> f64 {
     let field = Field::new(volume, transfer, options.kernel);
-    let unit = options.opacity_unit.unwrap_or_else(|| volume.smallest_spacing());
+    let unit = options
+        .opacity_unit
+        .unwrap_or_else(|| volume.smallest_spacing());
     let depths = optical_depths(&field, camera, unit, STEP);
     let image = render(volume, transfer, options, camera);
     let least = depths.iter().map(|d| (-d).exp()).fold(1.0, f64::min);
-    assert!(least < 0.5, "the scene is too faint to test anything: transmittance down to {least}");
-    let errors = image.rgba.iter().zip(&depths).map(|(p, d)| (1.0 - f64::from(p[3]) - (-d).exp()).abs());
+    assert!(
+        least < 0.5,
+        "the scene is too faint to test anything: transmittance down to {least}"
+    );
+    let errors = image
+        .rgba
+        .iter()
+        .zip(&depths)
+        .map(|(p, d)| (1.0 - f64::from(p[3]) - (-d).exp()).abs());
     errors.fold(0.0, f64::max)
 }
 
 /// Two views of the blobs: a close pinhole that looks along no axis, and parallel rays.
 fn cameras(middle: DVec3, size: f64) -> [Camera; 2] {
     let eye = middle + size * DVec3::new(0.9, 0.55, -1.0);
-    [perspective(eye, middle, 50.0, [36, 36]), orthographic(eye, middle, 1.3 * size, [36, 36])]
+    [
+        perspective(eye, middle, 50.0, [36, 36]),
+        orthographic(eye, middle, 1.3 * size, [36, 36]),
+    ]
 }
 
 /// Blobs on `grid`, which places voxel (i, j, k) of 18 per axis.
@@ -50,19 +71,33 @@ fn check_grid(name: &str, grid: DAffine3) {
     let size = (grid.matrix3 * DVec3::splat(17.0)).length();
     for shape in KernelShape::ALL {
         for camera in cameras(middle, size) {
-            let options =
-                RenderOptions { kernel: shape, opacity_unit: Some(1.0), ..full(SelectMode::Splats) };
+            let options = RenderOptions {
+                kernel: shape,
+                opacity_unit: Some(1.0),
+                ..full(SelectMode::Splats)
+            };
             let error = worst(&volume, &grey(0.15), &options, &camera);
             println!("{name}, {shape:?}, {:?}: {error:.2e}", camera.projection);
-            let bound = if shape == KernelShape::BSpline { 5e-4 } else { BOUND };
-            assert!(error < bound, "{name}, {shape:?}, {:?}: off by {error}", camera.projection);
+            let bound = if shape == KernelShape::BSpline {
+                5e-4
+            } else {
+                BOUND
+            };
+            assert!(
+                error < bound,
+                "{name}, {shape:?}, {:?}: off by {error}",
+                camera.projection
+            );
         }
     }
 }
 
 #[test]
 fn blobs_on_a_cubic_grid() {
-    check_grid("cubic", DAffine3::from_translation(DVec3::new(1.0, -2.0, 0.5)));
+    check_grid(
+        "cubic",
+        DAffine3::from_translation(DVec3::new(1.0, -2.0, 0.5)),
+    );
 }
 
 /// Section 2: non-uniform voxels are the same formula in voxel space.
@@ -85,16 +120,38 @@ fn eye_inside_the_blobs() {
 
 #[test]
 fn a_part_of_the_engine() {
-    let Some(path) = data_file("a_part_of_the_engine", "volumes/raw/engine_256x256x128_uint8.raw") else {
+    let Some(path) = data_file(
+        "a_part_of_the_engine",
+        "volumes/raw/engine_256x256x128_uint8.raw",
+    ) else {
         return;
     };
     let raw = Some(RawOptions::new([256, 256, 128], VoxelType::U8));
-    let engine = load(&path, &LoadOptions { raw, ..LoadOptions::default() }).expect("the engine");
+    let engine = load(
+        &path,
+        &LoadOptions {
+            raw,
+            ..LoadOptions::default()
+        },
+    )
+    .expect("the engine");
     // Around the upper cylinder: walls, the dense sleeve, and air.
     let volume = crop(&engine, [96, 64, 32], 64);
     let transfer = transfer(
-        &[(0.0, [0.0; 3]), (90.0, [0.35, 0.45, 0.6]), (150.0, [0.6, 0.65, 0.7]), (255.0, [1.0, 0.9, 0.6])],
-        &[(0.0, 0.0), (70.0, 0.0), (110.0, 0.05), (150.0, 0.08), (200.0, 0.4), (255.0, 0.7)],
+        &[
+            (0.0, [0.0; 3]),
+            (90.0, [0.35, 0.45, 0.6]),
+            (150.0, [0.6, 0.65, 0.7]),
+            (255.0, [1.0, 0.9, 0.6]),
+        ],
+        &[
+            (0.0, 0.0),
+            (70.0, 0.0),
+            (110.0, 0.05),
+            (150.0, 0.08),
+            (200.0, 0.4),
+            (255.0, 0.7),
+        ],
     );
     let middle = DVec3::splat(31.5);
     let eye = middle + 110.0 * DVec3::new(0.62, 0.38, 0.69);
@@ -107,7 +164,11 @@ fn a_part_of_the_engine() {
 /// A cube of voxels cut out of a volume, with unit spacing.
 fn crop(from: &Volume, first: [usize; 3], side: usize) -> Volume {
     let value = |i: usize| {
-        let at = [i % side + first[0], i / side % side + first[1], i / (side * side) + first[2]];
+        let at = [
+            i % side + first[0],
+            i / side % side + first[1],
+            i / (side * side) + first[2],
+        ];
         from.value((at[2] * from.dims[1] + at[1]) * from.dims[0] + at[0])
     };
     let voxels = (0..side.pow(3)).map(value).collect();

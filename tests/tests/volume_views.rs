@@ -56,24 +56,37 @@ fn aneurism_views_keep_their_error() {
 
 fn views_keep_their_error(subject: Subject) {
     let test = format!("the views of {}", subject.name());
-    let Some(volume) = subject.volume(&test) else { return };
+    let Some(volume) = subject.volume(&test) else {
+        return;
+    };
     let orders = [
         (RenderOptions::default(), IMAGE_SHEETS_DB),
         (RenderOptions::every_sample(), EVERY_SAMPLE_DB),
         (RenderOptions::paper(), PAPER_DB),
     ];
     for (options, recorded) in orders {
-        let mut renderer =
-            Renderer::new(&volume, &subject.transfer(), &options).expect("options within their ranges");
+        let mut renderer = Renderer::new(&volume, &subject.transfer(), &options)
+            .expect("options within their ranges");
         for (_, distance, recorded_db) in recorded.into_iter().filter(|(of, ..)| *of == subject) {
             let scene = Scene { subject, distance };
-            let image = renderer.render(&scene.pose().camera()).expect("a valid camera").image;
+            let image = renderer
+                .render(&scene.pose().camera())
+                .expect("a valid camera")
+                .image;
             for (kind, recorded_db) in Truth::ALL.into_iter().zip(recorded_db) {
-                let Some(truth) = scene.truth(&test, kind) else { continue };
+                let Some(truth) = scene.truth(&test, kind) else {
+                    continue;
+                };
                 let inside = Mask::from_alpha(&truth);
-                let reached_db =
-                    compare(&image, &truth, Some(&inside)).expect("pictures of one size").psnr_db;
-                let name = format!("{}, {:?}, {} truth", scene.name(), options.order, kind.name());
+                let reached_db = compare(&image, &truth, Some(&inside))
+                    .expect("pictures of one size")
+                    .psnr_db;
+                let name = format!(
+                    "{}, {:?}, {} truth",
+                    scene.name(),
+                    options.order,
+                    kind.name()
+                );
                 println!("{name}: {reached_db:.2} dB, recorded {recorded_db:.2}");
                 assert!(
                     reached_db >= recorded_db - ALLOWANCE_DB,
@@ -87,19 +100,34 @@ fn views_keep_their_error(subject: Subject) {
 /// The paper states how many voxels of its volumes are not transparent; these thresholds give its numbers exactly.
 #[test]
 fn visible_voxels_are_as_many_as_in_the_paper() {
-    for (subject, threshold, count) in
-        [(Subject::Engine, 71.0, 1_160_038), (Subject::Aneurism, 25.0, 114_695)]
-    {
-        let Some(volume) = subject.volume("the count of visible voxels") else { continue };
+    for (subject, threshold, count) in [
+        (Subject::Engine, 71.0, 1_160_038),
+        (Subject::Aneurism, 25.0, 114_695),
+    ] {
+        let Some(volume) = subject.volume("the count of visible voxels") else {
+            continue;
+        };
         let transfer = step(threshold);
-        let renderer = Renderer::new(&volume, &transfer, &RenderOptions::paper()).expect("valid options");
-        assert_eq!(renderer.non_transparent(), count, "voxels of {} at or above {threshold}", subject.name());
+        let renderer =
+            Renderer::new(&volume, &transfer, &RenderOptions::paper()).expect("valid options");
+        assert_eq!(
+            renderer.non_transparent(),
+            count,
+            "voxels of {} at or above {threshold}",
+            subject.name()
+        );
     }
 }
 
 /// White, opaque from `threshold` on, transparent below.
 fn step(threshold: f64) -> TransferFunction {
-    let white = ColourKnot { value: threshold, rgb: [1.0; 3] };
-    let knots = [0.0, 1.0].map(|opacity| OpacityKnot { value: threshold, opacity });
+    let white = ColourKnot {
+        value: threshold,
+        rgb: [1.0; 3],
+    };
+    let knots = [0.0, 1.0].map(|opacity| OpacityKnot {
+        value: threshold,
+        opacity,
+    });
     TransferFunction::new(vec![white], knots.to_vec()).expect("a step is ascending")
 }

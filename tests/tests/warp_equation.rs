@@ -17,7 +17,10 @@ fn posed(size: [u32; 2], focal_px: f64, eye: DVec3, angles: [f64; 3]) -> Camera 
 /// Where a point of the reference lies on the target, without the warping equation.
 fn projected(reference: &Camera, target: &Camera, pixel: DVec2, depth: f64) -> (DVec2, f64) {
     let (origin, direction) = reference.ray_in_camera(pixel);
-    let in_world = reference.camera_from_world.inverse().transform_point3(origin + depth * direction);
+    let in_world = reference
+        .camera_from_world
+        .inverse()
+        .transform_point3(origin + depth * direction);
     let in_target = target.camera_from_world.transform_point3(in_world);
     (target.screen_from_camera(in_target), in_target.z)
 }
@@ -72,7 +75,10 @@ fn sums_are_restarted_before_they_drift() {
         let direct = warp.at(DVec2::new(f64::from(x) + 0.5, 1.5), 0.2);
         worst = worst.max(at.pos_in_screen().distance(direct.pos_in_screen()));
     }
-    assert!(worst < 2.0 * warp3d::warp::DRIFT_PX, "{worst} px of drift over a row of 30000");
+    assert!(
+        worst < 2.0 * warp3d::warp::DRIFT_PX,
+        "{worst} px of drift over a row of 30000"
+    );
 }
 
 #[test]
@@ -81,5 +87,8 @@ fn infinity_is_a_direction() {
     let moved = camera([64, 48], 50.0, DVec3::new(3.0, -2.0, 1.0), 0.0);
     let pixel = DVec2::new(10.5, 20.5);
     let at = Warp::new(&reference, &moved).at(pixel, 0.0).pos_in_screen();
-    assert!(at.distance(pixel) < 1e-12, "a translation does not move what is infinitely far: {at}");
+    assert!(
+        at.distance(pixel) < 1e-12,
+        "a translation does not move what is infinitely far: {at}"
+    );
 }

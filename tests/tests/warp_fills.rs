@@ -20,38 +20,76 @@ fn card_before_a_gradient() -> Reference {
     let mut reference = scene.reference(&start());
     for (i, colour) in reference.colour.iter_mut().enumerate() {
         let x = (i % SIZE[0] as usize) as f32 / SIZE[0] as f32;
-        *colour = if reference.depth[i] < 6.0 { [0.9, 0.0, 0.0] } else { [0.0, x, 0.5] };
+        *colour = if reference.depth[i] < 6.0 {
+            [0.9, 0.0, 0.0]
+        } else {
+            [0.0, x, 0.5]
+        };
     }
     reference
 }
 
 fn warp(references: Vec<Reference>, target: &Camera, options: &WarpOptions) -> Image {
-    Warper::new(references, options).expect("good").render(target).expect("a camera").image
+    Warper::new(references, options)
+        .expect("good")
+        .render(target)
+        .expect("a camera")
+        .image
 }
 
 #[test]
 fn holes_take_the_far_side_and_say_so() {
     let target = camera(SIZE, 130.0, DVec3::X * 0.5, 0.0);
-    let with =
-        |fill| warp(vec![card_before_a_gradient()], &target, &WarpOptions { fill, ..WarpOptions::default() });
+    let with = |fill| {
+        warp(
+            vec![card_before_a_gradient()],
+            &target,
+            &WarpOptions {
+                fill,
+                ..WarpOptions::default()
+            },
+        )
+    };
     let empty = with(Fill::None);
-    let holes: Vec<usize> = (0..empty.rgba.len()).filter(|&i| empty.rgba[i][3] == 0.0).collect();
-    assert!(holes.len() > 200, "the card uncovers a hole: {}", holes.len());
-    assert!(empty.planes[0].values.iter().all(|&v| v == 0.0), "nothing was filled");
+    let holes: Vec<usize> = (0..empty.rgba.len())
+        .filter(|&i| empty.rgba[i][3] == 0.0)
+        .collect();
+    assert!(
+        holes.len() > 200,
+        "the card uncovers a hole: {}",
+        holes.len()
+    );
+    assert!(
+        empty.planes[0].values.iter().all(|&v| v == 0.0),
+        "nothing was filled"
+    );
     for fill in [Fill::Background, Fill::Natural] {
         let filled = with(fill);
         assert_eq!(filled.planes[0].name, "filled");
         let depth = filled.depth.as_ref().expect("depth");
         for &i in &holes {
-            assert!((filled.rgba[i][3] - 1.0).abs() < 1e-4, "{fill:?}: pixel {i} is still open");
+            assert!(
+                (filled.rgba[i][3] - 1.0).abs() < 1e-4,
+                "{fill:?}: pixel {i} is still open"
+            );
             assert!(
                 filled.rgba[i][0] < 0.1,
                 "{fill:?}: the card's red in the hole at {i}: {:?}",
                 filled.rgba[i]
             );
-            assert!(depth[i] > 7.0, "{fill:?}: the hole lies behind, not at {}", depth[i]);
-            assert!(filled.planes[0].values[i] > 0.99, "{fill:?}: the mask leaves {i} out");
-            assert_eq!(filled.planes[1].values[i], 0.0, "{fill:?}: there is no confidence in a filled pixel");
+            assert!(
+                depth[i] > 7.0,
+                "{fill:?}: the hole lies behind, not at {}",
+                depth[i]
+            );
+            assert!(
+                filled.planes[0].values[i] > 0.99,
+                "{fill:?}: the mask leaves {i} out"
+            );
+            assert_eq!(
+                filled.planes[1].values[i], 0.0,
+                "{fill:?}: there is no confidence in a filled pixel"
+            );
         }
     }
 }
@@ -59,18 +97,30 @@ fn holes_take_the_far_side_and_say_so() {
 #[test]
 fn natural_neighbours_continue_a_gradient() {
     let target = camera(SIZE, 130.0, DVec3::X * 0.5, 0.0);
-    let options = WarpOptions { fill: Fill::Natural, ..WarpOptions::default() };
+    let options = WarpOptions {
+        fill: Fill::Natural,
+        ..WarpOptions::default()
+    };
     let reference = card_before_a_gradient();
     let empty = warp(vec![reference.clone()], &target, &WarpOptions::default());
     let image = warp(vec![reference], &target, &options);
     // The wall's point at a target pixel lies f * 0.5 / 8 px further right in the reference.
     let shift = 130.0 * 0.5 / 8.0;
-    for (i, pixel) in image.rgba.iter().enumerate().filter(|(i, _)| empty.rgba[*i][3] == 0.0) {
+    for (i, pixel) in image
+        .rgba
+        .iter()
+        .enumerate()
+        .filter(|(i, _)| empty.rgba[*i][3] == 0.0)
+    {
         let x = (i % SIZE[0] as usize) as f32 + shift as f32;
         // Beside the hull of the rim the picture's border is carried inwards instead.
         if x < SIZE[0] as f32 - 1.0 {
             let expected = x / SIZE[0] as f32;
-            assert!((pixel[1] - expected).abs() < 0.04, "pixel {i}: {} against {expected}", pixel[1]);
+            assert!(
+                (pixel[1] - expected).abs() < 0.04,
+                "pixel {i}: {} against {expected}",
+                pixel[1]
+            );
         }
     }
 }
@@ -81,10 +131,21 @@ fn a_second_reference_closes_holes_and_does_no_harm() {
     let at = |x: f64| camera(SIZE, 130.0, DVec3::X * x, 0.0);
     let references = || vec![scene.reference(&at(-0.4)), scene.reference(&at(0.4))];
     let truth = scene.truth(&at(0.0), &at(-0.4));
-    let one = warp(vec![scene.reference(&at(-0.4))], &at(0.0), &WarpOptions::default());
+    let one = warp(
+        vec![scene.reference(&at(-0.4))],
+        &at(0.0),
+        &WarpOptions::default(),
+    );
     let open = |image: &Image| image.rgba.iter().filter(|p| p[3] < 0.25).count();
     for blend in [Blend::Weighted, Blend::Best] {
-        let both = warp(references(), &at(0.0), &WarpOptions { blend, ..WarpOptions::default() });
+        let both = warp(
+            references(),
+            &at(0.0),
+            &WarpOptions {
+                blend,
+                ..WarpOptions::default()
+            },
+        );
         assert!(
             open(&both) * 4 < open(&one),
             "{blend:?}: {} of {} pixels stay open",
@@ -92,6 +153,9 @@ fn a_second_reference_closes_holes_and_does_no_harm() {
             open(&one)
         );
         let (alone, together) = (measure(&one, &truth), measure(&both, &truth));
-        assert!(together.psnr_db > alone.psnr_db - 0.5, "{blend:?}: {together:?} against {alone:?}");
+        assert!(
+            together.psnr_db > alone.psnr_db - 0.5,
+            "{blend:?}: {together:?} against {alone:?}"
+        );
     }
 }

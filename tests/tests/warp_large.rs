@@ -57,7 +57,11 @@ fn source() -> (Camera, Reference) {
 
 fn srgb_code(linear: f32) -> u8 {
     let v = linear.clamp(0.0, 1.0);
-    let v = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+    let v = if v <= 0.003_130_8 {
+        12.92 * v
+    } else {
+        1.055 * v.powf(1.0 / 2.4) - 0.055
+    };
     (255.0 * v + 0.5) as u8
 }
 
@@ -67,27 +71,54 @@ fn png(path: &Path, (colour, bits): (png::ColorType, png::BitDepth), data: &[u8]
     encoder.set_color(colour);
     encoder.set_depth(bits);
     encoder.set_compression(png::Compression::Fast);
-    encoder.write_header().expect("a header").write_image_data(data).expect("pixels");
+    encoder
+        .write_header()
+        .expect("a header")
+        .write_image_data(data)
+        .expect("pixels");
 }
 
 /// The same reference in several formats.
 fn pairs(folder: &Path, reference: &Reference) -> Vec<Pair> {
     let file = |name: &str| folder.join(name);
-    let codes: Vec<u8> = reference.colour.iter().flat_map(|rgb| rgb.map(srgb_code)).collect();
-    png(&file("colour.png"), (png::ColorType::Rgb, png::BitDepth::Eight), &codes);
-    let z = |i: usize| if reference.depth[i].is_nan() { 0.0 } else { f64::from(reference.depth[i]) };
+    let codes: Vec<u8> = reference
+        .colour
+        .iter()
+        .flat_map(|rgb| rgb.map(srgb_code))
+        .collect();
+    png(
+        &file("colour.png"),
+        (png::ColorType::Rgb, png::BitDepth::Eight),
+        &codes,
+    );
+    let z = |i: usize| {
+        if reference.depth[i].is_nan() {
+            0.0
+        } else {
+            f64::from(reference.depth[i])
+        }
+    };
     let count = reference.depth.len();
-    let codes: Vec<u8> = (0..count).flat_map(|i| ((z(i) / UNIT + 0.5) as u16).to_be_bytes()).collect();
-    png(&file("depth.png"), (png::ColorType::Grayscale, png::BitDepth::Sixteen), &codes);
+    let codes: Vec<u8> = (0..count)
+        .flat_map(|i| ((z(i) / UNIT + 0.5) as u16).to_be_bytes())
+        .collect();
+    png(
+        &file("depth.png"),
+        (png::ColorType::Grayscale, png::BitDepth::Sixteen),
+        &codes,
+    );
     let width = SIZE[0] as usize;
     let mut pfm = format!("Pf\n{} {}\n-1.0\n", SIZE[0], SIZE[1]).into_bytes();
     for row in reference.depth.chunks_exact(width).rev() {
-        row.iter().for_each(|z| pfm.extend_from_slice(&z.to_le_bytes()));
+        row.iter()
+            .for_each(|z| pfm.extend_from_slice(&z.to_le_bytes()));
     }
     fs::write(file("depth.pfm"), pfm).expect("written");
     for (name, order) in [("depth.npy", "False"), ("columns.npy", "True")] {
-        let mut header =
-            format!("{{'descr': '<f4', 'fortran_order': {order}, 'shape': ({}, {}), }}", SIZE[1], SIZE[0]);
+        let mut header = format!(
+            "{{'descr': '<f4', 'fortran_order': {order}, 'shape': ({}, {}), }}",
+            SIZE[1], SIZE[0]
+        );
         while (header.len() + 11) % 64 != 0 {
             header.push(' ');
         }
@@ -110,10 +141,20 @@ fn pairs(folder: &Path, reference: &Reference) -> Vec<Pair> {
     })
     .expect("written");
     let floats = DepthMeaning::of(DepthKind::Z);
-    let pair =
-        |colour: &str, depth: &str, meaning| Pair { colour: file(colour), depth: file(depth), meaning };
+    let pair = |colour: &str, depth: &str, meaning| Pair {
+        colour: file(colour),
+        depth: file(depth),
+        meaning,
+    };
     vec![
-        pair("colour.png", "depth.png", DepthMeaning { scale: Some(UNIT), ..floats }),
+        pair(
+            "colour.png",
+            "depth.png",
+            DepthMeaning {
+                scale: Some(UNIT),
+                ..floats
+            },
+        ),
         pair("colour.png", "depth.pfm", floats),
         pair("both.exr", "depth.npy", floats),
         pair("both.exr", "columns.npy", floats),
@@ -134,7 +175,12 @@ fn in_memory(pair: &Pair, from: &Camera) -> Reference {
 
 fn in_file(pair: &Pair, from: &Camera, tolerance: SurfaceTolerance) -> LargeReference {
     let (colour, depth) = (part(&pair.colour), part(&pair.depth));
-    let files = Files { colour: &colour, depth: &depth, camera: from, meaning: &pair.meaning };
+    let files = Files {
+        colour: &colour,
+        depth: &depth,
+        camera: from,
+        meaning: &pair.meaning,
+    };
     LargeReference::read(&files, tolerance, BUDGET).expect("a large reference")
 }
 
@@ -159,10 +205,19 @@ fn change(a: &Image, b: &Image) -> Change {
     }
     let depths = |image: &Image| image.depth.clone().expect("a depth");
     let off = |a: f32, b: f32| a != b && !((a - b).abs() <= TOLERANCE * a.abs());
-    found.planes += depths(a).iter().zip(&depths(b)).filter(|(a, b)| off(**a, **b)).count();
+    found.planes += depths(a)
+        .iter()
+        .zip(&depths(b))
+        .filter(|(a, b)| off(**a, **b))
+        .count();
     for (a, b) in a.planes.iter().zip(&b.planes) {
         assert_eq!(a.name, b.name, "planes");
-        found.planes += a.values.iter().zip(&b.values).filter(|(a, b)| (*a - *b).abs() > TOLERANCE).count();
+        found.planes += a
+            .values
+            .iter()
+            .zip(&b.values)
+            .filter(|(a, b)| (*a - *b).abs() > TOLERANCE)
+            .count();
     }
     found
 }
@@ -173,7 +228,10 @@ fn poses() -> Vec<(&'static str, Camera)> {
     let tilted = {
         let turn = DMat3::from_rotation_x(0.3) * DMat3::from_rotation_z(0.2);
         let view = at(240.0, [0.4, -0.5, -0.3], 0.1);
-        Camera { camera_from_world: glam::DAffine3::from_mat3(turn) * view.camera_from_world, ..view }
+        Camera {
+            camera_from_world: glam::DAffine3::from_mat3(turn) * view.camera_from_world,
+            ..view
+        }
     };
     vec![
         ("forward", at(260.0, [0.2, 0.05, 1.5], 0.0)),
@@ -181,12 +239,25 @@ fn poses() -> Vec<(&'static str, Camera)> {
         ("tilted", tilted),
         ("minified", at(200.0, [0.0, 0.1, -3.0], 0.0)),
         ("magnified", at(4000.0, [0.05, 0.0, 0.0], 0.12)),
-        ("inside the surfaces", Camera { near: 0.4, ..at(200.0, [-1.1, -0.2, 4.9], 0.3) }),
-        ("looking away", at(260.0, [0.0, 0.0, 0.0], std::f64::consts::PI)),
+        (
+            "inside the surfaces",
+            Camera {
+                near: 0.4,
+                ..at(200.0, [-1.1, -0.2, 4.9], 0.3)
+            },
+        ),
+        (
+            "looking away",
+            at(260.0, [0.0, 0.0, 0.0], std::f64::consts::PI),
+        ),
     ]
 }
 
-fn draw_large(references: Vec<LargeReference>, options: &WarpOptions, to: &Camera) -> (Image, FrameStats) {
+fn draw_large(
+    references: Vec<LargeReference>,
+    options: &WarpOptions,
+    to: &Camera,
+) -> (Image, FrameStats) {
     let budget = match options.method {
         Method::Points | Method::Splats | Method::Ewa => SPLAT_BUDGET,
         Method::Nearest | Method::Hybrid | Method::Mesh => BUDGET,
@@ -197,17 +268,26 @@ fn draw_large(references: Vec<LargeReference>, options: &WarpOptions, to: &Camer
 }
 
 fn draw(references: Vec<Reference>, options: &WarpOptions, to: &Camera) -> (Image, FrameStats) {
-    let frame = Warper::new(references, options).expect("a warper").render(to).expect("a picture");
+    let frame = Warper::new(references, options)
+        .expect("a warper")
+        .render(to)
+        .expect("a picture");
     (frame.image, frame.stats)
 }
 
 /// Few pixels differ by more than rounding, and none where one window shows all.
 fn assert_same(what: &str, (large, stats): &(Image, FrameStats), whole: &Image) {
     let found = change(large, whole);
-    println!("{what}: {} windows, {} samples read, {found:?}", stats.windows, stats.read_samples);
+    println!(
+        "{what}: {} windows, {} samples read, {found:?}",
+        stats.windows, stats.read_samples
+    );
     let pixels = large.rgba.len();
     let allowed = if stats.windows <= 1 { 0 } else { pixels / 1000 };
-    assert!(found.pixels <= allowed && found.planes <= allowed, "{what}: {found:?}");
+    assert!(
+        found.pixels <= allowed && found.planes <= allowed,
+        "{what}: {found:?}"
+    );
 }
 
 #[test]
@@ -219,11 +299,16 @@ fn pictures_are_those_of_references_in_memory() {
     let mut warper = Warper::new(vec![held.clone()], &WarpOptions::default()).expect("a warper");
     let filed = in_file(pair, &from, SurfaceTolerance::Auto);
     assert_eq!(filed.bounds(), held.bounds(), "the same box");
-    assert_eq!(filed.known(), held.depth.iter().filter(|z| !z.is_nan()).count() as u64, "the same samples");
+    assert_eq!(
+        filed.known(),
+        held.depth.iter().filter(|z| !z.is_nan()).count() as u64,
+        "the same samples"
+    );
     for (index, z) in filed.depths(997).expect("readable") {
         assert_eq!(z.to_bits(), held.depth[index].to_bits(), "sample {index}");
     }
-    let mut large = LargeWarper::new(vec![filed], &WarpOptions::default(), BUDGET).expect("a warper");
+    let mut large =
+        LargeWarper::new(vec![filed], &WarpOptions::default(), BUDGET).expect("a warper");
     let all = u64::from(SIZE[0]) * u64::from(SIZE[1]);
     for (name, to) in poses() {
         let whole = warper.render(&to).expect("a picture");
@@ -231,7 +316,10 @@ fn pictures_are_those_of_references_in_memory() {
         let (windows, read) = (frame.stats.windows, frame.stats.read_samples);
         match name {
             "looking away" => assert_eq!((windows, read), (0, 0), "nothing is read"),
-            "magnified" => assert!(windows == 1 && read < all / 3, "{windows} windows, {read} samples"),
+            "magnified" => assert!(
+                windows == 1 && read < all / 3,
+                "{windows} windows, {read} samples"
+            ),
             "minified" => assert!(windows > 3, "{name}: {windows} windows"),
             _ => assert!(whole.stats.seen > 1000, "{name}: something is seen"),
         }
@@ -250,7 +338,12 @@ fn every_format_is_unpacked_as_it_is_read_into_memory() {
         let filed = in_file(pair, &from, SurfaceTolerance::Auto);
         assert_eq!(filed.bounds(), held.bounds(), "{}", pair.depth.display());
         for (index, z) in filed.depths(101).expect("readable") {
-            assert_eq!(z.to_bits(), held.depth[index].to_bits(), "{} at {index}", pair.depth.display());
+            assert_eq!(
+                z.to_bits(),
+                held.depth[index].to_bits(),
+                "{} at {index}",
+                pair.depth.display()
+            );
         }
         let whole = draw(vec![held], &WarpOptions::default(), &to);
         let large = draw_large(vec![filed], &WarpOptions::default(), &to);
@@ -269,12 +362,34 @@ fn methods_orders_fills_and_several_references_too() {
         ("nearest", WarpOptions::with_method(Method::Nearest)),
         ("ewa", WarpOptions::with_method(Method::Ewa)),
         ("points", WarpOptions::with_method(Method::Points)),
-        ("occlusion order", WarpOptions { visibility: Visibility::OcclusionOrder, ..default.clone() }),
-        ("background", WarpOptions { fill: Fill::Background, ..default.clone() }),
-        ("natural", WarpOptions { fill: Fill::Natural, ..default.clone() }),
+        (
+            "occlusion order",
+            WarpOptions {
+                visibility: Visibility::OcclusionOrder,
+                ..default.clone()
+            },
+        ),
+        (
+            "background",
+            WarpOptions {
+                fill: Fill::Background,
+                ..default.clone()
+            },
+        ),
+        (
+            "natural",
+            WarpOptions {
+                fill: Fill::Natural,
+                ..default.clone()
+            },
+        ),
         (
             "a tolerance",
-            WarpOptions { tolerance: SurfaceTolerance::Relative(0.01), subpixels: 2, ..default.clone() },
+            WarpOptions {
+                tolerance: SurfaceTolerance::Relative(0.01),
+                subpixels: 2,
+                ..default.clone()
+            },
         ),
     ];
     for (name, options) in &settings {
@@ -284,7 +399,11 @@ fn methods_orders_fills_and_several_references_too() {
     }
     // The second sees the same pictures from elsewhere: what matters here is that both are blended alike.
     let aside = camera(SIZE, 1300.0, DVec3::X * 0.3, 0.05);
-    let whole = draw(vec![in_memory(pair, &from), in_memory(pair, &aside)], &default, &to);
+    let whole = draw(
+        vec![in_memory(pair, &from), in_memory(pair, &aside)],
+        &default,
+        &to,
+    );
     let both = vec![
         in_file(pair, &from, SurfaceTolerance::Auto),
         in_file(pair, &aside, SurfaceTolerance::Relative(0.004)),
@@ -298,20 +417,64 @@ fn what_cannot_be_done_is_said_in_one_line() {
     let (from, reference) = source();
     let pair = &pairs(folder.path(), &reference)[0];
     let (colour, depth) = (part(&pair.colour), part(&pair.depth));
-    let files = Files { colour: &colour, depth: &depth, camera: &from, meaning: &pair.meaning };
-    let said = |result: Result<LargeReference, warp3d::Error>| result.expect_err("refused").to_string();
-    assert!(said(LargeReference::read(&files, SurfaceTolerance::Auto, 1 << 20)).contains("--max-memory"));
+    let files = Files {
+        colour: &colour,
+        depth: &depth,
+        camera: &from,
+        meaning: &pair.meaning,
+    };
+    let said =
+        |result: Result<LargeReference, warp3d::Error>| result.expect_err("refused").to_string();
+    assert!(
+        said(LargeReference::read(
+            &files,
+            SurfaceTolerance::Auto,
+            1 << 20
+        ))
+        .contains("--max-memory")
+    );
     let other = camera([SIZE[0] + 1, SIZE[1]], 1300.0, DVec3::ZERO, 0.0);
-    let text = said(LargeReference::read(&Files { camera: &other, ..files }, SurfaceTolerance::Auto, BUDGET));
+    let text = said(LargeReference::read(
+        &Files {
+            camera: &other,
+            ..files
+        },
+        SurfaceTolerance::Auto,
+        BUDGET,
+    ));
     assert!(text.contains("1610") && text.contains("1611"), "{text}");
     let codes = DepthMeaning::of(DepthKind::Z);
-    let text =
-        said(LargeReference::read(&Files { meaning: &codes, ..files }, SurfaceTolerance::Auto, BUDGET));
-    assert!(text.contains("--depth-scale") && text.contains("depth.png"), "{text}");
+    let text = said(LargeReference::read(
+        &Files {
+            meaning: &codes,
+            ..files
+        },
+        SurfaceTolerance::Auto,
+        BUDGET,
+    ));
+    assert!(
+        text.contains("--depth-scale") && text.contains("depth.png"),
+        "{text}"
+    );
     let filed = || in_file(pair, &from, SurfaceTolerance::Auto);
-    let mesh = LargeWarper::new(vec![filed()], &WarpOptions::with_method(Method::Mesh), BUDGET);
-    assert!(mesh.expect_err("refused").to_string().contains("--method hybrid"));
-    let mut small = LargeWarper::new(vec![filed()], &WarpOptions::default(), 36 << 20).expect("a warper");
-    let text = small.render(&poses()[0].1).expect_err("too little").to_string();
-    assert!(text.contains("--max-memory") && text.lines().count() == 1, "{text}");
+    let mesh = LargeWarper::new(
+        vec![filed()],
+        &WarpOptions::with_method(Method::Mesh),
+        BUDGET,
+    );
+    assert!(
+        mesh.expect_err("refused")
+            .to_string()
+            .contains("--method hybrid")
+    );
+    let mut small =
+        LargeWarper::new(vec![filed()], &WarpOptions::default(), 36 << 20).expect("a warper");
+    let text = small
+        .render(&poses()[0].1)
+        .expect_err("too little")
+        .to_string();
+    assert!(
+        text.contains("--max-memory") && text.lines().count() == 1,
+        "{text}"
+    );
 }

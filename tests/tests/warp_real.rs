@@ -13,12 +13,18 @@ use warp3d::{Reference, WarpOptions, Warper};
 
 fn warp(reference: &Reference, target: &Camera) -> Image {
     let warper = Warper::new(vec![reference.clone()], &WarpOptions::default());
-    warper.expect("good").render(target).expect("a camera").image
+    warper
+        .expect("good")
+        .render(target)
+        .expect("a camera")
+        .image
 }
 
 #[test]
 fn the_left_eye_of_beachball_from_the_right() {
-    let Some(scene) = pair("the_left_eye_of_beachball_from_the_right", "Beachball") else { return };
+    let Some(scene) = pair("the_left_eye_of_beachball_from_the_right", "Beachball") else {
+        return;
+    };
     let figures = measure(&warp(&scene.reference, &scene.target), &scene.truth);
     println!("{figures:?}");
     // Measured: 55.6 dB.
@@ -42,7 +48,10 @@ fn frame(test: &str, index: usize) -> Option<Reference> {
     let world_from_camera = DMat4::from_cols_slice(&numbers(&frame["info"]["rt_cam"])).transpose();
     let in_folder = |key: &str| {
         let name = frame[key].as_str().expect("a name");
-        Part { path: path.with_file_name(name), name: None }
+        Part {
+            path: path.with_file_name(name),
+            name: None,
+        }
     };
     let picture = colour::read(&in_folder("rgb_image")).expect("a picture");
     let stored = depth::read(&in_folder("depth_image")).expect("a depth map");
@@ -56,9 +65,12 @@ fn frame(test: &str, index: usize) -> Option<Reference> {
         pixel_centre: PixelCentre::Half,
     };
     let pose = DAffine3::from_mat4(world_from_camera).inverse();
-    let camera = Camera::from_intrinsics(&k, pose.matrix3, pose.translation, 1e-3).expect("a camera");
-    let meaning =
-        DepthMeaning { scale: frame["info"]["depth_scale"].as_f64(), ..DepthMeaning::of(DepthKind::Z) };
+    let camera =
+        Camera::from_intrinsics(&k, pose.matrix3, pose.translation, 1e-3).expect("a camera");
+    let meaning = DepthMeaning {
+        scale: frame["info"]["depth_scale"].as_f64(),
+        ..DepthMeaning::of(DepthKind::Z)
+    };
     Some(input::reference(picture, &stored, camera, &meaning, &path).expect("a reference"))
 }
 
@@ -82,7 +94,10 @@ struct Spline {
 
 impl Spline {
     fn new(reference: &Reference) -> Self {
-        let size = [reference.camera.width as usize, reference.camera.height as usize];
+        let size = [
+            reference.camera.width as usize,
+            reference.camera.height as usize,
+        ];
         let green: Vec<f64> = reference.colour.iter().map(|c| f64::from(c[1])).collect();
         let rows: Vec<f64> = green.chunks(size[0]).flat_map(solved).collect();
         let mut coefficients = rows.clone();
@@ -122,15 +137,22 @@ fn on_one_surface(reference: &Reference, at: DVec2) -> bool {
         // The least tolerance that the hybrid takes.
         (a - b).abs() <= 0.004 * a.min(b)
     };
-    (y..y + 2 * REACH)
-        .all(|y| (x..x + 2 * REACH).map(|x| y * width + x).all(|i| linked(i, i + 1) && linked(i, i + width)))
+    (y..y + 2 * REACH).all(|y| {
+        (x..x + 2 * REACH)
+            .map(|x| y * width + x)
+            .all(|i| linked(i, i + 1) && linked(i, i + width))
+    })
 }
 
 /// The reference's camera turned as `other` is, on the spot, with a longer lens: nothing is minified, so that nothing
 /// is filtered but by the spline.
 fn turned(from: &Camera, other: &Camera) -> Camera {
     let turn: DMat3 = other.camera_from_world.matrix3;
-    let mut camera = Camera { fx: 1.25 * from.fx, fy: 1.25 * from.fy, ..*from };
+    let mut camera = Camera {
+        fx: 1.25 * from.fx,
+        fy: 1.25 * from.fy,
+        ..*from
+    };
     camera.camera_from_world = DAffine3::from_mat3_translation(turn, -(turn * from.eye_in_world()));
     camera
 }
@@ -138,7 +160,9 @@ fn turned(from: &Camera, other: &Camera) -> Camera {
 #[test]
 fn a_turn_on_the_spot_is_a_direct_resampling_of_a_real_picture() {
     let test = "a_turn_on_the_spot_is_a_direct_resampling_of_a_real_picture";
-    let Some((reference, other)) = frame(test, 0).zip(frame(test, 14)) else { return };
+    let Some((reference, other)) = frame(test, 0).zip(frame(test, 14)) else {
+        return;
+    };
     let from = reference.camera;
     let to = turned(&from, &other.camera);
     let image = warp(&reference, &to);
@@ -156,7 +180,10 @@ fn a_turn_on_the_spot_is_a_direct_resampling_of_a_real_picture() {
             let pixel = image.pixel(x, y);
             let apart = (f64::from(pixel[1]) - spline.at(at)).abs();
             if reference.depth[at.y as usize * image.width + at.x as usize] > 0.0 {
-                assert!(pixel[3] > 0.999, "a turn opens no hole: ({x}, {y}) {pixel:?}");
+                assert!(
+                    pixel[3] > 0.999,
+                    "a turn opens no hole: ({x}, {y}) {pixel:?}"
+                );
                 all += 1;
                 squares += apart * apart;
             }
@@ -170,6 +197,9 @@ fn a_turn_on_the_spot_is_a_direct_resampling_of_a_real_picture() {
     println!("{compared} pixels inside surfaces, worst {worst:e}; {all} pixels, {psnr_db:.2} dB");
     // Measured: 88952 pixels, 2.9e-6, 50.4 dB.
     assert!(compared > 20_000, "only {compared} pixels were compared");
-    assert!(worst < 1e-5, "inside a surface a pixel is {worst} off the direct resampling");
+    assert!(
+        worst < 1e-5,
+        "inside a surface a pixel is {worst} off the direct resampling"
+    );
     assert!(psnr_db > 48.0, "with edges: {psnr_db} dB");
 }

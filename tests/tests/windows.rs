@@ -35,7 +35,11 @@ fn departure(whole: &Image, window: &Image, (at, guard): ([u32; 2], usize)) -> f
 }
 
 fn camera(position: DVec3, target: DVec3) -> Camera {
-    let pose = LookAt { position, target, up: DVec3::Y };
+    let pose = LookAt {
+        position,
+        target,
+        up: DVec3::Y,
+    };
     Camera::perspective(&pose, 0.6, [128, 96]).expect("a camera")
 }
 
@@ -50,23 +54,39 @@ fn windows_of_a_volume_are_parts_of_its_picture() {
         volsplat::transfer::ColourMap::default(),
     );
     let camera = camera(DVec3::new(60.0, 50.0, 140.0), DVec3::splat(24.0));
-    let sheets = RenderOptions { subpixels: Subpixels::Fixed(2), ..RenderOptions::default() };
+    let sheets = RenderOptions {
+        subpixels: Subpixels::Fixed(2),
+        ..RenderOptions::default()
+    };
     for (name, options) in [
         ("sheets", sheets.clone()),
         ("sheets, auto", RenderOptions::default()),
         (
             "thin sheets",
-            RenderOptions { slab_voxels: 0.125, subpixels: Subpixels::Fixed(4), ..sheets.clone() },
+            RenderOptions {
+                slab_voxels: 0.125,
+                subpixels: Subpixels::Fixed(4),
+                ..sheets.clone()
+            },
         ),
         ("every sample", RenderOptions::every_sample()),
     ] {
         let mut renderer = Renderer::new(&volume, &transfer, &options).expect("a renderer");
         let whole = renderer.render(&camera).expect("a picture").image;
-        assert!(whole.rgba.iter().any(|pixel| pixel[3] > 0.2), "{name}: something is seen");
+        assert!(
+            whole.rgba.iter().any(|pixel| pixel[3] > 0.2),
+            "{name}: something is seen"
+        );
         for at in PLACES {
-            let window = renderer.render(&part(&camera, at, [16, 16])).expect("a window").image;
+            let window = renderer
+                .render(&part(&camera, at, [16, 16]))
+                .expect("a window")
+                .image;
             let worst = departure(&whole, &window, (at, 0));
-            assert!(worst < TOLERANCE, "{name} at {at:?}: a window departs by {worst}");
+            assert!(
+                worst < TOLERANCE,
+                "{name} at {at:?}: a window departs by {worst}"
+            );
         }
     }
 }
@@ -79,40 +99,96 @@ fn a_volume_renderer_that_adopts_options_draws_as_a_new_one() {
         volsplat::transfer::ColourMap::default(),
     );
     let camera = camera(DVec3::new(60.0, 50.0, 240.0), DVec3::splat(16.0));
-    let mut kept = Renderer::new(&volume, &transfer, &RenderOptions::default()).expect("a renderer");
+    let mut kept =
+        Renderer::new(&volume, &transfer, &RenderOptions::default()).expect("a renderer");
     kept.render(&camera).expect("a picture");
     for options in [
-        RenderOptions { slab_voxels: 0.25, subpixels: Subpixels::Fixed(1), ..RenderOptions::default() },
-        RenderOptions { lod_error: 0.05, min_transmittance: 0.01, ..RenderOptions::default() },
-        RenderOptions { lod_error: 0.0, ..RenderOptions::default() },
+        RenderOptions {
+            slab_voxels: 0.25,
+            subpixels: Subpixels::Fixed(1),
+            ..RenderOptions::default()
+        },
+        RenderOptions {
+            lod_error: 0.05,
+            min_transmittance: 0.01,
+            ..RenderOptions::default()
+        },
+        RenderOptions {
+            lod_error: 0.0,
+            ..RenderOptions::default()
+        },
     ] {
-        assert!(kept.adopt(&options).expect("good options"), "{options:?} asks for no other preparation");
+        assert!(
+            kept.adopt(&options).expect("good options"),
+            "{options:?} asks for no other preparation"
+        );
         let mut new = Renderer::new(&volume, &transfer, &options).expect("a renderer");
-        let (a, b) = (kept.render(&camera).expect("a picture"), new.render(&camera).expect("a picture"));
+        let (a, b) = (
+            kept.render(&camera).expect("a picture"),
+            new.render(&camera).expect("a picture"),
+        );
         assert_eq!(a.image, b.image, "{options:?}");
     }
-    assert!(!kept.adopt(&RenderOptions::every_sample()).expect("good options"), "another pipeline");
-    assert!(kept.adopt(&RenderOptions { slab_voxels: -1.0, ..RenderOptions::default() }).is_err(), "checked");
+    assert!(
+        !kept
+            .adopt(&RenderOptions::every_sample())
+            .expect("good options"),
+        "another pipeline"
+    );
+    assert!(
+        kept.adopt(&RenderOptions {
+            slab_voxels: -1.0,
+            ..RenderOptions::default()
+        })
+        .is_err(),
+        "checked"
+    );
 }
 
 #[test]
 fn windows_of_a_mesh_are_parts_of_its_picture() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("quad.obj");
-    std::fs::write(&path, "v -1 -1 0\nv 1 -1 0\nv 1 1 0.5\nv -1 1 -0.5\nf 1 2 3 4\n").expect("written");
-    let scene = texmap::load(&path, &texmap::LoadOptions::default()).expect("a mesh").scene;
+    std::fs::write(
+        &path,
+        "v -1 -1 0\nv 1 -1 0\nv 1 1 0.5\nv -1 1 -0.5\nf 1 2 3 4\n",
+    )
+    .expect("written");
+    let scene = texmap::load(&path, &texmap::LoadOptions::default())
+        .expect("a mesh")
+        .scene;
     let camera = camera(DVec3::new(1.0, 0.5, 4.0), DVec3::ZERO);
-    let mut kept = texmap::Renderer::new(&scene, &texmap::RenderOptions::default()).expect("a renderer");
+    let mut kept =
+        texmap::Renderer::new(&scene, &texmap::RenderOptions::default()).expect("a renderer");
     for method in texmap::Method::ALL {
-        let options = texmap::RenderOptions { method, subpixels: 2, ..texmap::RenderOptions::default() };
-        assert!(kept.adopt(&options).expect("good options"), "{method:?} asks for no other preparation");
+        let options = texmap::RenderOptions {
+            method,
+            subpixels: 2,
+            ..texmap::RenderOptions::default()
+        };
+        assert!(
+            kept.adopt(&options).expect("good options"),
+            "{method:?} asks for no other preparation"
+        );
         let whole = kept.render(&camera).expect("a picture").image;
-        let new = texmap::Renderer::new(&scene, &options).expect("a renderer").render(&camera);
-        assert_eq!(whole, new.expect("a picture").image, "{method:?}: adopted and new");
+        let new = texmap::Renderer::new(&scene, &options)
+            .expect("a renderer")
+            .render(&camera);
+        assert_eq!(
+            whole,
+            new.expect("a picture").image,
+            "{method:?}: adopted and new"
+        );
         for at in PLACES {
-            let window = kept.render(&part(&camera, at, [16, 16])).expect("a window").image;
+            let window = kept
+                .render(&part(&camera, at, [16, 16]))
+                .expect("a window")
+                .image;
             let worst = departure(&whole, &window, (at, 0));
-            assert!(worst < TOLERANCE, "{method:?} at {at:?}: a window departs by {worst}");
+            assert!(
+                worst < TOLERANCE,
+                "{method:?} at {at:?}: a window departs by {worst}"
+            );
         }
     }
 }
@@ -136,7 +212,13 @@ fn reference() -> warp3d::Reference {
         let inside = (x - 48.0).abs() < 20.0 && (y - 36.0).abs() < 15.0;
         (if inside { 3.0 } else { 5.0 + 0.01 * x }) as f32
     };
-    let colour = |[x, y]: [f64; 2]| [(0.3 * x).sin().abs() as f32, (0.2 * y).cos().abs() as f32, 0.5];
+    let colour = |[x, y]: [f64; 2]| {
+        [
+            (0.3 * x).sin().abs() as f32,
+            (0.2 * y).cos().abs() as f32,
+            0.5,
+        ]
+    };
     warp3d::Reference {
         colour: (0..width * height).map(|i| colour(at(i))).collect(),
         depth: (0..width * height).map(|i| depth(at(i))).collect(),
@@ -155,14 +237,20 @@ fn windows_of_a_warp_are_parts_of_its_picture() {
         let options = warp3d::WarpOptions::with_method(method);
         let mut warper = warp3d::Warper::new(vec![reference.clone()], &options).expect("a warper");
         let whole = warper.render(&camera).expect("a picture").image;
-        let window = warper.render(&part(&camera, at, [32, 32])).expect("a window").image;
+        let window = warper
+            .render(&part(&camera, at, [32, 32]))
+            .expect("a window")
+            .image;
         // The hybrid looks for edges in the neighbours of a pixel, which the rim of a window has not.
         departure(&whole, &window, (at, 1))
     };
     for method in warp3d::Method::ALL {
         for at in [[32, 32], [0, 0], [64, 40]] {
             let worst = worst_of(method, at);
-            assert!(worst < TOLERANCE, "{method:?} at {at:?}: a window departs by {worst}");
+            assert!(
+                worst < TOLERANCE,
+                "{method:?} at {at:?}: a window departs by {worst}"
+            );
         }
     }
 }

@@ -16,7 +16,9 @@ use crate::filter::{AROUND, BORDER_PX, around};
 use crate::fragments::{Fragment, collect};
 use crate::lookup::small_footprint;
 use crate::options::Method;
-use crate::points::{Gathered, PixelOnTexture, PointSettings, gather_minified, gather_points, gather_split};
+use crate::points::{
+    Gathered, PixelOnTexture, PointSettings, gather_minified, gather_points, gather_split,
+};
 use crate::scene::AlphaMode;
 use crate::surface::{Surface, UvPlanes};
 use crate::tile::{Cell, Tile, TileImage, TileWork};
@@ -27,7 +29,9 @@ impl Tile<'_> {
     pub(crate) fn lay_points(&self, work: &mut TileWork, image: &mut TileImage) {
         self.each_pixel(work, |work, pixel, cell| {
             let Cell::Plane(id) = cell else { return false };
-            let Some(surface) = &work.surfaces[id as usize] else { return false };
+            let Some(surface) = &work.surfaces[id as usize] else {
+                return false;
+            };
             match self.pixel_colour(surface, centre_px(pixel), &mut image.points) {
                 Some(colour) => image.rgba[pixel[1] * TILE_PX + pixel[0]] = colour.to_array(),
                 None => return false,
@@ -38,14 +42,21 @@ impl Tile<'_> {
 
     /// Looks the texture up for each triangle of each pixel; leaves pixels with something translucent to sub-pixels.
     pub(crate) fn look_up(&self, work: &mut TileWork, image: &mut TileImage) {
-        let forward = matches!(self.frame.options.method, Method::Point | Method::Supersample);
+        let forward = matches!(
+            self.frame.options.method,
+            Method::Point | Method::Supersample
+        );
         let mut texels = 0;
         self.each_pixel(work, |work, pixel, cell| {
             match cell {
                 Cell::Layered => return false,
                 Cell::Plane(id) => {
                     work.fragments.clear();
-                    work.fragments.push(Fragment { id, weight: 1.0, at: centre_px(pixel) });
+                    work.fragments.push(Fragment {
+                        id,
+                        weight: 1.0,
+                        at: centre_px(pixel),
+                    });
                 }
                 _ => collect(
                     self.frame.filter,
@@ -56,9 +67,13 @@ impl Tile<'_> {
             }
             let mut sum = Vec4::ZERO;
             for fragment in &work.fragments {
-                let Some(surface) = &work.surfaces[fragment.id as usize] else { continue };
+                let Some(surface) = &work.surfaces[fragment.id as usize] else {
+                    continue;
+                };
                 // Where no texel is near, as between the points of a magnified texture, nothing is seen.
-                let colour = self.pixel_colour(surface, fragment.at, &mut texels).unwrap_or(Vec4::ZERO);
+                let colour = self
+                    .pixel_colour(surface, fragment.at, &mut texels)
+                    .unwrap_or(Vec4::ZERO);
                 sum += fragment.weight * colour;
             }
             image.rgba[pixel[1] * TILE_PX + pixel[0]] = sum.to_array();
@@ -72,7 +87,11 @@ impl Tile<'_> {
     }
 
     /// Calls `done` for every pixel that shows something; those for which it says no are left to sub-pixels.
-    fn each_pixel(&self, work: &mut TileWork, mut done: impl FnMut(&mut TileWork, [usize; 2], Cell) -> bool) {
+    fn each_pixel(
+        &self,
+        work: &mut TileWork,
+        mut done: impl FnMut(&mut TileWork, [usize; 2], Cell) -> bool,
+    ) {
         work.wanted.clear();
         work.wanted.resize(SPAN_PX * SPAN_PX, false);
         work.from_subpixels.clear();
@@ -101,16 +120,28 @@ impl Tile<'_> {
         Some(self.lit(surface, at, base, emissive))
     }
 
-    fn pixel_texture(&self, surface: &Surface, planes: &UvPlanes, at: [f32; 2]) -> Option<Gathered> {
+    fn pixel_texture(
+        &self,
+        surface: &Surface,
+        planes: &UvPlanes,
+        at: [f32; 2],
+    ) -> Option<Gathered> {
         let options = self.frame.options;
         let over_w_slope = match options.footprint {
             FootprintMode::Exact => surface.over_w_slope(at),
             _ => [0.0; 2],
         };
         let pyramid = &self.frame.scene.pyramids[planes.pyramid];
-        let pixel = PixelOnTexture { pyramid, at: surface.uv_at(planes, at), over_w_slope };
-        let settings =
-            PointSettings { level: options.level, max_texels: options.max_texels, simd: self.frame.simd };
+        let pixel = PixelOnTexture {
+            pyramid,
+            at: surface.uv_at(planes, at),
+            over_w_slope,
+        };
+        let settings = PointSettings {
+            level: options.level,
+            max_texels: options.max_texels,
+            simd: self.frame.simd,
+        };
         match options.method {
             Method::Hybrid => gather_minified(&pixel, &settings),
             Method::Point => gather_points(&pixel, &settings),
@@ -132,10 +163,17 @@ impl Tile<'_> {
 
     #[inline(always)]
     fn texture(&self, surface: &Surface, planes: &Option<UvPlanes>, at: [f32; 2]) -> Vec4 {
-        let Some(planes) = planes else { return Vec4::ONE };
+        let Some(planes) = planes else {
+            return Vec4::ONE;
+        };
         let side_px = self.frame.filter.spacing_px;
         let pyramid = &self.frame.scene.pyramids[planes.pyramid];
-        small_footprint(pyramid, &surface.uv_at(planes, at), side_px, &planes.borders)
+        small_footprint(
+            pyramid,
+            &surface.uv_at(planes, at),
+            side_px,
+            &planes.borders,
+        )
     }
 
     /// Alpha of a surface at a sub-pixel.
@@ -146,7 +184,12 @@ impl Tile<'_> {
     /// What a pixel or sub-pixel shows of a surface: filtered textures times factors, lit, premultiplied.
     #[inline(always)]
     fn lit(&self, surface: &Surface, at: [f32; 2], base: Vec4, emissive: Vec4) -> Vec4 {
-        self.shaded(surface, (at, surface.light_at(&self.view, at)), base, emissive)
+        self.shaded(
+            surface,
+            (at, surface.light_at(&self.view, at)),
+            base,
+            emissive,
+        )
     }
 
     /// As [`Tile::lit`], where the light that is reflected is known.
@@ -167,7 +210,9 @@ impl Tile<'_> {
             AlphaMode::Blend => (factor.w, (factor.w * base.w).min(1.0)),
         };
         let emitted = material.emissive_colour * emissive * alpha;
-        (factor * base * (weight * light) + emitted).truncate().extend(alpha)
+        (factor * base * (weight * light) + emitted)
+            .truncate()
+            .extend(alpha)
     }
 }
 

@@ -36,14 +36,24 @@ struct Line {
 }
 
 /// By triangle and corner: what lies beyond the line opposite the corner.
-pub(crate) fn neighbours(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[Option<Neighbour>; 3]> {
+pub(crate) fn neighbours(
+    positions: &[[f32; 3]],
+    triangles: &[[u32; 3]],
+) -> Vec<[Option<Neighbour>; 3]> {
     let first = first_at_position(positions);
     let line = |triangle: usize, corner: usize| {
         let ends = [1, 2].map(|step| first[triangles[triangle][(corner + step) % 3] as usize]);
         let ends = [ends[0].min(ends[1]), ends[0].max(ends[1])];
-        Line { ends, triangle: triangle as u32, corner: corner as u8 }
+        Line {
+            ends,
+            triangle: triangle as u32,
+            corner: corner as u8,
+        }
     };
-    let mut lines: Vec<Line> = (0..3 * triangles.len()).into_par_iter().map(|k| line(k / 3, k % 3)).collect();
+    let mut lines: Vec<Line> = (0..3 * triangles.len())
+        .into_par_iter()
+        .map(|k| line(k / 3, k % 3))
+        .collect();
     lines.par_sort_unstable_by_key(|line| (line.ends, line.triangle, line.corner));
     let mut found = vec![[None; 3]; triangles.len()];
     for group in lines.chunk_by(|a, b| a.ends == b.ends) {
@@ -51,7 +61,10 @@ pub(crate) fn neighbours(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<
         for (from, to) in [(a, b), (b, a)] {
             let corner = NonZeroU32::new(u32::from(to.corner) + 1);
             found[from.triangle as usize][usize::from(from.corner)] =
-                corner.map(|corner| Neighbour { triangle: to.triangle, corner });
+                corner.map(|corner| Neighbour {
+                    triangle: to.triangle,
+                    corner,
+                });
         }
     }
     found
@@ -86,17 +99,35 @@ mod tests {
             [0.0, 1.0, 0.0],
         ];
         let found = neighbours(&positions, &[[0, 1, 2], [3, 4, 5]]);
-        let beyond =
-            |triangle: usize, corner: usize| found[triangle][corner].map(|n| (n.triangle, n.corner()));
-        assert_eq!(beyond(0, 1), Some((1, 2)), "the second triangle lies beyond the line opposite corner 1");
-        assert_eq!(beyond(1, 2), Some((0, 1)), "and the first beyond the second's line opposite corner 2");
+        let beyond = |triangle: usize, corner: usize| {
+            found[triangle][corner].map(|n| (n.triangle, n.corner()))
+        };
+        assert_eq!(
+            beyond(0, 1),
+            Some((1, 2)),
+            "the second triangle lies beyond the line opposite corner 1"
+        );
+        assert_eq!(
+            beyond(1, 2),
+            Some((0, 1)),
+            "and the first beyond the second's line opposite corner 2"
+        );
         let borders = [(0, 0), (0, 2), (1, 0), (1, 1)];
-        assert!(borders.iter().all(|&(t, c)| beyond(t, c).is_none()), "borders have no neighbour: {found:?}");
+        assert!(
+            borders.iter().all(|&(t, c)| beyond(t, c).is_none()),
+            "borders have no neighbour: {found:?}"
+        );
     }
 
     #[test]
     fn a_line_of_three_triangles_joins_none() {
-        let positions = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]];
+        let positions = [
+            [0.0; 3],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, -1.0, 0.0],
+            [0.0, 0.0, 1.0],
+        ];
         let found = neighbours(&positions, &[[0, 1, 2], [1, 0, 3], [0, 1, 4]]);
         assert!(found.iter().flatten().all(Option::is_none), "{found:?}");
     }

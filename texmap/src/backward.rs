@@ -22,12 +22,18 @@ const WIDENED: f32 = 0.25;
 /// The texel nearest to the pixel's centre.
 pub(crate) fn look_up_nearest(pixel: &PixelOnTexture) -> Gathered {
     let pyramid = pixel.pyramid;
-    Gathered { rgba: nearest(&pyramid.levels[0], pyramid.wrap, pixel.at.u, pixel.at.v), texels: 1 }
+    Gathered {
+        rgba: nearest(&pyramid.levels[0], pyramid.wrap, pixel.at.u, pixel.at.v),
+        texels: 1,
+    }
 }
 
 /// Bilinear, or nearest where the material says so.
 pub(crate) fn look_up_bilinear(pixel: &PixelOnTexture) -> Gathered {
-    Gathered { rgba: reconstructed(pixel.pyramid, pixel.at.u, pixel.at.v), texels: 4 }
+    Gathered {
+        rgba: reconstructed(pixel.pyramid, pixel.at.u, pixel.at.v),
+        texels: 4,
+    }
 }
 
 /// Bilinear in two levels, mixed: the level follows the pixel's longer side.
@@ -37,7 +43,10 @@ pub(crate) fn look_up_trilinear(pixel: &PixelOnTexture) -> Gathered {
     if !(lod > 0.0) {
         return look_up_bilinear(pixel);
     }
-    Gathered { rgba: trilinear(pixel.pyramid, lod, pixel.at.u, pixel.at.v), texels: 8 }
+    Gathered {
+        rgba: trilinear(pixel.pyramid, lod, pixel.at.u, pixel.at.v),
+        texels: 8,
+    }
 }
 
 /// Elliptical weighted average.
@@ -45,7 +54,9 @@ pub(crate) fn look_up_ewa(pixel: &PixelOnTexture, simd: SimdLevel) -> Gathered {
     let pyramid = pixel.pyramid;
     let full = covariance_with(pixel, &pyramid.levels[0], [0.0; 2]);
     // Standard deviations are half a pixel, so that the axes of one pixel are twice as long.
-    let [short, long] = full.eigenvalues().map(|variance| 2.0 * variance.max(0.0).sqrt());
+    let [short, long] = full
+        .eigenvalues()
+        .map(|variance| 2.0 * variance.max(0.0).sqrt());
     let short = short.max(long / MAX_ANISOTROPY);
     if !(short > 0.0) {
         return look_up_bilinear(pixel);
@@ -66,17 +77,24 @@ fn ewa_in_level(pixel: &PixelOnTexture, index: usize, simd: SimdLevel) -> Gather
     let pyramid = pixel.pyramid;
     let level = &pyramid.levels[index];
     if level.size == [1, 1] {
-        return Gathered { rgba: level.texels[0], texels: 1 };
+        return Gathered {
+            rgba: level.texels[0],
+            texels: 1,
+        };
     }
     let plain = covariance_with(pixel, level, [0.0; 2]);
     let [_, large] = plain.eigenvalues();
     let mut covariance = plain.widened(large / (MAX_ANISOTROPY * MAX_ANISOTROPY));
     covariance.0[0] += WIDENED;
     covariance.0[2] += WIDENED;
-    let affine = PixelOnTexture { over_w_slope: [0.0; 2], ..*pixel };
-    let gathered = TexelEllipse::new(&affine, level.scale, covariance, EWA_CUT).and_then(|mut ellipse| {
-        ellipse.floor = (-0.5 * EWA_CUT * EWA_CUT).exp();
-        ellipse.gather_level(level, pyramid.wrap, simd)
-    });
+    let affine = PixelOnTexture {
+        over_w_slope: [0.0; 2],
+        ..*pixel
+    };
+    let gathered =
+        TexelEllipse::new(&affine, level.scale, covariance, EWA_CUT).and_then(|mut ellipse| {
+            ellipse.floor = (-0.5 * EWA_CUT * EWA_CUT).exp();
+            ellipse.gather_level(level, pyramid.wrap, simd)
+        });
     gathered.unwrap_or_else(|| look_up_bilinear(pixel))
 }

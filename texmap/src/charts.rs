@@ -28,24 +28,42 @@ pub(crate) struct Charts {
 
 impl Charts {
     /// Finds the borders, given what lies beyond each line of each triangle, and the sets of coordinates in use.
-    pub(crate) fn new(mesh: &Mesh, neighbours: &[[Option<Neighbour>; 3]], uvs: [&Vec<DVec2>; 2]) -> Self {
+    pub(crate) fn new(
+        mesh: &Mesh,
+        neighbours: &[[Option<Neighbour>; 3]],
+        uvs: [&Vec<DVec2>; 2],
+    ) -> Self {
         let ends = |triangle: u32, corner: usize| {
             let corners = mesh.triangles[triangle as usize];
             [corners[(corner + 1) % 3], corners[(corner + 2) % 3]]
         };
-        let same = |a: u32, b: u32| uvs.iter().all(|uv| uv.is_empty() || uv[a as usize] == uv[b as usize]);
+        let same = |a: u32, b: u32| {
+            uvs.iter()
+                .all(|uv| uv.is_empty() || uv[a as usize] == uv[b as usize])
+        };
         let is_border = |triangle: usize, corner: usize| {
-            let Some(next) = neighbours[triangle][corner] else { return true };
-            let ([a, b], [c, d]) = (ends(triangle as u32, corner), ends(next.triangle, next.corner()));
+            let Some(next) = neighbours[triangle][corner] else {
+                return true;
+            };
+            let ([a, b], [c, d]) = (
+                ends(triangle as u32, corner),
+                ends(next.triangle, next.corner()),
+            );
             // The ends are two positions, in either order.
             let turned = mesh.positions[a as usize] != mesh.positions[c as usize];
-            if turned { !(same(a, d) && same(b, c)) } else { !(same(a, c) && same(b, d)) }
+            if turned {
+                !(same(a, d) && same(b, c))
+            } else {
+                !(same(a, c) && same(b, d))
+            }
         };
         let mut found = Vec::new();
         if uvs.iter().any(|uv| !uv.is_empty()) {
-            let lines =
-                (0..mesh.triangles.len()).flat_map(|triangle| [0, 1, 2].map(|corner| (triangle, corner)));
-            for (triangle, corner) in lines.filter(|&(triangle, corner)| is_border(triangle, corner)) {
+            let lines = (0..mesh.triangles.len())
+                .flat_map(|triangle| [0, 1, 2].map(|corner| (triangle, corner)));
+            for (triangle, corner) in
+                lines.filter(|&(triangle, corner)| is_border(triangle, corner))
+            {
                 let [a, b] = ends(triangle as u32, corner);
                 found.push([a, b, mesh.triangles[triangle][corner]]);
             }
@@ -55,7 +73,11 @@ impl Charts {
 
     fn by_vertex(vertices: usize, found: &[[u32; 3]]) -> Self {
         let mut first = vec![0u32; vertices + 1];
-        let ends = || found.iter().flat_map(|border| [(border[0], border), (border[1], border)]);
+        let ends = || {
+            found
+                .iter()
+                .flat_map(|border| [(border[0], border), (border[1], border)])
+        };
         ends().for_each(|(vertex, _)| first[vertex as usize + 1] += 1);
         for vertex in 0..vertices {
             first[vertex + 1] += first[vertex];
@@ -74,7 +96,9 @@ impl Charts {
     pub(crate) fn around(&self, corners: [usize; 3], uv: impl Fn(usize) -> DVec2) -> Borders {
         let mut borders = Borders::default();
         for corner in corners {
-            for border in &self.borders[self.first[corner] as usize..self.first[corner + 1] as usize] {
+            for border in
+                &self.borders[self.first[corner] as usize..self.first[corner + 1] as usize]
+            {
                 let [a, b, inner] = [0, 1, 2].map(|k| uv(border[k] as usize));
                 borders.add([a, b], inner, corners.map(&uv));
             }
@@ -107,13 +131,18 @@ impl Border {
         let normal = normal * side.signum();
         // A corner on the line itself may be rounded to its outer side.
         let rounding = 1e-9 * (1.0 + ends[0].length());
-        let parted = triangle.iter().any(|corner| normal.dot(*corner - ends[0]) < -rounding);
+        let parted = triangle
+            .iter()
+            .any(|corner| normal.dot(*corner - ends[0]) < -rounding);
         if side == 0.0 || !side.is_finite() || parted {
             return None;
         }
         let line = narrow(normal.extend(-normal.dot(ends[0])));
         let [a, b] = ends.map(|end| normal.perp_dot(end) as f32);
-        Some(Self { line, span: [a.min(b), a.max(b)] })
+        Some(Self {
+            line,
+            span: [a.min(b), a.max(b)],
+        })
     }
 
     /// Where a place lies along the line.
@@ -134,16 +163,26 @@ impl Border {
         if after >= margin {
             return 0.0;
         }
-        let share = if after < 0.0 { before / (before - after) } else { 1.0 };
+        let share = if after < 0.0 {
+            before / (before - after)
+        } else {
+            1.0
+        };
         let crossing = [0, 1].map(|k| start[k] + share * (place[k] - start[k]));
-        if self.spans(self.along(crossing), margin) { margin - after } else { 0.0 }
+        if self.spans(self.along(crossing), margin) {
+            margin - after
+        } else {
+            0.0
+        }
     }
 }
 
 impl Borders {
     /// Adds the line between `ends` unless it is there, has no direction, or parts the triangle.
     fn add(&mut self, ends: [DVec2; 2], inner: DVec2, triangle: [DVec2; 3]) {
-        let Some(border) = Border::new(ends, inner, triangle) else { return };
+        let Some(border) = Border::new(ends, inner, triangle) else {
+            return;
+        };
         if self.count < MAX_BORDERS && !self.borders[..self.count].contains(&border) {
             self.borders[self.count] = border;
             self.count += 1;
@@ -153,19 +192,27 @@ impl Borders {
     /// Whether a border is nearer than `reach` texels.
     #[inline(always)]
     pub(crate) fn within(&self, place: [f32; 2], reach: f32) -> bool {
-        self.borders[..self.count]
-            .iter()
-            .any(|border| value(&border.line, place) < reach && border.spans(border.along(place), reach))
+        self.borders[..self.count].iter().any(|border| {
+            value(&border.line, place) < reach && border.spans(border.along(place), reach)
+        })
     }
 
     /// The place, moved to where it is `margin` texels inside each border that the way from `start` leads over.
     #[inline(always)]
-    pub(crate) fn moved_inside(&self, start: [f32; 2], mut place: [f32; 2], margin: f32) -> [f32; 2] {
+    pub(crate) fn moved_inside(
+        &self,
+        start: [f32; 2],
+        mut place: [f32; 2],
+        margin: f32,
+    ) -> [f32; 2] {
         // Beyond a corner, the way to what one border has moved may lead over the other one: hence twice.
         for _ in 0..2 {
             for border in &self.borders[..self.count] {
                 let lacking = border.lacking(start, place, margin);
-                place = [place[0] + lacking * border.line[0], place[1] + lacking * border.line[1]];
+                place = [
+                    place[0] + lacking * border.line[0],
+                    place[1] + lacking * border.line[1],
+                ];
             }
         }
         place

@@ -69,7 +69,11 @@ pub(crate) fn cull(scene: &Prepared, camera: &Camera, stats: &mut FrameStats) ->
             .into_par_iter()
             .with_min_len(CHUNK)
             .map(|t| {
-                let place = Place { mesh: index as u32, triangle: t as u32, sides };
+                let place = Place {
+                    mesh: index as u32,
+                    triangle: t as u32,
+                    sides,
+                };
                 fate(camera, &mesh.corners(t).map(project), &place)
             })
             .collect();
@@ -108,8 +112,15 @@ impl Corner {
             Projection::Perspective => p.z,
             Projection::Orthographic => 1.0,
         };
-        let homogeneous = DVec3::new(camera.fx * p.x + camera.cx * w, camera.fy * p.y + camera.cy * w, w);
-        Self { homogeneous, z: p.z }
+        let homogeneous = DVec3::new(
+            camera.fx * p.x + camera.cx * w,
+            camera.fy * p.y + camera.cy * w,
+            w,
+        );
+        Self {
+            homogeneous,
+            z: p.z,
+        }
     }
 
     fn mix(self, other: Self, share: f64) -> Self {
@@ -121,13 +132,21 @@ impl Corner {
 }
 
 fn fate(camera: &Camera, corners: &[Corner; 3], place: &Place) -> Fate {
-    let Some(bounds_px) = bounds_px(camera.near, corners) else { return Fate::OffScreen };
-    let Some(rect) = tiles(camera, &bounds_px) else { return Fate::OffScreen };
+    let Some(bounds_px) = bounds_px(camera.near, corners) else {
+        return Fate::OffScreen;
+    };
+    let Some(rect) = tiles(camera, &bounds_px) else {
+        return Fate::OffScreen;
+    };
     let [a, b, c] = corners.map(|corner| corner.homogeneous);
     let lines = [b.cross(c), c.cross(a), a.cross(b)];
     let det = a.dot(lines[0]);
     // Seen from the front, a counter-clockwise triangle turns clockwise on a screen whose y runs down.
-    let facing = if det < 0.0 { Facing::Front } else { Facing::Back };
+    let facing = if det < 0.0 {
+        Facing::Front
+    } else {
+        Facing::Back
+    };
     let hidden_side = facing == Facing::Back && place.sides == Sides::Front;
     if hidden_side || det == 0.0 || !det.is_finite() {
         return Fate::BackFacing;
@@ -137,13 +156,26 @@ fn fate(camera: &Camera, corners: &[Corner; 3], place: &Place) -> Fate {
     let det = det.abs();
     let key = match camera.projection {
         Projection::Perspective => (lines[0] + lines[1] + lines[2]) / det,
-        Projection::Orthographic => -(0..3).map(|i| lines[i] * (corners[i].z / det)).sum::<DVec3>(),
+        Projection::Orthographic => -(0..3)
+            .map(|i| lines[i] * (corners[i].z / det))
+            .sum::<DVec3>(),
     };
     if !key.is_finite() {
         return Fate::BackFacing;
     }
     let Place { mesh, triangle, .. } = *place;
-    Fate::Seen(ScreenTriangle { lines, det, key, bounds_px, mesh, triangle, facing }, rect)
+    Fate::Seen(
+        ScreenTriangle {
+            lines,
+            det,
+            key,
+            bounds_px,
+            mesh,
+            triangle,
+            facing,
+        },
+        rect,
+    )
 }
 
 /// The screen rectangle of the part beyond the near plane; `None` if there is none.
@@ -177,7 +209,10 @@ fn tiles(camera: &Camera, bounds: &[f64; 4]) -> Option<TileRect> {
         [first, last]
     };
     let (columns, rows) = (range(0), range(1));
-    let grid = TileGrid { width: camera.width as usize, height: camera.height as usize };
+    let grid = TileGrid {
+        width: camera.width as usize,
+        height: camera.height as usize,
+    };
     let rect = grid.rect(columns, rows);
     (rect.area() > 0).then_some(rect)
 }
@@ -185,7 +220,9 @@ fn tiles(camera: &Camera, bounds: &[f64; 4]) -> Option<TileRect> {
 impl ScreenTriangle {
     /// The value at p = (x, y, 1) of something given at the corners, over w: a plane over the screen.
     pub(crate) fn plane(&self, at_corners: [f64; 3]) -> DVec3 {
-        (self.lines[0] * at_corners[0] + self.lines[1] * at_corners[1] + self.lines[2] * at_corners[2])
+        (self.lines[0] * at_corners[0]
+            + self.lines[1] * at_corners[1]
+            + self.lines[2] * at_corners[2])
             / self.det
     }
 
@@ -193,6 +230,10 @@ impl ScreenTriangle {
     pub(crate) fn flat_normal(&self, mesh: &PreparedMesh) -> DVec3 {
         let [a, b, c] = mesh.corners(self.triangle as usize);
         let normal = (b - a).cross(c - a);
-        if self.facing == Facing::Front { normal } else { -normal }
+        if self.facing == Facing::Front {
+            normal
+        } else {
+            -normal
+        }
     }
 }

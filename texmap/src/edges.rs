@@ -64,13 +64,18 @@ impl Edges {
         self.unsorted.clear();
         for direction in 0..2 {
             each_pair(filter, ids, &filter.steps[direction], |between, pair| {
-                let Some(Crossing { t, across }) = crossing(&pair) else { return };
+                let Some(Crossing { t, across }) = crossing(&pair) else {
+                    return;
+                };
                 let steepness = |step: &LatticeStep| {
                     (across[0] * step.vector_px[0] + across[1] * step.vector_px[1]).abs()
                 };
                 let [this, other] = [direction, 1 - direction].map(|d| steepness(&filter.steps[d]));
                 if this > other || (this == other && direction == 0) {
-                    self.unsorted.push(Edge { between, shares: shares(t) });
+                    self.unsorted.push(Edge {
+                        between,
+                        shares: shares(t),
+                    });
                 }
             });
         }
@@ -90,7 +95,9 @@ impl Edges {
         };
         self.first.clear();
         self.first.resize(SPAN_PX * SPAN_PX + 1, 0);
-        self.unsorted.iter().for_each(|edge| self.first[cell(edge) + 1] += 1);
+        self.unsorted
+            .iter()
+            .for_each(|edge| self.first[cell(edge) + 1] += 1);
         for i in 0..SPAN_PX * SPAN_PX {
             self.first[i + 1] += self.first[i];
         }
@@ -127,7 +134,13 @@ fn each_pair(
                 let p = filter.position_px(first + k, row);
                 let q = [p[0] + step.vector_px[0], p[1] + step.vector_px[1]];
                 let between = [(row * SPAN_PX + first + k) as u32, (start + k) as u32];
-                changed(between, Neighbours { ids: [a, b], at: [p, q] });
+                changed(
+                    between,
+                    Neighbours {
+                        ids: [a, b],
+                        at: [p, q],
+                    },
+                );
             }
         }
     }

@@ -70,7 +70,11 @@ impl Covariance {
         let [xx, xy, yy] = self.0;
         // The projection on the shorter axis is (large I - covariance) / (large - small).
         let scale = (least - small) / span;
-        Self([xx + scale * (large - xx), xy - scale * xy, yy + scale * (large - yy)])
+        Self([
+            xx + scale * (large - xx),
+            xy - scale * xy,
+            yy + scale * (large - yy),
+        ])
     }
 }
 
@@ -91,8 +95,15 @@ impl TexelEllipse {
         let [gx, gy] = pixel.over_w_slope;
         let hu = (vy * gx - vx * gy) / (area * scale[0]);
         let hv = (ux * gy - uy * gx) / (area * scale[1]);
-        let (hu, hv) = if hu.is_finite() && hv.is_finite() { (hu, hv) } else { (0.0, 0.0) };
-        let change = cut * (hu * hu * xx + 2.0 * hu * hv * xy + hv * hv * yy).max(0.0).sqrt();
+        let (hu, hv) = if hu.is_finite() && hv.is_finite() {
+            (hu, hv)
+        } else {
+            (0.0, 0.0)
+        };
+        let change = cut
+            * (hu * hu * xx + 2.0 * hu * hv * xy + hv * hv * yy)
+                .max(0.0)
+                .sqrt();
         let ellipse = Self {
             centre: [pixel.at.u * scale[0] - 0.5, pixel.at.v * scale[1] - 0.5],
             inverse: [yy / determinant, -xy / determinant, xx / determinant],
@@ -103,12 +114,21 @@ impl TexelEllipse {
             floor: 0.0,
             kappa: [0.0; 2],
         };
-        let finite = ellipse.inverse.iter().chain(&ellipse.centre).all(|v| v.is_finite());
+        let finite = ellipse
+            .inverse
+            .iter()
+            .chain(&ellipse.centre)
+            .all(|v| v.is_finite());
         (finite && determinant > 0.0).then_some(ellipse)
     }
 
     /// The mean of a level's texels, each as often as it counts; `None` if none does.
-    pub(crate) fn gather_level(&self, level: &Level, wrap: [Wrap; 2], simd: SimdLevel) -> Option<Gathered> {
+    pub(crate) fn gather_level(
+        &self,
+        level: &Level,
+        wrap: [Wrap; 2],
+        simd: SimdLevel,
+    ) -> Option<Gathered> {
         dispatch!(simd, simd => gather_texels(simd, self, (level, wrap)))
     }
 
@@ -121,7 +141,8 @@ impl TexelEllipse {
         let mut texels = 0;
         let [first, last] = whole(self.centre[1], reach * self.extent_v);
         // Far more than any level that callers choose: it bounds the time of a footprint that is none.
-        if last.saturating_sub(first) > MAX_SIDE || reach * reach > ixx * (MAX_SIDE as f32).powi(2) {
+        if last.saturating_sub(first) > MAX_SIDE || reach * reach > ixx * (MAX_SIDE as f32).powi(2)
+        {
             return None;
         }
         for row in first..=last {
@@ -143,7 +164,10 @@ impl TexelEllipse {
                 column += BATCH as i32;
             }
         }
-        (total > 0.0).then(|| Gathered { rgba: sum / total, texels })
+        (total > 0.0).then(|| Gathered {
+            rgba: sum / total,
+            texels,
+        })
     }
 
     /// What a texel at this offset counts.
@@ -157,9 +181,14 @@ impl TexelEllipse {
         let q = tu * du + tv * dv;
         let hermite = |t: f32, s: f32| t * t * (t * t - 6.0 * s) + 3.0 * s * s;
         let series = 1.0 + self.kappa[0] * hermite(tu, ixx) + self.kappa[1] * hermite(tv, iyy);
-        let weight = (exp2(q * (-0.5 * std::f32::consts::LOG2_E)) * series - self.floor) * tau * tau * tau;
+        let weight =
+            (exp2(q * (-0.5 * std::f32::consts::LOG2_E)) * series - self.floor) * tau * tau * tau;
         // What is not before the eye has no place on the screen.
-        if q <= self.cut * self.cut && nearness > 0.0 { weight } else { 0.0 }
+        if q <= self.cut * self.cut && nearness > 0.0 {
+            weight
+        } else {
+            0.0
+        }
     }
 }
 
@@ -196,7 +225,9 @@ impl RowSource for (&Level, [Wrap; 2]) {
         let (level, wrap) = self;
         let start = level.row_start(row, wrap[1]);
         let texels = &level.texels[start..start + level.size[0]];
-        let inside = usize::try_from(column).ok().and_then(|first| texels.get(first..first + weights.len()));
+        let inside = usize::try_from(column)
+            .ok()
+            .and_then(|first| texels.get(first..first + weights.len()));
         match inside {
             Some(texels) => {
                 for (&weight, texel) in weights.iter().zip(texels) {
@@ -213,7 +244,11 @@ impl RowSource for (&Level, [Wrap; 2]) {
 }
 
 #[simd]
-fn gather_texels<S: Simd>(_: S, ellipse: &TexelEllipse, source: (&Level, [Wrap; 2])) -> Option<Gathered> {
+fn gather_texels<S: Simd>(
+    _: S,
+    ellipse: &TexelEllipse,
+    source: (&Level, [Wrap; 2]),
+) -> Option<Gathered> {
     ellipse.gather(source)
 }
 
@@ -221,7 +256,13 @@ fn gather_texels<S: Simd>(_: S, ellipse: &TexelEllipse, source: (&Level, [Wrap; 
 const ROUND_MAGIC: f32 = 12_582_912.0;
 
 /// 2^f - 1 = f (c0 + c1 f + ... + c4 f^4) for |f| <= 1/2, fitted for the smallest relative error: 4.3e-7.
-const EXP2M1: [f32; 5] = [std::f32::consts::LN_2, 0.240_223_5, 0.055_505, 0.009_666_245, 0.001_333_353_3];
+const EXP2M1: [f32; 5] = [
+    std::f32::consts::LN_2,
+    0.240_223_5,
+    0.055_505,
+    0.009_666_245,
+    0.001_333_353_3,
+];
 
 /// 2^x for x <= 0, as 2^-126 below that; no branch and no call, so that loops over it become vector code.
 #[inline(always)]
@@ -238,5 +279,8 @@ fn exp2(x: f32) -> f32 {
 /// The whole numbers within `half` of `middle`.
 #[inline(always)]
 fn whole(middle: f32, half: f32) -> [i32; 2] {
-    [(middle - half).ceil() as i32, (middle + half).floor() as i32]
+    [
+        (middle - half).ceil() as i32,
+        (middle + half).floor() as i32,
+    ]
 }

@@ -74,7 +74,12 @@ impl PixelFilter {
             let columns: Vec<(usize, f64)> = (0..2 * BORDER_PX + 1)
                 .map(|column| (column, column as f64 + offset(row % per_pixel) - centre))
                 .filter(|(_, x)| x * x + y * y <= REACH_PX * REACH_PX)
-                .map(|(column, x)| (column, (-0.5 * (x * x + y * y) / PIXEL_SIGMA_PX.powi(2)).exp()))
+                .map(|(column, x)| {
+                    (
+                        column,
+                        (-0.5 * (x * x + y * y) / PIXEL_SIGMA_PX.powi(2)).exp(),
+                    )
+                })
                 .collect();
             sum += columns.iter().map(|(_, weight)| weight).sum::<f64>();
             if let Some(&(column, _)) = columns.first() {
@@ -85,7 +90,9 @@ impl PixelFilter {
                 });
             }
         }
-        rows.iter_mut().flat_map(|row| &mut row.weights).for_each(|w| *w = (f64::from(*w) / sum) as f32);
+        rows.iter_mut()
+            .flat_map(|row| &mut row.weights)
+            .for_each(|w| *w = (f64::from(*w) / sum) as f32);
         let mut weights = vec![0.0; WINDOW_PX * WINDOW_PX * per_pixel];
         for row in &rows {
             let start = row.row * WINDOW_PX + row.column;
@@ -114,7 +121,10 @@ impl PixelFilter {
         let column = (subpixel % SPAN_PX).wrapping_sub(x);
         let row = (subpixel / SPAN_PX).wrapping_sub(y * self.per_pixel);
         if column < WINDOW_PX {
-            self.weights.get(row.saturating_mul(WINDOW_PX) + column).copied().unwrap_or(0.0)
+            self.weights
+                .get(row.saturating_mul(WINDOW_PX) + column)
+                .copied()
+                .unwrap_or(0.0)
         } else {
             0.0
         }
@@ -123,7 +133,10 @@ impl PixelFilter {
     /// Position of a sub-pixel, px from the border's corner.
     #[inline(always)]
     pub(crate) fn position_px(&self, column: usize, row: usize) -> [f32; 2] {
-        [column as f32 + self.offset_px[row % self.per_pixel], self.y_px(row)]
+        [
+            column as f32 + self.offset_px[row % self.per_pixel],
+            self.y_px(row),
+        ]
     }
 }
 
@@ -154,8 +167,16 @@ fn steps(n: usize, per_pixel: usize) -> [LatticeStep; 2] {
             .collect()
     };
     [
-        LatticeStep { rows: 1, columns: columns(n as isize), vector_px: [n as f32 * part, part] },
-        LatticeStep { rows: n, columns: columns(-1), vector_px: [-part, n as f32 * part] },
+        LatticeStep {
+            rows: 1,
+            columns: columns(n as isize),
+            vector_px: [n as f32 * part, part],
+        },
+        LatticeStep {
+            rows: n,
+            columns: columns(-1),
+            vector_px: [-part, n as f32 * part],
+        },
     ]
 }
 
@@ -167,7 +188,9 @@ mod tests {
         let mut sums = [0.0; 4];
         for row in &filter.rows {
             for (k, &weight) in row.weights.iter().enumerate() {
-                let at = filter.position_px(row.column + k, row.row).map(|p| f64::from(p) - 2.5);
+                let at = filter
+                    .position_px(row.column + k, row.row)
+                    .map(|p| f64::from(p) - 2.5);
                 let w = f64::from(weight);
                 sums[0] += w;
                 sums[1] += w * (at[0] + at[1]);
@@ -183,9 +206,15 @@ mod tests {
         for n in [2, 3, 4, 8] {
             let [sum, mean, xx, yy] = moments(&PixelFilter::new(n));
             assert!((sum - 1.0).abs() < 1e-5, "{n}: the weights sum to {sum}");
-            assert!(mean.abs() < 2e-3, "{n}: the centre of gravity is off by {mean} px");
+            assert!(
+                mean.abs() < 2e-3,
+                "{n}: the centre of gravity is off by {mean} px"
+            );
             // The cut takes 0.3 % off the variance.
-            assert!((xx - 0.25).abs() < 2e-3 && (yy - 0.25).abs() < 2e-3, "{n}: variances {xx} {yy}");
+            assert!(
+                (xx - 0.25).abs() < 2e-3 && (yy - 0.25).abs() < 2e-3,
+                "{n}: variances {xx} {yy}"
+            );
         }
     }
 
@@ -194,8 +223,14 @@ mod tests {
         for n in [2, 3, 4, 8] {
             let mut offsets = PixelFilter::new(n).offset_px;
             offsets.sort_by(f32::total_cmp);
-            let least = offsets.windows(2).map(|pair| pair[1] - pair[0]).fold(1.0, f32::min);
-            assert!(least > 0.9 / (n * n + 1) as f32, "{n}: two sub-pixels are only {least} px apart");
+            let least = offsets
+                .windows(2)
+                .map(|pair| pair[1] - pair[0])
+                .fold(1.0, f32::min);
+            assert!(
+                least > 0.9 / (n * n + 1) as f32,
+                "{n}: two sub-pixels are only {least} px apart"
+            );
         }
     }
 }

@@ -37,7 +37,8 @@ pub(crate) fn collect(
         for edge in edges.of_cell(cell) {
             let [p, q] = edge.between.map(|at| at as usize);
             // What the first gains the second loses, and both are weighed where they are.
-            let gain = edge.shares[0] * filter.weight([x, y], p) + edge.shares[1] * filter.weight([x, y], q);
+            let gain = edge.shares[0] * filter.weight([x, y], p)
+                + edge.shares[1] * filter.weight([x, y], q);
             let [from, to] = [p, q].map(|at| filter.position_px(at % SPAN_PX, at / SPAN_PX));
             let middle = [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1])];
             for (id, gain) in [(ids[p], gain), (ids[q], -gain)] {
@@ -61,7 +62,11 @@ fn add(fragments: &mut Vec<Fragment>, id: u32, weight: f32, at: [f32; 2]) {
     let place = match fragments.iter().rposition(|f| f.id == id) {
         Some(place) => place,
         None => {
-            fragments.push(Fragment { id, weight: 0.0, at: [0.0; 2] });
+            fragments.push(Fragment {
+                id,
+                weight: 0.0,
+                at: [0.0; 2],
+            });
             fragments.len() - 1
         }
     };

@@ -51,15 +51,22 @@ pub(crate) fn bilinear(level: &Level, wrap: [Wrap; 2], u: f32, v: f32) -> Vec4 {
     // Saturated or wrapped only where the four texels are not all inside.
     let inside = (i as usize) < width - 1 && (j as usize) < height - 1;
     let (columns, rows) = if inside {
-        ([i as usize, i as usize + 1], [j as usize * width, (j as usize + 1) * width])
+        (
+            [i as usize, i as usize + 1],
+            [j as usize * width, (j as usize + 1) * width],
+        )
     } else {
         let column = |i: i32| wrapped(i, width, wrap[0]);
         (
             [column(i), column(i.saturating_add(1))],
-            [level.row_start(j, wrap[1]), level.row_start(j.saturating_add(1), wrap[1])],
+            [
+                level.row_start(j, wrap[1]),
+                level.row_start(j.saturating_add(1), wrap[1]),
+            ],
         )
     };
-    let along = |row: usize| level.texels[row + columns[0]].lerp(level.texels[row + columns[1]], fu);
+    let along =
+        |row: usize| level.texels[row + columns[0]].lerp(level.texels[row + columns[1]], fu);
     along(rows[0]).lerp(along(rows[1]), fv)
 }
 
@@ -83,14 +90,23 @@ pub(crate) fn trilinear(pyramid: &Pyramid, lod: f32, u: f32, v: f32) -> Vec4 {
 
 /// The mean over a sub-pixel of side `side_px`, of what lies within the borders of the chart.
 #[inline(always)]
-pub(crate) fn small_footprint(pyramid: &Pyramid, at: &UvAt, side_px: f32, borders: &Borders) -> Vec4 {
+pub(crate) fn small_footprint(
+    pyramid: &Pyramid,
+    at: &UvAt,
+    side_px: f32,
+    borders: &Borders,
+) -> Vec4 {
     let [ux, uy, vx, vy] = at.jacobian.map(|j| j * side_px);
     let (x2, y2) = (ux * ux + vx * vx, uy * uy + vy * vy);
     // A sub-pixel within a texel or so sees the reconstruction as it is; the sub-pixels' own filter does the rest.
     if x2.max(y2) <= 1.0 {
         return reconstructed(pyramid, at.u, at.v);
     }
-    let (long2, along) = if x2 > y2 { (x2, [ux, vx]) } else { (y2, [uy, vy]) };
+    let (long2, along) = if x2 > y2 {
+        (x2, [ux, vx])
+    } else {
+        (y2, [uy, vy])
+    };
     let long = long2.sqrt();
     let short = (ux * vy - uy * vx).abs() / long;
     // Two texels of the level across the sub-pixel, or as many as the most look-ups leave.
@@ -112,7 +128,12 @@ pub(crate) fn small_footprint(pyramid: &Pyramid, at: &UvAt, side_px: f32, border
 /// The mean over a parallelogram with the given sides, each look-up moved so far inside the borders that its level sees
 /// nothing of what lies across.
 #[inline(never)]
-fn within_borders(pyramid: &Pyramid, (u, v): (f32, f32), sides: [[f32; 2]; 2], borders: &Borders) -> Vec4 {
+fn within_borders(
+    pyramid: &Pyramid,
+    (u, v): (f32, f32),
+    sides: [[f32; 2]; 2],
+    borders: &Borders,
+) -> Vec4 {
     let lengths = sides.map(|[du, dv]| du.hypot(dv));
     // A bilinear look-up spans two texels: one for each of them leaves none out.
     let texel = (lengths[0].max(lengths[1]) / MAX_LOOKUPS_AT_BORDERS).max(1.0);
@@ -122,8 +143,14 @@ fn within_borders(pyramid: &Pyramid, (u, v): (f32, f32), sides: [[f32; 2]; 2], b
     let mut sum = Vec4::ZERO;
     for i in 0..counts[0] as usize {
         for j in 0..counts[1] as usize {
-            let (s, t) = ((i as f32 + 0.5) / counts[0] - 0.5, (j as f32 + 0.5) / counts[1] - 0.5);
-            let place = [u + s * sides[0][0] + t * sides[1][0], v + s * sides[0][1] + t * sides[1][1]];
+            let (s, t) = (
+                (i as f32 + 0.5) / counts[0] - 0.5,
+                (j as f32 + 0.5) / counts[1] - 0.5,
+            );
+            let place = [
+                u + s * sides[0][0] + t * sides[1][0],
+                v + s * sides[0][1] + t * sides[1][1],
+            ];
             let [u, v] = borders.moved_inside([u, v], place, margin);
             sum += trilinear(pyramid, lod, u, v);
         }

@@ -51,7 +51,12 @@ pub(crate) enum AlphaUse {
 
 impl Pyramid {
     /// Decodes a texture and builds its levels.
-    pub(crate) fn new(texture: &Texture, alpha: AlphaUse, wrap: [Wrap; 2], magnify: Magnify) -> Self {
+    pub(crate) fn new(
+        texture: &Texture,
+        alpha: AlphaUse,
+        wrap: [Wrap; 2],
+        magnify: Magnify,
+    ) -> Self {
         let texels = decoded(texture, alpha);
         let first = Level {
             size: [texture.width, texture.height],
@@ -61,10 +66,18 @@ impl Pyramid {
             kappa: [0.0; 2],
         };
         let mut levels = vec![first];
-        while let Some(next) = levels.last().filter(|level| level.size != [1, 1]).map(|l| halved(l, wrap)) {
+        while let Some(next) = levels
+            .last()
+            .filter(|level| level.size != [1, 1])
+            .map(|l| halved(l, wrap))
+        {
             levels.push(next);
         }
-        Self { levels, wrap, magnify }
+        Self {
+            levels,
+            wrap,
+            magnify,
+        }
     }
 }
 
@@ -108,10 +121,14 @@ fn decoded(texture: &Texture, alpha: AlphaUse) -> Vec<Vec4> {
     match &texture.texels {
         Texels::LinearF32(texels) => texels.iter().map(|&t| finished(t)).collect(),
         Texels::Srgb8(texels) => {
-            let linear: Vec<f32> =
-                (0..=255u8).map(|code| linear_from_srgb(f32::from(code) / 255.0)).collect();
+            let linear: Vec<f32> = (0..=255u8)
+                .map(|code| linear_from_srgb(f32::from(code) / 255.0))
+                .collect();
             let at = |code: u8| linear[usize::from(code)];
-            texels.iter().map(|&[r, g, b, a]| finished([at(r), at(g), at(b), f32::from(a) / 255.0])).collect()
+            texels
+                .iter()
+                .map(|&[r, g, b, a]| finished([at(r), at(g), at(b), f32::from(a) / 255.0]))
+                .collect()
         }
     }
 }
@@ -134,7 +151,12 @@ impl AxisFilter {
     fn new(count: usize) -> Self {
         let coarse = count.div_ceil(2);
         let ratio = count as f64 / coarse as f64;
-        let mut filter = Self { taps: Vec::new(), ratio, variance: 0.0, kappa: 0.0 };
+        let mut filter = Self {
+            taps: Vec::new(),
+            ratio,
+            variance: 0.0,
+            kappa: 0.0,
+        };
         for j in 0..coarse {
             let centre = (j as f64 + 0.5) * ratio;
             let (first, weights) = if count == 1 {
@@ -146,12 +168,19 @@ impl AxisFilter {
             };
             let moment = |power: i32| -> f64 {
                 let distance = |k: usize| f64::from(first) + k as f64 + 0.5 - centre;
-                weights.iter().enumerate().map(|(k, w)| w * distance(k).powi(power)).sum()
+                weights
+                    .iter()
+                    .enumerate()
+                    .map(|(k, w)| w * distance(k).powi(power))
+                    .sum()
             };
             let (mean, second, fourth) = (moment(1), moment(2), moment(4));
             filter.variance += (second - mean * mean) / coarse as f64;
             filter.kappa += (fourth - 3.0 * second * second) / coarse as f64;
-            filter.taps.push(Taps { first, weights: weights.iter().map(|&w| w as f32).collect() });
+            filter.taps.push(Taps {
+                first,
+                weights: weights.iter().map(|&w| w as f32).collect(),
+            });
         }
         filter
     }
@@ -163,9 +192,15 @@ fn spline_taps(centre: f64, ratio: f64) -> (i32, Vec<f64>) {
     let last = (centre + 1.5 * ratio - 0.5).floor();
     let weight = |i: f64| {
         let t = ((i + 0.5 - centre) / ratio).abs();
-        if t < 0.5 { 0.75 - t * t } else { 0.5 * (1.5 - t).max(0.0).powi(2) }
+        if t < 0.5 {
+            0.75 - t * t
+        } else {
+            0.5 * (1.5 - t).max(0.0).powi(2)
+        }
     };
-    let raw: Vec<f64> = (0..=(last - first) as usize).map(|k| weight(first + k as f64)).collect();
+    let raw: Vec<f64> = (0..=(last - first) as usize)
+        .map(|k| weight(first + k as f64))
+        .collect();
     let sum: f64 = raw.iter().sum();
     (first as i32, raw.iter().map(|w| w / sum).collect())
 }
@@ -174,28 +209,47 @@ fn halved(fine: &Level, wrap: [Wrap; 2]) -> Level {
     let filters = fine.size.map(AxisFilter::new);
     let size = filters.each_ref().map(|f| f.taps.len());
     let mut narrow = vec![Vec4::ZERO; size[0] * fine.size[1]];
-    narrow.par_chunks_mut(size[0]).enumerate().for_each(|(row, out)| {
-        let source = &fine.texels[row * fine.size[0]..][..fine.size[0]];
-        for (texel, taps) in out.iter_mut().zip(&filters[0].taps) {
-            for (&w, i) in taps.weights.iter().zip(taps.first..) {
-                *texel += source[wrapped(i, fine.size[0], wrap[0])] * w;
+    narrow
+        .par_chunks_mut(size[0])
+        .enumerate()
+        .for_each(|(row, out)| {
+            let source = &fine.texels[row * fine.size[0]..][..fine.size[0]];
+            for (texel, taps) in out.iter_mut().zip(&filters[0].taps) {
+                for (&w, i) in taps.weights.iter().zip(taps.first..) {
+                    *texel += source[wrapped(i, fine.size[0], wrap[0])] * w;
+                }
             }
-        }
-    });
+        });
     let mut texels = vec![Vec4::ZERO; size[0] * size[1]];
-    texels.par_chunks_mut(size[0]).zip(&filters[1].taps).for_each(|(out, taps)| {
-        for (&w, i) in taps.weights.iter().zip(taps.first..) {
-            let source = &narrow[wrapped(i, fine.size[1], wrap[1]) * size[0]..][..size[0]];
-            out.iter_mut().zip(source).for_each(|(texel, s)| *texel += *s * w);
-        }
-    });
+    texels
+        .par_chunks_mut(size[0])
+        .zip(&filters[1].taps)
+        .for_each(|(out, taps)| {
+            for (&w, i) in taps.weights.iter().zip(taps.first..) {
+                let source = &narrow[wrapped(i, fine.size[1], wrap[1]) * size[0]..][..size[0]];
+                out.iter_mut()
+                    .zip(source)
+                    .for_each(|(texel, s)| *texel += *s * w);
+            }
+        });
     let axis = |k: usize| {
-        let AxisFilter { ratio, variance, kappa, .. } = &filters[k];
+        let AxisFilter {
+            ratio,
+            variance,
+            kappa,
+            ..
+        } = &filters[k];
         let scale = f64::from(fine.scale[k]) / ratio;
         let variance = (f64::from(fine.variance[k]) + variance) / (ratio * ratio);
         let kappa = (f64::from(fine.kappa[k]) + kappa) / ratio.powi(4);
         [scale as f32, variance as f32, kappa as f32]
     };
     let (u, v) = (axis(0), axis(1));
-    Level { size, texels, scale: [u[0], v[0]], variance: [u[1], v[1]], kappa: [u[2], v[2]] }
+    Level {
+        size,
+        texels,
+        scale: [u[0], v[0]],
+        variance: [u[1], v[1]],
+        kappa: [u[2], v[2]],
+    }
 }

@@ -122,7 +122,9 @@ impl RenderOptions {
     pub fn validate(&self) -> Result<(), Error> {
         let refuse = |what: String| Err(Error::Option(what));
         if !matches!(self.footprint, FootprintMode::Affine | FootprintMode::Exact) {
-            return refuse("flat samples have the footprints affine and exact; choose one of them".into());
+            return refuse(
+                "flat samples have the footprints affine and exact; choose one of them".into(),
+            );
         }
         if ![1, 2, 3, 4, 8].contains(&self.subpixels) {
             return refuse(format!(
@@ -137,7 +139,10 @@ impl RenderOptions {
             ));
         }
         if self.light.try_normalize().is_none() {
-            return refuse(format!("the light comes from {}, expected a direction", self.light));
+            return refuse(format!(
+                "the light comes from {}, expected a direction",
+                self.light
+            ));
         }
         Ok(())
     }

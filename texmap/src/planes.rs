@@ -25,20 +25,40 @@ pub(crate) struct PixelPlanes {
 impl Tile<'_> {
     /// Fills the planes of every pixel that shows something.
     pub(crate) fn fill_planes(&self, work: &mut TileWork, image: &mut TileImage) {
-        image.planes = vec![PixelPlanes { points: true, ..PixelPlanes::default() }; TILE_PX * TILE_PX];
-        work.from_subpixels.iter().for_each(|&pixel| image.planes[usize::from(pixel)].points = false);
+        image.planes = vec![
+            PixelPlanes {
+                points: true,
+                ..PixelPlanes::default()
+            };
+            TILE_PX * TILE_PX
+        ];
+        work.from_subpixels
+            .iter()
+            .for_each(|&pixel| image.planes[usize::from(pixel)].points = false);
         let mut nearest = work.visibility.ids.clone();
         // Layers are sorted, the nearest last.
-        work.visibility.layers.iter().for_each(|layer| nearest[layer.subpixel as usize] = layer.id);
+        work.visibility
+            .layers
+            .iter()
+            .for_each(|layer| nearest[layer.subpixel as usize] = layer.id);
         for (index, planes) in image.planes.iter_mut().enumerate() {
             let pixel = [index % TILE_PX, index / TILE_PX];
             match work.seen[index] {
                 Cell::Empty => continue,
                 Cell::Plane(id) => {
                     work.fragments.clear();
-                    work.fragments.push(Fragment { id, weight: 1.0, at: centre_px(pixel) });
+                    work.fragments.push(Fragment {
+                        id,
+                        weight: 1.0,
+                        at: centre_px(pixel),
+                    });
                 }
-                _ => collect(self.frame.filter, (&nearest, &work.edges), pixel, &mut work.fragments),
+                _ => collect(
+                    self.frame.filter,
+                    (&nearest, &work.edges),
+                    pixel,
+                    &mut work.fragments,
+                ),
             }
             for fragment in &work.fragments {
                 if let Some(surface) = &work.surfaces[fragment.id as usize] {
@@ -53,7 +73,11 @@ impl Tile<'_> {
         planes.coverage += weight;
         planes.depth += weight * self.camera_z(id, at);
         let normal = surface.normal_at(at).to_array();
-        planes.normal.iter_mut().zip(normal).for_each(|(sum, n)| *sum += weight * n);
+        planes
+            .normal
+            .iter_mut()
+            .zip(normal)
+            .for_each(|(sum, n)| *sum += weight * n);
         if let Some(base) = &surface.base {
             let [ux, uy, vx, vy] = surface.uv_at(base, at).jacobian;
             planes.texels += weight * (ux * vy - uy * vx).abs();
@@ -78,7 +102,9 @@ pub(crate) fn add_planes<'a>(
     let (width, height) = (image.width, image.height);
     let gather = |read: &dyn Fn(&PixelPlanes) -> f32, empty: f32| -> Vec<f32> {
         let at = |i: usize| pixel(i % width, i / width).filter(|p| p.coverage > 0.0);
-        (0..width * height).map(|i| at(i).map_or(empty, read)).collect()
+        (0..width * height)
+            .map(|i| at(i).map_or(empty, read))
+            .collect()
     };
     for kind in [
         PlaneKind::Depth,
@@ -90,16 +116,25 @@ pub(crate) fn add_planes<'a>(
         if !options.has(kind) {
             continue;
         }
-        let mut add = |name: &str, values: Vec<f32>| image.planes.push(Plane { name: name.into(), values });
+        let mut add = |name: &str, values: Vec<f32>| {
+            image.planes.push(Plane {
+                name: name.into(),
+                values,
+            })
+        };
         match kind {
-            PlaneKind::Depth => image.depth = Some(gather(&|p| p.depth / p.coverage, f32::INFINITY)),
+            PlaneKind::Depth => {
+                image.depth = Some(gather(&|p| p.depth / p.coverage, f32::INFINITY))
+            }
             PlaneKind::Normal => {
                 for (k, name) in ["normal.X", "normal.Y", "normal.Z"].into_iter().enumerate() {
                     add(name, gather(&|p| p.normal[k], 0.0));
                 }
             }
             PlaneKind::Coverage => add("coverage", gather(&|p| p.coverage.min(1.0), 0.0)),
-            PlaneKind::Selection => add("selection", gather(&|p| f32::from(u8::from(p.points)), 0.0)),
+            PlaneKind::Selection => {
+                add("selection", gather(&|p| f32::from(u8::from(p.points)), 0.0))
+            }
             PlaneKind::TexelDensity => add("texels", gather(&|p| p.texels / p.coverage, 0.0)),
         }
     }

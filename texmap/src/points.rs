@@ -62,7 +62,10 @@ pub(crate) struct Gathered {
 }
 
 /// Gathers the texels around a pixel; `None` where the texture is magnified, or nearly: its texels are splats there.
-pub(crate) fn gather_minified(pixel: &PixelOnTexture, settings: &PointSettings) -> Option<Gathered> {
+pub(crate) fn gather_minified(
+    pixel: &PixelOnTexture,
+    settings: &PointSettings,
+) -> Option<Gathered> {
     let pyramid = pixel.pyramid;
     let full = &pyramid.levels[0];
     let mut chosen = (full, covariance(pixel, full));
@@ -74,7 +77,10 @@ pub(crate) fn gather_minified(pixel: &PixelOnTexture, settings: &PointSettings) 
     }
     let (level, covariance) = chosen;
     if level.size == [1, 1] {
-        return Some(Gathered { rgba: level.texels[0], texels: 1 });
+        return Some(Gathered {
+            rgba: level.texels[0],
+            texels: 1,
+        });
     }
     let fourth = |k: usize| (kernel(pyramid)[1] * level.scale[k].powi(4) - level.kappa[k]) / 24.0;
     let mut ellipse = TexelEllipse::new(pixel, level.scale, covariance.scaled(1.0 / KEPT), CUT)?;
@@ -108,21 +114,38 @@ pub(crate) fn gather_split(pixel: &PixelOnTexture, settings: &PointSettings) -> 
     let parts = |along: f32, across: f32| {
         // The narrower of the ellipse's extent and its chord along the axis.
         let chord = (area / across).min(along);
-        (LEAST_VARIANCE / (PIXEL_VARIANCE * chord * chord)).sqrt().ceil().clamp(1.0, MAX_SPLIT)
+        (LEAST_VARIANCE / (PIXEL_VARIANCE * chord * chord))
+            .sqrt()
+            .ceil()
+            .clamp(1.0, MAX_SPLIT)
     };
     let (u, v) = (ux.hypot(uy), vx.hypot(vy));
     let split = [parts(u, v), parts(v, u)];
-    let kernel = |k: usize| if split[k] > 1.0 { 0.0 } else { kernel(pixel.pyramid)[0] };
+    let kernel = |k: usize| {
+        if split[k] > 1.0 {
+            0.0
+        } else {
+            kernel(pixel.pyramid)[0]
+        }
+    };
     let full = &pixel.pyramid.levels[0];
     let [xx, xy, yy] = covariance_with(pixel, full, [kernel(0), kernel(1)]).0;
-    let fine = Covariance([xx * split[0] * split[0], xy * split[0] * split[1], yy * split[1] * split[1]]);
+    let fine = Covariance([
+        xx * split[0] * split[0],
+        xy * split[0] * split[1],
+        yy * split[1] * split[1],
+    ]);
     let at = |k: usize, index: i32| (index as f32 + 0.5) / split[k];
     let parts = Each(|column, row| reconstructed(pixel.pyramid, at(0, column), at(1, row)));
     let gathered =
         TexelEllipse::new(pixel, split, fine.scaled(1.0 / KEPT), CUT).and_then(|e| e.gather(parts));
     // Texels too large to be split so far are flat over a pixel.
-    gathered
-        .or_else(|| Some(Gathered { rgba: reconstructed(pixel.pyramid, pixel.at.u, pixel.at.v), texels: 4 }))
+    gathered.or_else(|| {
+        Some(Gathered {
+            rgba: reconstructed(pixel.pyramid, pixel.at.u, pixel.at.v),
+            texels: 4,
+        })
+    })
 }
 
 /// Variance, in squared texels, and fourth cumulant of the kernel that reconstructs the full texture.

@@ -72,7 +72,11 @@ impl Prepared {
             let material = prepared.material(scene, material, options.shade, &mut keys);
             prepared.materials.push(material);
         }
-        prepared.meshes = scene.meshes.iter().map(|mesh| prepared_mesh(scene, mesh)).collect();
+        prepared.meshes = scene
+            .meshes
+            .iter()
+            .map(|mesh| prepared_mesh(scene, mesh))
+            .collect();
         prepared
     }
 
@@ -92,7 +96,12 @@ impl Prepared {
                 let key = (t.texture, alpha, t.wrap, t.magnify);
                 keys.iter().position(|k| *k == key).unwrap_or_else(|| {
                     keys.push(key);
-                    self.pyramids.push(Pyramid::new(&scene.textures[t.texture], alpha, t.wrap, t.magnify));
+                    self.pyramids.push(Pyramid::new(
+                        &scene.textures[t.texture],
+                        alpha,
+                        t.wrap,
+                        t.magnify,
+                    ));
                     keys.len() - 1
                 })
             })
@@ -116,8 +125,9 @@ impl Prepared {
 
 fn prepared_mesh(scene: &Scene, mesh: &Mesh) -> PreparedMesh {
     let material = &scene.materials[mesh.material];
-    let uv =
-        |texture: &Option<TextureUse>| texture.map_or_else(Vec::new, |t| texel_coordinates(scene, mesh, &t));
+    let uv = |texture: &Option<TextureUse>| {
+        texture.map_or_else(Vec::new, |t| texel_coordinates(scene, mesh, &t))
+    };
     let (base_uv, emissive_uv) = (uv(&material.base_texture), uv(&material.emissive_texture));
     let neighbours = neighbours(&mesh.positions, &mesh.triangles);
     PreparedMesh {
@@ -136,7 +146,9 @@ fn prepared_mesh(scene: &Scene, mesh: &Mesh) -> PreparedMesh {
 fn texel_coordinates(scene: &Scene, mesh: &Mesh, texture: &TextureUse) -> Vec<DVec2> {
     let picture = &scene.textures[texture.texture];
     let size = DVec2::new(picture.width as f64, picture.height as f64);
-    let Some(set) = mesh.uvs.get(texture.uv_set) else { return Vec::new() };
+    let Some(set) = mesh.uvs.get(texture.uv_set) else {
+        return Vec::new();
+    };
     set.iter()
         .map(|uv| (texture.uv_linear * DVec2::from(uv.map(f64::from)) + texture.uv_offset) * size)
         .collect()

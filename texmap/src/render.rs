@@ -87,7 +87,9 @@ impl Renderer {
     /// # Errors
     /// [`Error::Option`] if the camera is none.
     pub fn render(&mut self, camera: &Camera) -> Result<Frame, Error> {
-        let camera = camera.validated().map_err(|e| Error::Option(e.to_string()))?;
+        let camera = camera
+            .validated()
+            .map_err(|e| Error::Option(e.to_string()))?;
         let mut stats = FrameStats::default();
         let whole = StageClock::start();
 
@@ -96,7 +98,10 @@ impl Renderer {
         stats.stages.cull = clock.stop();
 
         let clock = StageClock::start();
-        let grid = TileGrid { width: camera.width as usize, height: camera.height as usize };
+        let grid = TileGrid {
+            width: camera.width as usize,
+            height: camera.height as usize,
+        };
         let lists = TileLists::new(&grid, &in_view.rects);
         stats.tile_pairs = in_view.rects.iter().map(|rect| rect.area() as u64).sum();
         stats.stages.bin = clock.stop();
@@ -108,7 +113,9 @@ impl Renderer {
         if !self.options.planes.is_empty() {
             let columns = grid.columns();
             add_planes(&mut image, &self.options, |x, y| {
-                tiles[y / TILE_PX * columns + x / TILE_PX].planes.get(y % TILE_PX * TILE_PX + x % TILE_PX)
+                tiles[y / TILE_PX * columns + x / TILE_PX]
+                    .planes
+                    .get(y % TILE_PX * TILE_PX + x % TILE_PX)
             });
         }
         stats.pixels_touched = image.rgba.iter().filter(|pixel| pixel[3] > 0.0).count() as u64;
@@ -146,7 +153,11 @@ impl Renderer {
             })
             .collect();
         let sum = |part: fn(&TileImage) -> f64| tiles.iter().map(part).sum::<f64>();
-        [stats.stages.visibility, stats.stages.accumulate, stats.stages.resolve] = clock.stop().shared([
+        [
+            stats.stages.visibility,
+            stats.stages.accumulate,
+            stats.stages.resolve,
+        ] = clock.stop().shared([
             sum(|tile| tile.visibility_ms),
             sum(|tile| tile.accumulate_ms),
             sum(|tile| tile.resolve_ms),
@@ -154,7 +165,10 @@ impl Renderer {
         stats.points = tiles.iter().map(|tile| tile.points).sum();
         stats.splats = tiles.iter().map(|tile| tile.splats).sum();
         let mut drawn = vec![false; in_view.triangles.len()];
-        tiles.iter().flat_map(|tile| &tile.drawn).for_each(|&i| drawn[i as usize] = true);
+        tiles
+            .iter()
+            .flat_map(|tile| &tile.drawn)
+            .for_each(|&i| drawn[i as usize] = true);
         stats.drawn = drawn.iter().filter(|&&d| d).count() as u64;
         stats.hidden = drawn.len() as u64 - stats.drawn;
         tiles
@@ -165,20 +179,27 @@ impl Renderer {
 fn picture(grid: &TileGrid, tiles: &[TileImage]) -> Image {
     let mut image = Image::transparent(grid.width, grid.height);
     let columns = grid.columns();
-    image.rgba.par_chunks_mut(grid.width).enumerate().for_each(|(y, row)| {
-        for (tile, part) in row.chunks_mut(TILE_PX).enumerate() {
-            let tile = &tiles[y / TILE_PX * columns + tile];
-            if !tile.rgba.is_empty() {
-                part.copy_from_slice(&tile.rgba[y % TILE_PX * TILE_PX..][..part.len()]);
+    image
+        .rgba
+        .par_chunks_mut(grid.width)
+        .enumerate()
+        .for_each(|(y, row)| {
+            for (tile, part) in row.chunks_mut(TILE_PX).enumerate() {
+                let tile = &tiles[y / TILE_PX * columns + tile];
+                if !tile.rgba.is_empty() {
+                    part.copy_from_slice(&tile.rgba[y % TILE_PX * TILE_PX..][..part.len()]);
+                }
             }
-        }
-    });
+        });
     image
 }
 
 fn bounds_in_world(scene: &Scene) -> Option<[DVec3; 2]> {
     let corners = scene.meshes.iter().flat_map(|mesh| {
-        mesh.triangles.iter().flatten().map(|&i| DVec3::from(mesh.positions[i as usize].map(f64::from)))
+        mesh.triangles
+            .iter()
+            .flatten()
+            .map(|&i| DVec3::from(mesh.positions[i as usize].map(f64::from)))
     });
     corners.fold(None, |bounds, p| match bounds {
         None => Some([p, p]),

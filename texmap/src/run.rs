@@ -39,7 +39,10 @@ impl Run {
     /// A plane's slope along the run and its value at the first sub-pixel.
     #[inline(always)]
     fn line(&self, plane: &Plane) -> [f32; 2] {
-        [plane[0], plane[0] * self.first_px[0] + plane[1] * self.first_px[1] + plane[2]]
+        [
+            plane[0],
+            plane[0] * self.first_px[0] + plane[1] * self.first_px[1] + plane[2],
+        ]
     }
 
     /// The means over sub-pixels of side `side_px` of a texture, into `out`.
@@ -57,7 +60,12 @@ impl Run {
             *out = if places.size2[k] <= texel2 {
                 reconstructed(pyramid, places.u[k], places.v[k])
             } else {
-                small_footprint(pyramid, &surface.uv_at(planes, self.at(k)), side_px, &planes.borders)
+                small_footprint(
+                    pyramid,
+                    &surface.uv_at(planes, self.at(k)),
+                    side_px,
+                    &planes.borders,
+                )
             };
         }
     }
@@ -68,7 +76,11 @@ impl Run {
         let [w1, w0] = self.line(over_w);
         let [u1, u0] = self.line(u);
         let [v1, v0] = self.line(v);
-        let mut places = Places { u: [0.0; SPAN_PX], v: [0.0; SPAN_PX], size2: [0.0; SPAN_PX] };
+        let mut places = Places {
+            u: [0.0; SPAN_PX],
+            v: [0.0; SPAN_PX],
+            size2: [0.0; SPAN_PX],
+        };
         for k in 0..self.len {
             let x = k as f32;
             let w = 1.0 / (w1 * x + w0);
@@ -92,7 +104,11 @@ impl Run {
                 let line = |axis: usize| self.line(&tile.rays[axis]);
                 [line(0), line(1), line(2)]
             }
-            Light::Distant(direction) => [[0.0, -direction.x], [0.0, -direction.y], [0.0, -direction.z]],
+            Light::Distant(direction) => [
+                [0.0, -direction.x],
+                [0.0, -direction.y],
+                [0.0, -direction.z],
+            ],
         };
         let normal = |axis: usize| self.line(&surface.normal[axis]);
         let normal = [normal(0), normal(1), normal(2)];

@@ -35,7 +35,9 @@ impl Tile<'_> {
         let per_pixel = self.frame.filter.per_pixel;
         correct_edges(work, per_pixel);
         for layer in &work.visibility.layers {
-            let Some(surface) = &work.surfaces[layer.id as usize] else { continue };
+            let Some(surface) = &work.surfaces[layer.id as usize] else {
+                continue;
+            };
             let at = layer.subpixel as usize;
             if !work.wanted[at / SPAN_PX / per_pixel * SPAN_PX + at % SPAN_PX] {
                 continue;
@@ -88,12 +90,23 @@ impl Tile<'_> {
     }
 
     #[inline(always)]
-    fn look_up_run(&self, surface: &Surface, planes: &Option<UvPlanes>, run: &Run, out: &mut [Vec4]) {
+    fn look_up_run(
+        &self,
+        surface: &Surface,
+        planes: &Option<UvPlanes>,
+        run: &Run,
+        out: &mut [Vec4],
+    ) {
         match planes {
             None => out.fill(Vec4::ONE),
             Some(planes) => {
                 let pyramid = &self.frame.scene.pyramids[planes.pyramid];
-                run.look_up(surface, (planes, pyramid), self.frame.filter.spacing_px, out);
+                run.look_up(
+                    surface,
+                    (planes, pyramid),
+                    self.frame.filter.spacing_px,
+                    out,
+                );
             }
         }
     }
@@ -103,7 +116,13 @@ impl Tile<'_> {
 #[simd]
 fn lay_rows<S: Simd>(_: S, tile: &Tile, work: &mut TileWork) -> u64 {
     let filter = tile.frame.filter;
-    let TileWork { visibility, surfaces, colours, wanted, .. } = work;
+    let TileWork {
+        visibility,
+        surfaces,
+        colours,
+        wanted,
+        ..
+    } = work;
     let mut count = 0;
     for row in 0..SPAN_PX * filter.per_pixel {
         let wanted = &wanted[row / filter.per_pixel * SPAN_PX..][..SPAN_PX];
@@ -112,8 +131,13 @@ fn lay_rows<S: Simd>(_: S, tile: &Tile, work: &mut TileWork) -> u64 {
         let mut column = 0;
         while column < SPAN_PX {
             let id = ids[column];
-            let same = (column..SPAN_PX).take_while(|&c| wanted[c] && ids[c] == id).count();
-            let run = Run { first_px: filter.position_px(column, row), len: same };
+            let same = (column..SPAN_PX)
+                .take_while(|&c| wanted[c] && ids[c] == id)
+                .count();
+            let run = Run {
+                first_px: filter.position_px(column, row),
+                len: same,
+            };
             let out = &mut colours[column..column + same];
             let mut run_colours = [Vec4::ZERO; SPAN_PX];
             match surfaces.get(id as usize).and_then(Option::as_deref) {
@@ -147,14 +171,18 @@ fn filter_groups<S: Simd>(
             let first = y * filter.per_pixel * SPAN_PX + group * GROUP_PX;
             let mut sums = [0.0; NUMBERS];
             for window in &filter.rows {
-                let colours = colours[first + window.row * SPAN_PX + window.column..].as_flattened();
+                let colours =
+                    colours[first + window.row * SPAN_PX + window.column..].as_flattened();
                 for (k, weight) in window.weights.iter().enumerate() {
                     for (sum, colour) in sums.iter_mut().zip(&colours[4 * k..4 * k + NUMBERS]) {
                         *sum += colour * weight;
                     }
                 }
             }
-            for (pixel, sum) in pixels[y][group * GROUP_PX..].iter_mut().zip(sums.chunks_exact(4)) {
+            for (pixel, sum) in pixels[y][group * GROUP_PX..]
+                .iter_mut()
+                .zip(sums.chunks_exact(4))
+            {
                 *pixel = Vec4::from_slice(sum);
             }
         }
@@ -163,16 +191,28 @@ fn filter_groups<S: Simd>(
 
 /// Adds to the colours of neighbouring sub-pixels what the place of the edge between them makes of the jump.
 fn correct_edges(work: &mut TileWork, per_pixel: usize) {
-    let TileWork { edges, colours, wanted, jumps, .. } = work;
-    let wanted = |at: u32| wanted[at as usize / SPAN_PX / per_pixel * SPAN_PX + at as usize % SPAN_PX];
+    let TileWork {
+        edges,
+        colours,
+        wanted,
+        jumps,
+        ..
+    } = work;
+    let wanted =
+        |at: u32| wanted[at as usize / SPAN_PX / per_pixel * SPAN_PX + at as usize % SPAN_PX];
     jumps.clear();
-    jumps.extend(edges.all.iter().map(|edge| match edge.between.map(&wanted) {
-        [true, true] => {
-            let [p, q] = edge.between.map(|at| Vec4::from(colours[at as usize]));
-            p - q
-        }
-        _ => Vec4::ZERO,
-    }));
+    jumps.extend(
+        edges
+            .all
+            .iter()
+            .map(|edge| match edge.between.map(&wanted) {
+                [true, true] => {
+                    let [p, q] = edge.between.map(|at| Vec4::from(colours[at as usize]));
+                    p - q
+                }
+                _ => Vec4::ZERO,
+            }),
+    );
     for (edge, jump) in edges.all.iter().zip(jumps) {
         for (at, share) in edge.between.into_iter().zip(edge.shares) {
             let colour = &mut colours[at as usize];

@@ -74,7 +74,10 @@ pub struct StageClock {
 impl StageClock {
     /// Starts now.
     pub fn start() -> Self {
-        Self { wall: Instant::now(), cpu: ProcessTime::try_now().ok() }
+        Self {
+            wall: Instant::now(),
+            cpu: ProcessTime::try_now().ok(),
+        }
     }
 
     /// The time since the start.
@@ -92,13 +95,22 @@ impl StageTime {
     pub fn shared<const N: usize>(self, cpu_ms: [f64; N]) -> [Self; N] {
         let total: f64 = cpu_ms.iter().sum();
         cpu_ms.map(|part| {
-            let share = if total > 0.0 { part / total } else { 1.0 / N as f64 };
-            Self { wall_ms: self.wall_ms * share, cpu_ms: self.cpu_ms * share }
+            let share = if total > 0.0 {
+                part / total
+            } else {
+                1.0 / N as f64
+            };
+            Self {
+                wall_ms: self.wall_ms * share,
+                cpu_ms: self.cpu_ms * share,
+            }
         })
     }
 }
 
 /// Milliseconds of this thread's CPU time since `start`; 0 where the system keeps no such clock.
 pub fn elapsed_ms(start: Option<ThreadTime>) -> f64 {
-    start.and_then(|s| s.try_elapsed().ok()).map_or(0.0, |d| 1e3 * d.as_secs_f64())
+    start
+        .and_then(|s| s.try_elapsed().ok())
+        .map_or(0.0, |d| 1e3 * d.as_secs_f64())
 }

@@ -76,18 +76,32 @@ pub(crate) struct UvAt {
 }
 
 impl<'a> TileView<'a> {
-    pub(crate) fn new(scene: &'a Prepared, camera: &Camera, corner_px: [f64; 2], light: DVec3) -> Self {
+    pub(crate) fn new(
+        scene: &'a Prepared,
+        camera: &Camera,
+        corner_px: [f64; 2],
+        light: DVec3,
+    ) -> Self {
         let world_from_camera: DMat3 = camera.camera_from_world.matrix3.transpose();
         let axis = |v: DVec3| world_from_camera * v;
         let rays = match camera.projection {
             Projection::Perspective => {
                 let corner = camera.ray_in_camera(DVec2::from(corner_px)).1;
-                [axis(DVec3::X / camera.fx), axis(DVec3::Y / camera.fy), axis(corner)]
+                [
+                    axis(DVec3::X / camera.fx),
+                    axis(DVec3::Y / camera.fy),
+                    axis(corner),
+                ]
             }
             Projection::Orthographic => [DVec3::ZERO, DVec3::ZERO, axis(DVec3::Z)],
         };
         let rays = [0, 1, 2].map(|k| narrow(DVec3::new(rays[0][k], rays[1][k], rays[2][k])));
-        Self { scene, corner_px, rays, light: light.normalize_or_zero().as_vec3() }
+        Self {
+            scene,
+            corner_px,
+            rays,
+            light: light.normalize_or_zero().as_vec3(),
+        }
     }
 }
 
@@ -114,11 +128,24 @@ impl Surface {
             let uv = |i: usize| coordinates[i] - DVec2::from(start);
             let axis = |k: usize| plane(corners.map(|i| uv(i)[k]));
             let borders = mesh.charts.around(corners, uv);
-            Some(UvPlanes { u: axis(0), v: axis(1), pyramid, borders })
+            Some(UvPlanes {
+                u: axis(0),
+                v: axis(1),
+                pyramid,
+                borders,
+            })
         };
-        let flip = if triangle.facing == Facing::Front { 1.0 } else { -1.0 };
+        let flip = if triangle.facing == Facing::Front {
+            1.0
+        } else {
+            -1.0
+        };
         let normal = if mesh.normals.is_empty() {
-            triangle.flat_normal(mesh).normalize_or_zero().to_array().map(|n| [0.0, 0.0, n as f32])
+            triangle
+                .flat_normal(mesh)
+                .normalize_or_zero()
+                .to_array()
+                .map(|n| [0.0, 0.0, n as f32])
         } else {
             [0, 1, 2].map(|k| plane(corners.map(|i| flip * f64::from(mesh.normals[i][k]))))
         };
@@ -147,8 +174,12 @@ impl Surface {
         let w = 1.0 / d;
         let (u, v) = (value(&planes.u, at) * w, value(&planes.v, at) * w);
         let slope = |p: &Plane, t: f32, axis: usize| (p[axis] - t * self.over_w[axis]) * w;
-        let jacobian =
-            [slope(&planes.u, u, 0), slope(&planes.u, u, 1), slope(&planes.v, v, 0), slope(&planes.v, v, 1)];
+        let jacobian = [
+            slope(&planes.u, u, 0),
+            slope(&planes.u, u, 1),
+            slope(&planes.v, v, 0),
+            slope(&planes.v, v, 1),
+        ];
         UvAt { u, v, jacobian }
     }
 
@@ -161,7 +192,9 @@ impl Surface {
     /// Base colour factor with the vertices' colour: red, green, blue, alpha.
     #[inline(always)]
     pub(crate) fn factor(&self, at: [f32; 2]) -> Vec4 {
-        let Some(colours) = &self.colours else { return self.base_colour };
+        let Some(colours) = &self.colours else {
+            return self.base_colour;
+        };
         let w = 1.0 / value(&self.over_w, at);
         let c = |k: usize| value(&colours[k], at) * w;
         self.base_colour * Vec4::new(c(0), c(1), c(2), c(3)).max(Vec4::ZERO)

@@ -18,7 +18,9 @@ use crate::prepare::{LightKind, Prepared};
 use crate::scene::AlphaMode;
 use crate::stats::elapsed_ms;
 use crate::surface::{Surface, TileView};
-use crate::visibility::{NONE, NearKey, Plane, RasterTriangle, SPAN_PX, TILE_PX, Visibility, moved, narrow};
+use crate::visibility::{
+    NONE, NearKey, Plane, RasterTriangle, SPAN_PX, TILE_PX, Visibility, moved, narrow,
+};
 use crate::walk::{self, Beyond, crossing};
 
 /// What all tiles of a frame share.
@@ -86,7 +88,12 @@ pub(crate) enum Cell {
 }
 
 /// Draws one tile.
-pub(crate) fn render_tile(frame: &FrameView, at: [usize; 2], list: &[u32], work: &mut TileWork) -> TileImage {
+pub(crate) fn render_tile(
+    frame: &FrameView,
+    at: [usize; 2],
+    list: &[u32],
+    work: &mut TileWork,
+) -> TileImage {
     let mut image = TileImage::default();
     if list.is_empty() {
         return image;
@@ -147,7 +154,12 @@ impl Tile<'_> {
 
     fn find_visible(&self, work: &mut TileWork) {
         let FrameView { filter, near, .. } = *self.frame;
-        let TileWork { visibility, surfaces, rasters, .. } = work;
+        let TileWork {
+            visibility,
+            surfaces,
+            rasters,
+            ..
+        } = work;
         visibility.clear(filter);
         rasters.clear();
         rasters.resize_with(self.list.len(), || None);
@@ -206,7 +218,10 @@ impl Tile<'_> {
             }
             before = ids;
         }
-        work.visibility.layers.iter().for_each(|layer| note(layer.subpixel as usize, layer.id));
+        work.visibility
+            .layers
+            .iter()
+            .for_each(|layer| note(layer.subpixel as usize, layer.id));
         !image.drawn.is_empty()
     }
 
@@ -217,16 +232,23 @@ impl Tile<'_> {
             let (first, rest) = rows.split_at(SPAN_PX);
             let mut differ = [false; SPAN_PX];
             for row in rest.chunks_exact(SPAN_PX) {
-                differ.iter_mut().zip(row.iter().zip(first)).for_each(|(differ, (a, b))| *differ |= a != b);
+                differ
+                    .iter_mut()
+                    .zip(row.iter().zip(first))
+                    .for_each(|(differ, (a, b))| *differ |= a != b);
             }
-            work.cells.extend(first.iter().zip(differ).map(|(&id, differ)| match differ {
-                true => Cell::Mixed,
-                false if id == NONE => Cell::Empty,
-                false => Cell::Plane(id),
-            }));
+            work.cells
+                .extend(first.iter().zip(differ).map(|(&id, differ)| match differ {
+                    true => Cell::Mixed,
+                    false if id == NONE => Cell::Empty,
+                    false => Cell::Plane(id),
+                }));
         }
         for layer in &work.visibility.layers {
-            let (column, row) = (layer.subpixel as usize % SPAN_PX, layer.subpixel as usize / SPAN_PX);
+            let (column, row) = (
+                layer.subpixel as usize % SPAN_PX,
+                layer.subpixel as usize / SPAN_PX,
+            );
             work.cells[row / per_pixel * SPAN_PX + column] = Cell::Layered;
         }
         seen(&work.cells, &mut work.cells_along, &mut work.seen);
@@ -234,9 +256,19 @@ impl Tile<'_> {
 
     /// Finds the edges between sub-pixels across which colour may jump.
     fn find_edges(&self, work: &mut TileWork) {
-        let TileWork { edges, visibility, rasters, .. } = work;
-        let mesh = TileMesh { tile: self, rasters };
-        edges.find(self.frame.filter, &visibility.ids, |pair| crossing(&mesh, pair));
+        let TileWork {
+            edges,
+            visibility,
+            rasters,
+            ..
+        } = work;
+        let mesh = TileMesh {
+            tile: self,
+            rasters,
+        };
+        edges.find(self.frame.filter, &visibility.ids, |pair| {
+            crossing(&mesh, pair)
+        });
     }
 
     /// Place in the tile's list of a triangle of the scene.
@@ -246,7 +278,10 @@ impl Tile<'_> {
             (seen.mesh, seen.triangle)
         };
         // Lists keep the order of the scene.
-        self.list.binary_search_by_key(&(mesh, triangle), key).ok().map(|place| place as u32)
+        self.list
+            .binary_search_by_key(&(mesh, triangle), key)
+            .ok()
+            .map(|place| place as u32)
     }
 }
 
@@ -274,7 +309,11 @@ impl walk::Mesh for TileMesh<'_> {
         let flat = mesh.normals.is_empty()
             && self.tile.frame.scene.materials[mesh.material].light != LightKind::None;
         let jumps = flat || ![[a, b], [b, a]].contains(&line(next.triangle, next.corner()));
-        Some(Beyond { id, corner: next.corner(), jumps })
+        Some(Beyond {
+            id,
+            corner: next.corner(),
+            jumps,
+        })
     }
 }
 
@@ -286,10 +325,16 @@ fn seen(cells: &[Cell], along: &mut Vec<Cell>, out: &mut Vec<Cell>) {
     }
     along.clear();
     for row in cells.chunks_exact(SPAN_PX) {
-        along.extend(row.windows(WINDOW_PX).map(|window| window[1..].iter().fold(window[0], joined)));
+        along.extend(
+            row.windows(WINDOW_PX)
+                .map(|window| window[1..].iter().fold(window[0], joined)),
+        );
     }
     let below = |first: usize| (1..WINDOW_PX).map(move |k| first + k * TILE_PX);
-    out.extend((0..TILE_PX * TILE_PX).map(|at| below(at).fold(along[at], |cell, k| joined(cell, &along[k]))));
+    out.extend(
+        (0..TILE_PX * TILE_PX)
+            .map(|at| below(at).fold(along[at], |cell, k| joined(cell, &along[k]))),
+    );
 }
 
 /// What two neighbouring cells show together.

@@ -65,7 +65,11 @@ pub(crate) struct NearKey(pub(crate) f32);
 
 /// A plane of the screen as one of the tile whose border's corner is at `corner_px`, in f64.
 pub(crate) fn moved(plane: DVec3, corner_px: [f64; 2]) -> DVec3 {
-    DVec3::new(plane.x, plane.y, plane.x * corner_px[0] + plane.y * corner_px[1] + plane.z)
+    DVec3::new(
+        plane.x,
+        plane.y,
+        plane.x * corner_px[0] + plane.y * corner_px[1] + plane.z,
+    )
 }
 
 pub(crate) fn narrow(plane: DVec3) -> Plane {
@@ -74,13 +78,19 @@ pub(crate) fn narrow(plane: DVec3) -> Plane {
 
 impl RasterTriangle {
     /// `None` if the triangle's rectangle misses the tile.
-    pub(crate) fn new(triangle: &ScreenTriangle, corner_px: [f64; 2], filter: &PixelFilter) -> Option<Self> {
+    pub(crate) fn new(
+        triangle: &ScreenTriangle,
+        corner_px: [f64; 2],
+        filter: &PixelFilter,
+    ) -> Option<Self> {
         let range = |axis: usize, per_pixel: usize| {
             let place = |px: f64| (px - corner_px[axis]) * per_pixel as f64;
             let count = (SPAN_PX * per_pixel) as f64;
             // A sub-pixel lies between its column's number and the next, in either direction.
             let first = (place(triangle.bounds_px[axis]) - 1.0).clamp(0.0, count) as usize;
-            let last = (place(triangle.bounds_px[axis + 2]) + 1.0).ceil().clamp(0.0, count) as usize;
+            let last = (place(triangle.bounds_px[axis + 2]) + 1.0)
+                .ceil()
+                .clamp(0.0, count) as usize;
             [first, last]
         };
         let (columns, rows) = (range(0, 1), range(1, filter.per_pixel));
@@ -92,12 +102,22 @@ impl RasterTriangle {
         for (i, line) in triangle.lines.iter().enumerate() {
             let line = moved(*line, corner_px);
             let steepness = line.x.abs().max(line.y.abs());
-            let size = if steepness > 0.0 { steepness } else { line.z.abs() };
+            let size = if steepness > 0.0 {
+                steepness
+            } else {
+                line.z.abs()
+            };
             // Two triangles that share the line scale it by the same number.
             lines[i] = narrow(line / size);
             closed[i] = line.x > 0.0 || (line.x == 0.0 && line.y > 0.0);
         }
-        Some(Self { lines, closed, key: narrow(moved(triangle.key, corner_px)), columns, rows })
+        Some(Self {
+            lines,
+            closed,
+            key: narrow(moved(triangle.key, corner_px)),
+            columns,
+            rows,
+        })
     }
 
     /// The depth key over the tile.
@@ -116,7 +136,13 @@ impl RasterTriangle {
             if there < 0.0 && there < here {
                 let t = (here / (here - there)).max(0.0);
                 if first.is_none_or(|(before, _)| t < before.t) {
-                    first = Some((Crossing { t, across: [line[0], line[1]] }, corner));
+                    first = Some((
+                        Crossing {
+                            t,
+                            across: [line[0], line[1]],
+                        },
+                        corner,
+                    ));
                 }
             }
         }
@@ -139,7 +165,11 @@ impl RasterTriangle {
             for column in self.columns[0]..self.columns[1] {
                 let x = column as f32 + x0;
                 let value = |p: &Plane| p[0] * x + p[1] * y + p[2];
-                let e = [value(&self.lines[0]), value(&self.lines[1]), value(&self.lines[2])];
+                let e = [
+                    value(&self.lines[0]),
+                    value(&self.lines[1]),
+                    value(&self.lines[2]),
+                ];
                 let inside = |i: usize| e[i] > 0.0 || (e[i] == 0.0 && self.closed[i]);
                 if inside(0) && inside(1) && inside(2) {
                     let key = value(&self.key);
@@ -230,18 +260,32 @@ impl Visibility {
     }
 
     /// Lists a translucent triangle wherever it lies before what is opaque.
-    pub(crate) fn list(&mut self, triangle: &RasterTriangle, id: u32, filter: &PixelFilter, near: NearKey) {
+    pub(crate) fn list(
+        &mut self,
+        triangle: &RasterTriangle,
+        id: u32,
+        filter: &PixelFilter,
+        near: NearKey,
+    ) {
         let (keys, layers) = (&self.keys, &mut self.layers);
         triangle.scan(filter, near, |at, key| {
             if key > keys[at] {
-                layers.push(Layer { subpixel: at as u32, key, id });
+                layers.push(Layer {
+                    subpixel: at as u32,
+                    key,
+                    id,
+                });
             }
         });
     }
 
     /// Orders the layers by sub-pixel, the farthest first; equally far ones in the order of the scene.
     pub(crate) fn sort_layers(&mut self) {
-        self.layers
-            .sort_by(|a, b| a.subpixel.cmp(&b.subpixel).then(a.key.total_cmp(&b.key)).then(a.id.cmp(&b.id)));
+        self.layers.sort_by(|a, b| {
+            a.subpixel
+                .cmp(&b.subpixel)
+                .then(a.key.total_cmp(&b.key))
+                .then(a.id.cmp(&b.id))
+        });
     }
 }

@@ -66,10 +66,29 @@ pub(crate) fn crossing(mesh: &impl Mesh, pair: &Neighbours) -> Option<Crossing> 
         return jump;
     }
     match (there, walk(mesh, [b, a], [q, p])) {
-        (_, Walk::Met(jump)) => jump.map(|edge| Crossing { t: 1.0 - edge.t, ..edge }),
-        (Walk::End(out), Walk::Nothing) => Some(Crossing { t: out.t, across: out.across? }),
-        (Walk::Nothing, Walk::End(into)) => Some(Crossing { t: 1.0 - into.t, across: into.across? }),
-        (Walk::End(out), Walk::End(into)) => between(mesh, pair, [out, End { t: 1.0 - into.t, ..into }]),
+        (_, Walk::Met(jump)) => jump.map(|edge| Crossing {
+            t: 1.0 - edge.t,
+            ..edge
+        }),
+        (Walk::End(out), Walk::Nothing) => Some(Crossing {
+            t: out.t,
+            across: out.across?,
+        }),
+        (Walk::Nothing, Walk::End(into)) => Some(Crossing {
+            t: 1.0 - into.t,
+            across: into.across?,
+        }),
+        (Walk::End(out), Walk::End(into)) => between(
+            mesh,
+            pair,
+            [
+                out,
+                End {
+                    t: 1.0 - into.t,
+                    ..into
+                },
+            ],
+        ),
         _ => None,
     }
 }
@@ -79,14 +98,23 @@ pub(crate) fn crossing(mesh: &impl Mesh, pair: &Neighbours) -> Option<Crossing> 
 fn between(mesh: &impl Mesh, pair: &Neighbours, [out, into]: [End; 2]) -> Option<Crossing> {
     if out.t <= into.t {
         // Neither goes on behind the other: what lies between is not known.
-        return Some(Crossing { t: 0.5 * (out.t + into.t), across: out.across? });
+        return Some(Crossing {
+            t: 0.5 * (out.t + into.t),
+            across: out.across?,
+        });
     }
     let [p, q] = pair.at;
     // By how much the first surface is nearer than the second.
     let nearer = |ids: [u32; 2], t: f32| {
         let [one, two] = [mesh.triangle(ids[0])?.key(), mesh.triangle(ids[1])?.key()];
         let difference = [0, 1, 2].map(|k| one[k] - two[k]);
-        Some((value(&difference, [p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])]), difference))
+        Some((
+            value(
+                &difference,
+                [p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])],
+            ),
+            difference,
+        ))
     };
     let (at_into, difference) = nearer([pair.ids[0], into.last], into.t)?;
     let (at_out, _) = nearer([out.last, pair.ids[1]], out.t)?;
@@ -98,22 +126,37 @@ fn between(mesh: &impl Mesh, pair: &Neighbours, [out, into]: [End; 2]) -> Option
     }
     let share = at_into / (at_into - at_out);
     // Otherwise the change has another cause, such as a cut by alpha.
-    (at_into >= 0.0 && at_out <= 0.0 && share.is_finite())
-        .then_some(Crossing { t: into.t + share * (out.t - into.t), across: [difference[0], difference[1]] })
+    (at_into >= 0.0 && at_out <= 0.0 && share.is_finite()).then_some(Crossing {
+        t: into.t + share * (out.t - into.t),
+        across: [difference[0], difference[1]],
+    })
 }
 
 /// Walks from the first place, within the first triangle, towards the second.
 fn walk(mesh: &impl Mesh, [from, to]: [u32; 2], [p, q]: [[f32; 2]; 2]) -> Walk {
-    let Some(mut triangle) = mesh.triangle(from) else { return Walk::Nothing };
+    let Some(mut triangle) = mesh.triangle(from) else {
+        return Walk::Nothing;
+    };
     let mut id = from;
     let mut jump = None;
     for _ in 0..MAX_STEPS {
         let Some((edge, corner)) = triangle.leaves(p, q) else {
-            return Walk::End(End { t: 1.0, across: None, last: id });
+            return Walk::End(End {
+                t: 1.0,
+                across: None,
+                last: id,
+            });
         };
-        let beyond = mesh.beyond(id, corner).and_then(|beyond| Some((beyond, mesh.triangle(beyond.id)?)));
-        let Some((beyond, next)) = beyond.filter(|(beyond, next)| next.opens(beyond.corner, p, q)) else {
-            return Walk::End(End { t: edge.t, across: Some(edge.across), last: id });
+        let beyond = mesh
+            .beyond(id, corner)
+            .and_then(|beyond| Some((beyond, mesh.triangle(beyond.id)?)));
+        let Some((beyond, next)) = beyond.filter(|(beyond, next)| next.opens(beyond.corner, p, q))
+        else {
+            return Walk::End(End {
+                t: edge.t,
+                across: Some(edge.across),
+                last: id,
+            });
         };
         if beyond.jumps {
             jump.get_or_insert(edge);

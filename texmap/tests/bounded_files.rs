@@ -29,19 +29,30 @@ const MEMORY_LIMIT_KB: u64 = 1 << 20;
 /// What a child process does: loads the file that the environment names, draws it, and tells what became of it.
 #[test]
 fn the_file_that_the_environment_names() {
-    let Some(file) = std::env::var_os(FILE_VARIABLE) else { return };
+    let Some(file) = std::env::var_os(FILE_VARIABLE) else {
+        return;
+    };
     let scene = match texmap::load(Path::new(&file), &LoadOptions::default()) {
         Ok(loaded) => loaded.scene,
         Err(error) => return println!("refused: {error}"),
     };
     let mut renderer = Renderer::new(&scene, &RenderOptions::default()).expect("default options");
-    let Some([low, high]) = renderer.bounds_in_world() else { return println!("drawn: nothing") };
+    let Some([low, high]) = renderer.bounds_in_world() else {
+        return println!("drawn: nothing");
+    };
     let (target, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
     let position = target + glam::DVec3::new(0.6, 0.5, 1.0).normalize() * (3.0 * radius).max(1e-6);
-    let pose = LookAt { position, target, up: glam::DVec3::Y };
+    let pose = LookAt {
+        position,
+        target,
+        up: glam::DVec3::Y,
+    };
     let camera = Camera::perspective(&pose, 0.7, [64, 64]).expect("a pose with a direction");
     let image = renderer.render(&camera).expect("a valid camera").image;
-    assert!(image.rgba.iter().flatten().all(|v| v.is_finite()), "a picture that is not finite");
+    assert!(
+        image.rgba.iter().flatten().all(|v| v.is_finite()),
+        "a picture that is not finite"
+    );
     println!("drawn: {radius}");
 }
 
@@ -52,7 +63,13 @@ fn within_limits(file: &Path) -> String {
     let mut child = Command::new("sh")
         .args(["-c", &limited])
         .arg(own)
-        .args(["--exact", "the_file_that_the_environment_names", "--nocapture", "--test-threads", "1"])
+        .args([
+            "--exact",
+            "the_file_that_the_environment_names",
+            "--nocapture",
+            "--test-threads",
+            "1",
+        ])
         .env(FILE_VARIABLE, file)
         .env("RAYON_NUM_THREADS", "1")
         .stdout(Stdio::piped())
@@ -68,15 +85,21 @@ fn within_limits(file: &Path) -> String {
         std::thread::sleep(Duration::from_millis(2));
     }
     let output = child.wait_with_output().expect("a child that has ended");
-    let [out, err] = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+    let [out, err] =
+        [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
     let (name, status) = (file.display(), output.status);
-    assert!(status.success(), "{name}: {status}, with {MEMORY_LIMIT_KB} kB of address space: {out}{err}");
+    assert!(
+        status.success(),
+        "{name}: {status}, with {MEMORY_LIMIT_KB} kB of address space: {out}{err}"
+    );
     out
 }
 
 #[test]
 fn broken_and_odd_files_end_in_a_picture_or_an_error_within_bounds() {
-    let limits = Command::new("sh").args(["-c", &format!("ulimit -v {MEMORY_LIMIT_KB}")]).status();
+    let limits = Command::new("sh")
+        .args(["-c", &format!("ulimit -v {MEMORY_LIMIT_KB}")])
+        .status();
     if !limits.is_ok_and(|status| status.success()) {
         println!("skipped: no shell here limits memory");
         return;
@@ -96,6 +119,9 @@ fn broken_and_odd_files_end_in_a_picture_or_an_error_within_bounds() {
             );
             drawn += usize::from(!refused);
         }
-        println!("{part}: {drawn} of {} files are drawn, the others refused", files.len());
+        println!(
+            "{part}: {drawn} of {} files are drawn, the others refused",
+            files.len()
+        );
     }
 }

@@ -17,7 +17,13 @@ use mesh_files::{folder, mesh_files};
 const TIME_LIMIT: Duration = Duration::from_secs(20);
 
 /// Models that must load, by a part of their path.
-const MUST_LOAD: [&str; 5] = ["khronos/", "pytorch3d/cow_mesh", "viking_room", "trimesh/fuze", "spider"];
+const MUST_LOAD: [&str; 5] = [
+    "khronos/",
+    "pytorch3d/cow_mesh",
+    "viking_room",
+    "trimesh/fuze",
+    "spider",
+];
 
 /// Files of `khronos` that are packed in ways that are not read.
 const PACKED: [&str; 1] = ["glTF-Draco"];
@@ -43,21 +49,45 @@ fn assert_sane(path: &Path, scene: &Scene) {
         let count = mesh.positions.len();
         let material = &scene.materials[mesh.material];
         assert!(
-            mesh.triangles.iter().flatten().all(|&i| (i as usize) < count),
+            mesh.triangles
+                .iter()
+                .flatten()
+                .all(|&i| (i as usize) < count),
             "{path}: an index is out of range"
         );
-        assert!(mesh.positions.iter().flatten().all(|x| x.is_finite()), "{path}: a position is not finite");
-        assert!(mesh.normals.is_empty() || mesh.normals.len() == count, "{path}: normals");
-        assert!(mesh.colours.is_empty() || mesh.colours.len() == count, "{path}: colours");
-        assert!(mesh.uvs.iter().all(|set| set.len() == count), "{path}: texture coordinates");
-        for used in [material.base_texture, material.emissive_texture].into_iter().flatten() {
-            assert!(used.uv_set < mesh.uvs.len(), "{path}: a texture without coordinates");
+        assert!(
+            mesh.positions.iter().flatten().all(|x| x.is_finite()),
+            "{path}: a position is not finite"
+        );
+        assert!(
+            mesh.normals.is_empty() || mesh.normals.len() == count,
+            "{path}: normals"
+        );
+        assert!(
+            mesh.colours.is_empty() || mesh.colours.len() == count,
+            "{path}: colours"
+        );
+        assert!(
+            mesh.uvs.iter().all(|set| set.len() == count),
+            "{path}: texture coordinates"
+        );
+        for used in [material.base_texture, material.emissive_texture]
+            .into_iter()
+            .flatten()
+        {
+            assert!(
+                used.uv_set < mesh.uvs.len(),
+                "{path}: a texture without coordinates"
+            );
             let texture = &scene.textures[used.texture];
             let texels = match &texture.texels {
                 texmap::scene::Texels::Srgb8(texels) => texels.len(),
                 texmap::scene::Texels::LinearF32(texels) => texels.len(),
             };
-            assert!(texels == texture.width * texture.height && texels > 0, "{path}: texels");
+            assert!(
+                texels == texture.width * texture.height && texels > 0,
+                "{path}: texels"
+            );
         }
     }
 }
@@ -69,17 +99,27 @@ fn every_file_loads_sanely_or_says_why_not() {
     mesh_files(&folder, &mut files);
     let (start, mut loaded_files) = (Instant::now(), 0);
     for file in &files {
-        let name = file.strip_prefix(&folder).unwrap_or(file).to_string_lossy().replace('\\', "/");
+        let name = file
+            .strip_prefix(&folder)
+            .unwrap_or(file)
+            .to_string_lossy()
+            .replace('\\', "/");
         match load(file) {
             Ok(Loaded { scene, notes }) => {
                 let triangles: usize = scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum();
-                println!("{name}: {triangles} triangles, {} textures {notes:?}", scene.textures.len());
+                println!(
+                    "{name}: {triangles} triangles, {} textures {notes:?}",
+                    scene.textures.len()
+                );
                 assert_sane(file, &scene);
                 loaded_files += 1;
             }
             Err(error) => {
                 println!("{name}: ERROR {error}");
-                assert!(error.contains(&*file.to_string_lossy()), "the error must name {name}: {error}");
+                assert!(
+                    error.contains(&*file.to_string_lossy()),
+                    "the error must name {name}: {error}"
+                );
                 assert!(!error.contains('\n'), "one line: {error}");
                 let must_load = MUST_LOAD.iter().any(|part| name.contains(part));
                 let packed = PACKED.iter().any(|part| name.contains(part));
@@ -87,6 +127,13 @@ fn every_file_loads_sanely_or_says_why_not() {
             }
         }
     }
-    println!("{loaded_files} of {} files load, in {:.1} s", files.len(), start.elapsed().as_secs_f64());
-    assert!(loaded_files * 2 > files.len(), "most files are good, but only {loaded_files} load");
+    println!(
+        "{loaded_files} of {} files load, in {:.1} s",
+        files.len(),
+        start.elapsed().as_secs_f64()
+    );
+    assert!(
+        loaded_files * 2 > files.len(),
+        "most files are good, but only {loaded_files} load"
+    );
 }

@@ -14,7 +14,10 @@ use subject::Subject;
 
 fn main() {
     subject::announce();
-    divan::Divan::default().max_time(std::time::Duration::from_secs(3)).config_with_args().main();
+    divan::Divan::default()
+        .max_time(std::time::Duration::from_secs(3))
+        .config_with_args()
+        .main();
 }
 
 #[divan::bench]
@@ -39,7 +42,13 @@ fn aneurism_all_threads(bencher: Bencher) {
 
 /// `threads` of 0 is all.
 fn classify(bencher: Bencher, subject: &Subject, threads: usize) {
-    let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started");
-    let classified = || Samples::classify(&subject.volume, &subject.transfer, OpacityMode::Extinction);
-    bencher.counter(ItemsCount::new(subject.volume.len())).bench(|| pool.install(classified).count);
+    let pool = ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .expect("threads can be started");
+    let classified =
+        || Samples::classify(&subject.volume, &subject.transfer, OpacityMode::Extinction);
+    bencher
+        .counter(ItemsCount::new(subject.volume.len()))
+        .bench(|| pool.install(classified).count);
 }

@@ -16,7 +16,10 @@ use view::View;
 
 fn main() {
     subject::announce();
-    divan::Divan::default().max_time(std::time::Duration::from_millis(1200)).config_with_args().main();
+    divan::Divan::default()
+        .max_time(std::time::Duration::from_millis(1200))
+        .config_with_args()
+        .main();
 }
 
 #[divan::bench(args = View::ALL)]
@@ -41,11 +44,18 @@ fn aneurism_all_threads(bencher: Bencher, view: View) {
 
 /// `threads` of 0 is all.
 fn frame(bencher: Bencher, subject: &Subject, view: View, threads: usize) {
-    let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started");
+    let pool = ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .expect("threads can be started");
     let camera = view::camera(&subject.volume, view);
     let options = RenderOptions::paper();
-    let mut renderer = Renderer::new(&subject.volume, &subject.transfer, &options).expect("default options");
+    let mut renderer =
+        Renderer::new(&subject.volume, &subject.transfer, &options).expect("default options");
     bencher
         .counter(ItemsCount::new(renderer.non_transparent()))
-        .bench_local(|| pool.install(|| renderer.render(&camera)).expect("a valid camera"));
+        .bench_local(|| {
+            pool.install(|| renderer.render(&camera))
+                .expect("a valid camera")
+        });
 }

@@ -18,8 +18,15 @@ const FRAMES: usize = 11;
 
 fn main() {
     subject::announce();
-    let frames = if std::env::args().any(|argument| argument == "--bench") { FRAMES } else { 1 };
-    for (name, subject) in [("engine", subject::engine()), ("aneurism", subject::aneurism())] {
+    let frames = if std::env::args().any(|argument| argument == "--bench") {
+        FRAMES
+    } else {
+        1
+    };
+    for (name, subject) in [
+        ("engine", subject::engine()),
+        ("aneurism", subject::aneurism()),
+    ] {
         println!("{name}: CPU ns per visible voxel\n");
         println!("| view | project | bin | sort | composite | frame | splats | points |");
         println!("|---|---|---|---|---|---|---|---|");
@@ -48,10 +55,20 @@ fn row(view: View, stats: &FrameStats) {
 
 /// The cost of the frame with the least CPU time.
 fn least(subject: &Subject, view: View, frames: usize) -> FrameStats {
-    let pool = ThreadPoolBuilder::new().num_threads(1).build().expect("one thread can be started");
+    let pool = ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .expect("one thread can be started");
     let camera = view::camera(&subject.volume, view);
     let options = RenderOptions::paper();
-    let mut renderer = Renderer::new(&subject.volume, &subject.transfer, &options).expect("default options");
-    let stats = (0..frames).map(|_| pool.install(|| renderer.render(&camera)).expect("a valid camera").stats);
-    stats.min_by(|a, b| a.cpu_ms.total_cmp(&b.cpu_ms)).expect("at least one frame")
+    let mut renderer =
+        Renderer::new(&subject.volume, &subject.transfer, &options).expect("default options");
+    let stats = (0..frames).map(|_| {
+        pool.install(|| renderer.render(&camera))
+            .expect("a valid camera")
+            .stats
+    });
+    stats
+        .min_by(|a, b| a.cpu_ms.total_cmp(&b.cpu_ms))
+        .expect("at least one frame")
 }

@@ -34,7 +34,11 @@ impl SliceOrder {
             Projection::Orthographic if view.w0[axis] > 0.0 => 0,
             Projection::Orthographic => end,
         };
-        Self { axis, first, halvings: 0 }
+        Self {
+            axis,
+            first,
+            halvings: 0,
+        }
     }
 
     /// The same slices, for samples whose lattice halves them this often.
@@ -53,7 +57,11 @@ impl SliceOrder {
     #[inline(always)]
     fn key_of(&self, slice: i64) -> u32 {
         let steps = slice - self.first;
-        (if steps >= 0 { 2 * steps } else { -2 * steps - 1 }) as u32
+        (if steps >= 0 {
+            2 * steps
+        } else {
+            -2 * steps - 1
+        }) as u32
     }
 }
 
@@ -61,7 +69,13 @@ impl SliceOrder {
 fn facing_axis(view: &GridView) -> usize {
     let grid_from_camera = view.camera_from_grid.matrix3.inverse();
     let facing = |axis: usize| view.w0[axis].abs() / grid_from_camera.row(axis).length();
-    (1..3).fold(0, |best, axis| if facing(axis) > facing(best) { axis } else { best })
+    (1..3).fold(0, |best, axis| {
+        if facing(axis) > facing(best) {
+            axis
+        } else {
+            best
+        }
+    })
 }
 
 #[cfg(test)]
@@ -72,7 +86,11 @@ mod tests {
     use super::*;
 
     fn order(position: DVec3, target: DVec3) -> SliceOrder {
-        let pose = LookAt { position, target, up: DVec3::new(0.1, 1.0, 0.2) };
+        let pose = LookAt {
+            position,
+            target,
+            up: DVec3::new(0.1, 1.0, 0.2),
+        };
         let camera = Camera::perspective(&pose, 0.8, [32, 32]).expect("valid");
         SliceOrder::new(
             &GridView::new(&camera, &DAffine3::from_scale(DVec3::new(1.0, 1.0, 2.0))),
@@ -88,7 +106,10 @@ mod tests {
         assert!(keys.is_sorted(), "from the front: {keys:?}");
         let from_behind = order(DVec3::new(5.0, 6.0, 50.0), DVec3::new(5.0, 5.0, 9.0));
         assert_eq!(from_behind.axis, 2, "the view looks along z");
-        let keys: Vec<u32> = (0..10).rev().map(|slice| from_behind.key_of(slice)).collect();
+        let keys: Vec<u32> = (0..10)
+            .rev()
+            .map(|slice| from_behind.key_of(slice))
+            .collect();
         assert!(keys.is_sorted(), "from behind: {keys:?}");
     }
 

@@ -55,14 +55,24 @@ pub(crate) struct Run {
 
 /// Puts bricks in order and cuts them into batches, or keeps them in one, as they are. Those at the near plane, whose samples
 /// are composited before all others, are in the first.
-pub(crate) fn in_batches(mut bricks: Vec<PlacedBrick>, is_one: bool, outlines: Outlines) -> Vec<Batch> {
+pub(crate) fn in_batches(
+    mut bricks: Vec<PlacedBrick>,
+    is_one: bool,
+    outlines: Outlines,
+) -> Vec<Batch> {
     let total: usize = bricks.iter().map(|brick| brick.samples).sum();
-    let size = if is_one { usize::MAX } else { BATCH_SAMPLES.max(total / BATCHES) };
+    let size = if is_one {
+        usize::MAX
+    } else {
+        BATCH_SAMPLES.max(total / BATCHES)
+    };
     let target = (size / CHUNKS_OF_BATCH).min(chunk_target(total));
     if !is_one {
         bricks.sort_unstable_by(|a, b| {
             let at_eye = |brick: &PlacedBrick| brick.place.rect.is_some();
-            let order = at_eye(a).cmp(&at_eye(b)).then(a.place.nearest.total_cmp(&b.place.nearest));
+            let order = at_eye(a)
+                .cmp(&at_eye(b))
+                .then(a.place.nearest.total_cmp(&b.place.nearest));
             order.then((a.layer, a.number).cmp(&(b.layer, b.number)))
         });
     }
@@ -76,7 +86,12 @@ pub(crate) fn in_batches(mut bricks: Vec<PlacedBrick>, is_one: bool, outlines: O
             }
             _ => {
                 filled = brick.samples;
-                batches.push(Batch { bricks: vec![brick], nearest: brick.place.nearest, outlines, target });
+                batches.push(Batch {
+                    bricks: vec![brick],
+                    nearest: brick.place.nearest,
+                    outlines,
+                    target,
+                });
             }
         }
     }
@@ -85,10 +100,18 @@ pub(crate) fn in_batches(mut bricks: Vec<PlacedBrick>, is_one: bool, outlines: O
 
 impl Batch {
     /// What is not hidden of the batch, cut into what one task projects.
-    pub(crate) fn runs(&self, layers: &[Layer], hiding: &Hiding, stats: &mut FrameStats) -> Vec<Run> {
+    pub(crate) fn runs(
+        &self,
+        layers: &[Layer],
+        hiding: &Hiding,
+        stats: &mut FrameStats,
+    ) -> Vec<Run> {
         let mut seen: Vec<Vec<usize>> = vec![Vec::new(); layers.len()];
         for brick in &self.bricks {
-            let rect = brick.place.rect.filter(|_| self.outlines == Outlines::Kernels);
+            let rect = brick
+                .place
+                .rect
+                .filter(|_| self.outlines == Outlines::Kernels);
             if rect.is_some_and(|rect| hiding.hides(&rect)) {
                 stats.bricks_hidden += 1;
                 stats.hidden += brick.samples as u64;
@@ -111,24 +134,55 @@ mod tests {
     use super::*;
 
     fn brick(number: usize, nearest: f64, at_eye: bool) -> PlacedBrick {
-        let rect = (!at_eye).then_some(TileRect { x0: 0, x1: 1, y0: 0, y1: 1 });
-        PlacedBrick { layer: 0, number, samples: 60_000, place: BrickPlace { nearest, rect } }
+        let rect = (!at_eye).then_some(TileRect {
+            x0: 0,
+            x1: 1,
+            y0: 0,
+            y1: 1,
+        });
+        PlacedBrick {
+            layer: 0,
+            number,
+            samples: 60_000,
+            place: BrickPlace { nearest, rect },
+        }
     }
 
     #[test]
     fn batches_go_front_to_back_and_begin_at_the_eye() {
-        let bricks: Vec<_> = (0..40).map(|i| brick(i, (i * 17 % 40) as f64, i % 10 == 3)).collect();
+        let bricks: Vec<_> = (0..40)
+            .map(|i| brick(i, (i * 17 % 40) as f64, i % 10 == 3))
+            .collect();
         let batches = in_batches(bricks.clone(), false, Outlines::Kernels);
         assert!(batches.len() > 5, "{} batches", batches.len());
-        assert_eq!(batches.iter().map(|batch| batch.bricks.len()).sum::<usize>(), 40, "none is lost");
-        let at_eye = |batch: &Batch| batch.bricks.iter().filter(|b| b.place.rect.is_none()).count();
+        assert_eq!(
+            batches
+                .iter()
+                .map(|batch| batch.bricks.len())
+                .sum::<usize>(),
+            40,
+            "none is lost"
+        );
+        let at_eye = |batch: &Batch| {
+            batch
+                .bricks
+                .iter()
+                .filter(|b| b.place.rect.is_none())
+                .count()
+        };
         assert_eq!(at_eye(&batches[0]), 4, "all at the eye come first");
         for (before, after) in batches.iter().zip(&batches[1..]) {
             assert!(
-                after.bricks.iter().all(|b| b.place.nearest >= after.nearest),
+                after
+                    .bricks
+                    .iter()
+                    .all(|b| b.place.nearest >= after.nearest),
                 "nothing lies before its batch"
             );
-            assert!(before.nearest <= after.nearest || at_eye(before) > 0, "front to back");
+            assert!(
+                before.nearest <= after.nearest || at_eye(before) > 0,
+                "front to back"
+            );
         }
         let one = in_batches(bricks, true, Outlines::Kernels);
         assert_eq!(one.len(), 1, "all in one");

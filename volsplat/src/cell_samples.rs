@@ -12,7 +12,9 @@ use rayon::prelude::*;
 use resample_core::OpacityMode;
 
 use crate::Error;
-use crate::cells::{CELL_CORNERS, CELL_SIDE, CellBrick, FieldPlan, Gradients, VERTEX_SIDE, cell_range};
+use crate::cells::{
+    CELL_CORNERS, CELL_SIDE, CellBrick, FieldPlan, Gradients, VERTEX_SIDE, cell_range,
+};
 use crate::options::{Cells, RenderOptions};
 use crate::sample::{BRICK_SIDE, Bounds, Brick, Samples, brick_corners, pack_place};
 use crate::scene::Scene;
@@ -31,8 +33,10 @@ pub(crate) const LEVELS: usize = POINTS.trailing_zeros() as usize + 1;
 /// Places in a cell.
 const PER_CELL: usize = POINTS * POINTS * POINTS;
 
-const _: () =
-    assert!(LEVELS == 3 && CELL_SIDE <= BRICK_SIDE, "a cell is kept whole, in halves and in quarters");
+const _: () = assert!(
+    LEVELS == 3 && CELL_SIDE <= BRICK_SIDE,
+    "a cell is kept whole, in halves and in quarters"
+);
 
 /// Colours times strength, and strength.
 type Sum = [f32; 4];
@@ -43,19 +47,30 @@ type Sum = [f32; 4];
 pub(crate) fn cell_samples(scene: &Scene, options: &RenderOptions) -> Result<Vec<Samples>, Error> {
     let channels = channels(scene, options)?;
     // Samples have gradients of their own.
-    let plan = FieldPlan { gradients: Gradients::Without, ..plan(scene, options)? };
+    let plan = FieldPlan {
+        gradients: Gradients::Without,
+        ..plan(scene, options)?
+    };
     let volume = scene.grid();
     let sampler = Sampler {
         plan: &plan,
         channels: &channels,
         opacity: options.opacity,
-        finest: if options.cells == Cells::Mean { 0 } else { LEVELS - 1 },
+        finest: if options.cells == Cells::Mean {
+            0
+        } else {
+            LEVELS - 1
+        },
         error: options.cell_error,
     };
     let corners = brick_corners(volume.dims.map(|n| n - 1), CELL_SIDE);
     let bricks: Vec<_> = corners
         .par_iter()
-        .map(|&corner| plan.brick_at(corner).map(|brick| sampler.bricks(&brick)).unwrap_or_default())
+        .map(|&corner| {
+            plan.brick_at(corner)
+                .map(|brick| sampler.bricks(&brick))
+                .unwrap_or_default()
+        })
         .collect();
     let mut lattices: Vec<Samples> = (0..=sampler.finest)
         .map(|level| Samples {
@@ -70,7 +85,10 @@ pub(crate) fn cell_samples(scene: &Scene, options: &RenderOptions) -> Result<Vec
     for of_brick in bricks {
         lattices[0].empty += u64::from(of_brick.iter().all(Vec::is_empty));
         for (lattice, bricks) in lattices.iter_mut().zip(of_brick) {
-            lattice.count += bricks.iter().map(|brick| brick.places.len() as u64).sum::<u64>();
+            lattice.count += bricks
+                .iter()
+                .map(|brick| brick.places.len() as u64)
+                .sum::<u64>();
             lattice.bricks.extend(bricks);
         }
     }
@@ -144,13 +162,20 @@ impl Sampler<'_> {
             return;
         }
         let halves = octants(at);
-        let varies = || halves.iter().any(|&half| self.differ(sum, means.at(level + 1, half)));
+        let varies = || {
+            halves
+                .iter()
+                .any(|&half| self.differ(sum, means.at(level + 1, half)))
+        };
         if level < self.finest && varies() {
             for half in halves {
                 self.emit(means, cell, (level + 1, half), filling);
             }
         } else {
-            filling[level].push(std::array::from_fn(|axis| (cell[axis] << level) + at[axis]), sum);
+            filling[level].push(
+                std::array::from_fn(|axis| (cell[axis] << level) + at[axis]),
+                sum,
+            );
         }
     }
 
@@ -164,17 +189,26 @@ impl Sampler<'_> {
             let share = opacity / sum[3].max(f32::MIN_POSITIVE);
             [sum[0] * share, sum[1] * share, sum[2] * share, opacity]
         };
-        shown(a).iter().zip(shown(b)).any(|(a, b)| (a - b).abs() > self.error)
+        shown(a)
+            .iter()
+            .zip(shown(b))
+            .any(|(a, b)| (a - b).abs() > self.error)
     }
 
     /// The means of the cell whose first vertex is at this place; `None` where the field shows nothing.
     fn means(&self, cells: &CellBrick, first: usize) -> Option<CellMeans> {
         let mut points = [[0.0f32; 4]; PER_CELL];
         let mut any = false;
-        for (number, (channel, planned)) in self.channels.iter().zip(&self.plan.channels).enumerate() {
+        for (number, (channel, planned)) in
+            self.channels.iter().zip(&self.plan.channels).enumerate()
+        {
             let scalars = cells.channel(number).scalars;
             if planned.shown.meets(cell_range(scalars, first)) {
-                add_points(channel, CELL_CORNERS.map(|offset| scalars[first + offset]), &mut points);
+                add_points(
+                    channel,
+                    CELL_CORNERS.map(|offset| scalars[first + offset]),
+                    &mut points,
+                );
                 any = true;
             }
         }
@@ -190,7 +224,11 @@ impl Sampler<'_> {
         }
         let halves = halves_of(&points);
         let whole = std::array::from_fn(|k| halves.iter().map(|half| 0.125 * half[k]).sum());
-        Some(CellMeans { whole, halves, quarters: points })
+        Some(CellMeans {
+            whole,
+            halves,
+            quarters: points,
+        })
     }
 }
 
@@ -210,7 +248,8 @@ impl Filling {
         let part = (CELL_SIDE << level).min(BRICK_SIDE) as u32;
         let brick = |i: usize| {
             let at = [i % side, i / side % side, i / (side * side)];
-            let corner = std::array::from_fn(|axis| (corner[axis] << level) + at[axis] as u32 * part);
+            let corner =
+                std::array::from_fn(|axis| (corner[axis] << level) + at[axis] as u32 * part);
             Brick {
                 bounds: Bounds::nothing(corner),
                 places: Vec::new(),
@@ -218,18 +257,29 @@ impl Filling {
                 gradients: Vec::new(),
             }
         };
-        Self { corner, level, side, bricks: (0..side * side * side).map(brick).collect() }
+        Self {
+            corner,
+            level,
+            side,
+            bricks: (0..side * side * side).map(brick).collect(),
+        }
     }
 
     /// Adds the sample at a place counted from the brick's first.
     fn push(&mut self, at: [usize; 3], sum: Sum) {
-        debug_assert!(at.iter().all(|&a| a < CELL_SIDE << self.level), "{at:?} of {:?}", self.corner);
+        debug_assert!(
+            at.iter().all(|&a| a < CELL_SIDE << self.level),
+            "{at:?} of {:?}",
+            self.corner
+        );
         let [bx, by, bz] = at.map(|a| a / BRICK_SIDE);
         let brick = &mut self.bricks[bx + self.side * (by + self.side * bz)];
         let place = at.map(|a| a % BRICK_SIDE);
         let share = 1.0 / sum[3];
         brick.places.push(pack_place(place));
-        brick.values.push([sum[0] * share, sum[1] * share, sum[2] * share, sum[3]]);
+        brick
+            .values
+            .push([sum[0] * share, sum[1] * share, sum[2] * share, sum[3]]);
         brick.bounds.add(place);
     }
 
@@ -251,7 +301,11 @@ fn octants(at: [usize; 3]) -> [[usize; 3]; 8] {
 
 /// The corner of the cell that is nearest to a point: which half the point lies in, along each axis.
 fn nearest_corner(point: usize) -> usize {
-    let at = [point % POINTS, point / POINTS % POINTS, point / (POINTS * POINTS)];
+    let at = [
+        point % POINTS,
+        point / POINTS % POINTS,
+        point / (POINTS * POINTS),
+    ];
     (0..3).map(|axis| (2 * at[axis] / POINTS) << axis).sum()
 }
 
@@ -259,7 +313,11 @@ fn nearest_corner(point: usize) -> usize {
 fn add_points(channel: &ChannelSettings, corners: [f32; 8], points: &mut [Sum; PER_CELL]) {
     let mut add = |i: usize, value: f32| {
         let [r, g, b, strength] = channel.table.at(value);
-        for (sum, part) in points[i].iter_mut().zip([r * strength, g * strength, b * strength, strength]) {
+        for (sum, part) in
+            points[i]
+                .iter_mut()
+                .zip([r * strength, g * strength, b * strength, strength])
+        {
             *sum += part;
         }
     };
@@ -274,7 +332,10 @@ fn add_points(channel: &ChannelSettings, corners: [f32; 8], points: &mut [Sum; P
     for z in 0..POINTS {
         let face: [f32; 4] = std::array::from_fn(|k| mix(corners[k], corners[k + 4], share(z)));
         for y in 0..POINTS {
-            let (left, right) = (mix(face[0], face[2], share(y)), mix(face[1], face[3], share(y)));
+            let (left, right) = (
+                mix(face[0], face[2], share(y)),
+                mix(face[1], face[3], share(y)),
+            );
             for x in 0..POINTS {
                 add(x + POINTS * (y + POINTS * z), mix(left, right, share(x)));
             }

@@ -118,19 +118,31 @@ impl CellField {
             .filter_map(|corner| plan.brick(&Block::new(first.dims, corner)))
             .collect();
         let empty = (count - bricks.len()) as u64;
-        Self { empty, ..Self::of_bricks(bricks, non_transparent, first.len() as u64) }
+        Self {
+            empty,
+            ..Self::of_bricks(bricks, non_transparent, first.len() as u64)
+        }
     }
 
     /// A field of these bricks, with the number of its visible voxels and of all.
     pub(crate) fn of_bricks(bricks: Vec<CellBrick>, non_transparent: u64, voxels: u64) -> Self {
-        Self { bricks, empty: 0, non_transparent, voxels }
+        Self {
+            bricks,
+            empty: 0,
+            non_transparent,
+            voxels,
+        }
     }
 }
 
 impl CellBrick {
     /// Bytes that a brick of one channel takes.
     pub(crate) fn bytes(gradients: Gradients) -> u64 {
-        let vectors = if gradients == Gradients::With { size_of::<GradientTable>() } else { 0 };
+        let vectors = if gradients == Gradients::With {
+            size_of::<GradientTable>()
+        } else {
+            0
+        };
         (size_of::<Self>() + size_of::<Table>() + vectors) as u64
     }
 
@@ -164,7 +176,8 @@ struct Block {
 
 impl Block {
     fn new(dims: [usize; 3], corner: [u32; 3]) -> Self {
-        let size = std::array::from_fn(|axis| CELL_SIDE.min(dims[axis] - 1 - corner[axis] as usize));
+        let size =
+            std::array::from_fn(|axis| CELL_SIDE.min(dims[axis] - 1 - corner[axis] as usize));
         Self { corner, size }
     }
 
@@ -186,11 +199,18 @@ impl Block {
     }
 
     /// Calls `visit` with each row of vertices: the place of its first in the tables, and its voxels.
-    fn for_each_row<T: Copy + Into<f64>>(&self, grid: &Grid<T>, mut visit: impl FnMut(usize, &[T])) {
+    fn for_each_row<T: Copy + Into<f64>>(
+        &self,
+        grid: &Grid<T>,
+        mut visit: impl FnMut(usize, &[T]),
+    ) {
         let [first_x, first_y, first_z] = self.corner.map(|c| c as usize);
         for z in 0..=self.size[2] {
             for y in 0..=self.size[1] {
-                visit(vertex(0, y, z), grid.row([first_x, first_y + y, first_z + z], self.size[0] + 1));
+                visit(
+                    vertex(0, y, z),
+                    grid.row([first_x, first_y + y, first_z + z], self.size[0] + 1),
+                );
             }
         }
     }
@@ -201,8 +221,9 @@ impl Block {
             for y in 0..=self.size[1] {
                 for x in 0..=self.size[0] {
                     let place = [x, y, z];
-                    let index =
-                        std::array::from_fn(|axis| (self.corner[axis] as usize + place[axis]) as isize);
+                    let index = std::array::from_fn(|axis| {
+                        (self.corner[axis] as usize + place[axis]) as isize
+                    });
                     visit(vertex(x, y, z), index);
                 }
             }
@@ -218,8 +239,10 @@ impl FieldPlan<'_> {
 
     /// A brick; `None` where nothing of it is seen.
     fn brick(&self, block: &Block) -> Option<CellBrick> {
-        let tables: Vec<(Box<Table>, [f32; 2])> = self.channels.iter().map(|c| c.scalars(block)).collect();
-        let seen = |(channel, table): (&PlannedChannel, &(_, [f32; 2]))| channel.shown.meets(table.1);
+        let tables: Vec<(Box<Table>, [f32; 2])> =
+            self.channels.iter().map(|c| c.scalars(block)).collect();
+        let seen =
+            |(channel, table): (&PlannedChannel, &(_, [f32; 2]))| channel.shown.meets(table.1);
         if !self.channels.iter().zip(&tables).any(seen) {
             return None;
         }
@@ -229,16 +252,32 @@ impl FieldPlan<'_> {
             Some(Masked::None) | None => None,
         };
         let bounds = self.bounds(block, &tables, mask.as_deref())?;
-        let with_gradients = |(channel, (scalars, range)): (&PlannedChannel, (Box<Table>, [f32; 2]))| {
-            let gradients = match self.gradients {
-                Gradients::Without => None,
-                Gradients::With => Some(channel.gradients(&bounds)),
+        let with_gradients =
+            |(channel, (scalars, range)): (&PlannedChannel, (Box<Table>, [f32; 2]))| {
+                let gradients = match self.gradients {
+                    Gradients::Without => None,
+                    Gradients::With => Some(channel.gradients(&bounds)),
+                };
+                BrickChannel {
+                    scalars,
+                    gradients,
+                    range,
+                }
             };
-            BrickChannel { scalars, gradients, range }
-        };
         let mut channels = self.channels.iter().zip(tables).map(with_gradients);
-        let BrickChannel { scalars, gradients, range } = channels.next()?;
-        Some(CellBrick { bounds, scalars, gradients, range, more: channels.collect(), mask })
+        let BrickChannel {
+            scalars,
+            gradients,
+            range,
+        } = channels.next()?;
+        Some(CellBrick {
+            bounds,
+            scalars,
+            gradients,
+            range,
+            more: channels.collect(),
+            mask,
+        })
     }
 
     /// The box of the cells that are seen; `None` where there are none.
@@ -254,10 +293,13 @@ impl FieldPlan<'_> {
             for y in 0..block.size[1] {
                 for x in 0..block.size[0] {
                     let first = vertex(x, y, z);
-                    let shown = mask.is_none_or(|mask| CELL_CORNERS.iter().any(|o| mask[first + o] != 0));
+                    let shown =
+                        mask.is_none_or(|mask| CELL_CORNERS.iter().any(|o| mask[first + o] != 0));
                     let channels = || self.channels.iter().zip(tables);
                     if shown
-                        && channels().any(|(channel, table)| channel.shown.meets(cell_range(&table.0, first)))
+                        && channels().any(|(channel, table)| {
+                            channel.shown.meets(cell_range(&table.0, first))
+                        })
                     {
                         bounds.add([x, y, z]);
                         bounds.add([x + 1, y + 1, z + 1]);
@@ -315,7 +357,10 @@ impl Shown {
 }
 
 /// Least and greatest scalar at the vertices of the brick whose first vertex is `corner`.
-pub(crate) fn least_and_greatest<T: Copy + Into<f64>>(grid: &Grid<T>, corner: [u32; 3]) -> [f32; 2] {
+pub(crate) fn least_and_greatest<T: Copy + Into<f64>>(
+    grid: &Grid<T>,
+    corner: [u32; 3],
+) -> [f32; 2] {
     let mut range = [f32::INFINITY, f32::NEG_INFINITY];
     Block::new(grid.dims, corner).for_each_row(grid, |_, row| {
         for &voxel in row {
@@ -353,7 +398,11 @@ fn mask_table(mask: &Volume, block: &Block) -> Masked {
 }
 
 /// Gradients of a function of the voxel: central differences, one-sided by repetition at the volume's faces.
-fn gradients(at: impl Fn([isize; 3]) -> f32, bounds: &Bounds, world_from_grid: &DMat3) -> Box<GradientTable> {
+fn gradients(
+    at: impl Fn([isize; 3]) -> f32,
+    bounds: &Bounds,
+    world_from_grid: &DMat3,
+) -> Box<GradientTable> {
     let mut table = Box::new([[0.0f32; 4]; TABLE_LEN]);
     let [_, greatest] = bounds.range().map(|end| end.map(isize::from));
     for z in 0..=greatest[2] {
@@ -361,7 +410,9 @@ fn gradients(at: impl Fn([isize; 3]) -> f32, bounds: &Bounds, world_from_grid: &
             for x in 0..=greatest[0] {
                 let at = |offset: [isize; 3]| {
                     let place = [x, y, z];
-                    at(std::array::from_fn(|axis| bounds.corner[axis] as isize + place[axis] + offset[axis]))
+                    at(std::array::from_fn(|axis| {
+                        bounds.corner[axis] as isize + place[axis] + offset[axis]
+                    }))
                 };
                 let difference = DVec3::new(
                     f64::from(at([1, 0, 0]) - at([-1, 0, 0])),
@@ -384,13 +435,24 @@ fn vertex(x: usize, y: usize, z: usize) -> usize {
 /// From the place of a cell's first vertex to its eight.
 pub(crate) const CELL_CORNERS: [usize; 8] = {
     let (row, layer) = (VERTEX_SIDE, VERTEX_SIDE * VERTEX_SIDE);
-    [0, 1, row, row + 1, layer, layer + 1, layer + row, layer + row + 1]
+    [
+        0,
+        1,
+        row,
+        row + 1,
+        layer,
+        layer + 1,
+        layer + row,
+        layer + row + 1,
+    ]
 };
 
 /// Least and greatest scalar of a cell's corners.
 pub(crate) fn cell_range(scalars: &Table, first: usize) -> [f32; 2] {
-    CELL_CORNERS.iter().fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], offset| {
-        let value = scalars[first + offset];
-        [low.min(value), high.max(value)]
-    })
+    CELL_CORNERS
+        .iter()
+        .fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], offset| {
+            let value = scalars[first + offset];
+            [low.min(value), high.max(value)]
+        })
 }

@@ -51,7 +51,9 @@ impl BrickOfSamples for CellBrick {
     /// Cells in the box of the visible ones: what a brick out of view spares.
     fn sample_count(&self) -> usize {
         let [low, high] = self.bounds.range();
-        (0..3).map(|axis| usize::from(high[axis] - low[axis])).product()
+        (0..3)
+            .map(|axis| usize::from(high[axis] - low[axis]))
+            .product()
     }
 }
 
@@ -62,10 +64,16 @@ pub(crate) fn visible_bricks<B: BrickOfSamples>(
     stats: &mut FrameStats,
 ) -> Vec<usize> {
     let clock = StageClock::start();
-    let seen: Vec<bool> = bricks.par_iter().map(|brick| view_volume.sees(brick.bounds())).collect();
+    let seen: Vec<bool> = bricks
+        .par_iter()
+        .map(|brick| view_volume.sees(brick.bounds()))
+        .collect();
     let (visible, hidden): (Vec<usize>, Vec<usize>) = (0..bricks.len()).partition(|&i| seen[i]);
     stats.bricks_outside += hidden.len() as u64;
-    stats.culled += hidden.iter().map(|&i| bricks[i].sample_count() as u64).sum::<u64>();
+    stats.culled += hidden
+        .iter()
+        .map(|&i| bricks[i].sample_count() as u64)
+        .sum::<u64>();
     stats.stages.cull += clock.stop();
     visible
 }
@@ -122,7 +130,9 @@ pub(crate) fn project_runs<C: Send, R: Sync>(
             [project_ms, elapsed_ms(start)]
         })
         .collect();
-    let cpu_ms = parts.iter().fold([0.0; 2], |sum, part| [sum[0] + part[0], sum[1] + part[1]]);
+    let cpu_ms = parts
+        .iter()
+        .fold([0.0; 2], |sum, part| [sum[0] + part[0], sum[1] + part[1]]);
     let [project, bin] = clock.stop().shared(cpu_ms);
     stats.stages.project += project;
     stats.stages.bin += bin;

@@ -75,10 +75,13 @@ impl Clip {
 
     /// Checks every number; [`Error::Option`] says which one is wrong.
     pub fn validate(&self) -> Result<(), Error> {
-        for (name, corners) in [("crop", self.crop_in_world), ("crop-voxels", self.crop_in_grid)] {
-            if let Some([low, high]) =
-                corners.filter(|[low, high]| !low.cmplt(*high).all() || !low.is_finite() || !high.is_finite())
-            {
+        for (name, corners) in [
+            ("crop", self.crop_in_world),
+            ("crop-voxels", self.crop_in_grid),
+        ] {
+            if let Some([low, high]) = corners.filter(|[low, high]| {
+                !low.cmplt(*high).all() || !low.is_finite() || !high.is_finite()
+            }) {
                 return Err(Error::Option(format!(
                     "--{name} goes from {low} to {high}: expected three finite numbers, and then three greater ones"
                 )));
@@ -114,10 +117,16 @@ impl Clip {
         };
         let planes = self.planes.iter().map(|plane| (plane.normal, plane.offset));
         let world = boxed(self.crop_in_world).chain(planes);
-        let in_grid = boxed(self.crop_in_grid).map(|(normal, offset)| HalfSpace { normal, offset: -offset });
-        let half_spaces =
-            world.map(|(normal, offset)| HalfSpace::new(normal, offset, world_from_index)).chain(in_grid);
-        GridClip { half_spaces: half_spaces.collect() }
+        let in_grid = boxed(self.crop_in_grid).map(|(normal, offset)| HalfSpace {
+            normal,
+            offset: -offset,
+        });
+        let half_spaces = world
+            .map(|(normal, offset)| HalfSpace::new(normal, offset, world_from_index))
+            .chain(in_grid);
+        GridClip {
+            half_spaces: half_spaces.collect(),
+        }
     }
 }
 
@@ -141,7 +150,9 @@ impl HalfSpace {
 impl GridClip {
     /// Whether a position, in the grid, is kept.
     pub(crate) fn keeps(&self, pos_in_grid: DVec3) -> bool {
-        self.half_spaces.iter().all(|half| half.height(pos_in_grid) >= 0.0)
+        self.half_spaces
+            .iter()
+            .all(|half| half.height(pos_in_grid) >= 0.0)
     }
 
     /// The part of a ray that is kept, from one parameter to another; the first is the larger where there is none.
@@ -187,7 +198,9 @@ impl GridClip {
     ///
     /// Every corner is where three planes meet, of the box or of the clip, so that all triples are tried.
     pub(crate) fn corners(&self, bounds: &Bounds) -> Vec<DVec3> {
-        let Cut::By(cuts) = self.cut(bounds) else { return Vec::new() };
+        let Cut::By(cuts) = self.cut(bounds) else {
+            return Vec::new();
+        };
         let corners = bounds.corners_in_grid(0.0);
         if cuts == 0 {
             return corners.to_vec();
@@ -197,20 +210,31 @@ impl GridClip {
             .into_iter()
             .flat_map(|axis| {
                 [
-                    HalfSpace { normal: axis, offset: -axis.dot(low) },
-                    HalfSpace { normal: -axis, offset: axis.dot(high) },
+                    HalfSpace {
+                        normal: axis,
+                        offset: -axis.dot(low),
+                    },
+                    HalfSpace {
+                        normal: -axis,
+                        offset: axis.dot(high),
+                    },
                 ]
             })
             .collect();
-        let cutting = self.half_spaces.iter().enumerate().filter(|(number, _)| cuts >> number & 1 == 1);
+        let cutting = self
+            .half_spaces
+            .iter()
+            .enumerate()
+            .filter(|(number, _)| cuts >> number & 1 == 1);
         planes.extend(cutting.map(|(_, half)| *half));
         let mut found = Vec::new();
         for (i, a) in planes.iter().enumerate() {
             for (j, b) in planes.iter().enumerate().skip(i + 1) {
                 for c in &planes[j + 1..] {
                     found.extend(
-                        meeting(a, b, c)
-                            .filter(|p| planes.iter().all(|half| half.height(*p) >= -INSIDE_MARGIN)),
+                        meeting(a, b, c).filter(|p| {
+                            planes.iter().all(|half| half.height(*p) >= -INSIDE_MARGIN)
+                        }),
                     );
                 }
             }
@@ -221,7 +245,11 @@ impl GridClip {
 
 /// Where three planes meet; `None` where they do not meet in one point.
 fn meeting(a: &HalfSpace, b: &HalfSpace, c: &HalfSpace) -> Option<DVec3> {
-    let (bc, ca, ab) = (b.normal.cross(c.normal), c.normal.cross(a.normal), a.normal.cross(b.normal));
+    let (bc, ca, ab) = (
+        b.normal.cross(c.normal),
+        c.normal.cross(a.normal),
+        a.normal.cross(b.normal),
+    );
     let determinant = a.normal.dot(bc);
     let point = -(a.offset * bc + b.offset * ca + c.offset * ab) / determinant;
     // Unit normals that lie this close to one plane meet too far away, or nowhere.
@@ -240,46 +268,89 @@ mod tests {
     }
 
     fn plane(normal: DVec3, offset: f64) -> Clip {
-        Clip { planes: vec![ClipPlane { normal, offset }], ..Clip::default() }
+        Clip {
+            planes: vec![ClipPlane { normal, offset }],
+            ..Clip::default()
+        }
     }
 
     #[test]
     fn a_plane_keeps_the_side_that_it_points_to_and_itself() {
         let grid = DAffine3::from_scale(DVec3::new(2.0, 1.0, 1.0));
         let clip = plane(DVec3::new(3.0, 0.0, 0.0), 12.0).in_grid(&grid);
-        assert!(clip.keeps(DVec3::new(2.0, 0.0, 0.0)), "x = 4 in the world lies on the plane");
+        assert!(
+            clip.keeps(DVec3::new(2.0, 0.0, 0.0)),
+            "x = 4 in the world lies on the plane"
+        );
         assert!(
             clip.keeps(DVec3::new(2.1, 0.0, 0.0)) && !clip.keeps(DVec3::new(1.9, 0.0, 0.0)),
             "either side"
         );
-        assert_eq!(clip.cut(&brick([2, 0, 0], [8, 8, 8])), Cut::By(0), "a box that touches it from inside");
-        assert_eq!(clip.cut(&brick([0, 0, 0], [1, 8, 8])), Cut::Outside, "a box behind it");
-        assert_eq!(clip.cut(&brick([0, 0, 0], [8, 8, 8])), Cut::By(1), "a box across it");
+        assert_eq!(
+            clip.cut(&brick([2, 0, 0], [8, 8, 8])),
+            Cut::By(0),
+            "a box that touches it from inside"
+        );
+        assert_eq!(
+            clip.cut(&brick([0, 0, 0], [1, 8, 8])),
+            Cut::Outside,
+            "a box behind it"
+        );
+        assert_eq!(
+            clip.cut(&brick([0, 0, 0], [8, 8, 8])),
+            Cut::By(1),
+            "a box across it"
+        );
     }
 
     #[test]
     fn the_corners_of_a_cut_box_are_where_planes_meet() {
         let clip = plane(DVec3::ONE, 22.0).in_grid(&DAffine3::IDENTITY);
         let corners = clip.corners(&brick([0; 3], [8; 3]));
-        let least = corners.iter().fold(DVec3::INFINITY, |low, corner| low.min(*corner));
+        let least = corners
+            .iter()
+            .fold(DVec3::INFINITY, |low, corner| low.min(*corner));
         assert!(
             (least - 6.0).abs().max_element() < 1e-12,
             "a pyramid at the far corner, from 6 to 8: {least}"
         );
         let none = plane(DVec3::X, 9.0).in_grid(&DAffine3::IDENTITY);
-        assert!(none.corners(&brick([0; 3], [8; 3])).is_empty(), "nothing is left");
+        assert!(
+            none.corners(&brick([0; 3], [8; 3])).is_empty(),
+            "nothing is left"
+        );
     }
 
     #[test]
     fn crops_are_refused_where_they_are_none() {
-        let bad =
-            [[DVec3::ONE, DVec3::ZERO], [DVec3::ZERO, DVec3::new(1.0, f64::INFINITY, 1.0)], [DVec3::NAN; 2]];
+        let bad = [
+            [DVec3::ONE, DVec3::ZERO],
+            [DVec3::ZERO, DVec3::new(1.0, f64::INFINITY, 1.0)],
+            [DVec3::NAN; 2],
+        ];
         for corners in bad {
-            let clip = Clip { crop_in_world: Some(corners), ..Clip::default() };
+            let clip = Clip {
+                crop_in_world: Some(corners),
+                ..Clip::default()
+            };
             assert!(clip.validate().is_err(), "{corners:?} is no box");
         }
-        let seven = vec![ClipPlane { normal: DVec3::X, offset: 0.0 }; 7];
-        assert!(Clip { planes: seven, ..Clip::default() }.validate().is_err(), "too many planes");
+        let seven = vec![
+            ClipPlane {
+                normal: DVec3::X,
+                offset: 0.0
+            };
+            7
+        ];
+        assert!(
+            Clip {
+                planes: seven,
+                ..Clip::default()
+            }
+            .validate()
+            .is_err(),
+            "too many planes"
+        );
         assert!(plane(DVec3::ZERO, 0.0).validate().is_err(), "no direction");
         assert!(plane(DVec3::X, f64::NAN).validate().is_err(), "no offset");
     }

@@ -22,8 +22,14 @@ pub struct ViewVolume {
 impl ViewVolume {
     /// The view of `camera`, whose view of the grid is `view`, for kernels of this radius (grid units).
     pub fn new(camera: &Camera, view: &GridView, radius: f64) -> Self {
-        let (left, right) = (-MARGIN_PX - camera.cx, f64::from(camera.width) + MARGIN_PX - camera.cx);
-        let (top, bottom) = (-MARGIN_PX - camera.cy, f64::from(camera.height) + MARGIN_PX - camera.cy);
+        let (left, right) = (
+            -MARGIN_PX - camera.cx,
+            f64::from(camera.width) + MARGIN_PX - camera.cx,
+        );
+        let (top, bottom) = (
+            -MARGIN_PX - camera.cy,
+            f64::from(camera.height) + MARGIN_PX - camera.cy,
+        );
         // A point is right of the left side where fx x / z > left: fx x - left z > 0 in front of the eye.
         let side = |axis: DVec3, bound: f64, sign: f64| match camera.projection {
             Projection::Perspective => (sign * (axis - bound * DVec3::Z), 0.0),
@@ -38,19 +44,27 @@ impl ViewVolume {
             side(y, bottom, -1.0),
         ];
         let map = view.camera_from_grid;
-        let planes = in_camera
-            .map(|(normal, offset)| (map.matrix3.transpose() * normal, offset + normal.dot(map.translation)));
+        let planes = in_camera.map(|(normal, offset)| {
+            (
+                map.matrix3.transpose() * normal,
+                offset + normal.dot(map.translation),
+            )
+        });
         Self { planes, radius }
     }
 
     /// Whether any of the brick's kernels may reach into the view.
     pub fn sees(&self, bounds: &Bounds) -> bool {
         let corners = bounds.corners_in_grid(self.radius);
-        self.planes.iter().all(|(normal, offset)| corners.iter().any(|c| normal.dot(*c) + offset > 0.0))
+        self.planes
+            .iter()
+            .all(|(normal, offset)| corners.iter().any(|c| normal.dot(*c) + offset > 0.0))
     }
 
     /// Whether the kernel of a sample at this grid position may reach into the view.
     pub fn sees_ball(&self, pos_in_grid: DVec3) -> bool {
-        self.planes.iter().all(|(n, offset)| n.dot(pos_in_grid) + offset + self.radius * n.length() > 0.0)
+        self.planes
+            .iter()
+            .all(|(n, offset)| n.dot(pos_in_grid) + offset + self.radius * n.length() > 0.0)
     }
 }

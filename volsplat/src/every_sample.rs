@@ -89,7 +89,9 @@ impl EverySample {
             filter: PixelFilter::new(),
             dims: volume.dims,
             smallest_spacing: volume.smallest_spacing(),
-            unit_in_world: options.opacity_unit.unwrap_or_else(|| volume.smallest_spacing()),
+            unit_in_world: options
+                .opacity_unit
+                .unwrap_or_else(|| volume.smallest_spacing()),
             chunks: Vec::new(),
             open: Vec::new(),
         })
@@ -122,8 +124,15 @@ impl EverySample {
         stats: &mut FrameStats,
     ) -> TileLayout {
         let (fine, subpixels) = refined(camera, self.subpixels(camera));
-        let grid = TileGrid { width: fine.width as usize, height: fine.height as usize };
-        let maps: Vec<MapSource> = self.layers.iter().map(|layer| self.maps(layer, &fine)).collect();
+        let grid = TileGrid {
+            width: fine.width as usize,
+            height: fine.height as usize,
+        };
+        let maps: Vec<MapSource> = self
+            .layers
+            .iter()
+            .map(|layer| self.maps(layer, &fine))
+            .collect();
         let setups: Vec<ProjectSetup> = self
             .layers
             .iter()
@@ -131,8 +140,11 @@ impl EverySample {
             .map(|(layer, source)| self.project_setup(layer, source, (&fine, &maps[0].view)))
             .collect();
         let batches = self.batches(&setups, (&maps, &fine), stats);
-        let near_setup =
-            |&source: &MapSource| NearSetup { source, kernel: self.kernel, opacity: self.options.opacity };
+        let near_setup = |&source: &MapSource| NearSetup {
+            source,
+            kernel: self.kernel,
+            opacity: self.options.opacity,
+        };
         let near_setups: Vec<NearSetup> = maps.iter().map(near_setup).collect();
         let mut stage = TileStage {
             settings: self.tile_settings(&maps[0]),
@@ -151,20 +163,37 @@ impl EverySample {
         for (number, batch) in batches.iter().enumerate() {
             let runs = batch.runs(&self.layers, &hiding, stats);
             let end = first + runs.len();
-            self.chunks.resize_with(self.chunks.len().max(end), ProjectedChunk::default);
-            project((&mut self.chunks[first..end], first), (&setups, &hiding), &self.layers, &runs, stats);
+            self.chunks
+                .resize_with(self.chunks.len().max(end), ProjectedChunk::default);
+            project(
+                (&mut self.chunks[first..end], first),
+                (&setups, &hiding),
+                &self.layers,
+                &runs,
+                stats,
+            );
             if number == 0 {
                 stage.near = nearest_first(&self.chunks[..end]);
             }
             let clock = StageClock::start();
-            let frontier = batches.get(number + 1).map_or(f64::INFINITY, |next| next.nearest);
-            stage.advance((&self.chunks[..end], first), frontier, (tiles, &mut self.open));
+            let frontier = batches
+                .get(number + 1)
+                .map_or(f64::INFINITY, |next| next.nearest);
+            stage.advance(
+                (&self.chunks[..end], first),
+                frontier,
+                (tiles, &mut self.open),
+            );
             hiding = Hiding::new(&grid, |tile| self.open[tile].is_opaque);
             spent += clock.stop();
             first = end;
         }
         tally(tiles, spent, stats);
-        TileLayout { camera: *camera, subpixels, depth: TileDepth::Distance }
+        TileLayout {
+            camera: *camera,
+            subpixels,
+            depth: TileDepth::Distance,
+        }
     }
 
     /// The number of sub-pixels along a pixel's side.
@@ -173,7 +202,9 @@ impl EverySample {
             (Subpixels::Fixed(n), _) => n,
             (Subpixels::Auto, Some([low, high])) if self.options.order == Order::EverySample => {
                 let world_from_grid = self.usual_layer().samples.world_from_index;
-                let middle = world_from_grid.inverse().transform_point3(0.5 * (low + high));
+                let middle = world_from_grid
+                    .inverse()
+                    .transform_point3(0.5 * (low + high));
                 automatic(camera, &world_from_grid, middle, SPACING_IN_SUBPIXELS)
             }
             (Subpixels::Auto, _) => 1,
@@ -182,7 +213,12 @@ impl EverySample {
 
     /// The layer of the sample in the middle, where all are put in order of their size.
     fn usual_layer(&self) -> &Layer {
-        let half = self.layers.iter().map(|layer| layer.samples.count).sum::<u64>() / 2;
+        let half = self
+            .layers
+            .iter()
+            .map(|layer| layer.samples.count)
+            .sum::<u64>()
+            / 2;
         let mut before = 0;
         let reached = |layer: &&Layer| {
             before += layer.samples.count;
@@ -205,14 +241,24 @@ impl EverySample {
             let visible = visible_bricks(&samples.bricks, &setup.view_volume, stats);
             let place = |number: usize| {
                 let brick = &samples.bricks[number];
-                let place = BrickPlace::new(&brick.bounds, self.kernel.radius(), &maps[layer].view, camera);
-                PlacedBrick { layer, number, samples: brick.places.len(), place }
+                let place = BrickPlace::new(
+                    &brick.bounds,
+                    self.kernel.radius(),
+                    &maps[layer].view,
+                    camera,
+                );
+                PlacedBrick {
+                    layer,
+                    number,
+                    samples: brick.places.len(),
+                    place,
+                }
             };
             placed.par_extend(visible.into_par_iter().map(place));
         }
         let tiles = camera.width as usize * camera.height as usize / TILE_AREA;
-        let is_one =
-            self.options.order == Order::AxisSheets || tiles * size_of::<TilePixels>() > MAX_OPEN_BYTES;
+        let is_one = self.options.order == Order::AxisSheets
+            || tiles * size_of::<TilePixels>() > MAX_OPEN_BYTES;
         in_batches(placed, is_one, self.outlines())
     }
 
@@ -235,7 +281,11 @@ impl EverySample {
 
     /// The footprint that the tiles evaluate: EWA is affine by construction.
     fn evaluated_footprint(&self) -> FootprintMode {
-        if self.options.select == SelectMode::Ewa { FootprintMode::Affine } else { self.options.footprint }
+        if self.options.select == SelectMode::Ewa {
+            FootprintMode::Affine
+        } else {
+            self.options.footprint
+        }
     }
 
     /// How a layer is projected, given its view and that of the first layer.
@@ -248,12 +298,25 @@ impl EverySample {
         let threshold = self.options.point_threshold_px;
         let modes = (self.options.footprint, self.options.select);
         ProjectSetup {
-            lens: Lens::new((&maps.view, layer.halvings), &self.kernel, modes, self.unit_in_world),
+            lens: Lens::new(
+                (&maps.view, layer.halvings),
+                &self.kernel,
+                modes,
+                self.unit_in_world,
+            ),
             view_volume: ViewVolume::new(camera, &maps.view, self.kernel.radius()),
-            grid: TileGrid { width: camera.width as usize, height: camera.height as usize },
+            grid: TileGrid {
+                width: camera.width as usize,
+                height: camera.height as usize,
+            },
             select: self.options.select,
             threshold2_px2: threshold * threshold,
-            light: SampleLight::new(self.light(camera), camera, &maps.view, self.options.simd.resolve()),
+            light: SampleLight::new(
+                self.light(camera),
+                camera,
+                &maps.view,
+                self.options.simd.resolve(),
+            ),
             painting: self.painting,
             level: self.options.simd.resolve(),
             keys: match self.options.order {
@@ -268,7 +331,10 @@ impl EverySample {
 
     /// How samples are lit, and how their extinction follows the gradient.
     fn light(&self, camera: &Camera) -> (Option<ShadeSettings>, Option<GradientRamp>) {
-        (ShadeSettings::new(&self.options, camera), self.options.gradient_opacity.map(GradientRamp::new))
+        (
+            ShadeSettings::new(&self.options, camera),
+            self.options.gradient_opacity.map(GradientRamp::new),
+        )
     }
 
     fn tile_settings(&self, maps: &MapSource) -> TileSettings {
@@ -303,7 +369,11 @@ fn project(
     let project = |chunk: &mut ProjectedChunk, run: &Run| {
         chunk.clear();
         let (layer, setup) = (&layers[run.layer], &setups[run.layer]);
-        for brick in run.bricks.iter().map(|&number| &layer.samples.bricks[number]) {
+        for brick in run
+            .bricks
+            .iter()
+            .map(|&number| &layer.samples.bricks[number])
+        {
             match layer.clip.cut(&brick.bounds) {
                 Cut::Outside => {}
                 Cut::By(0) => chunk.project(setup, hiding, brick),
@@ -311,7 +381,9 @@ fn project(
             }
         }
     };
-    project_runs(chunks, runs, stats, project, |chunk, number| chunk.bins.bin(first + number));
+    project_runs(chunks, runs, stats, project, |chunk, number| {
+        chunk.bins.bin(first + number)
+    });
     for chunk in chunks.iter() {
         stats.culled += chunk.culled;
         stats.hidden += chunk.hidden;
@@ -323,7 +395,10 @@ fn project(
 
 /// The samples at the eye, of all chunks, in the order of compositing.
 fn nearest_first(chunks: &[ProjectedChunk]) -> Vec<NearSample> {
-    let mut near: Vec<NearSample> = chunks.iter().flat_map(|chunk| chunk.near.iter().copied()).collect();
+    let mut near: Vec<NearSample> = chunks
+        .iter()
+        .flat_map(|chunk| chunk.near.iter().copied())
+        .collect();
     near.sort_by(|a, b| a.depth.total_cmp(&b.depth));
     near
 }

@@ -89,7 +89,8 @@ impl<T: Copy + Into<f64>> Grid<'_, T> {
 
     /// As [`Grid::at`], with all digits.
     pub(crate) fn stored(&self, index: [isize; 3]) -> f64 {
-        let [x, y, z] = [0, 1, 2].map(|axis| index[axis].clamp(0, self.dims[axis] as isize - 1) as usize);
+        let [x, y, z] =
+            [0, 1, 2].map(|axis| index[axis].clamp(0, self.dims[axis] as isize - 1) as usize);
         self.voxels[x + self.dims[0] * (y + self.dims[1] * z)].into()
     }
 }
@@ -112,7 +113,11 @@ fn field_brick<T: Copy + Into<f64>>(
         *value = grid.at([0, 1, 2].map(|axis| first[axis] + at[axis] as isize));
     }
     let visible = |low: f32, high: f32| support.meets(low, high);
-    let range = block.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
+    let range = block
+        .iter()
+        .fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), &v| {
+            (l.min(v), h.max(v))
+        });
     if !visible(range.0, range.1) {
         return None;
     }
@@ -134,8 +139,17 @@ fn needed_rows(
             // Bit x: the cell between voxels x and x + 1 may be visible.
             let mut cells = 0u32;
             let edge = |x: usize| {
-                let corners = [at(x, y, z), at(x, y + 1, z), at(x, y, z + 1), at(x, y + 1, z + 1)];
-                corners.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)))
+                let corners = [
+                    at(x, y, z),
+                    at(x, y + 1, z),
+                    at(x, y, z + 1),
+                    at(x, y + 1, z + 1),
+                ];
+                corners
+                    .iter()
+                    .fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), &v| {
+                        (l.min(v), h.max(v))
+                    })
             };
             let mut left = edge(0);
             for x in 0..side - 1 {
@@ -168,7 +182,8 @@ fn collect_needed(
     rows: &[[u32; BRICK_SIDE]; BRICK_SIDE],
     visible: impl Fn(f32, f32) -> bool,
 ) -> Option<FieldBrick> {
-    let size: [usize; 3] = std::array::from_fn(|axis| BRICK_SIDE.min(dims[axis] - corner[axis] as usize));
+    let size: [usize; 3] =
+        std::array::from_fn(|axis| BRICK_SIDE.min(dims[axis] - corner[axis] as usize));
     let (mut places, mut values) = (Vec::new(), Vec::new());
     let mut bounds = Bounds::nothing(corner);
     let mut non_transparent = 0;
@@ -185,5 +200,10 @@ fn collect_needed(
     }
     places.shrink_to_fit();
     values.shrink_to_fit();
-    (!places.is_empty()).then_some(FieldBrick { bounds, places, values, non_transparent })
+    (!places.is_empty()).then_some(FieldBrick {
+        bounds,
+        places,
+        values,
+        non_transparent,
+    })
 }

@@ -189,7 +189,8 @@ impl Lens {
         for i in 0..BLOCK {
             let [xx, xy, yy] = [block.gram[0][i], block.gram[1][i], block.gram[2][i]];
             let half_difference = 0.5 * (xx - yy);
-            block.spacing2_px2[i] = 0.5 * (xx + yy) + (half_difference * half_difference + xy * xy).sqrt();
+            block.spacing2_px2[i] =
+                0.5 * (xx + yy) + (half_difference * half_difference + xy * xy).sqrt();
         }
         match (self.select, self.mode) {
             (SelectMode::Ewa, _) => self.fill_ewa(block),
@@ -247,15 +248,27 @@ impl Lens {
         for i in 0..BLOCK {
             let c = [block.grid[0][i], block.grid[1][i], block.grid[2][i]];
             let inverse_z = 1.0 / block.camera_z[i];
-            let a = [c[1] * wx.z - c[2] * wx.y, c[2] * wx.x - c[0] * wx.z, c[0] * wx.y - c[1] * wx.x];
-            let b = [c[1] * wy.z - c[2] * wy.y, c[2] * wy.x - c[0] * wy.z, c[0] * wy.y - c[1] * wy.x];
+            let a = [
+                c[1] * wx.z - c[2] * wx.y,
+                c[2] * wx.x - c[0] * wx.z,
+                c[0] * wx.y - c[1] * wx.x,
+            ];
+            let b = [
+                c[1] * wy.z - c[2] * wy.y,
+                c[2] * wy.x - c[0] * wy.z,
+                c[0] * wy.y - c[1] * wy.x,
+            ];
             let xx = a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
             let xy = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
             let yy = b[0] * b[0] + b[1] * b[1] + b[2] * b[2];
             let c2 = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
             let nx = (wx.x * c[0] + wx.y * c[1] + wx.z * c[2]) * inverse_z;
             let ny = (wy.x * c[0] + wy.y * c[1] + wy.z * c[2]) * inverse_z;
-            let (oxx, oxy, oyy) = (xx - self.ray_form[0], xy - self.ray_form[1], yy - self.ray_form[2]);
+            let (oxx, oxy, oyy) = (
+                xx - self.ray_form[0],
+                xy - self.ray_form[1],
+                yy - self.ray_form[2],
+            );
             let inverse_det = 1.0 / (oxx * oyy - oxy * oxy);
             let shift_x = self.radius2 * inverse_det * (oyy * nx - oxy * ny);
             let shift_y = self.radius2 * inverse_det * (oxx * ny - oxy * nx);
@@ -284,7 +297,10 @@ impl Lens {
         let [xx, xy, yy] = self.parallel_form;
         let scale = self.radius2 * self.parallel_w2;
         let inverse_det = 1.0 / (xx * yy - xy * xy);
-        let half = [(scale * yy * inverse_det).sqrt(), (scale * xx * inverse_det).sqrt()];
+        let half = [
+            (scale * yy * inverse_det).sqrt(),
+            (scale * xx * inverse_det).sqrt(),
+        ];
         let gram = self.axes.iter().fold([0.0; 3], |g, a| {
             let (x, y) = (fx * a.x, fy * a.y);
             [g[0] + x * x, g[1] + x * y, g[2] + y * y]
@@ -301,8 +317,11 @@ impl Lens {
             block.sin2_cone[i] = 0.0;
             (block.middle_x[i], block.middle_y[i]) = (block.screen_x[i], block.screen_y[i]);
             (block.half_width[i], block.half_height[i]) = (half[0], half[1]);
-            (block.outline[0][i], block.outline[1][i], block.outline[2][i]) =
-                (xx / scale, xy / scale, yy / scale);
+            (
+                block.outline[0][i],
+                block.outline[1][i],
+                block.outline[2][i],
+            ) = (xx / scale, xy / scale, yy / scale);
         }
     }
 
@@ -312,8 +331,10 @@ impl Lens {
         fill_affine(block);
         for i in 0..BLOCK {
             let (xx, xy, yy) = (block.form_xx[i], block.form_xy[i], block.form_yy[i]);
-            let (shift_x, shift_y) =
-                (block.middle_x[i] - block.screen_x[i], block.middle_y[i] - block.screen_y[i]);
+            let (shift_x, shift_y) = (
+                block.middle_x[i] - block.screen_x[i],
+                block.middle_y[i] - block.screen_y[i],
+            );
             let shift = (shift_x * shift_x + shift_y * shift_y).sqrt();
             // On the axis every direction is an axis of the ellipse's own: take x.
             let on_axis = if shift > 0.0 { 0.0 } else { 1.0 };
@@ -365,7 +386,8 @@ impl Lens {
             } else {
                 block.depth[i] / grid_length * self.units_per_world
             };
-            block.splat_scale[i] = block.area_px2[i] * self.radius2 / (det.sqrt() * cutoff2 * unit_per_grid);
+            block.splat_scale[i] =
+                block.area_px2[i] * self.radius2 / (det.sqrt() * cutoff2 * unit_per_grid);
         }
     }
 }

@@ -48,8 +48,9 @@ impl Hiding {
             return false;
         }
         let at = |x: u16, y: u16| self.sums[usize::from(y) * (self.columns + 1) + usize::from(x)];
-        let opaque =
-            at(rect.x1, rect.y1) + at(rect.x0, rect.y0) - at(rect.x1, rect.y0) - at(rect.x0, rect.y1);
+        let opaque = at(rect.x1, rect.y1) + at(rect.x0, rect.y0)
+            - at(rect.x1, rect.y0)
+            - at(rect.x0, rect.y1);
         opaque as usize == rect.area()
     }
 }
@@ -72,33 +73,56 @@ impl BrickPlace {
         let in_camera = |corner: DVec3| view.camera_from_grid.transform_point3(corner);
         let samples = bounds.corners_in_grid(0.0).map(in_camera);
         let kernels = bounds.corners_in_grid(radius).map(in_camera);
-        let margin = ROUNDING * kernels.iter().map(|corner| corner.length()).fold(0.0, f64::max);
+        let margin = ROUNDING
+            * kernels
+                .iter()
+                .map(|corner| corner.length())
+                .fold(0.0, f64::max);
         let nearest = match view.projection {
             // The ball around the box: the box itself may be sheared.
             Projection::Perspective => {
                 let middle = 0.5 * (samples[0] + samples[7]);
-                let reach = samples.iter().map(|corner| corner.distance(middle)).fold(0.0, f64::max);
+                let reach = samples
+                    .iter()
+                    .map(|corner| corner.distance(middle))
+                    .fold(0.0, f64::max);
                 (middle.length() - reach - margin).max(0.0)
             }
             Projection::Orthographic => {
-                samples.iter().map(|corner| corner.z).fold(f64::INFINITY, f64::min) - margin
+                samples
+                    .iter()
+                    .map(|corner| corner.z)
+                    .fold(f64::INFINITY, f64::min)
+                    - margin
             }
         };
         let nearest_front = match view.projection {
             Projection::Perspective => view.near.max(0.0),
             Projection::Orthographic => view.near,
         };
-        let in_front = kernels.iter().all(|corner| corner.z > nearest_front + margin);
-        Self { nearest, rect: in_front.then(|| rect(&kernels, view, camera)) }
+        let in_front = kernels
+            .iter()
+            .all(|corner| corner.z > nearest_front + margin);
+        Self {
+            nearest,
+            rect: in_front.then(|| rect(&kernels, view, camera)),
+        }
     }
 }
 
 /// The tiles of the picture that a box in front of the near plane touches.
 fn rect(corners: &[DVec3; 8], view: &GridView, camera: &Camera) -> TileRect {
-    let grid = TileGrid { width: camera.width as usize, height: camera.height as usize };
+    let grid = TileGrid {
+        width: camera.width as usize,
+        height: camera.height as usize,
+    };
     let ends = |axis: usize, count: usize| {
         let at = corners.map(|corner| {
-            let scale = if view.projection == Projection::Perspective { corner.z } else { 1.0 };
+            let scale = if view.projection == Projection::Perspective {
+                corner.z
+            } else {
+                1.0
+            };
             corner[axis] * view.focal[axis] / scale + view.principal_px[axis]
         });
         let low = at.iter().copied().fold(f64::INFINITY, f64::min) - MARGIN_PX;
@@ -115,18 +139,30 @@ mod tests {
 
     #[test]
     fn rectangles_are_hidden_where_every_tile_of_theirs_is_opaque() {
-        let grid = TileGrid { width: 16 * 7, height: 16 * 5 };
+        let grid = TileGrid {
+            width: 16 * 7,
+            height: 16 * 5,
+        };
         let opaque = |tile: usize| tile * 7 % 11 < 8;
         let hiding = Hiding::new(&grid, opaque);
         for (x0, y0) in (0..7u16).flat_map(|x| (0..5u16).map(move |y| (x, y))) {
             for (x1, y1) in (x0..=7).flat_map(|x| (y0..=5).map(move |y| (x, y))) {
                 let rect = TileRect { x0, x1, y0, y1 };
-                let mut tiles = (y0..y1).flat_map(|y| (x0..x1).map(move |x| usize::from(y * 7 + x)));
+                let mut tiles =
+                    (y0..y1).flat_map(|y| (x0..x1).map(move |x| usize::from(y * 7 + x)));
                 let expected = rect.area() > 0 && tiles.all(opaque);
                 assert_eq!(hiding.hides(&rect), expected, "{rect:?}");
             }
         }
         let nothing = Hiding::new(&grid, |_| false);
-        assert!(!nothing.hides(&TileRect { x0: 0, x1: 7, y0: 0, y1: 5 }), "no tile is opaque");
+        assert!(
+            !nothing.hides(&TileRect {
+                x0: 0,
+                x1: 7,
+                y0: 0,
+                y1: 5
+            }),
+            "no tile is opaque"
+        );
     }
 }

@@ -56,10 +56,10 @@ impl Stencil {
 /// Solves for the coefficients of `scalars`, x fastest.
 pub(crate) fn coefficients(scalars: &[f32], dims: [usize; 3], kernel: &Kernel) -> Coefficients {
     let stencil = Stencil::new(kernel);
-    let (low, high) = scalars
-        .par_iter()
-        .map(|&v| (v, v))
-        .reduce(|| (f32::INFINITY, f32::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)));
+    let (low, high) = scalars.par_iter().map(|&v| (v, v)).reduce(
+        || (f32::INFINITY, f32::NEG_INFINITY),
+        |a, b| (a.0.min(b.0), a.1.max(b.1)),
+    );
     let enough = RESIDUAL * (high - low);
     let (middle, half) = (0.5 * (1.0 + stencil.least()), 0.5 * (1.0 - stencil.least()));
     let mut values = scalars.to_vec();
@@ -79,10 +79,14 @@ pub(crate) fn coefficients(scalars: &[f32], dims: [usize; 3], kernel: &Kernel) -
         if number > 0 {
             length = 1.0 / (middle - kept / length);
         }
-        values.par_iter_mut().zip(&mut step).zip(&left).for_each(|((value, step), left)| {
-            *step = left + kept * *step;
-            *value += length * *step;
-        });
+        values
+            .par_iter_mut()
+            .zip(&mut step)
+            .zip(&left)
+            .for_each(|((value, step), left)| {
+                *step = left + kept * *step;
+                *value += length * *step;
+            });
     }
     let residual = residuals(&stencil, (scalars, dims), &values, &mut left);
     Coefficients { values, residual }
@@ -121,7 +125,11 @@ fn add_rows<'a>(
 ) {
     let ys = [y.saturating_sub(1), y, (y + 1).min(ny - 1)];
     let zs = [z.saturating_sub(1), z, (z + 1).min(nz - 1)];
-    let places = [&[(1, 1)][..], &[(0, 1), (2, 1), (1, 0), (1, 2)], &[(0, 0), (2, 0), (0, 2), (2, 2)]];
+    let places = [
+        &[(1, 1)][..],
+        &[(0, 1), (2, 1), (1, 0), (1, 2)],
+        &[(0, 0), (2, 0), (0, 2), (2, 2)],
+    ];
     for (sum, places) in sums.iter_mut().zip(places) {
         sum.clear();
         sum.resize(nx + 2, 0.0);
@@ -161,8 +169,9 @@ mod tests {
         let (mut sum, mut weights) = (0.0, 0.0);
         for k in 0..125i64 {
             let d = [k % 5 - 2, k / 5 % 5 - 2, k / 25 - 2];
-            let [x, y, z]: [usize; 3] =
-                std::array::from_fn(|a| (at[a] as i64 + d[a]).clamp(0, dims[a] as i64 - 1) as usize);
+            let [x, y, z]: [usize; 3] = std::array::from_fn(|a| {
+                (at[a] as i64 + d[a]).clamp(0, dims[a] as i64 - 1) as usize
+            });
             let weight = kernel.value(d.iter().map(|v| (v * v) as f64).sum());
             sum += weight * f64::from(values[x + dims[0] * (y + dims[1] * z)]);
             weights += weight;
@@ -173,26 +182,34 @@ mod tests {
     #[test]
     fn sums_pass_through_the_data_up_to_the_stated_residual() {
         let dims = [7, 5, 6];
-        let given: Vec<f32> =
-            (0..210).map(|i| ((i * i * 7 + i * 13) % 101) as f32 / 101.0 + (i % 7) as f32 * 0.1).collect();
+        let given: Vec<f32> = (0..210)
+            .map(|i| ((i * i * 7 + i * 13) % 101) as f32 / 101.0 + (i % 7) as f32 * 0.1)
+            .collect();
         for shape in KernelShape::ALL {
             let kernel = Kernel::new(shape);
             let least = Stencil::new(&kernel).least();
             let solved = coefficients(&given, dims, &kernel);
             let error = |values: &[f32]| {
                 let at = |i: usize| [i % dims[0], i / dims[0] % dims[1], i / (dims[0] * dims[1])];
-                let off = |i: usize| (sum_at(values, dims, at(i), &kernel) - f64::from(given[i])).abs();
+                let off =
+                    |i: usize| (sum_at(values, dims, at(i), &kernel) - f64::from(given[i])).abs();
                 (0..given.len()).map(off).fold(0.0, f64::max)
             };
             let (before, after) = (error(&given), error(&solved.values));
             println!("{shape:?}: symbol from {least:.3}, blur {before:.3}, residual {after:.1e}");
-            assert!(least > 0.01, "{shape:?}: the symbol must stay above 0, but falls to {least}");
+            assert!(
+                least > 0.01,
+                "{shape:?}: the symbol must stay above 0, but falls to {least}"
+            );
             assert!(
                 (after - f64::from(solved.residual)).abs() < 1e-5,
                 "{shape:?}: {after} is stated as {}",
                 solved.residual
             );
-            assert!(after < 2e-3 && before > 0.1, "{shape:?}: from {before} to {after}");
+            assert!(
+                after < 2e-3 && before > 0.1,
+                "{shape:?}: from {before} to {after}"
+            );
         }
     }
 
@@ -201,7 +218,10 @@ mod tests {
         for dims in [[4, 4, 4], [9, 1, 1], [1, 1, 1]] {
             let count = dims.iter().product();
             let solved = coefficients(&vec![3.5; count], dims, &Kernel::new(KernelShape::BSpline));
-            assert!(solved.values.iter().all(|v| (v - 3.5).abs() < 1e-5), "{dims:?}");
+            assert!(
+                solved.values.iter().all(|v| (v - 3.5).abs() < 1e-5),
+                "{dims:?}"
+            );
         }
     }
 }

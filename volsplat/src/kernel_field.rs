@@ -68,17 +68,24 @@ pub(crate) fn kernel_samples(
 fn set_coefficients(brick: &mut Brick, grid: &Grid<f32>) {
     for (&packed, value) in brick.places.iter().zip(&mut brick.values) {
         let at = place(packed);
-        let index = |axis: usize| brick.bounds.corner[axis] as isize + at[axis] as isize - MARGIN as isize;
+        let index =
+            |axis: usize| brick.bounds.corner[axis] as isize + at[axis] as isize - MARGIN as isize;
         value[0] = grid.at([0, 1, 2].map(index));
     }
 }
 
 fn block(scalar: impl Fn([usize; 3]) -> f32) -> Vec<f32> {
-    (0..SIDE * SIDE * SIDE).map(|i| scalar([i % SIDE, i / SIDE % SIDE, i / (SIDE * SIDE)])).collect()
+    (0..SIDE * SIDE * SIDE)
+        .map(|i| scalar([i % SIDE, i / SIDE % SIDE, i / (SIDE * SIDE)]))
+        .collect()
 }
 
 fn brick(scalars: &[f32], corner: [u32; 3], dims: [usize; 3], support: &Support) -> Option<Brick> {
-    let range = scalars.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
+    let range = scalars
+        .iter()
+        .fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), &v| {
+            (l.min(v), h.max(v))
+        });
     if !support.meets(range.0, range.1) {
         return None;
     }
@@ -87,11 +94,16 @@ fn brick(scalars: &[f32], corner: [u32; 3], dims: [usize; 3], support: &Support)
     let around_cell = [1 - reach, reach];
     let low = spread(scalars, around_cell, f32::min);
     let high = spread(scalars, around_cell, f32::max);
-    let visible: Vec<bool> = low.iter().zip(&high).map(|(&low, &high)| support.meets(low, high)).collect();
+    let visible: Vec<bool> = low
+        .iter()
+        .zip(&high)
+        .map(|(&low, &high)| support.meets(low, high))
+        .collect();
     let either = |a: bool, b: bool| a | b;
     let needed = spread(&visible, [-reach, reach - 1], either);
     let kept = spread(&needed, [-2 * reach, 2 * reach], either);
-    let size: [usize; 3] = std::array::from_fn(|axis| BRICK_SIDE.min(dims[axis] - corner[axis] as usize));
+    let size: [usize; 3] =
+        std::array::from_fn(|axis| BRICK_SIDE.min(dims[axis] - corner[axis] as usize));
     let (mut places, mut values) = (Vec::new(), Vec::new());
     let mut bounds = Bounds::nothing(corner);
     for z in 0..size[2] {
@@ -100,13 +112,23 @@ fn brick(scalars: &[f32], corner: [u32; 3], dims: [usize; 3], support: &Support)
                 let at = x + HALO + SIDE * (y + HALO + SIDE * (z + HALO));
                 if kept[at] {
                     places.push(pack_place([x, y, z]));
-                    values.push([scalars[at], 1.0, if needed[at] { 1.0 } else { 0.0 }, scalars[at]]);
+                    values.push([
+                        scalars[at],
+                        1.0,
+                        if needed[at] { 1.0 } else { 0.0 },
+                        scalars[at],
+                    ]);
                     bounds.add([x, y, z]);
                 }
             }
         }
     }
-    (!places.is_empty()).then_some(Brick { bounds, places, values, gradients: Vec::new() })
+    (!places.is_empty()).then_some(Brick {
+        bounds,
+        places,
+        values,
+        gradients: Vec::new(),
+    })
 }
 
 /// For each place of a block, the join of the values from `offsets[0]` to `offsets[1]` around it, axis by axis; beyond the

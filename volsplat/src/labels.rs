@@ -48,7 +48,10 @@ impl LabelTable {
     ///
     /// Labels 1 to 10 have the colours of Tableau 10; further ones go around the hues in steps of the golden ratio.
     pub fn distinct() -> Self {
-        Self { looks: Looks::Distinct, opacity_scale: 1.0 }
+        Self {
+            looks: Looks::Distinct,
+            opacity_scale: 1.0,
+        }
     }
 
     /// A table of labels and their looks; of a label that occurs twice the last look holds.
@@ -57,14 +60,18 @@ impl LabelTable {
     pub fn new(looks: impl IntoIterator<Item = (i64, LabelLook)>) -> Result<Self, Error> {
         let listed: BTreeMap<i64, LabelLook> = looks.into_iter().collect();
         let is_good = |look: &LabelLook| {
-            look.rgb.iter().all(|c| c.is_finite() && *c >= 0.0) && (0.0..=1.0).contains(&look.opacity)
+            look.rgb.iter().all(|c| c.is_finite() && *c >= 0.0)
+                && (0.0..=1.0).contains(&look.opacity)
         };
         match listed.iter().find(|(_, look)| !is_good(look)) {
             Some((label, look)) => Err(Error::Option(format!(
                 "label {label} has the colour {:?} and the opacity {}: expected finite values from 0 on, and 0 to 1",
                 look.rgb, look.opacity
             ))),
-            None => Ok(Self { looks: Looks::Listed(listed), opacity_scale: 1.0 }),
+            None => Ok(Self {
+                looks: Looks::Listed(listed),
+                opacity_scale: 1.0,
+            }),
         }
     }
 
@@ -94,13 +101,22 @@ impl LabelTable {
 
     /// How a label looks; an opacity of 0 where it is not drawn.
     pub fn look(&self, label: i64) -> LabelLook {
-        let hidden = LabelLook { rgb: [0.0; 3], opacity: 0.0 };
+        let hidden = LabelLook {
+            rgb: [0.0; 3],
+            opacity: 0.0,
+        };
         let look = match &self.looks {
             Looks::Distinct if label == 0 => hidden,
-            Looks::Distinct => LabelLook { rgb: distinct_colour(label), opacity: 1.0 },
+            Looks::Distinct => LabelLook {
+                rgb: distinct_colour(label),
+                opacity: 1.0,
+            },
             Looks::Listed(listed) => listed.get(&label).copied().unwrap_or(hidden),
         };
-        LabelLook { opacity: -((self.opacity_scale * (-look.opacity).ln_1p()).exp_m1()), ..look }
+        LabelLook {
+            opacity: -((self.opacity_scale * (-look.opacity).ln_1p()).exp_m1()),
+            ..look
+        }
     }
 }
 
@@ -108,7 +124,10 @@ impl LabelTable {
 fn distinct_colour(label: i64) -> [f32; 3] {
     let scheme = colorous::TABLEAU10;
     let place = label.unsigned_abs();
-    let colour = match usize::try_from(place).ok().and_then(|place| scheme.get(place.wrapping_sub(1))) {
+    let colour = match usize::try_from(place)
+        .ok()
+        .and_then(|place| scheme.get(place.wrapping_sub(1)))
+    {
         Some(colour) => *colour,
         None => {
             // The fraction of multiples of the golden ratio never comes near an earlier one for long.

@@ -39,15 +39,27 @@ pub(crate) fn cells_of(scene: &Scene, options: &RenderOptions) -> Cells {
 pub(crate) fn layers(scene: &Scene, options: &RenderOptions) -> Result<Vec<Layer>, Error> {
     let mut lattices = match cells_of(scene, options) {
         Cells::Off => vec![Samples::of_scene(scene, options.opacity)],
-        cells => cell_samples(scene, &RenderOptions { cells, ..options.clone() })?,
+        cells => cell_samples(
+            scene,
+            &RenderOptions {
+                cells,
+                ..options.clone()
+            },
+        )?,
     };
     if gradients(options) == Gradients::With {
         let volume = lit_volume(scene)?;
-        lattices.iter_mut().for_each(|samples| samples.set_gradients_of(volume));
+        lattices
+            .iter_mut()
+            .for_each(|samples| samples.set_gradients_of(volume));
     }
     let layer = |(halvings, samples): (u32, Samples)| {
         let clip = samples.clip(&options.clip);
-        Layer { samples, clip, halvings }
+        Layer {
+            samples,
+            clip,
+            halvings,
+        }
     };
     Ok((0..).zip(lattices).map(layer).collect())
 }
@@ -66,9 +78,9 @@ fn lit_volume<'a>(scene: &Scene<'a>) -> Result<&'a Volume, Error> {
 
 /// The box, in the world, of the samples that are drawn.
 pub(crate) fn layers_in_world(layers: &[Layer]) -> Option<[DVec3; 2]> {
-    let boxes = layers
-        .iter()
-        .filter_map(|layer| bounds_in_world(layer.bounds(), &layer.clip, &layer.samples.world_from_index));
+    let boxes = layers.iter().filter_map(|layer| {
+        bounds_in_world(layer.bounds(), &layer.clip, &layer.samples.world_from_index)
+    });
     boxes.reduce(|[low, high], [l, h]| [low.min(l), high.max(h)])
 }
 

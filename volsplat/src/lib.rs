@@ -46,8 +46,8 @@ pub use input::{Endian, LoadOptions, RawOptions, VoxelType, load};
 pub use labels::{LabelLook, LabelTable};
 pub use large::LargeVolume;
 pub use options::{
-    Blend, Cells, Classify, ColourBy, DepthPlane, Interpolate, Isosurface, Light, Order, RenderOptions,
-    Shading, SheetKernel, SheetSums, Subpixels,
+    Blend, Cells, Classify, ColourBy, DepthPlane, Interpolate, Isosurface, Light, Order,
+    RenderOptions, Shading, SheetKernel, SheetSums, Subpixels,
 };
 pub use render::{Frame, Renderer};
 pub use scene::{Channel, Look, Scene};

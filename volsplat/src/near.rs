@@ -44,7 +44,10 @@ pub fn composite_near(
 ) {
     for row in 0..TILE_PX {
         for column in 0..TILE_PX {
-            let pixel = DVec2::new((corner_px[0] + column) as f64 + 0.5, (corner_px[1] + row) as f64 + 0.5);
+            let pixel = DVec2::new(
+                (corner_px[0] + column) as f64 + 0.5,
+                (corner_px[1] + row) as f64 + 0.5,
+            );
             composite_pixel(setups, samples, pixel, |weights| {
                 pixels.transmittance[row][column] = weights.transmittance as f32;
                 for (plane, c) in pixels.rgb.iter_mut().zip(weights.rgb) {
@@ -68,7 +71,11 @@ fn composite_pixel(
     pixel: DVec2,
     store: impl FnOnce(&PixelSum),
 ) {
-    let mut sum = PixelSum { transmittance: 1.0, rgb: [0.0; 3], depth: 0.0 };
+    let mut sum = PixelSum {
+        transmittance: 1.0,
+        rgb: [0.0; 3],
+        depth: 0.0,
+    };
     for sample in samples {
         let setup = &setups[usize::from(sample.layer)];
         let view = &setup.source.view;
@@ -79,7 +86,9 @@ fn composite_pixel(
         let nearest = to_centre.dot(direction) / length;
         let distance2 = to_centre.cross(direction).length_squared() / (length * length);
         // The ray parameter is camera z: the near plane lies at grid distance near * |w| along it.
-        let integral = setup.kernel.line_integral_from(distance2, view.near * length - nearest);
+        let integral = setup
+            .kernel
+            .line_integral_from(distance2, view.near * length - nearest);
         let added = f64::from(sample.value[3]) * unit_per_grid * integral;
         let opacity = match setup.opacity {
             OpacityMode::Extinction => -(-added).exp_m1(),

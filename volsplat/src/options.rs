@@ -245,7 +245,10 @@ impl Default for RenderOptions {
 impl RenderOptions {
     /// Every sample over the next, with the default of every other choice.
     pub fn every_sample() -> Self {
-        Self { order: Order::EverySample, ..Self::default() }
+        Self {
+            order: Order::EverySample,
+            ..Self::default()
+        }
     }
 
     /// The paper's way: every voxel over the next, by its own value, with a Gaussian, pixel by pixel.
@@ -260,19 +263,43 @@ impl RenderOptions {
 
     /// Westover's order, with the default of every other choice.
     pub fn axis_sheets() -> Self {
-        Self { order: Order::AxisSheets, ..Self::default() }
+        Self {
+            order: Order::AxisSheets,
+            ..Self::default()
+        }
     }
 
     /// Checks every number against its range.
     pub fn validate(&self) -> Result<(), Error> {
         let range = |name: &str, value: f64, good: bool, expected: &str| {
-            if good { Ok(()) } else { Err(Error::Option(format!("{name} is {value}, expected {expected}"))) }
+            if good {
+                Ok(())
+            } else {
+                Err(Error::Option(format!(
+                    "{name} is {value}, expected {expected}"
+                )))
+            }
         };
         let positive = |x: f64| x > 0.0 && x.is_finite();
         let threshold = f64::from(self.point_threshold_px);
-        range("the point threshold", threshold, positive(threshold), "pixels above 0")?;
-        range("the sheet thickness", self.sheet_voxels, positive(self.sheet_voxels), "voxels above 0")?;
-        range("the slab thickness", self.slab_voxels, positive(self.slab_voxels), "voxels above 0")?;
+        range(
+            "the point threshold",
+            threshold,
+            positive(threshold),
+            "pixels above 0",
+        )?;
+        range(
+            "the sheet thickness",
+            self.sheet_voxels,
+            positive(self.sheet_voxels),
+            "voxels above 0",
+        )?;
+        range(
+            "the slab thickness",
+            self.slab_voxels,
+            positive(self.slab_voxels),
+            "voxels above 0",
+        )?;
         if let Subpixels::Fixed(n) = self.subpixels {
             range(
                 "the number of sub-pixels",
@@ -286,18 +313,34 @@ impl RenderOptions {
         self.validate_clip()?;
         self.validate_blend()?;
         let least = f64::from(self.min_transmittance);
-        range("the least transmittance", least, (0.0..1.0).contains(&least), "0 or more, and less than 1")?;
+        range(
+            "the least transmittance",
+            least,
+            (0.0..1.0).contains(&least),
+            "0 or more, and less than 1",
+        )?;
         let lod = f64::from(self.lod_error);
-        range("the level-of-detail error", lod, (0.0..1.0).contains(&lod), "0 or more, and less than 1")?;
+        range(
+            "the level-of-detail error",
+            lod,
+            (0.0..1.0).contains(&lod),
+            "0 or more, and less than 1",
+        )?;
         let cell = f64::from(self.cell_error);
-        range("the error of cells", cell, (0.0..1.0).contains(&cell), "0 or more, and less than 1")?;
+        range(
+            "the error of cells",
+            cell,
+            (0.0..1.0).contains(&cell),
+            "0 or more, and less than 1",
+        )?;
         let unit = self.opacity_unit.unwrap_or(1.0);
         range("the opacity unit", unit, positive(unit), "a length above 0")
     }
 
     fn validate_clip(&self) -> Result<(), Error> {
-        let scatters =
-            self.order == Order::ImageSheets && self.sheet_sums == SheetSums::Scatter && !self.sums_kernels();
+        let scatters = self.order == Order::ImageSheets
+            && self.sheet_sums == SheetSums::Scatter
+            && !self.sums_kernels();
         if scatters && !self.clip.keeps_all() {
             let what = "clipping cannot cut a kernel in scattered sheets: use --sheet-sums gather or --order every-sample";
             return Err(Error::Option(what.into()));
@@ -316,7 +359,8 @@ impl RenderOptions {
             let what = "ewa belongs to the orders every-sample and axis-sheets: in image-sheets use hybrid, splats or points";
             return Err(Error::Option(what.into()));
         }
-        let has_kernels = self.order == Order::ImageSheets && radial && self.classify == Classify::Post;
+        let has_kernels =
+            self.order == Order::ImageSheets && radial && self.classify == Classify::Post;
         if self.interpolate == Interpolate::On && !has_kernels {
             let what = "kernels interpolate in post-classified image sheets: use --order image-sheets with --kernel polynomial, \
                         gaussian or b-spline";
@@ -336,7 +380,9 @@ impl RenderOptions {
 
     /// Whether samples are gathered from cells, which most choices of what a pixel shows need.
     fn gathers(&self) -> bool {
-        self.order == Order::ImageSheets && self.sheet_sums == SheetSums::Gather && !self.sums_kernels()
+        self.order == Order::ImageSheets
+            && self.sheet_sums == SheetSums::Gather
+            && !self.sums_kernels()
     }
 
     /// Whether the gradient changes what is seen.
@@ -346,7 +392,9 @@ impl RenderOptions {
 
     /// Whether samples have gradients: all but the image sheets that scatter the trilinear field.
     fn has_gradients(&self) -> bool {
-        self.order != Order::ImageSheets || self.sums_kernels() || self.sheet_sums == SheetSums::Gather
+        self.order != Order::ImageSheets
+            || self.sums_kernels()
+            || self.sheet_sums == SheetSums::Gather
     }
 
     fn validate_blend(&self) -> Result<(), Error> {
@@ -359,20 +407,33 @@ impl RenderOptions {
             );
         }
         match (self.blend, self.gradient_opacity) {
-            (Blend::Isosurface(iso), _) if !iso.value.is_finite() || !(iso.value as f32).is_finite() => {
-                wrong(format!("the surface is at {}, expected a finite number", iso.value))
+            (Blend::Isosurface(iso), _)
+                if !iso.value.is_finite() || !(iso.value as f32).is_finite() =>
+            {
+                wrong(format!(
+                    "the surface is at {}, expected a finite number",
+                    iso.value
+                ))
             }
             (Blend::Isosurface(iso), _) if !(iso.opacity > 0.0 && iso.opacity <= 1.0) => {
-                wrong(format!("the opacity of the surface is {}, expected above 0, at most 1", iso.opacity))
+                wrong(format!(
+                    "the opacity of the surface is {}, expected above 0, at most 1",
+                    iso.opacity
+                ))
             }
-            (Blend::Isosurface(Isosurface { colour: Some(rgb), .. }), _)
-                if !rgb.iter().all(|c| c.is_finite() && *c >= 0.0) =>
-            {
-                wrong(format!("the colour of the surface is {rgb:?}, expected finite numbers from 0 on"))
-            }
-            (_, Some([low, high])) if !(low >= 0.0 && low < high && high.is_finite()) => wrong(format!(
-                "the ramp over the gradient is {low} to {high}, expected finite numbers from 0 on, rising"
+            (
+                Blend::Isosurface(Isosurface {
+                    colour: Some(rgb), ..
+                }),
+                _,
+            ) if !rgb.iter().all(|c| c.is_finite() && *c >= 0.0) => wrong(format!(
+                "the colour of the surface is {rgb:?}, expected finite numbers from 0 on"
             )),
+            (_, Some([low, high])) if !(low >= 0.0 && low < high && high.is_finite()) => {
+                wrong(format!(
+                    "the ramp over the gradient is {low} to {high}, expected finite numbers from 0 on, rising"
+                ))
+            }
             (blend, Some(_)) if blend != Blend::Emission => {
                 wrong("opacity by the gradient goes with emission only: leave out --blend".into())
             }
@@ -390,9 +451,9 @@ impl RenderOptions {
             _ if self.shading != Shading::None && is_statistic => {
                 wrong("a greatest, least or mean scalar is not lit: leave out --shade or --blend")
             }
-            Light::Towards(direction) if direction.try_normalize().is_none() => {
-                wrong(&format!("the light comes from {direction}, expected a direction"))
-            }
+            Light::Towards(direction) if direction.try_normalize().is_none() => wrong(&format!(
+                "the light comes from {direction}, expected a direction"
+            )),
             _ => Ok(()),
         }
     }

@@ -48,7 +48,9 @@ impl Palette {
     /// The number of a voxel's label.
     #[inline]
     pub(crate) fn number(&self, value: f64) -> f32 {
-        self.labels.binary_search(&(value as i64)).map_or(0.0, |place| (place + 1) as f32)
+        self.labels
+            .binary_search(&(value as i64))
+            .map_or(0.0, |place| (place + 1) as f32)
     }
 
     /// Colour and strength by number.
@@ -57,7 +59,9 @@ impl Palette {
             let [r, g, b] = look.rgb;
             [r, g, b, strength_of(look.opacity, opacity)]
         };
-        std::iter::once([0.0; 4]).chain(self.looks.iter().map(entry)).collect()
+        std::iter::once([0.0; 4])
+            .chain(self.looks.iter().map(entry))
+            .collect()
     }
 }
 

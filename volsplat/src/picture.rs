@@ -44,20 +44,32 @@ pub(crate) fn picture(
         Some(tiles[y / side * columns + x / side].shown()?[y % side * side + x % side])
     };
     let mut image = Image::transparent(width, height);
-    image.rgba.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
-        for (x, pixel) in row.iter_mut().enumerate() {
-            let Some(shown) = pixel_at(x, y) else { continue };
-            let [red, green, blue] = shown.rgb;
-            *pixel = [red, green, blue, 1.0 - shown.transmittance];
-        }
-    });
+    image
+        .rgba
+        .par_chunks_mut(width)
+        .enumerate()
+        .for_each(|(y, row)| {
+            for (x, pixel) in row.iter_mut().enumerate() {
+                let Some(shown) = pixel_at(x, y) else {
+                    continue;
+                };
+                let [red, green, blue] = shown.rgb;
+                *pixel = [red, green, blue, 1.0 - shown.transmittance];
+            }
+        });
     if depth == DepthPlane::Expected {
         let plane = (0..width * height).map(|i| {
             let (x, y) = (i % width, i / width);
-            let Some(shown) = pixel_at(x, y) else { return f32::INFINITY };
+            let Some(shown) = pixel_at(x, y) else {
+                return f32::INFINITY;
+            };
             let opacity = 1.0 - shown.transmittance;
             let depth = shown.depth / opacity;
-            if opacity > 0.0 { depth * camera_z_per_depth(layout, x, y) } else { f32::INFINITY }
+            if opacity > 0.0 {
+                depth * camera_z_per_depth(layout, x, y)
+            } else {
+                f32::INFINITY
+            }
         });
         image.depth = Some(plane.collect());
     }
@@ -70,6 +82,8 @@ fn camera_z_per_depth(layout: &TileLayout, x: usize, y: usize) -> f32 {
     if layout.depth == TileDepth::CameraZ {
         return 1.0;
     }
-    let (_, direction) = layout.camera.ray_in_camera(DVec2::new(x as f64 + 0.5, y as f64 + 0.5));
+    let (_, direction) = layout
+        .camera
+        .ray_in_camera(DVec2::new(x as f64 + 0.5, y as f64 + 0.5));
     (1.0 / direction.length()) as f32
 }

@@ -37,7 +37,8 @@ pub fn marschner_lobb(voxels_per_axis: usize) -> Result<Volume, Error> {
     sampled(voxels_per_axis, |pos| {
         let radius = pos.truncate().length();
         let ripple = (TAU * RIPPLE_FREQUENCY * (0.5 * PI * radius).cos()).cos();
-        (1.0 - (0.5 * PI * pos.z).sin() + RIPPLE_HEIGHT * (1.0 + ripple)) / (2.0 * (1.0 + RIPPLE_HEIGHT))
+        (1.0 - (0.5 * PI * pos.z).sin() + RIPPLE_HEIGHT * (1.0 + ripple))
+            / (2.0 * (1.0 + RIPPLE_HEIGHT))
     })
 }
 
@@ -47,7 +48,9 @@ pub fn marschner_lobb(voxels_per_axis: usize) -> Result<Volume, Error> {
 pub fn blobs(voxels_per_axis: usize) -> Result<Volume, Error> {
     let centres = blob_centres();
     sampled(voxels_per_axis, |pos| {
-        let inside = centres.iter().map(|centre| 1.0 - pos.distance_squared(*centre) / BLOB_RADIUS.powi(2));
+        let inside = centres
+            .iter()
+            .map(|centre| 1.0 - pos.distance_squared(*centre) / BLOB_RADIUS.powi(2));
         inside.filter(|&x| x > 0.0).map(|x| x * x).sum()
     })
 }
@@ -57,7 +60,9 @@ pub fn blobs(voxels_per_axis: usize) -> Result<Volume, Error> {
 /// `cell_voxels` is the side of a cell. Refused: fewer than 2 voxels per axis, cells of 0 voxels.
 pub fn checker_box(voxels_per_axis: usize, cell_voxels: usize) -> Result<Volume, Error> {
     if cell_voxels == 0 {
-        return Err(Error::Option("a checker box needs cells of at least 1 voxel".to_owned()));
+        return Err(Error::Option(
+            "a checker box needs cells of at least 1 voxel".to_owned(),
+        ));
     }
     let n = checked_side(voxels_per_axis)?;
     let value = |index: usize| {
@@ -74,7 +79,11 @@ fn sampled(voxels_per_axis: usize, value: impl Fn(DVec3) -> f64 + Sync) -> Resul
     let n = checked_side(voxels_per_axis)?;
     let world_from_index = unit_lattice(n);
     let voxel = |index: usize| {
-        let at = DVec3::new((index % n) as f64, (index / n % n) as f64, (index / (n * n)) as f64);
+        let at = DVec3::new(
+            (index % n) as f64,
+            (index / n % n) as f64,
+            (index / (n * n)) as f64,
+        );
         value(world_from_index.transform_point3(at)) as f32
     };
     let voxels = (0..n * n * n).into_par_iter().map(voxel).collect();
@@ -87,14 +96,20 @@ const MAX_SIDE: usize = 2048;
 fn checked_side(voxels_per_axis: usize) -> Result<usize, Error> {
     match voxels_per_axis {
         2..=MAX_SIDE => Ok(voxels_per_axis),
-        n => Err(Error::Option(format!("a built-in volume has 2 to {MAX_SIDE} voxels per axis, not {n}"))),
+        n => Err(Error::Option(format!(
+            "a built-in volume has 2 to {MAX_SIDE} voxels per axis, not {n}"
+        ))),
     }
 }
 
 /// The lattice of `n` voxels per axis whose outermost voxels lie at -1 and 1.
 fn unit_lattice(n: usize) -> DAffine3 {
     let spacing = 2.0 / (n - 1) as f64;
-    DAffine3::from_scale_rotation_translation(DVec3::splat(spacing), glam::DQuat::IDENTITY, DVec3::NEG_ONE)
+    DAffine3::from_scale_rotation_translation(
+        DVec3::splat(spacing),
+        glam::DQuat::IDENTITY,
+        DVec3::NEG_ONE,
+    )
 }
 
 /// Points on a trefoil knot that fits into the unit box together with its blobs.
@@ -102,7 +117,11 @@ fn blob_centres() -> Vec<DVec3> {
     let at = |i: usize| {
         let turn = TAU * i as f64 / BLOBS as f64;
         let ring = 2.0 + (3.0 * turn).cos();
-        let knot = DVec3::new(ring * (2.0 * turn).cos(), ring * (2.0 * turn).sin(), (3.0 * turn).sin());
+        let knot = DVec3::new(
+            ring * (2.0 * turn).cos(),
+            ring * (2.0 * turn).sin(),
+            (3.0 * turn).sin(),
+        );
         // The knot reaches 3 from the axis; 0.68 and the blob's radius of 0.3 stay inside 1.
         knot * (0.68 / 3.0)
     };
@@ -118,9 +137,21 @@ mod tests {
         let volume = marschner_lobb(41).expect("a good size");
         let at = |i: usize, j: usize, k: usize| volume.value((k * 41 + j) * 41 + i);
         // On the axis the ripple is cos(12 pi) = 1, so z alone decides.
-        assert!((at(20, 20, 20) - 1.5 / 2.5).abs() < 1e-6, "centre: {}", at(20, 20, 20));
-        assert!((at(20, 20, 0) - 2.5 / 2.5).abs() < 1e-6, "z = -1: {}", at(20, 20, 0));
-        assert!((at(20, 20, 40) - 0.5 / 2.5).abs() < 1e-6, "z = 1: {}", at(20, 20, 40));
+        assert!(
+            (at(20, 20, 20) - 1.5 / 2.5).abs() < 1e-6,
+            "centre: {}",
+            at(20, 20, 20)
+        );
+        assert!(
+            (at(20, 20, 0) - 2.5 / 2.5).abs() < 1e-6,
+            "z = -1: {}",
+            at(20, 20, 0)
+        );
+        assert!(
+            (at(20, 20, 40) - 0.5 / 2.5).abs() < 1e-6,
+            "z = 1: {}",
+            at(20, 20, 40)
+        );
         let (low, high) = volume.value_range();
         assert!(low >= 0.0 && high <= 1.0, "values {low} to {high}");
     }
@@ -129,21 +160,40 @@ mod tests {
     fn blobs_stay_inside_their_box() {
         let n = 33;
         let volume = blobs(n).expect("a good size");
-        let on_face =
-            |index: usize| [index % n, index / n % n, index / (n * n)].iter().any(|&i| i == 0 || i == n - 1);
-        let leak = (0..volume.len()).filter(|&i| on_face(i)).map(|i| volume.value(i)).fold(0.0, f64::max);
+        let on_face = |index: usize| {
+            [index % n, index / n % n, index / (n * n)]
+                .iter()
+                .any(|&i| i == 0 || i == n - 1)
+        };
+        let leak = (0..volume.len())
+            .filter(|&i| on_face(i))
+            .map(|i| volume.value(i))
+            .fold(0.0, f64::max);
         assert_eq!(leak, 0.0, "nothing may be cut off at the faces");
         let (low, high) = volume.value_range();
-        assert!(low == 0.0 && high > 1.0 && high < 4.0, "values {low} to {high}");
+        assert!(
+            low == 0.0 && high > 1.0 && high < 4.0,
+            "values {low} to {high}"
+        );
     }
 
     #[test]
     fn checker_box_has_as_many_cells_of_either_kind() {
         let volume = checker_box(100, 10).expect("a good size");
-        let Voxels::U8(voxels) = &volume.voxels else { panic!("a checker box holds u8") };
+        let Voxels::U8(voxels) = &volume.voxels else {
+            panic!("a checker box holds u8")
+        };
         let low = voxels.iter().filter(|&&v| v == CHECKER_VALUES[0]).count();
-        assert_eq!((low, voxels.len()), (500_000, 1_000_000), "half of the voxels");
-        assert_eq!((voxels[0], voxels[10], voxels[1000]), (85, 170, 170), "neighbouring cells differ");
+        assert_eq!(
+            (low, voxels.len()),
+            (500_000, 1_000_000),
+            "half of the voxels"
+        );
+        assert_eq!(
+            (voxels[0], voxels[10], voxels[1000]),
+            (85, 170, 170),
+            "neighbouring cells differ"
+        );
     }
 
     #[test]

@@ -106,7 +106,11 @@ impl From<ColourBy> for Painting {
 impl Painting {
     #[inline(always)]
     fn point(self, [r, g, b, _]: &[f32; 4]) -> [f32; 3] {
-        if self == Self::Kinds { [1.0, 0.0, 0.0] } else { [*r, *g, *b] }
+        if self == Self::Kinds {
+            [1.0, 0.0, 0.0]
+        } else {
+            [*r, *g, *b]
+        }
     }
 
     #[inline(always)]
@@ -191,7 +195,12 @@ impl ProjectedChunk {
             return;
         }
         let value = setup.painting.splat(value);
-        self.near.push(NearSample { pos_in_grid, layer: setup.layer, value, depth });
+        self.near.push(NearSample {
+            pos_in_grid,
+            layer: setup.layer,
+            value,
+            depth,
+        });
         self.splats += 1;
     }
 
@@ -251,7 +260,11 @@ impl ProjectedChunk {
         let splat = Primitive {
             x: block.form_x[i],
             y: block.form_y[i],
-            form: [form * block.form_xx[i], 2.0 * form * block.form_xy[i], form * block.form_yy[i]],
+            form: [
+                form * block.form_xx[i],
+                2.0 * form * block.form_xy[i],
+                form * block.form_yy[i],
+            ],
             sin2_cone: block.sin2_cone[i],
             strength: value[3] * block.splat_scale[i] * length,
             rgb: [value[0], value[1], value[2]],
@@ -267,8 +280,9 @@ impl ProjectedChunk {
 
 /// Whether the box of a footprint misses the picture altogether (a small one inside may still miss every centre).
 fn outside(grid: TileGrid, block: &Block, i: usize) -> bool {
-    let misses =
-        |middle: f32, half: f32, count: usize| !(middle + half > 0.0 && middle - half < count as f32);
+    let misses = |middle: f32, half: f32, count: usize| {
+        !(middle + half > 0.0 && middle - half < count as f32)
+    };
     misses(block.middle_x[i], block.half_width[i], grid.width)
         || misses(block.middle_y[i], block.half_height[i], grid.height)
 }

@@ -61,7 +61,11 @@ pub struct Frame {
 
 impl Renderer {
     /// Prepares `volume` for rendering with `options`.
-    pub fn new(volume: &Volume, transfer: &TransferFunction, options: &RenderOptions) -> Result<Self, Error> {
+    pub fn new(
+        volume: &Volume,
+        transfer: &TransferFunction,
+        options: &RenderOptions,
+    ) -> Result<Self, Error> {
         Self::with_scene(&Scene::new(volume, transfer), options)
     }
 
@@ -76,7 +80,9 @@ impl Renderer {
             Order::EverySample | Order::AxisSheets => {
                 Pipeline::EverySample(Box::new(EverySample::new(scene, options)?))
             }
-            Order::ImageSheets => Pipeline::ImageSheets(Box::new(ImageSheets::new(scene, options)?)),
+            Order::ImageSheets => {
+                Pipeline::ImageSheets(Box::new(ImageSheets::new(scene, options)?))
+            }
         };
         Ok(Self::assembled(pipeline, &volume.lattice(), options))
     }
@@ -103,8 +109,15 @@ impl Renderer {
             ));
         }
         let sheets = ImageSheets::of_large(volume, transfer, options, watch)?;
-        let assembled = Self::assembled(Pipeline::ImageSheets(Box::new(sheets)), &volume.lattice(), options);
-        Ok(Self { detail: Detail::None, ..assembled })
+        let assembled = Self::assembled(
+            Pipeline::ImageSheets(Box::new(sheets)),
+            &volume.lattice(),
+            options,
+        );
+        Ok(Self {
+            detail: Detail::None,
+            ..assembled
+        })
     }
 
     fn assembled(pipeline: Pipeline, lattice: &Lattice, options: &RenderOptions) -> Self {
@@ -145,7 +158,10 @@ impl Renderer {
 
     /// Changes what is kept of the volume, for the frames that follow. [`Error::Option`] as in [`Renderer::new`].
     pub fn set_clip(&mut self, clip: Clip) -> Result<(), Error> {
-        let options = RenderOptions { clip, ..self.options.clone() };
+        let options = RenderOptions {
+            clip,
+            ..self.options.clone()
+        };
         options.validate()?;
         match &mut self.pipeline {
             Pipeline::EverySample(p) => p.set_clip(&options.clip),
@@ -188,7 +204,10 @@ impl Renderer {
             Detail::AsAsked => options.lod_error,
             Detail::None => 0.0,
         };
-        let of_frame = RenderOptions { lod_error, ..options.clone() };
+        let of_frame = RenderOptions {
+            lod_error,
+            ..options.clone()
+        };
         let adopted = alike == own
             && match &mut self.pipeline {
                 Pipeline::EverySample(p) => p.adopt(&of_frame),
@@ -204,7 +223,9 @@ impl Renderer {
     /// [`Error::Option`] where there are none: [`Layer::Selection`] is of the orders of samples, the others are made of
     /// one channel of scalars in memory, in image sheets that gather, without a mask, gradient opacity or another blend.
     pub fn layers(&mut self, camera: &Camera, wanted: &[Layer]) -> Result<Vec<Plane>, Error> {
-        let camera = camera.validated().map_err(|e| Error::Option(e.to_string()))?;
+        let camera = camera
+            .validated()
+            .map_err(|e| Error::Option(e.to_string()))?;
         match &self.pipeline {
             Pipeline::ImageSheets(p) => p.layers(&camera, wanted),
             Pipeline::EverySample(_) if wanted.iter().any(|layer| *layer != Layer::Selection) => {
@@ -219,15 +240,21 @@ impl Renderer {
 
     /// The share of points in each pixel's opacity.
     fn selection(&mut self, camera: &Camera) -> Result<Plane, Error> {
-        let Pipeline::EverySample(samples) = &mut self.pipeline else { return Err(layers_refused()) };
+        let Pipeline::EverySample(samples) = &mut self.pipeline else {
+            return Err(layers_refused());
+        };
         let mut stats = FrameStats::default();
         samples.painting = Painting::Kinds;
         let layout = samples.render(camera, &mut self.tiles, &mut stats);
         samples.painting = self.options.colour_by.into();
         let image = picture(&self.tiles, &layout, DepthPlane::None, &mut stats);
         // Not by the opacity: 1 less a transmittance near 1 has few digits.
-        let share = |&[points, splats, ..]: &[f32; 4]| points / (points + splats).max(f32::MIN_POSITIVE);
-        Ok(Plane { name: "selection".into(), values: image.rgba.iter().map(share).collect() })
+        let share =
+            |&[points, splats, ..]: &[f32; 4]| points / (points + splats).max(f32::MIN_POSITIVE);
+        Ok(Plane {
+            name: "selection".into(),
+            values: image.rgba.iter().map(share).collect(),
+        })
     }
 
     /// The box, in the world, of the voxels that are drawn and that the clip keeps; `None` if there are none.
@@ -242,7 +269,9 @@ impl Renderer {
 
     /// Renders one frame and tells how far it is, which a volume that stays in its file makes worth knowing.
     pub fn render_watched(&mut self, camera: &Camera, watch: &mut Watch) -> Result<Frame, Error> {
-        let camera = camera.validated().map_err(|e| Error::Option(e.to_string()))?;
+        let camera = camera
+            .validated()
+            .map_err(|e| Error::Option(e.to_string()))?;
         let depth_origin = self.depth_origin(&camera);
         let camera = moved_forward(camera, depth_origin);
         let mut stats = FrameStats::default();
@@ -252,7 +281,11 @@ impl Renderer {
             Pipeline::ImageSheets(p) => p.render(&camera, &mut self.tiles, (&mut stats, watch))?,
         };
         let mut image = picture(&self.tiles, &layout, self.options.depth, &mut stats);
-        image.depth.iter_mut().flatten().for_each(|depth| *depth += depth_origin as f32);
+        image
+            .depth
+            .iter_mut()
+            .flatten()
+            .for_each(|depth| *depth += depth_origin as f32);
         let whole = whole.stop();
         (stats.wall_ms, stats.cpu_ms) = (whole.wall_ms, whole.cpu_ms);
         Ok(Frame { image, stats })
@@ -262,8 +295,9 @@ impl Renderer {
     /// sheets, so that sheets stay where they are. Depths are then small and not negative, as sorting wants them,
     /// wherever the image plane lies. 0 in perspective, where depth counts from the eye.
     fn depth_origin(&self, camera: &Camera) -> f64 {
-        let Some([low, high]) =
-            self.bounds_in_world.filter(|_| camera.projection == Projection::Orthographic)
+        let Some([low, high]) = self
+            .bounds_in_world
+            .filter(|_| camera.projection == Projection::Orthographic)
         else {
             return 0.0;
         };
@@ -275,7 +309,11 @@ impl Renderer {
             // A kernel begins before its voxel: a trilinear one by a spacing along each axis at most, a radial one, on the
             // volume's continuation, by two and two more.
             Order::ImageSheets => {
-                let reach = if self.options.sums_kernels() { 12.0 } else { 3.0 };
+                let reach = if self.options.sums_kernels() {
+                    12.0
+                } else {
+                    3.0
+                };
                 (self.options.slab_voxels, reach * self.largest_spacing)
             }
         };

@@ -78,7 +78,11 @@ pub(crate) fn pack_place([x, y, z]: [usize; 3]) -> u16 {
 #[inline(always)]
 pub fn place(packed: u16) -> [u16; 3] {
     const MASK: u16 = BRICK_SIDE as u16 - 1;
-    [packed & MASK, packed >> PLACE_BITS & MASK, packed >> (2 * PLACE_BITS)]
+    [
+        packed & MASK,
+        packed >> PLACE_BITS & MASK,
+        packed >> (2 * PLACE_BITS),
+    ]
 }
 
 impl Samples {
@@ -105,8 +109,10 @@ impl Samples {
         let corners = brick_corners(volume.dims, BRICK_SIDE);
         let classifier = Classifier::new(volume, transfer, opacity);
         let all = corners.len();
-        let bricks: Vec<Brick> =
-            corners.into_par_iter().filter_map(|corner| classifier.brick(volume, corner)).collect();
+        let bricks: Vec<Brick> = corners
+            .into_par_iter()
+            .filter_map(|corner| classifier.brick(volume, corner))
+            .collect();
         Self::of_voxels(volume, bricks, all)
     }
 
@@ -134,7 +140,11 @@ impl Samples {
     pub(crate) fn clip(&self, clip: &Clip) -> GridClip {
         let [scale, shift] = self.index_from_voxel;
         let moved = |corners: [DVec3; 2]| corners.map(|corner| corner * scale + shift);
-        Clip { crop_in_grid: clip.crop_in_grid.map(moved), ..clip.clone() }.in_grid(&self.world_from_index)
+        Clip {
+            crop_in_grid: clip.crop_in_grid.map(moved),
+            ..clip.clone()
+        }
+        .in_grid(&self.world_from_index)
     }
 }
 
@@ -142,13 +152,17 @@ impl Brick {
     /// The samples whose voxel centres a clip keeps, in a brick of their own with the same bounds.
     pub(crate) fn kept(&self, clip: &GridClip) -> Self {
         let corner = DVec3::from(self.bounds.corner.map(f64::from));
-        let is_kept = |&i: &usize| clip.keeps(corner + DVec3::from(place(self.places[i]).map(f64::from)));
+        let is_kept =
+            |&i: &usize| clip.keeps(corner + DVec3::from(place(self.places[i]).map(f64::from)));
         let kept: Vec<usize> = (0..self.places.len()).filter(is_kept).collect();
         Self {
             bounds: self.bounds,
             places: kept.iter().map(|&i| self.places[i]).collect(),
             values: kept.iter().map(|&i| self.values[i]).collect(),
-            gradients: kept.iter().filter_map(|&i| self.gradients.get(i).copied()).collect(),
+            gradients: kept
+                .iter()
+                .filter_map(|&i| self.gradients.get(i).copied())
+                .collect(),
         }
     }
 }
@@ -156,12 +170,20 @@ impl Brick {
 impl Bounds {
     /// The bounds of no sample, in the brick with this first voxel.
     pub(crate) fn nothing(corner: [u32; 3]) -> Self {
-        Self { corner, least: [u8::MAX; 3], greatest: [0; 3] }
+        Self {
+            corner,
+            least: [u8::MAX; 3],
+            greatest: [0; 3],
+        }
     }
 
     /// The bounds with this least and greatest place along each axis.
     pub(crate) fn of_range(corner: [u32; 3], [least, greatest]: [[u8; 3]; 2]) -> Self {
-        Self { corner, least, greatest }
+        Self {
+            corner,
+            least,
+            greatest,
+        }
     }
 
     /// Least and greatest place along each axis.
@@ -186,7 +208,13 @@ impl Bounds {
         });
         let (low, high) = (least - margin, greatest + margin);
         std::array::from_fn(|i| {
-            let at = |axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };
+            let at = |axis: usize| {
+                if i >> axis & 1 == 0 {
+                    low[axis]
+                } else {
+                    high[axis]
+                }
+            };
             DVec3::new(at(0), at(1), at(2))
         })
     }
@@ -196,7 +224,13 @@ impl Bounds {
 pub(crate) fn brick_corners(dims: [usize; 3], side: usize) -> Vec<[u32; 3]> {
     let bricks = dims.map(|n| n.div_ceil(side));
     let mut corners: Vec<[u32; 3]> = (0..bricks.iter().product::<usize>())
-        .map(|i| [i % bricks[0], i / bricks[0] % bricks[1], i / (bricks[0] * bricks[1])])
+        .map(|i| {
+            [
+                i % bricks[0],
+                i / bricks[0] % bricks[1],
+                i / (bricks[0] * bricks[1]),
+            ]
+        })
         .map(|brick| brick.map(|b| (b * side) as u32))
         .collect();
     corners.sort_unstable_by_key(|corner| morton(corner.map(|c| c / side as u32)));
@@ -209,19 +243,25 @@ pub(crate) fn bounds_in_world(
     clip: &GridClip,
     world_from_index: &DAffine3,
 ) -> Option<[DVec3; 2]> {
-    bounds.flat_map(|b| clip.corners(&b)).map(|corner| world_from_index.transform_point3(corner)).fold(
-        None,
-        |bounds, p| match bounds {
+    bounds
+        .flat_map(|b| clip.corners(&b))
+        .map(|corner| world_from_index.transform_point3(corner))
+        .fold(None, |bounds, p| match bounds {
             None => Some([p, p]),
             Some([low, high]) => Some([low.min(p), high.max(p)]),
-        },
-    )
+        })
 }
 
 /// The transfer function, as a table where the voxel type has few values.
 enum Classifier<'a> {
-    Table { entries: Vec<[f32; 4]>, lowest: f64 },
-    Direct { transfer: &'a TransferFunction, opacity: OpacityMode },
+    Table {
+        entries: Vec<[f32; 4]>,
+        lowest: f64,
+    },
+    Direct {
+        transfer: &'a TransferFunction,
+        opacity: OpacityMode,
+    },
 }
 
 impl<'a> Classifier<'a> {
@@ -237,7 +277,10 @@ impl<'a> Classifier<'a> {
         match range {
             Some((lowest, len)) if volume.len() >= len => {
                 let entry = |i: usize| classified(transfer, opacity, lowest + i as f64);
-                Self::Table { entries: (0..len).map(entry).collect(), lowest }
+                Self::Table {
+                    entries: (0..len).map(entry).collect(),
+                    lowest,
+                }
             }
             _ => Self::Direct { transfer, opacity },
         }
@@ -280,12 +323,21 @@ impl<'a> Classifier<'a> {
         }
         places.shrink_to_fit();
         values.shrink_to_fit();
-        (!places.is_empty()).then_some(Brick { bounds, places, values, gradients: Vec::new() })
+        (!places.is_empty()).then_some(Brick {
+            bounds,
+            places,
+            values,
+            gradients: Vec::new(),
+        })
     }
 }
 
 /// A brick of what `sample` makes of the voxel at a linear index.
-fn brick_from(dims: [usize; 3], corner: [u32; 3], sample: impl Fn(usize) -> [f32; 4]) -> Option<Brick> {
+fn brick_from(
+    dims: [usize; 3],
+    corner: [u32; 3],
+    sample: impl Fn(usize) -> [f32; 4],
+) -> Option<Brick> {
     let first = corner.map(|c| c as usize);
     let size: [usize; 3] = std::array::from_fn(|axis| BRICK_SIDE.min(dims[axis] - first[axis]));
     let (mut places, mut values) = (Vec::new(), Vec::new());
@@ -299,7 +351,12 @@ fn brick_from(dims: [usize; 3], corner: [u32; 3], sample: impl Fn(usize) -> [f32
             bounds.add([x, y, z]);
         }
     }
-    (!places.is_empty()).then_some(Brick { bounds, places, values, gradients: Vec::new() })
+    (!places.is_empty()).then_some(Brick {
+        bounds,
+        places,
+        values,
+        gradients: Vec::new(),
+    })
 }
 
 /// Colour and strength of a scalar.

@@ -35,7 +35,10 @@ pub(crate) fn set_gradients<T: Copy + Into<f64> + Sync>(
     samples.bricks.par_iter_mut().for_each(|brick| {
         let corner = DVec3::from(brick.bounds.corner.map(f64::from));
         let voxel = |place: [f64; 3]| (corner + DVec3::from(place) - shift) / scale;
-        let differences = Differences::new(grid, brick.bounds.range().map(|end| voxel(end.map(f64::from))));
+        let differences = Differences::new(
+            grid,
+            brick.bounds.range().map(|end| voxel(end.map(f64::from))),
+        );
         let gradient = |&packed: &u16| {
             let at = differences.at(voxel(place(packed).map(f64::from)));
             gradient_in_f32(world_from_gradient * at)
@@ -55,7 +58,9 @@ impl Differences {
     /// The differences at the voxels around a box of places.
     fn new<T: Copy + Into<f64>>(grid: &Grid<T>, [low, high]: [DVec3; 2]) -> Self {
         let first = low.floor();
-        let size: [usize; 3] = (high.ceil() - first).to_array().map(|steps| steps as usize + 1);
+        let size: [usize; 3] = (high.ceil() - first)
+            .to_array()
+            .map(|steps| steps as usize + 1);
         let difference_at = |i: usize| {
             let place = [i % size[0], i / size[0] % size[1], i / (size[0] * size[1])];
             // What lies beyond the volume has the gradient of the nearest voxel.
@@ -65,7 +70,11 @@ impl Differences {
             difference(grid, [0, 1, 2].map(voxel))
         };
         let at_voxels = (0..size.iter().product()).map(difference_at).collect();
-        Self { first, size, at_voxels }
+        Self {
+            first,
+            size,
+            at_voxels,
+        }
     }
 
     /// The difference at a place inside the box.
@@ -75,8 +84,15 @@ impl Differences {
         let mut sum = DVec3::ZERO;
         for corner in 0..8 {
             let is_far = [0, 1, 2].map(|axis| corner >> axis & 1);
-            let weight: f64 =
-                (0..3).map(|axis| if is_far[axis] == 1 { share[axis] } else { 1.0 - share[axis] }).product();
+            let weight: f64 = (0..3)
+                .map(|axis| {
+                    if is_far[axis] == 1 {
+                        share[axis]
+                    } else {
+                        1.0 - share[axis]
+                    }
+                })
+                .product();
             // On a voxel the far corners may lie outside the box, and count nothing.
             if weight > 0.0 {
                 let [x, y, z] = [0, 1, 2].map(|axis| base[axis] as usize + is_far[axis]);
@@ -131,10 +147,14 @@ impl SampleLight {
 
     /// The colours and strengths of a brick's samples as light and the ramp over the gradient leave them.
     pub(crate) fn values(&self, brick: &Brick) -> Vec<[f32; 4]> {
-        let first = self.camera_from_grid.transform_point3(DVec3::from(brick.bounds.corner.map(f64::from)));
+        let first = self
+            .camera_from_grid
+            .transform_point3(DVec3::from(brick.bounds.corner.map(f64::from)));
         let mut values = brick.values.clone();
-        let parts =
-            values.chunks_mut(LANES).zip(brick.places.chunks(LANES)).zip(brick.gradients.chunks(LANES));
+        let parts = values
+            .chunks_mut(LANES)
+            .zip(brick.places.chunks(LANES))
+            .zip(brick.gradients.chunks(LANES));
         for ((values, places), gradients) in parts {
             let rays = places.iter().map(|&packed| self.ray(first, packed));
             let mut lanes = [[0.0; LANES]; 6];
@@ -170,7 +190,11 @@ impl SampleLight {
 
 /// For gradients and unit rays: the factor of the strength, that of the colour, and the highlight.
 #[simd]
-fn light_lanes<S: Simd>(simd: S, light: &SampleLight, lanes: &[[f32; LANES]; 6]) -> [[f32; LANES]; 3] {
+fn light_lanes<S: Simd>(
+    simd: S,
+    light: &SampleLight,
+    lanes: &[[f32; LANES]; 6],
+) -> [[f32; LANES]; 3] {
     let load = |k: usize| f32x8::from_slice(simd, &lanes[k]);
     let gradient = [load(0), load(1), load(2)];
     let one = f32x8::splat(simd, 1.0);
@@ -179,7 +203,11 @@ fn light_lanes<S: Simd>(simd: S, light: &SampleLight, lanes: &[[f32; LANES]; 6])
         None => [factor.to_array(), one.to_array(), [0.0; LANES]],
         Some(shade) => {
             let lit = shade.light(simd, gradient, [load(3), load(4), load(5)]);
-            [factor.to_array(), lit.body.to_array(), lit.highlight.to_array()]
+            [
+                factor.to_array(),
+                lit.body.to_array(),
+                lit.highlight.to_array(),
+            ]
         }
     }
 }

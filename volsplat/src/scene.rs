@@ -48,7 +48,13 @@ const SAME_PLACE_VOXELS: f64 = 0.01;
 impl<'a> Scene<'a> {
     /// One scalar field, nothing hidden.
     pub fn new(volume: &'a Volume, transfer: &'a TransferFunction) -> Self {
-        Self { channels: vec![Channel { volume, look: Look::Transfer(transfer) }], mask: None }
+        Self {
+            channels: vec![Channel {
+                volume,
+                look: Look::Transfer(transfer),
+            }],
+            mask: None,
+        }
     }
 
     /// The grid that all channels share: the first of them.
@@ -59,7 +65,15 @@ impl<'a> Scene<'a> {
     /// The one scalar field and its transfer function, where that is all there is.
     pub(crate) fn single(&self) -> Option<(&'a Volume, &'a TransferFunction)> {
         match (self.channels.as_slice(), self.mask) {
-            (&[Channel { volume, look: Look::Transfer(transfer) }], None) => Some((volume, transfer)),
+            (
+                &[
+                    Channel {
+                        volume,
+                        look: Look::Transfer(transfer),
+                    },
+                ],
+                None,
+            ) => Some((volume, transfer)),
             _ => None,
         }
     }
@@ -80,7 +94,8 @@ impl<'a> Scene<'a> {
                 )));
             }
         }
-        self.mask.map_or(Ok(()), |mask| same_dims("the mask", mask.dims, dims))
+        self.mask
+            .map_or(Ok(()), |mask| same_dims("the mask", mask.dims, dims))
     }
 
     /// Colour and strength of the voxel at a linear index: extinctions add up, colours mix by extinction.
@@ -89,12 +104,22 @@ impl<'a> Scene<'a> {
             return [0.0; 4];
         }
         let mut sum = [0.0f64; 4];
-        for [r, g, b, strength] in self.channels.iter().map(|channel| channel.voxel(index, opacity)) {
+        for [r, g, b, strength] in self
+            .channels
+            .iter()
+            .map(|channel| channel.voxel(index, opacity))
+        {
             for (sum, value) in sum.iter_mut().zip([r, g, b, 1.0]) {
                 *sum += f64::from(strength) * f64::from(value);
             }
         }
-        let colour = |k: usize| if sum[3] > 0.0 { (sum[k] / sum[3]) as f32 } else { 0.0 };
+        let colour = |k: usize| {
+            if sum[3] > 0.0 {
+                (sum[k] / sum[3]) as f32
+            } else {
+                0.0
+            }
+        };
         [colour(0), colour(1), colour(2), sum[3] as f32]
     }
 
@@ -105,7 +130,10 @@ impl<'a> Scene<'a> {
         }
         let seen = |&index: &usize| {
             self.shows(index)
-                && self.channels.iter().any(|channel| channel.shows(channel.volume.value(index)))
+                && self
+                    .channels
+                    .iter()
+                    .any(|channel| channel.shows(channel.volume.value(index)))
         };
         (0..self.grid().len()).into_par_iter().filter(seen).count() as u64
     }
@@ -130,7 +158,10 @@ impl Channel<'_> {
         match self.look {
             Look::Transfer(transfer) => classified(transfer, opacity, value),
             Look::Labels(labels) => {
-                let LabelLook { rgb: [r, g, b], opacity: shown } = labels.look(value as i64);
+                let LabelLook {
+                    rgb: [r, g, b],
+                    opacity: shown,
+                } = labels.look(value as i64);
                 [r, g, b, strength_of(shown, opacity)]
             }
         }

@@ -73,7 +73,11 @@ impl<S: Simd> Polar<S> {
         let (x, y, z) = (x * inverse, y * inverse, z * inverse);
         let root = x.mul_add(x, y.mul_add(y, z * z)).sqrt();
         let unit = directed.select(constant(1.0) / root, constant(0.0));
-        Self { directed, direction: [x * unit, y * unit, z * unit], length: largest * root }
+        Self {
+            directed,
+            direction: [x * unit, y * unit, z * unit],
+            length: largest * root,
+        }
     }
 }
 
@@ -81,7 +85,10 @@ impl GradientRamp {
     /// A ramp from `low` to `high`, value per world unit, `low` below `high`.
     pub(crate) fn new([low, high]: [f64; 2]) -> Self {
         // A ramp narrower than f32 knows is a step.
-        Self { low: low as f32, scale: (1.0 / (high - low)).min(f64::from(f32::MAX)) as f32 }
+        Self {
+            low: low as f32,
+            scale: (1.0 / (high - low)).min(f64::from(f32::MAX)) as f32,
+        }
     }
 
     /// The factors of samples with these gradients.
@@ -105,22 +112,39 @@ impl ShadeSettings {
             Light::Headlight => -camera.forward_in_world(),
             Light::Towards(direction) => direction,
         };
-        Some(Self { light: light.normalize_or(DVec3::Z).as_vec3().to_array(), specular })
+        Some(Self {
+            light: light.normalize_or(DVec3::Z).as_vec3().to_array(),
+            specular,
+        })
     }
 
     /// Lights samples with these gradients, seen along these unit rays; both in the world.
     #[inline(always)]
-    pub(crate) fn light<S: Simd>(&self, simd: S, gradient: [f32x8<S>; 3], ray: [f32x8<S>; 3]) -> Lit<S> {
+    pub(crate) fn light<S: Simd>(
+        &self,
+        simd: S,
+        gradient: [f32x8<S>; 3],
+        ray: [f32x8<S>; 3],
+    ) -> Lit<S> {
         let constant = |v: f32| f32x8::splat(simd, v);
-        let dot = |a: [f32x8<S>; 3], b: [f32x8<S>; 3]| a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]));
+        let dot = |a: [f32x8<S>; 3], b: [f32x8<S>; 3]| {
+            a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
+        };
         let light = self.light.map(constant);
-        let Polar { directed, direction: normal, .. } = Polar::new(simd, gradient);
+        let Polar {
+            directed,
+            direction: normal,
+            ..
+        } = Polar::new(simd, gradient);
         // Either side is lit: the normal is the one that faces the light.
         let signed = dot(normal, light);
         let cosine = signed.abs();
         let body = cosine.mul_add(constant(DIFFUSE), constant(AMBIENT));
         if self.specular == 0.0 {
-            return Lit { body, highlight: constant(0.0) };
+            return Lit {
+                body,
+                highlight: constant(0.0),
+            };
         }
         // The mirrored light is 2 (n.l) n - l, whichever side n is on.
         let twice = signed * constant(2.0);
@@ -128,7 +152,10 @@ impl ShadeSettings {
         let mirrored = [mirror(0), mirror(1), mirror(2)];
         let towards_eye = (-dot(mirrored, ray)).max(constant(0.0));
         let shine = directed.select(power(towards_eye), constant(0.0));
-        Lit { body, highlight: shine * constant(self.specular) }
+        Lit {
+            body,
+            highlight: shine * constant(self.specular),
+        }
     }
 }
 

@@ -92,7 +92,10 @@ pub struct StageClock {
 impl StageClock {
     /// Starts now.
     pub fn start() -> Self {
-        Self { wall: Instant::now(), cpu: ProcessTime::try_now().ok() }
+        Self {
+            wall: Instant::now(),
+            cpu: ProcessTime::try_now().ok(),
+        }
     }
 
     /// The time since the start.
@@ -117,8 +120,15 @@ impl StageTime {
     pub fn shared<const N: usize>(self, cpu_ms: [f64; N]) -> [Self; N] {
         let total: f64 = cpu_ms.iter().sum();
         cpu_ms.map(|part| {
-            let share = if total > 0.0 { part / total } else { 1.0 / N as f64 };
-            Self { wall_ms: self.wall_ms * share, cpu_ms: self.cpu_ms * share }
+            let share = if total > 0.0 {
+                part / total
+            } else {
+                1.0 / N as f64
+            };
+            Self {
+                wall_ms: self.wall_ms * share,
+                cpu_ms: self.cpu_ms * share,
+            }
         })
     }
 }

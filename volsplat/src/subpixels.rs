@@ -16,7 +16,10 @@ pub(crate) fn automatic(
     let view = GridView::new(camera, world_from_grid);
     let gram = view.gram_px2(view.camera_from_grid.transform_point3(pos_in_grid));
     let spacing_px = largest_eigenvalue(gram).sqrt();
-    [1, 2, 4].into_iter().find(|&n| !(f64::from(n) * spacing_px < least_px)).unwrap_or(8)
+    [1, 2, 4]
+        .into_iter()
+        .find(|&n| !(f64::from(n) * spacing_px < least_px))
+        .unwrap_or(8)
 }
 
 /// The camera with as many times the pixels along each side, and how many times that is: a picture of more sub-pixels than

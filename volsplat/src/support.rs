@@ -32,7 +32,11 @@ impl Support {
                 // upper one holds from there on.
                 let rises = !visible(i - 1) && at(i) > at(i - 1);
                 let falls = !visible(i) && at(i) > at(i - 1);
-                let low = if rises { at(i - 1).next_up() } else { at(i - 1) };
+                let low = if rises {
+                    at(i - 1).next_up()
+                } else {
+                    at(i - 1)
+                };
                 let high = if falls { at(i).next_down() } else { at(i) };
                 intervals.push(low..=high);
             }
@@ -45,12 +49,16 @@ impl Support {
 
     /// All scalars.
     pub(crate) fn everything() -> Self {
-        Self { intervals: vec![f32::NEG_INFINITY..=f32::INFINITY] }
+        Self {
+            intervals: vec![f32::NEG_INFINITY..=f32::INFINITY],
+        }
     }
 
     /// One scalar.
     pub(crate) fn of(value: f32) -> Self {
-        Self { intervals: vec![value..=value] }
+        Self {
+            intervals: vec![value..=value],
+        }
     }
 
     /// Whether all scalars of another support are in this one.
@@ -68,15 +76,23 @@ impl Support {
             }
         }
         let holds = |part: &RangeInclusive<f32>| {
-            joined.iter().any(|whole| whole.start() <= part.start() && part.end() <= whole.end())
+            joined
+                .iter()
+                .any(|whole| whole.start() <= part.start() && part.end() <= whole.end())
         };
-        other.intervals.iter().filter(|part| !part.is_empty()).all(holds)
+        other
+            .intervals
+            .iter()
+            .filter(|part| !part.is_empty())
+            .all(holds)
     }
 
     /// Whether any scalar from `low` to `high` may be visible.
     #[inline(always)]
     pub(crate) fn meets(&self, low: f32, high: f32) -> bool {
-        self.intervals.iter().any(|s| high >= *s.start() && low <= *s.end())
+        self.intervals
+            .iter()
+            .any(|s| high >= *s.start() && low <= *s.end())
     }
 }
 
@@ -95,7 +111,9 @@ impl<'a> VisibleValues<'a> {
             VoxelType::I16 => (-(1 << 15), 1 << 16),
             _ => return Self::Direct(transfer),
         };
-        let shown = (lowest..lowest + count).map(|value| transfer.opacity(f64::from(value)) > 0.0).collect();
+        let shown = (lowest..lowest + count)
+            .map(|value| transfer.opacity(f64::from(value)) > 0.0)
+            .collect();
         Self::Table { lowest, shown }
     }
 
@@ -124,8 +142,14 @@ mod tests {
     use crate::transfer::{ColourKnot, OpacityKnot};
 
     fn support(knots: &[(f64, f64)]) -> Support {
-        let colours = vec![ColourKnot { value: 0.0, rgb: [1.0; 3] }];
-        let knots = knots.iter().map(|&(value, opacity)| OpacityKnot { value, opacity }).collect();
+        let colours = vec![ColourKnot {
+            value: 0.0,
+            rgb: [1.0; 3],
+        }];
+        let knots = knots
+            .iter()
+            .map(|&(value, opacity)| OpacityKnot { value, opacity })
+            .collect();
         Support::new(&TransferFunction::new(colours, knots).expect("a valid function"))
     }
 
@@ -133,20 +157,45 @@ mod tests {
     fn a_support_covers_what_lies_inside_it() {
         let wide = support(&[(10.0, 0.0), (20.0, 1.0), (50.0, 0.5), (60.0, 0.0)]);
         let narrow = support(&[(15.0, 0.0), (30.0, 1.0), (60.0, 0.0)]);
-        assert!(wide.covers(&narrow) && !narrow.covers(&wide), "one inside another");
-        assert!(wide.covers(&wide) && Support::everything().covers(&wide), "the same, and all");
-        let parts = support(&[(10.0, 0.0), (20.0, 1.0), (30.0, 0.0), (40.0, 0.0), (50.0, 1.0), (60.0, 0.0)]);
-        assert!(wide.covers(&parts) && !parts.covers(&wide), "a gap is not covered");
+        assert!(
+            wide.covers(&narrow) && !narrow.covers(&wide),
+            "one inside another"
+        );
+        assert!(
+            wide.covers(&wide) && Support::everything().covers(&wide),
+            "the same, and all"
+        );
+        let parts = support(&[
+            (10.0, 0.0),
+            (20.0, 1.0),
+            (30.0, 0.0),
+            (40.0, 0.0),
+            (50.0, 1.0),
+            (60.0, 0.0),
+        ]);
+        assert!(
+            wide.covers(&parts) && !parts.covers(&wide),
+            "a gap is not covered"
+        );
         let open = support(&[(10.0, 0.0), (20.0, 1.0)]);
         assert!(open.covers(&wide) && !wide.covers(&open), "without end");
-        assert!(narrow.covers(&support(&[(0.0, 0.0)])), "nothing is covered by anything");
+        assert!(
+            narrow.covers(&support(&[(0.0, 0.0)])),
+            "nothing is covered by anything"
+        );
     }
 
     #[test]
     fn a_mean_shows_what_either_function_shows() {
-        let colours = vec![ColourKnot { value: 0.0, rgb: [1.0; 3] }];
+        let colours = vec![ColourKnot {
+            value: 0.0,
+            rgb: [1.0; 3],
+        }];
         let function = |knots: &[(f64, f64)]| {
-            let knots = knots.iter().map(|&(value, opacity)| OpacityKnot { value, opacity }).collect();
+            let knots = knots
+                .iter()
+                .map(|&(value, opacity)| OpacityKnot { value, opacity })
+                .collect();
             TransferFunction::new(colours.clone(), knots).expect("a valid function")
         };
         let (a, b) = (
@@ -155,7 +204,10 @@ mod tests {
         );
         let kept = Support::new(&a.mixed(&b, 0.5));
         for share in [0.0, 0.1, 0.7, 1.0] {
-            assert!(kept.covers(&Support::new(&a.mixed(&b, share))), "share {share}");
+            assert!(
+                kept.covers(&Support::new(&a.mixed(&b, share))),
+                "share {share}"
+            );
         }
     }
 }

@@ -107,7 +107,11 @@ impl TileSlot {
             let at = |plane: &TilePlane| plane[i / side][i % side];
             let [red, green, blue] = &means.rgb;
             let rgb = [at(red), at(green), at(blue)];
-            ShownPixel { rgb, transmittance: at(&means.transmittance), depth: at(&means.depth) }
+            ShownPixel {
+                rgb,
+                transmittance: at(&means.transmittance),
+                depth: at(&means.depth),
+            }
         }));
     }
 
@@ -156,8 +160,10 @@ impl TileStage<'_> {
         (slots, open): (&mut [TileSlot], &mut [OpenTile]),
     ) {
         let columns = self.grid.columns();
-        let primitives: Vec<&[Primitive]> =
-            chunks.iter().map(|chunk| chunk.bins.primitives.as_slice()).collect();
+        let primitives: Vec<&[Primitive]> = chunks
+            .iter()
+            .map(|chunk| chunk.bins.primitives.as_slice())
+            .collect();
         let tiles = slots.par_iter_mut().zip(open).enumerate();
         tiles.for_each_init(Scratch::default, |scratch, (index, (slot, open))| {
             let at = [index % columns, index / columns];
@@ -165,7 +171,8 @@ impl TileStage<'_> {
             let before = open.pending.len();
             for chunk in &chunks[first..] {
                 // Tile numbers fit: a picture side is at most 32768 px.
-                open.pending.extend_from_slice(chunk.bins.tile(at[0] as u16, at[1] as u16));
+                open.pending
+                    .extend_from_slice(chunk.bins.tile(at[0] as u16, at[1] as u16));
             }
             slot.list_more(open.pending.len() - before);
             let is_begun = first > 0 || self.near.is_empty();
@@ -232,10 +239,20 @@ impl TileStage<'_> {
                 Layers::Samples => composite_tile,
                 Layers::Slices => composite_slices,
             };
-            slot.count(composite(&self.settings, work, corner_px, ready, primitives));
+            slot.count(composite(
+                &self.settings,
+                work,
+                corner_px,
+                ready,
+                primitives,
+            ));
             std::mem::swap(&mut work.pixels, kept);
         }
-        let most = kept.transmittance.iter().flatten().fold(0.0f32, |most, &t| most.max(t));
+        let most = kept
+            .transmittance
+            .iter()
+            .flatten()
+            .fold(0.0f32, |most, &t| most.max(t));
         open.is_opaque = most < self.settings.min_transmittance;
         if open.is_opaque {
             open.pending.clear();
@@ -259,5 +276,7 @@ pub(crate) fn tally(slots: &[TileSlot], whole: StageTime, stats: &mut FrameStats
 
 /// CPU time of this thread since `start`, ms; 0 where the system keeps no such clock.
 pub(crate) fn elapsed_ms(start: Option<ThreadTime>) -> f64 {
-    start.and_then(|s| s.try_elapsed().ok()).map_or(0.0, |d| seconds_to_ms(d.as_secs_f64()))
+    start
+        .and_then(|s| s.try_elapsed().ok())
+        .map_or(0.0, |d| seconds_to_ms(d.as_secs_f64()))
 }

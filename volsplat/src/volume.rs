@@ -128,13 +128,27 @@ impl Volume {
     ///
     /// Refused with [`Error::Option`]: a dimension of 0, a count that does not match, axes that are not finite or lie
     /// (nearly) in one plane, and a voxel that is NaN or infinite.
-    pub fn new(dims: [usize; 3], voxels: Voxels, world_from_index: DAffine3) -> Result<Self, Error> {
+    pub fn new(
+        dims: [usize; 3],
+        voxels: Voxels,
+        world_from_index: DAffine3,
+    ) -> Result<Self, Error> {
         check_count(dims, voxels.len()).map_err(Error::Option)?;
         check_axes(&world_from_index).map_err(Error::Option)?;
         if let Some(index) = voxels.first_non_finite() {
-            return Err(Error::Option(non_finite_message(dims, index, voxels.value(index))));
+            return Err(Error::Option(non_finite_message(
+                dims,
+                index,
+                voxels.value(index),
+            )));
         }
-        Ok(Self { dims, voxels, world_from_index, up_hint: None, space: None })
+        Ok(Self {
+            dims,
+            voxels,
+            world_from_index,
+            up_hint: None,
+            space: None,
+        })
     }
 
     /// Number of voxels, at least 1.
@@ -151,7 +165,11 @@ impl Volume {
     /// World distance between neighbours along x, y and z, each above 0.
     pub fn spacing(&self) -> [f64; 3] {
         let axes = self.world_from_index.matrix3;
-        [axes.x_axis.length(), axes.y_axis.length(), axes.z_axis.length()]
+        [
+            axes.x_axis.length(),
+            axes.y_axis.length(),
+            axes.z_axis.length(),
+        ]
     }
 
     /// The least of [`Volume::spacing`]. An axis along which there is one voxel only counts like the others.
@@ -197,7 +215,11 @@ impl Lattice {
     /// World distance between neighbours along x, y and z, each above 0.
     pub fn spacing(&self) -> [f64; 3] {
         let axes = self.world_from_index.matrix3;
-        [axes.x_axis.length(), axes.y_axis.length(), axes.z_axis.length()]
+        [
+            axes.x_axis.length(),
+            axes.y_axis.length(),
+            axes.z_axis.length(),
+        ]
     }
 
     /// The least of [`Lattice::spacing`].
@@ -255,13 +277,21 @@ impl Voxels {
     pub(crate) fn replace_non_finite(&mut self, replacement: f64) -> Result<(), String> {
         match self {
             Self::F32(values) if (replacement as f32).is_finite() => {
-                values.iter_mut().filter(|v| !v.is_finite()).for_each(|v| *v = replacement as f32);
+                values
+                    .iter_mut()
+                    .filter(|v| !v.is_finite())
+                    .for_each(|v| *v = replacement as f32);
             }
             Self::F64(values) if replacement.is_finite() => {
-                values.iter_mut().filter(|v| !v.is_finite()).for_each(|v| *v = replacement);
+                values
+                    .iter_mut()
+                    .filter(|v| !v.is_finite())
+                    .for_each(|v| *v = replacement);
             }
             Self::F32(_) | Self::F64(_) => {
-                return Err(format!("the value {replacement} that is to replace NaN is itself not finite"));
+                return Err(format!(
+                    "the value {replacement} that is to replace NaN is itself not finite"
+                ));
             }
             _ => {}
         }
@@ -301,20 +331,29 @@ fn check_count(dims: [usize; 3], held: usize) -> Result<(), String> {
         return Ok(());
     }
     let [x, y, z] = dims;
-    Err(format!("dims {x}x{y}x{z} need {needed} voxels, but there are {held}"))
+    Err(format!(
+        "dims {x}x{y}x{z} need {needed} voxels, but there are {held}"
+    ))
 }
 
 fn check_axes(world_from_index: &DAffine3) -> Result<(), String> {
     if !world_from_index.is_finite() {
         return Err(
-            "the axes or the origin of the volume are not finite: check spacing and origin".to_owned()
+            "the axes or the origin of the volume are not finite: check spacing and origin"
+                .to_owned(),
         );
     }
     let axes = world_from_index.matrix3;
     let columns = [axes.x_axis, axes.y_axis, axes.z_axis];
     let [x, y, z] = columns.map(DVec3::length);
-    if let Some(axis) = [x, y, z].iter().position(|&length| length == 0.0 || !length.is_finite()) {
-        return Err(format!("axis {axis} of the volume has length {}: check the spacing", [x, y, z][axis]));
+    if let Some(axis) = [x, y, z]
+        .iter()
+        .position(|&length| length == 0.0 || !length.is_finite())
+    {
+        return Err(format!(
+            "axis {axis} of the volume has length {}: check the spacing",
+            [x, y, z][axis]
+        ));
     }
     let determinant = (columns[0] / x).dot((columns[1] / y).cross(columns[2] / z));
     // A length below 1e-154 squares to a denormal, so the quotient can be NaN: that is refused here too.
@@ -327,11 +366,17 @@ fn check_axes(world_from_index: &DAffine3) -> Result<(), String> {
 }
 
 fn non_finite_message(dims: [usize; 3], index: usize, value: f64) -> String {
-    let [i, j, k] = [index % dims[0], index / dims[0] % dims[1], index / (dims[0] * dims[1])];
+    let [i, j, k] = [
+        index % dims[0],
+        index / dims[0] % dims[1],
+        index / (dims[0] * dims[1]),
+    ];
     let what = if value.is_nan() { "NaN" } else { "infinite" };
     format!("voxel ({i},{j},{k}) is {what}; replace it with --nan-as VALUE")
 }
 
 fn range_of(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+        (low.min(value), high.max(value))
+    })
 }

@@ -17,7 +17,10 @@ pub(crate) struct RowRange {
 
 impl RowRange {
     /// Nothing.
-    pub(crate) const EMPTY: Self = Self { low: f32::INFINITY, high: f32::NEG_INFINITY };
+    pub(crate) const EMPTY: Self = Self {
+        low: f32::INFINITY,
+        high: f32::NEG_INFINITY,
+    };
 
     /// Widens the range to hold `y`.
     pub(crate) fn include(&mut self, y: f32) {

@@ -67,18 +67,30 @@ impl Footprint {
     /// The screen's Gaussian in the reference, less the reference's own.
     pub(crate) fn new(reference_from_screen: DMat2) -> Self {
         let (a, b) = (reference_from_screen.x_axis, reference_from_screen.y_axis);
-        let [xx, xy, yy] = [a.x * a.x + b.x * b.x, a.x * a.y + b.x * b.y, a.y * a.y + b.y * b.y];
+        let [xx, xy, yy] = [
+            a.x * a.x + b.x * b.x,
+            a.x * a.y + b.x * b.y,
+            a.y * a.y + b.y * b.y,
+        ];
         let half_trace = 0.5 * (xx + yy);
         let spread = (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt();
         let (large, small) = (half_trace + spread, half_trace - spread);
         // The longer of the two equivalent forms of the eigenvector.
-        let along = if xx >= yy { DVec2::new(large - yy, xy) } else { DVec2::new(xy, large - xx) };
+        let along = if xx >= yy {
+            DVec2::new(large - yy, xy)
+        } else {
+            DVec2::new(xy, large - xx)
+        };
         let along = along.try_normalize().unwrap_or(DVec2::X);
         let variance = [large, small].map(|minification2| {
             let sigma2 = PIXEL_SIGMA_PX * PIXEL_SIGMA_PX;
             (sigma2 * (minification2 - 1.0)).clamp(0.0, MAX_SIGMA_PX * MAX_SIGMA_PX)
         });
-        Self { along, across: along.perp(), variance }
+        Self {
+            along,
+            across: along.perp(),
+            variance,
+        }
     }
 
     /// The covariance (xx, xy, yy), px^2; 0 where nothing is filtered.
@@ -128,7 +140,10 @@ impl Lookup<'_> {
         let mut sum = f32x4::splat(simd, 0.0);
         let mut centre = 1.0;
         let weight = f32x4::splat(simd, 1.0 / 6.0);
-        for (direction, variance) in [footprint.along, footprint.across].into_iter().zip(footprint.variance) {
+        for (direction, variance) in [footprint.along, footprint.across]
+            .into_iter()
+            .zip(footprint.variance)
+        {
             if variance > LEAST_VARIANCE {
                 let step = (3.0 * variance).sqrt() * direction;
                 sum = self.cubic(simd, at + step).mul_add(weight, sum);
@@ -136,7 +151,8 @@ impl Lookup<'_> {
                 centre -= 1.0 / 3.0;
             }
         }
-        self.cubic(simd, at).mul_add(f32x4::splat(simd, centre), sum)
+        self.cubic(simd, at)
+            .mul_add(f32x4::splat(simd, centre), sum)
     }
 
     /// The cubic reconstruction at a place.
@@ -160,8 +176,10 @@ impl Lookup<'_> {
         };
         let [width, height] = self.surfaces.size;
         // Only where four rows and columns exist, and no cut is among them.
-        let inside =
-            base.x >= 1.0 && base.y >= 1.0 && base.x + 2.0 < width as f64 && base.y + 2.0 < height as f64;
+        let inside = base.x >= 1.0
+            && base.y >= 1.0
+            && base.x + 2.0 < width as f64
+            && base.y + 2.0 < height as f64;
         if inside {
             let index = base.y as usize * width + base.x as usize;
             if self.surfaces.clearance[index] >= 3 {
@@ -175,7 +193,9 @@ impl Lookup<'_> {
     fn clear_around(&self, at: DVec2, reach: usize) -> bool {
         let [width, height] = self.surfaces.size;
         let inside = at.x >= 0.0 && at.y >= 0.0 && at.x < width as f64 && at.y < height as f64;
-        inside && usize::from(self.surfaces.clearance[at.y as usize * width + at.x as usize]) > reach + 1
+        inside
+            && usize::from(self.surfaces.clearance[at.y as usize * width + at.x as usize])
+                > reach + 1
     }
 
     /// Whether a sample lies on the patch's plane, as far from the patch as it is.

@@ -34,10 +34,21 @@ impl OcclusionOrder {
         let axis = |along: f64, size: u32| {
             // 0/0, without motion along this axis or at all, is NaN: any split will do.
             let at = along / weight.abs() * if towards { 1.0 } else { -1.0 };
-            let split = if at.is_nan() { 0.0 } else { at.clamp(0.0, f64::from(size)) };
-            AxisOrder { split: split.round() as u32, size, towards }
+            let split = if at.is_nan() {
+                0.0
+            } else {
+                at.clamp(0.0, f64::from(size))
+            };
+            AxisOrder {
+                split: split.round() as u32,
+                size,
+                towards,
+            }
         };
-        Self { columns: axis(place[0], size[0]), rows: axis(place[1], size[1]) }
+        Self {
+            columns: axis(place[0], size[0]),
+            rows: axis(place[1], size[1]),
+        }
     }
 }
 
@@ -48,7 +59,11 @@ impl AxisOrder {
         // Towards the split: 0.., then size-1 down to it. Away: the reverse of that.
         (0..size).map(move |i| {
             let step = if towards { i } else { size - 1 - i };
-            if step < split { step } else { size - 1 - (step - split) }
+            if step < split {
+                step
+            } else {
+                size - 1 - (step - split)
+            }
         })
     }
 }
@@ -66,12 +81,22 @@ fn epipole(reference: &Camera, target: &Camera) -> ([f64; 2], f64) {
     let direction: DVec3 = pose.matrix3 * eye.truncate() + eye.w * pose.translation;
     // The eyes coincide up to rounding: the direction between them is noise, and any order will do.
     let scale = (pose.matrix3 * eye.truncate()).length() + pose.translation.length();
-    let eye: DVec4 = if direction.length() <= 1e-14 * scale { DVec4::ZERO } else { direction.extend(eye.w) };
+    let eye: DVec4 = if direction.length() <= 1e-14 * scale {
+        DVec4::ZERO
+    } else {
+        direction.extend(eye.w)
+    };
     let weight = match reference.projection {
         Projection::Perspective => eye.z,
         Projection::Orthographic => eye.w,
     };
-    ([reference.fx * eye.x + reference.cx * weight, reference.fy * eye.y + reference.cy * weight], weight)
+    (
+        [
+            reference.fx * eye.x + reference.cx * weight,
+            reference.fy * eye.y + reference.cy * weight,
+        ],
+        weight,
+    )
 }
 
 #[cfg(test)]
@@ -80,11 +105,35 @@ mod tests {
 
     #[test]
     fn indices_run_towards_or_away_from_the_split() {
-        let order = |split, towards| AxisOrder { split, size: 5, towards }.indices().collect::<Vec<_>>();
+        let order = |split, towards| {
+            AxisOrder {
+                split,
+                size: 5,
+                towards,
+            }
+            .indices()
+            .collect::<Vec<_>>()
+        };
         assert_eq!(order(2, true), [0, 1, 4, 3, 2], "towards an epipole inside");
-        assert_eq!(order(2, false), [2, 3, 4, 1, 0], "away from an epipole inside");
-        assert_eq!(order(0, true), [4, 3, 2, 1, 0], "towards an epipole before the picture");
-        assert_eq!(order(5, true), [0, 1, 2, 3, 4], "towards an epipole beyond the picture");
-        assert_eq!(order(0, false), [0, 1, 2, 3, 4], "away from an epipole before the picture");
+        assert_eq!(
+            order(2, false),
+            [2, 3, 4, 1, 0],
+            "away from an epipole inside"
+        );
+        assert_eq!(
+            order(0, true),
+            [4, 3, 2, 1, 0],
+            "towards an epipole before the picture"
+        );
+        assert_eq!(
+            order(5, true),
+            [0, 1, 2, 3, 4],
+            "towards an epipole beyond the picture"
+        );
+        assert_eq!(
+            order(0, false),
+            [0, 1, 2, 3, 4],
+            "away from an epipole before the picture"
+        );
     }
 }

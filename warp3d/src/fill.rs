@@ -21,7 +21,16 @@ const PURE: f32 = 0.97;
 const FAR_RATIO: f32 = 1.15;
 
 /// Steps along x and y of the eight directions.
-const DIRECTIONS: [[isize; 2]; 8] = [[1, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [-1, 1], [1, -1], [-1, -1]];
+const DIRECTIONS: [[isize; 2]; 8] = [
+    [1, 0],
+    [-1, 0],
+    [0, 1],
+    [0, -1],
+    [1, 1],
+    [-1, 1],
+    [1, -1],
+    [-1, -1],
+];
 
 /// A known pixel that a direction meets first.
 #[derive(Clone, Copy, Debug)]
@@ -51,11 +60,19 @@ pub(crate) fn fill(layer: &mut Layer, width: usize, how: Fill) -> Vec<f32> {
         return mask;
     }
     let rims = rims(layer, width);
-    let background: Vec<Option<([f32; 3], f32)>> =
-        (0..layer.rgba.len()).into_par_iter().map(|i| background(layer, &rims, i)).collect();
-    let natural = if how == Fill::Natural { natural(layer, &rims, width) } else { Vec::new() };
+    let background: Vec<Option<([f32; 3], f32)>> = (0..layer.rgba.len())
+        .into_par_iter()
+        .map(|i| background(layer, &rims, i))
+        .collect();
+    let natural = if how == Fill::Natural {
+        natural(layer, &rims, width)
+    } else {
+        Vec::new()
+    };
     for (i, behind) in background.into_iter().enumerate() {
-        let Some((rgb, depth)) = natural.get(i).copied().flatten().or(behind) else { continue };
+        let Some((rgb, depth)) = natural.get(i).copied().flatten().or(behind) else {
+            continue;
+        };
         let pixel = &mut layer.rgba[i];
         let missing = 1.0 - pixel[3];
         for (c, v) in pixel.iter_mut().zip([rgb[0], rgb[1], rgb[2], 1.0]) {
@@ -80,14 +97,19 @@ fn rims(layer: &Layer, width: usize) -> Vec<Vec<Option<Rim>>> {
                 let x = if dx >= 0 { column } else { width - 1 - column };
                 let at = y * width + x;
                 if layer.rgba[at][3] >= SOLID && layer.purity[at] >= PURE {
-                    met[at] = Some(Rim { pixel: at as u32, distance: 0.0 });
+                    met[at] = Some(Rim {
+                        pixel: at as u32,
+                        distance: 0.0,
+                    });
                     continue;
                 }
                 let (px, py) = (x as isize - dx, y as isize - dy);
                 if px >= 0 && py >= 0 && px < width as isize && py < height as isize {
                     let step = ((dx * dx + dy * dy) as f32).sqrt();
-                    met[at] = met[py as usize * width + px as usize]
-                        .map(|rim| Rim { distance: rim.distance + step, ..rim });
+                    met[at] = met[py as usize * width + px as usize].map(|rim| Rim {
+                        distance: rim.distance + step,
+                        ..rim
+                    });
                 }
             }
         }
@@ -115,19 +137,29 @@ fn background(layer: &Layer, rims: &[Vec<Option<Rim>>], at: usize) -> Option<([f
         depth += weight * z.min(f32::MAX.sqrt());
         total += weight;
     }
-    Some((sum.map(|v| v / total), if far.is_finite() { depth / total } else { far }))
+    Some((
+        sum.map(|v| v / total),
+        if far.is_finite() { depth / total } else { far },
+    ))
 }
 
 fn farthest(layer: &Layer, rims: &[Vec<Option<Rim>>], at: usize) -> Option<f32> {
-    rims.iter().filter_map(|r| r[at]).map(|rim| layer.depth[rim.pixel as usize]).reduce(f32::max)
+    rims.iter()
+        .filter_map(|r| r[at])
+        .map(|rim| layer.depth[rim.pixel as usize])
+        .reduce(f32::max)
 }
 
 /// Natural-neighbour interpolation between all far rim pixels; `None` outside their hull.
 fn natural(layer: &Layer, rims: &[Vec<Option<Rim>>], width: usize) -> Vec<Option<([f32; 3], f32)>> {
-    let holes: Vec<usize> = (0..layer.rgba.len()).filter(|&i| layer.rgba[i][3] < SOLID).collect();
+    let holes: Vec<usize> = (0..layer.rgba.len())
+        .filter(|&i| layer.rgba[i][3] < SOLID)
+        .collect();
     let mut is_site = vec![false; layer.rgba.len()];
     for &hole in &holes {
-        let Some(far) = farthest(layer, rims, hole) else { continue };
+        let Some(far) = farthest(layer, rims, hole) else {
+            continue;
+        };
         let met = rims.iter().filter_map(|r| r[hole]);
         for rim in met.filter(|rim| layer.depth[rim.pixel as usize] * FAR_RATIO >= far) {
             is_site[rim.pixel as usize] = true;
@@ -135,13 +167,20 @@ fn natural(layer: &Layer, rims: &[Vec<Option<Rim>>], width: usize) -> Vec<Option
     }
     let sites = (0..is_site.len())
         .filter(|&i| is_site[i])
-        .map(|pixel| Site { at: Point2::new((pixel % width) as f64, (pixel / width) as f64), pixel });
+        .map(|pixel| Site {
+            at: Point2::new((pixel % width) as f64, (pixel / width) as f64),
+            pixel,
+        });
     let mut out = vec![None; layer.rgba.len()];
-    let Ok(triangulation) = DelaunayTriangulation::<Site>::bulk_load(sites.collect()) else { return out };
+    let Ok(triangulation) = DelaunayTriangulation::<Site>::bulk_load(sites.collect()) else {
+        return out;
+    };
     let neighbours = triangulation.natural_neighbor();
     for hole in holes {
         let at = Point2::new((hole % width) as f64, (hole / width) as f64);
-        let value = |of: &dyn Fn(usize) -> f32| neighbours.interpolate(|v| f64::from(of(v.data().pixel)), at);
+        let value = |of: &dyn Fn(usize) -> f32| {
+            neighbours.interpolate(|v| f64::from(of(v.data().pixel)), at)
+        };
         let channel = |c: usize| value(&|i| layer.rgba[i][c]).map(|v| v as f32);
         let depth = value(&|i| layer.depth[i].min(f32::MAX.sqrt())).map(|v| v as f32);
         out[hole] = match (channel(0), channel(1), channel(2), depth) {

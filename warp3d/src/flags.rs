@@ -17,13 +17,16 @@ impl Flags {
     pub(crate) fn new(width: usize, height: usize, is_set: impl Fn(usize) -> bool + Sync) -> Self {
         let per_row = width.div_ceil(WORD);
         let mut words = vec![0; per_row * height];
-        words.par_chunks_mut(per_row.max(1)).enumerate().for_each(|(y, row)| {
-            for (k, word) in row.iter_mut().enumerate() {
-                let first = y * width + k * WORD;
-                let count = WORD.min(width - k * WORD);
-                *word = (0..count).fold(0, |bits, i| bits | u64::from(is_set(first + i)) << i);
-            }
-        });
+        words
+            .par_chunks_mut(per_row.max(1))
+            .enumerate()
+            .for_each(|(y, row)| {
+                for (k, word) in row.iter_mut().enumerate() {
+                    let first = y * width + k * WORD;
+                    let count = WORD.min(width - k * WORD);
+                    *word = (0..count).fold(0, |bits, i| bits | u64::from(is_set(first + i)) << i);
+                }
+            });
         Self { words, per_row }
     }
 
@@ -45,26 +48,33 @@ impl Flags {
             });
         let mut grown = wide.clone();
         let height = self.words.len() / self.per_row.max(1);
-        grown.words.par_chunks_mut(self.per_row.max(1)).enumerate().for_each(|(y, grown)| {
-            for from in y.saturating_sub(by)..(y + by + 1).min(height) {
-                for (word, &other) in grown.iter_mut().zip(wide.row(from)) {
-                    *word |= other;
+        grown
+            .words
+            .par_chunks_mut(self.per_row.max(1))
+            .enumerate()
+            .for_each(|(y, grown)| {
+                for from in y.saturating_sub(by)..(y + by + 1).min(height) {
+                    for (word, &other) in grown.iter_mut().zip(wide.row(from)) {
+                        *word |= other;
+                    }
                 }
-            }
-        });
+            });
         grown
     }
 
     /// Those pixels of the set, in a picture of `width`, for which `keep(index)` holds.
     pub(crate) fn kept(&self, width: usize, keep: impl Fn(usize) -> bool + Sync) -> Self {
         let mut kept = self.clone();
-        kept.words.par_chunks_mut(self.per_row.max(1)).enumerate().for_each(|(y, row)| {
-            for (k, word) in row.iter_mut().enumerate().filter(|(_, word)| **word != 0) {
-                let inside = Bits(*word).filter(|i| k * WORD + i < width);
-                let keeps = inside.filter(|i| keep(y * width + k * WORD + i));
-                *word = keeps.fold(0, |bits, i| bits | 1 << i);
-            }
-        });
+        kept.words
+            .par_chunks_mut(self.per_row.max(1))
+            .enumerate()
+            .for_each(|(y, row)| {
+                for (k, word) in row.iter_mut().enumerate().filter(|(_, word)| **word != 0) {
+                    let inside = Bits(*word).filter(|i| k * WORD + i < width);
+                    let keeps = inside.filter(|i| keep(y * width + k * WORD + i));
+                    *word = keeps.fold(0, |bits, i| bits | 1 << i);
+                }
+            });
         kept
     }
 
@@ -79,8 +89,16 @@ impl Flags {
     pub(crate) fn any(&self, columns: [usize; 2], rows: [usize; 2]) -> bool {
         let [first, last] = [columns[0] / WORD, columns[1] / WORD];
         let mask = |k: usize| {
-            let from = if k == first { u64::MAX << (columns[0] % WORD) } else { u64::MAX };
-            let to = if k == last { u64::MAX >> (WORD - 1 - columns[1] % WORD) } else { u64::MAX };
+            let from = if k == first {
+                u64::MAX << (columns[0] % WORD)
+            } else {
+                u64::MAX
+            };
+            let to = if k == last {
+                u64::MAX >> (WORD - 1 - columns[1] % WORD)
+            } else {
+                u64::MAX
+            };
             from & to
         };
         (rows[0]..=rows[1]).any(|y| {
@@ -92,7 +110,9 @@ impl Flags {
     /// The pixels of row `y` that are in the set, those beyond `width` left out.
     pub(crate) fn columns(&self, y: usize, width: usize) -> impl Iterator<Item = usize> {
         let words = self.row(y).iter().enumerate();
-        words.flat_map(|(k, &word)| Bits(word).map(move |i| k * WORD + i)).take_while(move |&x| x < width)
+        words
+            .flat_map(|(k, &word)| Bits(word).map(move |i| k * WORD + i))
+            .take_while(move |&x| x < width)
     }
 
     fn row(&self, y: usize) -> &[u64] {
@@ -126,12 +146,25 @@ mod tests {
         let flags = Flags::new(width, height, |i| set.contains(&(i % width, i / width)));
         let grown = flags.grown(2);
         for y in 0..height {
-            let near = |x: usize| set.iter().any(|&(u, v)| x.abs_diff(u) <= 2 && y.abs_diff(v) <= 2);
+            let near = |x: usize| {
+                set.iter()
+                    .any(|&(u, v)| x.abs_diff(u) <= 2 && y.abs_diff(v) <= 2)
+            };
             let expected: Vec<usize> = (0..width).filter(|&x| near(x)).collect();
-            assert_eq!(grown.columns(y, width).collect::<Vec<_>>(), expected, "row {y}");
+            assert_eq!(
+                grown.columns(y, width).collect::<Vec<_>>(),
+                expected,
+                "row {y}"
+            );
             assert!((0..width).all(|x| grown.get(x, y) == near(x)), "row {y}");
         }
-        assert!(flags.any([60, 63], [0, 2]) && flags.any([64, 149], [5, 5]), "rectangles that hold a pixel");
-        assert!(!flags.any([1, 62], [0, 8]) && !flags.any([65, 149], [0, 7]), "rectangles that hold none");
+        assert!(
+            flags.any([60, 63], [0, 2]) && flags.any([64, 149], [5, 5]),
+            "rectangles that hold a pixel"
+        );
+        assert!(
+            !flags.any([1, 62], [0, 8]) && !flags.any([65, 149], [0, 7]),
+            "rectangles that hold none"
+        );
     }
 }

@@ -91,7 +91,11 @@ struct Drawing<'a> {
 
 impl Drawing<'_> {
     fn taking(&self) -> Taking {
-        if self.order.is_some() { Taking::Always } else { Taking::Nearer }
+        if self.order.is_some() {
+            Taking::Always
+        } else {
+            Taking::Nearer
+        }
     }
 }
 
@@ -99,7 +103,11 @@ impl Prepared {
     /// Finds surfaces and edges of `reference`.
     pub(crate) fn new(reference: &Reference, options: &WarpOptions) -> Self {
         let surfaces = Surfaces::new(reference, options.tolerance);
-        let mut samples: Vec<_> = reference.colour.par_iter().map(|&[r, g, b]| [r, g, b, 0.0]).collect();
+        let mut samples: Vec<_> = reference
+            .colour
+            .par_iter()
+            .map(|&[r, g, b]| [r, g, b, 0.0])
+            .collect();
         let cuts = match options.mixed {
             MixedPixels::Keep => Rims::half_way(&surfaces),
             MixedPixels::Unmix => Rims::unmixed(&surfaces, &mut samples),
@@ -107,7 +115,15 @@ impl Prepared {
         let coefficients = coefficients(&samples, &surfaces);
         let segments = Segments::new(&surfaces, Quarters::new(&surfaces, &cuts));
         let known = surfaces.disparity.iter().filter(|d| !d.is_nan()).count() as u64;
-        Self { surfaces, colours: Colours { samples, coefficients }, segments, known }
+        Self {
+            surfaces,
+            colours: Colours {
+                samples,
+                coefficients,
+            },
+            segments,
+            known,
+        }
     }
 }
 
@@ -121,9 +137,13 @@ impl Hybrid {
         stats: &mut FrameStats,
     ) -> Layer {
         let warp = Warp::new(&reference.camera, target);
-        let scene = Scene { surfaces: &prepared.surfaces, segments: &prepared.segments };
+        let scene = Scene {
+            surfaces: &prepared.surfaces,
+            segments: &prepared.segments,
+        };
         let clock = StageClock::start();
-        self.projected.project(&scene, &warp, options.simd.resolve());
+        self.projected
+            .project(&scene, &warp, options.simd.resolve());
         stats.samples += prepared.known;
         stats.outside += prepared.known - self.projected.in_front();
         stats.stages.project.add(clock.stop());
@@ -135,7 +155,11 @@ impl Hybrid {
                 Some(OcclusionOrder::new(&reference.camera, target, size))
             }
         };
-        let drawing = Drawing { scene, order, level: options.simd.resolve() };
+        let drawing = Drawing {
+            scene,
+            order,
+            level: options.simd.resolve(),
+        };
         self.draw_centres(&drawing, target);
         self.give_slots(target, prepared.surfaces.tolerance);
         self.draw_fine(&drawing, target, options.subpixels as usize);
@@ -156,7 +180,10 @@ impl Hybrid {
         self.patch.resize(pixels, NO_PATCH);
         let projected = &self.projected;
         let band = width * BAND_ROWS;
-        let planes = self.nearness.par_chunks_mut(band).zip(self.patch.par_chunks_mut(band));
+        let planes = self
+            .nearness
+            .par_chunks_mut(band)
+            .zip(self.patch.par_chunks_mut(band));
         planes.zip(self.rim.par_chunks_mut(band)).enumerate().for_each(
             |(index, ((nearness, patch), rim))| {
                 // What the frame before has left goes band by band: then it is still near when it is drawn over.
@@ -193,16 +220,19 @@ impl Hybrid {
         });
         self.slot.resize(size[0] * size[1], NO_SLOT);
         let (band, touched) = (size[0] * BAND_ROWS, &self.touched);
-        self.slot.par_chunks_mut(band).enumerate().for_each(|(index, slots)| {
-            slots.fill(NO_SLOT);
-            let mut next = 0;
-            for (y, row) in slots.chunks_mut(size[0]).enumerate() {
-                for x in touched.columns(index * BAND_ROWS + y, size[0]) {
-                    row[x] = next;
-                    next += 1;
+        self.slot
+            .par_chunks_mut(band)
+            .enumerate()
+            .for_each(|(index, slots)| {
+                slots.fill(NO_SLOT);
+                let mut next = 0;
+                for (y, row) in slots.chunks_mut(size[0]).enumerate() {
+                    for x in touched.columns(index * BAND_ROWS + y, size[0]) {
+                        row[x] = next;
+                        next += 1;
+                    }
                 }
-            }
-        });
+            });
     }
 
     /// A pixel is at an edge if it or one of its eight neighbours, as far as its Gaussian reaches, sees several surfaces,
@@ -220,7 +250,8 @@ impl Hybrid {
                 (self.slot[at] != NO_SLOT || self.slot[next] != NO_SLOT)
                     && differ(sight(at), sight(next), surfaces)
             };
-            (at % width + 1 < width && differs(at + 1)) || (at / width + 1 < height && differs(at + width))
+            (at % width + 1 < width && differs(at + 1))
+                || (at / width + 1 < height && differs(at + width))
         };
         let near = self.touched.grown(1);
         self.at_edge = near.kept(width, mixed).grown(1);
@@ -228,7 +259,11 @@ impl Hybrid {
 
     fn sight(&self, at: usize, width: usize, whole: u64) -> Sight {
         if self.slot[at] == NO_SLOT {
-            return if self.patch[at] == NO_PATCH { Sight::Nothing } else { Sight::One(self.patch[at]) };
+            return if self.patch[at] == NO_PATCH {
+                Sight::Nothing
+            } else {
+                Sight::One(self.patch[at])
+            };
         }
         match self.parts[at / width / BAND_ROWS].of_slot(self.slot[at] as usize) {
             [] => Sight::Nothing,
@@ -272,7 +307,9 @@ fn differ(a: Sight, b: Sight, surfaces: &Surfaces) -> bool {
 
 fn edges(at_edge: &Flags, target: &Camera) -> u64 {
     let width = target.width as usize;
-    (0..target.height as usize).map(|y| at_edge.columns(y, width).count() as u64).sum()
+    (0..target.height as usize)
+        .map(|y| at_edge.columns(y, width).count() as u64)
+        .sum()
 }
 
 /// First and last column and row that a triangle's bounding box touches inside a band.
@@ -284,5 +321,8 @@ fn pixels_of(corners: [Vertex; 3], width: usize, rows: [usize; 2]) -> Option<[[u
         let high = a.max(b).max(c).floor().min(end as f32 - 1.0);
         (low <= high).then_some([low as usize, high as usize])
     };
-    Some([range(p.x, q.x, r.x, 0, width)?, range(p.y, q.y, r.y, rows[0], rows[1])?])
+    Some([
+        range(p.x, q.x, r.x, 0, width)?,
+        range(p.y, q.y, r.y, rows[0], rows[1])?,
+    ])
 }

@@ -32,7 +32,9 @@ pub mod warper;
 
 pub use error::Error;
 pub use large::{LargeReference, LargeWarper};
-pub use options::{Blend, ExtraPlanes, Fill, Method, MixedPixels, SurfaceTolerance, Visibility, WarpOptions};
+pub use options::{
+    Blend, ExtraPlanes, Fill, Method, MixedPixels, SurfaceTolerance, Visibility, WarpOptions,
+};
 pub use reference::Reference;
 pub use stats::{FrameStats, StageTime, StageTimes};
 pub use warper::{Frame, Warper};

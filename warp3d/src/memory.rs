@@ -51,7 +51,11 @@ impl Taken {
             // Two triangles a sample, built from a triangulation with six half edges a sample.
             Method::Mesh => (PREPARED + 24, 12 + 120, 8),
         };
-        Self { prepared, by_sample, by_pixel }
+        Self {
+            prepared,
+            by_sample,
+            by_pixel,
+        }
     }
 }
 
@@ -75,18 +79,33 @@ pub fn bytes_needed(references: &[[u32; 2]], target: [u32; 2], options: &WarpOpt
     let samples: Vec<u64> = references.iter().copied().map(pixels).collect();
     let largest = samples.iter().max().copied().unwrap_or(0);
     let target = pixels(target);
-    let working =
-        working_bytes(&samples, target, options) + (PICTURE - LAYER + filling(options.fill)) * target;
+    let working = working_bytes(&samples, target, options)
+        + (PICTURE - LAYER + filling(options.fill)) * target;
     with_small_buffers(working.max(REFERENCE * samples.iter().sum::<u64>() + READING * largest))
 }
 
 /// Bytes of references of so many `samples`, prepared and drawn into layers of so many `pixels`.
 fn working_bytes(samples: &[u64], pixels: u64, options: &WarpOptions) -> u64 {
-    let Taken { prepared, by_sample, by_pixel } = Taken::new(options.method);
-    let (sum, largest) = (samples.iter().sum::<u64>(), samples.iter().max().copied().unwrap_or(0));
-    let preparing = if options.method == Method::Nearest { 0 } else { PREPARING * largest };
+    let Taken {
+        prepared,
+        by_sample,
+        by_pixel,
+    } = Taken::new(options.method);
+    let (sum, largest) = (
+        samples.iter().sum::<u64>(),
+        samples.iter().max().copied().unwrap_or(0),
+    );
+    let preparing = if options.method == Method::Nearest {
+        0
+    } else {
+        PREPARING * largest
+    };
     // One layer a reference, and one that they are blended into.
-    let layers = if samples.len() > 1 { samples.len() as u64 + 1 } else { 1 };
+    let layers = if samples.len() > 1 {
+        samples.len() as u64 + 1
+    } else {
+        1
+    };
     let drawing = by_sample * largest + (by_pixel + LAYER * layers) * pixels;
     (REFERENCE + prepared) * sum + preparing.max(drawing)
 }
@@ -98,7 +117,12 @@ pub(crate) fn window_bytes(samples: &[u64], cuts: u64, pixels: u64, options: &Wa
 
 /// Bytes that `max_bytes` leave for windows of a picture of so many `pixels` from references with so many `blocks`; 0
 /// where the picture alone takes more.
-pub(crate) fn left_for_windows(max_bytes: u64, pixels: u64, blocks: u64, options: &WarpOptions) -> u64 {
+pub(crate) fn left_for_windows(
+    max_bytes: u64,
+    pixels: u64,
+    blocks: u64,
+    options: &WarpOptions,
+) -> u64 {
     let picture = (PICTURE + filling(options.fill)) * pixels;
     // Ranges, counts, and places on the screen.
     let tables = (8 + 8 + 16) * blocks;
@@ -128,9 +152,15 @@ pub fn check_memory(
         return Ok(());
     }
     let sizes: Vec<String> = references.iter().map(|[w, h]| format!("{w}x{h}")).collect();
-    let nearest = bytes_needed(references, target, &WarpOptions::with_method(Method::Nearest));
+    let nearest = bytes_needed(
+        references,
+        target,
+        &WarpOptions::with_method(Method::Nearest),
+    );
     let way_out = match options.method {
-        Method::Mesh => "allow more, or use --method hybrid, which warps in parts what does not fit",
+        Method::Mesh => {
+            "allow more, or use --method hybrid, which warps in parts what does not fit"
+        }
         method if nearest <= max_bytes && method != Method::Nearest => {
             "allow more, make the pictures smaller, or use --method nearest, which fits"
         }
@@ -154,14 +184,35 @@ mod tests {
         let (large, small) = ([16_384, 16_384], [640, 480]);
         let hybrid = WarpOptions::default();
         let needed = bytes_needed(&[large], small, &hybrid);
-        assert!((20 << 30..40 << 30).contains(&needed), "16k x 16k takes {needed} bytes");
-        assert!(check_memory(&[large], small, &hybrid, needed).is_ok(), "just enough");
-        let error = check_memory(&[large], small, &hybrid, 19 << 30).expect_err("too little").to_string();
-        assert!(error.contains("16384x16384") && error.contains("--method nearest"), "{error}");
+        assert!(
+            (20 << 30..40 << 30).contains(&needed),
+            "16k x 16k takes {needed} bytes"
+        );
+        assert!(
+            check_memory(&[large], small, &hybrid, needed).is_ok(),
+            "just enough"
+        );
+        let error = check_memory(&[large], small, &hybrid, 19 << 30)
+            .expect_err("too little")
+            .to_string();
+        assert!(
+            error.contains("16384x16384") && error.contains("--method nearest"),
+            "{error}"
+        );
         let nearest = WarpOptions::with_method(Method::Nearest);
-        assert!(check_memory(&[large], small, &nearest, 19 << 30).is_ok(), "nearest fits, as the error says");
-        let error = check_memory(&[large], small, &nearest, 1 << 20).expect_err("too little").to_string();
-        assert!(!error.contains("nearest"), "no way out that is none: {error}");
-        assert!(bytes_needed(&[small, small], small, &hybrid) > bytes_needed(&[small], small, &hybrid));
+        assert!(
+            check_memory(&[large], small, &nearest, 19 << 30).is_ok(),
+            "nearest fits, as the error says"
+        );
+        let error = check_memory(&[large], small, &nearest, 1 << 20)
+            .expect_err("too little")
+            .to_string();
+        assert!(
+            !error.contains("nearest"),
+            "no way out that is none: {error}"
+        );
+        assert!(
+            bytes_needed(&[small, small], small, &hybrid) > bytes_needed(&[small], small, &hybrid)
+        );
     }
 }

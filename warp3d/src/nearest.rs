@@ -62,11 +62,22 @@ impl Nearest {
 
     fn project(&mut self, reference: &Reference, target: &Camera) {
         let width = reference.camera.width as usize;
-        self.placed.resize(reference.depth.len(), Placed { pixel: NOWHERE, depth: 0.0 });
-        self.rows.resize(reference.camera.height as usize, RowRange::EMPTY);
+        self.placed.resize(
+            reference.depth.len(),
+            Placed {
+                pixel: NOWHERE,
+                depth: 0.0,
+            },
+        );
+        self.rows
+            .resize(reference.camera.height as usize, RowRange::EMPTY);
         let warp = Warp::new(&reference.camera, target);
         let size = [f64::from(target.width), f64::from(target.height)];
-        let rows = self.placed.par_chunks_mut(width).zip(&mut self.rows).enumerate();
+        let rows = self
+            .placed
+            .par_chunks_mut(width)
+            .zip(&mut self.rows)
+            .enumerate();
         rows.for_each(|(y, (placed, range))| {
             let mut row = warp.row(y as u32);
             *range = RowRange::EMPTY;
@@ -81,7 +92,10 @@ impl Nearest {
                 }
                 range.include(at.y as f32);
                 let pixel = at.y as u32 * target.width + at.x as u32;
-                *slot = Placed { pixel, depth: warped.depth as f32 };
+                *slot = Placed {
+                    pixel,
+                    depth: warped.depth as f32,
+                };
             }
         });
     }
@@ -90,15 +104,22 @@ impl Nearest {
         let width = target.width as usize;
         let mut layer = Layer::empty(width * target.height as usize);
         let band = width * BAND_ROWS;
-        let planes = layer.rgba.par_chunks_mut(band).zip(layer.depth.par_chunks_mut(band));
-        planes.zip(layer.resolution.par_chunks_mut(band)).enumerate().for_each(
-            |(index, ((rgba, depth), resolution))| {
+        let planes = layer
+            .rgba
+            .par_chunks_mut(band)
+            .zip(layer.depth.par_chunks_mut(band));
+        planes
+            .zip(layer.resolution.par_chunks_mut(band))
+            .enumerate()
+            .for_each(|(index, ((rgba, depth), resolution))| {
                 let first = index * BAND_ROWS;
                 let origin = first * width;
                 let mut winner = vec![NOWHERE; depth.len()];
                 let mut visit = |sample: usize, compare: bool| {
                     let placed = self.placed[sample];
-                    let Some(slot) = (placed.pixel as usize).checked_sub(origin) else { return };
+                    let Some(slot) = (placed.pixel as usize).checked_sub(origin) else {
+                        return;
+                    };
                     if slot < depth.len()
                         && (!compare || placed.depth < depth[slot] || winner[slot] == NOWHERE)
                     {
@@ -112,8 +133,7 @@ impl Nearest {
                     rgba[slot] = [r, g, b, 1.0];
                     resolution[slot] = 1.0;
                 }
-            },
-        );
+            });
         layer
     }
 
@@ -133,8 +153,16 @@ impl Nearest {
                 }
             }
             Some(order) => {
-                for y in order.rows.indices().map(|y| y as usize).filter(|&y| touches(y)) {
-                    order.columns.indices().for_each(|x| visit(y * width + x as usize, false));
+                for y in order
+                    .rows
+                    .indices()
+                    .map(|y| y as usize)
+                    .filter(|&y| touches(y))
+                {
+                    order
+                        .columns
+                        .indices()
+                        .for_each(|x| visit(y * width + x as usize, false));
                 }
             }
         }

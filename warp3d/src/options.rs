@@ -123,26 +123,38 @@ impl Default for WarpOptions {
 
 impl Method {
     /// Every method, for tests and tables that sweep over them.
-    pub const ALL: [Self; 6] =
-        [Self::Nearest, Self::Hybrid, Self::Mesh, Self::Points, Self::Splats, Self::Ewa];
+    pub const ALL: [Self; 6] = [
+        Self::Nearest,
+        Self::Hybrid,
+        Self::Mesh,
+        Self::Points,
+        Self::Splats,
+        Self::Ewa,
+    ];
 }
 
 impl WarpOptions {
     /// The method, with the default of every other choice.
     pub fn with_method(method: Method) -> Self {
-        Self { method, ..Self::default() }
+        Self {
+            method,
+            ..Self::default()
+        }
     }
 
     /// Checks every number against its range.
     pub fn validate(&self) -> Result<(), Error> {
         let ordered = matches!(self.method, Method::Nearest | Method::Hybrid);
         if self.visibility == Visibility::OcclusionOrder && !ordered {
-            let what = "occlusion order is for the methods nearest and hybrid: use --visibility zbuffer";
+            let what =
+                "occlusion order is for the methods nearest and hybrid: use --visibility zbuffer";
             return Err(Error::Option(what.into()));
         }
         if !(1..=8).contains(&self.subpixels) {
             let n = self.subpixels;
-            return Err(Error::Option(format!("the number of sub-pixels is {n}, expected 1 to 8")));
+            return Err(Error::Option(format!(
+                "the number of sub-pixels is {n}, expected 1 to 8"
+            )));
         }
         match self.tolerance {
             SurfaceTolerance::Relative(t) if !(t > 0.0 && t < 1.0) => Err(Error::Option(format!(

@@ -42,7 +42,10 @@ impl CellRows {
     /// is too large by less than n / 2^shift <= 1 / cells: never as far as the next whole number.
     pub(crate) fn new(cells: usize) -> Self {
         let shift = MAX_CELLS.ilog2() + 1 + cells.next_power_of_two().ilog2();
-        Self { factor: (1u64 << shift).div_ceil(cells as u64), shift }
+        Self {
+            factor: (1u64 << shift).div_ceil(cells as u64),
+            shift,
+        }
     }
 
     #[inline(always)]
@@ -95,8 +98,8 @@ impl Patch {
             return Self::of_sample(surfaces, cx + corner % 2, cy + corner / 2);
         }
         let first = (cy - 1) * width + cx - 1;
-        let [a, b, c, d] =
-            [first, first + 1, first + width, first + width + 1].map(|i| f64::from(surfaces.disparity[i]));
+        let [a, b, c, d] = [first, first + 1, first + width, first + width + 1]
+            .map(|i| f64::from(surfaces.disparity[i]));
         let place = DVec2::new(cx as f64 - 0.5, cy as f64 - 0.5);
         let (disparity, slope) = match (surfaces.cells[cell], kind) {
             (Cell::AntiDiagonal, 0) => (a, [b - a, c - a]),
@@ -104,7 +107,11 @@ impl Patch {
             (_, 0) => (a, [b - a, d - b]),
             _ => (a, [d - c, c - a]),
         };
-        Self { place, disparity, slope: DVec2::from_array(slope) }
+        Self {
+            place,
+            disparity,
+            slope: DVec2::from_array(slope),
+        }
     }
 
     /// The tangent plane of a sample; `None` where its depth is unknown.
@@ -145,7 +152,10 @@ impl Patch {
         // Coordinates count from the place, so that nothing cancels far from the reference's corner.
         let origin = self.place.x * x + self.place.y * y + one + self.disparity * disparity;
         let (x, y) = (x + self.slope.x * disparity, y + self.slope.y * disparity);
-        PlaneMap { patch: *self, rows: [y.cross(origin), origin.cross(x), x.cross(y)] }
+        PlaneMap {
+            patch: *self,
+            rows: [y.cross(origin), origin.cross(x), x.cross(y)],
+        }
     }
 }
 
@@ -167,7 +177,10 @@ impl PlaneMap {
         let scale = 1.0 / row_one.dot(screen);
         let offset = DVec2::new(row_x.dot(screen), row_y.dot(screen)) * scale;
         let column = |of: fn(DVec3) -> f64| {
-            DVec2::new(of(row_x) - offset.x * of(row_one), of(row_y) - offset.y * of(row_one)) * scale
+            DVec2::new(
+                of(row_x) - offset.x * of(row_one),
+                of(row_y) - offset.y * of(row_one),
+            ) * scale
         };
         offset.is_finite().then(|| Hit {
             pos_in_reference: self.patch.place + offset,
@@ -186,10 +199,17 @@ mod tests {
         for cells in [1, 2, 3, 7, 33, 641, 1921, 4096, 4097, 65_537, MAX_CELLS] {
             let rows = CellRows::new(cells);
             let last = MAX_CELLS - 1;
-            let near_ends = (0..200).flat_map(|i| [i, last - i, (last / cells).saturating_sub(i) * cells]);
-            let all = near_ends.chain((0..=last).step_by(99_991)).flat_map(|n| [n, n.saturating_sub(1)]);
+            let near_ends =
+                (0..200).flat_map(|i| [i, last - i, (last / cells).saturating_sub(i) * cells]);
+            let all = near_ends
+                .chain((0..=last).step_by(99_991))
+                .flat_map(|n| [n, n.saturating_sub(1)]);
             for cell in all {
-                assert_eq!(rows.row(cell), cell / cells, "cell {cell} in rows of {cells}");
+                assert_eq!(
+                    rows.row(cell),
+                    cell / cells,
+                    "cell {cell} in rows of {cells}"
+                );
             }
         }
     }

@@ -109,10 +109,16 @@ impl Segments {
             let of_segment = |segment: usize| {
                 let (cy, first) = (segment / per_row, segment % per_row * SEGMENT);
                 let cells = &surfaces.cells[cy * (width + 1)..(cy + 1) * (width + 1)];
-                let set = cells[first..(first + SEGMENT).min(width + 1)].iter().enumerate();
-                set.filter(|&(_, &cell)| which(cell)).fold(0, |bits, (i, _)| bits | 1 << i)
+                let set = cells[first..(first + SEGMENT).min(width + 1)]
+                    .iter()
+                    .enumerate();
+                set.filter(|&(_, &cell)| which(cell))
+                    .fold(0, |bits, (i, _)| bits | 1 << i)
             };
-            (0..per_row * (height + 1)).into_par_iter().map(of_segment).collect()
+            (0..per_row * (height + 1))
+                .into_par_iter()
+                .map(of_segment)
+                .collect()
         };
         Self {
             joined: bits(|cell| matches!(cell, Cell::MainDiagonal | Cell::AntiDiagonal)),
@@ -134,42 +140,60 @@ impl Projected {
         }
         self.blocks.resize(per_row * height, [RowRange::EMPTY; 2]);
         let [xs, ys, nearness] = &mut self.planes.0;
-        let rows = xs[1..].par_chunks_mut(width).zip(ys[1..].par_chunks_mut(width));
+        let rows = xs[1..]
+            .par_chunks_mut(width)
+            .zip(ys[1..].par_chunks_mut(width));
         rows.zip(nearness[1..].par_chunks_mut(width))
             .zip(self.blocks.par_chunks_mut(per_row))
             .enumerate()
             .for_each(|(y, ((row, near), blocks))| {
                 let disparity = &scene.surfaces.disparity[y * width..(y + 1) * width];
-                let to = ProjectedRow { planes: [row.0, row.1, near], blocks };
+                let to = ProjectedRow {
+                    planes: [row.0, row.1, near],
+                    blocks,
+                };
                 dispatch!(level, simd => project_row(simd, warp, y, disparity, to));
             });
-        scene.segments.quarters.project(scene.surfaces, warp, &mut self.quarters);
-        self.segments.resize(per_row * (height + 1), [RowRange::EMPTY; 2]);
+        scene
+            .segments
+            .quarters
+            .project(scene.surfaces, warp, &mut self.quarters);
+        self.segments
+            .resize(per_row * (height + 1), [RowRange::EMPTY; 2]);
         let (planes, blocks, quarters) = (&self.planes.0, &self.blocks, &self.quarters);
-        self.segments.par_iter_mut().with_min_len(256).enumerate().for_each(|(segment, range)| {
-            *range = [RowRange::EMPTY; 2];
-            let (cy, block) = (segment / per_row, segment % per_row);
-            if scene.segments.joined[segment] != 0 {
-                for y in [cy - 1, cy] {
-                    range[0].join(blocks[y * per_row + block][0]);
-                    range[1].join(blocks[y * per_row + block][1]);
-                    if block > 0 {
-                        let before = y * width + block * SEGMENT;
-                        range[0].include(planes[0][before]);
-                        range[1].include(planes[1][before]);
+        self.segments
+            .par_iter_mut()
+            .with_min_len(256)
+            .enumerate()
+            .for_each(|(segment, range)| {
+                *range = [RowRange::EMPTY; 2];
+                let (cy, block) = (segment / per_row, segment % per_row);
+                if scene.segments.joined[segment] != 0 {
+                    for y in [cy - 1, cy] {
+                        range[0].join(blocks[y * per_row + block][0]);
+                        range[1].join(blocks[y * per_row + block][1]);
+                        if block > 0 {
+                            let before = y * width + block * SEGMENT;
+                            range[0].include(planes[0][before]);
+                            range[1].include(planes[1][before]);
+                        }
                     }
                 }
-            }
-            for corner in quarters[scene.segments.quarters.of_segment(segment)].iter().flatten() {
-                range[0].include(corner.x);
-                range[1].include(corner.y);
-            }
-        });
+                for corner in quarters[scene.segments.quarters.of_segment(segment)]
+                    .iter()
+                    .flatten()
+                {
+                    range[0].include(corner.x);
+                    range[1].include(corner.y);
+                }
+            });
         let joined = |segments: &[[RowRange; 2]]| {
-            segments.iter().fold(RowRange::EMPTY, |mut row, [_, along]| {
-                row.join(*along);
-                row
-            })
+            segments
+                .iter()
+                .fold(RowRange::EMPTY, |mut row, [_, along]| {
+                    row.join(*along);
+                    row
+                })
         };
         self.rows.clear();
         self.rows.extend(self.segments.chunks(per_row).map(joined));
@@ -192,7 +216,8 @@ impl Projected {
         let [width, height] = scene.surfaces.size;
         let per_row = (width + 1).div_ceil(SEGMENT);
         let Some(order) = order else {
-            let touching = (0..self.rows.len()).filter(|&cy| self.rows[cy].touches(rows[0], rows[1]));
+            let touching =
+                (0..self.rows.len()).filter(|&cy| self.rows[cy].touches(rows[0], rows[1]));
             for segment in touching.flat_map(|cy| cy * per_row..(cy + 1) * per_row) {
                 let [columns, along] = self.segments[segment];
                 if along.touches(rows[0], rows[1]) && sink.wants(columns, along) {
@@ -201,7 +226,11 @@ impl Projected {
             }
             return;
         };
-        debug_assert_eq!(self.segments.len(), per_row * (height + 1), "segments of the scene");
+        debug_assert_eq!(
+            self.segments.len(),
+            per_row * (height + 1),
+            "segments of the scene"
+        );
         for cy in order.rows.indices().map(|y| y as usize) {
             for cx in order.columns.indices().map(|x| x as usize) {
                 if self.segments[cy * per_row + cx / SEGMENT][1].touches(rows[0], rows[1]) {
@@ -212,7 +241,13 @@ impl Projected {
     }
 
     #[inline(always)]
-    fn visit_segment<S: Simd>(&self, simd: S, scene: &Scene<'_>, segment: usize, sink: &mut impl Sink) {
+    fn visit_segment<S: Simd>(
+        &self,
+        simd: S,
+        scene: &Scene<'_>,
+        segment: usize,
+        sink: &mut impl Sink,
+    ) {
         let width = scene.surfaces.size[0];
         let per_row = (width + 1).div_ceil(SEGMENT);
         let (cy, first) = (segment / per_row, segment % per_row * SEGMENT);
@@ -223,7 +258,8 @@ impl Projected {
             }
             let cx = first + shift;
             let places = (cy * (width + 1) + cx, (cy - 1) * width + cx, width);
-            let cells = EightCells::load(simd, &self.planes, places, [joined >> shift, main >> shift]);
+            let cells =
+                EightCells::load(simd, &self.planes, places, [joined >> shift, main >> shift]);
             sink.eight(simd, &cells);
         }
         for quarter in scene.segments.quarters.of_segment(segment) {
@@ -232,7 +268,13 @@ impl Projected {
     }
 
     #[inline(always)]
-    fn visit_quarter<S: Simd>(&self, simd: S, scene: &Scene<'_>, quarter: usize, sink: &mut impl Sink) {
+    fn visit_quarter<S: Simd>(
+        &self,
+        simd: S,
+        scene: &Scene<'_>,
+        quarter: usize,
+        sink: &mut impl Sink,
+    ) {
         let [p, q, r, s] = self.quarters[quarter];
         let id = scene.segments.quarters.id(quarter);
         emit(simd, [p, q, r], (id, Rim::Rim), sink);
@@ -263,8 +305,11 @@ impl Projected {
                 let first = (cy - 1) * width + cx - 1;
                 let [a, b, c, d] =
                     [first, first + 1, first + width, first + width + 1].map(|i| self.vertex(i));
-                let triangles =
-                    if kind == Cell::MainDiagonal { [[a, b, d], [a, d, c]] } else { [[a, b, c], [b, d, c]] };
+                let triangles = if kind == Cell::MainDiagonal {
+                    [[a, b, d], [a, d, c]]
+                } else {
+                    [[a, b, c], [b, d, c]]
+                };
                 emit(simd, triangles[0], (patch_id(cell, 0), Rim::Inside), sink);
                 emit(simd, triangles[1], (patch_id(cell, 1), Rim::Inside), sink);
             }
@@ -279,7 +324,11 @@ impl Projected {
 
 impl Vertex {
     /// Behind the near plane, or unknown.
-    pub(crate) const NOWHERE: Self = Self { x: f32::NAN, y: f32::NAN, nearness: f32::NAN };
+    pub(crate) const NOWHERE: Self = Self {
+        x: f32::NAN,
+        y: f32::NAN,
+        nearness: f32::NAN,
+    };
 
     /// A sample on the screen.
     pub(crate) fn of_sample(surfaces: &Surfaces, warp: &Warp, index: usize) -> Self {
@@ -297,7 +346,11 @@ impl Vertex {
             return Self::NOWHERE;
         }
         let at = warped.pos_in_screen();
-        Self { x: at.x as f32, y: at.y as f32, nearness: warp.nearness(warped.depth) as f32 }
+        Self {
+            x: at.x as f32,
+            y: at.y as f32,
+            nearness: warp.nearness(warped.depth) as f32,
+        }
     }
 }
 

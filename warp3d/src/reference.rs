@@ -24,8 +24,12 @@ pub const NO_BOUNDS: [DVec3; 2] = [DVec3::INFINITY, DVec3::NEG_INFINITY];
 impl Reference {
     /// Two corners of the box around all samples that have a depth, world units.
     pub fn bounds(&self) -> [DVec3; 2] {
-        let rows = self.depth.par_chunks(self.camera.width.max(1) as usize).enumerate();
-        rows.map(|(y, depth)| row_bounds(&self.camera, y, depth)).reduce(|| NO_BOUNDS, joined)
+        let rows = self
+            .depth
+            .par_chunks(self.camera.width.max(1) as usize)
+            .enumerate();
+        rows.map(|(y, depth)| row_bounds(&self.camera, y, depth))
+            .reduce(|| NO_BOUNDS, joined)
     }
 }
 

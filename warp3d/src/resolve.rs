@@ -87,8 +87,14 @@ impl<'a> Resolver<'a> {
     pub(crate) fn layer(&self) -> Layer {
         let width = self.size[0];
         let mut layer = Layer::empty(width * self.size[1]);
-        let colours = layer.rgba.par_chunks_mut(width).zip(layer.depth.par_chunks_mut(width));
-        let shares = layer.resolution.par_chunks_mut(width).zip(layer.purity.par_chunks_mut(width));
+        let colours = layer
+            .rgba
+            .par_chunks_mut(width)
+            .zip(layer.depth.par_chunks_mut(width));
+        let shares = layer
+            .resolution
+            .par_chunks_mut(width)
+            .zip(layer.purity.par_chunks_mut(width));
         colours.zip(shares).enumerate().for_each(|(y, ((rgba, depth), (resolution, purity)))| {
             dispatch!(self.level, simd => row(simd, self, y, Row { rgba, depth, resolution, purity }));
         });
@@ -98,7 +104,11 @@ impl<'a> Resolver<'a> {
     /// A lookup on the plane of `patch`.
     #[inline(always)]
     fn lookup(&self, patch: &Patch) -> Lookup<'_> {
-        Lookup { colours: &self.prepared.colours, surfaces: &self.prepared.surfaces, patch: *patch }
+        Lookup {
+            colours: &self.prepared.colours,
+            surfaces: &self.prepared.surfaces,
+            patch: *patch,
+        }
     }
 
     #[inline(always)]
@@ -109,15 +119,29 @@ impl<'a> Resolver<'a> {
     }
 
     #[inline(always)]
-    fn at_edge<S: Simd>(&self, simd: S, (x, y): (usize, usize), parts: &mut Parts) -> Option<Resolved> {
+    fn at_edge<S: Simd>(
+        &self,
+        simd: S,
+        (x, y): (usize, usize),
+        parts: &mut Parts,
+    ) -> Option<Resolved> {
         self.find_parts(x, y, parts);
         let inside = parts.window[0];
         let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-        let mut sum = Resolved { rgba: [0.0; 4], depth: f32::INFINITY, resolution: 0.0, purity: 1.0 };
+        let mut sum = Resolved {
+            rgba: [0.0; 4],
+            depth: f32::INFINITY,
+            resolution: 0.0,
+            purity: 1.0,
+        };
         let mut largest = 0.0;
         for (part, (plane, at_centre)) in parts.list.iter().zip(&parts.traced) {
             let shift = shift(part, parts.window, at_centre.as_ref());
-            let hit = if shift == DVec2::ZERO { *at_centre } else { plane.hit(centre + shift) };
+            let hit = if shift == DVec2::ZERO {
+                *at_centre
+            } else {
+                plane.hit(centre + shift)
+            };
             let Some(hit) = hit else { continue };
             let (rgb, depth, resolution) = self.look_up(simd, &plane.patch, &hit);
             for (s, v) in sum.rgba.iter_mut().zip([rgb[0], rgb[1], rgb[2], 1.0]) {
@@ -145,20 +169,26 @@ impl<'a> Resolver<'a> {
     /// Seen from the same place, an edge looks as the reference shows it, mixed pixels and all, and nothing that was
     /// taken apart can be put together better.
     fn unmoved(&self, traced: &[(PlaneMap, Option<Hit>)]) -> Option<([f32; 3], f32)> {
-        let [(_, first), others @ ..] = traced else { return None };
+        let [(_, first), others @ ..] = traced else {
+            return None;
+        };
         if others.is_empty() {
             return None;
         }
         let hit = first.as_ref()?;
         let mut spread = 0.0f64;
         for (_, other) in others {
-            spread = spread.max(hit.pos_in_reference.distance(other.as_ref()?.pos_in_reference));
+            spread = spread.max(
+                hit.pos_in_reference
+                    .distance(other.as_ref()?.pos_in_reference),
+            );
         }
         // Minified, the filter mixes more than the reference's pixels did.
         let unminified = (2.0 - minification2(hit).sqrt()).clamp(0.0, 1.0);
         let share = (1.0 - spread / UNMOVED_PX).max(0.0) * unminified;
         let known = known_at(self.reference, hit.pos_in_reference);
-        (known && share > 0.0).then(|| (as_taken(self.reference, hit.pos_in_reference), share as f32))
+        (known && share > 0.0)
+            .then(|| (as_taken(self.reference, hit.pos_in_reference), share as f32))
     }
 }
 
@@ -189,7 +219,12 @@ fn row<S: Simd>(simd: S, resolver: &Resolver<'_>, y: usize, row: Row<'_>) {
     let width = resolver.size[0];
     let mut run = Run::new();
     for first in (0..width).step_by(RUN) {
-        run.resolve(simd, resolver, (first, y), (row.rgba, row.depth, row.resolution));
+        run.resolve(
+            simd,
+            resolver,
+            (first, y),
+            (row.rgba, row.depth, row.resolution),
+        );
     }
     let mut parts = Parts::default();
     for x in resolver.hybrid.at_edge.columns(y, width) {
@@ -203,7 +238,10 @@ fn row<S: Simd>(simd: S, resolver: &Resolver<'_>, y: usize, row: Row<'_>) {
 
 /// Whether the reference knows a depth at the pixel that holds this place.
 fn known_at(reference: &Reference, pos_in_reference: DVec2) -> bool {
-    let size = DVec2::new(f64::from(reference.camera.width), f64::from(reference.camera.height));
+    let size = DVec2::new(
+        f64::from(reference.camera.width),
+        f64::from(reference.camera.height),
+    );
     let at = pos_in_reference.clamp(DVec2::ZERO, size - 1.0);
     let depth = reference.depth[at.y as usize * reference.camera.width as usize + at.x as usize];
     depth > 0.0

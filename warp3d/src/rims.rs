@@ -48,7 +48,9 @@ const LARGEST_SHARE: f32 = 0.5;
 impl Rims {
     /// Every edge half way.
     pub(crate) fn half_way(surfaces: &Surfaces) -> Self {
-        Self { places: vec![[HALF; 2]; surfaces.disparity.len()] }
+        Self {
+            places: vec![[HALF; 2]; surfaces.disparity.len()],
+        }
     }
 
     /// Finds the edges between `samples` and gives the samples beside them the colour of their own surface.
@@ -60,13 +62,23 @@ impl Rims {
         let mut shares = vec![0.0f32; samples.len()];
         for index in 0..samples.len() {
             for axis in 0..2 {
-                let Some(cut) = cut_after(surfaces, index, axis) else { continue };
-                let Some([near_share, far_share]) = cut.shares(samples) else { continue };
+                let Some(cut) = cut_after(surfaces, index, axis) else {
+                    continue;
+                };
+                let Some([near_share, far_share]) = cut.shares(samples) else {
+                    continue;
+                };
                 let place = (0.5 - near_share + far_share).clamp(0.0, 1.0);
-                let from_here = if cut.nearer[0] == index { place } else { 1.0 - place };
+                let from_here = if cut.nearer[0] == index {
+                    place
+                } else {
+                    1.0 - place
+                };
                 rims.places[index][axis] = (255.0 * from_here + 0.5) as u8;
-                let sides =
-                    [(cut.nearer[0], cut.farther[1], near_share), (cut.farther[0], cut.nearer[1], far_share)];
+                let sides = [
+                    (cut.nearer[0], cut.farther[1], near_share),
+                    (cut.farther[0], cut.nearer[1], far_share),
+                ];
                 for (sample, other, share) in sides {
                     if share > shares[sample] {
                         shares[sample] = share;
@@ -75,7 +87,8 @@ impl Rims {
                 }
             }
         }
-        own.into_iter().for_each(|(sample, colour)| samples[sample] = colour);
+        own.into_iter()
+            .for_each(|(sample, colour)| samples[sample] = colour);
         rims
     }
 
@@ -89,7 +102,11 @@ impl Rims {
             if places[axis] == if forwards { count - 1 } else { 0 } {
                 return 0.5;
             }
-            let (next, first) = if forwards { (index + step, index) } else { (index - step, index - step) };
+            let (next, first) = if forwards {
+                (index + step, index)
+            } else {
+                (index - step, index - step)
+            };
             if surfaces.linked_on(first, axis) {
                 return OVERLAP;
             }
@@ -148,15 +165,25 @@ fn cut_after(surfaces: &Surfaces, index: usize, axis: usize) -> Option<Cut> {
     }
     // A small jump is a bend of one surface to a pixel that sees both sides of it: nothing is mixed there.
     let jump = (surfaces.disparity[index] - surfaces.disparity[next]).abs();
-    if jump <= SMALLEST_JUMP * surfaces.tolerance * surfaces.disparity[index].max(surfaces.disparity[next]) {
+    if jump
+        <= SMALLEST_JUMP
+            * surfaces.tolerance
+            * surfaces.disparity[index].max(surfaces.disparity[next])
+    {
         return None;
     }
     let (here, there) = ([index, index - step], [next, next + step]);
     let here_nearer = surfaces.nearer(index, next);
     Some(if here_nearer {
-        Cut { nearer: here, farther: there }
+        Cut {
+            nearer: here,
+            farther: there,
+        }
     } else {
-        Cut { nearer: there, farther: here }
+        Cut {
+            nearer: there,
+            farther: here,
+        }
     })
 }
 

@@ -100,27 +100,41 @@ fn splat(surfaces: &Surfaces, warp: &Warp, sample: usize, method: Method) -> Opt
         return None;
     }
     let (a, b) = (jacobian.x_axis, jacobian.y_axis);
-    let gram = [a.x * a.x + b.x * b.x, a.x * a.y + b.x * b.y, a.y * a.y + b.y * b.y];
+    let gram = [
+        a.x * a.x + b.x * b.x,
+        a.x * a.y + b.x * b.y,
+        a.y * a.y + b.y * b.y,
+    ];
     let pixel = PIXEL_SIGMA_PX * PIXEL_SIGMA_PX;
     let covariance = match method {
         Method::Points => {
             let variance = (pixel * (1.0 - area)).max(LEAST_POINT_VARIANCE);
             [variance, 0.0, variance]
         }
-        Method::Ewa => {
-            [DISC_VARIANCE * gram[0] + pixel, DISC_VARIANCE * gram[1], DISC_VARIANCE * gram[2] + pixel]
-        }
+        Method::Ewa => [
+            DISC_VARIANCE * gram[0] + pixel,
+            DISC_VARIANCE * gram[1],
+            DISC_VARIANCE * gram[2] + pixel,
+        ],
         _ => gram.map(|g| DISC_VARIANCE * g),
     };
     let determinant = covariance[0] * covariance[2] - covariance[1] * covariance[1];
     let reach = DVec2::new(covariance[0].sqrt(), covariance[2].sqrt()) * REACH_SIGMAS;
-    let covered = if method == Method::Points { area.min(1.0) } else { area };
+    let covered = if method == Method::Points {
+        area.min(1.0)
+    } else {
+        area
+    };
     let slope = patch.slope.abs().max_element() / patch.disparity.max(f64::MIN_POSITIVE);
     Some(Splat {
         sample,
         at,
         nearness: warp.nearness(warped.depth) as f32,
-        form: [covariance[2] / determinant, -covariance[1] / determinant, covariance[0] / determinant],
+        form: [
+            covariance[2] / determinant,
+            -covariance[1] / determinant,
+            covariance[0] / determinant,
+        ],
         reach: reach.min(DVec2::splat(MAX_REACH_PX)),
         weight: (covered / (std::f64::consts::TAU * determinant.sqrt())) as f32,
         slack: (2.0 * f64::from(surfaces.tolerance) + 4.0 * slope).min(0.2) as f32,
@@ -136,13 +150,20 @@ fn draw(
     let width = target.width as usize;
     let mut layer = Layer::empty(width * target.height as usize);
     let band = width * BAND_ROWS;
-    let planes = layer.rgba.par_chunks_mut(band).zip(layer.depth.par_chunks_mut(band));
-    planes.zip(layer.resolution.par_chunks_mut(band)).enumerate().for_each(
-        |(index, ((rgba, depth), resolution))| {
+    let planes = layer
+        .rgba
+        .par_chunks_mut(band)
+        .zip(layer.depth.par_chunks_mut(band));
+    planes
+        .zip(layer.resolution.par_chunks_mut(band))
+        .enumerate()
+        .for_each(|(index, ((rgba, depth), resolution))| {
             let first = index * BAND_ROWS;
             let size = [width, rgba.len() / width];
             let splats = || {
-                let touching = rows.iter().filter(|(r, _)| r.touches(first, first + size[1]));
+                let touching = rows
+                    .iter()
+                    .filter(|(r, _)| r.touches(first, first + size[1]));
                 touching.flat_map(|(_, splats)| splats.iter())
             };
             let mut nearest = vec![f32::NEG_INFINITY; rgba.len()];
@@ -154,23 +175,35 @@ fn draw(
                     }
                 });
             });
-            let exact = options.method == Method::Splats && options.footprint == FootprintMode::Exact;
+            let exact =
+                options.method == Method::Splats && options.footprint == FootprintMode::Exact;
             splats().for_each(|s| {
                 let patch = Patch::of_sample_at(&prepared.surfaces, s.sample);
                 let colour = prepared.colours.samples[s.sample];
                 each_pixel(s, first, size, |at, q, pos| {
                     let hidden = s.nearness + s.slack * s.nearness.abs() < nearest[at];
-                    let q =
-                        if exact { patch.and_then(|p| exact_form(&p, warp, pos)).unwrap_or(q) } else { q };
+                    let q = if exact {
+                        patch.and_then(|p| exact_form(&p, warp, pos)).unwrap_or(q)
+                    } else {
+                        q
+                    };
                     if hidden || q > REACH_SIGMAS * REACH_SIGMAS {
                         return;
                     }
                     let weight = s.weight * (-0.5 * q as f32).exp();
-                    for (sum, c) in rgba[at].iter_mut().zip([colour[0], colour[1], colour[2], 1.0]) {
+                    for (sum, c) in rgba[at]
+                        .iter_mut()
+                        .zip([colour[0], colour[1], colour[2], 1.0])
+                    {
                         *sum += weight * c;
                     }
                     // Until the end the depth plane holds the weighted sum of nearness.
-                    depth[at] = weight * s.nearness + if depth[at].is_finite() { depth[at] } else { 0.0 };
+                    depth[at] = weight * s.nearness
+                        + if depth[at].is_finite() {
+                            depth[at]
+                        } else {
+                            0.0
+                        };
                 });
             });
             for (at, pixel) in rgba.iter_mut().enumerate().filter(|(_, p)| p[3] > 0.0) {
@@ -180,8 +213,7 @@ fn draw(
                 *pixel = pixel.map(|v| v * covered / total);
                 resolution[at] = covered;
             }
-        },
-    );
+        });
     layer
 }
 
@@ -192,17 +224,30 @@ fn exact_form(patch: &Patch, warp: &Warp, pos_in_screen: DVec2) -> Option<f64> {
 }
 
 /// Calls `visit(index in the band, squared distance in sigmas, screen position)` for the pixels of a footprint.
-fn each_pixel(splat: &Splat, first_row: usize, size: [usize; 2], mut visit: impl FnMut(usize, f64, DVec2)) {
+fn each_pixel(
+    splat: &Splat,
+    first_row: usize,
+    size: [usize; 2],
+    mut visit: impl FnMut(usize, f64, DVec2),
+) {
     let range = |centre: f64, reach: f64, first: usize, count: usize| {
         let low = (centre - reach - 0.5).ceil().max(first as f64);
-        let high = (centre + reach - 0.5).floor().min((first + count) as f64 - 1.0);
-        if low <= high { low as usize..high as usize + 1 } else { 0..0 }
+        let high = (centre + reach - 0.5)
+            .floor()
+            .min((first + count) as f64 - 1.0);
+        if low <= high {
+            low as usize..high as usize + 1
+        } else {
+            0..0
+        }
     };
     for y in range(splat.at.y, splat.reach.y, first_row, size[1]) {
         for x in range(splat.at.x, splat.reach.x, 0, size[0]) {
             let pos = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
             let o = pos - splat.at;
-            let q = splat.form[0] * o.x * o.x + 2.0 * splat.form[1] * o.x * o.y + splat.form[2] * o.y * o.y;
+            let q = splat.form[0] * o.x * o.x
+                + 2.0 * splat.form[1] * o.x * o.y
+                + splat.form[2] * o.y * o.y;
             if q <= REACH_SIGMAS * REACH_SIGMAS {
                 visit((y - first_row) * size[0] + x, q, pos);
             }

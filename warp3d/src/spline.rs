@@ -22,13 +22,22 @@ pub(crate) fn coefficients(samples: &[[f32; 4]], surfaces: &Surfaces) -> Vec<[f3
     rows.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
         solve_runs(row, |x| surfaces.linked_on(y * width + x, 0));
     });
-    let mut strips: Vec<Vec<&mut [[f32; 4]]>> = (0..width.div_ceil(STRIP)).map(|_| Vec::new()).collect();
+    let mut strips: Vec<Vec<&mut [[f32; 4]]>> =
+        (0..width.div_ceil(STRIP)).map(|_| Vec::new()).collect();
     for row in rows.chunks_mut(width) {
-        strips.iter_mut().zip(row.chunks_mut(STRIP)).for_each(|(strip, part)| strip.push(part));
+        strips
+            .iter_mut()
+            .zip(row.chunks_mut(STRIP))
+            .for_each(|(strip, part)| strip.push(part));
     }
-    strips.par_iter_mut().enumerate().for_each(|(index, strip)| {
-        solve_columns(strip, |x, y| surfaces.linked_on(y * width + index * STRIP + x, 1));
-    });
+    strips
+        .par_iter_mut()
+        .enumerate()
+        .for_each(|(index, strip)| {
+            solve_columns(strip, |x, y| {
+                surfaces.linked_on(y * width + index * STRIP + x, 1)
+            });
+        });
     rows
 }
 
@@ -95,12 +104,18 @@ mod tests {
 
     #[test]
     fn the_spline_of_the_coefficients_passes_through_the_samples() {
-        let samples: Vec<[f32; 4]> = (0..40).map(|i| [((i * i * 7) % 13) as f32 / 13.0; 4]).collect();
+        let samples: Vec<[f32; 4]> = (0..40)
+            .map(|i| [((i * i * 7) % 13) as f32 / 13.0; 4])
+            .collect();
         let mut c = samples.clone();
         solve_runs(&mut c, |i| i != 20);
         for i in (1..20).chain(22..39) {
             let met = (c[i - 1][0] + 4.0 * c[i][0] + c[i + 1][0]) / 6.0;
-            assert!((met - samples[i][0]).abs() < 1e-6, "sample {i}: {met} against {}", samples[i][0]);
+            assert!(
+                (met - samples[i][0]).abs() < 1e-6,
+                "sample {i}: {met} against {}",
+                samples[i][0]
+            );
         }
         for end in [0, 20, 21, 39] {
             assert_eq!(c[end], samples[end], "natural end at {end}");
@@ -110,10 +125,12 @@ mod tests {
     #[test]
     fn columns_are_solved_as_lines_are() {
         let value = |x: usize, y: usize| ((x * 31 + y * y * 7) % 13) as f32 / 13.0;
-        let cut = |x: usize, y: usize| (x + 3 * y).is_multiple_of(17) || (x == 2 && y.is_multiple_of(2));
+        let cut =
+            |x: usize, y: usize| (x + 3 * y).is_multiple_of(17) || (x == 2 && y.is_multiple_of(2));
         let (width, height) = (5, 40);
-        let mut rows: Vec<Vec<[f32; 4]>> =
-            (0..height).map(|y| (0..width).map(|x| [value(x, y); 4]).collect()).collect();
+        let mut rows: Vec<Vec<[f32; 4]>> = (0..height)
+            .map(|y| (0..width).map(|x| [value(x, y); 4]).collect())
+            .collect();
         let mut strip: Vec<&mut [[f32; 4]]> = rows.iter_mut().map(Vec::as_mut_slice).collect();
         solve_columns(&mut strip, |x, y| !cut(x, y));
         for x in 0..width {

@@ -77,7 +77,10 @@ pub struct StageClock {
 impl StageClock {
     /// Starts now.
     pub fn start() -> Self {
-        Self { wall: Instant::now(), cpu: ProcessTime::try_now().ok() }
+        Self {
+            wall: Instant::now(),
+            cpu: ProcessTime::try_now().ok(),
+        }
     }
 
     /// The time since the start.

@@ -77,7 +77,10 @@ impl Surfaces {
     /// Finds the surfaces of `reference`.
     pub(crate) fn new(reference: &Reference, tolerance: SurfaceTolerance) -> Self {
         let projection: Projection = reference.camera.projection;
-        let size = [reference.camera.width as usize, reference.camera.height as usize];
+        let size = [
+            reference.camera.width as usize,
+            reference.camera.height as usize,
+        ];
         let known = |&depth: &f32| disparity(projection, depth).unwrap_or(f32::NAN);
         let disparity: Vec<f32> = reference.depth.par_iter().map(known).collect();
         let tolerance = match tolerance {
@@ -118,9 +121,15 @@ impl Surfaces {
     fn slopes(&self) -> Vec<[f32; 2]> {
         let width = self.size[0];
         let slope = |index: usize| {
-            [self.slope_along(index, index % width, 0), self.slope_along(index, index / width, 1)]
+            [
+                self.slope_along(index, index % width, 0),
+                self.slope_along(index, index / width, 1),
+            ]
         };
-        (0..self.disparity.len()).into_par_iter().map(slope).collect()
+        (0..self.disparity.len())
+            .into_par_iter()
+            .map(slope)
+            .collect()
     }
 
     /// The mean of the steps to the linked neighbours along an axis, 0 if there is none. At an end of a surface that
@@ -128,9 +137,11 @@ impl Surfaces {
     fn slope_along(&self, index: usize, place: usize, axis: usize) -> f32 {
         let step = [1, self.size[0]][axis];
         let here = self.disparity[index];
-        let after = self.linked_on(index, axis).then(|| self.disparity[index + step] - here);
-        let before =
-            (place > 0 && self.linked_on(index - step, axis)).then(|| here - self.disparity[index - step]);
+        let after = self
+            .linked_on(index, axis)
+            .then(|| self.disparity[index + step] - here);
+        let before = (place > 0 && self.linked_on(index - step, axis))
+            .then(|| here - self.disparity[index - step]);
         match (before, after) {
             (Some(b), Some(a)) => 0.5 * (a + b),
             (Some(b), None) => {
@@ -143,7 +154,8 @@ impl Surfaces {
             }
             (None, Some(a)) => {
                 let linked = self.linked_on(index + step, axis);
-                let inner = linked.then(|| self.disparity[index + 2 * step] - self.disparity[index + step]);
+                let inner =
+                    linked.then(|| self.disparity[index + 2 * step] - self.disparity[index + step]);
                 a * self.growth(here, -a, inner.map(|i| -i))
             }
             (None, None) => 0.0,
@@ -176,12 +188,21 @@ impl Surfaces {
     fn joined(&self, cx: usize, cy: usize) -> Cell {
         let [width, height] = self.size;
         if cx == 0 || cy == 0 || cx == width || cy == height {
-            let known = self.corners(cx, cy).iter().flatten().any(|&i| !self.disparity[i].is_nan());
+            let known = self
+                .corners(cx, cy)
+                .iter()
+                .flatten()
+                .any(|&i| !self.disparity[i].is_nan());
             return if known { Cell::Cut } else { Cell::Empty };
         }
         let a = (cy - 1) * width + cx - 1;
         let [a, b, c, d] = [a, a + 1, a + width, a + width + 1];
-        let around = [self.linked_on(a, 0), self.linked_on(c, 0), self.linked_on(a, 1), self.linked_on(b, 1)];
+        let around = [
+            self.linked_on(a, 0),
+            self.linked_on(c, 0),
+            self.linked_on(a, 1),
+            self.linked_on(b, 1),
+        ];
         let values = [a, b, c, d].map(|i| self.disparity[i]);
         if values.iter().all(|v| v.is_nan()) {
             return Cell::Empty;
@@ -191,14 +212,19 @@ impl Surfaces {
             return Cell::Cut;
         }
         let flatter_main = (values[0] - values[3]).abs() <= (values[1] - values[2]).abs();
-        if flatter_main { Cell::MainDiagonal } else { Cell::AntiDiagonal }
+        if flatter_main {
+            Cell::MainDiagonal
+        } else {
+            Cell::AntiDiagonal
+        }
     }
 
     /// Indices of a cell's corners (top left, top right, bottom left, bottom right), where there are samples.
     pub(crate) fn corners(&self, cx: usize, cy: usize) -> [Option<usize>; 4] {
         let [width, height] = self.size;
         let sample = |right: usize, below: usize| {
-            let inside = cx + right >= 1 && cy + below >= 1 && cx + right <= width && cy + below <= height;
+            let inside =
+                cx + right >= 1 && cy + below >= 1 && cx + right <= width && cy + below <= height;
             inside.then(|| (cy + below - 1) * width + cx + right - 1)
         };
         [sample(0, 0), sample(1, 0), sample(0, 1), sample(1, 1)]
@@ -208,10 +234,14 @@ impl Surfaces {
     fn clearances(&self) -> Vec<u8> {
         let [width, height] = self.size;
         let mut distance = vec![FAR_FROM_CUT; width * height];
-        for cell in
-            (0..self.cells.len()).filter(|&c| self.cells[c] == Cell::Cut || self.cells[c] == Cell::Empty)
+        for cell in (0..self.cells.len())
+            .filter(|&c| self.cells[c] == Cell::Cut || self.cells[c] == Cell::Empty)
         {
-            for corner in self.corners(cell % (width + 1), cell / (width + 1)).into_iter().flatten() {
+            for corner in self
+                .corners(cell % (width + 1), cell / (width + 1))
+                .into_iter()
+                .flatten()
+            {
                 distance[corner] = 0;
             }
         }
@@ -224,7 +254,9 @@ impl Surfaces {
                 relax(&mut distance, index, index - 1);
             }
             if y > 0 {
-                for from in index - width - usize::from(x > 0)..=index - width + usize::from(x + 1 < width) {
+                for from in
+                    index - width - usize::from(x > 0)..=index - width + usize::from(x + 1 < width)
+                {
                     relax(&mut distance, index, from);
                 }
             }
@@ -235,7 +267,9 @@ impl Surfaces {
                 relax(&mut distance, index, index + 1);
             }
             if y + 1 < height {
-                for from in index + width - usize::from(x > 0)..=index + width + usize::from(x + 1 < width) {
+                for from in
+                    index + width - usize::from(x > 0)..=index + width + usize::from(x + 1 < width)
+                {
                     relax(&mut distance, index, from);
                 }
             }
@@ -277,7 +311,10 @@ pub(crate) fn links(disparity: &[f32], size: [usize; 2], tolerance: f32) -> Vec<
 /// The tolerance that the steps of the depth map call for.
 fn tolerance_of(disparity: &[f32], size: [usize; 2]) -> f32 {
     let rows = disparity.chunks_exact(size[0]).enumerate();
-    tolerance_of_bends(rows.flat_map(|(y, row)| bends_of_row(row, y * size[0])).collect())
+    tolerance_of_bends(
+        rows.flat_map(|(y, row)| bends_of_row(row, y * size[0]))
+            .collect(),
+    )
 }
 
 /// Second differences of disparity, relative, in a row whose first sample has the number `first`: every 7th triple of
@@ -286,11 +323,14 @@ pub(crate) fn bends_of_row(disparity: &[f32], first: usize) -> impl Iterator<Ite
     // The middle samples are numbers 1, 8, 15 and so on.
     let start = (1 + BEND_STRIDE - first % BEND_STRIDE) % BEND_STRIDE;
     let start = if start == 0 { BEND_STRIDE } else { start };
-    (start..disparity.len().saturating_sub(1)).step_by(BEND_STRIDE).filter_map(|x| {
-        let bend = (disparity[x - 1] - 2.0 * disparity[x] + disparity[x + 1]).abs() / disparity[x];
-        // Below 1e-6 is rounding of f32, above 10 % an edge.
-        (bend > 1e-6 && bend < 0.1).then_some(bend)
-    })
+    (start..disparity.len().saturating_sub(1))
+        .step_by(BEND_STRIDE)
+        .filter_map(|x| {
+            let bend =
+                (disparity[x - 1] - 2.0 * disparity[x] + disparity[x + 1]).abs() / disparity[x];
+            // Below 1e-6 is rounding of f32, above 10 % an edge.
+            (bend > 1e-6 && bend < 0.1).then_some(bend)
+        })
 }
 
 /// The tolerance from the second differences of a picture.
@@ -319,11 +359,15 @@ mod tests {
             let expected: Vec<f32> = (1..disparity.len() - 1)
                 .step_by(7)
                 .filter(inside)
-                .map(|i| (disparity[i - 1] - 2.0 * disparity[i] + disparity[i + 1]).abs() / disparity[i])
+                .map(|i| {
+                    (disparity[i - 1] - 2.0 * disparity[i] + disparity[i + 1]).abs() / disparity[i]
+                })
                 .filter(|bend| *bend > 1e-6 && *bend < 0.1)
                 .collect();
             let rows = disparity.chunks_exact(width).enumerate();
-            let found: Vec<f32> = rows.flat_map(|(y, row)| bends_of_row(row, y * width)).collect();
+            let found: Vec<f32> = rows
+                .flat_map(|(y, row)| bends_of_row(row, y * width))
+                .collect();
             assert_eq!(found, expected, "width {width}");
         }
     }

@@ -59,16 +59,20 @@ impl Warp {
         let centre = -reference.cx * x - reference.cy * y;
         let (one, disparity, depth_divisor) = match reference.projection {
             Projection::Perspective => (centre + pose.matrix3.z_axis, pose.translation, [0.0, 1.0]),
-            Projection::Orthographic => (centre + pose.translation, pose.matrix3.z_axis, [1.0, 0.0]),
+            Projection::Orthographic => {
+                (centre + pose.translation, pose.matrix3.z_axis, [1.0, 0.0])
+            }
         };
-        let row = |axis: DVec3| DVec4::new(axis.dot(x), axis.dot(y), axis.dot(one), axis.dot(disparity));
+        let row =
+            |axis: DVec3| DVec4::new(axis.dot(x), axis.dot(y), axis.dot(one), axis.dot(disparity));
         let weight = DVec4::new(0.0, 0.0, depth_divisor[0], depth_divisor[1]);
         let depth = row(DVec3::Z);
         let divisor = match target.projection {
             Projection::Perspective => depth,
             Projection::Orthographic => weight,
         };
-        let screen = |focal: f64, principal: f64, axis: DVec3| focal * row(axis) + principal * divisor;
+        let screen =
+            |focal: f64, principal: f64, axis: DVec3| focal * row(axis) + principal * divisor;
         Self {
             rows: [
                 screen(target.fx, target.cx, DVec3::X),
@@ -87,7 +91,10 @@ impl Warp {
     /// disparity `disparity`: the direct form.
     pub fn at(&self, pos_in_reference: DVec2, disparity: f64) -> Warped {
         let along = DVec4::new(pos_in_reference.x, pos_in_reference.y, 1.0, disparity);
-        self.warped(DVec4::from_array(self.rows.map(|row| row.dot(along))), disparity)
+        self.warped(
+            DVec4::from_array(self.rows.map(|row| row.dot(along))),
+            disparity,
+        )
     }
 
     /// The samples of row `y`, from the left.
@@ -112,7 +119,9 @@ impl Warp {
     /// of its own largest coefficient, so the drift in pixels is at most steps * 2^-53 * (1 + |sum| / |divisor|).
     pub fn steps_between_restarts(&self) -> u32 {
         let reach = |row: DVec4| {
-            row.x.abs() * f64::from(self.size[0]) + row.y.abs() * f64::from(self.size[1]) + row.z.abs()
+            row.x.abs() * f64::from(self.size[0])
+                + row.y.abs() * f64::from(self.size[1])
+                + row.z.abs()
         };
         let size = reach(self.rows[0]).max(reach(self.rows[1]));
         let divisor = reach(self.rows[2]).max(f64::MIN_POSITIVE);
@@ -168,7 +177,11 @@ impl Warp {
 
     fn warped(&self, sums: DVec4, disparity: f64) -> Warped {
         let depth_divisor = self.depth_divisor[0] + self.depth_divisor[1] * disparity;
-        Warped { scaled_px: DVec2::new(sums.x, sums.y), divisor: sums.z, depth: sums.w / depth_divisor }
+        Warped {
+            scaled_px: DVec2::new(sums.x, sums.y),
+            divisor: sums.z,
+            depth: sums.w / depth_divisor,
+        }
     }
 }
 
@@ -186,9 +199,19 @@ impl RowWarp<'_> {
             self.restart();
         }
         let warp = self.warp;
-        let column = DVec4::new(warp.rows[0].w, warp.rows[1].w, warp.rows[2].w, warp.rows[3].w);
+        let column = DVec4::new(
+            warp.rows[0].w,
+            warp.rows[1].w,
+            warp.rows[2].w,
+            warp.rows[3].w,
+        );
         let warped = warp.warped(self.sum + disparity * column, disparity);
-        self.sum += DVec4::new(warp.rows[0].x, warp.rows[1].x, warp.rows[2].x, warp.rows[3].x);
+        self.sum += DVec4::new(
+            warp.rows[0].x,
+            warp.rows[1].x,
+            warp.rows[2].x,
+            warp.rows[3].x,
+        );
         self.x += 1;
         self.until_restart -= 1;
         warped

@@ -61,9 +61,16 @@ impl Warper {
                 "there is no reference view: give one picture with depth at least".into(),
             ));
         }
-        references.iter().enumerate().try_for_each(|(index, reference)| check(index, reference))?;
+        references
+            .iter()
+            .enumerate()
+            .try_for_each(|(index, reference)| check(index, reference))?;
         let pipeline = Pipeline::new(&references, tolerances, options)?;
-        Ok(Self { references, options: options.clone(), pipeline })
+        Ok(Self {
+            references,
+            options: options.clone(),
+            pipeline,
+        })
     }
 
     /// Warps with `options` from now on, if what was prepared serves them too: true. False, and nothing changes, where
@@ -101,7 +108,9 @@ impl Warper {
     /// # Errors
     /// A camera that is none.
     pub fn render(&mut self, camera: &Camera) -> Result<Frame, Error> {
-        let camera = camera.validated().map_err(|e| Error::Option(e.to_string()))?;
+        let camera = camera
+            .validated()
+            .map_err(|e| Error::Option(e.to_string()))?;
         let mut stats = FrameStats::default();
         let whole = StageClock::start();
         let layer = self.layer(&camera, &mut stats);
@@ -113,8 +122,10 @@ impl Warper {
 
     /// What `camera`, a valid one, sees before holes are filled.
     pub(crate) fn layer(&mut self, camera: &Camera, stats: &mut FrameStats) -> Layer {
-        let layers = (0..self.references.len())
-            .map(|i| self.pipeline.layer(i, &self.references[i], camera, &self.options, stats));
+        let layers = (0..self.references.len()).map(|i| {
+            self.pipeline
+                .layer(i, &self.references[i], camera, &self.options, stats)
+        });
         let layers: Vec<Layer> = layers.collect();
         let clock = StageClock::start();
         let pixels = camera.width as usize * camera.height as usize;
@@ -133,7 +144,12 @@ pub(crate) fn finished(
 ) -> Image {
     stats.seen = layer.rgba.iter().filter(|pixel| pixel[3] > 0.0).count() as u64;
     let clock = StageClock::start();
-    let confidence = layer.resolution.iter().zip(&layer.rgba).map(|(r, p)| r * p[3]).collect();
+    let confidence = layer
+        .resolution
+        .iter()
+        .zip(&layer.rgba)
+        .map(|(r, p)| r * p[3])
+        .collect();
     let filled = fill(&mut layer, camera.width as usize, options.fill);
     if options.fill != Fill::None {
         stats.filled = filled.iter().filter(|&&f| f > 0.5).count() as u64;
@@ -141,8 +157,17 @@ pub(crate) fn finished(
     stats.stages.fill = clock.stop();
     let mut image = Image::transparent(camera.width as usize, camera.height as usize);
     if options.planes == ExtraPlanes::FilledAndConfidence {
-        let filled = Plane { name: "filled".into(), values: filled };
-        image.planes = vec![filled, Plane { name: "confidence".into(), values: confidence }];
+        let filled = Plane {
+            name: "filled".into(),
+            values: filled,
+        };
+        image.planes = vec![
+            filled,
+            Plane {
+                name: "confidence".into(),
+                values: confidence,
+            },
+        ];
     }
     image.rgba = layer.rgba;
     image.depth = Some(layer.depth);
@@ -156,9 +181,18 @@ impl Pipeline {
         options: &WarpOptions,
     ) -> Result<Self, Error> {
         let prepared = || {
-            references.iter().zip(tolerances).map(|(reference, &tolerance)| {
-                Prepared::new(reference, &WarpOptions { tolerance, ..options.clone() })
-            })
+            references
+                .iter()
+                .zip(tolerances)
+                .map(|(reference, &tolerance)| {
+                    Prepared::new(
+                        reference,
+                        &WarpOptions {
+                            tolerance,
+                            ..options.clone()
+                        },
+                    )
+                })
         };
         Ok(match options.method {
             Method::Nearest => Self::Nearest(Nearest::default()),
@@ -184,7 +218,9 @@ impl Pipeline {
             Self::Hybrid(prepared, hybrid) => {
                 hybrid.render((reference, &prepared[index]), camera, options, stats)
             }
-            Self::Splats(prepared) => splat::render((reference, &prepared[index]), camera, options, stats),
+            Self::Splats(prepared) => {
+                splat::render((reference, &prepared[index]), camera, options, stats)
+            }
             Self::Mesh(meshes) => {
                 let (prepared, mesh) = &meshes[index];
                 mesh.render((reference, prepared), camera, stats)
@@ -194,9 +230,15 @@ impl Pipeline {
 }
 
 fn check(index: usize, reference: &Reference) -> Result<(), Error> {
-    reference.camera.validated().map_err(|e| Error::Option(format!("reference {index}: {e}")))?;
+    reference
+        .camera
+        .validated()
+        .map_err(|e| Error::Option(format!("reference {index}: {e}")))?;
     let pixels = reference.camera.width as usize * reference.camera.height as usize;
-    for (plane, found) in [("colour", reference.colour.len()), ("depth", reference.depth.len())] {
+    for (plane, found) in [
+        ("colour", reference.colour.len()),
+        ("depth", reference.depth.len()),
+    ] {
         if found != pixels {
             return Err(Error::Input(format!(
                 "reference {index}: {found} entries of {plane}, expected {pixels} (one per pixel of its camera)"

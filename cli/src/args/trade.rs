@@ -13,7 +13,12 @@ use clap::{Args, CommandFactory, Parser, ValueEnum};
 #[derive(Args, Debug)]
 pub(crate) struct TradeArgs {
     /// volsplat, texmap or warp3d with its own options (all but -o), and the options of the measurement
-    #[arg(value_name = "COMMAND", required = true, trailing_var_arg = true, allow_hyphen_values = true)]
+    #[arg(
+        value_name = "COMMAND",
+        required = true,
+        trailing_var_arg = true,
+        allow_hyphen_values = true
+    )]
     pub words: Vec<String>,
 }
 

@@ -37,7 +37,12 @@ pub(crate) struct TransferArgs {
     #[arg(long, value_name = "NAME", conflicts_with_all = ["transfer", "window", "colormap"])]
     pub preset: Option<Preset>,
     /// Colour map of the window, or of the transfer function that is made from the histogram [default: viridis]
-    #[arg(long, alias = "colourmap", value_name = "NAME", conflicts_with = "transfer")]
+    #[arg(
+        long,
+        alias = "colourmap",
+        value_name = "NAME",
+        conflicts_with = "transfer"
+    )]
     pub colormap: Option<ColourMap>,
     /// Multiply the extinction of any transfer function: an opacity A becomes 1 - (1 - A)^S
     #[arg(long, value_name = "S", value_parser = values::positive, default_value = "1")]

@@ -73,7 +73,9 @@ impl CameraPath {
             );
         }
         let time = |step: usize| first + (last - first) * step as f64 / steps;
-        Ok((0..=steps as usize).map(|step| spline::moment(&self.times_s, time(step))).collect())
+        Ok((0..=steps as usize)
+            .map(|step| spline::moment(&self.times_s, time(step)))
+            .collect())
     }
 
     /// The time of a picture, seconds.
@@ -85,15 +87,23 @@ impl CameraPath {
     /// The times of the keys, and what they say about the volume; `None` where none says anything.
     pub(crate) fn volume_keys(&self) -> Option<(&[f64], Vec<&VolumeKey>)> {
         let keys: Vec<&VolumeKey> = self.keys.iter().map(|key| &key.volume).collect();
-        keys.iter().any(|key| !key.is_empty()).then_some((&self.times_s, keys))
+        keys.iter()
+            .any(|key| !key.is_empty())
+            .then_some((&self.times_s, keys))
     }
 
     /// A camera for each picture; near planes that the file does not give are fitted to `bounds`.
     pub(crate) fn cameras(&self, pictures: &[Moment], bounds: [DVec3; 2]) -> Result<Vec<Camera>> {
-        let cameras: Vec<Camera> =
-            self.keys.iter().map(|key| key.camera.for_bounds(bounds)).collect::<Result<_>>()?;
+        let cameras: Vec<Camera> = self
+            .keys
+            .iter()
+            .map(|key| key.camera.for_bounds(bounds))
+            .collect::<Result<_>>()?;
         let tracks = Tracks::new(&self.keys, &cameras);
-        pictures.iter().map(|&at| tracks.camera(&self.times_s, at)).collect()
+        pictures
+            .iter()
+            .map(|&at| tracks.camera(&self.times_s, at))
+            .collect()
     }
 }
 
@@ -110,8 +120,10 @@ struct Tracks {
 
 impl Tracks {
     fn new(keys: &[Key], cameras: &[Camera]) -> Self {
-        let distances: Vec<f64> =
-            keys.iter().map(|key| key.camera.target_distance().unwrap_or(0.0)).collect();
+        let distances: Vec<f64> = keys
+            .iter()
+            .map(|key| key.camera.target_distance().unwrap_or(0.0))
+            .collect();
         let orbits = distances.iter().all(|&distance| distance > 0.0);
         let mut numbers = vec![Vec::new(); 9];
         for (camera, distance) in cameras.iter().zip(distances) {
@@ -119,11 +131,23 @@ impl Tracks {
             let pivot = camera.eye_in_world() + distance * camera.forward_in_world();
             let logarithms = [distance.max(f64::MIN_POSITIVE), camera.fx, camera.fy].map(f64::ln);
             // An orthographic camera's near plane may be 0 or less.
-            let near = if orthographic(camera) { camera.near } else { camera.near.ln() };
-            let all = pivot.to_array().into_iter().chain(logarithms).chain([near, camera.cx, camera.cy]);
-            numbers.iter_mut().zip(all).for_each(|(track, value)| track.push(value));
+            let near = if orthographic(camera) {
+                camera.near
+            } else {
+                camera.near.ln()
+            };
+            let all = pivot
+                .to_array()
+                .into_iter()
+                .chain(logarithms)
+                .chain([near, camera.cx, camera.cy]);
+            numbers
+                .iter_mut()
+                .zip(all)
+                .for_each(|(track, value)| track.push(value));
         }
-        let orientation = |camera: &Camera| DQuat::from_mat3(&camera.camera_from_world.matrix3.transpose());
+        let orientation =
+            |camera: &Camera| DQuat::from_mat3(&camera.camera_from_world.matrix3.transpose());
         Self {
             template: cameras[0],
             numbers,
@@ -134,11 +158,16 @@ impl Tracks {
 
     fn camera(&self, times_s: &[f64], at: Moment) -> Result<Camera> {
         let number = |track: usize| spline::number(times_s, &self.numbers[track], at);
-        let world_from_camera = DMat3::from_quat(spline::orientation(times_s, &self.orientations, at));
+        let world_from_camera =
+            DMat3::from_quat(spline::orientation(times_s, &self.orientations, at));
         let distance = if self.orbits { number(3).exp() } else { 0.0 };
         let eye = DVec3::new(number(0), number(1), number(2)) - distance * world_from_camera.z_axis;
         let rotation = world_from_camera.transpose();
-        let near = if orthographic(&self.template) { number(6) } else { number(6).exp() };
+        let near = if orthographic(&self.template) {
+            number(6)
+        } else {
+            number(6).exp()
+        };
         let camera = Camera {
             camera_from_world: DAffine3::from_mat3_translation(rotation, rotation * -eye),
             fx: number(4).exp(),
@@ -161,14 +190,19 @@ fn keys(value: Value, defaults: &CameraDefaults, kind: (KeyKind, &Path)) -> Resu
     let list = fields.required_list("keys")?;
     fields.finish()?;
     if list.len() < 2 {
-        bail!("\"keys\": a path needs two keys or more, found {}", list.len());
+        bail!(
+            "\"keys\": a path needs two keys or more, found {}",
+            list.len()
+        );
     }
     let (mut times_s, mut keys) = (Vec::new(), Vec::new());
     for (index, value) in list.into_iter().enumerate() {
         let (time_s, key) =
             one_key(value, defaults, kind).with_context(|| format!("key {index} of the path"))?;
         if times_s.last().is_some_and(|&before| time_s <= before) {
-            bail!("key {index} of the path: \"time\" is {time_s}, expected more than that of the key before");
+            bail!(
+                "key {index} of the path: \"time\" is {time_s}, expected more than that of the key before"
+            );
         }
         times_s.push(time_s);
         keys.push(key);
@@ -177,10 +211,15 @@ fn keys(value: Value, defaults: &CameraDefaults, kind: (KeyKind, &Path)) -> Resu
     Ok(CameraPath { times_s, keys })
 }
 
-fn one_key(value: Value, defaults: &CameraDefaults, (kind, folder): (KeyKind, &Path)) -> Result<(f64, Key)> {
+fn one_key(
+    value: Value,
+    defaults: &CameraDefaults,
+    (kind, folder): (KeyKind, &Path),
+) -> Result<(f64, Key)> {
     let mut fields = Fields::new(value)?;
     let time_s = fields.required_number("time")?;
-    let camera = camera_file::one_camera(fields.required_value("camera")?, defaults).context("\"camera\"")?;
+    let camera = camera_file::one_camera(fields.required_value("camera")?, defaults)
+        .context("\"camera\"")?;
     let volume = match kind {
         KeyKind::Cameras => VolumeKey::default(),
         KeyKind::Volume => volume_keys::volume_key(&mut fields, folder)?,

@@ -18,9 +18,15 @@ pub(crate) struct Moment {
 
 /// Where `time` lies among ascending `times`, of which there are at least two; times beyond the ends are the ends.
 pub(crate) fn moment(times: &[f64], time: f64) -> Moment {
-    let segment = times.partition_point(|&t| t <= time).saturating_sub(1).min(times.len() - 2);
+    let segment = times
+        .partition_point(|&t| t <= time)
+        .saturating_sub(1)
+        .min(times.len() - 2);
     let share = (time - times[segment]) / (times[segment + 1] - times[segment]);
-    Moment { segment, share: share.clamp(0.0, 1.0) }
+    Moment {
+        segment,
+        share: share.clamp(0.0, 1.0),
+    }
 }
 
 /// The value at a moment of a number that has `values` at `times`.
@@ -48,16 +54,27 @@ pub(crate) fn orientation(times: &[f64], orientations: &[DQuat], at: Moment) -> 
     };
     let velocity = |key: usize| mean_at_key(times, key, turn, |a, b, t| a.lerp(b, t));
     let turned = |key: usize, by: f64| {
-        (DQuat::from_scaled_axis(velocity(key) * (by * length / 3.0)) * orientations[key]).normalize()
+        (DQuat::from_scaled_axis(velocity(key) * (by * length / 3.0)) * orientations[key])
+            .normalize()
     };
-    let controls = [orientations[i], turned(i, 1.0), turned(i + 1, -1.0), orientations[i + 1]];
+    let controls = [
+        orientations[i],
+        turned(i, 1.0),
+        turned(i + 1, -1.0),
+        orientations[i + 1],
+    ];
     let step = |a: DQuat, b: DQuat| a.slerp(b, at.share);
     let [a, b, c] = [0, 1, 2].map(|k| step(controls[k], controls[k + 1]));
     step(step(a, b), step(b, c)).normalize()
 }
 
 /// What a rate, known between keys, is at a key: the nearer side counts more.
-fn mean_at_key<T>(times: &[f64], key: usize, rate: impl Fn(usize) -> T, mix: impl Fn(T, T, f64) -> T) -> T {
+fn mean_at_key<T>(
+    times: &[f64],
+    key: usize,
+    rate: impl Fn(usize) -> T,
+    mix: impl Fn(T, T, f64) -> T,
+) -> T {
     if key == 0 {
         return rate(0);
     }
@@ -85,7 +102,10 @@ mod tests {
         for time in [1.0, 1.5] {
             let h = 1e-6;
             let (before, after) = ((at(time) - at(time - h)) / h, (at(time + h) - at(time)) / h);
-            assert!((before - after).abs() < 1e-4, "speed {before} before {time} and {after} after");
+            assert!(
+                (before - after).abs() < 1e-4,
+                "speed {before} before {time} and {after} after"
+            );
         }
     }
 
@@ -115,8 +135,26 @@ mod tests {
 
     #[test]
     fn moments_beyond_the_ends_are_the_ends() {
-        assert_eq!(moment(&TIMES, -1.0), Moment { segment: 0, share: 0.0 });
-        assert_eq!(moment(&TIMES, 9.0), Moment { segment: 2, share: 1.0 });
-        assert_eq!(moment(&TIMES, 1.5), Moment { segment: 2, share: 0.0 });
+        assert_eq!(
+            moment(&TIMES, -1.0),
+            Moment {
+                segment: 0,
+                share: 0.0
+            }
+        );
+        assert_eq!(
+            moment(&TIMES, 9.0),
+            Moment {
+                segment: 2,
+                share: 1.0
+            }
+        );
+        assert_eq!(
+            moment(&TIMES, 1.5),
+            Moment {
+                segment: 2,
+                share: 0.0
+            }
+        );
     }
 }

@@ -68,7 +68,11 @@ pub(super) fn volume_key(fields: &mut Fields, folder: &Path) -> Result<VolumeKey
         look: look(fields, folder)?,
         crop: corners(fields, "crop")?,
         crop_voxels: corners(fields, "crop_voxels")?,
-        clip_planes: fields.take("clip_planes").map(planes).transpose().context("\"clip_planes\"")?,
+        clip_planes: fields
+            .take("clip_planes")
+            .map(planes)
+            .transpose()
+            .context("\"clip_planes\"")?,
     };
     // The library knows what a clip may be.
     let clip = Clip {
@@ -94,7 +98,10 @@ impl<T> Track<T> {
                 values.push(value);
             }
         }
-        Ok((!times.is_empty()).then_some(Self { times_s: times, values }))
+        Ok((!times.is_empty()).then_some(Self {
+            times_s: times,
+            values,
+        }))
     }
 
     /// The values of all keys.
@@ -122,7 +129,10 @@ fn look(fields: &mut Fields, folder: &Path) -> Result<Option<KeyLook>> {
         (Some(_), Some(_)) => bail!("\"transfer\" and \"preset\": expected one of them"),
         (None, None) => Ok(None),
         (None, Some(name)) => {
-            let preset = name.parse().map_err(anyhow::Error::msg).context("\"preset\"")?;
+            let preset = name
+                .parse()
+                .map_err(anyhow::Error::msg)
+                .context("\"preset\"")?;
             Ok(Some(KeyLook::Preset(preset)))
         }
         (Some(name), None) => {
@@ -160,7 +170,9 @@ fn corners(fields: &mut Fields, key: &'static str) -> Result<Option<[DVec3; 2]>>
 }
 
 fn planes(value: Value) -> Result<Vec<ClipPlane>> {
-    let Value::Array(list) = value else { bail!("expected a list of planes, each [nx, ny, nz, d]") };
+    let Value::Array(list) = value else {
+        bail!("expected a list of planes, each [nx, ny, nz, d]")
+    };
     list.into_iter()
         .enumerate()
         .map(|(place, value)| plane(&value).with_context(|| format!("plane {place}")))
@@ -168,14 +180,18 @@ fn planes(value: Value) -> Result<Vec<ClipPlane>> {
 }
 
 fn plane(value: &Value) -> Result<ClipPlane> {
-    let numbers: Option<Vec<f64>> =
-        value.as_array().and_then(|list| list.iter().map(Value::as_f64).collect());
+    let numbers: Option<Vec<f64>> = value
+        .as_array()
+        .and_then(|list| list.iter().map(Value::as_f64).collect());
     let Some(&[x, y, z, offset]) = numbers.as_deref() else {
         bail!("expected four numbers [nx, ny, nz, d], found {value}");
     };
     let normal = DVec3::new(x, y, z);
     match normal.try_normalize() {
-        Some(unit) => Ok(ClipPlane { normal: unit, offset: offset / normal.length() }),
+        Some(unit) => Ok(ClipPlane {
+            normal: unit,
+            offset: offset / normal.length(),
+        }),
         None => bail!("expected a direction in the first three numbers, found {value}"),
     }
 }

@@ -30,12 +30,16 @@ pub(crate) const FILL: Twins<FillArg, Fill> = Twins(&[
 ]);
 
 /// `--mixed`
-pub(crate) const MIXED: Twins<MixedArg, MixedPixels> =
-    Twins(&[(MixedArg::Keep, MixedPixels::Keep), (MixedArg::Unmix, MixedPixels::Unmix)]);
+pub(crate) const MIXED: Twins<MixedArg, MixedPixels> = Twins(&[
+    (MixedArg::Keep, MixedPixels::Keep),
+    (MixedArg::Unmix, MixedPixels::Unmix),
+]);
 
 /// `--blend`
-pub(crate) const BLEND: Twins<BlendArg, Blend> =
-    Twins(&[(BlendArg::Weighted, Blend::Weighted), (BlendArg::Best, Blend::Best)]);
+pub(crate) const BLEND: Twins<BlendArg, Blend> = Twins(&[
+    (BlendArg::Weighted, Blend::Weighted),
+    (BlendArg::Best, Blend::Best),
+]);
 
 /// `--depth-kind`
 pub(crate) const DEPTH_KIND: Twins<DepthKindArg, DepthKind> = Twins(&[
@@ -54,11 +58,17 @@ mod tests {
 
     #[test]
     fn every_choice_has_its_twin_and_its_name() {
-        check(&METHOD, &["nearest", "hybrid", "mesh", "points", "splats", "ewa"]);
+        check(
+            &METHOD,
+            &["nearest", "hybrid", "mesh", "points", "splats", "ewa"],
+        );
         check(&VISIBILITY, &["zbuffer", "occlusion-order"]);
         check(&FILL, &["none", "background", "natural"]);
         check(&MIXED, &["keep", "unmix"]);
         check(&BLEND, &["weighted", "best"]);
-        check(&DEPTH_KIND, &["z", "ray", "disparity", "inverse", "mpeg", "opengl"]);
+        check(
+            &DEPTH_KIND,
+            &["z", "ray", "disparity", "inverse", "mpeg", "opengl"],
+        );
     }
 }

@@ -11,19 +11,27 @@ use crate::report::{self, Verbosity};
 pub(crate) fn run(args: &CalibrateArgs, verbosity: Verbosity) -> Result<()> {
     let path = match &args.output {
         Some(path) => path.clone(),
-        None => planner::cache_file().context("this user has no cache folder: name a file with -o")?,
+        None => {
+            planner::cache_file().context("this user has no cache folder: name a file with -o")?
+        }
     };
     if let (None, Some(folder)) = (&args.output, path.parent()) {
         output::make_folder(folder)?;
     }
     output::check_writable(&path)?;
     if verbosity != Verbosity::Quiet {
-        report::say("drawing the built-in scenes; times are best on a machine that does nothing else");
+        report::say(
+            "drawing the built-in scenes; times are best on a machine that does nothing else",
+        );
     }
     let calibration = planner::measured(None, args.reps)?;
     output::write_text(&path, &planner::saved(&calibration)?)?;
     if verbosity != Verbosity::Quiet {
-        report::say(&format!("wrote {} ({})", path.display(), calibration.described));
+        report::say(&format!(
+            "wrote {} ({})",
+            path.display(),
+            calibration.described
+        ));
     }
     Ok(())
 }

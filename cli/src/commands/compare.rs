@@ -58,7 +58,11 @@ pub(crate) fn run(args: &CompareArgs) -> Result<()> {
     };
     io::stdout().write_all(text.as_bytes())?;
     if let Some(path) = &args.heatmap {
-        output::write_picture(path, Format::Png(Depth::Eight), &figures::heatmap(&findings.worst_map))?;
+        output::write_picture(
+            path,
+            Format::Png(Depth::Eight),
+            &figures::heatmap(&findings.worst_map),
+        )?;
     }
     findings.hold(&args.bounds)
 }
@@ -68,15 +72,25 @@ fn check_bounds(args: &CompareArgs) -> Result<()> {
     match args.bounds.iter().find(|(name, _)| !known(name)) {
         None => Ok(()),
         Some((name, _)) => {
-            let names: Vec<&str> = METRICS.iter().map(|metric| metric.0).chain([FLICKER]).collect();
-            bail!("--fail-above {name}: no such figure, expected one of {}", names.join(", "))
+            let names: Vec<&str> = METRICS
+                .iter()
+                .map(|metric| metric.0)
+                .chain([FLICKER])
+                .collect();
+            bail!(
+                "--fail-above {name}: no such figure, expected one of {}",
+                names.join(", ")
+            )
         }
     }
 }
 
 fn compared(args: &CompareArgs) -> Result<Findings> {
     let mask = args.mask.as_deref().map(light_parts).transpose()?;
-    let (mut pictures, mut references) = (Pictures::open(&args.picture)?, Pictures::open(&args.reference)?);
+    let (mut pictures, mut references) = (
+        Pictures::open(&args.picture)?,
+        Pictures::open(&args.reference)?,
+    );
     let mut findings: Option<Findings> = None;
     let mut steps = Steps::default();
     loop {
@@ -89,16 +103,26 @@ fn compared(args: &CompareArgs) -> Result<Findings> {
                 } else {
                     (&args.reference, &args.picture)
                 };
-                bail!("{}: has fewer pictures than {}", short.display(), long.display());
+                bail!(
+                    "{}: has fewer pictures than {}",
+                    short.display(),
+                    long.display()
+                );
             }
         };
         let inside = args.inside.then(|| Mask::from_alpha(&reference));
         let mask = inside.as_ref().or(mask.as_ref());
-        add(&mut findings, &picture, &reference, mask)
-            .with_context(|| format!("{} against {}", args.picture.display(), args.reference.display()))?;
+        add(&mut findings, &picture, &reference, mask).with_context(|| {
+            format!(
+                "{} against {}",
+                args.picture.display(),
+                args.reference.display()
+            )
+        })?;
         steps.add(picture, reference, mask);
     }
-    let mut findings = findings.with_context(|| format!("{}: holds no picture", args.picture.display()))?;
+    let mut findings =
+        findings.with_context(|| format!("{}: holds no picture", args.picture.display()))?;
     findings.flicker = steps.flicker();
     Ok(findings)
 }
@@ -111,11 +135,17 @@ fn add(
     mask: Option<&Mask>,
 ) -> Result<()> {
     let comparison = metrics::compare(picture, reference, mask)?;
-    let is_worst = findings.as_ref().is_none_or(|f| comparison.flip.mean > f.pictures[f.worst].flip.mean);
+    let is_worst = findings
+        .as_ref()
+        .is_none_or(|f| comparison.flip.mean > f.pictures[f.worst].flip.mean);
     let found = findings.get_or_insert_with(|| Findings {
         pictures: Vec::new(),
         worst: 0,
-        worst_map: metrics::ScalarMap { width: 0, height: 0, values: Vec::new() },
+        worst_map: metrics::ScalarMap {
+            width: 0,
+            height: 0,
+            values: Vec::new(),
+        },
         flicker: None,
     });
     if is_worst {
@@ -142,13 +172,21 @@ impl Findings {
         let several = self.pictures.len() > 1;
         let mut text = String::new();
         if several {
-            text += &format!("{} pictures, the worst is number {}\n", self.pictures.len(), self.worst);
+            text += &format!(
+                "{} pictures, the worst is number {}\n",
+                self.pictures.len(),
+                self.worst
+            );
             text += &format!("{:<12}{:>12}{:>12}\n", "", "mean", "worst");
         }
         for (name, better, of) in METRICS {
             let (mean, worst) = self.mean_and_worst(better, of);
             text += &format!("{name:<12}{:>12}", short(mean));
-            text += &if several { format!("{:>12}\n", short(worst)) } else { "\n".into() };
+            text += &if several {
+                format!("{:>12}\n", short(worst))
+            } else {
+                "\n".into()
+            };
         }
         if let Some(flicker) = self.flicker {
             text += &format!("{FLICKER:<12}{:>12}\n", short(flicker));
@@ -173,7 +211,9 @@ impl Findings {
                 Some(&(_, better, of)) => (better, self.mean_and_worst(better, of).1),
                 None => match self.flicker {
                     Some(flicker) => (Better::Less, flicker),
-                    None => bail!("--fail-above {name}: one picture does not flicker, expected an animation"),
+                    None => bail!(
+                        "--fail-above {name}: one picture does not flicker, expected an animation"
+                    ),
                 },
             };
             let (broken, relation) = match better {
@@ -209,7 +249,10 @@ fn light_parts(path: &Path) -> Result<Mask> {
     let light = |p: &[f32; 4]| 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2] > 0.2140;
     let inside: Vec<bool> = picture.rgba.iter().map(light).collect();
     if !inside.contains(&true) {
-        bail!("{}: the mask selects no pixel: it is lighter than middle grey nowhere", path.display());
+        bail!(
+            "{}: the mask selects no pixel: it is lighter than middle grey nowhere",
+            path.display()
+        );
     }
     Ok(Mask::new(picture.width, picture.height, inside)?)
 }

@@ -31,7 +31,10 @@ struct Scene {
 const FOV_Y_DEG: f64 = 40.0;
 
 /// Plain PNG over black, so that translucent matter looks the same in every viewer.
-const FINISH: Finish = Finish { format: Format::Png(Depth::Eight), background: Background::Colour([0.0; 3]) };
+const FINISH: Finish = Finish {
+    format: Format::Png(Depth::Eight),
+    background: Background::Colour([0.0; 3]),
+};
 
 /// Renders every scene into the folder and says where the pictures are.
 pub(crate) fn run(args: &DemoArgs, verbosity: Verbosity) -> Result<()> {
@@ -79,10 +82,18 @@ fn scenes() -> Result<Vec<Scene>> {
 
 fn draw(scene: &Scene, size: Size, file: PathBuf) -> Result<report::WrittenFrame> {
     let mut renderer = Renderer::new(&scene.volume, &scene.transfer, &RenderOptions::default())?;
-    let bounds =
-        renderer.visible_bounds_in_world().unwrap_or_else(|| framing::volume::grid_bounds(&scene.volume));
+    let bounds = renderer
+        .visible_bounds_in_world()
+        .unwrap_or_else(|| framing::volume::grid_bounds(&scene.volume));
     let stance = framing::volume::stance(&scene.volume, None);
-    let view = View { size, orbit: scene.orbit, stance, lens: Lens::Perspective { fov_y_deg: FOV_Y_DEG } };
+    let view = View {
+        size,
+        orbit: scene.orbit,
+        stance,
+        lens: Lens::Perspective {
+            fov_y_deg: FOV_Y_DEG,
+        },
+    };
     let extent = Extent::of_box(framing::volume::with_kernels(bounds, &scene.volume));
     let camera = framing::frame(&extent, &view)?;
     picture::check_size(&camera)?;
@@ -108,22 +119,46 @@ fn ripple_transfer() -> Result<TransferFunction> {
 
 fn blob_transfer() -> Result<TransferFunction> {
     transfer(
-        &[(0.0, [0.05, 0.1, 0.5]), (1.0, [0.6, 0.1, 0.4]), (1.6, [1.0, 0.4, 0.05]), (2.2, [1.0, 0.9, 0.5])],
-        &[(0.1, 0.0), (0.6, 0.015), (1.4, 0.04), (1.8, 0.3), (2.4, 0.8)],
+        &[
+            (0.0, [0.05, 0.1, 0.5]),
+            (1.0, [0.6, 0.1, 0.4]),
+            (1.6, [1.0, 0.4, 0.05]),
+            (2.2, [1.0, 0.9, 0.5]),
+        ],
+        &[
+            (0.1, 0.0),
+            (0.6, 0.015),
+            (1.4, 0.04),
+            (1.8, 0.3),
+            (2.4, 0.8),
+        ],
     )
 }
 
 fn checker_transfer() -> Result<TransferFunction> {
     let [dark, light] = procedural::CHECKER_VALUES.map(f64::from);
-    transfer(&[(dark, [0.05, 0.12, 0.35]), (light, [0.9, 0.85, 0.7])], &[(dark, 0.9), (light, 0.9)])
+    transfer(
+        &[(dark, [0.05, 0.12, 0.35]), (light, [0.9, 0.85, 0.7])],
+        &[(dark, 0.9), (light, 0.9)],
+    )
 }
 
 fn transfer(colours: &[(f64, [f32; 3])], opacities: &[(f64, f64)]) -> Result<TransferFunction> {
-    let colours = colours.iter().map(|&(value, rgb)| ColourKnot { value, rgb }).collect();
-    let opacities = opacities.iter().map(|&(value, opacity)| OpacityKnot { value, opacity }).collect();
+    let colours = colours
+        .iter()
+        .map(|&(value, rgb)| ColourKnot { value, rgb })
+        .collect();
+    let opacities = opacities
+        .iter()
+        .map(|&(value, opacity)| OpacityKnot { value, opacity })
+        .collect();
     Ok(TransferFunction::new(colours, opacities)?)
 }
 
 fn orbit(azimuth_deg: f64, elevation_deg: f64, distance: f64) -> Orbit {
-    Orbit { azimuth_deg, elevation_deg, distance }
+    Orbit {
+        azimuth_deg,
+        elevation_deg,
+        distance,
+    }
 }

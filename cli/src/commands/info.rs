@@ -36,22 +36,36 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
         None => enough_to_look_through(args)?,
     };
     let drawn = RenderOptions::default();
-    let facts = match look_through(&args.input, &args.volume, (max_memory, &drawn), Progress::Shown)? {
+    let facts = match look_through(
+        &args.input,
+        &args.volume,
+        (max_memory, &drawn),
+        Progress::Shown,
+    )? {
         Some(volume) => Facts::of(args, volume.as_ref())?,
-        None => Facts::of(args, &volsplat::load(&args.input, &settings::load_options(&args.volume))?)?,
+        None => Facts::of(
+            args,
+            &volsplat::load(&args.input, &settings::load_options(&args.volume))?,
+        )?,
     };
-    let text =
-        if args.json { format!("{}\n", serde_json::to_string_pretty(&facts.json())?) } else { facts.text() };
+    let text = if args.json {
+        format!("{}\n", serde_json::to_string_pretty(&facts.json())?)
+    } else {
+        facts.text()
+    };
     print(&text)
 }
 
 /// Memory for a volume that is only looked at, where it is larger than half of what there is: a quarter of that.
 fn enough_to_look_through(args: &InfoArgs) -> Result<Option<u64>> {
-    let Some((lattice, voxel_type)) = peek(&args.input, &settings::load_options(&args.volume))? else {
+    let Some((lattice, voxel_type)) = peek(&args.input, &settings::load_options(&args.volume))?
+    else {
         return Ok(None);
     };
     let bytes = lattice.len() as u64 * voxel_type.bytes() as u64;
-    Ok(report::available_bytes().filter(|available| bytes > available / 2).map(|available| available / 4))
+    Ok(report::available_bytes()
+        .filter(|available| bytes > available / 2)
+        .map(|available| available / 4))
 }
 
 /// What is told beside the volume's own fields.
@@ -92,7 +106,11 @@ impl Facts {
             most_bricks: most_brick_bytes(&lattice, &RenderOptions::default()),
             available: report::available_bytes(),
         };
-        let told = if args.volume.dims.is_some() { None } else { format_of(&args.input)? };
+        let told = if args.volume.dims.is_some() {
+            None
+        } else {
+            format_of(&args.input)?
+        };
         Ok(Self {
             path: args.input.display().to_string(),
             format: told.map_or("headerless", |format| format.name()),
@@ -140,15 +158,41 @@ impl Facts {
             ("size", format!("{x} x {y} x {z}, {} voxels", volume.len())),
             ("type", self.kind.name().to_owned()),
             ("spacing", format!("{dx} x {dy} x {dz}")),
-            ("extent", format!("{} x {} x {}", short(size.x), short(size.y), short(size.z))),
-            ("", format!("x {}, y {}, z {}", between(0), between(1), between(2))),
+            (
+                "extent",
+                format!("{} x {} x {}", short(size.x), short(size.y), short(size.z)),
+            ),
+            (
+                "",
+                format!("x {}, y {}, z {}", between(0), between(1), between(2)),
+            ),
             ("axes", orientation(volume)),
-            ("space", volume.space.clone().unwrap_or_else(|| "not named".to_owned())),
-            ("values", format!("{} to {}", short(self.range.0), short(self.range.1))),
+            (
+                "space",
+                volume
+                    .space
+                    .clone()
+                    .unwrap_or_else(|| "not named".to_owned()),
+            ),
+            (
+                "values",
+                format!("{} to {}", short(self.range.0), short(self.range.1)),
+            ),
             ("memory", self.memory.text()),
-            ("histogram", format!("{} {} {}", short(self.bars.low), self.bars.line(), short(self.bars.high))),
+            (
+                "histogram",
+                format!(
+                    "{} {} {}",
+                    short(self.bars.low),
+                    self.bars.line(),
+                    short(self.bars.high)
+                ),
+            ),
         ];
-        let lines: String = lines.iter().map(|(name, text)| format!("  {name:<10} {text}\n")).collect();
+        let lines: String = lines
+            .iter()
+            .map(|(name, text)| format!("  {name:<10} {text}\n"))
+            .collect();
         format!("{}\n{lines}", self.path)
     }
 }
@@ -157,10 +201,17 @@ impl Memory {
     fn text(&self) -> String {
         let human = report::human_bytes;
         let most = self.voxels.saturating_add(self.most_bricks);
-        let needed = format!("{} for the voxels, up to {} to draw them", human(self.voxels), human(most));
+        let needed = format!(
+            "{} for the voxels, up to {} to draw them",
+            human(self.voxels),
+            human(most)
+        );
         match self.available {
             Some(available) if most > available => {
-                format!("{needed}, of {} available: draw it with --max-memory", human(available))
+                format!(
+                    "{needed}, of {} available: draw it with --max-memory",
+                    human(available)
+                )
             }
             Some(available) => format!("{needed}, of {} available", human(available)),
             None => needed,
@@ -186,7 +237,11 @@ impl Bars {
         let bar = |&count: &u64| {
             let share = (count as f64).ln_1p() / most.ln_1p();
             let height = (share * HEIGHTS.len() as f64).ceil() as usize;
-            if count == 0 { ' ' } else { HEIGHTS[height.clamp(1, HEIGHTS.len()) - 1] }
+            if count == 0 {
+                ' '
+            } else {
+                HEIGHTS[height.clamp(1, HEIGHTS.len()) - 1]
+            }
         };
         self.counts.iter().map(bar).collect()
     }
@@ -197,19 +252,33 @@ fn orientation(volume: &Lattice) -> String {
     let map = volume.world_from_index.matrix3;
     let axes = [("x", map.x_axis), ("y", map.y_axis), ("z", map.z_axis)];
     let named = axes.map(|(name, axis)| format!("{name} along {}", direction(axis)));
-    let hand = if map.determinant() < 0.0 { "; left-handed" } else { "" };
-    let up = volume.up_hint.map_or(String::new(), |up| format!("; up is {}", direction(up)));
+    let hand = if map.determinant() < 0.0 {
+        "; left-handed"
+    } else {
+        ""
+    };
+    let up = volume
+        .up_hint
+        .map_or(String::new(), |up| format!("; up is {}", direction(up)));
     format!("{}{hand}{up}", named.join(", "))
 }
 
 /// The world axis closest to a direction, and how far it is from it.
 fn direction(axis: DVec3) -> String {
     let sides = ["x", "y", "z"];
-    let place = (0..3).max_by(|&a, &b| axis[a].abs().total_cmp(&axis[b].abs())).unwrap_or(0);
+    let place = (0..3)
+        .max_by(|&a, &b| axis[a].abs().total_cmp(&axis[b].abs()))
+        .unwrap_or(0);
     let sign = if axis[place] < 0.0 { '-' } else { '+' };
-    let tilt_deg = (axis[place].abs() / axis.length()).min(1.0).acos().to_degrees();
-    let tilt =
-        if tilt_deg < TILT_SHOWN_DEG { String::new() } else { format!(" tilted by {tilt_deg:.1} degrees") };
+    let tilt_deg = (axis[place].abs() / axis.length())
+        .min(1.0)
+        .acos()
+        .to_degrees();
+    let tilt = if tilt_deg < TILT_SHOWN_DEG {
+        String::new()
+    } else {
+        format!(" tilted by {tilt_deg:.1} degrees")
+    };
     format!("{sign}{}{tilt}", sides[place])
 }
 
@@ -256,12 +325,19 @@ mod tests {
     #[test]
     fn directions_name_the_closest_axis_and_the_tilt() {
         assert_eq!(direction(DVec3::new(0.0, -2.0, 0.0)), "-y");
-        assert_eq!(direction(DVec3::new(0.0, 0.8, -0.6)), "+y tilted by 36.9 degrees");
+        assert_eq!(
+            direction(DVec3::new(0.0, 0.8, -0.6)),
+            "+y tilted by 36.9 degrees"
+        );
     }
 
     #[test]
     fn bars_are_logarithmic_and_empty_bins_are_blank() {
-        let bars = Bars { low: 0.0, high: 3.0, counts: vec![1_000_000, 0, 1, 999] };
+        let bars = Bars {
+            low: 0.0,
+            high: 3.0,
+            counts: vec![1_000_000, 0, 1, 999],
+        };
         assert_eq!(bars.line(), "█ ▁▄", "log(1e6), nothing, log(2), log(1e3)");
     }
 }

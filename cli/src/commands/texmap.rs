@@ -25,15 +25,25 @@ use crate::settings::texmap as settings;
 
 /// Checks, loads, prepares, renders, and reports.
 pub(crate) fn run(args: &TexmapArgs, verbosity: Verbosity) -> Result<()> {
-    let telling = Telling { start: Instant::now(), verbosity };
+    let telling = Telling {
+        start: Instant::now(),
+        verbosity,
+    };
     interrupt::watch()?;
     Open::read(args, verbosity)?.finish(args, telling)
 }
 
 /// Does all but the drawing.
 pub(crate) fn prepared(args: &TexmapArgs) -> Result<Prepared> {
-    let Open { cameras, mut renderer, .. } = Open::read(args, Verbosity::Quiet)?;
-    Ok(Prepared { cameras, render: Box::new(move |camera| drawn(&mut renderer, camera)) })
+    let Open {
+        cameras,
+        mut renderer,
+        ..
+    } = Open::read(args, Verbosity::Quiet)?;
+    Ok(Prepared {
+        cameras,
+        render: Box::new(move |camera| drawn(&mut renderer, camera)),
+    })
 }
 
 /// A mesh that is read, ready to be drawn.
@@ -54,17 +64,28 @@ impl Open {
         let request = request(args);
         let plan = Plan::new(&request)?;
         let options = settings::render_options(&args.render, plan.finish.format)?;
-        let Loaded { scene, notes } = texmap::load(&args.input, &settings::load_options(&args.model))?;
+        let Loaded { scene, notes } =
+            texmap::load(&args.input, &settings::load_options(&args.model))?;
         let load_ms = report::ms_since(start);
         if verbosity != Verbosity::Quiet {
-            notes.iter().for_each(|note| report::say(&format!("note: {note}")));
+            notes
+                .iter()
+                .for_each(|note| report::say(&format!("note: {note}")));
         }
         let prepared = Instant::now();
         let renderer = Renderer::new(&scene, &options)
             .with_context(|| format!("{}: cannot be drawn", args.input.display()))?;
         let prepare_ms = report::ms_since(prepared);
         let cameras = cameras(args, (&request, &plan), &scene, &renderer)?;
-        Ok(Self { plan, scene, notes, renderer, cameras, load_ms, prepare_ms })
+        Ok(Self {
+            plan,
+            scene,
+            notes,
+            renderer,
+            cameras,
+            load_ms,
+            prepare_ms,
+        })
     }
 
     /// One camera per picture.
@@ -74,7 +95,10 @@ impl Open {
 
     /// Draws under the settings of `args`.
     pub(crate) fn draw(&mut self, args: &TexmapArgs, camera: &Camera) -> Result<Drawn> {
-        self.adopt(&settings::render_options(&args.render, self.plan.finish.format)?)?;
+        self.adopt(&settings::render_options(
+            &args.render,
+            self.plan.finish.format,
+        )?)?;
         drawn(&mut self.renderer, camera)
     }
 
@@ -83,12 +107,25 @@ impl Open {
         let request = request(args);
         let options = settings::render_options(&args.render, self.plan.finish.format)?;
         self.adopt(&options)?;
-        let Self { plan, scene, notes, mut renderer, cameras, load_ms, prepare_ms } = self;
+        let Self {
+            plan,
+            scene,
+            notes,
+            mut renderer,
+            cameras,
+            load_ms,
+            prepare_ms,
+        } = self;
         let stats = RunStats {
             version: env!("CARGO_PKG_VERSION"),
             scene: scene_record(&scene, &notes, prepare_ms),
             threads: rayon::current_num_threads(),
-            settings: settings::record(args, &request, &options, (plan.finish.format, stance(args))),
+            settings: settings::record(
+                args,
+                &request,
+                &options,
+                (plan.finish.format, stance(args)),
+            ),
             planned: args.ask.kept.clone(),
             load_ms,
             peak_bytes: None,
@@ -99,7 +136,12 @@ impl Open {
         if telling.verbosity == Verbosity::Verbose {
             report::say(&format!("load {load_ms:.1} ms, prepare {prepare_ms:.1} ms"));
         }
-        plan.draw(&request, &cameras, stats, (&mut |camera, _| drawn(&mut renderer, camera), telling))
+        plan.draw(
+            &request,
+            &cameras,
+            stats,
+            (&mut |camera, _| drawn(&mut renderer, camera), telling),
+        )
     }
 
     fn adopt(&mut self, options: &RenderOptions) -> Result<()> {
@@ -123,19 +165,31 @@ fn cameras(
     // A scene that was loaded has triangles.
     let bounds = renderer.bounds_in_world().unwrap_or_default();
     match &args.model.camera_name {
-        None => plan.cameras(request, &Extent::of_points(bounds, corners(scene)), stance(args)),
+        None => plan.cameras(
+            request,
+            &Extent::of_points(bounds, corners(scene)),
+            stance(args),
+        ),
         Some(name) => {
             let camera = scene_camera::named(&scene.cameras, name, args.camera.size, bounds);
-            plan.checked(vec![camera.with_context(|| args.input.display().to_string())?])
+            plan.checked(vec![
+                camera.with_context(|| args.input.display().to_string())?,
+            ])
         }
     }
 }
 
 /// The corners of all triangles; one that several share comes several times.
 fn corners(scene: &Scene) -> impl Iterator<Item = DVec3> {
-    let of_mesh = |mesh: &Mesh, corner: u32| Vec3::from_array(mesh.positions[corner as usize]).as_dvec3();
+    let of_mesh =
+        |mesh: &Mesh, corner: u32| Vec3::from_array(mesh.positions[corner as usize]).as_dvec3();
     let meshes = scene.meshes.iter();
-    meshes.flat_map(move |mesh| mesh.triangles.iter().flatten().map(move |&corner| of_mesh(mesh, corner)))
+    meshes.flat_map(move |mesh| {
+        mesh.triangles
+            .iter()
+            .flatten()
+            .map(move |&corner| of_mesh(mesh, corner))
+    })
 }
 
 fn request(args: &TexmapArgs) -> Request<'_> {
@@ -147,19 +201,32 @@ fn request(args: &TexmapArgs) -> Request<'_> {
         sequence: &args.sequence,
         picture: &args.picture,
         keys: KeyKind::Cameras,
-        inputs: [Some(args.input.as_path()), texture].into_iter().flatten().collect(),
+        inputs: [Some(args.input.as_path()), texture]
+            .into_iter()
+            .flatten()
+            .collect(),
         others: Vec::new(),
     }
 }
 
 fn drawn(renderer: &mut Renderer, camera: &Camera) -> Result<Drawn> {
     let frame = renderer.render(camera)?;
-    let account = Account { keys: serde_json::to_value(&frame.stats)?, line: stage_line(&frame.stats) };
-    Ok(Drawn { image: frame.image, account })
+    let account = Account {
+        keys: serde_json::to_value(&frame.stats)?,
+        line: stage_line(&frame.stats),
+    };
+    Ok(Drawn {
+        image: frame.image,
+        account,
+    })
 }
 
 fn scene_record(scene: &Scene, notes: &[String], prepare_ms: f64) -> serde_json::Value {
-    let texels: usize = scene.textures.iter().map(|texture| texture.width * texture.height).sum();
+    let texels: usize = scene
+        .textures
+        .iter()
+        .map(|texture| texture.width * texture.height)
+        .sum();
     json!({
         "meshes": scene.meshes.len(),
         "triangles": scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum::<usize>(),
@@ -182,7 +249,10 @@ fn stage_line(stats: &FrameStats) -> String {
         ("resolve", stages.resolve),
         ("image", stages.image),
     ];
-    let times: Vec<_> = named.iter().map(|(name, time)| format!("{name} {:.1}", time.wall_ms)).collect();
+    let times: Vec<_> = named
+        .iter()
+        .map(|(name, time)| format!("{name} {:.1}", time.wall_ms))
+        .collect();
     format!(
         "{:.1} ms wall, {:.1} ms CPU ({} ms); {} of {} triangles, {} points, {} splats",
         stats.wall_ms,

@@ -42,7 +42,10 @@ pub(crate) struct Open {
 
 /// Checks, loads, classifies, renders, and reports.
 pub(crate) fn run(args: &VolsplatArgs, verbosity: Verbosity) -> Result<()> {
-    let telling = Telling { start: Instant::now(), verbosity };
+    let telling = Telling {
+        start: Instant::now(),
+        verbosity,
+    };
     interrupt::watch()?;
     Open::read(args, verbosity)?.finish(args, telling)
 }
@@ -51,9 +54,16 @@ pub(crate) fn run(args: &VolsplatArgs, verbosity: Verbosity) -> Result<()> {
 pub(crate) fn prepared(args: &VolsplatArgs) -> Result<Prepared> {
     let open = Open::read(args, Verbosity::Quiet)?;
     open.check_still()?;
-    let Open { cameras, mut renderer, .. } = open;
+    let Open {
+        cameras,
+        mut renderer,
+        ..
+    } = open;
     let render = move |camera: &Camera| drawn(&mut renderer, camera, Progress::Hidden);
-    Ok(Prepared { cameras, render: Box::new(render) })
+    Ok(Prepared {
+        cameras,
+        render: Box::new(render),
+    })
 }
 
 impl Open {
@@ -61,7 +71,8 @@ impl Open {
     pub(crate) fn read(args: &VolsplatArgs, verbosity: Verbosity) -> Result<Self> {
         let request = request(args);
         let plan = Plan::new(&request)?;
-        let options = settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format)?;
+        let options =
+            settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format)?;
         blend::layers(&args.render.blend, plan.finish.format)?;
         let open = loaded(args, options, (plan, verbosity.progress()))?;
         let cameras = cameras(args, &request, &open)?;
@@ -87,11 +98,26 @@ impl Open {
         self.content.show_transfer(&args.transfer)?;
         let stats = self.stats_before_drawing(args, &request);
         if telling.verbosity == Verbosity::Verbose {
-            report::say(&format!("load {:.1} ms, classify {:.1} ms", self.load_ms, self.classify_ms));
+            report::say(&format!(
+                "load {:.1} ms, classify {:.1} ms",
+                self.load_ms, self.classify_ms
+            ));
         }
-        let Self { plan, content, mut renderer, options, motion, cameras, .. } = self;
+        let Self {
+            plan,
+            content,
+            mut renderer,
+            options,
+            motion,
+            cameras,
+            ..
+        } = self;
         // Of several pictures a bar counts the pictures.
-        let progress = if cameras.len() == 1 { telling.verbosity.progress() } else { Progress::Hidden };
+        let progress = if cameras.len() == 1 {
+            telling.verbosity.progress()
+        } else {
+            Progress::Hidden
+        };
         // The renderer has its own copy of what can be seen; only what moves may need the voxels again.
         let mut moving = motion.map(|motion| (motion, content));
         let mut render = |camera: &Camera, number: usize| {
@@ -116,8 +142,11 @@ impl Open {
     }
 
     fn adopt(&mut self, args: &VolsplatArgs) -> Result<()> {
-        let options =
-            settings::render_options(&args.render, args.transfer.opacity_unit, self.plan.finish.format)?;
+        let options = settings::render_options(
+            &args.render,
+            args.transfer.opacity_unit,
+            self.plan.finish.format,
+        )?;
         let options = settings::suited_to(options, &args.render, self.content.first());
         if options == self.options {
             return Ok(());
@@ -157,8 +186,14 @@ impl Open {
 /// What a volume renderer draws, and says.
 pub(crate) fn drawn(renderer: &mut Renderer, camera: &Camera, progress: Progress) -> Result<Drawn> {
     let frame = renderer.render_watched(camera, &mut watch("drawing", progress))?;
-    let account = Account { keys: serde_json::to_value(&frame.stats)?, line: stage_line(&frame.stats) };
-    Ok(Drawn { image: frame.image, account })
+    let account = Account {
+        keys: serde_json::to_value(&frame.stats)?,
+        line: stage_line(&frame.stats),
+    };
+    Ok(Drawn {
+        image: frame.image,
+        account,
+    })
 }
 
 fn request(args: &VolsplatArgs) -> Request<'_> {
@@ -175,17 +210,28 @@ fn request(args: &VolsplatArgs) -> Request<'_> {
             .flatten()
             .chain(scene::inputs(&args.scene))
             .collect(),
-        others: args.transfer.show_transfer.iter().map(|path| ("--show-transfer", path.as_path())).collect(),
+        others: args
+            .transfer
+            .show_transfer
+            .iter()
+            .map(|path| ("--show-transfer", path.as_path()))
+            .collect(),
     }
 }
 
 /// All but the cameras.
-fn loaded(args: &VolsplatArgs, options: RenderOptions, (plan, progress): (Plan, Progress)) -> Result<Open> {
+fn loaded(
+    args: &VolsplatArgs,
+    options: RenderOptions,
+    (plan, progress): (Plan, Progress),
+) -> Result<Open> {
     let start = Instant::now();
     let mut content = Content::load(args, &options, progress)?;
     let load_ms = report::ms_since(start);
     let motion = match plan.path() {
-        Some(path) => VolumeMotion::new(path, args, content.first()).with_context(|| path_name(args))?,
+        Some(path) => {
+            VolumeMotion::new(path, args, content.first()).with_context(|| path_name(args))?
+        }
         None => None,
     };
     if let Some(mean) = motion.as_ref().and_then(VolumeMotion::mean) {
@@ -200,11 +246,25 @@ fn loaded(args: &VolsplatArgs, options: RenderOptions, (plan, progress): (Plan, 
         .renderer(&options, progress)
         .with_context(|| format!("{}: cannot be drawn", args.input.display()))?;
     let classify_ms = report::ms_since(start);
-    Ok(Open { plan, content, renderer, options, motion, cameras: Vec::new(), load_ms, classify_ms })
+    Ok(Open {
+        plan,
+        content,
+        renderer,
+        options,
+        motion,
+        cameras: Vec::new(),
+        load_ms,
+        classify_ms,
+    })
 }
 
 fn path_name(args: &VolsplatArgs) -> String {
-    args.sequence.path.as_deref().unwrap_or(Path::new("")).display().to_string()
+    args.sequence
+        .path
+        .as_deref()
+        .unwrap_or(Path::new(""))
+        .display()
+        .to_string()
 }
 
 fn cameras(args: &VolsplatArgs, request: &Request, open: &Open) -> Result<Vec<Camera>> {
@@ -216,7 +276,10 @@ fn cameras(args: &VolsplatArgs, request: &Request, open: &Open) -> Result<Vec<Ca
         framing::volume::grid_bounds(open.content.first())
     });
     let bounds = framing::volume::with_kernels(bounds, open.content.first());
-    let stance = framing::volume::stance(open.content.first(), args.camera.up.map(|axis| axis.direction));
+    let stance = framing::volume::stance(
+        open.content.first(),
+        args.camera.up.map(|axis| axis.direction),
+    );
     open.plan.cameras(request, &Extent::of_box(bounds), stance)
 }
 
@@ -231,7 +294,10 @@ fn stage_line(stats: &FrameStats) -> String {
         ("composite", stages.composite),
         ("image", stages.image),
     ];
-    let times: Vec<_> = named.iter().map(|(name, time)| format!("{name} {:.1}", time.wall_ms)).collect();
+    let times: Vec<_> = named
+        .iter()
+        .map(|(name, time)| format!("{name} {:.1}", time.wall_ms))
+        .collect();
     format!(
         "{:.1} ms wall, {:.1} ms CPU ({} ms); {} points, {} splats, {} culled; \
          bricks: {} empty, {} outside, {} hidden",

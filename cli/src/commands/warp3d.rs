@@ -40,15 +40,25 @@ struct Shared {
 
 /// Checks, reads, warps, and reports.
 pub(crate) fn run(args: &Warp3dArgs, verbosity: Verbosity) -> Result<()> {
-    let telling = Telling { start: Instant::now(), verbosity };
+    let telling = Telling {
+        start: Instant::now(),
+        verbosity,
+    };
     interrupt::watch()?;
     Open::read_to(args, Places::MemoryOrFile)?.finish(args, telling)
 }
 
 /// Does all but the drawing.
 pub(crate) fn prepared(args: &Warp3dArgs) -> Result<Prepared> {
-    let Open { cameras, mut drawer, .. } = Open::read(args)?;
-    Ok(Prepared { cameras, render: Box::new(move |camera| drawer.draw(camera)) })
+    let Open {
+        cameras,
+        mut drawer,
+        ..
+    } = Open::read(args)?;
+    Ok(Prepared {
+        cameras,
+        render: Box::new(move |camera| drawer.draw(camera)),
+    })
 }
 
 /// References that are read, ready to be warped.
@@ -85,7 +95,10 @@ impl Open {
         let options = options(&args.warp);
         let start = Instant::now();
         // How large the new picture is, cameras say later.
-        let guess = args.cameras.size.map_or([1, 1], |size| [size.width, size.height]);
+        let guess = args
+            .cameras
+            .size
+            .map_or([1, 1], |size| [size.width, size.height]);
         let mut keeping = keeping(args, &options, (guess, places))?;
         let mut scene = warp_scene::read(args, keeping)?;
         let layout = layout(args);
@@ -98,9 +111,19 @@ impl Open {
                 "--mask and --confidence write one file: for several pictures use .exr, which holds both for each"
             );
         }
-        let plan = Plan::without_cameras(&request, if several { Pictures::Several } else { Pictures::One })?;
+        let plan = Plan::without_cameras(
+            &request,
+            if several {
+                Pictures::Several
+            } else {
+                Pictures::One
+            },
+        )?;
         let cameras = plan.checked(cameras)?;
-        let largest = cameras.iter().map(|camera| [camera.width, camera.height]).max_by_key(|&[w, h]| w * h);
+        let largest = cameras
+            .iter()
+            .map(|camera| [camera.width, camera.height])
+            .max_by_key(|&[w, h]| w * h);
         if keeping == Keeping::Memory {
             keeping = self::keeping(args, &options, (largest.unwrap_or(guess), places))?;
             if keeping != Keeping::Memory {
@@ -109,10 +132,22 @@ impl Open {
             }
         }
         let load_ms = report::ms_since(start);
-        let account = json!({ "references": scene.references.len(), "samples": scene.references.known() });
+        let account =
+            json!({ "references": scene.references.len(), "samples": scene.references.known() });
         let warper = AnyWarper::new(scene.references, &options)?;
-        let drawer = Drawer { warper, layout, convergence, last: LastPicture::NotKept };
-        Ok(Self { plan, cameras, drawer, scene: account, load_ms })
+        let drawer = Drawer {
+            warper,
+            layout,
+            convergence,
+            last: LastPicture::NotKept,
+        };
+        Ok(Self {
+            plan,
+            cameras,
+            drawer,
+            scene: account,
+            load_ms,
+        })
     }
 
     /// One camera per picture.
@@ -138,19 +173,39 @@ impl Open {
         let request = request(args, &shared);
         let options = options(&args.warp);
         self.drawer.warper.change(&options)?;
-        let Self { plan, cameras, mut drawer, scene, load_ms } = self;
+        let Self {
+            plan,
+            cameras,
+            mut drawer,
+            scene,
+            load_ms,
+        } = self;
         let stats = RunStats {
             version: env!("CARGO_PKG_VERSION"),
             scene,
             threads: rayon::current_num_threads(),
-            settings: record(args, &options, (&request, plan.finish.format), drawer.convergence),
+            settings: record(
+                args,
+                &options,
+                (&request, plan.finish.format),
+                drawer.convergence,
+            ),
             planned: args.ask.kept.clone(),
             load_ms,
             peak_bytes: None,
             frames: Vec::new(),
         };
-        drawer.last = if has_planes(args) { LastPicture::Kept(None) } else { LastPicture::NotKept };
-        plan.draw(&request, &cameras, stats, (&mut |camera, _| drawer.draw(camera), telling))?;
+        drawer.last = if has_planes(args) {
+            LastPicture::Kept(None)
+        } else {
+            LastPicture::NotKept
+        };
+        plan.draw(
+            &request,
+            &cameras,
+            stats,
+            (&mut |camera, _| drawer.draw(camera), telling),
+        )?;
         match drawer.last {
             LastPicture::Kept(Some(image)) => write_planes(args, &image),
             LastPicture::Kept(None) | LastPicture::NotKept => Ok(()),
@@ -182,8 +237,15 @@ fn keeping(
 
 /// Holds what the warp takes in memory against `--max-memory`.
 fn check_memory(args: &Warp3dArgs, options: &WarpOptions, target: [u32; 2]) -> Result<()> {
-    let Some(max_memory) = args.max_memory else { return Ok(()) };
-    Ok(warp3d::memory::check_memory(&warp_scene::sizes(args)?, target, options, max_memory)?)
+    let Some(max_memory) = args.max_memory else {
+        return Ok(());
+    };
+    Ok(warp3d::memory::check_memory(
+        &warp_scene::sizes(args)?,
+        target,
+        options,
+        max_memory,
+    )?)
 }
 
 fn shared(args: &Warp3dArgs) -> Shared {
@@ -218,7 +280,10 @@ fn request<'a>(args: &'a Warp3dArgs, shared: &'a Shared) -> Request<'a> {
         picture: &args.picture,
         keys: KeyKind::Cameras,
         inputs: shared.inputs.iter().map(PathBuf::as_path).collect(),
-        others: others.into_iter().filter_map(|(name, path)| Some((name, path.as_deref()?))).collect(),
+        others: others
+            .into_iter()
+            .filter_map(|(name, path)| Some((name, path.as_deref()?)))
+            .collect(),
     }
 }
 
@@ -259,21 +324,34 @@ fn targets(args: &Warp3dArgs, scene: &WarpScene) -> Result<Vec<Camera>> {
     let Some(to) = &args.cameras.to else {
         return Ok(vec![viewpoint::sized(from, args.cameras.size)?]);
     };
-    let known =
-        Known { picture: [from.width, from.height], size: args.cameras.size, lens: warp_scene::lens(args) };
+    let known = Known {
+        picture: [from.width, from.height],
+        size: args.cameras.size,
+        lens: warp_scene::lens(args),
+    };
     let cameras = viewpoint::several(to, &from, &known)?;
     let named = || to.path().unwrap_or(Path::new("--to")).display().to_string();
-    cameras.iter().map(|camera| camera.for_bounds(scene.bounds).with_context(named)).collect()
+    cameras
+        .iter()
+        .map(|camera| camera.for_bounds(scene.bounds).with_context(named))
+        .collect()
 }
 
 /// The cameras of a path of keys.
 fn keyed(path: &Path, args: &Warp3dArgs, from: &Camera, scene: &WarpScene) -> Result<Vec<Camera>> {
-    let look_at_size = Size { width: from.width, height: from.height };
-    let defaults =
-        CameraDefaults { size: args.cameras.size, look_at_size, fov_y_deg: viewpoint::DEFAULT_FOV_Y_DEG };
+    let look_at_size = Size {
+        width: from.width,
+        height: from.height,
+    };
+    let defaults = CameraDefaults {
+        size: args.cameras.size,
+        look_at_size,
+        fov_y_deg: viewpoint::DEFAULT_FOV_Y_DEG,
+    };
     let keys = camera_path::read(path, &defaults, KeyKind::Cameras)?;
     let pictures = keys.pictures(f64::from(args.sequence.fps.unwrap_or(output::DEFAULT_FPS)))?;
-    keys.cameras(&pictures, scene.bounds).with_context(|| path.display().to_string())
+    keys.cameras(&pictures, scene.bounds)
+        .with_context(|| path.display().to_string())
 }
 
 /// Distance at which views agree and about which cameras sway.
@@ -293,13 +371,23 @@ fn convergence(args: &Warp3dArgs, scene: &WarpScene, target: &Camera) -> Result<
     Ok(typed)
 }
 
-fn cameras(args: &Warp3dArgs, layout: &Layout, targets: &[Camera], convergence: f64) -> Result<Vec<Camera>> {
+fn cameras(
+    args: &Warp3dArgs,
+    layout: &Layout,
+    targets: &[Camera],
+    convergence: f64,
+) -> Result<Vec<Camera>> {
     let swaying = match args.sequence.sway {
         None => targets.to_vec(),
         Some(_) if targets.len() > 1 => bail!("--sway goes around one camera: name it behind a #"),
-        Some(angle_deg) => multiview::sway(&targets[0], convergence, angle_deg, args.sequence.frames)?,
+        Some(angle_deg) => {
+            multiview::sway(&targets[0], convergence, angle_deg, args.sequence.frames)?
+        }
     };
-    swaying.iter().map(|camera| Ok(layout.sheet(camera).validated()?)).collect()
+    swaying
+        .iter()
+        .map(|camera| Ok(layout.sheet(camera).validated()?))
+        .collect()
 }
 
 fn options(args: &WarpArgs) -> WarpOptions {
@@ -308,7 +396,9 @@ fn options(args: &WarpArgs) -> WarpOptions {
         method: warp::METHOD.library(args.method),
         visibility: warp::VISIBILITY.library(args.visibility),
         fill: warp::FILL.library(args.fill),
-        tolerance: args.tolerance.map_or(default.tolerance, SurfaceTolerance::Relative),
+        tolerance: args
+            .tolerance
+            .map_or(default.tolerance, SurfaceTolerance::Relative),
         mixed: warp::MIXED.library(args.mixed),
         subpixels: args.subpixels,
         blend: warp::BLEND.library(args.blend),
@@ -347,18 +437,30 @@ fn record(
 
 /// Writes the planes beside the picture.
 fn write_planes(args: &Warp3dArgs, image: &Image) -> Result<()> {
-    let plane = |name: &str| image.planes.iter().find(|plane| plane.name == name).map(|plane| &plane.values);
+    let plane = |name: &str| {
+        image
+            .planes
+            .iter()
+            .find(|plane| plane.name == name)
+            .map(|plane| &plane.values)
+    };
     if let Some(path) = &args.mask {
-        let seen = image.rgba.iter().map(|pixel| 1.0 - pixel[3].clamp(0.0, 1.0));
+        let seen = image
+            .rgba
+            .iter()
+            .map(|pixel| 1.0 - pixel[3].clamp(0.0, 1.0));
         let mask: Vec<f32> = match plane("filled") {
-            Some(filled) => seen.zip(filled).map(|(hole, &filled)| hole.max(filled)).collect(),
+            Some(filled) => seen
+                .zip(filled)
+                .map(|(hole, &filled)| hole.max(filled))
+                .collect(),
             None => seen.collect(),
         };
         output::write_grey(path, [image.width, image.height], &mask)?;
     }
     if let Some(path) = &args.confidence {
-        let confidence =
-            plane("confidence").context("this layout of views has no confidence: leave --confidence out")?;
+        let confidence = plane("confidence")
+            .context("this layout of views has no confidence: leave --confidence out")?;
         output::write_grey(path, [image.width, image.height], confidence)?;
     }
     Ok(())

@@ -11,8 +11,19 @@ const BOX: [DVec3; 2] = [DVec3::new(10.0, -4.0, 3.0), DVec3::new(14.0, 2.0, 5.0)
 const LENSES: [Lens; 2] = [Lens::Perspective { fov_y_deg: 40.0 }, Lens::Orthographic];
 
 fn view(lens: Lens) -> View {
-    let stance = Stance { up: DVec3::Y, right: DVec3::X };
-    View { size: Size { width: 200, height: 100 }, orbit: DEFAULT_ORBIT, stance, lens }
+    let stance = Stance {
+        up: DVec3::Y,
+        right: DVec3::X,
+    };
+    View {
+        size: Size {
+            width: 200,
+            height: 100,
+        },
+        orbit: DEFAULT_ORBIT,
+        stance,
+        lens,
+    }
 }
 
 fn volume() -> Volume {
@@ -31,17 +42,30 @@ fn assert_all_corners_seen(view: &View) {
         let seen = camera.screen_from_camera(in_camera);
         let far_corner = DVec2::new(f64::from(view.size.width), f64::from(view.size.height));
         let inside = seen.cmpge(DVec2::ZERO).all() && seen.cmple(far_corner).all();
-        assert!(inside && in_camera.z > camera.near, "{view:?}: corner {corner} at {seen}");
+        assert!(
+            inside && in_camera.z > camera.near,
+            "{view:?}: corner {corner} at {seen}"
+        );
     }
 }
 
 #[test]
 fn all_corners_are_inside_the_picture_from_every_side() {
     for lens in LENSES {
-        for (azimuth_deg, elevation_deg) in [(0.0, 0.0), (30.0, 20.0), (123.0, 90.0), (-77.0, -90.0)] {
+        for (azimuth_deg, elevation_deg) in
+            [(0.0, 0.0), (30.0, 20.0), (123.0, 90.0), (-77.0, -90.0)]
+        {
             for (width, height) in [(200, 100), (60, 300)] {
-                let orbit = Orbit { azimuth_deg, elevation_deg, distance: 1.0 };
-                assert_all_corners_seen(&View { size: Size { width, height }, orbit, ..view(lens) });
+                let orbit = Orbit {
+                    azimuth_deg,
+                    elevation_deg,
+                    distance: 1.0,
+                };
+                assert_all_corners_seen(&View {
+                    size: Size { width, height },
+                    orbit,
+                    ..view(lens)
+                });
             }
         }
     }
@@ -49,22 +73,42 @@ fn all_corners_are_inside_the_picture_from_every_side() {
 
 #[test]
 fn sphere_touches_the_nearer_picture_edge() {
-    let camera =
-        frame(&Extent::of_box(BOX), &view(Lens::Perspective { fov_y_deg: 40.0 })).expect("a good view");
+    let camera = frame(
+        &Extent::of_box(BOX),
+        &view(Lens::Perspective { fov_y_deg: 40.0 }),
+    )
+    .expect("a good view");
     let distance = camera.eye_in_world().distance(DVec3::new(12.0, -1.0, 4.0));
     let radius = 0.5 * (BOX[1] - BOX[0]).length();
-    assert!((radius / distance - 20f64.to_radians().sin()).abs() < 1e-12, "tangent cone at {distance}");
+    assert!(
+        (radius / distance - 20f64.to_radians().sin()).abs() < 1e-12,
+        "tangent cone at {distance}"
+    );
 }
 
 #[test]
 fn a_ball_is_framed_as_a_ball_and_not_as_its_box() {
     let ball = [DVec3::splat(-1.0), DVec3::splat(1.0)];
-    let on_it = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
+    let on_it = [
+        DVec3::X,
+        DVec3::NEG_X,
+        DVec3::Y,
+        DVec3::NEG_Y,
+        DVec3::Z,
+        DVec3::NEG_Z,
+    ];
     let extent = Extent::of_points(ball, on_it.into_iter());
-    assert!((extent.radius - 1.0).abs() < 1e-15, "radius {}", extent.radius);
+    assert!(
+        (extent.radius - 1.0).abs() < 1e-15,
+        "radius {}",
+        extent.radius
+    );
     let camera = frame(&extent, &view(Lens::Perspective { fov_y_deg: 40.0 })).expect("a good view");
     let distance = camera.eye_in_world().length();
-    assert!((1.0 / distance - 20f64.to_radians().sin()).abs() < 1e-12, "tangent cone at {distance}");
+    assert!(
+        (1.0 / distance - 20f64.to_radians().sin()).abs() < 1e-12,
+        "tangent cone at {distance}"
+    );
 }
 
 #[test]
@@ -77,23 +121,50 @@ fn azimuth_zero_looks_along_the_front_axis() {
         (DVec3::X, DVec3::Z),
         (DVec3::NEG_X, DVec3::NEG_Z),
     ] {
-        let orbit = Orbit { azimuth_deg: 0.0, elevation_deg: 0.0, distance: 1.0 };
+        let orbit = Orbit {
+            azimuth_deg: 0.0,
+            elevation_deg: 0.0,
+            distance: 1.0,
+        };
         let stance = stance(&volume(), Some(up));
-        let camera = frame(&Extent::of_box(BOX), &View { orbit, stance, ..view(Lens::Orthographic) })
-            .expect("a good view");
-        assert!((camera.forward_in_world() - forward).length() < 1e-12, "up {up}");
+        let camera = frame(
+            &Extent::of_box(BOX),
+            &View {
+                orbit,
+                stance,
+                ..view(Lens::Orthographic)
+            },
+        )
+        .expect("a good view");
+        assert!(
+            (camera.forward_in_world() - forward).length() < 1e-12,
+            "up {up}"
+        );
         let up_in_camera = camera.camera_from_world.transform_vector3(up);
-        assert!((up_in_camera - DVec3::NEG_Y).length() < 1e-12, "up {up} must be up in the picture");
+        assert!(
+            (up_in_camera - DVec3::NEG_Y).length() < 1e-12,
+            "up {up} must be up in the picture"
+        );
     }
 }
 
 #[test]
 fn positive_azimuth_moves_the_eye_to_the_right_and_elevation_moves_it_up() {
     let eye = |azimuth_deg, elevation_deg| {
-        let orbit = Orbit { azimuth_deg, elevation_deg, distance: 1.0 };
-        frame(&Extent::of_box(BOX), &View { orbit, ..view(Lens::Orthographic) })
-            .expect("a good view")
-            .eye_in_world()
+        let orbit = Orbit {
+            azimuth_deg,
+            elevation_deg,
+            distance: 1.0,
+        };
+        frame(
+            &Extent::of_box(BOX),
+            &View {
+                orbit,
+                ..view(Lens::Orthographic)
+            },
+        )
+        .expect("a good view")
+        .eye_in_world()
     };
     assert!(eye(10.0, 0.0).x > eye(0.0, 0.0).x, "right");
     assert!(eye(0.0, 10.0).y > eye(0.0, 0.0).y, "up");
@@ -103,25 +174,49 @@ fn positive_azimuth_moves_the_eye_to_the_right_and_elevation_moves_it_up() {
 fn a_patient_is_seen_from_the_front_in_either_convention() {
     let mut patient = volume();
     patient.up_hint = Some(DVec3::Z);
-    for (space, face) in [("left-posterior-superior", DVec3::NEG_Y), ("right-anterior-superior", DVec3::Y)] {
+    for (space, face) in [
+        ("left-posterior-superior", DVec3::NEG_Y),
+        ("right-anterior-superior", DVec3::Y),
+    ] {
         patient.space = Some(space.to_owned());
         let Stance { up, right } = stance(&patient, None);
         assert_eq!((up, right.cross(up)), (DVec3::Z, face), "{space}");
     }
-    assert_eq!(stance(&patient, Some(DVec3::NEG_Y)).up, DVec3::NEG_Y, "what is asked for wins over the file");
+    assert_eq!(
+        stance(&patient, Some(DVec3::NEG_Y)).up,
+        DVec3::NEG_Y,
+        "what is asked for wins over the file"
+    );
 }
 
 #[test]
 fn distance_scales_the_view() {
     let scale = |lens: Lens, distance: f64| {
-        let orbit = Orbit { distance, ..DEFAULT_ORBIT };
-        let camera = frame(&Extent::of_box(BOX), &View { orbit, ..view(lens) }).expect("a good view");
+        let orbit = Orbit {
+            distance,
+            ..DEFAULT_ORBIT
+        };
+        let camera = frame(
+            &Extent::of_box(BOX),
+            &View {
+                orbit,
+                ..view(lens)
+            },
+        )
+        .expect("a good view");
         let depth = camera.eye_in_world().distance(DVec3::new(12.0, -1.0, 4.0));
-        if matches!(lens, Lens::Orthographic) { camera.fx } else { camera.fx / depth }
+        if matches!(lens, Lens::Orthographic) {
+            camera.fx
+        } else {
+            camera.fx / depth
+        }
     };
     for lens in LENSES {
         let ratio = scale(lens, 0.5) / scale(lens, 1.0);
-        assert!((ratio - 2.0).abs() < 1e-12, "{lens:?}: half the distance, twice the scale, not {ratio}");
+        assert!(
+            (ratio - 2.0).abs() < 1e-12,
+            "{lens:?}: half the distance, twice the scale, not {ratio}"
+        );
     }
 }
 
@@ -129,7 +224,10 @@ fn distance_scales_the_view() {
 fn one_point_still_gives_a_camera() {
     for at in [DVec3::ZERO, DVec3::splat(1e7)] {
         for lens in LENSES {
-            assert!(frame(&Extent::of_box([at, at]), &view(lens)).is_ok(), "{lens:?} at {at}");
+            assert!(
+                frame(&Extent::of_box([at, at]), &view(lens)).is_ok(),
+                "{lens:?} at {at}"
+            );
         }
     }
 }
@@ -144,7 +242,11 @@ fn grid_box_reaches_from_the_first_to_the_last_voxel() {
     let mut mirrored = volume();
     mirrored.world_from_index.matrix3.x_axis = DVec3::NEG_X;
     let expected = [DVec3::new(4.0, 6.0, 7.0), DVec3::new(5.0, 8.0, 10.0)];
-    assert_eq!(grid_bounds(&mirrored), expected, "corners stay sorted when an axis is mirrored");
+    assert_eq!(
+        grid_bounds(&mirrored),
+        expected,
+        "corners stay sorted when an axis is mirrored"
+    );
 }
 
 #[test]
@@ -152,7 +254,10 @@ fn a_turntable_steps_evenly_on_one_circle() {
     for lens in LENSES {
         let cameras = turntable(&Extent::of_box(BOX), &view(lens), 5).expect("good views");
         let centre = 0.5 * (BOX[0] + BOX[1]);
-        let arms: Vec<DVec3> = cameras.iter().map(|camera| camera.eye_in_world() - centre).collect();
+        let arms: Vec<DVec3> = cameras
+            .iter()
+            .map(|camera| camera.eye_in_world() - centre)
+            .collect();
         assert_eq!(
             cameras[0],
             frame(&Extent::of_box(BOX), &view(lens)).expect("a good view"),
@@ -160,9 +265,15 @@ fn a_turntable_steps_evenly_on_one_circle() {
         );
         for (step, arm) in arms.iter().enumerate() {
             let next = arms[(step + 1) % arms.len()];
-            assert!((arm.y - arms[0].y).abs() < 1e-12 * arm.length(), "step {step} keeps its elevation");
+            assert!(
+                (arm.y - arms[0].y).abs() < 1e-12 * arm.length(),
+                "step {step} keeps its elevation"
+            );
             let turned_deg = arm.xz().angle_to(next.xz()).to_degrees();
-            assert!((turned_deg.abs() - 72.0).abs() < 1e-9, "step {step} turns by {turned_deg} degrees");
+            assert!(
+                (turned_deg.abs() - 72.0).abs() < 1e-9,
+                "step {step} turns by {turned_deg} degrees"
+            );
         }
     }
 }

@@ -17,7 +17,11 @@ pub(crate) fn stance(volume: &dyn Described, up: Option<DVec3>) -> Stance {
     let up = up.or(lattice.up_hint).unwrap_or(DVec3::Y);
     let space = lattice.space.as_deref().unwrap_or("").to_lowercase();
     let y_is_front = space.split('-').nth(1) == Some("anterior");
-    if y_is_front { Stance::facing(up, DVec3::NEG_X) } else { Stance::upright(up) }
+    if y_is_front {
+        Stance::facing(up, DVec3::NEG_X)
+    } else {
+        Stance::upright(up)
+    }
 }
 
 /// Two corners of the box, along the world's axes, around all voxels of a volume.
@@ -26,7 +30,11 @@ pub(crate) fn grid_bounds(volume: &dyn Described) -> [DVec3; 2] {
     let last = DVec3::from_array(lattice.dims.map(|n| (n - 1) as f64));
     let corner = |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2));
     let in_world = |i: u32| lattice.world_from_index.transform_point3(corner(i) * last);
-    (1..8).map(in_world).fold([in_world(0); 2], |[low, high], pos| [low.min(pos), high.max(pos)])
+    (1..8)
+        .map(in_world)
+        .fold([in_world(0); 2], |[low, high], pos| {
+            [low.min(pos), high.max(pos)]
+        })
 }
 
 /// The box of voxel centres, widened to hold what is drawn around them.

@@ -6,15 +6,23 @@
 use std::io::{Seek, Write};
 
 use anyhow::{Result, ensure};
-use exr::prelude::{AnyChannel, AnyChannels, Encoding, FlatSamples, Layer, LayerAttributes, WritableImage};
+use exr::prelude::{
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Layer, LayerAttributes, WritableImage,
+};
 use resample_core::Image;
 
 /// Writes `image` to `file`.
 pub(super) fn write(file: impl Write + Seek, image: &Image) -> Result<()> {
     let channels = channels(image);
-    let mut names: Vec<_> = channels.iter().map(|channel| channel.name.to_string()).collect();
+    let mut names: Vec<_> = channels
+        .iter()
+        .map(|channel| channel.name.to_string())
+        .collect();
     names.sort();
-    ensure!(names.windows(2).all(|pair| pair[0] != pair[1]), "two channels have the same name");
+    ensure!(
+        names.windows(2).all(|pair| pair[0] != pair[1]),
+        "two channels have the same name"
+    );
     write_channels(file, [image.width, image.height], channels)
 }
 
@@ -37,15 +45,23 @@ fn write_channels(
     let picture = exr::image::Image::from_layer(layer);
     let writer = picture.write();
     // The encoder starts threads of its own; one thread asked for means one thread used.
-    let writer = if rayon::current_num_threads() == 1 { writer.non_parallel() } else { writer };
+    let writer = if rayon::current_num_threads() == 1 {
+        writer.non_parallel()
+    } else {
+        writer
+    };
     Ok(writer.to_buffered(file)?)
 }
 
 fn channels(image: &Image) -> Vec<AnyChannel<FlatSamples>> {
     let colour = ["R", "G", "B", "A"].into_iter().enumerate();
-    let colour = colour.map(|(i, name)| channel(name, image.rgba.iter().map(|pixel| pixel[i]).collect()));
+    let colour =
+        colour.map(|(i, name)| channel(name, image.rgba.iter().map(|pixel| pixel[i]).collect()));
     let depth = image.depth.iter().map(|depth| channel("Z", depth.clone()));
-    let planes = image.planes.iter().map(|plane| channel(&plane.name, plane.values.clone()));
+    let planes = image
+        .planes
+        .iter()
+        .map(|plane| channel(&plane.name, plane.values.clone()));
     colour.chain(depth).chain(planes).collect()
 }
 

@@ -62,11 +62,18 @@ pub(crate) fn kind_of(path: &Path, bits: Option<u8>) -> Result<Option<FilmKind>>
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let container = match extension.as_deref() {
         Some("apng") => {
-            let depth = if bits == Some(16) { Depth::Sixteen } else { Depth::Eight };
+            let depth = if bits == Some(16) {
+                Depth::Sixteen
+            } else {
+                Depth::Eight
+            };
             return Ok(Some(FilmKind::Png(depth)));
         }
         Some("webp") if bits.is_some() => {
-            bail!("{}: a WebP always has 8 bits per channel: leave --bits out", path.display())
+            bail!(
+                "{}: a WebP always has 8 bits per channel: leave --bits out",
+                path.display()
+            )
         }
         Some("webp") => return Ok(Some(FilmKind::WebP)),
         Some("mp4") => Container::Mp4,
@@ -75,7 +82,10 @@ pub(crate) fn kind_of(path: &Path, bits: Option<u8>) -> Result<Option<FilmKind>>
         _ => return Ok(None),
     };
     if bits.is_some() {
-        bail!("{}: a video always has 8 bits per channel: leave --bits out", path.display());
+        bail!(
+            "{}: a video always has 8 bits per channel: leave --bits out",
+            path.display()
+        );
     }
     Ok(Some(FilmKind::Video(container)))
 }
@@ -92,9 +102,15 @@ impl FilmPlan {
     /// Checks that all pictures have one size that the animation can have.
     pub(crate) fn check_sizes(&self, cameras: &[Camera]) -> Result<()> {
         let size = |camera: &Camera| (camera.width, camera.height);
-        let Some(first) = cameras.first().map(size) else { return Ok(()) };
+        let Some(first) = cameras.first().map(size) else {
+            return Ok(());
+        };
         let (path, (width, height)) = (self.path.display(), first);
-        if let Some((index, other)) = cameras.iter().map(size).enumerate().find(|(_, other)| *other != first)
+        if let Some((index, other)) = cameras
+            .iter()
+            .map(size)
+            .enumerate()
+            .find(|(_, other)| *other != first)
         {
             bail!(
                 "{path}: the pictures of an animation must have one size, but picture 0 has {width}x{height} and \
@@ -104,7 +120,10 @@ impl FilmPlan {
             );
         }
         if self.kind == FilmKind::WebP && width.max(height) > webp::MAX_SIDE {
-            bail!("{path}: a WebP has at most {} pixels a side, not {width}x{height}", webp::MAX_SIDE);
+            bail!(
+                "{path}: a WebP has at most {} pixels a side, not {width}x{height}",
+                webp::MAX_SIDE
+            );
         }
         if matches!(self.kind, FilmKind::Video(_)) && (width % 2 != 0 || height % 2 != 0) {
             let (even_width, even_height) = (width.next_multiple_of(2), height.next_multiple_of(2));
@@ -124,38 +143,56 @@ impl Film {
             let (file, listed) = temporary_file(folder_of(&plan.path))?;
             let sink = match plan.kind {
                 FilmKind::Png(depth) => {
-                    let mut encoder = picture_png::encoder(file.as_file().try_clone()?, size, depth);
+                    let mut encoder =
+                        picture_png::encoder(file.as_file().try_clone()?, size, depth);
                     encoder.set_animated(count, 0)?;
                     encoder.set_frame_delay(1, plan.fps)?;
                     Sink::Png(Box::new(encoder.write_header()?), depth)
                 }
-                FilmKind::WebP => {
-                    Sink::WebP(WebP::begin(file.as_file().try_clone()?, size, plan.fps, count)?)
-                }
+                FilmKind::WebP => Sink::WebP(WebP::begin(
+                    file.as_file().try_clone()?,
+                    size,
+                    plan.fps,
+                    count,
+                )?),
                 FilmKind::Video(container) => {
                     Sink::Video(video::Pipe::open(file.path(), container, size, plan.fps)?)
                 }
             };
-            Ok(Self { sink, file, _listed: listed, path: plan.path.clone() })
+            Ok(Self {
+                sink,
+                file,
+                _listed: listed,
+                path: plan.path.clone(),
+            })
         };
-        begun().with_context(|| WriteFailure { path: plan.path.clone() })
+        begun().with_context(|| WriteFailure {
+            path: plan.path.clone(),
+        })
     }
 
     /// Adds a picture.
     pub(crate) fn add(&mut self, image: &Image) -> Result<()> {
         let added = match &mut self.sink {
-            Sink::Png(writer, depth) => {
-                writer.write_image_data(&picture_png::bytes(image, *depth)).map_err(Into::into)
-            }
+            Sink::Png(writer, depth) => writer
+                .write_image_data(&picture_png::bytes(image, *depth))
+                .map_err(Into::into),
             Sink::WebP(webp) => webp.add(&picture_png::bytes(image, Depth::Eight)),
             Sink::Video(pipe) => pipe.add(&picture_png::opaque_bytes(image)),
         };
-        added.with_context(|| WriteFailure { path: self.path.clone() })
+        added.with_context(|| WriteFailure {
+            path: self.path.clone(),
+        })
     }
 
     /// Ends the animation, gives it its name, and gives the size of the file in bytes.
     pub(crate) fn finish(self) -> Result<u64> {
-        let Self { sink, file, _listed, path } = self;
+        let Self {
+            sink,
+            file,
+            _listed,
+            path,
+        } = self;
         let finished = || -> Result<u64> {
             match sink {
                 Sink::Png(writer, _) => writer.finish()?,

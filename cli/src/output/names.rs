@@ -44,19 +44,33 @@ impl FrameNames {
         if let Some(names) = Self::from_pattern(output)? {
             return Ok(names);
         }
-        let (Some(stem), Some(extension)) = (text(output.file_stem()), text(output.extension())) else {
-            bail!("{}: expected a file name in UTF-8 with an extension", output.display());
+        let (Some(stem), Some(extension)) = (text(output.file_stem()), text(output.extension()))
+        else {
+            bail!(
+                "{}: expected a file name in UTF-8 with an extension",
+                output.display()
+            );
         };
         let folder = output.parent().unwrap_or(Path::new("")).to_owned();
         let (before, after) = (format!("{stem}_"), format!(".{extension}"));
-        Ok(Self::Numbered { folder, before, after, digits: DEFAULT_DIGITS })
+        Ok(Self::Numbered {
+            folder,
+            before,
+            after,
+            digits: DEFAULT_DIGITS,
+        })
     }
 
     /// The name of frame `index`.
     pub(crate) fn frame(&self, index: usize) -> PathBuf {
         match self {
             Self::Single(path) => path.clone(),
-            Self::Numbered { folder, before, after, digits } => {
+            Self::Numbered {
+                folder,
+                before,
+                after,
+                digits,
+            } => {
                 let digits = *digits;
                 folder.join(OsString::from(format!("{before}{index:0digits$}{after}")))
             }
@@ -65,19 +79,35 @@ impl FrameNames {
 
     /// Finds `%d` or `%0Nd` in the file name.
     fn from_pattern(output: &Path) -> Result<Option<Self>> {
-        let Some(name) = text(output.file_name()) else { return Ok(None) };
-        let patterns: Vec<_> = name.match_indices('%').filter_map(|(at, _)| pattern_at(&name, at)).collect();
+        let Some(name) = text(output.file_name()) else {
+            return Ok(None);
+        };
+        let patterns: Vec<_> = name
+            .match_indices('%')
+            .filter_map(|(at, _)| pattern_at(&name, at))
+            .collect();
         let (at, end, digits) = match patterns.as_slice() {
             [] => return Ok(None),
             &[pattern] => pattern,
-            _ => bail!("{}: expected one pattern such as %04d in the name, found several", output.display()),
+            _ => bail!(
+                "{}: expected one pattern such as %04d in the name, found several",
+                output.display()
+            ),
         };
         if digits > MAX_DIGITS {
-            bail!("{}: expected at most {MAX_DIGITS} digits in the number of a picture", output.display());
+            bail!(
+                "{}: expected at most {MAX_DIGITS} digits in the number of a picture",
+                output.display()
+            );
         }
         let folder = output.parent().unwrap_or(Path::new("")).to_owned();
         let (before, after) = (name[..at].to_owned(), name[end..].to_owned());
-        Ok(Some(Self::Numbered { folder, before, after, digits }))
+        Ok(Some(Self::Numbered {
+            folder,
+            before,
+            after,
+            digits,
+        }))
     }
 }
 
@@ -88,7 +118,11 @@ fn pattern_at(name: &str, at: usize) -> Option<(usize, usize, usize)> {
     if rest.as_bytes().get(length) != Some(&b'd') {
         return None;
     }
-    let digits = if length == 0 { 1 } else { rest[..length].parse().unwrap_or(usize::MAX) };
+    let digits = if length == 0 {
+        1
+    } else {
+        rest[..length].parse().unwrap_or(usize::MAX)
+    };
     Some((at, at + 1 + length + 1, digits))
 }
 
@@ -101,28 +135,55 @@ mod tests {
     use super::*;
 
     fn numbered(output: &str, index: usize) -> String {
-        FrameNames::numbered(Path::new(output)).expect("a good name").frame(index).display().to_string()
+        FrameNames::numbered(Path::new(output))
+            .expect("a good name")
+            .frame(index)
+            .display()
+            .to_string()
     }
 
     #[test]
     fn numbers_go_into_the_pattern_or_before_the_extension() {
         assert_eq!(numbered("a/b.png", 7), "a/b_0007.png", "without a pattern");
-        assert_eq!(numbered("b.tar.exr", 12345), "b.tar_12345.exr", "numbers may outgrow their digits");
+        assert_eq!(
+            numbered("b.tar.exr", 12345),
+            "b.tar_12345.exr",
+            "numbers may outgrow their digits"
+        );
         assert_eq!(numbered("a/x%03d.png", 7), "a/x007.png", "with a pattern");
-        assert_eq!(numbered("%d-of-100%.png", 7), "7-of-100%.png", "a lone percent sign is text");
+        assert_eq!(
+            numbered("%d-of-100%.png", 7),
+            "7-of-100%.png",
+            "a lone percent sign is text"
+        );
     }
 
     #[test]
     fn one_picture_keeps_its_name_unless_it_holds_a_pattern() {
-        let single = |output: &str| FrameNames::single(Path::new(output)).expect("a good name").frame(0);
-        assert_eq!(single("a/b.png"), Path::new("a/b.png"), "no pattern, no number");
-        assert_eq!(single("a/b%02d.png"), Path::new("a/b00.png"), "a pattern is always used");
+        let single = |output: &str| {
+            FrameNames::single(Path::new(output))
+                .expect("a good name")
+                .frame(0)
+        };
+        assert_eq!(
+            single("a/b.png"),
+            Path::new("a/b.png"),
+            "no pattern, no number"
+        );
+        assert_eq!(
+            single("a/b%02d.png"),
+            Path::new("a/b00.png"),
+            "a pattern is always used"
+        );
     }
 
     #[test]
     fn two_patterns_and_endless_numbers_are_refused() {
         for bad in ["%d_%d.png", "%019d.png", "%99999999999999999999999d.png"] {
-            assert!(FrameNames::single(Path::new(bad)).is_err(), "{bad} is no usable pattern");
+            assert!(
+                FrameNames::single(Path::new(bad)).is_err(),
+                "{bad} is no usable pattern"
+            );
         }
     }
 }

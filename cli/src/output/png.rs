@@ -36,7 +36,10 @@ pub(super) fn write_grey(file: impl Write, size: [usize; 2], values: &[f32]) -> 
     encoder.set_depth(BitDepth::Eight);
     let mut writer = encoder.write_header()?;
     // A cast to an integer saturates, and NaN becomes 0.
-    let codes: Vec<u8> = values.iter().map(|value| (value * 255.0).round() as u8).collect();
+    let codes: Vec<u8> = values
+        .iter()
+        .map(|value| (value * 255.0).round() as u8)
+        .collect();
     writer.write_image_data(&codes)?;
     Ok(writer.finish()?)
 }
@@ -58,14 +61,26 @@ pub(super) fn encoder<W: Write>(file: W, size: [u32; 2], depth: Depth) -> Encode
 /// The pixels of a picture as a PNG has them: red, green, blue and alpha, sixteen bits with the high byte first.
 pub(super) fn bytes(image: &Image, depth: Depth) -> Vec<u8> {
     match depth {
-        Depth::Eight => image.rgba.par_iter().flat_map_iter(|&pixel| eight_bits(pixel)).collect(),
-        Depth::Sixteen => image.rgba.par_iter().flat_map_iter(|&pixel| sixteen_bits(pixel)).collect(),
+        Depth::Eight => image
+            .rgba
+            .par_iter()
+            .flat_map_iter(|&pixel| eight_bits(pixel))
+            .collect(),
+        Depth::Sixteen => image
+            .rgba
+            .par_iter()
+            .flat_map_iter(|&pixel| sixteen_bits(pixel))
+            .collect(),
     }
 }
 
 /// Red, green and blue of an opaque picture, 8 bits in sRGB.
 pub(super) fn opaque_bytes(image: &Image) -> Vec<u8> {
-    image.rgba.par_iter().flat_map_iter(|&pixel| eight_bits(pixel).into_iter().take(3)).collect()
+    image
+        .rgba
+        .par_iter()
+        .flat_map_iter(|&pixel| eight_bits(pixel).into_iter().take(3))
+        .collect()
 }
 
 fn eight_bits(pixel: [f32; 4]) -> [u8; 4] {
@@ -74,7 +89,8 @@ fn eight_bits(pixel: [f32; 4]) -> [u8; 4] {
 }
 
 fn sixteen_bits(pixel: [f32; 4]) -> [u8; 8] {
-    let [r, g, b, a] = straight_srgb(pixel).map(|encoded| ((encoded * 65535.0).round() as u16).to_be_bytes());
+    let [r, g, b, a] =
+        straight_srgb(pixel).map(|encoded| ((encoded * 65535.0).round() as u16).to_be_bytes());
     [r[0], r[1], g[0], g[1], b[0], b[1], a[0], a[1]]
 }
 

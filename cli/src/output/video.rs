@@ -35,7 +35,11 @@ const MAX_COMPLAINT_BYTES: u64 = 2_000;
 /// Checks that `ffmpeg` is there; the error names `path` and says what to do.
 pub(super) fn check_ffmpeg(path: &Path) -> Result<()> {
     let mut command = Command::new("ffmpeg");
-    command.arg("-version").stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    command
+        .arg("-version")
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null());
     match command.status() {
         Ok(status) if status.success() => Ok(()),
         Err(error) if error.kind() == ErrorKind::NotFound => bail!(
@@ -44,26 +48,56 @@ pub(super) fn check_ffmpeg(path: &Path) -> Result<()> {
             path.display()
         ),
         Ok(status) => {
-            bail!("{}: a video needs ffmpeg, but `ffmpeg -version` fails ({status})", path.display())
+            bail!(
+                "{}: a video needs ffmpeg, but `ffmpeg -version` fails ({status})",
+                path.display()
+            )
         }
-        Err(error) => Err(error).with_context(|| format!("{}: ffmpeg cannot be started", path.display())),
+        Err(error) => {
+            Err(error).with_context(|| format!("{}: ffmpeg cannot be started", path.display()))
+        }
     }
 }
 
 impl Pipe {
     /// Starts `ffmpeg`, which will write to `path`, a file that exists.
-    pub(super) fn open(path: &Path, container: Container, size: [u32; 2], fps: u16) -> Result<Self> {
+    pub(super) fn open(
+        path: &Path,
+        container: Container,
+        size: [u32; 2],
+        fps: u16,
+    ) -> Result<Self> {
         let complaints = tempfile::tempfile()?;
         let mut command = Command::new("ffmpeg");
         command.args(["-hide_banner", "-loglevel", "error", "-nostdin", "-y"]);
         command.args(["-f", "rawvideo", "-pixel_format", "rgb24"]);
-        command.args(["-video_size", &format!("{}x{}", size[0], size[1]), "-framerate", &fps.to_string()]);
-        command.args(["-i", "pipe:0", "-vf", "scale=out_color_matrix=bt709:out_range=tv,format=yuv420p"]);
-        command.args(["-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "iec61966-2-1"]);
+        command.args([
+            "-video_size",
+            &format!("{}x{}", size[0], size[1]),
+            "-framerate",
+            &fps.to_string(),
+        ]);
+        command.args([
+            "-i",
+            "pipe:0",
+            "-vf",
+            "scale=out_color_matrix=bt709:out_range=tv,format=yuv420p",
+        ]);
+        command.args([
+            "-colorspace",
+            "bt709",
+            "-color_primaries",
+            "bt709",
+            "-color_trc",
+            "iec61966-2-1",
+        ]);
         command.args(encoding(container));
         // An absolute name is never taken for an option or a protocol.
         command.arg(std::path::absolute(path)?);
-        command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(complaints.try_clone()?);
+        command
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            .stderr(complaints.try_clone()?);
         // Ctrl-C in a terminal goes to the whole group; only this program is to decide what follows from it.
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
@@ -73,7 +107,9 @@ impl Pipe {
 
     /// Adds a picture: red, green and blue of each pixel, row by row.
     pub(super) fn add(&mut self, rgb: &[u8]) -> Result<()> {
-        let Some(pipe) = self.child.stdin.as_mut() else { bail!("ffmpeg listens no more") };
+        let Some(pipe) = self.child.stdin.as_mut() else {
+            bail!("ffmpeg listens no more")
+        };
         match pipe.write_all(rgb) {
             // It ended early; why, it has said itself.
             Err(error) if error.kind() == ErrorKind::BrokenPipe => self.end(),
@@ -96,8 +132,13 @@ impl Pipe {
         let status = self.child.wait()?;
         let mut said = Vec::new();
         self.complaints.rewind()?;
-        (&self.complaints).take(MAX_COMPLAINT_BYTES).read_to_end(&mut said)?;
-        bail!("ffmpeg failed ({status}): {}", String::from_utf8_lossy(&said).trim())
+        (&self.complaints)
+            .take(MAX_COMPLAINT_BYTES)
+            .read_to_end(&mut said)?;
+        bail!(
+            "ffmpeg failed ({status}): {}",
+            String::from_utf8_lossy(&said).trim()
+        )
     }
 }
 
@@ -114,6 +155,15 @@ fn encoding(container: Container) -> &'static [&'static str] {
     match container {
         Container::Mp4 => &["-c:v", "libx264", "-crf", "18", "-f", "mp4"],
         Container::Matroska => &["-c:v", "libx264", "-crf", "18", "-f", "matroska"],
-        Container::WebM => &["-c:v", "libvpx-vp9", "-crf", "20", "-b:v", "0", "-f", "webm"],
+        Container::WebM => &[
+            "-c:v",
+            "libvpx-vp9",
+            "-crf",
+            "20",
+            "-b:v",
+            "0",
+            "-f",
+            "webm",
+        ],
     }
 }

@@ -46,7 +46,8 @@ const PART_PX: u32 = 32;
 impl Calibration {
     /// The one that comes with the program: it compares settings with one another, the same everywhere.
     pub(super) fn built_in() -> Result<Self> {
-        serde_json::from_str(include_str!("built_in.json")).context("the built-in calibration is damaged")
+        serde_json::from_str(include_str!("built_in.json"))
+            .context("the built-in calibration is damaged")
     }
 
     /// The cached one, or a quick one.
@@ -67,7 +68,9 @@ impl Calibration {
     /// case, grows to that of the picture, so that what a scene costs beyond its counts is in it.
     pub(super) fn wall_ms(&self, found: &Found, (view, frame): (usize, &Counts)) -> f64 {
         let growing = |counts: &Counts| {
-            self.model.knows(&found.path).then(|| self.model.growing_ms(&found.path, counts))
+            self.model
+                .knows(&found.path)
+                .then(|| self.model.growing_ms(&found.path, counts))
         };
         let cpu_ms = match (growing(frame), growing(&found.windows_counts)) {
             (Some(frame), Some(windows)) if windows > 0.0 => {
@@ -83,7 +86,11 @@ impl Calibration {
 
 /// The file in the user's cache folder; `None` where there is no such folder.
 pub(crate) fn cache_file() -> Option<PathBuf> {
-    let name = format!("calibration-{}-{}.json", env!("CARGO_PKG_VERSION"), machine::file_name());
+    let name = format!(
+        "calibration-{}-{}.json",
+        env!("CARGO_PKG_VERSION"),
+        machine::file_name()
+    );
     Some(dirs::cache_dir()?.join("resample").join(name))
 }
 
@@ -94,14 +101,18 @@ pub(crate) fn saved(calibration: &Calibration) -> Result<String> {
 
 /// Measures this machine, for all applications or for one.
 pub(crate) fn measured(application: Option<&str>, reps: u16) -> Result<Calibration> {
-    let folder = tempfile::tempdir().context("no temporary folder for the scenes of the calibration")?;
+    let folder =
+        tempfile::tempdir().context("no temporary folder for the scenes of the calibration")?;
     let mut samples = Vec::new();
     for (scene, settings) in scenes(folder.path())? {
         if application.is_none_or(|name| scene[0] == name) {
             measure(&scene, &settings, (reps, &mut samples))?;
         }
     }
-    Ok(Calibration { described: machine::heading(), model: Model::fitted(&samples) })
+    Ok(Calibration {
+        described: machine::heading(),
+        model: Model::fitted(&samples),
+    })
 }
 
 /// Words of the scenes, each with its settings.
@@ -109,29 +120,47 @@ type Scenes = Vec<(Vec<String>, Vec<Vec<String>>)>;
 
 fn scenes(folder: &std::path::Path) -> Result<Scenes> {
     let list = |texts: &[String]| -> Vec<Vec<String>> {
-        texts.iter().map(|text| text.split_whitespace().map(str::to_owned).collect()).collect()
+        texts
+            .iter()
+            .map(|text| text.split_whitespace().map(str::to_owned).collect())
+            .collect()
     };
     let mut volumes: Vec<String> = Vec::new();
     for subpixel in [1, 2, 4, 8] {
-        volumes.extend([2.0, 0.5, 0.125].map(|slab| format!("--slab {slab} --subpixel {subpixel}")));
+        volumes
+            .extend([2.0, 0.5, 0.125].map(|slab| format!("--slab {slab} --subpixel {subpixel}")));
     }
-    volumes.extend(["exact", "affine", "table"].map(|f| format!("--order every-sample --footprint {f}")));
+    volumes.extend(
+        ["exact", "affine", "table"].map(|f| format!("--order every-sample --footprint {f}")),
+    );
     let mut meshes: Vec<String> = Vec::new();
-    for method in
-        ["backward-nearest", "backward-bilinear", "backward-trilinear", "backward-ewa", "point", "hybrid"]
-    {
+    for method in [
+        "backward-nearest",
+        "backward-bilinear",
+        "backward-trilinear",
+        "backward-ewa",
+        "point",
+        "hybrid",
+    ] {
         meshes.extend([1, 2, 4, 8].map(|n| format!("--method {method} --subpixel {n}")));
     }
-    let plain = ["nearest", "points", "ewa", "splats", "mesh"].map(|method| format!("--method {method}"));
+    let plain =
+        ["nearest", "points", "ewa", "splats", "mesh"].map(|method| format!("--method {method}"));
     let hybrid = [1, 2, 4, 8].map(|n| format!("--method hybrid --subpixels {n}"));
     let warps: Vec<String> = plain.into_iter().chain(hybrid).collect();
     let mut all = Vec::new();
-    for scene in [SceneArg::CheckerBox, SceneArg::MarschnerLobb, SceneArg::Blobs] {
+    for scene in [
+        SceneArg::CheckerBox,
+        SceneArg::MarschnerLobb,
+        SceneArg::Blobs,
+    ] {
         all.push((built_in::volume(scene, folder)?, list(&volumes)));
     }
-    for (texture, triangles) in
-        [(Texture::Fine, Triangles::Few), (Texture::Coarse, Triangles::Few), (Texture::Fine, Triangles::Many)]
-    {
+    for (texture, triangles) in [
+        (Texture::Fine, Triangles::Few),
+        (Texture::Coarse, Triangles::Few),
+        (Texture::Fine, Triangles::Many),
+    ] {
         all.push((built_in::mesh(folder, texture, triangles)?, list(&meshes)));
     }
     for size in [DepthSize::Full, DepthSize::Half] {
@@ -147,7 +176,13 @@ fn measure(
 ) -> Result<()> {
     let mut all = scene.to_vec();
     // The picture is never written; the name only has to be good.
-    all.extend(["-o".to_owned(), std::env::temp_dir().join("resample-calibrate.exr").display().to_string()]);
+    all.extend([
+        "-o".to_owned(),
+        std::env::temp_dir()
+            .join("resample-calibrate.exr")
+            .display()
+            .to_string(),
+    ]);
     let mut opened = Opened::read(&words::parsed(&all)?.command, Verbosity::Quiet)?;
     let cameras = cameras(&opened)?;
     for setting in settings {
@@ -182,14 +217,24 @@ fn measure(
 
 /// Whole pictures of several sizes, a nearer view, and parts.
 fn cameras(opened: &Opened) -> Result<Vec<Camera>> {
-    let first = opened.cameras().first().context("a built-in scene has no camera")?;
+    let first = opened
+        .cameras()
+        .first()
+        .context("a built-in scene has no camera")?;
     let mut cameras = Vec::new();
     for side in SIDES_PX {
         cameras.push(first.resized(side, side)?);
     }
     let middle = SIDES_PX[SIDES_PX.len() - 1];
     let large = first.resized(middle, middle)?;
-    cameras.push(Camera { fx: 2.0 * large.fx, fy: 2.0 * large.fy, ..large }.validated()?);
+    cameras.push(
+        Camera {
+            fx: 2.0 * large.fx,
+            fy: 2.0 * large.fy,
+            ..large
+        }
+        .validated()?,
+    );
     cameras.push(part(&large, [64, 64], PART_PX));
     cameras.push(part(&large, [48, 80], PART_PX));
     Ok(cameras)

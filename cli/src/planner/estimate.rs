@@ -57,12 +57,20 @@ pub(super) fn predicted(metric: BoundMetric, views: &[ViewErrors], pictures: usi
 }
 
 fn root_mean_square(views: &[ViewErrors], pictures: usize) -> f64 {
-    let bounds: Vec<f64> = views.iter().filter(|view| view.covered_px > 0.0).map(mean_square).collect();
-    let steps: Vec<f64> = bounds.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    let bounds: Vec<f64> = views
+        .iter()
+        .filter(|view| view.covered_px > 0.0)
+        .map(mean_square)
+        .collect();
+    let steps: Vec<f64> = bounds
+        .windows(2)
+        .map(|pair| (pair[1] - pair[0]).abs())
+        .collect();
     let step = steps.iter().sum::<f64>() / steps.len().max(1) as f64;
     let worst = bounds.iter().copied().fold(0.0, f64::max);
     let views_per_most = views.len() as f64 / MOST_VIEWS as f64;
-    let unseen = worst / (MOST_VIEWS as f64 * views_per_most.powi(3)) + STEPS * step / views.len() as f64;
+    let unseen =
+        worst / (MOST_VIEWS as f64 * views_per_most.powi(3)) + STEPS * step / views.len() as f64;
     let between = if views.len() >= pictures { 0.0 } else { unseen };
     (worst + between).sqrt()
 }
@@ -79,7 +87,10 @@ fn mean_square(view: &ViewErrors) -> f64 {
 }
 
 fn largest(views: &[ViewErrors], pictures: usize) -> f64 {
-    let maxima: Vec<f64> = views.iter().flat_map(|view| view.windows.iter().map(|w| w.max)).collect();
+    let maxima: Vec<f64> = views
+        .iter()
+        .flat_map(|view| view.windows.iter().map(|w| w.max))
+        .collect();
     let seen = maxima.iter().copied().fold(0.0, f64::max);
     let (mean, deviation) = mean_and_deviation(&maxima);
     if views.iter().all(|view| view.cells <= view.windows.len()) && pictures <= views.len() {
@@ -87,7 +98,8 @@ fn largest(views: &[ViewErrors], pictures: usize) -> f64 {
         return seen;
     }
     let scale = deviation * 6.0_f64.sqrt() / std::f64::consts::PI;
-    let cells = views.iter().map(|view| view.cells).sum::<usize>() as f64 / views.len().max(1) as f64;
+    let cells =
+        views.iter().map(|view| view.cells).sum::<usize>() as f64 / views.len().max(1) as f64;
     let draws = (cells * pictures as f64).max(1.0);
     let place = mean - EULER * scale;
     SAFETY * seen.max(place + scale * (draws.ln() + ONE_IN_FIFTY))
@@ -106,28 +118,53 @@ mod tests {
     use super::*;
 
     fn window(squares: f64, max: f64, chance: f64) -> WindowError {
-        WindowError { squares, max, chance, draws: 1 }
+        WindowError {
+            squares,
+            max,
+            chance,
+            draws: 1,
+        }
     }
 
     #[test]
     fn errors_in_proportion_to_chances_have_no_margin() {
         let windows = vec![window(3.0 * 0.02, 0.1, 0.2), window(3.0 * 0.08, 0.1, 0.8)];
-        let view = ViewErrors { windows, covered_px: 10.0, cells: 2 };
+        let view = ViewErrors {
+            windows,
+            covered_px: 10.0,
+            cells: 2,
+        };
         let found = predicted(BoundMetric::Rms, &[view], 1);
-        assert!((found - 0.1).abs() < 1e-12, "all estimates agree on 0.01 a pixel: {found}");
+        assert!(
+            (found - 0.1).abs() < 1e-12,
+            "all estimates agree on 0.01 a pixel: {found}"
+        );
     }
 
     #[test]
     fn pictures_that_were_not_seen_widen_the_bound() {
-        let view = ViewErrors { windows: vec![window(3.0, 0.1, 1.0)], covered_px: 100.0, cells: 1 };
-        let of = |views: usize, pictures| predicted(BoundMetric::Rms, &vec![view.clone(); views], pictures);
+        let view = ViewErrors {
+            windows: vec![window(3.0, 0.1, 1.0)],
+            covered_px: 100.0,
+            cells: 1,
+        };
+        let of = |views: usize, pictures| {
+            predicted(BoundMetric::Rms, &vec![view.clone(); views], pictures)
+        };
         assert!((of(3, 3) - 0.1).abs() < 1e-12, "all were seen");
-        assert!(of(3, 64) > 1.1 * of(3, 3) && of(8, 64) < of(3, 64), "the more, the fewer were seen");
+        assert!(
+            of(3, 64) > 1.1 * of(3, 3) && of(8, 64) < of(3, 64),
+            "the more, the fewer were seen"
+        );
     }
 
     #[test]
     fn spread_widens_the_bound() {
-        let even = ViewErrors { windows: vec![window(0.3, 0.1, 0.25); 4], covered_px: 100.0, cells: 100 };
+        let even = ViewErrors {
+            windows: vec![window(0.3, 0.1, 0.25); 4],
+            covered_px: 100.0,
+            cells: 100,
+        };
         let mut uneven = even.clone();
         uneven.windows[0].squares = 0.6;
         uneven.windows[0].max = 0.15;
@@ -138,8 +175,10 @@ mod tests {
             let (a, b) = (of(&even), of(&uneven));
             assert!(b > 1.1 * a, "{metric:?}: {b} after {a}");
         }
-        let (one, many) =
-            (predicted(BoundMetric::Max, &[uneven.clone()], 1), predicted(BoundMetric::Max, &[uneven], 64));
+        let (one, many) = (
+            predicted(BoundMetric::Max, &[uneven.clone()], 1),
+            predicted(BoundMetric::Max, &[uneven], 64),
+        );
         assert!(many > one, "more pictures have a larger maximum");
     }
 }

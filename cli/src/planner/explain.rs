@@ -24,7 +24,9 @@ pub(super) struct Account<'a> {
 impl Account<'_> {
     /// What a person must know if it cannot be kept.
     pub(super) fn warning(&self) -> Option<String> {
-        let Asked::Time(time_ms) = self.asked else { return None };
+        let Asked::Time(time_ms) = self.asked else {
+            return None;
+        };
         (self.chosen.keeps == Keeps::No).then(|| {
             format!(
                 "warning: no setting is predicted to take at most {time_ms:.0} ms; the cheapest one is taken, at about {:.0} ms",
@@ -60,11 +62,17 @@ impl Account<'_> {
         if self.is_exact() {
             lines.push(self.why_exact().into());
         }
-        let mut others: Vec<&Tried> =
-            self.tried.iter().filter(|t| t.setting != self.chosen.setting).collect();
+        let mut others: Vec<&Tried> = self
+            .tried
+            .iter()
+            .filter(|t| t.setting != self.chosen.setting)
+            .collect();
         others.sort_by(|a, b| a.cost_ms.total_cmp(&b.cost_ms));
         lines.extend(others.into_iter().map(|other| self.beside(other)));
-        lines.push(format!("again without planning: {}", words::typed(&self.words)));
+        lines.push(format!(
+            "again without planning: {}",
+            words::typed(&self.words)
+        ));
         lines.join("\n")
     }
 
@@ -107,15 +115,22 @@ impl Account<'_> {
             None => {
                 "why: to try settings on parts of so few or such small pictures costs more than it can save"
             }
-            Some(pilot) if !pilot.sees_something() => "why: a coarse look shows nothing to measure on",
+            Some(pilot) if !pilot.sees_something() => {
+                "why: a coarse look shows nothing to measure on"
+            }
             Some(_) => "why: nothing cheaper is predicted to keep what was asked for",
         }
     }
 
     fn pilot_line(&self) -> String {
-        let Some(pilot) = self.pilot else { return "pilot: none".into() };
+        let Some(pilot) = self.pilot else {
+            return "pilot: none".into();
+        };
         let (views, windows, share) = pilot.size();
-        let exact_ms: f64 = pilot.exact.as_ref().map_or(0.0, |exact| exact.frames_cpu_ms.iter().sum());
+        let exact_ms: f64 = pilot
+            .exact
+            .as_ref()
+            .map_or(0.0, |exact| exact.frames_cpu_ms.iter().sum());
         let all_ms = exact_ms / views.max(1) as f64 * pilot.pictures as f64;
         format!(
             "pilot: {windows} windows in {views} of {} pictures, {:.1} % of their pixels; {:.0} ms of CPU time, {:.1} % of \
@@ -141,6 +156,10 @@ impl Account<'_> {
             (Keeps::No, Asked::Error(_)) => ", over the bound",
             (Keeps::No, Asked::Time(_)) => ", over the time",
         };
-        format!("  {}: error {:.5}{verdict}; {cost}", other.setting.join(" "), other.error)
+        format!(
+            "  {}: error {:.5}{verdict}; {cost}",
+            other.setting.join(" "),
+            other.error
+        )
     }
 }

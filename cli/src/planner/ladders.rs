@@ -30,7 +30,10 @@ pub(super) struct Way {
 impl Way {
     /// What a setting usually costs, of the exact one.
     pub(super) fn cost(&self, rungs: [usize; 2]) -> f64 {
-        self.ladders.iter().zip(rungs).fold(self.cost, |cost, (ladder, rung)| cost * ladder.costs[rung])
+        self.ladders
+            .iter()
+            .zip(rungs)
+            .fold(self.cost, |cost, (ladder, rung)| cost * ladder.costs[rung])
     }
 }
 
@@ -57,12 +60,21 @@ const SLAB: Ladder = Ladder {
     rungs: &["2", "1", "0.5", "0.25", "0.125"],
     costs: &[0.09, 0.16, 0.28, 0.53, 1.0],
 };
-const SHEET_SUBPIXEL: Ladder =
-    Ladder { option: "--subpixel", rungs: &["1", "2", "4", "8"], costs: &[0.11, 0.2, 0.43, 1.0] };
-const MESH_SUBPIXEL: Ladder =
-    Ladder { option: "--subpixel", rungs: &["1", "2", "4", "8"], costs: &[0.1, 0.25, 0.5, 1.0] };
-const SUBPIXELS: Ladder =
-    Ladder { option: "--subpixels", rungs: &["1", "2", "4", "8"], costs: &[0.7, 0.7, 0.75, 1.0] };
+const SHEET_SUBPIXEL: Ladder = Ladder {
+    option: "--subpixel",
+    rungs: &["1", "2", "4", "8"],
+    costs: &[0.11, 0.2, 0.43, 1.0],
+};
+const MESH_SUBPIXEL: Ladder = Ladder {
+    option: "--subpixel",
+    rungs: &["1", "2", "4", "8"],
+    costs: &[0.1, 0.25, 0.5, 1.0],
+};
+const SUBPIXELS: Ladder = Ladder {
+    option: "--subpixels",
+    rungs: &["1", "2", "4", "8"],
+    costs: &[0.7, 0.7, 0.75, 1.0],
+};
 const FOOTPRINT: Ladder = Ladder {
     option: "--footprint",
     rungs: &["affine-approx", "affine", "table", "exact"],
@@ -71,11 +83,38 @@ const FOOTPRINT: Ladder = Ladder {
 
 /// Pairs of name and value of the exact settings. A transmittance of 1e-5 is a four-hundredth of a step of an 8-bit
 /// picture; 0 would take many times as long.
-const EXACT_SHEETS: &[&str] =
-    &["--slab", "0.125", "--subpixel", "8", "--min-transmittance", LEAST_TRANSMITTANCE, "--lod-error", "0"];
-const EXACT_SAMPLES: &[&str] = &["--footprint", "exact", "--min-transmittance", LEAST_TRANSMITTANCE];
-const EXACT_MESH: &[&str] = &["--method", "hybrid", "--footprint", "exact", "--subpixel", "8"];
-const EXACT_WARP: &[&str] = &["--method", "hybrid", "--visibility", "zbuffer", "--subpixels", "8"];
+const EXACT_SHEETS: &[&str] = &[
+    "--slab",
+    "0.125",
+    "--subpixel",
+    "8",
+    "--min-transmittance",
+    LEAST_TRANSMITTANCE,
+    "--lod-error",
+    "0",
+];
+const EXACT_SAMPLES: &[&str] = &[
+    "--footprint",
+    "exact",
+    "--min-transmittance",
+    LEAST_TRANSMITTANCE,
+];
+const EXACT_MESH: &[&str] = &[
+    "--method",
+    "hybrid",
+    "--footprint",
+    "exact",
+    "--subpixel",
+    "8",
+];
+const EXACT_WARP: &[&str] = &[
+    "--method",
+    "hybrid",
+    "--visibility",
+    "zbuffer",
+    "--subpixels",
+    "8",
+];
 
 /// The transmittance of the exact settings.
 pub(super) const LEAST_TRANSMITTANCE: &str = "0.00001";
@@ -91,8 +130,13 @@ const MESH_METHODS: [(&str, f64); 6] = [
 ];
 
 /// Methods of warping that have no sub-pixels, each with its cost over that of the exact setting; the hybrid has.
-const PLAIN_WARPS: [(&str, f64); 5] =
-    [("nearest", 0.1), ("points", 0.5), ("ewa", 0.9), ("splats", 1.2), ("mesh", 1.7)];
+const PLAIN_WARPS: [(&str, f64); 5] = [
+    ("nearest", 0.1),
+    ("points", 0.5),
+    ("ewa", 0.9),
+    ("splats", 1.2),
+    ("mesh", 1.7),
+];
 
 /// What may be chosen for a command, given the words that were typed.
 pub(super) fn family(command: &Command, typed: &[String]) -> Family {
@@ -123,7 +167,10 @@ pub(super) fn family(command: &Command, typed: &[String]) -> Family {
 /// Whether a volume is drawn in image sheets.
 fn draws_sheets(args: &VolsplatArgs) -> bool {
     // Contradicting options are refused when the volume is opened.
-    matches!(order::order(&args.render), Ok(None | Some(volsplat::Order::ImageSheets)))
+    matches!(
+        order::order(&args.render),
+        Ok(None | Some(volsplat::Order::ImageSheets))
+    )
 }
 
 fn mesh() -> Family {
@@ -139,7 +186,9 @@ fn mesh() -> Family {
 }
 
 fn warp() -> Family {
-    let plain = PLAIN_WARPS.iter().map(|&(method, cost)| way(&["--method", method], &[], cost));
+    let plain = PLAIN_WARPS
+        .iter()
+        .map(|&(method, cost)| way(&["--method", method], &[], cost));
     let hybrid = way(&["--method", "hybrid"], &[SUBPIXELS], 1.0);
     Family {
         ways: plain.chain([hybrid]).collect(),
@@ -164,7 +213,8 @@ impl Family {
         let mut ways: Vec<Way> = Vec::new();
         for mut way in self.ways {
             way.words = free(&way.words);
-            way.ladders.retain(|ladder| !words::has(typed, ladder.option));
+            way.ladders
+                .retain(|ladder| !words::has(typed, ladder.option));
             // A method that was typed makes all ways one; the last of them has all ladders.
             ways.retain(|other| other.words != way.words);
             ways.push(way);
@@ -178,7 +228,10 @@ impl Family {
 pub(super) fn path(command: &Command) -> String {
     match command {
         Command::Volsplat(args) => {
-            let order = order::order(&args.render).ok().flatten().unwrap_or(volsplat::Order::ImageSheets);
+            let order = order::order(&args.render)
+                .ok()
+                .flatten()
+                .unwrap_or(volsplat::Order::ImageSheets);
             let subpixels = match args.render.sheets.subpixel {
                 Some(volsplat::Subpixels::Fixed(n)) => n.to_string(),
                 _ => "auto".into(),
@@ -188,18 +241,30 @@ pub(super) fn path(command: &Command) -> String {
         Command::Texmap(args) => {
             let method = args.render.method.unwrap_or(TexmapMethodArg::Hybrid);
             let method = crate::choices::TEXMAP_METHOD.library(method);
-            format!("texmap {} {}", crate::choices::TEXMAP_METHOD.name(method), args.render.subpixel)
+            format!(
+                "texmap {} {}",
+                crate::choices::TEXMAP_METHOD.name(method),
+                args.render.subpixel
+            )
         }
         Command::Warp3d(args) => {
             let method = crate::choices::warp::METHOD.library(args.warp.method);
-            format!("warp3d {} {}", crate::choices::warp::METHOD.name(method), args.warp.subpixels)
+            format!(
+                "warp3d {} {}",
+                crate::choices::warp::METHOD.name(method),
+                args.warp.subpixels
+            )
         }
         _ => String::new(),
     }
 }
 
 fn way(words: &[&str], ladders: &[Ladder], cost: f64) -> Way {
-    Way { words: owned(words), ladders: ladders.to_vec(), cost }
+    Way {
+        words: owned(words),
+        ladders: ladders.to_vec(),
+        cost,
+    }
 }
 
 pub(super) fn owned(words: &[&str]) -> Vec<String> {
@@ -218,15 +283,25 @@ mod tests {
     #[test]
     fn what_was_typed_is_no_choice() {
         let free = of("volsplat a.nrrd -o b.png");
-        assert_eq!((free.ways.len(), free.ways[0].ladders.len()), (1, 2), "slabs and sub-pixels");
+        assert_eq!(
+            (free.ways.len(), free.ways[0].ladders.len()),
+            (1, 2),
+            "slabs and sub-pixels"
+        );
         let fixed = of("volsplat a.nrrd -o b.png --slab 1 --lod-error=0");
         assert_eq!(fixed.ways[0].ladders.len(), 1, "sub-pixels alone");
-        assert!(!words::has(&fixed.exact, "--slab"), "the exact setting keeps what was typed");
+        assert!(
+            !words::has(&fixed.exact, "--slab"),
+            "the exact setting keeps what was typed"
+        );
         assert_eq!(fixed.proven, ["--min-transmittance"]);
         let one = of("texmap a.glb -o b.png --method hybrid");
         assert_eq!(one.ways.len(), 1, "one method is one way");
         assert_eq!(of("texmap a.glb -o b.png").ways.len(), MESH_METHODS.len());
         let samples = of("volsplat a.nrrd -o b.png --order every-sample");
-        assert_eq!(samples.ways[0].ladders[0].option, "--footprint", "each order has its own ladders");
+        assert_eq!(
+            samples.ways[0].ladders[0].option, "--footprint",
+            "each order has its own ladders"
+        );
     }
 }

@@ -62,7 +62,11 @@ const WHOLE_ABOVE: f64 = 0.7;
 
 /// The most pictures of a sequence that are looked at.
 pub(super) fn most_views(pictures: usize) -> usize {
-    if pictures <= 1 { 1 } else { (pictures / 4).clamp(2, MOST_VIEWS) }
+    if pictures <= 1 {
+        1
+    } else {
+        (pictures / 4).clamp(2, MOST_VIEWS)
+    }
 }
 
 /// The fewest.
@@ -90,7 +94,11 @@ pub(super) fn closest(
     window: impl Fn(u32) -> WindowCost,
 ) -> Option<Look> {
     let most = most_views(pictures);
-    let mut numbers = vec![most, (most / 2).max(least_views(pictures)), least_views(pictures)];
+    let mut numbers = vec![
+        most,
+        (most / 2).max(least_views(pictures)),
+        least_views(pictures),
+    ];
     numbers.dedup();
     numbers.into_iter().find_map(|views| {
         let affordable = match effort {
@@ -98,9 +106,9 @@ pub(super) fn closest(
             Effort::Any => f64::INFINITY,
         };
         let part = match parts {
-            Parts::Windows { least, .. } => {
-                sides.iter().find_map(|&side| windows((side, least), affordable, window(side)))
-            }
+            Parts::Windows { least, .. } => sides
+                .iter()
+                .find_map(|&side| windows((side, least), affordable, window(side))),
             Parts::Whole => None,
         };
         // The only picture as a whole would cost what it saves.
@@ -122,42 +130,86 @@ fn windows((side_px, least): (u32, usize), affordable: f64, cost: WindowCost) ->
     let each = 1.0 / cost.cells.max(1) as f64 + cost.fixed;
     let wanted = ((CELL_SHARE * cost.cells as f64) as usize).clamp(least, MOST_WINDOWS * least);
     let draws = wanted.min((affordable / each) as usize);
-    (draws >= least && draws as f64 * each <= WHOLE_ABOVE).then_some(Part::Windows { side_px, draws })
+    (draws >= least && draws as f64 * each <= WHOLE_ABOVE)
+        .then_some(Part::Windows { side_px, draws })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const PARTS: Parts = Parts::Windows { side_px: 32, least: 6, guard_px: 0 };
+    const PARTS: Parts = Parts::Windows {
+        side_px: 32,
+        least: 6,
+        guard_px: 0,
+    };
 
     fn look(pictures: usize, cells: usize, fixed: f64) -> Option<Look> {
-        closest((PARTS, &[32]), (pictures, Effort::Affordable), |_| WindowCost { cells, fixed })
+        closest((PARTS, &[32]), (pictures, Effort::Affordable), |_| {
+            WindowCost { cells, fixed }
+        })
     }
 
     #[test]
     fn large_pictures_are_seen_in_windows_and_small_ones_as_a_whole() {
         let windows = |draws| Part::Windows { side_px: 32, draws };
-        assert_eq!(look(64, 500, 0.001), Some(Look { views: 8, part: windows(18) }), "as many as are wanted");
-        assert_eq!(look(1, 160, 0.001), Some(Look { views: 1, part: windows(6) }), "a share of one picture");
+        assert_eq!(
+            look(64, 500, 0.001),
+            Some(Look {
+                views: 8,
+                part: windows(18)
+            }),
+            "as many as are wanted"
+        );
+        assert_eq!(
+            look(1, 160, 0.001),
+            Some(Look {
+                views: 1,
+                part: windows(6)
+            }),
+            "a share of one picture"
+        );
         assert_eq!(
             look(64, 9, 0.05),
-            Some(Look { views: 3, part: Part::Whole }),
+            Some(Look {
+                views: 3,
+                part: Part::Whole
+            }),
             "six of nine cells cost more"
         );
-        assert_eq!(look(400, 9, 0.05), Some(Look { views: 8, part: Part::Whole }), "a long run");
+        assert_eq!(
+            look(400, 9, 0.05),
+            Some(Look {
+                views: 8,
+                part: Part::Whole
+            }),
+            "a long run"
+        );
     }
 
     #[test]
     fn large_windows_are_taken_where_they_can_be_afforded() {
         let side = |cells: [usize; 2]| {
-            let window = |side| WindowCost { cells: cells[usize::from(side == 32)], fixed: 0.0 };
-            closest((PARTS, &sides(PARTS, 1e6)), (1, Effort::Affordable), window).map(|look| look.part)
+            let window = |side| WindowCost {
+                cells: cells[usize::from(side == 32)],
+                fixed: 0.0,
+            };
+            closest((PARTS, &sides(PARTS, 1e6)), (1, Effort::Affordable), window)
+                .map(|look| look.part)
         };
-        assert_eq!(side([300, 1200]), Some(Part::Windows { side_px: 64, draws: 15 }));
+        assert_eq!(
+            side([300, 1200]),
+            Some(Part::Windows {
+                side_px: 64,
+                draws: 15
+            })
+        );
         assert_eq!(
             side([100, 400]),
-            Some(Part::Windows { side_px: 32, draws: 18 }),
+            Some(Part::Windows {
+                side_px: 32,
+                draws: 18
+            }),
             "six large ones cost more"
         );
     }
@@ -168,7 +220,19 @@ mod tests {
         assert_eq!(look(8, 20, 0.02), None, "and no picture as a whole");
         assert!(!may_pay(PARTS, (1, 256.0 * 256.0)) && may_pay(PARTS, (1, 512.0 * 512.0)));
         assert!(!may_pay(Parts::Whole, (1, 1e9)) && may_pay(Parts::Whole, (64, 1e4)));
-        let any = closest((PARTS, &[32]), (1, Effort::Any), |_| WindowCost { cells: 40, fixed: 0.0 });
-        assert_eq!(any, Some(Look { views: 1, part: Part::Windows { side_px: 32, draws: 6 } }));
+        let any = closest((PARTS, &[32]), (1, Effort::Any), |_| WindowCost {
+            cells: 40,
+            fixed: 0.0,
+        });
+        assert_eq!(
+            any,
+            Some(Look {
+                views: 1,
+                part: Part::Windows {
+                    side_px: 32,
+                    draws: 6
+                }
+            })
+        );
     }
 }

@@ -60,8 +60,13 @@ const PROVEN_SHARE: f64 = 0.25;
 const OWN_OPTIONS: ([&str; 2], [&str; 1]) = (["--max-error", "--max-time"], ["--explain"]);
 
 /// The scene, read, and the command with the settings that were chosen; `None` where nothing was asked for.
-pub(crate) fn planned(command: &Command, verbosity: Verbosity) -> Result<Option<(Opened, Command)>> {
-    let Some(ask) = asked_in(command) else { return Ok(None) };
+pub(crate) fn planned(
+    command: &Command,
+    verbosity: Verbosity,
+) -> Result<Option<(Opened, Command)>> {
+    let Some(ask) = asked_in(command) else {
+        return Ok(None);
+    };
     let asked = match (ask.max_error, ask.max_time_ms) {
         (Some(bound), _) => Asked::Error(bound),
         (None, Some(time_ms)) => Asked::Time(time_ms),
@@ -74,7 +79,11 @@ pub(crate) fn planned(command: &Command, verbosity: Verbosity) -> Result<Option<
     let words = typed_words()?;
     let family = ladders::family(command, &words);
     let opened = Opened::read(command, verbosity)?;
-    let mut scene = Scene { parts: opened.parts(command), opened, words };
+    let mut scene = Scene {
+        parts: opened.parts(command),
+        opened,
+        words,
+    };
     let mut plan = Plan::new(asked, &mut scene, &family)?;
     let chosen = plan.choose(&mut scene, &family)?;
     let account = plan.account(&scene, (&family, &chosen), report::ms_since(start));
@@ -95,8 +104,10 @@ pub(crate) fn planned(command: &Command, verbosity: Verbosity) -> Result<Option<
 
 /// The words after the program's name, without those of the planner.
 fn typed_words() -> Result<Vec<String>> {
-    let words: Option<Vec<String>> =
-        std::env::args_os().skip(1).map(|word| word.to_str().map(str::to_owned)).collect();
+    let words: Option<Vec<String>> = std::env::args_os()
+        .skip(1)
+        .map(|word| word.to_str().map(str::to_owned))
+        .collect();
     let words = words.context(
         "--max-error and --max-time change the words of the command, and one of them is not UTF-8: rename the file",
     )?;
@@ -141,16 +152,28 @@ impl Plan {
             Asked::Time(_) => Effort::Any,
         };
         let pilot = Pilot::new(scene, family, (effort, &calibration.model))?;
-        Ok(Self { asked, pilot, calibration, tried: Vec::new() })
+        Ok(Self {
+            asked,
+            pilot,
+            calibration,
+            tried: Vec::new(),
+        })
     }
 
     fn choose(&mut self, scene: &mut Scene, family: &ladders::Family) -> Result<Tried> {
-        let exact = Tried { setting: family.exact.clone(), error: 0.0, cost_ms: 0.0, keeps: Keeps::Yes };
+        let exact = Tried {
+            setting: family.exact.clone(),
+            error: 0.0,
+            cost_ms: 0.0,
+            keeps: Keeps::Yes,
+        };
         let (asked, calibration) = (self.asked, &self.calibration);
         let Some(pilot) = self.pilot.as_mut().filter(|pilot| pilot.sees_something()) else {
             return Ok(exact);
         };
-        let Some(found) = pilot.exact.clone() else { return Ok(exact) };
+        let Some(found) = pilot.exact.clone() else {
+            return Ok(exact);
+        };
         let (goal, extra) = match asked {
             Asked::Error(bound) => (Goal::LeastCost, proven_words(family, bound.value)),
             Asked::Time(_) => (Goal::LeastError, Vec::new()),
@@ -171,8 +194,10 @@ impl Plan {
         })?;
         tried.push(exact);
         let cheapest = tried.iter().min_by(|a, b| a.cost_ms.total_cmp(&b.cost_ms));
-        let chosen =
-            search::best(goal, &tried).or(cheapest).context("there is no setting to choose")?.clone();
+        let chosen = search::best(goal, &tried)
+            .or(cheapest)
+            .context("there is no setting to choose")?
+            .clone();
         self.tried = tried;
         Ok(chosen)
     }
@@ -201,19 +226,32 @@ fn proven_words(family: &ladders::Family, bound: f64) -> Vec<String> {
     // Less than the exact setting has is no use.
     let least: f64 = ladders::LEAST_TRANSMITTANCE.parse().unwrap_or(0.0);
     let share = (PROVEN_SHARE * bound).max(least);
-    family.proven.iter().flat_map(|option| [(*option).to_owned(), format!("{share:.7}")]).collect()
+    family
+        .proven
+        .iter()
+        .flat_map(|option| [(*option).to_owned(), format!("{share:.7}")])
+        .collect()
 }
 
 /// What may be spent on a run of which the exact setting is known.
 fn full_purse(exact: &Found, pictures: usize, model: &Model) -> Purse {
     let exact_ms = mean_ms(exact, model);
     let windows_ms = exact.windows_model_ms;
-    Purse { pictures: pictures as f64, exact_ms, best_ms: exact_ms, windows_ms }
+    Purse {
+        pictures: pictures as f64,
+        exact_ms,
+        best_ms: exact_ms,
+        windows_ms,
+    }
 }
 
 /// The mean cost of the pictures that were looked at.
 fn mean_ms(found: &Found, model: &Model) -> f64 {
-    let sum: f64 = found.frames.iter().map(|counts| model.likely_cpu_ms(&found.path, counts)).sum();
+    let sum: f64 = found
+        .frames
+        .iter()
+        .map(|counts| model.likely_cpu_ms(&found.path, counts))
+        .sum();
     sum / found.frames.len().max(1) as f64
 }
 
@@ -229,7 +267,12 @@ fn judged(
     };
     let error = predicted(metric, &found.errors, pictures);
     let worst = |cost: &dyn Fn(usize, &Counts) -> f64| {
-        found.frames.iter().enumerate().map(|(k, counts)| cost(k, counts)).fold(0.0, f64::max)
+        found
+            .frames
+            .iter()
+            .enumerate()
+            .map(|(k, counts)| cost(k, counts))
+            .fold(0.0, f64::max)
     };
     let (cost_ms, keeps) = match asked {
         Asked::Error(bound) => {
@@ -241,7 +284,12 @@ fn judged(
             (cost, cost <= time_ms)
         }
     };
-    Tried { setting, error, cost_ms, keeps: if keeps { Keeps::Yes } else { Keeps::No } }
+    Tried {
+        setting,
+        error,
+        cost_ms,
+        keeps: if keeps { Keeps::Yes } else { Keeps::No },
+    }
 }
 
 impl Asked {

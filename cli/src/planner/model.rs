@@ -50,7 +50,9 @@ pub(crate) fn counts(keys: &Value, pixels: f64) -> Counts {
         let mut sum = [0.0; COUNTS];
         for view in views {
             let of_view = counts(view, pixels / views.len() as f64);
-            sum.iter_mut().zip(of_view).for_each(|(sum, count)| *sum += count);
+            sum.iter_mut()
+                .zip(of_view)
+                .for_each(|(sum, count)| *sum += count);
         }
         return sum;
     }
@@ -82,13 +84,25 @@ impl Model {
         let mut ratios: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
         for sample in samples.iter().filter(|sample| sample.cpu_ms > 0.0) {
             by_path.entry(&sample.path).or_default().push(sample);
-            ratios.entry(application(&sample.path)).or_default().push(sample.wall_ms / sample.cpu_ms);
+            ratios
+                .entry(application(&sample.path))
+                .or_default()
+                .push(sample.wall_ms / sample.cpu_ms);
         }
-        let cpu_ms = by_path.iter().map(|(path, samples)| ((*path).to_owned(), fit(samples))).collect();
+        let cpu_ms = by_path
+            .iter()
+            .map(|(path, samples)| ((*path).to_owned(), fit(samples)))
+            .collect();
         // Other work on the machine lengthens elapsed time alone, so the least disturbed frame counts.
         let least = |list: Vec<f64>| list.into_iter().fold(f64::INFINITY, f64::min);
-        let wall_per_cpu = ratios.into_iter().map(|(name, list)| (name.to_owned(), least(list))).collect();
-        Self { cpu_ms, wall_per_cpu }
+        let wall_per_cpu = ratios
+            .into_iter()
+            .map(|(name, list)| (name.to_owned(), least(list)))
+            .collect();
+        Self {
+            cpu_ms,
+            wall_per_cpu,
+        }
     }
 
     /// Whether a kind of work was measured.
@@ -98,18 +112,32 @@ impl Model {
 
     /// CPU time of a frame; for a kind of work that was never measured by the coefficients of the nearest kind.
     pub(crate) fn likely_cpu_ms(&self, path: &str, counts: &Counts) -> f64 {
-        self.likely(path).iter().zip(counts).map(|(ms, count)| ms * count).sum()
+        self.likely(path)
+            .iter()
+            .zip(counts)
+            .map(|(ms, count)| ms * count)
+            .sum()
     }
 
     /// What depends on how much of a frame is drawn, ms; as [`Self::likely_cpu_ms`].
     pub(crate) fn growing_ms(&self, path: &str, counts: &Counts) -> f64 {
-        self.likely(path).iter().zip(counts).skip(OF_FRAME).map(|(ms, count)| ms * count).sum()
+        self.likely(path)
+            .iter()
+            .zip(counts)
+            .skip(OF_FRAME)
+            .map(|(ms, count)| ms * count)
+            .sum()
     }
 
     /// The share of a frame that does not depend on how much of it is drawn.
     pub(crate) fn fixed_share(&self, path: &str, counts: &Counts) -> f64 {
-        let fixed: f64 =
-            self.likely(path).iter().zip(counts).take(OF_FRAME).map(|(ms, count)| ms * count).sum();
+        let fixed: f64 = self
+            .likely(path)
+            .iter()
+            .zip(counts)
+            .take(OF_FRAME)
+            .map(|(ms, count)| ms * count)
+            .sum();
         (fixed / self.likely_cpu_ms(path, counts).max(f64::MIN_POSITIVE)).min(1.0)
     }
 
@@ -121,7 +149,10 @@ impl Model {
         };
         let own = words(path);
         let like = |alike: &dyn Fn(&[String; 3]) -> bool| {
-            self.cpu_ms.iter().find(|(other, _)| alike(&words(other))).map(|(_, coefficients)| *coefficients)
+            self.cpu_ms
+                .iter()
+                .find(|(other, _)| alike(&words(other)))
+                .map(|(_, coefficients)| *coefficients)
         };
         like(&|other| *other == own)
             .or_else(|| like(&|other| other[..2] == own[..2]))
@@ -132,7 +163,10 @@ impl Model {
 
     /// Elapsed over CPU time.
     pub(crate) fn wall_per_cpu(&self, path: &str) -> f64 {
-        self.wall_per_cpu.get(application(path)).copied().unwrap_or(1.0)
+        self.wall_per_cpu
+            .get(application(path))
+            .copied()
+            .unwrap_or(1.0)
     }
 }
 
@@ -144,8 +178,10 @@ fn application(path: &str) -> &str {
 /// Coefficients that are not negative, for which the squares of the relative errors are least: each in turn is set to
 /// its best value, the others held (coordinate descent, which ends in the only minimum of a convex function).
 fn fit(samples: &[&Sample]) -> Counts {
-    let rows: Vec<Counts> =
-        samples.iter().map(|sample| sample.counts.map(|count| count / sample.cpu_ms)).collect();
+    let rows: Vec<Counts> = samples
+        .iter()
+        .map(|sample| sample.counts.map(|count| count / sample.cpu_ms))
+        .collect();
     let mut gram = [[0.0; COUNTS]; COUNTS];
     let mut right = [0.0; COUNTS];
     for row in &rows {
@@ -160,7 +196,10 @@ fn fit(samples: &[&Sample]) -> Counts {
     for _ in 0..SWEEPS {
         for i in 0..COUNTS {
             if gram[i][i] > 0.0 {
-                let others: f64 = (0..COUNTS).filter(|&j| j != i).map(|j| gram[i][j] * coefficients[j]).sum();
+                let others: f64 = (0..COUNTS)
+                    .filter(|&j| j != i)
+                    .map(|j| gram[i][j] * coefficients[j])
+                    .sum();
                 coefficients[i] = ((right[i] - others) / gram[i][i]).max(0.0);
             }
         }
@@ -175,7 +214,12 @@ mod tests {
     use super::*;
 
     fn sample(counts: Counts, cpu_ms: f64) -> Sample {
-        Sample { path: "volsplat x".into(), counts, cpu_ms, wall_ms: 0.5 * cpu_ms }
+        Sample {
+            path: "volsplat x".into(),
+            counts,
+            cpu_ms,
+            wall_ms: 0.5 * cpu_ms,
+        }
     }
 
     #[test]
@@ -184,26 +228,47 @@ mod tests {
         let samples: Vec<Sample> = (1..30_i32)
             .map(|k| {
                 let wave = |m: i32| 1.0 + f64::from(k * m % 17);
-                let counts =
-                    [1.0, 10.0 * wave(5), 100.0 * wave(3), 0.0, 50.0 * wave(7), 9e3 * wave(11), 0.0, 1e4];
+                let counts = [
+                    1.0,
+                    10.0 * wave(5),
+                    100.0 * wave(3),
+                    0.0,
+                    50.0 * wave(7),
+                    9e3 * wave(11),
+                    0.0,
+                    1e4,
+                ];
                 sample(counts, truth.iter().zip(counts).map(|(t, c)| t * c).sum())
             })
             .collect();
         let model = Model::fitted(&samples);
         for sample in &samples {
             let found = model.likely_cpu_ms("volsplat x", &sample.counts);
-            assert!((found / sample.cpu_ms - 1.0).abs() < 0.01, "{found} for {}", sample.cpu_ms);
+            assert!(
+                (found / sample.cpu_ms - 1.0).abs() < 0.01,
+                "{found} for {}",
+                sample.cpu_ms
+            );
         }
-        assert!(model.cpu_ms["volsplat x"].iter().all(|&c| c >= 0.0), "none is negative");
+        assert!(
+            model.cpu_ms["volsplat x"].iter().all(|&c| c >= 0.0),
+            "none is negative"
+        );
         assert_eq!(model.wall_per_cpu("volsplat x"), 0.5);
-        assert!(model.knows("volsplat x") && !model.knows("volsplat y"), "never measured");
+        assert!(
+            model.knows("volsplat x") && !model.knows("volsplat y"),
+            "never measured"
+        );
     }
 
     #[test]
     fn views_of_a_sheet_add_up() {
         let keys = json!({"views": [{"seen": 3, "samples": 5, "cpu_ms": 1.5}, {"seen": 4, "samples": 5, "cpu_ms": 2.0}]});
         let found = counts(&keys, 100.0);
-        assert_eq!((found[0], found[1], found[5], found[7]), (2.0, 10.0, 7.0, 100.0));
+        assert_eq!(
+            (found[0], found[1], found[5], found[7]),
+            (2.0, 10.0, 7.0, 100.0)
+        );
         assert_eq!(milliseconds(&keys, "cpu_ms"), 3.5);
     }
 }

@@ -130,7 +130,12 @@ impl Pilot {
             Parts::Windows { guard_px, .. } => guard_px,
             Parts::Whole => 0,
         };
-        let pixels = scene.opened.cameras().iter().map(pixels).fold(0.0, f64::max);
+        let pixels = scene
+            .opened
+            .cameras()
+            .iter()
+            .map(pixels)
+            .fold(0.0, f64::max);
         if effort == Effort::Affordable && !look::may_pay(scene.parts, (pictures, pixels)) {
             return Ok(None);
         }
@@ -143,17 +148,27 @@ impl Pilot {
             model_ms: 0.0,
             model: model.clone(),
             took: Took::default(),
-            limit: Limit::new(ladders::path(&scene.command(&family.exact)?), (pictures, effort)),
+            limit: Limit::new(
+                ladders::path(&scene.command(&family.exact)?),
+                (pictures, effort),
+            ),
         };
         let coarse = Coarse {
             command: scene.command(&family.coarse)?,
-            step: if effort == Effort::Affordable { family.coarse_step } else { 1 },
+            step: if effort == Effort::Affordable {
+                family.coarse_step
+            } else {
+                1
+            },
             looks: family.coarse_looks,
         };
         let middle = chosen(scene.opened.cameras(), 1)[0];
         let seen = pilot.coarse(scene, &coarse, &middle)?;
         let fixed = pilot.model.fixed_share(&pilot.limit.path, &seen.counts);
-        let window = |side| WindowCost { cells: windows::covered_cells(&middle, &seen.image, side), fixed };
+        let window = |side| WindowCost {
+            cells: windows::covered_cells(&middle, &seen.image, side),
+            fixed,
+        };
         let sides = look::sides(scene.parts, pixels);
         let Some(look) = look::closest((scene.parts, &sides), (pictures, effort), window) else {
             return Ok(None);
@@ -176,7 +191,12 @@ impl Pilot {
 
     /// The cameras that are looked at: evenly spaced, but for the one that is nearest to the picture with the most unrest,
     /// in whose place that one is taken. A thing that is seen from its narrow side has the largest error.
-    fn with_worst(&mut self, scene: &mut Scene, coarse: &Coarse, count: usize) -> Result<Vec<Camera>> {
+    fn with_worst(
+        &mut self,
+        scene: &mut Scene,
+        coarse: &Coarse,
+        count: usize,
+    ) -> Result<Vec<Camera>> {
         let cameras = scene.opened.cameras().to_vec();
         let mut views = places(cameras.len(), count);
         if count < cameras.len() && count > 1 {
@@ -201,7 +221,13 @@ impl Pilot {
     ) -> Result<()> {
         let Part::Windows { side_px, draws } = part else {
             let windows = windows::whole(&camera);
-            self.views.push(View { camera, windows, coarse: None, unrest: 0.0, exact: Vec::new() });
+            self.views.push(View {
+                camera,
+                windows,
+                coarse: None,
+                unrest: 0.0,
+                exact: Vec::new(),
+            });
             return Ok(());
         };
         let whole = match seen {
@@ -218,7 +244,13 @@ impl Pilot {
         }
         let unrest = windows::unrest(&whole.image);
         let coarse = (coarse.step == 1).then_some((whole.counts, counts));
-        self.views.push(View { camera, windows, coarse, unrest, exact: Vec::new() });
+        self.views.push(View {
+            camera,
+            windows,
+            coarse,
+            unrest,
+            exact: Vec::new(),
+        });
         Ok(())
     }
 
@@ -229,7 +261,11 @@ impl Pilot {
         coarse: &Coarse,
         windows: &Windows,
     ) -> Result<Vec<Counts>> {
-        let list = if coarse.step == 1 { &windows.list[..] } else { &[] };
+        let list = if coarse.step == 1 {
+            &windows.list[..]
+        } else {
+            &[]
+        };
         let mut counts = Vec::with_capacity(list.len());
         for window in list {
             let sight = self.drawn(scene, &coarse.command, &window.camera)?;
@@ -244,11 +280,15 @@ impl Pilot {
         if coarse.step == 1 {
             return self.drawn(scene, &coarse.command, camera);
         }
-        let small =
-            camera.resized(camera.width.div_ceil(coarse.step), camera.height.div_ceil(coarse.step))?;
+        let small = camera.resized(
+            camera.width.div_ceil(coarse.step),
+            camera.height.div_ceil(coarse.step),
+        )?;
         let mut sight = self.drawn(scene, &coarse.command, &small)?;
         let more = pixels(camera) / pixels(&small);
-        sight.counts[OF_FRAME..].iter_mut().for_each(|count| *count *= more);
+        sight.counts[OF_FRAME..]
+            .iter_mut()
+            .for_each(|count| *count *= more);
         sight.image = windows::enlarged(sight.image, camera);
         Ok(sight)
     }
@@ -276,15 +316,22 @@ impl Pilot {
             frames_cpu_ms: Vec::new(),
         };
         for k in 0..self.views.len() {
-            let cameras: Vec<Camera> =
-                self.views[k].windows.list.iter().map(|window| window.camera).collect();
+            let cameras: Vec<Camera> = self.views[k]
+                .windows
+                .list
+                .iter()
+                .map(|window| window.camera)
+                .collect();
             let mut sights = Vec::with_capacity(cameras.len());
             for camera in &cameras {
                 sights.push(self.drawn(scene, &command, camera)?);
             }
             let view = &mut self.views[k];
             // Of a whole picture the exact one tells what is covered.
-            if let ([sight], true) = (&sights[..], view.exact.is_empty() && view.windows.cells == 1) {
+            if let ([sight], true) = (
+                &sights[..],
+                view.exact.is_empty() && view.windows.cells == 1,
+            ) {
                 view.windows.covered_px = windows::covered_px(&sight.image);
             }
             found.add(view, &sights, self.guard_px);
@@ -313,11 +360,19 @@ impl Pilot {
 impl Found {
     fn add(&mut self, view: &View, sights: &[Sight], guard_px: usize) {
         let windows = &view.windows.list;
-        let exact = if view.exact.is_empty() { None } else { Some(&view.exact) };
-        let errors = windows.iter().zip(sights).enumerate().map(|(index, (window, sight))| {
-            let exact = exact.map_or(&sight.image, |images| &images[index]);
-            window_error(window, (&sight.image, exact), guard_px)
-        });
+        let exact = if view.exact.is_empty() {
+            None
+        } else {
+            Some(&view.exact)
+        };
+        let errors = windows
+            .iter()
+            .zip(sights)
+            .enumerate()
+            .map(|(index, (window, sight))| {
+                let exact = exact.map_or(&sight.image, |images| &images[index]);
+                window_error(window, (&sight.image, exact), guard_px)
+            });
         self.errors.push(ViewErrors {
             windows: errors.collect(),
             covered_px: view.windows.covered_px,
@@ -326,7 +381,9 @@ impl Found {
         let of = |sights: &dyn Fn(usize) -> f64| -> f64 {
             let list = windows.iter().enumerate();
             let draws: usize = windows.iter().map(|window| window.draws).sum();
-            list.map(|(k, w)| w.draws as f64 * sights(k) / w.chance).sum::<f64>() / draws.max(1) as f64
+            list.map(|(k, w)| w.draws as f64 * sights(k) / w.chance)
+                .sum::<f64>()
+                / draws.max(1) as f64
         };
         self.frames.push(std::array::from_fn(|i| {
             if i < OF_FRAME {
@@ -337,7 +394,11 @@ impl Found {
                 _ if i == COUNTS - 1 => pixels(&view.camera),
                 Some((whole, windows)) => {
                     let coarse = of(&|k| windows[k][i]);
-                    if coarse > 0.0 { whole[i] * own / coarse } else { own }
+                    if coarse > 0.0 {
+                        whole[i] * own / coarse
+                    } else {
+                        own
+                    }
                 }
                 None => own,
             }
@@ -346,7 +407,10 @@ impl Found {
         self.windows += sights.len();
         for sight in sights {
             self.windows_cpu_ms += sight.cpu_ms;
-            self.windows_counts.iter_mut().zip(sight.counts).for_each(|(sum, count)| *sum += count);
+            self.windows_counts
+                .iter_mut()
+                .zip(sight.counts)
+                .for_each(|(sum, count)| *sum += count);
         }
     }
 }
@@ -356,7 +420,11 @@ fn window_error(window: &Window, (image, exact): (&Image, &Image), guard_px: usi
     let (mut squares, mut max, mut inside) = (0.0, 0.0_f64, 0_usize);
     let (width, height) = (image.width, image.height);
     // A part that is nothing but rim counts whole.
-    let guard = if width.min(height) > 2 * guard_px { guard_px } else { 0 };
+    let guard = if width.min(height) > 2 * guard_px {
+        guard_px
+    } else {
+        0
+    };
     for y in guard..height - guard {
         let row = y * width + guard..(y + 1) * width - guard;
         for (pixel, exact) in image.rgba[row.clone()].iter().zip(&exact.rgba[row]) {
@@ -365,22 +433,36 @@ fn window_error(window: &Window, (image, exact): (&Image, &Image), guard_px: usi
                 let change = f64::from(pixel[k]) - f64::from(exact[k]);
                 max = max.max(change.abs());
                 // As in the figures of a comparison under the mask of the exact picture.
-                squares += if exact[3] > 1.0 / 255.0 { change * change } else { 0.0 };
+                squares += if exact[3] > 1.0 / 255.0 {
+                    change * change
+                } else {
+                    0.0
+                };
             }
         }
     }
     squares *= (width * height) as f64 / inside.max(1) as f64;
-    WindowError { squares, max, chance: window.chance, draws: window.draws }
+    WindowError {
+        squares,
+        max,
+        chance: window.chance,
+        draws: window.draws,
+    }
 }
 
 /// Some of the cameras, evenly spaced.
 fn chosen(cameras: &[Camera], count: usize) -> Vec<Camera> {
-    places(cameras.len(), count).into_iter().map(|place| cameras[place]).collect()
+    places(cameras.len(), count)
+        .into_iter()
+        .map(|place| cameras[place])
+        .collect()
 }
 
 /// Numbers below `len`, evenly spaced.
 fn places(len: usize, count: usize) -> Vec<usize> {
-    (0..count).map(|k| (2 * k + 1) * len / (2 * count)).collect()
+    (0..count)
+        .map(|k| (2 * k + 1) * len / (2 * count))
+        .collect()
 }
 
 fn pixels(camera: &Camera) -> f64 {

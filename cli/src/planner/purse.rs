@@ -42,7 +42,12 @@ mod tests {
 
     #[test]
     fn a_try_needs_what_it_costs_and_something_to_win() {
-        let mut purse = Purse { pictures: 10.0, exact_ms: 10.0, best_ms: 10.0, windows_ms: 5.0 };
+        let mut purse = Purse {
+            pictures: 10.0,
+            exact_ms: 10.0,
+            best_ms: 10.0,
+            windows_ms: 5.0,
+        };
         assert!(purse.affords(0.5, 6.0), "2.5 after 6 of 9.5");
         assert!(!purse.affords(0.5, 7.5), "2.5 after 7.5 of 9.5");
         assert!(!purse.affords(1.0, 0.0), "nothing to win");

@@ -60,16 +60,26 @@ pub(super) fn tried(
     (goal, extra): (Goal, &[String]),
     judge: &mut Judge,
 ) -> Result<Vec<Tried>> {
-    let Some((last, others)) = family.ways.split_last() else { return Ok(Vec::new()) };
+    let Some((last, others)) = family.ways.split_last() else {
+        return Ok(Vec::new());
+    };
     let mut all = match goal {
         Goal::LeastCost if last.ladders.len() < 2 => descent(last, extra, judge)?,
         Goal::LeastCost | Goal::LeastError => staircase(last, (goal, extra), judge)?,
     };
     // Where the last way has nothing cheaper than the exact setting, the others are even less exact.
-    let others = if goal == Goal::LeastCost && best(goal, &all).is_none() { &[] } else { others };
+    let others = if goal == Goal::LeastCost && best(goal, &all).is_none() {
+        &[]
+    } else {
+        others
+    };
     for way in others {
         // A way beside others has one ladder, or none.
-        let rung_of = |t: &Tried| way.ladders.first().and_then(|ladder| rung(ladder, &t.setting));
+        let rung_of = |t: &Tried| {
+            way.ladders
+                .first()
+                .and_then(|ladder| rung(ladder, &t.setting))
+        };
         let mut next = best(goal, &all).and_then(rung_of).unwrap_or(0);
         while let Some(found) = judge(candidate(way, [next, 0], extra))? {
             let keeps = found.keeps;
@@ -92,7 +102,9 @@ fn descent(way: &Way, extra: &[String], judge: &mut Judge) -> Result<Vec<Tried>>
     // The last rung without other words is the exact setting.
     let tops = if extra.is_empty() { rungs - 1 } else { rungs };
     for rung in (0..tops).rev() {
-        let Some(found) = judge(candidate(way, [rung, 0], extra))? else { break };
+        let Some(found) = judge(candidate(way, [rung, 0], extra))? else {
+            break;
+        };
         let keeps = found.keeps;
         all.push(found);
         if keeps == Keeps::No {
@@ -108,7 +120,9 @@ fn staircase(way: &Way, (goal, extra): (Goal, &[String]), judge: &mut Judge) -> 
     let lengths = [0, 1].map(|k| way.ladders.get(k).map_or(1, |ladder| ladder.rungs.len()));
     let (mut low, mut high) = (0, lengths[1]);
     while low < lengths[0] && high > 0 {
-        let Some(found) = judge(candidate(way, [low, high - 1], extra))? else { break };
+        let Some(found) = judge(candidate(way, [low, high - 1], extra))? else {
+            break;
+        };
         // What keeps the bound may do with less; what does not needs more.
         let more = match goal {
             Goal::LeastCost => found.keeps == Keeps::No,
@@ -126,7 +140,10 @@ fn staircase(way: &Way, (goal, extra): (Goal, &[String]), judge: &mut Judge) -> 
 
 /// The rung of a ladder that a setting stands on.
 fn rung(ladder: &Ladder, setting: &[String]) -> Option<usize> {
-    let value = setting.chunks(2).find(|pair| pair[0] == ladder.option)?.get(1)?;
+    let value = setting
+        .chunks(2)
+        .find(|pair| pair[0] == ladder.option)?
+        .get(1)?;
     ladder.rungs.iter().position(|rung| rung == value)
 }
 
@@ -136,18 +153,31 @@ pub(super) fn best(goal: Goal, tried: &[Tried]) -> Option<&Tried> {
     match goal {
         Goal::LeastCost => good.min_by(|a, b| a.cost_ms.total_cmp(&b.cost_ms)),
         // Of equal errors the cheaper one.
-        Goal::LeastError => {
-            good.min_by(|a, b| a.error.total_cmp(&b.error).then(a.cost_ms.total_cmp(&b.cost_ms)))
-        }
+        Goal::LeastError => good.min_by(|a, b| {
+            a.error
+                .total_cmp(&b.error)
+                .then(a.cost_ms.total_cmp(&b.cost_ms))
+        }),
     }
 }
 
 fn candidate(way: &Way, rungs: [usize; 2], extra: &[String]) -> Candidate {
-    let climbed =
-        way.ladders.iter().zip(rungs).flat_map(|(ladder, rung)| [ladder.option, ladder.rungs[rung]]);
-    let words = way.words.iter().cloned().chain(climbed.map(str::to_owned)).chain(extra.iter().cloned());
+    let climbed = way
+        .ladders
+        .iter()
+        .zip(rungs)
+        .flat_map(|(ladder, rung)| [ladder.option, ladder.rungs[rung]]);
+    let words = way
+        .words
+        .iter()
+        .cloned()
+        .chain(climbed.map(str::to_owned))
+        .chain(extra.iter().cloned());
     let proven = if extra.is_empty() { 1.0 } else { PROVEN_COST };
-    Candidate { setting: words.collect(), cost: proven * way.cost(rungs) }
+    Candidate {
+        setting: words.collect(),
+        cost: proven * way.cost(rungs),
+    }
 }
 
 #[cfg(test)]
@@ -159,7 +189,10 @@ mod tests {
     fn judge(goal: Goal, bound: f64) -> impl FnMut(Candidate) -> Result<Option<Tried>> {
         move |Candidate { setting, .. }| {
             let value = |name: &str| -> f64 {
-                let at = setting.iter().position(|word| word == name).expect("both ladders");
+                let at = setting
+                    .iter()
+                    .position(|word| word == name)
+                    .expect("both ladders");
                 setting[at + 1].parse().expect("a number")
             };
             let (slab, subpixel) = (value("--slab"), value("--subpixel"));
@@ -168,7 +201,12 @@ mod tests {
                 Goal::LeastCost => error <= bound,
                 Goal::LeastError => cost_ms <= bound,
             };
-            Ok(Some(Tried { setting, error, cost_ms, keeps: if keeps { Keeps::Yes } else { Keeps::No } }))
+            Ok(Some(Tried {
+                setting,
+                error,
+                cost_ms,
+                keeps: if keeps { Keeps::Yes } else { Keeps::No },
+            }))
         }
     }
 
@@ -177,23 +215,35 @@ mod tests {
         let command = crate::words::parsed(&words).expect("good").command;
         let family = ladders::family(&command, &words);
         let all = tried(&family, (goal, &[]), &mut judge(goal, bound)).expect("no error");
-        (best(goal, &all).expect("something keeps it").clone(), all.len())
+        (
+            best(goal, &all).expect("something keeps it").clone(),
+            all.len(),
+        )
     }
 
     #[test]
     fn the_staircase_finds_the_best_of_the_whole_grid() {
         let (slabs, subpixels) = ([2.0, 1.0, 0.5, 0.25, 0.125], [1.0_f64, 2.0, 4.0, 8.0]);
-        let grid =
-            || slabs.iter().flat_map(|s: &f64| subpixels.iter().map(move |n| (s * s + 1.0 / n, n * n / s)));
+        let grid = || {
+            slabs
+                .iter()
+                .flat_map(|s: &f64| subpixels.iter().map(move |n| (s * s + 1.0 / n, n * n / s)))
+        };
         for bound in [0.2, 0.4, 1.0, 3.0] {
             let (found, tries) = search(Goal::LeastCost, bound);
-            let least = grid().filter(|(e, _)| *e <= bound).map(|(_, c)| c).fold(f64::INFINITY, f64::min);
+            let least = grid()
+                .filter(|(e, _)| *e <= bound)
+                .map(|(_, c)| c)
+                .fold(f64::INFINITY, f64::min);
             assert_eq!(found.cost_ms, least, "the cheapest under {bound}");
             assert!(tries <= 8, "{tries} tries of 20");
         }
         for bound in [1.0, 4.0, 40.0] {
             let (found, _) = search(Goal::LeastError, bound);
-            let least = grid().filter(|(_, c)| *c <= bound).map(|(e, _)| e).fold(f64::INFINITY, f64::min);
+            let least = grid()
+                .filter(|(_, c)| *c <= bound)
+                .map(|(e, _)| e)
+                .fold(f64::INFINITY, f64::min);
             assert_eq!(found.error, least, "the most exact within {bound}");
         }
     }

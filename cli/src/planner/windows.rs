@@ -37,8 +37,16 @@ const COVERED: f32 = 1.0 / 255.0;
 
 /// One window: the whole picture. What it covers is known once it is drawn.
 pub(super) fn whole(camera: &Camera) -> Windows {
-    let list = vec![Window { camera: *camera, chance: 1.0, draws: 1 }];
-    Windows { list, cells: 1, covered_px: 0.0 }
+    let list = vec![Window {
+        camera: *camera,
+        chance: 1.0,
+        draws: 1,
+    }];
+    Windows {
+        list,
+        cells: 1,
+        covered_px: 0.0,
+    }
 }
 
 /// Covered pixels of a picture.
@@ -49,12 +57,19 @@ pub(super) fn covered_px(image: &Image) -> f64 {
 /// Contrast of a picture for each pixel that it covers: errors come from edges, and count for what is covered.
 pub(super) fn unrest(image: &Image) -> f64 {
     let whole = cell(image, [0, 0], image.width.max(image.height) as u32);
-    if whole.covered > 0 { whole.contrast / whole.covered as f64 } else { 0.0 }
+    if whole.covered > 0 {
+        whole.contrast / whole.covered as f64
+    } else {
+        0.0
+    }
 }
 
 /// How many cells of a side show something.
 pub(super) fn covered_cells(camera: &Camera, coarse: &Image, side: u32) -> usize {
-    cells(camera, coarse, side).iter().filter(|cell| cell.covered > 0).count()
+    cells(camera, coarse, side)
+        .iter()
+        .filter(|cell| cell.covered > 0)
+        .count()
 }
 
 /// A picture as large as the camera's, of the pixels of a smaller one.
@@ -65,7 +80,10 @@ pub(super) fn enlarged(image: Image, camera: &Camera) -> Image {
     }
     let mut large = Image::transparent(width, height);
     for (index, pixel) in large.rgba.iter_mut().enumerate() {
-        let (x, y) = (index % width * image.width / width, index / width * image.height / height);
+        let (x, y) = (
+            index % width * image.width / width,
+            index / width * image.height / height,
+        );
         *pixel = image.rgba[y * image.width + x];
     }
     large
@@ -88,10 +106,18 @@ pub(super) fn spread(camera: &Camera, coarse: &Image, (side, count): (u32, usize
             (drawn, draws) = (drawn + 1, draws + 1);
         }
         if draws > 0 {
-            list.push(Window { camera: part(camera, cell.at, side), chance: size(cell) / total, draws });
+            list.push(Window {
+                camera: part(camera, cell.at, side),
+                chance: size(cell) / total,
+                draws,
+            });
         }
     }
-    Windows { list, cells: covered.len(), covered_px: covered_px as f64 }
+    Windows {
+        list,
+        cells: covered.len(),
+        covered_px: covered_px as f64,
+    }
 }
 
 /// The camera of a part of the picture: the same pixels.
@@ -109,7 +135,13 @@ pub(super) fn part(camera: &Camera, at: [u32; 2], side: u32) -> Camera {
 fn cells(camera: &Camera, coarse: &Image, side: u32) -> Vec<Cell> {
     let columns = camera.width.div_ceil(side);
     (0..columns * camera.height.div_ceil(side))
-        .map(|index| cell(coarse, [index % columns * side, index / columns * side], side))
+        .map(|index| {
+            cell(
+                coarse,
+                [index % columns * side, index / columns * side],
+                side,
+            )
+        })
         .collect()
 }
 
@@ -122,8 +154,15 @@ struct Cell {
 
 fn cell(image: &Image, at: [u32; 2], side: u32) -> Cell {
     let [x0, y0] = at.map(|a| a as usize);
-    let (x1, y1) = ((x0 + side as usize).min(image.width), (y0 + side as usize).min(image.height));
-    let mut cell = Cell { at, covered: 0, contrast: 0.0 };
+    let (x1, y1) = (
+        (x0 + side as usize).min(image.width),
+        (y0 + side as usize).min(image.height),
+    );
+    let mut cell = Cell {
+        at,
+        covered: 0,
+        contrast: 0.0,
+    };
     for y in y0..y1 {
         for x in x0..x1 {
             let pixel = image.rgba[y * image.width + x];
@@ -148,7 +187,11 @@ mod tests {
     use super::*;
 
     fn camera() -> Camera {
-        let pose = LookAt { position: DVec3::new(0.0, 0.0, 5.0), target: DVec3::ZERO, up: DVec3::Y };
+        let pose = LookAt {
+            position: DVec3::new(0.0, 0.0, 5.0),
+            target: DVec3::ZERO,
+            up: DVec3::Y,
+        };
         Camera::perspective(&pose, 0.5, [64, 48]).expect("a camera")
     }
 
@@ -168,13 +211,23 @@ mod tests {
     #[test]
     fn windows_stand_on_what_is_covered_and_mostly_on_contrast() {
         let windows = spread(&camera(), &picture(), (16, 6));
-        assert_eq!((windows.cells, windows.covered_px), (6, 1536.0), "cells of the right half");
+        assert_eq!(
+            (windows.cells, windows.covered_px),
+            (6, 1536.0),
+            "cells of the right half"
+        );
         assert_eq!(covered_cells(&camera(), &picture(), 16), 6, "counted alike");
         let draws: usize = windows.list.iter().map(|window| window.draws).sum();
         assert_eq!(draws, 6, "as many as asked for");
         let above = windows.list.iter().filter(|window| window.camera.cy > 23.0);
-        assert!(above.map(|window| window.draws).sum::<usize>() >= 4, "contrast draws more");
-        assert!(windows.list.iter().all(|window| window.camera.cx <= 0.0), "never on what is empty");
+        assert!(
+            above.map(|window| window.draws).sum::<usize>() >= 4,
+            "contrast draws more"
+        );
+        assert!(
+            windows.list.iter().all(|window| window.camera.cx <= 0.0),
+            "never on what is empty"
+        );
     }
 
     #[test]
@@ -186,7 +239,10 @@ mod tests {
             .enumerate()
             .filter(|(i, _)| i % 64 >= 34)
             .for_each(|(_, pixel)| *pixel = [0.0; 4]);
-        assert!(unrest(&narrow) > unrest(&picture()), "edges count for fewer pixels");
+        assert!(
+            unrest(&narrow) > unrest(&picture()),
+            "edges count for fewer pixels"
+        );
         assert_eq!(unrest(&Image::transparent(64, 48)), 0.0, "nothing has none");
     }
 
@@ -194,8 +250,16 @@ mod tests {
     fn a_smaller_picture_stands_for_a_large_one() {
         let large = enlarged(picture(), &camera().resized(128, 96).expect("a camera"));
         assert_eq!((large.width, large.height), (128, 96));
-        assert_eq!(covered_px(&large), 4.0 * covered_px(&picture()), "each pixel four times");
-        assert_eq!(large.rgba[37 * 128 + 81], picture().rgba[18 * 64 + 40], "where it was");
+        assert_eq!(
+            covered_px(&large),
+            4.0 * covered_px(&picture()),
+            "each pixel four times"
+        );
+        assert_eq!(
+            large.rgba[37 * 128 + 81],
+            picture().rgba[18 * 64 + 40],
+            "where it was"
+        );
     }
 
     #[test]

@@ -14,7 +14,10 @@ use crate::plan::{self, Request};
 
 /// How the file is read.
 pub(crate) fn load_options(args: &ModelArgs) -> LoadOptions {
-    LoadOptions { scene: args.scene.clone().map(SceneChoice), texture: args.texture.clone() }
+    LoadOptions {
+        scene: args.scene.clone().map(SceneChoice),
+        texture: args.texture.clone(),
+    }
 }
 
 /// How the mesh is drawn. Only an EXR file has a place for further planes.
@@ -24,17 +27,30 @@ pub(crate) fn render_options(args: &TexmapRenderArgs, format: Format) -> Result<
         (None, Format::Exr) => LayerArg::value_variants(),
         (None, Format::Png(_)) => &[],
         (Some(layers), Format::Exr) => layers,
-        (Some(_), Format::Png(_)) => bail!("--layers: only a name that ends in .exr has a place for them"),
+        (Some(_), Format::Png(_)) => {
+            bail!("--layers: only a name that ends in .exr has a place for them")
+        }
     };
     let options = RenderOptions {
-        method: args.method.map_or(default.method, |method| choices::TEXMAP_METHOD.library(method)),
-        footprint: args.footprint.map_or(default.footprint, |mode| choices::FLAT_FOOTPRINT.library(mode)),
-        shade: args.shade.map_or(default.shade, |shade| choices::MESH_SHADE.library(shade)),
+        method: args.method.map_or(default.method, |method| {
+            choices::TEXMAP_METHOD.library(method)
+        }),
+        footprint: args.footprint.map_or(default.footprint, |mode| {
+            choices::FLAT_FOOTPRINT.library(mode)
+        }),
+        shade: args
+            .shade
+            .map_or(default.shade, |shade| choices::MESH_SHADE.library(shade)),
         light: args.light.unwrap_or(default.light),
         subpixels: args.subpixel,
-        level: args.level.map_or(default.level, |level| choices::LEVEL.library(level)),
+        level: args
+            .level
+            .map_or(default.level, |level| choices::LEVEL.library(level)),
         max_texels: args.max_texels,
-        planes: layers.iter().map(|&layer| choices::LAYER.library(layer)).collect(),
+        planes: layers
+            .iter()
+            .map(|&layer| choices::LAYER.library(layer))
+            .collect(),
         simd: default.simd,
     };
     options.validate()?;

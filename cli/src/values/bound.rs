@@ -37,7 +37,9 @@ pub(crate) fn bound(text: &str) -> Result<Bound, String> {
         Some(_) => (BoundMetric::Rms, ""),
     };
     let value = match number.split_once('/') {
-        Some((over, under)) => super::finite(over).zip(super::finite(under)).map(|(a, b)| a / b),
+        Some((over, under)) => super::finite(over)
+            .zip(super::finite(under))
+            .map(|(a, b)| a / b),
         None => super::finite(number),
     };
     value.filter(|value| *value > 0.0 && *value < 1.0).map(|value| Bound { metric, value }).ok_or_else(|| {
@@ -47,8 +49,9 @@ pub(crate) fn bound(text: &str) -> Result<Bound, String> {
 
 /// `METRIC=VALUE`.
 pub(crate) fn metric_bound(text: &str) -> Result<(String, f64), String> {
-    let parts =
-        text.split_once('=').and_then(|(name, value)| Some((name.trim().to_owned(), super::finite(value)?)));
+    let parts = text
+        .split_once('=')
+        .and_then(|(name, value)| Some((name.trim().to_owned(), super::finite(value)?)));
     parts.ok_or_else(|| "expected METRIC=VALUE such as flip=0.02".into())
 }
 
@@ -72,9 +75,23 @@ mod tests {
 
     #[test]
     fn bounds_are_fractions_with_or_without_a_metric() {
-        assert_eq!(bound("1/255"), Ok(Bound { metric: BoundMetric::Rms, value: 1.0 / 255.0 }));
-        assert_eq!(bound("max:0.004"), Ok(Bound { metric: BoundMetric::Max, value: 0.004 }));
-        for bad in ["", "0", "-1/255", "1/0", "1", "psnr:0.1", "max:", "1/", "nan", "2/1"] {
+        assert_eq!(
+            bound("1/255"),
+            Ok(Bound {
+                metric: BoundMetric::Rms,
+                value: 1.0 / 255.0
+            })
+        );
+        assert_eq!(
+            bound("max:0.004"),
+            Ok(Bound {
+                metric: BoundMetric::Max,
+                value: 0.004
+            })
+        );
+        for bad in [
+            "", "0", "-1/255", "1/0", "1", "psnr:0.1", "max:", "1/", "nan", "2/1",
+        ] {
             assert!(bound(bad).is_err(), "{bad:?} is no bound");
         }
     }

@@ -15,7 +15,12 @@ fn bench() -> Bench {
 
 fn json(bench: &Bench, words: &str) -> Value {
     let output = bench.run(&format!("compare {words} --json"));
-    assert_eq!(output.status.code(), Some(0), "`{words}`: {}", stderr(&output));
+    assert_eq!(
+        output.status.code(),
+        Some(0),
+        "`{words}`: {}",
+        stderr(&output)
+    );
     serde_json::from_slice(&output.stdout).expect("JSON on stdout")
 }
 
@@ -31,20 +36,40 @@ fn equal_pictures_have_no_error_and_others_have() {
     assert!(rmse > 1e-3, "the views differ: {rmse}");
     assert_eq!(other["pictures"][0]["pixels"], 32 * 24);
     let inside = json(&bench, "out/a.png out/b.png --inside");
-    assert!(inside["pictures"][0]["pixels"].as_u64().expect("a count") < 32 * 24, "fewer pixels");
-    assert!(inside["pictures"][0]["rmse"].as_f64().expect("a number") > rmse, "errors lie inside");
+    assert!(
+        inside["pictures"][0]["pixels"].as_u64().expect("a count") < 32 * 24,
+        "fewer pixels"
+    );
+    assert!(
+        inside["pictures"][0]["rmse"].as_f64().expect("a number") > rmse,
+        "errors lie inside"
+    );
 }
 
 #[test]
 fn a_broken_bound_exits_with_1_and_says_which() {
     let bench = bench();
     let good = bench.run("compare out/a.png out/same.png --fail-above rmse=0 --fail-above psnr=99");
-    assert_eq!(good.status.code(), Some(0), "equal pictures hold every bound: {}", stderr(&good));
+    assert_eq!(
+        good.status.code(),
+        Some(0),
+        "equal pictures hold every bound: {}",
+        stderr(&good)
+    );
     for bound in ["rmse=0.0001", "psnr=90", "flip=0"] {
         let output = bench.run(&format!("compare out/a.png out/b.png --fail-above {bound}"));
-        assert_eq!(output.status.code(), Some(1), "{bound}: {}", stderr(&output));
+        assert_eq!(
+            output.status.code(),
+            Some(1),
+            "{bound}: {}",
+            stderr(&output)
+        );
         let name = bound.split('=').next().expect("a name");
-        assert!(stderr(&output).contains(&format!("{name} is ")), "{bound}: {}", stderr(&output));
+        assert!(
+            stderr(&output).contains(&format!("{name} is ")),
+            "{bound}: {}",
+            stderr(&output)
+        );
     }
 }
 
@@ -55,10 +80,20 @@ fn animations_are_compared_picture_by_picture() {
     assert_good(&bench.draw("--size 16x16 --turntable 3 -o out/f.png"));
     assert_good(&bench.draw("--size 16x16 --turntable 3 --orbit 30,20,1.2 -o out/g.png"));
     let same = json(&bench, "out/a.apng out/f_%04d.png");
-    assert_eq!(same["pictures"].as_array().expect("a list").len(), 3, "three pictures");
-    assert_eq!(same["flicker"], 0.0, "the same pictures in two kinds of files");
+    assert_eq!(
+        same["pictures"].as_array().expect("a list").len(),
+        3,
+        "three pictures"
+    );
+    assert_eq!(
+        same["flicker"], 0.0,
+        "the same pictures in two kinds of files"
+    );
     let other = json(&bench, "out/g_%04d.png out/a.apng");
-    assert!(other["flicker"].as_f64().expect("a number") > 0.0, "the views differ");
+    assert!(
+        other["flicker"].as_f64().expect("a number") > 0.0,
+        "the views differ"
+    );
     let short = bench.run("compare out/a.apng out/f_0000.png");
     assert_eq!(short.status.code(), Some(2));
     assert!(
@@ -77,7 +112,11 @@ fn the_heat_map_is_dark_where_nothing_differs() {
     assert_eq!((width, height), (32, 24));
     let light = |pixel: &[u8]| pixel[..3].iter().map(|&c| u32::from(c)).sum::<u32>();
     let pixels: Vec<u32> = bytes.chunks(4).map(light).collect();
-    assert!(pixels[0] < 20, "the corner shows nothing in either: {}", pixels[0]);
+    assert!(
+        pixels[0] < 20,
+        "the corner shows nothing in either: {}",
+        pixels[0]
+    );
     assert!(pixels.iter().any(|&p| p > 100), "somewhere they differ");
 }
 
@@ -90,13 +129,28 @@ fn what_cannot_be_compared_is_refused() {
         ("out/a.png out/small.png", "one size"),
         ("out/a.png out/text.png", "out/text.png"),
         ("out/a.png out/absent.png", "out/absent.png"),
-        ("out/a.png out/b.png --fail-above sharpness=1", "no such figure"),
+        (
+            "out/a.png out/b.png --fail-above sharpness=1",
+            "no such figure",
+        ),
         ("out/a.png out/b.png --fail-above flip", "METRIC=VALUE"),
-        ("out/a.png out/b.png --fail-above flicker=1", "does not flicker"),
+        (
+            "out/a.png out/b.png --fail-above flicker=1",
+            "does not flicker",
+        ),
         ("out/a.png out/b.png --heatmap out/a.png", "out/a.png"),
     ] {
         let output = bench.run(&format!("compare {words}"));
-        assert_eq!(output.status.code(), Some(2), "`{words}` is refused: {}", stderr(&output));
-        assert!(stderr(&output).contains(part), "`{words}` says {part}: {}", stderr(&output));
+        assert_eq!(
+            output.status.code(),
+            Some(2),
+            "`{words}` is refused: {}",
+            stderr(&output)
+        );
+        assert!(
+            stderr(&output).contains(part),
+            "`{words}` says {part}: {}",
+            stderr(&output)
+        );
     }
 }

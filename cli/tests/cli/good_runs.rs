@@ -17,14 +17,29 @@ fn help_lists_the_commands_and_their_options() {
     let bench = Bench::new();
     let help = |words: &str| {
         let output = bench.run(words);
-        assert_eq!(output.status.code(), Some(0), "`{words}`: {}", stderr(&output));
+        assert_eq!(
+            output.status.code(),
+            Some(0),
+            "`{words}`: {}",
+            stderr(&output)
+        );
         String::from_utf8(output.stdout).expect("text")
     };
     let short = help("--help");
-    assert!(short.contains("demo") && short.contains("volsplat"), "commands: {short}");
+    assert!(
+        short.contains("demo") && short.contains("volsplat"),
+        "commands: {short}"
+    );
     let long = help("volsplat --help");
-    for option in ["--dims", "--transfer", "--camera", "--orbit", "--stats", "--threads", "[default: hybrid]"]
-    {
+    for option in [
+        "--dims",
+        "--transfer",
+        "--camera",
+        "--orbit",
+        "--stats",
+        "--threads",
+        "[default: hybrid]",
+    ] {
         assert!(long.contains(option), "{option} is missing in: {long}");
     }
 }
@@ -36,12 +51,23 @@ fn png_shows_the_ball_in_the_middle_of_a_transparent_picture() {
     assert_good(&output);
     assert_eq!(bench.written(), ["a.png"], "one file");
     let said = stderr(&output);
-    assert!(said.lines().count() == 1 && said.contains("wrote out/a.png (64x48"), "summary: {said}");
+    assert!(
+        said.lines().count() == 1 && said.contains("wrote out/a.png (64x48"),
+        "summary: {said}"
+    );
     let (width, height, rgba) = read_png(&bench.path("out/a.png"));
     assert_eq!((width, height), (64, 48), "size");
     let alpha = |x: usize, y: usize| rgba[(y * 64 + x) * 4 + 3];
-    assert!(alpha(32, 24) > 64, "the ball is seen in the middle: alpha {}", alpha(32, 24));
-    assert_eq!([alpha(0, 0), alpha(63, 0), alpha(0, 47), alpha(63, 47)], [0; 4], "corners are empty");
+    assert!(
+        alpha(32, 24) > 64,
+        "the ball is seen in the middle: alpha {}",
+        alpha(32, 24)
+    );
+    assert_eq!(
+        [alpha(0, 0), alpha(63, 0), alpha(0, 47), alpha(63, 47)],
+        [0; 4],
+        "corners are empty"
+    );
 }
 
 #[test]
@@ -49,85 +75,193 @@ fn background_makes_the_picture_opaque() {
     let bench = Bench::new();
     assert_good(&bench.draw("--size 64x64 --background #ff8000 --quiet -o out/a.png"));
     let (_, _, rgba) = read_png(&bench.path("out/a.png"));
-    assert_eq!(rgba[..4], [255, 128, 0, 255], "the corner shows the colour as it was given");
-    assert!(rgba.chunks(4).all(|pixel| pixel[3] == 255), "every pixel is opaque");
+    assert_eq!(
+        rgba[..4],
+        [255, 128, 0, 255],
+        "the corner shows the colour as it was given"
+    );
+    assert!(
+        rgba.chunks(4).all(|pixel| pixel[3] == 255),
+        "every pixel is opaque"
+    );
 }
 
 #[test]
 fn layers_are_channels_of_an_exr() {
     let bench = Bench::new();
     assert_good(&bench.draw("--size 16x16 -o out/a.exr --layers samples,first-hit,normal"));
-    let read = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
-    let read = read.first_valid_layer().all_attributes().from_file(bench.path("out/a.exr")).expect("an EXR");
+    let read = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels();
+    let read = read
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(bench.path("out/a.exr"))
+        .expect("an EXR");
     let channels = &read.layer_data.channel_data.list;
-    let names: Vec<_> = channels.iter().map(|channel| channel.name.to_string()).collect();
-    let expected = ["A", "B", "G", "R", "Z", "depth.first", "normal.X", "normal.Y", "normal.Z", "samples"];
+    let names: Vec<_> = channels
+        .iter()
+        .map(|channel| channel.name.to_string())
+        .collect();
+    let expected = [
+        "A",
+        "B",
+        "G",
+        "R",
+        "Z",
+        "depth.first",
+        "normal.X",
+        "normal.Y",
+        "normal.Z",
+        "samples",
+    ];
     assert_eq!(names, expected, "channels");
-    let middle = |channel: usize| channels[channel].sample_data.values_as_f32().nth(8 * 16 + 8);
+    let middle = |channel: usize| {
+        channels[channel]
+            .sample_data
+            .values_as_f32()
+            .nth(8 * 16 + 8)
+    };
     let (mean, first) = (middle(4).expect("a pixel"), middle(5).expect("a pixel"));
-    assert!(first < mean, "the ball is met at {first}, before its mean depth {mean}");
+    assert!(
+        first < mean,
+        "the ball is met at {first}, before its mean depth {mean}"
+    );
     let bench = Bench::new();
     for (words, complaint) in [
-        ("-o out/a.png --layers normal", "--layers: only a name that ends in .exr"),
-        ("-o out/a.exr --layers normal,normal", "--layers: normal is named twice"),
+        (
+            "-o out/a.png --layers normal",
+            "--layers: only a name that ends in .exr",
+        ),
+        (
+            "-o out/a.exr --layers normal,normal",
+            "--layers: normal is named twice",
+        ),
         ("-o out/a.exr --layers normal --select points", "--layers"),
-        ("-o out/a.exr --layers normal --kernel gaussian --order image-sheets", "--layers"),
+        (
+            "-o out/a.exr --layers normal --kernel gaussian --order image-sheets",
+            "--layers",
+        ),
     ] {
         let output = bench.draw(words);
-        assert_eq!(output.status.code(), Some(2), "{words}: {}", stderr(&output));
-        assert!(stderr(&output).contains(complaint), "{words}: {}", stderr(&output));
+        assert_eq!(
+            output.status.code(),
+            Some(2),
+            "{words}: {}",
+            stderr(&output)
+        );
+        assert!(
+            stderr(&output).contains(complaint),
+            "{words}: {}",
+            stderr(&output)
+        );
     }
-    assert!(bench.written().is_empty(), "nothing is written: {:?}", bench.written());
+    assert!(
+        bench.written().is_empty(),
+        "nothing is written: {:?}",
+        bench.written()
+    );
 }
 
 #[test]
 fn exr_has_colour_and_depth_and_the_stats_count_every_voxel() {
     let bench = Bench::new();
-    assert_good(
-        &bench
-            .draw("--size 64x64 -o out/a.exr --stats out/s.json --threads 2 --kernel polynomial --cells off"),
-    );
+    assert_good(&bench.draw(
+        "--size 64x64 -o out/a.exr --stats out/s.json --threads 2 --kernel polynomial --cells off",
+    ));
     assert_eq!(bench.written(), ["a.exr", "s.json"], "two files");
-    let read = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
-    let read = read.first_valid_layer().all_attributes().from_file(bench.path("out/a.exr")).expect("an EXR");
+    let read = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels();
+    let read = read
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(bench.path("out/a.exr"))
+        .expect("an EXR");
     let channels = &read.layer_data.channel_data.list;
-    let names: Vec<_> = channels.iter().map(|channel| channel.name.to_string()).collect();
+    let names: Vec<_> = channels
+        .iter()
+        .map(|channel| channel.name.to_string())
+        .collect();
     assert_eq!(names, ["A", "B", "G", "R", "Z"], "channels");
     let depth: Vec<f32> = channels[4].sample_data.values_as_f32().collect();
     assert!(depth[32 * 64 + 32].is_finite(), "the ball has a depth");
     assert_eq!(depth[0], f32::INFINITY, "nothing is infinitely far away");
     let stats = stats(&bench);
-    let count = |key: &str| stats[key].as_u64().unwrap_or_else(|| panic!("{key} in {stats}"));
+    let count = |key: &str| {
+        stats[key]
+            .as_u64()
+            .unwrap_or_else(|| panic!("{key} in {stats}"))
+    };
     assert_eq!(count("voxels"), (SIDE as u64).pow(3), "all voxels");
-    assert!(count("non_transparent") > 0 && count("non_transparent") < count("voxels"), "some are seen");
+    assert!(
+        count("non_transparent") > 0 && count("non_transparent") < count("voxels"),
+        "some are seen"
+    );
     assert_eq!(
         (count("threads"), &stats["settings"]["render"]["kernel"]),
         (2, &"polynomial".into()),
         "settings"
     );
     let frame = &stats["frames"][0];
-    assert_eq!((&frame["file"], &frame["width"]), (&"out/a.exr".into(), &64.into()), "frame");
-    assert_eq!(stats["settings"]["render"]["order"], "every-sample", "the kernel is an option of that order");
-    let drawn: u64 =
-        ["points", "splats", "culled", "hidden"].iter().filter_map(|key| frame[*key].as_u64()).sum();
-    assert_eq!(drawn, count("non_transparent"), "each visible voxel is a point, a splat, culled or hidden");
+    assert_eq!(
+        (&frame["file"], &frame["width"]),
+        (&"out/a.exr".into(), &64.into()),
+        "frame"
+    );
+    assert_eq!(
+        stats["settings"]["render"]["order"], "every-sample",
+        "the kernel is an option of that order"
+    );
+    let drawn: u64 = ["points", "splats", "culled", "hidden"]
+        .iter()
+        .filter_map(|key| frame[*key].as_u64())
+        .sum();
+    assert_eq!(
+        drawn,
+        count("non_transparent"),
+        "each visible voxel is a point, a splat, culled or hidden"
+    );
 }
 
 #[test]
 fn a_list_of_cameras_gives_numbered_pictures() {
     let bench = Bench::new();
     let camera = |z: i32| {
-        format!(r#"{{"position": [15.5, 15.5, {z}], "target": [15.5, 15.5, 15.5], "up": [0, 1, 0]}}"#)
+        format!(
+            r#"{{"position": [15.5, 15.5, {z}], "target": [15.5, 15.5, 15.5], "up": [0, 1, 0]}}"#
+        )
     };
-    bench.write("cams.json", format!("[{}, {}]", camera(99), camera(-99)).as_bytes());
+    bench.write(
+        "cams.json",
+        format!("[{}, {}]", camera(99), camera(-99)).as_bytes(),
+    );
     assert_good(&bench.draw("--size 32x32 --camera cams.json -o out/a.png --stats out/s.json"));
-    assert_eq!(bench.written(), ["a_0000.png", "a_0001.png", "s.json"], "numbers before the extension");
-    assert_eq!(stats(&bench)["frames"].as_array().map(Vec::len), Some(2), "one entry per picture");
+    assert_eq!(
+        bench.written(),
+        ["a_0000.png", "a_0001.png", "s.json"],
+        "numbers before the extension"
+    );
+    assert_eq!(
+        stats(&bench)["frames"].as_array().map(Vec::len),
+        Some(2),
+        "one entry per picture"
+    );
     assert_good(&bench.draw("--size 32x32 --camera cams.json -o out/b%02d.png"));
-    assert!(bench.path("out/b01.png").is_file(), "a pattern is filled in: {:?}", bench.written());
+    assert!(
+        bench.path("out/b01.png").is_file(),
+        "a pattern is filled in: {:?}",
+        bench.written()
+    );
     bench.write("one.json", format!("[{}]", camera(99)).as_bytes());
     assert_good(&bench.draw("--size 32x32 --camera one.json -o out/c.png"));
-    assert!(bench.path("out/c_0000.png").is_file(), "a list of one is still a list: {:?}", bench.written());
+    assert!(
+        bench.path("out/c_0000.png").is_file(),
+        "a list of one is still a list: {:?}",
+        bench.written()
+    );
 }
 
 #[test]
@@ -143,7 +277,9 @@ fn a_calibrated_camera_brings_its_own_size() {
     // The principal point is the middle of the picture, so the ball is symmetric in it.
     let alpha = |x: usize, y: usize| i32::from(rgba[(y * 48 + x) * 4 + 3]);
     let uneven = (0..40).flat_map(|y| (0..48).map(move |x| (x, y)));
-    let uneven = uneven.map(|(x, y)| (alpha(x, y) - alpha(47 - x, 39 - y)).abs()).max();
+    let uneven = uneven
+        .map(|(x, y)| (alpha(x, y) - alpha(47 - x, 39 - y)).abs())
+        .max();
     assert!(
         uneven <= Some(2),
         "turned by 180 degrees the ball looks the same, but alpha differs by {uneven:?}"
@@ -161,7 +297,10 @@ fn any_number_of_threads_gives_the_same_bytes() {
             assert_good(&bench.draw(&format!("--size 64x64 --threads {threads} -o {name}")));
             fs::read(bench.path(&name)).expect("written")
         });
-        assert!(bytes[0] == bytes[1] && bytes[0] == bytes[2], "{extension}: threads must not change a byte");
+        assert!(
+            bytes[0] == bytes[1] && bytes[0] == bytes[2],
+            "{extension}: threads must not change a byte"
+        );
     }
 }
 
@@ -204,8 +343,12 @@ fn every_view_option_gives_a_picture() {
 fn options_choose_their_order_and_a_single_slice_is_drawn() {
     let bench = Bench::new();
     let order = |words: &str| {
-        assert_good(&bench.draw(&format!("--size 8x8 -o out/a.png --stats out/s.json {words}")));
-        stats(&bench)["settings"]["render"]["order"].as_str().map(str::to_owned)
+        assert_good(&bench.draw(&format!(
+            "--size 8x8 -o out/a.png --stats out/s.json {words}"
+        )));
+        stats(&bench)["settings"]["render"]["order"]
+            .as_str()
+            .map(str::to_owned)
     };
     assert_eq!(order("").as_deref(), Some("image-sheets"));
     assert_eq!(order("--select splats").as_deref(), Some("every-sample"));
@@ -224,9 +367,15 @@ fn a_fully_transparent_volume_gives_an_empty_picture_and_a_warning() {
     let output = bench.draw("--transfer tf.json --size 16x16 -o out/a.png");
     assert_good(&output);
     let said = stderr(&output);
-    assert!(said.contains("warning: nothing is visible") && said.contains("ball.raw"), "{said}");
+    assert!(
+        said.contains("warning: nothing is visible") && said.contains("ball.raw"),
+        "{said}"
+    );
     let (.., rgba) = read_png(&bench.path("out/a.png"));
-    assert!(rgba.iter().all(|&byte| byte == 0), "the picture is transparent");
+    assert!(
+        rgba.iter().all(|&byte| byte == 0),
+        "the picture is transparent"
+    );
 }
 
 #[test]
@@ -235,8 +384,13 @@ fn verbose_prints_stage_times_and_quiet_prints_nothing() {
     let output = bench.draw("--size 24x24 --verbose -o out/a.png");
     assert_good(&output);
     let said = stderr(&output);
-    assert!(said.contains("load ") && said.contains("composite "), "{said}");
-    let output = bench.run(&format!("--quiet volsplat ball.raw {BALL} --size 24x24 -o out/b.png"));
+    assert!(
+        said.contains("load ") && said.contains("composite "),
+        "{said}"
+    );
+    let output = bench.run(&format!(
+        "--quiet volsplat ball.raw {BALL} --size 24x24 -o out/b.png"
+    ));
     assert_good(&output);
     assert_eq!(stderr(&output), "", "quiet is quiet");
 }
@@ -246,8 +400,18 @@ fn demo_needs_no_file() {
     let bench = Bench::new();
     let output = bench.run("demo --size 32x32 -o out/demo");
     assert_good(&output);
-    let pictures = fs::read_dir(bench.path("out/demo")).expect("a folder").count();
+    let pictures = fs::read_dir(bench.path("out/demo"))
+        .expect("a folder")
+        .count();
     assert!((2..=4).contains(&pictures), "{pictures} pictures");
-    assert!(stderr(&output).contains("out/demo"), "it says where: {}", stderr(&output));
-    assert_eq!(bench.run("demo -o absent/demo").status.code(), Some(2), "the parent folder must exist");
+    assert!(
+        stderr(&output).contains("out/demo"),
+        "it says where: {}",
+        stderr(&output)
+    );
+    assert_eq!(
+        bench.run("demo -o absent/demo").status.code(),
+        Some(2),
+        "the parent folder must exist"
+    );
 }

@@ -7,8 +7,17 @@ use super::{BALL, Bench, stderr};
 /// Runs and gives what was printed to stdout.
 fn told(bench: &Bench, words: &str) -> String {
     let output = bench.run(words);
-    assert_eq!(output.status.code(), Some(0), "`{words}`: {}", stderr(&output));
-    assert!(stderr(&output).is_empty(), "`{words}` has nothing to say on stderr: {}", stderr(&output));
+    assert_eq!(
+        output.status.code(),
+        Some(0),
+        "`{words}`: {}",
+        stderr(&output)
+    );
+    assert!(
+        stderr(&output).is_empty(),
+        "`{words}` has nothing to say on stderr: {}",
+        stderr(&output)
+    );
     String::from_utf8(output.stdout).expect("text")
 }
 
@@ -42,7 +51,10 @@ fn people_read_size_place_and_values() {
         assert!(text.contains(line), "'{line}' is missing in:\n{text}");
     }
     let text = told(&bench, &format!("info ball.raw {BALL} --spacing 1,1,2"));
-    assert!(text.contains("format     headerless") && text.contains("spacing    1 x 1 x 2"), "{text}");
+    assert!(
+        text.contains("format     headerless") && text.contains("spacing    1 x 1 x 2"),
+        "{text}"
+    );
 }
 
 #[test]
@@ -52,11 +64,27 @@ fn programs_read_json() {
     let json: Value = serde_json::from_str(&told(&bench, "info --json turned.mha")).expect("JSON");
     assert_eq!(json["format"], "MetaImage", "{json}");
     assert_eq!(json["dims"], serde_json::json!([2, 1, 2]), "{json}");
-    assert_eq!(json["extent"], serde_json::json!([[10.0, 20.0, 30.0], [10.0, 21.0, 34.0]]), "{json}");
-    assert_eq!(json["axes"][1], serde_json::json!([-2.0, 0.0, 0.0]), "{json}");
-    assert_eq!((&json["left_handed"], &json["bytes"]), (&Value::Bool(false), &8.into()), "{json}");
-    let counts: u64 =
-        json["histogram"]["counts"].as_array().expect("a list").iter().filter_map(Value::as_u64).sum();
+    assert_eq!(
+        json["extent"],
+        serde_json::json!([[10.0, 20.0, 30.0], [10.0, 21.0, 34.0]]),
+        "{json}"
+    );
+    assert_eq!(
+        json["axes"][1],
+        serde_json::json!([-2.0, 0.0, 0.0]),
+        "{json}"
+    );
+    assert_eq!(
+        (&json["left_handed"], &json["bytes"]),
+        (&Value::Bool(false), &8.into()),
+        "{json}"
+    );
+    let counts: u64 = json["histogram"]["counts"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .filter_map(Value::as_u64)
+        .sum();
     assert_eq!(counts, 4, "every voxel is counted: {json}");
 }
 
@@ -74,8 +102,15 @@ fn what_cannot_be_read_is_refused_in_one_line() {
     ] {
         let output = bench.run(words);
         let said = stderr(&output);
-        assert_eq!(output.status.code(), Some(2), "`{words}` must end with code 2: {said}");
-        assert!(said.lines().count() == 1 && said.contains(named), "`{words}` must name {named}: {said}");
+        assert_eq!(
+            output.status.code(),
+            Some(2),
+            "`{words}` must end with code 2: {said}"
+        );
+        assert!(
+            said.lines().count() == 1 && said.contains(named),
+            "`{words}` must name {named}: {said}"
+        );
         assert!(output.stdout.is_empty(), "`{words}` has no result");
     }
 }

@@ -35,7 +35,9 @@ struct Bench {
 
 impl Bench {
     fn new() -> Self {
-        let bench = Self { folder: tempfile::tempdir().expect("a temporary folder") };
+        let bench = Self {
+            folder: tempfile::tempdir().expect("a temporary folder"),
+        };
         bench.write("ball.raw", &ball());
         fs::create_dir(bench.path("out")).expect("a folder for the pictures");
         bench
@@ -67,7 +69,13 @@ impl Bench {
     fn written(&self) -> Vec<String> {
         let entries = fs::read_dir(self.path("out")).expect("the folder is there");
         let mut names: Vec<_> = entries
-            .map(|entry| entry.expect("readable").file_name().to_string_lossy().into_owned())
+            .map(|entry| {
+                entry
+                    .expect("readable")
+                    .file_name()
+                    .to_string_lossy()
+                    .into_owned()
+            })
             .collect();
         names.sort();
         names
@@ -94,14 +102,21 @@ fn stderr(output: &Output) -> String {
 }
 
 fn assert_good(output: &Output) {
-    assert_eq!(output.status.code(), Some(0), "expected success, stderr was: {}", stderr(output));
+    assert_eq!(
+        output.status.code(),
+        Some(0),
+        "expected success, stderr was: {}",
+        stderr(output)
+    );
     assert!(output.stdout.is_empty(), "stdout is left to pipes");
 }
 
 /// Width, height and RGBA bytes of an 8-bit PNG.
 fn read_png(path: &Path) -> (u32, u32, Vec<u8>) {
     let file = fs::File::open(path).expect("a written picture");
-    let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().expect("a PNG");
+    let mut reader = png::Decoder::new(std::io::BufReader::new(file))
+        .read_info()
+        .expect("a PNG");
     let mut bytes = vec![0; reader.output_buffer_size().expect("small")];
     let info = reader.next_frame(&mut bytes).expect("whole");
     (info.width, info.height, bytes)

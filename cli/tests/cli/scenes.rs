@@ -15,10 +15,11 @@ fn halves(bench: &Bench, channel: usize) -> [f64; 2] {
 
 /// Draws from the front, with a camera that does not follow what is left.
 fn drawn(bench: &Bench, words: &str) {
-    let camera =
-        r#"{"position": [15.5, 15.5, 90], "target": [15.5, 15.5, 15.5], "up": [0, 1, 0], "fov_y": 30}"#;
+    let camera = r#"{"position": [15.5, 15.5, 90], "target": [15.5, 15.5, 15.5], "up": [0, 1, 0], "fov_y": 30}"#;
     bench.write("front.json", camera.as_bytes());
-    assert_good(&bench.draw(&format!("--camera front.json --size 64x64 {words} -o out/a.png")));
+    assert_good(&bench.draw(&format!(
+        "--camera front.json --size 64x64 {words} -o out/a.png"
+    )));
 }
 
 #[test]
@@ -32,8 +33,15 @@ fn a_clip_leaves_one_side() {
     ] {
         drawn(&bench, words);
         let [left, right] = halves(&bench, 3);
-        let (kept, cut) = if words.contains("-2,") { (left, right) } else { (right, left) };
-        assert!(kept > 20.0 && cut < 0.1 * kept, "{words}: {left} on the left, {right} on the right");
+        let (kept, cut) = if words.contains("-2,") {
+            (left, right)
+        } else {
+            (right, left)
+        };
+        assert!(
+            kept > 20.0 && cut < 0.1 * kept,
+            "{words}: {left} on the left, {right} on the right"
+        );
     }
 }
 
@@ -50,7 +58,10 @@ fn every_blend_mode_shows_the_ball() {
     ] {
         drawn(&bench, words);
         let [left, right] = halves(&bench, 3);
-        assert!(left > 4.0 && right > 4.0, "{words}: {left} on the left, {right} on the right");
+        assert!(
+            left > 4.0 && right > 4.0,
+            "{words}: {left} on the left, {right} on the right"
+        );
     }
 }
 
@@ -59,20 +70,31 @@ fn masks_labels_and_channels_are_drawn() {
     let bench = Bench::new();
     let half: Vec<u8> = (0..SIDE.pow(3)).map(|i| u8::from(i % SIDE > 15)).collect();
     bench.write("half.raw", &half);
-    bench.write("colours.txt", b"# labels\n0 0 0 0 0 0 0 \"none\"\n1 0 255 0 1 1 1 \"half\"\n");
+    bench.write(
+        "colours.txt",
+        b"# labels\n0 0 0 0 0 0 0 \"none\"\n1 0 255 0 1 1 1 \"half\"\n",
+    );
     drawn(&bench, "--mask half.raw");
     let [left, right] = halves(&bench, 3);
-    assert!(right > 20.0 && left < 0.1 * right, "the mask hides the left: {left} and {right}");
+    assert!(
+        right > 20.0 && left < 0.1 * right,
+        "the mask hides the left: {left} and {right}"
+    );
     drawn(&bench, "--also half.raw labels --label-colours colours.txt");
     let [red, green] = [halves(&bench, 0), halves(&bench, 1)];
-    assert!(green[1] > 50.0 && red[1] < 5.0, "the right is green: {red:?} red, {green:?} green");
+    assert!(
+        green[1] > 50.0 && red[1] < 5.0,
+        "the right is green: {red:?} red, {green:?} green"
+    );
     drawn(&bench, "--also half.raw #ff00ff");
     assert!(halves(&bench, 2)[1] > 20.0, "the right is magenta");
-    assert_good(
-        &bench
-            .run(&format!("volsplat half.raw {BALL} --labels --size 32x32 --stats out/s.json -o out/a.png")),
+    assert_good(&bench.run(&format!(
+        "volsplat half.raw {BALL} --labels --size 32x32 --stats out/s.json -o out/a.png"
+    )));
+    assert!(
+        halves(&bench, 3).iter().sum::<f64>() > 50.0,
+        "label 1 is opaque"
     );
-    assert!(halves(&bench, 3).iter().sum::<f64>() > 50.0, "label 1 is opaque");
 }
 
 #[test]

@@ -10,14 +10,20 @@ const CHUNK: usize = 20;
 
 /// Ripples around the middle: no brick is alike.
 fn value(at: [usize; 3]) -> u8 {
-    let radius = at.map(|i| (i as f64 / SIDE as f64 - 0.5).powi(2)).iter().sum::<f64>().sqrt();
+    let radius = at
+        .map(|i| (i as f64 / SIDE as f64 - 0.5).powi(2))
+        .iter()
+        .sum::<f64>()
+        .sqrt();
     (120.0 * (1.0 + (40.0 * radius).cos()) * (1.0 - radius)) as u8
 }
 
 /// Writes an OME-Zarr 0.4 image with one level, the slices 1.5 times as far apart as the rest.
 fn write_image(bench: &Bench) {
     fs::create_dir_all(bench.path("image.zarr/0")).expect("folders");
-    let axes = ["z", "y", "x"].map(|name| format!(r#"{{"name": "{name}", "type": "space"}}"#)).join(",");
+    let axes = ["z", "y", "x"]
+        .map(|name| format!(r#"{{"name": "{name}", "type": "space"}}"#))
+        .join(",");
     let image = format!(
         r#"{{"multiscales": [{{"version": "0.4", "axes": [{axes}], "datasets": [{{"path": "0",
             "coordinateTransformations": [{{"type": "scale", "scale": [1.5, 1, 1]}}]}}]}}]}}"#
@@ -31,9 +37,17 @@ fn write_image(bench: &Bench) {
     bench.write("image.zarr/0/.zarray", array.as_bytes());
     let chunks = SIDE / CHUNK;
     for number in 0..chunks.pow(3) {
-        let chunk = [number % chunks, number / chunks % chunks, number / (chunks * chunks)];
+        let chunk = [
+            number % chunks,
+            number / chunks % chunks,
+            number / (chunks * chunks),
+        ];
         let voxel = |place: usize| {
-            let inside = [place % CHUNK, place / CHUNK % CHUNK, place / (CHUNK * CHUNK)];
+            let inside = [
+                place % CHUNK,
+                place / CHUNK % CHUNK,
+                place / (CHUNK * CHUNK),
+            ];
             value([0, 1, 2].map(|axis| chunk[axis] * CHUNK + inside[axis]))
         };
         let [x, y, z] = chunk;
@@ -47,19 +61,31 @@ fn an_image_larger_than_the_memory_gives_the_same_picture() {
     let bench = Bench::new();
     write_image(&bench);
     let draw = |words: &str| {
-        bench.run(&format!("volsplat image.zarr --size 80x64 --lod-error 0 --orbit 30,20,0.6 {words}"))
+        bench.run(&format!(
+            "volsplat image.zarr --size 80x64 --lod-error 0 --orbit 30,20,0.6 {words}"
+        ))
     };
-    for (name, words) in [("plain", ""), ("lit", "--shade phong"), ("greatest", "--blend maximum")] {
+    for (name, words) in [
+        ("plain", ""),
+        ("lit", "--shade phong"),
+        ("greatest", "--blend maximum"),
+    ] {
         assert_good(&draw(&format!("{words} -o out/{name}-memory.png")));
-        let stored = format!("{words} --max-memory 180K --stats out/{name}.json -o out/{name}-stored.png");
+        let stored =
+            format!("{words} --max-memory 180K --stats out/{name}.json -o out/{name}-stored.png");
         assert_good(&draw(&stored));
         let [memory, stored] = ["memory", "stored"]
             .map(|way| fs::read(bench.path(&format!("out/{name}-{way}.png"))).expect("a picture"));
         assert!(memory == stored, "{name}: the pictures differ");
         let stats = fs::read_to_string(bench.path(&format!("out/{name}.json"))).expect("stats");
         let stats: serde_json::Value = serde_json::from_str(&stats).expect("JSON");
-        let read = stats["bricks_read"].as_u64().or_else(|| stats["frames"][0]["bricks_read"].as_u64());
-        assert!(read.is_some_and(|read| read > 0), "{name}: nothing was read brick by brick: {stats}");
+        let read = stats["bricks_read"]
+            .as_u64()
+            .or_else(|| stats["frames"][0]["bricks_read"].as_u64());
+        assert!(
+            read.is_some_and(|read| read > 0),
+            "{name}: nothing was read brick by brick: {stats}"
+        );
     }
 }
 
@@ -73,10 +99,20 @@ fn what_needs_all_voxels_is_refused_with_a_way_out() {
         ("--order every-sample", "--max-memory"),
         ("--kernel gaussian", "--max-memory"),
     ] {
-        let output = bench.run(&format!("volsplat image.zarr --max-memory 180K {words} -o out/a.png"));
-        assert_eq!(output.status.code(), Some(2), "{words}: {}", stderr(&output));
+        let output = bench.run(&format!(
+            "volsplat image.zarr --max-memory 180K {words} -o out/a.png"
+        ));
+        assert_eq!(
+            output.status.code(),
+            Some(2),
+            "{words}: {}",
+            stderr(&output)
+        );
         let text = stderr(&output);
-        assert!(text.trim_end().lines().count() == 1 && text.contains(advice), "{words}: {text}");
+        assert!(
+            text.trim_end().lines().count() == 1 && text.contains(advice),
+            "{words}: {text}"
+        );
     }
     assert!(bench.written().is_empty(), "nothing is written");
 }

@@ -19,7 +19,9 @@ fn bench() -> Bench {
     let mut encoder = png::Encoder::new(&mut picture, 2, 2);
     encoder.set_color(png::ColorType::Rgb);
     let mut writer = encoder.write_header().expect("memory");
-    writer.write_image_data(&[255, 0, 0, 0, 255, 0, 0, 0, 255, 255, 255, 255]).expect("memory");
+    writer
+        .write_image_data(&[255, 0, 0, 0, 255, 0, 0, 0, 255, 255, 255, 255])
+        .expect("memory");
     writer.finish().expect("memory");
     bench.write("four.png", &picture);
     bench
@@ -35,51 +37,85 @@ fn a_model_is_framed_in_its_own_colour_over_nothing() {
     let bench = bench();
     assert_good(&bench.run(&format!("texmap square.obj -o out/a.png {FRONT}")));
     let picture = read_png(&bench.path("out/a.png"));
-    assert_eq!(pixel(&picture, 32, 32), [255, 0, 0, 255], "red in the middle");
+    assert_eq!(
+        pixel(&picture, 32, 32),
+        [255, 0, 0, 255],
+        "red in the middle"
+    );
     assert_eq!(pixel(&picture, 0, 0), [0; 4], "nothing in the corner");
-    assert_eq!((picture.0, picture.1), (64, 64), "the size that was asked for");
+    assert_eq!(
+        (picture.0, picture.1),
+        (64, 64),
+        "the size that was asked for"
+    );
 }
 
 #[test]
 fn a_bound_texture_stands_upright_and_a_background_lies_behind() {
     let bench = bench();
     bench.write("bare.obj", SQUARE.replace("mtllib a.mtl\n", "").as_bytes());
-    let words = format!("texmap bare.obj --texture four.png --background four.png -o out/a.png {FRONT}");
+    let words =
+        format!("texmap bare.obj --texture four.png --background four.png -o out/a.png {FRONT}");
     assert_good(&bench.run(&words));
     let picture = read_png(&bench.path("out/a.png"));
     // Which of the four it is; two texels are mixed nearly everywhere.
     let near = |[r, g, b, _]: [u8; 4], expected: [u8; 3]| {
-        [r, g, b].iter().zip(expected).all(|(&found, expected)| (found > 127) == (expected > 127))
+        [r, g, b]
+            .iter()
+            .zip(expected)
+            .all(|(&found, expected)| (found > 127) == (expected > 127))
     };
-    for (x, y, expected) in
-        [(22, 22, [255, 0, 0]), (42, 22, [0, 255, 0]), (22, 42, [0, 0, 255]), (42, 42, [255; 3])]
-    {
+    for (x, y, expected) in [
+        (22, 22, [255, 0, 0]),
+        (42, 22, [0, 255, 0]),
+        (22, 42, [0, 0, 255]),
+        (42, 42, [255; 3]),
+    ] {
         let found = pixel(&picture, x, y);
-        assert!(near(found, expected), "pixel {x}, {y} of the texture: {found:?}, expected {expected:?}");
+        assert!(
+            near(found, expected),
+            "pixel {x}, {y} of the texture: {found:?}, expected {expected:?}"
+        );
     }
-    for (x, y, expected) in
-        [(1, 1, [255, 0, 0]), (62, 1, [0, 255, 0]), (1, 62, [0, 0, 255]), (62, 62, [255; 3])]
-    {
+    for (x, y, expected) in [
+        (1, 1, [255, 0, 0]),
+        (62, 1, [0, 255, 0]),
+        (1, 62, [0, 0, 255]),
+        (62, 62, [255; 3]),
+    ] {
         let found = pixel(&picture, x, y);
-        assert!(near(found, expected), "pixel {x}, {y} of the background: {found:?}, expected {expected:?}");
+        assert!(
+            near(found, expected),
+            "pixel {x}, {y} of the background: {found:?}, expected {expected:?}"
+        );
     }
 }
 
 #[test]
 fn stats_name_the_model_and_how_it_was_drawn() {
     let bench = bench();
-    let words = "--stats out/s.json --method backward-ewa --footprint affine --shade lambert --light 0,0,1";
-    assert_good(&bench.run(&format!("texmap square.obj -o out/a.png --size 32x32 {words}")));
+    let words =
+        "--stats out/s.json --method backward-ewa --footprint affine --shade lambert --light 0,0,1";
+    assert_good(&bench.run(&format!(
+        "texmap square.obj -o out/a.png --size 32x32 {words}"
+    )));
     let text = std::fs::read_to_string(bench.path("out/s.json")).expect("written");
     let stats: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-    assert_eq!((&stats["triangles"], &stats["meshes"]), (&2.into(), &1.into()), "counts: {stats}");
+    assert_eq!(
+        (&stats["triangles"], &stats["meshes"]),
+        (&2.into(), &1.into()),
+        "counts: {stats}"
+    );
     let render = &stats["settings"]["render"];
     assert_eq!(
         (&render["method"], &render["shade"]),
         (&"backward-ewa".into(), &"lambert".into()),
         "{render}"
     );
-    assert!(stats["frames"][0]["wall_ms"].is_number(), "a frame: {stats}");
+    assert!(
+        stats["frames"][0]["wall_ms"].is_number(),
+        "a frame: {stats}"
+    );
 }
 
 #[test]
@@ -87,28 +123,52 @@ fn layers_go_into_an_exr_file() {
     let bench = bench();
     assert_good(&bench.run("texmap square.obj -o out/a.exr --size 16x16 --layers depth,coverage"));
     let meta = exr::meta::MetaData::read_from_file(bench.path("out/a.exr"), false).expect("an EXR");
-    let mut names: Vec<_> =
-        meta.headers[0].channels.list.iter().map(|channel| channel.name.to_string()).collect();
+    let mut names: Vec<_> = meta.headers[0]
+        .channels
+        .list
+        .iter()
+        .map(|channel| channel.name.to_string())
+        .collect();
     names.sort();
-    assert_eq!(names, ["A", "B", "G", "R", "Z", "coverage"], "what was asked for");
+    assert_eq!(
+        names,
+        ["A", "B", "G", "R", "Z", "coverage"],
+        "what was asked for"
+    );
     let bench = self::bench();
-    assert_refused(&bench, "texmap square.obj -o out/a.png --layers depth", "--layers");
+    assert_refused(
+        &bench,
+        "texmap square.obj -o out/a.png --layers depth",
+        "--layers",
+    );
 }
 
 #[test]
 fn turntables_are_numbered_and_taken_up_again() {
     let bench = bench();
     assert_good(&bench.run("texmap square.obj -o out/a.png --size 16x16 --turntable 3"));
-    assert_eq!(bench.written(), ["a_0000.png", "a_0001.png", "a_0002.png"], "three steps");
+    assert_eq!(
+        bench.written(),
+        ["a_0000.png", "a_0001.png", "a_0002.png"],
+        "three steps"
+    );
     let again = bench.run("texmap square.obj -o out/a.png --size 16x16 --turntable 3 --resume");
-    assert!(stderr(&again).contains("3 of 3 pictures were there already"), "{}", stderr(&again));
+    assert!(
+        stderr(&again).contains("3 of 3 pictures were there already"),
+        "{}",
+        stderr(&again)
+    );
 }
 
 #[test]
 fn cameras_of_the_file_are_chosen_by_name() {
     let bench = bench();
     let triangle = [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
-    let data: String = triangle.iter().flat_map(|x| x.to_le_bytes()).map(|b| format!("%{b:02x}")).collect();
+    let data: String = triangle
+        .iter()
+        .flat_map(|x| x.to_le_bytes())
+        .map(|b| format!("%{b:02x}"))
+        .collect();
     let json = serde_json::json!({
         "asset": { "version": "2.0" },
         "buffers": [{ "byteLength": 36, "uri": format!("data:,{data}") }],
@@ -120,13 +180,33 @@ fn cameras_of_the_file_are_chosen_by_name() {
         "scenes": [{ "nodes": [0, 1], "name": "main" }],
     });
     bench.write("a.gltf", json.to_string().as_bytes());
-    assert_refused(&bench, "texmap a.gltf -o out/a.png --camera-name back", "0 (front)");
-    assert_refused(&bench, "texmap a.gltf -o out/a.png --scene other", "0 (main)");
-    assert_refused(&bench, "texmap a.gltf -o out/a.png --camera-name front --orbit 0,0", "--orbit");
+    assert_refused(
+        &bench,
+        "texmap a.gltf -o out/a.png --camera-name back",
+        "0 (front)",
+    );
+    assert_refused(
+        &bench,
+        "texmap a.gltf -o out/a.png --scene other",
+        "0 (main)",
+    );
+    assert_refused(
+        &bench,
+        "texmap a.gltf -o out/a.png --camera-name front --orbit 0,0",
+        "--orbit",
+    );
     assert_good(&bench.run("texmap a.gltf -o out/a.png --camera-name front --scene main"));
     let picture = read_png(&bench.path("out/a.png"));
-    assert_eq!((picture.0, picture.1), (1600, 800), "the proportions of the file");
-    assert_eq!(pixel(&picture, 900, 300)[3], 255, "the triangle lies right above the middle");
+    assert_eq!(
+        (picture.0, picture.1),
+        (1600, 800),
+        "the proportions of the file"
+    );
+    assert_eq!(
+        pixel(&picture, 900, 300)[3],
+        255,
+        "the triangle lies right above the middle"
+    );
     assert_eq!(pixel(&picture, 700, 500)[3], 0, "and not left below it");
 }
 
@@ -140,7 +220,10 @@ fn models_that_are_none_are_refused() {
         "draco.gltf",
         br#"{"asset":{"version":"2.0"},"extensionsRequired":["KHR_draco_mesh_compression"]}"#,
     );
-    bench.write("lost.gltf", br#"{"asset":{"version":"2.0"},"buffers":[{"byteLength":9,"uri":"lost.bin"}]}"#);
+    bench.write(
+        "lost.gltf",
+        br#"{"asset":{"version":"2.0"},"buffers":[{"byteLength":9,"uri":"lost.bin"}]}"#,
+    );
     for (name, said) in [
         ("empty.obj", "empty.obj"),
         ("far.obj", "line 4"),
@@ -160,10 +243,22 @@ fn options_that_mean_nothing_are_refused() {
     let bench = bench();
     let draw = "texmap square.obj -o out/a.png";
     assert_refused(&bench, &format!("{draw} --scene 0"), "--scene");
-    assert_refused(&bench, &format!("{draw} --camera-name 0"), "the file has none");
+    assert_refused(
+        &bench,
+        &format!("{draw} --camera-name 0"),
+        "the file has none",
+    );
     assert_refused(&bench, &format!("{draw} --subpixel 5"), "sub-pixels");
-    assert_refused(&bench, &format!("{draw} --texture absent.png"), "absent.png");
-    assert_refused(&bench, &format!("{draw} --background absent.png"), "absent.png");
+    assert_refused(
+        &bench,
+        &format!("{draw} --texture absent.png"),
+        "absent.png",
+    );
+    assert_refused(
+        &bench,
+        &format!("{draw} --background absent.png"),
+        "absent.png",
+    );
     assert_refused(&bench, &format!("{draw} --light 0,0,1"), "--shade");
     assert_refused(&bench, "texmap square.obj -o square.obj", "square.obj");
 }

@@ -13,11 +13,16 @@ const UNIT_MAP: &str = r#"[{"ColorSpace": "RGB", "RGBPoints": [0, 1, 1, 1, 1, 1,
 
 /// Draws the ball and gives the alpha of its middle and what the stats say of the transfer function.
 fn drawn(bench: &Bench, words: &str) -> (u8, Value) {
-    assert_good(&bench.draw(&format!("--size 24x24 -o out/a.png --stats out/s.json {words}")));
+    assert_good(&bench.draw(&format!(
+        "--size 24x24 -o out/a.png --stats out/s.json {words}"
+    )));
     let (.., rgba) = read_png(&bench.path("out/a.png"));
     let text = fs::read_to_string(bench.path("out/s.json")).expect("a stats file");
     let stats: Value = serde_json::from_str(&text).expect("a JSON file");
-    (rgba[(12 * 24 + 12) * 4 + 3], stats["settings"]["transfer"].clone())
+    (
+        rgba[(12 * 24 + 12) * 4 + 3],
+        stats["settings"]["transfer"].clone(),
+    )
 }
 
 #[test]
@@ -34,16 +39,23 @@ fn a_window_decides_what_is_seen() {
     assert_eq!(beyond, 0, "no value of the ball reaches 400");
     assert_eq!(record["colormap"], "viridis", "{record}");
     // A CT window may lie below 0.
-    assert_eq!(drawn(&bench, "--window -600,1500").1["window"], json!([-600.0, 1500.0]));
+    assert_eq!(
+        drawn(&bench, "--window -600,1500").1["window"],
+        json!([-600.0, 1500.0])
+    );
 }
 
 #[test]
 fn the_opacity_scale_scales_every_function() {
     let bench = Bench::new();
     bench.write("tf.json", UNIT_MAP.as_bytes());
-    for words in ["", "--window 500,1000", "--transfer tf.json --rescale-transfer"] {
-        let alphas =
-            ["0.02", "0.05", "0.2"].map(|scale| drawn(&bench, &format!("{words} --opacity-scale {scale}")).0);
+    for words in [
+        "",
+        "--window 500,1000",
+        "--transfer tf.json --rescale-transfer",
+    ] {
+        let alphas = ["0.02", "0.05", "0.2"]
+            .map(|scale| drawn(&bench, &format!("{words} --opacity-scale {scale}")).0);
         assert!(
             alphas[0] < alphas[1] && alphas[1] < alphas[2],
             "`{words}`: alpha grows with the scale: {alphas:?}"
@@ -51,7 +63,10 @@ fn the_opacity_scale_scales_every_function() {
         // Alpha is 1 - exp(-scale * x), with the same x; the codes are rounded, and below 255 by some.
         let depth = |alpha: u8| -(1.0 - f64::from(alpha) / 255.0).ln();
         let ratio = depth(alphas[1]) / depth(alphas[0]);
-        assert!((ratio - 2.5).abs() < 0.3, "`{words}`: extinction grows by 2.5, not {ratio}: {alphas:?}");
+        assert!(
+            (ratio - 2.5).abs() < 0.3,
+            "`{words}`: extinction grows by 2.5, not {ratio}: {alphas:?}"
+        );
     }
     assert_eq!(drawn(&bench, "--opacity-scale 2.5").1["opacity_scale"], 2.5);
 }
@@ -64,13 +79,19 @@ fn a_map_over_the_unit_interval_is_moved_to_the_volume() {
     let visible = |words: &str| {
         let record = drawn(&bench, words).1;
         let (.., rgba) = read_png(&bench.path("out/a.png"));
-        (rgba.chunks(4).filter(|pixel| pixel[3] > 200).count(), record)
+        (
+            rgba.chunks(4).filter(|pixel| pixel[3] > 200).count(),
+            record,
+        )
     };
     let (as_written, record) = visible("--transfer tf.json");
     assert_eq!(record["rescaled"], false, "{record}");
     let (moved, record) = visible("--transfer tf.json --rescale-transfer");
     assert_eq!(record["rescaled"], true, "{record}");
-    assert!(moved < as_written, "opaque pixels: {as_written} as written, {moved} moved");
+    assert!(
+        moved < as_written,
+        "opaque pixels: {as_written} as written, {moved} moved"
+    );
 }
 
 #[test]
@@ -78,24 +99,46 @@ fn a_preset_draws_hounsfield_units_and_warns_of_others() {
     let bench = Bench::new();
     // The ball in steps of 8 above air: its middle is dense bone.
     let hounsfield = super::ball().into_iter().map(|v| i16::from(v) * 8 - 1000);
-    bench.write("ct.raw", &hounsfield.flat_map(i16::to_le_bytes).collect::<Vec<_>>());
+    bench.write(
+        "ct.raw",
+        &hounsfield.flat_map(i16::to_le_bytes).collect::<Vec<_>>(),
+    );
     let ct = "volsplat ct.raw --dims 32,32,32 --type i16 --size 24x24 -o out/a.png --preset";
-    for name in ["ct-bone", "ct-soft-tissue", "ct-vessels", "ct-skin", "ct-lung", "mr-head"] {
+    for name in [
+        "ct-bone",
+        "ct-soft-tissue",
+        "ct-vessels",
+        "ct-skin",
+        "ct-lung",
+        "mr-head",
+    ] {
         let output = bench.run(&format!("{ct} {name}"));
         assert_good(&output);
-        assert!(!stderr(&output).contains("warning"), "{name} suits the volume: {}", stderr(&output));
+        assert!(
+            !stderr(&output).contains("warning"),
+            "{name} suits the volume: {}",
+            stderr(&output)
+        );
         let (.., rgba) = read_png(&bench.path("out/a.png"));
-        assert!(rgba[(12 * 24 + 12) * 4 + 3] > 64, "{name} shows the middle of the ball");
+        assert!(
+            rgba[(12 * 24 + 12) * 4 + 3] > 64,
+            "{name} shows the middle of the ball"
+        );
     }
     let output = bench.draw("--size 24x24 -o out/a.png --preset ct-bone");
     assert_good(&output);
     let said = stderr(&output);
     assert!(
-        said.contains("warning: --preset ct-bone expects Hounsfield units") && said.contains("8 bits"),
+        said.contains("warning: --preset ct-bone expects Hounsfield units")
+            && said.contains("8 bits"),
         "{said}"
     );
     let record = drawn(&bench, "--preset mr-head").1;
-    assert_eq!((&record["preset"], &record["colormap"]), (&json!("mr-head"), &Value::Null), "{record}");
+    assert_eq!(
+        (&record["preset"], &record["colormap"]),
+        (&json!("mr-head"), &Value::Null),
+        "{record}"
+    );
 }
 
 #[test]
@@ -103,10 +146,17 @@ fn the_plot_is_an_extra_picture() {
     let bench = Bench::new();
     let record = drawn(&bench, "--window 100,200 --show-transfer out/plot.png").1;
     assert_eq!(record["shown_in"], "out/plot.png", "{record}");
-    assert_eq!(bench.written(), ["a.png", "plot.png", "s.json"], "beside the picture");
+    assert_eq!(
+        bench.written(),
+        ["a.png", "plot.png", "s.json"],
+        "beside the picture"
+    );
     let (width, height, rgba) = read_png(&bench.path("out/plot.png"));
     assert_eq!((width, height), (800, 300), "size");
-    assert!(rgba.chunks(4).any(|pixel| pixel != &rgba[..4]), "something is drawn");
+    assert!(
+        rgba.chunks(4).any(|pixel| pixel != &rgba[..4]),
+        "something is drawn"
+    );
 }
 
 #[test]
@@ -114,7 +164,11 @@ fn contradictions_and_bad_numbers_are_refused() {
     let bench = Bench::new();
     bench.write("tf.json", UNIT_MAP.as_bytes());
     let refused = |words: &str, named: &str| {
-        assert_refused(&bench, &format!("volsplat ball.raw {} -o out/a.png {words}", super::BALL), named);
+        assert_refused(
+            &bench,
+            &format!("volsplat ball.raw {} -o out/a.png {words}", super::BALL),
+            named,
+        );
     };
     refused("--window 40,400 --transfer tf.json", "--transfer");
     refused("--window 40", "LEVEL,WIDTH");

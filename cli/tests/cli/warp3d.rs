@@ -14,16 +14,29 @@ const VIEW: &str = "warp3d im.png z.pfm --intrinsics 30,30,15.5,11.5";
 /// A folder with a picture, its depth (a wall at z = 4, a panel at z = 2), cameras, and an empty folder `out`.
 fn bench() -> Bench {
     let bench = Bench::new();
-    let colour =
-        |x: usize, y: usize| if panel(x, y) { [220, 40, 40] } else { [(x * 7) as u8, (y * 9) as u8, 90] };
+    let colour = |x: usize, y: usize| {
+        if panel(x, y) {
+            [220, 40, 40]
+        } else {
+            [(x * 7) as u8, (y * 9) as u8, 90]
+        }
+    };
     let pixels: Vec<u8> = pixels().flat_map(|(x, y)| colour(x, y)).collect();
     bench.write("im.png", &png_of(SIZE, &pixels));
-    bench.write("z.pfm", &pfm_of(SIZE, |x, y| if panel(x, y) { 2.0 } else { 4.0 }));
+    bench.write(
+        "z.pfm",
+        &pfm_of(SIZE, |x, y| if panel(x, y) { 2.0 } else { 4.0 }),
+    );
     let pose = |x: f64| {
         let k = "\"W\": 32, \"H\": 24, \"fx\": 30, \"fy\": 30, \"cx\": 15.5, \"cy\": 11.5";
         format!("{{{k}, \"R\": [1,0,0,0,1,0,0,0,1], \"t\": [{x}, 0, 0]}}")
     };
-    let cameras = format!("{{\"ref\": {}, \"targets\": [{}, {}]}}", pose(0.0), pose(-0.2), pose(0.2));
+    let cameras = format!(
+        "{{\"ref\": {}, \"targets\": [{}, {}]}}",
+        pose(0.0),
+        pose(-0.2),
+        pose(0.2)
+    );
     bench.write("cameras.json", cameras.as_bytes());
     bench
 }
@@ -40,7 +53,10 @@ fn png_of([width, height]: [usize; 2], rgb: &[u8]) -> Vec<u8> {
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, width as u32, height as u32);
     encoder.set_color(png::ColorType::Rgb);
-    encoder.write_header().and_then(|mut writer| writer.write_image_data(rgb)).expect("in memory");
+    encoder
+        .write_header()
+        .and_then(|mut writer| writer.write_image_data(rgb))
+        .expect("in memory");
     file
 }
 
@@ -62,26 +78,36 @@ fn panel_start(bytes: &[u8], width: usize, row: usize) -> Option<usize> {
 fn a_step_to_the_right_moves_what_is_near_to_the_left() {
     let bench = bench();
     // f * 0.2 / z is 3 px for the panel and 1.5 px for the wall.
-    for (to, expected) in
-        [("shift:0.2,0,0", 7), ("cameras.json#targets/0", 7), ("cameras.json#targets/1", 13)]
-    {
+    for (to, expected) in [
+        ("shift:0.2,0,0", 7),
+        ("cameras.json#targets/0", 7),
+        ("cameras.json#targets/1", 13),
+    ] {
         assert_good(&bench.run(&format!("{VIEW} --method nearest --to {to} -o out/a.png")));
         let (width, height, bytes) = read_png(&bench.path("out/a.png"));
         assert_eq!((width, height), (32, 24), "size");
-        assert_eq!(panel_start(&bytes, 32, 12), Some(expected), "the panel from {to}");
+        assert_eq!(
+            panel_start(&bytes, 32, 12),
+            Some(expected),
+            "the panel from {to}"
+        );
     }
 }
 
 #[test]
 fn the_identity_shows_the_picture_itself() {
     let bench = bench();
-    assert_good(
-        &bench.run(&format!("{VIEW} --method nearest --to shift:0,0,0 -o out/a.png --mask out/mask.png")),
-    );
+    assert_good(&bench.run(&format!(
+        "{VIEW} --method nearest --to shift:0,0,0 -o out/a.png --mask out/mask.png"
+    )));
     let (_, _, bytes) = read_png(&bench.path("out/a.png"));
     let (_, _, mask) = read_png(&bench.path("out/mask.png"));
     for (index, (x, y)) in pixels().enumerate() {
-        let expected = if panel(x, y) { [220, 40, 40] } else { [(x * 7) as u8, (y * 9) as u8, 90] };
+        let expected = if panel(x, y) {
+            [220, 40, 40]
+        } else {
+            [(x * 7) as u8, (y * 9) as u8, 90]
+        };
         assert_eq!(bytes[index * 4..][..3], expected, "pixel {x}, {y}");
         assert_eq!(mask[index], 0, "nothing is hidden at {x}, {y}");
     }
@@ -91,18 +117,32 @@ fn the_identity_shows_the_picture_itself() {
 fn what_was_hidden_is_in_the_mask_and_in_the_planes_of_an_exr() {
     let bench = bench();
     let planes = "--mask out/mask.png --confidence out/confidence.exr";
-    assert_good(&bench.run(&format!("{VIEW} --method nearest --to shift:0.4,0,0 -o out/a.exr {planes}")));
-    assert_eq!(bench.written(), ["a.exr", "confidence.exr", "mask.png"], "files");
+    assert_good(&bench.run(&format!(
+        "{VIEW} --method nearest --to shift:0.4,0,0 -o out/a.exr {planes}"
+    )));
+    assert_eq!(
+        bench.written(),
+        ["a.exr", "confidence.exr", "mask.png"],
+        "files"
+    );
     let (_, _, mask) = read_png(&bench.path("out/mask.png"));
     // The panel moves by 6 px and the wall by 3: to the right of the panel 3 px were never seen.
     let row = &mask[12 * 32..13 * 32];
     let hidden = (4..28).filter(|&x| row[x] == 255).count();
     assert_eq!(hidden, 3, "the hole beside the panel: {row:?}");
-    let meta = exr::meta::MetaData::read_from_file(bench.path("out/a.exr"), false).expect("an EXR file");
-    let names: Vec<String> =
-        meta.headers[0].channels.list.iter().map(|channel| channel.name.to_string()).collect();
+    let meta =
+        exr::meta::MetaData::read_from_file(bench.path("out/a.exr"), false).expect("an EXR file");
+    let names: Vec<String> = meta.headers[0]
+        .channels
+        .list
+        .iter()
+        .map(|channel| channel.name.to_string())
+        .collect();
     for name in ["R", "G", "B", "A", "Z", "filled", "confidence"] {
-        assert!(names.iter().any(|found| found == name), "channel {name} among {names:?}");
+        assert!(
+            names.iter().any(|found| found == name),
+            "channel {name} among {names:?}"
+        );
     }
 }
 
@@ -118,7 +158,11 @@ fn several_cameras_are_numbered_and_resumed() {
     );
     std::fs::remove_file(bench.path("out/a_0001.png")).expect("written before");
     let output = bench.run(&format!("{words} --resume"));
-    assert!(stderr(&output).contains("2 of 3 pictures were there already"), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("2 of 3 pictures were there already"),
+        "{}",
+        stderr(&output)
+    );
     assert_eq!(bench.written().len(), 3, "the missing one is drawn");
 }
 
@@ -131,17 +175,41 @@ fn stereo_quilts_anaglyphs_and_sways_have_their_sizes() {
         (width, height)
     };
     assert_eq!(size("--stereo 0.1", "pair.png"), (64, 24), "side by side");
-    assert_eq!(size("--stereo 0.1 --anaglyph", "dubois.png"), (32, 24), "anaglyph");
-    assert_eq!(size("--stereo 0.1 --anaglyph grey", "grey.png"), (32, 24), "grey anaglyph");
-    assert_eq!(size("--quilt 3x2 --view-cone 20", "quilt.png"), (96, 48), "quilt");
-    assert_eq!(size("--quilt 2x1 --size 16x12 --convergence 3", "small.png"), (32, 12), "size of one view");
-    assert_good(&bench.run(&format!("{VIEW} --method nearest --sway 3 --frames 4 -o out/sway.png")));
     assert_eq!(
-        bench.written().iter().filter(|name| name.starts_with("sway_")).count(),
+        size("--stereo 0.1 --anaglyph", "dubois.png"),
+        (32, 24),
+        "anaglyph"
+    );
+    assert_eq!(
+        size("--stereo 0.1 --anaglyph grey", "grey.png"),
+        (32, 24),
+        "grey anaglyph"
+    );
+    assert_eq!(
+        size("--quilt 3x2 --view-cone 20", "quilt.png"),
+        (96, 48),
+        "quilt"
+    );
+    assert_eq!(
+        size("--quilt 2x1 --size 16x12 --convergence 3", "small.png"),
+        (32, 12),
+        "size of one view"
+    );
+    assert_good(&bench.run(&format!(
+        "{VIEW} --method nearest --sway 3 --frames 4 -o out/sway.png"
+    )));
+    assert_eq!(
+        bench
+            .written()
+            .iter()
+            .filter(|name| name.starts_with("sway_"))
+            .count(),
         4,
         "pictures of a sway"
     );
-    assert_good(&bench.run(&format!("{VIEW} --method nearest --sway 3 --frames 4 -o out/sway.apng")));
+    assert_good(&bench.run(&format!(
+        "{VIEW} --method nearest --sway 3 --frames 4 -o out/sway.apng"
+    )));
 }
 
 #[test]
@@ -159,11 +227,23 @@ fn a_path_moves_through_its_keys() {
         keys[0], keys[1]
     );
     bench.write("path.json", path.as_bytes());
-    assert_good(&bench.run(&format!("{VIEW} --method nearest --path path.json --fps 2 -o out/a.png")));
-    assert_eq!(bench.written().len(), 3, "both ends and the middle: {:?}", bench.written());
+    assert_good(&bench.run(&format!(
+        "{VIEW} --method nearest --path path.json --fps 2 -o out/a.png"
+    )));
+    assert_eq!(
+        bench.written().len(),
+        3,
+        "both ends and the middle: {:?}",
+        bench.written()
+    );
     let starts: Vec<_> = (0..3)
         .map(|i| {
-            panel_start(&read_png(&bench.path(&format!("out/a_000{i}.png"))).2, 32, 12).expect("the panel")
+            panel_start(
+                &read_png(&bench.path(&format!("out/a_000{i}.png"))).2,
+                32,
+                12,
+            )
+            .expect("the panel")
         })
         .collect();
     assert_eq!(starts, [10, 7, 4], "the panel moves steadily");
@@ -174,20 +254,38 @@ fn nothing_seen_is_a_warning_and_an_empty_picture() {
     let bench = bench();
     let output = bench.run(&format!("{VIEW} --to shift:0,0,100 -o out/a.png"));
     assert_good(&output);
-    assert!(stderr(&output).contains("warning: nothing of the references is seen"), "{}", stderr(&output));
-    assert!(read_png(&bench.path("out/a.png")).2.iter().all(|&byte| byte == 0), "the picture is empty");
+    assert!(
+        stderr(&output).contains("warning: nothing of the references is seen"),
+        "{}",
+        stderr(&output)
+    );
+    assert!(
+        read_png(&bench.path("out/a.png"))
+            .2
+            .iter()
+            .all(|&byte| byte == 0),
+        "the picture is empty"
+    );
 }
 
 #[test]
 fn further_references_are_read() {
     let bench = bench();
-    let words =
-        format!("{VIEW} --to shift:0.1,0,0 --reference im.png z.pfm cameras.json#targets/0 -o out/a.png");
+    let words = format!(
+        "{VIEW} --to shift:0.1,0,0 --reference im.png z.pfm cameras.json#targets/0 -o out/a.png"
+    );
     assert_good(&bench.run(&format!("{words} --stats out/s.json")));
     let stats = std::fs::read_to_string(bench.path("out/s.json")).expect("written");
-    assert!(stats.contains("\"references\": 2"), "both are counted: {stats}");
+    assert!(
+        stats.contains("\"references\": 2"),
+        "both are counted: {stats}"
+    );
     let absent = format!("{VIEW} --to shift:0,0,0 --reference im.png z.pfm no.json -o out/b.png");
-    assert_eq!(bench.run(&absent).status.code(), Some(2), "a reference whose camera is absent");
+    assert_eq!(
+        bench.run(&absent).status.code(),
+        Some(2),
+        "a reference whose camera is absent"
+    );
 }
 
 #[test]
@@ -205,9 +303,13 @@ fn bad_input_is_refused_in_one_line() {
     );
     let lens = "--intrinsics 30,30,15.5,11.5";
     let to = "--to shift:0.1,0,0 -o out/a.png";
-    let refused = |words: &str, named: &str| assert_one_line(&bench, &format!("warp3d {words} {to}"), named);
+    let refused =
+        |words: &str, named: &str| assert_one_line(&bench, &format!("warp3d {words} {to}"), named);
     refused(&format!("im.png small.pfm {lens}"), "16x24");
-    refused(&format!("im.png none.pfm {lens}"), "no pixel has a usable depth");
+    refused(
+        &format!("im.png none.pfm {lens}"),
+        "no pixel has a usable depth",
+    );
     refused(&format!("im.png cut.pfm {lens}"), "cut.pfm");
     refused(&format!("im.png absent.pfm {lens}"), "absent.pfm");
     refused(&format!("im.png im.png {lens}"), "one number per pixel");
@@ -218,30 +320,52 @@ fn bad_input_is_refused_in_one_line() {
     refused("im.png z.pfm --from cameras.json#targets/7", "targets/7");
     refused("im.png z.pfm --from cameras.json#7", "cameras.json");
     refused("im.png z.pfm --from poses.log#0", "--intrinsics");
-    refused(&format!("im.png z.pfm {lens} --from scaled.log#0"), "rotation");
-    refused(&format!("im.png z.pfm {lens} --from poses.log#5"), "poses.log");
+    refused(
+        &format!("im.png z.pfm {lens} --from scaled.log#0"),
+        "rotation",
+    );
+    refused(
+        &format!("im.png z.pfm {lens} --from poses.log#5"),
+        "poses.log",
+    );
     refused("im.png z.pfm --from negative.json#a", "focal length");
     refused("im.png z.pfm --from shift:1,0,0", "shift");
-    refused(&format!("im.png z.pfm {lens} --depth-kind disparity"), "--baseline");
+    refused(
+        &format!("im.png z.pfm {lens} --depth-kind disparity"),
+        "--baseline",
+    );
     refused(&format!("im.png z.pfm {lens} --depth-kind mpeg"), "--near");
-    refused(&format!("im.png z.pfm {lens} --depth-kind opengl --near 5 --far 1"), "near < far");
+    refused(
+        &format!("im.png z.pfm {lens} --depth-kind opengl --near 5 --far 1"),
+        "near < far",
+    );
 }
 
 #[test]
 fn words_that_contradict_each_other_are_refused() {
     let bench = bench();
-    let refused = |words: &str, named: &str| assert_refused(&bench, &format!("{VIEW} {words}"), named);
+    let refused =
+        |words: &str, named: &str| assert_refused(&bench, &format!("{VIEW} {words}"), named);
     refused("-o out/a.png", "--to");
     refused("--to cameras.json -o out/a.png --mask out/m.png", "--mask");
     refused("--to shift:0,0,0 -o out/a.jpg", "out/a.jpg");
-    refused("--to shift:0,0,0 -o out/a.png --mask out/m.jpg", "out/m.jpg");
-    refused("--to shift:0,0,0 -o out/a.png --mask out/a.png", "out/a.png");
+    refused(
+        "--to shift:0,0,0 -o out/a.png --mask out/m.jpg",
+        "out/m.jpg",
+    );
+    refused(
+        "--to shift:0,0,0 -o out/a.png --mask out/a.png",
+        "out/a.png",
+    );
     refused("--to shift:0,0,0 -o im.png", "im.png");
     refused("--stereo 0 -o out/a.png", "--stereo");
     refused("--stereo 0.1 --quilt 2x2 -o out/a.png", "--quilt");
     refused("--anaglyph --to shift:0,0,0 -o out/a.png", "--stereo");
     refused("--quilt 1x1 -o out/a.png", "--quilt");
-    refused("--quilt 2x2 --convergence inf -o out/a.png", "--convergence");
+    refused(
+        "--quilt 2x2 --convergence inf -o out/a.png",
+        "--convergence",
+    );
     refused("--to fov:0 -o out/a.png", "--to");
     refused("--to shift:0,0,0 --size 0x9 -o out/a.png", "--size");
     refused("--to cameras.json --sway 3 -o out/a.png", "--sway");
@@ -266,9 +390,15 @@ fn a_limit_of_memory_is_kept_before_anything_is_read() {
     let lens = "--intrinsics 9000,9000,8192,8192 --to shift:0.1,0,0 -o out/a.png";
     let words = format!("warp3d large.png absent.pfm {lens} --max-memory");
     assert_one_line(&bench, &format!("{words} 4G --method mesh"), "16384x16384");
-    assert_one_line(&bench, &format!("{words} 4G --max-error rms:0.01"), "16384x16384");
+    assert_one_line(
+        &bench,
+        &format!("{words} 4G --max-error rms:0.01"),
+        "16384x16384",
+    );
     assert_one_line(&bench, &format!("{words} 64M"), "--max-memory");
     // The picture is not unpacked for a depth that is not there.
     assert_one_line(&bench, &format!("{words} 4G"), "absent.pfm");
-    assert_good(&bench.run(&format!("{VIEW} --to shift:0.1,0,0 -o out/b.png --max-memory 64M")));
+    assert_good(&bench.run(&format!(
+        "{VIEW} --to shift:0.1,0,0 -o out/b.png --max-memory 64M"
+    )));
 }

@@ -15,12 +15,18 @@ const MAX_TIME: Duration = Duration::from_millis(400);
 /// `count` numbers spread over `low..high`.
 pub(crate) fn spread(count: usize, low: f64, high: f64) -> Vec<f64> {
     let uniform = |i: usize| (mixed(i as u64 + 1) >> 11) as f64 / (1u64 << 53) as f64;
-    (0..count).map(|i| low + (high - low) * uniform(i)).collect()
+    (0..count)
+        .map(|i| low + (high - low) * uniform(i))
+        .collect()
 }
 
 /// Runs the benchmarks of the calling file; options on the command line go before.
 pub(crate) fn measure() {
-    divan::Divan::default().min_time(MIN_TIME).max_time(MAX_TIME).config_with_args().main();
+    divan::Divan::default()
+        .min_time(MIN_TIME)
+        .max_time(MAX_TIME)
+        .config_with_args()
+        .main();
 }
 
 /// 64 well mixed bits of a counter.

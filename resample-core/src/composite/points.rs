@@ -24,7 +24,13 @@ pub struct Sheet {
 impl Default for Sheet {
     fn default() -> Self {
         let sums = [[[0.0; 4]; TILE_PX]; TILE_PX];
-        Self { sums, rows: [TILE_PX, 0], number: 0, strength: 0.0, strength_depth: 0.0 }
+        Self {
+            sums,
+            rows: [TILE_PX, 0],
+            number: 0,
+            strength: 0.0,
+            strength_depth: 0.0,
+        }
     }
 }
 
@@ -39,12 +45,21 @@ pub(super) fn gather_point(
     let across = settings.filter.along_axis(point.x - corner_px[0]);
     let down = settings.filter.along_axis(point.y - corner_px[1]);
     let [r, g, b] = point.rgb;
-    let colour = [r * point.strength, g * point.strength, b * point.strength, point.strength];
+    let colour = [
+        r * point.strength,
+        g * point.strength,
+        b * point.strength,
+        point.strength,
+    ];
     let mut touched = 0;
     for (tap_y, weight_y) in down.weights.iter().enumerate() {
-        let Some(row) = pixel(down.first, tap_y) else { continue };
+        let Some(row) = pixel(down.first, tap_y) else {
+            continue;
+        };
         for (tap_x, weight_x) in across.weights.iter().enumerate() {
-            let Some(column) = pixel(across.first, tap_x) else { continue };
+            let Some(column) = pixel(across.first, tap_x) else {
+                continue;
+            };
             let weight = weight_x * weight_y;
             for (sum, value) in sheet.sums[row][column].iter_mut().zip(colour) {
                 *sum += weight * value;
@@ -61,7 +76,9 @@ pub(super) fn gather_point(
 /// The pixel of a tap, if the tile holds it.
 #[inline(always)]
 pub(super) fn pixel(first: i32, tap: usize) -> Option<usize> {
-    usize::try_from(first + tap as i32).ok().filter(|&p| p < TILE_PX)
+    usize::try_from(first + tap as i32)
+        .ok()
+        .filter(|&p| p < TILE_PX)
 }
 
 /// Composites the open sheet, if it holds anything, and empties it.
@@ -79,7 +96,8 @@ pub(super) fn close_sheet<S: Simd>(
     let depth = tile.sheet.strength_depth / tile.sheet.strength.max(f32::MIN_POSITIVE);
     for row in first..end {
         let sums = std::mem::replace(&mut tile.sheet.sums[row], [[0.0; 4]; TILE_PX]);
-        let planes: [[f32; TILE_PX]; 4] = std::array::from_fn(|k| std::array::from_fn(|x| sums[x][k]));
+        let planes: [[f32; TILE_PX]; 4] =
+            std::array::from_fn(|k| std::array::from_fn(|x| sums[x][k]));
         for lane in (0..TILE_PX).step_by(S::f32s::LEN) {
             let at = RowLanes { row, lane };
             composite_sheet_lanes(simd, settings, &mut tile.pixels, at, (&planes, depth));
@@ -109,10 +127,17 @@ fn composite_sheet_lanes<S: Simd>(
     let share = weight / strength.max(S::f32s::splat(simd, f32::MIN_POSITIVE));
     for (plane, sums) in pixels.rgb.iter_mut().zip(planes) {
         let lanes = &mut plane[at.row][range.clone()];
-        share.mul_add(load(sums), S::f32s::from_slice(simd, lanes)).store_slice(lanes);
+        share
+            .mul_add(load(sums), S::f32s::from_slice(simd, lanes))
+            .store_slice(lanes);
     }
     if settings.depth == DepthRule::Expected {
         let lanes = &mut pixels.depth[at.row][range.clone()];
-        weight.mul_add(S::f32s::splat(simd, depth), S::f32s::from_slice(simd, lanes)).store_slice(lanes);
+        weight
+            .mul_add(
+                S::f32s::splat(simd, depth),
+                S::f32s::from_slice(simd, lanes),
+            )
+            .store_slice(lanes);
     }
 }

@@ -11,8 +11,8 @@ use fearless_simd_macros::simd;
 
 use super::points::pixel;
 use super::{
-    DepthRule, ENTRIES_PER_CHECK, RowLanes, TileCounts, TilePixels, TileSettings, TileWork, composite_splat,
-    opacity,
+    DepthRule, ENTRIES_PER_CHECK, RowLanes, TileCounts, TilePixels, TileSettings, TileWork,
+    composite_splat, opacity,
 };
 use crate::maps::TilePlane;
 use crate::sort::{entry_index, entry_key};
@@ -32,7 +32,11 @@ pub struct SliceSums {
 impl Default for SliceSums {
     fn default() -> Self {
         let zero = [[0.0; TILE_PX]; TILE_PX];
-        Self { strength: zero, weighted: [zero; 4], rows: [TILE_PX, 0] }
+        Self {
+            strength: zero,
+            weighted: [zero; 4],
+            rows: [TILE_PX, 0],
+        }
     }
 }
 
@@ -58,7 +62,9 @@ fn composite_entries<S: Simd>(
     chunks: &[&[Primitive]],
 ) -> TileCounts {
     let mut counts = TileCounts::default();
-    let Some(&nearest) = entries.first() else { return counts };
+    let Some(&nearest) = entries.first() else {
+        return counts;
+    };
     let mut open = entry_key(nearest);
     let mut gathered = [Primitive::default(); ENTRIES_PER_CHECK];
     for block in entries.chunks(ENTRIES_PER_CHECK) {
@@ -97,7 +103,9 @@ fn add_primitive<S: Simd>(
     // The same rows as those of the splat: whole numbers below 2^16.
     let corner_row = corner_px[1] as usize;
     let first = usize::from(primitive.rows[0]).saturating_sub(corner_row);
-    let end = usize::from(primitive.rows[1]).saturating_sub(corner_row).min(TILE_PX);
+    let end = usize::from(primitive.rows[1])
+        .saturating_sub(corner_row)
+        .min(TILE_PX);
     tile.slice.rows = [tile.slice.rows[0].min(first), tile.slice.rows[1].max(end)];
     composite_splat::<_, true>(simd, settings, tile, corner_px, primitive)
 }
@@ -116,7 +124,12 @@ pub(super) fn add_lanes<S: Simd>(
     let [r, g, b] = splat.rgb;
     for (plane, value) in slice.weighted.iter_mut().zip([r, g, b, splat.depth]) {
         let lanes = &mut plane[at.row][range.clone()];
-        added.mul_add(S::f32s::splat(simd, value), S::f32s::from_slice(simd, lanes)).store_slice(lanes);
+        added
+            .mul_add(
+                S::f32s::splat(simd, value),
+                S::f32s::from_slice(simd, lanes),
+            )
+            .store_slice(lanes);
     }
 }
 
@@ -133,9 +146,13 @@ fn add_point(
     let [r, g, b] = point.rgb;
     let mut touched = 0;
     for (tap_y, weight_y) in down.weights.iter().enumerate() {
-        let Some(row) = pixel(down.first, tap_y) else { continue };
+        let Some(row) = pixel(down.first, tap_y) else {
+            continue;
+        };
         for (tap_x, weight_x) in across.weights.iter().enumerate() {
-            let Some(column) = pixel(across.first, tap_x) else { continue };
+            let Some(column) = pixel(across.first, tap_x) else {
+                continue;
+            };
             let added = weight_x * weight_y * point.strength;
             slice.strength[row][column] += added;
             for (plane, value) in slice.weighted.iter_mut().zip([r, g, b, point.depth]) {
@@ -154,7 +171,13 @@ fn close_slice<S: Simd>(simd: S, settings: &TileSettings, tile: &mut TileWork) {
     let [first, end] = tile.slice.rows;
     for row in first..end {
         for lane in (0..TILE_PX).step_by(S::f32s::LEN) {
-            composite_layer(simd, settings, &mut tile.pixels, RowLanes { row, lane }, &tile.slice);
+            composite_layer(
+                simd,
+                settings,
+                &mut tile.pixels,
+                RowLanes { row, lane },
+                &tile.slice,
+            );
         }
         tile.slice.strength[row] = [0.0; TILE_PX];
         for plane in &mut tile.slice.weighted {

@@ -36,34 +36,49 @@ impl Border {
 /// Filters along x.
 pub(super) fn along_rows(map: &ScalarMap, taps: &[f64], border: Border) -> ScalarMap {
     let (width, radius) = (map.width, taps.len() / 2);
-    let columns: Vec<usize> =
-        (0..width + 2 * radius).map(|x| border.resolve(x as isize - radius as isize, width)).collect();
+    let columns: Vec<usize> = (0..width + 2 * radius)
+        .map(|x| border.resolve(x as isize - radius as isize, width))
+        .collect();
     let mut values = vec![0.0; map.values.len()];
-    values.par_chunks_mut(width).zip(map.values.par_chunks(width)).for_each_init(
-        || vec![0.0; columns.len()],
-        |extended, (out, row)| {
-            for (value, &x) in extended.iter_mut().zip(&columns) {
-                *value = row[x];
-            }
-            for (shift, &tap) in taps.iter().enumerate() {
-                add_scaled(out, &extended[shift..], tap);
-            }
-        },
-    );
-    ScalarMap { width, height: map.height, values }
+    values
+        .par_chunks_mut(width)
+        .zip(map.values.par_chunks(width))
+        .for_each_init(
+            || vec![0.0; columns.len()],
+            |extended, (out, row)| {
+                for (value, &x) in extended.iter_mut().zip(&columns) {
+                    *value = row[x];
+                }
+                for (shift, &tap) in taps.iter().enumerate() {
+                    add_scaled(out, &extended[shift..], tap);
+                }
+            },
+        );
+    ScalarMap {
+        width,
+        height: map.height,
+        values,
+    }
 }
 
 /// Filters along y.
 pub(super) fn along_columns(map: &ScalarMap, taps: &[f64], border: Border) -> ScalarMap {
     let (width, radius) = (map.width, taps.len() / 2);
     let mut values = vec![0.0; map.values.len()];
-    values.par_chunks_mut(width).enumerate().for_each(|(y, out)| {
-        for (shift, &tap) in taps.iter().enumerate() {
-            let source = border.resolve((y + shift) as isize - radius as isize, map.height);
-            add_scaled(out, &map.values[source * width..(source + 1) * width], tap);
-        }
-    });
-    ScalarMap { width, height: map.height, values }
+    values
+        .par_chunks_mut(width)
+        .enumerate()
+        .for_each(|(y, out)| {
+            for (shift, &tap) in taps.iter().enumerate() {
+                let source = border.resolve((y + shift) as isize - radius as isize, map.height);
+                add_scaled(out, &map.values[source * width..(source + 1) * width], tap);
+            }
+        });
+    ScalarMap {
+        width,
+        height: map.height,
+        values,
+    }
 }
 
 /// Filters along both axes with the same taps.
@@ -95,14 +110,26 @@ mod tests {
     use super::*;
 
     fn map(width: usize, height: usize, values: &[f64]) -> ScalarMap {
-        ScalarMap { width, height, values: values.to_vec() }
+        ScalarMap {
+            width,
+            height,
+            values: values.to_vec(),
+        }
     }
 
     #[test]
     fn borders_resolve_as_named() {
         let resolved = |border: Border| (-4..7).map(|at| border.resolve(at, 3)).collect::<Vec<_>>();
-        assert_eq!(resolved(Border::Replicate), [0, 0, 0, 0, 0, 1, 2, 2, 2, 2, 2], "replicate");
-        assert_eq!(resolved(Border::Mirror), [2, 2, 1, 0, 0, 1, 2, 2, 1, 0, 0], "mirror");
+        assert_eq!(
+            resolved(Border::Replicate),
+            [0, 0, 0, 0, 0, 1, 2, 2, 2, 2, 2],
+            "replicate"
+        );
+        assert_eq!(
+            resolved(Border::Mirror),
+            [2, 2, 1, 0, 0, 1, 2, 2, 1, 0, 0],
+            "mirror"
+        );
     }
 
     #[test]
@@ -120,7 +147,10 @@ mod tests {
         let taps = normalised(sampled_taps(9, |x| (-0.02 * x * x).exp()));
         for border in [Border::Replicate, Border::Mirror] {
             let flat = along_both(&map(2, 3, &[0.5; 6]), &taps, border);
-            assert!(flat.values.iter().all(|v| (v - 0.5).abs() < 1e-14), "{border:?} changed a constant");
+            assert!(
+                flat.values.iter().all(|v| (v - 0.5).abs() < 1e-14),
+                "{border:?} changed a constant"
+            );
         }
     }
 }

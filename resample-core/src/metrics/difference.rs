@@ -18,7 +18,10 @@ impl Differences {
     pub(super) fn new(image: &Image, reference: &Image, mask: Option<&Mask>) -> Self {
         let inside = |at: usize| mask.is_none_or(|mask| mask.inside()[at]);
         let pairs = image.rgba.iter().zip(&reference.rgba).enumerate();
-        let rgba = pairs.filter(|&(at, _)| inside(at)).map(|(_, (a, b))| minus(a, b)).collect();
+        let rgba = pairs
+            .filter(|&(at, _)| inside(at))
+            .map(|(_, (a, b))| minus(a, b))
+            .collect();
         Self { rgba }
     }
 
@@ -49,12 +52,19 @@ impl Differences {
 
     /// Quantile (0..=1) over pixels of the largest absolute colour difference.
     pub(super) fn quantile_abs(&self, quantile: f64) -> f64 {
-        interpolated_quantile(&mut self.rgba.iter().map(largest_abs).collect::<Vec<_>>(), quantile)
+        interpolated_quantile(
+            &mut self.rgba.iter().map(largest_abs).collect::<Vec<_>>(),
+            quantile,
+        )
     }
 
     /// Mean of `value` over the three colour channels of all pixels.
     fn colour_mean(&self, value: impl Fn(f64) -> f64) -> f64 {
-        let sum: f64 = self.rgba.iter().map(|d| value(d[0]) + value(d[1]) + value(d[2])).sum();
+        let sum: f64 = self
+            .rgba
+            .iter()
+            .map(|d| value(d[0]) + value(d[1]) + value(d[2]))
+            .sum();
         sum / (3 * self.rgba.len()) as f64
     }
 }
@@ -79,7 +89,10 @@ fn minus(image: &[f32; 4], reference: &[f32; 4]) -> [f64; 4] {
 }
 
 fn largest_abs(difference: &[f64; 4]) -> f64 {
-    difference[0].abs().max(difference[1].abs()).max(difference[2].abs())
+    difference[0]
+        .abs()
+        .max(difference[1].abs())
+        .max(difference[2].abs())
 }
 
 #[cfg(test)]
@@ -91,13 +104,28 @@ mod tests {
         // Five values have ranks 0..=4; quantile 0.9 is rank 3.6, which is 0.6 of the way from 40 to 50.
         let value = interpolated_quantile(&mut [50.0, 10.0, 40.0, 20.0, 30.0], 0.9);
         assert!((value - 46.0).abs() < 1e-12, "quantile {value} is not 46");
-        assert_eq!(interpolated_quantile(&mut [7.0], 0.999), 7.0, "a single value is every quantile");
-        assert_eq!(interpolated_quantile(&mut [1.0, 2.0], 1.0), 2.0, "quantile 1 is the maximum");
+        assert_eq!(
+            interpolated_quantile(&mut [7.0], 0.999),
+            7.0,
+            "a single value is every quantile"
+        );
+        assert_eq!(
+            interpolated_quantile(&mut [1.0, 2.0], 1.0),
+            2.0,
+            "quantile 1 is the maximum"
+        );
     }
 
     #[test]
     fn psnr_of_a_tenth_is_twenty_decibels() {
-        assert!((psnr_db(0.01) - 20.0).abs() < 1e-12, "a mean square of 0.01 must be 20 dB");
-        assert_eq!(psnr_db(0.0), f64::INFINITY, "no difference must be infinite");
+        assert!(
+            (psnr_db(0.01) - 20.0).abs() < 1e-12,
+            "a mean square of 0.01 must be 20 dB"
+        );
+        assert_eq!(
+            psnr_db(0.0),
+            f64::INFINITY,
+            "no difference must be infinite"
+        );
     }
 }

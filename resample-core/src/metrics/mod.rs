@@ -50,7 +50,9 @@ pub struct Comparison {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MetricsError {
     /// The two sizes differ.
-    #[error("the image is {image:?} pixels and the reference {reference:?}; render both at one size")]
+    #[error(
+        "the image is {image:?} pixels and the reference {reference:?}; render both at one size"
+    )]
     SizesDiffer {
         /// Width and height of the image.
         image: [usize; 2],
@@ -70,7 +72,9 @@ pub enum MetricsError {
         found: usize,
     },
     /// The mask is for another size.
-    #[error("the mask is for {mask:?} pixels, but the pictures are {image:?}; build it from one of them")]
+    #[error(
+        "the mask is for {mask:?} pixels, but the pictures are {image:?}; build it from one of them"
+    )]
     MaskSizeDiffers {
         /// Width and height of the mask.
         mask: [usize; 2],
@@ -116,15 +120,27 @@ impl Mask {
     /// [`MetricsError::WrongLength`] unless there are `width * height` flags.
     pub fn new(width: usize, height: usize, inside: Vec<bool>) -> Result<Self, MetricsError> {
         check_length("mask", [width, height], inside.len())?;
-        Ok(Self { width, height, inside })
+        Ok(Self {
+            width,
+            height,
+            inside,
+        })
     }
 
     /// The pixels that an 8-bit picture would show as more than one step of alpha: alpha above 1/255.
     ///
     /// Made from the reference, this is "inside the object".
     pub fn from_alpha(image: &Image) -> Self {
-        let inside = image.rgba.iter().map(|pixel| pixel[3] > 1.0 / 255.0).collect();
-        Self { width: image.width, height: image.height, inside }
+        let inside = image
+            .rgba
+            .iter()
+            .map(|pixel| pixel[3] > 1.0 / 255.0)
+            .collect();
+        Self {
+            width: image.width,
+            height: image.height,
+            inside,
+        }
     }
 
     /// One flag per pixel, rows from the top.
@@ -154,9 +170,13 @@ impl ScalarMap {
     pub fn selected(&self, mask: Option<&Mask>) -> Vec<f64> {
         match mask {
             None => self.values.clone(),
-            Some(mask) => {
-                self.values.iter().zip(&mask.inside).filter(|&(_, &inside)| inside).map(|(&v, _)| v).collect()
-            }
+            Some(mask) => self
+                .values
+                .iter()
+                .zip(&mask.inside)
+                .filter(|&(_, &inside)| inside)
+                .map(|(&v, _)| v)
+                .collect(),
         }
     }
 }
@@ -166,7 +186,11 @@ impl ScalarMap {
 /// # Errors
 /// Sizes that differ, buffers of the wrong length, an empty selection, and any pixel (masked or not) that is not
 /// finite: the filters of SSIM and FLIP would spread it.
-pub fn compare(image: &Image, reference: &Image, mask: Option<&Mask>) -> Result<Comparison, MetricsError> {
+pub fn compare(
+    image: &Image,
+    reference: &Image,
+    mask: Option<&Mask>,
+) -> Result<Comparison, MetricsError> {
     check_pair(image, reference)?;
     check_mask(image, mask)?;
     let differences = Differences::new(image, reference, mask);
@@ -188,9 +212,15 @@ pub fn compare(image: &Image, reference: &Image, mask: Option<&Mask>) -> Result<
 
 /// Checks that two pictures have one size, full buffers, at least one pixel, and finite values only.
 fn check_pair(image: &Image, reference: &Image) -> Result<(), MetricsError> {
-    let (size, reference_size) = ([image.width, image.height], [reference.width, reference.height]);
+    let (size, reference_size) = (
+        [image.width, image.height],
+        [reference.width, reference.height],
+    );
     if size != reference_size {
-        return Err(MetricsError::SizesDiffer { image: size, reference: reference_size });
+        return Err(MetricsError::SizesDiffer {
+            image: size,
+            reference: reference_size,
+        });
     }
     check_length("image", size, image.rgba.len())?;
     check_length("reference", size, reference.rgba.len())?;
@@ -209,7 +239,11 @@ fn check_length(which: &'static str, size: [usize; 2], found: usize) -> Result<(
 }
 
 fn check_finite(which: &'static str, image: &Image) -> Result<(), MetricsError> {
-    match image.rgba.iter().position(|pixel| !pixel.iter().all(|v| v.is_finite())) {
+    match image
+        .rgba
+        .iter()
+        .position(|pixel| !pixel.iter().all(|v| v.is_finite()))
+    {
         None => Ok(()),
         Some(at) => Err(MetricsError::NotFinite {
             which,
@@ -224,7 +258,14 @@ fn check_mask(image: &Image, mask: Option<&Mask>) -> Result<(), MetricsError> {
     let Some(mask) = mask else { return Ok(()) };
     let (mask_size, size) = ([mask.width, mask.height], [image.width, image.height]);
     if mask_size != size {
-        return Err(MetricsError::MaskSizeDiffers { mask: mask_size, image: size });
+        return Err(MetricsError::MaskSizeDiffers {
+            mask: mask_size,
+            image: size,
+        });
     }
-    if mask.count() == 0 { Err(MetricsError::NothingToCompare) } else { Ok(()) }
+    if mask.count() == 0 {
+        Err(MetricsError::NothingToCompare)
+    } else {
+        Ok(())
+    }
 }

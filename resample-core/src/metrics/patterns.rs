@@ -26,7 +26,10 @@ pub(super) enum Pattern {
 impl Pattern {
     /// Test image and reference.
     pub(super) fn pair(self) -> (Image, Image) {
-        (self.picture(|x, y, c| self.changed_code(x, y, c)), self.picture(|x, y, c| self.code(x, y, c)))
+        (
+            self.picture(|x, y, c| self.changed_code(x, y, c)),
+            self.picture(|x, y, c| self.code(x, y, c)),
+        )
     }
 
     fn code(self, x: usize, y: usize, c: usize) -> usize {
@@ -61,7 +64,9 @@ impl Pattern {
 
 /// The disc as a mask: 697 pixels.
 pub(super) fn disc_mask() -> Mask {
-    let inside = (0..WIDTH * HEIGHT).map(|at| in_disc(at % WIDTH, at / WIDTH)).collect();
+    let inside = (0..WIDTH * HEIGHT)
+        .map(|at| in_disc(at % WIDTH, at / WIDTH))
+        .collect();
     Mask::new(WIDTH, HEIGHT, inside).expect("one flag per pixel")
 }
 

@@ -33,7 +33,10 @@ pub fn map(image: &Image, reference: &Image) -> Result<ScalarMap, MetricsError> 
     let mut sum = channel_map(image, reference, 0);
     for channel in 1..3 {
         let one = channel_map(image, reference, channel);
-        sum.values.iter_mut().zip(one.values).for_each(|(total, value)| *total += value);
+        sum.values
+            .iter_mut()
+            .zip(one.values)
+            .for_each(|(total, value)| *total += value);
     }
     sum.values.iter_mut().for_each(|value| *value /= 3.0);
     Ok(sum)
@@ -54,15 +57,27 @@ pub fn mean(map: &ScalarMap, mask: Option<&Mask>) -> f64 {
 /// The values at least one window radius away from the border, or all if there are none.
 fn interior(map: &ScalarMap) -> Vec<f64> {
     let smallest_side = map.width.min(map.height);
-    let margin = if smallest_side > 2 * WINDOW_RADIUS_PX { WINDOW_RADIUS_PX } else { 0 };
-    let rows = map.values.chunks(map.width).skip(margin).take(map.height - 2 * margin);
-    rows.flat_map(|row| &row[margin..map.width - margin]).copied().collect()
+    let margin = if smallest_side > 2 * WINDOW_RADIUS_PX {
+        WINDOW_RADIUS_PX
+    } else {
+        0
+    };
+    let rows = map
+        .values
+        .chunks(map.width)
+        .skip(margin)
+        .take(map.height - 2 * margin);
+    rows.flat_map(|row| &row[margin..map.width - margin])
+        .copied()
+        .collect()
 }
 
 fn channel_map(image: &Image, reference: &Image, channel: usize) -> ScalarMap {
     let a = clamped_channel(image, channel);
     let b = clamped_channel(reference, channel);
-    let taps = normalised(sampled_taps(WINDOW_RADIUS_PX, |x| (-0.5 * (x / WINDOW_SIGMA_PX).powi(2)).exp()));
+    let taps = normalised(sampled_taps(WINDOW_RADIUS_PX, |x| {
+        (-0.5 * (x / WINDOW_SIGMA_PX).powi(2)).exp()
+    }));
     let window_mean = |map: &ScalarMap| along_both(map, &taps, Border::Mirror).values;
     let (mean_a, mean_b) = (window_mean(&a), window_mean(&b));
     let (mean_aa, mean_bb) = (window_mean(&product(&a, &a)), window_mean(&product(&b, &b)));
@@ -70,10 +85,21 @@ fn channel_map(image: &Image, reference: &Image, channel: usize) -> ScalarMap {
     let values = (0..a.values.len())
         .into_par_iter()
         .map(|i| {
-            Moments { a: mean_a[i], b: mean_b[i], aa: mean_aa[i], bb: mean_bb[i], ab: mean_ab[i] }.ssim()
+            Moments {
+                a: mean_a[i],
+                b: mean_b[i],
+                aa: mean_aa[i],
+                bb: mean_bb[i],
+                ab: mean_ab[i],
+            }
+            .ssim()
         })
         .collect();
-    ScalarMap { width: a.width, height: a.height, values }
+    ScalarMap {
+        width: a.width,
+        height: a.height,
+        values,
+    }
 }
 
 /// Window means of the two signals and their products.
@@ -93,20 +119,32 @@ impl Moments {
         let covariance = self.ab - self.a * self.b;
         let luminance = (2.0 * self.a * self.b + LUMINANCE_STABILISER)
             / (self.a * self.a + self.b * self.b + LUMINANCE_STABILISER);
-        let structure =
-            (2.0 * covariance + CONTRAST_STABILISER) / (variance_a + variance_b + CONTRAST_STABILISER);
+        let structure = (2.0 * covariance + CONTRAST_STABILISER)
+            / (variance_a + variance_b + CONTRAST_STABILISER);
         luminance * structure
     }
 }
 
 fn clamped_channel(image: &Image, channel: usize) -> ScalarMap {
-    let values = image.rgba.iter().map(|pixel| f64::from(pixel[channel]).clamp(0.0, 1.0)).collect();
-    ScalarMap { width: image.width, height: image.height, values }
+    let values = image
+        .rgba
+        .iter()
+        .map(|pixel| f64::from(pixel[channel]).clamp(0.0, 1.0))
+        .collect();
+    ScalarMap {
+        width: image.width,
+        height: image.height,
+        values,
+    }
 }
 
 fn product(a: &ScalarMap, b: &ScalarMap) -> ScalarMap {
     let values = a.values.iter().zip(&b.values).map(|(a, b)| a * b).collect();
-    ScalarMap { width: a.width, height: a.height, values }
+    ScalarMap {
+        width: a.width,
+        height: a.height,
+        values,
+    }
 }
 
 #[cfg(test)]
@@ -122,7 +160,10 @@ mod tests {
         b.rgba.fill([0.75, 0.75, 0.75, 1.0]);
         let expected = (2.0 * 0.25 * 0.75 + 1e-4) / (0.25f64.powi(2) + 0.75f64.powi(2) + 1e-4);
         let found = mean(&map(&a, &b).expect("valid pair"), None);
-        assert!((found - expected).abs() < 1e-12, "SSIM {found} of constants, expected {expected}");
+        assert!(
+            (found - expected).abs() < 1e-12,
+            "SSIM {found} of constants, expected {expected}"
+        );
     }
 
     #[test]
@@ -130,7 +171,10 @@ mod tests {
         let mut image = Image::transparent(3, 2);
         image.rgba.fill([2.0, -1.0, 0.5, 1.0]);
         let map = map(&image, &image).expect("valid pair");
-        assert!((mean(&map, None) - 1.0).abs() < 1e-12, "a picture must equal itself");
+        assert!(
+            (mean(&map, None) - 1.0).abs() < 1e-12,
+            "a picture must equal itself"
+        );
     }
 
     /// Expected: scikit-image 0.26.0, `structural_similarity(test, reference, channel_axis=-1, data_range=1.0,
@@ -147,7 +191,10 @@ mod tests {
             let (image, reference) = pattern.pair();
             let map = map(&image, &reference).expect("valid pair");
             let found = mean(&map, None);
-            assert!((found - whole).abs() < 1e-9, "{pattern:?}: SSIM {found}, expected {whole}");
+            assert!(
+                (found - whole).abs() < 1e-9,
+                "{pattern:?}: SSIM {found}, expected {whole}"
+            );
             let found = mean(&map, Some(&disc_mask()));
             assert!(
                 (found - inside).abs() < 1e-9,

@@ -4,7 +4,10 @@ use super::patterns::{HEIGHT, Pattern, WIDTH, disc_mask};
 use super::*;
 
 fn close(found: f64, expected: f64, tolerance: f64, what: &str) {
-    assert!((found - expected).abs() <= tolerance, "{what}: {found}, expected {expected}");
+    assert!(
+        (found - expected).abs() <= tolerance,
+        "{what}: {found}, expected {expected}"
+    );
 }
 
 /// Expected: NumPy 2.4 in f64: `-10 log10(mean(d^2))`, `abs(d).max()`, and `quantile(abs(d).max(-1), 0.999)` for
@@ -12,9 +15,18 @@ fn close(found: f64, expected: f64, tolerance: f64, what: &str) {
 #[test]
 fn plain_figures_agree_with_numpy() {
     let expected = [
-        (Pattern::Ramp, [17.30303244810662, 0.980392157100141, 0.9735764719191936]),
-        (Pattern::Checker, [10.762601902587, 0.823529414832592, 0.823529414832592]),
-        (Pattern::Noise, [43.076807057019295, 0.01568630337715149, 0.01568630337715149]),
+        (
+            Pattern::Ramp,
+            [17.30303244810662, 0.980392157100141, 0.9735764719191936],
+        ),
+        (
+            Pattern::Checker,
+            [10.762601902587, 0.823529414832592, 0.823529414832592],
+        ),
+        (
+            Pattern::Noise,
+            [43.076807057019295, 0.01568630337715149, 0.01568630337715149],
+        ),
     ];
     let expected_in_disc = [
         [16.711661032564212, 0.9725490212440491, 0.9698196083456276],
@@ -28,21 +40,47 @@ fn plain_figures_agree_with_numpy() {
             let found = compare(&image, &reference, mask).expect("valid pair");
             let what = format!("{pattern:?}, {} pixels", found.pixel_count);
             close(found.psnr_db, psnr_db, 1e-9, &format!("{what}: PSNR"));
-            close(found.rmse, 10f64.powf(-psnr_db / 20.0), 1e-9, &format!("{what}: RMSE"));
+            close(
+                found.rmse,
+                10f64.powf(-psnr_db / 20.0),
+                1e-9,
+                &format!("{what}: RMSE"),
+            );
             close(found.max_abs, max_abs, 1e-12, &format!("{what}: maximum"));
-            close(found.p999_abs, p999_abs, 1e-9, &format!("{what}: 99.9th percentile"));
+            close(
+                found.p999_abs,
+                p999_abs,
+                1e-9,
+                &format!("{what}: 99.9th percentile"),
+            );
             let p99_abs = sorted_quantile(&image, &reference, (mask, 0.99));
-            close(found.p99_abs, p99_abs, 1e-12, &format!("{what}: 99th percentile"));
+            close(
+                found.p99_abs,
+                p99_abs,
+                1e-12,
+                &format!("{what}: 99th percentile"),
+            );
         }
     }
 }
 
 /// A quantile of the largest colour difference of each pixel, the plain way.
-fn sorted_quantile(image: &Image, reference: &Image, (mask, quantile): (Option<&Mask>, f64)) -> f64 {
+fn sorted_quantile(
+    image: &Image,
+    reference: &Image,
+    (mask, quantile): (Option<&Mask>, f64),
+) -> f64 {
     let largest = |(a, b): (&[f32; 4], &[f32; 4])| {
-        (0..3).map(|k| (f64::from(a[k]) - f64::from(b[k])).abs()).fold(0.0, f64::max)
+        (0..3)
+            .map(|k| (f64::from(a[k]) - f64::from(b[k])).abs())
+            .fold(0.0, f64::max)
     };
-    let mut all: Vec<f64> = image.rgba.iter().zip(&reference.rgba).map(largest).collect();
+    let mut all: Vec<f64> = image
+        .rgba
+        .iter()
+        .zip(&reference.rgba)
+        .map(largest)
+        .collect();
     if let Some(mask) = mask {
         let mut inside = mask.inside().iter();
         all.retain(|_| inside.next() == Some(&true));
@@ -57,14 +95,26 @@ fn sorted_quantile(image: &Image, reference: &Image, (mask, quantile): (Option<&
 fn identical_pictures_are_perfect() {
     let (image, _) = Pattern::Noise.pair();
     let found = compare(&image, &image, None).expect("valid pair");
-    assert_eq!(found.pixel_count, WIDTH * HEIGHT, "all pixels count without a mask");
-    assert_eq!((found.psnr_db, found.alpha_psnr_db), (f64::INFINITY, f64::INFINITY), "PSNR must be infinite");
+    assert_eq!(
+        found.pixel_count,
+        WIDTH * HEIGHT,
+        "all pixels count without a mask"
+    );
+    assert_eq!(
+        (found.psnr_db, found.alpha_psnr_db),
+        (f64::INFINITY, f64::INFINITY),
+        "PSNR must be infinite"
+    );
     assert_eq!(
         (found.rmse, found.max_abs, found.p99_abs, found.p999_abs),
         (0.0, 0.0, 0.0, 0.0),
         "no difference"
     );
-    assert_eq!((found.flip.mean, found.flip.weighted_median), (0.0, 0.0), "no FLIP error");
+    assert_eq!(
+        (found.flip.mean, found.flip.weighted_median),
+        (0.0, 0.0),
+        "no FLIP error"
+    );
     close(found.ssim, 1.0, 1e-12, "SSIM");
 }
 
@@ -77,42 +127,86 @@ fn bias_and_alpha_have_their_own_figures() {
         pixel[3] -= 0.5;
     }
     let found = compare(&image, &reference, None).expect("valid pair");
-    close(found.mean_signed, 0.25 / 3.0, 1e-7, "a quarter in one of three channels");
-    close(found.alpha_psnr_db, 20.0 * 2f64.log10(), 1e-12, "half of alpha");
+    close(
+        found.mean_signed,
+        0.25 / 3.0,
+        1e-7,
+        "a quarter in one of three channels",
+    );
+    close(
+        found.alpha_psnr_db,
+        20.0 * 2f64.log10(),
+        1e-12,
+        "half of alpha",
+    );
 }
 
 #[test]
 fn the_alpha_mask_is_the_disc() {
     let (image, _) = Pattern::Ramp.pair();
-    assert_eq!(Mask::from_alpha(&image), disc_mask(), "alpha is 1 in the disc and 0 outside");
+    assert_eq!(
+        Mask::from_alpha(&image),
+        disc_mask(),
+        "alpha is 1 in the disc and 0 outside"
+    );
     assert_eq!(disc_mask().count(), 697, "pixels in the disc");
     let mut steps = Image::transparent(2, 1);
     steps.rgba[0][3] = 1.0 / 255.0;
     steps.rgba[1][3] = 1.5 / 255.0;
-    assert_eq!(Mask::from_alpha(&steps).inside(), [false, true], "one step of alpha is still outside");
+    assert_eq!(
+        Mask::from_alpha(&steps).inside(),
+        [false, true],
+        "one step of alpha is still outside"
+    );
 }
 
 #[test]
 fn pictures_that_do_not_fit_are_refused() {
     let (image, reference) = Pattern::Ramp.pair();
     let other = Image::transparent(WIDTH + 1, HEIGHT);
-    assert!(matches!(compare(&image, &other, None), Err(MetricsError::SizesDiffer { .. })), "other size");
+    assert!(
+        matches!(
+            compare(&image, &other, None),
+            Err(MetricsError::SizesDiffer { .. })
+        ),
+        "other size"
+    );
     let mask = Mask::from_alpha(&other);
     assert!(
-        matches!(compare(&image, &reference, Some(&mask)), Err(MetricsError::MaskSizeDiffers { .. })),
+        matches!(
+            compare(&image, &reference, Some(&mask)),
+            Err(MetricsError::MaskSizeDiffers { .. })
+        ),
         "mask"
     );
     let mask = Mask::from_alpha(&Image::transparent(WIDTH, HEIGHT));
-    assert_eq!(compare(&image, &reference, Some(&mask)), Err(MetricsError::NothingToCompare), "empty mask");
+    assert_eq!(
+        compare(&image, &reference, Some(&mask)),
+        Err(MetricsError::NothingToCompare),
+        "empty mask"
+    );
     let empty = Image::transparent(0, 0);
-    assert_eq!(compare(&empty, &empty, None), Err(MetricsError::NothingToCompare), "empty picture");
+    assert_eq!(
+        compare(&empty, &empty, None),
+        Err(MetricsError::NothingToCompare),
+        "empty picture"
+    );
     let mut short = image.clone();
     short.rgba.pop();
     assert!(
-        matches!(compare(&short, &reference, None), Err(MetricsError::WrongLength { .. })),
+        matches!(
+            compare(&short, &reference, None),
+            Err(MetricsError::WrongLength { .. })
+        ),
         "short buffer"
     );
-    assert!(matches!(Mask::new(2, 2, vec![true]), Err(MetricsError::WrongLength { .. })), "short mask");
+    assert!(
+        matches!(
+            Mask::new(2, 2, vec![true]),
+            Err(MetricsError::WrongLength { .. })
+        ),
+        "short mask"
+    );
 }
 
 #[test]
@@ -121,5 +215,10 @@ fn values_that_are_not_finite_are_refused_with_their_place() {
     let mut broken = reference.clone();
     broken.rgba[2 * WIDTH + 5][3] = f32::INFINITY;
     let error = compare(&image, &broken, Some(&disc_mask())).expect_err("infinity must be refused");
-    assert!(error.to_string().starts_with("pixel (5, 2) of the reference is not finite"), "message: {error}");
+    assert!(
+        error
+            .to_string()
+            .starts_with("pixel (5, 2) of the reference is not finite"),
+        "message: {error}"
+    );
 }

@@ -11,7 +11,12 @@ use crate::field::ReferenceKernel;
 use crate::rays::RaySource;
 
 /// Least and greatest screen position (px) of a ball that is wholly in front of the eye plane.
-pub(super) fn outline_box(rays: &RaySource, camera: &Camera, centre: DVec3, radius: f64) -> [DVec2; 2] {
+pub(super) fn outline_box(
+    rays: &RaySource,
+    camera: &Camera,
+    centre: DVec3,
+    radius: f64,
+) -> [DVec2; 2] {
     let middle = DVec2::new(camera.cx, camera.cy);
     let base = rays.ray(middle);
     let steps = [DVec2::X, DVec2::Y].map(|step| {
@@ -42,7 +47,11 @@ pub(super) fn outline_box(rays: &RaySource, camera: &Camera, centre: DVec3, radi
 /// The two x at which the plane through the eye with normal a + x b touches the ball at c.
 fn tangent_planes(a: DVec3, b: DVec3, c: DVec3, radius: f64) -> [f64; 2] {
     let (ac, bc, r2) = (a.dot(c), b.dot(c), radius * radius);
-    let (p, q, s) = (bc * bc - r2 * b.dot(b), ac * bc - r2 * a.dot(b), ac * ac - r2 * a.dot(a));
+    let (p, q, s) = (
+        bc * bc - r2 * b.dot(b),
+        ac * bc - r2 * a.dot(b),
+        ac * ac - r2 * a.dot(a),
+    );
     let root = (q * q - p * s).max(0.0).sqrt();
     let ends = [(-q - root) / p, (-q + root) / p];
     [ends[0].min(ends[1]), ends[0].max(ends[1])]
@@ -61,7 +70,12 @@ pub(super) struct Ewa {
 
 impl Ewa {
     /// From the kernel's covariance per unit variance on the screen, the pixel's variance, and the mass to spread.
-    pub(super) fn new(kernel: &ReferenceKernel, gram: [f64; 3], pixel_variance: f64, mass: f64) -> Self {
+    pub(super) fn new(
+        kernel: &ReferenceKernel,
+        gram: [f64; 3],
+        pixel_variance: f64,
+        mass: f64,
+    ) -> Self {
         let variance = kernel.variance();
         let xx = variance * gram[0] + pixel_variance;
         let xy = variance * gram[1];
@@ -74,7 +88,13 @@ impl Ewa {
         let scale = mass * variance / det.sqrt();
         let half_extent = DVec2::new((xx * cutoff2).sqrt(), (yy * cutoff2).sqrt());
         let inverse = [yy / det, -xy / det, xx / det];
-        Self { inverse, cutoff2, radius: kernel.radius, scale, half_extent }
+        Self {
+            inverse,
+            cutoff2,
+            radius: kernel.radius,
+            scale,
+            half_extent,
+        }
     }
 
     /// What the sample adds at an offset from its centre, px.

@@ -31,11 +31,15 @@ impl Setup<'_> {
         let ray = self.rays.pixel(x, y);
         let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
         let touches = |s: &Sample| {
-            let inside = |[first, end]: [usize; 2], at: usize| first <= at / TILE && at / TILE < end;
+            let inside =
+                |[first, end]: [usize; 2], at: usize| first <= at / TILE && at / TILE < end;
             inside(s.tiles[0], x) && inside(s.tiles[1], y)
         };
         let quantum = relative_quantum(samples.iter().filter(|s| touches(s)));
-        let mut sum = Gathered { transmittance: 1.0, ..Gathered::default() };
+        let mut sum = Gathered {
+            transmittance: 1.0,
+            ..Gathered::default()
+        };
         let mut sheet = Sheet::default();
         for sample in samples.iter().filter(|s| touches(s)) {
             let number = match self.slices {
@@ -50,7 +54,8 @@ impl Setup<'_> {
                     }
                     let weight = point_weight(centre, sample.screen);
                     sheet.add(weight * mass, sample);
-                    let moved = PHASE_SHIFTS.map(|by| point_weight(centre, sample.screen + by) - weight);
+                    let moved =
+                        PHASE_SHIFTS.map(|by| point_weight(centre, sample.screen + by) - weight);
                     let change = moved.iter().fold(0.0f64, |most, w| most.max(w.abs()));
                     sum.phase_cost += sum.transmittance * mass * change;
                 }
@@ -75,9 +80,25 @@ impl Setup<'_> {
         self.close(&mut sheet, &mut sum);
         let opacity = 1.0 - sum.transmittance;
         let z_per_depth = 1.0 / ray.world_per_z;
-        let depth = if opacity > 0.0 { sum.depth / opacity * z_per_depth } else { f64::INFINITY };
-        let Gathered { transmittance, rgb, swap_cost, phase_cost, .. } = sum;
-        ReferencePixel { rgb, transmittance, depth, swap_cost, phase_cost }
+        let depth = if opacity > 0.0 {
+            sum.depth / opacity * z_per_depth
+        } else {
+            f64::INFINITY
+        };
+        let Gathered {
+            transmittance,
+            rgb,
+            swap_cost,
+            phase_cost,
+            ..
+        } = sum;
+        ReferencePixel {
+            rgb,
+            transmittance,
+            depth,
+            swap_cost,
+            phase_cost,
+        }
     }
 
     fn opacity(&self, added: f64) -> f64 {
@@ -93,7 +114,11 @@ impl Setup<'_> {
         sheet.number = full.number;
         if full.added > 0.0 {
             let mean = full.coloured.map(|c| c / full.added);
-            sum.over(self.opacity(full.added), mean, (full.depth / full.added, 0.0));
+            sum.over(
+                self.opacity(full.added),
+                mean,
+                (full.depth / full.added, 0.0),
+            );
         }
     }
 }
@@ -110,9 +135,14 @@ impl Sheet {
 
 impl Gathered {
     fn over(&mut self, opacity: f64, rgb: [f64; 3], (depth, quantum): (f64, f64)) {
-        self.recent.retain(|(before, ..)| depth - before <= quantum * depth);
+        self.recent
+            .retain(|(before, ..)| depth - before <= quantum * depth);
         for (_, other, colour) in &self.recent {
-            let apart = colour.iter().zip(rgb).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let apart = colour
+                .iter()
+                .zip(rgb)
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f64::max);
             // Either order lets one of the two colours through the other's opacity; the transmittance in front is the
             // one before the earlier of them, which is at most this one divided by what the earlier let pass.
             self.swap_cost += self.transmittance / (1.0 - other).max(0.1) * other * opacity * apart;
@@ -132,7 +162,12 @@ impl Gathered {
 /// Where a point may stand at most when it is moved to the nearest of 256 positions a pixel along each axis.
 const PHASE_SHIFTS: [DVec2; 4] = {
     const FAR: f64 = 1.0 / 512.0;
-    [DVec2::new(FAR, FAR), DVec2::new(FAR, -FAR), DVec2::new(-FAR, FAR), DVec2::new(-FAR, -FAR)]
+    [
+        DVec2::new(FAR, FAR),
+        DVec2::new(FAR, -FAR),
+        DVec2::new(-FAR, FAR),
+        DVec2::new(-FAR, -FAR),
+    ]
 };
 
 /// Weight of a point at a pixel: the product of those along the axes.
@@ -146,16 +181,22 @@ pub(crate) fn point_weight(pixel_centre: DVec2, point: DVec2) -> f64 {
 fn axis_weight(offset: f64, position: f64) -> f64 {
     let gaussian = |d: f64| ((-2.0 * d * d).exp() - (-8.0f64).exp()).max(0.0);
     let first = (position - 3.5).floor();
-    let sum: f64 = (0..8).map(|i| gaussian(first + f64::from(i) + 0.5 - position)).sum();
+    let sum: f64 = (0..8)
+        .map(|i| gaussian(first + f64::from(i) + 0.5 - position))
+        .sum();
     gaussian(offset) / sum
 }
 
 /// Depths that differ by less than this share may be taken in either order: lists of 64 and more are sorted by 16 bits
 /// of the range of their f32 depths' bit patterns.
 fn relative_quantum<'a>(samples: impl Iterator<Item = &'a Sample>) -> f64 {
-    let bits: Vec<u32> =
-        samples.filter(|s| !matches!(s.kind, Kind::Near)).map(|s| (s.depth as f32).to_bits()).collect();
-    let (Some(least), Some(most)) = (bits.iter().min(), bits.iter().max()) else { return 0.0 };
+    let bits: Vec<u32> = samples
+        .filter(|s| !matches!(s.kind, Kind::Near))
+        .map(|s| (s.depth as f32).to_bits())
+        .collect();
+    let (Some(least), Some(most)) = (bits.iter().min(), bits.iter().max()) else {
+        return 0.0;
+    };
     if bits.len() < 64 {
         // Every bit counts; f32 itself may still round two depths into one, or over one another.
         return f64::from(f32::EPSILON);

@@ -81,9 +81,21 @@ pub(crate) const NIFTIS: [Expected; 9] = [
         ],
         sum: 95678796.0,
     },
-    Expected { file: "nifti/FLOAT32.nii.gz", sum: 11398461.247137904, ..AVERAGE_HEAD },
-    Expected { file: "nifti/FLOAT64.nii.gz", sum: 11398461.144353032, ..AVERAGE_HEAD },
-    Expected { file: "nifti/INT16.nii.gz", sum: 11398481.212837487, ..AVERAGE_HEAD },
+    Expected {
+        file: "nifti/FLOAT32.nii.gz",
+        sum: 11398461.247137904,
+        ..AVERAGE_HEAD
+    },
+    Expected {
+        file: "nifti/FLOAT64.nii.gz",
+        sum: 11398461.144353032,
+        ..AVERAGE_HEAD
+    },
+    Expected {
+        file: "nifti/INT16.nii.gz",
+        sum: 11398481.212837487,
+        ..AVERAGE_HEAD
+    },
     Expected {
         file: "nifti/avf_float_32.nii.gz",
         dims: [74, 93, 20],
@@ -186,27 +198,91 @@ pub(crate) const TIFF_FOLDER: Expected = Expected {
 /// Read by pydicom: pixel_array times RescaleSlope plus RescaleIntercept, ImagePositionPatient, PixelSpacing,
 /// SliceThickness. JPEG 2000 in its lossy form (J2KI) is decoded by OpenJPEG there.
 pub(crate) const DICOMS: [Expected; 20] = [
-    Expected { file: "dicom/wg04_ct_single/CT1_UNC", ..CT1 },
-    Expected { file: "dicom/wg04_ct_single/CT1_RLE", ..CT1 },
-    Expected { file: "dicom/wg04_ct_single/CT1_JPLL", ..CT1 },
-    Expected { file: "dicom/wg04_ct_single/CT1_JLSL", ..CT1 },
-    Expected { file: "dicom/wg04_ct_single/CT1_JLSN", sum: -228357605.0, ..CT1 },
-    Expected { file: "dicom/wg04_ct_single/CT1_J2KR", ..CT1 },
-    Expected { file: "dicom/wg04_ct_single/CT1_J2KI", sum: -228379233.0, ..CT1 },
-    Expected { file: "dicom/wg04_ct_single/CT2_UNC", ..CT2 },
-    Expected { file: "dicom/wg04_ct_single/CT2_RLE", ..CT2 },
-    Expected { file: "dicom/wg04_ct_single/CT2_JPLL", ..CT2 },
-    Expected { file: "dicom/wg04_ct_single/CT2_JLSL", ..CT2 },
-    Expected { file: "dicom/wg04_ct_single/CT2_JLSN", sum: -197692377.0, ..CT2 },
-    Expected { file: "dicom/wg04_ct_single/CT2_J2KR", ..CT2 },
-    Expected { file: "dicom/wg04_ct_single/CT2_J2KI", sum: -197771504.0, ..CT2 },
-    Expected { file: "dicom/pydicom_data_multiframe/emri_small.dcm", ..FRAMES },
-    Expected { file: "dicom/pydicom_data_multiframe/emri_small_RLE.dcm", ..FRAMES },
-    Expected { file: "dicom/pydicom_data_multiframe/emri_small_big_endian.dcm", ..FRAMES },
-    Expected { file: "dicom/pydicom_data_multiframe/emri_small_jpeg_ls_lossless.dcm", ..FRAMES },
-    Expected { file: "dicom/pydicom_data_multiframe/emri_small_jpeg_2k_lossless.dcm", ..FRAMES },
+    Expected {
+        file: "dicom/wg04_ct_single/CT1_UNC",
+        ..CT1
+    },
+    Expected {
+        file: "dicom/wg04_ct_single/CT1_RLE",
+        ..CT1
+    },
+    Expected {
+        file: "dicom/wg04_ct_single/CT1_JPLL",
+        ..CT1
+    },
+    Expected {
+        file: "dicom/wg04_ct_single/CT1_JLSL",
+        ..CT1
+    },
+    Expected {
+        file: "dicom/wg04_ct_single/CT1_JLSN",
+        sum: -228357605.0,
+        ..CT1
+    },
+    Expected {
+        file: "dicom/wg04_ct_single/CT1_J2KR",
+        ..CT1
+    },
+    Expected {
+        file: "dicom/wg04_ct_single/CT1_J2KI",
+        sum: -228379233.0,
+        ..CT1
+    },
+    Expected {
+        file: "dicom/wg04_ct_single/CT2_UNC",
+        ..CT2
+    },
+    Expected {
+        file: "dicom/wg04_ct_single/CT2_RLE",
+        ..CT2
+    },
+    Expected {
+        file: "dicom/wg04_ct_single/CT2_JPLL",
+        ..CT2
+    },
+    Expected {
+        file: "dicom/wg04_ct_single/CT2_JLSL",
+        ..CT2
+    },
+    Expected {
+        file: "dicom/wg04_ct_single/CT2_JLSN",
+        sum: -197692377.0,
+        ..CT2
+    },
+    Expected {
+        file: "dicom/wg04_ct_single/CT2_J2KR",
+        ..CT2
+    },
+    Expected {
+        file: "dicom/wg04_ct_single/CT2_J2KI",
+        sum: -197771504.0,
+        ..CT2
+    },
+    Expected {
+        file: "dicom/pydicom_data_multiframe/emri_small.dcm",
+        ..FRAMES
+    },
+    Expected {
+        file: "dicom/pydicom_data_multiframe/emri_small_RLE.dcm",
+        ..FRAMES
+    },
+    Expected {
+        file: "dicom/pydicom_data_multiframe/emri_small_big_endian.dcm",
+        ..FRAMES
+    },
+    Expected {
+        file: "dicom/pydicom_data_multiframe/emri_small_jpeg_ls_lossless.dcm",
+        ..FRAMES
+    },
+    Expected {
+        file: "dicom/pydicom_data_multiframe/emri_small_jpeg_2k_lossless.dcm",
+        ..FRAMES
+    },
     // The mark behind the last frame is cut off; the frames themselves are whole.
-    Expected { file: "dicom/pydicom_data_multiframe/emri_small_jpeg_2k_lossless_too_short.dcm", ..FRAMES },
+    Expected {
+        file: "dicom/pydicom_data_multiframe/emri_small_jpeg_2k_lossless_too_short.dcm",
+        ..FRAMES
+    },
 ];
 
 const CT1: Expected = Expected {
@@ -226,8 +302,13 @@ const CT2: Expected = Expected {
 };
 
 /// Ten frames without any word on their place but SpacingBetweenSlices.
-const FRAMES: Expected =
-    Expected { file: "", dims: [64, 64, 10], origin: [0.0; 3], axes: upright(1.0, 1.0, 1.2), sum: 4493276.0 };
+const FRAMES: Expected = Expected {
+    file: "",
+    dims: [64, 64, 10],
+    origin: [0.0; 3],
+    axes: upright(1.0, 1.0, 1.2),
+    sum: 4493276.0,
+};
 
 /// Files that are refused, and the words that say why.
 pub(crate) const REFUSED: [(&str, &str); 4] = [

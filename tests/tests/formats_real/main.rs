@@ -40,13 +40,21 @@ fn components_and_arrays_of_a_real_vti_are_chosen() {
             ..LoadOptions::default()
         };
         let volume = load(&folder.join("vase_4comp.vti"), &options).expect("chosen");
-        check(&Expected { file: "vti/vase_4comp.vti", ..VTIS[3] }, &volume);
+        check(
+            &Expected {
+                file: "vti/vase_4comp.vti",
+                ..VTIS[3]
+            },
+            &volume,
+        );
     }
 }
 
 #[test]
 fn real_ome_zarr_images_are_as_zarr_python_says() {
-    let Some(folder) = volumes("zarr") else { return };
+    let Some(folder) = volumes("zarr") else {
+        return;
+    };
     let image = "example_data_zarr3/6001240_labels_v0.5.zarr";
     let labels = format!("{image}/labels/0");
     // Name, level and channel; size; sum, and sums weighted with x and with z.
@@ -58,39 +66,83 @@ fn real_ome_zarr_images_are_as_zarr_python_says() {
             [301, 324, 56],
             [71_284_695.0, 10_186_621_738.0, 1_812_404_300.0],
         ),
-        ("lobster_omezarr_v0.4.zarr", [1, 0], [150, 162, 28], [8_909_953.0, 634_387_486.0, 111_027_324.0]),
-        ("lobster_omezarr_v0.4.zarr", [2, 0], [75, 81, 14], [1_113_700.0, 39_369_403.0, 6_657_392.0]),
-        (image, [0, 1], [67, 68, 236], [97_075_283.0, 3_825_816_103.0, 11_200_796_355.0]),
-        (image, [0, 0], [67, 68, 236], [71_687_754.0, f64::NAN, f64::NAN]),
-        (&labels, [2, 0], [67, 68, 236], [2_519_289.0, 108_834_713.0, 378_718_417.0]),
+        (
+            "lobster_omezarr_v0.4.zarr",
+            [1, 0],
+            [150, 162, 28],
+            [8_909_953.0, 634_387_486.0, 111_027_324.0],
+        ),
+        (
+            "lobster_omezarr_v0.4.zarr",
+            [2, 0],
+            [75, 81, 14],
+            [1_113_700.0, 39_369_403.0, 6_657_392.0],
+        ),
+        (
+            image,
+            [0, 1],
+            [67, 68, 236],
+            [97_075_283.0, 3_825_816_103.0, 11_200_796_355.0],
+        ),
+        (
+            image,
+            [0, 0],
+            [67, 68, 236],
+            [71_687_754.0, f64::NAN, f64::NAN],
+        ),
+        (
+            &labels,
+            [2, 0],
+            [67, 68, 236],
+            [2_519_289.0, 108_834_713.0, 378_718_417.0],
+        ),
     ];
     for (name, [level, channel], dims, sums) in cases {
-        let options = LoadOptions { level: Some(level), component: Some(channel), ..LoadOptions::default() };
+        let options = LoadOptions {
+            level: Some(level),
+            component: Some(channel),
+            ..LoadOptions::default()
+        };
         let volume = load(&folder.join(name), &options).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(volume.dims, dims, "{name}");
         let mut found = [0.0; 3];
         for i in 0..volume.len() {
             let value = volume.value(i);
             let weights = [1.0, (i % dims[0]) as f64, (i / (dims[0] * dims[1])) as f64];
-            found.iter_mut().zip(weights).for_each(|(sum, weight)| *sum += weight * value);
+            found
+                .iter_mut()
+                .zip(weights)
+                .for_each(|(sum, weight)| *sum += weight * value);
         }
-        for (found, expected) in found.into_iter().zip(sums).filter(|(_, expected)| !expected.is_nan()) {
+        for (found, expected) in found
+            .into_iter()
+            .zip(sums)
+            .filter(|(_, expected)| !expected.is_nan())
+        {
             assert_eq!(found, expected, "{name}, level {level}, channel {channel}");
         }
     }
-    let lobster = load(&folder.join("lobster_omezarr_v0.4.zarr"), &LoadOptions::default()).expect("level 0");
+    let lobster = load(
+        &folder.join("lobster_omezarr_v0.4.zarr"),
+        &LoadOptions::default(),
+    )
+    .expect("level 0");
     assert_eq!(lobster.spacing(), [1.0, 1.0, 1.4], "spacing");
-    let refused = load(&folder.join(image), &LoadOptions::default()).expect_err("two channels").to_string();
+    let refused = load(&folder.join(image), &LoadOptions::default())
+        .expect_err("two channels")
+        .to_string();
     assert!(refused.contains("LaminB1, Dapi"), "{refused}");
 }
 
 #[test]
 fn every_real_tiff_is_as_tifffile_says() {
     check_folder("tiff", &TIFFS);
-    let Some(folder) = volumes("tiff") else { return };
+    let Some(folder) = volumes("tiff") else {
+        return;
+    };
     for name in ["cthead_8bit_stack", "cthead_8bit_stack/*.tif"] {
-        let volume =
-            load(&folder.join(name), &LoadOptions::default()).unwrap_or_else(|error| panic!("{error}"));
+        let volume = load(&folder.join(name), &LoadOptions::default())
+            .unwrap_or_else(|error| panic!("{error}"));
         check(&TIFF_FOLDER, &volume);
     }
 }
@@ -103,10 +155,17 @@ fn every_real_dicom_is_as_pydicom_says() {
 
 #[test]
 fn a_real_tilted_series_is_sheared_where_it_is_even_and_refused_where_not() {
-    let Some(folder) = volumes("dicom/qa_ct_ge_tilt") else { return };
+    let Some(folder) = volumes("dicom/qa_ct_ge_tilt") else {
+        return;
+    };
     // Rows go down and back, tilted by 18.5 degrees; the table moves along z.
-    let axes =
-        |step| [[0.4882812, 0.0, 0.0], [0.0, 0.46304863422444004, -0.15493391968164], [0.0, 0.0, step]];
+    let axes = |step| {
+        [
+            [0.4882812, 0.0, 0.0],
+            [0.0, 0.46304863422444004, -0.15493391968164],
+            [0.0, 0.0, step],
+        ]
+    };
     let part = |file, z, step, sum| Expected {
         file,
         dims: [512, 512, 9],
@@ -114,28 +173,40 @@ fn a_real_tilted_series_is_sheared_where_it_is_even_and_refused_where_not() {
         axes: axes(step),
         sum,
     };
-    for part in
-        [part("0?.dcm", 5.8360586, 4.22, -1472849408.0), part("2?.dcm", 98.7360586, 7.38, -1823775849.0)]
-    {
-        let volume =
-            load(&folder.join(part.file), &LoadOptions::default()).unwrap_or_else(|error| panic!("{error}"));
+    for part in [
+        part("0?.dcm", 5.8360586, 4.22, -1472849408.0),
+        part("2?.dcm", 98.7360586, 7.38, -1823775849.0),
+    ] {
+        let volume = load(&folder.join(part.file), &LoadOptions::default())
+            .unwrap_or_else(|error| panic!("{error}"));
         check(&part, &volume);
     }
-    let error = load(&folder, &LoadOptions::default()).expect_err("two distances").to_string();
-    assert!(error.contains("slices 0 to 13 are 4.22 mm apart, 13 to 14 are 1.14 mm apart"), "{error}");
+    let error = load(&folder, &LoadOptions::default())
+        .expect_err("two distances")
+        .to_string();
+    assert!(
+        error.contains("slices 0 to 13 are 4.22 mm apart, 13 to 14 are 1.14 mm apart"),
+        "{error}"
+    );
     assert!(error.contains("14 to 27 are 7.38 mm apart"), "{error}");
 }
 
 #[test]
 fn a_real_folder_of_several_series_asks_for_one() {
-    let Some(folder) = volumes("dicom/wg04_ct_single") else { return };
-    let error = load(&folder, &LoadOptions::default()).expect_err("several series").to_string();
+    let Some(folder) = volumes("dicom/wg04_ct_single") else {
+        return;
+    };
+    let error = load(&folder, &LoadOptions::default())
+        .expect_err("several series")
+        .to_string();
     assert!(error.contains("choose one with --series UID"), "{error}");
 }
 
 #[test]
 fn damaged_packed_pictures_are_refused_or_read_without_a_crash() {
-    let Some(folder) = volumes("dicom/wg04_ct_single") else { return };
+    let Some(folder) = volumes("dicom/wg04_ct_single") else {
+        return;
+    };
     let target = tempfile::tempdir().expect("temporary folder");
     for name in ["CT2_J2KI", "CT2_JPLL"] {
         let good = std::fs::read(folder.join(name)).expect("a data file");
@@ -152,16 +223,28 @@ fn damaged_packed_pictures_are_refused_or_read_without_a_crash() {
             std::fs::write(&path, bytes).expect("write");
             refused += usize::from(load(&path, &LoadOptions::default()).is_err());
         }
-        assert!(refused >= 20, "{name}: files that are cut off must be refused, {refused} of 60 were");
+        assert!(
+            refused >= 20,
+            "{name}: files that are cut off must be refused, {refused} of 60 were"
+        );
     }
 }
 
 #[test]
 fn a_channel_of_the_header_that_lies_is_refused_for_its_length() {
     let Some(folder) = volumes("mhd") else { return };
-    let options = LoadOptions { component: Some(0), ..LoadOptions::default() };
-    let error = load(&folder.join("Teddybear.mhd"), &options).expect_err("four channels are not there");
-    assert!(error.to_string().contains("needs 4063232 bytes, the file has 1015808"), "{error}");
+    let options = LoadOptions {
+        component: Some(0),
+        ..LoadOptions::default()
+    };
+    let error =
+        load(&folder.join("Teddybear.mhd"), &options).expect_err("four channels are not there");
+    assert!(
+        error
+            .to_string()
+            .contains("needs 4063232 bytes, the file has 1015808"),
+        "{error}"
+    );
 }
 
 /// Loads what `expected` has in this folder and checks that every other file is refused as in [`REFUSED`].
@@ -169,22 +252,33 @@ fn check_folder(name: &str, expected: &[Expected]) {
     let Some(folder) = volumes(name) else { return };
     let mut loaded = 0;
     for path in files(&folder) {
-        let file = format!("{name}/{}", path.file_name().unwrap_or_default().to_string_lossy());
+        let file = format!(
+            "{name}/{}",
+            path.file_name().unwrap_or_default().to_string_lossy()
+        );
         if let Some(expected) = expected.iter().find(|expected| expected.file == file) {
-            let volume = load(&path, &LoadOptions::default()).unwrap_or_else(|error| panic!("{error}"));
+            let volume =
+                load(&path, &LoadOptions::default()).unwrap_or_else(|error| panic!("{error}"));
             check(expected, &volume);
             loaded += 1;
         } else if let Some((_, reason)) = REFUSED.iter().find(|(refused, _)| *refused == file) {
-            let Err(error) = load(&path, &LoadOptions::default()) else { panic!("{file} must be refused") };
+            let Err(error) = load(&path, &LoadOptions::default()) else {
+                panic!("{file} must be refused")
+            };
             let error = error.to_string();
             assert!(error.contains(reason) && error.contains(&file), "{error}");
         } else {
-            let is_data = [".raw", ".zraw", ".readme", ".img"].iter().any(|end| file.ends_with(end));
+            let is_data = [".raw", ".zraw", ".readme", ".img"]
+                .iter()
+                .any(|end| file.ends_with(end));
             assert!(is_data, "{file} has no expectation here");
         }
     }
     let prefix = format!("{name}/");
-    let known = expected.iter().filter(|expected| expected.file.starts_with(&prefix)).count();
+    let known = expected
+        .iter()
+        .filter(|expected| expected.file.starts_with(&prefix))
+        .count();
     assert_eq!(loaded, known, "{name}: a file that is expected is absent");
 }
 
@@ -196,7 +290,10 @@ fn check(expected: &Expected, volume: &Volume) {
     for (got, wanted) in axes.iter().zip(expected.axes) {
         let wanted = glam::DVec3::from_array(wanted);
         // Headers hold singles, or decimals of as many digits.
-        assert!((*got - wanted).length() < 1e-6 * wanted.length(), "{file}: axis {got}, expected {wanted}");
+        assert!(
+            (*got - wanted).length() < 1e-6 * wanted.length(),
+            "{file}: axis {got}, expected {wanted}"
+        );
     }
     let origin = glam::DVec3::from_array(expected.origin);
     assert!(
@@ -207,11 +304,17 @@ fn check(expected: &Expected, volume: &Volume) {
     let sum: f64 = (0..volume.len()).map(|index| volume.value(index)).sum();
     // Numpy adds in pairs, we add in order: the difference is rounding, below count * epsilon.
     let tolerance = expected.sum.abs() * volume.len() as f64 * f64::EPSILON;
-    assert!((sum - expected.sum).abs() <= tolerance, "{file}: sum {sum}, expected {}", expected.sum);
+    assert!(
+        (sum - expected.sum).abs() <= tolerance,
+        "{file}: sum {sum}, expected {}",
+        expected.sum
+    );
 }
 
 fn volumes(name: &str) -> Option<PathBuf> {
-    let folder = data_dir().map(|folder| folder.join("volumes").join(name)).filter(|folder| folder.is_dir());
+    let folder = data_dir()
+        .map(|folder| folder.join("volumes").join(name))
+        .filter(|folder| folder.is_dir());
     if folder.is_none() {
         skipped(&format!("formats_real: volumes/{name} is absent"));
     }
@@ -221,7 +324,9 @@ fn volumes(name: &str) -> Option<PathBuf> {
 /// The files of a folder in the order of their names.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).expect("the data folder");
-    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.expect("an entry").path()).collect();
+    let mut paths: Vec<PathBuf> = entries
+        .map(|entry| entry.expect("an entry").path())
+        .collect();
     paths.retain(|path| path.is_file());
     paths.sort();
     paths

@@ -18,24 +18,42 @@ fn files(test: &str, folder: &str, name: impl Fn(&str) -> bool) -> Vec<PathBuf> 
         data::skipped(&format!("{test}: {} is absent", folder.display()));
         return Vec::new();
     };
-    let mut files: Vec<_> = entries.map(|entry| entry.expect("readable").path()).collect();
-    files.retain(|path| path.file_name().is_some_and(|file| name(&file.to_string_lossy())));
+    let mut files: Vec<_> = entries
+        .map(|entry| entry.expect("readable").path())
+        .collect();
+    files.retain(|path| {
+        path.file_name()
+            .is_some_and(|file| name(&file.to_string_lossy()))
+    });
     files.sort();
     files
 }
 
 #[test]
 fn damaged_files_are_errors_that_name_the_file() {
-    let files = files("damaged_files_are_errors_that_name_the_file", "Damaged", |name| name != "README.rst");
+    let files = files(
+        "damaged_files_are_errors_that_name_the_file",
+        "Damaged",
+        |name| name != "README.rst",
+    );
     let mut read = Vec::new();
     for path in &files {
-        let part = Part { path: path.clone(), name: None };
-        for result in [colour::read(&part).map(|p| p.rgb.len()), depth::read(&part).map(|p| p.values.len())] {
+        let part = Part {
+            path: path.clone(),
+            name: None,
+        };
+        for result in [
+            colour::read(&part).map(|p| p.rgb.len()),
+            depth::read(&part).map(|p| p.values.len()),
+        ] {
             match result {
                 Ok(pixels) => read.push((path.clone(), pixels)),
                 Err(error) => {
                     let said = error.to_string();
-                    assert!(said.starts_with(&path.display().to_string()), "the file is not named: {said}");
+                    assert!(
+                        said.starts_with(&path.display().to_string()),
+                        "the file is not named: {said}"
+                    );
                     assert_eq!(said.lines().count(), 1, "one line: {said}");
                 }
             }
@@ -46,16 +64,21 @@ fn damaged_files_are_errors_that_name_the_file() {
 
 #[test]
 fn pictures_fill_the_display_window_and_nothing_else() {
-    let files = files("pictures_fill_the_display_window_and_nothing_else", "DisplayWindow", |name| {
-        name.ends_with(".exr")
-    });
+    let files = files(
+        "pictures_fill_the_display_window_and_nothing_else",
+        "DisplayWindow",
+        |name| name.ends_with(".exr"),
+    );
     let Some(first) = files.first() else { return };
     // In t01 the windows agree, so it shows all pixels.
     let whole = picture(first);
     for path in &files {
         let meta = MetaData::read_from_file(path, false).expect("a good file");
         let header = &meta.headers[0];
-        let (display, data) = (header.shared_attributes.display_window, header.own_attributes.layer_position);
+        let (display, data) = (
+            header.shared_attributes.display_window,
+            header.own_attributes.layer_position,
+        );
         let picture = picture(path);
         assert_eq!(
             (picture.width, picture.height),
@@ -65,12 +88,17 @@ fn pictures_fill_the_display_window_and_nothing_else() {
         );
         let mut wrong = 0;
         for (index, rgb) in picture.rgb.iter().enumerate() {
-            let at =
-                |along: usize, display: i32, data: i32| along as i64 + i64::from(display) - i64::from(data);
+            let at = |along: usize, display: i32, data: i32| {
+                along as i64 + i64::from(display) - i64::from(data)
+            };
             let x = at(index % picture.width, display.position.x(), data.x());
             let y = at(index / picture.width, display.position.y(), data.y());
-            let inside = (0..whole.width as i64).contains(&x) && (0..whole.height as i64).contains(&y);
-            let covered = picture.coverage.as_ref().is_none_or(|coverage| coverage[index] > 0.0);
+            let inside =
+                (0..whole.width as i64).contains(&x) && (0..whole.height as i64).contains(&y);
+            let covered = picture
+                .coverage
+                .as_ref()
+                .is_none_or(|coverage| coverage[index] > 0.0);
             let same = !inside || *rgb == whole.rgb[y as usize * whole.width + x as usize];
             wrong += usize::from(covered != inside || !same);
         }
@@ -80,10 +108,20 @@ fn pictures_fill_the_display_window_and_nothing_else() {
 
 #[test]
 fn every_value_of_a_picture_is_finite() {
-    for path in files("every_value_of_a_picture_is_finite", "TestImages", |name| name.ends_with(".exr")) {
+    for path in files("every_value_of_a_picture_is_finite", "TestImages", |name| {
+        name.ends_with(".exr")
+    }) {
         let picture = picture(&path);
-        let finite = picture.rgb.iter().flatten().all(|channel| channel.is_finite());
+        let finite = picture
+            .rgb
+            .iter()
+            .flatten()
+            .all(|channel| channel.is_finite());
         assert!(finite, "{}: NaN or infinity is left", path.display());
-        assert!(picture.width > 1 && picture.height > 1, "{}: a picture", path.display());
+        assert!(
+            picture.width > 1 && picture.height > 1,
+            "{}: a picture",
+            path.display()
+        );
     }
 }

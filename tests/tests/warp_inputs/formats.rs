@@ -13,7 +13,9 @@ use tempfile::TempDir;
 use warp3d::input::cameras::{Hints, Lens};
 use warp3d::input::{DepthKind, DepthMeaning};
 
-use super::{assert_only_right_is_near, camera, named_picture, reference, unmoved_psnr, warped_psnr};
+use super::{
+    assert_only_right_is_near, camera, named_picture, reference, unmoved_psnr, warped_psnr,
+};
 
 /// The poses, camera to world, of frames 0 and 20.
 type Poses = [DMat4; 2];
@@ -35,12 +37,20 @@ const CENTRE_PX: [f64; 2] = [320.0, 240.0];
 #[test]
 fn every_format_warps_a_real_pair_to_the_right_place() {
     let test = "every_format_warps_a_real_pair_to_the_right_place";
-    let Some(log) = data_file(test, "rgbd/livingroom1/test_scene/trajectory.log") else { return };
+    let Some(log) = data_file(test, "rgbd/livingroom1/test_scene/trajectory.log") else {
+        return;
+    };
     let poses = [pose(&log, 0), pose(&log, 20)];
-    let data = log.parent().and_then(|folder| folder.parent()).expect("a folder");
+    let data = log
+        .parent()
+        .and_then(|folder| folder.parent())
+        .expect("a folder");
     let file = |kind: &str, name: &str| data.join(kind).join(name).to_string_lossy().into_owned();
     let truth = named_picture(&file("image", "00020.jpg"));
-    let millimetres = DepthMeaning { scale: Some(1e-3), ..DepthMeaning::of(DepthKind::Z) };
+    let millimetres = DepthMeaning {
+        scale: Some(1e-3),
+        ..DepthMeaning::of(DepthKind::Z)
+    };
     let lens = Lens {
         fx: FOCAL_PX,
         fy: FOCAL_PX,
@@ -48,7 +58,10 @@ fn every_format_warps_a_real_pair_to_the_right_place() {
         cy: CENTRE_PX[1],
         pixel_centre: PixelCentre::Half,
     };
-    let hints = Hints { size: Some([640, 480]), lens: Some(lens) };
+    let hints = Hints {
+        size: Some([640, 480]),
+        lens: Some(lens),
+    };
     let formats: [(&str, Writer); 5] = [
         ("TUM", tum),
         ("COLMAP", colmap),
@@ -61,8 +74,12 @@ fn every_format_warps_a_real_pair_to_the_right_place() {
             let folder = TempDir::new().expect("a temporary folder");
             let path = write(folder.path(), &poses, rule);
             let [from, to] = ["0", "20"].map(|entry| camera(&path, entry, &hints));
-            let view =
-                reference(&file("image", "00000.jpg"), &file("depth", "00000.png"), from, &millimetres);
+            let view = reference(
+                &file("image", "00000.jpg"),
+                &file("depth", "00000.png"),
+                from,
+                &millimetres,
+            );
             let (near, _) = warped_psnr(&view, &to, &truth);
             (near, unmoved_psnr(&view, &truth))
         };
@@ -75,9 +92,12 @@ fn every_format_warps_a_real_pair_to_the_right_place() {
 fn pose(log: &Path, frame: usize) -> DMat4 {
     let text = std::fs::read_to_string(log).expect("readable");
     let lines: Vec<&str> = text.lines().collect();
-    let start =
-        lines.iter().step_by(5).position(|line| line.starts_with(&format!("{frame} "))).expect("the frame")
-            * 5;
+    let start = lines
+        .iter()
+        .step_by(5)
+        .position(|line| line.starts_with(&format!("{frame} ")))
+        .expect("the frame")
+        * 5;
     let numbers: Vec<f64> = lines[start + 1..start + 5]
         .iter()
         .flat_map(|l| l.split_whitespace())
@@ -99,36 +119,76 @@ fn written(folder: &Path, name: &str, text: &str) -> std::path::PathBuf {
 /// Camera to world, x y z w. Broken: world to camera.
 fn tum(folder: &Path, poses: &Poses, rule: Rule) -> std::path::PathBuf {
     let line = |(name, pose): (&str, &DMat4)| {
-        let pose = if rule == Rule::Kept { *pose } else { pose.inverse() };
+        let pose = if rule == Rule::Kept {
+            *pose
+        } else {
+            pose.inverse()
+        };
         let (t, q) = (pose.w_axis, turn(&pose));
-        format!("{name} {} {} {} {} {} {} {}\n", t.x, t.y, t.z, q.x, q.y, q.z, q.w)
+        format!(
+            "{name} {} {} {} {} {} {} {}\n",
+            t.x, t.y, t.z, q.x, q.y, q.z, q.w
+        )
     };
-    written(folder, "poses.txt", &["0", "20"].into_iter().zip(poses).map(line).collect::<String>())
+    written(
+        folder,
+        "poses.txt",
+        &["0", "20"]
+            .into_iter()
+            .zip(poses)
+            .map(line)
+            .collect::<String>(),
+    )
 }
 
 /// World to camera, w x y z. Broken: camera to world.
 fn colmap(folder: &Path, poses: &Poses, rule: Rule) -> std::path::PathBuf {
     let [cx, cy] = CENTRE_PX;
-    written(folder, "cameras.txt", &format!("1 SIMPLE_PINHOLE 640 480 {FOCAL_PX} {cx} {cy}\n"));
+    written(
+        folder,
+        "cameras.txt",
+        &format!("1 SIMPLE_PINHOLE 640 480 {FOCAL_PX} {cx} {cy}\n"),
+    );
     let line = |(name, pose): (&str, &DMat4)| {
-        let pose = if rule == Rule::Kept { pose.inverse() } else { *pose };
+        let pose = if rule == Rule::Kept {
+            pose.inverse()
+        } else {
+            *pose
+        };
         let (t, q) = (pose.w_axis, turn(&pose));
-        format!("1 {} {} {} {} {} {} {} 1 {name}\n\n", q.w, q.x, q.y, q.z, t.x, t.y, t.z)
+        format!(
+            "1 {} {} {} {} {} {} {} 1 {name}\n\n",
+            q.w, q.x, q.y, q.z, t.x, t.y, t.z
+        )
     };
-    written(folder, "images.txt", &["0", "20"].into_iter().zip(poses).map(line).collect::<String>())
+    written(
+        folder,
+        "images.txt",
+        &["0", "20"]
+            .into_iter()
+            .zip(poses)
+            .map(line)
+            .collect::<String>(),
+    )
 }
 
 /// Camera to world with y up and z backward. Broken: y down and z forward.
 fn transforms(folder: &Path, poses: &Poses, rule: Rule) -> std::path::PathBuf {
     let flip = if rule == Rule::Kept { -1.0 } else { 1.0 };
     let frame = |(name, pose): (&str, &DMat4)| {
-        let axes = DMat4::from_cols(pose.x_axis, flip * pose.y_axis, flip * pose.z_axis, pose.w_axis);
+        let axes = DMat4::from_cols(
+            pose.x_axis,
+            flip * pose.y_axis,
+            flip * pose.z_axis,
+            pose.w_axis,
+        );
         let rows: Vec<[f64; 4]> = (0..4).map(|i| axes.row(i).to_array()).collect();
         json!({ "file_path": format!("images/{name}"), "transform_matrix": rows })
     };
     let frames: Vec<_> = ["0", "20"].into_iter().zip(poses).map(frame).collect();
     let [cx, cy] = CENTRE_PX;
-    let text = json!({ "fl_x": FOCAL_PX, "cx": cx, "cy": cy, "w": 640, "h": 480, "frames": frames });
+    let text =
+        json!({ "fl_x": FOCAL_PX, "cx": cx, "cy": cy, "w": 640, "h": 480, "frames": frames });
     written(folder, "transforms.json", &text.to_string())
 }
 
@@ -151,7 +211,11 @@ fn mpeg(folder: &Path, poses: &Poses, rule: Rule) -> std::path::PathBuf {
         })
     };
     let cameras: Vec<_> = ["0", "20"].into_iter().zip(poses).map(camera).collect();
-    written(folder, "cameras.json", &json!({ "Version": "2.0", "cameras": cameras }).to_string())
+    written(
+        folder,
+        "cameras.json",
+        &json!({ "Version": "2.0", "cameras": cameras }).to_string(),
+    )
 }
 
 /// World to camera, rows of R, whole pixel centres. Broken: columns of R.

@@ -37,7 +37,9 @@ fn reference(colour: &str, depth_file: &str, camera: Camera, meaning: &DepthMean
 fn camera(path: &Path, entry: &str, hints: &cameras::Hints) -> Camera {
     let set = cameras::read(path, hints).unwrap_or_else(|error| panic!("{error}"));
     let set = set.unwrap_or_else(|| panic!("{}: no known camera format", path.display()));
-    set.entry(entry).unwrap_or_else(|error| panic!("{error}")).camera
+    set.entry(entry)
+        .unwrap_or_else(|error| panic!("{error}"))
+        .camera
 }
 
 /// How near the view from `camera` is to `truth`: PSNR in sRGB over the pixels that are seen, dB, and the seen part.
@@ -45,10 +47,26 @@ fn warped_psnr(reference: &Reference, camera: &Camera, truth: &Picture) -> (f64,
     let options = WarpOptions::with_method(Method::Nearest);
     let mut warper = Warper::new(vec![reference.clone()], &options).expect("good options");
     let image = warper.render(camera).expect("a good camera").image;
-    assert_eq!((image.width, image.height), (truth.width, truth.height), "picture sizes");
-    let pixels: Vec<_> = image.rgba.iter().zip(&truth.rgb).filter(|(seen, _)| seen[3] > 0.99).collect();
+    assert_eq!(
+        (image.width, image.height),
+        (truth.width, truth.height),
+        "picture sizes"
+    );
+    let pixels: Vec<_> = image
+        .rgba
+        .iter()
+        .zip(&truth.rgb)
+        .filter(|(seen, _)| seen[3] > 0.99)
+        .collect();
     let seen = pixels.len() as f64 / truth.rgb.len() as f64;
-    (psnr(pixels.into_iter().map(|(seen, truth)| ([seen[0], seen[1], seen[2]], *truth))), seen)
+    (
+        psnr(
+            pixels
+                .into_iter()
+                .map(|(seen, truth)| ([seen[0], seen[1], seen[2]], *truth)),
+        ),
+        seen,
+    )
 }
 
 /// PSNR between pairs of linear colours after the sRGB curve, dB.
@@ -65,7 +83,12 @@ fn psnr(pairs: impl Iterator<Item = ([f32; 3], [f32; 3])>) -> f64 {
 
 /// PSNR of the first view as it stands against the second: what a warp to the wrong place cannot beat, dB.
 fn unmoved_psnr(reference: &Reference, truth: &Picture) -> f64 {
-    let known = reference.colour.iter().zip(&truth.rgb).zip(&reference.depth).filter(|(_, z)| !z.is_nan());
+    let known = reference
+        .colour
+        .iter()
+        .zip(&truth.rgb)
+        .zip(&reference.depth)
+        .filter(|(_, z)| !z.is_nan());
     psnr(known.map(|((a, b), _)| (*a, *b)))
 }
 
@@ -77,6 +100,12 @@ fn unmoved_psnr(reference: &Reference, truth: &Picture) -> f64 {
 fn assert_only_right_is_near(what: &str, unmoved: f64, right: f64, wrong: f64) {
     let bound = unmoved + 2.0;
     println!("{what}: as it stands {unmoved:.2} dB, warped {right:.2}, warped wrongly {wrong:.2}");
-    assert!(right > bound, "{what}: the right convention gives {right:.2} dB, expected more than {bound:.2}");
-    assert!(wrong < bound, "{what}: a wrong convention gives {wrong:.2} dB, expected less than {bound:.2}");
+    assert!(
+        right > bound,
+        "{what}: the right convention gives {right:.2} dB, expected more than {bound:.2}"
+    );
+    assert!(
+        wrong < bound,
+        "{what}: a wrong convention gives {wrong:.2} dB, expected less than {bound:.2}"
+    );
 }

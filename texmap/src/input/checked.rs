@@ -36,7 +36,8 @@ pub(super) fn bind(scene: &mut Scene, texture: Texture) -> Result<(), String> {
     if !scene.meshes.iter().any(has_uvs) {
         return Err("no mesh has texture coordinates, so that no texture can be laid on it".into());
     }
-    let wants = |mesh: &Mesh| has_uvs(mesh) && scene.materials[mesh.material].base_texture.is_none();
+    let wants =
+        |mesh: &Mesh| has_uvs(mesh) && scene.materials[mesh.material].base_texture.is_none();
     if !scene.meshes.iter().any(wants) {
         return Err("every mesh that can have a texture has one already: leave it out".into());
     }
@@ -49,14 +50,21 @@ pub(super) fn bind(scene: &mut Scene, texture: Texture) -> Result<(), String> {
         wrap: [Wrap::Repeat; 2],
         magnify: Magnify::Linear,
     };
-    for material in scene.materials.iter_mut().filter(|material| material.base_texture.is_none()) {
+    for material in scene
+        .materials
+        .iter_mut()
+        .filter(|material| material.base_texture.is_none())
+    {
         material.base_texture = Some(bound);
     }
     Ok(())
 }
 
 fn check_numbers(mesh: &Mesh) -> Result<(), String> {
-    let far = mesh.positions.iter().position(|pos| !pos.iter().all(|x| x.abs() <= MAX_COORDINATE));
+    let far = mesh
+        .positions
+        .iter()
+        .position(|pos| !pos.iter().all(|x| x.abs() <= MAX_COORDINATE));
     if let Some(at) = far {
         let pos = mesh.positions[at];
         return Err(format!(
@@ -65,12 +73,24 @@ fn check_numbers(mesh: &Mesh) -> Result<(), String> {
     }
     let uvs = mesh.uvs.iter().flatten();
     if let Some(uv) = uvs.clone().find(|uv| !uv.iter().all(|x| x.abs() <= MAX_UV)) {
-        return Err(format!("a texture coordinate is {uv:?}: expected finite numbers up to {MAX_UV}"));
+        return Err(format!(
+            "a texture coordinate is {uv:?}: expected finite numbers up to {MAX_UV}"
+        ));
     }
-    if !mesh.normals.iter().flatten().all(|number| number.is_finite()) {
+    if !mesh
+        .normals
+        .iter()
+        .flatten()
+        .all(|number| number.is_finite())
+    {
         return Err("a normal is not finite".into());
     }
-    if !mesh.colours.iter().flatten().all(|number| number.is_finite()) {
+    if !mesh
+        .colours
+        .iter()
+        .flatten()
+        .all(|number| number.is_finite())
+    {
         return Err("a vertex colour is not finite".into());
     }
     Ok(())
@@ -81,8 +101,13 @@ fn drop_unusable_textures(scene: &mut Scene, notes: &mut Notes) {
     let mut without: HashMap<(usize, [bool; 2]), usize> = HashMap::new();
     for mesh in &mut scene.meshes {
         let material = &scene.materials[mesh.material];
-        let lacks = |texture: &Option<TextureUse>| texture.is_some_and(|used| used.uv_set >= mesh.uvs.len());
-        let lacking = [lacks(&material.base_texture), lacks(&material.emissive_texture)];
+        let lacks = |texture: &Option<TextureUse>| {
+            texture.is_some_and(|used| used.uv_set >= mesh.uvs.len())
+        };
+        let lacking = [
+            lacks(&material.base_texture),
+            lacks(&material.emissive_texture),
+        ];
         if lacking == [false; 2] {
             continue;
         }
@@ -92,7 +117,9 @@ fn drop_unusable_textures(scene: &mut Scene, notes: &mut Notes) {
             excerpt(&material.name)
         ));
         let place = *without.entry((mesh.material, lacking)).or_insert_with(|| {
-            scene.materials.push(stripped(&scene.materials[mesh.material], lacking));
+            scene
+                .materials
+                .push(stripped(&scene.materials[mesh.material], lacking));
             scene.materials.len() - 1
         });
         mesh.material = place;

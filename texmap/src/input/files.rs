@@ -12,8 +12,9 @@ use crate::Error;
 
 /// Reads a whole file. The error names it.
 pub(super) fn read(path: &Path) -> Result<Vec<u8>, Error> {
-    let unreadable =
-        |what: &dyn std::fmt::Display| Error::Input(format!("{}: cannot read: {what}", path.display()));
+    let unreadable = |what: &dyn std::fmt::Display| {
+        Error::Input(format!("{}: cannot read: {what}", path.display()))
+    };
     let metadata = std::fs::metadata(path).map_err(|error| unreadable(&error))?;
     if !metadata.is_file() {
         return Err(unreadable(&"expected a file, found a folder or a device"));
@@ -21,7 +22,9 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>, Error> {
     let mut bytes = Vec::new();
     // The file may grow meanwhile; what was there at first is what counts.
     let file = File::open(path).map_err(|error| unreadable(&error))?;
-    file.take(metadata.len()).read_to_end(&mut bytes).map_err(|error| unreadable(&error))?;
+    file.take(metadata.len())
+        .read_to_end(&mut bytes)
+        .map_err(|error| unreadable(&error))?;
     Ok(bytes)
 }
 
@@ -35,7 +38,10 @@ pub(super) fn folder_of(path: &Path) -> &Path {
 
 /// The bytes of a `data:` URI, if it is one.
 pub(super) fn data_uri(uri: &str) -> Option<Result<Vec<u8>, String>> {
-    let rest = uri.get(..5).filter(|start| start.eq_ignore_ascii_case("data:")).map(|_| &uri[5..])?;
+    let rest = uri
+        .get(..5)
+        .filter(|start| start.eq_ignore_ascii_case("data:"))
+        .map(|_| &uri[5..])?;
     let Some((head, data)) = rest.split_once(',') else {
         return Some(Err("a data URI without a comma".into()));
     };
@@ -47,19 +53,28 @@ pub(super) fn data_uri(uri: &str) -> Option<Result<Vec<u8>, String>> {
 
 /// The file that a relative URI in a file of `folder` names.
 pub(super) fn resolve(folder: &Path, uri: &str) -> Result<PathBuf, String> {
-    if uri.split_once(':').is_some_and(|(scheme, _)| is_scheme(scheme)) {
-        return Err(format!("'{}' is no file beside this one: only relative names are read", excerpt(uri)));
+    if uri
+        .split_once(':')
+        .is_some_and(|(scheme, _)| is_scheme(scheme))
+    {
+        return Err(format!(
+            "'{}' is no file beside this one: only relative names are read",
+            excerpt(uri)
+        ));
     }
     // A name with a percent sign of its own is tried as it stands.
     let as_it_stands = folder.join(uri);
     if Path::new(uri).is_absolute() {
-        return Err(format!("'{}' is an absolute name: only relative names are read", excerpt(uri)));
+        return Err(format!(
+            "'{}' is an absolute name: only relative names are read",
+            excerpt(uri)
+        ));
     }
     if as_it_stands.is_file() {
         return Ok(as_it_stands);
     }
-    let decoded =
-        String::from_utf8(percent_decoded(uri)).map_err(|_| format!("'{}' is no UTF-8", excerpt(uri)))?;
+    let decoded = String::from_utf8(percent_decoded(uri))
+        .map_err(|_| format!("'{}' is no UTF-8", excerpt(uri)))?;
     if Path::new(&decoded).is_absolute() || decoded.contains('\0') {
         return Err(format!("'{}' is no relative name", excerpt(uri)));
     }
@@ -79,7 +94,9 @@ pub(super) fn excerpt(text: &str) -> String {
 /// A letter is a drive of Windows, which is not a relative name either.
 fn is_scheme(text: &str) -> bool {
     text.starts_with(|c: char| c.is_ascii_alphabetic())
-        && text.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '+' | '-' | '.'))
+        && text
+            .chars()
+            .all(|c| c.is_ascii_alphanumeric() || matches!(c, '+' | '-' | '.'))
 }
 
 fn percent_decoded(text: &str) -> Vec<u8> {
@@ -87,8 +104,12 @@ fn percent_decoded(text: &str) -> Vec<u8> {
     let mut decoded = Vec::with_capacity(bytes.len());
     let mut at = 0;
     while at < bytes.len() {
-        let code = bytes.get(at + 1..at + 3).and_then(|hex| std::str::from_utf8(hex).ok());
-        let code = code.filter(|_| bytes[at] == b'%').and_then(|hex| u8::from_str_radix(hex, 16).ok());
+        let code = bytes
+            .get(at + 1..at + 3)
+            .and_then(|hex| std::str::from_utf8(hex).ok());
+        let code = code
+            .filter(|_| bytes[at] == b'%')
+            .and_then(|hex| u8::from_str_radix(hex, 16).ok());
         decoded.push(code.unwrap_or(bytes[at]));
         at += if code.is_some() { 3 } else { 1 };
     }
@@ -99,7 +120,10 @@ fn percent_decoded(text: &str) -> Vec<u8> {
 fn from_base64(text: &str) -> Option<Vec<u8>> {
     let mut bytes = Vec::with_capacity(text.len() / 4 * 3);
     let (mut bits, mut count) = (0u32, 0);
-    for byte in text.bytes().filter(|byte| !matches!(byte, b'=' | b' ' | b'\n' | b'\r' | b'\t')) {
+    for byte in text
+        .bytes()
+        .filter(|byte| !matches!(byte, b'=' | b' ' | b'\n' | b'\r' | b'\t'))
+    {
         let six = match byte {
             b'A'..=b'Z' => byte - b'A',
             b'a'..=b'z' => byte - b'a' + 26,
@@ -125,11 +149,24 @@ mod tests {
     #[test]
     fn data_uris_are_decoded_or_refused() {
         let data = |uri: &str| data_uri(uri).expect("a data URI");
-        assert_eq!(data("data:;base64,AAECAwQ="), Ok(vec![0, 1, 2, 3, 4]), "with padding");
-        assert_eq!(data("DATA:text/plain,a%20b"), Ok(b"a b".to_vec()), "percent signs");
-        assert!(data("data:;base64,A*").is_err() && data("data:;base64").is_err(), "broken ones");
+        assert_eq!(
+            data("data:;base64,AAECAwQ="),
+            Ok(vec![0, 1, 2, 3, 4]),
+            "with padding"
+        );
+        assert_eq!(
+            data("DATA:text/plain,a%20b"),
+            Ok(b"a b".to_vec()),
+            "percent signs"
+        );
         assert!(
-            data_uri("a.bin").is_none() && data_uri("dat").is_none() && data_uri("ddät:x").is_none(),
+            data("data:;base64,A*").is_err() && data("data:;base64").is_err(),
+            "broken ones"
+        );
+        assert!(
+            data_uri("a.bin").is_none()
+                && data_uri("dat").is_none()
+                && data_uri("ddät:x").is_none(),
             "names"
         );
     }
@@ -137,13 +174,30 @@ mod tests {
     #[test]
     fn names_stay_relative() {
         let folder = Path::new("models");
-        assert_eq!(resolve(folder, "a%20b.png"), Ok(PathBuf::from("models/a b.png")), "decoded");
-        assert_eq!(resolve(folder, "../x/a.png"), Ok(PathBuf::from("models/../x/a.png")), "a folder up");
-        for bad in
-            ["http://host/a.png", "/etc/passwd", "%2Fetc%2Fpasswd", "c:/a.png", "file:a.png", "a%00.png"]
-        {
+        assert_eq!(
+            resolve(folder, "a%20b.png"),
+            Ok(PathBuf::from("models/a b.png")),
+            "decoded"
+        );
+        assert_eq!(
+            resolve(folder, "../x/a.png"),
+            Ok(PathBuf::from("models/../x/a.png")),
+            "a folder up"
+        );
+        for bad in [
+            "http://host/a.png",
+            "/etc/passwd",
+            "%2Fetc%2Fpasswd",
+            "c:/a.png",
+            "file:a.png",
+            "a%00.png",
+        ] {
             assert!(resolve(folder, bad).is_err(), "{bad} must be refused");
         }
-        assert_eq!(resolve(folder, "100%.png"), Ok(PathBuf::from("models/100%.png")), "a lone percent sign");
+        assert_eq!(
+            resolve(folder, "100%.png"),
+            Ok(PathBuf::from("models/100%.png")),
+            "a lone percent sign"
+        );
     }
 }

@@ -62,7 +62,9 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Error> {
         Format::Gltf => gltf::load(&bytes, folder, options, &mut notes).map_err(at)?,
         Format::Obj if options.scene.is_some() => {
             let path = path.display();
-            return Err(Error::Option(format!("{path}: an OBJ file has no scenes: leave out --scene")));
+            return Err(Error::Option(format!(
+                "{path}: an OBJ file has no scenes: leave out --scene"
+            )));
         }
         Format::Obj => obj::load(&bytes, folder, &mut notes).map_err(at)?,
     };
@@ -71,7 +73,10 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Error> {
             .map_err(|what| Error::Option(format!("{}: --texture: {what}", path.display())))?;
     }
     let scene = checked::scene(scene, &mut notes).map_err(at)?;
-    Ok(Loaded { scene, notes: notes.0 })
+    Ok(Loaded {
+        scene,
+        notes: notes.0,
+    })
 }
 
 enum Format {
@@ -86,9 +91,14 @@ fn format_of(bytes: &[u8]) -> Result<Format, String> {
         return Ok(Format::Gltf);
     }
     if let Some(name) = foreign_mark(bytes) {
-        return Err(format!("this is {name}: expected glTF 2.0 (.gltf, .glb) or OBJ"));
+        return Err(format!(
+            "this is {name}: expected glTF 2.0 (.gltf, .glb) or OBJ"
+        ));
     }
-    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+    let text = bytes
+        .strip_prefix(b"\xef\xbb\xbf")
+        .unwrap_or(bytes)
+        .trim_ascii_start();
     match text.first() {
         None => Err("the file is empty: expected glTF 2.0 (.gltf, .glb) or OBJ".into()),
         Some(b'{') => Ok(Format::Gltf),
@@ -108,7 +118,10 @@ fn foreign_mark(bytes: &[u8]) -> Option<&'static str> {
         (b"\x89PNG", "a picture"),
         (b"\xff\xd8\xff", "a picture"),
     ];
-    marks.into_iter().find(|(mark, _)| bytes.starts_with(mark)).map(|(_, name)| name)
+    marks
+        .into_iter()
+        .find(|(mark, _)| bytes.starts_with(mark))
+        .map(|(_, name)| name)
 }
 
 impl Notes {
@@ -117,7 +130,11 @@ impl Notes {
             return;
         }
         let full = self.0.len() == MAX_NOTES;
-        self.0.push(if full { "more notes are left out".to_owned() } else { note });
+        self.0.push(if full {
+            "more notes are left out".to_owned()
+        } else {
+            note
+        });
     }
 }
 

@@ -58,7 +58,9 @@ impl Pictures {
         };
         let bytes = self.bytes + (texture.width * texture.height) as u64 * texel_bytes;
         if bytes > MAX_BYTES_IN_ALL {
-            return Err(format!("all textures together have more than {MAX_BYTES_IN_ALL} bytes"));
+            return Err(format!(
+                "all textures together have more than {MAX_BYTES_IN_ALL} bytes"
+            ));
         }
         self.bytes = bytes;
         self.textures.push(texture);
@@ -72,16 +74,30 @@ impl Pictures {
 }
 
 /// Decodes the bytes of a picture file; `format` counts where the content has no mark.
-pub(super) fn decode(bytes: &[u8], format: Option<ImageFormat>, name: &str) -> Result<Texture, String> {
+pub(super) fn decode(
+    bytes: &[u8],
+    format: Option<ImageFormat>,
+    name: &str,
+) -> Result<Texture, String> {
     let told = image::guess_format(bytes).ok().or(format);
-    let format = told.ok_or("not a picture of a known format: expected PNG, JPEG, WebP, TGA or BMP")?;
+    let format =
+        told.ok_or("not a picture of a known format: expected PNG, JPEG, WebP, TGA or BMP")?;
     let reader = ImageReader::with_format(Cursor::new(bytes), format);
     let unreadable = |error| format!("cannot be decoded as a picture: {error}");
     let decoder = reader.into_decoder().map_err(unreadable)?;
-    check_size(decoder.dimensions(), decoder.color_type().bytes_per_pixel(), bytes.len() as u64)?;
+    check_size(
+        decoder.dimensions(),
+        decoder.color_type().bytes_per_pixel(),
+        bytes.len() as u64,
+    )?;
     let picture = DynamicImage::from_decoder(decoder).map_err(unreadable)?;
     let (width, height) = (picture.width() as usize, picture.height() as usize);
-    Ok(Texture { name: name.to_owned(), width, height, texels: texels(picture) })
+    Ok(Texture {
+        name: name.to_owned(),
+        width,
+        height,
+        texels: texels(picture),
+    })
 }
 
 /// Refuses a size that is 0, too large to hold, or more than the file can stand for.
@@ -107,15 +123,25 @@ fn check_size((width, height): (u32, u32), texel_bytes: u8, file_bytes: u64) -> 
 
 fn texels(picture: DynamicImage) -> Texels {
     match picture {
-        DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
-            Texels::LinearF32(picture.into_rgba32f().pixels().map(|p| p.0.map(finite)).collect())
-        }
+        DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => Texels::LinearF32(
+            picture
+                .into_rgba32f()
+                .pixels()
+                .map(|p| p.0.map(finite))
+                .collect(),
+        ),
         DynamicImage::ImageLuma16(_)
         | DynamicImage::ImageLumaA16(_)
         | DynamicImage::ImageRgb16(_)
         | DynamicImage::ImageRgba16(_) => {
             let picture = picture.into_rgba16();
-            Texels::LinearF32(picture.as_raw().par_chunks_exact(4).map(linear_from_16_bits).collect())
+            Texels::LinearF32(
+                picture
+                    .as_raw()
+                    .par_chunks_exact(4)
+                    .map(linear_from_16_bits)
+                    .collect(),
+            )
         }
         other => Texels::Srgb8(other.into_rgba8().pixels().map(|p| p.0).collect()),
     }
@@ -138,26 +164,44 @@ mod tests {
 
     fn png(picture: &DynamicImage) -> Vec<u8> {
         let mut file = Cursor::new(Vec::new());
-        picture.write_to(&mut file, ImageFormat::Png).expect("memory");
+        picture
+            .write_to(&mut file, ImageFormat::Png)
+            .expect("memory");
         file.into_inner()
     }
 
     #[test]
     fn eight_bits_stay_and_sixteen_become_linear() {
-        let small = DynamicImage::ImageRgb8(image::RgbImage::from_pixel(2, 1, image::Rgb([10, 20, 30])));
-        let Ok(Texture { width: 2, height: 1, texels: Texels::Srgb8(texels), .. }) =
-            decode(&png(&small), None, "a.png")
+        let small =
+            DynamicImage::ImageRgb8(image::RgbImage::from_pixel(2, 1, image::Rgb([10, 20, 30])));
+        let Ok(Texture {
+            width: 2,
+            height: 1,
+            texels: Texels::Srgb8(texels),
+            ..
+        }) = decode(&png(&small), None, "a.png")
         else {
             panic!("a picture of 2x1 with 8 bits")
         };
-        assert_eq!(texels, [[10, 20, 30, 255]; 2], "the file's own bytes, opaque");
+        assert_eq!(
+            texels,
+            [[10, 20, 30, 255]; 2],
+            "the file's own bytes, opaque"
+        );
         let deep = image::ImageBuffer::from_pixel(1, 1, image::Rgba([65535u16, 0, 32768, 16384]));
-        let Ok(Texture { texels: Texels::LinearF32(texels), .. }) =
-            decode(&png(&DynamicImage::ImageRgba16(deep)), None, "b.png")
+        let Ok(Texture {
+            texels: Texels::LinearF32(texels),
+            ..
+        }) = decode(&png(&DynamicImage::ImageRgba16(deep)), None, "b.png")
         else {
             panic!("16 bits become linear")
         };
-        let expected = [1.0, 0.0, linear_from_srgb(32768.0 / 65535.0), 16384.0 / 65535.0];
+        let expected = [
+            1.0,
+            0.0,
+            linear_from_srgb(32768.0 / 65535.0),
+            16384.0 / 65535.0,
+        ];
         assert_eq!(texels, [expected], "colour decoded, alpha as it is");
     }
 
@@ -166,13 +210,22 @@ mod tests {
         let mut forged = png(&DynamicImage::new_rgb8(1, 1));
         // Width and height of a PNG lie at byte 16; its header's checksum is told of first or the size is.
         forged[16..24].copy_from_slice(&[0, 0, 0x40, 0, 0, 0, 0x40, 0]);
-        assert!(decode(&forged, None, "a.png").is_err(), "16384 x 16384 texels do not fit into 70 bytes");
-        assert!(check_size((16384, 16384), 4, 70).is_err_and(|e| e.contains("forged")), "by the ratio");
+        assert!(
+            decode(&forged, None, "a.png").is_err(),
+            "16384 x 16384 texels do not fit into 70 bytes"
+        );
+        assert!(
+            check_size((16384, 16384), 4, 70).is_err_and(|e| e.contains("forged")),
+            "by the ratio"
+        );
         assert!(
             check_size((40_000, 40_000), 4, u64::MAX).is_err_and(|e| e.contains("too large")),
             "by the bound"
         );
         assert!(check_size((0, 5), 4, 70).is_err(), "nothing to see");
-        assert!(decode(b"no picture", None, "a.png").is_err_and(|e| e.contains("known format")), "no mark");
+        assert!(
+            decode(b"no picture", None, "a.png").is_err_and(|e| e.contains("known format")),
+            "no mark"
+        );
     }
 }

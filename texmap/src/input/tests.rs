@@ -6,8 +6,13 @@ fn refusal(content: &[u8]) -> String {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("model");
     std::fs::write(&path, content).expect("written");
-    let error = load(&path, &LoadOptions::default()).expect_err("no good mesh").to_string();
-    assert!(error.starts_with(&path.display().to_string()), "the file is named first: {error}");
+    let error = load(&path, &LoadOptions::default())
+        .expect_err("no good mesh")
+        .to_string();
+    assert!(
+        error.starts_with(&path.display().to_string()),
+        "the file is named first: {error}"
+    );
     error
 }
 
@@ -26,7 +31,10 @@ fn foreign_files_are_called_by_their_names() {
         (b"{", "glTF"),
     ] {
         let error = refusal(content);
-        assert!(error.contains(said), "{content:?}: expected '{said}' in '{error}'");
+        assert!(
+            error.contains(said),
+            "{content:?}: expected '{said}' in '{error}'"
+        );
     }
 }
 
@@ -34,7 +42,9 @@ fn foreign_files_are_called_by_their_names() {
 fn folders_and_missing_files_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     for path in [folder.path().to_owned(), folder.path().join("nothing.glb")] {
-        let error = load(&path, &LoadOptions::default()).expect_err("no file").to_string();
+        let error = load(&path, &LoadOptions::default())
+            .expect_err("no file")
+            .to_string();
         assert!(error.contains("cannot read"), "{error}");
     }
 }

@@ -40,6 +40,10 @@ pub(crate) fn camera(volume: &Volume, view: View) -> Camera {
         View::Far => 2.0 * focal_px,
     };
     let position = centre + distance * DVec3::new(0.62, 0.38, 0.69).normalize();
-    let pose = LookAt { position, target: centre, up: DVec3::Y };
+    let pose = LookAt {
+        position,
+        target: centre,
+        up: DVec3::Y,
+    };
     Camera::perspective(&pose, fov_y_rad, [SIDE_PX; 2]).expect("the eye is outside the volume")
 }

@@ -19,8 +19,11 @@ fn look() -> TransferFunction {
         colour(1.0, [0.0, 0.0, 1.0]),
     ];
     let opacity = |value: f64, opacity: f64| OpacityKnot { value, opacity };
-    TransferFunction::new(colours, vec![opacity(0.25, 0.0), opacity(0.25, 0.5), opacity(1.0, 0.5)])
-        .expect("the knots ascend")
+    TransferFunction::new(
+        colours,
+        vec![opacity(0.25, 0.0), opacity(0.25, 0.5), opacity(1.0, 0.5)],
+    )
+    .expect("the knots ascend")
 }
 
 /// A field that rises along x from 0 at the first voxel to 1 at the last.
@@ -31,7 +34,11 @@ fn ramp(dims: [usize; 3]) -> Volume {
 }
 
 fn samples(volume: &Volume, cells: Cells, cell_error: f32) -> Vec<Samples> {
-    let options = RenderOptions { cells, cell_error, ..RenderOptions::every_sample() };
+    let options = RenderOptions {
+        cells,
+        cell_error,
+        ..RenderOptions::every_sample()
+    };
     cell_samples(&Scene::new(volume, &look()), &options).expect("one channel")
 }
 
@@ -41,10 +48,20 @@ fn one_cell_carries_the_mean_of_what_lies_in_it() {
     let mean = samples(&ramp([2, 2, 2]), Cells::Mean, 0.0);
     assert_eq!((mean.len(), mean[0].count), (1, 1), "one cell, one sample");
     let [r, g, b, strength] = mean[0].bricks[0].values[0];
-    assert!((f64::from(strength) - 0.75 * 2f64.ln()).abs() < 1e-6, "extinction {strength}");
-    assert!((r - 1.0 / 3.0).abs() < 1e-6 && g == 0.0 && (b - 2.0 / 3.0).abs() < 1e-6, "colour {r} {g} {b}");
+    assert!(
+        (f64::from(strength) - 0.75 * 2f64.ln()).abs() < 1e-6,
+        "extinction {strength}"
+    );
+    assert!(
+        (r - 1.0 / 3.0).abs() < 1e-6 && g == 0.0 && (b - 2.0 / 3.0).abs() < 1e-6,
+        "colour {r} {g} {b}"
+    );
     let place = mean[0].world_from_index.transform_point3(DVec3::ZERO);
-    assert_eq!(place, DVec3::splat(0.5), "the sample stands in the middle of its cell");
+    assert_eq!(
+        place,
+        DVec3::splat(0.5),
+        "the sample stands in the middle of its cell"
+    );
 }
 
 #[test]
@@ -54,9 +71,17 @@ fn parts_are_split_only_where_they_differ() {
     let counts: Vec<u64> = split.iter().map(|lattice| lattice.count).collect();
     assert_eq!(counts, [0, 4, 16], "whole cells, halves, quarters");
     let coarse = samples(&ramp([2, 2, 2]), Cells::Split, 0.9);
-    assert_eq!(coarse.iter().map(|l| l.count).collect::<Vec<_>>(), [1, 0, 0], "an error that allows all");
+    assert_eq!(
+        coarse.iter().map(|l| l.count).collect::<Vec<_>>(),
+        [1, 0, 0],
+        "an error that allows all"
+    );
     let quarter = split[2].world_from_index.transform_point3(DVec3::ZERO);
-    assert_eq!(quarter, DVec3::splat(0.125), "the middle of the first quarter");
+    assert_eq!(
+        quarter,
+        DVec3::splat(0.125),
+        "the middle of the first quarter"
+    );
 }
 
 #[test]
@@ -77,14 +102,20 @@ fn splitting_keeps_what_there_is_of_extinction_and_colour() {
     let [mean, split] =
         [(Cells::Mean, 0.0), (Cells::Split, 0.05)].map(|(c, e)| total(&samples(&volume, c, e)));
     for (a, b) in mean.iter().zip(split) {
-        assert!((a - b).abs() < 1e-5 * mean[3], "{mean:?} split into {split:?}");
+        assert!(
+            (a - b).abs() < 1e-5 * mean[3],
+            "{mean:?} split into {split:?}"
+        );
     }
 }
 
 #[test]
 fn a_clip_of_voxels_is_the_same_place_on_every_lattice() {
     let volume = ramp([20, 5, 5]);
-    let clip = Clip { crop_in_grid: Some([DVec3::splat(1.0), DVec3::splat(3.0)]), ..Clip::default() };
+    let clip = Clip {
+        crop_in_grid: Some([DVec3::splat(1.0), DVec3::splat(3.0)]),
+        ..Clip::default()
+    };
     for lattice in samples(&volume, Cells::Split, 0.01) {
         let in_lattice = lattice.clip(&clip);
         let inverse = lattice.world_from_index.inverse();

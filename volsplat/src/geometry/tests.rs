@@ -16,7 +16,10 @@ struct Numbers(u64);
 
 impl Numbers {
     fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
 
@@ -27,8 +30,12 @@ impl Numbers {
     /// Axes of length 0.3 to 3, sheared by up to 30 percent; far from the origin.
     fn grid(&mut self) -> DAffine3 {
         let size = DVec3::new(1.0, 1.0, 1.0).map(|_| 10f64.powf(self.next() - 0.5));
-        let axes = DVec3::AXES.map(|axis| axis * size.dot(axis) + self.vector(0.3) * size.dot(axis));
-        DAffine3::from_mat3_translation(DMat3::from_cols(axes[0], axes[1], axes[2]), self.vector(1e5))
+        let axes =
+            DVec3::AXES.map(|axis| axis * size.dot(axis) + self.vector(0.3) * size.dot(axis));
+        DAffine3::from_mat3_translation(
+            DMat3::from_cols(axes[0], axes[1], axes[2]),
+            self.vector(1e5),
+        )
     }
 
     /// A camera 10 to 60 voxels from the brick's middle that looks somewhere near it.
@@ -37,10 +44,16 @@ impl Numbers {
         let away = self.vector(1.0).normalize() * (15.0 + 45.0 * self.next());
         let position = middle + grid.transform_vector3(away);
         let target = middle + grid.transform_vector3(self.vector(4.0));
-        let pose = LookAt { position, target, up: DVec3::new(0.1, 1.0, 0.05) };
+        let pose = LookAt {
+            position,
+            target,
+            up: DVec3::new(0.1, 1.0, 0.05),
+        };
         match projection {
             Projection::Perspective => Camera::perspective(&pose, 0.3 + self.next(), [640, 480]),
-            Projection::Orthographic => Camera::orthographic(&pose, 10.0 + 40.0 * self.next(), [640, 480]),
+            Projection::Orthographic => {
+                Camera::orthographic(&pose, 10.0 + 40.0 * self.next(), [640, 480])
+            }
         }
         .expect("a valid camera")
     }
@@ -72,7 +85,8 @@ fn filled(numbers: &mut Numbers, lens: &Lens) -> (Block, Vec<DVec3>) {
     let corner = DVec3::new(0.0, 0.0, 0.0);
     let mut positions = Vec::new();
     for i in 0..BLOCK {
-        let at = DVec3::new(numbers.next(), numbers.next(), numbers.next()).map(|x| (x * 16.0).floor());
+        let at =
+            DVec3::new(numbers.next(), numbers.next(), numbers.next()).map(|x| (x * 16.0).floor());
         (block.x[i], block.y[i], block.z[i]) = (at.x as f32, at.y as f32, at.z as f32);
         positions.push(corner + at);
     }
@@ -96,7 +110,9 @@ fn measure(mode: FootprintMode, projection: Projection) -> Worst {
         let lens = Lens::new((&view, 0), &kernel, (mode, SelectMode::Splats), 0.7);
         let (block, positions) = filled(&mut numbers, &lens);
         for (i, at) in positions.iter().enumerate() {
-            let Some(ball) = BallGeometry::new(&view, *at, kernel.radius()) else { continue };
+            let Some(ball) = BallGeometry::new(&view, *at, kernel.radius()) else {
+                continue;
+            };
             // Nearly open outlines lose digits by nature: the extremes have their own tests.
             if view.camera_from_grid.transform_point3(*at).z > 1.5 * wide(lens.depth_reach) {
                 compare(&mut worst, (&block, i), (&view, &ball, mode), *at);
@@ -117,27 +133,50 @@ fn compare(
         _ => ball.outline,
     };
     let half = ellipse.half_extent_px();
-    let centre = if mode == FootprintMode::Exact { ball.projected_px } else { ellipse.centre_px };
+    let centre = if mode == FootprintMode::Exact {
+        ball.projected_px
+    } else {
+        ellipse.centre_px
+    };
     let got = DVec2::new(wide(block.form_x[i]), wide(block.form_y[i]));
-    raise(&mut worst.centre, ((got - centre) / half).abs().max_element());
+    raise(
+        &mut worst.centre,
+        ((got - centre) / half).abs().max_element(),
+    );
     let middle = DVec2::new(wide(block.middle_x[i]), wide(block.middle_y[i]));
     let extent = DVec2::new(wide(block.half_width[i]), wide(block.half_height[i]));
-    raise(&mut worst.bounds, ((middle - ellipse.centre_px) / half).abs().max_element());
+    raise(
+        &mut worst.bounds,
+        ((middle - ellipse.centre_px) / half).abs().max_element(),
+    );
     raise(&mut worst.bounds, (extent / half - 1.0).abs().max_element());
     compare_index(worst, (block, i), (view, ball, mode), ellipse);
 
     let in_camera = view.camera_from_grid.transform_point3(at);
-    let depth = if view.projection == Projection::Perspective { in_camera.length() } else { in_camera.z };
+    let depth = if view.projection == Projection::Perspective {
+        in_camera.length()
+    } else {
+        in_camera.z
+    };
     let spacing2 = largest_eigenvalue(view.gram_px2(in_camera));
     // World volume over the opacity unit of 0.7, times the pixels per world area across the ray.
     let area = view.focal.x * view.focal.y * view.cell_volume() / 0.7
-        * if view.projection == Projection::Perspective { depth / in_camera.z.powi(3) } else { 1.0 };
-    for (got, truth) in
-        [(block.depth[i], depth), (block.spacing2_px2[i], spacing2), (block.area_px2[i], area)]
-    {
+        * if view.projection == Projection::Perspective {
+            depth / in_camera.z.powi(3)
+        } else {
+            1.0
+        };
+    for (got, truth) in [
+        (block.depth[i], depth),
+        (block.spacing2_px2[i], spacing2),
+        (block.area_px2[i], area),
+    ] {
         raise(&mut worst.relative, (wide(got) / truth - 1.0).abs());
     }
-    raise(&mut worst.relative, (wide(block.sin2_cone[i]) - ball.sin2_cone).abs());
+    raise(
+        &mut worst.relative,
+        (wide(block.sin2_cone[i]) - ball.sin2_cone).abs(),
+    );
 }
 
 /// The squared index at places on the outline and halfway to it, from the block's form in f64.
@@ -148,16 +187,21 @@ fn compare_index(
     ellipse: resample_core::conic::Ellipse,
 ) {
     for step in 0..16 {
-        let direction =
-            DVec2::from_angle(f64::from(step) * std::f64::consts::TAU / 16.0) * ellipse.half_extent_px();
+        let direction = DVec2::from_angle(f64::from(step) * std::f64::consts::TAU / 16.0)
+            * ellipse.half_extent_px();
         let on_outline = direction / ellipse.value(ellipse.centre_px + direction).sqrt();
         for share in [0.5, 1.0] {
             let pixel = ellipse.centre_px + share * on_outline;
-            let [dx, dy] = [pixel.x - wide(block.form_x[i]), pixel.y - wide(block.form_y[i])];
+            let [dx, dy] = [
+                pixel.x - wide(block.form_x[i]),
+                pixel.y - wide(block.form_y[i]),
+            ];
             let form = [block.form_xx[i], block.form_xy[i], block.form_yy[i]].map(wide);
             let value = form[0] * dx * dx + 2.0 * form[1] * dx * dy + form[2] * dy * dy;
             let scale = match mode {
-                FootprintMode::Exact => 1.0 / (ball.radius.powi(2) * view.ray(pixel).1.length_squared()),
+                FootprintMode::Exact => {
+                    1.0 / (ball.radius.powi(2) * view.ray(pixel).1.length_squared())
+                }
                 _ => 1.0,
             };
             let truth = match mode {
@@ -189,10 +233,26 @@ fn blocks_agree_with_their_f64_twin() {
         for mode in FootprintMode::ALL {
             let worst = measure(mode, projection);
             println!("{mode:?}, {projection:?}: {worst:?}");
-            assert!(worst.centre < 2e-5, "{mode:?}, {projection:?}: a centre is off by {}", worst.centre);
-            assert!(worst.bounds < 2e-5, "{mode:?}, {projection:?}: a box is off by {}", worst.bounds);
-            assert!(worst.index < 5e-5, "{mode:?}, {projection:?}: an index is off by {}", worst.index);
-            assert!(worst.relative < 2e-6, "{mode:?}, {projection:?}: {} of spacing or mass", worst.relative);
+            assert!(
+                worst.centre < 2e-5,
+                "{mode:?}, {projection:?}: a centre is off by {}",
+                worst.centre
+            );
+            assert!(
+                worst.bounds < 2e-5,
+                "{mode:?}, {projection:?}: a box is off by {}",
+                worst.bounds
+            );
+            assert!(
+                worst.index < 5e-5,
+                "{mode:?}, {projection:?}: an index is off by {}",
+                worst.index
+            );
+            assert!(
+                worst.relative < 2e-6,
+                "{mode:?}, {projection:?}: {} of spacing or mass",
+                worst.relative
+            );
         }
     }
 }

@@ -34,10 +34,16 @@ pub(super) const DEFLATE_EXPANSION: u64 = 1032;
 impl Layout {
     /// Bytes that the scalars take in a binary encoding; an error where that overflows.
     pub(super) fn bytes(&self) -> Result<u64, String> {
-        let bytes =
-            self.count.checked_mul(self.voxel_type.bytes()).and_then(|bytes| u64::try_from(bytes).ok());
+        let bytes = self
+            .count
+            .checked_mul(self.voxel_type.bytes())
+            .and_then(|bytes| u64::try_from(bytes).ok());
         bytes.ok_or_else(|| {
-            format!("{} voxels of {} are more than can be addressed", self.count, self.voxel_type.name())
+            format!(
+                "{} voxels of {} are more than can be addressed",
+                self.count,
+                self.voxel_type.name()
+            )
         })
     }
 }
@@ -47,13 +53,21 @@ pub(super) fn binary(stream: &mut dyn Read, layout: &Layout) -> Result<Voxels, S
     let voxels = match (layout.voxel_type, layout.endian) {
         (VoxelType::U8, _) => Voxels::U8(scalars(stream, layout, u8::from_le_bytes)?),
         (VoxelType::I8, _) => Voxels::I8(scalars(stream, layout, i8::from_le_bytes)?),
-        (VoxelType::U16, Endian::Little) => Voxels::U16(scalars(stream, layout, u16::from_le_bytes)?),
+        (VoxelType::U16, Endian::Little) => {
+            Voxels::U16(scalars(stream, layout, u16::from_le_bytes)?)
+        }
         (VoxelType::U16, Endian::Big) => Voxels::U16(scalars(stream, layout, u16::from_be_bytes)?),
-        (VoxelType::I16, Endian::Little) => Voxels::I16(scalars(stream, layout, i16::from_le_bytes)?),
+        (VoxelType::I16, Endian::Little) => {
+            Voxels::I16(scalars(stream, layout, i16::from_le_bytes)?)
+        }
         (VoxelType::I16, Endian::Big) => Voxels::I16(scalars(stream, layout, i16::from_be_bytes)?),
-        (VoxelType::U32, Endian::Little) => Voxels::U32(scalars(stream, layout, u32::from_le_bytes)?),
+        (VoxelType::U32, Endian::Little) => {
+            Voxels::U32(scalars(stream, layout, u32::from_le_bytes)?)
+        }
         (VoxelType::U32, Endian::Big) => Voxels::U32(scalars(stream, layout, u32::from_be_bytes)?),
-        (VoxelType::I32, Endian::Little) => Voxels::I32(scalars(stream, layout, i32::from_le_bytes)?),
+        (VoxelType::I32, Endian::Little) => {
+            Voxels::I32(scalars(stream, layout, i32::from_le_bytes)?)
+        }
         (VoxelType::I32, Endian::Big) => Voxels::I32(scalars(stream, layout, i32::from_be_bytes)?),
         (VoxelType::U64, Endian::Little) => {
             Voxels::F64(scalars(stream, layout, |b| u64::from_le_bytes(b) as f64)?)
@@ -67,9 +81,13 @@ pub(super) fn binary(stream: &mut dyn Read, layout: &Layout) -> Result<Voxels, S
         (VoxelType::I64, Endian::Big) => {
             Voxels::F64(scalars(stream, layout, |b| i64::from_be_bytes(b) as f64)?)
         }
-        (VoxelType::F32, Endian::Little) => Voxels::F32(scalars(stream, layout, f32::from_le_bytes)?),
+        (VoxelType::F32, Endian::Little) => {
+            Voxels::F32(scalars(stream, layout, f32::from_le_bytes)?)
+        }
         (VoxelType::F32, Endian::Big) => Voxels::F32(scalars(stream, layout, f32::from_be_bytes)?),
-        (VoxelType::F64, Endian::Little) => Voxels::F64(scalars(stream, layout, f64::from_le_bytes)?),
+        (VoxelType::F64, Endian::Little) => {
+            Voxels::F64(scalars(stream, layout, f64::from_le_bytes)?)
+        }
         (VoxelType::F64, Endian::Big) => Voxels::F64(scalars(stream, layout, f64::from_be_bytes)?),
     };
     refuse_surplus(stream, layout)?;
@@ -85,8 +103,12 @@ pub(super) fn text(stream: &mut dyn BufRead, layout: &Layout) -> Result<Voxels, 
         VoxelType::I16 => Voxels::I16(words(stream, layout, |w| w.parse().ok())?),
         VoxelType::U32 => Voxels::U32(words(stream, layout, |w| w.parse().ok())?),
         VoxelType::I32 => Voxels::I32(words(stream, layout, |w| w.parse().ok())?),
-        VoxelType::U64 => Voxels::F64(words(stream, layout, |w| w.parse::<u64>().ok().map(|v| v as f64))?),
-        VoxelType::I64 => Voxels::F64(words(stream, layout, |w| w.parse::<i64>().ok().map(|v| v as f64))?),
+        VoxelType::U64 => Voxels::F64(words(stream, layout, |w| {
+            w.parse::<u64>().ok().map(|v| v as f64)
+        })?),
+        VoxelType::I64 => Voxels::F64(words(stream, layout, |w| {
+            w.parse::<i64>().ok().map(|v| v as f64)
+        })?),
         VoxelType::F32 => Voxels::F32(words(stream, layout, |w| w.parse().ok())?),
         VoxelType::F64 => Voxels::F64(words(stream, layout, |w| w.parse().ok())?),
     })
@@ -140,10 +162,18 @@ fn scalars<T, const N: usize>(
         let wanted = ((layout.count - values.len()) * N).min(PIECE_BYTES);
         let got = fill(stream, &mut piece[..wanted]).map_err(|error| broken(&error))?;
         reserve(&mut values, got / N, layout.count)?;
-        values.extend(piece[..got].as_chunks::<N>().0.iter().map(|&bytes| from_bytes(bytes)));
+        values.extend(
+            piece[..got]
+                .as_chunks::<N>()
+                .0
+                .iter()
+                .map(|&bytes| from_bytes(bytes)),
+        );
         if got < wanted {
             let (needed, held) = (layout.bytes()?, values.len() * N + got % N);
-            return Err(format!("the data ends early: {needed} bytes are needed, {held} are there"));
+            return Err(format!(
+                "the data ends early: {needed} bytes are needed, {held} are there"
+            ));
         }
     }
     Ok(values)
@@ -180,13 +210,17 @@ fn refuse_surplus(stream: &mut dyn Read, layout: &Layout) -> Result<(), String> 
     let needed = layout.bytes()?;
     match surplus {
         Ok(0) => Ok(()),
-        Ok(more) if more < SURPLUS_LIMIT => {
-            Err(format!("the data goes on: {needed} bytes are needed, {} are there", needed + more))
-        }
-        Ok(more) => {
-            Err(format!("the data goes on: {needed} bytes are needed, at least {} are there", needed + more))
-        }
-        Err(error) => Err(format!("after the {needed} bytes needed the data goes on and is broken: {error}")),
+        Ok(more) if more < SURPLUS_LIMIT => Err(format!(
+            "the data goes on: {needed} bytes are needed, {} are there",
+            needed + more
+        )),
+        Ok(more) => Err(format!(
+            "the data goes on: {needed} bytes are needed, at least {} are there",
+            needed + more
+        )),
+        Err(error) => Err(format!(
+            "after the {needed} bytes needed the data goes on and is broken: {error}"
+        )),
     }
 }
 
@@ -206,7 +240,9 @@ fn words<T>(
         let text = String::from_utf8_lossy(&word);
         let Some(value) = parse(&text) else {
             let (place, name) = (values.len(), layout.voxel_type.name());
-            return Err(format!("value {place} of the data is '{text}': expected a number that fits {name}"));
+            return Err(format!(
+                "value {place} of the data is '{text}': expected a number that fits {name}"
+            ));
         };
         reserve(&mut values, 1, layout.count)?;
         values.push(value);
@@ -214,12 +250,12 @@ fn words<T>(
     let (needed, held) = (layout.count as u64, values.len() as u64 + surplus);
     match held.cmp(&needed) {
         std::cmp::Ordering::Equal => Ok(values),
-        std::cmp::Ordering::Less => {
-            Err(format!("the data ends early: {needed} values are needed, {held} are there"))
-        }
-        std::cmp::Ordering::Greater => {
-            Err(format!("the data goes on: {needed} values are needed, {held} are there"))
-        }
+        std::cmp::Ordering::Less => Err(format!(
+            "the data ends early: {needed} values are needed, {held} are there"
+        )),
+        std::cmp::Ordering::Greater => Err(format!(
+            "the data goes on: {needed} values are needed, {held} are there"
+        )),
     }
 }
 
@@ -232,14 +268,22 @@ fn next_word(stream: &mut dyn BufRead, word: &mut Vec<u8>) -> Result<bool, Strin
             return Ok(!word.is_empty());
         }
         let separates = |byte: &u8| byte.is_ascii_whitespace() || *byte == b',';
-        let skipped =
-            if word.is_empty() { buffer.iter().take_while(|byte| separates(byte)).count() } else { 0 };
-        let taken = buffer[skipped..].iter().take_while(|byte| !separates(byte)).count();
+        let skipped = if word.is_empty() {
+            buffer.iter().take_while(|byte| separates(byte)).count()
+        } else {
+            0
+        };
+        let taken = buffer[skipped..]
+            .iter()
+            .take_while(|byte| !separates(byte))
+            .count();
         word.extend_from_slice(&buffer[skipped..skipped + taken]);
         let ended = skipped + taken < buffer.len();
         stream.consume(skipped + taken);
         if word.len() > MAX_WORD_BYTES {
-            return Err(format!("the data holds a word of more than {MAX_WORD_BYTES} characters"));
+            return Err(format!(
+                "the data holds a word of more than {MAX_WORD_BYTES} characters"
+            ));
         }
         if ended && !word.is_empty() {
             return Ok(true);

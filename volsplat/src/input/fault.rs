@@ -29,7 +29,10 @@ impl Fault {
     pub(super) fn at(self, path: &Path) -> Error {
         match self {
             Self::Invalid(what) => invalid(path, what),
-            Self::Unsupported(what) => Error::Unsupported { path: path.to_owned(), what },
+            Self::Unsupported(what) => Error::Unsupported {
+                path: path.to_owned(),
+                what,
+            },
             Self::Option(what) => Error::Option(format!("{}: {what}", path.display())),
         }
     }

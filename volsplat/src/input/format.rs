@@ -6,7 +6,9 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use super::{cannot_read, dicom, meta_image, nifti, npy, nrrd, open, slices, tiff_stack, vti, zarr};
+use super::{
+    cannot_read, dicom, meta_image, nifti, npy, nrrd, open, slices, tiff_stack, vti, zarr,
+};
 use crate::Error;
 
 /// The formats that are told by their content. A headerless file has none of them.
@@ -60,17 +62,33 @@ const HEAD_BYTES: u64 = 4096;
 
 /// Marks of formats that people may hand in and that are not read here, with what to do.
 const NOT_READ: [(&[u8], &str); 6] = [
-    (b"\x89HDF\r\n\x1a\n", "an HDF5 file: write the data set to NRRD or .npy first"),
-    (b"PK\x03\x04", "a ZIP archive (.npz, .zip): unpack it and give one file of it"),
-    (b"# vtk DataFile", "a legacy VTK file: save it as VTK ImageData (.vti)"),
-    (b"\x89PNG\r\n\x1a\n", "a PNG picture: convert the slices to a TIFF stack"),
-    (b"\xff\xd8\xff", "a JPEG picture: convert the slices to a TIFF stack"),
+    (
+        b"\x89HDF\r\n\x1a\n",
+        "an HDF5 file: write the data set to NRRD or .npy first",
+    ),
+    (
+        b"PK\x03\x04",
+        "a ZIP archive (.npz, .zip): unpack it and give one file of it",
+    ),
+    (
+        b"# vtk DataFile",
+        "a legacy VTK file: save it as VTK ImageData (.vti)",
+    ),
+    (
+        b"\x89PNG\r\n\x1a\n",
+        "a PNG picture: convert the slices to a TIFF stack",
+    ),
+    (
+        b"\xff\xd8\xff",
+        "a JPEG picture: convert the slices to a TIFF stack",
+    ),
     (b"BZh", "a bzip2 file: unpack it first"),
 ];
 
 const NO_SLICES: &str = "a folder without slices (DICOM or TIFF files)";
 const GZIP: &str = "a gzip file that holds no NIfTI: unpack it first";
-const ANALYZE: &str = "an ANALYZE 7.5 header, which does not say which side is left: convert it to NIfTI";
+const ANALYZE: &str =
+    "an ANALYZE 7.5 header, which does not say which side is left: convert it to NIfTI";
 
 /// The format of the file, the folder of slices or the pattern (`slices/img*.tif`) at `path`.
 ///
@@ -88,7 +106,9 @@ pub(super) fn tell(path: &Path) -> Result<Told, Error> {
     if zarr::begins(path) {
         return Ok(Told::Known(Format::Zarr, vec![path.to_owned()]));
     }
-    let Some(paths) = slices::paths(path)? else { return tell_file(path) };
+    let Some(paths) = slices::paths(path)? else {
+        return tell_file(path);
+    };
     let (mut dicom, mut tiff) = (Vec::new(), Vec::new());
     for path in paths {
         match known(&head_of(&path)?) {
@@ -127,7 +147,10 @@ fn tell_file(path: &Path) -> Result<Told, Error> {
 
 fn head_of(path: &Path) -> Result<Vec<u8>, Error> {
     let mut head = Vec::new();
-    open(path)?.take(HEAD_BYTES).read_to_end(&mut head).map_err(|source| cannot_read(path, source))?;
+    open(path)?
+        .take(HEAD_BYTES)
+        .read_to_end(&mut head)
+        .map_err(|source| cannot_read(path, source))?;
     Ok(head)
 }
 

@@ -27,9 +27,15 @@ impl<'a> Lines<'a> {
         let got = got.map_err(|error| format!("the header cannot be read: {error}"))? as u64;
         self.bytes += got;
         if got == room && !line.ends_with(b"\n") {
-            return Err(Fault::Invalid(format!("the header has no end within {MAX_HEADER_BYTES} bytes")));
+            return Err(Fault::Invalid(format!(
+                "the header has no end within {MAX_HEADER_BYTES} bytes"
+            )));
         }
         let text = String::from_utf8_lossy(&line);
-        Ok((got > 0).then(|| text.trim_end_matches('\n').trim_end_matches('\r').to_owned()))
+        Ok((got > 0).then(|| {
+            text.trim_end_matches('\n')
+                .trim_end_matches('\r')
+                .to_owned()
+        }))
     }
 }

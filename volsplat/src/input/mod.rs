@@ -76,7 +76,11 @@ pub struct LoadOptions {
 /// or superfluous.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Volume, Error> {
     // The image of a NIfTI pair has no mark of its own.
-    let header = if options.raw.is_none() { nifti::header_beside(path) } else { None };
+    let header = if options.raw.is_none() {
+        nifti::header_beside(path)
+    } else {
+        None
+    };
     let path = header.as_deref().unwrap_or(path);
     let mut parts = match (format::tell(path)?, &options.raw) {
         (Told::Known(format, files), None) => read(format, path, &files, options)?,
@@ -87,10 +91,14 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Volume, Error> {
         parts.voxels = rescaled(parts.voxels, slope, intercept)?;
     }
     if let NanPolicy::Replace(value) = options.nan {
-        parts.voxels.replace_non_finite(value).map_err(Error::Option)?;
+        parts
+            .voxels
+            .replace_non_finite(value)
+            .map_err(Error::Option)?;
     }
     let lattice = replaced_lattice(parts.world_from_index, options)?;
-    let mut volume = Volume::new(parts.dims, parts.voxels, lattice).map_err(|error| at(path, error))?;
+    let mut volume =
+        Volume::new(parts.dims, parts.voxels, lattice).map_err(|error| at(path, error))?;
     volume.up_hint = parts.up_hint;
     volume.space = parts.space;
     Ok(volume)
@@ -103,9 +111,15 @@ pub(crate) struct Unread {
 }
 
 /// The lattice and the voxel type of a file that [`open_unread`] opens, told without unpacking it; `None` for others.
-pub(crate) fn peek(path: &Path, options: &LoadOptions) -> Result<Option<(Lattice, VoxelType)>, Error> {
+pub(crate) fn peek(
+    path: &Path,
+    options: &LoadOptions,
+) -> Result<Option<(Lattice, VoxelType)>, Error> {
     if let Some(zarr) = open_zarr(path, options)? {
-        return Ok(Some((zarr_lattice(path, &zarr, options)?, zarr.voxel_type())));
+        return Ok(Some((
+            zarr_lattice(path, &zarr, options)?,
+            zarr.voxel_type(),
+        )));
     }
     let unread = open_unread(path, options, (0, &mut |_| {}))?;
     Ok(unread.map(|unread| (unread.lattice, unread.stored.voxel_type())))
@@ -123,13 +137,22 @@ fn open_zarr(path: &Path, options: &LoadOptions) -> Result<Option<zarr::Opened>,
 
 fn zarr_lattice(path: &Path, zarr: &zarr::Opened, options: &LoadOptions) -> Result<Lattice, Error> {
     let world_from_index = replaced_lattice(zarr.world_from_index, options)?;
-    let lattice = Lattice { dims: zarr.dims, world_from_index, up_hint: None, space: None };
+    let lattice = Lattice {
+        dims: zarr.dims,
+        world_from_index,
+        up_hint: None,
+        space: None,
+    };
     lattice.check().map_err(|error| at(path, error))?;
     Ok(lattice)
 }
 
 fn zarr_choice(options: &LoadOptions) -> zarr::Choice {
-    zarr::Choice { level: options.level, channel: options.component, time: options.time }
+    zarr::Choice {
+        level: options.level,
+        channel: options.component,
+        time: options.time,
+    }
 }
 
 /// Opens a volume file whose voxels can be read box by box, unpacking chunks into a temporary file within `max_memory`
@@ -143,7 +166,10 @@ pub(crate) fn open_unread(
 ) -> Result<Option<Unread>, Error> {
     if let Some(zarr) = open_zarr(path, options)? {
         let lattice = zarr_lattice(path, &zarr, options)?;
-        return Ok(Some(Unread { stored: zarr.unpack((max_memory, watch), options.nan)?, lattice }));
+        return Ok(Some(Unread {
+            stored: zarr.unpack((max_memory, watch), options.nan)?,
+            lattice,
+        }));
     }
     if options.rescale.is_some() {
         // Box by box, values would have no type that suits all of them.
@@ -163,11 +189,25 @@ pub(crate) fn open_unread(
         (Told::NotRead(_) | Told::Nothing, None) if nifti::header_beside(path).is_some() => None,
         (told, _) => return Err(undecided(path, &told)),
     };
-    let Some(located) = located else { return Ok(None) };
-    let Some(stored) = Stored::open(&located, options.nan)? else { return Ok(None) };
-    let Located { dims, up_hint, space, .. } = located;
+    let Some(located) = located else {
+        return Ok(None);
+    };
+    let Some(stored) = Stored::open(&located, options.nan)? else {
+        return Ok(None);
+    };
+    let Located {
+        dims,
+        up_hint,
+        space,
+        ..
+    } = located;
     let world_from_index = replaced_lattice(located.world_from_index, options)?;
-    let lattice = Lattice { dims, world_from_index, up_hint, space };
+    let lattice = Lattice {
+        dims,
+        world_from_index,
+        up_hint,
+        space,
+    };
     lattice.check().map_err(|error| at(path, error))?;
     Ok(Some(Unread { stored, lattice }))
 }
@@ -182,7 +222,12 @@ fn rescaled(voxels: Voxels, slope: f64, intercept: f64) -> Result<Voxels, Error>
     Ok(rescale::Rescale { slope, intercept }.apply(voxels))
 }
 
-fn read(format: Format, path: &Path, files: &[PathBuf], options: &LoadOptions) -> Result<Parts, Error> {
+fn read(
+    format: Format,
+    path: &Path,
+    files: &[PathBuf],
+    options: &LoadOptions,
+) -> Result<Parts, Error> {
     refuse_superfluous(format, path, options)?;
     match format {
         Format::Nrrd => nrrd::load(path, options.component),
@@ -192,7 +237,10 @@ fn read(format: Format, path: &Path, files: &[PathBuf], options: &LoadOptions) -
         Format::Dicom => dicom::load(files, path, options.series.as_deref()),
         Format::Tiff => tiff_stack::load(files),
         Format::Vti => {
-            let choice = vti::Choice { array: options.array.as_deref(), component: options.component };
+            let choice = vti::Choice {
+                array: options.array.as_deref(),
+                component: options.component,
+            };
             vti::load(path, choice)
         }
         Format::Zarr => zarr::load(path, zarr_choice(options)),
@@ -201,10 +249,19 @@ fn read(format: Format, path: &Path, files: &[PathBuf], options: &LoadOptions) -
 
 /// Options that mean nothing for the format are an error, because whoever typed them expects an effect.
 fn refuse_superfluous(format: Format, path: &Path, options: &LoadOptions) -> Result<(), Error> {
-    let has_components = matches!(format, Format::MetaImage | Format::Nrrd | Format::Vti | Format::Zarr);
+    let has_components = matches!(
+        format,
+        Format::MetaImage | Format::Nrrd | Format::Vti | Format::Zarr
+    );
     let given = [
-        ("--component", options.component.is_some() && !has_components),
-        ("--series", options.series.is_some() && format != Format::Dicom),
+        (
+            "--component",
+            options.component.is_some() && !has_components,
+        ),
+        (
+            "--series",
+            options.series.is_some() && format != Format::Dicom,
+        ),
         ("--array", options.array.is_some() && format != Format::Vti),
         ("--level", options.level.is_some() && format != Format::Zarr),
         ("--time", options.time.is_some() && format != Format::Zarr),
@@ -228,9 +285,10 @@ fn undecided(path: &Path, told: &Told) -> Error {
             "{name}: this is a file of format {} and states its own size and type: leave out --dims and --type",
             format.name()
         )),
-        Told::NotRead(advice) => {
-            Error::Unsupported { path: path.to_owned(), what: format!("this is {advice}") }
-        }
+        Told::NotRead(advice) => Error::Unsupported {
+            path: path.to_owned(),
+            what: format!("this is {advice}"),
+        },
         Told::Nothing => Error::Option(format!(
             "{name}: no known header (formats are told by the content): for a headerless file give --dims X,Y,Z \
              and --type TYPE, and where needed --endian, --skip and --spacing"
@@ -247,14 +305,26 @@ struct Parts {
     space: Option<String>,
 }
 
-fn replaced_lattice(mut map: glam::DAffine3, options: &LoadOptions) -> Result<glam::DAffine3, Error> {
+fn replaced_lattice(
+    mut map: glam::DAffine3,
+    options: &LoadOptions,
+) -> Result<glam::DAffine3, Error> {
     if let Some(spacing) = options.spacing {
-        if !spacing.iter().all(|&length| length > 0.0 && length.is_finite()) {
-            return Err(Error::Option(format!("--spacing {spacing:?}: each must be finite and above 0")));
+        if !spacing
+            .iter()
+            .all(|&length| length > 0.0 && length.is_finite())
+        {
+            return Err(Error::Option(format!(
+                "--spacing {spacing:?}: each must be finite and above 0"
+            )));
         }
         let axes = map.matrix3;
         let unit = [axes.x_axis, axes.y_axis, axes.z_axis].map(DVec3::normalize_or_zero);
-        map.matrix3 = DMat3::from_cols(unit[0] * spacing[0], unit[1] * spacing[1], unit[2] * spacing[2]);
+        map.matrix3 = DMat3::from_cols(
+            unit[0] * spacing[0],
+            unit[1] * spacing[1],
+            unit[2] * spacing[2],
+        );
     }
     if let Some(origin) = options.origin {
         map.translation = DVec3::from_array(origin);
@@ -265,7 +335,9 @@ fn replaced_lattice(mut map: glam::DAffine3, options: &LoadOptions) -> Result<gl
 fn open(path: &Path) -> Result<File, Error> {
     let file = File::open(path).map_err(|source| cannot_read(path, source))?;
     // Opening a folder succeeds on some systems, and the fault would surface later with a worse message.
-    let metadata = file.metadata().map_err(|source| cannot_read(path, source))?;
+    let metadata = file
+        .metadata()
+        .map_err(|source| cannot_read(path, source))?;
     if metadata.is_dir() {
         return Err(cannot_read(path, std::io::ErrorKind::IsADirectory.into()));
     }
@@ -273,15 +345,24 @@ fn open(path: &Path) -> Result<File, Error> {
 }
 
 fn cannot_read(path: &Path, source: std::io::Error) -> Error {
-    Error::Read { path: path.to_owned(), source }
+    Error::Read {
+        path: path.to_owned(),
+        source,
+    }
 }
 
 fn unsupported_file(path: &Path, what: impl Into<String>) -> Error {
-    Error::Unsupported { path: path.to_owned(), what: what.into() }
+    Error::Unsupported {
+        path: path.to_owned(),
+        what: what.into(),
+    }
 }
 
 fn invalid(path: &Path, what: impl Into<String>) -> Error {
-    Error::Invalid { path: path.to_owned(), what: what.into() }
+    Error::Invalid {
+        path: path.to_owned(),
+        what: what.into(),
+    }
 }
 
 /// Puts the file's name before an error of the volume's own checks.

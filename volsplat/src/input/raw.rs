@@ -32,7 +32,14 @@ pub struct RawOptions {
 impl RawOptions {
     /// Little endian, spacing 1, origin 0, nothing skipped.
     pub fn new(dims: [usize; 3], voxel_type: VoxelType) -> Self {
-        Self { dims, voxel_type, endian: Endian::Little, spacing: [1.0; 3], origin: [0.0; 3], skip_bytes: 0 }
+        Self {
+            dims,
+            voxel_type,
+            endian: Endian::Little,
+            spacing: [1.0; 3],
+            origin: [0.0; 3],
+            skip_bytes: 0,
+        }
     }
 }
 
@@ -40,7 +47,10 @@ impl RawOptions {
 pub(super) fn locate(path: &Path, options: &RawOptions) -> Result<Located, Error> {
     let layout = layout(options)?;
     let needed = layout.bytes().map_err(Error::Option)?;
-    let held = open(path)?.metadata().map_err(|source| cannot_read(path, source))?.len();
+    let held = open(path)?
+        .metadata()
+        .map_err(|source| cannot_read(path, source))?
+        .len();
     if options.skip_bytes.checked_add(needed) != Some(held) {
         let ([x, y, z], skip) = (options.dims, options.skip_bytes);
         let name = options.voxel_type.name();
@@ -64,15 +74,32 @@ pub(super) fn locate(path: &Path, options: &RawOptions) -> Result<Located, Error
 }
 
 pub(super) fn load(path: &Path, options: &RawOptions) -> Result<Parts, Error> {
-    let Located { dims, world_from_index, up_hint, space, .. } = locate(path, options)?;
+    let Located {
+        dims,
+        world_from_index,
+        up_hint,
+        space,
+        ..
+    } = locate(path, options)?;
     let mut file = open(path)?;
     std::io::Seek::seek(&mut file, std::io::SeekFrom::Start(options.skip_bytes))
         .map_err(|source| cannot_read(path, source))?;
-    let voxels = decode::binary(&mut file, &layout(options)?).map_err(|what| invalid(path, what))?;
-    Ok(Parts { dims, voxels, world_from_index, up_hint, space })
+    let voxels =
+        decode::binary(&mut file, &layout(options)?).map_err(|what| invalid(path, what))?;
+    Ok(Parts {
+        dims,
+        voxels,
+        world_from_index,
+        up_hint,
+        space,
+    })
 }
 
 fn layout(options: &RawOptions) -> Result<Layout, Error> {
     let count = voxel_count(options.dims).map_err(Error::Option)?;
-    Ok(Layout { voxel_type: options.voxel_type, endian: options.endian, count })
+    Ok(Layout {
+        voxel_type: options.voxel_type,
+        endian: options.endian,
+        count,
+    })
 }

@@ -19,7 +19,10 @@ pub(super) struct Rescale {
 
 impl Rescale {
     /// Changes nothing.
-    pub(super) const NONE: Self = Self { slope: 1.0, intercept: 0.0 };
+    pub(super) const NONE: Self = Self {
+        slope: 1.0,
+        intercept: 0.0,
+    };
 
     pub(super) fn apply(self, voxels: Voxels) -> Voxels {
         if self == Self::NONE {
@@ -29,7 +32,9 @@ impl Rescale {
             return whole;
         }
         match voxels {
-            Voxels::U32(_) | Voxels::I32(_) | Voxels::F64(_) => Voxels::F64(self.mapped(&voxels, |v| v)),
+            Voxels::U32(_) | Voxels::I32(_) | Voxels::F64(_) => {
+                Voxels::F64(self.mapped(&voxels, |v| v))
+            }
             _ => Voxels::F32(self.mapped(&voxels, |v| v as f32)),
         }
     }
@@ -37,7 +42,11 @@ impl Rescale {
     /// The results as integers, if all are and fit.
     fn whole(self, voxels: &Voxels) -> Option<Voxels> {
         let is_integer = !matches!(voxels, Voxels::F32(_) | Voxels::F64(_));
-        if !is_integer || voxels.is_empty() || self.slope.fract() != 0.0 || self.intercept.fract() != 0.0 {
+        if !is_integer
+            || voxels.is_empty()
+            || self.slope.fract() != 0.0
+            || self.intercept.fract() != 0.0
+        {
             return None;
         }
         let ends: [f64; 2] = voxels.finite_range().into();
@@ -78,20 +87,49 @@ mod tests {
     fn whole_factors_give_the_smallest_integer_type() {
         let rescale = |slope, intercept, voxels| Rescale { slope, intercept }.apply(voxels);
         let stored = || Voxels::U16(vec![0, 1024, 4095]);
-        assert_eq!(rescale(1.0, -1024.0, stored()), Voxels::I16(vec![-1024, 0, 3071]), "Hounsfield units");
+        assert_eq!(
+            rescale(1.0, -1024.0, stored()),
+            Voxels::I16(vec![-1024, 0, 3071]),
+            "Hounsfield units"
+        );
         assert_eq!(rescale(1.0, 0.0, stored()), stored(), "nothing to do");
-        assert_eq!(rescale(-1.0, 4095.0, stored()), Voxels::U16(vec![4095, 3071, 0]), "reversed");
-        assert_eq!(rescale(1e6, 0.0, stored()), Voxels::U32(vec![0, 1_024_000_000, 4_095_000_000]), "large");
-        assert_eq!(rescale(2.0, -3.0, Voxels::I8(vec![0, 1])), Voxels::I8(vec![-3, -1]), "small");
+        assert_eq!(
+            rescale(-1.0, 4095.0, stored()),
+            Voxels::U16(vec![4095, 3071, 0]),
+            "reversed"
+        );
+        assert_eq!(
+            rescale(1e6, 0.0, stored()),
+            Voxels::U32(vec![0, 1_024_000_000, 4_095_000_000]),
+            "large"
+        );
+        assert_eq!(
+            rescale(2.0, -3.0, Voxels::I8(vec![0, 1])),
+            Voxels::I8(vec![-3, -1]),
+            "small"
+        );
     }
 
     #[test]
     fn fractions_give_floats_of_the_right_width() {
-        let half = Rescale { slope: 0.5, intercept: 1.0 };
-        assert_eq!(half.apply(Voxels::U8(vec![0, 3])), Voxels::F32(vec![1.0, 2.5]));
-        assert_eq!(half.apply(Voxels::I32(vec![i32::MAX])), Voxels::F64(vec![1_073_741_824.5]), "exact");
+        let half = Rescale {
+            slope: 0.5,
+            intercept: 1.0,
+        };
+        assert_eq!(
+            half.apply(Voxels::U8(vec![0, 3])),
+            Voxels::F32(vec![1.0, 2.5])
+        );
+        assert_eq!(
+            half.apply(Voxels::I32(vec![i32::MAX])),
+            Voxels::F64(vec![1_073_741_824.5]),
+            "exact"
+        );
         assert_eq!(half.apply(Voxels::F64(vec![3.0])), Voxels::F64(vec![2.5]));
-        let large = Rescale { slope: 1e9, intercept: 0.0 };
+        let large = Rescale {
+            slope: 1e9,
+            intercept: 0.0,
+        };
         assert_eq!(
             large.apply(Voxels::I32(vec![-5, 5])),
             Voxels::F64(vec![-5e9, 5e9]),

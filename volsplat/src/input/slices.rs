@@ -15,11 +15,17 @@ pub(super) fn paths(path: &Path) -> Result<Option<Vec<PathBuf>>, Error> {
     if path.is_dir() {
         return listed(path, "*").map(Some);
     }
-    let pattern = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let pattern = path
+        .file_name()
+        .map(|name| name.to_string_lossy().into_owned())
+        .unwrap_or_default();
     if !pattern.contains(['*', '?']) || path.exists() {
         return Ok(None);
     }
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
     let paths = listed(folder, &pattern)?;
     if paths.is_empty() {
         return Err(invalid(path, "no file has a name of this pattern"));
@@ -32,9 +38,13 @@ pub(super) fn natural_order(left: &str, right: &str) -> Ordering {
     let (mut left_rest, mut right_rest) = (left, right);
     while let (Some(a), Some(b)) = (left_rest.chars().next(), right_rest.chars().next()) {
         if a.is_ascii_digit() && b.is_ascii_digit() {
-            let ((left_number, l), (right_number, r)) = (split_number(left_rest), split_number(right_rest));
+            let ((left_number, l), (right_number, r)) =
+                (split_number(left_rest), split_number(right_rest));
             // Without leading zeros, the longer number is the greater one.
-            let order = left_number.len().cmp(&right_number.len()).then(left_number.cmp(right_number));
+            let order = left_number
+                .len()
+                .cmp(&right_number.len())
+                .then(left_number.cmp(right_number));
             if order.is_ne() {
                 return order;
             }
@@ -46,7 +56,10 @@ pub(super) fn natural_order(left: &str, right: &str) -> Ordering {
         }
     }
     // The shorter one first; names that differ in leading zeros only are ordered by them.
-    left_rest.len().cmp(&right_rest.len()).then_with(|| left.cmp(right))
+    left_rest
+        .len()
+        .cmp(&right_rest.len())
+        .then_with(|| left.cmp(right))
 }
 
 fn listed(folder: &Path, pattern: &str) -> Result<Vec<PathBuf>, Error> {
@@ -54,7 +67,11 @@ fn listed(folder: &Path, pattern: &str) -> Result<Vec<PathBuf>, Error> {
     let mut named = Vec::new();
     for entry in entries {
         let path = entry.map_err(|source| cannot_read(folder, source))?.path();
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let name = path
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
         if !name.starts_with('.') && matches(&name, pattern) && path.is_file() {
             named.push((name, path));
         }
@@ -65,7 +82,8 @@ fn listed(folder: &Path, pattern: &str) -> Result<Vec<PathBuf>, Error> {
 
 /// Whether a name fits a pattern: `*` stands for any characters, `?` for one.
 fn matches(name: &str, pattern: &str) -> bool {
-    let (name, pattern): (Vec<char>, Vec<char>) = (name.chars().collect(), pattern.chars().collect());
+    let (name, pattern): (Vec<char>, Vec<char>) =
+        (name.chars().collect(), pattern.chars().collect());
     let (mut at, mut place) = (0, 0);
     // Where to go on if the characters after the latest star do not fit: the star takes one more.
     let mut retry: Option<(usize, usize)> = None;
@@ -75,9 +93,13 @@ fn matches(name: &str, pattern: &str) -> bool {
                 retry = Some((at, place));
                 place += 1;
             }
-            Some(&wanted) if wanted == '?' || wanted == name[at] => (at, place) = (at + 1, place + 1),
+            Some(&wanted) if wanted == '?' || wanted == name[at] => {
+                (at, place) = (at + 1, place + 1)
+            }
             _ => {
-                let Some((star_at, star_place)) = retry else { return false };
+                let Some((star_at, star_place)) = retry else {
+                    return false;
+                };
                 retry = Some((star_at + 1, star_place));
                 (at, place) = (star_at + 1, star_place + 1);
             }
@@ -88,7 +110,9 @@ fn matches(name: &str, pattern: &str) -> bool {
 
 /// The digits at the front without leading zeros, and what follows them.
 fn split_number(text: &str) -> (&str, &str) {
-    let end = text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
+    let end = text
+        .find(|c: char| !c.is_ascii_digit())
+        .unwrap_or(text.len());
     (text[..end].trim_start_matches('0'), &text[end..])
 }
 
@@ -98,11 +122,29 @@ mod tests {
 
     #[test]
     fn numbers_are_compared_by_value() {
-        let mut names = ["img10.tif", "img2.tif", "img1.tif", "img", "a5b10", "a5b9", "img02.tif", "image"];
+        let mut names = [
+            "img10.tif",
+            "img2.tif",
+            "img1.tif",
+            "img",
+            "a5b10",
+            "a5b9",
+            "img02.tif",
+            "image",
+        ];
         names.sort_by(|a, b| natural_order(a, b));
         assert_eq!(
             names,
-            ["a5b9", "a5b10", "image", "img", "img1.tif", "img02.tif", "img2.tif", "img10.tif"]
+            [
+                "a5b9",
+                "a5b10",
+                "image",
+                "img",
+                "img1.tif",
+                "img02.tif",
+                "img2.tif",
+                "img10.tif"
+            ]
         );
         assert_eq!(
             natural_order("x99999999999999999999999", "x100000000000000000000000"),

@@ -63,11 +63,30 @@ impl Stored {
             return Ok(None);
         }
         let part = |(path, begin): &(PathBuf, u64)| {
-            Ok(Part { path: path.clone(), file: open(path)?, begin: *begin })
+            Ok(Part {
+                path: path.clone(),
+                file: open(path)?,
+                begin: *begin,
+            })
         };
-        let parts = located.files.iter().map(part).collect::<Result<Vec<Part>, Error>>()?;
-        let Located { dims, voxel_type, endian, .. } = *located;
-        Ok(Some(Self { dims, voxel_type, endian, parts, nan }))
+        let parts = located
+            .files
+            .iter()
+            .map(part)
+            .collect::<Result<Vec<Part>, Error>>()?;
+        let Located {
+            dims,
+            voxel_type,
+            endian,
+            ..
+        } = *located;
+        Ok(Some(Self {
+            dims,
+            voxel_type,
+            endian,
+            parts,
+            nan,
+        }))
     }
 
     /// Plain scalars from the first byte of one file on; errors call it by a name.
@@ -77,8 +96,18 @@ impl Stored {
         (voxel_type, endian): (VoxelType, Endian),
         nan: NanPolicy,
     ) -> Self {
-        let parts = vec![Part { path: name.to_owned(), file, begin: 0 }];
-        Self { dims, voxel_type, endian, parts, nan }
+        let parts = vec![Part {
+            path: name.to_owned(),
+            file,
+            begin: 0,
+        }];
+        Self {
+            dims,
+            voxel_type,
+            endian,
+            parts,
+            nan,
+        }
     }
 
     /// Number of voxels along x, y and z.
@@ -94,7 +123,9 @@ impl Stored {
     /// Reads a box of voxels, x fastest.
     pub(crate) fn read(&self, region: &Region) -> Result<Voxels, Error> {
         let [_, _, slices] = region.size;
-        let read = (0..slices).into_par_iter().map(|z| self.read_slice(region, z));
+        let read = (0..slices)
+            .into_par_iter()
+            .map(|z| self.read_slice(region, z));
         let mut read = read.collect::<Result<Vec<Voxels>, Error>>()?.into_iter();
         let mut voxels = read.next().unwrap_or(Voxels::U8(Vec::new()));
         voxels.reserve_exact(voxels.len() * (slices - 1));
@@ -103,7 +134,10 @@ impl Stored {
     }
 
     fn read_slice(&self, region: &Region, slice: usize) -> Result<Voxels, Error> {
-        let Region { first: [x, y, z], size: [columns, rows, _] } = *region;
+        let Region {
+            first: [x, y, z],
+            size: [columns, rows, _],
+        } = *region;
         let bytes_each = self.voxel_type.bytes();
         let slices_each = self.dims[2] / self.parts.len();
         let part = &self.parts[(z + slice) / slices_each];
@@ -119,9 +153,13 @@ impl Stored {
             each.try_for_each(|(row, bytes)| read_exact_at(part, bytes, place(row)))
         };
         read.map_err(|source| cannot_read(&part.path, source))?;
-        let layout = Layout { voxel_type: self.voxel_type, endian: self.endian, count: columns * rows };
-        let mut voxels =
-            decode::binary(&mut bytes.as_slice(), &layout).map_err(|what| invalid(&part.path, what))?;
+        let layout = Layout {
+            voxel_type: self.voxel_type,
+            endian: self.endian,
+            count: columns * rows,
+        };
+        let mut voxels = decode::binary(&mut bytes.as_slice(), &layout)
+            .map_err(|what| invalid(&part.path, what))?;
         if let NanPolicy::Replace(value) = self.nan {
             voxels.replace_non_finite(value).map_err(Error::Option)?;
         }

@@ -35,7 +35,9 @@ impl Folder {
 
     /// The message with which the file is refused.
     pub(super) fn refusal(&self, parts: &[&[u8]]) -> String {
-        self.load(parts).expect_err("this file must be refused").to_string()
+        self.load(parts)
+            .expect_err("this file must be refused")
+            .to_string()
     }
 }
 
@@ -61,7 +63,10 @@ impl Dice {
 
     /// A number below `bound`, which is at least 1.
     pub(super) fn below(&mut self, bound: usize) -> usize {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 33) as usize % bound
     }
 }
@@ -78,18 +83,26 @@ pub(super) fn survive_damage(good: &[u8], options: &LoadOptions, copies: usize) 
         match load(&path, options) {
             Ok(volume) => {
                 let most = (good.len() as u64 + 64) * DEFLATE_EXPANSION * 8;
-                assert!(volume.bytes() as u64 <= most, "{} bytes out of {}", volume.bytes(), good.len());
+                assert!(
+                    volume.bytes() as u64 <= most,
+                    "{} bytes out of {}",
+                    volume.bytes(),
+                    good.len()
+                );
             }
             Err(error) => {
                 refused += 1;
                 // Damage can change the name of a data file, which is then the one that cannot be read.
-                let is_named =
-                    error.to_string().contains("damaged.dat") || matches!(error, Error::Read { .. });
+                let is_named = error.to_string().contains("damaged.dat")
+                    || matches!(error, Error::Read { .. });
                 assert!(is_named, "the file is named: {error}");
             }
         }
     }
-    assert!(refused > copies / 20, "damage is noticed: {refused} of {copies} were refused");
+    assert!(
+        refused > copies / 20,
+        "damage is noticed: {refused} of {copies} were refused"
+    );
 }
 
 fn damaged(good: &[u8], dice: &mut Dice) -> Vec<u8> {
@@ -109,7 +122,11 @@ fn damaged(good: &[u8], dice: &mut Dice) -> Vec<u8> {
         _ => {
             // Headers are at the front: half of the hits go there.
             for _ in 0..1 + dice.below(4) {
-                let reach = if dice.below(2) == 0 { good.len().min(400) } else { good.len() };
+                let reach = if dice.below(2) == 0 {
+                    good.len().min(400)
+                } else {
+                    good.len()
+                };
                 let at = dice.below(reach);
                 bytes[at] = dice.below(256) as u8;
             }

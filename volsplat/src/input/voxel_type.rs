@@ -41,15 +41,62 @@ pub enum Endian {
 
 /// Every accepted name, lower case; the first of each type is its own. Those with words are the ones of NRRD and C.
 const NAMES: [(VoxelType, &[&str]); 10] = [
-    (VoxelType::U8, &["u8", "uint8", "uchar", "unsigned char", "uint8_t", "byte"]),
-    (VoxelType::I8, &["i8", "int8", "signed char", "char", "schar", "int8_t"]),
-    (VoxelType::U16, &["u16", "uint16", "ushort", "unsigned short", "unsigned short int", "uint16_t"]),
-    (VoxelType::I16, &["i16", "int16", "short", "short int", "signed short", "signed short int", "int16_t"]),
-    (VoxelType::U32, &["u32", "uint32", "uint", "unsigned int", "unsigned", "uint32_t"]),
-    (VoxelType::I32, &["i32", "int32", "int", "signed int", "int32_t"]),
+    (
+        VoxelType::U8,
+        &["u8", "uint8", "uchar", "unsigned char", "uint8_t", "byte"],
+    ),
+    (
+        VoxelType::I8,
+        &["i8", "int8", "signed char", "char", "schar", "int8_t"],
+    ),
+    (
+        VoxelType::U16,
+        &[
+            "u16",
+            "uint16",
+            "ushort",
+            "unsigned short",
+            "unsigned short int",
+            "uint16_t",
+        ],
+    ),
+    (
+        VoxelType::I16,
+        &[
+            "i16",
+            "int16",
+            "short",
+            "short int",
+            "signed short",
+            "signed short int",
+            "int16_t",
+        ],
+    ),
+    (
+        VoxelType::U32,
+        &[
+            "u32",
+            "uint32",
+            "uint",
+            "unsigned int",
+            "unsigned",
+            "uint32_t",
+        ],
+    ),
+    (
+        VoxelType::I32,
+        &["i32", "int32", "int", "signed int", "int32_t"],
+    ),
     (
         VoxelType::U64,
-        &["u64", "uint64", "ulonglong", "unsigned long long", "unsigned long long int", "uint64_t"],
+        &[
+            "u64",
+            "uint64",
+            "ulonglong",
+            "unsigned long long",
+            "unsigned long long int",
+            "uint64_t",
+        ],
     ),
     (
         VoxelType::I64,
@@ -95,7 +142,10 @@ impl VoxelType {
 
     /// The short name, such as "u16".
     pub fn name(self) -> &'static str {
-        NAMES.iter().find(|(kind, _)| *kind == self).map_or("", |(_, names)| names[0])
+        NAMES
+            .iter()
+            .find(|(kind, _)| *kind == self)
+            .map_or("", |(_, names)| names[0])
     }
 }
 
@@ -104,11 +154,20 @@ impl FromStr for VoxelType {
 
     /// Case and repeated spaces do not matter. The error lists the short names.
     fn from_str(text: &str) -> Result<Self, String> {
-        let wanted = text.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase();
-        let found = NAMES.iter().find(|(_, names)| names.contains(&wanted.as_str()));
+        let wanted = text
+            .split_whitespace()
+            .collect::<Vec<_>>()
+            .join(" ")
+            .to_lowercase();
+        let found = NAMES
+            .iter()
+            .find(|(_, names)| names.contains(&wanted.as_str()));
         found.map(|(kind, _)| *kind).ok_or_else(|| {
             let short: Vec<_> = NAMES.iter().map(|(_, names)| names[0]).collect();
-            format!("unknown voxel type '{text}': expected one of {}", short.join(", "))
+            format!(
+                "unknown voxel type '{text}': expected one of {}",
+                short.join(", ")
+            )
         })
     }
 }
@@ -120,7 +179,9 @@ impl FromStr for Endian {
         match text.trim().to_lowercase().as_str() {
             "little" => Ok(Self::Little),
             "big" => Ok(Self::Big),
-            _ => Err(format!("unknown byte order '{text}': expected little or big")),
+            _ => Err(format!(
+                "unknown byte order '{text}': expected little or big"
+            )),
         }
     }
 }
@@ -137,13 +198,20 @@ mod tests {
             }
             assert_eq!(kind.name(), names[0]);
         }
-        assert_eq!("unsigned   short".parse(), Ok(VoxelType::U16), "spaces do not matter");
+        assert_eq!(
+            "unsigned   short".parse(),
+            Ok(VoxelType::U16),
+            "spaces do not matter"
+        );
     }
 
     #[test]
     fn unknown_names_list_the_known_ones() {
         let text = "u12".parse::<VoxelType>().expect_err("u12 is no type");
-        assert!(text.contains("u12") && text.contains("u8, i8, u16"), "{text}");
+        assert!(
+            text.contains("u12") && text.contains("u8, i8, u16"),
+            "{text}"
+        );
         assert!("middle".parse::<Endian>().is_err());
         assert_eq!(" BIG".parse(), Ok(Endian::Big));
     }

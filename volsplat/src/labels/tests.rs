@@ -9,8 +9,9 @@ const SNAP: &str = "################\n# ITK-SnAP Label Description File\n    0  
 #[test]
 fn the_three_kinds_of_file_say_the_same() {
     let snap = files::parse(SNAP).expect("a label file of ITK-SNAP");
-    let csv =
-        files::parse("label,r,g,b,opacity,name\n0,0,0,0,0\n1, 255,0,0,1,red\n2,0,255,0,0.5\n7,0,0,255,0\n");
+    let csv = files::parse(
+        "label,r,g,b,opacity,name\n0,0,0,0,0\n1, 255,0,0,1,red\n2,0,255,0,0.5\n7,0,0,255,0\n",
+    );
     let json = files::parse(
         r##"{"0": {"colour": "#000000", "opacity": 0}, "1": "#ff0000", "2": {"color": "#00FF00", "opacity": 0.5},
         "7": {"colour": "#0000ff", "opacity": 0}}"##,
@@ -21,10 +22,15 @@ fn the_three_kinds_of_file_say_the_same() {
     assert!((snap.look(2).opacity - 0.5).abs() < 1e-15, "half opaque");
     assert_eq!(snap.look(7).opacity, 0.0, "not visible");
     assert_eq!(snap.look(3).opacity, 0.0, "not listed, so not drawn");
-    for (table, label) in
-        [snap, LabelTable::distinct()].iter().flat_map(|t| (0..9).map(move |label| (t, label)))
+    for (table, label) in [snap, LabelTable::distinct()]
+        .iter()
+        .flat_map(|t| (0..9).map(move |label| (t, label)))
     {
-        assert_eq!(table.shows(label), table.look(label).opacity > 0.0, "{table:?}, {label}");
+        assert_eq!(
+            table.shows(label),
+            table.look(label).opacity > 0.0,
+            "{table:?}, {label}"
+        );
     }
 }
 
@@ -60,16 +66,45 @@ fn built_in_colours_differ_and_hide_the_background() {
     }
     for label in [-1, i64::MIN, i64::MAX] {
         let look = table.look(label);
-        assert!(look.rgb.iter().all(|c| (0.0..=1.0).contains(c)) && look.opacity == 1.0, "label {label}");
+        assert!(
+            look.rgb.iter().all(|c| (0.0..=1.0).contains(c)) && look.opacity == 1.0,
+            "label {label}"
+        );
     }
 }
 
 #[test]
 fn opacities_scale_with_the_extinction() {
-    let table = LabelTable::new([(1, LabelLook { rgb: [1.0; 3], opacity: 0.19 })]).expect("valid");
+    let table = LabelTable::new([(
+        1,
+        LabelLook {
+            rgb: [1.0; 3],
+            opacity: 0.19,
+        },
+    )])
+    .expect("valid");
     let half = table.clone().with_opacity_scaled(0.5);
     assert!((half.look(1).opacity - 0.1).abs() < 1e-15, "1 - sqrt(0.81)");
-    assert!(LabelTable::new([(1, LabelLook { rgb: [f32::NAN; 3], opacity: 0.0 })]).is_err(), "no colour");
-    let bad = LabelTable::new([(5, LabelLook { rgb: [0.0; 3], opacity: 1.1 })]);
-    assert!(bad.expect_err("no opacity").to_string().contains("label 5"), "the label is named");
+    assert!(
+        LabelTable::new([(
+            1,
+            LabelLook {
+                rgb: [f32::NAN; 3],
+                opacity: 0.0
+            }
+        )])
+        .is_err(),
+        "no colour"
+    );
+    let bad = LabelTable::new([(
+        5,
+        LabelLook {
+            rgb: [0.0; 3],
+            opacity: 1.1,
+        },
+    )]);
+    assert!(
+        bad.expect_err("no opacity").to_string().contains("label 5"),
+        "the label is named"
+    );
 }

@@ -42,9 +42,10 @@ pub(crate) fn blocks(stored: &Stored, max_bytes: u64) -> Vec<Rows> {
     let row_bytes = line_bytes * (CELL_SIDE * (CELL_SIDE + 1)) as u64;
     let rows_each = ((max_bytes / row_bytes.max(1)) as usize).clamp(1, rows.max(1));
     let cut = move |layer| {
-        (0..rows)
-            .step_by(rows_each)
-            .map(move |first| Rows { layer, rows: first..(first + rows_each).min(rows) })
+        (0..rows).step_by(rows_each).map(move |first| Rows {
+            layer,
+            rows: first..(first + rows_each).min(rows),
+        })
     };
     (0..layers).flat_map(cut).collect()
 }
@@ -52,25 +53,46 @@ pub(crate) fn blocks(stored: &Stored, max_bytes: u64) -> Vec<Rows> {
 impl Rows {
     /// The voxels of the bricks `columns` of these rows, and `margin` more on each side where the volume goes on.
     pub(crate) fn region(&self, dims: [usize; 3], columns: &Range<usize>, margin: usize) -> Region {
-        let spans = [columns.clone(), self.rows.clone(), self.layer..self.layer + 1];
+        let spans = [
+            columns.clone(),
+            self.rows.clone(),
+            self.layer..self.layer + 1,
+        ];
         let first: [usize; 3] =
             std::array::from_fn(|axis| (spans[axis].start * CELL_SIDE).saturating_sub(margin));
         let end = |axis: usize| (spans[axis].end * CELL_SIDE + 1 + margin).min(dims[axis]);
-        Region { first, size: std::array::from_fn(|axis| end(axis) - first[axis]) }
+        Region {
+            first,
+            size: std::array::from_fn(|axis| end(axis) - first[axis]),
+        }
     }
 
     /// Reads these rows from end to end.
     pub(crate) fn read(&self, stored: &Stored, margin: usize) -> Result<Block, Error> {
         let dims = stored.dims();
-        Block::read(stored, self.region(dims, &(0..bricks_along(dims)[0]), margin), DAffine3::IDENTITY)
+        Block::read(
+            stored,
+            self.region(dims, &(0..bricks_along(dims)[0]), margin),
+            DAffine3::IDENTITY,
+        )
     }
 }
 
 impl Block {
     /// Reads a box of voxels of a volume with these axes.
-    pub(crate) fn read(stored: &Stored, region: Region, world_from_index: DAffine3) -> Result<Self, Error> {
+    pub(crate) fn read(
+        stored: &Stored,
+        region: Region,
+        world_from_index: DAffine3,
+    ) -> Result<Self, Error> {
         let voxels = stored.read(&region)?;
-        let volume = Volume { dims: region.size, voxels, world_from_index, up_hint: None, space: None };
+        let volume = Volume {
+            dims: region.size,
+            voxels,
+            world_from_index,
+            up_hint: None,
+            space: None,
+        };
         Ok(Self { region, volume })
     }
 
@@ -80,11 +102,20 @@ impl Block {
     }
 
     /// Counts the visible voxels that are a brick's own, not the next one's. `corner` is its first vertex in the block.
-    pub(crate) fn count_own(&self, dims: [usize; 3], corner: [u32; 3], values: &VisibleValues) -> u64 {
+    pub(crate) fn count_own(
+        &self,
+        dims: [usize; 3],
+        corner: [u32; 3],
+        values: &VisibleValues,
+    ) -> u64 {
         let spans: [Range<usize>; 3] = std::array::from_fn(|axis| {
             let first = corner[axis] as usize;
             let last = self.region.first[axis] + first + CELL_SIDE + 1 >= dims[axis];
-            first..if last { dims[axis] - self.region.first[axis] } else { first + CELL_SIDE }
+            first..if last {
+                dims[axis] - self.region.first[axis]
+            } else {
+                first + CELL_SIDE
+            }
         });
         let [columns, rows, _] = self.region.size;
         let [x, y, z] = spans;

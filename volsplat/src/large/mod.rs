@@ -54,9 +54,18 @@ impl LargeVolume {
             watch(begun * share);
         };
         let opened = open_unread(path, options, (max_memory, &mut unpacking))?;
-        let Some(Unread { stored, lattice }) = opened else { return Ok(None) };
-        let survey = Survey::new(&stored, max_memory, &mut |share| watch(begun + (1.0 - begun) * share))?;
-        Ok(Some(Self { lattice, stored: Arc::new(stored), survey, max_memory }))
+        let Some(Unread { stored, lattice }) = opened else {
+            return Ok(None);
+        };
+        let survey = Survey::new(&stored, max_memory, &mut |share| {
+            watch(begun + (1.0 - begun) * share)
+        })?;
+        Ok(Some(Self {
+            lattice,
+            stored: Arc::new(stored),
+            survey,
+            max_memory,
+        }))
     }
 
     /// Bytes that the voxels take in the file.

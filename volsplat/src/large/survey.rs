@@ -55,10 +55,19 @@ impl Survey {
                 range = tally.range();
                 tally.histogram()
             }
-            None => Passes { stored, blocks: &blocks }.histogram(range)?,
+            None => Passes {
+                stored,
+                blocks: &blocks,
+            }
+            .histogram(range)?,
         };
         watch(1.0);
-        Ok(Self { range, histogram, tally, bricks })
+        Ok(Self {
+            range,
+            histogram,
+            tally,
+            bricks,
+        })
     }
 }
 
@@ -99,12 +108,17 @@ impl Passes<'_> {
                         Some(sum) => sum.add(&part),
                     }
                 })?;
-                Ok(sum.unwrap_or_else(|| Histogram::over(&Voxels::U8(Vec::new()), low, high, is_integer)))
+                Ok(sum.unwrap_or_else(|| {
+                    Histogram::over(&Voxels::U8(Vec::new()), low, high, is_integer)
+                }))
             },
             |from, to| {
                 let mut range = (f64::INFINITY, f64::NEG_INFINITY);
                 self.for_each(|voxels| {
-                    range = union(range, crate::transfer::histogram::range_within(voxels, from, to));
+                    range = union(
+                        range,
+                        crate::transfer::histogram::range_within(voxels, from, to),
+                    );
                 })?;
                 Ok(range)
             },
@@ -125,8 +139,10 @@ impl Passes<'_> {
 fn own_voxels(block: &Block, dims: [usize; 3]) -> Voxels {
     let [columns, rows, slices] = block.region.size;
     let lines = (0..slices).flat_map(|z| (0..rows).map(move |y| [y, z]));
-    let own: Vec<usize> =
-        lines.filter(|&line| block.owns_line(dims, line)).map(|[y, z]| (y + rows * z) * columns).collect();
+    let own: Vec<usize> = lines
+        .filter(|&line| block.owns_line(dims, line))
+        .map(|[y, z]| (y + rows * z) * columns)
+        .collect();
     block.volume.voxels.pieces(&own, columns)
 }
 
@@ -135,7 +151,8 @@ fn brick_ranges(block: &Block, rows: &Rows) -> Vec<[f32; 2]> {
     (0..rows.rows.len() * bricks[0])
         .into_par_iter()
         .map(|i| {
-            let corner = [i % bricks[0] * CELL_SIDE, i / bricks[0] * CELL_SIDE, 0].map(|c| c as u32);
+            let corner =
+                [i % bricks[0] * CELL_SIDE, i / bricks[0] * CELL_SIDE, 0].map(|c| c as u32);
             with_voxels!(&block.volume.voxels, slice => {
                 least_and_greatest(&Grid { voxels: slice, dims: block.region.size }, corner)
             })

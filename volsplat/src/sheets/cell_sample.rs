@@ -8,7 +8,9 @@ use fearless_simd::{f32x4, f32x8, i32x8, mask32x8};
 use glam::DVec3;
 
 use super::frame::{Anchor, PlaneView};
-use crate::cells::{CELL_CORNERS, CELL_SIDE, CellBrick, GradientTable, LAST_CELL, TABLE_LEN, VERTEX_SIDE};
+use crate::cells::{
+    CELL_CORNERS, CELL_SIDE, CellBrick, GradientTable, LAST_CELL, TABLE_LEN, VERTEX_SIDE,
+};
 
 /// Lanes of a vector: half a row of a tile. A brick covers about half the lanes of a whole row, and a gather into a
 /// whole row would come back from memory in pieces that a wider load has to wait for.
@@ -28,8 +30,16 @@ impl CellBox {
         let corner = DVec3::from(brick.bounds.corner.map(f64::from)) - anchor.grid;
         let [low, high] = brick.bounds.range();
         // Whole numbers: exact in f32, so that neighbouring bricks share their faces to the bit.
-        let at = |v: [u8; 3]| (corner + DVec3::from(v.map(f64::from))).as_vec3().to_array();
-        Self { corner: corner.as_vec3().to_array(), low: at(low), high: at(high) }
+        let at = |v: [u8; 3]| {
+            (corner + DVec3::from(v.map(f64::from)))
+                .as_vec3()
+                .to_array()
+        };
+        Self {
+            corner: corner.as_vec3().to_array(),
+            low: at(low),
+            high: at(high),
+        }
     }
 }
 
@@ -75,7 +85,8 @@ pub(super) fn located<S: Simd>(
 pub(super) fn position<S: Simd>(simd: S, plane: &PlaneView, at: HalfRow) -> [f32x8<S>; 3] {
     std::array::from_fn(|axis| {
         let start = plane.first[axis] + at.row as f32 * plane.step_y[axis];
-        f32x8::from_slice(simd, &plane.lanes[axis][at.first..at.first + LANES]) + f32x8::splat(simd, start)
+        f32x8::from_slice(simd, &plane.lanes[axis][at.first..at.first + LANES])
+            + f32x8::splat(simd, start)
     })
 }
 
@@ -85,7 +96,8 @@ pub(super) fn inside<S: Simd>(simd: S, cells: &CellBox, position: [f32x8<S>; 3])
     // Written out: a call of the array's `map` is left as a call here, and costs half of the frame.
     let within = |axis: usize| {
         let p = position[axis];
-        p.simd_ge(f32x8::splat(simd, cells.low[axis])) & p.simd_lt(f32x8::splat(simd, cells.high[axis]))
+        p.simd_ge(f32x8::splat(simd, cells.low[axis]))
+            & p.simd_lt(f32x8::splat(simd, cells.high[axis]))
     };
     within(0) & within(1) & within(2)
 }
@@ -99,23 +111,48 @@ pub(super) fn in_cells<S: Simd>(
     inside: mask32x8<S>,
 ) -> Located<S> {
     let constant = |v: f32| f32x8::splat(simd, v);
-    let in_brick: [f32x8<S>; 3] = std::array::from_fn(|axis| position[axis] - constant(cells.corner[axis]));
-    let cell_of = |p: f32x8<S>| p.max(constant(0.0)).min(constant(CELL_SIDE as f32 - 1.0)).trunc();
-    let cell = [cell_of(in_brick[0]), cell_of(in_brick[1]), cell_of(in_brick[2])];
+    let in_brick: [f32x8<S>; 3] =
+        std::array::from_fn(|axis| position[axis] - constant(cells.corner[axis]));
+    let cell_of = |p: f32x8<S>| {
+        p.max(constant(0.0))
+            .min(constant(CELL_SIDE as f32 - 1.0))
+            .trunc()
+    };
+    let cell = [
+        cell_of(in_brick[0]),
+        cell_of(in_brick[1]),
+        cell_of(in_brick[2]),
+    ];
     at_cells(simd, (position, in_brick), cell, inside)
 }
 
 /// As [`in_cells`], with every position in a cell of the box: a position outside the box counts on from the nearest.
 #[inline(always)]
-pub(super) fn in_box_cells<S: Simd>(simd: S, cells: &CellBox, position: [f32x8<S>; 3]) -> Located<S> {
+pub(super) fn in_box_cells<S: Simd>(
+    simd: S,
+    cells: &CellBox,
+    position: [f32x8<S>; 3],
+) -> Located<S> {
     let constant = |v: f32| f32x8::splat(simd, v);
-    let in_brick: [f32x8<S>; 3] = std::array::from_fn(|axis| position[axis] - constant(cells.corner[axis]));
+    let in_brick: [f32x8<S>; 3] =
+        std::array::from_fn(|axis| position[axis] - constant(cells.corner[axis]));
     let cell_of = |axis: usize| {
-        let (low, high) = (cells.low[axis] - cells.corner[axis], cells.high[axis] - cells.corner[axis] - 1.0);
-        in_brick[axis].max(constant(low)).min(constant(high)).trunc()
+        let (low, high) = (
+            cells.low[axis] - cells.corner[axis],
+            cells.high[axis] - cells.corner[axis] - 1.0,
+        );
+        in_brick[axis]
+            .max(constant(low))
+            .min(constant(high))
+            .trunc()
     };
     let cell = [cell_of(0), cell_of(1), cell_of(2)];
-    at_cells(simd, (position, in_brick), cell, constant(0.0).simd_eq(constant(0.0)))
+    at_cells(
+        simd,
+        (position, in_brick),
+        cell,
+        constant(0.0).simd_eq(constant(0.0)),
+    )
 }
 
 #[inline(always)]
@@ -128,10 +165,17 @@ fn at_cells<S: Simd>(
     let constant = |v: f32| f32x8::splat(simd, v);
     let share: [f32x8<S>; 3] = std::array::from_fn(|axis| in_brick[axis] - cell[axis]);
     let row_stride = VERTEX_SIDE as f32;
-    let places =
-        cell[2].mul_add(constant(row_stride * row_stride), cell[1].mul_add(constant(row_stride), cell[0]));
+    let places = cell[2].mul_add(
+        constant(row_stride * row_stride),
+        cell[1].mul_add(constant(row_stride), cell[0]),
+    );
     let places = places.to_int::<i32x8<S>>().to_array();
-    Located { position, inside, places, share }
+    Located {
+        position,
+        inside,
+        places,
+        share,
+    }
 }
 
 /// The trilinear mix of a table's values at the corners of each lane's cell.
@@ -160,7 +204,11 @@ pub(super) fn interpolated_gradient<S: Simd>(
     weight: f32x8<S>,
 ) -> [f32x8<S>; 3] {
     let weights = weight.to_array();
-    let shares = [located.share[0].to_array(), located.share[1].to_array(), located.share[2].to_array()];
+    let shares = [
+        located.share[0].to_array(),
+        located.share[1].to_array(),
+        located.share[2].to_array(),
+    ];
     let mut lanes = [[0.0; LANES]; 3];
     for lane in 0..LANES {
         if !(weights[lane] > 0.0) {
@@ -174,7 +222,11 @@ pub(super) fn interpolated_gradient<S: Simd>(
             (second - first).mul_add(t, first)
         };
         let [x, y, z] = [shares[0][lane], shares[1][lane], shares[2][lane]];
-        let (x, y, z) = (f32x4::splat(simd, x), f32x4::splat(simd, y), f32x4::splat(simd, z));
+        let (x, y, z) = (
+            f32x4::splat(simd, x),
+            f32x4::splat(simd, y),
+            f32x4::splat(simd, z),
+        );
         let (near, far) = (edge(0, x), edge(2, x));
         let front = (far - near).mul_add(y, near);
         let (near, far) = (edge(4, x), edge(6, x));
@@ -205,7 +257,9 @@ fn corners(table: &[f32; TABLE_LEN], places: &[i32; LANES]) -> [[f32; LANES]; 8]
 pub(super) fn nearest_places<S: Simd>(simd: S, located: &Located<S>) -> [i32; LANES] {
     let constant = |v: f32| f32x8::splat(simd, v);
     let step = |axis: usize, stride: usize| {
-        located.share[axis].simd_ge(constant(0.5)).select(constant(stride as f32), constant(0.0))
+        located.share[axis]
+            .simd_ge(constant(0.5))
+            .select(constant(stride as f32), constant(0.0))
     };
     let steps = step(0, 1) + step(1, VERTEX_SIDE) + step(2, VERTEX_SIDE * VERTEX_SIDE);
     let mut places = steps.to_int::<i32x8<S>>().to_array();
@@ -217,7 +271,11 @@ pub(super) fn nearest_places<S: Simd>(simd: S, located: &Located<S>) -> [i32; LA
 
 /// What the nearest voxels hold.
 #[inline(always)]
-pub(super) fn nearest<S: Simd>(simd: S, table: &[f32; TABLE_LEN], located: &Located<S>) -> f32x8<S> {
+pub(super) fn nearest<S: Simd>(
+    simd: S,
+    table: &[f32; TABLE_LEN],
+    located: &Located<S>,
+) -> f32x8<S> {
     let mut values = [0.0f32; LANES];
     for (value, place) in values.iter_mut().zip(nearest_places(simd, located)) {
         *value = table[(place as usize).min(TABLE_LEN - 1)];

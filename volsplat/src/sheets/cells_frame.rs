@@ -42,38 +42,51 @@ impl SheetFrame<'_> {
 
         let clock = StageClock::start();
         let detail = |i: usize| match (&self.levels, details.get(i)) {
-            (Some(levels), Some(Some(detail))) => levels.choice(self.view, &field.bricks[i], detail),
+            (Some(levels), Some(Some(detail))) => {
+                levels.choice(self.view, &field.bricks[i], detail)
+            }
             _ => Choice::EverySheet,
         };
-        let (bricks, rects) =
-            placed((&field.bricks, clip), (&visible, detail), self.view, self.camera, self.settings);
+        let (bricks, rects) = placed(
+            (&field.bricks, clip),
+            (&visible, detail),
+            self.view,
+            self.camera,
+            self.settings,
+        );
         stats.stages.project = clock.stop();
         stats.bricks = bricks.len() as u64;
         stats.bricks_empty += field.empty;
 
         let clock = StageClock::start();
-        let grid = TileGrid { width: self.camera.width as usize, height: self.camera.height as usize };
+        let grid = TileGrid {
+            width: self.camera.width as usize,
+            height: self.camera.height as usize,
+        };
         let lists = TileLists::new(&grid, &rects);
         stats.stages.bin = clock.stop();
 
         let clock = StageClock::start();
         let columns = grid.columns();
         slots.resize_with(columns * grid.rows(), TileSlot::default);
-        slots.par_iter_mut().enumerate().for_each_init(GatherScratch::default, |scratch, (index, slot)| {
-            let at = [index % columns, index / columns];
-            let list = lists.tile(at[0], at[1]);
-            slot.reset(list.len());
-            if list.is_empty() {
-                return;
-            }
-            let start = ThreadTime::try_now().ok();
-            let corner_px = at.map(|tile| tile * TILE_PX);
-            let view = TileView::new(self.view, corner_px, self.settings);
-            let front_to_back = list.iter().map(|&brick| &bricks[brick as usize]);
-            slot.counts = render_tile(self.settings, &view, corner_px, front_to_back, scratch);
-            slot.show(&scratch.pixels, self.subpixels as usize);
-            slot.composite_ms = elapsed_ms(start);
-        });
+        slots.par_iter_mut().enumerate().for_each_init(
+            GatherScratch::default,
+            |scratch, (index, slot)| {
+                let at = [index % columns, index / columns];
+                let list = lists.tile(at[0], at[1]);
+                slot.reset(list.len());
+                if list.is_empty() {
+                    return;
+                }
+                let start = ThreadTime::try_now().ok();
+                let corner_px = at.map(|tile| tile * TILE_PX);
+                let view = TileView::new(self.view, corner_px, self.settings);
+                let front_to_back = list.iter().map(|&brick| &bricks[brick as usize]);
+                slot.counts = render_tile(self.settings, &view, corner_px, front_to_back, scratch);
+                slot.show(&scratch.pixels, self.subpixels as usize);
+                slot.composite_ms = elapsed_ms(start);
+            },
+        );
         tally(slots, clock.stop(), stats);
         count_levels(&bricks, &lists, (slots, columns), stats);
     }

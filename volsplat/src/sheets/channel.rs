@@ -28,17 +28,29 @@ pub(crate) enum Reading {
 
 impl ChannelSettings {
     /// The settings of scalars in this range.
-    pub(crate) fn of_transfer(transfer: &TransferFunction, range: (f64, f64), opacity: OpacityMode) -> Self {
+    pub(crate) fn of_transfer(
+        transfer: &TransferFunction,
+        range: (f64, f64),
+        opacity: OpacityMode,
+    ) -> Self {
         let table = TransferTable::new(transfer, opacity, range);
-        Self { table, reading: Reading::Trilinear, value_range: range }
+        Self {
+            table,
+            reading: Reading::Trilinear,
+            value_range: range,
+        }
     }
 
     /// The settings of a channel; an error where its labels are too many.
     pub(crate) fn new(channel: &Channel, opacity: OpacityMode) -> Result<Self, Error> {
         Ok(match channel.look {
-            Look::Transfer(transfer) => Self::of_transfer(transfer, channel.volume.value_range(), opacity),
+            Look::Transfer(transfer) => {
+                Self::of_transfer(transfer, channel.volume.value_range(), opacity)
+            }
             Look::Labels(labels) => Self {
-                table: TransferTable::of_entries(&Palette::new(channel.volume, labels)?.entries(opacity)),
+                table: TransferTable::of_entries(
+                    &Palette::new(channel.volume, labels)?.entries(opacity),
+                ),
                 reading: Reading::Nearest,
                 value_range: (0.0, 0.0),
             },

@@ -26,12 +26,20 @@ pub(crate) struct TransferTable {
 
 impl TransferTable {
     /// Tabulates `transfer` over its visible scalars inside `range`, the scalars of the volume.
-    pub(crate) fn new(transfer: &TransferFunction, opacity: OpacityMode, range: (f64, f64)) -> Self {
+    pub(crate) fn new(
+        transfer: &TransferFunction,
+        opacity: OpacityMode,
+        range: (f64, f64),
+    ) -> Self {
         // A transfer function that shows nothing leaves no voxel, so that its table is never asked.
         let shown = transfer.visible_range().unwrap_or(range);
         let (low, high) = (shown.0.max(range.0), shown.1.min(range.1));
         // One visible scalar, or none: the span only has to be above 0.
-        let span = if high > low { high - low } else { low.abs().max(1.0) * f64::from(f32::EPSILON) };
+        let span = if high > low {
+            high - low
+        } else {
+            low.abs().max(1.0) * f64::from(f32::EPSILON)
+        };
         let step = span / (ENTRIES - 1) as f64;
         let mut entries = Box::new([[0.0; 4]; PLACES]);
         for i in 0..ENTRIES {
@@ -45,7 +53,11 @@ impl TransferTable {
         if shown.1 >= range.1 {
             entries[ENTRIES + 1] = entries[ENTRIES];
         }
-        Self { entries, scale: (1.0 / step) as f32, shift: (1.5 - low / step) as f32 }
+        Self {
+            entries,
+            scale: (1.0 / step) as f32,
+            shift: (1.5 - low / step) as f32,
+        }
     }
 
     /// A table in which the scalar i, a whole number from 0 on, stands for entry i; at most as many as it has places for.
@@ -55,14 +67,20 @@ impl TransferTable {
             *entry = *listed;
         }
         // Places are rounded down: half a place more keeps whole numbers off the edge.
-        Self { entries, scale: 1.0, shift: 1.5 }
+        Self {
+            entries,
+            scale: 1.0,
+            shift: 1.5,
+        }
     }
 
     /// Colour and strength of these scalars, where they are the same for all from the least to the greatest.
     pub(crate) fn constant_over(&self, [least, greatest]: [f32; 2]) -> Option<[f32; 4]> {
         let (first, last) = (self.place(least), self.place(greatest));
         let entry = self.entry(first);
-        (first..=last).all(|place| self.entry(place) == entry).then_some(entry)
+        (first..=last)
+            .all(|place| self.entry(place) == entry)
+            .then_some(entry)
     }
 
     /// The places of scalars.
@@ -70,7 +88,10 @@ impl TransferTable {
     pub(crate) fn places<S: Simd>(&self, simd: S, values: f32x8<S>) -> i32x8<S> {
         let constant = |v: f32| f32x8::splat(simd, v);
         let place = values.mul_add(constant(self.scale), constant(self.shift));
-        place.max(constant(0.0)).min(constant((ENTRIES + 1) as f32)).to_int()
+        place
+            .max(constant(0.0))
+            .min(constant((ENTRIES + 1) as f32))
+            .to_int()
     }
 
     /// Linear red, green, blue and strength at a place.
@@ -98,8 +119,14 @@ mod tests {
     use crate::transfer::{ColourKnot, OpacityKnot};
 
     fn table(opacities: &[(f64, f64)], range: (f64, f64)) -> TransferTable {
-        let colours = vec![ColourKnot { value: 0.0, rgb: [1.0, 0.5, 0.25] }];
-        let knots = opacities.iter().map(|&(value, opacity)| OpacityKnot { value, opacity }).collect();
+        let colours = vec![ColourKnot {
+            value: 0.0,
+            rgb: [1.0, 0.5, 0.25],
+        }];
+        let knots = opacities
+            .iter()
+            .map(|&(value, opacity)| OpacityKnot { value, opacity })
+            .collect();
         let transfer = TransferFunction::new(colours, knots).expect("valid");
         TransferTable::new(&transfer, OpacityMode::Linear, range)
     }
@@ -109,7 +136,11 @@ mod tests {
         let table = table(&[(70.0, 0.0), (110.0, 0.5), (255.0, 0.5)], (0.0, 255.0));
         for i in 0..2550 {
             let value = i as f32 * 0.1;
-            let expected = if value <= 70.0 { 0.0 } else { ((value - 70.0) / 40.0 * 0.5).min(0.5) };
+            let expected = if value <= 70.0 {
+                0.0
+            } else {
+                ((value - 70.0) / 40.0 * 0.5).min(0.5)
+            };
             let got = table.at(value)[3];
             assert!(
                 (got - expected).abs() < 0.5 / 40.0 * 0.5 * 185.0 / 4095.0 + 1e-6,
@@ -120,7 +151,10 @@ mod tests {
 
     #[test]
     fn outside_is_transparent_but_the_ends_of_the_volume_hold() {
-        let band = table(&[(100.0, 0.0), (100.0, 0.3), (200.0, 0.3), (200.0, 0.0)], (0.0, 255.0));
+        let band = table(
+            &[(100.0, 0.0), (100.0, 0.3), (200.0, 0.3), (200.0, 0.0)],
+            (0.0, 255.0),
+        );
         assert_eq!(band.at(99.9)[3], 0.0, "below a step");
         assert!((band.at(150.0)[3] - 0.3).abs() < 1e-6, "inside");
         assert_eq!(band.at(200.1)[3], 0.0, "above a step");

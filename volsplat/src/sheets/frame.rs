@@ -162,15 +162,27 @@ impl TileView {
         if settings.shade.is_some() {
             fill_rays(&mut ray_in_world, view, corner, &settings.world_from_camera);
         }
-        let iso_rays = settings.iso.map(|_| Box::new(AnchoredRays::new(view, corner, &anchor)));
-        Self { view: *view, anchor, thickness, corner_px: corner, units_per_slab, ray_in_world, iso_rays }
+        let iso_rays = settings
+            .iso
+            .map(|_| Box::new(AnchoredRays::new(view, corner, &anchor)));
+        Self {
+            view: *view,
+            anchor,
+            thickness,
+            corner_px: corner,
+            units_per_slab,
+            ray_in_world,
+            iso_rays,
+        }
     }
 
     /// Unit directions of half a row's rays, in the world.
     #[inline(always)]
     pub(super) fn rays<S: Simd>(&self, simd: S, at: HalfRow) -> [f32x8<S>; 3] {
         let range = at.first..at.first + LANES;
-        std::array::from_fn(|axis| f32x8::from_slice(simd, &self.ray_in_world[axis][at.row][range.clone()]))
+        std::array::from_fn(|axis| {
+            f32x8::from_slice(simd, &self.ray_in_world[axis][at.row][range.clone()])
+        })
     }
 
     /// The tile's first pixel.
@@ -186,7 +198,10 @@ impl TileView {
             Projection::Orthographic => 1.0,
         };
         // What lies before the near plane is cut off.
-        [at((camera_z - 0.5 * self.thickness).max(self.view.near)), at(camera_z + 0.5 * self.thickness)]
+        [
+            at((camera_z - 0.5 * self.thickness).max(self.view.near)),
+            at(camera_z + 0.5 * self.thickness),
+        ]
     }
 
     /// The plane of a slab.
@@ -202,9 +217,12 @@ impl TileView {
         let pixels = self.view.focal / scale;
         let shift = self.view.principal_px - self.corner_px - 0.5;
         let four = |v: DVec3| [v.x as f32, v.y as f32, v.z as f32, 0.0];
-        let ends = |low: DVec2, high: DVec2| [low.x as f32, low.y as f32, high.x as f32, high.y as f32];
+        let ends =
+            |low: DVec2, high: DVec2| [low.x as f32, low.y as f32, high.x as f32, high.y as f32];
         PlaneView {
-            lanes: step_x.to_array().map(|step| std::array::from_fn(|lane| (lane as f64 * step) as f32)),
+            lanes: step_x
+                .to_array()
+                .map(|step| std::array::from_fn(|lane| (lane as f64 * step) as f32)),
             first: four(first),
             step_x: four(step_x),
             step_y: four(step_y),
@@ -221,8 +239,12 @@ impl TileView {
 #[inline(always)]
 pub(crate) fn covered<S: Simd>(simd: S, view: &PlaneView, ends: f32x4<S>) -> [usize; 4] {
     let scale = f32x4::from_slice(simd, &view.pixel_scale);
-    let pixels = ends.mul_add(scale, f32x4::from_slice(simd, &view.pixel_shift)).ceil();
-    let tile = pixels.max(f32x4::splat(simd, 0.0)).min(f32x4::splat(simd, TILE_PX as f32));
+    let pixels = ends
+        .mul_add(scale, f32x4::from_slice(simd, &view.pixel_shift))
+        .ceil();
+    let tile = pixels
+        .max(f32x4::splat(simd, 0.0))
+        .min(f32x4::splat(simd, TILE_PX as f32));
     tile.to_int::<i32x4<S>>().to_array().map(|p| p as usize)
 }
 
@@ -235,7 +257,10 @@ fn fill_rays(rays: &mut [TilePlane; 3], view: &GridView, corner: DVec2, world_fr
                 Projection::Perspective => (offset / view.focal).extend(1.0).normalize(),
                 Projection::Orthographic => DVec3::Z,
             };
-            for (plane, axis) in rays.iter_mut().zip((*world_from_camera * in_camera).to_array()) {
+            for (plane, axis) in rays
+                .iter_mut()
+                .zip((*world_from_camera * in_camera).to_array())
+            {
                 plane[y][x] = axis as f32;
             }
         }
@@ -245,7 +270,9 @@ fn fill_rays(rays: &mut [TilePlane; 3], view: &GridView, corner: DVec2, world_fr
 /// Length of a pixel's ray per unit of camera z.
 fn ray_length_per_z(view: &GridView, pixel: DVec2) -> f64 {
     match view.projection {
-        Projection::Perspective => ((pixel - view.principal_px) / view.focal).extend(1.0).length(),
+        Projection::Perspective => ((pixel - view.principal_px) / view.focal)
+            .extend(1.0)
+            .length(),
         Projection::Orthographic => 1.0,
     }
 }
@@ -295,7 +322,12 @@ const BOX_MARGIN: f64 = 1.0 / 64.0;
 const MAX_PLANE: f32 = 8_388_608.0;
 
 impl SheetProjection {
-    pub(crate) fn new(view: &GridView, camera: &Camera, settings: &SheetSettings, span: Span) -> Self {
+    pub(crate) fn new(
+        view: &GridView,
+        camera: &Camera,
+        settings: &SheetSettings,
+        span: Span,
+    ) -> Self {
         let m = view.camera_from_grid.matrix3;
         // Planes before the near plane are not seen; neither are those behind the eye of an orthographic camera.
         let near = view.near / settings.thickness;
@@ -307,7 +339,10 @@ impl SheetProjection {
         Self {
             view: *view,
             anchor: settings.anchor,
-            grid: TileGrid { width: camera.width as usize, height: camera.height as usize },
+            grid: TileGrid {
+                width: camera.width as usize,
+                height: camera.height as usize,
+            },
             axes: [m.x_axis.as_vec3(), m.y_axis.as_vec3(), m.z_axis.as_vec3()],
             inverse_thickness: (1.0 / settings.thickness) as f32,
             thickness: settings.thickness as f32,
@@ -323,15 +358,24 @@ impl SheetProjection {
     /// The pixels first..end, along one axis, that a voxel's sections may touch between two camera z.
     #[inline(always)]
     fn pixels(&self, camera: f32, z: [f32; 2], axis: usize) -> [u16; 2] {
-        let (focal, principal) = (self.view.focal[axis] as f32, self.view.principal_px[axis] as f32);
-        let count = if axis == 0 { self.grid.width } else { self.grid.height } as f32;
+        let (focal, principal) = (
+            self.view.focal[axis] as f32,
+            self.view.principal_px[axis] as f32,
+        );
+        let count = if axis == 0 {
+            self.grid.width
+        } else {
+            self.grid.height
+        } as f32;
         let scale = match self.view.projection {
             Projection::Perspective => [focal / z[0], focal / z[1]],
             Projection::Orthographic => [focal; 2],
         };
         let at = |offset: f32| [(camera + offset) * scale[0], (camera + offset) * scale[1]];
         let (low, high) = (at(self.reach[axis]), at(self.reach[axis + 2]));
-        let first = (low[0].min(low[1]) + principal - 0.5).ceil().clamp(0.0, count);
+        let first = (low[0].min(low[1]) + principal - 0.5)
+            .ceil()
+            .clamp(0.0, count);
         let end = ((high[0].max(high[1]) + principal - 0.5).floor() + 1.0).clamp(0.0, count);
         [first as u16, end as u16]
     }
@@ -347,10 +391,17 @@ impl SheetProjection {
         if !(last >= first && last < MAX_PLANE) {
             return None;
         }
-        let ends = [first + 0.5 - self.half, last + 0.5 + self.half].map(|plane| plane * self.thickness);
+        let ends =
+            [first + 0.5 - self.half, last + 0.5 + self.half].map(|plane| plane * self.thickness);
         // A slab that the near plane cuts begins there.
-        let z = if self.half > 0.0 { [ends[0].max(self.near), ends[1]] } else { ends };
-        let rect = self.grid.rect(self.pixels(camera.x, z, 0), self.pixels(camera.y, z, 1));
+        let z = if self.half > 0.0 {
+            [ends[0].max(self.near), ends[1]]
+        } else {
+            ends
+        };
+        let rect = self
+            .grid
+            .rect(self.pixels(camera.x, z, 0), self.pixels(camera.y, z, 1));
         (rect.area() > 0).then_some((first as u32, rect))
     }
 
@@ -358,7 +409,10 @@ impl SheetProjection {
     #[inline(always)]
     pub(crate) fn at_corner(&self, corner: DVec3) -> [Vec3; 2] {
         let in_camera = self.view.camera_from_grid.transform_point3(corner);
-        [(in_camera - self.anchor.camera_z * DVec3::Z).as_vec3(), (corner - self.anchor.grid).as_vec3()]
+        [
+            (in_camera - self.anchor.camera_z * DVec3::Z).as_vec3(),
+            (corner - self.anchor.grid).as_vec3(),
+        ]
     }
 
     /// The camera movement per grid axis.

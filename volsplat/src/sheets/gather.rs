@@ -92,7 +92,9 @@ pub(crate) struct Unfinished {
 impl Unfinished {
     /// Bytes that one takes.
     pub(crate) fn bytes(settings: &SheetSettings) -> usize {
-        let rays = settings.statistic.map_or(0, |_| settings.channels.len() * size_of::<RayValues>());
+        let rays = settings
+            .statistic
+            .map_or(0, |_| settings.channels.len() * size_of::<RayValues>());
         size_of::<Self>() + rays + settings.iso.map_or(0, |_| size_of::<TilePlane>())
     }
 }
@@ -149,7 +151,11 @@ impl GatherScratch {
     pub(crate) fn suspend(&mut self, settings: &SheetSettings) -> Unfinished {
         self.place_colours();
         let last_hit = settings.iso.map(|_| Box::new(self.last_hit));
-        Unfinished { pixels: self.pixels.clone(), rays: self.rays.clone(), last_hit }
+        Unfinished {
+            pixels: self.pixels.clone(),
+            rays: self.rays.clone(),
+            last_hit,
+        }
     }
 
     /// Classifies what waits for it, and puts the colours where the pixels are.
@@ -199,7 +205,12 @@ pub(crate) fn advance_tile<'a>(
         let useful = |placed: &PlacedBrick, window: &Window, scratch: &GatherScratch| {
             !statistic::is_idle(wanted, placed, window, &scratch.rays)
         };
-        return advance_while_open((settings, view, corner_px), bricks.into_iter(), useful, scratch);
+        return advance_while_open(
+            (settings, view, corner_px),
+            bricks.into_iter(),
+            useful,
+            scratch,
+        );
     }
     advance_while_open((settings, view, corner_px), bricks, |_, _, _| true, scratch)
 }
@@ -216,7 +227,11 @@ fn advance_while_open<'a>(
         if !is_useful(placed, &window, scratch) {
             continue;
         }
-        let job = Job { settings, view, placed };
+        let job = Job {
+            settings,
+            view,
+            placed,
+        };
         let (touched, opaque) = add_brick_by_rule(&job, window, scratch);
         counts.composited += 1;
         counts.pixels_touched += touched;
@@ -284,7 +299,11 @@ fn rule(settings: &SheetSettings) -> Rule {
     let is_plain = settings.channels.len() == 1
         && settings.channels[0].reading == Reading::Trilinear
         && settings.gradient_ramp.is_none();
-    match (settings.statistic.is_some(), is_plain, settings.shade.is_some()) {
+    match (
+        settings.statistic.is_some(),
+        is_plain,
+        settings.shade.is_some(),
+    ) {
         (true, ..) => Rule::Statistic,
         (_, false, _) => Rule::Mixed,
         (_, true, true) => Rule::Shaded,
@@ -301,9 +320,15 @@ pub(super) struct Window {
 
 impl Window {
     fn new(placed: &PlacedBrick, corner_px: [usize; 2]) -> Self {
-        let inside =
-            |pixel: u16, axis: usize| usize::from(pixel).saturating_sub(corner_px[axis]).min(TILE_PX);
-        Self { columns: placed.columns.map(|c| inside(c, 0)), rows: placed.rows.map(|r| inside(r, 1)) }
+        let inside = |pixel: u16, axis: usize| {
+            usize::from(pixel)
+                .saturating_sub(corner_px[axis])
+                .min(TILE_PX)
+        };
+        Self {
+            columns: placed.columns.map(|c| inside(c, 0)),
+            rows: placed.rows.map(|r| inside(r, 1)),
+        }
     }
 
     /// The part that one plane's section of the brick covers; empty where it covers nothing.
@@ -316,7 +341,10 @@ impl Window {
         placed: &PlacedBrick,
     ) -> Self {
         let Some(reach) = settings.brick_sections.at(plane.offset_z - placed.middle_z) else {
-            return Self { columns: [0; 2], rows: [0; 2] };
+            return Self {
+                columns: [0; 2],
+                rows: [0; 2],
+            };
         };
         let [x, y] = placed.middle;
         let ends = f32x4::from_slice(simd, &[x, y, x, y]) + f32x4::from_slice(simd, &reach.ends);
@@ -348,17 +376,25 @@ fn add_brick<S: Simd, R: SampleRule>(
             for first in halves.clone().map(|half| half * LANES) {
                 let at = HalfRow { row, first };
                 touched += LANES;
-                let left = f32x8::from_slice(simd, &scratch.pixels.transmittance[row][first..first + LANES]);
+                let left = f32x8::from_slice(
+                    simd,
+                    &scratch.pixels.transmittance[row][first..first + LANES],
+                );
                 // What is opaque is left alone pixel by pixel, so that the picture does not depend on which other
                 // bricks the tile saw before.
                 let open = left.simd_ge(f32x8::splat(simd, settings.min_transmittance));
                 if open.all_false() {
                     continue;
                 }
-                let Some(located) = located(simd, &plane, (&cells, open), at) else { continue };
+                let Some(located) = located(simd, &plane, (&cells, open), at) else {
+                    continue;
+                };
                 seen |= R::take(simd, job, (at, &plane), &located, scratch);
             }
         }
     }
-    (touched, seen && scratch.pixels.is_opaque(simd, settings.min_transmittance))
+    (
+        touched,
+        seen && scratch.pixels.is_opaque(simd, settings.min_transmittance),
+    )
 }

@@ -55,10 +55,14 @@ impl AnchoredRays {
     /// The rays of the tile whose first pixel has its corner at `corner_px`.
     pub(super) fn new(view: &GridView, corner_px: DVec2, anchor: &Anchor) -> Self {
         let zero = [[[0.0; TILE_PX]; TILE_PX]; 3];
-        let mut rays = Self { start: zero, direction: zero };
+        let mut rays = Self {
+            start: zero,
+            direction: zero,
+        };
         for y in 0..TILE_PX {
             for x in 0..TILE_PX {
-                let (origin, direction) = view.ray(corner_px + DVec2::new(x as f64 + 0.5, y as f64 + 0.5));
+                let (origin, direction) =
+                    view.ray(corner_px + DVec2::new(x as f64 + 0.5, y as f64 + 0.5));
                 let start = origin - anchor.grid + anchor.camera_z * direction;
                 for axis in 0..3 {
                     rays.start[axis][y][x] = start[axis] as f32;
@@ -99,12 +103,20 @@ pub(super) fn add_brick<S: Simd>(
     let (mut touched, mut seen) = (0, false);
     for row in window.rows[0]..window.rows[1] {
         for half in window.columns[0] / LANES..window.columns[1].div_ceil(LANES) {
-            let at = HalfRow { row, first: half * LANES };
+            let at = HalfRow {
+                row,
+                first: half * LANES,
+            };
             touched += LANES;
             seen |= add_half_row(simd, job, (iso, rays), (&cells, at), scratch);
         }
     }
-    (touched, seen && scratch.pixels.is_opaque(simd, job.settings.min_transmittance))
+    (
+        touched,
+        seen && scratch
+            .pixels
+            .is_opaque(simd, job.settings.min_transmittance),
+    )
 }
 
 #[inline(always)]
@@ -119,8 +131,16 @@ fn add_half_row<S: Simd>(
     let range = at.first..at.first + LANES;
     let load = |plane: &TilePlane| f32x8::from_slice(simd, &plane[at.row][range.clone()]);
     let rays = Rays {
-        start: [load(&rays.start[0]), load(&rays.start[1]), load(&rays.start[2])],
-        direction: [load(&rays.direction[0]), load(&rays.direction[1]), load(&rays.direction[2])],
+        start: [
+            load(&rays.start[0]),
+            load(&rays.start[1]),
+            load(&rays.start[2]),
+        ],
+        direction: [
+            load(&rays.direction[0]),
+            load(&rays.direction[1]),
+            load(&rays.direction[2]),
+        ],
     };
     let (first, last) = inside_brick(simd, job, cells, &rays, iso.near);
     let floor = constant(job.settings.min_transmittance.max(f32::MIN_POSITIVE));
@@ -129,13 +149,22 @@ fn add_half_row<S: Simd>(
     if left.all_false() {
         return false;
     }
-    let longest = left.select(last - first, constant(0.0)).to_array().into_iter().fold(0.0, f32::max);
+    let longest = left
+        .select(last - first, constant(0.0))
+        .to_array()
+        .into_iter()
+        .fold(0.0, f32::max);
     let steps = (longest / iso.step).ceil().max(1.0);
     let length = (last - first) * constant(1.0 / steps);
     // Not a closure: one that is called twice is left as a call here, without the vector instructions.
     let value = constant(iso.value);
     let at_near = field(simd, job, cells, &rays, first) - value;
-    let mut step = Step { near: first, far: first, at_near, at_far: constant(0.0) };
+    let mut step = Step {
+        near: first,
+        far: first,
+        at_near,
+        at_far: constant(0.0),
+    };
     let mut seen = false;
     for number in 1..=steps as usize {
         step.far = length.mul_add(constant(number as f32), first);
@@ -186,7 +215,10 @@ fn inside_brick<S: Simd>(
         if job.placed.cuts >> number & 1 == 1 {
             let dot = |v: &[f32x8<S>; 3], end: f32| {
                 let [x, y, z] = half.normal;
-                v[0].mul_add(constant(x), v[1].mul_add(constant(y), v[2].mul_add(constant(z), constant(end))))
+                v[0].mul_add(
+                    constant(x),
+                    v[1].mul_add(constant(y), v[2].mul_add(constant(z), constant(end))),
+                )
             };
             let rise = not_zero(dot(&rays.direction, 0.0));
             let bound = -dot(&rays.start, half.offset) / rise;
@@ -208,7 +240,12 @@ fn located<S: Simd>(simd: S, cells: &CellBox, rays: &Rays<S>, t: f32x8<S>) -> Lo
 #[inline(always)]
 fn field<S: Simd>(simd: S, job: &Job, cells: &CellBox, rays: &Rays<S>, t: f32x8<S>) -> f32x8<S> {
     let located = located(simd, cells, rays, t);
-    interpolated(simd, &job.placed.brick.scalars, &located.places, located.share)
+    interpolated(
+        simd,
+        &job.placed.brick.scalars,
+        &located.places,
+        located.share,
+    )
 }
 
 /// Composites the surface that rays cross in a step. Returns whether any of it is seen.
@@ -245,18 +282,24 @@ fn add_surface<S: Simd>(
         return false;
     }
     let before = load(&scratch.pixels.transmittance);
-    let weight = found.inside.select(before * constant(iso.opacity), constant(0.0));
+    let weight = found
+        .inside
+        .select(before * constant(iso.opacity), constant(0.0));
     (before - weight).store_slice(&mut scratch.pixels.transmittance[at.row][range.clone()]);
     let depth = hit + constant(job.settings.anchor.camera_z as f32);
-    let depths =
-        found.inside.select(weight.mul_add(depth, load(&scratch.pixels.depth)), load(&scratch.pixels.depth));
+    let depths = found.inside.select(
+        weight.mul_add(depth, load(&scratch.pixels.depth)),
+        load(&scratch.pixels.depth),
+    );
     depths.store_slice(&mut scratch.pixels.depth[at.row][range.clone()]);
     found
         .inside
         .select(hit, load(&scratch.last_hit))
         .store_slice(&mut scratch.last_hit[at.row][range.clone()]);
     let lit = lit(simd, job, at, (&found, weight));
-    let (body, highlight) = lit.map_or((constant(1.0), constant(0.0)), |lit| (lit.body, lit.highlight));
+    let (body, highlight) = lit.map_or((constant(1.0), constant(0.0)), |lit| {
+        (lit.body, lit.highlight)
+    });
     let (bodies, highlights) = ((weight * body).to_array(), (weight * highlight).to_array());
     for (lane, sum) in scratch.rgb[at.row][range].iter_mut().enumerate() {
         for (sum, value) in sum.iter_mut().zip(iso.rgb) {

@@ -58,12 +58,17 @@ fn unclipped<S: Simd>(simd: S, job: &Job, located: &Located<S>) -> Located<S> {
 /// The samples without those whose nearest voxel the mask hides.
 #[inline(always)]
 pub(super) fn masked<S: Simd>(simd: S, job: &Job, located: &Located<S>) -> Located<S> {
-    let Some(mask) = job.placed.brick.mask.as_deref() else { return *located };
+    let Some(mask) = job.placed.brick.mask.as_deref() else {
+        return *located;
+    };
     let places = nearest_places(simd, located);
     let mut shown = [0.0f32; LANES];
     for (shown, place) in shown.iter_mut().zip(places) {
         *shown = f32::from(mask[(place as usize).min(TABLE_LEN - 1)]);
     }
     let shown = f32x8::from_slice(simd, &shown).simd_gt(f32x8::splat(simd, 0.0));
-    Located { inside: located.inside & shown, ..*located }
+    Located {
+        inside: located.inside & shown,
+        ..*located
+    }
 }

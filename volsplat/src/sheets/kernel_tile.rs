@@ -137,13 +137,25 @@ impl TileRays {
         clip: &GridClip,
     ) -> Self {
         let zero = [[0.0; TILE_PX]; TILE_PX];
-        let mut rays = Self { direction: [zero; 3], per_z: zero, unit_per_grid: zero, kept: [zero; 2] };
+        let mut rays = Self {
+            direction: [zero; 3],
+            per_z: zero,
+            unit_per_grid: zero,
+            kept: [zero; 2],
+        };
         for y in 0..TILE_PX {
             for x in 0..TILE_PX {
-                let pixel = DVec2::new((corner_px[0] + x) as f64 + 0.5, (corner_px[1] + y) as f64 + 0.5);
+                let pixel = DVec2::new(
+                    (corner_px[0] + x) as f64 + 0.5,
+                    (corner_px[1] + y) as f64 + 0.5,
+                );
                 let (origin, direction) = view.ray(pixel);
                 let length = direction.length();
-                for (plane, axis) in rays.direction.iter_mut().zip((direction / length).to_array()) {
+                for (plane, axis) in rays
+                    .direction
+                    .iter_mut()
+                    .zip((direction / length).to_array())
+                {
                     plane[y][x] = axis as f32;
                 }
                 rays.per_z[y][x] = length as f32;
@@ -167,7 +179,12 @@ pub(crate) fn render_tile(
     voxels: &[&[Laid]],
     scratch: &mut KernelScratch,
 ) -> TileCounts {
-    let tile = Tile { settings, kernel, view, rays };
+    let tile = Tile {
+        settings,
+        kernel,
+        view,
+        rays,
+    };
     macro_rules! sum {
         ($count:expr) => {
             dispatch!(settings.level, simd => render_entries::<_, { $count }>(simd, tile, entries, voxels, scratch))
@@ -192,7 +209,9 @@ fn render_entries<S: Simd, const SUMS: usize>(
     let ring_len = tile.settings.ring_len;
     scratch.ring.clear();
     scratch.ring.resize_with(ring_len, SlabSums::default);
-    let Some(&nearest) = entries.first() else { return counts };
+    let Some(&nearest) = entries.first() else {
+        return counts;
+    };
     let mut open = entry_key(nearest);
     for &entry in entries {
         let index = entry_index(entry) as usize;
@@ -209,11 +228,20 @@ fn render_entries<S: Simd, const SUMS: usize>(
         counts.pixels_touched += if voxel.mass > 0.0 {
             add_point::<SUMS>(tile, first, voxel, scratch)
         } else {
-            match tile.kernel.profile.as_ref().map(|profile| (profile, profile.powers())) {
+            match tile
+                .kernel
+                .profile
+                .as_ref()
+                .map(|profile| (profile, profile.powers()))
+            {
                 None => add_tent::<_, SUMS>(simd, tile, first, voxel, scratch),
-                Some((profile, Powers::Few)) => {
-                    add_ball::<_, SUMS, ALONG_POLYNOMIAL>(simd, (tile, profile), first, voxel, scratch)
-                }
+                Some((profile, Powers::Few)) => add_ball::<_, SUMS, ALONG_POLYNOMIAL>(
+                    simd,
+                    (tile, profile),
+                    first,
+                    voxel,
+                    scratch,
+                ),
                 Some((profile, Powers::All)) => {
                     add_ball::<_, SUMS, ALONG>(simd, (tile, profile), first, voxel, scratch)
                 }
@@ -239,17 +267,30 @@ fn slab<'a>(tile: &Tile, number: u32, ring: &'a mut [SlabSums]) -> &'a mut SlabS
 
 /// Adds a point to the slab that it lies in, through the pixel's Gaussian. Returns the pixels touched.
 #[inline(always)]
-fn add_point<const SUMS: usize>(tile: Tile, number: u32, point: &Laid, scratch: &mut KernelScratch) -> usize {
+fn add_point<const SUMS: usize>(
+    tile: Tile,
+    number: u32,
+    point: &Laid,
+    scratch: &mut KernelScratch,
+) -> usize {
     let sums = slab(&tile, number, &mut scratch.ring);
     let corner = tile.view.corner_px();
     let across = tile.kernel.filter.along_axis(point.across[0] - corner[0]);
     let down = tile.kernel.filter.along_axis(point.across[1] - corner[1]);
     let mut touched = 0;
-    let inside = |first: i32, tap: usize| usize::try_from(first + tap as i32).ok().filter(|&p| p < TILE_PX);
+    let inside = |first: i32, tap: usize| {
+        usize::try_from(first + tap as i32)
+            .ok()
+            .filter(|&p| p < TILE_PX)
+    };
     for (tap_y, weight_y) in down.weights.iter().enumerate() {
-        let Some(row) = inside(down.first, tap_y) else { continue };
+        let Some(row) = inside(down.first, tap_y) else {
+            continue;
+        };
         for (tap_x, weight_x) in across.weights.iter().enumerate() {
-            let Some(column) = inside(across.first, tap_x) else { continue };
+            let Some(column) = inside(across.first, tap_x) else {
+                continue;
+            };
             let weight = weight_x * weight_y * point.mass;
             for (plane, value) in sums.sums[row][..SUMS].iter_mut().zip(point.value) {
                 plane[column] += weight * value;
@@ -292,13 +333,21 @@ impl SlabSums {
     ) {
         for (plane, value) in self.sums[row][..SUMS].iter_mut().zip(value) {
             let lanes = &mut plane[first..first + LANES];
-            weight.mul_add(f32x8::splat(simd, *value), f32x8::from_slice(simd, lanes)).store_slice(lanes);
+            weight
+                .mul_add(f32x8::splat(simd, *value), f32x8::from_slice(simd, lanes))
+                .store_slice(lanes);
         }
     }
 
     /// Remembers the scalar of a voxel where it has weight.
     #[inline(always)]
-    fn widen_range<S: Simd>(&mut self, simd: S, (row, first): (usize, usize), weight: f32x8<S>, scalar: f32) {
+    fn widen_range<S: Simd>(
+        &mut self,
+        simd: S,
+        (row, first): (usize, usize),
+        weight: f32x8<S>,
+        scalar: f32,
+    ) {
         let range = first..first + LANES;
         let reached = weight.simd_gt(f32x8::splat(simd, 0.0));
         let scalar = f32x8::splat(simd, scalar);

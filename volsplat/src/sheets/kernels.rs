@@ -99,9 +99,11 @@ impl KernelSheets {
             _ => None,
         };
         let mut samples = match (options.classify, cells_of(scene, options)) {
-            (Classify::Post, _) => {
-                kernel_samples(volume, transfer, solved.as_ref().map(|solved| solved.values.as_slice()))
-            }
+            (Classify::Post, _) => kernel_samples(
+                volume,
+                transfer,
+                solved.as_ref().map(|solved| solved.values.as_slice()),
+            ),
             (Classify::Pre, Cells::Mean) => cell_samples(scene, options)?.swap_remove(0),
             (Classify::Pre, _) => Samples::classify(volume, transfer, options.opacity),
         };
@@ -109,7 +111,10 @@ impl KernelSheets {
             // Of the coefficients, where there are some.
             match &solved {
                 Some(solved) => {
-                    let grid = Grid { voxels: &solved.values, dims: volume.dims };
+                    let grid = Grid {
+                        voxels: &solved.values,
+                        dims: volume.dims,
+                    };
                     set_gradients(&mut samples, &grid, &volume.world_from_index.matrix3);
                 }
                 None => samples.set_gradients_of(volume),
@@ -128,7 +133,11 @@ impl KernelSheets {
                 clip: GridClip::default(),
             },
             kernel,
-            select: if kernel.is_some() { options.select } else { SelectMode::Splats },
+            select: if kernel.is_some() {
+                options.select
+            } else {
+                SelectMode::Splats
+            },
             threshold_px: options.point_threshold_px,
             chunks: Vec::new(),
         })
@@ -156,18 +165,28 @@ impl KernelSheets {
     pub(crate) fn sections(&self, view: &GridView, thickness: f64) -> SectionTable {
         match &self.kernel {
             None => SectionTable::of_cube(view.camera_from_grid.matrix3),
-            Some(kernel) => SectionTable::of_ball(view.camera_from_grid.matrix3, kernel.radius(), thickness),
+            Some(kernel) => {
+                SectionTable::of_ball(view.camera_from_grid.matrix3, kernel.radius(), thickness)
+            }
         }
     }
 
     /// Renders the tiles of one frame.
-    pub(crate) fn render(&mut self, frame: &SheetFrame, slots: &mut Vec<TileSlot>, stats: &mut FrameStats) {
+    pub(crate) fn render(
+        &mut self,
+        frame: &SheetFrame,
+        slots: &mut Vec<TileSlot>,
+        stats: &mut FrameStats,
+    ) {
         // The corners of the trilinear kernel's box lie sqrt(3) away.
         let radius = self.kernel.map_or(3f64.sqrt(), |kernel| kernel.radius());
         let view_volume = ViewVolume::new(frame.camera, frame.view, radius);
         let visible = visible_bricks(&self.samples.bricks, &view_volume, stats);
         stats.bricks_empty = self.samples.empty;
-        let in_view = visible.iter().map(|&i| self.samples.bricks[i].places.len()).sum();
+        let in_view = visible
+            .iter()
+            .map(|&i| self.samples.bricks[i].places.len())
+            .sum();
         let runs = runs_of_bricks(&self.samples.bricks, visible, chunk_target(in_view));
         let mut chunks = std::mem::take(&mut self.chunks);
         chunks.resize_with(chunks.len().max(runs.len()), KernelChunk::default);
@@ -181,7 +200,9 @@ impl KernelSheets {
                 chunk.project(&setup, &bricks[brick]);
             }
         };
-        project_runs(used, &runs, stats, project, |chunk, number| chunk.bins.bin(number));
+        project_runs(used, &runs, stats, project, |chunk, number| {
+            chunk.bins.bin(number)
+        });
         for chunk in used.iter() {
             stats.culled += chunk.culled;
             stats.points += chunk.points;
@@ -193,13 +214,20 @@ impl KernelSheets {
 
     fn projection<'a>(&'a self, frame: &'a SheetFrame) -> KernelProjection<'a> {
         let (view, settings) = (frame.view, frame.settings);
-        let span = if self.kernel.is_some() { Span::Slab } else { Span::Plane };
+        let span = if self.kernel.is_some() {
+            Span::Slab
+        } else {
+            Span::Plane
+        };
         let area = view.focal.x * view.focal.y;
         KernelProjection {
             settings,
             projection: SheetProjection::new(view, frame.camera, settings, span),
             view: *view,
-            grid: TileGrid { width: frame.camera.width as usize, height: frame.camera.height as usize },
+            grid: TileGrid {
+                width: frame.camera.width as usize,
+                height: frame.camera.height as usize,
+            },
             select: self.select,
             threshold2_px2: self.threshold_px * self.threshold_px,
             mass_scale: (view.cell_volume() * area / settings.unit_in_world) as f32,
@@ -238,12 +266,20 @@ impl KernelProjection<'_> {
             }
             Projection::Orthographic => (1.0, camera.x, camera.y, 1.0),
         };
-        let oblique = if self.view.projection == Projection::Perspective { 1.0 } else { 0.0 };
+        let oblique = if self.view.projection == Projection::Perspective {
+            1.0
+        } else {
+            0.0
+        };
         let mut gram = [0.0f32; 3];
         for axis in axes {
             let across = focal.x * scale * (axis.x - oblique * x * axis.z);
             let down = focal.y * scale * (axis.y - oblique * y * axis.z);
-            gram = [gram[0] + across * across, gram[1] + across * down, gram[2] + down * down];
+            gram = [
+                gram[0] + across * across,
+                gram[1] + across * down,
+                gram[2] + down * down,
+            ];
         }
         let half = 0.5 * (gram[0] - gram[2]);
         OnScreen {
@@ -297,7 +333,9 @@ impl KernelChunk {
             };
             match setup.point(camera) {
                 // A section is cut along each ray; a point is kept or not.
-                Some(_) if !is_whole && !setup.clip.keeps(corner + at.as_dvec3()) => self.culled += 1,
+                Some(_) if !is_whole && !setup.clip.keeps(corner + at.as_dvec3()) => {
+                    self.culled += 1
+                }
                 Some((slab, screen)) => self.push_point(setup, slab, screen, laid),
                 None => match setup.projection.cover(camera) {
                     Some((first, rect)) => self.bins.push(laid, first, rect),
@@ -311,16 +349,29 @@ impl KernelChunk {
         const REACH_PX: f32 = 2.0;
         let cover = |at: f32, count: usize| {
             let inside = |p: f32| p.clamp(0.0, count as f32) as u16;
-            [inside((at - REACH_PX - 0.5).ceil()), inside((at + REACH_PX - 0.5).floor() + 1.0)]
+            [
+                inside((at - REACH_PX - 0.5).ceil()),
+                inside((at + REACH_PX - 0.5).floor() + 1.0),
+            ]
         };
         let [x, y] = screen.at;
-        let rect = setup.grid.rect(cover(x, setup.grid.width), cover(y, setup.grid.height));
+        let rect = setup
+            .grid
+            .rect(cover(x, setup.grid.width), cover(y, setup.grid.height));
         if rect.area() == 0 || !(screen.mass > 0.0) {
             self.culled += 1;
             return;
         }
         self.points += 1;
-        self.bins.push(Laid { across: screen.at, mass: screen.mass, ..laid }, slab, rect);
+        self.bins.push(
+            Laid {
+                across: screen.at,
+                mass: screen.mass,
+                ..laid
+            },
+            slab,
+            rect,
+        );
     }
 }
 
@@ -334,18 +385,33 @@ impl SheetFrame<'_> {
         stats: &mut FrameStats,
     ) {
         let clock = StageClock::start();
-        let grid = TileGrid { width: self.camera.width as usize, height: self.camera.height as usize };
+        let grid = TileGrid {
+            width: self.camera.width as usize,
+            height: self.camera.height as usize,
+        };
         let columns = grid.columns();
         slots.resize_with(columns * grid.rows(), TileSlot::default);
-        let voxels: Vec<&[Laid]> = chunks.iter().map(|chunk| chunk.bins.primitives.as_slice()).collect();
-        slots.par_iter_mut().enumerate().for_each_init(KernelScratch::default, |scratch, (index, slot)| {
-            let at = [index % columns, index / columns];
-            slot.reset(0);
-            for chunk in chunks {
-                slot.entries.extend_from_slice(chunk.bins.tile(at[0] as u16, at[1] as u16));
-            }
-            self.kernel_tile(kernel, at.map(|tile| tile * TILE_PX), &voxels, (slot, scratch));
-        });
+        let voxels: Vec<&[Laid]> = chunks
+            .iter()
+            .map(|chunk| chunk.bins.primitives.as_slice())
+            .collect();
+        slots.par_iter_mut().enumerate().for_each_init(
+            KernelScratch::default,
+            |scratch, (index, slot)| {
+                let at = [index % columns, index / columns];
+                slot.reset(0);
+                for chunk in chunks {
+                    slot.entries
+                        .extend_from_slice(chunk.bins.tile(at[0] as u16, at[1] as u16));
+                }
+                self.kernel_tile(
+                    kernel,
+                    at.map(|tile| tile * TILE_PX),
+                    &voxels,
+                    (slot, scratch),
+                );
+            },
+        );
         tally(slots, clock.stop(), stats);
     }
 

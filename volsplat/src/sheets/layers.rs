@@ -57,14 +57,20 @@ impl ImageSheets {
         }
         let view = GridView::new(camera, &self.world_from_index);
         let settings = self.settings(&view, camera);
-        let plain = self.options.blend == Blend::Emission && self.options.gradient_opacity.is_none();
+        let plain =
+            self.options.blend == Blend::Emission && self.options.gradient_opacity.is_none();
         // Only scenes of one channel of scalars and no mask know what they keep.
         let (Source::Cells(field), Some(_), true) = (&self.source, &self.kept, plain) else {
             return Err(refused());
         };
         let tracer = Tracer::new(field, &self.clip, (&view, &settings));
         let (width, height) = (camera.width as usize, camera.height as usize);
-        let trace = |i: usize| tracer.trace(DVec2::new((i % width) as f64 + 0.5, (i / width) as f64 + 0.5));
+        let trace = |i: usize| {
+            tracer.trace(DVec2::new(
+                (i % width) as f64 + 0.5,
+                (i / width) as f64 + 0.5,
+            ))
+        };
         let traced: Vec<Traced> = (0..width * height).into_par_iter().map(trace).collect();
         let plane = |name: &str, value: &dyn Fn(&Traced) -> f64| Plane {
             name: name.to_owned(),
@@ -79,7 +85,9 @@ impl ImageSheets {
                     planes.push(plane("normal.Y", &|traced| traced.normal.y));
                     planes.push(plane("normal.Z", &|traced| traced.normal.z));
                 }
-                Layer::Samples => planes.push(plane("samples", &|traced| f64::from(traced.samples))),
+                Layer::Samples => {
+                    planes.push(plane("samples", &|traced| f64::from(traced.samples)))
+                }
                 Layer::Selection => return Err(refused()),
             }
         }
@@ -123,7 +131,12 @@ impl<'a> Tracer<'a> {
         clip: &'a GridClip,
         (view, settings): (&'a GridView, &'a SheetSettings),
     ) -> Self {
-        let place = |brick: &CellBrick| brick.bounds.corner.map(|corner| corner as usize / CELL_SIDE);
+        let place = |brick: &CellBrick| {
+            brick
+                .bounds
+                .corner
+                .map(|corner| corner as usize / CELL_SIDE)
+        };
         let mut along = [0; 3];
         let mut reach = [f64::INFINITY, f64::NEG_INFINITY];
         for brick in &field.bricks {
@@ -140,7 +153,16 @@ impl<'a> Tracer<'a> {
         }
         let world_from_grid = settings.world_from_camera * view.camera_from_grid.matrix3;
         let world_from_gradient = world_from_grid.inverse().transpose();
-        Self { bricks: &field.bricks, places, along, clip, view, settings, world_from_gradient, reach }
+        Self {
+            bricks: &field.bricks,
+            places,
+            along,
+            clip,
+            view,
+            settings,
+            world_from_gradient,
+            reach,
+        }
     }
 
     /// The ray through a position on the screen.
@@ -148,8 +170,13 @@ impl<'a> Tracer<'a> {
         let (origin, direction) = self.view.ray(pos_in_screen);
         let thickness = self.settings.thickness;
         let at = |camera_z: f64| origin + camera_z * direction;
-        let units = thickness * self.ray_in_camera(direction).length() / self.settings.unit_in_world;
-        let mut traced = Traced { first: f64::INFINITY, normal: DVec3::ZERO, samples: 0 };
+        let units =
+            thickness * self.ray_in_camera(direction).length() / self.settings.unit_in_world;
+        let mut traced = Traced {
+            first: f64::INFINITY,
+            normal: DVec3::ZERO,
+            samples: 0,
+        };
         let mut transmittance = 1.0;
         let mut number = (self.reach[0].max(self.view.near) / thickness - 0.5).ceil();
         while transmittance >= f64::from(self.settings.min_transmittance) && transmittance > 0.0 {
@@ -197,8 +224,14 @@ impl<'a> Tracer<'a> {
     fn first(&self, at: &impl Fn(f64) -> DVec3, [mut hidden, mut shown]: [f64; 2]) -> f64 {
         for _ in 0..HALVINGS {
             let middle = 0.5 * (hidden + shown);
-            let shows = self.sample(at(middle)).is_ok_and(|sample| sample.strength > 0.0);
-            if shows { shown = middle } else { hidden = middle }
+            let shows = self
+                .sample(at(middle))
+                .is_ok_and(|sample| sample.strength > 0.0);
+            if shows {
+                shown = middle
+            } else {
+                hidden = middle
+            }
         }
         shown
     }
@@ -224,13 +257,18 @@ impl<'a> Tracer<'a> {
             return Err(None);
         }
         let (scalar, gradient) = interpolated(brick, local);
-        Ok(Sample { strength: f64::from(self.settings.table.at(scalar as f32)[3]), gradient })
+        Ok(Sample {
+            strength: f64::from(self.settings.table.at(scalar as f32)[3]),
+            gradient,
+        })
     }
 }
 
 /// The trilinear scalar and its gradient at a position in a brick.
 fn interpolated(brick: &CellBrick, local: DVec3) -> (f64, DVec3) {
-    let cell = local.floor().clamp(DVec3::ZERO, DVec3::splat((CELL_SIDE - 1) as f64));
+    let cell = local
+        .floor()
+        .clamp(DVec3::ZERO, DVec3::splat((CELL_SIDE - 1) as f64));
     let share = local - cell;
     let [x, y, z] = cell.to_array().map(|c| c as usize);
     let (mut scalar, mut gradient) = (0.0, DVec3::ZERO);
@@ -238,7 +276,13 @@ fn interpolated(brick: &CellBrick, local: DVec3) -> (f64, DVec3) {
         let bits = [corner & 1, corner >> 1 & 1, corner >> 2];
         let place = x + bits[0] + VERTEX_SIDE * (y + bits[1] + VERTEX_SIDE * (z + bits[2]));
         let value = f64::from(brick.scalars[place]);
-        let weight = |axis: usize| if bits[axis] == 1 { share[axis] } else { 1.0 - share[axis] };
+        let weight = |axis: usize| {
+            if bits[axis] == 1 {
+                share[axis]
+            } else {
+                1.0 - share[axis]
+            }
+        };
         let sign = |axis: usize| if bits[axis] == 1 { 1.0 } else { -1.0 };
         scalar += weight(0) * weight(1) * weight(2) * value;
         gradient += value
@@ -255,5 +299,8 @@ fn interpolated(brick: &CellBrick, local: DVec3) -> (f64, DVec3) {
 fn exit(origin: DVec3, direction: DVec3, low: DVec3, high: DVec3) -> f64 {
     let ends = ((low - origin) / direction).max((high - origin) / direction);
     // An axis along which the ray does not move gives no end.
-    (0..3).map(|axis| ends[axis]).filter(|end| !end.is_nan()).fold(f64::INFINITY, f64::min)
+    (0..3)
+        .map(|axis| ends[axis])
+        .filter(|end| !end.is_nan())
+        .fold(f64::INFINITY, f64::min)
 }

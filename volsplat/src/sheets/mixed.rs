@@ -36,9 +36,19 @@ impl SampleRule for Mixed {
         scratch: &mut GatherScratch,
     ) -> bool {
         let zero = f32x8::splat(simd, 0.0);
-        let mut sums = Sums { strengths: [0.0; LANES], rgb: [[0.0; 4]; LANES] };
+        let mut sums = Sums {
+            strengths: [0.0; LANES],
+            rgb: [[0.0; 4]; LANES],
+        };
         for (number, channel) in job.settings.channels.iter().enumerate() {
-            add_channel(simd, job, at, (channel, job.placed.brick.channel(number)), located, &mut sums);
+            add_channel(
+                simd,
+                job,
+                at,
+                (channel, job.placed.brick.channel(number)),
+                located,
+                &mut sums,
+            );
         }
         let strength = f32x8::from_slice(simd, &sums.strengths);
         if strength.simd_gt(zero).all_false() {
@@ -51,11 +61,18 @@ impl SampleRule for Mixed {
         let weight = before * opacity(simd, job.settings.opacity, added);
         (before - weight).store_slice(&mut scratch.pixels.transmittance[at.row][range.clone()]);
         if job.settings.depth == DepthRule::Expected {
-            let sum = weight.mul_add(f32x8::splat(simd, plane.camera_z), load(&scratch.pixels.depth[at.row]));
+            let sum = weight.mul_add(
+                f32x8::splat(simd, plane.camera_z),
+                load(&scratch.pixels.depth[at.row]),
+            );
             sum.store_slice(&mut scratch.pixels.depth[at.row][range.clone()]);
         }
         let shares = (weight / strength.max(f32x8::splat(simd, f32::MIN_POSITIVE))).to_array();
-        for ((sum, mixed), share) in scratch.rgb[at.row][range].iter_mut().zip(sums.rgb).zip(shares) {
+        for ((sum, mixed), share) in scratch.rgb[at.row][range]
+            .iter_mut()
+            .zip(sums.rgb)
+            .zip(shares)
+        {
             for (sum, value) in sum.iter_mut().zip(mixed) {
                 *sum += share * value;
             }
@@ -84,11 +101,16 @@ fn add_channel<S: Simd>(
     for (strength, &place) in strengths.iter_mut().zip(&places) {
         *strength = channel.table.entry(place)[3];
     }
-    let mut strength = located.inside.select(f32x8::from_slice(simd, &strengths), zero);
+    let mut strength = located
+        .inside
+        .select(f32x8::from_slice(simd, &strengths), zero);
     if strength.simd_gt(zero).all_false() {
         return;
     }
-    let mut lit = Lit { body: f32x8::splat(simd, 1.0), highlight: zero };
+    let mut lit = Lit {
+        body: f32x8::splat(simd, 1.0),
+        highlight: zero,
+    };
     if let Some(gradients) = cells.gradients {
         let gradient = interpolated_gradient(simd, gradients, located, strength);
         if let (Some(ramp), Reading::Trilinear) = (job.settings.gradient_ramp, channel.reading) {

@@ -122,7 +122,9 @@ impl ImageSheets {
         check_dims(volume.dims)?;
         let channels = channels(scene, options)?;
         let source = match options.sheet_sums {
-            _ if options.sums_kernels() => Source::Kernels(Box::new(KernelSheets::new(scene, options)?)),
+            _ if options.sums_kernels() => {
+                Source::Kernels(Box::new(KernelSheets::new(scene, options)?))
+            }
             SheetSums::Gather => Source::Cells(prepare::cells(scene, options)?),
             SheetSums::Scatter => {
                 let (volume, transfer) = single(scene)?;
@@ -130,8 +132,13 @@ impl ImageSheets {
             }
         };
         let iso = prepare::iso(scene.channels[0].look, options);
-        let kept = scene.single().map(|(_, transfer)| prepare::support(transfer, options));
-        Ok(Self { kept, ..Self::assembled(source, (channels, iso), &volume.lattice(), options) })
+        let kept = scene
+            .single()
+            .map(|(_, transfer)| prepare::support(transfer, options));
+        Ok(Self {
+            kept,
+            ..Self::assembled(source, (channels, iso), &volume.lattice(), options)
+        })
     }
 
     /// Image sheets of a volume that stays in its file.
@@ -150,9 +157,15 @@ impl ImageSheets {
         let channel = ChannelSettings::of_transfer(transfer, volume.value_range(), options.opacity);
         let iso = prepare::iso(Look::Transfer(transfer), options);
         // The same picture however much of it stays in memory: what is read for a frame has no detail to choose from.
-        let options = RenderOptions { lod_error: 0.0, ..options.clone() };
+        let options = RenderOptions {
+            lod_error: 0.0,
+            ..options.clone()
+        };
         let kept = Some(prepare::support(transfer, &options));
-        Ok(Self { kept, ..Self::assembled(source, (Arc::from([channel]), iso), &lattice, &options) })
+        Ok(Self {
+            kept,
+            ..Self::assembled(source, (Arc::from([channel]), iso), &lattice, &options)
+        })
     }
 
     fn assembled(
@@ -209,7 +222,11 @@ impl ImageSheets {
 
     /// Of interpolating kernels: the largest difference between their sum at a voxel and its scalar.
     pub(crate) fn residual(&self) -> Option<f32> {
-        if let Source::Kernels(sheets) = &self.source { sheets.residual } else { None }
+        if let Source::Kernels(sheets) = &self.source {
+            sheets.residual
+        } else {
+            None
+        }
     }
 
     /// Renders the tiles of one frame. Fails only where voxels have to be read and cannot be.
@@ -224,17 +241,32 @@ impl ImageSheets {
         let view = GridView::new(&fine, &self.world_from_index);
         let settings = self.settings(&view, &fine);
         let levels = self.levels(&view, (camera, subpixels), &settings);
-        let frame = SheetFrame { settings: &settings, view: &view, camera: &fine, subpixels, levels };
+        let frame = SheetFrame {
+            settings: &settings,
+            view: &view,
+            camera: &fine,
+            subpixels,
+            levels,
+        };
         match &mut self.source {
             Source::Cells(field) => {
                 let details = self.details.as_deref().unwrap_or_default();
-                frame.gather((field, details, self.seen.as_ref()), &self.clip, tiles, stats);
+                frame.gather(
+                    (field, details, self.seen.as_ref()),
+                    &self.clip,
+                    tiles,
+                    stats,
+                );
             }
             Source::Streamed(cells) => cells.render(&frame, &self.clip, tiles, (stats, watch))?,
             Source::Voxels(sheets) => sheets.render(&frame, tiles, stats),
             Source::Kernels(sheets) => sheets.render(&frame, tiles, stats),
         }
-        Ok(TileLayout { camera: *camera, subpixels, depth: TileDepth::CameraZ })
+        Ok(TileLayout {
+            camera: *camera,
+            subpixels,
+            depth: TileDepth::CameraZ,
+        })
     }
 
     /// How bricks are replaced in this view, if any may be; what replaces them is made the first time.
@@ -244,7 +276,9 @@ impl ImageSheets {
         camera: (&Camera, u32),
         settings: &SheetSettings,
     ) -> Option<LevelChoice> {
-        let Source::Cells(field) = &self.source else { return None };
+        let Source::Cells(field) = &self.source else {
+            return None;
+        };
         if !is_plain(settings) {
             return None;
         }
@@ -254,7 +288,11 @@ impl ImageSheets {
             return None;
         }
         if self.details.is_none() {
-            self.details = Some(details(&field.bricks, &settings.table, choice.ever_useful()));
+            self.details = Some(details(
+                &field.bricks,
+                &settings.table,
+                choice.ever_useful(),
+            ));
         }
         Some(choice)
     }
@@ -274,8 +312,15 @@ impl ImageSheets {
 
     /// Sub-pixels that edges need however large voxels are: surfaces and labels end between one pixel and the next.
     fn least_subpixels(&self) -> u32 {
-        let has_labels = self.channels.iter().any(|channel| channel.reading == Reading::Nearest);
-        if has_labels || matches!(self.options.blend, Blend::Isosurface(_)) { HARD_EDGE_SUBPIXELS } else { 1 }
+        let has_labels = self
+            .channels
+            .iter()
+            .any(|channel| channel.reading == Reading::Nearest);
+        if has_labels || matches!(self.options.blend, Blend::Isosurface(_)) {
+            HARD_EDGE_SUBPIXELS
+        } else {
+            1
+        }
     }
 
     fn settings(&self, view: &GridView, camera: &Camera) -> SheetSettings {
@@ -285,7 +330,10 @@ impl ImageSheets {
             _ => SectionTable::of_cube(view.camera_from_grid.matrix3),
         };
         let camera_z = view.camera_from_grid.transform_point3(self.middle).z;
-        let anchor = Anchor { grid: self.middle, camera_z };
+        let anchor = Anchor {
+            grid: self.middle,
+            camera_z,
+        };
         SheetSettings {
             level: self.options.simd.resolve(),
             table: self.channels[0].table.clone(),
@@ -327,7 +375,9 @@ fn single<'a>(scene: &Scene<'a>) -> Result<(&'a Volume, &'a TransferFunction), E
 
 /// A sample needs a cell around it.
 fn check_dims(dims: [usize; 3]) -> Result<(), Error> {
-    let Some(axis) = dims.iter().position(|&n| n < 2) else { return Ok(()) };
+    let Some(axis) = dims.iter().position(|&n| n < 2) else {
+        return Ok(());
+    };
     Err(Error::Option(format!(
         "image sheets need two voxels or more along each axis, and there is one along {}: composite every \
          sample instead (--order every-sample)",
@@ -341,7 +391,9 @@ impl Source {
             Self::Cells(field) => Box::new(field.bricks.iter().map(|brick| brick.bounds)),
             Self::Streamed(cells) => Box::new(cells.bounds()),
             Self::Voxels(sheets) => Box::new(sheets.field.bricks.iter().map(|brick| brick.bounds)),
-            Self::Kernels(sheets) => Box::new(sheets.samples.bricks.iter().map(|brick| brick.bounds)),
+            Self::Kernels(sheets) => {
+                Box::new(sheets.samples.bricks.iter().map(|brick| brick.bounds))
+            }
         }
     }
 }

@@ -26,14 +26,21 @@ impl<const SHADED: bool> SampleRule for Over<SHADED> {
         scratch: &mut GatherScratch,
     ) -> bool {
         let settings = job.settings;
-        let scalar = interpolated(simd, &job.placed.brick.scalars, &located.places, located.share);
+        let scalar = interpolated(
+            simd,
+            &job.placed.brick.scalars,
+            &located.places,
+            located.share,
+        );
         let places = settings.table.places(simd, scalar).to_array();
         let mut strengths = [0.0f32; LANES];
         for (strength, &place) in strengths.iter_mut().zip(&places) {
             *strength = settings.table.entry(place)[3];
         }
         let zero = f32x8::splat(simd, 0.0);
-        let strength = located.inside.select(f32x8::from_slice(simd, &strengths), zero);
+        let strength = located
+            .inside
+            .select(f32x8::from_slice(simd, &strengths), zero);
         if strength.simd_gt(zero).all_false() {
             return false;
         }
@@ -44,12 +51,19 @@ impl<const SHADED: bool> SampleRule for Over<SHADED> {
         let weight = before * opacity(simd, settings.opacity, added);
         (before - weight).store_slice(&mut scratch.pixels.transmittance[at.row][range.clone()]);
         if settings.depth == DepthRule::Expected {
-            let sum = weight.mul_add(f32x8::splat(simd, plane.camera_z), load(&scratch.pixels.depth[at.row]));
+            let sum = weight.mul_add(
+                f32x8::splat(simd, plane.camera_z),
+                load(&scratch.pixels.depth[at.row]),
+            );
             sum.store_slice(&mut scratch.pixels.depth[at.row][range.clone()]);
         }
         let sums = &mut scratch.rgb[at.row][range];
         // What is not lit has its own colour.
-        let lit = if SHADED { lit(simd, job, at, (located, weight)) } else { None };
+        let lit = if SHADED {
+            lit(simd, job, at, (located, weight))
+        } else {
+            None
+        };
         match lit {
             None => {
                 let weights = weight.to_array();
@@ -81,7 +95,10 @@ pub(super) fn lit<S: Simd>(
     at: HalfRow,
     (located, weight): (&Located<S>, f32x8<S>),
 ) -> Option<Lit<S>> {
-    let (shade, gradients) = (job.settings.shade.as_ref()?, job.placed.brick.gradients.as_ref()?);
+    let (shade, gradients) = (
+        job.settings.shade.as_ref()?,
+        job.placed.brick.gradients.as_ref()?,
+    );
     let gradient = interpolated_gradient(simd, gradients, located, weight);
     Some(shade.light(simd, gradient, job.view.rays(simd, at)))
 }

@@ -25,15 +25,31 @@ pub(crate) fn placed<'a>(
     camera: &Camera,
     settings: &SheetSettings,
 ) -> (Vec<PlacedBrick<'a>>, Vec<TileRect>) {
-    let grid = TileGrid { width: camera.width as usize, height: camera.height as usize };
-    let mut ordered: Vec<(u64, usize)> = visible.iter().map(|&i| (distance(view, &bricks[i]), i)).collect();
+    let grid = TileGrid {
+        width: camera.width as usize,
+        height: camera.height as usize,
+    };
+    let mut ordered: Vec<(u64, usize)> = visible
+        .iter()
+        .map(|&i| (distance(view, &bricks[i]), i))
+        .collect();
     ordered.sort_unstable();
     ordered
         .into_par_iter()
         .filter_map(|(_, i)| {
-            let Cut::By(cuts) = clip.cut(&bricks[i].bounds) else { return None };
-            let detail = if cuts == 0 { detail(i) } else { Choice::EverySheet };
-            let placed = PlacedBrick { cuts, detail, ..place(&bricks[i], view, grid, settings)? };
+            let Cut::By(cuts) = clip.cut(&bricks[i].bounds) else {
+                return None;
+            };
+            let detail = if cuts == 0 {
+                detail(i)
+            } else {
+                Choice::EverySheet
+            };
+            let placed = PlacedBrick {
+                cuts,
+                detail,
+                ..place(&bricks[i], view, grid, settings)?
+            };
             Some((placed, grid.rect(placed.columns, placed.rows)))
         })
         .unzip()
@@ -41,7 +57,9 @@ pub(crate) fn placed<'a>(
 
 /// Bricks between the eye's brick and this one, added up over the axes.
 fn distance(view: &GridView, brick: &CellBrick) -> u64 {
-    (0..3).map(|axis| axis_distance(view, brick.bounds.corner[axis], axis)).sum()
+    (0..3)
+        .map(|axis| axis_distance(view, brick.bounds.corner[axis], axis))
+        .sum()
 }
 
 /// Bricks along one axis between the eye's brick and one whose first voxel is `corner`.
@@ -73,17 +91,34 @@ struct Extent {
     rows: [u16; 2],
 }
 
-fn extent(bounds: &Bounds, view: &GridView, grid: TileGrid, settings: &SheetSettings) -> Option<Extent> {
-    let corners = bounds.corners_in_grid(0.0).map(|corner| view.camera_from_grid.transform_point3(corner));
-    let (near, far) =
-        corners.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(n, f), c| (n.min(c.z), f.max(c.z)));
+fn extent(
+    bounds: &Bounds,
+    view: &GridView,
+    grid: TileGrid,
+    settings: &SheetSettings,
+) -> Option<Extent> {
+    let corners = bounds
+        .corners_in_grid(0.0)
+        .map(|corner| view.camera_from_grid.transform_point3(corner));
+    let (near, far) = corners
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(n, f), c| {
+            (n.min(c.z), f.max(c.z))
+        });
     // A sample on a face lies in this brick or in the next, as its f32 position says: both must look at its plane.
     let margin = settings.margin_z();
-    let first =
-        settings.plane_from_z(near - margin).ceil().max(settings.plane_from_z(view.near).ceil()).max(0.0);
+    let first = settings
+        .plane_from_z(near - margin)
+        .ceil()
+        .max(settings.plane_from_z(view.near).ceil())
+        .max(0.0);
     let end = settings.plane_from_z(far + margin).floor() + 1.0;
     // A surface may lie between two planes.
-    let is_seen = if settings.iso.is_some() { far + margin > view.near } else { first < end };
+    let is_seen = if settings.iso.is_some() {
+        far + margin > view.near
+    } else {
+        first < end
+    };
     if !(is_seen && end < f64::from(u32::MAX)) {
         return None;
     }
@@ -93,18 +128,28 @@ fn extent(bounds: &Bounds, view: &GridView, grid: TileGrid, settings: &SheetSett
         if whole {
             return [0, count as u16];
         }
-        let ends = corners.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| {
-            let scale = if view.projection == Projection::Perspective { c.z } else { 1.0 };
-            let pixel = c[axis] * view.focal[axis] / scale + view.principal_px[axis];
-            (low.min(pixel), high.max(pixel))
-        });
+        let ends = corners
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| {
+                let scale = if view.projection == Projection::Perspective {
+                    c.z
+                } else {
+                    1.0
+                };
+                let pixel = c[axis] * view.focal[axis] / scale + view.principal_px[axis];
+                (low.min(pixel), high.max(pixel))
+            });
         // A sixteenth of a pixel more than the box: the f32 positions of samples may lie outside by less.
         let pixel = |p: f64| (p - 0.5).ceil().clamp(0.0, count as f64) as u16;
         [pixel(ends.0 - 0.0625), pixel(ends.1 + 0.0625)]
     };
     let (columns, rows) = (cover(0, grid.width), cover(1, grid.height));
     let seen = columns[0] < columns[1] && rows[0] < rows[1];
-    seen.then_some(Extent { planes: [first as u32, end as u32], columns, rows })
+    seen.then_some(Extent {
+        planes: [first as u32, end as u32],
+        columns,
+        rows,
+    })
 }
 
 fn place<'a>(
@@ -113,7 +158,11 @@ fn place<'a>(
     grid: TileGrid,
     settings: &SheetSettings,
 ) -> Option<PlacedBrick<'a>> {
-    let Extent { planes, columns, rows } = extent(&brick.bounds, view, grid, settings)?;
+    let Extent {
+        planes,
+        columns,
+        rows,
+    } = extent(&brick.bounds, view, grid, settings)?;
     let middle = DVec3::from(brick.bounds.corner.map(f64::from)) + 0.5 * CELL_SIDE as f64;
     let middle = view.camera_from_grid.transform_point3(middle);
     Some(PlacedBrick {

@@ -32,29 +32,37 @@ impl ImageSheets {
 }
 
 /// The tables of a scene's channels; an error where the channels do not suit the options.
-pub(crate) fn channels(scene: &Scene, options: &RenderOptions) -> Result<Arc<[ChannelSettings]>, Error> {
+pub(crate) fn channels(
+    scene: &Scene,
+    options: &RenderOptions,
+) -> Result<Arc<[ChannelSettings]>, Error> {
     let channels: Arc<[ChannelSettings]> = scene
         .channels
         .iter()
         .map(|channel| ChannelSettings::new(channel, options.opacity))
         .collect::<Result<_, _>>()?;
-    let has_labels = channels.iter().any(|channel| channel.reading == Reading::Nearest);
+    let has_labels = channels
+        .iter()
+        .any(|channel| channel.reading == Reading::Nearest);
     let refuse = |what: &str| Err(Error::Option(what.into()));
     match options.blend {
-        Blend::Isosurface(_) if channels.len() > 1 => {
-            refuse("an isosurface is drawn of one channel, and there are more: leave out the others")
-        }
+        Blend::Isosurface(_) if channels.len() > 1 => refuse(
+            "an isosurface is drawn of one channel, and there are more: leave out the others",
+        ),
         Blend::Emission => Ok(channels),
-        _ if has_labels => {
-            refuse("labels have no greatest, no mean and no surface: draw them with --blend emission")
-        }
+        _ if has_labels => refuse(
+            "labels have no greatest, no mean and no surface: draw them with --blend emission",
+        ),
         _ => Ok(channels),
     }
 }
 
 /// The bricks of a scene.
 pub(super) fn cells(scene: &Scene, options: &RenderOptions) -> Result<CellField, Error> {
-    Ok(CellField::new(&plan(scene, options)?, scene.count_visible()))
+    Ok(CellField::new(
+        &plan(scene, options)?,
+        scene.count_visible(),
+    ))
 }
 
 /// What the bricks of a scene are made from.
@@ -63,7 +71,12 @@ pub(crate) fn plan<'a>(scene: &Scene<'a>, options: &RenderOptions) -> Result<Fie
         channels: scene
             .channels
             .iter()
-            .map(|channel| Ok(PlannedChannel { volume: channel.volume, shown: shown(channel, options)? }))
+            .map(|channel| {
+                Ok(PlannedChannel {
+                    volume: channel.volume,
+                    shown: shown(channel, options)?,
+                })
+            })
             .collect::<Result<_, Error>>()?,
         mask: scene.mask,
         gradients: gradients(options),
@@ -72,7 +85,11 @@ pub(crate) fn plan<'a>(scene: &Scene<'a>, options: &RenderOptions) -> Result<Fie
 
 /// Whether the bricks need gradients.
 pub(crate) fn gradients(options: &RenderOptions) -> Gradients {
-    if options.follows_gradient() { Gradients::With } else { Gradients::Without }
+    if options.follows_gradient() {
+        Gradients::With
+    } else {
+        Gradients::Without
+    }
 }
 
 /// The scalars that are seen.
@@ -88,7 +105,11 @@ fn shown(channel: &Channel, options: &RenderOptions) -> Result<Shown, Error> {
     Ok(match channel.look {
         Look::Labels(labels) => {
             let palette = Palette::new(channel.volume, labels)?;
-            let strengths = palette.entries(options.opacity).iter().map(|entry| entry[3]).collect();
+            let strengths = palette
+                .entries(options.opacity)
+                .iter()
+                .map(|entry| entry[3])
+                .collect();
             Shown::Labels(palette, strengths)
         }
         Look::Transfer(transfer) => Shown::Scalars(support(transfer, options)),
@@ -107,11 +128,19 @@ pub(super) fn statistic(options: &RenderOptions) -> Option<Statistic> {
 
 /// The surface that the options ask for, without what depends on the camera.
 pub(super) fn iso(look: Look, options: &RenderOptions) -> Option<IsoSettings> {
-    let Blend::Isosurface(iso) = options.blend else { return None };
+    let Blend::Isosurface(iso) = options.blend else {
+        return None;
+    };
     let own_colour = match look {
         Look::Transfer(transfer) => transfer.sample(iso.value).0,
         Look::Labels(_) => [1.0; 3],
     };
     let rgb = iso.colour.unwrap_or(own_colour);
-    Some(IsoSettings { value: iso.value as f32, rgb, opacity: iso.opacity, near: 0.0, step: 0.0 })
+    Some(IsoSettings {
+        value: iso.value as f32,
+        rgb,
+        opacity: iso.opacity,
+        near: 0.0,
+        step: 0.0,
+    })
 }

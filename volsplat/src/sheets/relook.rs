@@ -26,7 +26,8 @@ pub enum Relook {
 impl ImageSheets {
     /// Takes another transfer function.
     pub(crate) fn relook(&mut self, transfer: &TransferFunction) -> Relook {
-        let (Some(kept), Source::Cells(_) | Source::Streamed(_)) = (&self.kept, &self.source) else {
+        let (Some(kept), Source::Cells(_) | Source::Streamed(_)) = (&self.kept, &self.source)
+        else {
             return Relook::NeedsVoxels;
         };
         let support = prepare::support(transfer, &self.options);
@@ -35,7 +36,11 @@ impl ImageSheets {
         }
         self.seen = (!support.covers(kept)).then_some(support);
         let range = self.channels[0].value_range;
-        self.channels = Arc::from([ChannelSettings::of_transfer(transfer, range, self.options.opacity)]);
+        self.channels = Arc::from([ChannelSettings::of_transfer(
+            transfer,
+            range,
+            self.options.opacity,
+        )]);
         self.iso = prepare::iso(Look::Transfer(transfer), &self.options);
         self.details = None;
         Relook::Done

@@ -33,18 +33,30 @@ pub(crate) struct VoxelSheets {
 
 impl VoxelSheets {
     pub(crate) fn new(volume: &Volume, transfer: &TransferFunction) -> Self {
-        Self { field: Field::new(volume, transfer, REACH), chunks: Vec::new() }
+        Self {
+            field: Field::new(volume, transfer, REACH),
+            chunks: Vec::new(),
+        }
     }
 
     /// Renders the tiles of one frame.
-    pub(crate) fn render(&mut self, frame: &SheetFrame, slots: &mut Vec<TileSlot>, stats: &mut FrameStats) {
+    pub(crate) fn render(
+        &mut self,
+        frame: &SheetFrame,
+        slots: &mut Vec<TileSlot>,
+        stats: &mut FrameStats,
+    ) {
         // The corners of the trilinear kernel's box lie sqrt(3) away.
         let view_volume = ViewVolume::new(frame.camera, frame.view, REACH as f64 * 3f64.sqrt());
         let visible = visible_bricks(&self.field.bricks, &view_volume, stats);
         stats.bricks_empty = self.field.empty;
-        let in_view = visible.iter().map(|&i| self.field.bricks[i].places.len()).sum();
+        let in_view = visible
+            .iter()
+            .map(|&i| self.field.bricks[i].places.len())
+            .sum();
         let runs = runs_of_bricks(&self.field.bricks, visible, chunk_target(in_view));
-        self.chunks.resize_with(self.chunks.len().max(runs.len()), SheetChunk::default);
+        self.chunks
+            .resize_with(self.chunks.len().max(runs.len()), SheetChunk::default);
         self.project(
             &SheetProjection::new(frame.view, frame.camera, frame.settings, Span::Plane),
             &runs,
@@ -58,10 +70,13 @@ impl VoxelSheets {
         let bricks = &self.field.bricks;
         let project = |chunk: &mut SheetChunk, run: &Vec<usize>| {
             chunk.clear();
-            run.iter().for_each(|&brick| chunk.project(setup, &bricks[brick]));
+            run.iter()
+                .for_each(|&brick| chunk.project(setup, &bricks[brick]));
         };
         let chunks = &mut self.chunks[..runs.len()];
-        project_runs(chunks, runs, stats, project, |chunk, number| chunk.bins.bin(number));
+        project_runs(chunks, runs, stats, project, |chunk, number| {
+            chunk.bins.bin(number)
+        });
         for chunk in &self.chunks[..runs.len()] {
             stats.culled += chunk.culled;
             stats.splats += chunk.bins.primitives.len() as u64;
@@ -73,18 +88,28 @@ impl SheetFrame<'_> {
     /// Renders the tiles from projected voxels.
     fn scatter(&self, chunks: &[SheetChunk], slots: &mut Vec<TileSlot>, stats: &mut FrameStats) {
         let clock = StageClock::start();
-        let grid = TileGrid { width: self.camera.width as usize, height: self.camera.height as usize };
+        let grid = TileGrid {
+            width: self.camera.width as usize,
+            height: self.camera.height as usize,
+        };
         let columns = grid.columns();
         slots.resize_with(columns * grid.rows(), TileSlot::default);
-        let sections: Vec<&[Section]> = chunks.iter().map(|chunk| chunk.bins.primitives.as_slice()).collect();
-        slots.par_iter_mut().enumerate().for_each_init(SheetScratch::default, |scratch, (index, slot)| {
-            let at = [index % columns, index / columns];
-            slot.reset(0);
-            for chunk in chunks {
-                slot.entries.extend_from_slice(chunk.bins.tile(at[0] as u16, at[1] as u16));
-            }
-            self.scatter_tile(at.map(|tile| tile * TILE_PX), &sections, slot, scratch);
-        });
+        let sections: Vec<&[Section]> = chunks
+            .iter()
+            .map(|chunk| chunk.bins.primitives.as_slice())
+            .collect();
+        slots.par_iter_mut().enumerate().for_each_init(
+            SheetScratch::default,
+            |scratch, (index, slot)| {
+                let at = [index % columns, index / columns];
+                slot.reset(0);
+                for chunk in chunks {
+                    slot.entries
+                        .extend_from_slice(chunk.bins.tile(at[0] as u16, at[1] as u16));
+                }
+                self.scatter_tile(at.map(|tile| tile * TILE_PX), &sections, slot, scratch);
+            },
+        );
         tally(slots, clock.stop(), stats);
     }
 
@@ -113,7 +138,9 @@ impl SheetFrame<'_> {
 /// Sorts entries by their plane, exactly: the tile relies on it.
 pub(crate) fn sort_by_plane(entries: &mut [u64], scratch: &mut Vec<u64>) {
     let planes = entries.iter().map(|&e| entry_key(e));
-    let (nearest, farthest) = planes.fold((u32::MAX, 0), |(lo, hi), plane| (lo.min(plane), hi.max(plane)));
+    let (nearest, farthest) = planes.fold((u32::MAX, 0), |(lo, hi), plane| {
+        (lo.min(plane), hi.max(plane))
+    });
     if farthest.saturating_sub(nearest) < EXACT_KEYS {
         sort_by_depth(entries, scratch);
     } else {

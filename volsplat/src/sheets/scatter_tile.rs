@@ -38,7 +38,13 @@ pub(crate) struct PlaneSums {
 impl Default for PlaneSums {
     fn default() -> Self {
         let zero = [[0.0; ROW]; TILE_PX];
-        Self { weight: zero, value: zero, rows: [TILE_PX, 0], view: PlaneView::default(), number: u32::MAX }
+        Self {
+            weight: zero,
+            value: zero,
+            rows: [TILE_PX, 0],
+            view: PlaneView::default(),
+            number: u32::MAX,
+        }
     }
 }
 
@@ -80,8 +86,12 @@ fn render_entries<S: Simd>(
 ) -> TileCounts {
     let mut counts = TileCounts::default();
     scratch.ring.clear();
-    scratch.ring.resize_with(settings.ring_len, PlaneSums::default);
-    let Some(&nearest) = entries.first() else { return counts };
+    scratch
+        .ring
+        .resize_with(settings.ring_len, PlaneSums::default);
+    let Some(&nearest) = entries.first() else {
+        return counts;
+    };
     let mut open = entry_key(nearest);
     let mut gathered = [Section::default(); GATHER];
     for block in entries.chunks(GATHER) {
@@ -103,7 +113,13 @@ fn render_entries<S: Simd>(
             counts.composited += 1;
         }
     }
-    close_planes(simd, settings, view, open..open.saturating_add(settings.ring_len as u32), scratch);
+    close_planes(
+        simd,
+        settings,
+        view,
+        open..open.saturating_add(settings.ring_len as u32),
+        scratch,
+    );
     counts
 }
 
@@ -125,8 +141,14 @@ fn add_voxel<S: Simd>(
         if sums.number != plane {
             (sums.view, sums.number) = (view.plane(plane), plane);
         }
-        let Some(reach) = settings.sections.at(sums.view.offset_z - section.offset_z) else { break };
-        let [x0, y0, x1, y1] = covered(simd, &sums.view, camera + f32x4::from_slice(simd, &reach.ends));
+        let Some(reach) = settings.sections.at(sums.view.offset_z - section.offset_z) else {
+            break;
+        };
+        let [x0, y0, x1, y1] = covered(
+            simd,
+            &sums.view,
+            camera + f32x4::from_slice(simd, &reach.ends),
+        );
         if x0 >= x1 || y0 >= y1 {
             continue;
         }
@@ -151,21 +173,29 @@ fn add_window<S: Simd>(
     let view = &sums.view;
     let start = four(&view.first) - four(grid_and_value);
     let start = four(&view.step_x).mul_add(f32x4::splat(simd, x as f32), start);
-    let start = four(&view.step_y).mul_add(f32x4::splat(simd, rows[0] as f32), start).to_array();
+    let start = four(&view.step_y)
+        .mul_add(f32x4::splat(simd, rows[0] as f32), start)
+        .to_array();
     let eight = |v: f32| f32x8::splat(simd, v);
-    let mut d: [f32x8<S>; 3] =
-        std::array::from_fn(|axis| f32x8::from_slice(simd, &view.lanes[axis][..LANES]) + eight(start[axis]));
+    let mut d: [f32x8<S>; 3] = std::array::from_fn(|axis| {
+        f32x8::from_slice(simd, &view.lanes[axis][..LANES]) + eight(start[axis])
+    });
     let down: [f32x8<S>; 3] = std::array::from_fn(|axis| eight(view.step_y[axis]));
     let (one, zero, scalar) = (eight(1.0), eight(0.0), eight(grid_and_value[3]));
     let range = x + MARGIN..x + MARGIN + LANES;
-    let (weights, values) = (&mut sums.weight[rows[0]..rows[1]], &mut sums.value[rows[0]..rows[1]]);
+    let (weights, values) = (
+        &mut sums.weight[rows[0]..rows[1]],
+        &mut sums.value[rows[0]..rows[1]],
+    );
     for (weights, values) in weights.iter_mut().zip(values) {
         let [dx, dy, dz] = d.map(|d| (one - d.abs()).max(zero));
         let weight = dx * dy * dz;
         let weights = &mut weights[range.clone()];
         (f32x8::from_slice(simd, weights) + weight).store_slice(weights);
         let values = &mut values[range.clone()];
-        weight.mul_add(scalar, f32x8::from_slice(simd, values)).store_slice(values);
+        weight
+            .mul_add(scalar, f32x8::from_slice(simd, values))
+            .store_slice(values);
         d = std::array::from_fn(|axis| d[axis] + down[axis]);
     }
 }
@@ -230,7 +260,10 @@ fn close_row<S: Simd>(
             sum.store_slice(&mut plane[row][range.clone()]);
         }
         if settings.depth == DepthRule::Expected {
-            let sum = weight.mul_add(S::f32s::splat(simd, sums.view.camera_z), load(&pixels.depth[row]));
+            let sum = weight.mul_add(
+                S::f32s::splat(simd, sums.view.camera_z),
+                load(&pixels.depth[row]),
+            );
             sum.store_slice(&mut pixels.depth[row][range.clone()]);
         }
     }

@@ -37,7 +37,11 @@ impl SectionTable {
             camera_from_grid * DVec3::new(sign(0), sign(1), sign(2))
         };
         let edges: Vec<[DVec3; 2]> = (0..8)
-            .flat_map(|i| (0..3).filter(move |axis| i >> axis & 1 == 0).map(move |axis| [i, i | 1 << axis]))
+            .flat_map(|i| {
+                (0..3)
+                    .filter(move |axis| i >> axis & 1 == 0)
+                    .map(move |axis| [i, i | 1 << axis])
+            })
             .map(|ends| ends.map(corner))
             .collect();
         let reach_z = (0..8).map(|i| corner(i).z).fold(0.0, f64::max);
@@ -48,7 +52,9 @@ impl SectionTable {
 
     /// The sections of the ball of this radius of such a grid by slabs of this thickness, at their middle planes.
     pub(crate) fn of_ball(camera_from_grid: DMat3, radius: f64, thickness: f64) -> Self {
-        let ball = Ball { rows: [0, 1, 2].map(|k| radius * camera_from_grid.row(k)) };
+        let ball = Ball {
+            rows: [0, 1, 2].map(|k| radius * camera_from_grid.row(k)),
+        };
         let reach_z = ball.rows[2].length() + 0.5 * thickness;
         let step = 2.0 * reach_z / ENTRIES as f64;
         let entry = |i: usize| {
@@ -59,9 +65,16 @@ impl SectionTable {
     }
 
     fn of_entries(entries: Vec<SectionBox>, reach_z: f64) -> Self {
-        let whole = entries.iter().fold(SectionBox::EMPTY, |sum, entry| sum.union(*entry));
+        let whole = entries
+            .iter()
+            .fold(SectionBox::EMPTY, |sum, entry| sum.union(*entry));
         let entries_per_unit = (ENTRIES as f64 / (2.0 * reach_z)) as f32;
-        Self { entries, whole, reach_z: reach_z as f32, entries_per_unit }
+        Self {
+            entries,
+            whole,
+            reach_z: reach_z as f32,
+            entries_per_unit,
+        }
     }
 
     /// The box of the section by a plane at this camera z from the centre; `None` where the plane lies behind the
@@ -74,11 +87,25 @@ impl SectionTable {
 }
 
 impl SectionBox {
-    const EMPTY: Self = Self { ends: [f32::INFINITY, f32::INFINITY, f32::NEG_INFINITY, f32::NEG_INFINITY] };
+    const EMPTY: Self = Self {
+        ends: [
+            f32::INFINITY,
+            f32::INFINITY,
+            f32::NEG_INFINITY,
+            f32::NEG_INFINITY,
+        ],
+    };
 
     fn union(self, other: Self) -> Self {
         let (a, b) = (self.ends, other.ends);
-        Self { ends: [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])] }
+        Self {
+            ends: [
+                a[0].min(b[0]),
+                a[1].min(b[1]),
+                a[2].max(b[2]),
+                a[3].max(b[3]),
+            ],
+        }
     }
 }
 
@@ -96,8 +123,21 @@ impl Ball {
             [-self.greatest(axis, -high, -low), greatest]
         });
         // One step of f32 outwards: rounding never cuts the box.
-        let out = |end: f64, up: bool| if up { (end as f32).next_up() } else { (end as f32).next_down() };
-        SectionBox { ends: [out(x[0], false), out(y[0], false), out(x[1], true), out(y[1], true)] }
+        let out = |end: f64, up: bool| {
+            if up {
+                (end as f32).next_up()
+            } else {
+                (end as f32).next_down()
+            }
+        };
+        SectionBox {
+            ends: [
+                out(x[0], false),
+                out(y[0], false),
+                out(x[1], true),
+                out(y[1], true),
+            ],
+        }
     }
 
     /// The greatest camera x or y between two camera z. Over z it is concave, so the nearest z to the peak has it.
@@ -121,13 +161,25 @@ fn bounds_between(edges: &[[DVec3; 2]], low: f64, step: f64) -> SectionBox {
             continue;
         }
         let along = b.z - a.z;
-        let share = |z: f64| if along == 0.0 { 0.0 } else { ((z - a.z) / along).clamp(0.0, 1.0) };
-        let ends = if along == 0.0 { [0.0, 1.0] } else { [share(low), share(high)] };
+        let share = |z: f64| {
+            if along == 0.0 {
+                0.0
+            } else {
+                ((z - a.z) / along).clamp(0.0, 1.0)
+            }
+        };
+        let ends = if along == 0.0 {
+            [0.0, 1.0]
+        } else {
+            [share(low), share(high)]
+        };
         for t in ends {
             let p = *a + t * (*b - *a);
             // One step of f32 outwards: rounding never cuts the box.
             let (x, y) = (p.x as f32, p.y as f32);
-            let point = SectionBox { ends: [x.next_down(), y.next_down(), x.next_up(), y.next_up()] };
+            let point = SectionBox {
+                ends: [x.next_down(), y.next_down(), x.next_up(), y.next_up()],
+            };
             bounds = bounds.union(point);
         }
     }
@@ -152,14 +204,24 @@ mod tests {
             let height = 1.0 - 2.0 * (f64::from(i) + 0.5) / 20_000.0;
             let angle = f64::from(i) * 2.4;
             let across = (1.0 - height * height).sqrt();
-            let p = map * (radius * 0.999 * DVec3::new(across * angle.cos(), across * angle.sin(), height));
+            let p = map
+                * (radius * 0.999 * DVec3::new(across * angle.cos(), across * angle.sin(), height));
             for offset in [-0.249, 0.0, 0.249] {
-                let [x0, y0, x1, y1] = table.at((p.z + offset) as f32).expect("a slab that holds it").ends;
+                let [x0, y0, x1, y1] = table
+                    .at((p.z + offset) as f32)
+                    .expect("a slab that holds it")
+                    .ends;
                 let (x, y) = (p.x as f32, p.y as f32);
-                assert!(x >= x0 && x <= x1 && y >= y0 && y <= y1, "{p} outside its box");
+                assert!(
+                    x >= x0 && x <= x1 && y >= y0 && y <= y1,
+                    "{p} outside its box"
+                );
             }
         }
-        assert!(table.at(table.reach_z * 1.01).is_none(), "a slab behind the ball");
+        assert!(
+            table.at(table.reach_z * 1.01).is_none(),
+            "a slab behind the ball"
+        );
     }
 
     #[test]
@@ -183,9 +245,18 @@ mod tests {
             let section = table.at(p.z as f32).expect("the plane meets the cube");
             let [x0, y0, x1, y1] = section.ends;
             let (x, y) = (p.x as f32, p.y as f32);
-            assert!(x >= x0 && x <= x1 && y >= y0 && y <= y1, "{p} outside {section:?}");
+            assert!(
+                x >= x0 && x <= x1 && y >= y0 && y <= y1,
+                "{p} outside {section:?}"
+            );
         }
-        assert!(table.at(table.reach_z * 1.01).is_none(), "a plane behind the cube");
-        assert!(table.at(-table.reach_z * 1.0001).is_some(), "rounding before the cube");
+        assert!(
+            table.at(table.reach_z * 1.01).is_none(),
+            "a plane behind the cube"
+        );
+        assert!(
+            table.at(-table.reach_z * 1.0001).is_some(),
+            "rounding before the cube"
+        );
     }
 }

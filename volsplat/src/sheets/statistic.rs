@@ -45,7 +45,11 @@ impl RayValues {
             Statistic::Least => f32::INFINITY,
             Statistic::Mean => 0.0,
         };
-        Self { values: [[start; TILE_PX]; TILE_PX], depths: zero, counts: zero }
+        Self {
+            values: [[start; TILE_PX]; TILE_PX],
+            depths: zero,
+            counts: zero,
+        }
     }
 }
 
@@ -59,7 +63,9 @@ impl SampleRule for Gathered {
         scratch: &mut GatherScratch,
     ) -> bool {
         let constant = |v: f32| f32x8::splat(simd, v);
-        let Some(statistic) = job.settings.statistic else { return false };
+        let Some(statistic) = job.settings.statistic else {
+            return false;
+        };
         let range = at.first..at.first + LANES;
         for (number, rays) in scratch.rays.iter_mut().enumerate() {
             let cells = job.placed.brick.channel(number);
@@ -67,7 +73,9 @@ impl SampleRule for Gathered {
             // Where the brick cannot exceed what a ray has, the ray has met a sample already.
             let [least, greatest] = cells.range;
             let may_change = match statistic {
-                Statistic::Greatest => located.inside & load(&rays.values).simd_lt(constant(greatest)),
+                Statistic::Greatest => {
+                    located.inside & load(&rays.values).simd_lt(constant(greatest))
+                }
                 Statistic::Least => located.inside & load(&rays.values).simd_gt(constant(least)),
                 Statistic::Mean => located.inside,
             };
@@ -75,15 +83,20 @@ impl SampleRule for Gathered {
                 continue;
             }
             let scalar = interpolated(simd, cells.scalars, &located.places, located.share);
-            let (value, depth, count) = (load(&rays.values), load(&rays.depths), load(&rays.counts));
+            let (value, depth, count) =
+                (load(&rays.values), load(&rays.depths), load(&rays.counts));
             let z = constant(plane.camera_z);
             let (taken, new_value, new_depth) = match statistic {
                 Statistic::Greatest => (located.inside & scalar.simd_gt(value), scalar, z),
                 Statistic::Least => (located.inside & scalar.simd_lt(value), scalar, z),
                 Statistic::Mean => (located.inside, value + scalar, depth + z),
             };
-            taken.select(new_value, value).store_slice(&mut rays.values[at.row][range.clone()]);
-            taken.select(new_depth, depth).store_slice(&mut rays.depths[at.row][range.clone()]);
+            taken
+                .select(new_value, value)
+                .store_slice(&mut rays.values[at.row][range.clone()]);
+            taken
+                .select(new_depth, depth)
+                .store_slice(&mut rays.depths[at.row][range.clone()]);
             let count = located.inside.select(count + constant(1.0), count);
             count.store_slice(&mut rays.counts[at.row][range.clone()]);
         }
@@ -111,7 +124,11 @@ pub(super) fn is_idle(
         let range = placed.brick.channel(number).range;
         let rows = &rays[number].values[window.rows[0]..window.rows[1].max(window.rows[0])];
         let columns = window.columns[0]..window.columns[1].max(window.columns[0]);
-        rows.iter().all(|row| row[columns.clone()].iter().all(|&value| holds(value, range)))
+        rows.iter().all(|row| {
+            row[columns.clone()]
+                .iter()
+                .all(|&value| holds(value, range))
+        })
     };
     // A mix of a cell's corners may exceed them by its rounding, three steps of f32; that much is not looked for.
     (0..rays.len()).all(|number| match statistic {
@@ -122,13 +139,19 @@ pub(super) fn is_idle(
 }
 
 /// Classifies what the rays of a tile have met.
-pub(super) fn classify(settings: &SheetSettings, statistic: Statistic, scratch: &mut GatherScratch) {
+pub(super) fn classify(
+    settings: &SheetSettings,
+    statistic: Statistic,
+    scratch: &mut GatherScratch,
+) {
     for y in 0..TILE_PX {
         for x in 0..TILE_PX {
             let mut sum = [0.0f32; 4];
             let mut depth = 0.0;
             for (channel, rays) in settings.channels.iter().zip(&scratch.rays) {
-                let Some((value, z)) = met(statistic, rays, [x, y]) else { continue };
+                let Some((value, z)) = met(statistic, rays, [x, y]) else {
+                    continue;
+                };
                 let [r, g, b, strength] = channel.table.at(value);
                 for (sum, value) in sum.iter_mut().zip([r, g, b, 1.0]) {
                     *sum += strength * value;
@@ -153,11 +176,20 @@ pub(super) fn classify(settings: &SheetSettings, statistic: Statistic, scratch: 
 /// The scalar that a ray shows, and its camera z; `None` where the ray met no sample.
 fn met(statistic: Statistic, rays: &RayValues, [x, y]: [usize; 2]) -> Option<(f32, f32)> {
     let count = rays.counts[y][x];
-    let share = if statistic == Statistic::Mean { count.recip() } else { 1.0 };
+    let share = if statistic == Statistic::Mean {
+        count.recip()
+    } else {
+        1.0
+    };
     (count > 0.0).then(|| (share * rays.values[y][x], share * rays.depths[y][x]))
 }
 
 /// What is shown where nothing else is said: the channels of the settings, at their start.
-pub(super) fn at_start(statistic: Option<Statistic>, channels: &[ChannelSettings]) -> Vec<RayValues> {
-    statistic.map_or(Vec::new(), |statistic| channels.iter().map(|_| RayValues::new(statistic)).collect())
+pub(super) fn at_start(
+    statistic: Option<Statistic>,
+    channels: &[ChannelSettings],
+) -> Vec<RayValues> {
+    statistic.map_or(Vec::new(), |statistic| {
+        channels.iter().map(|_| RayValues::new(statistic)).collect()
+    })
 }

@@ -28,9 +28,20 @@ impl TransferFunction {
                 "a window of level {level} and width {width}: expected finite ends and a width above 0"
             )));
         }
-        let opacities =
-            vec![OpacityKnot { value: low, opacity: 0.0 }, OpacityKnot { value: high, opacity: 1.0 }];
-        Ok(Self { colours: map.knots(low, high), opacities })
+        let opacities = vec![
+            OpacityKnot {
+                value: low,
+                opacity: 0.0,
+            },
+            OpacityKnot {
+                value: high,
+                opacity: 1.0,
+            },
+        ];
+        Ok(Self {
+            colours: map.knots(low, high),
+            opacities,
+        })
     }
 
     /// The same function with its extinction multiplied by `scale`: an opacity a becomes 1 - (1 - a)^scale.
@@ -39,7 +50,9 @@ impl TransferFunction {
     /// of a segment. Refused with [`Error::Option`]: a scale that is not above 0 and finite.
     pub fn with_opacity_scaled(mut self, scale: f64) -> Result<Self, Error> {
         if !(scale > 0.0 && scale.is_finite()) {
-            return Err(Error::Option(format!("an opacity scale of {scale}: expected a number above 0")));
+            return Err(Error::Option(format!(
+                "an opacity scale of {scale}: expected a number above 0"
+            )));
         }
         let mut knots = Vec::with_capacity(self.opacities.len());
         for pair in self.opacities.windows(2) {
@@ -57,7 +70,10 @@ fn scaled(knot: OpacityKnot, scale: f64) -> OpacityKnot {
     // Small opacities keep all their digits this way.
     let opacity = -(scale * (-knot.opacity).ln_1p()).exp_m1();
     // The logarithm of 0 times a scale is infinite or not, but never gives less than nothing or more than all.
-    OpacityKnot { value: knot.value, opacity: opacity.clamp(0.0, 1.0) }
+    OpacityKnot {
+        value: knot.value,
+        opacity: opacity.clamp(0.0, 1.0),
+    }
 }
 
 /// Adds the knots between two, in ascending order.
@@ -66,8 +82,10 @@ fn bend(ends: [OpacityKnot; 2], scale: f64, halvings: u32, knots: &mut Vec<Opaci
     if halvings == 0 || chord_error(from.opacity, to.opacity, scale) <= MAX_ERROR {
         return;
     }
-    let middle =
-        OpacityKnot { value: from.value.midpoint(to.value), opacity: from.opacity.midpoint(to.opacity) };
+    let middle = OpacityKnot {
+        value: from.value.midpoint(to.value),
+        opacity: from.opacity.midpoint(to.opacity),
+    };
     // Where the scalars have no number between them, there is no curve between them either.
     if !(from.value < middle.value && middle.value < to.value) {
         return;
@@ -96,40 +114,83 @@ mod tests {
     use super::*;
 
     fn ramp(knots: &[(f64, f64)]) -> TransferFunction {
-        let opacities = knots.iter().map(|&(value, opacity)| OpacityKnot { value, opacity }).collect();
-        TransferFunction::new(vec![ColourKnot { value: 0.0, rgb: [1.0; 3] }], opacities).expect("valid")
+        let opacities = knots
+            .iter()
+            .map(|&(value, opacity)| OpacityKnot { value, opacity })
+            .collect();
+        TransferFunction::new(
+            vec![ColourKnot {
+                value: 0.0,
+                rgb: [1.0; 3],
+            }],
+            opacities,
+        )
+        .expect("valid")
     }
 
     #[test]
     fn a_window_spans_the_map_and_the_ramp() {
         let map = ColourMap::default();
         let function = TransferFunction::window(40.0, 400.0, map).expect("a window");
-        assert_eq!(function.value_range(), (-160.0, 240.0), "level -+ half the width");
-        for (value, opacity) in
-            [(-1000.0, 0.0), (-160.0, 0.0), (-60.0, 0.25), (40.0, 0.5), (240.0, 1.0), (3000.0, 1.0)]
-        {
+        assert_eq!(
+            function.value_range(),
+            (-160.0, 240.0),
+            "level -+ half the width"
+        );
+        for (value, opacity) in [
+            (-1000.0, 0.0),
+            (-160.0, 0.0),
+            (-60.0, 0.25),
+            (40.0, 0.5),
+            (240.0, 1.0),
+            (3000.0, 1.0),
+        ] {
             assert_eq!(function.opacity(value), opacity, "opacity at {value}");
         }
-        assert_eq!(function.colour(-160.0), map.colour(0.0), "the map begins at the low end");
-        assert_eq!(function.colour(240.0), map.colour(1.0), "the map ends at the high end");
+        assert_eq!(
+            function.colour(-160.0),
+            map.colour(0.0),
+            "the map begins at the low end"
+        );
+        assert_eq!(
+            function.colour(240.0),
+            map.colour(1.0),
+            "the map ends at the high end"
+        );
     }
 
     #[test]
     fn faulty_windows_and_scales_are_refused() {
-        for (level, width) in
-            [(0.0, 0.0), (0.0, -1.0), (f64::NAN, 1.0), (0.0, f64::INFINITY), (1.7e308, 1e308)]
-        {
+        for (level, width) in [
+            (0.0, 0.0),
+            (0.0, -1.0),
+            (f64::NAN, 1.0),
+            (0.0, f64::INFINITY),
+            (1.7e308, 1e308),
+        ] {
             let window = TransferFunction::window(level, width, ColourMap::default());
-            assert!(window.is_err(), "level {level}, width {width} must be refused");
+            assert!(
+                window.is_err(),
+                "level {level}, width {width} must be refused"
+            );
         }
         for scale in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert!(ramp(&[(0.0, 0.5)]).with_opacity_scaled(scale).is_err(), "scale {scale} must be refused");
+            assert!(
+                ramp(&[(0.0, 0.5)]).with_opacity_scaled(scale).is_err(),
+                "scale {scale} must be refused"
+            );
         }
     }
 
     #[test]
     fn scaled_opacity_follows_the_power_within_the_stated_error() {
-        let original = ramp(&[(0.0, 0.0), (10.0, 1.0), (12.0, 0.3), (12.0, 0.9), (20.0, 0.0)]);
+        let original = ramp(&[
+            (0.0, 0.0),
+            (10.0, 1.0),
+            (12.0, 0.3),
+            (12.0, 0.9),
+            (20.0, 0.0),
+        ]);
         for scale in [0.01, 0.1, 0.5, 0.99, 1.0, 1.5, 2.0, 7.0, 100.0, 1e6] {
             let function = original.clone().with_opacity_scaled(scale).expect("valid");
             for step in 0..=40_000 {
@@ -137,20 +198,42 @@ mod tests {
                 let expected = 1.0 - (1.0 - original.opacity(value)).powf(scale);
                 let error = (function.opacity(value) - expected).abs();
                 // 1e-12 is for rounding; a segment's last 2^-32 lies between the samples.
-                assert!(error <= MAX_ERROR + 1e-12, "scale {scale}: {error} at {value}");
+                assert!(
+                    error <= MAX_ERROR + 1e-12,
+                    "scale {scale}: {error} at {value}"
+                );
             }
             let count = function.opacity_knots().len();
-            assert!(count < 1200, "scale {scale} needs {count} knots for three segments");
+            assert!(
+                count < 1200,
+                "scale {scale} needs {count} knots for three segments"
+            );
         }
     }
 
     #[test]
     fn scaling_keeps_ends_steps_and_straight_parts() {
         let flat = ramp(&[(0.0, 0.0), (5.0, 0.0), (5.0, 1.0), (9.0, 1.0)]);
-        assert_eq!(flat.clone().with_opacity_scaled(3.0).expect("valid"), flat, "0 and 1 do not change");
-        assert_eq!(ramp(&[(0.0, 0.75)]).with_opacity_scaled(0.5).expect("valid").opacity(0.0), 0.5);
-        let faint = ramp(&[(0.0, 1e-12)]).with_opacity_scaled(3.0).expect("valid").opacity(0.0);
-        assert!((faint / 3e-12 - 1.0).abs() < 1e-9, "small opacities keep their digits: {faint}");
+        assert_eq!(
+            flat.clone().with_opacity_scaled(3.0).expect("valid"),
+            flat,
+            "0 and 1 do not change"
+        );
+        assert_eq!(
+            ramp(&[(0.0, 0.75)])
+                .with_opacity_scaled(0.5)
+                .expect("valid")
+                .opacity(0.0),
+            0.5
+        );
+        let faint = ramp(&[(0.0, 1e-12)])
+            .with_opacity_scaled(3.0)
+            .expect("valid")
+            .opacity(0.0);
+        assert!(
+            (faint / 3e-12 - 1.0).abs() < 1e-9,
+            "small opacities keep their digits: {faint}"
+        );
     }
 
     #[test]
@@ -159,7 +242,10 @@ mod tests {
         let same = original.clone().with_opacity_scaled(1.0).expect("valid");
         assert_eq!(same.opacity_knots().len(), 2, "no knots are added");
         for (a, b) in same.opacity_knots().iter().zip(original.opacity_knots()) {
-            assert!((a.opacity - b.opacity).abs() < 1e-15, "{a:?} instead of {b:?}");
+            assert!(
+                (a.opacity - b.opacity).abs() < 1e-15,
+                "{a:?} instead of {b:?}"
+            );
         }
     }
 }

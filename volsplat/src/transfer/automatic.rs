@@ -33,25 +33,41 @@ pub(super) fn transfer(histogram: &Histogram, map: ColourMap) -> TransferFunctio
     let low = opacities[0].value;
     // A range of almost all of f64 can round the last knot past the end; the order of knots does not depend on it.
     let high = histogram.range().1.max(low);
-    TransferFunction { colours: map.knots(low, high), opacities }
+    TransferFunction {
+        colours: map.knots(low, high),
+        opacities,
+    }
 }
 
 /// At least one knot, ascending.
 pub(super) fn opacities(histogram: &Histogram) -> Vec<OpacityKnot> {
     let (low, high) = histogram.range();
     let Some(classes) = otsu(histogram) else {
-        return vec![OpacityKnot { value: low, opacity: OBJECT_OPACITY }];
+        return vec![OpacityKnot {
+            value: low,
+            opacity: OBJECT_OPACITY,
+        }];
     };
-    let background_end = classes.background_mean + BACKGROUND_DEVIATIONS * classes.background_deviation;
+    let background_end =
+        classes.background_mean + BACKGROUND_DEVIATIONS * classes.background_deviation;
     let begin = background_end.min(classes.threshold).clamp(low, high);
     let middle = classes.object_mean.clamp(begin, high);
     let mut knots = vec![
-        OpacityKnot { value: begin, opacity: 0.0 },
-        OpacityKnot { value: middle, opacity: OBJECT_OPACITY },
+        OpacityKnot {
+            value: begin,
+            opacity: 0.0,
+        },
+        OpacityKnot {
+            value: middle,
+            opacity: OBJECT_OPACITY,
+        },
     ];
     // Two values only: the object has no brighter part.
     if middle < high {
-        knots.push(OpacityKnot { value: high, opacity: BRIGHTEST_OPACITY });
+        knots.push(OpacityKnot {
+            value: high,
+            opacity: BRIGHTEST_OPACITY,
+        });
     }
     knots
 }
@@ -71,7 +87,8 @@ fn otsu(histogram: &Histogram) -> Option<Classes> {
     Some(Classes {
         threshold: scalar(split as f64 - 0.5),
         background_mean: scalar(background_mean),
-        background_deviation: scalar(background_mean + background_deviation) - scalar(background_mean),
+        background_deviation: scalar(background_mean + background_deviation)
+            - scalar(background_mean),
         object_mean: scalar(object_mean + split as f64),
     })
 }
@@ -80,7 +97,11 @@ fn otsu(histogram: &Histogram) -> Option<Classes> {
 /// several equal, the middle one.
 fn best_split(counts: &[u64]) -> Option<usize> {
     let total: f64 = counts.iter().map(|&count| count as f64).sum();
-    let moment: f64 = counts.iter().enumerate().map(|(bin, &count)| bin as f64 * count as f64).sum();
+    let moment: f64 = counts
+        .iter()
+        .enumerate()
+        .map(|(bin, &count)| bin as f64 * count as f64)
+        .sum();
     let (mut below, mut moment_below) = (0.0, 0.0);
     let (mut best, mut first, mut last) = (0.0, 0, 0);
     for (bin, &count) in counts.iter().enumerate() {
@@ -108,7 +129,11 @@ fn moments(counts: &[u64]) -> Option<(f64, f64)> {
         return None;
     }
     let weighted = |power: &dyn Fn(f64) -> f64| {
-        let sum: f64 = counts.iter().enumerate().map(|(bin, &count)| power(bin as f64) * count as f64).sum();
+        let sum: f64 = counts
+            .iter()
+            .enumerate()
+            .map(|(bin, &count)| power(bin as f64) * count as f64)
+            .sum();
         sum / total
     };
     let mean = weighted(&|bin| bin);

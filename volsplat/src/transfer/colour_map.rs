@@ -80,13 +80,19 @@ impl ColourMap {
     /// The map as knots over a range of scalars; one knot where the range is empty.
     pub(super) fn knots(&self, low: f64, high: f64) -> Vec<ColourKnot> {
         if low >= high {
-            return vec![ColourKnot { value: low, rgb: self.colour(1.0) }];
+            return vec![ColourKnot {
+                value: low,
+                rgb: self.colour(1.0),
+            }];
         }
         let last = (STEPS - 1) as f64;
         let places = (0..STEPS).map(|step| step as f64 / last);
         // Weighted ends instead of low + place * (high - low), which can overflow.
         places
-            .map(|place| ColourKnot { value: low * (1.0 - place) + high * place, rgb: self.colour(place) })
+            .map(|place| ColourKnot {
+                value: low * (1.0 - place) + high * place,
+                rgb: self.colour(place),
+            })
             .collect()
     }
 }
@@ -108,10 +114,15 @@ impl FromStr for ColourMap {
             other => other.to_owned(),
         };
         let found = MAPS.iter().find(|(name, _)| *name == wanted);
-        found.map(|&(name, gradient)| Self { name, gradient }).ok_or_else(|| {
-            let names: Vec<_> = Self::names().collect();
-            format!("unknown colour map '{text}': expected one of {}", names.join(", "))
-        })
+        found
+            .map(|&(name, gradient)| Self { name, gradient })
+            .ok_or_else(|| {
+                let names: Vec<_> = Self::names().collect();
+                format!(
+                    "unknown colour map '{text}': expected one of {}",
+                    names.join(", ")
+                )
+            })
     }
 }
 
@@ -139,16 +150,26 @@ mod tests {
         let first = ColourMap::default().colour(0.0);
         let last = ColourMap::default().colour(1.0);
         for (channel, code) in [0x44, 0x01, 0x54].into_iter().enumerate() {
-            assert_eq!(first[channel], linear_from_srgb(code as f32 / 255.0), "channel {channel}");
+            assert_eq!(
+                first[channel],
+                linear_from_srgb(code as f32 / 255.0),
+                "channel {channel}"
+            );
         }
-        assert!((last[0] - linear_from_srgb(253.0 / 255.0)).abs() < 1e-6, "{last:?}");
+        assert!(
+            (last[0] - linear_from_srgb(253.0 / 255.0)).abs() < 1e-6,
+            "{last:?}"
+        );
         assert_eq!(ColourMap::default().colour(7.0), last, "beyond the end");
     }
 
     #[test]
     fn knots_span_the_range_without_overflow() {
         let knots = ColourMap::default().knots(-1e308, 1e308);
-        assert!(knots.windows(2).all(|pair| pair[0].value < pair[1].value), "ascending");
+        assert!(
+            knots.windows(2).all(|pair| pair[0].value < pair[1].value),
+            "ascending"
+        );
         assert_eq!((knots[0].value, knots[STEPS - 1].value), (-1e308, 1e308));
         assert_eq!(ColourMap::default().knots(3.0, 3.0).len(), 1);
     }

@@ -41,7 +41,9 @@ impl ColourSpace {
             Self::Rgb => lerp(from, to, share),
             Self::Step => to,
             Self::Hsv => rgb_from_hsv(lerp(hsv_from_rgb(from), hsv_from_rgb(to), share)),
-            Self::HsvWrapped => rgb_from_hsv(lerp_wrapped(hsv_from_rgb(from), hsv_from_rgb(to), share)),
+            Self::HsvWrapped => {
+                rgb_from_hsv(lerp_wrapped(hsv_from_rgb(from), hsv_from_rgb(to), share))
+            }
             Self::Lab => rgb_from_lab(lerp(lab_from_rgb(from), lab_from_rgb(to), share)),
             Self::Diverging => rgb_from_lab(lab_from_msh(diverging(from, to, share))),
         };
@@ -87,8 +89,18 @@ fn lerp_wrapped(mut from: Colour, mut to: Colour, share: f64) -> Colour {
 }
 
 fn lab_from_rgb(rgb: Colour) -> Colour {
-    let linear = rgb.map(|c| if c > 0.04045 { ((c + 0.055) / 1.055).powf(2.4) } else { c / 12.92 });
-    let rows = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]];
+    let linear = rgb.map(|c| {
+        if c > 0.04045 {
+            ((c + 0.055) / 1.055).powf(2.4)
+        } else {
+            c / 12.92
+        }
+    });
+    let rows = [
+        [0.4124, 0.3576, 0.1805],
+        [0.2126, 0.7152, 0.0722],
+        [0.0193, 0.1192, 0.9505],
+    ];
     let xyz = rows.map(|row| dot(row, linear));
     let [x, y, z] = [0, 1, 2].map(|k| lab_curve(xyz[k] / WHITE_XYZ[k]));
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
@@ -98,20 +110,38 @@ fn rgb_from_lab([lightness, a, b]: Colour) -> Colour {
     let y = (lightness + 16.0) / 116.0;
     let curved = [y + a / 500.0, y, y - b / 200.0];
     let xyz = [0, 1, 2].map(|k| WHITE_XYZ[k] * lab_curve_inverse(curved[k]));
-    let rows = [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]];
+    let rows = [
+        [3.2406, -1.5372, -0.4986],
+        [-0.9689, 1.8758, 0.0415],
+        [0.0557, -0.2040, 1.0570],
+    ];
     let linear = rows.map(|row| dot(row, xyz));
-    linear.map(|c| if c > 0.0031308 { 1.055 * c.powf(1.0 / 2.4) - 0.055 } else { 12.92 * c })
+    linear.map(|c| {
+        if c > 0.0031308 {
+            1.055 * c.powf(1.0 / 2.4) - 0.055
+        } else {
+            12.92 * c
+        }
+    })
 }
 
 /// CIE 15: a cube root with a straight foot below (6/29)^3.
 fn lab_curve(t: f64) -> f64 {
     let foot = 6.0 / 29.0f64;
-    if t > foot.powi(3) { t.cbrt() } else { t / (3.0 * foot * foot) + 4.0 / 29.0 }
+    if t > foot.powi(3) {
+        t.cbrt()
+    } else {
+        t / (3.0 * foot * foot) + 4.0 / 29.0
+    }
 }
 
 fn lab_curve_inverse(t: f64) -> f64 {
     let foot = 6.0 / 29.0f64;
-    if t > foot { t.powi(3) } else { 3.0 * foot * foot * (t - 4.0 / 29.0) }
+    if t > foot {
+        t.powi(3)
+    } else {
+        3.0 * foot * foot * (t - 4.0 / 29.0)
+    }
 }
 
 fn dot(row: [f64; 3], colour: Colour) -> f64 {
@@ -121,7 +151,11 @@ fn dot(row: [f64; 3], colour: Colour) -> f64 {
 /// Polar form of Lab: distance from black, angle off the grey axis, hue; angles in radians.
 fn msh_from_lab([lightness, a, b]: Colour) -> Colour {
     let m = (lightness * lightness + a * a + b * b).sqrt();
-    let s = if m > 0.001 { (lightness / m).acos() } else { 0.0 };
+    let s = if m > 0.001 {
+        (lightness / m).acos()
+    } else {
+        0.0
+    };
     let h = if s > 0.001 { b.atan2(a) } else { 0.0 };
     [m, s, h]
 }
@@ -174,7 +208,10 @@ mod tests {
 
     fn assert_near(got: Colour, expected: Colour, tolerance: f64, what: &str) {
         for k in 0..3 {
-            assert!((got[k] - expected[k]).abs() < tolerance, "{what}: {got:?} against {expected:?}");
+            assert!(
+                (got[k] - expected[k]).abs() < tolerance,
+                "{what}: {got:?} against {expected:?}"
+            );
         }
     }
 
@@ -194,8 +231,18 @@ mod tests {
         ] {
             for (from, to) in pairs {
                 // The sRGB matrices are rounded to four digits, so they invert each other to three.
-                assert_near(space.between(from, to, 0.0), from, 2e-3, &format!("{space:?} at 0"));
-                assert_near(space.between(from, to, 1.0), to, 2e-3, &format!("{space:?} at 1"));
+                assert_near(
+                    space.between(from, to, 0.0),
+                    from,
+                    2e-3,
+                    &format!("{space:?} at 0"),
+                );
+                assert_near(
+                    space.between(from, to, 1.0),
+                    to,
+                    2e-3,
+                    &format!("{space:?} at 1"),
+                );
             }
         }
         assert_eq!(ColourSpace::Step.between([0.1; 3], [0.9; 3], 0.5), [0.9; 3]);
@@ -204,14 +251,29 @@ mod tests {
     #[test]
     fn hue_goes_through_green_or_the_shorter_way() {
         let (red, blue) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
-        assert_near(ColourSpace::Hsv.between(red, blue, 0.5), [0.0, 1.0, 0.0], 1e-12, "plain hue");
-        assert_near(ColourSpace::HsvWrapped.between(red, blue, 0.5), [1.0, 0.0, 1.0], 1e-12, "wrapped hue");
+        assert_near(
+            ColourSpace::Hsv.between(red, blue, 0.5),
+            [0.0, 1.0, 0.0],
+            1e-12,
+            "plain hue",
+        );
+        assert_near(
+            ColourSpace::HsvWrapped.between(red, blue, 0.5),
+            [1.0, 0.0, 1.0],
+            1e-12,
+            "wrapped hue",
+        );
     }
 
     #[test]
     fn lab_agrees_with_published_values() {
         // sRGB red is Lab (53.24, 80.09, 67.20), mid grey 0.5 has L = 53.39.
-        assert_near(lab_from_rgb([1.0, 0.0, 0.0]), [53.24, 80.09, 67.20], 0.05, "red");
+        assert_near(
+            lab_from_rgb([1.0, 0.0, 0.0]),
+            [53.24, 80.09, 67.20],
+            0.05,
+            "red",
+        );
         assert_near(lab_from_rgb([0.5; 3]), [53.39, 0.0, 0.0], 0.05, "grey");
     }
 

@@ -29,12 +29,18 @@ const PIECES: usize = 128;
 pub(super) fn knots(nodes: &[Node]) -> Vec<OpacityKnot> {
     let mut knots = Vec::new();
     for pair in nodes.windows(2) {
-        knots.push(OpacityKnot { value: pair[0].value, opacity: pair[0].opacity });
+        knots.push(OpacityKnot {
+            value: pair[0].value,
+            opacity: pair[0].opacity,
+        });
         if pair[0].value < pair[1].value && pair[0].opacity != pair[1].opacity {
             inner_knots(pair[0], pair[1], &mut knots);
         }
     }
-    knots.extend(nodes.last().map(|node| OpacityKnot { value: node.value, opacity: node.opacity }));
+    knots.extend(nodes.last().map(|node| OpacityKnot {
+        value: node.value,
+        opacity: node.opacity,
+    }));
     knots
 }
 
@@ -82,8 +88,18 @@ mod tests {
     use super::*;
 
     fn pair(midpoint: f64, sharpness: f64) -> Vec<OpacityKnot> {
-        let from = Node { value: 10.0, opacity: 0.2, midpoint, sharpness };
-        let to = Node { value: 20.0, opacity: 1.0, midpoint: 0.5, sharpness: 0.0 };
+        let from = Node {
+            value: 10.0,
+            opacity: 0.2,
+            midpoint,
+            sharpness,
+        };
+        let to = Node {
+            value: 20.0,
+            opacity: 1.0,
+            midpoint: 0.5,
+            sharpness: 0.0,
+        };
         knots(&[from, to])
     }
 
@@ -94,8 +110,19 @@ mod tests {
     #[test]
     fn straight_segments_and_steps_are_exact() {
         assert_eq!(pair(0.5, 0.0), vec![knot(10.0, 0.2), knot(20.0, 1.0)]);
-        assert_eq!(pair(0.25, 0.0), vec![knot(10.0, 0.2), knot(12.5, 0.6), knot(20.0, 1.0)]);
-        assert_eq!(pair(0.75, 1.0), vec![knot(10.0, 0.2), knot(17.5, 0.2), knot(17.5, 1.0), knot(20.0, 1.0)]);
+        assert_eq!(
+            pair(0.25, 0.0),
+            vec![knot(10.0, 0.2), knot(12.5, 0.6), knot(20.0, 1.0)]
+        );
+        assert_eq!(
+            pair(0.75, 1.0),
+            vec![
+                knot(10.0, 0.2),
+                knot(17.5, 0.2),
+                knot(17.5, 1.0),
+                knot(20.0, 1.0)
+            ]
+        );
     }
 
     #[test]
@@ -103,17 +130,25 @@ mod tests {
         for sharpness in [0.01, 0.3, 0.98] {
             let knots = pair(0.3, sharpness);
             assert!(
-                knots.windows(2).all(|p| p[0].value < p[1].value && p[0].opacity <= p[1].opacity),
+                knots
+                    .windows(2)
+                    .all(|p| p[0].value < p[1].value && p[0].opacity <= p[1].opacity),
                 "{sharpness}"
             );
-            let middle =
-                knots.iter().find(|knot| (knot.value - 13.0).abs() < 1e-9).expect("a knot at the midpoint");
-            assert!((middle.opacity - 0.6).abs() < 1e-12, "half way at the midpoint, not {}", middle.opacity);
+            let middle = knots
+                .iter()
+                .find(|knot| (knot.value - 13.0).abs() < 1e-9)
+                .expect("a knot at the midpoint");
+            assert!(
+                (middle.opacity - 0.6).abs() < 1e-12,
+                "half way at the midpoint, not {}",
+                middle.opacity
+            );
         }
         // By hand for sharpness 0.5 at place 0.25: bent = 0.5 * 0.5^6 = 1/128.
         let bent = 1.0 / 128.0f64;
-        let expected =
-            3.0 * bent.powi(2) - 2.0 * bent.powi(3) + 0.5 * (2.0 * bent.powi(3) - 3.0 * bent.powi(2) + bent);
+        let expected = 3.0 * bent.powi(2) - 2.0 * bent.powi(3)
+            + 0.5 * (2.0 * bent.powi(3) - 3.0 * bent.powi(2) + bent);
         assert!((rise(0.25, 0.5) - expected).abs() < 1e-15);
     }
 
@@ -122,7 +157,10 @@ mod tests {
         for piece in 0..PIECES {
             let ends = [piece, piece + 1].map(|end| rise(end as f64 / PIECES as f64, 0.98));
             let middle = rise((piece as f64 + 0.5) / PIECES as f64, 0.98);
-            assert!((0.5 * (ends[0] + ends[1]) - middle).abs() < 1.0 / 256.0, "piece {piece}");
+            assert!(
+                (0.5 * (ends[0] + ends[1]) - middle).abs() < 1.0 / 256.0,
+                "piece {piece}"
+            );
         }
     }
 
@@ -130,8 +168,15 @@ mod tests {
     fn midpoints_at_the_ends_stay_inside() {
         for midpoint in [0.0, 1.0] {
             let knots = pair(midpoint, 0.5);
-            assert!(knots.iter().all(|knot| knot.value.is_finite() && (10.0..=20.0).contains(&knot.value)));
-            assert!(knots.windows(2).all(|p| p[0].value <= p[1].value), "midpoint {midpoint}");
+            assert!(
+                knots
+                    .iter()
+                    .all(|knot| knot.value.is_finite() && (10.0..=20.0).contains(&knot.value))
+            );
+            assert!(
+                knots.windows(2).all(|p| p[0].value <= p[1].value),
+                "midpoint {midpoint}"
+            );
         }
     }
 }

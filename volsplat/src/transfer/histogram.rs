@@ -53,7 +53,9 @@ impl Histogram {
     ) -> Result<Self, E> {
         let mut histogram = over(low, high)?;
         for _ in 0..MAX_ZOOMS {
-            let Some((from, to)) = histogram.crowded_range() else { break };
+            let Some((from, to)) = histogram.crowded_range() else {
+                break;
+            };
             let (inner_low, inner_high) = range_within(from, to)?;
             // One value and a few others is a clear case, and a range that does not shrink will never be.
             if inner_low >= inner_high || (inner_low, inner_high) == (low, high) {
@@ -67,7 +69,10 @@ impl Histogram {
 
     /// Adds the counts of another one over the same range.
     pub(crate) fn add(&mut self, other: &Self) {
-        self.counts.iter_mut().zip(&other.counts).for_each(|(count, more)| *count += more);
+        self.counts
+            .iter_mut()
+            .zip(&other.counts)
+            .for_each(|(count, more)| *count += more);
     }
 
     /// Least and greatest scalar that the bins stand for.
@@ -105,17 +110,27 @@ impl Histogram {
             one.iter_mut().zip(other).for_each(|(count, more)| *count += more);
             one
         }));
-        Self { low, high, counts: counts.unwrap_or_else(|| vec![0; bins]) }
+        Self {
+            low,
+            high,
+            counts: counts.unwrap_or_else(|| vec![0; bins]),
+        }
     }
 
     /// The range of the two neighbouring bins that hold all voxels but a few, if there are such.
     fn crowded_range(&self) -> Option<(f64, f64)> {
         let total: u64 = self.counts.iter().sum();
-        let first = (1..self.counts.len()).max_by_key(|&bin| self.counts[bin - 1] + self.counts[bin])? - 1;
+        let first =
+            (1..self.counts.len()).max_by_key(|&bin| self.counts[bin - 1] + self.counts[bin])? - 1;
         let outside = total - self.counts[first] - self.counts[first + 1];
         let half_bin = 0.5 * (self.value(first + 1) - self.value(first));
         let is_crowded = outside as f64 <= OUTLIER_SHARE * total as f64 && self.counts.len() > 2;
-        is_crowded.then(|| (self.value(first) - half_bin, self.value(first + 1) + half_bin))
+        is_crowded.then(|| {
+            (
+                self.value(first) - half_bin,
+                self.value(first + 1) + half_bin,
+            )
+        })
     }
 }
 
@@ -128,8 +143,13 @@ fn bins(low: f64, high: f64, is_integer: bool) -> (usize, impl Fn(f64) -> usize 
     };
     let last = (bins - 1) as f64;
     // One bin only is a constant volume; its share would be 0/0.
-    let bin_of =
-        move |value: f64| if bins == 1 { 0 } else { (share_of(value, low, high) * last + 0.5) as usize };
+    let bin_of = move |value: f64| {
+        if bins == 1 {
+            0
+        } else {
+            (share_of(value, low, high) * last + 0.5) as usize
+        }
+    };
     (bins, bin_of)
 }
 
@@ -181,9 +201,16 @@ mod tests {
         let counted = histogram(Voxels::F64(values));
         let (low, high) = counted.range();
         assert!(low >= 0.0 && high <= 1.0, "zoomed to {low} .. {high}");
-        assert_eq!(counted.counts().iter().sum::<u64>(), 400_000, "outliers are counted at the ends");
+        assert_eq!(
+            counted.counts().iter().sum::<u64>(),
+            400_000,
+            "outliers are counted at the ends"
+        );
         let fullest = counted.counts().iter().max().expect("bins");
-        assert!(*fullest < 110, "even values fill all bins evenly, not {fullest}");
+        assert!(
+            *fullest < 110,
+            "even values fill all bins evenly, not {fullest}"
+        );
     }
 
     #[test]
@@ -196,8 +223,14 @@ mod tests {
     #[test]
     fn extreme_ranges_neither_overflow_nor_vanish() {
         let counted = histogram(Voxels::F64(vec![-1.7e308, 0.0, 1.7e308]));
-        assert_eq!(counted.counts().iter().filter(|&&count| count == 1).count(), 3);
+        assert_eq!(
+            counted.counts().iter().filter(|&&count| count == 1).count(),
+            3
+        );
         let counted = histogram(Voxels::F64(vec![0.0, 1e-310, 2e-310]));
-        assert_eq!(counted.counts().iter().filter(|&&count| count == 1).count(), 3);
+        assert_eq!(
+            counted.counts().iter().filter(|&&count| count == 1).count(),
+            3
+        );
     }
 }

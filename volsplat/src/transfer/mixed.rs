@@ -20,13 +20,25 @@ impl TransferFunction {
         if share >= 1.0 {
             return other.clone();
         }
-        let colours =
-            |f: &Self| f.colours.iter().map(|k| (k.value, k.rgb.map(f64::from))).collect::<Vec<_>>();
-        let opacities = |f: &Self| f.opacities.iter().map(|k| (k.value, [k.opacity])).collect::<Vec<_>>();
+        let colours = |f: &Self| {
+            f.colours
+                .iter()
+                .map(|k| (k.value, k.rgb.map(f64::from)))
+                .collect::<Vec<_>>()
+        };
+        let opacities = |f: &Self| {
+            f.opacities
+                .iter()
+                .map(|k| (k.value, [k.opacity]))
+                .collect::<Vec<_>>()
+        };
         Self {
             colours: mixed_knots(&colours(self), &colours(other), share)
                 .into_iter()
-                .map(|(value, rgb)| ColourKnot { value, rgb: rgb.map(|channel| channel as f32) })
+                .map(|(value, rgb)| ColourKnot {
+                    value,
+                    rgb: rgb.map(|channel| channel as f32),
+                })
                 .collect(),
             opacities: mixed_knots(&opacities(self), &opacities(other), share)
                 .into_iter()
@@ -67,7 +79,10 @@ fn limits<const N: usize>(knots: &[Knot<N>], value: f64) -> [[f64; N]; 2] {
 
 /// The value between the knot before a place and the one at it.
 fn between<const N: usize>(knots: &[Knot<N>], place: usize, value: f64) -> [f64; N] {
-    match (place.checked_sub(1).map(|before| &knots[before]), knots.get(place)) {
+    match (
+        place.checked_sub(1).map(|before| &knots[before]),
+        knots.get(place),
+    ) {
         (Some(low), Some(high)) => mean(low.1, high.1, share_of(value, low.0, high.0)),
         _ => knots[place.saturating_sub(1)].1,
     }
@@ -87,8 +102,14 @@ mod tests {
 
     fn function(colours: &[(f64, [f32; 3])], opacities: &[(f64, f64)]) -> TransferFunction {
         TransferFunction::new(
-            colours.iter().map(|&(value, rgb)| ColourKnot { value, rgb }).collect(),
-            opacities.iter().map(|&(value, opacity)| OpacityKnot { value, opacity }).collect(),
+            colours
+                .iter()
+                .map(|&(value, rgb)| ColourKnot { value, rgb })
+                .collect(),
+            opacities
+                .iter()
+                .map(|&(value, opacity)| OpacityKnot { value, opacity })
+                .collect(),
         )
         .expect("a valid function")
     }
@@ -99,7 +120,10 @@ mod tests {
                 &[(0.0, [1.0, 0.0, 0.0]), (10.0, [0.0, 1.0, 0.0])],
                 &[(2.0, 0.0), (2.0, 0.4), (6.0, 0.8)],
             ),
-            function(&[(4.0, [0.0, 0.0, 1.0])], &[(1.0, 0.1), (3.0, 0.9), (3.0, 0.0), (8.0, 0.0)]),
+            function(
+                &[(4.0, [0.0, 0.0, 1.0])],
+                &[(1.0, 0.1), (3.0, 0.9), (3.0, 0.0), (8.0, 0.0)],
+            ),
         ]
     }
 
@@ -114,10 +138,16 @@ mod tests {
                 let ((rgb_a, opacity_a), (rgb_b, opacity_b)) = (a.sample(value), b.sample(value));
                 let (rgb, opacity) = mixed.sample(value);
                 let wanted = opacity_a + share * (opacity_b - opacity_a);
-                assert!((opacity - wanted).abs() < 1e-12, "{value}, {share}: opacity {opacity}, {wanted}");
+                assert!(
+                    (opacity - wanted).abs() < 1e-12,
+                    "{value}, {share}: opacity {opacity}, {wanted}"
+                );
                 for channel in 0..3 {
                     let wanted = rgb_a[channel] + share as f32 * (rgb_b[channel] - rgb_a[channel]);
-                    assert!((rgb[channel] - wanted).abs() < 1e-6, "{value}, {share}: {rgb:?}, {wanted}");
+                    assert!(
+                        (rgb[channel] - wanted).abs() < 1e-6,
+                        "{value}, {share}: {rgb:?}, {wanted}"
+                    );
                 }
             }
         }
@@ -128,11 +158,18 @@ mod tests {
         let [a, b] = pair();
         let knots = a.mixed(&b, 0.5);
         let at = |value: f64| -> Vec<f64> {
-            knots.opacity_knots().iter().filter(|k| k.value == value).map(|k| k.opacity).collect()
+            knots
+                .opacity_knots()
+                .iter()
+                .filter(|k| k.value == value)
+                .map(|k| k.opacity)
+                .collect()
         };
         let close = |got: Vec<f64>, wanted: &[f64]| {
             assert_eq!(got.len(), wanted.len(), "{got:?}, {wanted:?}");
-            got.iter().zip(wanted).for_each(|(g, w)| assert!((g - w).abs() < 1e-12, "{got:?}, {wanted:?}"));
+            got.iter()
+                .zip(wanted)
+                .for_each(|(g, w)| assert!((g - w).abs() < 1e-12, "{got:?}, {wanted:?}"));
         };
         // At 2 the first function rises from 0 to 0.4 and the second passes 0.5; at 3 the second falls from 0.9 to 0.
         close(at(2.0), &[0.25, 0.45]);

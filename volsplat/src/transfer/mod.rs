@@ -69,17 +69,25 @@ impl TransferFunction {
     pub fn new(colours: Vec<ColourKnot>, opacities: Vec<OpacityKnot>) -> Result<Self, Error> {
         check_ascending("colour", colours.iter().map(|knot| knot.value))?;
         check_ascending("opacity", opacities.iter().map(|knot| knot.value))?;
-        let is_colour =
-            |knot: &ColourKnot| knot.rgb.iter().all(|&channel| channel >= 0.0 && channel.is_finite());
+        let is_colour = |knot: &ColourKnot| {
+            knot.rgb
+                .iter()
+                .all(|&channel| channel >= 0.0 && channel.is_finite())
+        };
         if let Some(place) = colours.iter().position(|knot| !is_colour(knot)) {
             let rgb = colours[place].rgb;
             return Err(Error::Option(format!(
                 "colour knot {place} is {rgb:?}: expected finite values from 0 on"
             )));
         }
-        if let Some(place) = opacities.iter().position(|knot| !(0.0..=1.0).contains(&knot.opacity)) {
+        if let Some(place) = opacities
+            .iter()
+            .position(|knot| !(0.0..=1.0).contains(&knot.opacity))
+        {
             let opacity = opacities[place].opacity;
-            return Err(Error::Option(format!("opacity knot {place} is {opacity}: expected 0 to 1")));
+            return Err(Error::Option(format!(
+                "opacity knot {place} is {opacity}: expected 0 to 1"
+            )));
         }
         Ok(Self { colours, opacities })
     }
@@ -103,7 +111,9 @@ impl TransferFunction {
         volume: &dyn Described,
     ) -> Result<Self, Error> {
         let knots = paraview::load(path, encoding)?;
-        let opacities = knots.opacities.unwrap_or_else(|| automatic::opacities(&volume.histogram()));
+        let opacities = knots
+            .opacities
+            .unwrap_or_else(|| automatic::opacities(&volume.histogram()));
         Self::new(knots.colours, opacities)
     }
 
@@ -120,8 +130,13 @@ impl TransferFunction {
         let (low, high) = volume.value_range();
         let Some(opacities) = knots.opacities else {
             // The one opacity knot lies on a colour knot, so the colours alone decide how all is moved.
-            let placeholder = OpacityKnot { value: knots.colours[0].value, opacity: 0.0 };
-            let colours = Self::new(knots.colours, vec![placeholder])?.rescaled(low, high).colours;
+            let placeholder = OpacityKnot {
+                value: knots.colours[0].value,
+                opacity: 0.0,
+            };
+            let colours = Self::new(knots.colours, vec![placeholder])?
+                .rescaled(low, high)
+                .colours;
             return Self::new(colours, automatic::opacities(&volume.histogram()));
         };
         Ok(Self::new(knots.colours, opacities)?.rescaled(low, high))
@@ -135,9 +150,10 @@ impl TransferFunction {
     /// Linear RGB at a scalar.
     pub fn colour(&self, value: f64) -> [f32; 3] {
         let above = self.colours.partition_point(|knot| knot.value <= value);
-        let (Some(low), Some(high)) =
-            (above.checked_sub(1).map(|k| &self.colours[k]), self.colours.get(above))
-        else {
+        let (Some(low), Some(high)) = (
+            above.checked_sub(1).map(|k| &self.colours[k]),
+            self.colours.get(above),
+        ) else {
             return self.colours[above.saturating_sub(1)].rgb;
         };
         let share = share_of(value, low.value, high.value) as f32;
@@ -147,12 +163,14 @@ impl TransferFunction {
     /// Opacity per unit of length at a scalar, 0..=1.
     pub fn opacity(&self, value: f64) -> f64 {
         let above = self.opacities.partition_point(|knot| knot.value <= value);
-        let (Some(low), Some(high)) =
-            (above.checked_sub(1).map(|k| &self.opacities[k]), self.opacities.get(above))
-        else {
+        let (Some(low), Some(high)) = (
+            above.checked_sub(1).map(|k| &self.opacities[k]),
+            self.opacities.get(above),
+        ) else {
             return self.opacities[above.saturating_sub(1)].opacity;
         };
-        let mixed = low.opacity + share_of(value, low.value, high.value) * (high.opacity - low.opacity);
+        let mixed =
+            low.opacity + share_of(value, low.value, high.value) * (high.opacity - low.opacity);
         // Rounding must not lift it above the knots, or `max_opacity_in` would not bound it.
         mixed.clamp(low.opacity.min(high.opacity), low.opacity.max(high.opacity))
     }
@@ -161,7 +179,9 @@ impl TransferFunction {
     pub fn max_opacity_in(&self, low: f64, high: f64) -> f64 {
         // A knot at `low` holds below it, unless it is the last one there: that one is `opacity(low)`.
         let first = self.opacities.partition_point(|knot| knot.value <= low);
-        let inside = self.opacities[first..].iter().take_while(|knot| knot.value <= high);
+        let inside = self.opacities[first..]
+            .iter()
+            .take_while(|knot| knot.value <= high);
         let ends = self.opacity(low).max(self.opacity(high));
         inside.fold(ends, |greatest, knot| greatest.max(knot.opacity))
     }
@@ -173,8 +193,12 @@ impl TransferFunction {
         let knots = &self.opacities;
         let first = knots.iter().position(|knot| knot.opacity > 0.0)?;
         let last = knots.iter().rposition(|knot| knot.opacity > 0.0)?;
-        let low = first.checked_sub(1).map_or(f64::NEG_INFINITY, |before| knots[before].value);
-        let high = knots.get(last + 1).map_or(f64::INFINITY, |after| after.value);
+        let low = first
+            .checked_sub(1)
+            .map_or(f64::NEG_INFINITY, |before| knots[before].value);
+        let high = knots
+            .get(last + 1)
+            .map_or(f64::INFINITY, |after| after.value);
         Some((low, high))
     }
 
@@ -188,8 +212,12 @@ impl TransferFunction {
             return self;
         }
         let moved = |value: f64| low + share_of(value, first, last) * (high - low);
-        self.colours.iter_mut().for_each(|knot| knot.value = moved(knot.value));
-        self.opacities.iter_mut().for_each(|knot| knot.value = moved(knot.value));
+        self.colours
+            .iter_mut()
+            .for_each(|knot| knot.value = moved(knot.value));
+        self.opacities
+            .iter_mut()
+            .for_each(|knot| knot.value = moved(knot.value));
         self
     }
 
@@ -198,7 +226,9 @@ impl TransferFunction {
         let colours = self.colours.iter().map(|knot| knot.value);
         colours
             .chain(self.opacities.iter().map(|knot| knot.value))
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+                (low.min(value), high.max(value))
+            })
     }
 
     /// The colour knots, ascending.
@@ -237,7 +267,9 @@ fn check_ascending(kind: &str, values: impl Iterator<Item = f64>) -> Result<(), 
         count += 1;
     }
     if count == 0 {
-        Err(Error::Option(format!("a transfer function needs at least one {kind} knot")))
+        Err(Error::Option(format!(
+            "a transfer function needs at least one {kind} knot"
+        )))
     } else {
         Ok(())
     }

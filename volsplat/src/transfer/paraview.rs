@@ -40,10 +40,18 @@ const MOST_PIECES: usize = 256;
 const PIECES_IN_ALL: usize = 4096;
 
 pub(super) fn load(path: &Path, encoding: ColourEncoding) -> Result<Knots, Error> {
-    let cannot_read = |source| Error::Read { path: path.to_owned(), source };
-    let invalid = |what: String| Error::Invalid { path: path.to_owned(), what };
+    let cannot_read = |source| Error::Read {
+        path: path.to_owned(),
+        source,
+    };
+    let invalid = |what: String| Error::Invalid {
+        path: path.to_owned(),
+        what,
+    };
     if std::fs::metadata(path).map_err(cannot_read)?.len() > MAX_FILE_BYTES {
-        return Err(invalid(format!("a colour map of more than {MAX_FILE_BYTES} bytes is not read")));
+        return Err(invalid(format!(
+            "a colour map of more than {MAX_FILE_BYTES} bytes is not read"
+        )));
     }
     let text = std::fs::read(path).map_err(cannot_read)?;
     parse(&text, encoding).map_err(invalid)
@@ -51,7 +59,8 @@ pub(super) fn load(path: &Path, encoding: ColourEncoding) -> Result<Knots, Error
 
 /// The knots of a file's text; an error names the key and the place in its list.
 fn parse(text: &[u8], encoding: ColourEncoding) -> Result<Knots, String> {
-    let document: Value = serde_json::from_slice(text).map_err(|error| format!("no valid JSON: {error}"))?;
+    let document: Value =
+        serde_json::from_slice(text).map_err(|error| format!("no valid JSON: {error}"))?;
     let map = single_map(&document)?;
     refuse_log_scale(map)?;
     let colours = file_colours(map)?;
@@ -60,7 +69,10 @@ fn parse(text: &[u8], encoding: ColourEncoding) -> Result<Knots, String> {
         None | Some(Value::Null) => None,
         Some(list) => Some(curve::knots(&nodes(list)?)),
     };
-    Ok(Knots { colours: colour_knots(&colours, space, encoding), opacities })
+    Ok(Knots {
+        colours: colour_knots(&colours, space, encoding),
+        opacities,
+    })
 }
 
 fn single_map(document: &Value) -> Result<&Value, String> {
@@ -70,11 +82,22 @@ fn single_map(document: &Value) -> Result<&Value, String> {
     };
     match maps {
         [map] if map.is_object() => Ok(map),
-        [_] | [] => Err("expected an object with RGBPoints, or a list with one such object".to_owned()),
+        [_] | [] => {
+            Err("expected an object with RGBPoints, or a list with one such object".to_owned())
+        }
         many => {
-            let name = |map: &Value| map.get("Name").and_then(Value::as_str).unwrap_or("unnamed").to_owned();
+            let name = |map: &Value| {
+                map.get("Name")
+                    .and_then(Value::as_str)
+                    .unwrap_or("unnamed")
+                    .to_owned()
+            };
             let names: Vec<_> = many.iter().map(name).collect();
-            Err(format!("{} colour maps ({}): keep one of them in the file", many.len(), names.join(", ")))
+            Err(format!(
+                "{} colour maps ({}): keep one of them in the file",
+                many.len(),
+                names.join(", ")
+            ))
         }
     }
 }
@@ -95,7 +118,9 @@ fn refuse_log_scale(map: &Value) -> Result<(), String> {
 fn colour_space(map: &Value) -> Result<ColourSpace, String> {
     let name = match map.get("ColorSpace") {
         None | Some(Value::Null) => return Ok(ColourSpace::Rgb),
-        Some(name) => name.as_str().ok_or("ColorSpace: expected a name such as \"RGB\"")?,
+        Some(name) => name
+            .as_str()
+            .ok_or("ColorSpace: expected a name such as \"RGB\"")?,
     };
     match name.to_lowercase().as_str() {
         "rgb" => Ok(ColourSpace::Rgb),
@@ -105,36 +130,57 @@ fn colour_space(map: &Value) -> Result<ColourSpace, String> {
         "lab" | "cielab" => Ok(ColourSpace::Lab),
         "diverging" => Ok(ColourSpace::Diverging),
         "step" => Ok(ColourSpace::Step),
-        _ => Err(format!("ColorSpace '{name}': expected RGB, HSV, Lab, Diverging or Step")),
+        _ => Err(format!(
+            "ColorSpace '{name}': expected RGB, HSV, Lab, Diverging or Step"
+        )),
     }
 }
 
 fn file_colours(map: &Value) -> Result<Vec<FileColour>, String> {
     let Some(list) = map.get("RGBPoints") else {
-        let hint =
-            if map.get("IndexedColors").is_some() { " (IndexedColors are for categories)" } else { "" };
-        return Err(format!("RGBPoints is missing{hint}: expected a list x, r, g, b, ..."));
+        let hint = if map.get("IndexedColors").is_some() {
+            " (IndexedColors are for categories)"
+        } else {
+            ""
+        };
+        return Err(format!(
+            "RGBPoints is missing{hint}: expected a list x, r, g, b, ..."
+        ));
     };
     let rows = rows_of_four("RGBPoints", list)?;
     check_unit("RGBPoints", &rows, &["r", "g", "b"])?;
-    Ok(rows.iter().map(|&[value, red, green, blue]| FileColour { value, rgb: [red, green, blue] }).collect())
+    Ok(rows
+        .iter()
+        .map(|&[value, red, green, blue]| FileColour {
+            value,
+            rgb: [red, green, blue],
+        })
+        .collect())
 }
 
 fn nodes(list: &Value) -> Result<Vec<Node>, String> {
     let rows = rows_of_four("Points", list)?;
     check_unit("Points", &rows, &["opacity", "midpoint", "sharpness"])?;
-    let node =
-        |&[value, opacity, midpoint, sharpness]: &[f64; 4]| Node { value, opacity, midpoint, sharpness };
+    let node = |&[value, opacity, midpoint, sharpness]: &[f64; 4]| Node {
+        value,
+        opacity,
+        midpoint,
+        sharpness,
+    };
     Ok(rows.iter().map(node).collect())
 }
 
 /// A flat list of numbers in rows of four, the first of each ascending.
 fn rows_of_four(key: &str, list: &Value) -> Result<Vec<[f64; 4]>, String> {
-    let entries = list.as_array().ok_or_else(|| format!("{key}: expected a list of numbers"))?;
+    let entries = list
+        .as_array()
+        .ok_or_else(|| format!("{key}: expected a list of numbers"))?;
     let mut numbers = Vec::new();
     for (place, entry) in entries.iter().enumerate() {
         let number = entry.as_f64().filter(|number| number.is_finite());
-        numbers.push(number.ok_or_else(|| format!("{key}[{place}] is {entry}: expected a finite number"))?);
+        numbers.push(
+            number.ok_or_else(|| format!("{key}[{place}] is {entry}: expected a finite number"))?,
+        );
     }
     let (rows, rest) = numbers.as_chunks::<4>();
     if rows.is_empty() || !rest.is_empty() {
@@ -145,7 +191,9 @@ fn rows_of_four(key: &str, list: &Value) -> Result<Vec<[f64; 4]>, String> {
     }
     if let Some(row) = (1..rows.len()).find(|&row| rows[row][0] < rows[row - 1][0]) {
         let (place, here, before) = (4 * row, rows[row][0], rows[row - 1][0]);
-        return Err(format!("{key}[{place}] is {here} after {before}: expected ascending scalars"));
+        return Err(format!(
+            "{key}[{place}] is {here} after {before}: expected ascending scalars"
+        ));
     }
     Ok(rows.to_vec())
 }
@@ -157,15 +205,24 @@ fn check_unit(key: &str, rows: &[[f64; 4]], names: &[&str; 3]) -> Result<(), Str
             let number = numbers[column + 1];
             if !(0.0..=1.0).contains(&number) {
                 let place = 4 * row + column + 1;
-                return Err(format!("{key}[{place}] ({name}) is {number}: expected 0 to 1"));
+                return Err(format!(
+                    "{key}[{place}] ({name}) is {number}: expected 0 to 1"
+                ));
             }
         }
     }
     Ok(())
 }
 
-fn colour_knots(colours: &[FileColour], space: ColourSpace, encoding: ColourEncoding) -> Vec<ColourKnot> {
-    let knot = |value: f64, rgb: [f64; 3]| ColourKnot { value, rgb: decoded(rgb, encoding) };
+fn colour_knots(
+    colours: &[FileColour],
+    space: ColourSpace,
+    encoding: ColourEncoding,
+) -> Vec<ColourKnot> {
+    let knot = |value: f64, rgb: [f64; 3]| ColourKnot {
+        value,
+        rgb: decoded(rgb, encoding),
+    };
     let pieces = match (space, encoding) {
         (ColourSpace::Rgb, ColourEncoding::Linear) | (ColourSpace::Step, _) => 1,
         _ => (PIECES_IN_ALL / colours.len()).clamp(2, MOST_PIECES),
@@ -185,7 +242,10 @@ fn colour_knots(colours: &[FileColour], space: ColourSpace, encoding: ColourEnco
         for piece in 1..pieces {
             let share = piece as f64 / pieces as f64;
             let value = from.value * (1.0 - share) + to.value * share;
-            knots.push(knot(value.clamp(from.value, to.value), space.between(from.rgb, to.rgb, share)));
+            knots.push(knot(
+                value.clamp(from.value, to.value),
+                space.between(from.rgb, to.rgb, share),
+            ));
         }
     }
     knots.extend(colours.last().map(|last| knot(last.value, last.rgb)));

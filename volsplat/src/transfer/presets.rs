@@ -86,7 +86,12 @@ const PRESETS: [Entry; 6] = [
         name: "ct-vessels",
         about: "vessels with contrast agent, red; bone as ivory",
         scale: PresetScale::Hounsfield,
-        colours: &[(120.0, BLOOD), (350.0, BLOOD), (550.0, BONE), (1800.0, ENAMEL)],
+        colours: &[
+            (120.0, BLOOD),
+            (350.0, BLOOD),
+            (550.0, BONE),
+            (1800.0, ENAMEL),
+        ],
         opacities: &[(120.0, 0.0), (180.0, 0.15), (300.0, 0.6), (600.0, 0.7)],
     },
     Entry {
@@ -121,7 +126,12 @@ const PRESETS: [Entry; 6] = [
         name: "mr-head",
         about: "a head in MR: skin and brain, by shares of the volume's own range",
         scale: PresetScale::Share,
-        colours: &[(0.1, MUSCLE), (0.3, SKIN), (0.6, [0.75, 0.62, 0.5]), (1.0, ENAMEL)],
+        colours: &[
+            (0.1, MUSCLE),
+            (0.3, SKIN),
+            (0.6, [0.75, 0.62, 0.5]),
+            (1.0, ENAMEL),
+        ],
         opacities: &[(0.12, 0.0), (0.25, 0.06), (0.5, 0.3), (1.0, 0.8)],
     },
 ];
@@ -163,11 +173,25 @@ impl Preset {
             PresetScale::Share => (histogram.range().0, value_below_brightest(histogram)),
         };
         let place = |share: f64| low * (1.0 - share) + high * share;
-        let value = |knot: f64| if self.0.scale == PresetScale::Hounsfield { knot } else { place(knot) };
-        let colours = self.0.colours.iter().map(|&(knot, rgb)| ColourKnot { value: value(knot), rgb });
-        let opacities =
-            self.0.opacities.iter().map(|&(knot, opacity)| OpacityKnot { value: value(knot), opacity });
-        TransferFunction { colours: colours.collect(), opacities: opacities.collect() }
+        let value = |knot: f64| {
+            if self.0.scale == PresetScale::Hounsfield {
+                knot
+            } else {
+                place(knot)
+            }
+        };
+        let colours = self.0.colours.iter().map(|&(knot, rgb)| ColourKnot {
+            value: value(knot),
+            rgb,
+        });
+        let opacities = self.0.opacities.iter().map(|&(knot, opacity)| OpacityKnot {
+            value: value(knot),
+            opacity,
+        });
+        TransferFunction {
+            colours: colours.collect(),
+            opacities: opacities.collect(),
+        }
     }
 
     /// Why the values of a volume do not look like what the preset is written in; `None` if they do.
@@ -193,10 +217,14 @@ impl FromStr for Preset {
     /// Case does not matter. The error lists all presets, one in a line.
     fn from_str(text: &str) -> Result<Self, String> {
         let wanted = text.trim().to_lowercase();
-        Self::all().find(|preset| preset.name() == wanted).ok_or_else(|| {
-            let lines: Vec<_> = Self::all().map(|p| format!("  {:<15} {}", p.name(), p.about())).collect();
-            format!("expected one of\n{}", lines.join("\n"))
-        })
+        Self::all()
+            .find(|preset| preset.name() == wanted)
+            .ok_or_else(|| {
+                let lines: Vec<_> = Self::all()
+                    .map(|p| format!("  {:<15} {}", p.name(), p.about()))
+                    .collect();
+                format!("expected one of\n{}", lines.join("\n"))
+            })
     }
 }
 
@@ -233,7 +261,10 @@ mod tests {
             let found: Preset = preset.name().to_uppercase().parse().expect("a listed name");
             assert_eq!(found.name(), preset.name());
             let function = preset.transfer(&histogram);
-            let knots = (function.colour_knots().to_vec(), function.opacity_knots().to_vec());
+            let knots = (
+                function.colour_knots().to_vec(),
+                function.opacity_knots().to_vec(),
+            );
             TransferFunction::new(knots.0.clone(), knots.1)
                 .unwrap_or_else(|error| panic!("{found:?}: {error}"));
             let brightest = knots.0.iter().flat_map(|knot| knot.rgb).fold(0.0, f32::max);
@@ -242,7 +273,12 @@ mod tests {
                 "{}: a channel of {brightest} leaves no room for a highlight",
                 preset.name()
             );
-            assert_eq!(function.opacity(-1000.0), 0.0, "{}: what is darkest is not seen", preset.name());
+            assert_eq!(
+                function.opacity(-1000.0),
+                0.0,
+                "{}: what is darkest is not seen",
+                preset.name()
+            );
         }
     }
 
@@ -263,13 +299,19 @@ mod tests {
     fn tissues_are_where_hounsfield_units_put_them() {
         let histogram = Histogram::of_volume(&volume(Voxels::I16(vec![0, 1])));
         let opacity = |name: &str, value: f64| {
-            name.parse::<Preset>().expect("a listed name").transfer(&histogram).opacity(value)
+            name.parse::<Preset>()
+                .expect("a listed name")
+                .transfer(&histogram)
+                .opacity(value)
         };
         assert_eq!(opacity("ct-bone", 60.0), 0.0, "muscle is no bone");
         assert!(opacity("ct-bone", 1500.0) > 0.9, "dense bone is dense");
         assert_eq!(opacity("ct-vessels", 60.0), 0.0, "muscle is no vessel");
         assert!(opacity("ct-vessels", 300.0) > 0.5, "contrast agent is seen");
-        assert!(opacity("ct-soft-tissue", 50.0) > 5.0 * opacity("ct-soft-tissue", -100.0), "fat is a veil");
+        assert!(
+            opacity("ct-soft-tissue", 50.0) > 5.0 * opacity("ct-soft-tissue", -100.0),
+            "fat is a veil"
+        );
         assert_eq!(opacity("ct-skin", -1000.0), 0.0, "air is clear");
         assert!(
             opacity("ct-lung", -700.0) > opacity("ct-lung", 0.0),
@@ -286,7 +328,10 @@ mod tests {
         let (low, high) = function.value_range();
         // Of 10000 values, 20 may lie above: the outlier and the ten at 1099 do, and the ten at 1098 are too many.
         assert_eq!(high, 1098.0, "the outlier does not stretch the range");
-        assert!((low - (100.0 + 0.1 * 998.0)).abs() < 1e-9, "the first knot lies at a tenth of it: {low}");
+        assert!(
+            (low - (100.0 + 0.1 * 998.0)).abs() < 1e-9,
+            "the first knot lies at a tenth of it: {low}"
+        );
     }
 
     #[test]
@@ -300,6 +345,10 @@ mod tests {
         assert!(told(Voxels::I16(vec![-3000, 10])).is_some_and(|text| text.contains("-3000")));
         assert!(told(Voxels::U16(vec![0, 4000])).is_some_and(|text| text.contains("-1000")));
         let mr: Preset = "mr-head".parse().expect("a listed name");
-        assert_eq!(mr.mismatch(&volume(Voxels::U8(vec![0, 255]))), None, "MR has no unit");
+        assert_eq!(
+            mr.mismatch(&volume(Voxels::U8(vec![0, 255]))),
+            None,
+            "MR has no unit"
+        );
     }
 }

@@ -39,7 +39,9 @@ struct Ellipse {
 
 impl Ellipse {
     fn new(footprint: &Footprint) -> Self {
-        let [large, small] = footprint.variance.map(|v| CUT_WIDENS_ELLIPSE * v.max(SAMPLED_VARIANCE));
+        let [large, small] = footprint
+            .variance
+            .map(|v| CUT_WIDENS_ELLIPSE * v.max(SAMPLED_VARIANCE));
         let (e, f) = (footprint.along, footprint.across);
         let xx = large * e.x * e.x + small * f.x * f.x;
         let xy = large * e.x * e.y + small * f.x * f.y;
@@ -84,7 +86,13 @@ impl Ellipse {
 impl Lookup<'_> {
     /// A Gaussian along one direction, of cubic lookups.
     #[inline(always)]
-    pub(super) fn line<S: Simd>(&self, simd: S, at: DVec2, along: DVec2, variance: f64) -> f32x4<S> {
+    pub(super) fn line<S: Simd>(
+        &self,
+        simd: S,
+        at: DVec2,
+        along: DVec2,
+        variance: f64,
+    ) -> f32x4<S> {
         let step = (3.0 * SAMPLED_VARIANCE).sqrt();
         let variance = CUT_WIDENS_LINE * variance;
         let count = (REACH_SIGMAS * variance.sqrt() / step).floor() as i32;
@@ -106,13 +114,21 @@ impl Lookup<'_> {
         let [width, height] = self.surfaces.size;
         let middle = at - 0.5;
         let first = (middle.y - ellipse.reach_y).ceil().max(0.0);
-        let last = (middle.y + ellipse.reach_y).floor().min(height as f64 - 1.0);
+        let last = (middle.y + ellipse.reach_y)
+            .floor()
+            .min(height as f64 - 1.0);
         let clear = self.clear_around(at, ellipse.reach().ceil() as usize);
         let mut sum = f32x4::splat(simd, 0.0);
         let mut total = 0.0f32;
-        let rows = if first <= last { first as usize..last as usize + 1 } else { 0..0 };
+        let rows = if first <= last {
+            first as usize..last as usize + 1
+        } else {
+            0..0
+        };
         for y in rows {
-            let Some(mut row) = ellipse.row(middle.x, y as f64 - middle.y, width) else { continue };
+            let Some(mut row) = ellipse.row(middle.x, y as f64 - middle.y, width) else {
+                continue;
+            };
             let from = y * width + row.columns.start;
             let samples = &self.colours.samples[from..y * width + row.columns.end];
             for (i, sample) in samples.iter().enumerate() {
@@ -125,6 +141,10 @@ impl Lookup<'_> {
                 row.factor *= row.factor_of_factor;
             }
         }
-        if total > 0.0 { sum * f32x4::splat(simd, 1.0 / total) } else { self.cubic(simd, at) }
+        if total > 0.0 {
+            sum * f32x4::splat(simd, 1.0 / total)
+        } else {
+            self.cubic(simd, at)
+        }
     }
 }

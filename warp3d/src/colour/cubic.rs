@@ -27,7 +27,12 @@ impl Axis {
                 sixth * (-3.0 * t3 + 3.0 * t2 + 3.0 * t + 1.0),
                 sixth * t3,
             ],
-            slope: [-0.5 * s * s, 1.5 * t2 - 2.0 * t, -1.5 * t2 + t + 0.5, 0.5 * t2],
+            slope: [
+                -0.5 * s * s,
+                1.5 * t2 - 2.0 * t,
+                -1.5 * t2 + t + 0.5,
+                0.5 * t2,
+            ],
             bend: [s, 3.0 * t - 2.0, 1.0 - 3.0 * t, t],
         }
     }
@@ -56,7 +61,10 @@ impl Weights {
     /// The spline alone.
     #[inline(always)]
     pub(super) fn plain(x: &Axis, y: &Axis) -> Self {
-        Self { axes: [x.value, y.value], turned: None }
+        Self {
+            axes: [x.value, y.value],
+            turned: None,
+        }
     }
 
     /// The spline with a Gaussian of the small variance (xx, xy, yy), px^2.
@@ -66,19 +74,31 @@ impl Weights {
         for slope in &mut slope {
             *slope *= xy;
         }
-        Self { axes: [x.widened(xx), y.widened(yy)], turned: (xy != 0.0).then_some([x.slope, slope]) }
+        Self {
+            axes: [x.widened(xx), y.widened(yy)],
+            turned: (xy != 0.0).then_some([x.slope, slope]),
+        }
     }
 
     /// The weighted sum of the sixteen samples whose first is `first`, in rows of `width`.
     #[inline(always)]
-    pub(super) fn sum<S: Simd>(&self, simd: S, samples: &[[f32; 4]], first: usize, width: usize) -> f32x4<S> {
+    pub(super) fn sum<S: Simd>(
+        &self,
+        simd: S,
+        samples: &[[f32; 4]],
+        first: usize,
+        width: usize,
+    ) -> f32x4<S> {
         let samples = samples.as_flattened();
         // Two samples a vector: the left and the right half of each row.
         let mut rows = [[f32x8::splat(simd, 0.0); 2]; 4];
         for (j, row) in rows.iter_mut().enumerate() {
             let from = 4 * (first + j * width);
             let sixteen = &samples[from..from + 16];
-            *row = [f32x8::from_slice(simd, &sixteen[..8]), f32x8::from_slice(simd, &sixteen[8..])];
+            *row = [
+                f32x8::from_slice(simd, &sixteen[..8]),
+                f32x8::from_slice(simd, &sixteen[8..]),
+            ];
         }
         let mut sum = product(simd, &rows, &self.axes);
         if let Some(turned) = &self.turned {
@@ -95,7 +115,10 @@ fn product<S: Simd>(simd: S, rows: &[[f32x8<S>; 2]; 4], [x, y]: &[[f32; 4]; 2]) 
     let mut halves = [f32x8::splat(simd, 0.0); 2];
     for (row, &weight) in rows.iter().zip(y) {
         let weight = f32x8::splat(simd, weight);
-        halves = [row[0].mul_add(weight, halves[0]), row[1].mul_add(weight, halves[1])];
+        halves = [
+            row[0].mul_add(weight, halves[0]),
+            row[1].mul_add(weight, halves[1]),
+        ];
     }
     let pair = |i: usize| f32x4::splat(simd, x[i]).combine(f32x4::splat(simd, x[i + 1]));
     halves[0].mul_add(pair(0), halves[1] * pair(2))

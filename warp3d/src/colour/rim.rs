@@ -13,7 +13,12 @@ use crate::surface::{BELOW, RIGHT};
 impl Lookup<'_> {
     /// The sum over sixteen samples around `base`, those that do not count continued from the others.
     #[inline(always)]
-    pub(super) fn cubic_at_rim<S: Simd>(&self, simd: S, base: DVec2, [wx, wy]: [[f32; 4]; 2]) -> f32x4<S> {
+    pub(super) fn cubic_at_rim<S: Simd>(
+        &self,
+        simd: S,
+        base: DVec2,
+        [wx, wy]: [[f32; 4]; 2],
+    ) -> f32x4<S> {
         let width = self.surfaces.size[0] as i64;
         let (left, top) = (base.x as i64 - 1, base.y as i64 - 1);
         let taps = self.taps(left, top);
@@ -32,7 +37,8 @@ impl Lookup<'_> {
             for (i, weight) in folded(bits, wx).into_iter().enumerate() {
                 if bits >> i & 1 != 0 {
                     let sample = &self.colours.coefficients[(first + i as i64) as usize];
-                    *sum = f32x4::from_slice(simd, sample).mul_add(f32x4::splat(simd, weight), *sum);
+                    *sum =
+                        f32x4::from_slice(simd, sample).mul_add(f32x4::splat(simd, weight), *sum);
                 }
             }
         }
@@ -48,8 +54,11 @@ impl Lookup<'_> {
     fn taps(&self, left: i64, top: i64) -> u32 {
         let [width, height] = self.surfaces.size;
         let whole = left >= 0 && top >= 0 && left + 4 <= width as i64 && top + 4 <= height as i64;
-        let [mut taps, right, below] =
-            if whole { self.whole_block(left as usize, top as usize) } else { self.cut_block(left, top) };
+        let [mut taps, right, below] = if whole {
+            self.whole_block(left as usize, top as usize)
+        } else {
+            self.cut_block(left, top)
+        };
         // Where a surface bends away from its plane, as at a limb, its samples still are its own: along a row as far as
         // it is linked, and in a row without any, from the row before or after. Not around corners: two surfaces that
         // touch are linked there.
@@ -74,8 +83,10 @@ impl Lookup<'_> {
         for j in 0..4 {
             let from = (top + j) * width + left;
             let on_plane = self.four_count(left, top + j, &self.surfaces.disparity[from..from + 4]);
-            for (i, (on_plane, links)) in
-                on_plane.into_iter().zip(&self.surfaces.links[from..from + 4]).enumerate()
+            for (i, (on_plane, links)) in on_plane
+                .into_iter()
+                .zip(&self.surfaces.links[from..from + 4])
+                .enumerate()
             {
                 let bit = 4 * j + i;
                 taps |= u32::from(on_plane) << bit;
@@ -126,7 +137,11 @@ impl Lookup<'_> {
         let [width, height] = self.surfaces.size;
         let clamp = |v: f64, size: usize| v.clamp(0.0, size as f64 - 1.0) as usize;
         let index = |place: DVec2| clamp(place.y, height) * width + clamp(place.x, width);
-        let place = if base.distance(self.patch.place) < 4.0 { base } else { self.patch.place - 0.5 };
+        let place = if base.distance(self.patch.place) < 4.0 {
+            base
+        } else {
+            self.patch.place - 0.5
+        };
         let own = index(self.patch.place - 0.5);
         let known = !self.surfaces.disparity[own].is_nan();
         self.colours.samples[if known { own } else { index(place) }]
@@ -177,13 +192,26 @@ mod tests {
         let expected: f32 = line.iter().zip(weights).map(|(v, w)| v * w).sum();
         // With two neighbours on one side the line is known.
         for bits in [0b1111, 0b0111, 0b1110, 0b0110, 0b0011, 0b1100] {
-            let sum: f32 = line.iter().zip(folded(bits, weights)).map(|(v, w)| v * w).sum();
-            assert!((sum - expected).abs() < 1e-6, "samples {bits:04b}: {sum} against {expected}");
+            let sum: f32 = line
+                .iter()
+                .zip(folded(bits, weights))
+                .map(|(v, w)| v * w)
+                .sum();
+            assert!(
+                (sum - expected).abs() < 1e-6,
+                "samples {bits:04b}: {sum} against {expected}"
+            );
         }
         for bits in 1..16u32 {
             let w = folded(bits, weights);
-            assert!((w.iter().sum::<f32>() - 1.0).abs() < 1e-6, "samples {bits:04b}: a constant is kept");
-            assert!((0..4).all(|i| bits >> i & 1 != 0 || w[i] == 0.0), "samples {bits:04b}: {w:?}");
+            assert!(
+                (w.iter().sum::<f32>() - 1.0).abs() < 1e-6,
+                "samples {bits:04b}: a constant is kept"
+            );
+            assert!(
+                (0..4).all(|i| bits >> i & 1 != 0 || w[i] == 0.0),
+                "samples {bits:04b}: {w:?}"
+            );
         }
     }
 }

@@ -57,7 +57,12 @@ impl<S: Simd> Edges<S> {
     fn new(simd: S, a: [f32x8<S>; 3], b: [f32x8<S>; 3], [x, y]: [f32x8<S>; 2]) -> Self {
         let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
         let least = f32x8::splat(simd, -SLACK) * (dx.abs() + dy.abs());
-        Self { first: dx * (y - a[1]) - dy * (x - a[0]) - least, dx, dy, least }
+        Self {
+            first: dx * (y - a[1]) - dy * (x - a[0]) - least,
+            dx,
+            dy,
+            least,
+        }
     }
 
     /// Some columns and rows further.
@@ -69,18 +74,29 @@ impl<S: Simd> Edges<S> {
 
 /// First and last centre between the corners of triangles along an axis, cut at `clip`.
 #[inline(always)]
-fn pixel_range<S: Simd>(simd: S, [p, q, r]: [f32x8<S>; 3], clip: [usize; 2]) -> (f32x8<S>, f32x8<S>) {
+fn pixel_range<S: Simd>(
+    simd: S,
+    [p, q, r]: [f32x8<S>; 3],
+    clip: [usize; 2],
+) -> (f32x8<S>, f32x8<S>) {
     let constant = |v: f32| f32x8::splat(simd, v);
     let low = p.min(q).min(r) - constant(0.5 + SLACK);
     let high = p.max(q).max(r) - constant(0.5 - SLACK);
-    (low.ceil().max(constant(clip[0] as f32)), high.floor().min(constant(clip[1] as f32 - 1.0)))
+    (
+        low.ceil().max(constant(clip[0] as f32)),
+        high.floor().min(constant(clip[1] as f32 - 1.0)),
+    )
 }
 
 impl Centres<'_> {
     #[inline(always)]
     fn mark(&mut self, corners: [Vertex; 3]) {
-        let Some([columns, rows]) = pixels_of(corners, self.width, self.rows) else { return };
-        let nearness = corners.iter().fold(f32::NEG_INFINITY, |n, v| n.max(v.nearness));
+        let Some([columns, rows]) = pixels_of(corners, self.width, self.rows) else {
+            return;
+        };
+        let nearness = corners
+            .iter()
+            .fold(f32::NEG_INFINITY, |n, v| n.max(v.nearness));
         for row in rows[0]..=rows[1] {
             let first = (row - self.rows[0]) * self.width;
             for rim in &mut self.rim[first + columns[0]..=first + columns[1]] {
@@ -113,7 +129,17 @@ impl Centres<'_> {
         }
         let some = some & !large;
         if some.any_true() {
-            self.small(simd, triangles, &Small { some, area, first: [left, top], steps }, id);
+            self.small(
+                simd,
+                triangles,
+                &Small {
+                    some,
+                    area,
+                    first: [left, top],
+                    steps,
+                },
+                id,
+            );
         }
     }
 
@@ -130,8 +156,11 @@ impl Centres<'_> {
         let [p, q, r] = triangles.0;
         let [left, top] = small.first;
         let centre = [left + constant(0.5), top + constant(0.5)];
-        let (u, v, w) =
-            (Edges::new(simd, q, r, centre), Edges::new(simd, r, p, centre), Edges::new(simd, p, q, centre));
+        let (u, v, w) = (
+            Edges::new(simd, q, r, centre),
+            Edges::new(simd, r, p, centre),
+            Edges::new(simd, p, q, centre),
+        );
         let scale = constant(1.0) / small.area;
         let (near_p, near_q, near_r) = (p[2] * scale, q[2] * scale, r[2] * scale);
         // Slivers extrapolate without bound inside the slack.
@@ -152,11 +181,17 @@ impl Centres<'_> {
                 if bits == 0 {
                     continue;
                 }
-                let near = (u_at + u.least) * near_p + (v_at + v.least) * near_q + (w_at + w.least) * near_r;
+                let near = (u_at + u.least) * near_p
+                    + (v_at + v.least) * near_q
+                    + (w_at + w.least) * near_r;
                 let near = near.max(farthest).min(nearest).to_array();
                 while bits != 0 {
                     let lane = bits.trailing_zeros() as usize;
-                    self.put(base[lane] as usize + j * self.width + i, near[lane], id(lane));
+                    self.put(
+                        base[lane] as usize + j * self.width + i,
+                        near[lane],
+                        id(lane),
+                    );
                     bits &= bits - 1;
                 }
             }
@@ -173,12 +208,28 @@ impl Centres<'_> {
 
     #[inline(always)]
     fn draw<S: Simd>(&mut self, simd: S, corners: [Vertex; 3], id: u32) {
-        let clip = [[0, self.width as i32], [self.rows[0] as i32, self.rows[1] as i32]];
+        let clip = [
+            [0, self.width as i32],
+            [self.rows[0] as i32, self.rows[1] as i32],
+        ];
         let [p, q, r] = corners;
-        let centred = |v: Vertex| Vertex { x: v.x - 0.5, y: v.y - 0.5, ..v };
-        scan_triangle(simd, [centred(p), centred(q), centred(r)], clip, |column, row, nearness| {
-            self.put((row - clip[1][0]) as usize * self.width + column as usize, nearness, id);
-        });
+        let centred = |v: Vertex| Vertex {
+            x: v.x - 0.5,
+            y: v.y - 0.5,
+            ..v
+        };
+        scan_triangle(
+            simd,
+            [centred(p), centred(q), centred(r)],
+            clip,
+            |column, row, nearness| {
+                self.put(
+                    (row - clip[1][0]) as usize * self.width + column as usize,
+                    nearness,
+                    id,
+                );
+            },
+        );
     }
 }
 

@@ -56,7 +56,11 @@ impl Places {
             places.resize(places.len().next_multiple_of(PLACES), f32::NAN);
             places
         };
-        Self { x: at(|i, n| i % n), y: at(|i, n| i / n), slack: SLACK / subpixels as f32 }
+        Self {
+            x: at(|i, n| i % n),
+            y: at(|i, n| i / n),
+            slack: SLACK / subpixels as f32,
+        }
     }
 
     /// Entries of a slot.
@@ -76,7 +80,8 @@ impl Lattice {
     pub(super) fn clear(&mut self, slots: usize, places: &Places) {
         self.stride = places.stride();
         self.nearness.clear();
-        self.nearness.resize(slots * places.stride(), f32::NEG_INFINITY);
+        self.nearness
+            .resize(slots * places.stride(), f32::NEG_INFINITY);
         self.patch.clear();
         self.patch.resize(slots * places.stride(), NO_PATCH);
     }
@@ -109,12 +114,24 @@ impl<S: Simd> Scan<S> {
             let edge = constant(dx) * (y - constant(a.y)) - constant(dy) * (x - constant(a.x));
             let share = over.nearness * scale;
             nearness += edge * constant(share);
-            nearness_steps = [nearness_steps[0] - dy * share, nearness_steps[1] + dx * share];
+            nearness_steps = [
+                nearness_steps[0] - dy * share,
+                nearness_steps[1] + dx * share,
+            ];
             edges[k] = edge + constant(slack * (dx.abs() + dy.abs()));
             steps[k] = [-dy, dx];
         }
-        let bounds = [p.nearness.min(q.nearness).min(r.nearness), p.nearness.max(q.nearness).max(r.nearness)];
-        Self { edges, steps, nearness, nearness_steps, bounds }
+        let bounds = [
+            p.nearness.min(q.nearness).min(r.nearness),
+            p.nearness.max(q.nearness).max(r.nearness),
+        ];
+        Self {
+            edges,
+            steps,
+            nearness,
+            nearness_steps,
+            bounds,
+        }
     }
 
     /// Which places lie inside, some pixels further.
@@ -124,7 +141,10 @@ impl<S: Simd> Scan<S> {
             let step = self.steps[k][0] * columns + self.steps[k][1] * rows;
             self.edges[k] + f32x16::splat(simd, step)
         };
-        at(0).min(at(1)).min(at(2)).simd_ge(f32x16::splat(simd, 0.0))
+        at(0)
+            .min(at(1))
+            .min(at(2))
+            .simd_ge(f32x16::splat(simd, 0.0))
     }
 
     /// The nearness of the places, some pixels further.
@@ -132,7 +152,9 @@ impl<S: Simd> Scan<S> {
     fn nearness(&self, simd: S, [columns, rows]: [f32; 2]) -> f32x16<S> {
         let step = self.nearness_steps[0] * columns + self.nearness_steps[1] * rows;
         let [farthest, nearest] = self.bounds.map(|v| f32x16::splat(simd, v));
-        (self.nearness + f32x16::splat(simd, step)).max(farthest).min(nearest)
+        (self.nearness + f32x16::splat(simd, step))
+            .max(farthest)
+            .min(nearest)
     }
 }
 
@@ -140,25 +162,36 @@ impl Fine<'_> {
     /// The whole numbers of a range of coordinates, cut at `first` and `end`.
     #[inline(always)]
     fn whole(range: RowRange, first: usize, end: usize) -> Option<[usize; 2]> {
-        let (low, high) = (range.low.floor().max(first as f32), range.high.floor().min(end as f32 - 1.0));
+        let (low, high) = (
+            range.low.floor().max(first as f32),
+            range.high.floor().min(end as f32 - 1.0),
+        );
         (low <= high).then_some([low as usize, high as usize])
     }
 
     /// Draws a triangle that faces the eye.
     #[inline(always)]
     fn draw<S: Simd>(&mut self, simd: S, corners: [Vertex; 3], id: u32) {
-        let Some([columns, rows]) = pixels_of(corners, self.width, self.rows) else { return };
+        let Some([columns, rows]) = pixels_of(corners, self.width, self.rows) else {
+            return;
+        };
         let corner = [columns[0], rows[0]].map(|v| f32x16::splat(simd, v as f32));
         for first in (0..self.places.stride()).step_by(PLACES) {
             let x = f32x16::from_slice(simd, &self.places.x[first..first + PLACES]) + corner[0];
             let y = f32x16::from_slice(simd, &self.places.y[first..first + PLACES]) + corner[1];
             let scan = Scan::new(simd, corners, self.places.slack, [x, y]);
             for row in rows[0]..=rows[1] {
-                let slots = &self.slot[(row - self.rows[0]) * self.width..][columns[0]..=columns[1]];
-                for (column, &slot) in slots.iter().enumerate().filter(|(_, slot)| **slot != NO_SLOT) {
+                let slots =
+                    &self.slot[(row - self.rows[0]) * self.width..][columns[0]..=columns[1]];
+                for (column, &slot) in slots
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, slot)| **slot != NO_SLOT)
+                {
                     let step = [column as f32, (row - rows[0]) as f32];
                     let at = slot as usize * self.places.stride() + first;
-                    self.lattice.take(simd, &scan, (at, step), (self.taking, id));
+                    self.lattice
+                        .take(simd, &scan, (at, step), (self.taking, id));
                 }
             }
         }
@@ -178,12 +211,24 @@ impl Lattice {
         if !inside.any_true() {
             return;
         }
-        let (nearness, patch) = (&mut self.nearness[at..at + PLACES], &mut self.patch[at..at + PLACES]);
-        let (before, near) = (f32x16::from_slice(simd, nearness), scan.nearness(simd, step));
-        let taken = if taking == Taking::Always { inside } else { inside & near.simd_gt(before) };
+        let (nearness, patch) = (
+            &mut self.nearness[at..at + PLACES],
+            &mut self.patch[at..at + PLACES],
+        );
+        let (before, near) = (
+            f32x16::from_slice(simd, nearness),
+            scan.nearness(simd, step),
+        );
+        let taken = if taking == Taking::Always {
+            inside
+        } else {
+            inside & near.simd_gt(before)
+        };
         taken.select(near, before).store_slice(nearness);
         let seen = u32x16::from_slice(simd, patch);
-        taken.select(u32x16::splat(simd, id), seen).store_slice(patch);
+        taken
+            .select(u32x16::splat(simd, id), seen)
+            .store_slice(patch);
     }
 }
 
@@ -192,8 +237,14 @@ impl Sink for Fine<'_> {
     fn eight<S: Simd>(&mut self, simd: S, cells: &EightCells<S>) {
         let [[left, right], [top, bottom]] = cells.bounds();
         for lane in (0..LANES).filter(|&lane| cells.joined >> lane & 1 != 0) {
-            let columns = RowRange { low: left[lane], high: right[lane] };
-            let rows = RowRange { low: top[lane], high: bottom[lane] };
+            let columns = RowRange {
+                low: left[lane],
+                high: right[lane],
+            };
+            let rows = RowRange {
+                low: top[lane],
+                high: bottom[lane],
+            };
             if !self.wants(columns, rows) {
                 continue;
             }
@@ -213,7 +264,8 @@ impl Sink for Fine<'_> {
 
     #[inline(always)]
     fn wants(&self, columns: RowRange, rows: RowRange) -> bool {
-        let pixels = Self::whole(columns, 0, self.width).zip(Self::whole(rows, self.rows[0], self.rows[1]));
+        let pixels =
+            Self::whole(columns, 0, self.width).zip(Self::whole(rows, self.rows[0], self.rows[1]));
         pixels.is_some_and(|(columns, rows)| self.drawn.any(columns, rows))
     }
 

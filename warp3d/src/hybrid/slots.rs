@@ -27,7 +27,12 @@ pub(crate) struct SlotParts {
 
 impl SlotParts {
     /// Groups the places of every slot: the first `count` of each `stride` of `pieces`.
-    pub(super) fn group(&mut self, surfaces: &Surfaces, pieces: &[u32], [count, stride]: [usize; 2]) {
+    pub(super) fn group(
+        &mut self,
+        surfaces: &Surfaces,
+        pieces: &[u32],
+        [count, stride]: [usize; 2],
+    ) {
         self.parts.clear();
         self.first.clear();
         self.first.push(0);
@@ -36,7 +41,10 @@ impl SlotParts {
         for places in pieces.chunks_exact(stride) {
             let begin = self.parts.len();
             last.clear();
-            for (place, &piece) in places[..count].iter().enumerate().filter(|(_, piece)| **piece != NO_PATCH)
+            for (place, &piece) in places[..count]
+                .iter()
+                .enumerate()
+                .filter(|(_, piece)| **piece != NO_PATCH)
             {
                 let parts = &mut self.parts[begin..];
                 match find(surfaces, parts, &last, piece) {
@@ -45,7 +53,11 @@ impl SlotParts {
                         last[part] = piece;
                     }
                     Err(patch) => {
-                        self.parts.push(SlotPart { places: 1 << place, id: piece, patch });
+                        self.parts.push(SlotPart {
+                            places: 1 << place,
+                            id: piece,
+                            patch,
+                        });
                         last.push(piece);
                     }
                 }
@@ -62,13 +74,18 @@ impl SlotParts {
 
 /// The part that a piece belongs to, or the plane of a new one.
 fn find(surfaces: &Surfaces, parts: &[SlotPart], last: &[u32], id: u32) -> Result<usize, Patch> {
-    let near = last.iter().position(|&last| share_a_corner(surfaces, last, id));
+    let near = last
+        .iter()
+        .position(|&last| share_a_corner(surfaces, last, id));
     if let Some(part) = near {
         return Ok(part);
     }
     let patch = Patch::new(surfaces, id);
     let tolerance = surfaces.tolerance;
-    parts.iter().position(|part| one_surface(&part.patch, &patch, tolerance)).ok_or(patch)
+    parts
+        .iter()
+        .position(|part| one_surface(&part.patch, &patch, tolerance))
+        .ok_or(patch)
 }
 
 /// Two pixels are told apart from this part of the tolerance on: what counts as one must not hold a jump across which
@@ -78,7 +95,8 @@ const STRICTLY: f32 = 0.75;
 /// Whether two pieces are of the same surface beyond doubt.
 pub(super) fn one_beyond_doubt(surfaces: &Surfaces, a: u32, b: u32) -> bool {
     let plane = |id: u32| Patch::new(surfaces, id);
-    share_a_corner(surfaces, a, b) || one_surface(&plane(a), &plane(b), STRICTLY * surfaces.tolerance)
+    share_a_corner(surfaces, a, b)
+        || one_surface(&plane(a), &plane(b), STRICTLY * surfaces.tolerance)
 }
 
 /// Whether two pieces are of one plane: the one lies on the other's, as far away as it is, and slopes as it does.

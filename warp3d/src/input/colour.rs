@@ -35,12 +35,18 @@ pub fn read(part: &Part) -> Result<Picture, Error> {
 
 /// Gives a picture to `to` piece by piece; whether the file tells how much of each pixel is covered.
 pub(crate) fn decode(part: &Part, room: Room, to: &mut dyn Receiver) -> Result<bool, Error> {
-    let mut tamed = Tamed { to, row: Vec::new() };
+    let mut tamed = Tamed {
+        to,
+        row: Vec::new(),
+    };
     if exr::is_exr(&first_bytes(&part.path, 8)?) {
         return exr::decode_colour(&part.path, part.name.as_deref(), (room, &mut tamed));
     }
     if let Some(name) = &part.name {
-        return Err(fault(&part.path, format!("only an EXR file has layers, leave out ':{name}'")));
+        return Err(fault(
+            &part.path,
+            format!("only an EXR file has layers, leave out ':{name}'"),
+        ));
     }
     raster::decode_colour(&part.path, room, &mut tamed)
 }
@@ -50,7 +56,11 @@ pub(crate) fn decode(part: &Part, room: Room, to: &mut dyn Receiver) -> Result<b
 /// # Errors
 /// A file that cannot be read, or whose header claims more than the file can hold.
 pub fn size(part: &Part) -> Result<[u32; 2], Error> {
-    if exr::is_exr(&first_bytes(&part.path, 8)?) { exr::size(&part.path) } else { raster::size(&part.path) }
+    if exr::is_exr(&first_bytes(&part.path, 8)?) {
+        exr::size(&part.path)
+    } else {
+        raster::size(&part.path)
+    }
 }
 
 /// A colour that is not a number is no colour: its pixel is not covered. Infinite light is the brightest.
@@ -70,7 +80,11 @@ impl Receiver for Tamed<'_> {
             if pixel[..3].iter().any(|channel| channel.is_nan()) {
                 self.row.extend([0.0; 4]);
             } else {
-                self.row.extend(pixel[..3].iter().map(|channel| channel.clamp(-BRIGHTEST, BRIGHTEST)));
+                self.row.extend(
+                    pixel[..3]
+                        .iter()
+                        .map(|channel| channel.clamp(-BRIGHTEST, BRIGHTEST)),
+                );
                 self.row.push(pixel[3]);
             }
         }

@@ -22,7 +22,10 @@ pub(crate) fn decode(part: &Part, room: Room, to: &mut dyn Receiver) -> Result<S
         return exr::decode_depth(path, part.name.as_deref(), (room, to));
     }
     if let Some(name) = &part.name {
-        return Err(fault(path, format!("only an EXR file has channels, leave out ':{name}'")));
+        return Err(fault(
+            path,
+            format!("only an EXR file has channels, leave out ':{name}'"),
+        ));
     }
     match start.as_slice() {
         [b'P', b'F' | b'f', ..] => pfm::decode(path, to),

@@ -40,7 +40,9 @@ pub(super) fn is_exr(start: &[u8]) -> bool {
 /// Width and height of the display window, from the header alone.
 pub(super) fn size(path: &Path) -> Result<[u32; 2], Error> {
     let headers = headers(path)?;
-    let window = headers.first().map(|header| header.shared_attributes.display_window.size);
+    let window = headers
+        .first()
+        .map(|header| header.shared_attributes.display_window.size);
     let window = window.ok_or_else(|| fault(path, "an EXR file without a picture"))?;
     Ok([window.width() as u32, window.height() as u32])
 }
@@ -78,11 +80,15 @@ pub(super) fn decode_depth(
     let headers = headers(path)?;
     let at = depth_channel(&headers, channel).map_err(|what| fault(path, what))?;
     to.begin(blocks::display_size(&headers))?;
-    guarded(path, || blocks::pieces(path, &[at], room, &mut |at, planes| to.put(at, &planes[0])))?;
-    Ok(match headers[at.layer].channels.list[at.channel].sample_type {
-        SampleType::U32 => Stored::Code(u32::MAX),
-        SampleType::F16 | SampleType::F32 => Stored::Float,
-    })
+    guarded(path, || {
+        blocks::pieces(path, &[at], room, &mut |at, planes| to.put(at, &planes[0]))
+    })?;
+    Ok(
+        match headers[at.layer].channels.list[at.channel].sample_type {
+            SampleType::U32 => Stored::Code(u32::MAX),
+            SampleType::F16 | SampleType::F32 => Stored::Float,
+        },
+    )
 }
 
 /// A premultiplied colour divided by its alpha, and the covered part of the pixel.
@@ -120,19 +126,28 @@ fn headers(path: &Path) -> Result<Vec<Header>, Error> {
 
 /// The crate's checks are thorough, yet a panic in one of its decoders must not end the program without a word.
 fn guarded(path: &Path, decode: impl FnOnce() -> Result<(), Error>) -> Result<(), Error> {
-    catch_unwind(AssertUnwindSafe(decode))
-        .unwrap_or_else(|_| Err(fault(path, "not a usable EXR file: its packed pixels make no sense")))
+    catch_unwind(AssertUnwindSafe(decode)).unwrap_or_else(|_| {
+        Err(fault(
+            path,
+            "not a usable EXR file: its packed pixels make no sense",
+        ))
+    })
 }
 
 /// Holds the claims of all parts against the length of the file.
 fn check_sizes(headers: &[Header], file_bytes: u64) -> Result<(), String> {
     let (mut all_bytes, mut all_pixels) = (0u64, 0u64);
     for header in headers {
-        let [width, height] = [header.layer_size.width() as u64, header.layer_size.height() as u64];
+        let [width, height] = [
+            header.layer_size.width() as u64,
+            header.layer_size.height() as u64,
+        ];
         let pixels = width.saturating_mul(height);
         let per_pixel = header.channels.bytes_per_pixel as u64;
         if pixels > MAX_PIXELS {
-            return Err(format!("{width}x{height} pixels, more than the {MAX_PIXELS} that are read"));
+            return Err(format!(
+                "{width}x{height} pixels, more than the {MAX_PIXELS} that are read"
+            ));
         }
         // Deflate unpacks a byte to at most 1032, the other codecs to less; DWA packs runs of 128 before deflate.
         let expansion = match header.compression {
@@ -151,14 +166,22 @@ fn check_sizes(headers: &[Header], file_bytes: u64) -> Result<(), String> {
     }
     let most = MAX_PIXELS * 16;
     if all_bytes > most {
-        return Err(format!("its parts unpack to {all_bytes} bytes, more than the {most} that are read"));
+        return Err(format!(
+            "its parts unpack to {all_bytes} bytes, more than the {most} that are read"
+        ));
     }
-    let window = headers.first().map(|header| header.shared_attributes.display_window.size);
+    let window = headers
+        .first()
+        .map(|header| header.shared_attributes.display_window.size);
     let (width, height) = window.map_or((0, 0), |size| (size.width() as u64, size.height() as u64));
     let display = width.saturating_mul(height);
-    let allowed = FREE_DISPLAY_PIXELS.max(all_pixels.saturating_mul(MOST_DISPLAY_PER_DATA)).min(MAX_PIXELS);
+    let allowed = FREE_DISPLAY_PIXELS
+        .max(all_pixels.saturating_mul(MOST_DISPLAY_PER_DATA))
+        .min(MAX_PIXELS);
     if display == 0 || display > allowed {
-        return Err(format!("the display window has {width}x{height} pixels, which the data cannot fill"));
+        return Err(format!(
+            "the display window has {width}x{height} pixels, which the data cannot fill"
+        ));
     }
     Ok(())
 }
@@ -167,14 +190,19 @@ fn check_sizes(headers: &[Header], file_bytes: u64) -> Result<(), String> {
 fn channels(headers: &[Header]) -> impl Iterator<Item = (String, At)> {
     headers.iter().enumerate().flat_map(move |(layer, header)| {
         let part = &header.own_attributes.layer_name;
-        header.channels.list.iter().enumerate().map(move |(channel, description)| {
-            let name = description.name.to_string();
-            let name = match part {
-                Some(part) if headers.len() > 1 => format!("{part}:{name}"),
-                _ => name,
-            };
-            (name, At { layer, channel })
-        })
+        header
+            .channels
+            .list
+            .iter()
+            .enumerate()
+            .map(move |(channel, description)| {
+                let name = description.name.to_string();
+                let name = match part {
+                    Some(part) if headers.len() > 1 => format!("{part}:{name}"),
+                    _ => name,
+                };
+                (name, At { layer, channel })
+            })
     })
 }
 
@@ -190,7 +218,9 @@ fn find(headers: &[Header], name: &str) -> Option<At> {
         }
         None => full == name,
     };
-    channels(headers).find(|(full, _)| matches(full)).map(|(_, at)| at)
+    channels(headers)
+        .find(|(full, _)| matches(full))
+        .map(|(_, at)| at)
 }
 
 fn colour_channels(headers: &[Header], layer: Option<&str>) -> Result<Colour, String> {
@@ -198,31 +228,48 @@ fn colour_channels(headers: &[Header], layer: Option<&str>) -> Result<Colour, St
     let named = |channel: &str| find(headers, &format!("{prefix}{channel}"));
     if let (Some(red), Some(green), Some(blue)) = (named("R"), named("G"), named("B")) {
         let alpha = named("A").filter(|&alpha| red.layer == alpha.layer);
-        return Ok(Colour { rgb: [red, green, blue], alpha });
+        return Ok(Colour {
+            rgb: [red, green, blue],
+            alpha,
+        });
     }
-    let only =
-        || if channels(headers).count() == 1 { channels(headers).next().map(|(_, at)| at) } else { None };
+    let only = || {
+        if channels(headers).count() == 1 {
+            channels(headers).next().map(|(_, at)| at)
+        } else {
+            None
+        }
+    };
     if let Some(grey) = named("Y").or_else(|| layer.map_or_else(only, |name| find(headers, name))) {
-        return Ok(Colour { rgb: [grey; 3], alpha: named("A") });
+        return Ok(Colour {
+            rgb: [grey; 3],
+            alpha: named("A"),
+        });
     }
     let held = listed(headers);
     Err(match layer {
         Some(layer) => format!("no colours in layer '{layer}': the channels are {held}"),
-        None => format!("no channels R, G, B or Y: name a layer behind a colon; the channels are {held}"),
+        None => format!(
+            "no channels R, G, B or Y: name a layer behind a colon; the channels are {held}"
+        ),
     })
 }
 
 fn depth_channel(headers: &[Header], wanted: Option<&str>) -> Result<At, String> {
     if let Some(name) = wanted {
         let found = find(headers, name).or_else(|| find(headers, &format!("{name}.Z")));
-        return found.ok_or_else(|| format!("no channel '{name}': the channels are {}", listed(headers)));
+        return found
+            .ok_or_else(|| format!("no channel '{name}': the channels are {}", listed(headers)));
     }
     let usual = ["Z", "depth.Z", "Depth.Z", "depth", "Depth", "D"];
     if let Some(at) = usual.iter().find_map(|name| find(headers, name)) {
         return Ok(at);
     }
     let all: Vec<_> = channels(headers).collect();
-    let candidates: Vec<_> = all.iter().filter(|(name, _)| name.ends_with(".Z")).collect();
+    let candidates: Vec<_> = all
+        .iter()
+        .filter(|(name, _)| name.ends_with(".Z"))
+        .collect();
     match (candidates.as_slice(), all.as_slice()) {
         ([(_, at)], _) | (_, [(_, at)]) => Ok(*at),
         _ => Err(format!(
@@ -235,7 +282,10 @@ fn depth_channel(headers: &[Header], wanted: Option<&str>) -> Result<At, String>
 /// The names of the channels, for a message: the first ones if there are many.
 fn listed(headers: &[Header]) -> String {
     const MOST: usize = 16;
-    let mut names: Vec<String> = channels(headers).map(|(name, _)| name).take(MOST + 1).collect();
+    let mut names: Vec<String> = channels(headers)
+        .map(|(name, _)| name)
+        .take(MOST + 1)
+        .collect();
     if names.len() > MOST {
         names[MOST] = "...".into();
     }

@@ -54,7 +54,14 @@ pub struct DepthMeaning {
 impl DepthMeaning {
     /// Numbers of `kind` with nothing else said.
     pub fn of(kind: DepthKind) -> Self {
-        Self { kind, scale: None, invalid: None, baseline: None, doffs: 0.0, near_far: None }
+        Self {
+            kind,
+            scale: None,
+            invalid: None,
+            baseline: None,
+            doffs: 0.0,
+            near_far: None,
+        }
     }
 
     /// Camera z of each pixel, world units, above 0; NaN where unknown.
@@ -69,26 +76,43 @@ impl DepthMeaning {
     }
 
     /// The camera z of a stored number at a column and row, as above.
-    pub(crate) fn converter<'a>(&'a self, stored: Stored, camera: &'a Camera) -> Result<ZOf<'a>, String> {
+    pub(crate) fn converter<'a>(
+        &'a self,
+        stored: Stored,
+        camera: &'a Camera,
+    ) -> Result<ZOf<'a>, String> {
         let scale = self.scale_of(stored)?;
         let from_number = self.formula(camera)?;
         let (invalid, zero_is_unknown) = (self.invalid, self.zero_is_unknown(stored));
         Ok(Box::new(move |value, [x, y]| {
             let value = f64::from(value);
-            if !value.is_finite() || self.is_invalid(value, invalid) || (zero_is_unknown && value == 0.0) {
+            if !value.is_finite()
+                || self.is_invalid(value, invalid)
+                || (zero_is_unknown && value == 0.0)
+            {
                 return f32::NAN;
             }
             let z = from_number(value * scale);
-            let z = if self.kind == DepthKind::Ray { z / ray_length(camera, x, y) } else { z };
+            let z = if self.kind == DepthKind::Ray {
+                z / ray_length(camera, x, y)
+            } else {
+                z
+            };
             // Beyond the range of f32 a distance is none.
             let z = z as f32;
-            if z > 0.0 && z.is_finite() { z } else { f32::NAN }
+            if z > 0.0 && z.is_finite() {
+                z
+            } else {
+                f32::NAN
+            }
         }))
     }
 
     /// The meaning in words, for messages.
     pub fn told(&self, stored: Stored) -> String {
-        let scale = self.scale.map_or(String::new(), |scale| format!(", scale {scale}"));
+        let scale = self
+            .scale
+            .map_or(String::new(), |scale| format!(", scale {scale}"));
         let kind = match self.kind {
             DepthKind::Z => "camera z",
             DepthKind::Ray => "distance along the ray",
@@ -118,7 +142,9 @@ impl DepthMeaning {
     fn scale_of(&self, stored: Stored) -> Result<f64, String> {
         match (self.scale, self.kind, stored) {
             (Some(scale), _, _) if scale > 0.0 && scale.is_finite() => Ok(scale),
-            (Some(scale), _, _) => Err(format!("a depth scale of {scale}: expected a number above 0")),
+            (Some(scale), _, _) => Err(format!(
+                "a depth scale of {scale}: expected a number above 0"
+            )),
             (None, DepthKind::Mpeg | DepthKind::OpenGl, Stored::Code(largest)) => {
                 Ok(1.0 / f64::from(largest))
             }
@@ -140,7 +166,9 @@ impl DepthMeaning {
                     "a disparity needs the distance between the eyes: give --baseline, or name a calib.txt as camera",
                 )?;
                 if !(baseline > 0.0 && baseline.is_finite()) {
-                    return Err(format!("a baseline of {baseline}: expected a length above 0"));
+                    return Err(format!(
+                        "a baseline of {baseline}: expected a length above 0"
+                    ));
                 }
                 let (shift_px, product) = (self.doffs, camera.fx * baseline);
                 Box::new(move |value| product / (value + shift_px))
@@ -155,20 +183,32 @@ impl DepthMeaning {
                 let drawn = |code: f64| (0.0..1.0).contains(&code);
                 match camera.projection {
                     Projection::Perspective => Box::new(move |code| {
-                        if drawn(code) { near * far / (far - code * (far - near)) } else { f64::NAN }
+                        if drawn(code) {
+                            near * far / (far - code * (far - near))
+                        } else {
+                            f64::NAN
+                        }
                     }),
-                    Projection::Orthographic => {
-                        Box::new(move |code| if drawn(code) { near + code * (far - near) } else { f64::NAN })
-                    }
+                    Projection::Orthographic => Box::new(move |code| {
+                        if drawn(code) {
+                            near + code * (far - near)
+                        } else {
+                            f64::NAN
+                        }
+                    }),
                 }
             }
         })
     }
 
     fn planes(&self, what: &str) -> Result<[f64; 2], String> {
-        let [near, far] = self.near_far.ok_or(format!("{what} needs its planes: give --near and --far"))?;
+        let [near, far] = self
+            .near_far
+            .ok_or(format!("{what} needs its planes: give --near and --far"))?;
         if !(near > 0.0 && far > near && far.is_finite()) {
-            return Err(format!("planes at {near} and {far}: expected 0 < near < far"));
+            return Err(format!(
+                "planes at {near} and {far}: expected 0 < near < far"
+            ));
         }
         Ok([near, far])
     }

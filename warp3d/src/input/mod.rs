@@ -53,13 +53,21 @@ impl Part {
     /// Splits `FILE:NAME` at the last colon; a file whose own name holds the colon wins.
     pub fn from_text(text: &str) -> Self {
         match text.rsplit_once(':') {
-            Some((path, name)) if !path.is_empty() && !name.is_empty() && !Path::new(text).exists() => {
+            Some((path, name))
+                if !path.is_empty() && !name.is_empty() && !Path::new(text).exists() =>
+            {
                 // A drive letter is no file: `C:\depth.pfm` has nothing behind the colon but its own path.
                 let is_path = name.starts_with(['/', '\\']);
                 let name = (!is_path).then(|| name.to_owned());
-                Self { path: PathBuf::from(if is_path { text } else { path }), name }
+                Self {
+                    path: PathBuf::from(if is_path { text } else { path }),
+                    name,
+                }
             }
-            _ => Self { path: PathBuf::from(text), name: None },
+            _ => Self {
+                path: PathBuf::from(text),
+                name: None,
+            },
         }
     }
 }
@@ -78,15 +86,24 @@ pub fn reference(
 ) -> Result<Reference, Error> {
     let size = [picture.width, picture.height];
     check_sizes(size, [stored.width, stored.height], &camera, depth_file)?;
-    let mut depth = meaning.camera_z(stored, &camera).map_err(|what| fault(depth_file, what))?;
+    let mut depth = meaning
+        .camera_z(stored, &camera)
+        .map_err(|what| fault(depth_file, what))?;
     if let Some(coverage) = &picture.coverage {
-        let uncovered = coverage.iter().zip(&mut depth).filter(|(coverage, _)| **coverage < 0.5);
+        let uncovered = coverage
+            .iter()
+            .zip(&mut depth)
+            .filter(|(coverage, _)| **coverage < 0.5);
         uncovered.for_each(|(_, z)| *z = f32::NAN);
     }
     if depth.iter().all(|z| z.is_nan()) {
         return Err(nothing_known(meaning, stored.stored, depth_file));
     }
-    Ok(Reference { camera, colour: picture.rgb, depth })
+    Ok(Reference {
+        camera,
+        colour: picture.rgb,
+        depth,
+    })
 }
 
 /// Picture, depth and camera must have one size.
@@ -117,7 +134,13 @@ pub(crate) fn check_sizes(
 }
 
 pub(crate) fn nothing_known(meaning: &DepthMeaning, stored: Stored, depth_file: &Path) -> Error {
-    fault(depth_file, format!("no pixel has a usable depth (read as {})", meaning.told(stored)))
+    fault(
+        depth_file,
+        format!(
+            "no pixel has a usable depth (read as {})",
+            meaning.told(stored)
+        ),
+    )
 }
 
 /// An error that names the file.
@@ -146,7 +169,9 @@ fn open(path: &Path) -> Result<(File, u64), Error> {
 pub(crate) fn first_bytes(path: &Path, count: u64) -> Result<Vec<u8>, Error> {
     let (file, _) = open(path)?;
     let mut bytes = Vec::new();
-    file.take(count).read_to_end(&mut bytes).map_err(|source| cannot_read(path, &source))?;
+    file.take(count)
+        .read_to_end(&mut bytes)
+        .map_err(|source| cannot_read(path, &source))?;
     Ok(bytes)
 }
 
@@ -155,9 +180,14 @@ fn read_text(path: &Path) -> Result<String, Error> {
     let (file, _) = open(path)?;
     let mut text = String::new();
     // A limit on what is read, not on the size that the system tells: a pipe or a device tells none.
-    file.take(MAX_TEXT_BYTES + 1).read_to_string(&mut text).map_err(|source| cannot_read(path, &source))?;
+    file.take(MAX_TEXT_BYTES + 1)
+        .read_to_string(&mut text)
+        .map_err(|source| cannot_read(path, &source))?;
     if text.len() as u64 > MAX_TEXT_BYTES {
-        return Err(fault(path, format!("more than {MAX_TEXT_BYTES} bytes, more than any list of cameras")));
+        return Err(fault(
+            path,
+            format!("more than {MAX_TEXT_BYTES} bytes, more than any list of cameras"),
+        ));
     }
     Ok(text)
 }
@@ -168,10 +198,14 @@ fn read_text(path: &Path) -> Result<String, Error> {
 fn check_claim(width: u64, height: u64, file_bytes: u64, most_per_byte: u64) -> Result<(), String> {
     let pixels = width.saturating_mul(height);
     if pixels == 0 {
-        return Err(format!("the header says {width}x{height} pixels: there is nothing to show"));
+        return Err(format!(
+            "the header says {width}x{height} pixels: there is nothing to show"
+        ));
     }
     if pixels > MAX_PIXELS {
-        return Err(format!("{width}x{height} pixels, more than the {MAX_PIXELS} that are read"));
+        return Err(format!(
+            "{width}x{height} pixels, more than the {MAX_PIXELS} that are read"
+        ));
     }
     if pixels > file_bytes.saturating_mul(most_per_byte) {
         return Err(format!(

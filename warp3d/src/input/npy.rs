@@ -36,7 +36,9 @@ pub(super) fn decode(path: &Path, room: Room, to: &mut dyn Receiver) -> Result<S
     if held != needed {
         return Err(fault(
             path,
-            format!("{height} x {width} numbers take {needed} bytes behind the header, there are {held}"),
+            format!(
+                "{height} x {width} numbers take {needed} bytes behind the header, there are {held}"
+            ),
         ));
     }
     to.begin([width, height])?;
@@ -47,7 +49,10 @@ pub(super) fn decode(path: &Path, room: Room, to: &mut dyn Receiver) -> Result<S
     let mut bytes = vec![0; width * element.bytes];
     for y in 0..height {
         file.read_exact(&mut bytes).map_err(failed)?;
-        let row: Vec<f32> = bytes.chunks_exact(element.bytes).map(|bytes| element.number(bytes)).collect();
+        let row: Vec<f32> = bytes
+            .chunks_exact(element.bytes)
+            .map(|bytes| element.number(bytes))
+            .collect();
         to.put([0, y], &row)?;
     }
     Ok(element.stored)
@@ -61,14 +66,20 @@ fn by_columns(
     (room, to): (Room, &mut dyn Receiver),
 ) -> Result<(), Error> {
     let column_bytes = height * element.bytes;
-    room.check(path, (COLUMNS.min(width) * column_bytes) as u64, "an array in Fortran order")?;
+    room.check(
+        path,
+        (COLUMNS.min(width) * column_bytes) as u64,
+        "an array in Fortran order",
+    )?;
     for first in (0..width).step_by(COLUMNS) {
         let count = COLUMNS.min(width - first);
         let mut bytes = vec![0; count * column_bytes];
-        file.read_exact(&mut bytes).map_err(|source| cannot_read(path, &source))?;
+        file.read_exact(&mut bytes)
+            .map_err(|source| cannot_read(path, &source))?;
         for y in 0..height {
             let at = |column: usize| column * column_bytes + y * element.bytes;
-            let number = |column: usize| element.number(&bytes[at(column)..at(column) + element.bytes]);
+            let number =
+                |column: usize| element.number(&bytes[at(column)..at(column) + element.bytes]);
             let piece: Vec<f32> = (0..count).map(number).collect();
             to.put([first, y], &piece)?;
         }
@@ -89,7 +100,11 @@ impl Element {
     fn number(&self, bytes: &[u8]) -> f32 {
         let mut little = [0u8; 8];
         for (i, &byte) in bytes.iter().enumerate() {
-            little[if self.big_endian { bytes.len() - 1 - i } else { i }] = byte;
+            little[if self.big_endian {
+                bytes.len() - 1 - i
+            } else {
+                i
+            }] = byte;
         }
         let bits = u64::from_le_bytes(little);
         // The value has `bytes` bytes, so the casts keep all of it.
@@ -114,7 +129,9 @@ fn header(file: &mut impl Read) -> Result<String, String> {
     file.read_exact(&mut length[..length_bytes]).map_err(cut)?;
     let length = u32::from_le_bytes(length) as usize;
     if length > MAX_HEADER_BYTES {
-        return Err(format!("a header of {length} bytes: expected at most {MAX_HEADER_BYTES}"));
+        return Err(format!(
+            "a header of {length} bytes: expected at most {MAX_HEADER_BYTES}"
+        ));
     }
     let mut text = vec![0u8; length];
     file.read_exact(&mut text).map_err(cut)?;
@@ -123,14 +140,20 @@ fn header(file: &mut impl Read) -> Result<String, String> {
 
 /// What stands behind the colon of a key, up to the end of the header.
 fn entry<'a>(header: &'a str, key: &str) -> Result<&'a str, String> {
-    let behind =
-        header.split_once(&format!("'{key}'")).and_then(|(_, rest)| rest.trim_start().strip_prefix(':'));
-    behind.map(str::trim_start).ok_or_else(|| format!("the header of the array has no entry '{key}'"))
+    let behind = header
+        .split_once(&format!("'{key}'"))
+        .and_then(|(_, rest)| rest.trim_start().strip_prefix(':'));
+    behind
+        .map(str::trim_start)
+        .ok_or_else(|| format!("the header of the array has no entry '{key}'"))
 }
 
 fn element(header: &str) -> Result<Element, String> {
     let text = entry(header, "descr")?;
-    let code = text.strip_prefix('\'').and_then(|rest| rest.split_once('\'')).map_or("", |(code, _)| code);
+    let code = text
+        .strip_prefix('\'')
+        .and_then(|rest| rest.split_once('\''))
+        .map_or("", |(code, _)| code);
     let big_endian = code.starts_with('>');
     let plain = code.trim_start_matches(['<', '>', '|', '=']);
     let (kind, stored) = match plain {
@@ -143,18 +166,31 @@ fn element(header: &str) -> Result<Element, String> {
         "i4" => ('i', Stored::Code(i32::MAX as u32)),
         _ => {
             let code: String = code.chars().take(20).collect();
-            return Err(format!("an array of type '{code}': save it as float32 or uint16 (array.astype)"));
+            return Err(format!(
+                "an array of type '{code}': save it as float32 or uint16 (array.astype)"
+            ));
         }
     };
-    let bytes = plain.chars().nth(1).and_then(|digit| digit.to_digit(10)).unwrap_or(1) as usize;
-    Ok(Element { bytes, big_endian, kind, stored })
+    let bytes = plain
+        .chars()
+        .nth(1)
+        .and_then(|digit| digit.to_digit(10))
+        .unwrap_or(1) as usize;
+    Ok(Element {
+        bytes,
+        big_endian,
+        kind,
+        stored,
+    })
 }
 
 /// Height and width.
 fn size(header: &str) -> Result<[usize; 2], String> {
     let text = entry(header, "shape")?;
-    let inside =
-        text.strip_prefix('(').and_then(|rest| rest.split_once(')')).map_or("", |(inside, _)| inside);
+    let inside = text
+        .strip_prefix('(')
+        .and_then(|rest| rest.split_once(')'))
+        .map_or("", |(inside, _)| inside);
     let expected =
         || format!("an array of shape ({inside}): expected height and width, one number per pixel");
     let axes: Option<Vec<usize>> = inside

@@ -26,11 +26,18 @@ pub(super) fn decode(path: &Path, to: &mut dyn Receiver) -> Result<Stored, Error
     let held = length - file.stream_position().map_err(failed)?;
     let needed = (width * height * 4) as u64;
     if held != needed {
-        return Err(fault(path, format!("{width}x{height} numbers take {needed} bytes, there are {held}")));
+        return Err(fault(
+            path,
+            format!("{width}x{height} numbers take {needed} bytes, there are {held}"),
+        ));
     }
     let number = |bytes: &[u8]| {
         let four = [bytes[0], bytes[1], bytes[2], bytes[3]];
-        if header.big_endian { f32::from_be_bytes(four) } else { f32::from_le_bytes(four) }
+        if header.big_endian {
+            f32::from_be_bytes(four)
+        } else {
+            f32::from_le_bytes(four)
+        }
     };
     to.begin([width, height])?;
     let mut bytes = vec![0; width * 4];
@@ -52,20 +59,29 @@ fn header(file: &mut impl BufRead) -> Result<Header, String> {
     // The four words may stand on three lines or on four; behind the last one stands one byte of white space.
     while words.len() < 4 {
         let mut line = Vec::new();
-        let read = (&mut *file).take(MAX_LINE_BYTES).read_until(b'\n', &mut line);
+        let read = (&mut *file)
+            .take(MAX_LINE_BYTES)
+            .read_until(b'\n', &mut line);
         if read.map_err(|source| format!("cannot read: {source}"))? == 0 || !line.ends_with(b"\n") {
             return Err("the header of a PFM file is cut off".into());
         }
         let line = String::from_utf8_lossy(&line).into_owned();
         words.extend(line.split_whitespace().map(str::to_owned));
     }
-    let expected =
-        || format!("the header says '{}': expected 'Pf', width, height and scale", words.join(" "));
+    let expected = || {
+        format!(
+            "the header says '{}': expected 'Pf', width, height and scale",
+            words.join(" ")
+        )
+    };
     match words.as_slice() {
         [kind, width, height, scale] if kind == "Pf" => {
             let scale: f64 = scale.parse().map_err(|_| expected())?;
             let side = |word: &str| word.parse().map_err(|_| expected());
-            Ok(Header { size: [side(width)?, side(height)?], big_endian: scale > 0.0 })
+            Ok(Header {
+                size: [side(width)?, side(height)?],
+                big_endian: scale > 0.0,
+            })
         }
         [kind, ..] if kind == "PF" => {
             Err("a PFM file of colours: depth has one number per pixel ('Pf')".into())

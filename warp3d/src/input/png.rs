@@ -32,18 +32,29 @@ pub(super) fn decode(path: &Path, rows: &mut dyn Rows) -> Result<bool, Error> {
         ColorType::Rgb => 3,
         ColorType::Rgba => 4,
         ColorType::Indexed => {
-            return Err(fault(path, "not a usable picture: a palette that was not expanded"));
+            return Err(fault(
+                path,
+                "not a usable picture: a palette that was not expanded",
+            ));
         }
     };
     rows.begin([width, height], channels)?;
     let mut words = Vec::new();
     for y in 0..height {
         let row = reader.next_row().map_err(wrong)?;
-        let row =
-            row.ok_or_else(|| fault(path, format!("not a usable picture: row {y} of {height} is missing")))?;
+        let row = row.ok_or_else(|| {
+            fault(
+                path,
+                format!("not a usable picture: row {y} of {height} is missing"),
+            )
+        })?;
         if depth == BitDepth::Sixteen {
             words.clear();
-            words.extend(row.data().chunks_exact(2).map(|two| u16::from_be_bytes([two[0], two[1]])));
+            words.extend(
+                row.data()
+                    .chunks_exact(2)
+                    .map(|two| u16::from_be_bytes([two[0], two[1]])),
+            );
             rows.row(y, &Row::Words(&words))?;
         } else {
             rows.row(y, &Row::Bytes(row.data()))?;

@@ -35,14 +35,29 @@ pub(super) trait Rows {
 
 /// Whether the file has alpha.
 pub(super) fn decode_colour(path: &Path, room: Room, to: &mut dyn Receiver) -> Result<bool, Error> {
-    let mut rows = ColourRows { to, channels: 0, tables: [Vec::new(), Vec::new()], row: Vec::new() };
+    let mut rows = ColourRows {
+        to,
+        channels: 0,
+        tables: [Vec::new(), Vec::new()],
+        row: Vec::new(),
+    };
     decode(path, room, &mut rows)?;
     Ok(rows.channels.is_multiple_of(2))
 }
 
 /// The stored numbers of a grey picture. Three equal channels count as grey: some tools know no other PNG.
-pub(super) fn decode_depth(path: &Path, room: Room, to: &mut dyn Receiver) -> Result<Stored, Error> {
-    let mut rows = GreyRows { path, to, channels: 0, stored: Stored::Code(255), row: Vec::new() };
+pub(super) fn decode_depth(
+    path: &Path,
+    room: Room,
+    to: &mut dyn Receiver,
+) -> Result<Stored, Error> {
+    let mut rows = GreyRows {
+        path,
+        to,
+        channels: 0,
+        stored: Stored::Code(255),
+        row: Vec::new(),
+    };
     decode(path, room, &mut rows)?;
     Ok(rows.stored)
 }
@@ -75,14 +90,18 @@ impl Rows for ColourRows<'_> {
             Row::Bytes(codes) => {
                 let table = filled(&mut self.tables[0], u8::MAX.into());
                 let pixels = codes.chunks_exact(channels).map(rgba::<u8>);
-                self.row.extend(pixels.flat_map(|p| linear(table, p.map(usize::from), 255.0)));
+                self.row
+                    .extend(pixels.flat_map(|p| linear(table, p.map(usize::from), 255.0)));
             }
             Row::Words(codes) => {
                 let table = filled(&mut self.tables[1], u16::MAX.into());
                 let pixels = codes.chunks_exact(channels).map(rgba::<u16>);
-                self.row.extend(pixels.flat_map(|p| linear(table, p.map(usize::from), 65_535.0)));
+                self.row
+                    .extend(pixels.flat_map(|p| linear(table, p.map(usize::from), 65_535.0)));
             }
-            Row::Floats(values) => self.row.extend(values.chunks_exact(channels).flat_map(rgba::<f32>)),
+            Row::Floats(values) => self
+                .row
+                .extend(values.chunks_exact(channels).flat_map(rgba::<f32>)),
         }
         self.to.put([0, y], &self.row)
     }
@@ -170,7 +189,10 @@ impl Rows for GreyRows<'_> {
 
 impl GreyRows<'_> {
     fn not_grey(&self, found: &str) -> Error {
-        fault(self.path, format!("depth has one number per pixel, this is a picture of type {found}"))
+        fault(
+            self.path,
+            format!("depth has one number per pixel, this is a picture of type {found}"),
+        )
     }
 }
 
@@ -182,8 +204,14 @@ fn decode(path: &Path, room: Room, rows: &mut dyn Rows) -> Result<(), Error> {
     }
     let (width, height) = decoder.dimensions();
     // The decoder's own buffers: the packed file, or a progressive JPEG's coefficients, two bytes for each number.
-    let bytes = decoder.total_bytes().saturating_mul(if format == ImageFormat::Jpeg { 3 } else { 2 });
-    room.check(path, bytes, &format!("a picture of {width}x{height} pixels in this format"))?;
+    let bytes = decoder
+        .total_bytes()
+        .saturating_mul(if format == ImageFormat::Jpeg { 3 } else { 2 });
+    room.check(
+        path,
+        bytes,
+        &format!("a picture of {width}x{height} pixels in this format"),
+    )?;
     let image = DynamicImage::from_decoder(decoder).map_err(|error| not_usable(path, &error))?;
     let (width, height) = (image.width() as usize, image.height() as usize);
     let channels = usize::from(image.color().channel_count());
@@ -197,7 +225,10 @@ fn decode(path: &Path, room: Room, rows: &mut dyn Rows) -> Result<(), Error> {
         } else if let Some(values) = image.as_flat_samples_f32() {
             rows.row(y, &Row::Floats(&values.samples[row(y)]))?;
         } else {
-            return Err(fault(path, format!("a picture of type {:?} is not read", image.color())));
+            return Err(fault(
+                path,
+                format!("a picture of type {:?} is not read", image.color()),
+            ));
         }
     }
     Ok(())
@@ -211,8 +242,9 @@ fn not_usable(path: &Path, error: &image::ImageError) -> Error {
 fn checked_decoder(path: &Path) -> Result<(ImageFormat, impl ImageDecoder + use<>), Error> {
     let (file, length) = open(path)?;
     let mut file: BufReader<File> = BufReader::new(file);
-    let guessed =
-        ImageReader::new(&mut file).with_guessed_format().map_err(|source| cannot_read(path, &source))?;
+    let guessed = ImageReader::new(&mut file)
+        .with_guessed_format()
+        .map_err(|source| cannot_read(path, &source))?;
     let Some(format) = guessed.format() else {
         return Err(fault(
             path,
@@ -225,10 +257,17 @@ fn checked_decoder(path: &Path) -> Result<(ImageFormat, impl ImageDecoder + use<
     // Four channels of four bytes, the widest type, and as much again for the decoder's own buffers.
     limits.max_alloc = Some(MAX_PIXELS * 32);
     reader.limits(limits);
-    let decoder = reader.into_decoder().map_err(|error| not_usable(path, &error))?;
+    let decoder = reader
+        .into_decoder()
+        .map_err(|error| not_usable(path, &error))?;
     let (width, height) = decoder.dimensions();
-    check_claim(width.into(), height.into(), length, most_pixels_per_byte(format))
-        .map_err(|what| fault(path, what))?;
+    check_claim(
+        width.into(),
+        height.into(),
+        length,
+        most_pixels_per_byte(format),
+    )
+    .map_err(|what| fault(path, what))?;
     Ok((format, decoder))
 }
 

@@ -56,7 +56,12 @@ impl HeldPicture {
     pub(super) fn picture(self, has_alpha: bool) -> Picture {
         let told = has_alpha || self.coverage.iter().any(|&coverage| coverage != 1.0);
         let [width, height] = self.size;
-        Picture { width, height, rgb: self.rgb, coverage: told.then_some(self.coverage) }
+        Picture {
+            width,
+            height,
+            rgb: self.rgb,
+            coverage: told.then_some(self.coverage),
+        }
     }
 }
 
@@ -70,7 +75,9 @@ impl Receiver for HeldPicture {
 
     fn put(&mut self, [x, y]: [usize; 2], values: &[f32]) -> Result<(), Error> {
         let first = y * self.size[0] + x;
-        let to = self.rgb[first..].iter_mut().zip(&mut self.coverage[first..]);
+        let to = self.rgb[first..]
+            .iter_mut()
+            .zip(&mut self.coverage[first..]);
         for ((rgb, coverage), pixel) in to.zip(values.chunks_exact(4)) {
             (*rgb, *coverage) = ([pixel[0], pixel[1], pixel[2]], pixel[3]);
         }
@@ -88,7 +95,12 @@ pub(super) struct HeldPlane {
 impl HeldPlane {
     /// The plane.
     pub(super) fn plane(self, stored: Stored) -> Plane {
-        Plane { width: self.size[0], height: self.size[1], values: self.values, stored }
+        Plane {
+            width: self.size[0],
+            height: self.size[1],
+            values: self.values,
+            stored,
+        }
     }
 }
 

@@ -21,20 +21,35 @@ fn written(folder: &TempDir, name: &str, bytes: &[u8]) -> PathBuf {
 }
 
 fn part(path: &Path) -> Part {
-    Part { path: path.to_owned(), name: None }
+    Part {
+        path: path.to_owned(),
+        name: None,
+    }
 }
 
 fn refused<T: std::fmt::Debug>(result: Result<T, Error>, path: &Path, named: &str) {
     let said = result.expect_err("must be refused").to_string();
-    assert!(said.starts_with(&path.display().to_string()), "the file is not named: {said}");
-    assert!(said.contains(named), "expected a word on '{named}', got: {said}");
+    assert!(
+        said.starts_with(&path.display().to_string()),
+        "the file is not named: {said}"
+    );
+    assert!(
+        said.contains(named),
+        "expected a word on '{named}', got: {said}"
+    );
     assert!(!said.contains('\n'), "one line: {said}");
 }
 
 fn pfm(scale: &str, numbers: &[f32]) -> Vec<u8> {
     let mut file = format!("Pf\n3 2\n{scale}\n").into_bytes();
     let big_endian = !scale.starts_with('-');
-    file.extend(numbers.iter().flat_map(|n| if big_endian { n.to_be_bytes() } else { n.to_le_bytes() }));
+    file.extend(numbers.iter().flat_map(|n| {
+        if big_endian {
+            n.to_be_bytes()
+        } else {
+            n.to_le_bytes()
+        }
+    }));
     file
 }
 
@@ -45,8 +60,16 @@ fn pfm_rows_run_from_the_bottom_in_either_byte_order() {
     for scale in ["-1.0", "1", "-0.003922"] {
         let path = written(&folder, "a.pfm", &pfm(scale, &from_bottom));
         let plane = depth::read(&part(&path)).expect("a good file");
-        assert_eq!((plane.width, plane.height, plane.stored), (3, 2, Stored::Float), "size");
-        assert_eq!(plane.values, [1.0, f32::INFINITY, 3.0, 4.0, 5.0, 6.5], "scale {scale}");
+        assert_eq!(
+            (plane.width, plane.height, plane.stored),
+            (3, 2, Stored::Float),
+            "size"
+        );
+        assert_eq!(
+            plane.values,
+            [1.0, f32::INFINITY, 3.0, 4.0, 5.0, 6.5],
+            "scale {scale}"
+        );
     }
 }
 
@@ -62,12 +85,21 @@ fn damaged_pfm_files_are_refused() {
     refused(depth::read(&part(&colour)), &colour, "colours");
     let empty = written(&folder, "empty.pfm", b"Pf\n0 4\n-1\n");
     refused(depth::read(&part(&empty)), &empty, "nothing");
-    refused(depth::read(&part(&folder.path().join("absent"))), &folder.path().join("absent"), "cannot read");
-    refused(depth::read(&part(folder.path())), folder.path(), "cannot read");
+    refused(
+        depth::read(&part(&folder.path().join("absent"))),
+        &folder.path().join("absent"),
+        "cannot read",
+    );
+    refused(
+        depth::read(&part(folder.path())),
+        folder.path(),
+        "cannot read",
+    );
 }
 
 fn npy(descr: &str, fortran: &str, shape: &str, data: &[u8]) -> Vec<u8> {
-    let header = format!("{{'descr': '{descr}', 'fortran_order': {fortran}, 'shape': {shape}, }}\n");
+    let header =
+        format!("{{'descr': '{descr}', 'fortran_order': {fortran}, 'shape': {shape}, }}\n");
     let mut file = b"\x93NUMPY\x01\x00".to_vec();
     file.extend((header.len() as u16).to_le_bytes());
     file.extend(header.bytes());
@@ -78,7 +110,12 @@ fn npy(descr: &str, fortran: &str, shape: &str, data: &[u8]) -> Vec<u8> {
 #[test]
 fn arrays_come_back_in_every_type_and_order() {
     let folder = folder();
-    let bytes = |numbers: &[f32]| numbers.iter().flat_map(|n| n.to_le_bytes()).collect::<Vec<_>>();
+    let bytes = |numbers: &[f32]| {
+        numbers
+            .iter()
+            .flat_map(|n| n.to_le_bytes())
+            .collect::<Vec<_>>()
+    };
     let rows = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
     let good = |name: &str, file: Vec<u8>| {
         let path = written(&folder, name, &file);
@@ -88,20 +125,49 @@ fn arrays_come_back_in_every_type_and_order() {
         plane.stored
     };
     good("c", npy("<f4", "False", "(2, 3)", &bytes(&rows)));
-    good("fortran", npy("<f4", "True", "(2, 3)", &bytes(&[1.0, 4.0, 2.0, 5.0, 3.0, 6.0])));
-    good("leading axis", npy("<f4", "False", "(1, 2, 3)", &bytes(&rows)));
+    good(
+        "fortran",
+        npy(
+            "<f4",
+            "True",
+            "(2, 3)",
+            &bytes(&[1.0, 4.0, 2.0, 5.0, 3.0, 6.0]),
+        ),
+    );
+    good(
+        "leading axis",
+        npy("<f4", "False", "(1, 2, 3)", &bytes(&rows)),
+    );
     let half = rows
         .iter()
         .flat_map(|&n| ::exr::prelude::f16::from_f32(n).to_bits().to_le_bytes())
         .collect::<Vec<_>>();
     good("half", npy("<f2", "False", "(2, 3)", &half));
-    let double = rows.iter().flat_map(|&n| f64::from(n).to_be_bytes()).collect::<Vec<_>>();
+    let double = rows
+        .iter()
+        .flat_map(|&n| f64::from(n).to_be_bytes())
+        .collect::<Vec<_>>();
     good("double, big-endian", npy(">f8", "False", "(2, 3)", &double));
-    let codes = rows.iter().flat_map(|&n| (n as u16).to_le_bytes()).collect::<Vec<_>>();
-    assert_eq!(good("codes", npy("<u2", "False", "(2, 3)", &codes)), Stored::Code(65_535), "whole numbers");
-    let path = written(&folder, "claim", &npy("<f4", "False", "(900000, 900000)", &[0; 8]));
+    let codes = rows
+        .iter()
+        .flat_map(|&n| (n as u16).to_le_bytes())
+        .collect::<Vec<_>>();
+    assert_eq!(
+        good("codes", npy("<u2", "False", "(2, 3)", &codes)),
+        Stored::Code(65_535),
+        "whole numbers"
+    );
+    let path = written(
+        &folder,
+        "claim",
+        &npy("<f4", "False", "(900000, 900000)", &[0; 8]),
+    );
     refused(depth::read(&part(&path)), &path, "900000");
-    let path = written(&folder, "colours", &npy("<f4", "False", "(2, 3, 3)", &[0; 72]));
+    let path = written(
+        &folder,
+        "colours",
+        &npy("<f4", "False", "(2, 3, 3)", &[0; 72]),
+    );
     refused(depth::read(&part(&path)), &path, "one number per pixel");
     let path = written(&folder, "complex", &npy("<c8", "False", "(2, 3)", &[0; 48]));
     refused(depth::read(&part(&path)), &path, "c8");
@@ -119,16 +185,31 @@ fn png_is_decoded_to_linear_light_and_grey_codes_stay_as_they_are() {
     let code = |code: u8| linear_from_srgb(f32::from(code) / 255.0);
     assert_eq!(
         picture.rgb,
-        [[code(0), code(128), code(255)], [code(10), code(20), code(30)]],
+        [
+            [code(0), code(128), code(255)],
+            [code(10), code(20), code(30)]
+        ],
         "linear light"
     );
     assert_eq!(picture.coverage, Some(vec![1.0, 0.2]), "alpha");
     let path = folder.path().join("deep.png");
-    let grey = image::ImageBuffer::<image::Luma<u16>, _>::from_raw(2, 1, vec![513u16, 65_535]).expect("size");
+    let grey = image::ImageBuffer::<image::Luma<u16>, _>::from_raw(2, 1, vec![513u16, 65_535])
+        .expect("size");
     grey.save(&path).expect("png");
     let plane = depth::read(&part(&path)).expect("a depth");
-    assert_eq!((plane.values, plane.stored), (vec![513.0, 65_535.0], Stored::Code(65_535)), "16 bits");
-    refused(depth::read(&Part { path: path.clone(), name: Some("Z".into()) }), &path, "channels");
+    assert_eq!(
+        (plane.values, plane.stored),
+        (vec![513.0, 65_535.0], Stored::Code(65_535)),
+        "16 bits"
+    );
+    refused(
+        depth::read(&Part {
+            path: path.clone(),
+            name: Some("Z".into()),
+        }),
+        &path,
+        "channels",
+    );
 }
 
 #[test]
@@ -138,9 +219,15 @@ fn float_tiff_is_linear_and_holds_depth() {
     let file = File::create(&path).expect("a file");
     let mut encoder = ::tiff::encoder::TiffEncoder::new(file).expect("a TIFF");
     let numbers = [0.25f32, 1e-3, 7.0, f32::NAN, 2.0, 3.0];
-    encoder.write_image::<::tiff::encoder::colortype::Gray32Float>(3, 2, &numbers).expect("written");
+    encoder
+        .write_image::<::tiff::encoder::colortype::Gray32Float>(3, 2, &numbers)
+        .expect("written");
     let plane = depth::read(&part(&path)).expect("a depth");
-    assert_eq!((plane.width, plane.height, plane.stored), (3, 2, Stored::Float), "size");
+    assert_eq!(
+        (plane.width, plane.height, plane.stored),
+        (3, 2, Stored::Float),
+        "size"
+    );
     assert_eq!(plane.values[..3], numbers[..3], "numbers");
     assert!(plane.values[3].is_nan(), "NaN stays NaN");
 }
@@ -163,8 +250,16 @@ fn a_png_that_claims_more_than_it_can_hold_is_refused_at_once() {
 
 /// The checksum of a PNG chunk, bit by bit.
 fn flat_crc(bytes: &[u8]) -> u32 {
-    let step = |crc: u32, _| if crc & 1 == 1 { 0xedb8_8320 ^ (crc >> 1) } else { crc >> 1 };
-    !bytes.iter().fold(!0u32, |crc, &byte| (0..8).fold(crc ^ u32::from(byte), step))
+    let step = |crc: u32, _| {
+        if crc & 1 == 1 {
+            0xedb8_8320 ^ (crc >> 1)
+        } else {
+            crc >> 1
+        }
+    };
+    !bytes
+        .iter()
+        .fold(!0u32, |crc, &byte| (0..8).fold(crc ^ u32::from(byte), step))
 }
 
 #[test]
@@ -172,38 +267,95 @@ fn a_colon_names_a_part_unless_a_file_has_that_name() {
     let folder = folder();
     let with_colon = written(&folder, "a:Z", b"");
     let text = with_colon.to_string_lossy();
-    assert_eq!(Part::from_text(&text), Part { path: with_colon.clone(), name: None }, "the file wins");
-    let expected = Part { path: "ref.exr".into(), name: Some("left.Z".into()) };
+    assert_eq!(
+        Part::from_text(&text),
+        Part {
+            path: with_colon.clone(),
+            name: None
+        },
+        "the file wins"
+    );
+    let expected = Part {
+        path: "ref.exr".into(),
+        name: Some("left.Z".into()),
+    };
     assert_eq!(Part::from_text("ref.exr:left.Z"), expected, "a channel");
     for whole in ["ref.exr", "C:\\depth.pfm", "ref.exr:", ":Z"] {
-        assert_eq!(Part::from_text(whole), Part { path: whole.into(), name: None }, "no part");
+        assert_eq!(
+            Part::from_text(whole),
+            Part {
+                path: whole.into(),
+                name: None
+            },
+            "no part"
+        );
     }
 }
 
 fn camera(width: u32, height: u32) -> Camera {
     let pixel_centre = PixelCentre::Half;
-    let k = Intrinsics { width, height, fx: 4.0, fy: 4.0, cx: 1.5, cy: 1.0, pixel_centre };
+    let k = Intrinsics {
+        width,
+        height,
+        fx: 4.0,
+        fy: 4.0,
+        cx: 1.5,
+        cy: 1.0,
+        pixel_centre,
+    };
     Camera::from_intrinsics(&k, DMat3::IDENTITY, DVec3::ZERO, 0.1).expect("a good camera")
 }
 
 #[test]
 fn sizes_must_agree_and_something_must_be_known() {
-    let picture = |coverage| Picture { width: 3, height: 2, rgb: vec![[0.5; 3]; 6], coverage };
-    let plane = |width: usize, values: Vec<f32>| Plane { width, height: 2, values, stored: Stored::Float };
+    let picture = |coverage| Picture {
+        width: 3,
+        height: 2,
+        rgb: vec![[0.5; 3]; 6],
+        coverage,
+    };
+    let plane = |width: usize, values: Vec<f32>| Plane {
+        width,
+        height: 2,
+        values,
+        stored: Stored::Float,
+    };
     let meaning = DepthMeaning::of(DepthKind::Z);
     let file = Path::new("z.pfm");
-    let all =
-        |picture: Picture, plane: Plane, camera: Camera| reference(picture, &plane, camera, &meaning, file);
-    let good = all(picture(Some(vec![1.0, 0.4, 0.5, 1.0, 0.0, 1.0])), plane(3, vec![2.0; 6]), camera(3, 2));
-    let known: Vec<bool> = good.expect("a good view").depth.iter().map(|z| !z.is_nan()).collect();
+    let all = |picture: Picture, plane: Plane, camera: Camera| {
+        reference(picture, &plane, camera, &meaning, file)
+    };
+    let good = all(
+        picture(Some(vec![1.0, 0.4, 0.5, 1.0, 0.0, 1.0])),
+        plane(3, vec![2.0; 6]),
+        camera(3, 2),
+    );
+    let known: Vec<bool> = good
+        .expect("a good view")
+        .depth
+        .iter()
+        .map(|z| !z.is_nan())
+        .collect();
     assert_eq!(
         known,
         [true, false, true, true, false, true],
         "depth is known where the pixel is half covered"
     );
-    refused(all(picture(None), plane(2, vec![2.0; 4]), camera(3, 2)), file, "2x2");
-    refused(all(picture(None), plane(3, vec![-1.0; 6]), camera(3, 2)), file, "no pixel");
-    let said =
-        all(picture(None), plane(3, vec![2.0; 6]), camera(6, 4)).expect_err("sizes differ").to_string();
-    assert!(said.contains("6x4") && said.contains("3x2"), "both sizes: {said}");
+    refused(
+        all(picture(None), plane(2, vec![2.0; 4]), camera(3, 2)),
+        file,
+        "2x2",
+    );
+    refused(
+        all(picture(None), plane(3, vec![-1.0; 6]), camera(3, 2)),
+        file,
+        "no pixel",
+    );
+    let said = all(picture(None), plane(3, vec![2.0; 6]), camera(6, 4))
+        .expect_err("sizes differ")
+        .to_string();
+    assert!(
+        said.contains("6x4") && said.contains("3x2"),
+        "both sizes: {said}"
+    );
 }

@@ -40,7 +40,10 @@ pub(super) fn decode(path: &Path, room: Room, to: &mut dyn Receiver) -> Result<S
     }
     let chunk = decoder.chunk_dimensions();
     if chunk.0 == 0 || chunk.1 == 0 {
-        return Err(fault(path, "not a usable TIFF file: its strips or tiles are empty"));
+        return Err(fault(
+            path,
+            "not a usable TIFF file: its strips or tiles are empty",
+        ));
     }
     let chunk_bytes = u64::from(chunk.0.min(width)) * u64::from(chunk.1.min(height)) * 8;
     room.check(path, 2 * chunk_bytes, "a strip or tile of this TIFF file")?;
@@ -63,7 +66,10 @@ pub(super) fn decode(path: &Path, room: Room, to: &mut dyn Receiver) -> Result<S
                 format!("{columns}x{rows} pixels were promised, {held} numbers were found"),
             ));
         }
-        let (left, top) = ((index % across * chunk.0) as usize, (index / across * chunk.1) as usize);
+        let (left, top) = (
+            (index % across * chunk.0) as usize,
+            (index / across * chunk.1) as usize,
+        );
         for (row, values) in values.chunks_exact(columns.max(1) as usize).enumerate() {
             to.put([left, top + row], values)?;
         }
@@ -76,22 +82,29 @@ fn numbers(decoded: DecodingResult) -> (Vec<f32>, Stored) {
     match decoded {
         DecodingResult::U8(values) => (values.into_iter().map(f32::from).collect(), Code(255)),
         DecodingResult::U16(values) => (values.into_iter().map(f32::from).collect(), Code(65_535)),
-        DecodingResult::U32(values) => {
-            (values.into_iter().map(|value| value as f32).collect(), Code(u32::MAX))
-        }
-        DecodingResult::U64(values) => {
-            (values.into_iter().map(|value| value as f32).collect(), Code(u32::MAX))
-        }
+        DecodingResult::U32(values) => (
+            values.into_iter().map(|value| value as f32).collect(),
+            Code(u32::MAX),
+        ),
+        DecodingResult::U64(values) => (
+            values.into_iter().map(|value| value as f32).collect(),
+            Code(u32::MAX),
+        ),
         DecodingResult::I8(values) => (values.into_iter().map(f32::from).collect(), Code(127)),
         DecodingResult::I16(values) => (values.into_iter().map(f32::from).collect(), Code(32_767)),
-        DecodingResult::I32(values) => {
-            (values.into_iter().map(|value| value as f32).collect(), Code(i32::MAX as u32))
-        }
-        DecodingResult::I64(values) => {
-            (values.into_iter().map(|value| value as f32).collect(), Code(i32::MAX as u32))
-        }
+        DecodingResult::I32(values) => (
+            values.into_iter().map(|value| value as f32).collect(),
+            Code(i32::MAX as u32),
+        ),
+        DecodingResult::I64(values) => (
+            values.into_iter().map(|value| value as f32).collect(),
+            Code(i32::MAX as u32),
+        ),
         DecodingResult::F16(values) => (values.into_iter().map(f32::from).collect(), Float),
         DecodingResult::F32(values) => (values, Float),
-        DecodingResult::F64(values) => (values.into_iter().map(|value| value as f32).collect(), Float),
+        DecodingResult::F64(values) => (
+            values.into_iter().map(|value| value as f32).collect(),
+            Float,
+        ),
     }
 }

@@ -54,7 +54,11 @@ const ANYWHERE: [[f32; 2]; 2] = [[f32::NEG_INFINITY, f32::INFINITY]; 2];
 
 impl Blocks {
     pub(super) fn new(size: [usize; 2]) -> Self {
-        Self { count: size.map(|n| n.div_ceil(BLOCK)), size, blocks: Vec::new() }
+        Self {
+            count: size.map(|n| n.div_ceil(BLOCK)),
+            size,
+            blocks: Vec::new(),
+        }
     }
 
     /// Adds a row of blocks. `disparity` has some rows more above (`above`) and below, as far as there are any.
@@ -62,9 +66,15 @@ impl Blocks {
         let width = self.size[0];
         let rows = disparity.len() / width;
         let links = links(disparity, [width, rows], tolerance);
-        let slab = Slab { disparity, links: &links, width, rows };
+        let slab = Slab {
+            disparity,
+            links: &links,
+            width,
+            rows,
+        };
         let block = |column: usize| slab.block([column * BLOCK, above]);
-        self.blocks.par_extend((0..self.count[0]).into_par_iter().map(block));
+        self.blocks
+            .par_extend((0..self.count[0]).into_par_iter().map(block));
     }
 
     /// Number of blocks.
@@ -74,13 +84,19 @@ impl Blocks {
 
     /// Cut cells of the blocks that a part touches.
     pub(super) fn cuts_in(&self, part: &Rect) -> u64 {
-        let range = |i: usize| part.first[i] / BLOCK..(part.first[i] + part.size[i]).div_ceil(BLOCK);
+        let range =
+            |i: usize| part.first[i] / BLOCK..(part.first[i] + part.size[i]).div_ceil(BLOCK);
         let rows = range(1).flat_map(|y| range(0).map(move |x| y * self.count[0] + x));
         rows.map(|block| u64::from(self.blocks[block].cuts)).sum()
     }
 
     /// Where each block can lie on the screen of `target`, `reach_px` around it.
-    pub(super) fn on_screen(&self, reference: &Camera, target: &Camera, reach_px: f32) -> OnScreen<'_> {
+    pub(super) fn on_screen(
+        &self,
+        reference: &Camera,
+        target: &Camera,
+        reach_px: f32,
+    ) -> OnScreen<'_> {
         let (warp, near) = (Warp::new(reference, target), target.near);
         let of_block = |(index, block): (usize, &Block)| {
             let [low, high] = block.range;
@@ -95,9 +111,15 @@ impl Blocks {
             let [x, y] = [side(index % self.count[0]), side(index / self.count[0])];
             let [[left, right], [top, bottom]] =
                 outline(&warp, near, [x, y, [f64::from(low), f64::from(high)]]);
-            [[left - reach_px, right + reach_px], [top - reach_px, bottom + reach_px]]
+            [
+                [left - reach_px, right + reach_px],
+                [top - reach_px, bottom + reach_px],
+            ]
         };
-        OnScreen { blocks: self, boxes: self.blocks.par_iter().enumerate().map(of_block).collect() }
+        OnScreen {
+            blocks: self,
+            boxes: self.blocks.par_iter().enumerate().map(of_block).collect(),
+        }
     }
 }
 
@@ -106,7 +128,10 @@ impl OnScreen<'_> {
     pub(super) fn outside(&self, size: [u32; 2]) -> u64 {
         let ends = size.map(|side| [0.0, side as f32]);
         let blocks = self.blocks.blocks.iter().zip(&self.boxes);
-        blocks.filter(|(_, place)| !touches(place, ends)).map(|(block, _)| u64::from(block.known)).sum()
+        blocks
+            .filter(|(_, place)| !touches(place, ends))
+            .map(|(block, _)| u64::from(block.known))
+            .sum()
     }
 
     /// The smallest part of the reference with all samples that may show in a window (first and end column and row),
@@ -115,7 +140,12 @@ impl OnScreen<'_> {
         let [across, _] = self.blocks.count;
         let ends = window.map(|range| range.map(|v| v as f32));
         let (mut low, mut high) = ([usize::MAX; 2], [0; 2]);
-        for (index, _) in self.boxes.iter().enumerate().filter(|(_, place)| touches(place, ends)) {
+        for (index, _) in self
+            .boxes
+            .iter()
+            .enumerate()
+            .filter(|(_, place)| touches(place, ends))
+        {
             for (i, block) in [index % across, index / across].into_iter().enumerate() {
                 (low[i], high[i]) = (low[i].min(block), high[i].max(block));
             }
@@ -125,7 +155,10 @@ impl OnScreen<'_> {
         }
         let first = [0, 1].map(|i| (low[i] * BLOCK).saturating_sub(margin));
         let end = [0, 1].map(|i| ((high[i] + 1) * BLOCK + margin).min(self.blocks.size[i]));
-        Some(Rect { first, size: [end[0] - first[0], end[1] - first[1]] })
+        Some(Rect {
+            first,
+            size: [end[0] - first[0], end[1] - first[1]],
+        })
     }
 }
 
@@ -145,11 +178,17 @@ struct Slab<'a> {
 impl Slab<'_> {
     /// The block whose first sample is this one.
     fn block(&self, [left, top]: [usize; 2]) -> Block {
-        let mut block = Block { range: [f32::INFINITY, f32::NEG_INFINITY], cuts: 0, known: 0 };
+        let mut block = Block {
+            range: [f32::INFINITY, f32::NEG_INFINITY],
+            cuts: 0,
+            known: 0,
+        };
         // The cells of a block end at the first samples of the next ones.
         for y in top..(top + BLOCK + 1).min(self.rows) {
             for x in left..(left + BLOCK + 1).min(self.width) {
-                let Some([low, high]) = self.pieces(x, y) else { continue };
+                let Some([low, high]) = self.pieces(x, y) else {
+                    continue;
+                };
                 block.range = [block.range[0].min(low), block.range[1].max(high)];
                 if x < left + BLOCK && y < top + BLOCK {
                     block.known += 1;
@@ -172,9 +211,17 @@ impl Slab<'_> {
         let mut reach = 0.0;
         for (bit, step, place) in [(RIGHT, 1, x), (BELOW, self.width, y)] {
             let jump = |from: usize, to: usize| (self.disparity[to] - self.disparity[from]).abs();
-            let after = if self.links[index] & bit != 0 { jump(index, index + step) } else { 0.0 };
+            let after = if self.links[index] & bit != 0 {
+                jump(index, index + step)
+            } else {
+                0.0
+            };
             let linked = place > 0 && self.links[index - step] & bit != 0;
-            let before = if linked { jump(index - step, index) } else { 0.0 };
+            let before = if linked {
+                jump(index - step, index)
+            } else {
+                0.0
+            };
             reach += LIMB_RATIO * after.max(before);
         }
         Some([(here - reach).max(0.25 * here), here + reach])
@@ -187,8 +234,10 @@ impl Slab<'_> {
         }
         let at = y * self.width + x;
         let linked = |index: usize, bit: u8| u32::from(self.links[index] & bit != 0);
-        let around =
-            linked(at, RIGHT) + linked(at, BELOW) + linked(at + 1, BELOW) + linked(at + self.width, RIGHT);
+        let around = linked(at, RIGHT)
+            + linked(at, BELOW)
+            + linked(at + 1, BELOW)
+            + linked(at + self.width, RIGHT);
         around < 3
     }
 }
@@ -256,13 +305,20 @@ mod tests {
         let poses = [
             DAffine3::IDENTITY,
             DAffine3::from_translation(DVec3::new(0.3, -0.2, -2.0)),
-            DAffine3 { matrix3: turned(0.4, -0.8), translation: DVec3::new(0.5, 0.1, -1.0) },
-            DAffine3 { matrix3: turned(0.1, 2.9), translation: DVec3::new(0.0, 0.0, 1.5) },
+            DAffine3 {
+                matrix3: turned(0.4, -0.8),
+                translation: DVec3::new(0.5, 0.1, -1.0),
+            },
+            DAffine3 {
+                matrix3: turned(0.1, 2.9),
+                translation: DVec3::new(0.0, 0.0, 1.5),
+            },
         ];
         let (mut inside, mut cut) = (0, 0);
         for (pose, from, to) in poses.into_iter().flat_map(|pose| {
             let both = [Projection::Perspective, Projection::Orthographic];
-            both.into_iter().flat_map(move |from| both.map(|to| (pose, from, to)))
+            both.into_iter()
+                .flat_map(move |from| both.map(|to| (pose, from, to)))
         }) {
             let reference = camera(from, DAffine3::IDENTITY);
             let target = camera(to, pose);
@@ -270,7 +326,11 @@ mod tests {
             for block in 0..12 {
                 let x = f64::from(block % 4) * 64.0;
                 let y = f64::from(block / 4) * 64.0;
-                let range = if from == Projection::Perspective { [0.2, 1.9] } else { [0.6, 5.0] };
+                let range = if from == Projection::Perspective {
+                    [0.2, 1.9]
+                } else {
+                    [0.6, 5.0]
+                };
                 let sides = [[x, x + 64.0], [y, y + 64.0], range];
                 let [columns, rows] = outline(&warp, target.near, sides);
                 let mut behind = false;
@@ -288,11 +348,17 @@ mod tests {
                         let slack = 1e-3 + 1e-6 * v.abs() as f32;
                         v as f32 >= range[0] - slack && v as f32 <= range[1] + slack
                     };
-                    assert!(held(found.x, columns) && held(found.y, rows), "{found} in {columns:?} {rows:?}");
+                    assert!(
+                        held(found.x, columns) && held(found.y, rows),
+                        "{found} in {columns:?} {rows:?}"
+                    );
                 }
                 cut += usize::from(behind);
             }
         }
-        assert!(inside > 10_000 && cut > 20, "{inside} points in front, {cut} boxes cut by the near plane");
+        assert!(
+            inside > 10_000 && cut > 20,
+            "{inside} points in front, {cut} boxes cut by the near plane"
+        );
     }
 }

@@ -58,7 +58,11 @@ impl LargeReference {
     /// # Errors
     /// Those of reading the files into memory, a temporary file that cannot be written, and a file that must be decoded
     /// whole and does not fit.
-    pub fn read(files: &Files<'_>, tolerance: SurfaceTolerance, max_memory: u64) -> Result<Self, Error> {
+    pub fn read(
+        files: &Files<'_>,
+        tolerance: SurfaceTolerance,
+        max_memory: u64,
+    ) -> Result<Self, Error> {
         let size = [files.camera.width as usize, files.camera.height as usize];
         let unpacked = unpack::unpacked(files, size, max_memory)?;
         let found = survey::survey(files, &unpacked, tolerance)?;
@@ -89,10 +93,16 @@ impl LargeReference {
     pub fn depths(&self, step: usize) -> Result<Vec<(usize, f32)>, Error> {
         let width = self.sheet.size[0];
         let one = |index: usize| {
-            let place = Rect { first: [index % width, index / width], size: [1, 1] };
+            let place = Rect {
+                first: [index % width, index / width],
+                size: [1, 1],
+            };
             Ok((index, self.sheet.read(Kind::Depth, &place)?[0]))
         };
-        (0..width * self.sheet.size[1]).step_by(step.max(1)).map(one).collect()
+        (0..width * self.sheet.size[1])
+            .step_by(step.max(1))
+            .map(one)
+            .collect()
     }
 
     /// A part of the reference as a reference of its own: the same eye, with the principal point moved.
@@ -113,7 +123,15 @@ impl LargeReference {
 
     /// A single sample without depth: nothing of the reference is seen, but its eye stays where it is.
     fn nothing(&self) -> Reference {
-        let camera = Camera { width: 1, height: 1, ..self.camera };
-        Reference { camera, colour: vec![[0.0; 3]], depth: vec![f32::NAN] }
+        let camera = Camera {
+            width: 1,
+            height: 1,
+            ..self.camera
+        };
+        Reference {
+            camera,
+            colour: vec![[0.0; 3]],
+            depth: vec![f32::NAN],
+        }
     }
 }

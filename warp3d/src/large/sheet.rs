@@ -38,7 +38,8 @@ impl Rect {
     /// Whether another part lies in this one.
     pub(super) fn holds(&self, other: &Self) -> bool {
         (0..2).all(|i| {
-            self.first[i] <= other.first[i] && other.first[i] + other.size[i] <= self.first[i] + self.size[i]
+            self.first[i] <= other.first[i]
+                && other.first[i] + other.size[i] <= self.first[i] + self.size[i]
         })
     }
 
@@ -65,14 +66,20 @@ impl Sheet {
             file.set_len((size[0] * size[1] * 16) as u64)?;
             Ok(file)
         });
-        Ok(Self { file: file.map_err(|source| failed(size, &source))?, size })
+        Ok(Self {
+            file: file.map_err(|source| failed(size, &source))?,
+            size,
+        })
     }
 
     /// Writes a piece of a row.
     pub(super) fn write(&self, kind: Kind, at: [usize; 2], values: &[f32]) -> Result<(), Error> {
         let mut bytes = Vec::with_capacity(4 * values.len());
-        values.iter().for_each(|value| bytes.extend_from_slice(&value.to_le_bytes()));
-        write_all_at(&self.file, &bytes, self.place(kind, at)).map_err(|source| failed(self.size, &source))
+        values
+            .iter()
+            .for_each(|value| bytes.extend_from_slice(&value.to_le_bytes()));
+        write_all_at(&self.file, &bytes, self.place(kind, at))
+            .map_err(|source| failed(self.size, &source))
     }
 
     /// Reads a part; row after row, the numbers of each sample together.
@@ -82,8 +89,11 @@ impl Sheet {
         let mut bytes = vec![0; columns * kind.channels() * 4];
         for row in 0..rows {
             let place = self.place(kind, [part.first[0], part.first[1] + row]);
-            read_exact_at(&self.file, &mut bytes, place).map_err(|source| failed(self.size, &source))?;
-            let numbers = bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+            read_exact_at(&self.file, &mut bytes, place)
+                .map_err(|source| failed(self.size, &source))?;
+            let numbers = bytes
+                .chunks_exact(4)
+                .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
             values.extend(numbers);
         }
         Ok(values)
@@ -93,8 +103,15 @@ impl Sheet {
     pub(super) fn colours(&self, part: &Rect) -> Result<Vec<[f32; 3]>, Error> {
         let mut colours = Vec::with_capacity(part.size[0] * part.size[1]);
         for row in 0..part.size[1] {
-            let row = Rect { first: [part.first[0], part.first[1] + row], size: [part.size[0], 1] };
-            colours.extend(self.read(Kind::Colour, &row)?.chunks_exact(3).map(|c| [c[0], c[1], c[2]]));
+            let row = Rect {
+                first: [part.first[0], part.first[1] + row],
+                size: [part.size[0], 1],
+            };
+            colours.extend(
+                self.read(Kind::Colour, &row)?
+                    .chunks_exact(3)
+                    .map(|c| [c[0], c[1], c[2]]),
+            );
         }
         Ok(colours)
     }

@@ -39,13 +39,23 @@ pub(super) fn survey(
     tolerance: SurfaceTolerance,
 ) -> Result<Found, Error> {
     let path = &files.depth.path;
-    let z_of = files.meaning.converter(unpacked.stored, files.camera).map_err(|what| fault(path, what))?;
+    let z_of = files
+        .meaning
+        .converter(unpacked.stored, files.camera)
+        .map_err(|what| fault(path, what))?;
     let [width, height] = unpacked.sheet.size;
     let wanted = tolerance == SurfaceTolerance::Auto;
-    let mut bends = Vec::with_capacity(if wanted { width * height / BEND_STRIDE + 1 } else { 0 });
+    let mut bends = Vec::with_capacity(if wanted {
+        width * height / BEND_STRIDE + 1
+    } else {
+        0
+    });
     let (mut known, mut bounds) = (0, NO_BOUNDS);
     for first in (0..height).step_by(BLOCK) {
-        let rows = Rect { first: [0, first], size: [width, BLOCK.min(height - first)] };
+        let rows = Rect {
+            first: [0, first],
+            size: [width, BLOCK.min(height - first)],
+        };
         let mut depth = unpacked.sheet.read(Kind::Depth, &rows)?;
         let facts: Vec<RowFacts> = depth
             .par_chunks_mut(width)
@@ -69,7 +79,12 @@ pub(super) fn survey(
         SurfaceTolerance::Relative(tolerance) => tolerance,
     };
     let blocks = ranges(&unpacked.sheet, files.camera.projection, tolerance)?;
-    Ok(Found { blocks, tolerance, known, bounds })
+    Ok(Found {
+        blocks,
+        tolerance,
+        known,
+        bounds,
+    })
 }
 
 /// Turns the numbers of row `y` into camera z.
@@ -98,12 +113,21 @@ fn ranges(sheet: &Sheet, projection: Projection, tolerance: f32) -> Result<Block
     for first in (0..height).step_by(BLOCK) {
         let from = first.saturating_sub(HALO);
         let to = (first + BLOCK + 1 + HALO).min(height);
-        let depth = sheet.read(Kind::Depth, &Rect { first: [0, from], size: [width, to - from] })?;
+        let depth = sheet.read(
+            Kind::Depth,
+            &Rect {
+                first: [0, from],
+                size: [width, to - from],
+            },
+        )?;
         blocks.push_row(&disparities(projection, &depth), tolerance, first - from);
     }
     Ok(blocks)
 }
 
 fn disparities(projection: Projection, depth: &[f32]) -> Vec<f32> {
-    depth.iter().map(|&z| disparity(projection, z).unwrap_or(f32::NAN)).collect()
+    depth
+        .iter()
+        .map(|&z| disparity(projection, z).unwrap_or(f32::NAN))
+        .collect()
 }

@@ -28,7 +28,10 @@ pub(super) struct Mask {
 
 impl Mask {
     fn new([width, height]: [usize; 2]) -> Self {
-        Self { words: vec![0; (width * height).div_ceil(64)], width }
+        Self {
+            words: vec![0; (width * height).div_ceil(64)],
+            width,
+        }
     }
 
     fn set(&mut self, x: usize, y: usize) {
@@ -43,7 +46,11 @@ impl Mask {
 }
 
 /// Decodes the files.
-pub(super) fn unpacked(files: &Files<'_>, size: [usize; 2], max_memory: u64) -> Result<Unpacked, Error> {
+pub(super) fn unpacked(
+    files: &Files<'_>,
+    size: [usize; 2],
+    max_memory: u64,
+) -> Result<Unpacked, Error> {
     let needed = survey_bytes(size, BLOCK + 2 * HALO + 1);
     if needed > max_memory {
         return Err(Error::Option(format!(
@@ -64,7 +71,12 @@ pub(super) fn unpacked(files: &Files<'_>, size: [usize; 2], max_memory: u64) -> 
     let stored = depth::decode(files.depth, room, &mut depths)?;
     check_sizes(size, depths.size, files.camera, &files.depth.path)?;
     let given = depths.seen;
-    Ok(Unpacked { sheet, covered, given, stored })
+    Ok(Unpacked {
+        sheet,
+        covered,
+        given,
+        stored,
+    })
 }
 
 /// Writes what it receives.
@@ -78,7 +90,13 @@ struct IntoSheet<'a> {
 
 impl<'a> IntoSheet<'a> {
     fn new(sheet: &'a Sheet, kind: Kind) -> Self {
-        Self { sheet, kind, seen: Mask::new(sheet.size), size: [0; 2], row: Vec::new() }
+        Self {
+            sheet,
+            kind,
+            seen: Mask::new(sheet.size),
+            size: [0; 2],
+            row: Vec::new(),
+        }
     }
 }
 

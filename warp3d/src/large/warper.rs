@@ -80,7 +80,12 @@ impl LargeWarper {
             ));
         }
         check_method(options.method)?;
-        Ok(Self { references, options: options.clone(), max_memory, kept: None })
+        Ok(Self {
+            references,
+            options: options.clone(),
+            max_memory,
+            kept: None,
+        })
     }
 
     /// How they are warped.
@@ -99,10 +104,16 @@ impl LargeWarper {
     /// A camera that is none, memory too small for the picture or for the least window, and a temporary file that can no
     /// longer be read.
     pub fn render(&mut self, camera: &Camera) -> Result<Frame, Error> {
-        let camera = camera.validated().map_err(|e| Error::Option(e.to_string()))?;
+        let camera = camera
+            .validated()
+            .map_err(|e| Error::Option(e.to_string()))?;
         let whole = StageClock::start();
         let pixels = u64::from(camera.width) * u64::from(camera.height);
-        let blocks = self.references.iter().map(|reference| reference.blocks.len() as u64).sum();
+        let blocks = self
+            .references
+            .iter()
+            .map(|reference| reference.blocks.len() as u64)
+            .sum();
         let room = left_for_windows(self.max_memory, pixels, blocks, &self.options);
         let references = std::mem::take(&mut self.references);
         let drawn = self.draw(&references, &camera, room);
@@ -125,20 +136,34 @@ impl LargeWarper {
             Method::Nearest | Method::Hybrid | Method::Mesh => REACH_PX[1],
         };
         let clock = StageClock::start();
-        let on_screen = references.iter().map(|r| r.blocks.on_screen(&r.camera, camera, reach_px));
+        let on_screen = references
+            .iter()
+            .map(|r| r.blocks.on_screen(&r.camera, camera, reach_px));
         let on_screen: Vec<OnScreen<'_>> = on_screen.collect();
         let layer = Layer::empty(camera.width as usize * camera.height as usize);
-        let mut drawing = Drawing { camera, room, layer, stats: FrameStats::default() };
+        let mut drawing = Drawing {
+            camera,
+            room,
+            layer,
+            stats: FrameStats::default(),
+        };
         drawing.stats.stages.project.add(clock.stop());
         let mut windows = vec![[[0, camera.width], [0, camera.height]]];
         while let Some(window) = windows.pop() {
             windows.extend(
-                self.draw_or_cut(references, &on_screen, window, &mut drawing)?.into_iter().flatten(),
+                self.draw_or_cut(references, &on_screen, window, &mut drawing)?
+                    .into_iter()
+                    .flatten(),
             );
         }
-        let Drawing { layer, mut stats, .. } = drawing;
+        let Drawing {
+            layer, mut stats, ..
+        } = drawing;
         stats.samples = references.iter().map(|reference| reference.known).sum();
-        stats.outside = on_screen.iter().map(|places| places.outside([camera.width, camera.height])).sum();
+        stats.outside = on_screen
+            .iter()
+            .map(|places| places.outside([camera.width, camera.height]))
+            .sum();
         Ok((layer, stats))
     }
 
@@ -152,15 +177,23 @@ impl LargeWarper {
     ) -> Result<Option<[Window; 2]>, Error> {
         let camera = drawing.camera;
         let outer = grown(window, [camera.width, camera.height]);
-        let parts: Vec<Option<Rect>> = on_screen.iter().map(|places| places.seen_in(outer, REACH)).collect();
+        let parts: Vec<Option<Rect>> = on_screen
+            .iter()
+            .map(|places| places.seen_in(outer, REACH))
+            .collect();
         if parts.iter().all(Option::is_none) {
             return Ok(None);
         }
         let pixels = sides(outer).map(u64::from).iter().product();
         let needed = |parts: &[Option<Rect>]| {
-            let samples: Vec<u64> = parts.iter().map(|part| part.map_or(1, |part| part.samples())).collect();
+            let samples: Vec<u64> = parts
+                .iter()
+                .map(|part| part.map_or(1, |part| part.samples()))
+                .collect();
             let with_reference = parts.iter().zip(references);
-            let cuts = with_reference.filter_map(|(part, r)| part.map(|part| r.blocks.cuts_in(&part))).sum();
+            let cuts = with_reference
+                .filter_map(|(part, r)| part.map(|part| r.blocks.cuts_in(&part)))
+                .sum();
             window_bytes(&samples, cuts, pixels, &self.options)
         };
         let held = self.kept.as_ref().filter(|kept| holds(&kept.parts, &parts));
@@ -171,9 +204,13 @@ impl LargeWarper {
                 .zip(references)
                 .map(|(part, r)| part.map(|part| aligned(&part, r.sheet.size)))
                 .collect();
-            let chosen = [wide, parts].into_iter().find(|parts| needed(parts) <= drawing.room);
+            let chosen = [wide, parts]
+                .into_iter()
+                .find(|parts| needed(parts) <= drawing.room);
             let Some(chosen) = chosen else {
-                return halves(window).map(Some).ok_or_else(|| self.too_little(camera, drawing.room));
+                return halves(window)
+                    .map(Some)
+                    .ok_or_else(|| self.too_little(camera, drawing.room));
             };
             // The old parts make room before the new ones are read.
             self.kept = None;
@@ -197,12 +234,21 @@ impl LargeWarper {
             None => Ok(reference.nothing()),
         };
         let clock = StageClock::start();
-        let samples = parts.iter().zip(references).map(read).collect::<Result<Vec<_>, _>>()?;
+        let samples = parts
+            .iter()
+            .zip(references)
+            .map(read)
+            .collect::<Result<Vec<_>, _>>()?;
         stats.read_samples += parts.iter().flatten().map(Rect::samples).sum::<u64>();
-        let tolerances: Vec<SurfaceTolerance> =
-            references.iter().map(|reference| SurfaceTolerance::Relative(reference.tolerance)).collect();
+        let tolerances: Vec<SurfaceTolerance> = references
+            .iter()
+            .map(|reference| SurfaceTolerance::Relative(reference.tolerance))
+            .collect();
         // Holes are filled when the picture is whole.
-        let options = WarpOptions { fill: Fill::None, ..self.options.clone() };
+        let options = WarpOptions {
+            fill: Fill::None,
+            ..self.options.clone()
+        };
         let warper = Warper::with_tolerances(samples, &tolerances, &options)?;
         stats.stages.prepare.add(clock.stop());
         Ok(Kept { parts, warper })
@@ -227,7 +273,16 @@ impl Drawing<'_> {
         let [width, height] = sides(outer);
         let [left, top] = outer.map(|range| range[0]);
         let (cx, cy) = (camera.cx - f64::from(left), camera.cy - f64::from(top));
-        let part = warper.layer(&Camera { width, height, cx, cy, ..*camera }, &mut self.stats);
+        let part = warper.layer(
+            &Camera {
+                width,
+                height,
+                cx,
+                cy,
+                ..*camera
+            },
+            &mut self.stats,
+        );
         self.stats.windows += 1;
         let columns = (window[0][1] - window[0][0]) as usize;
         for y in window[1][0]..window[1][1] {
@@ -259,7 +314,12 @@ fn check_method(method: Method) -> Result<(), Error> {
 
 /// A window with what decides its pixels, as far as the picture goes.
 fn grown(window: Window, size: [u32; 2]) -> Window {
-    [0, 1].map(|i| [window[i][0].saturating_sub(GUARD_PX), (window[i][1] + GUARD_PX).min(size[i])])
+    [0, 1].map(|i| {
+        [
+            window[i][0].saturating_sub(GUARD_PX),
+            (window[i][1] + GUARD_PX).min(size[i]),
+        ]
+    })
 }
 
 fn sides(window: Window) -> [u32; 2] {
@@ -292,5 +352,8 @@ fn holds(parts: &[Option<Rect>], others: &[Option<Rect>]) -> bool {
 fn aligned(part: &Rect, size: [usize; 2]) -> Rect {
     let first = part.first.map(|v| v / ALIGNED * ALIGNED);
     let end = |i: usize| ((part.first[i] + part.size[i]).div_ceil(ALIGNED) * ALIGNED).min(size[i]);
-    Rect { first, size: [end(0) - first[0], end(1) - first[1]] }
+    Rect {
+        first,
+        size: [end(0) - first[0], end(1) - first[1]],
+    }
 }

@@ -40,13 +40,22 @@ impl<S: Simd> EightCells<S> {
         [joined, main]: [u32; 2],
     ) -> Self {
         let mut corners = [[f32x8::splat(simd, 0.0); 3]; 4];
-        for (corner, from) in corners.iter_mut().zip([above, above + 1, above + width, above + width + 1]) {
+        for (corner, from) in
+            corners
+                .iter_mut()
+                .zip([above, above + 1, above + width, above + width + 1])
+        {
             for (values, plane) in corner.iter_mut().zip(&planes.0) {
                 *values = f32x8::from_slice(simd, &plane[from..from + LANES]);
             }
         }
         let bits = |bits: u32| u64::from(bits & 0xff);
-        Self { corners, joined: bits(joined), main: mask32x8::from_bitmask(simd, bits(main)), first: cell }
+        Self {
+            corners,
+            joined: bits(joined),
+            main: mask32x8::from_bitmask(simd, bits(main)),
+            first: cell,
+        }
     }
 
     /// The number of a piece.
@@ -63,7 +72,11 @@ impl<S: Simd> EightCells<S> {
         for (corner, (main, other)) in shared.iter_mut().zip(on_main.into_iter().zip(on_other)) {
             *corner = self.main.select(main, other);
         }
-        EightTriangles(if triangle == 0 { [a, b, shared] } else { [shared, d, c] })
+        EightTriangles(if triangle == 0 {
+            [a, b, shared]
+        } else {
+            [shared, d, c]
+        })
     }
 
     /// Least and greatest screen x and y of each cell.
@@ -90,7 +103,11 @@ impl<S: Simd> EightTriangles<S> {
     /// One of the triangles.
     #[inline(always)]
     pub(crate) fn lane(&self, lane: usize) -> [Vertex; 3] {
-        let corner = |v: &[f32x8<S>; 3]| Vertex { x: v[0][lane], y: v[1][lane], nearness: v[2][lane] };
+        let corner = |v: &[f32x8<S>; 3]| Vertex {
+            x: v[0][lane],
+            y: v[1][lane],
+            nearness: v[2][lane],
+        };
         let [p, q, r] = &self.0;
         [corner(p), corner(q), corner(r)]
     }

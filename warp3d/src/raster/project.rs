@@ -42,7 +42,12 @@ impl Terms {
         let row = |i: usize| [by_y[i] * y + one[i], by_x[i], by_disparity[i]];
         let depth = [depth[1] * y + depth[2], depth[0], depth[3]];
         let (target, near) = warp.target();
-        Self { rows: [row(0), row(1), row(2), depth], depth_divisor, target, most: warp.nearness(near) }
+        Self {
+            rows: [row(0), row(1), row(2), depth],
+            depth_divisor,
+            target,
+            most: warp.nearness(near),
+        }
     }
 
     /// Four samples at `x` (px): screen x, screen y and nearness, and whether they are in front.
@@ -50,22 +55,29 @@ impl Terms {
     fn warped<S: Simd>(&self, simd: S, x: f64x4<S>, disparity: f64x4<S>) -> [f64x4<S>; 3] {
         let constant = |v: f64| f64x4::splat(simd, v);
         let along = |[one, by_x, by_disparity]: [f64; 3]| {
-            disparity.mul_add(constant(by_disparity), x.mul_add(constant(by_x), constant(one)))
+            disparity.mul_add(
+                constant(by_disparity),
+                x.mul_add(constant(by_x), constant(one)),
+            )
         };
         let divisor = along(self.rows[2]);
         let inverse = constant(1.0) / divisor;
         let (nearness, before) = match self.target {
             Projection::Perspective => {
-                let depth_divisor =
-                    disparity.mul_add(constant(self.depth_divisor[1]), constant(self.depth_divisor[0]));
+                let depth_divisor = disparity.mul_add(
+                    constant(self.depth_divisor[1]),
+                    constant(self.depth_divisor[0]),
+                );
                 (depth_divisor * inverse, divisor.simd_gt(constant(0.0)))
             }
-            Projection::Orthographic => {
-                (-(along(self.rows[3]) * inverse), divisor.simd_gt(constant(f64::NEG_INFINITY)))
-            }
+            Projection::Orthographic => (
+                -(along(self.rows[3]) * inverse),
+                divisor.simd_gt(constant(f64::NEG_INFINITY)),
+            ),
         };
-        let in_front =
-            before & nearness.simd_le(constant(self.most)) & divisor.simd_lt(constant(f64::INFINITY));
+        let in_front = before
+            & nearness.simd_le(constant(self.most))
+            & divisor.simd_lt(constant(f64::INFINITY));
         let x = in_front.select(along(self.rows[0]) * inverse, constant(f64::NAN));
         [x, along(self.rows[1]) * inverse, nearness]
     }
@@ -73,7 +85,13 @@ impl Terms {
 
 /// Warps the samples of row `y`, and finds what each of its blocks touches.
 #[simd]
-pub(super) fn project_row<S: Simd>(simd: S, warp: &Warp, y: usize, disparity: &[f32], row: ProjectedRow<'_>) {
+pub(super) fn project_row<S: Simd>(
+    simd: S,
+    warp: &Warp,
+    y: usize,
+    disparity: &[f32],
+    row: ProjectedRow<'_>,
+) {
     let terms = Terms::new(warp, y);
     let [xs, ys, nearness] = row.planes;
     for (block, ranges) in row.blocks.iter_mut().enumerate() {
@@ -97,9 +115,17 @@ pub(super) fn project_row<S: Simd>(simd: S, warp: &Warp, y: usize, disparity: &[
 #[inline(always)]
 fn eight<S: Simd>(simd: S, terms: &Terms, first: usize, disparity: f32x8<S>) -> [f32x8<S>; 3] {
     let (low, high) = disparity.widen();
-    let place = |i: usize| f64x4::from_slice(simd, &PLACES[i..i + 4]) + f64x4::splat(simd, first as f64);
-    let (low, high) = (terms.warped(simd, place(0), low), terms.warped(simd, place(4), high));
-    [low[0].narrow(high[0]), low[1].narrow(high[1]), low[2].narrow(high[2])]
+    let place =
+        |i: usize| f64x4::from_slice(simd, &PLACES[i..i + 4]) + f64x4::splat(simd, first as f64);
+    let (low, high) = (
+        terms.warped(simd, place(0), low),
+        terms.warped(simd, place(4), high),
+    );
+    [
+        low[0].narrow(high[0]),
+        low[1].narrow(high[1]),
+        low[2].narrow(high[2]),
+    ]
 }
 
 /// Least and greatest screen x and y of what is in front, by lanes.
@@ -112,7 +138,10 @@ impl<S: Simd> Bounds<S> {
     #[inline(always)]
     fn new(simd: S) -> Self {
         let constant = |v: f32| f32x8::splat(simd, v);
-        Self { low: [constant(f32::INFINITY); 2], high: [constant(f32::NEG_INFINITY); 2] }
+        Self {
+            low: [constant(f32::INFINITY); 2],
+            high: [constant(f32::NEG_INFINITY); 2],
+        }
     }
 
     #[inline(always)]
@@ -127,7 +156,10 @@ impl<S: Simd> Bounds<S> {
 
     #[inline(always)]
     fn ranges(&self) -> [RowRange; 2] {
-        let range = |i: usize| RowRange { low: self.low[i].reduce_min(), high: self.high[i].reduce_max() };
+        let range = |i: usize| RowRange {
+            low: self.low[i].reduce_min(),
+            high: self.high[i].reduce_max(),
+        };
         [range(0), range(1)]
     }
 }

@@ -40,17 +40,24 @@ impl Quarters {
             let (cy, first) = (segment / per_row, segment % per_row * SEGMENT);
             (first..(first + SEGMENT).min(width + 1))
                 .filter(|cx| surfaces.cells[cy * (width + 1) + cx] == Cell::Cut)
-                .flat_map(|cx| (0..4).filter_map(move |corner| quarter(surfaces, rims, (cx, cy), corner)))
+                .flat_map(|cx| {
+                    (0..4).filter_map(move |corner| quarter(surfaces, rims, (cx, cy), corner))
+                })
                 .collect()
         };
-        let by_segment: Vec<Vec<Quarter>> =
-            (0..per_row * (height + 1)).into_par_iter().map(of_segment).collect();
+        let by_segment: Vec<Vec<Quarter>> = (0..per_row * (height + 1))
+            .into_par_iter()
+            .map(of_segment)
+            .collect();
         let mut first = vec![0];
         first.extend(by_segment.iter().scan(0, |end, quarters| {
             *end += quarters.len() as u32;
             Some(*end)
         }));
-        Self { quarters: by_segment.into_iter().flatten().collect(), first }
+        Self {
+            quarters: by_segment.into_iter().flatten().collect(),
+            first,
+        }
     }
 
     /// The quarters of a segment.
@@ -66,19 +73,31 @@ impl Quarters {
     /// Warps every corner.
     pub(super) fn project(&self, surfaces: &Surfaces, warp: &Warp, to: &mut Vec<[Vertex; 4]>) {
         to.resize(self.quarters.len(), [Vertex::NOWHERE; 4]);
-        to.par_iter_mut().zip(&self.quarters).with_min_len(256).for_each(|(corners, quarter)| {
-            *corners = projected(quarter, surfaces, warp);
-        });
+        to.par_iter_mut()
+            .zip(&self.quarters)
+            .with_min_len(256)
+            .for_each(|(corners, quarter)| {
+                *corners = projected(quarter, surfaces, warp);
+            });
     }
 }
 
-fn quarter(surfaces: &Surfaces, rims: &Rims, (cx, cy): (usize, usize), corner: usize) -> Option<Quarter> {
+fn quarter(
+    surfaces: &Surfaces,
+    rims: &Rims,
+    (cx, cy): (usize, usize),
+    corner: usize,
+) -> Option<Quarter> {
     let sample = surfaces.corners(cx, cy)[corner].filter(|&i| !surfaces.disparity[i].is_nan())?;
     let towards = [1 - 2 * (corner as i32 % 2), 1 - 2 * (corner as i32 / 2)];
     let reach = rims.reach(surfaces, sample, towards);
     let id = patch_id(cy * (surfaces.size[0] + 1) + cx, corner as u32 + 2);
     let reach = [0, 1].map(|i| (f64::from(towards[i]) * reach[i]) as f32);
-    Some(Quarter { id, sample: sample as u32, reach })
+    Some(Quarter {
+        id,
+        sample: sample as u32,
+        reach,
+    })
 }
 
 /// The corners, wound like the reference's own triangles.

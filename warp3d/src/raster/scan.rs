@@ -29,7 +29,12 @@ struct Edge {
 impl Edge {
     fn new(from: Vertex, to: Vertex) -> Self {
         let (dx, dy) = (to.x - from.x, to.y - from.y);
-        Self { from, dx, dy, least: -SLACK * (dx.abs() + dy.abs()) }
+        Self {
+            from,
+            dx,
+            dy,
+            least: -SLACK * (dx.abs() + dy.abs()),
+        }
     }
 
     #[inline(always)]
@@ -49,12 +54,17 @@ pub(crate) fn scan_triangle<S: Simd>(
     mut put: impl FnMut(i32, i32, f32),
 ) {
     let [p, q, r] = corners;
-    let Some([columns, rows]) = places_of(corners, clip) else { return };
+    let Some([columns, rows]) = places_of(corners, clip) else {
+        return;
+    };
     let area = (q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x);
     let edges = [Edge::new(q, r), Edge::new(r, p), Edge::new(p, q)];
     let constant = |v: f32| f32x8::splat(simd, v);
-    let [near_p, near_q, near_r] =
-        [constant(p.nearness / area), constant(q.nearness / area), constant(r.nearness / area)];
+    let [near_p, near_q, near_r] = [
+        constant(p.nearness / area),
+        constant(q.nearness / area),
+        constant(r.nearness / area),
+    ];
     // Slivers extrapolate without bound inside the slack.
     let nearest = constant(p.nearness.max(q.nearness).max(r.nearness));
     let farthest = constant(p.nearness.min(q.nearness).min(r.nearness));
@@ -92,5 +102,8 @@ fn places_of(corners: [Vertex; 3], clip: [[i32; 2]; 2]) -> Option<[[i32; 2]; 2]>
         let high = (a.max(b).max(c) + SLACK).floor().min(clip[1] as f32 - 1.0);
         (low <= high).then_some([low as i32, high as i32])
     };
-    Some([range(p.x, q.x, r.x, clip[0])?, range(p.y, q.y, r.y, clip[1])?])
+    Some([
+        range(p.x, q.x, r.x, clip[0])?,
+        range(p.y, q.y, r.y, clip[1])?,
+    ])
 }

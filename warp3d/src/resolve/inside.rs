@@ -79,8 +79,16 @@ impl Run {
             return;
         }
         for lane in (0..RUN).step_by(LANES) {
-            if self.patches[lane..lane + LANES].iter().any(|&patch| patch != NO_PATCH) {
-                self.hit(simd, resolver, lane, [(first + lane) as f64 + 0.5, y as f64 + 0.5]);
+            if self.patches[lane..lane + LANES]
+                .iter()
+                .any(|&patch| patch != NO_PATCH)
+            {
+                self.hit(
+                    simd,
+                    resolver,
+                    lane,
+                    [(first + lane) as f64 + 0.5, y as f64 + 0.5],
+                );
             }
         }
         for lane in (0..RUN).filter(|&lane| self.patches[lane] != NO_PATCH) {
@@ -102,8 +110,13 @@ impl Run {
         let mut any = false;
         for (lane, patch) in self.patches.iter_mut().enumerate() {
             let at = row + first + lane;
-            let inside = first + lane < resolver.size[0] && !resolver.hybrid.at_edge.get(first + lane, y);
-            *patch = if inside { resolver.hybrid.patch[at] } else { NO_PATCH };
+            let inside =
+                first + lane < resolver.size[0] && !resolver.hybrid.at_edge.get(first + lane, y);
+            *patch = if inside {
+                resolver.hybrid.patch[at]
+            } else {
+                NO_PATCH
+            };
             if *patch == NO_PATCH {
                 continue;
             }
@@ -129,12 +142,20 @@ impl Run {
         let lookup = resolver.lookup(&patch);
         let at = DVec2::new(self.x[lane], self.y[lane]);
         if self.variance[lane] < BENT_VARIANCE {
-            let form = [self.form[0][lane] as f32, self.form[1][lane] as f32, self.form[2][lane] as f32];
+            let form = [
+                self.form[0][lane] as f32,
+                self.form[1][lane] as f32,
+                self.form[2][lane] as f32,
+            ];
             return first_three(lookup.bent(simd, at, form));
         }
         let column = |i: usize| DVec2::new(self.map[i][lane], self.map[i + 1][lane]);
         let reference_from_screen = DMat2::from_cols(column(0), column(2));
-        let hit = Hit { pos_in_reference: at, reference_from_screen, disparity: self.disparity[lane] };
+        let hit = Hit {
+            pos_in_reference: at,
+            reference_from_screen,
+            disparity: self.disparity[lane],
+        };
         lookup.filtered(simd, &hit)
     }
 
@@ -143,7 +164,8 @@ impl Run {
     fn hit<S: Simd>(&mut self, simd: S, resolver: &Resolver<'_>, lane: usize, [x, y]: [f64; 2]) {
         let constant = |v: f64| f64x4::splat(simd, v);
         let load = |i: usize| f64x4::from_slice(simd, &self.planes[i][lane..lane + LANES]);
-        let (place_x, place_y, disparity, slope_x, slope_y) = (load(0), load(1), load(2), load(3), load(4));
+        let (place_x, place_y, disparity, slope_x, slope_y) =
+            (load(0), load(1), load(2), load(3), load(4));
         let [column_x, column_y, column_one, column_d] = &resolver.columns;
         let (x, y) = (constant(x) + f64x4::from_slice(simd, &STEPS), constant(y));
         // The homogeneous screen position on each plane: origin, and what a step along x and y adds.
@@ -222,5 +244,12 @@ fn filter<S: Simd>(simd: S, map: [f64x4<S>; 4]) -> (f64x4<S>, [f64x4<S>; 3]) {
     let share = round.select(zero, (along - across) / gap);
     let wanted = along.simd_ge(constant(LEAST_VARIANCE));
     let form = |value: f64x4<S>, on_axis: f64x4<S>| wanted.select(on_axis + share * value, zero);
-    (along, [form(xx - small, across), form(xy, zero), form(yy - small, across)])
+    (
+        along,
+        [
+            form(xx - small, across),
+            form(xy, zero),
+            form(yy - small, across),
+        ],
+    )
 }

@@ -71,7 +71,10 @@ impl WindowWeights {
         let sum: f64 = (0..side * subpixels).map(weight).sum();
         let pixel = |k: usize| {
             let place = |p: usize| {
-                let (i, j) = (k % side * subpixels + p % subpixels, k / side * subpixels + p / subpixels);
+                let (i, j) = (
+                    k % side * subpixels + p % subpixels,
+                    k / side * subpixels + p / subpixels,
+                );
                 let w = weight(i) * weight(j) / (sum * sum);
                 [w as f32, (w * offset(i)) as f32, (w * offset(j)) as f32]
             };
@@ -85,8 +88,18 @@ impl WindowPixel {
     fn new(places: Vec<[f32; 3]>) -> Self {
         let mut total = [0.0; 3];
         places.iter().for_each(|place| add(&mut total, place));
-        let best = (0..places.len()).fold(0, |best, i| if places[i][0] > places[best][0] { i } else { best });
-        Self { places, total, best }
+        let best = (0..places.len()).fold(0, |best, i| {
+            if places[i][0] > places[best][0] {
+                i
+            } else {
+                best
+            }
+        });
+        Self {
+            places,
+            total,
+            best,
+        }
     }
 
     /// Weight and moment of some places, and the one with the largest weight.
@@ -115,7 +128,9 @@ impl Resolver<'_> {
         parts.window = [0.0; 3];
         for (k, pixel) in self.weights.0.iter().enumerate() {
             let (dx, dy) = (k as i32 % 3 - REACH_PX, k as i32 / 3 - REACH_PX);
-            let Some([x, y]) = self.inside(x as i32 + dx, y as i32 + dy) else { continue };
+            let Some([x, y]) = self.inside(x as i32 + dx, y as i32 + dy) else {
+                continue;
+            };
             add(&mut parts.window, &pixel.total);
             let at = y * self.size[0] + x;
             match self.hybrid.slot[at] {
@@ -137,9 +152,15 @@ impl Resolver<'_> {
         if id == NO_PATCH {
             return;
         }
-        let share = Share { sum: pixel.total, best: (pixel.places[pixel.best][0], id) };
+        let share = Share {
+            sum: pixel.total,
+            best: (pixel.places[pixel.best][0], id),
+        };
         let surfaces = &self.prepared.surfaces;
-        match list.iter_mut().find(|part| share_a_corner(surfaces, part.known_by.0, id)) {
+        match list
+            .iter_mut()
+            .find(|part| share_a_corner(surfaces, part.known_by.0, id))
+        {
             Some(part) => part.add(&share, || (id, Patch::new(surfaces, id))),
             None => self.add_share(list, (id, Patch::new(surfaces, id)), &share),
         }
@@ -150,7 +171,10 @@ impl Resolver<'_> {
     fn add_slot(&self, list: &mut Vec<Part>, [band, slot]: [usize; 2], pixel: &WindowPixel) {
         for part in self.hybrid.parts[band].of_slot(slot) {
             let (sum, best) = pixel.sum(part.places);
-            let best = (pixel.places[best][0], self.hybrid.fine[band].piece(slot, best));
+            let best = (
+                pixel.places[best][0],
+                self.hybrid.fine[band].piece(slot, best),
+            );
             self.add_share(list, (part.id, part.patch), &Share { sum, best });
         }
     }
@@ -160,7 +184,8 @@ impl Resolver<'_> {
         let surfaces = &self.prepared.surfaces;
         let found = list.iter_mut().find(|part| {
             let (known_id, plane) = &part.known_by;
-            share_a_corner(surfaces, *known_id, id) || one_surface(plane, &patch, surfaces.tolerance)
+            share_a_corner(surfaces, *known_id, id)
+                || one_surface(plane, &patch, surfaces.tolerance)
         });
         match found {
             Some(part) => part.add(share, || (id, patch)),
@@ -177,7 +202,8 @@ impl Resolver<'_> {
     #[inline(always)]
     fn inside(&self, x: i32, y: i32) -> Option<[usize; 2]> {
         let [width, height] = self.size;
-        (x >= 0 && y >= 0 && x < width as i32 && y < height as i32).then_some([x as usize, y as usize])
+        (x >= 0 && y >= 0 && x < width as i32 && y < height as i32)
+            .then_some([x as usize, y as usize])
     }
 }
 

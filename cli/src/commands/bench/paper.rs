@@ -163,24 +163,35 @@ impl Row {
 
 /// The volume of a row, `None` if there is no file for it.
 fn volume(row: &Row, folder: Option<&Path>) -> Result<Option<Volume>> {
-    let Some(prefix) = row.file else { return Ok(Some(procedural::checker_box(row.dims[0], 10)?)) };
-    let Some(folder) = folder else { return Ok(None) };
-    let Some(path) = file_that_begins(folder, prefix)? else { return Ok(None) };
+    let Some(prefix) = row.file else {
+        return Ok(Some(procedural::checker_box(row.dims[0], 10)?));
+    };
+    let Some(folder) = folder else {
+        return Ok(None);
+    };
+    let Some(path) = file_that_begins(folder, prefix)? else {
+        return Ok(None);
+    };
     let raw = RawOptions::new(row.dims, VoxelType::U8);
     let is_raw = path.extension().is_some_and(|extension| extension == "raw");
-    let options =
-        LoadOptions { raw: is_raw.then_some(raw), spacing: Some(row.spacing), ..LoadOptions::default() };
+    let options = LoadOptions {
+        raw: is_raw.then_some(raw),
+        spacing: Some(row.spacing),
+        ..LoadOptions::default()
+    };
     Ok(Some(volsplat::load(&path, &options)?))
 }
 
 /// The first file of a folder, by name, that begins with a word, in small letters or not.
 fn file_that_begins(folder: &Path, prefix: &str) -> Result<Option<PathBuf>> {
-    let entries =
-        std::fs::read_dir(folder).with_context(|| format!("{}: cannot be listed", folder.display()))?;
+    let entries = std::fs::read_dir(folder)
+        .with_context(|| format!("{}: cannot be listed", folder.display()))?;
     let mut files = Vec::new();
     for entry in entries {
         let path = entry?.path();
-        let name = path.file_name().map(|name| name.to_string_lossy().to_lowercase());
+        let name = path
+            .file_name()
+            .map(|name| name.to_string_lossy().to_lowercase());
         if path.is_file() && name.is_some_and(|name| name.starts_with(prefix)) {
             files.push(path);
         }
@@ -192,7 +203,9 @@ fn file_that_begins(folder: &Path, prefix: &str) -> Result<Option<PathBuf>> {
 fn measured(row: &Row, volume: &Volume, args: &BenchPaperArgs) -> Result<Measured> {
     let transfer = transfer(row.threshold, volume)?;
     let mut renderer = Renderer::new(volume, &transfer, &RenderOptions::paper())?;
-    let bounds = renderer.visible_bounds_in_world().unwrap_or_else(|| framing::volume::grid_bounds(volume));
+    let bounds = renderer
+        .visible_bounds_in_world()
+        .unwrap_or_else(|| framing::volume::grid_bounds(volume));
     let cameras = cameras(row, volume, &transfer, bounds)?;
     let mut times = [const { Vec::new() }; 3];
     for _ in 0..args.reps {
@@ -205,26 +218,44 @@ fn measured(row: &Row, volume: &Volume, args: &BenchPaperArgs) -> Result<Measure
     for (view, camera) in cameras.iter().enumerate() {
         splats[view] = splat_share(&mut counter, camera)?;
         if let Some(folder) = &args.pictures {
-            let name = format!("{}-{}.png", row.name, VIEWS[view]).replace(' ', "-").to_lowercase();
+            let name = format!("{}-{}.png", row.name, VIEWS[view])
+                .replace(' ', "-")
+                .to_lowercase();
             let image = renderer.render(camera)?.image;
             output::write_picture(&folder.join(name), Format::Png(Depth::Eight), &image)?;
         }
     }
-    Ok(Measured { visible: renderer.non_transparent(), splats, wall_s: times.map(median) })
+    Ok(Measured {
+        visible: renderer.non_transparent(),
+        splats,
+        wall_s: times.map(median),
+    })
 }
 
 /// A grey ramp that is visible from the threshold on.
 fn transfer(threshold: f64, volume: &Volume) -> Result<TransferFunction> {
     let (_, high) = volume.value_range();
-    let grey = |value: f64, light: f32| ColourKnot { value, rgb: [light; 3] };
+    let grey = |value: f64, light: f32| ColourKnot {
+        value,
+        rgb: [light; 3],
+    };
     let colours = vec![grey(threshold, 0.1), grey(high.max(threshold), 1.0)];
-    let opacity = |opacity: f64| OpacityKnot { value: threshold, opacity };
-    Ok(TransferFunction::new(colours, vec![opacity(0.0), opacity(OPACITY)])?)
+    let opacity = |opacity: f64| OpacityKnot {
+        value: threshold,
+        opacity,
+    };
+    Ok(TransferFunction::new(
+        colours,
+        vec![opacity(0.0), opacity(OPACITY)],
+    )?)
 }
 
 /// A renderer that hides nothing, so that every visible voxel is counted.
 fn counting(volume: &Volume, transfer: &TransferFunction) -> Result<Renderer> {
-    let options = RenderOptions { min_transmittance: 0.0, ..RenderOptions::paper() };
+    let options = RenderOptions {
+        min_transmittance: 0.0,
+        ..RenderOptions::paper()
+    };
     Ok(Renderer::new(volume, transfer, &options)?)
 }
 
@@ -246,18 +277,29 @@ fn cameras(
     // Half the extent of the box along the view.
     let depth = 0.5 * (bounds[1] - bounds[0]).dot(direction.abs());
     let at = |distance: f64| {
-        let pose = LookAt { position: target + distance * direction, target, up: DVec3::Y };
+        let pose = LookAt {
+            position: target + distance * direction,
+            target,
+            up: DVec3::Y,
+        };
         Camera::perspective(&pose, FOV_Y_DEG.to_radians(), [SIZE_PX, SIZE_PX])
     };
     // At this camera z, the smallest spacing is one pixel. A voxel more keeps rounding away.
     let spacing = volume.smallest_spacing();
     let one_pixel = at(1.0)?.fy * spacing;
-    let (mut near, mut far) = ((one_pixel - depth - spacing).max(spacing), one_pixel + depth + spacing);
+    let (mut near, mut far) = (
+        (one_pixel - depth - spacing).max(spacing),
+        one_pixel + depth + spacing,
+    );
     let ends = [at(near)?, at(far)?];
     let mut counter = counting(volume, transfer)?;
     for _ in 0..HALVINGS {
         let middle = 0.5 * (near + far);
-        if splat_share(&mut counter, &at(middle)?)? > row.paper.1 { near = middle } else { far = middle }
+        if splat_share(&mut counter, &at(middle)?)? > row.paper.1 {
+            near = middle
+        } else {
+            far = middle
+        }
     }
     Ok([ends[0], at(0.5 * (near + far))?, ends[1]])
 }

@@ -37,16 +37,35 @@ impl Scene {
         let folder = folder()?;
         let mut words = built_in::volume(scene, folder.path())?;
         words.extend(camera.split_whitespace().map(str::to_owned));
-        Ok(Self { name, words, folder })
+        Ok(Self {
+            name,
+            words,
+            folder,
+        })
     }
 
-    fn bench(&self, size: Option<&BenchSceneArgs>, settings: Vec<&'static str>, reps: u16) -> Bench {
+    fn bench(
+        &self,
+        size: Option<&BenchSceneArgs>,
+        settings: Vec<&'static str>,
+        reps: u16,
+    ) -> Bench {
         let mut words = self.words.clone();
         if let Some(args) = size {
-            words.extend(["--size".to_owned(), format!("{}x{}", args.size.width, args.size.height)]);
+            words.extend([
+                "--size".to_owned(),
+                format!("{}x{}", args.size.width, args.size.height),
+            ]);
         }
-        words.extend(["-o".to_owned(), self.folder.path().join("picture.exr").display().to_string()]);
-        Bench { words, settings, reps }
+        words.extend([
+            "-o".to_owned(),
+            self.folder.path().join("picture.exr").display().to_string(),
+        ]);
+        Bench {
+            words,
+            settings,
+            reps,
+        }
     }
 }
 
@@ -60,17 +79,29 @@ pub(super) fn footprint(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<S
         "--order every-sample --kernel polynomial",
         "--order every-sample --kernel b-spline",
     ];
-    let mut text = heading(args, "errors against `--order every-sample --footprint exact` with the Gaussian");
+    let mut text = heading(
+        args,
+        "errors against `--order every-sample --footprint exact` with the Gaussian",
+    );
     // Near and wide, where cones are wide and slant.
     let views = [
-        ("blobs, near, 60 degrees", "--orbit 30,20,0.6 --fov 60 --select splats"),
-        ("blobs, near, 100 degrees", "--orbit 30,20,0.6 --fov 100 --select splats"),
+        (
+            "blobs, near, 60 degrees",
+            "--orbit 30,20,0.6 --fov 60 --select splats",
+        ),
+        (
+            "blobs, near, 100 degrees",
+            "--orbit 30,20,0.6 --fov 100 --select splats",
+        ),
     ];
     for (name, camera) in views {
         let scene = Scene::volume(name, SceneArg::Blobs, camera)?;
         let bench = scene.bench(Some(args), settings.clone(), args.reps);
         let exact = Against::Setting("--order every-sample --footprint exact");
-        text += &table(scene.name, &bench.measured(exact, &Motion::Still, verbosity)?);
+        text += &table(
+            scene.name,
+            &bench.measured(exact, &Motion::Still, verbosity)?,
+        );
     }
     Ok(text)
 }
@@ -95,8 +126,12 @@ pub(super) fn orders(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<Stri
     ] {
         let scene = Scene::volume(name, scene, "--orbit 45,0")?;
         let bench = scene.bench(Some(args), settings.clone(), args.reps);
-        let exact = Against::Setting("--slab 0.125 --subpixel 8 --min-transmittance 0.00001 --lod-error 0");
-        text += &table(scene.name, &bench.measured(exact, &Motion::Even(turned), verbosity)?);
+        let exact =
+            Against::Setting("--slab 0.125 --subpixel 8 --min-transmittance 0.00001 --lod-error 0");
+        text += &table(
+            scene.name,
+            &bench.measured(exact, &Motion::Even(turned), verbosity)?,
+        );
     }
     Ok(text)
 }
@@ -117,7 +152,11 @@ pub(super) fn texture(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<Str
     let folder = folder()?;
     let mut words = built_in::mesh(folder.path(), Texture::Fine, Triangles::Few)?;
     words.extend(["--orbit", "20,12,0.35"].map(str::to_owned));
-    let scene = Scene { name: "ball on a ground", words, folder };
+    let scene = Scene {
+        name: "ball on a ground",
+        words,
+        folder,
+    };
     let bench = scene.bench(Some(args), settings, args.reps);
     let rows = bench.measured(
         Against::Setting("--method hybrid --subpixel 8 --level full"),
@@ -143,7 +182,11 @@ pub(super) fn warp(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String
     ];
     let folder = folder()?;
     let words = built_in::depth_image(folder.path(), DepthSize::Full)?;
-    let scene = Scene { name: "ball before a wall, 320x240", words, folder };
+    let scene = Scene {
+        name: "ball before a wall, 320x240",
+        words,
+        folder,
+    };
     let bench = scene.bench(None, settings, args.reps);
     let truth = built_in::ball_before_wall(built_in::NEW_EYE, 2 * built_in::DEPTH_IMAGE_SAMPLES);
     let rows = bench.measured(Against::Picture(truth), &Motion::Still, verbosity)?;
@@ -169,17 +212,28 @@ fn table(name: &str, rows: &[Measured]) -> String {
     let shimmers = rows.iter().any(|row| row.flicker.is_some());
     text += if moves { " jump |" } else { "" };
     text += if shimmers { " shimmer |" } else { "" };
-    text += &format!("\n|{}\n", "---|".repeat(9 + usize::from(moves) + usize::from(shimmers)));
+    text += &format!(
+        "\n|{}\n",
+        "---|".repeat(9 + usize::from(moves) + usize::from(shimmers))
+    );
     for row in rows {
         let c = &row.comparison;
-        let psnr = if c.psnr_db.is_finite() { format!("{:.1}", c.psnr_db) } else { "same".into() };
+        let psnr = if c.psnr_db.is_finite() {
+            format!("{:.1}", c.psnr_db)
+        } else {
+            "same".into()
+        };
         let [points, splats, touched] = row.counts;
         text += &format!(
             "| `{}` | {psnr} | {:.3} | {:.4} | {:.4} | {:.1} | {points} | {splats} | {touched} |",
             row.setting, c.max_abs, c.ssim, c.flip.mean, row.cpu_ms
         );
-        text += &row.jump.map_or(String::new(), |jump| format!(" {jump:.2} |"));
-        text += &row.flicker.map_or(String::new(), |flicker| format!(" {flicker:.6} |"));
+        text += &row
+            .jump
+            .map_or(String::new(), |jump| format!(" {jump:.2} |"));
+        text += &row
+            .flicker
+            .map_or(String::new(), |flicker| format!(" {flicker:.6} |"));
         text += "\n";
     }
     text
@@ -203,11 +257,17 @@ fn around_axis(camera: &Camera, angle_rad: f64) -> Camera {
     let turn = glam::DAffine3::from_translation(middle)
         * glam::DAffine3::from_rotation_y(angle_rad)
         * glam::DAffine3::from_translation(-middle);
-    Camera { camera_from_world: turn * pose, ..*camera }
+    Camera {
+        camera_from_world: turn * pose,
+        ..*camera
+    }
 }
 
 /// The camera moved by fractions of a pixel.
 fn shifted(camera: &Camera) -> Vec<Camera> {
-    let moved = |step: u32| Camera { cx: camera.cx + f64::from(step) / f64::from(SHIMMER_STEPS), ..*camera };
+    let moved = |step: u32| Camera {
+        cx: camera.cx + f64::from(step) / f64::from(SHIMMER_STEPS),
+        ..*camera
+    };
     (0..=SHIMMER_STEPS).map(moved).collect()
 }

@@ -68,21 +68,34 @@ impl Bench {
             Against::Setting(setting) => Some(self.prepared(setting)?),
             Against::Picture(_) => None,
         };
-        let mut all = self.settings.iter().map(|s| self.prepared(s)).collect::<Result<Vec<_>>>()?;
-        let first = all.first().and_then(|prepared| prepared.cameras.first().copied());
+        let mut all = self
+            .settings
+            .iter()
+            .map(|s| self.prepared(s))
+            .collect::<Result<Vec<_>>>()?;
+        let first = all
+            .first()
+            .and_then(|prepared| prepared.cameras.first().copied());
         let camera = first.context("there is no camera to draw from")?;
         let views = match motion {
             Motion::Still => Vec::new(),
             Motion::Even(steps) | Motion::Shimmer(steps) => steps(&camera),
         };
         let pictures_of = |prepared: &mut Prepared| -> Result<Vec<Image>> {
-            views.iter().map(|view| Ok((prepared.render)(view)?.image)).collect()
+            views
+                .iter()
+                .map(|view| Ok((prepared.render)(view)?.image))
+                .collect()
         };
         let (reference, moving) = match (against, &mut exact) {
             (Against::Picture(picture), _) => (picture, Vec::new()),
             (_, Some(exact)) => {
                 let shimmers = matches!(motion, Motion::Shimmer(_));
-                let moving = if shimmers { pictures_of(exact)? } else { Vec::new() };
+                let moving = if shimmers {
+                    pictures_of(exact)?
+                } else {
+                    Vec::new()
+                };
                 ((exact.render)(&camera)?.image, moving)
             }
             (Against::Setting(_), None) => return Ok(Vec::new()),
@@ -109,7 +122,9 @@ impl Bench {
                 setting,
                 comparison: metrics::compare(&drawn.image, &reference, Some(&mask))?,
                 flicker: flicker(&own, &moving),
-                jump: matches!(motion, Motion::Even(_)).then(|| jump(&own)).flatten(),
+                jump: matches!(motion, Motion::Even(_))
+                    .then(|| jump(&own))
+                    .flatten(),
                 cpu_ms: median(times),
                 counts: ["points", "splats", "pixels_touched"].map(|name| number(&keys, name)),
             });
@@ -124,12 +139,16 @@ impl Bench {
 }
 
 fn number(keys: &serde_json::Value, name: &str) -> f64 {
-    keys.get(name).and_then(serde_json::Value::as_f64).unwrap_or(0.0)
+    keys.get(name)
+        .and_then(serde_json::Value::as_f64)
+        .unwrap_or(0.0)
 }
 
 fn flicker(own: &[Image], expected: &[Image]) -> Option<f64> {
     let mut steps = Steps::default();
-    own.iter().zip(expected).for_each(|(own, expected)| steps.add(own.clone(), expected.clone(), None));
+    own.iter()
+        .zip(expected)
+        .for_each(|(own, expected)| steps.add(own.clone(), expected.clone(), None));
     steps.flicker()
 }
 
@@ -137,7 +156,10 @@ fn flicker(own: &[Image], expected: &[Image]) -> Option<f64> {
 fn jump(pictures: &[Image]) -> Option<f64> {
     let change = |pair: &[Image]| {
         let pixels = pair[0].rgba.iter().zip(&pair[1].rgba);
-        pixels.map(|(a, b)| (0..3).map(|k| f64::from(a[k] - b[k]).powi(2)).sum::<f64>()).sum::<f64>().sqrt()
+        pixels
+            .map(|(a, b)| (0..3).map(|k| f64::from(a[k] - b[k]).powi(2)).sum::<f64>())
+            .sum::<f64>()
+            .sqrt()
     };
     let changes: Vec<f64> = pictures.windows(2).map(change).collect();
     let largest = changes.iter().copied().fold(0.0, f64::max);

@@ -36,15 +36,29 @@ const VOLSPLAT: Application = Application {
     ladders: &[
         Ladder {
             name: "order",
-            rungs: &[&["--order", "image-sheets"], &["--order", "every-sample"], &["--order", "axis-sheets"]],
+            rungs: &[
+                &["--order", "image-sheets"],
+                &["--order", "every-sample"],
+                &["--order", "axis-sheets"],
+            ],
         },
         Ladder {
             name: "slab",
-            rungs: &[&["--slab", "2"], &["--slab", "1"], &["--slab", "0.5"], &["--slab", "0.25"]],
+            rungs: &[
+                &["--slab", "2"],
+                &["--slab", "1"],
+                &["--slab", "0.5"],
+                &["--slab", "0.25"],
+            ],
         },
         Ladder {
             name: "subpixel",
-            rungs: &[&["--subpixel", "1"], &["--subpixel", "2"], &["--subpixel", "4"], &["--subpixel", "8"]],
+            rungs: &[
+                &["--subpixel", "1"],
+                &["--subpixel", "2"],
+                &["--subpixel", "4"],
+                &["--subpixel", "8"],
+            ],
         },
         Ladder {
             name: "termination",
@@ -56,7 +70,11 @@ const VOLSPLAT: Application = Application {
         },
         Ladder {
             name: "lod",
-            rungs: &[&["--lod-error", "0.03125"], &["--lod-error", "0.001953125"], &["--lod-error", "0"]],
+            rungs: &[
+                &["--lod-error", "0.03125"],
+                &["--lod-error", "0.001953125"],
+                &["--lod-error", "0"],
+            ],
         },
         Ladder {
             name: "footprint",
@@ -87,12 +105,32 @@ const VOLSPLAT: Application = Application {
         Ladder {
             name: "interpolate",
             rungs: &[
-                &["--order", "image-sheets", "--kernel", "b-spline", "--interpolate", "off"],
-                &["--order", "image-sheets", "--kernel", "b-spline", "--interpolate", "on"],
+                &[
+                    "--order",
+                    "image-sheets",
+                    "--kernel",
+                    "b-spline",
+                    "--interpolate",
+                    "off",
+                ],
+                &[
+                    "--order",
+                    "image-sheets",
+                    "--kernel",
+                    "b-spline",
+                    "--interpolate",
+                    "on",
+                ],
             ],
         },
-        Ladder { name: "classify", rungs: &[&["--classify", "pre"], &["--classify", "post"]] },
-        Ladder { name: "sheet-sums", rungs: &[&["--sheet-sums", "scatter"], &["--sheet-sums", "gather"]] },
+        Ladder {
+            name: "classify",
+            rungs: &[&["--classify", "pre"], &["--classify", "post"]],
+        },
+        Ladder {
+            name: "sheet-sums",
+            rungs: &[&["--sheet-sums", "scatter"], &["--sheet-sums", "gather"]],
+        },
         Ladder {
             name: "cells",
             rungs: &[
@@ -165,18 +203,40 @@ const TEXMAP: Application = Application {
                 &["--method", "supersample"],
             ],
         },
-        Ladder { name: "footprint", rungs: &[&["--footprint", "affine"], &["--footprint", "exact"]] },
+        Ladder {
+            name: "footprint",
+            rungs: &[&["--footprint", "affine"], &["--footprint", "exact"]],
+        },
         Ladder {
             name: "subpixel",
-            rungs: &[&["--subpixel", "1"], &["--subpixel", "2"], &["--subpixel", "4"], &["--subpixel", "8"]],
+            rungs: &[
+                &["--subpixel", "1"],
+                &["--subpixel", "2"],
+                &["--subpixel", "4"],
+                &["--subpixel", "8"],
+            ],
         },
-        Ladder { name: "level", rungs: &[&["--level", "auto"], &["--level", "full"]] },
+        Ladder {
+            name: "level",
+            rungs: &[&["--level", "auto"], &["--level", "full"]],
+        },
         Ladder {
             name: "max-texels",
-            rungs: &[&["--max-texels", "64"], &["--max-texels", "256"], &["--max-texels", "1024"]],
+            rungs: &[
+                &["--max-texels", "64"],
+                &["--max-texels", "256"],
+                &["--max-texels", "1024"],
+            ],
         },
     ],
-    exact: &["--method", "hybrid", "--footprint", "exact", "--subpixel", "8"],
+    exact: &[
+        "--method",
+        "hybrid",
+        "--footprint",
+        "exact",
+        "--subpixel",
+        "8",
+    ],
 };
 
 const WARP3D: Application = Application {
@@ -194,7 +254,10 @@ const WARP3D: Application = Application {
         },
         Ladder {
             name: "visibility",
-            rungs: &[&["--visibility", "zbuffer"], &["--visibility", "occlusion-order"]],
+            rungs: &[
+                &["--visibility", "zbuffer"],
+                &["--visibility", "occlusion-order"],
+            ],
         },
         Ladder {
             name: "subpixels",
@@ -205,9 +268,19 @@ const WARP3D: Application = Application {
                 &["--subpixels", "8"],
             ],
         },
-        Ladder { name: "mixed", rungs: &[&["--mixed", "keep"], &["--mixed", "unmix"]] },
+        Ladder {
+            name: "mixed",
+            rungs: &[&["--mixed", "keep"], &["--mixed", "unmix"]],
+        },
     ],
-    exact: &["--method", "hybrid", "--visibility", "zbuffer", "--subpixels", "8"],
+    exact: &[
+        "--method",
+        "hybrid",
+        "--visibility",
+        "zbuffer",
+        "--subpixels",
+        "8",
+    ],
 };
 
 /// The application that a command line begins with.
@@ -226,25 +299,46 @@ impl Application {
     pub(super) fn settings(&self, named: &[String]) -> Result<Vec<Setting>> {
         let mut settings = vec![
             setting("exact", "exact", self.exact),
-            Setting { name: "default".into(), group: "default".into(), words: Vec::new() },
+            Setting {
+                name: "default".into(),
+                group: "default".into(),
+                words: Vec::new(),
+            },
         ];
         for ladder in self.ladders {
-            settings.extend(ladder.rungs.iter().map(|rung| setting(&name(rung), ladder.name, rung)));
+            settings.extend(
+                ladder
+                    .rungs
+                    .iter()
+                    .map(|rung| setting(&name(rung), ladder.name, rung)),
+            );
         }
         let mut combined = vec![Vec::new()];
         for name in named {
             let ladder = self.ladders.iter().find(|ladder| ladder.name == name);
             let Some(ladder) = ladder else {
                 let names: Vec<&str> = self.ladders.iter().map(|ladder| ladder.name).collect();
-                bail!("--settings {name}: no such ladder, expected some of {}", names.join(", "));
+                bail!(
+                    "--settings {name}: no such ladder, expected some of {}",
+                    names.join(", ")
+                );
             };
             combined = combined
                 .iter()
-                .flat_map(|words| ladder.rungs.iter().map(|rung| crate::words::with(words, &owned(rung))))
+                .flat_map(|words| {
+                    ladder
+                        .rungs
+                        .iter()
+                        .map(|rung| crate::words::with(words, &owned(rung)))
+                })
                 .collect();
         }
         if named.len() > 1 {
-            let of = |words: Vec<String>| Setting { name: name(&words), group: "combined".into(), words };
+            let of = |words: Vec<String>| Setting {
+                name: name(&words),
+                group: "combined".into(),
+                words,
+            };
             settings.extend(combined.into_iter().map(of));
         }
         settings.dedup_by(|a, b| a.words == b.words);
@@ -253,7 +347,11 @@ impl Application {
 }
 
 fn setting(name: &str, group: &str, words: &[&str]) -> Setting {
-    Setting { name: name.into(), group: group.into(), words: owned(words) }
+    Setting {
+        name: name.into(),
+        group: group.into(),
+        words: owned(words),
+    }
 }
 
 fn owned(words: &[&str]) -> Vec<String> {
@@ -276,12 +374,24 @@ mod tests {
     #[test]
     fn ladders_are_climbed_one_by_one_and_combined_where_named() {
         let alone = VOLSPLAT.settings(&[]).expect("good");
-        let rungs: usize = VOLSPLAT.ladders.iter().map(|ladder| ladder.rungs.len()).sum();
+        let rungs: usize = VOLSPLAT
+            .ladders
+            .iter()
+            .map(|ladder| ladder.rungs.len())
+            .sum();
         assert_eq!(alone.len(), 2 + rungs, "exact, default and every rung");
-        let both = VOLSPLAT.settings(&["slab".into(), "subpixel".into()]).expect("good");
+        let both = VOLSPLAT
+            .settings(&["slab".into(), "subpixel".into()])
+            .expect("good");
         assert_eq!(both.len(), alone.len() + 16, "four by four combinations");
-        assert!(both.iter().any(|s| s.name == "slab 2, subpixel 8" && s.group == "combined"));
-        assert!(VOLSPLAT.settings(&["colour".into()]).is_err(), "no such ladder");
+        assert!(
+            both.iter()
+                .any(|s| s.name == "slab 2, subpixel 8" && s.group == "combined")
+        );
+        assert!(
+            VOLSPLAT.settings(&["colour".into()]).is_err(),
+            "no such ladder"
+        );
     }
 
     #[test]
@@ -289,13 +399,31 @@ mod tests {
         let inputs: [(&Application, &[&str]); 3] = [
             (&VOLSPLAT, &["volsplat", "a.nrrd"]),
             (&TEXMAP, &["texmap", "a.glb"]),
-            (&WARP3D, &["warp3d", "a.png", "a.pfm", "--from", "fov:50", "--to", "shift:0,0,0"]),
+            (
+                &WARP3D,
+                &[
+                    "warp3d",
+                    "a.png",
+                    "a.pfm",
+                    "--from",
+                    "fov:50",
+                    "--to",
+                    "shift:0,0,0",
+                ],
+            ),
         ];
         for (application, input) in inputs {
-            let words: Vec<String> = owned(input).into_iter().chain(owned(&["-o", "a.exr"])).collect();
+            let words: Vec<String> = owned(input)
+                .into_iter()
+                .chain(owned(&["-o", "a.exr"]))
+                .collect();
             for setting in application.settings(&[]).expect("good") {
                 let typed = crate::words::with(&words, &setting.words);
-                assert!(crate::words::parsed(&typed).is_ok(), "{}", crate::words::typed(&typed));
+                assert!(
+                    crate::words::parsed(&typed).is_ok(),
+                    "{}",
+                    crate::words::typed(&typed)
+                );
             }
         }
     }

@@ -64,19 +64,34 @@ pub(super) fn setting(
         peak_bytes: alone.peak_bytes,
     };
     let counts = numbers(first.account.keys);
-    Ok((Measured { cost, image: first.image, counts }, prepared))
+    Ok((
+        Measured {
+            cost,
+            image: first.image,
+            counts,
+        },
+        prepared,
+    ))
 }
 
 /// The median time of a renderer, alone.
 pub(super) fn alone(render: &mut Render, camera: &Camera, reps: u16) -> Result<Time> {
-    let times: Vec<Time> = (0..reps).map(|_| timed(render, camera)).collect::<Result<_>>()?;
+    let times: Vec<Time> = (0..reps)
+        .map(|_| timed(render, camera))
+        .collect::<Result<_>>()?;
     let median = |of: fn(&Time) -> f64| quartiles(times.iter().map(of).collect())[1];
-    Ok(Time { wall_ms: median(|t| t.wall_ms), cpu_ms: median(|t| t.cpu_ms) })
+    Ok(Time {
+        wall_ms: median(|t| t.wall_ms),
+        cpu_ms: median(|t| t.cpu_ms),
+    })
 }
 
 /// The views of the flicker: the camera moved along the picture's rows by less than a pixel at a time.
 pub(super) fn flicker_cameras(camera: &Camera) -> Vec<Camera> {
-    let moved = |step: u32| Camera { cx: camera.cx + f64::from(step) / f64::from(FLICKER_STEPS), ..*camera };
+    let moved = |step: u32| Camera {
+        cx: camera.cx + f64::from(step) / f64::from(FLICKER_STEPS),
+        ..*camera
+    };
     (0..FLICKER_STEPS).map(moved).collect()
 }
 
@@ -86,20 +101,32 @@ fn timed(render: &mut Render, camera: &Camera) -> Result<Time> {
     let wall_ms = report::ms_since(start);
     let elapsed = cpu.and_then(|cpu| cpu.try_elapsed().ok());
     // Where the system keeps no CPU clock, elapsed time stands in.
-    Ok(Time { wall_ms, cpu_ms: elapsed.map_or(wall_ms, |elapsed| 1e3 * elapsed.as_secs_f64()) })
+    Ok(Time {
+        wall_ms,
+        cpu_ms: elapsed.map_or(wall_ms, |elapsed| 1e3 * elapsed.as_secs_f64()),
+    })
 }
 
 /// First quartile, median and third quartile; of few values the nearest.
 fn quartiles(mut values: Vec<f64>) -> [f64; 3] {
     values.sort_unstable_by(f64::total_cmp);
     let last = values.len().saturating_sub(1) as f64;
-    [0.25, 0.5, 0.75].map(|share| values.get((share * last).round() as usize).copied().unwrap_or(0.0))
+    [0.25, 0.5, 0.75].map(|share| {
+        values
+            .get((share * last).round() as usize)
+            .copied()
+            .unwrap_or(0.0)
+    })
 }
 
 /// The numbers at the top of a renderer's account, without the times.
 fn numbers(keys: Value) -> Map<String, Value> {
-    let Value::Object(keys) = keys else { return Map::new() };
-    keys.into_iter().filter(|(name, value)| value.is_number() && !name.ends_with("_ms")).collect()
+    let Value::Object(keys) = keys else {
+        return Map::new();
+    };
+    keys.into_iter()
+        .filter(|(name, value)| value.is_number() && !name.ends_with("_ms"))
+        .collect()
 }
 
 #[cfg(test)]
@@ -115,6 +142,9 @@ mod tests {
     #[test]
     fn times_are_no_counts() {
         let keys = serde_json::json!({"points": 3, "wall_ms": 2.5, "stages": {"cull": 1}});
-        assert_eq!(numbers(keys), Map::from_iter([("points".to_owned(), Value::from(3))]));
+        assert_eq!(
+            numbers(keys),
+            Map::from_iter([("points".to_owned(), Value::from(3))])
+        );
     }
 }

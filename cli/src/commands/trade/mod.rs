@@ -59,10 +59,17 @@ pub(crate) fn run(args: &TradeArgs, verbosity: Verbosity) -> Result<()> {
     if let Some(scene) = options.scene {
         words = scene::written(scene, &options.out, &words)?;
     }
-    let (settings, left_out) =
-        possible(ladders::application(&words)?.settings(&options.settings)?, &options, &words);
+    let (settings, left_out) = possible(
+        ladders::application(&words)?.settings(&options.settings)?,
+        &options,
+        &words,
+    );
     let command = crate::words::typed(&words);
-    let done = if options.resume { Report::earlier(&options.out, &command)? } else { Vec::new() };
+    let done = if options.resume {
+        Report::earlier(&options.out, &command)?
+    } else {
+        Vec::new()
+    };
     let mut report = Report {
         heading: machine::heading(),
         command,
@@ -71,7 +78,12 @@ pub(crate) fn run(args: &TradeArgs, verbosity: Verbosity) -> Result<()> {
         left_out,
         rows: Vec::new(),
     };
-    let ending = measure_all(&options, (&words, &settings), done, (&mut report, verbosity));
+    let ending = measure_all(
+        &options,
+        (&words, &settings),
+        done,
+        (&mut report, verbosity),
+    );
     if ending.is_err() && report.rows.is_empty() {
         if is_new {
             // What was written for a built-in scene stays, and the folder with it.
@@ -83,7 +95,11 @@ pub(crate) fn run(args: &TradeArgs, verbosity: Verbosity) -> Result<()> {
     ending?;
     if verbosity != Verbosity::Quiet {
         let page = options.out.join("index.html");
-        report::say(&format!("{} settings measured: open {}", report.rows.len(), page.display()));
+        report::say(&format!(
+            "{} settings measured: open {}",
+            report.rows.len(),
+            page.display()
+        ));
     }
     Ok(())
 }
@@ -99,7 +115,11 @@ fn check(options: &TradeOptions, words: &[String]) -> Result<()> {
 }
 
 /// The settings that the application takes, and how many it refuses.
-fn possible(settings: Vec<Setting>, options: &TradeOptions, words: &[String]) -> (Vec<Setting>, usize) {
+fn possible(
+    settings: Vec<Setting>,
+    options: &TradeOptions,
+    words: &[String],
+) -> (Vec<Setting>, usize) {
     let all = settings.len();
     let good: Vec<Setting> = settings
         .into_iter()
@@ -124,31 +144,58 @@ fn measure_all(
 ) -> Result<()> {
     let _patience = interrupt::patience();
     let mut default = prepared(options, words, &[])?;
-    let Some(&camera) = default.cameras.first() else { bail!("there is no camera to draw from") };
+    let Some(&camera) = default.cameras.first() else {
+        bail!("there is no camera to draw from")
+    };
     let reference = reference(options, words, settings, &camera)?;
     // The first frame is cold.
     (default.render)(&camera)?;
     let time = measure::alone(&mut *default.render, &camera, options.reps)?;
-    let mut baseline = Baseline { render: &mut *default.render, time };
+    let mut baseline = Baseline {
+        render: &mut *default.render,
+        time,
+    };
     let bar = sequence::progress(settings.len(), verbosity);
     for setting in settings {
         if interrupt::asked() {
             bar.finish_and_clear();
-            let state = format!("{} of {} settings are measured", report.rows.len(), settings.len());
-            return Err(Interrupted { state: format!("{state}; --resume measures the rest") }.into());
+            let state = format!(
+                "{} of {} settings are measured",
+                report.rows.len(),
+                settings.len()
+            );
+            return Err(Interrupted {
+                state: format!("{state}; --resume measures the rest"),
+            }
+            .into());
         }
         let typed = crate::words::typed(&crate::words::with(words, &setting.words));
-        let kept = done.iter().find(|row| row.command == typed && row.name == setting.name);
+        let kept = done
+            .iter()
+            .find(|row| row.command == typed && row.name == setting.name);
         match kept {
             Some(row) => report.rows.push(row.clone()),
-            None => match measured(options, (words, setting), &reference, (&camera, &mut baseline)) {
-                Ok(row) => report.rows.push(Row { command: typed, ..row }),
+            None => match measured(
+                options,
+                (words, setting),
+                &reference,
+                (&camera, &mut baseline),
+            ) {
+                Ok(row) => report.rows.push(Row {
+                    command: typed,
+                    ..row
+                }),
                 // Options that exclude each other in this scene are no setting; the default must work.
-                Err(_) if !["default", "exact"].contains(&setting.group.as_str()) => report.left_out += 1,
+                Err(_) if !["default", "exact"].contains(&setting.group.as_str()) => {
+                    report.left_out += 1
+                }
                 Err(error) => return Err(error),
             },
         }
-        output::write_text(&options.out.join("trade.json"), &serde_json::to_string_pretty(&report)?)?;
+        output::write_text(
+            &options.out.join("trade.json"),
+            &serde_json::to_string_pretty(&report)?,
+        )?;
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -165,7 +212,10 @@ fn prepared(options: &TradeOptions, words: &[String], changes: &[String]) -> Res
 fn complete(options: &TradeOptions, words: &[String], changes: &[String]) -> Vec<String> {
     let mut words = crate::words::with(words, changes);
     // The picture is never written; the name only has to be good.
-    words.extend(["-o".to_owned(), options.out.join("picture.exr").display().to_string()]);
+    words.extend([
+        "-o".to_owned(),
+        options.out.join("picture.exr").display().to_string(),
+    ]);
     words
 }
 
@@ -176,16 +226,28 @@ fn reference(
     camera: &Camera,
 ) -> Result<Reference> {
     let exact = settings.iter().find(|setting| setting.group == "exact");
-    let exact = exact.context("the most exact setting is refused together with the options given")?;
+    let exact =
+        exact.context("the most exact setting is refused together with the options given")?;
     let mut exact = prepared(options, words, &exact.words)?;
     let image = match &options.truth {
         Some(path) => input_picture::read(path)?,
         None => (exact.render)(camera)?.image,
     };
     let mask = Mask::from_alpha(&image);
-    let views = if options.flicker { measure::flicker_cameras(camera) } else { Vec::new() };
-    let moving = views.iter().map(|view| Ok((exact.render)(view)?.image)).collect::<Result<_>>()?;
-    Ok(Reference { mask: (mask.count() > 0).then_some(mask), image, moving })
+    let views = if options.flicker {
+        measure::flicker_cameras(camera)
+    } else {
+        Vec::new()
+    };
+    let moving = views
+        .iter()
+        .map(|view| Ok((exact.render)(view)?.image))
+        .collect::<Result<_>>()?;
+    Ok(Reference {
+        mask: (mask.count() > 0).then_some(mask),
+        image,
+        moving,
+    })
 }
 
 /// One row of the report, and its pictures.
@@ -202,9 +264,19 @@ fn measured(
     if let Some(flicker) = flicker(&mut prepared, camera, &reference.moving)? {
         error.insert(FLICKER.into(), json!(flicker));
     }
-    let map = flip::map(&found.image, &reference.image, flip::DEFAULT_PIXELS_PER_DEGREE)?;
-    let (picture, heatmap) = (file_name(&setting.name, "picture"), file_name(&setting.name, "error"));
-    for (name, image) in [(&picture, &found.image), (&heatmap, &figures::heatmap(&map))] {
+    let map = flip::map(
+        &found.image,
+        &reference.image,
+        flip::DEFAULT_PIXELS_PER_DEGREE,
+    )?;
+    let (picture, heatmap) = (
+        file_name(&setting.name, "picture"),
+        file_name(&setting.name, "error"),
+    );
+    for (name, image) in [
+        (&picture, &found.image),
+        (&heatmap, &figures::heatmap(&map)),
+    ] {
         output::write_picture(&options.out.join(name), Format::Png(Depth::Eight), image)?;
     }
     Ok(Row {
@@ -220,7 +292,11 @@ fn measured(
 }
 
 fn figures(image: &Image, reference: &Reference) -> Result<Map<String, Value>> {
-    Ok(figures::record(&metrics::compare(image, &reference.image, reference.mask.as_ref())?))
+    Ok(figures::record(&metrics::compare(
+        image,
+        &reference.image,
+        reference.mask.as_ref(),
+    )?))
 }
 
 fn flicker(prepared: &mut Prepared, camera: &Camera, moving: &[Image]) -> Result<Option<f64>> {
@@ -233,14 +309,26 @@ fn flicker(prepared: &mut Prepared, camera: &Camera, moving: &[Image]) -> Result
 
 /// The name of a setting as part of a file name.
 fn file_name(setting: &str, kind: &str) -> String {
-    let plain = |c: char| if c.is_ascii_alphanumeric() || c == '.' { c } else { '-' };
-    format!("{}_{kind}.png", setting.chars().map(plain).collect::<String>())
+    let plain = |c: char| {
+        if c.is_ascii_alphanumeric() || c == '.' {
+            c
+        } else {
+            '-'
+        }
+    };
+    format!(
+        "{}_{kind}.png",
+        setting.chars().map(plain).collect::<String>()
+    )
 }
 
 /// Writes what was measured: JSON, CSV, plots and the page.
 fn write(folder: &Path, report: &mut Report) -> Result<()> {
     report.mark_front();
-    output::write_text(&folder.join("trade.json"), &serde_json::to_string_pretty(&report)?)?;
+    output::write_text(
+        &folder.join("trade.json"),
+        &serde_json::to_string_pretty(&report)?,
+    )?;
     output::write_text(&folder.join("trade.csv"), &report.csv())?;
     for (name, figure) in [("error-time.png", "rmse"), ("flip-time.png", "flip")] {
         if let Some(plot) = plot::scatter(report, figure)? {

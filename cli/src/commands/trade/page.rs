@@ -77,7 +77,13 @@ fn table(report: &Report) -> Markup {
 }
 
 fn line(index: usize, row: &Row) -> Markup {
-    let number = |name: &str| row.error.get(name).and_then(Value::as_f64).map(short).unwrap_or_default();
+    let number = |name: &str| {
+        row.error
+            .get(name)
+            .and_then(Value::as_f64)
+            .map(short)
+            .unwrap_or_default()
+    };
     html! {
         tr data-row=(index) {
             td { (row.name) } td { (row.group) }
@@ -93,7 +99,11 @@ fn line(index: usize, row: &Row) -> Markup {
 }
 
 fn short(value: f64) -> String {
-    if value != 0.0 && value.abs() < 1e-3 { format!("{value:.1e}") } else { format!("{value:.4}") }
+    if value != 0.0 && value.abs() < 1e-3 {
+        format!("{value:.1e}")
+    } else {
+        format!("{value:.4}")
+    }
 }
 
 /// The rows with their pictures, as JSON that may stand in a script block.
@@ -103,8 +113,8 @@ fn data(report: &Report, folder: &Path) -> Result<String> {
         let mut value = serde_json::to_value(row)?;
         for (key, name) in [("picture", &row.picture), ("heatmap", &row.heatmap)] {
             let path = folder.join(name);
-            let bytes =
-                std::fs::read(&path).with_context(|| format!("{}: cannot be read", path.display()))?;
+            let bytes = std::fs::read(&path)
+                .with_context(|| format!("{}: cannot be read", path.display()))?;
             value[key] = json!(format!("data:image/png;base64,{}", STANDARD.encode(bytes)));
         }
         rows.push(value);

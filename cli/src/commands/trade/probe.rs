@@ -26,9 +26,15 @@ pub(super) struct Alone {
 pub(super) fn run(options: &TradeOptions, words: &[String]) -> Result<()> {
     let start = std::time::Instant::now();
     let mut prepared = super::prepared(options, words, &[])?;
-    let camera = *prepared.cameras.first().context("there is no camera to draw from")?;
+    let camera = *prepared
+        .cameras
+        .first()
+        .context("there is no camera to draw from")?;
     (prepared.render)(&camera)?;
-    let alone = Alone { cold_ms: report::ms_since(start), peak_bytes: report::peak_bytes() };
+    let alone = Alone {
+        cold_ms: report::ms_since(start),
+        peak_bytes: report::peak_bytes(),
+    };
     println!("{}", serde_json::to_string(&alone)?);
     Ok(())
 }
@@ -37,13 +43,24 @@ pub(super) fn run(options: &TradeOptions, words: &[String]) -> Result<()> {
 pub(super) fn measured(words: &[String], folder: &Path) -> Result<Alone> {
     let program = std::env::current_exe().context("the program does not know where it lies")?;
     let mut command = Command::new(program);
-    command.args(["trade", "--probe", "--out"]).arg(folder).args(words).stdin(Stdio::null());
+    command
+        .args(["trade", "--probe", "--out"])
+        .arg(folder)
+        .args(words)
+        .stdin(Stdio::null());
     // Ctrl-C asks this process to stop after the setting, and leaves the other alone.
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
-    let output = command.output().context("the program cannot start itself")?;
+    let output = command
+        .output()
+        .context("the program cannot start itself")?;
     if !output.status.success() {
-        bail!("{}", String::from_utf8_lossy(&output.stderr).trim().trim_start_matches("error: "));
+        bail!(
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+                .trim()
+                .trim_start_matches("error: ")
+        );
     }
     Ok(serde_json::from_slice(&output.stdout)?)
 }

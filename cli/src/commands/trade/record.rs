@@ -65,8 +65,9 @@ pub(super) struct Cost {
 }
 
 /// Columns of the error in a row, in the order of the tables.
-pub(super) const ERRORS: [&str; 9] =
-    ["rmse", "psnr", "max", "p99", "p999", "ssim", "flip", "flip-max", "flicker"];
+pub(super) const ERRORS: [&str; 9] = [
+    "rmse", "psnr", "max", "p99", "p999", "ssim", "flip", "flip-max", "flicker",
+];
 
 impl Report {
     /// What an earlier run of the same command left in `folder`, if there is any.
@@ -75,18 +76,32 @@ impl Report {
         if !path.exists() {
             return Ok(Vec::new());
         }
-        let unusable =
-            || format!("{}: not a report of trade; remove it or leave --resume out", path.display());
+        let unusable = || {
+            format!(
+                "{}: not a report of trade; remove it or leave --resume out",
+                path.display()
+            )
+        };
         let text = std::fs::read_to_string(&path).with_context(unusable)?;
         let report: Self = serde_json::from_str(&text).with_context(unusable)?;
-        Ok(if report.command == command { report.rows } else { Vec::new() })
+        Ok(if report.command == command {
+            report.rows
+        } else {
+            Vec::new()
+        })
     }
 
     /// Marks the rows that no other beats in both CPU time and error.
     pub(super) fn mark_front(&mut self) {
-        let at: Vec<(f64, f64)> = self.rows.iter().map(|row| (row.cost.cpu_ms, row.rmse())).collect();
+        let at: Vec<(f64, f64)> = self
+            .rows
+            .iter()
+            .map(|row| (row.cost.cpu_ms, row.rmse()))
+            .collect();
         for (row, &(time, error)) in self.rows.iter_mut().zip(&at) {
-            let beaten = at.iter().any(|&(t, e)| t <= time && e <= error && (t < time || e < error));
+            let beaten = at
+                .iter()
+                .any(|&(t, e)| t <= time && e <= error && (t < time || e < error));
             row.pareto = !beaten;
         }
     }
@@ -97,7 +112,13 @@ impl Report {
         ERRORS.iter().for_each(|name| text += &format!(",{name}"));
         text += ",command\n";
         for row in &self.rows {
-            let Cost { wall_ms, cpu_ms, spread, cold_ms, peak_bytes } = &row.cost;
+            let Cost {
+                wall_ms,
+                cpu_ms,
+                spread,
+                cold_ms,
+                peak_bytes,
+            } = &row.cost;
             let peak = peak_bytes.map_or(String::new(), |bytes| bytes.to_string());
             let name = quoted(&row.name);
             text += &format!(
@@ -117,7 +138,10 @@ impl Report {
 impl Row {
     /// Root mean square error.
     pub(super) fn rmse(&self) -> f64 {
-        self.error.get("rmse").and_then(Value::as_f64).unwrap_or(f64::INFINITY)
+        self.error
+            .get("rmse")
+            .and_then(Value::as_f64)
+            .unwrap_or(f64::INFINITY)
     }
 }
 
@@ -131,24 +155,50 @@ mod tests {
 
     fn row(name: &str, cpu_ms: f64, rmse: f64) -> Row {
         let error = Map::from_iter([("rmse".to_owned(), Value::from(rmse))]);
-        Row { name: name.into(), cost: Cost { cpu_ms, ..Cost::default() }, error, ..Row::default() }
+        Row {
+            name: name.into(),
+            cost: Cost {
+                cpu_ms,
+                ..Cost::default()
+            },
+            error,
+            ..Row::default()
+        }
     }
 
     #[test]
     fn the_front_holds_what_nothing_beats() {
-        let rows =
-            vec![row("fast", 1.0, 0.5), row("good", 5.0, 0.1), row("bad", 6.0, 0.2), row("same", 5.0, 0.1)];
-        let mut report = Report { rows, ..Report::default() };
+        let rows = vec![
+            row("fast", 1.0, 0.5),
+            row("good", 5.0, 0.1),
+            row("bad", 6.0, 0.2),
+            row("same", 5.0, 0.1),
+        ];
+        let mut report = Report {
+            rows,
+            ..Report::default()
+        };
         report.mark_front();
-        let front: Vec<&str> = report.rows.iter().filter(|r| r.pareto).map(|r| r.name.as_str()).collect();
+        let front: Vec<&str> = report
+            .rows
+            .iter()
+            .filter(|r| r.pareto)
+            .map(|r| r.name.as_str())
+            .collect();
         assert_eq!(front, ["fast", "good", "same"]);
     }
 
     #[test]
     fn the_table_quotes_what_holds_commas() {
-        let report = Report { rows: vec![row("a, \"b\"", 1.0, 0.5)], ..Report::default() };
+        let report = Report {
+            rows: vec![row("a, \"b\"", 1.0, 0.5)],
+            ..Report::default()
+        };
         let csv = report.csv();
         let line = csv.lines().nth(1).expect("one row");
-        assert!(line.starts_with("\"a, \"\"b\"\"\",,false,1.0000,"), "{line}");
+        assert!(
+            line.starts_with("\"a, \"\"b\"\"\",,false,1.0000,"),
+            "{line}"
+        );
     }
 }

@@ -13,9 +13,15 @@ pub(super) fn split(words: &[String]) -> Result<(TradeOptions, Vec<String>)> {
     let (mut own, mut measured) = (Vec::new(), Vec::new());
     let mut rest = words.iter().cloned();
     while let Some(word) = rest.next() {
-        let name = word.split('=').next().unwrap_or_default().trim_start_matches("--").to_owned();
-        let known =
-            command.get_arguments().find(|arg| word.starts_with("--") && arg.get_long() == Some(&name));
+        let name = word
+            .split('=')
+            .next()
+            .unwrap_or_default()
+            .trim_start_matches("--")
+            .to_owned();
+        let known = command
+            .get_arguments()
+            .find(|arg| word.starts_with("--") && arg.get_long() == Some(&name));
         match known {
             None => measured.push(word),
             Some(arg) => {
@@ -25,7 +31,10 @@ pub(super) fn split(words: &[String]) -> Result<(TradeOptions, Vec<String>)> {
             }
         }
     }
-    if let Some(word) = measured.iter().find(|word| ["-o", "--output", "--stats"].contains(&word.as_str())) {
+    if let Some(word) = measured
+        .iter()
+        .find(|word| ["-o", "--output", "--stats"].contains(&word.as_str()))
+    {
         bail!("{word}: trade writes its own pictures; leave it out");
     }
     Ok((TradeOptions::try_parse_from(own)?, measured))
@@ -41,13 +50,20 @@ mod tests {
 
     #[test]
     fn the_two_kinds_of_words_may_be_mixed() {
-        let words =
-            list("volsplat a.nrrd --out r --slab 1 --reps=3 --settings slab,subpixel --flicker --fov 20");
+        let words = list(
+            "volsplat a.nrrd --out r --slab 1 --reps=3 --settings slab,subpixel --flicker --fov 20",
+        );
         let (options, measured) = split(&words).expect("good");
         assert_eq!(measured, list("volsplat a.nrrd --slab 1 --fov 20"));
         assert_eq!((options.reps, options.flicker), (3, true));
         assert_eq!(options.settings, ["slab", "subpixel"]);
-        assert!(split(&list("volsplat a.nrrd -o b.png")).is_err(), "-o is refused");
-        assert!(split(&list("volsplat a.nrrd --reps many")).is_err(), "not a number");
+        assert!(
+            split(&list("volsplat a.nrrd -o b.png")).is_err(),
+            "-o is refused"
+        );
+        assert!(
+            split(&list("volsplat a.nrrd --reps many")).is_err(),
+            "not a number"
+        );
     }
 }

@@ -31,7 +31,9 @@ impl Drawer {
     pub(super) fn draw(&mut self, sheet: &Camera) -> Result<Drawn> {
         let drawn = self.draw_silently(sheet)?;
         if drawn.image.rgba.iter().all(|pixel| !(pixel[3] > 0.0)) {
-            report::say("warning: nothing of the references is seen from this camera: the picture is empty");
+            report::say(
+                "warning: nothing of the references is seen from this camera: the picture is empty",
+            );
         }
         Ok(drawn)
     }
@@ -39,14 +41,22 @@ impl Drawer {
     /// Draws.
     pub(super) fn draw_silently(&mut self, sheet: &Camera) -> Result<Drawn> {
         let views = self.layout.views(sheet, self.convergence);
-        let frames: Result<Vec<_>, _> = views.iter().map(|camera| self.warper.render(camera)).collect();
-        let (images, stats): (Vec<_>, Vec<_>) =
-            frames?.into_iter().map(|frame| (frame.image, frame.stats)).unzip();
+        let frames: Result<Vec<_>, _> = views
+            .iter()
+            .map(|camera| self.warper.render(camera))
+            .collect();
+        let (images, stats): (Vec<_>, Vec<_>) = frames?
+            .into_iter()
+            .map(|frame| (frame.image, frame.stats))
+            .unzip();
         let image = self.layout.put_together(sheet, images);
         if let LastPicture::Kept(last) = &mut self.last {
             *last = Some(image.clone());
         }
-        Ok(Drawn { image, account: account(&stats)? })
+        Ok(Drawn {
+            image,
+            account: account(&stats)?,
+        })
     }
 }
 

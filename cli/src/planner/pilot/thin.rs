@@ -33,7 +33,10 @@ impl Limit {
     /// What windows take of a picture, by the counts of the coarse picture and of its windows.
     fn share(&self, model: &Model, (whole, windows): (&Counts, &[Counts])) -> f64 {
         let fixed = model.fixed_share(&self.path, whole);
-        let own: f64 = windows.iter().map(|counts| model.growing_ms(&self.path, counts)).sum();
+        let own: f64 = windows
+            .iter()
+            .map(|counts| model.growing_ms(&self.path, counts))
+            .sum();
         let all = model.growing_ms(&self.path, whole).max(f64::MIN_POSITIVE);
         own / all * (1.0 - fixed) + fixed * windows.len() as f64
     }
@@ -62,8 +65,9 @@ impl Pilot {
         loop {
             let limit = &self.limit;
             let coarse = self.views.iter().filter_map(|view| view.coarse.as_ref());
-            let share: f64 =
-                coarse.map(|(whole, windows)| limit.share(&self.model, (whole, windows.as_slice()))).sum();
+            let share: f64 = coarse
+                .map(|(whole, windows)| limit.share(&self.model, (whole, windows.as_slice())))
+                .sum();
             if share <= limit.most {
                 return true;
             }
@@ -114,12 +118,19 @@ mod tests {
     fn model(frame_ms: f64) -> Model {
         let coefficients = [frame_ms, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0];
         let cpu_ms = BTreeMap::from([("volsplat x".to_owned(), coefficients)]);
-        Model { cpu_ms, wall_per_cpu: BTreeMap::new() }
+        Model {
+            cpu_ms,
+            wall_per_cpu: BTreeMap::new(),
+        }
     }
 
     /// Eight views of a sequence, whose windows hold six tenths of the work; the sixth has the most contrast.
     fn pilot(pictures: usize, effort: Effort) -> Pilot {
-        let pose = LookAt { position: DVec3::new(0.0, 0.0, 5.0), target: DVec3::ZERO, up: DVec3::Y };
+        let pose = LookAt {
+            position: DVec3::new(0.0, 0.0, 5.0),
+            target: DVec3::ZERO,
+            up: DVec3::Y,
+        };
         let camera = Camera::perspective(&pose, 0.5, [96, 96]).expect("a camera");
         let view = |place: usize| View {
             camera,
@@ -147,19 +158,36 @@ mod tests {
         let mut long = pilot(100);
         assert!(long.thinned() && long.views.len() == 8, "4.8 of 7 pictures");
         let mut short = pilot(64);
-        assert!(short.thinned() && short.views.len() == 4, "2.4 of 4.5 pictures");
-        assert!(short.views.iter().any(|view| view.unrest > 1.0), "the one with the most contrast stays");
-        assert!(!pilot(8).thinned(), "two views would take 1.2 of 0.6 pictures");
+        assert!(
+            short.thinned() && short.views.len() == 4,
+            "2.4 of 4.5 pictures"
+        );
+        assert!(
+            short.views.iter().any(|view| view.unrest > 1.0),
+            "the one with the most contrast stays"
+        );
+        assert!(
+            !pilot(8).thinned(),
+            "two views would take 1.2 of 0.6 pictures"
+        );
     }
 
     #[test]
     fn draws_are_left_out_first_but_not_below_the_least() {
-        let parts = Parts::Windows { side_px: 16, least: 6, guard_px: 0 };
+        let parts = Parts::Windows {
+            side_px: 16,
+            least: 6,
+            guard_px: 0,
+        };
         let draws = |effort, windows: &[Counts]| {
             pilot(1, effort).affordable_draws(1, (&counts(100.0), windows), (parts, 18))
         };
         assert_eq!(draws(Effort::Affordable, &[counts(5.0)]), 18, "a twentieth");
-        assert_eq!(draws(Effort::Affordable, &[counts(10.0)]), 12, "a tenth, where 0.07 are allowed");
+        assert_eq!(
+            draws(Effort::Affordable, &[counts(10.0)]),
+            12,
+            "a tenth, where 0.07 are allowed"
+        );
         assert_eq!(draws(Effort::Affordable, &[counts(60.0)]), 6, "no fewer");
         assert_eq!(draws(Effort::Any, &[counts(60.0)]), 18, "whatever it takes");
     }
@@ -168,9 +196,15 @@ mod tests {
     fn windows_count_by_their_work_and_by_what_each_frame_takes() {
         let limit = Limit::new("volsplat x".into(), (10, Effort::Affordable));
         let share = limit.share(&model(1.0), (&counts(90.0), &[counts(30.0), counts(15.0)]));
-        assert!((share - (0.5 * 0.9 + 2.0 * 0.1)).abs() < 1e-12, "half of the work and two frames: {share}");
+        assert!(
+            (share - (0.5 * 0.9 + 2.0 * 0.1)).abs() < 1e-12,
+            "half of the work and two frames: {share}"
+        );
         assert!((limit.most - 0.7).abs() < 1e-12);
-        assert_eq!(Limit::new(String::new(), (1, Effort::Any)).most, f64::INFINITY);
+        assert_eq!(
+            Limit::new(String::new(), (1, Effort::Any)).most,
+            f64::INFINITY
+        );
     }
 
     #[test]

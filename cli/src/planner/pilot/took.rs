@@ -43,7 +43,8 @@ impl Took {
         if !(determinant > 0.0) {
             return 0.0;
         }
-        let fixed = (windows.cpu_ms * whole.growing_ms - whole.cpu_ms * windows.growing_ms) / determinant;
+        let fixed =
+            (windows.cpu_ms * whole.growing_ms - whole.cpu_ms * windows.growing_ms) / determinant;
         fixed.clamp(0.0, MOST_FIXED * windows.cpu_ms / windows.number)
     }
 }
@@ -53,17 +54,34 @@ mod tests {
     use super::*;
 
     fn sum(number: f64, growing_ms: f64, [fixed, factor]: [f64; 2]) -> Sum {
-        Sum { number, cpu_ms: number * fixed + factor * growing_ms, growing_ms }
+        Sum {
+            number,
+            cpu_ms: number * fixed + factor * growing_ms,
+            growing_ms,
+        }
     }
 
     #[test]
     fn the_fixed_part_is_found() {
         for costs in [[0.5, 2.0], [0.0, 1.0], [3.0, 0.5]] {
-            let took = Took { whole: sum(8.0, 80.0, costs), windows: sum(48.0, 20.0, costs) };
+            let took = Took {
+                whole: sum(8.0, 80.0, costs),
+                windows: sum(48.0, 20.0, costs),
+            };
             let most = MOST_FIXED * took.windows.cpu_ms / 48.0;
             let found = took.fixed_ms();
-            assert!((found - costs[0].min(most)).abs() < 1e-12, "{costs:?}: {found}");
+            assert!(
+                (found - costs[0].min(most)).abs() < 1e-12,
+                "{costs:?}: {found}"
+            );
         }
-        assert_eq!(Took { whole: sum(8.0, 80.0, [1.0; 2]), windows: Sum::default() }.fixed_ms(), 0.0);
+        assert_eq!(
+            Took {
+                whole: sum(8.0, 80.0, [1.0; 2]),
+                windows: Sum::default()
+            }
+            .fixed_ms(),
+            0.0
+        );
     }
 }

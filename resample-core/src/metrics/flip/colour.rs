@@ -11,7 +11,11 @@
 use glam::{DMat3, DVec2, DVec3};
 
 /// CIE xy chromaticities of the sRGB primaries red, green, blue.
-const PRIMARIES_XY: [DVec2; 3] = [DVec2::new(0.64, 0.33), DVec2::new(0.30, 0.60), DVec2::new(0.15, 0.06)];
+const PRIMARIES_XY: [DVec2; 3] = [
+    DVec2::new(0.64, 0.33),
+    DVec2::new(0.30, 0.60),
+    DVec2::new(0.15, 0.06),
+];
 /// Chromaticity of the white point D65 as sRGB rounds it.
 const WHITE_XY: DVec2 = DVec2::new(0.3127, 0.3290);
 
@@ -29,7 +33,11 @@ impl ColourSpace {
         let [red, green, blue] = PRIMARIES_XY.map(xyz_of_unit_luminance);
         let primaries = DMat3::from_cols(red, green, blue);
         let xyz_from_rgb = primaries * DMat3::from_diagonal(primaries.inverse() * white_xyz);
-        Self { xyz_from_rgb, rgb_from_xyz: xyz_from_rgb.inverse(), white_xyz }
+        Self {
+            xyz_from_rgb,
+            rgb_from_xyz: xyz_from_rgb.inverse(),
+            white_xyz,
+        }
     }
 
     /// YCxCz of linear RGB. White is (100, 0, 0).
@@ -73,7 +81,11 @@ pub(super) fn hyab_distance(a: DVec3, b: DVec3) -> f64 {
 /// The curve of CIELAB: a cube root, continued as its tangent below (6/29)^3.
 fn lightness_response(relative: f64) -> f64 {
     const JOIN: f64 = 6.0 / 29.0;
-    if relative > JOIN * JOIN * JOIN { relative.cbrt() } else { relative / (3.0 * JOIN * JOIN) + 4.0 / 29.0 }
+    if relative > JOIN * JOIN * JOIN {
+        relative.cbrt()
+    } else {
+        relative / (3.0 * JOIN * JOIN) + 4.0 / 29.0
+    }
 }
 
 /// XYZ of a chromaticity at Y = 1.
@@ -88,8 +100,9 @@ mod tests {
     #[test]
     fn the_matrix_is_that_of_srgb() {
         // IEC 61966-2-1 prints the matrix to four decimals.
-        let expected =
-            DMat3::from_cols_array(&[0.4124, 0.2126, 0.0193, 0.3576, 0.7152, 0.1192, 0.1805, 0.0722, 0.9505]);
+        let expected = DMat3::from_cols_array(&[
+            0.4124, 0.2126, 0.0193, 0.3576, 0.7152, 0.1192, 0.1805, 0.0722, 0.9505,
+        ]);
         let found = ColourSpace::srgb().xyz_from_rgb;
         assert!(found.abs_diff_eq(expected, 1e-4), "sRGB to XYZ is {found}");
     }
@@ -98,11 +111,29 @@ mod tests {
     fn white_black_and_round_trip() {
         let space = ColourSpace::srgb();
         let white = DVec3::new(100.0, 0.0, 0.0);
-        assert!(space.opponent_from_rgb(DVec3::ONE).abs_diff_eq(white, 1e-10), "YCxCz of white");
-        assert!(space.hunt_lab_from_rgb(DVec3::ONE).abs_diff_eq(white, 1e-10), "CIELAB of white");
-        assert!(space.hunt_lab_from_rgb(DVec3::ZERO).abs_diff_eq(DVec3::ZERO, 1e-10), "CIELAB of black");
+        assert!(
+            space
+                .opponent_from_rgb(DVec3::ONE)
+                .abs_diff_eq(white, 1e-10),
+            "YCxCz of white"
+        );
+        assert!(
+            space
+                .hunt_lab_from_rgb(DVec3::ONE)
+                .abs_diff_eq(white, 1e-10),
+            "CIELAB of white"
+        );
+        assert!(
+            space
+                .hunt_lab_from_rgb(DVec3::ZERO)
+                .abs_diff_eq(DVec3::ZERO, 1e-10),
+            "CIELAB of black"
+        );
         let colour = DVec3::new(0.1, 0.7, 0.4);
         let back = space.rgb_from_opponent(space.opponent_from_rgb(colour));
-        assert!(back.abs_diff_eq(colour, 1e-12), "{colour} came back as {back}");
+        assert!(
+            back.abs_diff_eq(colour, 1e-12),
+            "{colour} came back as {back}"
+        );
     }
 }

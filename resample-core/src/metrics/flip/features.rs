@@ -18,7 +18,11 @@ const FEATURE_WIDTH_DEG: f64 = 0.082;
 const FEATURE_EXPONENT: f64 = 0.5;
 
 /// The feature difference of two luminance maps (the Y of YCxCz, -16..=100).
-pub(super) fn difference(image: &ScalarMap, reference: &ScalarMap, pixels_per_degree: f64) -> ScalarMap {
+pub(super) fn difference(
+    image: &ScalarMap,
+    reference: &ScalarMap,
+    pixels_per_degree: f64,
+) -> ScalarMap {
     let kernels = Kernels::new(pixels_per_degree);
     let image_features = kernels.detect(image);
     let reference_features = kernels.detect(reference);
@@ -30,7 +34,11 @@ pub(super) fn difference(image: &ScalarMap, reference: &ScalarMap, pixels_per_de
             (edge.max(point) * std::f64::consts::FRAC_1_SQRT_2).powf(FEATURE_EXPONENT)
         })
         .collect();
-    ScalarMap { width: image.width, height: image.height, values }
+    ScalarMap {
+        width: image.width,
+        height: image.height,
+        values,
+    }
 }
 
 /// Strength of the features at one pixel.
@@ -55,15 +63,25 @@ impl Kernels {
         Self {
             smooth: normalised(sampled_taps(radius, gaussian)),
             first: balanced(sampled_taps(radius, |x| -x * gaussian(x))),
-            second: balanced(sampled_taps(radius, |x| ((x / sigma_px).powi(2) - 1.0) * gaussian(x))),
+            second: balanced(sampled_taps(radius, |x| {
+                ((x / sigma_px).powi(2) - 1.0) * gaussian(x)
+            })),
         }
     }
 
     fn detect(&self, luminance: &ScalarMap) -> Vec<Feature> {
-        let values = luminance.values.iter().map(|y| (y + 16.0) / 116.0).collect();
-        let relative = ScalarMap { values, ..*luminance };
+        let values = luminance
+            .values
+            .iter()
+            .map(|y| (y + 16.0) / 116.0)
+            .collect();
+        let relative = ScalarMap {
+            values,
+            ..*luminance
+        };
         let rows = |taps: &[f64]| along_rows(&relative, taps, Border::Replicate);
-        let columns = |map: &ScalarMap, taps: &[f64]| along_columns(map, taps, Border::Replicate).values;
+        let columns =
+            |map: &ScalarMap, taps: &[f64]| along_columns(map, taps, Border::Replicate).values;
         let smooth_in_x = rows(&self.smooth);
         let edge_x = columns(&rows(&self.first), &self.smooth);
         let edge_y = columns(&smooth_in_x, &self.first);
@@ -71,7 +89,10 @@ impl Kernels {
         let point_y = columns(&smooth_in_x, &self.second);
         (0..edge_x.len())
             .into_par_iter()
-            .map(|i| Feature { edge: edge_x[i].hypot(edge_y[i]), point: point_x[i].hypot(point_y[i]) })
+            .map(|i| Feature {
+                edge: edge_x[i].hypot(edge_y[i]),
+                point: point_x[i].hypot(point_y[i]),
+            })
             .collect()
     }
 }
@@ -96,7 +117,10 @@ mod tests {
         for taps in [&kernels.first, &kernels.second] {
             let positive: f64 = taps.iter().filter(|&&tap| tap > 0.0).sum();
             let total: f64 = taps.iter().sum();
-            assert!((positive - 1.0).abs() < 1e-12 && total.abs() < 1e-12, "sums {positive} and {total}");
+            assert!(
+                (positive - 1.0).abs() < 1e-12 && total.abs() < 1e-12,
+                "sums {positive} and {total}"
+            );
         }
     }
 
@@ -107,11 +131,20 @@ mod tests {
         let step = ScalarMap {
             width: 64,
             height: 8,
-            values: (0..512).map(|at| if at % 64 < 32 { -16.0 } else { 100.0 }).collect(),
+            values: (0..512)
+                .map(|at| if at % 64 < 32 { -16.0 } else { 100.0 })
+                .collect(),
         };
-        let flat = ScalarMap { values: vec![-16.0; 512], ..step };
-        let found = difference(&step, &flat, super::super::DEFAULT_PIXELS_PER_DEGREE).values[4 * 64 + 32];
+        let flat = ScalarMap {
+            values: vec![-16.0; 512],
+            ..step
+        };
+        let found =
+            difference(&step, &flat, super::super::DEFAULT_PIXELS_PER_DEGREE).values[4 * 64 + 32];
         let expected = std::f64::consts::FRAC_1_SQRT_2.sqrt();
-        assert!((found - expected).abs() < 1e-12, "feature difference {found}, expected {expected}");
+        assert!(
+            (found - expected).abs() < 1e-12,
+            "feature difference {found}, expected {expected}"
+        );
     }
 }

@@ -94,7 +94,11 @@ pub fn pixels_per_degree(distance_m: f64, screen_width_m: f64, screen_width_px: 
 /// # Errors
 /// As [`super::compare`], for sizes, lengths and values that are not finite; and for `pixels_per_degree` outside
 /// `0 < p <= MAX_PIXELS_PER_DEGREE`.
-pub fn map(image: &Image, reference: &Image, pixels_per_degree: f64) -> Result<ScalarMap, MetricsError> {
+pub fn map(
+    image: &Image,
+    reference: &Image,
+    pixels_per_degree: f64,
+) -> Result<ScalarMap, MetricsError> {
     check_pair(image, reference)?;
     if !(pixels_per_degree > 0.0 && pixels_per_degree <= MAX_PIXELS_PER_DEGREE) {
         return Err(MetricsError::BadPixelsPerDegree(pixels_per_degree));
@@ -102,14 +106,18 @@ pub fn map(image: &Image, reference: &Image, pixels_per_degree: f64) -> Result<S
     let space = ColourSpace::srgb();
     let image = Opponent::new(image, &space);
     let reference = Opponent::new(reference, &space);
-    let feature_error = features::difference(&image.luminance, &reference.luminance, pixels_per_degree);
+    let feature_error =
+        features::difference(&image.luminance, &reference.luminance, pixels_per_degree);
     let image = image.seen_lab(&space, pixels_per_degree);
     let reference = reference.seen_lab(&space, pixels_per_degree);
     let largest = largest_distance(&space);
     let values = (image.par_iter().zip(&reference).zip(&feature_error.values))
         .map(|((a, b), feature)| colour_error(*a, *b, largest).powf(1.0 - feature))
         .collect();
-    Ok(ScalarMap { values, ..feature_error })
+    Ok(ScalarMap {
+        values,
+        ..feature_error
+    })
 }
 
 /// A picture in the opponent space YCxCz: luminance, red against green, blue against yellow.
@@ -121,13 +129,21 @@ struct Opponent {
 
 impl Opponent {
     fn new(image: &Image, space: &ColourSpace) -> Self {
-        let colours: Vec<DVec3> = image.rgba.par_iter().map(|pixel| opponent_of(pixel, space)).collect();
+        let colours: Vec<DVec3> = image
+            .rgba
+            .par_iter()
+            .map(|pixel| opponent_of(pixel, space))
+            .collect();
         let plane = |channel: usize| ScalarMap {
             width: image.width,
             height: image.height,
             values: colours.iter().map(|colour| colour[channel]).collect(),
         };
-        Self { luminance: plane(0), red_green: plane(1), blue_yellow: plane(2) }
+        Self {
+            luminance: plane(0),
+            red_green: plane(1),
+            blue_yellow: plane(2),
+        }
     }
 
     /// The picture after the eye's blur, as CIELAB with the Hunt effect.
@@ -138,7 +154,9 @@ impl Opponent {
         (luminance.par_iter().zip(&red_green).zip(&blue_yellow))
             .map(|((&y, &cx), &cz)| {
                 // The blur can leave the gamut of the screen, so the colour is clamped before it is judged.
-                let rgb = space.rgb_from_opponent(DVec3::new(y, cx, cz)).clamp(DVec3::ZERO, DVec3::ONE);
+                let rgb = space
+                    .rgb_from_opponent(DVec3::new(y, cx, cz))
+                    .clamp(DVec3::ZERO, DVec3::ONE);
                 space.hunt_lab_from_rgb(rgb)
             })
             .collect()
@@ -160,10 +178,14 @@ fn csf_filtered(channel: &ScalarMap, terms: &[CsfTerm], pixels_per_degree: f64) 
     let mut sum = vec![0.0; channel.values.len()];
     let mut total_weight = 0.0;
     for &(amplitude, width) in terms {
-        let taps = sampled_taps(radius, |x| (-(PI * x / pixels_per_degree).powi(2) / width).exp());
+        let taps = sampled_taps(radius, |x| {
+            (-(PI * x / pixels_per_degree).powi(2) / width).exp()
+        });
         let weight = amplitude * (PI / width).sqrt() * taps.iter().sum::<f64>().powi(2);
         let filtered = along_both(channel, &normalised(taps), Border::Replicate);
-        sum.iter_mut().zip(filtered.values).for_each(|(total, value)| *total += weight * value);
+        sum.iter_mut()
+            .zip(filtered.values)
+            .for_each(|(total, value)| *total += weight * value);
         total_weight += weight;
     }
     sum.iter_mut().for_each(|value| *value /= total_weight);

@@ -11,10 +11,17 @@ fn uniform(colour: [f32; 3]) -> Image {
 
 #[test]
 fn green_against_blue_is_the_largest_error() {
-    let map =
-        map(&uniform([0.0, 1.0, 0.0]), &uniform([0.0, 0.0, 1.0]), DEFAULT_PIXELS_PER_DEGREE).expect("valid");
+    let map = map(
+        &uniform([0.0, 1.0, 0.0]),
+        &uniform([0.0, 0.0, 1.0]),
+        DEFAULT_PIXELS_PER_DEGREE,
+    )
+    .expect("valid");
     for error in map.values {
-        assert!((error - 1.0).abs() < 1e-9, "green against blue gives {error}, not 1");
+        assert!(
+            (error - 1.0).abs() < 1e-9,
+            "green against blue gives {error}, not 1"
+        );
     }
 }
 
@@ -24,9 +31,17 @@ fn uniform_greys_have_the_closed_form() {
     let largest = largest_distance(&ColourSpace::srgb());
     let fraction = 100f64.powf(0.7) / largest;
     let expected = 0.95 + (fraction - 0.4) / 0.6 * 0.05;
-    let map = map(&uniform([0.0; 3]), &uniform([1.0; 3]), DEFAULT_PIXELS_PER_DEGREE).expect("valid");
+    let map = map(
+        &uniform([0.0; 3]),
+        &uniform([1.0; 3]),
+        DEFAULT_PIXELS_PER_DEGREE,
+    )
+    .expect("valid");
     for error in map.values {
-        assert!((error - expected).abs() < 1e-9, "black against white gives {error}, expected {expected}");
+        assert!(
+            (error - expected).abs() < 1e-9,
+            "black against white gives {error}, expected {expected}"
+        );
     }
 }
 
@@ -34,8 +49,18 @@ fn uniform_greys_have_the_closed_form() {
 fn the_order_of_the_pictures_does_not_matter() {
     let (image, reference) = Pattern::Checker.pair();
     let forward = map(&image, &reference, 40.0).expect("valid");
-    assert_eq!(forward, map(&reference, &image, 40.0).expect("valid"), "FLIP must be symmetric");
-    assert!(forward.values.iter().all(|error| (0.0..=1.0).contains(error)), "errors lie in 0..=1");
+    assert_eq!(
+        forward,
+        map(&reference, &image, 40.0).expect("valid"),
+        "FLIP must be symmetric"
+    );
+    assert!(
+        forward
+            .values
+            .iter()
+            .all(|error| (0.0..=1.0).contains(error)),
+        "errors lie in 0..=1"
+    );
 }
 
 /// Expected: the authors' reference implementation, package flip-evaluator 1.7, called as `evaluate(reference, test,
@@ -48,21 +73,43 @@ fn patterns_agree_with_the_reference_implementation() {
         (
             Pattern::Ramp,
             DEFAULT_PIXELS_PER_DEGREE,
-            [0.12867265, 0.12019710, 0.15724136, 0.13318453, 0.19491574, 0.13201423],
+            [
+                0.12867265, 0.12019710, 0.15724136, 0.13318453, 0.19491574, 0.13201423,
+            ],
         ),
-        (Pattern::Ramp, 20.0, [0.22729973, 0.23196343, 0.14093661, 0.17573188, 0.33032900, 0.32016951]),
+        (
+            Pattern::Ramp,
+            20.0,
+            [
+                0.22729973, 0.23196343, 0.14093661, 0.17573188, 0.33032900, 0.32016951,
+            ],
+        ),
         (
             Pattern::Checker,
             DEFAULT_PIXELS_PER_DEGREE,
-            [0.21447975, 0.22325688, 0.07434110, 0.00001507, 0.05960783, 0.07150053],
+            [
+                0.21447975, 0.22325688, 0.07434110, 0.00001507, 0.05960783, 0.07150053,
+            ],
         ),
-        (Pattern::Checker, 20.0, [0.30381116, 0.34140603, 0.0, 0.0, 0.0, 0.04981264]),
+        (
+            Pattern::Checker,
+            20.0,
+            [0.30381116, 0.34140603, 0.0, 0.0, 0.0, 0.04981264],
+        ),
         (
             Pattern::Noise,
             DEFAULT_PIXELS_PER_DEGREE,
-            [0.01986719, 0.01981714, 0.05208599, 0.02405126, 0.01495808, 0.02356616],
+            [
+                0.01986719, 0.01981714, 0.05208599, 0.02405126, 0.01495808, 0.02356616,
+            ],
         ),
-        (Pattern::Noise, 20.0, [0.01823698, 0.01864072, 0.15526435, 0.00424731, 0.00010586, 0.06450250]),
+        (
+            Pattern::Noise,
+            20.0,
+            [
+                0.01823698, 0.01864072, 0.15526435, 0.00424731, 0.00010586, 0.06450250,
+            ],
+        ),
     ];
     for (pattern, pixels_per_degree, expected) in expected {
         let (image, reference) = pattern.pair();
@@ -70,7 +117,14 @@ fn patterns_agree_with_the_reference_implementation() {
         let at = |x: usize, y: usize| map.values[y * WIDTH + x];
         let mean = FlipSummary::new(map.values.clone()).mean;
         let mean_in_disc = FlipSummary::new(map.selected(Some(&disc_mask()))).mean;
-        let found = [mean, mean_in_disc, at(0, 0), at(23, 18), at(46, 36), at(10, 30)];
+        let found = [
+            mean,
+            mean_in_disc,
+            at(0, 0),
+            at(23, 18),
+            at(46, 36),
+            at(10, 30),
+        ];
         for (found, expected) in found.into_iter().zip(expected) {
             assert!(
                 (found - expected).abs() < 1e-4,
@@ -84,10 +138,23 @@ fn patterns_agree_with_the_reference_implementation() {
 fn weighted_quartiles_weigh_each_error_by_itself() {
     // The total is 8: the five small errors hold 1.25 of it, the large ones 6.75.
     let summary = FlipSummary::new(vec![3.0, 0.25, 0.25, 0.25, 3.75, 0.25, 0.25]);
-    assert_eq!(summary.weighted_quartile_1, 3.0, "a quarter (2) is reached in the error 3");
-    assert_eq!(summary.weighted_median, 3.0, "half (4) is reached in the error 3");
-    assert_eq!(summary.weighted_quartile_3, 3.75, "three quarters (6) need the last error");
-    assert_eq!((summary.mean, summary.max), (8.0 / 7.0, 3.75), "mean and maximum");
+    assert_eq!(
+        summary.weighted_quartile_1, 3.0,
+        "a quarter (2) is reached in the error 3"
+    );
+    assert_eq!(
+        summary.weighted_median, 3.0,
+        "half (4) is reached in the error 3"
+    );
+    assert_eq!(
+        summary.weighted_quartile_3, 3.75,
+        "three quarters (6) need the last error"
+    );
+    assert_eq!(
+        (summary.mean, summary.max),
+        (8.0 / 7.0, 3.75),
+        "mean and maximum"
+    );
     assert_eq!(FlipSummary::new(Vec::new()).mean, 0.0, "no pixel, no error");
 }
 
@@ -102,6 +169,12 @@ fn the_viewing_condition_is_checked() {
         );
     }
     let default = pixels_per_degree(0.7, 0.7, 3840.0);
-    assert!((default - DEFAULT_PIXELS_PER_DEGREE).abs() < 1e-12, "the default screen has {default}");
-    assert!((default - 67.0206).abs() < 1e-4, "the default screen has {default} pixels per degree");
+    assert!(
+        (default - DEFAULT_PIXELS_PER_DEGREE).abs() < 1e-12,
+        "the default screen has {default}"
+    );
+    assert!(
+        (default - 67.0206).abs() < 1e-4,
+        "the default screen has {default} pixels per degree"
+    );
 }

@@ -60,11 +60,19 @@ struct Packed {
 impl<'a> Numbers<'a> {
     /// The numbers of `root` in its buffers.
     pub(super) fn new(root: &'a Root, buffers: &'a [Vec<u8>]) -> Self {
-        Self { root, buffers, elements_left: Cell::new(MAX_ELEMENTS) }
+        Self {
+            root,
+            buffers,
+            elements_left: Cell::new(MAX_ELEMENTS),
+        }
     }
 
     /// Vectors of `N` numbers. Components that the accessor does not have are 1, as alpha.
-    pub(super) fn vectors<const N: usize>(&self, index: usize, how: &Use) -> Result<Vec<[f32; N]>, String> {
+    pub(super) fn vectors<const N: usize>(
+        &self,
+        index: usize,
+        how: &Use,
+    ) -> Result<Vec<[f32; N]>, String> {
         let packed = self.packed(index, how)?;
         let size = bytes_of(packed.component);
         let vector = |element: &[u8]| {
@@ -74,11 +82,19 @@ impl<'a> Numbers<'a> {
             }
             vector
         };
-        Ok(packed.bytes.chunks_exact(size * packed.width).map(vector).collect())
+        Ok(packed
+            .bytes
+            .chunks_exact(size * packed.width)
+            .map(vector)
+            .collect())
     }
 
     /// Whole numbers, `N` per element: indices and joints.
-    pub(super) fn whole<const N: usize>(&self, index: usize, how: &Use) -> Result<Vec<[u32; N]>, String> {
+    pub(super) fn whole<const N: usize>(
+        &self,
+        index: usize,
+        how: &Use,
+    ) -> Result<Vec<[u32; N]>, String> {
         let packed = self.packed(index, how)?;
         let size = bytes_of(packed.component);
         let element = |element: &[u8]| {
@@ -88,18 +104,29 @@ impl<'a> Numbers<'a> {
             }
             numbers
         };
-        Ok(packed.bytes.chunks_exact(size * packed.width).map(element).collect())
+        Ok(packed
+            .bytes
+            .chunks_exact(size * packed.width)
+            .map(element)
+            .collect())
     }
 
     /// The bytes of a buffer view.
     pub(super) fn view(&self, index: usize) -> Result<&'a [u8], String> {
-        let view =
-            self.root.buffer_views.get(index).ok_or_else(|| format!("buffer view {index} does not exist"))?;
+        let view = self
+            .root
+            .buffer_views
+            .get(index)
+            .ok_or_else(|| format!("buffer view {index} does not exist"))?;
         let buffer = view.buffer.value();
-        let bytes = self.buffers.get(buffer).ok_or_else(|| format!("buffer {buffer} does not exist"))?;
+        let bytes = self
+            .buffers
+            .get(buffer)
+            .ok_or_else(|| format!("buffer {buffer} does not exist"))?;
         let start = view.byte_offset.unwrap_or_default().0;
-        let range =
-            usize::try_from(start).ok().zip(usize::try_from(start.saturating_add(view.byte_length.0)).ok());
+        let range = usize::try_from(start)
+            .ok()
+            .zip(usize::try_from(start.saturating_add(view.byte_length.0)).ok());
         range.and_then(|(start, end)| bytes.get(start..end)).ok_or_else(|| {
             let (length, size) = (view.byte_length.0, bytes.len());
             format!("buffer view {index} takes {length} bytes from byte {start} of a buffer of {size} bytes")
@@ -107,9 +134,13 @@ impl<'a> Numbers<'a> {
     }
 
     fn packed(&self, index: usize, how: &Use) -> Result<Packed, String> {
-        let accessor =
-            self.root.accessors.get(index).ok_or_else(|| format!("accessor {index} does not exist"))?;
-        self.gathered(accessor, how).map_err(|what| format!("accessor {index} ({}): {what}", how.name))
+        let accessor = self
+            .root
+            .accessors
+            .get(index)
+            .ok_or_else(|| format!("accessor {index} does not exist"))?;
+        self.gathered(accessor, how)
+            .map_err(|what| format!("accessor {index} ({}): {what}", how.name))
     }
 
     fn gathered(&self, accessor: &Accessor, how: &Use) -> Result<Packed, String> {
@@ -121,7 +152,11 @@ impl<'a> Numbers<'a> {
             None => bytes.resize(count * size, 0),
             Some(view) => {
                 let offset = accessor.byte_offset.unwrap_or_default().0;
-                let elements = Elements { count, size, stride: self.stride(view.value(), size)? };
+                let elements = Elements {
+                    count,
+                    size,
+                    stride: self.stride(view.value(), size)?,
+                };
                 elements.gather(self.view(view.value())?, offset, &mut bytes)?;
             }
         }
@@ -129,8 +164,19 @@ impl<'a> Numbers<'a> {
             self.substitute(sparse, size, &mut bytes)?;
         }
         let fractions = accessor.normalized || how.integers == Integers::Fractions;
-        Ok(Packed { bytes, count, width, component, fractions }).inspect(|packed| {
-            debug_assert_eq!(packed.bytes.len(), packed.count * size, "every element was gathered");
+        Ok(Packed {
+            bytes,
+            count,
+            width,
+            component,
+            fractions,
+        })
+        .inspect(|packed| {
+            debug_assert_eq!(
+                packed.bytes.len(),
+                packed.count * size,
+                "every element was gathered"
+            );
         })
     }
 
@@ -139,22 +185,28 @@ impl<'a> Numbers<'a> {
         let count = accessor.count.0;
         let in_file: u64 = self.buffers.iter().map(|buffer| buffer.len() as u64).sum();
         if accessor.buffer_view.is_none() && count > in_file.max(FREE_ZEROS) {
-            return Err(format!("claims {count} elements without data: more than the file can mean"));
+            return Err(format!(
+                "claims {count} elements without data: more than the file can mean"
+            ));
         }
         let left = self.elements_left.get().checked_sub(count);
-        let left =
-            left.ok_or_else(|| format!("the file asks for more than {MAX_ELEMENTS} elements in all"))?;
+        let left = left
+            .ok_or_else(|| format!("the file asks for more than {MAX_ELEMENTS} elements in all"))?;
         self.elements_left.set(left);
         usize::try_from(count).map_err(|_| format!("claims {count} elements"))
     }
 
     fn stride(&self, view: usize, size: usize) -> Result<usize, String> {
-        let stride =
-            self.root.buffer_views.get(view).and_then(|view| view.byte_stride).map(|stride| stride.0);
+        let stride = self
+            .root
+            .buffer_views
+            .get(view)
+            .and_then(|view| view.byte_stride)
+            .map(|stride| stride.0);
         match stride {
-            Some(stride) if stride != 0 && stride < size => {
-                Err(format!("elements of {size} bytes cannot be {stride} bytes apart"))
-            }
+            Some(stride) if stride != 0 && stride < size => Err(format!(
+                "elements of {size} bytes cannot be {stride} bytes apart"
+            )),
             Some(stride) if stride != 0 => Ok(stride),
             _ => Ok(size),
         }
@@ -172,27 +224,43 @@ impl<'a> Numbers<'a> {
         };
         let count = usize::try_from(sparse.count.0).unwrap_or(usize::MAX);
         if count > bytes.len() / size {
-            return Err(format!("{count} sparse substitutes for {} elements", bytes.len() / size));
+            return Err(format!(
+                "{count} sparse substitutes for {} elements",
+                bytes.len() / size
+            ));
         }
         let index_size = bytes_of(index_type.0);
         let mut places = Vec::new();
-        let indices = Elements { count, size: index_size, stride: index_size };
+        let indices = Elements {
+            count,
+            size: index_size,
+            stride: index_size,
+        };
         indices.gather(
             self.view(sparse.indices.buffer_view.value())?,
             sparse.indices.byte_offset.0,
             &mut places,
         )?;
         let mut values = Vec::new();
-        let elements = Elements { count, size, stride: size };
+        let elements = Elements {
+            count,
+            size,
+            stride: size,
+        };
         elements.gather(
             self.view(sparse.values.buffer_view.value())?,
             sparse.values.byte_offset.0,
             &mut values,
         )?;
-        for (place, value) in places.chunks_exact(index_size).zip(values.chunks_exact(size)) {
+        for (place, value) in places
+            .chunks_exact(index_size)
+            .zip(values.chunks_exact(size))
+        {
             let at = little_endian(place) as usize;
             let element = bytes.chunks_exact_mut(size).nth(at);
-            element.ok_or_else(|| format!("sparse index {at} is out of range"))?.copy_from_slice(value);
+            element
+                .ok_or_else(|| format!("sparse index {at} is out of range"))?
+                .copy_from_slice(value);
         }
         Ok(())
     }
@@ -207,7 +275,11 @@ struct Elements {
 
 impl Elements {
     fn gather(&self, view: &[u8], offset: u64, packed: &mut Vec<u8>) -> Result<(), String> {
-        let Self { count, size, stride } = *self;
+        let Self {
+            count,
+            size,
+            stride,
+        } = *self;
         let last = (count as u64).saturating_sub(1);
         let end = last
             .checked_mul(stride as u64)
@@ -228,14 +300,22 @@ impl Elements {
 }
 
 fn checked_type(accessor: &Accessor, how: &Use) -> Result<(ComponentType, usize), String> {
-    let (Checked::Valid(shape), Checked::Valid(component)) = (accessor.type_, accessor.component_type) else {
+    let (Checked::Valid(shape), Checked::Valid(component)) =
+        (accessor.type_, accessor.component_type)
+    else {
         return Err("unknown type".into());
     };
     if !how.shapes.contains(&shape) {
-        return Err(format!("expected a type of {:?}, found {shape:?}", how.shapes));
+        return Err(format!(
+            "expected a type of {:?}, found {shape:?}",
+            how.shapes
+        ));
     }
     if !how.components.contains(&component.0) {
-        return Err(format!("expected components of {:?}, found {:?}", how.components, component.0));
+        return Err(format!(
+            "expected components of {:?}, found {:?}",
+            how.components, component.0
+        ));
     }
     Ok((component.0, shape.multiplicity()))
 }
@@ -249,7 +329,10 @@ fn bytes_of(component: ComponentType) -> usize {
 }
 
 fn little_endian(bytes: &[u8]) -> u32 {
-    bytes.iter().rev().fold(0, |number, &byte| (number << 8) | u32::from(byte))
+    bytes
+        .iter()
+        .rev()
+        .fold(0, |number, &byte| (number << 8) | u32::from(byte))
 }
 
 /// A number from its bytes; integers as fractions are those of glTF 2.0, 3.6.2.2.
@@ -263,5 +346,9 @@ fn decoded(bytes: &[u8], component: ComponentType, fractions: bool) -> f32 {
         ComponentType::U16 => (f32::from(bits as u16), 65535.0),
         ComponentType::U32 => (bits as f32, u32::MAX as f32),
     };
-    if fractions { (number / largest).max(-1.0) } else { number }
+    if fractions {
+        (number / largest).max(-1.0)
+    } else {
+        number
+    }
 }

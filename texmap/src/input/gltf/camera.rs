@@ -19,13 +19,21 @@ pub(super) fn cameras(
 ) -> Vec<SceneCamera> {
     let mut cameras = Vec::new();
     for &node in shown {
-        let Some(index) = root.nodes[node].camera.map(|camera| camera.value()) else { continue };
+        let Some(index) = root.nodes[node].camera.map(|camera| camera.value()) else {
+            continue;
+        };
         let json = root.cameras.get(index);
         let pose = pose(&world_from_nodes[node]);
         match json.and_then(lens).zip(pose) {
             Some((lens, world_from_camera)) => {
-                let name = json.and_then(|json| json.name.clone()).or_else(|| root.nodes[node].name.clone());
-                cameras.push(SceneCamera { name: name.unwrap_or_default(), world_from_camera, lens });
+                let name = json
+                    .and_then(|json| json.name.clone())
+                    .or_else(|| root.nodes[node].name.clone());
+                cameras.push(SceneCamera {
+                    name: name.unwrap_or_default(),
+                    world_from_camera,
+                    lens,
+                });
             }
             None => notes.say(format!("camera {index} is not usable and is left out")),
         }
@@ -36,7 +44,10 @@ pub(super) fn cameras(
 fn lens(json: &gltf::json::Camera) -> Option<SceneLens> {
     if let Some(lens) = &json.perspective {
         let fov_y_rad = f64::from(lens.yfov);
-        let aspect = lens.aspect_ratio.map(f64::from).filter(|&aspect| aspect > 0.0 && aspect.is_finite());
+        let aspect = lens
+            .aspect_ratio
+            .map(f64::from)
+            .filter(|&aspect| aspect > 0.0 && aspect.is_finite());
         let usable = fov_y_rad > 0.0 && fov_y_rad < std::f64::consts::PI;
         return usable.then_some(SceneLens::Perspective { fov_y_rad, aspect });
     }
@@ -50,7 +61,13 @@ fn lens(json: &gltf::json::Camera) -> Option<SceneLens> {
 fn pose(world_from_node: &DMat4) -> Option<DAffine3> {
     let position: DVec3 = world_from_node.w_axis.truncate();
     let backward = world_from_node.z_axis.truncate().try_normalize()?;
-    let right = world_from_node.y_axis.truncate().cross(backward).try_normalize()?;
+    let right = world_from_node
+        .y_axis
+        .truncate()
+        .cross(backward)
+        .try_normalize()?;
     let rotation = DMat3::from_cols(right, backward.cross(right), backward);
-    position.is_finite().then_some(DAffine3::from_mat3_translation(rotation, position))
+    position
+        .is_finite()
+        .then_some(DAffine3::from_mat3_translation(rotation, position))
 }

@@ -40,7 +40,9 @@ const LIGHT_ALONE: [&str; 5] = [
 
 /// The extensions that a file requires and that are read over: light on surfaces differs.
 pub(super) fn read_over(root: &Root) -> impl Iterator<Item = &String> {
-    root.extensions_required.iter().filter(|name| LIGHT_ALONE.contains(&name.as_str()))
+    root.extensions_required
+        .iter()
+        .filter(|name| LIGHT_ALONE.contains(&name.as_str()))
 }
 
 /// Whether a file starts as a binary glTF does.
@@ -50,12 +52,18 @@ pub(super) fn is_binary(bytes: &[u8]) -> bool {
 
 /// Reads the document and its buffers; names in it are relative to `folder`.
 pub(super) fn open(bytes: &[u8], folder: &Path) -> Result<Document, String> {
-    let (json, mut binary) = if is_binary(bytes) { chunks(bytes)? } else { (bytes, None) };
+    let (json, mut binary) = if is_binary(bytes) {
+        chunks(bytes)?
+    } else {
+        (bytes, None)
+    };
     let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
     let root: Root = serde_json::from_slice(json).map_err(|error| explained(json, &error))?;
     if !root.asset.version.starts_with("2.") {
         let version = files::excerpt(&root.asset.version);
-        return Err(format!("glTF version {version} is not read: convert the file to glTF 2.0"));
+        return Err(format!(
+            "glTF version {version} is not read: convert the file to glTF 2.0"
+        ));
     }
     let known = |name: &str| DECODED.contains(&name) || LIGHT_ALONE.contains(&name);
     if let Some(name) = root.extensions_required.iter().find(|name| !known(name)) {
@@ -66,9 +74,11 @@ pub(super) fn open(bytes: &[u8], folder: &Path) -> Result<Document, String> {
         let bytes = match &buffer.uri {
             Some(uri) => from_uri(uri, folder),
             // Only the first buffer may lie in the file itself.
-            None => {
-                binary.take().filter(|_| index == 0).map(<[u8]>::to_vec).ok_or_else(|| "has no data".into())
-            }
+            None => binary
+                .take()
+                .filter(|_| index == 0)
+                .map(<[u8]>::to_vec)
+                .ok_or_else(|| "has no data".into()),
         };
         let mut bytes = bytes.map_err(|what| format!("buffer {index}: {what}"))?;
         let length = usize::try_from(buffer.byte_length.0).unwrap_or(usize::MAX);
@@ -95,12 +105,16 @@ pub(super) fn from_uri(uri: &str, folder: &Path) -> Result<Vec<u8>, String> {
 /// The JSON and the data of a binary file.
 fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
     let word = |at: usize| {
-        bytes.get(at..at + 4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]]))
+        bytes
+            .get(at..at + 4)
+            .map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]]))
     };
     let cut = "the binary file is cut short";
     let version = word(4).ok_or(cut)?;
     if version != 2 {
-        return Err(format!("binary glTF of version {version} is not read: convert the file to glTF 2.0"));
+        return Err(format!(
+            "binary glTF of version {version} is not read: convert the file to glTF 2.0"
+        ));
     }
     let chunk = |at: usize| -> Result<(u32, &[u8], usize), String> {
         let (length, kind) = word(at).zip(word(at + 4)).ok_or(cut)?;
@@ -125,10 +139,15 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
 /// What is wrong with JSON that is no glTF 2.0; glTF 1.0 has objects where 2.0 has lists, and says its version.
 fn explained(json: &[u8], error: &serde_json::Error) -> String {
     let value = serde_json::from_slice::<serde_json::Value>(json).ok();
-    let version = value.as_ref().and_then(|value| value.get("asset")?.get("version")?.as_str());
+    let version = value
+        .as_ref()
+        .and_then(|value| value.get("asset")?.get("version")?.as_str());
     match (version, &value) {
         (Some(version), _) if !version.starts_with("2.") => {
-            format!("glTF version {} is not read: convert the file to glTF 2.0", files::excerpt(version))
+            format!(
+                "glTF version {} is not read: convert the file to glTF 2.0",
+                files::excerpt(version)
+            )
         }
         (None, Some(_)) => format!("JSON, but no glTF: it has no asset.version ({error})"),
         _ => format!("no valid glTF 2.0: {error}"),
@@ -145,5 +164,8 @@ fn undecoded(name: &str) -> String {
         "EXT_mesh_gpu_instancing" => "export each instance as a node of its own",
         _ => "export it without",
     };
-    format!("requires the extension {}, which is not decoded here: {way_out}", files::excerpt(name))
+    format!(
+        "requires the extension {}, which is not decoded here: {way_out}",
+        files::excerpt(name)
+    )
 }

@@ -59,7 +59,11 @@ pub(super) fn placed(
     weights: &[f32],
 ) -> Result<Placed, String> {
     let vectors = |index: usize, how: &Use| -> Result<Vec<DVec3>, String> {
-        Ok(numbers.vectors::<3>(index, how)?.iter().map(|v| DVec3::from_array(v.map(f64::from))).collect())
+        Ok(numbers
+            .vectors::<3>(index, how)?
+            .iter()
+            .map(|v| DVec3::from_array(v.map(f64::from)))
+            .collect())
     };
     let position = attribute(primitive, &Semantic::Positions).ok_or("it has no POSITION")?;
     let mut positions = vectors(position, &POSITION)?;
@@ -68,16 +72,26 @@ pub(super) fn placed(
         None => Vec::new(),
     };
     same_count("NORMAL", normals.len(), positions.len())?;
-    for (target, &weight) in
-        primitive.targets.iter().flatten().zip(weights).filter(|(_, weight)| **weight != 0.0)
+    for (target, &weight) in primitive
+        .targets
+        .iter()
+        .flatten()
+        .zip(weights)
+        .filter(|(_, weight)| **weight != 0.0)
     {
-        for (index, how, vertices) in
-            [(target.positions, &POSITION, &mut positions), (target.normals, &NORMAL, &mut normals)]
-        {
-            let Some(index) = index.filter(|_| !vertices.is_empty()) else { continue };
+        for (index, how, vertices) in [
+            (target.positions, &POSITION, &mut positions),
+            (target.normals, &NORMAL, &mut normals),
+        ] {
+            let Some(index) = index.filter(|_| !vertices.is_empty()) else {
+                continue;
+            };
             let moved = vectors(index.value(), how)?;
             same_count("a morph target", moved.len(), vertices.len())?;
-            vertices.iter_mut().zip(moved).for_each(|(vertex, by)| *vertex += f64::from(weight) * by);
+            vertices
+                .iter_mut()
+                .zip(moved)
+                .for_each(|(vertex, by)| *vertex += f64::from(weight) * by);
         }
     }
     match place {
@@ -89,9 +103,15 @@ pub(super) fn placed(
     }
 }
 
-fn moved(positions: Vec<DVec3>, normals: Vec<DVec3>, world_from_mesh: impl Fn(usize) -> DMat4) -> Placed {
+fn moved(
+    positions: Vec<DVec3>,
+    normals: Vec<DVec3>,
+    world_from_mesh: impl Fn(usize) -> DMat4,
+) -> Placed {
     let linear = |vertex: usize| DMat3::from_mat4(world_from_mesh(vertex));
-    let mirrored = (0..positions.len()).map(|vertex| linear(vertex).determinant() < 0.0).collect();
+    let mirrored = (0..positions.len())
+        .map(|vertex| linear(vertex).determinant() < 0.0)
+        .collect();
     let normal = |(vertex, normal): (usize, &DVec3)| {
         let linear = linear(vertex);
         let cofactors = DMat3::from_cols(
@@ -103,7 +123,11 @@ fn moved(positions: Vec<DVec3>, normals: Vec<DVec3>, world_from_mesh: impl Fn(us
     };
     let normals = normals.iter().enumerate().map(normal).collect();
     let position = |(vertex, &pos): (usize, &DVec3)| world_from_mesh(vertex).transform_point3(pos);
-    Placed { positions: positions.iter().enumerate().map(position).collect(), normals, mirrored }
+    Placed {
+        positions: positions.iter().enumerate().map(position).collect(),
+        normals,
+        mirrored,
+    }
 }
 
 /// The matrix of each vertex of a skin: the mean of its joints' by their weights.
@@ -115,17 +139,22 @@ fn blended(
 ) -> Result<Vec<DMat4>, String> {
     let mut sums = vec![(DMat4::ZERO, 0.0); count];
     for set in 0.. {
-        let pair =
-            attribute(primitive, &Semantic::Joints(set)).zip(attribute(primitive, &Semantic::Weights(set)));
+        let pair = attribute(primitive, &Semantic::Joints(set))
+            .zip(attribute(primitive, &Semantic::Weights(set)));
         let Some((joint, weight)) = pair else { break };
         let places = numbers.whole::<4>(joint, &JOINTS)?;
         let weights = numbers.vectors::<4>(weight, &WEIGHTS)?;
         same_count("JOINTS", places.len(), count)?;
         same_count("WEIGHTS", weights.len(), count)?;
         for ((sum, places), weights) in sums.iter_mut().zip(&places).zip(&weights) {
-            for (&place, &weight) in places.iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {
-                let joint =
-                    joints.get(place as usize).ok_or_else(|| format!("joint {place} does not exist"))?;
+            for (&place, &weight) in places
+                .iter()
+                .zip(weights)
+                .filter(|(_, weight)| **weight > 0.0)
+            {
+                let joint = joints
+                    .get(place as usize)
+                    .ok_or_else(|| format!("joint {place} does not exist"))?;
                 sum.0 += *joint * f64::from(weight);
                 sum.1 += f64::from(weight);
             }
@@ -135,14 +164,22 @@ fn blended(
     let first = joints.first().copied().unwrap_or(DMat4::IDENTITY);
     Ok(sums
         .into_iter()
-        .map(|(sum, weight)| if weight > 0.0 { sum * (1.0 / weight) } else { first })
+        .map(|(sum, weight)| {
+            if weight > 0.0 {
+                sum * (1.0 / weight)
+            } else {
+                first
+            }
+        })
         .collect())
 }
 
 /// Checks that an attribute has one element per position, or none at all.
 pub(super) fn same_count(name: &str, count: usize, positions: usize) -> Result<(), String> {
     if count != 0 && count != positions {
-        return Err(format!("{name} has {count} elements, POSITION has {positions}"));
+        return Err(format!(
+            "{name} has {count} elements, POSITION has {positions}"
+        ));
     }
     Ok(())
 }

@@ -53,7 +53,11 @@ impl<'a> Materials<'a> {
     }
 
     /// The place of a material of the file, or of the default one, in `materials`.
-    pub(super) fn place(&mut self, index: Option<usize>, notes: &mut Notes) -> Result<usize, String> {
+    pub(super) fn place(
+        &mut self,
+        index: Option<usize>,
+        notes: &mut Notes,
+    ) -> Result<usize, String> {
         if let Some(&place) = self.by_index.get(&index) {
             return Ok(place);
         }
@@ -67,8 +71,11 @@ impl<'a> Materials<'a> {
     }
 
     fn material(&mut self, index: usize, notes: &mut Notes) -> Result<Material, String> {
-        let json =
-            self.root.materials.get(index).ok_or_else(|| format!("material {index} does not exist"))?;
+        let json = self
+            .root
+            .materials
+            .get(index)
+            .ok_or_else(|| format!("material {index} does not exist"))?;
         let extensions = json.extensions.as_ref();
         let diffuse = extensions.and_then(|e| e.others.get("KHR_materials_pbrSpecularGlossiness"));
         let (base_colour, base_info) = match diffuse {
@@ -78,14 +85,20 @@ impl<'a> Materials<'a> {
                 (pbr.base_color_factor.0, pbr.base_color_texture.clone())
             }
         };
-        let strength =
-            extensions.and_then(|e| e.emissive_strength.as_ref()).map_or(1.0, |e| e.emissive_strength.0);
+        let strength = extensions
+            .and_then(|e| e.emissive_strength.as_ref())
+            .map_or(1.0, |e| e.emissive_strength.0);
         let Checked::Valid(alpha) = json.alpha_mode else {
-            return Err(format!("material {index}: alphaMode must be OPAQUE, MASK or BLEND"));
+            return Err(format!(
+                "material {index}: alphaMode must be OPAQUE, MASK or BLEND"
+            ));
         };
         let cutoff = json.alpha_cutoff.map_or(DEFAULT_CUTOFF, |cutoff| cutoff.0);
         let material = Material {
-            name: json.name.clone().unwrap_or_else(|| format!("material {index}")),
+            name: json
+                .name
+                .clone()
+                .unwrap_or_else(|| format!("material {index}")),
             base_colour,
             base_texture: self.texture_use(base_info.as_ref(), notes)?,
             emissive: json.emissive_factor.0.map(|factor| factor * strength),
@@ -95,7 +108,11 @@ impl<'a> Materials<'a> {
                 JsonAlpha::Mask => AlphaMode::Mask { cutoff },
                 JsonAlpha::Blend => AlphaMode::Blend,
             },
-            sides: if json.double_sided { Sides::Both } else { Sides::Front },
+            sides: if json.double_sided {
+                Sides::Both
+            } else {
+                Sides::Front
+            },
             lighting: match extensions.and_then(|e| e.unlit.as_ref()) {
                 Some(_) => Lighting::Unlit,
                 None => Lighting::Lit,
@@ -108,11 +125,22 @@ impl<'a> Materials<'a> {
         Ok(material)
     }
 
-    fn texture_use(&mut self, info: Option<&Info>, notes: &mut Notes) -> Result<Option<TextureUse>, String> {
+    fn texture_use(
+        &mut self,
+        info: Option<&Info>,
+        notes: &mut Notes,
+    ) -> Result<Option<TextureUse>, String> {
         let Some(info) = info else { return Ok(None) };
         let index = info.index.value();
-        let json = self.root.textures.get(index).ok_or_else(|| format!("texture {index} does not exist"))?;
-        let webp = json.extensions.as_ref().and_then(|e| e.others.get("EXT_texture_webp"));
+        let json = self
+            .root
+            .textures
+            .get(index)
+            .ok_or_else(|| format!("texture {index} does not exist"))?;
+        let webp = json
+            .extensions
+            .as_ref()
+            .and_then(|e| e.others.get("EXT_texture_webp"));
         let webp = webp.and_then(|value| usize::try_from(value.get("source")?.as_u64()?).ok());
         // The crate gives the largest index where the file gives none.
         let source = Some(json.source.value()).filter(|&source| source != u32::MAX as usize);
@@ -122,26 +150,42 @@ impl<'a> Materials<'a> {
             ));
             return Ok(None);
         };
-        let Some(texture) = self.image(image, notes)? else { return Ok(None) };
+        let Some(texture) = self.image(image, notes)? else {
+            return Ok(None);
+        };
         let sampler = match json.sampler.map(|sampler| sampler.value()) {
             None => gltf::json::texture::Sampler::default(),
             Some(at) => {
                 let sampler = self.root.samplers.get(at);
-                sampler.ok_or_else(|| format!("texture {index}: sampler {at} does not exist"))?.clone()
+                sampler
+                    .ok_or_else(|| format!("texture {index}: sampler {at} does not exist"))?
+                    .clone()
             }
         };
-        let transform = info.extensions.as_ref().and_then(|e| e.texture_transform.as_ref());
+        let transform = info
+            .extensions
+            .as_ref()
+            .and_then(|e| e.texture_transform.as_ref());
         let (uv_linear, uv_offset) = transform.map_or((DMat2::IDENTITY, DVec2::ZERO), uv_transform);
         if !uv_linear.is_finite() || !uv_offset.is_finite() {
             return Err(format!("texture {index}: its transform is not finite"));
         }
-        let uv_set = transform.and_then(|transform| transform.tex_coord).unwrap_or(info.tex_coord) as usize;
+        let uv_set = transform
+            .and_then(|transform| transform.tex_coord)
+            .unwrap_or(info.tex_coord) as usize;
         let wrap = [wrap(sampler.wrap_s, index)?, wrap(sampler.wrap_t, index)?];
         let magnify = match sampler.mag_filter {
             Some(Checked::Valid(MagFilter::Nearest)) => Magnify::Nearest,
             _ => Magnify::Linear,
         };
-        Ok(Some(TextureUse { texture, uv_set, uv_linear, uv_offset, wrap, magnify }))
+        Ok(Some(TextureUse {
+            texture,
+            uv_set,
+            uv_linear,
+            uv_offset,
+            wrap,
+            magnify,
+        }))
     }
 
     /// The place of a picture in `textures`; none if it cannot be had, which a note says.
@@ -149,25 +193,39 @@ impl<'a> Materials<'a> {
         if let Some(&place) = self.by_image.get(&index) {
             return Ok(place);
         }
-        let json = self.root.images.get(index).ok_or_else(|| format!("image {index} does not exist"))?;
+        let json = self
+            .root
+            .images
+            .get(index)
+            .ok_or_else(|| format!("image {index} does not exist"))?;
         let label = match (&json.name, &json.uri) {
             (_, Some(uri)) if files::data_uri(uri).is_none() => files::excerpt(uri),
             (Some(name), _) => files::excerpt(name),
             (None, _) => format!("image {index}"),
         };
-        let place = self.decoded(json, &label).and_then(|texture| self.textures.add(texture));
-        let place = place
-            .map_err(|what| notes.say(format!("texture {label}: {what}: its colour factor stands alone")));
+        let place = self
+            .decoded(json, &label)
+            .and_then(|texture| self.textures.add(texture));
+        let place = place.map_err(|what| {
+            notes.say(format!(
+                "texture {label}: {what}: its colour factor stands alone"
+            ))
+        });
         self.by_image.insert(index, place.ok());
         Ok(place.ok())
     }
 
     fn decoded(&self, json: &gltf::json::Image, label: &str) -> Result<Texture, String> {
-        let mime = json.mime_type.as_ref().and_then(|mime| ImageFormat::from_mime_type(&mime.0));
+        let mime = json
+            .mime_type
+            .as_ref()
+            .and_then(|mime| ImageFormat::from_mime_type(&mime.0));
         let format = mime.or_else(|| ImageFormat::from_path(json.uri.as_deref()?).ok());
         match (json.buffer_view, &json.uri) {
             (Some(view), _) => picture::decode(self.numbers.view(view.value())?, format, label),
-            (None, Some(uri)) => picture::decode(&container::from_uri(uri, self.folder)?, format, label),
+            (None, Some(uri)) => {
+                picture::decode(&container::from_uri(uri, self.folder)?, format, label)
+            }
             (None, None) => Err("has neither a file nor data".into()),
         }
     }
@@ -188,15 +246,29 @@ fn uv_transform(transform: &gltf::json::extensions::texture::TextureTransform) -
     let (sin, cos) = f64::from(transform.rotation.0).sin_cos();
     let rotation = DMat2::from_cols(DVec2::new(cos, -sin), DVec2::new(sin, cos));
     let scale = DMat2::from_diagonal(DVec2::from_array(transform.scale.0.map(f64::from)));
-    (rotation * scale, DVec2::from_array(transform.offset.0.map(f64::from)))
+    (
+        rotation * scale,
+        DVec2::from_array(transform.offset.0.map(f64::from)),
+    )
 }
 
 /// The diffuse colour and picture of KHR_materials_pbrSpecularGlossiness, which stand for the base colour's.
-fn diffuse_part(value: &serde_json::Value, index: usize) -> Result<([f32; 4], Option<Info>), String> {
+fn diffuse_part(
+    value: &serde_json::Value,
+    index: usize,
+) -> Result<([f32; 4], Option<Info>), String> {
     let broken = |error| format!("material {index}: KHR_materials_pbrSpecularGlossiness: {error}");
-    let factor =
-        value.get("diffuseFactor").cloned().map(serde_json::from_value).transpose().map_err(broken)?;
-    let info =
-        value.get("diffuseTexture").cloned().map(serde_json::from_value).transpose().map_err(broken)?;
+    let factor = value
+        .get("diffuseFactor")
+        .cloned()
+        .map(serde_json::from_value)
+        .transpose()
+        .map_err(broken)?;
+    let info = value
+        .get("diffuseTexture")
+        .cloned()
+        .map(serde_json::from_value)
+        .transpose()
+        .map_err(broken)?;
     Ok((factor.unwrap_or([1.0; 4]), info))
 }

@@ -47,13 +47,29 @@ pub(super) fn load(
     let mut materials = Materials::new(root, &numbers, folder);
     let mut meshes = Vec::new();
     for &node in &shown {
-        let Some(index) = root.nodes[node].mesh else { continue };
-        let read = Reading { root, numbers: &numbers, world_from_nodes: &world_from_nodes, node };
+        let Some(index) = root.nodes[node].mesh else {
+            continue;
+        };
+        let read = Reading {
+            root,
+            numbers: &numbers,
+            world_from_nodes: &world_from_nodes,
+            node,
+        };
         read.mesh(index.value(), &mut materials, &mut meshes, notes)?;
     }
     let cameras = camera::cameras(root, &shown, &world_from_nodes, notes);
-    let Materials { materials, textures, .. } = materials;
-    Ok(Scene { meshes, materials, textures: textures.into_textures(), cameras })
+    let Materials {
+        materials,
+        textures,
+        ..
+    } = materials;
+    Ok(Scene {
+        meshes,
+        materials,
+        textures: textures.into_textures(),
+        cameras,
+    })
 }
 
 /// What is needed to read the mesh of a node.
@@ -73,16 +89,23 @@ impl Reading<'_> {
         notes: &mut Notes,
     ) -> Result<(), String> {
         let (root, node) = (self.root, self.node);
-        let json =
-            root.meshes.get(index).ok_or_else(|| format!("node {node}: mesh {index} does not exist"))?;
+        let json = root
+            .meshes
+            .get(index)
+            .ok_or_else(|| format!("node {node}: mesh {index} does not exist"))?;
         let name = json.name.clone().or_else(|| root.nodes[node].name.clone());
         let name = name.unwrap_or_else(|| format!("mesh {index}"));
-        let weights = root.nodes[node].weights.as_deref().or(json.weights.as_deref()).unwrap_or_default();
+        let weights = root.nodes[node]
+            .weights
+            .as_deref()
+            .or(json.weights.as_deref())
+            .unwrap_or_default();
         let place = self.place()?;
         for (number, primitive) in json.primitives.iter().enumerate() {
-            let located = |what: String| format!("mesh '{}', primitive {number}: {what}", excerpt(&name));
-            let Some(mut mesh) =
-                primitive::mesh(primitive, self.numbers, (&place, weights), notes).map_err(located)?
+            let located =
+                |what: String| format!("mesh '{}', primitive {number}: {what}", excerpt(&name));
+            let Some(mut mesh) = primitive::mesh(primitive, self.numbers, (&place, weights), notes)
+                .map_err(located)?
             else {
                 continue;
             };
@@ -100,32 +123,54 @@ impl Reading<'_> {
             return Ok(Place::Node(self.world_from_nodes[self.node]));
         };
         let index = skin.value();
-        let skin = self.root.skins.get(index).ok_or_else(|| format!("skin {index} does not exist"))?;
+        let skin = self
+            .root
+            .skins
+            .get(index)
+            .ok_or_else(|| format!("skin {index} does not exist"))?;
         let binds = match skin.inverse_bind_matrices {
-            Some(accessor) => self.numbers.vectors::<16>(accessor.value(), &deform::BIND)?,
+            Some(accessor) => self
+                .numbers
+                .vectors::<16>(accessor.value(), &deform::BIND)?,
             None => Vec::new(),
         };
         if !binds.is_empty() && binds.len() < skin.joints.len() {
-            return Err(format!("skin {index}: {} joints, but {} matrices", skin.joints.len(), binds.len()));
+            return Err(format!(
+                "skin {index}: {} joints, but {} matrices",
+                skin.joints.len(),
+                binds.len()
+            ));
         }
         let joint = |(place, joint): (usize, &gltf::json::Index<gltf::json::Node>)| {
             let node = joint.value();
             let world = self.world_from_nodes.get(node);
-            let world = world.ok_or_else(|| format!("skin {index}: joint {node} does not exist"))?;
-            let bind =
-                binds.get(place).map_or(DMat4::IDENTITY, |m| DMat4::from_cols_array(&m.map(f64::from)));
+            let world =
+                world.ok_or_else(|| format!("skin {index}: joint {node} does not exist"))?;
+            let bind = binds.get(place).map_or(DMat4::IDENTITY, |m| {
+                DMat4::from_cols_array(&m.map(f64::from))
+            });
             Ok(*world * bind)
         };
-        Ok(Place::Skin(skin.joints.iter().enumerate().map(joint).collect::<Result<_, String>>()?))
+        Ok(Place::Skin(
+            skin.joints
+                .iter()
+                .enumerate()
+                .map(joint)
+                .collect::<Result<_, String>>()?,
+        ))
     }
 }
 
 fn tell_what_is_left_out(root: &Root, notes: &mut Notes) {
     for name in container::read_over(root) {
-        notes.say(format!("{name} is not modelled: light on surfaces differs, colour and shape do not"));
+        notes.say(format!(
+            "{name} is not modelled: light on surfaces differs, colour and shape do not"
+        ));
     }
     if !root.animations.is_empty() {
-        notes.say("animations are not played: the scene stands still in the pose of the file".to_owned());
+        notes.say(
+            "animations are not played: the scene stands still in the pose of the file".to_owned(),
+        );
     }
 }
 

@@ -21,7 +21,9 @@ pub(super) fn world_from_nodes(root: &Root) -> Result<Vec<DMat4>, String> {
         let mut next = Some(start);
         while let Some(node) = next.filter(|&node| world[node].is_none()) {
             if chain.len() > root.nodes.len() {
-                return Err(format!("node {start} is below itself: the nodes form a cycle"));
+                return Err(format!(
+                    "node {start} is below itself: the nodes form a cycle"
+                ));
             }
             chain.push(node);
             next = parents[node];
@@ -32,20 +34,30 @@ pub(super) fn world_from_nodes(root: &Root) -> Result<Vec<DMat4>, String> {
             world[node] = Some(above);
         }
     }
-    Ok(world.into_iter().map(|transform| transform.unwrap_or(DMat4::IDENTITY)).collect())
+    Ok(world
+        .into_iter()
+        .map(|transform| transform.unwrap_or(DMat4::IDENTITY))
+        .collect())
 }
 
 /// The nodes that a scene shows, in the order of the file: its own and all below them.
 pub(super) fn shown(root: &Root, choice: Option<&SceneChoice>) -> Result<Vec<usize>, String> {
     let mut todo: Vec<usize> = match chosen(root, choice)? {
-        Some(scene) => root.scenes[scene].nodes.iter().rev().map(gltf::json::Index::value).collect(),
+        Some(scene) => root.scenes[scene]
+            .nodes
+            .iter()
+            .rev()
+            .map(gltf::json::Index::value)
+            .collect(),
         // A file without scenes is a library of parts; all of them are shown.
         None => roots(root).into_iter().rev().collect(),
     };
     let mut seen = vec![false; root.nodes.len()];
     let mut shown = Vec::new();
     while let Some(node) = todo.pop() {
-        let seen = seen.get_mut(node).ok_or_else(|| format!("node {node} does not exist"))?;
+        let seen = seen
+            .get_mut(node)
+            .ok_or_else(|| format!("node {node} does not exist"))?;
         if !std::mem::replace(seen, true) {
             shown.push(node);
             todo.extend(children(&root.nodes[node]).rev());
@@ -63,8 +75,14 @@ fn chosen(root: &Root, choice: Option<&SceneChoice>) -> Result<Option<usize>, St
             (None, _) => (Some(0), "the first scene".to_owned()),
         },
         Some(SceneChoice(word)) => {
-            let by_name = root.scenes.iter().position(|scene| scene.name.as_deref() == Some(word));
-            (by_name.or_else(|| word.parse().ok()), format!("scene '{}'", excerpt(word)))
+            let by_name = root
+                .scenes
+                .iter()
+                .position(|scene| scene.name.as_deref() == Some(word));
+            (
+                by_name.or_else(|| word.parse().ok()),
+                format!("scene '{}'", excerpt(word)),
+            )
         }
     };
     match index.filter(|&index| index < count) {
@@ -83,7 +101,13 @@ fn list_of_scenes(root: &Root) -> String {
     match root.scenes.len() {
         0 => "the file has no scenes".to_owned(),
         _ => {
-            let names: Vec<_> = root.scenes.iter().enumerate().take(LISTED).map(named).collect();
+            let names: Vec<_> = root
+                .scenes
+                .iter()
+                .enumerate()
+                .take(LISTED)
+                .map(named)
+                .collect();
             format!("the file has {}", names.join(", "))
         }
     }
@@ -96,7 +120,9 @@ fn roots(root: &Root) -> Vec<usize> {
             *flag = true;
         }
     }
-    (0..root.nodes.len()).filter(|&node| !is_child[node]).collect()
+    (0..root.nodes.len())
+        .filter(|&node| !is_child[node])
+        .collect()
 }
 
 fn parents(root: &Root) -> Result<Vec<Option<usize>>, String> {
@@ -107,7 +133,9 @@ fn parents(root: &Root) -> Result<Vec<Option<usize>>, String> {
                 .get_mut(child)
                 .ok_or_else(|| format!("node {parent}: child {child} does not exist"))?;
             if let Some(other) = slot.replace(parent) {
-                return Err(format!("node {child} is a child of both node {other} and node {parent}"));
+                return Err(format!(
+                    "node {child} is a child of both node {other} and node {parent}"
+                ));
             }
         }
     }
@@ -123,11 +151,21 @@ fn parent_from_node(node: &Node) -> DMat4 {
         return DMat4::from_cols_array(&matrix.map(f64::from));
     }
     let vector = |v: Option<[f32; 3]>, default: f64| {
-        v.map_or(DVec3::splat(default), |v| DVec3::from_array(v.map(f64::from)))
+        v.map_or(DVec3::splat(default), |v| {
+            DVec3::from_array(v.map(f64::from))
+        })
     };
     let [x, y, z, w] = node.rotation.unwrap_or_default().0.map(f64::from);
     // Quaternions in files are unit only to their digits.
     let rotation = DQuat::from_xyzw(x, y, z, w);
-    let rotation = if rotation.length_squared() > 0.0 { rotation.normalize() } else { DQuat::IDENTITY };
-    DMat4::from_scale_rotation_translation(vector(node.scale, 1.0), rotation, vector(node.translation, 0.0))
+    let rotation = if rotation.length_squared() > 0.0 {
+        rotation.normalize()
+    } else {
+        DQuat::IDENTITY
+    };
+    DMat4::from_scale_rotation_translation(
+        vector(node.scale, 1.0),
+        rotation,
+        vector(node.translation, 0.0),
+    )
 }

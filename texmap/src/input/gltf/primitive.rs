@@ -14,19 +14,36 @@ use super::accessor::{Integers, Numbers, Use};
 use super::deform::{self, Place, Placed, same_count};
 use crate::scene::Mesh;
 
-const NUMBERS: &[ComponentType] =
-    &[ComponentType::F32, ComponentType::I8, ComponentType::U8, ComponentType::I16, ComponentType::U16];
+const NUMBERS: &[ComponentType] = &[
+    ComponentType::F32,
+    ComponentType::I8,
+    ComponentType::U8,
+    ComponentType::I16,
+    ComponentType::U16,
+];
 
 /// Positions, plain or quantised (KHR_mesh_quantization).
-pub(super) const POSITION: Use =
-    Use { name: "POSITION", shapes: &[Type::Vec3], components: NUMBERS, integers: Integers::AsMarked };
+pub(super) const POSITION: Use = Use {
+    name: "POSITION",
+    shapes: &[Type::Vec3],
+    components: NUMBERS,
+    integers: Integers::AsMarked,
+};
 
 /// Normals, plain or quantised.
-pub(super) const NORMAL: Use =
-    Use { name: "NORMAL", shapes: &[Type::Vec3], components: NUMBERS, integers: Integers::Fractions };
+pub(super) const NORMAL: Use = Use {
+    name: "NORMAL",
+    shapes: &[Type::Vec3],
+    components: NUMBERS,
+    integers: Integers::Fractions,
+};
 
-const TEXCOORD: Use =
-    Use { name: "TEXCOORD", shapes: &[Type::Vec2], components: NUMBERS, integers: Integers::AsMarked };
+const TEXCOORD: Use = Use {
+    name: "TEXCOORD",
+    shapes: &[Type::Vec2],
+    components: NUMBERS,
+    integers: Integers::AsMarked,
+};
 
 const COLOUR: Use = Use {
     name: "COLOR",
@@ -47,7 +64,10 @@ const MAX_UV_SETS: u32 = 8;
 
 /// The accessor of an attribute.
 pub(super) fn attribute(primitive: &Primitive, semantic: &Semantic) -> Option<usize> {
-    primitive.attributes.get(&deform::key(semantic)).map(gltf::json::Index::value)
+    primitive
+        .attributes
+        .get(&deform::key(semantic))
+        .map(gltf::json::Index::value)
 }
 
 /// The mesh of a primitive. Its name and its material are left to the caller.
@@ -57,12 +77,21 @@ pub(super) fn mesh(
     (place, weights): (&Place, &[f32]),
     notes: &mut Notes,
 ) -> Result<Option<Mesh>, String> {
-    let Checked::Valid(mode) = primitive.mode else { return Err("unknown primitive mode".into()) };
-    if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
+    let Checked::Valid(mode) = primitive.mode else {
+        return Err("unknown primitive mode".into());
+    };
+    if !matches!(
+        mode,
+        Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan
+    ) {
         notes.say("points and lines are left out: only triangles are drawn".to_owned());
         return Ok(None);
     }
-    let Placed { positions, normals, mirrored } = deform::placed(primitive, numbers, place, weights)?;
+    let Placed {
+        positions,
+        normals,
+        mirrored,
+    } = deform::placed(primitive, numbers, place, weights)?;
     let count = positions.len();
     let corners = corners(primitive, numbers, count)?;
     let triangles = triangles(mode, &corners, &mirrored);
@@ -72,19 +101,37 @@ pub(super) fn mesh(
     };
     same_count("COLOR_0", colours.len(), count)?;
     let normals = unit_normals(&normals, notes);
-    let positions = positions.iter().map(|pos| pos.as_vec3().to_array()).collect();
+    let positions = positions
+        .iter()
+        .map(|pos| pos.as_vec3().to_array())
+        .collect();
     let uvs = uv_sets(primitive, numbers, count)?;
-    Ok(Some(Mesh { positions, normals, uvs, colours, triangles, ..Mesh::default() }))
+    Ok(Some(Mesh {
+        positions,
+        normals,
+        uvs,
+        colours,
+        triangles,
+        ..Mesh::default()
+    }))
 }
 
 /// The corners in the order of the file.
 fn corners(primitive: &Primitive, numbers: &Numbers, count: usize) -> Result<Vec<u32>, String> {
     let Some(indices) = primitive.indices else {
-        return Ok((0..u32::try_from(count).map_err(|_| format!("{count} vertices are too many"))?).collect());
+        return Ok((0..u32::try_from(count)
+            .map_err(|_| format!("{count} vertices are too many"))?)
+            .collect());
     };
-    let corners: Vec<u32> = numbers.whole::<1>(indices.value(), &INDICES)?.into_iter().flatten().collect();
+    let corners: Vec<u32> = numbers
+        .whole::<1>(indices.value(), &INDICES)?
+        .into_iter()
+        .flatten()
+        .collect();
     match corners.iter().find(|&&corner| corner as usize >= count) {
-        Some(corner) => Err(format!("index {corner} is out of range: there are {count} vertices")),
+        Some(corner) => Err(format!(
+            "index {corner} is out of range: there are {count} vertices"
+        )),
         None => Ok(corners),
     }
 }
@@ -97,17 +144,37 @@ fn triangles(mode: Mode, corners: &[u32], mirrored: &[bool]) -> Vec<[u32; 3]> {
             let at = |i: usize| [corners[i], corners[i + 1 + i % 2], corners[i + 2 - i % 2]];
             (0..last).map(at).collect()
         }
-        Mode::TriangleFan => (0..last).map(|i| [corners[i + 1], corners[i + 2], corners[0]]).collect(),
-        _ => corners.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect(),
+        Mode::TriangleFan => (0..last)
+            .map(|i| [corners[i + 1], corners[i + 2], corners[0]])
+            .collect(),
+        _ => corners
+            .chunks_exact(3)
+            .map(|c| [c[0], c[1], c[2]])
+            .collect(),
     };
-    let turned = |[a, b, c]: [u32; 3]| if mirrored[a as usize] { [a, c, b] } else { [a, b, c] };
-    all.into_iter().filter(|[a, b, c]| a != b && b != c && c != a).map(turned).collect()
+    let turned = |[a, b, c]: [u32; 3]| {
+        if mirrored[a as usize] {
+            [a, c, b]
+        } else {
+            [a, b, c]
+        }
+    };
+    all.into_iter()
+        .filter(|[a, b, c]| a != b && b != c && c != a)
+        .map(turned)
+        .collect()
 }
 
-fn uv_sets(primitive: &Primitive, numbers: &Numbers, count: usize) -> Result<Vec<Vec<[f32; 2]>>, String> {
+fn uv_sets(
+    primitive: &Primitive,
+    numbers: &Numbers,
+    count: usize,
+) -> Result<Vec<Vec<[f32; 2]>>, String> {
     let mut sets: Vec<Vec<[f32; 2]>> = Vec::new();
     for set in 0..MAX_UV_SETS {
-        let Some(index) = attribute(primitive, &Semantic::TexCoords(set)) else { continue };
+        let Some(index) = attribute(primitive, &Semantic::TexCoords(set)) else {
+            continue;
+        };
         let uvs = numbers.vectors::<2>(index, &TEXCOORD)?;
         same_count("TEXCOORD", uvs.len(), count)?;
         // A gap in the numbers is filled, so that a set keeps its number.
@@ -119,8 +186,10 @@ fn uv_sets(primitive: &Primitive, numbers: &Numbers, count: usize) -> Result<Vec
 
 /// Normals of length 1, or none at all if one of them has no direction: the surface is then flat.
 fn unit_normals(normals: &[DVec3], notes: &mut Notes) -> Vec<[f32; 3]> {
-    let unit: Option<Vec<_>> =
-        normals.iter().map(|n| Some(n.try_normalize()?.as_vec3().to_array())).collect();
+    let unit: Option<Vec<_>> = normals
+        .iter()
+        .map(|n| Some(n.try_normalize()?.as_vec3().to_array()))
+        .collect();
     unit.unwrap_or_else(|| {
         notes.say("some normals have no direction: those meshes are shaded flat".to_owned());
         Vec::new()

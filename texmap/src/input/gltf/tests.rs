@@ -28,31 +28,41 @@ impl Maker {
     fn view(&mut self, bytes: &[u8]) -> usize {
         let start = self.bytes.len();
         self.bytes.extend_from_slice(bytes);
-        self.views.push(json!({ "buffer": 0, "byteOffset": start, "byteLength": bytes.len() }));
+        self.views
+            .push(json!({ "buffer": 0, "byteOffset": start, "byteLength": bytes.len() }));
         self.views.len() - 1
     }
 
     fn accessor(&mut self, kind: &str, component: u32, count: usize, bytes: &[u8]) -> usize {
         let view = self.view(bytes);
-        self.accessors
-            .push(json!({ "bufferView": view, "componentType": component, "type": kind, "count": count }));
+        self.accessors.push(
+            json!({ "bufferView": view, "componentType": component, "type": kind, "count": count }),
+        );
         self.accessors.len() - 1
     }
 
     fn floats(&mut self, kind: &str, width: usize, numbers: &[f32]) -> usize {
-        let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
+        let bytes: Vec<u8> = numbers
+            .iter()
+            .flat_map(|number| number.to_le_bytes())
+            .collect();
         self.accessor(kind, FLOAT, numbers.len() / width, &bytes)
     }
 
     fn indices(&mut self, numbers: &[u16]) -> usize {
-        let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
+        let bytes: Vec<u8> = numbers
+            .iter()
+            .flat_map(|number| number.to_le_bytes())
+            .collect();
         self.accessor("SCALAR", 5123, numbers.len(), &bytes)
     }
 
     /// The document, with what `rest` adds or replaces.
     fn json(&self, rest: Value) -> Value {
         let mut uri = String::from("data:,");
-        self.bytes.iter().for_each(|byte| write!(uri, "%{byte:02x}").expect("text"));
+        self.bytes
+            .iter()
+            .for_each(|byte| write!(uri, "%{byte:02x}").expect("text"));
         let mut document = json!({
             "asset": { "version": "2.0" },
             "buffers": [{ "byteLength": self.bytes.len(), "uri": uri }],
@@ -61,13 +71,17 @@ impl Maker {
             "scenes": [{ "nodes": [0] }],
             "nodes": [{ "mesh": 0 }],
         });
-        let Value::Object(rest) = rest else { panic!("the rest is an object") };
-        rest.into_iter().for_each(|(key, value)| document[key] = value);
+        let Value::Object(rest) = rest else {
+            panic!("the rest is an object")
+        };
+        rest.into_iter()
+            .for_each(|(key, value)| document[key] = value);
         document
     }
 
     fn load(&self, rest: Value) -> Result<Scene, String> {
-        self.load_with(rest, &LoadOptions::default()).map(|(scene, _)| scene)
+        self.load_with(rest, &LoadOptions::default())
+            .map(|(scene, _)| scene)
     }
 
     fn load_with(&self, rest: Value, options: &LoadOptions) -> Result<(Scene, Notes), String> {
@@ -86,7 +100,10 @@ fn square(maker: &mut Maker) -> Value {
 /// Twice the area of a mesh's triangles, seen along -z: positive where they face +z.
 fn area_along_z(mesh: &Mesh) -> f32 {
     let at = |i: u32| glam::Vec3::from_array(mesh.positions[i as usize]);
-    mesh.triangles.iter().map(|&[a, b, c]| (at(b) - at(a)).cross(at(c) - at(a)).z).sum()
+    mesh.triangles
+        .iter()
+        .map(|&[a, b, c]| (at(b) - at(a)).cross(at(c) - at(a)).z)
+        .sum()
 }
 
 #[test]
@@ -100,11 +117,20 @@ fn transforms_go_down_the_hierarchy() {
         { "children": [2], "translation": [10, 0, 0] },
         { "mesh": 0, "rotation": [0, 0, half, half] },
     ]);
-    let scene = maker.load(json!({ "meshes": meshes, "nodes": nodes })).expect("a good file");
+    let scene = maker
+        .load(json!({ "meshes": meshes, "nodes": nodes }))
+        .expect("a good file");
     // (1, 0, 0), a quarter turn to (0, 1, 0), moved and doubled.
     let [x, y, z] = scene.meshes[0].positions[1];
-    assert!((x - 20.0).abs() + (y - 2.0).abs() + z.abs() < 1e-5, "the corner lies at {:?}", [x, y, z]);
-    assert!(area_along_z(&scene.meshes[0]) > 0.0, "a rotation keeps the front in front");
+    assert!(
+        (x - 20.0).abs() + (y - 2.0).abs() + z.abs() < 1e-5,
+        "the corner lies at {:?}",
+        [x, y, z]
+    );
+    assert!(
+        area_along_z(&scene.meshes[0]) > 0.0,
+        "a rotation keeps the front in front"
+    );
 }
 
 #[test]
@@ -116,12 +142,26 @@ fn a_mirrored_node_keeps_its_front_and_its_normals() {
     let indices = maker.indices(&[0, 1, 2, 0, 2, 3]);
     let attributes = json!({ "POSITION": position, "NORMAL": normal });
     let meshes = json!([{ "primitives": [{ "attributes": attributes, "indices": indices }] }]);
-    for (scale, front) in [([-1, 1, 1], 1.0), ([1, 1, -1], -1.0), ([-1, -1, 1], 1.0), ([-1, -1, -1], -1.0)] {
+    for (scale, front) in [
+        ([-1, 1, 1], 1.0),
+        ([1, 1, -1], -1.0),
+        ([-1, -1, 1], 1.0),
+        ([-1, -1, -1], -1.0),
+    ] {
         let nodes = json!([{ "mesh": 0, "scale": scale }]);
-        let scene = maker.load(json!({ "meshes": meshes, "nodes": nodes })).expect("a good file");
+        let scene = maker
+            .load(json!({ "meshes": meshes, "nodes": nodes }))
+            .expect("a good file");
         let mesh = &scene.meshes[0];
-        assert!(area_along_z(mesh) * front > 0.0, "{scale:?}: the front looks the other way");
-        assert_eq!(mesh.normals[0], [0.0, 0.0, front], "{scale:?}: the normal goes with the front, length 1");
+        assert!(
+            area_along_z(mesh) * front > 0.0,
+            "{scale:?}: the front looks the other way"
+        );
+        assert_eq!(
+            mesh.normals[0],
+            [0.0, 0.0, front],
+            "{scale:?}: the normal goes with the front, length 1"
+        );
     }
 }
 
@@ -132,16 +172,27 @@ fn strips_and_fans_become_lists_and_lines_are_left_out() {
     let strip = maker.indices(&[0, 1, 3, 2]);
     let primitive = |mode: u32, indices: Value| json!([{ "primitives": [{ "attributes": { "POSITION": position }, "mode": mode, "indices": indices }] }]);
     for (mode, indices) in [(4, Value::Null), (5, json!(strip)), (6, Value::Null)] {
-        let scene = maker.load(json!({ "meshes": primitive(mode, indices) })).expect("a good file");
+        let scene = maker
+            .load(json!({ "meshes": primitive(mode, indices) }))
+            .expect("a good file");
         let area = area_along_z(&scene.meshes[0]);
         // A list of four corners is one triangle, half of the square.
         let expected = if mode == 4 { 1.0 } else { 2.0 };
-        assert!((area - expected).abs() < 1e-6, "mode {mode}: twice the area is {area}, expected {expected}");
+        assert!(
+            (area - expected).abs() < 1e-6,
+            "mode {mode}: twice the area is {area}, expected {expected}"
+        );
     }
     let (scene, notes) = maker
-        .load_with(json!({ "meshes": primitive(1, Value::Null) }), &LoadOptions::default())
+        .load_with(
+            json!({ "meshes": primitive(1, Value::Null) }),
+            &LoadOptions::default(),
+        )
         .expect("lines are no error");
-    assert!(scene.meshes.is_empty() && notes.0.len() == 1, "lines are left out, and that is said");
+    assert!(
+        scene.meshes.is_empty() && notes.0.len() == 1,
+        "lines are left out, and that is said"
+    );
 }
 
 #[test]
@@ -156,11 +207,21 @@ fn scenes_are_chosen_by_name_or_number() {
     });
     let z = |choice: Option<&str>| {
         let scene = choice.map(|word| super::super::SceneChoice(word.to_owned()));
-        let loaded = maker.load_with(rest.clone(), &LoadOptions { scene, texture: None });
+        let loaded = maker.load_with(
+            rest.clone(),
+            &LoadOptions {
+                scene,
+                texture: None,
+            },
+        );
         loaded.map(|(scene, _)| (scene.meshes.len(), scene.meshes[0].positions[0][2]))
     };
     assert_eq!(z(None), Ok((1, -9.0)), "the file's own");
-    assert_eq!((z(Some("near")), z(Some("0"))), (Ok((1, 0.0)), Ok((1, 0.0))), "by name and by number");
+    assert_eq!(
+        (z(Some("near")), z(Some("0"))),
+        (Ok((1, 0.0)), Ok((1, 0.0))),
+        "by name and by number"
+    );
     assert!(
         z(Some("2")).is_err_and(|e| e.contains("0 (near), 1 (far)")),
         "an unknown one lists those there are"
@@ -173,9 +234,15 @@ fn cycles_and_shared_children_are_errors() {
     let meshes = square(&mut maker);
     let load = |nodes: Value| maker.load(json!({ "meshes": meshes, "nodes": nodes }));
     let cycle = load(json!([{ "children": [1] }, { "children": [0], "mesh": 0 }]));
-    assert!(cycle.is_err_and(|e| e.contains("cycle")), "two nodes below each other");
+    assert!(
+        cycle.is_err_and(|e| e.contains("cycle")),
+        "two nodes below each other"
+    );
     let shared = load(json!([{ "children": [1, 2] }, { "children": [2] }, { "mesh": 0 }]));
-    assert!(shared.is_err_and(|e| e.contains("child of both")), "a node with two parents");
+    assert!(
+        shared.is_err_and(|e| e.contains("child of both")),
+        "a node with two parents"
+    );
     assert!(
         load(json!([{ "children": [7] }])).is_err_and(|e| e.contains("child 7")),
         "a child that is not there"
@@ -210,7 +277,11 @@ fn skins_and_morph_targets_stand_in_their_rest_pose() {
     let scene = maker.load(rest).expect("a good file");
     // Half of joint 0, 10 along z, and half of joint 1, 3 - 1 along y; the target adds 1 along z. The node does not
     // count.
-    assert_eq!(scene.meshes[0].positions[1], [1.0, 1.0, 6.0], "joints and weights");
+    assert_eq!(
+        scene.meshes[0].positions[1],
+        [1.0, 1.0, 6.0],
+        "joints and weights"
+    );
 }
 
 #[test]
@@ -232,19 +303,49 @@ fn cameras_stand_where_their_nodes_do_without_scale() {
             { "type": "perspective", "perspective": { "yfov": 0, "znear": 0.1 } },
         ],
     });
-    let (scene, notes) = maker.load_with(rest, &LoadOptions::default()).expect("a good file");
-    let [eye, flat] = &scene.cameras[..] else { panic!("two cameras, not {}", scene.cameras.len()) };
+    let (scene, notes) = maker
+        .load_with(rest, &LoadOptions::default())
+        .expect("a good file");
+    let [eye, flat] = &scene.cameras[..] else {
+        panic!("two cameras, not {}", scene.cameras.len())
+    };
     assert_eq!(eye.name, "eye", "the node's name");
-    assert_eq!(eye.world_from_camera.translation, glam::DVec3::new(0.0, 0.0, 5.0), "its place");
-    assert!((eye.world_from_camera.matrix3 - glam::DMat3::IDENTITY).x_axis.length() < 1e-12, "no scale");
-    let SceneLens::Perspective { fov_y_rad, aspect: Some(aspect) } = eye.lens else { panic!("perspective") };
-    assert!((fov_y_rad - 0.8).abs() < 1e-6 && (aspect - 1.5).abs() < 1e-6, "opening {fov_y_rad}, {aspect}");
+    assert_eq!(
+        eye.world_from_camera.translation,
+        glam::DVec3::new(0.0, 0.0, 5.0),
+        "its place"
+    );
+    assert!(
+        (eye.world_from_camera.matrix3 - glam::DMat3::IDENTITY)
+            .x_axis
+            .length()
+            < 1e-12,
+        "no scale"
+    );
+    let SceneLens::Perspective {
+        fov_y_rad,
+        aspect: Some(aspect),
+    } = eye.lens
+    else {
+        panic!("perspective")
+    };
+    assert!(
+        (fov_y_rad - 0.8).abs() < 1e-6 && (aspect - 1.5).abs() < 1e-6,
+        "opening {fov_y_rad}, {aspect}"
+    );
     assert_eq!(
         flat.lens,
-        SceneLens::Orthographic { size: glam::DVec2::new(4.0, 2.0) },
+        SceneLens::Orthographic {
+            size: glam::DVec2::new(4.0, 2.0)
+        },
         "twice the file's halves"
     );
-    assert_eq!(notes.0.len(), 1, "a camera without opening is left out and told: {:?}", notes.0);
+    assert_eq!(
+        notes.0.len(),
+        1,
+        "a camera without opening is left out and told: {:?}",
+        notes.0
+    );
 }
 
 #[test]
@@ -269,10 +370,24 @@ fn binary_files_hold_their_buffer_and_cut_ones_are_refused() {
     ];
     let mut file = parts.concat();
     file.extend_from_slice(&maker.bytes);
-    let load = |bytes: &[u8]| load(bytes, Path::new("."), &LoadOptions::default(), &mut Notes::default());
-    assert_eq!(load(&file).expect("a good file").meshes[0].triangles.len(), 2, "the square");
+    let load = |bytes: &[u8]| {
+        load(
+            bytes,
+            Path::new("."),
+            &LoadOptions::default(),
+            &mut Notes::default(),
+        )
+    };
+    assert_eq!(
+        load(&file).expect("a good file").meshes[0].triangles.len(),
+        2,
+        "the square"
+    );
     for end in (0..file.len()).step_by(7) {
-        assert!(load(&file[..end]).is_err(), "the first {end} bytes alone are no file");
+        assert!(
+            load(&file[..end]).is_err(),
+            "the first {end} bytes alone are no file"
+        );
     }
 }
 
@@ -281,13 +396,19 @@ fn required_extensions_that_are_not_decoded_name_a_way_out() {
     let mut maker = Maker::default();
     let meshes = square(&mut maker);
     let load = |name: &str| maker.load(json!({ "meshes": meshes, "extensionsRequired": [name] }));
-    for name in
-        ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_texture_basisu", "VENDOR_thing"]
-    {
+    for name in [
+        "KHR_draco_mesh_compression",
+        "EXT_meshopt_compression",
+        "KHR_texture_basisu",
+        "VENDOR_thing",
+    ] {
         let error = load(name).expect_err("not decoded");
         assert!(error.contains(name) && error.contains("export"), "{error}");
     }
-    assert!(load("KHR_mesh_quantization").is_ok(), "what is decoded may be required");
+    assert!(
+        load("KHR_mesh_quantization").is_ok(),
+        "what is decoded may be required"
+    );
     assert!(
         load("KHR_materials_unlit").is_ok_and(|scene| scene.materials[0].sides == Sides::Front),
         "unlit too"
@@ -299,16 +420,40 @@ fn required_extensions_that_change_light_alone_are_noted() {
     let mut maker = Maker::default();
     let meshes = square(&mut maker);
     let rest = json!({ "meshes": meshes, "extensionsRequired": ["KHR_materials_sheen"] });
-    let (_, notes) = maker.load_with(rest, &LoadOptions::default()).expect("a good file");
-    assert!(notes.0.iter().any(|note| note.contains("KHR_materials_sheen")), "no note: {:?}", notes.0);
+    let (_, notes) = maker
+        .load_with(rest, &LoadOptions::default())
+        .expect("a good file");
+    assert!(
+        notes
+            .0
+            .iter()
+            .any(|note| note.contains("KHR_materials_sheen")),
+        "no note: {:?}",
+        notes.0
+    );
 }
 
 #[test]
 fn older_and_foreign_json_is_told_apart() {
-    let load =
-        |text: &str| load(text.as_bytes(), Path::new("."), &LoadOptions::default(), &mut Notes::default());
+    let load = |text: &str| {
+        load(
+            text.as_bytes(),
+            Path::new("."),
+            &LoadOptions::default(),
+            &mut Notes::default(),
+        )
+    };
     let old = r#"{ "asset": { "version": "1.0" }, "accessors": { "a": {} } }"#;
-    assert!(load(old).is_err_and(|e| e.contains("version 1.0")), "glTF 1.0 has objects for lists");
-    assert!(load(r#"{ "a": 1 }"#).is_err_and(|e| e.contains("no glTF")), "JSON of something else");
-    assert!(load("{ ").is_err_and(|e| e.contains("line 1")), "broken JSON names its line");
+    assert!(
+        load(old).is_err_and(|e| e.contains("version 1.0")),
+        "glTF 1.0 has objects for lists"
+    );
+    assert!(
+        load(r#"{ "a": 1 }"#).is_err_and(|e| e.contains("no glTF")),
+        "JSON of something else"
+    );
+    assert!(
+        load("{ ").is_err_and(|e| e.contains("line 1")),
+        "broken JSON names its line"
+    );
 }

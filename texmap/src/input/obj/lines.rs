@@ -20,7 +20,10 @@ pub(super) struct Line<'a> {
 /// The text of a file. Bytes that are no UTF-8 are taken for Latin-1, which has a letter for each.
 pub(super) fn decode_text(bytes: &[u8]) -> Cow<'_, str> {
     let sixteen = |from: fn([u8; 2]) -> u16| {
-        let words: Vec<u16> = bytes[2..].chunks_exact(2).map(|pair| from([pair[0], pair[1]])).collect();
+        let words: Vec<u16> = bytes[2..]
+            .chunks_exact(2)
+            .map(|pair| from([pair[0], pair[1]]))
+            .collect();
         Cow::Owned(String::from_utf16_lossy(&words))
     };
     let text = match bytes {
@@ -45,18 +48,29 @@ pub(super) fn lines(text: &str) -> impl Iterator<Item = Line<'_>> {
         if line.is_empty() || line.starts_with('#') {
             return None;
         }
-        let (word, rest) = line.split_once(|c: char| c.is_whitespace()).unwrap_or((line, ""));
-        Some(Line { number: index + 1, word, rest: rest.trim() })
+        let (word, rest) = line
+            .split_once(|c: char| c.is_whitespace())
+            .unwrap_or((line, ""));
+        Some(Line {
+            number: index + 1,
+            word,
+            rest: rest.trim(),
+        })
     })
 }
 
 /// The first `N` numbers of a text; one that is missing takes its default, and is an error without one.
-pub(super) fn numbers<const N: usize>(text: &str, defaults: [Option<f32>; N]) -> Result<[f32; N], String> {
+pub(super) fn numbers<const N: usize>(
+    text: &str,
+    defaults: [Option<f32>; N],
+) -> Result<[f32; N], String> {
     let mut words = text.split_ascii_whitespace();
     let mut numbers = [0.0; N];
     for (number, default) in numbers.iter_mut().zip(defaults) {
         *number = match (words.next(), default) {
-            (Some(word), _) => word.parse().map_err(|_| format!("'{}' is no number", excerpt(word)))?,
+            (Some(word), _) => word
+                .parse()
+                .map_err(|_| format!("'{}' is no number", excerpt(word)))?,
             (None, Some(default)) => default,
             (None, None) => return Err(format!("expected {N} numbers, found '{}'", excerpt(text))),
         };
@@ -75,7 +89,10 @@ fn joined(text: &str) -> String {
             swallowed += 1;
         } else {
             out.push_str(line);
-            out.extend(std::iter::repeat_n('\n', 1 + std::mem::take(&mut swallowed)));
+            out.extend(std::iter::repeat_n(
+                '\n',
+                1 + std::mem::take(&mut swallowed),
+            ));
         }
     }
     out

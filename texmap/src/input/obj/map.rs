@@ -28,7 +28,12 @@ pub(super) struct Map {
 impl Map {
     /// Reads options and name; the name is all that follows the last option.
     pub(super) fn read(text: &str) -> Result<Self, String> {
-        let mut map = Self { file: String::new(), scale: [1.0; 2], offset: [0.0; 2], clamp: false };
+        let mut map = Self {
+            file: String::new(),
+            scale: [1.0; 2],
+            offset: [0.0; 2],
+            clamp: false,
+        };
         let mut rest = text.trim();
         while let Some((option, after)) = option(rest) {
             rest = match option {
@@ -40,8 +45,8 @@ impl Map {
                     map.clamp = after.starts_with("on");
                     skipped(after, 1)
                 }
-                "-blendu" | "-blendv" | "-cc" | "-boost" | "-texres" | "-bm" | "-imfchan" | "-type"
-                | "-colorspace" => skipped(after, 1),
+                "-blendu" | "-blendv" | "-cc" | "-boost" | "-texres" | "-bm" | "-imfchan"
+                | "-type" | "-colorspace" => skipped(after, 1),
                 _ => break,
             };
         }
@@ -61,9 +66,15 @@ pub(super) fn find(folder: &Path, name: &str) -> Option<PathBuf> {
     }
     let last = name.rsplit('/').next().unwrap_or(&name);
     let relative = !Path::new(&name).is_absolute();
-    let names = [Some(name.as_str()).filter(|_| relative), Some(last)].into_iter().flatten();
-    let mut paths = names.filter(|name| !name.is_empty()).map(|name| folder.join(name));
-    paths.find(|path| path.is_file()).or_else(|| in_any_case(folder, last))
+    let names = [Some(name.as_str()).filter(|_| relative), Some(last)]
+        .into_iter()
+        .flatten();
+    let mut paths = names
+        .filter(|name| !name.is_empty())
+        .map(|name| folder.join(name));
+    paths
+        .find(|path| path.is_file())
+        .or_else(|| in_any_case(folder, last))
 }
 
 /// A picture with colour from one file and alpha from another: its alpha channel where it has one, else how bright it
@@ -74,7 +85,10 @@ pub(super) fn with_alpha(colour: Option<&Path>, alpha: &Path) -> Result<Texture,
     let values = alphas(&mask);
     let Some(colour) = colour else {
         let texels = values.iter().map(|&a| [255, 255, 255, a]).collect();
-        return Ok(Texture { texels: Texels::Srgb8(texels), ..mask });
+        return Ok(Texture {
+            texels: Texels::Srgb8(texels),
+            ..mask
+        });
     };
     let mut picture = load(colour)?;
     let (width, height) = (picture.width, picture.height);
@@ -84,11 +98,15 @@ pub(super) fn with_alpha(colour: Option<&Path>, alpha: &Path) -> Result<Texture,
         values[row * mask.width + column]
     };
     match &mut picture.texels {
-        Texels::Srgb8(texels) => {
-            texels.iter_mut().enumerate().for_each(|(index, texel)| texel[3] = at(index))
-        }
+        Texels::Srgb8(texels) => texels
+            .iter_mut()
+            .enumerate()
+            .for_each(|(index, texel)| texel[3] = at(index)),
         Texels::LinearF32(texels) => {
-            texels.iter_mut().enumerate().for_each(|(index, texel)| texel[3] = f32::from(at(index)) / 255.0);
+            texels
+                .iter_mut()
+                .enumerate()
+                .for_each(|(index, texel)| texel[3] = f32::from(at(index)) / 255.0);
         }
     }
     Ok(picture)
@@ -100,7 +118,10 @@ fn alphas(mask: &Texture) -> Vec<u8> {
         Texels::LinearF32(texels) => {
             let byte = |channel: f32| (channel * 255.0).round() as u8;
             let encoded = |&[r, g, b, a]: &[f32; 4]| {
-                [r, g, b].map(|c| byte(srgb_from_linear(c))).into_iter().chain([byte(a)])
+                [r, g, b]
+                    .map(|c| byte(srgb_from_linear(c)))
+                    .into_iter()
+                    .chain([byte(a)])
             };
             texels
                 .iter()
@@ -112,9 +133,10 @@ fn alphas(mask: &Texture) -> Vec<u8> {
     match texels.iter().any(|texel| texel[3] != 255) {
         true => texels.iter().map(|texel| texel[3]).collect(),
         // Masks are numbers and not light: the mean of the codes, as programs take it.
-        false => {
-            texels.iter().map(|t| ((u16::from(t[0]) + u16::from(t[1]) + u16::from(t[2])) / 3) as u8).collect()
-        }
+        false => texels
+            .iter()
+            .map(|t| ((u16::from(t[0]) + u16::from(t[1]) + u16::from(t[2])) / 3) as u8)
+            .collect(),
     }
 }
 
@@ -128,7 +150,9 @@ fn option(text: &str) -> Option<(&str, &str)> {
 fn numbers_into<'a>(numbers: &mut [f32; 2], text: &'a str) -> Result<&'a str, String> {
     let mut rest = text;
     for place in 0..3 {
-        let (word, after) = rest.split_once(|c: char| c.is_whitespace()).unwrap_or((rest, ""));
+        let (word, after) = rest
+            .split_once(|c: char| c.is_whitespace())
+            .unwrap_or((rest, ""));
         let number: f32 = match word.parse() {
             Ok(number) => number,
             Err(_) if place > 0 => break,
@@ -147,7 +171,8 @@ fn numbers_into<'a>(numbers: &mut [f32; 2], text: &'a str) -> Result<&'a str, St
 
 fn skipped(text: &str, words: usize) -> &str {
     (0..words).fold(text, |rest, _| {
-        rest.split_once(|c: char| c.is_whitespace()).map_or("", |(_, rest)| rest.trim_start())
+        rest.split_once(|c: char| c.is_whitespace())
+            .map_or("", |(_, rest)| rest.trim_start())
     })
 }
 
@@ -155,8 +180,14 @@ fn in_any_case(folder: &Path, name: &str) -> Option<PathBuf> {
     // A folder of more files is not one of a model.
     const LOOKED_AT: usize = 10_000;
     let entries = std::fs::read_dir(folder).ok()?.take(LOOKED_AT).flatten();
-    let same = |path: &PathBuf| path.file_name().is_some_and(|file| file.eq_ignore_ascii_case(name));
-    entries.map(|entry| entry.path()).filter(|path| path.is_file()).find(same)
+    let same = |path: &PathBuf| {
+        path.file_name()
+            .is_some_and(|file| file.eq_ignore_ascii_case(name))
+    };
+    entries
+        .map(|entry| entry.path())
+        .filter(|path| path.is_file())
+        .find(same)
 }
 
 #[cfg(test)]
@@ -166,10 +197,23 @@ mod tests {
     #[test]
     fn options_are_read_and_names_keep_their_spaces() {
         let map = Map::read("-s 2 3 1 -o 0.5 -bm 1.5 -clamp on my wood.png").expect("a map");
-        let expected = Map { file: "my wood.png".into(), scale: [2.0, 3.0], offset: [0.5, 0.0], clamp: true };
+        let expected = Map {
+            file: "my wood.png".into(),
+            scale: [2.0, 3.0],
+            offset: [0.5, 0.0],
+            clamp: true,
+        };
         assert_eq!(map, expected, "each option by its own arguments");
-        assert_eq!(Map::read("-mm 0 1 a.png").expect("a map").file, "a.png", "two arguments");
-        assert_eq!(Map::read("-dash.png").expect("a map").file, "-dash.png", "a name may begin with a dash");
+        assert_eq!(
+            Map::read("-mm 0 1 a.png").expect("a map").file,
+            "a.png",
+            "two arguments"
+        );
+        assert_eq!(
+            Map::read("-dash.png").expect("a map").file,
+            "-dash.png",
+            "a name may begin with a dash"
+        );
         for bad in ["", "-s 1 1 1", "-clamp on", "-s x a.png"] {
             assert!(Map::read(bad).is_err(), "'{bad}' names no file");
         }
@@ -182,15 +226,24 @@ mod tests {
         std::fs::write(folder.path().join("tex/a.png"), "").expect("written");
         std::fs::write(folder.path().join("Wood B.PNG"), "").expect("written");
         let found = |name: &str| {
-            find(folder.path(), name).map(|path| path.strip_prefix(folder.path()).map(PathBuf::from))
+            find(folder.path(), name)
+                .map(|path| path.strip_prefix(folder.path()).map(PathBuf::from))
         };
-        assert_eq!(found("tex\\a.png"), Some(Ok("tex/a.png".into())), "back-slashes");
+        assert_eq!(
+            found("tex\\a.png"),
+            Some(Ok("tex/a.png".into())),
+            "back-slashes"
+        );
         assert_eq!(
             found("C:\\other\\wood b.png"),
             Some(Ok("Wood B.PNG".into())),
             "the last part, in any case"
         );
         assert_eq!(found("nothing.png"), None, "what is not there");
-        assert_eq!(found("/etc/passwd"), None, "absolute names are not followed");
+        assert_eq!(
+            found("/etc/passwd"),
+            None,
+            "absolute names are not followed"
+        );
     }
 }

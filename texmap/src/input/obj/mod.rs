@@ -28,7 +28,9 @@ pub(super) fn looks_like(bytes: &[u8]) -> bool {
     // Comments at the top can be long.
     const LOOKED_AT: usize = 1 << 16;
     let text = decode_text(&bytes[..bytes.len().min(LOOKED_AT)]);
-    let words = ["v", "vt", "vn", "vp", "f", "o", "g", "s", "mtllib", "usemtl", "l", "p"];
+    let words = [
+        "v", "vt", "vn", "vp", "f", "o", "g", "s", "mtllib", "usemtl", "l", "p",
+    ];
     let known = |line: &Line| words.contains(&line.word);
     // A comment alone is an OBJ that shows nothing, which is told later.
     lines(&text).next().is_none_or(|first| known(&first))
@@ -37,10 +39,15 @@ pub(super) fn looks_like(bytes: &[u8]) -> bool {
 /// Reads an OBJ file; names in it are relative to `folder`.
 pub(super) fn load(bytes: &[u8], folder: &Path, notes: &mut Notes) -> Result<Scene, String> {
     let text = decode_text(bytes);
-    let mut reading = Reading { folder, ..Reading::default() };
+    let mut reading = Reading {
+        folder,
+        ..Reading::default()
+    };
     reading.use_material("");
     for line in lines(&text) {
-        reading.line(&line, notes).map_err(|what| format!("line {}: {what}", line.number))?;
+        reading
+            .line(&line, notes)
+            .map_err(|what| format!("line {}: {what}", line.number))?;
     }
     Ok(reading.into_scene(notes))
 }
@@ -116,7 +123,10 @@ impl Reading<'_> {
                 Ok(())
             }
             "curv" | "curv2" | "surf" => {
-                notes.say("curves and free-form surfaces are left out: only polygons are drawn".to_owned());
+                notes.say(
+                    "curves and free-form surfaces are left out: only polygons are drawn"
+                        .to_owned(),
+                );
                 Ok(())
             }
             _ => Ok(()),
@@ -146,8 +156,10 @@ impl Reading<'_> {
     }
 
     fn polygon(&mut self, rest: &str, notes: &mut Notes) -> Result<(), String> {
-        let corners: Vec<Corner> =
-            rest.split_ascii_whitespace().map(|word| self.corner(word, notes)).collect::<Result<_, _>>()?;
+        let corners: Vec<Corner> = rest
+            .split_ascii_whitespace()
+            .map(|word| self.corner(word, notes))
+            .collect::<Result<_, _>>()?;
         if corners.len() < 3 {
             notes.say("polygons of less than three corners are left out".to_owned());
             return Ok(());
@@ -156,7 +168,10 @@ impl Reading<'_> {
         if self.corners > MAX_CORNERS {
             return Err(format!("more than {MAX_CORNERS} corners"));
         }
-        let shape: Vec<[f32; 3]> = corners.iter().map(|corner| self.positions[corner.0 as usize]).collect();
+        let shape: Vec<[f32; 3]> = corners
+            .iter()
+            .map(|corner| self.positions[corner.0 as usize])
+            .collect();
         let triangles = polygon::triangles(&shape);
         let key = (
             self.material.clone(),
@@ -165,13 +180,19 @@ impl Reading<'_> {
         );
         let material = self.material.clone();
         let group = *self.by_name.entry(key).or_insert_with(|| {
-            self.groups.push(Group { material, ..Group::default() });
+            self.groups.push(Group {
+                material,
+                ..Group::default()
+            });
             self.groups.len() - 1
         });
         let group = &mut self.groups[group];
         for triangle in triangles {
             let vertices = triangle.map(|at| group.vertex(corners[at]));
-            if vertices[0] != vertices[1] && vertices[1] != vertices[2] && vertices[2] != vertices[0] {
+            if vertices[0] != vertices[1]
+                && vertices[1] != vertices[2]
+                && vertices[2] != vertices[0]
+            {
                 group.triangles.push(vertices);
             }
         }
@@ -185,34 +206,71 @@ impl Reading<'_> {
         let mut part = |name: &str, count: usize| match parts.next() {
             None | Some("") => Ok(None),
             Some(_) if count == 0 && name != "v" => {
-                notes.say(format!("polygons point to {name} lines, but there are none"));
+                notes.say(format!(
+                    "polygons point to {name} lines, but there are none"
+                ));
                 Ok(None)
             }
             Some(number) => place(number, count).map(Some).ok_or_else(|| {
-                format!("corner '{}': there is no {name} {} among {count}", excerpt(word), excerpt(number))
+                format!(
+                    "corner '{}': there is no {name} {} among {count}",
+                    excerpt(word),
+                    excerpt(number)
+                )
             }),
         };
         let position = part("v", self.positions.len())?;
         let (uv, normal) = (part("vt", self.uvs.len())?, part("vn", self.normals.len())?);
-        Ok((position.ok_or_else(|| format!("corner '{}' has no position", excerpt(word)))?, uv, normal))
+        Ok((
+            position.ok_or_else(|| format!("corner '{}' has no position", excerpt(word)))?,
+            uv,
+            normal,
+        ))
     }
 
     fn into_scene(self, notes: &mut Notes) -> Scene {
-        let Self { positions, colours, uvs, normals, groups, mut library, .. } = self;
+        let Self {
+            positions,
+            colours,
+            uvs,
+            normals,
+            groups,
+            mut library,
+            ..
+        } = self;
         let mut scene = Scene::default();
-        for group in groups.into_iter().filter(|group| !group.triangles.is_empty()) {
-            let mut mesh =
-                Mesh { name: group.material.clone(), triangles: group.triangles, ..Mesh::default() };
+        for group in groups
+            .into_iter()
+            .filter(|group| !group.triangles.is_empty())
+        {
+            let mut mesh = Mesh {
+                name: group.material.clone(),
+                triangles: group.triangles,
+                ..Mesh::default()
+            };
             let corners = &group.corners;
-            mesh.positions = corners.iter().map(|corner| positions[corner.0 as usize]).collect();
-            let set: Option<Vec<_>> =
-                corners.iter().map(|corner| Some(v_from_top(uvs[corner.1? as usize]))).collect();
+            mesh.positions = corners
+                .iter()
+                .map(|corner| positions[corner.0 as usize])
+                .collect();
+            let set: Option<Vec<_>> = corners
+                .iter()
+                .map(|corner| Some(v_from_top(uvs[corner.1? as usize])))
+                .collect();
             mesh.uvs = set.into_iter().collect();
-            let normals: Option<Vec<_>> =
-                corners.iter().map(|corner| unit(normals[corner.2? as usize])).collect();
+            let normals: Option<Vec<_>> = corners
+                .iter()
+                .map(|corner| unit(normals[corner.2? as usize]))
+                .collect();
             mesh.normals = normals.unwrap_or_default();
-            if corners.iter().any(|corner| colours.get(corner.0 as usize).is_some_and(Option::is_some)) {
-                mesh.colours = corners.iter().map(|corner| colour(&colours, corner.0)).collect();
+            if corners
+                .iter()
+                .any(|corner| colours.get(corner.0 as usize).is_some_and(Option::is_some))
+            {
+                mesh.colours = corners
+                    .iter()
+                    .map(|corner| colour(&colours, corner.0))
+                    .collect();
             }
             mesh.material = library.place(&group.material, &mut scene.materials);
             scene.meshes.push(mesh);
@@ -235,8 +293,14 @@ impl Group {
 /// The place that a number means among `count`, from 0.
 fn place(number: &str, count: usize) -> Option<u32> {
     let number: i64 = number.parse().ok()?;
-    let place = if number < 0 { count as i64 + number } else { number - 1 };
-    u32::try_from(place).ok().filter(|&place| (place as usize) < count)
+    let place = if number < 0 {
+        count as i64 + number
+    } else {
+        number - 1
+    };
+    u32::try_from(place)
+        .ok()
+        .filter(|&place| (place as usize) < count)
 }
 
 fn v_from_top([u, v]: [f32; 2]) -> [f32; 2] {
@@ -251,16 +315,30 @@ fn unit(normal: [f32; 3]) -> Option<[f32; 3]> {
 
 /// Vertex colours are written as on a screen; a vertex without one is white.
 fn colour(colours: &[Option<[f32; 3]>], place: u32) -> [f32; 4] {
-    let colour = colours.get(place as usize).copied().flatten().unwrap_or([1.0; 3]);
+    let colour = colours
+        .get(place as usize)
+        .copied()
+        .flatten()
+        .unwrap_or([1.0; 3]);
     // NaN stays, so that the last check finds it.
-    let linear = |c: f32| if c.is_nan() { c } else { resample_core::image::linear_from_srgb(c) };
+    let linear = |c: f32| {
+        if c.is_nan() {
+            c
+        } else {
+            resample_core::image::linear_from_srgb(c)
+        }
+    };
     let [r, g, b] = colour.map(linear);
     [r, g, b, 1.0]
 }
 
 /// An OBJ has no front sides: both are seen.
 fn plain(name: &str) -> Material {
-    Material { name: name.to_owned(), sides: Sides::Both, ..Material::default() }
+    Material {
+        name: name.to_owned(),
+        sides: Sides::Both,
+        ..Material::default()
+    }
 }
 
 #[cfg(test)]

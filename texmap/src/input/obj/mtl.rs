@@ -54,13 +54,18 @@ impl Library {
         let whole = map::find(folder, names);
         let found: Vec<_> = match whole {
             Some(path) => vec![(names, Some(path))],
-            None => names.split_ascii_whitespace().map(|name| (name, map::find(folder, name))).collect(),
+            None => names
+                .split_ascii_whitespace()
+                .map(|name| (name, map::find(folder, name)))
+                .collect(),
         };
         for (name, path) in found {
             match path {
                 Some(path) => self.read_file(&path, notes),
-                None => notes
-                    .say(format!("material file {} is not there: its materials are plain", excerpt(name))),
+                None => notes.say(format!(
+                    "material file {} is not there: its materials are plain",
+                    excerpt(name)
+                )),
             }
         }
     }
@@ -88,7 +93,10 @@ impl Library {
     fn read_file(&mut self, path: &Path, notes: &mut Notes) {
         let size = std::fs::metadata(path).map_or(0, |metadata| metadata.len());
         if size > MAX_FILE_BYTES {
-            notes.say(format!("{} is too large for a material file and is left out", path.display()));
+            notes.say(format!(
+                "{} is too large for a material file and is left out",
+                path.display()
+            ));
             return;
         }
         let bytes = match files::read(path) {
@@ -106,7 +114,9 @@ impl Library {
                 && let Err(what) = entry.line(&line)
             {
                 let (path, number) = (path.display(), line.number);
-                notes.say(format!("{path}, line {number}: {what}: the line is left out"));
+                notes.say(format!(
+                    "{path}, line {number}: {what}: the line is left out"
+                ));
             }
         }
         self.entries.extend(current);
@@ -116,8 +126,16 @@ impl Library {
         let base_texture = self.texture_use(entry, entry.map_kd.as_ref(), entry.map_d.as_ref());
         let emissive_texture = self.texture_use(entry, entry.map_ke.as_ref(), None);
         let black = entry.kd == [0.0; 3] && entry.map_kd.is_some() && base_texture.is_some();
-        let [r, g, b] = if black { [1.0; 3] } else { entry.kd.map(linear_from_srgb) };
-        let emissive = if emissive_texture.is_some() && entry.ke == [0.0; 3] { [1.0; 3] } else { entry.ke };
+        let [r, g, b] = if black {
+            [1.0; 3]
+        } else {
+            entry.kd.map(linear_from_srgb)
+        };
+        let emissive = if emissive_texture.is_some() && entry.ke == [0.0; 3] {
+            [1.0; 3]
+        } else {
+            entry.ke
+        };
         let opacity = entry.opacity();
         let see_through = opacity < 1.0 || (entry.map_d.is_some() && base_texture.is_some());
         Material {
@@ -125,9 +143,17 @@ impl Library {
             base_texture,
             emissive: emissive.map(linear_from_srgb),
             emissive_texture,
-            alpha: if see_through { AlphaMode::Blend } else { AlphaMode::Opaque },
+            alpha: if see_through {
+                AlphaMode::Blend
+            } else {
+                AlphaMode::Opaque
+            },
             // Illumination 0 is the plain colour without light.
-            lighting: if entry.illumination == 0 { Lighting::Unlit } else { Lighting::Lit },
+            lighting: if entry.illumination == 0 {
+                Lighting::Unlit
+            } else {
+                Lighting::Lit
+            },
             ..super::plain(name)
         }
     }
@@ -151,13 +177,18 @@ impl Library {
             }
         };
         // With v from the top, s * v + o from the bottom is s * v + 1 - s - o.
-        let [scale, offset] = [placed.scale, placed.offset].map(|v| DVec2::from_array(v.map(f64::from)));
+        let [scale, offset] =
+            [placed.scale, placed.offset].map(|v| DVec2::from_array(v.map(f64::from)));
         Some(TextureUse {
             texture: texture?,
             uv_set: 0,
             uv_linear: DMat2::from_diagonal(scale),
             uv_offset: DVec2::new(offset.x, 1.0 - scale.y - offset.y),
-            wrap: [if placed.clamp { Wrap::Clamp } else { Wrap::Repeat }; 2],
+            wrap: [if placed.clamp {
+                Wrap::Clamp
+            } else {
+                Wrap::Repeat
+            }; 2],
             magnify: Magnify::Linear,
         })
     }
@@ -166,7 +197,9 @@ impl Library {
         let path = map::find(folder, &map.file);
         if path.is_none() {
             let name = excerpt(&map.file);
-            self.late_notes.push(format!("texture {name} is not there: the material's colour stands alone"));
+            self.late_notes.push(format!(
+                "texture {name} is not there: the material's colour stands alone"
+            ));
         }
         path
     }
@@ -174,13 +207,16 @@ impl Library {
     fn load(&mut self, [colour, alpha]: &[Option<PathBuf>; 2]) -> Option<usize> {
         let texture = match (colour, alpha) {
             (None, None) => return None,
-            (Some(colour), None) => super::super::load_picture(colour).map_err(|error| error.to_string()),
+            (Some(colour), None) => {
+                super::super::load_picture(colour).map_err(|error| error.to_string())
+            }
             (colour, Some(alpha)) => map::with_alpha(colour.as_deref(), alpha),
         };
         match texture.and_then(|texture| self.textures.add(texture)) {
             Ok(place) => Some(place),
             Err(what) => {
-                self.late_notes.push(format!("{what}: the material's colour stands alone"));
+                self.late_notes
+                    .push(format!("{what}: the material's colour stands alone"));
                 None
             }
         }
@@ -220,7 +256,9 @@ impl Entry {
             "Ke" => self.ke = colour(line.rest)?,
             "d" => self.opacity = Some(unit(line.rest.trim_start_matches("-halo"))?),
             "Tr" => self.transparency = unit(line.rest)?,
-            "illum" => self.illumination = line.rest.parse().map_err(|_| "illum is no whole number")?,
+            "illum" => {
+                self.illumination = line.rest.parse().map_err(|_| "illum is no whole number")?
+            }
             "map_Kd" | "map_kd" => self.map_kd = Some(Map::read(line.rest)?),
             "map_Ke" | "map_ke" => self.map_ke = Some(Map::read(line.rest)?),
             "map_d" | "map_D" => self.map_d = Some(Map::read(line.rest)?),
@@ -235,10 +273,18 @@ fn colour(text: &str) -> Result<[f32; 3], String> {
     let [red] = numbers(text, [None])?;
     let [_, green, blue] = numbers(text, [None, Some(red), Some(red)])?;
     let colour = [red, green, blue];
-    colour.iter().all(|c| c.is_finite()).then_some(colour).ok_or_else(|| "a colour is not finite".into())
+    colour
+        .iter()
+        .all(|c| c.is_finite())
+        .then_some(colour)
+        .ok_or_else(|| "a colour is not finite".into())
 }
 
 fn unit(text: &str) -> Result<f32, String> {
     let [number] = numbers(text, [None])?;
-    if number.is_nan() { Err("an opacity is no number".into()) } else { Ok(number.clamp(0.0, 1.0)) }
+    if number.is_nan() {
+        Err("an opacity is no number".into())
+    } else {
+        Ok(number.clamp(0.0, 1.0))
+    }
 }

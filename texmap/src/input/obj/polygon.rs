@@ -18,7 +18,9 @@ pub(super) fn triangles(corners: &[[f32; 3]]) -> Vec<[usize; 3]> {
     if corners.len() > 3 && corners.len() <= MAX_EARS {
         let flat = in_plane(corners);
         while left.len() > 3 {
-            let Some(ear) = (0..left.len()).find(|&at| is_ear(&flat, &left, at)) else { break };
+            let Some(ear) = (0..left.len()).find(|&at| is_ear(&flat, &left, at)) else {
+                break;
+            };
             triangles.push(around(&left, ear));
             left.remove(ear);
         }
@@ -30,17 +32,27 @@ pub(super) fn triangles(corners: &[[f32; 3]]) -> Vec<[usize; 3]> {
 /// The corners in the plane of the mean normal, so that the polygon winds counter-clockwise.
 fn in_plane(corners: &[[f32; 3]]) -> Vec<DVec2> {
     let origin = DVec3::from_array(corners[0].map(f64::from));
-    let points: Vec<DVec3> = corners.iter().map(|c| DVec3::from_array(c.map(f64::from)) - origin).collect();
+    let points: Vec<DVec3> = corners
+        .iter()
+        .map(|c| DVec3::from_array(c.map(f64::from)) - origin)
+        .collect();
     let next = points.iter().cycle().skip(1);
     let normal: DVec3 = points.iter().zip(next).map(|(a, b)| a.cross(*b)).sum();
     let normal = normal.try_normalize().unwrap_or(DVec3::Z);
     let (right, up) = normal.any_orthonormal_pair();
-    points.iter().map(|point| DVec2::new(point.dot(right), point.dot(up))).collect()
+    points
+        .iter()
+        .map(|point| DVec2::new(point.dot(right), point.dot(up)))
+        .collect()
 }
 
 fn around(left: &[usize], at: usize) -> [usize; 3] {
     let count = left.len();
-    [left[(at + count - 1) % count], left[at], left[(at + 1) % count]]
+    [
+        left[(at + count - 1) % count],
+        left[at],
+        left[(at + 1) % count],
+    ]
 }
 
 fn is_ear(flat: &[DVec2], left: &[usize], at: usize) -> bool {
@@ -66,13 +78,22 @@ mod tests {
 
     fn area(corners: &[[f32; 3]], triangles: &[[usize; 3]]) -> (f64, f64) {
         let at = |i: usize| DVec3::from_array(corners[i].map(f64::from));
-        let signed = triangles.iter().map(|&[a, b, c]| 0.5 * (at(b) - at(a)).cross(at(c) - at(a)).z);
-        signed.fold((0.0, 0.0), |(sum, absolute), area| (sum + area, absolute + area.abs()))
+        let signed = triangles
+            .iter()
+            .map(|&[a, b, c]| 0.5 * (at(b) - at(a)).cross(at(c) - at(a)).z);
+        signed.fold((0.0, 0.0), |(sum, absolute), area| {
+            (sum + area, absolute + area.abs())
+        })
     }
 
     #[test]
     fn concave_polygons_are_covered_once() {
-        let arrow = [[0.0, 0.0, 0.0], [2.0, -1.0, 0.0], [1.0, 0.0, 0.0], [2.0, 1.0, 0.0]];
+        let arrow = [
+            [0.0, 0.0, 0.0],
+            [2.0, -1.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [2.0, 1.0, 0.0],
+        ];
         let comb: Vec<[f32; 3]> = (0..40)
             .map(|i| [i as f32, if i % 2 == 0 { 5.0 } else { 1.0 }, 0.0])
             .chain([[40.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
@@ -80,20 +101,43 @@ mod tests {
             .collect();
         for polygon in [arrow.to_vec(), comb] {
             let triangles = triangles(&polygon);
-            assert_eq!(triangles.len(), polygon.len() - 2, "as many triangles as a polygon has");
+            assert_eq!(
+                triangles.len(),
+                polygon.len() - 2,
+                "as many triangles as a polygon has"
+            );
             let (signed, absolute) = area(&polygon, &triangles);
-            assert!((signed.abs() - absolute).abs() < 1e-9, "all wind one way: {signed} against {absolute}");
+            assert!(
+                (signed.abs() - absolute).abs() < 1e-9,
+                "all wind one way: {signed} against {absolute}"
+            );
         }
     }
 
     #[test]
     fn hopeless_polygons_still_give_triangles() {
-        let line = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [3.0, 0.0, 0.0]];
-        let bow = [[0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let line = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [2.0, 0.0, 0.0],
+            [3.0, 0.0, 0.0],
+        ];
+        let bow = [
+            [0.0, 0.0, 0.0],
+            [1.0, 1.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+        ];
         for polygon in [line, bow, [[f32::NAN; 3]; 4]] {
             assert_eq!(triangles(&polygon).len(), 2, "{polygon:?} has four corners");
         }
-        let many: Vec<[f32; 3]> = (0..100_000).map(|i| [(i as f32).sin(), (i as f32).cos(), 0.0]).collect();
-        assert_eq!(triangles(&many).len(), many.len() - 2, "a polygon of any size ends");
+        let many: Vec<[f32; 3]> = (0..100_000)
+            .map(|i| [(i as f32).sin(), (i as f32).cos(), 0.0])
+            .collect();
+        assert_eq!(
+            triangles(&many).len(),
+            many.len() - 2,
+            "a polygon of any size ends"
+        );
     }
 }

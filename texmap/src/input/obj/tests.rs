@@ -12,7 +12,8 @@ use crate::scene::{AlphaMode, Lighting, Scene, Texels, Wrap};
 struct Folder(TempDir);
 
 /// A square with coordinates: the picture's lower left corner is at the origin, as OBJ has it.
-const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 2\n";
+const SQUARE: &str =
+    "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 2\n";
 
 impl Folder {
     fn new() -> Self {
@@ -50,27 +51,51 @@ fn v_points_down_and_normals_have_length_one() {
     let scene = Folder::new().scene(format!("{SQUARE}f 1/1/1 2/2/1 3/3/1 4/4/1"));
     let mesh = &scene.meshes[0];
     assert_eq!(mesh.triangles.len(), 2, "a square");
-    let top_left = mesh.positions.iter().position(|&pos| pos == [0.0, 1.0, 0.0]).expect("the corner");
-    assert_eq!(mesh.uvs[0][top_left], [0.0, 0.0], "the upper left corner has the picture's first texel");
+    let top_left = mesh
+        .positions
+        .iter()
+        .position(|&pos| pos == [0.0, 1.0, 0.0])
+        .expect("the corner");
+    assert_eq!(
+        mesh.uvs[0][top_left],
+        [0.0, 0.0],
+        "the upper left corner has the picture's first texel"
+    );
     assert_eq!(mesh.normals[top_left], [0.0, 0.0, 1.0], "length 1");
 }
 
 #[test]
 fn numbers_count_from_either_end_and_parts_may_be_missing() {
     let folder = Folder::new();
-    for face in
-        ["f 1 2 3 4", "f -4 -3 -2 -1", "f 1//1 2//1 3//1 4//1", "f 1/1 2/2 3/3 4/4", "f 1/1/1 2 3//1 4"]
-    {
+    for face in [
+        "f 1 2 3 4",
+        "f -4 -3 -2 -1",
+        "f 1//1 2//1 3//1 4//1",
+        "f 1/1 2/2 3/3 4/4",
+        "f 1/1/1 2 3//1 4",
+    ] {
         let scene = folder.scene(format!("{SQUARE}{face}"));
         let corners: Vec<_> = scene.meshes[0].triangles.iter().flatten().collect();
-        assert_eq!((scene.meshes[0].positions.len(), corners.len()), (4, 6), "{face}: a square");
+        assert_eq!(
+            (scene.meshes[0].positions.len(), corners.len()),
+            (4, 6),
+            "{face}: a square"
+        );
     }
-    let Loaded { scene, notes } =
-        folder.load("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1//1 2//1 3//1").expect("a good file");
-    assert!(scene.meshes[0].normals.is_empty() && notes.len() == 1, "normals that no line gives: {notes:?}");
+    let Loaded { scene, notes } = folder
+        .load("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1//1 2//1 3//1")
+        .expect("a good file");
+    assert!(
+        scene.meshes[0].normals.is_empty() && notes.len() == 1,
+        "normals that no line gives: {notes:?}"
+    );
     let mixed = folder.scene(format!("{SQUARE}f 1/1 2/2 3/3\nf 1 3 4"));
     let with: Vec<_> = mixed.meshes.iter().map(|mesh| mesh.uvs.len()).collect();
-    assert_eq!(with, [1, 0], "a triangle without coordinates takes none from the other");
+    assert_eq!(
+        with,
+        [1, 0],
+        "a triangle without coordinates takes none from the other"
+    );
 }
 
 #[test]
@@ -86,10 +111,19 @@ fn bad_lines_are_named() {
         ("v 1 2 x", "'x' is no number"),
     ] {
         let error = refusal(&format!("{SQUARE}{line}"));
-        assert!(error.contains("line 10") && error.contains(said), "'{line}': {error}");
+        assert!(
+            error.contains("line 10") && error.contains(said),
+            "'{line}': {error}"
+        );
     }
-    assert!(refusal("v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3").contains("finite"), "not a number");
-    assert!(refusal("v 0 0 0\n").contains("no triangles"), "nothing to draw");
+    assert!(
+        refusal("v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3").contains("finite"),
+        "not a number"
+    );
+    assert!(
+        refusal("v 0 0 0\n").contains("no triangles"),
+        "nothing to draw"
+    );
     assert!(refusal("hello\n").contains("known format"), "no OBJ at all");
 }
 
@@ -97,18 +131,35 @@ fn bad_lines_are_named() {
 fn text_of_other_systems_is_read() {
     let folder = Folder::new();
     let obj = "\u{feff}v 0 0 0\r\nv 1 0 0\r\nv 0 \\\r\n1 0\r\nf 1 2 3\r\n";
-    assert_eq!(folder.scene(obj).meshes[0].positions[2], [0.0, 1.0, 0.0], "a mark, and a line that goes on");
+    assert_eq!(
+        folder.scene(obj).meshes[0].positions[2],
+        [0.0, 1.0, 0.0],
+        "a mark, and a line that goes on"
+    );
     let wide: Vec<u8> = obj.encode_utf16().flat_map(u16::to_le_bytes).collect();
     assert_eq!(folder.scene(wide).meshes.len(), 1, "UTF-16");
-    assert_eq!(folder.scene(b"# caf\xe9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3").meshes.len(), 1, "Latin-1");
+    assert_eq!(
+        folder
+            .scene(b"# caf\xe9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3")
+            .meshes
+            .len(),
+        1,
+        "Latin-1"
+    );
 }
 
 #[test]
 fn vertex_colours_become_linear() {
     let scene = Folder::new().scene("v 0 0 0 1 0.5 0\nv 1 0 0\nv 0 1 0 0 0 0\nf 1 2 3");
-    let [first, second, _] = scene.meshes[0].colours[..] else { panic!("three colours") };
+    let [first, second, _] = scene.meshes[0].colours[..] else {
+        panic!("three colours")
+    };
     let half = resample_core::image::linear_from_srgb(0.5);
-    assert_eq!((first, second), ([1.0, half, 0.0, 1.0], [1.0; 4]), "decoded, and white where there is none");
+    assert_eq!(
+        (first, second),
+        ([1.0, half, 0.0, 1.0], [1.0; 4]),
+        "decoded, and white where there is none"
+    );
 }
 
 #[test]
@@ -120,13 +171,24 @@ fn materials_have_colour_alpha_and_maps() {
         "newmtl plain\nKd 1 0.5 0\nillum 0\nnewmtl glass\nTr 0.75\nnewmtl wood grain\nKd 0 0 0\n\
          map_Kd -s 2 3 -o 0.25 0.5 -clamp on .\\T.PNG\nnewmtl leaf\nmap_Kd t.png\nmap_d t.png\nKd x\n",
     );
-    let faces =
-        ["plain", "glass", "wood grain", "leaf"].map(|name| format!("usemtl {name}\nf 1/1 2/2 3/3\n"));
-    let Loaded { scene, notes } =
-        folder.load(format!("mtllib a b.mtl\n{SQUARE}{}", faces.concat())).expect("a good file");
-    let material = |name: &str| scene.materials.iter().find(|m| m.name == name).expect("a material");
+    let faces = ["plain", "glass", "wood grain", "leaf"]
+        .map(|name| format!("usemtl {name}\nf 1/1 2/2 3/3\n"));
+    let Loaded { scene, notes } = folder
+        .load(format!("mtllib a b.mtl\n{SQUARE}{}", faces.concat()))
+        .expect("a good file");
+    let material = |name: &str| {
+        scene
+            .materials
+            .iter()
+            .find(|m| m.name == name)
+            .expect("a material")
+    };
     let half = resample_core::image::linear_from_srgb(0.5);
-    assert_eq!(material("plain").base_colour, [1.0, half, 0.0, 1.0], "Kd is as on a screen");
+    assert_eq!(
+        material("plain").base_colour,
+        [1.0, half, 0.0, 1.0],
+        "Kd is as on a screen"
+    );
     assert_eq!(material("plain").lighting, Lighting::Unlit, "illum 0");
     assert_eq!(
         (material("glass").base_colour[3], material("glass").alpha),
@@ -134,8 +196,13 @@ fn materials_have_colour_alpha_and_maps() {
         "1 - Tr"
     );
     let wood = material("wood grain");
-    assert_eq!(wood.base_colour, [1.0; 4], "a black Kd beside a map means white");
-    let used = wood.base_texture.expect("a map, by its last part in any case");
+    assert_eq!(
+        wood.base_colour, [1.0; 4],
+        "a black Kd beside a map means white"
+    );
+    let used = wood
+        .base_texture
+        .expect("a map, by its last part in any case");
     assert_eq!(used.wrap, [Wrap::Clamp; 2], "-clamp");
     // The lower left corner, v = 1 from the top: 0.25 and 0.5 from the bottom.
     let corner = used.uv_linear * glam::DVec2::new(0.0, 1.0) + used.uv_offset;
@@ -144,7 +211,8 @@ fn materials_have_colour_alpha_and_maps() {
         "-s and -o count from the bottom: {corner}"
     );
     let leaf = material("leaf");
-    let Texels::Srgb8(texels) = &scene.textures[leaf.base_texture.expect("a map").texture].texels else {
+    let Texels::Srgb8(texels) = &scene.textures[leaf.base_texture.expect("a map").texture].texels
+    else {
         panic!("8 bits")
     };
     assert_eq!(
@@ -161,9 +229,12 @@ fn materials_have_colour_alpha_and_maps() {
 #[test]
 fn opacity_is_d_before_tr_and_tr_1_alone_is_opaque() {
     let folder = Folder::new();
-    for (lines, expected) in
-        [("Tr 0.25", 0.75), ("d 0.5\nTr 0.25", 0.5), ("Tr 0.25\nd 0.5", 0.5), ("Tr 1", 1.0)]
-    {
+    for (lines, expected) in [
+        ("Tr 0.25", 0.75),
+        ("d 0.5\nTr 0.25", 0.5),
+        ("Tr 0.25\nd 0.5", 0.5),
+        ("Tr 1", 1.0),
+    ] {
         folder.write("a.mtl", format!("newmtl m\n{lines}\n"));
         let scene = folder.scene(format!("mtllib a.mtl\n{SQUARE}usemtl m\nf 1/1 2/2 3/3"));
         assert_eq!(scene.materials[0].base_colour[3], expected, "{lines}");
@@ -174,8 +245,11 @@ fn opacity_is_d_before_tr_and_tr_1_alone_is_opaque() {
 fn what_is_missing_leaves_the_colour_and_a_note() {
     let folder = Folder::new();
     folder.write("a.mtl", "newmtl m\nKd 1 0 0\nmap_Kd nothing.png\n");
-    let Loaded { scene, notes } =
-        folder.load(format!("mtllib a.mtl none.mtl\n{SQUARE}usemtl m\nf 1/1 2/2 3/3")).expect("a good file");
+    let Loaded { scene, notes } = folder
+        .load(format!(
+            "mtllib a.mtl none.mtl\n{SQUARE}usemtl m\nf 1/1 2/2 3/3"
+        ))
+        .expect("a good file");
     assert_eq!(scene.materials[0].base_colour, [1.0, 0.0, 0.0, 1.0], "Kd");
     assert!(scene.materials[0].base_texture.is_none(), "no texture");
     assert_eq!(notes.len(), 2, "the file and the picture: {notes:?}");
@@ -186,28 +260,53 @@ fn a_texture_can_be_bound_by_hand() {
     let folder = Folder::new();
     folder.picture("t.png");
     let texture = Some(folder.0.path().join("t.png"));
-    let options = LoadOptions { scene: None, texture };
+    let options = LoadOptions {
+        scene: None,
+        texture,
+    };
     let bound = |obj: String| load(&folder.write("a.obj", obj), &options);
-    let scene = bound(format!("{SQUARE}f 1/1 2/2 3/3")).expect("a good file").scene;
-    assert!(scene.materials[0].base_texture.is_some() && scene.textures.len() == 1, "bound");
-    let error = bound(format!("{SQUARE}f 1 2 3")).expect_err("no coordinates").to_string();
-    assert!(error.contains("--texture") && error.contains("coordinates"), "{error}");
+    let scene = bound(format!("{SQUARE}f 1/1 2/2 3/3"))
+        .expect("a good file")
+        .scene;
+    assert!(
+        scene.materials[0].base_texture.is_some() && scene.textures.len() == 1,
+        "bound"
+    );
+    let error = bound(format!("{SQUARE}f 1 2 3"))
+        .expect_err("no coordinates")
+        .to_string();
+    assert!(
+        error.contains("--texture") && error.contains("coordinates"),
+        "{error}"
+    );
 }
 
 #[test]
 fn real_files_agree_with_tobj() {
     let data = std::env::var_os("RESAMPLE_DATA").map(PathBuf::from);
-    let data = data.unwrap_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"));
+    let data =
+        data.unwrap_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"));
     let folder = data.join("meshes/obj");
-    for name in ["pytorch3d/cow_mesh/cow.obj", "viking_room/viking_room.obj", "trimesh/fuze.obj"] {
+    for name in [
+        "pytorch3d/cow_mesh/cow.obj",
+        "viking_room/viking_room.obj",
+        "trimesh/fuze.obj",
+    ] {
         let path = folder.join(name);
         if !path.is_file() {
             println!("skipped: {} is not there", path.display());
             continue;
         }
-        let theirs = tobj::load_obj(&path, &tobj::GPU_LOAD_OPTIONS).expect("tobj reads it").0;
-        let mut theirs: Vec<_> = theirs.iter().flat_map(|model| corners_of_tobj(&model.mesh)).collect();
-        let scene = load(&path, &LoadOptions::default()).expect("a good file").scene;
+        let theirs = tobj::load_obj(&path, &tobj::GPU_LOAD_OPTIONS)
+            .expect("tobj reads it")
+            .0;
+        let mut theirs: Vec<_> = theirs
+            .iter()
+            .flat_map(|model| corners_of_tobj(&model.mesh))
+            .collect();
+        let scene = load(&path, &LoadOptions::default())
+            .expect("a good file")
+            .scene;
         let mut ours: Vec<[u32; 5]> = Vec::new();
         for mesh in &scene.meshes {
             ours.extend(mesh.triangles.iter().flatten().map(|&i| {
@@ -217,13 +316,21 @@ fn real_files_agree_with_tobj() {
         }
         theirs.sort_unstable();
         ours.sort_unstable();
-        assert!(ours == theirs, "{name}: {} corners, {} of tobj: they differ", ours.len(), theirs.len());
+        assert!(
+            ours == theirs,
+            "{name}: {} corners, {} of tobj: they differ",
+            ours.len(),
+            theirs.len()
+        );
     }
 }
 
 fn corners_of_tobj(mesh: &tobj::Mesh) -> Vec<[u32; 5]> {
     let corner = |&i: &u32| {
-        let (pos, uv) = (&mesh.positions[3 * i as usize..], &mesh.texcoords[2 * i as usize..]);
+        let (pos, uv) = (
+            &mesh.positions[3 * i as usize..],
+            &mesh.texcoords[2 * i as usize..],
+        );
         [pos[0], pos[1], pos[2], uv[0], 1.0 - uv[1]].map(f32::to_bits)
     };
     mesh.indices.iter().map(corner).collect()

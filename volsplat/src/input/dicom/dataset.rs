@@ -38,12 +38,19 @@ const MARK: &[u8] = b"DICM";
 const MAX_DEPTH: usize = 12;
 
 /// Sequences that are needed: shared and per-frame functional groups, and what places a frame and scales its values.
-const NEEDED_SEQUENCES: [Tag; 6] =
-    [0x5200_9229, 0x5200_9230, 0x0020_9113, 0x0020_9116, 0x0028_9110, 0x0028_9145];
+const NEEDED_SEQUENCES: [Tag; 6] = [
+    0x5200_9229,
+    0x5200_9230,
+    0x0020_9113,
+    0x0020_9116,
+    0x0028_9110,
+    0x0028_9145,
+];
 
 /// Whether a file that begins with `head` is DICOM.
 pub(super) fn begins(head: &[u8]) -> bool {
-    head.get(PREAMBLE_BYTES..).is_some_and(|rest| rest.starts_with(MARK))
+    head.get(PREAMBLE_BYTES..)
+        .is_some_and(|rest| rest.starts_with(MARK))
 }
 
 /// Elements by their tags.
@@ -93,12 +100,24 @@ impl<'a> Dataset<'a> {
 
     /// Decimal numbers, written as text between backslashes; an error where they are none.
     pub(super) fn decimals<const N: usize>(&self, tag: Tag) -> Result<Option<[f64; N]>, String> {
-        let Some(text) = self.text(tag) else { return Ok(None) };
-        let numbers: Option<Vec<f64>> = text.split('\\').map(|word| word.trim().parse().ok()).collect();
+        let Some(text) = self.text(tag) else {
+            return Ok(None);
+        };
+        let numbers: Option<Vec<f64>> = text
+            .split('\\')
+            .map(|word| word.trim().parse().ok())
+            .collect();
         let numbers = numbers.filter(|numbers| numbers.iter().all(|number| number.is_finite()));
-        numbers.and_then(|numbers| numbers.try_into().ok()).map(Some).ok_or_else(|| {
-            format!("element {} is '{}': expected {N} decimal number(s)", tag_name(tag), excerpt(&text))
-        })
+        numbers
+            .and_then(|numbers| numbers.try_into().ok())
+            .map(Some)
+            .ok_or_else(|| {
+                format!(
+                    "element {} is '{}': expected {N} decimal number(s)",
+                    tag_name(tag),
+                    excerpt(&text)
+                )
+            })
     }
 
     /// The items of a sequence; none if it is absent.
@@ -136,26 +155,55 @@ impl Meta {
 /// Reads the head of a file, and gives the bytes of its elements, unpacked if they are packed.
 pub(super) fn read_meta(file: &[u8]) -> Result<(Meta, Cow<'_, [u8]>), Fault> {
     if !begins(file) {
-        return Err(Fault::Invalid("the mark DICM is not at byte 128".to_owned()));
+        return Err(Fault::Invalid(
+            "the mark DICM is not at byte 128".to_owned(),
+        ));
     }
     let begin = PREAMBLE_BYTES + MARK.len();
-    let encoding = Encoding { endian: Endian::Little, is_explicit: true };
-    let mut cursor = Cursor { bytes: file, at: begin, encoding };
+    let encoding = Encoding {
+        endian: Endian::Little,
+        is_explicit: true,
+    };
+    let mut cursor = Cursor {
+        bytes: file,
+        at: begin,
+        encoding,
+    };
     let mut head = Dataset::default();
     // Faulty heads occur in real files: what was read until then counts.
     while cursor.peek_group() == Some(2) && cursor.element(&mut head, 0).is_ok() {}
-    let length: Option<[u8; 4]> = head.bytes(META_LENGTH).and_then(|bytes| bytes.try_into().ok());
+    let length: Option<[u8; 4]> = head
+        .bytes(META_LENGTH)
+        .and_then(|bytes| bytes.try_into().ok());
     // The length counts from behind its own element, which has 12 bytes.
-    let told = length.and_then(|bytes| (u32::from_le_bytes(bytes) as usize).checked_add(begin + 12));
-    let rest = file.get(told.filter(|&told| told > cursor.at).unwrap_or(cursor.at)..).unwrap_or_default();
-    let syntax = head.text(TRANSFER_SYNTAX).ok_or_else(|| "the head names no transfer syntax".to_owned())?;
+    let told =
+        length.and_then(|bytes| (u32::from_le_bytes(bytes) as usize).checked_add(begin + 12));
+    let rest = file
+        .get(told.filter(|&told| told > cursor.at).unwrap_or(cursor.at)..)
+        .unwrap_or_default();
+    let syntax = head
+        .text(TRANSFER_SYNTAX)
+        .ok_or_else(|| "the head names no transfer syntax".to_owned())?;
     let is_explicit = syntax != "1.2.840.10008.1.2";
-    let endian = if syntax == "1.2.840.10008.1.2.2" { Endian::Big } else { Endian::Little };
+    let endian = if syntax == "1.2.840.10008.1.2.2" {
+        Endian::Big
+    } else {
+        Endian::Little
+    };
     let bytes = match syntax.as_str() {
         "1.2.840.10008.1.2.1.99" => Cow::Owned(inflated(rest)?),
         _ => Cow::Borrowed(rest),
     };
-    Ok((Meta { syntax, encoding: Encoding { endian, is_explicit } }, bytes))
+    Ok((
+        Meta {
+            syntax,
+            encoding: Encoding {
+                endian,
+                is_explicit,
+            },
+        },
+        bytes,
+    ))
 }
 
 fn inflated(packed: &[u8]) -> Result<Vec<u8>, String> {
@@ -167,7 +215,11 @@ fn inflated(packed: &[u8]) -> Result<Vec<u8>, String> {
 
 /// Reads the elements up to and including the picture.
 pub(super) fn parse<'a>(bytes: &'a [u8], meta: &Meta) -> Result<Dataset<'a>, Fault> {
-    let mut cursor = Cursor { bytes, at: 0, encoding: meta.encoding };
+    let mut cursor = Cursor {
+        bytes,
+        at: 0,
+        encoding: meta.encoding,
+    };
     cursor.dataset(0)
 }
 
@@ -181,7 +233,10 @@ struct Cursor<'a> {
 impl<'a> Cursor<'a> {
     /// Elements up to the end of the bytes, of the item, or behind the picture.
     fn dataset(&mut self, depth: usize) -> Result<Dataset<'a>, Fault> {
-        let mut dataset = Dataset { elements: HashMap::new(), endian: self.encoding.endian };
+        let mut dataset = Dataset {
+            elements: HashMap::new(),
+            endian: self.encoding.endian,
+        };
         while self.at < self.bytes.len() {
             match self.element(&mut dataset, depth)? {
                 ITEM_END => break,
@@ -200,13 +255,18 @@ impl<'a> Cursor<'a> {
             return Ok(tag);
         }
         let (kind, length) = self.kind_and_length()?;
-        let is_sequence = kind == Some(*b"SQ") || (kind.is_none() && NEEDED_SEQUENCES.contains(&tag));
+        let is_sequence =
+            kind == Some(*b"SQ") || (kind.is_none() && NEEDED_SEQUENCES.contains(&tag));
         let value = match (tag, length) {
             (PIXEL_DATA, UNDEFINED) => Value::Fragments(self.fragments()?),
             (_, UNDEFINED) => self.sequence_without_length(kind, depth)?,
             (_, length) if is_sequence => {
                 let bytes = self.take(tag, length)?;
-                let mut inner = Cursor { bytes, at: 0, encoding: self.encoding };
+                let mut inner = Cursor {
+                    bytes,
+                    at: 0,
+                    encoding: self.encoding,
+                };
                 Value::Items(inner.items(depth + 1)?)
             }
             (_, length) => Value::Bytes(self.take(tag, length)?),
@@ -215,11 +275,18 @@ impl<'a> Cursor<'a> {
         Ok(tag)
     }
 
-    fn sequence_without_length(&mut self, kind: Option<[u8; 2]>, depth: usize) -> Result<Value<'a>, Fault> {
+    fn sequence_without_length(
+        &mut self,
+        kind: Option<[u8; 2]>,
+        depth: usize,
+    ) -> Result<Value<'a>, Fault> {
         let outer = self.encoding;
         // A sequence of unknown kind is always written the implicit way.
         if kind == Some(*b"UN") {
-            self.encoding = Encoding { endian: Endian::Little, is_explicit: false };
+            self.encoding = Encoding {
+                endian: Endian::Little,
+                is_explicit: false,
+            };
         }
         let items = self.items(depth + 1);
         self.encoding = outer;
@@ -229,7 +296,9 @@ impl<'a> Cursor<'a> {
     /// The items up to the end of the bytes or of the sequence.
     fn items(&mut self, depth: usize) -> Result<Vec<Dataset<'a>>, Fault> {
         if depth > MAX_DEPTH {
-            return Err(unsupported(format!("sequences are nested more than {MAX_DEPTH} deep")));
+            return Err(unsupported(format!(
+                "sequences are nested more than {MAX_DEPTH} deep"
+            )));
         }
         let mut items = Vec::new();
         while self.at < self.bytes.len() {
@@ -237,12 +306,19 @@ impl<'a> Cursor<'a> {
                 (ITEM, UNDEFINED) => items.push(self.dataset(depth)?),
                 (ITEM, length) => {
                     let bytes = self.take(ITEM, length)?;
-                    let mut inner = Cursor { bytes, at: 0, encoding: self.encoding };
+                    let mut inner = Cursor {
+                        bytes,
+                        at: 0,
+                        encoding: self.encoding,
+                    };
                     items.push(inner.dataset(depth)?);
                 }
                 (SEQUENCE_END, _) => break,
                 (tag, _) => {
-                    return Err(Fault::Invalid(format!("{} stands where an item must begin", tag_name(tag))));
+                    return Err(Fault::Invalid(format!(
+                        "{} stands where an item must begin",
+                        tag_name(tag)
+                    )));
                 }
             }
         }
@@ -307,17 +383,28 @@ impl<'a> Cursor<'a> {
     fn number_16(&mut self) -> Result<u16, String> {
         let bytes = self.array()?;
         let is_little = self.encoding.endian == Endian::Little;
-        Ok(if is_little { u16::from_le_bytes(bytes) } else { u16::from_be_bytes(bytes) })
+        Ok(if is_little {
+            u16::from_le_bytes(bytes)
+        } else {
+            u16::from_be_bytes(bytes)
+        })
     }
 
     fn number_32(&mut self) -> Result<u32, String> {
         let bytes = self.array()?;
         let is_little = self.encoding.endian == Endian::Little;
-        Ok(if is_little { u32::from_le_bytes(bytes) } else { u32::from_be_bytes(bytes) })
+        Ok(if is_little {
+            u32::from_le_bytes(bytes)
+        } else {
+            u32::from_be_bytes(bytes)
+        })
     }
 
     fn array<const N: usize>(&mut self) -> Result<[u8; N], String> {
-        let bytes = self.bytes.get(self.at..).and_then(|rest| rest.first_chunk::<N>());
+        let bytes = self
+            .bytes
+            .get(self.at..)
+            .and_then(|rest| rest.first_chunk::<N>());
         let bytes = bytes.ok_or_else(|| "the file ends inside an element".to_owned())?;
         self.at += N;
         Ok(*bytes)
@@ -325,8 +412,12 @@ impl<'a> Cursor<'a> {
 
     fn take(&mut self, tag: Tag, length: u32) -> Result<&'a [u8], String> {
         let held = self.bytes.len() - self.at;
-        let fault =
-            || format!("element {} claims {length} bytes, but {held} follow: it is cut off", tag_name(tag));
+        let fault = || {
+            format!(
+                "element {} claims {length} bytes, but {held} follow: it is cut off",
+                tag_name(tag)
+            )
+        };
         let end = self.at.checked_add(length as usize).ok_or_else(fault)?;
         let bytes = self.bytes.get(self.at..end).ok_or_else(fault)?;
         self.at = end;

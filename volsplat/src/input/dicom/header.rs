@@ -55,7 +55,10 @@ impl Kind {
     /// For a message.
     pub(super) fn described(&self) -> String {
         let sign = if self.is_signed { "signed" } else { "unsigned" };
-        format!("{}x{} pixels of {} bits, {sign}", self.columns, self.rows, self.bits_stored)
+        format!(
+            "{}x{} pixels of {} bits, {sign}",
+            self.columns, self.rows, self.bits_stored
+        )
     }
 }
 
@@ -90,7 +93,9 @@ pub(super) fn picture(dataset: &Dataset) -> Result<Option<Picture>, Fault> {
     if dataset.value(PIXEL_DATA).is_none() || dataset.number_16(ROWS).is_none() {
         return Ok(None);
     }
-    let step = dataset.decimals::<1>(SPACING_BETWEEN_SLICES)?.or(dataset.decimals::<1>(SLICE_THICKNESS)?);
+    let step = dataset
+        .decimals::<1>(SPACING_BETWEEN_SLICES)?
+        .or(dataset.decimals::<1>(SLICE_THICKNESS)?);
     let step = step.map_or(1.0, |[step]| step.abs());
     Ok(Some(Picture {
         kind: kind(dataset)?,
@@ -102,7 +107,9 @@ pub(super) fn picture(dataset: &Dataset) -> Result<Option<Picture>, Fault> {
 }
 
 fn kind(dataset: &Dataset) -> Result<Kind, Fault> {
-    let photometric = dataset.text(PHOTOMETRIC).unwrap_or_else(|| "MONOCHROME2".to_owned());
+    let photometric = dataset
+        .text(PHOTOMETRIC)
+        .unwrap_or_else(|| "MONOCHROME2".to_owned());
     let samples = dataset.number_16(SAMPLES_PER_PIXEL).unwrap_or(1);
     if samples != 1 || !photometric.starts_with("MONOCHROME") {
         let photometric = excerpt(&photometric);
@@ -111,41 +118,65 @@ fn kind(dataset: &Dataset) -> Result<Kind, Fault> {
         )));
     }
     let required = |tag, name| {
-        dataset.number_16(tag).ok_or_else(|| format!("the file has a picture, but no {name}")).map(u32::from)
+        dataset
+            .number_16(tag)
+            .ok_or_else(|| format!("the file has a picture, but no {name}"))
+            .map(u32::from)
     };
     let bits_allocated = required(BITS_ALLOCATED, "BitsAllocated")?;
-    let bits_stored = dataset.number_16(BITS_STORED).map_or(bits_allocated, u32::from);
-    let high_bit = dataset.number_16(HIGH_BIT).map_or(bits_stored.saturating_sub(1), u32::from);
+    let bits_stored = dataset
+        .number_16(BITS_STORED)
+        .map_or(bits_allocated, u32::from);
+    let high_bit = dataset
+        .number_16(HIGH_BIT)
+        .map_or(bits_stored.saturating_sub(1), u32::from);
     if !matches!(bits_allocated, 8 | 16 | 32) || !(1..=bits_allocated).contains(&bits_stored) {
         return Err(unsupported(format!(
             "{bits_stored} bits stored in {bits_allocated}: expected 8, 16 or 32 allocated"
         )));
     }
     if high_bit + 1 != bits_stored {
-        return Err(unsupported(format!("the high bit is {high_bit}, but {bits_stored} bits are stored")));
+        return Err(unsupported(format!(
+            "the high bit is {high_bit}, but {bits_stored} bits are stored"
+        )));
     }
-    let (columns, rows) = (required(COLUMNS, "Columns")? as usize, required(ROWS, "Rows")? as usize);
+    let (columns, rows) = (
+        required(COLUMNS, "Columns")? as usize,
+        required(ROWS, "Rows")? as usize,
+    );
     if columns == 0 || rows == 0 {
         return Err(Fault::Invalid(format!(
             "the picture has {columns}x{rows} pixels: each must be at least 1"
         )));
     }
     let is_signed = dataset.number_16(PIXEL_REPRESENTATION) == Some(1);
-    Ok(Kind { columns, rows, bits_allocated, bits_stored, is_signed })
+    Ok(Kind {
+        columns,
+        rows,
+        bits_allocated,
+        bits_stored,
+        is_signed,
+    })
 }
 
 fn frames(dataset: &Dataset) -> Result<Vec<Frame>, Fault> {
-    let count = dataset.text(NUMBER_OF_FRAMES).map_or(Ok(1), |text| text.parse().map_err(|_| text));
-    let count: usize =
-        count.map_err(|text| format!("NumberOfFrames is '{}': expected a number", excerpt(&text)))?;
+    let count = dataset
+        .text(NUMBER_OF_FRAMES)
+        .map_or(Ok(1), |text| text.parse().map_err(|_| text));
+    let count: usize = count
+        .map_err(|text| format!("NumberOfFrames is '{}': expected a number", excerpt(&text)))?;
     if !(1..=MAX_FRAMES).contains(&count) {
-        return Err(Fault::Invalid(format!("NumberOfFrames is {count}: expected 1 to {MAX_FRAMES}")));
+        return Err(Fault::Invalid(format!(
+            "NumberOfFrames is {count}: expected 1 to {MAX_FRAMES}"
+        )));
     }
     let shared = dataset.items(SHARED_GROUPS).first();
     let own = dataset.items(FRAME_GROUPS);
     if !own.is_empty() && own.len() != count {
         let groups = own.len();
-        return Err(Fault::Invalid(format!("there are {count} frames, but the groups of {groups}")));
+        return Err(Fault::Invalid(format!(
+            "there are {count} frames, but the groups of {groups}"
+        )));
     }
     if own.is_empty() {
         // All frames have the same groups, and none has a place of its own.
@@ -153,26 +184,40 @@ fn frames(dataset: &Dataset) -> Result<Vec<Frame>, Fault> {
         let position = if count == 1 { frame.position } else { None };
         return Ok(vec![Frame { position, ..frame }; count]);
     }
-    own.iter().map(|own| frame(&[Some(own), shared, Some(dataset)])).collect()
+    own.iter()
+        .map(|own| frame(&[Some(own), shared, Some(dataset)]))
+        .collect()
 }
 
 /// `places` are the data sets that can say it, the closest first.
 fn frame(places: &[Option<&Dataset>]) -> Result<Frame, Fault> {
     let position = find::<3>(places, POSITION_GROUP, POSITION)?.map(DVec3::from_array);
     let directions = find::<6>(places, ORIENTATION_GROUP, ORIENTATION)?;
-    let directions = directions
-        .map_or([DVec3::X, DVec3::Y], |d| [DVec3::new(d[0], d[1], d[2]), DVec3::new(d[3], d[4], d[5])]);
+    let directions = directions.map_or([DVec3::X, DVec3::Y], |d| {
+        [DVec3::new(d[0], d[1], d[2]), DVec3::new(d[3], d[4], d[5])]
+    });
     // The distance of rows comes first, then that of columns.
-    let [of_rows, of_columns] = find::<2>(places, MEASURES_GROUP, PIXEL_SPACING)?.unwrap_or([1.0; 2]);
+    let [of_rows, of_columns] =
+        find::<2>(places, MEASURES_GROUP, PIXEL_SPACING)?.unwrap_or([1.0; 2]);
     if !(of_rows > 0.0 && of_columns > 0.0) {
-        return Err(Fault::Invalid(format!("PixelSpacing is {of_rows}\\{of_columns}: each must be above 0")));
+        return Err(Fault::Invalid(format!(
+            "PixelSpacing is {of_rows}\\{of_columns}: each must be above 0"
+        )));
     }
     let slope = find::<1>(places, RESCALE_GROUP, RESCALE_SLOPE)?.map_or(1.0, |[slope]| slope);
-    let intercept = find::<1>(places, RESCALE_GROUP, RESCALE_INTERCEPT)?.map_or(0.0, |[intercept]| intercept);
+    let intercept =
+        find::<1>(places, RESCALE_GROUP, RESCALE_INTERCEPT)?.map_or(0.0, |[intercept]| intercept);
     if slope == 0.0 {
-        return Err(Fault::Invalid("RescaleSlope is 0, which makes all values equal".to_owned()));
+        return Err(Fault::Invalid(
+            "RescaleSlope is 0, which makes all values equal".to_owned(),
+        ));
     }
-    Ok(Frame { position, directions, spacing: [of_columns, of_rows], rescale: Rescale { slope, intercept } })
+    Ok(Frame {
+        position,
+        directions,
+        spacing: [of_columns, of_rows],
+        rescale: Rescale { slope, intercept },
+    })
 }
 
 /// The numbers of `tag` in the first place that has them, directly or in its sequence `group`.
@@ -182,7 +227,10 @@ fn find<const N: usize>(
     tag: Tag,
 ) -> Result<Option<[f64; N]>, String> {
     for place in places.iter().flatten() {
-        for dataset in [Some(*place), place.items(group).first()].into_iter().flatten() {
+        for dataset in [Some(*place), place.items(group).first()]
+            .into_iter()
+            .flatten()
+        {
             if let Some(numbers) = dataset.decimals(tag)? {
                 return Ok(Some(numbers));
             }

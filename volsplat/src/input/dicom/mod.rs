@@ -44,9 +44,15 @@ pub(super) fn load(paths: &[PathBuf], named: &Path, series: Option<&str>) -> Res
     let kind = pictures[0].kind;
     if let Some(index) = pictures.iter().position(|picture| picture.kind != kind) {
         let (other, first) = (pictures[index].kind.described(), kind.described());
-        return Err(invalid(&paths[index], format!("a slice of {other}, but the first one has {first}")));
+        return Err(invalid(
+            &paths[index],
+            format!("a slice of {other}, but the first one has {first}"),
+        ));
     }
-    let Stack { slices, world_from_index } = stack::stack(&pictures).map_err(|fault| fault.at(named))?;
+    let Stack {
+        slices,
+        world_from_index,
+    } = stack::stack(&pictures).map_err(|fault| fault.at(named))?;
     let voxels = voxels(&slices, &paths, &pictures)?;
     Ok(Parts {
         dims: [kind.columns, kind.rows, slices.len()],
@@ -66,7 +72,9 @@ fn picture_of(path: &Path) -> Result<Option<Picture>, Error> {
 
 fn bytes_of(path: &Path) -> Result<Vec<u8>, Error> {
     let mut bytes = Vec::new();
-    open(path)?.read_to_end(&mut bytes).map_err(|source| cannot_read(path, source))?;
+    open(path)?
+        .read_to_end(&mut bytes)
+        .map_err(|source| cannot_read(path, source))?;
     Ok(bytes)
 }
 
@@ -78,19 +86,24 @@ fn chosen_series(
 ) -> Result<Vec<(PathBuf, Picture)>, Error> {
     let mut all: BTreeMap<&str, (usize, &str)> = BTreeMap::new();
     for (_, picture) in &files {
-        all.entry(&picture.series).or_insert((0, &picture.description)).0 += picture.frames.len();
+        all.entry(&picture.series)
+            .or_insert((0, &picture.description))
+            .0 += picture.frames.len();
     }
-    let listed: Vec<String> =
-        all.iter().map(|(uid, (count, name))| format!("{uid} ({count} slices, '{name}')")).collect();
+    let listed: Vec<String> = all
+        .iter()
+        .map(|(uid, (count, name))| format!("{uid} ({count} slices, '{name}')"))
+        .collect();
     let (listed, count, named) = (listed.join(", "), all.len(), named.display());
     match series {
-        _ if files.is_empty() => {
-            Err(Error::Unsupported { path: named.to_string().into(), what: "no picture in it".to_owned() })
-        }
+        _ if files.is_empty() => Err(Error::Unsupported {
+            path: named.to_string().into(),
+            what: "no picture in it".to_owned(),
+        }),
         None if count == 1 => Ok(files),
-        None => {
-            Err(Error::Option(format!("{named}: {count} series: choose one with --series UID, of {listed}")))
-        }
+        None => Err(Error::Option(format!(
+            "{named}: {count} series: choose one with --series UID, of {listed}"
+        ))),
         Some(uid) => {
             if !all.contains_key(uid) {
                 return Err(Error::Option(format!(
@@ -115,24 +128,35 @@ fn voxels(slices: &[Slice], paths: &[PathBuf], pictures: &[Picture]) -> Result<V
             let frames = unpacked(&paths[slice.file], &pictures[slice.file])?;
             waiting[slice.file] = frames.into_iter().map(Some).collect();
         }
-        let frame = waiting[slice.file].get_mut(slice.frame).and_then(Option::take);
+        let frame = waiting[slice.file]
+            .get_mut(slice.frame)
+            .and_then(Option::take);
         let frame = frame.ok_or_else(|| invalid(&paths[slice.file], "a frame is absent"))?;
         // Slices of different scales have no common stored type.
-        let frame = if is_common { frame } else { scaled_single(frame, slice.place.rescale) };
+        let frame = if is_common {
+            frame
+        } else {
+            scaled_single(frame, slice.place.rescale)
+        };
         match &mut voxels {
             None => voxels = Some(frame),
             Some(voxels) => decode::append(voxels, frame),
         }
     }
     let voxels = voxels.ok_or_else(|| invalid(&paths[0], "no slice"))?;
-    Ok(if is_common { common.apply(voxels) } else { voxels })
+    Ok(if is_common {
+        common.apply(voxels)
+    } else {
+        voxels
+    })
 }
 
 fn unpacked(path: &Path, picture: &Picture) -> Result<Vec<Voxels>, Error> {
     let bytes = bytes_of(path)?;
     let (meta, elements) = dataset::read_meta(&bytes).map_err(|fault| fault.at(path))?;
     let dataset = dataset::parse(&elements, &meta).map_err(|fault| fault.at(path))?;
-    pixels::frames(&dataset, &meta, picture.kind, picture.frames.len()).map_err(|fault| fault.at(path))
+    pixels::frames(&dataset, &meta, picture.kind, picture.frames.len())
+        .map_err(|fault| fault.at(path))
 }
 
 fn scaled_single(frame: Voxels, rescale: Rescale) -> Voxels {

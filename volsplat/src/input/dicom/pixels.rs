@@ -30,9 +30,16 @@ enum Packing {
 const PIXELS_PER_PACKED_BYTE: usize = 1 << 14;
 
 /// The stored numbers of all frames of a file, one item per frame.
-pub(super) fn frames(dataset: &Dataset, meta: &Meta, kind: Kind, count: usize) -> Result<Vec<Voxels>, Fault> {
+pub(super) fn frames(
+    dataset: &Dataset,
+    meta: &Meta,
+    kind: Kind,
+    count: usize,
+) -> Result<Vec<Voxels>, Fault> {
     let packing = packing(&meta.syntax)?;
-    let value = dataset.value(PIXEL_DATA).ok_or_else(|| "the file has no picture".to_owned())?;
+    let value = dataset
+        .value(PIXEL_DATA)
+        .ok_or_else(|| "the file has no picture".to_owned())?;
     let frames = match (packing, value) {
         (Packing::Plain, Value::Bytes(bytes)) => plain(bytes, meta.endian(), kind, count)?,
         (Packing::Plain, _) | (_, Value::Bytes(_) | Value::Items(_)) => {
@@ -50,16 +57,22 @@ pub(super) fn frames(dataset: &Dataset, meta: &Meta, kind: Kind, count: usize) -
             unpacked.collect::<Result<Vec<Voxels>, String>>()?
         }
     };
-    Ok(frames.into_iter().map(|frame| counting_bits(frame, kind)).collect())
+    Ok(frames
+        .into_iter()
+        .map(|frame| counting_bits(frame, kind))
+        .collect())
 }
 
 fn packing(syntax: &str) -> Result<Packing, Fault> {
     match syntax {
-        "1.2.840.10008.1.2" | "1.2.840.10008.1.2.1" | "1.2.840.10008.1.2.2" | "1.2.840.10008.1.2.1.99" => {
-            Ok(Packing::Plain)
-        }
+        "1.2.840.10008.1.2"
+        | "1.2.840.10008.1.2.1"
+        | "1.2.840.10008.1.2.2"
+        | "1.2.840.10008.1.2.1.99" => Ok(Packing::Plain),
         "1.2.840.10008.1.2.5" => Ok(Packing::Rle),
-        "1.2.840.10008.1.2.4.50" | "1.2.840.10008.1.2.4.57" | "1.2.840.10008.1.2.4.70" => Ok(Packing::Jpeg),
+        "1.2.840.10008.1.2.4.50" | "1.2.840.10008.1.2.4.57" | "1.2.840.10008.1.2.4.70" => {
+            Ok(Packing::Jpeg)
+        }
         "1.2.840.10008.1.2.4.90" | "1.2.840.10008.1.2.4.91" => Ok(Packing::Jpeg2000),
         "1.2.840.10008.1.2.4.80" | "1.2.840.10008.1.2.4.81" => Ok(Packing::JpegLs),
         other => Err(unsupported(format!(
@@ -77,7 +90,11 @@ fn layout(kind: Kind, endian: Endian) -> Layout {
         (_, false) => VoxelType::U32,
         (_, true) => VoxelType::I32,
     };
-    Layout { voxel_type, endian, count: kind.frame_len() }
+    Layout {
+        voxel_type,
+        endian,
+        count: kind.frame_len(),
+    }
 }
 
 fn plain(bytes: &[u8], endian: Endian, kind: Kind, count: usize) -> Result<Vec<Voxels>, String> {
@@ -92,21 +109,33 @@ fn plain(bytes: &[u8], endian: Endian, kind: Kind, count: usize) -> Result<Vec<V
             kind.described()
         ));
     }
-    bytes.chunks_exact(frame_bytes).take(count).map(|mut frame| decode::binary(&mut frame, &layout)).collect()
+    bytes
+        .chunks_exact(frame_bytes)
+        .take(count)
+        .map(|mut frame| decode::binary(&mut frame, &layout))
+        .collect()
 }
 
 /// The packed bytes of each frame. A frame can lie in several fragments; then the table of offsets tells them apart.
 fn packed_frames<'a>(fragments: &[&'a [u8]], count: usize) -> Result<Vec<Cow<'a, [u8]>>, String> {
-    let (table, fragments) =
-        fragments.split_first().ok_or_else(|| "the picture has no fragment".to_owned())?;
+    let (table, fragments) = fragments
+        .split_first()
+        .ok_or_else(|| "the picture has no fragment".to_owned())?;
     if fragments.len() == count {
-        return Ok(fragments.iter().map(|&fragment| Cow::Borrowed(fragment)).collect());
+        return Ok(fragments
+            .iter()
+            .map(|&fragment| Cow::Borrowed(fragment))
+            .collect());
     }
     if count == 1 && !fragments.is_empty() {
         return Ok(vec![Cow::Owned(fragments.concat())]);
     }
-    let offsets: Vec<u64> =
-        table.as_chunks::<4>().0.iter().map(|&bytes| u64::from(u32::from_le_bytes(bytes))).collect();
+    let offsets: Vec<u64> = table
+        .as_chunks::<4>()
+        .0
+        .iter()
+        .map(|&bytes| u64::from(u32::from_le_bytes(bytes)))
+        .collect();
     if offsets.len() != count {
         let held = fragments.len();
         return Err(format!(
@@ -116,7 +145,9 @@ fn packed_frames<'a>(fragments: &[&'a [u8]], count: usize) -> Result<Vec<Cow<'a,
     let mut frames = vec![Vec::new(); count];
     let mut at = 0u64;
     for fragment in fragments {
-        let frame = offsets.partition_point(|&offset| offset <= at).saturating_sub(1);
+        let frame = offsets
+            .partition_point(|&offset| offset <= at)
+            .saturating_sub(1);
         frames[frame].extend_from_slice(fragment);
         // Each fragment has a tag and a length of 8 bytes in front.
         at += 8 + fragment.len() as u64;
@@ -131,7 +162,11 @@ fn unpack(packing: Packing, packed: &[u8], kind: Kind) -> Result<Voxels, String>
         return decode::binary(&mut bytes.as_slice(), &layout);
     }
     if kind.frame_len() > packed.len().saturating_mul(PIXELS_PER_PACKED_BYTE) {
-        return Err(format!("{} packed bytes cannot hold {}: it is cut off", packed.len(), kind.described()));
+        return Err(format!(
+            "{} packed bytes cannot hold {}: it is cut off",
+            packed.len(),
+            kind.described()
+        ));
     }
     // These decoders are not ours: a panic on broken data must not end the program.
     let unpacked = catch_unwind(AssertUnwindSafe(|| match packing {
@@ -139,27 +174,36 @@ fn unpack(packing: Packing, packed: &[u8], kind: Kind) -> Result<Voxels, String>
         Packing::JpegLs => jpeg_ls(packed, kind),
         _ => jpeg_2000(packed, kind),
     }));
-    unpacked
-        .unwrap_or_else(|_| Err("the packed picture is broken in a way its decoder does not know".to_owned()))
+    unpacked.unwrap_or_else(|_| {
+        Err("the packed picture is broken in a way its decoder does not know".to_owned())
+    })
 }
 
 fn jpeg(packed: &[u8], kind: Kind) -> Result<Voxels, String> {
     let fault = |error| format!("the JPEG picture is broken: {error}");
     let mut decoder = jpeg_decoder::Decoder::new(packed);
     decoder.read_info().map_err(fault)?;
-    let info = decoder.info().ok_or_else(|| "the JPEG picture has no header".to_owned())?;
+    let info = decoder
+        .info()
+        .ok_or_else(|| "the JPEG picture has no header".to_owned())?;
     check_size([u32::from(info.width), u32::from(info.height)], kind)?;
     let bytes_per_value = match info.pixel_format {
         jpeg_decoder::PixelFormat::L8 => 1,
         jpeg_decoder::PixelFormat::L16 => 2,
-        other => return Err(format!("the JPEG picture has pixels of format {other:?}: expected grey")),
+        other => {
+            return Err(format!(
+                "the JPEG picture has pixels of format {other:?}: expected grey"
+            ));
+        }
     };
     let bytes = decoder.decode().map_err(fault)?;
     // The crate gives 16-bit values in the machine's byte order.
-    let values = bytes.chunks_exact(bytes_per_value).map(|value| match value {
-        [low, high] => i32::from(u16::from_ne_bytes([*low, *high])),
-        _ => i32::from(value[0]),
-    });
+    let values = bytes
+        .chunks_exact(bytes_per_value)
+        .map(|value| match value {
+            [low, high] => i32::from(u16::from_ne_bytes([*low, *high])),
+            _ => i32::from(value[0]),
+        });
     stored(values, kind)
 }
 
@@ -182,13 +226,18 @@ fn jpeg_2000(packed: &[u8], kind: Kind) -> Result<Voxels, String> {
             check_size([grey.width(), grey.height()], kind)?;
             stored(grey.data().iter().copied(), kind)
         }
-        others => Err(format!("the JPEG 2000 picture has {} components: expected one", others.len())),
+        others => Err(format!(
+            "the JPEG 2000 picture has {} components: expected one",
+            others.len()
+        )),
     }
 }
 
 /// Width and height that the codestream claims: its first two markers are SOC and SIZ.
 fn size_of_jpeg_2000(packed: &[u8]) -> Result<[u32; 2], String> {
-    let begin = packed.windows(4).position(|marks| marks == [0xff, 0x4f, 0xff, 0x51]);
+    let begin = packed
+        .windows(4)
+        .position(|marks| marks == [0xff, 0x4f, 0xff, 0x51]);
     let number = |at: usize| -> Option<u32> {
         let bytes: [u8; 4] = packed.get(begin? + at..begin? + at + 4)?.try_into().ok()?;
         Some(u32::from_be_bytes(bytes))
@@ -222,7 +271,11 @@ fn stored(values: impl Iterator<Item = i32>, kind: Kind) -> Result<Voxels, Strin
         (_, true) => Voxels::I32(values.collect()),
     };
     let (needed, held) = (kind.frame_len(), voxels.len());
-    if held == needed { Ok(voxels) } else { Err(format!("it unpacks to {held} values instead of {needed}")) }
+    if held == needed {
+        Ok(voxels)
+    } else {
+        Err(format!("it unpacks to {held} values instead of {needed}"))
+    }
 }
 
 /// Removes the bits above those stored, in which old files hold overlays, and extends the sign.

@@ -39,29 +39,44 @@ pub(super) fn stack(pictures: &[Picture]) -> Result<Stack, Fault> {
         let frames = picture.frames.iter().enumerate();
         slices.extend(frames.map(|(frame, &place)| Slice { file, frame, place }));
     }
-    let first = slices.first().ok_or_else(|| "there is no slice".to_owned())?.place;
+    let first = slices
+        .first()
+        .ok_or_else(|| "there is no slice".to_owned())?
+        .place;
     check_directions(&slices, &first)?;
     let [x, y] = first.directions;
-    let normal =
-        x.cross(y).try_normalize().ok_or_else(|| "ImageOrientationPatient spans no plane".to_owned())?;
+    let normal = x
+        .cross(y)
+        .try_normalize()
+        .ok_or_else(|| "ImageOrientationPatient spans no plane".to_owned())?;
     let (origin, step) = if slices.len() == 1 {
-        (first.position.unwrap_or(DVec3::ZERO), normal * pictures[0].slice_step)
+        (
+            first.position.unwrap_or(DVec3::ZERO),
+            normal * pictures[0].slice_step,
+        )
     } else {
         sorted_steps(&mut slices, normal, pictures)?
     };
     let axes = DMat3::from_cols(x * first.spacing[0], y * first.spacing[1], step);
-    Ok(Stack { slices, world_from_index: DAffine3::from_mat3_translation(axes, origin) })
+    Ok(Stack {
+        slices,
+        world_from_index: DAffine3::from_mat3_translation(axes, origin),
+    })
 }
 
 fn check_directions(slices: &[Slice], first: &Frame) -> Result<(), Fault> {
     for slice in slices {
         let place = &slice.place;
-        let turned =
-            (0..2).any(|i| !((place.directions[i] - first.directions[i]).length() < DIRECTION_TOLERANCE));
-        let rescaled =
-            (0..2).any(|i| !((place.spacing[i] / first.spacing[i] - 1.0).abs() < DIRECTION_TOLERANCE));
+        let turned = (0..2)
+            .any(|i| !((place.directions[i] - first.directions[i]).length() < DIRECTION_TOLERANCE));
+        let rescaled = (0..2)
+            .any(|i| !((place.spacing[i] / first.spacing[i] - 1.0).abs() < DIRECTION_TOLERANCE));
         if turned || rescaled {
-            let what = if turned { "is turned against" } else { "has another pixel spacing than" };
+            let what = if turned {
+                "is turned against"
+            } else {
+                "has another pixel spacing than"
+            };
             return Err(unsupported(format!(
                 "a slice {what} the first one: a series with an overview or of several directions must be split into \
                  folders first"
@@ -72,8 +87,15 @@ fn check_directions(slices: &[Slice], first: &Frame) -> Result<(), Fault> {
 }
 
 /// Sorts the slices along the normal and gives the first position and the step.
-fn sorted_steps(slices: &mut [Slice], normal: DVec3, pictures: &[Picture]) -> Result<(DVec3, DVec3), Fault> {
-    let held = slices.iter().filter(|slice| slice.place.position.is_some()).count();
+fn sorted_steps(
+    slices: &mut [Slice],
+    normal: DVec3,
+    pictures: &[Picture],
+) -> Result<(DVec3, DVec3), Fault> {
+    let held = slices
+        .iter()
+        .filter(|slice| slice.place.position.is_some())
+        .count();
     match held {
         // The frames of one file are in order.
         0 if pictures.len() == 1 => return Ok((DVec3::ZERO, normal * pictures[0].slice_step)),
@@ -84,7 +106,9 @@ fn sorted_steps(slices: &mut [Slice], normal: DVec3, pictures: &[Picture]) -> Re
         }
         held if held < slices.len() => {
             let (all, without) = (slices.len(), slices.len() - held);
-            return Err(Fault::Invalid(format!("{without} of {all} slices have no ImagePositionPatient")));
+            return Err(Fault::Invalid(format!(
+                "{without} of {all} slices have no ImagePositionPatient"
+            )));
         }
         _ => {}
     }
@@ -99,14 +123,20 @@ fn sorted_steps(slices: &mut [Slice], normal: DVec3, pictures: &[Picture]) -> Re
 
 fn check_steps(steps: &[DVec3], mean: DVec3, normal: DVec3) -> Result<(), Fault> {
     let tolerance = STEP_TOLERANCE_MM + STEP_TOLERANCE_SHARE * mean.length();
-    if let Some(index) = steps.iter().position(|step| !(step.dot(normal) > 0.1 * tolerance)) {
+    if let Some(index) = steps
+        .iter()
+        .position(|step| !(step.dot(normal) > 0.1 * tolerance))
+    {
         return Err(unsupported(format!(
             "slices {index} and {} lie at the same place: the series holds several times or kinds of picture; put one \
              of each place into a folder of its own",
             index + 1
         )));
     }
-    if steps.iter().all(|step| (*step - mean).length() <= tolerance) {
+    if steps
+        .iter()
+        .all(|step| (*step - mean).length() <= tolerance)
+    {
         return Ok(());
     }
     Err(unsupported(format!(
@@ -125,9 +155,16 @@ fn runs(steps: &[DVec3], tolerance: f64) -> String {
     while begin < steps.len() && runs.len() < MAX_RUNS {
         let same = |step: &&DVec3| (**step - steps[begin]).length() <= tolerance;
         let end = begin + steps[begin..].iter().take_while(same).count();
-        runs.push(format!("{begin} to {end} are {:.2} mm apart", steps[begin].length()));
+        runs.push(format!(
+            "{begin} to {end} are {:.2} mm apart",
+            steps[begin].length()
+        ));
         begin = end;
     }
-    let more = if begin < steps.len() { ", and so on" } else { "" };
+    let more = if begin < steps.len() {
+        ", and so on"
+    } else {
+        ""
+    };
     format!("slices {}{more}", runs.join(", "))
 }

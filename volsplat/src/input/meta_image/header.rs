@@ -65,7 +65,9 @@ const MAX_DIMENSION: usize = 10;
 
 pub(super) fn begins(head: &[u8]) -> bool {
     let line = head.split(|&byte| byte == b'\n').next().unwrap_or_default();
-    let Some(at) = line.iter().position(|&byte| byte == b'=') else { return false };
+    let Some(at) = line.iter().position(|&byte| byte == b'=') else {
+        return false;
+    };
     let key = String::from_utf8_lossy(&line[..at]).trim().to_lowercase();
     FIRST_KEYS.contains(&key.as_str())
 }
@@ -83,7 +85,10 @@ pub(super) fn read(reader: &mut dyn BufRead) -> Result<Header, Fault> {
             if line.trim().is_empty() {
                 continue;
             }
-            return Err(Fault::Invalid(format!("header line '{}': expected 'Key = Value'", excerpt(&line))));
+            return Err(Fault::Invalid(format!(
+                "header line '{}': expected 'Key = Value'",
+                excerpt(&line)
+            )));
         };
         let (key, value) = (key.trim().to_lowercase(), value.trim().to_owned());
         if key == "elementdatafile" {
@@ -93,7 +98,11 @@ pub(super) fn read(reader: &mut dyn BufRead) -> Result<Header, Fault> {
     };
     let bytes = lines.bytes;
     let mut listed = Vec::new();
-    if data_file.split_whitespace().next().is_some_and(|word| word.eq_ignore_ascii_case("list")) {
+    if data_file
+        .split_whitespace()
+        .next()
+        .is_some_and(|word| word.eq_ignore_ascii_case("list"))
+    {
         while let Some(line) = lines.next()? {
             listed.extend(Some(line).filter(|line| !line.trim().is_empty()));
         }
@@ -118,16 +127,25 @@ struct Fields {
 impl Fields {
     fn add(&mut self, key: String, value: String) -> Result<(), String> {
         match self.by_key.insert(key.clone(), value) {
-            Some(_) if key != "comment" => Err(format!("the key '{}' is given twice", excerpt(&key))),
+            Some(_) if key != "comment" => {
+                Err(format!("the key '{}' is given twice", excerpt(&key)))
+            }
             _ => Ok(()),
         }
     }
 
-    fn into_header(self, data_file: &str, listed: Vec<String>, bytes: u64) -> Result<Header, Fault> {
+    fn into_header(
+        self,
+        data_file: &str,
+        listed: Vec<String>,
+        bytes: u64,
+    ) -> Result<Header, Fault> {
         self.check_kind()?;
         let sizes = self.sizes()?;
         let mut dims = [1; 3];
-        dims.iter_mut().zip(&sizes).for_each(|(dim, &size)| *dim = size);
+        dims.iter_mut()
+            .zip(&sizes)
+            .for_each(|(dim, &size)| *dim = size);
         let is_local = data_file.eq_ignore_ascii_case("local");
         let named = (!is_local).then_some(data_file);
         Ok(Header {
@@ -146,14 +164,17 @@ impl Fields {
     }
 
     fn get(&self, keys: &[&str]) -> Option<&str> {
-        keys.iter().find_map(|key| self.by_key.get(*key)).map(String::as_str)
+        keys.iter()
+            .find_map(|key| self.by_key.get(*key))
+            .map(String::as_str)
     }
 
     fn check_kind(&self) -> Result<(), Fault> {
         match self.get(&["objecttype"]) {
-            Some(kind) if !kind.eq_ignore_ascii_case("image") => {
-                Err(unsupported(format!("ObjectType is '{}': only Image is a volume", excerpt(kind))))
-            }
+            Some(kind) if !kind.eq_ignore_ascii_case("image") => Err(unsupported(format!(
+                "ObjectType is '{}': only Image is a volume",
+                excerpt(kind)
+            ))),
             _ => Ok(()),
         }
     }
@@ -162,12 +183,19 @@ impl Fields {
     fn sizes(&self) -> Result<Vec<usize>, Fault> {
         let dimension: usize = number("NDims", self.get(&["ndims"]).unwrap_or("3"))?;
         if !(1..=MAX_DIMENSION).contains(&dimension) {
-            return Err(Fault::Invalid(format!("NDims is {dimension}: expected 1 to {MAX_DIMENSION}")));
+            return Err(Fault::Invalid(format!(
+                "NDims is {dimension}: expected 1 to {MAX_DIMENSION}"
+            )));
         }
-        let text = self.get(&["dimsize"]).ok_or_else(|| "the header has no DimSize".to_owned())?;
+        let text = self
+            .get(&["dimsize"])
+            .ok_or_else(|| "the header has no DimSize".to_owned())?;
         let sizes: Vec<usize> = numbers("DimSize", text, dimension)?;
         if sizes.contains(&0) {
-            return Err(Fault::Invalid(format!("DimSize is {}: each must be at least 1", excerpt(text))));
+            return Err(Fault::Invalid(format!(
+                "DimSize is {}: each must be at least 1",
+                excerpt(text)
+            )));
         }
         if sizes.iter().skip(3).any(|&size| size > 1) {
             return Err(unsupported(format!(
@@ -179,11 +207,21 @@ impl Fields {
     }
 
     fn lattice(&self, dimension: usize) -> Result<DAffine3, String> {
-        let vector =
-            |keys: &[&str]| self.get(keys).map(|text| numbers::<f64>(keys[0], text, dimension)).transpose();
-        let spacing = vector(&["elementspacing", "elementsize"])?.unwrap_or_else(|| vec![1.0; dimension]);
-        if !spacing.iter().take(3).all(|&length| length > 0.0 && length.is_finite()) {
-            return Err(format!("ElementSpacing is {spacing:?}: each must be finite and above 0"));
+        let vector = |keys: &[&str]| {
+            self.get(keys)
+                .map(|text| numbers::<f64>(keys[0], text, dimension))
+                .transpose()
+        };
+        let spacing =
+            vector(&["elementspacing", "elementsize"])?.unwrap_or_else(|| vec![1.0; dimension]);
+        if !spacing
+            .iter()
+            .take(3)
+            .all(|&length| length > 0.0 && length.is_finite())
+        {
+            return Err(format!(
+                "ElementSpacing is {spacing:?}: each must be finite and above 0"
+            ));
         }
         let origin = vector(&["offset", "position", "origin"])?.unwrap_or_default();
         let directions = match self.get(&["transformmatrix", "rotation", "orientation"]) {
@@ -191,18 +229,29 @@ impl Fields {
             None => identity(dimension),
         };
         let rows = directions.chunks(dimension).zip(&spacing);
-        let columns = rows.take(3).map(|(row, &length)| in_space(row) * length).collect();
-        Ok(DAffine3::from_mat3_translation(axes::complete(columns), in_space(&origin)))
+        let columns = rows
+            .take(3)
+            .map(|(row, &length)| in_space(row) * length)
+            .collect();
+        Ok(DAffine3::from_mat3_translation(
+            axes::complete(columns),
+            in_space(&origin),
+        ))
     }
 
     /// Three letters such as RAI; "???" is how the format writes that they are not known.
     fn is_anatomical(&self) -> bool {
-        let letters = self.get(&["anatomicalorientation"]).unwrap_or_default().to_uppercase();
+        let letters = self
+            .get(&["anatomicalorientation"])
+            .unwrap_or_default()
+            .to_uppercase();
         letters.len() == 3 && letters.bytes().all(|letter| b"RLAPIS".contains(&letter))
     }
 
     fn voxel_type(&self) -> Result<VoxelType, Fault> {
-        let name = self.get(&["elementtype"]).ok_or_else(|| "the header has no ElementType".to_owned())?;
+        let name = self
+            .get(&["elementtype"])
+            .ok_or_else(|| "the header has no ElementType".to_owned())?;
         // In a MetaImage, long has four bytes on every machine.
         match name.to_uppercase().as_str() {
             "MET_UCHAR" => Ok(VoxelType::U8),
@@ -243,18 +292,26 @@ impl Fields {
             None => Ok(absent),
             Some("true" | "t" | "1") => Ok(true),
             Some("false" | "f" | "0") => Ok(false),
-            Some(text) => Err(format!("{} is '{}': expected True or False", keys[0], excerpt(text))),
+            Some(text) => Err(format!(
+                "{} is '{}': expected True or False",
+                keys[0],
+                excerpt(text)
+            )),
         }
     }
 
     fn channels(&self) -> Result<usize, String> {
-        let channels =
-            number("ElementNumberOfChannels", self.get(&["elementnumberofchannels"]).unwrap_or("1"))?;
+        let channels = number(
+            "ElementNumberOfChannels",
+            self.get(&["elementnumberofchannels"]).unwrap_or("1"),
+        )?;
         // More components than this fit no real image, and products with it must not overflow.
         if (1..=1 << 16).contains(&channels) {
             return Ok(channels);
         }
-        Err(format!("ElementNumberOfChannels is {channels}: expected 1 to 65536"))
+        Err(format!(
+            "ElementNumberOfChannels is {channels}: expected 1 to 65536"
+        ))
     }
 
     fn header_size(&self) -> Result<i64, String> {
@@ -268,7 +325,9 @@ impl Fields {
 
 fn identity(dimension: usize) -> Vec<f64> {
     let is_diagonal = |index: usize| index.is_multiple_of(dimension + 1);
-    (0..dimension * dimension).map(|index| if is_diagonal(index) { 1.0 } else { 0.0 }).collect()
+    (0..dimension * dimension)
+        .map(|index| if is_diagonal(index) { 1.0 } else { 0.0 })
+        .collect()
 }
 
 /// The first three components; missing ones are 0.
@@ -278,13 +337,20 @@ fn in_space(components: &[f64]) -> DVec3 {
 }
 
 fn numbers<T: FromStr>(key: &str, text: &str, count: usize) -> Result<Vec<T>, String> {
-    let values = text.split_whitespace().map(|word| number(key, word)).collect::<Result<Vec<T>, _>>()?;
+    let values = text
+        .split_whitespace()
+        .map(|word| number(key, word))
+        .collect::<Result<Vec<T>, _>>()?;
     if values.len() == count {
         return Ok(values);
     }
-    Err(format!("{key} is '{}': expected {count} numbers", excerpt(text)))
+    Err(format!(
+        "{key} is '{}': expected {count} numbers",
+        excerpt(text)
+    ))
 }
 
 fn number<T: FromStr>(key: &str, word: &str) -> Result<T, String> {
-    word.parse().map_err(|_| format!("{key} holds '{}': expected a number", excerpt(word)))
+    word.parse()
+        .map_err(|_| format!("{key} holds '{}': expected a number", excerpt(word)))
 }

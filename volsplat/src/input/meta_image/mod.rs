@@ -71,21 +71,50 @@ fn up_hint(header: &Header) -> Option<DVec3> {
 }
 
 fn space(header: &Header) -> Option<String> {
-    header.is_anatomical.then(|| "left-posterior-superior".to_owned())
+    header
+        .is_anatomical
+        .then(|| "left-posterior-superior".to_owned())
 }
 
 /// The data files, opened, with their names.
 fn data_files(path: &Path, header: &Header, chosen: usize) -> Result<Vec<(PathBuf, Data)>, Error> {
-    let count = voxel_count(header.dims).map_err(|what| invalid(path, format!("DimSize: {what}")))?;
-    let files = header.data_files.paths(path, &header.dims).map_err(|fault| fault.at(path))?;
-    let start = if header.data_files == DataFiles::Attached { header.bytes } else { 0 };
-    let layout = Layout { voxel_type: header.voxel_type, endian: header.endian, count: count / files.len() };
-    let interleaved =
-        Interleaved { scalar_bytes: header.voxel_type.bytes(), components: header.channels, chosen };
+    let count =
+        voxel_count(header.dims).map_err(|what| invalid(path, format!("DimSize: {what}")))?;
+    let files = header
+        .data_files
+        .paths(path, &header.dims)
+        .map_err(|fault| fault.at(path))?;
+    let start = if header.data_files == DataFiles::Attached {
+        header.bytes
+    } else {
+        0
+    };
+    let layout = Layout {
+        voxel_type: header.voxel_type,
+        endian: header.endian,
+        count: count / files.len(),
+    };
+    let interleaved = Interleaved {
+        scalar_bytes: header.voxel_type.bytes(),
+        components: header.channels,
+        chosen,
+    };
     let opened = |name: PathBuf| {
         let file = open(&name)?;
-        let total = file.metadata().map_err(|source| cannot_read(&name, source))?.len();
-        Ok((name, Data { file, total, start, layout, interleaved }))
+        let total = file
+            .metadata()
+            .map_err(|source| cannot_read(&name, source))?
+            .len();
+        Ok((
+            name,
+            Data {
+                file,
+                total,
+                start,
+                layout,
+                interleaved,
+            },
+        ))
     };
     files.into_iter().map(opened).collect()
 }
@@ -129,7 +158,9 @@ impl Data {
             }
             Encoding::Raw | Encoding::Text => {}
         }
-        self.file.seek(SeekFrom::Start(skip)).map_err(|error| decode::broken(&error))?;
+        self.file
+            .seek(SeekFrom::Start(skip))
+            .map_err(|error| decode::broken(&error))?;
         let mut file = BufReader::new(self.file);
         Ok(match header.encoding {
             Encoding::Raw => component_of(file, self.interleaved, &self.layout)?,
@@ -148,7 +179,10 @@ impl Data {
 
     /// Bytes that plain data takes.
     fn needed(&self) -> Result<u64, String> {
-        let needed = self.layout.bytes()?.checked_mul(self.interleaved.components as u64);
+        let needed = self
+            .layout
+            .bytes()?
+            .checked_mul(self.interleaved.components as u64);
         needed.ok_or_else(|| "the voxels take more bytes than can be counted".to_owned())
     }
 
@@ -168,7 +202,11 @@ impl Data {
         match (header.header_size, header.encoding) {
             (0, _) => Ok(self.start),
             (-1, Encoding::Raw) => self.total.checked_sub(needed).ok_or_else(|| {
-                format!("{} needs {needed} bytes, the file has {}", header.described(), self.total)
+                format!(
+                    "{} needs {needed} bytes, the file has {}",
+                    header.described(),
+                    self.total
+                )
             }),
             (-1, _) => Err("HeaderSize = -1 is for plain binary data only".to_owned()),
             (size, _) => Ok(size.unsigned_abs()),
@@ -176,7 +214,11 @@ impl Data {
     }
 }
 
-fn component_of(stream: impl Read, interleaved: Interleaved, layout: &Layout) -> Result<Voxels, String> {
+fn component_of(
+    stream: impl Read,
+    interleaved: Interleaved,
+    layout: &Layout,
+) -> Result<Voxels, String> {
     decode::binary(&mut OneComponent::new(stream, interleaved), layout)
 }
 

@@ -13,7 +13,9 @@ fn head(kind: &str, fields: &str) -> String {
 }
 
 fn loaded(parts: &[&[u8]]) -> Volume {
-    Folder::new().load(parts).unwrap_or_else(|error| panic!("{error}"))
+    Folder::new()
+        .load(parts)
+        .unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Four values of a type, their type's name, and their bytes in either order.
@@ -23,7 +25,12 @@ fn samples() -> Vec<(&'static str, Voxels, Vec<u8>, Vec<u8>)> {
             let values: [$stored; 4] = $values;
             let little = values.iter().flat_map(|v| v.to_le_bytes()).collect();
             let big = values.iter().flat_map(|v| v.to_be_bytes()).collect();
-            ($name, Voxels::$kind(values.iter().map(|&v| v as $held).collect()), little, big)
+            (
+                $name,
+                Voxels::$kind(values.iter().map(|&v| v as $held).collect()),
+                little,
+                big,
+            )
         }};
     }
     vec![
@@ -48,7 +55,11 @@ fn every_type_order_and_packing_reads_back() {
             let packed = format!("{order}CompressedData = True\nCompressedDataSize = 3\n");
             for (fields, data) in [(order, bytes.clone()), (packed, zlib(&bytes))] {
                 let volume = loaded(&[head(kind, &fields).as_bytes(), &data]);
-                assert_eq!((volume.dims, &volume.voxels), ([2, 1, 2], &expected), "{kind} {fields}");
+                assert_eq!(
+                    (volume.dims, &volume.voxels),
+                    ([2, 1, 2], &expected),
+                    "{kind} {fields}"
+                );
             }
         }
     }
@@ -69,8 +80,16 @@ fn rows_of_the_matrix_are_the_axes_of_the_image() {
     let volume = loaded(&[head("MET_UCHAR", fields).as_bytes(), &[0; 4]]);
     let map = volume.world_from_index;
     assert_eq!(map.translation.to_array(), [10.0, 20.0, 30.0]);
-    assert_eq!(map.matrix3.x_axis.to_array(), [0.0, 2.0, 0.0], "the first row times the first spacing");
-    assert_eq!(map.matrix3.y_axis.to_array(), [-3.0, 0.0, 0.0], "the second row times the second spacing");
+    assert_eq!(
+        map.matrix3.x_axis.to_array(),
+        [0.0, 2.0, 0.0],
+        "the first row times the first spacing"
+    );
+    assert_eq!(
+        map.matrix3.y_axis.to_array(),
+        [-3.0, 0.0, 0.0],
+        "the second row times the second spacing"
+    );
     assert_eq!(volume.spacing(), [2.0, 3.0, 4.0]);
     assert_eq!(volume.up_hint.map(|up| up.z), Some(1.0), "the head is up");
     assert_eq!(volume.space.as_deref(), Some("left-posterior-superior"));
@@ -78,12 +97,18 @@ fn rows_of_the_matrix_are_the_axes_of_the_image() {
 
 #[test]
 fn aliases_and_defaults_are_known() {
-    let fields =
-        "Position = 1 2 3\nRotation = 1 0 0 0 1 0 0 0 -1\nElementSize = 5 6 7\nAnatomicalOrientation = ???\n";
+    let fields = "Position = 1 2 3\nRotation = 1 0 0 0 1 0 0 0 -1\nElementSize = 5 6 7\nAnatomicalOrientation = ???\n";
     let volume = loaded(&[head("MET_UCHAR", fields).as_bytes(), &[0; 4]]);
-    assert_eq!(volume.world_from_index.translation.to_array(), [1.0, 2.0, 3.0]);
+    assert_eq!(
+        volume.world_from_index.translation.to_array(),
+        [1.0, 2.0, 3.0]
+    );
     assert_eq!(volume.world_from_index.matrix3.z_axis.z, -7.0);
-    assert_eq!((volume.up_hint, volume.space), (None, None), "??? says nothing");
+    assert_eq!(
+        (volume.up_hint, volume.space),
+        (None, None),
+        "??? says nothing"
+    );
     let volume = loaded(&[head("MET_UCHAR", "").as_bytes(), &[0; 4]]);
     assert_eq!(volume.spacing(), [1.0; 3]);
 }
@@ -92,7 +117,10 @@ fn aliases_and_defaults_are_known() {
 fn two_axes_are_a_volume_of_one_slice_and_a_fourth_must_be_1() {
     let flat = "NDims = 2\nDimSize = 2 2\nElementSpacing = 2 3\nElementType = MET_UCHAR\nElementDataFile = Local\r\n";
     let volume = loaded(&[flat.as_bytes(), &[1, 2, 3, 4]]);
-    assert_eq!((volume.dims, volume.spacing()), ([2, 2, 1], [2.0, 3.0, 2.0]));
+    assert_eq!(
+        (volume.dims, volume.spacing()),
+        ([2, 2, 1], [2.0, 3.0, 2.0])
+    );
     let four = |last| {
         format!(
             "NDims = 4\nDimSize = 2 1 2 {last}\nElementSpacing = 1 1 1 9\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n"
@@ -109,11 +137,27 @@ fn a_channel_is_chosen_or_asked_for() {
     let head = head("MET_UCHAR", "ElementNumberOfChannels = 3\n");
     let parts: [&[u8]; 2] = [head.as_bytes(), &[1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12]];
     let text = folder.refusal(&parts);
-    assert!(text.contains("3 components") && text.contains("--component"), "{text}");
+    assert!(
+        text.contains("3 components") && text.contains("--component"),
+        "{text}"
+    );
     let path = folder.write("rgb.mha", &parts);
-    let green = load(&path, &LoadOptions { component: Some(1), ..LoadOptions::default() }).expect("chosen");
+    let green = load(
+        &path,
+        &LoadOptions {
+            component: Some(1),
+            ..LoadOptions::default()
+        },
+    )
+    .expect("chosen");
     assert_eq!(green.voxels, Voxels::U8(vec![2, 5, 8, 11]));
-    let beyond = load(&path, &LoadOptions { component: Some(3), ..LoadOptions::default() });
+    let beyond = load(
+        &path,
+        &LoadOptions {
+            component: Some(3),
+            ..LoadOptions::default()
+        },
+    );
     assert!(matches!(beyond, Err(Error::Option(_))), "{beyond:?}");
 }
 
@@ -133,7 +177,8 @@ fn detached_data_is_one_file_a_list_or_a_series() {
     ] {
         let path = folder.write("test.mhd", &[base.as_bytes(), data.as_bytes()]);
         assert_eq!(format_of(&path).expect("readable"), Some(Format::MetaImage));
-        let volume = load(&path, &LoadOptions::default()).unwrap_or_else(|error| panic!("{data}: {error}"));
+        let volume =
+            load(&path, &LoadOptions::default()).unwrap_or_else(|error| panic!("{data}: {error}"));
         assert_eq!(volume.voxels, Voxels::U8(vec![1, 2, 3, 4]), "{data}");
     }
 }
@@ -144,16 +189,39 @@ fn too_little_and_too_much_data_is_refused_with_numbers() {
     let packed = "CompressedData = True\n";
     let huge = "ObjectType = Image\nNDims = 3\nDimSize = 100000 100000 100000\nCompressedData = True\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n";
     let cases: [(String, Vec<u8>, &str); 6] = [
-        (head("MET_UCHAR", ""), vec![0; 3], "needs 4 bytes of data, there are 3"),
-        (head("MET_UCHAR", ""), vec![0; 5], "needs 4 bytes of data, there are 5"),
-        (head("MET_UCHAR", packed), zlib(&[0; 3]), "4 bytes are needed, 3 are there"),
-        (head("MET_UCHAR", packed), zlib(&[0; 5]), "4 bytes are needed, 5 are there"),
+        (
+            head("MET_UCHAR", ""),
+            vec![0; 3],
+            "needs 4 bytes of data, there are 3",
+        ),
+        (
+            head("MET_UCHAR", ""),
+            vec![0; 5],
+            "needs 4 bytes of data, there are 5",
+        ),
+        (
+            head("MET_UCHAR", packed),
+            zlib(&[0; 3]),
+            "4 bytes are needed, 3 are there",
+        ),
+        (
+            head("MET_UCHAR", packed),
+            zlib(&[0; 5]),
+            "4 bytes are needed, 5 are there",
+        ),
         (huge.to_owned(), zlib(&[0; 100]), "at most"),
-        (huge.replace("100000 1", "9223372036854775807 1"), zlib(&[0; 9]), "more voxels than"),
+        (
+            huge.replace("100000 1", "9223372036854775807 1"),
+            zlib(&[0; 9]),
+            "more voxels than",
+        ),
     ];
     for (head, data, expected) in cases {
         let text = folder.refusal(&[head.as_bytes(), &data]);
-        assert!(text.contains(expected) && text.contains("test.dat"), "{head}: {text}");
+        assert!(
+            text.contains(expected) && text.contains("test.dat"),
+            "{head}: {text}"
+        );
     }
 }
 
@@ -166,27 +234,61 @@ fn faulty_headers_name_the_key() {
         ("DimSize = 2 0 1\n", "at least 1"),
         ("", "no DimSize"),
         ("DimSize = 1 1 1\n", "no ElementType"),
-        ("DimSize = 1 1 1\nElementType = MET_STRING\n", "ElementType is 'MET_STRING'"),
-        ("DimSize = 1 1 1\nElementType = MET_UCHAR\nElementSpacing = 1 0 1\n", "finite and above 0"),
-        ("DimSize = 1 1 1\nElementType = MET_UCHAR\nHeaderSize = -2\n", "at least -1"),
-        ("DimSize = 1 1 1\nElementType = MET_UCHAR\nCompressedData = maybe\n", "expected True or False"),
-        ("DimSize = 1 1 1\nElementType = MET_UCHAR\nElementNumberOfChannels = 0\n", "expected 1 to 65536"),
+        (
+            "DimSize = 1 1 1\nElementType = MET_STRING\n",
+            "ElementType is 'MET_STRING'",
+        ),
+        (
+            "DimSize = 1 1 1\nElementType = MET_UCHAR\nElementSpacing = 1 0 1\n",
+            "finite and above 0",
+        ),
+        (
+            "DimSize = 1 1 1\nElementType = MET_UCHAR\nHeaderSize = -2\n",
+            "at least -1",
+        ),
+        (
+            "DimSize = 1 1 1\nElementType = MET_UCHAR\nCompressedData = maybe\n",
+            "expected True or False",
+        ),
+        (
+            "DimSize = 1 1 1\nElementType = MET_UCHAR\nElementNumberOfChannels = 0\n",
+            "expected 1 to 65536",
+        ),
         ("DimSize = 1 1 1\nDimSize = 1 1 1\n", "given twice"),
         ("no equals sign\n", "expected 'Key = Value'"),
-        ("ObjectType = Tube\nDimSize = 1 1 1\n", "only Image is a volume"),
+        (
+            "ObjectType = Tube\nDimSize = 1 1 1\n",
+            "only Image is a volume",
+        ),
     ];
     for (fields, expected) in cases {
-        let text = folder.refusal(&[b"NDims = 3\n", fields.as_bytes(), b"ElementDataFile = LOCAL\n\0"]);
+        let text = folder.refusal(&[
+            b"NDims = 3\n",
+            fields.as_bytes(),
+            b"ElementDataFile = LOCAL\n\0",
+        ]);
         assert!(text.contains(expected), "{fields}: {text}");
     }
-    assert!(folder.refusal(&[b"NDims = 3\nDimSize = 1 1 1\n"]).contains("no ElementDataFile"));
+    assert!(
+        folder
+            .refusal(&[b"NDims = 3\nDimSize = 1 1 1\n"])
+            .contains("no ElementDataFile")
+    );
 }
 
 #[test]
 fn damaged_files_are_refused_and_never_panic() {
     let fields = "TransformMatrix = 1 0 0 0 1 0 0 0 1\nOffset = 1 2 3\nElementSpacing = 1 1 2\n";
     let data: Vec<u8> = (0..8).collect();
-    survive_damage(&[head("MET_SHORT", fields).as_bytes(), &data].concat(), &LoadOptions::default(), 1000);
-    let packed = [head("MET_SHORT", "CompressedData = True\n").into_bytes(), zlib(&data)].concat();
+    survive_damage(
+        &[head("MET_SHORT", fields).as_bytes(), &data].concat(),
+        &LoadOptions::default(),
+        1000,
+    );
+    let packed = [
+        head("MET_SHORT", "CompressedData = True\n").into_bytes(),
+        zlib(&data),
+    ]
+    .concat();
     survive_damage(&packed, &LoadOptions::default(), 1000);
 }

@@ -55,8 +55,12 @@ const MAX_DIMENSION: i64 = 7;
 /// Whether an unpacked file that begins with `head` is NIfTI.
 pub(in crate::input) fn is_nifti(head: &[u8]) -> bool {
     match begin(head) {
-        Some((BYTES_1, _)) => head.get(344..348).is_some_and(|magic| matches!(magic, b"n+1\0" | b"ni1\0")),
-        Some((_, _)) => head.get(4..7).is_some_and(|magic| matches!(magic, b"n+2" | b"ni2")),
+        Some((BYTES_1, _)) => head
+            .get(344..348)
+            .is_some_and(|magic| matches!(magic, b"n+1\0" | b"ni1\0")),
+        Some((_, _)) => head
+            .get(4..7)
+            .is_some_and(|magic| matches!(magic, b"n+2" | b"ni2")),
         None => false,
     }
 }
@@ -71,8 +75,14 @@ pub(in crate::input) fn is_analyze(head: &[u8]) -> bool {
 fn begin(head: &[u8]) -> Option<(usize, Endian)> {
     let first: [u8; 4] = head.get(..4)?.try_into().ok()?;
     let lengths = [BYTES_1, BYTES_2];
-    let of = |value: u32, endian| lengths.into_iter().find(|&l| l as u32 == value).map(|l| (l, endian));
-    of(u32::from_le_bytes(first), Endian::Little).or_else(|| of(u32::from_be_bytes(first), Endian::Big))
+    let of = |value: u32, endian| {
+        lengths
+            .into_iter()
+            .find(|&l| l as u32 == value)
+            .map(|l| (l, endian))
+    };
+    of(u32::from_le_bytes(first), Endian::Little)
+        .or_else(|| of(u32::from_be_bytes(first), Endian::Big))
 }
 
 pub(super) fn read(stream: &mut dyn Read) -> Result<Header, Fault> {
@@ -82,13 +92,24 @@ pub(super) fn read(stream: &mut dyn Read) -> Result<Header, Fault> {
         got.map_err(|error| format!("the header cannot be read: {error}"))
     };
     take(BYTES_1, &mut bytes)?;
-    let (length, endian) = begin(&bytes).ok_or_else(|| "the header has an unknown length".to_owned())?;
+    let (length, endian) =
+        begin(&bytes).ok_or_else(|| "the header has an unknown length".to_owned())?;
     take(length - BYTES_1, &mut bytes)?;
     if bytes.len() < length {
-        return Err(Fault::Invalid(format!("the header needs {length} bytes, the file has {}", bytes.len())));
+        return Err(Fault::Invalid(format!(
+            "the header needs {length} bytes, the file has {}",
+            bytes.len()
+        )));
     }
-    let fields = Fields { bytes: &bytes, endian };
-    let header = if length == BYTES_1 { fields.version_1() } else { fields.version_2() };
+    let fields = Fields {
+        bytes: &bytes,
+        endian,
+    };
+    let header = if length == BYTES_1 {
+        fields.version_1()
+    } else {
+        fields.version_2()
+    };
     Ok(header?)
 }
 
@@ -97,14 +118,18 @@ impl Header {
     pub(super) fn dims(&self) -> Result<[usize; 3], Fault> {
         let axes = self.dim[0];
         if !(1..=MAX_DIMENSION).contains(&axes) {
-            return Err(Fault::Invalid(format!("dim[0], the number of axes, is {axes}: expected 1 to 7")));
+            return Err(Fault::Invalid(format!(
+                "dim[0], the number of axes, is {axes}: expected 1 to 7"
+            )));
         }
         let mut dims = [1; 3];
         for axis in 1..=axes as usize {
             let size = self.dim[axis];
             match (usize::try_from(size), axis) {
                 (Ok(0) | Err(_), _) => {
-                    return Err(Fault::Invalid(format!("dim[{axis}] is {size}: expected at least 1")));
+                    return Err(Fault::Invalid(format!(
+                        "dim[{axis}] is {size}: expected at least 1"
+                    )));
                 }
                 (Ok(size), 1..=3) => dims[axis - 1] = size,
                 (Ok(1), _) => {}
@@ -121,7 +146,10 @@ impl Header {
 
     pub(super) fn voxel_type(&self) -> Result<VoxelType, Fault> {
         let refused = |what: &str, advice: &str| {
-            Err(unsupported(format!("datatype {} is {what}: {advice}", self.datatype)))
+            Err(unsupported(format!(
+                "datatype {} is {what}: {advice}",
+                self.datatype
+            )))
         };
         match self.datatype {
             2 => Ok(VoxelType::U8),
@@ -135,10 +163,15 @@ impl Header {
             1024 => Ok(VoxelType::I64),
             1280 => Ok(VoxelType::U64),
             1 => refused("single bits", "save it as bytes"),
-            128 | 2304 => refused("colours (RGB)", "save one channel, or the brightness, as numbers"),
+            128 | 2304 => refused(
+                "colours (RGB)",
+                "save one channel, or the brightness, as numbers",
+            ),
             32 | 1792 | 2048 => refused("complex numbers", "save the magnitude"),
             1536 => refused("floats of 128 bits", "save it as float32 or float64"),
-            other => Err(Fault::Invalid(format!("datatype {other} is no type of this format"))),
+            other => Err(Fault::Invalid(format!(
+                "datatype {other} is no type of this format"
+            ))),
         }
     }
 
@@ -147,8 +180,15 @@ impl Header {
         if self.scl_slope == 0.0 || !self.scl_slope.is_finite() {
             return Rescale::NONE;
         }
-        let intercept = if self.scl_inter.is_finite() { self.scl_inter } else { 0.0 };
-        Rescale { slope: self.scl_slope, intercept }
+        let intercept = if self.scl_inter.is_finite() {
+            self.scl_inter
+        } else {
+            0.0
+        };
+        Rescale {
+            slope: self.scl_slope,
+            intercept,
+        }
     }
 }
 
@@ -181,7 +221,8 @@ impl Fields<'_> {
     }
 
     fn version_2(&self) -> Result<Header, String> {
-        let floats = |at: usize| -> [f64; 3] { [self.f64(at), self.f64(at + 8), self.f64(at + 16)] };
+        let floats =
+            |at: usize| -> [f64; 3] { [self.f64(at), self.f64(at + 8), self.f64(at + 16)] };
         let row = |at: usize| [0, 8, 16, 24].map(|step| self.f64(at + step));
         // Beyond 2^53 the offset would lie behind any file, so the rounding does no harm.
         let offset = self.i64(168) as f64;
@@ -210,7 +251,9 @@ impl Fields<'_> {
         let skip = if offset >= 0.0 && offset <= u64::MAX as f64 && offset.fract() == 0.0 {
             Ok(offset as u64)
         } else {
-            Err(format!("vox_offset is {offset}: expected a whole number of bytes"))
+            Err(format!(
+                "vox_offset is {offset}: expected a whole number of bytes"
+            ))
         }?;
         match (kind, skip) {
             (b'i', skip) => Ok(Place::Beside { skip }),

@@ -28,8 +28,11 @@ pub(super) const GZIP_MAGIC: &[u8] = &[0x1f, 0x8b];
 /// The header beside an image file of a pair, if `path` names one: `brain.hdr` for `brain.img`.
 pub(super) fn header_beside(path: &Path) -> Option<PathBuf> {
     let name = path.file_name()?.to_str()?;
-    let stem = ["img", "IMG", "img.gz"].iter().find_map(|end| name.strip_suffix(&format!(".{end}")))?;
-    let candidates = ["hdr", "HDR", "hdr.gz"].map(|end| path.with_file_name(format!("{stem}.{end}")));
+    let stem = ["img", "IMG", "img.gz"]
+        .iter()
+        .find_map(|end| name.strip_suffix(&format!(".{end}")))?;
+    let candidates =
+        ["hdr", "HDR", "hdr.gz"].map(|end| path.with_file_name(format!("{stem}.{end}")));
     candidates.into_iter().find(|candidate| candidate.is_file())
 }
 
@@ -39,7 +42,9 @@ pub(super) fn load(path: &Path) -> Result<Parts, Error> {
     let dims = header.dims().map_err(|fault| fault.at(path))?;
     let voxels = match header.place {
         Place::Attached { skip } => {
-            stream.skip(header.bytes, skip).map_err(|what| invalid(path, what))?;
+            stream
+                .skip(header.bytes, skip)
+                .map_err(|what| invalid(path, what))?;
             voxels(stream, &header, dims).map_err(|fault| fault.at(path))?
         }
         Place::Beside { skip } => {
@@ -60,7 +65,11 @@ pub(super) fn load(path: &Path) -> Result<Parts, Error> {
 
 fn voxels(mut stream: Stream, header: &Header, dims: [usize; 3]) -> Result<Voxels, Fault> {
     let count = voxel_count(dims)?;
-    let layout = Layout { voxel_type: header.voxel_type()?, endian: header.endian, count };
+    let layout = Layout {
+        voxel_type: header.voxel_type()?,
+        endian: header.endian,
+        count,
+    };
     let needed = layout.bytes()?;
     if stream.is_packed {
         decode::check_deflated(needed, stream.held)?;
@@ -85,12 +94,22 @@ struct Stream {
 impl Stream {
     fn open(path: &Path) -> Result<Self, Error> {
         let file = open(path)?;
-        let held = file.metadata().map_err(|source| cannot_read(path, source))?.len();
+        let held = file
+            .metadata()
+            .map_err(|source| cannot_read(path, source))?
+            .len();
         let is_packed = is_gzip(path)?;
         let file = BufReader::new(file);
-        let bytes: Box<dyn Read> =
-            if is_packed { Box::new(flate2::bufread::MultiGzDecoder::new(file)) } else { Box::new(file) };
-        Ok(Self { bytes, is_packed, held })
+        let bytes: Box<dyn Read> = if is_packed {
+            Box::new(flate2::bufread::MultiGzDecoder::new(file))
+        } else {
+            Box::new(file)
+        };
+        Ok(Self {
+            bytes,
+            is_packed,
+            held,
+        })
     }
 
     /// Passes over the bytes from `begin`, where the stream stands, to `end`, where the image begins.
@@ -118,9 +137,16 @@ fn is_gzip(path: &Path) -> Result<bool, Error> {
 /// The image file of a pair, packed or not.
 fn image_beside(header: &Path) -> Result<PathBuf, Error> {
     let name = header.file_name().unwrap_or_default().to_string_lossy();
-    let stem = name.trim_end_matches(".gz").trim_end_matches(".hdr").trim_end_matches(".HDR");
-    let candidates = ["img", "IMG", "img.gz"].map(|end| header.with_file_name(format!("{stem}.{end}")));
-    let found = candidates.iter().find(|candidate| candidate.is_file()).cloned();
+    let stem = name
+        .trim_end_matches(".gz")
+        .trim_end_matches(".hdr")
+        .trim_end_matches(".HDR");
+    let candidates =
+        ["img", "IMG", "img.gz"].map(|end| header.with_file_name(format!("{stem}.{end}")));
+    let found = candidates
+        .iter()
+        .find(|candidate| candidate.is_file())
+        .cloned();
     found.ok_or_else(|| {
         invalid(
             header,

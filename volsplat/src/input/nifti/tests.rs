@@ -43,7 +43,10 @@ impl Fields {
     /// The header and the four bytes that say that no extension follows.
     fn bytes(&self) -> Vec<u8> {
         let length: usize = if self.version == 1 { 348 } else { 540 };
-        let mut head = Head { bytes: vec![0; length + 4], is_big: self.is_big };
+        let mut head = Head {
+            bytes: vec![0; length + 4],
+            is_big: self.is_big,
+        };
         head.put(0, &(length as u32).to_be_bytes());
         let (kind, version) = (if self.is_pair { b'i' } else { b'+' }, b'0' + self.version);
         let mark = [b'n', kind, version, 0];
@@ -75,7 +78,9 @@ impl Fields {
     }
 
     fn load(&self, data: &[u8]) -> Volume {
-        Folder::new().load(&[&self.bytes(), data]).unwrap_or_else(|error| panic!("{error}"))
+        Folder::new()
+            .load(&[&self.bytes(), data])
+            .unwrap_or_else(|error| panic!("{error}"))
     }
 
     fn refusal(&self, data: &[u8]) -> String {
@@ -99,11 +104,17 @@ impl Head {
     }
 
     fn floats(&mut self, at: usize, values: &[f64]) {
-        values.iter().enumerate().for_each(|(i, &v)| self.put(at + 4 * i, &(v as f32).to_be_bytes()));
+        values
+            .iter()
+            .enumerate()
+            .for_each(|(i, &v)| self.put(at + 4 * i, &(v as f32).to_be_bytes()));
     }
 
     fn doubles(&mut self, at: usize, values: &[f64]) {
-        values.iter().enumerate().for_each(|(i, &v)| self.put(at + 8 * i, &v.to_be_bytes()));
+        values
+            .iter()
+            .enumerate()
+            .for_each(|(i, &v)| self.put(at + 8 * i, &v.to_be_bytes()));
     }
 }
 
@@ -114,7 +125,12 @@ fn samples() -> Vec<(i16, Voxels, Vec<u8>, Vec<u8>)> {
             let values: [$stored; 4] = $values;
             let little = values.iter().flat_map(|v| v.to_le_bytes()).collect();
             let big = values.iter().flat_map(|v| v.to_be_bytes()).collect();
-            ($code, Voxels::$kind(values.iter().map(|&v| v as $held).collect()), little, big)
+            (
+                $code,
+                Voxels::$kind(values.iter().map(|&v| v as $held).collect()),
+                little,
+                big,
+            )
         }};
     }
     vec![
@@ -136,10 +152,19 @@ fn every_type_order_version_and_packing_reads_back() {
     let folder = Folder::new();
     for (datatype, expected, little, big) in samples() {
         for (version, is_big) in [(1, false), (1, true), (2, false), (2, true)] {
-            let fields = Fields { is_big, ..Fields::new(version, datatype) };
-            let file = [fields.bytes(), if is_big { big.clone() } else { little.clone() }].concat();
+            let fields = Fields {
+                is_big,
+                ..Fields::new(version, datatype)
+            };
+            let file = [
+                fields.bytes(),
+                if is_big { big.clone() } else { little.clone() },
+            ]
+            .concat();
             for file in [gzip(&file), file] {
-                let volume = folder.load(&[&file]).unwrap_or_else(|error| panic!("{datatype}: {error}"));
+                let volume = folder
+                    .load(&[&file])
+                    .unwrap_or_else(|error| panic!("{datatype}: {error}"));
                 assert_eq!(
                     (volume.dims, &volume.voxels),
                     ([2, 1, 2], &expected),
@@ -154,9 +179,15 @@ fn every_type_order_version_and_packing_reads_back() {
 fn pairs_are_found_from_either_file() {
     for version in [1, 2] {
         let folder = Folder::new();
-        let fields = Fields { is_pair: true, vox_offset: 3.0, ..Fields::new(version, 2) };
+        let fields = Fields {
+            is_pair: true,
+            vox_offset: 3.0,
+            ..Fields::new(version, 2)
+        };
         let header = folder.write("brain.hdr", &[&fields.bytes()]);
-        let absent = load(&header, &LoadOptions::default()).expect_err("no image").to_string();
+        let absent = load(&header, &LoadOptions::default())
+            .expect_err("no image")
+            .to_string();
         assert!(absent.contains("brain.img"), "{absent}");
         folder.write("brain.img.gz", &[&gzip(&[9, 9, 9, 1, 2, 3, 4])]);
         let volume = load(&header, &LoadOptions::default()).expect("packed image");
@@ -169,40 +200,81 @@ fn pairs_are_found_from_either_file() {
 
 #[test]
 fn offset_and_extensions_are_passed_over() {
-    let fields = Fields { vox_offset: 368.0, ..Fields::new(1, 2) };
+    let fields = Fields {
+        vox_offset: 368.0,
+        ..Fields::new(1, 2)
+    };
     let volume = fields.load(&[[7; 16].as_slice(), &[1, 2, 3, 4]].concat());
     assert_eq!(volume.voxels, Voxels::U8(vec![1, 2, 3, 4]));
-    let zero = Fields { vox_offset: 0.0, ..Fields::new(1, 2) };
-    assert_eq!(zero.load(&[1, 2, 3, 4]).voxels, Voxels::U8(vec![1, 2, 3, 4]), "0 means behind the header");
-    let inside = Fields { vox_offset: 100.0, ..Fields::new(1, 2) };
+    let zero = Fields {
+        vox_offset: 0.0,
+        ..Fields::new(1, 2)
+    };
+    assert_eq!(
+        zero.load(&[1, 2, 3, 4]).voxels,
+        Voxels::U8(vec![1, 2, 3, 4]),
+        "0 means behind the header"
+    );
+    let inside = Fields {
+        vox_offset: 100.0,
+        ..Fields::new(1, 2)
+    };
     assert!(inside.refusal(&[1, 2, 3, 4]).contains("inside the header"));
-    let beyond = Fields { vox_offset: 1e6, ..Fields::new(1, 2) };
+    let beyond = Fields {
+        vox_offset: 1e6,
+        ..Fields::new(1, 2)
+    };
     assert!(beyond.refusal(&[1, 2, 3, 4]).contains("behind the end"));
 }
 
 #[test]
 fn slope_and_intercept_apply_unless_the_slope_is_0() {
-    let of = |slope, inter| Fields { slope, inter, ..Fields::new(1, 2) }.load(&[0, 1, 2, 3]).voxels;
+    let of = |slope, inter| {
+        Fields {
+            slope,
+            inter,
+            ..Fields::new(1, 2)
+        }
+        .load(&[0, 1, 2, 3])
+        .voxels
+    };
     assert_eq!(of(0.5, 1.0), Voxels::F32(vec![1.0, 1.5, 2.0, 2.5]));
     assert_eq!(of(0.0, 7.0), Voxels::U8(vec![0, 1, 2, 3]), "0 means none");
-    assert_eq!(of(f64::NAN, 7.0), Voxels::U8(vec![0, 1, 2, 3]), "NaN means none");
-    assert_eq!(of(1.0, -1024.0), Voxels::I16(vec![-1024, -1023, -1022, -1021]));
+    assert_eq!(
+        of(f64::NAN, 7.0),
+        Voxels::U8(vec![0, 1, 2, 3]),
+        "NaN means none"
+    );
+    assert_eq!(
+        of(1.0, -1024.0),
+        Voxels::I16(vec![-1024, -1023, -1022, -1021])
+    );
 }
 
 #[test]
 fn the_matrix_wins_over_the_turn_and_the_turn_over_the_spacing() {
-    let srow = [0.0, -2.0, 0.0, 10.0, 1.5, 0.0, 0.0, 20.0, 0.0, 0.0, 3.0, 30.0];
+    let srow = [
+        0.0, -2.0, 0.0, 10.0, 1.5, 0.0, 0.0, 20.0, 0.0, 0.0, 3.0, 30.0,
+    ];
     // A quarter turn around z: x goes to y.
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let quaternion = [0.0, 0.0, half, 1.0, 2.0, 3.0];
     for version in [1, 2] {
         let of = |codes, first| {
-            let mut fields = Fields { codes, quaternion, srow, ..Fields::new(version, 2) };
+            let mut fields = Fields {
+                codes,
+                quaternion,
+                srow,
+                ..Fields::new(version, 2)
+            };
             fields.pixdim[0] = first;
             fields.load(&[0; 4])
         };
         let close = |got: glam::DVec3, wanted: [f64; 3]| {
-            assert!((got - glam::DVec3::from_array(wanted)).length() < 1e-6, "{got}, expected {wanted:?}");
+            assert!(
+                (got - glam::DVec3::from_array(wanted)).length() < 1e-6,
+                "{got}, expected {wanted:?}"
+            );
         };
         let volume = of([1, 1], 1.0);
         close(volume.world_from_index.matrix3.x_axis, [0.0, 1.5, 0.0]);
@@ -213,7 +285,10 @@ fn the_matrix_wins_over_the_turn_and_the_turn_over_the_spacing() {
         close(turned.matrix3.y_axis, [-3.0, 0.0, 0.0]);
         close(turned.matrix3.z_axis, [0.0, 0.0, 4.0]);
         close(turned.translation, [1.0, 2.0, 3.0]);
-        close(of([1, 0], -1.0).world_from_index.matrix3.z_axis, [0.0, 0.0, -4.0]);
+        close(
+            of([1, 0], -1.0).world_from_index.matrix3.z_axis,
+            [0.0, 0.0, -4.0],
+        );
         let plain = of([0, 0], 1.0);
         assert_eq!(
             (plain.spacing(), plain.world_from_index.translation),
@@ -225,22 +300,41 @@ fn the_matrix_wins_over_the_turn_and_the_turn_over_the_spacing() {
 
 #[test]
 fn a_fourth_axis_must_have_size_1() {
-    let four = |size| Fields { dim: [4, 2, 1, 2, size, 0, 0, 0], ..Fields::new(1, 2) };
+    let four = |size| Fields {
+        dim: [4, 2, 1, 2, size, 0, 0, 0],
+        ..Fields::new(1, 2)
+    };
     assert_eq!(four(1).load(&[1, 2, 3, 4]).dims, [2, 1, 2]);
     let text = four(3).refusal(&[0; 12]);
-    assert!(text.contains("dim[4] is 3") && text.contains("save one of them"), "{text}");
-    let flat = Fields { dim: [2, 2, 2, 0, 0, 0, 0, 0], ..Fields::new(1, 2) };
+    assert!(
+        text.contains("dim[4] is 3") && text.contains("save one of them"),
+        "{text}"
+    );
+    let flat = Fields {
+        dim: [2, 2, 2, 0, 0, 0, 0, 0],
+        ..Fields::new(1, 2)
+    };
     assert_eq!(flat.load(&[1, 2, 3, 4]).dims, [2, 2, 1]);
 }
 
 #[test]
 fn what_is_no_scalar_is_refused_by_name() {
-    for (datatype, named) in
-        [(1, "bits"), (128, "RGB"), (2304, "RGB"), (32, "complex"), (1792, "complex"), (1536, "128 bits")]
-    {
+    for (datatype, named) in [
+        (1, "bits"),
+        (128, "RGB"),
+        (2304, "RGB"),
+        (32, "complex"),
+        (1792, "complex"),
+        (1536, "128 bits"),
+    ] {
         let fields = Fields::new(1, datatype);
-        let error = Folder::new().load(&[&fields.bytes(), &[0; 64]]).expect_err("no scalar");
-        assert!(matches!(error, Error::Unsupported { .. }) && error.to_string().contains(named), "{error}");
+        let error = Folder::new()
+            .load(&[&fields.bytes(), &[0; 64]])
+            .expect_err("no scalar");
+        assert!(
+            matches!(error, Error::Unsupported { .. }) && error.to_string().contains(named),
+            "{error}"
+        );
     }
     assert!(Fields::new(1, 77).refusal(&[0; 64]).contains("datatype 77"));
 }
@@ -249,18 +343,51 @@ fn what_is_no_scalar_is_refused_by_name() {
 fn wrong_lengths_and_forged_sizes_are_refused_before_memory_is_taken() {
     let folder = Folder::new();
     let fields = Fields::new(1, 4);
-    assert!(fields.refusal(&[0; 7]).contains("which are 8 bytes, but 7 are there"));
-    assert!(fields.refusal(&[0; 9]).contains("which are 8 bytes, but 9 are there"));
-    let huge = Fields { dim: [3, 30_000, 30_000, 30_000, 0, 0, 0, 0], ..fields }.bytes();
-    assert!(folder.refusal(&[&huge, &[0; 9]]).contains("54000000000000 bytes"));
+    assert!(
+        fields
+            .refusal(&[0; 7])
+            .contains("which are 8 bytes, but 7 are there")
+    );
+    assert!(
+        fields
+            .refusal(&[0; 9])
+            .contains("which are 8 bytes, but 9 are there")
+    );
+    let huge = Fields {
+        dim: [3, 30_000, 30_000, 30_000, 0, 0, 0, 0],
+        ..fields
+    }
+    .bytes();
+    assert!(
+        folder
+            .refusal(&[&huge, &[0; 9]])
+            .contains("54000000000000 bytes")
+    );
     assert!(folder.refusal(&[&gzip(&huge)]).contains("at most"));
-    let overflow = Fields { dim: [3, i64::MAX, i64::MAX, 2, 0, 0, 0, 0], ..Fields::new(2, 2) };
+    let overflow = Fields {
+        dim: [3, i64::MAX, i64::MAX, 2, 0, 0, 0, 0],
+        ..Fields::new(2, 2)
+    };
     assert!(overflow.refusal(&[0; 4]).contains("more voxels than"));
-    let text = Fields { dim: [3, 2, -1, 2, 0, 0, 0, 0], ..fields }.refusal(&[0; 4]);
+    let text = Fields {
+        dim: [3, 2, -1, 2, 0, 0, 0, 0],
+        ..fields
+    }
+    .refusal(&[0; 4]);
     assert!(text.contains("dim[2] is -1"), "{text}");
-    assert!(Fields { dim: [9, 2, 1, 2, 0, 0, 0, 0], ..fields }.refusal(&[0; 4]).contains("dim[0]"));
+    assert!(
+        Fields {
+            dim: [9, 2, 1, 2, 0, 0, 0, 0],
+            ..fields
+        }
+        .refusal(&[0; 4])
+        .contains("dim[0]")
+    );
     let cut = gzip(&[fields.bytes(), vec![0; 8]].concat());
-    assert!(!folder.refusal(&[&cut[..cut.len() - 9]]).is_empty(), "a cut stream must be refused");
+    assert!(
+        !folder.refusal(&[&cut[..cut.len() - 9]]).is_empty(),
+        "a cut stream must be refused"
+    );
 }
 
 #[test]
@@ -268,26 +395,47 @@ fn the_format_is_told_by_content_also_when_packed() {
     let folder = Folder::new();
     let file = [Fields::new(2, 2).bytes(), vec![0; 4]].concat();
     for file in [gzip(&file), file] {
-        assert_eq!(format_of(&folder.write("x", &[&file])).expect("readable"), Some(Format::Nifti));
+        assert_eq!(
+            format_of(&folder.write("x", &[&file])).expect("readable"),
+            Some(Format::Nifti)
+        );
     }
     let text = folder.refusal(&[&gzip(b"something else")]);
     assert!(text.contains("gzip"), "{text}");
     let mut analyze = Fields::new(1, 2).bytes();
     analyze[344..348].fill(0);
     assert!(folder.refusal(&[&analyze, &[0; 4]]).contains("ANALYZE"));
-    let mut options = LoadOptions { raw: None, ..LoadOptions::default() };
+    let mut options = LoadOptions {
+        raw: None,
+        ..LoadOptions::default()
+    };
     options.component = Some(0);
     let path = folder.write("y", &[&Fields::new(1, 2).bytes(), &[0; 4]]);
     let text = load(&path, &options).expect_err("superfluous").to_string();
-    assert!(text.contains("--component means nothing") && text.contains("NIfTI"), "{text}");
+    assert!(
+        text.contains("--component means nothing") && text.contains("NIfTI"),
+        "{text}"
+    );
 }
 
 #[test]
 fn damaged_files_are_refused_and_never_panic() {
-    let fields = Fields { codes: [1, 0], slope: 2.0, ..Fields::new(1, 4) };
+    let fields = Fields {
+        codes: [1, 0],
+        slope: 2.0,
+        ..Fields::new(1, 4)
+    };
     let file = [fields.bytes(), (0..8).collect()].concat();
     survive_damage(&file, &LoadOptions::default(), 1000);
     survive_damage(&gzip(&file), &LoadOptions::default(), 1000);
-    let file = [Fields { codes: [0, 1], ..Fields::new(2, 4) }.bytes(), (0..8).collect()].concat();
+    let file = [
+        Fields {
+            codes: [0, 1],
+            ..Fields::new(2, 4)
+        }
+        .bytes(),
+        (0..8).collect(),
+    ]
+    .concat();
     survive_damage(&file, &LoadOptions::default(), 1000);
 }

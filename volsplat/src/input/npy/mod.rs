@@ -44,19 +44,36 @@ struct Header {
 
 pub(super) fn load(path: &Path) -> Result<Parts, Error> {
     let file = open(path)?;
-    let total = file.metadata().map_err(|source| cannot_read(path, source))?.len();
+    let total = file
+        .metadata()
+        .map_err(|source| cannot_read(path, source))?
+        .len();
     read(&mut BufReader::new(file), total).map_err(|fault| fault.at(path))
 }
 
 fn read(file: &mut dyn Read, total: u64) -> Result<Parts, Fault> {
     let header = read_header(file)?;
     let dims = dims(&header.shape)?;
-    let layout = Layout { voxel_type: header.voxel_type, endian: header.endian, count: voxel_count(dims)? };
+    let layout = Layout {
+        voxel_type: header.voxel_type,
+        endian: header.endian,
+        count: voxel_count(dims)?,
+    };
     check_length(&header, &layout, total)?;
     let voxels = decode::binary(file, &layout)?;
-    let voxels = if header.order == Order::C { voxels } else { transposed(voxels, dims) };
+    let voxels = if header.order == Order::C {
+        voxels
+    } else {
+        transposed(voxels, dims)
+    };
     let world_from_index = axes::upright([1.0; 3], [0.0; 3]);
-    Ok(Parts { dims, voxels, world_from_index, up_hint: None, space: None })
+    Ok(Parts {
+        dims,
+        voxels,
+        world_from_index,
+        up_hint: None,
+        space: None,
+    })
 }
 
 fn check_length(header: &Header, layout: &Layout, total: u64) -> Result<(), String> {
@@ -77,15 +94,26 @@ fn read_header(file: &mut dyn Read) -> Result<Header, Fault> {
             .take(count as u64)
             .read_to_end(&mut bytes)
             .map_err(|error| decode::broken(&error))?;
-        if got == count { Ok(bytes) } else { Err("the header is cut off".to_owned()) }
+        if got == count {
+            Ok(bytes)
+        } else {
+            Err("the header is cut off".to_owned())
+        }
     };
     let version = take(MAGIC.len() + 2)?[MAGIC.len()];
     let length_bytes = match version {
         1 => 2,
         2 | 3 => 4,
-        other => return Err(unsupported(format!("version {other} of the format: 1 to 3 are read"))),
+        other => {
+            return Err(unsupported(format!(
+                "version {other} of the format: 1 to 3 are read"
+            )));
+        }
     };
-    let length = take(length_bytes)?.iter().rev().fold(0, |length, &byte| (length << 8) | usize::from(byte));
+    let length = take(length_bytes)?
+        .iter()
+        .rev()
+        .fold(0, |length, &byte| (length << 8) | usize::from(byte));
     if length > MAX_HEADER_BYTES {
         return Err(Fault::Invalid(format!(
             "a header of {length} bytes: expected at most {MAX_HEADER_BYTES}"
@@ -104,16 +132,28 @@ fn read_header(file: &mut dyn Read) -> Result<Header, Fault> {
 
 /// What stands behind the colon of a key, up to the end of the header.
 fn entry<'a>(text: &'a str, key: &str) -> Result<&'a str, String> {
-    let behind =
-        text.split_once(&format!("'{key}'")).and_then(|(_, rest)| rest.trim_start().strip_prefix(':'));
-    behind.map(str::trim_start).ok_or_else(|| format!("the header '{}' has no entry '{key}'", excerpt(text)))
+    let behind = text
+        .split_once(&format!("'{key}'"))
+        .and_then(|(_, rest)| rest.trim_start().strip_prefix(':'));
+    behind
+        .map(str::trim_start)
+        .ok_or_else(|| format!("the header '{}' has no entry '{key}'", excerpt(text)))
 }
 
 fn element(text: &str) -> Result<(VoxelType, Endian), Fault> {
-    let Some((code, _)) = text.strip_prefix('\'').and_then(|rest| rest.split_once('\'')) else {
-        return Err(unsupported("an array of records: save one field of it".to_owned()));
+    let Some((code, _)) = text
+        .strip_prefix('\'')
+        .and_then(|rest| rest.split_once('\''))
+    else {
+        return Err(unsupported(
+            "an array of records: save one field of it".to_owned(),
+        ));
     };
-    let endian = if code.starts_with('>') { Endian::Big } else { Endian::Little };
+    let endian = if code.starts_with('>') {
+        Endian::Big
+    } else {
+        Endian::Little
+    };
     let voxel_type = match code.trim_start_matches(['<', '>', '|', '=']) {
         "b1" | "u1" => VoxelType::U8,
         "i1" => VoxelType::I8,
@@ -139,16 +179,32 @@ fn order(text: &str) -> Result<Order, String> {
     match text {
         _ if text.starts_with("False") => Ok(Order::C),
         _ if text.starts_with("True") => Ok(Order::Fortran),
-        _ => Err(format!("'fortran_order' is '{}': expected True or False", excerpt(text))),
+        _ => Err(format!(
+            "'fortran_order' is '{}': expected True or False",
+            excerpt(text)
+        )),
     }
 }
 
 fn shape(text: &str) -> Result<Vec<usize>, String> {
-    let fault = || format!("'shape' is '{}': expected whole numbers such as (3, 4, 5)", excerpt(text));
-    let (inside, _) = text.strip_prefix('(').and_then(|rest| rest.split_once(')')).ok_or_else(fault)?;
-    let words = inside.split(',').map(str::trim).filter(|word| !word.is_empty());
+    let fault = || {
+        format!(
+            "'shape' is '{}': expected whole numbers such as (3, 4, 5)",
+            excerpt(text)
+        )
+    };
+    let (inside, _) = text
+        .strip_prefix('(')
+        .and_then(|rest| rest.split_once(')'))
+        .ok_or_else(fault)?;
+    let words = inside
+        .split(',')
+        .map(str::trim)
+        .filter(|word| !word.is_empty());
     // Python 2 wrote long integers with an L.
-    words.map(|word| word.trim_end_matches('L').parse().map_err(|_| fault())).collect()
+    words
+        .map(|word| word.trim_end_matches('L').parse().map_err(|_| fault()))
+        .collect()
 }
 
 /// x, y and z sizes of an array `[z][y][x]`. Of more than three axes, those of size 1 go, the first ones first.
@@ -163,7 +219,9 @@ fn dims(shape: &[usize]) -> Result<[usize; 3], Fault> {
         axes.remove(place);
     }
     let mut dims = [1; 3];
-    dims.iter_mut().zip(axes.iter().rev()).for_each(|(dim, &size)| *dim = size);
+    dims.iter_mut()
+        .zip(axes.iter().rev())
+        .for_each(|(dim, &size)| *dim = size);
     Ok(dims)
 }
 

@@ -21,7 +21,9 @@ fn head(version: u8, descr: &str, order: &str, shape: &str) -> Vec<u8> {
 }
 
 fn loaded(head: &[u8], data: &[u8]) -> Volume {
-    Folder::new().load(&[head, data]).unwrap_or_else(|error| panic!("{error}"))
+    Folder::new()
+        .load(&[head, data])
+        .unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn refusal(head: &[u8], data: &[u8]) -> String {
@@ -33,12 +35,20 @@ fn the_last_axis_is_x_in_either_order() {
     let shape = "(2, 3, 4)";
     let values: Vec<u8> = (0..24).collect();
     let volume = loaded(&head(1, "'|u1'", "False", shape), &values);
-    assert_eq!((volume.dims, volume.voxels), ([4, 3, 2], Voxels::U8(values.clone())));
+    assert_eq!(
+        (volume.dims, volume.voxels),
+        ([4, 3, 2], Voxels::U8(values.clone()))
+    );
     // The same array with its first axis fastest: element [z][y][x] stands at z + 2 (y + 3 x).
-    let fortran: Vec<u8> = (0..24).map(|i| values[(i % 2 * 3 + i / 2 % 3) * 4 + i / 6]).collect();
+    let fortran: Vec<u8> = (0..24)
+        .map(|i| values[(i % 2 * 3 + i / 2 % 3) * 4 + i / 6])
+        .collect();
     assert_ne!(fortran, values, "the orders differ");
     let volume = loaded(&head(1, "'|u1'", "True", shape), &fortran);
-    assert_eq!((volume.dims, volume.voxels), ([4, 3, 2], Voxels::U8(values)));
+    assert_eq!(
+        (volume.dims, volume.voxels),
+        ([4, 3, 2], Voxels::U8(values))
+    );
 }
 
 #[test]
@@ -65,7 +75,11 @@ fn every_type_and_byte_order_reads_back() {
     check!("i8", F64, f64, [1 << 53, i64::MIN], i64);
     check!("f4", F32, f32, [1e-42, -3e38], f32);
     check!("f8", F64, f64, [1e-310, -3e300], f64);
-    assert_eq!(loaded(&head(1, "'|b1'", "False", "(2,)"), &[0, 1]).voxels, Voxels::U8(vec![0, 1]), "bool");
+    assert_eq!(
+        loaded(&head(1, "'|b1'", "False", "(2,)"), &[0, 1]).voxels,
+        Voxels::U8(vec![0, 1]),
+        "bool"
+    );
 }
 
 #[test]
@@ -74,25 +88,48 @@ fn fewer_axes_are_padded_and_axes_of_size_1_dropped() {
     assert_eq!(dims("(6,)"), [6, 1, 1]);
     assert_eq!(dims("(2, 3)"), [3, 2, 1]);
     assert_eq!(dims("(1, 1, 2L, 3)"), [3, 2, 1]);
-    assert_eq!(loaded(&head(1, "'|u1'", "False", "()"), &[7]).dims, [1, 1, 1]);
+    assert_eq!(
+        loaded(&head(1, "'|u1'", "False", "()"), &[7]).dims,
+        [1, 1, 1]
+    );
     let text = refusal(&head(1, "'|u1'", "False", "(2, 2, 2, 3)"), &[0; 24]);
-    assert!(text.contains("[2, 2, 2, 3]") && text.contains("array[0]"), "{text}");
+    assert!(
+        text.contains("[2, 2, 2, 3]") && text.contains("array[0]"),
+        "{text}"
+    );
 }
 
 #[test]
 fn what_is_no_scalar_is_refused_with_advice() {
-    for descr in ["'<f2'", "'<c8'", "'<U3'", "'|O'", "'<M8[ns]'", "[('a', '<f4')]"] {
-        let error = Folder::new().load(&[&head(1, descr, "False", "(1,)"), &[0; 8]]).expect_err("no scalar");
-        assert!(matches!(error, Error::Unsupported { .. }) && error.to_string().contains("save"), "{error}");
+    for descr in [
+        "'<f2'",
+        "'<c8'",
+        "'<U3'",
+        "'|O'",
+        "'<M8[ns]'",
+        "[('a', '<f4')]",
+    ] {
+        let error = Folder::new()
+            .load(&[&head(1, descr, "False", "(1,)"), &[0; 8]])
+            .expect_err("no scalar");
+        assert!(
+            matches!(error, Error::Unsupported { .. }) && error.to_string().contains("save"),
+            "{error}"
+        );
     }
 }
 
 #[test]
 fn forged_headers_are_refused_before_memory_is_taken() {
     let small = |shape| head(1, "'<f4'", "False", shape);
-    assert!(refusal(&small("(2, 2)"), &[0; 15]).contains("needs 16 bytes behind the header, there are 15"));
+    assert!(
+        refusal(&small("(2, 2)"), &[0; 15])
+            .contains("needs 16 bytes behind the header, there are 15")
+    );
     assert!(refusal(&small("(2, 2)"), &[0; 17]).contains("there are 17"));
-    assert!(refusal(&small("(100000, 100000, 100000)"), &[0; 9]).contains("4000000000000000 bytes"));
+    assert!(
+        refusal(&small("(100000, 100000, 100000)"), &[0; 9]).contains("4000000000000000 bytes")
+    );
     assert!(refusal(&small("(9223372036854775807, 3)"), &[0; 9]).contains("more voxels than"));
     assert!(refusal(&small("(-1, 3)"), &[0; 9]).contains("'shape' is '(-1"));
     assert!(refusal(&small("(0, 3)"), &[]).contains("at least 1"));
@@ -107,7 +144,12 @@ fn the_format_is_told_by_content() {
     let folder = Folder::new();
     let path = folder.write("array", &[&head(1, "'|u1'", "False", "(1,)"), &[0]]);
     assert_eq!(format_of(&path).expect("readable"), Some(Format::Npy));
-    assert!(folder.refusal(&[b"PK\x03\x04", &[0; 9]]).contains("unpack it"), ".npz is named");
+    assert!(
+        folder
+            .refusal(&[b"PK\x03\x04", &[0; 9]])
+            .contains("unpack it"),
+        ".npz is named"
+    );
 }
 
 #[test]

@@ -39,7 +39,9 @@ impl FromStr for Encoding {
             "hex" => Ok(Self::Hex),
             "gz" | "gzip" => Ok(Self::Gzip),
             "bz2" | "bzip2" => Ok(Self::Bzip2),
-            _ => Err(format!("field 'encoding' is '{text}': expected raw, text, hex, gzip or bzip2")),
+            _ => Err(format!(
+                "field 'encoding' is '{text}': expected raw, text, hex, gzip or bzip2"
+            )),
         }
     }
 }
@@ -74,40 +76,73 @@ pub(super) fn locate(path: &Path, header: &Header) -> Result<Option<Vec<(PathBuf
     let place = |file: PathBuf| {
         let packed = Packed::open(&file, start, header)?;
         let needed = layout.bytes().map_err(|what| invalid(&file, what))?;
-        let skip = packed.raw_skip(&layout, needed).map_err(|what| invalid(&file, what))?;
+        let skip = packed
+            .raw_skip(&layout, needed)
+            .map_err(|what| invalid(&file, what))?;
         Ok((file, packed.begin + skip))
     };
-    files.into_iter().map(place).collect::<Result<_, Error>>().map(Some)
+    files
+        .into_iter()
+        .map(place)
+        .collect::<Result<_, Error>>()
+        .map(Some)
 }
 
 /// The data files, the first byte of each behind a header of its own, and what one of them holds.
 fn files(path: &Path, header: &Header) -> Result<(Vec<PathBuf>, u64, Layout), Error> {
     let count = value_count(&header.sizes).map_err(|what| invalid(path, what))?;
-    let files = header.data_files.paths(path, &header.sizes).map_err(|fault: Fault| fault.at(path))?;
-    let start = if header.data_files == DataFiles::Attached { header.bytes } else { 0 };
-    let layout = Layout { voxel_type: header.voxel_type, endian: header.endian, count: count / files.len() };
+    let files = header
+        .data_files
+        .paths(path, &header.sizes)
+        .map_err(|fault: Fault| fault.at(path))?;
+    let start = if header.data_files == DataFiles::Attached {
+        header.bytes
+    } else {
+        0
+    };
+    let layout = Layout {
+        voxel_type: header.voxel_type,
+        endian: header.endian,
+        count: count / files.len(),
+    };
     Ok((files, start, layout))
 }
 
 /// How the component that is read lies between the others: what is before its axis makes up one "scalar".
-fn taken(path: &Path, header: &Header, one_of: Option<OneOf>, files: usize) -> Result<Interleaved, Error> {
+fn taken(
+    path: &Path,
+    header: &Header,
+    one_of: Option<OneOf>,
+    files: usize,
+) -> Result<Interleaved, Error> {
     let bytes = header.voxel_type.bytes();
     let Some(OneOf { axis, chosen }) = one_of else {
-        return Ok(Interleaved { scalar_bytes: bytes, components: 1, chosen: 0 });
+        return Ok(Interleaved {
+            scalar_bytes: bytes,
+            components: 1,
+            chosen: 0,
+        });
     };
     if files > 1 || header.encoding == Encoding::Text {
-        let what =
-            "one component of a text, or out of several data files: write the data to one binary file first";
+        let what = "one component of a text, or out of several data files: write the data to one binary file first";
         return Err(Fault::Unsupported(what.to_owned()).at(path));
     }
     let inner = value_count(&header.sizes[..axis]).map_err(|what| invalid(path, what))?;
-    Ok(Interleaved { scalar_bytes: inner.saturating_mul(bytes), components: header.sizes[axis], chosen })
+    Ok(Interleaved {
+        scalar_bytes: inner.saturating_mul(bytes),
+        components: header.sizes[axis],
+        chosen,
+    })
 }
 
 /// Number of values of all axes together.
 fn value_count(sizes: &[usize]) -> Result<usize, String> {
-    let count = sizes.iter().try_fold(1usize, |count, &size| count.checked_mul(size));
-    count.ok_or_else(|| format!("field 'sizes' is {sizes:?}: more values than this machine can count"))
+    let count = sizes
+        .iter()
+        .try_fold(1usize, |count, &size| count.checked_mul(size));
+    count.ok_or_else(|| {
+        format!("field 'sizes' is {sizes:?}: more values than this machine can count")
+    })
 }
 
 fn read_file(
@@ -116,7 +151,9 @@ fn read_file(
     header: &Header,
     data: (&Layout, Interleaved),
 ) -> Result<Voxels, Error> {
-    Packed::open(path, start, header)?.decode(header.encoding, data).map_err(|fault| fault.at(path))
+    Packed::open(path, start, header)?
+        .decode(header.encoding, data)
+        .map_err(|fault| fault.at(path))
 }
 
 /// Bytes up to and including the given number of line ends, read from where the file stands.
@@ -147,14 +184,22 @@ struct Packed {
 impl Packed {
     fn open(path: &Path, start: u64, header: &Header) -> Result<Self, Error> {
         let mut file = open(path)?;
-        let total = file.metadata().map_err(|source| cannot_read(path, source))?.len();
+        let total = file
+            .metadata()
+            .map_err(|source| cannot_read(path, source))?
+            .len();
         let mut begin = || -> io::Result<u64> {
             file.seek(SeekFrom::Start(start))?;
             skip_lines(&mut file, header.line_skip)
         };
         let skipped = begin().map_err(|source| cannot_read(path, source))?;
         let held = total.saturating_sub(start + skipped);
-        Ok(Self { file, begin: start + skipped, held, byte_skip: header.byte_skip })
+        Ok(Self {
+            file,
+            begin: start + skipped,
+            held,
+            byte_skip: header.byte_skip,
+        })
     }
 
     fn decode(
@@ -167,33 +212,51 @@ impl Packed {
             return Ok(self.raw((layout, taken), needed)?);
         }
         let Ok(skip) = u64::try_from(self.byte_skip) else {
-            return Err(Fault::Unsupported("'byte skip: -1' with an encoding other than raw".to_owned()));
+            return Err(Fault::Unsupported(
+                "'byte skip: -1' with an encoding other than raw".to_owned(),
+            ));
         };
         let unpacked = needed.saturating_add(skip);
         match encoding {
-            Encoding::Gzip => {
-                self.refuse_beyond(unpacked, self.held.saturating_mul(DEFLATE_EXPANSION), "unpacked data")?
-            }
+            Encoding::Gzip => self.refuse_beyond(
+                unpacked,
+                self.held.saturating_mul(DEFLATE_EXPANSION),
+                "unpacked data",
+            )?,
             Encoding::Hex => self.refuse_beyond(needed.saturating_mul(2), self.held, "hex text")?,
             // A digit and a separator for every value but the last.
             Encoding::Text => self.refuse_beyond(2 * layout.count as u64 - 1, self.held, "text")?,
             // Bzip2 expands up to a million times, so this says nothing; memory grows only as data arrives.
             Encoding::Bzip2 | Encoding::Raw => {}
         }
-        let skip_packed = if matches!(encoding, Encoding::Hex | Encoding::Text) { skip } else { 0 };
+        let skip_packed = if matches!(encoding, Encoding::Hex | Encoding::Text) {
+            skip
+        } else {
+            0
+        };
         self.seek(skip_packed)?;
         let file = BufReader::new(self.file);
         Ok(match encoding {
             Encoding::Text => decode::text(&mut { file }, layout)?,
             Encoding::Hex => component_of(hex::HexReader::new(file), (layout, taken))?,
-            Encoding::Bzip2 => after_skip(bzip2::bufread::MultiBzDecoder::new(file), skip, (layout, taken))?,
-            Encoding::Gzip | Encoding::Raw => {
-                after_skip(flate2::bufread::MultiGzDecoder::new(file), skip, (layout, taken))?
-            }
+            Encoding::Bzip2 => after_skip(
+                bzip2::bufread::MultiBzDecoder::new(file),
+                skip,
+                (layout, taken),
+            )?,
+            Encoding::Gzip | Encoding::Raw => after_skip(
+                flate2::bufread::MultiGzDecoder::new(file),
+                skip,
+                (layout, taken),
+            )?,
         })
     }
 
-    fn raw(mut self, (layout, taken): (&Layout, Interleaved), needed: u64) -> Result<Voxels, String> {
+    fn raw(
+        mut self,
+        (layout, taken): (&Layout, Interleaved),
+        needed: u64,
+    ) -> Result<Voxels, String> {
         let skip = self.raw_skip(layout, needed)?;
         self.seek(skip)?;
         component_of(BufReader::new(self.file), (layout, taken))
@@ -218,7 +281,10 @@ impl Packed {
 
     fn seek(&mut self, skip: u64) -> Result<(), String> {
         let place = SeekFrom::Start(self.begin.saturating_add(skip));
-        self.file.seek(place).map(|_| ()).map_err(|error| decode::broken(&error))
+        self.file
+            .seek(place)
+            .map(|_| ())
+            .map_err(|error| decode::broken(&error))
     }
 
     fn refuse_beyond(&self, needed: u64, possible: u64, what: &str) -> Result<(), String> {
@@ -234,17 +300,29 @@ impl Packed {
 }
 
 /// Decodes an unpacked stream behind its first `skip` bytes.
-fn after_skip(mut stream: impl Read, skip: u64, data: (&Layout, Interleaved)) -> Result<Voxels, String> {
+fn after_skip(
+    mut stream: impl Read,
+    skip: u64,
+    data: (&Layout, Interleaved),
+) -> Result<Voxels, String> {
     let skipped = io::copy(&mut (&mut stream).take(skip), &mut io::sink());
     let skipped = skipped.map_err(|error| decode::broken(&error))?;
     if skipped < skip {
-        return Err(format!("'byte skip' is {skip}, but the unpacked data has {skipped} bytes"));
+        return Err(format!(
+            "'byte skip' is {skip}, but the unpacked data has {skipped} bytes"
+        ));
     }
     component_of(stream, data)
 }
 
 /// Decodes what is taken out of a stream of `layout.count` values.
-fn component_of(stream: impl Read, (layout, taken): (&Layout, Interleaved)) -> Result<Voxels, String> {
-    let layout = Layout { count: layout.count / taken.components, ..*layout };
+fn component_of(
+    stream: impl Read,
+    (layout, taken): (&Layout, Interleaved),
+) -> Result<Voxels, String> {
+    let layout = Layout {
+        count: layout.count / taken.components,
+        ..*layout
+    };
     decode::binary(&mut OneComponent::new(stream, taken), &layout)
 }

@@ -28,21 +28,36 @@ pub(super) fn derive(header: &Header) -> Result<Geometry, Fault> {
         *dim = header.sizes[axis];
         columns.push(axis_in_world(header, axis, columns.len())?);
     }
-    let origin =
-        header.origin.as_deref().map_or(Ok(DVec3::ZERO), |origin| in_space("space origin", origin))?;
+    let origin = header
+        .origin
+        .as_deref()
+        .map_or(Ok(DVec3::ZERO), |origin| in_space("space origin", origin))?;
     let world_from_index = DAffine3::from_mat3_translation(axes::complete(columns), origin);
-    Ok(Geometry { dims, world_from_index, up_hint: header.space.as_deref().and_then(up_of), components })
+    Ok(Geometry {
+        dims,
+        world_from_index,
+        up_hint: header.space.as_deref().and_then(up_of),
+        components,
+    })
 }
 
 /// The vectors of a field such as `(1,0,0) none (0, 0, 1)`; `none` gives `None`.
 pub(super) fn parse_vectors(name: &str, text: &str) -> Result<Vec<Option<Vec<f64>>>, String> {
-    let fault = || format!("field '{name}' is '{}': expected vectors such as (1,0,0) or none", excerpt(text));
+    let fault = || {
+        format!(
+            "field '{name}' is '{}': expected vectors such as (1,0,0) or none",
+            excerpt(text)
+        )
+    };
     let mut vectors = Vec::new();
     let mut rest = text.trim_start();
     while !rest.is_empty() {
         if let Some(inside) = rest.strip_prefix('(') {
             let (inside, after) = inside.split_once(')').ok_or_else(fault)?;
-            let numbers = inside.split(',').map(|word| word.trim().parse()).collect::<Result<Vec<f64>, _>>();
+            let numbers = inside
+                .split(',')
+                .map(|word| word.trim().parse())
+                .collect::<Result<Vec<f64>, _>>();
             vectors.push(Some(numbers.map_err(|_| fault())?));
             rest = after.trim_start();
         } else {
@@ -88,7 +103,11 @@ fn spatial_axes(header: &Header) -> Result<(Vec<usize>, Option<usize>), Fault> {
 }
 
 fn not_scalar(kind: &str, axis: usize, size: usize) -> Fault {
-    let what = if matches!(kind, "domain" | "space" | "none" | "???") { "not in space" } else { kind };
+    let what = if matches!(kind, "domain" | "space" | "none" | "???") {
+        "not in space"
+    } else {
+        kind
+    };
     Fault::Unsupported(format!(
         "axis {axis} of size {size} is {what}, and another axis is not in space either: cut out one component or one time first"
     ))
@@ -121,8 +140,14 @@ fn in_space(name: &str, components: &[f64]) -> Result<DVec3, Fault> {
 /// In the anatomical spaces the third coordinate grows towards the head.
 fn up_of(space: &str) -> Option<DVec3> {
     let space = space.trim_matches('"').to_lowercase();
-    let anatomical =
-        ["right-anterior-superior", "ras", "left-anterior-superior", "las", "left-posterior-superior", "lps"];
+    let anatomical = [
+        "right-anterior-superior",
+        "ras",
+        "left-anterior-superior",
+        "las",
+        "left-posterior-superior",
+        "lps",
+    ];
     let spatial = space.strip_suffix("-time").unwrap_or(&space);
     let known = anatomical.contains(&spatial) || matches!(spatial, "rast" | "last" | "lpst");
     known.then_some(DVec3::Z)

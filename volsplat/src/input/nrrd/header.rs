@@ -43,8 +43,13 @@ const MAX_DIMENSION: usize = 16;
 pub(super) fn read(reader: &mut dyn BufRead) -> Result<Header, Fault> {
     let mut lines = Lines::new(reader);
     let magic = lines.next()?.unwrap_or_default();
-    if !matches!(magic.as_str(), "NRRD0001" | "NRRD0002" | "NRRD0003" | "NRRD0004" | "NRRD0005") {
-        return Err(Fault::Unsupported(format!("version '{magic}': versions NRRD0001 to NRRD0005 are read")));
+    if !matches!(
+        magic.as_str(),
+        "NRRD0001" | "NRRD0002" | "NRRD0003" | "NRRD0004" | "NRRD0005"
+    ) {
+        return Err(Fault::Unsupported(format!(
+            "version '{magic}': versions NRRD0001 to NRRD0005 are read"
+        )));
     }
     let mut fields = Fields::default();
     let mut listed = Vec::new();
@@ -70,7 +75,10 @@ impl Fields {
             return Ok(());
         }
         let Some(colon) = line.find(':') else {
-            return Err(format!("header line '{}': expected 'field: value'", excerpt(line)));
+            return Err(format!(
+                "header line '{}': expected 'field: value'",
+                excerpt(line)
+            ));
         };
         if line[colon..].starts_with(":=") {
             return Ok(());
@@ -85,7 +93,10 @@ impl Fields {
     }
 
     fn data_file_is_list(&self) -> bool {
-        let first = self.by_name.get("datafile").and_then(|value| value.split_whitespace().next());
+        let first = self
+            .by_name
+            .get("datafile")
+            .and_then(|value| value.split_whitespace().next());
         first.is_some_and(|word| word.eq_ignore_ascii_case("list"))
     }
 
@@ -131,74 +142,114 @@ impl Fields {
                 "type block (opaque records): convert it to a number type".to_owned(),
             ));
         }
-        Ok(name.parse().map_err(|what| format!("field 'type': {what}"))?)
+        Ok(name
+            .parse()
+            .map_err(|what| format!("field 'type': {what}"))?)
     }
 
     fn endian(&self, voxel_type: VoxelType, encoding: Encoding) -> Result<Endian, String> {
         match self.by_name.get("endian") {
-            Some(text) => text.parse().map_err(|what| format!("field 'endian': {what}")),
+            Some(text) => text
+                .parse()
+                .map_err(|what| format!("field 'endian': {what}")),
             None if voxel_type.bytes() == 1 || encoding == Encoding::Text => Ok(Endian::Little),
-            None => Err(format!("the header has no field 'endian', which type {} needs", voxel_type.name())),
+            None => Err(format!(
+                "the header has no field 'endian', which type {} needs",
+                voxel_type.name()
+            )),
         }
     }
 
     fn sizes(&self) -> Result<Vec<usize>, String> {
         let dimension: usize = parse("dimension", self.required("dimension")?)?;
         if !(1..=MAX_DIMENSION).contains(&dimension) {
-            return Err(format!("field 'dimension' is {dimension}: expected 1 to {MAX_DIMENSION}"));
+            return Err(format!(
+                "field 'dimension' is {dimension}: expected 1 to {MAX_DIMENSION}"
+            ));
         }
         self.required("sizes")?;
         let words = self.words("sizes", dimension)?;
-        let sizes: Vec<usize> = words.iter().map(|word| parse("sizes", word)).collect::<Result<_, _>>()?;
+        let sizes: Vec<usize> = words
+            .iter()
+            .map(|word| parse("sizes", word))
+            .collect::<Result<_, _>>()?;
         if sizes.contains(&0) {
-            return Err(format!("field 'sizes' is {}: each must be at least 1", words.join(" ")));
+            return Err(format!(
+                "field 'sizes' is {}: each must be at least 1",
+                words.join(" ")
+            ));
         }
         Ok(sizes)
     }
 
     /// The words of a per-axis field; none if it is absent.
     fn words(&self, name: &str, dimension: usize) -> Result<Vec<String>, String> {
-        let Some(text) = self.by_name.get(name) else { return Ok(Vec::new()) };
+        let Some(text) = self.by_name.get(name) else {
+            return Ok(Vec::new());
+        };
         let words: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
         if words.len() == dimension {
             return Ok(words);
         }
         let held = words.len();
-        Err(format!("field '{name}' has {held} entries, but 'dimension' is {dimension}"))
+        Err(format!(
+            "field '{name}' has {held} entries, but 'dimension' is {dimension}"
+        ))
     }
 
     fn numbers(&self, name: &str, dimension: usize) -> Result<Vec<f64>, String> {
-        self.words(name, dimension)?.iter().map(|word| parse(name, word)).collect()
+        self.words(name, dimension)?
+            .iter()
+            .map(|word| parse(name, word))
+            .collect()
     }
 
     fn directions(&self, dimension: usize) -> Result<Vec<Option<Vec<f64>>>, String> {
-        let Some(text) = self.by_name.get("spacedirections") else { return Ok(Vec::new()) };
+        let Some(text) = self.by_name.get("spacedirections") else {
+            return Ok(Vec::new());
+        };
         let vectors = parse_vectors("space directions", text)?;
         if vectors.len() == dimension {
             return Ok(vectors);
         }
         let held = vectors.len();
-        Err(format!("field 'space directions' has {held} entries, but 'dimension' is {dimension}"))
+        Err(format!(
+            "field 'space directions' has {held} entries, but 'dimension' is {dimension}"
+        ))
     }
 
     fn origin(&self) -> Result<Option<Vec<f64>>, String> {
-        let Some(text) = self.by_name.get("spaceorigin") else { return Ok(None) };
+        let Some(text) = self.by_name.get("spaceorigin") else {
+            return Ok(None);
+        };
         match parse_vectors("space origin", text)?.as_slice() {
             [one] => Ok(one.clone()),
-            _ => Err(format!("field 'space origin' is '{}': expected one vector (x,y,z)", excerpt(text))),
+            _ => Err(format!(
+                "field 'space origin' is '{}': expected one vector (x,y,z)",
+                excerpt(text)
+            )),
         }
     }
 
     fn skip(&self, name: &str, least: i64) -> Result<i64, String> {
-        let Some(text) = self.by_name.get(name) else { return Ok(0) };
+        let Some(text) = self.by_name.get(name) else {
+            return Ok(0);
+        };
         let count: i64 = parse(name, text)?;
         if count < least {
-            return Err(format!("field '{name}' is {count}: expected at least {least}"));
+            return Err(format!(
+                "field '{name}' is {count}: expected at least {least}"
+            ));
         }
         Ok(count)
     }
 }
 
 fn parse<T: FromStr>(name: &str, word: &str) -> Result<T, String> {
-    word.parse().map_err(|_| format!("field '{name}' holds '{}': expected a number", excerpt(word)))
+    word.parse().map_err(|_| {
+        format!(
+            "field '{name}' holds '{}': expected a number",
+            excerpt(word)
+        )
+    })
 }

@@ -28,7 +28,11 @@ pub(super) fn load(path: &Path, component: Option<usize>) -> Result<Parts, Error
     let geometry = geometry::derive(&header).map_err(|fault| fault.at(path))?;
     let components = geometry.components.map_or(1, |axis| header.sizes[axis]);
     let chosen = component::chosen(component, components).map_err(|fault| fault.at(path))?;
-    let voxels = data::read(path, &header, geometry.components.map(|axis| data::OneOf { axis, chosen }))?;
+    let voxels = data::read(
+        path,
+        &header,
+        geometry.components.map(|axis| data::OneOf { axis, chosen }),
+    )?;
     Ok(Parts {
         dims: geometry.dims,
         voxels,
@@ -45,7 +49,9 @@ pub(super) fn locate(path: &Path) -> Result<Option<Located>, Error> {
     if geometry.components.is_some() {
         return Ok(None);
     }
-    let Some(files) = data::locate(path, &header)? else { return Ok(None) };
+    let Some(files) = data::locate(path, &header)? else {
+        return Ok(None);
+    };
     Ok(Some(Located {
         dims: geometry.dims,
         voxel_type: header.voxel_type,

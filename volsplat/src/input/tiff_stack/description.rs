@@ -9,7 +9,11 @@ use crate::input::fault::{Fault, excerpt, unsupported};
 /// World distance between voxels along x, y and z: 1 where nothing is known.
 ///
 /// `resolution` is in pixels per unit; `pages` is the number of pages in the file.
-pub(super) fn spacing(text: &str, resolution: [Option<f64>; 2], pages: usize) -> Result<[f64; 3], Fault> {
+pub(super) fn spacing(
+    text: &str,
+    resolution: [Option<f64>; 2],
+    pages: usize,
+) -> Result<[f64; 3], Fault> {
     if text.starts_with("ImageJ=") {
         return image_j(text, resolution, pages);
     }
@@ -21,10 +25,17 @@ pub(super) fn spacing(text: &str, resolution: [Option<f64>; 2], pages: usize) ->
 
 fn image_j(text: &str, resolution: [Option<f64>; 2], pages: usize) -> Result<[f64; 3], Fault> {
     let value = |key: &str| {
-        let found = text.lines().filter_map(|line| line.split_once('=')).find(|(name, _)| name.trim() == key);
+        let found = text
+            .lines()
+            .filter_map(|line| line.split_once('='))
+            .find(|(name, _)| name.trim() == key);
         found.map(|(_, value)| value.trim())
     };
-    let count = |key: &str| value(key).and_then(|text| text.parse::<usize>().ok()).unwrap_or(1);
+    let count = |key: &str| {
+        value(key)
+            .and_then(|text| text.parse::<usize>().ok())
+            .unwrap_or(1)
+    };
     refuse_many(count("channels"), count("frames"))?;
     let images = count("images");
     if images > pages {
@@ -36,12 +47,16 @@ fn image_j(text: &str, resolution: [Option<f64>; 2], pages: usize) -> Result<[f6
     let mut spacing = [1.0; 3];
     if value("unit").is_some_and(|unit| !unit.is_empty() && unit != "pixel") {
         for (length, per_unit) in spacing.iter_mut().zip(resolution) {
-            *length = per_unit.map(|per_unit| 1.0 / per_unit).filter(is_length).unwrap_or(1.0);
+            *length = per_unit
+                .map(|per_unit| 1.0 / per_unit)
+                .filter(is_length)
+                .unwrap_or(1.0);
         }
     }
     if let Some(text) = value("spacing") {
         let parsed = text.parse().map(f64::abs).ok().filter(is_length);
-        spacing[2] = parsed.ok_or_else(|| format!("spacing={}: expected a length above 0", excerpt(text)))?;
+        spacing[2] = parsed
+            .ok_or_else(|| format!("spacing={}: expected a length above 0", excerpt(text)))?;
     }
     Ok(spacing)
 }
@@ -49,10 +64,18 @@ fn image_j(text: &str, resolution: [Option<f64>; 2], pages: usize) -> Result<[f6
 fn ome(text: &str) -> Result<[f64; 3], Fault> {
     let document = roxmltree::Document::parse(text)
         .map_err(|error| format!("the OME description is broken XML: {error}"))?;
-    let Some(pixels) = document.descendants().find(|node| node.has_tag_name("Pixels")) else {
+    let Some(pixels) = document
+        .descendants()
+        .find(|node| node.has_tag_name("Pixels"))
+    else {
         return Ok([1.0; 3]);
     };
-    let count = |name: &str| pixels.attribute(name).and_then(|text| text.parse::<usize>().ok()).unwrap_or(1);
+    let count = |name: &str| {
+        pixels
+            .attribute(name)
+            .and_then(|text| text.parse::<usize>().ok())
+            .unwrap_or(1)
+    };
     refuse_many(count("SizeC"), count("SizeT"))?;
     let length = |name: &str| {
         let parsed = pixels.attribute(name).and_then(|text| text.parse().ok());

@@ -21,7 +21,9 @@ use pages::{Kind, Pages};
 
 /// Whether a file that begins with `head` is a TIFF or BigTIFF file.
 pub(super) fn begins(head: &[u8]) -> bool {
-    [b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"].iter().any(|mark| head.starts_with(*mark))
+    [b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"]
+        .iter()
+        .any(|mark| head.starts_with(*mark))
 }
 
 /// Reads the slices of one file or of several.
@@ -56,17 +58,28 @@ struct Stack {
 impl Stack {
     fn begin(pages: &Pages, path: &Path) -> Result<Self, Error> {
         let spacing = pages.spacing().map_err(|fault| fault.at(path))?;
-        Ok(Self { kind: pages.kind, depth: pages.count, voxels: pages.decode(path)?, spacing })
+        Ok(Self {
+            kind: pages.kind,
+            depth: pages.count,
+            voxels: pages.decode(path)?,
+            spacing,
+        })
     }
 
     fn add(&mut self, pages: &Pages, path: &Path) -> Result<(), Error> {
         if pages.kind != self.kind {
-            let what = format!("a slice of {}, but the slices before it are {}", pages.kind, self.kind);
+            let what = format!(
+                "a slice of {}, but the slices before it are {}",
+                pages.kind, self.kind
+            );
             return Err(invalid(path, what));
         }
         let slices = pages.decode(path)?;
         if !decode::same_type(&self.voxels, &slices) {
-            return Err(invalid(path, "a slice of another number type than the slices before it"));
+            return Err(invalid(
+                path,
+                "a slice of another number type than the slices before it",
+            ));
         }
         decode::append(&mut self.voxels, slices);
         self.depth += pages.count;

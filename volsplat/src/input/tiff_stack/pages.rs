@@ -31,7 +31,11 @@ pub(super) struct Kind {
 
 impl fmt::Display for Kind {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "{}x{} pixels of {} bits", self.width, self.height, self.bits)
+        write!(
+            f,
+            "{}x{} pixels of {} bits",
+            self.width, self.height, self.bits
+        )
     }
 }
 
@@ -57,7 +61,10 @@ impl Pages {
     /// Reads the directories of a file that is one of `files`.
     pub(super) fn look_at(path: &Path, files: usize) -> Result<Self, Error> {
         let file = open(path)?;
-        let held = file.metadata().map_err(|source| cannot_read(path, source))?.len();
+        let held = file
+            .metadata()
+            .map_err(|source| cannot_read(path, source))?
+            .len();
         look_at(file, held, files).map_err(|fault| fault.at(path))
     }
 
@@ -69,7 +76,8 @@ impl Pages {
 
     /// The grey values of all pages, one after the other.
     pub(super) fn decode(&self, path: &Path) -> Result<Voxels, Error> {
-        self.decode_pages(open(path)?).map_err(|fault| fault.at(path))
+        self.decode_pages(open(path)?)
+            .map_err(|fault| fault.at(path))
     }
 
     fn decode_pages(&self, file: File) -> Result<Voxels, Fault> {
@@ -83,13 +91,17 @@ impl Pages {
             let part = grey(decoder.read_image().map_err(fault)?);
             let (needed, held) = (self.kind.width * self.kind.height, part.len());
             if held != needed {
-                return Err(Fault::Invalid(format!("page {page} has {held} values instead of {needed}")));
+                return Err(Fault::Invalid(format!(
+                    "page {page} has {held} values instead of {needed}"
+                )));
             }
             match &mut voxels {
                 None => voxels = Some(part),
                 Some(voxels) if decode::same_type(voxels, &part) => decode::append(voxels, part),
                 Some(_) => {
-                    return Err(Fault::Invalid(format!("page {page} has another number type than page 0")));
+                    return Err(Fault::Invalid(format!(
+                        "page {page} has another number type than page 0"
+                    )));
                 }
             }
         }
@@ -102,7 +114,13 @@ fn look_at(file: File, held: u64, files: usize) -> Result<Pages, Fault> {
     let mut decoder = opened(file, limits.clone())?;
     let kind = kind(&mut decoder, 0)?;
     let bytes = kind.width as u64 * kind.height as u64 * u64::from(kind.bits / 8);
-    let mut pages = Pages { kind, count: 0, description: None, resolution: [None; 2], limits };
+    let mut pages = Pages {
+        kind,
+        count: 0,
+        description: None,
+        resolution: [None; 2],
+        limits,
+    };
     (pages.description, pages.resolution) = notes(&mut decoder)?;
     let mut promised = 0u64;
     loop {
@@ -112,7 +130,9 @@ fn look_at(file: File, held: u64, files: usize) -> Result<Pages, Fault> {
         if !decoder.more_images() {
             break;
         }
-        decoder.next_image().map_err(|error| fault_of_page(pages.count, &error))?;
+        decoder
+            .next_image()
+            .map_err(|error| fault_of_page(pages.count, &error))?;
         if self::kind(&mut decoder, pages.count)? != kind {
             let (page, other) = (pages.count, self::kind(&mut decoder, pages.count)?);
             return Err(unsupported(format!(
@@ -152,7 +172,9 @@ fn opened(file: File, limits: Limits) -> Result<Decoder<BufReader<File>>, Fault>
 
 fn kind(decoder: &mut Decoder<BufReader<File>>, page: usize) -> Result<Kind, Fault> {
     let fault = |error| fault_of_page(page, &error);
-    let photometric = decoder.find_tag_unsigned::<u16>(Tag::PhotometricInterpretation).map_err(fault)?;
+    let photometric = decoder
+        .find_tag_unsigned::<u16>(Tag::PhotometricInterpretation)
+        .map_err(fault)?;
     if photometric == Some(PhotometricInterpretation::RGBPalette.to_u16()) {
         return Err(colour(page, "colours of a palette"));
     }
@@ -170,15 +192,23 @@ fn kind(decoder: &mut Decoder<BufReader<File>>, page: usize) -> Result<Kind, Fau
         ColorType::GrayA(_) => return Err(colour(page, "an alpha channel")),
         _ => return Err(colour(page, "colours")),
     };
-    Ok(Kind { width: width as usize, height: height as usize, bits })
+    Ok(Kind {
+        width: width as usize,
+        height: height as usize,
+        bits,
+    })
 }
 
 fn colour(page: usize, what: &str) -> Fault {
-    unsupported(format!("page {page} has {what}: convert the stack to grey (8, 16 or 32 bits) first"))
+    unsupported(format!(
+        "page {page} has {what}: convert the stack to grey (8, 16 or 32 bits) first"
+    ))
 }
 
 /// Description and resolution of the first page.
-fn notes(decoder: &mut Decoder<BufReader<File>>) -> Result<(Option<String>, [Option<f64>; 2]), Fault> {
+fn notes(
+    decoder: &mut Decoder<BufReader<File>>,
+) -> Result<(Option<String>, [Option<f64>; 2]), Fault> {
     let fault = |error| fault_of_page(0, &error);
     let text = decoder.find_tag(Tag::ImageDescription).map_err(fault)?;
     // Some programs write text that is none; it is left aside.
@@ -196,11 +226,19 @@ fn notes(decoder: &mut Decoder<BufReader<File>>) -> Result<(Option<String>, [Opt
 }
 
 /// Compares the bytes that all pages so far promise with what the file can hold.
-fn check_promise(promised: u64, held: u64, decoder: &mut Decoder<BufReader<File>>) -> Result<(), Fault> {
+fn check_promise(
+    promised: u64,
+    held: u64,
+    decoder: &mut Decoder<BufReader<File>>,
+) -> Result<(), Fault> {
     let compression = decoder.find_tag_unsigned::<u16>(Tag::Compression);
     let compression = compression.map_err(|error| fault_of_page(0, &error))?;
     let is_plain = compression.is_none_or(|method| method == CompressionMethod::None.to_u16());
-    let possible = if is_plain { held } else { held.saturating_mul(GREATEST_EXPANSION) };
+    let possible = if is_plain {
+        held
+    } else {
+        held.saturating_mul(GREATEST_EXPANSION)
+    };
     if promised <= possible {
         return Ok(());
     }
@@ -219,7 +257,9 @@ fn grey(values: DecodingResult) -> Voxels {
         DecodingResult::I32(values) => Voxels::I32(values),
         DecodingResult::U64(values) => Voxels::F64(values.into_iter().map(|v| v as f64).collect()),
         DecodingResult::I64(values) => Voxels::F64(values.into_iter().map(|v| v as f64).collect()),
-        DecodingResult::F16(values) => Voxels::F32(values.into_iter().map(|v| v.to_f32()).collect()),
+        DecodingResult::F16(values) => {
+            Voxels::F32(values.into_iter().map(|v| v.to_f32()).collect())
+        }
         DecodingResult::F32(values) => Voxels::F32(values),
         DecodingResult::F64(values) => Voxels::F64(values),
     }

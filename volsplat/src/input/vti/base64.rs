@@ -16,7 +16,12 @@ pub(super) struct Base64Reader<R> {
 
 impl<R: BufRead> Base64Reader<R> {
     pub(super) fn new(text: R) -> Self {
-        Self { text, ready: [0; 3], at: 0, end: 0 }
+        Self {
+            text,
+            ready: [0; 3],
+            at: 0,
+            end: 0,
+        }
     }
 
     /// Decodes the next four characters; `end` stays at `at` where the text ends.
@@ -48,7 +53,9 @@ impl<R: BufRead> Base64Reader<R> {
 
     fn next_character(&mut self) -> io::Result<Option<u8>> {
         loop {
-            let Some(&character) = self.text.fill_buf()?.first() else { return Ok(None) };
+            let Some(&character) = self.text.fill_buf()?.first() else {
+                return Ok(None);
+            };
             if character == b'<' {
                 return Ok(None);
             }
@@ -100,16 +107,27 @@ mod tests {
 
     fn decoded(text: &str) -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
-        Base64Reader::new(text.as_bytes()).read_to_end(&mut bytes).map(|_| bytes)
+        Base64Reader::new(text.as_bytes())
+            .read_to_end(&mut bytes)
+            .map(|_| bytes)
     }
 
     #[test]
     fn the_examples_of_rfc_4648_are_decoded_also_joined() {
-        for (text, plain) in [("", ""), ("Zg==", "f"), ("Zm8=", "fo"), ("Zm9v", "foo"), ("Zm9vYmE=", "fooba")]
-        {
+        for (text, plain) in [
+            ("", ""),
+            ("Zg==", "f"),
+            ("Zm8=", "fo"),
+            ("Zm9v", "foo"),
+            ("Zm9vYmE=", "fooba"),
+        ] {
             assert_eq!(decoded(text).expect("valid"), plain.as_bytes(), "{text}");
         }
-        assert_eq!(decoded(" Zg==\nZm8=Zm9v <rest").expect("valid"), b"ffofoo", "padding in the middle");
+        assert_eq!(
+            decoded(" Zg==\nZm8=Zm9v <rest").expect("valid"),
+            b"ffofoo",
+            "padding in the middle"
+        );
         assert_eq!(decoded("+/+/").expect("valid"), [0xfb, 0xff, 0xbf]);
         for bad in ["Z", "Zm9", "Z===", "Zg=A", "Zm9v!", "===="] {
             assert!(decoded(bad).is_err(), "{bad}");

@@ -35,7 +35,8 @@ pub(super) fn binary(
 ) -> Result<Voxels, Fault> {
     let layout = layout(image)?;
     let needed = layout.bytes()?.checked_mul(image.components as u64);
-    let needed = needed.ok_or_else(|| "the image takes more bytes than can be counted".to_owned())?;
+    let needed =
+        needed.ok_or_else(|| "the image takes more bytes than can be counted".to_owned())?;
     let interleaved = Interleaved {
         scalar_bytes: image.voxel_type.bytes(),
         components: image.components,
@@ -50,7 +51,10 @@ pub(super) fn binary(
                     "the array needs {needed} bytes, the file has {held} there"
                 )));
             }
-            decode::binary(&mut OneComponent::new(stream.take(needed), interleaved), &layout)?
+            decode::binary(
+                &mut OneComponent::new(stream.take(needed), interleaved),
+                &layout,
+            )?
         }
         Packing::Zlib => {
             let blocks = Blocks::begin(stream, held, image)?;
@@ -62,7 +66,11 @@ pub(super) fn binary(
 }
 
 fn layout(image: &Image) -> Result<Layout, String> {
-    Ok(Layout { voxel_type: image.voxel_type, endian: image.endian, count: voxel_count(image.dims)? })
+    Ok(Layout {
+        voxel_type: image.voxel_type,
+        endian: image.endian,
+        count: voxel_count(image.dims)?,
+    })
 }
 
 fn ascii(text: &str, image: &Image, component: usize) -> Result<Voxels, Fault> {
@@ -74,9 +82,15 @@ fn ascii(text: &str, image: &Image, component: usize) -> Result<Voxels, Fault> {
     let needed = layout.count.checked_mul(image.components);
     if needed != Some(words.len()) {
         let (count, components, held) = (layout.count, image.components, words.len());
-        return Err(Fault::Invalid(format!("{count} x {components} values are needed, {held} are there")));
+        return Err(Fault::Invalid(format!(
+            "{count} x {components} values are needed, {held} are there"
+        )));
     }
-    let chosen: Vec<&str> = words.into_iter().skip(component).step_by(image.components).collect();
+    let chosen: Vec<&str> = words
+        .into_iter()
+        .skip(component)
+        .step_by(image.components)
+        .collect();
     Ok(decode::text(&mut chosen.join(" ").as_bytes(), &layout)?)
 }
 
@@ -96,7 +110,9 @@ fn check_promise(promised: u64, needed: u64, image: &Image) -> Result<(), String
 fn number(stream: &mut dyn Read, image: &Image) -> Result<u64, String> {
     let mut bytes = [0; 8];
     let used = &mut bytes[..image.header_bytes];
-    stream.read_exact(used).map_err(|error| decode::broken(&error))?;
+    stream
+        .read_exact(used)
+        .map_err(|error| decode::broken(&error))?;
     if image.endian == Endian::Big {
         used.reverse();
     }
@@ -122,39 +138,67 @@ impl<R: Read> Blocks<R> {
         let blocks = number(&mut stream, image)?;
         let block_bytes = number(&mut stream, image)?;
         let partial_bytes = number(&mut stream, image)?;
-        if blocks.checked_mul(image.header_bytes as u64).is_none_or(|bytes| bytes > held) {
+        if blocks
+            .checked_mul(image.header_bytes as u64)
+            .is_none_or(|bytes| bytes > held)
+        {
             return Err(format!(
                 "the array promises {blocks} packed blocks, which the {held} bytes there cannot list"
             ));
         }
-        let packed = (0..blocks).map(|_| number(&mut stream, image)).collect::<Result<Vec<u64>, _>>()?;
-        let total = packed.iter().try_fold(0u64, |sum, &bytes| sum.checked_add(bytes));
+        let packed = (0..blocks)
+            .map(|_| number(&mut stream, image))
+            .collect::<Result<Vec<u64>, _>>()?;
+        let total = packed
+            .iter()
+            .try_fold(0u64, |sum, &bytes| sum.checked_add(bytes));
         if total.is_none_or(|total| total > held) {
             return Err(format!(
                 "the packed blocks are longer than the {held} bytes there: the file is cut off"
             ));
         }
-        let last_bytes = if partial_bytes == 0 { block_bytes } else { partial_bytes };
-        Ok(Self { stream, packed: packed.into_iter(), block_bytes, last_bytes, block: Vec::new(), at: 0 })
+        let last_bytes = if partial_bytes == 0 {
+            block_bytes
+        } else {
+            partial_bytes
+        };
+        Ok(Self {
+            stream,
+            packed: packed.into_iter(),
+            block_bytes,
+            last_bytes,
+            block: Vec::new(),
+            at: 0,
+        })
     }
 
     /// Unpacked bytes of all blocks; a forged sum saturates, and then fits no image.
     fn total(&self) -> u64 {
         match self.packed.len() as u64 {
             0 => 0,
-            blocks => (blocks - 1).saturating_mul(self.block_bytes).saturating_add(self.last_bytes),
+            blocks => (blocks - 1)
+                .saturating_mul(self.block_bytes)
+                .saturating_add(self.last_bytes),
         }
     }
 
     fn refill(&mut self) -> io::Result<()> {
-        let Some(packed) = self.packed.next() else { return Ok(()) };
-        let expected = if self.packed.len() == 0 { self.last_bytes } else { self.block_bytes };
+        let Some(packed) = self.packed.next() else {
+            return Ok(());
+        };
+        let expected = if self.packed.len() == 0 {
+            self.last_bytes
+        } else {
+            self.block_bytes
+        };
         let mut bytes = Vec::new();
         (&mut self.stream).take(packed).read_to_end(&mut bytes)?;
         self.block.clear();
         self.at = 0;
         let decoder = flate2::bufread::ZlibDecoder::new(bytes.as_slice());
-        decoder.take(expected.saturating_add(1)).read_to_end(&mut self.block)?;
+        decoder
+            .take(expected.saturating_add(1))
+            .read_to_end(&mut self.block)?;
         if self.block.len() as u64 == expected {
             return Ok(());
         }

@@ -96,26 +96,33 @@ fn packing(root: Node, source: &Source) -> Result<Packing, Fault> {
         (_, Some("vtkZLibDataCompressor")) => Ok(Packing::Zlib),
         (_, Some(other)) => {
             let what = excerpt(other);
-            Err(unsupported(format!("compressor '{what}': save the file with zlib or without")))
+            Err(unsupported(format!(
+                "compressor '{what}': save the file with zlib or without"
+            )))
         }
     }
 }
 
 fn unknown(attribute: &str, found: &str, expected: &str) -> Fault {
-    Fault::Invalid(format!("{attribute} is '{}': expected {expected}", excerpt(found)))
+    Fault::Invalid(format!(
+        "{attribute} is '{}': expected {expected}",
+        excerpt(found)
+    ))
 }
 
 fn check_kind(root: Node) -> Result<(), Fault> {
     match (root.tag_name().name(), root.attribute("type")) {
         ("VTKFile", Some("ImageData")) => Ok(()),
-        ("VTKFile", Some("PImageData")) => {
-            Err(unsupported("the index of an image in several files: save the image as one .vti file"))
-        }
+        ("VTKFile", Some("PImageData")) => Err(unsupported(
+            "the index of an image in several files: save the image as one .vti file",
+        )),
         ("VTKFile", kind) => Err(unsupported(format!(
             "VTK data of type '{}': only ImageData is a volume; resample the data to an image first",
             excerpt(kind.unwrap_or_default())
         ))),
-        _ => Err(Fault::Invalid("the XML does not begin with the element VTKFile".to_owned())),
+        _ => Err(Fault::Invalid(
+            "the XML does not begin with the element VTKFile".to_owned(),
+        )),
     }
 }
 
@@ -126,7 +133,10 @@ fn child<'a>(node: Node<'a, 'a>, name: &str) -> Result<Node<'a, 'a>, String> {
 
 fn only_piece<'a>(image: Node<'a, 'a>) -> Result<Node<'a, 'a>, Fault> {
     let piece = child(image, "Piece")?;
-    let count = image.children().filter(|child| child.has_tag_name("Piece")).count();
+    let count = image
+        .children()
+        .filter(|child| child.has_tag_name("Piece"))
+        .count();
     let whole = extent(image, "WholeExtent")?;
     if count > 1 || extent(piece, "Extent")? != whole {
         return Err(unsupported(format!(
@@ -138,13 +148,27 @@ fn only_piece<'a>(image: Node<'a, 'a>) -> Result<Node<'a, 'a>, Fault> {
 
 fn extent(node: Node, name: &str) -> Result<Extent, String> {
     let text = node.attribute(name).unwrap_or_default();
-    let numbers: Option<Vec<i64>> = text.split_ascii_whitespace().map(|word| word.parse().ok()).collect();
-    let fault = || format!("{name} is '{}': expected six whole numbers such as 0 9 0 9 0 9", excerpt(text));
-    let extent: Extent = numbers.and_then(|numbers| numbers.try_into().ok()).ok_or_else(fault)?;
+    let numbers: Option<Vec<i64>> = text
+        .split_ascii_whitespace()
+        .map(|word| word.parse().ok())
+        .collect();
+    let fault = || {
+        format!(
+            "{name} is '{}': expected six whole numbers such as 0 9 0 9 0 9",
+            excerpt(text)
+        )
+    };
+    let extent: Extent = numbers
+        .and_then(|numbers| numbers.try_into().ok())
+        .ok_or_else(fault)?;
     // VTK holds these in 32 bits; the bound keeps differences from overflowing.
     let is_small = extent.iter().all(|index| i32::try_from(*index).is_ok());
     let is_ordered = extent.chunks(2).all(|axis| axis[0] <= axis[1]);
-    if is_small && is_ordered { Ok(extent) } else { Err(fault()) }
+    if is_small && is_ordered {
+        Ok(extent)
+    } else {
+        Err(fault())
+    }
 }
 
 /// Sizes and place of the values. Cells are one less than points along an axis, and stand half a step further.
@@ -162,7 +186,10 @@ fn geometry(image: Node, centring: Centring) -> Result<([usize; 3], DAffine3), S
         dims[axis] = if is_between { steps } else { steps + 1 };
         first[axis] = begin as f64 + if is_between { 0.5 } else { 0.0 };
     }
-    Ok((dims, DAffine3::from_mat3_translation(axes, origin + axes * first)))
+    Ok((
+        dims,
+        DAffine3::from_mat3_translation(axes, origin + axes * first),
+    ))
 }
 
 fn vector(node: Node, name: &str) -> Result<Option<DVec3>, String> {
@@ -170,44 +197,77 @@ fn vector(node: Node, name: &str) -> Result<Option<DVec3>, String> {
         None => Ok(None),
         Some(values) => match values[..] {
             [x, y, z] => Ok(Some(DVec3::new(x, y, z))),
-            _ => Err(format!("{name} has {} numbers: expected three", values.len())),
+            _ => Err(format!(
+                "{name} has {} numbers: expected three",
+                values.len()
+            )),
         },
     }
 }
 
 /// Row by row; the columns are the directions of the axes.
 fn direction(image: Node) -> Result<DMat3, String> {
-    let Some(values) = numbers(image, "Direction")? else { return Ok(DMat3::IDENTITY) };
+    let Some(values) = numbers(image, "Direction")? else {
+        return Ok(DMat3::IDENTITY);
+    };
     let count = values.len();
-    let rows: [f64; 9] =
-        values.try_into().map_err(|_| format!("Direction has {count} numbers: expected nine"))?;
+    let rows: [f64; 9] = values
+        .try_into()
+        .map_err(|_| format!("Direction has {count} numbers: expected nine"))?;
     Ok(DMat3::from_cols_array(&rows).transpose())
 }
 
 fn numbers(node: Node, name: &str) -> Result<Option<Vec<f64>>, String> {
-    let Some(text) = node.attribute(name) else { return Ok(None) };
-    let values: Option<Vec<f64>> = text.split_ascii_whitespace().map(|word| word.parse().ok()).collect();
-    values.map(Some).ok_or_else(|| format!("{name} is '{}': expected numbers", excerpt(text)))
+    let Some(text) = node.attribute(name) else {
+        return Ok(None);
+    };
+    let values: Option<Vec<f64>> = text
+        .split_ascii_whitespace()
+        .map(|word| word.parse().ok())
+        .collect();
+    values
+        .map(Some)
+        .ok_or_else(|| format!("{name} is '{}': expected numbers", excerpt(text)))
 }
 
 /// All arrays of the piece, those at points first, each with its centring.
 fn arrays<'a>(piece: Node<'a, 'a>) -> Vec<(Centring, Node<'a, 'a>)> {
     let mut arrays = Vec::new();
-    for (name, centring) in [("PointData", Centring::Points), ("CellData", Centring::Cells)] {
+    for (name, centring) in [
+        ("PointData", Centring::Points),
+        ("CellData", Centring::Cells),
+    ] {
         let groups = piece.children().filter(|child| child.has_tag_name(name));
-        let nodes = groups.flat_map(|group| group.children()).filter(|node| node.has_tag_name("DataArray"));
+        let nodes = groups
+            .flat_map(|group| group.children())
+            .filter(|node| node.has_tag_name("DataArray"));
         arrays.extend(nodes.map(|node| (centring, node)));
     }
     arrays
 }
 
-fn chosen_array<'a>(piece: Node<'a, 'a>, choice: Option<&str>) -> Result<(Centring, Node<'a, 'a>), Fault> {
+fn chosen_array<'a>(
+    piece: Node<'a, 'a>,
+    choice: Option<&str>,
+) -> Result<(Centring, Node<'a, 'a>), Fault> {
     let arrays = arrays(piece);
-    let named = |name: &str| arrays.iter().find(|(_, node)| node.attribute("Name") == Some(name)).copied();
-    let names: Vec<&str> = arrays.iter().filter_map(|(_, node)| node.attribute("Name")).collect();
+    let named = |name: &str| {
+        arrays
+            .iter()
+            .find(|(_, node)| node.attribute("Name") == Some(name))
+            .copied()
+    };
+    let names: Vec<&str> = arrays
+        .iter()
+        .filter_map(|(_, node)| node.attribute("Name"))
+        .collect();
     if let Some(name) = choice {
-        let absent =
-            || Fault::Option(format!("--array {name}: no such array; there are: {}", names.join(", ")));
+        let absent = || {
+            Fault::Option(format!(
+                "--array {name}: no such array; there are: {}",
+                names.join(", ")
+            ))
+        };
         return named(name).ok_or_else(absent);
     }
     let active = |(_, node): &(Centring, Node)| {
@@ -219,7 +279,9 @@ fn chosen_array<'a>(piece: Node<'a, 'a>, choice: Option<&str>) -> Result<(Centri
         (None, []) => Err(Fault::Invalid("the image has no array".to_owned())),
         (None, _) => {
             let names = names.join(", ");
-            Err(Fault::Option(format!("there are several arrays: choose one with --array NAME, of {names}")))
+            Err(Fault::Option(format!(
+                "there are several arrays: choose one with --array NAME, of {names}"
+            )))
         }
     }
 }
@@ -227,8 +289,8 @@ fn chosen_array<'a>(piece: Node<'a, 'a>, choice: Option<&str>) -> Result<(Centri
 fn voxel_type(node: Node) -> Result<VoxelType, Fault> {
     let name = node.attribute("type").unwrap_or_default();
     match name {
-        "UInt8" | "Int8" | "UInt16" | "Int16" | "UInt32" | "Int32" | "UInt64" | "Int64" | "Float32"
-        | "Float64" => Ok(name.parse().map_err(Fault::Invalid)?),
+        "UInt8" | "Int8" | "UInt16" | "Int16" | "UInt32" | "Int32" | "UInt64" | "Int64"
+        | "Float32" | "Float64" => Ok(name.parse().map_err(Fault::Invalid)?),
         _ => Err(unsupported(format!(
             "an array of type '{}': expected numbers, UInt8 to Float64",
             excerpt(name)
@@ -241,7 +303,12 @@ fn components(node: Node) -> Result<usize, String> {
     let components = text.trim().parse().ok();
     // More components than this fit no real image, and products with it must not overflow.
     let components = components.filter(|count| (1..=1 << 16).contains(count));
-    components.ok_or_else(|| format!("NumberOfComponents is '{}': expected 1 to 65536", excerpt(text)))
+    components.ok_or_else(|| {
+        format!(
+            "NumberOfComponents is '{}': expected 1 to 65536",
+            excerpt(text)
+        )
+    })
 }
 
 fn source(node: Node) -> Result<Source, Fault> {
@@ -249,8 +316,15 @@ fn source(node: Node) -> Result<Source, Fault> {
     match node.attribute("format") {
         Some("appended") => {
             let offset = node.attribute("offset").unwrap_or_default();
-            let fault = || format!("offset is '{}': expected a number of bytes", excerpt(offset));
-            Ok(Source::Appended { offset: offset.trim().parse().map_err(|_| fault())? })
+            let fault = || {
+                format!(
+                    "offset is '{}': expected a number of bytes",
+                    excerpt(offset)
+                )
+            };
+            Ok(Source::Appended {
+                offset: offset.trim().parse().map_err(|_| fault())?,
+            })
         }
         Some("binary") => Ok(Source::Inline(Text::Base64(text()))),
         None | Some("ascii") => Ok(Source::Inline(Text::Ascii(text()))),

@@ -36,13 +36,19 @@ pub(super) struct Choice<'a> {
 
 /// Whether a file that begins with `head` is XML of VTK, of any kind of data.
 pub(super) fn begins(head: &[u8]) -> bool {
-    let head = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start();
+    let head = head
+        .strip_prefix(b"\xef\xbb\xbf")
+        .unwrap_or(head)
+        .trim_ascii_start();
     head.starts_with(b"<") && head.windows(8).any(|window| window == b"<VTKFile")
 }
 
 pub(super) fn load(path: &Path, choice: Choice) -> Result<Parts, Error> {
     let mut file = open(path)?;
-    let held = file.metadata().map_err(|source| cannot_read(path, source))?.len();
+    let held = file
+        .metadata()
+        .map_err(|source| cannot_read(path, source))?
+        .len();
     read(&mut file, held, choice).map_err(|fault| fault.at(path))
 }
 
@@ -53,8 +59,9 @@ fn read(file: &mut File, held: u64, choice: Choice) -> Result<Parts, Fault> {
     let voxels = match &image.source {
         Source::Inline(content) => data::inline(content, &image, component)?,
         Source::Appended { offset } => {
-            let tag =
-                text.appended.ok_or_else(|| "format is appended, but there is no AppendedData".to_owned())?;
+            let tag = text
+                .appended
+                .ok_or_else(|| "format is appended, but there is no AppendedData".to_owned())?;
             appended(file, held, &tag, (*offset, &image, component))?
         }
     };
@@ -74,13 +81,21 @@ fn appended(
     (offset, image, component): (u64, &Image, usize),
 ) -> Result<Voxels, Fault> {
     let begin = tag.begin.saturating_add(offset);
-    file.seek(SeekFrom::Start(begin)).map_err(|error| decode::broken(&error))?;
+    file.seek(SeekFrom::Start(begin))
+        .map_err(|error| decode::broken(&error))?;
     let reader = BufReader::new(file);
     let held = held.saturating_sub(begin);
     match tag.encoding.as_str() {
         "raw" => data::binary(reader, held, image, component),
-        "base64" => data::binary(base64::Base64Reader::new(reader), held / 4 * 3, image, component),
-        other => Err(Fault::Invalid(format!("AppendedData has encoding '{other}': expected raw or base64"))),
+        "base64" => data::binary(
+            base64::Base64Reader::new(reader),
+            held / 4 * 3,
+            image,
+            component,
+        ),
+        other => Err(Fault::Invalid(format!(
+            "AppendedData has encoding '{other}': expected raw or base64"
+        ))),
     }
 }
 
@@ -116,15 +131,28 @@ impl XmlText {
                 break;
             }
             let behind = &bytes[searched..];
-            found = behind.windows(APPENDED.len()).position(|word| word == APPENDED).map(|at| searched + at);
+            found = behind
+                .windows(APPENDED.len())
+                .position(|word| word == APPENDED)
+                .map(|at| searched + at);
         }
-        let Some(at) = found else { return Ok(Self { xml: utf8(bytes)?, appended: None }) };
-        let read = (&mut *file).take(MAX_TAG_BYTES as u64).read_to_end(&mut bytes);
+        let Some(at) = found else {
+            return Ok(Self {
+                xml: utf8(bytes)?,
+                appended: None,
+            });
+        };
+        let read = (&mut *file)
+            .take(MAX_TAG_BYTES as u64)
+            .read_to_end(&mut bytes);
         read.map_err(|error| decode::broken(&error))?;
         let appended = appended_tag(&bytes[at..], at as u64)?;
         bytes.truncate(at);
         bytes.extend_from_slice(b"</VTKFile>");
-        Ok(Self { xml: utf8(bytes)?, appended: Some(appended) })
+        Ok(Self {
+            xml: utf8(bytes)?,
+            appended: Some(appended),
+        })
     }
 }
 
@@ -136,11 +164,25 @@ fn utf8(bytes: Vec<u8>) -> Result<String, String> {
 fn appended_tag(tag: &[u8], at: u64) -> Result<AppendedTag, String> {
     let fault = || "AppendedData is cut off: expected '_' and data behind it".to_owned();
     let tag = &tag[..tag.len().min(MAX_TAG_BYTES)];
-    let end = tag.iter().position(|&byte| byte == b'>').ok_or_else(fault)?;
-    let begin = end + 1 + tag[end + 1..].iter().position(|&byte| byte == b'_').ok_or_else(fault)? + 1;
+    let end = tag
+        .iter()
+        .position(|&byte| byte == b'>')
+        .ok_or_else(fault)?;
+    let begin = end
+        + 1
+        + tag[end + 1..]
+            .iter()
+            .position(|&byte| byte == b'_')
+            .ok_or_else(fault)?
+        + 1;
     let attributes = String::from_utf8_lossy(&tag[..end]).into_owned();
-    let value = attributes.split_once("encoding").and_then(|(_, rest)| rest.split(['"', '\'']).nth(1));
-    Ok(AppendedTag { encoding: value.unwrap_or("base64").to_owned(), begin: at + begin as u64 })
+    let value = attributes
+        .split_once("encoding")
+        .and_then(|(_, rest)| rest.split(['"', '\'']).nth(1));
+    Ok(AppendedTag {
+        encoding: value.unwrap_or("base64").to_owned(),
+        begin: at + begin as u64,
+    })
 }
 
 #[cfg(test)]

@@ -49,7 +49,12 @@ pub(super) fn read(folder: &Path) -> Result<Array, Error> {
     let (path, array) = match (json(&v3)?, json(&v2)?) {
         (Some(meta), _) => (v3, version_3(&meta)),
         (None, Some(meta)) => (v2, version_2(&meta)),
-        (None, None) => return Err(invalid(folder, "no Zarr array: neither zarr.json nor .zarray is there")),
+        (None, None) => {
+            return Err(invalid(
+                folder,
+                "no Zarr array: neither zarr.json nor .zarray is there",
+            ));
+        }
     };
     let checked = array.and_then(|array| check(&array).map(|()| array).map_err(Fault::Invalid));
     checked.map_err(|fault| fault.at(&path))
@@ -64,13 +69,22 @@ fn check(array: &Array) -> Result<(), String> {
     }
     let bytes = len(chunk).and_then(|count| count.checked_mul(array.voxel_type.bytes()));
     if bytes.is_none_or(|bytes| bytes > MAX_CHUNK_BYTES) {
-        return Err(format!("chunks {chunk:?} are larger than {MAX_CHUNK_BYTES} bytes"));
+        return Err(format!(
+            "chunks {chunk:?} are larger than {MAX_CHUNK_BYTES} bytes"
+        ));
     }
     if let Some(shard) = &array.codecs.shard {
         let fits = shard.chunk.len() == chunk.len()
-            && shard.chunk.iter().zip(chunk).all(|(inner, outer)| *inner > 0 && outer % inner == 0);
+            && shard
+                .chunk
+                .iter()
+                .zip(chunk)
+                .all(|(inner, outer)| *inner > 0 && outer % inner == 0);
         if !fits {
-            return Err(format!("shards of {chunk:?} cannot be cut into chunks of {:?}", shard.chunk));
+            return Err(format!(
+                "shards of {chunk:?} cannot be cut into chunks of {:?}",
+                shard.chunk
+            ));
         }
     }
     Ok(())
@@ -85,7 +99,10 @@ fn version_3(meta: &Value) -> Result<Array, Fault> {
             meta["chunk_grid"]["name"]
         )));
     }
-    let chunk = sizes(&meta["chunk_grid"]["configuration"]["chunk_shape"], "chunk_shape")?;
+    let chunk = sizes(
+        &meta["chunk_grid"]["configuration"]["chunk_shape"],
+        "chunk_shape",
+    )?;
     let encoding = &meta["chunk_key_encoding"];
     let separator = encoding["configuration"]["separator"].as_str();
     let name = match (encoding["name"].as_str(), separator) {
@@ -107,12 +124,21 @@ fn version_3(meta: &Value) -> Result<Array, Fault> {
 }
 
 fn codecs_3(list: &Value, axes: usize) -> Result<Codecs, Fault> {
-    let mut codecs = Codecs { order: (0..axes).collect(), ..Codecs::default() };
+    let mut codecs = Codecs {
+        order: (0..axes).collect(),
+        ..Codecs::default()
+    };
     for codec in list.as_array().into_iter().flatten() {
         let settings = &codec["configuration"];
         match codec["name"].as_str().unwrap_or("") {
             "transpose" => codecs.order = permutation(&settings["order"], axes)?,
-            "bytes" => codecs.endian = if settings["endian"] == "big" { Endian::Big } else { Endian::Little },
+            "bytes" => {
+                codecs.endian = if settings["endian"] == "big" {
+                    Endian::Big
+                } else {
+                    Endian::Little
+                }
+            }
             "blosc" => codecs.packings.push(Packing::Blosc),
             "gzip" => codecs.packings.push(Packing::Gzip),
             "zstd" => codecs.packings.push(Packing::Zstd),
@@ -150,17 +176,28 @@ fn permutation(order: &Value, axes: usize) -> Result<Vec<usize>, Fault> {
     if sorted.into_iter().eq(0..axes) {
         return Ok(order);
     }
-    Err(Fault::Invalid(format!("codec transpose: order {order:?} is no order of {axes} axes")))
+    Err(Fault::Invalid(format!(
+        "codec transpose: order {order:?} is no order of {axes} axes"
+    )))
 }
 
 fn version_2(meta: &Value) -> Result<Array, Fault> {
     let dtype = meta["dtype"].as_str().unwrap_or("a record");
     let (order, name) = dtype.split_at_checked(1).unwrap_or(("", ""));
     let voxel_type = type_of(name)?;
-    let endian = if order == ">" { Endian::Big } else { Endian::Little };
+    let endian = if order == ">" {
+        Endian::Big
+    } else {
+        Endian::Little
+    };
     let chunk = sizes(&meta["chunks"], "chunks")?;
-    if meta["filters"].as_array().is_some_and(|filters| !filters.is_empty()) {
-        return Err(unsupported("filters before the compressor: write the array without them"));
+    if meta["filters"]
+        .as_array()
+        .is_some_and(|filters| !filters.is_empty())
+    {
+        return Err(unsupported(
+            "filters before the compressor: write the array without them",
+        ));
     }
     let compressor = &meta["compressor"];
     let packings = match (compressor.is_null(), compressor["id"].as_str()) {
@@ -179,15 +216,27 @@ fn version_2(meta: &Value) -> Result<Array, Fault> {
         }
     };
     let axes = chunk.len();
-    let stored: Vec<usize> =
-        if meta["order"] == "F" { (0..axes).rev().collect() } else { (0..axes).collect() };
-    let separator = if meta["dimension_separator"] == "/" { '/' } else { '.' };
+    let stored: Vec<usize> = if meta["order"] == "F" {
+        (0..axes).rev().collect()
+    } else {
+        (0..axes).collect()
+    };
+    let separator = if meta["dimension_separator"] == "/" {
+        '/'
+    } else {
+        '.'
+    };
     Ok(Array {
         shape: sizes(&meta["shape"], "shape")?,
         chunk,
         voxel_type,
         fill: fill(&meta["fill_value"], voxel_type, endian)?,
-        codecs: Codecs { endian, order: stored, packings, shard: None },
+        codecs: Codecs {
+            endian,
+            order: stored,
+            packings,
+            shard: None,
+        },
         name: ("", separator),
     })
 }
@@ -213,12 +262,19 @@ fn type_of(name: &str) -> Result<VoxelType, Fault> {
 }
 
 fn sizes(list: &Value, name: &str) -> Result<Vec<usize>, Fault> {
-    let numbers = list.as_array().map(Vec::as_slice).unwrap_or_default().iter();
-    let sizes: Option<Vec<usize>> =
-        numbers.map(|n| n.as_u64().and_then(|n| usize::try_from(n).ok())).collect();
-    sizes
-        .filter(|sizes| !sizes.is_empty())
-        .ok_or_else(|| Fault::Invalid(format!("\"{name}\" is {list}: expected a list of whole numbers")))
+    let numbers = list
+        .as_array()
+        .map(Vec::as_slice)
+        .unwrap_or_default()
+        .iter();
+    let sizes: Option<Vec<usize>> = numbers
+        .map(|n| n.as_u64().and_then(|n| usize::try_from(n).ok()))
+        .collect();
+    sizes.filter(|sizes| !sizes.is_empty()).ok_or_else(|| {
+        Fault::Invalid(format!(
+            "\"{name}\" is {list}: expected a list of whole numbers"
+        ))
+    })
 }
 
 /// The bytes of an element that was never written.
@@ -229,9 +285,9 @@ fn fill(value: &Value, voxel_type: VoxelType, endian: Endian) -> Result<Vec<u8>,
         (_, Some("NaN")) => f64::NAN,
         (_, Some("Infinity")) => f64::INFINITY,
         (_, Some("-Infinity")) => f64::NEG_INFINITY,
-        _ => value
-            .as_f64()
-            .ok_or_else(|| Fault::Invalid(format!("\"fill_value\" is {value}: expected a number")))?,
+        _ => value.as_f64().ok_or_else(|| {
+            Fault::Invalid(format!("\"fill_value\" is {value}: expected a number"))
+        })?,
     };
     let mut bytes = match voxel_type {
         VoxelType::U8 => (number as u8).to_le_bytes().to_vec(),

@@ -42,12 +42,16 @@ pub(super) fn unpack(packed: &[u8], size: Size) -> Result<Vec<u8>, Fault> {
     }
     let blocks = header.bytes.div_ceil(header.block_bytes);
     // Each block has an offset; a forged length stops here.
-    let offsets =
-        packed.get(HEADER_BYTES..).filter(|rest| rest.len() / 4 >= blocks).ok_or_else(ends_early)?;
+    let offsets = packed
+        .get(HEADER_BYTES..)
+        .filter(|rest| rest.len() / 4 >= blocks)
+        .ok_or_else(ends_early)?;
     let mut bytes = Vec::new();
     for block in 0..blocks {
         let offset = word(offsets, 4 * block)?;
-        let size = header.block_bytes.min(header.bytes - block * header.block_bytes);
+        let size = header
+            .block_bytes
+            .min(header.bytes - block * header.block_bytes);
         let unpacked = unpack_block(&header, packed.get(offset..).ok_or_else(ends_early)?, size)?;
         bytes.extend(unshuffled(&header, unpacked));
     }
@@ -55,9 +59,13 @@ pub(super) fn unpack(packed: &[u8], size: Size) -> Result<Vec<u8>, Fault> {
 }
 
 fn header(packed: &[u8]) -> Result<Header, Fault> {
-    let [version, _, flags, element_bytes, ..] = *packed else { return Err(ends_early().into()) };
+    let [version, _, flags, element_bytes, ..] = *packed else {
+        return Err(ends_early().into());
+    };
     if !(1..=2).contains(&version) {
-        return Err(unsupported(format!("Blosc format {version}: version 1 of Blosc is read")));
+        return Err(unsupported(format!(
+            "Blosc format {version}: version 1 of Blosc is read"
+        )));
     }
     let header = Header {
         flags,
@@ -69,7 +77,9 @@ fn header(packed: &[u8]) -> Result<Header, Fault> {
         || (header.block_bytes == 0 && header.bytes > 0)
         || header.block_bytes > header.bytes
     {
-        return Err(Fault::Invalid("the Blosc header contradicts itself".to_owned()));
+        return Err(Fault::Invalid(
+            "the Blosc header contradicts itself".to_owned(),
+        ));
     }
     Ok(header)
 }
@@ -100,10 +110,13 @@ fn unpack_block(header: &Header, mut stream: &[u8], size: usize) -> Result<Vec<u
             4 => {
                 let unpacked = zstd(packed, Size::Exactly(part.len()))?;
                 let fits = unpacked.len() == part.len();
-                fits.then(|| part.copy_from_slice(&unpacked)).ok_or_else(ends_early)?;
+                fits.then(|| part.copy_from_slice(&unpacked))
+                    .ok_or_else(ends_early)?;
             }
             other => {
-                let name = ["BloscLZ", "", "Snappy"].get(usize::from(other)).unwrap_or(&"an unknown method");
+                let name = ["BloscLZ", "", "Snappy"]
+                    .get(usize::from(other))
+                    .unwrap_or(&"an unknown method");
                 return Err(unsupported(format!(
                     "Blosc with {name}: write the array with lz4, zlib or zstd inside"
                 )));
@@ -147,7 +160,10 @@ fn bits_unshuffled(block: &[u8], element: usize) -> Vec<u8> {
 
 /// A number of four bytes, the least first; those with the highest bit are negative and a forgery.
 fn word(bytes: &[u8], at: usize) -> Result<usize, String> {
-    let bytes = bytes.get(at..at + 4).and_then(|bytes| bytes.first_chunk::<4>()).ok_or_else(ends_early)?;
+    let bytes = bytes
+        .get(at..at + 4)
+        .and_then(|bytes| bytes.first_chunk::<4>())
+        .ok_or_else(ends_early)?;
     usize::try_from(i32::from_le_bytes(*bytes))
         .map_err(|_| "the Blosc container holds a negative length".to_owned())
 }

@@ -9,7 +9,9 @@ pub(super) struct Span {
 
 /// Number of elements of an array; `None` where it overflows.
 pub(super) fn len(shape: &[usize]) -> Option<usize> {
-    shape.iter().try_fold(1usize, |count, &size| count.checked_mul(size))
+    shape
+        .iter()
+        .try_fold(1usize, |count, &size| count.checked_mul(size))
 }
 
 /// Copies a box of `size` elements from a place in one array to a place in another: each array is its bytes, its shape and
@@ -20,7 +22,9 @@ pub(super) fn copy_box(
     size: &[usize],
     element_bytes: usize,
 ) {
-    let Some((&row, outer)) = size.split_last() else { return };
+    let Some((&row, outer)) = size.split_last() else {
+        return;
+    };
     let rows: usize = outer.iter().product();
     let row_bytes = row * element_bytes;
     let mut at = vec![0; size.len()];
@@ -32,12 +36,18 @@ pub(super) fn copy_box(
         }
         let source_at = element_bytes * place(source_shape, from, &at);
         let target_at = element_bytes * place(target_shape, to, &at);
-        target[target_at..target_at + row_bytes].copy_from_slice(&source[source_at..source_at + row_bytes]);
+        target[target_at..target_at + row_bytes]
+            .copy_from_slice(&source[source_at..source_at + row_bytes]);
     }
 }
 
 /// Puts the elements of an array, stored with its axes in this order (the slowest first), into the usual order.
-pub(super) fn reordered(stored: &[u8], shape: &[usize], order: &[usize], element_bytes: usize) -> Vec<u8> {
+pub(super) fn reordered(
+    stored: &[u8],
+    shape: &[usize],
+    order: &[usize],
+    element_bytes: usize,
+) -> Vec<u8> {
     let mut strides = vec![0; shape.len()];
     let mut stride = element_bytes;
     for &axis in order.iter().rev() {
@@ -61,5 +71,9 @@ pub(super) fn reordered(stored: &[u8], shape: &[usize], order: &[usize], element
 }
 
 fn place(shape: &[usize], first: &[usize], at: &[usize]) -> usize {
-    shape.iter().zip(first).zip(at).fold(0, |place, ((size, first), at)| place * size + first + at)
+    shape
+        .iter()
+        .zip(first)
+        .zip(at)
+        .fold(0, |place, ((size, first), at)| place * size + first + at)
 }

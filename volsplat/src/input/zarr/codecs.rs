@@ -71,12 +71,12 @@ impl Size {
     /// Whether a size that a header states can be right.
     pub(super) fn check(self, stated: usize) -> Result<(), String> {
         match self {
-            Self::Exactly(needed) if stated != needed => {
-                Err(format!("the chunk says that it has {stated} bytes, which its shape does not need"))
-            }
-            Self::AtMost(most) if stated > most => {
-                Err(format!("the chunk says that it has {stated} bytes, and its shape needs at most {most}"))
-            }
+            Self::Exactly(needed) if stated != needed => Err(format!(
+                "the chunk says that it has {stated} bytes, which its shape does not need"
+            )),
+            Self::AtMost(most) if stated > most => Err(format!(
+                "the chunk says that it has {stated} bytes, and its shape needs at most {most}"
+            )),
             _ => Ok(()),
         }
     }
@@ -88,13 +88,17 @@ const ABSENT: u64 = u64::MAX;
 impl Codecs {
     /// The codecs that the elements themselves go through.
     pub(super) fn innermost(&self) -> &Self {
-        self.shard.as_ref().map_or(self, |shard| shard.codecs.innermost())
+        self.shard
+            .as_ref()
+            .map_or(self, |shard| shard.codecs.innermost())
     }
 }
 
 /// The bytes of `count` elements that were never written.
 pub(super) fn filled(fill: &[u8], count: usize) -> Result<Vec<u8>, String> {
-    let bytes = count.checked_mul(fill.len()).ok_or_else(|| "more bytes than can be counted".to_owned())?;
+    let bytes = count
+        .checked_mul(fill.len())
+        .ok_or_else(|| "more bytes than can be counted".to_owned())?;
     if fill.iter().all(|&byte| byte == 0) {
         // The system hands out zeros without touching them.
         return Ok(vec![0; bytes]);
@@ -103,11 +107,23 @@ pub(super) fn filled(fill: &[u8], count: usize) -> Result<Vec<u8>, String> {
 }
 
 /// The elements of a chunk of this shape, in the usual order of its axes.
-pub(super) fn unpack(codecs: &Codecs, shape: &[usize], packed: &[u8], fill: &[u8]) -> Result<Vec<u8>, Fault> {
+pub(super) fn unpack(
+    codecs: &Codecs,
+    shape: &[usize],
+    packed: &[u8],
+    fill: &[u8],
+) -> Result<Vec<u8>, Fault> {
     let too_large = || Fault::Invalid("the chunk is larger than can be counted".to_owned());
-    let needed = len(shape).and_then(|count| count.checked_mul(fill.len())).ok_or_else(too_large)?;
+    let needed = len(shape)
+        .and_then(|count| count.checked_mul(fill.len()))
+        .ok_or_else(too_large)?;
     if let Some(shard) = &codecs.shard {
-        return unshard(shard, shape, &undone(&codecs.packings, packed, shard.size(shape, needed))?, fill);
+        return unshard(
+            shard,
+            shape,
+            &undone(&codecs.packings, packed, shard.size(shape, needed))?,
+            fill,
+        );
     }
     let bytes = undone(&codecs.packings, packed, Size::Exactly(needed))?;
     if bytes.len() != needed {
@@ -125,7 +141,11 @@ pub(super) fn unpack(codecs: &Codecs, shape: &[usize], packed: &[u8], fill: &[u8
 impl Shard {
     /// The size of a shard of this shape that holds so many bytes unpacked: each of its chunks packed, and the index.
     fn size(&self, shape: &[usize], needed: usize) -> Size {
-        let chunks: usize = shape.iter().zip(&self.chunk).map(|(outer, inner)| outer / inner).product();
+        let chunks: usize = shape
+            .iter()
+            .zip(&self.chunk)
+            .map(|(outer, inner)| outer / inner)
+            .product();
         let most = Size::Exactly(needed).packed().most();
         // 16 bytes of the index, and the surplus, for each chunk; the checksum is part of the first surplus.
         Size::AtMost(most.saturating_add(chunks.saturating_mul(16 + SURPLUS_BYTES)))
@@ -140,7 +160,10 @@ fn undone(packings: &[Packing], packed: &[u8], size: Size) -> Result<Vec<u8>, Fa
         let needed = if place == 0 { size } else { size.packed() };
         bytes = match packing {
             Packing::Crc32c => {
-                let end = bytes.len().checked_sub(4).ok_or_else(|| "the chunk has no checksum".to_owned())?;
+                let end = bytes
+                    .len()
+                    .checked_sub(4)
+                    .ok_or_else(|| "the chunk has no checksum".to_owned())?;
                 bytes.truncate(end);
                 bytes
             }
@@ -171,12 +194,14 @@ fn deflated(packed: &[u8], size: Size) -> Result<(), String> {
 /// Reads a stream to its end, but no further than one byte beyond what is needed: a surplus is an error later.
 fn all_of(stream: impl Read, size: Size) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
-    let read = stream.take((size.most() as u64).saturating_add(1)).read_to_end(&mut bytes);
+    let read = stream
+        .take((size.most() as u64).saturating_add(1))
+        .read_to_end(&mut bytes);
     read.map_err(|error| format!("the chunk cannot be unpacked: {error}"))?;
     match size {
-        Size::AtMost(most) if bytes.len() > most => {
-            Err(format!("the chunk unpacks to more than the {most} bytes that its shape needs at most"))
-        }
+        Size::AtMost(most) if bytes.len() > most => Err(format!(
+            "the chunk unpacks to more than the {most} bytes that its shape needs at most"
+        )),
         _ => Ok(bytes),
     }
 }
@@ -184,12 +209,17 @@ fn all_of(stream: impl Read, size: Size) -> Result<Vec<u8>, String> {
 /// Unpacks Zstandard.
 pub(super) fn zstd(packed: &[u8], needed: Size) -> Result<Vec<u8>, String> {
     let stream = ruzstd::decoding::StreamingDecoder::new(packed);
-    all_of(stream.map_err(|error| format!("the chunk cannot be unpacked: {error}"))?, needed)
+    all_of(
+        stream.map_err(|error| format!("the chunk cannot be unpacked: {error}"))?,
+        needed,
+    )
 }
 
 /// Unpacks what numcodecs calls LZ4: the size of the data in four bytes, then a block.
 fn lz4(packed: &[u8], needed: Size) -> Result<Vec<u8>, String> {
-    let (size, block) = packed.split_first_chunk::<4>().ok_or_else(|| "the chunk ends early".to_owned())?;
+    let (size, block) = packed
+        .split_first_chunk::<4>()
+        .ok_or_else(|| "the chunk ends early".to_owned())?;
     let size = u32::from_le_bytes(*size) as usize;
     needed.check(size)?;
     let mut bytes = vec![0; size];
@@ -201,25 +231,39 @@ fn lz4(packed: &[u8], needed: Size) -> Result<Vec<u8>, String> {
 pub(super) fn lz4_block(block: &[u8], bytes: &mut [u8]) -> Result<(), String> {
     match lz4_flex::block::decompress_into(block, bytes) {
         Ok(count) if count == bytes.len() => Ok(()),
-        Ok(count) => Err(format!("a block has {count} bytes where {} belong", bytes.len())),
+        Ok(count) => Err(format!(
+            "a block has {count} bytes where {} belong",
+            bytes.len()
+        )),
         Err(error) => Err(format!("the chunk cannot be unpacked: {error}")),
     }
 }
 
 fn unshard(shard: &Shard, shape: &[usize], bytes: &[u8], fill: &[u8]) -> Result<Vec<u8>, Fault> {
-    let cut: Vec<usize> = shape.iter().zip(&shard.chunk).map(|(outer, inner)| outer / inner).collect();
+    let cut: Vec<usize> = shape
+        .iter()
+        .zip(&shard.chunk)
+        .map(|(outer, inner)| outer / inner)
+        .collect();
     let count: usize = cut.iter().product();
     let index = index_of(shard, bytes, count)?;
     let mut whole = filled(fill, shape.iter().product())?;
     let zeros = vec![0; shape.len()];
     for (number, entry) in index.chunks_exact(16).take(count).enumerate() {
         let (offset, size) = entry.split_at(8);
-        let word = |bytes: &[u8]| bytes.iter().rev().fold(0u64, |word, &byte| word << 8 | u64::from(byte));
+        let word = |bytes: &[u8]| {
+            bytes
+                .iter()
+                .rev()
+                .fold(0u64, |word, &byte| word << 8 | u64::from(byte))
+        };
         let (offset, size) = (word(offset), word(size));
         if offset == ABSENT && size == ABSENT {
             continue;
         }
-        let end = offset.checked_add(size).and_then(|end| usize::try_from(end).ok());
+        let end = offset
+            .checked_add(size)
+            .and_then(|end| usize::try_from(end).ok());
         let part = end.and_then(|end| bytes.get(offset as usize..end));
         let part = part.ok_or_else(|| format!("chunk {number} of the shard lies outside of it"))?;
         let inner = unpack(&shard.codecs, &shard.chunk, part, fill)?;
@@ -229,22 +273,41 @@ fn unshard(shard: &Shard, shape: &[usize], bytes: &[u8], fill: &[u8]) -> Result<
             to[axis] = rest % cut[axis] * shard.chunk[axis];
             rest /= cut[axis];
         }
-        copy_box((&inner, &shard.chunk, &zeros), (&mut whole, shape, &to), &shard.chunk, fill.len());
+        copy_box(
+            (&inner, &shard.chunk, &zeros),
+            (&mut whole, shape, &to),
+            &shard.chunk,
+            fill.len(),
+        );
     }
     Ok(whole)
 }
 
 /// The index of a shard: offset and size of each inner chunk, eight bytes each.
 fn index_of(shard: &Shard, bytes: &[u8], count: usize) -> Result<Vec<u8>, Fault> {
-    let checksums = shard.index_packings.iter().filter(|&&packing| packing == Packing::Crc32c).count();
+    let checksums = shard
+        .index_packings
+        .iter()
+        .filter(|&&packing| packing == Packing::Crc32c)
+        .count();
     if checksums != shard.index_packings.len() {
-        return Err(Fault::Unsupported("a shard whose index is compressed".to_owned()));
+        return Err(Fault::Unsupported(
+            "a shard whose index is compressed".to_owned(),
+        ));
     }
-    let size = count.checked_mul(16).and_then(|size| size.checked_add(4 * checksums));
+    let size = count
+        .checked_mul(16)
+        .and_then(|size| size.checked_add(4 * checksums));
     let start = size.and_then(|size| bytes.len().checked_sub(size));
     let (Some(size), Some(start)) = (size, start) else {
-        return Err(Fault::Invalid("the shard ends before its index does".to_owned()));
+        return Err(Fault::Invalid(
+            "the shard ends before its index does".to_owned(),
+        ));
     };
-    let index = if shard.index_is_first { &bytes[..size] } else { &bytes[start..] };
+    let index = if shard.index_is_first {
+        &bytes[..size]
+    } else {
+        &bytes[start..]
+    };
     undone(&shard.index_packings, index, Size::AtMost(index.len()))
 }

@@ -52,13 +52,21 @@ impl Image {
 
     /// The names of the channels, as a part of a sentence; empty where there are none.
     pub(super) fn channel_names(&self) -> String {
-        if self.channels.is_empty() { String::new() } else { format!(" ({})", self.channels.join(", ")) }
+        if self.channels.is_empty() {
+            String::new()
+        } else {
+            format!(" ({})", self.channels.join(", "))
+        }
     }
 }
 
 impl Dataset {
     pub(super) fn folder(&self, group: &Path) -> PathBuf {
-        if self.path.is_empty() { group.to_owned() } else { group.join(&self.path) }
+        if self.path.is_empty() {
+            group.to_owned()
+        } else {
+            group.join(&self.path)
+        }
     }
 }
 
@@ -88,25 +96,44 @@ pub(super) fn read(folder: &Path) -> Result<Image, Error> {
         .flatten()
         .map(|level| dataset(level, &shared))
         .collect();
-    if let Some(level) =
-        datasets.iter().position(|d| d.path.is_empty() || d.path.split('/').any(|part| part == ".."))
+    if let Some(level) = datasets
+        .iter()
+        .position(|d| d.path.is_empty() || d.path.split('/').any(|part| part == ".."))
     {
-        return Err(invalid(&path, format!("level {level} of \"datasets\" has no path inside the group")));
+        return Err(invalid(
+            &path,
+            format!("level {level} of \"datasets\" has no path inside the group"),
+        ));
     }
     if datasets.is_empty() {
         return Err(invalid(&path, "\"datasets\" names no level"));
     }
-    let channels = attributes["omero"]["channels"].as_array().into_iter().flatten();
-    let channels = channels.map(|channel| channel["label"].as_str().unwrap_or("?").to_owned()).collect();
-    Ok(Image { kinds, datasets, channels })
+    let channels = attributes["omero"]["channels"]
+        .as_array()
+        .into_iter()
+        .flatten();
+    let channels = channels
+        .map(|channel| channel["label"].as_str().unwrap_or("?").to_owned())
+        .collect();
+    Ok(Image {
+        kinds,
+        datasets,
+        channels,
+    })
 }
 
 fn plain() -> Image {
-    Image { datasets: vec![Dataset::default()], ..Image::default() }
+    Image {
+        datasets: vec![Dataset::default()],
+        ..Image::default()
+    }
 }
 
 fn kinds(multiscale: &Value) -> Result<Vec<AxisKind>, String> {
-    let axes = multiscale["axes"].as_array().map(Vec::as_slice).unwrap_or_default();
+    let axes = multiscale["axes"]
+        .as_array()
+        .map(Vec::as_slice)
+        .unwrap_or_default();
     let kind = |axis: &Value| {
         // Version 0.3 wrote names only.
         let name = axis.as_str().or(axis["name"].as_str()).unwrap_or("");
@@ -114,7 +141,9 @@ fn kinds(multiscale: &Value) -> Result<Vec<AxisKind>, String> {
             (Some("space"), _) | (None, "x" | "y" | "z") => Ok(AxisKind::Space),
             (Some("time"), _) | (None, "t") => Ok(AxisKind::Time),
             (Some("channel"), _) | (None, "c") => Ok(AxisKind::Channel),
-            (other, _) => Err(format!("axis '{name}' is of type {other:?}: expected space, time or channel")),
+            (other, _) => Err(format!(
+                "axis '{name}' is of type {other:?}: expected space, time or channel"
+            )),
         }
     };
     axes.iter().map(kind).collect()
@@ -122,19 +151,33 @@ fn kinds(multiscale: &Value) -> Result<Vec<AxisKind>, String> {
 
 fn dataset(level: &Value, shared: &Dataset) -> Dataset {
     let own = transformation(&level["coordinateTransformations"]);
-    let path = level["path"].as_str().unwrap_or("").trim_matches('/').to_owned();
+    let path = level["path"]
+        .as_str()
+        .unwrap_or("")
+        .trim_matches('/')
+        .to_owned();
     // The level's transformation comes first, the one of all levels after it.
     let at = |list: &[f64], axis: usize, none: f64| list.get(axis).copied().unwrap_or(none);
-    let count =
-        own.scale.len().max(shared.scale.len()).max(own.translation.len()).max(shared.translation.len());
-    let scale = (0..count).map(|axis| at(&own.scale, axis, 1.0) * at(&shared.scale, axis, 1.0)).collect();
+    let count = own
+        .scale
+        .len()
+        .max(shared.scale.len())
+        .max(own.translation.len())
+        .max(shared.translation.len());
+    let scale = (0..count)
+        .map(|axis| at(&own.scale, axis, 1.0) * at(&shared.scale, axis, 1.0))
+        .collect();
     let translation = (0..count)
         .map(|axis| {
             at(&own.translation, axis, 0.0) * at(&shared.scale, axis, 1.0)
                 + at(&shared.translation, axis, 0.0)
         })
         .collect();
-    Dataset { path, scale, translation }
+    Dataset {
+        path,
+        scale,
+        translation,
+    }
 }
 
 /// The scale and the translation of a list of transformations; what is absent is empty.
@@ -142,7 +185,12 @@ fn transformation(list: &Value) -> Dataset {
     let mut found = Dataset::default();
     for entry in list.as_array().into_iter().flatten() {
         let numbers = |key: &str| -> Vec<f64> {
-            entry[key].as_array().into_iter().flatten().map(|n| n.as_f64().unwrap_or(f64::NAN)).collect()
+            entry[key]
+                .as_array()
+                .into_iter()
+                .flatten()
+                .map(|n| n.as_f64().unwrap_or(f64::NAN))
+                .collect()
         };
         match entry["type"].as_str() {
             Some("scale") => found.scale = numbers("scale"),

@@ -85,7 +85,12 @@ impl Opened {
     ) -> Result<Stored, Error> {
         let file = unpacked::unpack(self, max_memory, watch)?;
         let layout = (self.array.voxel_type, self.array.codecs.endian);
-        Ok(Stored::of_file((&self.folder, file), self.dims, layout, nan))
+        Ok(Stored::of_file(
+            (&self.folder, file),
+            self.dims,
+            layout,
+            nan,
+        ))
     }
 }
 
@@ -136,11 +141,20 @@ pub(super) fn open(folder: &Path, choice: Choice) -> Result<Opened, Error> {
     // There is an axis of space, or nothing could have been selected.
     let last_axis = spatial.last().copied().unwrap_or(0);
     let world_from_index = axes::upright(spacing, origin);
-    Ok(Opened { folder: path, array, spans, last_axis, dims, world_from_index })
+    Ok(Opened {
+        folder: path,
+        array,
+        spans,
+        last_axis,
+        dims,
+        world_from_index,
+    })
 }
 
 fn spatial_axes(image: &Image, count: usize) -> Vec<usize> {
-    (0..count).filter(|&axis| image.kind(axis, count) == AxisKind::Space).collect()
+    (0..count)
+        .filter(|&axis| image.kind(axis, count) == AxisKind::Space)
+        .collect()
 }
 
 /// What of each axis is read.
@@ -148,22 +162,34 @@ fn selected(image: &Image, array: &Array, choice: Choice) -> Result<Vec<Span>, F
     let count = array.shape.len();
     let spatial = spatial_axes(image, count).len();
     if !(1..=3).contains(&spatial) {
-        return Err(unsupported(format!("the image has {spatial} axes in space: expected one to three")));
+        return Err(unsupported(format!(
+            "the image has {spatial} axes in space: expected one to three"
+        )));
     }
     let one = |option: &str, what: &str, chosen: Option<usize>, size: usize| match chosen {
-        Some(index) if index < size => Ok(Span { first: index, size: 1 }),
-        Some(index) => {
-            Err(Fault::Option(format!("{option} {index}: the image has {size} {what}(s), counted from 0")))
-        }
+        Some(index) if index < size => Ok(Span {
+            first: index,
+            size: 1,
+        }),
+        Some(index) => Err(Fault::Option(format!(
+            "{option} {index}: the image has {size} {what}(s), counted from 0"
+        ))),
         None if size == 1 => Ok(Span { first: 0, size: 1 }),
         None => Err(unsupported(format!(
             "the image has {size} {what}s{}: choose one with {option} N, from 0 to {}",
-            if what == "channel" { image.channel_names() } else { String::new() },
+            if what == "channel" {
+                image.channel_names()
+            } else {
+                String::new()
+            },
             size - 1
         ))),
     };
     let span = |axis: usize| match image.kind(axis, count) {
-        AxisKind::Space => Ok(Span { first: 0, size: array.shape[axis] }),
+        AxisKind::Space => Ok(Span {
+            first: 0,
+            size: array.shape[axis],
+        }),
         AxisKind::Channel => one("--component", "channel", choice.channel, array.shape[axis]),
         AxisKind::Time => one("--time", "point in time", choice.time, array.shape[axis]),
     };
@@ -174,7 +200,9 @@ fn selected(image: &Image, array: &Array, choice: Choice) -> Result<Vec<Span>, F
         ));
     }
     if choice.channel.is_some_and(|channel| channel > 0) && !has(AxisKind::Channel) {
-        return Err(Fault::Option("--component: the image has one channel only".to_owned()));
+        return Err(Fault::Option(
+            "--component: the image has one channel only".to_owned(),
+        ));
     }
     (0..count).map(span).collect()
 }
@@ -183,8 +211,13 @@ fn selected(image: &Image, array: &Array, choice: Choice) -> Result<Vec<Span>, F
 fn voxels(folder: &Path, array: &Array, spans: &[Span]) -> Result<Voxels, Error> {
     let bytes_each = array.voxel_type.bytes();
     let size: Vec<usize> = spans.iter().map(|span| span.size).collect();
-    let count = len(&size).ok_or_else(|| invalid(folder, "more voxels than this machine can count"))?;
-    let layout = Layout { voxel_type: array.voxel_type, endian: array.codecs.endian, count };
+    let count =
+        len(&size).ok_or_else(|| invalid(folder, "more voxels than this machine can count"))?;
+    let layout = Layout {
+        voxel_type: array.voxel_type,
+        endian: array.codecs.endian,
+        count,
+    };
     layout.bytes().map_err(|what| invalid(folder, what))?;
     let chunks = chunks_of(folder, array, spans)?;
     let mut bytes = array.filled(count).map_err(|what| invalid(folder, what))?;
@@ -194,7 +227,12 @@ fn voxels(folder: &Path, array: &Array, spans: &[Span]) -> Result<Voxels, Error>
         let chunk = chunk.map_err(|fault| fault.at(&path))?;
         let common = Common::new(array, spans, &index);
         let target = (bytes.as_mut_slice(), size.as_slice(), common.to.as_slice());
-        copy_box((&chunk, &array.chunk, &common.from), target, &common.size, bytes_each);
+        copy_box(
+            (&chunk, &array.chunk, &common.from),
+            target,
+            &common.size,
+            bytes_each,
+        );
     }
     decode::binary(&mut bytes.as_slice(), &layout).map_err(|what| invalid(folder, what))
 }
@@ -210,31 +248,64 @@ struct Common {
 
 impl Common {
     fn new(array: &Array, spans: &[Span], index: &[usize]) -> Self {
-        let start: Vec<usize> = index.iter().zip(&array.chunk).map(|(i, size)| i * size).collect();
-        let low: Vec<usize> = start.iter().zip(spans).map(|(&s, span)| s.max(span.first)).collect();
-        let end = |axis: usize| (start[axis] + array.chunk[axis]).min(spans[axis].first + spans[axis].size);
+        let start: Vec<usize> = index
+            .iter()
+            .zip(&array.chunk)
+            .map(|(i, size)| i * size)
+            .collect();
+        let low: Vec<usize> = start
+            .iter()
+            .zip(spans)
+            .map(|(&s, span)| s.max(span.first))
+            .collect();
+        let end = |axis: usize| {
+            (start[axis] + array.chunk[axis]).min(spans[axis].first + spans[axis].size)
+        };
         Self {
             size: (0..start.len()).map(|axis| end(axis) - low[axis]).collect(),
-            from: low.iter().zip(&start).map(|(low, start)| low - start).collect(),
-            to: low.iter().zip(spans).map(|(low, span)| low - span.first).collect(),
+            from: low
+                .iter()
+                .zip(&start)
+                .map(|(low, start)| low - start)
+                .collect(),
+            to: low
+                .iter()
+                .zip(spans)
+                .map(|(low, span)| low - span.first)
+                .collect(),
         }
     }
 }
 
 /// The chunks that the spans touch and that were written: their places and their files.
-fn chunks_of(folder: &Path, array: &Array, spans: &[Span]) -> Result<Vec<(Vec<usize>, PathBuf)>, Error> {
+fn chunks_of(
+    folder: &Path,
+    array: &Array,
+    spans: &[Span],
+) -> Result<Vec<(Vec<usize>, PathBuf)>, Error> {
     let ranges: Vec<Span> = spans
         .iter()
         .zip(&array.chunk)
         .map(|(span, chunk)| {
             let first = span.first / chunk;
-            Span { first, size: (span.first + span.size - 1) / chunk + 1 - first }
+            Span {
+                first,
+                size: (span.first + span.size - 1) / chunk + 1 - first,
+            }
         })
         .collect();
     let sizes: Vec<usize> = ranges.iter().map(|range| range.size).collect();
-    let count = len(&sizes).filter(|&count| count <= MAX_CHUNKS).ok_or_else(|| {
-        invalid(folder, format!("its shape {:?} is cut into more than {MAX_CHUNKS} chunks", array.shape))
-    })?;
+    let count = len(&sizes)
+        .filter(|&count| count <= MAX_CHUNKS)
+        .ok_or_else(|| {
+            invalid(
+                folder,
+                format!(
+                    "its shape {:?} is cut into more than {MAX_CHUNKS} chunks",
+                    array.shape
+                ),
+            )
+        })?;
     let mut found = Vec::new();
     for number in 0..count {
         let mut rest = number;
@@ -265,7 +336,9 @@ fn json(path: &Path) -> Result<Option<Value>, Error> {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
         Err(source) => return Err(cannot_read(path, source)),
     };
-    serde_json::from_str(&text).map(Some).map_err(|error| invalid(path, format!("not JSON: {error}")))
+    serde_json::from_str(&text)
+        .map(Some)
+        .map_err(|error| invalid(path, format!("not JSON: {error}")))
 }
 
 #[cfg(test)]

@@ -39,11 +39,22 @@ fn write(path: &Path, bytes: &[u8]) {
 }
 
 /// Writes the chunks of an array, packed; `prefix` and `separator` make their names.
-fn write_chunks(array: &Path, (prefix, separator): (&str, &str), pack: impl Fn(Vec<u8>) -> Vec<u8>) {
+fn write_chunks(
+    array: &Path,
+    (prefix, separator): (&str, &str),
+    pack: impl Fn(Vec<u8>) -> Vec<u8>,
+) {
     for i in 0..8 {
         let index = [i >> 2, i >> 1 & 1, i & 1];
-        let first = [index[0] * CHUNK[0], index[1] * CHUNK[1], index[2] * CHUNK[2]];
-        let name = format!("{prefix}{}", index.map(|n: usize| n.to_string()).join(separator));
+        let first = [
+            index[0] * CHUNK[0],
+            index[1] * CHUNK[1],
+            index[2] * CHUNK[2],
+        ];
+        let name = format!(
+            "{prefix}{}",
+            index.map(|n: usize| n.to_string()).join(separator)
+        );
         write(&array.join(name), &pack(chunk(first, CHUNK)));
     }
 }
@@ -68,7 +79,9 @@ const BYTES: &str = r#"{"name": "bytes", "configuration": {"endian": "little"}}"
 /// A Blosc container of one block, by its flags; the block is packed by `pack`, after bytes were shuffled.
 fn blosc(bytes: &[u8], flags: u8, pack: impl Fn(&[u8]) -> Vec<u8>) -> Vec<u8> {
     let count = bytes.len() / 2;
-    let shuffled: Vec<u8> = (0..2).flat_map(|byte| (0..count).map(move |i| bytes[2 * i + byte])).collect();
+    let shuffled: Vec<u8> = (0..2)
+        .flat_map(|byte| (0..count).map(move |i| bytes[2 * i + byte]))
+        .collect();
     let block = pack(if flags & 1 == 1 { &shuffled } else { bytes });
     let mut out = vec![2, 1, flags, 2];
     let length = |n: usize| (n as u32).to_le_bytes();
@@ -90,8 +103,16 @@ fn every_compression_of_version_2_reads_back() {
     type Pack = fn(Vec<u8>) -> Vec<u8>;
     let lz4: Pack = |bytes| blosc(&bytes, 1 | 1 << 5 | 16, lz4_flex::block::compress);
     let blosc_zlib: Pack = |bytes| blosc(&bytes, 3 << 5 | 16, zlib);
-    let stored: Pack = |bytes| [&[2, 1, 2, 2][..], &[48, 0, 0, 0, 48, 0, 0, 0, 64, 0, 0, 0], &bytes].concat();
-    let plain_lz4: Pack = |bytes| [&48u32.to_le_bytes()[..], &lz4_flex::block::compress(&bytes)].concat();
+    let stored: Pack = |bytes| {
+        [
+            &[2, 1, 2, 2][..],
+            &[48, 0, 0, 0, 48, 0, 0, 0, 64, 0, 0, 0],
+            &bytes,
+        ]
+        .concat()
+    };
+    let plain_lz4: Pack =
+        |bytes| [&48u32.to_le_bytes()[..], &lz4_flex::block::compress(&bytes)].concat();
     let cases: [(&str, Pack); 7] = [
         ("null", |bytes| bytes),
         (r#"{"id": "zlib", "level": 1}"#, |bytes| zlib(&bytes)),
@@ -108,7 +129,11 @@ fn every_compression_of_version_2_reads_back() {
         write_chunks(&array, ("", "/"), pack);
         assert_eq!(format_of(&array).expect("readable"), Some(Format::Zarr));
         let volume = loaded(&array);
-        assert_eq!((volume.dims, volume.voxels), ([5, 4, 3], expected()), "{compressor}");
+        assert_eq!(
+            (volume.dims, volume.voxels),
+            ([5, 4, 3], expected()),
+            "{compressor}"
+        );
     }
 }
 
@@ -124,7 +149,11 @@ fn version_3_reads_back_and_absent_chunks_hold_the_fill_value() {
     assert_eq!(loaded(&array).voxels, expected());
     std::fs::remove_file(array.join("c/1/1/1")).expect("there");
     let with_gap = loaded(&array);
-    assert_eq!((with_gap.value(59), with_gap.value(0)), (9.0, 0.0), "the last voxel is the fill value");
+    assert_eq!(
+        (with_gap.value(59), with_gap.value(0)),
+        (9.0, 0.0),
+        "the last voxel is the fill value"
+    );
 }
 
 /// The description of an array in one shard, whose bytes go through `outer` codecs as well, and the shard before those.
@@ -140,7 +169,10 @@ fn sharded(outer: &str) -> (String, Vec<u8>) {
         index.extend((part.len() as u64).to_le_bytes());
         shard.extend(part);
     }
-    (array_3("[4,6,8]", &sharding), [shard, index, vec![0; 4]].concat())
+    (
+        array_3("[4,6,8]", &sharding),
+        [shard, index, vec![0; 4]].concat(),
+    )
 }
 
 /// A shard that was compressed as a whole is undone, but no further than a shard of this shape can be long.
@@ -150,8 +182,14 @@ fn shards_that_were_compressed_as_a_whole_read_back_and_bombs_are_refused() {
     type Pack = fn(&[u8]) -> Vec<u8>;
     let outer: [(&str, &str, Pack); 3] = [
         ("gzip", r#", {"name": "gzip"}"#, gzip),
-        ("twice", r#", {"name": "gzip"}, {"name": "gzip"}"#, |bytes| gzip(&gzip(bytes))),
-        ("blosc", r#", {"name": "blosc"}"#, |bytes| blosc(bytes, 1 | 1 << 5 | 16, lz4_flex::block::compress)),
+        (
+            "twice",
+            r#", {"name": "gzip"}, {"name": "gzip"}"#,
+            |bytes| gzip(&gzip(bytes)),
+        ),
+        ("blosc", r#", {"name": "blosc"}"#, |bytes| {
+            blosc(bytes, 1 | 1 << 5 | 16, lz4_flex::block::compress)
+        }),
     ];
     for (name, codec, pack) in outer {
         let array = folder.path(name);
@@ -161,8 +199,13 @@ fn shards_that_were_compressed_as_a_whole_read_back_and_bombs_are_refused() {
         write(&place, &pack(&shard));
         assert_eq!(loaded(&array).voxels, expected(), "{name}");
         write(&place, &pack(&vec![0; 1 << 26]));
-        let refused = load(&array, &LoadOptions::default()).expect_err("64 MB of zeros").to_string();
-        assert!(refused.contains("at most") && refused.contains("c/0/0/0"), "{name}: {refused}");
+        let refused = load(&array, &LoadOptions::default())
+            .expect_err("64 MB of zeros")
+            .to_string();
+        assert!(
+            refused.contains("at most") && refused.contains("c/0/0/0"),
+            "{name}: {refused}"
+        );
     }
 }
 
@@ -176,9 +219,15 @@ fn shards_and_transposed_chunks_read_back() {
     assert_eq!(loaded(&array).voxels, expected(), "a shard");
 
     let transposed = folder.path("t.zarr");
-    let codecs = format!(r#"[{{"name": "transpose", "configuration": {{"order": [2,1,0]}}}}, {BYTES}]"#);
-    write(&transposed.join("zarr.json"), array_3("[3,4,5]", &codecs).as_bytes());
-    let bytes: Vec<u8> = (0..60).flat_map(|i: usize| value(i % 3, i / 3 % 4, i / 12).to_le_bytes()).collect();
+    let codecs =
+        format!(r#"[{{"name": "transpose", "configuration": {{"order": [2,1,0]}}}}, {BYTES}]"#);
+    write(
+        &transposed.join("zarr.json"),
+        array_3("[3,4,5]", &codecs).as_bytes(),
+    );
+    let bytes: Vec<u8> = (0..60)
+        .flat_map(|i: usize| value(i % 3, i / 3 % 4, i / 12).to_le_bytes())
+        .collect();
     write(&transposed.join("c/0/0/0"), &bytes);
     assert_eq!(loaded(&transposed).voxels, expected(), "x slowest");
 }
@@ -207,7 +256,10 @@ fn image(folder: &Folder) -> std::path::PathBuf {
         write(&image.join(format!("{level}/.zarray")), meta.as_bytes());
         for (t, c) in (0..6).map(|i| (i / 3, i % 3)) {
             let held = 100 * level + 10 * t + c;
-            write(&image.join(format!("{level}/{t}.{c}.0.0.0")), &[held as u8; 4]);
+            write(
+                &image.join(format!("{level}/{t}.{c}.0.0.0")),
+                &[held as u8; 4],
+            );
         }
     }
     image
@@ -218,16 +270,46 @@ fn level_channel_and_time_are_chosen() {
     let folder = Folder::new();
     let image = image(&folder);
     let choice = |level, component, time| {
-        load(&image, &LoadOptions { level, component, time, ..LoadOptions::default() })
+        load(
+            &image,
+            &LoadOptions {
+                level,
+                component,
+                time,
+                ..LoadOptions::default()
+            },
+        )
     };
     let volume = choice(None, Some(2), Some(1)).expect("chosen");
-    assert_eq!((volume.dims, volume.voxels), ([2, 2, 1], Voxels::U8(vec![12; 4])));
-    assert_eq!(volume.world_from_index.translation.to_array(), [1.0, 2.0, 4.0], "translation");
+    assert_eq!(
+        (volume.dims, volume.voxels),
+        ([2, 2, 1], Voxels::U8(vec![12; 4]))
+    );
+    assert_eq!(
+        volume.world_from_index.translation.to_array(),
+        [1.0, 2.0, 4.0],
+        "translation"
+    );
     let spacing = volume.world_from_index.matrix3;
-    assert_eq!([spacing.x_axis.x, spacing.y_axis.y, spacing.z_axis.z], [0.5, 2.0, 3.0], "scale");
-    assert_eq!(choice(Some(1), Some(0), Some(0)).expect("chosen").voxels, Voxels::U8(vec![100; 4]));
-    let text = |level, component, time| choice(level, component, time).expect_err("refused").to_string();
-    assert!(text(None, None, Some(0)).contains("DAPI, GFP, RFP"), "{}", text(None, None, Some(0)));
+    assert_eq!(
+        [spacing.x_axis.x, spacing.y_axis.y, spacing.z_axis.z],
+        [0.5, 2.0, 3.0],
+        "scale"
+    );
+    assert_eq!(
+        choice(Some(1), Some(0), Some(0)).expect("chosen").voxels,
+        Voxels::U8(vec![100; 4])
+    );
+    let text = |level, component, time| {
+        choice(level, component, time)
+            .expect_err("refused")
+            .to_string()
+    };
+    assert!(
+        text(None, None, Some(0)).contains("DAPI, GFP, RFP"),
+        "{}",
+        text(None, None, Some(0))
+    );
     assert!(text(None, Some(0), None).contains("--time N"));
     assert!(text(None, Some(3), Some(0)).contains("3 channel(s)"));
     assert!(text(Some(2), Some(0), Some(0)).contains("2 level(s)"));
@@ -237,28 +319,52 @@ fn level_channel_and_time_are_chosen() {
 fn what_is_no_image_is_refused_with_a_way_out() {
     let folder = Folder::new();
     let group = folder.path("plate.zarr");
-    write(&group.join("zarr.json"), br#"{"zarr_format": 3, "node_type": "group", "attributes": {}}"#);
-    let text = load(&group, &LoadOptions::default()).expect_err("no image").to_string();
+    write(
+        &group.join("zarr.json"),
+        br#"{"zarr_format": 3, "node_type": "group", "attributes": {}}"#,
+    );
+    let text = load(&group, &LoadOptions::default())
+        .expect_err("no image")
+        .to_string();
     assert!(text.contains("name one of its folders"), "{text}");
     let cases = [
         (array_2(r#"{"id": "snappy"}"#), "compressor 'snappy'"),
         (array_2("null").replace("<u2", "<f2"), "type 'f2'"),
-        (array_2("null").replace("[3,4,5]", "[3,4]"), "as many numbers"),
-        (array_2("null").replace("[3,4,5]", "[60,80,100]"), "chunks are there"),
-        (array_2("null").replace("[2,3,4]", "[20000,30000,40000]"), "larger than"),
-        (array_2("null").replace("\"zarr_format\"", "zarr_format"), "not JSON"),
+        (
+            array_2("null").replace("[3,4,5]", "[3,4]"),
+            "as many numbers",
+        ),
+        (
+            array_2("null").replace("[3,4,5]", "[60,80,100]"),
+            "chunks are there",
+        ),
+        (
+            array_2("null").replace("[2,3,4]", "[20000,30000,40000]"),
+            "larger than",
+        ),
+        (
+            array_2("null").replace("\"zarr_format\"", "zarr_format"),
+            "not JSON",
+        ),
     ];
     for (meta, expected) in cases {
         let array = folder.path("bad.zarr");
         write(&array.join(".zarray"), meta.as_bytes());
         write_chunks(&array, ("", "/"), |bytes| bytes);
-        let text = load(&array, &LoadOptions::default()).expect_err("refused").to_string();
-        assert!(text.contains(expected) && text.contains("bad.zarr"), "{expected}: {text}");
+        let text = load(&array, &LoadOptions::default())
+            .expect_err("refused")
+            .to_string();
+        assert!(
+            text.contains(expected) && text.contains("bad.zarr"),
+            "{expected}: {text}"
+        );
     }
     let short = folder.path("short.zarr");
     write(&short.join(".zarray"), array_2("null").as_bytes());
     write_chunks(&short, ("", "/"), |bytes| bytes[1..].to_vec());
-    let text = load(&short, &LoadOptions::default()).expect_err("short").to_string();
+    let text = load(&short, &LoadOptions::default())
+        .expect_err("short")
+        .to_string();
     assert!(text.contains("47 bytes, and its shape needs 48"), "{text}");
 }
 
@@ -267,7 +373,10 @@ fn damaged_chunks_are_refused_and_never_panic() {
     let folder = Folder::new();
     let array = folder.path("d.zarr");
     let pack = |bytes: Vec<u8>| blosc(&bytes, 1 | 1 << 5 | 16, lz4_flex::block::compress);
-    write(&array.join(".zarray"), array_2(r#"{"id": "blosc"}"#).as_bytes());
+    write(
+        &array.join(".zarray"),
+        array_2(r#"{"id": "blosc"}"#).as_bytes(),
+    );
     write_chunks(&array, ("", "/"), pack);
     let place = array.join("0/0/0");
     let good = std::fs::read(&place).expect("written");
@@ -282,5 +391,8 @@ fn damaged_chunks_are_refused_and_never_panic() {
         write(&place, &bad);
         refused += usize::from(load(&array, &LoadOptions::default()).is_err());
     }
-    assert!(refused > 200, "damage is noticed: {refused} of 500 were refused");
+    assert!(
+        refused > 200,
+        "damage is noticed: {refused} of 500 were refused"
+    );
 }

@@ -35,7 +35,8 @@ pub(super) fn unpack(opened: &Opened, max_memory: u64, watch: &mut Watch) -> Res
     let element = opened.array.voxel_type.bytes();
     let sizes: Vec<usize> = opened.spans.iter().map(|span| span.size).collect();
     let bytes = len(&sizes).and_then(|count| count.checked_mul(element));
-    let bytes = bytes.ok_or_else(|| invalid(folder, "more voxels than this machine can count"))? as u64;
+    let bytes =
+        bytes.ok_or_else(|| invalid(folder, "more voxels than this machine can count"))? as u64;
     let chunks = chunks_of(folder, &opened.array, &opened.spans)?;
     let chunk_bytes = chunk_bytes(opened, &chunks)?;
     if COPIES * chunk_bytes > max_memory / 2 {
@@ -58,7 +59,9 @@ pub(super) fn unpack(opened: &Opened, max_memory: u64, watch: &mut Watch) -> Res
         let (part, rows) = unpacked(opened, index, path)?;
         rows.into_iter()
             .zip(part.bytes.chunks_exact(part.row_bytes))
-            .try_for_each(|(place, row)| write_all_at(&file, row, (place * element) as u64).map_err(failed))
+            .try_for_each(|(place, row)| {
+                write_all_at(&file, row, (place * element) as u64).map_err(failed)
+            })
     };
     // Each thread holds a chunk.
     let threads = rayon::current_num_threads();
@@ -105,7 +108,12 @@ fn unpacked(opened: &Opened, index: &[usize], path: &Path) -> Result<(Part, Vec<
     let element = array.voxel_type.bytes();
     let count: usize = size.iter().product();
     let mut bytes = vec![0; count * element];
-    copy_box((&chunk, &array.chunk, &from), (&mut bytes, &size, &vec![0; size.len()]), &size, element);
+    copy_box(
+        (&chunk, &array.chunk, &from),
+        (&mut bytes, &size, &vec![0; size.len()]),
+        &size,
+        element,
+    );
     // Axes that are not of space have one place, so that the last axis of space is the fastest, wherever it stands.
     let x = opened.last_axis;
     let row = size[x];
@@ -116,10 +124,18 @@ fn unpacked(opened: &Opened, index: &[usize], path: &Path) -> Result<(Part, Vec<
             at[axis] += rest % size[axis];
             rest /= size[axis];
         }
-        at.iter().zip(spans).fold(0, |place, (at, span)| place * span.size + at)
+        at.iter()
+            .zip(spans)
+            .fold(0, |place, (at, span)| place * span.size + at)
     };
     let rows = (0..count / row).map(place).collect();
-    Ok((Part { bytes, row_bytes: row * element }, rows))
+    Ok((
+        Part {
+            bytes,
+            row_bytes: row * element,
+        },
+        rows,
+    ))
 }
 
 /// Makes a file of elements that were never written.

@@ -31,19 +31,37 @@ pub(super) fn add_ball<S: Simd, const SUMS: usize, const POWERS: usize>(
     voxel: &Laid,
     scratch: &mut KernelScratch,
 ) -> usize {
-    let Some((slabs, [x0, y0, x1, y1])) = placed(&tile, first, voxel, &mut scratch.ring) else { return 0 };
+    let Some((slabs, [x0, y0, x1, y1])) = placed(&tile, first, voxel, &mut scratch.ring) else {
+        return 0;
+    };
     let view = slab(&tile, slabs.first + slabs.middle, &mut scratch.ring).view;
     // A ball of one vector's width takes one, wherever it begins.
-    let starts = if x1 - x0 <= LANES { [x0.min(TILE_PX - LANES); 2] } else { [0, LANES] };
+    let starts = if x1 - x0 <= LANES {
+        [x0.min(TILE_PX - LANES); 2]
+    } else {
+        [0, LANES]
+    };
     let count = if x1 - x0 <= LANES { 1 } else { 2 };
     for row in y0..y1 {
         for &start in &starts[..count] {
-            let open = f32x8::from_slice(simd, &scratch.pixels.transmittance[row][start..start + LANES]);
-            if open.simd_ge(f32x8::splat(simd, tile.settings.min_transmittance)).all_false() {
+            let open = f32x8::from_slice(
+                simd,
+                &scratch.pixels.transmittance[row][start..start + LANES],
+            );
+            if open
+                .simd_ge(f32x8::splat(simd, tile.settings.min_transmittance))
+                .all_false()
+            {
                 continue;
             }
             let at = (row, start);
-            add_rays::<_, SUMS, POWERS>(simd, (tile, profile), (&view, &slabs, at), voxel, &mut scratch.ring);
+            add_rays::<_, SUMS, POWERS>(
+                simd,
+                (tile, profile),
+                (&view, &slabs, at),
+                voxel,
+                &mut scratch.ring,
+            );
         }
     }
     (y1 - y0) * count * LANES * slabs.count as usize
@@ -51,14 +69,20 @@ pub(super) fn add_ball<S: Simd, const SUMS: usize, const POWERS: usize>(
 
 /// The slabs of a ball and the pixels of the tile that may see it; `None` where none does.
 #[inline(always)]
-fn placed(tile: &Tile, first: u32, voxel: &Laid, ring: &mut [SlabSums]) -> Option<(Slabs, [usize; 4])> {
+fn placed(
+    tile: &Tile,
+    first: u32,
+    voxel: &Laid,
+    ring: &mut [SlabSums],
+) -> Option<(Slabs, [usize; 4])> {
     let settings = tile.settings;
     let nearest = slab(tile, first, ring);
     let per_slab = 1.0 / settings.thickness as f32;
     let to_centre = (voxel.offset_z - nearest.view.offset_z) * per_slab;
     let reach = settings.sections.reach_z * per_slab;
     // The last slab may begin where the ball ends: it then gets nothing.
-    let count = ((to_centre + reach).floor().max(-1.0) as i32 + 1).clamp(0, settings.ring_len as i32) as u32;
+    let count = ((to_centre + reach).floor().max(-1.0) as i32 + 1)
+        .clamp(0, settings.ring_len as i32) as u32;
     let last = count.checked_sub(1)?;
     let middle = (to_centre.round().max(0.0) as u32).min(last);
     let [x, y] = voxel.across;
@@ -75,7 +99,14 @@ fn placed(tile: &Tile, first: u32, voxel: &Laid, ring: &mut [SlabSums]) -> Optio
         let sums = slab(tile, number, ring);
         sums.rows = [sums.rows[0].min(y0), sums.rows[1].max(y1)];
     }
-    Some((Slabs { first, count, middle }, [x0, y0, x1, y1]))
+    Some((
+        Slabs {
+            first,
+            count,
+            middle,
+        },
+        [x0, y0, x1, y1],
+    ))
 }
 
 /// Adds a voxel to one vector of pixels in all slabs.
@@ -97,16 +128,30 @@ fn add_rays<S: Simd, const SUMS: usize, const POWERS: usize>(
         f32x8::from_slice(simd, &view.lanes[axis][range.clone()]) + constant(start)
     });
     let rays = tile.rays;
-    let d = [load(&rays.direction[0]), load(&rays.direction[1]), load(&rays.direction[2])];
+    let d = [
+        load(&rays.direction[0]),
+        load(&rays.direction[1]),
+        load(&rays.direction[2]),
+    ];
     let t = p[0].mul_add(d[0], p[1].mul_add(d[1], p[2] * d[2]));
     let across = [p[0] - t * d[0], p[1] - t * d[1], p[2] - t * d[2]];
-    let distance2 = across[0].mul_add(across[0], across[1].mul_add(across[1], across[2] * across[2]));
-    let Some(chord) = profile.chord::<_, _, POWERS>(simd, distance2) else { return };
+    let distance2 = across[0].mul_add(
+        across[0],
+        across[1].mul_add(across[1], across[2] * across[2]),
+    );
+    let Some(chord) = profile.chord::<_, _, POWERS>(simd, distance2) else {
+        return;
+    };
     // Places on the chord, -1 to 1.
     let per_z = load(&rays.per_z) * chord.per_half;
     let middle = t * chord.per_half;
     let ends = [constant(-1.0), constant(1.0)];
-    let inside = |z: f32x8<S>| (z - constant(view.offset_z)).mul_add(per_z, middle).max(ends[0]).min(ends[1]);
+    let inside = |z: f32x8<S>| {
+        (z - constant(view.offset_z))
+            .mul_add(per_z, middle)
+            .max(ends[0])
+            .min(ends[1])
+    };
     let (low, high) = (inside(load(&rays.kept[0])), inside(load(&rays.kept[1])));
     let step = per_z * constant(tile.settings.thickness as f32);
     let near_end = middle - step * constant(slabs.middle as f32 + 0.5);

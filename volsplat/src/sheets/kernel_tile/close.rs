@@ -38,7 +38,10 @@ pub(super) fn close_slabs<S: Simd, const SUMS: usize>(
         }
         sums.rows = [TILE_PX, 0];
     }
-    changed && scratch.pixels.is_opaque(simd, tile.settings.min_transmittance)
+    changed
+        && scratch
+            .pixels
+            .is_opaque(simd, tile.settings.min_transmittance)
 }
 
 /// Clamps a row's sums of scalar times weight to what the voxels in reach allow, and forgets these.
@@ -66,11 +69,18 @@ fn close_half<S: Simd, const SUMS: usize>(
     let added = match tile.kernel.classify {
         Classify::Pre => [load(0), load(1), load(2), load(3)],
         Classify::Post => {
-            let Some(classified) = classified(simd, tile.settings, [load(0), load(1), load(2)]) else {
+            let Some(classified) = classified(simd, tile.settings, [load(0), load(1), load(2)])
+            else {
                 return;
             };
             if SUMS == SUMS_LIT {
-                lit(simd, tile, (at, load(1)), [load(3), load(4), load(5)], classified)
+                lit(
+                    simd,
+                    tile,
+                    (at, load(1)),
+                    [load(3), load(4), load(5)],
+                    classified,
+                )
             } else {
                 classified
             }
@@ -120,7 +130,10 @@ fn lit<S: Simd>(
     let [x, y, z] = gradient_sums;
     let gradient = [x * per_weight, y * per_weight, z * per_weight];
     let one = f32x8::splat(simd, 1.0);
-    let left = tile.settings.gradient_ramp.map_or(one, |ramp| ramp.factor(simd, gradient));
+    let left = tile
+        .settings
+        .gradient_ramp
+        .map_or(one, |ramp| ramp.factor(simd, gradient));
     let depth = depth * left;
     let (body, added) = match &tile.settings.shade {
         None => (left, f32x8::splat(simd, 0.0)),
@@ -129,7 +142,12 @@ fn lit<S: Simd>(
             (left * lit.body, lit.highlight * depth)
         }
     };
-    [red.mul_add(body, added), green.mul_add(body, added), blue.mul_add(body, added), depth]
+    [
+        red.mul_add(body, added),
+        green.mul_add(body, added),
+        blue.mul_add(body, added),
+        depth,
+    ]
 }
 
 /// Composites colours times optical depth, and optical depth, behind what the pixels hold.
@@ -146,7 +164,10 @@ fn composite<S: Simd>(
     let before = load(&pixels.transmittance[at.row]);
     // What is opaque is left alone: whether its sums are whole depends on the pixels beside it.
     let open = before.simd_ge(f32x8::splat(simd, settings.min_transmittance));
-    let weight = open.select(before * opacity(simd, settings.opacity, depth), f32x8::splat(simd, 0.0));
+    let weight = open.select(
+        before * opacity(simd, settings.opacity, depth),
+        f32x8::splat(simd, 0.0),
+    );
     (before - weight).store_slice(&mut pixels.transmittance[at.row][range.clone()]);
     let share = weight / depth.max(f32x8::splat(simd, f32::MIN_POSITIVE));
     for (plane, colour) in pixels.rgb.iter_mut().zip([red, green, blue]) {

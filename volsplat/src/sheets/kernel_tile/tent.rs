@@ -18,7 +18,13 @@ pub(super) fn add_tent<S: Simd, const SUMS: usize>(
     let mut touched = 0;
     for number in first..first + tile.settings.ring_len as u32 {
         let sums = slab(&tile, number, &mut scratch.ring);
-        let Some(reach) = tile.settings.sections.at(sums.view.offset_z - voxel.offset_z) else { break };
+        let Some(reach) = tile
+            .settings
+            .sections
+            .at(sums.view.offset_z - voxel.offset_z)
+        else {
+            break;
+        };
         let [x, y] = voxel.across;
         let [left, top, right, bottom] = reach.ends;
         let [x0, y0, x1, y1] = sums.covered([x + left, y + top, x + right, y + bottom]);
@@ -57,9 +63,12 @@ fn add_lanes<S: Simd, const SUMS: usize>(
     let half = per_z * constant(0.5 * tile.settings.thickness as f32);
     let middle_z = constant(view.offset_z);
     let to = ((load(&tile.rays.kept[1]) - middle_z) * per_z).min(half);
-    let from = ((load(&tile.rays.kept[0]) - middle_z) * per_z).max(-half).min(to);
+    let from = ((load(&tile.rays.kept[0]) - middle_z) * per_z)
+        .max(-half)
+        .min(to);
     let tent = |d: f32x8<S>| (constant(1.0) - d.abs()).max(constant(0.0));
-    let weight = tent(p[0]) * tent(p[1]) * tent(p[2]) * (to - from) * load(&tile.rays.unit_per_grid);
+    let weight =
+        tent(p[0]) * tent(p[1]) * tent(p[2]) * (to - from) * load(&tile.rays.unit_per_grid);
     if weight.simd_gt(constant(0.0)).any_true() {
         sums.add::<_, SUMS>(simd, (row, lane), weight, &voxel.value);
     }

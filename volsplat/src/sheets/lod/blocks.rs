@@ -55,7 +55,9 @@ pub(crate) fn details(
         }
         let samples = Samples::new(brick, table);
         let skip_spreads = samples.skip_spreads(useful);
-        let blocks = samples.stray(0, useful).map(|stray| Box::new(Blocks::new(&samples, stray)));
+        let blocks = samples
+            .stray(0, useful)
+            .map(|stray| Box::new(Blocks::new(&samples, stray)));
         (skip_spreads.is_some() || blocks.is_some()).then(|| Detail {
             skip_spreads: skip_spreads.unwrap_or([f32::INFINITY; STRIDES]),
             depth: samples.depth(),
@@ -69,7 +71,10 @@ impl Detail {
     /// That of a brick whose samples are all the same: nothing strays.
     fn homogeneous(brick: &CellBrick, value: [f32; 4]) -> Self {
         let [least, greatest] = brick.bounds.range();
-        let longest = (0..3).map(|axis| greatest[axis] - least[axis]).max().unwrap_or(0);
+        let longest = (0..3)
+            .map(|axis| greatest[axis] - least[axis])
+            .max()
+            .unwrap_or(0);
         let blocks = Blocks::of_values(&[value; BLOCKS], [Stray::default(); LEVELS]);
         Self {
             skip_spreads: [0.0; STRIDES],
@@ -89,21 +94,40 @@ impl Blocks {
                 [colour(r), colour(g), colour(b), strength]
             }));
         }
-        let never = Stray { spread: f32::INFINITY, drift: f32::INFINITY };
-        let stray = |level| if level == 0 { finest } else { samples.stray(level, |_| true).unwrap_or(never) };
+        let never = Stray {
+            spread: f32::INFINITY,
+            drift: f32::INFINITY,
+        };
+        let stray = |level| {
+            if level == 0 {
+                finest
+            } else {
+                samples.stray(level, |_| true).unwrap_or(never)
+            }
+        };
         Self::of_values(&values, std::array::from_fn(stray))
     }
 
     /// From colour and strength of every block.
     fn of_values(values: &[[f32; 4]], strays: [Stray; LEVELS]) -> Self {
-        let most = |channel: usize| values.iter().map(|v| v[channel]).fold(f32::MIN_POSITIVE, f32::max);
+        let most = |channel: usize| {
+            values
+                .iter()
+                .map(|v| v[channel])
+                .fold(f32::MIN_POSITIVE, f32::max)
+        };
         let colour = most(0).max(most(1)).max(most(2));
         let scales = [colour, colour, colour, most(3)].map(|most| most / CODES);
         let mut codes = [[0; 4]; BLOCKS];
         for (code, value) in codes.iter_mut().zip(values) {
-            *code = std::array::from_fn(|channel| (value[channel] / scales[channel]).round() as u16);
+            *code =
+                std::array::from_fn(|channel| (value[channel] / scales[channel]).round() as u16);
         }
-        Self { codes, scales, strays }
+        Self {
+            codes,
+            scales,
+            strays,
+        }
     }
 
     /// Red, green, blue and extinction of a block, in parts of their scales.

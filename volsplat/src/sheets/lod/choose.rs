@@ -71,7 +71,11 @@ impl LevelChoice {
             return None;
         }
         let axes = view.camera_from_grid.matrix3;
-        let longest = axes.x_axis.length().max(axes.y_axis.length()).max(axes.z_axis.length());
+        let longest = axes
+            .x_axis
+            .length()
+            .max(axes.y_axis.length())
+            .max(axes.z_axis.length());
         Some(Self {
             lod_error: f64::from(options.lod_error),
             focal_px: camera.fx.max(camera.fy) * longest,
@@ -89,7 +93,11 @@ impl LevelChoice {
             Projection::Perspective => {
                 let z = in_camera.z - reach;
                 // Off the axis a voxel is stretched by the secant.
-                if z > 0.0 { self.focal_px / z * (in_camera.length() / in_camera.z) } else { f64::INFINITY }
+                if z > 0.0 {
+                    self.focal_px / z * (in_camera.length() / in_camera.z)
+                } else {
+                    f64::INFINITY
+                }
             }
         }
     }
@@ -118,10 +126,22 @@ impl LevelChoice {
     }
 
     /// What a brick is drawn from.
-    pub(crate) fn choice<'a>(&self, view: &GridView, brick: &CellBrick, detail: &'a Detail) -> Choice<'a> {
+    pub(crate) fn choice<'a>(
+        &self,
+        view: &GridView,
+        brick: &CellBrick,
+        detail: &'a Detail,
+    ) -> Choice<'a> {
         let half = 0.5 * CELL_SIDE as f64;
         let middle = DVec3::from(brick.bounds.corner.map(f64::from)) + half;
-        let reach = half * view.camera_from_grid.matrix3.transpose().z_axis.abs().element_sum();
+        let reach = half
+            * view
+                .camera_from_grid
+                .matrix3
+                .transpose()
+                .z_axis
+                .abs()
+                .element_sum();
         let px = self.voxel_px(view.camera_from_grid.transform_point3(middle), reach);
         // Written so that a size that is no number replaces nothing.
         if brick.mask.is_some() || !(px < MOST_PX) {
@@ -141,10 +161,14 @@ impl LevelChoice {
         let fits = |&level: &usize| {
             let stray = blocks.strays[level];
             let share = (BLOCK_SHARE * voxel_px * (2 << level) as f64).min(1.0);
-            let change = self.change(stray.spread, share, detail) + f64::from(stray.drift) * self.units;
+            let change =
+                self.change(stray.spread, share, detail) + f64::from(stray.drift) * self.units;
             SAFETY * change <= self.lod_error
         };
-        (0..LEVELS).rev().find(fits).map(|level| Merged { level: level + 1, blocks })
+        (0..LEVELS).rev().find(fits).map(|level| Merged {
+            level: level + 1,
+            blocks,
+        })
     }
 
     /// The greatest stride over sheets; 1 takes every sheet.
@@ -158,7 +182,9 @@ impl LevelChoice {
             let Some(measured) = (stride * self.slabs).next_power_of_two().checked_ilog2() else {
                 return false;
             };
-            let Some(&spread) = detail.skip_spreads.get(measured as usize - 1) else { return false };
+            let Some(&spread) = detail.skip_spreads.get(measured as usize - 1) else {
+                return false;
+            };
             let rows = f64::from(self.subpixels);
             SAFETY * self.change(spread, SKIP_SHARE / rows, detail) <= self.lod_error
         };

@@ -17,7 +17,9 @@ pub(crate) fn count_levels(
     let mut looked_at = vec![false; bricks.len()];
     for (index, slot) in slots.iter().enumerate() {
         let list = lists.tile(index % columns, index / columns);
-        list[..slot.counts.composited].iter().for_each(|&brick| looked_at[brick as usize] = true);
+        list[..slot.counts.composited]
+            .iter()
+            .for_each(|&brick| looked_at[brick as usize] = true);
     }
     for (brick, looked_at) in bricks.iter().zip(looked_at) {
         let level = brick.detail.level();

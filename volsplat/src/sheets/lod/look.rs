@@ -12,8 +12,17 @@ use crate::sheets::classify::TransferTable;
 const STEP: usize = 2;
 
 /// Whether some replacement of a brick may be `useful`.
-pub(super) fn first_look(brick: &CellBrick, table: &TransferTable, useful: impl Fn(Stray) -> bool) -> bool {
-    (0..3).all(|axis| useful(Stray { spread: spread_along(brick, table, axis) / FALL, drift: 0.0 }))
+pub(super) fn first_look(
+    brick: &CellBrick,
+    table: &TransferTable,
+    useful: impl Fn(Stray) -> bool,
+) -> bool {
+    (0..3).all(|axis| {
+        useful(Stray {
+            spread: spread_along(brick, table, axis) / FALL,
+            drift: 0.0,
+        })
+    })
 }
 
 /// Root mean square over rows along an axis of the error that taking every other vertex makes, in parts of the mean.
@@ -29,18 +38,35 @@ fn spread_along(brick: &CellBrick, table: &TransferTable, axis: usize) -> f32 {
             for at in least[axis]..=greatest[axis] {
                 let [r, g, b, strength] = table.at(brick.scalars[first + at * stride(axis)]);
                 // The trapezoid rule counts the ends half.
-                let share = if at == least[axis] || at == greatest[axis] { 0.5 } else { 1.0 };
+                let share = if at == least[axis] || at == greatest[axis] {
+                    0.5
+                } else {
+                    1.0
+                };
                 let weight = share * strength;
-                let signed = if (at - least[axis]) % 2 == 0 { weight } else { -weight };
+                let signed = if (at - least[axis]) % 2 == 0 {
+                    weight
+                } else {
+                    -weight
+                };
                 total += weight;
-                error =
-                    [error[0] + signed * r, error[1] + signed * g, error[2] + signed * b, error[3] + signed];
+                error = [
+                    error[0] + signed * r,
+                    error[1] + signed * g,
+                    error[2] + signed * b,
+                    error[3] + signed,
+                ];
             }
-            squares = std::array::from_fn(|channel| squares[channel] + error[channel] * error[channel]);
+            squares =
+                std::array::from_fn(|channel| squares[channel] + error[channel] * error[channel]);
             rows += 1.0;
         }
     }
     let worst = squares.into_iter().fold(0.0, f32::max);
     // Without extinction at any of these vertices there is next to nothing to save.
-    if total > 0.0 { (worst * rows).sqrt() / total } else { f32::INFINITY }
+    if total > 0.0 {
+        (worst * rows).sqrt() / total
+    } else {
+        f32::INFINITY
+    }
 }

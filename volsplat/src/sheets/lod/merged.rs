@@ -23,11 +23,14 @@ pub(super) fn read_blocks<S: Simd>(
     let per_voxel = constant(side as f32 / CELL_SIDE as f32);
     let block = |axis: usize| {
         let p = plane.mul_add(rays.step[axis], rays.start[axis]) - constant(cells.corner[axis]);
-        (p * per_voxel).max(constant(0.0)).min(constant((side - 1) as f32)).trunc()
+        (p * per_voxel)
+            .max(constant(0.0))
+            .min(constant((side - 1) as f32))
+            .trunc()
     };
     let row = constant(side as f32);
-    let place =
-        block(2).mul_add(row, block(1)).mul_add(row, block(0)) + constant(STARTS[merged.level - 1] as f32);
+    let place = block(2).mul_add(row, block(1)).mul_add(row, block(0))
+        + constant(STARTS[merged.level - 1] as f32);
     let places = place.to_int::<i32x8<S>>().to_array();
     let mut codes = [[0.0f32; LANES]; 4];
     for lane in 0..LANES {
@@ -37,6 +40,7 @@ pub(super) fn read_blocks<S: Simd>(
         }
     }
     let scales = merged.blocks.scales;
-    let load = |channel: usize| f32x8::from_slice(simd, &codes[channel]) * constant(scales[channel]);
+    let load =
+        |channel: usize| f32x8::from_slice(simd, &codes[channel]) * constant(scales[channel]);
     [load(0), load(1), load(2), load(3)]
 }

@@ -55,7 +55,8 @@ impl Column {
     /// The sample at a depth.
     fn at(&self, depth: usize) -> [usize; 3] {
         let mut at = [0; 3];
-        (at[self.axis], at[self.across[0]], at[self.across[1]]) = (depth, self.place[0], self.place[1]);
+        (at[self.axis], at[self.across[0]], at[self.across[1]]) =
+            (depth, self.place[0], self.place[1]);
         at
     }
 }
@@ -65,7 +66,11 @@ impl Samples {
         let [least, greatest] = brick.bounds.range().map(|end| end.map(usize::from));
         let range = std::array::from_fn(|axis| [least[axis] * FINE, greatest[axis] * FINE]);
         let values = vec![[0.0; 4]; SIDE * SIDE * SIDE].into_boxed_slice();
-        let mut samples = Self { range, values, missed: 0.0 };
+        let mut samples = Self {
+            range,
+            values,
+            missed: 0.0,
+        };
         for z in least[2]..greatest[2] {
             for y in least[1]..greatest[1] {
                 for x in least[0]..greatest[0] {
@@ -92,7 +97,10 @@ impl Samples {
         if !seen {
             // What a corner shows fills less than the eighth of the cell around it, of which a column meets a cell's
             // length.
-            let most = corners.iter().map(|&scalar| table.at(scalar)[3]).fold(0.0, f32::max);
+            let most = corners
+                .iter()
+                .map(|&scalar| table.at(scalar)[3])
+                .fold(0.0, f32::max);
             self.missed += most * (FINE * FINE) as f32 / 8.0;
         }
     }
@@ -109,7 +117,9 @@ impl Samples {
 
     /// Mean optical depth through the brick along its longest axis, for opacity units of one voxel.
     pub(super) fn depth(&self) -> f32 {
-        (0..3).map(|axis| LENGTH * self.total() / self.columns(axis)).fold(0.0, f32::max)
+        (0..3)
+            .map(|axis| LENGTH * self.total() / self.columns(axis))
+            .fold(0.0, f32::max)
     }
 
     /// The error over the mean: a root mean square over columns, with what samples may have missed.
@@ -117,14 +127,24 @@ impl Samples {
         let columns = self.columns(axis);
         let error = (square_sum / columns).sqrt() + self.missed / columns;
         // A brick without extinction in its samples has a relative error only if something was missed.
-        if error > 0.0 { error * columns / (LENGTH * self.total()) } else { 0.0 }
+        if error > 0.0 {
+            error * columns / (LENGTH * self.total())
+        } else {
+            0.0
+        }
     }
 
     /// All columns along an axis.
     fn columns_along(&self, axis: usize) -> impl Iterator<Item = Column> + use<> {
         let across = [(axis + 1) % 3, (axis + 2) % 3];
         let [u, v] = across.map(|axis| self.range[axis]);
-        (v[0]..v[1]).flat_map(move |v| (u[0]..u[1]).map(move |u| Column { axis, across, place: [u, v] }))
+        (v[0]..v[1]).flat_map(move |v| {
+            (u[0]..u[1]).map(move |u| Column {
+                axis,
+                across,
+                place: [u, v],
+            })
+        })
     }
 
     /// Mean of each block of a level (0 is the finest) over its part in the box.
@@ -140,7 +160,9 @@ impl Samples {
                 *count += 1.0;
             }
         }
-        sums.into_iter().map(|(sum, count)| sum.map(|s| s / f32::max(count, 1.0))).collect()
+        sums.into_iter()
+            .map(|(sum, count)| sum.map(|s| s / f32::max(count, 1.0)))
+            .collect()
     }
 
     /// How far the field strays from the blocks of a level; `None` as soon as that is not `useful`.
@@ -148,7 +170,10 @@ impl Samples {
         let means = self.means(level);
         (0..3).try_fold(Stray::default(), |worst, axis| {
             let along = self.stray_along(axis, level, &means);
-            let worst = Stray { spread: worst.spread.max(along.spread), drift: worst.drift.max(along.drift) };
+            let worst = Stray {
+                spread: worst.spread.max(along.spread),
+                drift: worst.drift.max(along.drift),
+            };
             useful(worst).then_some(worst)
         })
     }
@@ -171,9 +196,15 @@ impl Samples {
                 *square += error * error;
             }
         }
-        let drift = by_depth.iter().flatten().fold(0.0, |worst, d| f32::max(worst, d.abs()));
+        let drift = by_depth
+            .iter()
+            .flatten()
+            .fold(0.0, |worst, d| f32::max(worst, d.abs()));
         let worst = squares.into_iter().fold(0.0, f32::max);
-        Stray { spread: self.relative(worst, axis), drift: drift / self.columns(axis) }
+        Stray {
+            spread: self.relative(worst, axis),
+            drift: drift / self.columns(axis),
+        }
     }
 
     /// Root mean square, over columns and over where the sheets begin, of the error that taking only every 2nd, 4th
@@ -183,7 +214,10 @@ impl Samples {
         for axis in 0..3 {
             let along = self.skip_spreads_along(axis);
             worst = std::array::from_fn(|i| worst[i].max(along[i]));
-            if !useful(Stray { spread: worst[0], drift: 0.0 }) {
+            if !useful(Stray {
+                spread: worst[0],
+                drift: 0.0,
+            }) {
                 return None;
             }
         }
@@ -216,8 +250,17 @@ impl Samples {
 fn corners(brick: &CellBrick, [x, y, z]: [usize; 3]) -> [f32; 8] {
     let (row, layer) = (VERTEX_SIDE, VERTEX_SIDE * VERTEX_SIDE);
     let first = x + row * y + layer * z;
-    [0, 1, row, row + 1, layer, layer + 1, layer + row, layer + row + 1]
-        .map(|offset| brick.scalars[first + offset])
+    [
+        0,
+        1,
+        row,
+        row + 1,
+        layer,
+        layer + 1,
+        layer + row,
+        layer + row + 1,
+    ]
+    .map(|offset| brick.scalars[first + offset])
 }
 
 /// Adds, per stride and channel, the mean square over the phases of stride * (sum of a phase) - (sum of all).

@@ -61,8 +61,9 @@ mod tests {
     fn as_many_rows_begin_at_every_sheet_once() {
         for stride in [1u32, 2, 4, 8] {
             for first in (0..TILE_PX).step_by(stride as usize) {
-                let mut sheets: Vec<u32> =
-                    (first..first + stride as usize).map(|row| first_sheet(row, stride)).collect();
+                let mut sheets: Vec<u32> = (first..first + stride as usize)
+                    .map(|row| first_sheet(row, stride))
+                    .collect();
                 sheets.sort_unstable();
                 let all: Vec<u32> = (0..stride).collect();
                 assert_eq!(sheets, all, "rows from {first}, stride {stride}");

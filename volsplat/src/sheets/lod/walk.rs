@@ -45,23 +45,38 @@ pub(in crate::sheets) fn add_in_steps<S: Simd, const MERGED: bool>(
     window: Window,
     scratch: &mut GatherScratch,
 ) -> (usize, bool) {
-    let Job { settings, view, placed } = *job;
+    let Job {
+        settings,
+        view,
+        placed,
+    } = *job;
     let cells = CellBox::new(placed.brick, &settings.anchor);
     let [first, end] = placed.planes;
-    let ends = [*scratch.plane(view, first), *scratch.plane(view, (end - 1).max(first + 1))];
+    let ends = [
+        *scratch.plane(view, first),
+        *scratch.plane(view, (end - 1).max(first + 1)),
+    ];
     let (mut touched, mut seen) = (0, false);
     let halves = window.columns[0] / LANES..window.columns[1].div_ceil(LANES);
     for row in window.rows[0]..window.rows[1] {
         for half in halves.clone() {
-            let at = HalfRow { row, first: half * LANES };
-            let Some(rays) = rays(simd, view, (&ends, at), (placed, &cells), scratch) else { continue };
+            let at = HalfRow {
+                row,
+                first: half * LANES,
+            };
+            let Some(rays) = rays(simd, view, (&ends, at), (placed, &cells), scratch) else {
+                continue;
+            };
             let walk = (at, &rays, &ends);
             let (steps, any) = composite_steps::<S, MERGED>(simd, job, &cells, walk, scratch);
             touched += steps * LANES;
             seen |= any;
         }
     }
-    (touched, seen && scratch.pixels.is_opaque(simd, settings.min_transmittance))
+    (
+        touched,
+        seen && scratch.pixels.is_opaque(simd, settings.min_transmittance),
+    )
 }
 
 /// The rays of half a row through a brick's box; `None` if none of them has a plane inside.
@@ -81,7 +96,10 @@ fn rays<S: Simd>(
     let zero = constant(0.0);
     // First and last crossing, each at its earliest and at its latest within the error of positions.
     let mut near = [zero, zero];
-    let mut far = [constant((end - first) as f32), constant((end - first) as f32)];
+    let mut far = [
+        constant((end - first) as f32),
+        constant((end - first) as f32),
+    ];
     for axis in 0..3 {
         let tiny = step[axis].abs().simd_lt(constant(LEAST_STEP));
         let inverse = constant(1.0) / tiny.select(constant(LEAST_STEP), step[axis]);
@@ -101,7 +119,12 @@ fn rays<S: Simd>(
     } else {
         counted(simd, view, at, (placed, cells), scratch)
     };
-    to.simd_gt(from).any_true().then_some(Rays { start, step, from, to })
+    to.simd_gt(from).any_true().then_some(Rays {
+        start,
+        step,
+        from,
+        to,
+    })
 }
 
 /// The planes inside, asked one by one.
@@ -131,7 +154,8 @@ fn steps(placed: &PlacedBrick, row: usize, [least, most]: [f32; 2]) -> [f32; 2] 
     match placed.detail {
         Choice::EverySheet => [least, 1.0],
         Choice::Skipping(Stride(stride)) => {
-            let before = (placed.planes[0] + least as u32 + stride - first_sheet(row, stride)) & (stride - 1);
+            let before = (placed.planes[0] + least as u32 + stride - first_sheet(row, stride))
+                & (stride - 1);
             [least - before as f32, stride as f32]
         }
         // The coarsest level has one block: one step is enough.
@@ -149,13 +173,24 @@ fn composite_steps<S: Simd, const MERGED: bool>(
     (at, rays, ends): (HalfRow, &Rays<S>, &[PlaneView; 2]),
     scratch: &mut GatherScratch,
 ) -> (usize, bool) {
-    let Job { settings, view, placed } = *job;
+    let Job {
+        settings,
+        view,
+        placed,
+    } = *job;
     let constant = |v: f32| f32x8::splat(simd, v);
     let used = rays.to.simd_gt(rays.from);
-    let least = used.select(rays.from, constant(f32::MAX)).to_array().into_iter().fold(f32::MAX, f32::min);
+    let least = used
+        .select(rays.from, constant(f32::MAX))
+        .to_array()
+        .into_iter()
+        .fold(f32::MAX, f32::min);
     let most = rays.to.to_array().into_iter().fold(0.0, f32::max);
     let [mut first, stride] = steps(placed, at.row, [least, most]);
-    let units = f32x8::from_slice(simd, &view.units_per_slab[at.row][at.first..at.first + LANES]);
+    let units = f32x8::from_slice(
+        simd,
+        &view.units_per_slab[at.row][at.first..at.first + LANES],
+    );
     let (mut count, mut seen) = (0, false);
     while first < most {
         count += 1;
@@ -179,11 +214,22 @@ fn composite_steps<S: Simd, const MERGED: bool>(
         let before = load(&scratch.pixels.transmittance[at.row]);
         // What is opaque is left alone, as on every sheet.
         let open = before.simd_ge(constant(settings.min_transmittance));
-        let mut weight = open.select(before * opacity(simd, settings.opacity, added), constant(0.0));
+        let mut weight = open.select(
+            before * opacity(simd, settings.opacity, added),
+            constant(0.0),
+        );
         let least = constant(settings.min_transmittance);
         if ((before - weight).simd_lt(least) & open).any_true() {
-            let added = until_opaque(simd, settings.min_transmittance, before, (units * strength, planes));
-            weight = open.select(before * opacity(simd, settings.opacity, added), constant(0.0));
+            let added = until_opaque(
+                simd,
+                settings.min_transmittance,
+                before,
+                (units * strength, planes),
+            );
+            weight = open.select(
+                before * opacity(simd, settings.opacity, added),
+                constant(0.0),
+            );
         }
         (before - weight).store_slice(&mut scratch.pixels.transmittance[at.row][range.clone()]);
         if settings.depth == DepthRule::Expected {
@@ -192,8 +238,11 @@ fn composite_steps<S: Simd, const MERGED: bool>(
             let sum = weight.mul_add(z, load(&scratch.pixels.depth[at.row]));
             sum.store_slice(&mut scratch.pixels.depth[at.row][range.clone()]);
         }
-        let (red, green, blue) =
-            ((weight * red).to_array(), (weight * green).to_array(), (weight * blue).to_array());
+        let (red, green, blue) = (
+            (weight * red).to_array(),
+            (weight * green).to_array(),
+            (weight * blue).to_array(),
+        );
         for (lane, sum) in scratch.rgb[at.row][range].iter_mut().enumerate() {
             sum[0] += red[lane];
             sum[1] += green[lane];
@@ -218,7 +267,11 @@ fn until_opaque<S: Simd>(
         // The least number of planes after which less than the least transmittance is left.
         let enough = ((before[lane] / min_transmittance).ln() / added[lane]).floor() + 1.0;
         // Without extinction this is no number or infinite, and all planes are taken.
-        let taken = if enough >= 1.0 { enough.min(planes[lane]) } else { planes[lane] };
+        let taken = if enough >= 1.0 {
+            enough.min(planes[lane])
+        } else {
+            planes[lane]
+        };
         depths[lane] = taken * added[lane];
     }
     f32x8::from_slice(simd, &depths)

@@ -75,14 +75,19 @@ impl StreamedCells {
         (stats, watch): (&mut FrameStats, &mut Watch),
     ) -> Result<(), Error> {
         let clock = StageClock::start();
-        let grid = TileGrid { width: frame.camera.width as usize, height: frame.camera.height as usize };
+        let grid = TileGrid {
+            width: frame.camera.width as usize,
+            height: frame.camera.height as usize,
+        };
         slots.resize_with(grid.columns() * grid.rows(), TileSlot::default);
         slots.iter_mut().for_each(|slot| slot.reset(0));
         let view_volume = ViewVolume::new(frame.camera, frame.view, 0.0);
         let row_bytes = (grid.columns() * tile_bytes(frame.settings)) as u64;
         let band_rows = ((self.budget.tiles / row_bytes.max(1)) as usize).clamp(1, grid.rows());
-        let bands: Vec<Range<usize>> =
-            (0..grid.rows()).step_by(band_rows).map(|row| row..(row + band_rows).min(grid.rows())).collect();
+        let bands: Vec<Range<usize>> = (0..grid.rows())
+            .step_by(band_rows)
+            .map(|row| row..(row + band_rows).min(grid.rows()))
+            .collect();
         stats.resident_bytes = self.kept_bytes;
         for (done, rows) in bands.iter().enumerate() {
             let mut band = Band {
@@ -96,7 +101,9 @@ impl StreamedCells {
                 batch_len: batch_len(&self.budget, self.reader.gradients),
             };
             let slots = &mut slots[rows.start * grid.columns()..rows.end * grid.columns()];
-            band.draw(slots, stats, &mut |share| watch((done as f64 + share) / bands.len() as f64))?;
+            band.draw(slots, stats, &mut |share| {
+                watch((done as f64 + share) / bands.len() as f64)
+            })?;
         }
         tally(slots, clock.stop(), stats);
         Ok(())
@@ -132,7 +139,9 @@ impl Band<'_> {
                 self.composite(std::mem::take(&mut waiting), slots, stats)?;
             }
             for row in found {
-                if count > self.batch_len && !waiting.is_empty() && waiting.len() + row.len() > self.batch_len
+                if count > self.batch_len
+                    && !waiting.is_empty()
+                    && waiting.len() + row.len() > self.batch_len
                 {
                     self.composite(std::mem::take(&mut waiting), slots, stats)?;
                 }
@@ -161,7 +170,8 @@ impl Band<'_> {
             let at = [layer, row];
             let bricks = self.cells.index.row(at).iter().enumerate();
             let seen = bricks.filter(|(_, brick)| self.may_be_seen(brick, at));
-            seen.map(|(place, &brick)| Candidate { at, place, brick }).collect()
+            seen.map(|(place, &brick)| Candidate { at, place, brick })
+                .collect()
         };
         rows.par_iter().map(of_row).collect()
     }
@@ -174,7 +184,8 @@ impl Band<'_> {
         let Some(rect) = tile_rect(&bounds, self.frame.view, self.grid, self.frame.settings) else {
             return false;
         };
-        let rows = usize::from(rect.y0).max(self.rows.start)..usize::from(rect.y1).min(self.rows.end);
+        let rows =
+            usize::from(rect.y0).max(self.rows.start)..usize::from(rect.y1).min(self.rows.end);
         let columns = usize::from(rect.x0)..usize::from(rect.x1);
         rows.into_iter().any(|y| {
             let first = (y - self.rows.start) * self.grid.columns();
@@ -198,8 +209,13 @@ impl Band<'_> {
         drop(batch);
         let all: Vec<usize> = (0..bricks.len()).collect();
         let (view, camera, settings) = (self.frame.view, self.frame.camera, self.frame.settings);
-        let (placed, rects) =
-            placed((&bricks, self.clip), (&all, |_| Choice::EverySheet), view, camera, settings);
+        let (placed, rects) = placed(
+            (&bricks, self.clip),
+            (&all, |_| Choice::EverySheet),
+            view,
+            camera,
+            settings,
+        );
         stats.bricks += placed.len() as u64;
         let rects: Vec<TileRect> = rects.into_iter().map(|rect| self.inside(rect)).collect();
         let lists = TileLists::new(&self.grid, &rects);
@@ -232,9 +248,14 @@ impl Band<'_> {
             };
             slot.composite_ms += elapsed_ms(start);
         });
-        let begun = self.tiles.iter().filter(|tile| matches!(tile, Progress::Begun(_))).count();
+        let begun = self
+            .tiles
+            .iter()
+            .filter(|tile| matches!(tile, Progress::Begun(_)))
+            .count();
         let held = bricks.len() as u64 * CellBrick::bytes(self.cells.reader.gradients)
-            + (begun * Unfinished::bytes(settings) + self.tiles.len() * size_of::<Progress>()) as u64;
+            + (begun * Unfinished::bytes(settings) + self.tiles.len() * size_of::<Progress>())
+                as u64;
         stats.resident_bytes = stats.resident_bytes.max(self.cells.kept_bytes + held);
         Ok(())
     }
@@ -243,13 +264,20 @@ impl Band<'_> {
     fn inside(&self, rect: TileRect) -> TileRect {
         let [y0, y1] =
             [rect.y0, rect.y1].map(|y| usize::from(y).clamp(self.rows.start, self.rows.end) as u16);
-        if y0 < y1 { TileRect { y0, y1, ..rect } } else { TileRect::default() }
+        if y0 < y1 {
+            TileRect { y0, y1, ..rect }
+        } else {
+            TileRect::default()
+        }
     }
 
     /// The bricks of a batch: from memory where they stayed there, else from the file.
     fn load(&self, batch: &[Candidate], stats: &mut FrameStats) -> Result<Vec<CellBrick>, Error> {
         let rows: Vec<&[Candidate]> = batch.chunk_by(|a, b| a.at == b.at).collect();
-        let loaded = rows.par_iter().map(|row| self.load_row(row)).collect::<Result<Vec<_>, Error>>()?;
+        let loaded = rows
+            .par_iter()
+            .map(|row| self.load_row(row))
+            .collect::<Result<Vec<_>, Error>>()?;
         stats.bricks_read += loaded.iter().map(|(_, read)| read).sum::<u64>();
         Ok(loaded.into_iter().flat_map(|(bricks, _)| bricks).collect())
     }
@@ -258,16 +286,28 @@ impl Band<'_> {
     fn load_row(&self, row: &[Candidate]) -> Result<(Vec<CellBrick>, u64), Error> {
         let at = row[0].at;
         if let Some(packed) = &self.cells.packed[self.cells.index.row_number(at)] {
-            return Ok((row.iter().map(|c| packed.brick(c.place, &c.brick, at)).collect(), 0));
+            return Ok((
+                row.iter()
+                    .map(|c| packed.brick(c.place, &c.brick, at))
+                    .collect(),
+                0,
+            ));
         }
         let columns: Vec<u16> = row.iter().map(|c| c.brick.column).collect();
         let read = self.cells.reader.read(at, &columns)?;
-        Ok((read.bricks.into_iter().flatten().collect(), columns.len() as u64))
+        Ok((
+            read.bricks.into_iter().flatten().collect(),
+            columns.len() as u64,
+        ))
     }
 
     /// Shows what the tiles hold that are not opaque.
     fn show_rest(&mut self, slots: &mut [TileSlot]) {
-        let SheetFrame { subpixels, settings, .. } = *self.frame;
+        let SheetFrame {
+            subpixels,
+            settings,
+            ..
+        } = *self.frame;
         let tiles = self.tiles.par_iter().zip(slots);
         tiles.for_each_init(GatherScratch::default, |scratch, (tile, slot)| {
             if let Progress::Begun(begun) = tile {

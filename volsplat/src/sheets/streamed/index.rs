@@ -24,7 +24,10 @@ pub(super) struct BrickIndex {
 
 impl IndexedBrick {
     pub(super) fn of(bounds: &Bounds) -> Self {
-        Self { column: (bounds.corner[0] as usize / CELL_SIDE) as u16, range: bounds.range() }
+        Self {
+            column: (bounds.corner[0] as usize / CELL_SIDE) as u16,
+            range: bounds.range(),
+        }
     }
 
     /// Where its visible cells lie.
@@ -36,7 +39,11 @@ impl IndexedBrick {
 
 impl BrickIndex {
     pub(super) fn new(along: [usize; 3]) -> Self {
-        Self { along, bricks: Vec::new(), starts: vec![0] }
+        Self {
+            along,
+            bricks: Vec::new(),
+            starts: vec![0],
+        }
     }
 
     /// Adds the next row.
@@ -62,7 +69,8 @@ impl BrickIndex {
     }
 
     pub(super) fn bounds(&self) -> impl Iterator<Item = Bounds> + '_ {
-        let rows = (0..self.along[2]).flat_map(|layer| (0..self.along[1]).map(move |row| [layer, row]));
+        let rows =
+            (0..self.along[2]).flat_map(|layer| (0..self.along[1]).map(move |row| [layer, row]));
         rows.flat_map(|at| self.row(at).iter().map(move |brick| brick.bounds(at)))
     }
 

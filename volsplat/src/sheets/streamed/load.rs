@@ -42,12 +42,22 @@ impl RowReader {
     /// Reads what the bricks `columns` of a row need, and makes them.
     pub(super) fn read(&self, [layer, row]: [usize; 2], columns: &[u16]) -> Result<RowRead, Error> {
         let (Some(&first), Some(&last)) = (columns.first(), columns.last()) else {
-            return Ok(RowRead { bricks: Vec::new(), block: None });
+            return Ok(RowRead {
+                bricks: Vec::new(),
+                block: None,
+            });
         };
         // Central differences look at one voxel more.
         let margin = usize::from(self.gradients == Gradients::With);
-        let rows = Rows { layer, rows: row..row + 1 };
-        let region = rows.region(self.stored.dims(), &(first.into()..usize::from(last) + 1), margin);
+        let rows = Rows {
+            layer,
+            rows: row..row + 1,
+        };
+        let region = rows.region(
+            self.stored.dims(),
+            &(first.into()..usize::from(last) + 1),
+            margin,
+        );
         let block = Block::read(&self.stored, region, self.world_from_index)?;
         let plan = FieldPlan {
             channels: vec![PlannedChannel {
@@ -64,14 +74,21 @@ impl RowReader {
             }
             Some(brick)
         };
-        Ok(RowRead { bricks: columns.iter().map(brick).collect(), block: Some(block) })
+        Ok(RowRead {
+            bricks: columns.iter().map(brick).collect(),
+            block: Some(block),
+        })
     }
 }
 
 impl Packed {
     /// Packs the scalars of bricks that came from voxels of this type, which gives them back unchanged.
     pub(super) fn new(voxel_type: VoxelType, bricks: &[CellBrick]) -> Self {
-        let scalars = || bricks.iter().flat_map(|brick| brick.scalars.iter().copied());
+        let scalars = || {
+            bricks
+                .iter()
+                .flat_map(|brick| brick.scalars.iter().copied())
+        };
         let values = match voxel_type {
             VoxelType::U8 => Voxels::U8(scalars().map(|v| v as u8).collect()),
             VoxelType::I8 => Voxels::I8(scalars().map(|v| v as i8).collect()),
@@ -80,7 +97,10 @@ impl Packed {
             // Bricks hold f32, whatever the file does.
             _ => Voxels::F32(scalars().collect()),
         };
-        Self { values, ranges: bricks.iter().map(|brick| brick.range).collect() }
+        Self {
+            values,
+            ranges: bricks.iter().map(|brick| brick.range).collect(),
+        }
     }
 
     /// One of the bricks, by its place.

@@ -56,7 +56,12 @@ struct Budget {
 impl Budget {
     /// Shares of the whole: guesses, but their sum leaves room. The index is checked to take at most a sixth.
     fn new(total: u64) -> Self {
-        Self { total, packed: total / 4, batch: total / 8, tiles: total / 4 }
+        Self {
+            total,
+            packed: total / 4,
+            batch: total / 8,
+            tiles: total / 4,
+        }
     }
 }
 
@@ -87,10 +92,18 @@ impl LargeCells {
         let seen: Vec<bool> = volume.survey().bricks.par_iter().map(meets).collect();
         let count = seen.iter().filter(|seen| **seen).count() as u64;
         let bytes = count * CellBrick::bytes(reader.gradients);
-        let keep = if bytes <= budget.total / 2 { Keep::Whole } else { Keep::Packed };
+        let keep = if bytes <= budget.total / 2 {
+            Keep::Whole
+        } else {
+            Keep::Packed
+        };
         let values = VisibleValues::new(volume.voxel_type(), transfer);
         let tally = volume.survey().tally.as_ref();
-        let finder = Finder { reader: &reader, counted: tally.is_none().then_some(&values), seen: &seen };
+        let finder = Finder {
+            reader: &reader,
+            counted: tally.is_none().then_some(&values),
+            seen: &seen,
+        };
         let mut found = Found::new(bricks_along(lattice.dims), budget.packed);
         found.non_transparent = tally.map_or(0, |tally| tally.count(|value| values.shows(value)));
         finder.find(&mut found, keep, watch)?;
@@ -104,7 +117,15 @@ impl LargeCells {
         let Found { index, packed, .. } = found;
         check_index(&index, budget.total)?;
         let kept_bytes = index.bytes() + packed.iter().flatten().map(Packed::bytes).sum::<u64>();
-        let cells = StreamedCells { reader, index, packed, non_transparent, voxels, budget, kept_bytes };
+        let cells = StreamedCells {
+            reader,
+            index,
+            packed,
+            non_transparent,
+            voxels,
+            budget,
+            kept_bytes,
+        };
         Ok(Self::Streamed(Box::new(cells)))
     }
 }
@@ -151,7 +172,14 @@ struct RowFound {
 impl Found {
     fn new(along: [usize; 3], room: u64) -> Self {
         let index = BrickIndex::new(along);
-        Self { index, packed: Vec::new(), whole: Vec::new(), non_transparent: 0, room, along }
+        Self {
+            index,
+            packed: Vec::new(),
+            whole: Vec::new(),
+            non_transparent: 0,
+            room,
+            along,
+        }
     }
 
     fn add(&mut self, row: RowFound) {
@@ -189,17 +217,26 @@ impl Finder<'_> {
     }
 
     fn row(&self, at: [usize; 2], seen: &[bool], keep: Option<Keep>) -> Result<RowFound, Error> {
-        let columns: Vec<u16> = (0..seen.len()).filter(|&i| seen[i]).map(|i| i as u16).collect();
+        let columns: Vec<u16> = (0..seen.len())
+            .filter(|&i| seen[i])
+            .map(|i| i as u16)
+            .collect();
         let stored = &self.reader.stored;
         let read = self.reader.read(at, &columns)?;
         let count = |values: &VisibleValues| -> u64 {
             let Some(block) = &read.block else { return 0 };
             let corner = |&column: &u16| block.corner([column.into(), at[1], at[0]]);
-            columns.iter().map(|column| block.count_own(stored.dims(), corner(column), values)).sum()
+            columns
+                .iter()
+                .map(|column| block.count_own(stored.dims(), corner(column), values))
+                .sum()
         };
         let non_transparent = self.counted.map_or(0, count);
         let kept: Vec<CellBrick> = read.bricks.into_iter().flatten().collect();
-        let bricks = kept.iter().map(|brick| IndexedBrick::of(&brick.bounds)).collect();
+        let bricks = kept
+            .iter()
+            .map(|brick| IndexedBrick::of(&brick.bounds))
+            .collect();
         let (packed, whole) = match keep {
             Some(Keep::Whole) => (None, kept),
             Some(Keep::Packed) if self.reader.gradients == Gradients::Without => {
@@ -207,7 +244,12 @@ impl Finder<'_> {
             }
             _ => (None, Vec::new()),
         };
-        Ok(RowFound { bricks, packed, whole, non_transparent })
+        Ok(RowFound {
+            bricks,
+            packed,
+            whole,
+            non_transparent,
+        })
     }
 }
 

@@ -28,7 +28,10 @@ impl Tally {
             VoxelType::I16 => (-(1 << 15), 1 << 16),
             _ => return None,
         };
-        Some(Self { lowest, counts: vec![0; count] })
+        Some(Self {
+            lowest,
+            counts: vec![0; count],
+        })
     }
 
     /// Counts voxels of the type.
@@ -43,7 +46,10 @@ impl Tally {
             })
             .collect::<Vec<_>>());
         for part in counts {
-            self.counts.iter_mut().zip(part).for_each(|(count, more)| *count += more);
+            self.counts
+                .iter_mut()
+                .zip(part)
+                .for_each(|(count, more)| *count += more);
         }
     }
 
@@ -54,7 +60,10 @@ impl Tally {
 
     /// How many values there are that pass.
     pub(crate) fn count(&self, passes: impl Fn(f64) -> bool) -> u64 {
-        self.values().filter(|&(value, _)| passes(value)).map(|(_, count)| count).sum()
+        self.values()
+            .filter(|&(value, _)| passes(value))
+            .map(|(_, count)| count)
+            .sum()
     }
 
     /// What [`Histogram::of_volume`] gives for the voxels that were counted.
@@ -70,18 +79,27 @@ impl Tally {
     fn over(&self, low: f64, high: f64) -> Histogram {
         let (bins, bin_of) = bins(low, high, true);
         let mut counts = vec![0; bins];
-        self.values().for_each(|(value, count)| counts[bin_of(value)] += count);
+        self.values()
+            .for_each(|(value, count)| counts[bin_of(value)] += count);
         Histogram { low, high, counts }
     }
 
     fn within(&self, from: f64, to: f64) -> (f64, f64) {
-        let inside = self.values().filter(|(value, _)| (from..=to).contains(value));
-        inside.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (v, _)| (low.min(v), high.max(v)))
+        let inside = self
+            .values()
+            .filter(|(value, _)| (from..=to).contains(value));
+        inside.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (v, _)| {
+            (low.min(v), high.max(v))
+        })
     }
 
     /// The values that occur, ascending, and how often.
     fn values(&self) -> impl Iterator<Item = (f64, u64)> + '_ {
-        let all = self.counts.iter().enumerate().filter(|(_, count)| **count > 0);
+        let all = self
+            .counts
+            .iter()
+            .enumerate()
+            .filter(|(_, count)| **count > 0);
         all.map(|(i, &count)| (f64::from(self.lowest) + i as f64, count))
     }
 }
@@ -102,9 +120,14 @@ mod tests {
             let voxels = Voxels::I16(values);
             let mut tally = Tally::of_type(VoxelType::I16).expect("a small type");
             tally.add(&voxels);
-            let volume = Volume::new([voxels.len(), 1, 1], voxels, DAffine3::IDENTITY).expect("valid");
+            let volume =
+                Volume::new([voxels.len(), 1, 1], voxels, DAffine3::IDENTITY).expect("valid");
             assert_eq!(tally.range(), volume.value_range(), "range");
-            assert_eq!(tally.histogram(), Histogram::of_volume(&volume), "histogram");
+            assert_eq!(
+                tally.histogram(),
+                Histogram::of_volume(&volume),
+                "histogram"
+            );
             assert_eq!(
                 tally.count(|v| v > 5.5),
                 (0..volume.len()).filter(|&i| volume.value(i) > 5.5).count() as u64

@@ -10,7 +10,10 @@ const COLOURS: &str = r#""RGBPoints": [0, 0, 0, 0,  10, 1, 0.5, 0]"#;
 
 fn function(json: &str, encoding: ColourEncoding) -> TransferFunction {
     let knots = parse(json.as_bytes(), encoding).expect("valid JSON map");
-    let opacities = knots.opacities.unwrap_or(vec![OpacityKnot { value: 0.0, opacity: 1.0 }]);
+    let opacities = knots.opacities.unwrap_or(vec![OpacityKnot {
+        value: 0.0,
+        opacity: 1.0,
+    }]);
     TransferFunction::new(knots.colours, opacities).expect("valid knots")
 }
 
@@ -27,7 +30,10 @@ fn points_and_colours_are_read_from_object_or_list() {
         let function = function(&json, ColourEncoding::Linear);
         assert_eq!(function.sample(5.0), ([0.5, 0.25, 0.0], 0.4));
         assert_eq!(
-            (function.colour_knots().len(), function.opacity_knots().len()),
+            (
+                function.colour_knots().len(),
+                function.opacity_knots().len()
+            ),
             (2, 2),
             "no needless knots"
         );
@@ -40,7 +46,10 @@ fn srgb_is_interpolated_as_written_and_then_decoded() {
     for value in [0.0, 0.15, 2.5, 5.0, 7.34, 10.0] {
         let expected = linear_from_srgb(value / 10.0);
         let got = function.colour(f64::from(value))[0];
-        assert!((got - expected).abs() < 2e-4, "at {value}: {got} against {expected}");
+        assert!(
+            (got - expected).abs() < 2e-4,
+            "at {value}: {got} against {expected}"
+        );
     }
 }
 
@@ -95,14 +104,21 @@ fn midpoint_and_sharpness_shape_the_opacity() {
     let json = format!(r#"{{{COLOURS}, "Points": [0, 0, 0.25, 0, 8, 1, 0.5, 1, 16, 0, 0.5, 0]}}"#);
     let function = function(&json, ColourEncoding::Linear);
     assert_eq!(function.opacity(2.0), 0.5, "half way at the midpoint");
-    assert_eq!((function.opacity(11.999), function.opacity(12.0)), (1.0, 0.0), "a sharp segment is a step");
+    assert_eq!(
+        (function.opacity(11.999), function.opacity(12.0)),
+        (1.0, 0.0),
+        "a sharp segment is a step"
+    );
 }
 
 #[test]
 fn equal_scalars_are_a_step_that_holds_from_there() {
     let json = format!(r#"{{{COLOURS}, "Points": [0, 0, 0.5, 0, 71, 0, 0.5, 0, 71, 1, 0.5, 0]}}"#);
     let function = function(&json, ColourEncoding::Linear);
-    assert_eq!((function.opacity(70.999), function.opacity(71.0)), (0.0, 1.0));
+    assert_eq!(
+        (function.opacity(70.999), function.opacity(71.0)),
+        (0.0, 1.0)
+    );
 }
 
 #[test]
@@ -112,28 +128,58 @@ fn faults_name_key_and_place() {
         ("[]", "expected an object with RGBPoints"),
         ("[3]", "expected an object with RGBPoints"),
         (r#"[{"Name": "a"}, {"Name": "b"}]"#, "2 colour maps (a, b)"),
-        (r#"{"Points": [0, 0, 0.5, 0]}"#, "RGBPoints is missing: expected"),
-        (r#"{"IndexedColors": [0, 0, 0]}"#, "IndexedColors are for categories"),
+        (
+            r#"{"Points": [0, 0, 0.5, 0]}"#,
+            "RGBPoints is missing: expected",
+        ),
+        (
+            r#"{"IndexedColors": [0, 0, 0]}"#,
+            "IndexedColors are for categories",
+        ),
         (r#"{"RGBPoints": 3}"#, "RGBPoints: expected a list"),
         (r#"{"RGBPoints": []}"#, "RGBPoints has 0 numbers"),
-        (r#"{"RGBPoints": [0, 0, 0, 0, 1]}"#, "RGBPoints has 5 numbers: expected a multiple of four"),
+        (
+            r#"{"RGBPoints": [0, 0, 0, 0, 1]}"#,
+            "RGBPoints has 5 numbers: expected a multiple of four",
+        ),
         (r#"{"RGBPoints": [0, 0, null, 0]}"#, "RGBPoints[2] is null"),
-        (r#"{"RGBPoints": [0, 0, "NaN", 0]}"#, "RGBPoints[2] is \"NaN\""),
+        (
+            r#"{"RGBPoints": [0, 0, "NaN", 0]}"#,
+            "RGBPoints[2] is \"NaN\"",
+        ),
         (r#"{"RGBPoints": [0, 0, NaN, 0]}"#, "no valid JSON"),
-        (r#"{"RGBPoints": [0, 0, 255, 0]}"#, "RGBPoints[2] (g) is 255: expected 0 to 1"),
-        (r#"{"RGBPoints": [0, 0, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0]}"#, "RGBPoints[8] is 1 after 2"),
+        (
+            r#"{"RGBPoints": [0, 0, 255, 0]}"#,
+            "RGBPoints[2] (g) is 255: expected 0 to 1",
+        ),
+        (
+            r#"{"RGBPoints": [0, 0, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0]}"#,
+            "RGBPoints[8] is 1 after 2",
+        ),
         (
             r#"{"RGBPoints": [0, 0, 0, 0], "Points": [0, 0, 0.5, 0, 1, 1.5, 0.5, 0]}"#,
             "Points[5] (opacity) is 1.5",
         ),
-        (r#"{"RGBPoints": [0, 0, 0, 0], "Points": [0, 0, 0.5, -1]}"#, "Points[3] (sharpness) is -1"),
-        (r#"{"RGBPoints": [0, 0, 0, 0], "Points": [0, 0, 0.5]}"#, "Points has 3 numbers"),
+        (
+            r#"{"RGBPoints": [0, 0, 0, 0], "Points": [0, 0, 0.5, -1]}"#,
+            "Points[3] (sharpness) is -1",
+        ),
+        (
+            r#"{"RGBPoints": [0, 0, 0, 0], "Points": [0, 0, 0.5]}"#,
+            "Points has 3 numbers",
+        ),
         (
             r#"{"RGBPoints": [0, 0, 0, 0], "ColorSpace": "Lab/CIEDE2000"}"#,
             "ColorSpace 'Lab/CIEDE2000': expected RGB",
         ),
-        (r#"{"RGBPoints": [0, 0, 0, 0], "ColorSpace": 3}"#, "ColorSpace: expected a name"),
-        (r#"{"RGBPoints": [1, 0, 0, 0], "UseLogScale": 1}"#, "UseLogScale"),
+        (
+            r#"{"RGBPoints": [0, 0, 0, 0], "ColorSpace": 3}"#,
+            "ColorSpace: expected a name",
+        ),
+        (
+            r#"{"RGBPoints": [1, 0, 0, 0], "UseLogScale": 1}"#,
+            "UseLogScale",
+        ),
     ];
     for (json, expected) in cases {
         let text = refusal(json);
@@ -150,7 +196,12 @@ fn files_are_named_in_errors_and_absent_points_become_automatic() {
     let load = || TransferFunction::load_paraview(&path, ColourEncoding::Linear, &volume);
     assert!(matches!(load(), Err(Error::Read { .. })), "an absent file");
     std::fs::write(&path, "{}").expect("write");
-    assert!(load().expect_err("no colours").to_string().contains("map.json: RGBPoints is missing"));
+    assert!(
+        load()
+            .expect_err("no colours")
+            .to_string()
+            .contains("map.json: RGBPoints is missing")
+    );
     std::fs::write(&path, format!("{{{COLOURS}}}")).expect("write");
     let function = load().expect("valid");
     assert_eq!(function.opacity(0.0), 0.0, "the background vanishes");
@@ -165,14 +216,34 @@ fn rescaling_moves_the_file_to_the_volume_but_not_the_automatic_opacity() {
     let volume = Volume::new([100, 1, 1], Voxels::U8(values), DAffine3::IDENTITY).expect("valid");
     let colours = r#""RGBPoints": [0, 0, 0, 0, 1, 1, 1, 1]"#;
     let load = || TransferFunction::load_paraview_rescaled(&path, ColourEncoding::Linear, &volume);
-    std::fs::write(&path, format!(r#"{{{colours}, "Points": [0, 0, 0.5, 0, 0.5, 1, 0.5, 0]}}"#))
-        .expect("write");
+    std::fs::write(
+        &path,
+        format!(r#"{{{colours}, "Points": [0, 0, 0.5, 0, 0.5, 1, 0.5, 0]}}"#),
+    )
+    .expect("write");
     let function = load().expect("valid");
-    assert_eq!(function.value_range(), (50.0, 200.0), "both kinds of knots span the volume");
-    assert_eq!((function.opacity(87.5), function.opacity(125.0)), (0.5, 1.0), "opacity keeps its shape");
+    assert_eq!(
+        function.value_range(),
+        (50.0, 200.0),
+        "both kinds of knots span the volume"
+    );
+    assert_eq!(
+        (function.opacity(87.5), function.opacity(125.0)),
+        (0.5, 1.0),
+        "opacity keeps its shape"
+    );
     std::fs::write(&path, format!("{{{colours}}}")).expect("write");
     let function = load().expect("valid");
-    let automatic = TransferFunction::automatic(&Histogram::of_volume(&volume), ColourMap::default());
-    assert_eq!(function.opacity_knots(), automatic.opacity_knots(), "automatic opacity stays");
-    assert_eq!((function.colour(50.0), function.colour(200.0)), ([0.0; 3], [1.0; 3]), "colours are moved");
+    let automatic =
+        TransferFunction::automatic(&Histogram::of_volume(&volume), ColourMap::default());
+    assert_eq!(
+        function.opacity_knots(),
+        automatic.opacity_knots(),
+        "automatic opacity stays"
+    );
+    assert_eq!(
+        (function.colour(50.0), function.colour(200.0)),
+        ([0.0; 3], [1.0; 3]),
+        "colours are moved"
+    );
 }

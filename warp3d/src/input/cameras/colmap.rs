@@ -38,25 +38,36 @@ pub(super) fn read(path: &Path, text: &str) -> Result<CameraSet, String> {
         // The line of points, empty where there are none.
         lines.next();
     }
-    Ok(CameraSet { format: "COLMAP model", entries, pair: None })
+    Ok(CameraSet {
+        format: "COLMAP model",
+        entries,
+        pair: None,
+    })
 }
 
 fn image(line: &str, lenses: &Lenses) -> Result<Entry, String> {
     let expected = "expected IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME";
     let words: Vec<&str> = line.split_whitespace().collect();
-    let [_, pose @ .., _, _] = words.get(..10).ok_or(expected)? else { return Err(expected.into()) };
+    let [_, pose @ .., _, _] = words.get(..10).ok_or(expected)? else {
+        return Err(expected.into());
+    };
     let pose = numbers(pose).ok_or(expected)?;
     let (id, name) = (words[8], words[9..].join(" "));
-    let (lens, size) = lenses.get(id).ok_or_else(|| format!("no camera {id} in cameras.txt"))?;
+    let (lens, size) = lenses
+        .get(id)
+        .ok_or_else(|| format!("no camera {id} in cameras.txt"))?;
     let turn = rotation(DQuat::from_xyzw(pose[1], pose[2], pose[3], pose[0]))?;
-    let camera_from_world = DAffine3::from_rotation_translation(turn, DVec3::new(pose[4], pose[5], pose[6]));
+    let camera_from_world =
+        DAffine3::from_rotation_translation(turn, DVec3::new(pose[4], pose[5], pose[6]));
     let camera = camera(lens, *size, camera_from_world).map_err(|error| error.to_string())?;
     Ok(Entry { name, camera })
 }
 
 fn lenses(text: &str) -> Result<Lenses<'_>, String> {
     let one = |(number, words): (usize, Vec<&'_ str>)| {
-        lens(&words).map_err(|what| format!("line {number}: {what}")).map(|lens| (number, lens))
+        lens(&words)
+            .map_err(|what| format!("line {number}: {what}"))
+            .map(|lens| (number, lens))
     };
     content(text)
         .map(|(number, words)| {
@@ -68,7 +79,9 @@ fn lenses(text: &str) -> Result<Lenses<'_>, String> {
 
 fn lens(words: &[&str]) -> Result<(Lens, [u32; 2]), String> {
     let expected = "expected CAMERA_ID MODEL WIDTH HEIGHT PARAMS";
-    let [_, model, width, height, parameters @ ..] = words else { return Err(expected.into()) };
+    let [_, model, width, height, parameters @ ..] = words else {
+        return Err(expected.into());
+    };
     let side = |word: &str| word.parse::<u32>().map_err(|_| expected.to_owned());
     let size = [side(width)?, side(height)?];
     let parameters = numbers(parameters).ok_or(expected)?;
@@ -78,7 +91,9 @@ fn lens(words: &[&str]) -> Result<(Lens, [u32; 2]), String> {
     );
     let two_focals = matches!(*model, "PINHOLE" | "OPENCV" | "FULL_OPENCV");
     if model.contains("FISHEYE") || !(one_focal || two_focals) {
-        return Err(format!("the lens model {model} is not read: undistort the pictures to PINHOLE first"));
+        return Err(format!(
+            "the lens model {model} is not read: undistort the pictures to PINHOLE first"
+        ));
     }
     let taken = if one_focal { 3 } else { 4 };
     let (taken, distortion) = parameters.split_at_checked(taken).ok_or(expected)?;
@@ -87,7 +102,20 @@ fn lens(words: &[&str]) -> Result<(Lens, [u32; 2]), String> {
             "the lens model {model} has distortion, which is not read: undistort the pictures first (colmap image_undistorter)"
         ));
     }
-    let (fx, fy) = if one_focal { (taken[0], taken[0]) } else { (taken[0], taken[1]) };
+    let (fx, fy) = if one_focal {
+        (taken[0], taken[0])
+    } else {
+        (taken[0], taken[1])
+    };
     let [cx, cy] = [taken[taken.len() - 2], taken[taken.len() - 1]];
-    Ok((Lens { fx, fy, cx, cy, pixel_centre: PixelCentre::Half }, size))
+    Ok((
+        Lens {
+            fx,
+            fy,
+            cx,
+            cy,
+            pixel_centre: PixelCentre::Half,
+        },
+        size,
+    ))
 }

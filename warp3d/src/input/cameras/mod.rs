@@ -110,20 +110,35 @@ impl CameraSet {
         // Pictures are often known by their file name alone.
         let by_file = || {
             let last = |full: &str| full.rsplit(['/', '\\']).next().map(str::to_owned);
-            let mut same = self.entries.iter().filter(|entry| last(&entry.name).as_deref() == Some(name));
+            let mut same = self
+                .entries
+                .iter()
+                .filter(|entry| last(&entry.name).as_deref() == Some(name));
             same.next().filter(|_| same.next().is_none())
         };
-        let by_index = || name.parse::<usize>().ok().and_then(|index| self.entries.get(index));
-        by_name
-            .or_else(by_file)
-            .or_else(by_index)
-            .ok_or_else(|| format!("no camera '{name}' in this {}: there are {}", self.format, self.names()))
+        let by_index = || {
+            name.parse::<usize>()
+                .ok()
+                .and_then(|index| self.entries.get(index))
+        };
+        by_name.or_else(by_file).or_else(by_index).ok_or_else(|| {
+            format!(
+                "no camera '{name}' in this {}: there are {}",
+                self.format,
+                self.names()
+            )
+        })
     }
 
     /// The names of the cameras, for a message: the first ones if there are many.
     pub fn names(&self) -> String {
         const MOST: usize = 6;
-        let names: Vec<_> = self.entries.iter().take(MOST).map(|entry| entry.name.as_str()).collect();
+        let names: Vec<_> = self
+            .entries
+            .iter()
+            .take(MOST)
+            .map(|entry| entry.name.as_str())
+            .collect();
         match self.entries.len() - names.len() {
             0 => names.join(", "),
             more => format!("{} and {more} more", names.join(", ")),
@@ -161,16 +176,28 @@ fn camera(lens: &Lens, size: [u32; 2], camera_from_world: DAffine3) -> Result<Ca
         pixel_centre: lens.pixel_centre,
     };
     let pose = camera_from_world;
-    Camera::from_intrinsics(&intrinsics, upright(pose.matrix3), pose.translation, NEAR_PLACEHOLDER)
+    Camera::from_intrinsics(
+        &intrinsics,
+        upright(pose.matrix3),
+        pose.translation,
+        NEAR_PLACEHOLDER,
+    )
 }
 
 /// A rotation freed of the rounding of its file (one step towards the nearest orthonormal matrix); anything that is
 /// more than rounding stays, and the camera's own check refuses it.
 fn upright(rotation: DMat3) -> DMat3 {
     let defect = rotation.transpose() * rotation - DMat3::IDENTITY;
-    let worst = defect.to_cols_array().into_iter().fold(0.0f64, |worst, x| worst.max(x.abs()));
+    let worst = defect
+        .to_cols_array()
+        .into_iter()
+        .fold(0.0f64, |worst, x| worst.max(x.abs()));
     // Newton's step for the polar factor: its error is of the order of the defect's square.
-    if worst < ROTATION_ROUNDING { rotation * (DMat3::IDENTITY - defect * 0.5) } else { rotation }
+    if worst < ROTATION_ROUNDING {
+        rotation * (DMat3::IDENTITY - defect * 0.5)
+    } else {
+        rotation
+    }
 }
 
 /// A lens for a file of poses alone.
@@ -178,7 +205,9 @@ fn lens_from_hints(hints: &Hints, format: &str) -> Result<(Lens, [u32; 2]), Stri
     let lens = hints.lens.ok_or_else(|| {
         format!("a {format} holds poses alone: give the lens with --intrinsics FX,FY,CX,CY")
     })?;
-    let size = hints.size.ok_or_else(|| format!("a {format} holds no picture size: give --size"))?;
+    let size = hints
+        .size
+        .ok_or_else(|| format!("a {format} holds no picture size: give --size"))?;
     Ok((lens, size))
 }
 

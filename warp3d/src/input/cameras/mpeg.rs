@@ -14,34 +14,65 @@ use super::trajectory::inverse;
 use super::{CameraSet, Entry, Lens, camera};
 
 pub(super) fn is_it(value: &Value) -> bool {
-    let first = value.get("cameras").and_then(Value::as_array).and_then(|cameras| cameras.first());
+    let first = value
+        .get("cameras")
+        .and_then(Value::as_array)
+        .and_then(|cameras| cameras.first());
     first.is_some_and(|camera| camera.get("Position").is_some() && camera.get("Rotation").is_some())
 }
 
 pub(super) fn read(value: &Value) -> Result<CameraSet, String> {
-    let cameras = value.get("cameras").and_then(Value::as_array).ok_or("\"cameras\" is missing")?;
+    let cameras = value
+        .get("cameras")
+        .and_then(Value::as_array)
+        .ok_or("\"cameras\" is missing")?;
     let entries = cameras.iter().enumerate().map(|(index, object)| {
-        let name = object.get("Name").and_then(Value::as_str).map_or(index.to_string(), str::to_owned);
-        let entry = one(object).map(|camera| Entry { name: name.clone(), camera });
+        let name = object
+            .get("Name")
+            .and_then(Value::as_str)
+            .map_or(index.to_string(), str::to_owned);
+        let entry = one(object).map(|camera| Entry {
+            name: name.clone(),
+            camera,
+        });
         entry.map_err(|what| format!("camera '{name}': {what}"))
     });
-    Ok(CameraSet { format: "MPEG camera file", entries: entries.collect::<Result<_, _>>()?, pair: None })
+    Ok(CameraSet {
+        format: "MPEG camera file",
+        entries: entries.collect::<Result<_, _>>()?,
+        pair: None,
+    })
 }
 
 fn one(object: &Value) -> Result<resample_core::Camera, String> {
-    let projection = object.get("Projection").and_then(Value::as_str).unwrap_or("Perspective");
+    let projection = object
+        .get("Projection")
+        .and_then(Value::as_str)
+        .unwrap_or("Perspective");
     if projection != "Perspective" {
-        return Err(format!("the projection '{projection}' is not read, only Perspective"));
+        return Err(format!(
+            "the projection '{projection}' is not read, only Perspective"
+        ));
     }
     let size = numbers::<2>(object, "Resolution")?.map(|px| px as u32);
     let [fx, fy] = numbers::<2>(object, "Focal")?;
     let [cx, cy] = numbers::<2>(object, "Principle_point")?;
     let [yaw, pitch, roll] = numbers::<3>(object, "Rotation")?.map(f64::to_radians);
-    let turn = DMat3::from_rotation_z(yaw) * DMat3::from_rotation_y(pitch) * DMat3::from_rotation_x(roll);
+    let turn =
+        DMat3::from_rotation_z(yaw) * DMat3::from_rotation_y(pitch) * DMat3::from_rotation_x(roll);
     // The columns are where right, down and forward point in OMAF's axes.
     let omaf_from_camera = DMat3::from_cols(DVec3::NEG_Y, DVec3::NEG_Z, DVec3::X);
     let position = DVec3::from_array(numbers::<3>(object, "Position")?);
-    let world_from_camera = DAffine3 { matrix3: turn * omaf_from_camera, translation: position };
-    let lens = Lens { fx, fy, cx, cy, pixel_centre: PixelCentre::Half };
+    let world_from_camera = DAffine3 {
+        matrix3: turn * omaf_from_camera,
+        translation: position,
+    };
+    let lens = Lens {
+        fx,
+        fy,
+        cx,
+        cy,
+        pixel_centre: PixelCentre::Half,
+    };
     camera(&lens, size, inverse(world_from_camera)).map_err(|error| error.to_string())
 }

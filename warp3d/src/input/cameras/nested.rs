@@ -23,7 +23,11 @@ pub(super) fn read(value: &Value) -> Result<CameraSet, String> {
         let camera = one(object).map_err(|what| format!("camera '{name}': {what}"))?;
         Ok(Entry { name, camera })
     });
-    Ok(CameraSet { format: "camera file", entries: entries.collect::<Result<_, String>>()?, pair: None })
+    Ok(CameraSet {
+        format: "camera file",
+        entries: entries.collect::<Result<_, String>>()?,
+        pair: None,
+    })
 }
 
 /// The cameras and their names, in the file's order.
@@ -34,7 +38,9 @@ fn found(value: &Value) -> Vec<(String, &Value)> {
 }
 
 fn look_into<'a>(value: &'a Value, path: &mut Vec<String>, found: &mut Vec<(String, &'a Value)>) {
-    let is_camera = ["W", "H", "R", "t"].iter().all(|key| value.get(key).is_some());
+    let is_camera = ["W", "H", "R", "t"]
+        .iter()
+        .all(|key| value.get(key).is_some());
     if is_camera {
         found.push((path.join("/"), value));
         return;
@@ -43,10 +49,15 @@ fn look_into<'a>(value: &'a Value, path: &mut Vec<String>, found: &mut Vec<(Stri
         return;
     }
     let children: Vec<(String, &Value)> = match value {
-        Value::Object(map) => map.iter().map(|(key, child)| (key.clone(), child)).collect(),
-        Value::Array(list) => {
-            list.iter().enumerate().map(|(index, child)| (index.to_string(), child)).collect()
-        }
+        Value::Object(map) => map
+            .iter()
+            .map(|(key, child)| (key.clone(), child))
+            .collect(),
+        Value::Array(list) => list
+            .iter()
+            .enumerate()
+            .map(|(index, child)| (index.to_string(), child))
+            .collect(),
         _ => return,
     };
     for (key, child) in children {
@@ -68,6 +79,9 @@ fn one(object: &Value) -> Result<resample_core::Camera, String> {
     };
     let rotation = DMat3::from_cols_array(&numbers::<9>(object, "R")?).transpose();
     let translation = DVec3::from_array(numbers::<3>(object, "t")?);
-    let pose = DAffine3 { matrix3: rotation, translation };
+    let pose = DAffine3 {
+        matrix3: rotation,
+        translation,
+    };
     camera(&lens, size, pose).map_err(|error| error.to_string())
 }

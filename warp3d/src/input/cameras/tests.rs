@@ -19,21 +19,37 @@ struct Pose {
 const LENS: [f64; 4] = [520.0, 530.0, 300.25, 210.75];
 
 fn pose() -> Pose {
-    let turn = DMat3::from_rotation_z(0.3) * DMat3::from_rotation_x(-0.7) * DMat3::from_rotation_y(0.4);
-    Pose { eye: DVec3::new(1.5, -2.0, 0.75), right: turn.x_axis, down: turn.y_axis, forward: turn.z_axis }
+    let turn =
+        DMat3::from_rotation_z(0.3) * DMat3::from_rotation_x(-0.7) * DMat3::from_rotation_y(0.4);
+    Pose {
+        eye: DVec3::new(1.5, -2.0, 0.75),
+        right: turn.x_axis,
+        down: turn.y_axis,
+        forward: turn.z_axis,
+    }
 }
 
 /// Where a world point must be seen, px, with pixel centres at one half.
 fn seen(point: DVec3) -> DVec2 {
-    let Pose { eye, right, down, forward } = pose();
+    let Pose {
+        eye,
+        right,
+        down,
+        forward,
+    } = pose();
     let offset = point - eye;
     let z = offset.dot(forward);
-    DVec2::new(LENS[0] * offset.dot(right) / z + LENS[2], LENS[1] * offset.dot(down) / z + LENS[3])
+    DVec2::new(
+        LENS[0] * offset.dot(right) / z + LENS[2],
+        LENS[1] * offset.dot(down) / z + LENS[3],
+    )
 }
 
 fn read_as(name: &str, text: &str, hints: &Hints) -> CameraSet {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    read(&write(&folder, name, text), hints).expect("a good file").expect("a known format")
+    read(&write(&folder, name, text), hints)
+        .expect("a good file")
+        .expect("a known format")
 }
 
 fn write(folder: &TempDir, name: &str, text: &str) -> std::path::PathBuf {
@@ -45,33 +61,71 @@ fn write(folder: &TempDir, name: &str, text: &str) -> std::path::PathBuf {
 #[track_caller]
 fn assert_sees_right(camera: &Camera) {
     assert_eq!([camera.width, camera.height], [600, 420], "size");
-    let Pose { eye, right, down, forward } = pose();
+    let Pose {
+        eye,
+        right,
+        down,
+        forward,
+    } = pose();
     for (x, y) in [(0.0, 0.0), (0.4, 0.1), (-0.3, 0.2), (0.1, -0.4)] {
         let point = eye + 3.0 * forward + x * right + y * down;
         let found = camera.screen_from_camera(camera.camera_from_world.transform_point3(point));
         let expected = seen(point);
-        assert!((found - expected).length() < 1e-4, "{point} is seen at {found} instead of {expected}");
+        assert!(
+            (found - expected).length() < 1e-4,
+            "{point} is seen at {found} instead of {expected}"
+        );
     }
 }
 
 fn hints(centre: PixelCentre) -> Hints {
-    let shift = if centre == PixelCentre::Integer { 0.5 } else { 0.0 };
+    let shift = if centre == PixelCentre::Integer {
+        0.5
+    } else {
+        0.0
+    };
     let [fx, fy, cx, cy] = LENS;
-    let lens = Lens { fx, fy, cx: cx - shift, cy: cy - shift, pixel_centre: centre };
-    Hints { size: Some([600, 420]), lens: Some(lens) }
+    let lens = Lens {
+        fx,
+        fy,
+        cx: cx - shift,
+        cy: cy - shift,
+        pixel_centre: centre,
+    };
+    Hints {
+        size: Some([600, 420]),
+        lens: Some(lens),
+    }
 }
 
 /// Quaternion x, y, z, w of the rotation whose columns are right, down and forward.
 fn world_from_camera() -> DQuat {
-    let Pose { right, down, forward, .. } = pose();
+    let Pose {
+        right,
+        down,
+        forward,
+        ..
+    } = pose();
     DQuat::from_mat3(&DMat3::from_cols(right, down, forward))
 }
 
 #[test]
 fn an_open3d_log_is_camera_to_world() {
-    let Pose { eye: e, right: r, down: d, forward: f } = pose();
-    let rows = [[r.x, d.x, f.x, e.x], [r.y, d.y, f.y, e.y], [r.z, d.z, f.z, e.z], [0.0, 0.0, 0.0, 1.0]];
-    let rows = rows.map(|row| row.map(|x| format!("{x:.8}")).join(" ")).join("\n");
+    let Pose {
+        eye: e,
+        right: r,
+        down: d,
+        forward: f,
+    } = pose();
+    let rows = [
+        [r.x, d.x, f.x, e.x],
+        [r.y, d.y, f.y, e.y],
+        [r.z, d.z, f.z, e.z],
+        [0.0, 0.0, 0.0, 1.0],
+    ];
+    let rows = rows
+        .map(|row| row.map(|x| format!("{x:.8}")).join(" "))
+        .join("\n");
     let text = format!("4 4 5\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n7 7 8\n{rows}\n");
     let set = read_as("trajectory.log", &text, &hints(PixelCentre::Integer));
     assert_sees_right(&set.entry("7").expect("by number").camera);
@@ -96,26 +150,63 @@ fn colmap_is_world_to_camera_with_its_lens_beside_it() {
     let t = q * -pose().eye;
     let folder = tempfile::tempdir().expect("a temporary folder");
     let [fx, fy, cx, cy] = LENS;
-    write(&folder, "cameras.txt", &format!("# lenses\n3 PINHOLE 600 420 {fx} {fy} {cx} {cy}\n"));
+    write(
+        &folder,
+        "cameras.txt",
+        &format!("# lenses\n3 PINHOLE 600 420 {fx} {fy} {cx} {cy}\n"),
+    );
     let image = |id: u32, name: &str| {
-        format!("{id} {} {} {} {} {} {} {} 3 {name}\n", q.w, q.x, q.y, q.z, t.x, t.y, t.z)
+        format!(
+            "{id} {} {} {} {} {} {} {} 3 {name}\n",
+            q.w, q.x, q.y, q.z, t.x, t.y, t.z
+        )
     };
-    let text = format!("# images\n{}\n{}1.5 2.5 -1\n", image(1, "a/first one.png"), image(2, "b.png"));
+    let text = format!(
+        "# images\n{}\n{}1.5 2.5 -1\n",
+        image(1, "a/first one.png"),
+        image(2, "b.png")
+    );
     let path = write(&folder, "images.txt", &text);
-    let set = read(&path, &Hints::default()).expect("a good model").expect("a known format");
-    assert_eq!(set.names(), "a/first one.png, b.png", "empty lines of points count");
+    let set = read(&path, &Hints::default())
+        .expect("a good model")
+        .expect("a known format");
+    assert_eq!(
+        set.names(),
+        "a/first one.png, b.png",
+        "empty lines of points count"
+    );
     assert_sees_right(&set.entry("b.png").expect("by name").camera);
-    assert_sees_right(&set.entry("first one.png").expect("by the file's own name").camera);
-    write(&folder, "cameras.txt", &format!("3 OPENCV 600 420 {fx} {fy} {cx} {cy} 0.1 0 0 0\n"));
-    let said = read(&path, &Hints::default()).expect_err("distortion").to_string();
+    assert_sees_right(
+        &set.entry("first one.png")
+            .expect("by the file's own name")
+            .camera,
+    );
+    write(
+        &folder,
+        "cameras.txt",
+        &format!("3 OPENCV 600 420 {fx} {fy} {cx} {cy} 0.1 0 0 0\n"),
+    );
+    let said = read(&path, &Hints::default())
+        .expect_err("distortion")
+        .to_string();
     assert!(said.contains("undistort"), "{said}");
 }
 
 #[test]
 fn transforms_have_opengl_axes() {
-    let Pose { eye: e, right: r, down, forward } = pose();
+    let Pose {
+        eye: e,
+        right: r,
+        down,
+        forward,
+    } = pose();
     let (u, b) = (-down, -forward);
-    let rows = [[r.x, u.x, b.x, e.x], [r.y, u.y, b.y, e.y], [r.z, u.z, b.z, e.z], [0.0, 0.0, 0.0, 1.0]];
+    let rows = [
+        [r.x, u.x, b.x, e.x],
+        [r.y, u.y, b.y, e.y],
+        [r.z, u.z, b.z, e.z],
+        [0.0, 0.0, 0.0, 1.0],
+    ];
     let [fx, fy, cx, cy] = LENS;
     let text = serde_json::json!({
         "fl_x": fx, "fl_y": fy, "cx": cx, "cy": cy, "w": 600, "h": 420, "k1": 0.0,
@@ -131,11 +222,20 @@ fn transforms_may_give_the_angle_of_view() {
     let text = serde_json::json!({
         "camera_angle_x": std::f64::consts::FRAC_PI_2, "frames": [{ "transform_matrix": identity }]
     });
-    let size = Hints { size: Some([200, 100]), lens: None };
+    let size = Hints {
+        size: Some([200, 100]),
+        lens: None,
+    };
     let camera = read_as("transforms.json", &text.to_string(), &size).entries[0].camera;
-    assert!((camera.fx - 100.0).abs() < 1e-9 && camera.fx == camera.fy, "a right angle sees its width");
+    assert!(
+        (camera.fx - 100.0).abs() < 1e-9 && camera.fx == camera.fy,
+        "a right angle sees its width"
+    );
     assert_eq!([camera.cx, camera.cy], [100.0, 50.0], "the centre");
-    assert!((camera.forward_in_world() - DVec3::NEG_Z).length() < 1e-12, "OpenGL looks along -z");
+    assert!(
+        (camera.forward_in_world() - DVec3::NEG_Z).length() < 1e-12,
+        "OpenGL looks along -z"
+    );
 }
 
 #[test]
@@ -146,28 +246,52 @@ fn mpeg_has_omaf_axes_and_turns_by_yaw_pitch_roll() {
             "Name": "v0", "Projection": "Perspective", "Position": [1.0, 2.0, 3.0], "Rotation": rotation,
             "Resolution": [600, 420], "Focal": [500.0, 500.0], "Principle_point": [300.0, 210.0]
         }]});
-        read_as("a.json", &text.to_string(), &Hints::default()).entry("v0").expect("by name").camera
+        read_as("a.json", &text.to_string(), &Hints::default())
+            .entry("v0")
+            .expect("by name")
+            .camera
     };
     let axes = |rotation: [f64; 3]| {
         let m = camera(rotation).camera_from_world.matrix3;
         [m.row(0), m.row(1), m.row(2)]
     };
     let near = |found: [DVec3; 3], expected: [DVec3; 3]| {
-        let worst = found.iter().zip(expected).map(|(a, b)| (*a - b).length()).fold(0.0, f64::max);
-        assert!(worst < 1e-12, "right, down, forward are {found:?} instead of {expected:?}");
+        let worst = found
+            .iter()
+            .zip(expected)
+            .map(|(a, b)| (*a - b).length())
+            .fold(0.0, f64::max);
+        assert!(
+            worst < 1e-12,
+            "right, down, forward are {found:?} instead of {expected:?}"
+        );
     };
     near(axes([0.0; 3]), [DVec3::NEG_Y, DVec3::NEG_Z, DVec3::X]);
     near(axes([90.0, 0.0, 0.0]), [DVec3::X, DVec3::NEG_Z, DVec3::Y]);
-    near(axes([0.0, 90.0, 0.0]), [DVec3::NEG_Y, DVec3::NEG_X, DVec3::NEG_Z]);
+    near(
+        axes([0.0, 90.0, 0.0]),
+        [DVec3::NEG_Y, DVec3::NEG_X, DVec3::NEG_Z],
+    );
     near(axes([0.0, 0.0, 90.0]), [DVec3::NEG_Z, DVec3::Y, DVec3::X]);
     // Yaw is applied last: pitched down and turned left, up is still above the left side.
-    near(axes([90.0, 90.0, 0.0]), [DVec3::X, DVec3::NEG_Y, DVec3::NEG_Z]);
-    assert!((camera([10.0, 20.0, 30.0]).eye_in_world() - DVec3::new(1.0, 2.0, 3.0)).length() < 1e-12, "eye");
+    near(
+        axes([90.0, 90.0, 0.0]),
+        [DVec3::X, DVec3::NEG_Y, DVec3::NEG_Z],
+    );
+    assert!(
+        (camera([10.0, 20.0, 30.0]).eye_in_world() - DVec3::new(1.0, 2.0, 3.0)).length() < 1e-12,
+        "eye"
+    );
 }
 
 #[test]
 fn nested_cameras_are_named_by_their_keys_and_have_whole_pixel_centres() {
-    let Pose { eye, right: r, down: d, forward: f } = pose();
+    let Pose {
+        eye,
+        right: r,
+        down: d,
+        forward: f,
+    } = pose();
     let rotation = [r.x, r.y, r.z, d.x, d.y, d.z, f.x, f.y, f.z];
     let t = [-eye.dot(r), -eye.dot(d), -eye.dot(f)];
     let [fx, fy, cx, cy] = LENS;
@@ -187,16 +311,30 @@ fn a_calibration_has_two_eyes_and_what_is_between() {
     let text = "cam0=[ 700 0 350.5 ; 0 700 240 ; 0 0 1 ] \ncam1=[ 700 0 380.5 ; 0 700 240 ; 0 0 1 ]\n doffs= 30\n \
                 baseline= 180\nwidth= 707\n height= 481\nndisp= 65";
     let set = read_as("calib.txt", text, &Hints::default());
-    assert_eq!(set.pair, Some(Pair { baseline: 180.0, doffs: 30.0 }), "pair");
+    assert_eq!(
+        set.pair,
+        Some(Pair {
+            baseline: 180.0,
+            doffs: 30.0
+        }),
+        "pair"
+    );
     // A point of disparity d is at z = f B / (d + doffs), and d px further left in the right picture.
     let (z, x) = (700.0 * 180.0 / (45.0 + 30.0), 100.0);
     let point = DVec3::new((x - 350.5) * z / 700.0, 0.0, z);
     let seen = |name: &str| {
         let camera = set.entry(name).expect("an eye").camera;
-        camera.screen_from_camera(camera.camera_from_world.transform_point3(point)).x - 0.5
+        camera
+            .screen_from_camera(camera.camera_from_world.transform_point3(point))
+            .x
+            - 0.5
     };
     for (name, expected) in [("0", x), ("1", x - 45.0), ("0.5", x - 22.5)] {
-        assert!((seen(name) - expected).abs() < 1e-9, "eye {name} sees it at {}", seen(name));
+        assert!(
+            (seen(name) - expected).abs() < 1e-9,
+            "eye {name} sees it at {}",
+            seen(name)
+        );
     }
 }
 
@@ -206,18 +344,47 @@ fn what_is_missing_or_wrong_is_said() {
     let said = |name: &str, text: &str, hints: &Hints| {
         let path = write(&folder, name, text);
         let said = read(&path, hints).expect_err("must be refused").to_string();
-        assert!(said.starts_with(&path.display().to_string()), "the file is named: {said}");
+        assert!(
+            said.starts_with(&path.display().to_string()),
+            "the file is named: {said}"
+        );
         said
     };
     let log = "0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
     let lens = hints(PixelCentre::Half);
-    assert!(said("a", log, &Hints::default()).contains("--intrinsics"), "poses need a lens");
-    assert!(said("b", &log.replace("0 1 0 0", "0 2 0 0"), &lens).contains("rotation"), "a scale is no pose");
-    assert!(said("c", &log.replace("\n0 0 0 1", ""), &lens).contains("line 1"), "a row is missing");
-    assert!(said("d", "{ \"frames\": [ ", &lens).contains("JSON"), "cut off");
+    assert!(
+        said("a", log, &Hints::default()).contains("--intrinsics"),
+        "poses need a lens"
+    );
+    assert!(
+        said("b", &log.replace("0 1 0 0", "0 2 0 0"), &lens).contains("rotation"),
+        "a scale is no pose"
+    );
+    assert!(
+        said("c", &log.replace("\n0 0 0 1", ""), &lens).contains("line 1"),
+        "a row is missing"
+    );
+    assert!(
+        said("d", "{ \"frames\": [ ", &lens).contains("JSON"),
+        "cut off"
+    );
     assert!(said("e", "", &lens).contains("empty"), "empty");
-    assert!(said("f", "hello\n", &lens).contains("expected"), "no cameras at all");
-    assert!(said("g", "0 0 0 0 0 0 0 0\n", &lens).contains("quaternion"), "no rotation");
-    let own = write(&folder, "own.json", "{\"position\": [0,0,1], \"target\": [0,0,0], \"up\": [0,1,0]}");
-    assert_eq!(read(&own, &lens).expect("JSON"), None, "the workspace's own JSON is read elsewhere");
+    assert!(
+        said("f", "hello\n", &lens).contains("expected"),
+        "no cameras at all"
+    );
+    assert!(
+        said("g", "0 0 0 0 0 0 0 0\n", &lens).contains("quaternion"),
+        "no rotation"
+    );
+    let own = write(
+        &folder,
+        "own.json",
+        "{\"position\": [0,0,1], \"target\": [0,0,0], \"up\": [0,1,0]}",
+    );
+    assert_eq!(
+        read(&own, &lens).expect("JSON"),
+        None,
+        "the workspace's own JSON is read elsewhere"
+    );
 }

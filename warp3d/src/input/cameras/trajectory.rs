@@ -24,19 +24,33 @@ pub(super) fn read_log(text: &str, hints: &Hints) -> Result<CameraSet, String> {
     let lines: Vec<_> = content(text).collect();
     let entries = lines.chunks(5).map(|lines| {
         let (number, head) = &lines[0];
-        let wrong = || format!("line {number}: expected three numbers and then four lines of a 4x4 matrix");
-        let [name, _, _] = head.as_slice() else { return Err(wrong()) };
-        let rows: Option<Vec<Vec<f64>>> =
-            lines[1..].iter().map(|(_, words)| numbers(words).filter(|row| row.len() == 4)).collect();
+        let wrong =
+            || format!("line {number}: expected three numbers and then four lines of a 4x4 matrix");
+        let [name, _, _] = head.as_slice() else {
+            return Err(wrong());
+        };
+        let rows: Option<Vec<Vec<f64>>> = lines[1..]
+            .iter()
+            .map(|(_, words)| numbers(words).filter(|row| row.len() == 4))
+            .collect();
         let rows = rows.filter(|rows| rows.len() == 4).ok_or_else(wrong)?;
         let column = |i: usize| DVec3::new(rows[0][i], rows[1][i], rows[2][i]);
-        let world_from_camera =
-            DAffine3 { matrix3: DMat3::from_cols(column(0), column(1), column(2)), translation: column(3) };
+        let world_from_camera = DAffine3 {
+            matrix3: DMat3::from_cols(column(0), column(1), column(2)),
+            translation: column(3),
+        };
         let camera = camera(&lens, size, inverse(world_from_camera));
         let camera = camera.map_err(|error| format!("line {number}: {error}"))?;
-        Ok(Entry { name: (*name).to_owned(), camera })
+        Ok(Entry {
+            name: (*name).to_owned(),
+            camera,
+        })
     });
-    Ok(CameraSet { format: "trajectory", entries: entries.collect::<Result<_, _>>()?, pair: None })
+    Ok(CameraSet {
+        format: "trajectory",
+        entries: entries.collect::<Result<_, _>>()?,
+        pair: None,
+    })
 }
 
 pub(super) fn read_tum(text: &str, hints: &Hints) -> Result<CameraSet, String> {
@@ -44,15 +58,25 @@ pub(super) fn read_tum(text: &str, hints: &Hints) -> Result<CameraSet, String> {
     let entries = content(text).map(|(number, words)| {
         let wrong = || format!("line {number}: expected time tx ty tz qx qy qz qw");
         let values = numbers(&words).ok_or_else(wrong)?;
-        let &[_, tx, ty, tz, qx, qy, qz, qw] = values.as_slice() else { return Err(wrong()) };
-        let rotation =
-            rotation(DQuat::from_xyzw(qx, qy, qz, qw)).map_err(|what| format!("line {number}: {what}"))?;
-        let world_from_camera = DAffine3::from_rotation_translation(rotation, DVec3::new(tx, ty, tz));
+        let &[_, tx, ty, tz, qx, qy, qz, qw] = values.as_slice() else {
+            return Err(wrong());
+        };
+        let rotation = rotation(DQuat::from_xyzw(qx, qy, qz, qw))
+            .map_err(|what| format!("line {number}: {what}"))?;
+        let world_from_camera =
+            DAffine3::from_rotation_translation(rotation, DVec3::new(tx, ty, tz));
         let camera = camera(&lens, size, world_from_camera.inverse());
         let camera = camera.map_err(|error| format!("line {number}: {error}"))?;
-        Ok(Entry { name: words[0].to_owned(), camera })
+        Ok(Entry {
+            name: words[0].to_owned(),
+            camera,
+        })
     });
-    Ok(CameraSet { format: "TUM trajectory", entries: entries.collect::<Result<_, _>>()?, pair: None })
+    Ok(CameraSet {
+        format: "TUM trajectory",
+        entries: entries.collect::<Result<_, _>>()?,
+        pair: None,
+    })
 }
 
 /// A quaternion of a file as a rotation: any length but 0.
@@ -68,12 +92,18 @@ pub(super) fn rotation(quaternion: DQuat) -> Result<DQuat, String> {
 /// The inverse of a rigid pose; the transpose is exact where the general inverse would spread rounding.
 pub(super) fn inverse(pose: DAffine3) -> DAffine3 {
     let rotation = super::upright(pose.matrix3).transpose();
-    DAffine3 { matrix3: rotation, translation: rotation * -pose.translation }
+    DAffine3 {
+        matrix3: rotation,
+        translation: rotation * -pose.translation,
+    }
 }
 
 /// Numbered lines that hold something, as words.
 pub(super) fn content(text: &str) -> impl Iterator<Item = (usize, Vec<&str>)> {
-    let numbered = text.lines().enumerate().map(|(index, line)| (index + 1, line.trim()));
+    let numbered = text
+        .lines()
+        .enumerate()
+        .map(|(index, line)| (index + 1, line.trim()));
     numbered
         .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
         .map(|(number, line)| (number, line.split_whitespace().collect()))
@@ -81,5 +111,8 @@ pub(super) fn content(text: &str) -> impl Iterator<Item = (usize, Vec<&str>)> {
 
 /// All words as finite numbers.
 pub(super) fn numbers(words: &[&str]) -> Option<Vec<f64>> {
-    words.iter().map(|word| word.parse().ok().filter(|value: &f64| value.is_finite())).collect()
+    words
+        .iter()
+        .map(|word| word.parse().ok().filter(|value: &f64| value.is_finite()))
+        .collect()
 }

@@ -17,52 +17,85 @@ use super::{CameraSet, Entry, Hints, Lens, camera};
 const DISTORTION: [&str; 6] = ["k1", "k2", "k3", "k4", "p1", "p2"];
 
 pub(super) fn is_it(value: &Value) -> bool {
-    let frame = value.get("frames").and_then(Value::as_array).and_then(|frames| frames.first());
+    let frame = value
+        .get("frames")
+        .and_then(Value::as_array)
+        .and_then(|frames| frames.first());
     frame.is_some_and(|frame| frame.get("transform_matrix").is_some())
 }
 
 pub(super) fn read(value: &Value, hints: &Hints) -> Result<CameraSet, String> {
-    let frames = value.get("frames").and_then(Value::as_array).ok_or("\"frames\" is missing")?;
+    let frames = value
+        .get("frames")
+        .and_then(Value::as_array)
+        .ok_or("\"frames\" is missing")?;
     let entries = frames.iter().enumerate().map(|(index, frame)| {
         let one = || -> Result<Entry, String> {
             let (lens, size) = lens(frame, value, hints)?;
-            let camera = camera(&lens, size, camera_from_world(frame)?).map_err(|error| error.to_string())?;
-            let name =
-                frame.get("file_path").and_then(Value::as_str).map_or(index.to_string(), str::to_owned);
+            let camera = camera(&lens, size, camera_from_world(frame)?)
+                .map_err(|error| error.to_string())?;
+            let name = frame
+                .get("file_path")
+                .and_then(Value::as_str)
+                .map_or(index.to_string(), str::to_owned);
             Ok(Entry { name, camera })
         };
         one().map_err(|what| format!("frames[{index}]: {what}"))
     });
-    Ok(CameraSet { format: "transforms.json", entries: entries.collect::<Result<_, _>>()?, pair: None })
+    Ok(CameraSet {
+        format: "transforms.json",
+        entries: entries.collect::<Result<_, _>>()?,
+        pair: None,
+    })
 }
 
 fn camera_from_world(frame: &Value) -> Result<DAffine3, String> {
     let m = numbers::<16>(frame, "transform_matrix")?;
     let column = |i: usize| DVec3::new(m[i], m[4 + i], m[8 + i]);
     // From x right, y down, z forward to x right, y up, z backward.
-    let world_from_camera =
-        DAffine3 { matrix3: DMat3::from_cols(column(0), -column(1), -column(2)), translation: column(3) };
+    let world_from_camera = DAffine3 {
+        matrix3: DMat3::from_cols(column(0), -column(1), -column(2)),
+        translation: column(3),
+    };
     Ok(inverse(world_from_camera))
 }
 
 fn lens(frame: &Value, all: &Value, hints: &Hints) -> Result<(Lens, [u32; 2]), String> {
-    let either = |key: &str| -> Result<Option<f64>, String> { Ok(number(frame, key)?.or(number(all, key)?)) };
+    let either = |key: &str| -> Result<Option<f64>, String> {
+        Ok(number(frame, key)?.or(number(all, key)?))
+    };
     for key in DISTORTION {
         if either(key)?.is_some_and(|coefficient| coefficient != 0.0) {
             return Err(format!("\"{key}\" is not 0: undistort the pictures first"));
         }
     }
-    let stated = |key: &str| -> Result<Option<u32>, String> { Ok(side(frame, key)?.or(side(all, key)?)) };
-    let stated = stated("w")?.zip(stated("h")?).map(|(width, height)| [width, height]);
-    let size = stated.or(hints.size).ok_or("no \"w\" and \"h\": give --size")?;
+    let stated =
+        |key: &str| -> Result<Option<u32>, String> { Ok(side(frame, key)?.or(side(all, key)?)) };
+    let stated = stated("w")?
+        .zip(stated("h")?)
+        .map(|(width, height)| [width, height]);
+    let size = stated
+        .or(hints.size)
+        .ok_or("no \"w\" and \"h\": give --size")?;
     let [width, height] = size.map(f64::from);
     let from_angle = |key: &str, side: f64| -> Result<Option<f64>, String> {
         Ok(either(key)?.map(|angle_rad| 0.5 * side / (0.5 * angle_rad).tan()))
     };
     let fx = either("fl_x")?.or(from_angle("camera_angle_x", width)?);
     let fx = fx.ok_or("no \"fl_x\" and no \"camera_angle_x\": the focal length is missing")?;
-    let fy = either("fl_y")?.or(from_angle("camera_angle_y", height)?).unwrap_or(fx);
+    let fy = either("fl_y")?
+        .or(from_angle("camera_angle_y", height)?)
+        .unwrap_or(fx);
     let cx = either("cx")?.unwrap_or(0.5 * width);
     let cy = either("cy")?.unwrap_or(0.5 * height);
-    Ok((Lens { fx, fy, cx, cy, pixel_centre: PixelCentre::Half }, size))
+    Ok((
+        Lens {
+            fx,
+            fy,
+            cx,
+            cy,
+            pixel_centre: PixelCentre::Half,
+        },
+        size,
+    ))
 }

@@ -31,8 +31,15 @@ pub(super) fn display_size(headers: &[Header]) -> [usize; 2] {
 }
 
 /// Gives the `wanted` channels to `emit`, in the order of the file's blocks.
-pub(super) fn pieces(path: &Path, wanted: &[At], room: Room, emit: &mut Emit<'_>) -> Result<(), Error> {
-    let Some(&At { layer, .. }) = wanted.first() else { return Ok(()) };
+pub(super) fn pieces(
+    path: &Path,
+    wanted: &[At],
+    room: Room,
+    emit: &mut Emit<'_>,
+) -> Result<(), Error> {
+    let Some(&At { layer, .. }) = wanted.first() else {
+        return Ok(());
+    };
     if wanted.iter().all(|at| at.layer == layer) {
         return pieces_of_layer(path, wanted, room, emit);
     }
@@ -42,7 +49,11 @@ pub(super) fn pieces(path: &Path, wanted: &[At], room: Room, emit: &mut Emit<'_>
     for at in wanted {
         size = display_size(&super::headers(path)?);
         let bytes = (size[0] * size[1] * 4 * wanted.len()) as u64;
-        room.check(path, bytes, "an EXR file whose colours lie in several parts")?;
+        room.check(
+            path,
+            bytes,
+            "an EXR file whose colours lie in several parts",
+        )?;
         let mut plane = vec![f32::NAN; size[0] * size[1]];
         pieces_of_layer(path, &[*at], room, &mut |[x, y], values| {
             let first = y * size[0] + x;
@@ -58,7 +69,12 @@ pub(super) fn pieces(path: &Path, wanted: &[At], room: Room, emit: &mut Emit<'_>
     Ok(())
 }
 
-fn pieces_of_layer(path: &Path, wanted: &[At], room: Room, emit: &mut Emit<'_>) -> Result<(), Error> {
+fn pieces_of_layer(
+    path: &Path,
+    wanted: &[At],
+    room: Room,
+    emit: &mut Emit<'_>,
+) -> Result<(), Error> {
     let wrong = |error: ::exr::error::Error| fault(path, format!("not a usable EXR file: {error}"));
     let layer = wanted[0].layer;
     let (file, _) = open(path)?;
@@ -66,20 +82,41 @@ fn pieces_of_layer(path: &Path, wanted: &[At], room: Room, emit: &mut Emit<'_>) 
     let header = reader.headers().get(layer).cloned();
     let header = header.ok_or_else(|| fault(path, "the file has changed while it was read"))?;
     if header.deep {
-        return Err(fault(path, "deep data is not read: flatten it to one sample a pixel"));
+        return Err(fault(
+            path,
+            "deep data is not read: flatten it to one sample a pixel",
+        ));
     }
-    if header.channels.list.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
-        return Err(fault(path, "sub-sampled channels are not read: save all channels at full resolution"));
+    if header
+        .channels
+        .list
+        .iter()
+        .any(|channel| channel.sampling != Vec2(1, 1))
+    {
+        return Err(fault(
+            path,
+            "sub-sampled channels are not read: save all channels at full resolution",
+        ));
     }
     // A block packed and unpacked, and once more between two steps of unpacking.
-    room.check(path, 3 * header.max_block_byte_size() as u64, "a block of this EXR file")?;
+    room.check(
+        path,
+        3 * header.max_block_byte_size() as u64,
+        "a block of this EXR file",
+    )?;
     let on_display = OnDisplay::new(&header);
     let largest = |level: Vec2<usize>| level == Vec2(0, 0);
     let chunks = reader
-        .filter_chunks(false, |_, tile, block| block.layer == layer && largest(tile.level_index))
+        .filter_chunks(false, |_, tile, block| {
+            block.layer == layer && largest(tile.level_index)
+        })
         .map_err(wrong)?;
     for block in chunks.sequential_decompressor(false) {
-        on_display.emit(&block.map_err(wrong)?, (&header, wanted), (path, &mut *emit))?;
+        on_display.emit(
+            &block.map_err(wrong)?,
+            (&header, wanted),
+            (path, &mut *emit),
+        )?;
     }
     Ok(())
 }
@@ -93,10 +130,16 @@ struct OnDisplay {
 
 impl OnDisplay {
     fn new(header: &Header) -> Self {
-        let (display, data) = (header.shared_attributes.display_window, header.own_attributes.layer_position);
+        let (display, data) = (
+            header.shared_attributes.display_window,
+            header.own_attributes.layer_position,
+        );
         let shift = |data: i32, display: i32| i64::from(data) - i64::from(display);
         Self {
-            shift: [shift(data.x(), display.position.x()), shift(data.y(), display.position.y())],
+            shift: [
+                shift(data.x(), display.position.x()),
+                shift(data.y(), display.position.y()),
+            ],
             size: [display.size.width(), display.size.height()],
         }
     }
@@ -115,7 +158,11 @@ impl OnDisplay {
             let Some((at, columns)) = self.clipped(location.position, location.sample_count) else {
                 continue;
             };
-            for (value, _) in values.iter_mut().zip(wanted).filter(|(_, at)| at.channel == location.channel) {
+            for (value, _) in values
+                .iter_mut()
+                .zip(wanted)
+                .filter(|(_, at)| at.channel == location.channel)
+            {
                 let sample_type = header.channels.list[location.channel].sample_type;
                 *value = numbers(&line, sample_type)
                     .map_err(|error| fault(path, format!("not a usable EXR file: {error}")))?;
@@ -131,9 +178,15 @@ impl OnDisplay {
     }
 
     /// Where on the display a line begins, and which of its pixels lie there.
-    fn clipped(&self, position: Vec2<usize>, count: usize) -> Option<([usize; 2], std::ops::Range<usize>)> {
+    fn clipped(
+        &self,
+        position: Vec2<usize>,
+        count: usize,
+    ) -> Option<([usize; 2], std::ops::Range<usize>)> {
         let left = position.x() as i64 + self.shift[0];
-        let y = usize::try_from(position.y() as i64 + self.shift[1]).ok().filter(|&y| y < self.size[1])?;
+        let y = usize::try_from(position.y() as i64 + self.shift[1])
+            .ok()
+            .filter(|&y| y < self.size[1])?;
         let first = (-left).clamp(0, count as i64) as usize;
         let end = (self.size[0] as i64 - left).clamp(0, count as i64) as usize;
         (first < end).then(|| ([(left + first as i64) as usize, y], first..end))
@@ -142,8 +195,14 @@ impl OnDisplay {
 
 fn numbers(line: &LineRef<'_>, sample_type: SampleType) -> ::exr::error::Result<Vec<f32>> {
     match sample_type {
-        SampleType::F16 => line.read_samples::<f16>().map(|v| v.map(f16::to_f32)).collect(),
+        SampleType::F16 => line
+            .read_samples::<f16>()
+            .map(|v| v.map(f16::to_f32))
+            .collect(),
         SampleType::F32 => line.read_samples::<f32>().collect(),
-        SampleType::U32 => line.read_samples::<u32>().map(|v| v.map(|v| v as f32)).collect(),
+        SampleType::U32 => line
+            .read_samples::<u32>()
+            .map(|v| v.map(|v| v as f32))
+            .collect(),
     }
 }

@@ -7,7 +7,9 @@ use serde_json::{Value, json};
 
 use super::{Maker, SQUARE};
 use crate::input::{LoadOptions, Notes};
-use crate::scene::{AlphaMode, Lighting, Magnify, Material, Scene, Sides, Texels, TextureUse, Wrap};
+use crate::scene::{
+    AlphaMode, Lighting, Magnify, Material, Scene, Sides, Texels, TextureUse, Wrap,
+};
 
 /// A square with two sets of coordinates and one material; `rest` adds textures and the like.
 fn load(maker: &mut Maker, material: Value, rest: Value) -> Result<(Scene, Notes), String> {
@@ -19,8 +21,11 @@ fn load(maker: &mut Maker, material: Value, rest: Value) -> Result<(Scene, Notes
         "meshes": [{ "primitives": [{ "attributes": attributes, "material": 0 }] }],
         "materials": [material],
     });
-    let Value::Object(rest) = rest else { panic!("the rest is an object") };
-    rest.into_iter().for_each(|(key, value)| document[key] = value);
+    let Value::Object(rest) = rest else {
+        panic!("the rest is an object")
+    };
+    rest.into_iter()
+        .for_each(|(key, value)| document[key] = value);
     maker.load_with(document, &LoadOptions::default())
 }
 
@@ -28,7 +33,9 @@ fn load(maker: &mut Maker, material: Value, rest: Value) -> Result<(Scene, Notes
 fn png(width: u32, height: u32) -> Vec<u8> {
     let picture = image::RgbaImage::from_pixel(width, height, image::Rgba([1, 2, 3, 4]));
     let mut file = Cursor::new(Vec::new());
-    picture.write_to(&mut file, image::ImageFormat::Png).expect("memory");
+    picture
+        .write_to(&mut file, image::ImageFormat::Png)
+        .expect("memory");
     file.into_inner()
 }
 
@@ -63,11 +70,25 @@ fn coordinates_count_from_the_top_of_a_picture_of_any_size() {
     let mut maker = Maker::default();
     let rest = one_texture(&mut maker, json!({}));
     let (scene, _) = load(&mut maker, textured(json!({ "index": 0 })), rest).expect("a good file");
-    assert_eq!(scene.meshes[0].uvs[0][3], [0.0, 0.0], "the file's own coordinates, v down");
+    assert_eq!(
+        scene.meshes[0].uvs[0][3],
+        [0.0, 0.0],
+        "the file's own coordinates, v down"
+    );
     let texture = &scene.textures[0];
-    assert_eq!((texture.width, texture.height), (3, 5), "no power of two is asked for");
-    let Texels::Srgb8(texels) = &texture.texels else { panic!("8 bits stay") };
-    assert_eq!(texels[..], [[1, 2, 3, 4]; 15], "texels as they are in the file");
+    assert_eq!(
+        (texture.width, texture.height),
+        (3, 5),
+        "no power of two is asked for"
+    );
+    let Texels::Srgb8(texels) = &texture.texels else {
+        panic!("8 bits stay")
+    };
+    assert_eq!(
+        texels[..],
+        [[1, 2, 3, 4]; 15],
+        "texels as they are in the file"
+    );
 }
 
 #[test]
@@ -77,16 +98,28 @@ fn samplers_say_what_lies_beyond_the_border() {
         let used = base_use(&mut Maker::default(), json!({ "index": 0 }), sampler);
         (used.wrap, used.magnify)
     };
-    assert_eq!(settings(json!({})), ([Wrap::Repeat; 2], Magnify::Linear), "the defaults");
+    assert_eq!(
+        settings(json!({})),
+        ([Wrap::Repeat; 2], Magnify::Linear),
+        "the defaults"
+    );
     let sampler = json!({ "wrapS": 33071, "wrapT": 33648, "magFilter": 9728 });
-    assert_eq!(settings(sampler), ([Wrap::Clamp, Wrap::Mirror], Magnify::Nearest), "clamp, mirror, nearest");
+    assert_eq!(
+        settings(sampler),
+        ([Wrap::Clamp, Wrap::Mirror], Magnify::Nearest),
+        "clamp, mirror, nearest"
+    );
     let mut maker = Maker::default();
     let rest = one_texture(&mut maker, json!({ "wrapS": 7 }));
     assert!(
         load(&mut maker, textured(json!({ "index": 0 })), rest).is_err_and(|e| e.contains("wrap")),
         "unknown"
     );
-    assert_eq!(only_material(json!({ "doubleSided": true })).sides, Sides::Both, "both sides");
+    assert_eq!(
+        only_material(json!({ "doubleSided": true })).sides,
+        Sides::Both,
+        "both sides"
+    );
 }
 
 #[test]
@@ -96,7 +129,11 @@ fn texture_transforms_scale_then_turn_then_move() {
     let transform = json!({ "offset": [0.1, 0.2], "rotation": quarter, "scale": [2, 3] });
     let info = json!({ "index": 0, "extensions": { "KHR_texture_transform": transform } });
     let used = base_use(&mut Maker::default(), info, json!({}));
-    for (uv, expected) in [((0.0, 0.0), (0.1, 0.2)), ((1.0, 0.0), (0.1, -1.8)), ((0.0, 1.0), (3.1, 0.2))] {
+    for (uv, expected) in [
+        ((0.0, 0.0), (0.1, 0.2)),
+        ((1.0, 0.0), (0.1, -1.8)),
+        ((0.0, 1.0), (3.1, 0.2)),
+    ] {
         let found = used.uv_linear * DVec2::from(uv) + used.uv_offset;
         assert!(
             (found - DVec2::from(expected)).length() < 1e-6,
@@ -111,8 +148,7 @@ fn textures_choose_their_set_of_coordinates() {
     let set = |info: Value| base_use(&mut Maker::default(), info, json!({})).uv_set;
     assert_eq!(set(json!({ "index": 0 })), 0, "the first");
     assert_eq!(set(json!({ "index": 0, "texCoord": 1 })), 1, "the second");
-    let info =
-        json!({ "index": 0, "texCoord": 0, "extensions": { "KHR_texture_transform": { "texCoord": 1 } } });
+    let info = json!({ "index": 0, "texCoord": 0, "extensions": { "KHR_texture_transform": { "texCoord": 1 } } });
     assert_eq!(set(info), 1, "the transform's word counts");
 }
 
@@ -120,28 +156,56 @@ fn textures_choose_their_set_of_coordinates() {
 fn a_set_that_is_missing_leaves_the_plain_colour() {
     let mut maker = Maker::default();
     let rest = one_texture(&mut maker, json!({}));
-    let (scene, mut notes) =
-        load(&mut maker, textured(json!({ "index": 0, "texCoord": 5 })), rest).expect("a good file");
+    let (scene, mut notes) = load(
+        &mut maker,
+        textured(json!({ "index": 0, "texCoord": 5 })),
+        rest,
+    )
+    .expect("a good file");
     let scene = crate::input::checked::scene(scene, &mut notes).expect("a good scene");
     let material = &scene.materials[scene.meshes[0].material];
     assert!(material.base_texture.is_none(), "there is no sixth set");
-    assert!(notes.0.iter().any(|note| note.contains("coordinates")), "and that is said: {:?}", notes.0);
+    assert!(
+        notes.0.iter().any(|note| note.contains("coordinates")),
+        "and that is said: {:?}",
+        notes.0
+    );
 }
 
 #[test]
 fn alpha_modes_and_factors_are_the_files() {
     // As in AlphaBlendModeTest.
-    assert_eq!(only_material(json!({})).alpha, AlphaMode::Opaque, "the default");
-    assert_eq!(only_material(json!({ "alphaMode": "MASK" })).alpha, AlphaMode::Mask { cutoff: 0.5 }, "half");
+    assert_eq!(
+        only_material(json!({})).alpha,
+        AlphaMode::Opaque,
+        "the default"
+    );
+    assert_eq!(
+        only_material(json!({ "alphaMode": "MASK" })).alpha,
+        AlphaMode::Mask { cutoff: 0.5 },
+        "half"
+    );
     let mask = json!({ "alphaMode": "MASK", "alphaCutoff": 0.75 });
-    assert_eq!(only_material(mask).alpha, AlphaMode::Mask { cutoff: 0.75 }, "its own cutoff");
-    assert_eq!(only_material(json!({ "alphaMode": "BLEND" })).alpha, AlphaMode::Blend, "blend");
+    assert_eq!(
+        only_material(mask).alpha,
+        AlphaMode::Mask { cutoff: 0.75 },
+        "its own cutoff"
+    );
+    assert_eq!(
+        only_material(json!({ "alphaMode": "BLEND" })).alpha,
+        AlphaMode::Blend,
+        "blend"
+    );
     let material = only_material(json!({
         "pbrMetallicRoughness": { "baseColorFactor": [0.5, 0.25, 1, 0.125] },
         "emissiveFactor": [0.5, 0, 1],
         "extensions": { "KHR_materials_emissive_strength": { "emissiveStrength": 4 }, "KHR_materials_unlit": {} },
     }));
-    assert_eq!(material.base_colour, [0.5, 0.25, 1.0, 0.125], "linear as it stands");
+    assert_eq!(
+        material.base_colour,
+        [0.5, 0.25, 1.0, 0.125],
+        "linear as it stands"
+    );
     assert_eq!(material.emissive, [2.0, 0.0, 4.0], "times its strength");
     assert_eq!(material.lighting, Lighting::Unlit, "unlit");
 }
@@ -153,8 +217,8 @@ fn a_picture_that_cannot_be_had_leaves_its_factor_and_a_note() {
     let outside = json!({ "uri": "http://host/a.png" });
     for image in [missing, broken, outside, json!({})] {
         let rest = json!({ "images": [image], "textures": [{ "source": 0 }] });
-        let (scene, notes) =
-            load(&mut Maker::default(), textured(json!({ "index": 0 })), rest).expect("the mesh can be had");
+        let (scene, notes) = load(&mut Maker::default(), textured(json!({ "index": 0 })), rest)
+            .expect("the mesh can be had");
         assert!(
             scene.materials[0].base_texture.is_none() && scene.textures.is_empty(),
             "{image}: no texture"
@@ -175,6 +239,14 @@ fn webp_and_the_older_material_model_are_read() {
     let old = json!({ "diffuseFactor": [0.5, 0.5, 0.5, 1], "diffuseTexture": { "index": 0 } });
     let material = json!({ "extensions": { "KHR_materials_pbrSpecularGlossiness": old } });
     let (scene, notes) = load(&mut maker, material, rest).expect("a good file");
-    assert_eq!(scene.materials[0].base_colour, [0.5, 0.5, 0.5, 1.0], "the diffuse factor");
-    assert!(scene.materials[0].base_texture.is_some(), "its picture, by the extension: {:?}", notes.0);
+    assert_eq!(
+        scene.materials[0].base_colour,
+        [0.5, 0.5, 0.5, 1.0],
+        "the diffuse factor"
+    );
+    assert!(
+        scene.materials[0].base_texture.is_some(),
+        "its picture, by the extension: {:?}",
+        notes.0
+    );
 }

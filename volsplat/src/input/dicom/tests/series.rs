@@ -10,20 +10,34 @@ use crate::volume::{Volume, Voxels};
 fn loaded(slices: &[Slice], options: &LoadOptions) -> Result<Volume, Error> {
     let folder = Folder::new();
     folder.write("README.txt", &[b"not a slice"]);
-    folder.write("report.dcm", &[&super::Elements::new(super::EXPLICIT).text(0x0020_000E, "9").file()]);
+    folder.write(
+        "report.dcm",
+        &[&super::Elements::new(super::EXPLICIT)
+            .text(0x0020_000E, "9")
+            .file()],
+    );
     for (index, slice) in slices.iter().enumerate() {
         folder.write(&format!("{index}.dcm"), &[&slice.file()]);
     }
-    assert_eq!(format_of(&folder.path("")).expect("readable"), Some(Format::Dicom));
+    assert_eq!(
+        format_of(&folder.path("")).expect("readable"),
+        Some(Format::Dicom)
+    );
     load(&folder.path(""), options)
 }
 
 fn at(position: &'static str, value: u16) -> Slice {
-    Slice { position, values: [value; 4], ..SLICE }
+    Slice {
+        position,
+        values: [value; 4],
+        ..SLICE
+    }
 }
 
 fn refusal(slices: &[Slice]) -> String {
-    loaded(slices, &LoadOptions::default()).expect_err("these slices are no volume").to_string()
+    loaded(slices, &LoadOptions::default())
+        .expect_err("these slices are no volume")
+        .to_string()
 }
 
 #[test]
@@ -32,62 +46,135 @@ fn slices_are_sorted_along_their_normal_and_never_mirrored() {
     let volume = loaded(&slices, &LoadOptions::default()).expect("even");
     assert_eq!(volume.dims, [2, 2, 3]);
     assert_eq!([0, 4, 8].map(|index| volume.value(index)), [1.0, 2.0, 3.0]);
-    assert_eq!(volume.world_from_index.translation.to_array(), [0.0, 0.0, 2.0]);
-    assert_eq!(volume.spacing(), [2.0, 3.0, 2.0], "the step of the positions, not the thickness");
+    assert_eq!(
+        volume.world_from_index.translation.to_array(),
+        [0.0, 0.0, 2.0]
+    );
+    assert_eq!(
+        volume.spacing(),
+        [2.0, 3.0, 2.0],
+        "the step of the positions, not the thickness"
+    );
     // Rows that run up turn the normal down: the order of the slices turns with it.
-    let upward = slices.map(|slice| Slice { orientation: "1\\0\\0\\0\\-1\\0", ..slice });
+    let upward = slices.map(|slice| Slice {
+        orientation: "1\\0\\0\\0\\-1\\0",
+        ..slice
+    });
     let volume = loaded(&upward, &LoadOptions::default()).expect("even");
     assert_eq!([0, 4, 8].map(|index| volume.value(index)), [3.0, 2.0, 1.0]);
-    assert!(volume.world_from_index.matrix3.determinant() > 0.0, "a mirrored patient");
-    assert_eq!(volume.world_from_index.matrix3.z_axis.to_array(), [0.0, 0.0, -2.0]);
+    assert!(
+        volume.world_from_index.matrix3.determinant() > 0.0,
+        "a mirrored patient"
+    );
+    assert_eq!(
+        volume.world_from_index.matrix3.z_axis.to_array(),
+        [0.0, 0.0, -2.0]
+    );
 }
 
 #[test]
 fn a_tilted_gantry_shears_the_lattice() {
     // The slices are turned around x, and the table moves along z.
-    let tilted = |position, value| Slice { orientation: "1\\0\\0\\0\\0.8\\-0.6", ..at(position, value) };
-    let slices = [tilted("0\\0\\0", 1), tilted("0\\0\\5", 2), tilted("0\\0\\10", 3)];
+    let tilted = |position, value| Slice {
+        orientation: "1\\0\\0\\0\\0.8\\-0.6",
+        ..at(position, value)
+    };
+    let slices = [
+        tilted("0\\0\\0", 1),
+        tilted("0\\0\\5", 2),
+        tilted("0\\0\\10", 3),
+    ];
     let volume = loaded(&slices, &LoadOptions::default()).expect("even");
     let map = volume.world_from_index.matrix3;
-    assert_eq!(map.z_axis.to_array(), [0.0, 0.0, 5.0], "the step is not along the normal");
-    assert!((map.y_axis - glam::DVec3::new(0.0, 2.4, -1.8)).length() < 1e-12, "{}", map.y_axis);
+    assert_eq!(
+        map.z_axis.to_array(),
+        [0.0, 0.0, 5.0],
+        "the step is not along the normal"
+    );
+    assert!(
+        (map.y_axis - glam::DVec3::new(0.0, 2.4, -1.8)).length() < 1e-12,
+        "{}",
+        map.y_axis
+    );
     assert_eq!([0, 4, 8].map(|index| volume.value(index)), [1.0, 2.0, 3.0]);
 }
 
 #[test]
 fn uneven_slices_are_refused_with_their_distances() {
-    let slices =
-        ["0\\0\\0", "0\\0\\2", "0\\0\\4", "0\\0\\5", "0\\0\\8", "0\\0\\11"].map(|position| at(position, 1));
+    let slices = [
+        "0\\0\\0", "0\\0\\2", "0\\0\\4", "0\\0\\5", "0\\0\\8", "0\\0\\11",
+    ]
+    .map(|position| at(position, 1));
     let text = refusal(&slices);
-    assert!(text.contains("slices 0 to 2 are 2.00 mm apart, 2 to 3 are 1.00 mm apart"), "{text}");
-    assert!(text.contains("3 to 5 are 3.00 mm apart") && text.contains("a folder of their own"), "{text}");
+    assert!(
+        text.contains("slices 0 to 2 are 2.00 mm apart, 2 to 3 are 1.00 mm apart"),
+        "{text}"
+    );
+    assert!(
+        text.contains("3 to 5 are 3.00 mm apart") && text.contains("a folder of their own"),
+        "{text}"
+    );
     let text = refusal(&["0\\0\\0", "0\\0\\0", "0\\0\\2"].map(|position| at(position, 1)));
-    assert!(text.contains("slices 0 and 1 lie at the same place"), "{text}");
+    assert!(
+        text.contains("slices 0 and 1 lie at the same place"),
+        "{text}"
+    );
     let rounded = ["0\\0\\0", "0\\0\\1.0004", "0\\0\\2"].map(|position| at(position, 1));
-    assert!(loaded(&rounded, &LoadOptions::default()).is_ok(), "rounding is no gap");
+    assert!(
+        loaded(&rounded, &LoadOptions::default()).is_ok(),
+        "rounding is no gap"
+    );
 }
 
 #[test]
 fn slices_that_do_not_belong_together_are_refused() {
-    let turned = Slice { orientation: "0\\1\\0\\0\\0\\1", ..at("0\\0\\2", 1) };
+    let turned = Slice {
+        orientation: "0\\1\\0\\0\\0\\1",
+        ..at("0\\0\\2", 1)
+    };
     assert!(refusal(&[at("0\\0\\0", 1), turned]).contains("is turned against"));
-    let signed = Slice { is_signed: true, ..at("0\\0\\2", 1) };
+    let signed = Slice {
+        is_signed: true,
+        ..at("0\\0\\2", 1)
+    };
     let text = refusal(&[at("0\\0\\0", 1), signed]);
     assert!(text.contains("1.dcm") && text.contains("signed"), "{text}");
     let nowhere = at("", 1);
-    assert!(refusal(&[at("0\\0\\0", 1), nowhere]).contains("1 of 2 slices have no ImagePositionPatient"));
+    assert!(
+        refusal(&[at("0\\0\\0", 1), nowhere])
+            .contains("1 of 2 slices have no ImagePositionPatient")
+    );
     assert!(refusal(&[nowhere, nowhere]).contains("their order is not known"));
 }
 
 #[test]
 fn one_series_of_several_is_chosen_by_its_uid() {
-    let other = |position| Slice { series: "4.5.6", ..at(position, 9) };
-    let slices = [at("0\\0\\0", 1), other("0\\0\\0"), at("0\\0\\2", 2), other("0\\0\\3"), other("0\\0\\6")];
+    let other = |position| Slice {
+        series: "4.5.6",
+        ..at(position, 9)
+    };
+    let slices = [
+        at("0\\0\\0", 1),
+        other("0\\0\\0"),
+        at("0\\0\\2", 2),
+        other("0\\0\\3"),
+        other("0\\0\\6"),
+    ];
     let text = refusal(&slices);
-    assert!(text.contains("--series UID") && text.contains("1.2.3 (2 slices, 'a name')"), "{text}");
+    assert!(
+        text.contains("--series UID") && text.contains("1.2.3 (2 slices, 'a name')"),
+        "{text}"
+    );
     assert!(text.contains("4.5.6 (3 slices"), "{text}");
-    let of =
-        |uid: &str| loaded(&slices, &LoadOptions { series: Some(uid.to_owned()), ..LoadOptions::default() });
+    let of = |uid: &str| {
+        loaded(
+            &slices,
+            &LoadOptions {
+                series: Some(uid.to_owned()),
+                ..LoadOptions::default()
+            },
+        )
+    };
     assert_eq!(of("1.2.3").expect("chosen").dims, [2, 2, 2]);
     assert_eq!(of("4.5.6").expect("chosen").spacing()[2], 3.0);
     assert!(matches!(of("7"), Err(Error::Option(_))));
@@ -95,7 +182,11 @@ fn one_series_of_several_is_chosen_by_its_uid() {
 
 #[test]
 fn slices_of_different_scales_become_singles() {
-    let half = Slice { slope: "0.5", intercept: "1", ..at("0\\0\\2", 5) };
+    let half = Slice {
+        slope: "0.5",
+        intercept: "1",
+        ..at("0\\0\\2", 5)
+    };
     let volume = loaded(&[at("0\\0\\0", 5), half], &LoadOptions::default()).expect("even");
     assert_eq!(volume.voxels, Voxels::F32([[5.0; 4], [3.5; 4]].concat()));
 }

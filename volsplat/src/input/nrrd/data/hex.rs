@@ -21,7 +21,11 @@ impl<R: BufRead> Read for HexReader<R> {
         while written == 0 && !bytes.is_empty() {
             let text = self.text.fill_buf()?;
             if text.is_empty() {
-                return if self.high.is_none() { Ok(0) } else { Err(fault("half a byte at the end")) };
+                return if self.high.is_none() {
+                    Ok(0)
+                } else {
+                    Err(fault("half a byte at the end"))
+                };
             }
             let mut used = 0;
             for &character in text {
@@ -32,8 +36,10 @@ impl<R: BufRead> Read for HexReader<R> {
                 if character.is_ascii_whitespace() {
                     continue;
                 }
-                let digit =
-                    char::from(character).to_digit(16).ok_or_else(|| fault("not a hexadecimal digit"))? as u8;
+                let digit = char::from(character)
+                    .to_digit(16)
+                    .ok_or_else(|| fault("not a hexadecimal digit"))?
+                    as u8;
                 match self.high.take() {
                     None => self.high = Some(digit),
                     Some(high) => {
