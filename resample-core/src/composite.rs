@@ -13,8 +13,9 @@
 mod points;
 mod slices;
 
+use crate::dispatch;
+use crate::simd::Vectors;
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch};
 use fearless_simd_macros::simd;
 
 use crate::maps::{TileMaps, TilePlane};
@@ -72,7 +73,7 @@ pub struct TilePixels {
 #[derive(Clone, Debug)]
 pub struct TileSettings {
     /// Vector instructions to use.
-    pub level: Level,
+    pub level: Vectors,
     /// The kernel's line integral.
     pub profile: FootprintProfile,
     /// The pixel's Gaussian.

@@ -4,8 +4,9 @@
 //! grid unit along the ray is |v| / |w| world units long. Both are computed per tile, in f32 relative to the tile's
 //! own ray, so that nothing cancels and no map of the whole picture has to be kept.
 
+use crate::dispatch;
+use crate::simd::Vectors;
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch};
 use fearless_simd_macros::simd;
 use glam::{DVec2, DVec3, Vec3};
 
@@ -51,7 +52,7 @@ impl Default for TileMaps {
 
 impl TileMaps {
     /// Fills both maps for the tile whose first pixel is `corner_px`.
-    pub fn fill(&mut self, level: Level, source: &MapSource, corner_px: [usize; 2]) {
+    pub fn fill(&mut self, level: Vectors, source: &MapSource, corner_px: [usize; 2]) {
         let first_centre = DVec2::new(corner_px[0] as f64 + 0.5, corner_px[1] as f64 + 0.5);
         let view = &source.view;
         let (_, in_grid) = view.ray(first_centre);

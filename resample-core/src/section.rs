@@ -183,9 +183,11 @@ fn powers<const N: usize>(nodes: &[f64; N]) -> [[f64; N]; N] {
 
 #[cfg(test)]
 mod tests {
-    use fearless_simd::{Level, dispatch, f32x4};
+    use fearless_simd::f32x4;
 
     use super::*;
+    use crate::dispatch;
+    use crate::simd::SimdLevel;
 
     /// A section between two places on a ray, in grid units from the point nearest to the centre.
     fn integral(profile: &SectionProfile, distance2: f64, ends: [f64; 2]) -> f64 {
@@ -201,7 +203,7 @@ mod tests {
         distance2: f64,
         ends: [f64; 2],
     ) -> f32 {
-        dispatch!(Level::fallback(), simd => {
+        dispatch!(SimdLevel::Baseline.resolve(), simd => {
             let four = |x: f64| f32x4::splat(simd, x as f32);
             let Some(chord) = profile.chord::<_, _, POWERS>(simd, four(distance2)) else { return 0.0 };
             let share = |t: f64| chord.share((four(t) * chord.per_half).max(four(-1.0)).min(four(1.0)));

@@ -1,53 +1,123 @@
 //! Which vector instructions the tile kernels use, and the few functions on vectors that they share.
 //!
-//! The kernels are written once, generic over the vector width; the level is chosen at run time. All levels compute
-//! the same formulas, but only some CPUs fuse a multiplication with the addition that follows: pictures agree between
-//! levels to rounding, and are identical bytes on one level.
+//! The kernels are written once, generic over the vector width; the level is chosen at run time by [`dispatch!`]. Each
+//! kernel is compiled three times: for AVX-512, for AVX2 with FMA, and for the baseline of the target. Levels between
+//! these would double the time to build and serve only processors from before 2013.
+//!
+//! All levels compute the same formulas, but only some CPUs fuse a multiplication with the addition that follows:
+//! pictures agree between levels to rounding, and are identical bytes on one level.
 
+use fearless_simd::Level;
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch};
 
 /// The instruction set that the tile kernels run on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SimdLevel {
     /// The best that this CPU has.
     Auto,
-    /// AVX2 and FMA, or the best below it.
+    /// AVX2 and FMA where the CPU has them, else the baseline.
     Avx2,
-    /// SSE4.2, or the best below it.
-    Sse42,
-    /// No vector instructions: the twin that the others are tested against.
-    Scalar,
+    /// The instructions that every CPU of the target has: SSE2 on x86-64, NEON on 64-bit Arm.
+    Baseline,
 }
+
+/// A level that this CPU has, as a kernel takes it.
+#[derive(Clone, Copy, Debug)]
+pub enum Vectors {
+    /// AVX-512 as in Ice Lake.
+    #[cfg(target_arch = "x86_64")]
+    Avx512(fearless_simd::Avx512),
+    /// AVX2 and FMA.
+    #[cfg(target_arch = "x86_64")]
+    Avx2(fearless_simd::Avx2),
+    /// The instructions that every CPU of the target has.
+    Baseline(Baseline),
+}
+
+/// The instructions that every CPU of the target has.
+#[cfg(target_arch = "x86_64")]
+pub type Baseline = fearless_simd::Sse2;
+/// The instructions that every CPU of the target has.
+#[cfg(target_arch = "aarch64")]
+pub type Baseline = fearless_simd::Neon;
+/// The instructions that every CPU of the target has.
+#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+pub type Baseline = fearless_simd::Fallback;
 
 impl SimdLevel {
     /// Every level.
-    pub const ALL: [Self; 4] = [Self::Auto, Self::Avx2, Self::Sse42, Self::Scalar];
+    pub const ALL: [Self; 3] = [Self::Auto, Self::Avx2, Self::Baseline];
 
-    /// The level as the vector library names it.
-    pub fn resolve(self) -> Level {
+    /// The level, or the best one below it that this CPU has.
+    pub fn resolve(self) -> Vectors {
         match self {
-            Self::Auto => Level::new(),
-            Self::Scalar => Level::fallback(),
-            Self::Avx2 => lower_level(true),
-            Self::Sse42 => lower_level(false),
+            Self::Auto => best(true),
+            Self::Avx2 => best(false),
+            Self::Baseline => Vectors::Baseline(baseline()),
         }
     }
 }
 
 #[cfg(target_arch = "x86_64")]
-fn lower_level(wide: bool) -> Level {
-    let best = Level::new();
-    match (best.as_avx2().filter(|_| wide), best.as_sse4_2()) {
-        (Some(avx2), _) => Level::Avx2(avx2),
-        (None, Some(sse)) => Level::Sse4_2(sse),
-        (None, None) => Level::fallback(),
+fn best(has_avx512: bool) -> Vectors {
+    let level = Level::new();
+    match (level.as_avx512().filter(|_| has_avx512), level.as_avx2()) {
+        (Some(avx512), _) => Vectors::Avx512(avx512),
+        (None, Some(avx2)) => Vectors::Avx2(avx2),
+        (None, None) => Vectors::Baseline(baseline()),
     }
 }
 
 #[cfg(not(target_arch = "x86_64"))]
-fn lower_level(_wide: bool) -> Level {
-    Level::new()
+fn best(_has_avx512: bool) -> Vectors {
+    Vectors::Baseline(baseline())
+}
+
+/// The token of the baseline.
+#[cfg(target_arch = "x86_64")]
+pub fn baseline() -> Baseline {
+    Level::baseline()
+        .as_sse2()
+        .expect("every x86-64 processor has SSE2")
+}
+
+/// The token of the baseline.
+#[cfg(target_arch = "aarch64")]
+pub fn baseline() -> Baseline {
+    Level::baseline()
+        .as_neon()
+        .expect("every 64-bit Arm processor has NEON")
+}
+
+/// The token of the baseline.
+#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+pub fn baseline() -> Baseline {
+    Baseline::new()
+}
+
+/// Runs an expression with the vector instructions of `level`, a [`Vectors`]: `dispatch!(level, simd => kernel(simd, ..))`.
+/// The kernel is marked `#[simd]`, or `#[inline(always)]`, else it runs without the instructions.
+#[macro_export]
+macro_rules! dispatch {
+    ($level:expr, $simd:ident => $kernel:expr) => {{
+        use fearless_simd::Simd as _;
+        match $level {
+            #[cfg(target_arch = "x86_64")]
+            $crate::simd::Vectors::Avx512($simd) => $simd.vectorize(
+                #[inline(always)]
+                || $kernel,
+            ),
+            #[cfg(target_arch = "x86_64")]
+            $crate::simd::Vectors::Avx2($simd) => $simd.vectorize(
+                #[inline(always)]
+                || $kernel,
+            ),
+            $crate::simd::Vectors::Baseline($simd) => $simd.vectorize(
+                #[inline(always)]
+                || $kernel,
+            ),
+        }
+    }};
 }
 
 /// 2^f - 1 = f (c0 + c1 f + ... + c4 f^4) for |f| <= 1/2, fitted for the smallest relative error: 4.3e-7.
@@ -93,7 +163,7 @@ where
 pub fn opacities_from_optical_depths(level: SimdLevel, depths: &[f32]) -> Vec<f32> {
     let mut out = Vec::with_capacity(depths.len());
     for depth in depths {
-        out.push(dispatch!(level.resolve(), simd => first_opacity(simd, *depth)));
+        out.push(crate::dispatch!(level.resolve(), simd => first_opacity(simd, *depth)));
     }
     out
 }

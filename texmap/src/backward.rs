@@ -4,11 +4,10 @@
 //! renderers carry it out: the ellipse of one pixel, widened by a texel, at most 16 times longer than wide, in the two
 //! levels whose texels are beside the ellipse's shorter axis.
 
-use fearless_simd::Level as SimdLevel;
-
 use crate::ellipse::TexelEllipse;
 use crate::lookup::{nearest, reconstructed, trilinear};
 use crate::points::{Gathered, PixelOnTexture, covariance_with};
+use resample_core::simd::Vectors;
 
 /// How much longer than wide an ellipse may be.
 const MAX_ANISOTROPY: f32 = 16.0;
@@ -50,7 +49,7 @@ pub(crate) fn look_up_trilinear(pixel: &PixelOnTexture) -> Gathered {
 }
 
 /// Elliptical weighted average.
-pub(crate) fn look_up_ewa(pixel: &PixelOnTexture, simd: SimdLevel) -> Gathered {
+pub(crate) fn look_up_ewa(pixel: &PixelOnTexture, simd: Vectors) -> Gathered {
     let pyramid = pixel.pyramid;
     let full = covariance_with(pixel, &pyramid.levels[0], [0.0; 2]);
     // Standard deviations are half a pixel, so that the axes of one pixel are twice as long.
@@ -73,7 +72,7 @@ pub(crate) fn look_up_ewa(pixel: &PixelOnTexture, simd: SimdLevel) -> Gathered {
     out
 }
 
-fn ewa_in_level(pixel: &PixelOnTexture, index: usize, simd: SimdLevel) -> Gathered {
+fn ewa_in_level(pixel: &PixelOnTexture, index: usize, simd: Vectors) -> Gathered {
     let pyramid = pixel.pyramid;
     let level = &pyramid.levels[index];
     if level.size == [1, 1] {

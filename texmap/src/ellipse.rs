@@ -5,9 +5,10 @@
 //! stands for changes by the third power of the same factor (Sherman and Morrison on the homography's rows).
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level as SimdLevel, dispatch};
 use fearless_simd_macros::simd;
 use glam::Vec4;
+use resample_core::dispatch;
+use resample_core::simd::Vectors;
 
 use crate::mip::{Level, wrapped};
 use crate::points::{Gathered, PixelOnTexture};
@@ -127,7 +128,7 @@ impl TexelEllipse {
         &self,
         level: &Level,
         wrap: [Wrap; 2],
-        simd: SimdLevel,
+        simd: Vectors,
     ) -> Option<Gathered> {
         dispatch!(simd, simd => gather_texels(simd, self, (level, wrap)))
     }

@@ -8,9 +8,9 @@
 //!
 //! Limits: a single plane; the Gaussian is cut at [`CUT`] standard deviations.
 
-use fearless_simd::Level as SimdLevel;
 use glam::Vec4;
 use resample_core::point::PIXEL_SIGMA_PX;
+use resample_core::simd::Vectors;
 
 use crate::ellipse::{Covariance, Each, TexelEllipse};
 use crate::lookup::reconstructed;
@@ -41,7 +41,7 @@ const MAX_SPLIT: f32 = 4096.0;
 pub(crate) struct PointSettings {
     pub(crate) level: LevelChoice,
     pub(crate) max_texels: u32,
-    pub(crate) simd: SimdLevel,
+    pub(crate) simd: Vectors,
 }
 
 /// A pixel on a textured plane.

@@ -3,10 +3,10 @@
 //! Sub-pixels that show one triangle and stand beside each other in a row are taken together, in vector code. Where the
 //! place of an edge is known, sub-pixels are corrected before anything translucent is laid over them.
 
-use fearless_simd::dispatch;
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
 use glam::Vec4;
+use resample_core::dispatch;
 
 use crate::filter::PixelFilter;
 use crate::run::Run;

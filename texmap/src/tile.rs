@@ -4,9 +4,9 @@
 //! at sub-pixels elsewhere; look-ups in backward methods); resolve.
 
 use cpu_time::ThreadTime;
-use fearless_simd::Level;
 use glam::Vec4;
 use resample_core::Camera;
+use resample_core::simd::Vectors;
 
 use crate::cull::{InView, ScreenTriangle};
 use crate::edges::Edges;
@@ -31,7 +31,7 @@ pub(crate) struct FrameView<'a> {
     pub(crate) in_view: &'a InView,
     pub(crate) filter: &'a PixelFilter,
     pub(crate) near: NearKey,
-    pub(crate) simd: Level,
+    pub(crate) simd: Vectors,
 }
 
 /// What a tile shows and what it cost.

@@ -6,9 +6,10 @@
 //! all of them that lie before what is opaque.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch};
 use fearless_simd_macros::simd;
 use glam::DVec3;
+use resample_core::dispatch;
+use resample_core::simd::Vectors;
 
 use crate::cull::ScreenTriangle;
 use crate::edges::Crossing;
@@ -236,7 +237,7 @@ impl Visibility {
         triangle: &RasterTriangle,
         id: u32,
         view: (&PixelFilter, NearKey),
-        simd: Level,
+        simd: Vectors,
     ) {
         dispatch!(simd, simd => draw_rows(simd, self, (triangle, id), view));
     }

@@ -5,10 +5,12 @@
 //! into vector code; what is irregular (culling, rows, tiles) follows one by one. The formulas are those of
 //! `resample_core::footprint`, which is the f64 twin.
 
-use fearless_simd::{Simd, dispatch};
+use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 use glam::{DVec3, Vec3};
 use resample_core::SelectMode;
+use resample_core::dispatch;
+use resample_core::simd::Vectors;
 use resample_core::sort::depth_key;
 use resample_core::tile::{ChunkBins, POINT_ROWS, Primitive, TileGrid, TileRect};
 
@@ -39,7 +41,7 @@ pub(crate) struct ProjectSetup {
     /// Colour of splats.
     pub(crate) painting: Painting,
     /// Vector instructions to use.
-    pub(crate) level: fearless_simd::Level,
+    pub(crate) level: Vectors,
     /// What primitives are sorted by.
     pub(crate) keys: SortKeys,
     /// The layer's number.

@@ -10,11 +10,13 @@
 //! Limits: beyond the volume its outermost voxels go on, so that across its faces the gradient is half of the one inside; a cell,
 //! or a part of one, has the gradient in its middle.
 
+use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch, f32x8};
 use fearless_simd_macros::simd;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use rayon::prelude::*;
+use resample_core::dispatch;
+use resample_core::simd::Vectors;
 use resample_core::{Camera, GridView, Projection};
 
 use crate::field::Grid;
@@ -118,7 +120,7 @@ fn difference<T: Copy + Into<f64>>(grid: &Grid<T>, voxel: [isize; 3]) -> DVec3 {
 /// What lights the samples of one lattice in one picture.
 #[derive(Clone, Debug)]
 pub(crate) struct SampleLight {
-    level: Level,
+    level: Vectors,
     shade: Option<ShadeSettings>,
     /// Where extinction follows the gradient: how.
     ramp: Option<GradientRamp>,
@@ -133,7 +135,7 @@ impl SampleLight {
         (shade, ramp): (Option<ShadeSettings>, Option<GradientRamp>),
         camera: &Camera,
         view: &GridView,
-        level: Level,
+        level: Vectors,
     ) -> Option<Self> {
         (shade.is_some() || ramp.is_some()).then(|| Self {
             level,

@@ -10,9 +10,10 @@ mod centres;
 mod fine;
 mod slots;
 
-use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 use resample_core::Camera;
+use resample_core::dispatch;
+use resample_core::simd::Vectors;
 
 use crate::Reference;
 use crate::bands::BAND_ROWS;
@@ -86,7 +87,7 @@ enum Sight {
 struct Drawing<'a> {
     scene: Scene<'a>,
     order: Option<OcclusionOrder>,
-    level: Level,
+    level: Vectors,
 }
 
 impl Drawing<'_> {

@@ -6,10 +6,11 @@
 //! Limits: no filter, so minified textures alias; surfaces end at their outermost samples.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch};
 use glam::DVec2;
 use rayon::prelude::*;
 use resample_core::Camera;
+use resample_core::dispatch;
+use resample_core::simd::SimdLevel;
 use spade::{DelaunayTriangulation, Point2, Triangulation};
 
 use crate::bands::{BAND_ROWS, RowRange};
@@ -105,7 +106,8 @@ impl Mesh {
             .for_each(|(index, ((rgba, depth), resolution))| {
                 let rows = [index * BAND_ROWS, index * BAND_ROWS + rgba.len() / width];
                 let on_band = (&ranges[..], rows, width);
-                let seen = dispatch!(Level::new(), simd => self.seen(simd, on_band, corners));
+                let seen =
+                    dispatch!(SimdLevel::Auto.resolve(), simd => self.seen(simd, on_band, corners));
                 for (at, &triangle) in seen.iter().enumerate().filter(|(_, t)| **t != NO_PATCH) {
                     let pos = DVec2::new(
                         (at % width) as f64 + 0.5,

@@ -11,9 +11,10 @@ mod quarters;
 mod scan;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch};
 use glam::DVec2;
 use rayon::prelude::*;
+use resample_core::dispatch;
+use resample_core::simd::Vectors;
 
 pub(crate) use cells::{EightCells, EightTriangles, LANES};
 use project::{ProjectedRow, project_row};
@@ -130,7 +131,7 @@ impl Segments {
 
 impl Projected {
     /// Warps every sample.
-    pub(crate) fn project(&mut self, scene: &Scene<'_>, warp: &Warp, level: Level) {
+    pub(crate) fn project(&mut self, scene: &Scene<'_>, warp: &Warp, level: Vectors) {
         let [width, height] = scene.surfaces.size;
         let per_row = (width + 1).div_ceil(SEGMENT);
         for plane in &mut self.planes.0 {

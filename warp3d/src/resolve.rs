@@ -8,11 +8,12 @@ mod inside;
 mod parts;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch};
 use fearless_simd_macros::simd;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use resample_core::Camera;
+use resample_core::dispatch;
+use resample_core::simd::Vectors;
 
 use crate::Reference;
 use crate::colour::{Lookup, as_taken};
@@ -40,7 +41,7 @@ pub(crate) struct Resolver<'a> {
     /// What x, y, 1 and disparity add to the homogeneous screen position.
     columns: [DVec3; 4],
     size: [usize; 2],
-    level: Level,
+    level: Vectors,
     weights: WindowWeights,
 }
 

@@ -5,7 +5,7 @@
 //! with the mean colour. Inside a slice nothing hides anything, whatever the depths of its samples.
 //! Source: L. Westover, "Footprint Evaluation for Volume Rendering", SIGGRAPH 1990.
 
-use fearless_simd::dispatch;
+use crate::dispatch;
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
 

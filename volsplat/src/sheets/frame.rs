@@ -4,10 +4,11 @@
 //! fixed to the eye, so that nothing pops when the view turns. On such a plane a pixel's position in the grid is an
 //! affine function of the pixel: three vectors a plane are all that a section needs.
 
+use resample_core::simd::Vectors;
 use std::sync::Arc;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, f32x4, f32x8, i32x4};
+use fearless_simd::{f32x4, f32x8, i32x4};
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use resample_core::composite::DepthRule;
 use resample_core::maps::TilePlane;
@@ -49,7 +50,7 @@ pub(crate) struct Anchor {
 /// What every tile of a frame shares.
 #[derive(Clone, Debug)]
 pub(crate) struct SheetSettings {
-    pub(crate) level: Level,
+    pub(crate) level: Vectors,
     pub(crate) table: TransferTable,
     /// Sections of a kernel.
     pub(crate) sections: SectionTable,

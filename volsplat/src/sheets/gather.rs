@@ -7,9 +7,10 @@
 //! Bricks come in an order in which none hides an earlier one; a brick behind an opaque tile is never looked at.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{dispatch, f32x4, f32x8};
+use fearless_simd::{f32x4, f32x8};
 use fearless_simd_macros::simd;
 use resample_core::composite::{TileCounts, TilePixels};
+use resample_core::dispatch;
 use resample_core::maps::TilePlane;
 use resample_core::tile::TILE_PX;
 

@@ -10,12 +10,13 @@ mod ball;
 mod close;
 mod tent;
 
+use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
-use fearless_simd::{dispatch, f32x8};
 use fearless_simd_macros::simd;
 use glam::DVec2;
 use resample_core::GridView;
 use resample_core::composite::{TileCounts, TilePixels};
+use resample_core::dispatch;
 use resample_core::maps::TilePlane;
 use resample_core::point::PixelFilter;
 use resample_core::section::{ALONG, ALONG_POLYNOMIAL, Powers, SectionProfile};

@@ -6,9 +6,10 @@
 //! one kernel spans: a ring of them, which stays in the first-level cache.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{dispatch, f32x4, f32x8};
+use fearless_simd::{f32x4, f32x8};
 use fearless_simd_macros::simd;
 use resample_core::composite::{DepthRule, TileCounts, TilePixels, opacity};
+use resample_core::dispatch;
 use resample_core::sort::{entry_index, entry_key};
 use resample_core::tile::TILE_PX;
 

@@ -123,10 +123,11 @@ fn add_rays<S: Simd, const SUMS: usize, const POWERS: usize>(
     let range = start..start + LANES;
     let load = |plane: &TilePlane| f32x8::from_slice(simd, &plane[row][range.clone()]);
     // From the voxel to the ray's place on the middle slab's plane.
-    let p: [f32x8<S>; 3] = std::array::from_fn(|axis| {
+    let mut p = [constant(0.0); 3];
+    for (axis, p) in p.iter_mut().enumerate() {
         let start = view.first[axis] - voxel.grid[axis] + row as f32 * view.step_y[axis];
-        f32x8::from_slice(simd, &view.lanes[axis][range.clone()]) + constant(start)
-    });
+        *p = f32x8::from_slice(simd, &view.lanes[axis][range.clone()]) + constant(start);
+    }
     let rays = tile.rays;
     let d = [
         load(&rays.direction[0]),
@@ -146,13 +147,14 @@ fn add_rays<S: Simd, const SUMS: usize, const POWERS: usize>(
     let per_z = load(&rays.per_z) * chord.per_half;
     let middle = t * chord.per_half;
     let ends = [constant(-1.0), constant(1.0)];
-    let inside = |z: f32x8<S>| {
-        (z - constant(view.offset_z))
+    let mut kept = [load(&rays.kept[0]), load(&rays.kept[1])];
+    for end in &mut kept {
+        *end = (*end - constant(view.offset_z))
             .mul_add(per_z, middle)
             .max(ends[0])
-            .min(ends[1])
-    };
-    let (low, high) = (inside(load(&rays.kept[0])), inside(load(&rays.kept[1])));
+            .min(ends[1]);
+    }
+    let [low, high] = kept;
     let step = per_z * constant(tile.settings.thickness as f32);
     let near_end = middle - step * constant(slabs.middle as f32 + 0.5);
     let whole = chord.whole * load(&rays.unit_per_grid);

@@ -297,7 +297,7 @@ fn no_room_for_the_temporary_file_is_told() {
     let (folder, path) = plain();
     let empty = folder.path().join("temporary");
     fs::create_dir(&empty).expect("a folder");
-    let limited = r#"trap "" XFSZ; ulimit -f 2000; exec "$0" --exact no_room_for_the_temporary_file_is_told --nocapture"#;
+    let limited = r#"trap "" XFSZ; ulimit -f 2000; exec "$0" --exact large_zarr::no_room_for_the_temporary_file_is_told --nocapture"#;
     let run = |temporary: &Path| {
         let mut shell = std::process::Command::new("sh");
         shell

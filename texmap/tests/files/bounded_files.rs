@@ -5,8 +5,6 @@
 //! memory ends that process and not the test. Where the data is absent, or the shell knows no such limit, it says
 //! "skipped".
 
-mod mesh_files;
-
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -14,7 +12,7 @@ use std::time::{Duration, Instant};
 use resample_core::{Camera, LookAt};
 use texmap::{LoadOptions, RenderOptions, Renderer};
 
-use mesh_files::{folder, mesh_files};
+use crate::mesh_files::{folder, mesh_files};
 
 /// Names the file that a child process loads.
 const FILE_VARIABLE: &str = "RESAMPLE_MESH_FILE";
@@ -65,7 +63,7 @@ fn within_limits(file: &Path) -> String {
         .arg(own)
         .args([
             "--exact",
-            "the_file_that_the_environment_names",
+            "bounded_files::the_file_that_the_environment_names",
             "--nocapture",
             "--test-threads",
             "1",

@@ -193,7 +193,7 @@ fn every_level_of_vector_instructions_draws_the_same_picture() {
         (400.0, "magnified"),
     ] {
         let to = camera([160, 120], focal_px, DVec3::new(0.2, 0.1, 0.1), 0.05);
-        let scalar = warp(&reference, &to, SimdLevel::Scalar);
+        let scalar = warp(&reference, &to, SimdLevel::Baseline);
         for simd in SimdLevel::ALL {
             let image = warp(&reference, &to, simd);
             let apart = image.rgba.iter().zip(&scalar.rgba);

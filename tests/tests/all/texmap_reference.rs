@@ -218,7 +218,7 @@ fn vector_instructions_change_nothing_but_rounding() {
         )
         .rgba
     };
-    let (auto, plain) = (with(SimdLevel::Auto), with(SimdLevel::Scalar));
+    let (auto, plain) = (with(SimdLevel::Auto), with(SimdLevel::Baseline));
     let worst = auto
         .iter()
         .flatten()

@@ -1,9 +1,7 @@
 //! Every mesh file of the test data: a sane scene or one error that names the file; no panic, no hang, no flood.
 //!
 //! Looks in `../shared/data/meshes` beside the workspace, or in `$RESAMPLE_DATA/meshes`; says that it is skipped where
-//! that is absent. `cargo test -p texmap --test real_files -- --nocapture` lists what became of each file.
-
-mod mesh_files;
+//! that is absent. `cargo test -p texmap --test files real_files -- --nocapture` lists what became of each file.
 
 use std::path::Path;
 use std::sync::mpsc;
@@ -11,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use texmap::{LoadOptions, Loaded, Scene};
 
-use mesh_files::{folder, mesh_files};
+use crate::mesh_files::{folder, mesh_files};
 
 /// No file has more than 5 MB, and most have a few kB: this is a hundred times what the slowest takes.
 const TIME_LIMIT: Duration = Duration::from_secs(20);

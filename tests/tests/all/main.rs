@@ -1,0 +1,46 @@
+//! Every test of the workspace's pictures and files, one module a property: one program, so that what they share is built
+//! and linked once. `cargo test -p resample-tests NAME::` runs one of them.
+
+mod architecture;
+mod clipping;
+mod energy;
+mod extreme_opacities;
+mod extremes;
+mod footprint_modes;
+mod formats_real;
+mod isosurface;
+mod kernel_sheets;
+mod large_volumes;
+mod large_zarr;
+mod lod;
+mod metrics;
+mod nrrd_real;
+mod occlusion;
+mod over_reference;
+mod popping;
+mod scene;
+mod shading;
+mod sheet_properties;
+mod sheets;
+mod sheets_extremes;
+mod spacing;
+mod statistics;
+mod texmap_alpha;
+mod texmap_extremes;
+mod texmap_outlines;
+mod texmap_reference;
+mod texmap_seams;
+mod texmap_truth;
+mod threads;
+mod transmittance;
+mod volume_layers;
+mod volume_views;
+mod warp_equation;
+mod warp_extremes;
+mod warp_fills;
+mod warp_inputs;
+mod warp_large;
+mod warp_real;
+mod warp_twin;
+mod warp_views;
+mod windows;

@@ -1,0 +1,5 @@
+//! The mesh readers and the files of the test data: good, odd and damaged ones.
+
+mod bounded_files;
+mod mesh_files;
+mod real_files;
