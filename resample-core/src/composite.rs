@@ -31,6 +31,12 @@ pub use slices::{SliceSums, composite_slices};
 
 /// How the opacity of a sample becomes the opacity of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum OpacityMode {
     /// Opacity is turned into extinction; a pixel's opacity is 1 - exp(-optical depth). Transmittance is then exact
     /// however many footprints overlap.
