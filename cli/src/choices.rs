@@ -9,13 +9,13 @@ use clap::ValueEnum;
 use resample_core::{FootprintMode, KernelShape, OpacityMode, Projection, SelectMode};
 use volsplat::transfer::ColourEncoding;
 use volsplat::{
-    Cells, Classify, ColourBy, Interpolate, Order, RenderOptions, Shading, SheetKernel, SheetSums,
+    Cells, Classify, ColourBy, Interpolate, Order, RenderOptions, Shading, SheetKernel,
 };
 
 use crate::args::{
     CellsArg, ClassifyArg, ColourByArg, FlatFootprintArg, FootprintArg, InterpolateArg, KernelArg,
     LayerArg, LevelArg, MeshShadeArg, OpacityArg, OrderArg, ProjectionArg, SelectArg, ShadeArg,
-    SheetSumsArg, SpaceArg, TexmapMethodArg, VolumeLayerArg,
+    SpaceArg, TexmapMethodArg, VolumeLayerArg,
 };
 
 /// Pairs of a command line's value and a library's value; each of either occurs once.
@@ -26,12 +26,6 @@ pub(crate) const ORDER: Twins<OrderArg, Order> = Twins(&[
     (OrderArg::ImageSheets, Order::ImageSheets),
     (OrderArg::EverySample, Order::EverySample),
     (OrderArg::AxisSheets, Order::AxisSheets),
-]);
-
-/// `--sheet-sums`
-pub(crate) const SHEET_SUMS: Twins<SheetSumsArg, SheetSums> = Twins(&[
-    (SheetSumsArg::Gather, SheetSums::Gather),
-    (SheetSumsArg::Scatter, SheetSums::Scatter),
 ]);
 
 /// `--shade`
@@ -229,7 +223,6 @@ mod tests {
     fn every_choice_has_its_twin_and_its_name() {
         check(&ORDER, &["image-sheets", "every-sample", "axis-sheets"]);
         check(&SHADE, &["none", "lambert", "phong"]);
-        check(&SHEET_SUMS, &["gather", "scatter"]);
         check(&OPACITY, &["extinction", "linear"]);
         check(&FOOTPRINT, &["affine-approx", "affine", "table", "exact"]);
         check(&CLASSIFY, &["pre", "post"]);

@@ -129,7 +129,6 @@ fn given(args: &RenderArgs) -> Vec<Given> {
         ("--cell-error", samples.cell_error.is_some(), cells_orders),
         ("--slab", sheets.slab.is_some(), IMAGE),
         ("--subpixel", sheets.subpixel.is_some(), ANY),
-        ("--sheet-sums", sheets.sheet_sums.is_some(), IMAGE),
         ("--shade", args.shade.is_some(), ANY),
         (
             "--blend",

@@ -12,7 +12,7 @@ use volsplat::{
     SheetKernel, Subpixels,
 };
 
-use crate::args::{RenderArgs, VolsplatArgs, VolumeArgs};
+use crate::args::{ClassifyArg, RenderArgs, VolsplatArgs, VolumeArgs};
 use crate::blend;
 use crate::choices;
 use crate::clip;
@@ -58,9 +58,14 @@ pub(crate) fn render_options(
 ) -> Result<RenderOptions> {
     let (samples, sheets) = (&args.samples, &args.sheets);
     let default = RenderOptions::default();
-    let kernel = samples.kernel.map_or(default.sheet_kernel, |kernel| {
-        choices::KERNEL.library(kernel)
-    });
+    // Classified samples are summed with a radial kernel.
+    let unasked_kernel = match sheets.classify {
+        Some(ClassifyArg::Pre) => SheetKernel::Radial(default.kernel),
+        _ => default.sheet_kernel,
+    };
+    let kernel = samples
+        .kernel
+        .map_or(unasked_kernel, |kernel| choices::KERNEL.library(kernel));
     let blend = blend::blend(&args.blend)?;
     // A surface without light is one spot of colour.
     let unasked = if matches!(blend, Blend::Isosurface(_)) {
@@ -82,10 +87,6 @@ pub(crate) fn render_options(
             .cells
             .map_or(default.cells, |cells| choices::CELLS.library(cells)),
         cell_error: samples.cell_error.unwrap_or(default.cell_error),
-        lod_error: sheets.lod_error.unwrap_or(default.lod_error),
-        sheet_sums: sheets
-            .sheet_sums
-            .map_or(default.sheet_sums, |sums| choices::SHEET_SUMS.library(sums)),
         shading: args
             .shade
             .map_or(unasked, |shade| choices::SHADE.library(shade)),
@@ -196,8 +197,6 @@ fn render_record(options: &RenderOptions) -> Value {
         "subpixel": subpixels,
         "shade": choices::SHADE.name(options.shading),
         "light": light,
-        "lod_error": options.lod_error,
-        "sheet_sums": choices::SHEET_SUMS.name(options.sheet_sums),
         "kernel": choices::KERNEL.name(match options.order {
             Order::ImageSheets => options.sheet_kernel,
             Order::EverySample | Order::AxisSheets => SheetKernel::Radial(options.kernel),

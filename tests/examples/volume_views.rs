@@ -11,7 +11,7 @@ use resample_core::metrics::{Comparison, Mask, compare};
 use resample_core::{Camera, FootprintMode, Image, KernelShape, OpacityMode, SelectMode};
 use resample_tests::interleaved::{Entrant, run};
 use resample_tests::peer_scenes::{Scene, Subject, Truth};
-use volsplat::{RenderOptions, SheetSums, Subpixels, TransferFunction, Volume};
+use volsplat::{RenderOptions, Subpixels, TransferFunction, Volume};
 
 /// How far the camera turns from frame to frame: a voxel at the volume's rim moves by about two pixels.
 const TURN_DEG: f64 = 0.7;
@@ -144,13 +144,6 @@ fn sheet_settings() -> Vec<(&'static str, RenderOptions)> {
             },
         )
     }));
-    rows.push((
-        "scattered sums",
-        RenderOptions {
-            sheet_sums: SheetSums::Scatter,
-            ..default()
-        },
-    ));
     rows
 }
 

@@ -99,20 +99,6 @@ fn settings() -> Vec<(&'static str, RenderOptions)> {
     vec![
         ("image sheets (the default)", RenderOptions::default()),
         (
-            "image sheets, `--lod-error 0`",
-            RenderOptions {
-                lod_error: 0.0,
-                ..RenderOptions::default()
-            },
-        ),
-        (
-            "image sheets, `--lod-error 0.03`",
-            RenderOptions {
-                lod_error: 0.03,
-                ..RenderOptions::default()
-            },
-        ),
-        (
             "every sample (cells, sub-pixels)",
             RenderOptions::every_sample(),
         ),

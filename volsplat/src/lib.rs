@@ -12,8 +12,9 @@ pub mod clip;
 pub mod cull;
 pub mod error;
 mod every_sample;
-pub mod field;
+
 mod geometry;
+mod grid;
 mod hiding;
 pub mod input;
 mod interpolate;
@@ -47,7 +48,7 @@ pub use labels::{LabelLook, LabelTable};
 pub use large::LargeVolume;
 pub use options::{
     Blend, Cells, Classify, ColourBy, DepthPlane, Interpolate, Isosurface, Light, Order,
-    RenderOptions, Shading, SheetKernel, SheetSums, Subpixels,
+    RenderOptions, Shading, SheetKernel, Subpixels,
 };
 pub use render::{Frame, Renderer};
 pub use scene::{Channel, Look, Scene};

@@ -16,8 +16,6 @@ pub struct RenderOptions {
     pub clip: Clip,
     /// Image sheets: thickness of a slab along the view direction, in voxels (the smallest spacing).
     pub slab_voxels: f64,
-    /// Image sheets: how the sums are formed. The pictures agree to rounding.
-    pub sheet_sums: SheetSums,
     /// Image sheets: shape of the reconstruction kernel.
     pub sheet_kernel: SheetKernel,
     /// Image sheets, radial kernels, post-classified: whether the kernels' sum blurs or passes through the voxels.
@@ -25,7 +23,7 @@ pub struct RenderOptions {
     /// Image sheets: whether the transfer function is applied to voxels or to what their kernels sum up to. The other
     /// orders classify voxels, whatever is said here.
     pub classify: Classify,
-    /// How samples are lit. Not in image sheets that scatter; the orders of samples light one channel of scalars.
+    /// How samples are lit. The orders of samples light one channel of scalars.
     pub shading: Shading,
     /// Where the light of shading comes from.
     pub light: Light,
@@ -40,7 +38,7 @@ pub struct RenderOptions {
     pub kernel: KernelShape,
     /// What a pixel shows of its ray. All but `Emission` need image sheets that gather.
     pub blend: Blend,
-    /// Emission, but not in image sheets that scatter: lengths of the gradient, value per world unit, between which a factor of
+    /// Emission: lengths of the gradient, value per world unit, between which a factor of
     /// the extinction rises from 0 to 1; from 0 on, the first below the second. Labels are not modulated. `None` is off.
     pub gradient_opacity: Option<[f64; 2]>,
     /// How a perspective footprint is evaluated.
@@ -56,9 +54,6 @@ pub struct RenderOptions {
     /// A pixel is left alone once its transmittance is below this, 0..1: no pixel changes by more than this.
     /// 0 never stops early.
     pub min_transmittance: f32,
-    /// Image sheets that gather: bricks seen at less than 0.3 pixels a voxel are drawn from merged blocks where no
-    /// pixel is predicted to change by more than this, 0..1. 0 never does, nor do volumes that stay in their file.
-    pub lod_error: f32,
     /// The length, in world units, over which a transfer function's opacity is meant; `None` is the smallest spacing.
     pub opacity_unit: Option<f64>,
     /// What gives a sample its colour.
@@ -126,15 +121,6 @@ pub enum Light {
     Headlight,
     /// From this direction in the world: it points towards the light, and has any length above 0.
     Towards(DVec3),
-}
-
-/// How an image sheet's sums are formed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SheetSums {
-    /// Sample by sample, from the eight voxels of its cell.
-    Gather,
-    /// Voxel by voxel, into every plane that cuts its kernel.
-    Scatter,
 }
 
 /// Shape of the kernel in image sheets.
@@ -212,7 +198,6 @@ impl Default for RenderOptions {
             order: Order::ImageSheets,
             clip: Clip::default(),
             slab_voxels: 0.5,
-            sheet_sums: SheetSums::Gather,
             sheet_kernel: SheetKernel::Trilinear,
             interpolate: Interpolate::Off,
             classify: Classify::Post,
@@ -232,8 +217,6 @@ impl Default for RenderOptions {
             sheet_voxels: 1.0,
             // Half a step of an 8-bit picture.
             min_transmittance: 1.0 / 512.0,
-            // As much as the early end may change.
-            lod_error: 1.0 / 512.0,
             opacity_unit: None,
             colour_by: ColourBy::Transfer,
             depth: DepthPlane::None,
@@ -310,20 +293,13 @@ impl RenderOptions {
         }
         self.validate_sheets()?;
         self.validate_shading()?;
-        self.validate_clip()?;
+        self.clip.validate()?;
         self.validate_blend()?;
         let least = f64::from(self.min_transmittance);
         range(
             "the least transmittance",
             least,
             (0.0..1.0).contains(&least),
-            "0 or more, and less than 1",
-        )?;
-        let lod = f64::from(self.lod_error);
-        range(
-            "the level-of-detail error",
-            lod,
-            (0.0..1.0).contains(&lod),
             "0 or more, and less than 1",
         )?;
         let cell = f64::from(self.cell_error);
@@ -335,17 +311,6 @@ impl RenderOptions {
         )?;
         let unit = self.opacity_unit.unwrap_or(1.0);
         range("the opacity unit", unit, positive(unit), "a length above 0")
-    }
-
-    fn validate_clip(&self) -> Result<(), Error> {
-        let scatters = self.order == Order::ImageSheets
-            && self.sheet_sums == SheetSums::Scatter
-            && !self.sums_kernels();
-        if scatters && !self.clip.keeps_all() {
-            let what = "clipping cannot cut a kernel in scattered sheets: use --sheet-sums gather or --order every-sample";
-            return Err(Error::Option(what.into()));
-        }
-        self.clip.validate()
     }
 
     /// Whether image sheets sum kernels, and do not gather or scatter the trilinear field.
@@ -370,6 +335,9 @@ impl RenderOptions {
             (Order::ImageSheets, Classify::Post, Cells::Mean | Cells::Split) => {
                 "cells are classified before they are drawn: use --classify pre, --order every-sample or axis-sheets"
             }
+            (Order::ImageSheets, Classify::Pre, _) if !radial => {
+                "classified samples are summed with a radial kernel: use the polynomial, the Gaussian or the B-spline"
+            }
             (Order::ImageSheets, Classify::Pre, Cells::Split) => {
                 "image sheets have one size of samples: use --cells mean, or --order every-sample"
             }
@@ -380,9 +348,7 @@ impl RenderOptions {
 
     /// Whether samples are gathered from cells, which most choices of what a pixel shows need.
     fn gathers(&self) -> bool {
-        self.order == Order::ImageSheets
-            && self.sheet_sums == SheetSums::Gather
-            && !self.sums_kernels()
+        self.order == Order::ImageSheets && !self.sums_kernels()
     }
 
     /// Whether the gradient changes what is seen.
@@ -390,19 +356,11 @@ impl RenderOptions {
         self.shading != Shading::None || self.gradient_opacity.is_some()
     }
 
-    /// Whether samples have gradients: all but the image sheets that scatter the trilinear field.
-    fn has_gradients(&self) -> bool {
-        self.order != Order::ImageSheets
-            || self.sums_kernels()
-            || self.sheet_sums == SheetSums::Gather
-    }
-
     fn validate_blend(&self) -> Result<(), Error> {
         let wrong = |what: String| Err(Error::Option(what));
         if self.blend != Blend::Emission && !self.gathers() {
             return wrong(
-                "this blend mode needs image sheets that gather: use --order image-sheets and --sheet-sums gather, with the \
-                 trilinear kernel and post-classification"
+                "this blend mode needs image sheets with the trilinear kernel, post-classified"
                     .into(),
             );
         }
@@ -445,9 +403,6 @@ impl RenderOptions {
         let is_statistic = matches!(self.blend, Blend::Maximum | Blend::Minimum | Blend::Average);
         let wrong = |what: &str| Err(Error::Option(what.into()));
         match self.light {
-            _ if self.follows_gradient() && !self.has_gradients() => {
-                wrong("sheets that scatter have no gradients: use --sheet-sums gather")
-            }
             _ if self.shading != Shading::None && is_statistic => {
                 wrong("a greatest, least or mean scalar is not lit: leave out --shade or --blend")
             }

@@ -11,7 +11,7 @@ use resample_core::{Camera, Image, Projection};
 use crate::clip::Clip;
 use crate::every_sample::EverySample;
 use crate::large::{LargeVolume, Watch};
-use crate::options::{DepthPlane, Order, RenderOptions, SheetSums};
+use crate::options::{DepthPlane, Order, RenderOptions};
 use crate::picture::picture;
 use crate::project::Painting;
 use crate::scene::Scene;
@@ -31,16 +31,6 @@ pub struct Renderer {
     smallest_spacing: f64,
     largest_spacing: f64,
     tiles: Vec<TileSlot>,
-    detail: Detail,
-}
-
-/// Whether far bricks may be replaced.
-#[derive(Clone, Copy, Debug)]
-enum Detail {
-    /// As the options say.
-    AsAsked,
-    /// Never: the volume stays in its file.
-    None,
 }
 
 #[derive(Clone, Debug)]
@@ -98,10 +88,7 @@ impl Renderer {
         watch: &mut Watch,
     ) -> Result<Self, Error> {
         options.validate()?;
-        let gathers = options.order == Order::ImageSheets
-            && options.sheet_sums == SheetSums::Gather
-            && !options.sums_kernels();
-        if !gathers {
+        if options.order != Order::ImageSheets || options.sums_kernels() {
             return Err(Error::Option(
                 "a volume that stays in its file is drawn in image sheets that gather, with the trilinear kernel: leave \
                  out what asks for another way, or allow more with --max-memory"
@@ -109,15 +96,8 @@ impl Renderer {
             ));
         }
         let sheets = ImageSheets::of_large(volume, transfer, options, watch)?;
-        let assembled = Self::assembled(
-            Pipeline::ImageSheets(Box::new(sheets)),
-            &volume.lattice(),
-            options,
-        );
-        Ok(Self {
-            detail: Detail::None,
-            ..assembled
-        })
+        let pipeline = Pipeline::ImageSheets(Box::new(sheets));
+        Ok(Self::assembled(pipeline, &volume.lattice(), options))
     }
 
     fn assembled(pipeline: Pipeline, lattice: &Lattice, options: &RenderOptions) -> Self {
@@ -128,7 +108,6 @@ impl Renderer {
             smallest_spacing: lattice.smallest_spacing(),
             largest_spacing: lattice.spacing().into_iter().fold(0.0, f64::max),
             tiles: Vec::new(),
-            detail: Detail::AsAsked,
         }
     }
 
@@ -192,7 +171,6 @@ impl Renderer {
         let alike = RenderOptions {
             slab_voxels: own.slab_voxels,
             subpixels: own.subpixels,
-            lod_error: own.lod_error,
             min_transmittance: own.min_transmittance,
             footprint: own.footprint,
             point_threshold_px: own.point_threshold_px,
@@ -200,18 +178,10 @@ impl Renderer {
             depth: own.depth,
             ..options.clone()
         };
-        let lod_error = match self.detail {
-            Detail::AsAsked => options.lod_error,
-            Detail::None => 0.0,
-        };
-        let of_frame = RenderOptions {
-            lod_error,
-            ..options.clone()
-        };
         let adopted = alike == own
             && match &mut self.pipeline {
-                Pipeline::EverySample(p) => p.adopt(&of_frame),
-                Pipeline::ImageSheets(p) => p.adopt(&of_frame),
+                Pipeline::EverySample(p) => p.adopt(options),
+                Pipeline::ImageSheets(p) => p.adopt(options),
             };
         if adopted {
             self.options = options.clone();

@@ -90,8 +90,6 @@ const EXACT_SHEETS: &[&str] = &[
     "8",
     "--min-transmittance",
     LEAST_TRANSMITTANCE,
-    "--lod-error",
-    "0",
 ];
 const EXACT_SAMPLES: &[&str] = &[
     "--footprint",
@@ -149,7 +147,7 @@ pub(super) fn family(command: &Command, typed: &[String]) -> Family {
             coarse: owned(&["--slab", "2", "--subpixel", "1"]),
             coarse_step: 1,
             coarse_looks: 24,
-            proven: vec!["--min-transmittance", "--lod-error"],
+            proven: vec!["--min-transmittance"],
         },
         _ => Family {
             ways: vec![way(&[], &[FOOTPRINT], 1.0)],
@@ -288,7 +286,7 @@ mod tests {
             (1, 2),
             "slabs and sub-pixels"
         );
-        let fixed = of("volsplat a.nrrd -o b.png --slab 1 --lod-error=0");
+        let fixed = of("volsplat a.nrrd -o b.png --slab 1");
         assert_eq!(fixed.ways[0].ladders.len(), 1, "sub-pixels alone");
         assert!(
             !words::has(&fixed.exact, "--slab"),

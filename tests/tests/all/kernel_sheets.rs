@@ -8,27 +8,20 @@ use resample_tests::kernel_sheet_reference::render as reference;
 use resample_tests::reference::Scene;
 use resample_tests::scenes::{
     coloured, orthographic, perspective, random_volume, render, sheared_grid, transfer,
-    worst_difference,
 };
 use volsplat::procedural::blobs;
 use volsplat::{
     Cells, Classify, Clip, ClipPlane, Interpolate, Light, RenderOptions, Renderer, Shading,
-    SheetKernel, SheetSums, Subpixels, TransferFunction, Volume,
+    SheetKernel, Subpixels, TransferFunction, Volume,
 };
 
-const KERNELS: [SheetKernel; 4] = [
-    SheetKernel::Trilinear,
+const KERNELS: [SheetKernel; 3] = [
     SheetKernel::Radial(KernelShape::Gaussian),
     SheetKernel::Radial(KernelShape::Polynomial),
     SheetKernel::Radial(KernelShape::BSpline),
 ];
 
 const CLASSIFY: [Classify; 2] = [Classify::Pre, Classify::Post];
-
-/// What sums kernels: all but the trilinear kernel post-classified, which is gathered and has tests of its own.
-fn summed(kernel: SheetKernel, classify: Classify) -> bool {
-    (kernel, classify) != (SheetKernel::Trilinear, Classify::Post)
-}
 
 fn options(sheet_kernel: SheetKernel, classify: Classify) -> RenderOptions {
     RenderOptions {
@@ -98,10 +91,7 @@ fn hold_grid(name: &str, grid: DAffine3) {
     let size = (grid.matrix3 * DVec3::new(5.0, 4.0, 6.0)).length();
     for camera in cameras(middle, size) {
         for kernel in KERNELS {
-            for classify in CLASSIFY
-                .into_iter()
-                .filter(|classify| summed(kernel, *classify))
-            {
+            for classify in CLASSIFY.into_iter() {
                 let name = format!("{name}, {:?}", camera.projection);
                 hold(
                     &name,
@@ -145,10 +135,7 @@ fn eye_inside_the_volume() {
     for fov_deg in [40.0, 110.0] {
         let camera = perspective(eye, eye + DVec3::new(0.5, 0.2, 1.0), fov_deg, [15, 13]);
         for kernel in KERNELS {
-            for classify in CLASSIFY
-                .into_iter()
-                .filter(|classify| summed(kernel, *classify))
-            {
+            for classify in CLASSIFY.into_iter() {
                 hold(
                     "eye inside",
                     (&volume, &coloured(0.3)),
@@ -288,10 +275,7 @@ fn gradients_are_summed_with_the_scalars() {
             .iter()
             .flat_map(|light| KERNELS.map(|kernel| (light, kernel)))
         {
-            for classify in CLASSIFY
-                .into_iter()
-                .filter(|classify| summed(kernel, *classify))
-            {
+            for classify in CLASSIFY.into_iter() {
                 let lit = lit_as(light, options(kernel, classify));
                 hold("lit", (&volume, &coloured(0.3)), &camera, &lit);
             }
@@ -372,10 +356,7 @@ fn clips_cut_sections_along_the_ray_and_keep_points_or_not() {
     ] {
         for camera in cameras(middle, 9.0) {
             for kernel in KERNELS {
-                for classify in CLASSIFY
-                    .into_iter()
-                    .filter(|classify| summed(kernel, *classify))
-                {
+                for classify in CLASSIFY.into_iter() {
                     for select in [SelectMode::Splats, SelectMode::Points] {
                         let clipped = RenderOptions {
                             clip: clip.clone(),
@@ -406,25 +387,6 @@ fn dropped_voxels_change_nothing() {
             );
         }
     }
-}
-
-/// The trilinear kernel, post-classified, stays on its own paths, which agree.
-#[test]
-fn gather_and_scatter_are_untouched_by_the_new_choices() {
-    let volume = blobs(21).expect("a good size");
-    let camera = perspective(DVec3::new(1.9, 1.2, -2.3), DVec3::ZERO, 45.0, [40, 40]);
-    let gather = options(SheetKernel::Trilinear, Classify::Post);
-    let scatter = RenderOptions {
-        sheet_sums: SheetSums::Scatter,
-        ..gather.clone()
-    };
-    let look = coloured(0.3).rescaled(0.0, 2.5);
-    let [a, b] = [&gather, &scatter].map(|options| render(&volume, &look, options, &camera));
-    let difference = worst_difference(&a, &b);
-    assert!(
-        difference < 1e-4,
-        "gathered and scattered sums differ by {difference}"
-    );
 }
 
 #[test]

@@ -141,12 +141,7 @@ fn compare(
     views: Range<usize>,
 ) -> u64 {
     let volume = load(&scene.path, &scene.options).expect("a valid file");
-    // A volume that stays in its file has no level of detail.
-    let full = RenderOptions {
-        lod_error: 0.0,
-        ..options.clone()
-    };
-    let mut memory = Renderer::new(&volume, transfer, &full).expect("valid options");
+    let mut memory = Renderer::new(&volume, transfer, options).expect("valid options");
     let large = open(scene, BUDGET);
     let mut stored =
         Renderer::of_large(&large, transfer, options, &mut |_| {}).expect("valid options");

@@ -5,7 +5,7 @@
 
 use resample_core::KernelShape;
 use resample_tests::popping::{Changes, STEPS, Turn, checkers};
-use volsplat::{RenderOptions, SheetSums};
+use volsplat::RenderOptions;
 
 /// What a jump would be: largest over median change from frame to frame.
 const JUMP: f64 = 1.5;
@@ -40,11 +40,6 @@ fn hold_smooth(name: &str, options: &RenderOptions) {
 #[test]
 fn image_sheets_do_not_pop() {
     hold_smooth("image sheets", &RenderOptions::default());
-    let scattered = RenderOptions {
-        sheet_sums: SheetSums::Scatter,
-        ..RenderOptions::default()
-    };
-    hold_smooth("image sheets, scattered", &scattered);
 }
 
 #[test]

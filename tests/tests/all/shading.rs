@@ -9,7 +9,7 @@ use resample_tests::scenes::render;
 use volsplat::transfer::{ColourKnot, OpacityKnot};
 use volsplat::{
     Blend, Cells, Channel, Classify, Clip, Interpolate, Light, Look, Order, RenderOptions,
-    Renderer, Scene, Shading, SheetKernel, SheetSums, Subpixels, TransferFunction, Volume, Voxels,
+    Renderer, Scene, Shading, SheetKernel, Subpixels, TransferFunction, Volume, Voxels,
 };
 
 /// Ambient and diffuse share, highlight and its exponent, as the shading's documentation gives them.
@@ -497,10 +497,6 @@ fn shading_where_it_cannot_be_is_refused() {
     let (volume, transfer) = ramp(ALONG_X, DAffine3::IDENTITY);
     let lit = options(Shading::Phong, Light::Headlight);
     for bad in [
-        RenderOptions {
-            sheet_sums: SheetSums::Scatter,
-            ..lit.clone()
-        },
         RenderOptions {
             blend: Blend::Maximum,
             ..lit.clone()

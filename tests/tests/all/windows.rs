@@ -109,12 +109,7 @@ fn a_volume_renderer_that_adopts_options_draws_as_a_new_one() {
             ..RenderOptions::default()
         },
         RenderOptions {
-            lod_error: 0.05,
             min_transmittance: 0.01,
-            ..RenderOptions::default()
-        },
-        RenderOptions {
-            lod_error: 0.0,
             ..RenderOptions::default()
         },
     ] {

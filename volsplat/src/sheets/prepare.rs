@@ -23,9 +23,6 @@ impl ImageSheets {
         if matches!(self.source, Source::Kernels(_)) {
             return false;
         }
-        if options.lod_error != self.options.lod_error {
-            self.details = None;
-        }
         self.options = options.clone();
         true
     }

@@ -42,7 +42,6 @@ impl ImageSheets {
             self.options.opacity,
         )]);
         self.iso = prepare::iso(Look::Transfer(transfer), &self.options);
-        self.details = None;
         Relook::Done
     }
 }
