@@ -8,15 +8,14 @@ pub(crate) mod warp;
 use clap::ValueEnum;
 use resample_core::{FootprintMode, KernelShape, OpacityMode, Projection, SelectMode};
 use volsplat::transfer::ColourEncoding;
-use volsplat::{
-    Cells, Classify, ColourBy, Interpolate, Order, RenderOptions, Shading, SheetKernel,
-};
+use volsplat::{Classify, ColourBy, Interpolate, RenderOptions, Shading};
 
 use crate::args::{
-    CellsArg, ClassifyArg, ColourByArg, FlatFootprintArg, FootprintArg, InterpolateArg, KernelArg,
-    LayerArg, LevelArg, MeshShadeArg, OpacityArg, OrderArg, ProjectionArg, SelectArg, ShadeArg,
-    SpaceArg, TexmapMethodArg, VolumeLayerArg,
+    ClassifyArg, ColourByArg, FlatFootprintArg, FootprintArg, InterpolateArg, KernelArg, LayerArg,
+    LevelArg, MeshShadeArg, OpacityArg, OrderArg, ProjectionArg, SelectArg, ShadeArg, SpaceArg,
+    TexmapMethodArg, VolumeLayerArg,
 };
+use crate::order::Order;
 
 /// Pairs of a command line's value and a library's value; each of either occurs once.
 pub(crate) struct Twins<A: 'static, L: 'static>(&'static [(A, L)]);
@@ -55,35 +54,18 @@ pub(crate) const CLASSIFY: Twins<ClassifyArg, Classify> = Twins(&[
     (ClassifyArg::Post, Classify::Post),
 ]);
 
-/// `--cells`
-pub(crate) const CELLS: Twins<CellsArg, Cells> = Twins(&[
-    (CellsArg::Auto, Cells::Auto),
-    (CellsArg::Off, Cells::Off),
-    (CellsArg::Mean, Cells::Mean),
-    (CellsArg::Split, Cells::Split),
-]);
-
 /// `--interpolate`
 pub(crate) const INTERPOLATE: Twins<InterpolateArg, Interpolate> = Twins(&[
     (InterpolateArg::Off, Interpolate::Off),
     (InterpolateArg::On, Interpolate::On),
 ]);
 
-/// `--kernel`
-pub(crate) const KERNEL: Twins<KernelArg, SheetKernel> = Twins(&[
-    (KernelArg::Trilinear, SheetKernel::Trilinear),
-    (
-        KernelArg::Gaussian,
-        SheetKernel::Radial(KernelShape::Gaussian),
-    ),
-    (
-        KernelArg::Polynomial,
-        SheetKernel::Radial(KernelShape::Polynomial),
-    ),
-    (
-        KernelArg::BSpline,
-        SheetKernel::Radial(KernelShape::BSpline),
-    ),
+/// `--kernel`; `None` is the trilinear one, of the field.
+pub(crate) const KERNEL: Twins<KernelArg, Option<KernelShape>> = Twins(&[
+    (KernelArg::Trilinear, None),
+    (KernelArg::Gaussian, Some(KernelShape::Gaussian)),
+    (KernelArg::Polynomial, Some(KernelShape::Polynomial)),
+    (KernelArg::BSpline, Some(KernelShape::BSpline)),
 ]);
 
 /// `--select`
@@ -227,7 +209,6 @@ mod tests {
         check(&FOOTPRINT, &["affine-approx", "affine", "table", "exact"]);
         check(&CLASSIFY, &["pre", "post"]);
         check(&INTERPOLATE, &["off", "on"]);
-        check(&CELLS, &["auto", "off", "mean", "split"]);
         check(
             &KERNEL,
             &["trilinear", "gaussian", "polynomial", "b-spline"],

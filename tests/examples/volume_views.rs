@@ -9,6 +9,7 @@ use std::process::ExitCode;
 
 use resample_core::metrics::{Comparison, Mask, compare};
 use resample_core::{Camera, FootprintMode, Image, KernelShape, OpacityMode, SelectMode};
+use resample_tests::choices::{with_field, with_samples};
 use resample_tests::interleaved::{Entrant, run};
 use resample_tests::peer_scenes::{Scene, Subject, Truth};
 use volsplat::{RenderOptions, Subpixels, TransferFunction, Volume};
@@ -124,10 +125,7 @@ fn sheet_settings() -> Vec<(&'static str, RenderOptions)> {
     rows.extend(slabs.map(|(name, slab_voxels)| {
         (
             name,
-            RenderOptions {
-                slab_voxels,
-                ..default()
-            },
+            with_field(default(), |field| field.slab_voxels = slab_voxels),
         )
     }));
     let counts = [
@@ -168,10 +166,7 @@ fn every_sample_settings() -> Vec<(&'static str, RenderOptions)> {
     rows.extend(footprints.map(|(name, footprint)| {
         (
             name,
-            RenderOptions {
-                footprint,
-                ..default()
-            },
+            with_samples(default(), |samples| samples.footprint = footprint),
         )
     }));
     let kernels = [
@@ -181,10 +176,7 @@ fn every_sample_settings() -> Vec<(&'static str, RenderOptions)> {
     rows.extend(kernels.map(|(name, kernel)| {
         (
             name,
-            RenderOptions {
-                kernel,
-                ..default()
-            },
+            with_samples(default(), |samples| samples.kernel = kernel),
         )
     }));
     let selections = [
@@ -195,10 +187,7 @@ fn every_sample_settings() -> Vec<(&'static str, RenderOptions)> {
     rows.extend(selections.map(|(name, select)| {
         (
             name,
-            RenderOptions {
-                select,
-                ..default()
-            },
+            with_samples(default(), |samples| samples.select = select),
         )
     }));
     let opacity = OpacityMode::Linear;

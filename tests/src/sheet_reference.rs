@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use resample_core::OpacityMode;
 use volsplat::Subpixels;
 
+use crate::choices::field;
 use crate::clip_reference;
 use crate::field::extinction;
 use crate::rays::{Ray, RaySource};
@@ -91,7 +92,7 @@ impl<'a> Setup<'a> {
             scene: *scene,
             rays: RaySource::new(scene.camera, &scene.volume.world_from_index),
             unit: scene.options.opacity_unit.unwrap_or(smallest),
-            thickness: scene.options.slab_voxels * smallest,
+            thickness: field(scene.options).slab_voxels * smallest,
             // f32 holds the scalar and its place in the table to 1e-6 of the range.
             scalar_error: 0.5 * span / (TABLE_ENTRIES - 1.0)
                 + (3.0 * POSITION_ERROR + 1e-6) * (high - low),
@@ -239,6 +240,7 @@ impl<'a> Setup<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::choices::with_field;
     use crate::scenes::{grey, perspective, volume};
     use glam::DAffine3;
     use volsplat::RenderOptions;
@@ -250,11 +252,13 @@ mod tests {
         let (eye, target) = (DVec3::new(2.0, 2.0, -10.0), DVec3::splat(2.0));
         let camera = perspective(eye, target, 2.0, [3, 3]);
         for slab_voxels in [0.01, 0.001] {
-            let options = RenderOptions {
-                slab_voxels,
-                subpixels: Subpixels::Fixed(1),
-                ..RenderOptions::default()
-            };
+            let options = with_field(
+                RenderOptions {
+                    subpixels: Subpixels::Fixed(1),
+                    ..RenderOptions::default()
+                },
+                |field| field.slab_voxels = slab_voxels,
+            );
             let scene = Scene {
                 volume: &volume,
                 transfer: &grey(0.3),

@@ -167,7 +167,7 @@ fn draws_sheets(args: &VolsplatArgs) -> bool {
     // Contradicting options are refused when the volume is opened.
     matches!(
         order::order(&args.render),
-        Ok(None | Some(volsplat::Order::ImageSheets))
+        Ok(None | Some(order::Order::ImageSheets))
     )
 }
 
@@ -229,7 +229,7 @@ pub(super) fn path(command: &Command) -> String {
             let order = order::order(&args.render)
                 .ok()
                 .flatten()
-                .unwrap_or(volsplat::Order::ImageSheets);
+                .unwrap_or(order::Order::ImageSheets);
             let subpixels = match args.render.sheets.subpixel {
                 Some(volsplat::Subpixels::Fixed(n)) => n.to_string(),
                 _ => "auto".into(),

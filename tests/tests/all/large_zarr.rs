@@ -141,8 +141,8 @@ fn compare(path: &Path, options: &LoadOptions) {
     let large = LargeVolume::open(path, options, BUDGET, &mut |_| {})
         .expect("a valid array")
         .expect("in parts");
-    let mut stored =
-        Renderer::of_large(&large, &look(), &RenderOptions::default(), &mut |_| {}).expect("valid options");
+    let mut stored = Renderer::from_file(&large, &look(), &RenderOptions::default(), &mut |_| {})
+        .expect("valid options");
     assert_eq!(
         memory.non_transparent(),
         stored.non_transparent(),

@@ -4,6 +4,7 @@
 //! order, have nothing that changes there.
 
 use resample_core::KernelShape;
+use resample_tests::choices::with_samples;
 use resample_tests::popping::{Changes, STEPS, Turn, checkers};
 use volsplat::RenderOptions;
 
@@ -56,10 +57,9 @@ fn axis_sheets_pop_at_45_degrees() {
         "axis-aligned sheets must jump, but the ratio is {polynomial}"
     );
     // Westover's own kernel, with which they jump higher.
-    let gaussian = RenderOptions {
-        kernel: KernelShape::Gaussian,
-        ..RenderOptions::axis_sheets()
-    };
+    let gaussian = with_samples(RenderOptions::axis_sheets(), |samples| {
+        samples.kernel = KernelShape::Gaussian
+    });
     let changes = changes("axis sheets", &gaussian);
     assert!(
         changes.ratio() > SPIKE,

@@ -3,6 +3,7 @@
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, Image, KernelShape};
 use resample_tests::against_sheets::{ROUNDING, compared};
+use resample_tests::choices::summed;
 use resample_tests::scene_reference::render as reference;
 use resample_tests::scenes::{
     assert_sound, coloured, orthographic, perspective, random_volume, render, sheared_grid,
@@ -10,7 +11,7 @@ use resample_tests::scenes::{
 };
 use volsplat::{
     Channel, Clip, ClipPlane, LabelLook, LabelTable, Look, RenderOptions, Renderer, Scene, Shading,
-    SheetKernel, Subpixels, TransferFunction, Volume,
+    Subpixels, TransferFunction, Volume,
 };
 
 const DIMS: [usize; 3] = [20, 11, 18];
@@ -318,10 +319,7 @@ fn scenes_that_do_not_fit_are_refused() {
         }],
         mask: None,
     };
-    let summed = RenderOptions {
-        sheet_kernel: SheetKernel::Radial(KernelShape::Polynomial),
-        ..options()
-    };
+    let summed = summed(options(), KernelShape::Polynomial);
     let cases = [
         (
             Scene {

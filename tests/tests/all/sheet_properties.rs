@@ -5,6 +5,7 @@ use glam::{DAffine3, DVec3};
 use rayon::ThreadPoolBuilder;
 use resample_core::simd::SimdLevel;
 use resample_core::{Camera, Image, Projection};
+use resample_tests::choices::with_field;
 use resample_tests::reference::Scene;
 use resample_tests::scenes::{
     coloured, grey, orthographic, perspective, random_volume, render, sheared_grid, transfer,
@@ -104,10 +105,7 @@ fn check_constant(
     let left = [1e-6, -1e-6].map(|margin| (-tau * slab_voxels * count(margin)).exp());
     let mut seams = 0;
 
-    let options = RenderOptions {
-        slab_voxels,
-        ..options()
-    };
+    let options = with_field(options(), |field| field.slab_voxels = slab_voxels);
     let image = render(volume, &grey(0.05), &options, camera);
     let is_off = |pixel: &&[f32; 4]| {
         let got = 1.0 - f64::from(pixel[3]);
@@ -204,10 +202,7 @@ fn bytes_do_not_depend_on_threads() {
             bits(&frame(&mut renderer, &camera))
         })
     });
-    assert!(
-        one.iter().any(|&b| b != 0),
-        "the picture is empty"
-    );
+    assert!(one.iter().any(|&b| b != 0), "the picture is empty");
     assert!(
         one == two && one == seven,
         "the bytes depend on the number of threads"
@@ -317,10 +312,7 @@ fn error_falls_with_the_square_of_the_slab() {
         perspective(eye, DVec3::ZERO, 40.0, [32, 32]),
         orthographic(eye, DVec3::ZERO, 2.2, [32, 32]),
     ] {
-        let fine = RenderOptions {
-            slab_voxels: 1.0 / 64.0,
-            ..options()
-        };
+        let fine = with_field(options(), |field| field.slab_voxels = 1.0 / 64.0);
         let truth = reference(&Scene {
             volume: &volume,
             transfer: &look,
@@ -328,10 +320,7 @@ fn error_falls_with_the_square_of_the_slab() {
             options: &fine,
         });
         let rms = |slab_voxels| {
-            let options = RenderOptions {
-                slab_voxels,
-                ..options()
-            };
+            let options = with_field(options(), |field| field.slab_voxels = slab_voxels);
             let image = render(&volume, &look, &options, &camera);
             let squares = image.rgba.iter().zip(&truth).map(|(got, truth)| {
                 let [r, g, b] = truth.rgb;

@@ -7,6 +7,7 @@
 
 use glam::{DAffine3, DVec3};
 use resample_core::Camera;
+use resample_tests::choices::with_field;
 use resample_tests::reference::Scene;
 use resample_tests::scenes::{
     coloured, orthographic, perspective, random_volume, render, sheared_grid, transfer,
@@ -19,13 +20,15 @@ use volsplat::{DepthPlane, RenderOptions, Subpixels, TransferFunction, Volume, V
 const ROUNDING: f64 = 1e-5;
 
 fn options(slab_voxels: f64, subpixels: u32) -> RenderOptions {
-    RenderOptions {
-        slab_voxels,
-        subpixels: Subpixels::Fixed(subpixels),
-        min_transmittance: 0.0,
-        depth: DepthPlane::Expected,
-        ..RenderOptions::default()
-    }
+    with_field(
+        RenderOptions {
+            subpixels: Subpixels::Fixed(subpixels),
+            min_transmittance: 0.0,
+            depth: DepthPlane::Expected,
+            ..RenderOptions::default()
+        },
+        |field| field.slab_voxels = slab_voxels,
+    )
 }
 
 /// Compares a picture with the reference; returns the largest difference and the largest bound.

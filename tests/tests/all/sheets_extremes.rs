@@ -3,6 +3,7 @@
 
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, Image};
+use resample_tests::choices::with_field;
 use resample_tests::reference::Scene;
 use resample_tests::scenes::{
     coloured, grey, orthographic, perspective, random_volume, render, single_voxel, volume,
@@ -124,11 +125,13 @@ fn spacing_ratios_of_a_thousand() {
         let eye = scale + scale.length() * DVec3::new(3.1, 3.4, -3.9);
         let camera = orthographic(eye, scale, height, [20, 20]);
         let unit = Some(0.3 * height);
-        let options = RenderOptions {
-            opacity_unit: unit,
-            slab_voxels: 1.0,
-            ..options()
-        };
+        let options = with_field(
+            RenderOptions {
+                opacity_unit: unit,
+                ..options()
+            },
+            |field| field.slab_voxels = 1.0,
+        );
         hold(
             &format!("spacing {scale}"),
             (&volume, &coloured(0.99)),
@@ -209,7 +212,8 @@ fn far_away_through_a_long_lens_there_are_no_holes() {
             hold_no_holes(
                 &format!("at {distance:e} along {direction}"),
                 &volume,
-                &camera);
+                &camera,
+            );
         }
     }
 }

@@ -21,7 +21,7 @@ use super::kernel_tile::{KernelScratch, KernelSettings, Laid, TileRays, render_t
 use super::section::SectionTable;
 use super::{SheetFrame, single};
 use crate::Error;
-use crate::cell_samples::cell_samples;
+use crate::cell_samples::{Parts, cell_samples};
 use crate::cells::Gradients;
 use crate::chunks::{chunk_target, project_runs, runs_of_bricks, visible_bricks};
 use crate::clip::{Clip, Cut, GridClip};
@@ -30,7 +30,7 @@ use crate::grid::Grid;
 use crate::interpolate::coefficients;
 use crate::kernel_field::kernel_samples;
 use crate::layer::cells_of;
-use crate::options::{Cells, Classify, Interpolate, RenderOptions, SheetKernel};
+use crate::options::{Cells, Classify, Interpolate, RenderOptions, SampleOptions};
 use crate::sample::{Brick, Samples, place};
 use crate::sample_light::{SampleLight, set_gradients};
 use crate::scene::Scene;
@@ -82,17 +82,14 @@ struct KernelProjection<'a> {
 
 impl KernelSheets {
     /// [`Error::Option`] where the scene holds more than one channel of scalars, or cells are to be split.
-    pub(crate) fn new(scene: &Scene, options: &RenderOptions) -> Result<Self, Error> {
+    pub(crate) fn new(
+        scene: &Scene,
+        (options, choices): (&RenderOptions, &SampleOptions),
+    ) -> Result<Self, Error> {
         let (volume, transfer) = single(scene)?;
-        let kernel = match options.sheet_kernel {
-            SheetKernel::Trilinear => {
-                return Err(Error::Option(
-                    "classified samples are summed with a radial kernel".into(),
-                ));
-            }
-            SheetKernel::Radial(shape) => Kernel::new(shape),
-        };
-        let solved = match options.interpolate {
+        let sheets = choices.sheets().copied().unwrap_or_default();
+        let kernel = Kernel::new(choices.kernel);
+        let solved = match sheets.interpolate {
             Interpolate::On => {
                 let scalars = with_voxels!(&volume.voxels, slice => {
                     slice.par_iter().map(|&value| scalar(value) as f32).collect::<Vec<f32>>()
@@ -101,13 +98,15 @@ impl KernelSheets {
             }
             Interpolate::Off => None,
         };
-        let mut samples = match (options.classify, cells_of(scene, options)) {
+        let mut samples = match (sheets.classify, cells_of(scene, choices)) {
             (Classify::Post, _) => kernel_samples(
                 volume,
                 transfer,
                 solved.as_ref().map(|solved| solved.values.as_slice()),
             ),
-            (Classify::Pre, Cells::Mean) => cell_samples(scene, options)?.swap_remove(0),
+            (Classify::Pre, Cells::Mean) => {
+                cell_samples(scene, options, Parts::Whole)?.swap_remove(0)
+            }
             (Classify::Pre, _) => Samples::classify(volume, transfer, options.opacity),
         };
         if crate::sheets::gradients(options) == Gradients::With {
@@ -131,13 +130,13 @@ impl KernelSheets {
             settings: KernelSettings {
                 profile: SectionProfile::new(&kernel),
                 filter: PixelFilter::new(),
-                classify: options.classify,
-                interpolate: options.interpolate,
+                classify: sheets.classify,
+                interpolate: sheets.interpolate,
                 clip: GridClip::default(),
             },
             kernel,
-            select: options.select,
-            threshold_px: options.point_threshold_px,
+            select: choices.select,
+            threshold_px: choices.point_threshold_px,
             chunks: Vec::new(),
         })
     }

@@ -50,7 +50,7 @@ use self::kernels::KernelSheets;
 pub use self::layers::Layer;
 pub(crate) use self::layers::refused as layers_refused;
 pub(crate) use self::prepare::{channels, gradients, plan};
-pub use self::relook::Relook;
+pub use self::relook::Reuse;
 use self::section::SectionTable;
 use self::streamed::{LargeCells, StreamedCells};
 use self::uniform::{Uniform, UniformChoice};
@@ -58,7 +58,7 @@ use crate::Error;
 use crate::cells::{CELL_SIDE, CellBrick, CellField};
 use crate::clip::{Clip, GridClip};
 use crate::large::{LargeVolume, Watch};
-use crate::options::{Blend, DepthPlane, RenderOptions, Subpixels};
+use crate::options::{Blend, DepthPlane, Order, RenderOptions, Subpixels};
 use crate::picture::{TileDepth, TileLayout};
 use crate::sample::{Bounds, bounds_in_world};
 use crate::scene::{Look, Scene};
@@ -125,10 +125,11 @@ impl ImageSheets {
         let volume = scene.grid();
         check_dims(volume.dims)?;
         let channels = channels(scene, options)?;
-        let source = if options.sums_kernels() {
-            Source::Kernels(Box::new(KernelSheets::new(scene, options)?))
-        } else {
-            Source::Cells(prepare::cells(scene, options)?)
+        let source = match &options.order {
+            Order::Field(_) => Source::Cells(prepare::cells(scene, options)?),
+            Order::Samples(samples) => {
+                Source::Kernels(Box::new(KernelSheets::new(scene, (options, samples))?))
+            }
         };
         let iso = prepare::iso(scene.channels[0].look, options);
         let kept = scene
@@ -141,7 +142,7 @@ impl ImageSheets {
     }
 
     /// Image sheets of a volume that stays in its file.
-    pub(crate) fn of_large(
+    pub(crate) fn from_file(
         volume: &LargeVolume,
         transfer: &TransferFunction,
         options: &RenderOptions,
@@ -277,15 +278,22 @@ impl ImageSheets {
             .channels
             .iter()
             .any(|channel| channel.reading == Reading::Nearest);
-        if has_labels || matches!(self.options.blend, Blend::Isosurface(_)) {
+        if has_labels || matches!(self.options.blend(), Blend::Isosurface(_)) {
             HARD_EDGE_SUBPIXELS
         } else {
             1
         }
     }
 
+    fn slab_voxels(&self) -> f64 {
+        match &self.options.order {
+            Order::Field(field) => field.slab_voxels,
+            Order::Samples(samples) => samples.sheets().copied().unwrap_or_default().slab_voxels,
+        }
+    }
+
     fn settings(&self, view: &GridView, camera: &Camera) -> SheetSettings {
-        let thickness = self.options.slab_voxels * self.smallest_spacing;
+        let thickness = self.slab_voxels() * self.smallest_spacing;
         let sections = match &self.source {
             Source::Kernels(sheets) => sheets.sections(view, thickness),
             _ => SectionTable::of_cube(view.camera_from_grid.matrix3),
@@ -328,7 +336,7 @@ impl ImageSheets {
 /// The one scalar field of a scene: all that summed kernels know.
 fn single<'a>(scene: &Scene<'a>) -> Result<(&'a Volume, &'a TransferFunction), Error> {
     scene.single().ok_or_else(|| {
-        let what = "sums of kernels know one channel of scalars and no mask: use image sheets with the trilinear kernel";
+        let what = "sums of kernels know one channel of scalars and no mask: draw the field";
         Error::Option(what.into())
     })
 }
@@ -339,8 +347,8 @@ fn check_dims(dims: [usize; 3]) -> Result<(), Error> {
         return Ok(());
     };
     Err(Error::Option(format!(
-        "image sheets need two voxels or more along each axis, and there is one along {}: composite every \
-         sample instead (--order every-sample)",
+        "sheets need two voxels or more along each axis, and there is one along {}: composite every \
+         sample instead",
         ["x", "y", "z"][axis]
     )))
 }
