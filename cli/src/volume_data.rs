@@ -5,7 +5,8 @@
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use volsplat::large::{most_brick_bytes, peek};
+use volsplat::input::peek;
+use volsplat::large::most_brick_bytes;
 use volsplat::{Described, LargeVolume, RenderOptions, Renderer, TransferFunction};
 
 use crate::args::{SceneArgs, TransferArgs, VolsplatArgs, VolumeArgs};

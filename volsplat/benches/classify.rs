@@ -8,7 +8,7 @@ use divan::Bencher;
 use divan::counter::ItemsCount;
 use rayon::ThreadPoolBuilder;
 use resample_core::OpacityMode;
-use volsplat::sample::Samples;
+use volsplat::Samples;
 
 use subject::Subject;
 

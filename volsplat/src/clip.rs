@@ -8,7 +8,7 @@
 use glam::{DAffine3, DVec3};
 
 use crate::Error;
-use crate::sample::Bounds;
+use crate::bricks::bounds::Bounds;
 
 /// What is kept of a volume: what lies in every part of the clip. The default keeps everything.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -260,6 +260,21 @@ fn meeting(a: &HalfSpace, b: &HalfSpace, c: &HalfSpace) -> Option<DVec3> {
     let point = -(a.offset * bc + b.offset * ca + c.offset * ab) / determinant;
     // Unit normals that lie this close to one plane meet too far away, or nowhere.
     (determinant.abs() > 1e-9).then_some(point)
+}
+
+/// The box, in the world, of the samples' positions that a clip keeps; `None` if there are none.
+pub(crate) fn bounds_in_world(
+    bounds: impl Iterator<Item = Bounds>,
+    clip: &GridClip,
+    world_from_index: &DAffine3,
+) -> Option<[DVec3; 2]> {
+    bounds
+        .flat_map(|b| clip.corners(&b))
+        .map(|corner| world_from_index.transform_point3(corner))
+        .fold(None, |bounds, p| match bounds {
+            None => Some([p, p]),
+            Some([low, high]) => Some([low.min(p), high.max(p)]),
+        })
 }
 
 #[cfg(test)]

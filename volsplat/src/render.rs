@@ -9,17 +9,18 @@ use resample_core::image::Plane;
 use resample_core::{Camera, Image, Projection};
 
 use crate::clip::Clip;
-use crate::every_sample::EverySample;
-use crate::large::{LargeVolume, Watch};
+use crate::field::{FieldPipeline, Layer, layers_refused};
+use crate::large::LargeVolume;
 use crate::options::{DepthPlane, Order, RenderOptions};
-use crate::picture::picture;
-use crate::project::Painting;
+use crate::picture::assemble::picture;
+use crate::picture::tiles::TileSlot;
+use crate::reuse::Reuse;
+use crate::samples::{EverySample, KernelSheets, Painting};
 use crate::scene::Scene;
-use crate::sheets::{ImageSheets, Layer, Reuse, layers_refused};
 use crate::stats::{FrameStats, StageClock};
-use crate::tiles::TileSlot;
 use crate::transfer::TransferFunction;
 use crate::volume::{Described, Lattice};
+use crate::watch::Watch;
 use crate::{Error, Volume};
 
 /// Renders one prepared volume, frame after frame.
@@ -36,8 +37,9 @@ pub struct Renderer {
 #[derive(Clone, Debug)]
 enum Pipeline {
     /// Every sample by itself, or slices of samples.
-    EverySample(Box<EverySample>),
-    ImageSheets(Box<ImageSheets>),
+    Samples(Box<EverySample>),
+    Sheets(Box<KernelSheets>),
+    Field(Box<FieldPipeline>),
 }
 
 /// A picture and what it cost.
@@ -67,11 +69,14 @@ impl Renderer {
         scene.validate()?;
         let volume = scene.grid();
         let pipeline = match &options.order {
-            Order::Samples(samples) if samples.sheets().is_none() => {
-                Pipeline::EverySample(Box::new(EverySample::new(scene, options, samples)?))
+            Order::Field(field) => {
+                Pipeline::Field(Box::new(FieldPipeline::new(scene, (options, field))?))
             }
-            Order::Field(_) | Order::Samples(_) => {
-                Pipeline::ImageSheets(Box::new(ImageSheets::new(scene, options)?))
+            Order::Samples(samples) if samples.sheets().is_some() => {
+                Pipeline::Sheets(Box::new(KernelSheets::new(scene, (options, samples))?))
+            }
+            Order::Samples(samples) => {
+                Pipeline::Samples(Box::new(EverySample::new(scene, options, samples)?))
             }
         };
         Ok(Self::assembled(pipeline, &volume.lattice(), options))
@@ -88,14 +93,14 @@ impl Renderer {
         watch: &mut Watch,
     ) -> Result<Self, Error> {
         options.validate()?;
-        if options.field().is_none() {
+        let Some(field) = options.field() else {
             return Err(Error::Option(
                 "a volume that stays in its file is drawn as a field: leave out what asks for samples, or allow more memory"
                     .to_owned(),
             ));
-        }
-        let sheets = ImageSheets::from_file(volume, transfer, options, watch)?;
-        let pipeline = Pipeline::ImageSheets(Box::new(sheets));
+        };
+        let drawn = FieldPipeline::from_file(volume, transfer, (options, field), watch)?;
+        let pipeline = Pipeline::Field(Box::new(drawn));
         Ok(Self::assembled(pipeline, &volume.lattice(), options))
     }
 
@@ -113,24 +118,26 @@ impl Renderer {
     /// Voxels that the transfer function leaves visible.
     pub fn non_transparent(&self) -> u64 {
         match &self.pipeline {
-            Pipeline::EverySample(p) => p.non_transparent,
-            Pipeline::ImageSheets(p) => p.counts()[0],
+            Pipeline::Samples(p) => p.non_transparent,
+            Pipeline::Sheets(p) => p.non_transparent,
+            Pipeline::Field(p) => p.counts()[0],
         }
     }
 
     /// Of interpolating kernels, the largest difference between their sum at a voxel and its scalar; else `None`.
     pub fn interpolation_residual(&self) -> Option<f32> {
         match &self.pipeline {
-            Pipeline::EverySample(_) => None,
-            Pipeline::ImageSheets(p) => p.residual(),
+            Pipeline::Sheets(p) => p.residual,
+            Pipeline::Samples(_) | Pipeline::Field(_) => None,
         }
     }
 
     /// Voxels of the volume.
     pub fn voxels(&self) -> u64 {
         match &self.pipeline {
-            Pipeline::EverySample(p) => p.voxels,
-            Pipeline::ImageSheets(p) => p.counts()[1],
+            Pipeline::Samples(p) => p.voxels,
+            Pipeline::Sheets(p) => p.samples.voxels,
+            Pipeline::Field(p) => p.counts()[1],
         }
     }
 
@@ -142,8 +149,9 @@ impl Renderer {
         };
         options.validate()?;
         match &mut self.pipeline {
-            Pipeline::EverySample(p) => p.set_clip(&options.clip),
-            Pipeline::ImageSheets(p) => p.set_clip(&options.clip),
+            Pipeline::Samples(p) => p.set_clip(&options.clip),
+            Pipeline::Sheets(p) => p.set_clip(&options.clip),
+            Pipeline::Field(p) => p.set_clip(&options.clip),
         }
         self.bounds_in_world = self.pipeline.bounds_in_world();
         self.options = options;
@@ -156,8 +164,8 @@ impl Renderer {
     /// [`Renderer::visible_bounds_in_world`] stay those of the function that it was prepared with.
     pub fn set_transfer(&mut self, transfer: &TransferFunction) -> Reuse {
         match &mut self.pipeline {
-            Pipeline::EverySample(_) => Reuse::NeedsRenderer,
-            Pipeline::ImageSheets(p) => p.set_transfer(transfer),
+            Pipeline::Samples(_) | Pipeline::Sheets(_) => Reuse::NeedsRenderer,
+            Pipeline::Field(p) => p.set_transfer(transfer),
         }
     }
 
@@ -168,17 +176,13 @@ impl Renderer {
         if !self.options.prepares_like(options) {
             return Ok(Reuse::NeedsRenderer);
         }
-        let reuse = match &mut self.pipeline {
-            Pipeline::EverySample(p) => {
-                p.set_options(options);
-                Reuse::Done
-            }
-            Pipeline::ImageSheets(p) => p.set_options(options),
-        };
-        if reuse == Reuse::Done {
-            self.options = options.clone();
+        match &mut self.pipeline {
+            Pipeline::Samples(p) => p.set_options(options),
+            Pipeline::Sheets(p) => p.set_options(options),
+            Pipeline::Field(p) => p.set_options(options),
         }
-        Ok(reuse)
+        self.options = options.clone();
+        Ok(Reuse::Done)
     }
 
     /// Planes beside the colour of the picture that this camera sees, in the order of the list; a pass of its own.
@@ -189,11 +193,12 @@ impl Renderer {
             .validated()
             .map_err(|e| Error::Option(e.to_string()))?;
         match &self.pipeline {
-            Pipeline::ImageSheets(p) => p.layers(&camera, wanted),
-            Pipeline::EverySample(_) if wanted.iter().any(|layer| *layer != Layer::Selection) => {
+            Pipeline::Field(p) => p.layers(&camera, wanted),
+            Pipeline::Sheets(_) => Err(layers_refused()),
+            Pipeline::Samples(_) if wanted.iter().any(|layer| *layer != Layer::Selection) => {
                 Err(layers_refused())
             }
-            Pipeline::EverySample(_) => {
+            Pipeline::Samples(_) => {
                 let camera = moved_forward(camera, self.depth_origin(&camera));
                 wanted.iter().map(|_| self.selection(&camera)).collect()
             }
@@ -202,7 +207,7 @@ impl Renderer {
 
     /// The share of points in each pixel's opacity.
     fn selection(&mut self, camera: &Camera) -> Result<Plane, Error> {
-        let Pipeline::EverySample(samples) = &mut self.pipeline else {
+        let Pipeline::Samples(samples) = &mut self.pipeline else {
             return Err(layers_refused());
         };
         let mut stats = FrameStats::default();
@@ -239,8 +244,9 @@ impl Renderer {
         let mut stats = FrameStats::default();
         let whole = StageClock::start();
         let layout = match &mut self.pipeline {
-            Pipeline::EverySample(p) => p.render(&camera, &mut self.tiles, &mut stats),
-            Pipeline::ImageSheets(p) => p.render(&camera, &mut self.tiles, (&mut stats, watch))?,
+            Pipeline::Samples(p) => p.render(&camera, &mut self.tiles, &mut stats),
+            Pipeline::Sheets(p) => p.render(&camera, &mut self.tiles, &mut stats),
+            Pipeline::Field(p) => p.render(&camera, &mut self.tiles, (&mut stats, watch))?,
         };
         let mut image = picture(&self.tiles, &layout, self.options.depth, &mut stats);
         image
@@ -287,8 +293,9 @@ impl Renderer {
 impl Pipeline {
     fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
         match self {
-            Self::EverySample(p) => p.bounds_in_world(),
-            Self::ImageSheets(p) => p.bounds_in_world(),
+            Self::Samples(p) => p.bounds_in_world(),
+            Self::Sheets(p) => p.bounds_in_world(),
+            Self::Field(p) => p.bounds_in_world(),
         }
     }
 }

@@ -8,10 +8,10 @@ use rayon::prelude::*;
 use resample_core::OpacityMode;
 
 use crate::Error;
+use crate::bricks::support::count_visible;
 use crate::labels::{LabelLook, LabelTable};
-use crate::sample::{classified, strength_of};
-use crate::support::count_visible;
 use crate::transfer::TransferFunction;
+use crate::transfer::strength::{classified, strength_of};
 use crate::volume::Volume;
 
 /// What is drawn.

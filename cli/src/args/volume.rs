@@ -1,7 +1,7 @@
 //! How a volume file is read, as it is typed.
 
 use clap::Args;
-use volsplat::input::{Endian, VoxelType};
+use volsplat::{Endian, VoxelType};
 
 use crate::values;
 

@@ -8,8 +8,9 @@ use std::io::{self, Write};
 use anyhow::{Context, Result};
 use glam::DVec3;
 use serde_json::{Value, json};
-use volsplat::input::{VoxelType, format_of};
-use volsplat::large::{most_brick_bytes, peek};
+use volsplat::VoxelType;
+use volsplat::input::{format_of, peek};
+use volsplat::large::most_brick_bytes;
 use volsplat::transfer::Histogram;
 use volsplat::{Described, Lattice, RenderOptions};
 

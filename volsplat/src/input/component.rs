@@ -5,7 +5,7 @@
 
 use std::io::{self, Read};
 
-use super::fault::{Fault, unsupported};
+use crate::input::fault::{Fault, unsupported};
 
 /// Which of `components` is read: the one that the caller chose, or the only one.
 pub(super) fn chosen(choice: Option<usize>, components: usize) -> Result<usize, Fault> {

@@ -7,7 +7,7 @@
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-use super::fault::{Fault, excerpt};
+use crate::input::fault::{Fault, excerpt};
 
 /// The field that names the data.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,8 +7,7 @@
 use std::io::{BufRead, Read};
 use std::mem::size_of;
 
-use crate::input::voxel_type::{Endian, VoxelType};
-use crate::volume::Voxels;
+use crate::volume::{Endian, VoxelType, Voxels};
 
 /// How the scalars lie in the stream.
 #[derive(Clone, Copy, Debug)]

@@ -5,8 +5,8 @@
 
 use std::path::Path;
 
-use super::invalid;
 use crate::Error;
+use crate::input::invalid;
 
 /// Why a file is refused.
 #[derive(Debug)]

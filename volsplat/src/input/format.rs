@@ -6,10 +6,10 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use super::{
+use crate::Error;
+use crate::input::{
     cannot_read, dicom, meta_image, nifti, npy, nrrd, open, slices, tiff_stack, vti, zarr,
 };
-use crate::Error;
 
 /// The formats that are told by their content. A headerless file has none of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

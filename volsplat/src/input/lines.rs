@@ -2,7 +2,7 @@
 
 use std::io::{BufRead, Read};
 
-use super::fault::Fault;
+use crate::input::fault::Fault;
 
 /// Longest header that is read. Diffusion data with hundreds of gradients has some hundred kB; this is a guess beyond it.
 const MAX_HEADER_BYTES: u64 = 1 << 24;

@@ -5,12 +5,11 @@
 
 use std::path::Path;
 
-use super::axes;
-use super::decode::{self, Layout};
-use super::stored::Located;
-use super::{Endian, Parts, VoxelType, cannot_read, invalid, open};
 use crate::Error;
-use crate::volume::voxel_count;
+use crate::input::decode::Layout;
+use crate::input::stored::Located;
+use crate::input::{Parts, axes, cannot_read, decode, invalid, open};
+use crate::volume::{Endian, VoxelType, voxel_count};
 
 /// How a headerless file is laid out.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,8 +7,8 @@
 use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 
-use super::{cannot_read, invalid};
 use crate::Error;
+use crate::input::{cannot_read, invalid};
 
 /// The files of a folder or of a pattern in natural order, hidden ones aside; `None` if `path` is a file or nothing.
 pub(super) fn paths(path: &Path) -> Result<Option<Vec<PathBuf>>, Error> {

@@ -11,10 +11,11 @@ use std::path::{Path, PathBuf};
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
-use super::decode::{self, Layout};
-use super::{Endian, VoxelType, cannot_read, invalid, open};
 use crate::Error;
-use crate::volume::{NanPolicy, Voxels};
+use crate::input::decode::Layout;
+use crate::input::{cannot_read, decode, invalid, open};
+use crate::large::{Region, VoxelSource};
+use crate::volume::{Endian, NanPolicy, VoxelType, Voxels};
 
 /// Where the plain scalars of a volume lie, as a reader of headers tells it.
 pub(super) struct Located {
@@ -45,15 +46,6 @@ struct Part {
     file: File,
     /// Its first byte of data.
     begin: u64,
-}
-
-/// A box of voxels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Region {
-    /// Its first voxel.
-    pub(crate) first: [usize; 3],
-    /// Voxels along each axis.
-    pub(crate) size: [usize; 3],
 }
 
 impl Stored {
@@ -110,29 +102,6 @@ impl Stored {
         }
     }
 
-    /// Number of voxels along x, y and z.
-    pub(crate) fn dims(&self) -> [usize; 3] {
-        self.dims
-    }
-
-    /// Type of a voxel in the file.
-    pub(crate) fn voxel_type(&self) -> VoxelType {
-        self.voxel_type
-    }
-
-    /// Reads a box of voxels, x fastest.
-    pub(crate) fn read(&self, region: &Region) -> Result<Voxels, Error> {
-        let [_, _, slices] = region.size;
-        let read = (0..slices)
-            .into_par_iter()
-            .map(|z| self.read_slice(region, z));
-        let mut read = read.collect::<Result<Vec<Voxels>, Error>>()?.into_iter();
-        let mut voxels = read.next().unwrap_or(Voxels::U8(Vec::new()));
-        voxels.reserve_exact(voxels.len() * (slices - 1));
-        read.for_each(|slice| decode::append(&mut voxels, slice));
-        Ok(voxels)
-    }
-
     fn read_slice(&self, region: &Region, slice: usize) -> Result<Voxels, Error> {
         let Region {
             first: [x, y, z],
@@ -168,6 +137,28 @@ impl Stored {
             let what = format!("voxel {at:?} is NaN or infinite; replace it with --nan-as VALUE");
             return Err(invalid(&part.path, what));
         }
+        Ok(voxels)
+    }
+}
+
+impl VoxelSource for Stored {
+    fn dims(&self) -> [usize; 3] {
+        self.dims
+    }
+
+    fn voxel_type(&self) -> VoxelType {
+        self.voxel_type
+    }
+
+    fn read(&self, region: &Region) -> Result<Voxels, Error> {
+        let [_, _, slices] = region.size;
+        let read = (0..slices)
+            .into_par_iter()
+            .map(|z| self.read_slice(region, z));
+        let mut read = read.collect::<Result<Vec<Voxels>, Error>>()?.into_iter();
+        let mut voxels = read.next().unwrap_or(Voxels::U8(Vec::new()));
+        voxels.reserve_exact(voxels.len() * (slices - 1));
+        read.for_each(|slice| decode::append(&mut voxels, slice));
         Ok(voxels)
     }
 }

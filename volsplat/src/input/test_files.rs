@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use tempfile::TempDir;
 
-use super::decode::DEFLATE_EXPANSION;
-use super::{LoadOptions, load};
 use crate::Error;
+use crate::input::decode::DEFLATE_EXPANSION;
+use crate::input::{LoadOptions, load};
 use crate::volume::Volume;
 
 /// A folder in which a test writes its files.

@@ -1,12 +1,14 @@
 //! Headerless files and the choice of the format.
 
+use crate::Error;
+use crate::volume::{Endian, NanPolicy, VoxelType};
 use std::path::PathBuf;
 
 use glam::DVec3;
 use tempfile::TempDir;
 
-use super::test_files::Folder;
-use super::*;
+use crate::input::test_files::Folder;
+use crate::input::*;
 use crate::volume::Voxels;
 
 fn file_with(bytes: &[u8]) -> (TempDir, PathBuf) {

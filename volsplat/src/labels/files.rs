@@ -9,32 +9,37 @@ use std::path::Path;
 
 use resample_core::image::linear_from_srgb;
 
-use super::{LabelLook, LabelTable};
 use crate::Error;
+use crate::labels::{LabelLook, LabelTable};
 
 /// Most bytes of a table: a hundred bytes for each of 100 000 labels. More is another kind of file.
 const MAX_BYTES: u64 = 10_000_000;
 
-/// Reads a table.
-pub(super) fn load(path: &Path) -> Result<LabelTable, Error> {
-    let read = |source| Error::Read {
-        path: path.to_owned(),
-        source,
-    };
-    let invalid = |what: String| Error::Invalid {
-        path: path.to_owned(),
-        what,
-    };
-    let bytes = std::fs::metadata(path).map_err(read)?.len();
-    if bytes > MAX_BYTES {
-        return Err(invalid(format!(
-            "{bytes} bytes are too many for a table of label colours"
-        )));
+impl LabelTable {
+    /// Reads a table: a label file of ITK-SNAP, CSV (label, red, green, blue from 0 to 255, and opacity from 0 to 1 if
+    /// wanted), or JSON (`{"1": "#ff8000", "2": {"colour": "#00ff00", "opacity": 0.3}}`); told by the content.
+    ///
+    /// Errors name the file, the line or the key, and what was expected.
+    pub fn load(path: &Path) -> Result<Self, Error> {
+        let read = |source| Error::Read {
+            path: path.to_owned(),
+            source,
+        };
+        let invalid = |what: String| Error::Invalid {
+            path: path.to_owned(),
+            what,
+        };
+        let bytes = std::fs::metadata(path).map_err(read)?.len();
+        if bytes > MAX_BYTES {
+            return Err(invalid(format!(
+                "{bytes} bytes are too many for a table of label colours"
+            )));
+        }
+        let text = String::from_utf8(std::fs::read(path).map_err(read)?).map_err(|_| {
+            invalid("this is no text: expected a label file of ITK-SNAP, CSV or JSON".into())
+        })?;
+        parse(&text).map_err(invalid)
     }
-    let text = String::from_utf8(std::fs::read(path).map_err(read)?).map_err(|_| {
-        invalid("this is no text: expected a label file of ITK-SNAP, CSV or JSON".into())
-    })?;
-    parse(&text).map_err(invalid)
 }
 
 /// The table in a text; the error says where it is wrong.

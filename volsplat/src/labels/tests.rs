@@ -1,6 +1,6 @@
 //! Label tables: what is read, what is refused, and how the built-in colours differ.
 
-use super::*;
+use crate::labels::*;
 
 const SNAP: &str = "################\n# ITK-SnAP Label Description File\n    0     0    0    0        0  0  0    \"Clear Label\"\n\
     1   255    0    0        1  1  1    \"Label 1\"\n    2     0  255    0      0.5  1  1    \"half\"\n   \

@@ -7,10 +7,10 @@ use std::ops::Range;
 
 use glam::DAffine3;
 
+use super::source::{Region, VoxelSource};
 use crate::Error;
-use crate::cells::CELL_SIDE;
-use crate::input::{Region, Stored};
-use crate::support::VisibleValues;
+use crate::bricks::cells::CELL_SIDE;
+use crate::bricks::support::VisibleValues;
 use crate::volume::{Volume, scalar, with_voxels};
 
 /// Rows of bricks of one layer, to be read together.
@@ -35,7 +35,7 @@ pub(crate) fn bricks_along(dims: [usize; 3]) -> [usize; 3] {
 }
 
 /// All rows in the order of the file, cut so that one block of voxels takes at most `max_bytes`, but never less than a row.
-pub(crate) fn blocks(stored: &Stored, max_bytes: u64) -> Vec<Rows> {
+pub(crate) fn blocks(stored: &dyn VoxelSource, max_bytes: u64) -> Vec<Rows> {
     let dims = stored.dims();
     let [_, rows, layers] = bricks_along(dims);
     let line_bytes = (dims[0] * stored.voxel_type().bytes()) as u64;
@@ -68,7 +68,7 @@ impl Rows {
     }
 
     /// Reads these rows from end to end.
-    pub(crate) fn read(&self, stored: &Stored, margin: usize) -> Result<Block, Error> {
+    pub(crate) fn read(&self, stored: &dyn VoxelSource, margin: usize) -> Result<Block, Error> {
         let dims = stored.dims();
         Block::read(
             stored,
@@ -81,7 +81,7 @@ impl Rows {
 impl Block {
     /// Reads a box of voxels of a volume with these axes.
     pub(crate) fn read(
-        stored: &Stored,
+        stored: &dyn VoxelSource,
         region: Region,
         world_from_index: DAffine3,
     ) -> Result<Self, Error> {

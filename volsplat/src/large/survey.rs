@@ -5,15 +5,15 @@
 
 use rayon::prelude::*;
 
-use super::Watch;
-use super::blocks::{Block, Rows, blocks, bricks_along};
+use super::source::VoxelSource;
 use crate::Error;
-use crate::cells::{CELL_SIDE, least_and_greatest};
-use crate::grid::Grid;
-use crate::input::{Stored, VoxelType};
+use crate::bricks::cells::{CELL_SIDE, least_and_greatest};
+use crate::large::blocks::{Block, Rows, blocks, bricks_along};
 use crate::transfer::Histogram;
 use crate::transfer::histogram::Tally;
-use crate::volume::{Voxels, with_voxels};
+use crate::volume::grid::Grid;
+use crate::volume::{VoxelType, Voxels, with_voxels};
+use crate::watch::Watch;
 
 /// Share of the memory that a block of voxels may take: it is held twice while it is put together from its slices, and
 /// the ranges of the bricks need room beside it.
@@ -32,7 +32,11 @@ pub(crate) struct Survey {
 }
 
 impl Survey {
-    pub(crate) fn new(stored: &Stored, max_memory: u64, watch: &mut Watch) -> Result<Self, Error> {
+    pub(crate) fn new(
+        stored: &dyn VoxelSource,
+        max_memory: u64,
+        watch: &mut Watch,
+    ) -> Result<Self, Error> {
         check_room(stored, max_memory)?;
         let blocks = blocks(stored, max_memory / BLOCK_SHARE);
         let mut bricks = Vec::new();
@@ -72,7 +76,7 @@ impl Survey {
 }
 
 /// Refuses memory that does not even hold the ranges of the bricks and one row of them.
-fn check_room(stored: &Stored, max_memory: u64) -> Result<(), Error> {
+fn check_room(stored: &dyn VoxelSource, max_memory: u64) -> Result<(), Error> {
     let [x, y, z] = bricks_along(stored.dims());
     let ranges = (x * y * z * size_of::<[f32; 2]>()) as u64;
     let row = (stored.dims()[0] * stored.voxel_type().bytes() * CELL_SIDE * (CELL_SIDE + 1)) as u64;
@@ -87,7 +91,7 @@ fn check_room(stored: &Stored, max_memory: u64) -> Result<(), Error> {
 
 /// Readings of a volume whose type has many values.
 struct Passes<'a> {
-    stored: &'a Stored,
+    stored: &'a dyn VoxelSource,
     blocks: &'a [Rows],
 }
 

@@ -2,11 +2,11 @@
 
 use resample_core::SelectMode;
 
-use super::{
+use crate::Error;
+use crate::options::{
     Blend, Cells, Classify, FieldOptions, Interpolate, Isosurface, KernelSheets, Light, Order,
     RenderOptions, SampleOptions, Shading, Subpixels,
 };
-use crate::Error;
 
 impl RenderOptions {
     /// Checks every number against its range, and the choices against one another.

@@ -11,12 +11,12 @@ mod seen;
 use resample_core::OpacityMode;
 use resample_core::simd::SimdLevel;
 
-pub use self::field::{Blend, FieldOptions, Isosurface};
-pub use self::samples::{
+use crate::clip::Clip;
+pub use crate::options::field::{Blend, FieldOptions, Isosurface};
+pub use crate::options::samples::{
     Cells, Classify, ColourBy, Interpolate, KernelSheets, SampleOptions, SampleOrder,
 };
-pub use self::seen::{DepthPlane, Light, Shading, Subpixels};
-use crate::clip::Clip;
+pub use crate::options::seen::{DepthPlane, Light, Shading, Subpixels};
 
 /// The choices of one rendering. `RenderOptions::default()` is what the measured trade favours.
 #[derive(Clone, Debug, PartialEq)]

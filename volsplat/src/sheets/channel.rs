@@ -1,11 +1,14 @@
 //! What a channel's samples are read and classified with.
 
+use std::sync::Arc;
+
 use resample_core::OpacityMode;
 
-use super::classify::TransferTable;
 use crate::Error;
-use crate::palette::Palette;
-use crate::scene::{Channel, Look};
+use crate::labels::palette::Palette;
+use crate::options::{Blend, RenderOptions};
+use crate::scene::{Channel, Look, Scene};
+use crate::sheets::table::TransferTable;
 use crate::transfer::TransferFunction;
 
 /// How one channel becomes colour and extinction.
@@ -45,7 +48,7 @@ impl ChannelSettings {
     pub(crate) fn new(channel: &Channel, opacity: OpacityMode) -> Result<Self, Error> {
         Ok(match channel.look {
             Look::Transfer(transfer) => {
-                Self::of_transfer(transfer, channel.volume.value_range(), opacity)
+                Self::of_transfer(transfer, channel.volume.voxels.finite_range(), opacity)
             }
             Look::Labels(labels) => Self {
                 table: TransferTable::of_entries(
@@ -55,5 +58,31 @@ impl ChannelSettings {
                 value_range: (0.0, 0.0),
             },
         })
+    }
+}
+
+/// The tables of a scene's channels; an error where the channels do not suit the options.
+pub(crate) fn channels(
+    scene: &Scene,
+    options: &RenderOptions,
+) -> Result<Arc<[ChannelSettings]>, Error> {
+    let channels: Arc<[ChannelSettings]> = scene
+        .channels
+        .iter()
+        .map(|channel| ChannelSettings::new(channel, options.opacity))
+        .collect::<Result<_, _>>()?;
+    let has_labels = channels
+        .iter()
+        .any(|channel| channel.reading == Reading::Nearest);
+    let refuse = |what: &str| Err(Error::Option(what.into()));
+    match options.blend() {
+        Blend::Isosurface(_) if channels.len() > 1 => refuse(
+            "an isosurface is drawn of one channel, and there are more: leave out the others",
+        ),
+        Blend::Emission => Ok(channels),
+        _ if has_labels => {
+            refuse("labels have no greatest, no mean and no surface: draw them by emission")
+        }
+        _ => Ok(channels),
     }
 }

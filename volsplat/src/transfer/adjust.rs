@@ -5,8 +5,8 @@
 //! segment; the bent curve is cut at its middle, again and again, until straight pieces follow it.
 //! Limits: the pieces miss the curve by at most [`MAX_ERROR`], apart from the last 2^-32 of a segment; see there.
 
-use super::{ColourMap, OpacityKnot, TransferFunction};
 use crate::Error;
+use crate::transfer::{ColourMap, OpacityKnot, TransferFunction};
 
 /// Most by which a piece misses the scaled opacity: a thirty-second of one of 256 levels. With it, the slope at opacity
 /// 0, which decides how a long haze looks, is right within some 2 % for a factor of 2.

@@ -6,7 +6,18 @@
 //! Source: Otsu, "A Threshold Selection Method from Gray-Level Histograms", IEEE Trans. SMC 9(1), 1979.
 //! Limits: what is bright is the object; data with a bright background needs its own function.
 
-use super::{ColourMap, Histogram, OpacityKnot, TransferFunction};
+use crate::transfer::{ColourMap, Histogram, OpacityKnot, TransferFunction};
+
+impl TransferFunction {
+    /// A sensible one for a volume of which nothing is known but its values: the background is left out, the object
+    /// is translucent at its faintest and dense at its brightest, and the colour map spans what is seen.
+    ///
+    /// The background is the lower side of the histogram, so data with a bright background needs its own function.
+    /// A volume of one value is visible as a whole.
+    pub fn automatic(histogram: &Histogram, map: ColourMap) -> Self {
+        transfer(histogram, map)
+    }
+}
 
 /// The background is taken to reach this many standard deviations above its mean. A guess, looked at on CT of an engine,
 /// a head, a lobster, a walnut and vessels: with 3, resin and noise begin to show; with 5, thin vessels fade.

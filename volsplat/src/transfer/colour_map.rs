@@ -7,7 +7,7 @@ use std::str::FromStr;
 
 use resample_core::image::linear_from_srgb;
 
-use super::ColourKnot;
+use crate::transfer::ColourKnot;
 
 /// A named colour map. `parse` gives one by name; the default is viridis.
 #[derive(Clone, Copy, Debug)]

@@ -5,7 +5,7 @@
 //! (above 0.99). Straight lines and steps come out exactly, the bent ones are sampled.
 //! Source: the documentation and behaviour of vtkPiecewiseFunction (VTK 9).
 
-use super::OpacityKnot;
+use crate::transfer::OpacityKnot;
 
 /// One node as ParaView writes it.
 #[derive(Clone, Copy, Debug)]

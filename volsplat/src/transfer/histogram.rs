@@ -8,7 +8,7 @@ use std::convert::Infallible;
 
 use rayon::prelude::*;
 
-use super::share_of;
+use crate::transfer::function::share_of;
 use crate::volume::{VOXELS_PER_TASK, Volume, Voxels, scalar, with_voxels};
 
 /// Counts of the scalars of a volume in equal bins.

@@ -10,10 +10,57 @@ use std::path::Path;
 use resample_core::image::linear_from_srgb;
 use serde_json::Value;
 
-use super::colour_space::ColourSpace;
-use super::curve::{self, Node};
-use super::{ColourEncoding, ColourKnot, OpacityKnot};
 use crate::Error;
+use crate::transfer::colour_space::ColourSpace;
+use crate::transfer::curve::Node;
+use crate::transfer::{ColourEncoding, ColourKnot, OpacityKnot, curve};
+
+use super::TransferFunction;
+use super::automatic::opacities;
+use crate::volume::Described;
+
+impl TransferFunction {
+    /// Reads a colour map of ParaView (JSON): `RGBPoints`, `Points`, `ColorSpace`.
+    ///
+    /// Without `Points` the opacity is that of [`TransferFunction::automatic`] for this volume. `NanColor` has no
+    /// use here, as a volume holds no NaN. Errors name the file, the key and the place in its list.
+    pub fn load_paraview(
+        path: &Path,
+        encoding: ColourEncoding,
+        volume: &dyn Described,
+    ) -> Result<Self, Error> {
+        let knots = load(path, encoding)?;
+        let opacities = knots
+            .opacities
+            .unwrap_or_else(|| opacities(&volume.histogram()));
+        Self::new(knots.colours, opacities)
+    }
+
+    /// As [`TransferFunction::load_paraview`], with the file's knots moved to span the volume's values, as
+    /// [`TransferFunction::rescaled`] does it; for maps that are written over 0..1.
+    ///
+    /// Without `Points` only the colours are moved: the automatic opacity is that of the volume already.
+    pub fn load_paraview_rescaled(
+        path: &Path,
+        encoding: ColourEncoding,
+        volume: &dyn Described,
+    ) -> Result<Self, Error> {
+        let knots = load(path, encoding)?;
+        let (low, high) = volume.value_range();
+        let Some(opacities) = knots.opacities else {
+            // The one opacity knot lies on a colour knot, so the colours alone decide how all is moved.
+            let placeholder = OpacityKnot {
+                value: knots.colours[0].value,
+                opacity: 0.0,
+            };
+            let colours = Self::new(knots.colours, vec![placeholder])?
+                .rescaled(low, high)
+                .colours;
+            return Self::new(colours, opacities(&volume.histogram()));
+        };
+        Ok(Self::new(knots.colours, opacities)?.rescaled(low, high))
+    }
+}
 
 /// What a file gives.
 #[derive(Debug)]

@@ -8,9 +8,8 @@
 
 use std::str::FromStr;
 
-use super::{ColourKnot, Histogram, OpacityKnot, TransferFunction};
-use crate::input::VoxelType;
-use crate::volume::Described;
+use crate::transfer::{ColourKnot, Histogram, OpacityKnot, TransferFunction};
+use crate::volume::{Described, VoxelType};
 
 /// A named transfer function. `parse` gives one by name.
 #[derive(Clone, Copy, Debug)]

@@ -10,9 +10,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use glam::DVec3;
 use resample_core::{Camera, LookAt};
-use volsplat::input::{RawOptions, VoxelType};
 use volsplat::transfer::{ColourKnot, OpacityKnot};
 use volsplat::{LoadOptions, RenderOptions, Renderer, TransferFunction, Volume, procedural};
+use volsplat::{RawOptions, VoxelType};
 
 use super::median;
 use crate::args::BenchPaperArgs;

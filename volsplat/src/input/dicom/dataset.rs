@@ -10,8 +10,8 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::io::Read;
 
-use crate::input::Endian;
 use crate::input::fault::{Fault, excerpt, unsupported};
+use crate::volume::Endian;
 
 /// Group and element number in one.
 pub(super) type Tag = u32;

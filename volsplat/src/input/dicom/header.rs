@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use super::dataset::{Dataset, PIXEL_DATA, Tag};
+use crate::input::dicom::dataset::{Dataset, PIXEL_DATA, Tag};
 use crate::input::fault::{Fault, excerpt, unsupported};
 use crate::input::rescale::Rescale;
 

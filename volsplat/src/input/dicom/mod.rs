@@ -13,9 +13,9 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use super::rescale::Rescale;
-use super::{Parts, cannot_read, decode, invalid, open};
 use crate::Error;
+use crate::input::rescale::Rescale;
+use crate::input::{Parts, cannot_read, decode, invalid, open};
 use crate::volume::Voxels;
 
 mod dataset;

@@ -7,13 +7,13 @@
 use std::borrow::Cow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use super::dataset::{Dataset, Meta, PIXEL_DATA, Value};
-use super::header::Kind;
-use super::rle;
-use crate::input::decode::{self, Layout};
+use crate::input::decode;
+use crate::input::decode::Layout;
+use crate::input::dicom::dataset::{Dataset, Meta, PIXEL_DATA, Value};
+use crate::input::dicom::header::Kind;
+use crate::input::dicom::rle;
 use crate::input::fault::{Fault, unsupported};
-use crate::input::{Endian, VoxelType};
-use crate::volume::Voxels;
+use crate::volume::{Endian, VoxelType, Voxels};
 
 /// How pictures are packed, by the UID of the transfer syntax.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

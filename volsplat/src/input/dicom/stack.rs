@@ -6,7 +6,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::header::{Frame, Picture};
+use crate::input::dicom::header::{Frame, Picture};
 use crate::input::fault::{Fault, unsupported};
 
 /// One slice: a frame of a file.

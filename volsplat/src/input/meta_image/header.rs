@@ -14,7 +14,7 @@ use crate::input::axes;
 use crate::input::data_files::DataFiles;
 use crate::input::fault::{Fault, excerpt, unsupported};
 use crate::input::lines::Lines;
-use crate::input::{Endian, VoxelType};
+use crate::volume::{Endian, VoxelType};
 
 /// How the data is packed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

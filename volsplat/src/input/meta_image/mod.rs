@@ -12,13 +12,13 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use super::component::{Interleaved, OneComponent, chosen};
-use super::data_files::DataFiles;
-use super::decode::{self, Layout};
-use super::fault::Fault;
-use super::stored::Located;
-use super::{Parts, cannot_read, invalid, open};
 use crate::Error;
+use crate::input::component::{Interleaved, OneComponent, chosen};
+use crate::input::data_files::DataFiles;
+use crate::input::decode::Layout;
+use crate::input::fault::Fault;
+use crate::input::stored::Located;
+use crate::input::{Parts, cannot_read, decode, invalid, open};
 use crate::volume::{Voxels, voxel_count};
 
 mod header;

@@ -5,7 +5,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::header::Header;
+use crate::input::nifti::header::Header;
 
 pub(super) fn world_from_index(header: &Header) -> DAffine3 {
     if header.sform_code > 0 {

@@ -7,7 +7,7 @@ use std::io::Read;
 
 use crate::input::fault::{Fault, unsupported};
 use crate::input::rescale::Rescale;
-use crate::input::{Endian, VoxelType};
+use crate::volume::{Endian, VoxelType};
 
 /// What the header says. Names are those of the format.
 pub(super) struct Header {

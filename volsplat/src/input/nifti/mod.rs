@@ -10,10 +10,10 @@ use std::fs::File;
 use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-use super::decode::{self, Layout};
-use super::fault::Fault;
-use super::{Parts, cannot_read, invalid, open};
 use crate::Error;
+use crate::input::decode::Layout;
+use crate::input::fault::Fault;
+use crate::input::{Parts, cannot_read, decode, invalid, open};
 use crate::volume::{Voxels, voxel_count};
 
 mod geometry;

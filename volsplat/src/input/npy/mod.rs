@@ -10,12 +10,11 @@
 use std::io::{BufReader, Read};
 use std::path::Path;
 
-use super::axes;
-use super::decode::{self, Layout};
-use super::fault::{Fault, excerpt, unsupported};
-use super::{Endian, Parts, VoxelType, cannot_read, open};
 use crate::Error;
-use crate::volume::{Voxels, voxel_count};
+use crate::input::decode::Layout;
+use crate::input::fault::{Fault, excerpt, unsupported};
+use crate::input::{Parts, axes, cannot_read, decode, open};
+use crate::volume::{Endian, VoxelType, Voxels, voxel_count};
 
 /// The first bytes of every file; two bytes of version follow.
 pub(super) const MAGIC: &[u8] = b"\x93NUMPY";

@@ -6,45 +6,17 @@
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
-use super::header::Header;
 use crate::Error;
 use crate::input::component::{Interleaved, OneComponent};
 use crate::input::data_files::DataFiles;
-use crate::input::decode::{self, DEFLATE_EXPANSION, Layout};
+use crate::input::decode::{DEFLATE_EXPANSION, Layout};
 use crate::input::fault::Fault;
-use crate::input::{cannot_read, invalid, open};
+use crate::input::nrrd::header::{Encoding, Header};
+use crate::input::{cannot_read, decode, invalid, open};
 use crate::volume::Voxels;
 
 mod hex;
-
-/// How the numbers are packed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Encoding {
-    Raw,
-    Text,
-    Hex,
-    Gzip,
-    Bzip2,
-}
-
-impl FromStr for Encoding {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text.to_lowercase().as_str() {
-            "raw" => Ok(Self::Raw),
-            "txt" | "text" | "ascii" => Ok(Self::Text),
-            "hex" => Ok(Self::Hex),
-            "gz" | "gzip" => Ok(Self::Gzip),
-            "bz2" | "bzip2" => Ok(Self::Bzip2),
-            _ => Err(format!(
-                "field 'encoding' is '{text}': expected raw, text, hex, gzip or bzip2"
-            )),
-        }
-    }
-}
 
 /// One of the components that lie along an axis.
 #[derive(Clone, Copy, Debug)]

@@ -6,10 +6,9 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::header::Header;
 use crate::input::axes;
 use crate::input::fault::Fault;
-use crate::input::fault::excerpt;
+use crate::input::nrrd::header::Header;
 
 /// The lattice of a scalar volume.
 pub(super) struct Geometry {
@@ -39,37 +38,6 @@ pub(super) fn derive(header: &Header) -> Result<Geometry, Fault> {
         up_hint: header.space.as_deref().and_then(up_of),
         components,
     })
-}
-
-/// The vectors of a field such as `(1,0,0) none (0, 0, 1)`; `none` gives `None`.
-pub(super) fn parse_vectors(name: &str, text: &str) -> Result<Vec<Option<Vec<f64>>>, String> {
-    let fault = || {
-        format!(
-            "field '{name}' is '{}': expected vectors such as (1,0,0) or none",
-            excerpt(text)
-        )
-    };
-    let mut vectors = Vec::new();
-    let mut rest = text.trim_start();
-    while !rest.is_empty() {
-        if let Some(inside) = rest.strip_prefix('(') {
-            let (inside, after) = inside.split_once(')').ok_or_else(fault)?;
-            let numbers = inside
-                .split(',')
-                .map(|word| word.trim().parse())
-                .collect::<Result<Vec<f64>, _>>();
-            vectors.push(Some(numbers.map_err(|_| fault())?));
-            rest = after.trim_start();
-        } else {
-            let (word, after) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
-            if !word.eq_ignore_ascii_case("none") {
-                return Err(fault());
-            }
-            vectors.push(None);
-            rest = after.trim_start();
-        }
-    }
-    Ok(vectors)
 }
 
 /// The one to three axes that are the volume's, in file order, and the axis of a voxel's components.

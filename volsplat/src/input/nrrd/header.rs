@@ -8,13 +8,37 @@ use std::collections::HashMap;
 use std::io::BufRead;
 use std::str::FromStr;
 
-use super::data::Encoding;
-use super::geometry::parse_vectors;
 use crate::input::data_files::DataFiles;
-use crate::input::fault::Fault;
-use crate::input::fault::excerpt;
+use crate::input::fault::{Fault, excerpt};
 use crate::input::lines::Lines;
-use crate::input::{Endian, VoxelType};
+use crate::volume::{Endian, VoxelType};
+
+/// How the numbers are packed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Encoding {
+    Raw,
+    Text,
+    Hex,
+    Gzip,
+    Bzip2,
+}
+
+impl FromStr for Encoding {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.to_lowercase().as_str() {
+            "raw" => Ok(Self::Raw),
+            "txt" | "text" | "ascii" => Ok(Self::Text),
+            "hex" => Ok(Self::Hex),
+            "gz" | "gzip" => Ok(Self::Gzip),
+            "bz2" | "bzip2" => Ok(Self::Bzip2),
+            _ => Err(format!(
+                "field 'encoding' is '{text}': expected raw, text, hex, gzip or bzip2"
+            )),
+        }
+    }
+}
 
 /// What the head says, each list with one entry per axis, the fastest axis first.
 pub(super) struct Header {
@@ -252,4 +276,35 @@ fn parse<T: FromStr>(name: &str, word: &str) -> Result<T, String> {
             excerpt(word)
         )
     })
+}
+
+/// The vectors of a field such as `(1,0,0) none (0, 0, 1)`; `none` gives `None`.
+fn parse_vectors(name: &str, text: &str) -> Result<Vec<Option<Vec<f64>>>, String> {
+    let fault = || {
+        format!(
+            "field '{name}' is '{}': expected vectors such as (1,0,0) or none",
+            excerpt(text)
+        )
+    };
+    let mut vectors = Vec::new();
+    let mut rest = text.trim_start();
+    while !rest.is_empty() {
+        if let Some(inside) = rest.strip_prefix('(') {
+            let (inside, after) = inside.split_once(')').ok_or_else(fault)?;
+            let numbers = inside
+                .split(',')
+                .map(|word| word.trim().parse())
+                .collect::<Result<Vec<f64>, _>>();
+            vectors.push(Some(numbers.map_err(|_| fault())?));
+            rest = after.trim_start();
+        } else {
+            let (word, after) = rest.split_once(char::is_whitespace).unwrap_or((rest, ""));
+            if !word.eq_ignore_ascii_case("none") {
+                return Err(fault());
+            }
+            vectors.push(None);
+            rest = after.trim_start();
+        }
+    }
+    Ok(vectors)
 }

@@ -10,10 +10,9 @@
 use std::io::BufReader;
 use std::path::Path;
 
-use super::component;
-use super::stored::Located;
-use super::{Parts, open};
 use crate::Error;
+use crate::input::stored::Located;
+use crate::input::{Parts, component, open};
 
 mod data;
 mod geometry;

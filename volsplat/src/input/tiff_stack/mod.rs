@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use super::{Parts, axes, decode, invalid};
 use crate::Error;
+use crate::input::{Parts, axes, decode, invalid};
 use crate::volume::Voxels;
 
 mod description;

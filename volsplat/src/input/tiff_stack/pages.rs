@@ -8,13 +8,18 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-use ::tiff::decoder::{Decoder, DecodingResult, Limits};
-use ::tiff::tags::{CompressionMethod, PhotometricInterpretation, Tag};
-use ::tiff::{ColorType, TiffError};
+use ::tiff::ColorType;
+use ::tiff::TiffError;
+use ::tiff::decoder::Decoder;
+use ::tiff::decoder::DecodingResult;
+use ::tiff::decoder::Limits;
+use ::tiff::tags::CompressionMethod;
+use ::tiff::tags::PhotometricInterpretation;
+use ::tiff::tags::Tag;
 
-use super::description;
 use crate::Error;
 use crate::input::fault::{Fault, unsupported};
+use crate::input::tiff_stack::description;
 use crate::input::{cannot_read, decode, open};
 use crate::volume::Voxels;
 

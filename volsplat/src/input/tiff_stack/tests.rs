@@ -3,8 +3,14 @@
 use std::io::Cursor;
 use std::path::PathBuf;
 
-use ::tiff::encoder::{Compression, DeflateLevel, Rational, TiffEncoder, TiffValue, colortype};
-use ::tiff::tags::{ResolutionUnit, Tag};
+use ::tiff::encoder::Compression;
+use ::tiff::encoder::DeflateLevel;
+use ::tiff::encoder::Rational;
+use ::tiff::encoder::TiffEncoder;
+use ::tiff::encoder::TiffValue;
+use ::tiff::encoder::colortype;
+use ::tiff::tags::ResolutionUnit;
+use ::tiff::tags::Tag;
 
 use crate::Error;
 use crate::input::test_files::{Folder, survive_damage};

@@ -7,13 +7,13 @@
 use std::io::{self, Read};
 use std::vec;
 
-use super::base64::Base64Reader;
-use super::head::{Image, Packing, Text};
-use crate::input::Endian;
 use crate::input::component::{Interleaved, OneComponent};
-use crate::input::decode::{self, Layout};
+use crate::input::decode;
+use crate::input::decode::Layout;
 use crate::input::fault::Fault;
-use crate::volume::{Voxels, voxel_count};
+use crate::input::vti::base64::Base64Reader;
+use crate::input::vti::head::{Image, Packing, Text};
+use crate::volume::{Endian, Voxels, voxel_count};
 
 /// Data that stands in the XML.
 pub(super) fn inline(content: &Text, image: &Image, component: usize) -> Result<Voxels, Fault> {

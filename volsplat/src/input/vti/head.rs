@@ -8,7 +8,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use roxmltree::{Document, Node};
 
 use crate::input::fault::{Fault, excerpt, unsupported};
-use crate::input::{Endian, VoxelType};
+use crate::volume::{Endian, VoxelType};
 
 /// An image and its chosen array.
 pub(super) struct Image {

@@ -9,11 +9,10 @@ use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use super::component::chosen;
-use super::decode;
-use super::fault::Fault;
-use super::{Parts, cannot_read, open};
 use crate::Error;
+use crate::input::component::chosen;
+use crate::input::fault::Fault;
+use crate::input::{Parts, cannot_read, decode, open};
 use crate::volume::Voxels;
 
 mod base64;

@@ -6,12 +6,13 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::boxes::len;
-use super::codecs::{Codecs, Packing, Shard};
-use super::json;
 use crate::Error;
 use crate::input::fault::{Fault, unsupported};
-use crate::input::{Endian, VoxelType, invalid};
+use crate::input::invalid;
+use crate::input::zarr::boxes::len;
+use crate::input::zarr::codecs::{Codecs, Packing, Shard};
+use crate::input::zarr::metadata::json;
+use crate::volume::{Endian, VoxelType};
 
 /// An array.
 #[derive(Debug)]

@@ -7,8 +7,8 @@
 
 use std::io::Read;
 
-use super::codecs::{Size, lz4_block, zstd};
 use crate::input::fault::{Fault, unsupported};
+use crate::input::zarr::packed::{Size, lz4_block, zstd};
 
 const HEADER_BYTES: usize = 16;
 

@@ -1,12 +1,11 @@
 //! From the bytes of a chunk's file to its elements: compression undone, shards taken apart, axes put in order.
 
-use std::io::Read;
-
-use super::blosc;
-use super::boxes::{copy_box, len, reordered};
-use crate::input::Endian;
+use super::packed::{SURPLUS_BYTES, Size, all_of, lz4_block, zstd};
 use crate::input::decode::check_deflated;
 use crate::input::fault::Fault;
+use crate::input::zarr::blosc;
+use crate::input::zarr::boxes::{copy_box, len, reordered};
+use crate::volume::Endian;
 
 /// How the elements of a chunk become bytes.
 #[derive(Debug, Default)]
@@ -40,46 +39,6 @@ pub(super) enum Packing {
     Lz4,
     Bzip2,
     Crc32c,
-}
-
-/// How many bytes something must have when it is unpacked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Size {
-    Exactly(usize),
-    /// Where that depends on how well something inside was packed.
-    AtMost(usize),
-}
-
-/// Most that a compression adds to what it cannot make smaller: an eighth, and room for headers. The formats that are read
-/// here stay far below.
-const SURPLUS_BYTES: usize = 1024;
-
-impl Size {
-    /// The most bytes.
-    fn most(self) -> usize {
-        match self {
-            Self::Exactly(size) | Self::AtMost(size) => size,
-        }
-    }
-
-    /// The size of these bytes while they are packed once more.
-    fn packed(self) -> Self {
-        let most = self.most();
-        Self::AtMost(most.saturating_add(most / 8).saturating_add(SURPLUS_BYTES))
-    }
-
-    /// Whether a size that a header states can be right.
-    pub(super) fn check(self, stated: usize) -> Result<(), String> {
-        match self {
-            Self::Exactly(needed) if stated != needed => Err(format!(
-                "the chunk says that it has {stated} bytes, which its shape does not need"
-            )),
-            Self::AtMost(most) if stated > most => Err(format!(
-                "the chunk says that it has {stated} bytes, and its shape needs at most {most}"
-            )),
-            _ => Ok(()),
-        }
-    }
 }
 
 /// The mark of an inner chunk that was never written.
@@ -191,30 +150,6 @@ fn deflated(packed: &[u8], size: Size) -> Result<(), String> {
     }
 }
 
-/// Reads a stream to its end, but no further than one byte beyond what is needed: a surplus is an error later.
-fn all_of(stream: impl Read, size: Size) -> Result<Vec<u8>, String> {
-    let mut bytes = Vec::new();
-    let read = stream
-        .take((size.most() as u64).saturating_add(1))
-        .read_to_end(&mut bytes);
-    read.map_err(|error| format!("the chunk cannot be unpacked: {error}"))?;
-    match size {
-        Size::AtMost(most) if bytes.len() > most => Err(format!(
-            "the chunk unpacks to more than the {most} bytes that its shape needs at most"
-        )),
-        _ => Ok(bytes),
-    }
-}
-
-/// Unpacks Zstandard.
-pub(super) fn zstd(packed: &[u8], needed: Size) -> Result<Vec<u8>, String> {
-    let stream = ruzstd::decoding::StreamingDecoder::new(packed);
-    all_of(
-        stream.map_err(|error| format!("the chunk cannot be unpacked: {error}"))?,
-        needed,
-    )
-}
-
 /// Unpacks what numcodecs calls LZ4: the size of the data in four bytes, then a block.
 fn lz4(packed: &[u8], needed: Size) -> Result<Vec<u8>, String> {
     let (size, block) = packed
@@ -225,18 +160,6 @@ fn lz4(packed: &[u8], needed: Size) -> Result<Vec<u8>, String> {
     let mut bytes = vec![0; size];
     lz4_block(block, &mut bytes)?;
     Ok(bytes)
-}
-
-/// Unpacks an LZ4 block, which must fill `bytes`.
-pub(super) fn lz4_block(block: &[u8], bytes: &mut [u8]) -> Result<(), String> {
-    match lz4_flex::block::decompress_into(block, bytes) {
-        Ok(count) if count == bytes.len() => Ok(()),
-        Ok(count) => Err(format!(
-            "a block has {count} bytes where {} belong",
-            bytes.len()
-        )),
-        Err(error) => Err(format!("the chunk cannot be unpacked: {error}")),
-    }
 }
 
 fn unshard(shard: &Shard, shape: &[usize], bytes: &[u8], fill: &[u8]) -> Result<Vec<u8>, Fault> {

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::json;
 use crate::Error;
+use crate::input::zarr::metadata::json;
 use crate::input::{invalid, unsupported_file};
 
 /// What an axis stands for.

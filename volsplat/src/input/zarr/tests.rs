@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::super::test_files::{Dice, Folder, gzip, zlib};
+use crate::input::test_files::{Dice, Folder, gzip, zlib};
 use crate::input::{Format, LoadOptions, format_of, load};
 use crate::volume::{Volume, Voxels};
 

@@ -12,11 +12,14 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use super::boxes::{copy_box, len};
-use super::{Common, Opened, chunks_of, codecs};
 use crate::Error;
+use crate::input::stored::Stored;
+use crate::input::zarr::boxes::{copy_box, len};
+use crate::input::zarr::codecs;
+use crate::input::zarr::opened::{Common, Opened, chunks_of};
 use crate::input::{cannot_read, invalid};
-use crate::large::Watch;
+use crate::volume::NanPolicy;
+use crate::watch::Watch;
 
 /// Times that a chunk is held: packed as read, once more while it is undone, and unpacked; or packed, unpacked, and cut to
 /// what is wanted. While a stream of unknown length grows it takes up to twice more, which the other half of the memory
@@ -29,8 +32,26 @@ const FILL_BYTES: usize = 1 << 20;
 /// Chunks that each thread unpacks between two words of how far it is.
 const GROUP: usize = 4;
 
+impl Opened {
+    /// The voxels in a temporary file; see `unpacked`.
+    pub(crate) fn unpack(
+        &self,
+        (max_memory, watch): (u64, &mut Watch),
+        nan: NanPolicy,
+    ) -> Result<Stored, Error> {
+        let file = unpack(self, max_memory, watch)?;
+        let layout = (self.array.voxel_type, self.array.codecs.endian);
+        Ok(Stored::of_file(
+            (&self.folder, file),
+            self.dims,
+            layout,
+            nan,
+        ))
+    }
+}
+
 /// Unpacks an array while holding at most about half of `max_memory`.
-pub(super) fn unpack(opened: &Opened, max_memory: u64, watch: &mut Watch) -> Result<File, Error> {
+fn unpack(opened: &Opened, max_memory: u64, watch: &mut Watch) -> Result<File, Error> {
     let folder = &opened.folder;
     let element = opened.array.voxel_type.bytes();
     let sizes: Vec<usize> = opened.spans.iter().map(|span| span.size).collect();

@@ -2,7 +2,7 @@
 
 use glam::DAffine3;
 
-use super::*;
+use crate::transfer::automatic::*;
 use crate::volume::{Volume, Voxels};
 
 fn automatic(voxels: Voxels) -> TransferFunction {

@@ -4,9 +4,8 @@ use std::convert::Infallible;
 
 use rayon::prelude::*;
 
-use super::{Histogram, bins};
-use crate::input::VoxelType;
-use crate::volume::{Voxels, scalar, with_voxels};
+use crate::transfer::histogram::{Histogram, bins};
+use crate::volume::{VoxelType, Voxels, scalar, with_voxels};
 
 /// How often each value of a type of 8 or 16 bits occurs.
 #[derive(Clone, Debug, PartialEq)]

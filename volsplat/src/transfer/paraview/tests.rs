@@ -2,7 +2,7 @@
 
 use glam::DAffine3;
 
-use super::*;
+use crate::transfer::paraview::*;
 use crate::transfer::{ColourMap, Histogram, TransferFunction};
 use crate::volume::{Volume, Voxels};
 

@@ -1,7 +1,7 @@
 //! Many files: their order, their place, and what makes a series unfit.
 
-use super::{SLICE, Slice};
 use crate::Error;
+use crate::input::dicom::tests::{SLICE, Slice};
 use crate::input::test_files::Folder;
 use crate::input::{Format, LoadOptions, format_of, load};
 use crate::volume::{Volume, Voxels};

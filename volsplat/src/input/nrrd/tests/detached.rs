@@ -1,7 +1,7 @@
 //! Detached data: single files, lists, series, and what is skipped before the data.
 
-use super::{Folder, bzip2, gzip};
 use crate::Error;
+use crate::input::nrrd::tests::{Folder, bzip2, gzip};
 use crate::input::{LoadOptions, load};
 use crate::volume::Voxels;
 

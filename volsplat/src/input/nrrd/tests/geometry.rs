@@ -2,8 +2,8 @@
 
 use glam::{DMat3, DVec3};
 
-use super::Folder;
 use crate::Error;
+use crate::input::nrrd::tests::Folder;
 use crate::volume::Volume;
 
 fn volume(sizes: &str, fields: &str) -> Result<Volume, Error> {

@@ -1,7 +1,7 @@
 //! Inline and appended, base64 and raw, packed and plain, either byte order, headers of 4 and 8 bytes.
 
-use super::{File, points};
 use crate::input::test_files::{Folder, zlib};
+use crate::input::vti::tests::{File, points};
 use crate::input::{LoadOptions, load};
 use crate::volume::Voxels;
 

@@ -1,0 +1,75 @@
+//! From a scene and options to what its bricks are made from.
+//!
+//! What the options ask for decides which cells are kept: those that a transfer function shows, all of them where a
+//! statistic of the whole ray is wanted, those that hold the scalar of a surface.
+
+use super::cells::{FieldPlan, Gradients, PlannedChannel, Shown};
+use super::support::Support;
+use crate::Error;
+use crate::labels::palette::Palette;
+use crate::options::{Blend, RenderOptions};
+use crate::scene::{Channel, Look, Scene};
+use crate::transfer::TransferFunction;
+
+/// What the bricks of a scene are made from.
+pub(crate) fn plan<'a>(scene: &Scene<'a>, options: &RenderOptions) -> Result<FieldPlan<'a>, Error> {
+    Ok(FieldPlan {
+        channels: scene
+            .channels
+            .iter()
+            .map(|channel| {
+                Ok(PlannedChannel {
+                    volume: channel.volume,
+                    shown: shown(channel, options)?,
+                })
+            })
+            .collect::<Result<_, Error>>()?,
+        mask: scene.mask,
+        gradients: gradients(options),
+    })
+}
+
+/// Whether the bricks need gradients.
+pub(crate) fn gradients(options: &RenderOptions) -> Gradients {
+    if options.follows_gradient() {
+        Gradients::With
+    } else {
+        Gradients::Without
+    }
+}
+
+/// The scalars that are seen.
+pub(crate) fn support(transfer: &TransferFunction, options: &RenderOptions) -> Support {
+    match options.blend() {
+        Blend::Emission => Support::new(transfer),
+        Blend::Isosurface(iso) => Support::of(iso.value as f32),
+        Blend::Maximum | Blend::Minimum | Blend::Average => Support::everything(),
+    }
+}
+
+fn shown(channel: &Channel, options: &RenderOptions) -> Result<Shown, Error> {
+    Ok(match channel.look {
+        Look::Labels(labels) => {
+            let palette = Palette::new(channel.volume, labels)?;
+            let strengths = palette
+                .entries(options.opacity)
+                .iter()
+                .map(|entry| entry[3])
+                .collect();
+            Shown::Labels(palette, strengths)
+        }
+        Look::Transfer(transfer) => Shown::Scalars(support(transfer, options)),
+    })
+}
+
+/// A sample needs a cell around it.
+pub(crate) fn check_dims(dims: [usize; 3]) -> Result<(), Error> {
+    let Some(axis) = dims.iter().position(|&n| n < 2) else {
+        return Ok(());
+    };
+    Err(Error::Option(format!(
+        "sheets need two voxels or more along each axis, and there is one along {}: composite every \
+         sample instead",
+        ["x", "y", "z"][axis]
+    )))
+}

@@ -1,0 +1,212 @@
+//! The support of a transfer function: the scalars that it shows.
+//!
+//! Cells and voxels are dropped when their scalars miss the support; the test may keep what it could drop, and never
+//! drops what is seen.
+
+use std::ops::RangeInclusive;
+
+use rayon::prelude::*;
+
+use crate::transfer::TransferFunction;
+use crate::volume::{VOXELS_PER_TASK, Volume, VoxelType, scalar, with_voxels};
+
+/// The scalars whose opacity is above 0, as intervals.
+#[derive(Clone, Debug)]
+pub(crate) struct Support {
+    intervals: Vec<RangeInclusive<f32>>,
+}
+
+impl Support {
+    pub(crate) fn new(transfer: &TransferFunction) -> Self {
+        let knots = transfer.opacity_knots();
+        let visible = |i: usize| knots[i].opacity > 0.0;
+        let at = |i: usize| knots[i].value as f32;
+        let mut intervals = Vec::new();
+        if visible(0) {
+            intervals.push(f32::NEG_INFINITY..=at(0));
+        }
+        for i in 1..knots.len() {
+            if visible(i - 1) || visible(i) {
+                // A ramp that starts from 0 is visible only past its knot. Two knots at one scalar are a step: the
+                // upper one holds from there on.
+                let rises = !visible(i - 1) && at(i) > at(i - 1);
+                let falls = !visible(i) && at(i) > at(i - 1);
+                let low = if rises {
+                    at(i - 1).next_up()
+                } else {
+                    at(i - 1)
+                };
+                let high = if falls { at(i).next_down() } else { at(i) };
+                intervals.push(low..=high);
+            }
+        }
+        if visible(knots.len() - 1) {
+            intervals.push(at(knots.len() - 1)..=f32::INFINITY);
+        }
+        Self { intervals }
+    }
+
+    /// All scalars.
+    pub(crate) fn everything() -> Self {
+        Self {
+            intervals: vec![f32::NEG_INFINITY..=f32::INFINITY],
+        }
+    }
+
+    /// One scalar.
+    pub(crate) fn of(value: f32) -> Self {
+        Self {
+            intervals: vec![value..=value],
+        }
+    }
+
+    /// Whether all scalars of another support are in this one.
+    pub(crate) fn covers(&self, other: &Self) -> bool {
+        let mut sorted = self.intervals.clone();
+        sorted.sort_by(|a, b| a.start().total_cmp(b.start()));
+        // Intervals that touch or overlap are one.
+        let mut joined: Vec<RangeInclusive<f32>> = Vec::new();
+        for interval in sorted.into_iter().filter(|interval| !interval.is_empty()) {
+            match joined.last_mut() {
+                Some(last) if *interval.start() <= last.end().next_up() => {
+                    *last = *last.start()..=last.end().max(*interval.end());
+                }
+                _ => joined.push(interval),
+            }
+        }
+        let holds = |part: &RangeInclusive<f32>| {
+            joined
+                .iter()
+                .any(|whole| whole.start() <= part.start() && part.end() <= whole.end())
+        };
+        other
+            .intervals
+            .iter()
+            .filter(|part| !part.is_empty())
+            .all(holds)
+    }
+
+    /// Whether any scalar from `low` to `high` may be visible.
+    #[inline(always)]
+    pub(crate) fn meets(&self, low: f32, high: f32) -> bool {
+        self.intervals
+            .iter()
+            .any(|s| high >= *s.start() && low <= *s.end())
+    }
+}
+
+/// Which values a transfer function shows: a table where the type has few.
+pub(crate) enum VisibleValues<'a> {
+    Table { lowest: i32, shown: Vec<bool> },
+    Direct(&'a TransferFunction),
+}
+
+impl<'a> VisibleValues<'a> {
+    pub(crate) fn new(voxel_type: VoxelType, transfer: &'a TransferFunction) -> Self {
+        let (lowest, count) = match voxel_type {
+            VoxelType::U8 => (0, 1 << 8),
+            VoxelType::I8 => (-(1 << 7), 1 << 8),
+            VoxelType::U16 => (0, 1 << 16),
+            VoxelType::I16 => (-(1 << 15), 1 << 16),
+            _ => return Self::Direct(transfer),
+        };
+        let shown = (lowest..lowest + count)
+            .map(|value| transfer.opacity(f64::from(value)) > 0.0)
+            .collect();
+        Self::Table { lowest, shown }
+    }
+
+    /// Whether a value of the type is visible.
+    #[inline(always)]
+    pub(crate) fn shows(&self, value: f64) -> bool {
+        match self {
+            Self::Table { lowest, shown } => shown[(value as i32 - lowest) as usize],
+            Self::Direct(transfer) => transfer.opacity(value) > 0.0,
+        }
+    }
+}
+
+/// Voxels whose own scalar is visible.
+pub(crate) fn count_visible(volume: &Volume, transfer: &TransferFunction) -> u64 {
+    let values = VisibleValues::new(VoxelType::of(&volume.voxels), transfer);
+    with_voxels!(&volume.voxels, slice => {
+        let count = |part: &[_]| part.iter().filter(|&&v| values.shows(scalar(v))).count() as u64;
+        slice.par_chunks(VOXELS_PER_TASK).map(count).sum()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::transfer::{ColourKnot, OpacityKnot};
+
+    fn support(knots: &[(f64, f64)]) -> Support {
+        let colours = vec![ColourKnot {
+            value: 0.0,
+            rgb: [1.0; 3],
+        }];
+        let knots = knots
+            .iter()
+            .map(|&(value, opacity)| OpacityKnot { value, opacity })
+            .collect();
+        Support::new(&TransferFunction::new(colours, knots).expect("a valid function"))
+    }
+
+    #[test]
+    fn a_support_covers_what_lies_inside_it() {
+        let wide = support(&[(10.0, 0.0), (20.0, 1.0), (50.0, 0.5), (60.0, 0.0)]);
+        let narrow = support(&[(15.0, 0.0), (30.0, 1.0), (60.0, 0.0)]);
+        assert!(
+            wide.covers(&narrow) && !narrow.covers(&wide),
+            "one inside another"
+        );
+        assert!(
+            wide.covers(&wide) && Support::everything().covers(&wide),
+            "the same, and all"
+        );
+        let parts = support(&[
+            (10.0, 0.0),
+            (20.0, 1.0),
+            (30.0, 0.0),
+            (40.0, 0.0),
+            (50.0, 1.0),
+            (60.0, 0.0),
+        ]);
+        assert!(
+            wide.covers(&parts) && !parts.covers(&wide),
+            "a gap is not covered"
+        );
+        let open = support(&[(10.0, 0.0), (20.0, 1.0)]);
+        assert!(open.covers(&wide) && !wide.covers(&open), "without end");
+        assert!(
+            narrow.covers(&support(&[(0.0, 0.0)])),
+            "nothing is covered by anything"
+        );
+    }
+
+    #[test]
+    fn a_mean_shows_what_either_function_shows() {
+        let colours = vec![ColourKnot {
+            value: 0.0,
+            rgb: [1.0; 3],
+        }];
+        let function = |knots: &[(f64, f64)]| {
+            let knots = knots
+                .iter()
+                .map(|&(value, opacity)| OpacityKnot { value, opacity })
+                .collect();
+            TransferFunction::new(colours.clone(), knots).expect("a valid function")
+        };
+        let (a, b) = (
+            function(&[(10.0, 0.0), (20.0, 0.4), (20.0, 0.0), (40.0, 0.0)]),
+            function(&[(15.0, 0.0), (30.0, 0.1), (35.0, 0.0)]),
+        );
+        let kept = Support::new(&a.mixed(&b, 0.5));
+        for share in [0.0, 0.1, 0.7, 1.0] {
+            assert!(
+                kept.covers(&Support::new(&a.mixed(&b, share))),
+                "share {share}"
+            );
+        }
+    }
+}

@@ -1,0 +1,263 @@
+//! The driver of the field: from cameras to tiles.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3};
+use resample_core::{Camera, GridView};
+
+use super::frame::FieldFrame;
+use super::iso_rays::IsoSettings;
+use super::prepare;
+use super::settings::FieldSettings;
+use super::streamed::{LargeCells, StreamedCells};
+use super::uniform::UniformChoice;
+use crate::Error;
+use crate::bricks::bounds::Bounds;
+use crate::bricks::cells::{CELL_SIDE, CellField};
+use crate::bricks::plan::{check_dims, support};
+use crate::bricks::support::Support;
+use crate::clip::{Clip, GridClip, bounds_in_world};
+use crate::large::LargeVolume;
+use crate::options::{Blend, FieldOptions, RenderOptions, Subpixels};
+use crate::picture::assemble::{TileDepth, TileLayout};
+use crate::picture::subpixels::{automatic, refined};
+use crate::picture::tiles::TileSlot;
+use crate::scene::{Look, Scene};
+use crate::sheets::channel::{ChannelSettings, Reading, channels};
+use crate::sheets::section::SectionTable;
+use crate::sheets::settings::{Anchor, SheetSettings};
+use crate::stats::FrameStats;
+use crate::transfer::TransferFunction;
+use crate::volume::{Described, Lattice};
+use crate::watch::Watch;
+
+/// Sub-pixels along a pixel's side for what has hard edges: 16 a pixel, so that an edge has 17 shades. At 2 it has 5, and
+/// stairs show.
+const HARD_EDGE_SUBPIXELS: u32 = 4;
+
+/// Renders a field on sheets.
+#[derive(Clone, Debug)]
+pub(crate) struct FieldPipeline {
+    pub(super) source: Source,
+    pub(super) channels: Arc<[ChannelSettings]>,
+    /// The scalars that bricks are kept for, and those that are seen now where they are fewer; one channel of scalars.
+    pub(super) kept: Option<Support>,
+    pub(super) seen: Option<Support>,
+    pub(super) iso: Option<IsoSettings>,
+    pub(super) options: RenderOptions,
+    /// Those of the field.
+    pub(super) choices: FieldOptions,
+    pub(super) clip: GridClip,
+    pub(super) world_from_index: DAffine3,
+    pub(super) smallest_spacing: f64,
+    /// The voxel in the middle of the volume.
+    pub(super) middle: DVec3,
+    /// Middle of what is visible, in the grid.
+    pub(super) visible_middle: Option<DVec3>,
+}
+
+/// Where the cells are.
+#[derive(Clone, Debug)]
+pub(super) enum Source {
+    Cells(CellField),
+    /// Cells that are read when they are needed.
+    Streamed(Box<StreamedCells>),
+}
+
+impl FieldPipeline {
+    pub(crate) fn new(
+        scene: &Scene,
+        (options, choices): (&RenderOptions, &FieldOptions),
+    ) -> Result<Self, Error> {
+        let volume = scene.grid();
+        check_dims(volume.dims)?;
+        let channels = channels(scene, options)?;
+        let source = Source::Cells(prepare::cells(scene, options)?);
+        let iso = prepare::iso(scene.channels[0].look, options);
+        let kept = scene
+            .single()
+            .map(|(_, transfer)| support(transfer, options));
+        Ok(Self {
+            kept,
+            ..Self::assembled(
+                source,
+                (channels, iso),
+                &volume.lattice(),
+                (options, choices),
+            )
+        })
+    }
+
+    /// Image sheets of a volume that stays in its file.
+    pub(crate) fn from_file(
+        volume: &LargeVolume,
+        transfer: &TransferFunction,
+        (options, choices): (&RenderOptions, &FieldOptions),
+        watch: &mut Watch,
+    ) -> Result<Self, Error> {
+        let lattice = volume.lattice();
+        check_dims(lattice.dims)?;
+        let source = match LargeCells::new(volume, transfer, options, watch)? {
+            LargeCells::Resident(field) => Source::Cells(field),
+            LargeCells::Streamed(cells) => Source::Streamed(cells),
+        };
+        let channel = ChannelSettings::of_transfer(transfer, volume.value_range(), options.opacity);
+        let iso = prepare::iso(Look::Transfer(transfer), options);
+        let kept = Some(support(transfer, options));
+        Ok(Self {
+            kept,
+            ..Self::assembled(
+                source,
+                (Arc::from([channel]), iso),
+                &lattice,
+                (options, choices),
+            )
+        })
+    }
+
+    fn assembled(
+        source: Source,
+        (channels, iso): (Arc<[ChannelSettings]>, Option<IsoSettings>),
+        lattice: &Lattice,
+        (options, choices): (&RenderOptions, &FieldOptions),
+    ) -> Self {
+        let mut sheets = Self {
+            world_from_index: lattice.world_from_index,
+            visible_middle: None,
+            clip: GridClip::default(),
+            source,
+            channels,
+            kept: None,
+            seen: None,
+            iso,
+            options: options.clone(),
+            choices: choices.clone(),
+            smallest_spacing: lattice.smallest_spacing(),
+            middle: DVec3::from(lattice.dims.map(|n| (n / 2) as f64)),
+        };
+        sheets.set_clip(&options.clip);
+        sheets
+    }
+
+    /// Changes what is kept of the volume.
+    pub(crate) fn set_clip(&mut self, clip: &Clip) {
+        self.clip = clip.in_grid(&self.world_from_index);
+        let visible = bounds_in_world(self.source.bounds(), &self.clip, &DAffine3::IDENTITY);
+        self.visible_middle = visible.map(|[low, high]| 0.5 * (low + high));
+    }
+
+    /// The box, in the world, of the voxels that are drawn.
+    pub(crate) fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
+        bounds_in_world(self.source.bounds(), &self.clip, &self.world_from_index)
+    }
+
+    /// Voxels that the transfer function leaves visible, and voxels in all.
+    pub(crate) fn counts(&self) -> [u64; 2] {
+        match &self.source {
+            Source::Cells(field) => [field.non_transparent, field.voxels],
+            Source::Streamed(cells) => [cells.non_transparent, cells.voxels],
+        }
+    }
+
+    /// Renders the tiles of one frame. Fails only where voxels have to be read and cannot be.
+    pub(crate) fn render(
+        &mut self,
+        camera: &Camera,
+        tiles: &mut Vec<TileSlot>,
+        (stats, watch): (&mut FrameStats, &mut Watch),
+    ) -> Result<TileLayout, Error> {
+        let subpixels = self.subpixels(camera);
+        let (fine, subpixels) = refined(camera, subpixels);
+        let view = GridView::new(&fine, &self.world_from_index);
+        let settings = self.settings(&view, &fine);
+        let uniform = if settings.is_plain() {
+            UniformChoice::new(&self.options, &view, camera)
+        } else {
+            None
+        };
+        let frame = FieldFrame {
+            settings: &settings,
+            view: &view,
+            camera: &fine,
+            subpixels,
+            uniform,
+        };
+        match &mut self.source {
+            Source::Cells(field) => {
+                frame.gather((field, self.seen.as_ref()), &self.clip, tiles, stats);
+            }
+            Source::Streamed(cells) => cells.render(&frame, &self.clip, tiles, (stats, watch))?,
+        }
+        Ok(TileLayout {
+            camera: *camera,
+            subpixels,
+            depth: TileDepth::CameraZ,
+        })
+    }
+
+    /// The number of sub-pixels along a pixel's side.
+    fn subpixels(&self, camera: &Camera) -> u32 {
+        match (self.options.subpixels, self.visible_middle) {
+            (Subpixels::Fixed(n), _) => n,
+            (Subpixels::Auto, None) => 1,
+            (Subpixels::Auto, Some(middle)) => {
+                // Two sub-pixels a voxel: at one, thin structures lose 9 dB, beyond two it costs more than it gains.
+                let of_voxels = automatic(camera, &self.world_from_index, middle, 1.5);
+                of_voxels.max(self.least_subpixels())
+            }
+        }
+    }
+
+    /// Sub-pixels that edges need however large voxels are: surfaces and labels end between one pixel and the next.
+    fn least_subpixels(&self) -> u32 {
+        let has_labels = self
+            .channels
+            .iter()
+            .any(|channel| channel.reading == Reading::Nearest);
+        if has_labels || matches!(self.options.blend(), Blend::Isosurface(_)) {
+            HARD_EDGE_SUBPIXELS
+        } else {
+            1
+        }
+    }
+
+    pub(super) fn settings(&self, view: &GridView, camera: &Camera) -> FieldSettings {
+        let thickness = self.choices.slab_voxels * self.smallest_spacing;
+        let anchor = Anchor::new(self.middle, view);
+        FieldSettings {
+            sheets: SheetSettings::new(
+                &self.options,
+                (view, camera),
+                SectionTable::of_cube(view.camera_from_grid.matrix3),
+                &self.channels[0].table,
+                (anchor, thickness, self.smallest_spacing),
+            ),
+            brick_sections: FieldSettings::of_bricks(view.camera_from_grid.matrix3, CELL_SIDE),
+            clip: self.clip.anchored(self.middle),
+            channels: Arc::clone(&self.channels),
+            statistic: prepare::statistic(&self.options),
+            iso: self.iso.map(|iso| IsoSettings {
+                near: (view.near - anchor.camera_z) as f32,
+                step: thickness as f32,
+                ..iso
+            }),
+        }
+    }
+
+    /// Takes options that differ in what is read anew for each frame.
+    pub(crate) fn set_options(&mut self, options: &RenderOptions) {
+        if let Some(field) = options.field() {
+            self.choices = field.clone();
+        }
+        self.options = options.clone();
+    }
+}
+
+impl Source {
+    fn bounds(&self) -> Box<dyn Iterator<Item = Bounds> + '_> {
+        match self {
+            Self::Cells(field) => Box::new(field.bricks.iter().map(|brick| brick.bounds)),
+            Self::Streamed(cells) => Box::new(cells.bounds()),
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! One frame from bricks of cells in memory.
+//!
+//! Takes the bricks, drops those outside the view, puts the others on the screen in front-to-back order, and has each
+//! tile sample what it sees of them (`gather`).
+
+use cpu_time::ThreadTime;
+use rayon::prelude::*;
+use resample_core::tile::{TILE_PX, TileGrid, TileLists};
+use resample_core::{Camera, GridView};
+
+use super::settings::FieldSettings;
+use super::uniform::{Uniform, UniformChoice};
+use crate::bricks::cells::{CellBrick, CellField};
+use crate::bricks::cull::ViewVolume;
+use crate::bricks::support::Support;
+use crate::bricks::visible::visible_bricks;
+use crate::clip::GridClip;
+use crate::field::gather::GatherScratch;
+use crate::field::place::placed;
+use crate::field::tile::render_tile;
+use crate::picture::tiles::{TileSlot, elapsed_ms, tally};
+use crate::sheets::view::TileView;
+use crate::stats::{FrameStats, StageClock};
+
+/// One frame's camera, at sub-pixel resolution, and settings.
+pub(crate) struct FieldFrame<'a> {
+    pub(crate) settings: &'a FieldSettings,
+    pub(crate) view: &'a GridView,
+    pub(crate) camera: &'a Camera,
+    pub(crate) subpixels: u32,
+    /// Which bricks of one colour are crossed in one step.
+    pub(crate) uniform: Option<UniformChoice>,
+}
+
+impl FieldFrame<'_> {
+    /// The colour of a brick that is crossed in one step.
+    pub(super) fn uniform(&self, brick: &CellBrick) -> Option<Uniform> {
+        let choice = self.uniform.as_ref()?;
+        choice.of_brick(self.view, &self.settings.sheets.table, brick)
+    }
+
+    /// Renders the tiles from cells. Bricks without any of the scalars that are `seen` now are passed over.
+    pub(super) fn gather(
+        &self,
+        (field, seen): (&CellField, Option<&Support>),
+        clip: &GridClip,
+        slots: &mut Vec<TileSlot>,
+        stats: &mut FrameStats,
+    ) {
+        let view_volume = ViewVolume::new(self.camera, self.view, 0.0);
+        let mut visible = visible_bricks(&field.bricks, &view_volume, stats);
+        if let Some(seen) = seen {
+            let in_view = visible.len();
+            visible.retain(|&i| {
+                let [least, greatest] = field.bricks[i].range;
+                seen.meets(least, greatest)
+            });
+            stats.bricks_empty = (in_view - visible.len()) as u64;
+        }
+
+        let clock = StageClock::start();
+        let (bricks, rects) = placed(
+            (&field.bricks, clip),
+            (&visible, |brick| self.uniform(brick)),
+            self.view,
+            self.camera,
+            self.settings,
+        );
+        stats.stages.project = clock.stop();
+        stats.bricks = bricks.len() as u64;
+        stats.bricks_uniform = bricks.iter().filter(|b| b.uniform.is_some()).count() as u64;
+        stats.bricks_empty += field.empty;
+
+        let clock = StageClock::start();
+        let grid = TileGrid {
+            width: self.camera.width as usize,
+            height: self.camera.height as usize,
+        };
+        let lists = TileLists::new(&grid, &rects);
+        stats.stages.bin = clock.stop();
+
+        let clock = StageClock::start();
+        let columns = grid.columns();
+        slots.resize_with(columns * grid.rows(), TileSlot::default);
+        slots.par_iter_mut().enumerate().for_each_init(
+            GatherScratch::default,
+            |scratch, (index, slot)| {
+                let at = [index % columns, index / columns];
+                let list = lists.tile(at[0], at[1]);
+                slot.reset(list.len());
+                if list.is_empty() {
+                    return;
+                }
+                let start = ThreadTime::try_now().ok();
+                let corner_px = at.map(|tile| tile * TILE_PX);
+                let view = TileView::new(self.view, corner_px, &self.settings.sheets);
+                let front_to_back = list.iter().map(|&brick| &bricks[brick as usize]);
+                slot.counts = render_tile(self.settings, &view, corner_px, front_to_back, scratch);
+                slot.show(&scratch.pixels, self.subpixels as usize);
+                slot.composite_ms = elapsed_ms(start);
+            },
+        );
+        tally(slots, clock.stop(), stats);
+        count_hidden(&lists, (slots, columns), stats);
+    }
+}
+
+/// Counts the bricks that no tile looked at: each tile looked at the first of its list.
+fn count_hidden(lists: &TileLists, (slots, columns): (&[TileSlot], usize), stats: &mut FrameStats) {
+    let mut looked_at = vec![false; stats.bricks as usize];
+    for (index, slot) in slots.iter().enumerate() {
+        let list = lists.tile(index % columns, index / columns);
+        for &brick in &list[..slot.counts.composited] {
+            looked_at[brick as usize] = true;
+        }
+    }
+    stats.bricks_hidden = looked_at.iter().filter(|looked_at| !**looked_at).count() as u64;
+}

@@ -1,0 +1,52 @@
+//! What a surface is looked for with: its scalar, and the rays of a tile.
+
+use glam::DVec2;
+use resample_core::GridView;
+use resample_core::maps::TilePlane;
+use resample_core::tile::TILE_PX;
+
+use crate::sheets::settings::Anchor;
+
+/// What an isosurface is drawn with.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct IsoSettings {
+    pub(crate) value: f32,
+    /// Linear.
+    pub(crate) rgb: [f32; 3],
+    /// Of the surface, 0..=1.
+    pub(crate) opacity: f32,
+    /// Camera z of the near plane, relative to the anchor's.
+    pub(crate) near: f32,
+    /// Longest step along camera z.
+    pub(crate) step: f32,
+}
+
+/// The rays of a tile's pixels in the grid, relative to the anchor; their parameter is camera z relative to the anchor's.
+#[derive(Clone, Debug)]
+pub(crate) struct AnchoredRays {
+    pub(super) start: [TilePlane; 3],
+    pub(super) direction: [TilePlane; 3],
+}
+
+impl AnchoredRays {
+    /// The rays of the tile whose first pixel has its corner at `corner_px`.
+    pub(super) fn new(view: &GridView, corner_px: DVec2, anchor: &Anchor) -> Self {
+        let zero = [[[0.0; TILE_PX]; TILE_PX]; 3];
+        let mut rays = Self {
+            start: zero,
+            direction: zero,
+        };
+        for y in 0..TILE_PX {
+            for x in 0..TILE_PX {
+                let (origin, direction) =
+                    view.ray(corner_px + DVec2::new(x as f64 + 0.5, y as f64 + 0.5));
+                let start = origin - anchor.grid + anchor.camera_z * direction;
+                for axis in 0..3 {
+                    rays.start[axis][y][x] = start[axis] as f32;
+                    rays.direction[axis][y][x] = direction[axis] as f32;
+                }
+            }
+        }
+        rays
+    }
+}

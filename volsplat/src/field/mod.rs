@@ -1,0 +1,38 @@
+//! The field: the trilinear interpolation of the voxels, sampled on sheets and classified there.
+//!
+//! 1. input: the voxels or cells that the transfer function may show were collected into bricks;
+//! 2. sample: visible bricks are placed on the screen;
+//! 3. accumulate: on the plane through a slab's middle, the scalar at every sub-pixel is gathered from the cell that the
+//!    sample lies in ([`gather`]);
+//! 4. composite: each plane is classified per sub-pixel and composited behind those before it;
+//! 5. image: sub-pixels become pixels.
+//!
+//! A sample on a plane is exactly what a ray caster with trilinear interpolation reads there,
+//! reached in object order, so that cost follows what is visible and not the box around it.
+//! Source: K. Mueller, R. Crawfis, "Eliminating Popping Artifacts in Sheet Buffer-Based Splatting", IEEE Visualization
+//! 1998, for the sheets; we sample the plane through a slab's middle instead of integrating the kernel over the slab.
+
+mod cell_sample;
+mod clipped;
+mod driver;
+mod frame;
+mod gather;
+mod iso_rays;
+mod isosurface;
+mod layers;
+mod mixed;
+mod over;
+mod place;
+mod prepare;
+mod ray_values;
+mod set_transfer;
+mod settings;
+mod statistic;
+mod streamed;
+mod tile;
+mod uniform;
+mod uniform_walk;
+
+pub(crate) use driver::FieldPipeline;
+pub use layers::Layer;
+pub(crate) use layers::refused as layers_refused;

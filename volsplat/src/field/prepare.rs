@@ -1,0 +1,46 @@
+//! From a scene and options to what the field keeps: bricks of cells, the surface, the statistic.
+
+use super::iso_rays::IsoSettings;
+use super::ray_values::Statistic;
+use crate::Error;
+use crate::bricks::cells::CellField;
+use crate::bricks::plan::plan;
+use crate::options::{Blend, RenderOptions};
+use crate::scene::{Look, Scene};
+
+/// The bricks of a scene.
+pub(super) fn cells(scene: &Scene, options: &RenderOptions) -> Result<CellField, Error> {
+    Ok(CellField::new(
+        &plan(scene, options)?,
+        scene.count_visible(),
+    ))
+}
+
+/// The statistic that the options ask for.
+pub(super) fn statistic(options: &RenderOptions) -> Option<Statistic> {
+    match options.blend() {
+        Blend::Maximum => Some(Statistic::Greatest),
+        Blend::Minimum => Some(Statistic::Least),
+        Blend::Average => Some(Statistic::Mean),
+        Blend::Emission | Blend::Isosurface(_) => None,
+    }
+}
+
+/// The surface that the options ask for, without what depends on the camera.
+pub(super) fn iso(look: Look, options: &RenderOptions) -> Option<IsoSettings> {
+    let Blend::Isosurface(iso) = options.blend() else {
+        return None;
+    };
+    let own_colour = match look {
+        Look::Transfer(transfer) => transfer.sample(iso.value).0,
+        Look::Labels(_) => [1.0; 3],
+    };
+    let rgb = iso.colour.unwrap_or(own_colour);
+    Some(IsoSettings {
+        value: iso.value as f32,
+        rgb,
+        opacity: iso.opacity,
+        near: 0.0,
+        step: 0.0,
+    })
+}

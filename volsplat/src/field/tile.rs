@@ -1,0 +1,126 @@
+//! One tile of a frame of the field: its bricks, front to back, each by the rule that the settings ask for.
+
+use resample_core::composite::TileCounts;
+use resample_core::dispatch;
+
+use super::clipped::Clipped;
+use super::gather::{GatherScratch, Job, PlacedBrick, Window, add_brick};
+use super::iso_rays::AnchoredRays;
+use super::isosurface;
+use super::mixed::Mixed;
+use super::over::Over;
+use super::settings::{FieldSettings, Rule};
+use super::statistic::{self, Gathered};
+use super::uniform_walk::add_uniform;
+use crate::sheets::view::TileView;
+
+/// Renders a tile whose first pixel is `corner_px` from the bricks that touch it, in front-to-back order.
+pub(crate) fn render_tile<'a>(
+    settings: &FieldSettings,
+    view: &TileView,
+    corner_px: [usize; 2],
+    bricks: impl Iterator<Item = &'a PlacedBrick<'a>>,
+    scratch: &mut GatherScratch,
+) -> TileCounts {
+    scratch.begin(settings);
+    let (counts, _) = advance_tile(settings, view, corner_px, bricks, scratch);
+    end_tile(settings, scratch);
+    counts
+}
+
+/// Takes more bricks in, front to back, behind what `scratch` holds. Says also whether the tile is opaque now.
+pub(crate) fn advance_tile<'a>(
+    settings: &FieldSettings,
+    view: &TileView,
+    corner_px: [usize; 2],
+    bricks: impl Iterator<Item = &'a PlacedBrick<'a>>,
+    scratch: &mut GatherScratch,
+) -> (TileCounts, TileState) {
+    if let Some(wanted) = settings.statistic {
+        let mut bricks: Vec<&PlacedBrick> = bricks.collect();
+        statistic::in_best_order(wanted, &mut bricks);
+        let useful = |placed: &PlacedBrick, window: &Window, scratch: &GatherScratch| {
+            !statistic::is_idle(wanted, placed, window, &scratch.rays)
+        };
+        return advance_while_open(
+            (settings, view, corner_px),
+            bricks.into_iter(),
+            useful,
+            scratch,
+        );
+    }
+    advance_while_open((settings, view, corner_px), bricks, |_, _, _| true, scratch)
+}
+
+fn advance_while_open<'a>(
+    (settings, view, corner_px): (&FieldSettings, &TileView, [usize; 2]),
+    bricks: impl Iterator<Item = &'a PlacedBrick<'a>>,
+    is_useful: impl Fn(&PlacedBrick, &Window, &GatherScratch) -> bool,
+    scratch: &mut GatherScratch,
+) -> (TileCounts, TileState) {
+    let mut counts = TileCounts::default();
+    let iso_rays = settings
+        .iso
+        .map(|_| AnchoredRays::new(view.camera(), view.corner, &settings.sheets.anchor));
+    for placed in bricks {
+        let window = Window::new(placed, corner_px);
+        if !is_useful(placed, &window, scratch) {
+            continue;
+        }
+        let job = Job {
+            settings,
+            view,
+            placed,
+            iso_rays: iso_rays.as_ref(),
+        };
+        let (touched, opaque) = add_brick_by_rule(&job, window, scratch);
+        counts.composited += 1;
+        counts.pixels_touched += touched;
+        if opaque {
+            return (counts, TileState::Opaque);
+        }
+    }
+    (counts, TileState::Open)
+}
+
+/// Whether anything behind can still be seen in a tile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TileState {
+    Open,
+    Opaque,
+}
+
+/// Classifies what waits for it, and puts the colours where the pixels are.
+pub(crate) fn end_tile(settings: &FieldSettings, scratch: &mut GatherScratch) {
+    if let Some(wanted) = settings.statistic {
+        statistic::classify(settings, wanted, scratch);
+    }
+    scratch.place_colours();
+}
+
+/// One kernel for each rule: what a rule needs would spill the registers of those that do without.
+fn add_brick_by_rule(job: &Job, window: Window, scratch: &mut GatherScratch) -> (usize, bool) {
+    macro_rules! add {
+        ($rule:ty) => {
+            dispatch!(job.settings.sheets.level, simd => add_brick::<_, $rule>(simd, job, window, scratch))
+        };
+    }
+    let settings = job.settings;
+    if let (Some(iso), Some(rays)) = (&settings.iso, job.iso_rays) {
+        return dispatch!(settings.sheets.level, simd => isosurface::add_brick(simd, job, (iso, rays), window, scratch));
+    }
+    if let Some(uniform) = job.placed.uniform {
+        return dispatch!(settings.sheets.level, simd => add_uniform(simd, job, (window, uniform), scratch));
+    }
+    let is_cut = job.placed.cuts != 0 || job.placed.brick.mask.is_some();
+    match (settings.rule(), is_cut) {
+        (Rule::Over, false) => add!(Over<false>),
+        (Rule::Over, true) => add!(Clipped<Over<false>>),
+        (Rule::Shaded, false) => add!(Over<true>),
+        (Rule::Shaded, true) => add!(Clipped<Over<true>>),
+        (Rule::Mixed, false) => add!(Mixed),
+        (Rule::Mixed, true) => add!(Clipped<Mixed>),
+        (Rule::Statistic, false) => add!(Gathered),
+        (Rule::Statistic, true) => add!(Clipped<Gathered>),
+    }
+}

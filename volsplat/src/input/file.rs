@@ -1,0 +1,59 @@
+//! Opening files, and the errors that name them.
+
+use std::fs::File;
+use std::path::Path;
+
+use glam::{DAffine3, DVec3};
+
+use crate::Error;
+use crate::volume::Voxels;
+
+/// What a format reader gives: the parts of a volume, not yet checked against each other.
+pub(crate) struct Parts {
+    pub(crate) dims: [usize; 3],
+    pub(crate) voxels: Voxels,
+    pub(crate) world_from_index: DAffine3,
+    pub(crate) up_hint: Option<DVec3>,
+    pub(crate) space: Option<String>,
+}
+
+pub(crate) fn open(path: &Path) -> Result<File, Error> {
+    let file = File::open(path).map_err(|source| cannot_read(path, source))?;
+    // Opening a folder succeeds on some systems, and the fault would surface later with a worse message.
+    let metadata = file
+        .metadata()
+        .map_err(|source| cannot_read(path, source))?;
+    if metadata.is_dir() {
+        return Err(cannot_read(path, std::io::ErrorKind::IsADirectory.into()));
+    }
+    Ok(file)
+}
+
+pub(crate) fn cannot_read(path: &Path, source: std::io::Error) -> Error {
+    Error::Read {
+        path: path.to_owned(),
+        source,
+    }
+}
+
+pub(crate) fn unsupported_file(path: &Path, what: impl Into<String>) -> Error {
+    Error::Unsupported {
+        path: path.to_owned(),
+        what: what.into(),
+    }
+}
+
+pub(crate) fn invalid(path: &Path, what: impl Into<String>) -> Error {
+    Error::Invalid {
+        path: path.to_owned(),
+        what: what.into(),
+    }
+}
+
+/// Puts the file's name before an error of the volume's own checks.
+pub(crate) fn at(path: &Path, error: Error) -> Error {
+    match error {
+        Error::Option(what) => invalid(path, what),
+        other => other,
+    }
+}

@@ -1,0 +1,92 @@
+//! Volume files: tells the format by the content and gives a checked [`Volume`].
+//!
+//! Takes a path and what the user says about it. The first bytes tell the format (`format.rs`); a file without a known
+//! mark is headerless, and then its size and type must be given. All formats end in one decoder of scalars
+//! (`decode.rs`) and one check of the result ([`Volume::new`]), so the promises of a volume do not depend on the format.
+
+use std::path::{Path, PathBuf};
+
+use super::file::{Parts, at};
+use super::format::{self, Format, Told};
+use super::options::{LoadOptions, refuse_superfluous, replaced_lattice, undecided};
+use super::{dicom, meta_image, nifti, npy, nrrd, raw, rescale, tiff_stack, vti, zarr};
+use crate::Error;
+use crate::volume::{NanPolicy, Volume, Voxels};
+
+/// Reads a volume file.
+///
+/// Errors name the file: [`Error::Read`] if the system cannot read it, [`Error::Invalid`] if it contradicts its own
+/// header or the options, [`Error::Unsupported`] if it is no scalar volume, [`Error::Option`] if options are missing
+/// or superfluous.
+pub fn load(path: &Path, options: &LoadOptions) -> Result<Volume, Error> {
+    // The image of a NIfTI pair has no mark of its own.
+    let header = if options.raw.is_none() {
+        nifti::header_beside(path)
+    } else {
+        None
+    };
+    let path = header.as_deref().unwrap_or(path);
+    let mut parts = match (format::tell(path)?, &options.raw) {
+        (Told::Known(format, files), None) => read(format, path, &files, options)?,
+        (Told::NotRead(_) | Told::Nothing, Some(raw)) => raw::load(path, raw)?,
+        (told, _) => return Err(undecided(path, &told)),
+    };
+    if let Some([slope, intercept]) = options.rescale {
+        parts.voxels = rescaled(parts.voxels, slope, intercept)?;
+    }
+    if let NanPolicy::Replace(value) = options.nan {
+        parts
+            .voxels
+            .replace_non_finite(value)
+            .map_err(Error::Option)?;
+    }
+    let lattice = replaced_lattice(parts.world_from_index, options)?;
+    let mut volume =
+        Volume::new(parts.dims, parts.voxels, lattice).map_err(|error| at(path, error))?;
+    volume.up_hint = parts.up_hint;
+    volume.space = parts.space;
+    Ok(volume)
+}
+
+/// Integers stay integers where all of their values do.
+fn rescaled(voxels: Voxels, slope: f64, intercept: f64) -> Result<Voxels, Error> {
+    if !(slope.is_finite() && intercept.is_finite() && slope != 0.0) {
+        return Err(Error::Option(format!(
+            "values are to be multiplied with {slope} and {intercept} added: expected finite numbers, the first not 0"
+        )));
+    }
+    Ok(rescale::Rescale { slope, intercept }.apply(voxels))
+}
+
+fn read(
+    format: Format,
+    path: &Path,
+    files: &[PathBuf],
+    options: &LoadOptions,
+) -> Result<Parts, Error> {
+    refuse_superfluous(format, path, options)?;
+    match format {
+        Format::Nrrd => nrrd::load(path, options.component),
+        Format::MetaImage => meta_image::load(path, options.component),
+        Format::Nifti => nifti::load(path),
+        Format::Npy => npy::load(path),
+        Format::Dicom => dicom::load(files, path, options.series.as_deref()),
+        Format::Tiff => tiff_stack::load(files),
+        Format::Vti => {
+            let choice = vti::Choice {
+                array: options.array.as_deref(),
+                component: options.component,
+            };
+            vti::load(path, choice)
+        }
+        Format::Zarr => zarr::load(path, zarr_choice(options)),
+    }
+}
+
+pub(super) fn zarr_choice(options: &LoadOptions) -> zarr::Choice {
+    zarr::Choice {
+        level: options.level,
+        channel: options.component,
+        time: options.time,
+    }
+}

@@ -1,0 +1,116 @@
+//! What a caller says about a volume file, and what of it is refused.
+
+use std::path::Path;
+
+use glam::{DAffine3, DMat3, DVec3};
+
+use super::format::{Format, Told};
+use super::raw::RawOptions;
+use crate::Error;
+use crate::volume::NanPolicy;
+
+/// What a caller says about a volume file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LoadOptions {
+    /// How a file without a header is laid out; must be absent for a file with one.
+    pub raw: Option<RawOptions>,
+    /// World distance between voxels along x, y and z, each above 0, instead of what the file says. Directions stay.
+    pub spacing: Option<[f64; 3]>,
+    /// World position of the first voxel, instead of what the file says.
+    pub origin: Option<[f64; 3]>,
+    /// What happens to voxels that are NaN or infinite.
+    pub nan: NanPolicy,
+    /// SeriesInstanceUID of the series that is read; needed where a folder of DICOM files holds several.
+    pub series: Option<String>,
+    /// Name of the array that is read; needed where the file holds several and calls none of them its scalars.
+    pub array: Option<String>,
+    /// Which component of each voxel, or channel of an image, is read, counted from 0; needed where there are several.
+    pub component: Option<usize>,
+    /// Which level of an image with several resolutions is read; `None` is 0, the finest.
+    pub level: Option<usize>,
+    /// Which point in time is read, counted from 0; needed where there are several.
+    pub time: Option<usize>,
+    /// What every value is multiplied with, and what is added then; for raw files that hold no Hounsfield units yet.
+    pub rescale: Option<[f64; 2]>,
+}
+
+/// Options that mean nothing for the format are an error, because whoever typed them expects an effect.
+pub(super) fn refuse_superfluous(
+    format: Format,
+    path: &Path,
+    options: &LoadOptions,
+) -> Result<(), Error> {
+    let has_components = matches!(
+        format,
+        Format::MetaImage | Format::Nrrd | Format::Vti | Format::Zarr
+    );
+    let given = [
+        (
+            "--component",
+            options.component.is_some() && !has_components,
+        ),
+        (
+            "--series",
+            options.series.is_some() && format != Format::Dicom,
+        ),
+        ("--array", options.array.is_some() && format != Format::Vti),
+        ("--level", options.level.is_some() && format != Format::Zarr),
+        ("--time", options.time.is_some() && format != Format::Zarr),
+    ];
+    match given.iter().find(|(_, superfluous)| *superfluous) {
+        None => Ok(()),
+        Some((name, _)) => {
+            let (path, format) = (path.display(), format.name());
+            Err(Error::Option(format!(
+                "{path}: {name} means nothing for a file of format {format}: leave it out"
+            )))
+        }
+    }
+}
+
+/// The error where the content and the options do not say how to read the file.
+pub(super) fn undecided(path: &Path, told: &Told) -> Error {
+    let name = path.display();
+    match told {
+        Told::Known(format, _) => Error::Option(format!(
+            "{name}: this is a file of format {} and states its own size and type: leave out --dims and --type",
+            format.name()
+        )),
+        Told::NotRead(advice) => Error::Unsupported {
+            path: path.to_owned(),
+            what: format!("this is {advice}"),
+        },
+        Told::Nothing => Error::Option(format!(
+            "{name}: no known header (formats are told by the content): for a headerless file give --dims X,Y,Z \
+             and --type TYPE, and where needed --endian, --skip and --spacing"
+        )),
+    }
+}
+
+/// The place of a volume in the world, with what the options replace of it.
+pub(super) fn replaced_lattice(
+    mut map: DAffine3,
+    options: &LoadOptions,
+) -> Result<DAffine3, Error> {
+    if let Some(spacing) = options.spacing {
+        if !spacing
+            .iter()
+            .all(|&length| length > 0.0 && length.is_finite())
+        {
+            return Err(Error::Option(format!(
+                "--spacing {spacing:?}: each must be finite and above 0"
+            )));
+        }
+        let axes = map.matrix3;
+        let unit = [axes.x_axis, axes.y_axis, axes.z_axis].map(DVec3::normalize_or_zero);
+        map.matrix3 = DMat3::from_cols(
+            unit[0] * spacing[0],
+            unit[1] * spacing[1],
+            unit[2] * spacing[2],
+        );
+    }
+    if let Some(origin) = options.origin {
+        map.translation = DVec3::from_array(origin);
+    }
+    Ok(map)
+}

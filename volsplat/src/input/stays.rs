@@ -1,0 +1,140 @@
+//! Volume files whose voxels stay in them: opened as a [`LargeVolume`], read box by box.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::file::at;
+use super::format::{self, Format, Told};
+use super::load::zarr_choice;
+use super::options::{LoadOptions, refuse_superfluous, replaced_lattice, undecided};
+use super::stored::{Located, Stored};
+use super::{meta_image, nifti, nrrd, raw, zarr};
+use crate::Error;
+use crate::large::{LargeVolume, VoxelSource};
+use crate::volume::{Lattice, VoxelType};
+use crate::watch::Watch;
+
+impl LargeVolume {
+    /// Reads a volume file once, holding at most about `max_memory` bytes.
+    ///
+    /// `None` for a file that has to be unpacked as a whole, which [`crate::load`] does. Errors are those of
+    /// [`crate::load`]; [`Error::Option`] also where `max_memory` is too little for any brick-wise work, and where the
+    /// temporary file of a Zarr array has no room.
+    pub fn open(
+        path: &Path,
+        options: &LoadOptions,
+        max_memory: u64,
+        watch: &mut Watch,
+    ) -> Result<Option<Self>, Error> {
+        // Unpacking, where there is any, is the first half of the work.
+        let mut begun = 0.0;
+        let mut unpacking = |share: f64| {
+            begun = 0.5;
+            watch(begun * share);
+        };
+        let opened = open_unread(path, options, (max_memory, &mut unpacking))?;
+        let Some(Unread { stored, lattice }) = opened else {
+            return Ok(None);
+        };
+        let mut reading = |share| watch(begun + (1.0 - begun) * share);
+        Self::new(lattice, Arc::new(stored), max_memory, &mut reading).map(Some)
+    }
+}
+
+/// What is known of a volume file whose voxels stay in it.
+struct Unread {
+    stored: Stored,
+    lattice: Lattice,
+}
+
+/// The lattice and the voxel type of a file whose voxels can be read in parts, without reading them; `None` for
+/// other files.
+pub fn peek(path: &Path, options: &LoadOptions) -> Result<Option<(Lattice, VoxelType)>, Error> {
+    if let Some(zarr) = open_zarr(path, options)? {
+        return Ok(Some((
+            zarr_lattice(path, &zarr, options)?,
+            zarr.voxel_type(),
+        )));
+    }
+    let unread = open_unread(path, options, (0, &mut |_| {}))?;
+    Ok(unread.map(|unread| (unread.lattice, unread.stored.voxel_type())))
+}
+
+/// The array of a Zarr store that can be unpacked chunk by chunk.
+fn open_zarr(path: &Path, options: &LoadOptions) -> Result<Option<zarr::Opened>, Error> {
+    // Positioned writes are for Unix only; with a layout, the path for all formats says what is wrong.
+    if !cfg!(unix) || options.raw.is_some() || options.rescale.is_some() || !zarr::begins(path) {
+        return Ok(None);
+    }
+    refuse_superfluous(Format::Zarr, path, options)?;
+    zarr::open(path, zarr_choice(options)).map(Some)
+}
+
+fn zarr_lattice(path: &Path, zarr: &zarr::Opened, options: &LoadOptions) -> Result<Lattice, Error> {
+    let world_from_index = replaced_lattice(zarr.world_from_index, options)?;
+    let lattice = Lattice {
+        dims: zarr.dims,
+        world_from_index,
+        up_hint: None,
+        space: None,
+    };
+    lattice.check().map_err(|error| at(path, error))?;
+    Ok(lattice)
+}
+
+/// Opens a volume file whose voxels can be read box by box, unpacking chunks into a temporary file within `max_memory`
+/// bytes where it has any; `None` for a file that must be unpacked as a whole. `watch` is told how far unpacking is.
+///
+/// Errors as in [`load`]; the values are not looked at.
+fn open_unread(
+    path: &Path,
+    options: &LoadOptions,
+    (max_memory, watch): (u64, &mut Watch),
+) -> Result<Option<Unread>, Error> {
+    if let Some(zarr) = open_zarr(path, options)? {
+        let lattice = zarr_lattice(path, &zarr, options)?;
+        return Ok(Some(Unread {
+            stored: zarr.unpack((max_memory, watch), options.nan)?,
+            lattice,
+        }));
+    }
+    if options.rescale.is_some() {
+        // Box by box, values would have no type that suits all of them.
+        return Ok(None);
+    }
+    let located = match (format::tell(path)?, &options.raw) {
+        (Told::Known(format, _), None) => {
+            refuse_superfluous(format, path, options)?;
+            match format {
+                // A component lies between others.
+                Format::Nrrd if options.component.is_none() => nrrd::locate(path)?,
+                Format::MetaImage => meta_image::locate(path)?,
+                _ => None,
+            }
+        }
+        (Told::NotRead(_) | Told::Nothing, Some(raw)) => Some(raw::locate(path, raw)?),
+        (Told::NotRead(_) | Told::Nothing, None) if nifti::header_beside(path).is_some() => None,
+        (told, _) => return Err(undecided(path, &told)),
+    };
+    let Some(located) = located else {
+        return Ok(None);
+    };
+    let Some(stored) = Stored::open(&located, options.nan)? else {
+        return Ok(None);
+    };
+    let Located {
+        dims,
+        up_hint,
+        space,
+        ..
+    } = located;
+    let world_from_index = replaced_lattice(located.world_from_index, options)?;
+    let lattice = Lattice {
+        dims,
+        world_from_index,
+        up_hint,
+        space,
+    };
+    lattice.check().map_err(|error| at(path, error))?;
+    Ok(Some(Unread { stored, lattice }))
+}

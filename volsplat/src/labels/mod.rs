@@ -1,0 +1,10 @@
+//! Labels: a volume whose scalars are names, and how each of them looks.
+
+#[cfg(feature = "input")]
+mod files;
+pub(crate) mod palette;
+mod table;
+#[cfg(all(test, feature = "input"))]
+mod tests;
+
+pub use table::{LabelLook, LabelTable, MAX_LABELS};

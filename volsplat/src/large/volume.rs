@@ -1,0 +1,93 @@
+//! A volume that is larger than memory: the voxels stay where they are, and what is known of them fits.
+//!
+//! Takes a source of voxels, reads it once from end to end, and keeps its place in the world, the counts of its values,
+//! and the least and greatest scalar of every brick of cells. A transfer function then tells which bricks can be seen
+//! without another look at the source. It is read in blocks of bricks that fit the memory.
+
+use std::sync::Arc;
+
+use super::blocks::bricks_along;
+use super::source::VoxelSource;
+use super::survey::Survey;
+use crate::Error;
+use crate::bricks::cells::CellBrick;
+use crate::bricks::plan::gradients;
+use crate::options::RenderOptions;
+use crate::transfer::Histogram;
+use crate::volume::{Described, Lattice, VoxelType};
+use crate::watch::Watch;
+
+/// A volume whose voxels stay in their file.
+#[derive(Debug)]
+pub struct LargeVolume {
+    lattice: Lattice,
+    source: Arc<dyn VoxelSource>,
+    survey: Survey,
+    max_memory: u64,
+}
+
+impl LargeVolume {
+    /// Reads a source once, holding at most about `max_memory` bytes.
+    ///
+    /// [`Error::Option`] where `max_memory` is too little for any brick-wise work, or the lattice is none.
+    pub fn new(
+        lattice: Lattice,
+        source: Arc<dyn VoxelSource>,
+        max_memory: u64,
+        watch: &mut Watch,
+    ) -> Result<Self, Error> {
+        lattice.check()?;
+        let survey = Survey::new(source.as_ref(), max_memory, watch)?;
+        Ok(Self {
+            lattice,
+            source,
+            survey,
+            max_memory,
+        })
+    }
+
+    /// Bytes that the voxels take in the file.
+    pub fn bytes(&self) -> u64 {
+        self.lattice.len() as u64 * self.source.voxel_type().bytes() as u64
+    }
+
+    /// The memory that was allowed, bytes.
+    pub fn max_memory(&self) -> u64 {
+        self.max_memory
+    }
+
+    pub(crate) fn source(&self) -> &Arc<dyn VoxelSource> {
+        &self.source
+    }
+
+    pub(crate) fn survey(&self) -> &Survey {
+        &self.survey
+    }
+}
+
+impl Described for LargeVolume {
+    fn lattice(&self) -> Lattice {
+        self.lattice.clone()
+    }
+
+    fn voxel_type(&self) -> VoxelType {
+        match self.source.voxel_type() {
+            VoxelType::U64 | VoxelType::I64 => VoxelType::F64,
+            held => held,
+        }
+    }
+
+    fn value_range(&self) -> (f64, f64) {
+        self.survey.range
+    }
+
+    fn histogram(&self) -> Histogram {
+        self.survey.histogram.clone()
+    }
+}
+
+/// Most memory that image sheets take beside the voxels, bytes: the bricks of a volume that is visible everywhere.
+pub fn most_brick_bytes(lattice: &Lattice, options: &RenderOptions) -> u64 {
+    let bricks: usize = bricks_along(lattice.dims).iter().product();
+    bricks as u64 * CellBrick::bytes(gradients(options))
+}

@@ -1,0 +1,5 @@
+//! The picture: tiles of sub-pixels that become pixels.
+
+pub(crate) mod assemble;
+pub(crate) mod subpixels;
+pub(crate) mod tiles;

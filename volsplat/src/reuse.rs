@@ -1,0 +1,12 @@
+//! Whether a renderer takes other choices without being prepared again.
+
+/// Whether a renderer takes something new.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[must_use]
+pub enum Reuse {
+    /// It does, and the frames that follow show it.
+    Done,
+    /// Nothing has changed: what was prepared of the volume does not hold all that is asked for. A new renderer is
+    /// needed.
+    NeedsRenderer,
+}

@@ -1,0 +1,421 @@
+//! The every-sample order: each sample over those behind it, in strict depth order (the paper's choice, section 4.1).
+//!
+//! 1. input: a volume and a transfer function were classified into bricks of samples ([`crate::samples::sample`]);
+//! 2. sample and select: visible bricks are projected, each sample becomes a point or a splat (`project`);
+//! 3. accumulate: primitives are listed by screen tile, each tile sorts its list by depth;
+//! 4. composite: points and splats are composited front to back, tile by tile, until the tile is opaque.
+//!
+//! The bricks go through these stages in batches, front to back ([`crate::samples::batches`]), so that what lies behind opaque tiles is
+//! never projected ([`crate::samples::hiding`]).
+//!
+//! The axis-sheets order ([`crate::samples::axis_sheets`]) runs the same stages; it sorts by slice and composites whole slices.
+
+use glam::DVec3;
+use rayon::prelude::*;
+use resample_core::composite::{DepthRule, IndexRule, TilePixels, TileSettings};
+use resample_core::maps::MapSource;
+use resample_core::point::PixelFilter;
+use resample_core::table::FootprintProfile;
+use resample_core::tile::{TILE_AREA, TileGrid};
+use resample_core::{Camera, FootprintMode, GridView, Kernel, SelectMode};
+
+use crate::Error;
+use crate::bricks::cull::ViewVolume;
+use crate::bricks::visible::visible_bricks;
+use crate::clip::{Clip, Cut};
+use crate::light::{GradientRamp, ShadeSettings};
+use crate::options::{Cells, DepthPlane, RenderOptions, SampleOptions, SampleOrder, Subpixels};
+use crate::picture::assemble::{TileDepth, TileLayout};
+use crate::picture::subpixels::{automatic, refined};
+use crate::picture::tiles::{TileSlot, tally};
+use crate::samples::axis_sheets::SliceOrder;
+use crate::samples::batches::{Batch, Outlines, PlacedBrick, Run, in_batches};
+use crate::samples::chunks::project_runs;
+use crate::samples::geometry::Lens;
+use crate::samples::hiding::{BrickPlace, Hiding};
+use crate::samples::layer::{Layer, cells_of, layers, layers_in_world};
+use crate::samples::near::{NearSample, NearSetup};
+use crate::samples::project::{Painting, ProjectSetup, ProjectedChunk, SortKeys};
+use crate::samples::sample_light::SampleLight;
+use crate::samples::tile_stage::{Layers, OpenTile, TileStage};
+use crate::scene::Scene;
+use crate::stats::{FrameStats, StageClock, StageTime};
+
+/// How far apart samples are at least, in sub-pixels, that are composited on their own: about one.
+const SPACING_IN_SUBPIXELS: f64 = 0.75;
+
+/// Most bytes that tiles may take between batches: a picture with more of them is drawn in one batch, tile after tile.
+const MAX_OPEN_BYTES: usize = 1 << 29;
+
+/// Renders samples one over another.
+#[derive(Clone, Debug)]
+pub(crate) struct EverySample {
+    layers: Vec<Layer>,
+    /// Voxels that the transfer function leaves visible.
+    pub(crate) non_transparent: u64,
+    /// Voxels of the volume.
+    pub(crate) voxels: u64,
+    options: RenderOptions,
+    choices: SampleOptions,
+    kernel: Kernel,
+    profile: FootprintProfile,
+    filter: PixelFilter,
+    /// How samples are painted in the next frame.
+    pub(crate) painting: Painting,
+    dims: [usize; 3],
+    bounds_in_world: Option<[DVec3; 2]>,
+    smallest_spacing: f64,
+    unit_in_world: f64,
+    chunks: Vec<ProjectedChunk>,
+    open: Vec<OpenTile>,
+}
+
+impl EverySample {
+    /// [`Error::Option`] where a label map has too many labels, or samples are to be lit that have no gradient.
+    pub(crate) fn new(
+        scene: &Scene,
+        options: &RenderOptions,
+        choices: &SampleOptions,
+    ) -> Result<Self, Error> {
+        let volume = scene.grid();
+        let kernel = Kernel::new(choices.kernel);
+        let layers = layers(scene, (options, choices))?;
+        let non_transparent = match cells_of(scene, choices) {
+            Cells::Off => layers[0].samples.count,
+            _ => scene.count_visible(),
+        };
+        Ok(Self {
+            bounds_in_world: layers_in_world(&layers),
+            layers,
+            painting: choices.colour_by.into(),
+            non_transparent,
+            voxels: volume.len() as u64,
+            options: options.clone(),
+            choices: choices.clone(),
+            kernel,
+            profile: FootprintProfile::new(&kernel),
+            filter: PixelFilter::new(),
+            dims: volume.dims,
+            smallest_spacing: volume.smallest_spacing(),
+            unit_in_world: options
+                .opacity_unit
+                .unwrap_or_else(|| volume.smallest_spacing()),
+            chunks: Vec::new(),
+            open: Vec::new(),
+        })
+    }
+
+    /// Takes options that differ in what is read anew for each frame.
+    pub(crate) fn set_options(&mut self, options: &RenderOptions) {
+        if let Some(samples) = options.samples() {
+            self.choices = samples.clone();
+        }
+        self.options = options.clone();
+    }
+
+    /// How the options paint samples.
+    pub(crate) fn own_painting(&self) -> Painting {
+        self.choices.colour_by.into()
+    }
+
+    /// Changes what is kept of the volume.
+    pub(crate) fn set_clip(&mut self, clip: &Clip) {
+        for layer in &mut self.layers {
+            layer.set_clip(clip);
+        }
+        self.bounds_in_world = layers_in_world(&self.layers);
+    }
+
+    /// The box, in the world, of the samples that are drawn.
+    pub(crate) fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
+        self.bounds_in_world
+    }
+
+    /// Renders the tiles of one frame.
+    pub(crate) fn render(
+        &mut self,
+        camera: &Camera,
+        tiles: &mut Vec<TileSlot>,
+        stats: &mut FrameStats,
+    ) -> TileLayout {
+        let (fine, subpixels) = refined(camera, self.subpixels(camera));
+        let grid = TileGrid {
+            width: fine.width as usize,
+            height: fine.height as usize,
+        };
+        let maps: Vec<MapSource> = self
+            .layers
+            .iter()
+            .map(|layer| self.maps(layer, &fine))
+            .collect();
+        let setups: Vec<ProjectSetup> = self
+            .layers
+            .iter()
+            .zip(&maps)
+            .map(|(layer, source)| self.project_setup(layer, source, (&fine, &maps[0].view)))
+            .collect();
+        let batches = self.batches(&setups, (&maps, &fine), stats);
+        let near_setup = |&source: &MapSource| NearSetup {
+            source,
+            kernel: self.kernel,
+            opacity: self.options.opacity,
+        };
+        let near_setups: Vec<NearSetup> = maps.iter().map(near_setup).collect();
+        let mut stage = TileStage {
+            settings: self.tile_settings(&maps[0]),
+            maps: maps[0],
+            grid,
+            near: Vec::new(),
+            near_setups: &near_setups,
+            layers: match self.choices.order {
+                SampleOrder::AxisSheets => Layers::Slices,
+                SampleOrder::EverySample | SampleOrder::ImageSheets(_) => Layers::Samples,
+            },
+            subpixels: subpixels as usize,
+        };
+        stage.begin(tiles, &mut self.open);
+        let (mut hiding, mut first, mut spent) = (Hiding::default(), 0, StageTime::default());
+        for (number, batch) in batches.iter().enumerate() {
+            let runs = batch.runs(&self.layers, &hiding, stats);
+            let end = first + runs.len();
+            self.chunks
+                .resize_with(self.chunks.len().max(end), ProjectedChunk::default);
+            project(
+                (&mut self.chunks[first..end], first),
+                (&setups, &hiding),
+                &self.layers,
+                &runs,
+                stats,
+            );
+            if number == 0 {
+                stage.near = nearest_first(&self.chunks[..end]);
+            }
+            let clock = StageClock::start();
+            let frontier = batches
+                .get(number + 1)
+                .map_or(f64::INFINITY, |next| next.nearest);
+            stage.advance(
+                (&self.chunks[..end], first),
+                frontier,
+                (tiles, &mut self.open),
+            );
+            hiding = Hiding::new(&grid, |tile| self.open[tile].is_opaque);
+            spent += clock.stop();
+            first = end;
+        }
+        tally(tiles, spent, stats);
+        TileLayout {
+            camera: *camera,
+            subpixels,
+            depth: TileDepth::Distance,
+        }
+    }
+
+    /// The number of sub-pixels along a pixel's side.
+    fn subpixels(&self, camera: &Camera) -> u32 {
+        match (self.options.subpixels, self.bounds_in_world) {
+            (Subpixels::Fixed(n), _) => n,
+            (Subpixels::Auto, Some([low, high]))
+                if self.choices.order == SampleOrder::EverySample =>
+            {
+                let world_from_grid = self.usual_layer().samples.world_from_index;
+                let middle = world_from_grid
+                    .inverse()
+                    .transform_point3(0.5 * (low + high));
+                automatic(camera, &world_from_grid, middle, SPACING_IN_SUBPIXELS)
+            }
+            (Subpixels::Auto, _) => 1,
+        }
+    }
+
+    /// The layer of the sample in the middle, where all are put in order of their size.
+    fn usual_layer(&self) -> &Layer {
+        let half = self
+            .layers
+            .iter()
+            .map(|layer| layer.samples.count)
+            .sum::<u64>()
+            / 2;
+        let mut before = 0;
+        let reached = |layer: &&Layer| {
+            before += layer.samples.count;
+            before > half
+        };
+        self.layers.iter().find(reached).unwrap_or(&self.layers[0])
+    }
+
+    /// The bricks in view, front to back, in batches.
+    fn batches(
+        &self,
+        setups: &[ProjectSetup],
+        (maps, camera): (&[MapSource], &Camera),
+        stats: &mut FrameStats,
+    ) -> Vec<Batch> {
+        let mut placed: Vec<PlacedBrick> = Vec::new();
+        for (layer, setup) in setups.iter().enumerate() {
+            let samples = &self.layers[layer].samples;
+            stats.bricks_empty += samples.empty;
+            let visible = visible_bricks(&samples.bricks, &setup.view_volume, stats);
+            let place = |number: usize| {
+                let brick = &samples.bricks[number];
+                let place = BrickPlace::new(
+                    &brick.bounds,
+                    self.kernel.radius(),
+                    &maps[layer].view,
+                    camera,
+                );
+                PlacedBrick {
+                    layer,
+                    number,
+                    samples: brick.places.len(),
+                    place,
+                }
+            };
+            placed.par_extend(visible.into_par_iter().map(place));
+        }
+        let tiles = camera.width as usize * camera.height as usize / TILE_AREA;
+        let is_one = self.choices.order == SampleOrder::AxisSheets
+            || tiles * size_of::<TilePixels>() > MAX_OPEN_BYTES;
+        in_batches(placed, is_one, self.outlines())
+    }
+
+    /// Whether footprints stay within their kernels' outlines.
+    fn outlines(&self) -> Outlines {
+        match (self.choices.select, self.choices.footprint) {
+            (SelectMode::Ewa, _) | (_, FootprintMode::AffineApprox) => Outlines::Wider,
+            _ => Outlines::Kernels,
+        }
+    }
+
+    fn maps(&self, layer: &Layer, camera: &Camera) -> MapSource {
+        MapSource {
+            view: GridView::new(camera, &layer.samples.world_from_index),
+            radius: self.kernel.radius(),
+            unit_in_world: self.unit_in_world,
+            mode: self.evaluated_footprint(),
+        }
+    }
+
+    /// The footprint that the tiles evaluate: EWA is affine by construction.
+    fn evaluated_footprint(&self) -> FootprintMode {
+        if self.choices.select == SelectMode::Ewa {
+            FootprintMode::Affine
+        } else {
+            self.choices.footprint
+        }
+    }
+
+    /// How a layer is projected, given its view and that of the first layer.
+    fn project_setup(
+        &self,
+        layer: &Layer,
+        maps: &MapSource,
+        (camera, first): (&Camera, &GridView),
+    ) -> ProjectSetup {
+        let threshold = self.choices.point_threshold_px;
+        let modes = (self.choices.footprint, self.choices.select);
+        ProjectSetup {
+            lens: Lens::new(
+                (&maps.view, layer.halvings),
+                &self.kernel,
+                modes,
+                self.unit_in_world,
+            ),
+            view_volume: ViewVolume::new(camera, &maps.view, self.kernel.radius()),
+            grid: TileGrid {
+                width: camera.width as usize,
+                height: camera.height as usize,
+            },
+            select: self.choices.select,
+            threshold2_px2: threshold * threshold,
+            light: SampleLight::new(
+                self.light(camera),
+                camera,
+                &maps.view,
+                self.options.simd.resolve(),
+            ),
+            painting: self.painting,
+            level: self.options.simd.resolve(),
+            keys: match self.choices.order {
+                SampleOrder::AxisSheets => {
+                    SortKeys::Slice(SliceOrder::new(first, self.dims).halved(layer.halvings))
+                }
+                SampleOrder::EverySample | SampleOrder::ImageSheets(_) => SortKeys::Depth,
+            },
+            layer: layer.halvings as u8,
+        }
+    }
+
+    /// How samples are lit, and how their extinction follows the gradient.
+    fn light(&self, camera: &Camera) -> (Option<ShadeSettings>, Option<GradientRamp>) {
+        (
+            ShadeSettings::new(&self.options, camera),
+            self.options.gradient_opacity.map(GradientRamp::new),
+        )
+    }
+
+    fn tile_settings(&self, maps: &MapSource) -> TileSettings {
+        let smallest = self.smallest_spacing;
+        TileSettings {
+            level: self.options.simd.resolve(),
+            profile: self.profile,
+            filter: self.filter.clone(),
+            opacity: self.options.opacity,
+            index: match maps.mode {
+                FootprintMode::Table => IndexRule::ConeCorrected,
+                _ => IndexRule::Direct,
+            },
+            depth: match self.options.depth {
+                DepthPlane::None => DepthRule::Skip,
+                DepthPlane::Expected => DepthRule::Expected,
+            },
+            sheet_thickness: (self.choices.sheet_voxels * smallest) as f32,
+            min_transmittance: self.options.min_transmittance,
+        }
+    }
+}
+
+/// Projects each run of bricks into its chunk, the first of which has the number `first`, and lists it by tile.
+fn project(
+    (chunks, first): (&mut [ProjectedChunk], usize),
+    (setups, hiding): (&[ProjectSetup], &Hiding),
+    layers: &[Layer],
+    runs: &[Run],
+    stats: &mut FrameStats,
+) {
+    let project = |chunk: &mut ProjectedChunk, run: &Run| {
+        chunk.clear();
+        let (layer, setup) = (&layers[run.layer], &setups[run.layer]);
+        for brick in run
+            .bricks
+            .iter()
+            .map(|&number| &layer.samples.bricks[number])
+        {
+            match layer.clip.cut(&brick.bounds) {
+                Cut::Outside => {}
+                Cut::By(0) => chunk.project(setup, hiding, brick),
+                Cut::By(_) => chunk.project(setup, hiding, &brick.kept(&layer.clip)),
+            }
+        }
+    };
+    project_runs(chunks, runs, stats, project, |chunk, number| {
+        chunk.bins.bin(first + number)
+    });
+    for chunk in chunks.iter() {
+        stats.culled += chunk.culled;
+        stats.hidden += chunk.hidden;
+        stats.points += chunk.points;
+        stats.splats += chunk.splats;
+        stats.near_splats += chunk.near.len() as u64;
+    }
+}
+
+/// The samples at the eye, of all chunks, in the order of compositing.
+fn nearest_first(chunks: &[ProjectedChunk]) -> Vec<NearSample> {
+    let mut near: Vec<NearSample> = chunks
+        .iter()
+        .flat_map(|chunk| chunk.near.iter().copied())
+        .collect();
+    near.sort_by(|a, b| a.depth.total_cmp(&b.depth));
+    near
+}

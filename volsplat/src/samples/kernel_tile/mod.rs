@@ -1,0 +1,9 @@
+//! Tiles of sheets in which kernels are summed.
+
+mod ball;
+mod close;
+mod sums;
+mod tile;
+
+pub(crate) use sums::{KernelSample, KernelScratch, KernelSettings, TileRays};
+pub(crate) use tile::render_tile;
