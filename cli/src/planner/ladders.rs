@@ -4,7 +4,7 @@
 //! setting is nothing but words of the command line. What was typed is kept: its ladder is left out, and the exact
 //! setting has it too.
 
-use crate::args::{Command, TexmapMethodArg, VolsplatArgs};
+use crate::args::{Command, VolsplatArgs};
 use crate::order;
 use crate::words;
 
@@ -99,14 +99,7 @@ const EXACT_SAMPLES: &[&str] = &[
     "--min-transmittance",
     LEAST_TRANSMITTANCE,
 ];
-const EXACT_MESH: &[&str] = &[
-    "--method",
-    "hybrid",
-    "--footprint",
-    "exact",
-    "--subpixel",
-    "8",
-];
+const EXACT_MESH: &[&str] = &["--method", "hybrid", "--subpixel", "8"];
 const EXACT_WARP: &[&str] = &[
     "--method",
     "hybrid",
@@ -239,12 +232,10 @@ pub(super) fn path(command: &Command) -> String {
             format!("volsplat {} {subpixels}", crate::choices::ORDER.name(order))
         }
         Command::Texmap(args) => {
-            let method = args.render.method.unwrap_or(TexmapMethodArg::Hybrid);
-            let method = crate::choices::TEXMAP_METHOD.library(method);
             format!(
                 "texmap {} {}",
-                crate::choices::TEXMAP_METHOD.name(method),
-                args.render.subpixel
+                crate::choices::name(args.render.method),
+                args.render.subpixels
             )
         }
         Command::Warp3d(args) => {

@@ -146,7 +146,6 @@ pub(super) fn texture(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<Str
         "--method point",
         "--method hybrid --subpixel 2",
         "--method hybrid",
-        "--method hybrid --footprint affine",
         "--method hybrid --subpixel 8",
     ];
     let folder = folder()?;
@@ -159,11 +158,11 @@ pub(super) fn texture(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<Str
     };
     let bench = scene.bench(Some(args), settings, args.reps);
     let rows = bench.measured(
-        Against::Setting("--method hybrid --subpixel 8 --level full"),
+        Against::Setting("--method hybrid --subpixel 8"),
         &Motion::Shimmer(shifted),
         verbosity,
     )?;
-    let what = "errors against `--method hybrid --subpixel 8 --level full`; shimmer: error of the change over sixteen steps of a \
+    let what = "errors against `--method hybrid --subpixel 8`; shimmer: error of the change over sixteen steps of a \
                 sixteenth of a pixel";
     Ok(heading(args, what) + &table(scene.name, &rows))
 }

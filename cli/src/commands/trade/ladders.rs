@@ -200,12 +200,7 @@ const TEXMAP: Application = Application {
                 &["--method", "backward-trilinear"],
                 &["--method", "backward-ewa"],
                 &["--method", "hybrid"],
-                &["--method", "supersample"],
             ],
-        },
-        Ladder {
-            name: "footprint",
-            rungs: &[&["--footprint", "affine"], &["--footprint", "exact"]],
         },
         Ladder {
             name: "subpixel",
@@ -216,27 +211,8 @@ const TEXMAP: Application = Application {
                 &["--subpixel", "8"],
             ],
         },
-        Ladder {
-            name: "level",
-            rungs: &[&["--level", "auto"], &["--level", "full"]],
-        },
-        Ladder {
-            name: "max-texels",
-            rungs: &[
-                &["--max-texels", "64"],
-                &["--max-texels", "256"],
-                &["--max-texels", "1024"],
-            ],
-        },
     ],
-    exact: &[
-        "--method",
-        "hybrid",
-        "--footprint",
-        "exact",
-        "--subpixel",
-        "8",
-    ],
+    exact: &["--method", "hybrid", "--subpixel", "8"],
 };
 
 const WARP3D: Application = Application {
