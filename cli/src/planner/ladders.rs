@@ -100,14 +100,7 @@ const EXACT_SAMPLES: &[&str] = &[
     LEAST_TRANSMITTANCE,
 ];
 const EXACT_MESH: &[&str] = &["--method", "hybrid", "--subpixel", "8"];
-const EXACT_WARP: &[&str] = &[
-    "--method",
-    "hybrid",
-    "--visibility",
-    "zbuffer",
-    "--subpixels",
-    "8",
-];
+const EXACT_WARP: &[&str] = &["--method", "hybrid", "--subpixels", "8"];
 
 /// The transmittance of the exact settings.
 pub(super) const LEAST_TRANSMITTANCE: &str = "0.00001";
@@ -123,13 +116,7 @@ const MESH_METHODS: [(&str, f64); 6] = [
 ];
 
 /// Methods of warping that have no sub-pixels, each with its cost over that of the exact setting; the hybrid has.
-const PLAIN_WARPS: [(&str, f64); 5] = [
-    ("nearest", 0.1),
-    ("points", 0.5),
-    ("ewa", 0.9),
-    ("splats", 1.2),
-    ("mesh", 1.7),
-];
+const PLAIN_WARPS: [(&str, f64); 3] = [("nearest", 0.1), ("points", 0.5), ("splats", 1.2)];
 
 /// What may be chosen for a command, given the words that were typed.
 pub(super) fn family(command: &Command, typed: &[String]) -> Family {
@@ -239,11 +226,10 @@ pub(super) fn path(command: &Command) -> String {
             )
         }
         Command::Warp3d(args) => {
-            let method = crate::choices::warp::METHOD.library(args.warp.method);
             format!(
                 "warp3d {} {}",
-                crate::choices::warp::METHOD.name(method),
-                args.warp.subpixels
+                crate::choices::name(args.warp.method),
+                args.warp.subpixels.unwrap_or(4)
             )
         }
         _ => String::new(),

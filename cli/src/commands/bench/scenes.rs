@@ -173,8 +173,6 @@ pub(super) fn warp(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String
         "--method nearest",
         "--method points",
         "--method splats",
-        "--method ewa",
-        "--method mesh",
         "--method hybrid",
         "--method hybrid --mixed keep",
         "--method hybrid --fill background",

@@ -223,16 +223,7 @@ const WARP3D: Application = Application {
                 &["--method", "nearest"],
                 &["--method", "points"],
                 &["--method", "splats"],
-                &["--method", "ewa"],
-                &["--method", "mesh"],
                 &["--method", "hybrid"],
-            ],
-        },
-        Ladder {
-            name: "visibility",
-            rungs: &[
-                &["--visibility", "zbuffer"],
-                &["--visibility", "occlusion-order"],
             ],
         },
         Ladder {
@@ -249,14 +240,7 @@ const WARP3D: Application = Application {
             rungs: &[&["--mixed", "keep"], &["--mixed", "unmix"]],
         },
     ],
-    exact: &[
-        "--method",
-        "hybrid",
-        "--visibility",
-        "zbuffer",
-        "--subpixels",
-        "8",
-    ],
+    exact: &["--method", "hybrid", "--subpixels", "8"],
 };
 
 /// The application that a command line begins with.
