@@ -13,13 +13,17 @@ mod error;
 mod fill;
 mod flags;
 mod hybrid;
+#[cfg(feature = "input")]
 pub mod input;
+#[cfg(feature = "input")]
 pub mod large;
 mod layer;
 pub mod memory;
 mod nearest;
 pub mod options;
 mod patch;
+mod piece;
+mod prepared;
 mod raster;
 pub mod reference;
 mod resolve;
@@ -34,6 +38,7 @@ pub mod warper;
 #[cfg(feature = "clap")]
 pub use args::WarpArgs;
 pub use error::Error;
+#[cfg(feature = "input")]
 pub use large::{LargeReference, LargeWarper};
 pub use options::{
     Blend, ExtraPlanes, Fill, Method, MixedPixels, SurfaceOptions, SurfaceTolerance, Visibility,

@@ -13,9 +13,9 @@ use resample_core::point::PIXEL_SIGMA_PX;
 
 use crate::Reference;
 use crate::bands::{BAND_ROWS, RowRange};
-use crate::hybrid::Prepared;
 use crate::layer::Layer;
 use crate::patch::Patch;
+use crate::prepared::Prepared;
 use crate::stats::{FrameStats, StageClock};
 use crate::surface::Surfaces;
 use crate::warp::Warp;

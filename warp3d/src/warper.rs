@@ -4,14 +4,15 @@ use resample_core::{Camera, Image, Plane};
 
 use crate::blend::blend;
 use crate::fill::fill;
-use crate::hybrid::{How, Hybrid, Prepared};
+use crate::hybrid::{How, Hybrid};
 use crate::layer::Layer;
 use crate::nearest::Nearest;
 use crate::options::{ExtraPlanes, Fill, Method, SurfaceOptions, SurfaceTolerance, WarpOptions};
-use crate::patch::MAX_CELLS;
+use crate::piece::MAX_CELLS;
+use crate::prepared::Prepared;
 use crate::splat::{self, Shape};
 use crate::stats::{FrameStats, StageClock};
-use crate::{Error, Reference};
+use crate::{Error, Reference, resolve};
 
 /// Warps prepared references, frame after frame.
 #[derive(Clone, Debug)]
@@ -206,8 +207,7 @@ impl Pipeline {
                     level: options.simd.resolve(),
                 };
                 let prepared = &self.prepared[index];
-                self.hybrid
-                    .render((reference, prepared), camera, how, stats)
+                resolve::render(&mut self.hybrid, (reference, prepared), camera, how, stats)
             }
             Method::Points { .. } => splat::render(
                 (reference, &self.prepared[index]),

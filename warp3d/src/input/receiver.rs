@@ -5,7 +5,9 @@
 
 use std::path::Path;
 
-use super::{Picture, Plane, Stored, fault};
+use super::files::fault;
+use super::picture::Picture;
+use super::plane::{Plane, Stored};
 use crate::Error;
 
 /// Takes the numbers of a picture or of a depth, piece by piece.

@@ -1,11 +1,13 @@
 //! From files to the temporary file, piece by piece, in whatever order the formats have the pieces.
 
-use super::Files;
 use super::blocks::{BLOCK, HALO};
+use super::files::Files;
 use super::sheet::{Kind, Sheet};
 use crate::Error;
+use crate::input::files::first_bytes;
+use crate::input::plane::Stored;
 use crate::input::receiver::{Receiver, Room};
-use crate::input::{Stored, check_sizes, colour, depth, first_bytes};
+use crate::input::{check_sizes, colour, depth};
 use crate::memory::survey_bytes;
 
 /// The unpacked files.

@@ -8,7 +8,7 @@
 use glam::{DAffine3, DVec3};
 use resample_core::camera::PixelCentre;
 
-use super::{CameraSet, Entry, Hints, Lens, Pair, camera};
+use super::entry::{CameraSet, Entry, Hints, Lens, Pair, camera};
 
 /// Steps at which a camera between the two is offered, beside the two themselves.
 const BETWEEN: [f64; 3] = [0.25, 0.5, 0.75];

@@ -2,11 +2,12 @@
 //!
 //! The pose is worked out here per format from the eye and three directions, not with the code under test.
 
-use glam::{DQuat, DVec2};
+use glam::{DMat3, DQuat, DVec2, DVec3};
+use resample_core::Camera;
+use resample_core::camera::PixelCentre;
 use tempfile::TempDir;
 
 use super::*;
-use glam::DVec3;
 
 /// The eye and where right, down and forward point: a camera that is turned in all three ways.
 struct Pose {

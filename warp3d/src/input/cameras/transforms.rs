@@ -9,9 +9,9 @@ use glam::{DAffine3, DMat3, DVec3};
 use resample_core::camera::PixelCentre;
 use serde_json::Value;
 
+use super::entry::{CameraSet, Entry, Hints, Lens, camera};
 use super::json::{number, numbers, side};
 use super::trajectory::inverse;
-use super::{CameraSet, Entry, Hints, Lens, camera};
 
 /// Keys of lens distortion.
 const DISTORTION: [&str; 6] = ["k1", "k2", "k3", "k4", "p1", "p2"];
