@@ -36,7 +36,7 @@ impl Room {
         Err(fault(
             path,
             format!(
-                "{why} takes {} MiB to decode, --max-memory leaves {} MiB for it: allow more, or save the file as PNG \
+                "{why} takes {} MiB to decode, {} MiB are left for it: allow more, or save the file as PNG \
                  without interlacing, EXR in scan lines, PFM or .npy, which are read row by row",
                 mib(bytes),
                 mib(self.0)

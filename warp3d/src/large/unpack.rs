@@ -56,7 +56,7 @@ pub(super) fn unpacked(
     let needed = survey_bytes(size, BLOCK + 2 * HALO + 1);
     if needed > max_memory {
         return Err(Error::Option(format!(
-            "--max-memory {max_memory} is too little: a picture of {}x{} takes at least {needed} bytes to be looked \
+            "{max_memory} bytes of memory are too little: a picture of {}x{} takes at least {needed} bytes to be looked \
              through",
             size[0], size[1]
         )));

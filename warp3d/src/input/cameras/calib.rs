@@ -35,7 +35,7 @@ pub(super) fn read(text: &str, hints: &Hints) -> Result<CameraSet, String> {
         .map(|(width, height)| [width, height]);
     let size = stated
         .or(hints.size)
-        .ok_or("no lines 'width=' and 'height=': give --size")?;
+        .ok_or("no lines 'width=' and 'height=': give the picture's size")?;
     let between = |along: f64| -> Result<Entry, String> {
         let mix = |a: f64, b: f64| a + along * (b - a);
         let [left, right] = &matrices;

@@ -151,10 +151,10 @@ pub(super) fn upright(rotation: DMat3) -> DMat3 {
 /// A lens for a file of poses alone.
 pub(super) fn lens_from_hints(hints: &Hints, format: &str) -> Result<(Lens, [u32; 2]), String> {
     let lens = hints.lens.ok_or_else(|| {
-        format!("a {format} holds poses alone: give the lens with --intrinsics FX,FY,CX,CY")
+        format!("a {format} holds poses alone: give the lens's intrinsics FX,FY,CX,CY")
     })?;
     let size = hints
         .size
-        .ok_or_else(|| format!("a {format} holds no picture size: give --size"))?;
+        .ok_or_else(|| format!("a {format} holds no picture size: give the picture's size"))?;
     Ok((lens, size))
 }

@@ -354,7 +354,7 @@ fn what_is_missing_or_wrong_is_said() {
     let log = "0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
     let lens = hints(PixelCentre::Half);
     assert!(
-        said("a", log, &Hints::default()).contains("--intrinsics"),
+        said("a", log, &Hints::default()).contains("intrinsics"),
         "poses need a lens"
     );
     assert!(

@@ -76,7 +76,7 @@ fn lens(frame: &Value, all: &Value, hints: &Hints) -> Result<(Lens, [u32; 2]), S
         .map(|(width, height)| [width, height]);
     let size = stated
         .or(hints.size)
-        .ok_or("no \"w\" and \"h\": give --size")?;
+        .ok_or("no \"w\" and \"h\": give the picture's size")?;
     let [width, height] = size.map(f64::from);
     let from_angle = |key: &str, side: f64| -> Result<Option<f64>, String> {
         Ok(either(key)?.map(|angle_rad| 0.5 * side / (0.5 * angle_rad).tan()))
