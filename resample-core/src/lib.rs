@@ -4,9 +4,11 @@
 //! `disc`; `select` and `scan`; `tile`, `sort`, `maps`, `point`, `simd` and `composite`; `image` and `metrics`.
 
 pub mod camera;
+pub mod clock;
 pub mod composite;
 pub mod conic;
 pub mod disc;
+pub mod error;
 pub mod footprint;
 pub mod image;
 pub mod index_table;
@@ -26,6 +28,7 @@ pub mod view;
 
 pub use camera::{Camera, CameraError, Intrinsics, LookAt, PixelCentre, Projection};
 pub use composite::OpacityMode;
+pub use error::Error;
 pub use footprint::FootprintMode;
 pub use image::{Image, Plane};
 pub use kernel::{Kernel, KernelShape};

@@ -13,6 +13,7 @@ mod slots;
 
 use rayon::prelude::*;
 use resample_core::Camera;
+use resample_core::clock::StageClock;
 use resample_core::dispatch;
 use resample_core::simd::Vectors;
 
@@ -21,7 +22,7 @@ use crate::flags::Flags;
 use crate::piece::NO_PATCH;
 use crate::prepared::Prepared;
 use crate::raster::{Projected, Scene};
-use crate::stats::{FrameStats, StageClock};
+use crate::stats::FrameStats;
 use crate::surface::Surfaces;
 use crate::warp::Warp;
 use centres::Centres;
@@ -94,7 +95,7 @@ impl Hybrid {
         self.projected.project(&scene, warp, how.level);
         stats.samples += prepared.known;
         stats.outside += prepared.known - self.projected.in_front();
-        stats.stages.project.add(clock.stop());
+        stats.stages.project += clock.stop();
         let clock = StageClock::start();
         let drawing = Drawing {
             scene,
@@ -105,7 +106,7 @@ impl Hybrid {
         self.draw_fine(&drawing, target, how.subpixels);
         self.find_edges(&prepared.surfaces, target, how.subpixels);
         stats.edge_pixels += edges(&self.at_edge, target);
-        stats.stages.accumulate.add(clock.stop());
+        stats.stages.accumulate += clock.stop();
     }
 
     fn draw_centres(&mut self, drawing: &Drawing<'_>, target: &Camera) {

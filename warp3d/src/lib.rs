@@ -9,7 +9,6 @@ mod bands;
 mod blend;
 mod colour;
 mod epipole;
-mod error;
 mod fill;
 mod flags;
 mod hybrid;
@@ -37,7 +36,6 @@ pub mod warper;
 
 #[cfg(feature = "clap")]
 pub use args::WarpArgs;
-pub use error::Error;
 #[cfg(feature = "input")]
 pub use large::{LargeReference, LargeWarper};
 pub use options::{
@@ -45,5 +43,7 @@ pub use options::{
     WarpOptions,
 };
 pub use reference::Reference;
-pub use stats::{FrameStats, StageTime, StageTimes};
+pub use resample_core::Error;
+pub use resample_core::clock::StageTime;
+pub use stats::{FrameStats, StageTimes};
 pub use warper::{Frame, Warper};

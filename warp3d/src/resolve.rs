@@ -14,6 +14,7 @@ use fearless_simd_macros::simd;
 use glam::DVec2;
 use rayon::prelude::*;
 use resample_core::Camera;
+use resample_core::clock::StageClock;
 use resample_core::dispatch;
 
 use crate::Reference;
@@ -22,7 +23,7 @@ use crate::hybrid::{How, Hybrid};
 use crate::layer::Layer;
 use crate::patch::{Hit, Patch, PlaneMap};
 use crate::prepared::Prepared;
-use crate::stats::{FrameStats, StageClock};
+use crate::stats::FrameStats;
 use crate::warp::Warp;
 use inside::{RUN, Run};
 use parts::{Part, Parts};
@@ -64,7 +65,7 @@ pub(crate) fn render(
     hybrid.draw(prepared, (&warp, target), how, stats);
     let clock = StageClock::start();
     let layer = Resolver::new(hybrid, (reference, prepared), &warp, target, how).layer();
-    stats.stages.resolve.add(clock.stop());
+    stats.stages.resolve += clock.stop();
     layer
 }
 

@@ -1,5 +1,6 @@
 //! The driver: references prepared once, then one picture per camera.
 
+use resample_core::clock::StageClock;
 use resample_core::{Camera, Image, Plane};
 
 use crate::blend::blend;
@@ -11,7 +12,7 @@ use crate::options::{ExtraPlanes, Fill, Method, SurfaceOptions, SurfaceTolerance
 use crate::piece::MAX_CELLS;
 use crate::prepared::Prepared;
 use crate::splat::{self, Shape};
-use crate::stats::{FrameStats, StageClock};
+use crate::stats::FrameStats;
 use crate::{Error, Reference, resolve};
 
 /// Warps prepared references, frame after frame.
@@ -120,7 +121,7 @@ impl Warper {
         let clock = StageClock::start();
         let pixels = camera.width as usize * camera.height as usize;
         let layer = blend(layers, &self.references, camera, self.options.blend);
-        stats.stages.blend.add(clock.stop());
+        stats.stages.blend += clock.stop();
         layer.unwrap_or_else(|| Layer::empty(pixels))
     }
 }

@@ -334,7 +334,10 @@ fn bad_input_is_refused_in_one_line() {
         &format!("im.png z.pfm {lens} --depth-kind disparity"),
         "the baseline",
     );
-    refused(&format!("im.png z.pfm {lens} --depth-kind mpeg"), "near and far");
+    refused(
+        &format!("im.png z.pfm {lens} --depth-kind mpeg"),
+        "near and far",
+    );
     refused(
         &format!("im.png z.pfm {lens} --depth-kind opengl --near 5 --far 1"),
         "near < far",

@@ -43,8 +43,9 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Error> {
         Format::Obj => obj::load(&bytes, folder, &mut notes).map_err(at)?,
     };
     if let Some(texture) = &options.texture {
-        checked::bind(&mut scene, load_picture(texture)?)
-            .map_err(|what| Error::Option(format!("{}: the given texture: {what}", path.display())))?;
+        checked::bind(&mut scene, load_picture(texture)?).map_err(|what| {
+            Error::Option(format!("{}: the given texture: {what}", path.display()))
+        })?;
     }
     let scene = checked::scene(scene, &mut notes).map_err(at)?;
     Ok(Loaded {
