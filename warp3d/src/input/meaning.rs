@@ -8,7 +8,7 @@
 
 use resample_core::{Camera, Projection};
 
-use super::plane::{Plane, Stored};
+use resample_io::{Plane, Stored};
 
 /// Camera z of a stored number at a column and row, world units; NaN where unknown.
 pub(crate) type ZOf<'a> = Box<dyn Fn(f32, [usize; 2]) -> f32 + Sync + 'a>;

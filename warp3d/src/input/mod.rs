@@ -12,27 +12,11 @@ use resample_core::Camera;
 use crate::{Error, Reference};
 
 pub mod cameras;
-pub mod colour;
-pub mod depth;
-pub(crate) mod files;
 pub mod meaning;
-pub mod plane;
 
-mod exr;
-mod npy;
-mod pfm;
-mod picture;
-mod png;
-mod raster;
-pub(crate) mod receiver;
-mod rows;
-mod tiff;
-
-use files::fault;
-pub use files::{MAX_PIXELS, Part};
 pub use meaning::{DepthKind, DepthMeaning};
-pub use picture::Picture;
-pub use plane::{Plane, Stored};
+use resample_io::files::fault;
+pub use resample_io::{MAX_PIXELS, Part, Picture, Plane, Stored, colour, depth};
 
 /// Puts a picture, its depth and its camera together.
 ///

@@ -10,13 +10,13 @@ use super::files::Files;
 use super::sheet::{Kind, Rect, Sheet};
 use super::unpack::Unpacked;
 use crate::Error;
-use crate::input::files::fault;
 use crate::input::meaning::ZOf;
 use crate::input::nothing_known;
 use crate::options::SurfaceTolerance;
 use crate::reference::{NO_BOUNDS, joined, row_bounds};
 use crate::surface::{BEND_STRIDE, bends_of_row, tolerance_of_bends};
 use crate::warp::disparity;
+use resample_io::files::fault;
 
 /// What was found.
 pub(super) struct Found {

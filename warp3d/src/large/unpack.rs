@@ -4,10 +4,10 @@ use super::blocks::{BLOCK, HALO};
 use super::files::Files;
 use super::sheet::{Kind, Sheet};
 use crate::Error;
-use crate::input::files::first_bytes;
-use crate::input::plane::Stored;
-use crate::input::receiver::{Receiver, Room};
-use crate::input::{check_sizes, colour, depth};
+use resample_io::files::first_bytes;
+use resample_io::{Receiver, Room, Stored, colour, depth};
+
+use crate::input::check_sizes;
 use crate::memory::survey_bytes;
 
 /// The unpacked files.

@@ -13,7 +13,7 @@ use resample_core::camera::PixelCentre;
 
 use super::entry::{CameraSet, Entry, Lens, camera};
 use super::trajectory::{content, numbers, rotation};
-use crate::input::files::read_text;
+use resample_io::files::read_text;
 
 type Lenses<'a> = HashMap<&'a str, (Lens, [u32; 2])>;
 

@@ -8,8 +8,8 @@
 
 use std::path::Path;
 
-use super::files::{fault, read_text};
 use crate::Error;
+use resample_io::files::{fault, read_text};
 
 mod calib;
 mod colmap;

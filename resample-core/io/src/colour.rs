@@ -9,7 +9,7 @@ use super::files::{Part, fault, first_bytes};
 use super::picture::Picture;
 use super::receiver::{HeldPicture, Receiver, Room};
 use super::{exr, raster};
-use crate::Error;
+use resample_core::Error;
 
 /// Largest value that is kept, the largest of half precision: sums of weighted colours must stay finite, and nothing
 /// that a screen or a light meter shows is brighter.
@@ -23,7 +23,7 @@ pub fn read(part: &Part) -> Result<Picture, Error> {
 }
 
 /// Gives a picture to `to` piece by piece; whether the file tells how much of each pixel is covered.
-pub(crate) fn decode(part: &Part, room: Room, to: &mut dyn Receiver) -> Result<bool, Error> {
+pub fn decode(part: &Part, room: Room, to: &mut dyn Receiver) -> Result<bool, Error> {
     let mut tamed = Tamed {
         to,
         row: Vec::new(),

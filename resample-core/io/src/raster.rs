@@ -16,7 +16,7 @@ use super::plane::Stored;
 use super::png;
 use super::receiver::{Receiver, Room};
 use super::rows::{Row, Rows};
-use crate::Error;
+use resample_core::Error;
 
 /// Whether the file has alpha.
 pub(super) fn decode_colour(path: &Path, room: Room, to: &mut dyn Receiver) -> Result<bool, Error> {

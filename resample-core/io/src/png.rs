@@ -11,7 +11,7 @@ use ::png::{BitDepth, ColorType, Decoder, DecodingError, Transformations};
 
 use super::files::{fault, open};
 use super::rows::{Row, Rows};
-use crate::Error;
+use resample_core::Error;
 
 /// Gives the rows from the top; false, and nothing was given, where the file is interlaced.
 pub(super) fn decode(path: &Path, rows: &mut dyn Rows) -> Result<bool, Error> {

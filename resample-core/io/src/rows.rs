@@ -1,6 +1,6 @@
 //! Rows of a picture as a file stores them.
 
-use crate::Error;
+use resample_core::Error;
 
 /// The numbers of a row as they are stored: 1 to 4 channels a pixel (grey, grey and alpha, colours, colours and alpha).
 pub(super) enum Row<'a> {

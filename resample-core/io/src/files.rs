@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use crate::Error;
+use resample_core::Error;
 
 /// A file and, behind a colon, the channel or layer of it: `ref.exr:Z`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -48,16 +48,17 @@ impl Part {
 }
 
 /// An error that names the file.
-pub(crate) fn fault(path: &Path, what: impl std::fmt::Display) -> Error {
+pub fn fault(path: &Path, what: impl std::fmt::Display) -> Error {
     Error::Input(format!("{}: {what}", path.display()))
 }
 
-pub(super) fn cannot_read(path: &Path, source: &std::io::Error) -> Error {
+/// The error for a file that the system cannot read.
+pub fn cannot_read(path: &Path, source: &std::io::Error) -> Error {
     fault(path, format!("cannot read: {source}"))
 }
 
 /// Opens a file and gives its length; a folder is an error here, not later.
-pub(super) fn open(path: &Path) -> Result<(File, u64), Error> {
+pub fn open(path: &Path) -> Result<(File, u64), Error> {
     let opened = || -> std::io::Result<(File, u64)> {
         let file = File::open(path)?;
         let metadata = file.metadata()?;
@@ -70,7 +71,7 @@ pub(super) fn open(path: &Path) -> Result<(File, u64), Error> {
 }
 
 /// The first bytes of a file, at most `count`.
-pub(crate) fn first_bytes(path: &Path, count: u64) -> Result<Vec<u8>, Error> {
+pub fn first_bytes(path: &Path, count: u64) -> Result<Vec<u8>, Error> {
     let (file, _) = open(path)?;
     let mut bytes = Vec::new();
     file.take(count)
@@ -80,7 +81,7 @@ pub(crate) fn first_bytes(path: &Path, count: u64) -> Result<Vec<u8>, Error> {
 }
 
 /// A whole file of text.
-pub(super) fn read_text(path: &Path) -> Result<String, Error> {
+pub fn read_text(path: &Path) -> Result<String, Error> {
     let (file, _) = open(path)?;
     let mut text = String::new();
     // A limit on what is read, not on the size that the system tells: a pipe or a device tells none.
@@ -99,7 +100,7 @@ pub(super) fn read_text(path: &Path) -> Result<String, Error> {
 /// Checks a claimed picture size against [`MAX_PIXELS`] and against what a file of this length can unpack to.
 ///
 /// `most_per_byte` is the largest number of pixels that one byte of the format can stand for.
-pub(super) fn check_claim(
+pub fn check_claim(
     width: u64,
     height: u64,
     file_bytes: u64,

@@ -20,8 +20,8 @@ use ::exr::meta::header::Header;
 use super::files::fault;
 use super::plane::Stored;
 use super::receiver::{Receiver, Room};
-use crate::Error;
 use header::{At, headers};
+use resample_core::Error;
 
 /// First four bytes of every EXR file.
 const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];

@@ -7,8 +7,8 @@ use ::exr::meta::MetaData;
 use ::exr::meta::header::Header;
 use ::exr::prelude::Compression;
 
-use crate::Error;
-use crate::input::files::{MAX_PIXELS, fault, open};
+use crate::files::{MAX_PIXELS, fault, open};
+use resample_core::Error;
 
 /// Largest display window that a file may ask for whatever its data window has, px: 4096 x 4096.
 const FREE_DISPLAY_PIXELS: u64 = 1 << 24;

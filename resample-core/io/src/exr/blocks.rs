@@ -15,9 +15,9 @@ use ::exr::meta::header::Header;
 use ::exr::prelude::f16;
 
 use super::header::{At, headers};
-use crate::Error;
-use crate::input::files::{fault, open};
-use crate::input::receiver::Room;
+use crate::files::{fault, open};
+use crate::receiver::Room;
+use resample_core::Error;
 
 /// Takes a piece of a row: column and row of its first pixel, and the numbers of each channel.
 pub(super) type Emit<'a> = dyn FnMut([usize; 2], &[Vec<f32>]) -> Result<(), Error> + 'a;
