@@ -11,6 +11,7 @@ pub mod footprint;
 pub mod image;
 pub mod index_table;
 pub mod kernel;
+pub mod light;
 pub mod maps;
 pub mod metrics;
 pub mod point;

@@ -3,6 +3,8 @@
 //! In the order in which data flows: files become [`Reference`] views; their samples are warped, grouped into surfaces,
 //! selected, accumulated and resolved into a picture; holes are left or filled, and said.
 
+#[cfg(feature = "clap")]
+pub mod args;
 mod bands;
 mod blend;
 mod colour;
@@ -11,14 +13,17 @@ mod error;
 mod fill;
 mod flags;
 mod hybrid;
+#[cfg(feature = "input")]
 pub mod input;
+#[cfg(feature = "input")]
 pub mod large;
 mod layer;
 pub mod memory;
-mod mesh;
 mod nearest;
 pub mod options;
 mod patch;
+mod piece;
+mod prepared;
 mod raster;
 pub mod reference;
 mod resolve;
@@ -30,10 +35,14 @@ mod surface;
 pub mod warp;
 pub mod warper;
 
+#[cfg(feature = "clap")]
+pub use args::WarpArgs;
 pub use error::Error;
+#[cfg(feature = "input")]
 pub use large::{LargeReference, LargeWarper};
 pub use options::{
-    Blend, ExtraPlanes, Fill, Method, MixedPixels, SurfaceTolerance, Visibility, WarpOptions,
+    Blend, ExtraPlanes, Fill, Method, MixedPixels, SurfaceOptions, SurfaceTolerance, Visibility,
+    WarpOptions,
 };
 pub use reference::Reference;
 pub use stats::{FrameStats, StageTime, StageTimes};

@@ -3,8 +3,10 @@
 //! Takes a file and perhaps a channel, gives its numbers as they are stored. The first bytes tell the format. What the
 //! numbers mean is the business of `meaning.rs`.
 
+use super::files::{Part, fault, first_bytes};
+use super::plane::{Plane, Stored};
 use super::receiver::{HeldPlane, Receiver, Room};
-use super::{Part, Plane, Stored, exr, fault, first_bytes, npy, pfm, raster, tiff};
+use super::{exr, npy, pfm, raster, tiff};
 use crate::Error;
 
 /// Reads a depth file. An EXR file may name a channel (`ref.exr:Z`); without one the only candidate is taken.

@@ -10,8 +10,9 @@ use std::path::Path;
 
 use ::exr::prelude::f16;
 
+use super::files::{cannot_read, check_claim, fault, open};
+use super::plane::Stored;
 use super::receiver::{Receiver, Room};
-use super::{Stored, cannot_read, check_claim, fault, open};
 use crate::Error;
 
 /// Longest header that is read: NumPy itself refuses more than 10 000 characters.

@@ -9,8 +9,8 @@ use std::path::Path;
 
 use ::png::{BitDepth, ColorType, Decoder, DecodingError, Transformations};
 
-use super::raster::{Row, Rows};
-use super::{fault, open};
+use super::files::{fault, open};
+use super::rows::{Row, Rows};
 use crate::Error;
 
 /// Gives the rows from the top; false, and nothing was given, where the file is interlaced.

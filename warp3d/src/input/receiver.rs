@@ -5,7 +5,9 @@
 
 use std::path::Path;
 
-use super::{Picture, Plane, Stored, fault};
+use super::files::fault;
+use super::picture::Picture;
+use super::plane::{Plane, Stored};
 use crate::Error;
 
 /// Takes the numbers of a picture or of a depth, piece by piece.
@@ -34,7 +36,7 @@ impl Room {
         Err(fault(
             path,
             format!(
-                "{why} takes {} MiB to decode, --max-memory leaves {} MiB for it: allow more, or save the file as PNG \
+                "{why} takes {} MiB to decode, {} MiB are left for it: allow more, or save the file as PNG \
                  without interlacing, EXR in scan lines, PFM or .npy, which are read row by row",
                 mib(bytes),
                 mib(self.0)

@@ -1,5 +1,6 @@
 //! Files of every format, written here byte by byte, must come back as the numbers that went in.
 
+use std::fs::File;
 use std::path::PathBuf;
 
 use glam::{DMat3, DVec3};

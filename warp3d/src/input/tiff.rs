@@ -10,8 +10,9 @@ use ::tiff::decoder::{Decoder, DecodingResult, Limits};
 use ::tiff::tags::Tag;
 use ::tiff::{ColorType, TiffError};
 
+use super::files::{check_claim, fault, open};
+use super::plane::Stored;
 use super::receiver::{Receiver, Room};
-use super::{Stored, check_claim, fault, open};
 use crate::Error;
 
 /// Most pixels for one byte of any packing here: a code of LZW has at most 12 bits and stands for at most 3838 bytes,
