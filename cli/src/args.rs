@@ -225,13 +225,6 @@ pub(crate) struct SheetArgs {
     /// (every order) [default: auto; in axis-sheets it is 1]
     #[arg(long, value_name = "N|auto", value_parser = values::subpixels)]
     pub subpixel: Option<Subpixels>,
-    /// Far bricks are drawn from merged blocks or fewer sheets where no pixel is predicted to change by more than this;
-    /// 0 never does [default: 0.001953125]
-    #[arg(long, value_name = "E", value_parser = values::fraction)]
-    pub lod_error: Option<f32>,
-    /// How the sums of a sheet are formed; the picture is the same [default: gather]
-    #[arg(long, value_enum)]
-    pub sheet_sums: Option<SheetSumsArg>,
     /// What the transfer function is applied to [default: post; the other orders classify voxels]
     #[arg(long, value_enum)]
     pub classify: Option<ClassifyArg>,
@@ -279,15 +272,6 @@ pub(crate) enum ShadeArg {
     Lambert,
     /// With a highlight
     Phong,
-}
-
-/// How the sums of a sheet are formed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum SheetSumsArg {
-    /// Sample by sample, from the eight voxels around it
-    Gather,
-    /// Voxel by voxel; slower, for comparison
-    Scatter,
 }
 
 /// How the opacity of a voxel becomes the opacity of a pixel.

@@ -8,14 +8,13 @@ pub(crate) mod warp;
 use clap::ValueEnum;
 use resample_core::{FootprintMode, KernelShape, OpacityMode, Projection, SelectMode};
 use volsplat::transfer::ColourEncoding;
-use volsplat::{
-    Cells, Classify, ColourBy, Interpolate, Order, RenderOptions, Shading, SheetKernel, SheetSums,
-};
+use volsplat::{Classify, ColourBy, Interpolate, RenderOptions, Shading};
 
 use crate::args::{
-    CellsArg, ClassifyArg, ColourByArg, FootprintArg, InterpolateArg, KernelArg, OpacityArg,
-    OrderArg, ProjectionArg, SelectArg, ShadeArg, SheetSumsArg, SpaceArg, VolumeLayerArg,
+    ClassifyArg, ColourByArg, FootprintArg, InterpolateArg, KernelArg, OpacityArg, OrderArg,
+    ProjectionArg, SelectArg, ShadeArg, SpaceArg, VolumeLayerArg,
 };
+use crate::order::Order;
 
 /// Pairs of a command line's value and a library's value; each of either occurs once.
 pub(crate) struct Twins<A: 'static, L: 'static>(&'static [(A, L)]);
@@ -25,12 +24,6 @@ pub(crate) const ORDER: Twins<OrderArg, Order> = Twins(&[
     (OrderArg::ImageSheets, Order::ImageSheets),
     (OrderArg::EverySample, Order::EverySample),
     (OrderArg::AxisSheets, Order::AxisSheets),
-]);
-
-/// `--sheet-sums`
-pub(crate) const SHEET_SUMS: Twins<SheetSumsArg, SheetSums> = Twins(&[
-    (SheetSumsArg::Gather, SheetSums::Gather),
-    (SheetSumsArg::Scatter, SheetSums::Scatter),
 ]);
 
 /// `--shade`
@@ -60,35 +53,18 @@ pub(crate) const CLASSIFY: Twins<ClassifyArg, Classify> = Twins(&[
     (ClassifyArg::Post, Classify::Post),
 ]);
 
-/// `--cells`
-pub(crate) const CELLS: Twins<CellsArg, Cells> = Twins(&[
-    (CellsArg::Auto, Cells::Auto),
-    (CellsArg::Off, Cells::Off),
-    (CellsArg::Mean, Cells::Mean),
-    (CellsArg::Split, Cells::Split),
-]);
-
 /// `--interpolate`
 pub(crate) const INTERPOLATE: Twins<InterpolateArg, Interpolate> = Twins(&[
     (InterpolateArg::Off, Interpolate::Off),
     (InterpolateArg::On, Interpolate::On),
 ]);
 
-/// `--kernel`
-pub(crate) const KERNEL: Twins<KernelArg, SheetKernel> = Twins(&[
-    (KernelArg::Trilinear, SheetKernel::Trilinear),
-    (
-        KernelArg::Gaussian,
-        SheetKernel::Radial(KernelShape::Gaussian),
-    ),
-    (
-        KernelArg::Polynomial,
-        SheetKernel::Radial(KernelShape::Polynomial),
-    ),
-    (
-        KernelArg::BSpline,
-        SheetKernel::Radial(KernelShape::BSpline),
-    ),
+/// `--kernel`; `None` is the trilinear one, of the field.
+pub(crate) const KERNEL: Twins<KernelArg, Option<KernelShape>> = Twins(&[
+    (KernelArg::Trilinear, None),
+    (KernelArg::Gaussian, Some(KernelShape::Gaussian)),
+    (KernelArg::Polynomial, Some(KernelShape::Polynomial)),
+    (KernelArg::BSpline, Some(KernelShape::BSpline)),
 ]);
 
 /// `--select`
@@ -188,12 +164,10 @@ mod tests {
     fn every_choice_has_its_twin_and_its_name() {
         check(&ORDER, &["image-sheets", "every-sample", "axis-sheets"]);
         check(&SHADE, &["none", "lambert", "phong"]);
-        check(&SHEET_SUMS, &["gather", "scatter"]);
         check(&OPACITY, &["extinction", "linear"]);
         check(&FOOTPRINT, &["affine-approx", "affine", "table", "exact"]);
         check(&CLASSIFY, &["pre", "post"]);
         check(&INTERPOLATE, &["off", "on"]);
-        check(&CELLS, &["auto", "off", "mean", "split"]);
         check(
             &KERNEL,
             &["trilinear", "gaussian", "polynomial", "b-spline"],

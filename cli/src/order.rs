@@ -4,12 +4,32 @@
 //! option lists its orders, the one that it stands for when it comes alone first.
 
 use anyhow::{Result, bail};
-use volsplat::Order;
+use volsplat::{RenderOptions, SampleOrder};
 
 use crate::args::{
     ClassifyArg, InterpolateArg, KernelArg, RayBlendArg, RenderArgs, VolumeLayerArg,
 };
 use crate::choices;
+
+/// `--order`
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Order {
+    /// The field, or with a radial kernel sums of kernels.
+    ImageSheets,
+    /// Each sample over those behind it.
+    EverySample,
+    /// Slices of samples.
+    AxisSheets,
+}
+
+/// The order that options draw in.
+pub(crate) fn of_options(options: &RenderOptions) -> Order {
+    match options.samples().map(|samples| samples.order) {
+        None | Some(SampleOrder::ImageSheets(_)) => Order::ImageSheets,
+        Some(SampleOrder::EverySample) => Order::EverySample,
+        Some(SampleOrder::AxisSheets) => Order::AxisSheets,
+    }
+}
 
 const IMAGE: &[Order] = &[Order::ImageSheets];
 /// All, image sheets first.
@@ -129,7 +149,6 @@ fn given(args: &RenderArgs) -> Vec<Given> {
         ("--cell-error", samples.cell_error.is_some(), cells_orders),
         ("--slab", sheets.slab.is_some(), IMAGE),
         ("--subpixel", sheets.subpixel.is_some(), ANY),
-        ("--sheet-sums", sheets.sheet_sums.is_some(), IMAGE),
         ("--shade", args.shade.is_some(), ANY),
         (
             "--blend",

@@ -3,21 +3,21 @@
 //! Takes the structs of `args.rs`, gives `LoadOptions`, `RenderOptions` and the `settings` object of the
 //! stats file; `transfer.rs` does the same for the transfer function. No file is touched here.
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use serde_json::{Value, json};
 use volsplat::input::RawOptions;
 use volsplat::volume::NanPolicy;
 use volsplat::{
-    Blend, Classify, DepthPlane, Described, Light, LoadOptions, Order, RenderOptions, Shading,
-    SheetKernel, Subpixels,
+    Blend, Cells, Classify, DepthPlane, Described, FieldOptions, Interpolate, KernelSheets, Light,
+    LoadOptions, Order, RenderOptions, SampleOptions, SampleOrder, Shading, Subpixels,
 };
 
-use crate::args::{RenderArgs, VolsplatArgs, VolumeArgs};
+use crate::args::{CellsArg, InterpolateArg, RenderArgs, SampleArgs, VolsplatArgs, VolumeArgs};
 use crate::blend;
 use crate::choices;
 use crate::clip;
 use crate::framing;
-use crate::order::order;
+use crate::order::{self, Order as OrderName, order};
 use crate::output::Format;
 use crate::plan::{self, Request};
 use crate::scene;
@@ -56,11 +56,7 @@ pub(crate) fn render_options(
     opacity_unit: Option<f64>,
     format: Format,
 ) -> Result<RenderOptions> {
-    let (samples, sheets) = (&args.samples, &args.sheets);
     let default = RenderOptions::default();
-    let kernel = samples.kernel.map_or(default.sheet_kernel, |kernel| {
-        choices::KERNEL.library(kernel)
-    });
     let blend = blend::blend(&args.blend)?;
     // A surface without light is one spot of colour.
     let unasked = if matches!(blend, Blend::Isosurface(_)) {
@@ -69,51 +65,17 @@ pub(crate) fn render_options(
         default.shading
     };
     Ok(RenderOptions {
-        order: order(args)?.unwrap_or(default.order),
+        order: library_order(args, blend)?,
         clip: clip::clip(&args.clip),
-        blend,
         gradient_opacity: args.gradient_opacity,
-        slab_voxels: sheets.slab.unwrap_or(default.slab_voxels),
-        subpixels: sheets.subpixel.unwrap_or(default.subpixels),
-        interpolate: samples
-            .interpolate
-            .map_or(default.interpolate, |on| choices::INTERPOLATE.library(on)),
-        cells: samples
-            .cells
-            .map_or(default.cells, |cells| choices::CELLS.library(cells)),
-        cell_error: samples.cell_error.unwrap_or(default.cell_error),
-        lod_error: sheets.lod_error.unwrap_or(default.lod_error),
-        sheet_sums: sheets
-            .sheet_sums
-            .map_or(default.sheet_sums, |sums| choices::SHEET_SUMS.library(sums)),
+        subpixels: args.sheets.subpixel.unwrap_or(default.subpixels),
         shading: args
             .shade
             .map_or(unasked, |shade| choices::SHADE.library(shade)),
         light: args.light.map_or(default.light, Light::Towards),
-        kernel: match kernel {
-            SheetKernel::Radial(shape) => shape,
-            SheetKernel::Trilinear => default.kernel,
-        },
-        sheet_kernel: kernel,
-        classify: sheets.classify.map_or(default.classify, |classify| {
-            choices::CLASSIFY.library(classify)
-        }),
-        footprint: samples
-            .footprint
-            .map_or(default.footprint, |mode| choices::FOOTPRINT.library(mode)),
         opacity: choices::OPACITY.library(args.opacity),
-        select: samples
-            .select
-            .map_or(default.select, |select| choices::SELECT.library(select)),
-        point_threshold_px: samples
-            .point_threshold
-            .unwrap_or(default.point_threshold_px),
-        sheet_voxels: samples.sheet.unwrap_or(default.sheet_voxels),
         min_transmittance: args.min_transmittance,
         opacity_unit,
-        colour_by: samples
-            .colour_by
-            .map_or(default.colour_by, |by| choices::COLOUR_BY.library(by)),
         depth: if format == Format::Exr {
             DepthPlane::Expected
         } else {
@@ -121,6 +83,87 @@ pub(crate) fn render_options(
         },
         simd: default.simd,
     })
+}
+
+/// The pipeline that was asked for, with its choices.
+fn library_order(args: &RenderArgs, blend: Blend) -> Result<Order> {
+    let (samples, sheets) = (&args.samples, &args.sheets);
+    let name = order(args)?.unwrap_or(OrderName::ImageSheets);
+    let classify = sheets
+        .classify
+        .map(|classify| choices::CLASSIFY.library(classify));
+    let kernel = samples.kernel.map(|kernel| choices::KERNEL.library(kernel));
+    let slab_voxels = sheets.slab.unwrap_or(FieldOptions::default().slab_voxels);
+    // Classified samples are summed with a radial kernel.
+    let is_field = name == OrderName::ImageSheets
+        && kernel.flatten().is_none()
+        && classify != Some(Classify::Pre);
+    if is_field {
+        if samples.interpolate == Some(InterpolateArg::On) {
+            bail!("--interpolate goes with --kernel polynomial, gaussian or b-spline");
+        }
+        if samples
+            .cells
+            .is_some_and(|cells| matches!(cells, CellsArg::Mean | CellsArg::Split))
+        {
+            bail!(
+                "cells are classified before they are drawn: use --classify pre, --order every-sample or axis-sheets"
+            );
+        }
+        return Ok(Order::Field(FieldOptions { slab_voxels, blend }));
+    }
+    if blend != Blend::Emission {
+        bail!(
+            "this blend mode needs the trilinear kernel, post-classified: leave out --kernel and --classify"
+        );
+    }
+    if kernel == Some(None) {
+        bail!(
+            "classified samples are summed with a radial kernel: --kernel polynomial, gaussian or b-spline"
+        );
+    }
+    let default = SampleOptions::default();
+    Ok(Order::Samples(SampleOptions {
+        order: match name {
+            OrderName::EverySample => SampleOrder::EverySample,
+            OrderName::AxisSheets => SampleOrder::AxisSheets,
+            OrderName::ImageSheets => SampleOrder::ImageSheets(KernelSheets {
+                slab_voxels,
+                classify: classify.unwrap_or(Classify::Post),
+                interpolate: samples
+                    .interpolate
+                    .map_or(Interpolate::Off, |on| choices::INTERPOLATE.library(on)),
+            }),
+        },
+        kernel: kernel.flatten().unwrap_or(default.kernel),
+        cells: cells(samples, name),
+        footprint: samples
+            .footprint
+            .map_or(default.footprint, |mode| choices::FOOTPRINT.library(mode)),
+        select: samples
+            .select
+            .map_or(default.select, |select| choices::SELECT.library(select)),
+        point_threshold_px: samples
+            .point_threshold
+            .unwrap_or(default.point_threshold_px),
+        sheet_voxels: samples.sheet.unwrap_or(default.sheet_voxels),
+        colour_by: samples
+            .colour_by
+            .map_or(default.colour_by, |by| choices::COLOUR_BY.library(by)),
+    }))
+}
+
+fn cells(samples: &SampleArgs, order: OrderName) -> Cells {
+    let split = samples
+        .cell_error
+        .map_or(Cells::SPLIT, |error| Cells::Split { error });
+    match samples.cells.unwrap_or(CellsArg::Auto) {
+        CellsArg::Auto if order == OrderName::EverySample => split,
+        CellsArg::Auto => Cells::Auto,
+        CellsArg::Off => Cells::Off,
+        CellsArg::Mean => Cells::Mean,
+        CellsArg::Split => split,
+    }
 }
 
 /// A single slice has no cell to interpolate in: unless an order was asked for, each of its samples is drawn.
@@ -131,7 +174,7 @@ pub(crate) fn suited_to(
 ) -> RenderOptions {
     match args.order {
         None if volume.lattice().dims.contains(&1) => RenderOptions {
-            order: Order::EverySample,
+            order: Order::Samples(options.samples().cloned().unwrap_or_default()),
             ..options
         },
         _ => options,
@@ -187,35 +230,44 @@ fn render_record(options: &RenderOptions) -> Value {
         Subpixels::Auto => json!("auto"),
         Subpixels::Fixed(n) => json!(n),
     };
+    let field = options.field().cloned().unwrap_or_default();
+    let samples = options.samples().cloned().unwrap_or_default();
+    let sheets = samples.sheets().copied().unwrap_or(KernelSheets {
+        slab_voxels: field.slab_voxels,
+        ..KernelSheets::default()
+    });
     json!({
-        "order": choices::ORDER.name(options.order),
+        "order": choices::ORDER.name(order::of_options(options)),
         "clip": clip::record(&options.clip),
-        "blend": blend::record(options.blend),
+        "blend": blend::record(field.blend),
         "gradient_opacity": options.gradient_opacity,
-        "slab_voxels": options.slab_voxels,
+        "slab_voxels": sheets.slab_voxels,
         "subpixel": subpixels,
         "shade": choices::SHADE.name(options.shading),
         "light": light,
-        "lod_error": options.lod_error,
-        "sheet_sums": choices::SHEET_SUMS.name(options.sheet_sums),
-        "kernel": choices::KERNEL.name(match options.order {
-            Order::ImageSheets => options.sheet_kernel,
-            Order::EverySample | Order::AxisSheets => SheetKernel::Radial(options.kernel),
+        "kernel": choices::KERNEL.name(options.samples().map(|samples| samples.kernel)),
+        "classify": choices::CLASSIFY.name(match options.samples() {
+            Some(samples) if samples.sheets().is_none() => Classify::Pre,
+            _ => sheets.classify,
         }),
-        "classify": choices::CLASSIFY.name(match options.order {
-            Order::ImageSheets => options.classify,
-            Order::EverySample | Order::AxisSheets => Classify::Pre,
-        }),
-        "interpolate": choices::INTERPOLATE.name(options.interpolate),
-        "cells": choices::CELLS.name(options.cells),
-        "cell_error": options.cell_error,
-        "footprint": choices::FOOTPRINT.name(options.footprint),
+        "interpolate": choices::INTERPOLATE.name(sheets.interpolate),
+        "cells": match samples.cells {
+            Cells::Auto => "auto",
+            Cells::Off => "off",
+            Cells::Mean => "mean",
+            Cells::Split { .. } => "split",
+        },
+        "cell_error": match samples.cells {
+            Cells::Split { error } => json!(error),
+            _ => Value::Null,
+        },
+        "footprint": choices::FOOTPRINT.name(samples.footprint),
         "opacity": choices::OPACITY.name(options.opacity),
-        "select": choices::SELECT.name(options.select),
-        "point_threshold_px": options.point_threshold_px,
-        "sheet_voxels": options.sheet_voxels,
+        "select": choices::SELECT.name(samples.select),
+        "point_threshold_px": samples.point_threshold_px,
+        "sheet_voxels": samples.sheet_voxels,
         "min_transmittance": options.min_transmittance,
-        "colour_by": choices::COLOUR_BY.name(options.colour_by),
+        "colour_by": choices::COLOUR_BY.name(samples.colour_by),
         "depth": options.depth == DepthPlane::Expected,
         "simd": format!("{:?}", options.simd).to_lowercase(),
     })

@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail};
 use glam::DVec3;
 use serde_json::{Value, json};
 use volsplat::{
-    Clip, ClipPlane, ColourEncoding, Described, Relook, RenderOptions, Renderer, TransferFunction,
+    Clip, ClipPlane, ColourEncoding, Described, RenderOptions, Renderer, Reuse, TransferFunction,
 };
 
 use crate::args::VolsplatArgs;
@@ -84,7 +84,7 @@ impl VolumeMotion {
         if let Some(function) = self.transfer(number)
             && self.shown.as_ref() != Some(&function)
         {
-            if renderer.relook(&function) == Relook::NeedsVoxels {
+            if renderer.set_transfer(&function) == Reuse::NeedsRenderer {
                 content.set_function(function.clone());
                 *renderer = content.renderer(options, Progress::Hidden)?;
             }

@@ -8,9 +8,10 @@ use std::process::ExitCode;
 
 use resample_core::metrics::{Mask, compare};
 use resample_core::{Image, KernelShape};
+use resample_tests::choices::with_samples;
 use resample_tests::frames::{frames_argument, one_thread};
 use resample_tests::peer_scenes::{Distance, Scene, Subject, Truth};
-use volsplat::{Cells, Order, RenderOptions, Renderer, Subpixels, TransferFunction, Volume};
+use volsplat::{Cells, RenderOptions, Renderer, Subpixels, TransferFunction, Volume};
 
 const PROGRAM: &str = "cell_trade";
 
@@ -106,61 +107,52 @@ fn settings() -> Vec<([&'static str; 2], RenderOptions)> {
         (
             "voxels, Gaussian (the paper)",
             Cells::Off,
-            0.0,
             KernelShape::Gaussian,
         ),
-        ("voxels", Cells::Off, 0.0, KernelShape::Polynomial),
-        ("means of cells", Cells::Mean, 0.0, KernelShape::Polynomial),
+        ("voxels", Cells::Off, KernelShape::Polynomial),
+        ("means of cells", Cells::Mean, KernelShape::Polynomial),
         (
             "cells split at 1/4",
-            Cells::Split,
-            0.25,
+            Cells::Split { error: 0.25 },
             KernelShape::Polynomial,
         ),
         (
             "cells split at 1/8",
-            Cells::Split,
-            0.125,
+            Cells::Split { error: 0.125 },
             KernelShape::Polynomial,
         ),
         (
             "cells split at 1/16",
-            Cells::Split,
-            1.0 / 16.0,
+            Cells::Split { error: 1.0 / 16.0 },
             KernelShape::Polynomial,
         ),
         (
             "cells split at 1/32",
-            Cells::Split,
-            1.0 / 32.0,
+            Cells::Split { error: 1.0 / 32.0 },
             KernelShape::Polynomial,
         ),
         (
             "cells split at 1/64",
-            Cells::Split,
-            1.0 / 64.0,
+            Cells::Split { error: 1.0 / 64.0 },
             KernelShape::Polynomial,
         ),
     ];
     let mut rows = Vec::new();
-    for (name, cells, cell_error, kernel) in cells {
+    for (name, cells, kernel) in cells {
         for (at, n) in counts {
-            let options = RenderOptions {
-                cells,
-                cell_error,
-                kernel,
-                subpixels: Subpixels::Fixed(n),
-                ..paper()
-            };
+            let options = with_samples(
+                RenderOptions {
+                    subpixels: Subpixels::Fixed(n),
+                    ..paper()
+                },
+                |samples| {
+                    samples.cells = cells;
+                    samples.kernel = kernel;
+                },
+            );
             rows.push(([name, at], options));
         }
     }
-    rows.push((
-        ["default", "default"],
-        RenderOptions {
-            order: Order::EverySample,
-            ..RenderOptions::default()
-        },
-    ));
+    rows.push((["default", "default"], RenderOptions::every_sample()));
     rows
 }

@@ -12,6 +12,7 @@ use std::process::ExitCode;
 use glam::{DAffine3, DVec3};
 use resample_core::metrics::{Mask, compare};
 use resample_core::{Camera, FootprintMode, LookAt};
+use resample_tests::choices::with_samples;
 use resample_tests::interleaved::{Entrant, run};
 use resample_tests::peer_scenes::{Pose, Subject};
 use volsplat::transfer::{ColourKnot, OpacityKnot};
@@ -88,9 +89,10 @@ fn print_volume(title: &str, subject: (&Volume, &TransferFunction), frames: usiz
 }
 
 fn print_view(view: &str, subject: (&Volume, &TransferFunction), cameras: &[Camera]) {
-    let options = |footprint| RenderOptions {
-        footprint,
-        ..RenderOptions::paper()
+    let options = |footprint| {
+        with_samples(RenderOptions::paper(), |samples| {
+            samples.footprint = footprint
+        })
     };
     let entrant = |mode: FootprintMode| Entrant::new(name(mode), subject, &options(mode));
     let mut entrants = FootprintMode::ALL.map(entrant);

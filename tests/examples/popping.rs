@@ -12,6 +12,7 @@ use glam::DVec3;
 use resample_core::Image;
 use resample_core::KernelShape;
 use resample_core::image::srgb_from_linear;
+use resample_tests::choices::with_samples;
 use resample_tests::peer_scenes::Subject;
 use resample_tests::popping::{Changes, Turn, checkers};
 use volsplat::procedural::blobs;
@@ -69,10 +70,9 @@ fn orders() -> [(&'static str, RenderOptions); 3] {
     [
         (
             "axis-sheets",
-            RenderOptions {
-                kernel: KernelShape::Gaussian,
-                ..RenderOptions::axis_sheets()
-            },
+            with_samples(RenderOptions::axis_sheets(), |samples| {
+                samples.kernel = KernelShape::Gaussian
+            }),
         ),
         ("every-sample", RenderOptions::every_sample()),
         ("image-sheets", RenderOptions::default()),

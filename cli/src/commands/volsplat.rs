@@ -9,7 +9,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use resample_core::Camera;
 use serde_json::json;
-use volsplat::{FrameStats, RenderOptions, Renderer};
+use volsplat::{FrameStats, RenderOptions, Renderer, Reuse};
 
 use crate::args::VolsplatArgs;
 use crate::blend;
@@ -151,7 +151,7 @@ impl Open {
         if options == self.options {
             return Ok(());
         }
-        if !self.renderer.adopt(&options)? {
+        if self.renderer.set_options(&options)? == Reuse::NeedsRenderer {
             self.renderer = self.content.renderer(&options, Progress::Hidden)?;
         }
         self.options = options;

@@ -90,8 +90,6 @@ const EXACT_SHEETS: &[&str] = &[
     "8",
     "--min-transmittance",
     LEAST_TRANSMITTANCE,
-    "--lod-error",
-    "0",
 ];
 const EXACT_SAMPLES: &[&str] = &[
     "--footprint",
@@ -129,7 +127,7 @@ pub(super) fn family(command: &Command, typed: &[String]) -> Family {
             coarse: owned(&["--slab", "2", "--subpixel", "1"]),
             coarse_step: 1,
             coarse_looks: 24,
-            proven: vec!["--min-transmittance", "--lod-error"],
+            proven: vec!["--min-transmittance"],
         },
         _ => Family {
             ways: vec![way(&[], &[FOOTPRINT], 1.0)],
@@ -149,7 +147,7 @@ fn draws_sheets(args: &VolsplatArgs) -> bool {
     // Contradicting options are refused when the volume is opened.
     matches!(
         order::order(&args.render),
-        Ok(None | Some(volsplat::Order::ImageSheets))
+        Ok(None | Some(order::Order::ImageSheets))
     )
 }
 
@@ -211,7 +209,7 @@ pub(super) fn path(command: &Command) -> String {
             let order = order::order(&args.render)
                 .ok()
                 .flatten()
-                .unwrap_or(volsplat::Order::ImageSheets);
+                .unwrap_or(order::Order::ImageSheets);
             let subpixels = match args.render.sheets.subpixel {
                 Some(volsplat::Subpixels::Fixed(n)) => n.to_string(),
                 _ => "auto".into(),
@@ -265,7 +263,7 @@ mod tests {
             (1, 2),
             "slabs and sub-pixels"
         );
-        let fixed = of("volsplat a.nrrd -o b.png --slab 1 --lod-error=0");
+        let fixed = of("volsplat a.nrrd -o b.png --slab 1");
         assert_eq!(fixed.ways[0].ladders.len(), 1, "sub-pixels alone");
         assert!(
             !words::has(&fixed.exact, "--slab"),

@@ -58,7 +58,7 @@ impl ImageSheets {
         let view = GridView::new(camera, &self.world_from_index);
         let settings = self.settings(&view, camera);
         let plain =
-            self.options.blend == Blend::Emission && self.options.gradient_opacity.is_none();
+            self.options.blend() == Blend::Emission && self.options.gradient_opacity.is_none();
         // Only scenes of one channel of scalars and no mask know what they keep.
         let (Source::Cells(field), Some(_), true) = (&self.source, &self.kept, plain) else {
             return Err(refused());
@@ -97,8 +97,8 @@ impl ImageSheets {
 
 /// What is refused where there are no cells to walk through.
 pub(crate) fn refused() -> Error {
-    let what = "--layers: first hits, normals and sample counts are made of one channel of scalars in memory, in image \
-                sheets with the trilinear kernel, without a mask, --gradient-opacity or another --blend; the selection in the \
+    let what = "planes beside the colour: first hits, normals and sample counts are made of the field of one channel of \
+                scalars in memory, without a mask, opacity by the gradient or another blend; the selection in the \
                 orders of samples, every-sample and axis-sheets";
     Error::Option(what.into())
 }

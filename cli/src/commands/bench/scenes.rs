@@ -126,8 +126,7 @@ pub(super) fn orders(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<Stri
     ] {
         let scene = Scene::volume(name, scene, "--orbit 45,0")?;
         let bench = scene.bench(Some(args), settings.clone(), args.reps);
-        let exact =
-            Against::Setting("--slab 0.125 --subpixel 8 --min-transmittance 0.00001 --lod-error 0");
+        let exact = Against::Setting("--slab 0.125 --subpixel 8 --min-transmittance 0.00001");
         text += &table(
             scene.name,
             &bench.measured(exact, &Motion::Even(turned), verbosity)?,

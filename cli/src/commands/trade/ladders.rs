@@ -69,14 +69,6 @@ const VOLSPLAT: Application = Application {
             ],
         },
         Ladder {
-            name: "lod",
-            rungs: &[
-                &["--lod-error", "0.03125"],
-                &["--lod-error", "0.001953125"],
-                &["--lod-error", "0"],
-            ],
-        },
-        Ladder {
             name: "footprint",
             rungs: &[
                 &["--order", "every-sample", "--footprint", "affine-approx"],
@@ -126,10 +118,6 @@ const VOLSPLAT: Application = Application {
         Ladder {
             name: "classify",
             rungs: &[&["--classify", "pre"], &["--classify", "post"]],
-        },
-        Ladder {
-            name: "sheet-sums",
-            rungs: &[&["--sheet-sums", "scatter"], &["--sheet-sums", "gather"]],
         },
         Ladder {
             name: "cells",
@@ -184,8 +172,6 @@ const VOLSPLAT: Application = Application {
         "8",
         "--min-transmittance",
         "0.00001",
-        "--lod-error",
-        "0",
     ],
 };
 
