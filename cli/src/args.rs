@@ -43,15 +43,9 @@ pub(crate) use calibrate::CalibrateArgs;
 pub(crate) use compare::CompareArgs;
 pub(crate) use info::{DemoArgs, InfoArgs};
 pub(crate) use sequence::SequenceArgs;
-pub(crate) use texmap::{
-    FlatFootprintArg, LayerArg, LevelArg, MeshShadeArg, ModelArgs, TexmapArgs, TexmapMethodArg,
-    TexmapRenderArgs,
-};
+pub(crate) use texmap::{ModelArgs, TexmapArgs};
 pub(crate) use trade::{SceneArg, TradeArgs, TradeOptions};
-pub(crate) use warp3d::{
-    AnaglyphArg, BlendArg, DepthArgs, DepthKindArg, FillArg, MethodArg, MixedArg, VisibilityArg,
-    Warp3dArgs, WarpArgs,
-};
+pub(crate) use warp3d::{AnaglyphArg, DepthArgs, DepthKindArg, Warp3dArgs};
 
 /// Forward resampling: clean pictures from discrete samples
 #[derive(Debug, Parser)]

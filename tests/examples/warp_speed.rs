@@ -32,9 +32,9 @@ fn main() {
         let start = camera(size, focal_px, DVec3::ZERO, 0.0);
         let reference = AnalyticScene::room().reference(&start);
         let mut nearest_ms = f64::NAN;
-        for method in [Method::Nearest, Method::Hybrid] {
+        for method in [Method::NEAREST, Method::HYBRID] {
             let (prepare_ms, stats) = timed(&reference, method, frames, &pool(1));
-            if method == Method::Nearest {
+            if method == Method::NEAREST {
                 nearest_ms = stats.cpu_ms;
             }
             let (_, wall) = timed(&reference, method, frames, &pool(2));

@@ -11,19 +11,22 @@ mod charts;
 mod cull;
 mod edges;
 mod ellipse;
-mod error;
 mod filter;
 mod fragments;
+#[cfg(feature = "input")]
 pub mod input;
 mod lookup;
 mod mip;
 pub mod options;
+mod pixel;
+mod plane;
 mod planes;
 mod points;
 mod prepare;
 pub mod render;
 mod run;
 pub mod scene;
+mod span;
 mod splats;
 pub mod stats;
 mod surface;
@@ -31,9 +34,11 @@ mod tile;
 mod visibility;
 mod walk;
 
-pub use error::Error;
+#[cfg(feature = "input")]
 pub use input::{LoadOptions, Loaded, load, load_picture};
-pub use options::{LevelChoice, Method, PlaneKind, RenderOptions, Shade};
+pub use options::{Method, PlaneKind, RenderOptions, Shade};
 pub use render::{Frame, Renderer};
+pub use resample_core::Error;
+pub use resample_core::clock::StageTime;
 pub use scene::Scene;
-pub use stats::{FrameStats, StageTime, StageTimes};
+pub use stats::{FrameStats, StageTimes};

@@ -7,20 +7,10 @@ use resample_core::{Image, Plane, Projection};
 use crate::accumulate::centre_px;
 use crate::fragments::{Fragment, collect};
 use crate::options::{PlaneKind, RenderOptions};
-use crate::surface::{Surface, value};
-use crate::tile::{Cell, Tile, TileImage, TileWork};
-use crate::visibility::TILE_PX;
-
-/// What the planes hold at one pixel, each but `coverage` and `points` times the share that is covered.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct PixelPlanes {
-    coverage: f32,
-    depth: f32,
-    normal: [f32; 3],
-    texels: f32,
-    /// Whether the pixel is laid as points.
-    points: bool,
-}
+use crate::plane::value;
+use crate::span::TILE_PX;
+use crate::surface::Surface;
+use crate::tile::{Cell, PixelPlanes, Tile, TileImage, TileWork};
 
 impl Tile<'_> {
     /// Fills the planes of every pixel that shows something.
@@ -106,16 +96,7 @@ pub(crate) fn add_planes<'a>(
             .map(|i| at(i).map_or(empty, read))
             .collect()
     };
-    for kind in [
-        PlaneKind::Depth,
-        PlaneKind::Normal,
-        PlaneKind::Coverage,
-        PlaneKind::Selection,
-        PlaneKind::TexelDensity,
-    ] {
-        if !options.has(kind) {
-            continue;
-        }
+    for kind in PlaneKind::ALL.into_iter().filter(|&kind| options.has(kind)) {
         let mut add = |name: &str, values: Vec<f32>| {
             image.planes.push(Plane {
                 name: name.into(),
@@ -135,7 +116,7 @@ pub(crate) fn add_planes<'a>(
             PlaneKind::Selection => {
                 add("selection", gather(&|p| f32::from(u8::from(p.points)), 0.0))
             }
-            PlaneKind::TexelDensity => add("texels", gather(&|p| p.texels / p.coverage, 0.0)),
+            PlaneKind::Texels => add("texels", gather(&|p| p.texels / p.coverage, 0.0)),
         }
     }
 }

@@ -5,6 +5,7 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
+use resample_core::clock::StageClock;
 use resample_core::tile::{TileGrid, TileLists};
 use resample_core::{Camera, Image};
 
@@ -13,9 +14,9 @@ use crate::filter::PixelFilter;
 use crate::options::RenderOptions;
 use crate::planes::add_planes;
 use crate::prepare::Prepared;
-use crate::stats::{FrameStats, StageClock};
+use crate::span::TILE_PX;
+use crate::stats::FrameStats;
 use crate::tile::{FrameView, TileImage, TileWork, near_key, render_tile};
-use crate::visibility::TILE_PX;
 use crate::{Error, Scene};
 
 /// Renders one prepared scene, frame after frame.
@@ -62,10 +63,7 @@ impl Renderer {
         let own = self.options.clone();
         let alike = RenderOptions {
             method: own.method,
-            footprint: own.footprint,
             subpixels: own.subpixels,
-            level: own.level,
-            max_texels: own.max_texels,
             planes: own.planes.clone(),
             ..options.clone()
         };

@@ -5,18 +5,14 @@
 //! a picture far from the eye nor a texture repeated a million times loses digits.
 
 use glam::{DMat3, DVec2, DVec3, Vec3, Vec4};
+use resample_core::light::{AMBIENT, DIFFUSE};
 use resample_core::{Camera, Projection};
 
 use crate::charts::Borders;
 use crate::cull::{Facing, ScreenTriangle};
+use crate::plane::{Plane, moved, narrow, value};
 use crate::prepare::{LightKind, Prepared, PreparedMaterial};
 use crate::scene::Wrap;
-use crate::visibility::{Plane, moved, narrow};
-
-/// Share of light that reaches a surface whatever its direction, and the share that depends on it: the same balance
-/// as the volume renderer's.
-pub(crate) const AMBIENT: f32 = 0.3;
-pub(crate) const DIFFUSE: f32 = 1.0 - AMBIENT;
 
 /// A texture's coordinates over the tile.
 #[derive(Clone, Copy, Debug)]
@@ -237,9 +233,4 @@ fn period_start(scene: &Prepared, pyramid: usize, axis: usize, here: f64) -> f64
     };
     let start = (here / period).floor() * period;
     if start.is_finite() { start } else { 0.0 }
-}
-
-#[inline(always)]
-pub(crate) fn value(plane: &Plane, at: [f32; 2]) -> f32 {
-    plane[0] * at[0] + plane[1] * at[1] + plane[2]
 }

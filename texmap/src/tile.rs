@@ -3,24 +3,22 @@
 //! The stages are those of the frame: visibility; accumulate (points where the texture is minified on one plane, splats
 //! at sub-pixels elsewhere; look-ups in backward methods); resolve.
 
-use cpu_time::ThreadTime;
 use glam::Vec4;
 use resample_core::Camera;
+use resample_core::clock::ThreadClock;
 use resample_core::simd::Vectors;
 
 use crate::cull::{InView, ScreenTriangle};
 use crate::edges::Edges;
-use crate::filter::{BORDER_PX, PixelFilter, WINDOW_PX};
+use crate::filter::PixelFilter;
 use crate::fragments::Fragment;
 use crate::options::{Method, RenderOptions};
-use crate::planes::PixelPlanes;
+use crate::plane::{Plane, moved, narrow};
 use crate::prepare::{LightKind, Prepared};
 use crate::scene::AlphaMode;
-use crate::stats::elapsed_ms;
+use crate::span::{BORDER_PX, NONE, SPAN_PX, TILE_PX, WINDOW_PX};
 use crate::surface::{Surface, TileView};
-use crate::visibility::{
-    NONE, NearKey, Plane, RasterTriangle, SPAN_PX, TILE_PX, Visibility, moved, narrow,
-};
+use crate::visibility::{NearKey, RasterTriangle, Visibility};
 use crate::walk::{self, Beyond, crossing};
 
 /// What all tiles of a frame share.
@@ -48,6 +46,17 @@ pub(crate) struct TileImage {
     pub(crate) visibility_ms: f64,
     pub(crate) accumulate_ms: f64,
     pub(crate) resolve_ms: f64,
+}
+
+/// What the planes hold at one pixel, each but `coverage` and `points` times the share that is covered.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct PixelPlanes {
+    pub(crate) coverage: f32,
+    pub(crate) depth: f32,
+    pub(crate) normal: [f32; 3],
+    pub(crate) texels: f32,
+    /// Whether the pixel is laid as points.
+    pub(crate) points: bool,
 }
 
 /// Storage of one task, reused from tile to tile.
@@ -102,31 +111,31 @@ pub(crate) fn render_tile(
     let view = TileView::new(frame.scene, frame.camera, corner_px, frame.options.light);
     let tile = Tile { frame, view, list };
 
-    let start = ThreadTime::try_now().ok();
+    let start = ThreadClock::start();
     tile.find_visible(work);
     if !tile.note_drawn(work, &mut image) {
-        image.visibility_ms = elapsed_ms(start);
+        image.visibility_ms = start.elapsed_ms();
         return image;
     }
     tile.find_cells(work);
     tile.find_edges(work);
-    image.visibility_ms = elapsed_ms(start);
+    image.visibility_ms = start.elapsed_ms();
 
-    let start = ThreadTime::try_now().ok();
+    let start = ThreadClock::start();
     image.rgba = vec![[0.0; 4]; TILE_PX * TILE_PX];
     match frame.options.method {
         Method::Hybrid => tile.lay_points(work, &mut image),
         _ => tile.look_up(work, &mut image),
     }
     tile.lay_splats(work, &mut image);
-    image.accumulate_ms = elapsed_ms(start);
+    image.accumulate_ms = start.elapsed_ms();
 
-    let start = ThreadTime::try_now().ok();
+    let start = ThreadClock::start();
     tile.resolve(work, &mut image);
     if !frame.options.planes.is_empty() {
         tile.fill_planes(work, &mut image);
     }
-    image.resolve_ms = elapsed_ms(start);
+    image.resolve_ms = start.elapsed_ms();
     image
 }
 

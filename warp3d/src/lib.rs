@@ -3,22 +3,26 @@
 //! In the order in which data flows: files become [`Reference`] views; their samples are warped, grouped into surfaces,
 //! selected, accumulated and resolved into a picture; holes are left or filled, and said.
 
+#[cfg(feature = "clap")]
+pub mod args;
 mod bands;
 mod blend;
 mod colour;
 mod epipole;
-mod error;
 mod fill;
 mod flags;
 mod hybrid;
+#[cfg(feature = "input")]
 pub mod input;
+#[cfg(feature = "input")]
 pub mod large;
 mod layer;
 pub mod memory;
-mod mesh;
 mod nearest;
 pub mod options;
 mod patch;
+mod piece;
+mod prepared;
 mod raster;
 pub mod reference;
 mod resolve;
@@ -30,11 +34,16 @@ mod surface;
 pub mod warp;
 pub mod warper;
 
-pub use error::Error;
+#[cfg(feature = "clap")]
+pub use args::WarpArgs;
+#[cfg(feature = "input")]
 pub use large::{LargeReference, LargeWarper};
 pub use options::{
-    Blend, ExtraPlanes, Fill, Method, MixedPixels, SurfaceTolerance, Visibility, WarpOptions,
+    Blend, ExtraPlanes, Fill, Method, MixedPixels, SurfaceOptions, SurfaceTolerance, Visibility,
+    WarpOptions,
 };
 pub use reference::Reference;
-pub use stats::{FrameStats, StageTime, StageTimes};
+pub use resample_core::Error;
+pub use resample_core::clock::StageTime;
+pub use stats::{FrameStats, StageTimes};
 pub use warper::{Frame, Warper};

@@ -7,10 +7,9 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use resample_core::camera::PixelCentre;
-use warp3d::WarpOptions;
+use warp3d::WarpArgs;
 
 use crate::args::{AskArgs, PictureArgs};
-use crate::choices::warp;
 use crate::multiview::Grid;
 use crate::values::{self, Size};
 use crate::viewpoint::{self, Viewpoint};
@@ -167,35 +166,6 @@ pub(crate) struct WarpSequenceArgs {
     pub fps: Option<u16>,
 }
 
-/// How a depth image is warped.
-#[derive(Args, Debug)]
-#[command(next_help_heading = "Rendering")]
-pub(crate) struct WarpArgs {
-    /// How samples become pixels
-    #[arg(long, value_enum, default_value_t = warp::METHOD.arg(WarpOptions::default().method))]
-    pub method: MethodArg,
-    /// How hidden samples are kept out
-    #[arg(long, value_enum, default_value_t = warp::VISIBILITY.arg(WarpOptions::default().visibility))]
-    pub visibility: VisibilityArg,
-    /// What is put where nothing was seen
-    #[arg(long, value_enum, default_value_t = warp::FILL.arg(WarpOptions::default().fill))]
-    pub fill: FillArg,
-    /// Neighbours are on one surface while their inverse depth departs from a plane's by less than this part
-    /// [default: from the steps of the depth itself]
-    #[arg(long, value_name = "PART", value_parser = values::positive_fraction)]
-    pub tolerance: Option<f32>,
-    /// What happens to pixels that blend two surfaces
-    #[arg(long, value_enum, default_value_t = warp::MIXED.arg(WarpOptions::default().mixed))]
-    pub mixed: MixedArg,
-    /// Sub-pixels along a pixel's side at depth edges, 1 to 8
-    #[arg(long, value_name = "N", default_value_t = WarpOptions::default().subpixels,
-        value_parser = clap::value_parser!(u32).range(1..=8))]
-    pub subpixels: u32,
-    /// How several references become one picture
-    #[arg(long, value_enum, default_value_t = warp::BLEND.arg(WarpOptions::default().blend))]
-    pub blend: BlendArg,
-}
-
 /// Where the centre of the first pixel is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum PixelCentreArg {
@@ -220,61 +190,6 @@ pub(crate) enum DepthKindArg {
     Mpeg,
     /// OpenGL depth buffer between --near and --far
     Opengl,
-}
-
-/// How samples become pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum MethodArg {
-    /// One pixel per sample: fast, with cracks
-    Nearest,
-    /// Surfaces projected forward, colour reconstructed where they are seen
-    Hybrid,
-    /// Triangles between the samples of each surface
-    Mesh,
-    /// Points gathered by the pixel's Gaussian
-    Points,
-    /// Discs in the surface
-    Splats,
-    /// Discs convolved with the pixel's Gaussian
-    Ewa,
-}
-
-/// How hidden samples are kept out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum VisibilityArg {
-    /// The nearest one wins
-    Zbuffer,
-    /// Drawn from back to front by the epipole, without comparing depth
-    OcclusionOrder,
-}
-
-/// What is put where nothing was seen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum FillArg {
-    /// Nothing: transparent
-    None,
-    /// The farther side, extended
-    Background,
-    /// Natural-neighbour interpolation from the farther side
-    Natural,
-}
-
-/// What happens to pixels that blend two surfaces.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum MixedArg {
-    /// Used as they are
-    Keep,
-    /// Given the colour of their own surface
-    Unmix,
-}
-
-/// How several references become one picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum BlendArg {
-    /// Weighted by baseline, resolution and agreement of depth
-    Weighted,
-    /// The best one at each pixel
-    Best,
 }
 
 /// How two views become one red-cyan picture.

@@ -9,9 +9,9 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use resample_core::{Camera, Image};
 use serde_json::{Value, json};
-use warp3d::{Fill, Method, SurfaceTolerance, WarpOptions};
+use warp3d::{Fill, WarpOptions};
 
-use crate::args::{CameraArgs, ProjectionArg, SequenceArgs, Warp3dArgs, WarpArgs};
+use crate::args::{CameraArgs, ProjectionArg, SequenceArgs, Warp3dArgs};
 use crate::camera_file::CameraDefaults;
 use crate::camera_path::{self, KeyKind};
 use crate::choices::warp;
@@ -92,7 +92,7 @@ impl Open {
         check_words(args)?;
         // How many pictures there will be is known when the cameras are read; a name that cannot be is refused now.
         Plan::without_cameras(&request, Pictures::One)?;
-        let options = options(&args.warp);
+        let options = args.warp.options()?;
         let start = Instant::now();
         // How large the new picture is, cameras say later.
         let guess = args
@@ -158,12 +158,12 @@ impl Open {
     /// Whether a part of a picture can be drawn without the rest.
     pub(crate) fn has_parts(&self, args: &Warp3dArgs) -> bool {
         // What fills a hole may come from anywhere on its rim.
-        self.drawer.layout == Layout::Single && options(&args.warp).fill == Fill::None
+        self.drawer.layout == Layout::Single && args.warp.fill == Fill::None
     }
 
     /// Warps under the settings of `args`, without a warning.
     pub(crate) fn draw(&mut self, args: &Warp3dArgs, camera: &Camera) -> Result<Drawn> {
-        self.drawer.warper.change(&options(&args.warp))?;
+        self.drawer.warper.change(&args.warp.options()?)?;
         self.drawer.draw_silently(camera)
     }
 
@@ -171,7 +171,7 @@ impl Open {
     pub(crate) fn finish(mut self, args: &Warp3dArgs, telling: Telling) -> Result<()> {
         let shared = shared(args);
         let request = request(args, &shared);
-        let options = options(&args.warp);
+        let options = args.warp.options()?;
         self.drawer.warper.change(&options)?;
         let Self {
             plan,
@@ -229,8 +229,6 @@ fn keeping(
         (Err(error), _) if places == Places::Memory => {
             Err(error.context("settings are compared and chosen with the references in memory"))
         }
-        // Its triangles join the samples of the whole picture.
-        (Err(error), _) if options.method == Method::Mesh => Err(error),
         (Err(_), Some(max_memory)) => Ok(Keeping::File(max_memory)),
     }
 }
@@ -390,49 +388,26 @@ fn cameras(
         .collect()
 }
 
-fn options(args: &WarpArgs) -> WarpOptions {
-    let default = WarpOptions::default();
-    WarpOptions {
-        method: warp::METHOD.library(args.method),
-        visibility: warp::VISIBILITY.library(args.visibility),
-        fill: warp::FILL.library(args.fill),
-        tolerance: args
-            .tolerance
-            .map_or(default.tolerance, SurfaceTolerance::Relative),
-        mixed: warp::MIXED.library(args.mixed),
-        subpixels: args.subpixels,
-        blend: warp::BLEND.library(args.blend),
-        ..default
-    }
-}
-
 fn record(
     args: &Warp3dArgs,
     options: &WarpOptions,
     (request, format): (&Request, Format),
     convergence: f64,
 ) -> Value {
-    let tolerance = match options.tolerance {
-        SurfaceTolerance::Auto => json!("auto"),
-        SurfaceTolerance::Relative(part) => json!(part),
-    };
-    json!({
+    let mut record = json!({
         "colour": args.colour,
         "depth": args.depth,
         "from": args.cameras.from.as_ref().map(ToString::to_string),
         "to": args.cameras.to.as_ref().map(ToString::to_string),
-        "method": warp::METHOD.name(options.method),
-        "visibility": warp::VISIBILITY.name(options.visibility),
-        "fill": warp::FILL.name(options.fill),
-        "tolerance": tolerance,
-        "mixed": warp::MIXED.name(options.mixed),
-        "subpixels": options.subpixels,
-        "blend": warp::BLEND.name(options.blend),
         "depth_kind": warp::DEPTH_KIND.name(warp::DEPTH_KIND.library(args.meaning.depth_kind)),
         "stereo": args.views.stereo,
         "convergence": convergence.is_finite().then_some(convergence),
         "picture": plan::picture_record(request, format),
-    })
+    });
+    if let (Value::Object(record), Value::Object(options)) = (&mut record, json!(options)) {
+        record.extend(options);
+    }
+    record
 }
 
 /// Writes the planes beside the picture.

@@ -144,8 +144,7 @@ fn scenes(folder: &std::path::Path) -> Result<Scenes> {
     ] {
         meshes.extend([1, 2, 4, 8].map(|n| format!("--method {method} --subpixel {n}")));
     }
-    let plain =
-        ["nearest", "points", "ewa", "splats", "mesh"].map(|method| format!("--method {method}"));
+    let plain = ["nearest", "points", "splats"].map(|method| format!("--method {method}"));
     let hybrid = [1, 2, 4, 8].map(|n| format!("--method hybrid --subpixels {n}"));
     let warps: Vec<String> = plain.into_iter().chain(hybrid).collect();
     let mut all = Vec::new();

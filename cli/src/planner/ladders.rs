@@ -4,7 +4,7 @@
 //! setting is nothing but words of the command line. What was typed is kept: its ladder is left out, and the exact
 //! setting has it too.
 
-use crate::args::{Command, TexmapMethodArg, VolsplatArgs};
+use crate::args::{Command, VolsplatArgs};
 use crate::order;
 use crate::words;
 
@@ -97,22 +97,8 @@ const EXACT_SAMPLES: &[&str] = &[
     "--min-transmittance",
     LEAST_TRANSMITTANCE,
 ];
-const EXACT_MESH: &[&str] = &[
-    "--method",
-    "hybrid",
-    "--footprint",
-    "exact",
-    "--subpixel",
-    "8",
-];
-const EXACT_WARP: &[&str] = &[
-    "--method",
-    "hybrid",
-    "--visibility",
-    "zbuffer",
-    "--subpixels",
-    "8",
-];
+const EXACT_MESH: &[&str] = &["--method", "hybrid", "--subpixel", "8"];
+const EXACT_WARP: &[&str] = &["--method", "hybrid", "--subpixels", "8"];
 
 /// The transmittance of the exact settings.
 pub(super) const LEAST_TRANSMITTANCE: &str = "0.00001";
@@ -128,13 +114,7 @@ const MESH_METHODS: [(&str, f64); 6] = [
 ];
 
 /// Methods of warping that have no sub-pixels, each with its cost over that of the exact setting; the hybrid has.
-const PLAIN_WARPS: [(&str, f64); 5] = [
-    ("nearest", 0.1),
-    ("points", 0.5),
-    ("ewa", 0.9),
-    ("splats", 1.2),
-    ("mesh", 1.7),
-];
+const PLAIN_WARPS: [(&str, f64); 3] = [("nearest", 0.1), ("points", 0.5), ("splats", 1.2)];
 
 /// What may be chosen for a command, given the words that were typed.
 pub(super) fn family(command: &Command, typed: &[String]) -> Family {
@@ -237,20 +217,17 @@ pub(super) fn path(command: &Command) -> String {
             format!("volsplat {} {subpixels}", crate::choices::ORDER.name(order))
         }
         Command::Texmap(args) => {
-            let method = args.render.method.unwrap_or(TexmapMethodArg::Hybrid);
-            let method = crate::choices::TEXMAP_METHOD.library(method);
             format!(
                 "texmap {} {}",
-                crate::choices::TEXMAP_METHOD.name(method),
-                args.render.subpixel
+                crate::choices::name(args.render.method),
+                args.render.subpixels
             )
         }
         Command::Warp3d(args) => {
-            let method = crate::choices::warp::METHOD.library(args.warp.method);
             format!(
                 "warp3d {} {}",
-                crate::choices::warp::METHOD.name(method),
-                args.warp.subpixels
+                crate::choices::name(args.warp.method),
+                args.warp.subpixels.unwrap_or(4)
             )
         }
         _ => String::new(),

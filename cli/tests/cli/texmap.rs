@@ -94,8 +94,7 @@ fn a_bound_texture_stands_upright_and_a_background_lies_behind() {
 #[test]
 fn stats_name_the_model_and_how_it_was_drawn() {
     let bench = bench();
-    let words =
-        "--stats out/s.json --method backward-ewa --footprint affine --shade lambert --light 0,0,1";
+    let words = "--stats out/s.json --method backward-ewa --shade lambert --light 0,0,1";
     assert_good(&bench.run(&format!(
         "texmap square.obj -o out/a.png --size 32x32 {words}"
     )));
@@ -242,7 +241,7 @@ fn models_that_are_none_are_refused() {
 fn options_that_mean_nothing_are_refused() {
     let bench = bench();
     let draw = "texmap square.obj -o out/a.png";
-    assert_refused(&bench, &format!("{draw} --scene 0"), "--scene");
+    assert_refused(&bench, &format!("{draw} --scene 0"), "no scenes");
     assert_refused(
         &bench,
         &format!("{draw} --camera-name 0"),

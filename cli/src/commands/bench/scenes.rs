@@ -145,7 +145,6 @@ pub(super) fn texture(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<Str
         "--method point",
         "--method hybrid --subpixel 2",
         "--method hybrid",
-        "--method hybrid --footprint affine",
         "--method hybrid --subpixel 8",
     ];
     let folder = folder()?;
@@ -158,11 +157,11 @@ pub(super) fn texture(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<Str
     };
     let bench = scene.bench(Some(args), settings, args.reps);
     let rows = bench.measured(
-        Against::Setting("--method hybrid --subpixel 8 --level full"),
+        Against::Setting("--method hybrid --subpixel 8"),
         &Motion::Shimmer(shifted),
         verbosity,
     )?;
-    let what = "errors against `--method hybrid --subpixel 8 --level full`; shimmer: error of the change over sixteen steps of a \
+    let what = "errors against `--method hybrid --subpixel 8`; shimmer: error of the change over sixteen steps of a \
                 sixteenth of a pixel";
     Ok(heading(args, what) + &table(scene.name, &rows))
 }
@@ -173,8 +172,6 @@ pub(super) fn warp(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String
         "--method nearest",
         "--method points",
         "--method splats",
-        "--method ewa",
-        "--method mesh",
         "--method hybrid",
         "--method hybrid --mixed keep",
         "--method hybrid --fill background",

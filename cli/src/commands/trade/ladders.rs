@@ -186,12 +186,7 @@ const TEXMAP: Application = Application {
                 &["--method", "backward-trilinear"],
                 &["--method", "backward-ewa"],
                 &["--method", "hybrid"],
-                &["--method", "supersample"],
             ],
-        },
-        Ladder {
-            name: "footprint",
-            rungs: &[&["--footprint", "affine"], &["--footprint", "exact"]],
         },
         Ladder {
             name: "subpixel",
@@ -202,27 +197,8 @@ const TEXMAP: Application = Application {
                 &["--subpixel", "8"],
             ],
         },
-        Ladder {
-            name: "level",
-            rungs: &[&["--level", "auto"], &["--level", "full"]],
-        },
-        Ladder {
-            name: "max-texels",
-            rungs: &[
-                &["--max-texels", "64"],
-                &["--max-texels", "256"],
-                &["--max-texels", "1024"],
-            ],
-        },
     ],
-    exact: &[
-        "--method",
-        "hybrid",
-        "--footprint",
-        "exact",
-        "--subpixel",
-        "8",
-    ],
+    exact: &["--method", "hybrid", "--subpixel", "8"],
 };
 
 const WARP3D: Application = Application {
@@ -233,16 +209,7 @@ const WARP3D: Application = Application {
                 &["--method", "nearest"],
                 &["--method", "points"],
                 &["--method", "splats"],
-                &["--method", "ewa"],
-                &["--method", "mesh"],
                 &["--method", "hybrid"],
-            ],
-        },
-        Ladder {
-            name: "visibility",
-            rungs: &[
-                &["--visibility", "zbuffer"],
-                &["--visibility", "occlusion-order"],
             ],
         },
         Ladder {
@@ -259,14 +226,7 @@ const WARP3D: Application = Application {
             rungs: &[&["--mixed", "keep"], &["--mixed", "unmix"]],
         },
     ],
-    exact: &[
-        "--method",
-        "hybrid",
-        "--visibility",
-        "zbuffer",
-        "--subpixels",
-        "8",
-    ],
+    exact: &["--method", "hybrid", "--subpixels", "8"],
 };
 
 /// The application that a command line begins with.
