@@ -90,7 +90,7 @@ impl<'a> Scene<'a> {
             if !(apart < SAME_PLACE_VOXELS) {
                 return Err(Error::Option(format!(
                     "channel {number} lies up to {apart:.3} voxels away from the first: resample it to the grid of the \
-                     first, or give all of them the same --spacing and --origin"
+                     first, or give all of them the same spacing and origin"
                 )));
             }
         }

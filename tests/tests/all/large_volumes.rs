@@ -371,7 +371,7 @@ fn floats_and_their_gaps_agree_too() {
         .expect_err("a gap")
         .to_string();
     assert!(
-        refused.contains("(7, 100, 70)") && refused.contains("--nan-as"),
+        refused.contains("(7, 100, 70)") && refused.contains("what replaces it"),
         "{refused}"
     );
     scene.options.nan = NanPolicy::Replace(0.5);
@@ -393,7 +393,9 @@ fn refusal(path: &Path, options: &LoadOptions, budget: u64) -> String {
 #[test]
 fn what_cannot_be_done_is_refused_with_a_reason() {
     let scene = scene();
-    assert!(refusal(&scene.path, &scene.options, 1000).contains("--max-memory 1000 is too little"));
+    assert!(
+        refusal(&scene.path, &scene.options, 1000).contains("1000 bytes of memory are too little")
+    );
     let wrong = LoadOptions {
         raw: Some(RawOptions::new([10, 10, 10], VoxelType::U16)),
         ..LoadOptions::default()
@@ -404,7 +406,7 @@ fn what_cannot_be_done_is_refused_with_a_reason() {
     let refused =
         Renderer::from_file(&large, &dense(), &options, &mut |_| {}).expect_err("needs all voxels");
     assert!(
-        matches!(&refused, Error::Option(text) if text.contains("--max-memory")),
+        matches!(&refused, Error::Option(text) if text.contains("allow more memory")),
         "{refused}"
     );
     // A file that is cut off later is an error of reading, not a crash.

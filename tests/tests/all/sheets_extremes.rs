@@ -262,7 +262,7 @@ fn a_single_voxel_along_an_axis_is_refused_with_the_way_out() {
             .expect_err("one voxel along an axis makes no cell")
             .to_string();
         assert!(
-            message.contains("--order every-sample"),
+            message.contains("every sample instead"),
             "no way out in: {message}"
         );
         assert!(

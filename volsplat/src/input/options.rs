@@ -45,24 +45,21 @@ pub(super) fn refuse_superfluous(
         Format::MetaImage | Format::Nrrd | Format::Vti | Format::Zarr
     );
     let given = [
+        ("component", options.component.is_some() && !has_components),
         (
-            "--component",
-            options.component.is_some() && !has_components,
-        ),
-        (
-            "--series",
+            "series",
             options.series.is_some() && format != Format::Dicom,
         ),
-        ("--array", options.array.is_some() && format != Format::Vti),
-        ("--level", options.level.is_some() && format != Format::Zarr),
-        ("--time", options.time.is_some() && format != Format::Zarr),
+        ("array", options.array.is_some() && format != Format::Vti),
+        ("level", options.level.is_some() && format != Format::Zarr),
+        ("time", options.time.is_some() && format != Format::Zarr),
     ];
     match given.iter().find(|(_, superfluous)| *superfluous) {
         None => Ok(()),
         Some((name, _)) => {
             let (path, format) = (path.display(), format.name());
             Err(Error::Option(format!(
-                "{path}: {name} means nothing for a file of format {format}: leave it out"
+                "{path}: {name} does not apply to {format} files: leave it out"
             )))
         }
     }
@@ -73,7 +70,7 @@ pub(super) fn undecided(path: &Path, told: &Told) -> Error {
     let name = path.display();
     match told {
         Told::Known(format, _) => Error::Option(format!(
-            "{name}: this is a file of format {} and states its own size and type: leave out --dims and --type",
+            "{name}: this is a file of format {} and states its own size and type: leave out the layout of raw files",
             format.name()
         )),
         Told::NotRead(advice) => Error::Unsupported {
@@ -81,8 +78,8 @@ pub(super) fn undecided(path: &Path, told: &Told) -> Error {
             what: format!("this is {advice}"),
         },
         Told::Nothing => Error::Option(format!(
-            "{name}: no known header (formats are told by the content): for a headerless file give --dims X,Y,Z \
-             and --type TYPE, and where needed --endian, --skip and --spacing"
+            "{name}: no known header (formats are told by the content): for a headerless file say its dimensions \
+             and its type, and where needed the byte order, the bytes to skip and the spacing"
         )),
     }
 }
@@ -98,7 +95,7 @@ pub(super) fn replaced_lattice(
             .all(|&length| length > 0.0 && length.is_finite())
         {
             return Err(Error::Option(format!(
-                "--spacing {spacing:?}: each must be finite and above 0"
+                "the spacing is {spacing:?}: each must be finite and above 0"
             )));
         }
         let axes = map.matrix3;

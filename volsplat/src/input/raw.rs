@@ -57,7 +57,7 @@ pub(super) fn locate(path: &Path, options: &RawOptions) -> Result<Located, Error
             path,
             format!(
                 "dims {x}x{y}x{z} of {name} need {needed} bytes after skipping {skip}, the file has {held}: \
-                 check --dims, --type and --skip"
+                 check the dimensions, the type and the bytes to skip"
             ),
         ));
     }

@@ -134,7 +134,7 @@ impl Stored {
         }
         if let Some(index) = voxels.first_non_finite() {
             let at = (x + index % columns, y + index / columns, z + slice);
-            let what = format!("voxel {at:?} is NaN or infinite; replace it with --nan-as VALUE");
+            let what = format!("voxel {at:?} is NaN or infinite; say what replaces it");
             return Err(invalid(&part.path, what));
         }
         Ok(voxels)

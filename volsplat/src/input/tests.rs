@@ -102,7 +102,7 @@ fn nan_is_refused_or_replaced() {
     let mut options = options([1, 2, 1], VoxelType::F32);
     let text = load(&path, &options).expect_err("NaN").to_string();
     assert!(
-        text.ends_with("voxel (0,1,0) is NaN; replace it with --nan-as VALUE"),
+        text.ends_with("voxel (0,1,0) is NaN; say what replaces it"),
         "{text}"
     );
     assert!(text.contains("volume.raw"), "the file is named: {text}");
@@ -147,12 +147,15 @@ fn missing_folders_and_unknown_formats_are_told_apart() {
     let text = load(&path, &LoadOptions::default())
         .expect_err("no options")
         .to_string();
-    assert!(text.contains("--dims") && text.contains("--type"), "{text}");
+    assert!(
+        text.contains("dimensions") && text.contains("type"),
+        "{text}"
+    );
     std::fs::write(&path, "NRRD0004\n").expect("write");
     let text = load(&path, &options([9, 1, 1], VoxelType::U8))
         .expect_err("both")
         .to_string();
-    assert!(text.contains("leave out --dims"), "{text}");
+    assert!(text.contains("leave out the layout"), "{text}");
 }
 
 #[test]

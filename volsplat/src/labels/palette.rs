@@ -75,7 +75,7 @@ fn labels_of(values: impl Iterator<Item = f64>) -> Result<BTreeSet<i64>, Error> 
         }
         if value.fract() != 0.0 || value.abs() > MAX_LABEL {
             return Err(Error::Option(format!(
-                "a voxel of the label map is {value}: labels are whole numbers; without --labels it is drawn by a transfer \
+                "a voxel of the label map is {value}: labels are whole numbers; as scalars it is drawn by a transfer \
                  function"
             )));
         }
@@ -93,6 +93,6 @@ fn check_count(found: &BTreeSet<i64>) -> Result<(), Error> {
         return Ok(());
     }
     Err(Error::Option(format!(
-        "the label map has more than {MAX_LABELS} labels: is it one? Without --labels it is drawn by a transfer function"
+        "the label map has more than {MAX_LABELS} labels: is it one? As scalars it is drawn by a transfer function"
     )))
 }

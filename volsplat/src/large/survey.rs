@@ -85,7 +85,7 @@ fn check_room(stored: &dyn VoxelSource, max_memory: u64) -> Result<(), Error> {
         return Ok(());
     }
     Err(Error::Option(format!(
-        "--max-memory {max_memory} is too little: a volume of this size takes at least {needed} bytes to be looked through"
+        "{max_memory} bytes of memory are too little: a volume of this size takes at least {needed} bytes to be looked through"
     )))
 }
 

@@ -333,7 +333,7 @@ fn non_finite_message(dims: [usize; 3], index: usize, value: f64) -> String {
         index / (dims[0] * dims[1]),
     ];
     let what = if value.is_nan() { "NaN" } else { "infinite" };
-    format!("voxel ({i},{j},{k}) is {what}; replace it with --nan-as VALUE")
+    format!("voxel ({i},{j},{k}) is {what}; say what replaces it")
 }
 
 fn range_of(values: impl Iterator<Item = f64>) -> (f64, f64) {

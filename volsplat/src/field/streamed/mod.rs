@@ -139,7 +139,7 @@ fn check_index(index: &BrickIndex, max_memory: u64) -> Result<(), Error> {
         return Ok(());
     }
     Err(Error::Option(format!(
-        "--max-memory {max_memory} is too little: what this transfer function shows takes at least {needed} bytes"
+        "{max_memory} bytes of memory are too little: what this transfer function shows takes at least {needed} bytes"
     )))
 }
 

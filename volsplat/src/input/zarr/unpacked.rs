@@ -62,7 +62,7 @@ fn unpack(opened: &Opened, max_memory: u64, watch: &mut Watch) -> Result<File, E
     let chunk_bytes = chunk_bytes(opened, &chunks)?;
     if COPIES * chunk_bytes > max_memory / 2 {
         return Err(Error::Option(format!(
-            "--max-memory {max_memory} is too little for {}: its chunks take {chunk_bytes} bytes each, and six times \
+            "{max_memory} bytes of memory are too little for {}: its chunks take {chunk_bytes} bytes each, and six times \
              that is needed to unpack one",
             folder.display()
         )));
@@ -70,7 +70,7 @@ fn unpack(opened: &Opened, max_memory: u64, watch: &mut Watch) -> Result<File, E
     let failed = |source: std::io::Error| {
         Error::Option(format!(
             "{}: cannot be unpacked into {bytes} bytes of a temporary file: {source}; give TMPDIR a folder with room, or \
-             allow more with --max-memory",
+             allow more memory",
             folder.display()
         ))
     };
