@@ -3,12 +3,12 @@
 //! Cells and voxels are dropped when their scalars miss the support; the test may keep what it could drop, and never
 //! drops what is seen.
 
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 
 use rayon::prelude::*;
 
 use crate::transfer::TransferFunction;
-use crate::volume::{VOXELS_PER_TASK, Volume, VoxelType, scalar, with_voxels};
+use crate::volume::{Volume, VoxelType, scalar, with_voxels};
 
 /// The scalars whose opacity is above 0, as intervals.
 #[derive(Clone, Debug)]
@@ -129,10 +129,12 @@ impl<'a> VisibleValues<'a> {
 /// Voxels whose own scalar is visible.
 pub(crate) fn count_visible(volume: &Volume, transfer: &TransferFunction) -> u64 {
     let values = VisibleValues::new(VoxelType::of(&volume.voxels), transfer);
-    with_voxels!(&volume.voxels, slice => {
-        let count = |part: &[_]| part.iter().filter(|&&v| values.shows(scalar(v))).count() as u64;
-        slice.par_chunks(VOXELS_PER_TASK).map(count).sum()
-    })
+    let count = |part: Range<usize>| {
+        with_voxels!(&volume.voxels, slice => {
+            slice[part].iter().filter(|&&v| values.shows(scalar(v))).count() as u64
+        })
+    };
+    volume.voxels.parts().into_par_iter().map(count).sum()
 }
 
 #[cfg(test)]

@@ -74,8 +74,27 @@ impl Rescale {
         stored * self.slope + self.intercept
     }
 
-    fn mapped<T: Send>(self, voxels: &Voxels, to: impl Fn(f64) -> T + Sync + Send) -> Vec<T> {
-        with_voxels!(voxels, stored => stored.par_iter().map(|&value| to(self.of(scalar(value)))).collect())
+    fn mapped<T: Clone + Default + Send>(
+        self,
+        voxels: &Voxels,
+        to: impl Fn(f64) -> T + Sync + Send,
+    ) -> Vec<T> {
+        let mut mapped = vec![T::default(); voxels.len()];
+        let mut rest = mapped.as_mut_slice();
+        let mut parts = Vec::new();
+        for part in voxels.parts() {
+            let (own, others) = rest.split_at_mut(part.len());
+            parts.push((own, part));
+            rest = others;
+        }
+        parts.into_par_iter().for_each(|(mapped, part)| {
+            with_voxels!(voxels, stored => {
+                for (mapped, &value) in mapped.iter_mut().zip(&stored[part]) {
+                    *mapped = to(self.of(scalar(value)));
+                }
+            });
+        });
+        mapped
     }
 }
 

@@ -11,7 +11,7 @@ use resample_core::OpacityMode;
 use crate::Error;
 use crate::labels::{LabelTable, MAX_LABELS};
 use crate::transfer::strength::strength_of;
-use crate::volume::{VOXELS_PER_TASK, Volume, scalar, with_voxels};
+use crate::volume::{Volume, scalar, with_voxels};
 
 /// The labels of a volume that are drawn.
 #[derive(Clone, Debug)]
@@ -27,16 +27,17 @@ impl Palette {
     /// The labels that occur in the volume and are drawn. [`Error::Option`] where a voxel is no whole number, or where
     /// there are more than [`MAX_LABELS`].
     pub(crate) fn new(volume: &Volume, table: &LabelTable) -> Result<Self, Error> {
-        let found = with_voxels!(&volume.voxels, slice => {
-            slice.par_chunks(VOXELS_PER_TASK).map(|part| labels_of(part.iter().map(|&v| scalar(v)))).reduce(
-                || Ok(BTreeSet::new()),
-                |a, b| {
-                    let (mut a, b) = (a?, b?);
-                    a.extend(b);
-                    check_count(&a).map(|()| a)
-                },
-            )
-        })?;
+        let parts = volume.voxels.parts().into_par_iter().map(|part| {
+            with_voxels!(&volume.voxels, slice => labels_of(slice[part].iter().map(|&v| scalar(v))))
+        });
+        let found = parts.reduce(
+            || Ok(BTreeSet::new()),
+            |a, b| {
+                let (mut a, b) = (a?, b?);
+                a.extend(b);
+                check_count(&a).map(|()| a)
+            },
+        )?;
         let (labels, looks) = found
             .into_iter()
             .map(|label| (label, table.look(label)))

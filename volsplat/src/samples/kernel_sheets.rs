@@ -7,7 +7,6 @@
 //! ([`crate::samples::sample_light`]).
 
 use glam::{DAffine3, DVec3};
-use rayon::prelude::*;
 use resample_core::point::PixelFilter;
 use resample_core::section::SectionProfile;
 use resample_core::{Camera, GridView, Kernel};
@@ -20,7 +19,6 @@ use super::kernel_project::{KernelChunk, KernelProjection, SheetFrame};
 use super::kernel_tile::KernelSettings;
 use super::layer::cells_of;
 use super::sample::Samples;
-use super::sample_light::set_gradients;
 use crate::Error;
 use crate::bricks::bounds::Bounds;
 use crate::bricks::cells::Gradients;
@@ -77,8 +75,8 @@ impl KernelSheets {
         let kernel = Kernel::new(choices.kernel);
         let solved = match sheets.interpolate {
             Interpolate::On => {
-                let scalars = with_voxels!(&volume.voxels, slice => {
-                    slice.par_iter().map(|&value| scalar(value) as f32).collect::<Vec<f32>>()
+                let scalars: Vec<f32> = with_voxels!(&volume.voxels, slice => {
+                    slice.iter().map(|&value| scalar(value) as f32).collect()
                 });
                 Some(coefficients(&scalars, volume.dims, &kernel))
             }
@@ -103,7 +101,7 @@ impl KernelSheets {
                         voxels: &solved.values,
                         dims: volume.dims,
                     };
-                    set_gradients(&mut samples, &grid, &volume.world_from_index.matrix3);
+                    samples.set_gradients_of_grid(&grid, &volume.world_from_index.matrix3);
                 }
                 None => samples.set_gradients_of(volume),
             }

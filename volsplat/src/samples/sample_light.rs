@@ -30,20 +30,41 @@ impl Samples {
     /// Gives the samples the gradients of a volume's scalars.
     pub(crate) fn set_gradients_of(&mut self, volume: &Volume) {
         let (dims, axes) = (volume.dims, &volume.world_from_index.matrix3);
-        with_voxels!(&volume.voxels, slice => set_gradients(self, &Grid { voxels: slice, dims }, axes));
+        let place = GradientPlace::new(self, axes);
+        self.bricks.par_iter_mut().for_each(|brick| {
+            with_voxels!(&volume.voxels, slice => {
+                place.set(brick, &Grid { voxels: slice, dims });
+            });
+        });
+    }
+
+    /// Gives the samples the gradients of what their kernels are multiplied with.
+    pub(crate) fn set_gradients_of_grid(&mut self, grid: &Grid<f32>, world_from_index: &DMat3) {
+        let place = GradientPlace::new(self, world_from_index);
+        self.bricks
+            .par_iter_mut()
+            .for_each(|brick| place.set(brick, grid));
     }
 }
 
-/// Gives samples their gradients, in the world. `grid` holds the scalars, or what kernels are multiplied with.
-pub(crate) fn set_gradients<T: Copy + Into<f64> + Sync>(
-    samples: &mut Samples,
-    grid: &Grid<T>,
-    world_from_index: &DMat3,
-) {
-    // Gradients are covectors: they go to the world by the inverse transpose.
-    let world_from_gradient = world_from_index.inverse().transpose();
-    let [scale, shift] = samples.index_from_voxel;
-    samples.bricks.par_iter_mut().for_each(|brick| {
+/// From the places of samples to voxels, and from gradients of voxels to the world.
+struct GradientPlace {
+    world_from_gradient: DMat3,
+    index_from_voxel: [f64; 2],
+}
+
+impl GradientPlace {
+    fn new(samples: &Samples, world_from_index: &DMat3) -> Self {
+        Self {
+            // Gradients are covectors: they go to the world by the inverse transpose.
+            world_from_gradient: world_from_index.inverse().transpose(),
+            index_from_voxel: samples.index_from_voxel,
+        }
+    }
+
+    /// Gives the samples of a brick their gradients, in the world.
+    fn set<T: Copy + Into<f64>>(&self, brick: &mut Brick, grid: &Grid<T>) {
+        let [scale, shift] = self.index_from_voxel;
         let corner = DVec3::from(brick.bounds.corner.map(f64::from));
         let voxel = |place: [f64; 3]| (corner + DVec3::from(place) - shift) / scale;
         let differences = Differences::new(
@@ -52,10 +73,10 @@ pub(crate) fn set_gradients<T: Copy + Into<f64> + Sync>(
         );
         let gradient = |&packed: &u16| {
             let at = differences.at(voxel(place(packed).map(f64::from)));
-            gradient_in_f32(world_from_gradient * at)
+            gradient_in_f32(self.world_from_gradient * at)
         };
         brick.gradients = brick.places.iter().map(gradient).collect();
-    });
+    }
 }
 
 /// Differences at the voxels around a brick of samples, per voxel.

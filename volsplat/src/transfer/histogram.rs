@@ -5,11 +5,12 @@
 //! those bins hold, and the few are counted at its ends.
 
 use std::convert::Infallible;
+use std::ops::Range;
 
 use rayon::prelude::*;
 
 use crate::transfer::function::share_of;
-use crate::volume::{VOXELS_PER_TASK, Volume, Voxels, scalar, with_voxels};
+use crate::volume::{Volume, Voxels, scalar, with_voxels};
 
 /// Counts of the scalars of a volume in equal bins.
 #[derive(Clone, Debug, PartialEq)]
@@ -99,17 +100,22 @@ impl Histogram {
     /// Counts scalars in bins whose centres run from `low` to `high`; scalars beyond are counted at the ends.
     pub(crate) fn over(voxels: &Voxels, low: f64, high: f64, is_integer: bool) -> Self {
         let (bins, bin_of) = bins(low, high, is_integer);
-        let counts = with_voxels!(voxels, slice => slice
-        .par_chunks(VOXELS_PER_TASK)
-        .map(|chunk| {
+        let count = |part: Range<usize>| {
             let mut counts = vec![0u64; bins];
-            chunk.iter().for_each(|&value| counts[bin_of(scalar(value))] += 1);
+            with_voxels!(voxels, slice => {
+                for &value in &slice[part] {
+                    counts[bin_of(scalar(value))] += 1;
+                }
+            });
             counts
-        })
-        .reduce_with(|mut one, other| {
-            one.iter_mut().zip(other).for_each(|(count, more)| *count += more);
+        };
+        let parts = voxels.parts().into_par_iter().map(count);
+        let counts = parts.reduce_with(|mut one, other| {
+            one.iter_mut()
+                .zip(other)
+                .for_each(|(count, more)| *count += more);
             one
-        }));
+        });
         Self {
             low,
             high,
@@ -155,13 +161,15 @@ fn bins(low: f64, high: f64, is_integer: bool) -> (usize, impl Fn(f64) -> usize 
 
 /// Least and greatest of the scalars in `from..=to`; (infinity, -infinity) if there are none.
 pub(crate) fn range_within(voxels: &Voxels, from: f64, to: f64) -> (f64, f64) {
-    with_voxels!(voxels, slice => slice
-        .par_chunks(VOXELS_PER_TASK)
-        .map(|chunk| {
-            let inside = chunk.iter().map(|&value| scalar(value)).filter(|value| (from..=to).contains(value));
-            inside.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
+    let nothing = || (f64::INFINITY, f64::NEG_INFINITY);
+    let range = |part: Range<usize>| {
+        with_voxels!(voxels, slice => {
+            let inside = slice[part].iter().map(|&value| scalar(value)).filter(|value| (from..=to).contains(value));
+            inside.fold(nothing(), |(low, high), value| (low.min(value), high.max(value)))
         })
-        .reduce(|| (f64::INFINITY, f64::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1))))
+    };
+    let parts = voxels.parts().into_par_iter().map(range);
+    parts.reduce(nothing, |a, b| (a.0.min(b.0), a.1.max(b.1)))
 }
 
 mod tally;

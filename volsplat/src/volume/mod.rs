@@ -11,4 +11,4 @@ pub use voxel_type::{Endian, VoxelType};
 #[cfg(feature = "input")]
 pub(crate) use voxels::voxel_count;
 pub use voxels::{Lattice, NanPolicy, Volume, Voxels};
-pub(crate) use voxels::{VOXELS_PER_TASK, scalar, with_voxels};
+pub(crate) use voxels::{scalar, with_voxels};

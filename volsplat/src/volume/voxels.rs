@@ -6,6 +6,8 @@
 //! [`Volume::new`] no voxel is NaN or infinite and the axes span space, so later stages need no such checks.
 //! Limits: one scalar per voxel; 64-bit integers are held as f64, which rounds values beyond 2^53.
 
+use std::ops::Range;
+
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
@@ -100,7 +102,7 @@ pub(crate) fn scalar<T: Into<f64>>(value: T) -> f64 {
 }
 
 /// Voxels per parallel task of a streaming pass: a few hundred kB, so that a task outweighs its own overhead. A guess.
-pub(crate) const VOXELS_PER_TASK: usize = 1 << 18;
+const VOXELS_PER_TASK: usize = 1 << 18;
 
 /// Least |determinant| of the axes, each scaled to length 1. Below it the axes lie within 1e-6 rad of one plane, and
 /// the inverse map would lose six of the sixteen digits. No scanner or simulation comes near.
@@ -268,10 +270,30 @@ impl Voxels {
     }
 
     pub(crate) fn finite_range(&self) -> (f64, f64) {
-        with_voxels!(self, slice => slice
-            .par_chunks(VOXELS_PER_TASK)
-            .map(|chunk| range_of(chunk.iter().map(|&value| scalar(value))))
-            .reduce(|| (f64::INFINITY, f64::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1))))
+        self.parts()
+            .into_par_iter()
+            .map(|part| {
+                with_voxels!(self, slice => range_of(slice[part].iter().map(|&value| scalar(value))))
+            })
+            .reduce(
+                || (f64::INFINITY, f64::NEG_INFINITY),
+                |a, b| (a.0.min(b.0), a.1.max(b.1)),
+            )
+    }
+
+    /// The scalars cut into the parts of parallel tasks. Tasks look at the type inside: one that is made anew for each
+    /// type costs as much code as the work itself.
+    pub(crate) fn parts(&self) -> Vec<Range<usize>> {
+        self.parts_of(VOXELS_PER_TASK)
+    }
+
+    /// As [`Voxels::parts`], of so many scalars each.
+    pub(crate) fn parts_of(&self, each: usize) -> Vec<Range<usize>> {
+        let count = self.len();
+        (0..count)
+            .step_by(each)
+            .map(|first| first..(first + each).min(count))
+            .collect()
     }
 }
 

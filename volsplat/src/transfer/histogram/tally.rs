@@ -1,6 +1,7 @@
 //! Counts of all values of a small type: whatever is asked later about a volume's values needs no voxel any more.
 
 use std::convert::Infallible;
+use std::ops::Range;
 
 use rayon::prelude::*;
 
@@ -36,14 +37,20 @@ impl Tally {
     /// Counts voxels of the type.
     pub(crate) fn add(&mut self, voxels: &Voxels) {
         let (lowest, len) = (self.lowest, self.counts.len());
-        let counts = with_voxels!(voxels, slice => slice
-            .par_chunks(VOXELS_PER_TASK)
-            .map(|chunk| {
-                let mut counts = vec![0u64; len];
-                chunk.iter().for_each(|&value| counts[(scalar(value) as i32 - lowest) as usize] += 1);
-                counts
-            })
-            .collect::<Vec<_>>());
+        let count = |part: Range<usize>| {
+            let mut counts = vec![0u64; len];
+            with_voxels!(voxels, slice => {
+                for &value in &slice[part] {
+                    counts[(scalar(value) as i32 - lowest) as usize] += 1;
+                }
+            });
+            counts
+        };
+        let counts: Vec<Vec<u64>> = voxels
+            .parts_of(VOXELS_PER_TASK)
+            .into_par_iter()
+            .map(count)
+            .collect();
         for part in counts {
             self.counts
                 .iter_mut()
