@@ -1,37 +1,21 @@
-//! Samples of a brick that the clip or the mask cuts: those that are hidden are left out, exactly, and a rule takes the
-//! others in.
+//! Samples of a brick that the clip or the mask cuts: those that are hidden are left out, exactly.
 //!
 //! A half-space of the clip is an affine function of the position in the grid; it is evaluated at the sample's own
 //! position, for the half-spaces alone that cut the brick. The mask is that of the nearest voxel.
-
-use std::marker::PhantomData;
 
 use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
 
 use crate::bricks::cells::TABLE_LEN;
 use crate::field::cell_sample::{Located, nearest_places};
-use crate::field::gather::{GatherScratch, Job, SampleRule};
-use crate::sheets::view::{HalfRow, LANES, PlaneView};
+use crate::field::job::Job;
+use crate::sheets::view::LANES;
 
-/// The rule `R` for the samples that clip and mask keep.
-pub(super) struct Clipped<R>(PhantomData<R>);
-
-impl<R: SampleRule> SampleRule for Clipped<R> {
-    #[inline(always)]
-    fn take<S: Simd>(
-        simd: S,
-        job: &Job,
-        on: (HalfRow, &PlaneView),
-        located: &Located<S>,
-        scratch: &mut GatherScratch,
-    ) -> bool {
-        let kept = masked(simd, job, &unclipped(simd, job, located));
-        if kept.inside.all_false() {
-            return false;
-        }
-        R::take(simd, job, on, &kept, scratch)
-    }
+/// The samples that clip and mask keep; `None` if they keep none.
+#[inline(always)]
+pub(super) fn clipped<S: Simd>(simd: S, job: &Job, located: &Located<S>) -> Option<Located<S>> {
+    let kept = masked(simd, job, &unclipped(simd, job, located));
+    (!kept.inside.all_false()).then_some(kept)
 }
 
 /// The samples without those that the clip cuts off.

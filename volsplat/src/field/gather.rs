@@ -13,46 +13,16 @@ use resample_core::composite::TilePixels;
 use resample_core::maps::TilePlane;
 use resample_core::tile::TILE_PX;
 
-use super::iso_rays::AnchoredRays;
+use super::clipped::clipped;
+use super::job::{Job, PlacedBrick};
 use super::ray_values::{RayValues, at_start};
-use crate::bricks::cells::CellBrick;
 use crate::field::cell_sample::{CellBox, Located, located};
 use crate::field::settings::FieldSettings;
-use crate::field::uniform::Uniform;
 use crate::sheets::view::{HalfRow, LANES, PlaneView, TileView, covered};
 
 /// Planes whose views are remembered in a tile; neighbouring bricks share planes. A power of two; a brick of unit
 /// cells spans at most 2 * 8 * sqrt(3) planes half a voxel apart.
 const REMEMBERED_PLANES: usize = 64;
-
-/// A brick as the tiles need it, from the view alone.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct PlacedBrick<'a> {
-    pub(crate) brick: &'a CellBrick,
-    /// Where it is crossed in one step: its colour.
-    pub(crate) uniform: Option<Uniform>,
-    /// Planes first..end that cut the box of its visible cells.
-    pub(crate) planes: [u32; 2],
-    /// Pixel columns first..end and rows first..end that the box covers.
-    pub(crate) columns: [u16; 2],
-    pub(crate) rows: [u16; 2],
-    /// Camera x and y of the middle of the brick.
-    pub(crate) middle: [f32; 2],
-    /// Its camera z, relative to the anchor's.
-    pub(crate) middle_z: f32,
-    /// The half-spaces of the clip that cut the box, by their bits.
-    pub(crate) cuts: u32,
-}
-
-/// A brick and what it is drawn with.
-#[derive(Clone, Copy)]
-pub(super) struct Job<'a> {
-    pub(super) settings: &'a FieldSettings,
-    pub(super) view: &'a TileView,
-    pub(super) placed: &'a PlacedBrick<'a>,
-    /// The tile's rays in the grid; only where a surface is drawn.
-    pub(super) iso_rays: Option<&'a AnchoredRays>,
-}
 
 /// What becomes of samples.
 pub(super) trait SampleRule {
@@ -222,6 +192,7 @@ pub(super) fn add_brick<S: Simd, R: SampleRule>(
 ) -> (usize, bool) {
     let (settings, placed) = (job.settings, job.placed);
     let cells = CellBox::new(placed.brick, &settings.sheets.anchor);
+    let is_cut = placed.cuts != 0 || placed.brick.mask.is_some();
     let mut touched = 0;
     let mut seen = false;
     for number in placed.planes[0]..placed.planes[1] {
@@ -242,9 +213,15 @@ pub(super) fn add_brick<S: Simd, R: SampleRule>(
                 if open.all_false() {
                     continue;
                 }
-                let Some(located) = located(simd, &plane, (&cells, open), at) else {
+                let Some(mut located) = located(simd, &plane, (&cells, open), at) else {
                     continue;
                 };
+                if is_cut {
+                    let Some(kept) = clipped(simd, job, &located) else {
+                        continue;
+                    };
+                    located = kept;
+                }
                 seen |= R::take(simd, job, (at, &plane), &located, scratch);
             }
         }

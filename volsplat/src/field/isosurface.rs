@@ -14,7 +14,8 @@ use resample_core::maps::TilePlane;
 use super::iso_rays::{AnchoredRays, IsoSettings};
 use crate::field::cell_sample::{CellBox, Located, in_box_cells, interpolated};
 use crate::field::clipped::masked;
-use crate::field::gather::{GatherScratch, Job, Window};
+use crate::field::gather::{GatherScratch, Window};
+use crate::field::job::Job;
 use crate::field::over::lit;
 use crate::sheets::view::{HalfRow, LANES};
 

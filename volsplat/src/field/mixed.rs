@@ -11,7 +11,8 @@ use resample_core::tile::TILE_PX;
 
 use crate::bricks::cells::ChannelCells;
 use crate::field::cell_sample::{Located, interpolated, interpolated_gradient, nearest};
-use crate::field::gather::{GatherScratch, Job, SampleRule};
+use crate::field::gather::{GatherScratch, SampleRule};
+use crate::field::job::Job;
 use crate::light::Lit;
 use crate::sheets::channel::{ChannelSettings, Reading};
 use crate::sheets::view::{HalfRow, LANES, PlaneView};

@@ -19,6 +19,7 @@ mod frame;
 mod gather;
 mod iso_rays;
 mod isosurface;
+mod job;
 mod layers;
 mod mixed;
 mod over;

@@ -9,7 +9,8 @@ use resample_core::composite::{DepthRule, opacity};
 use resample_core::tile::TILE_PX;
 
 use crate::field::cell_sample::{Located, interpolated, interpolated_gradient};
-use crate::field::gather::{GatherScratch, Job, SampleRule};
+use crate::field::gather::{GatherScratch, SampleRule};
+use crate::field::job::Job;
 use crate::light::Lit;
 use crate::sheets::view::{HalfRow, LANES, PlaneView};
 

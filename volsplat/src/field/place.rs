@@ -12,7 +12,7 @@ use resample_core::{Camera, GridView, Projection};
 use crate::bricks::bounds::Bounds;
 use crate::bricks::cells::{CELL_SIDE, CellBrick};
 use crate::clip::{Cut, GridClip};
-use crate::field::gather::PlacedBrick;
+use crate::field::job::PlacedBrick;
 use crate::field::settings::FieldSettings;
 use crate::field::uniform::Uniform;
 

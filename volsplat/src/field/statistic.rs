@@ -12,7 +12,8 @@ use resample_core::tile::TILE_PX;
 
 use super::ray_values::{RayValues, Statistic};
 use crate::field::cell_sample::{Located, interpolated};
-use crate::field::gather::{GatherScratch, Job, PlacedBrick, SampleRule, Window};
+use crate::field::gather::{GatherScratch, SampleRule, Window};
+use crate::field::job::{Job, PlacedBrick};
 use crate::field::settings::FieldSettings;
 use crate::sheets::view::{HalfRow, LANES, PlaneView};
 

@@ -3,10 +3,10 @@
 use resample_core::composite::TileCounts;
 use resample_core::dispatch;
 
-use super::clipped::Clipped;
-use super::gather::{GatherScratch, Job, PlacedBrick, Window, add_brick};
+use super::gather::{GatherScratch, Window, add_brick};
 use super::iso_rays::AnchoredRays;
 use super::isosurface;
+use super::job::{Job, PlacedBrick};
 use super::mixed::Mixed;
 use super::over::Over;
 use super::settings::{FieldSettings, Rule};
@@ -112,15 +112,10 @@ fn add_brick_by_rule(job: &Job, window: Window, scratch: &mut GatherScratch) -> 
     if let Some(uniform) = job.placed.uniform {
         return dispatch!(settings.sheets.level, simd => add_uniform(simd, job, (window, uniform), scratch));
     }
-    let is_cut = job.placed.cuts != 0 || job.placed.brick.mask.is_some();
-    match (settings.rule(), is_cut) {
-        (Rule::Over, false) => add!(Over<false>),
-        (Rule::Over, true) => add!(Clipped<Over<false>>),
-        (Rule::Shaded, false) => add!(Over<true>),
-        (Rule::Shaded, true) => add!(Clipped<Over<true>>),
-        (Rule::Mixed, false) => add!(Mixed),
-        (Rule::Mixed, true) => add!(Clipped<Mixed>),
-        (Rule::Statistic, false) => add!(Gathered),
-        (Rule::Statistic, true) => add!(Clipped<Gathered>),
+    match settings.rule() {
+        Rule::Over => add!(Over<false>),
+        Rule::Shaded => add!(Over<true>),
+        Rule::Mixed => add!(Mixed),
+        Rule::Statistic => add!(Gathered),
     }
 }

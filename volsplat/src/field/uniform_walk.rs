@@ -10,7 +10,8 @@ use fearless_simd_macros::simd;
 use resample_core::composite::{DepthRule, opacity};
 
 use crate::field::cell_sample::{CellBox, inside, position};
-use crate::field::gather::{GatherScratch, Job, PlacedBrick, Window};
+use crate::field::gather::{GatherScratch, Window};
+use crate::field::job::{Job, PlacedBrick};
 use crate::field::uniform::Uniform;
 use crate::sheets::view::{HalfRow, LANES, PlaneView, TileView};
 
