@@ -57,6 +57,13 @@ impl Image {
         }
         self
     }
+
+    /// Red, green and blue of every pixel in sRGB of 8 bits, row by row; of a picture over a background.
+    pub fn srgb8(&self) -> Vec<[u8; 3]> {
+        let byte = |linear: f32| (255.0 * srgb_from_linear(linear)).round() as u8;
+        let pixel = |&[red, green, blue, _]: &[f32; 4]| [byte(red), byte(green), byte(blue)];
+        self.rgba.iter().map(pixel).collect()
+    }
 }
 
 /// The sRGB transfer curve (IEC 61966-2-1): linear light in 0..=1 to the encoded value in 0..=1.

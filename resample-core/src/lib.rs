@@ -10,6 +10,7 @@ pub mod conic;
 pub mod disc;
 pub mod error;
 pub mod footprint;
+pub mod framing;
 pub mod image;
 pub mod index_table;
 pub mod kernel;
@@ -30,6 +31,7 @@ pub use camera::{Camera, CameraError, Intrinsics, LookAt, PixelCentre, Projectio
 pub use composite::OpacityMode;
 pub use error::Error;
 pub use footprint::FootprintMode;
+pub use framing::Framing;
 pub use image::{Image, Plane};
 pub use kernel::{Kernel, KernelShape};
 pub use select::SelectMode;

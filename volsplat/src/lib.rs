@@ -1,7 +1,34 @@
 //! Volume rendering by hybrid forward resampling.
 //!
-//! `load` reads a volume, a [`TransferFunction`] says what of it is seen, and a [`Renderer`] draws it: the interpolated
-//! field on sheets (`field`), or samples with kernels as the paper has them (`samples`), as [`RenderOptions`] says.
+//! A [`Volume`] comes from an array in memory or from a file (`load`), a [`TransferFunction`] says what of it is seen, and
+//! a [`Renderer`] draws it: the interpolated field on sheets (`field`), or samples with kernels as the paper has them
+//! (`samples`), as [`RenderOptions`] says.
+//!
+//! ```
+//! use glam::{DAffine3, DVec3};
+//! use resample_core::Framing;
+//! use volsplat::{ColourMap, Described, RenderOptions, Renderer, TransferFunction, Volume, Voxels};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let values = (0..32 * 32 * 32).map(|i| (i % 32) as f32).collect();
+//! let volume = Volume::new([32; 3], Voxels::F32(values), DAffine3::IDENTITY)?;
+//! let transfer = TransferFunction::automatic(&volume.histogram(), ColourMap::default());
+//! let mut renderer = Renderer::new(&volume, &transfer, &RenderOptions::default())?;
+//! let bounds = renderer.visible_bounds_in_world().ok_or("nothing is visible")?;
+//! let framing = Framing {
+//!     towards_eye: DVec3::new(0.5, 0.4, 1.0),
+//!     up: DVec3::Y,
+//!     fov_y_rad: 0.5,
+//! };
+//! let frame = renderer.render(&framing.camera(bounds, [64, 64])?)?;
+//! let pixels = frame.image.over_background([1.0; 3]).srgb8();
+//! assert_eq!(pixels.len(), 64 * 64);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! Options, transfer functions and clips change between pictures ([`Renderer::set_options`] and the others), without
+//! another preparation where that is possible.
 
 mod bricks;
 pub mod clip;
