@@ -85,7 +85,7 @@ fn zarr_lattice(path: &Path, zarr: &zarr::Opened, options: &LoadOptions) -> Resu
 /// Opens a volume file whose voxels can be read box by box, unpacking chunks into a temporary file within `max_memory`
 /// bytes where it has any; `None` for a file that must be unpacked as a whole. `watch` is told how far unpacking is.
 ///
-/// Errors as in [`load`]; the values are not looked at.
+/// Errors as in [`crate::load`]; the values are not looked at.
 fn open_unread(
     path: &Path,
     options: &LoadOptions,
