@@ -193,6 +193,7 @@ impl Renderer {
             .validated()
             .map_err(|e| Error::Option(e.to_string()))?;
         match &self.pipeline {
+            _ if wanted.is_empty() => Ok(Vec::new()),
             Pipeline::Field(p) => p.layers(&camera, wanted),
             Pipeline::Sheets(_) => Err(layers_refused()),
             Pipeline::Samples(_) if wanted.iter().any(|layer| *layer != Layer::Selection) => {
