@@ -3,6 +3,7 @@
 pub(crate) mod bounds;
 pub(crate) mod cells;
 pub(crate) mod cull;
+pub(crate) mod fill;
 pub(crate) mod plan;
 pub(crate) mod support;
 pub(crate) mod visible;

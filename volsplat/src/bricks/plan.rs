@@ -3,7 +3,8 @@
 //! What the options ask for decides which cells are kept: those that a transfer function shows, all of them where a
 //! statistic of the whole ray is wanted, those that hold the scalar of a surface.
 
-use super::cells::{FieldPlan, Gradients, PlannedChannel, Shown};
+use super::cells::Gradients;
+use super::fill::{FieldPlan, PlannedChannel, Shown};
 use super::support::Support;
 use crate::Error;
 use crate::labels::palette::Palette;

@@ -7,7 +7,8 @@ use rayon::prelude::*;
 
 use super::source::VoxelSource;
 use crate::Error;
-use crate::bricks::cells::{CELL_SIDE, least_and_greatest};
+use crate::bricks::cells::CELL_SIDE;
+use crate::bricks::fill::least_and_greatest;
 use crate::large::blocks::{Block, Rows, blocks, bricks_along};
 use crate::transfer::Histogram;
 use crate::transfer::histogram::Tally;

@@ -14,8 +14,9 @@ use resample_core::OpacityMode;
 use crate::Error;
 use crate::bricks::bounds::{BRICK_SIDE, Bounds, brick_corners, pack_place};
 use crate::bricks::cells::{
-    CELL_CORNERS, CELL_SIDE, CellBrick, FieldPlan, Gradients, VERTEX_SIDE, cell_range,
+    CELL_CORNERS, CELL_SIDE, CellBrick, Gradients, VERTEX_SIDE, cell_range,
 };
+use crate::bricks::fill::FieldPlan;
 use crate::bricks::plan::plan;
 use crate::options::RenderOptions;
 use crate::samples::sample::{Brick, Samples};

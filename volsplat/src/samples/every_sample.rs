@@ -12,31 +12,26 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use resample_core::composite::{DepthRule, IndexRule, TilePixels, TileSettings};
+use resample_core::composite::TilePixels;
 use resample_core::maps::MapSource;
 use resample_core::point::PixelFilter;
 use resample_core::table::FootprintProfile;
 use resample_core::tile::{TILE_AREA, TileGrid};
-use resample_core::{Camera, FootprintMode, GridView, Kernel, SelectMode};
+use resample_core::{Camera, Kernel};
 
 use crate::Error;
-use crate::bricks::cull::ViewVolume;
 use crate::bricks::visible::visible_bricks;
 use crate::clip::{Clip, Cut};
-use crate::light::{GradientRamp, ShadeSettings};
-use crate::options::{Cells, DepthPlane, RenderOptions, SampleOptions, SampleOrder, Subpixels};
+use crate::options::{Cells, RenderOptions, SampleOptions, SampleOrder, Subpixels};
 use crate::picture::assemble::{TileDepth, TileLayout};
 use crate::picture::subpixels::{automatic, refined};
 use crate::picture::tiles::{TileSlot, tally};
-use crate::samples::axis_sheets::SliceOrder;
-use crate::samples::batches::{Batch, Outlines, PlacedBrick, Run, in_batches};
+use crate::samples::batches::{Batch, PlacedBrick, Run, in_batches};
 use crate::samples::chunks::project_runs;
-use crate::samples::geometry::Lens;
 use crate::samples::hiding::{BrickPlace, Hiding};
 use crate::samples::layer::{Layer, cells_of, layers, layers_in_world};
 use crate::samples::near::{NearSample, NearSetup};
-use crate::samples::project::{Painting, ProjectSetup, ProjectedChunk, SortKeys};
-use crate::samples::sample_light::SampleLight;
+use crate::samples::project::{Painting, ProjectSetup, ProjectedChunk};
 use crate::samples::tile_stage::{Layers, OpenTile, TileStage};
 use crate::scene::Scene;
 use crate::stats::{FrameStats, StageClock, StageTime};
@@ -50,24 +45,24 @@ const MAX_OPEN_BYTES: usize = 1 << 29;
 /// Renders samples one over another.
 #[derive(Clone, Debug)]
 pub(crate) struct EverySample {
-    layers: Vec<Layer>,
+    pub(super) layers: Vec<Layer>,
     /// Voxels that the transfer function leaves visible.
     pub(crate) non_transparent: u64,
     /// Voxels of the volume.
     pub(crate) voxels: u64,
-    options: RenderOptions,
-    choices: SampleOptions,
-    kernel: Kernel,
-    profile: FootprintProfile,
-    filter: PixelFilter,
+    pub(super) options: RenderOptions,
+    pub(super) choices: SampleOptions,
+    pub(super) kernel: Kernel,
+    pub(super) profile: FootprintProfile,
+    pub(super) filter: PixelFilter,
     /// How samples are painted in the next frame.
     pub(crate) painting: Painting,
-    dims: [usize; 3],
-    bounds_in_world: Option<[DVec3; 2]>,
-    smallest_spacing: f64,
-    unit_in_world: f64,
-    chunks: Vec<ProjectedChunk>,
-    open: Vec<OpenTile>,
+    pub(super) dims: [usize; 3],
+    pub(super) bounds_in_world: Option<[DVec3; 2]>,
+    pub(super) smallest_spacing: f64,
+    pub(super) unit_in_world: f64,
+    pub(super) chunks: Vec<ProjectedChunk>,
+    pub(super) open: Vec<OpenTile>,
 }
 
 impl EverySample {
@@ -277,101 +272,6 @@ impl EverySample {
         let is_one = self.choices.order == SampleOrder::AxisSheets
             || tiles * size_of::<TilePixels>() > MAX_OPEN_BYTES;
         in_batches(placed, is_one, self.outlines())
-    }
-
-    /// Whether footprints stay within their kernels' outlines.
-    fn outlines(&self) -> Outlines {
-        match (self.choices.select, self.choices.footprint) {
-            (SelectMode::Ewa, _) | (_, FootprintMode::AffineApprox) => Outlines::Wider,
-            _ => Outlines::Kernels,
-        }
-    }
-
-    fn maps(&self, layer: &Layer, camera: &Camera) -> MapSource {
-        MapSource {
-            view: GridView::new(camera, &layer.samples.world_from_index),
-            radius: self.kernel.radius(),
-            unit_in_world: self.unit_in_world,
-            mode: self.evaluated_footprint(),
-        }
-    }
-
-    /// The footprint that the tiles evaluate: EWA is affine by construction.
-    fn evaluated_footprint(&self) -> FootprintMode {
-        if self.choices.select == SelectMode::Ewa {
-            FootprintMode::Affine
-        } else {
-            self.choices.footprint
-        }
-    }
-
-    /// How a layer is projected, given its view and that of the first layer.
-    fn project_setup(
-        &self,
-        layer: &Layer,
-        maps: &MapSource,
-        (camera, first): (&Camera, &GridView),
-    ) -> ProjectSetup {
-        let threshold = self.choices.point_threshold_px;
-        let modes = (self.choices.footprint, self.choices.select);
-        ProjectSetup {
-            lens: Lens::new(
-                (&maps.view, layer.halvings),
-                &self.kernel,
-                modes,
-                self.unit_in_world,
-            ),
-            view_volume: ViewVolume::new(camera, &maps.view, self.kernel.radius()),
-            grid: TileGrid {
-                width: camera.width as usize,
-                height: camera.height as usize,
-            },
-            select: self.choices.select,
-            threshold2_px2: threshold * threshold,
-            light: SampleLight::new(
-                self.light(camera),
-                camera,
-                &maps.view,
-                self.options.simd.resolve(),
-            ),
-            painting: self.painting,
-            level: self.options.simd.resolve(),
-            keys: match self.choices.order {
-                SampleOrder::AxisSheets => {
-                    SortKeys::Slice(SliceOrder::new(first, self.dims).halved(layer.halvings))
-                }
-                SampleOrder::EverySample | SampleOrder::ImageSheets(_) => SortKeys::Depth,
-            },
-            layer: layer.halvings as u8,
-        }
-    }
-
-    /// How samples are lit, and how their extinction follows the gradient.
-    fn light(&self, camera: &Camera) -> (Option<ShadeSettings>, Option<GradientRamp>) {
-        (
-            ShadeSettings::new(&self.options, camera),
-            self.options.gradient_opacity.map(GradientRamp::new),
-        )
-    }
-
-    fn tile_settings(&self, maps: &MapSource) -> TileSettings {
-        let smallest = self.smallest_spacing;
-        TileSettings {
-            level: self.options.simd.resolve(),
-            profile: self.profile,
-            filter: self.filter.clone(),
-            opacity: self.options.opacity,
-            index: match maps.mode {
-                FootprintMode::Table => IndexRule::ConeCorrected,
-                _ => IndexRule::Direct,
-            },
-            depth: match self.options.depth {
-                DepthPlane::None => DepthRule::Skip,
-                DepthPlane::Expected => DepthRule::Expected,
-            },
-            sheet_thickness: (self.choices.sheet_voxels * smallest) as f32,
-            min_transmittance: self.options.min_transmittance,
-        }
     }
 }
 

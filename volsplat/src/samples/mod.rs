@@ -20,6 +20,7 @@ mod near;
 mod project;
 pub(crate) mod sample;
 mod sample_light;
+mod setup;
 mod tile_stage;
 
 pub(crate) use every_sample::EverySample;

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use crate::Error;
-use crate::bricks::cells::{CellBrick, FieldPlan, Gradients, PlannedChannel, Shown, TABLE_LEN};
+use crate::bricks::cells::{CellBrick, Gradients, TABLE_LEN};
+use crate::bricks::fill::{FieldPlan, PlannedChannel, Shown};
 use crate::bricks::support::Support;
 use crate::field::streamed::index::IndexedBrick;
 use crate::large::VoxelSource;

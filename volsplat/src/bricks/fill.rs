@@ -1,0 +1,330 @@
+//! From volumes to bricks of cells: which cells are kept, their scalars, gradients and masks.
+
+use super::cells::{
+    BrickChannel, CELL_CORNERS, CELL_SIDE, CellBrick, CellField, GradientTable, Gradients,
+    TABLE_LEN, Table, VERTEX_SIDE, cell_range,
+};
+use crate::bricks::bounds::{Bounds, brick_corners};
+use crate::bricks::support::Support;
+use crate::labels::palette::Palette;
+use crate::light::gradient_in_f32;
+use crate::volume::grid::Grid;
+use crate::volume::{Volume, with_voxels};
+use glam::{DMat3, DVec3};
+use rayon::prelude::*;
+
+/// What a field is made from.
+pub(crate) struct FieldPlan<'a> {
+    /// At least one; all of one size.
+    pub(crate) channels: Vec<PlannedChannel<'a>>,
+    pub(crate) mask: Option<&'a Volume>,
+    pub(crate) gradients: Gradients,
+}
+
+/// A volume and what of it is seen.
+pub(crate) struct PlannedChannel<'a> {
+    pub(crate) volume: &'a Volume,
+    pub(crate) shown: Shown,
+}
+
+/// What of a channel is seen.
+pub(crate) enum Shown {
+    /// Interpolated scalars.
+    Scalars(Support),
+    /// The labels of a palette, with their strengths by number.
+    Labels(Palette, Vec<f32>),
+}
+
+impl CellField {
+    /// The bricks of a plan. `non_transparent` is counted by the caller.
+    pub(crate) fn new(plan: &FieldPlan, non_transparent: u64) -> Self {
+        let first = plan.channels[0].volume;
+        let cells = first.dims.map(|n| n - 1);
+        let corners = brick_corners(cells, CELL_SIDE);
+        let count = corners.len();
+        let bricks: Vec<CellBrick> = corners
+            .into_par_iter()
+            .filter_map(|corner| plan.brick(&Block::new(first.dims, corner)))
+            .collect();
+        let empty = (count - bricks.len()) as u64;
+        Self {
+            empty,
+            ..Self::of_bricks(bricks, non_transparent, first.len() as u64)
+        }
+    }
+
+    /// A field of these bricks, with the number of its visible voxels and of all.
+    pub(crate) fn of_bricks(bricks: Vec<CellBrick>, non_transparent: u64, voxels: u64) -> Self {
+        Self {
+            bricks,
+            empty: 0,
+            non_transparent,
+            voxels,
+        }
+    }
+}
+
+/// Where a brick lies in its volume.
+struct Block {
+    corner: [u32; 3],
+    /// Cells along each axis.
+    size: [usize; 3],
+}
+
+impl Block {
+    fn new(dims: [usize; 3], corner: [u32; 3]) -> Self {
+        let size =
+            std::array::from_fn(|axis| CELL_SIDE.min(dims[axis] - 1 - corner[axis] as usize));
+        Self { corner, size }
+    }
+
+    /// A value for each vertex, made from its voxel, and their range.
+    fn filled<T: Copy + Into<f64>>(
+        &self,
+        grid: &Grid<T>,
+        value: impl Fn(f64) -> f32,
+    ) -> (Box<Table>, [f32; 2]) {
+        let mut table = Box::new([0.0; TABLE_LEN]);
+        let mut range = [f32::INFINITY, f32::NEG_INFINITY];
+        self.for_each_row(grid, |place, row| {
+            for (entry, &voxel) in table[place..place + VERTEX_SIDE].iter_mut().zip(row) {
+                *entry = value(voxel.into());
+                range = [range[0].min(*entry), range[1].max(*entry)];
+            }
+        });
+        (table, range)
+    }
+
+    /// Calls `visit` with each row of vertices: the place of its first in the tables, and its voxels.
+    fn for_each_row<T: Copy + Into<f64>>(
+        &self,
+        grid: &Grid<T>,
+        mut visit: impl FnMut(usize, &[T]),
+    ) {
+        let [first_x, first_y, first_z] = self.corner.map(|c| c as usize);
+        for z in 0..=self.size[2] {
+            for y in 0..=self.size[1] {
+                visit(
+                    vertex(0, y, z),
+                    grid.row([first_x, first_y + y, first_z + z], self.size[0] + 1),
+                );
+            }
+        }
+    }
+
+    /// Calls `visit` with each vertex's place in the tables and its index in the volume.
+    fn for_each_vertex(&self, mut visit: impl FnMut(usize, [isize; 3])) {
+        for z in 0..=self.size[2] {
+            for y in 0..=self.size[1] {
+                for x in 0..=self.size[0] {
+                    let place = [x, y, z];
+                    let index = std::array::from_fn(|axis| {
+                        (self.corner[axis] as usize + place[axis]) as isize
+                    });
+                    visit(vertex(x, y, z), index);
+                }
+            }
+        }
+    }
+}
+
+impl FieldPlan<'_> {
+    /// The brick whose first vertex is `corner`; `None` where nothing of it is seen.
+    pub(crate) fn brick_at(&self, corner: [u32; 3]) -> Option<CellBrick> {
+        self.brick(&Block::new(self.channels[0].volume.dims, corner))
+    }
+
+    /// A brick; `None` where nothing of it is seen.
+    fn brick(&self, block: &Block) -> Option<CellBrick> {
+        let tables: Vec<(Box<Table>, [f32; 2])> =
+            self.channels.iter().map(|c| c.scalars(block)).collect();
+        let seen =
+            |(channel, table): (&PlannedChannel, &(_, [f32; 2]))| channel.shown.meets(table.1);
+        if !self.channels.iter().zip(&tables).any(seen) {
+            return None;
+        }
+        let mask = match self.mask.map(|mask| mask_table(mask, block)) {
+            Some(Masked::All) => return None,
+            Some(Masked::Part(table)) => Some(table),
+            Some(Masked::None) | None => None,
+        };
+        let bounds = self.bounds(block, &tables, mask.as_deref())?;
+        let with_gradients =
+            |(channel, (scalars, range)): (&PlannedChannel, (Box<Table>, [f32; 2]))| {
+                let gradients = match self.gradients {
+                    Gradients::Without => None,
+                    Gradients::With => Some(channel.gradients(&bounds)),
+                };
+                BrickChannel {
+                    scalars,
+                    gradients,
+                    range,
+                }
+            };
+        let mut channels = self.channels.iter().zip(tables).map(with_gradients);
+        let BrickChannel {
+            scalars,
+            gradients,
+            range,
+        } = channels.next()?;
+        Some(CellBrick {
+            bounds,
+            scalars,
+            gradients,
+            range,
+            more: channels.collect(),
+            mask,
+        })
+    }
+
+    /// The box of the cells that are seen; `None` where there are none.
+    fn bounds(
+        &self,
+        block: &Block,
+        tables: &[(Box<Table>, [f32; 2])],
+        mask: Option<&[u8; TABLE_LEN]>,
+    ) -> Option<Bounds> {
+        let mut bounds = Bounds::nothing(block.corner);
+        let mut any = false;
+        for z in 0..block.size[2] {
+            for y in 0..block.size[1] {
+                for x in 0..block.size[0] {
+                    let first = vertex(x, y, z);
+                    let shown =
+                        mask.is_none_or(|mask| CELL_CORNERS.iter().any(|o| mask[first + o] != 0));
+                    let channels = || self.channels.iter().zip(tables);
+                    if shown
+                        && channels().any(|(channel, table)| {
+                            channel.shown.meets(cell_range(&table.0, first))
+                        })
+                    {
+                        bounds.add([x, y, z]);
+                        bounds.add([x + 1, y + 1, z + 1]);
+                        any = true;
+                    }
+                }
+            }
+        }
+        any.then_some(bounds)
+    }
+}
+
+impl PlannedChannel<'_> {
+    /// The scalars of a block, or the numbers of its labels, and their range.
+    fn scalars(&self, block: &Block) -> (Box<Table>, [f32; 2]) {
+        let dims = self.volume.dims;
+        with_voxels!(&self.volume.voxels, slice => {
+            let grid = Grid { voxels: slice, dims };
+            match &self.shown {
+                Shown::Scalars(_) => block.filled(&grid, |value| value as f32),
+                Shown::Labels(palette, _) => block.filled(&grid, |value| palette.number(value)),
+            }
+        })
+    }
+
+    /// The gradients at the vertices of a block up to the greatest that is seen.
+    fn gradients(&self, bounds: &Bounds) -> Box<GradientTable> {
+        let dims = self.volume.dims;
+        // Gradients are covectors: they go to the world by the inverse transpose.
+        let world_from_grid = self.volume.world_from_index.matrix3.inverse().transpose();
+        with_voxels!(&self.volume.voxels, slice => {
+            let grid = Grid { voxels: slice, dims };
+            match &self.shown {
+                Shown::Scalars(_) => gradients(|index| grid.at(index), bounds, &world_from_grid),
+                // Labels rise and fall with what is seen of them.
+                Shown::Labels(palette, strengths) => {
+                    let strength = |index| strengths[palette.number(grid.stored(index)) as usize];
+                    gradients(strength, bounds, &world_from_grid)
+                }
+            }
+        })
+    }
+}
+
+impl Shown {
+    /// Whether any of the values, from the least to the greatest, may be seen.
+    #[inline(always)]
+    pub(crate) fn meets(&self, range: [f32; 2]) -> bool {
+        match self {
+            Self::Scalars(support) => support.meets(range[0], range[1]),
+            // Number 0 stands for all that is not drawn.
+            Self::Labels(..) => range[1] > 0.0,
+        }
+    }
+}
+
+/// What a mask hides of a brick.
+enum Masked {
+    None,
+    All,
+    Part(Box<[u8; TABLE_LEN]>),
+}
+
+fn mask_table(mask: &Volume, block: &Block) -> Masked {
+    let mut table = Box::new([0; TABLE_LEN]);
+    let (mut shown, mut hidden) = (false, false);
+    with_voxels!(&mask.voxels, slice => {
+        let grid = Grid { voxels: slice, dims: mask.dims };
+        block.for_each_vertex(|place, index| {
+            let is_shown = grid.stored(index) != 0.0;
+            table[place] = u8::from(is_shown);
+            shown |= is_shown;
+            hidden |= !is_shown;
+        });
+    });
+    match (shown, hidden) {
+        (false, _) => Masked::All,
+        (true, false) => Masked::None,
+        (true, true) => Masked::Part(table),
+    }
+}
+
+/// Gradients of a function of the voxel: central differences, one-sided by repetition at the volume's faces.
+fn gradients(
+    at: impl Fn([isize; 3]) -> f32,
+    bounds: &Bounds,
+    world_from_grid: &DMat3,
+) -> Box<GradientTable> {
+    let mut table = Box::new([[0.0f32; 4]; TABLE_LEN]);
+    let [_, greatest] = bounds.range().map(|end| end.map(isize::from));
+    for z in 0..=greatest[2] {
+        for y in 0..=greatest[1] {
+            for x in 0..=greatest[0] {
+                let at = |offset: [isize; 3]| {
+                    let place = [x, y, z];
+                    at(std::array::from_fn(|axis| {
+                        bounds.corner[axis] as isize + place[axis] + offset[axis]
+                    }))
+                };
+                let difference = DVec3::new(
+                    f64::from(at([1, 0, 0]) - at([-1, 0, 0])),
+                    f64::from(at([0, 1, 0]) - at([0, -1, 0])),
+                    f64::from(at([0, 0, 1]) - at([0, 0, -1])),
+                );
+                let [gx, gy, gz] = gradient_in_f32(*world_from_grid * (0.5 * difference));
+                table[vertex(x as usize, y as usize, z as usize)] = [gx, gy, gz, 0.0];
+            }
+        }
+    }
+    table
+}
+
+/// Place of a vertex in a brick's table.
+fn vertex(x: usize, y: usize, z: usize) -> usize {
+    x + VERTEX_SIDE * (y + VERTEX_SIDE * z)
+}
+
+/// Least and greatest scalar at the vertices of the brick whose first vertex is `corner`.
+pub(crate) fn least_and_greatest<T: Copy + Into<f64>>(
+    grid: &Grid<T>,
+    corner: [u32; 3],
+) -> [f32; 2] {
+    let mut range = [f32::INFINITY, f32::NEG_INFINITY];
+    Block::new(grid.dims, corner).for_each_row(grid, |_, row| {
+        for &voxel in row {
+            let value = voxel.into() as f32;
+            range = [range[0].min(value), range[1].max(value)];
+        }
+    });
+    range
+}

@@ -1,0 +1,113 @@
+//! What a frame of samples is projected and composited with: from the options, the camera and a layer.
+
+use super::every_sample::EverySample;
+use crate::bricks::cull::ViewVolume;
+use crate::light::{GradientRamp, ShadeSettings};
+use crate::options::{DepthPlane, SampleOrder};
+use crate::samples::axis_sheets::SliceOrder;
+use crate::samples::batches::Outlines;
+use crate::samples::geometry::Lens;
+use crate::samples::layer::Layer;
+use crate::samples::project::{ProjectSetup, SortKeys};
+use crate::samples::sample_light::SampleLight;
+use resample_core::composite::{DepthRule, IndexRule, TileSettings};
+use resample_core::maps::MapSource;
+use resample_core::tile::TileGrid;
+use resample_core::{Camera, FootprintMode, GridView, SelectMode};
+
+impl EverySample {
+    /// Whether footprints stay within their kernels' outlines.
+    pub(super) fn outlines(&self) -> Outlines {
+        match (self.choices.select, self.choices.footprint) {
+            (SelectMode::Ewa, _) | (_, FootprintMode::AffineApprox) => Outlines::Wider,
+            _ => Outlines::Kernels,
+        }
+    }
+
+    pub(super) fn maps(&self, layer: &Layer, camera: &Camera) -> MapSource {
+        MapSource {
+            view: GridView::new(camera, &layer.samples.world_from_index),
+            radius: self.kernel.radius(),
+            unit_in_world: self.unit_in_world,
+            mode: self.evaluated_footprint(),
+        }
+    }
+
+    /// The footprint that the tiles evaluate: EWA is affine by construction.
+    pub(super) fn evaluated_footprint(&self) -> FootprintMode {
+        if self.choices.select == SelectMode::Ewa {
+            FootprintMode::Affine
+        } else {
+            self.choices.footprint
+        }
+    }
+
+    /// How a layer is projected, given its view and that of the first layer.
+    pub(super) fn project_setup(
+        &self,
+        layer: &Layer,
+        maps: &MapSource,
+        (camera, first): (&Camera, &GridView),
+    ) -> ProjectSetup {
+        let threshold = self.choices.point_threshold_px;
+        let modes = (self.choices.footprint, self.choices.select);
+        ProjectSetup {
+            lens: Lens::new(
+                (&maps.view, layer.halvings),
+                &self.kernel,
+                modes,
+                self.unit_in_world,
+            ),
+            view_volume: ViewVolume::new(camera, &maps.view, self.kernel.radius()),
+            grid: TileGrid {
+                width: camera.width as usize,
+                height: camera.height as usize,
+            },
+            select: self.choices.select,
+            threshold2_px2: threshold * threshold,
+            light: SampleLight::new(
+                self.light(camera),
+                camera,
+                &maps.view,
+                self.options.simd.resolve(),
+            ),
+            painting: self.painting,
+            level: self.options.simd.resolve(),
+            keys: match self.choices.order {
+                SampleOrder::AxisSheets => {
+                    SortKeys::Slice(SliceOrder::new(first, self.dims).halved(layer.halvings))
+                }
+                SampleOrder::EverySample | SampleOrder::ImageSheets(_) => SortKeys::Depth,
+            },
+            layer: layer.halvings as u8,
+        }
+    }
+
+    /// How samples are lit, and how their extinction follows the gradient.
+    pub(super) fn light(&self, camera: &Camera) -> (Option<ShadeSettings>, Option<GradientRamp>) {
+        (
+            ShadeSettings::new(&self.options, camera),
+            self.options.gradient_opacity.map(GradientRamp::new),
+        )
+    }
+
+    pub(super) fn tile_settings(&self, maps: &MapSource) -> TileSettings {
+        let smallest = self.smallest_spacing;
+        TileSettings {
+            level: self.options.simd.resolve(),
+            profile: self.profile,
+            filter: self.filter.clone(),
+            opacity: self.options.opacity,
+            index: match maps.mode {
+                FootprintMode::Table => IndexRule::ConeCorrected,
+                _ => IndexRule::Direct,
+            },
+            depth: match self.options.depth {
+                DepthPlane::None => DepthRule::Skip,
+                DepthPlane::Expected => DepthRule::Expected,
+            },
+            sheet_thickness: (self.choices.sheet_voxels * smallest) as f32,
+            min_transmittance: self.options.min_transmittance,
+        }
+    }
+}
