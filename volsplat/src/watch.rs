@@ -1,4 +1,4 @@
 //! How far a long task is.
 
-/// Is told how much of a long task is done, from 0 to 1, now and then.
+/// Called now and then with the share of a long task that is done, 0 to 1.
 pub type Watch<'a> = dyn FnMut(f64) + 'a;

@@ -1,4 +1,4 @@
-//! Which format a file has, told by its content and never by its name.
+//! The format of a file, detected by its content and never by its name.
 //!
 //! Takes a path, reads its first bytes, and compares them with what each format must begin with. What is known but not
 //! read here, such as HDF5, is named too, so that the message can say more than "unknown".
@@ -11,7 +11,7 @@ use crate::input::{
     cannot_read, dicom, meta_image, nifti, npy, nrrd, open, slices, tiff_stack, vti, zarr,
 };
 
-/// The formats that are told by their content. A headerless file has none of them.
+/// The formats that are detected by their content. A headerless file has no format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Format {
     /// NRRD, attached or detached.
@@ -49,7 +49,7 @@ impl Format {
 }
 
 /// What the content says.
-pub(super) enum Told {
+pub(super) enum Detected {
     /// A format, and the files that hold it: one, or the slices in their order.
     Known(Format, Vec<PathBuf>),
     /// A format that is not read here: its name and what to do.
@@ -96,18 +96,18 @@ const ANALYZE: &str =
 /// that no file fits.
 pub fn format_of(path: &Path) -> Result<Option<Format>, Error> {
     let header = nifti::header_beside(path);
-    Ok(match tell(header.as_deref().unwrap_or(path))? {
-        Told::Known(format, _) => Some(format),
-        Told::NotRead(_) | Told::Nothing => None,
+    Ok(match detect(header.as_deref().unwrap_or(path))? {
+        Detected::Known(format, _) => Some(format),
+        Detected::NotRead(_) | Detected::Nothing => None,
     })
 }
 
-pub(super) fn tell(path: &Path) -> Result<Told, Error> {
+pub(super) fn detect(path: &Path) -> Result<Detected, Error> {
     if zarr::begins(path) {
-        return Ok(Told::Known(Format::Zarr, vec![path.to_owned()]));
+        return Ok(Detected::Known(Format::Zarr, vec![path.to_owned()]));
     }
     let Some(paths) = slices::paths(path)? else {
-        return tell_file(path);
+        return detect_file(path);
     };
     let (mut dicom, mut tiff) = (Vec::new(), Vec::new());
     for path in paths {
@@ -119,15 +119,15 @@ pub(super) fn tell(path: &Path) -> Result<Told, Error> {
         }
     }
     Ok(match (dicom.is_empty(), tiff.is_empty()) {
-        (false, _) => Told::Known(Format::Dicom, dicom),
-        (true, false) => Told::Known(Format::Tiff, tiff),
-        (true, true) => Told::NotRead(NO_SLICES),
+        (false, _) => Detected::Known(Format::Dicom, dicom),
+        (true, false) => Detected::Known(Format::Tiff, tiff),
+        (true, true) => Detected::NotRead(NO_SLICES),
     })
 }
 
-fn tell_file(path: &Path) -> Result<Told, Error> {
+fn detect_file(path: &Path) -> Result<Detected, Error> {
     let head = head_of(path)?;
-    let known = |format| Told::Known(format, vec![path.to_owned()]);
+    let known = |format| Detected::Known(format, vec![path.to_owned()]);
     if let Some(format) = self::known(&head) {
         return Ok(known(format));
     }
@@ -135,14 +135,14 @@ fn tell_file(path: &Path) -> Result<Told, Error> {
         return Ok(if nifti::is_nifti(&unpacked(&head)) {
             known(Format::Nifti)
         } else {
-            Told::NotRead(GZIP)
+            Detected::NotRead(GZIP)
         });
     }
     if nifti::is_analyze(&head) {
-        return Ok(Told::NotRead(ANALYZE));
+        return Ok(Detected::NotRead(ANALYZE));
     }
     let not_read = NOT_READ.iter().find(|(mark, _)| head.starts_with(mark));
-    Ok(not_read.map_or(Told::Nothing, |(_, advice)| Told::NotRead(advice)))
+    Ok(not_read.map_or(Detected::Nothing, |(_, advice)| Detected::NotRead(advice)))
 }
 
 fn head_of(path: &Path) -> Result<Vec<u8>, Error> {

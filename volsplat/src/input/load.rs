@@ -7,7 +7,7 @@
 use std::path::{Path, PathBuf};
 
 use super::file::{Parts, at};
-use super::format::{self, Format, Told};
+use super::format::{self, Detected, Format};
 use super::options::{LoadOptions, refuse_superfluous, replaced_lattice, undecided};
 use super::{dicom, meta_image, nifti, npy, nrrd, raw, rescale, tiff_stack, vti, zarr};
 use crate::Error;
@@ -26,10 +26,10 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Volume, Error> {
         None
     };
     let path = header.as_deref().unwrap_or(path);
-    let mut parts = match (format::tell(path)?, &options.raw) {
-        (Told::Known(format, files), None) => read(format, path, &files, options)?,
-        (Told::NotRead(_) | Told::Nothing, Some(raw)) => raw::load(path, raw)?,
-        (told, _) => return Err(undecided(path, &told)),
+    let mut parts = match (format::detect(path)?, &options.raw) {
+        (Detected::Known(format, files), None) => read(format, path, &files, options)?,
+        (Detected::NotRead(_) | Detected::Nothing, Some(raw)) => raw::load(path, raw)?,
+        (detected, _) => return Err(undecided(path, &detected)),
     };
     if let Some([slope, intercept]) = options.rescale {
         parts.voxels = rescaled(parts.voxels, slope, intercept)?;

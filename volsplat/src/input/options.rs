@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::format::{Format, Told};
+use super::format::{Detected, Format};
 use super::raw::RawOptions;
 use crate::Error;
 use crate::volume::NanPolicy;
@@ -66,19 +66,19 @@ pub(super) fn refuse_superfluous(
 }
 
 /// The error where the content and the options do not say how to read the file.
-pub(super) fn undecided(path: &Path, told: &Told) -> Error {
+pub(super) fn undecided(path: &Path, detected: &Detected) -> Error {
     let name = path.display();
-    match told {
-        Told::Known(format, _) => Error::Option(format!(
+    match detected {
+        Detected::Known(format, _) => Error::Option(format!(
             "{name}: this is a file of format {} and states its own size and type: leave out the layout of raw files",
             format.name()
         )),
-        Told::NotRead(advice) => Error::Unsupported {
+        Detected::NotRead(advice) => Error::Unsupported {
             path: path.to_owned(),
             what: format!("this is {advice}"),
         },
-        Told::Nothing => Error::Option(format!(
-            "{name}: no known header (formats are told by the content): for a headerless file say its dimensions \
+        Detected::Nothing => Error::Option(format!(
+            "{name}: no known header (the format is detected by the content): for a headerless file say its dimensions \
              and its type, and where needed the byte order, the bytes to skip and the spacing"
         )),
     }

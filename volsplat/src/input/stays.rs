@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::file::at;
-use super::format::{self, Format, Told};
+use super::format::{self, Detected, Format};
 use super::load::zarr_choice;
 use super::options::{LoadOptions, refuse_superfluous, replaced_lattice, undecided};
 use super::stored::{Located, Stored};
@@ -83,7 +83,7 @@ fn zarr_lattice(path: &Path, zarr: &zarr::Opened, options: &LoadOptions) -> Resu
 }
 
 /// Opens a volume file whose voxels can be read box by box, unpacking chunks into a temporary file within `max_memory`
-/// bytes where it has any; `None` for a file that must be unpacked as a whole. `watch` is told how far unpacking is.
+/// bytes where it has any; `None` for a file that must be unpacked as a whole. `watch` hears how far unpacking is.
 ///
 /// Errors as in [`crate::load`]; the values are not looked at.
 fn open_unread(
@@ -102,8 +102,8 @@ fn open_unread(
         // Box by box, values would have no type that suits all of them.
         return Ok(None);
     }
-    let located = match (format::tell(path)?, &options.raw) {
-        (Told::Known(format, _), None) => {
+    let located = match (format::detect(path)?, &options.raw) {
+        (Detected::Known(format, _), None) => {
             refuse_superfluous(format, path, options)?;
             match format {
                 // A component lies between others.
@@ -112,9 +112,13 @@ fn open_unread(
                 _ => None,
             }
         }
-        (Told::NotRead(_) | Told::Nothing, Some(raw)) => Some(raw::locate(path, raw)?),
-        (Told::NotRead(_) | Told::Nothing, None) if nifti::header_beside(path).is_some() => None,
-        (told, _) => return Err(undecided(path, &told)),
+        (Detected::NotRead(_) | Detected::Nothing, Some(raw)) => Some(raw::locate(path, raw)?),
+        (Detected::NotRead(_) | Detected::Nothing, None)
+            if nifti::header_beside(path).is_some() =>
+        {
+            None
+        }
+        (detected, _) => return Err(undecided(path, &detected)),
     };
     let Some(located) = located else {
         return Ok(None);

@@ -17,7 +17,7 @@ const MAX_BYTES: u64 = 10_000_000;
 
 impl LabelTable {
     /// Reads a table: a label file of ITK-SNAP, CSV (label, red, green, blue from 0 to 255, and opacity from 0 to 1 if
-    /// wanted), or JSON (`{"1": "#ff8000", "2": {"colour": "#00ff00", "opacity": 0.3}}`); told by the content.
+    /// wanted), or JSON (`{"1": "#ff8000", "2": {"colour": "#00ff00", "opacity": 0.3}}`); the content decides which.
     ///
     /// Errors name the file, the line or the key, and what was expected.
     pub fn load(path: &Path) -> Result<Self, Error> {

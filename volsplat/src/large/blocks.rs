@@ -129,7 +129,7 @@ impl Block {
     }
 
     /// Whether a voxel, counted in the block, is this block's own: the last ones along y and z are the next block's,
-    /// but for the end of the volume. Made without a margin.
+    /// except at the end of the volume. Made without a margin.
     pub(crate) fn owns_line(&self, dims: [usize; 3], [y, z]: [usize; 2]) -> bool {
         let own = |axis: usize, at: usize| {
             let Region { first, size } = self.region;

@@ -60,7 +60,7 @@ impl Anchor {
 }
 
 impl SheetSettings {
-    /// The settings of slabs of a thickness around an anchor; `smallest_spacing` is the opacity unit if none is said.
+    /// The settings of slabs of a thickness around an anchor; `smallest_spacing` is the opacity unit if the options have no other.
     pub(crate) fn new(
         options: &RenderOptions,
         (_view, camera): (&GridView, &Camera),

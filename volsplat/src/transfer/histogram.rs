@@ -27,7 +27,7 @@ const MAX_EXACT_BINS: f64 = 65536.0;
 const BINS: usize = 4096;
 
 /// Up to this share of the voxels are outliers when all others fall into two bins: 167 of 256^3. A guess; an object
-/// that small is told from outliers only by the eye.
+/// that small differs from outliers only to the eye.
 const OUTLIER_SHARE: f64 = 1e-5;
 
 /// Ways from the range of f64 down to one bin: each zoom divides the range by 2048, and f64 spans 2^2098.

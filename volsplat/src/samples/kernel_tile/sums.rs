@@ -157,7 +157,7 @@ impl TileRays {
     }
 }
 
-/// The sums of a slab, told where it lies.
+/// The sums of a slab, with its place.
 #[inline(always)]
 pub(super) fn slab<'a>(tile: &Tile, number: u32, ring: &'a mut [SlabSums]) -> &'a mut SlabSums {
     let sums = &mut ring[number as usize & (tile.settings.ring_len - 1)];
