@@ -1,0 +1,128 @@
+//! The command line `resample` as a library, so that other front ends share its files, framing, settings, planner and output.
+//!
+//! [`run`] takes the words of a command line and gives an exit code: 0 when everything asked for was written, 2 when the
+//! input or the options are bad (nothing is written then), 1 when a file could not be written although all checks had
+//! passed or a bound of a comparison is broken, 130 after Ctrl-C. This file parses, starts the threads and dispatches;
+//! each command reads as its list of steps in `commands/`.
+
+mod args;
+mod background;
+mod blend;
+mod built_in;
+mod camera_file;
+mod camera_path;
+mod choices;
+mod clip;
+mod commands;
+mod figures;
+mod framing;
+mod input_picture;
+mod interrupt;
+mod json_fields;
+mod machine;
+mod multiview;
+mod order;
+mod output;
+mod picture;
+mod plan;
+mod planner;
+mod progress;
+mod report;
+mod scene;
+mod scene_camera;
+mod sequence;
+mod settings;
+mod transfer;
+mod transfer_plot;
+mod values;
+mod viewpoint;
+mod volume_data;
+mod volume_motion;
+mod warp_references;
+mod warp_scene;
+mod words;
+
+use std::process::ExitCode;
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use clap::Parser;
+
+use crate::args::{Cli, Command, GlobalArgs};
+use crate::commands::compare::TooFar;
+use crate::interrupt::Interrupted;
+use crate::output::WriteFailure;
+use crate::plan::Telling;
+use crate::report::Verbosity;
+
+/// Bad input or options; also what clap uses.
+const EXIT_BAD_INPUT: u8 = 2;
+
+/// The input was fine, but a file could not be written or pictures are too far apart.
+const EXIT_FAILED: u8 = 1;
+
+/// Does what the words of this process ask for.
+pub fn run() -> ExitCode {
+    let cli = Cli::parse();
+    match dispatched(&cli) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) if error.is::<Interrupted>() => {
+            report::say(&report::one_line(&error));
+            ExitCode::from(interrupt::EXIT_INTERRUPTED)
+        }
+        Err(error) => {
+            // A measured command that is asked for its help.
+            if let Some(help) = error
+                .downcast_ref::<clap::Error>()
+                .filter(|help| !help.use_stderr())
+            {
+                return ExitCode::from(if help.print().is_ok() { 0 } else { EXIT_FAILED });
+            }
+            report::say(&format!("error: {}", report::one_line(&error)));
+            let failed = error.is::<WriteFailure>() || error.is::<TooFar>();
+            ExitCode::from(if failed { EXIT_FAILED } else { EXIT_BAD_INPUT })
+        }
+    }
+}
+
+fn dispatched(cli: &Cli) -> Result<()> {
+    start_threads(&cli.global)?;
+    let verbosity = verbosity(&cli.global);
+    let telling = Telling {
+        start: Instant::now(),
+        verbosity,
+    };
+    if let Some((opened, command)) = planner::planned(&cli.command, verbosity)? {
+        interrupt::watch()?;
+        return opened.finish(&command, telling);
+    }
+    match &cli.command {
+        Command::Demo(args) => commands::demo::run(args, verbosity),
+        Command::Bench(args) => commands::bench::run(args, verbosity),
+        Command::Calibrate(args) => commands::calibrate::run(args, verbosity),
+        Command::Compare(args) => commands::compare::run(args),
+        Command::Info(args) => commands::info::run(args),
+        Command::Texmap(args) => commands::texmap::run(args, verbosity),
+        Command::Trade(args) => commands::trade::run(args, verbosity),
+        Command::Volsplat(args) => commands::volsplat::run(args, verbosity),
+        Command::Warp3d(args) => commands::warp3d::run(args, verbosity),
+    }
+}
+
+fn start_threads(args: &GlobalArgs) -> Result<()> {
+    let Some(threads) = args.threads else {
+        return Ok(());
+    };
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(usize::from(threads))
+        .build_global()
+        .with_context(|| format!("--threads {threads}: cannot start that many"))
+}
+
+fn verbosity(args: &GlobalArgs) -> Verbosity {
+    match (args.quiet, args.verbose) {
+        (true, _) => Verbosity::Quiet,
+        (false, true) => Verbosity::Verbose,
+        (false, false) => Verbosity::Normal,
+    }
+}
