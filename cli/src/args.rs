@@ -6,6 +6,7 @@
 
 mod blend;
 mod clip;
+mod defaults;
 mod samples;
 mod scene;
 mod transfer;
@@ -15,7 +16,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
-use volsplat::{RenderOptions, Subpixels};
+use serde::{Deserialize, Serialize};
+use volsplat::Subpixels;
 
 pub(crate) use blend::{BlendArgs, RayBlendArg, VolumeLayerArg};
 pub(crate) use clip::ClipArgs;
@@ -24,13 +26,13 @@ pub(crate) use scene::SceneArgs;
 pub(crate) use transfer::{SpaceArg, TransferArgs};
 pub(crate) use volume::VolumeArgs;
 
-use crate::choices;
 use crate::values::{self, Axis, BackgroundWord, Orbit, Size};
 
 mod ask;
 mod bench;
 mod calibrate;
 mod compare;
+mod drawing;
 mod info;
 mod sequence;
 mod texmap;
@@ -41,6 +43,7 @@ pub(crate) use ask::AskArgs;
 pub(crate) use bench::{BenchArgs, BenchPaperArgs, BenchSceneArgs, BenchTable};
 pub(crate) use calibrate::CalibrateArgs;
 pub(crate) use compare::CompareArgs;
+pub(crate) use drawing::Drawing;
 pub(crate) use info::{DemoArgs, InfoArgs};
 pub(crate) use sequence::SequenceArgs;
 pub(crate) use texmap::{
@@ -50,11 +53,11 @@ pub(crate) use texmap::{
 pub(crate) use trade::{SceneArg, TradeArgs, TradeOptions};
 pub(crate) use warp3d::{
     AnaglyphArg, BlendArg, DepthArgs, DepthKindArg, FillArg, MethodArg, MixedArg, VisibilityArg,
-    Warp3dArgs, WarpArgs,
+    Warp3dArgs, WarpArgs, WarpCameraArgs,
 };
 
 /// Forward resampling: clean pictures from discrete samples
-#[derive(Debug, Parser)]
+#[derive(Clone, Debug, Parser)]
 #[command(name = "resample", version, max_term_width = 110)]
 pub(crate) struct Cli {
     /// What to do.
@@ -66,7 +69,7 @@ pub(crate) struct Cli {
 }
 
 /// The commands.
-#[derive(Debug, Subcommand)]
+#[derive(Clone, Debug, Subcommand)]
 pub(crate) enum Command {
     /// Draw built-in volumes: needs no file, takes seconds
     Demo(DemoArgs),
@@ -74,36 +77,25 @@ pub(crate) enum Command {
     ///
     /// Example: resample info head.nii.gz
     Info(InfoArgs),
-    /// Measure published tables again, on this machine
+    /// Reproduce the published tables on this machine
     Bench(BenchArgs),
-    /// Measure what this machine needs for what a picture is made of; --max-time predicts from it
+    /// Benchmark this machine once, so that --max-time can predict render times
     Calibrate(CalibrateArgs),
     /// Compare a picture or an animation with its reference: PSNR, SSIM, FLIP and more
     ///
     /// Example: resample compare mine.png truth.exr --heatmap errors.png --fail-above flip=0.02
     Compare(CompareArgs),
-    /// Draw a textured mesh, glTF or OBJ, from one or several cameras
-    ///
-    /// Example: resample texmap helmet.glb -o helmet.png
-    Texmap(Box<TexmapArgs>),
     /// Measure what every choice costs and loses: error against time, as one page with pictures
     ///
     /// Example: resample trade volsplat engine.nrrd --transfer tf.json --out report --settings slab,subpixel
-    #[command(after_help = trade::help_of_the_measurement())]
     Trade(TradeArgs),
-    /// Draw a volume file from one or several cameras
-    ///
-    /// Example: resample volsplat engine.raw --dims 256,256,128 --type u8 -o engine.png
-    Volsplat(Box<VolsplatArgs>),
-    /// Show a picture with depth from another camera
-    ///
-    /// Example: resample warp3d im0.png disp0.pfm --depth-kind disparity --from calib.txt#0 --to calib.txt#1 -o new.png
-    #[command(name = "warp3d")]
-    Warp3d(Box<Warp3dArgs>),
+    /// The commands that draw.
+    #[command(flatten)]
+    Draw(Drawing),
 }
 
 /// Options of every command.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub(crate) struct GlobalArgs {
     /// Number of threads [default: all processors]; the picture is the same for any number
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -117,7 +109,7 @@ pub(crate) struct GlobalArgs {
 }
 
 /// Options of `resample volsplat`.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug, Default)]
 pub(crate) struct VolsplatArgs {
     /// Volume file, folder of slices or pattern such as 'slices/*.tif'
     ///
@@ -160,7 +152,7 @@ pub(crate) struct VolsplatArgs {
 }
 
 /// From where the volume is seen.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Camera")]
 pub(crate) struct CameraArgs {
     /// Camera file; a JSON list of cameras renders one numbered picture for each
@@ -184,44 +176,56 @@ pub(crate) struct CameraArgs {
     pub size: Option<Size>,
 }
 
+impl Default for CameraArgs {
+    fn default() -> Self {
+        defaults::defaults()
+    }
+}
+
 /// How the volume is drawn.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case", default)]
 #[command(next_help_heading = "Rendering")]
 pub(crate) struct RenderArgs {
     /// Order in which voxels are composited [default: image-sheets; every-sample where one of its own options is
     /// given, or where the volume is a single slice]
     #[arg(long, value_enum)]
     pub order: Option<OrderArg>,
-    /// How the opacity of a voxel becomes the opacity of a pixel
-    #[arg(long, value_enum, default_value_t = choices::OPACITY.default_arg(|o| o.opacity))]
-    pub opacity: OpacityArg,
-    /// A pixel is left alone once its transmittance is below this; 0 never stops early
-    #[arg(long, value_name = "T", value_parser = values::fraction,
-        default_value_t = RenderOptions::default().min_transmittance)]
-    pub min_transmittance: f32,
+    /// How the opacity of a voxel becomes the opacity of a pixel [default: extinction]
+    #[arg(long, value_enum)]
+    pub opacity: Option<OpacityArg>,
+    /// Stop a ray once its remaining transmittance falls below T (0: never) [default: 0.001953125]
+    #[arg(long, value_name = "T", value_parser = values::fraction)]
+    pub min_transmittance: Option<f32>,
     /// How samples are lit, by the gradient of the volume [default: none]
     #[arg(long, value_enum)]
     pub shade: Option<ShadeArg>,
     /// Direction towards the light, in the world [default: the light is at the camera]
     #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true, requires = "shade")]
+    #[serde(skip)]
     pub light: Option<DVec3>,
     /// Multiply the extinction by a ramp over the length of the gradient: 0 at LOW, 1 at HIGH, value per world unit
     #[arg(long, value_name = "LOW,HIGH", value_parser = values::ramp)]
     pub gradient_opacity: Option<[f64; 2]>,
     /// Which part of the volume is drawn.
     #[command(flatten)]
+    #[serde(skip)]
     pub clip: ClipArgs,
     /// What a pixel shows of its ray.
     #[command(flatten)]
+    #[serde(flatten)]
     pub blend: BlendArgs,
     #[command(flatten)]
+    #[serde(flatten)]
     pub sheets: SheetArgs,
     #[command(flatten)]
+    #[serde(flatten)]
     pub samples: SampleArgs,
 }
 
 /// Options of the image-sheets order.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case", default)]
 #[command(next_help_heading = "Rendering, order image-sheets")]
 pub(crate) struct SheetArgs {
     /// Thickness of a slab along the view, in voxels [default: 0.5]
@@ -230,6 +234,7 @@ pub(crate) struct SheetArgs {
     /// Sub-pixels along a pixel's side: 1, 2, 4, 8, 16, or auto, about two a voxel, or one a sample in every-sample
     /// (every order) [default: auto; in axis-sheets it is 1]
     #[arg(long, value_name = "N|auto", value_parser = values::subpixels)]
+    #[serde(with = "values::subpixels_word")]
     pub subpixel: Option<Subpixels>,
     /// Far bricks are drawn from merged blocks or fewer sheets where no pixel is predicted to change by more than this;
     /// 0 never does [default: 0.001953125]
@@ -244,7 +249,7 @@ pub(crate) struct SheetArgs {
 }
 
 /// How the picture is written.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Picture")]
 pub(crate) struct PictureArgs {
     /// Bits per channel of a PNG [default: 8]
@@ -266,7 +271,8 @@ pub(crate) enum ProjectionArg {
 }
 
 /// Order of compositing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum OrderArg {
     /// Slabs parallel to the picture, classified per sub-pixel: sharp and antialiased
     ImageSheets,
@@ -277,7 +283,8 @@ pub(crate) enum OrderArg {
 }
 
 /// How samples are lit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum ShadeArg {
     /// Not at all: the colours of the transfer function
     None,
@@ -288,7 +295,8 @@ pub(crate) enum ShadeArg {
 }
 
 /// How the sums of a sheet are formed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum SheetSumsArg {
     /// Sample by sample, from the eight voxels around it
     Gather,
@@ -297,7 +305,8 @@ pub(crate) enum SheetSumsArg {
 }
 
 /// How the opacity of a voxel becomes the opacity of a pixel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum OpacityArg {
     /// Exact transmittance, however many footprints overlap
     Extinction,
@@ -306,7 +315,8 @@ pub(crate) enum OpacityArg {
 }
 
 /// How a perspective footprint is evaluated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum FootprintArg {
     /// Ellipse around the projected centre
     AffineApprox,
@@ -319,7 +329,8 @@ pub(crate) enum FootprintArg {
 }
 
 /// What the transfer function is applied to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum ClassifyArg {
     /// Voxels, before they are summed
     Pre,
@@ -328,7 +339,8 @@ pub(crate) enum ClassifyArg {
 }
 
 /// Shape of the reconstruction kernel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum KernelArg {
     /// Trilinear interpolation (image-sheets)
     Trilinear,
@@ -341,7 +353,8 @@ pub(crate) enum KernelArg {
 }
 
 /// Which voxels are drawn as points and which as splats.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum SelectArg {
     /// Small ones as points, large ones as splats
     Hybrid,
@@ -354,7 +367,8 @@ pub(crate) enum SelectArg {
 }
 
 /// What gives a voxel its colour.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum ColourByArg {
     /// The transfer function
     Transfer,

@@ -8,9 +8,7 @@ pub(crate) mod warp;
 use clap::ValueEnum;
 use resample_core::{FootprintMode, KernelShape, OpacityMode, Projection, SelectMode};
 use volsplat::transfer::ColourEncoding;
-use volsplat::{
-    Cells, Classify, ColourBy, Interpolate, Order, RenderOptions, Shading, SheetKernel, SheetSums,
-};
+use volsplat::{Cells, Classify, ColourBy, Interpolate, Order, Shading, SheetKernel, SheetSums};
 
 use crate::args::{
     CellsArg, ClassifyArg, ColourByArg, FlatFootprintArg, FootprintArg, InterpolateArg, KernelArg,
@@ -197,11 +195,6 @@ impl<A: Copy + PartialEq + ValueEnum, L: Copy + PartialEq> Twins<A, L> {
             .expect("no value is hidden from the command line")
             .get_name()
             .to_owned()
-    }
-
-    /// The command line's value for the default of the library.
-    pub(crate) fn default_arg(&self, field: fn(&RenderOptions) -> L) -> A {
-        self.arg(field(&RenderOptions::default()))
     }
 }
 

@@ -20,7 +20,9 @@ mod input_picture;
 mod interrupt;
 mod json_fields;
 mod machine;
+mod measure;
 mod multiview;
+mod opened;
 mod order;
 mod output;
 mod picture;
@@ -31,29 +33,33 @@ mod report;
 mod scene;
 mod scene_camera;
 mod sequence;
+mod setting;
 mod settings;
 mod transfer;
 mod transfer_plot;
+mod typed;
 mod values;
 mod viewpoint;
 mod volume_data;
 mod volume_motion;
 mod warp_references;
 mod warp_scene;
-mod words;
 
 use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches};
 
-use crate::args::{Cli, Command, GlobalArgs};
+use crate::args::{Cli, Command, Drawing, GlobalArgs};
 use crate::commands::compare::TooFar;
 use crate::interrupt::Interrupted;
+use crate::opened::Opened;
 use crate::output::WriteFailure;
-use crate::plan::Telling;
+use crate::plan::{Purpose, RunLog};
+use crate::planner::Planned;
 use crate::report::Verbosity;
+use crate::typed::Typed;
 
 /// Bad input or options; also what clap uses.
 const EXIT_BAD_INPUT: u8 = 2;
@@ -63,21 +69,16 @@ const EXIT_FAILED: u8 = 1;
 
 /// Does what the words of this process ask for.
 pub fn run() -> ExitCode {
-    let cli = Cli::parse();
-    match dispatched(&cli) {
+    let matches = Cli::command().get_matches();
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    let typed = Typed::of(Cli::command(), &matches);
+    match dispatched(cli, &typed) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) if error.is::<Interrupted>() => {
             report::say(&report::one_line(&error));
             ExitCode::from(interrupt::EXIT_INTERRUPTED)
         }
         Err(error) => {
-            // A measured command that is asked for its help.
-            if let Some(help) = error
-                .downcast_ref::<clap::Error>()
-                .filter(|help| !help.use_stderr())
-            {
-                return ExitCode::from(if help.print().is_ok() { 0 } else { EXIT_FAILED });
-            }
             report::say(&format!("error: {}", report::one_line(&error)));
             let failed = error.is::<WriteFailure>() || error.is::<TooFar>();
             ExitCode::from(if failed { EXIT_FAILED } else { EXIT_BAD_INPUT })
@@ -85,28 +86,32 @@ pub fn run() -> ExitCode {
     }
 }
 
-fn dispatched(cli: &Cli) -> Result<()> {
+fn dispatched(cli: Cli, typed: &Typed) -> Result<()> {
     start_threads(&cli.global)?;
     let verbosity = verbosity(&cli.global);
-    let telling = Telling {
+    match cli.command {
+        Command::Demo(args) => commands::demo::run(&args, verbosity),
+        Command::Bench(args) => commands::bench::run(&args, verbosity),
+        Command::Calibrate(args) => commands::calibrate::run(&args, verbosity),
+        Command::Compare(args) => commands::compare::run(&args),
+        Command::Info(args) => commands::info::run(&args),
+        Command::Trade(args) => commands::trade::run(args, typed, verbosity),
+        Command::Draw(drawing) => draw(drawing, typed, verbosity),
+    }
+}
+
+/// Reads a scene, chooses its setting where an error or a time is asked for, draws, writes, and reports.
+fn draw(drawing: Drawing, typed: &Typed, verbosity: Verbosity) -> Result<()> {
+    let log = RunLog {
         start: Instant::now(),
         verbosity,
     };
-    if let Some((opened, command)) = planner::planned(&cli.command, verbosity)? {
+    if let Some(Planned { opened, record }) = planner::planned(&drawing, typed, verbosity)? {
         interrupt::watch()?;
-        return opened.finish(&command, telling);
+        return opened.finish(Some(record), log);
     }
-    match &cli.command {
-        Command::Demo(args) => commands::demo::run(args, verbosity),
-        Command::Bench(args) => commands::bench::run(args, verbosity),
-        Command::Calibrate(args) => commands::calibrate::run(args, verbosity),
-        Command::Compare(args) => commands::compare::run(args),
-        Command::Info(args) => commands::info::run(args),
-        Command::Texmap(args) => commands::texmap::run(args, verbosity),
-        Command::Trade(args) => commands::trade::run(args, verbosity),
-        Command::Volsplat(args) => commands::volsplat::run(args, verbosity),
-        Command::Warp3d(args) => commands::warp3d::run(args, verbosity),
-    }
+    interrupt::watch()?;
+    Opened::read(drawing, Purpose::Draw, verbosity)?.finish(None, log)
 }
 
 fn start_threads(args: &GlobalArgs) -> Result<()> {

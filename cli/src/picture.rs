@@ -35,9 +35,6 @@ pub(crate) fn check_size(camera: &Camera) -> Result<()> {
     Ok(())
 }
 
-/// A renderer: the picture that a camera sees.
-pub(crate) type Render<'a> = dyn FnMut(&Camera) -> Result<Drawn> + 'a;
-
 /// A renderer of a sequence: the picture that a camera sees, and its number, from 0 on.
 pub(crate) type RenderNumbered<'a> = dyn FnMut(&Camera, usize) -> Result<Drawn> + 'a;
 

@@ -78,9 +78,18 @@ pub(crate) enum Pictures {
     Several,
 }
 
+/// What a scene is read for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    /// To be drawn once, as it was asked for.
+    Draw,
+    /// To be drawn under several settings: in memory, and the same in every picture.
+    Compare,
+}
+
 /// When a command started, and how much it says.
 #[derive(Clone, Copy)]
-pub(crate) struct Telling {
+pub(crate) struct RunLog {
     /// The start, for the time at the end.
     pub start: Instant,
     /// How much is said.
@@ -180,13 +189,13 @@ impl Plan {
         Ok(cameras)
     }
 
-    /// Draws all pictures, writes the stats file, and tells what was done.
+    /// Draws all pictures, writes the stats file, and reports.
     pub(crate) fn draw(
         &self,
         request: &Request,
         cameras: &[Camera],
         mut stats: RunStats,
-        (render, telling): (&mut RenderNumbered, Telling),
+        (render, log): (&mut RenderNumbered, RunLog),
     ) -> Result<()> {
         let existing = if request.sequence.resume {
             Existing::Keep
@@ -200,8 +209,8 @@ impl Plan {
             existing,
         };
         let outcome = match &self.film {
-            Some(film) => sequence::draw_film(render, &sequence, film, telling.verbosity)?,
-            None => sequence::draw(render, &sequence, telling.verbosity)?,
+            Some(film) => sequence::draw_film(render, &sequence, film, log.verbosity)?,
+            None => sequence::draw(render, &sequence, log.verbosity)?,
         };
         stats.frames = outcome.frames;
         stats.peak_bytes = report::peak_bytes();
@@ -211,7 +220,7 @@ impl Plan {
                 &format!("{}\n", serde_json::to_string_pretty(&stats)?),
             )?;
         }
-        if telling.verbosity != Verbosity::Quiet {
+        if log.verbosity != Verbosity::Quiet {
             if outcome.kept > 0 {
                 report::say(&format!(
                     "{} of {} pictures were there already",
@@ -221,7 +230,7 @@ impl Plan {
             }
             report::say(&report::summary(
                 &stats.frames,
-                telling.start.elapsed().as_secs_f64(),
+                log.start.elapsed().as_secs_f64(),
             ));
         }
         outcome.ending

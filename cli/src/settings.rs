@@ -101,7 +101,9 @@ pub(crate) fn render_options(
         footprint: samples
             .footprint
             .map_or(default.footprint, |mode| choices::FOOTPRINT.library(mode)),
-        opacity: choices::OPACITY.library(args.opacity),
+        opacity: args
+            .opacity
+            .map_or(default.opacity, |opacity| choices::OPACITY.library(opacity)),
         select: samples
             .select
             .map_or(default.select, |select| choices::SELECT.library(select)),
@@ -109,7 +111,7 @@ pub(crate) fn render_options(
             .point_threshold
             .unwrap_or(default.point_threshold_px),
         sheet_voxels: samples.sheet.unwrap_or(default.sheet_voxels),
-        min_transmittance: args.min_transmittance,
+        min_transmittance: args.min_transmittance.unwrap_or(default.min_transmittance),
         opacity_unit,
         colour_by: samples
             .colour_by

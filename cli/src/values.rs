@@ -193,6 +193,34 @@ pub(crate) fn subpixels(text: &str) -> Result<Subpixels, String> {
     }
 }
 
+/// The word of a number of sub-pixels, for records.
+pub(crate) mod subpixels_word {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+    use volsplat::Subpixels;
+
+    /// As it is typed.
+    pub(crate) fn serialize<S: Serializer>(
+        value: &Option<Subpixels>,
+        to: S,
+    ) -> Result<S::Ok, S::Error> {
+        let word = value.map(|subpixels| match subpixels {
+            Subpixels::Auto => "auto".to_owned(),
+            Subpixels::Fixed(n) => n.to_string(),
+        });
+        word.serialize(to)
+    }
+
+    /// From what was typed.
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
+        from: D,
+    ) -> Result<Option<Subpixels>, D::Error> {
+        let word = Option::<String>::deserialize(from)?;
+        word.map(|word| super::subpixels(&word))
+            .transpose()
+            .map_err(serde::de::Error::custom)
+    }
+}
+
 /// A number from 0 up to, not including, 1, in single precision.
 pub(crate) fn fraction(text: &str) -> Result<f32, String> {
     finite(text)

@@ -57,7 +57,7 @@ pub(crate) fn read(args: &Warp3dArgs, keeping: Keeping) -> Result<WarpScene> {
         ),
         Keeping::File(max_memory) => {
             let tolerance = args
-                .warp
+                .render
                 .tolerance
                 .map_or(SurfaceTolerance::Auto, SurfaceTolerance::Relative);
             let filed = both.map(|(typed, found)| filed(typed, found, (tolerance, max_memory)));

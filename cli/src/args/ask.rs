@@ -4,12 +4,11 @@
 //! settings before anything is drawn.
 
 use clap::Args;
-use serde_json::Value;
 
 use crate::values::{self, Bound};
 
 /// What the picture may lose, or cost.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Ask for an error or a time")]
 pub(crate) struct AskArgs {
     /// The fastest setting whose error stays under BOUND, such as 1/255 or 0.004: the root mean square over the covered
@@ -24,7 +23,4 @@ pub(crate) struct AskArgs {
     /// Print what was chosen, why, and what each choice saves and costs
     #[arg(long)]
     pub explain: bool,
-    /// What was chosen, for the stats file; never typed.
-    #[arg(skip)]
-    pub kept: Option<Value>,
 }

@@ -9,7 +9,7 @@ use clap::{Args, Subcommand};
 use crate::values::{self, Size};
 
 /// Options of `resample bench`.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub(crate) struct BenchArgs {
     /// Which table.
     #[command(subcommand)]
@@ -17,7 +17,7 @@ pub(crate) struct BenchArgs {
 }
 
 /// The tables that can be repeated.
-#[derive(Debug, Subcommand)]
+#[derive(Clone, Debug, Subcommand)]
 pub(crate) enum BenchTable {
     /// Figure 9 of the hybrid forward resampling paper: all splats, mixed and all points, beside the paper's own row
     ///
@@ -34,7 +34,7 @@ pub(crate) enum BenchTable {
 }
 
 /// Options of the tables over built-in scenes.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub(crate) struct BenchSceneArgs {
     /// Frames of each setting; the median of their CPU times counts
     #[arg(long, value_name = "N", default_value = "5", value_parser = clap::value_parser!(u16).range(1..=1000))]
@@ -45,7 +45,7 @@ pub(crate) struct BenchSceneArgs {
 }
 
 /// Options of `resample bench paper`.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub(crate) struct BenchPaperArgs {
     /// Folder that holds the volumes of the paper: files such as engine_256x256x128_uint8.raw
     ///

@@ -1,11 +1,13 @@
 //! What was typed about what a pixel shows of its ray; see `args.rs`.
 
 use clap::{Args, ValueEnum};
+use serde::{Deserialize, Serialize};
 
 use crate::values;
 
 /// What a pixel shows of its ray.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case", default)]
 #[command(next_help_heading = "Blending (order image-sheets)")]
 pub(crate) struct BlendArgs {
     /// What a pixel shows of its ray [default: emission, or isosurface with --iso]
@@ -27,7 +29,8 @@ pub(crate) struct BlendArgs {
 }
 
 /// Planes beside a volume's colour.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum VolumeLayerArg {
     /// Camera z at which the ray first meets something
     FirstHit,
@@ -40,7 +43,8 @@ pub(crate) enum VolumeLayerArg {
 }
 
 /// What a pixel shows of its ray.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum RayBlendArg {
     /// Emission and absorption, sample behind sample
     Emission,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 /// Options of `resample calibrate`.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub(crate) struct CalibrateArgs {
     /// File to write, instead of the one in the user's cache folder
     #[arg(short, long, value_name = "FILE.json")]

@@ -9,7 +9,7 @@ use clap::Args;
 use crate::values;
 
 /// Options of `resample compare`.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub(crate) struct CompareArgs {
     /// Picture to judge: .png, .apng or .exr, or numbered pictures such as out/a_%04d.png
     #[arg(value_name = "PICTURE")]

@@ -8,7 +8,7 @@ use super::VolumeArgs;
 use crate::values::{self, Size};
 
 /// Options of `resample demo`.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub(crate) struct DemoArgs {
     /// Folder for the pictures; it is made if it does not exist
     #[arg(short, long, value_name = "FOLDER", default_value = "demo")]
@@ -19,7 +19,7 @@ pub(crate) struct DemoArgs {
 }
 
 /// Options of `resample info`.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub(crate) struct InfoArgs {
     /// Volume file, folder of slices or pattern such as 'slices/*.tif'; the format is told by the content
     #[arg(value_name = "VOLUME")]

@@ -1,12 +1,14 @@
 //! What was typed about the orders that draw samples; see `args.rs`.
 
 use clap::{Args, ValueEnum};
+use serde::{Deserialize, Serialize};
 
 use super::{ColourByArg, FootprintArg, KernelArg, SelectArg};
 use crate::values;
 
 /// Options of the orders that draw samples.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case", default)]
 #[command(next_help_heading = "Rendering, orders every-sample and axis-sheets")]
 pub(crate) struct SampleArgs {
     /// How a perspective footprint is evaluated [default: exact]
@@ -41,7 +43,8 @@ pub(crate) struct SampleArgs {
 }
 
 /// What a pre-classified sample stands for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum CellsArg {
     /// Split in every-sample, off in the other orders
     Auto,
@@ -54,7 +57,8 @@ pub(crate) enum CellsArg {
 }
 
 /// What a sum of kernels does at the voxels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum InterpolateArg {
     /// It blurs them
     Off,

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 /// Channels, labels and masks.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Channels, labels, masks")]
 pub(crate) struct SceneArgs {
     /// Hide every sample whose nearest voxel in this volume is 0; as many voxels along each axis as the volume

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 /// Several pictures, one after another.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Several pictures")]
 pub(crate) struct SequenceArgs {
     /// Go once around what is visible in N numbered pictures, from --orbit's azimuth on

@@ -6,13 +6,13 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use glam::DVec3;
-use texmap::RenderOptions;
+use serde::{Deserialize, Serialize};
 
 use super::{AskArgs, CameraArgs, PictureArgs, SequenceArgs};
 use crate::values;
 
 /// Options of `resample texmap`.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug, Default)]
 pub(crate) struct TexmapArgs {
     /// Mesh file: glTF 2.0 (.gltf, .glb) or OBJ with its .mtl; the format is told by the content
     #[arg(value_name = "MODEL")]
@@ -46,7 +46,7 @@ pub(crate) struct TexmapArgs {
 }
 
 /// What of the file is drawn.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Model")]
 pub(crate) struct ModelArgs {
     /// Scene of the file, by name or by number from 0 [default: the file's own]
@@ -61,7 +61,8 @@ pub(crate) struct ModelArgs {
 }
 
 /// How a mesh is drawn.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case", default)]
 #[command(next_help_heading = "Rendering")]
 pub(crate) struct TexmapRenderArgs {
     /// How texels become pixels [default: hybrid]
@@ -75,23 +76,25 @@ pub(crate) struct TexmapRenderArgs {
     pub shade: Option<MeshShadeArg>,
     /// Direction towards the light, in the world, for --shade lambert [default: 0.4,1,0.6]
     #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true, requires = "shade")]
+    #[serde(skip)]
     pub light: Option<DVec3>,
-    /// Sub-pixels along a pixel's side at which visibility is decided: 1, 2, 3, 4 or 8
-    #[arg(long, value_name = "N", default_value_t = RenderOptions::default().subpixels)]
-    pub subpixel: u32,
+    /// Sub-pixels along a pixel's side at which visibility is decided: 1, 2, 3, 4 or 8 [default: 4]
+    #[arg(long, value_name = "N")]
+    pub subpixel: Option<u32>,
     /// From which level of the texture's pyramid small texels are taken [default: auto]
     #[arg(long, value_enum)]
     pub level: Option<LevelArg>,
-    /// Most texels that one pixel gathers from one surface
-    #[arg(long, value_name = "N", default_value_t = RenderOptions::default().max_texels)]
-    pub max_texels: u32,
+    /// Most texels that one pixel gathers from one surface [default: 1024]
+    #[arg(long, value_name = "N")]
+    pub max_texels: Option<u32>,
     /// Planes of an EXR file beside its colour [default: all]
     #[arg(long, value_enum, value_name = "NAMES", value_delimiter = ',')]
     pub layers: Option<Vec<LayerArg>>,
 }
 
 /// How texels become pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum TexmapMethodArg {
     /// Small texels are points gathered by the pixel, large ones splats
     Hybrid,
@@ -110,7 +113,8 @@ pub(crate) enum TexmapMethodArg {
 }
 
 /// How a texel's place on the screen is found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum FlatFootprintArg {
     /// Ellipse from the derivatives at the texel
     Affine,
@@ -119,7 +123,8 @@ pub(crate) enum FlatFootprintArg {
 }
 
 /// How surfaces are lit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum MeshShadeArg {
     /// Unlit where the material says so, a headlight otherwise
     Auto,
@@ -132,7 +137,8 @@ pub(crate) enum MeshShadeArg {
 }
 
 /// From which level of the pyramid texels are taken.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum LevelArg {
     /// The level whose texels are just under the pixel
     Auto,
@@ -141,7 +147,8 @@ pub(crate) enum LevelArg {
 }
 
 /// A plane of an EXR file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum LayerArg {
     /// Distance along the view: channel Z
     Depth,

@@ -11,7 +11,7 @@ use volsplat::transfer::{ColourMap, Preset};
 use crate::values::{self, Window};
 
 /// How values become colour and opacity.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Transfer function")]
 pub(crate) struct TransferArgs {
     /// Transfer function file, a colour map of ParaView (JSON) [default: made from the histogram]
@@ -53,6 +53,12 @@ pub(crate) struct TransferArgs {
     /// Also draw the transfer function over the histogram of the volume, as a PNG
     #[arg(long, value_name = "FILE.png", value_parser = values::png_name)]
     pub show_transfer: Option<PathBuf>,
+}
+
+impl Default for TransferArgs {
+    fn default() -> Self {
+        super::defaults::defaults()
+    }
 }
 
 /// Colour space of the colours in a transfer function file.

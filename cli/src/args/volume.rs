@@ -6,7 +6,7 @@ use volsplat::input::{Endian, VoxelType};
 use crate::values;
 
 /// How the volume file is read.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Volume")]
 pub(crate) struct VolumeArgs {
     /// Number of voxels along x, y and z (raw files)

@@ -7,16 +7,15 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use resample_core::camera::PixelCentre;
-use warp3d::WarpOptions;
+use serde::{Deserialize, Serialize};
 
 use crate::args::{AskArgs, PictureArgs};
-use crate::choices::warp;
 use crate::multiview::Grid;
 use crate::values::{self, Size};
 use crate::viewpoint::{self, Viewpoint};
 
 /// Options of `resample warp3d`.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug, Default)]
 pub(crate) struct Warp3dArgs {
     /// Picture: PNG, JPEG, TIFF or EXR (FILE.exr:LAYER), told by its content
     #[arg(value_name = "COLOUR")]
@@ -56,7 +55,7 @@ pub(crate) struct Warp3dArgs {
     pub sequence: WarpSequenceArgs,
     /// How it is drawn.
     #[command(flatten)]
-    pub warp: WarpArgs,
+    pub render: WarpArgs,
     #[command(flatten)]
     pub ask: AskArgs,
     /// How the picture is written.
@@ -65,7 +64,7 @@ pub(crate) struct Warp3dArgs {
 }
 
 /// Where pictures were and are taken from.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Cameras")]
 pub(crate) struct WarpCameraArgs {
     /// Camera of the picture: FILE, FILE#ENTRY or fov:DEGREES [default: the lens of --intrinsics, at the origin]
@@ -96,7 +95,7 @@ pub(crate) struct WarpCameraArgs {
 }
 
 /// What the numbers of a depth file mean.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Depth")]
 pub(crate) struct DepthArgs {
     /// What the numbers of the depth file are
@@ -123,7 +122,7 @@ pub(crate) struct DepthArgs {
 }
 
 /// Several views in one picture.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Stereo and light fields")]
 pub(crate) struct ViewArgs {
     /// Two views this far apart (world units), side by side, the left eye's on the left
@@ -145,8 +144,14 @@ pub(crate) struct ViewArgs {
     pub convergence: Option<f64>,
 }
 
+impl Default for ViewArgs {
+    fn default() -> Self {
+        super::defaults::defaults()
+    }
+}
+
 /// Several pictures, one after another.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Several pictures")]
 pub(crate) struct WarpSequenceArgs {
     /// Move through the keys of a file, each with a time in seconds and a camera, in numbered pictures
@@ -156,7 +161,7 @@ pub(crate) struct WarpSequenceArgs {
     #[arg(long, value_name = "DEG", value_parser = values::sway)]
     pub sway: Option<f64>,
     /// Number of pictures of --sway
-    #[arg(long, value_name = "N", default_value = "48", requires = "sway",
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_FRAMES, requires = "sway",
         value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub frames: u32,
     /// Draw only the pictures that do not exist yet; go on after Ctrl-C with the same options
@@ -167,48 +172,65 @@ pub(crate) struct WarpSequenceArgs {
     pub fps: Option<u16>,
 }
 
+impl Default for WarpSequenceArgs {
+    fn default() -> Self {
+        Self {
+            path: None,
+            sway: None,
+            frames: DEFAULT_FRAMES,
+            resume: false,
+            fps: None,
+        }
+    }
+}
+
+/// Pictures of a sway: two seconds.
+const DEFAULT_FRAMES: u32 = 48;
+
 /// How a depth image is warped.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case", default)]
 #[command(next_help_heading = "Rendering")]
 pub(crate) struct WarpArgs {
-    /// How samples become pixels
-    #[arg(long, value_enum, default_value_t = warp::METHOD.arg(WarpOptions::default().method))]
-    pub method: MethodArg,
-    /// How hidden samples are kept out
-    #[arg(long, value_enum, default_value_t = warp::VISIBILITY.arg(WarpOptions::default().visibility))]
-    pub visibility: VisibilityArg,
-    /// What is put where nothing was seen
-    #[arg(long, value_enum, default_value_t = warp::FILL.arg(WarpOptions::default().fill))]
-    pub fill: FillArg,
+    /// How samples become pixels [default: hybrid]
+    #[arg(long, value_enum)]
+    pub method: Option<MethodArg>,
+    /// How hidden samples are kept out [default: zbuffer]
+    #[arg(long, value_enum)]
+    pub visibility: Option<VisibilityArg>,
+    /// What is put where nothing was seen [default: none]
+    #[arg(long, value_enum)]
+    pub fill: Option<FillArg>,
     /// Neighbours are on one surface while their inverse depth departs from a plane's by less than this part
     /// [default: from the steps of the depth itself]
     #[arg(long, value_name = "PART", value_parser = values::positive_fraction)]
     pub tolerance: Option<f32>,
-    /// What happens to pixels that blend two surfaces
-    #[arg(long, value_enum, default_value_t = warp::MIXED.arg(WarpOptions::default().mixed))]
-    pub mixed: MixedArg,
-    /// Sub-pixels along a pixel's side at depth edges, 1 to 8
-    #[arg(long, value_name = "N", default_value_t = WarpOptions::default().subpixels,
-        value_parser = clap::value_parser!(u32).range(1..=8))]
-    pub subpixels: u32,
-    /// How several references become one picture
-    #[arg(long, value_enum, default_value_t = warp::BLEND.arg(WarpOptions::default().blend))]
-    pub blend: BlendArg,
+    /// What happens to pixels that blend two surfaces [default: unmix]
+    #[arg(long, value_enum)]
+    pub mixed: Option<MixedArg>,
+    /// Sub-pixels along a pixel's side at depth edges, 1 to 8 [default: 4]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=8))]
+    pub subpixels: Option<u32>,
+    /// How several references become one picture [default: weighted]
+    #[arg(long, value_enum)]
+    pub blend: Option<BlendArg>,
 }
 
 /// Where the centre of the first pixel is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum PixelCentreArg {
     /// At 0, as in OpenCV
+    #[default]
     Integer,
     /// At 0.5, as in COLMAP
     Half,
 }
 
 /// What a stored number of depth is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum DepthKindArg {
     /// Distance along the optical axis
+    #[default]
     Z,
     /// Distance from the eye along the ray
     Ray,
@@ -223,7 +245,8 @@ pub(crate) enum DepthKindArg {
 }
 
 /// How samples become pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum MethodArg {
     /// One pixel per sample: fast, with cracks
     Nearest,
@@ -240,7 +263,8 @@ pub(crate) enum MethodArg {
 }
 
 /// How hidden samples are kept out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum VisibilityArg {
     /// The nearest one wins
     Zbuffer,
@@ -249,7 +273,8 @@ pub(crate) enum VisibilityArg {
 }
 
 /// What is put where nothing was seen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum FillArg {
     /// Nothing: transparent
     None,
@@ -260,7 +285,8 @@ pub(crate) enum FillArg {
 }
 
 /// What happens to pixels that blend two surfaces.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum MixedArg {
     /// Used as they are
     Keep,
@@ -269,7 +295,8 @@ pub(crate) enum MixedArg {
 }
 
 /// How several references become one picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum BlendArg {
     /// Weighted by baseline, resolution and agreement of depth
     Weighted,

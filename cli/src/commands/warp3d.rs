@@ -11,17 +11,15 @@ use resample_core::{Camera, Image};
 use serde_json::{Value, json};
 use warp3d::{Fill, Method, SurfaceTolerance, WarpOptions};
 
-use crate::args::{CameraArgs, ProjectionArg, SequenceArgs, Warp3dArgs, WarpArgs};
+use crate::args::{CameraArgs, SequenceArgs, Warp3dArgs, WarpArgs};
 use crate::camera_file::CameraDefaults;
 use crate::camera_path::{self, KeyKind};
 use crate::choices::warp;
-use crate::commands::Prepared;
-use crate::interrupt;
 use crate::multiview::{self, Layout};
 use crate::output::{self, Format};
 use crate::picture::Drawn;
-use crate::plan::{self, Pictures, Plan, Request, Telling};
-use crate::report::{self, RunStats, Verbosity};
+use crate::plan::{self, Pictures, Plan, Purpose, Request, RunLog};
+use crate::report::{self, RunStats};
 use crate::values::Size;
 use crate::viewpoint::{self, Known};
 use crate::warp_references::{AnyWarper, Keeping};
@@ -38,31 +36,14 @@ struct Shared {
     inputs: Vec<PathBuf>,
 }
 
-/// Checks, reads, warps, and reports.
-pub(crate) fn run(args: &Warp3dArgs, verbosity: Verbosity) -> Result<()> {
-    let telling = Telling {
-        start: Instant::now(),
-        verbosity,
-    };
-    interrupt::watch()?;
-    Open::read_to(args, Places::MemoryOrFile)?.finish(args, telling)
-}
-
-/// Does all but the drawing.
-pub(crate) fn prepared(args: &Warp3dArgs) -> Result<Prepared> {
-    let Open {
-        cameras,
-        mut drawer,
-        ..
-    } = Open::read(args)?;
-    Ok(Prepared {
-        cameras,
-        render: Box::new(move |camera| drawer.draw(camera)),
-    })
-}
-
 /// References that are read, ready to be warped.
 pub(crate) struct Open {
+    args: Warp3dArgs,
+    ready: Ready,
+}
+
+/// All that is made from what was typed.
+struct Ready {
     plan: Plan,
     cameras: Vec<Camera>,
     drawer: Drawer,
@@ -70,36 +51,95 @@ pub(crate) struct Open {
     load_ms: f64,
 }
 
-/// Where references may be kept.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Places {
-    /// In memory, so that they can be drawn under several settings.
-    Memory,
-    /// In a temporary file where they do not fit `--max-memory`.
-    MemoryOrFile,
-}
-
 impl Open {
-    /// Reads the references into memory, to warp them under several settings.
-    pub(crate) fn read(args: &Warp3dArgs) -> Result<Self> {
-        Self::read_to(args, Places::Memory)
+    /// Checks what can be checked, reads the references, places the cameras and prepares the warp.
+    pub(crate) fn read(args: Warp3dArgs, purpose: Purpose) -> Result<Self> {
+        let ready = Ready::new(&args, purpose)?;
+        Ok(Self { args, ready })
     }
 
-    /// Checks what can be checked, reads the references, places the cameras and prepares the warp.
-    fn read_to(args: &Warp3dArgs, places: Places) -> Result<Self> {
+    /// One camera per picture.
+    pub(crate) fn cameras(&self) -> &[Camera] {
+        &self.ready.cameras
+    }
+
+    /// Whether a part of a picture can be drawn without the rest.
+    pub(crate) fn has_parts(&self) -> bool {
+        // What fills a hole may come from anywhere on its rim.
+        self.ready.drawer.layout == Layout::Single && options(&self.args.render).fill == Fill::None
+    }
+
+    /// Draws what a camera sees, without a warning.
+    pub(crate) fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
+        self.ready.drawer.draw_silently(camera)
+    }
+
+    /// Draws with these options from now on.
+    pub(crate) fn set(&mut self, render: &WarpArgs) -> Result<()> {
+        self.args.render = render.clone();
+        self.ready.drawer.warper.change(&options(render))
+    }
+
+    /// Draws and writes all pictures, and reports.
+    pub(crate) fn finish(self, planned: Option<Value>, log: RunLog) -> Result<()> {
+        let Self { args, ready } = self;
+        let Ready {
+            plan,
+            cameras,
+            mut drawer,
+            scene,
+            load_ms,
+        } = ready;
+        let shared = shared(&args);
+        let request = request(&args, &shared);
+        let stats = RunStats {
+            version: env!("CARGO_PKG_VERSION"),
+            scene,
+            threads: rayon::current_num_threads(),
+            settings: record(
+                &args,
+                &options(&args.render),
+                (&request, plan.finish.format),
+                drawer.convergence,
+            ),
+            planned,
+            load_ms,
+            peak_bytes: None,
+            frames: Vec::new(),
+        };
+        drawer.last = if has_planes(&args) {
+            LastPicture::Kept(None)
+        } else {
+            LastPicture::NotKept
+        };
+        plan.draw(
+            &request,
+            &cameras,
+            stats,
+            (&mut |camera, _| drawer.draw(camera), log),
+        )?;
+        match drawer.last {
+            LastPicture::Kept(Some(image)) => write_planes(&args, &image),
+            LastPicture::Kept(None) | LastPicture::NotKept => Ok(()),
+        }
+    }
+}
+
+impl Ready {
+    fn new(args: &Warp3dArgs, purpose: Purpose) -> Result<Self> {
         let shared = shared(args);
         let request = request(args, &shared);
         check_words(args)?;
         // How many pictures there will be is known when the cameras are read; a name that cannot be is refused now.
         Plan::without_cameras(&request, Pictures::One)?;
-        let options = options(&args.warp);
+        let options = options(&args.render);
         let start = Instant::now();
         // How large the new picture is, cameras say later.
         let guess = args
             .cameras
             .size
             .map_or([1, 1], |size| [size.width, size.height]);
-        let mut keeping = keeping(args, &options, (guess, places))?;
+        let mut keeping = keeping(args, &options, (guess, purpose))?;
         let mut scene = warp_scene::read(args, keeping)?;
         let layout = layout(args);
         let targets = targets(args, &scene)?;
@@ -125,7 +165,7 @@ impl Open {
             .map(|camera| [camera.width, camera.height])
             .max_by_key(|&[w, h]| w * h);
         if keeping == Keeping::Memory {
-            keeping = self::keeping(args, &options, (largest.unwrap_or(guess), places))?;
+            keeping = self::keeping(args, &options, (largest.unwrap_or(guess), purpose))?;
             if keeping != Keeping::Memory {
                 drop(scene);
                 scene = warp_scene::read(args, keeping)?;
@@ -149,68 +189,6 @@ impl Open {
             load_ms,
         })
     }
-
-    /// One camera per picture.
-    pub(crate) fn cameras(&self) -> &[Camera] {
-        &self.cameras
-    }
-
-    /// Whether a part of a picture can be drawn without the rest.
-    pub(crate) fn has_parts(&self, args: &Warp3dArgs) -> bool {
-        // What fills a hole may come from anywhere on its rim.
-        self.drawer.layout == Layout::Single && options(&args.warp).fill == Fill::None
-    }
-
-    /// Warps under the settings of `args`, without a warning.
-    pub(crate) fn draw(&mut self, args: &Warp3dArgs, camera: &Camera) -> Result<Drawn> {
-        self.drawer.warper.change(&options(&args.warp))?;
-        self.drawer.draw_silently(camera)
-    }
-
-    /// Draws and writes all pictures under the settings of `args`, and reports.
-    pub(crate) fn finish(mut self, args: &Warp3dArgs, telling: Telling) -> Result<()> {
-        let shared = shared(args);
-        let request = request(args, &shared);
-        let options = options(&args.warp);
-        self.drawer.warper.change(&options)?;
-        let Self {
-            plan,
-            cameras,
-            mut drawer,
-            scene,
-            load_ms,
-        } = self;
-        let stats = RunStats {
-            version: env!("CARGO_PKG_VERSION"),
-            scene,
-            threads: rayon::current_num_threads(),
-            settings: record(
-                args,
-                &options,
-                (&request, plan.finish.format),
-                drawer.convergence,
-            ),
-            planned: args.ask.kept.clone(),
-            load_ms,
-            peak_bytes: None,
-            frames: Vec::new(),
-        };
-        drawer.last = if has_planes(args) {
-            LastPicture::Kept(None)
-        } else {
-            LastPicture::NotKept
-        };
-        plan.draw(
-            &request,
-            &cameras,
-            stats,
-            (&mut |camera, _| drawer.draw(camera), telling),
-        )?;
-        match drawer.last {
-            LastPicture::Kept(Some(image)) => write_planes(args, &image),
-            LastPicture::Kept(None) | LastPicture::NotKept => Ok(()),
-        }
-    }
 }
 
 /// Whether the mask or the confidence of the picture is written.
@@ -222,11 +200,11 @@ fn has_planes(args: &Warp3dArgs) -> bool {
 fn keeping(
     args: &Warp3dArgs,
     options: &WarpOptions,
-    (target, places): ([u32; 2], Places),
+    (target, purpose): ([u32; 2], Purpose),
 ) -> Result<Keeping> {
     match (check_memory(args, options, target), args.max_memory) {
         (Ok(()), _) | (_, None) => Ok(Keeping::Memory),
-        (Err(error), _) if places == Places::Memory => {
+        (Err(error), _) if purpose == Purpose::Compare => {
             Err(error.context("settings are compared and chosen with the references in memory"))
         }
         // Its triangles join the samples of the whole picture.
@@ -253,18 +231,14 @@ fn shared(args: &Warp3dArgs) -> Shared {
     Shared {
         // The cameras of this command are --from and --to; none of the shared ones is used.
         camera: CameraArgs {
-            camera: None,
-            orbit: None,
-            fov: 30.0,
-            up: None,
-            projection: ProjectionArg::Perspective,
             size: args.cameras.size,
+            ..CameraArgs::default()
         },
         sequence: SequenceArgs {
-            turntable: None,
             path: sequence.path.clone(),
             resume: sequence.resume,
             fps: sequence.fps,
+            ..SequenceArgs::default()
         },
         inputs: warp_scene::files(args),
     }
@@ -393,15 +367,25 @@ fn cameras(
 fn options(args: &WarpArgs) -> WarpOptions {
     let default = WarpOptions::default();
     WarpOptions {
-        method: warp::METHOD.library(args.method),
-        visibility: warp::VISIBILITY.library(args.visibility),
-        fill: warp::FILL.library(args.fill),
+        method: args
+            .method
+            .map_or(default.method, |choice| warp::METHOD.library(choice)),
+        visibility: args.visibility.map_or(default.visibility, |choice| {
+            warp::VISIBILITY.library(choice)
+        }),
+        fill: args
+            .fill
+            .map_or(default.fill, |choice| warp::FILL.library(choice)),
         tolerance: args
             .tolerance
             .map_or(default.tolerance, SurfaceTolerance::Relative),
-        mixed: warp::MIXED.library(args.mixed),
-        subpixels: args.subpixels,
-        blend: warp::BLEND.library(args.blend),
+        mixed: args
+            .mixed
+            .map_or(default.mixed, |choice| warp::MIXED.library(choice)),
+        subpixels: args.subpixels.unwrap_or(default.subpixels),
+        blend: args
+            .blend
+            .map_or(default.blend, |choice| warp::BLEND.library(choice)),
         ..default
     }
 }

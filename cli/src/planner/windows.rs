@@ -55,7 +55,7 @@ pub(super) fn covered_px(image: &Image) -> f64 {
 }
 
 /// Contrast of a picture for each pixel that it covers: errors come from edges, and count for what is covered.
-pub(super) fn unrest(image: &Image) -> f64 {
+pub(super) fn contrast(image: &Image) -> f64 {
     let whole = cell(image, [0, 0], image.width.max(image.height) as u32);
     if whole.covered > 0 {
         whole.contrast / whole.covered as f64
@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn a_narrow_thing_has_more_unrest_than_a_wide_one() {
+    fn a_narrow_thing_has_more_contrast_than_a_wide_one() {
         let mut narrow = picture();
         narrow
             .rgba
@@ -240,10 +240,14 @@ mod tests {
             .filter(|(i, _)| i % 64 >= 34)
             .for_each(|(_, pixel)| *pixel = [0.0; 4]);
         assert!(
-            unrest(&narrow) > unrest(&picture()),
+            contrast(&narrow) > contrast(&picture()),
             "edges count for fewer pixels"
         );
-        assert_eq!(unrest(&Image::transparent(64, 48)), 0.0, "nothing has none");
+        assert_eq!(
+            contrast(&Image::transparent(64, 48)),
+            0.0,
+            "nothing has none"
+        );
     }
 
     #[test]

@@ -42,11 +42,11 @@ pub(crate) fn render_options(args: &TexmapRenderArgs, format: Format) -> Result<
             .shade
             .map_or(default.shade, |shade| choices::MESH_SHADE.library(shade)),
         light: args.light.unwrap_or(default.light),
-        subpixels: args.subpixel,
+        subpixels: args.subpixel.unwrap_or(default.subpixels),
         level: args
             .level
             .map_or(default.level, |level| choices::LEVEL.library(level)),
-        max_texels: args.max_texels,
+        max_texels: args.max_texels.unwrap_or(default.max_texels),
         planes: layers
             .iter()
             .map(|&layer| choices::LAYER.library(layer))

@@ -14,11 +14,11 @@ use volsplat::input::{RawOptions, VoxelType};
 use volsplat::transfer::{ColourKnot, OpacityKnot};
 use volsplat::{LoadOptions, RenderOptions, Renderer, TransferFunction, Volume, procedural};
 
-use super::median;
 use crate::args::BenchPaperArgs;
 use crate::framing;
 use crate::interrupt;
 use crate::machine;
+use crate::measure::median;
 use crate::output::{self, Depth, Format};
 use crate::report::Verbosity;
 use crate::sequence;

@@ -5,426 +5,322 @@
 //! none, is no setting and is left out.
 
 use anyhow::{Result, bail};
+use volsplat::Subpixels;
+
+use crate::args::{
+    CellsArg, ClassifyArg, Drawing, FootprintArg, InterpolateArg, KernelArg, MethodArg, MixedArg,
+    OrderArg, RenderArgs, SelectArg, TexmapMethodArg, VisibilityArg,
+};
+use crate::setting::Setting;
 
 /// A choice and its rungs.
-pub(super) struct Ladder {
-    /// What `--settings` calls it.
-    pub(super) name: &'static str,
-    /// Words of each rung, names and values in turn.
-    pub(super) rungs: &'static [&'static [&'static str]],
-}
-
-/// What is measured of one application.
-pub(super) struct Application {
-    pub(super) ladders: &'static [Ladder],
-    /// Words of the slowest, most exact setting.
-    pub(super) exact: &'static [&'static str],
+struct Ladder {
+    /// The word of `--settings`.
+    name: &'static str,
+    rungs: Vec<Setting>,
 }
 
 /// A setting to measure.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Setting {
-    /// What it changes, for people; empty is the default.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Named {
+    /// Its changes, for people: "slab 0.5, subpixel 2".
     pub(super) name: String,
-    /// The ladder that it belongs to; "default", "exact" and "combined" stand for none.
-    pub(super) group: String,
-    /// Words, names and values in turn.
-    pub(super) words: Vec<String>,
+    /// Its ladder; "default", "exact" and "combined" stand for none.
+    pub(super) group: &'static str,
+    pub(super) setting: Setting,
 }
 
-const VOLSPLAT: Application = Application {
-    ladders: &[
-        Ladder {
-            name: "order",
-            rungs: &[
-                &["--order", "image-sheets"],
-                &["--order", "every-sample"],
-                &["--order", "axis-sheets"],
-            ],
-        },
-        Ladder {
-            name: "slab",
-            rungs: &[
-                &["--slab", "2"],
-                &["--slab", "1"],
-                &["--slab", "0.5"],
-                &["--slab", "0.25"],
-            ],
-        },
-        Ladder {
-            name: "subpixel",
-            rungs: &[
-                &["--subpixel", "1"],
-                &["--subpixel", "2"],
-                &["--subpixel", "4"],
-                &["--subpixel", "8"],
-            ],
-        },
-        Ladder {
-            name: "termination",
-            rungs: &[
-                &["--min-transmittance", "0.03125"],
-                &["--min-transmittance", "0.001953125"],
-                &["--min-transmittance", "0"],
-            ],
-        },
-        Ladder {
-            name: "lod",
-            rungs: &[
-                &["--lod-error", "0.03125"],
-                &["--lod-error", "0.001953125"],
-                &["--lod-error", "0"],
-            ],
-        },
-        Ladder {
-            name: "footprint",
-            rungs: &[
-                &["--order", "every-sample", "--footprint", "affine-approx"],
-                &["--order", "every-sample", "--footprint", "affine"],
-                &["--order", "every-sample", "--footprint", "table"],
-                &["--order", "every-sample", "--footprint", "exact"],
-            ],
-        },
-        Ladder {
-            name: "kernel",
-            rungs: &[
-                &["--order", "every-sample", "--kernel", "polynomial"],
-                &["--order", "every-sample", "--kernel", "gaussian"],
-                &["--order", "every-sample", "--kernel", "b-spline"],
-            ],
-        },
-        Ladder {
-            name: "sheet-kernel",
-            rungs: &[
-                &["--order", "image-sheets", "--kernel", "polynomial"],
-                &["--order", "image-sheets", "--kernel", "gaussian"],
-                &["--order", "image-sheets", "--kernel", "b-spline"],
-                &["--order", "image-sheets", "--kernel", "trilinear"],
-            ],
-        },
-        Ladder {
-            name: "interpolate",
-            rungs: &[
-                &[
-                    "--order",
-                    "image-sheets",
-                    "--kernel",
-                    "b-spline",
-                    "--interpolate",
-                    "off",
-                ],
-                &[
-                    "--order",
-                    "image-sheets",
-                    "--kernel",
-                    "b-spline",
-                    "--interpolate",
-                    "on",
-                ],
-            ],
-        },
-        Ladder {
-            name: "classify",
-            rungs: &[&["--classify", "pre"], &["--classify", "post"]],
-        },
-        Ladder {
-            name: "sheet-sums",
-            rungs: &[&["--sheet-sums", "scatter"], &["--sheet-sums", "gather"]],
-        },
-        Ladder {
-            name: "cells",
-            rungs: &[
-                &["--order", "every-sample", "--cells", "off"],
-                &["--order", "every-sample", "--cells", "mean"],
-                &["--order", "every-sample", "--cells", "split"],
-            ],
-        },
-        Ladder {
-            name: "cell-error",
-            rungs: &[
-                &["--order", "every-sample", "--cell-error", "0.25"],
-                &["--order", "every-sample", "--cell-error", "0.0625"],
-                &["--order", "every-sample", "--cell-error", "0.015625"],
-            ],
-        },
-        Ladder {
-            name: "sample-subpixel",
-            rungs: &[
-                &["--order", "every-sample", "--subpixel", "1"],
-                &["--order", "every-sample", "--subpixel", "2"],
-                &["--order", "every-sample", "--subpixel", "4"],
-                &["--order", "every-sample", "--subpixel", "8"],
-            ],
-        },
-        Ladder {
-            name: "select",
-            rungs: &[
-                &["--order", "every-sample", "--select", "points"],
-                &["--order", "every-sample", "--select", "hybrid"],
-                &["--order", "every-sample", "--select", "splats"],
-                &["--order", "every-sample", "--select", "ewa"],
-            ],
-        },
-        Ladder {
-            name: "threshold",
-            rungs: &[
-                &["--order", "every-sample", "--point-threshold", "2"],
-                &["--order", "every-sample", "--point-threshold", "1"],
-                &["--order", "every-sample", "--point-threshold", "0.5"],
-            ],
-        },
-    ],
-    // A transmittance of 1e-5 is a four-hundredth of a step of an 8-bit picture; 0 would take many times as long.
-    exact: &[
-        "--order",
-        "image-sheets",
-        "--slab",
-        "0.125",
-        "--subpixel",
-        "8",
-        "--min-transmittance",
-        "0.00001",
-        "--lod-error",
-        "0",
-    ],
-};
-
-const TEXMAP: Application = Application {
-    ladders: &[
-        Ladder {
-            name: "method",
-            rungs: &[
-                &["--method", "point"],
-                &["--method", "backward-nearest"],
-                &["--method", "backward-bilinear"],
-                &["--method", "backward-trilinear"],
-                &["--method", "backward-ewa"],
-                &["--method", "hybrid"],
-                &["--method", "supersample"],
-            ],
-        },
-        Ladder {
-            name: "footprint",
-            rungs: &[&["--footprint", "affine"], &["--footprint", "exact"]],
-        },
-        Ladder {
-            name: "subpixel",
-            rungs: &[
-                &["--subpixel", "1"],
-                &["--subpixel", "2"],
-                &["--subpixel", "4"],
-                &["--subpixel", "8"],
-            ],
-        },
-        Ladder {
-            name: "level",
-            rungs: &[&["--level", "auto"], &["--level", "full"]],
-        },
-        Ladder {
-            name: "max-texels",
-            rungs: &[
-                &["--max-texels", "64"],
-                &["--max-texels", "256"],
-                &["--max-texels", "1024"],
-            ],
-        },
-    ],
-    exact: &[
-        "--method",
-        "hybrid",
-        "--footprint",
-        "exact",
-        "--subpixel",
-        "8",
-    ],
-};
-
-const WARP3D: Application = Application {
-    ladders: &[
-        Ladder {
-            name: "method",
-            rungs: &[
-                &["--method", "nearest"],
-                &["--method", "points"],
-                &["--method", "splats"],
-                &["--method", "ewa"],
-                &["--method", "mesh"],
-                &["--method", "hybrid"],
-            ],
-        },
-        Ladder {
-            name: "visibility",
-            rungs: &[
-                &["--visibility", "zbuffer"],
-                &["--visibility", "occlusion-order"],
-            ],
-        },
-        Ladder {
-            name: "subpixels",
-            rungs: &[
-                &["--subpixels", "1"],
-                &["--subpixels", "2"],
-                &["--subpixels", "4"],
-                &["--subpixels", "8"],
-            ],
-        },
-        Ladder {
-            name: "mixed",
-            rungs: &[&["--mixed", "keep"], &["--mixed", "unmix"]],
-        },
-    ],
-    exact: &[
-        "--method",
-        "hybrid",
-        "--visibility",
-        "zbuffer",
-        "--subpixels",
-        "8",
-    ],
-};
-
-/// The application that a command line begins with.
-pub(super) fn application(words: &[String]) -> Result<&'static Application> {
-    match words.first().map(String::as_str) {
-        Some("volsplat") => Ok(&VOLSPLAT),
-        Some("texmap") => Ok(&TEXMAP),
-        Some("warp3d") => Ok(&WARP3D),
-        Some(other) => bail!("{other}: expected volsplat, texmap or warp3d after trade"),
-        None => bail!("expected volsplat, texmap or warp3d after trade"),
+fn ladder(name: &'static str, rungs: impl IntoIterator<Item = Setting>) -> Ladder {
+    Ladder {
+        name,
+        rungs: rungs.into_iter().collect(),
     }
 }
 
-impl Application {
-    /// The most exact setting, the default, one ladder at a time, and the combinations of the `named` ladders.
-    pub(super) fn settings(&self, named: &[String]) -> Result<Vec<Setting>> {
-        let mut settings = vec![
-            setting("exact", "exact", self.exact),
-            Setting {
-                name: "default".into(),
-                group: "default".into(),
-                words: Vec::new(),
-            },
-        ];
-        for ladder in self.ladders {
-            settings.extend(
-                ladder
-                    .rungs
-                    .iter()
-                    .map(|rung| setting(&name(rung), ladder.name, rung)),
-            );
-        }
-        let mut combined = vec![Vec::new()];
-        for name in named {
-            let ladder = self.ladders.iter().find(|ladder| ladder.name == name);
-            let Some(ladder) = ladder else {
-                let names: Vec<&str> = self.ladders.iter().map(|ladder| ladder.name).collect();
-                bail!(
-                    "--settings {name}: no such ladder, expected some of {}",
-                    names.join(", ")
-                );
-            };
-            combined = combined
-                .iter()
-                .flat_map(|words| {
-                    ladder
-                        .rungs
-                        .iter()
-                        .map(|rung| crate::words::with(words, &owned(rung)))
+/// Rungs that set one option of a volume, in an order.
+fn volume<V: Copy>(
+    order: Option<OrderArg>,
+    values: &[V],
+    set: fn(&mut RenderArgs, V),
+) -> Vec<Setting> {
+    let rung = |&value: &V| {
+        Setting::volume(|args| {
+            args.order = order;
+            set(args, value);
+        })
+    };
+    values.iter().map(rung).collect()
+}
+
+fn sheets_ladders() -> Vec<Ladder> {
+    let sheets = Some(OrderArg::ImageSheets);
+    let radial = [
+        KernelArg::Polynomial,
+        KernelArg::Gaussian,
+        KernelArg::BSpline,
+        KernelArg::Trilinear,
+    ];
+    let interpolates = volume(
+        sheets,
+        &[InterpolateArg::Off, InterpolateArg::On],
+        |args, on| {
+            args.samples.kernel = Some(KernelArg::BSpline);
+            args.samples.interpolate = Some(on);
+        },
+    );
+    let subpixels = [1, 2, 4, 8].map(Subpixels::Fixed);
+    let errors = [1.0 / 32.0, 1.0 / 512.0, 0.0];
+    vec![
+        ladder(
+            "slab",
+            volume(None, &[2.0, 1.0, 0.5, 0.25], |args, slab| {
+                args.sheets.slab = Some(slab);
+            }),
+        ),
+        ladder(
+            "subpixel",
+            volume(None, &subpixels, |args, n| args.sheets.subpixel = Some(n)),
+        ),
+        ladder(
+            "termination",
+            volume(None, &errors, |args, t| args.min_transmittance = Some(t)),
+        ),
+        ladder(
+            "lod",
+            volume(None, &errors, |args, e| args.sheets.lod_error = Some(e)),
+        ),
+        ladder(
+            "sheet-kernel",
+            volume(sheets, &radial, |args, kernel| {
+                args.samples.kernel = Some(kernel);
+            }),
+        ),
+        ladder("interpolate", interpolates),
+        ladder(
+            "classify",
+            volume(None, &[ClassifyArg::Pre, ClassifyArg::Post], |args, c| {
+                args.sheets.classify = Some(c);
+            }),
+        ),
+    ]
+}
+
+fn samples_ladders() -> Vec<Ladder> {
+    let every = Some(OrderArg::EverySample);
+    let footprints = [
+        FootprintArg::AffineApprox,
+        FootprintArg::Affine,
+        FootprintArg::Table,
+        FootprintArg::Exact,
+    ];
+    let kernels = [
+        KernelArg::Polynomial,
+        KernelArg::Gaussian,
+        KernelArg::BSpline,
+    ];
+    let selects = [
+        SelectArg::Points,
+        SelectArg::Hybrid,
+        SelectArg::Splats,
+        SelectArg::Ewa,
+    ];
+    let cells = [CellsArg::Off, CellsArg::Mean, CellsArg::Split];
+    let subpixels = [1, 2, 4, 8].map(Subpixels::Fixed);
+    vec![
+        ladder(
+            "footprint",
+            volume(every, &footprints, |args, mode| {
+                args.samples.footprint = Some(mode);
+            }),
+        ),
+        ladder(
+            "kernel",
+            volume(every, &kernels, |args, kernel| {
+                args.samples.kernel = Some(kernel);
+            }),
+        ),
+        ladder(
+            "cells",
+            volume(every, &cells, |args, cells| {
+                args.samples.cells = Some(cells);
+            }),
+        ),
+        ladder(
+            "cell-error",
+            volume(every, &[0.25, 0.0625, 0.015625], |args, error| {
+                args.samples.cell_error = Some(error);
+            }),
+        ),
+        ladder(
+            "sample-subpixel",
+            volume(every, &subpixels, |args, n| args.sheets.subpixel = Some(n)),
+        ),
+        ladder(
+            "select",
+            volume(every, &selects, |args, select| {
+                args.samples.select = Some(select);
+            }),
+        ),
+        ladder(
+            "threshold",
+            volume(every, &[2.0, 1.0, 0.5], |args, px| {
+                args.samples.point_threshold = Some(px);
+            }),
+        ),
+    ]
+}
+
+fn volume_ladders() -> Vec<Ladder> {
+    let orders = [
+        OrderArg::ImageSheets,
+        OrderArg::EverySample,
+        OrderArg::AxisSheets,
+    ];
+    let mut all = vec![ladder(
+        "order",
+        volume(None, &orders, |args, order| args.order = Some(order)),
+    )];
+    all.extend(sheets_ladders());
+    all.extend(samples_ladders());
+    all
+}
+
+fn mesh_ladders() -> Vec<Ladder> {
+    let methods = [
+        TexmapMethodArg::BackwardNearest,
+        TexmapMethodArg::BackwardBilinear,
+        TexmapMethodArg::BackwardTrilinear,
+        TexmapMethodArg::BackwardEwa,
+        TexmapMethodArg::Hybrid,
+    ];
+    vec![
+        ladder(
+            "method",
+            methods.map(|method| Setting::mesh(|args| args.method = Some(method))),
+        ),
+        ladder(
+            "subpixel",
+            [1, 2, 4, 8].map(|n| Setting::mesh(|args| args.subpixel = Some(n))),
+        ),
+    ]
+}
+
+fn depth_ladders() -> Vec<Ladder> {
+    vec![
+        ladder(
+            "method",
+            [MethodArg::Nearest, MethodArg::Hybrid]
+                .map(|method| Setting::depth(|args| args.method = Some(method))),
+        ),
+        ladder(
+            "visibility",
+            [VisibilityArg::Zbuffer, VisibilityArg::OcclusionOrder].map(|visibility| {
+                Setting::depth(|args| {
+                    args.method = Some(MethodArg::Nearest);
+                    args.visibility = Some(visibility);
                 })
-                .collect();
-        }
-        if named.len() > 1 {
-            let of = |words: Vec<String>| Setting {
-                name: name(&words),
-                group: "combined".into(),
-                words,
-            };
-            settings.extend(combined.into_iter().map(of));
-        }
-        settings.dedup_by(|a, b| a.words == b.words);
-        Ok(settings)
+            }),
+        ),
+        ladder(
+            "subpixels",
+            [1, 2, 4, 8].map(|n| Setting::depth(|args| args.subpixels = Some(n))),
+        ),
+        ladder(
+            "mixed",
+            [MixedArg::Keep, MixedArg::Unmix]
+                .map(|mixed| Setting::depth(|args| args.mixed = Some(mixed))),
+        ),
+    ]
+}
+
+/// The slowest, most exact setting of an application.
+pub(super) fn exact(drawing: &Drawing) -> Setting {
+    match drawing {
+        Drawing::Texmap(_) => Setting::mesh(|args| {
+            args.method = Some(TexmapMethodArg::Hybrid);
+            args.subpixel = Some(8);
+        }),
+        // A transmittance of 1e-5 is a four-hundredth of a step of an 8-bit picture; 0 would take many times as long.
+        Drawing::Volsplat(_) => Setting::volume(|args| {
+            args.order = Some(OrderArg::ImageSheets);
+            args.sheets.slab = Some(0.125);
+            args.sheets.subpixel = Some(Subpixels::Fixed(8));
+            args.min_transmittance = Some(1e-5);
+            args.sheets.lod_error = Some(0.0);
+        }),
+        Drawing::Warp3d(_) => Setting::depth(|args| {
+            args.method = Some(MethodArg::Hybrid);
+            args.visibility = Some(VisibilityArg::Zbuffer);
+            args.subpixels = Some(8);
+        }),
     }
 }
 
-fn setting(name: &str, group: &str, words: &[&str]) -> Setting {
-    Setting {
-        name: name.into(),
-        group: group.into(),
-        words: owned(words),
+/// The most exact setting, the default, one ladder at a time, and the combinations of the `named` ladders.
+pub(super) fn settings(drawing: &Drawing, named: &[String]) -> Result<Vec<Named>> {
+    let (ladders, default) = match drawing {
+        Drawing::Texmap(_) => (mesh_ladders(), Setting::mesh(|_| ())),
+        Drawing::Volsplat(_) => (volume_ladders(), Setting::volume(|_| ())),
+        Drawing::Warp3d(_) => (depth_ladders(), Setting::depth(|_| ())),
+    };
+    let of = |name: &str, group, setting| Named {
+        name: name.to_owned(),
+        group,
+        setting,
+    };
+    let mut settings = vec![
+        of("exact", "exact", exact(drawing)),
+        of("default", "default", default.clone()),
+    ];
+    for ladder in &ladders {
+        for rung in &ladder.rungs {
+            settings.push(of(&rung.name()?, ladder.name, rung.clone()));
+        }
     }
-}
-
-fn owned(words: &[&str]) -> Vec<String> {
-    words.iter().map(|&word| word.to_owned()).collect()
-}
-
-/// Words without their dashes: "slab 0.5, subpixel 2".
-fn name<T: AsRef<str>>(words: &[T]) -> String {
-    let pairs = words.chunks(2).map(|pair| {
-        let [name, value] = [0, 1].map(|k| pair.get(k).map_or("", |word| word.as_ref()));
-        format!("{} {value}", name.trim_start_matches("--"))
-    });
-    pairs.collect::<Vec<_>>().join(", ")
+    let mut combined = vec![default];
+    for name in named {
+        let Some(ladder) = ladders.iter().find(|ladder| ladder.name == name) else {
+            let names: Vec<&str> = ladders.iter().map(|ladder| ladder.name).collect();
+            bail!(
+                "--settings {name}: no such ladder, expected some of {}",
+                names.join(", ")
+            );
+        };
+        let mut longer = Vec::with_capacity(combined.len() * ladder.rungs.len());
+        for setting in &combined {
+            for rung in &ladder.rungs {
+                longer.push(setting.with(rung)?);
+            }
+        }
+        combined = longer;
+    }
+    if named.len() > 1 {
+        for setting in combined {
+            settings.push(of(&setting.name()?, "combined", setting));
+        }
+    }
+    settings.dedup_by(|a, b| a.setting == b.setting);
+    Ok(settings)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::args::VolsplatArgs;
 
     #[test]
     fn ladders_are_climbed_one_by_one_and_combined_where_named() {
-        let alone = VOLSPLAT.settings(&[]).expect("good");
-        let rungs: usize = VOLSPLAT
-            .ladders
-            .iter()
-            .map(|ladder| ladder.rungs.len())
-            .sum();
+        let drawing = Drawing::Volsplat(Box::new(VolsplatArgs::default()));
+        let alone = settings(&drawing, &[]).expect("good");
+        let rungs: usize = volume_ladders().iter().map(|l| l.rungs.len()).sum();
         assert_eq!(alone.len(), 2 + rungs, "exact, default and every rung");
-        let both = VOLSPLAT
-            .settings(&["slab".into(), "subpixel".into()])
-            .expect("good");
+        let both = settings(&drawing, &["slab".into(), "subpixel".into()]).expect("good");
         assert_eq!(both.len(), alone.len() + 16, "four by four combinations");
         assert!(
             both.iter()
                 .any(|s| s.name == "slab 2, subpixel 8" && s.group == "combined")
         );
-        assert!(
-            VOLSPLAT.settings(&["colour".into()]).is_err(),
-            "no such ladder"
-        );
-    }
-
-    #[test]
-    fn every_rung_can_be_typed() {
-        let inputs: [(&Application, &[&str]); 3] = [
-            (&VOLSPLAT, &["volsplat", "a.nrrd"]),
-            (&TEXMAP, &["texmap", "a.glb"]),
-            (
-                &WARP3D,
-                &[
-                    "warp3d",
-                    "a.png",
-                    "a.pfm",
-                    "--from",
-                    "fov:50",
-                    "--to",
-                    "shift:0,0,0",
-                ],
-            ),
-        ];
-        for (application, input) in inputs {
-            let words: Vec<String> = owned(input)
-                .into_iter()
-                .chain(owned(&["-o", "a.exr"]))
-                .collect();
-            for setting in application.settings(&[]).expect("good") {
-                let typed = crate::words::with(&words, &setting.words);
-                assert!(
-                    crate::words::parsed(&typed).is_ok(),
-                    "{}",
-                    crate::words::typed(&typed)
-                );
-            }
-        }
+        let bad = settings(&drawing, &["colour".into()]);
+        assert!(bad.is_err(), "no such ladder");
     }
 }
