@@ -33,6 +33,7 @@ mod bench;
 mod calibrate;
 mod compare;
 mod drawing;
+mod given;
 mod info;
 mod sequence;
 mod texmap;
@@ -44,17 +45,12 @@ pub(crate) use bench::{BenchArgs, BenchPaperArgs, BenchSceneArgs, BenchTable};
 pub(crate) use calibrate::CalibrateArgs;
 pub(crate) use compare::CompareArgs;
 pub(crate) use drawing::Drawing;
+pub(crate) use given::Given;
 pub(crate) use info::{DemoArgs, InfoArgs};
 pub(crate) use sequence::SequenceArgs;
-pub(crate) use texmap::{
-    FlatFootprintArg, LayerArg, LevelArg, MeshShadeArg, ModelArgs, TexmapArgs, TexmapMethodArg,
-    TexmapRenderArgs,
-};
+pub(crate) use texmap::{ModelArgs, TexmapArgs};
 pub(crate) use trade::{SceneArg, TradeArgs, TradeOptions};
-pub(crate) use warp3d::{
-    AnaglyphArg, BlendArg, DepthArgs, DepthKindArg, FillArg, MethodArg, MixedArg, VisibilityArg,
-    Warp3dArgs, WarpArgs, WarpCameraArgs,
-};
+pub(crate) use warp3d::{AnaglyphArg, DepthArgs, DepthKindArg, Warp3dArgs, WarpCameraArgs};
 
 /// Forward resampling: clean pictures from discrete samples
 #[derive(Clone, Debug, Parser)]
@@ -143,7 +139,7 @@ pub(crate) struct VolsplatArgs {
     pub sequence: SequenceArgs,
     /// How it is drawn.
     #[command(flatten)]
-    pub render: RenderArgs,
+    pub render: Given<RenderArgs>,
     #[command(flatten)]
     pub ask: AskArgs,
     /// How the picture is written.

@@ -11,9 +11,8 @@ use volsplat::transfer::ColourEncoding;
 use volsplat::{Cells, Classify, ColourBy, Interpolate, Order, Shading, SheetKernel, SheetSums};
 
 use crate::args::{
-    CellsArg, ClassifyArg, ColourByArg, FlatFootprintArg, FootprintArg, InterpolateArg, KernelArg,
-    LayerArg, LevelArg, MeshShadeArg, OpacityArg, OrderArg, ProjectionArg, SelectArg, ShadeArg,
-    SheetSumsArg, SpaceArg, TexmapMethodArg, VolumeLayerArg,
+    CellsArg, ClassifyArg, ColourByArg, FootprintArg, InterpolateArg, KernelArg, OpacityArg,
+    OrderArg, ProjectionArg, SelectArg, ShadeArg, SheetSumsArg, SpaceArg, VolumeLayerArg,
 };
 
 /// Pairs of a command line's value and a library's value; each of either occurs once.
@@ -116,55 +115,6 @@ pub(crate) const PROJECTION: Twins<ProjectionArg, Projection> = Twins(&[
     (ProjectionArg::Orthographic, Projection::Orthographic),
 ]);
 
-/// `--method` of texmap
-pub(crate) const TEXMAP_METHOD: Twins<TexmapMethodArg, texmap::Method> = Twins(&[
-    (TexmapMethodArg::Hybrid, texmap::Method::Hybrid),
-    (TexmapMethodArg::Point, texmap::Method::Point),
-    (TexmapMethodArg::Supersample, texmap::Method::Supersample),
-    (
-        TexmapMethodArg::BackwardNearest,
-        texmap::Method::BackwardNearest,
-    ),
-    (
-        TexmapMethodArg::BackwardBilinear,
-        texmap::Method::BackwardBilinear,
-    ),
-    (
-        TexmapMethodArg::BackwardTrilinear,
-        texmap::Method::BackwardTrilinear,
-    ),
-    (TexmapMethodArg::BackwardEwa, texmap::Method::BackwardEwa),
-]);
-
-/// `--footprint` of flat samples
-pub(crate) const FLAT_FOOTPRINT: Twins<FlatFootprintArg, FootprintMode> = Twins(&[
-    (FlatFootprintArg::Affine, FootprintMode::Affine),
-    (FlatFootprintArg::Exact, FootprintMode::Exact),
-]);
-
-/// `--shade` of texmap
-pub(crate) const MESH_SHADE: Twins<MeshShadeArg, texmap::Shade> = Twins(&[
-    (MeshShadeArg::Auto, texmap::Shade::Auto),
-    (MeshShadeArg::Unlit, texmap::Shade::Unlit),
-    (MeshShadeArg::Headlight, texmap::Shade::Headlight),
-    (MeshShadeArg::Lambert, texmap::Shade::Lambert),
-]);
-
-/// `--level`
-pub(crate) const LEVEL: Twins<LevelArg, texmap::LevelChoice> = Twins(&[
-    (LevelArg::Auto, texmap::LevelChoice::Auto),
-    (LevelArg::Full, texmap::LevelChoice::Full),
-]);
-
-/// `--layers` of texmap
-pub(crate) const LAYER: Twins<LayerArg, texmap::PlaneKind> = Twins(&[
-    (LayerArg::Depth, texmap::PlaneKind::Depth),
-    (LayerArg::Normal, texmap::PlaneKind::Normal),
-    (LayerArg::Coverage, texmap::PlaneKind::Coverage),
-    (LayerArg::Selection, texmap::PlaneKind::Selection),
-    (LayerArg::Texels, texmap::PlaneKind::TexelDensity),
-]);
-
 /// `--layers` of volsplat
 pub(crate) const VOLUME_LAYER: Twins<VolumeLayerArg, volsplat::Layer> = Twins(&[
     (VolumeLayerArg::FirstHit, volsplat::Layer::FirstHit),
@@ -172,6 +122,15 @@ pub(crate) const VOLUME_LAYER: Twins<VolumeLayerArg, volsplat::Layer> = Twins(&[
     (VolumeLayerArg::Samples, volsplat::Layer::Samples),
     (VolumeLayerArg::Selection, volsplat::Layer::Selection),
 ]);
+
+/// The word for a value that a library itself gives the command line.
+pub(crate) fn name(value: impl ValueEnum) -> String {
+    let value = value.to_possible_value();
+    value
+        .expect("no value is hidden from the command line")
+        .get_name()
+        .to_owned()
+}
 
 impl<A: Copy + PartialEq + ValueEnum, L: Copy + PartialEq> Twins<A, L> {
     /// The library's value for what was typed.
@@ -236,28 +195,9 @@ mod tests {
         check(&COLOUR_BY, &["transfer", "select"]);
         check(&SPACE, &["linear", "srgb"]);
         check(&PROJECTION, &["perspective", "orthographic"]);
-        check(&FLAT_FOOTPRINT, &["affine", "exact"]);
-        check(&MESH_SHADE, &["auto", "unlit", "headlight", "lambert"]);
-        check(&LEVEL, &["auto", "full"]);
         check(
             &VOLUME_LAYER,
             &["first-hit", "normal", "samples", "selection"],
-        );
-        check(
-            &LAYER,
-            &["depth", "normal", "coverage", "selection", "texels"],
-        );
-        check(
-            &TEXMAP_METHOD,
-            &[
-                "hybrid",
-                "point",
-                "supersample",
-                "backward-nearest",
-                "backward-bilinear",
-                "backward-trilinear",
-                "backward-ewa",
-            ],
         );
     }
 }

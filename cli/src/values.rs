@@ -236,14 +236,6 @@ pub(crate) fn field_of_view(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "expected an angle above 0 and below 180 degrees".into())
 }
 
-/// A number above 0 and below 1, in single precision.
-pub(crate) fn positive_fraction(text: &str) -> Result<f32, String> {
-    fraction(text)
-        .ok()
-        .filter(|&value| value > 0.0)
-        .ok_or_else(|| "expected a number above 0 and below 1".into())
-}
-
 /// `FX,FY,CX,CY` in pixels, focal lengths above 0.
 pub(crate) fn intrinsics(text: &str) -> Result<[f64; 4], String> {
     match numbers(text).as_deref() {

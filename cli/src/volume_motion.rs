@@ -58,7 +58,7 @@ impl VolumeMotion {
             crop: Track::new(times_s, &keys, |key| Ok(key.crop))?,
             crop_voxels: Track::new(times_s, &keys, |key| Ok(key.crop_voxels))?,
             planes: Track::new(times_s, &keys, |key| Ok(key.clip_planes.clone()))?,
-            still: clip::clip(&args.render.clip),
+            still: clip::clip(&args.render.options.clip),
             shown: None,
         };
         motion.check_planes()?;
@@ -201,7 +201,7 @@ fn made(
 
 /// Refuses words of the command line that say the same thing as the keys.
 fn check_words(args: &VolsplatArgs, keys: &[&VolumeKey]) -> Result<()> {
-    let (transfer, clip, scene) = (&args.transfer, &args.render.clip, &args.scene);
+    let (transfer, clip, scene) = (&args.transfer, &args.render.options.clip, &args.scene);
     let looks = keys.iter().any(|key| key.look.is_some());
     let one_function = [
         ("--transfer", transfer.transfer.is_some()),

@@ -56,10 +56,7 @@ pub(crate) fn read(args: &Warp3dArgs, keeping: Keeping) -> Result<WarpScene> {
                 .collect::<Result<_>>()?,
         ),
         Keeping::File(max_memory) => {
-            let tolerance = args
-                .render
-                .tolerance
-                .map_or(SurfaceTolerance::Auto, SurfaceTolerance::Relative);
+            let tolerance = args.render.options.tolerance();
             let filed = both.map(|(typed, found)| filed(typed, found, (tolerance, max_memory)));
             References::Filed(filed.collect::<Result<_>>()?, max_memory)
         }

@@ -18,6 +18,12 @@ use crate::view::GridView;
 
 /// How the distance from a kernel's centre to a pixel's ray is found, in perspective.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum FootprintMode {
     /// The outline is an ellipse around the projected centre (Appendix A, small-angle form); the index is affine.
     AffineApprox,

@@ -9,6 +9,12 @@ use std::f64::consts::PI;
 
 /// The shape of a reconstruction kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum KernelShape {
     /// Gaussian, truncated at three sigmas and shifted to reach 0 there.
     Gaussian,

@@ -4,6 +4,12 @@
 
 /// Which samples become points and which become splats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum SelectMode {
     /// A sample whose spacing projects to less than the threshold is a point, the others are splats.
     Hybrid,

@@ -12,6 +12,12 @@ use fearless_simd::prelude::*;
 
 /// The instruction set that the tile kernels run on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum SimdLevel {
     /// The best that this CPU has.
     Auto,

@@ -103,14 +103,6 @@ fn settings() -> Vec<(String, RenderOptions)> {
             },
         ));
     }
-    let footprint = resample_core::FootprintMode::Affine;
-    rows.push((
-        "hybrid, affine".into(),
-        RenderOptions {
-            footprint,
-            ..default()
-        },
-    ));
     rows
 }
 
@@ -118,7 +110,6 @@ fn name(method: Method) -> String {
     match method {
         Method::Hybrid => "hybrid",
         Method::Point => "point",
-        Method::Supersample => "supersample",
         Method::BackwardNearest => "backward-nearest",
         Method::BackwardBilinear => "backward-bilinear",
         Method::BackwardTrilinear => "backward-trilinear",
@@ -275,10 +266,8 @@ fn print_shimmer(pool: &ThreadPool) {
         };
         cameras.iter().map(&mut frame).collect()
     };
-    let level = texmap::LevelChoice::Full;
     let truth = film(&RenderOptions {
         subpixels: 8,
-        level,
         ..RenderOptions::default()
     });
     for method in Method::ALL {

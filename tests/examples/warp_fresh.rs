@@ -11,7 +11,7 @@ use resample_tests::warp_filtered::{filtered_scene, forward_backward, fresh_scen
 use resample_tests::warp_measure::measure;
 use resample_tests::warp_scenes::{AnalyticScene, Body, camera};
 use resample_tests::warp_truth::WarpScene;
-use warp3d::{Method, MixedPixels, Reference, WarpOptions, Warper};
+use warp3d::{Method, MixedPixels, Reference, SurfaceOptions, WarpOptions, Warper};
 
 /// Sub-pixel steps of the camera.
 const STEPS: usize = 16;
@@ -52,36 +52,35 @@ fn main() {
     }
 }
 
-fn settings() -> [WarpOptions; 7] {
+fn settings() -> [WarpOptions; 5] {
     let of = WarpOptions::with_method;
     [
-        of(Method::Nearest),
-        of(Method::Points),
-        of(Method::Splats),
-        of(Method::Ewa),
-        of(Method::Mesh),
-        WarpOptions {
-            mixed: MixedPixels::Keep,
-            ..WarpOptions::default()
-        },
+        of(Method::NEAREST),
+        of(Method::POINTS),
+        of(Method::SPLATS),
+        of(Method::Hybrid {
+            surfaces: SurfaceOptions {
+                mixed: MixedPixels::Keep,
+                ..SurfaceOptions::default()
+            },
+            subpixels: 4,
+        }),
         WarpOptions::default(),
     ]
 }
 
-fn names() -> [&'static str; 8] {
+fn names() -> [&'static str; 6] {
     [
         "depth forward, cubic back",
         "nearest",
         "points",
         "splats",
-        "ewa",
-        "mesh",
         "hybrid, mixed keep",
         "hybrid",
     ]
 }
 
-fn pictures(scene: &WarpScene) -> [Image; 8] {
+fn pictures(scene: &WarpScene) -> [Image; 6] {
     let warp = |options: &WarpOptions| warped(&scene.reference, &scene.target, options);
     let mut images = settings().iter().map(warp).collect::<Vec<_>>();
     images.insert(0, forward_backward(&scene.reference, &scene.target));
@@ -94,7 +93,7 @@ fn warped(reference: &Reference, target: &Camera, options: &WarpOptions) -> Imag
 }
 
 /// Mean change of the error from step to step, thousandths.
-fn flicker(from: f64, to: f64) -> [f64; 8] {
+fn flicker(from: f64, to: f64) -> [f64; 6] {
     let view = |scale: f64, eye: DVec3| {
         camera(
             [(160.0 * scale) as u32, (120.0 * scale) as u32],
@@ -110,7 +109,7 @@ fn flicker(from: f64, to: f64) -> [f64; 8] {
     let scenes: Vec<WarpScene> = (0..STEPS)
         .map(|s| filtered_scene("step", &room, &start, &view(to, eye(s))))
         .collect();
-    let frames: Vec<[Image; 8]> = scenes.iter().map(pictures).collect();
+    let frames: Vec<[Image; 6]> = scenes.iter().map(pictures).collect();
     let visible: Vec<Vec<bool>> = scenes.iter().map(|scene| scene.truth.visible()).collect();
     let seen: Vec<usize> = (0..160 * 120)
         .filter(|&i| visible.iter().all(|v| v[i]))
@@ -138,7 +137,7 @@ fn flicker(from: f64, to: f64) -> [f64; 8] {
 }
 
 /// By how much each of the two upright edges of a card is shown too far out, px of the new picture.
-fn fattening(scale: f64) -> [f64; 8] {
+fn fattening(scale: f64) -> [f64; 6] {
     const HALF: f64 = 0.7;
     const TILT: f64 = 0.05;
     // One colour each: what is shown of the card is how red a row is.

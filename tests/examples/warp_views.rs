@@ -13,7 +13,7 @@ use resample_tests::warp_measure::{WarpFigures, measure};
 use resample_tests::warp_pairs::{PAIRS, pair};
 use resample_tests::warp_scenes::{AnalyticScene, camera};
 use resample_tests::warp_truth::{SCENES, WarpScene};
-use warp3d::{Fill, Frame, Method, MixedPixels, WarpOptions, Warper};
+use warp3d::{Fill, Frame, Method, MixedPixels, SurfaceOptions, WarpOptions, Warper};
 
 /// Timed frames if none are asked for.
 const FRAMES: usize = 5;
@@ -98,18 +98,19 @@ fn timed(scene: &WarpScene, options: &WarpOptions, frames: usize) -> (Frame, f64
 fn settings() -> Vec<(&'static str, WarpOptions)> {
     let of = WarpOptions::with_method;
     vec![
-        ("nearest", of(Method::Nearest)),
-        ("points", of(Method::Points)),
-        ("splats", of(Method::Splats)),
-        ("ewa", of(Method::Ewa)),
-        ("mesh", of(Method::Mesh)),
-        ("hybrid", of(Method::Hybrid)),
+        ("nearest", of(Method::NEAREST)),
+        ("points", of(Method::POINTS)),
+        ("splats", of(Method::SPLATS)),
+        ("hybrid", of(Method::HYBRID)),
         (
             "hybrid, mixed keep",
-            WarpOptions {
-                mixed: MixedPixels::Keep,
-                ..WarpOptions::default()
-            },
+            of(Method::Hybrid {
+                surfaces: SurfaceOptions {
+                    mixed: MixedPixels::Keep,
+                    ..SurfaceOptions::default()
+                },
+                subpixels: 4,
+            }),
         ),
         (
             "hybrid, fill background",
@@ -128,7 +129,7 @@ fn settings() -> Vec<(&'static str, WarpOptions)> {
     ]
 }
 
-/// An analytic scene magnified twice, enlarged: nearest, mesh, hybrid with background filled, and the truth.
+/// An analytic scene magnified twice, enlarged: nearest, splats, hybrid with background filled, and the truth.
 fn figure() -> Image {
     const CROP: [usize; 2] = [160, 120];
     const FROM: [usize; 2] = [60, 60];
@@ -144,9 +145,9 @@ fn figure() -> Image {
         fill: Fill::Background,
         ..WarpOptions::default()
     };
-    let nearest = by(&WarpOptions::with_method(Method::Nearest));
-    let mesh = by(&WarpOptions::with_method(Method::Mesh));
-    let panels = [nearest, mesh, by(&filled), scene.truth(&to, &from).image];
+    let nearest = by(&WarpOptions::with_method(Method::NEAREST));
+    let splats = by(&WarpOptions::with_method(Method::SPLATS));
+    let panels = [nearest, splats, by(&filled), scene.truth(&to, &from).image];
     let mut out = Image::transparent(4 * CROP[0], 4 * CROP[1]);
     for (i, pixel) in out.rgba.iter_mut().enumerate() {
         let (x, y) = (i % (4 * CROP[0]), i / (4 * CROP[0]));

@@ -9,16 +9,13 @@
 //! with something translucent are made from sub-pixels in every method.
 
 use glam::Vec4;
-use resample_core::FootprintMode;
 
 use crate::backward::{look_up_bilinear, look_up_ewa, look_up_nearest, look_up_trilinear};
 use crate::filter::{AROUND, BORDER_PX, around};
 use crate::fragments::{Fragment, collect};
 use crate::lookup::small_footprint;
 use crate::options::Method;
-use crate::points::{
-    Gathered, PixelOnTexture, PointSettings, gather_minified, gather_points, gather_split,
-};
+use crate::points::{Gathered, PixelOnTexture, gather_minified, gather_points};
 use crate::scene::AlphaMode;
 use crate::surface::{Surface, UvPlanes};
 use crate::tile::{Cell, Tile, TileImage, TileWork};
@@ -42,10 +39,6 @@ impl Tile<'_> {
 
     /// Looks the texture up for each triangle of each pixel; leaves pixels with something translucent to sub-pixels.
     pub(crate) fn look_up(&self, work: &mut TileWork, image: &mut TileImage) {
-        let forward = matches!(
-            self.frame.options.method,
-            Method::Point | Method::Supersample
-        );
         let mut texels = 0;
         self.each_pixel(work, |work, pixel, cell| {
             match cell {
@@ -79,7 +72,7 @@ impl Tile<'_> {
             image.rgba[pixel[1] * TILE_PX + pixel[0]] = sum.to_array();
             true
         });
-        if forward {
+        if self.frame.options.method == Method::Point {
             image.points += texels;
         } else {
             image.splats += texels;
@@ -126,30 +119,20 @@ impl Tile<'_> {
         planes: &UvPlanes,
         at: [f32; 2],
     ) -> Option<Gathered> {
-        let options = self.frame.options;
-        let over_w_slope = match options.footprint {
-            FootprintMode::Exact => surface.over_w_slope(at),
-            _ => [0.0; 2],
-        };
         let pyramid = &self.frame.scene.pyramids[planes.pyramid];
         let pixel = PixelOnTexture {
             pyramid,
             at: surface.uv_at(planes, at),
-            over_w_slope,
+            over_w_slope: surface.over_w_slope(at),
         };
-        let settings = PointSettings {
-            level: options.level,
-            max_texels: options.max_texels,
-            simd: self.frame.simd,
-        };
-        match options.method {
-            Method::Hybrid => gather_minified(&pixel, &settings),
-            Method::Point => gather_points(&pixel, &settings),
-            Method::Supersample => gather_split(&pixel, &settings),
+        let simd = self.frame.simd;
+        match self.frame.options.method {
+            Method::Hybrid => gather_minified(&pixel, simd),
+            Method::Point => gather_points(&pixel, simd),
             Method::BackwardNearest => Some(look_up_nearest(&pixel)),
             Method::BackwardBilinear => Some(look_up_bilinear(&pixel)),
             Method::BackwardTrilinear => Some(look_up_trilinear(&pixel)),
-            Method::BackwardEwa => Some(look_up_ewa(&pixel, settings.simd)),
+            Method::BackwardEwa => Some(look_up_ewa(&pixel, simd)),
         }
     }
 

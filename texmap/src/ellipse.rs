@@ -133,9 +133,8 @@ impl TexelEllipse {
         dispatch!(simd, simd => gather_texels(simd, self, (level, wrap)))
     }
 
-    /// The mean of what the source gives by column and row.
     #[inline(always)]
-    pub(crate) fn gather(&self, source: impl RowSource) -> Option<Gathered> {
+    fn gather(&self, source: (&Level, [Wrap; 2])) -> Option<Gathered> {
         let [ixx, ixy, iyy] = self.inverse;
         let reach = self.cut / (1.0 - self.change);
         let (mut sum, mut total) = (Vec4::ZERO, 0.0);
@@ -159,7 +158,7 @@ impl TexelEllipse {
                 for (k, weight) in weights.iter_mut().enumerate() {
                     *weight = self.weight((column + k as i32) as f32 - self.centre[0], dv);
                 }
-                source.add(row, column, &weights[..count], &mut sum);
+                add_row(source, (row, column), &weights[..count], &mut sum);
                 total += weights[..count].iter().sum::<f32>();
                 texels += count as u32;
                 column += BATCH as i32;
@@ -199,46 +198,28 @@ const MAX_SIDE: i32 = 1 << 14;
 /// Texels whose weights are computed together.
 const BATCH: usize = 8;
 
-/// Where a row of weights finds what it weighs.
-pub(crate) trait RowSource {
-    /// Adds to `sum` what stands from `column` of `row` on, times the weights.
-    fn add(&self, row: i32, column: i32, weights: &[f32], sum: &mut Vec4);
-}
-
-/// A source that is asked for each texel.
-pub(crate) struct Each<F: Fn(i32, i32) -> Vec4>(pub(crate) F);
-
-impl<F: Fn(i32, i32) -> Vec4> RowSource for Each<F> {
-    #[inline(always)]
-    fn add(&self, row: i32, column: i32, weights: &[f32], sum: &mut Vec4) {
-        for (&weight, column) in weights.iter().zip(column..) {
-            if weight != 0.0 {
-                *sum += (self.0)(column, row) * weight;
+/// Adds to `sum` the texels from `column` of `row` on, times the weights, with what lies beyond the level's borders.
+#[inline(always)]
+fn add_row(
+    (level, wrap): (&Level, [Wrap; 2]),
+    (row, column): (i32, i32),
+    weights: &[f32],
+    sum: &mut Vec4,
+) {
+    let start = level.row_start(row, wrap[1]);
+    let texels = &level.texels[start..start + level.size[0]];
+    let inside = usize::try_from(column)
+        .ok()
+        .and_then(|first| texels.get(first..first + weights.len()));
+    match inside {
+        Some(texels) => {
+            for (&weight, texel) in weights.iter().zip(texels) {
+                *sum += *texel * weight;
             }
         }
-    }
-}
-
-/// A level and what lies beyond its borders.
-impl RowSource for (&Level, [Wrap; 2]) {
-    #[inline(always)]
-    fn add(&self, row: i32, column: i32, weights: &[f32], sum: &mut Vec4) {
-        let (level, wrap) = self;
-        let start = level.row_start(row, wrap[1]);
-        let texels = &level.texels[start..start + level.size[0]];
-        let inside = usize::try_from(column)
-            .ok()
-            .and_then(|first| texels.get(first..first + weights.len()));
-        match inside {
-            Some(texels) => {
-                for (&weight, texel) in weights.iter().zip(texels) {
-                    *sum += *texel * weight;
-                }
-            }
-            None => {
-                for (&weight, column) in weights.iter().zip(column..) {
-                    *sum += texels[wrapped(column, level.size[0], wrap[0])] * weight;
-                }
+        None => {
+            for (&weight, column) in weights.iter().zip(column..) {
+                *sum += texels[wrapped(column, level.size[0], wrap[0])] * weight;
             }
         }
     }

@@ -33,7 +33,7 @@ mod walk;
 
 pub use error::Error;
 pub use input::{LoadOptions, Loaded, load, load_picture};
-pub use options::{LevelChoice, Method, PlaneKind, RenderOptions, Shade};
+pub use options::{Method, PlaneKind, RenderOptions, Shade};
 pub use render::{Frame, Renderer};
 pub use scene::Scene;
 pub use stats::{FrameStats, StageTime, StageTimes};

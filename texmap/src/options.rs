@@ -1,62 +1,90 @@
 //! What a caller can choose: one plain struct, every field with unit, range, default and effect.
+//!
+//! With the feature `serde` the choices can be written and read; with the feature `clap` they are the arguments of a
+//! command line, whose help is the text below. Both use the same names, in kebab case.
 
 use glam::DVec3;
-use resample_core::FootprintMode;
 use resample_core::simd::SimdLevel;
 
 use crate::Error;
 
 /// The choices of one rendering. `RenderOptions::default()` is what the measured trade favours.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(default)
+)]
+#[cfg_attr(
+    feature = "clap",
+    derive(clap::Args),
+    command(next_help_heading = "Rendering")
+)]
 pub struct RenderOptions {
-    /// How texels become pixels.
+    /// How texels become pixels
+    #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = Method::Hybrid))]
     pub method: Method,
-    /// How a texel's place on the screen is found: `Affine` or `Exact`; the other modes have no meaning for flat samples.
-    pub footprint: FootprintMode,
-    /// How surfaces are lit.
+    /// How surfaces are lit
+    #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = Shade::Auto))]
     pub shade: Shade,
-    /// Where the light of [`Shade::Lambert`] comes from: points towards the light, any length above 0.
+    /// Direction towards the distant light of lambert shading, in the world, of any length
+    #[cfg_attr(feature = "clap", arg(long, value_name = "X,Y,Z", value_parser = direction, default_value = "0.4,1,0.6",
+        allow_hyphen_values = true, requires = "shade"))]
     pub light: DVec3,
-    /// Sub-pixels along a pixel's side at which visibility is decided: 1, 2, 3, 4 or 8. A pixel has one more than their
-    /// square, on a turned lattice.
+    /// Sub-pixels along a pixel's side at which visibility is decided: 1, 2, 3, 4 or 8
+    ///
+    /// A pixel has one more than their square, on a turned lattice.
+    #[cfg_attr(feature = "serde", serde(rename = "subpixel"))]
+    #[cfg_attr(
+        feature = "clap",
+        arg(long = "subpixel", value_name = "N", default_value_t = 4)
+    )]
     pub subpixels: u32,
-    /// From which level minified texels are taken.
-    pub level: LevelChoice,
-    /// Most texels that one pixel gathers from one surface, 16 or more; a coarser level is taken where it would be
-    /// more, at a loss of sharpness across the direction of strong foreshortening.
-    pub max_texels: u32,
-    /// What the picture carries beside its colour.
+    /// Planes of the picture beside its colour
+    #[cfg_attr(feature = "serde", serde(rename = "layers"))]
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long = "layers",
+            value_enum,
+            value_name = "NAMES",
+            value_delimiter = ','
+        )
+    )]
     pub planes: Vec<PlaneKind>,
-    /// Vector instructions to use. Levels agree to rounding.
+    /// Vector instructions to use; the levels agree to rounding
+    #[cfg_attr(feature = "clap", arg(skip = SimdLevel::Auto))]
     pub simd: SimdLevel,
 }
 
 /// How texels become pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Method {
-    /// Minified texels are points gathered by the pixel's Gaussian, magnified ones splats of the texture's own kernel.
+    /// Minified texels are points gathered by the pixel's Gaussian, magnified ones splats of the texture's own kernel
     Hybrid,
-    /// Every texel is a point: magnified textures have holes (the paper, Figure 5a). Minified ones are points in
-    /// `Hybrid` too, and the same.
+    /// Every texel is a point: magnified textures have holes (the paper, Figure 5a), minified ones look as in the hybrid
     Point,
-    /// Texels are split along magnified axes until all are points.
-    Supersample,
-    /// The texel nearest to the pixel's centre.
+    /// Look-up: the texel nearest to the pixel's centre
     BackwardNearest,
-    /// Bilinear at the pixel's centre (the paper, Figure 5c).
+    /// Look-up: bilinear at the pixel's centre (the paper, Figure 5c)
     BackwardBilinear,
-    /// Bilinear in two levels of the mip pyramid, mixed.
+    /// Look-up: bilinear in two levels of the mip pyramid, mixed
     BackwardTrilinear,
-    /// Elliptical weighted average in the mip pyramid, at most 16 times longer than wide (Heckbert 1989).
+    /// Look-up: elliptical weighted average, at most 16 times longer than wide (Heckbert 1989)
     BackwardEwa,
 }
 
 impl Method {
     /// Every method, forward ones first.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 6] = [
         Self::Hybrid,
         Self::Point,
-        Self::Supersample,
         Self::BackwardNearest,
         Self::BackwardBilinear,
         Self::BackwardTrilinear,
@@ -66,51 +94,62 @@ impl Method {
 
 /// How surfaces are lit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Shade {
-    /// As the material says: its own colour where it is unlit, a headlight otherwise.
+    /// As the material says: its own colour where it is unlit, a headlight otherwise
     Auto,
-    /// Every surface shows its own colour.
+    /// Every surface shows its own colour
     Unlit,
-    /// A light at the eye.
+    /// A light at the eye
     Headlight,
-    /// A distant light from [`RenderOptions::light`].
+    /// A distant light
     Lambert,
-}
-
-/// From which level of the pyramid minified texels are taken.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LevelChoice {
-    /// The level whose texels are just under the pixel: the cost follows the pixels.
-    Auto,
-    /// The full texture: the cost follows the texels.
-    Full,
 }
 
 /// A plane of the picture beside its colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum PlaneKind {
-    /// Camera z of what is seen, coverage-weighted, world units; +infinity where nothing is. [`resample_core::Image::depth`].
+    /// Camera z of what is seen, coverage-weighted, world units, +infinity where nothing is: channel Z
     Depth,
-    /// World normal towards the eye, times coverage: channels `normal.X`, `normal.Y`, `normal.Z`.
+    /// World normal towards the eye, times coverage: channels normal.X, normal.Y, normal.Z
     Normal,
-    /// Share of the pixel that any surface covers, 0..=1, whatever its alpha: channel `coverage`.
+    /// Share of the pixel that any surface covers, 0 to 1, whatever its alpha: channel coverage
     Coverage,
-    /// Share of the covered part that is laid as points, the rest being splats, 0..=1: channel `selection`.
+    /// Share of the covered part that is laid as points, the rest being splats, 0 to 1: channel selection
     Selection,
-    /// Texels of the full texture per pixel, by area: channel `texels`.
-    TexelDensity,
+    /// Texels of the full texture per pixel, by area: channel texels
+    Texels,
+}
+
+impl PlaneKind {
+    /// Every plane.
+    pub const ALL: [Self; 5] = [
+        Self::Depth,
+        Self::Normal,
+        Self::Coverage,
+        Self::Selection,
+        Self::Texels,
+    ];
 }
 
 impl Default for RenderOptions {
     fn default() -> Self {
         Self {
             method: Method::Hybrid,
-            footprint: FootprintMode::Exact,
             shade: Shade::Auto,
             light: DVec3::new(0.4, 1.0, 0.6),
             subpixels: 4,
-            level: LevelChoice::Auto,
-            max_texels: 1024,
             planes: Vec::new(),
             simd: SimdLevel::Auto,
         }
@@ -119,30 +158,21 @@ impl Default for RenderOptions {
 
 impl RenderOptions {
     /// Checks every choice against its range.
+    ///
+    /// # Errors
+    /// [`Error::Option`] names the choice and its range.
     pub fn validate(&self) -> Result<(), Error> {
-        let refuse = |what: String| Err(Error::Option(what));
-        if !matches!(self.footprint, FootprintMode::Affine | FootprintMode::Exact) {
-            return refuse(
-                "flat samples have the footprints affine and exact; choose one of them".into(),
-            );
-        }
         if ![1, 2, 3, 4, 8].contains(&self.subpixels) {
-            return refuse(format!(
+            return Err(Error::Option(format!(
                 "the number of sub-pixels is {}, expected 1, 2, 3, 4 or 8",
                 self.subpixels
-            ));
-        }
-        if self.max_texels < 16 {
-            return refuse(format!(
-                "the most texels of a pixel are {}, expected 16 or more",
-                self.max_texels
-            ));
+            )));
         }
         if self.light.try_normalize().is_none() {
-            return refuse(format!(
+            return Err(Error::Option(format!(
                 "the light comes from {}, expected a direction",
                 self.light
-            ));
+            )));
         }
         Ok(())
     }
@@ -150,5 +180,39 @@ impl RenderOptions {
     /// Whether the picture carries this plane.
     pub fn has(&self, plane: PlaneKind) -> bool {
         self.planes.contains(&plane)
+    }
+}
+
+/// Reads `X,Y,Z`, a direction of any length.
+#[cfg(feature = "clap")]
+fn direction(text: &str) -> Result<DVec3, String> {
+    let mut parts = [0.0; 3];
+    let mut words = text.split(',');
+    for part in &mut parts {
+        let number = words.next().and_then(|word| word.trim().parse().ok());
+        *part = number.unwrap_or(f64::NAN);
+    }
+    let direction = DVec3::from(parts);
+    if words.next().is_none() && direction.try_normalize().is_some() {
+        Ok(direction)
+    } else {
+        Err("expected X,Y,Z, three numbers that are not all 0".into())
+    }
+}
+
+#[cfg(all(test, feature = "clap"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_arguments_default_to_the_default_options() {
+        use clap::{Args, FromArgMatches};
+        let command = RenderOptions::augment_args(clap::Command::new("render"));
+        let matches = command
+            .try_get_matches_from(["render"])
+            .expect("no argument is needed");
+        let options =
+            RenderOptions::from_arg_matches(&matches).expect("every option has a default");
+        assert_eq!(options, RenderOptions::default());
     }
 }

@@ -106,16 +106,7 @@ pub(crate) fn add_planes<'a>(
             .map(|i| at(i).map_or(empty, read))
             .collect()
     };
-    for kind in [
-        PlaneKind::Depth,
-        PlaneKind::Normal,
-        PlaneKind::Coverage,
-        PlaneKind::Selection,
-        PlaneKind::TexelDensity,
-    ] {
-        if !options.has(kind) {
-            continue;
-        }
+    for kind in PlaneKind::ALL.into_iter().filter(|&kind| options.has(kind)) {
         let mut add = |name: &str, values: Vec<f32>| {
             image.planes.push(Plane {
                 name: name.into(),
@@ -135,7 +126,7 @@ pub(crate) fn add_planes<'a>(
             PlaneKind::Selection => {
                 add("selection", gather(&|p| f32::from(u8::from(p.points)), 0.0))
             }
-            PlaneKind::TexelDensity => add("texels", gather(&|p| p.texels / p.coverage, 0.0)),
+            PlaneKind::Texels => add("texels", gather(&|p| p.texels / p.coverage, 0.0)),
         }
     }
 }

@@ -12,10 +12,8 @@ use glam::Vec4;
 use resample_core::point::PIXEL_SIGMA_PX;
 use resample_core::simd::Vectors;
 
-use crate::ellipse::{Covariance, Each, TexelEllipse};
-use crate::lookup::reconstructed;
+use crate::ellipse::{Covariance, TexelEllipse};
 use crate::mip::{Level, Pyramid};
-use crate::options::LevelChoice;
 use crate::scene::Magnify;
 use crate::surface::UvAt;
 
@@ -32,24 +30,16 @@ const LEAST_VARIANCE: f32 = 0.5;
 /// The pixel's variance, px^2.
 pub(crate) const PIXEL_VARIANCE: f32 = (PIXEL_SIGMA_PX * PIXEL_SIGMA_PX) as f32;
 
-/// Most parts that a texel is split into along one axis: a texel larger than half as many pixels is as smooth as it
-/// will be.
-const MAX_SPLIT: f32 = 4096.0;
-
-/// What gathering needs to know.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct PointSettings {
-    pub(crate) level: LevelChoice,
-    pub(crate) max_texels: u32,
-    pub(crate) simd: Vectors,
-}
+/// Most texels that one pixel gathers from one surface. A coarser level is taken where it would be more, at a loss of
+/// sharpness across the direction of strong foreshortening.
+const MAX_TEXELS: f32 = 1024.0;
 
 /// A pixel on a textured plane.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PixelOnTexture<'a> {
     pub(crate) pyramid: &'a Pyramid,
     pub(crate) at: UvAt,
-    /// Relative change of 1/w per px along x and y; zero makes footprints affine.
+    /// Relative change of 1/w per px along x and y; 0 neglects perspective within the footprint.
     pub(crate) over_w_slope: [f32; 2],
 }
 
@@ -62,20 +52,14 @@ pub(crate) struct Gathered {
 }
 
 /// Gathers the texels around a pixel; `None` where the texture is magnified, or nearly: its texels are splats there.
-pub(crate) fn gather_minified(
-    pixel: &PixelOnTexture,
-    settings: &PointSettings,
-) -> Option<Gathered> {
+pub(crate) fn gather_minified(pixel: &PixelOnTexture, simd: Vectors) -> Option<Gathered> {
     let pyramid = pixel.pyramid;
     let full = &pyramid.levels[0];
-    let mut chosen = (full, covariance(pixel, full));
-    if !(chosen.1.eigenvalues()[0] >= LEAST_VARIANCE) {
+    let of_full = covariance(pixel, full);
+    if !(of_full.eigenvalues()[0] >= LEAST_VARIANCE) {
         return None;
     }
-    if settings.level == LevelChoice::Auto {
-        chosen = coarsest(pixel, settings.max_texels, chosen);
-    }
-    let (level, covariance) = chosen;
+    let (level, covariance) = coarsest(pixel, (full, of_full));
     if level.size == [1, 1] {
         return Some(Gathered {
             rgba: level.texels[0],
@@ -85,13 +69,13 @@ pub(crate) fn gather_minified(
     let fourth = |k: usize| (kernel(pyramid)[1] * level.scale[k].powi(4) - level.kappa[k]) / 24.0;
     let mut ellipse = TexelEllipse::new(pixel, level.scale, covariance.scaled(1.0 / KEPT), CUT)?;
     ellipse.kappa = [fourth(0), fourth(1)];
-    ellipse.gather_level(level, pyramid.wrap, settings.simd)
+    ellipse.gather_level(level, pyramid.wrap, simd)
 }
 
 /// Gathers texels as plain points, each with the pixel's Gaussian alone: `None` where no texel is near (a hole).
-pub(crate) fn gather_points(pixel: &PixelOnTexture, settings: &PointSettings) -> Option<Gathered> {
+pub(crate) fn gather_points(pixel: &PixelOnTexture, simd: Vectors) -> Option<Gathered> {
     // A hole is a pixel that no texel reaches; minified textures have none, so that the same levels serve.
-    if let Some(gathered) = gather_minified(pixel, settings) {
+    if let Some(gathered) = gather_minified(pixel, simd) {
         return Some(gathered);
     }
     let level = &pixel.pyramid.levels[0];
@@ -99,53 +83,8 @@ pub(crate) fn gather_points(pixel: &PixelOnTexture, settings: &PointSettings) ->
     TexelEllipse::new(pixel, level.scale, plain.scaled(1.0 / KEPT), CUT)?.gather_level(
         level,
         pixel.pyramid.wrap,
-        settings.simd,
+        simd,
     )
-}
-
-/// Gathers texels split along their magnified axes until all are points.
-pub(crate) fn gather_split(pixel: &PixelOnTexture, settings: &PointSettings) -> Option<Gathered> {
-    if let Some(gathered) = gather_minified(pixel, settings) {
-        return Some(gathered);
-    }
-    let [ux, uy, vx, vy] = pixel.at.jacobian;
-    // Parts per texel that leave a variance of LEAST_VARIANCE along the axis's own direction.
-    let area = (ux * vy - uy * vx).abs();
-    let parts = |along: f32, across: f32| {
-        // The narrower of the ellipse's extent and its chord along the axis.
-        let chord = (area / across).min(along);
-        (LEAST_VARIANCE / (PIXEL_VARIANCE * chord * chord))
-            .sqrt()
-            .ceil()
-            .clamp(1.0, MAX_SPLIT)
-    };
-    let (u, v) = (ux.hypot(uy), vx.hypot(vy));
-    let split = [parts(u, v), parts(v, u)];
-    let kernel = |k: usize| {
-        if split[k] > 1.0 {
-            0.0
-        } else {
-            kernel(pixel.pyramid)[0]
-        }
-    };
-    let full = &pixel.pyramid.levels[0];
-    let [xx, xy, yy] = covariance_with(pixel, full, [kernel(0), kernel(1)]).0;
-    let fine = Covariance([
-        xx * split[0] * split[0],
-        xy * split[0] * split[1],
-        yy * split[1] * split[1],
-    ]);
-    let at = |k: usize, index: i32| (index as f32 + 0.5) / split[k];
-    let parts = Each(|column, row| reconstructed(pixel.pyramid, at(0, column), at(1, row)));
-    let gathered =
-        TexelEllipse::new(pixel, split, fine.scaled(1.0 / KEPT), CUT).and_then(|e| e.gather(parts));
-    // Texels too large to be split so far are flat over a pixel.
-    gathered.or_else(|| {
-        Some(Gathered {
-            rgba: reconstructed(pixel.pyramid, pixel.at.u, pixel.at.v),
-            texels: 4,
-        })
-    })
 }
 
 /// Variance, in squared texels, and fourth cumulant of the kernel that reconstructs the full texture.
@@ -179,14 +118,13 @@ pub(crate) fn covariance_with(pixel: &PixelOnTexture, level: &Level, more: [f32;
 /// The coarsest level whose texels still see the footprint as smooth, or a coarser one if that holds too many.
 fn coarsest<'a>(
     pixel: &PixelOnTexture<'a>,
-    max_texels: u32,
     full: (&'a Level, Covariance),
 ) -> (&'a Level, Covariance) {
     let mut chosen = full;
     for level in &pixel.pyramid.levels[1..] {
         let next = covariance(pixel, level);
         let texels = std::f32::consts::PI * CUT * CUT * chosen.1.determinant().max(0.0).sqrt();
-        if !(next.eigenvalues()[0] >= LEAST_VARIANCE || texels > max_texels as f32) {
+        if !(next.eigenvalues()[0] >= LEAST_VARIANCE || texels > MAX_TEXELS) {
             break;
         }
         chosen = (level, next.widened(LEAST_VARIANCE));

@@ -62,10 +62,7 @@ impl Renderer {
         let own = self.options.clone();
         let alike = RenderOptions {
             method: own.method,
-            footprint: own.footprint,
             subpixels: own.subpixels,
-            level: own.level,
-            max_texels: own.max_texels,
             planes: own.planes.clone(),
             ..options.clone()
         };

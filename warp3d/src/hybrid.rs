@@ -18,10 +18,9 @@ use resample_core::simd::Vectors;
 use crate::Reference;
 use crate::bands::BAND_ROWS;
 use crate::colour::Colours;
-use crate::epipole::OcclusionOrder;
 use crate::flags::Flags;
 use crate::layer::Layer;
-use crate::options::{MixedPixels, Visibility, WarpOptions};
+use crate::options::{MixedPixels, SurfaceOptions};
 use crate::patch::NO_PATCH;
 use crate::raster::{Projected, Quarters, Scene, Segments, Vertex};
 use crate::resolve::Resolver;
@@ -30,7 +29,7 @@ use crate::spline::coefficients;
 use crate::stats::{FrameStats, StageClock};
 use crate::surface::Surfaces;
 use crate::warp::Warp;
-use centres::{Centres, Taking};
+use centres::Centres;
 use fine::{Fine, Lattice, Places};
 use slots::one_beyond_doubt;
 pub(crate) use slots::{SlotParts, one_surface};
@@ -83,26 +82,24 @@ enum Sight {
     Several,
 }
 
+/// How a picture is drawn.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct How {
+    /// Sub-pixels along a pixel's side near depth edges.
+    pub(crate) subpixels: usize,
+    /// Vector instructions.
+    pub(crate) level: Vectors,
+}
+
 /// What is drawn, and how.
 struct Drawing<'a> {
     scene: Scene<'a>,
-    order: Option<OcclusionOrder>,
     level: Vectors,
-}
-
-impl Drawing<'_> {
-    fn taking(&self) -> Taking {
-        if self.order.is_some() {
-            Taking::Always
-        } else {
-            Taking::Nearer
-        }
-    }
 }
 
 impl Prepared {
     /// Finds surfaces and edges of `reference`.
-    pub(crate) fn new(reference: &Reference, options: &WarpOptions) -> Self {
+    pub(crate) fn new(reference: &Reference, options: &SurfaceOptions) -> Self {
         let surfaces = Surfaces::new(reference, options.tolerance);
         let mut samples: Vec<_> = reference
             .colour
@@ -134,7 +131,7 @@ impl Hybrid {
         &mut self,
         (reference, prepared): (&Reference, &Prepared),
         target: &Camera,
-        options: &WarpOptions,
+        how: How,
         stats: &mut FrameStats,
     ) -> Layer {
         let warp = Warp::new(&reference.camera, target);
@@ -143,32 +140,23 @@ impl Hybrid {
             segments: &prepared.segments,
         };
         let clock = StageClock::start();
-        self.projected
-            .project(&scene, &warp, options.simd.resolve());
+        self.projected.project(&scene, &warp, how.level);
         stats.samples += prepared.known;
         stats.outside += prepared.known - self.projected.in_front();
         stats.stages.project.add(clock.stop());
         let clock = StageClock::start();
-        let order = match options.visibility {
-            Visibility::ZBuffer => None,
-            Visibility::OcclusionOrder => {
-                let size = prepared.surfaces.size.map(|n| n as u32 + 1);
-                Some(OcclusionOrder::new(&reference.camera, target, size))
-            }
-        };
         let drawing = Drawing {
             scene,
-            order,
-            level: options.simd.resolve(),
+            level: how.level,
         };
         self.draw_centres(&drawing, target);
         self.give_slots(target, prepared.surfaces.tolerance);
-        self.draw_fine(&drawing, target, options.subpixels as usize);
-        self.find_edges(&prepared.surfaces, target, options.subpixels as usize);
+        self.draw_fine(&drawing, target, how.subpixels);
+        self.find_edges(&prepared.surfaces, target, how.subpixels);
         stats.edge_pixels += edges(&self.at_edge, target);
         stats.stages.accumulate.add(clock.stop());
         let clock = StageClock::start();
-        let layer = Resolver::new(self, (reference, prepared), &warp, target, options).layer();
+        let layer = Resolver::new(self, (reference, prepared), &warp, target, how).layer();
         stats.stages.resolve.add(clock.stop());
         layer
     }
@@ -185,19 +173,26 @@ impl Hybrid {
             .nearness
             .par_chunks_mut(band)
             .zip(self.patch.par_chunks_mut(band));
-        planes.zip(self.rim.par_chunks_mut(band)).enumerate().for_each(
-            |(index, ((nearness, patch), rim))| {
+        planes
+            .zip(self.rim.par_chunks_mut(band))
+            .enumerate()
+            .for_each(|(index, ((nearness, patch), rim))| {
                 // What the frame before has left goes band by band: then it is still near when it is drawn over.
                 nearness.fill(f32::NEG_INFINITY);
                 rim.fill(f32::NEG_INFINITY);
                 patch.fill(NO_PATCH);
                 let first = index * BAND_ROWS;
                 let rows = [first, first + nearness.len() / width];
-                let mut sink = Centres { width, rows, nearness, patch, rim, taking: drawing.taking() };
-                let (scene, order) = (&drawing.scene, drawing.order);
-                dispatch!(drawing.level, simd => projected.visit(simd, scene, (rows, order), &mut sink));
-            },
-        );
+                let mut sink = Centres {
+                    width,
+                    rows,
+                    nearness,
+                    patch,
+                    rim,
+                };
+                let scene = &drawing.scene;
+                dispatch!(drawing.level, simd => projected.visit(simd, scene, rows, &mut sink));
+            });
     }
 
     /// Gives the pixels that a visible rim touches their places in the finer lattice.
@@ -280,20 +275,34 @@ impl Hybrid {
         let bands = slots.len().div_ceil(width * BAND_ROWS);
         self.fine.resize(bands, Lattice::default());
         self.parts.resize(bands, SlotParts::default());
-        self.fine.par_iter_mut().zip(&mut self.parts).enumerate().for_each(|(index, (lattice, parts))| {
-            let first = index * BAND_ROWS;
-            let rows = [first, (first + BAND_ROWS).min(target.height as usize)];
-            let slot = &slots[rows[0] * width..rows[1] * width];
-            let count = slot.iter().filter(|&&s| s != NO_SLOT).count();
-            lattice.clear(count, &places);
-            if count > 0 {
-                let taking = drawing.taking();
-                let mut sink = Fine { width, rows, places: &places, slot, drawn, lattice, taking };
-                let (scene, order) = (&drawing.scene, drawing.order);
-                dispatch!(drawing.level, simd => projected.visit(simd, scene, (rows, order), &mut sink));
-            }
-            parts.group(drawing.scene.surfaces, &lattice.patch, [subpixels * subpixels, places.stride()]);
-        });
+        self.fine
+            .par_iter_mut()
+            .zip(&mut self.parts)
+            .enumerate()
+            .for_each(|(index, (lattice, parts))| {
+                let first = index * BAND_ROWS;
+                let rows = [first, (first + BAND_ROWS).min(target.height as usize)];
+                let slot = &slots[rows[0] * width..rows[1] * width];
+                let count = slot.iter().filter(|&&s| s != NO_SLOT).count();
+                lattice.clear(count, &places);
+                if count > 0 {
+                    let mut sink = Fine {
+                        width,
+                        rows,
+                        places: &places,
+                        slot,
+                        drawn,
+                        lattice,
+                    };
+                    let scene = &drawing.scene;
+                    dispatch!(drawing.level, simd => projected.visit(simd, scene, rows, &mut sink));
+                }
+                parts.group(
+                    drawing.scene.surfaces,
+                    &lattice.patch,
+                    [subpixels * subpixels, places.stride()],
+                );
+            });
     }
 }
 

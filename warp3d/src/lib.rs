@@ -3,6 +3,8 @@
 //! In the order in which data flows: files become [`Reference`] views; their samples are warped, grouped into surfaces,
 //! selected, accumulated and resolved into a picture; holes are left or filled, and said.
 
+#[cfg(feature = "clap")]
+pub mod args;
 mod bands;
 mod blend;
 mod colour;
@@ -15,7 +17,6 @@ pub mod input;
 pub mod large;
 mod layer;
 pub mod memory;
-mod mesh;
 mod nearest;
 pub mod options;
 mod patch;
@@ -30,10 +31,13 @@ mod surface;
 pub mod warp;
 pub mod warper;
 
+#[cfg(feature = "clap")]
+pub use args::WarpArgs;
 pub use error::Error;
 pub use large::{LargeReference, LargeWarper};
 pub use options::{
-    Blend, ExtraPlanes, Fill, Method, MixedPixels, SurfaceTolerance, Visibility, WarpOptions,
+    Blend, ExtraPlanes, Fill, Method, MixedPixels, SurfaceOptions, SurfaceTolerance, Visibility,
+    WarpOptions,
 };
 pub use reference::Reference;
 pub use stats::{FrameStats, StageTime, StageTimes};

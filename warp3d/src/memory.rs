@@ -43,13 +43,11 @@ struct Taken {
 impl Taken {
     fn new(method: Method) -> Self {
         let (prepared, by_sample, by_pixel) = match method {
-            Method::Nearest => (0, 8, 4),
+            Method::Nearest { .. } => (0, 8, 4),
             // Screen position and nearness; nearness, piece, rim and slot, and a finer lattice at a fifth of the pixels:
             // sixteen places of eight bytes, and as much as half of it again for the surfaces that they see.
-            Method::Hybrid => (PREPARED, 13, 16 + 40),
-            Method::Points | Method::Splats | Method::Ewa => (PREPARED, 104, 16),
-            // Two triangles a sample, built from a triangulation with six half edges a sample.
-            Method::Mesh => (PREPARED + 24, 12 + 120, 8),
+            Method::Hybrid { .. } => (PREPARED, 13, 16 + 40),
+            Method::Points { .. } | Method::Splats { .. } => (PREPARED, 104, 16),
         };
         Self {
             prepared,
@@ -95,7 +93,7 @@ fn working_bytes(samples: &[u64], pixels: u64, options: &WarpOptions) -> u64 {
         samples.iter().sum::<u64>(),
         samples.iter().max().copied().unwrap_or(0),
     );
-    let preparing = if options.method == Method::Nearest {
+    let preparing = if matches!(options.method, Method::Nearest { .. }) {
         0
     } else {
         PREPARING * largest
@@ -155,20 +153,17 @@ pub fn check_memory(
     let nearest = bytes_needed(
         references,
         target,
-        &WarpOptions::with_method(Method::Nearest),
+        &WarpOptions::with_method(Method::NEAREST),
     );
-    let way_out = match options.method {
-        Method::Mesh => {
-            "allow more, or use --method hybrid, which warps in parts what does not fit"
-        }
-        method if nearest <= max_bytes && method != Method::Nearest => {
-            "allow more, make the pictures smaller, or use --method nearest, which fits"
-        }
-        _ => "allow more, or make the pictures smaller",
+    let is_nearest = matches!(options.method, Method::Nearest { .. });
+    let way_out = if nearest <= max_bytes && !is_nearest {
+        "allow more, make the pictures smaller, or use the method nearest, which fits"
+    } else {
+        "allow more, or make the pictures smaller"
     };
     let mib = |bytes: u64| bytes.div_ceil(1 << 20);
     Err(Error::Option(format!(
-        "warping {} takes up to {} MiB, --max-memory allows {} MiB: {way_out}",
+        "warping {} takes up to {} MiB, {} MiB are allowed: {way_out}",
         sizes.join(" and "),
         mib(needed),
         mib(max_bytes)
@@ -196,10 +191,10 @@ mod tests {
             .expect_err("too little")
             .to_string();
         assert!(
-            error.contains("16384x16384") && error.contains("--method nearest"),
+            error.contains("16384x16384") && error.contains("the method nearest"),
             "{error}"
         );
-        let nearest = WarpOptions::with_method(Method::Nearest);
+        let nearest = WarpOptions::with_method(Method::NEAREST);
         assert!(
             check_memory(&[large], small, &nearest, 19 << 30).is_ok(),
             "nearest fits, as the error says"

@@ -1,27 +1,21 @@
 //! What a caller can choose: one plain struct, every field with unit, range, default and effect.
+//!
+//! A method carries the choices that only it has. With the feature `serde` the choices can be written and read, all in
+//! one object; with the feature `clap`, `WarpArgs` are the arguments of a command line. Both use the same names.
+
+use resample_core::simd::SimdLevel;
 
 use crate::Error;
-use resample_core::FootprintMode;
-use resample_core::simd::SimdLevel;
 
 /// The choices of one warp. `WarpOptions::default()` is what the measured trade favours.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct WarpOptions {
     /// How samples become pixels.
+    #[cfg_attr(feature = "serde", serde(flatten))]
     pub method: Method,
-    /// How hidden samples are kept out.
-    pub visibility: Visibility,
     /// What is put where no sample was seen.
     pub fill: Fill,
-    /// How the footprint of a flat sample is evaluated: [`FootprintMode::Exact`] by its homography, every other mode by
-    /// the Jacobian at its centre. Used by `Splats` and `Ewa`.
-    pub footprint: FootprintMode,
-    /// When two neighbours are on one surface.
-    pub tolerance: SurfaceTolerance,
-    /// What happens to reference pixels that blend two surfaces.
-    pub mixed: MixedPixels,
-    /// Sub-pixels along a pixel's side at which coverage is resolved near depth edges: 1 to 8.
-    pub subpixels: u32,
     /// How several references become one picture.
     pub blend: Blend,
     /// Whether the picture carries the planes `filled` and `confidence`.
@@ -30,73 +24,137 @@ pub struct WarpOptions {
     pub simd: SimdLevel,
 }
 
-/// How samples become pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// How samples become pixels, with the choices of each method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(tag = "method", rename_all = "kebab-case")
+)]
 pub enum Method {
     /// One pixel per sample (McMillan 1997): fast, with cracks where samples are magnified.
-    Nearest,
-    /// Surfaces are projected forward and resolved at sub-pixels; colour is reconstructed where they are seen.
-    Hybrid,
-    /// The samples of each surface joined by a Delaunay triangulation, cut at depth edges.
-    Mesh,
+    Nearest {
+        /// How hidden samples are kept out.
+        visibility: Visibility,
+    },
     /// Every sample is a point gathered by the pixel's Gaussian: holes where samples are magnified.
-    Points,
+    Points {
+        /// Which samples are on one surface.
+        #[cfg_attr(feature = "serde", serde(flatten))]
+        surfaces: SurfaceOptions,
+    },
     /// Every sample is a disc in its tangent plane, without a pixel filter: minified ones alias.
-    Splats,
-    /// Every sample is its disc convolved with the pixel's Gaussian: covariances add (Heckbert 1989).
-    Ewa,
+    Splats {
+        /// Which samples are on one surface.
+        #[cfg_attr(feature = "serde", serde(flatten))]
+        surfaces: SurfaceOptions,
+    },
+    /// Surfaces are projected forward and resolved at sub-pixels; colour is reconstructed where they are seen.
+    Hybrid {
+        /// Which samples are on one surface.
+        #[cfg_attr(feature = "serde", serde(flatten))]
+        surfaces: SurfaceOptions,
+        /// Sub-pixels along a pixel's side at which coverage is resolved near depth edges: 1 to 8.
+        subpixels: u32,
+    },
 }
 
-/// How hidden samples are kept out. `OcclusionOrder` is for the methods `Nearest` and `Hybrid`.
+/// Which samples of a reference are on one surface, and what those that blend two surfaces become.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct SurfaceOptions {
+    /// When two neighbours are on one surface.
+    pub tolerance: SurfaceTolerance,
+    /// What happens to reference pixels that blend two surfaces.
+    pub mixed: MixedPixels,
+}
+
+/// How the method `Nearest` keeps hidden samples out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Visibility {
-    /// The nearest one wins.
+    /// The nearest one wins
+    #[cfg_attr(feature = "serde", serde(rename = "zbuffer"))]
+    #[cfg_attr(feature = "clap", value(name = "zbuffer"))]
     ZBuffer,
-    /// Samples are drawn in the order around the epipole in which the later one is always the nearer
-    /// (McMillan 1995). No depth is compared.
+    /// Drawn from back to front around the epipole, without comparing depth (McMillan 1995)
     OcclusionOrder,
 }
 
 /// What is put where no sample was seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Fill {
-    /// Nothing: the pixel is transparent.
+    /// Nothing: the pixel is transparent
     None,
-    /// The farther side of the hole's rim is extended.
+    /// The farther side of the hole's rim, extended
     Background,
-    /// Natural-neighbour interpolation from the far side of the hole's rim.
+    /// Natural-neighbour interpolation from the farther side of the hole's rim
     Natural,
 }
 
 /// When two neighbours of a reference are on one surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
 pub enum SurfaceTolerance {
     /// From the depth map's own steps: 0.4 % of inverse depth where depth is exact, about 2 % where it is coarse.
     Auto,
     /// Departure of inverse depth from linearity, relative, above 0 and below 1.
+    #[cfg_attr(feature = "serde", serde(untagged))]
     Relative(f32),
 }
 
 /// What happens to reference pixels that blend two surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum MixedPixels {
-    /// Used as they are: a rim of the other surface's colour travels with them.
+    /// Used as they are: a rim of the other surface's colour travels with them
     Keep,
-    /// Detected beside depth edges and replaced by the colour of their own surface.
+    /// Detected beside depth edges and replaced by the colour of their own surface
     Unmix,
 }
 
 /// How several references become one picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Blend {
-    /// Weighted by baseline, resolution and agreement of depth.
+    /// Weighted by baseline, resolution and agreement of depth
     Weighted,
-    /// The best one at each pixel.
+    /// The best one at each pixel
     Best,
 }
 
 /// Whether the picture carries planes beside colour and depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
 pub enum ExtraPlanes {
     /// Colour and depth alone.
     None,
@@ -107,13 +165,8 @@ pub enum ExtraPlanes {
 impl Default for WarpOptions {
     fn default() -> Self {
         Self {
-            method: Method::Hybrid,
-            visibility: Visibility::ZBuffer,
+            method: Method::HYBRID,
             fill: Fill::None,
-            footprint: FootprintMode::Exact,
-            tolerance: SurfaceTolerance::Auto,
-            mixed: MixedPixels::Unmix,
-            subpixels: 4,
             blend: Blend::Weighted,
             planes: ExtraPlanes::FilledAndConfidence,
             simd: SimdLevel::Auto,
@@ -121,16 +174,55 @@ impl Default for WarpOptions {
     }
 }
 
+impl Default for SurfaceOptions {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+impl SurfaceOptions {
+    const DEFAULT: Self = Self {
+        tolerance: SurfaceTolerance::Auto,
+        mixed: MixedPixels::Unmix,
+    };
+}
+
 impl Method {
-    /// Every method, for tests and tables that sweep over them.
-    pub const ALL: [Self; 6] = [
-        Self::Nearest,
-        Self::Hybrid,
-        Self::Mesh,
-        Self::Points,
-        Self::Splats,
-        Self::Ewa,
-    ];
+    /// [`Method::Nearest`] with its defaults.
+    pub const NEAREST: Self = Self::Nearest {
+        visibility: Visibility::ZBuffer,
+    };
+    /// [`Method::Points`] with its defaults.
+    pub const POINTS: Self = Self::Points {
+        surfaces: SurfaceOptions::DEFAULT,
+    };
+    /// [`Method::Splats`] with its defaults.
+    pub const SPLATS: Self = Self::Splats {
+        surfaces: SurfaceOptions::DEFAULT,
+    };
+    /// [`Method::Hybrid`] with its defaults.
+    pub const HYBRID: Self = Self::Hybrid {
+        surfaces: SurfaceOptions::DEFAULT,
+        subpixels: 4,
+    };
+
+    /// Every method with its defaults, for tests and tables that sweep over them.
+    pub const ALL: [Self; 4] = [Self::NEAREST, Self::POINTS, Self::SPLATS, Self::HYBRID];
+
+    /// How the method finds surfaces; `None` for a method that needs no surfaces.
+    pub fn surfaces(&self) -> Option<SurfaceOptions> {
+        match *self {
+            Self::Nearest { .. } => None,
+            Self::Points { surfaces } | Self::Splats { surfaces } => Some(surfaces),
+            Self::Hybrid { surfaces, .. } => Some(surfaces),
+        }
+    }
+
+    /// Whether what one method prepares serves the other too.
+    pub(crate) fn prepares_as(&self, other: &Self) -> bool {
+        std::mem::discriminant(self) == std::mem::discriminant(other)
+            && self.surfaces() == other.surfaces()
+    }
 }
 
 impl WarpOptions {
@@ -143,23 +235,24 @@ impl WarpOptions {
     }
 
     /// Checks every number against its range.
+    ///
+    /// # Errors
+    /// [`Error::Option`] names the choice and its range.
     pub fn validate(&self) -> Result<(), Error> {
-        let ordered = matches!(self.method, Method::Nearest | Method::Hybrid);
-        if self.visibility == Visibility::OcclusionOrder && !ordered {
-            let what =
-                "occlusion order is for the methods nearest and hybrid: use --visibility zbuffer";
-            return Err(Error::Option(what.into()));
-        }
-        if !(1..=8).contains(&self.subpixels) {
-            let n = self.subpixels;
+        if let Method::Hybrid { subpixels: n, .. } = self.method
+            && !(1..=8).contains(&n)
+        {
             return Err(Error::Option(format!(
                 "the number of sub-pixels is {n}, expected 1 to 8"
             )));
         }
-        match self.tolerance {
-            SurfaceTolerance::Relative(t) if !(t > 0.0 && t < 1.0) => Err(Error::Option(format!(
-                "the surface tolerance is {t}, expected a part of inverse depth above 0 and below 1"
-            ))),
+        let tolerance = self.method.surfaces().map(|surfaces| surfaces.tolerance);
+        match tolerance {
+            Some(SurfaceTolerance::Relative(t)) if !(t > 0.0 && t < 1.0) => {
+                Err(Error::Option(format!(
+                    "the surface tolerance is {t}, expected a part of inverse depth above 0 and below 1"
+                )))
+            }
             _ => Ok(()),
         }
     }

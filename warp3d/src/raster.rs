@@ -11,7 +11,6 @@ mod quarters;
 mod scan;
 
 use fearless_simd::prelude::*;
-use glam::DVec2;
 use rayon::prelude::*;
 use resample_core::dispatch;
 use resample_core::simd::Vectors;
@@ -22,8 +21,6 @@ pub(crate) use quarters::Quarters;
 pub(crate) use scan::{SLACK, scan_triangle};
 
 use crate::bands::RowRange;
-use crate::epipole::OcclusionOrder;
-use crate::patch::{cell_of, patch_id};
 use crate::surface::{Cell, Surfaces};
 use crate::warp::{Warp, Warped};
 
@@ -64,21 +61,12 @@ pub(crate) struct Projected {
 pub(crate) trait Sink {
     /// Eight cells of a row.
     fn eight<S: Simd>(&mut self, simd: S, cells: &EightCells<S>);
-    /// A triangle that faces the eye, in px; `is_rim` if it borders on a cut.
-    fn triangle<S: Simd>(&mut self, simd: S, corners: [Vertex; 3], id: u32, rim: Rim);
+    /// Half of a quarter at a cut, a triangle that faces the eye, in px. It lies on the rim of its surface.
+    fn rim<S: Simd>(&mut self, simd: S, corners: [Vertex; 3], id: u32);
     /// Whether anything within these columns and rows (px) can matter.
     fn wants(&self, columns: RowRange, rows: RowRange) -> bool;
     /// A triangle that is turned away.
     fn turned_away(&mut self, corners: [Vertex; 3]);
-}
-
-/// Whether a piece lies on the rim of its surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Rim {
-    /// Inside the surface.
-    Inside,
-    /// The quarter of a sample at a cut.
-    Rim,
 }
 
 /// How the cells of a reference are joined, in the form in which they are drawn: by segment, one bit a cell.
@@ -205,38 +193,21 @@ impl Projected {
         self.planes.0[0].iter().filter(|x| !x.is_nan()).count() as u64
     }
 
-    /// Gives the pieces that touch the screen rows `rows` to `sink`, in reference order or in `order`.
+    /// Gives the pieces that touch the screen rows `rows` to `sink`, in the order of the reference.
     #[inline(always)]
     pub(crate) fn visit<S: Simd>(
         &self,
         simd: S,
         scene: &Scene<'_>,
-        (rows, order): ([usize; 2], Option<OcclusionOrder>),
+        rows: [usize; 2],
         sink: &mut impl Sink,
     ) {
-        let [width, height] = scene.surfaces.size;
-        let per_row = (width + 1).div_ceil(SEGMENT);
-        let Some(order) = order else {
-            let touching =
-                (0..self.rows.len()).filter(|&cy| self.rows[cy].touches(rows[0], rows[1]));
-            for segment in touching.flat_map(|cy| cy * per_row..(cy + 1) * per_row) {
-                let [columns, along] = self.segments[segment];
-                if along.touches(rows[0], rows[1]) && sink.wants(columns, along) {
-                    self.visit_segment(simd, scene, segment, sink);
-                }
-            }
-            return;
-        };
-        debug_assert_eq!(
-            self.segments.len(),
-            per_row * (height + 1),
-            "segments of the scene"
-        );
-        for cy in order.rows.indices().map(|y| y as usize) {
-            for cx in order.columns.indices().map(|x| x as usize) {
-                if self.segments[cy * per_row + cx / SEGMENT][1].touches(rows[0], rows[1]) {
-                    self.visit_cell(simd, scene, (cx, cy), sink);
-                }
+        let per_row = (scene.surfaces.size[0] + 1).div_ceil(SEGMENT);
+        let touching = (0..self.rows.len()).filter(|&cy| self.rows[cy].touches(rows[0], rows[1]));
+        for segment in touching.flat_map(|cy| cy * per_row..(cy + 1) * per_row) {
+            let [columns, along] = self.segments[segment];
+            if along.touches(rows[0], rows[1]) && sink.wants(columns, along) {
+                self.visit_segment(simd, scene, segment, sink);
             }
         }
     }
@@ -278,48 +249,8 @@ impl Projected {
     ) {
         let [p, q, r, s] = self.quarters[quarter];
         let id = scene.segments.quarters.id(quarter);
-        emit(simd, [p, q, r], (id, Rim::Rim), sink);
-        emit(simd, [p, r, s], (id, Rim::Rim), sink);
-    }
-
-    /// One cell, for orders in which cells do not come eight at a time.
-    #[inline(always)]
-    fn visit_cell<S: Simd>(
-        &self,
-        simd: S,
-        scene: &Scene<'_>,
-        (cx, cy): (usize, usize),
-        sink: &mut impl Sink,
-    ) {
-        let width = scene.surfaces.size[0];
-        let cell = cy * (width + 1) + cx;
-        let kind = scene.surfaces.cells[cell];
-        match kind {
-            Cell::Empty => {}
-            Cell::Cut => {
-                let segment = cy * (width + 1).div_ceil(SEGMENT) + cx / SEGMENT;
-                let quarters = scene.segments.quarters.of_segment(segment);
-                let of_cell = quarters.filter(|&q| cell_of(scene.segments.quarters.id(q)) == cell);
-                of_cell.for_each(|quarter| self.visit_quarter(simd, scene, quarter, sink));
-            }
-            Cell::MainDiagonal | Cell::AntiDiagonal => {
-                let first = (cy - 1) * width + cx - 1;
-                let [a, b, c, d] =
-                    [first, first + 1, first + width, first + width + 1].map(|i| self.vertex(i));
-                let triangles = if kind == Cell::MainDiagonal {
-                    [[a, b, d], [a, d, c]]
-                } else {
-                    [[a, b, c], [b, d, c]]
-                };
-                emit(simd, triangles[0], (patch_id(cell, 0), Rim::Inside), sink);
-                emit(simd, triangles[1], (patch_id(cell, 1), Rim::Inside), sink);
-            }
-        }
-    }
-
-    fn vertex(&self, sample: usize) -> Vertex {
-        let [x, y, nearness] = [0, 1, 2].map(|i: usize| self.planes.0[i][sample + 1]);
-        Vertex { x, y, nearness }
+        emit(simd, [p, q, r], id, sink);
+        emit(simd, [p, r, s], id, sink);
     }
 }
 
@@ -330,17 +261,6 @@ impl Vertex {
         y: f32::NAN,
         nearness: f32::NAN,
     };
-
-    /// A sample on the screen.
-    pub(crate) fn of_sample(surfaces: &Surfaces, warp: &Warp, index: usize) -> Self {
-        let disparity = surfaces.disparity[index];
-        if disparity.is_nan() {
-            return Self::NOWHERE;
-        }
-        let width = surfaces.size[0];
-        let place = DVec2::new((index % width) as f64 + 0.5, (index / width) as f64 + 0.5);
-        Self::of(warp, &warp.at(place, f64::from(disparity)))
-    }
 
     fn of(warp: &Warp, warped: &Warped) -> Self {
         if !warp.in_front(warped) {
@@ -356,11 +276,11 @@ impl Vertex {
 }
 
 #[inline(always)]
-fn emit<S: Simd>(simd: S, corners: [Vertex; 3], (id, rim): (u32, Rim), sink: &mut impl Sink) {
+fn emit<S: Simd>(simd: S, corners: [Vertex; 3], id: u32, sink: &mut impl Sink) {
     let [p, q, r] = corners;
     let area = (q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x);
     if area > 0.0 {
-        sink.triangle(simd, corners, id, rim);
+        sink.rim(simd, corners, id);
     } else if area <= 0.0 {
         sink.turned_away(corners);
     }

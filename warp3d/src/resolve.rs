@@ -17,9 +17,8 @@ use resample_core::simd::Vectors;
 
 use crate::Reference;
 use crate::colour::{Lookup, as_taken};
-use crate::hybrid::{Hybrid, Prepared};
+use crate::hybrid::{How, Hybrid, Prepared};
 use crate::layer::Layer;
-use crate::options::WarpOptions;
 use crate::patch::{Hit, Patch, PlaneMap};
 use crate::warp::Warp;
 use inside::{RUN, Run};
@@ -69,7 +68,7 @@ impl<'a> Resolver<'a> {
         (reference, prepared): (&'a Reference, &'a Prepared),
         warp: &'a Warp,
         target: &Camera,
-        options: &WarpOptions,
+        how: How,
     ) -> Self {
         let [x, y, one] = warp.pixel_columns();
         Self {
@@ -79,8 +78,8 @@ impl<'a> Resolver<'a> {
             warp,
             columns: [x, y, one, warp.disparity_column()],
             size: [target.width as usize, target.height as usize],
-            level: options.simd.resolve(),
-            weights: WindowWeights::new(options.subpixels as usize),
+            level: how.level,
+            weights: WindowWeights::new(how.subpixels),
         }
     }
 

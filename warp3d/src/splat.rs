@@ -1,4 +1,4 @@
-//! Samples laid on the screen one by one: points, discs, and discs convolved with the pixel's Gaussian (EWA).
+//! Samples laid on the screen one by one: points, or discs.
 //!
 //! A sample is a Gaussian disc in its tangent plane, so neighbours on the same surface give its size and shape, and the
 //! screen sees an ellipse (Zwicker 2001). First the nearest surface of each pixel is found from the discs' middles; then
@@ -8,14 +8,13 @@
 
 use glam::{DMat2, DVec2};
 use rayon::prelude::*;
+use resample_core::Camera;
 use resample_core::point::PIXEL_SIGMA_PX;
-use resample_core::{Camera, FootprintMode};
 
 use crate::Reference;
 use crate::bands::{BAND_ROWS, RowRange};
 use crate::hybrid::Prepared;
 use crate::layer::Layer;
-use crate::options::{Method, WarpOptions};
 use crate::patch::Patch;
 use crate::stats::{FrameStats, StageClock};
 use crate::surface::Surfaces;
@@ -32,6 +31,15 @@ const REACH_SIGMAS: f64 = 2.5;
 
 /// Largest reach of a footprint, px: a disc seen from within would cover the picture.
 const MAX_REACH_PX: f64 = 64.0;
+
+/// What a sample is laid on the screen as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Shape {
+    /// A point, gathered by the pixel's Gaussian.
+    Point,
+    /// A disc in its tangent plane, without a pixel filter.
+    Disc,
+}
 
 /// A sample on the screen.
 #[derive(Clone, Copy, Debug)]
@@ -52,7 +60,7 @@ struct Splat {
 pub(crate) fn render(
     (reference, prepared): (&Reference, &Prepared),
     target: &Camera,
-    options: &WarpOptions,
+    shape: Shape,
     stats: &mut FrameStats,
 ) -> Layer {
     let clock = StageClock::start();
@@ -62,7 +70,7 @@ pub(crate) fn render(
     let rows: Vec<(RowRange, Vec<Splat>)> = (0..surfaces.size[1])
         .into_par_iter()
         .map(|y| {
-            let of = |x| splat(surfaces, &warp, y * width + x, options.method);
+            let of = |x| splat(surfaces, &warp, y * width + x, shape);
             let splats: Vec<Splat> = (0..width).filter_map(of).collect();
             let mut range = RowRange::EMPTY;
             for s in &splats {
@@ -78,12 +86,12 @@ pub(crate) fn render(
     stats.outside += known - drawn;
     stats.stages.project.add(clock.stop());
     let clock = StageClock::start();
-    let layer = draw(&rows, (prepared, &warp), target, options);
+    let layer = draw(&rows, (prepared, &warp), target, shape);
     stats.stages.accumulate.add(clock.stop());
     layer
 }
 
-fn splat(surfaces: &Surfaces, warp: &Warp, sample: usize, method: Method) -> Option<Splat> {
+fn splat(surfaces: &Surfaces, warp: &Warp, sample: usize, shape: Shape) -> Option<Splat> {
     let patch = Patch::of_sample_at(surfaces, sample)?;
     let warped = warp.at(patch.place, patch.disparity);
     if !warp.in_front(&warped) {
@@ -106,21 +114,16 @@ fn splat(surfaces: &Surfaces, warp: &Warp, sample: usize, method: Method) -> Opt
         a.y * a.y + b.y * b.y,
     ];
     let pixel = PIXEL_SIGMA_PX * PIXEL_SIGMA_PX;
-    let covariance = match method {
-        Method::Points => {
+    let covariance = match shape {
+        Shape::Point => {
             let variance = (pixel * (1.0 - area)).max(LEAST_POINT_VARIANCE);
             [variance, 0.0, variance]
         }
-        Method::Ewa => [
-            DISC_VARIANCE * gram[0] + pixel,
-            DISC_VARIANCE * gram[1],
-            DISC_VARIANCE * gram[2] + pixel,
-        ],
-        _ => gram.map(|g| DISC_VARIANCE * g),
+        Shape::Disc => gram.map(|g| DISC_VARIANCE * g),
     };
     let determinant = covariance[0] * covariance[2] - covariance[1] * covariance[1];
     let reach = DVec2::new(covariance[0].sqrt(), covariance[2].sqrt()) * REACH_SIGMAS;
-    let covered = if method == Method::Points {
+    let covered = if shape == Shape::Point {
         area.min(1.0)
     } else {
         area
@@ -145,7 +148,7 @@ fn draw(
     rows: &[(RowRange, Vec<Splat>)],
     (prepared, warp): (&Prepared, &Warp),
     target: &Camera,
-    options: &WarpOptions,
+    shape: Shape,
 ) -> Layer {
     let width = target.width as usize;
     let mut layer = Layer::empty(width * target.height as usize);
@@ -175,14 +178,12 @@ fn draw(
                     }
                 });
             });
-            let exact =
-                options.method == Method::Splats && options.footprint == FootprintMode::Exact;
             splats().for_each(|s| {
                 let patch = Patch::of_sample_at(&prepared.surfaces, s.sample);
                 let colour = prepared.colours.samples[s.sample];
                 each_pixel(s, first, size, |at, q, pos| {
                     let hidden = s.nearness + s.slack * s.nearness.abs() < nearest[at];
-                    let q = if exact {
+                    let q = if shape == Shape::Disc {
                         patch.and_then(|p| exact_form(&p, warp, pos)).unwrap_or(q)
                     } else {
                         q

@@ -5,10 +5,10 @@
 use std::time::Instant;
 
 use cpu_time::ProcessTime;
-use serde::Serialize;
 
 /// Wall and process-CPU time of one stage, ms.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct StageTime {
     /// Elapsed time, ms.
     pub wall_ms: f64,
@@ -17,7 +17,8 @@ pub struct StageTime {
 }
 
 /// The time of each stage of a frame, in the order in which data flows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct StageTimes {
     /// Parts of references that stayed in a file are read and prepared.
     pub prepare: StageTime,
@@ -34,7 +35,8 @@ pub struct StageTimes {
 }
 
 /// Counts and times of one frame.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct FrameStats {
     /// Elapsed time of the frame, ms.
     pub wall_ms: f64,

@@ -4,14 +4,14 @@ use resample_core::{Camera, Image, Plane};
 
 use crate::blend::blend;
 use crate::fill::fill;
-use crate::hybrid::{Hybrid, Prepared};
+use crate::hybrid::{How, Hybrid, Prepared};
 use crate::layer::Layer;
-use crate::mesh::Mesh;
 use crate::nearest::Nearest;
-use crate::options::{ExtraPlanes, Fill, Method, SurfaceTolerance, WarpOptions};
+use crate::options::{ExtraPlanes, Fill, Method, SurfaceOptions, SurfaceTolerance, WarpOptions};
 use crate::patch::MAX_CELLS;
+use crate::splat::{self, Shape};
 use crate::stats::{FrameStats, StageClock};
-use crate::{Error, Reference, splat};
+use crate::{Error, Reference};
 
 /// Warps prepared references, frame after frame.
 #[derive(Clone, Debug)]
@@ -21,13 +21,12 @@ pub struct Warper {
     pipeline: Pipeline,
 }
 
-/// What each method keeps: per reference, and from frame to frame.
-#[derive(Clone, Debug)]
-enum Pipeline {
-    Nearest(Nearest),
-    Hybrid(Vec<Prepared>, Box<Hybrid>),
-    Splats(Vec<Prepared>),
-    Mesh(Vec<(Prepared, Mesh)>),
+/// What the methods keep: per reference, and from frame to frame. What a method does not use stays empty.
+#[derive(Clone, Debug, Default)]
+struct Pipeline {
+    prepared: Vec<Prepared>,
+    nearest: Nearest,
+    hybrid: Box<Hybrid>,
 }
 
 /// A picture and what it cost.
@@ -45,14 +44,13 @@ impl Warper {
     /// # Errors
     /// No reference, a plane that does not have one entry per pixel of its camera, or an option out of range.
     pub fn new(references: Vec<Reference>, options: &WarpOptions) -> Result<Self, Error> {
-        let tolerances = vec![options.tolerance; references.len()];
-        Self::with_tolerances(references, &tolerances, options)
+        Self::with_tolerances(references, None, options)
     }
 
-    /// As [`Warper::new`], with a tolerance of surfaces for each reference.
+    /// As [`Warper::new`], with a tolerance of surfaces for each reference in place of that of the options.
     pub(crate) fn with_tolerances(
         references: Vec<Reference>,
-        tolerances: &[SurfaceTolerance],
+        tolerances: Option<&[SurfaceTolerance]>,
         options: &WarpOptions,
     ) -> Result<Self, Error> {
         options.validate()?;
@@ -65,7 +63,7 @@ impl Warper {
             .iter()
             .enumerate()
             .try_for_each(|(index, reference)| check(index, reference))?;
-        let pipeline = Pipeline::new(&references, tolerances, options)?;
+        let pipeline = Pipeline::new(&references, tolerances, options);
         Ok(Self {
             references,
             options: options.clone(),
@@ -80,18 +78,9 @@ impl Warper {
     /// An option that is outside its range.
     pub fn adopt(&mut self, options: &WarpOptions) -> Result<bool, Error> {
         options.validate()?;
-        // Only what is read anew for each frame may differ.
-        let own = self.options.clone();
-        let alike = WarpOptions {
-            visibility: own.visibility,
-            fill: own.fill,
-            footprint: own.footprint,
-            subpixels: own.subpixels,
-            blend: own.blend,
-            planes: own.planes,
-            ..options.clone()
-        };
-        if alike != own {
+        // What is prepared depends on the method and on its surfaces; everything else is read anew for each frame.
+        let own = &self.options;
+        if !own.method.prepares_as(&options.method) || own.simd != options.simd {
             return Ok(false);
         }
         self.options = options.clone();
@@ -106,7 +95,7 @@ impl Warper {
     /// The picture from `camera`.
     ///
     /// # Errors
-    /// A camera that is none.
+    /// The camera is invalid.
     pub fn render(&mut self, camera: &Camera) -> Result<Frame, Error> {
         let camera = camera
             .validated()
@@ -177,32 +166,26 @@ pub(crate) fn finished(
 impl Pipeline {
     fn new(
         references: &[Reference],
-        tolerances: &[SurfaceTolerance],
+        tolerances: Option<&[SurfaceTolerance]>,
         options: &WarpOptions,
-    ) -> Result<Self, Error> {
-        let prepared = || {
-            references
-                .iter()
-                .zip(tolerances)
-                .map(|(reference, &tolerance)| {
-                    Prepared::new(
-                        reference,
-                        &WarpOptions {
-                            tolerance,
-                            ..options.clone()
-                        },
-                    )
-                })
+    ) -> Self {
+        let Some(surfaces) = options.method.surfaces() else {
+            return Self::default();
         };
-        Ok(match options.method {
-            Method::Nearest => Self::Nearest(Nearest::default()),
-            Method::Hybrid => Self::Hybrid(prepared().collect(), Box::default()),
-            Method::Points | Method::Splats | Method::Ewa => Self::Splats(prepared().collect()),
-            Method::Mesh => {
-                let meshes = prepared().map(|p| Mesh::new(&p.surfaces).map(|mesh| (p, mesh)));
-                Self::Mesh(meshes.collect::<Result<_, _>>()?)
-            }
-        })
+        let of = |(index, reference)| {
+            let tolerance = tolerances.map_or(surfaces.tolerance, |given| given[index]);
+            Prepared::new(
+                reference,
+                &SurfaceOptions {
+                    tolerance,
+                    ..surfaces
+                },
+            )
+        };
+        Self {
+            prepared: references.iter().enumerate().map(of).collect(),
+            ..Self::default()
+        }
     }
 
     fn layer(
@@ -213,18 +196,31 @@ impl Pipeline {
         options: &WarpOptions,
         stats: &mut FrameStats,
     ) -> Layer {
-        match self {
-            Self::Nearest(nearest) => nearest.render(reference, camera, options.visibility, stats),
-            Self::Hybrid(prepared, hybrid) => {
-                hybrid.render((reference, &prepared[index]), camera, options, stats)
+        match options.method {
+            Method::Nearest { visibility } => {
+                self.nearest.render(reference, camera, visibility, stats)
             }
-            Self::Splats(prepared) => {
-                splat::render((reference, &prepared[index]), camera, options, stats)
+            Method::Hybrid { subpixels, .. } => {
+                let how = How {
+                    subpixels: subpixels as usize,
+                    level: options.simd.resolve(),
+                };
+                let prepared = &self.prepared[index];
+                self.hybrid
+                    .render((reference, prepared), camera, how, stats)
             }
-            Self::Mesh(meshes) => {
-                let (prepared, mesh) = &meshes[index];
-                mesh.render((reference, prepared), camera, stats)
-            }
+            Method::Points { .. } => splat::render(
+                (reference, &self.prepared[index]),
+                camera,
+                Shape::Point,
+                stats,
+            ),
+            Method::Splats { .. } => splat::render(
+                (reference, &self.prepared[index]),
+                camera,
+                Shape::Disc,
+                stats,
+            ),
         }
     }
 }

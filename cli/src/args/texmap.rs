@@ -4,12 +4,10 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
-use glam::DVec3;
-use serde::{Deserialize, Serialize};
+use clap::Args;
+use texmap::RenderOptions;
 
-use super::{AskArgs, CameraArgs, PictureArgs, SequenceArgs};
-use crate::values;
+use super::{AskArgs, CameraArgs, Given, PictureArgs, SequenceArgs};
 
 /// Options of `resample texmap`.
 #[derive(Args, Clone, Debug, Default)]
@@ -37,7 +35,7 @@ pub(crate) struct TexmapArgs {
     pub sequence: SequenceArgs,
     /// How it is drawn.
     #[command(flatten)]
-    pub render: TexmapRenderArgs,
+    pub render: Given<RenderOptions>,
     #[command(flatten)]
     pub ask: AskArgs,
     /// How the picture is written.
@@ -58,106 +56,4 @@ pub(crate) struct ModelArgs {
     /// Picture for meshes that have texture coordinates and no texture
     #[arg(long, value_name = "FILE")]
     pub texture: Option<PathBuf>,
-}
-
-/// How a mesh is drawn.
-#[derive(Args, Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
-#[serde(rename_all = "kebab-case", default)]
-#[command(next_help_heading = "Rendering")]
-pub(crate) struct TexmapRenderArgs {
-    /// How texels become pixels [default: hybrid]
-    #[arg(long, value_enum)]
-    pub method: Option<TexmapMethodArg>,
-    /// How a texel's place on the screen is found [default: exact]
-    #[arg(long, value_enum)]
-    pub footprint: Option<FlatFootprintArg>,
-    /// How surfaces are lit [default: auto]
-    #[arg(long, value_enum)]
-    pub shade: Option<MeshShadeArg>,
-    /// Direction towards the light, in the world, for --shade lambert [default: 0.4,1,0.6]
-    #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true, requires = "shade")]
-    #[serde(skip)]
-    pub light: Option<DVec3>,
-    /// Sub-pixels along a pixel's side at which visibility is decided: 1, 2, 3, 4 or 8 [default: 4]
-    #[arg(long, value_name = "N")]
-    pub subpixel: Option<u32>,
-    /// From which level of the texture's pyramid small texels are taken [default: auto]
-    #[arg(long, value_enum)]
-    pub level: Option<LevelArg>,
-    /// Most texels that one pixel gathers from one surface [default: 1024]
-    #[arg(long, value_name = "N")]
-    pub max_texels: Option<u32>,
-    /// Planes of an EXR file beside its colour [default: all]
-    #[arg(long, value_enum, value_name = "NAMES", value_delimiter = ',')]
-    pub layers: Option<Vec<LayerArg>>,
-}
-
-/// How texels become pixels.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum TexmapMethodArg {
-    /// Small texels are points gathered by the pixel, large ones splats
-    Hybrid,
-    /// Every texel is a point; large ones leave holes
-    Point,
-    /// Large texels are split into points
-    Supersample,
-    /// Look-up: the nearest texel
-    BackwardNearest,
-    /// Look-up: four texels
-    BackwardBilinear,
-    /// Look-up: eight texels of two levels
-    BackwardTrilinear,
-    /// Look-up: elliptical average, at most 16 times longer than wide
-    BackwardEwa,
-}
-
-/// How a texel's place on the screen is found.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum FlatFootprintArg {
-    /// Ellipse from the derivatives at the texel
-    Affine,
-    /// Exact projection of the texel's disc
-    Exact,
-}
-
-/// How surfaces are lit.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum MeshShadeArg {
-    /// Unlit where the material says so, a headlight otherwise
-    Auto,
-    /// The plain colours
-    Unlit,
-    /// A light at the eye
-    Headlight,
-    /// A distant light, see --light
-    Lambert,
-}
-
-/// From which level of the pyramid texels are taken.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum LevelArg {
-    /// The level whose texels are just under the pixel
-    Auto,
-    /// The full texture, however many texels a pixel holds
-    Full,
-}
-
-/// A plane of an EXR file.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum LayerArg {
-    /// Distance along the view: channel Z
-    Depth,
-    /// World normal: channels normal.X, normal.Y and normal.Z
-    Normal,
-    /// Share of the pixel that is covered: channel coverage
-    Coverage,
-    /// Share that is laid as points: channel selection
-    Selection,
-    /// Texels per pixel: channel texels
-    Texels,
 }

@@ -7,9 +7,9 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use resample_core::camera::PixelCentre;
-use serde::{Deserialize, Serialize};
+use warp3d::WarpArgs;
 
-use crate::args::{AskArgs, PictureArgs};
+use crate::args::{AskArgs, Given, PictureArgs};
 use crate::multiview::Grid;
 use crate::values::{self, Size};
 use crate::viewpoint::{self, Viewpoint};
@@ -55,7 +55,7 @@ pub(crate) struct Warp3dArgs {
     pub sequence: WarpSequenceArgs,
     /// How it is drawn.
     #[command(flatten)]
-    pub render: WarpArgs,
+    pub render: Given<WarpArgs>,
     #[command(flatten)]
     pub ask: AskArgs,
     /// How the picture is written.
@@ -187,35 +187,6 @@ impl Default for WarpSequenceArgs {
 /// Pictures of a sway: two seconds.
 const DEFAULT_FRAMES: u32 = 48;
 
-/// How a depth image is warped.
-#[derive(Args, Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
-#[serde(rename_all = "kebab-case", default)]
-#[command(next_help_heading = "Rendering")]
-pub(crate) struct WarpArgs {
-    /// How samples become pixels [default: hybrid]
-    #[arg(long, value_enum)]
-    pub method: Option<MethodArg>,
-    /// How hidden samples are kept out [default: zbuffer]
-    #[arg(long, value_enum)]
-    pub visibility: Option<VisibilityArg>,
-    /// What is put where nothing was seen [default: none]
-    #[arg(long, value_enum)]
-    pub fill: Option<FillArg>,
-    /// Neighbours are on one surface while their inverse depth departs from a plane's by less than this part
-    /// [default: from the steps of the depth itself]
-    #[arg(long, value_name = "PART", value_parser = values::positive_fraction)]
-    pub tolerance: Option<f32>,
-    /// What happens to pixels that blend two surfaces [default: unmix]
-    #[arg(long, value_enum)]
-    pub mixed: Option<MixedArg>,
-    /// Sub-pixels along a pixel's side at depth edges, 1 to 8 [default: 4]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=8))]
-    pub subpixels: Option<u32>,
-    /// How several references become one picture [default: weighted]
-    #[arg(long, value_enum)]
-    pub blend: Option<BlendArg>,
-}
-
 /// Where the centre of the first pixel is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum PixelCentreArg {
@@ -242,66 +213,6 @@ pub(crate) enum DepthKindArg {
     Mpeg,
     /// OpenGL depth buffer between --near and --far
     Opengl,
-}
-
-/// How samples become pixels.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum MethodArg {
-    /// One pixel per sample: fast, with cracks
-    Nearest,
-    /// Surfaces projected forward, colour reconstructed where they are seen
-    Hybrid,
-    /// Triangles between the samples of each surface
-    Mesh,
-    /// Points gathered by the pixel's Gaussian
-    Points,
-    /// Discs in the surface
-    Splats,
-    /// Discs convolved with the pixel's Gaussian
-    Ewa,
-}
-
-/// How hidden samples are kept out.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum VisibilityArg {
-    /// The nearest one wins
-    Zbuffer,
-    /// Drawn from back to front by the epipole, without comparing depth
-    OcclusionOrder,
-}
-
-/// What is put where nothing was seen.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum FillArg {
-    /// Nothing: transparent
-    None,
-    /// The farther side, extended
-    Background,
-    /// Natural-neighbour interpolation from the farther side
-    Natural,
-}
-
-/// What happens to pixels that blend two surfaces.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum MixedArg {
-    /// Used as they are
-    Keep,
-    /// Given the colour of their own surface
-    Unmix,
-}
-
-/// How several references become one picture.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum BlendArg {
-    /// Weighted by baseline, resolution and agreement of depth
-    Weighted,
-    /// The best one at each pixel
-    Best,
 }
 
 /// How two views become one red-cyan picture.

@@ -10,9 +10,9 @@ use glam::{DVec3, Vec3};
 use resample_core::Camera;
 use serde_json::{Value, json};
 use texmap::scene::Mesh;
-use texmap::{FrameStats, Loaded, Renderer, Scene};
+use texmap::{FrameStats, Loaded, RenderOptions, Renderer, Scene};
 
-use crate::args::{TexmapArgs, TexmapRenderArgs};
+use crate::args::{Given, TexmapArgs};
 use crate::camera_path::KeyKind;
 use crate::framing::{Extent, Stance};
 use crate::picture::Drawn;
@@ -38,7 +38,7 @@ impl Open {
     pub(crate) fn read(args: TexmapArgs, verbosity: Verbosity) -> Result<Self> {
         let start = Instant::now();
         let plan = Plan::new(&request(&args))?;
-        let options = settings::render_options(&args.render, plan.finish.format)?;
+        let options = settings::render_options(&args.render.options, plan.finish.format)?;
         let Loaded { scene, notes } =
             texmap::load(&args.input, &settings::load_options(&args.model))?;
         let load_ms = report::ms_since(start);
@@ -75,8 +75,8 @@ impl Open {
     }
 
     /// Draws with these options from now on.
-    pub(crate) fn set(&mut self, render: &TexmapRenderArgs) -> Result<()> {
-        let options = settings::render_options(render, self.plan.finish.format)?;
+    pub(crate) fn set(&mut self, render: &Given<RenderOptions>) -> Result<()> {
+        let options = settings::render_options(&render.options, self.plan.finish.format)?;
         self.args.render = render.clone();
         if !self.renderer.adopt(&options)? {
             self.renderer = Renderer::new(&self.scene, &options)?;
@@ -97,7 +97,7 @@ impl Open {
             prepare_ms,
         } = self;
         let request = request(&args);
-        let options = settings::render_options(&args.render, plan.finish.format)?;
+        let options = settings::render_options(&args.render.options, plan.finish.format)?;
         let stats = RunStats {
             version: env!("CARGO_PKG_VERSION"),
             scene: scene_record(&scene, &notes, prepare_ms),

@@ -11,7 +11,7 @@ use resample_core::Camera;
 use serde_json::{Value, json};
 use volsplat::{FrameStats, RenderOptions, Renderer};
 
-use crate::args::{RenderArgs, VolsplatArgs};
+use crate::args::{Given, RenderArgs, VolsplatArgs};
 use crate::blend;
 use crate::camera_path::KeyKind;
 use crate::framing::{self, Extent};
@@ -43,9 +43,12 @@ impl Open {
     /// Checks what can be checked, reads the volume, and classifies it.
     pub(crate) fn read(args: VolsplatArgs, verbosity: Verbosity) -> Result<Self> {
         let plan = Plan::new(&request(&args))?;
-        let options =
-            settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format)?;
-        blend::layers(&args.render.blend, plan.finish.format)?;
+        let options = settings::render_options(
+            &args.render.options,
+            args.transfer.opacity_unit,
+            plan.finish.format,
+        )?;
+        blend::layers(&args.render.options.blend, plan.finish.format)?;
         let mut open = loaded(args, options, (plan, verbosity.progress()))?;
         open.cameras = cameras(&open)?;
         Ok(open)
@@ -64,7 +67,7 @@ impl Open {
     /// Draws and writes all pictures, and reports.
     pub(crate) fn finish(self, planned: Option<Value>, log: RunLog) -> Result<()> {
         let request = request(&self.args);
-        let layers = blend::layers(&self.args.render.blend, self.plan.finish.format)?;
+        let layers = blend::layers(&self.args.render.options.blend, self.plan.finish.format)?;
         self.content.show_transfer(&self.args.transfer)?;
         let stats = RunStats {
             planned,
@@ -108,13 +111,13 @@ impl Open {
     }
 
     /// Draws with these options from now on.
-    pub(crate) fn set(&mut self, render: &RenderArgs) -> Result<()> {
+    pub(crate) fn set(&mut self, render: &Given<RenderArgs>) -> Result<()> {
         let options = settings::render_options(
-            render,
+            &render.options,
             self.args.transfer.opacity_unit,
             self.plan.finish.format,
         )?;
-        let options = settings::suited_to(options, render, self.content.first());
+        let options = settings::suited_to(options, &render.options, self.content.first());
         self.args.render = render.clone();
         if options == self.options {
             return Ok(());
@@ -205,7 +208,7 @@ fn loaded(
     if let Some(mean) = motion.as_ref().and_then(VolumeMotion::mean) {
         content.set_function(mean);
     }
-    let options = settings::suited_to(options, &args.render, content.first());
+    let options = settings::suited_to(options, &args.render.options, content.first());
     if let Some(warning) = transfer::warning(&args.transfer, content.first()) {
         report::say(&warning);
     }

@@ -9,9 +9,9 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use resample_core::{Camera, Image};
 use serde_json::{Value, json};
-use warp3d::{Fill, Method, SurfaceTolerance, WarpOptions};
+use warp3d::{Fill, WarpArgs, WarpOptions};
 
-use crate::args::{CameraArgs, SequenceArgs, Warp3dArgs, WarpArgs};
+use crate::args::{CameraArgs, Given, SequenceArgs, Warp3dArgs};
 use crate::camera_file::CameraDefaults;
 use crate::camera_path::{self, KeyKind};
 use crate::choices::warp;
@@ -66,7 +66,7 @@ impl Open {
     /// Whether a part of a picture can be drawn without the rest.
     pub(crate) fn has_parts(&self) -> bool {
         // What fills a hole may come from anywhere on its rim.
-        self.ready.drawer.layout == Layout::Single && options(&self.args.render).fill == Fill::None
+        self.ready.drawer.layout == Layout::Single && self.args.render.options.fill == Fill::None
     }
 
     /// Draws what a camera sees, without a warning.
@@ -75,9 +75,13 @@ impl Open {
     }
 
     /// Draws with these options from now on.
-    pub(crate) fn set(&mut self, render: &WarpArgs) -> Result<()> {
+    pub(crate) fn set(&mut self, render: &Given<WarpArgs>) -> Result<()> {
+        self.ready
+            .drawer
+            .warper
+            .change(&render.options.options()?)?;
         self.args.render = render.clone();
-        self.ready.drawer.warper.change(&options(render))
+        Ok(())
     }
 
     /// Draws and writes all pictures, and reports.
@@ -98,7 +102,7 @@ impl Open {
             threads: rayon::current_num_threads(),
             settings: record(
                 &args,
-                &options(&args.render),
+                &args.render.options.options()?,
                 (&request, plan.finish.format),
                 drawer.convergence,
             ),
@@ -132,7 +136,7 @@ impl Ready {
         check_words(args)?;
         // How many pictures there will be is known when the cameras are read; a name that cannot be is refused now.
         Plan::without_cameras(&request, Pictures::One)?;
-        let options = options(&args.render);
+        let options = args.render.options.options()?;
         let start = Instant::now();
         // How large the new picture is, cameras say later.
         let guess = args
@@ -207,8 +211,6 @@ fn keeping(
         (Err(error), _) if purpose == Purpose::Compare => {
             Err(error.context("settings are compared and chosen with the references in memory"))
         }
-        // Its triangles join the samples of the whole picture.
-        (Err(error), _) if options.method == Method::Mesh => Err(error),
         (Err(_), Some(max_memory)) => Ok(Keeping::File(max_memory)),
     }
 }
@@ -364,59 +366,26 @@ fn cameras(
         .collect()
 }
 
-fn options(args: &WarpArgs) -> WarpOptions {
-    let default = WarpOptions::default();
-    WarpOptions {
-        method: args
-            .method
-            .map_or(default.method, |choice| warp::METHOD.library(choice)),
-        visibility: args.visibility.map_or(default.visibility, |choice| {
-            warp::VISIBILITY.library(choice)
-        }),
-        fill: args
-            .fill
-            .map_or(default.fill, |choice| warp::FILL.library(choice)),
-        tolerance: args
-            .tolerance
-            .map_or(default.tolerance, SurfaceTolerance::Relative),
-        mixed: args
-            .mixed
-            .map_or(default.mixed, |choice| warp::MIXED.library(choice)),
-        subpixels: args.subpixels.unwrap_or(default.subpixels),
-        blend: args
-            .blend
-            .map_or(default.blend, |choice| warp::BLEND.library(choice)),
-        ..default
-    }
-}
-
 fn record(
     args: &Warp3dArgs,
     options: &WarpOptions,
     (request, format): (&Request, Format),
     convergence: f64,
 ) -> Value {
-    let tolerance = match options.tolerance {
-        SurfaceTolerance::Auto => json!("auto"),
-        SurfaceTolerance::Relative(part) => json!(part),
-    };
-    json!({
+    let mut record = json!({
         "colour": args.colour,
         "depth": args.depth,
         "from": args.cameras.from.as_ref().map(ToString::to_string),
         "to": args.cameras.to.as_ref().map(ToString::to_string),
-        "method": warp::METHOD.name(options.method),
-        "visibility": warp::VISIBILITY.name(options.visibility),
-        "fill": warp::FILL.name(options.fill),
-        "tolerance": tolerance,
-        "mixed": warp::MIXED.name(options.mixed),
-        "subpixels": options.subpixels,
-        "blend": warp::BLEND.name(options.blend),
         "depth_kind": warp::DEPTH_KIND.name(warp::DEPTH_KIND.library(args.meaning.depth_kind)),
         "stereo": args.views.stereo,
         "convergence": convergence.is_finite().then_some(convergence),
         "picture": plan::picture_record(request, format),
-    })
+    });
+    if let (Value::Object(record), Value::Object(options)) = (&mut record, json!(options)) {
+        record.extend(options);
+    }
+    record
 }
 
 /// Writes the planes beside the picture.

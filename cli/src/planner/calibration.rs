@@ -143,8 +143,8 @@ fn settings(drawing: &Drawing) -> Result<Vec<Setting>> {
     let own = drawing.setting();
     let mut bases = vec![own.clone()];
     if let Setting::Volume(_) = own {
-        bases.push(Setting::volume(|args| {
-            args.order = Some(OrderArg::EverySample)
+        bases.push(Setting::volume(&["order"], |args| {
+            args.order = Some(OrderArg::EverySample);
         }));
     }
     let mut all = Vec::new();

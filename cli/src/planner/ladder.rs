@@ -4,9 +4,11 @@
 //! typed are kept: they are left out of every rung, and of the exact setting too.
 
 use anyhow::Result;
+use clap::ValueEnum;
 use volsplat::{Order, Subpixels};
+use warp3d::args::MethodName;
 
-use crate::args::{MethodArg, RenderArgs};
+use crate::args::RenderArgs;
 use crate::order;
 use crate::setting::Setting;
 
@@ -70,7 +72,7 @@ impl Ladder {
     /// The ladder of an application beyond what was typed, for an allowed error or, without one, for a time.
     pub(super) fn of(typed: &Setting, allowed: Option<f64>) -> Result<Self> {
         let ladder = match typed {
-            Setting::Volume(args) if draws_sheets(args) => sheets(),
+            Setting::Volume(args) if draws_sheets(&args.options) => sheets(),
             Setting::Volume(_) => samples(),
             Setting::Mesh(_) => mesh(),
             Setting::Depth(_) => warp(),
@@ -79,24 +81,30 @@ impl Ladder {
     }
 
     fn beyond(self, typed: &Setting, proven: Option<Setting>) -> Result<Self> {
-        let exact = self.exact.without(typed)?;
+        let exact = self.exact.without(typed);
         let mut rungs: Vec<Rung> = Vec::new();
         for rung in self.rungs {
             let (mut setting, mut cost) = (rung.setting, rung.cost);
             if let Some(proven) = &proven {
                 (setting, cost) = (setting.with(proven)?, PROVEN_COST * cost);
             }
-            let setting = setting.without(typed)?;
+            let setting = setting.without(typed);
             // Rungs that differ in what was typed are one.
             rungs.retain(|other| other.setting != setting);
-            if setting != exact {
+            if setting != exact && typed.with(&setting)?.is_legal() {
                 rungs.push(Rung { setting, cost });
             }
+        }
+        let mut coarse = self.coarse.without(typed);
+        if !typed.with(&coarse)?.is_legal() {
+            coarse = rungs
+                .first()
+                .map_or(exact.clone(), |rung| rung.setting.clone());
         }
         Ok(Self {
             rungs,
             exact,
-            coarse: self.coarse.without(typed)?,
+            coarse,
             ..self
         })
     }
@@ -114,32 +122,42 @@ fn proven(typed: &Setting, bound: f64) -> Option<Setting> {
         return None;
     };
     let share = ((PROVEN_SHARE * bound) as f32).max(LEAST_TRANSMITTANCE);
-    Some(Setting::volume(|proven| {
-        proven.min_transmittance = Some(share);
-        proven.sheets.lod_error = draws_sheets(args).then_some(share);
-    }))
+    Some(if draws_sheets(&args.options) {
+        Setting::volume(&["min-transmittance", "lod-error"], |args| {
+            args.min_transmittance = Some(share);
+            args.sheets.lod_error = Some(share);
+        })
+    } else {
+        Setting::volume(&["min-transmittance"], |args| {
+            args.min_transmittance = Some(share);
+        })
+    })
 }
 
 fn sheets() -> Ladder {
     let of = |slab: f64, subpixels: u32| {
-        move |args: &mut RenderArgs| {
+        Setting::volume(&["slab", "subpixel"], |args| {
             args.sheets.slab = Some(slab);
             args.sheets.subpixel = Some(Subpixels::Fixed(subpixels));
-        }
+        })
     };
-    let exact = |args: &mut RenderArgs| {
-        of(0.125, 8)(args);
-        args.min_transmittance = Some(LEAST_TRANSMITTANCE);
-        args.sheets.lod_error = Some(0.0);
-    };
+    let exact = Setting::volume(
+        &["slab", "subpixel", "min-transmittance", "lod-error"],
+        |args| {
+            args.sheets.slab = Some(0.125);
+            args.sheets.subpixel = Some(Subpixels::Fixed(8));
+            args.min_transmittance = Some(LEAST_TRANSMITTANCE);
+            args.sheets.lod_error = Some(0.0);
+        },
+    );
     let rung = |(slab, subpixels, cost)| Rung {
-        setting: Setting::volume(of(slab, subpixels)),
+        setting: of(slab, subpixels),
         cost,
     };
     Ladder {
         rungs: SHEETS.map(rung).to_vec(),
-        exact: Setting::volume(exact),
-        coarse: Setting::volume(of(2.0, 1)),
+        exact,
+        coarse: of(2.0, 1),
         coarse_step: 1,
         coarse_looks: 24,
     }
@@ -147,10 +165,12 @@ fn sheets() -> Ladder {
 
 /// The orders of samples have nothing to climb: only the proven bounds are free.
 fn samples() -> Ladder {
-    let exact = Setting::volume(|args| args.min_transmittance = Some(LEAST_TRANSMITTANCE));
+    let exact = Setting::volume(&["min-transmittance"], |args| {
+        args.min_transmittance = Some(LEAST_TRANSMITTANCE);
+    });
     Ladder {
         rungs: vec![Rung {
-            setting: Setting::volume(|_| ()),
+            setting: Setting::volume(&[], |_| ()),
             cost: 1.0,
         }],
         coarse: exact.clone(),
@@ -162,7 +182,7 @@ fn samples() -> Ladder {
 }
 
 fn mesh() -> Ladder {
-    let of = |subpixels| Setting::mesh(|args| args.subpixel = Some(subpixels));
+    let of = |subpixels| Setting::mesh(&["subpixel"], |options| options.subpixels = subpixels);
     Ladder {
         rungs: MESH
             .map(|(n, cost)| Rung {
@@ -180,12 +200,12 @@ fn mesh() -> Ladder {
 
 fn warp() -> Ladder {
     let hybrid = |subpixels| {
-        Setting::depth(|args| {
-            args.method = Some(MethodArg::Hybrid);
+        Setting::depth(&["method", "subpixels"], |args| {
+            args.method = MethodName::Hybrid;
             args.subpixels = Some(subpixels);
         })
     };
-    let nearest = Setting::depth(|args| args.method = Some(MethodArg::Nearest));
+    let nearest = Setting::depth(&["method"], |args| args.method = MethodName::Nearest);
     let cheapest = Rung {
         setting: nearest.clone(),
         cost: NEAREST_COST,
@@ -207,7 +227,8 @@ fn warp() -> Ladder {
 /// The name of the kind of work that a setting does: pictures of one name take times of one model.
 pub(super) fn kind(setting: &Setting) -> String {
     match setting {
-        Setting::Volume(args) => {
+        Setting::Volume(given) => {
+            let args = &given.options;
             let order = order::order(args)
                 .ok()
                 .flatten()
@@ -218,29 +239,25 @@ pub(super) fn kind(setting: &Setting) -> String {
             };
             format!("volsplat {} {subpixels}", crate::choices::ORDER.name(order))
         }
-        Setting::Mesh(args) => {
-            let default = texmap::RenderOptions::default();
-            let method = args.method.map_or(default.method, |method| {
-                crate::choices::TEXMAP_METHOD.library(method)
-            });
-            let subpixels = args.subpixel.unwrap_or(default.subpixels);
-            format!(
-                "texmap {} {subpixels}",
-                crate::choices::TEXMAP_METHOD.name(method)
-            )
+        Setting::Mesh(given) => {
+            let options = &given.options;
+            format!("texmap {} {}", name(options.method), options.subpixels)
         }
-        Setting::Depth(args) => {
-            let default = warp3d::WarpOptions::default();
-            let method = args.method.map_or(default.method, |method| {
-                crate::choices::warp::METHOD.library(method)
-            });
-            let subpixels = args.subpixels.unwrap_or(default.subpixels);
+        Setting::Depth(given) => {
+            let args = &given.options;
             format!(
-                "warp3d {} {subpixels}",
-                crate::choices::warp::METHOD.name(method)
+                "warp3d {} {}",
+                name(args.method),
+                args.subpixels.unwrap_or(4)
             )
         }
     }
+}
+
+/// The word of a choice.
+fn name(choice: impl ValueEnum) -> String {
+    let value = choice.to_possible_value();
+    value.map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
 #[cfg(test)]
@@ -256,10 +273,10 @@ mod tests {
 
     #[test]
     fn options_that_were_typed_are_no_choice() {
-        let free = Setting::volume(|_| ());
+        let free = Setting::volume(&[], |_| ());
         assert_eq!(names(&free, None).len(), SHEETS.len());
         assert_eq!(names(&free, None)[3], "slab 1, subpixel 4");
-        let fixed = Setting::volume(|args| args.sheets.slab = Some(1.0));
+        let fixed = Setting::volume(&["slab"], |args| args.sheets.slab = Some(1.0));
         assert_eq!(
             names(&fixed, None),
             ["subpixel 1", "subpixel 2", "subpixel 4", "subpixel 8"],
@@ -267,14 +284,14 @@ mod tests {
         );
         let ladder = Ladder::of(&fixed, None).expect("a ladder");
         assert!(!ladder.exact.name().expect("a name").contains("slab"));
-        let samples = Setting::volume(|args| args.order = Some(OrderArg::EverySample));
+        let samples = Setting::volume(&["order"], |args| args.order = Some(OrderArg::EverySample));
         assert_eq!(names(&samples, Some(0.004)), ["min-transmittance 0.001"]);
         assert_eq!(
-            names(&Setting::mesh(|_| ()), None),
+            names(&Setting::mesh(&[], |_| ()), None),
             ["subpixel 1", "subpixel 2", "subpixel 4"]
         );
         assert_eq!(
-            names(&Setting::depth(|_| ()), None).len(),
+            names(&Setting::depth(&[], |_| ()), None).len(),
             WARP.len(),
             "and the nearest pixel"
         );
@@ -282,14 +299,16 @@ mod tests {
 
     #[test]
     fn proven_bounds_get_their_share() {
-        let free = names(&Setting::volume(|_| ()), Some(0.004));
+        let free = names(&Setting::volume(&[], |_| ()), Some(0.004));
         assert_eq!(
             free.len(),
             SHEETS.len(),
             "the last rung is not the exact setting"
         );
         assert!(free[0].contains("min-transmittance 0.001"), "{}", free[0]);
-        let typed = Setting::volume(|args| args.min_transmittance = Some(0.5));
+        let typed = Setting::volume(&["min-transmittance"], |args| {
+            args.min_transmittance = Some(0.5)
+        });
         assert!(!names(&typed, Some(0.004))[0].contains("min-transmittance"));
     }
 }

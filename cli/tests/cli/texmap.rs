@@ -94,8 +94,7 @@ fn a_bound_texture_stands_upright_and_a_background_lies_behind() {
 #[test]
 fn stats_name_the_model_and_how_it_was_drawn() {
     let bench = bench();
-    let words =
-        "--stats out/s.json --method backward-ewa --footprint affine --shade lambert --light 0,0,1";
+    let words = "--stats out/s.json --method backward-ewa --shade lambert --light 0,0,1";
     assert_good(&bench.run(&format!(
         "texmap square.obj -o out/a.png --size 32x32 {words}"
     )));

@@ -370,6 +370,10 @@ fn words_that_contradict_each_other_are_refused() {
     refused("--to shift:0,0,0 --size 0x9 -o out/a.png", "--size");
     refused("--to cameras.json --sway 3 -o out/a.png", "--sway");
     refused("--to shift:0,0,0 --near 1 -o out/a.png", "--far");
+    refused(
+        "--to shift:0,0,0 --visibility occlusion-order -o out/a.png",
+        "visibility",
+    );
 }
 
 #[test]
@@ -389,7 +393,6 @@ fn a_limit_of_memory_is_kept_before_anything_is_read() {
     bench.write("large.png", &large);
     let lens = "--intrinsics 9000,9000,8192,8192 --to shift:0.1,0,0 -o out/a.png";
     let words = format!("warp3d large.png absent.pfm {lens} --max-memory");
-    assert_one_line(&bench, &format!("{words} 4G --method mesh"), "16384x16384");
     assert_one_line(
         &bench,
         &format!("{words} 4G --max-error rms:0.01"),

@@ -6,33 +6,9 @@
 
 use fearless_simd::prelude::*;
 
-use super::{DepthRule, RowLanes, TileCounts, TilePixels, TileSettings, TileWork, opacity};
+use super::splat::{RowLanes, opacity};
+use super::state::{DepthRule, Sheet, TileCounts, TilePixels, TileSettings, TileWork};
 use crate::tile::{Primitive, TILE_PX};
-
-/// Points of the sheet that is being gathered. Interleaved: colour times strength, and strength.
-#[derive(Clone, Debug)]
-#[repr(align(64))]
-pub struct Sheet {
-    sums: [[[f32; 4]; TILE_PX]; TILE_PX],
-    /// Rows first..end that hold anything.
-    rows: [usize; 2],
-    pub(super) number: u32,
-    strength: f32,
-    strength_depth: f32,
-}
-
-impl Default for Sheet {
-    fn default() -> Self {
-        let sums = [[[0.0; 4]; TILE_PX]; TILE_PX];
-        Self {
-            sums,
-            rows: [TILE_PX, 0],
-            number: 0,
-            strength: 0.0,
-            strength_depth: 0.0,
-        }
-    }
-}
 
 /// Adds a point to the open sheet. Returns the pixels touched.
 #[inline(always)]

@@ -10,35 +10,13 @@ use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
 
 use super::points::pixel;
-use super::{
-    DepthRule, ENTRIES_PER_CHECK, RowLanes, TileCounts, TilePixels, TileSettings, TileWork,
-    composite_splat, opacity,
+use super::splat::{RowLanes, composite_splat, opacity};
+use super::state::{
+    DepthRule, ENTRIES_PER_CHECK, SliceSums, TileCounts, TilePixels, TileSettings, TileWork,
 };
 use crate::maps::TilePlane;
 use crate::sort::{entry_index, entry_key};
 use crate::tile::{POINT_ROWS, Primitive, TILE_PX};
-
-/// Sums of the open slice.
-#[derive(Clone, Debug)]
-#[repr(align(64))]
-pub struct SliceSums {
-    strength: TilePlane,
-    /// Strength times red, green, blue and depth.
-    weighted: [TilePlane; 4],
-    /// Rows first..end that hold anything.
-    rows: [usize; 2],
-}
-
-impl Default for SliceSums {
-    fn default() -> Self {
-        let zero = [[0.0; TILE_PX]; TILE_PX];
-        Self {
-            strength: zero,
-            weighted: [zero; 4],
-            rows: [TILE_PX, 0],
-        }
-    }
-}
 
 /// Composites the entries of the tile whose first pixel is `corner_px`, sorted by the number of their slice.
 pub fn composite_slices(
@@ -108,29 +86,6 @@ fn add_primitive<S: Simd>(
         .min(TILE_PX);
     tile.slice.rows = [tile.slice.rows[0].min(first), tile.slice.rows[1].max(end)];
     composite_splat::<_, true>(simd, settings, tile, corner_px, primitive)
-}
-
-/// Adds a vector of a splat's optical depths to the sums.
-#[inline(always)]
-pub(super) fn add_lanes<S: Simd>(
-    simd: S,
-    slice: &mut SliceSums,
-    at: RowLanes,
-    (added, splat): (S::f32s, &Primitive),
-) {
-    let range = at.lane..at.lane + S::f32s::LEN;
-    let strength = &mut slice.strength[at.row][range.clone()];
-    (S::f32s::from_slice(simd, strength) + added).store_slice(strength);
-    let [r, g, b] = splat.rgb;
-    for (plane, value) in slice.weighted.iter_mut().zip([r, g, b, splat.depth]) {
-        let lanes = &mut plane[at.row][range.clone()];
-        added
-            .mul_add(
-                S::f32s::splat(simd, value),
-                S::f32s::from_slice(simd, lanes),
-            )
-            .store_slice(lanes);
-    }
 }
 
 /// Adds a point through the pixel's Gaussian. Returns the pixels touched.

@@ -7,7 +7,7 @@
 //! Limits: taps are odd in number; they are applied as a correlation (not mirrored). The result does not depend on
 //! the number of threads, because each output row is summed by one thread in one order.
 
-use super::ScalarMap;
+use super::inputs::ScalarMap;
 use rayon::prelude::*;
 
 /// What stands outside the map.

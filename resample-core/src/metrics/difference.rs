@@ -6,7 +6,7 @@
 //!
 //! Limits: the caller has checked sizes, finiteness, and that at least one pixel is selected.
 
-use super::Mask;
+use super::inputs::Mask;
 use crate::Image;
 
 /// Image minus reference for every selected pixel.

@@ -4,7 +4,7 @@
 //! f32, so any program that follows the formulas has the same pictures to the last bit. With x the column, y the row
 //! and c the channel (0 red, 1 green, 2 blue), the formulas are in [`Pattern::code`]; alpha is 1 inside a disc.
 
-use super::Mask;
+use super::inputs::Mask;
 use crate::Image;
 
 /// Width of every pattern.

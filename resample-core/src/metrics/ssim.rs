@@ -11,7 +11,7 @@
 //! on a screen. Window weights are not corrected for sample size.
 
 use super::convolve::{Border, along_both, normalised, sampled_taps};
-use super::{Mask, MetricsError, ScalarMap, check_pair};
+use super::inputs::{Mask, MetricsError, ScalarMap, check_pair};
 use crate::Image;
 use rayon::prelude::*;
 

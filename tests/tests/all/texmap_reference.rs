@@ -3,11 +3,11 @@
 use glam::DVec3;
 use resample_core::metrics::{Mask, compare};
 use resample_core::simd::SimdLevel;
-use resample_core::{Camera, FootprintMode, Image, LookAt};
+use resample_core::{Camera, Image, LookAt};
 use resample_tests::texture_reference::reference_picture;
 use resample_tests::texture_scenes::looking_camera;
 use resample_tests::textured::{checker, ground, photo, wall, zone_plate};
-use texmap::{LevelChoice, Method, RenderOptions, Renderer, Scene};
+use texmap::{Method, RenderOptions, Renderer, Scene};
 
 /// Rays along a pixel's side.
 const RAYS: usize = 8;
@@ -138,25 +138,19 @@ fn parallel_rays_are_held_to_the_same_truth() {
 }
 
 #[test]
-fn coarse_levels_stay_near_the_full_texture() {
+fn a_photo_far_away_is_gathered_from_coarse_levels() {
     let scene = wall(photo(512));
     let camera = looking_camera(DVec3::new(-1.4, 0.4, 3.5), DVec3::ZERO, 40.0, [64, 64]);
-    let full = RenderOptions {
-        level: LevelChoice::Full,
-        ..RenderOptions::default()
-    };
-    let error_db = psnr_db(
-        &rendered(&scene, &camera, &RenderOptions::default()),
-        &rendered(&scene, &camera, &full),
-    );
+    let truth = reference_picture(&scene, &camera, HORIZON_RAYS);
+    let image = rendered(&scene, &camera, &RenderOptions::default());
+    let error_db = inner_db(&image, &truth);
     println!("levels: {error_db:.1} dB");
     // The stated error of starting from a coarser level.
     assert!(error_db > 55.0, "the level costs {error_db:.1} dB");
 }
 
 #[test]
-fn affine_and_exact_footprints_agree_within_a_pixel() {
-    // A pixel's footprint is so small that perspective hardly bends it, even on a ground seen from close above.
+fn a_ground_seen_from_close_above_is_filtered_in_perspective() {
     let scene = ground(zone_plate(1024, 0.4), 60.0, 1.0);
     let camera = looking_camera(
         DVec3::new(0.0, 0.4, 1.0),
@@ -165,24 +159,10 @@ fn affine_and_exact_footprints_agree_within_a_pixel() {
         [48, 36],
     );
     let truth = reference_picture(&scene, &camera, HORIZON_RAYS);
-    let affine = RenderOptions {
-        footprint: FootprintMode::Affine,
-        ..RenderOptions::default()
-    };
-    let exact = inner_db(
-        &rendered(&scene, &camera, &RenderOptions::default()),
-        &truth,
-    );
-    let affine = inner_db(&rendered(&scene, &camera, &affine), &truth);
-    println!("exact {exact:.2} dB, affine {affine:.2} dB");
-    assert!(
-        exact > 55.0 && affine > 55.0,
-        "exact {exact:.2} dB, affine {affine:.2} dB"
-    );
-    assert!(
-        exact > affine - 0.1,
-        "exact {exact:.2} dB is worse than affine, {affine:.2} dB"
-    );
+    let image = rendered(&scene, &camera, &RenderOptions::default());
+    let error_db = inner_db(&image, &truth);
+    println!("close above: {error_db:.2} dB");
+    assert!(error_db > 55.0, "{error_db:.2} dB from the truth");
 }
 
 #[test]

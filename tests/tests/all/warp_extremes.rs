@@ -3,7 +3,7 @@
 use glam::DVec3;
 use resample_core::{Camera, Image};
 use resample_tests::warp_scenes::{AnalyticScene, camera};
-use warp3d::{Error, Fill, Method, Reference, WarpOptions, Warper};
+use warp3d::{Error, Fill, Method, Reference, SurfaceOptions, WarpOptions, Warper};
 
 const SIZE: [u32; 2] = [64, 48];
 
@@ -134,13 +134,7 @@ fn a_camera_that_looks_away_sees_nothing() {
 fn the_back_of_a_surface_is_not_shown() {
     let reference = AnalyticScene::wall(0.0).reference(&start());
     let behind = camera(SIZE, 50.0, DVec3::Z * 10.0, std::f64::consts::PI);
-    for method in [
-        Method::Hybrid,
-        Method::Mesh,
-        Method::Splats,
-        Method::Ewa,
-        Method::Points,
-    ] {
+    for method in [Method::HYBRID, Method::SPLATS, Method::POINTS] {
         let image = warp(&reference, &behind, &WarpOptions::with_method(method));
         assert!(
             image.rgba.iter().all(|p| p[3] == 0.0),
@@ -212,7 +206,10 @@ fn bad_references_are_refused_with_a_reason() {
     );
     assert!(refused(Vec::new(), &WarpOptions::default()).contains("no reference"));
     let ninefold = WarpOptions {
-        subpixels: 9,
+        method: Method::Hybrid {
+            surfaces: SurfaceOptions::default(),
+            subpixels: 9,
+        },
         ..WarpOptions::default()
     };
     assert!(refused(vec![good], &ninefold).contains("1 to 8"));

@@ -15,8 +15,8 @@ use tempfile::TempDir;
 use warp3d::input::{self, DepthKind, DepthMeaning, Part, colour, depth};
 use warp3d::large::Files;
 use warp3d::{
-    Fill, FrameStats, LargeReference, LargeWarper, Method, Reference, SurfaceTolerance, Visibility,
-    WarpOptions, Warper,
+    Fill, FrameStats, LargeReference, LargeWarper, Method, MixedPixels, Reference, SurfaceOptions,
+    SurfaceTolerance, Visibility, WarpOptions, Warper,
 };
 
 /// The reference, px: no side is a whole number of blocks. In memory it takes 180 MB.
@@ -259,8 +259,8 @@ fn draw_large(
     to: &Camera,
 ) -> (Image, FrameStats) {
     let budget = match options.method {
-        Method::Points | Method::Splats | Method::Ewa => SPLAT_BUDGET,
-        Method::Nearest | Method::Hybrid | Method::Mesh => BUDGET,
+        Method::Points { .. } | Method::Splats { .. } => SPLAT_BUDGET,
+        Method::Nearest { .. } | Method::Hybrid { .. } => BUDGET,
     };
     let mut warper = LargeWarper::new(references, options, budget).expect("a warper");
     let frame = warper.render(to).expect("a picture");
@@ -359,15 +359,14 @@ fn methods_orders_fills_and_several_references_too() {
     let (_, to) = poses().swap_remove(0);
     let default = WarpOptions::default();
     let settings = [
-        ("nearest", WarpOptions::with_method(Method::Nearest)),
-        ("ewa", WarpOptions::with_method(Method::Ewa)),
-        ("points", WarpOptions::with_method(Method::Points)),
+        ("nearest", WarpOptions::with_method(Method::NEAREST)),
+        ("splats", WarpOptions::with_method(Method::SPLATS)),
+        ("points", WarpOptions::with_method(Method::POINTS)),
         (
             "occlusion order",
-            WarpOptions {
+            WarpOptions::with_method(Method::Nearest {
                 visibility: Visibility::OcclusionOrder,
-                ..default.clone()
-            },
+            }),
         ),
         (
             "background",
@@ -385,16 +384,20 @@ fn methods_orders_fills_and_several_references_too() {
         ),
         (
             "a tolerance",
-            WarpOptions {
-                tolerance: SurfaceTolerance::Relative(0.01),
+            WarpOptions::with_method(Method::Hybrid {
+                surfaces: SurfaceOptions {
+                    tolerance: SurfaceTolerance::Relative(0.01),
+                    mixed: MixedPixels::Unmix,
+                },
                 subpixels: 2,
-                ..default.clone()
-            },
+            }),
         ),
     ];
     for (name, options) in &settings {
         let whole = draw(vec![in_memory(pair, &from)], options, &to);
-        let large = draw_large(vec![in_file(pair, &from, options.tolerance)], options, &to);
+        let surfaces = options.method.surfaces().unwrap_or_default();
+        let filed = vec![in_file(pair, &from, surfaces.tolerance)];
+        let large = draw_large(filed, options, &to);
         assert_same(name, &large, &whole.0);
     }
     // The second sees the same pictures from elsewhere: what matters here is that both are blended alike.
@@ -457,16 +460,6 @@ fn what_cannot_be_done_is_said_in_one_line() {
         "{text}"
     );
     let filed = || in_file(pair, &from, SurfaceTolerance::Auto);
-    let mesh = LargeWarper::new(
-        vec![filed()],
-        &WarpOptions::with_method(Method::Mesh),
-        BUDGET,
-    );
-    assert!(
-        mesh.expect_err("refused")
-            .to_string()
-            .contains("--method hybrid")
-    );
     let mut small =
         LargeWarper::new(vec![filed()], &WarpOptions::default(), 36 << 20).expect("a warper");
     let text = small

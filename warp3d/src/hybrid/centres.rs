@@ -5,22 +5,13 @@ use fearless_simd::{f32x8, i32x8, mask32x8};
 
 use super::pixels_of;
 use crate::bands::RowRange;
-use crate::raster::{EightCells, EightTriangles, Rim, Sink, Vertex, scan_triangle};
+use crate::raster::{EightCells, EightTriangles, Sink, Vertex, scan_triangle};
 
 /// Triangles over more pixel centres than this along an axis are drawn one by one.
 const MOST_STEPS: f32 = 3.0;
 
 /// A place this close outside an edge counts, px.
 const SLACK: f32 = 1e-3;
-
-/// How a triangle takes a pixel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Taking {
-    /// If it is nearer.
-    Nearer,
-    /// In any case: the later one is nearer.
-    Always,
-}
 
 /// What the centres of a band see.
 pub(super) struct Centres<'a> {
@@ -29,7 +20,6 @@ pub(super) struct Centres<'a> {
     pub(super) nearness: &'a mut [f32],
     pub(super) patch: &'a mut [u32],
     pub(super) rim: &'a mut [f32],
-    pub(super) taking: Taking,
 }
 
 /// Which of eight triangles cover a few pixel centres at most, and which those may be.
@@ -200,7 +190,7 @@ impl Centres<'_> {
 
     #[inline(always)]
     fn put(&mut self, at: usize, nearness: f32, id: u32) {
-        if self.taking == Taking::Always || nearness > self.nearness[at] {
+        if nearness > self.nearness[at] {
             self.nearness[at] = nearness;
             self.patch[at] = id;
         }
@@ -252,10 +242,8 @@ impl Sink for Centres<'_> {
     }
 
     #[inline(always)]
-    fn triangle<S: Simd>(&mut self, simd: S, corners: [Vertex; 3], id: u32, rim: Rim) {
-        if rim == Rim::Rim {
-            self.mark(corners);
-        }
+    fn rim<S: Simd>(&mut self, simd: S, corners: [Vertex; 3], id: u32) {
+        self.mark(corners);
         self.draw(simd, corners, id);
     }
 

@@ -6,12 +6,11 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, u32x16};
 
-use super::centres::Taking;
 use super::{NO_SLOT, pixels_of};
 use crate::bands::RowRange;
 use crate::flags::Flags;
 use crate::patch::NO_PATCH;
-use crate::raster::{EightCells, LANES, Rim, SLACK, Sink, Vertex};
+use crate::raster::{EightCells, LANES, SLACK, Sink, Vertex};
 
 /// Places that are asked at once: those of a pixel with four sub-pixels along its side.
 const PLACES: usize = 16;
@@ -44,7 +43,6 @@ pub(super) struct Fine<'a> {
     pub(super) slot: &'a [u32],
     pub(super) drawn: &'a Flags,
     pub(super) lattice: &'a mut Lattice,
-    pub(super) taking: Taking,
 }
 
 impl Places {
@@ -190,8 +188,7 @@ impl Fine<'_> {
                 {
                     let step = [column as f32, (row - rows[0]) as f32];
                     let at = slot as usize * self.places.stride() + first;
-                    self.lattice
-                        .take(simd, &scan, (at, step), (self.taking, id));
+                    self.lattice.take(simd, &scan, (at, step), id);
                 }
             }
         }
@@ -200,13 +197,7 @@ impl Fine<'_> {
 
 impl Lattice {
     #[inline(always)]
-    fn take<S: Simd>(
-        &mut self,
-        simd: S,
-        scan: &Scan<S>,
-        (at, step): (usize, [f32; 2]),
-        (taking, id): (Taking, u32),
-    ) {
+    fn take<S: Simd>(&mut self, simd: S, scan: &Scan<S>, (at, step): (usize, [f32; 2]), id: u32) {
         let inside = scan.inside(simd, step);
         if !inside.any_true() {
             return;
@@ -219,11 +210,7 @@ impl Lattice {
             f32x16::from_slice(simd, nearness),
             scan.nearness(simd, step),
         );
-        let taken = if taking == Taking::Always {
-            inside
-        } else {
-            inside & near.simd_gt(before)
-        };
+        let taken = inside & near.simd_gt(before);
         taken.select(near, before).store_slice(nearness);
         let seen = u32x16::from_slice(simd, patch);
         taken
@@ -258,7 +245,7 @@ impl Sink for Fine<'_> {
     }
 
     #[inline(always)]
-    fn triangle<S: Simd>(&mut self, simd: S, corners: [Vertex; 3], id: u32, _rim: Rim) {
+    fn rim<S: Simd>(&mut self, simd: S, corners: [Vertex; 3], id: u32) {
         self.draw(simd, corners, id);
     }
 

@@ -67,7 +67,7 @@ impl LargeWarper {
     /// Warps `references` with `options`, holding at most about `max_memory` bytes.
     ///
     /// # Errors
-    /// No reference, an option out of range, or a method that needs the whole picture at once.
+    /// No reference, or an option out of range.
     pub fn new(
         references: Vec<LargeReference>,
         options: &WarpOptions,
@@ -79,7 +79,6 @@ impl LargeWarper {
                 "there is no reference view: give one picture with depth at least".into(),
             ));
         }
-        check_method(options.method)?;
         Ok(Self {
             references,
             options: options.clone(),
@@ -101,7 +100,7 @@ impl LargeWarper {
     /// The picture from `camera`.
     ///
     /// # Errors
-    /// A camera that is none, memory too small for the picture or for the least window, and a temporary file that can no
+    /// An invalid camera, memory too small for the picture or for the least window, and a temporary file that can no
     /// longer be read.
     pub fn render(&mut self, camera: &Camera) -> Result<Frame, Error> {
         let camera = camera
@@ -132,8 +131,8 @@ impl LargeWarper {
         room: u64,
     ) -> Result<(Layer, FrameStats), Error> {
         let reach_px = match self.options.method {
-            Method::Points | Method::Splats | Method::Ewa => REACH_PX[0],
-            Method::Nearest | Method::Hybrid | Method::Mesh => REACH_PX[1],
+            Method::Points { .. } | Method::Splats { .. } => REACH_PX[0],
+            Method::Nearest { .. } | Method::Hybrid { .. } => REACH_PX[1],
         };
         let clock = StageClock::start();
         let on_screen = references
@@ -249,7 +248,7 @@ impl LargeWarper {
             fill: Fill::None,
             ..self.options.clone()
         };
-        let warper = Warper::with_tolerances(samples, &tolerances, &options)?;
+        let warper = Warper::with_tolerances(samples, Some(&tolerances), &options)?;
         stats.stages.prepare.add(clock.stop());
         Ok(Kept { parts, warper })
     }
@@ -258,7 +257,7 @@ impl LargeWarper {
         let mib = |bytes: u64| bytes >> 20;
         let (width, height) = (camera.width, camera.height);
         Error::Option(format!(
-            "--max-memory allows {} MiB, of which a picture of {width}x{height} leaves {} MiB for the references: what \
+            "{} MiB are allowed, of which a picture of {width}x{height} leaves {} MiB for the references: what \
              {LEAST_PX} pixels of it see does not fit; allow more, or make the new picture smaller",
             mib(self.max_memory),
             mib(room)
@@ -295,21 +294,6 @@ impl Drawing<'_> {
             self.layer.purity[to].copy_from_slice(&part.purity[from]);
         }
     }
-}
-
-/// Refuses a method that needs the whole picture at once.
-///
-/// # Errors
-/// What to use instead.
-fn check_method(method: Method) -> Result<(), Error> {
-    if method == Method::Mesh {
-        return Err(Error::Option(
-            "--method mesh joins the samples of the whole picture, which does not fit --max-memory: allow more, or use \
-             --method hybrid, which draws it in parts"
-                .into(),
-        ));
-    }
-    Ok(())
 }
 
 /// A window with what decides its pixels, as far as the picture goes.

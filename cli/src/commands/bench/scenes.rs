@@ -8,11 +8,13 @@ use anyhow::Result;
 use resample_core::Camera;
 use tempfile::TempDir;
 use volsplat::Subpixels;
+use warp3d::args::MethodName;
+use warp3d::{Fill, MixedPixels};
 
 use super::settings::{Against, Bench, Measured, Motion};
 use crate::args::{
-    BenchSceneArgs, CameraArgs, Drawing, FillArg, FootprintArg, KernelArg, MethodArg, MixedArg,
-    OrderArg, SampleArgs, SceneArg, SelectArg, TexmapArgs, TexmapMethodArg, VolsplatArgs,
+    BenchSceneArgs, CameraArgs, Drawing, FootprintArg, KernelArg, OrderArg, SampleArgs, SceneArg,
+    SelectArg, TexmapArgs, VolsplatArgs,
 };
 use crate::built_in::{self, DepthSize, Texture, Triangles};
 use crate::machine;
@@ -85,21 +87,29 @@ fn camera(
 
 /// Footprint modes and kernels.
 pub(super) fn footprint(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String> {
-    let of = |set: fn(&mut SampleArgs)| {
-        Setting::volume(|args| {
+    let of = |name, set: fn(&mut SampleArgs)| {
+        Setting::volume(&["order", "select", name], |args| {
             args.order = Some(OrderArg::EverySample);
             args.samples.select = Some(SelectArg::Splats);
             set(&mut args.samples);
         })
     };
-    let exact = of(|args| args.footprint = Some(FootprintArg::Exact));
+    let exact = of("footprint", |args| {
+        args.footprint = Some(FootprintArg::Exact)
+    });
     let settings = [
-        of(|args| args.footprint = Some(FootprintArg::AffineApprox)),
-        of(|args| args.footprint = Some(FootprintArg::Affine)),
-        of(|args| args.footprint = Some(FootprintArg::Table)),
+        of("footprint", |args| {
+            args.footprint = Some(FootprintArg::AffineApprox)
+        }),
+        of("footprint", |args| {
+            args.footprint = Some(FootprintArg::Affine)
+        }),
+        of("footprint", |args| {
+            args.footprint = Some(FootprintArg::Table)
+        }),
         exact.clone(),
-        of(|args| args.kernel = Some(KernelArg::Gaussian)),
-        of(|args| args.kernel = Some(KernelArg::BSpline)),
+        of("kernel", |args| args.kernel = Some(KernelArg::Gaussian)),
+        of("kernel", |args| args.kernel = Some(KernelArg::BSpline)),
     ];
     let mut text = heading(
         args,
@@ -123,18 +133,21 @@ pub(super) fn footprint(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<S
 
 /// Orders of compositing.
 pub(super) fn orders(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String> {
-    let order = |order| Setting::volume(|args| args.order = Some(order));
+    let order = |order| Setting::volume(&["order"], |args| args.order = Some(order));
     let sheets = |slab, subpixels| {
-        Setting::volume(|args| {
+        Setting::volume(&["order", "slab", "subpixel"], |args| {
             args.order = Some(OrderArg::ImageSheets);
             args.sheets.slab = Some(slab);
             args.sheets.subpixel = Some(Subpixels::Fixed(subpixels));
         })
     };
-    let exact = sheets(0.125, 8).with(&Setting::volume(|args| {
-        args.min_transmittance = Some(1e-5);
-        args.sheets.lod_error = Some(0.0);
-    }))?;
+    let exact = sheets(0.125, 8).with(&Setting::volume(
+        &["min-transmittance", "lod-error"],
+        |args| {
+            args.min_transmittance = Some(1e-5);
+            args.sheets.lod_error = Some(0.0);
+        },
+    ))?;
     let settings = [
         order(OrderArg::ImageSheets),
         sheets(1.0, 1),
@@ -164,20 +177,21 @@ pub(super) fn orders(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<Stri
 
 /// Texture filters.
 pub(super) fn texture(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String> {
-    let method = |method| Setting::mesh(|args| args.method = Some(method));
+    let method = |method| Setting::mesh(&["method"], |options| options.method = method);
     let hybrid = |subpixels| {
-        Setting::mesh(|args| {
-            args.method = Some(TexmapMethodArg::Hybrid);
-            args.subpixel = Some(subpixels);
+        Setting::mesh(&["method", "subpixel"], |options| {
+            options.method = texmap::Method::Hybrid;
+            options.subpixels = subpixels;
         })
     };
     let settings = [
-        method(TexmapMethodArg::BackwardNearest),
-        method(TexmapMethodArg::BackwardBilinear),
-        method(TexmapMethodArg::BackwardTrilinear),
-        method(TexmapMethodArg::BackwardEwa),
+        method(texmap::Method::Point),
+        method(texmap::Method::BackwardNearest),
+        method(texmap::Method::BackwardBilinear),
+        method(texmap::Method::BackwardTrilinear),
+        method(texmap::Method::BackwardEwa),
         hybrid(2),
-        method(TexmapMethodArg::Hybrid),
+        method(texmap::Method::Hybrid),
         hybrid(8),
     ];
     let folder = tempfile::tempdir()?;
@@ -203,13 +217,15 @@ pub(super) fn texture(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<Str
 
 /// Methods of warping.
 pub(super) fn warp(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String> {
+    let method = |method| Setting::depth(&["method"], |args| args.method = method);
     let settings = [
-        Setting::depth(|args| args.method = Some(MethodArg::Nearest)),
-        Setting::depth(|args| args.method = Some(MethodArg::Hybrid)),
-        Setting::depth(|args| args.subpixels = Some(1)),
-        Setting::depth(|args| args.subpixels = Some(8)),
-        Setting::depth(|args| args.mixed = Some(MixedArg::Keep)),
-        Setting::depth(|args| args.fill = Some(FillArg::Background)),
+        method(MethodName::Nearest),
+        method(MethodName::Points),
+        method(MethodName::Splats),
+        method(MethodName::Hybrid),
+        Setting::depth(&["subpixels"], |args| args.subpixels = Some(8)),
+        Setting::depth(&["mixed"], |args| args.mixed = Some(MixedPixels::Keep)),
+        Setting::depth(&["fill"], |args| args.fill = Fill::Background),
     ];
     let folder = tempfile::tempdir()?;
     let depth = built_in::depth_image(folder.path(), DepthSize::Full)?;

@@ -5,11 +5,14 @@
 //! none, is no setting and is left out.
 
 use anyhow::{Result, bail};
+use clap::ValueEnum;
 use volsplat::Subpixels;
+use warp3d::args::MethodName;
+use warp3d::{MixedPixels, Visibility};
 
 use crate::args::{
-    CellsArg, ClassifyArg, Drawing, FootprintArg, InterpolateArg, KernelArg, MethodArg, MixedArg,
-    OrderArg, RenderArgs, SelectArg, TexmapMethodArg, VisibilityArg,
+    CellsArg, ClassifyArg, Drawing, FootprintArg, InterpolateArg, KernelArg, OrderArg, RenderArgs,
+    SelectArg,
 };
 use crate::setting::Setting;
 
@@ -37,15 +40,19 @@ fn ladder(name: &'static str, rungs: impl IntoIterator<Item = Setting>) -> Ladde
     }
 }
 
-/// Rungs that set one option of a volume, in an order.
+/// Rungs that set an option of a volume, in an order if one is given.
 fn volume<V: Copy>(
-    order: Option<OrderArg>,
+    (order, name): (Option<OrderArg>, &str),
     values: &[V],
     set: fn(&mut RenderArgs, V),
 ) -> Vec<Setting> {
+    let mut names = vec![name];
+    if order.is_some() {
+        names.push("order");
+    }
     let rung = |&value: &V| {
-        Setting::volume(|args| {
-            args.order = order;
+        Setting::volume(&names, |args| {
+            args.order = order.or(args.order);
             set(args, value);
         })
     };
@@ -60,47 +67,56 @@ fn sheets_ladders() -> Vec<Ladder> {
         KernelArg::BSpline,
         KernelArg::Trilinear,
     ];
-    let interpolates = volume(
-        sheets,
-        &[InterpolateArg::Off, InterpolateArg::On],
-        |args, on| {
+    let interpolates = [InterpolateArg::Off, InterpolateArg::On].map(|on| {
+        Setting::volume(&["order", "kernel", "interpolate"], |args| {
+            args.order = sheets;
             args.samples.kernel = Some(KernelArg::BSpline);
             args.samples.interpolate = Some(on);
-        },
-    );
+        })
+    });
     let subpixels = [1, 2, 4, 8].map(Subpixels::Fixed);
     let errors = [1.0 / 32.0, 1.0 / 512.0, 0.0];
     vec![
         ladder(
             "slab",
-            volume(None, &[2.0, 1.0, 0.5, 0.25], |args, slab| {
+            volume((None, "slab"), &[2.0, 1.0, 0.5, 0.25], |args, slab| {
                 args.sheets.slab = Some(slab);
             }),
         ),
         ladder(
             "subpixel",
-            volume(None, &subpixels, |args, n| args.sheets.subpixel = Some(n)),
+            volume((None, "subpixel"), &subpixels, |args, n| {
+                args.sheets.subpixel = Some(n)
+            }),
         ),
         ladder(
             "termination",
-            volume(None, &errors, |args, t| args.min_transmittance = Some(t)),
+            volume((None, "min-transmittance"), &errors, |args, t| {
+                args.min_transmittance = Some(t)
+            }),
         ),
         ladder(
             "lod",
-            volume(None, &errors, |args, e| args.sheets.lod_error = Some(e)),
+            volume((None, "lod-error"), &errors, |args, e| {
+                args.sheets.lod_error = Some(e)
+            }),
         ),
         ladder(
             "sheet-kernel",
-            volume(sheets, &radial, |args, kernel| {
+            volume((sheets, "kernel"), &radial, |args, kernel| {
                 args.samples.kernel = Some(kernel);
             }),
         ),
         ladder("interpolate", interpolates),
         ladder(
             "classify",
-            volume(None, &[ClassifyArg::Pre, ClassifyArg::Post], |args, c| {
-                args.sheets.classify = Some(c);
-            }),
+            volume(
+                (None, "classify"),
+                &[ClassifyArg::Pre, ClassifyArg::Post],
+                |args, c| {
+                    args.sheets.classify = Some(c);
+                },
+            ),
         ),
     ]
 }
@@ -129,41 +145,47 @@ fn samples_ladders() -> Vec<Ladder> {
     vec![
         ladder(
             "footprint",
-            volume(every, &footprints, |args, mode| {
+            volume((every, "footprint"), &footprints, |args, mode| {
                 args.samples.footprint = Some(mode);
             }),
         ),
         ladder(
             "kernel",
-            volume(every, &kernels, |args, kernel| {
+            volume((every, "kernel"), &kernels, |args, kernel| {
                 args.samples.kernel = Some(kernel);
             }),
         ),
         ladder(
             "cells",
-            volume(every, &cells, |args, cells| {
+            volume((every, "cells"), &cells, |args, cells| {
                 args.samples.cells = Some(cells);
             }),
         ),
         ladder(
             "cell-error",
-            volume(every, &[0.25, 0.0625, 0.015625], |args, error| {
-                args.samples.cell_error = Some(error);
-            }),
+            volume(
+                (every, "cell-error"),
+                &[0.25, 0.0625, 0.015625],
+                |args, error| {
+                    args.samples.cell_error = Some(error);
+                },
+            ),
         ),
         ladder(
             "sample-subpixel",
-            volume(every, &subpixels, |args, n| args.sheets.subpixel = Some(n)),
+            volume((every, "subpixel"), &subpixels, |args, n| {
+                args.sheets.subpixel = Some(n)
+            }),
         ),
         ladder(
             "select",
-            volume(every, &selects, |args, select| {
+            volume((every, "select"), &selects, |args, select| {
                 args.samples.select = Some(select);
             }),
         ),
         ladder(
             "threshold",
-            volume(every, &[2.0, 1.0, 0.5], |args, px| {
+            volume((every, "point-threshold"), &[2.0, 1.0, 0.5], |args, px| {
                 args.samples.point_threshold = Some(px);
             }),
         ),
@@ -178,7 +200,9 @@ fn volume_ladders() -> Vec<Ladder> {
     ];
     let mut all = vec![ladder(
         "order",
-        volume(None, &orders, |args, order| args.order = Some(order)),
+        volume((None, "order"), &orders, |args, order| {
+            args.order = Some(order)
+        }),
     )];
     all.extend(sheets_ladders());
     all.extend(samples_ladders());
@@ -187,48 +211,48 @@ fn volume_ladders() -> Vec<Ladder> {
 
 fn mesh_ladders() -> Vec<Ladder> {
     let methods = [
-        TexmapMethodArg::BackwardNearest,
-        TexmapMethodArg::BackwardBilinear,
-        TexmapMethodArg::BackwardTrilinear,
-        TexmapMethodArg::BackwardEwa,
-        TexmapMethodArg::Hybrid,
+        texmap::Method::Point,
+        texmap::Method::BackwardNearest,
+        texmap::Method::BackwardBilinear,
+        texmap::Method::BackwardTrilinear,
+        texmap::Method::BackwardEwa,
+        texmap::Method::Hybrid,
     ];
     vec![
         ladder(
             "method",
-            methods.map(|method| Setting::mesh(|args| args.method = Some(method))),
+            methods.map(|method| Setting::mesh(&["method"], |options| options.method = method)),
         ),
         ladder(
             "subpixel",
-            [1, 2, 4, 8].map(|n| Setting::mesh(|args| args.subpixel = Some(n))),
+            [1, 2, 4, 8].map(|n| Setting::mesh(&["subpixel"], |options| options.subpixels = n)),
         ),
     ]
 }
 
 fn depth_ladders() -> Vec<Ladder> {
+    let visibility = [Visibility::ZBuffer, Visibility::OcclusionOrder].map(|visibility| {
+        Setting::depth(&["method", "visibility"], |args| {
+            args.method = MethodName::Nearest;
+            args.visibility = Some(visibility);
+        })
+    });
     vec![
         ladder(
             "method",
-            [MethodArg::Nearest, MethodArg::Hybrid]
-                .map(|method| Setting::depth(|args| args.method = Some(method))),
+            MethodName::value_variants()
+                .iter()
+                .map(|&method| Setting::depth(&["method"], |args| args.method = method)),
         ),
-        ladder(
-            "visibility",
-            [VisibilityArg::Zbuffer, VisibilityArg::OcclusionOrder].map(|visibility| {
-                Setting::depth(|args| {
-                    args.method = Some(MethodArg::Nearest);
-                    args.visibility = Some(visibility);
-                })
-            }),
-        ),
+        ladder("visibility", visibility),
         ladder(
             "subpixels",
-            [1, 2, 4, 8].map(|n| Setting::depth(|args| args.subpixels = Some(n))),
+            [1, 2, 4, 8].map(|n| Setting::depth(&["subpixels"], |args| args.subpixels = Some(n))),
         ),
         ladder(
             "mixed",
-            [MixedArg::Keep, MixedArg::Unmix]
-                .map(|mixed| Setting::depth(|args| args.mixed = Some(mixed))),
+            [MixedPixels::Keep, MixedPixels::Unmix]
+                .map(|mixed| Setting::depth(&["mixed"], |args| args.mixed = Some(mixed))),
         ),
     ]
 }
@@ -236,21 +260,29 @@ fn depth_ladders() -> Vec<Ladder> {
 /// The slowest, most exact setting of an application.
 pub(super) fn exact(drawing: &Drawing) -> Setting {
     match drawing {
-        Drawing::Texmap(_) => Setting::mesh(|args| {
-            args.method = Some(TexmapMethodArg::Hybrid);
-            args.subpixel = Some(8);
+        Drawing::Texmap(_) => Setting::mesh(&["method", "subpixel"], |options| {
+            options.method = texmap::Method::Hybrid;
+            options.subpixels = 8;
         }),
-        // A transmittance of 1e-5 is a four-hundredth of a step of an 8-bit picture; 0 would take many times as long.
-        Drawing::Volsplat(_) => Setting::volume(|args| {
-            args.order = Some(OrderArg::ImageSheets);
-            args.sheets.slab = Some(0.125);
-            args.sheets.subpixel = Some(Subpixels::Fixed(8));
-            args.min_transmittance = Some(1e-5);
-            args.sheets.lod_error = Some(0.0);
-        }),
-        Drawing::Warp3d(_) => Setting::depth(|args| {
-            args.method = Some(MethodArg::Hybrid);
-            args.visibility = Some(VisibilityArg::Zbuffer);
+        Drawing::Volsplat(_) => {
+            let names = [
+                "order",
+                "slab",
+                "subpixel",
+                "min-transmittance",
+                "lod-error",
+            ];
+            Setting::volume(&names, |args| {
+                args.order = Some(OrderArg::ImageSheets);
+                args.sheets.slab = Some(0.125);
+                args.sheets.subpixel = Some(Subpixels::Fixed(8));
+                // A four-hundredth of a step of an 8-bit picture; 0 would take many times as long.
+                args.min_transmittance = Some(1e-5);
+                args.sheets.lod_error = Some(0.0);
+            })
+        }
+        Drawing::Warp3d(_) => Setting::depth(&["method", "subpixels"], |args| {
+            args.method = MethodName::Hybrid;
             args.subpixels = Some(8);
         }),
     }
@@ -259,9 +291,9 @@ pub(super) fn exact(drawing: &Drawing) -> Setting {
 /// The most exact setting, the default, one ladder at a time, and the combinations of the `named` ladders.
 pub(super) fn settings(drawing: &Drawing, named: &[String]) -> Result<Vec<Named>> {
     let (ladders, default) = match drawing {
-        Drawing::Texmap(_) => (mesh_ladders(), Setting::mesh(|_| ())),
-        Drawing::Volsplat(_) => (volume_ladders(), Setting::volume(|_| ())),
-        Drawing::Warp3d(_) => (depth_ladders(), Setting::depth(|_| ())),
+        Drawing::Texmap(_) => (mesh_ladders(), Setting::mesh(&[], |_| ())),
+        Drawing::Volsplat(_) => (volume_ladders(), Setting::volume(&[], |_| ())),
+        Drawing::Warp3d(_) => (depth_ladders(), Setting::depth(&[], |_| ())),
     };
     let of = |name: &str, group, setting| Named {
         name: name.to_owned(),

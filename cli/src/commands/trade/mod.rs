@@ -50,13 +50,13 @@ pub(crate) fn run(args: TradeArgs, typed: &Typed, verbosity: Verbosity) -> Resul
             (written.input, written.volume, written.transfer.transfer);
     }
     drawing.write_to(&options.out.join("picture.exr"));
-    let settings_of_default = drawing.setting().without(&drawing.setting())?;
+    let default = drawing.setting().without(&drawing.setting());
     let scene = Scene {
         drawing,
         start,
         typed,
     };
-    let command = scene.command(&settings_of_default)?;
+    let command = scene.command(&default)?;
     let done = if resumes {
         Report::earlier(&options.out, &command)?
     } else {

@@ -8,8 +8,8 @@
 //!
 //! Limits: luminance only, as in the paper.
 
-use super::super::ScalarMap;
-use super::super::convolve::{Border, along_columns, along_rows, normalised, sampled_taps};
+use crate::metrics::convolve::{Border, along_columns, along_rows, normalised, sampled_taps};
+use crate::metrics::inputs::ScalarMap;
 use rayon::prelude::*;
 
 /// Width of the feature detector in degrees of the visual field.

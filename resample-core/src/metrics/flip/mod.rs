@@ -17,7 +17,8 @@ mod features;
 mod tests;
 
 use super::convolve::{Border, along_both, normalised, sampled_taps};
-use super::{MetricsError, ScalarMap, check_pair};
+pub use super::inputs::MAX_PIXELS_PER_DEGREE;
+use super::inputs::{MetricsError, ScalarMap, check_pair};
 use crate::Image;
 use colour::{ColourSpace, hyab_distance};
 use glam::DVec3;
@@ -27,10 +28,6 @@ use std::f64::consts::PI;
 /// The paper's viewing condition: a screen 0.7 m wide with 3840 pixels across, seen from 0.7 m, hence
 /// `0.7 * 3840 / 0.7 * pi / 180` pixels in the central degree.
 pub const DEFAULT_PIXELS_PER_DEGREE: f64 = 3840.0 * PI / 180.0;
-
-/// Most pixels per degree accepted. The eye resolves about 60, so this is far beyond any use; it bounds the filters to
-/// a radius of 136 pixels.
-pub const MAX_PIXELS_PER_DEGREE: f64 = 1000.0;
 
 /// Amplitude and squared width (in square degrees) of one Gaussian of a contrast sensitivity filter.
 type CsfTerm = (f64, f64);

@@ -44,7 +44,7 @@ fn camera(path: &Path, entry: &str, hints: &cameras::Hints) -> Camera {
 
 /// How near the view from `camera` is to `truth`: PSNR in sRGB over the pixels that are seen, dB, and the seen part.
 fn warped_psnr(reference: &Reference, camera: &Camera, truth: &Picture) -> (f64, f64) {
-    let options = WarpOptions::with_method(Method::Nearest);
+    let options = WarpOptions::with_method(Method::NEAREST);
     let mut warper = Warper::new(vec![reference.clone()], &options).expect("good options");
     let image = warper.render(camera).expect("a good camera").image;
     assert_eq!(
