@@ -11,15 +11,16 @@
 use glam::Vec4;
 
 use crate::backward::{look_up_bilinear, look_up_ewa, look_up_nearest, look_up_trilinear};
-use crate::filter::{AROUND, BORDER_PX, around};
+use crate::filter::{AROUND, around};
 use crate::fragments::{Fragment, collect};
 use crate::lookup::small_footprint;
 use crate::options::Method;
-use crate::points::{Gathered, PixelOnTexture, gather_minified, gather_points};
+use crate::pixel::{Gathered, PixelOnTexture};
+use crate::points::{gather_minified, gather_points};
 use crate::scene::AlphaMode;
+use crate::span::{BORDER_PX, SPAN_PX, TILE_PX};
 use crate::surface::{Surface, UvPlanes};
 use crate::tile::{Cell, Tile, TileImage, TileWork};
-use crate::visibility::{SPAN_PX, TILE_PX};
 
 impl Tile<'_> {
     /// Gathers points at every pixel that sees one minified plane, and leaves the others to sub-pixels.

@@ -6,7 +6,8 @@
 
 use crate::ellipse::TexelEllipse;
 use crate::lookup::{nearest, reconstructed, trilinear};
-use crate::points::{Gathered, PixelOnTexture, covariance_with};
+use crate::pixel::{Gathered, PixelOnTexture};
+use crate::points::covariance_with;
 use resample_core::simd::Vectors;
 
 /// How much longer than wide an ellipse may be.

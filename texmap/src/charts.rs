@@ -10,9 +10,8 @@
 use glam::DVec2;
 
 use crate::adjacency::Neighbour;
+use crate::plane::{Plane, narrow, value};
 use crate::scene::Mesh;
-use crate::surface::value;
-use crate::visibility::{Plane, narrow};
 
 /// Most borders that a triangle is told of: its own three, and two at each corner.
 const MAX_BORDERS: usize = 9;

@@ -11,9 +11,9 @@ use rayon::prelude::*;
 use resample_core::tile::{TileGrid, TileRect};
 use resample_core::{Camera, Projection};
 
-use crate::filter::REACH_PX;
 use crate::prepare::{Prepared, PreparedMesh};
 use crate::scene::Sides;
+use crate::span::REACH_PX;
 use crate::stats::FrameStats;
 
 /// Triangles of one task.

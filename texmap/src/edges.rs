@@ -15,7 +15,7 @@
 //! alpha are not corrected.
 
 use crate::filter::{LatticeStep, PixelFilter};
-use crate::visibility::SPAN_PX;
+use crate::span::SPAN_PX;
 
 /// What an edge between two sub-pixels adds to them of the jump from the second to the first.
 #[derive(Clone, Copy, Debug)]

@@ -11,7 +11,7 @@ use resample_core::dispatch;
 use resample_core::simd::Vectors;
 
 use crate::mip::{Level, wrapped};
-use crate::points::{Gathered, PixelOnTexture};
+use crate::pixel::{Gathered, PixelOnTexture};
 use crate::scene::Wrap;
 
 /// A covariance (xx, xy, yy), texels squared.

@@ -7,14 +7,7 @@
 
 use resample_core::point::PIXEL_SIGMA_PX;
 
-use crate::visibility::SPAN_PX;
-
-/// How far the filter reaches: 4 sigma. A Gaussian cut at 3 sigma has lost 5 % of its variance over the plane, which
-/// limits a picture to some 55 dB; at 4 sigma it is 0.3 %.
-pub(crate) const REACH_PX: f64 = 2.0;
-
-/// Pixels around a tile whose sub-pixels its filter needs.
-pub(crate) const BORDER_PX: usize = 2;
+use crate::span::{BORDER_PX, REACH_PX, SPAN_PX, WINDOW_PX};
 
 /// The lattice of sub-pixels and the weights of those around a pixel.
 #[derive(Clone, Debug)]
@@ -45,9 +38,6 @@ pub(crate) struct LatticeStep {
     /// The same, px.
     pub(crate) vector_px: [f32; 2],
 }
-
-/// Columns of pixels that a filter reaches.
-pub(crate) const WINDOW_PX: usize = 2 * BORDER_PX + 1;
 
 /// What a pixel sees of one row of sub-pixels.
 #[derive(Clone, Debug)]

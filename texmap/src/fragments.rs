@@ -2,7 +2,7 @@
 
 use crate::edges::Edges;
 use crate::filter::{AROUND, PixelFilter, around};
-use crate::visibility::{NONE, SPAN_PX};
+use crate::span::{NONE, SPAN_PX};
 
 /// One triangle in one pixel.
 #[derive(Clone, Copy, Debug)]

@@ -14,16 +14,20 @@ mod ellipse;
 mod error;
 mod filter;
 mod fragments;
+#[cfg(feature = "input")]
 pub mod input;
 mod lookup;
 mod mip;
 pub mod options;
+mod pixel;
+mod plane;
 mod planes;
 mod points;
 mod prepare;
 pub mod render;
 mod run;
 pub mod scene;
+mod span;
 mod splats;
 pub mod stats;
 mod surface;
@@ -32,6 +36,7 @@ mod visibility;
 mod walk;
 
 pub use error::Error;
+#[cfg(feature = "input")]
 pub use input::{LoadOptions, Loaded, load, load_picture};
 pub use options::{Method, PlaneKind, RenderOptions, Shade};
 pub use render::{Frame, Renderer};

@@ -7,20 +7,10 @@ use resample_core::{Image, Plane, Projection};
 use crate::accumulate::centre_px;
 use crate::fragments::{Fragment, collect};
 use crate::options::{PlaneKind, RenderOptions};
-use crate::surface::{Surface, value};
-use crate::tile::{Cell, Tile, TileImage, TileWork};
-use crate::visibility::TILE_PX;
-
-/// What the planes hold at one pixel, each but `coverage` and `points` times the share that is covered.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct PixelPlanes {
-    coverage: f32,
-    depth: f32,
-    normal: [f32; 3],
-    texels: f32,
-    /// Whether the pixel is laid as points.
-    points: bool,
-}
+use crate::plane::value;
+use crate::span::TILE_PX;
+use crate::surface::Surface;
+use crate::tile::{Cell, PixelPlanes, Tile, TileImage, TileWork};
 
 impl Tile<'_> {
     /// Fills the planes of every pixel that shows something.

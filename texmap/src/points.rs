@@ -8,14 +8,12 @@
 //!
 //! Limits: a single plane; the Gaussian is cut at [`CUT`] standard deviations.
 
-use glam::Vec4;
-use resample_core::point::PIXEL_SIGMA_PX;
 use resample_core::simd::Vectors;
 
 use crate::ellipse::{Covariance, TexelEllipse};
 use crate::mip::{Level, Pyramid};
+use crate::pixel::{Gathered, PIXEL_VARIANCE, PixelOnTexture};
 use crate::scene::Magnify;
-use crate::surface::UvAt;
 
 /// Where the Gaussian is cut, standard deviations. What the cut takes off its variance is added before.
 const CUT: f32 = 3.25;
@@ -27,29 +25,9 @@ const KEPT: f32 = 0.973_0;
 /// shorter axis: the lattice of texels then shows through by 2 exp(-2 pi^2 / 2) = 1e-4.
 const LEAST_VARIANCE: f32 = 0.5;
 
-/// The pixel's variance, px^2.
-pub(crate) const PIXEL_VARIANCE: f32 = (PIXEL_SIGMA_PX * PIXEL_SIGMA_PX) as f32;
-
 /// Most texels that one pixel gathers from one surface. A coarser level is taken where it would be more, at a loss of
 /// sharpness across the direction of strong foreshortening.
 const MAX_TEXELS: f32 = 1024.0;
-
-/// A pixel on a textured plane.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct PixelOnTexture<'a> {
-    pub(crate) pyramid: &'a Pyramid,
-    pub(crate) at: UvAt,
-    /// Relative change of 1/w per px along x and y; 0 neglects perspective within the footprint.
-    pub(crate) over_w_slope: [f32; 2],
-}
-
-/// A gathered colour.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Gathered {
-    pub(crate) rgba: Vec4,
-    /// Texels looked at.
-    pub(crate) texels: u32,
-}
 
 /// Gathers the texels around a pixel; `None` where the texture is magnified, or nearly: its texels are splats there.
 pub(crate) fn gather_minified(pixel: &PixelOnTexture, simd: Vectors) -> Option<Gathered> {

@@ -13,9 +13,9 @@ use crate::filter::PixelFilter;
 use crate::options::RenderOptions;
 use crate::planes::add_planes;
 use crate::prepare::Prepared;
+use crate::span::TILE_PX;
 use crate::stats::{FrameStats, StageClock};
 use crate::tile::{FrameView, TileImage, TileWork, near_key, render_tile};
-use crate::visibility::TILE_PX;
 use crate::{Error, Scene};
 
 /// Renders one prepared scene, frame after frame.

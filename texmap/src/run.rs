@@ -6,8 +6,9 @@ use glam::Vec4;
 
 use crate::lookup::{reconstructed, small_footprint};
 use crate::mip::Pyramid;
+use crate::plane::Plane;
+use crate::span::SPAN_PX;
 use crate::surface::{AMBIENT, DIFFUSE, Light, Surface, TileView, UvPlanes};
-use crate::visibility::{Plane, SPAN_PX};
 
 /// Sub-pixels a pixel apart.
 #[derive(Clone, Copy, Debug)]

@@ -11,9 +11,9 @@ use resample_core::dispatch;
 use crate::filter::PixelFilter;
 use crate::run::Run;
 use crate::scene::AlphaMode;
+use crate::span::{NONE, SPAN_PX, TILE_PX};
 use crate::surface::{Surface, UvPlanes};
 use crate::tile::{Tile, TileImage, TileWork, subpixel_px};
-use crate::visibility::{NONE, SPAN_PX, TILE_PX};
 
 /// Pixels that are filtered together: four of four channels fill one 512-bit vector.
 const GROUP_PX: usize = 4;

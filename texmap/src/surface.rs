@@ -9,9 +9,9 @@ use resample_core::{Camera, Projection};
 
 use crate::charts::Borders;
 use crate::cull::{Facing, ScreenTriangle};
+use crate::plane::{Plane, moved, narrow, value};
 use crate::prepare::{LightKind, Prepared, PreparedMaterial};
 use crate::scene::Wrap;
-use crate::visibility::{Plane, moved, narrow};
 
 /// Share of light that reaches a surface whatever its direction, and the share that depends on it: the same balance
 /// as the volume renderer's.
@@ -237,9 +237,4 @@ fn period_start(scene: &Prepared, pyramid: usize, axis: usize, here: f64) -> f64
     };
     let start = (here / period).floor() * period;
     if start.is_finite() { start } else { 0.0 }
-}
-
-#[inline(always)]
-pub(crate) fn value(plane: &Plane, at: [f32; 2]) -> f32 {
-    plane[0] * at[0] + plane[1] * at[1] + plane[2]
 }

@@ -10,17 +10,16 @@ use resample_core::simd::Vectors;
 
 use crate::cull::{InView, ScreenTriangle};
 use crate::edges::Edges;
-use crate::filter::{BORDER_PX, PixelFilter, WINDOW_PX};
+use crate::filter::PixelFilter;
 use crate::fragments::Fragment;
 use crate::options::{Method, RenderOptions};
-use crate::planes::PixelPlanes;
+use crate::plane::{Plane, moved, narrow};
 use crate::prepare::{LightKind, Prepared};
 use crate::scene::AlphaMode;
+use crate::span::{BORDER_PX, NONE, SPAN_PX, TILE_PX, WINDOW_PX};
 use crate::stats::elapsed_ms;
 use crate::surface::{Surface, TileView};
-use crate::visibility::{
-    NONE, NearKey, Plane, RasterTriangle, SPAN_PX, TILE_PX, Visibility, moved, narrow,
-};
+use crate::visibility::{NearKey, RasterTriangle, Visibility};
 use crate::walk::{self, Beyond, crossing};
 
 /// What all tiles of a frame share.
@@ -48,6 +47,17 @@ pub(crate) struct TileImage {
     pub(crate) visibility_ms: f64,
     pub(crate) accumulate_ms: f64,
     pub(crate) resolve_ms: f64,
+}
+
+/// What the planes hold at one pixel, each but `coverage` and `points` times the share that is covered.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct PixelPlanes {
+    pub(crate) coverage: f32,
+    pub(crate) depth: f32,
+    pub(crate) normal: [f32; 3],
+    pub(crate) texels: f32,
+    /// Whether the pixel is laid as points.
+    pub(crate) points: bool,
 }
 
 /// Storage of one task, reused from tile to tile.

@@ -7,29 +7,18 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
-use glam::DVec3;
 use resample_core::dispatch;
 use resample_core::simd::Vectors;
 
 use crate::cull::ScreenTriangle;
 use crate::edges::Crossing;
-use crate::filter::{BORDER_PX, PixelFilter};
-
-/// A tile's side, px.
-pub(crate) const TILE_PX: usize = resample_core::tile::TILE_PX;
-
-/// A tile's side with the border that its filter needs, px.
-pub(crate) const SPAN_PX: usize = TILE_PX + 2 * BORDER_PX;
-
-/// A sub-pixel that shows nothing.
-pub(crate) const NONE: u32 = u32::MAX;
+use crate::filter::PixelFilter;
+use crate::plane::{Plane, moved, narrow};
+use crate::span::{NONE, SPAN_PX};
 
 /// Relative rounding of a depth key: three products and two sums in f32 of parts that may be a few times larger than
 /// the key, each rounded by 2^-24.
 const KEY_ROUNDING: f32 = 16.0 / 16_777_216.0;
-
-/// A plane over the tile: value = `[0]` x + `[1]` y + `[2]`, x and y in px from the corner of the tile's border.
-pub(crate) type Plane = [f32; 3];
 
 /// What each sub-pixel of a tile shows: rows from the top, one sub-pixel for each pixel of the span in each row.
 #[derive(Clone, Debug, Default)]
@@ -63,19 +52,6 @@ pub(crate) struct RasterTriangle {
 /// Largest key that lies beyond the near plane.
 #[derive(Clone, Copy)]
 pub(crate) struct NearKey(pub(crate) f32);
-
-/// A plane of the screen as one of the tile whose border's corner is at `corner_px`, in f64.
-pub(crate) fn moved(plane: DVec3, corner_px: [f64; 2]) -> DVec3 {
-    DVec3::new(
-        plane.x,
-        plane.y,
-        plane.x * corner_px[0] + plane.y * corner_px[1] + plane.z,
-    )
-}
-
-pub(crate) fn narrow(plane: DVec3) -> Plane {
-    plane.to_array().map(|v| v as f32)
-}
 
 impl RasterTriangle {
     /// `None` if the triangle's rectangle misses the tile.

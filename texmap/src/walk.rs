@@ -9,7 +9,7 @@
 //! Limits: between two sub-pixels nothing but the two surfaces is looked at; walks have at most [`MAX_STEPS`] steps.
 
 use crate::edges::{Crossing, Neighbours};
-use crate::surface::value;
+use crate::plane::value;
 use crate::visibility::RasterTriangle;
 
 /// Triangles that a walk may enter. Where more lie between two sub-pixels nothing is corrected: a guess that bounds the

@@ -7,8 +7,8 @@ use std::collections::HashMap;
 
 use glam::{DMat2, DVec2};
 
-use super::Notes;
 use super::files::excerpt;
+use super::notes::Notes;
 use crate::scene::{Magnify, Material, Mesh, Scene, Texture, TextureUse, Wrap};
 
 /// Largest world coordinate. Squares of distances then stay far from the end of single precision.

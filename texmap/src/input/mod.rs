@@ -1,4 +1,4 @@
-//! Mesh files: tells the format by the content and gives a checked [`Scene`].
+//! Mesh files: tells the format by the content and gives a checked [`crate::Scene`].
 //!
 //! Takes a path and what the user says about it, gives a scene and notes about what was left out. All formats end in one
 //! check (`checked`), so that what a scene promises does not depend on its format. What a file has and a scene
@@ -6,46 +6,20 @@
 //! Limits: glTF 2.0 and OBJ with MTL.
 
 mod checked;
+mod choice;
 mod files;
 mod gltf;
+mod notes;
 mod obj;
 pub mod picture;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::Error;
-use crate::scene::Scene;
 
+pub use choice::{LoadOptions, Loaded, SceneChoice};
+use notes::Notes;
 pub use picture::load_picture;
-
-/// What a caller says about a mesh file.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct LoadOptions {
-    /// Which scene of the file is read; without it the file's default, or its first.
-    pub scene: Option<SceneChoice>,
-    /// Picture for meshes that have texture coordinates and no texture.
-    pub texture: Option<PathBuf>,
-}
-
-/// A scene by its name, or by its number from 0.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SceneChoice(pub String);
-
-/// A scene that was read.
-#[derive(Clone, Debug)]
-pub struct Loaded {
-    /// The scene: at least one triangle, every index in range, every number finite.
-    pub scene: Scene,
-    /// What was left out or could not be had, one sentence each, for people.
-    pub notes: Vec<String>,
-}
-
-/// Notes, each said once.
-#[derive(Debug, Default)]
-struct Notes(Vec<String>);
-
-/// Most notes that are kept: nobody reads more, and a broken file could make any number.
-const MAX_NOTES: usize = 20;
 
 /// Reads a mesh file: glTF 2.0 (.gltf, .glb) or OBJ.
 ///
@@ -122,20 +96,6 @@ fn foreign_mark(bytes: &[u8]) -> Option<&'static str> {
         .into_iter()
         .find(|(mark, _)| bytes.starts_with(mark))
         .map(|(_, name)| name)
-}
-
-impl Notes {
-    fn say(&mut self, note: String) {
-        if self.0.contains(&note) || self.0.len() > MAX_NOTES {
-            return;
-        }
-        let full = self.0.len() == MAX_NOTES;
-        self.0.push(if full {
-            "more notes are left out".to_owned()
-        } else {
-            note
-        });
-    }
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Telling formats apart, and notes.
 
+use super::notes::MAX_NOTES;
 use super::*;
 
 fn refusal(content: &[u8]) -> String {

@@ -7,7 +7,7 @@
 use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3};
 use gltf::json::Root;
 
-use super::super::Notes;
+use super::super::notes::Notes;
 use crate::scene::{SceneCamera, SceneLens};
 
 /// The cameras of the nodes in `shown`.

@@ -7,10 +7,9 @@
 use glam::{DMat3, DMat4, DVec3};
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::mesh::{Primitive, Semantic};
-use gltf::json::validation::Checked;
 
 use super::accessor::{Integers, Numbers, Use};
-use super::primitive::{NORMAL, POSITION, attribute};
+use super::attribute::{NORMAL, POSITION, attribute, same_count};
 
 /// How a mesh gets into the world.
 pub(super) enum Place {
@@ -172,19 +171,4 @@ fn blended(
             }
         })
         .collect())
-}
-
-/// Checks that an attribute has one element per position, or none at all.
-pub(super) fn same_count(name: &str, count: usize, positions: usize) -> Result<(), String> {
-    if count != 0 && count != positions {
-        return Err(format!(
-            "{name} has {count} elements, POSITION has {positions}"
-        ));
-    }
-    Ok(())
-}
-
-/// The key of an attribute in a primitive.
-pub(super) fn key(semantic: &Semantic) -> Checked<Semantic> {
-    Checked::Valid(semantic.clone())
 }

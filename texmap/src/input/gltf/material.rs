@@ -16,7 +16,8 @@ use gltf::json::texture::{Info, MagFilter, WrappingMode};
 use gltf::json::validation::Checked;
 use image::ImageFormat;
 
-use super::super::{Notes, files, picture};
+use super::super::notes::Notes;
+use super::super::{files, picture};
 use super::accessor::Numbers;
 use super::container;
 use crate::scene::{AlphaMode, Lighting, Magnify, Material, Sides, Texture, TextureUse, Wrap};

@@ -7,6 +7,7 @@
 //! lines are left out, and of materials only colour, alpha and emitted light are read.
 
 mod accessor;
+mod attribute;
 mod camera;
 mod container;
 mod deform;
@@ -19,8 +20,9 @@ use std::path::Path;
 use glam::DMat4;
 use gltf::json::Root;
 
+use super::choice::LoadOptions;
 use super::files::excerpt;
-use super::{LoadOptions, Notes};
+use super::notes::Notes;
 use crate::scene::{Mesh, Scene};
 use accessor::Numbers;
 use deform::Place;

@@ -9,7 +9,7 @@ use gltf::json::Root;
 use gltf::json::scene::Node;
 
 use super::super::files::excerpt;
-use crate::input::SceneChoice;
+use crate::input::choice::SceneChoice;
 
 /// From the space of each node to the world.
 pub(super) fn world_from_nodes(root: &Root) -> Result<Vec<DMat4>, String> {

@@ -5,70 +5,17 @@
 //! Source: glTF 2.0, 3.7.2.
 
 use glam::DVec3;
-use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 
-use super::super::Notes;
-use super::accessor::{Integers, Numbers, Use};
-use super::deform::{self, Place, Placed, same_count};
+use super::super::notes::Notes;
+use super::accessor::Numbers;
+use super::attribute::{COLOUR, INDICES, TEXCOORD, attribute, same_count};
+use super::deform::{self, Place, Placed};
 use crate::scene::Mesh;
-
-const NUMBERS: &[ComponentType] = &[
-    ComponentType::F32,
-    ComponentType::I8,
-    ComponentType::U8,
-    ComponentType::I16,
-    ComponentType::U16,
-];
-
-/// Positions, plain or quantised (KHR_mesh_quantization).
-pub(super) const POSITION: Use = Use {
-    name: "POSITION",
-    shapes: &[Type::Vec3],
-    components: NUMBERS,
-    integers: Integers::AsMarked,
-};
-
-/// Normals, plain or quantised.
-pub(super) const NORMAL: Use = Use {
-    name: "NORMAL",
-    shapes: &[Type::Vec3],
-    components: NUMBERS,
-    integers: Integers::Fractions,
-};
-
-const TEXCOORD: Use = Use {
-    name: "TEXCOORD",
-    shapes: &[Type::Vec2],
-    components: NUMBERS,
-    integers: Integers::AsMarked,
-};
-
-const COLOUR: Use = Use {
-    name: "COLOR",
-    shapes: &[Type::Vec3, Type::Vec4],
-    components: &[ComponentType::F32, ComponentType::U8, ComponentType::U16],
-    integers: Integers::Fractions,
-};
-
-const INDICES: Use = Use {
-    name: "indices",
-    shapes: &[Type::Scalar],
-    components: &[ComponentType::U8, ComponentType::U16, ComponentType::U32],
-    integers: Integers::AsMarked,
-};
 
 /// Most sets of texture coordinates that are kept. Files have one or two; materials use two at most.
 const MAX_UV_SETS: u32 = 8;
-
-/// The accessor of an attribute.
-pub(super) fn attribute(primitive: &Primitive, semantic: &Semantic) -> Option<usize> {
-    primitive
-        .attributes
-        .get(&deform::key(semantic))
-        .map(gltf::json::Index::value)
-}
 
 /// The mesh of a primitive. Its name and its material are left to the caller.
 pub(super) fn mesh(

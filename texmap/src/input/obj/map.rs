@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use resample_core::image::srgb_from_linear;
 
 use super::super::files::excerpt;
-use super::super::load_picture;
+use super::super::picture::load_picture;
 use crate::scene::{Texels, Texture};
 
 /// A map as it is written.

@@ -14,9 +14,9 @@ mod polygon;
 use std::collections::HashMap;
 use std::path::Path;
 
-use super::Notes;
 use super::files::excerpt;
-use crate::scene::{Material, Mesh, Scene, Sides};
+use super::notes::Notes;
+use crate::scene::{Mesh, Scene};
 use lines::{Line, decode_text, lines, numbers};
 use mtl::Library;
 
@@ -330,15 +330,6 @@ fn colour(colours: &[Option<[f32; 3]>], place: u32) -> [f32; 4] {
     };
     let [r, g, b] = colour.map(linear);
     [r, g, b, 1.0]
-}
-
-/// An OBJ has no front sides: both are seen.
-fn plain(name: &str) -> Material {
-    Material {
-        name: name.to_owned(),
-        sides: Sides::Both,
-        ..Material::default()
-    }
 }
 
 #[cfg(test)]

@@ -13,12 +13,12 @@ use std::path::{Path, PathBuf};
 use glam::{DMat2, DVec2};
 use resample_core::image::linear_from_srgb;
 
-use super::super::Notes;
 use super::super::files::{self, excerpt};
-use super::super::picture::Pictures;
+use super::super::notes::Notes;
+use super::super::picture::{Pictures, load_picture};
 use super::lines::{Line, decode_text, lines, numbers};
 use super::map::{self, Map};
-use crate::scene::{AlphaMode, Lighting, Magnify, Material, Texture, TextureUse, Wrap};
+use crate::scene::{AlphaMode, Lighting, Magnify, Material, Sides, Texture, TextureUse, Wrap};
 
 /// Largest MTL file, bytes. A material takes about 300, so this is 200 000 of them.
 const MAX_FILE_BYTES: u64 = 64 << 20;
@@ -76,7 +76,7 @@ impl Library {
             return place;
         }
         let material = match self.entries.remove(name) {
-            None => super::plain(name),
+            None => plain(name),
             Some(entry) => self.material(name, &entry),
         };
         materials.push(material);
@@ -154,7 +154,7 @@ impl Library {
             } else {
                 Lighting::Lit
             },
-            ..super::plain(name)
+            ..plain(name)
         }
     }
 
@@ -207,9 +207,7 @@ impl Library {
     fn load(&mut self, [colour, alpha]: &[Option<PathBuf>; 2]) -> Option<usize> {
         let texture = match (colour, alpha) {
             (None, None) => return None,
-            (Some(colour), None) => {
-                super::super::load_picture(colour).map_err(|error| error.to_string())
-            }
+            (Some(colour), None) => load_picture(colour).map_err(|error| error.to_string()),
             (colour, Some(alpha)) => map::with_alpha(colour.as_deref(), alpha),
         };
         match texture.and_then(|texture| self.textures.add(texture)) {
@@ -286,5 +284,14 @@ fn unit(text: &str) -> Result<f32, String> {
         Err("an opacity is no number".into())
     } else {
         Ok(number.clamp(0.0, 1.0))
+    }
+}
+
+/// An OBJ has no front sides: both are seen.
+fn plain(name: &str) -> Material {
+    Material {
+        name: name.to_owned(),
+        sides: Sides::Both,
+        ..Material::default()
     }
 }

@@ -1,0 +1,27 @@
+//! What a caller says about a mesh file, and what it gets.
+
+use std::path::PathBuf;
+
+use crate::scene::Scene;
+
+/// What a caller says about a mesh file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LoadOptions {
+    /// Which scene of the file is read; without it the file's default, or its first.
+    pub scene: Option<SceneChoice>,
+    /// Picture for meshes that have texture coordinates and no texture.
+    pub texture: Option<PathBuf>,
+}
+
+/// A scene by its name, or by its number from 0.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SceneChoice(pub String);
+
+/// A scene that was read.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The scene: at least one triangle, every index in range, every number finite.
+    pub scene: Scene,
+    /// What was left out or could not be had, one sentence each, for people.
+    pub notes: Vec<String>,
+}
