@@ -1,29 +1,27 @@
 //! What was typed: the clap structs, whose doc comments are the help texts.
 //!
 //! Takes the words of the command line, gives plain values with the spelling already checked. Nothing here knows
-//! what a value leads to: `settings.rs` turns these structs into the options of the libraries, and `choices.rs` pairs
-//! the small enums with their twins in the libraries, which need not know clap. Defaults come from the libraries.
+//! what a value leads to: `settings.rs` turns these structs into the options of the libraries. Enums, their words and their
+//! defaults are the libraries' own.
 
 mod blend;
 mod clip;
 mod defaults;
-mod samples;
+mod render;
 mod scene;
 mod transfer;
 mod volume;
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
-use glam::DVec3;
-use serde::{Deserialize, Serialize};
-use volsplat::Subpixels;
+use clap::{Args, Parser, Subcommand};
+use resample_core::Projection;
 
-pub(crate) use blend::{BlendArgs, RayBlendArg, VolumeLayerArg};
+pub(crate) use blend::{BlendArgs, RayBlend};
 pub(crate) use clip::ClipArgs;
-pub(crate) use samples::{CellsArg, InterpolateArg, SampleArgs};
+pub(crate) use render::{CellsName, OrderName, RenderArgs};
 pub(crate) use scene::SceneArgs;
-pub(crate) use transfer::{SpaceArg, TransferArgs};
+pub(crate) use transfer::TransferArgs;
 pub(crate) use volume::VolumeArgs;
 
 use crate::values::{self, Axis, BackgroundWord, Orbit, Size};
@@ -45,12 +43,12 @@ pub(crate) use bench::{BenchArgs, BenchPaperArgs, BenchSceneArgs, BenchTable};
 pub(crate) use calibrate::CalibrateArgs;
 pub(crate) use compare::CompareArgs;
 pub(crate) use drawing::Drawing;
-pub(crate) use given::Given;
+pub(crate) use given::{Given, names_of};
 pub(crate) use info::{DemoArgs, InfoArgs};
 pub(crate) use sequence::SequenceArgs;
 pub(crate) use texmap::{ModelArgs, TexmapArgs};
 pub(crate) use trade::{SceneArg, TradeArgs, TradeOptions};
-pub(crate) use warp3d::{AnaglyphArg, DepthArgs, DepthKindArg, Warp3dArgs, WarpCameraArgs};
+pub(crate) use warp3d::{AnaglyphArg, DepthArgs, Warp3dArgs, WarpCameraArgs};
 
 /// Forward resampling: clean pictures from discrete samples
 #[derive(Clone, Debug, Parser)]
@@ -161,12 +159,12 @@ pub(crate) struct CameraArgs {
     /// Vertical field of view in degrees, where no camera file gives one
     #[arg(long, value_name = "DEG", value_parser = values::field_of_view, default_value = "30")]
     pub fov: f64,
-    /// World axis that points up in the picture [default: the file's own idea, else y]
+    /// World axis that points up in the picture [default: as stored in the file, else y]
     #[arg(long, value_name = "AXIS", value_parser = values::axis, allow_hyphen_values = true)]
     pub up: Option<Axis>,
     /// Perspective or parallel view
     #[arg(long, value_enum, default_value = "perspective")]
-    pub projection: ProjectionArg,
+    pub projection: Projection,
     /// Picture size in pixels [default: 800x800, or the size that the camera file gives]
     #[arg(long, value_name = "WxH", value_parser = values::size)]
     pub size: Option<Size>,
@@ -176,72 +174,6 @@ impl Default for CameraArgs {
     fn default() -> Self {
         defaults::defaults()
     }
-}
-
-/// How the volume is drawn.
-#[derive(Args, Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
-#[serde(rename_all = "kebab-case", default)]
-#[command(next_help_heading = "Rendering")]
-pub(crate) struct RenderArgs {
-    /// Order in which voxels are composited [default: image-sheets; every-sample where one of its own options is
-    /// given, or where the volume is a single slice]
-    #[arg(long, value_enum)]
-    pub order: Option<OrderArg>,
-    /// How the opacity of a voxel becomes the opacity of a pixel [default: extinction]
-    #[arg(long, value_enum)]
-    pub opacity: Option<OpacityArg>,
-    /// Stop a ray once its remaining transmittance falls below T (0: never) [default: 0.001953125]
-    #[arg(long, value_name = "T", value_parser = values::fraction)]
-    pub min_transmittance: Option<f32>,
-    /// How samples are lit, by the gradient of the volume [default: none]
-    #[arg(long, value_enum)]
-    pub shade: Option<ShadeArg>,
-    /// Direction towards the light, in the world [default: the light is at the camera]
-    #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true, requires = "shade")]
-    #[serde(skip)]
-    pub light: Option<DVec3>,
-    /// Multiply the extinction by a ramp over the length of the gradient: 0 at LOW, 1 at HIGH, value per world unit
-    #[arg(long, value_name = "LOW,HIGH", value_parser = values::ramp)]
-    pub gradient_opacity: Option<[f64; 2]>,
-    /// Which part of the volume is drawn.
-    #[command(flatten)]
-    #[serde(skip)]
-    pub clip: ClipArgs,
-    /// What a pixel shows of its ray.
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub blend: BlendArgs,
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub sheets: SheetArgs,
-    #[command(flatten)]
-    #[serde(flatten)]
-    pub samples: SampleArgs,
-}
-
-/// Options of the image-sheets order.
-#[derive(Args, Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
-#[serde(rename_all = "kebab-case", default)]
-#[command(next_help_heading = "Rendering, order image-sheets")]
-pub(crate) struct SheetArgs {
-    /// Thickness of a slab along the view, in voxels [default: 0.5]
-    #[arg(long, value_name = "VOXELS", value_parser = values::positive)]
-    pub slab: Option<f64>,
-    /// Sub-pixels along a pixel's side: 1, 2, 4, 8, 16, or auto, about two a voxel, or one a sample in every-sample
-    /// (every order) [default: auto; in axis-sheets it is 1]
-    #[arg(long, value_name = "N|auto", value_parser = values::subpixels)]
-    #[serde(with = "values::subpixels_word")]
-    pub subpixel: Option<Subpixels>,
-    /// Far bricks are drawn from merged blocks or fewer sheets where no pixel is predicted to change by more than this;
-    /// 0 never does [default: 0.001953125]
-    #[arg(long, value_name = "E", value_parser = values::fraction)]
-    pub lod_error: Option<f32>,
-    /// How the sums of a sheet are formed; the picture is the same [default: gather]
-    #[arg(long, value_enum)]
-    pub sheet_sums: Option<SheetSumsArg>,
-    /// What the transfer function is applied to [default: post; the other orders classify voxels]
-    #[arg(long, value_enum)]
-    pub classify: Option<ClassifyArg>,
 }
 
 /// How the picture is written.
@@ -255,119 +187,4 @@ pub(crate) struct PictureArgs {
     /// scaled until it covers the picture [default: transparent]
     #[arg(long, value_name = "COLOUR|FILE", value_parser = values::background)]
     pub background: Option<BackgroundWord>,
-}
-
-/// Perspective or parallel view.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum ProjectionArg {
-    /// Things far away are smaller
-    Perspective,
-    /// Parallel rays
-    Orthographic,
-}
-
-/// Order of compositing.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum OrderArg {
-    /// Slabs parallel to the picture, classified per sub-pixel: sharp and antialiased
-    ImageSheets,
-    /// Each voxel over those behind it, as point or splat
-    EverySample,
-    /// Slices of voxels, summed, one over another: jumps as the view turns, for comparison
-    AxisSheets,
-}
-
-/// How samples are lit.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum ShadeArg {
-    /// Not at all: the colours of the transfer function
-    None,
-    /// Ambient and diffuse light
-    Lambert,
-    /// With a highlight
-    Phong,
-}
-
-/// How the sums of a sheet are formed.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum SheetSumsArg {
-    /// Sample by sample, from the eight voxels around it
-    Gather,
-    /// Voxel by voxel; slower, for comparison
-    Scatter,
-}
-
-/// How the opacity of a voxel becomes the opacity of a pixel.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum OpacityArg {
-    /// Exact transmittance, however many footprints overlap
-    Extinction,
-    /// Opacity times footprint, for comparison
-    Linear,
-}
-
-/// How a perspective footprint is evaluated.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum FootprintArg {
-    /// Ellipse around the projected centre
-    AffineApprox,
-    /// Exact ellipse around its midpoint
-    Affine,
-    /// Exact ellipse, index corrected by the cone angle
-    Table,
-    /// Exact distance from the ray
-    Exact,
-}
-
-/// What the transfer function is applied to.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum ClassifyArg {
-    /// Voxels, before they are summed
-    Pre,
-    /// The interpolated value, after the sum
-    Post,
-}
-
-/// Shape of the reconstruction kernel.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum KernelArg {
-    /// Trilinear interpolation (image-sheets)
-    Trilinear,
-    /// Truncated Gaussian
-    Gaussian,
-    /// Compact polynomial
-    Polynomial,
-    /// Cubic B-spline
-    BSpline,
-}
-
-/// Which voxels are drawn as points and which as splats.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum SelectArg {
-    /// Small ones as points, large ones as splats
-    Hybrid,
-    /// All as points
-    Points,
-    /// All as splats
-    Splats,
-    /// All as footprints convolved with the pixel's Gaussian
-    Ewa,
-}
-
-/// What gives a voxel its colour.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum ColourByArg {
-    /// The transfer function
-    Transfer,
-    /// Red for splats, the transfer function for points
-    Select,
 }

@@ -11,7 +11,6 @@ mod blend;
 mod built_in;
 mod camera_file;
 mod camera_path;
-mod choices;
 mod clip;
 mod commands;
 mod figures;

@@ -9,14 +9,13 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use glam::DVec3;
-use resample_core::Camera;
+use resample_core::{Camera, Projection};
 use serde_json::{Value, json};
 
-use crate::args::{CameraArgs, PictureArgs, ProjectionArg, SequenceArgs};
+use crate::args::{CameraArgs, PictureArgs, SequenceArgs};
 use crate::background::Background;
 use crate::camera_file::{self, CameraDefaults, CameraFile};
 use crate::camera_path::{self, CameraPath, KeyKind, Moment};
-use crate::choices;
 use crate::framing::{self, Extent, Lens, Stance, View};
 use crate::output::{self, Depth, FilmKind, FilmPlan, Format, FrameNames};
 use crate::picture::{self, Finish, RenderNumbered};
@@ -250,7 +249,7 @@ pub(crate) fn camera_record(request: &Request, stance: Stance) -> Value {
             "distance": orbit.distance,
             "fov_y_deg": args.fov,
             "up": stance.up.to_array(),
-            "projection": choices::PROJECTION.name(choices::PROJECTION.library(args.projection)),
+            "projection": args.projection,
         }),
     }
 }
@@ -374,10 +373,10 @@ fn framed(request: &Request, extent: &Extent, stance: Stance) -> Result<Vec<Came
         orbit: args.orbit.unwrap_or(framing::DEFAULT_ORBIT),
         stance,
         lens: match args.projection {
-            ProjectionArg::Perspective => Lens::Perspective {
+            Projection::Perspective => Lens::Perspective {
                 fov_y_deg: args.fov,
             },
-            ProjectionArg::Orthographic => Lens::Orthographic,
+            Projection::Orthographic => Lens::Orthographic,
         },
     };
     match request.sequence.turntable {

@@ -11,7 +11,7 @@ use volsplat::transfer::{ColourKnot, ColourMap, Histogram};
 use volsplat::{Channel, LabelTable, LoadOptions, Look, Scene, TransferFunction, Volume};
 
 use crate::args::{SceneArgs, TransferArgs, VolsplatArgs};
-use crate::{choices, settings, transfer, values};
+use crate::{settings, transfer, values};
 
 /// All volumes of a picture.
 pub(crate) struct Volumes {
@@ -172,7 +172,7 @@ fn parsed_look(word: &str, volume: &Volume, args: &VolsplatArgs) -> Result<OwnLo
         return Ok(OwnLook::Labels(label_table(args)?));
     }
     let function = if word.to_lowercase().ends_with(".json") {
-        let encoding = choices::SPACE.library(args.transfer.transfer_space);
+        let encoding = args.transfer.transfer_space;
         TransferFunction::load_paraview(Path::new(word), encoding, volume)?
     } else if let Ok(map) = word.parse::<ColourMap>() {
         TransferFunction::automatic(&Histogram::of_volume(volume), map)

@@ -67,7 +67,7 @@ impl Setting {
     /// Whether the options fit one another.
     pub(crate) fn is_legal(&self) -> bool {
         match self {
-            Self::Volume(given) => crate::order::order(&given.options).is_ok(),
+            Self::Volume(given) => crate::order::order(given).is_ok(),
             Self::Mesh(given) => given.options.validate().is_ok(),
             Self::Depth(given) => given.options.options().is_ok(),
         }
@@ -90,7 +90,7 @@ impl Setting {
             .collect())
     }
 
-    /// In short, for people: "slab 0.5, subpixel 2".
+    /// In short, for people: "slab 0.5, subpixels 2".
     pub(crate) fn name(&self) -> Result<String> {
         let pairs = self.pairs()?.into_iter();
         let names: Vec<String> = pairs
@@ -127,7 +127,7 @@ mod tests {
     use clap::Parser;
 
     use super::*;
-    use crate::args::{Cli, Command, OrderArg};
+    use crate::args::{Cli, Command, OrderName};
 
     fn parsed(setting: &Setting) -> Setting {
         let scene: &[&str] = match setting {
@@ -147,13 +147,13 @@ mod tests {
     #[test]
     fn words_give_the_same_setting_when_they_are_typed() {
         for setting in [
-            Setting::volume(&["slab", "subpixel", "min-transmittance"], |args| {
-                args.sheets.slab = Some(0.25);
-                args.sheets.subpixel = Some(volsplat::Subpixels::Fixed(4));
-                args.min_transmittance = Some(0.001);
+            Setting::volume(&["slab", "subpixels", "min-transmittance"], |args| {
+                args.field.slab_voxels = 0.25;
+                args.subpixels = volsplat::Subpixels::Fixed(4);
+                args.min_transmittance = 0.001;
             }),
-            Setting::volume(&["order"], |args| args.order = Some(OrderArg::EverySample)),
-            Setting::mesh(&["subpixel"], |args| args.subpixels = 2),
+            Setting::volume(&["order"], |args| args.order = Some(OrderName::EverySample)),
+            Setting::mesh(&["subpixels"], |args| args.subpixels = 2),
             Setting::depth(&["subpixels"], |args| args.subpixels = Some(8)),
         ] {
             assert_eq!(parsed(&setting), setting);
@@ -163,13 +163,13 @@ mod tests {
     #[test]
     fn settings_are_laid_over_one_another() {
         let low = Setting::volume(&["slab", "min-transmittance"], |args| {
-            args.sheets.slab = Some(2.0);
-            args.min_transmittance = Some(0.5);
+            args.field.slab_voxels = 2.0;
+            args.min_transmittance = 0.5;
         });
-        let high = Setting::volume(&["slab"], |args| args.sheets.slab = Some(1.0));
+        let high = Setting::volume(&["slab"], |args| args.field.slab_voxels = 1.0);
         assert_eq!(
             low.with(&high).and_then(|s| s.name()).expect("good"),
-            "min-transmittance 0.5, slab 1"
+            "slab 1, min-transmittance 0.5"
         );
         assert_eq!(
             low.without(&high).name().expect("good"),
@@ -185,7 +185,7 @@ mod tests {
         let Command::Draw(mut drawing) = Cli::try_parse_from(words).expect("good").command else {
             panic!("a command that draws")
         };
-        let setting = Setting::mesh(&["subpixel"], |args| args.subpixels = 8);
+        let setting = Setting::mesh(&["subpixels"], |args| args.subpixels = 8);
         drawing.set(setting.clone()).expect("of a mesh");
         assert_eq!(drawing.setting(), setting);
         assert!(matches!(drawing, Drawing::Texmap(_)));

@@ -8,13 +8,12 @@ use serde_json::{Value, json};
 use volsplat::input::RawOptions;
 use volsplat::volume::NanPolicy;
 use volsplat::{
-    Blend, Classify, DepthPlane, Described, Light, LoadOptions, Order, RenderOptions, Shading,
-    SheetKernel, Subpixels,
+    Blend, Cells, DepthPlane, Described, FieldOptions, KernelSheets, Light, LoadOptions, Order,
+    RenderOptions, SampleOptions, SampleOrder, Shading,
 };
 
-use crate::args::{RenderArgs, VolsplatArgs, VolumeArgs};
+use crate::args::{CellsName, Given, OrderName, RenderArgs, VolsplatArgs, VolumeArgs};
 use crate::blend;
-use crate::choices;
 use crate::clip;
 use crate::framing;
 use crate::order::order;
@@ -52,70 +51,28 @@ pub(crate) fn load_options(args: &VolumeArgs) -> LoadOptions {
 
 /// How the volume is drawn. Only an EXR file has a place for depth.
 pub(crate) fn render_options(
-    args: &RenderArgs,
+    given: &Given<RenderArgs>,
     opacity_unit: Option<f64>,
     format: Format,
 ) -> Result<RenderOptions> {
-    let (samples, sheets) = (&args.samples, &args.sheets);
+    let args = &given.options;
     let default = RenderOptions::default();
-    let kernel = samples.kernel.map_or(default.sheet_kernel, |kernel| {
-        choices::KERNEL.library(kernel)
-    });
-    let blend = blend::blend(&args.blend)?;
+    let order = library_order(given)?;
     // A surface without light is one spot of colour.
-    let unasked = if matches!(blend, Blend::Isosurface(_)) {
-        Shading::Phong
-    } else {
-        default.shading
+    let unasked = match &order {
+        Order::Field(field) if matches!(field.blend, Blend::Isosurface(_)) => Shading::Phong,
+        Order::Field(_) | Order::Samples(_) => default.shading,
     };
     Ok(RenderOptions {
-        order: order(args)?.unwrap_or(default.order),
+        order,
         clip: clip::clip(&args.clip),
-        blend,
         gradient_opacity: args.gradient_opacity,
-        slab_voxels: sheets.slab.unwrap_or(default.slab_voxels),
-        subpixels: sheets.subpixel.unwrap_or(default.subpixels),
-        interpolate: samples
-            .interpolate
-            .map_or(default.interpolate, |on| choices::INTERPOLATE.library(on)),
-        cells: samples
-            .cells
-            .map_or(default.cells, |cells| choices::CELLS.library(cells)),
-        cell_error: samples.cell_error.unwrap_or(default.cell_error),
-        lod_error: sheets.lod_error.unwrap_or(default.lod_error),
-        sheet_sums: sheets
-            .sheet_sums
-            .map_or(default.sheet_sums, |sums| choices::SHEET_SUMS.library(sums)),
-        shading: args
-            .shade
-            .map_or(unasked, |shade| choices::SHADE.library(shade)),
+        subpixels: args.subpixels,
+        shading: args.shade.unwrap_or(unasked),
         light: args.light.map_or(default.light, Light::Towards),
-        kernel: match kernel {
-            SheetKernel::Radial(shape) => shape,
-            SheetKernel::Trilinear => default.kernel,
-        },
-        sheet_kernel: kernel,
-        classify: sheets.classify.map_or(default.classify, |classify| {
-            choices::CLASSIFY.library(classify)
-        }),
-        footprint: samples
-            .footprint
-            .map_or(default.footprint, |mode| choices::FOOTPRINT.library(mode)),
-        opacity: args
-            .opacity
-            .map_or(default.opacity, |opacity| choices::OPACITY.library(opacity)),
-        select: samples
-            .select
-            .map_or(default.select, |select| choices::SELECT.library(select)),
-        point_threshold_px: samples
-            .point_threshold
-            .unwrap_or(default.point_threshold_px),
-        sheet_voxels: samples.sheet.unwrap_or(default.sheet_voxels),
-        min_transmittance: args.min_transmittance.unwrap_or(default.min_transmittance),
+        opacity: args.opacity,
+        min_transmittance: args.min_transmittance,
         opacity_unit,
-        colour_by: samples
-            .colour_by
-            .map_or(default.colour_by, |by| choices::COLOUR_BY.library(by)),
         depth: if format == Format::Exr {
             DepthPlane::Expected
         } else {
@@ -123,6 +80,41 @@ pub(crate) fn render_options(
         },
         simd: default.simd,
     })
+}
+
+/// The pipeline that was asked for, with its choices.
+fn library_order(given: &Given<RenderArgs>) -> Result<Order> {
+    let args = &given.options;
+    let name = order(given)?.unwrap_or(OrderName::Field);
+    let blend = blend::blend(&args.blend)?;
+    let sample_order = match name {
+        OrderName::Field => {
+            return Ok(Order::Field(FieldOptions {
+                blend,
+                ..args.field.clone()
+            }));
+        }
+        OrderName::EverySample => SampleOrder::EverySample,
+        OrderName::AxisSheets => SampleOrder::AxisSheets,
+        OrderName::ImageSheets => SampleOrder::ImageSheets(KernelSheets {
+            slab_voxels: args.field.slab_voxels,
+            ..args.sheets
+        }),
+    };
+    let split = Cells::Split {
+        error: args.cell_error,
+    };
+    Ok(Order::Samples(SampleOptions {
+        order: sample_order,
+        cells: match args.cells {
+            CellsName::Auto if name == OrderName::EverySample => split,
+            CellsName::Auto => Cells::Auto,
+            CellsName::Off => Cells::Off,
+            CellsName::Mean => Cells::Mean,
+            CellsName::Split => split,
+        },
+        ..args.samples.clone()
+    }))
 }
 
 /// A single slice has no cell to interpolate in: unless an order was asked for, each of its samples is drawn.
@@ -133,7 +125,7 @@ pub(crate) fn suited_to(
 ) -> RenderOptions {
     match args.order {
         None if volume.lattice().dims.contains(&1) => RenderOptions {
-            order: Order::EverySample,
+            order: Order::Samples(options.samples().cloned().unwrap_or_default()),
             ..options
         },
         _ => options,
@@ -153,7 +145,7 @@ pub(crate) fn record(
         "transfer": transfer::record(&args.transfer, options.opacity_unit, volume),
         "scene": scene::record(&args.scene),
         "camera": plan::camera_record(request, stance),
-        "render": render_record(options),
+        "render": options,
         "picture": plan::picture_record(request, format),
     })
 }
@@ -177,48 +169,5 @@ fn volume_record(args: &VolsplatArgs, volume: &dyn Described) -> Value {
         "time": args.volume.time,
         "rescaled_by": args.volume.rescale_values,
         "series": args.volume.series,
-    })
-}
-
-fn render_record(options: &RenderOptions) -> Value {
-    let light = match options.light {
-        Light::Headlight => json!("headlight"),
-        Light::Towards(direction) => json!(direction.to_array()),
-    };
-    let subpixels = match options.subpixels {
-        Subpixels::Auto => json!("auto"),
-        Subpixels::Fixed(n) => json!(n),
-    };
-    json!({
-        "order": choices::ORDER.name(options.order),
-        "clip": clip::record(&options.clip),
-        "blend": blend::record(options.blend),
-        "gradient_opacity": options.gradient_opacity,
-        "slab_voxels": options.slab_voxels,
-        "subpixel": subpixels,
-        "shade": choices::SHADE.name(options.shading),
-        "light": light,
-        "lod_error": options.lod_error,
-        "sheet_sums": choices::SHEET_SUMS.name(options.sheet_sums),
-        "kernel": choices::KERNEL.name(match options.order {
-            Order::ImageSheets => options.sheet_kernel,
-            Order::EverySample | Order::AxisSheets => SheetKernel::Radial(options.kernel),
-        }),
-        "classify": choices::CLASSIFY.name(match options.order {
-            Order::ImageSheets => options.classify,
-            Order::EverySample | Order::AxisSheets => Classify::Pre,
-        }),
-        "interpolate": choices::INTERPOLATE.name(options.interpolate),
-        "cells": choices::CELLS.name(options.cells),
-        "cell_error": options.cell_error,
-        "footprint": choices::FOOTPRINT.name(options.footprint),
-        "opacity": choices::OPACITY.name(options.opacity),
-        "select": choices::SELECT.name(options.select),
-        "point_threshold_px": options.point_threshold_px,
-        "sheet_voxels": options.sheet_voxels,
-        "min_transmittance": options.min_transmittance,
-        "colour_by": choices::COLOUR_BY.name(options.colour_by),
-        "depth": options.depth == DepthPlane::Expected,
-        "simd": format!("{:?}", options.simd).to_lowercase(),
     })
 }

@@ -5,6 +5,7 @@
 
 use std::path::PathBuf;
 
+use clap::ValueEnum;
 use glam::DVec3;
 use resample_core::image::linear_from_srgb;
 use volsplat::{ClipPlane, Subpixels};
@@ -19,6 +20,12 @@ pub(crate) use bytes::bytes;
 
 /// Most views along a side of a grid: more than any light-field screen shows.
 const MAX_GRID_SIDE: u32 = 64;
+
+/// The word of a choice.
+pub(crate) fn word(choice: impl ValueEnum) -> String {
+    let value = choice.to_possible_value();
+    value.map_or_else(String::new, |value| value.get_name().to_owned())
+}
 
 /// A picture size, px.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -190,34 +197,6 @@ pub(crate) fn subpixels(text: &str) -> Result<Subpixels, String> {
             .map(Subpixels::Fixed)
             .map_err(|_| String::new()),
         _ => Err("expected auto, 1, 2, 4, 8 or 16".into()),
-    }
-}
-
-/// The word of a number of sub-pixels, for records.
-pub(crate) mod subpixels_word {
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-    use volsplat::Subpixels;
-
-    /// As it is typed.
-    pub(crate) fn serialize<S: Serializer>(
-        value: &Option<Subpixels>,
-        to: S,
-    ) -> Result<S::Ok, S::Error> {
-        let word = value.map(|subpixels| match subpixels {
-            Subpixels::Auto => "auto".to_owned(),
-            Subpixels::Fixed(n) => n.to_string(),
-        });
-        word.serialize(to)
-    }
-
-    /// From what was typed.
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
-        from: D,
-    ) -> Result<Option<Subpixels>, D::Error> {
-        let word = Option::<String>::deserialize(from)?;
-        word.map(|word| super::subpixels(&word))
-            .transpose()
-            .map_err(serde::de::Error::custom)
     }
 }
 

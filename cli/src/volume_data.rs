@@ -75,7 +75,7 @@ impl Content {
     ) -> Result<Renderer, volsplat::Error> {
         match self {
             Self::Memory(volumes) => Renderer::with_scene(&volumes.scene(), options),
-            Self::Stored(volume, function) => Renderer::of_large(
+            Self::Stored(volume, function) => Renderer::from_file(
                 volume,
                 function,
                 options,

@@ -8,14 +8,14 @@ use anyhow::{Context, Result, bail};
 use glam::DVec3;
 use serde_json::{Value, json};
 use volsplat::{
-    Clip, ClipPlane, ColourEncoding, Described, Relook, RenderOptions, Renderer, TransferFunction,
+    Clip, ClipPlane, ColourEncoding, Described, RenderOptions, Renderer, Reuse, TransferFunction,
 };
 
 use crate::args::VolsplatArgs;
 use crate::camera_path::{Between, CameraPath, KeyLook, Moment, Track, VolumeKey};
+use crate::clip;
 use crate::progress::Progress;
 use crate::volume_data::Content;
-use crate::{choices, clip};
 
 /// A volume's transfer function and clip over the pictures of a path.
 pub(crate) struct VolumeMotion {
@@ -42,7 +42,7 @@ impl VolumeMotion {
             return Ok(None);
         };
         check_words(args, &keys)?;
-        let encoding = choices::SPACE.library(args.transfer.transfer_space);
+        let encoding = args.transfer.transfer_space;
         let scale = args.transfer.opacity_scale;
         let numbered: Vec<(usize, &VolumeKey)> = keys.iter().copied().enumerate().collect();
         let function = |(number, key): &(usize, &VolumeKey)| {
@@ -84,7 +84,7 @@ impl VolumeMotion {
         if let Some(function) = self.transfer(number)
             && self.shown.as_ref() != Some(&function)
         {
-            if renderer.relook(&function) == Relook::NeedsVoxels {
+            if renderer.set_transfer(&function) == Reuse::NeedsRenderer {
                 content.set_function(function.clone());
                 *renderer = content.renderer(options, Progress::Hidden)?;
             }

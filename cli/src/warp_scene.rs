@@ -14,7 +14,6 @@ use warp3d::{LargeReference, Reference, SurfaceTolerance};
 
 use crate::args::{DepthArgs, Warp3dArgs};
 use crate::camera_file::FileCamera;
-use crate::choices::warp;
 use crate::viewpoint::{self, Known, Viewpoint};
 use crate::warp_references::{Keeping, References};
 
@@ -111,7 +110,7 @@ pub(crate) fn lens(args: &Warp3dArgs) -> Option<Lens> {
         fy,
         cx,
         cy,
-        pixel_centre: args.cameras.pixel_centre.library(),
+        pixel_centre: args.cameras.pixel_centre,
     })
 }
 
@@ -191,7 +190,7 @@ fn filed(
 /// What the numbers of a depth file mean.
 fn meaning(args: &DepthArgs, pair: Option<&Pair>) -> DepthMeaning {
     DepthMeaning {
-        kind: warp::DEPTH_KIND.library(args.depth_kind),
+        kind: args.depth_kind,
         scale: args.depth_scale,
         invalid: args.invalid,
         baseline: args.baseline.or(pair.map(|pair| pair.baseline)),

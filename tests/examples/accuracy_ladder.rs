@@ -13,9 +13,10 @@ use glam::DVec3;
 use resample_core::metrics::{Mask, compare};
 use resample_core::{Camera, FootprintMode, Image, KernelShape, SelectMode};
 use resample_tests::analytic_fields::AnalyticField;
+use resample_tests::choices::{summed, with_field, with_samples, with_sheets};
 use resample_tests::frames::{frames_argument, one_thread};
 use volsplat::{
-    Cells, Classify, Interpolate, Light, Order, RenderOptions, Renderer, Shading, SheetKernel,
+    Cells, Classify, Interpolate, Light, RenderOptions, Renderer, SampleOrder, Shading,
 };
 
 /// Pixels that a voxel takes in the views.
@@ -186,40 +187,24 @@ fn sheets() -> Vec<Setting> {
     for slab_voxels in [1.0, 0.25] {
         rows.push(of(
             &format!(" --slab {slab_voxels}"),
-            RenderOptions {
-                slab_voxels,
-                ..default()
-            },
+            with_field(default(), |field| field.slab_voxels = slab_voxels),
         ));
     }
     for (name, shape) in KERNELS {
-        let options = RenderOptions {
-            sheet_kernel: SheetKernel::Radial(shape),
-            ..default()
-        };
+        let options = summed(default(), shape);
         rows.push(of(&format!(" --kernel {name}"), options.clone()));
-        let solved = RenderOptions {
-            interpolate: Interpolate::On,
-            ..options
-        };
+        let solved = with_sheets(options, |sheets| sheets.interpolate = Interpolate::On);
         rows.push(of(&format!(" --kernel {name} --interpolate"), solved));
     }
-    for (name, sheet_kernel) in [
-        ("trilinear", SheetKernel::Trilinear),
-        ("polynomial", SheetKernel::Radial(KernelShape::Polynomial)),
-    ] {
-        for (word, cells) in [("", Cells::Off), (" --cells mean", Cells::Mean)] {
-            let options = RenderOptions {
-                classify: Classify::Pre,
-                sheet_kernel,
-                cells,
-                ..default()
-            };
-            rows.push(of(
-                &format!(" --classify pre --kernel {name}{word}"),
-                options,
-            ));
-        }
+    for (word, cells) in [("", Cells::Off), (" --cells mean", Cells::Mean)] {
+        let options = with_sheets(
+            with_samples(default(), |samples| samples.cells = cells),
+            |sheets| sheets.classify = Classify::Pre,
+        );
+        rows.push(of(
+            &format!(" --classify pre --kernel polynomial{word}"),
+            options,
+        ));
     }
     rows
 }
@@ -228,13 +213,10 @@ fn sheets() -> Vec<Setting> {
 fn samples() -> Vec<Setting> {
     let mut rows = Vec::new();
     for (order_name, order) in [
-        ("every-sample", Order::EverySample),
-        ("axis-sheets", Order::AxisSheets),
+        ("every-sample", SampleOrder::EverySample),
+        ("axis-sheets", SampleOrder::AxisSheets),
     ] {
-        let base = RenderOptions {
-            order,
-            ..RenderOptions::default()
-        };
+        let base = with_samples(RenderOptions::default(), |samples| samples.order = order);
         let mut push = |words: &str, options: RenderOptions| {
             rows.push(Setting {
                 words: format!("{order_name}{words}"),
@@ -245,15 +227,14 @@ fn samples() -> Vec<Setting> {
             for (word, cells) in [
                 ("off", Cells::Off),
                 ("mean", Cells::Mean),
-                ("split", Cells::Split),
+                ("split", Cells::SPLIT),
             ] {
                 push(
                     &format!(" --kernel {name} --cells {word}"),
-                    RenderOptions {
-                        kernel,
-                        cells,
-                        ..base.clone()
-                    },
+                    with_samples(base.clone(), |samples| {
+                        samples.kernel = kernel;
+                        samples.cells = cells;
+                    }),
                 );
             }
         }
@@ -265,10 +246,7 @@ fn samples() -> Vec<Setting> {
         for (name, footprint) in footprints {
             push(
                 &format!(" --footprint {name}"),
-                RenderOptions {
-                    footprint,
-                    ..base.clone()
-                },
+                with_samples(base.clone(), |samples| samples.footprint = footprint),
             );
         }
         for (name, select) in [
@@ -278,10 +256,7 @@ fn samples() -> Vec<Setting> {
         ] {
             push(
                 &format!(" --select {name}"),
-                RenderOptions {
-                    select,
-                    ..base.clone()
-                },
+                with_samples(base.clone(), |samples| samples.select = select),
             );
         }
     }

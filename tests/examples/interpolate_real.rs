@@ -11,10 +11,11 @@ use std::process::ExitCode;
 use glam::{DAffine3, DVec3};
 use resample_core::metrics::{Mask, compare};
 use resample_core::{Camera, Image, KernelShape};
+use resample_tests::choices::{summed, with_field, with_sheets};
 use resample_tests::frames::{frames_argument, one_thread};
 use resample_tests::peer_scenes::{Distance, Scene, Subject};
 use resample_tests::scenes::volume;
-use volsplat::{Interpolate, RenderOptions, Renderer, SheetKernel, TransferFunction, Volume};
+use volsplat::{Interpolate, RenderOptions, Renderer, TransferFunction, Volume};
 
 const PROGRAM: &str = "interpolate_real";
 
@@ -40,22 +41,14 @@ fn print_subject(subject: Subject, frames: usize) {
     }
     .pose()
     .camera();
-    let fine = RenderOptions {
-        slab_voxels: 0.125,
-        ..plain()
-    };
+    let fine = with_field(plain(), |field| field.slab_voxels = 0.125);
     let (truth, _) = drawn(&whole, &subject.transfer(), &fine, (&camera, 1));
     println!(
         "### {}\n\n| kernel | one voxel in eight: dB; ms | mean of eight: dB; ms |\n|---|---|---|",
         subject.name()
     );
     let halves = [decimated(&whole), averaged(&whole)];
-    for (name, sheet_kernel, interpolate) in settings() {
-        let options = RenderOptions {
-            sheet_kernel,
-            interpolate,
-            ..plain()
-        };
+    for (name, options) in settings() {
         let cells = halves.each_ref().map(|half| {
             let (image, ms) = drawn(half, &subject.transfer(), &options, (&camera, frames));
             let mask = Mask::from_alpha(&truth);
@@ -77,27 +70,19 @@ fn plain() -> RenderOptions {
     }
 }
 
-fn settings() -> Vec<(String, SheetKernel, Interpolate)> {
-    let mut rows = vec![(
-        "trilinear".to_owned(),
-        SheetKernel::Trilinear,
-        Interpolate::Off,
-    )];
+fn settings() -> Vec<(String, RenderOptions)> {
+    let mut rows = vec![("trilinear".to_owned(), plain())];
     for (name, shape) in [
         ("polynomial", KernelShape::Polynomial),
         ("gaussian", KernelShape::Gaussian),
         ("b-spline", KernelShape::BSpline),
     ] {
-        rows.push((
-            name.to_owned(),
-            SheetKernel::Radial(shape),
-            Interpolate::Off,
-        ));
-        rows.push((
-            format!("{name}, `--interpolate`"),
-            SheetKernel::Radial(shape),
-            Interpolate::On,
-        ));
+        let blurred = summed(plain(), shape);
+        let sharp = with_sheets(blurred.clone(), |sheets| {
+            sheets.interpolate = Interpolate::On
+        });
+        rows.push((name.to_owned(), blurred));
+        rows.push((format!("{name}, `--interpolate`"), sharp));
     }
     rows
 }

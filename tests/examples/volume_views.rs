@@ -9,9 +9,10 @@ use std::process::ExitCode;
 
 use resample_core::metrics::{Comparison, Mask, compare};
 use resample_core::{Camera, FootprintMode, Image, KernelShape, OpacityMode, SelectMode};
+use resample_tests::choices::{with_field, with_samples};
 use resample_tests::interleaved::{Entrant, run};
 use resample_tests::peer_scenes::{Scene, Subject, Truth};
-use volsplat::{RenderOptions, SheetSums, Subpixels, TransferFunction, Volume};
+use volsplat::{RenderOptions, Subpixels, TransferFunction, Volume};
 
 /// How far the camera turns from frame to frame: a voxel at the volume's rim moves by about two pixels.
 const TURN_DEG: f64 = 0.7;
@@ -124,10 +125,7 @@ fn sheet_settings() -> Vec<(&'static str, RenderOptions)> {
     rows.extend(slabs.map(|(name, slab_voxels)| {
         (
             name,
-            RenderOptions {
-                slab_voxels,
-                ..default()
-            },
+            with_field(default(), |field| field.slab_voxels = slab_voxels),
         )
     }));
     let counts = [
@@ -144,13 +142,6 @@ fn sheet_settings() -> Vec<(&'static str, RenderOptions)> {
             },
         )
     }));
-    rows.push((
-        "scattered sums",
-        RenderOptions {
-            sheet_sums: SheetSums::Scatter,
-            ..default()
-        },
-    ));
     rows
 }
 
@@ -175,10 +166,7 @@ fn every_sample_settings() -> Vec<(&'static str, RenderOptions)> {
     rows.extend(footprints.map(|(name, footprint)| {
         (
             name,
-            RenderOptions {
-                footprint,
-                ..default()
-            },
+            with_samples(default(), |samples| samples.footprint = footprint),
         )
     }));
     let kernels = [
@@ -188,10 +176,7 @@ fn every_sample_settings() -> Vec<(&'static str, RenderOptions)> {
     rows.extend(kernels.map(|(name, kernel)| {
         (
             name,
-            RenderOptions {
-                kernel,
-                ..default()
-            },
+            with_samples(default(), |samples| samples.kernel = kernel),
         )
     }));
     let selections = [
@@ -202,10 +187,7 @@ fn every_sample_settings() -> Vec<(&'static str, RenderOptions)> {
     rows.extend(selections.map(|(name, select)| {
         (
             name,
-            RenderOptions {
-                select,
-                ..default()
-            },
+            with_samples(default(), |samples| samples.select = select),
         )
     }));
     let opacity = OpacityMode::Linear;

@@ -11,6 +11,7 @@ use std::process::ExitCode;
 
 use resample_core::{Camera, Image, SelectMode};
 use resample_tests::area_truth::AreaTruth;
+use resample_tests::choices::{samples, with_samples};
 use resample_tests::lod_scenes::{Subject, zoom_subjects};
 use volsplat::{Cells, RenderOptions, Renderer};
 
@@ -36,7 +37,7 @@ fn print_subject(subject: &Subject, frames: usize) {
     let render =
         |truth: AreaTruth| -> Vec<Image> { cameras.iter().map(|c| truth.render(c)).collect() };
     let post = render(AreaTruth::new(volume, transfer));
-    let kernel = RenderOptions::paper().kernel;
+    let kernel = samples(&RenderOptions::paper()).kernel;
     let pre = render(AreaTruth::of_classified(volume, transfer, kernel));
     println!("### {}\n", subject.name);
     println!(
@@ -60,7 +61,10 @@ fn print_subject(subject: &Subject, frames: usize) {
         let images: Vec<&Image> = drawn.iter().map(|frame| &frame.image).collect();
         let cpu: Vec<f64> = drawn.iter().map(|frame| frame.stats.cpu_ms).collect();
         print_row(name, ("post", &post), &images, Some(&cpu));
-        if options.cells == Cells::Off {
+        if options
+            .samples()
+            .is_some_and(|samples| samples.cells == Cells::Off)
+        {
             print_row(name, ("pre", &pre), &images, Some(&cpu));
         }
     }
@@ -92,26 +96,9 @@ fn print_row(
 }
 
 fn settings() -> Vec<(&'static str, RenderOptions)> {
-    let paper = |select| RenderOptions {
-        select,
-        ..RenderOptions::paper()
-    };
+    let paper = |select| with_samples(RenderOptions::paper(), |samples| samples.select = select);
     vec![
         ("image sheets (the default)", RenderOptions::default()),
-        (
-            "image sheets, `--lod-error 0`",
-            RenderOptions {
-                lod_error: 0.0,
-                ..RenderOptions::default()
-            },
-        ),
-        (
-            "image sheets, `--lod-error 0.03`",
-            RenderOptions {
-                lod_error: 0.03,
-                ..RenderOptions::default()
-            },
-        ),
         (
             "every sample (cells, sub-pixels)",
             RenderOptions::every_sample(),

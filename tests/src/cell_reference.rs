@@ -9,6 +9,7 @@ use glam::DVec3;
 use resample_core::OpacityMode;
 use volsplat::{Cells, RenderOptions, TransferFunction, Volume};
 
+use crate::choices::samples;
 use crate::field::extinction;
 use crate::trilinear::scalar;
 
@@ -35,7 +36,10 @@ pub fn parts(volume: &Volume, transfer: &TransferFunction, options: &RenderOptio
             (i / (nx * ny)) as f64,
         )
     };
-    if !matches!(options.cells, Cells::Mean | Cells::Split) {
+    let cells = options
+        .samples()
+        .map_or(Cells::Off, |samples| samples.cells);
+    if !matches!(cells, Cells::Mean | Cells::Split { .. }) {
         let voxel = |i: usize| {
             let [rgb @ .., strength] = classified(transfer, options, volume.value(i));
             Part {
@@ -66,6 +70,10 @@ fn collect(look: Look, corner: DVec3, side: f64, found: &mut Vec<Part>) {
     if !(part.strength > 0.0) {
         return;
     }
+    let split = match samples(look.2).cells {
+        Cells::Split { error } => Some(error),
+        _ => None,
+    };
     let half = 0.5 * side;
     let eighths = || {
         (0..8).map(move |i| {
@@ -77,9 +85,9 @@ fn collect(look: Look, corner: DVec3, side: f64, found: &mut Vec<Part>) {
         whole
             .iter()
             .zip(eighth)
-            .any(|(a, b)| (a - b).abs() > f64::from(look.2.cell_error))
+            .any(|(a, b)| split.is_some_and(|error| (a - b).abs() > f64::from(error)))
     };
-    if look.2.cells == Cells::Split && side > 0.25 && eighths().any(differs) {
+    if split.is_some() && side > 0.25 && eighths().any(differs) {
         eighths().for_each(|at| collect(look, at, half, found));
     } else {
         found.push(part);

@@ -9,6 +9,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use volsplat::{Blend, Subpixels};
 
+use crate::choices::field;
 use crate::clip_reference::keeps;
 use crate::rays::{Ray, RaySource};
 use crate::reference::Scene;
@@ -79,11 +80,11 @@ pub fn render(scene: &Scene) -> Vec<IsoPixel> {
 
 /// Camera z of the first crossing, and whether there are two within a step of the renderer, or one next to a face.
 fn first_hit(scene: &Scene, ray: &Ray) -> (Option<f64>, bool) {
-    let Blend::Isosurface(iso) = scene.options.blend else {
+    let Blend::Isosurface(iso) = field(scene.options).blend else {
         panic!("the reference knows surfaces only")
     };
     let smallest = DVec3::from(scene.volume.spacing()).min_element();
-    let step = scene.options.slab_voxels * smallest / f64::from(FINER);
+    let step = field(scene.options).slab_voxels * smallest / f64::from(FINER);
     let end = last(scene.volume);
     let far = (ray.origin.length() + end.length() + 1.0) / ray.direction.length();
     let start = scene.camera.near.max(-far);

@@ -10,9 +10,10 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use resample_core::{Projection, SelectMode};
-use volsplat::{Cells, Classify, Interpolate, SheetKernel};
+use volsplat::{Cells, Classify, Interpolate};
 
 use crate::cell_reference::{Part, parts};
+use crate::choices::{samples, sheets};
 use crate::field::{ReferenceKernel, extinction};
 use crate::interpolation_reference::coefficients;
 use crate::light_reference::{gradient_of, lit, needs_gradients, ramp};
@@ -37,7 +38,7 @@ struct Voxel {
 struct Setup<'a> {
     scene: Scene<'a>,
     rays: RaySource,
-    kernel: Option<ReferenceKernel>,
+    kernel: ReferenceKernel,
     thickness: f64,
     unit: f64,
     voxels: Vec<Voxel>,
@@ -49,11 +50,8 @@ pub fn render(scene: &Scene) -> Vec<[f64; 4]> {
     let mut setup = Setup {
         scene: *scene,
         rays: RaySource::new(scene.camera, &scene.volume.world_from_index),
-        kernel: match scene.options.sheet_kernel {
-            SheetKernel::Trilinear => None,
-            SheetKernel::Radial(shape) => Some(ReferenceKernel::new(shape)),
-        },
-        thickness: scene.options.slab_voxels * smallest,
+        kernel: ReferenceKernel::new(samples(scene.options).kernel),
+        thickness: sheets(scene.options).slab_voxels * smallest,
         unit: scene.options.opacity_unit.unwrap_or(smallest),
         voxels: Vec::new(),
     };
@@ -72,11 +70,11 @@ pub fn render(scene: &Scene) -> Vec<[f64; 4]> {
 
 impl Setup<'_> {
     fn post(&self) -> bool {
-        self.scene.options.classify == Classify::Post
+        sheets(self.scene.options).classify == Classify::Post
     }
 
     fn voxels(&self) -> Vec<Voxel> {
-        if self.scene.options.cells == Cells::Mean {
+        if samples(self.scene.options).cells == Cells::Mean {
             let Scene {
                 volume,
                 transfer,
@@ -102,9 +100,9 @@ impl Setup<'_> {
         }
         let dims = self.scene.volume.dims.map(|n| n as i64);
         let margin = if self.post() { MARGIN } else { 0 };
-        let solved = match (self.scene.options.interpolate, &self.kernel) {
-            (Interpolate::On, Some(kernel)) => Some(coefficients(self.scene.volume, kernel)),
-            _ => None,
+        let solved = match sheets(self.scene.options).interpolate {
+            Interpolate::On => Some(coefficients(self.scene.volume, &self.kernel)),
+            Interpolate::Off => None,
         };
         let own = self.scalars();
         let laid = solved.as_ref().unwrap_or(&own);
@@ -170,12 +168,9 @@ impl Setup<'_> {
     }
 
     fn point(&self, index: DVec3) -> Option<(f64, DVec2, f64)> {
-        let options = self.scene.options;
+        let options = samples(self.scene.options);
         let in_camera = self.rays.in_camera(index);
-        if self.kernel.is_none()
-            || options.select == SelectMode::Splats
-            || in_camera.z <= self.scene.camera.near
-        {
+        if options.select == SelectMode::Splats || in_camera.z <= self.scene.camera.near {
             return None;
         }
         let gram = self.rays.jacobian(index).iter().fold([0.0; 3], |g, j| {
@@ -227,7 +222,7 @@ impl Setup<'_> {
             .iter()
             .filter(|voxel| match voxel.point {
                 Some((_, screen, _)) => (screen - centre).abs().max_element() < 2.0,
-                None => ray.distance(voxel.index) < self.kernel.map_or(1.8, |kernel| kernel.radius),
+                None => ray.distance(voxel.index) < self.kernel.radius,
             })
             .collect();
         let depths = near.iter().map(|voxel| self.rays.in_camera(voxel.index).z);
@@ -264,9 +259,7 @@ impl Setup<'_> {
                     mass * point_weight(centre, screen)
                 }
                 Some(_) => 0.0,
-                None if from < to => {
-                    self.section(voxel, ray, [from, to, 0.5 * (ends[0] + ends[1])])
-                }
+                None if from < to => self.section(voxel, ray, [from, to]),
                 None => 0.0,
             };
             weights += weight;
@@ -285,7 +278,7 @@ impl Setup<'_> {
             return [0.0; 4];
         }
         let mut scalar = sums[3] / weights;
-        if self.scene.options.interpolate == Interpolate::On {
+        if sheets(self.scene.options).interpolate == Interpolate::On {
             scalar = scalar.clamp(range[0], range[1]);
         }
         let Scene {
@@ -347,17 +340,11 @@ impl Setup<'_> {
         [from, to]
     }
 
-    /// The section of a voxel's kernel between two camera z, opacity units; the trilinear one is read in the middle.
-    fn section(&self, voxel: &Voxel, ray: &Ray, [from, to, middle]: [f64; 3]) -> f64 {
+    /// The section of a voxel's kernel between two camera z, opacity units.
+    fn section(&self, voxel: &Voxel, ray: &Ray, [from, to]: [f64; 2]) -> f64 {
         let unit_per_voxel = ray.world_per_voxel() / self.unit;
         let length = ray.direction.length();
-        let Some(kernel) = &self.kernel else {
-            let d = (ray.origin + middle * ray.direction - voxel.index).abs();
-            return (1.0 - d).max(DVec3::ZERO).element_product()
-                * (to - from)
-                * length
-                * unit_per_voxel;
-        };
+        let kernel = &self.kernel;
         let (distance, nearest) = (ray.distance(voxel.index), ray.nearest(voxel.index));
         let [start, end] = [from, to].map(|z| (z - nearest) * length);
         if end <= -kernel.radius || start >= kernel.radius {

@@ -8,6 +8,7 @@ pub mod against_sheets;
 pub mod analytic_fields;
 pub mod area_truth;
 pub mod cell_reference;
+pub mod choices;
 pub mod clip_reference;
 pub mod data;
 pub mod exr_read;

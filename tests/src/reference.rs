@@ -13,9 +13,10 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use resample_core::{Camera, Projection, SelectMode};
-use volsplat::{Order, RenderOptions, TransferFunction, Volume};
+use volsplat::{RenderOptions, SampleOrder, TransferFunction, Volume};
 
 use crate::cell_reference::{Part, parts};
+use crate::choices::samples;
 use crate::field::ReferenceKernel;
 use crate::rays::{Ray, RaySource};
 
@@ -111,11 +112,11 @@ pub fn render(scene: &Scene) -> Vec<ReferencePixel> {
     let smallest = DVec3::from(scene.volume.spacing()).min_element();
     let setup = Setup {
         scene: *scene,
-        kernel: ReferenceKernel::new(scene.options.kernel),
+        kernel: ReferenceKernel::new(samples(scene.options).kernel),
         rays: RaySource::new(scene.camera, &scene.volume.world_from_index),
         unit: scene.options.opacity_unit.unwrap_or(smallest),
-        sheet_thickness: scene.options.sheet_voxels * smallest,
-        slices: (scene.options.order == Order::AxisSheets).then(|| slices(scene)),
+        sheet_thickness: samples(scene.options).sheet_voxels * smallest,
+        slices: (samples(scene.options).order == SampleOrder::AxisSheets).then(|| slices(scene)),
     };
     let drawn = parts(scene.volume, scene.transfer, scene.options);
     let mut samples: Vec<Sample> = drawn.iter().filter_map(|part| setup.sample(part)).collect();
@@ -214,7 +215,7 @@ impl Setup<'_> {
         }: &Part,
         in_camera: DVec3,
     ) -> Kind {
-        let options = self.scene.options;
+        let options = samples(self.scene.options);
         let columns = self.rays.jacobian(index);
         let gram = columns.iter().fold([0.0; 3], |g, j| {
             [g[0] + j.x * j.x, g[1] + j.x * j.y, g[2] + j.y * j.y]

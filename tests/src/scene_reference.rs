@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use resample_core::Camera;
 use volsplat::{Channel, Look, RenderOptions, Scene, Subpixels};
 
+use crate::choices::field;
 use crate::clip_reference::keeps_with;
 use crate::field::extinction;
 use crate::rays::{Ray, RaySource};
@@ -51,7 +52,7 @@ pub fn render(scene: &Scene, camera: &Camera, options: &RenderOptions) -> Vec<Sh
         options,
         camera,
         rays: RaySource::new(camera, &grid.world_from_index),
-        thickness: options.slab_voxels * smallest,
+        thickness: field(options).slab_voxels * smallest,
         unit: options.opacity_unit.unwrap_or(smallest),
         subpixels,
     };

@@ -3,6 +3,7 @@
 //! Everything is made from formulas and is the same on every machine. Helpers that can only fail on a mistake in a test
 //! panic with the reason.
 
+use crate::choices::with_samples;
 use glam::{DAffine3, DMat3, DVec3};
 use resample_core::{Camera, Image, LookAt, SelectMode};
 use volsplat::transfer::{ColourKnot, OpacityKnot};
@@ -100,11 +101,13 @@ pub fn orthographic(position: DVec3, target: DVec3, height: f64, size: [u32; 2])
 
 /// The default options with this selection, and no early end.
 pub fn full(select: SelectMode) -> RenderOptions {
-    RenderOptions {
-        select,
-        min_transmittance: 0.0,
-        ..RenderOptions::paper()
-    }
+    with_samples(
+        RenderOptions {
+            min_transmittance: 0.0,
+            ..RenderOptions::paper()
+        },
+        |samples| samples.select = select,
+    )
 }
 
 /// Renders one frame and checks that every number in it is finite and in range (depth may be +infinity).

@@ -12,8 +12,9 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use resample_core::OpacityMode;
-use volsplat::{SheetSums, Subpixels};
+use volsplat::Subpixels;
 
+use crate::choices::field;
 use crate::clip_reference;
 use crate::field::extinction;
 use crate::rays::{Ray, RaySource};
@@ -24,9 +25,6 @@ const TABLE_ENTRIES: f64 = 4096.0;
 
 /// Error of a position, voxels: a few roundings of numbers up to 32 in f32 (4e-6 each at most).
 const POSITION_ERROR: f64 = 2e-5;
-
-/// Scattered sums take a sample for complete from this much less than its full weight on: see `COMPLETE_WEIGHT`.
-const MISSING_WEIGHT: f64 = 1e-3;
 
 /// What a pixel shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -53,8 +51,6 @@ struct Setup<'a> {
     scalar_error: f64,
     /// How far from a face a sample may be taken for one on the other side, voxels.
     face_error: f64,
-    /// Greatest minus least scalar.
-    scalar_range: f64,
     subpixels: u32,
 }
 
@@ -65,7 +61,7 @@ struct Slab {
     opacity: f64,
 }
 
-/// Renders a picture, row by row. `slab_voxels`, `subpixels`, `opacity_unit` and `sheet_sums` are taken from the options.
+/// Renders a picture, row by row. `slab_voxels`, `subpixels` and `opacity_unit` are taken from the options.
 ///
 /// # Panics
 /// Where the options ask for linear opacity or automatic sub-pixels, which this reference does not know.
@@ -92,17 +88,15 @@ impl<'a> Setup<'a> {
         let (low, high) = scene.volume.value_range();
         let shown = scene.transfer.visible_range().unwrap_or((low, high));
         let span = (shown.1.min(high) - shown.0.max(low)).max(0.0);
-        let scatters = scene.options.sheet_sums == SheetSums::Scatter;
         Self {
             scene: *scene,
             rays: RaySource::new(scene.camera, &scene.volume.world_from_index),
             unit: scene.options.opacity_unit.unwrap_or(smallest),
-            thickness: scene.options.slab_voxels * smallest,
+            thickness: field(scene.options).slab_voxels * smallest,
             // f32 holds the scalar and its place in the table to 1e-6 of the range.
             scalar_error: 0.5 * span / (TABLE_ENTRIES - 1.0)
                 + (3.0 * POSITION_ERROR + 1e-6) * (high - low),
-            face_error: POSITION_ERROR + if scatters { MISSING_WEIGHT } else { 0.0 },
-            scalar_range: high - low,
+            face_error: POSITION_ERROR,
             subpixels,
         }
     }
@@ -194,17 +188,7 @@ impl<'a> Setup<'a> {
 
     /// What the renderer may take a sample for.
     fn candidates(&self, at: DVec3, ray: &Ray) -> [Slab; 4] {
-        let scattered = self.scene.options.sheet_sums == SheetSums::Scatter;
-        let near_a_cell_face = at
-            .to_array()
-            .iter()
-            .any(|p| (p - p.round()).abs() < self.face_error);
-        let missing = if scattered && near_a_cell_face {
-            MISSING_WEIGHT * self.scalar_range
-        } else {
-            0.0
-        };
-        let error = self.scalar_error + missing;
+        let error = self.scalar_error;
         let [low, high] = [-error, error].map(|by| self.slab(at, by, 0.0, ray));
         // Just inside or just outside the volume: seen or not seen.
         let [inside, outside] =
@@ -256,6 +240,7 @@ impl<'a> Setup<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::choices::with_field;
     use crate::scenes::{grey, perspective, volume};
     use glam::DAffine3;
     use volsplat::RenderOptions;
@@ -267,11 +252,13 @@ mod tests {
         let (eye, target) = (DVec3::new(2.0, 2.0, -10.0), DVec3::splat(2.0));
         let camera = perspective(eye, target, 2.0, [3, 3]);
         for slab_voxels in [0.01, 0.001] {
-            let options = RenderOptions {
-                slab_voxels,
-                subpixels: Subpixels::Fixed(1),
-                ..RenderOptions::default()
-            };
+            let options = with_field(
+                RenderOptions {
+                    subpixels: Subpixels::Fixed(1),
+                    ..RenderOptions::default()
+                },
+                |field| field.slab_voxels = slab_voxels,
+            );
             let scene = Scene {
                 volume: &volume,
                 transfer: &grey(0.3),

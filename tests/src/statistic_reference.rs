@@ -9,6 +9,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use volsplat::{Blend, Subpixels};
 
+use crate::choices::field;
 use crate::clip_reference::keeps;
 use crate::field::extinction;
 use crate::rays::{Ray, RaySource};
@@ -88,7 +89,7 @@ fn ray(scene: &Scene, ray: &Ray) -> Interval {
 /// The statistic over the samples in the volume and the clip, both `wider` on all sides; `None` where there is none.
 fn statistic(scene: &Scene, ray: &Ray, wider: f64) -> Option<f64> {
     let smallest = DVec3::from(scene.volume.spacing()).min_element();
-    let thickness = scene.options.slab_voxels * smallest;
+    let thickness = field(scene.options).slab_voxels * smallest;
     let end = last(scene.volume);
     let far = (ray.origin.length() + end.length() + 1.0) / ray.direction.length();
     let first = (scene.camera.near.max(-far) / thickness - 0.5).ceil();
@@ -102,7 +103,7 @@ fn statistic(scene: &Scene, ray: &Ray, wider: f64) -> Option<f64> {
         })
         .map(|at| scalar(scene.volume, at.clamp(DVec3::ZERO, end)))
         .collect();
-    let folded = match scene.options.blend {
+    let folded = match field(scene.options).blend {
         Blend::Maximum => values.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b)),
         Blend::Minimum => values.iter().fold(f64::INFINITY, |a, b| a.min(*b)),
         Blend::Average => values.iter().sum::<f64>() / values.len() as f64,

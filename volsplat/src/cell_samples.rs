@@ -15,7 +15,7 @@ use crate::Error;
 use crate::cells::{
     CELL_CORNERS, CELL_SIDE, CellBrick, FieldPlan, Gradients, VERTEX_SIDE, cell_range,
 };
-use crate::options::{Cells, RenderOptions};
+use crate::options::RenderOptions;
 use crate::sample::{BRICK_SIDE, Bounds, Brick, Samples, brick_corners, pack_place};
 use crate::scene::Scene;
 use crate::sheets::channel::{ChannelSettings, Reading};
@@ -41,10 +41,23 @@ const _: () = assert!(
 /// Colours times strength, and strength.
 type Sum = [f32; 4];
 
+/// What a cell becomes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Parts {
+    /// One sample.
+    Whole,
+    /// One, or those of its parts where they are farther than this from it.
+    Split { error: f32 },
+}
+
 /// The samples of a scene's cells: those of whole cells first, then those of halves, then those of quarters.
 ///
 /// [`Error::Option`] where a label map has too many labels.
-pub(crate) fn cell_samples(scene: &Scene, options: &RenderOptions) -> Result<Vec<Samples>, Error> {
+pub(crate) fn cell_samples(
+    scene: &Scene,
+    options: &RenderOptions,
+    parts: Parts,
+) -> Result<Vec<Samples>, Error> {
     let channels = channels(scene, options)?;
     // Samples have gradients of their own.
     let plan = FieldPlan {
@@ -56,12 +69,14 @@ pub(crate) fn cell_samples(scene: &Scene, options: &RenderOptions) -> Result<Vec
         plan: &plan,
         channels: &channels,
         opacity: options.opacity,
-        finest: if options.cells == Cells::Mean {
-            0
-        } else {
-            LEVELS - 1
+        finest: match parts {
+            Parts::Whole => 0,
+            Parts::Split { .. } => LEVELS - 1,
         },
-        error: options.cell_error,
+        error: match parts {
+            Parts::Whole => 0.0,
+            Parts::Split { error } => error,
+        },
     };
     let corners = brick_corners(volume.dims.map(|n| n - 1), CELL_SIDE);
     let bricks: Vec<_> = corners

@@ -8,7 +8,7 @@
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use crate::field::Grid;
+use crate::grid::Grid;
 use crate::palette::Palette;
 use crate::sample::{Bounds, brick_corners};
 use crate::shade::gradient_in_f32;

@@ -7,7 +7,6 @@ use rayon::prelude::*;
 
 use crate::cells::CellBrick;
 use crate::cull::ViewVolume;
-use crate::field::FieldBrick;
 use crate::sample::{Bounds, Brick};
 use crate::stats::{FrameStats, StageClock};
 use crate::tiles::elapsed_ms;
@@ -24,16 +23,6 @@ pub(crate) trait BrickOfSamples: Sync {
 }
 
 impl BrickOfSamples for Brick {
-    fn bounds(&self) -> &Bounds {
-        &self.bounds
-    }
-
-    fn sample_count(&self) -> usize {
-        self.places.len()
-    }
-}
-
-impl BrickOfSamples for FieldBrick {
     fn bounds(&self) -> &Bounds {
         &self.bounds
     }

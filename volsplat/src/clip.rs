@@ -12,6 +12,11 @@ use crate::sample::Bounds;
 
 /// What is kept of a volume: what lies in every part of the clip. The default keeps everything.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(default)
+)]
 pub struct Clip {
     /// Least and greatest corner of a box along the world's axes, world units; its faces are kept.
     pub crop_in_world: Option<[DVec3; 2]>,
@@ -23,6 +28,7 @@ pub struct Clip {
 
 /// A plane in the world: the side that it points to is kept, and so is the plane itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ClipPlane {
     /// Points to what is kept; any length above 0.
     pub normal: DVec3,
@@ -76,14 +82,14 @@ impl Clip {
     /// Checks every number; [`Error::Option`] says which one is wrong.
     pub fn validate(&self) -> Result<(), Error> {
         for (name, corners) in [
-            ("crop", self.crop_in_world),
-            ("crop-voxels", self.crop_in_grid),
+            ("the box in the world", self.crop_in_world),
+            ("the box of voxels", self.crop_in_grid),
         ] {
             if let Some([low, high]) = corners.filter(|[low, high]| {
                 !low.cmplt(*high).all() || !low.is_finite() || !high.is_finite()
             }) {
                 return Err(Error::Option(format!(
-                    "--{name} goes from {low} to {high}: expected three finite numbers, and then three greater ones"
+                    "{name} goes from {low} to {high}: expected three finite numbers, and then three greater ones"
                 )));
             }
         }

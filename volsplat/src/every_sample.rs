@@ -29,7 +29,7 @@ use crate::geometry::Lens;
 use crate::hiding::{BrickPlace, Hiding};
 use crate::layer::{Layer, cells_of, layers, layers_in_world};
 use crate::near::{NearSample, NearSetup};
-use crate::options::{Cells, DepthPlane, Order, RenderOptions, Subpixels};
+use crate::options::{Cells, DepthPlane, RenderOptions, SampleOptions, SampleOrder, Subpixels};
 use crate::picture::{TileDepth, TileLayout};
 use crate::project::{Painting, ProjectSetup, ProjectedChunk, SortKeys};
 use crate::sample_light::SampleLight;
@@ -54,6 +54,7 @@ pub(crate) struct EverySample {
     /// Voxels of the volume.
     pub(crate) voxels: u64,
     options: RenderOptions,
+    choices: SampleOptions,
     kernel: Kernel,
     profile: FootprintProfile,
     filter: PixelFilter,
@@ -69,21 +70,26 @@ pub(crate) struct EverySample {
 
 impl EverySample {
     /// [`Error::Option`] where a label map has too many labels, or samples are to be lit that have no gradient.
-    pub(crate) fn new(scene: &Scene, options: &RenderOptions) -> Result<Self, Error> {
+    pub(crate) fn new(
+        scene: &Scene,
+        options: &RenderOptions,
+        choices: &SampleOptions,
+    ) -> Result<Self, Error> {
         let volume = scene.grid();
-        let kernel = Kernel::new(options.kernel);
-        let layers = layers(scene, options)?;
-        let non_transparent = match cells_of(scene, options) {
+        let kernel = Kernel::new(choices.kernel);
+        let layers = layers(scene, (options, choices))?;
+        let non_transparent = match cells_of(scene, choices) {
             Cells::Off => layers[0].samples.count,
             _ => scene.count_visible(),
         };
         Ok(Self {
             bounds_in_world: layers_in_world(&layers),
             layers,
-            painting: options.colour_by.into(),
+            painting: choices.colour_by.into(),
             non_transparent,
             voxels: volume.len() as u64,
             options: options.clone(),
+            choices: choices.clone(),
             kernel,
             profile: FootprintProfile::new(&kernel),
             filter: PixelFilter::new(),
@@ -98,9 +104,16 @@ impl EverySample {
     }
 
     /// Takes options that differ in what is read anew for each frame.
-    pub(crate) fn adopt(&mut self, options: &RenderOptions) -> bool {
+    pub(crate) fn set_options(&mut self, options: &RenderOptions) {
+        if let Some(samples) = options.samples() {
+            self.choices = samples.clone();
+        }
         self.options = options.clone();
-        true
+    }
+
+    /// How the options paint samples.
+    pub(crate) fn own_painting(&self) -> Painting {
+        self.choices.colour_by.into()
     }
 
     /// Changes what is kept of the volume.
@@ -152,9 +165,9 @@ impl EverySample {
             grid,
             near: Vec::new(),
             near_setups: &near_setups,
-            layers: match self.options.order {
-                Order::AxisSheets => Layers::Slices,
-                Order::EverySample | Order::ImageSheets => Layers::Samples,
+            layers: match self.choices.order {
+                SampleOrder::AxisSheets => Layers::Slices,
+                SampleOrder::EverySample | SampleOrder::ImageSheets(_) => Layers::Samples,
             },
             subpixels: subpixels as usize,
         };
@@ -200,7 +213,9 @@ impl EverySample {
     fn subpixels(&self, camera: &Camera) -> u32 {
         match (self.options.subpixels, self.bounds_in_world) {
             (Subpixels::Fixed(n), _) => n,
-            (Subpixels::Auto, Some([low, high])) if self.options.order == Order::EverySample => {
+            (Subpixels::Auto, Some([low, high]))
+                if self.choices.order == SampleOrder::EverySample =>
+            {
                 let world_from_grid = self.usual_layer().samples.world_from_index;
                 let middle = world_from_grid
                     .inverse()
@@ -257,14 +272,14 @@ impl EverySample {
             placed.par_extend(visible.into_par_iter().map(place));
         }
         let tiles = camera.width as usize * camera.height as usize / TILE_AREA;
-        let is_one = self.options.order == Order::AxisSheets
+        let is_one = self.choices.order == SampleOrder::AxisSheets
             || tiles * size_of::<TilePixels>() > MAX_OPEN_BYTES;
         in_batches(placed, is_one, self.outlines())
     }
 
     /// Whether footprints stay within their kernels' outlines.
     fn outlines(&self) -> Outlines {
-        match (self.options.select, self.options.footprint) {
+        match (self.choices.select, self.choices.footprint) {
             (SelectMode::Ewa, _) | (_, FootprintMode::AffineApprox) => Outlines::Wider,
             _ => Outlines::Kernels,
         }
@@ -281,10 +296,10 @@ impl EverySample {
 
     /// The footprint that the tiles evaluate: EWA is affine by construction.
     fn evaluated_footprint(&self) -> FootprintMode {
-        if self.options.select == SelectMode::Ewa {
+        if self.choices.select == SelectMode::Ewa {
             FootprintMode::Affine
         } else {
-            self.options.footprint
+            self.choices.footprint
         }
     }
 
@@ -295,8 +310,8 @@ impl EverySample {
         maps: &MapSource,
         (camera, first): (&Camera, &GridView),
     ) -> ProjectSetup {
-        let threshold = self.options.point_threshold_px;
-        let modes = (self.options.footprint, self.options.select);
+        let threshold = self.choices.point_threshold_px;
+        let modes = (self.choices.footprint, self.choices.select);
         ProjectSetup {
             lens: Lens::new(
                 (&maps.view, layer.halvings),
@@ -309,7 +324,7 @@ impl EverySample {
                 width: camera.width as usize,
                 height: camera.height as usize,
             },
-            select: self.options.select,
+            select: self.choices.select,
             threshold2_px2: threshold * threshold,
             light: SampleLight::new(
                 self.light(camera),
@@ -319,11 +334,11 @@ impl EverySample {
             ),
             painting: self.painting,
             level: self.options.simd.resolve(),
-            keys: match self.options.order {
-                Order::AxisSheets => {
+            keys: match self.choices.order {
+                SampleOrder::AxisSheets => {
                     SortKeys::Slice(SliceOrder::new(first, self.dims).halved(layer.halvings))
                 }
-                Order::EverySample | Order::ImageSheets => SortKeys::Depth,
+                SampleOrder::EverySample | SampleOrder::ImageSheets(_) => SortKeys::Depth,
             },
             layer: layer.halvings as u8,
         }
@@ -352,7 +367,7 @@ impl EverySample {
                 DepthPlane::None => DepthRule::Skip,
                 DepthPlane::Expected => DepthRule::Expected,
             },
-            sheet_thickness: (self.options.sheet_voxels * smallest) as f32,
+            sheet_thickness: (self.choices.sheet_voxels * smallest) as f32,
             min_transmittance: self.options.min_transmittance,
         }
     }

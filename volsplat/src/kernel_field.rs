@@ -9,7 +9,7 @@
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
-use crate::field::Grid;
+use crate::grid::Grid;
 use crate::sample::{BRICK_SIDE, Bounds, Brick, Samples, brick_corners, pack_place, place};
 use crate::support::{Support, count_visible};
 use crate::transfer::TransferFunction;

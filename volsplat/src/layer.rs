@@ -6,10 +6,10 @@
 use glam::DVec3;
 
 use crate::Error;
-use crate::cell_samples::cell_samples;
+use crate::cell_samples::{Parts, cell_samples};
 use crate::cells::Gradients;
 use crate::clip::{Clip, GridClip};
-use crate::options::{Cells, Order, RenderOptions};
+use crate::options::{Cells, RenderOptions, SampleOptions, SampleOrder};
 use crate::sample::{Bounds, Samples, bounds_in_world};
 use crate::scene::{Channel, Look, Scene};
 use crate::sheets::gradients;
@@ -25,10 +25,10 @@ pub(crate) struct Layer {
 }
 
 /// What the options ask for in a scene: [`Cells::Auto`] decided. Cells of a single slice have no volume.
-pub(crate) fn cells_of(scene: &Scene, options: &RenderOptions) -> Cells {
-    match options.cells {
+pub(crate) fn cells_of(scene: &Scene, samples: &SampleOptions) -> Cells {
+    match samples.cells {
         _ if scene.grid().dims.contains(&1) => Cells::Off,
-        Cells::Auto if options.order == Order::EverySample => Cells::Split,
+        Cells::Auto if samples.order == SampleOrder::EverySample => Cells::SPLIT,
         Cells::Auto => Cells::Off,
         chosen => chosen,
     }
@@ -36,16 +36,14 @@ pub(crate) fn cells_of(scene: &Scene, options: &RenderOptions) -> Cells {
 
 /// The layers of a scene, coarse to fine, with the clip of the options. [`Error::Option`] where samples are to be lit that
 /// have no gradient, or a label map has too many labels.
-pub(crate) fn layers(scene: &Scene, options: &RenderOptions) -> Result<Vec<Layer>, Error> {
-    let mut lattices = match cells_of(scene, options) {
-        Cells::Off => vec![Samples::of_scene(scene, options.opacity)],
-        cells => cell_samples(
-            scene,
-            &RenderOptions {
-                cells,
-                ..options.clone()
-            },
-        )?,
+pub(crate) fn layers(
+    scene: &Scene,
+    (options, samples): (&RenderOptions, &SampleOptions),
+) -> Result<Vec<Layer>, Error> {
+    let mut lattices = match cells_of(scene, samples) {
+        Cells::Split { error } => cell_samples(scene, options, Parts::Split { error })?,
+        Cells::Mean => cell_samples(scene, options, Parts::Whole)?,
+        Cells::Off | Cells::Auto => vec![Samples::of_scene(scene, options.opacity)],
     };
     if gradients(options) == Gradients::With {
         let volume = lit_volume(scene)?;
@@ -69,8 +67,8 @@ fn lit_volume<'a>(scene: &Scene<'a>) -> Result<&'a Volume, Error> {
     match scene.channels.as_slice() {
         &[Channel { volume, look: Look::Transfer(_) }] => Ok(volume),
         _ => Err(Error::Option(
-            "samples are lit by the gradient of one channel of scalars: use --order image-sheets for several channels and for \
-             labels, or leave out --shade and --gradient-opacity"
+            "samples are lit by the gradient of one channel of scalars: draw several channels and labels as a field, or leave \
+             out the shading and the opacity by the gradient"
                 .into(),
         )),
     }

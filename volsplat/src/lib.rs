@@ -12,8 +12,9 @@ pub mod clip;
 pub mod cull;
 pub mod error;
 mod every_sample;
-pub mod field;
+
 mod geometry;
+mod grid;
 mod hiding;
 pub mod input;
 mod interpolate;
@@ -46,12 +47,12 @@ pub use input::{Endian, LoadOptions, RawOptions, VoxelType, load};
 pub use labels::{LabelLook, LabelTable};
 pub use large::LargeVolume;
 pub use options::{
-    Blend, Cells, Classify, ColourBy, DepthPlane, Interpolate, Isosurface, Light, Order,
-    RenderOptions, Shading, SheetKernel, SheetSums, Subpixels,
+    Blend, Cells, Classify, ColourBy, DepthPlane, FieldOptions, Interpolate, Isosurface,
+    KernelSheets, Light, Order, RenderOptions, SampleOptions, SampleOrder, Shading, Subpixels,
 };
 pub use render::{Frame, Renderer};
 pub use scene::{Channel, Look, Scene};
-pub use sheets::{Layer, Relook};
+pub use sheets::{Layer, Reuse};
 pub use stats::{FrameStats, StageTime, StageTimes};
 pub use transfer::{ColourEncoding, ColourMap, Histogram, TransferFunction};
 pub use volume::{Described, Lattice, NanPolicy, Volume, Voxels};

@@ -11,11 +11,11 @@ use resample_core::{Camera, Image, Projection};
 use crate::clip::Clip;
 use crate::every_sample::EverySample;
 use crate::large::{LargeVolume, Watch};
-use crate::options::{DepthPlane, Order, RenderOptions, SheetSums};
+use crate::options::{DepthPlane, Order, RenderOptions};
 use crate::picture::picture;
 use crate::project::Painting;
 use crate::scene::Scene;
-use crate::sheets::{ImageSheets, Layer, Relook, layers_refused};
+use crate::sheets::{ImageSheets, Layer, Reuse, layers_refused};
 use crate::stats::{FrameStats, StageClock};
 use crate::tiles::TileSlot;
 use crate::transfer::TransferFunction;
@@ -31,16 +31,6 @@ pub struct Renderer {
     smallest_spacing: f64,
     largest_spacing: f64,
     tiles: Vec<TileSlot>,
-    detail: Detail,
-}
-
-/// Whether far bricks may be replaced.
-#[derive(Clone, Copy, Debug)]
-enum Detail {
-    /// As the options say.
-    AsAsked,
-    /// Never: the volume stays in its file.
-    None,
 }
 
 #[derive(Clone, Debug)]
@@ -76,11 +66,11 @@ impl Renderer {
         options.validate()?;
         scene.validate()?;
         let volume = scene.grid();
-        let pipeline = match options.order {
-            Order::EverySample | Order::AxisSheets => {
-                Pipeline::EverySample(Box::new(EverySample::new(scene, options)?))
+        let pipeline = match &options.order {
+            Order::Samples(samples) if samples.sheets().is_none() => {
+                Pipeline::EverySample(Box::new(EverySample::new(scene, options, samples)?))
             }
-            Order::ImageSheets => {
+            Order::Field(_) | Order::Samples(_) => {
                 Pipeline::ImageSheets(Box::new(ImageSheets::new(scene, options)?))
             }
         };
@@ -91,33 +81,22 @@ impl Renderer {
     /// again for each frame, as far as it is not hidden; the pictures are the same.
     ///
     /// [`Error::Option`] also for an order that needs all voxels in memory; [`Error::Read`] if the file has gone.
-    pub fn of_large(
+    pub fn from_file(
         volume: &LargeVolume,
         transfer: &TransferFunction,
         options: &RenderOptions,
         watch: &mut Watch,
     ) -> Result<Self, Error> {
         options.validate()?;
-        let gathers = options.order == Order::ImageSheets
-            && options.sheet_sums == SheetSums::Gather
-            && !options.sums_kernels();
-        if !gathers {
+        if options.field().is_none() {
             return Err(Error::Option(
-                "a volume that stays in its file is drawn in image sheets that gather, with the trilinear kernel: leave \
-                 out what asks for another way, or allow more with --max-memory"
+                "a volume that stays in its file is drawn as a field: leave out what asks for samples, or allow more memory"
                     .to_owned(),
             ));
         }
-        let sheets = ImageSheets::of_large(volume, transfer, options, watch)?;
-        let assembled = Self::assembled(
-            Pipeline::ImageSheets(Box::new(sheets)),
-            &volume.lattice(),
-            options,
-        );
-        Ok(Self {
-            detail: Detail::None,
-            ..assembled
-        })
+        let sheets = ImageSheets::from_file(volume, transfer, options, watch)?;
+        let pipeline = Pipeline::ImageSheets(Box::new(sheets));
+        Ok(Self::assembled(pipeline, &volume.lattice(), options))
     }
 
     fn assembled(pipeline: Pipeline, lattice: &Lattice, options: &RenderOptions) -> Self {
@@ -128,7 +107,6 @@ impl Renderer {
             smallest_spacing: lattice.smallest_spacing(),
             largest_spacing: lattice.spacing().into_iter().fold(0.0, f64::max),
             tiles: Vec::new(),
-            detail: Detail::AsAsked,
         }
     }
 
@@ -173,55 +151,39 @@ impl Renderer {
     }
 
     /// Changes the transfer function for the frames that follow, where what is kept of the volume holds all that it
-    /// shows: image sheets that gather one channel of scalars, prepared with a function that shows as much. One prepared
+    /// shows: the field of one channel of scalars, prepared with a function that shows as much. One prepared
     /// with a mean of several functions ([`TransferFunction::mixed`]) takes each of them. Counts and
     /// [`Renderer::visible_bounds_in_world`] stay those of the function that it was prepared with.
-    pub fn relook(&mut self, transfer: &TransferFunction) -> Relook {
+    pub fn set_transfer(&mut self, transfer: &TransferFunction) -> Reuse {
         match &mut self.pipeline {
-            Pipeline::EverySample(_) => Relook::NeedsVoxels,
-            Pipeline::ImageSheets(p) => p.relook(transfer),
+            Pipeline::EverySample(_) => Reuse::NeedsRenderer,
+            Pipeline::ImageSheets(p) => p.set_transfer(transfer),
         }
     }
 
-    /// Draws with `options` from now on, if what was prepared serves them too: true. False, and nothing changes, where
-    /// they ask for another preparation, that is, for another renderer. [`Error::Option`] as in [`Renderer::new`].
-    pub fn adopt(&mut self, options: &RenderOptions) -> Result<bool, Error> {
+    /// Draws with `options` from now on, if what was prepared serves them too. Else nothing changes.
+    /// [`Error::Option`] as in [`Renderer::new`].
+    pub fn set_options(&mut self, options: &RenderOptions) -> Result<Reuse, Error> {
         options.validate()?;
-        let own = self.options.clone();
-        // Only what is read anew for each frame may differ.
-        let alike = RenderOptions {
-            slab_voxels: own.slab_voxels,
-            subpixels: own.subpixels,
-            lod_error: own.lod_error,
-            min_transmittance: own.min_transmittance,
-            footprint: own.footprint,
-            point_threshold_px: own.point_threshold_px,
-            sheet_voxels: own.sheet_voxels,
-            depth: own.depth,
-            ..options.clone()
+        if !self.options.prepares_like(options) {
+            return Ok(Reuse::NeedsRenderer);
+        }
+        let reuse = match &mut self.pipeline {
+            Pipeline::EverySample(p) => {
+                p.set_options(options);
+                Reuse::Done
+            }
+            Pipeline::ImageSheets(p) => p.set_options(options),
         };
-        let lod_error = match self.detail {
-            Detail::AsAsked => options.lod_error,
-            Detail::None => 0.0,
-        };
-        let of_frame = RenderOptions {
-            lod_error,
-            ..options.clone()
-        };
-        let adopted = alike == own
-            && match &mut self.pipeline {
-                Pipeline::EverySample(p) => p.adopt(&of_frame),
-                Pipeline::ImageSheets(p) => p.adopt(&of_frame),
-            };
-        if adopted {
+        if reuse == Reuse::Done {
             self.options = options.clone();
         }
-        Ok(adopted)
+        Ok(reuse)
     }
 
     /// Planes beside the colour of the picture that this camera sees, in the order of the list; a pass of its own.
     /// [`Error::Option`] where there are none: [`Layer::Selection`] is of the orders of samples, the others are made of
-    /// one channel of scalars in memory, in image sheets that gather, without a mask, gradient opacity or another blend.
+    /// the field of one channel of scalars in memory, without a mask, gradient opacity or another blend.
     pub fn layers(&mut self, camera: &Camera, wanted: &[Layer]) -> Result<Vec<Plane>, Error> {
         let camera = camera
             .validated()
@@ -246,7 +208,7 @@ impl Renderer {
         let mut stats = FrameStats::default();
         samples.painting = Painting::Kinds;
         let layout = samples.render(camera, &mut self.tiles, &mut stats);
-        samples.painting = self.options.colour_by.into();
+        samples.painting = samples.own_painting();
         let image = picture(&self.tiles, &layout, DepthPlane::None, &mut stats);
         // Not by the opacity: 1 less a transmittance near 1 has few digits.
         let share =
@@ -304,19 +266,16 @@ impl Renderer {
         let forward = camera.forward_in_world();
         let nearest_corner = DVec3::select(forward.cmpge(DVec3::ZERO), low, high);
         let nearest = forward.dot(nearest_corner) + camera.camera_from_world.translation.z;
-        let (sheet_voxels, reach) = match self.options.order {
-            Order::EverySample | Order::AxisSheets => (self.options.sheet_voxels, 0.0),
-            // A kernel begins before its voxel: a trilinear one by a spacing along each axis at most, a radial one, on the
-            // volume's continuation, by two and two more.
-            Order::ImageSheets => {
-                let reach = if self.options.sums_kernels() {
-                    12.0
-                } else {
-                    3.0
-                };
-                (self.options.slab_voxels, reach * self.largest_spacing)
-            }
+        // A kernel begins before its voxel: a trilinear one by a spacing along each axis at most, a radial one, on the
+        // volume's continuation, by two and two more.
+        let (sheet_voxels, reach) = match &self.options.order {
+            Order::Field(field) => (field.slab_voxels, 3.0),
+            Order::Samples(samples) => match samples.sheets() {
+                Some(sheets) => (sheets.slab_voxels, 12.0),
+                None => (samples.sheet_voxels, 0.0),
+            },
         };
+        let reach = reach * self.largest_spacing;
         let start = (nearest - reach).max(camera.near);
         let thickness = sheet_voxels * self.smallest_spacing;
         let origin = (start / thickness).floor() * thickness;

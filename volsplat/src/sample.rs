@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use resample_core::OpacityMode;
 
 use crate::clip::{Clip, GridClip};
-use crate::field::Grid;
+use crate::grid::Grid;
 use crate::sample_light::set_gradients;
 use crate::scene::Scene;
 use crate::transfer::TransferFunction;

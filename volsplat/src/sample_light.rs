@@ -19,7 +19,7 @@ use resample_core::dispatch;
 use resample_core::simd::Vectors;
 use resample_core::{Camera, GridView, Projection};
 
-use crate::field::Grid;
+use crate::grid::Grid;
 use crate::sample::{Brick, Samples, place};
 use crate::shade::{GradientRamp, ShadeSettings, gradient_in_f32};
 

@@ -66,12 +66,8 @@ pub struct FrameStats {
     /// Bricks in view that no tile looked at, because what lies before them is opaque (image sheets that gather), or
     /// that were not projected for the same reason (every sample).
     pub bricks_hidden: u64,
-    /// Bricks in view by level of detail: drawn from cells, and merged into blocks of 2, 4 and 8 cells a side.
-    pub bricks_by_level: [u64; 4],
-    /// Those of level 0 by the sheets that a row of sub-pixels takes: every one, one in 2, in 4, in 8.
-    pub bricks_by_stride: [u64; 4],
-    /// The hidden bricks by level.
-    pub bricks_hidden_by_level: [u64; 4],
+    /// Bricks in view of one colour that rays crossed in one step (cells in memory or in the file).
+    pub bricks_uniform: u64,
     /// Footprints, or bricks of cells, times the tiles that each touches.
     pub tile_pairs: u64,
     /// Tile pairs that were never looked at because every pixel of their tile was already opaque.

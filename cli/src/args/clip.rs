@@ -10,7 +10,6 @@ use crate::values;
 
 /// Which part of the volume is drawn.
 #[derive(Args, Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
-#[serde(rename_all = "kebab-case", default)]
 #[command(next_help_heading = "Clipping")]
 pub(crate) struct ClipArgs {
     /// Draw only what is inside a box along the world's axes, from the first corner to the second
@@ -20,7 +19,6 @@ pub(crate) struct ClipArgs {
     #[arg(long, value_name = "I0,J0,K0,I1,J1,K1", value_parser = values::corners, allow_hyphen_values = true)]
     pub crop_voxels: Option<[[f64; 3]; 2]>,
     /// Draw only the side of a plane where NX x + NY y + NZ z >= D, in the world; up to six times
-    #[serde(skip)]
     #[arg(long, value_name = "NX,NY,NZ,D", value_parser = values::plane, allow_hyphen_values = true)]
     pub clip_plane: Vec<ClipPlane>,
 }

@@ -10,7 +10,7 @@ use clap::parser::ValueSource;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde_json::{Map, Value};
+use serde_json::Value;
 
 /// Options of which some are given.
 #[derive(Clone, Debug)]
@@ -47,13 +47,17 @@ impl<T: Args + Clone + Serialize + DeserializeOwned> Given<T> {
     /// The options of `other` where it gives them, else its own.
     pub(crate) fn with(&self, other: &Self) -> Result<Self> {
         let (mut values, others) = (values(&self.options)?, values(&other.options)?);
-        for (name, key) in keys::<T>(&others) {
-            if let Some(value) = others.get(&key).filter(|_| other.has(&name)) {
-                values.insert(key, value.clone());
+        for Place { name, path } in places::<T>(&others) {
+            if let (true, Some(own), Some(value)) = (
+                other.has(&name),
+                values.pointer_mut(&path),
+                others.pointer(&path),
+            ) {
+                *own = value.clone();
             }
         }
         Ok(Self {
-            options: serde_json::from_value(Value::Object(values))?,
+            options: serde_json::from_value(values)?,
             names: self.names.union(&other.names).cloned().collect(),
         })
     }
@@ -70,8 +74,8 @@ impl<T: Args + Clone + Serialize + DeserializeOwned> Given<T> {
     pub(crate) fn pairs(&self) -> Result<Vec<(String, String)>> {
         let values = values(&self.options)?;
         let mut pairs = Vec::new();
-        for (name, key) in keys::<T>(&values) {
-            if let Some(value) = values.get(&key).filter(|_| self.has(&name)) {
+        for Place { name, path } in places::<T>(&values) {
+            if let Some(value) = values.pointer(&path).filter(|_| self.has(&name)) {
                 let word = word(value).with_context(|| name.clone())?;
                 pairs.push((name, word));
             }
@@ -120,24 +124,49 @@ impl<T: Args> Given<T> {
     }
 }
 
+/// The long names of a group's options.
+pub(crate) fn names_of<T: Args>() -> Vec<String> {
+    let group = group::<T>();
+    let names = group.get_arguments().filter_map(Arg::get_long);
+    names.map(str::to_owned).collect()
+}
+
 fn group<T: Args>() -> Command {
     T::augment_args(Command::new("group"))
 }
 
-/// The long name of each option, and the key of its value: the same name, or the name of its field.
-fn keys<T: Args>(values: &Map<String, Value>) -> Vec<(String, String)> {
-    let key = |arg: &Arg| {
-        let (long, id) = (arg.get_long()?, arg.get_id().as_str());
-        let key = [long, id]
-            .into_iter()
-            .find(|key| values.contains_key(*key))?;
-        Some((long.to_owned(), key.to_owned()))
-    };
-    group::<T>().get_arguments().filter_map(key).collect()
+/// An option, and the path to its value among those of nested groups.
+struct Place {
+    name: String,
+    path: String,
 }
 
-/// The values of options by key.
-fn values(options: &impl Serialize) -> Result<Map<String, Value>> {
+/// The place of each option: under its name, or under that of its field.
+fn places<T: Args>(values: &Value) -> Vec<Place> {
+    let place = |arg: &Arg| {
+        let (long, id) = (arg.get_long()?, arg.get_id().as_str());
+        Some(Place {
+            path: path(values, long).or_else(|| path(values, id))?,
+            name: long.to_owned(),
+        })
+    };
+    group::<T>().get_arguments().filter_map(place).collect()
+}
+
+/// The path to the first value of a name that is no group itself.
+fn path(values: &Value, name: &str) -> Option<String> {
+    let Value::Object(map) = values else {
+        return None;
+    };
+    if map.get(name).is_some_and(|value| !value.is_object()) {
+        return Some(format!("/{name}"));
+    }
+    map.iter()
+        .find_map(|(group, inner)| Some(format!("/{group}{}", path(inner, name)?)))
+}
+
+/// The values of options, in nested groups.
+fn values(options: &impl Serialize) -> Result<Value> {
     // Text keeps a number in single precision as short as it was typed.
     let text = serde_json::to_string(options)?;
     Ok(serde_json::from_str(&text)?)

@@ -5,8 +5,8 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
-use volsplat::transfer::{ColourMap, Preset};
+use clap::Args;
+use volsplat::transfer::{ColourEncoding, ColourMap, Preset};
 
 use crate::values::{self, Window};
 
@@ -19,7 +19,7 @@ pub(crate) struct TransferArgs {
     pub transfer: Option<PathBuf>,
     /// Colour space of the colours in the transfer function file
     #[arg(long, value_name = "SPACE", value_enum, default_value = "linear")]
-    pub transfer_space: SpaceArg,
+    pub transfer_space: ColourEncoding,
     /// Move the file's knots, from the first to the last, to the range of the volume's values
     ///
     /// For colour maps that are written over 0 to 1. Opacity that the file does not give is made from the histogram and
@@ -59,13 +59,4 @@ impl Default for TransferArgs {
     fn default() -> Self {
         super::defaults::defaults()
     }
-}
-
-/// Colour space of the colours in a transfer function file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum SpaceArg {
-    /// Proportional to light
-    Linear,
-    /// As on a screen
-    Srgb,
 }

@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use resample_core::camera::PixelCentre;
 use warp3d::WarpArgs;
+use warp3d::input::DepthKind;
 
 use crate::args::{AskArgs, Given, PictureArgs};
 use crate::multiview::Grid;
@@ -64,7 +65,7 @@ pub(crate) struct Warp3dArgs {
 }
 
 /// Where pictures were and are taken from.
-#[derive(Args, Clone, Debug, Default)]
+#[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Cameras")]
 pub(crate) struct WarpCameraArgs {
     /// Camera of the picture: FILE, FILE#ENTRY or fov:DEGREES [default: the lens of --intrinsics, at the origin]
@@ -88,19 +89,19 @@ pub(crate) struct WarpCameraArgs {
     pub intrinsics: Option<[f64; 4]>,
     /// Where CX and CY of --intrinsics have the centre of the first pixel: at 0 (integer) or at 0.5 (half)
     #[arg(long, value_enum, default_value = "integer")]
-    pub pixel_centre: PixelCentreArg,
+    pub pixel_centre: PixelCentre,
     /// Size of the new picture in pixels [default: that of its camera]
     #[arg(long, value_name = "WxH", value_parser = values::size)]
     pub size: Option<Size>,
 }
 
 /// What the numbers of a depth file mean.
-#[derive(Args, Clone, Debug, Default)]
+#[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Depth")]
 pub(crate) struct DepthArgs {
     /// What the numbers of the depth file are
     #[arg(long, value_enum, default_value = "z")]
-    pub depth_kind: DepthKindArg,
+    pub depth_kind: DepthKind,
     /// World units per stored unit, such as 0.001; needed where depth is stored in whole numbers [default: 1]
     #[arg(long, value_name = "S", value_parser = values::positive)]
     pub depth_scale: Option<f64>,
@@ -142,6 +143,18 @@ pub(crate) struct ViewArgs {
     /// views [default: the median depth]
     #[arg(long, value_name = "Z", value_parser = values::distance)]
     pub convergence: Option<f64>,
+}
+
+impl Default for WarpCameraArgs {
+    fn default() -> Self {
+        super::defaults::defaults()
+    }
+}
+
+impl Default for DepthArgs {
+    fn default() -> Self {
+        super::defaults::defaults()
+    }
 }
 
 impl Default for ViewArgs {
@@ -187,34 +200,6 @@ impl Default for WarpSequenceArgs {
 /// Pictures of a sway: two seconds.
 const DEFAULT_FRAMES: u32 = 48;
 
-/// Where the centre of the first pixel is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum PixelCentreArg {
-    /// At 0, as in OpenCV
-    #[default]
-    Integer,
-    /// At 0.5, as in COLMAP
-    Half,
-}
-
-/// What a stored number of depth is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum DepthKindArg {
-    /// Distance along the optical axis
-    #[default]
-    Z,
-    /// Distance from the eye along the ray
-    Ray,
-    /// Shift between the pictures of a rectified pair, px
-    Disparity,
-    /// 1 / z
-    Inverse,
-    /// MPEG code between --near and --far, linear in 1 / z, bright is near
-    Mpeg,
-    /// OpenGL depth buffer between --near and --far
-    Opengl,
-}
-
 /// How two views become one red-cyan picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum AnaglyphArg {
@@ -224,14 +209,4 @@ pub(crate) enum AnaglyphArg {
     Colour,
     /// Luminance alone
     Grey,
-}
-
-impl PixelCentreArg {
-    /// The core's value.
-    pub(crate) fn library(self) -> PixelCentre {
-        match self {
-            Self::Integer => PixelCentre::Integer,
-            Self::Half => PixelCentre::Half,
-        }
-    }
 }

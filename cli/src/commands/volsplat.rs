@@ -9,7 +9,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use resample_core::Camera;
 use serde_json::{Value, json};
-use volsplat::{FrameStats, RenderOptions, Renderer};
+use volsplat::{FrameStats, RenderOptions, Renderer, Reuse};
 
 use crate::args::{Given, RenderArgs, VolsplatArgs};
 use crate::blend;
@@ -43,11 +43,8 @@ impl Open {
     /// Checks what can be checked, reads the volume, and classifies it.
     pub(crate) fn read(args: VolsplatArgs, verbosity: Verbosity) -> Result<Self> {
         let plan = Plan::new(&request(&args))?;
-        let options = settings::render_options(
-            &args.render.options,
-            args.transfer.opacity_unit,
-            plan.finish.format,
-        )?;
+        let options =
+            settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format)?;
         blend::layers(&args.render.options.blend, plan.finish.format)?;
         let mut open = loaded(args, options, (plan, verbosity.progress()))?;
         open.cameras = cameras(&open)?;
@@ -113,7 +110,7 @@ impl Open {
     /// Draws with these options from now on.
     pub(crate) fn set(&mut self, render: &Given<RenderArgs>) -> Result<()> {
         let options = settings::render_options(
-            &render.options,
+            render,
             self.args.transfer.opacity_unit,
             self.plan.finish.format,
         )?;
@@ -122,7 +119,7 @@ impl Open {
         if options == self.options {
             return Ok(());
         }
-        if !self.renderer.adopt(&options)? {
+        if self.renderer.set_options(&options)? == Reuse::NeedsRenderer {
             self.renderer = self.content.renderer(&options, Progress::Hidden)?;
         }
         self.options = options;

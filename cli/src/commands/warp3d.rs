@@ -14,7 +14,6 @@ use warp3d::{Fill, WarpArgs, WarpOptions};
 use crate::args::{CameraArgs, Given, SequenceArgs, Warp3dArgs};
 use crate::camera_file::CameraDefaults;
 use crate::camera_path::{self, KeyKind};
-use crate::choices::warp;
 use crate::multiview::{self, Layout};
 use crate::output::{self, Format};
 use crate::picture::Drawn;
@@ -377,7 +376,7 @@ fn record(
         "depth": args.depth,
         "from": args.cameras.from.as_ref().map(ToString::to_string),
         "to": args.cameras.to.as_ref().map(ToString::to_string),
-        "depth_kind": warp::DEPTH_KIND.name(warp::DEPTH_KIND.library(args.meaning.depth_kind)),
+        "depth_kind": args.meaning.depth_kind,
         "stereo": args.views.stereo,
         "convergence": convergence.is_finite().then_some(convergence),
         "picture": plan::picture_record(request, format),

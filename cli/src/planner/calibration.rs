@@ -15,7 +15,7 @@ use super::ladder::{self, Ladder};
 use super::model::{Model, Sample, Work, counts};
 use super::pilot::Found;
 use super::windows::part;
-use crate::args::{Drawing, OrderArg, SceneArg};
+use crate::args::{Drawing, OrderName, SceneArg};
 use crate::built_in::{self, DepthSize, Texture, Triangles};
 use crate::machine;
 use crate::measure;
@@ -144,7 +144,7 @@ fn settings(drawing: &Drawing) -> Result<Vec<Setting>> {
     let mut bases = vec![own.clone()];
     if let Setting::Volume(_) = own {
         bases.push(Setting::volume(&["order"], |args| {
-            args.order = Some(OrderArg::EverySample);
+            args.order = Some(OrderName::EverySample);
         }));
     }
     let mut all = Vec::new();

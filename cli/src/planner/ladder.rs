@@ -4,13 +4,13 @@
 //! typed are kept: they are left out of every rung, and of the exact setting too.
 
 use anyhow::Result;
-use clap::ValueEnum;
-use volsplat::{Order, Subpixels};
+use volsplat::Subpixels;
 use warp3d::args::MethodName;
 
-use crate::args::RenderArgs;
+use crate::args::{Given, OrderName, RenderArgs};
 use crate::order;
 use crate::setting::Setting;
+use crate::values::word;
 
 /// A setting beyond what was typed.
 #[derive(Clone, Debug)]
@@ -36,8 +36,7 @@ pub(super) struct Ladder {
     pub(super) coarse_looks: usize,
 }
 
-/// Share of the allowed error that each proven bound gets. A half of it is then left for what is measured, where there
-/// are two.
+/// Share of the allowed error that the proven bound gets.
 const PROVEN_SHARE: f64 = 0.25;
 
 /// What proven bounds with a share of the error usually cost, of the exact ones (trade of volumes: 0.3 to 0.73).
@@ -48,7 +47,7 @@ const PROVEN_COST: f64 = 0.7;
 const LEAST_TRANSMITTANCE: f32 = 1e-5;
 
 /// Slab in voxels, sub-pixels, cost.
-const SHEETS: [(f64, u32, f64); 8] = [
+const FIELD: [(f64, u32, f64); 8] = [
     (2.0, 1, 0.01),
     (2.0, 2, 0.018),
     (1.0, 2, 0.032),
@@ -72,7 +71,7 @@ impl Ladder {
     /// The ladder of an application beyond what was typed, for an allowed error or, without one, for a time.
     pub(super) fn of(typed: &Setting, allowed: Option<f64>) -> Result<Self> {
         let ladder = match typed {
-            Setting::Volume(args) if draws_sheets(&args.options) => sheets(),
+            Setting::Volume(args) if draws_field(args) => field(),
             Setting::Volume(_) => samples(),
             Setting::Mesh(_) => mesh(),
             Setting::Depth(_) => warp(),
@@ -110,52 +109,48 @@ impl Ladder {
     }
 }
 
-/// Whether a volume is drawn in image sheets.
-fn draws_sheets(args: &RenderArgs) -> bool {
-    // Contradicting options are refused when the volume is opened.
-    matches!(order::order(args), Ok(None | Some(Order::ImageSheets)))
+/// Whether a volume's field is drawn.
+fn draws_field(given: &Given<RenderArgs>) -> bool {
+    order_of(given) == OrderName::Field
 }
 
-/// Options whose value is a proven bound on what they change; each gets its share of the error that is allowed.
+fn order_of(given: &Given<RenderArgs>) -> OrderName {
+    // Contradicting options are refused when the volume is opened.
+    order::order(given)
+        .ok()
+        .flatten()
+        .unwrap_or(OrderName::Field)
+}
+
+/// The option whose value is a proven bound on its own error; it gets a share of the error that is allowed.
 fn proven(typed: &Setting, bound: f64) -> Option<Setting> {
-    let Setting::Volume(args) = typed else {
+    let Setting::Volume(_) = typed else {
         return None;
     };
     let share = ((PROVEN_SHARE * bound) as f32).max(LEAST_TRANSMITTANCE);
-    Some(if draws_sheets(&args.options) {
-        Setting::volume(&["min-transmittance", "lod-error"], |args| {
-            args.min_transmittance = Some(share);
-            args.sheets.lod_error = Some(share);
-        })
-    } else {
-        Setting::volume(&["min-transmittance"], |args| {
-            args.min_transmittance = Some(share);
-        })
-    })
+    Some(Setting::volume(&["min-transmittance"], |args| {
+        args.min_transmittance = share;
+    }))
 }
 
-fn sheets() -> Ladder {
+fn field() -> Ladder {
     let of = |slab: f64, subpixels: u32| {
-        Setting::volume(&["slab", "subpixel"], |args| {
-            args.sheets.slab = Some(slab);
-            args.sheets.subpixel = Some(Subpixels::Fixed(subpixels));
+        Setting::volume(&["slab", "subpixels"], |args| {
+            args.field.slab_voxels = slab;
+            args.subpixels = Subpixels::Fixed(subpixels);
         })
     };
-    let exact = Setting::volume(
-        &["slab", "subpixel", "min-transmittance", "lod-error"],
-        |args| {
-            args.sheets.slab = Some(0.125);
-            args.sheets.subpixel = Some(Subpixels::Fixed(8));
-            args.min_transmittance = Some(LEAST_TRANSMITTANCE);
-            args.sheets.lod_error = Some(0.0);
-        },
-    );
+    let exact = Setting::volume(&["slab", "subpixels", "min-transmittance"], |args| {
+        args.field.slab_voxels = 0.125;
+        args.subpixels = Subpixels::Fixed(8);
+        args.min_transmittance = LEAST_TRANSMITTANCE;
+    });
     let rung = |(slab, subpixels, cost)| Rung {
         setting: of(slab, subpixels),
         cost,
     };
     Ladder {
-        rungs: SHEETS.map(rung).to_vec(),
+        rungs: FIELD.map(rung).to_vec(),
         exact,
         coarse: of(2.0, 1),
         coarse_step: 1,
@@ -166,7 +161,7 @@ fn sheets() -> Ladder {
 /// The orders of samples have nothing to climb: only the proven bounds are free.
 fn samples() -> Ladder {
     let exact = Setting::volume(&["min-transmittance"], |args| {
-        args.min_transmittance = Some(LEAST_TRANSMITTANCE);
+        args.min_transmittance = LEAST_TRANSMITTANCE;
     });
     Ladder {
         rungs: vec![Rung {
@@ -182,7 +177,7 @@ fn samples() -> Ladder {
 }
 
 fn mesh() -> Ladder {
-    let of = |subpixels| Setting::mesh(&["subpixel"], |options| options.subpixels = subpixels);
+    let of = |subpixels| Setting::mesh(&["subpixels"], |options| options.subpixels = subpixels);
     Ladder {
         rungs: MESH
             .map(|(n, cost)| Rung {
@@ -228,42 +223,30 @@ fn warp() -> Ladder {
 pub(super) fn kind(setting: &Setting) -> String {
     match setting {
         Setting::Volume(given) => {
-            let args = &given.options;
-            let order = order::order(args)
-                .ok()
-                .flatten()
-                .unwrap_or(Order::ImageSheets);
-            let subpixels = match args.sheets.subpixel {
-                Some(Subpixels::Fixed(n)) => n.to_string(),
-                Some(Subpixels::Auto) | None => "auto".into(),
+            let subpixels = match given.options.subpixels {
+                Subpixels::Fixed(n) => n.to_string(),
+                Subpixels::Auto => "auto".into(),
             };
-            format!("volsplat {} {subpixels}", crate::choices::ORDER.name(order))
+            format!("volsplat {} {subpixels}", order_of(given).name())
         }
         Setting::Mesh(given) => {
             let options = &given.options;
-            format!("texmap {} {}", name(options.method), options.subpixels)
+            format!("texmap {} {}", word(options.method), options.subpixels)
         }
         Setting::Depth(given) => {
             let args = &given.options;
             format!(
                 "warp3d {} {}",
-                name(args.method),
+                word(args.method),
                 args.subpixels.unwrap_or(4)
             )
         }
     }
 }
 
-/// The word of a choice.
-fn name(choice: impl ValueEnum) -> String {
-    let value = choice.to_possible_value();
-    value.map_or_else(String::new, |value| value.get_name().to_owned())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::args::OrderArg;
 
     fn names(typed: &Setting, allowed: Option<f64>) -> Vec<String> {
         let ladder = Ladder::of(typed, allowed).expect("a ladder");
@@ -274,21 +257,21 @@ mod tests {
     #[test]
     fn options_that_were_typed_are_no_choice() {
         let free = Setting::volume(&[], |_| ());
-        assert_eq!(names(&free, None).len(), SHEETS.len());
-        assert_eq!(names(&free, None)[3], "slab 1, subpixel 4");
-        let fixed = Setting::volume(&["slab"], |args| args.sheets.slab = Some(1.0));
+        assert_eq!(names(&free, None).len(), FIELD.len());
+        assert_eq!(names(&free, None)[3], "slab 1, subpixels 4");
+        let fixed = Setting::volume(&["slab"], |args| args.field.slab_voxels = 1.0);
         assert_eq!(
             names(&fixed, None),
-            ["subpixel 1", "subpixel 2", "subpixel 4", "subpixel 8"],
+            ["subpixels 1", "subpixels 2", "subpixels 4", "subpixels 8"],
             "one rung of each"
         );
         let ladder = Ladder::of(&fixed, None).expect("a ladder");
         assert!(!ladder.exact.name().expect("a name").contains("slab"));
-        let samples = Setting::volume(&["order"], |args| args.order = Some(OrderArg::EverySample));
+        let samples = Setting::volume(&["order"], |args| args.order = Some(OrderName::EverySample));
         assert_eq!(names(&samples, Some(0.004)), ["min-transmittance 0.001"]);
         assert_eq!(
             names(&Setting::mesh(&[], |_| ()), None),
-            ["subpixel 1", "subpixel 2", "subpixel 4"]
+            ["subpixels 1", "subpixels 2", "subpixels 4"]
         );
         assert_eq!(
             names(&Setting::depth(&[], |_| ()), None).len(),
@@ -302,13 +285,11 @@ mod tests {
         let free = names(&Setting::volume(&[], |_| ()), Some(0.004));
         assert_eq!(
             free.len(),
-            SHEETS.len(),
+            FIELD.len(),
             "the last rung is not the exact setting"
         );
         assert!(free[0].contains("min-transmittance 0.001"), "{}", free[0]);
-        let typed = Setting::volume(&["min-transmittance"], |args| {
-            args.min_transmittance = Some(0.5)
-        });
+        let typed = Setting::volume(&["min-transmittance"], |args| args.min_transmittance = 0.5);
         assert!(!names(&typed, Some(0.004))[0].contains("min-transmittance"));
     }
 }

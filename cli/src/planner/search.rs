@@ -83,7 +83,7 @@ mod tests {
 
     fn rungs() -> Vec<Rung> {
         let rung = |k: u32| Rung {
-            setting: Setting::mesh(&["subpixel"], |options| options.subpixels = k),
+            setting: Setting::mesh(&["subpixels"], |options| options.subpixels = k),
             cost: f64::from(k),
         };
         (1..=8).map(rung).collect()

@@ -284,8 +284,8 @@ fn options_of_another_order_are_refused() {
     );
     assert_one_line(
         &bench,
-        &words("--sheet-sums scatter --shade phong"),
-        "gather",
+        &words("--kernel trilinear --classify pre"),
+        "radial kernel",
     );
     assert_one_line(&bench, &words("--blend maximum --shade phong"), "--shade");
     assert_refused(&bench, &words("--shade phong --light 0,0,0"), "--light");

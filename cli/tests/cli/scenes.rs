@@ -120,7 +120,6 @@ fn what_does_not_fit_is_refused() {
         ("--also ball.raw nonsense", "nonsense"),
         ("--also ball.raw", "--also"),
         ("--channel x green", "--channel x"),
-        ("--crop 0,0,0,1,1,1 --sheet-sums scatter", "gather"),
         (
             "--clip-plane 1,0,0,0 --clip-plane 1,0,0,0 --clip-plane 1,0,0,0 --clip-plane 1,0,0,0 --clip-plane 1,0,0,0 \
           --clip-plane 1,0,0,0 --clip-plane 1,0,0,0",

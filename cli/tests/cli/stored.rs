@@ -62,7 +62,7 @@ fn an_image_larger_than_the_memory_gives_the_same_picture() {
     write_image(&bench);
     let draw = |words: &str| {
         bench.run(&format!(
-            "volsplat image.zarr --size 80x64 --lod-error 0 --orbit 30,20,0.6 {words}"
+            "volsplat image.zarr --size 80x64 --orbit 30,20,0.6 {words}"
         ))
     };
     for (name, words) in [

@@ -10,7 +10,7 @@ use resample_tests::scenes::{
     coloured, full, orthographic, perspective, random_volume, render, sheared_grid,
     worst_difference,
 };
-use volsplat::{Clip, ClipPlane, RenderOptions, Renderer, Shading, SheetSums, Subpixels, Volume};
+use volsplat::{Clip, ClipPlane, RenderOptions, Renderer, Shading, Subpixels, Volume};
 
 const DIMS: [usize; 3] = [20, 17, 25];
 
@@ -337,24 +337,4 @@ fn thin_boxes_and_distant_planes_are_sound() {
             );
         }
     }
-}
-
-#[test]
-fn scattered_sheets_refuse_a_clip() {
-    let volume = random_volume([4, 4, 4], DAffine3::IDENTITY);
-    let clip = Clip {
-        crop_in_grid: Some([DVec3::ZERO, DVec3::ONE]),
-        ..Clip::default()
-    };
-    let options = RenderOptions {
-        sheet_sums: SheetSums::Scatter,
-        ..options(clip)
-    };
-    let error = Renderer::new(&volume, &coloured(0.3), &options)
-        .expect_err("a kernel cannot be cut")
-        .to_string();
-    assert!(
-        error.contains("--sheet-sums gather"),
-        "the error says what to do: {error}"
-    );
 }

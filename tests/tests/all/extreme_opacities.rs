@@ -6,11 +6,12 @@
 
 use glam::{DAffine3, DVec3};
 use resample_core::{KernelShape, SelectMode};
+use resample_tests::choices::with_samples;
 use resample_tests::field::ReferenceKernel;
 use resample_tests::scenes::{
     full, grey, orthographic, perspective, random_volume, render, single_voxel,
 };
-use volsplat::{RenderOptions, Volume, Voxels};
+use volsplat::{Volume, Voxels};
 
 const LAYERS: usize = 1_000_000;
 
@@ -22,10 +23,7 @@ fn row(len: usize) -> Volume {
 /// Transmittance of the middle pixel of a picture along the row, and its true value.
 fn through_the_row(len: usize, opacity: f64, shape: KernelShape) -> [f64; 2] {
     let camera = orthographic(DVec3::new(0.0, 0.0, -5.0), DVec3::ZERO, 3.0, [3, 3]);
-    let options = RenderOptions {
-        kernel: shape,
-        ..full(SelectMode::Splats)
-    };
+    let options = with_samples(full(SelectMode::Splats), |samples| samples.kernel = shape);
     let image = render(&row(len), &grey(opacity), &options, &camera);
     let per_layer =
         -(-opacity).ln_1p() * ReferenceKernel::new(shape).line_integral(0.0, f64::NEG_INFINITY);
@@ -81,10 +79,9 @@ fn a_million_faint_points() {
         "optical depth {depth}, expected {truth}"
     );
     // Sheets of a thousand voxels lose nothing.
-    let thick = RenderOptions {
-        sheet_voxels: 1000.0,
-        ..full(SelectMode::Points)
-    };
+    let thick = with_samples(full(SelectMode::Points), |samples| {
+        samples.sheet_voxels = 1000.0
+    });
     let image = render(&row(LAYERS), &grey(1e-6), &thick, &camera);
     let depth: f64 = image
         .rgba
@@ -134,10 +131,7 @@ fn opacity_of_zero_is_nothing_and_of_one_is_a_wall() {
             "{select:?}: opacity 0 is seen"
         );
         for shape in KernelShape::ALL {
-            let options = RenderOptions {
-                kernel: shape,
-                ..full(select)
-            };
+            let options = with_samples(full(select), |samples| samples.kernel = shape);
             let solid = resample_tests::scenes::volume([5, 5, 5], DAffine3::IDENTITY, |_| 1.0);
             let image = render(&solid, &grey(1.0), &options, &camera);
             let middle = image.pixel(12, 12);

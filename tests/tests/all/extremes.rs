@@ -5,6 +5,7 @@
 
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, FootprintMode, KernelShape, OpacityMode, SelectMode};
+use resample_tests::choices::with_samples;
 use resample_tests::reference::{Scene, render as reference};
 use resample_tests::scenes::{
     coloured, full, grey, orthographic, perspective, random_volume, render, single_voxel, volume,
@@ -39,12 +40,14 @@ fn worst_with(volume: &Volume, camera: &Camera, options: &RenderOptions) -> f64 
     }
     for footprint in FootprintMode::ALL {
         for opacity in [OpacityMode::Extinction, OpacityMode::Linear] {
-            let options = RenderOptions {
-                footprint,
-                opacity,
-                depth: DepthPlane::Expected,
-                ..options.clone()
-            };
+            let options = with_samples(
+                RenderOptions {
+                    opacity,
+                    depth: DepthPlane::Expected,
+                    ..options.clone()
+                },
+                |samples| samples.footprint = footprint,
+            );
             render(volume, &transfer, &options, camera);
         }
     }
@@ -333,10 +336,9 @@ fn sheets_of_no_thickness() {
         perspective(eye, DVec3::ONE, 40.0, [24, 24]),
     ] {
         for sheet_voxels in [1e-300, 1e-30, 1e300] {
-            let options = RenderOptions {
-                sheet_voxels,
-                ..full(SelectMode::Points)
-            };
+            let options = with_samples(full(SelectMode::Points), |samples| {
+                samples.sheet_voxels = sheet_voxels
+            });
             let image = render(&volume, &coloured(0.6), &options, &camera);
             let seen = image.rgba.iter().any(|p| p[3] > 0.1);
             assert!(
@@ -432,10 +434,7 @@ fn numbers_that_are_none_are_refused() {
     let denormal = volume([2, 2, 2], DAffine3::IDENTITY, |_| f64::MIN_POSITIVE / 4.0);
     render(&denormal, &grey(1.0), &full(SelectMode::Splats), &good);
     for shape in KernelShape::ALL {
-        let options = RenderOptions {
-            kernel: shape,
-            ..full(SelectMode::Splats)
-        };
+        let options = with_samples(full(SelectMode::Splats), |samples| samples.kernel = shape);
         render(&voxel, &grey(1.0), &options, &good);
     }
 }

@@ -7,6 +7,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use resample_core::footprint::{BallGeometry, Footprint};
 use resample_core::index_table::index_as_printed;
 use resample_core::{Camera, FootprintMode, GridView, KernelShape, Projection, SelectMode};
+use resample_tests::choices::with_samples;
 use resample_tests::field::ReferenceKernel;
 use resample_tests::rays::RaySource;
 use resample_tests::scenes::{full, grey, perspective, render, volume};
@@ -165,11 +166,13 @@ fn the_renderer_evaluates_the_mode_that_was_asked_for() {
     let ball = BallGeometry::new(&view, DVec3::ZERO, kernel.radius).expect("wholly in front");
     for mode in FootprintMode::ALL {
         let footprint = Footprint::new(mode, &ball);
-        let options = RenderOptions {
-            footprint: mode,
-            opacity_unit: Some(1.0),
-            ..full(SelectMode::Splats)
-        };
+        let options = with_samples(
+            RenderOptions {
+                opacity_unit: Some(1.0),
+                ..full(SelectMode::Splats)
+            },
+            |samples| samples.footprint = mode,
+        );
         let image = render(&voxel, &grey(0.6), &options, &camera);
         let mut worst = 0.0f64;
         for (i, pixel) in image.rgba.iter().enumerate() {

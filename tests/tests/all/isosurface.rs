@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 use resample_core::Camera;
+use resample_tests::choices::with_field;
 use resample_tests::iso_reference::render as reference;
 use resample_tests::reference::Scene;
 use resample_tests::scenes::{
@@ -21,13 +22,15 @@ fn white(value: f64) -> Blend {
 }
 
 fn options(value: f64, subpixels: u32) -> RenderOptions {
-    RenderOptions {
-        blend: white(value),
-        shading: Shading::Lambert,
-        subpixels: Subpixels::Fixed(subpixels),
-        depth: DepthPlane::Expected,
-        ..RenderOptions::default()
-    }
+    with_field(
+        RenderOptions {
+            shading: Shading::Lambert,
+            subpixels: Subpixels::Fixed(subpixels),
+            depth: DepthPlane::Expected,
+            ..RenderOptions::default()
+        },
+        |field| field.blend = white(value),
+    )
 }
 
 /// A lumpy ball in the middle of a grid.
@@ -142,10 +145,7 @@ fn slabs_leave_no_pattern() {
         [48, 48],
     );
     for slab_voxels in [0.2, 0.5, 1.0, 3.0] {
-        let options = RenderOptions {
-            slab_voxels,
-            ..options(14.2, 1)
-        };
+        let options = with_field(options(14.2, 1), |field| field.slab_voxels = slab_voxels);
         let image = render(&field, &coloured(0.5), &options, &camera);
         let depths = image.depth.as_ref().expect("a depth plane was asked for");
         let rays = resample_tests::rays::RaySource::new(&camera, &DAffine3::IDENTITY);
@@ -202,11 +202,13 @@ fn a_translucent_surface_is_composited_once_for_each_crossing() {
             colour: Some([1.0; 3]),
             opacity: 0.25,
         });
-        let options = RenderOptions {
-            blend,
-            shading: Shading::None,
-            ..options(value, 1)
-        };
+        let options = with_field(
+            RenderOptions {
+                shading: Shading::None,
+                ..options(value, 1)
+            },
+            |field| field.blend = blend,
+        );
         let image = render(
             &field,
             &coloured(0.5),
@@ -252,31 +254,27 @@ fn what_is_no_surface_is_refused() {
     };
     let cases = [
         (
-            RenderOptions {
-                blend: surface(f64::NAN, 1.0),
-                ..RenderOptions::default()
-            },
+            with_field(RenderOptions::default(), |field| {
+                field.blend = surface(f64::NAN, 1.0)
+            }),
             "finite",
         ),
         (
-            RenderOptions {
-                blend: surface(0.5, 0.0),
-                ..RenderOptions::default()
-            },
+            with_field(RenderOptions::default(), |field| {
+                field.blend = surface(0.5, 0.0)
+            }),
             "opacity",
         ),
         (
-            RenderOptions {
-                blend: surface(0.5, 1.0),
-                ..RenderOptions::every_sample()
-            },
+            with_field(RenderOptions::every_sample(), |field| {
+                field.blend = surface(0.5, 1.0)
+            }),
             "image-sheets",
         ),
         (
-            RenderOptions {
-                blend: Blend::Maximum,
-                ..RenderOptions::every_sample()
-            },
+            with_field(RenderOptions::every_sample(), |field| {
+                field.blend = Blend::Maximum
+            }),
             "image-sheets",
         ),
         (

@@ -4,53 +4,53 @@
 
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, KernelShape, SelectMode};
+use resample_tests::choices::{samples, sheets, with_samples, with_sheets};
 use resample_tests::kernel_sheet_reference::render as reference;
 use resample_tests::reference::Scene;
 use resample_tests::scenes::{
     coloured, orthographic, perspective, random_volume, render, sheared_grid, transfer,
-    worst_difference,
 };
 use volsplat::procedural::blobs;
 use volsplat::{
     Cells, Classify, Clip, ClipPlane, Interpolate, Light, RenderOptions, Renderer, Shading,
-    SheetKernel, SheetSums, Subpixels, TransferFunction, Volume,
+    Subpixels, TransferFunction, Volume,
 };
 
-const KERNELS: [SheetKernel; 4] = [
-    SheetKernel::Trilinear,
-    SheetKernel::Radial(KernelShape::Gaussian),
-    SheetKernel::Radial(KernelShape::Polynomial),
-    SheetKernel::Radial(KernelShape::BSpline),
+const KERNELS: [KernelShape; 3] = [
+    KernelShape::Gaussian,
+    KernelShape::Polynomial,
+    KernelShape::BSpline,
 ];
 
 const CLASSIFY: [Classify; 2] = [Classify::Pre, Classify::Post];
 
-/// What sums kernels: all but the trilinear kernel post-classified, which is gathered and has tests of its own.
-fn summed(kernel: SheetKernel, classify: Classify) -> bool {
-    (kernel, classify) != (SheetKernel::Trilinear, Classify::Post)
-}
-
-fn options(sheet_kernel: SheetKernel, classify: Classify) -> RenderOptions {
-    RenderOptions {
-        sheet_kernel,
-        classify,
-        select: SelectMode::Splats,
-        subpixels: Subpixels::Fixed(1),
-        min_transmittance: 0.0,
-        ..RenderOptions::default()
-    }
+fn options(kernel: KernelShape, classify: Classify) -> RenderOptions {
+    with_sheets(
+        with_samples(
+            RenderOptions {
+                subpixels: Subpixels::Fixed(1),
+                min_transmittance: 0.0,
+                ..RenderOptions::default()
+            },
+            |samples| {
+                samples.kernel = kernel;
+                samples.select = SelectMode::Splats;
+            },
+        ),
+        |sheets| sheets.classify = classify,
+    )
 }
 
 fn bound(options: &RenderOptions) -> f64 {
-    let residual = if options.interpolate == Interpolate::On {
+    let residual = if sheets(options).interpolate == Interpolate::On {
         1e-3
     } else {
         0.0
     };
     residual
-        + match (options.sheet_kernel, options.select) {
-            (SheetKernel::Radial(_), SelectMode::Points | SelectMode::Hybrid) => 8e-3,
-            (SheetKernel::Radial(KernelShape::BSpline), _) => 2e-3,
+        + match (samples(options).kernel, samples(options).select) {
+            (_, SelectMode::Points | SelectMode::Hybrid) => 8e-3,
+            (KernelShape::BSpline, _) => 2e-3,
             _ => 2e-4,
         }
 }
@@ -74,7 +74,8 @@ fn hold(
         .map(|(got, truth)| (f64::from(*got) - truth).abs())
         .fold(0.0, f64::max);
     let seen = truth.iter().filter(|p| p[3] > 0.1).count();
-    let (kernel, classify, select) = (options.sheet_kernel, options.classify, options.select);
+    let (kernel, select) = (samples(options).kernel, samples(options).select);
+    let classify = sheets(options).classify;
     println!("{name}, {kernel:?}, {classify:?}, {select:?}: off by {worst:.1e}, {seen} px seen");
     assert!(seen > 10, "{name}: nothing is seen, so nothing is tested");
     let bound = bound(options);
@@ -98,10 +99,7 @@ fn hold_grid(name: &str, grid: DAffine3) {
     let size = (grid.matrix3 * DVec3::new(5.0, 4.0, 6.0)).length();
     for camera in cameras(middle, size) {
         for kernel in KERNELS {
-            for classify in CLASSIFY
-                .into_iter()
-                .filter(|classify| summed(kernel, *classify))
-            {
+            for classify in CLASSIFY.into_iter() {
                 let name = format!("{name}, {:?}", camera.projection);
                 hold(
                     &name,
@@ -109,10 +107,8 @@ fn hold_grid(name: &str, grid: DAffine3) {
                     &camera,
                     &options(kernel, classify),
                 );
-                let thick = RenderOptions {
-                    slab_voxels: 1.3,
-                    ..options(kernel, classify)
-                };
+                let thick =
+                    with_sheets(options(kernel, classify), |sheets| sheets.slab_voxels = 1.3);
                 hold(
                     &format!("{name}, thick"),
                     (&volume, &coloured(0.3)),
@@ -145,10 +141,7 @@ fn eye_inside_the_volume() {
     for fov_deg in [40.0, 110.0] {
         let camera = perspective(eye, eye + DVec3::new(0.5, 0.2, 1.0), fov_deg, [15, 13]);
         for kernel in KERNELS {
-            for classify in CLASSIFY
-                .into_iter()
-                .filter(|classify| summed(kernel, *classify))
-            {
+            for classify in CLASSIFY.into_iter() {
                 hold(
                     "eye inside",
                     (&volume, &coloured(0.3)),
@@ -173,18 +166,16 @@ fn points_and_mixtures() {
     for select in [SelectMode::Points, SelectMode::Hybrid] {
         for classify in CLASSIFY {
             for kernel in &KERNELS[1..] {
-                let options = RenderOptions {
-                    select,
-                    ..options(*kernel, classify)
-                };
+                let options = with_samples(options(*kernel, classify), |samples| {
+                    samples.select = select
+                });
                 hold("mixture", (&volume, &coloured(0.3)), &camera, &options);
             }
         }
     }
-    let hybrid = RenderOptions {
-        select: SelectMode::Hybrid,
-        ..options(SheetKernel::Radial(KernelShape::Gaussian), Classify::Pre)
-    };
+    let hybrid = with_samples(options(KernelShape::Gaussian, Classify::Pre), |samples| {
+        samples.select = SelectMode::Hybrid
+    });
     let mut renderer = Renderer::new(&volume, &coloured(0.3), &hybrid).expect("valid options");
     let stats = renderer.render(&camera).expect("a valid camera").stats;
     assert!(
@@ -201,10 +192,9 @@ fn means_of_cells() {
     let middle = sheared_grid().transform_point3(DVec3::new(2.0, 1.5, 2.5));
     for camera in cameras(middle, 7.0) {
         for kernel in KERNELS {
-            let options = RenderOptions {
-                cells: Cells::Mean,
-                ..options(kernel, Classify::Pre)
-            };
+            let options = with_samples(options(kernel, Classify::Pre), |samples| {
+                samples.cells = Cells::Mean
+            });
             hold(
                 "means of cells",
                 (&volume, &coloured(0.3)),
@@ -224,11 +214,12 @@ fn interpolating_kernels() {
         for kernel in &KERNELS[1..] {
             for select in [SelectMode::Splats, SelectMode::Points] {
                 let interpolate = Interpolate::On;
-                let options = RenderOptions {
-                    interpolate,
-                    select,
-                    ..options(*kernel, Classify::Post)
-                };
+                let options = with_sheets(
+                    with_samples(options(*kernel, Classify::Post), |samples| {
+                        samples.select = select
+                    }),
+                    |sheets| sheets.interpolate = interpolate,
+                );
                 hold(
                     "interpolating",
                     (&volume, &coloured(0.3)),
@@ -288,10 +279,7 @@ fn gradients_are_summed_with_the_scalars() {
             .iter()
             .flat_map(|light| KERNELS.map(|kernel| (light, kernel)))
         {
-            for classify in CLASSIFY
-                .into_iter()
-                .filter(|classify| summed(kernel, *classify))
-            {
+            for classify in CLASSIFY.into_iter() {
                 let lit = lit_as(light, options(kernel, classify));
                 hold("lit", (&volume, &coloured(0.3)), &camera, &lit);
             }
@@ -304,13 +292,12 @@ fn light_on_points_on_interpolating_kernels_and_on_cells() {
     let volume = random_volume([5, 4, 6], sheared_grid());
     let middle = sheared_grid().transform_point3(DVec3::new(2.0, 1.5, 2.5));
     let [camera, _] = cameras(middle, 7.0);
-    let gaussian = SheetKernel::Radial(KernelShape::Gaussian);
+    let gaussian = KernelShape::Gaussian;
     for light in &lights() {
         for classify in CLASSIFY {
-            let points = RenderOptions {
-                select: SelectMode::Points,
-                ..options(gaussian, classify)
-            };
+            let points = with_samples(options(gaussian, classify), |samples| {
+                samples.select = SelectMode::Points
+            });
             hold(
                 "lit points",
                 (&volume, &coloured(0.3)),
@@ -318,20 +305,18 @@ fn light_on_points_on_interpolating_kernels_and_on_cells() {
                 &lit_as(light, points),
             );
         }
-        let sharp = RenderOptions {
-            interpolate: Interpolate::On,
-            ..options(gaussian, Classify::Post)
-        };
+        let sharp = with_sheets(options(gaussian, Classify::Post), |sheets| {
+            sheets.interpolate = Interpolate::On
+        });
         hold(
             "lit, interpolating",
             (&volume, &coloured(0.3)),
             &camera,
             &lit_as(light, sharp),
         );
-        let cells = RenderOptions {
-            cells: Cells::Mean,
-            ..options(gaussian, Classify::Pre)
-        };
+        let cells = with_samples(options(gaussian, Classify::Pre), |samples| {
+            samples.cells = Cells::Mean
+        });
         hold(
             "lit cells",
             (&volume, &coloured(0.3)),
@@ -372,16 +357,15 @@ fn clips_cut_sections_along_the_ray_and_keep_points_or_not() {
     ] {
         for camera in cameras(middle, 9.0) {
             for kernel in KERNELS {
-                for classify in CLASSIFY
-                    .into_iter()
-                    .filter(|classify| summed(kernel, *classify))
-                {
+                for classify in CLASSIFY.into_iter() {
                     for select in [SelectMode::Splats, SelectMode::Points] {
-                        let clipped = RenderOptions {
-                            clip: clip.clone(),
-                            select,
-                            ..options(kernel, classify)
-                        };
+                        let clipped = with_samples(
+                            RenderOptions {
+                                clip: clip.clone(),
+                                ..options(kernel, classify)
+                            },
+                            |samples| samples.select = select,
+                        );
                         hold("clipped", (&volume, &coloured(0.3)), &camera, &clipped);
                     }
                 }
@@ -408,31 +392,11 @@ fn dropped_voxels_change_nothing() {
     }
 }
 
-/// The trilinear kernel, post-classified, stays on its own paths, which agree.
-#[test]
-fn gather_and_scatter_are_untouched_by_the_new_choices() {
-    let volume = blobs(21).expect("a good size");
-    let camera = perspective(DVec3::new(1.9, 1.2, -2.3), DVec3::ZERO, 45.0, [40, 40]);
-    let gather = options(SheetKernel::Trilinear, Classify::Post);
-    let scatter = RenderOptions {
-        sheet_sums: SheetSums::Scatter,
-        ..gather.clone()
-    };
-    let look = coloured(0.3).rescaled(0.0, 2.5);
-    let [a, b] = [&gather, &scatter].map(|options| render(&volume, &look, options, &camera));
-    let difference = worst_difference(&a, &b);
-    assert!(
-        difference < 1e-4,
-        "gathered and scattered sums differ by {difference}"
-    );
-}
-
 #[test]
 fn ewa_is_refused() {
-    let refused = RenderOptions {
-        select: SelectMode::Ewa,
-        ..options(SheetKernel::Radial(KernelShape::Gaussian), Classify::Post)
-    };
+    let refused = with_samples(options(KernelShape::Gaussian, Classify::Post), |samples| {
+        samples.select = SelectMode::Ewa
+    });
     let volume = random_volume([3, 3, 3], DAffine3::IDENTITY);
     let error = Renderer::new(&volume, &coloured(0.3), &refused)
         .err()

@@ -3,13 +3,14 @@
 
 use glam::DVec3;
 use resample_core::{Camera, Image};
+use resample_tests::choices::with_field;
 use resample_tests::scenes::{orthographic, perspective, transfer};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 use volsplat::{
     Blend, Clip, ClipPlane, DepthPlane, Described, Error, Histogram, Isosurface, LargeVolume,
-    LoadOptions, NanPolicy, Order, RawOptions, RenderOptions, Renderer, Shading, TransferFunction,
+    LoadOptions, NanPolicy, RawOptions, RenderOptions, Renderer, Shading, TransferFunction,
     VoxelType, load,
 };
 
@@ -141,15 +142,10 @@ fn compare(
     views: Range<usize>,
 ) -> u64 {
     let volume = load(&scene.path, &scene.options).expect("a valid file");
-    // A volume that stays in its file has no level of detail.
-    let full = RenderOptions {
-        lod_error: 0.0,
-        ..options.clone()
-    };
-    let mut memory = Renderer::new(&volume, transfer, &full).expect("valid options");
+    let mut memory = Renderer::new(&volume, transfer, options).expect("valid options");
     let large = open(scene, BUDGET);
     let mut stored =
-        Renderer::of_large(&large, transfer, options, &mut |_| {}).expect("valid options");
+        Renderer::from_file(&large, transfer, options, &mut |_| {}).expect("valid options");
     assert_eq!(
         memory.non_transparent(),
         stored.non_transparent(),
@@ -246,12 +242,14 @@ fn statistics_of_rays_and_surfaces_agree_too() {
         } else {
             Shading::None
         };
-        let options = RenderOptions {
-            blend,
-            shading,
-            clip: clip.clone(),
-            ..RenderOptions::default()
-        };
+        let options = with_field(
+            RenderOptions {
+                shading,
+                clip: clip.clone(),
+                ..RenderOptions::default()
+            },
+            |field| field.blend = blend,
+        );
         let read = compare(&scene(), &options, &all, 4..6);
         assert!(read > 0, "{blend:?}: nothing was read from the file");
     }
@@ -273,7 +271,7 @@ fn bricks_behind_opaque_tiles_are_not_read() {
     let large = open(&scene, BUDGET);
     let options = RenderOptions::default();
     let mut stored =
-        Renderer::of_large(&large, &wall, &options, &mut |_| {}).expect("valid options");
+        Renderer::from_file(&large, &wall, &options, &mut |_| {}).expect("valid options");
     let front = perspective(
         middle() - DVec3::new(0.0, 0.0, 500.0),
         middle(),
@@ -303,7 +301,7 @@ fn what_fits_stays_in_memory() {
     let large = open(&scene, BUDGET);
     let options = RenderOptions::default();
     let mut stored =
-        Renderer::of_large(&large, &sparse, &options, &mut |_| {}).expect("valid options");
+        Renderer::from_file(&large, &sparse, &options, &mut |_| {}).expect("valid options");
     let volume = load(&scene.path, &scene.options).expect("a valid file");
     let mut memory = Renderer::new(&volume, &sparse, &options).expect("valid options");
     let (_, camera) = cameras()[0];
@@ -402,18 +400,15 @@ fn what_cannot_be_done_is_refused_with_a_reason() {
     };
     assert!(refusal(&scene.path, &wrong, BUDGET).contains("need 2000 bytes"));
     let large = open(&scene, BUDGET);
-    let options = RenderOptions {
-        order: Order::EverySample,
-        ..RenderOptions::default()
-    };
+    let options = RenderOptions::every_sample();
     let refused =
-        Renderer::of_large(&large, &dense(), &options, &mut |_| {}).expect_err("needs all voxels");
+        Renderer::from_file(&large, &dense(), &options, &mut |_| {}).expect_err("needs all voxels");
     assert!(
         matches!(&refused, Error::Option(text) if text.contains("--max-memory")),
         "{refused}"
     );
     // A file that is cut off later is an error of reading, not a crash.
-    let mut stored = Renderer::of_large(&large, &dense(), &RenderOptions::default(), &mut |_| {})
+    let mut stored = Renderer::from_file(&large, &dense(), &RenderOptions::default(), &mut |_| {})
         .expect("valid");
     std::fs::OpenOptions::new()
         .write(true)

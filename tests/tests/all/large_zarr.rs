@@ -136,16 +136,13 @@ fn bits(image: &Image) -> Vec<u32> {
 /// Renders in memory and in parts.
 fn compare(path: &Path, options: &LoadOptions) {
     let volume = load(path, options).expect("a valid array");
-    let full = RenderOptions {
-        lod_error: 0.0,
-        ..RenderOptions::default()
-    };
-    let mut memory = Renderer::new(&volume, &look(), &full).expect("valid options");
+    let mut memory =
+        Renderer::new(&volume, &look(), &RenderOptions::default()).expect("valid options");
     let large = LargeVolume::open(path, options, BUDGET, &mut |_| {})
         .expect("a valid array")
         .expect("in parts");
-    let mut stored =
-        Renderer::of_large(&large, &look(), &full, &mut |_| {}).expect("valid options");
+    let mut stored = Renderer::from_file(&large, &look(), &RenderOptions::default(), &mut |_| {})
+        .expect("valid options");
     assert_eq!(
         memory.non_transparent(),
         stored.non_transparent(),

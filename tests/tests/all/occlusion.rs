@@ -4,11 +4,12 @@
 
 use glam::{DAffine3, DVec3};
 use resample_core::SelectMode;
+use resample_tests::choices::with_samples;
 use resample_tests::lod_scenes::procedural;
 use resample_tests::scenes::{
     coloured, perspective, random_volume, render, transfer, worst_difference,
 };
-use volsplat::{Cells, Order, RenderOptions, Renderer, SheetSums};
+use volsplat::{Cells, RenderOptions, Renderer};
 
 #[test]
 fn the_early_end_changes_no_pixel_by_more_than_its_bound() {
@@ -28,37 +29,33 @@ fn the_early_end_changes_no_pixel_by_more_than_its_bound() {
         for (away, side) in [(0.9, 48u32), (4.0, 32)] {
             let eye = middle + away * size * DVec3::new(0.5, 0.4, -0.75);
             let camera = perspective(eye, middle, 40.0, [side; 2]);
-            for order in [Order::EverySample, Order::ImageSheets, Order::AxisSheets] {
-                for sheet_sums in [SheetSums::Gather, SheetSums::Scatter] {
-                    // Voxels as they are: the samples of cells go the same way, and are many.
-                    let cells = Cells::Off;
-                    let options = RenderOptions {
-                        order,
-                        sheet_sums,
-                        cells,
-                        lod_error: 0.0,
-                        ..RenderOptions::default()
-                    };
-                    let full = RenderOptions {
-                        min_transmittance: 0.0,
+            // Voxels as they are: the samples of cells go the same way, and are many.
+            let voxels = |options| with_samples(options, |samples| samples.cells = Cells::Off);
+            for options in [
+                RenderOptions::default(),
+                voxels(RenderOptions::every_sample()),
+                voxels(RenderOptions::axis_sheets()),
+            ] {
+                let full = RenderOptions {
+                    min_transmittance: 0.0,
+                    ..options.clone()
+                };
+                for bound in [1.0 / 512.0, 0.05] {
+                    let early = RenderOptions {
+                        min_transmittance: bound,
                         ..options.clone()
                     };
-                    for bound in [1.0 / 512.0, 0.05] {
-                        let early = RenderOptions {
-                            min_transmittance: bound,
-                            ..options.clone()
-                        };
-                        let worst = worst_difference(
-                            &render(volume, look, &early, &camera),
-                            &render(volume, look, &full, &camera),
-                        );
-                        // Sums of f32 in another order, beside the bound.
-                        let most = f64::from(bound) + 1e-5;
-                        assert!(
-                            worst <= most,
-                            "{name}, {order:?}, {sheet_sums:?}: {worst}, bound {bound}"
-                        );
-                    }
+                    let worst = worst_difference(
+                        &render(volume, look, &early, &camera),
+                        &render(volume, look, &full, &camera),
+                    );
+                    // Sums of f32 in another order, beside the bound.
+                    let most = f64::from(bound) + 1e-5;
+                    assert!(
+                        worst <= most,
+                        "{name}, {:?}: {worst}, bound {bound}",
+                        options.order
+                    );
                 }
             }
         }
@@ -81,11 +78,13 @@ fn hidden_bricks_and_samples_are_never_projected_and_missed_by_none() {
         let eye = middle + away * volume.smallest_spacing() * DVec3::new(50.0, 43.0, -62.0);
         let camera = perspective(eye, middle, 40.0, [side; 2]);
         for select in [SelectMode::Hybrid, SelectMode::Ewa] {
-            let full = RenderOptions {
-                select,
-                min_transmittance: 0.0,
-                ..RenderOptions::paper()
-            };
+            let full = with_samples(
+                RenderOptions {
+                    min_transmittance: 0.0,
+                    ..RenderOptions::paper()
+                },
+                |samples| samples.select = select,
+            );
             let whole = render(&volume, &look, &full, &camera);
             let bound = 1.0 / 512.0;
             let early = RenderOptions {

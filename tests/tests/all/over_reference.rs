@@ -10,11 +10,12 @@
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, OpacityMode, SelectMode};
 use resample_tests::cell_reference::parts;
+use resample_tests::choices::with_samples;
 use resample_tests::reference::{ReferencePixel, Scene, render as reference};
 use resample_tests::scenes::{
     coloured, full, orthographic, perspective, random_volume, render, sheared_grid,
 };
-use volsplat::{Cells, DepthPlane, Order, RenderOptions, Renderer, Volume};
+use volsplat::{Cells, DepthPlane, RenderOptions, Renderer, SampleOrder, Volume};
 
 const BOUND: f64 = 1e-4;
 
@@ -120,10 +121,9 @@ fn splats() {
 #[test]
 fn points() {
     check("points", &column(), &full(SelectMode::Points), [BOUND, 1.0]);
-    let thin = RenderOptions {
-        sheet_voxels: 0.01,
-        ..full(SelectMode::Points)
-    };
+    let thin = with_samples(full(SelectMode::Points), |samples| {
+        samples.sheet_voxels = 0.01
+    });
     check("points in thin sheets", &column(), &thin, [BOUND, 0.01]);
 }
 
@@ -177,10 +177,7 @@ fn axis_sheets() {
             if name == "sheared" && select == SelectMode::Ewa {
                 continue;
             }
-            let options = RenderOptions {
-                order: Order::AxisSheets,
-                ..full(select)
-            };
+            let options = in_slices(full(select));
             // The phases change weights by up to 3e-3, of depths of up to 16.
             let depth = if select == SelectMode::Splats {
                 2.0 * BOUND
@@ -195,17 +192,20 @@ fn axis_sheets() {
             );
         }
     }
-    let linear = RenderOptions {
-        order: Order::AxisSheets,
+    let linear = in_slices(RenderOptions {
         opacity: OpacityMode::Linear,
         ..full(SelectMode::Hybrid)
-    };
+    });
     check(
         "axis sheets, linear opacity",
         &column(),
         &linear,
         [BOUND, 5e-2],
     );
+}
+
+fn in_slices(options: RenderOptions) -> RenderOptions {
+    with_samples(options, |samples| samples.order = SampleOrder::AxisSheets)
 }
 
 /// Around the place that the cameras look at, so that one is inside and slices lie on both sides of it.
@@ -268,40 +268,32 @@ fn a_thousand_splats_up_to_swaps_of_near_ties() {
 #[test]
 fn cells() {
     let table = 2e-4;
-    for (cells, cell_error) in [
-        (Cells::Mean, 0.0),
-        (Cells::Split, 0.08),
-        (Cells::Split, 0.04),
+    for cells in [
+        Cells::Mean,
+        Cells::Split { error: 0.08 },
+        Cells::Split { error: 0.04 },
     ] {
         let volume = random_volume([3, 2, 5], DAffine3::IDENTITY);
-        let options = RenderOptions {
-            cells,
-            cell_error,
-            sheet_voxels: 0.01,
-            ..full(SelectMode::Hybrid)
-        };
+        let options = with_samples(full(SelectMode::Hybrid), |samples| {
+            samples.cells = cells;
+            samples.sheet_voxels = 0.01;
+        });
         let drawn = parts(&volume, &coloured(0.9), &options);
         let sides =
             [1.0, 0.5, 0.25].map(|side| drawn.iter().filter(|part| part.side == side).count());
-        println!("{cells:?} at {cell_error}: whole cells, halves, quarters {sides:?}");
+        println!("{cells:?}: whole cells, halves, quarters {sides:?}");
         for select in [SelectMode::Splats, SelectMode::Hybrid, SelectMode::Ewa] {
-            let options = RenderOptions {
-                select,
-                ..options.clone()
-            };
+            let options = with_samples(options.clone(), |samples| samples.select = select);
             check_with(
-                &format!("{cells:?} at {cell_error}, {select:?}"),
+                &format!("{cells:?}, {select:?}"),
                 (&volume, 0.9),
                 &options,
                 table,
             );
         }
-        let options = RenderOptions {
-            order: Order::AxisSheets,
-            ..options
-        };
+        let options = in_slices(options);
         check_with(
-            &format!("{cells:?} at {cell_error}, axis-sheets"),
+            &format!("{cells:?}, axis-sheets"),
             (&volume, 0.9),
             &options,
             table,

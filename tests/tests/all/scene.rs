@@ -1,8 +1,9 @@
 //! Channels, labels, masks and the ramp over the gradient against their f64 reference, and against each other.
 
 use glam::{DAffine3, DVec3};
-use resample_core::{Camera, Image};
+use resample_core::{Camera, Image, KernelShape};
 use resample_tests::against_sheets::{ROUNDING, compared};
+use resample_tests::choices::summed;
 use resample_tests::scene_reference::render as reference;
 use resample_tests::scenes::{
     assert_sound, coloured, orthographic, perspective, random_volume, render, sheared_grid,
@@ -10,7 +11,7 @@ use resample_tests::scenes::{
 };
 use volsplat::{
     Channel, Clip, ClipPlane, LabelLook, LabelTable, Look, RenderOptions, Renderer, Scene, Shading,
-    SheetSums, Subpixels, TransferFunction, Volume,
+    Subpixels, TransferFunction, Volume,
 };
 
 const DIMS: [usize; 3] = [20, 11, 18];
@@ -318,10 +319,7 @@ fn scenes_that_do_not_fit_are_refused() {
         }],
         mask: None,
     };
-    let scattered = RenderOptions {
-        sheet_sums: SheetSums::Scatter,
-        ..options()
-    };
+    let summed = summed(options(), KernelShape::Polynomial);
     let cases = [
         (
             Scene {
@@ -347,8 +345,8 @@ fn scenes_that_do_not_fit_are_refused() {
                 mask: Some(&field),
                 ..one()
             },
-            scattered,
-            "--sheet-sums gather",
+            summed,
+            "one channel of scalars",
         ),
     ];
     for (scene, options, said) in cases {

@@ -5,11 +5,12 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 use resample_core::metrics::{Mask, compare};
 use resample_core::{Camera, KernelShape, LookAt, SelectMode};
 use resample_tests::analytic_fields::AnalyticField;
+use resample_tests::choices::{classified_orders, summed, with_field, with_samples, with_sheets};
 use resample_tests::scenes::render;
 use volsplat::transfer::{ColourKnot, OpacityKnot};
 use volsplat::{
-    Blend, Cells, Channel, Classify, Clip, Interpolate, Light, Look, Order, RenderOptions,
-    Renderer, Scene, Shading, SheetKernel, SheetSums, Subpixels, TransferFunction, Volume, Voxels,
+    Blend, Cells, Channel, Classify, Clip, Interpolate, Light, Look, RenderOptions, Renderer,
+    Scene, Shading, Subpixels, TransferFunction, Volume, Voxels,
 };
 
 /// Ambient and diffuse share, highlight and its exponent, as the shading's documentation gives them.
@@ -100,24 +101,16 @@ const ALONG_X: DVec3 = DVec3::new(3.0, 0.0, 0.0);
 fn ways(options: &RenderOptions) -> Vec<(RenderOptions, f64)> {
     let mut ways = vec![(options.clone(), 2e-6)];
     for shape in KernelShape::ALL {
-        let sheet_kernel = SheetKernel::Radial(shape);
+        let summed = summed(options.clone(), shape);
         for select in [SelectMode::Splats, SelectMode::Points] {
             ways.push((
-                RenderOptions {
-                    sheet_kernel,
-                    select,
-                    ..options.clone()
-                },
+                with_samples(summed.clone(), |samples| samples.select = select),
                 1e-5,
             ));
         }
         let interpolate = Interpolate::On;
         ways.push((
-            RenderOptions {
-                sheet_kernel,
-                interpolate,
-                ..options.clone()
-            },
+            with_sheets(summed, |sheets| sheets.interpolate = interpolate),
             1e-5,
         ));
     }
@@ -143,16 +136,13 @@ fn lambert_follows_the_cosine_in_the_world() {
             let factor = AMBIENT + DIFFUSE * normal.dot(light.normalize()).abs();
             let mut ways = ways(&options);
             // Samples that are lit by themselves are all lit alike.
-            for order in [Order::ImageSheets, Order::EverySample, Order::AxisSheets] {
+            for order in classified_orders() {
                 for cells in [Cells::Off, Cells::Mean] {
-                    let classify = Classify::Pre;
                     ways.push((
-                        RenderOptions {
-                            order,
-                            classify,
-                            cells,
-                            ..options.clone()
-                        },
+                        with_samples(options.clone(), |samples| {
+                            samples.order = order;
+                            samples.cells = cells;
+                        }),
                         1e-5,
                     ));
                 }
@@ -205,20 +195,12 @@ fn light_does_not_depend_on_units() {
         let slope = ALONG_X.x * value / length;
         let lit = options(Shading::Lambert, Light::Towards(light));
         let mut ways = vec![lit.clone()];
-        let sheet_kernel = SheetKernel::Radial(KernelShape::Polynomial);
-        ways.push(RenderOptions {
-            sheet_kernel,
-            ..lit.clone()
-        });
-        ways.push(RenderOptions {
-            sheet_kernel,
-            classify: Classify::Pre,
-            ..lit.clone()
-        });
-        ways.push(RenderOptions {
-            order: Order::EverySample,
-            ..lit
-        });
+        let summed = summed(lit.clone(), KernelShape::Polynomial);
+        ways.push(summed.clone());
+        ways.push(with_sheets(summed, |sheets| {
+            sheets.classify = Classify::Pre
+        }));
+        ways.push(with_samples(lit, |_| {}));
         for (number, options) in ways.into_iter().enumerate() {
             let whole = render(&volume, &transfer, &options, &camera).pixel(16, 16);
             for channel in 0..3 {
@@ -323,23 +305,23 @@ fn lit_balls_are_near_their_formula() {
             .psnr_db
     };
     let light = Light::Towards(DVec3::new(0.3, 1.0, -0.4));
-    let of = |sheet_kernel, interpolate| {
-        [Shading::None, Shading::Phong].map(|shading| {
-            psnr_db(&RenderOptions {
-                shading,
-                light,
-                sheet_kernel,
-                interpolate,
-                ..RenderOptions::default()
-            })
+    let lights = [Shading::None, Shading::Phong].map(|shading| RenderOptions {
+        shading,
+        light,
+        ..RenderOptions::default()
+    });
+    let of = |kernel, interpolate| {
+        lights.clone().map(|options| {
+            psnr_db(&with_sheets(summed(options, kernel), |sheets| {
+                sheets.interpolate = interpolate
+            }))
         })
     };
-    let [unlit, trilinear] = of(SheetKernel::Trilinear, Interpolate::Off);
+    let [unlit, trilinear] = lights.clone().map(|options| psnr_db(&options));
     println!("trilinear: {unlit:.1} dB unlit, {trilinear:.1} dB lit");
     for shape in KernelShape::ALL {
-        let kernel = SheetKernel::Radial(shape);
         let [blurred, sharp] =
-            [Interpolate::Off, Interpolate::On].map(|interpolate| of(kernel, interpolate));
+            [Interpolate::Off, Interpolate::On].map(|interpolate| of(shape, interpolate));
         println!("{shape:?}: {blurred:.1?} dB unlit and lit, interpolating {sharp:.1?}");
         for [unlit, lit] in [blurred, sharp] {
             assert!(
@@ -416,16 +398,14 @@ fn a_classified_voxel_is_lit_where_it_stands() {
     let mirrored = 2.0 * normal.dot(light) * normal - light;
     let shine = SPECULAR * (-mirrored.dot(ray)).max(0.0).powi(POWER);
     assert!(shine > 0.05, "the highlight is seen: {shine}");
-    for order in [Order::EverySample, Order::AxisSheets, Order::ImageSheets] {
+    for order in classified_orders() {
         for select in [SelectMode::Splats, SelectMode::Points] {
-            let plain = RenderOptions {
-                order,
-                select,
-                classify: Classify::Pre,
-                cells: Cells::Off,
-                sheet_kernel: SheetKernel::Radial(KernelShape::Polynomial),
-                ..options(Shading::Phong, Light::Towards(light))
-            };
+            let lit = options(Shading::Phong, Light::Towards(light));
+            let plain = with_samples(lit, |samples| {
+                samples.order = order;
+                samples.select = select;
+                samples.cells = Cells::Off;
+            });
             let whole = render(&alone, &transfer, &plain, &camera);
             let clipped = render(
                 &both,
@@ -497,14 +477,7 @@ fn shading_where_it_cannot_be_is_refused() {
     let (volume, transfer) = ramp(ALONG_X, DAffine3::IDENTITY);
     let lit = options(Shading::Phong, Light::Headlight);
     for bad in [
-        RenderOptions {
-            sheet_sums: SheetSums::Scatter,
-            ..lit.clone()
-        },
-        RenderOptions {
-            blend: Blend::Maximum,
-            ..lit.clone()
-        },
+        with_field(lit.clone(), |field| field.blend = Blend::Maximum),
         RenderOptions {
             light: Light::Towards(DVec3::ZERO),
             ..lit.clone()
@@ -524,12 +497,6 @@ fn shading_where_it_cannot_be_is_refused() {
         channels: vec![channel; 2],
         mask: None,
     };
-    let error = Renderer::with_scene(
-        &two,
-        &RenderOptions {
-            order: Order::EverySample,
-            ..lit
-        },
-    );
+    let error = Renderer::with_scene(&two, &with_samples(lit, |_| {}));
     assert!(error.is_err_and(|error| error.to_string().contains("one channel of scalars")));
 }

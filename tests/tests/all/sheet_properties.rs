@@ -1,10 +1,11 @@
-//! What holds for image sheets by themselves: exact laws at faces, equality of both ways of summing, bytes that depend
+//! What holds for image sheets by themselves: exact laws at faces, bytes that depend
 //! on nothing but the scene, the bound of the early end, and convergence of second order in the slab's thickness.
 
 use glam::{DAffine3, DVec3};
 use rayon::ThreadPoolBuilder;
 use resample_core::simd::SimdLevel;
 use resample_core::{Camera, Image, Projection};
+use resample_tests::choices::with_field;
 use resample_tests::reference::Scene;
 use resample_tests::scenes::{
     coloured, grey, orthographic, perspective, random_volume, render, sheared_grid, transfer,
@@ -12,15 +13,10 @@ use resample_tests::scenes::{
 };
 use resample_tests::sheet_reference::render as reference;
 use volsplat::procedural::blobs;
-use volsplat::{
-    DepthPlane, RenderOptions, Renderer, SheetSums, Subpixels, TransferFunction, Volume,
-};
+use volsplat::{DepthPlane, RenderOptions, Renderer, Subpixels, TransferFunction, Volume};
 
-const SUMS: [SheetSums; 2] = [SheetSums::Gather, SheetSums::Scatter];
-
-fn options(sheet_sums: SheetSums) -> RenderOptions {
+fn options() -> RenderOptions {
     RenderOptions {
-        sheet_sums,
         subpixels: Subpixels::Fixed(1),
         min_transmittance: 0.0,
         ..RenderOptions::default()
@@ -108,25 +104,22 @@ fn check_constant(
     };
     let left = [1e-6, -1e-6].map(|margin| (-tau * slab_voxels * count(margin)).exp());
     let mut seams = 0;
-    for sums in SUMS {
-        let options = RenderOptions {
-            slab_voxels,
-            ..options(sums)
-        };
-        let image = render(volume, &grey(0.05), &options, camera);
-        let is_off = |pixel: &&[f32; 4]| {
-            let got = 1.0 - f64::from(pixel[3]);
-            got > left[0] + 1e-5 || got < left[1] - 1e-5
-        };
-        let off = image.rgba.iter().filter(is_off).count();
-        if off > 0 {
-            println!(
-                "{case}, {sums:?}: {off} of {} pixels do not leave {left:?}",
-                image.rgba.len()
-            );
-        }
-        seams += off;
+
+    let options = with_field(options(), |field| field.slab_voxels = slab_voxels);
+    let image = render(volume, &grey(0.05), &options, camera);
+    let is_off = |pixel: &&[f32; 4]| {
+        let got = 1.0 - f64::from(pixel[3]);
+        got > left[0] + 1e-5 || got < left[1] - 1e-5
+    };
+    let off = image.rgba.iter().filter(is_off).count();
+    if off > 0 {
+        println!(
+            "{case}: {off} of {} pixels do not leave {left:?}",
+            image.rgba.len()
+        );
     }
+    seams += off;
+
     seams
 }
 
@@ -138,77 +131,30 @@ fn a_constant_volume_has_no_seams_in_perspective() {
         let middle = grid.transform_point3(DVec3::new(16.0, 12.5, 12.5));
         let eye = middle + DVec3::new(30.0, 22.0, -35.0);
         let camera = perspective(eye, middle, 40.0, [48, 48]);
-        for sums in SUMS {
-            let options = options(sums);
-            let image = render(&volume, &grey(0.02), &options, &camera);
-            let truth = reference(&Scene {
-                volume: &volume,
-                transfer: &grey(0.02),
-                camera: &camera,
-                options: &options,
-            });
-            let errors = image.rgba.iter().zip(&truth);
-            let worst = errors
-                .map(|(got, t)| (1.0 - f64::from(got[3]) - t.transmittance).abs() - t.slack)
-                .fold(0.0, f64::max);
-            println!("constant volume, {sums:?}: {worst:.1e}");
-            assert!(worst < 1e-5, "{sums:?}: off by {worst}");
-        }
+
+        let options = options();
+        let image = render(&volume, &grey(0.02), &options, &camera);
+        let truth = reference(&Scene {
+            volume: &volume,
+            transfer: &grey(0.02),
+            camera: &camera,
+            options: &options,
+        });
+        let errors = image.rgba.iter().zip(&truth);
+        let worst = errors
+            .map(|(got, t)| (1.0 - f64::from(got[3]) - t.transmittance).abs() - t.slack)
+            .fold(0.0, f64::max);
+        println!("constant volume: {worst:.1e}");
+        assert!(worst < 1e-5, "off by {worst}");
     }
 }
 
-/// Both ways form the same sums, where nothing is visible at the volume's faces (the ways may differ by a thousandth
-/// of a voxel in what they count as inside). Rounding may move a sum across the middle between two of the table's
-/// scalars: an entry is 7e-4, which changes extinction by 1.4e-4 per voxel and a slab's opacity by half of that.
-#[test]
-fn gathered_and_scattered_sums_agree() {
-    let look = transfer(
-        &[(0.0, [1.0, 0.4, 0.2])],
-        &[(0.2, 0.0), (1.0, 0.4), (3.0, 0.6)],
-    );
-    for grid in [DAffine3::IDENTITY, sheared_grid()] {
-        let made = blobs(24).expect("a good size");
-        let volume = Volume::new(made.dims, made.voxels, grid).expect("a valid grid");
-        let middle = grid.transform_point3(DVec3::splat(11.5));
-        for eye in [DVec3::new(26.0, 17.0, -24.0), DVec3::new(2.0, 1.0, -3.0)] {
-            for camera in [
-                perspective(middle + eye, middle, 55.0, [40, 40]),
-                orthographic(middle + eye, middle, 30.0, [40, 40]),
-            ] {
-                let [a, b] = SUMS.map(|sums| render(&volume, &look, &options(sums), &camera));
-                let apart = |(a, b): (&[f32; 4], &[f32; 4])| {
-                    a.iter().zip(b).any(|(a, b)| (a - b).abs() > 1e-5)
-                };
-                let other_entry = a
-                    .rgba
-                    .iter()
-                    .zip(&b.rgba)
-                    .filter(|&pair| apart(pair))
-                    .count();
-                let difference = worst_difference(&a, &b);
-                println!(
-                    "gather against scatter, {:?}: {difference:.1e}, {other_entry} px",
-                    camera.projection
-                );
-                assert!(
-                    difference < 7e-5,
-                    "gather and scatter differ by {difference}"
-                );
-                assert!(
-                    other_entry <= 16,
-                    "gather and scatter differ in {other_entry} of 1600 pixels"
-                );
-            }
-        }
-    }
-}
-
-fn busy_options(sheet_sums: SheetSums) -> RenderOptions {
+fn busy_options() -> RenderOptions {
     RenderOptions {
         subpixels: Subpixels::Fixed(2),
         depth: DepthPlane::Expected,
         min_transmittance: 1.0 / 512.0,
-        ..options(sheet_sums)
+        ..options()
     }
 }
 
@@ -244,27 +190,23 @@ fn busy_scene() -> (Volume, TransferFunction, Camera) {
 #[test]
 fn bytes_do_not_depend_on_threads() {
     let (volume, look, camera) = busy_scene();
-    for sums in SUMS {
-        let [one, two, seven] = [1, 2, 7].map(|threads| {
-            let pool = ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .expect("a thread pool");
-            pool.install(|| {
-                let mut renderer =
-                    Renderer::new(&volume, &look, &busy_options(sums)).expect("valid options");
-                bits(&frame(&mut renderer, &camera))
-            })
-        });
-        assert!(
-            one.iter().any(|&b| b != 0),
-            "{sums:?}: the picture is empty"
-        );
-        assert!(
-            one == two && one == seven,
-            "{sums:?}: the bytes depend on the number of threads"
-        );
-    }
+
+    let [one, two, seven] = [1, 2, 7].map(|threads| {
+        let pool = ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("a thread pool");
+        pool.install(|| {
+            let mut renderer =
+                Renderer::new(&volume, &look, &busy_options()).expect("valid options");
+            bits(&frame(&mut renderer, &camera))
+        })
+    });
+    assert!(one.iter().any(|&b| b != 0), "the picture is empty");
+    assert!(
+        one == two && one == seven,
+        "the bytes depend on the number of threads"
+    );
 }
 
 #[test]
@@ -285,17 +227,15 @@ fn earlier_frames_leave_no_trace() {
         ),
         perspective(DVec3::splat(100.0), DVec3::splat(200.0), 50.0, [64, 64]),
     ];
-    for sums in SUMS {
-        let mut renderer =
-            Renderer::new(&volume, &look, &busy_options(sums)).expect("valid options");
-        let first = bits(&frame(&mut renderer, &camera));
-        for other in &others {
-            frame(&mut renderer, other);
-            assert!(
-                first == bits(&frame(&mut renderer, &camera)),
-                "{sums:?}: a frame left something behind"
-            );
-        }
+
+    let mut renderer = Renderer::new(&volume, &look, &busy_options()).expect("valid options");
+    let first = bits(&frame(&mut renderer, &camera));
+    for other in &others {
+        frame(&mut renderer, other);
+        assert!(
+            first == bits(&frame(&mut renderer, &camera)),
+            "a frame left something behind"
+        );
     }
 }
 
@@ -303,27 +243,23 @@ fn earlier_frames_leave_no_trace() {
 fn vector_levels_agree_to_rounding() {
     let volume = blobs(25).expect("a good size");
     let camera = perspective(DVec3::new(1.9, 1.2, -2.3), DVec3::ZERO, 45.0, [70, 55]);
-    for sums in SUMS {
-        let at = |simd| {
-            render(
-                &volume,
-                &coloured(0.2),
-                &RenderOptions {
-                    simd,
-                    ..options(sums)
-                },
-                &camera,
-            )
-        };
-        let scalar = at(SimdLevel::Baseline);
-        for level in SimdLevel::ALL {
-            let difference = worst_difference(&scalar, &at(level));
-            println!("{sums:?}, {level:?}: {difference:.1e}");
-            assert!(
-                difference < 1e-5,
-                "{sums:?}: {level:?} differs from scalar by {difference}"
-            );
-        }
+
+    let at = |simd| {
+        render(
+            &volume,
+            &coloured(0.2),
+            &RenderOptions { simd, ..options() },
+            &camera,
+        )
+    };
+    let scalar = at(SimdLevel::Baseline);
+    for level in SimdLevel::ALL {
+        let difference = worst_difference(&scalar, &at(level));
+        println!("{level:?}: {difference:.1e}");
+        assert!(
+            difference < 1e-5,
+            "{level:?} differs from scalar by {difference}"
+        );
     }
 }
 
@@ -336,29 +272,28 @@ fn an_early_end_changes_no_pixel_by_more_than_its_bound() {
         25.0,
         [48, 48],
     );
-    for sums in SUMS {
-        for n in [1, 4] {
-            let picture = |min_transmittance| {
-                let options = RenderOptions {
-                    min_transmittance,
-                    subpixels: Subpixels::Fixed(n),
-                    ..options(sums)
-                };
-                render(&volume, &coloured(0.5), &options, &camera)
+
+    for n in [1, 4] {
+        let picture = |min_transmittance| {
+            let options = RenderOptions {
+                min_transmittance,
+                subpixels: Subpixels::Fixed(n),
+                ..options()
             };
-            let whole = picture(0.0);
-            for bound in [1.0 / 512.0, 0.05, 0.5, 0.99] {
-                let difference = worst_difference(&whole, &picture(bound));
-                println!("{sums:?}, {n} sub-pixels, end at {bound}: {difference:.1e}");
-                assert!(
-                    difference <= f64::from(bound),
-                    "{sums:?}: {difference}, more than {bound}"
-                );
-                assert!(
-                    bound < 0.5 || difference > 0.0,
-                    "{sums:?}: {bound} ended nothing early"
-                );
-            }
+            render(&volume, &coloured(0.5), &options, &camera)
+        };
+        let whole = picture(0.0);
+        for bound in [1.0 / 512.0, 0.05, 0.5, 0.99] {
+            let difference = worst_difference(&whole, &picture(bound));
+            println!("{n} sub-pixels, end at {bound}: {difference:.1e}");
+            assert!(
+                difference <= f64::from(bound),
+                "{difference}, more than {bound}"
+            );
+            assert!(
+                bound < 0.5 || difference > 0.0,
+                "{bound} ended nothing early"
+            );
         }
     }
 }
@@ -377,10 +312,7 @@ fn error_falls_with_the_square_of_the_slab() {
         perspective(eye, DVec3::ZERO, 40.0, [32, 32]),
         orthographic(eye, DVec3::ZERO, 2.2, [32, 32]),
     ] {
-        let fine = RenderOptions {
-            slab_voxels: 1.0 / 64.0,
-            ..options(SheetSums::Gather)
-        };
+        let fine = with_field(options(), |field| field.slab_voxels = 1.0 / 64.0);
         let truth = reference(&Scene {
             volume: &volume,
             transfer: &look,
@@ -388,10 +320,7 @@ fn error_falls_with_the_square_of_the_slab() {
             options: &fine,
         });
         let rms = |slab_voxels| {
-            let options = RenderOptions {
-                slab_voxels,
-                ..options(SheetSums::Gather)
-            };
+            let options = with_field(options(), |field| field.slab_voxels = slab_voxels);
             let image = render(&volume, &look, &options, &camera);
             let squares = image.rgba.iter().zip(&truth).map(|(got, truth)| {
                 let [r, g, b] = truth.rgb;

@@ -1,4 +1,4 @@
-//! Image sheets against their f64 reference, for gathered and for scattered sums.
+//! Image sheets against their f64 reference.
 //!
 //! The bound is per pixel and derived, not chosen: the table of 4096 scalars takes the nearest, so a sample's scalar is
 //! off by up to span / 8190; what that changes in opacity and colour, times what is left in front, is summed along the
@@ -7,66 +7,59 @@
 
 use glam::{DAffine3, DVec3};
 use resample_core::Camera;
+use resample_tests::choices::with_field;
 use resample_tests::reference::Scene;
 use resample_tests::scenes::{
     coloured, orthographic, perspective, random_volume, render, sheared_grid, transfer,
 };
 use resample_tests::sheet_reference::{SheetPixel, render as reference};
 use volsplat::procedural::blobs;
-use volsplat::{DepthPlane, RenderOptions, SheetSums, Subpixels, TransferFunction, Volume, Voxels};
+use volsplat::{DepthPlane, RenderOptions, Subpixels, TransferFunction, Volume, Voxels};
 
 /// Rounding of f32 sums over up to a few hundred slabs, beside the table's error.
 const ROUNDING: f64 = 1e-5;
 
-const SUMS: [SheetSums; 2] = [SheetSums::Gather, SheetSums::Scatter];
-
 fn options(slab_voxels: f64, subpixels: u32) -> RenderOptions {
-    RenderOptions {
-        slab_voxels,
-        subpixels: Subpixels::Fixed(subpixels),
-        min_transmittance: 0.0,
-        depth: DepthPlane::Expected,
-        ..RenderOptions::default()
-    }
+    with_field(
+        RenderOptions {
+            subpixels: Subpixels::Fixed(subpixels),
+            min_transmittance: 0.0,
+            depth: DepthPlane::Expected,
+            ..RenderOptions::default()
+        },
+        |field| field.slab_voxels = slab_voxels,
+    )
 }
 
-/// Compares both ways of summing with the reference; returns the largest difference and the largest bound.
+/// Compares a picture with the reference; returns the largest difference and the largest bound.
 fn hold(
     name: &str,
     (volume, transfer): (&Volume, &TransferFunction),
     camera: &Camera,
-    choice: &RenderOptions,
+    options: &RenderOptions,
 ) {
-    for sheet_sums in SUMS {
-        let options = RenderOptions {
-            sheet_sums,
-            ..choice.clone()
-        };
-        let truth = reference(&Scene {
-            volume,
-            transfer,
-            camera,
-            options: &options,
-        });
-        let image = render(volume, transfer, &options, camera);
-        let depths = image.depth.as_ref().expect("a depth plane was asked for");
-        let (mut worst, mut beyond, mut slack) = (0.0f64, 0.0f64, 0.0f64);
-        for (i, (got, truth)) in image.rgba.iter().zip(&truth).enumerate() {
-            let error = difference(got, truth);
-            (worst, beyond) = (worst.max(error), beyond.max(error - truth.slack));
-            slack = slack.max(truth.slack);
-            check_depth(name, f64::from(depths[i]), truth, volume);
-        }
-        let seen = truth.iter().filter(|p| p.transmittance < 0.9).count();
-        println!(
-            "{name}, {sheet_sums:?}: off by {worst:.1e}, the table allows {slack:.1e}; {seen} px seen"
-        );
-        assert!(seen > 0, "{name}: nothing is seen, so nothing is tested");
-        assert!(
-            beyond < ROUNDING,
-            "{name}, {sheet_sums:?}: {beyond:.1e} more than the table allows"
-        );
+    let truth = reference(&Scene {
+        volume,
+        transfer,
+        camera,
+        options,
+    });
+    let image = render(volume, transfer, options, camera);
+    let depths = image.depth.as_ref().expect("a depth plane was asked for");
+    let (mut worst, mut beyond, mut slack) = (0.0f64, 0.0f64, 0.0f64);
+    for (i, (got, truth)) in image.rgba.iter().zip(&truth).enumerate() {
+        let error = difference(got, truth);
+        (worst, beyond) = (worst.max(error), beyond.max(error - truth.slack));
+        slack = slack.max(truth.slack);
+        check_depth(name, f64::from(depths[i]), truth, volume);
     }
+    let seen = truth.iter().filter(|p| p.transmittance < 0.9).count();
+    println!("{name}: off by {worst:.1e}, the table allows {slack:.1e}; {seen} px seen");
+    assert!(seen > 0, "{name}: nothing is seen, so nothing is tested");
+    assert!(
+        beyond < ROUNDING,
+        "{name}: {beyond:.1e} more than the table allows"
+    );
 }
 
 fn difference(got: &[f32; 4], truth: &SheetPixel) -> f64 {

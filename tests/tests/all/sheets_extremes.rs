@@ -3,20 +3,16 @@
 
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, Image};
+use resample_tests::choices::with_field;
 use resample_tests::reference::Scene;
 use resample_tests::scenes::{
     coloured, grey, orthographic, perspective, random_volume, render, single_voxel, volume,
 };
 use resample_tests::sheet_reference::render as reference;
-use volsplat::{
-    DepthPlane, RenderOptions, Renderer, SheetSums, Subpixels, TransferFunction, Volume,
-};
+use volsplat::{DepthPlane, RenderOptions, Renderer, Subpixels, TransferFunction, Volume};
 
-const SUMS: [SheetSums; 2] = [SheetSums::Gather, SheetSums::Scatter];
-
-fn options(sheet_sums: SheetSums) -> RenderOptions {
+fn options() -> RenderOptions {
     RenderOptions {
-        sheet_sums,
         subpixels: Subpixels::Fixed(1),
         min_transmittance: 0.0,
         depth: DepthPlane::Expected,
@@ -48,55 +44,48 @@ fn beyond(
     errors.fold(0.0, f64::max)
 }
 
-/// Prints and bounds an error, for both ways of summing.
+/// Prints and bounds an error.
 fn hold(
     what: &str,
     subject: (&Volume, &TransferFunction),
     camera: &Camera,
-    choice: &RenderOptions,
+    options: &RenderOptions,
 ) {
-    for sheet_sums in SUMS {
-        let options = RenderOptions {
-            sheet_sums,
-            ..choice.clone()
-        };
-        let error = beyond(subject, camera, &options);
-        println!("{what}, {sheet_sums:?}: {error:.1e} beyond the table");
-        assert!(error < 2e-5, "{what}, {sheet_sums:?}: off by {error}");
-        let image = render(subject.0, subject.1, &options, camera);
-        assert!(
-            image.rgba.iter().any(|p| p[3] > 1e-3),
-            "{what}, {sheet_sums:?}: nothing is seen"
-        );
-    }
+    let error = beyond(subject, camera, options);
+    println!("{what}: {error:.1e} beyond the table");
+    assert!(error < 2e-5, "{what}: off by {error}");
+    let image = render(subject.0, subject.1, options, camera);
+    assert!(
+        image.rgba.iter().any(|p| p[3] > 1e-3),
+        "{what}: nothing is seen"
+    );
 }
 
 #[test]
 fn a_camera_that_looks_away_sees_nothing() {
     let volume = random_volume([9, 9, 9], DAffine3::IDENTITY);
     let eye = DVec3::new(20.0, 3.0, 4.0);
-    for sums in SUMS {
-        for subpixels in [Subpixels::Auto, Subpixels::Fixed(16)] {
-            let options = RenderOptions {
-                subpixels,
-                ..options(sums)
-            };
-            let image = render(
-                &volume,
-                &grey(0.5),
-                &options,
-                &perspective(eye, 2.0 * eye, 60.0, [20, 20]),
-            );
-            assert!(
-                image.rgba.iter().all(|p| *p == [0.0; 4]),
-                "{sums:?}: something is seen behind the eye"
-            );
-            let depth = image.depth.expect("a depth plane was asked for");
-            assert!(
-                depth.iter().all(|d| *d == f32::INFINITY),
-                "{sums:?}: nothing has a depth"
-            );
-        }
+
+    for subpixels in [Subpixels::Auto, Subpixels::Fixed(16)] {
+        let options = RenderOptions {
+            subpixels,
+            ..options()
+        };
+        let image = render(
+            &volume,
+            &grey(0.5),
+            &options,
+            &perspective(eye, 2.0 * eye, 60.0, [20, 20]),
+        );
+        assert!(
+            image.rgba.iter().all(|p| *p == [0.0; 4]),
+            "something is seen behind the eye"
+        );
+        let depth = image.depth.expect("a depth plane was asked for");
+        assert!(
+            depth.iter().all(|d| *d == f32::INFINITY),
+            "nothing has a depth"
+        );
     }
 }
 
@@ -110,7 +99,7 @@ fn smallest_volumes_and_pictures() {
                 let camera = perspective(middle + DVec3::new(16.3, 13.1, -12.7), middle, 8.0, size);
                 let options = RenderOptions {
                     subpixels: Subpixels::Fixed(n),
-                    ..options(SheetSums::Gather)
+                    ..options()
                 };
                 hold(
                     &format!("{dims:?} voxels, {size:?} px, {n} sub-pixels"),
@@ -136,11 +125,13 @@ fn spacing_ratios_of_a_thousand() {
         let eye = scale + scale.length() * DVec3::new(3.1, 3.4, -3.9);
         let camera = orthographic(eye, scale, height, [20, 20]);
         let unit = Some(0.3 * height);
-        let options = RenderOptions {
-            opacity_unit: unit,
-            slab_voxels: 1.0,
-            ..options(SheetSums::Gather)
-        };
+        let options = with_field(
+            RenderOptions {
+                opacity_unit: unit,
+                ..options()
+            },
+            |field| field.slab_voxels = 1.0,
+        );
         hold(
             &format!("spacing {scale}"),
             (&volume, &coloured(0.99)),
@@ -159,43 +150,30 @@ fn opacities_of_nothing_almost_nothing_and_everything() {
         40.0,
         [16, 16],
     );
-    for sums in SUMS {
-        let nothing = render(&volume, &grey(0.0), &options(sums), &camera);
-        assert!(
-            nothing.rgba.iter().all(|p| *p == [0.0; 4]),
-            "{sums:?}: opacity 0 is seen"
-        );
-        let faint = render(&volume, &grey(1e-12), &options(sums), &camera);
-        // Transmittance is f32 and stays 1; the colour is there, and is at most 12 voxels long.
-        let most = faint.rgba.iter().map(|p| p[0]).fold(0.0, f32::max);
-        assert!(
-            most > 1e-13 && most < 12e-12,
-            "{sums:?}: opacity 1e-12 gives {most}"
-        );
-    }
-    hold(
-        "opacity 1",
-        (&volume, &grey(1.0)),
-        &camera,
-        &options(SheetSums::Gather),
+
+    let nothing = render(&volume, &grey(0.0), &options(), &camera);
+    assert!(
+        nothing.rgba.iter().all(|p| *p == [0.0; 4]),
+        "opacity 0 is seen"
     );
+    let faint = render(&volume, &grey(1e-12), &options(), &camera);
+    // Transmittance is f32 and stays 1; the colour is there, and is at most 12 voxels long.
+    let most = faint.rgba.iter().map(|p| p[0]).fold(0.0, f32::max);
+    assert!(most > 1e-13 && most < 12e-12, "opacity 1e-12 gives {most}");
+
+    hold("opacity 1", (&volume, &grey(1.0)), &camera, &options());
     let all = resample_tests::scenes::transfer(&[(0.0, [0.5; 3])], &[(0.0, 1.0)]);
-    hold(
-        "opaque everywhere",
-        (&volume, &all),
-        &camera,
-        &options(SheetSums::Gather),
-    );
+    hold("opaque everywhere", (&volume, &all), &camera, &options());
 }
 
 /// A visible volume without structure: no pixel inside it may leave more or less than its neighbours do.
-fn hold_no_holes(what: &str, volume: &Volume, camera: &Camera, sums: SheetSums) {
-    let image = render(volume, &grey(0.01), &options(sums), camera);
+fn hold_no_holes(what: &str, volume: &Volume, camera: &Camera) {
+    let image = render(volume, &grey(0.01), &options(), camera);
     let truth = reference(&Scene {
         volume,
         transfer: &grey(0.01),
         camera,
-        options: &options(sums),
+        options: &options(),
     });
     let pairs = image.rgba.iter().zip(&truth);
     let errors: Vec<f64> = pairs
@@ -203,12 +181,12 @@ fn hold_no_holes(what: &str, volume: &Volume, camera: &Camera, sums: SheetSums) 
         .collect();
     let worst = errors.iter().fold(0.0f64, |worst, e| worst.max(*e));
     let holes = errors.iter().filter(|e| **e > 2e-5).count();
-    println!("{what}, {sums:?}: {worst:.1e} beyond the faces, {holes} holes");
+    println!("{what}: {worst:.1e} beyond the faces, {holes} holes");
     assert!(
         truth.iter().any(|t| t.transmittance < 0.9),
         "{what}: nothing is seen, so nothing is tested"
     );
-    assert_eq!(holes, 0, "{what}, {sums:?}: pixels off by up to {worst}");
+    assert_eq!(holes, 0, "{what}: pixels off by up to {worst}");
 }
 
 fn constant() -> (Volume, DVec3) {
@@ -230,14 +208,12 @@ fn far_away_through_a_long_lens_there_are_no_holes() {
         for distance in [1e3, 1e5, 1e6] {
             let eye = middle - distance * direction.normalize();
             let camera = perspective(eye, middle, (60.0 / distance).to_degrees(), [48, 48]);
-            for sums in SUMS {
-                hold_no_holes(
-                    &format!("at {distance:e} along {direction}"),
-                    &volume,
-                    &camera,
-                    sums,
-                );
-            }
+
+            hold_no_holes(
+                &format!("at {distance:e} along {direction}"),
+                &volume,
+                &camera,
+            );
         }
     }
 }
@@ -266,13 +242,12 @@ fn small_voxels_far_from_the_principal_point_have_no_holes() {
                 cy: camera.cy + 24.6 - seen.y,
                 ..camera
             };
-            for sums in SUMS {
-                let what = format!(
-                    "{spacing_px} px a voxel, axis at {:.0}, {:.0}",
-                    camera.cx, camera.cy
-                );
-                hold_no_holes(&what, &volume, &camera, sums);
-            }
+
+            let what = format!(
+                "{spacing_px} px a voxel, axis at {:.0}, {:.0}",
+                camera.cx, camera.cy
+            );
+            hold_no_holes(&what, &volume, &camera);
         }
     }
 }
@@ -281,20 +256,19 @@ fn small_voxels_far_from_the_principal_point_have_no_holes() {
 fn a_single_voxel_along_an_axis_is_refused_with_the_way_out() {
     for (dims, axis) in [([1, 4, 4], "x"), ([4, 1, 4], "y"), ([4, 4, 1], "z")] {
         let thin = random_volume(dims, DAffine3::IDENTITY);
-        for sums in SUMS {
-            let refused = Renderer::new(&thin, &grey(0.5), &options(sums));
-            let message = refused
-                .expect_err("one voxel along an axis makes no cell")
-                .to_string();
-            assert!(
-                message.contains("--order every-sample"),
-                "no way out in: {message}"
-            );
-            assert!(
-                message.contains(&format!("along {axis}")),
-                "the axis {axis} is not named in: {message}"
-            );
-        }
+
+        let refused = Renderer::new(&thin, &grey(0.5), &options());
+        let message = refused
+            .expect_err("one voxel along an axis makes no cell")
+            .to_string();
+        assert!(
+            message.contains("--order every-sample"),
+            "no way out in: {message}"
+        );
+        assert!(
+            message.contains(&format!("along {axis}")),
+            "the axis {axis} is not named in: {message}"
+        );
     }
     let every = Renderer::new(
         &single_voxel(DVec3::ZERO),
@@ -321,7 +295,7 @@ fn a_single_visible_voxel() {
             &format!("one voxel at {at}"),
             (&volume, &look),
             &camera,
-            &options(SheetSums::Gather),
+            &options(),
         );
     }
 }
@@ -347,12 +321,7 @@ fn a_single_visible_cell() {
         25.0,
         [24, 24],
     );
-    hold(
-        "one cell",
-        (&volume, &look),
-        &camera,
-        &options(SheetSums::Gather),
-    );
+    hold("one cell", (&volume, &look), &camera, &options());
 }
 
 /// Whatever the lens, the near plane and the sub-pixels: numbers, and no panic.
@@ -376,15 +345,13 @@ fn unusual_cameras_give_finite_pictures() {
         perspective(eye - DVec3::new(1e7, 3.0, 1e7), eye, 1e-4, [20, 20]),
     ];
     for camera in &cameras {
-        for sums in SUMS {
-            for subpixels in [Subpixels::Auto, Subpixels::Fixed(2)] {
-                let options = RenderOptions {
-                    subpixels,
-                    ..options(sums)
-                };
-                let image: Image = render(&volume, &coloured(0.4), &options, camera);
-                assert!(image.depth.is_some(), "a depth plane was asked for");
-            }
+        for subpixels in [Subpixels::Auto, Subpixels::Fixed(2)] {
+            let options = RenderOptions {
+                subpixels,
+                ..options()
+            };
+            let image: Image = render(&volume, &coloured(0.4), &options, camera);
+            assert!(image.depth.is_some(), "a depth plane was asked for");
         }
     }
 }

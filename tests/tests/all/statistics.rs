@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 use resample_core::Camera;
+use resample_tests::choices::with_field;
 use resample_tests::reference::Scene;
 use resample_tests::scenes::{
     coloured, orthographic, perspective, random_volume, render, sheared_grid, transfer, volume,
@@ -15,11 +16,13 @@ const DIMS: [usize; 3] = [20, 17, 25];
 const ROUNDING: f64 = 1e-5;
 
 fn options(blend: Blend, subpixels: u32) -> RenderOptions {
-    RenderOptions {
-        blend,
-        subpixels: Subpixels::Fixed(subpixels),
-        ..RenderOptions::default()
-    }
+    with_field(
+        RenderOptions {
+            subpixels: Subpixels::Fixed(subpixels),
+            ..RenderOptions::default()
+        },
+        |field| field.blend = blend,
+    )
 }
 
 fn cameras(grid: DAffine3) -> [Camera; 2] {

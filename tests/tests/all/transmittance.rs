@@ -7,6 +7,7 @@
 
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, KernelShape, SelectMode};
+use resample_tests::choices::{samples, with_samples};
 use resample_tests::data::data_file;
 use resample_tests::field::Field;
 use resample_tests::march::optical_depths;
@@ -31,7 +32,7 @@ fn worst(
     options: &RenderOptions,
     camera: &Camera,
 ) -> f64 {
-    let field = Field::new(volume, transfer, options.kernel);
+    let field = Field::new(volume, transfer, samples(options).kernel);
     let unit = options
         .opacity_unit
         .unwrap_or_else(|| volume.smallest_spacing());
@@ -71,11 +72,13 @@ fn check_grid(name: &str, grid: DAffine3) {
     let size = (grid.matrix3 * DVec3::splat(17.0)).length();
     for shape in KernelShape::ALL {
         for camera in cameras(middle, size) {
-            let options = RenderOptions {
-                kernel: shape,
-                opacity_unit: Some(1.0),
-                ..full(SelectMode::Splats)
-            };
+            let options = with_samples(
+                RenderOptions {
+                    opacity_unit: Some(1.0),
+                    ..full(SelectMode::Splats)
+                },
+                |samples| samples.kernel = shape,
+            );
             let error = worst(&volume, &grey(0.15), &options, &camera);
             println!("{name}, {shape:?}, {:?}: {error:.2e}", camera.projection);
             let bound = if shape == KernelShape::BSpline {

@@ -2,9 +2,10 @@
 
 use glam::{DAffine3, DVec2, DVec3};
 use resample_core::{Camera, Image};
+use resample_tests::choices::{with_field, with_samples};
 use resample_tests::scenes::{coloured, orthographic, perspective, sheared_grid, transfer, volume};
 use volsplat::{
-    Clip, ClipPlane, ColourBy, Layer, Order, RenderOptions, Renderer, TransferFunction, Volume,
+    Clip, ClipPlane, ColourBy, Layer, RenderOptions, Renderer, TransferFunction, Volume,
 };
 
 const ALL: [Layer; 3] = [Layer::FirstHit, Layer::Normal, Layer::Samples];
@@ -166,10 +167,7 @@ fn samples_are_the_sheets_that_a_ray_meets() {
     let fog = volume([17, 17, 17], DAffine3::IDENTITY, |_| 0.5);
     let middle = DVec3::splat(8.0);
     let camera = orthographic(middle - 40.0 * DVec3::Z, middle, 8.0, [4, 4]);
-    let options = RenderOptions {
-        slab_voxels: 0.25,
-        ..RenderOptions::default()
-    };
+    let options = with_field(RenderOptions::default(), |field| field.slab_voxels = 0.25);
     let (thin, _) = planes(&fog, &coloured(0.02), &options, &camera);
     assert!(
         thin.samples.iter().all(|&n| (n - 64.0).abs() <= 1.0),
@@ -215,16 +213,13 @@ fn samples_are_the_sheets_that_a_ray_meets() {
 fn other_ways_of_drawing_say_that_they_have_none() {
     let fog = volume([9, 9, 9], DAffine3::IDENTITY, |_| 0.5);
     let camera = perspective(DVec3::new(4.0, 4.0, -20.0), DVec3::splat(4.0), 30.0, [4, 4]);
-    let options = RenderOptions {
-        order: Order::EverySample,
-        ..RenderOptions::every_sample()
-    };
+    let options = RenderOptions::every_sample();
     let mut renderer = Renderer::new(&fog, &coloured(0.5), &options).expect("valid options");
     let complaint = renderer
         .layers(&camera, &ALL)
         .expect_err("no cells")
         .to_string();
-    assert!(complaint.contains("--layers"), "{complaint}");
+    assert!(complaint.contains("first hits"), "{complaint}");
     assert!(
         renderer
             .layers(&camera, &[])
@@ -244,10 +239,9 @@ fn selection(distance: f64, size: [u32; 2]) -> (Vec<f32>, Image) {
         30.0,
         size,
     );
-    let options = RenderOptions {
-        colour_by: ColourBy::Select,
-        ..RenderOptions::paper()
-    };
+    let options = with_samples(RenderOptions::paper(), |samples| {
+        samples.colour_by = ColourBy::Select
+    });
     let mut renderer = Renderer::new(&fog, &look, &options).expect("valid options");
     let planes = renderer
         .layers(&camera, &[Layer::Selection])

@@ -5,7 +5,8 @@
 
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, Image, LookAt, Projection};
-use volsplat::{RenderOptions, Renderer, Subpixels, TransferFunction, procedural};
+use resample_tests::choices::with_field;
+use volsplat::{RenderOptions, Renderer, Reuse, Subpixels, TransferFunction, procedural};
 
 const TOLERANCE: f32 = 1e-4;
 
@@ -63,11 +64,13 @@ fn windows_of_a_volume_are_parts_of_its_picture() {
         ("sheets, auto", RenderOptions::default()),
         (
             "thin sheets",
-            RenderOptions {
-                slab_voxels: 0.125,
-                subpixels: Subpixels::Fixed(4),
-                ..sheets.clone()
-            },
+            with_field(
+                RenderOptions {
+                    subpixels: Subpixels::Fixed(4),
+                    ..sheets.clone()
+                },
+                |field| field.slab_voxels = 0.125,
+            ),
         ),
         ("every sample", RenderOptions::every_sample()),
     ] {
@@ -92,7 +95,7 @@ fn windows_of_a_volume_are_parts_of_its_picture() {
 }
 
 #[test]
-fn a_volume_renderer_that_adopts_options_draws_as_a_new_one() {
+fn a_volume_renderer_that_takes_options_draws_as_a_new_one() {
     let volume = procedural::blobs(32).expect("small");
     let transfer = TransferFunction::automatic(
         &volsplat::transfer::Histogram::of_volume(&volume),
@@ -103,23 +106,21 @@ fn a_volume_renderer_that_adopts_options_draws_as_a_new_one() {
         Renderer::new(&volume, &transfer, &RenderOptions::default()).expect("a renderer");
     kept.render(&camera).expect("a picture");
     for options in [
+        with_field(
+            RenderOptions {
+                subpixels: Subpixels::Fixed(1),
+                ..RenderOptions::default()
+            },
+            |field| field.slab_voxels = 0.25,
+        ),
         RenderOptions {
-            slab_voxels: 0.25,
-            subpixels: Subpixels::Fixed(1),
-            ..RenderOptions::default()
-        },
-        RenderOptions {
-            lod_error: 0.05,
             min_transmittance: 0.01,
             ..RenderOptions::default()
         },
-        RenderOptions {
-            lod_error: 0.0,
-            ..RenderOptions::default()
-        },
     ] {
-        assert!(
-            kept.adopt(&options).expect("good options"),
+        assert_eq!(
+            kept.set_options(&options).expect("good options"),
+            Reuse::Done,
             "{options:?} asks for no other preparation"
         );
         let mut new = Renderer::new(&volume, &transfer, &options).expect("a renderer");
@@ -129,18 +130,17 @@ fn a_volume_renderer_that_adopts_options_draws_as_a_new_one() {
         );
         assert_eq!(a.image, b.image, "{options:?}");
     }
-    assert!(
-        !kept
-            .adopt(&RenderOptions::every_sample())
+    assert_eq!(
+        kept.set_options(&RenderOptions::every_sample())
             .expect("good options"),
+        Reuse::NeedsRenderer,
         "another pipeline"
     );
     assert!(
-        kept.adopt(&RenderOptions {
-            slab_voxels: -1.0,
-            ..RenderOptions::default()
-        })
-        .is_err(),
+        kept.set_options(&with_field(RenderOptions::default(), |field| field
+            .slab_voxels =
+            -1.0))
+            .is_err(),
         "checked"
     );
 }

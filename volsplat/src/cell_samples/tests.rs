@@ -33,19 +33,15 @@ fn ramp(dims: [usize; 3]) -> Volume {
     Volume::new(dims, Voxels::F64(voxels), DAffine3::IDENTITY).expect("a valid volume")
 }
 
-fn samples(volume: &Volume, cells: Cells, cell_error: f32) -> Vec<Samples> {
-    let options = RenderOptions {
-        cells,
-        cell_error,
-        ..RenderOptions::every_sample()
-    };
-    cell_samples(&Scene::new(volume, &look()), &options).expect("one channel")
+fn samples(volume: &Volume, parts: Parts) -> Vec<Samples> {
+    let options = RenderOptions::every_sample();
+    cell_samples(&Scene::new(volume, &look()), &options, parts).expect("one channel")
 }
 
 #[test]
 fn one_cell_carries_the_mean_of_what_lies_in_it() {
     // Of four layers of places the first, at 1/8, is invisible, the second is red, the others are blue.
-    let mean = samples(&ramp([2, 2, 2]), Cells::Mean, 0.0);
+    let mean = samples(&ramp([2, 2, 2]), Parts::Whole);
     assert_eq!((mean.len(), mean[0].count), (1, 1), "one cell, one sample");
     let [r, g, b, strength] = mean[0].bricks[0].values[0];
     assert!(
@@ -66,11 +62,11 @@ fn one_cell_carries_the_mean_of_what_lies_in_it() {
 
 #[test]
 fn parts_are_split_only_where_they_differ() {
-    let split = samples(&ramp([2, 2, 2]), Cells::Split, 0.01);
+    let split = samples(&ramp([2, 2, 2]), Parts::Split { error: 0.01 });
     // The left half holds what is invisible and what is red: 16 quarters of it are seen. The right half is all blue.
     let counts: Vec<u64> = split.iter().map(|lattice| lattice.count).collect();
     assert_eq!(counts, [0, 4, 16], "whole cells, halves, quarters");
-    let coarse = samples(&ramp([2, 2, 2]), Cells::Split, 0.9);
+    let coarse = samples(&ramp([2, 2, 2]), Parts::Split { error: 0.9 });
     assert_eq!(
         coarse.iter().map(|l| l.count).collect::<Vec<_>>(),
         [1, 0, 0],
@@ -100,7 +96,7 @@ fn splitting_keeps_what_there_is_of_extinction_and_colour() {
         sum
     };
     let [mean, split] =
-        [(Cells::Mean, 0.0), (Cells::Split, 0.05)].map(|(c, e)| total(&samples(&volume, c, e)));
+        [Parts::Whole, Parts::Split { error: 0.05 }].map(|parts| total(&samples(&volume, parts)));
     for (a, b) in mean.iter().zip(split) {
         assert!(
             (a - b).abs() < 1e-5 * mean[3],
@@ -116,7 +112,7 @@ fn a_clip_of_voxels_is_the_same_place_on_every_lattice() {
         crop_in_grid: Some([DVec3::splat(1.0), DVec3::splat(3.0)]),
         ..Clip::default()
     };
-    for lattice in samples(&volume, Cells::Split, 0.01) {
+    for lattice in samples(&volume, Parts::Split { error: 0.01 }) {
         let in_lattice = lattice.clip(&clip);
         let inverse = lattice.world_from_index.inverse();
         for (at, kept) in [(0.99, false), (1.01, true), (2.99, true), (3.01, false)] {

@@ -9,7 +9,7 @@ use super::Watch;
 use super::blocks::{Block, Rows, blocks, bricks_along};
 use crate::Error;
 use crate::cells::{CELL_SIDE, least_and_greatest};
-use crate::field::Grid;
+use crate::grid::Grid;
 use crate::input::{Stored, VoxelType};
 use crate::transfer::Histogram;
 use crate::transfer::histogram::Tally;

@@ -10,7 +10,6 @@ use resample_core::tile::{TILE_PX, TileGrid, TileLists};
 use super::SheetFrame;
 use super::frame::TileView;
 use super::gather::{GatherScratch, render_tile};
-use super::lod::{Choice, Detail, count_levels};
 use super::place::placed;
 use crate::cells::CellField;
 use crate::chunks::visible_bricks;
@@ -24,7 +23,7 @@ impl SheetFrame<'_> {
     /// Renders the tiles from cells. Bricks without any of the scalars that are `seen` now are passed over.
     pub(super) fn gather(
         &self,
-        (field, details, seen): (&CellField, &[Option<Detail>], Option<&Support>),
+        (field, seen): (&CellField, Option<&Support>),
         clip: &GridClip,
         slots: &mut Vec<TileSlot>,
         stats: &mut FrameStats,
@@ -41,21 +40,16 @@ impl SheetFrame<'_> {
         }
 
         let clock = StageClock::start();
-        let detail = |i: usize| match (&self.levels, details.get(i)) {
-            (Some(levels), Some(Some(detail))) => {
-                levels.choice(self.view, &field.bricks[i], detail)
-            }
-            _ => Choice::EverySheet,
-        };
         let (bricks, rects) = placed(
             (&field.bricks, clip),
-            (&visible, detail),
+            (&visible, |brick| self.uniform(brick)),
             self.view,
             self.camera,
             self.settings,
         );
         stats.stages.project = clock.stop();
         stats.bricks = bricks.len() as u64;
+        stats.bricks_uniform = bricks.iter().filter(|b| b.uniform.is_some()).count() as u64;
         stats.bricks_empty += field.empty;
 
         let clock = StageClock::start();
@@ -88,6 +82,18 @@ impl SheetFrame<'_> {
             },
         );
         tally(slots, clock.stop(), stats);
-        count_levels(&bricks, &lists, (slots, columns), stats);
+        count_hidden(&lists, (slots, columns), stats);
     }
+}
+
+/// Counts the bricks that no tile looked at: each tile looked at the first of its list.
+fn count_hidden(lists: &TileLists, (slots, columns): (&[TileSlot], usize), stats: &mut FrameStats) {
+    let mut looked_at = vec![false; stats.bricks as usize];
+    for (index, slot) in slots.iter().enumerate() {
+        let list = lists.tile(index % columns, index / columns);
+        for &brick in &list[..slot.counts.composited] {
+            looked_at[brick as usize] = true;
+        }
+    }
+    stats.bricks_hidden = looked_at.iter().filter(|looked_at| !**looked_at).count() as u64;
 }

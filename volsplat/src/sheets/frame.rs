@@ -12,7 +12,7 @@ use fearless_simd::{f32x4, f32x8, i32x4};
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use resample_core::composite::DepthRule;
 use resample_core::maps::TilePlane;
-use resample_core::tile::{ChunkBins, TILE_PX, TileGrid, TileRect};
+use resample_core::tile::{TILE_PX, TileGrid, TileRect};
 use resample_core::{Camera, GridView, OpacityMode, Projection};
 
 use super::cell_sample::{HalfRow, LANES};
@@ -22,20 +22,7 @@ use super::isosurface::{AnchoredRays, IsoSettings};
 use super::section::SectionTable;
 use super::statistic::Statistic;
 use crate::clip::AnchoredHalfSpace;
-use crate::field::FieldBrick;
-use crate::sample::place;
 use crate::shade::{GradientRamp, ShadeSettings};
-
-/// A voxel as the tiles need it.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Section {
-    /// Position in the grid, relative to the anchor, and the scalar in the last place.
-    pub(crate) grid_and_value: [f32; 4],
-    /// Camera x and y, world units.
-    pub(crate) camera: [f32; 2],
-    /// Camera z relative to the anchor's, world units.
-    pub(crate) offset_z: f32,
-}
 
 /// A point in the middle of the field. Positions on planes and of voxels are taken relative to it, in f64 once per
 /// plane and once per brick, so that the weights of a cell sum to 1 however far the eye is.
@@ -105,8 +92,6 @@ pub(crate) struct PlaneView {
     pub(crate) lanes: [[f32; TILE_PX]; 3],
     /// Grid position of the centre of the tile's first pixel, relative to the anchor.
     pub(crate) first: [f32; 4],
-    /// Change of the grid position per pixel along x.
-    pub(crate) step_x: [f32; 4],
     /// Change of the grid position per pixel along y.
     pub(crate) step_y: [f32; 4],
     /// From a camera x, y, x, y to tile pixels, so that the first covered pixel is the number rounded up.
@@ -225,7 +210,6 @@ impl TileView {
                 .to_array()
                 .map(|step| std::array::from_fn(|lane| (lane as f64 * step) as f32)),
             first: four(first),
-            step_x: four(step_x),
             step_y: four(step_y),
             pixel_scale: ends(pixels, pixels),
             pixel_shift: ends(shift - BOX_MARGIN, shift + BOX_MARGIN),
@@ -294,25 +278,7 @@ pub(crate) struct SheetProjection {
     reach_z: f32,
     /// Box of all sections: least x, y, greatest x, y, world units.
     reach: [f32; 4],
-    /// Half of the slab that a section reaches over, in planes: 0 where it lies in the plane alone.
-    half: f32,
     near: f32,
-}
-
-/// How much of a slab a section covers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Span {
-    /// The plane through its middle.
-    Plane,
-    /// All of it, from the near plane on.
-    Slab,
-}
-
-/// The voxels of a chunk of bricks, by tile.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct SheetChunk {
-    pub(crate) bins: ChunkBins<Section>,
-    pub(crate) culled: u64,
 }
 
 /// Boxes on the screen and along the view are wider than what they hold by this much, in pixels and in voxels, so that
@@ -323,20 +289,10 @@ const BOX_MARGIN: f64 = 1.0 / 64.0;
 const MAX_PLANE: f32 = 8_388_608.0;
 
 impl SheetProjection {
-    pub(crate) fn new(
-        view: &GridView,
-        camera: &Camera,
-        settings: &SheetSettings,
-        span: Span,
-    ) -> Self {
+    pub(crate) fn new(view: &GridView, camera: &Camera, settings: &SheetSettings) -> Self {
         let m = view.camera_from_grid.matrix3;
-        // Planes before the near plane are not seen; neither are those behind the eye of an orthographic camera.
-        let near = view.near / settings.thickness;
-        let (first_plane, half) = match span {
-            Span::Plane => ((near - 0.5).ceil(), 0.0),
-            Span::Slab => (near.floor(), 0.5),
-        };
-        let first_plane = first_plane.max(0.0);
+        // Slabs before the near plane are not seen; neither are those behind the eye of an orthographic camera.
+        let first_plane = (view.near / settings.thickness).floor().max(0.0);
         Self {
             view: *view,
             anchor: settings.anchor,
@@ -351,7 +307,6 @@ impl SheetProjection {
             first_plane: first_plane as f32,
             reach_z: settings.sections.reach_z,
             reach: settings.sections.whole.ends,
-            half,
             near: view.near as f32,
         }
     }
@@ -392,14 +347,11 @@ impl SheetProjection {
         if !(last >= first && last < MAX_PLANE) {
             return None;
         }
-        let ends =
-            [first + 0.5 - self.half, last + 0.5 + self.half].map(|plane| plane * self.thickness);
         // A slab that the near plane cuts begins there.
-        let z = if self.half > 0.0 {
-            [ends[0].max(self.near), ends[1]]
-        } else {
-            ends
-        };
+        let z = [
+            (first * self.thickness).max(self.near),
+            (last + 1.0) * self.thickness,
+        ];
         let rect = self
             .grid
             .rect(self.pixels(camera.x, z, 0), self.pixels(camera.y, z, 1));
@@ -419,34 +371,5 @@ impl SheetProjection {
     /// The camera movement per grid axis.
     pub(crate) fn axes(&self) -> [Vec3; 3] {
         self.axes
-    }
-}
-
-impl SheetChunk {
-    pub(crate) fn clear(&mut self) {
-        self.bins.clear();
-        self.culled = 0;
-    }
-
-    /// Projects the voxels of a brick.
-    pub(crate) fn project(&mut self, setup: &SheetProjection, brick: &FieldBrick) {
-        let corner = DVec3::from(brick.bounds.corner.map(f64::from));
-        let [in_camera, in_grid] = setup.at_corner(corner);
-        let [ax, ay, az] = setup.axes;
-        for (&packed, &value) in brick.places.iter().zip(&brick.values) {
-            let at = Vec3::from(place(packed).map(f32::from));
-            let camera = in_camera + at.x * ax + at.y * ay + at.z * az;
-            let Some((first, rect)) = setup.cover(camera) else {
-                self.culled += 1;
-                continue;
-            };
-            let grid = in_grid + at;
-            let section = Section {
-                grid_and_value: [grid.x, grid.y, grid.z, value],
-                camera: [camera.x, camera.y],
-                offset_z: camera.z,
-            };
-            self.bins.push(section, first, rect);
-        }
     }
 }

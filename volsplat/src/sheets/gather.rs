@@ -19,11 +19,11 @@ use super::channel::Reading;
 use super::frame::{PlaneView, SheetSettings, TileView, covered};
 use super::isosurface;
 use super::kept::Kept;
-use super::lod::Choice;
-use super::lod::walk::add_in_steps;
 use super::mixed::Mixed;
 use super::over::Over;
 use super::statistic::{self, Gathered, RayValues};
+use super::uniform::Uniform;
+use super::uniform_walk::add_uniform;
 use crate::cells::CellBrick;
 
 /// Planes whose views are remembered in a tile; neighbouring bricks share planes. A power of two; a brick of unit
@@ -34,8 +34,8 @@ const REMEMBERED_PLANES: usize = 64;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlacedBrick<'a> {
     pub(crate) brick: &'a CellBrick,
-    /// What is drawn: its cells on every sheet, or less.
-    pub(crate) detail: Choice<'a>,
+    /// Where it is crossed in one step: its colour.
+    pub(crate) uniform: Option<Uniform>,
     /// Planes first..end that cut the box of its visible cells.
     pub(crate) planes: [u32; 2],
     /// Pixel columns first..end and rows first..end that the box covers.
@@ -261,14 +261,8 @@ fn add_brick_by_rule(job: &Job, window: Window, scratch: &mut GatherScratch) -> 
     if let (Some(iso), Some(rays)) = (&settings.iso, &job.view.iso_rays) {
         return dispatch!(settings.level, simd => isosurface::add_brick(simd, job, (iso, rays), window, scratch));
     }
-    match job.placed.detail {
-        Choice::EverySheet => {}
-        Choice::Skipping(_) => {
-            return dispatch!(settings.level, simd => add_in_steps::<_, false>(simd, job, window, scratch));
-        }
-        Choice::Merged(_) => {
-            return dispatch!(settings.level, simd => add_in_steps::<_, true>(simd, job, window, scratch));
-        }
+    if let Some(uniform) = job.placed.uniform {
+        return dispatch!(settings.level, simd => add_uniform(simd, job, (window, uniform), scratch));
     }
     let is_cut = job.placed.cuts != 0 || job.placed.brick.mask.is_some();
     match (rule(settings), is_cut) {

@@ -8,7 +8,6 @@
 
 mod ball;
 mod close;
-mod tent;
 
 use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
@@ -25,7 +24,6 @@ use resample_core::tile::TILE_PX;
 
 use self::ball::add_ball;
 use self::close::close_slabs;
-use self::tent::add_tent;
 use super::frame::{PlaneView, SheetSettings, TileView};
 use crate::clip::GridClip;
 use crate::options::{Classify, Interpolate};
@@ -61,8 +59,8 @@ pub(crate) struct Laid {
 /// What every tile of a frame shares, beside the settings of all sheets.
 #[derive(Clone, Debug)]
 pub(crate) struct KernelSettings {
-    /// The section table; `None` for the trilinear kernel, which is sampled on the slab's middle plane.
-    pub(crate) profile: Option<SectionProfile>,
+    /// The section table.
+    pub(crate) profile: SectionProfile,
     pub(crate) filter: PixelFilter,
     pub(crate) classify: Classify,
     pub(crate) interpolate: Interpolate,
@@ -229,21 +227,16 @@ fn render_entries<S: Simd, const SUMS: usize>(
         counts.pixels_touched += if voxel.mass > 0.0 {
             add_point::<SUMS>(tile, first, voxel, scratch)
         } else {
-            match tile
-                .kernel
-                .profile
-                .as_ref()
-                .map(|profile| (profile, profile.powers()))
-            {
-                None => add_tent::<_, SUMS>(simd, tile, first, voxel, scratch),
-                Some((profile, Powers::Few)) => add_ball::<_, SUMS, ALONG_POLYNOMIAL>(
+            let profile = &tile.kernel.profile;
+            match profile.powers() {
+                Powers::Few => add_ball::<_, SUMS, ALONG_POLYNOMIAL>(
                     simd,
                     (tile, profile),
                     first,
                     voxel,
                     scratch,
                 ),
-                Some((profile, Powers::All)) => {
+                Powers::All => {
                     add_ball::<_, SUMS, ALONG>(simd, (tile, profile), first, voxel, scratch)
                 }
             }

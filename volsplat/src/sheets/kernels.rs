@@ -5,7 +5,6 @@
 //! is listed by the tiles that it touches, and each tile sums slab by slab ([`super::kernel_tile`]).
 //! Where samples are lit, gradients are summed with the scalars; voxels that are classified are lit by themselves
 //! ([`crate::sample_light`]).
-//! Limits: the trilinear kernel is sampled on the plane through a slab's middle, and is never a point.
 
 use cpu_time::ThreadTime;
 use glam::{DAffine3, DVec3, Vec3};
@@ -13,25 +12,25 @@ use rayon::prelude::*;
 use resample_core::composite::TilePixels;
 use resample_core::point::PixelFilter;
 use resample_core::section::SectionProfile;
+use resample_core::sort::{EXACT_KEYS, entry_key, sort_by_depth};
 use resample_core::tile::{ChunkBins, TILE_PX, TileGrid};
 use resample_core::{GridView, Kernel, Projection, SelectMode};
 
-use super::frame::{SheetProjection, SheetSettings, Span, TileView};
+use super::frame::{SheetProjection, SheetSettings, TileView};
 use super::kernel_tile::{KernelScratch, KernelSettings, Laid, TileRays, render_tile};
-use super::scatter::sort_by_plane;
 use super::section::SectionTable;
 use super::{SheetFrame, single};
 use crate::Error;
-use crate::cell_samples::cell_samples;
+use crate::cell_samples::{Parts, cell_samples};
 use crate::cells::Gradients;
 use crate::chunks::{chunk_target, project_runs, runs_of_bricks, visible_bricks};
 use crate::clip::{Clip, Cut, GridClip};
 use crate::cull::ViewVolume;
-use crate::field::Grid;
+use crate::grid::Grid;
 use crate::interpolate::coefficients;
 use crate::kernel_field::kernel_samples;
 use crate::layer::cells_of;
-use crate::options::{Cells, Classify, Interpolate, RenderOptions, SheetKernel};
+use crate::options::{Cells, Classify, Interpolate, RenderOptions, SampleOptions};
 use crate::sample::{Brick, Samples, place};
 use crate::sample_light::{SampleLight, set_gradients};
 use crate::scene::Scene;
@@ -49,7 +48,7 @@ pub(crate) struct KernelSheets {
     /// Of interpolating kernels: the largest difference between their sum at a voxel and its scalar.
     pub(crate) residual: Option<f32>,
     dims: [usize; 3],
-    kernel: Option<Kernel>,
+    kernel: Kernel,
     settings: KernelSettings,
     select: SelectMode,
     threshold_px: f32,
@@ -83,28 +82,31 @@ struct KernelProjection<'a> {
 
 impl KernelSheets {
     /// [`Error::Option`] where the scene holds more than one channel of scalars, or cells are to be split.
-    pub(crate) fn new(scene: &Scene, options: &RenderOptions) -> Result<Self, Error> {
+    pub(crate) fn new(
+        scene: &Scene,
+        (options, choices): (&RenderOptions, &SampleOptions),
+    ) -> Result<Self, Error> {
         let (volume, transfer) = single(scene)?;
-        let kernel = match options.sheet_kernel {
-            SheetKernel::Trilinear => None,
-            SheetKernel::Radial(shape) => Some(Kernel::new(shape)),
-        };
-        let solved = match (options.interpolate, &kernel) {
-            (Interpolate::On, Some(kernel)) => {
+        let sheets = choices.sheets().copied().unwrap_or_default();
+        let kernel = Kernel::new(choices.kernel);
+        let solved = match sheets.interpolate {
+            Interpolate::On => {
                 let scalars = with_voxels!(&volume.voxels, slice => {
                     slice.par_iter().map(|&value| scalar(value) as f32).collect::<Vec<f32>>()
                 });
-                Some(coefficients(&scalars, volume.dims, kernel))
+                Some(coefficients(&scalars, volume.dims, &kernel))
             }
-            _ => None,
+            Interpolate::Off => None,
         };
-        let mut samples = match (options.classify, cells_of(scene, options)) {
+        let mut samples = match (sheets.classify, cells_of(scene, choices)) {
             (Classify::Post, _) => kernel_samples(
                 volume,
                 transfer,
                 solved.as_ref().map(|solved| solved.values.as_slice()),
             ),
-            (Classify::Pre, Cells::Mean) => cell_samples(scene, options)?.swap_remove(0),
+            (Classify::Pre, Cells::Mean) => {
+                cell_samples(scene, options, Parts::Whole)?.swap_remove(0)
+            }
             (Classify::Pre, _) => Samples::classify(volume, transfer, options.opacity),
         };
         if crate::sheets::gradients(options) == Gradients::With {
@@ -126,19 +128,15 @@ impl KernelSheets {
             residual: solved.map(|solved| solved.residual),
             dims: volume.dims,
             settings: KernelSettings {
-                profile: kernel.as_ref().map(SectionProfile::new),
+                profile: SectionProfile::new(&kernel),
                 filter: PixelFilter::new(),
-                classify: options.classify,
-                interpolate: options.interpolate,
+                classify: sheets.classify,
+                interpolate: sheets.interpolate,
                 clip: GridClip::default(),
             },
             kernel,
-            select: if kernel.is_some() {
-                options.select
-            } else {
-                SelectMode::Splats
-            },
-            threshold_px: options.point_threshold_px,
+            select: choices.select,
+            threshold_px: choices.point_threshold_px,
             chunks: Vec::new(),
         })
     }
@@ -163,12 +161,8 @@ impl KernelSheets {
 
     /// The extents of the kernel's sections.
     pub(crate) fn sections(&self, view: &GridView, thickness: f64) -> SectionTable {
-        match &self.kernel {
-            None => SectionTable::of_cube(view.camera_from_grid.matrix3),
-            Some(kernel) => {
-                SectionTable::of_ball(view.camera_from_grid.matrix3, kernel.radius(), thickness)
-            }
-        }
+        let radius = self.kernel.radius();
+        SectionTable::of_ball(view.camera_from_grid.matrix3, radius, thickness)
     }
 
     /// Renders the tiles of one frame.
@@ -178,9 +172,7 @@ impl KernelSheets {
         slots: &mut Vec<TileSlot>,
         stats: &mut FrameStats,
     ) {
-        // The corners of the trilinear kernel's box lie sqrt(3) away.
-        let radius = self.kernel.map_or(3f64.sqrt(), |kernel| kernel.radius());
-        let view_volume = ViewVolume::new(frame.camera, frame.view, radius);
+        let view_volume = ViewVolume::new(frame.camera, frame.view, self.kernel.radius());
         let visible = visible_bricks(&self.samples.bricks, &view_volume, stats);
         stats.bricks_empty = self.samples.empty;
         let in_view = visible
@@ -214,15 +206,10 @@ impl KernelSheets {
 
     fn projection<'a>(&'a self, frame: &'a SheetFrame) -> KernelProjection<'a> {
         let (view, settings) = (frame.view, frame.settings);
-        let span = if self.kernel.is_some() {
-            Span::Slab
-        } else {
-            Span::Plane
-        };
         let area = view.focal.x * view.focal.y;
         KernelProjection {
             settings,
-            projection: SheetProjection::new(view, frame.camera, settings, span),
+            projection: SheetProjection::new(view, frame.camera, settings),
             view: *view,
             grid: TileGrid {
                 width: frame.camera.width as usize,
@@ -436,5 +423,18 @@ impl SheetFrame<'_> {
         slot.counts = render_tile(frame, (&view, &rays), &slot.entries, voxels, scratch);
         slot.show(&scratch.pixels, self.subpixels as usize);
         slot.composite_ms = elapsed_ms(start);
+    }
+}
+
+/// Sorts entries by their plane, exactly: the tile relies on it.
+fn sort_by_plane(entries: &mut [u64], scratch: &mut Vec<u64>) {
+    let planes = entries.iter().map(|&e| entry_key(e));
+    let (nearest, farthest) = planes.fold((u32::MAX, 0), |(lo, hi), plane| {
+        (lo.min(plane), hi.max(plane))
+    });
+    if farthest.saturating_sub(nearest) < EXACT_KEYS {
+        sort_by_depth(entries, scratch);
+    } else {
+        entries.sort_unstable();
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! 1. input: the voxels or cells that the transfer function may show were collected into bricks;
 //! 2. sample: visible bricks are placed on the screen;
-//! 3. accumulate: on the plane through a slab's middle, the kernels' sum is formed at every sub-pixel, either gathered
-//!    from the cell that the sample lies in ([`gather`]), or summed voxel by voxel ([`scatter`]): [`SheetSums`];
+//! 3. accumulate: on the plane through a slab's middle, the scalar at every sub-pixel is gathered from the cell that the
+//!    sample lies in ([`gather`]);
 //! 4. composite: each plane is classified per sub-pixel and composited behind those before it;
 //! 5. image: sub-pixels become pixels.
 //!
@@ -25,17 +25,16 @@ mod kept;
 pub(crate) mod kernel_tile;
 pub(crate) mod kernels;
 mod layers;
-pub(crate) mod lod;
 mod mixed;
 mod over;
 pub(crate) mod place;
 mod prepare;
 mod relook;
-pub(crate) mod scatter;
-pub(crate) mod scatter_tile;
 pub(crate) mod section;
 pub(crate) mod statistic;
 mod streamed;
+mod uniform;
+mod uniform_walk;
 
 use std::sync::Arc;
 
@@ -50,17 +49,16 @@ use self::isosurface::IsoSettings;
 use self::kernels::KernelSheets;
 pub use self::layers::Layer;
 pub(crate) use self::layers::refused as layers_refused;
-use self::lod::{Detail, LevelChoice, details};
 pub(crate) use self::prepare::{channels, gradients, plan};
-pub use self::relook::Relook;
-use self::scatter::VoxelSheets;
+pub use self::relook::Reuse;
 use self::section::SectionTable;
 use self::streamed::{LargeCells, StreamedCells};
+use self::uniform::{Uniform, UniformChoice};
 use crate::Error;
-use crate::cells::{CELL_SIDE, CellField};
+use crate::cells::{CELL_SIDE, CellBrick, CellField};
 use crate::clip::{Clip, GridClip};
 use crate::large::{LargeVolume, Watch};
-use crate::options::{Blend, DepthPlane, RenderOptions, SheetSums, Subpixels};
+use crate::options::{Blend, DepthPlane, Order, RenderOptions, Subpixels};
 use crate::picture::{TileDepth, TileLayout};
 use crate::sample::{Bounds, bounds_in_world};
 use crate::scene::{Look, Scene};
@@ -80,8 +78,6 @@ const HARD_EDGE_SUBPIXELS: u32 = 4;
 #[derive(Clone, Debug)]
 pub(crate) struct ImageSheets {
     source: Source,
-    /// What may be drawn in place of each brick of cells, once some view has asked for it.
-    details: Option<Vec<Option<Detail>>>,
     channels: Arc<[ChannelSettings]>,
     /// The scalars that bricks are kept for, and those that are seen now where they are fewer; one channel of scalars.
     kept: Option<Support>,
@@ -103,7 +99,6 @@ enum Source {
     Cells(CellField),
     /// Cells that are read when they are needed.
     Streamed(Box<StreamedCells>),
-    Voxels(VoxelSheets),
     Kernels(Box<KernelSheets>),
 }
 
@@ -113,7 +108,16 @@ pub(crate) struct SheetFrame<'a> {
     pub(crate) view: &'a GridView,
     pub(crate) camera: &'a Camera,
     pub(crate) subpixels: u32,
-    pub(crate) levels: Option<LevelChoice>,
+    /// Which bricks of one colour are crossed in one step.
+    pub(crate) uniform: Option<UniformChoice>,
+}
+
+impl SheetFrame<'_> {
+    /// The colour of a brick that is crossed in one step.
+    fn uniform(&self, brick: &CellBrick) -> Option<Uniform> {
+        let choice = self.uniform.as_ref()?;
+        choice.of_brick(self.view, &self.settings.table, brick)
+    }
 }
 
 impl ImageSheets {
@@ -121,14 +125,10 @@ impl ImageSheets {
         let volume = scene.grid();
         check_dims(volume.dims)?;
         let channels = channels(scene, options)?;
-        let source = match options.sheet_sums {
-            _ if options.sums_kernels() => {
-                Source::Kernels(Box::new(KernelSheets::new(scene, options)?))
-            }
-            SheetSums::Gather => Source::Cells(prepare::cells(scene, options)?),
-            SheetSums::Scatter => {
-                let (volume, transfer) = single(scene)?;
-                Source::Voxels(VoxelSheets::new(volume, transfer))
+        let source = match &options.order {
+            Order::Field(_) => Source::Cells(prepare::cells(scene, options)?),
+            Order::Samples(samples) => {
+                Source::Kernels(Box::new(KernelSheets::new(scene, (options, samples))?))
             }
         };
         let iso = prepare::iso(scene.channels[0].look, options);
@@ -142,7 +142,7 @@ impl ImageSheets {
     }
 
     /// Image sheets of a volume that stays in its file.
-    pub(crate) fn of_large(
+    pub(crate) fn from_file(
         volume: &LargeVolume,
         transfer: &TransferFunction,
         options: &RenderOptions,
@@ -156,15 +156,10 @@ impl ImageSheets {
         };
         let channel = ChannelSettings::of_transfer(transfer, volume.value_range(), options.opacity);
         let iso = prepare::iso(Look::Transfer(transfer), options);
-        // The same picture however much of it stays in memory: what is read for a frame has no detail to choose from.
-        let options = RenderOptions {
-            lod_error: 0.0,
-            ..options.clone()
-        };
-        let kept = Some(prepare::support(transfer, &options));
+        let kept = Some(prepare::support(transfer, options));
         Ok(Self {
             kept,
-            ..Self::assembled(source, (Arc::from([channel]), iso), &lattice, &options)
+            ..Self::assembled(source, (Arc::from([channel]), iso), &lattice, options)
         })
     }
 
@@ -182,7 +177,6 @@ impl ImageSheets {
             visible_middle: None,
             clip: GridClip::default(),
             source,
-            details: None,
             channels,
             kept: None,
             seen: None,
@@ -215,7 +209,6 @@ impl ImageSheets {
         match &self.source {
             Source::Cells(field) => [field.non_transparent, field.voxels],
             Source::Streamed(cells) => [cells.non_transparent, cells.voxels],
-            Source::Voxels(sheets) => [sheets.field.non_transparent, sheets.field.voxels],
             Source::Kernels(sheets) => [sheets.non_transparent, sheets.samples.voxels],
         }
     }
@@ -240,26 +233,23 @@ impl ImageSheets {
         let (fine, subpixels) = refined(camera, subpixels);
         let view = GridView::new(&fine, &self.world_from_index);
         let settings = self.settings(&view, &fine);
-        let levels = self.levels(&view, (camera, subpixels), &settings);
+        let uniform = if is_plain(&settings) {
+            UniformChoice::new(&self.options, &view, camera)
+        } else {
+            None
+        };
         let frame = SheetFrame {
             settings: &settings,
             view: &view,
             camera: &fine,
             subpixels,
-            levels,
+            uniform,
         };
         match &mut self.source {
             Source::Cells(field) => {
-                let details = self.details.as_deref().unwrap_or_default();
-                frame.gather(
-                    (field, details, self.seen.as_ref()),
-                    &self.clip,
-                    tiles,
-                    stats,
-                );
+                frame.gather((field, self.seen.as_ref()), &self.clip, tiles, stats);
             }
             Source::Streamed(cells) => cells.render(&frame, &self.clip, tiles, (stats, watch))?,
-            Source::Voxels(sheets) => sheets.render(&frame, tiles, stats),
             Source::Kernels(sheets) => sheets.render(&frame, tiles, stats),
         }
         Ok(TileLayout {
@@ -267,34 +257,6 @@ impl ImageSheets {
             subpixels,
             depth: TileDepth::CameraZ,
         })
-    }
-
-    /// How bricks are replaced in this view, if any may be; what replaces them is made the first time.
-    fn levels(
-        &mut self,
-        view: &GridView,
-        camera: (&Camera, u32),
-        settings: &SheetSettings,
-    ) -> Option<LevelChoice> {
-        let Source::Cells(field) = &self.source else {
-            return None;
-        };
-        if !is_plain(settings) {
-            return None;
-        }
-        let choice = LevelChoice::new(&self.options, view, camera, settings.unit_in_world)?;
-        let bounds = bounds_in_world(self.source.bounds(), &self.clip, &DAffine3::IDENTITY)?;
-        if !choice.wants(view, bounds) {
-            return None;
-        }
-        if self.details.is_none() {
-            self.details = Some(details(
-                &field.bricks,
-                &settings.table,
-                choice.ever_useful(),
-            ));
-        }
-        Some(choice)
     }
 
     /// The number of sub-pixels along a pixel's side.
@@ -316,15 +278,22 @@ impl ImageSheets {
             .channels
             .iter()
             .any(|channel| channel.reading == Reading::Nearest);
-        if has_labels || matches!(self.options.blend, Blend::Isosurface(_)) {
+        if has_labels || matches!(self.options.blend(), Blend::Isosurface(_)) {
             HARD_EDGE_SUBPIXELS
         } else {
             1
         }
     }
 
+    fn slab_voxels(&self) -> f64 {
+        match &self.options.order {
+            Order::Field(field) => field.slab_voxels,
+            Order::Samples(samples) => samples.sheets().copied().unwrap_or_default().slab_voxels,
+        }
+    }
+
     fn settings(&self, view: &GridView, camera: &Camera) -> SheetSettings {
-        let thickness = self.options.slab_voxels * self.smallest_spacing;
+        let thickness = self.slab_voxels() * self.smallest_spacing;
         let sections = match &self.source {
             Source::Kernels(sheets) => sheets.sections(view, thickness),
             _ => SectionTable::of_cube(view.camera_from_grid.matrix3),
@@ -367,8 +336,7 @@ impl ImageSheets {
 /// The one scalar field of a scene: all that summed kernels know.
 fn single<'a>(scene: &Scene<'a>) -> Result<(&'a Volume, &'a TransferFunction), Error> {
     scene.single().ok_or_else(|| {
-        let what = "sheets that sum kernels know one channel of scalars and no mask: use --sheet-sums gather with the \
-                    trilinear kernel";
+        let what = "sums of kernels know one channel of scalars and no mask: draw the field";
         Error::Option(what.into())
     })
 }
@@ -379,8 +347,8 @@ fn check_dims(dims: [usize; 3]) -> Result<(), Error> {
         return Ok(());
     };
     Err(Error::Option(format!(
-        "image sheets need two voxels or more along each axis, and there is one along {}: composite every \
-         sample instead (--order every-sample)",
+        "sheets need two voxels or more along each axis, and there is one along {}: composite every \
+         sample instead",
         ["x", "y", "z"][axis]
     )))
 }
@@ -390,7 +358,6 @@ impl Source {
         match self {
             Self::Cells(field) => Box::new(field.bricks.iter().map(|brick| brick.bounds)),
             Self::Streamed(cells) => Box::new(cells.bounds()),
-            Self::Voxels(sheets) => Box::new(sheets.field.bricks.iter().map(|brick| brick.bounds)),
             Self::Kernels(sheets) => {
                 Box::new(sheets.samples.bricks.iter().map(|brick| brick.bounds))
             }

@@ -11,16 +11,16 @@ use resample_core::{Camera, GridView, Projection};
 
 use super::frame::SheetSettings;
 use super::gather::PlacedBrick;
-use super::lod::Choice;
+use super::uniform::Uniform;
 use crate::cells::{CELL_SIDE, CellBrick};
 use crate::clip::{Cut, GridClip};
 use crate::sample::Bounds;
 
-/// The bricks numbered in `visible`, front to back, with the tiles that each covers; `detail` says what is drawn in
-/// place of a brick that the clip leaves whole.
+/// The bricks numbered in `visible`, front to back, with the tiles that each covers; `uniform` says which of those that
+/// the clip leaves whole are crossed in one step.
 pub(crate) fn placed<'a>(
     (bricks, clip): (&'a [CellBrick], &GridClip),
-    (visible, detail): (&[usize], impl Fn(usize) -> Choice<'a> + Sync),
+    (visible, uniform): (&[usize], impl Fn(&CellBrick) -> Option<Uniform> + Sync),
     view: &GridView,
     camera: &Camera,
     settings: &SheetSettings,
@@ -40,14 +40,9 @@ pub(crate) fn placed<'a>(
             let Cut::By(cuts) = clip.cut(&bricks[i].bounds) else {
                 return None;
             };
-            let detail = if cuts == 0 {
-                detail(i)
-            } else {
-                Choice::EverySheet
-            };
             let placed = PlacedBrick {
                 cuts,
-                detail,
+                uniform: if cuts == 0 { uniform(&bricks[i]) } else { None },
                 ..place(&bricks[i], view, grid, settings)?
             };
             Some((placed, grid.rect(placed.columns, placed.rows)))
@@ -167,7 +162,7 @@ fn place<'a>(
     let middle = view.camera_from_grid.transform_point3(middle);
     Some(PlacedBrick {
         brick,
-        detail: Choice::EverySheet,
+        uniform: None,
         planes,
         columns,
         rows,

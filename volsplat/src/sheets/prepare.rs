@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::channel::{ChannelSettings, Reading};
 use super::isosurface::IsoSettings;
 use super::statistic::Statistic;
-use super::{ImageSheets, Source};
+use super::{ImageSheets, Reuse, Source};
 use crate::Error;
 use crate::cells::{CellField, FieldPlan, Gradients, PlannedChannel, Shown};
 use crate::options::{Blend, RenderOptions};
@@ -18,16 +18,14 @@ use crate::support::Support;
 use crate::transfer::TransferFunction;
 
 impl ImageSheets {
-    /// Takes options that differ in what is read anew for each frame; false where sums of kernels hold some of them.
-    pub(crate) fn adopt(&mut self, options: &RenderOptions) -> bool {
+    /// Takes options that differ in what is read anew for each frame; a new renderer is needed where sums of kernels
+    /// hold some of them.
+    pub(crate) fn set_options(&mut self, options: &RenderOptions) -> Reuse {
         if matches!(self.source, Source::Kernels(_)) {
-            return false;
-        }
-        if options.lod_error != self.options.lod_error {
-            self.details = None;
+            return Reuse::NeedsRenderer;
         }
         self.options = options.clone();
-        true
+        Reuse::Done
     }
 }
 
@@ -45,14 +43,14 @@ pub(crate) fn channels(
         .iter()
         .any(|channel| channel.reading == Reading::Nearest);
     let refuse = |what: &str| Err(Error::Option(what.into()));
-    match options.blend {
+    match options.blend() {
         Blend::Isosurface(_) if channels.len() > 1 => refuse(
             "an isosurface is drawn of one channel, and there are more: leave out the others",
         ),
         Blend::Emission => Ok(channels),
-        _ if has_labels => refuse(
-            "labels have no greatest, no mean and no surface: draw them with --blend emission",
-        ),
+        _ if has_labels => {
+            refuse("labels have no greatest, no mean and no surface: draw them by emission")
+        }
         _ => Ok(channels),
     }
 }
@@ -94,7 +92,7 @@ pub(crate) fn gradients(options: &RenderOptions) -> Gradients {
 
 /// The scalars that are seen.
 pub(super) fn support(transfer: &TransferFunction, options: &RenderOptions) -> Support {
-    match options.blend {
+    match options.blend() {
         Blend::Emission => Support::new(transfer),
         Blend::Isosurface(iso) => Support::of(iso.value as f32),
         Blend::Maximum | Blend::Minimum | Blend::Average => Support::everything(),
@@ -118,7 +116,7 @@ fn shown(channel: &Channel, options: &RenderOptions) -> Result<Shown, Error> {
 
 /// The statistic that the options ask for.
 pub(super) fn statistic(options: &RenderOptions) -> Option<Statistic> {
-    match options.blend {
+    match options.blend() {
         Blend::Maximum => Some(Statistic::Greatest),
         Blend::Minimum => Some(Statistic::Least),
         Blend::Average => Some(Statistic::Mean),
@@ -128,7 +126,7 @@ pub(super) fn statistic(options: &RenderOptions) -> Option<Statistic> {
 
 /// The surface that the options ask for, without what depends on the camera.
 pub(super) fn iso(look: Look, options: &RenderOptions) -> Option<IsoSettings> {
-    let Blend::Isosurface(iso) = options.blend else {
+    let Blend::Isosurface(iso) = options.blend() else {
         return None;
     };
     let own_colour = match look {

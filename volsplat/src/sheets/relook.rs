@@ -12,27 +12,27 @@ use super::{ImageSheets, Source, prepare};
 use crate::scene::Look;
 use crate::transfer::TransferFunction;
 
-/// What became of a new transfer function.
+/// Whether a renderer takes something new.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
-pub enum Relook {
-    /// The frames that follow show it.
+pub enum Reuse {
+    /// It does, and the frames that follow show it.
     Done,
-    /// Nothing has changed: what is kept of the volume does not hold all that the function shows, or was made from the
-    /// function itself. A new renderer is needed.
-    NeedsVoxels,
+    /// Nothing has changed: what was prepared of the volume does not hold all that is asked for. A new renderer is
+    /// needed.
+    NeedsRenderer,
 }
 
 impl ImageSheets {
     /// Takes another transfer function.
-    pub(crate) fn relook(&mut self, transfer: &TransferFunction) -> Relook {
+    pub(crate) fn set_transfer(&mut self, transfer: &TransferFunction) -> Reuse {
         let (Some(kept), Source::Cells(_) | Source::Streamed(_)) = (&self.kept, &self.source)
         else {
-            return Relook::NeedsVoxels;
+            return Reuse::NeedsRenderer;
         };
         let support = prepare::support(transfer, &self.options);
         if !kept.covers(&support) {
-            return Relook::NeedsVoxels;
+            return Reuse::NeedsRenderer;
         }
         self.seen = (!support.covers(kept)).then_some(support);
         let range = self.channels[0].value_range;
@@ -42,7 +42,6 @@ impl ImageSheets {
             self.options.opacity,
         )]);
         self.iso = prepare::iso(Look::Transfer(transfer), &self.options);
-        self.details = None;
-        Relook::Done
+        Reuse::Done
     }
 }

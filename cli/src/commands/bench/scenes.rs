@@ -5,16 +5,15 @@
 //! true picture.
 
 use anyhow::Result;
-use resample_core::Camera;
+use resample_core::{Camera, FootprintMode, KernelShape, SelectMode};
 use tempfile::TempDir;
-use volsplat::Subpixels;
+use volsplat::{SampleOptions, Subpixels};
 use warp3d::args::MethodName;
 use warp3d::{Fill, MixedPixels};
 
 use super::settings::{Against, Bench, Measured, Motion};
 use crate::args::{
-    BenchSceneArgs, CameraArgs, Drawing, FootprintArg, KernelArg, OrderArg, SampleArgs, SceneArg,
-    SelectArg, TexmapArgs, VolsplatArgs,
+    BenchSceneArgs, CameraArgs, Drawing, OrderName, SceneArg, TexmapArgs, VolsplatArgs,
 };
 use crate::built_in::{self, DepthSize, Texture, Triangles};
 use crate::machine;
@@ -87,29 +86,23 @@ fn camera(
 
 /// Footprint modes and kernels.
 pub(super) fn footprint(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String> {
-    let of = |name, set: fn(&mut SampleArgs)| {
+    let of = |name, set: fn(&mut SampleOptions)| {
         Setting::volume(&["order", "select", name], |args| {
-            args.order = Some(OrderArg::EverySample);
-            args.samples.select = Some(SelectArg::Splats);
+            args.order = Some(OrderName::EverySample);
+            args.samples.select = SelectMode::Splats;
             set(&mut args.samples);
         })
     };
-    let exact = of("footprint", |args| {
-        args.footprint = Some(FootprintArg::Exact)
-    });
+    let exact = of("footprint", |args| args.footprint = FootprintMode::Exact);
     let settings = [
         of("footprint", |args| {
-            args.footprint = Some(FootprintArg::AffineApprox)
+            args.footprint = FootprintMode::AffineApprox
         }),
-        of("footprint", |args| {
-            args.footprint = Some(FootprintArg::Affine)
-        }),
-        of("footprint", |args| {
-            args.footprint = Some(FootprintArg::Table)
-        }),
+        of("footprint", |args| args.footprint = FootprintMode::Affine),
+        of("footprint", |args| args.footprint = FootprintMode::Table),
         exact.clone(),
-        of("kernel", |args| args.kernel = Some(KernelArg::Gaussian)),
-        of("kernel", |args| args.kernel = Some(KernelArg::BSpline)),
+        of("kernel", |args| args.kernel = KernelShape::Gaussian),
+        of("kernel", |args| args.kernel = KernelShape::BSpline),
     ];
     let mut text = heading(
         args,
@@ -134,30 +127,25 @@ pub(super) fn footprint(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<S
 /// Orders of compositing.
 pub(super) fn orders(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String> {
     let order = |order| Setting::volume(&["order"], |args| args.order = Some(order));
-    let sheets = |slab, subpixels| {
-        Setting::volume(&["order", "slab", "subpixel"], |args| {
-            args.order = Some(OrderArg::ImageSheets);
-            args.sheets.slab = Some(slab);
-            args.sheets.subpixel = Some(Subpixels::Fixed(subpixels));
+    let field = |slab, subpixels| {
+        Setting::volume(&["slab", "subpixels"], |args| {
+            args.field.slab_voxels = slab;
+            args.subpixels = Subpixels::Fixed(subpixels);
         })
     };
-    let exact = sheets(0.125, 8).with(&Setting::volume(
-        &["min-transmittance", "lod-error"],
-        |args| {
-            args.min_transmittance = Some(1e-5);
-            args.sheets.lod_error = Some(0.0);
-        },
-    ))?;
+    let exact = field(0.125, 8).with(&Setting::volume(&["min-transmittance"], |args| {
+        args.min_transmittance = 1e-5;
+    }))?;
     let settings = [
-        order(OrderArg::ImageSheets),
-        sheets(1.0, 1),
-        sheets(0.25, 4),
-        order(OrderArg::EverySample),
-        order(OrderArg::AxisSheets),
+        order(OrderName::Field),
+        field(1.0, 1),
+        field(0.25, 4),
+        order(OrderName::EverySample),
+        order(OrderName::AxisSheets),
     ];
     let mut text = heading(
         args,
-        "errors against `--slab 0.125 --subpixel 8`; jump: largest over median change while the view turns from 40 to 50 degrees",
+        "errors against `--slab 0.125 --subpixels 8`; jump: largest over median change while the view turns from 40 to 50 degrees",
     );
     for (name, scene) in [
         ("checker box", SceneArg::CheckerBox),
@@ -179,7 +167,7 @@ pub(super) fn orders(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<Stri
 pub(super) fn texture(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String> {
     let method = |method| Setting::mesh(&["method"], |options| options.method = method);
     let hybrid = |subpixels| {
-        Setting::mesh(&["method", "subpixel"], |options| {
+        Setting::mesh(&["method", "subpixels"], |options| {
             options.method = texmap::Method::Hybrid;
             options.subpixels = subpixels;
         })
@@ -210,7 +198,7 @@ pub(super) fn texture(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<Str
         (against, Motion::Shimmer(measure::sub_pixel_steps)),
         verbosity,
     )?;
-    let about = "errors against `--method hybrid --subpixel 8`; shimmer: error of the change over sixteen steps of a sixteenth \
+    let about = "errors against `--method hybrid --subpixels 8`; shimmer: error of the change over sixteen steps of a sixteenth \
                  of a pixel";
     Ok(heading(args, about) + &rows)
 }

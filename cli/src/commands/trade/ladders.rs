@@ -6,14 +6,12 @@
 
 use anyhow::{Result, bail};
 use clap::ValueEnum;
-use volsplat::Subpixels;
+use resample_core::{FootprintMode, KernelShape, SelectMode};
+use volsplat::{Classify, Interpolate, Subpixels};
 use warp3d::args::MethodName;
 use warp3d::{MixedPixels, Visibility};
 
-use crate::args::{
-    CellsArg, ClassifyArg, Drawing, FootprintArg, InterpolateArg, KernelArg, OrderArg, RenderArgs,
-    SelectArg,
-};
+use crate::args::{CellsName, Drawing, OrderName, RenderArgs};
 use crate::setting::Setting;
 
 /// A choice and its rungs.
@@ -26,7 +24,7 @@ struct Ladder {
 /// A setting to measure.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Named {
-    /// Its changes, for people: "slab 0.5, subpixel 2".
+    /// Its changes, for people: "slab 0.5, subpixels 2".
     pub(super) name: String,
     /// Its ladder; "default", "exact" and "combined" stand for none.
     pub(super) group: &'static str,
@@ -42,79 +40,81 @@ fn ladder(name: &'static str, rungs: impl IntoIterator<Item = Setting>) -> Ladde
 
 /// Rungs that set an option of a volume, in an order if one is given.
 fn volume<V: Copy>(
-    (order, name): (Option<OrderArg>, &str),
+    (order, name): (Option<OrderName>, &str),
     values: &[V],
     set: fn(&mut RenderArgs, V),
 ) -> Vec<Setting> {
     let mut names = vec![name];
-    if order.is_some() {
-        names.push("order");
-    }
+    names.extend(order.map(|_| "order"));
     let rung = |&value: &V| {
         Setting::volume(&names, |args| {
-            args.order = order.or(args.order);
+            args.order = order;
             set(args, value);
         })
     };
     values.iter().map(rung).collect()
 }
 
-fn sheets_ladders() -> Vec<Ladder> {
-    let sheets = Some(OrderArg::ImageSheets);
-    let radial = [
-        KernelArg::Polynomial,
-        KernelArg::Gaussian,
-        KernelArg::BSpline,
-        KernelArg::Trilinear,
-    ];
-    let interpolates = [InterpolateArg::Off, InterpolateArg::On].map(|on| {
-        Setting::volume(&["order", "kernel", "interpolate"], |args| {
-            args.order = sheets;
-            args.samples.kernel = Some(KernelArg::BSpline);
-            args.samples.interpolate = Some(on);
-        })
-    });
+fn field_ladders() -> Vec<Ladder> {
     let subpixels = [1, 2, 4, 8].map(Subpixels::Fixed);
-    let errors = [1.0 / 32.0, 1.0 / 512.0, 0.0];
     vec![
         ladder(
-            "slab",
-            volume((None, "slab"), &[2.0, 1.0, 0.5, 0.25], |args, slab| {
-                args.sheets.slab = Some(slab);
+            "order",
+            volume((None, "order"), OrderName::value_variants(), |args, v| {
+                args.order = Some(v);
             }),
         ),
         ladder(
-            "subpixel",
-            volume((None, "subpixel"), &subpixels, |args, n| {
-                args.sheets.subpixel = Some(n)
+            "slab",
+            volume((None, "slab"), &[2.0, 1.0, 0.5, 0.25], |args, v| {
+                args.field.slab_voxels = v;
+            }),
+        ),
+        ladder(
+            "subpixels",
+            volume((None, "subpixels"), &subpixels, |args, v| {
+                args.subpixels = v
             }),
         ),
         ladder(
             "termination",
-            volume((None, "min-transmittance"), &errors, |args, t| {
-                args.min_transmittance = Some(t)
-            }),
+            volume(
+                (None, "min-transmittance"),
+                &[1.0 / 32.0, 1.0 / 512.0, 0.0],
+                |args, v| args.min_transmittance = v,
+            ),
         ),
-        ladder(
-            "lod",
-            volume((None, "lod-error"), &errors, |args, e| {
-                args.sheets.lod_error = Some(e)
-            }),
-        ),
+    ]
+}
+
+fn image_sheets_ladders() -> Vec<Ladder> {
+    let sheets = Some(OrderName::ImageSheets);
+    let interpolated = Interpolate::value_variants().iter().map(|&on| {
+        Setting::volume(&["order", "kernel", "interpolate"], |args| {
+            args.order = sheets;
+            args.samples.kernel = KernelShape::BSpline;
+            args.sheets.interpolate = on;
+        })
+    });
+    vec![
         ladder(
             "sheet-kernel",
-            volume((sheets, "kernel"), &radial, |args, kernel| {
-                args.samples.kernel = Some(kernel);
-            }),
+            volume(
+                (sheets, "kernel"),
+                KernelShape::value_variants(),
+                |args, v| {
+                    args.samples.kernel = v;
+                },
+            ),
         ),
-        ladder("interpolate", interpolates),
+        ladder("interpolate", interpolated),
         ladder(
             "classify",
             volume(
-                (None, "classify"),
-                &[ClassifyArg::Pre, ClassifyArg::Post],
-                |args, c| {
-                    args.sheets.classify = Some(c);
+                (sheets, "classify"),
+                Classify::value_variants(),
+                |args, v| {
+                    args.sheets.classify = v;
                 },
             ),
         ),
@@ -122,89 +122,72 @@ fn sheets_ladders() -> Vec<Ladder> {
 }
 
 fn samples_ladders() -> Vec<Ladder> {
-    let every = Some(OrderArg::EverySample);
-    let footprints = [
-        FootprintArg::AffineApprox,
-        FootprintArg::Affine,
-        FootprintArg::Table,
-        FootprintArg::Exact,
-    ];
-    let kernels = [
-        KernelArg::Polynomial,
-        KernelArg::Gaussian,
-        KernelArg::BSpline,
-    ];
-    let selects = [
-        SelectArg::Points,
-        SelectArg::Hybrid,
-        SelectArg::Splats,
-        SelectArg::Ewa,
-    ];
-    let cells = [CellsArg::Off, CellsArg::Mean, CellsArg::Split];
+    let every = Some(OrderName::EverySample);
+    let cells = [CellsName::Off, CellsName::Mean, CellsName::Split];
     let subpixels = [1, 2, 4, 8].map(Subpixels::Fixed);
     vec![
         ladder(
             "footprint",
-            volume((every, "footprint"), &footprints, |args, mode| {
-                args.samples.footprint = Some(mode);
-            }),
+            volume(
+                (every, "footprint"),
+                FootprintMode::value_variants(),
+                |args, v| {
+                    args.samples.footprint = v;
+                },
+            ),
         ),
         ladder(
             "kernel",
-            volume((every, "kernel"), &kernels, |args, kernel| {
-                args.samples.kernel = Some(kernel);
-            }),
+            volume(
+                (every, "kernel"),
+                KernelShape::value_variants(),
+                |args, v| {
+                    args.samples.kernel = v;
+                },
+            ),
         ),
         ladder(
             "cells",
-            volume((every, "cells"), &cells, |args, cells| {
-                args.samples.cells = Some(cells);
-            }),
+            volume((every, "cells"), &cells, |args, v| args.cells = v),
         ),
         ladder(
             "cell-error",
             volume(
                 (every, "cell-error"),
                 &[0.25, 0.0625, 0.015625],
-                |args, error| {
-                    args.samples.cell_error = Some(error);
+                |args, v| {
+                    args.cell_error = v;
                 },
             ),
         ),
         ladder(
-            "sample-subpixel",
-            volume((every, "subpixel"), &subpixels, |args, n| {
-                args.sheets.subpixel = Some(n)
+            "sample-subpixels",
+            volume((every, "subpixels"), &subpixels, |args, v| {
+                args.subpixels = v
             }),
         ),
         ladder(
             "select",
-            volume((every, "select"), &selects, |args, select| {
-                args.samples.select = Some(select);
-            }),
+            volume(
+                (every, "select"),
+                SelectMode::value_variants(),
+                |args, v| {
+                    args.samples.select = v;
+                },
+            ),
         ),
         ladder(
             "threshold",
-            volume((every, "point-threshold"), &[2.0, 1.0, 0.5], |args, px| {
-                args.samples.point_threshold = Some(px);
+            volume((every, "point-threshold"), &[2.0, 1.0, 0.5], |args, v| {
+                args.samples.point_threshold_px = v;
             }),
         ),
     ]
 }
 
 fn volume_ladders() -> Vec<Ladder> {
-    let orders = [
-        OrderArg::ImageSheets,
-        OrderArg::EverySample,
-        OrderArg::AxisSheets,
-    ];
-    let mut all = vec![ladder(
-        "order",
-        volume((None, "order"), &orders, |args, order| {
-            args.order = Some(order)
-        }),
-    )];
-    all.extend(sheets_ladders());
+    let mut all = field_ladders();
+    all.extend(image_sheets_ladders());
     all.extend(samples_ladders());
     all
 }
@@ -224,8 +207,8 @@ fn mesh_ladders() -> Vec<Ladder> {
             methods.map(|method| Setting::mesh(&["method"], |options| options.method = method)),
         ),
         ladder(
-            "subpixel",
-            [1, 2, 4, 8].map(|n| Setting::mesh(&["subpixel"], |options| options.subpixels = n)),
+            "subpixels",
+            [1, 2, 4, 8].map(|n| Setting::mesh(&["subpixels"], |options| options.subpixels = n)),
         ),
     ]
 }
@@ -260,25 +243,18 @@ fn depth_ladders() -> Vec<Ladder> {
 /// The slowest, most exact setting of an application.
 pub(super) fn exact(drawing: &Drawing) -> Setting {
     match drawing {
-        Drawing::Texmap(_) => Setting::mesh(&["method", "subpixel"], |options| {
+        Drawing::Texmap(_) => Setting::mesh(&["method", "subpixels"], |options| {
             options.method = texmap::Method::Hybrid;
             options.subpixels = 8;
         }),
         Drawing::Volsplat(_) => {
-            let names = [
-                "order",
-                "slab",
-                "subpixel",
-                "min-transmittance",
-                "lod-error",
-            ];
+            let names = ["order", "slab", "subpixels", "min-transmittance"];
             Setting::volume(&names, |args| {
-                args.order = Some(OrderArg::ImageSheets);
-                args.sheets.slab = Some(0.125);
-                args.sheets.subpixel = Some(Subpixels::Fixed(8));
+                args.order = Some(OrderName::Field);
+                args.field.slab_voxels = 0.125;
+                args.subpixels = Subpixels::Fixed(8);
                 // A four-hundredth of a step of an 8-bit picture; 0 would take many times as long.
-                args.min_transmittance = Some(1e-5);
-                args.sheets.lod_error = Some(0.0);
+                args.min_transmittance = 1e-5;
             })
         }
         Drawing::Warp3d(_) => Setting::depth(&["method", "subpixels"], |args| {
@@ -346,11 +322,11 @@ mod tests {
         let alone = settings(&drawing, &[]).expect("good");
         let rungs: usize = volume_ladders().iter().map(|l| l.rungs.len()).sum();
         assert_eq!(alone.len(), 2 + rungs, "exact, default and every rung");
-        let both = settings(&drawing, &["slab".into(), "subpixel".into()]).expect("good");
+        let both = settings(&drawing, &["slab".into(), "subpixels".into()]).expect("good");
         assert_eq!(both.len(), alone.len() + 16, "four by four combinations");
         assert!(
             both.iter()
-                .any(|s| s.name == "slab 2, subpixel 8" && s.group == "combined")
+                .any(|s| s.name == "slab 2, subpixels 8" && s.group == "combined")
         );
         let bad = settings(&drawing, &["colour".into()]);
         assert!(bad.is_err(), "no such ladder");

@@ -23,7 +23,6 @@ use crate::large::Watch;
 use crate::sheets::SheetFrame;
 use crate::sheets::frame::{SheetSettings, TileView};
 use crate::sheets::gather::{GatherScratch, TileState, Unfinished, advance_tile};
-use crate::sheets::lod::Choice;
 use crate::sheets::place::{axis_distance, placed, tile_rect};
 use crate::stats::{FrameStats, StageClock};
 use crate::tiles::{TileSlot, elapsed_ms, tally};
@@ -211,7 +210,7 @@ impl Band<'_> {
         let (view, camera, settings) = (self.frame.view, self.frame.camera, self.frame.settings);
         let (placed, rects) = placed(
             (&bricks, self.clip),
-            (&all, |_| Choice::EverySheet),
+            (&all, |brick| self.frame.uniform(brick)),
             view,
             camera,
             settings,

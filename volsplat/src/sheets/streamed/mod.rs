@@ -3,7 +3,7 @@
 //! Takes a surveyed volume and a transfer function. The bricks whose range of scalars the function may show are read
 //! once, for the box of their visible cells; what fits the memory stays, in the type of the file. A frame goes through
 //! the layers of bricks from the eye away (`frame.rs`) and reads what it still lacks, unless it is hidden.
-//! Limits: one channel of scalars and no mask, and no level of detail.
+//! Limits: one channel of scalars and no mask.
 
 use std::sync::Arc;
 
