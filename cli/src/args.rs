@@ -24,6 +24,7 @@ pub(crate) use scene::SceneArgs;
 pub(crate) use transfer::TransferArgs;
 pub(crate) use volume::VolumeArgs;
 
+use crate::input_file::{self, InputFile};
 use crate::values::{self, Axis, BackgroundWord, Orbit, Size};
 
 mod ask;
@@ -48,7 +49,7 @@ pub(crate) use info::{DemoArgs, InfoArgs};
 pub(crate) use sequence::SequenceArgs;
 pub(crate) use texmap::{ModelArgs, TexmapArgs};
 pub(crate) use trade::{SceneArg, TradeArgs, TradeOptions};
-pub(crate) use warp3d::{AnaglyphArg, DepthArgs, Warp3dArgs, WarpCameraArgs};
+pub(crate) use warp3d::{DepthArgs, Warp3dArgs, WarpCameraArgs};
 
 /// Forward resampling: clean pictures from discrete samples
 #[derive(Clone, Debug, Parser)]
@@ -105,12 +106,13 @@ pub(crate) struct GlobalArgs {
 /// Options of `resample volsplat`.
 #[derive(Args, Clone, Debug, Default)]
 pub(crate) struct VolsplatArgs {
-    /// Volume file, folder of slices or pattern such as 'slices/*.tif'
+    /// Volume file, folder of slices or pattern such as 'slices/*.tif'; FILE#PART reads a part of the file
     ///
-    /// The format is told by the file's content: NRRD, MetaImage, NIfTI, NumPy .npy, VTK .vti, TIFF stacks, DICOM or OME-Zarr. A
-    /// file without a known header is raw and needs --dims and --type.
-    #[arg(value_name = "VOLUME")]
-    pub input: PathBuf,
+    /// The format is detected by the content: NRRD, MetaImage, NIfTI, NumPy .npy, VTK .vti, TIFF stacks, DICOM or OME-Zarr. A
+    /// file without a known header is raw and needs --dims and --type. Parts are series=UID (DICOM), array=NAME (VTK),
+    /// component=N, level=N and time=N (OME-Zarr), counted from 0 and separated by commas: image.zarr#level=2,time=5.
+    #[arg(value_name = "VOLUME[#PART]", value_parser = input_file::parser())]
+    pub input: InputFile,
     /// Picture to write, .png or .exr; a pattern such as %04d is replaced by the number of the picture
     ///
     /// With .apng or .webp, all pictures go into one animation; with .mp4, .webm or .mkv into one video, which needs the

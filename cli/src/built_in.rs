@@ -98,7 +98,7 @@ pub(crate) fn volume(scene: SceneArg, folder: &Path) -> Result<VolsplatArgs> {
     output::write_bytes(&raw, &bytes)?;
     output::write_text(&json, &serde_json::to_string_pretty(&map)?)?;
     Ok(VolsplatArgs {
-        input: raw,
+        input: raw.into(),
         output: never_written(folder),
         volume: VolumeArgs {
             dims: Some(volume.dims),
@@ -125,7 +125,7 @@ pub(crate) fn words(args: &VolsplatArgs) -> Vec<String> {
         .transfer
         .as_ref()
         .map(|path| path.display().to_string());
-    let mut words = vec![args.input.display().to_string()];
+    let mut words = vec![args.input.path.display().to_string()];
     for (name, value) in [("--dims", dims), ("--type", kind), ("--transfer", map)] {
         words.extend(value.into_iter().flat_map(|value| [name.to_owned(), value]));
     }
@@ -152,7 +152,7 @@ pub(crate) fn mesh(folder: &Path, texture: Texture, triangles: Triangles) -> Res
     output::write_text(&obj, &ball_on_ground(columns, rows))?;
     output::write_picture(&picture, Format::Png(Depth::Eight), &checkerboard(side_px))?;
     Ok(TexmapArgs {
-        input: obj,
+        input: obj.into(),
         output: never_written(folder),
         model: ModelArgs {
             texture: Some(picture),

@@ -8,18 +8,21 @@
 //! order of the tiles is that of Looking Glass's quilts.
 
 use anyhow::Result;
+use clap::ValueEnum;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use resample_core::{Camera, Image, Plane};
 
-use crate::args::AnaglyphArg;
+use crate::values::Grid;
 
-/// Columns and rows of a quilt.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Grid {
-    /// Views beside each other.
-    pub columns: u32,
-    /// Views above each other.
-    pub rows: u32,
+/// How two views become one red-cyan picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Anaglyph {
+    /// Least-squares colours for red-cyan glasses, little ghosting
+    Dubois,
+    /// Red of the left view, green and blue of the right
+    Colour,
+    /// Luminance alone
+    Grey,
 }
 
 /// How views lie in a picture.
@@ -30,7 +33,7 @@ pub(crate) enum Layout {
     /// Left and right eye beside each other, this far apart in the world.
     SideBySide(f64),
     /// Left and right eye in one red-cyan picture, this far apart in the world.
-    Anaglyph(f64, AnaglyphArg),
+    Anaglyph(f64, Anaglyph),
     /// A grid of views within a cone of this angle, degrees.
     Quilt(Grid, f64),
 }
@@ -252,7 +255,7 @@ fn paste(whole: &mut Image, view: &Image, [left, top]: [usize; 2]) {
 }
 
 /// Left and right view in one picture. It has no depth: there are two.
-fn anaglyph(views: &[Image], kind: AnaglyphArg) -> Image {
+fn anaglyph(views: &[Image], kind: Anaglyph) -> Image {
     let [left, right] = views else {
         return Image::transparent(1, 1);
     };
@@ -260,9 +263,9 @@ fn anaglyph(views: &[Image], kind: AnaglyphArg) -> Image {
     let mut both = Image::transparent(left.width, left.height);
     for ((pixel, &l), &r) in both.rgba.iter_mut().zip(&left.rgba).zip(&right.rgba) {
         let [red, green, blue] = match kind {
-            AnaglyphArg::Colour => [l[0], r[1], r[2]],
-            AnaglyphArg::Grey => [grey(l), grey(r), grey(r)],
-            AnaglyphArg::Dubois => DUBOIS.map(|row| {
+            Anaglyph::Colour => [l[0], r[1], r[2]],
+            Anaglyph::Grey => [grey(l), grey(r), grey(r)],
+            Anaglyph::Dubois => DUBOIS.map(|row| {
                 let parts = row[..3].iter().zip(l).chain(row[3..].iter().zip(r));
                 parts
                     .map(|(weight, channel)| weight * channel)
@@ -304,7 +307,7 @@ mod tests {
         let camera = camera();
         let layouts = [
             Layout::SideBySide(0.3),
-            Layout::Anaglyph(0.3, AnaglyphArg::Grey),
+            Layout::Anaglyph(0.3, Anaglyph::Grey),
             Layout::Quilt(
                 Grid {
                     columns: 4,
@@ -383,9 +386,9 @@ mod tests {
         let mut view = Image::transparent(1, 1);
         view.rgba[0] = [0.5, 0.5, 0.5, 1.0];
         for (kind, tolerance) in [
-            (AnaglyphArg::Colour, 1e-6),
-            (AnaglyphArg::Grey, 1e-6),
-            (AnaglyphArg::Dubois, 2e-3),
+            (Anaglyph::Colour, 1e-6),
+            (Anaglyph::Grey, 1e-6),
+            (Anaglyph::Dubois, 2e-3),
         ] {
             let both = anaglyph(&[view.clone(), view.clone()], kind).rgba[0];
             let worst = both[..3]
@@ -404,7 +407,7 @@ mod tests {
         let [mut left, mut right] = [Image::transparent(1, 1), Image::transparent(1, 1)];
         left.rgba[0] = [0.6, 0.6, 0.6, 1.0];
         right.rgba[0] = [0.1, 0.1, 0.1, 1.0];
-        for kind in [AnaglyphArg::Colour, AnaglyphArg::Grey, AnaglyphArg::Dubois] {
+        for kind in [Anaglyph::Colour, Anaglyph::Grey, Anaglyph::Dubois] {
             let [red, green, blue, _] = anaglyph(&[left.clone(), right.clone()], kind).rgba[0];
             assert!(
                 red > 0.5 && green < 0.15 && blue < 0.15,

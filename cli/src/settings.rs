@@ -1,18 +1,16 @@
 //! From what was typed to the options of the libraries, and to the record of what was used.
 //!
-//! Takes the structs of `args.rs`, gives `LoadOptions`, `RenderOptions` and the `settings` object of the
+//! Takes the structs of `args.rs`, gives `RenderOptions` and the `settings` object of the
 //! stats file; `transfer.rs` does the same for the transfer function. No file is touched here.
 
 use anyhow::Result;
 use serde_json::{Value, json};
-use volsplat::input::RawOptions;
-use volsplat::volume::NanPolicy;
 use volsplat::{
-    Blend, Cells, DepthPlane, Described, FieldOptions, KernelSheets, Light, LoadOptions, Order,
-    RenderOptions, SampleOptions, SampleOrder, Shading,
+    Blend, Cells, DepthPlane, Described, FieldOptions, KernelSheets, Light, Order, RenderOptions,
+    SampleOptions, SampleOrder, Shading,
 };
 
-use crate::args::{CellsName, Given, OrderName, RenderArgs, VolsplatArgs, VolumeArgs};
+use crate::args::{CellsName, Given, OrderName, RenderArgs, VolsplatArgs};
 use crate::blend;
 use crate::clip;
 use crate::framing;
@@ -23,31 +21,6 @@ use crate::scene;
 use crate::transfer;
 
 pub(crate) mod texmap;
-
-/// How the volume is read.
-pub(crate) fn load_options(args: &VolumeArgs) -> LoadOptions {
-    // The command line accepts --dims and --type together or not at all.
-    let raw = args
-        .dims
-        .zip(args.voxel_type)
-        .map(|(dims, voxel_type)| RawOptions {
-            endian: args.endian.unwrap_or_default(),
-            skip_bytes: args.skip.unwrap_or(0),
-            ..RawOptions::new(dims, voxel_type)
-        });
-    LoadOptions {
-        raw,
-        spacing: args.spacing,
-        origin: args.origin,
-        nan: args.nan_as.map_or(NanPolicy::Refuse, NanPolicy::Replace),
-        series: args.series.clone(),
-        array: args.array.clone(),
-        component: args.component,
-        level: args.level,
-        time: args.time,
-        rescale: args.rescale_values,
-    }
-}
 
 /// How the volume is drawn. Only an EXR file has a place for depth.
 pub(crate) fn render_options(
@@ -153,7 +126,8 @@ pub(crate) fn record(
 fn volume_record(args: &VolsplatArgs, volume: &dyn Described) -> Value {
     let lattice = volume.lattice();
     json!({
-        "file": args.input,
+        "file": args.input.path,
+        "part": args.input.part,
         "dims": lattice.dims,
         "spacing": lattice.spacing(),
         "origin": lattice.world_from_index.translation.to_array(),
@@ -163,11 +137,6 @@ fn volume_record(args: &VolsplatArgs, volume: &dyn Described) -> Value {
         "raw_skip_bytes": args.volume.skip,
         "nan_as": args.volume.nan_as,
         "max_memory_bytes": args.volume.max_memory,
-        "array": args.volume.array,
-        "component": args.volume.component,
-        "level": args.volume.level,
-        "time": args.volume.time,
         "rescaled_by": args.volume.rescale_values,
-        "series": args.volume.series,
     })
 }

@@ -10,8 +10,6 @@ use glam::DVec3;
 use resample_core::image::linear_from_srgb;
 use volsplat::{ClipPlane, Subpixels};
 
-use crate::multiview::Grid;
-
 mod bound;
 mod bytes;
 
@@ -25,6 +23,15 @@ const MAX_GRID_SIDE: u32 = 64;
 pub(crate) fn word(choice: impl ValueEnum) -> String {
     let value = choice.to_possible_value();
     value.map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
+/// Columns and rows of a quilt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Grid {
+    /// Views beside each other.
+    pub columns: u32,
+    /// Views above each other.
+    pub rows: u32,
 }
 
 /// A picture size, px.

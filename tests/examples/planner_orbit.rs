@@ -70,7 +70,7 @@ const SCENES: [Scene; 14] = [
     ),
     (
         "warp truth, stereo",
-        "warp3d @warp-truth/stereo/ref.exr @warp-truth/stereo/ref.exr:Z --from @warp-truth/stereo/cameras.json#ref",
+        "warp3d @warp-truth/stereo/ref.exr @warp-truth/stereo/ref.exr#Z --from @warp-truth/stereo/cameras.json#ref",
     ),
 ];
 

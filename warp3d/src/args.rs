@@ -39,7 +39,7 @@ pub struct WarpArgs {
     pub subpixels: Option<u32>,
     /// How several references become one picture
     #[arg(long, value_enum, default_value_t = Blend::Weighted)]
-    pub blend: Blend,
+    pub combine: Blend,
 }
 
 /// The methods by name.
@@ -75,7 +75,7 @@ impl WarpArgs {
         let options = WarpOptions {
             method: self.method()?,
             fill: self.fill,
-            blend: self.blend,
+            blend: self.combine,
             ..WarpOptions::default()
         };
         options.validate()?;

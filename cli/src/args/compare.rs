@@ -19,7 +19,7 @@ pub(crate) struct CompareArgs {
     pub reference: PathBuf,
     /// Compare only where this picture is lighter than middle grey and not transparent
     #[arg(long, value_name = "FILE", conflicts_with = "inside")]
-    pub mask: Option<PathBuf>,
+    pub within: Option<PathBuf>,
     /// Compare only where the reference shows something: where its alpha is above 1/255
     #[arg(long)]
     pub inside: bool,

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::VolumeArgs;
+use crate::input_file::{self, InputFile};
 use crate::values::{self, Size};
 
 /// Options of `resample demo`.
@@ -22,8 +23,8 @@ pub(crate) struct DemoArgs {
 #[derive(Args, Clone, Debug)]
 pub(crate) struct InfoArgs {
     /// Volume file, folder of slices or pattern such as 'slices/*.tif'; the format is told by the content
-    #[arg(value_name = "VOLUME")]
-    pub input: PathBuf,
+    #[arg(value_name = "VOLUME[#PART]", value_parser = input_file::parser())]
+    pub input: InputFile,
     /// Print JSON
     #[arg(long)]
     pub json: bool,

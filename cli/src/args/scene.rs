@@ -23,9 +23,9 @@ pub(crate) struct SceneArgs {
     /// Draw component N of the file with LOOK: a transfer function (.json), a colour map, a colour such as green or
     /// #ff8000, or labels; once for each component that is drawn
     #[arg(long, num_args = 2, value_names = ["N", "LOOK"],
-        conflicts_with_all = ["component", "labels", "transfer", "window", "preset", "colormap", "show_transfer"])]
+        conflicts_with_all = ["labels", "transfer", "window", "preset", "colormap", "show_transfer"])]
     pub channel: Vec<String>,
-    /// Also draw this volume, on the same grid, with LOOK as in --channel; may be given several times
+    /// Also draw this volume (FILE or FILE#PART), on the same grid, with LOOK as in --channel; may be given several times
     #[arg(long, num_args = 2, value_names = ["FILE", "LOOK"])]
     pub also: Vec<String>,
 }

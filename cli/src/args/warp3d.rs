@@ -5,23 +5,23 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use resample_core::camera::PixelCentre;
 use warp3d::WarpArgs;
 use warp3d::input::DepthKind;
 
 use crate::args::{AskArgs, Given, PictureArgs};
-use crate::multiview::Grid;
-use crate::values::{self, Size};
+use crate::multiview::Anaglyph;
+use crate::values::{self, Grid, Size};
 use crate::viewpoint::{self, Viewpoint};
 
 /// Options of `resample warp3d`.
 #[derive(Args, Clone, Debug, Default)]
 pub(crate) struct Warp3dArgs {
-    /// Picture: PNG, JPEG, TIFF or EXR (FILE.exr:LAYER), told by its content
+    /// Picture: PNG, JPEG, TIFF or EXR (FILE.exr#LAYER), detected by the content
     #[arg(value_name = "COLOUR")]
     pub colour: String,
-    /// Depth of the picture: EXR (FILE.exr:CHANNEL), PFM, PNG, .npy or TIFF
+    /// Depth of the picture: EXR (FILE.exr#CHANNEL), PFM, PNG, .npy or TIFF
     #[arg(value_name = "DEPTH")]
     pub depth: String,
     /// Picture to write, .png or .exr; a pattern such as %04d is replaced by the number of the picture
@@ -30,9 +30,9 @@ pub(crate) struct Warp3dArgs {
     /// one animation; with .mp4, .webm or .mkv into one video, which needs the program ffmpeg.
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
-    /// Also write what the picture could not see as a grey PNG or EXR: 1 where a hole is or was filled
+    /// Also write where the picture has or had holes as a grey PNG or EXR: 1 where nothing was seen
     #[arg(long, value_name = "FILE")]
-    pub mask: Option<PathBuf>,
+    pub filled: Option<PathBuf>,
     /// Also write how well each pixel was seen as a grey PNG or EXR: 0 to 1
     #[arg(long, value_name = "FILE")]
     pub confidence: Option<PathBuf>,
@@ -131,7 +131,7 @@ pub(crate) struct ViewArgs {
     pub stereo: Option<f64>,
     /// One red-cyan picture of the two views of --stereo
     #[arg(long, value_enum, requires = "stereo", num_args = 0..=1, default_missing_value = "dubois")]
-    pub anaglyph: Option<AnaglyphArg>,
+    pub anaglyph: Option<Anaglyph>,
     /// A grid of COLUMNSxROWS views for light-field screens: the leftmost view at the bottom left, the rightmost at
     /// the top right, row by row upwards
     #[arg(long, value_name = "CxR", value_parser = values::grid)]
@@ -199,14 +199,3 @@ impl Default for WarpSequenceArgs {
 
 /// Pictures of a sway: two seconds.
 const DEFAULT_FRAMES: u32 = 48;
-
-/// How two views become one red-cyan picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum AnaglyphArg {
-    /// Least-squares colours for red-cyan glasses, little ghosting
-    Dubois,
-    /// Red of the left view, green and blue of the right
-    Colour,
-    /// Luminance alone
-    Grey,
-}

@@ -86,7 +86,7 @@ fn check_bounds(args: &CompareArgs) -> Result<()> {
 }
 
 fn compared(args: &CompareArgs) -> Result<Findings> {
-    let mask = args.mask.as_deref().map(light_parts).transpose()?;
+    let mask = args.within.as_deref().map(light_parts).transpose()?;
     let (mut pictures, mut references) = (
         Pictures::open(&args.picture)?,
         Pictures::open(&args.reference)?,
@@ -250,7 +250,7 @@ fn light_parts(path: &Path) -> Result<Mask> {
     let inside: Vec<bool> = picture.rgba.iter().map(light).collect();
     if !inside.contains(&true) {
         bail!(
-            "{}: the mask selects no pixel: it is lighter than middle grey nowhere",
+            "{}: it selects no pixel: it is lighter than middle grey nowhere",
             path.display()
         );
     }

@@ -17,8 +17,8 @@ use crate::args::InfoArgs;
 use crate::framing;
 use crate::progress::Progress;
 use crate::report;
-use crate::settings;
 use crate::volume_data::look_through;
+use crate::volume_file::load_options;
 
 /// Bars of the histogram: a line of them fits a terminal of 80 columns beside two numbers.
 const BARS: usize = 48;
@@ -45,7 +45,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
         Some(volume) => Facts::of(args, volume.as_ref())?,
         None => Facts::of(
             args,
-            &volsplat::load(&args.input, &settings::load_options(&args.volume))?,
+            &volsplat::load(&args.input.path, &load_options(&args.volume, &args.input)?)?,
         )?,
     };
     let text = if args.json {
@@ -58,7 +58,8 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
 
 /// Memory for a volume that is only looked at, where it is larger than half of what there is: a quarter of that.
 fn enough_to_look_through(args: &InfoArgs) -> Result<Option<u64>> {
-    let Some((lattice, voxel_type)) = peek(&args.input, &settings::load_options(&args.volume))?
+    let Some((lattice, voxel_type)) =
+        peek(&args.input.path, &load_options(&args.volume, &args.input)?)?
     else {
         return Ok(None);
     };
@@ -109,10 +110,10 @@ impl Facts {
         let told = if args.volume.dims.is_some() {
             None
         } else {
-            format_of(&args.input)?
+            format_of(&args.input.path)?
         };
         Ok(Self {
-            path: args.input.display().to_string(),
+            path: args.input.path.display().to_string(),
             format: told.map_or("headerless", |format| format.name()),
             kind: volume.voxel_type(),
             corners: framing::volume::grid_bounds(volume),

@@ -40,7 +40,7 @@ impl Open {
         let plan = Plan::new(&request(&args))?;
         let options = settings::render_options(&args.render.options, plan.finish.format)?;
         let Loaded { scene, notes } =
-            texmap::load(&args.input, &settings::load_options(&args.model))?;
+            texmap::load(&args.input.path, &settings::load_options(&args))?;
         let load_ms = report::ms_since(start);
         if verbosity != Verbosity::Quiet {
             notes
@@ -49,7 +49,7 @@ impl Open {
         }
         let prepared = Instant::now();
         let renderer = Renderer::new(&scene, &options)
-            .with_context(|| format!("{}: cannot be drawn", args.input.display()))?;
+            .with_context(|| format!("{}: cannot be drawn", args.input.path.display()))?;
         let prepare_ms = report::ms_since(prepared);
         let cameras = cameras(&args, &plan, &scene, &renderer)?;
         Ok(Self {
@@ -148,7 +148,7 @@ fn cameras(
         Some(name) => {
             let camera = scene_camera::named(&scene.cameras, name, args.camera.size, bounds);
             plan.checked(vec![
-                camera.with_context(|| args.input.display().to_string())?,
+                camera.with_context(|| args.input.path.display().to_string())?,
             ])
         }
     }
@@ -176,7 +176,7 @@ fn request(args: &TexmapArgs) -> Request<'_> {
         sequence: &args.sequence,
         picture: &args.picture,
         keys: KeyKind::Cameras,
-        inputs: [Some(args.input.as_path()), texture]
+        inputs: [Some(args.input.path.as_path()), texture]
             .into_iter()
             .flatten()
             .collect(),

@@ -173,7 +173,7 @@ fn request(args: &VolsplatArgs) -> Request<'_> {
         sequence: &args.sequence,
         picture: &args.picture,
         keys: KeyKind::Volume,
-        inputs: [Some(args.input.as_path()), transfer]
+        inputs: [Some(args.input.path.as_path()), transfer]
             .into_iter()
             .flatten()
             .chain(scene::inputs(&args.scene))
@@ -212,7 +212,7 @@ fn loaded(
     let start = Instant::now();
     let renderer = content
         .renderer(&options, progress)
-        .with_context(|| format!("{}: cannot be drawn", args.input.display()))?;
+        .with_context(|| format!("{}: cannot be drawn", args.input.path.display()))?;
     let classify_ms = report::ms_since(start);
     Ok(Open {
         args,
@@ -241,7 +241,7 @@ fn cameras(open: &Open) -> Result<Vec<Camera>> {
     let bounds = open.renderer.visible_bounds_in_world().unwrap_or_else(|| {
         report::say(&format!(
             "warning: nothing is visible: the transfer function makes every voxel of {} transparent",
-            args.input.display()
+            args.input.path.display()
         ));
         framing::volume::grid_bounds(open.content.first())
     });

@@ -151,7 +151,7 @@ impl Ready {
         let several = cameras.len() > 1;
         if several && has_planes(args) {
             bail!(
-                "--mask and --confidence write one file: for several pictures use .exr, which holds both for each"
+                "--filled and --confidence write one file: for several pictures use .exr, which holds both for each"
             );
         }
         let plan = Plan::without_cameras(
@@ -194,9 +194,9 @@ impl Ready {
     }
 }
 
-/// Whether the mask or the confidence of the picture is written.
+/// Whether the filled part or the confidence of the picture is written.
 fn has_planes(args: &Warp3dArgs) -> bool {
-    args.mask.is_some() || args.confidence.is_some()
+    args.filled.is_some() || args.confidence.is_some()
 }
 
 /// Where the references are kept when a picture of this size is drawn within `--max-memory`.
@@ -246,7 +246,10 @@ fn shared(args: &Warp3dArgs) -> Shared {
 }
 
 fn request<'a>(args: &'a Warp3dArgs, shared: &'a Shared) -> Request<'a> {
-    let others = [("--mask", &args.mask), ("--confidence", &args.confidence)];
+    let others = [
+        ("--filled", &args.filled),
+        ("--confidence", &args.confidence),
+    ];
     Request {
         output: &args.output,
         stats: args.stats.as_deref(),
@@ -264,11 +267,11 @@ fn request<'a>(args: &'a Warp3dArgs, shared: &'a Shared) -> Request<'a> {
 
 /// Refuses what the words alone rule out.
 fn check_words(args: &Warp3dArgs) -> Result<()> {
-    for path in [&args.mask, &args.confidence].into_iter().flatten() {
+    for path in [&args.filled, &args.confidence].into_iter().flatten() {
         output::format_of(path, None)?;
     }
-    if args.mask.is_some() && args.mask == args.confidence {
-        bail!("--mask and --confidence have the same name: choose another one");
+    if args.filled.is_some() && args.filled == args.confidence {
+        bail!("--filled and --confidence have the same name: choose another one");
     }
     if args.confidence.is_some() && args.views.anaglyph.is_some() {
         bail!("--confidence: an anaglyph shows two views at once: leave it out");
@@ -396,7 +399,7 @@ fn write_planes(args: &Warp3dArgs, image: &Image) -> Result<()> {
             .find(|plane| plane.name == name)
             .map(|plane| &plane.values)
     };
-    if let Some(path) = &args.mask {
+    if let Some(path) = &args.filled {
         let seen = image
             .rgba
             .iter()

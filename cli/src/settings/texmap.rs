@@ -5,16 +5,16 @@ use serde_json::{Value, json};
 use texmap::input::SceneChoice;
 use texmap::{LoadOptions, PlaneKind, RenderOptions};
 
-use crate::args::{ModelArgs, TexmapArgs};
+use crate::args::TexmapArgs;
 use crate::framing::Stance;
 use crate::output::Format;
 use crate::plan::{self, Request};
 
 /// How the file is read.
-pub(crate) fn load_options(args: &ModelArgs) -> LoadOptions {
+pub(crate) fn load_options(args: &TexmapArgs) -> LoadOptions {
     LoadOptions {
-        scene: args.scene.clone().map(SceneChoice),
-        texture: args.texture.clone(),
+        scene: args.input.part.clone().map(SceneChoice),
+        texture: args.model.texture.clone(),
     }
 }
 
@@ -47,7 +47,7 @@ pub(crate) fn record(
         None => plan::camera_record(request, stance),
     };
     json!({
-        "model": { "file": args.input, "scene": args.model.scene, "texture": args.model.texture },
+        "model": { "file": args.input.path, "scene": args.input.part, "texture": args.model.texture },
         "camera": camera,
         "render": options,
         "picture": plan::picture_record(request, format),

@@ -37,7 +37,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Error> {
         Format::Obj if options.scene.is_some() => {
             let path = path.display();
             return Err(Error::Option(format!(
-                "{path}: an OBJ file has no scenes: leave out --scene"
+                "{path}: an OBJ file has no scenes: leave out the name of one"
             )));
         }
         Format::Obj => obj::load(&bytes, folder, &mut notes).map_err(at)?,

@@ -18,7 +18,7 @@ pub(super) struct Drawer {
     pub(super) last: LastPicture,
 }
 
-/// The last picture that was drawn, for `--mask` and `--confidence`.
+/// The last picture that was drawn, for `--filled` and `--confidence`.
 pub(super) enum LastPicture {
     /// Neither was asked for.
     NotKept,
