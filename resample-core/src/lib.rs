@@ -4,13 +4,16 @@
 //! `disc`; `select` and `scan`; `tile`, `sort`, `maps`, `point`, `simd` and `composite`; `image` and `metrics`.
 
 pub mod camera;
+pub mod clock;
 pub mod composite;
 pub mod conic;
 pub mod disc;
+pub mod error;
 pub mod footprint;
 pub mod image;
 pub mod index_table;
 pub mod kernel;
+pub mod light;
 pub mod maps;
 pub mod metrics;
 pub mod point;
@@ -25,6 +28,7 @@ pub mod view;
 
 pub use camera::{Camera, CameraError, Intrinsics, LookAt, PixelCentre, Projection};
 pub use composite::OpacityMode;
+pub use error::Error;
 pub use footprint::FootprintMode;
 pub use image::{Image, Plane};
 pub use kernel::{Kernel, KernelShape};

@@ -11,7 +11,6 @@ mod charts;
 mod cull;
 mod edges;
 mod ellipse;
-mod error;
 mod filter;
 mod fragments;
 #[cfg(feature = "input")]
@@ -35,10 +34,11 @@ mod tile;
 mod visibility;
 mod walk;
 
-pub use error::Error;
 #[cfg(feature = "input")]
 pub use input::{LoadOptions, Loaded, load, load_picture};
 pub use options::{Method, PlaneKind, RenderOptions, Shade};
 pub use render::{Frame, Renderer};
+pub use resample_core::Error;
+pub use resample_core::clock::StageTime;
 pub use scene::Scene;
-pub use stats::{FrameStats, StageTime, StageTimes};
+pub use stats::{FrameStats, StageTimes};

@@ -5,6 +5,7 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
+use resample_core::clock::StageClock;
 use resample_core::tile::{TileGrid, TileLists};
 use resample_core::{Camera, Image};
 
@@ -14,7 +15,7 @@ use crate::options::RenderOptions;
 use crate::planes::add_planes;
 use crate::prepare::Prepared;
 use crate::span::TILE_PX;
-use crate::stats::{FrameStats, StageClock};
+use crate::stats::FrameStats;
 use crate::tile::{FrameView, TileImage, TileWork, near_key, render_tile};
 use crate::{Error, Scene};
 

@@ -4,11 +4,13 @@
 
 use glam::Vec4;
 
+use resample_core::light::{AMBIENT, DIFFUSE};
+
 use crate::lookup::{reconstructed, small_footprint};
 use crate::mip::Pyramid;
 use crate::plane::Plane;
 use crate::span::SPAN_PX;
-use crate::surface::{AMBIENT, DIFFUSE, Light, Surface, TileView, UvPlanes};
+use crate::surface::{Light, Surface, TileView, UvPlanes};
 
 /// Sub-pixels a pixel apart.
 #[derive(Clone, Copy, Debug)]

@@ -5,6 +5,7 @@
 //! a picture far from the eye nor a texture repeated a million times loses digits.
 
 use glam::{DMat3, DVec2, DVec3, Vec3, Vec4};
+use resample_core::light::{AMBIENT, DIFFUSE};
 use resample_core::{Camera, Projection};
 
 use crate::charts::Borders;
@@ -12,11 +13,6 @@ use crate::cull::{Facing, ScreenTriangle};
 use crate::plane::{Plane, moved, narrow, value};
 use crate::prepare::{LightKind, Prepared, PreparedMaterial};
 use crate::scene::Wrap;
-
-/// Share of light that reaches a surface whatever its direction, and the share that depends on it: the same balance
-/// as the volume renderer's.
-pub(crate) const AMBIENT: f32 = 0.3;
-pub(crate) const DIFFUSE: f32 = 1.0 - AMBIENT;
 
 /// A texture's coordinates over the tile.
 #[derive(Clone, Copy, Debug)]

@@ -3,9 +3,9 @@
 //! The stages are those of the frame: visibility; accumulate (points where the texture is minified on one plane, splats
 //! at sub-pixels elsewhere; look-ups in backward methods); resolve.
 
-use cpu_time::ThreadTime;
 use glam::Vec4;
 use resample_core::Camera;
+use resample_core::clock::ThreadClock;
 use resample_core::simd::Vectors;
 
 use crate::cull::{InView, ScreenTriangle};
@@ -17,7 +17,6 @@ use crate::plane::{Plane, moved, narrow};
 use crate::prepare::{LightKind, Prepared};
 use crate::scene::AlphaMode;
 use crate::span::{BORDER_PX, NONE, SPAN_PX, TILE_PX, WINDOW_PX};
-use crate::stats::elapsed_ms;
 use crate::surface::{Surface, TileView};
 use crate::visibility::{NearKey, RasterTriangle, Visibility};
 use crate::walk::{self, Beyond, crossing};
@@ -112,31 +111,31 @@ pub(crate) fn render_tile(
     let view = TileView::new(frame.scene, frame.camera, corner_px, frame.options.light);
     let tile = Tile { frame, view, list };
 
-    let start = ThreadTime::try_now().ok();
+    let start = ThreadClock::start();
     tile.find_visible(work);
     if !tile.note_drawn(work, &mut image) {
-        image.visibility_ms = elapsed_ms(start);
+        image.visibility_ms = start.elapsed_ms();
         return image;
     }
     tile.find_cells(work);
     tile.find_edges(work);
-    image.visibility_ms = elapsed_ms(start);
+    image.visibility_ms = start.elapsed_ms();
 
-    let start = ThreadTime::try_now().ok();
+    let start = ThreadClock::start();
     image.rgba = vec![[0.0; 4]; TILE_PX * TILE_PX];
     match frame.options.method {
         Method::Hybrid => tile.lay_points(work, &mut image),
         _ => tile.look_up(work, &mut image),
     }
     tile.lay_splats(work, &mut image);
-    image.accumulate_ms = elapsed_ms(start);
+    image.accumulate_ms = start.elapsed_ms();
 
-    let start = ThreadTime::try_now().ok();
+    let start = ThreadClock::start();
     tile.resolve(work, &mut image);
     if !frame.options.planes.is_empty() {
         tile.fill_planes(work, &mut image);
     }
-    image.resolve_ms = elapsed_ms(start);
+    image.resolve_ms = start.elapsed_ms();
     image
 }
 

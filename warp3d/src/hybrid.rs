@@ -8,47 +8,28 @@
 
 mod centres;
 mod fine;
+mod pixels;
 mod slots;
 
 use rayon::prelude::*;
 use resample_core::Camera;
+use resample_core::clock::StageClock;
 use resample_core::dispatch;
 use resample_core::simd::Vectors;
 
-use crate::Reference;
 use crate::bands::BAND_ROWS;
-use crate::colour::Colours;
 use crate::flags::Flags;
-use crate::layer::Layer;
-use crate::options::{MixedPixels, SurfaceOptions};
-use crate::patch::NO_PATCH;
-use crate::raster::{Projected, Quarters, Scene, Segments, Vertex};
-use crate::resolve::Resolver;
-use crate::rims::Rims;
-use crate::spline::coefficients;
-use crate::stats::{FrameStats, StageClock};
+use crate::piece::NO_PATCH;
+use crate::prepared::Prepared;
+use crate::raster::{Projected, Scene};
+use crate::stats::FrameStats;
 use crate::surface::Surfaces;
 use crate::warp::Warp;
 use centres::Centres;
 use fine::{Fine, Lattice, Places};
+pub(crate) use pixels::NO_SLOT;
 use slots::one_beyond_doubt;
 pub(crate) use slots::{SlotParts, one_surface};
-
-/// A pixel that no finer lattice belongs to.
-pub(crate) const NO_SLOT: u32 = u32::MAX;
-
-/// A reference made ready for the hybrid.
-#[derive(Clone, Debug)]
-pub(crate) struct Prepared {
-    /// Its surfaces.
-    pub(crate) surfaces: Surfaces,
-    /// Its colours.
-    pub(crate) colours: Colours,
-    /// Its cells, as they are drawn.
-    segments: Segments,
-    /// Number of samples with a depth.
-    known: u64,
-}
 
 /// What the pixel centres see, and the finer lattice near edges.
 #[derive(Clone, Debug, Default)]
@@ -97,53 +78,24 @@ struct Drawing<'a> {
     level: Vectors,
 }
 
-impl Prepared {
-    /// Finds surfaces and edges of `reference`.
-    pub(crate) fn new(reference: &Reference, options: &SurfaceOptions) -> Self {
-        let surfaces = Surfaces::new(reference, options.tolerance);
-        let mut samples: Vec<_> = reference
-            .colour
-            .par_iter()
-            .map(|&[r, g, b]| [r, g, b, 0.0])
-            .collect();
-        let cuts = match options.mixed {
-            MixedPixels::Keep => Rims::half_way(&surfaces),
-            MixedPixels::Unmix => Rims::unmixed(&surfaces, &mut samples),
-        };
-        let coefficients = coefficients(&samples, &surfaces);
-        let segments = Segments::new(&surfaces, Quarters::new(&surfaces, &cuts));
-        let known = surfaces.disparity.iter().filter(|d| !d.is_nan()).count() as u64;
-        Self {
-            surfaces,
-            colours: Colours {
-                samples,
-                coefficients,
-            },
-            segments,
-            known,
-        }
-    }
-}
-
 impl Hybrid {
-    /// Draws `prepared` from `target`.
-    pub(crate) fn render(
+    /// Draws `prepared` as `warp` lays it on the screen of `target`.
+    pub(crate) fn draw(
         &mut self,
-        (reference, prepared): (&Reference, &Prepared),
-        target: &Camera,
+        prepared: &Prepared,
+        (warp, target): (&Warp, &Camera),
         how: How,
         stats: &mut FrameStats,
-    ) -> Layer {
-        let warp = Warp::new(&reference.camera, target);
+    ) {
         let scene = Scene {
             surfaces: &prepared.surfaces,
             segments: &prepared.segments,
         };
         let clock = StageClock::start();
-        self.projected.project(&scene, &warp, how.level);
+        self.projected.project(&scene, warp, how.level);
         stats.samples += prepared.known;
         stats.outside += prepared.known - self.projected.in_front();
-        stats.stages.project.add(clock.stop());
+        stats.stages.project += clock.stop();
         let clock = StageClock::start();
         let drawing = Drawing {
             scene,
@@ -154,11 +106,7 @@ impl Hybrid {
         self.draw_fine(&drawing, target, how.subpixels);
         self.find_edges(&prepared.surfaces, target, how.subpixels);
         stats.edge_pixels += edges(&self.at_edge, target);
-        stats.stages.accumulate.add(clock.stop());
-        let clock = StageClock::start();
-        let layer = Resolver::new(self, (reference, prepared), &warp, target, how).layer();
-        stats.stages.resolve.add(clock.stop());
-        layer
+        stats.stages.accumulate += clock.stop();
     }
 
     fn draw_centres(&mut self, drawing: &Drawing<'_>, target: &Camera) {
@@ -320,19 +268,4 @@ fn edges(at_edge: &Flags, target: &Camera) -> u64 {
     (0..target.height as usize)
         .map(|y| at_edge.columns(y, width).count() as u64)
         .sum()
-}
-
-/// First and last column and row that a triangle's bounding box touches inside a band.
-#[inline(always)]
-fn pixels_of(corners: [Vertex; 3], width: usize, rows: [usize; 2]) -> Option<[[usize; 2]; 2]> {
-    let [p, q, r] = corners;
-    let range = |a: f32, b: f32, c: f32, first: usize, end: usize| {
-        let low = a.min(b).min(c).floor().max(first as f32);
-        let high = a.max(b).max(c).floor().min(end as f32 - 1.0);
-        (low <= high).then_some([low as usize, high as usize])
-    };
-    Some([
-        range(p.x, q.x, r.x, 0, width)?,
-        range(p.y, q.y, r.y, rows[0], rows[1])?,
-    ])
 }

@@ -9,17 +9,20 @@ mod bands;
 mod blend;
 mod colour;
 mod epipole;
-mod error;
 mod fill;
 mod flags;
 mod hybrid;
+#[cfg(feature = "input")]
 pub mod input;
+#[cfg(feature = "input")]
 pub mod large;
 mod layer;
 pub mod memory;
 mod nearest;
 pub mod options;
 mod patch;
+mod piece;
+mod prepared;
 mod raster;
 pub mod reference;
 mod resolve;
@@ -33,12 +36,14 @@ pub mod warper;
 
 #[cfg(feature = "clap")]
 pub use args::WarpArgs;
-pub use error::Error;
+#[cfg(feature = "input")]
 pub use large::{LargeReference, LargeWarper};
 pub use options::{
     Blend, ExtraPlanes, Fill, Method, MixedPixels, SurfaceOptions, SurfaceTolerance, Visibility,
     WarpOptions,
 };
 pub use reference::Reference;
-pub use stats::{FrameStats, StageTime, StageTimes};
+pub use resample_core::Error;
+pub use resample_core::clock::StageTime;
+pub use stats::{FrameStats, StageTimes};
 pub use warper::{Frame, Warper};

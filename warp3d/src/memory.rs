@@ -7,28 +7,38 @@
 
 use crate::Error;
 use crate::options::{Fill, Method, WarpOptions};
+#[cfg(feature = "input")]
+use crate::raster::{Quarter, Vertex};
+use crate::surface::Cell;
 
-/// Bytes a pixel of a picture while it is read: decoded whole in four channels of four bytes, twice where the decoder has
-/// buffers of its own, colours and coverage. PNG, EXR, PFM and `.npy`, which are read row by row, take half of it.
-const READING: u64 = 48;
+const F32: u64 = size_of::<f32>() as u64;
+const RGB: u64 = size_of::<[f32; 3]>() as u64;
+const RGBA: u64 = size_of::<[f32; 4]>() as u64;
+
+/// Bytes a pixel of a picture while it is read: decoded whole in four channels, twice where the decoder has buffers of
+/// its own, colours and coverage. PNG, EXR, PFM and `.npy`, which are read row by row, take half of it.
+const READING: u64 = 2 * RGBA + RGB + F32;
 
 /// Bytes a pixel that every reference keeps: colour and depth.
-const REFERENCE: u64 = 16;
+const REFERENCE: u64 = RGB + F32;
 
 /// Bytes a sample of surfaces (disparity, slopes, links, cells, clearance), colours and coefficients.
-const PREPARED: u64 = 4 + 8 + 1 + 1 + 1 + 16 + 16;
+const PREPARED: u64 =
+    F32 + size_of::<[f32; 2]>() as u64 + 1 + size_of::<Cell>() as u64 + 1 + 2 * RGBA;
 
 /// Bytes a sample that are let go once a reference is prepared: colours transposed while the spline is solved, and edges.
-const PREPARING: u64 = 16 + 2;
+const PREPARING: u64 = RGBA + 2;
 
 /// Bytes of a cut cell: four quarters, gathered by segment, kept, and their corners on the screen.
-const CUT_CELL: u64 = 4 * (16 + 16 + 48);
+#[cfg(feature = "input")]
+const CUT_CELL: u64 = 4 * (2 * size_of::<Quarter>() + size_of::<[Vertex; 4]>()) as u64;
 
-/// Bytes a pixel of the new picture: a layer, the picture with its planes, and its bytes as they are written.
-const PICTURE: u64 = 28 + 24 + 8;
+/// Bytes a pixel of one more layer: colour, depth, resolution and purity.
+const LAYER: u64 = RGBA + 3 * F32;
 
-/// Bytes a pixel of one more layer.
-const LAYER: u64 = 28;
+/// Bytes a pixel of the new picture: a layer, the two planes and the depths that the picture takes beside it, and its
+/// bytes as they are written.
+const PICTURE: u64 = LAYER + RGBA + 2 * F32 + 8;
 
 /// Bytes of the program, its threads and its tables.
 const PROGRAM: u64 = 32 << 20;
@@ -109,12 +119,14 @@ fn working_bytes(samples: &[u64], pixels: u64, options: &WarpOptions) -> u64 {
 }
 
 /// Bytes of parts of references while a window is drawn from them, with what hangs on so many `cuts` cut cells.
+#[cfg(feature = "input")]
 pub(crate) fn window_bytes(samples: &[u64], cuts: u64, pixels: u64, options: &WarpOptions) -> u64 {
     working_bytes(samples, pixels, options) + CUT_CELL * cuts
 }
 
 /// Bytes that `max_bytes` leave for windows of a picture of so many `pixels` from references with so many `blocks`; 0
 /// where the picture alone takes more.
+#[cfg(feature = "input")]
 pub(crate) fn left_for_windows(
     max_bytes: u64,
     pixels: u64,
@@ -130,6 +142,7 @@ pub(crate) fn left_for_windows(
 
 /// Bytes that looking once through a reference of this size takes when it does not stay in memory: one second difference
 /// of disparity for each seventh sample, two bits a sample, and a band of rows.
+#[cfg(feature = "input")]
 pub(crate) fn survey_bytes([width, height]: [usize; 2], band_rows: usize) -> u64 {
     let samples = width as u64 * height as u64;
     samples * 4 / 7 + samples / 4 + (width * band_rows) as u64 * 24 + PROGRAM
@@ -173,6 +186,14 @@ pub fn check_memory(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn counts_are_those_of_the_types() {
+        assert_eq!([READING, REFERENCE, PREPARED, PREPARING], [48, 16, 47, 18]);
+        assert_eq!([LAYER, PICTURE], [28, 60]);
+        #[cfg(feature = "input")]
+        assert_eq!(CUT_CELL, 320);
+    }
 
     #[test]
     fn what_is_allowed_is_kept_and_what_is_not_says_what_it_takes() {

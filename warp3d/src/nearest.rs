@@ -10,9 +10,10 @@ use crate::bands::{BAND_ROWS, RowRange};
 use crate::epipole::OcclusionOrder;
 use crate::layer::Layer;
 use crate::options::Visibility;
-use crate::stats::{FrameStats, StageClock};
+use crate::stats::FrameStats;
 use crate::warp::{Warp, disparity};
 use resample_core::Camera;
+use resample_core::clock::StageClock;
 
 /// Marks a sample that falls on no pixel.
 const NOWHERE: u32 = u32::MAX;
@@ -42,7 +43,7 @@ impl Nearest {
     ) -> Layer {
         let clock = StageClock::start();
         self.project(reference, target);
-        stats.stages.project.add(clock.stop());
+        stats.stages.project += clock.stop();
         let known = reference.depth.iter().filter(|&&d| d > 0.0).count() as u64;
         stats.samples += known;
         stats.outside +=
@@ -56,7 +57,7 @@ impl Nearest {
             }
         };
         let layer = self.draw(reference, target, order);
-        stats.stages.accumulate.add(clock.stop());
+        stats.stages.accumulate += clock.stop();
         layer
     }
 

@@ -9,39 +9,25 @@ mod cells;
 mod project;
 mod quarters;
 mod scan;
+mod vertex;
 
 use fearless_simd::prelude::*;
 use rayon::prelude::*;
 use resample_core::dispatch;
 use resample_core::simd::Vectors;
 
-pub(crate) use cells::{EightCells, EightTriangles, LANES};
+pub(crate) use cells::{EightCells, EightTriangles};
 use project::{ProjectedRow, project_row};
+#[cfg(feature = "input")]
+pub(crate) use quarters::Quarter;
 pub(crate) use quarters::Quarters;
 pub(crate) use scan::{SLACK, scan_triangle};
+use vertex::Planes;
+pub(crate) use vertex::{LANES, SEGMENT, Vertex};
 
 use crate::bands::RowRange;
 use crate::surface::{Cell, Surfaces};
-use crate::warp::{Warp, Warped};
-
-/// Cells of a row that share one entry in the table of screen rows; one bit each.
-pub(crate) const SEGMENT: usize = 32;
-
-/// A sample or another corner on the screen; x is NaN where it is not in front of the near plane.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Vertex {
-    /// Screen x, px.
-    pub(crate) x: f32,
-    /// Screen y, px.
-    pub(crate) y: f32,
-    /// Larger is nearer; linear over the screen on a plane.
-    pub(crate) nearness: f32,
-}
-
-/// Screen x, screen y and nearness of every sample, with one more before the first and eight after the last, so that
-/// eight cells can be loaded anywhere: sample i is entry i + 1.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Planes([Vec<f32>; 3]);
+use crate::warp::Warp;
 
 /// Samples warped to one screen.
 #[derive(Clone, Debug, Default)]
@@ -251,27 +237,6 @@ impl Projected {
         let id = scene.segments.quarters.id(quarter);
         emit(simd, [p, q, r], id, sink);
         emit(simd, [p, r, s], id, sink);
-    }
-}
-
-impl Vertex {
-    /// Behind the near plane, or unknown.
-    pub(crate) const NOWHERE: Self = Self {
-        x: f32::NAN,
-        y: f32::NAN,
-        nearness: f32::NAN,
-    };
-
-    fn of(warp: &Warp, warped: &Warped) -> Self {
-        if !warp.in_front(warped) {
-            return Self::NOWHERE;
-        }
-        let at = warped.pos_in_screen();
-        Self {
-            x: at.x as f32,
-            y: at.y as f32,
-            nearness: warp.nearness(warped.depth) as f32,
-        }
     }
 }
 

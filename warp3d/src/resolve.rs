@@ -6,23 +6,28 @@
 
 mod inside;
 mod parts;
+mod resolver;
+mod window;
 
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use rayon::prelude::*;
 use resample_core::Camera;
+use resample_core::clock::StageClock;
 use resample_core::dispatch;
-use resample_core::simd::Vectors;
 
 use crate::Reference;
-use crate::colour::{Lookup, as_taken};
-use crate::hybrid::{How, Hybrid, Prepared};
+use crate::colour::as_taken;
+use crate::hybrid::{How, Hybrid};
 use crate::layer::Layer;
 use crate::patch::{Hit, Patch, PlaneMap};
+use crate::prepared::Prepared;
+use crate::stats::FrameStats;
 use crate::warp::Warp;
 use inside::{RUN, Run};
-use parts::{Part, Parts, WindowWeights};
+use parts::{Part, Parts};
+use resolver::Resolver;
 
 /// Two sides of an edge that have moved against each other by less than this, reference px, are partly shown as the
 /// reference shows them. A guess: half the sigma of its pixels.
@@ -30,19 +35,6 @@ const UNMOVED_PX: f64 = 0.25;
 
 /// A surface with this share of a pixel's weight has it all, and its centre of gravity is the pixel's but for rounding.
 const NEARLY_ALL: f32 = 0.999_99;
-
-/// Resolves one picture.
-pub(crate) struct Resolver<'a> {
-    hybrid: &'a Hybrid,
-    reference: &'a Reference,
-    prepared: &'a Prepared,
-    warp: &'a Warp,
-    /// What x, y, 1 and disparity add to the homogeneous screen position.
-    columns: [DVec3; 4],
-    size: [usize; 2],
-    level: Vectors,
-    weights: WindowWeights,
-}
 
 /// A row of the picture.
 struct Row<'a> {
@@ -61,28 +53,23 @@ struct Resolved {
     purity: f32,
 }
 
-impl<'a> Resolver<'a> {
-    /// Everything that the pixels need.
-    pub(crate) fn new(
-        hybrid: &'a Hybrid,
-        (reference, prepared): (&'a Reference, &'a Prepared),
-        warp: &'a Warp,
-        target: &Camera,
-        how: How,
-    ) -> Self {
-        let [x, y, one] = warp.pixel_columns();
-        Self {
-            hybrid,
-            reference,
-            prepared,
-            warp,
-            columns: [x, y, one, warp.disparity_column()],
-            size: [target.width as usize, target.height as usize],
-            level: how.level,
-            weights: WindowWeights::new(how.subpixels),
-        }
-    }
+/// Draws `prepared` from `target`: `hybrid` finds what the pixels see, then they are resolved.
+pub(crate) fn render(
+    hybrid: &mut Hybrid,
+    (reference, prepared): (&Reference, &Prepared),
+    target: &Camera,
+    how: How,
+    stats: &mut FrameStats,
+) -> Layer {
+    let warp = Warp::new(&reference.camera, target);
+    hybrid.draw(prepared, (&warp, target), how, stats);
+    let clock = StageClock::start();
+    let layer = Resolver::new(hybrid, (reference, prepared), &warp, target, how).layer();
+    stats.stages.resolve += clock.stop();
+    layer
+}
 
+impl Resolver<'_> {
     /// The picture.
     pub(crate) fn layer(&self) -> Layer {
         let width = self.size[0];
@@ -99,16 +86,6 @@ impl<'a> Resolver<'a> {
             dispatch!(self.level, simd => row(simd, self, y, Row { rgba, depth, resolution, purity }));
         });
         layer
-    }
-
-    /// A lookup on the plane of `patch`.
-    #[inline(always)]
-    fn lookup(&self, patch: &Patch) -> Lookup<'_> {
-        Lookup {
-            colours: &self.prepared.colours,
-            surfaces: &self.prepared.surfaces,
-            patch: *patch,
-        }
     }
 
     #[inline(always)]

@@ -9,14 +9,15 @@
 use glam::{DMat2, DVec2};
 use rayon::prelude::*;
 use resample_core::Camera;
+use resample_core::clock::StageClock;
 use resample_core::point::PIXEL_SIGMA_PX;
 
 use crate::Reference;
 use crate::bands::{BAND_ROWS, RowRange};
-use crate::hybrid::Prepared;
 use crate::layer::Layer;
 use crate::patch::Patch;
-use crate::stats::{FrameStats, StageClock};
+use crate::prepared::Prepared;
+use crate::stats::FrameStats;
 use crate::surface::Surfaces;
 use crate::warp::Warp;
 
@@ -84,10 +85,10 @@ pub(crate) fn render(
     let known = surfaces.disparity.iter().filter(|d| !d.is_nan()).count() as u64;
     stats.samples += known;
     stats.outside += known - drawn;
-    stats.stages.project.add(clock.stop());
+    stats.stages.project += clock.stop();
     let clock = StageClock::start();
     let layer = draw(&rows, (prepared, &warp), target, shape);
-    stats.stages.accumulate.add(clock.stop());
+    stats.stages.accumulate += clock.stop();
     layer
 }
 

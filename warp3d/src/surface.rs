@@ -11,7 +11,7 @@ use resample_core::Projection;
 
 use crate::Reference;
 use crate::options::SurfaceTolerance;
-use crate::patch::CellRows;
+use crate::piece::CellRows;
 use crate::warp::disparity;
 
 /// Tolerance of exact depth, relative to disparity: a sphere of 50 samples' radius bends less from sample to sample

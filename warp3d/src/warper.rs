@@ -1,17 +1,19 @@
 //! The driver: references prepared once, then one picture per camera.
 
+use resample_core::clock::StageClock;
 use resample_core::{Camera, Image, Plane};
 
 use crate::blend::blend;
 use crate::fill::fill;
-use crate::hybrid::{How, Hybrid, Prepared};
+use crate::hybrid::{How, Hybrid};
 use crate::layer::Layer;
 use crate::nearest::Nearest;
 use crate::options::{ExtraPlanes, Fill, Method, SurfaceOptions, SurfaceTolerance, WarpOptions};
-use crate::patch::MAX_CELLS;
+use crate::piece::MAX_CELLS;
+use crate::prepared::Prepared;
 use crate::splat::{self, Shape};
-use crate::stats::{FrameStats, StageClock};
-use crate::{Error, Reference};
+use crate::stats::FrameStats;
+use crate::{Error, Reference, resolve};
 
 /// Warps prepared references, frame after frame.
 #[derive(Clone, Debug)]
@@ -119,7 +121,7 @@ impl Warper {
         let clock = StageClock::start();
         let pixels = camera.width as usize * camera.height as usize;
         let layer = blend(layers, &self.references, camera, self.options.blend);
-        stats.stages.blend.add(clock.stop());
+        stats.stages.blend += clock.stop();
         layer.unwrap_or_else(|| Layer::empty(pixels))
     }
 }
@@ -206,8 +208,7 @@ impl Pipeline {
                     level: options.simd.resolve(),
                 };
                 let prepared = &self.prepared[index];
-                self.hybrid
-                    .render((reference, prepared), camera, how, stats)
+                resolve::render(&mut self.hybrid, (reference, prepared), camera, how, stats)
             }
             Method::Points { .. } => splat::render(
                 (reference, &self.prepared[index]),

@@ -241,7 +241,7 @@ fn models_that_are_none_are_refused() {
 fn options_that_mean_nothing_are_refused() {
     let bench = bench();
     let draw = "texmap square.obj -o out/a.png";
-    assert_refused(&bench, &format!("{draw} --scene 0"), "--scene");
+    assert_refused(&bench, &format!("{draw} --scene 0"), "no scenes");
     assert_refused(
         &bench,
         &format!("{draw} --camera-name 0"),

@@ -319,7 +319,7 @@ fn bad_input_is_refused_in_one_line() {
     refused("im.png z.pfm --from cameras.json", "cameras.json");
     refused("im.png z.pfm --from cameras.json#targets/7", "targets/7");
     refused("im.png z.pfm --from cameras.json#7", "cameras.json");
-    refused("im.png z.pfm --from poses.log#0", "--intrinsics");
+    refused("im.png z.pfm --from poses.log#0", "intrinsics");
     refused(
         &format!("im.png z.pfm {lens} --from scaled.log#0"),
         "rotation",
@@ -332,9 +332,12 @@ fn bad_input_is_refused_in_one_line() {
     refused("im.png z.pfm --from shift:1,0,0", "shift");
     refused(
         &format!("im.png z.pfm {lens} --depth-kind disparity"),
-        "--baseline",
+        "the baseline",
     );
-    refused(&format!("im.png z.pfm {lens} --depth-kind mpeg"), "--near");
+    refused(
+        &format!("im.png z.pfm {lens} --depth-kind mpeg"),
+        "near and far",
+    );
     refused(
         &format!("im.png z.pfm {lens} --depth-kind opengl --near 5 --far 1"),
         "near < far",
@@ -398,7 +401,7 @@ fn a_limit_of_memory_is_kept_before_anything_is_read() {
         &format!("{words} 4G --max-error rms:0.01"),
         "16384x16384",
     );
-    assert_one_line(&bench, &format!("{words} 64M"), "--max-memory");
+    assert_one_line(&bench, &format!("{words} 64M"), "bytes of memory");
     // The picture is not unpacked for a depth that is not there.
     assert_one_line(&bench, &format!("{words} 4G"), "absent.pfm");
     assert_good(&bench.run(&format!(

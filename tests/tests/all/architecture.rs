@@ -1,11 +1,15 @@
-//! Holds the dependency rule: cli -> {applications} -> resample-core, and no application knows another.
+//! Holds the dependency rule: cli -> {applications} -> resample-io -> resample-core, and no application knows another; and within a crate,
+//! no files that import each other in a circle.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 use std::process::Command;
 
+use resample_tests::import_graph::ImportGraph;
 use serde_json::Value;
 
 const CORE: &str = "resample-core";
+const IO: &str = "resample-io";
 const APPLICATIONS: [&str; 3] = ["texmap", "warp3d", "volsplat"];
 
 /// The workspace's crates and, of their dependencies (development ones aside), those that are in the workspace.
@@ -54,12 +58,18 @@ fn dependencies_flow_one_way() {
         uses[CORE]
     );
     for application in APPLICATIONS.iter().filter(|a| uses.contains_key(**a)) {
-        let only_core = BTreeSet::from([CORE.to_owned()]);
-        assert_eq!(
-            uses[*application], only_core,
-            "{application} may know the core alone"
+        let allowed = BTreeSet::from([CORE.to_owned(), IO.to_owned()]);
+        assert!(
+            uses[*application].contains(CORE) && uses[*application].is_subset(&allowed),
+            "{application} may know the core and {IO}, but uses {:?}",
+            uses[*application]
         );
     }
+    assert_eq!(
+        uses[IO],
+        BTreeSet::from([CORE.to_owned()]),
+        "{IO} may know the core alone"
+    );
 }
 
 #[test]
@@ -82,4 +92,50 @@ fn the_core_touches_no_files() {
         }
     }
     assert!(files > 15, "only {files} files were looked at");
+}
+
+#[test]
+fn no_files_import_each_other_in_a_circle() {
+    for name in [
+        "resample-core",
+        "resample-core/io",
+        "texmap",
+        "warp3d",
+        "volsplat",
+        "cli",
+    ] {
+        let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+            .join(name)
+            .join("src");
+        let graph = ImportGraph::read(&folder);
+        assert!(graph.file_count() > 1, "{name}: no sources were read");
+        let circles = graph.circles();
+        assert!(circles.is_empty(), "{name}: {circles:#?}");
+    }
+}
+
+#[test]
+fn a_circle_is_found_through_groups_and_names_that_are_handed_on() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).expect("a file");
+    };
+    write("lib.rs", "mod a; mod b; mod c; pub use a::First;");
+    write(
+        "a.rs",
+        "use crate::{b::{Other, Second}, c}; pub struct First;",
+    );
+    write("b.rs", "pub struct Second; fn f() { crate::c::third() }");
+    write(
+        "c.rs",
+        "// use crate::b;\npub fn third() -> &'static str { \"crate::b\" }",
+    );
+    let circles = ImportGraph::read(folder.path()).circles();
+    assert!(
+        circles.is_empty(),
+        "comments and texts import nothing: {circles:?}"
+    );
+    write("c.rs", "pub fn third(_: crate::First) {}");
+    let circles = ImportGraph::read(folder.path()).circles();
+    assert_eq!(circles, [["a", "b", "c"]], "through the root's own name");
 }

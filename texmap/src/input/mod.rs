@@ -37,14 +37,15 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Error> {
         Format::Obj if options.scene.is_some() => {
             let path = path.display();
             return Err(Error::Option(format!(
-                "{path}: an OBJ file has no scenes: leave out the name of one"
+                "{path}: an OBJ file has no scenes: name none"
             )));
         }
         Format::Obj => obj::load(&bytes, folder, &mut notes).map_err(at)?,
     };
     if let Some(texture) = &options.texture {
-        checked::bind(&mut scene, load_picture(texture)?)
-            .map_err(|what| Error::Option(format!("{}: --texture: {what}", path.display())))?;
+        checked::bind(&mut scene, load_picture(texture)?).map_err(|what| {
+            Error::Option(format!("{}: the given texture: {what}", path.display()))
+        })?;
     }
     let scene = checked::scene(scene, &mut notes).map_err(at)?;
     Ok(Loaded {

@@ -3,7 +3,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, i32x8, mask32x8};
 
-use super::pixels_of;
+use super::pixels::pixels_of;
 use crate::bands::RowRange;
 use crate::raster::{EightCells, EightTriangles, Sink, Vertex, scan_triangle};
 

@@ -6,10 +6,10 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, u32x16};
 
-use super::{NO_SLOT, pixels_of};
+use super::pixels::{NO_SLOT, pixels_of};
 use crate::bands::RowRange;
 use crate::flags::Flags;
-use crate::patch::NO_PATCH;
+use crate::piece::NO_PATCH;
 use crate::raster::{EightCells, LANES, SLACK, Sink, Vertex};
 
 /// Places that are asked at once: those of a pixel with four sub-pixels along its side.

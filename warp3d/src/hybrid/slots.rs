@@ -3,7 +3,8 @@
 //! Pieces of joined cells that share a corner are one surface, which is told from their numbers alone; other pieces are
 //! one if the one lies on the plane of the other.
 
-use crate::patch::{NO_PATCH, Patch, share_a_corner};
+use crate::patch::{Patch, share_a_corner};
+use crate::piece::NO_PATCH;
 use crate::surface::Surfaces;
 
 /// One surface in one pixel.

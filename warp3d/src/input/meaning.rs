@@ -8,7 +8,7 @@
 
 use resample_core::{Camera, Projection};
 
-use super::plane::{Plane, Stored};
+use resample_io::{Plane, Stored};
 
 /// Camera z of a stored number at a column and row, world units; NaN where unknown.
 pub(crate) type ZOf<'a> = Box<dyn Fn(f32, [usize; 2]) -> f32 + Sync + 'a>;
@@ -158,7 +158,7 @@ impl DepthMeaning {
             }
             (None, DepthKind::Disparity, _) | (None, _, Stored::Float) => Ok(1.0),
             (None, _, Stored::Code(largest)) => Err(format!(
-                "the depth is stored in whole numbers up to {largest}: say with --depth-scale how many world units \
+                "the depth is stored in whole numbers up to {largest}: give a depth scale, how many world units \
                  one of them is (0.001 for millimetres where cameras are in metres, 1 where both have one unit)"
             )),
         }
@@ -171,7 +171,7 @@ impl DepthMeaning {
             DepthKind::Inverse => Box::new(|value| 1.0 / value),
             DepthKind::Disparity => {
                 let baseline = self.baseline.ok_or(
-                    "a disparity needs the distance between the eyes: give --baseline, or name a calib.txt as camera",
+                    "a disparity needs the distance between the eyes: give the baseline, or name a calib.txt as camera",
                 )?;
                 if !(baseline > 0.0 && baseline.is_finite()) {
                     return Err(format!(
@@ -212,7 +212,7 @@ impl DepthMeaning {
     fn planes(&self, what: &str) -> Result<[f64; 2], String> {
         let [near, far] = self
             .near_far
-            .ok_or(format!("{what} needs its planes: give --near and --far"))?;
+            .ok_or(format!("{what} needs its planes: give near and far"))?;
         if !(near > 0.0 && far > near && far.is_finite()) {
             return Err(format!(
                 "planes at {near} and {far}: expected 0 < near < far"

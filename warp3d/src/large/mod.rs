@@ -11,6 +11,7 @@
 //! that nothing beyond it has a weight (`warper::REACH`).
 
 mod blocks;
+mod files;
 mod sheet;
 mod survey;
 mod unpack;
@@ -19,26 +20,13 @@ mod warper;
 use glam::DVec3;
 use resample_core::Camera;
 
-use crate::input::{DepthMeaning, Part};
 use crate::options::SurfaceTolerance;
 use crate::{Error, Reference};
 use blocks::Blocks;
 use sheet::{Kind, Rect, Sheet};
 
+pub use files::Files;
 pub use warper::LargeWarper;
-
-/// The files of a reference and what is known about them.
-#[derive(Clone, Copy, Debug)]
-pub struct Files<'a> {
-    /// The picture.
-    pub colour: &'a Part,
-    /// Its depth.
-    pub depth: &'a Part,
-    /// Its camera, of the picture's size.
-    pub camera: &'a Camera,
-    /// What the numbers of the depth say.
-    pub meaning: &'a DepthMeaning,
-}
 
 /// A reference whose samples lie in a file.
 #[derive(Debug)]

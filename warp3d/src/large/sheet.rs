@@ -129,7 +129,7 @@ impl Sheet {
 fn failed([width, height]: [usize; 2], source: &std::io::Error) -> Error {
     Error::Option(format!(
         "{width}x{height} samples cannot be kept in {} bytes of a temporary file: {source}; give TMPDIR a folder with \
-         room, or allow more with --max-memory",
+         room, or allow more memory",
         width * height * 16
     ))
 }

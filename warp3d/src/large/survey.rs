@@ -5,17 +5,18 @@ use glam::DVec3;
 use rayon::prelude::*;
 use resample_core::{Camera, Projection};
 
-use super::Files;
 use super::blocks::{BLOCK, Blocks, HALO};
+use super::files::Files;
 use super::sheet::{Kind, Rect, Sheet};
 use super::unpack::Unpacked;
 use crate::Error;
 use crate::input::meaning::ZOf;
-use crate::input::{fault, nothing_known};
+use crate::input::nothing_known;
 use crate::options::SurfaceTolerance;
 use crate::reference::{NO_BOUNDS, joined, row_bounds};
 use crate::surface::{BEND_STRIDE, bends_of_row, tolerance_of_bends};
 use crate::warp::disparity;
+use resample_io::files::fault;
 
 /// What was found.
 pub(super) struct Found {

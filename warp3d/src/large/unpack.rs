@@ -1,11 +1,13 @@
 //! From files to the temporary file, piece by piece, in whatever order the formats have the pieces.
 
-use super::Files;
 use super::blocks::{BLOCK, HALO};
+use super::files::Files;
 use super::sheet::{Kind, Sheet};
 use crate::Error;
-use crate::input::receiver::{Receiver, Room};
-use crate::input::{Stored, check_sizes, colour, depth, first_bytes};
+use resample_io::files::first_bytes;
+use resample_io::{Receiver, Room, Stored, colour, depth};
+
+use crate::input::check_sizes;
 use crate::memory::survey_bytes;
 
 /// The unpacked files.
@@ -54,7 +56,7 @@ pub(super) fn unpacked(
     let needed = survey_bytes(size, BLOCK + 2 * HALO + 1);
     if needed > max_memory {
         return Err(Error::Option(format!(
-            "--max-memory {max_memory} is too little: a picture of {}x{} takes at least {needed} bytes to be looked \
+            "{max_memory} bytes of memory are too little: a picture of {}x{} takes at least {needed} bytes to be looked \
              through",
             size[0], size[1]
         )));

@@ -4,6 +4,7 @@
 //! sees more of the references than fits the memory is cut in two, until it fits.
 
 use resample_core::Camera;
+use resample_core::clock::StageClock;
 
 use super::LargeReference;
 use super::blocks::OnScreen;
@@ -11,7 +12,7 @@ use super::sheet::Rect;
 use crate::layer::Layer;
 use crate::memory::{left_for_windows, window_bytes};
 use crate::options::{Fill, Method, SurfaceTolerance, WarpOptions};
-use crate::stats::{FrameStats, StageClock};
+use crate::stats::FrameStats;
 use crate::warper::finished;
 use crate::{Error, Frame, Warper};
 
@@ -146,7 +147,7 @@ impl LargeWarper {
             layer,
             stats: FrameStats::default(),
         };
-        drawing.stats.stages.project.add(clock.stop());
+        drawing.stats.stages.project += clock.stop();
         let mut windows = vec![[[0, camera.width], [0, camera.height]]];
         while let Some(window) = windows.pop() {
             windows.extend(
@@ -249,7 +250,7 @@ impl LargeWarper {
             ..self.options.clone()
         };
         let warper = Warper::with_tolerances(samples, Some(&tolerances), &options)?;
-        stats.stages.prepare.add(clock.stop());
+        stats.stages.prepare += clock.stop();
         Ok(Kept { parts, warper })
     }
 

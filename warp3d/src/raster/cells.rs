@@ -7,11 +7,8 @@ use fearless_simd::f32x8;
 use fearless_simd::mask32x8;
 use fearless_simd::prelude::*;
 
-use super::{Planes, Vertex};
-use crate::patch::patch_id;
-
-/// Cells that are drawn at once.
-pub(crate) const LANES: usize = 8;
+use super::vertex::{LANES, Planes, Vertex};
+use crate::piece::patch_id;
 
 /// Eight cells of a row of which some are joined.
 #[derive(Clone, Copy)]

@@ -8,7 +8,7 @@ use fearless_simd::{f32x8, f64x4, mask32x8};
 use fearless_simd_macros::simd;
 use resample_core::Projection;
 
-use super::{LANES, SEGMENT};
+use super::vertex::{LANES, SEGMENT};
 use crate::bands::RowRange;
 use crate::warp::Warp;
 

@@ -6,8 +6,8 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::{SEGMENT, Vertex};
-use crate::patch::patch_id;
+use super::vertex::{SEGMENT, Vertex};
+use crate::piece::patch_id;
 use crate::rims::Rims;
 use crate::surface::{Cell, Surfaces};
 use crate::warp::Warp;
@@ -22,7 +22,7 @@ pub(crate) struct Quarters {
 
 /// A quarter.
 #[derive(Clone, Copy, Debug)]
-struct Quarter {
+pub(crate) struct Quarter {
     /// The number of its piece.
     id: u32,
     /// Its sample.

@@ -6,7 +6,7 @@
 use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
 
-use super::Vertex;
+use super::vertex::Vertex;
 
 /// A place this close outside an edge counts, px.
 pub(crate) const SLACK: f32 = 1e-3;

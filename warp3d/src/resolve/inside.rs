@@ -11,9 +11,10 @@ use fearless_simd::prelude::*;
 use glam::{DMat2, DVec2};
 use resample_core::point::PIXEL_SIGMA_PX;
 
-use super::Resolver;
+use super::resolver::Resolver;
 use crate::colour::{BENT_VARIANCE, LEAST_VARIANCE, first_three};
-use crate::patch::{Hit, NO_PATCH, Patch};
+use crate::patch::{Hit, Patch};
+use crate::piece::NO_PATCH;
 
 /// Pixels that are traced at once.
 const LANES: usize = 4;

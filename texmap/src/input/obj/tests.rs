@@ -276,7 +276,7 @@ fn a_texture_can_be_bound_by_hand() {
         .expect_err("no coordinates")
         .to_string();
     assert!(
-        error.contains("--texture") && error.contains("coordinates"),
+        error.contains("texture") && error.contains("coordinates"),
         "{error}"
     );
 }

@@ -8,7 +8,7 @@
 use glam::{DAffine3, DVec3};
 use resample_core::camera::PixelCentre;
 
-use super::{CameraSet, Entry, Hints, Lens, Pair, camera};
+use super::entry::{CameraSet, Entry, Hints, Lens, Pair, camera};
 
 /// Steps at which a camera between the two is offered, beside the two themselves.
 const BETWEEN: [f64; 3] = [0.25, 0.5, 0.75];
@@ -35,7 +35,7 @@ pub(super) fn read(text: &str, hints: &Hints) -> Result<CameraSet, String> {
         .map(|(width, height)| [width, height]);
     let size = stated
         .or(hints.size)
-        .ok_or("no lines 'width=' and 'height=': give --size")?;
+        .ok_or("no lines 'width=' and 'height=': give the picture's size")?;
     let between = |along: f64| -> Result<Entry, String> {
         let mix = |a: f64, b: f64| a + along * (b - a);
         let [left, right] = &matrices;

@@ -11,9 +11,9 @@ use std::path::Path;
 use glam::{DAffine3, DQuat, DVec3};
 use resample_core::camera::PixelCentre;
 
+use super::entry::{CameraSet, Entry, Lens, camera};
 use super::trajectory::{content, numbers, rotation};
-use super::{CameraSet, Entry, Lens, camera};
-use crate::input::read_text;
+use resample_io::files::read_text;
 
 type Lenses<'a> = HashMap<&'a str, (Lens, [u32; 2])>;
 

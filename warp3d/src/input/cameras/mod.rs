@@ -8,80 +8,19 @@
 
 use std::path::Path;
 
-use resample_core::camera::PixelCentre;
-use resample_core::{Camera, CameraError, Intrinsics};
-
-use glam::{DAffine3, DMat3};
-
-use super::{fault, read_text};
 use crate::Error;
+use resample_io::files::{fault, read_text};
 
 mod calib;
 mod colmap;
+mod entry;
 mod json;
 mod mpeg;
 mod nested;
 mod trajectory;
 mod transforms;
 
-/// What the user says beside the file.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Hints {
-    /// Size of the picture that the camera took, px, for formats that do not state it.
-    pub size: Option<[u32; 2]>,
-    /// Lens, for formats that hold poses alone.
-    pub lens: Option<Lens>,
-}
-
-/// Focal lengths and principal point, px.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lens {
-    /// Focal length along x.
-    pub fx: f64,
-    /// Focal length along y.
-    pub fy: f64,
-    /// Principal point along x, in the convention of `pixel_centre`.
-    pub cx: f64,
-    /// Principal point along y.
-    pub cy: f64,
-    /// What `cx` and `cy` count from.
-    pub pixel_centre: PixelCentre,
-}
-
-/// The cameras of a file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CameraSet {
-    /// The format, for messages.
-    pub format: &'static str,
-    /// At least one camera, in the file's order.
-    pub entries: Vec<Entry>,
-    /// The geometry of a rectified pair, where the file states one.
-    pub pair: Option<Pair>,
-}
-
-/// One camera of a file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Entry {
-    /// Its name in the file: a number, a picture's name, a path of keys.
-    pub name: String,
-    /// The camera.
-    pub camera: Camera,
-}
-
-/// The geometry of a rectified pair.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pair {
-    /// Distance between the eyes, world units.
-    pub baseline: f64,
-    /// Principal point of the right eye less that of the left along x, px.
-    pub doffs: f64,
-}
-
-/// Near plane of a camera whose file states none, until it is known what the camera sees.
-pub const NEAR_PLACEHOLDER: f64 = 1.0;
-
-/// Largest departure of a stated rotation from orthonormal that is rounding in the file, and is then corrected.
-const ROTATION_ROUNDING: f64 = 1e-3;
+pub use entry::{CameraSet, Entry, Hints, Lens, NEAR_PLACEHOLDER, Pair};
 
 /// Reads the cameras of a file; `None` if it is JSON of no format that is known here.
 pub fn read(path: &Path, hints: &Hints) -> Result<Option<CameraSet>, Error> {
@@ -101,51 +40,6 @@ pub fn read(path: &Path, hints: &Hints) -> Result<Option<CameraSet>, Error> {
     Ok(Some(set))
 }
 
-impl CameraSet {
-    /// The camera that is called `name`, or the one at this index.
-    ///
-    /// The error, without the file's name, lists what there is.
-    pub fn entry(&self, name: &str) -> Result<&Entry, String> {
-        let by_name = self.entries.iter().find(|entry| entry.name == name);
-        // Pictures are often known by their file name alone.
-        let by_file = || {
-            let last = |full: &str| full.rsplit(['/', '\\']).next().map(str::to_owned);
-            let mut same = self
-                .entries
-                .iter()
-                .filter(|entry| last(&entry.name).as_deref() == Some(name));
-            same.next().filter(|_| same.next().is_none())
-        };
-        let by_index = || {
-            name.parse::<usize>()
-                .ok()
-                .and_then(|index| self.entries.get(index))
-        };
-        by_name.or_else(by_file).or_else(by_index).ok_or_else(|| {
-            format!(
-                "no camera '{name}' in this {}: there are {}",
-                self.format,
-                self.names()
-            )
-        })
-    }
-
-    /// The names of the cameras, for a message: the first ones if there are many.
-    pub fn names(&self) -> String {
-        const MOST: usize = 6;
-        let names: Vec<_> = self
-            .entries
-            .iter()
-            .take(MOST)
-            .map(|entry| entry.name.as_str())
-            .collect();
-        match self.entries.len() - names.len() {
-            0 => names.join(", "),
-            more => format!("{} and {more} more", names.join(", ")),
-        }
-    }
-}
-
 fn read_lines(path: &Path, text: &str, hints: &Hints) -> Result<CameraSet, String> {
     if calib::is_it(text) {
         return calib::read(text, hints);
@@ -162,53 +56,6 @@ fn read_lines(path: &Path, text: &str, hints: &Hints) -> Result<CameraSet, Strin
     Err("no known camera format: expected our JSON, transforms.json, MPEG JSON, calib.txt, an Open3D or TUM \
          trajectory, or COLMAP's images.txt"
         .into())
-}
-
-/// A camera from a lens, a picture size and a world-to-camera pose.
-fn camera(lens: &Lens, size: [u32; 2], camera_from_world: DAffine3) -> Result<Camera, CameraError> {
-    let intrinsics = Intrinsics {
-        width: size[0],
-        height: size[1],
-        fx: lens.fx,
-        fy: lens.fy,
-        cx: lens.cx,
-        cy: lens.cy,
-        pixel_centre: lens.pixel_centre,
-    };
-    let pose = camera_from_world;
-    Camera::from_intrinsics(
-        &intrinsics,
-        upright(pose.matrix3),
-        pose.translation,
-        NEAR_PLACEHOLDER,
-    )
-}
-
-/// A rotation freed of the rounding of its file (one step towards the nearest orthonormal matrix); anything that is
-/// more than rounding stays, and the camera's own check refuses it.
-fn upright(rotation: DMat3) -> DMat3 {
-    let defect = rotation.transpose() * rotation - DMat3::IDENTITY;
-    let worst = defect
-        .to_cols_array()
-        .into_iter()
-        .fold(0.0f64, |worst, x| worst.max(x.abs()));
-    // Newton's step for the polar factor: its error is of the order of the defect's square.
-    if worst < ROTATION_ROUNDING {
-        rotation * (DMat3::IDENTITY - defect * 0.5)
-    } else {
-        rotation
-    }
-}
-
-/// A lens for a file of poses alone.
-fn lens_from_hints(hints: &Hints, format: &str) -> Result<(Lens, [u32; 2]), String> {
-    let lens = hints.lens.ok_or_else(|| {
-        format!("a {format} holds poses alone: give the lens with --intrinsics FX,FY,CX,CY")
-    })?;
-    let size = hints
-        .size
-        .ok_or_else(|| format!("a {format} holds no picture size: give --size"))?;
-    Ok((lens, size))
 }
 
 #[cfg(test)]

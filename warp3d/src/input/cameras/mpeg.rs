@@ -9,9 +9,9 @@ use glam::{DAffine3, DMat3, DVec3};
 use resample_core::camera::PixelCentre;
 use serde_json::Value;
 
+use super::entry::{CameraSet, Entry, Lens, camera};
 use super::json::numbers;
 use super::trajectory::inverse;
-use super::{CameraSet, Entry, Lens, camera};
 
 pub(super) fn is_it(value: &Value) -> bool {
     let first = value

@@ -8,8 +8,8 @@ use glam::{DAffine3, DMat3, DVec3};
 use resample_core::camera::PixelCentre;
 use serde_json::Value;
 
+use super::entry::{CameraSet, Entry, Lens, camera};
 use super::json::{numbers, required, side};
-use super::{CameraSet, Entry, Lens, camera};
 
 /// Deepest level at which a camera is looked for. A guess, far above what files have.
 const DEEPEST: usize = 6;

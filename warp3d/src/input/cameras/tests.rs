@@ -2,11 +2,12 @@
 //!
 //! The pose is worked out here per format from the eye and three directions, not with the code under test.
 
-use glam::{DQuat, DVec2};
+use glam::{DMat3, DQuat, DVec2, DVec3};
+use resample_core::Camera;
+use resample_core::camera::PixelCentre;
 use tempfile::TempDir;
 
 use super::*;
-use glam::DVec3;
 
 /// The eye and where right, down and forward point: a camera that is turned in all three ways.
 struct Pose {
@@ -353,7 +354,7 @@ fn what_is_missing_or_wrong_is_said() {
     let log = "0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
     let lens = hints(PixelCentre::Half);
     assert!(
-        said("a", log, &Hints::default()).contains("--intrinsics"),
+        said("a", log, &Hints::default()).contains("intrinsics"),
         "poses need a lens"
     );
     assert!(

@@ -7,7 +7,7 @@
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-use super::{CameraSet, Entry, Hints, camera, lens_from_hints};
+use super::entry::{CameraSet, Entry, Hints, camera, lens_from_hints};
 
 pub(super) fn is_log(text: &str) -> bool {
     let mut lines = content(text).map(|(_, words)| words.len());
@@ -91,7 +91,7 @@ pub(super) fn rotation(quaternion: DQuat) -> Result<DQuat, String> {
 
 /// The inverse of a rigid pose; the transpose is exact where the general inverse would spread rounding.
 pub(super) fn inverse(pose: DAffine3) -> DAffine3 {
-    let rotation = super::upright(pose.matrix3).transpose();
+    let rotation = super::entry::upright(pose.matrix3).transpose();
     DAffine3 {
         matrix3: rotation,
         translation: rotation * -pose.translation,

@@ -9,9 +9,9 @@ use glam::{DAffine3, DMat3, DVec3};
 use resample_core::camera::PixelCentre;
 use serde_json::Value;
 
+use super::entry::{CameraSet, Entry, Hints, Lens, camera};
 use super::json::{number, numbers, side};
 use super::trajectory::inverse;
-use super::{CameraSet, Entry, Hints, Lens, camera};
 
 /// Keys of lens distortion.
 const DISTORTION: [&str; 6] = ["k1", "k2", "k3", "k4", "p1", "p2"];
@@ -76,7 +76,7 @@ fn lens(frame: &Value, all: &Value, hints: &Hints) -> Result<(Lens, [u32; 2]), S
         .map(|(width, height)| [width, height]);
     let size = stated
         .or(hints.size)
-        .ok_or("no \"w\" and \"h\": give --size")?;
+        .ok_or("no \"w\" and \"h\": give the picture's size")?;
     let [width, height] = size.map(f64::from);
     let from_angle = |key: &str, side: f64| -> Result<Option<f64>, String> {
         Ok(either(key)?.map(|angle_rad| 0.5 * side / (0.5 * angle_rad).tan()))

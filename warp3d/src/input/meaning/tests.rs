@@ -180,15 +180,15 @@ fn a_meaning_that_is_not_complete_says_what_is_missing() {
     };
     let of = DepthMeaning::of;
     assert!(
-        said(of(DepthKind::Z), Stored::Code(65_535)).contains("--depth-scale"),
+        said(of(DepthKind::Z), Stored::Code(65_535)).contains("depth scale"),
         "scale of whole numbers"
     );
     assert!(
-        said(of(DepthKind::Disparity), Stored::Float).contains("--baseline"),
+        said(of(DepthKind::Disparity), Stored::Float).contains("baseline"),
         "baseline"
     );
     assert!(
-        said(of(DepthKind::Mpeg), Stored::Code(255)).contains("--near"),
+        said(of(DepthKind::Mpeg), Stored::Code(255)).contains("near and far"),
         "planes"
     );
     let swapped = DepthMeaning {

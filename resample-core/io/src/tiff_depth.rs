@@ -10,13 +10,14 @@ use ::tiff::decoder::{Decoder, DecodingResult, Limits};
 use ::tiff::tags::Tag;
 use ::tiff::{ColorType, TiffError};
 
+use super::files::{check_claim, fault, open};
+use super::plane::Stored;
 use super::receiver::{Receiver, Room};
-use super::{Stored, check_claim, fault, open};
-use crate::Error;
+use super::tiff::GREATEST_EXPANSION;
+use resample_core::Error;
 
-/// Most pixels for one byte of any packing here: a code of LZW has at most 12 bits and stands for at most 3838 bytes,
-/// which is 2559 bytes for one; a byte holds at most eight pixels.
-const MOST_PIXELS_PER_BYTE: u64 = 2560 * 8;
+/// Most pixels for one byte of any packing here: a byte holds at most eight pixels.
+const MOST_PIXELS_PER_BYTE: u64 = GREATEST_EXPANSION * 8;
 
 pub(super) fn decode(path: &Path, room: Room, to: &mut dyn Receiver) -> Result<Stored, Error> {
     let (file, length) = open(path)?;

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// An error of this crate.
+/// An error of a reader or of a renderer.
 #[derive(Debug, Error)]
 pub enum Error {
     /// A file or what it holds; the text names the file, the place, what was expected and what to do.

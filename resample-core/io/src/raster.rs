@@ -11,27 +11,12 @@ use std::path::Path;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use resample_core::image::linear_from_srgb;
 
+use super::files::{MAX_PIXELS, cannot_read, check_claim, fault, open};
+use super::plane::Stored;
+use super::png;
 use super::receiver::{Receiver, Room};
-use super::{MAX_PIXELS, Stored, cannot_read, check_claim, fault, open, png};
-use crate::Error;
-
-/// The numbers of a row as they are stored: 1 to 4 channels a pixel (grey, grey and alpha, colours, colours and alpha).
-pub(super) enum Row<'a> {
-    /// 8 bits.
-    Bytes(&'a [u8]),
-    /// 16 bits.
-    Words(&'a [u16]),
-    /// Single precision, linear light.
-    Floats(&'a [f32]),
-}
-
-/// What takes the rows of a picture.
-pub(super) trait Rows {
-    /// Width and height, px, and the number of channels.
-    fn begin(&mut self, size: [usize; 2], channels: usize) -> Result<(), Error>;
-    /// The row `y`.
-    fn row(&mut self, y: usize, row: &Row<'_>) -> Result<(), Error>;
-}
+use super::rows::{Row, Rows};
+use resample_core::Error;
 
 /// Whether the file has alpha.
 pub(super) fn decode_colour(path: &Path, room: Room, to: &mut dyn Receiver) -> Result<bool, Error> {

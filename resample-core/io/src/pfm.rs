@@ -8,9 +8,10 @@
 use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::Path;
 
+use super::files::{cannot_read, check_claim, fault, open};
+use super::plane::Stored;
 use super::receiver::Receiver;
-use super::{Stored, cannot_read, check_claim, fault, open};
-use crate::Error;
+use resample_core::Error;
 
 /// Longest line of the header, bytes; honest ones have less than twenty.
 const MAX_LINE_BYTES: u64 = 100;

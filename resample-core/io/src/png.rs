@@ -9,9 +9,9 @@ use std::path::Path;
 
 use ::png::{BitDepth, ColorType, Decoder, DecodingError, Transformations};
 
-use super::raster::{Row, Rows};
-use super::{fault, open};
-use crate::Error;
+use super::files::{fault, open};
+use super::rows::{Row, Rows};
+use resample_core::Error;
 
 /// Gives the rows from the top; false, and nothing was given, where the file is interlaced.
 pub(super) fn decode(path: &Path, rows: &mut dyn Rows) -> Result<bool, Error> {

@@ -1,11 +1,13 @@
 //! The depth file: EXR channel, PFM, 16-bit PNG, `.npy`, TIFF, and grey pictures of 8 bits.
 //!
 //! Takes a file and perhaps a channel, gives its numbers as they are stored. The first bytes tell the format. What the
-//! numbers mean is the business of `meaning.rs`.
+//! numbers mean is for the caller to say.
 
+use super::files::{Part, fault, first_bytes};
+use super::plane::{Plane, Stored};
 use super::receiver::{HeldPlane, Receiver, Room};
-use super::{Part, Plane, Stored, exr, fault, first_bytes, npy, pfm, raster, tiff};
-use crate::Error;
+use super::{exr, npy_depth, pfm, raster, tiff, tiff_depth};
+use resample_core::Error;
 
 /// Reads a depth file. An EXR file may name a channel (`ref.exr#Z`); without one the only candidate is taken.
 pub fn read(part: &Part) -> Result<Plane, Error> {
@@ -15,7 +17,7 @@ pub fn read(part: &Part) -> Result<Plane, Error> {
 }
 
 /// Gives the numbers of a depth file to `to` piece by piece; what kind they are.
-pub(crate) fn decode(part: &Part, room: Room, to: &mut dyn Receiver) -> Result<Stored, Error> {
+pub fn decode(part: &Part, room: Room, to: &mut dyn Receiver) -> Result<Stored, Error> {
     let path = &part.path;
     let start = first_bytes(path, 8)?;
     if exr::is_exr(&start) {
@@ -29,8 +31,8 @@ pub(crate) fn decode(part: &Part, room: Room, to: &mut dyn Receiver) -> Result<S
     }
     match start.as_slice() {
         [b'P', b'F' | b'f', ..] => pfm::decode(path, to),
-        [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => npy::decode(path, room, to),
-        [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => tiff::decode(path, room, to),
+        [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => npy_depth::decode(path, room, to),
+        start if tiff::begins(start) => tiff_depth::decode(path, room, to),
         _ => raster::decode_depth(path, room, to),
     }
 }

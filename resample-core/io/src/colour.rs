@@ -5,22 +5,11 @@
 //! and is divided by its alpha, because a sample carries the colour of its surface. Limits: colour profiles and gamma
 //! chunks are not read; EXR chromaticities are taken for Rec. 709 primaries.
 
+use super::files::{Part, fault, first_bytes};
+use super::picture::Picture;
 use super::receiver::{HeldPicture, Receiver, Room};
-use super::{Part, exr, fault, first_bytes, raster};
-use crate::Error;
-
-/// A picture in linear light.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Picture {
-    /// Width, px.
-    pub width: usize,
-    /// Height, px.
-    pub height: usize,
-    /// Linear red, green and blue, not premultiplied, all finite; rows from the top.
-    pub rgb: Vec<[f32; 3]>,
-    /// Covered part of each pixel, 0 to 1, where the file tells; 0 where it holds no pixel.
-    pub coverage: Option<Vec<f32>>,
-}
+use super::{exr, raster};
+use resample_core::Error;
 
 /// Largest value that is kept, the largest of half precision: sums of weighted colours must stay finite, and nothing
 /// that a screen or a light meter shows is brighter.
@@ -34,7 +23,7 @@ pub fn read(part: &Part) -> Result<Picture, Error> {
 }
 
 /// Gives a picture to `to` piece by piece; whether the file tells how much of each pixel is covered.
-pub(crate) fn decode(part: &Part, room: Room, to: &mut dyn Receiver) -> Result<bool, Error> {
+pub fn decode(part: &Part, room: Room, to: &mut dyn Receiver) -> Result<bool, Error> {
     let mut tamed = Tamed {
         to,
         row: Vec::new(),

@@ -5,11 +5,13 @@
 
 use std::path::Path;
 
-use super::{Picture, Plane, Stored, fault};
-use crate::Error;
+use super::files::fault;
+use super::picture::Picture;
+use super::plane::{Plane, Stored};
+use resample_core::Error;
 
 /// Takes the numbers of a picture or of a depth, piece by piece.
-pub(crate) trait Receiver {
+pub trait Receiver {
     /// Width and height, px, before the first piece. What no piece gives is unknown.
     fn begin(&mut self, size: [usize; 2]) -> Result<(), Error>;
     /// A piece of a row from column and row `at` on: for a picture red, green, blue and coverage of each pixel, for a
@@ -19,14 +21,14 @@ pub(crate) trait Receiver {
 
 /// Most bytes that a decoder may hold at once.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Room(pub(crate) u64);
+pub struct Room(pub u64);
 
 impl Room {
     /// As much as there is.
-    pub(crate) const ENDLESS: Self = Self(u64::MAX);
+    pub const ENDLESS: Self = Self(u64::MAX);
 
     /// Refuses a decoder that would hold `bytes`; `why` says what of the file it has to hold whole.
-    pub(crate) fn check(self, path: &Path, bytes: u64, why: &str) -> Result<(), Error> {
+    pub fn check(self, path: &Path, bytes: u64, why: &str) -> Result<(), Error> {
         let mib = |bytes: u64| bytes.div_ceil(1 << 20);
         if bytes <= self.0 {
             return Ok(());
@@ -34,7 +36,7 @@ impl Room {
         Err(fault(
             path,
             format!(
-                "{why} takes {} MiB to decode, --max-memory leaves {} MiB for it: allow more, or save the file as PNG \
+                "{why} takes {} MiB to decode, {} MiB are left for it: allow more, or save the file as PNG \
                  without interlacing, EXR in scan lines, PFM or .npy, which are read row by row",
                 mib(bytes),
                 mib(self.0)

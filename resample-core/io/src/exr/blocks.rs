@@ -14,10 +14,10 @@ use ::exr::meta::attribute::SampleType;
 use ::exr::meta::header::Header;
 use ::exr::prelude::f16;
 
-use super::At;
-use crate::Error;
-use crate::input::receiver::Room;
-use crate::input::{fault, open};
+use super::header::{At, headers};
+use crate::files::{fault, open};
+use crate::receiver::Room;
+use resample_core::Error;
 
 /// Takes a piece of a row: column and row of its first pixel, and the numbers of each channel.
 pub(super) type Emit<'a> = dyn FnMut([usize; 2], &[Vec<f32>]) -> Result<(), Error> + 'a;
@@ -47,7 +47,7 @@ pub(super) fn pieces(
     let mut planes: Vec<Vec<f32>> = Vec::new();
     let mut size = [0; 2];
     for at in wanted {
-        size = display_size(&super::headers(path)?);
+        size = display_size(&headers(path)?);
         let bytes = (size[0] * size[1] * 4 * wanted.len()) as u64;
         room.check(
             path,

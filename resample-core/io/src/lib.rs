@@ -1,0 +1,32 @@
+//! Files of numbers: pictures and depths, row by row, and what several readers need of arrays and of TIFF files.
+//!
+//! Formats are told by the content of a file, never by its name. A header's claims are held against the length of the
+//! file before anything is allocated. [`colour`] and [`depth`] give pictures and depths, into memory or, through a
+//! [`Receiver`], wherever the caller keeps them; [`npy`] and [`tiff`] read headers for readers of other things.
+//! Limits: one picture a file.
+
+pub mod colour;
+pub mod depth;
+pub mod files;
+pub mod npy;
+pub mod receiver;
+pub mod tiff;
+
+mod exr;
+mod npy_depth;
+mod pfm;
+mod picture;
+mod plane;
+mod png;
+mod raster;
+pub mod refused;
+mod rows;
+mod tiff_depth;
+
+pub use files::{MAX_PIXELS, Part};
+pub use picture::Picture;
+pub use plane::{Plane, Stored};
+pub use receiver::{Receiver, Room};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,212 @@
+//! The header of NumPy's `.npy` files: type, order and shape of one array of numbers.
+//!
+//! The header is a Python literal of three entries, read here by hand: a general reader of literals can be led into deep
+//! recursion by a forged one. Source: NumPy's description of the format, versions 1 to 3.
+//! Limits: plain numbers; no records and no complex numbers.
+
+use std::io::Read;
+
+use crate::refused::{Refused, excerpt};
+
+/// The first bytes of every file; two bytes of version follow.
+pub const MAGIC: &[u8] = b"\x93NUMPY";
+
+/// Longest header that is read: NumPy itself refuses more than 10 000 characters.
+const MAX_HEADER_BYTES: usize = 10_000;
+
+/// What the header says.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Header {
+    /// How one number is stored.
+    pub element: Element,
+    /// Order of the array in the file.
+    pub order: Order,
+    /// Size of each axis.
+    pub shape: Vec<usize>,
+    /// Bytes before the array.
+    pub bytes: u64,
+}
+
+/// How one number of an array is stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Element {
+    /// What its bits mean.
+    pub kind: Kind,
+    /// Bytes of a number: 1, 2, 4 or 8.
+    pub bytes: usize,
+    /// Which of its bytes is first.
+    pub endian: Endian,
+}
+
+/// What the bits of a number mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A whole number from 0 up; a boolean is 0 or 1.
+    Unsigned,
+    /// A whole number with a sign.
+    Signed,
+    /// Floating point.
+    Float,
+}
+
+/// Which byte of a number is first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Endian {
+    /// The lowest.
+    Little,
+    /// The highest.
+    Big,
+}
+
+/// Order of the array in the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// The last axis is fastest.
+    C,
+    /// The first axis is fastest.
+    Fortran,
+}
+
+impl Header {
+    /// Reads the header and leaves the file where the array begins.
+    ///
+    /// # Errors
+    /// A header that is cut off or contradicts the format, and an array that does not hold plain numbers.
+    pub fn read(file: &mut dyn Read) -> Result<Self, Refused> {
+        let version = take(file, MAGIC.len() + 2)?[MAGIC.len()];
+        let length_bytes = match version {
+            1 => 2,
+            2 | 3 => 4,
+            other => {
+                return Err(Refused::Unsupported(format!(
+                    "version {other} of the format: 1 to 3 are read"
+                )));
+            }
+        };
+        let length = take(file, length_bytes)?
+            .iter()
+            .rev()
+            .fold(0, |length, &byte| (length << 8) | usize::from(byte));
+        if length > MAX_HEADER_BYTES {
+            return Err(Refused::Invalid(format!(
+                "a header of {length} bytes: expected at most {MAX_HEADER_BYTES}"
+            )));
+        }
+        let text = String::from_utf8_lossy(&take(file, length)?).into_owned();
+        Ok(Self {
+            element: element(entry(&text, "descr")?)?,
+            order: order(entry(&text, "fortran_order")?)?,
+            shape: shape(entry(&text, "shape")?)?,
+            bytes: (MAGIC.len() + 2 + length_bytes + length) as u64,
+        })
+    }
+}
+
+fn take(file: &mut dyn Read, count: usize) -> Result<Vec<u8>, String> {
+    let mut bytes = Vec::new();
+    let got = file
+        .take(count as u64)
+        .read_to_end(&mut bytes)
+        .map_err(|error| format!("cannot be read to its end: {error}"))?;
+    if got == count {
+        Ok(bytes)
+    } else {
+        Err("the header of the array is cut off".to_owned())
+    }
+}
+
+/// What stands behind the colon of a key, up to the end of the header.
+fn entry<'a>(text: &'a str, key: &str) -> Result<&'a str, String> {
+    let behind = text
+        .split_once(&format!("'{key}'"))
+        .and_then(|(_, rest)| rest.trim_start().strip_prefix(':'));
+    behind
+        .map(str::trim_start)
+        .ok_or_else(|| format!("the header '{}' has no entry '{key}'", excerpt(text)))
+}
+
+fn element(text: &str) -> Result<Element, Refused> {
+    let Some((code, _)) = text
+        .strip_prefix('\'')
+        .and_then(|rest| rest.split_once('\''))
+    else {
+        return Err(Refused::Unsupported(
+            "an array of records: save one field of it".to_owned(),
+        ));
+    };
+    let (kind, bytes) = match code.trim_start_matches(['<', '>', '|', '=']) {
+        "b1" | "u1" => (Kind::Unsigned, 1),
+        "u2" => (Kind::Unsigned, 2),
+        "u4" => (Kind::Unsigned, 4),
+        "u8" => (Kind::Unsigned, 8),
+        "i1" => (Kind::Signed, 1),
+        "i2" => (Kind::Signed, 2),
+        "i4" => (Kind::Signed, 4),
+        "i8" => (Kind::Signed, 8),
+        "f2" => (Kind::Float, 2),
+        "f4" => (Kind::Float, 4),
+        "f8" => (Kind::Float, 8),
+        _ => return Err(Refused::Unsupported(other_type(code))),
+    };
+    let endian = if code.starts_with('>') {
+        Endian::Big
+    } else {
+        Endian::Little
+    };
+    Ok(Element {
+        kind,
+        bytes,
+        endian,
+    })
+}
+
+impl std::fmt::Display for Element {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let kind = match self.kind {
+            Kind::Unsigned => 'u',
+            Kind::Signed => 'i',
+            Kind::Float => 'f',
+        };
+        write!(f, "{kind}{}", self.bytes)
+    }
+}
+
+/// Refuses elements of another type.
+pub fn other_type(code: &str) -> String {
+    let code = excerpt(code);
+    format!(
+        "elements of type '{code}': save the array as integers, float32 or float64 (array.astype)"
+    )
+}
+
+fn order(text: &str) -> Result<Order, String> {
+    match text {
+        _ if text.starts_with("False") => Ok(Order::C),
+        _ if text.starts_with("True") => Ok(Order::Fortran),
+        _ => Err(format!(
+            "'fortran_order' is '{}': expected True or False",
+            excerpt(text)
+        )),
+    }
+}
+
+fn shape(text: &str) -> Result<Vec<usize>, String> {
+    let fault = || {
+        format!(
+            "'shape' is '{}': expected whole numbers such as (3, 4, 5)",
+            excerpt(text)
+        )
+    };
+    let (inside, _) = text
+        .strip_prefix('(')
+        .and_then(|rest| rest.split_once(')'))
+        .ok_or_else(fault)?;
+    let words = inside
+        .split(',')
+        .map(str::trim)
+        .filter(|word| !word.is_empty());
+    // Python 2 wrote long integers with an L.
+    words
+        .map(|word| word.trim_end_matches('L').parse().map_err(|_| fault()))
+        .collect()
+}

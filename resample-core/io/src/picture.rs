@@ -1,0 +1,14 @@
+//! A picture in linear light, as every format leaves it.
+
+/// A picture in linear light.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Width, px.
+    pub width: usize,
+    /// Height, px.
+    pub height: usize,
+    /// Linear red, green and blue, not premultiplied, all finite; rows from the top.
+    pub rgb: Vec<[f32; 3]>,
+    /// Covered part of each pixel, 0 to 1, where the file tells; 0 where it holds no pixel.
+    pub coverage: Option<Vec<f32>>,
+}

@@ -1,0 +1,52 @@
+//! A reference made ready to be drawn: its surfaces, its colours and its cells.
+
+use rayon::prelude::*;
+
+use crate::Reference;
+use crate::colour::Colours;
+use crate::options::{MixedPixels, SurfaceOptions};
+use crate::raster::{Quarters, Segments};
+use crate::rims::Rims;
+use crate::spline::coefficients;
+use crate::surface::Surfaces;
+
+/// A reference made ready for the hybrid.
+#[derive(Clone, Debug)]
+pub(crate) struct Prepared {
+    /// Its surfaces.
+    pub(crate) surfaces: Surfaces,
+    /// Its colours.
+    pub(crate) colours: Colours,
+    /// Its cells, as they are drawn.
+    pub(crate) segments: Segments,
+    /// Number of samples with a depth.
+    pub(crate) known: u64,
+}
+
+impl Prepared {
+    /// Finds surfaces and edges of `reference`.
+    pub(crate) fn new(reference: &Reference, options: &SurfaceOptions) -> Self {
+        let surfaces = Surfaces::new(reference, options.tolerance);
+        let mut samples: Vec<_> = reference
+            .colour
+            .par_iter()
+            .map(|&[r, g, b]| [r, g, b, 0.0])
+            .collect();
+        let cuts = match options.mixed {
+            MixedPixels::Keep => Rims::half_way(&surfaces),
+            MixedPixels::Unmix => Rims::unmixed(&surfaces, &mut samples),
+        };
+        let coefficients = coefficients(&samples, &surfaces);
+        let segments = Segments::new(&surfaces, Quarters::new(&surfaces, &cuts));
+        let known = surfaces.disparity.iter().filter(|d| !d.is_nan()).count() as u64;
+        Self {
+            surfaces,
+            colours: Colours {
+                samples,
+                coefficients,
+            },
+            segments,
+            known,
+        }
+    }
+}

@@ -1,0 +1,47 @@
+//! Samples and other corners on the screen.
+
+use crate::warp::{Warp, Warped};
+
+/// Cells that are drawn at once.
+pub(crate) const LANES: usize = 8;
+
+/// Cells of a row that share one entry in the table of screen rows; one bit each.
+pub(crate) const SEGMENT: usize = 32;
+
+/// A sample or another corner on the screen; x is NaN where it is not in front of the near plane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Vertex {
+    /// Screen x, px.
+    pub(crate) x: f32,
+    /// Screen y, px.
+    pub(crate) y: f32,
+    /// Larger is nearer; linear over the screen on a plane.
+    pub(crate) nearness: f32,
+}
+
+/// Screen x, screen y and nearness of every sample, with one more before the first and eight after the last, so that
+/// eight cells can be loaded anywhere: sample i is entry i + 1.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Planes(pub(super) [Vec<f32>; 3]);
+
+impl Vertex {
+    /// Behind the near plane, or unknown.
+    pub(crate) const NOWHERE: Self = Self {
+        x: f32::NAN,
+        y: f32::NAN,
+        nearness: f32::NAN,
+    };
+
+    /// A warped place on the screen.
+    pub(super) fn of(warp: &Warp, warped: &Warped) -> Self {
+        if !warp.in_front(warped) {
+            return Self::NOWHERE;
+        }
+        let at = warped.pos_in_screen();
+        Self {
+            x: at.x as f32,
+            y: at.y as f32,
+            nearness: warp.nearness(warped.depth) as f32,
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! What resolving a picture needs: what the pixels see, the reference and the map to the screen.
+
+use glam::DVec3;
+use resample_core::Camera;
+use resample_core::simd::Vectors;
+
+use super::window::WindowWeights;
+use crate::Reference;
+use crate::colour::Lookup;
+use crate::hybrid::{How, Hybrid};
+use crate::patch::Patch;
+use crate::prepared::Prepared;
+use crate::warp::Warp;
+
+/// Resolves one picture.
+pub(crate) struct Resolver<'a> {
+    pub(super) hybrid: &'a Hybrid,
+    pub(super) reference: &'a Reference,
+    pub(super) prepared: &'a Prepared,
+    pub(super) warp: &'a Warp,
+    /// What x, y, 1 and disparity add to the homogeneous screen position.
+    pub(super) columns: [DVec3; 4],
+    pub(super) size: [usize; 2],
+    pub(super) level: Vectors,
+    pub(super) weights: WindowWeights,
+}
+
+impl<'a> Resolver<'a> {
+    /// Everything that the pixels need.
+    pub(crate) fn new(
+        hybrid: &'a Hybrid,
+        (reference, prepared): (&'a Reference, &'a Prepared),
+        warp: &'a Warp,
+        target: &Camera,
+        how: How,
+    ) -> Self {
+        let [x, y, one] = warp.pixel_columns();
+        Self {
+            hybrid,
+            reference,
+            prepared,
+            warp,
+            columns: [x, y, one, warp.disparity_column()],
+            size: [target.width as usize, target.height as usize],
+            level: how.level,
+            weights: WindowWeights::new(how.subpixels),
+        }
+    }
+
+    /// A lookup on the plane of `patch`.
+    #[inline(always)]
+    pub(super) fn lookup(&self, patch: &Patch) -> Lookup<'_> {
+        Lookup {
+            colours: &self.prepared.colours,
+            surfaces: &self.prepared.surfaces,
+            patch: *patch,
+        }
+    }
+}
