@@ -35,6 +35,7 @@ mod drawing;
 mod given;
 mod info;
 mod sequence;
+mod short_help;
 mod texmap;
 mod trade;
 mod warp3d;

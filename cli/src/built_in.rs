@@ -173,7 +173,7 @@ pub(crate) fn depth_image(folder: &Path, size: DepthSize) -> Result<Warp3dArgs> 
     output::write_picture(&path, Format::Exr, &image)?;
     let colour = path.display().to_string();
     Ok(Warp3dArgs {
-        depth: format!("{colour}:Z"),
+        depth: format!("{colour}#Z"),
         colour,
         output: never_written(folder),
         cameras: WarpCameraArgs {

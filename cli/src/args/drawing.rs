@@ -4,6 +4,7 @@ use std::path::Path;
 
 use clap::Subcommand;
 
+use super::short_help;
 use super::{AskArgs, TexmapArgs, VolsplatArgs, Warp3dArgs};
 
 /// A command that draws.
@@ -12,15 +13,17 @@ pub(crate) enum Drawing {
     /// Draw a textured mesh, glTF or OBJ, from one or several cameras
     ///
     /// Example: resample texmap helmet.glb -o helmet.png
+    #[command(mut_args(short_help::texmap))]
     Texmap(Box<TexmapArgs>),
     /// Draw a volume file from one or several cameras
     ///
     /// Example: resample volsplat engine.raw --dims 256,256,128 --type u8 -o engine.png
+    #[command(mut_args(short_help::volsplat))]
     Volsplat(Box<VolsplatArgs>),
     /// Show a picture with depth from another camera
     ///
     /// Example: resample warp3d im0.png disp0.pfm --depth-kind disparity --from calib.txt#0 --to calib.txt#1 -o new.png
-    #[command(name = "warp3d")]
+    #[command(name = "warp3d", mut_args(short_help::warp3d))]
     Warp3d(Box<Warp3dArgs>),
 }
 

@@ -11,9 +11,9 @@ use clap::ValueEnum;
 use resample_core::Camera;
 use serde::{Deserialize, Serialize};
 
+use super::found::Found;
 use super::ladder::{self, Ladder};
 use super::model::{Model, Sample, Work, counts};
-use super::pilot::Found;
 use super::windows::part;
 use crate::args::{Drawing, OrderName, SceneArg};
 use crate::built_in::{self, DepthSize, Texture, Triangles};

@@ -17,6 +17,7 @@ mod calibration;
 mod estimate;
 mod explain;
 mod fixed_cost;
+mod found;
 mod ladder;
 mod look;
 mod model;

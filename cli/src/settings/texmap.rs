@@ -12,8 +12,11 @@ use crate::plan::{self, Request};
 
 /// How the file is read.
 pub(crate) fn load_options(args: &TexmapArgs) -> LoadOptions {
+    // FILE#NAME, or FILE#scene=NAME as parts of other files are written.
+    let part = args.input.part.as_deref();
+    let scene = part.map(|part| part.strip_prefix("scene=").unwrap_or(part));
     LoadOptions {
-        scene: args.input.part.clone().map(SceneChoice),
+        scene: scene.map(|scene| SceneChoice(scene.to_owned())),
         texture: args.model.texture.clone(),
     }
 }
