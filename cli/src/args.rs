@@ -1,4 +1,4 @@
-//! What was typed: the clap structs, whose doc comments are the help texts.
+//! The command line as clap structs, whose doc comments are the help texts.
 //!
 //! Takes the words of the command line, gives plain values with the spelling already checked. Nothing here knows
 //! what a value leads to: `settings.rs` turns these structs into the options of the libraries. Enums, their words and their
@@ -56,7 +56,7 @@ pub(crate) use warp3d::{DepthArgs, Warp3dArgs, WarpCameraArgs};
 #[derive(Clone, Debug, Parser)]
 #[command(name = "resample", version, max_term_width = 110)]
 pub(crate) struct Cli {
-    /// What to do.
+    /// The command.
     #[command(subcommand)]
     pub command: Command,
     /// Options of every command.
@@ -81,7 +81,7 @@ pub(crate) enum Command {
     ///
     /// Example: resample compare mine.png truth.exr --heatmap errors.png --fail-above flip=0.02
     Compare(CompareArgs),
-    /// Measure what every choice costs and loses: error against time, as one page with pictures
+    /// Measure cost and error of every choice on a scene: error against time, as one page with pictures
     ///
     /// Example: resample trade volsplat engine.nrrd --transfer tf.json --out report --settings slab,subpixel
     Trade(TradeArgs),
@@ -96,7 +96,7 @@ pub(crate) struct GlobalArgs {
     /// Number of threads [default: all processors]; the picture is the same for any number
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
-    /// Print nothing but warnings and errors
+    /// Print warnings and errors only
     #[arg(long, global = true, conflicts_with = "verbose")]
     pub quiet: bool,
     /// Print the time of each stage
@@ -129,7 +129,7 @@ pub(crate) struct VolsplatArgs {
     /// How values become colour and opacity.
     #[command(flatten)]
     pub transfer: TransferArgs,
-    /// What else is drawn, and what is not.
+    /// Channels, labels and masks.
     #[command(flatten)]
     pub scene: SceneArgs,
     /// From where it is seen.
@@ -155,7 +155,7 @@ pub(crate) struct CameraArgs {
     /// Camera file; a JSON list of cameras renders one numbered picture for each
     #[arg(long, value_name = "FILE.json", conflicts_with_all = ["orbit", "up", "projection"])]
     pub camera: Option<PathBuf>,
-    /// Azimuth and elevation of the eye in degrees, around what is visible; DIST multiplies the distance that
+    /// Azimuth and elevation of the eye in degrees, around the visible part; DIST multiplies the distance that
     /// just fits the view (orthographic: the height of the view) [default: 30,20,1]
     #[arg(long, value_name = "AZ,EL[,DIST]", value_parser = values::orbit, allow_hyphen_values = true)]
     pub orbit: Option<Orbit>,

@@ -1,4 +1,4 @@
-//! From what was typed about blending to the library's choices.
+//! From the typed options of blending to the library's choices.
 
 use anyhow::{Result, bail};
 use volsplat::{Blend, Isosurface, Layer};

@@ -1,11 +1,11 @@
-//! From what was typed about clipping to the library's clip.
+//! From the typed options of clipping to the library's clip.
 
 use glam::DVec3;
 use volsplat::Clip;
 
 use crate::args::ClipArgs;
 
-/// What is kept of the volume.
+/// The clip of the volume.
 pub(crate) fn clip(args: &ClipArgs) -> Clip {
     let corners = |typed: Option<[[f64; 3]; 2]>| typed.map(|ends| ends.map(DVec3::from));
     Clip {

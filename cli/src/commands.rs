@@ -1,4 +1,4 @@
-//! The commands, one file each: what was typed, turned into options, calls and a report.
+//! The commands, one file each: from typed options to calls and a report.
 
 pub(crate) mod bench;
 pub(crate) mod calibrate;

@@ -22,7 +22,7 @@ pub(crate) struct Extent {
     pub radius: f64,
 }
 
-/// What a view is made of, beside the extent that it shows.
+/// A view, beside the extent that it shows.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct View {
     /// Picture size.
@@ -35,7 +35,7 @@ pub(crate) struct View {
     pub lens: Lens,
 }
 
-/// How what is shown stands in the world for its viewer.
+/// How the scene stands in the world for its viewer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stance {
     /// The direction that is up in the picture, a unit vector.
@@ -56,7 +56,7 @@ pub(crate) enum Lens {
     Orthographic,
 }
 
-/// The angles when nothing is asked for: three faces of the box are seen, the front one most. A matter of taste.
+/// The default angles: three faces of the box are seen, the front one most. A matter of taste.
 pub(crate) const DEFAULT_ORBIT: Orbit = Orbit {
     azimuth_deg: 30.0,
     elevation_deg: 20.0,
@@ -142,7 +142,7 @@ pub(crate) fn frame(extent: &Extent, view: &View) -> Result<Camera> {
     })
 }
 
-/// Cameras that go once around what is shown in `steps` equal steps, from the azimuth of `view` on.
+/// Cameras that go once around the scene in `steps` equal steps, from the azimuth of `view` on.
 ///
 /// The last stands one step before the first, so that a film that starts again does not stop for a picture.
 pub(crate) fn turntable(extent: &Extent, view: &View, steps: u32) -> Result<Vec<Camera>> {

@@ -48,7 +48,7 @@ impl std::fmt::Display for WriteFailure {
 
 /// The format that the extension of `path` asks for.
 ///
-/// `bits` is what was asked for, 8 or 16, which only a PNG can take.
+/// `bits` is 8 or 16 if asked for; only a PNG can take it.
 pub(crate) fn format_of(path: &Path, bits: Option<u8>) -> Result<Format> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     match (extension.as_deref(), bits) {

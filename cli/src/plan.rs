@@ -29,7 +29,7 @@ pub(crate) const DEFAULT_SIZE: Size = Size {
     height: 800,
 };
 
-/// What was asked for, as far as every command asks it.
+/// The options that every command shares.
 pub(crate) struct Request<'a> {
     /// The picture, pattern or animation.
     pub output: &'a Path,
@@ -41,7 +41,7 @@ pub(crate) struct Request<'a> {
     pub sequence: &'a SequenceArgs,
     /// How they are written.
     pub picture: &'a PictureArgs,
-    /// What the keys of a path may say.
+    /// The fields that the keys of a path may have.
     pub keys: KeyKind,
     /// Files that are read, beside the camera file and the background.
     pub inputs: Vec<&'a Path>,
@@ -49,7 +49,7 @@ pub(crate) struct Request<'a> {
     pub others: Vec<(&'static str, &'a Path)>,
 }
 
-/// What is known before the input is read.
+/// The plan of a run before its input is read.
 pub(crate) struct Plan {
     names: FrameNames,
     film: Option<FilmPlan>,
@@ -60,7 +60,7 @@ pub(crate) struct Plan {
 
 /// Where the cameras come from.
 enum PlannedCameras {
-    /// They are fitted to what is visible.
+    /// They are fitted to the visible part.
     Framed,
     /// A camera file.
     File(CameraFile),
@@ -77,7 +77,7 @@ pub(crate) enum Pictures {
     Several,
 }
 
-/// What a scene is read for.
+/// The purpose of reading a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
     /// To be drawn once, as it was asked for.
@@ -236,7 +236,7 @@ impl Plan {
     }
 }
 
-/// What the stats file says about the cameras.
+/// The cameras in the stats file.
 pub(crate) fn camera_record(request: &Request, stance: Stance) -> Value {
     let args = request.camera;
     let orbit = args.orbit.unwrap_or(framing::DEFAULT_ORBIT);
@@ -254,7 +254,7 @@ pub(crate) fn camera_record(request: &Request, stance: Stance) -> Value {
     }
 }
 
-/// What the stats file says about the writing.
+/// The picture in the stats file.
 pub(crate) fn picture_record(request: &Request, format: Format) -> Value {
     let bits = match format {
         Format::Png(Depth::Eight) => Some(8),

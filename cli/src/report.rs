@@ -1,4 +1,4 @@
-//! What is told about a run: lines on stderr and the stats file.
+//! The report of a run: lines on stderr and the stats file.
 //!
 //! Takes counts and times, gives text. Everything for people goes to stderr, so that stdout stays free; a closed
 //! stderr is no reason to stop. The keys of the stats file are described in `docs/stats.md`.
@@ -18,7 +18,7 @@ use crate::progress::Progress;
 pub(crate) enum Verbosity {
     /// Warnings and errors only.
     Quiet,
-    /// What was written, in one line.
+    /// One line about the written files.
     Normal,
     /// The time of each stage as well.
     Verbose,
@@ -40,7 +40,7 @@ impl Verbosity {
 pub(crate) struct RunStats {
     /// Version of this program.
     pub version: &'static str,
-    /// What is drawn: an object whose keys depend on the command.
+    /// The scene: an object whose keys depend on the command.
     #[serde(flatten)]
     pub scene: Value,
     /// Threads that were used.
@@ -74,7 +74,7 @@ pub(crate) struct WrittenFrame {
     pub account: Account,
 }
 
-/// What a renderer says about a frame.
+/// A renderer's account of a frame.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct Account {
     /// An object of counts and times; its keys depend on the renderer.
@@ -110,7 +110,7 @@ pub(crate) fn ms_since(start: Instant) -> f64 {
     start.elapsed().as_secs_f64() * 1e3
 }
 
-/// The line at the end of a run: what was written, how large, how long it took.
+/// The line at the end of a run: the files, their size, and the time.
 pub(crate) fn summary(frames: &[WrittenFrame], seconds: f64) -> String {
     let [first, .., last] = frames else {
         return match frames {

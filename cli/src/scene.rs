@@ -96,7 +96,7 @@ pub(crate) fn load(args: &VolsplatArgs) -> Result<Volumes> {
 }
 
 impl Volumes {
-    /// What the library draws.
+    /// The scene that the library draws.
     pub(crate) fn scene(&self) -> Scene<'_> {
         Scene {
             channels: self

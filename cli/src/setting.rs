@@ -1,7 +1,7 @@
 //! How a scene is drawn: typed options of which only some are given, and the words that a person would type for them.
 //!
 //! A setting is the group of options of one application, each of them given or not. Settings are laid over one another
-//! (the planner's under what was typed, those of `trade` over it), compared, and written as words: `--name value` for each
+//! (the planner's under the typed one, those of `trade` over it), compared, and written as words: `--name value` for each
 //! option that is given. Words are for people and for other processes; nothing in the program reads them again.
 
 use anyhow::{Result, bail};

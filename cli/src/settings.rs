@@ -1,4 +1,4 @@
-//! From what was typed to the options of the libraries, and to the record of what was used.
+//! From the typed options to those of the libraries, and to their record in the stats file.
 //!
 //! Takes the structs of `args.rs`, gives `RenderOptions` and the `settings` object of the
 //! stats file; `transfer.rs` does the same for the transfer function. No file is touched here.

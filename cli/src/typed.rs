@@ -1,4 +1,4 @@
-//! What a person typed, as the parser understood it: to leave options out and to show the rest again.
+//! The typed options as the parser understood them: to leave some out and to show the rest again.
 
 use clap::parser::ValueSource;
 use clap::{Arg, ArgMatches, Command};
@@ -11,7 +11,7 @@ pub(crate) struct Typed {
 }
 
 impl Typed {
-    /// What was typed after the innermost subcommand.
+    /// The words after the innermost subcommand.
     pub(crate) fn of(command: Command, matches: &ArgMatches) -> Self {
         let mut command = command;
         // Globals are handed down to the subcommands.
@@ -47,7 +47,7 @@ impl Typed {
         self.options.iter().any(|(typed, _)| typed == name)
     }
 
-    /// What was typed, without some options.
+    /// The words, without those of some options.
     pub(crate) fn words(&self, left_out: impl Fn(&str) -> bool) -> Vec<String> {
         let kept = self.options.iter().filter(|(name, _)| !left_out(name));
         kept.flat_map(|(_, words)| words.iter().cloned()).collect()

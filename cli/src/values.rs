@@ -1,6 +1,6 @@
 //! Values that are typed in one word: sizes, vectors, angles, axes, colours.
 //!
-//! Takes the word, gives the value or a sentence that says what was expected. These are the value parsers of
+//! Takes the word, gives the value or a sentence that names the expected form. These are the value parsers of
 //! `args.rs`, so that clap can name the option in front of the sentence.
 
 use std::path::PathBuf;
@@ -43,7 +43,7 @@ pub(crate) struct Size {
     pub height: u32,
 }
 
-/// Where the eye stands around what it looks at.
+/// The place of the eye around its target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Orbit {
     /// Turn around the up axis, degrees; 0 is the front, positive moves the eye to the right.
@@ -341,7 +341,7 @@ pub(crate) fn colour(text: &str) -> Result<[f32; 3], String> {
     Ok(encoded.map(|channel| linear_from_srgb(channel / 255.0)))
 }
 
-/// `transparent`, a colour as [`colour`] takes it, or a file: what is no colour must look like the name of one.
+/// `transparent`, a colour as [`colour`] takes it, or a file: a word that is not a colour must look like a file name.
 pub(crate) fn background(text: &str) -> Result<BackgroundWord, String> {
     if text == "transparent" {
         return Ok(BackgroundWord::Transparent);

@@ -1,6 +1,6 @@
 //! Cameras as they are typed: `FILE`, `FILE#ENTRY`, `fov:DEGREES`, `shift:X,Y,Z`.
 //!
-//! Takes a word and what is known by then, gives cameras. Files of this program's own kind are read by
+//! Takes a word and the facts known by then, gives cameras. Files of this program's own kind are read by
 //! `camera_file.rs`, all others by `warp3d::input::cameras`.
 
 use std::path::{Path, PathBuf};
@@ -43,7 +43,7 @@ impl std::fmt::Display for Viewpoint {
     }
 }
 
-/// What is known when cameras are read.
+/// The facts known when cameras are read.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Known {
     /// Size of the picture that the camera took or takes, where the file states none.

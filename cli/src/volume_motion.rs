@@ -25,7 +25,7 @@ pub(crate) struct VolumeMotion {
     crop: Option<Track<[DVec3; 2]>>,
     crop_voxels: Option<Track<[DVec3; 2]>>,
     planes: Option<Track<Vec<ClipPlane>>>,
-    /// What the command line clips.
+    /// The clip of the command line.
     still: Clip,
     /// The function that the renderer shows.
     shown: Option<TransferFunction>,
@@ -154,7 +154,7 @@ impl VolumeMotion {
     }
 }
 
-/// What the stats file says about what moves.
+/// The moving parts in the stats file.
 pub(crate) fn record(motion: &VolumeMotion) -> Value {
     json!({
         "transfer": motion.transfer.is_some(),

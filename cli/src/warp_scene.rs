@@ -1,6 +1,6 @@
 //! The references of a warp: pictures, depths and cameras read and put together.
 //!
-//! Takes what was typed, gives the views that the warp starts from, the camera of the first and the box around all
+//! Takes the typed options, gives the views that the warp starts from, the camera of the first and the box around all
 //! their samples.
 
 use std::path::Path;
@@ -17,7 +17,7 @@ use crate::camera_file::FileCamera;
 use crate::viewpoint::{self, Known, Viewpoint};
 use crate::warp_references::{Keeping, References};
 
-/// What is warped.
+/// The references of a warp and their first camera.
 pub(crate) struct WarpScene {
     /// The references, the picture of the command line first.
     pub references: References,
@@ -83,7 +83,7 @@ pub(crate) fn sizes(args: &Warp3dArgs) -> Result<Vec<[u32; 2]>> {
     Ok(sizes)
 }
 
-/// The files that are read, for the check that none is written over.
+/// The files that are read, so that none of them is overwritten.
 pub(crate) fn files(args: &Warp3dArgs) -> Vec<std::path::PathBuf> {
     let pictures = [&args.colour, &args.depth].into_iter().chain(
         args.cameras
@@ -129,7 +129,7 @@ fn further(args: &Warp3dArgs) -> impl Iterator<Item = Result<Typed<'_>>> {
     })
 }
 
-/// What is known of a picture before its pixels are read.
+/// The facts about a picture before its pixels are read.
 struct Described {
     colour: Part,
     depth: Part,
@@ -187,7 +187,7 @@ fn filed(
     LargeReference::read(&files, tolerance, max_memory).with_context(|| typed.colour.to_owned())
 }
 
-/// What the numbers of a depth file mean.
+/// The meaning of a depth file's numbers.
 fn meaning(args: &DepthArgs, pair: Option<&Pair>) -> DepthMeaning {
     DepthMeaning {
         kind: args.depth_kind,

@@ -7,7 +7,7 @@ use clap::Args;
 
 use crate::values::{self, Bound};
 
-/// What the picture may lose, or cost.
+/// The largest error or time of a picture.
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Ask for an error or a time")]
 pub(crate) struct AskArgs {
@@ -20,7 +20,7 @@ pub(crate) struct AskArgs {
     /// The most accurate setting that is predicted to take no longer than TIME a picture, such as 50ms or 2s
     #[arg(long = "max-time", value_name = "TIME", value_parser = values::time_ms)]
     pub max_time_ms: Option<f64>,
-    /// Print what was chosen, why, and what each choice saves and costs
+    /// Print the chosen setting, the reason, and what the others save and cost
     #[arg(long)]
     pub explain: bool,
 }

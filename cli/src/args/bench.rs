@@ -49,7 +49,7 @@ pub(crate) struct BenchSceneArgs {
 pub(crate) struct BenchPaperArgs {
     /// Folder that holds the volumes of the paper: files such as engine_256x256x128_uint8.raw
     ///
-    /// What is missing is left out and said; the Checker Box is a formula and always there.
+    /// Missing volumes are left out with a note; the Checker Box is a formula and always there.
     #[arg(long, value_name = "FOLDER")]
     pub data: Option<PathBuf>,
     /// Frames of each kind; the median of their times counts

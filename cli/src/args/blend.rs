@@ -1,4 +1,4 @@
-//! What was typed about the value of a ray that a pixel shows; see `args.rs`.
+//! Options of the value of a ray that a pixel shows; see `args.rs`.
 
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};

@@ -14,7 +14,7 @@ pub(crate) struct CompareArgs {
     /// Picture to judge: .png, .apng or .exr, or numbered pictures such as out/a_%04d.png
     #[arg(value_name = "PICTURE")]
     pub picture: PathBuf,
-    /// What it should be: the same kinds and the same size
+    /// Picture to compare with: the same kinds and the same size
     #[arg(value_name = "REFERENCE")]
     pub reference: PathBuf,
     /// Compare only where this picture is lighter than middle grey and not transparent

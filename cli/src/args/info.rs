@@ -22,7 +22,7 @@ pub(crate) struct DemoArgs {
 /// Options of `resample info`.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct InfoArgs {
-    /// Volume file, folder of slices or pattern such as 'slices/*.tif'; the format is told by the content
+    /// Volume file, folder of slices or pattern such as 'slices/*.tif'; FILE#PART reads a part of the file
     #[arg(value_name = "VOLUME[#PART]", value_parser = input_file::parser())]
     pub input: InputFile,
     /// Print JSON

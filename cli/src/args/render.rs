@@ -16,8 +16,8 @@ use crate::values;
 #[derive(Args, Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[command(next_help_heading = "Rendering")]
 pub(crate) struct RenderArgs {
-    /// What is composited, in which order [default: field; an option that only one order has selects it, and a single slice
-    /// is drawn by every-sample]
+    /// Order of compositing [default: field; an option that only one order has selects that order, and a single slice is
+    /// drawn by every-sample]
     #[arg(long, value_enum)]
     pub order: Option<OrderName>,
     /// The trilinear field.
@@ -54,7 +54,7 @@ pub(crate) struct RenderArgs {
         next_help_heading = "Orders of samples: every-sample, axis-sheets, image-sheets"
     )]
     pub samples: SampleOptions,
-    /// What a sample stands for
+    /// The part of the volume that a sample stands for
     #[arg(long, value_enum, default_value_t = CellsName::Auto)]
     pub cells: CellsName,
     /// Subdivide cells whose parts differ from the whole by more than this in colour or opacity

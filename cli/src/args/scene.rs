@@ -1,6 +1,6 @@
-//! What was typed about further channels, labels and masks; see `args.rs`.
+//! Options of further channels, labels and masks; see `args.rs`.
 //!
-//! A look is one word: a transfer function file, a colour map, a colour, or `labels`. What it means for a volume is decided
+//! A look is one word: a transfer function file, a colour map, a colour, or `labels`. Its meaning for a volume is decided
 //! when the volume is there (`scene.rs`).
 
 use std::path::PathBuf;

@@ -27,7 +27,7 @@ pub(crate) struct TexmapArgs {
     /// Also write counts and times as JSON
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,
-    /// What of the file is drawn.
+    /// The part of the file that is drawn.
     #[command(flatten)]
     pub model: ModelArgs,
     /// From where it is seen.

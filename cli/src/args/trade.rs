@@ -9,10 +9,10 @@ use clap::{Args, Subcommand, ValueEnum};
 
 use super::{Drawing, TexmapArgs, VolsplatArgs, Warp3dArgs};
 
-/// What is typed after `resample trade`.
+/// The words after `resample trade`.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct TradeArgs {
-    /// What is measured.
+    /// The measured command.
     #[command(subcommand)]
     pub measured: Measured,
 }
@@ -110,7 +110,7 @@ fn unwritten(output: clap::Arg) -> clap::Arg {
 }
 
 impl TradeArgs {
-    /// The measurement, what is measured, and a built-in scene in place of its file.
+    /// The measurement, the measured command, and a built-in scene in place of its file.
     pub(crate) fn parts(self) -> (TradeOptions, Drawing, Option<SceneArg>) {
         match self.measured {
             Measured::Texmap(args) => (

@@ -1,4 +1,4 @@
-//! What was typed about the transfer function; see `args.rs`.
+//! Options of the transfer function; see `args.rs`.
 //!
 //! Takes words, gives plain values. A function comes from one of four places: a file, a window, a preset or the
 //! histogram; clap refuses two of them together. What changes a function goes with each of them.

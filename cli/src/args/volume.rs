@@ -34,7 +34,7 @@ pub(crate) struct VolumeArgs {
     /// Value that stands for NaN; without it, a volume that holds NaN is an error
     #[arg(long, value_name = "V", value_parser = values::number, allow_hyphen_values = true)]
     pub nan_as: Option<f64>,
-    /// What every value is multiplied with and what is added then, such as 1,-1024 for a raw CT
+    /// Multiply every value by SCALE and add OFFSET, such as 1,-1024 for a raw CT
     #[arg(long, value_name = "SCALE,OFFSET", value_parser = values::pair, allow_hyphen_values = true)]
     pub rescale_values: Option<[f64; 2]>,
 }

@@ -1,4 +1,4 @@
-//! What was typed for `resample warp3d`.
+//! Options of `resample warp3d`.
 //!
 //! Takes the words of the command line, gives plain values with the spelling already checked. Cameras are only split
 //! into file and entry here; `viewpoint.rs` reads them.
@@ -26,7 +26,7 @@ pub(crate) struct Warp3dArgs {
     pub depth: String,
     /// Picture to write, .png or .exr; a pattern such as %04d is replaced by the number of the picture
     ///
-    /// An EXR file also holds depth (Z), what was filled, and the confidence. With .apng or .webp, all pictures go into
+    /// An EXR file also holds depth (Z), the filled part, and the confidence. With .apng or .webp, all pictures go into
     /// one animation; with .mp4, .webm or .mkv into one video, which needs the program ffmpeg.
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
@@ -45,7 +45,7 @@ pub(crate) struct Warp3dArgs {
     /// Which cameras there are.
     #[command(flatten)]
     pub cameras: WarpCameraArgs,
-    /// What the numbers of the depth file mean.
+    /// The meaning of the depth file's numbers.
     #[command(flatten)]
     pub meaning: DepthArgs,
     /// Several views in one picture.
@@ -95,11 +95,11 @@ pub(crate) struct WarpCameraArgs {
     pub size: Option<Size>,
 }
 
-/// What the numbers of a depth file mean.
+/// The meaning of a depth file's numbers.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Depth")]
 pub(crate) struct DepthArgs {
-    /// What the numbers of the depth file are
+    /// Meaning of the depth file's numbers
     #[arg(long, value_enum, default_value = "z")]
     pub depth_kind: DepthKind,
     /// World units per stored unit, such as 0.001; needed where depth is stored in whole numbers [default: 1]

@@ -1,7 +1,7 @@
 //! `resample info`: what a volume file holds, for people or as JSON.
 //!
-//! The volume is read as `resample volsplat` would read it, with the same options, so that what is shown here is what
-//! will be drawn. It all goes to stdout, because it is the result of the command.
+//! The volume is read as `resample volsplat` would read it, with the same options, so that the drawn volume is
+//! the one described here. It all goes to stdout, because it is the result of the command.
 
 use std::io::{self, Write};
 
@@ -69,7 +69,7 @@ fn enough_to_look_through(args: &InfoArgs) -> Result<Option<u64>> {
         .map(|available| available / 4))
 }
 
-/// What is told beside the volume's own fields.
+/// Facts beside the volume's own fields.
 struct Facts {
     path: String,
     format: &'static str,
@@ -88,7 +88,7 @@ struct Memory {
     voxels: u64,
     /// Beside the voxels, if all of them are visible.
     most_bricks: u64,
-    /// What there is, where the system tells.
+    /// Available memory, where the system knows it.
     available: Option<u64>,
 }
 

@@ -41,7 +41,7 @@ pub(crate) struct Open {
     ready: Ready,
 }
 
-/// All that is made from what was typed.
+/// Plan, cameras and references of a warp.
 struct Ready {
     plan: Plan,
     cameras: Vec<Camera>,
@@ -214,7 +214,7 @@ fn keeping(
     }
 }
 
-/// Holds what the warp takes in memory against `--max-memory`.
+/// Compares the warp's memory with `--max-memory`.
 fn check_memory(args: &Warp3dArgs, options: &WarpOptions, target: [u32; 2]) -> Result<()> {
     let Some(max_memory) = args.max_memory else {
         return Ok(());

@@ -1,7 +1,7 @@
 //! How a volume is framed: what of it is shown, and which way it stands.
 //!
-//! Takes a volume, gives a box in the world and a stance. The box is that of the voxel centres, widened to what is
-//! drawn around them.
+//! Takes a volume, gives a box in the world and a stance. The box is that of the voxel centres, widened by the
+//! kernels around them.
 
 use glam::DVec3;
 use volsplat::Described;
@@ -37,7 +37,7 @@ pub(crate) fn grid_bounds(volume: &dyn Described) -> [DVec3; 2] {
         })
 }
 
-/// The box of voxel centres, widened to hold what is drawn around them.
+/// The box of voxel centres, widened by the kernels around them.
 ///
 /// A kernel reaches about two spacings from its voxel and has all but faded after one, so one is added.
 pub(crate) fn with_kernels(bounds: [DVec3; 2], volume: &dyn Described) -> [DVec3; 2] {

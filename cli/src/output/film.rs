@@ -54,7 +54,7 @@ enum Sink {
     Video(video::Pipe),
 }
 
-/// Pictures per second when nothing is asked for, as films in Europe have it.
+/// Default of pictures per second, as films in Europe have it.
 pub(crate) const DEFAULT_FPS: u16 = 25;
 
 /// The kind of animation that the extension of `path` asks for; `None` if it is no animation.
@@ -91,7 +91,7 @@ pub(crate) fn kind_of(path: &Path, bits: Option<u8>) -> Result<Option<FilmKind>>
 }
 
 impl FilmPlan {
-    /// Checks what is needed beside the pictures: a video needs `ffmpeg`.
+    /// Checks for other programs: a video needs `ffmpeg`.
     pub(crate) fn check_tools(&self) -> Result<()> {
         match self.kind {
             FilmKind::Png(_) | FilmKind::WebP => Ok(()),

@@ -1,4 +1,4 @@
-//! What was asked for: an error or a time.
+//! The bound that a person asked for: an error or a time.
 
 use serde_json::{Value, json};
 
@@ -15,7 +15,7 @@ pub(super) enum Asked {
 }
 
 impl Asked {
-    /// What is looked for.
+    /// The goal of a search.
     pub(super) fn goal(self) -> Goal {
         match self {
             Self::Error(_) => Goal::LeastCost,

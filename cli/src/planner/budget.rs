@@ -1,6 +1,6 @@
 //! The budget of planning: a small share of the exact run, and beyond that only what planning has saved already.
 //!
-//! Counted in milliseconds of the built-in model, which knows no clock. At any time, what was spent, the next try and the
+//! Counted in milliseconds of the built-in model, which reads no clock. At any time, the sum of past tries, the next try and the
 //! whole run under the best setting so far stay under the cost of the exact run and that share: so a run with
 //! `--max-error` is never much dearer than the exact one, however the tries end.
 
@@ -16,7 +16,7 @@ pub(super) struct Budget {
     pub(super) exact_ms: f64,
     /// Cost of a picture under the best setting that keeps the bound.
     pub(super) best_ms: f64,
-    /// What all windows take under the exact setting.
+    /// Cost of all windows under the exact setting.
     pub(super) windows_ms: f64,
 }
 

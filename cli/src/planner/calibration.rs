@@ -33,11 +33,11 @@ pub(crate) struct Calibration {
     pub(crate) model: Model,
 }
 
-/// Larger pictures of a setting are left out once one would take longer than this, ms: what takes long is told well by
-/// smaller ones.
+/// Larger pictures of a setting are left out once one would take longer than this, ms: smaller ones predict them
+/// well.
 const MOST_MS: f64 = 100.0;
 
-/// Least part of the windows' time that is taken to grow with what they show. A guess, for disturbed clocks.
+/// Least part of the windows' time that is taken to grow with their content. A guess, for disturbed clocks.
 const LEAST_GROWING: f64 = 0.1;
 
 /// Sides of the pictures, px.

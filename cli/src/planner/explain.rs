@@ -35,7 +35,7 @@ impl Account<'_> {
         Ok(lines)
     }
 
-    /// A warning where nothing keeps what was asked for.
+    /// A warning where no setting keeps the bound.
     fn warning(&self) -> Option<String> {
         let Asked::Time(time_ms) = self.asked else {
             return None;
@@ -66,7 +66,7 @@ impl Account<'_> {
         })
     }
 
-    /// What was chosen, why, and what each choice saves and costs.
+    /// The choice, its reason, and the savings and costs of the others.
     fn explained(&self) -> Result<String> {
         let mut lines = vec![self.line()?, self.pilot_line()];
         if let Asked::Time(_) = self.asked {
@@ -133,7 +133,7 @@ impl Account<'_> {
             Some(pilot) if !pilot.sees_something() => {
                 "why: a coarse look shows nothing to measure on"
             }
-            Some(_) => "why: nothing cheaper is predicted to keep what was asked for",
+            Some(_) => "why: no cheaper setting is predicted to keep the bound",
         }
     }
 
@@ -158,7 +158,7 @@ impl Account<'_> {
         )
     }
 
-    /// What another setting would have saved or cost.
+    /// The saving or cost of another setting.
     fn beside(&self, other: &Tried) -> Result<String> {
         let ratio = other.cost_ms / self.chosen.cost_ms.max(f64::MIN_POSITIVE);
         let cost = if ratio < 1.0 {

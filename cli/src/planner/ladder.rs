@@ -1,4 +1,4 @@
-//! What the planner may choose between: for each application one ladder of settings, from cheap to exact.
+//! The planner's ladders: for each application one list of settings, from cheap to exact.
 //!
 //! Its rungs lose less and cost more, and each of them wins on the measured front of real scenes. The options that were
 //! typed are kept: they are left out of every rung, and of the exact setting too.
@@ -12,11 +12,11 @@ use crate::order;
 use crate::setting::Setting;
 use crate::values::word;
 
-/// A setting beyond what was typed.
+/// A setting beyond the typed one.
 #[derive(Clone, Debug)]
 pub(super) struct Rung {
     pub(super) setting: Setting,
-    /// What it usually costs, of the exact setting: the trade of the scenes in `docs/results`, rounded up. It only decides
+    /// Its usual cost, of the exact setting: the trade of the scenes in `docs/results`, rounded up. It only decides
     /// whether a try is worth its cost.
     pub(super) cost: f64,
 }
@@ -68,7 +68,7 @@ const WARP: [(u32, f64); 4] = [(1, 0.7), (2, 0.7), (4, 0.75), (8, 1.0)];
 const NEAREST_COST: f64 = 0.1;
 
 impl Ladder {
-    /// The ladder of an application beyond what was typed, for an allowed error or, without one, for a time.
+    /// The ladder of an application beyond the typed setting, for an allowed error or, without one, for a time.
     pub(super) fn of(typed: &Setting, allowed: Option<f64>) -> Result<Self> {
         let ladder = match typed {
             Setting::Volume(args) if draws_field(args) => field(),

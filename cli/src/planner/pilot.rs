@@ -50,7 +50,7 @@ struct Coarse {
 }
 
 impl Scene {
-    /// Draws with a setting beyond what was typed.
+    /// Draws with a setting beyond the typed one.
     fn rendered(&mut self, setting: &Setting, camera: &Camera) -> Result<Rendered> {
         let setting = self.typed.with(setting)?;
         self.opened.set(&setting)?;

@@ -192,7 +192,7 @@ fn mean_ms(found: &Found, model: &Model) -> f64 {
     sum / found.frames.len().max(1) as f64
 }
 
-/// Holds a setting in the windows against what was asked for.
+/// Compares a setting in the windows with the bound.
 struct Judge<'a> {
     asked: Asked,
     pictures: usize,

@@ -1,6 +1,6 @@
 //! The search: which rungs of a ladder are tried, and which of them is taken.
 //!
-//! The error falls along the ladder and the cost rises, so the rung that just keeps what was asked for is found by halving.
+//! The error falls along the ladder and the cost rises, so halving finds the rung that just keeps the bound.
 //! A rung that its judge does not think worth a try counts as too dear. Of the tried rungs that are good enough, the cheapest
 //! is taken (or, for a time, the most exact).
 
@@ -17,18 +17,18 @@ pub(super) struct Tried {
     pub(super) error: f64,
     /// Its predicted time, ms; for a bound on the error by a model that is the same everywhere.
     pub(super) cost_ms: f64,
-    /// Whether it keeps what was asked for.
+    /// Whether it keeps the bound.
     pub(super) keeps: Keeps,
 }
 
-/// Whether a setting keeps what was asked for.
+/// Whether a setting keeps the bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Keeps {
     Yes,
     No,
 }
 
-/// What is looked for.
+/// The goal of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Goal {
     /// The least cost that keeps a bound on the error.

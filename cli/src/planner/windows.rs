@@ -1,4 +1,4 @@
-//! Where a picture is looked at closely: small windows, spread over what is covered, more of them where contrast is.
+//! The windows of a picture: small parts, spread over the covered area, more of them where contrast is.
 //!
 //! Takes a coarse picture, gives cameras of parts of it. The picture is cut into cells; a cell counts by its contrast and a
 //! little by being covered; windows stand at equal steps of that count, row by row (systematic sampling with
@@ -35,7 +35,7 @@ const FLOOR: f64 = 0.25;
 /// Smallest part of alpha that counts as covered, as in the figures of `resample compare`.
 const COVERED: f32 = 1.0 / 255.0;
 
-/// One window: the whole picture. What it covers is known once it is drawn.
+/// One window: the whole picture. Its covered area is known once it is drawn.
 pub(super) fn whole(camera: &Camera) -> Windows {
     let list = vec![Window {
         camera: *camera,
@@ -54,7 +54,7 @@ pub(super) fn covered_px(image: &Image) -> f64 {
     image.rgba.iter().filter(|pixel| pixel[3] > COVERED).count() as f64
 }
 
-/// Contrast of a picture for each pixel that it covers: errors come from edges, and count for what is covered.
+/// Contrast of a picture for each pixel that it covers: errors come from edges, and count for covered pixels.
 pub(super) fn contrast(image: &Image) -> f64 {
     let whole = cell(image, [0, 0], image.width.max(image.height) as u32);
     if whole.covered > 0 {

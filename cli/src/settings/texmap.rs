@@ -1,4 +1,4 @@
-//! From what was typed for `resample texmap` to the options of the library, and to the record of what was used.
+//! From the typed options of `resample texmap` to those of the library, and to their record in the stats file.
 
 use anyhow::{Result, bail};
 use serde_json::{Value, json};

@@ -99,7 +99,7 @@ const VIEWS: [&str; 3] = ["all splats", "mixed", "all points"];
 /// Halvings of the distance between the outer views: to a tenth of a voxel for any volume of the table.
 const HALVINGS: u32 = 12;
 
-/// What was measured of a row.
+/// Figures of a row.
 struct Measured {
     visible: u64,
     /// Share of splats in each view.

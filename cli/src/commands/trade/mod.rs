@@ -6,7 +6,7 @@
 //!    of its own ([`probe`]);
 //! 4. report: JSON after every setting, then CSV and one self-contained page ([`record`], [`page`]).
 //!
-//! Ctrl-C keeps what was measured, and `--resume` goes on.
+//! Ctrl-C keeps the measured rows, and `--resume` goes on.
 
 mod ladders;
 mod page;
@@ -146,7 +146,7 @@ fn measure_all(
     Ok(())
 }
 
-/// Writes what was measured: JSON, CSV and the page.
+/// Writes the report: JSON, CSV and the page.
 fn write(folder: &Path, report: &mut Report) -> Result<()> {
     report.mark_front();
     output::write_text(

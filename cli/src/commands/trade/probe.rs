@@ -1,6 +1,6 @@
 //! Memory and the time from nothing to the first picture, of a setting in a process of its own.
 //!
-//! A process that has measured other settings holds what they left behind, and the memory of a later one would seem to be
+//! A process that has measured other settings still holds some of their memory, and the memory of a later one would seem to be
 //! next to nothing. So the program starts itself once for each setting, to read, prepare, and draw one picture.
 //! Limits: the time does not count the start of the process; memory is known on Linux alone.
 
