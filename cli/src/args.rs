@@ -17,12 +17,12 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use resample_core::Projection;
 
-pub(crate) use blend::{BlendArgs, RayBlend};
-pub(crate) use clip::ClipArgs;
-pub(crate) use render::{CellsName, OrderName, RenderArgs};
-pub(crate) use scene::SceneArgs;
-pub(crate) use transfer::TransferArgs;
-pub(crate) use volume::VolumeArgs;
+pub use blend::{BlendArgs, RayBlend};
+pub use clip::ClipArgs;
+pub use render::{CellsName, OrderName, RenderArgs};
+pub use scene::SceneArgs;
+pub use transfer::TransferArgs;
+pub use volume::VolumeArgs;
 
 use crate::input_file::{self, InputFile};
 use crate::values::{self, Axis, BackgroundWord, Orbit, Size};
@@ -40,22 +40,22 @@ mod texmap;
 mod trade;
 mod warp3d;
 
-pub(crate) use ask::AskArgs;
-pub(crate) use bench::{BenchArgs, BenchPaperArgs, BenchSceneArgs, BenchTable};
-pub(crate) use calibrate::CalibrateArgs;
-pub(crate) use compare::CompareArgs;
-pub(crate) use drawing::Drawing;
-pub(crate) use given::{Given, names_of};
-pub(crate) use info::{DemoArgs, InfoArgs};
-pub(crate) use sequence::SequenceArgs;
-pub(crate) use texmap::{ModelArgs, TexmapArgs};
-pub(crate) use trade::{SceneArg, TradeArgs, TradeOptions};
-pub(crate) use warp3d::{DepthArgs, Warp3dArgs, WarpCameraArgs};
+pub use ask::AskArgs;
+pub use bench::{BenchArgs, BenchPaperArgs, BenchSceneArgs, BenchTable};
+pub use calibrate::CalibrateArgs;
+pub use compare::CompareArgs;
+pub use drawing::Drawing;
+pub use given::{Given, names_of};
+pub use info::{DemoArgs, InfoArgs};
+pub use sequence::SequenceArgs;
+pub use texmap::{ModelArgs, TexmapArgs};
+pub use trade::{SceneArg, TradeArgs, TradeOptions};
+pub use warp3d::{DepthArgs, Warp3dArgs, WarpCameraArgs};
 
 /// Forward resampling: clean pictures from discrete samples
 #[derive(Clone, Debug, Parser)]
 #[command(name = "resample", version, max_term_width = 110)]
-pub(crate) struct Cli {
+pub struct Cli {
     /// The command.
     #[command(subcommand)]
     pub command: Command,
@@ -66,7 +66,7 @@ pub(crate) struct Cli {
 
 /// The commands.
 #[derive(Clone, Debug, Subcommand)]
-pub(crate) enum Command {
+pub enum Command {
     /// Draw built-in volumes: needs no file, takes seconds
     Demo(DemoArgs),
     /// Show what a volume file holds: size, place, values
@@ -92,7 +92,7 @@ pub(crate) enum Command {
 
 /// Options of every command.
 #[derive(Args, Clone, Debug)]
-pub(crate) struct GlobalArgs {
+pub struct GlobalArgs {
     /// Number of threads [default: all processors]; the picture is the same for any number
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
@@ -106,7 +106,7 @@ pub(crate) struct GlobalArgs {
 
 /// Options of `resample volsplat`.
 #[derive(Args, Clone, Debug, Default)]
-pub(crate) struct VolsplatArgs {
+pub struct VolsplatArgs {
     /// Volume file, folder of slices or pattern such as 'slices/*.tif'; FILE#PART reads a part of the file
     ///
     /// The format is detected by the content: NRRD, MetaImage, NIfTI, NumPy .npy, VTK .vti, TIFF stacks, DICOM or OME-Zarr. A
@@ -141,6 +141,7 @@ pub(crate) struct VolsplatArgs {
     /// How it is drawn.
     #[command(flatten)]
     pub render: Given<RenderArgs>,
+    /// An error or a time that is asked for.
     #[command(flatten)]
     pub ask: AskArgs,
     /// How the picture is written.
@@ -151,7 +152,7 @@ pub(crate) struct VolsplatArgs {
 /// From where the volume is seen.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Camera")]
-pub(crate) struct CameraArgs {
+pub struct CameraArgs {
     /// Camera file; a JSON list of cameras renders one numbered picture for each
     #[arg(long, value_name = "FILE.json", conflicts_with_all = ["orbit", "up", "projection"])]
     pub camera: Option<PathBuf>,
@@ -182,7 +183,7 @@ impl Default for CameraArgs {
 /// How the picture is written.
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Picture")]
-pub(crate) struct PictureArgs {
+pub struct PictureArgs {
     /// Bits per channel of a PNG [default: 8]
     #[arg(long, value_name = "8|16", value_parser = values::bits)]
     pub bits: Option<u8>,

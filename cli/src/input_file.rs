@@ -7,16 +7,16 @@ use clap::builder::{OsStringValueParser, TypedValueParser};
 
 /// A file, and perhaps a part of it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct InputFile {
+pub struct InputFile {
     /// The file.
-    pub(crate) path: PathBuf,
+    pub path: PathBuf,
     /// The part, without the `#`.
-    pub(crate) part: Option<String>,
+    pub part: Option<String>,
 }
 
 impl InputFile {
     /// Splits at the last `#`; a file whose own name holds it wins.
-    pub(crate) fn of(text: OsString) -> Self {
+    pub fn of(text: OsString) -> Self {
         let split = text.to_str().and_then(|text| text.rsplit_once('#'));
         match split {
             Some((path, part))
@@ -42,7 +42,7 @@ impl From<PathBuf> for InputFile {
 }
 
 /// For clap.
-pub(crate) fn parser() -> impl TypedValueParser<Value = InputFile> {
+pub fn parser() -> impl TypedValueParser<Value = InputFile> {
     OsStringValueParser::new().map(InputFile::of)
 }
 

@@ -1,12 +1,36 @@
 //! The command line `resample` as a library, so that other front ends share its files, framing, settings, planner and output.
 //!
-//! [`run`] takes the words of a command line and gives an exit code: 0 when everything asked for was written, 2 when the
+//! A front end fills the typed options of a command, reads the scene, and draws it from its own or from any camera:
+//!
+//! ```no_run
+//! use std::path::PathBuf;
+//!
+//! use resample_cli::args::{Drawing, VolsplatArgs};
+//! use resample_cli::opened::Opened;
+//! use resample_cli::plan::Purpose;
+//! use resample_cli::report::Verbosity;
+//!
+//! # fn main() -> anyhow::Result<()> {
+//! let args = VolsplatArgs {
+//!     input: PathBuf::from("head.nrrd").into(),
+//!     output: "head.png".into(),
+//!     ..VolsplatArgs::default()
+//! };
+//! let drawing = Drawing::Volsplat(Box::new(args));
+//! let mut scene = Opened::read(drawing, Purpose::Compare, Verbosity::Quiet)?;
+//! let camera = scene.cameras()[0];
+//! let picture = scene.draw(&camera)?.image;
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! [`run`] takes the words of this process and gives an exit code: 0 when everything asked for was written, 2 when the
 //! input or the options are bad (nothing is written then), 1 when a file could not be written although all checks had
 //! passed or a bound of a comparison is broken, 130 after Ctrl-C. This file parses, starts the threads and dispatches;
 //! each command reads as its list of steps in `commands/`.
 
-mod args;
-mod background;
+pub mod args;
+pub mod background;
 mod blend;
 mod built_in;
 mod camera_file;
@@ -14,32 +38,32 @@ mod camera_path;
 mod clip;
 mod commands;
 mod figures;
-mod framing;
-mod input_file;
+pub mod framing;
+pub mod input_file;
 mod input_picture;
 mod interrupt;
 mod json_fields;
 mod machine;
 mod measure;
-mod multiview;
-mod opened;
+pub mod multiview;
+pub mod opened;
 mod order;
-mod output;
-mod picture;
-mod plan;
-mod planner;
+pub mod output;
+pub mod picture;
+pub mod plan;
+pub mod planner;
 mod progress;
-mod report;
+pub mod report;
 mod scene;
 mod scene_camera;
 mod sequence;
-mod setting;
+pub mod setting;
 mod settings;
 mod transfer;
 mod transfer_plot;
-mod typed;
-mod values;
-mod viewpoint;
+pub mod typed;
+pub mod values;
+pub mod viewpoint;
 mod volume_data;
 mod volume_file;
 mod volume_motion;

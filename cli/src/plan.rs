@@ -1,6 +1,6 @@
 //! What every command that draws has in common: names and cameras before the input is read, pictures after it.
 //!
-//! Takes the shared groups of options, gives a [`Plan`]: everything that can be refused without reading the input, so
+//! Takes the shared groups of options, gives a `Plan`: everything that can be refused without reading the input, so
 //! that a misspelt name does not cost a minute. Once the input is known, the plan gives the cameras and draws the
 //! pictures with whatever renderer it is handed. Nothing is written before all input has proved to be good.
 
@@ -79,7 +79,7 @@ pub(crate) enum Pictures {
 
 /// The purpose of reading a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Purpose {
+pub enum Purpose {
     /// To be drawn once, as it was asked for.
     Draw,
     /// To be drawn under several settings: in memory, and the same in every picture.
@@ -88,7 +88,7 @@ pub(crate) enum Purpose {
 
 /// When a command started, and how much it says.
 #[derive(Clone, Copy)]
-pub(crate) struct RunLog {
+pub struct RunLog {
     /// The start, for the time at the end.
     pub start: Instant,
     /// How much is said.

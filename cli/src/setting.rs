@@ -11,7 +11,7 @@ use crate::args::{Drawing, Given, RenderArgs};
 
 /// Options of one application, of which some are given.
 #[derive(Clone, Debug)]
-pub(crate) enum Setting {
+pub enum Setting {
     /// A volume's.
     Volume(Box<Given<RenderArgs>>),
     /// A mesh's.
@@ -30,22 +30,22 @@ impl PartialEq for Setting {
 
 impl Setting {
     /// A change of a volume's options; `names` are those that it sets.
-    pub(crate) fn volume(names: &[&str], set: impl FnOnce(&mut RenderArgs)) -> Self {
+    pub fn volume(names: &[&str], set: impl FnOnce(&mut RenderArgs)) -> Self {
         Self::Volume(Box::new(Given::of(names, set)))
     }
 
     /// A change of a mesh's options.
-    pub(crate) fn mesh(names: &[&str], set: impl FnOnce(&mut texmap::RenderOptions)) -> Self {
+    pub fn mesh(names: &[&str], set: impl FnOnce(&mut texmap::RenderOptions)) -> Self {
         Self::Mesh(Given::of(names, set))
     }
 
     /// A change of the options of a picture with depth.
-    pub(crate) fn depth(names: &[&str], set: impl FnOnce(&mut WarpArgs)) -> Self {
+    pub fn depth(names: &[&str], set: impl FnOnce(&mut WarpArgs)) -> Self {
         Self::Depth(Given::of(names, set))
     }
 
     /// The options of `other` where it gives them, else its own.
-    pub(crate) fn with(&self, other: &Self) -> Result<Self> {
+    pub fn with(&self, other: &Self) -> Result<Self> {
         Ok(match (self, other) {
             (Self::Volume(own), Self::Volume(other)) => Self::Volume(Box::new(own.with(other)?)),
             (Self::Mesh(own), Self::Mesh(other)) => Self::Mesh(own.with(other)?),
@@ -55,7 +55,7 @@ impl Setting {
     }
 
     /// Without the options that `other` gives.
-    pub(crate) fn without(&self, other: &Self) -> Self {
+    pub fn without(&self, other: &Self) -> Self {
         match (self, other) {
             (Self::Volume(own), Self::Volume(other)) => Self::Volume(Box::new(own.without(other))),
             (Self::Mesh(own), Self::Mesh(other)) => Self::Mesh(own.without(other)),
@@ -65,7 +65,7 @@ impl Setting {
     }
 
     /// Whether the options fit one another.
-    pub(crate) fn is_legal(&self) -> bool {
+    pub fn is_legal(&self) -> bool {
         match self {
             Self::Volume(given) => crate::order::order(given).is_ok(),
             Self::Mesh(given) => given.options.validate().is_ok(),
@@ -74,7 +74,7 @@ impl Setting {
     }
 
     /// Name and word of each option that is given, in the order of the help.
-    pub(crate) fn pairs(&self) -> Result<Vec<(String, String)>> {
+    pub fn pairs(&self) -> Result<Vec<(String, String)>> {
         match self {
             Self::Volume(given) => given.pairs(),
             Self::Mesh(given) => given.pairs(),
@@ -83,7 +83,7 @@ impl Setting {
     }
 
     /// As it is typed.
-    pub(crate) fn words(&self) -> Result<Vec<String>> {
+    pub fn words(&self) -> Result<Vec<String>> {
         let pairs = self.pairs()?.into_iter();
         Ok(pairs
             .flat_map(|(name, value)| [format!("--{name}"), value])
@@ -91,7 +91,7 @@ impl Setting {
     }
 
     /// In short, for people: "slab 0.5, subpixels 2".
-    pub(crate) fn name(&self) -> Result<String> {
+    pub fn name(&self) -> Result<String> {
         let pairs = self.pairs()?.into_iter();
         let names: Vec<String> = pairs
             .map(|(name, value)| format!("{name} {value}"))
@@ -102,7 +102,7 @@ impl Setting {
 
 impl Drawing {
     /// The options that say how it draws.
-    pub(crate) fn setting(&self) -> Setting {
+    pub fn setting(&self) -> Setting {
         match self {
             Self::Texmap(args) => Setting::Mesh(args.render.clone()),
             Self::Volsplat(args) => Setting::Volume(Box::new(args.render.clone())),
@@ -111,7 +111,7 @@ impl Drawing {
     }
 
     /// Draws with these options from now on.
-    pub(crate) fn set(&mut self, setting: Setting) -> Result<()> {
+    pub fn set(&mut self, setting: Setting) -> Result<()> {
         match (self, setting) {
             (Self::Texmap(args), Setting::Mesh(render)) => args.render = render,
             (Self::Volsplat(args), Setting::Volume(render)) => args.render = *render,

@@ -5,14 +5,14 @@ use clap::{Arg, ArgMatches, Command};
 
 /// The options of a command that were typed, in the order in which they were typed.
 #[derive(Clone, Debug)]
-pub(crate) struct Typed {
+pub struct Typed {
     /// Of each: its name, and its words.
     options: Vec<(String, Vec<String>)>,
 }
 
 impl Typed {
     /// The words after the innermost subcommand.
-    pub(crate) fn of(command: Command, matches: &ArgMatches) -> Self {
+    pub fn of(command: Command, matches: &ArgMatches) -> Self {
         let mut command = command;
         // Globals are handed down to the subcommands.
         command.build();
@@ -43,19 +43,19 @@ impl Typed {
     }
 
     /// Whether an option was typed: its long name without dashes.
-    pub(crate) fn has(&self, name: &str) -> bool {
+    pub fn has(&self, name: &str) -> bool {
         self.options.iter().any(|(typed, _)| typed == name)
     }
 
     /// The words, without those of some options.
-    pub(crate) fn words(&self, left_out: impl Fn(&str) -> bool) -> Vec<String> {
+    pub fn words(&self, left_out: impl Fn(&str) -> bool) -> Vec<String> {
         let kept = self.options.iter().filter(|(name, _)| !left_out(name));
         kept.flat_map(|(_, words)| words.iter().cloned()).collect()
     }
 }
 
 /// A command line as a person would type it.
-pub(crate) fn line<'a>(words: impl IntoIterator<Item = &'a String>) -> String {
+pub fn line<'a>(words: impl IntoIterator<Item = &'a String>) -> String {
     let quoted = |word: &String| {
         let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+%#".contains(c);
         if !word.is_empty() && word.chars().all(plain) {

@@ -15,7 +15,7 @@ use crate::values::{self, Size};
 
 /// A camera as it was typed.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Viewpoint {
+pub enum Viewpoint {
     /// A file, and perhaps the name or number of a camera in it.
     File {
         /// The file.
@@ -67,7 +67,7 @@ pub(crate) struct Views {
 pub(crate) const DEFAULT_FOV_Y_DEG: f64 = 30.0;
 
 /// Splits the word of a camera.
-pub(crate) fn parse(text: &str) -> Result<Viewpoint, String> {
+pub fn parse(text: &str) -> Result<Viewpoint, String> {
     if let Some(angle) = text.strip_prefix("fov:") {
         return values::field_of_view(angle).map(Viewpoint::Fov);
     }

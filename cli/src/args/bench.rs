@@ -10,7 +10,7 @@ use crate::values::{self, Size};
 
 /// Options of `resample bench`.
 #[derive(Args, Clone, Debug)]
-pub(crate) struct BenchArgs {
+pub struct BenchArgs {
     /// Which table.
     #[command(subcommand)]
     pub table: BenchTable,
@@ -18,7 +18,7 @@ pub(crate) struct BenchArgs {
 
 /// The tables that can be repeated.
 #[derive(Clone, Debug, Subcommand)]
-pub(crate) enum BenchTable {
+pub enum BenchTable {
     /// Figure 9 of the hybrid forward resampling paper: all splats, mixed and all points, beside the paper's own row
     ///
     /// Example: resample bench paper --data volumes/raw
@@ -35,7 +35,7 @@ pub(crate) enum BenchTable {
 
 /// Options of the tables over built-in scenes.
 #[derive(Args, Clone, Debug)]
-pub(crate) struct BenchSceneArgs {
+pub struct BenchSceneArgs {
     /// Frames of each setting; the median of their CPU times counts
     #[arg(long, value_name = "N", default_value = "5", value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub reps: u16,
@@ -46,7 +46,7 @@ pub(crate) struct BenchSceneArgs {
 
 /// Options of `resample bench paper`.
 #[derive(Args, Clone, Debug)]
-pub(crate) struct BenchPaperArgs {
+pub struct BenchPaperArgs {
     /// Folder that holds the volumes of the paper: files such as engine_256x256x128_uint8.raw
     ///
     /// Missing volumes are left out with a note; the Checker Box is a formula and always there.

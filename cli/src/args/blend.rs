@@ -9,7 +9,7 @@ use crate::values;
 /// The value of its ray that a pixel shows.
 #[derive(Args, Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 #[command(next_help_heading = "Blending (order field)")]
-pub(crate) struct BlendArgs {
+pub struct BlendArgs {
     /// The value of its ray that a pixel shows [default: emission, or isosurface with --iso]
     #[arg(long, value_enum)]
     pub blend: Option<RayBlend>,
@@ -30,7 +30,7 @@ pub(crate) struct BlendArgs {
 /// The value of its ray that a pixel shows.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum RayBlend {
+pub enum RayBlend {
     /// Emission and absorption, sample behind sample
     Emission,
     /// The greatest value, through the transfer function

@@ -6,7 +6,7 @@ use clap::Args;
 
 /// Options of `resample calibrate`.
 #[derive(Args, Clone, Debug)]
-pub(crate) struct CalibrateArgs {
+pub struct CalibrateArgs {
     /// File to write, instead of the one in the user's cache folder
     #[arg(short, long, value_name = "FILE.json")]
     pub output: Option<PathBuf>,

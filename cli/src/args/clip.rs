@@ -11,7 +11,7 @@ use crate::values;
 /// Which part of the volume is drawn.
 #[derive(Args, Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 #[command(next_help_heading = "Clipping")]
-pub(crate) struct ClipArgs {
+pub struct ClipArgs {
     /// Draw only the inside of a box along the world's axes, from the first corner to the second
     #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = values::corners, allow_hyphen_values = true)]
     pub crop: Option<[[f64; 3]; 2]>,

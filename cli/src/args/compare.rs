@@ -10,7 +10,7 @@ use crate::values;
 
 /// Options of `resample compare`.
 #[derive(Args, Clone, Debug)]
-pub(crate) struct CompareArgs {
+pub struct CompareArgs {
     /// Picture to judge: .png, .apng or .exr, or numbered pictures such as out/a_%04d.png
     #[arg(value_name = "PICTURE")]
     pub picture: PathBuf,

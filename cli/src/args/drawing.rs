@@ -9,7 +9,7 @@ use super::{AskArgs, TexmapArgs, VolsplatArgs, Warp3dArgs};
 
 /// A command that draws.
 #[derive(Clone, Debug, Subcommand)]
-pub(crate) enum Drawing {
+pub enum Drawing {
     /// Draw a textured mesh, glTF or OBJ, from one or several cameras
     ///
     /// Example: resample texmap helmet.glb -o helmet.png
@@ -29,7 +29,7 @@ pub(crate) enum Drawing {
 
 impl Drawing {
     /// The name of the command.
-    pub(crate) fn name(&self) -> &'static str {
+    pub fn name(&self) -> &'static str {
         match self {
             Self::Texmap(_) => "texmap",
             Self::Volsplat(_) => "volsplat",
@@ -38,7 +38,7 @@ impl Drawing {
     }
 
     /// The error or the time that is asked for.
-    pub(crate) fn ask(&self) -> &AskArgs {
+    pub fn ask(&self) -> &AskArgs {
         match self {
             Self::Texmap(args) => &args.ask,
             Self::Volsplat(args) => &args.ask,
@@ -47,7 +47,7 @@ impl Drawing {
     }
 
     /// Whether pictures that exist are kept.
-    pub(crate) fn resume(&self) -> bool {
+    pub fn resume(&self) -> bool {
         match self {
             Self::Texmap(args) => args.sequence.resume,
             Self::Volsplat(args) => args.sequence.resume,
@@ -56,7 +56,7 @@ impl Drawing {
     }
 
     /// Names the picture to write.
-    pub(crate) fn write_to(&mut self, path: &Path) {
+    pub fn write_to(&mut self, path: &Path) {
         let output = match self {
             Self::Texmap(args) => &mut args.output,
             Self::Volsplat(args) => &mut args.output,

@@ -14,15 +14,15 @@ use serde_json::Value;
 
 /// Options of which some are given.
 #[derive(Clone, Debug)]
-pub(crate) struct Given<T> {
+pub struct Given<T> {
     /// All of them; those that are not given have their default.
-    pub(crate) options: T,
+    pub options: T,
     names: BTreeSet<String>,
 }
 
 impl<T: Args> Given<T> {
     /// A change of the default: `names` are the long names of the options that it sets.
-    pub(crate) fn of(names: &[&str], set: impl FnOnce(&mut T)) -> Self {
+    pub fn of(names: &[&str], set: impl FnOnce(&mut T)) -> Self {
         let mut options = super::defaults::defaults();
         set(&mut options);
         Self {
@@ -32,7 +32,7 @@ impl<T: Args> Given<T> {
     }
 
     /// Whether an option is given.
-    pub(crate) fn has(&self, name: &str) -> bool {
+    pub fn has(&self, name: &str) -> bool {
         self.names.contains(name)
     }
 }
@@ -45,7 +45,7 @@ impl<T: Args> Default for Given<T> {
 
 impl<T: Args + Clone + Serialize + DeserializeOwned> Given<T> {
     /// The options of `other` where it gives them, else its own.
-    pub(crate) fn with(&self, other: &Self) -> Result<Self> {
+    pub fn with(&self, other: &Self) -> Result<Self> {
         let (mut values, others) = (values(&self.options)?, values(&other.options)?);
         for Place { name, path } in places::<T>(&others) {
             if let (true, Some(own), Some(value)) = (
@@ -63,7 +63,7 @@ impl<T: Args + Clone + Serialize + DeserializeOwned> Given<T> {
     }
 
     /// Without the options that `other` gives.
-    pub(crate) fn without(&self, other: &Self) -> Self {
+    pub fn without(&self, other: &Self) -> Self {
         Self {
             options: self.options.clone(),
             names: self.names.difference(&other.names).cloned().collect(),
@@ -71,7 +71,7 @@ impl<T: Args + Clone + Serialize + DeserializeOwned> Given<T> {
     }
 
     /// Name and word of each option that is given, in the order of the help.
-    pub(crate) fn pairs(&self) -> Result<Vec<(String, String)>> {
+    pub fn pairs(&self) -> Result<Vec<(String, String)>> {
         let values = values(&self.options)?;
         let mut pairs = Vec::new();
         for Place { name, path } in places::<T>(&values) {
@@ -125,7 +125,7 @@ impl<T: Args> Given<T> {
 }
 
 /// The long names of a group's options.
-pub(crate) fn names_of<T: Args>() -> Vec<String> {
+pub fn names_of<T: Args>() -> Vec<String> {
     let group = group::<T>();
     let names = group.get_arguments().filter_map(Arg::get_long);
     names.map(str::to_owned).collect()

@@ -10,7 +10,7 @@ use crate::values::{self, Size};
 
 /// Options of `resample demo`.
 #[derive(Args, Clone, Debug)]
-pub(crate) struct DemoArgs {
+pub struct DemoArgs {
     /// Folder for the pictures; it is made if it does not exist
     #[arg(short, long, value_name = "FOLDER", default_value = "demo")]
     pub output: PathBuf,
@@ -21,7 +21,7 @@ pub(crate) struct DemoArgs {
 
 /// Options of `resample info`.
 #[derive(Args, Clone, Debug)]
-pub(crate) struct InfoArgs {
+pub struct InfoArgs {
     /// Volume file, folder of slices or pattern such as 'slices/*.tif'; FILE#PART reads a part of the file
     #[arg(value_name = "VOLUME[#PART]", value_parser = input_file::parser())]
     pub input: InputFile,

@@ -15,7 +15,7 @@ use crate::values;
 /// How the volume is drawn.
 #[derive(Args, Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[command(next_help_heading = "Rendering")]
-pub(crate) struct RenderArgs {
+pub struct RenderArgs {
     /// Order of compositing [default: field; an option that only one order has selects that order, and a single slice is
     /// drawn by every-sample]
     #[arg(long, value_enum)]
@@ -68,7 +68,7 @@ pub(crate) struct RenderArgs {
 /// `--order`.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum OrderName {
+pub enum OrderName {
     /// The trilinear field on planes parallel to the picture, classified per sub-pixel: sharp and antialiased
     Field,
     /// Each classified sample over those behind it, as point or splat: the paper
@@ -82,7 +82,7 @@ pub(crate) enum OrderName {
 /// `--cells`.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum CellsName {
+pub enum CellsName {
     /// Split in every-sample, off in the other orders
     Auto,
     /// A voxel, by its own value
@@ -95,7 +95,7 @@ pub(crate) enum CellsName {
 
 impl OrderName {
     /// As it is typed.
-    pub(crate) fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::Field => "field",
             Self::EverySample => "every-sample",

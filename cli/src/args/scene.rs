@@ -10,7 +10,7 @@ use clap::Args;
 /// Channels, labels and masks.
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Channels, labels, masks")]
-pub(crate) struct SceneArgs {
+pub struct SceneArgs {
     /// Hide every sample whose nearest voxel in this volume is 0; as many voxels along each axis as the volume
     #[arg(long, value_name = "FILE")]
     pub mask: Option<PathBuf>,

@@ -10,7 +10,7 @@ use clap::Args;
 /// Several pictures, one after another.
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Several pictures")]
-pub(crate) struct SequenceArgs {
+pub struct SequenceArgs {
     /// Go once around the visible part in N numbered pictures, from --orbit's azimuth on
     #[arg(long, value_name = "N", conflicts_with = "camera",
         value_parser = clap::value_parser!(u32).range(1..=MAX_STEPS))]

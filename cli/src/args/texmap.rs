@@ -12,7 +12,7 @@ use crate::input_file::{self, InputFile};
 
 /// Options of `resample texmap`.
 #[derive(Args, Clone, Debug, Default)]
-pub(crate) struct TexmapArgs {
+pub struct TexmapArgs {
     /// Mesh file: glTF 2.0 (.gltf, .glb) or OBJ with its .mtl; FILE#SCENE is a scene of the file, by name or number from 0
     ///
     /// The format is detected by the content.
@@ -39,6 +39,7 @@ pub(crate) struct TexmapArgs {
     /// How it is drawn.
     #[command(flatten)]
     pub render: Given<RenderOptions>,
+    /// An error or a time that is asked for.
     #[command(flatten)]
     pub ask: AskArgs,
     /// How the picture is written.
@@ -49,7 +50,7 @@ pub(crate) struct TexmapArgs {
 /// What of the file is drawn.
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Model")]
-pub(crate) struct ModelArgs {
+pub struct ModelArgs {
     /// Camera of the file, by name or by number from 0 [default: the whole model, framed]
     #[arg(long, value_name = "NAME|INDEX", conflicts_with_all = ["camera", "orbit", "up", "projection", "turntable"])]
     pub camera_name: Option<String>,

@@ -11,7 +11,7 @@ use super::{Drawing, TexmapArgs, VolsplatArgs, Warp3dArgs};
 
 /// The words after `resample trade`.
 #[derive(Args, Clone, Debug)]
-pub(crate) struct TradeArgs {
+pub struct TradeArgs {
     /// The measured command.
     #[command(subcommand)]
     pub measured: Measured,
@@ -19,7 +19,7 @@ pub(crate) struct TradeArgs {
 
 /// The command that is measured.
 #[derive(Clone, Debug, Subcommand)]
-pub(crate) enum Measured {
+pub enum Measured {
     /// Measure how a mesh is drawn
     #[command(mut_arg("output", unwritten))]
     Texmap(Box<MeasuredMesh>),
@@ -33,7 +33,7 @@ pub(crate) enum Measured {
 
 /// A mesh and the measurement.
 #[derive(Args, Clone, Debug)]
-pub(crate) struct MeasuredMesh {
+pub struct MeasuredMesh {
     #[command(flatten)]
     measurement: TradeOptions,
     #[command(flatten)]
@@ -42,7 +42,7 @@ pub(crate) struct MeasuredMesh {
 
 /// A volume and the measurement.
 #[derive(Args, Clone, Debug)]
-pub(crate) struct MeasuredVolume {
+pub struct MeasuredVolume {
     #[command(flatten)]
     measurement: TradeOptions,
     /// A built-in scene instead of a file
@@ -59,7 +59,7 @@ pub(crate) struct MeasuredVolume {
 
 /// A picture with depth and the measurement.
 #[derive(Args, Clone, Debug)]
-pub(crate) struct MeasuredDepth {
+pub struct MeasuredDepth {
     #[command(flatten)]
     measurement: TradeOptions,
     #[command(flatten)]
@@ -69,7 +69,7 @@ pub(crate) struct MeasuredDepth {
 /// Options of the measurement.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Measurement")]
-pub(crate) struct TradeOptions {
+pub struct TradeOptions {
     /// Folder for the report; it is made if it does not exist
     #[arg(long, value_name = "FOLDER", default_value = "trade-report")]
     pub out: PathBuf,
@@ -92,7 +92,7 @@ pub(crate) struct TradeOptions {
 
 /// The built-in scenes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum SceneArg {
+pub enum SceneArg {
     /// Opaque cells with sharp edges
     CheckerBox,
     /// Ripples that are hard to reconstruct
@@ -111,7 +111,7 @@ fn unwritten(output: clap::Arg) -> clap::Arg {
 
 impl TradeArgs {
     /// The measurement, the measured command, and a built-in scene in place of its file.
-    pub(crate) fn parts(self) -> (TradeOptions, Drawing, Option<SceneArg>) {
+    pub fn parts(self) -> (TradeOptions, Drawing, Option<SceneArg>) {
         match self.measured {
             Measured::Texmap(args) => (
                 args.measurement,

@@ -13,7 +13,7 @@ use crate::values::{self, Window};
 /// How values become colour and opacity.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Transfer function")]
-pub(crate) struct TransferArgs {
+pub struct TransferArgs {
     /// Transfer function file, a colour map of ParaView (JSON) [default: made from the histogram]
     #[arg(long, value_name = "FILE.json")]
     pub transfer: Option<PathBuf>,

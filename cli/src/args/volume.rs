@@ -8,7 +8,7 @@ use crate::values;
 /// How the volume file is read.
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Volume")]
-pub(crate) struct VolumeArgs {
+pub struct VolumeArgs {
     /// Number of voxels along x, y and z (raw files)
     #[arg(long, value_name = "X,Y,Z", value_parser = values::dims, requires = "voxel_type")]
     pub dims: Option<[usize; 3]>,

@@ -17,7 +17,7 @@ use crate::viewpoint::{self, Viewpoint};
 
 /// Options of `resample warp3d`.
 #[derive(Args, Clone, Debug, Default)]
-pub(crate) struct Warp3dArgs {
+pub struct Warp3dArgs {
     /// Picture: PNG, JPEG, TIFF or EXR (FILE.exr#LAYER), detected by the content
     #[arg(value_name = "COLOUR")]
     pub colour: String,
@@ -57,6 +57,7 @@ pub(crate) struct Warp3dArgs {
     /// How it is drawn.
     #[command(flatten)]
     pub render: Given<WarpArgs>,
+    /// An error or a time that is asked for.
     #[command(flatten)]
     pub ask: AskArgs,
     /// How the picture is written.
@@ -67,7 +68,7 @@ pub(crate) struct Warp3dArgs {
 /// Where pictures were and are taken from.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Cameras")]
-pub(crate) struct WarpCameraArgs {
+pub struct WarpCameraArgs {
     /// Camera of the picture: FILE, FILE#ENTRY or fov:DEGREES [default: the lens of --intrinsics, at the origin]
     ///
     /// Files: this program's JSON, Middlebury calib.txt, Open3D and TUM trajectories, COLMAP images.txt (with
@@ -98,7 +99,7 @@ pub(crate) struct WarpCameraArgs {
 /// The meaning of a depth file's numbers.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Depth")]
-pub(crate) struct DepthArgs {
+pub struct DepthArgs {
     /// Meaning of the depth file's numbers
     #[arg(long, value_enum, default_value = "z")]
     pub depth_kind: DepthKind,
@@ -125,7 +126,7 @@ pub(crate) struct DepthArgs {
 /// Several views in one picture.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Stereo and light fields")]
-pub(crate) struct ViewArgs {
+pub struct ViewArgs {
     /// Two views this far apart (world units), side by side, the left eye's on the left
     #[arg(long, value_name = "BASELINE", value_parser = values::positive, conflicts_with = "quilt")]
     pub stereo: Option<f64>,
@@ -166,7 +167,7 @@ impl Default for ViewArgs {
 /// Several pictures, one after another.
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Several pictures")]
-pub(crate) struct WarpSequenceArgs {
+pub struct WarpSequenceArgs {
     /// Move through the keys of a file, each with a time in seconds and a camera, in numbered pictures
     #[arg(long, value_name = "FILE.json", conflicts_with_all = ["to", "sway"])]
     pub path: Option<PathBuf>,

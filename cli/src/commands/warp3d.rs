@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use resample_core::{Camera, Image};
+use resample_core::Camera;
 use serde_json::{Value, json};
 use warp3d::{Fill, WarpArgs, WarpOptions};
 
@@ -15,9 +15,9 @@ use crate::args::{CameraArgs, Given, SequenceArgs, Warp3dArgs};
 use crate::camera_file::CameraDefaults;
 use crate::camera_path::{self, KeyKind};
 use crate::multiview::{self, Layout};
-use crate::output::{self, Format};
+use crate::output;
 use crate::picture::Drawn;
-use crate::plan::{self, Pictures, Plan, Purpose, Request, RunLog};
+use crate::plan::{Pictures, Plan, Purpose, Request, RunLog};
 use crate::report::{self, RunStats};
 use crate::values::Size;
 use crate::viewpoint::{self, Known};
@@ -25,8 +25,10 @@ use crate::warp_references::{AnyWarper, Keeping};
 use crate::warp_scene::{self, WarpScene};
 
 mod drawer;
+mod written;
 
 use drawer::{Drawer, LastPicture};
+use written::{record, write_planes};
 
 /// The groups of options that every command has, for the shared code.
 struct Shared {
@@ -366,57 +368,4 @@ fn cameras(
         .iter()
         .map(|camera| Ok(layout.sheet(camera).validated()?))
         .collect()
-}
-
-fn record(
-    args: &Warp3dArgs,
-    options: &WarpOptions,
-    (request, format): (&Request, Format),
-    convergence: f64,
-) -> Value {
-    let mut record = json!({
-        "colour": args.colour,
-        "depth": args.depth,
-        "from": args.cameras.from.as_ref().map(ToString::to_string),
-        "to": args.cameras.to.as_ref().map(ToString::to_string),
-        "depth_kind": args.meaning.depth_kind,
-        "stereo": args.views.stereo,
-        "convergence": convergence.is_finite().then_some(convergence),
-        "picture": plan::picture_record(request, format),
-    });
-    if let (Value::Object(record), Value::Object(options)) = (&mut record, json!(options)) {
-        record.extend(options);
-    }
-    record
-}
-
-/// Writes the planes beside the picture.
-fn write_planes(args: &Warp3dArgs, image: &Image) -> Result<()> {
-    let plane = |name: &str| {
-        image
-            .planes
-            .iter()
-            .find(|plane| plane.name == name)
-            .map(|plane| &plane.values)
-    };
-    if let Some(path) = &args.filled {
-        let seen = image
-            .rgba
-            .iter()
-            .map(|pixel| 1.0 - pixel[3].clamp(0.0, 1.0));
-        let mask: Vec<f32> = match plane("filled") {
-            Some(filled) => seen
-                .zip(filled)
-                .map(|(hole, &filled)| hole.max(filled))
-                .collect(),
-            None => seen.collect(),
-        };
-        output::write_grey(path, [image.width, image.height], &mask)?;
-    }
-    if let Some(path) = &args.confidence {
-        let confidence = plane("confidence")
-            .context("this layout of views has no confidence: leave --confidence out")?;
-        output::write_grey(path, [image.width, image.height], confidence)?;
-    }
-    Ok(())
 }

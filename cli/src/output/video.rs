@@ -14,7 +14,7 @@ use anyhow::{Context, Result, bail};
 
 /// Kind of video file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Container {
+pub enum Container {
     /// H.264 in MP4.
     Mp4,
     /// VP9 in WebM.

@@ -1,10 +1,10 @@
 //! The planner: from an error or a time that was asked for to settings, for this scene and these cameras.
 //!
-//! 1. ladder: the settings that may be chosen ([`ladder`]);
-//! 2. pilot: windows of the pictures ([`windows`]), as many as the run can afford ([`look`], [`subsample_windows`]), with
-//!    the exact setting ([`pilot`]);
-//! 3. search: rungs of the ladder in the same windows, while they are worth their cost ([`budget`]); their errors with a
-//!    margin ([`estimate`]), their cost from counts ([`model`]), and the best that keeps the bound ([`search`]);
+//! 1. ladder: the settings that may be chosen (`ladder`);
+//! 2. pilot: windows of the pictures (`windows`), as many as the run can afford (`look`, `subsample_windows`), with
+//!    the exact setting (`pilot`);
+//! 3. search: rungs of the ladder in the same windows, while they are worth their cost (`budget`); their errors with a
+//!    margin (`estimate`), their cost from counts (`model`), and the best that keeps the bound (`search`);
 //! 4. the scene that was read is drawn with the setting that was chosen.
 //!
 //! The choice for an error reads no clock: it is the same on every machine, and so is the picture. Proven bounds (early
@@ -28,4 +28,4 @@ mod subsample_windows;
 mod windows;
 
 pub(crate) use self::calibration::{cache_file, measured, saved};
-pub(crate) use self::plan::{Planned, planned};
+pub use self::plan::{Planned, planned};

@@ -25,22 +25,18 @@ use crate::typed::{self, Typed};
 use crate::values::BoundMetric;
 
 /// A scene with the setting that was chosen.
-pub(crate) struct Planned {
+pub struct Planned {
     /// The scene, read, which is drawn with that setting from now on.
-    pub(crate) opened: Opened,
+    pub opened: Opened,
     /// The choice, for the stats file.
-    pub(crate) record: Value,
+    pub record: Value,
 }
 
 /// The options of the planner.
 const OWN_OPTIONS: [&str; 3] = ["max-error", "max-time", "explain"];
 
 /// Reads the scene and chooses its setting; `None` where neither an error nor a time was asked for.
-pub(crate) fn planned(
-    drawing: &Drawing,
-    typed: &Typed,
-    verbosity: Verbosity,
-) -> Result<Option<Planned>> {
+pub fn planned(drawing: &Drawing, typed: &Typed, verbosity: Verbosity) -> Result<Option<Planned>> {
     let Some(asked) = asked(drawing.ask())? else {
         return Ok(None);
     };

@@ -314,11 +314,10 @@ pub(super) fn settings(drawing: &Drawing, named: &[String]) -> Result<Vec<Named>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::args::VolsplatArgs;
 
     #[test]
     fn ladders_are_climbed_one_by_one_and_combined_where_named() {
-        let drawing = Drawing::Volsplat(Box::new(VolsplatArgs::default()));
+        let drawing = Drawing::Volsplat(Box::default());
         let alone = settings(&drawing, &[]).expect("good");
         let rungs: usize = volume_ladders().iter().map(|l| l.rungs.len()).sum();
         assert_eq!(alone.len(), 2 + rungs, "exact, default and every rung");
