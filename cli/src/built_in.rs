@@ -10,7 +10,7 @@ use anyhow::{Result, bail};
 use glam::DVec3;
 use resample_core::Image;
 use serde_json::{Value, json};
-use volsplat::input::VoxelType;
+use volsplat::VoxelType;
 use volsplat::volume::Voxels;
 use volsplat::{Volume, procedural};
 
