@@ -1,7 +1,7 @@
 //! Pictures decoded whole: PNG, JPEG, WebP, TGA, BMP, TIFF, GIF, HDR and what else the crate `image` reads.
 //!
-//! Takes the bytes of a file, gives pixels with straight alpha. The format is told by the content, and only where the
-//! content has no mark (TGA) by the caller. 8-bit pictures stay as they are; 16-bit ones are decoded from sRGB, and
+//! Takes the bytes of a file, gives pixels with straight alpha. The content tells the format; where it has no mark (TGA),
+//! the caller does. 8-bit pictures stay as they are; 16-bit ones are decoded from sRGB, and
 //! floating-point ones are linear already.
 //! Limits: colour profiles, gamma chunks and EXIF orientation are not applied; of an animation the first picture is taken.
 
@@ -175,7 +175,7 @@ mod tests {
     #[test]
     fn forged_and_foreign_files_are_refused_before_anything_is_allocated() {
         let mut forged = png(&DynamicImage::new_rgb8(1, 1));
-        // Width and height of a PNG lie at byte 16; its header's checksum is told of first or the size is.
+        // Width and height of a PNG lie at byte 16; either the checksum of the header or the size is refused.
         forged[16..24].copy_from_slice(&[0, 0, 0x40, 0, 0, 0, 0x40, 0]);
         assert!(
             decode(&forged, None).is_err(),
