@@ -1,57 +1,62 @@
-//! What was typed: the clap structs, whose doc comments are the help texts.
+//! The command line as clap structs, whose doc comments are the help texts.
 //!
 //! Takes the words of the command line, gives plain values with the spelling already checked. Nothing here knows
-//! what a value leads to: `settings.rs` turns these structs into the options of the libraries, and `choices.rs` pairs
-//! the small enums with their twins in the libraries, which need not know clap. Defaults come from the libraries.
+//! what a value leads to: `settings.rs` turns these structs into the options of the libraries. Enums, their words and their
+//! defaults are the libraries' own.
 
 mod blend;
 mod clip;
-mod samples;
+mod defaults;
+mod render;
 mod scene;
 mod transfer;
 mod volume;
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
-use glam::DVec3;
-use volsplat::{RenderOptions, Subpixels};
+use clap::{Args, Parser, Subcommand};
+use resample_core::Projection;
 
-pub(crate) use blend::{BlendArgs, RayBlendArg, VolumeLayerArg};
-pub(crate) use clip::ClipArgs;
-pub(crate) use samples::{CellsArg, InterpolateArg, SampleArgs};
-pub(crate) use scene::SceneArgs;
-pub(crate) use transfer::{SpaceArg, TransferArgs};
-pub(crate) use volume::VolumeArgs;
+pub use blend::{BlendArgs, RayBlend};
+pub use clip::ClipArgs;
+pub use render::{CellsName, OrderName, RenderArgs};
+pub use scene::SceneArgs;
+pub use transfer::TransferArgs;
+pub use volume::VolumeArgs;
 
-use crate::choices;
+use crate::input_file::{self, InputFile};
 use crate::values::{self, Axis, BackgroundWord, Orbit, Size};
 
 mod ask;
 mod bench;
 mod calibrate;
 mod compare;
+mod drawing;
+mod given;
 mod info;
 mod sequence;
+mod short_help;
 mod texmap;
 mod trade;
 mod warp3d;
 
-pub(crate) use ask::AskArgs;
-pub(crate) use bench::{BenchArgs, BenchPaperArgs, BenchSceneArgs, BenchTable};
-pub(crate) use calibrate::CalibrateArgs;
-pub(crate) use compare::CompareArgs;
-pub(crate) use info::{DemoArgs, InfoArgs};
-pub(crate) use sequence::SequenceArgs;
-pub(crate) use texmap::{ModelArgs, TexmapArgs};
-pub(crate) use trade::{SceneArg, TradeArgs, TradeOptions};
-pub(crate) use warp3d::{AnaglyphArg, DepthArgs, DepthKindArg, Warp3dArgs};
+pub use ask::AskArgs;
+pub use bench::{BenchArgs, BenchPaperArgs, BenchSceneArgs, BenchTable};
+pub use calibrate::CalibrateArgs;
+pub use compare::CompareArgs;
+pub use drawing::Drawing;
+pub use given::{Given, names_of};
+pub use info::{DemoArgs, InfoArgs};
+pub use sequence::SequenceArgs;
+pub use texmap::{ModelArgs, TexmapArgs};
+pub use trade::{SceneArg, TradeArgs, TradeOptions};
+pub use warp3d::{DepthArgs, Warp3dArgs, WarpCameraArgs};
 
 /// Forward resampling: clean pictures from discrete samples
-#[derive(Debug, Parser)]
+#[derive(Clone, Debug, Parser)]
 #[command(name = "resample", version, max_term_width = 110)]
-pub(crate) struct Cli {
-    /// What to do.
+pub struct Cli {
+    /// The command.
     #[command(subcommand)]
     pub command: Command,
     /// Options of every command.
@@ -60,49 +65,38 @@ pub(crate) struct Cli {
 }
 
 /// The commands.
-#[derive(Debug, Subcommand)]
-pub(crate) enum Command {
+#[derive(Clone, Debug, Subcommand)]
+pub enum Command {
     /// Draw built-in volumes: needs no file, takes seconds
     Demo(DemoArgs),
     /// Show what a volume file holds: size, place, values
     ///
     /// Example: resample info head.nii.gz
     Info(InfoArgs),
-    /// Measure published tables again, on this machine
+    /// Reproduce the published tables on this machine
     Bench(BenchArgs),
-    /// Measure what this machine needs for what a picture is made of; --max-time predicts from it
+    /// Benchmark this machine once, so that --max-time can predict render times
     Calibrate(CalibrateArgs),
     /// Compare a picture or an animation with its reference: PSNR, SSIM, FLIP and more
     ///
     /// Example: resample compare mine.png truth.exr --heatmap errors.png --fail-above flip=0.02
     Compare(CompareArgs),
-    /// Draw a textured mesh, glTF or OBJ, from one or several cameras
-    ///
-    /// Example: resample texmap helmet.glb -o helmet.png
-    Texmap(Box<TexmapArgs>),
-    /// Measure what every choice costs and loses: error against time, as one page with pictures
+    /// Measure cost and error of every choice on a scene: error against time, as one page with pictures
     ///
     /// Example: resample trade volsplat engine.nrrd --transfer tf.json --out report --settings slab,subpixel
-    #[command(after_help = trade::help_of_the_measurement())]
     Trade(TradeArgs),
-    /// Draw a volume file from one or several cameras
-    ///
-    /// Example: resample volsplat engine.raw --dims 256,256,128 --type u8 -o engine.png
-    Volsplat(Box<VolsplatArgs>),
-    /// Show a picture with depth from another camera
-    ///
-    /// Example: resample warp3d im0.png disp0.pfm --depth-kind disparity --from calib.txt#0 --to calib.txt#1 -o new.png
-    #[command(name = "warp3d")]
-    Warp3d(Box<Warp3dArgs>),
+    /// The commands that draw.
+    #[command(flatten)]
+    Draw(Drawing),
 }
 
 /// Options of every command.
-#[derive(Args, Debug)]
-pub(crate) struct GlobalArgs {
+#[derive(Args, Clone, Debug)]
+pub struct GlobalArgs {
     /// Number of threads [default: all processors]; the picture is the same for any number
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
-    /// Print nothing but warnings and errors
+    /// Print warnings and errors only
     #[arg(long, global = true, conflicts_with = "verbose")]
     pub quiet: bool,
     /// Print the time of each stage
@@ -111,14 +105,15 @@ pub(crate) struct GlobalArgs {
 }
 
 /// Options of `resample volsplat`.
-#[derive(Args, Debug)]
-pub(crate) struct VolsplatArgs {
-    /// Volume file, folder of slices or pattern such as 'slices/*.tif'
+#[derive(Args, Clone, Debug, Default)]
+pub struct VolsplatArgs {
+    /// Volume file, folder of slices or pattern such as 'slices/*.tif'; FILE#PART reads a part of the file
     ///
-    /// The format is told by the file's content: NRRD, MetaImage, NIfTI, NumPy .npy, VTK .vti, TIFF stacks, DICOM or OME-Zarr. A
-    /// file without a known header is raw and needs --dims and --type.
-    #[arg(value_name = "VOLUME")]
-    pub input: PathBuf,
+    /// The format is detected by the content: NRRD, MetaImage, NIfTI, NumPy .npy, VTK .vti, TIFF stacks, DICOM or OME-Zarr. A
+    /// file without a known header is raw and needs --dims and --type. Parts are series=UID (DICOM), array=NAME (VTK),
+    /// component=N, level=N and time=N (OME-Zarr), counted from 0 and separated by commas: image.zarr#level=2,time=5.
+    #[arg(value_name = "VOLUME[#PART]", value_parser = input_file::parser())]
+    pub input: InputFile,
     /// Picture to write, .png or .exr; a pattern such as %04d is replaced by the number of the picture
     ///
     /// With .apng or .webp, all pictures go into one animation; with .mp4, .webm or .mkv into one video, which needs the
@@ -134,7 +129,7 @@ pub(crate) struct VolsplatArgs {
     /// How values become colour and opacity.
     #[command(flatten)]
     pub transfer: TransferArgs,
-    /// What else is drawn, and what is not.
+    /// Channels, labels and masks.
     #[command(flatten)]
     pub scene: SceneArgs,
     /// From where it is seen.
@@ -145,7 +140,8 @@ pub(crate) struct VolsplatArgs {
     pub sequence: SequenceArgs,
     /// How it is drawn.
     #[command(flatten)]
-    pub render: RenderArgs,
+    pub render: Given<RenderArgs>,
+    /// An error or a time that is asked for.
     #[command(flatten)]
     pub ask: AskArgs,
     /// How the picture is written.
@@ -154,86 +150,40 @@ pub(crate) struct VolsplatArgs {
 }
 
 /// From where the volume is seen.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Camera")]
-pub(crate) struct CameraArgs {
+pub struct CameraArgs {
     /// Camera file; a JSON list of cameras renders one numbered picture for each
     #[arg(long, value_name = "FILE.json", conflicts_with_all = ["orbit", "up", "projection"])]
     pub camera: Option<PathBuf>,
-    /// Azimuth and elevation of the eye in degrees, around what is visible; DIST multiplies the distance that
+    /// Azimuth and elevation of the eye in degrees, around the visible part; DIST multiplies the distance that
     /// just fits the view (orthographic: the height of the view) [default: 30,20,1]
     #[arg(long, value_name = "AZ,EL[,DIST]", value_parser = values::orbit, allow_hyphen_values = true)]
     pub orbit: Option<Orbit>,
     /// Vertical field of view in degrees, where no camera file gives one
     #[arg(long, value_name = "DEG", value_parser = values::field_of_view, default_value = "30")]
     pub fov: f64,
-    /// World axis that points up in the picture [default: the file's own idea, else y]
+    /// World axis that points up in the picture [default: as stored in the file, else y]
     #[arg(long, value_name = "AXIS", value_parser = values::axis, allow_hyphen_values = true)]
     pub up: Option<Axis>,
     /// Perspective or parallel view
     #[arg(long, value_enum, default_value = "perspective")]
-    pub projection: ProjectionArg,
+    pub projection: Projection,
     /// Picture size in pixels [default: 800x800, or the size that the camera file gives]
     #[arg(long, value_name = "WxH", value_parser = values::size)]
     pub size: Option<Size>,
 }
 
-/// How the volume is drawn.
-#[derive(Args, Debug)]
-#[command(next_help_heading = "Rendering")]
-pub(crate) struct RenderArgs {
-    /// Order in which voxels are composited [default: image-sheets; every-sample where one of its own options is
-    /// given, or where the volume is a single slice]
-    #[arg(long, value_enum)]
-    pub order: Option<OrderArg>,
-    /// How the opacity of a voxel becomes the opacity of a pixel
-    #[arg(long, value_enum, default_value_t = choices::OPACITY.default_arg(|o| o.opacity))]
-    pub opacity: OpacityArg,
-    /// A pixel is left alone once its transmittance is below this; 0 never stops early
-    #[arg(long, value_name = "T", value_parser = values::fraction,
-        default_value_t = RenderOptions::default().min_transmittance)]
-    pub min_transmittance: f32,
-    /// How samples are lit, by the gradient of the volume [default: none]
-    #[arg(long, value_enum)]
-    pub shade: Option<ShadeArg>,
-    /// Direction towards the light, in the world [default: the light is at the camera]
-    #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true, requires = "shade")]
-    pub light: Option<DVec3>,
-    /// Multiply the extinction by a ramp over the length of the gradient: 0 at LOW, 1 at HIGH, value per world unit
-    #[arg(long, value_name = "LOW,HIGH", value_parser = values::ramp)]
-    pub gradient_opacity: Option<[f64; 2]>,
-    /// Which part of the volume is drawn.
-    #[command(flatten)]
-    pub clip: ClipArgs,
-    /// What a pixel shows of its ray.
-    #[command(flatten)]
-    pub blend: BlendArgs,
-    #[command(flatten)]
-    pub sheets: SheetArgs,
-    #[command(flatten)]
-    pub samples: SampleArgs,
-}
-
-/// Options of the image-sheets order.
-#[derive(Args, Debug)]
-#[command(next_help_heading = "Rendering, order image-sheets")]
-pub(crate) struct SheetArgs {
-    /// Thickness of a slab along the view, in voxels [default: 0.5]
-    #[arg(long, value_name = "VOXELS", value_parser = values::positive)]
-    pub slab: Option<f64>,
-    /// Sub-pixels along a pixel's side: 1, 2, 4, 8, 16, or auto, about two a voxel, or one a sample in every-sample
-    /// (every order) [default: auto; in axis-sheets it is 1]
-    #[arg(long, value_name = "N|auto", value_parser = values::subpixels)]
-    pub subpixel: Option<Subpixels>,
-    /// What the transfer function is applied to [default: post; the other orders classify voxels]
-    #[arg(long, value_enum)]
-    pub classify: Option<ClassifyArg>,
+impl Default for CameraArgs {
+    fn default() -> Self {
+        defaults::defaults()
+    }
 }
 
 /// How the picture is written.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Picture")]
-pub(crate) struct PictureArgs {
+pub struct PictureArgs {
     /// Bits per channel of a PNG [default: 8]
     #[arg(long, value_name = "8|16", value_parser = values::bits)]
     pub bits: Option<u8>,
@@ -241,101 +191,4 @@ pub(crate) struct PictureArgs {
     /// scaled until it covers the picture [default: transparent]
     #[arg(long, value_name = "COLOUR|FILE", value_parser = values::background)]
     pub background: Option<BackgroundWord>,
-}
-
-/// Perspective or parallel view.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum ProjectionArg {
-    /// Things far away are smaller
-    Perspective,
-    /// Parallel rays
-    Orthographic,
-}
-
-/// Order of compositing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum OrderArg {
-    /// Slabs parallel to the picture, classified per sub-pixel: sharp and antialiased
-    ImageSheets,
-    /// Each voxel over those behind it, as point or splat
-    EverySample,
-    /// Slices of voxels, summed, one over another: jumps as the view turns, for comparison
-    AxisSheets,
-}
-
-/// How samples are lit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum ShadeArg {
-    /// Not at all: the colours of the transfer function
-    None,
-    /// Ambient and diffuse light
-    Lambert,
-    /// With a highlight
-    Phong,
-}
-
-/// How the opacity of a voxel becomes the opacity of a pixel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum OpacityArg {
-    /// Exact transmittance, however many footprints overlap
-    Extinction,
-    /// Opacity times footprint, for comparison
-    Linear,
-}
-
-/// How a perspective footprint is evaluated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum FootprintArg {
-    /// Ellipse around the projected centre
-    AffineApprox,
-    /// Exact ellipse around its midpoint
-    Affine,
-    /// Exact ellipse, index corrected by the cone angle
-    Table,
-    /// Exact distance from the ray
-    Exact,
-}
-
-/// What the transfer function is applied to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum ClassifyArg {
-    /// Voxels, before they are summed
-    Pre,
-    /// The interpolated value, after the sum
-    Post,
-}
-
-/// Shape of the reconstruction kernel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum KernelArg {
-    /// Trilinear interpolation (image-sheets)
-    Trilinear,
-    /// Truncated Gaussian
-    Gaussian,
-    /// Compact polynomial
-    Polynomial,
-    /// Cubic B-spline
-    BSpline,
-}
-
-/// Which voxels are drawn as points and which as splats.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum SelectArg {
-    /// Small ones as points, large ones as splats
-    Hybrid,
-    /// All as points
-    Points,
-    /// All as splats
-    Splats,
-    /// All as footprints convolved with the pixel's Gaussian
-    Ewa,
-}
-
-/// What gives a voxel its colour.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum ColourByArg {
-    /// The transfer function
-    Transfer,
-    /// Red for splats, the transfer function for points
-    Select,
 }

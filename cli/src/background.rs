@@ -16,7 +16,7 @@ use texmap::scene::Texels;
 
 /// What lies behind a picture.
 #[derive(Clone, Debug)]
-pub(crate) enum Background {
+pub enum Background {
     /// Nothing: the picture keeps its transparency.
     Transparent,
     /// A colour, linear RGB.
@@ -27,7 +27,7 @@ pub(crate) enum Background {
 
 /// A background picture: linear RGB, rows from the top, at least one pixel.
 #[derive(Debug)]
-pub(crate) struct Backdrop {
+pub struct Backdrop {
     width: usize,
     height: usize,
     rgb: Vec<[f32; 3]>,
@@ -35,7 +35,7 @@ pub(crate) struct Backdrop {
 
 impl Background {
     /// Reads a picture file.
-    pub(crate) fn read(path: &Path) -> Result<Self> {
+    pub fn read(path: &Path) -> Result<Self> {
         let texture = texmap::load_picture(path)?;
         let linear = |code: u8| linear_from_srgb(f32::from(code) / 255.0);
         let rgb = match texture.texels {
@@ -53,7 +53,7 @@ impl Background {
     }
 
     /// The picture with this behind it.
-    pub(crate) fn behind(&self, image: Image) -> Image {
+    pub fn behind(&self, image: Image) -> Image {
         match self {
             Self::Transparent => image,
             Self::Colour(colour) => image.over_background(*colour),

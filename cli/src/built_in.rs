@@ -1,20 +1,25 @@
-//! Built-in scenes as files and words: volumes, a textured mesh, a picture with depth.
+//! Built-in scenes as files and the commands that draw them: volumes, a textured mesh, a picture with depth.
 //!
 //! A measured command has to be one that a person can type, so a formula becomes files that any command can read: a
 //! headerless volume with a colour map, an OBJ with a texture, an EXR with depth.
 
 use std::fmt::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use glam::DVec3;
 use resample_core::Image;
 use serde_json::{Value, json};
+use volsplat::input::VoxelType;
 use volsplat::volume::Voxels;
 use volsplat::{Volume, procedural};
 
-use crate::args::SceneArg;
+use crate::args::{
+    ModelArgs, SceneArg, TexmapArgs, TransferArgs, VolsplatArgs, VolumeArgs, Warp3dArgs,
+    WarpCameraArgs,
+};
 use crate::output::{self, Depth, Format};
+use crate::viewpoint::Viewpoint;
 
 /// How fine the texture of the mesh is: side, px. It has 16 cells along a side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,8 +61,8 @@ pub(crate) const DEPTH_IMAGE_SAMPLES: usize = 4;
 /// Where that picture is shown from.
 pub(crate) const NEW_EYE: DVec3 = DVec3::new(0.15, 0.05, 0.2);
 
-/// Writes a volume and its colour map into `folder`, and gives the words that draw them.
-pub(crate) fn volume(scene: SceneArg, folder: &Path) -> Result<Vec<String>> {
+/// Writes a volume and its colour map into `folder`, and gives the command that draws them.
+pub(crate) fn volume(scene: SceneArg, folder: &Path) -> Result<VolsplatArgs> {
     let [dark, light] = procedural::CHECKER_VALUES.map(f64::from);
     let (name, volume, map) = match scene {
         SceneArg::CheckerBox => (
@@ -92,24 +97,48 @@ pub(crate) fn volume(scene: SceneArg, folder: &Path) -> Result<Vec<String>> {
     );
     output::write_bytes(&raw, &bytes)?;
     output::write_text(&json, &serde_json::to_string_pretty(&map)?)?;
-    let dims = volume.dims.map(|n| n.to_string()).join(",");
-    let (raw, json) = (raw.display().to_string(), json.display().to_string());
-    Ok([
-        "volsplat",
-        &raw,
-        "--dims",
-        &dims,
-        "--type",
-        kind,
-        "--transfer",
-        &json,
-    ]
-    .map(str::to_owned)
-    .to_vec())
+    Ok(VolsplatArgs {
+        input: raw.into(),
+        output: never_written(folder),
+        volume: VolumeArgs {
+            dims: Some(volume.dims),
+            voxel_type: Some(kind),
+            ..VolumeArgs::default()
+        },
+        transfer: TransferArgs {
+            transfer: Some(json),
+            ..TransferArgs::default()
+        },
+        ..VolsplatArgs::default()
+    })
 }
 
-/// Writes a ball over a ground, both with a checkerboard, into `folder`, and gives the words that draw them.
-pub(crate) fn mesh(folder: &Path, texture: Texture, triangles: Triangles) -> Result<Vec<String>> {
+/// The words that name a volume of [`volume`].
+pub(crate) fn words(args: &VolsplatArgs) -> Vec<String> {
+    let dims = args
+        .volume
+        .dims
+        .map(|dims| dims.map(|n| n.to_string()).join(","));
+    let kind = args.volume.voxel_type.map(|kind| kind.name().to_owned());
+    let map = args
+        .transfer
+        .transfer
+        .as_ref()
+        .map(|path| path.display().to_string());
+    let mut words = vec![args.input.path.display().to_string()];
+    for (name, value) in [("--dims", dims), ("--type", kind), ("--transfer", map)] {
+        words.extend(value.into_iter().flat_map(|value| [name.to_owned(), value]));
+    }
+    words
+}
+
+/// A picture that is never written; its name only has to be good.
+fn never_written(folder: &Path) -> PathBuf {
+    folder.join("picture.exr")
+}
+
+/// Writes a ball over a ground, both with a checkerboard, into `folder`, and gives the command that draws them.
+pub(crate) fn mesh(folder: &Path, texture: Texture, triangles: Triangles) -> Result<TexmapArgs> {
     let (name, side_px) = match texture {
         Texture::Fine => ("fine", 512),
         Texture::Coarse => ("coarse", 64),
@@ -122,14 +151,19 @@ pub(crate) fn mesh(folder: &Path, texture: Texture, triangles: Triangles) -> Res
     let picture = folder.join(format!("{name}.png"));
     output::write_text(&obj, &ball_on_ground(columns, rows))?;
     output::write_picture(&picture, Format::Png(Depth::Eight), &checkerboard(side_px))?;
-    let (obj, picture) = (obj.display().to_string(), picture.display().to_string());
-    Ok(["texmap", &obj, "--texture", &picture]
-        .map(str::to_owned)
-        .to_vec())
+    Ok(TexmapArgs {
+        input: obj.into(),
+        output: never_written(folder),
+        model: ModelArgs {
+            texture: Some(picture),
+            ..ModelArgs::default()
+        },
+        ..TexmapArgs::default()
+    })
 }
 
-/// Writes a picture with depth of a ball before a wall into `folder`, and gives the words that show it from beside.
-pub(crate) fn depth_image(folder: &Path, size: DepthSize) -> Result<Vec<String>> {
+/// Writes a picture with depth of a ball before a wall into `folder`, and gives the command that shows it from beside.
+pub(crate) fn depth_image(folder: &Path, size: DepthSize) -> Result<Warp3dArgs> {
     let whole = ball_before_wall(DVec3::ZERO, DEPTH_IMAGE_SAMPLES);
     let (name, image) = match size {
         DepthSize::Full => ("ball-before-wall", whole),
@@ -137,15 +171,18 @@ pub(crate) fn depth_image(folder: &Path, size: DepthSize) -> Result<Vec<String>>
     };
     let path = folder.join(format!("{name}.exr"));
     output::write_picture(&path, Format::Exr, &image)?;
-    let (path, fov) = (
-        path.display().to_string(),
-        format!("fov:{DEPTH_IMAGE_FOV_Y_DEG}"),
-    );
-    let to = format!("shift:{},{},{}", NEW_EYE.x, NEW_EYE.y, NEW_EYE.z);
-    let depth = format!("{path}:Z");
-    Ok(["warp3d", &path, &depth, "--from", &fov, "--to", &to]
-        .map(str::to_owned)
-        .to_vec())
+    let colour = path.display().to_string();
+    Ok(Warp3dArgs {
+        depth: format!("{colour}#Z"),
+        colour,
+        output: never_written(folder),
+        cameras: WarpCameraArgs {
+            from: Some(Viewpoint::Fov(DEPTH_IMAGE_FOV_Y_DEG)),
+            to: Some(Viewpoint::Shift(NEW_EYE)),
+            ..WarpCameraArgs::default()
+        },
+        ..Warp3dArgs::default()
+    })
 }
 
 /// Every second pixel of every second row, with its depth.
@@ -257,15 +294,15 @@ fn seen(eye: DVec3, ray: DVec3) -> ([f32; 3], f64) {
 }
 
 /// The voxels as a headerless file has them.
-fn raw(volume: &Volume) -> Result<(Vec<u8>, &'static str)> {
+fn raw(volume: &Volume) -> Result<(Vec<u8>, VoxelType)> {
     match &volume.voxels {
-        Voxels::U8(voxels) => Ok((voxels.to_vec(), "u8")),
+        Voxels::U8(voxels) => Ok((voxels.to_vec(), VoxelType::U8)),
         Voxels::F32(voxels) => Ok((
             voxels
                 .iter()
                 .flat_map(|value| value.to_le_bytes())
                 .collect(),
-            "f32",
+            VoxelType::F32,
         )),
         _ => bail!("--scene: a formula of another type than u8 or f32"),
     }

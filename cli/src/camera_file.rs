@@ -17,7 +17,7 @@ use crate::json_fields::Fields;
 use crate::picture;
 use crate::values::Size;
 
-/// What the command line adds to a camera file.
+/// Defaults of the command line for a camera file.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CameraDefaults {
     /// The picture size that was asked for; `None` leaves it to the file.
@@ -56,7 +56,7 @@ enum NearPlane {
     FromBounds,
 }
 
-/// Near plane of a calibrated camera without `near`: this fraction of the distance to the far end of what is shown,
+/// Near plane of a calibrated camera without `near`: this fraction of the distance to the far end of the scene,
 /// the same fraction that a look-at camera takes of the distance to its target.
 const NEAR_FRACTION: f64 = 1e-4;
 

@@ -11,20 +11,20 @@ use resample_core::{Camera, LookAt};
 
 use crate::values::{Orbit, Size};
 
-pub(crate) mod volume;
+pub mod volume;
 
 /// What must be in the picture.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Extent {
+pub struct Extent {
     /// Two corners of a box along the world's axes that holds all of it.
     pub bounds: [DVec3; 2],
     /// How far any of it is from the middle of the box, world units.
     pub radius: f64,
 }
 
-/// What a view is made of, beside the extent that it shows.
+/// A view, beside the extent that it shows.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct View {
+pub struct View {
     /// Picture size.
     pub size: Size,
     /// Angles and distance.
@@ -35,9 +35,9 @@ pub(crate) struct View {
     pub lens: Lens,
 }
 
-/// How what is shown stands in the world for its viewer.
+/// How the scene stands in the world for its viewer.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Stance {
+pub struct Stance {
     /// The direction that is up in the picture, a unit vector.
     pub up: DVec3,
     /// The direction that is to the right in the picture at azimuth 0, a unit vector at a right angle to `up`.
@@ -46,7 +46,7 @@ pub(crate) struct Stance {
 
 /// How the view is projected.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Lens {
+pub enum Lens {
     /// Perspective with this vertical field of view, degrees.
     Perspective {
         /// Vertical field of view, degrees.
@@ -56,8 +56,8 @@ pub(crate) enum Lens {
     Orthographic,
 }
 
-/// The angles when nothing is asked for: three faces of the box are seen, the front one most. A matter of taste.
-pub(crate) const DEFAULT_ORBIT: Orbit = Orbit {
+/// The default angles: three faces of the box are seen, the front one most. A matter of taste.
+pub const DEFAULT_ORBIT: Orbit = Orbit {
     azimuth_deg: 30.0,
     elevation_deg: 20.0,
     distance: 1.0,
@@ -72,7 +72,7 @@ const MIN_RADIUS: f64 = 1e-100;
 
 impl Extent {
     /// All of a box, its corners too.
-    pub(crate) fn of_box(bounds: [DVec3; 2]) -> Self {
+    pub fn of_box(bounds: [DVec3; 2]) -> Self {
         Self {
             bounds,
             radius: 0.5 * (bounds[1] - bounds[0]).length(),
@@ -80,7 +80,7 @@ impl Extent {
     }
 
     /// Points that lie in a box: a ball in its box is drawn larger than the box.
-    pub(crate) fn of_points(bounds: [DVec3; 2], points: impl Iterator<Item = DVec3>) -> Self {
+    pub fn of_points(bounds: [DVec3; 2], points: impl Iterator<Item = DVec3>) -> Self {
         let middle = 0.5 * (bounds[0] + bounds[1]);
         let farthest = points
             .map(|point| point.distance_squared(middle))
@@ -95,7 +95,7 @@ impl Extent {
 
 impl Stance {
     /// `up` in the picture, and x to the right, or y where `up` leaves x no room.
-    pub(crate) fn upright(up: DVec3) -> Self {
+    pub fn upright(up: DVec3) -> Self {
         Self::facing(up, DVec3::X)
     }
 
@@ -116,7 +116,7 @@ impl Stance {
 }
 
 /// A camera that shows all of `extent`.
-pub(crate) fn frame(extent: &Extent, view: &View) -> Result<Camera> {
+pub fn frame(extent: &Extent, view: &View) -> Result<Camera> {
     let target = 0.5 * (extent.bounds[0] + extent.bounds[1]);
     let floor = (MIN_RADIUS_FRACTION * target.length()).max(MIN_RADIUS);
     let radius = extent.radius.max(floor);
@@ -142,10 +142,10 @@ pub(crate) fn frame(extent: &Extent, view: &View) -> Result<Camera> {
     })
 }
 
-/// Cameras that go once around what is shown in `steps` equal steps, from the azimuth of `view` on.
+/// Cameras that go once around the scene in `steps` equal steps, from the azimuth of `view` on.
 ///
 /// The last stands one step before the first, so that a film that starts again does not stop for a picture.
-pub(crate) fn turntable(extent: &Extent, view: &View, steps: u32) -> Result<Vec<Camera>> {
+pub fn turntable(extent: &Extent, view: &View, steps: u32) -> Result<Vec<Camera>> {
     let at = |step: u32| {
         let turned_deg = 360.0 * f64::from(step) / f64::from(steps);
         let orbit = Orbit {

@@ -1,7 +1,7 @@
 //! Pictures that are read: PNG, animated PNG and OpenEXR, brought to linear light with premultiplied alpha.
 //!
 //! Takes the name of a file, or a pattern such as `out/a_%04d.png` that stands for numbered pictures, and gives one
-//! [`Image`] after another, so that an animation never lies in memory as a whole. The format is told by the content.
+//! [`Image`] after another, so that an animation never lies in memory as a whole. The content decides the format.
 //! Limits: colour and alpha only; 8 bits in an animated PNG; no video.
 
 use std::fs::File;
@@ -35,7 +35,7 @@ enum Source {
 }
 
 impl Pictures {
-    /// Opens `path`; what is wrong with later pictures shows when they are asked for.
+    /// Opens `path`; errors in later pictures show when they are read.
     pub(crate) fn open(path: &Path) -> Result<Self> {
         let names = FrameNames::single(path)?;
         if matches!(names, FrameNames::Numbered { .. }) {
@@ -98,7 +98,7 @@ pub(crate) fn read(path: &Path) -> Result<Image> {
     }
 }
 
-/// What a file holds.
+/// The content of a file.
 enum Content {
     Png,
     Exr,

@@ -1,6 +1,6 @@
-//! What a measurement has to say about itself: version, date, machine, threads.
+//! The heading of a measurement: version, date, machine, threads.
 //!
-//! Takes nothing, gives one line of text. Where the system does not tell its processor, the line says so.
+//! Takes nothing, gives one line of text. Where the system does not name its processor, the line says so.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -32,7 +32,7 @@ pub(crate) fn file_name() -> String {
         .join("-")
 }
 
-/// The name of the processor, where the system tells it.
+/// The name of the processor, where the system knows it.
 fn processor() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = text

@@ -8,29 +8,32 @@
 //! order of the tiles is that of Looking Glass's quilts.
 
 use anyhow::Result;
+use clap::ValueEnum;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use resample_core::{Camera, Image, Plane};
 
-use crate::args::AnaglyphArg;
+use crate::values::Grid;
 
-/// Columns and rows of a quilt.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Grid {
-    /// Views beside each other.
-    pub columns: u32,
-    /// Views above each other.
-    pub rows: u32,
+/// How two views become one red-cyan picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Anaglyph {
+    /// Least-squares colours for red-cyan glasses, little ghosting
+    Dubois,
+    /// Red of the left view, green and blue of the right
+    Colour,
+    /// Luminance alone
+    Grey,
 }
 
 /// How views lie in a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Layout {
+pub enum Layout {
     /// One view.
     Single,
     /// Left and right eye beside each other, this far apart in the world.
     SideBySide(f64),
     /// Left and right eye in one red-cyan picture, this far apart in the world.
-    Anaglyph(f64, AnaglyphArg),
+    Anaglyph(f64, Anaglyph),
     /// A grid of views within a cone of this angle, degrees.
     Quilt(Grid, f64),
 }
@@ -72,7 +75,7 @@ const MEDIAN_SAMPLES: usize = 100_000;
 
 impl Layout {
     /// The camera that stands for a whole sheet of views from around `camera`.
-    pub(crate) fn sheet(&self, camera: &Camera) -> Camera {
+    pub fn sheet(&self, camera: &Camera) -> Camera {
         let Grid { columns, rows } = self.grid();
         Camera {
             width: camera.width * columns,
@@ -82,7 +85,7 @@ impl Layout {
     }
 
     /// The cameras of the views of a sheet, in the order of [`Layout::put_together`].
-    pub(crate) fn views(&self, sheet: &Camera, convergence: f64) -> Vec<Camera> {
+    pub fn views(&self, sheet: &Camera, convergence: f64) -> Vec<Camera> {
         let Grid { columns, rows } = self.grid();
         let camera = Camera {
             width: sheet.width / columns,
@@ -109,7 +112,7 @@ impl Layout {
     }
 
     /// One picture of the pictures of the views.
-    pub(crate) fn put_together(&self, sheet: &Camera, views: Vec<Image>) -> Image {
+    pub fn put_together(&self, sheet: &Camera, views: Vec<Image>) -> Image {
         let at: fn(u32, Grid) -> [u32; 2] = match self {
             Self::Anaglyph(_, kind) => return anaglyph(&views, *kind),
             Self::Single | Self::SideBySide(_) => |view, _| [view, 0],
@@ -135,7 +138,7 @@ impl Layout {
     }
 
     /// Whether the depth of the convergence decides where the views stand.
-    pub(crate) fn needs_convergence(&self) -> bool {
+    pub fn needs_convergence(&self) -> bool {
         *self != Self::Single
     }
 
@@ -158,12 +161,7 @@ impl Layout {
 ///
 /// The pivot lies straight ahead at `distance`. The cameras go up to `angle_deg` to either side and, because they start
 /// at `camera` itself, up to that angle upwards.
-pub(crate) fn sway(
-    camera: &Camera,
-    distance: f64,
-    angle_deg: f64,
-    steps: u32,
-) -> Result<Vec<Camera>> {
+pub fn sway(camera: &Camera, distance: f64, angle_deg: f64, steps: u32) -> Result<Vec<Camera>> {
     let pivot = DVec3::new(0.0, 0.0, distance);
     let at = |step: u32| {
         let (sin, cos) = (std::f64::consts::TAU * f64::from(step) / f64::from(steps)).sin_cos();
@@ -185,12 +183,12 @@ pub(crate) fn sway(
 }
 
 /// Every how many samples of a reference's camera one counts for a median depth.
-pub(crate) fn median_step(reference: &Camera) -> usize {
+pub fn median_step(reference: &Camera) -> usize {
     (reference.width as usize * reference.height as usize / MEDIAN_SAMPLES).max(1)
 }
 
 /// The median depth, camera z, at which `camera` sees samples of a reference, given by number and camera z.
-pub(crate) fn median_depth(
+pub fn median_depth(
     reference: &Camera,
     samples: impl Iterator<Item = (usize, f32)>,
     camera: &Camera,
@@ -252,7 +250,7 @@ fn paste(whole: &mut Image, view: &Image, [left, top]: [usize; 2]) {
 }
 
 /// Left and right view in one picture. It has no depth: there are two.
-fn anaglyph(views: &[Image], kind: AnaglyphArg) -> Image {
+fn anaglyph(views: &[Image], kind: Anaglyph) -> Image {
     let [left, right] = views else {
         return Image::transparent(1, 1);
     };
@@ -260,9 +258,9 @@ fn anaglyph(views: &[Image], kind: AnaglyphArg) -> Image {
     let mut both = Image::transparent(left.width, left.height);
     for ((pixel, &l), &r) in both.rgba.iter_mut().zip(&left.rgba).zip(&right.rgba) {
         let [red, green, blue] = match kind {
-            AnaglyphArg::Colour => [l[0], r[1], r[2]],
-            AnaglyphArg::Grey => [grey(l), grey(r), grey(r)],
-            AnaglyphArg::Dubois => DUBOIS.map(|row| {
+            Anaglyph::Colour => [l[0], r[1], r[2]],
+            Anaglyph::Grey => [grey(l), grey(r), grey(r)],
+            Anaglyph::Dubois => DUBOIS.map(|row| {
                 let parts = row[..3].iter().zip(l).chain(row[3..].iter().zip(r));
                 parts
                     .map(|(weight, channel)| weight * channel)
@@ -276,162 +274,4 @@ fn anaglyph(views: &[Image], kind: AnaglyphArg) -> Image {
 }
 
 #[cfg(test)]
-mod tests {
-    use resample_core::LookAt;
-
-    use super::*;
-
-    fn camera() -> Camera {
-        let pose = LookAt {
-            position: DVec3::new(1.0, -2.0, 5.0),
-            target: DVec3::ZERO,
-            up: DVec3::Y,
-        };
-        Camera::perspective(&pose, 0.8, [40, 30]).expect("a good camera")
-    }
-
-    /// Where `seen` has a point that lies before `camera`, px.
-    fn at(seen: &Camera, camera: &Camera, pos_in_camera: DVec3) -> DVec2 {
-        let world = camera
-            .camera_from_world
-            .inverse()
-            .transform_point3(pos_in_camera);
-        seen.screen_from_camera(seen.camera_from_world.transform_point3(world))
-    }
-
-    #[test]
-    fn views_agree_at_the_convergence_and_never_up_or_down() {
-        let camera = camera();
-        let layouts = [
-            Layout::SideBySide(0.3),
-            Layout::Anaglyph(0.3, AnaglyphArg::Grey),
-            Layout::Quilt(
-                Grid {
-                    columns: 4,
-                    rows: 3,
-                },
-                40.0,
-            ),
-        ];
-        for layout in layouts {
-            let views = layout.views(&layout.sheet(&camera), 6.0);
-            for view in &views {
-                let expected = camera.screen_from_camera(DVec3::new(0.7, 0.4, 6.0));
-                let found = at(view, &camera, DVec3::new(0.7, 0.4, 6.0));
-                assert!(
-                    (found - expected).length() < 1e-9,
-                    "{layout:?}: {found} instead of {expected}"
-                );
-            }
-            let near = |view: &Camera| at(view, &camera, DVec3::new(0.0, 0.2, 3.0));
-            let (first, last) = (near(&views[0]), near(&views[views.len() - 1]));
-            assert!(
-                first.x > last.x + 0.1,
-                "{layout:?}: what is near moves left as the eye moves right"
-            );
-            assert!(
-                (first.y - last.y).abs() < 1e-9,
-                "{layout:?}: vertical parallax"
-            );
-        }
-    }
-
-    #[test]
-    fn parallel_views_shift_by_focal_length_times_baseline_over_depth() {
-        let camera = camera();
-        let views =
-            Layout::SideBySide(0.5).views(&Layout::SideBySide(0.5).sheet(&camera), f64::INFINITY);
-        let point = DVec3::new(0.2, 0.1, 4.0);
-        let disparity = at(&views[0], &camera, point).x - at(&views[1], &camera, point).x;
-        assert!(
-            (disparity - camera.fx * 0.5 / 4.0).abs() < 1e-9,
-            "{disparity} px"
-        );
-    }
-
-    #[test]
-    fn a_quilt_runs_from_the_bottom_left_to_the_top_right() {
-        let grid = Grid {
-            columns: 3,
-            rows: 2,
-        };
-        let layout = Layout::Quilt(grid, 30.0);
-        let small = Camera {
-            width: 2,
-            height: 1,
-            ..camera()
-        };
-        let sheet = layout.sheet(&small);
-        assert_eq!([sheet.width, sheet.height], [6, 2], "size of the sheet");
-        let views = layout.views(&sheet, 5.0);
-        assert!(
-            views.iter().all(|view| [view.width, view.height] == [2, 1]),
-            "size of a view"
-        );
-        let marked = |index: usize| {
-            let mut image = Image::transparent(2, 1);
-            image.rgba = vec![[index as f32, 0.0, 0.0, 1.0]; 2];
-            image
-        };
-        let whole = layout.put_together(&sheet, (0..6).map(marked).collect());
-        let numbers: Vec<f32> = whole.rgba.iter().step_by(2).map(|pixel| pixel[0]).collect();
-        assert_eq!(numbers, [3.0, 4.0, 5.0, 0.0, 1.0, 2.0], "rows from the top");
-    }
-
-    #[test]
-    fn an_anaglyph_of_two_equal_grey_views_is_nearly_that_grey() {
-        let mut view = Image::transparent(1, 1);
-        view.rgba[0] = [0.5, 0.5, 0.5, 1.0];
-        for (kind, tolerance) in [
-            (AnaglyphArg::Colour, 1e-6),
-            (AnaglyphArg::Grey, 1e-6),
-            (AnaglyphArg::Dubois, 2e-3),
-        ] {
-            let both = anaglyph(&[view.clone(), view.clone()], kind).rgba[0];
-            let worst = both[..3]
-                .iter()
-                .map(|channel| (channel - 0.5).abs())
-                .fold(0.0, f32::max);
-            assert!(
-                worst < tolerance,
-                "{kind:?}: white must stay white, {both:?}"
-            );
-        }
-    }
-
-    #[test]
-    fn red_glasses_see_the_left_view() {
-        let [mut left, mut right] = [Image::transparent(1, 1), Image::transparent(1, 1)];
-        left.rgba[0] = [0.6, 0.6, 0.6, 1.0];
-        right.rgba[0] = [0.1, 0.1, 0.1, 1.0];
-        for kind in [AnaglyphArg::Colour, AnaglyphArg::Grey, AnaglyphArg::Dubois] {
-            let [red, green, blue, _] = anaglyph(&[left.clone(), right.clone()], kind).rgba[0];
-            assert!(
-                red > 0.5 && green < 0.15 && blue < 0.15,
-                "{kind:?}: [{red}, {green}, {blue}]"
-            );
-        }
-    }
-
-    #[test]
-    fn a_sway_keeps_the_pivot_and_its_angle() {
-        let camera = camera();
-        let cameras = sway(&camera, 3.0, 4.0, 12).expect("good cameras");
-        let pivot = DVec3::new(0.0, 0.0, 3.0);
-        let mut widest = 0.0f64;
-        for swayed in &cameras {
-            let found = at(swayed, &camera, pivot);
-            assert!(
-                (found - camera.screen_from_camera(pivot)).length() < 1e-9,
-                "the pivot moves to {found}"
-            );
-            let cosine = swayed.forward_in_world().dot(camera.forward_in_world());
-            widest = widest.max(cosine.min(1.0).acos().to_degrees());
-        }
-        assert!(
-            (cameras[0].eye_in_world() - camera.eye_in_world()).length() < 1e-12,
-            "it starts at the camera"
-        );
-        assert!((3.9..4.6).contains(&widest), "the widest angle is {widest}");
-    }
-}
+mod tests;

@@ -21,13 +21,13 @@ use tempfile::NamedTempFile;
 
 use crate::interrupt::{self, Listed};
 
-pub(crate) use film::{DEFAULT_FPS, Film, FilmKind, FilmPlan, kind_of};
-pub(crate) use names::FrameNames;
-pub(crate) use png::Depth;
+pub use film::{DEFAULT_FPS, Film, FilmKind, FilmPlan, kind_of};
+pub use names::FrameNames;
+pub use png::Depth;
 
 /// How a picture is written.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Format {
+pub enum Format {
     /// sRGB, straight alpha.
     Png(Depth),
     /// Linear light, premultiplied, 32-bit floating point.
@@ -36,7 +36,7 @@ pub(crate) enum Format {
 
 /// Something that could not be written although all checks passed, such as a full disk. It is not bad input.
 #[derive(Debug)]
-pub(crate) struct WriteFailure {
+pub struct WriteFailure {
     path: PathBuf,
 }
 
@@ -48,8 +48,8 @@ impl std::fmt::Display for WriteFailure {
 
 /// The format that the extension of `path` asks for.
 ///
-/// `bits` is what was asked for, 8 or 16, which only a PNG can take.
-pub(crate) fn format_of(path: &Path, bits: Option<u8>) -> Result<Format> {
+/// `bits` is 8 or 16 if asked for; only a PNG can take it.
+pub fn format_of(path: &Path, bits: Option<u8>) -> Result<Format> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     match (extension.as_deref(), bits) {
         (Some("png"), Some(16)) => Ok(Format::Png(Depth::Sixteen)),
@@ -70,7 +70,7 @@ pub(crate) fn format_of(path: &Path, bits: Option<u8>) -> Result<Format> {
 
 /// Checks that a file can be made at `path`: the folder is there and can be written to, and nothing but a file has
 /// that name already.
-pub(crate) fn check_writable(path: &Path) -> Result<()> {
+pub fn check_writable(path: &Path) -> Result<()> {
     // A device or a pipe would be replaced by the renaming, like a file.
     if path.exists() && !path.is_file() {
         bail!(
@@ -97,7 +97,7 @@ pub(crate) fn check_writable(path: &Path) -> Result<()> {
 }
 
 /// Checks that writing `output` would not replace a file that is read.
-pub(crate) fn check_not_input(output: &Path, inputs: &[&Path]) -> Result<()> {
+pub fn check_not_input(output: &Path, inputs: &[&Path]) -> Result<()> {
     let Ok(written) = output.canonicalize() else {
         return Ok(());
     };
@@ -114,7 +114,7 @@ pub(crate) fn check_not_input(output: &Path, inputs: &[&Path]) -> Result<()> {
 }
 
 /// Writes a picture and gives the size of the file in bytes.
-pub(crate) fn write_picture(path: &Path, format: Format, image: &Image) -> Result<u64> {
+pub fn write_picture(path: &Path, format: Format, image: &Image) -> Result<u64> {
     write_whole(path, |file| match format {
         Format::Png(depth) => png::write(file, image, depth),
         Format::Exr => exr::write(file, image),
@@ -123,7 +123,7 @@ pub(crate) fn write_picture(path: &Path, format: Format, image: &Image) -> Resul
 
 /// Writes one plane of numbers as a grey picture, in the format of its name: 0 to 1 become the codes of a PNG as they
 /// are, without the sRGB curve; EXR keeps every number in a channel Y.
-pub(crate) fn write_grey(path: &Path, size: [usize; 2], values: &[f32]) -> Result<u64> {
+pub fn write_grey(path: &Path, size: [usize; 2], values: &[f32]) -> Result<u64> {
     let format = format_of(path, None)?;
     write_whole(path, |file| match format {
         Format::Png(_) => png::write_grey(file, size, values),
@@ -132,12 +132,12 @@ pub(crate) fn write_grey(path: &Path, size: [usize; 2], values: &[f32]) -> Resul
 }
 
 /// Writes text and gives the size of the file in bytes.
-pub(crate) fn write_text(path: &Path, text: &str) -> Result<u64> {
+pub fn write_text(path: &Path, text: &str) -> Result<u64> {
     write_whole(path, |file| Ok(file.write_all(text.as_bytes())?))
 }
 
 /// Writes bytes and gives their number.
-pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<u64> {
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<u64> {
     write_whole(path, |file| Ok(file.write_all(bytes)?))
 }
 
@@ -183,7 +183,7 @@ fn folder_of(path: &Path) -> &Path {
 }
 
 /// Makes a folder if it is not there; its parent must be.
-pub(crate) fn make_folder(path: &Path) -> Result<()> {
+pub fn make_folder(path: &Path) -> Result<()> {
     if path.is_dir() {
         return Ok(());
     }

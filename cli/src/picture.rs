@@ -13,7 +13,7 @@ use crate::report::{Account, WrittenFrame};
 
 /// How every picture of a run is finished.
 #[derive(Clone, Debug)]
-pub(crate) struct Finish {
+pub struct Finish {
     /// File format.
     pub format: Format,
     /// What lies behind.
@@ -22,10 +22,10 @@ pub(crate) struct Finish {
 
 /// Most pixels of a picture: 16384 x 16384. The picture alone then takes 4 GiB; a camera file must not be able to
 /// ask for all memory by its width and height.
-pub(crate) const MAX_PIXELS: u64 = 1 << 28;
+pub const MAX_PIXELS: u64 = 1 << 28;
 
 /// Checks that a picture of this size can be held.
-pub(crate) fn check_size(camera: &Camera) -> Result<()> {
+pub fn check_size(camera: &Camera) -> Result<()> {
     let (width, height) = (camera.width, camera.height);
     if u64::from(width) * u64::from(height) > MAX_PIXELS {
         bail!(
@@ -35,14 +35,11 @@ pub(crate) fn check_size(camera: &Camera) -> Result<()> {
     Ok(())
 }
 
-/// A renderer: the picture that a camera sees.
-pub(crate) type Render<'a> = dyn FnMut(&Camera) -> Result<Drawn> + 'a;
-
 /// A renderer of a sequence: the picture that a camera sees, and its number, from 0 on.
-pub(crate) type RenderNumbered<'a> = dyn FnMut(&Camera, usize) -> Result<Drawn> + 'a;
+pub type RenderNumbered<'a> = dyn FnMut(&Camera, usize) -> Result<Drawn> + 'a;
 
 /// A picture in memory, and the counts and times of its drawing.
-pub(crate) struct Drawn {
+pub struct Drawn {
     /// The picture.
     pub image: Image,
     /// Counts and times.
@@ -50,7 +47,7 @@ pub(crate) struct Drawn {
 }
 
 /// Renders from `camera` and lays the picture over its background.
-pub(crate) fn render(
+pub fn render(
     render: &mut RenderNumbered,
     (camera, number): (&Camera, usize),
     background: &Background,
@@ -63,7 +60,7 @@ pub(crate) fn render(
 }
 
 /// Renders from `camera` and writes `file`.
-pub(crate) fn draw(
+pub fn draw(
     renderer: &mut RenderNumbered,
     camera: (&Camera, usize),
     file: PathBuf,

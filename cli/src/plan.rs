@@ -1,6 +1,6 @@
 //! What every command that draws has in common: names and cameras before the input is read, pictures after it.
 //!
-//! Takes the shared groups of options, gives a [`Plan`]: everything that can be refused without reading the input, so
+//! Takes the shared groups of options, gives a `Plan`: everything that can be refused without reading the input, so
 //! that a misspelt name does not cost a minute. Once the input is known, the plan gives the cameras and draws the
 //! pictures with whatever renderer it is handed. Nothing is written before all input has proved to be good.
 
@@ -9,14 +9,13 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use glam::DVec3;
-use resample_core::Camera;
+use resample_core::{Camera, Projection};
 use serde_json::{Value, json};
 
-use crate::args::{CameraArgs, PictureArgs, ProjectionArg, SequenceArgs};
+use crate::args::{CameraArgs, PictureArgs, SequenceArgs};
 use crate::background::Background;
 use crate::camera_file::{self, CameraDefaults, CameraFile};
 use crate::camera_path::{self, CameraPath, KeyKind, Moment};
-use crate::choices;
 use crate::framing::{self, Extent, Lens, Stance, View};
 use crate::output::{self, Depth, FilmKind, FilmPlan, Format, FrameNames};
 use crate::picture::{self, Finish, RenderNumbered};
@@ -30,7 +29,7 @@ pub(crate) const DEFAULT_SIZE: Size = Size {
     height: 800,
 };
 
-/// What was asked for, as far as every command asks it.
+/// The options that every command shares.
 pub(crate) struct Request<'a> {
     /// The picture, pattern or animation.
     pub output: &'a Path,
@@ -42,7 +41,7 @@ pub(crate) struct Request<'a> {
     pub sequence: &'a SequenceArgs,
     /// How they are written.
     pub picture: &'a PictureArgs,
-    /// What the keys of a path may say.
+    /// The fields that the keys of a path may have.
     pub keys: KeyKind,
     /// Files that are read, beside the camera file and the background.
     pub inputs: Vec<&'a Path>,
@@ -50,7 +49,7 @@ pub(crate) struct Request<'a> {
     pub others: Vec<(&'static str, &'a Path)>,
 }
 
-/// What is known before the input is read.
+/// The plan of a run before its input is read.
 pub(crate) struct Plan {
     names: FrameNames,
     film: Option<FilmPlan>,
@@ -61,7 +60,7 @@ pub(crate) struct Plan {
 
 /// Where the cameras come from.
 enum PlannedCameras {
-    /// They are fitted to what is visible.
+    /// They are fitted to the visible part.
     Framed,
     /// A camera file.
     File(CameraFile),
@@ -78,9 +77,18 @@ pub(crate) enum Pictures {
     Several,
 }
 
+/// The purpose of reading a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// To be drawn once, as it was asked for.
+    Draw,
+    /// To be drawn under several settings: in memory, and the same in every picture.
+    Compare,
+}
+
 /// When a command started, and how much it says.
 #[derive(Clone, Copy)]
-pub(crate) struct Telling {
+pub struct RunLog {
     /// The start, for the time at the end.
     pub start: Instant,
     /// How much is said.
@@ -180,13 +188,13 @@ impl Plan {
         Ok(cameras)
     }
 
-    /// Draws all pictures, writes the stats file, and tells what was done.
+    /// Draws all pictures, writes the stats file, and reports.
     pub(crate) fn draw(
         &self,
         request: &Request,
         cameras: &[Camera],
         mut stats: RunStats,
-        (render, telling): (&mut RenderNumbered, Telling),
+        (render, log): (&mut RenderNumbered, RunLog),
     ) -> Result<()> {
         let existing = if request.sequence.resume {
             Existing::Keep
@@ -200,8 +208,8 @@ impl Plan {
             existing,
         };
         let outcome = match &self.film {
-            Some(film) => sequence::draw_film(render, &sequence, film, telling.verbosity)?,
-            None => sequence::draw(render, &sequence, telling.verbosity)?,
+            Some(film) => sequence::draw_film(render, &sequence, film, log.verbosity)?,
+            None => sequence::draw(render, &sequence, log.verbosity)?,
         };
         stats.frames = outcome.frames;
         stats.peak_bytes = report::peak_bytes();
@@ -211,7 +219,7 @@ impl Plan {
                 &format!("{}\n", serde_json::to_string_pretty(&stats)?),
             )?;
         }
-        if telling.verbosity != Verbosity::Quiet {
+        if log.verbosity != Verbosity::Quiet {
             if outcome.kept > 0 {
                 report::say(&format!(
                     "{} of {} pictures were there already",
@@ -221,14 +229,14 @@ impl Plan {
             }
             report::say(&report::summary(
                 &stats.frames,
-                telling.start.elapsed().as_secs_f64(),
+                log.start.elapsed().as_secs_f64(),
             ));
         }
         outcome.ending
     }
 }
 
-/// What the stats file says about the cameras.
+/// The cameras in the stats file.
 pub(crate) fn camera_record(request: &Request, stance: Stance) -> Value {
     let args = request.camera;
     let orbit = args.orbit.unwrap_or(framing::DEFAULT_ORBIT);
@@ -241,12 +249,12 @@ pub(crate) fn camera_record(request: &Request, stance: Stance) -> Value {
             "distance": orbit.distance,
             "fov_y_deg": args.fov,
             "up": stance.up.to_array(),
-            "projection": choices::PROJECTION.name(choices::PROJECTION.library(args.projection)),
+            "projection": args.projection,
         }),
     }
 }
 
-/// What the stats file says about the writing.
+/// The picture in the stats file.
 pub(crate) fn picture_record(request: &Request, format: Format) -> Value {
     let bits = match format {
         Format::Png(Depth::Eight) => Some(8),
@@ -365,10 +373,10 @@ fn framed(request: &Request, extent: &Extent, stance: Stance) -> Result<Vec<Came
         orbit: args.orbit.unwrap_or(framing::DEFAULT_ORBIT),
         stance,
         lens: match args.projection {
-            ProjectionArg::Perspective => Lens::Perspective {
+            Projection::Perspective => Lens::Perspective {
                 fov_y_deg: args.fov,
             },
-            ProjectionArg::Orthographic => Lens::Orthographic,
+            Projection::Orthographic => Lens::Orthographic,
         },
     };
     match request.sequence.turntable {

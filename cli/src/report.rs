@@ -1,4 +1,4 @@
-//! What is told about a run: lines on stderr and the stats file.
+//! The report of a run: lines on stderr and the stats file.
 //!
 //! Takes counts and times, gives text. Everything for people goes to stderr, so that stdout stays free; a closed
 //! stderr is no reason to stop. The keys of the stats file are described in `docs/stats.md`.
@@ -15,10 +15,10 @@ use crate::progress::Progress;
 
 /// How much is said.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Verbosity {
+pub enum Verbosity {
     /// Warnings and errors only.
     Quiet,
-    /// What was written, in one line.
+    /// One line about the written files.
     Normal,
     /// The time of each stage as well.
     Verbose,
@@ -37,10 +37,10 @@ impl Verbosity {
 
 /// The stats file. Field names are its keys.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct RunStats {
+pub struct RunStats {
     /// Version of this program.
     pub version: &'static str,
-    /// What is drawn: an object whose keys depend on the command.
+    /// The scene: an object whose keys depend on the command.
     #[serde(flatten)]
     pub scene: Value,
     /// Threads that were used.
@@ -60,7 +60,7 @@ pub(crate) struct RunStats {
 
 /// One picture that was written.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct WrittenFrame {
+pub struct WrittenFrame {
     /// Its file; all pictures of an animation share one.
     pub file: PathBuf,
     /// Size of the file, bytes.
@@ -74,9 +74,9 @@ pub(crate) struct WrittenFrame {
     pub account: Account,
 }
 
-/// What a renderer says about a frame.
+/// A renderer's account of a frame.
 #[derive(Clone, Debug, Default, Serialize)]
-pub(crate) struct Account {
+pub struct Account {
     /// An object of counts and times; its keys depend on the renderer.
     #[serde(flatten)]
     pub keys: Value,
@@ -86,13 +86,13 @@ pub(crate) struct Account {
 }
 
 /// Prints one line to stderr.
-pub(crate) fn say(line: &str) {
+pub fn say(line: &str) {
     // Nobody is left to tell if stderr is closed.
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 
 /// An error and its causes as one line, without repeating a cause that the message before it already holds.
-pub(crate) fn one_line(error: &Error) -> String {
+pub fn one_line(error: &Error) -> String {
     let mut line = String::new();
     for cause in error.chain() {
         let text = cause.to_string();
@@ -106,12 +106,12 @@ pub(crate) fn one_line(error: &Error) -> String {
 }
 
 /// Milliseconds since `start`.
-pub(crate) fn ms_since(start: Instant) -> f64 {
+pub fn ms_since(start: Instant) -> f64 {
     start.elapsed().as_secs_f64() * 1e3
 }
 
-/// The line at the end of a run: what was written, how large, how long it took.
-pub(crate) fn summary(frames: &[WrittenFrame], seconds: f64) -> String {
+/// The line at the end of a run: the files, their size, and the time.
+pub fn summary(frames: &[WrittenFrame], seconds: f64) -> String {
     let [first, .., last] = frames else {
         return match frames {
             [only] => format!("wrote {} in {seconds:.2} s", described(only)),
@@ -129,12 +129,12 @@ pub(crate) fn summary(frames: &[WrittenFrame], seconds: f64) -> String {
 }
 
 /// A frame's file and what its renderer says about it, one line.
-pub(crate) fn stage_line(frame: &WrittenFrame) -> String {
+pub fn stage_line(frame: &WrittenFrame) -> String {
     format!("{}: {}", frame.file.display(), frame.account.line)
 }
 
 /// The high-water mark of this process's memory, bytes.
-pub(crate) fn peak_bytes() -> Option<u64> {
+pub fn peak_bytes() -> Option<u64> {
     // Linux only; the file does not exist elsewhere.
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status
@@ -145,7 +145,7 @@ pub(crate) fn peak_bytes() -> Option<u64> {
 }
 
 /// Memory that programs can have without pushing others out, bytes.
-pub(crate) fn available_bytes() -> Option<u64> {
+pub fn available_bytes() -> Option<u64> {
     // Linux only, as above.
     let info = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = info
@@ -166,7 +166,7 @@ fn described(frame: &WrittenFrame) -> String {
 }
 
 /// A number of bytes as people write it.
-pub(crate) fn human_bytes(bytes: u64) -> String {
+pub fn human_bytes(bytes: u64) -> String {
     match bytes {
         0..1_000 => format!("{bytes} bytes"),
         1_000..1_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),

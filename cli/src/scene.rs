@@ -11,7 +11,9 @@ use volsplat::transfer::{ColourKnot, ColourMap, Histogram};
 use volsplat::{Channel, LabelTable, LoadOptions, Look, Scene, TransferFunction, Volume};
 
 use crate::args::{SceneArgs, TransferArgs, VolsplatArgs};
-use crate::{choices, settings, transfer, values};
+use crate::input_file::InputFile;
+use crate::volume_file::{load_options, with_part};
+use crate::{transfer, values};
 
 /// All volumes of a picture.
 pub(crate) struct Volumes {
@@ -45,8 +47,11 @@ const COLOURS: [(&str, &str); 7] = [
 
 /// Reads all volumes and looks that the arguments name.
 pub(crate) fn load(args: &VolsplatArgs) -> Result<Volumes> {
-    let options = settings::load_options(&args.volume);
+    let options = load_options(&args.volume, &args.input)?;
     let scene = &args.scene;
+    if !scene.channel.is_empty() && options.component.is_some() {
+        bail!("--channel names components itself: leave component=N out of the part of the file");
+    }
     let mut channels = Vec::new();
     for pair in scene.channel.chunks(2) {
         let [number, look] = pair else { continue };
@@ -56,7 +61,7 @@ pub(crate) fn load(args: &VolsplatArgs) -> Result<Volumes> {
             )
         })?;
         let volume = volsplat::load(
-            &args.input,
+            &args.input.path,
             &LoadOptions {
                 component: Some(component),
                 ..options.clone()
@@ -68,7 +73,7 @@ pub(crate) fn load(args: &VolsplatArgs) -> Result<Volumes> {
         });
     }
     if channels.is_empty() {
-        let volume = volsplat::load(&args.input, &options)?;
+        let volume = volsplat::load(&args.input.path, &options)?;
         channels.push(LookedAt {
             look: own_look(args, &volume)?,
             volume,
@@ -76,7 +81,7 @@ pub(crate) fn load(args: &VolsplatArgs) -> Result<Volumes> {
     }
     for pair in scene.also.chunks(2) {
         let [file, look] = pair else { continue };
-        let volume = beside(Path::new(file), &options)?;
+        let volume = beside(&InputFile::of(file.into()), &options)?;
         channels.push(LookedAt {
             look: parsed_look(look, &volume, args)?,
             volume,
@@ -91,7 +96,7 @@ pub(crate) fn load(args: &VolsplatArgs) -> Result<Volumes> {
 }
 
 impl Volumes {
-    /// What the library draws.
+    /// The scene that the library draws.
     pub(crate) fn scene(&self) -> Scene<'_> {
         Scene {
             channels: self
@@ -137,7 +142,13 @@ impl OwnLook {
 
 /// The files that are read beside the volume, the transfer function and the cameras.
 pub(crate) fn inputs(args: &SceneArgs) -> impl Iterator<Item = &Path> {
-    let also = args.also.iter().step_by(2).map(Path::new);
+    let also = args.also.iter().step_by(2).map(|file| {
+        // The part behind a `#` is no part of the name.
+        Path::new(
+            file.rsplit_once('#')
+                .map_or(file.as_str(), |(path, _)| path),
+        )
+    });
     args.mask
         .iter()
         .chain(&args.label_colours)
@@ -172,7 +183,7 @@ fn parsed_look(word: &str, volume: &Volume, args: &VolsplatArgs) -> Result<OwnLo
         return Ok(OwnLook::Labels(label_table(args)?));
     }
     let function = if word.to_lowercase().ends_with(".json") {
-        let encoding = choices::SPACE.library(args.transfer.transfer_space);
+        let encoding = args.transfer.transfer_space;
         TransferFunction::load_paraview(Path::new(word), encoding, volume)?
     } else if let Ok(map) = word.parse::<ColourMap>() {
         TransferFunction::automatic(&Histogram::of_volume(volume), map)
@@ -218,8 +229,8 @@ fn label_table(args: &VolsplatArgs) -> Result<LabelTable> {
 }
 
 /// Reads a volume that lies on the grid of another: as headerless as that one, if it has no header of its own.
-fn beside(path: &Path, options: &LoadOptions) -> Result<Volume> {
-    let is_known = volsplat::input::format_of(path)?.is_some();
+fn beside(file: &InputFile, options: &LoadOptions) -> Result<Volume> {
+    let is_known = volsplat::input::format_of(&file.path)?.is_some();
     let raw = options.raw.clone().filter(|_| !is_known);
     let own = LoadOptions {
         raw,
@@ -228,11 +239,11 @@ fn beside(path: &Path, options: &LoadOptions) -> Result<Volume> {
         series: None,
         ..options.clone()
     };
-    Ok(volsplat::load(path, &own)?)
+    Ok(volsplat::load(&file.path, &with_part(own, file)?)?)
 }
 
 fn mask(path: &Path, options: &LoadOptions, grid: &Volume) -> Result<Volume> {
-    let mask = beside(path, options)?;
+    let mask = beside(&InputFile::of(path.into()), options)?;
     if mask.dims != grid.dims {
         let text = |[x, y, z]: [usize; 3]| format!("{x}x{y}x{z}");
         bail!(

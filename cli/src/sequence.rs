@@ -1,6 +1,6 @@
 //! Pictures one after another, numbered or as one animation.
 //!
-//! Takes any renderer as a closure, and cameras; writes one file for each or one for all, and gives what was written.
+//! Takes any renderer as a closure, and cameras; writes one file for each or one for all, and gives an account of them.
 //! Between two pictures it looks whether Ctrl-C was pressed and then stops; pictures that exist can be kept, so that a
 //! run can be taken up again.
 //! Limits: a picture that exists is taken for whole (files appear only by renaming), and is not compared with the
@@ -17,7 +17,7 @@ use crate::output::{Film, FilmPlan, FrameNames};
 use crate::picture::{self, Drawn, Finish, RenderNumbered};
 use crate::report::{self, Verbosity, WrittenFrame};
 
-/// What is drawn, and to where.
+/// The pictures of a run and their files.
 pub(crate) struct Sequence<'a> {
     /// One camera per picture.
     pub cameras: &'a [Camera],

@@ -11,7 +11,7 @@ use volsplat::{Described, TransferFunction};
 
 use crate::args::TransferArgs;
 use crate::output::{self, Depth, Format};
-use crate::{choices, transfer_plot};
+use crate::transfer_plot;
 
 /// How values become colour and opacity. Errors name the file or the option.
 pub(crate) fn function(args: &TransferArgs, volume: &dyn Described) -> Result<TransferFunction> {
@@ -54,7 +54,7 @@ pub(crate) fn record(
 ) -> Value {
     json!({
         "file": args.transfer,
-        "space": choices::SPACE.name(choices::SPACE.library(args.transfer_space)),
+        "space": args.transfer_space,
         "rescaled": args.rescale_transfer,
         "window": args.window.map(|window| [window.level, window.width]),
         "preset": args.preset.map(|preset| preset.name()),
@@ -66,7 +66,7 @@ pub(crate) fn record(
 }
 
 fn unscaled(args: &TransferArgs, volume: &dyn Described) -> Result<TransferFunction> {
-    let encoding = choices::SPACE.library(args.transfer_space);
+    let encoding = args.transfer_space;
     let map = args.colormap.unwrap_or_default();
     if let Some(preset) = args.preset {
         return Ok(preset.transfer(&volume.histogram()));

@@ -1,37 +1,51 @@
 //! Values that are typed in one word: sizes, vectors, angles, axes, colours.
 //!
-//! Takes the word, gives the value or a sentence that says what was expected. These are the value parsers of
+//! Takes the word, gives the value or a sentence that names the expected form. These are the value parsers of
 //! `args.rs`, so that clap can name the option in front of the sentence.
 
 use std::path::PathBuf;
 
+use clap::ValueEnum;
 use glam::DVec3;
 use resample_core::image::linear_from_srgb;
 use volsplat::{ClipPlane, Subpixels};
 
-use crate::multiview::Grid;
-
 mod bound;
 mod bytes;
 
-pub(crate) use bound::{Bound, BoundMetric, bound, metric_bound, time_ms};
-pub(crate) use bytes::bytes;
+pub use bound::{Bound, BoundMetric, bound, metric_bound, time_ms};
+pub use bytes::bytes;
 
 /// Most views along a side of a grid: more than any light-field screen shows.
 const MAX_GRID_SIDE: u32 = 64;
 
+/// The word of a choice.
+pub fn word(choice: impl ValueEnum) -> String {
+    let value = choice.to_possible_value();
+    value.map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
+/// Columns and rows of a quilt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Grid {
+    /// Views beside each other.
+    pub columns: u32,
+    /// Views above each other.
+    pub rows: u32,
+}
+
 /// A picture size, px.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Size {
+pub struct Size {
     /// Width, px.
     pub width: u32,
     /// Height, px.
     pub height: u32,
 }
 
-/// Where the eye stands around what it looks at.
+/// The place of the eye around its target.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Orbit {
+pub struct Orbit {
     /// Turn around the up axis, degrees; 0 is the front, positive moves the eye to the right.
     pub azimuth_deg: f64,
     /// Angle above the horizon, degrees, -90 to 90.
@@ -42,14 +56,14 @@ pub(crate) struct Orbit {
 
 /// A signed world axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Axis {
+pub struct Axis {
     /// The unit vector.
     pub direction: DVec3,
 }
 
 /// A range of scalars by its middle and its extent.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Window {
+pub struct Window {
     /// The scalar in the middle.
     pub level: f64,
     /// Distance of the ends, above 0.
@@ -58,7 +72,7 @@ pub(crate) struct Window {
 
 /// What lies behind the picture.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum BackgroundWord {
+pub enum BackgroundWord {
     /// Nothing.
     Transparent,
     /// A colour, linear RGB.
@@ -68,7 +82,7 @@ pub(crate) enum BackgroundWord {
 }
 
 /// `WxH`, each from 1 to the largest side of a camera.
-pub(crate) fn size(text: &str) -> Result<Size, String> {
+pub fn size(text: &str) -> Result<Size, String> {
     let expected = || {
         format!(
             "expected WxH such as 800x600, each from 1 to {}",
@@ -89,7 +103,7 @@ pub(crate) fn size(text: &str) -> Result<Size, String> {
 }
 
 /// `X,Y,Z`, whole numbers above 0.
-pub(crate) fn dims(text: &str) -> Result<[usize; 3], String> {
+pub fn dims(text: &str) -> Result<[usize; 3], String> {
     let parsed: Option<Vec<usize>> = text
         .split(',')
         .map(|word| word.trim().parse().ok())
@@ -101,7 +115,7 @@ pub(crate) fn dims(text: &str) -> Result<[usize; 3], String> {
 }
 
 /// `A,B`, finite numbers.
-pub(crate) fn pair(text: &str) -> Result<[f64; 2], String> {
+pub fn pair(text: &str) -> Result<[f64; 2], String> {
     match numbers(text).as_deref() {
         Some(&[a, b]) => Ok([a, b]),
         _ => Err("expected two numbers such as 1,-1024".into()),
@@ -109,7 +123,7 @@ pub(crate) fn pair(text: &str) -> Result<[f64; 2], String> {
 }
 
 /// `X,Y,Z`, finite numbers.
-pub(crate) fn vector(text: &str) -> Result<[f64; 3], String> {
+pub fn vector(text: &str) -> Result<[f64; 3], String> {
     match numbers(text).as_deref() {
         Some(&[x, y, z]) => Ok([x, y, z]),
         _ => Err("expected three numbers such as 1,1,1.4".into()),
@@ -117,7 +131,7 @@ pub(crate) fn vector(text: &str) -> Result<[f64; 3], String> {
 }
 
 /// `X0,Y0,Z0,X1,Y1,Z1`: two corners of a box, the first below the second on every axis.
-pub(crate) fn corners(text: &str) -> Result<[[f64; 3]; 2], String> {
+pub fn corners(text: &str) -> Result<[[f64; 3]; 2], String> {
     match numbers(text).as_deref() {
         Some(&[x0, y0, z0, x1, y1, z1]) if x0 < x1 && y0 < y1 && z0 < z1 => {
             Ok([[x0, y0, z0], [x1, y1, z1]])
@@ -130,7 +144,7 @@ pub(crate) fn corners(text: &str) -> Result<[[f64; 3]; 2], String> {
 }
 
 /// `LOW,HIGH`, from 0 on, the first below the second.
-pub(crate) fn ramp(text: &str) -> Result<[f64; 2], String> {
+pub fn ramp(text: &str) -> Result<[f64; 2], String> {
     match numbers(text).as_deref() {
         Some(&[low, high]) if low >= 0.0 && low < high => Ok([low, high]),
         _ => Err("expected two numbers from 0 on, the first below the second, such as 5,40".into()),
@@ -138,7 +152,7 @@ pub(crate) fn ramp(text: &str) -> Result<[f64; 2], String> {
 }
 
 /// `NX,NY,NZ,D`: a direction and a number.
-pub(crate) fn plane(text: &str) -> Result<ClipPlane, String> {
+pub fn plane(text: &str) -> Result<ClipPlane, String> {
     match numbers(text).as_deref() {
         Some(&[x, y, z, offset]) if DVec3::new(x, y, z).try_normalize().is_some() => {
             Ok(ClipPlane {
@@ -151,19 +165,19 @@ pub(crate) fn plane(text: &str) -> Result<ClipPlane, String> {
 }
 
 /// A finite number.
-pub(crate) fn number(text: &str) -> Result<f64, String> {
+pub fn number(text: &str) -> Result<f64, String> {
     finite(text).ok_or_else(|| "expected a finite number".into())
 }
 
 /// A finite number above 0.
-pub(crate) fn positive(text: &str) -> Result<f64, String> {
+pub fn positive(text: &str) -> Result<f64, String> {
     finite(text)
         .filter(|&value| value > 0.0)
         .ok_or_else(|| "expected a number above 0".into())
 }
 
 /// A finite number above 0, in single precision.
-pub(crate) fn positive_f32(text: &str) -> Result<f32, String> {
+pub fn positive_f32(text: &str) -> Result<f32, String> {
     finite(text)
         .map(|value| value as f32)
         .filter(|&value| value > 0.0 && value.is_finite())
@@ -171,7 +185,7 @@ pub(crate) fn positive_f32(text: &str) -> Result<f32, String> {
 }
 
 /// `X,Y,Z`, not all 0: a direction of any length.
-pub(crate) fn direction(text: &str) -> Result<DVec3, String> {
+pub fn direction(text: &str) -> Result<DVec3, String> {
     let parts: Vec<f64> = text.split(',').map_while(finite).collect();
     <[f64; 3]>::try_from(parts)
         .ok()
@@ -182,7 +196,7 @@ pub(crate) fn direction(text: &str) -> Result<DVec3, String> {
 }
 
 /// `auto`, or a number of sub-pixels along a pixel's side.
-pub(crate) fn subpixels(text: &str) -> Result<Subpixels, String> {
+pub fn subpixels(text: &str) -> Result<Subpixels, String> {
     match text.trim() {
         "auto" => Ok(Subpixels::Auto),
         word @ ("1" | "2" | "4" | "8" | "16") => word
@@ -194,7 +208,7 @@ pub(crate) fn subpixels(text: &str) -> Result<Subpixels, String> {
 }
 
 /// A number from 0 up to, not including, 1, in single precision.
-pub(crate) fn fraction(text: &str) -> Result<f32, String> {
+pub fn fraction(text: &str) -> Result<f32, String> {
     finite(text)
         .map(|value| value as f32)
         .filter(|value| (0.0..1.0).contains(value))
@@ -202,14 +216,14 @@ pub(crate) fn fraction(text: &str) -> Result<f32, String> {
 }
 
 /// An angle in degrees, above 0 and below 180.
-pub(crate) fn field_of_view(text: &str) -> Result<f64, String> {
+pub fn field_of_view(text: &str) -> Result<f64, String> {
     finite(text)
         .filter(|&degrees| degrees > 0.0 && degrees < 180.0)
         .ok_or_else(|| "expected an angle above 0 and below 180 degrees".into())
 }
 
 /// `FX,FY,CX,CY` in pixels, focal lengths above 0.
-pub(crate) fn intrinsics(text: &str) -> Result<[f64; 4], String> {
+pub fn intrinsics(text: &str) -> Result<[f64; 4], String> {
     match numbers(text).as_deref() {
         Some(&[fx, fy, cx, cy]) if fx > 0.0 && fy > 0.0 => Ok([fx, fy, cx, cy]),
         _ => Err(
@@ -220,7 +234,7 @@ pub(crate) fn intrinsics(text: &str) -> Result<[f64; 4], String> {
 }
 
 /// `CxR`, columns and rows of a grid of views.
-pub(crate) fn grid(text: &str) -> Result<Grid, String> {
+pub fn grid(text: &str) -> Result<Grid, String> {
     let side = |word: &str| {
         word.parse()
             .ok()
@@ -238,7 +252,7 @@ pub(crate) fn grid(text: &str) -> Result<Grid, String> {
 }
 
 /// A distance above 0, or `inf`.
-pub(crate) fn distance(text: &str) -> Result<f64, String> {
+pub fn distance(text: &str) -> Result<f64, String> {
     if text.trim() == "inf" {
         Ok(f64::INFINITY)
     } else {
@@ -247,7 +261,7 @@ pub(crate) fn distance(text: &str) -> Result<f64, String> {
 }
 
 /// An angle above 0 and up to 45 degrees.
-pub(crate) fn sway(text: &str) -> Result<f64, String> {
+pub fn sway(text: &str) -> Result<f64, String> {
     positive(text)
         .ok()
         .filter(|&angle_deg| angle_deg <= 45.0)
@@ -255,7 +269,7 @@ pub(crate) fn sway(text: &str) -> Result<f64, String> {
 }
 
 /// `AZ,EL` or `AZ,EL,DIST`.
-pub(crate) fn orbit(text: &str) -> Result<Orbit, String> {
+pub fn orbit(text: &str) -> Result<Orbit, String> {
     let (azimuth_deg, elevation_deg, distance) = match numbers(text).as_deref() {
         Some(&[azimuth, elevation]) => (azimuth, elevation, 1.0),
         Some(&[azimuth, elevation, distance]) => (azimuth, elevation, distance),
@@ -275,7 +289,7 @@ pub(crate) fn orbit(text: &str) -> Result<Orbit, String> {
 }
 
 /// The name of a PNG file.
-pub(crate) fn png_name(text: &str) -> Result<PathBuf, String> {
+pub fn png_name(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     let is_png = path
         .extension()
@@ -286,7 +300,7 @@ pub(crate) fn png_name(text: &str) -> Result<PathBuf, String> {
 }
 
 /// `LEVEL,WIDTH`.
-pub(crate) fn window(text: &str) -> Result<Window, String> {
+pub fn window(text: &str) -> Result<Window, String> {
     match numbers(text).as_deref() {
         Some(&[level, width]) if width > 0.0 => Ok(Window { level, width }),
         _ => Err("expected LEVEL,WIDTH such as 40,400, with a width above 0".into()),
@@ -294,7 +308,7 @@ pub(crate) fn window(text: &str) -> Result<Window, String> {
 }
 
 /// `x`, `y`, `z`, `-x`, `-y` or `-z`.
-pub(crate) fn axis(text: &str) -> Result<Axis, String> {
+pub fn axis(text: &str) -> Result<Axis, String> {
     let direction = match text {
         "x" | "+x" => DVec3::X,
         "y" | "+y" => DVec3::Y,
@@ -308,7 +322,7 @@ pub(crate) fn axis(text: &str) -> Result<Axis, String> {
 }
 
 /// 8 or 16.
-pub(crate) fn bits(text: &str) -> Result<u8, String> {
+pub fn bits(text: &str) -> Result<u8, String> {
     match text {
         "8" => Ok(8),
         "16" => Ok(16),
@@ -317,7 +331,7 @@ pub(crate) fn bits(text: &str) -> Result<u8, String> {
 }
 
 /// A colour given in sRGB (`white`, `black`, `#rrggbb` or `R,G,B` from 0 to 255), as linear RGB.
-pub(crate) fn colour(text: &str) -> Result<[f32; 3], String> {
+pub fn colour(text: &str) -> Result<[f32; 3], String> {
     let encoded = match text {
         "white" => Some([255.0; 3]),
         "black" => Some([0.0; 3]),
@@ -327,8 +341,8 @@ pub(crate) fn colour(text: &str) -> Result<[f32; 3], String> {
     Ok(encoded.map(|channel| linear_from_srgb(channel / 255.0)))
 }
 
-/// `transparent`, a colour as [`colour`] takes it, or a file: what is no colour must look like the name of one.
-pub(crate) fn background(text: &str) -> Result<BackgroundWord, String> {
+/// `transparent`, a colour as [`colour`] takes it, or a file: a word that is not a colour must look like a file name.
+pub fn background(text: &str) -> Result<BackgroundWord, String> {
     if text == "transparent" {
         return Ok(BackgroundWord::Transparent);
     }
@@ -375,103 +389,4 @@ fn finite(text: &str) -> Option<f64> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sizes_need_two_sides_within_range() {
-        assert_eq!(
-            size("640x480"),
-            Ok(Size {
-                width: 640,
-                height: 480
-            }),
-            "the usual spelling"
-        );
-        for bad in ["", "640", "0x1", "1x99999", "-1x5", "1x2x3", "axb"] {
-            assert!(size(bad).is_err(), "{bad:?} is no size");
-        }
-    }
-
-    #[test]
-    fn vectors_are_three_finite_numbers() {
-        assert_eq!(
-            vector("1, -2,3e-1"),
-            Ok([1.0, -2.0, 0.3]),
-            "spaces and exponents are fine"
-        );
-        for bad in ["1,2", "1,2,3,4", "1,2,nan", "1,2,inf", "1,,2", ""] {
-            assert!(vector(bad).is_err(), "{bad:?} is no vector");
-        }
-        assert!(dims("4,0,4").is_err(), "an empty grid has no voxels");
-        assert_eq!(dims("4,5,6"), Ok([4, 5, 6]), "three sizes");
-    }
-
-    #[test]
-    fn boxes_and_planes_have_an_inside() {
-        assert_eq!(
-            corners("-1,0,0,1,2,3.5"),
-            Ok([[-1.0, 0.0, 0.0], [1.0, 2.0, 3.5]]),
-            "two corners"
-        );
-        for bad in [
-            "0,0,0,1,1",
-            "0,0,0,1,1,0",
-            "0,0,0,1,1,nan",
-            "1,0,0,0,1,1",
-            "",
-        ] {
-            assert!(corners(bad).is_err(), "{bad:?} is no box");
-        }
-        assert_eq!(
-            plane("0,-2,0,5").map(|plane| plane.offset),
-            Ok(5.0),
-            "a direction of any length"
-        );
-        for bad in ["0,0,0,1", "1,0,0", "1,0,0,inf", "1,0,0,0,0"] {
-            assert!(plane(bad).is_err(), "{bad:?} is no plane");
-        }
-    }
-
-    #[test]
-    fn colours_are_decoded_to_linear_light() {
-        assert_eq!(colour("white"), Ok([1.0; 3]), "white");
-        assert_eq!(colour("#000000"), Ok([0.0; 3]), "black");
-        assert_eq!(
-            colour("#ff8000"),
-            colour("255,128,0"),
-            "both spellings of orange"
-        );
-        for bad in ["#ff80", "#ff80zz", "256,0,0", "-1,0,0", "red", "#éé"] {
-            assert!(colour(bad).is_err(), "{bad:?} is no colour");
-        }
-    }
-
-    #[test]
-    fn windows_have_a_level_and_a_width_above_0() {
-        assert_eq!(
-            window("-600, 1500"),
-            Ok(Window {
-                level: -600.0,
-                width: 1500.0
-            }),
-            "a lung window"
-        );
-        for bad in ["40", "40,0", "40,-400", "1,2,3", "40,inf", ""] {
-            assert!(window(bad).is_err(), "{bad:?} is no window");
-        }
-    }
-
-    #[test]
-    fn orbits_have_an_optional_distance() {
-        let expected = Orbit {
-            azimuth_deg: -30.0,
-            elevation_deg: 90.0,
-            distance: 1.0,
-        };
-        assert_eq!(orbit("-30,90"), Ok(expected), "the pole is allowed");
-        for bad in ["30", "0,91", "0,0,0", "0,0,-1", "0,0,1,2"] {
-            assert!(orbit(bad).is_err(), "{bad:?} is no orbit");
-        }
-    }
-}
+mod tests;

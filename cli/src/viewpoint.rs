@@ -1,6 +1,6 @@
 //! Cameras as they are typed: `FILE`, `FILE#ENTRY`, `fov:DEGREES`, `shift:X,Y,Z`.
 //!
-//! Takes a word and what is known by then, gives cameras. Files of this program's own kind are read by
+//! Takes a word and the facts known by then, gives cameras. Files of this program's own kind are read by
 //! `camera_file.rs`, all others by `warp3d::input::cameras`.
 
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ use crate::values::{self, Size};
 
 /// A camera as it was typed.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Viewpoint {
+pub enum Viewpoint {
     /// A file, and perhaps the name or number of a camera in it.
     File {
         /// The file.
@@ -43,7 +43,7 @@ impl std::fmt::Display for Viewpoint {
     }
 }
 
-/// What is known when cameras are read.
+/// The facts known when cameras are read.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Known {
     /// Size of the picture that the camera took or takes, where the file states none.
@@ -67,7 +67,7 @@ pub(crate) struct Views {
 pub(crate) const DEFAULT_FOV_Y_DEG: f64 = 30.0;
 
 /// Splits the word of a camera.
-pub(crate) fn parse(text: &str) -> Result<Viewpoint, String> {
+pub fn parse(text: &str) -> Result<Viewpoint, String> {
     if let Some(angle) = text.strip_prefix("fov:") {
         return values::field_of_view(angle).map(Viewpoint::Fov);
     }

@@ -9,9 +9,11 @@ use volsplat::large::{most_brick_bytes, peek};
 use volsplat::{Described, LargeVolume, RenderOptions, Renderer, TransferFunction};
 
 use crate::args::{SceneArgs, TransferArgs, VolsplatArgs, VolumeArgs};
+use crate::input_file::InputFile;
 use crate::progress::{Progress, watch};
 use crate::scene::{self, Volumes};
-use crate::{report, settings, transfer};
+use crate::volume_file::load_options;
+use crate::{report, transfer};
 
 /// What is drawn.
 pub(crate) enum Content {
@@ -34,7 +36,7 @@ impl Content {
             Some(_) if !is_single(&args.scene) => bail!(
                 "{}: masks, labels and further channels need all voxels in memory: allow more with --max-memory, leave them out, \
                  or draw a coarser level or a smaller volume",
-                args.input.display()
+                args.input.path.display()
             ),
             Some(volume) => {
                 let function = transfer::function(&args.transfer, volume.as_ref())?;
@@ -87,7 +89,7 @@ impl Content {
 
 /// Looks a volume through that does not fit the memory as a whole; `None` where it fits or nothing was said.
 pub(crate) fn look_through(
-    path: &Path,
+    file: &InputFile,
     args: &VolumeArgs,
     (max_memory, options): (Option<u64>, &RenderOptions),
     progress: Progress,
@@ -95,7 +97,8 @@ pub(crate) fn look_through(
     let Some(max_memory) = max_memory else {
         return Ok(None);
     };
-    let load_options = settings::load_options(args);
+    let load_options = load_options(args, file)?;
+    let path = file.path.as_path();
     let Some((lattice, voxel_type)) = peek(path, &load_options)? else {
         // What is packed is at least as large unpacked, as good as always.
         check_fits(

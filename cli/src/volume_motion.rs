@@ -13,9 +13,9 @@ use volsplat::{
 
 use crate::args::VolsplatArgs;
 use crate::camera_path::{Between, CameraPath, KeyLook, Moment, Track, VolumeKey};
+use crate::clip;
 use crate::progress::Progress;
 use crate::volume_data::Content;
-use crate::{choices, clip};
 
 /// A volume's transfer function and clip over the pictures of a path.
 pub(crate) struct VolumeMotion {
@@ -25,7 +25,7 @@ pub(crate) struct VolumeMotion {
     crop: Option<Track<[DVec3; 2]>>,
     crop_voxels: Option<Track<[DVec3; 2]>>,
     planes: Option<Track<Vec<ClipPlane>>>,
-    /// What the command line clips.
+    /// The clip of the command line.
     still: Clip,
     /// The function that the renderer shows.
     shown: Option<TransferFunction>,
@@ -42,7 +42,7 @@ impl VolumeMotion {
             return Ok(None);
         };
         check_words(args, &keys)?;
-        let encoding = choices::SPACE.library(args.transfer.transfer_space);
+        let encoding = args.transfer.transfer_space;
         let scale = args.transfer.opacity_scale;
         let numbered: Vec<(usize, &VolumeKey)> = keys.iter().copied().enumerate().collect();
         let function = |(number, key): &(usize, &VolumeKey)| {
@@ -58,7 +58,7 @@ impl VolumeMotion {
             crop: Track::new(times_s, &keys, |key| Ok(key.crop))?,
             crop_voxels: Track::new(times_s, &keys, |key| Ok(key.crop_voxels))?,
             planes: Track::new(times_s, &keys, |key| Ok(key.clip_planes.clone()))?,
-            still: clip::clip(&args.render.clip),
+            still: clip::clip(&args.render.options.clip),
             shown: None,
         };
         motion.check_planes()?;
@@ -154,7 +154,7 @@ impl VolumeMotion {
     }
 }
 
-/// What the stats file says about what moves.
+/// The moving parts in the stats file.
 pub(crate) fn record(motion: &VolumeMotion) -> Value {
     json!({
         "transfer": motion.transfer.is_some(),
@@ -201,7 +201,7 @@ fn made(
 
 /// Refuses words of the command line that say the same thing as the keys.
 fn check_words(args: &VolsplatArgs, keys: &[&VolumeKey]) -> Result<()> {
-    let (transfer, clip, scene) = (&args.transfer, &args.render.clip, &args.scene);
+    let (transfer, clip, scene) = (&args.transfer, &args.render.options.clip, &args.scene);
     let looks = keys.iter().any(|key| key.look.is_some());
     let one_function = [
         ("--transfer", transfer.transfer.is_some()),

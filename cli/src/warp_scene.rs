@@ -1,6 +1,6 @@
 //! The references of a warp: pictures, depths and cameras read and put together.
 //!
-//! Takes what was typed, gives the views that the warp starts from, the camera of the first and the box around all
+//! Takes the typed options, gives the views that the warp starts from, the camera of the first and the box around all
 //! their samples.
 
 use std::path::Path;
@@ -14,11 +14,10 @@ use warp3d::{LargeReference, Reference, SurfaceTolerance};
 
 use crate::args::{DepthArgs, Warp3dArgs};
 use crate::camera_file::FileCamera;
-use crate::choices::warp;
 use crate::viewpoint::{self, Known, Viewpoint};
 use crate::warp_references::{Keeping, References};
 
-/// What is warped.
+/// The references of a warp and their first camera.
 pub(crate) struct WarpScene {
     /// The references, the picture of the command line first.
     pub references: References,
@@ -56,10 +55,7 @@ pub(crate) fn read(args: &Warp3dArgs, keeping: Keeping) -> Result<WarpScene> {
                 .collect::<Result<_>>()?,
         ),
         Keeping::File(max_memory) => {
-            let tolerance = args
-                .warp
-                .tolerance
-                .map_or(SurfaceTolerance::Auto, SurfaceTolerance::Relative);
+            let tolerance = args.render.options.tolerance();
             let filed = both.map(|(typed, found)| filed(typed, found, (tolerance, max_memory)));
             References::Filed(filed.collect::<Result<_>>()?, max_memory)
         }
@@ -87,7 +83,7 @@ pub(crate) fn sizes(args: &Warp3dArgs) -> Result<Vec<[u32; 2]>> {
     Ok(sizes)
 }
 
-/// The files that are read, for the check that none is written over.
+/// The files that are read, so that none of them is overwritten.
 pub(crate) fn files(args: &Warp3dArgs) -> Vec<std::path::PathBuf> {
     let pictures = [&args.colour, &args.depth].into_iter().chain(
         args.cameras
@@ -114,7 +110,7 @@ pub(crate) fn lens(args: &Warp3dArgs) -> Option<Lens> {
         fy,
         cx,
         cy,
-        pixel_centre: args.cameras.pixel_centre.library(),
+        pixel_centre: args.cameras.pixel_centre,
     })
 }
 
@@ -133,7 +129,7 @@ fn further(args: &Warp3dArgs) -> impl Iterator<Item = Result<Typed<'_>>> {
     })
 }
 
-/// What is known of a picture before its pixels are read.
+/// The facts about a picture before its pixels are read.
 struct Described {
     colour: Part,
     depth: Part,
@@ -191,10 +187,10 @@ fn filed(
     LargeReference::read(&files, tolerance, max_memory).with_context(|| typed.colour.to_owned())
 }
 
-/// What the numbers of a depth file mean.
+/// The meaning of a depth file's numbers.
 fn meaning(args: &DepthArgs, pair: Option<&Pair>) -> DepthMeaning {
     DepthMeaning {
-        kind: warp::DEPTH_KIND.library(args.depth_kind),
+        kind: args.depth_kind,
         scale: args.depth_scale,
         invalid: args.invalid,
         baseline: args.baseline.or(pair.map(|pair| pair.baseline)),

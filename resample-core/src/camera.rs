@@ -9,10 +9,16 @@ use thiserror::Error;
 
 /// How world positions reach the screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Projection {
-    /// Pinhole at the camera origin.
+    /// Things far away are smaller: a pinhole at the camera origin
     Perspective,
-    /// Parallel rays along +z.
+    /// Parallel rays along +z
     Orthographic,
 }
 
@@ -41,10 +47,16 @@ pub struct Camera {
 
 /// Where integer pixel coordinates lie in a camera file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum PixelCentre {
-    /// The centre of the first pixel is at 0.5 (this crate's own convention).
+    /// At 0.5, as in COLMAP: this crate's own convention
     Half,
-    /// The centre of the first pixel is at 0.
+    /// At 0, as in OpenCV
     Integer,
 }
 

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use resample_core::Image;
-use resample_core::metrics::Mask;
+use resample_core::metrics::{Mask, compare};
 use resample_tests::data::{data_dir, skipped};
 use resample_tests::exr_read::read_rgba;
 use serde_json::{Value, json};
@@ -70,7 +70,7 @@ const SCENES: [Scene; 14] = [
     ),
     (
         "warp truth, stereo",
-        "warp3d @warp-truth/stereo/ref.exr @warp-truth/stereo/ref.exr:Z --from @warp-truth/stereo/cameras.json#ref",
+        "warp3d @warp-truth/stereo/ref.exr @warp-truth/stereo/ref.exr#Z --from @warp-truth/stereo/cameras.json#ref",
     ),
 ];
 
@@ -287,21 +287,9 @@ impl Bench {
 /// Root mean square over the covered pixels, or the largest change of any.
 fn error(picture: &Image, truth: &Image, largest: bool) -> f64 {
     let mask = Mask::from_alpha(truth);
-    let (mut squares, mut count, mut max) = (0.0, 0_usize, 0.0_f64);
-    for ((pixel, truth), &inside) in picture.rgba.iter().zip(&truth.rgba).zip(mask.inside()) {
-        for k in 0..3 {
-            let change = f64::from(pixel[k]) - f64::from(truth[k]);
-            max = max.max(change.abs());
-            if inside {
-                (squares, count) = (squares + change * change, count + 1);
-            }
-        }
-    }
-    if largest {
-        max
-    } else {
-        (squares / count.max(1) as f64).sqrt()
-    }
+    let mask = (!largest).then_some(&mask);
+    let found = compare(picture, truth, mask).expect("pictures of one size");
+    if largest { found.max_abs } else { found.rmse }
 }
 
 fn middle(values: &[f64]) -> f64 {

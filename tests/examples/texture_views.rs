@@ -8,15 +8,13 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use glam::DVec3;
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::ThreadPool;
 use resample_core::image::srgb_from_linear;
 use resample_core::metrics::{Comparison, Mask, compare};
 use resample_core::{Camera, Image};
-use resample_tests::data::data_file;
-use resample_tests::texture_scenes::{TextureScene, TruthFilter, looking_camera};
-use resample_tests::textured::{ground, photo};
-use texmap::{FrameStats, LoadOptions, Method, RenderOptions, Renderer, Scene};
+use resample_tests::frames::one_thread;
+use resample_tests::texture_scenes::{TextureScene, TruthFilter};
+use texmap::{FrameStats, Method, RenderOptions, Renderer, Scene};
 
 /// Timed frames of each setting.
 const FRAMES: usize = 5;
@@ -24,24 +22,15 @@ const FRAMES: usize = 5;
 /// The background of the truths, linear light.
 const BACKGROUND: [f32; 3] = [0.5; 3];
 
-/// Steps of the shimmer test, across one pixel.
-const STEPS: usize = 16;
-
 /// What skip lines call this program.
 const PROGRAM: &str = "texture_views";
 
 fn main() -> ExitCode {
     let folder = std::env::args().nth(1).map(PathBuf::from);
-    let pool = ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .expect("one thread can be started");
+    let pool = one_thread();
     for scene in TextureScene::ALL {
         print_scene(scene, &pool, folder.as_deref());
     }
-    print_speed(&pool);
-    print_repeats(&pool);
-    print_shimmer(&pool);
     ExitCode::SUCCESS
 }
 
@@ -171,130 +160,6 @@ fn against(image: &Image, truth: &Image, least: f32) -> Comparison {
     let inside = truth.rgba.iter().map(|pixel| pixel[3] > least).collect();
     let mask = Mask::new(truth.width, truth.height, inside).expect("one flag a pixel");
     compare(image, truth, Some(&mask)).expect("finite pictures of one size")
-}
-
-/// Hybrid against EWA on real meshes at 1024 x 1024.
-fn print_speed(pool: &ThreadPool) {
-    println!("### Meshes at 1024 x 1024\n");
-    println!("| mesh | hybrid CPU ms | backward-ewa CPU ms | ratio |\n|---|---|---|---|");
-    let files = [
-        ("Avocado", "glTF/Avocado.gltf"),
-        ("DamagedHelmet", "glTF-Binary/DamagedHelmet.glb"),
-    ];
-    for (mesh, file) in files {
-        let Some(path) = data_file(PROGRAM, &format!("meshes/khronos/{mesh}/{file}")) else {
-            continue;
-        };
-        let scene = texmap::load(&path, &LoadOptions::default())
-            .expect("a readable mesh")
-            .scene;
-        let methods = [Method::Hybrid, Method::BackwardEwa];
-        let options = |method| RenderOptions {
-            method,
-            ..RenderOptions::default()
-        };
-        let mut entrants: Vec<Entrant> = methods
-            .map(|method| Entrant::new(&name(method), &scene, &options(method)))
-            .into();
-        let [low, high] = entrants[0]
-            .renderer
-            .bounds_in_world()
-            .expect("the mesh has triangles");
-        let (centre, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
-        let eye = centre + 2.3 * radius * DVec3::new(0.4, 0.3, 1.0).normalize();
-        draw(
-            &mut entrants,
-            &looking_camera(eye, centre, 45.0, [1024, 1024]),
-            pool,
-        );
-        let [hybrid, ewa] = [entrants[0].least_cpu_ms, entrants[1].least_cpu_ms];
-        println!("| {mesh} | {hybrid:.0} | {ewa:.0} | {:.2} |", hybrid / ewa);
-    }
-    println!();
-}
-
-/// The ground plane with ever more repeats.
-fn print_repeats(pool: &ThreadPool) {
-    println!("### A ground plane at 512 x 512\n");
-    println!("| repeats | CPU ms | texels touched |\n|---|---|---|");
-    let camera = looking_camera(
-        DVec3::new(0.0, 1.0, 2.0),
-        DVec3::new(0.0, 0.6, 0.0),
-        60.0,
-        [512, 512],
-    );
-    for repeats in [10.0, 100.0, 1000.0] {
-        let scene = ground(photo(512), 60.0, repeats);
-        let mut entrants = [Entrant::new("hybrid", &scene, &RenderOptions::default())];
-        draw(&mut entrants, &camera, pool);
-        let stats = &entrants[0].stats;
-        println!(
-            "| {repeats} | {:.0} | {} |",
-            entrants[0].least_cpu_ms,
-            stats.points + stats.splats
-        );
-    }
-    println!();
-}
-
-/// How much a pixel changes while a minified ground slides by one pixel in steps, beside a hybrid picture with 8
-/// sub-pixels and the full texture, which stands for the truth.
-fn print_shimmer(pool: &ThreadPool) {
-    println!("### Shimmer over {STEPS} steps of a sixteenth of a pixel\n");
-    println!("| method | mean change per step | error of the change |\n|---|---|---|");
-    let scene = ground(photo(512), 60.0, 20.0);
-    let cameras: Vec<Camera> = (0..=STEPS)
-        .map(|step| {
-            let base = looking_camera(
-                DVec3::new(0.0, 1.0, 2.0),
-                DVec3::new(0.0, 0.6, 0.0),
-                60.0,
-                [256, 256],
-            );
-            Camera {
-                cx: base.cx + step as f64 / STEPS as f64,
-                ..base
-            }
-        })
-        .collect();
-    let film = |options: &RenderOptions| -> Vec<Image> {
-        let mut renderer = Renderer::new(&scene, options).expect("options within their ranges");
-        let mut frame = |camera| {
-            pool.install(|| renderer.render(camera))
-                .expect("a valid camera")
-                .image
-        };
-        cameras.iter().map(&mut frame).collect()
-    };
-    let truth = film(&RenderOptions {
-        subpixels: 8,
-        ..RenderOptions::default()
-    });
-    for method in Method::ALL {
-        let frames = film(&RenderOptions {
-            method,
-            ..RenderOptions::default()
-        });
-        let (mut change, mut error, mut count) = (0.0, 0.0, 0.0);
-        for (ours, truth) in frames.windows(2).zip(truth.windows(2)) {
-            for pixel in 0..ours[0].rgba.len() {
-                for k in 0..3 {
-                    let step = f64::from(ours[1].rgba[pixel][k] - ours[0].rgba[pixel][k]);
-                    let expected = f64::from(truth[1].rgba[pixel][k] - truth[0].rgba[pixel][k]);
-                    change += step.abs();
-                    error += (step - expected).abs();
-                    count += 1.0;
-                }
-            }
-        }
-        println!(
-            "| {} | {:.5} | {:.6} |",
-            name(method),
-            change / count,
-            error / count
-        );
-    }
-    println!();
 }
 
 fn write_png(path: &Path, image: &Image) {

@@ -10,6 +10,7 @@ use std::process::ExitCode;
 use resample_core::metrics::{Comparison, Mask, compare};
 use resample_core::{Camera, FootprintMode, Image, KernelShape, OpacityMode, SelectMode};
 use resample_tests::choices::{with_field, with_samples};
+use resample_tests::frames::frames_argument;
 use resample_tests::interleaved::{Entrant, run};
 use resample_tests::peer_scenes::{Scene, Subject, Truth};
 use volsplat::{RenderOptions, Subpixels, TransferFunction, Volume};
@@ -27,16 +28,8 @@ const FRAMES: usize = 9;
 const PROGRAM: &str = "volume_views";
 
 fn main() -> ExitCode {
-    let frames = match std::env::args()
-        .nth(1)
-        .map(|argument| argument.parse::<usize>())
-    {
-        None => FRAMES,
-        Some(Ok(frames)) if frames > 0 => frames,
-        Some(_) => {
-            eprintln!("usage: {PROGRAM} [FRAMES], with FRAMES a whole number above 0");
-            return ExitCode::FAILURE;
-        }
+    let Some(frames) = frames_argument(PROGRAM, FRAMES) else {
+        return ExitCode::FAILURE;
     };
     for subject in Subject::ALL {
         let Some(volume) = subject.volume(PROGRAM) else {

@@ -5,9 +5,10 @@
 //! the median or the least over the frames do the rest. Limits: caches are cold for each frame, which costs all of
 //! them a little; nothing else may run in the process meanwhile.
 
-use rayon::ThreadPoolBuilder;
 use resample_core::{Camera, Image};
 use volsplat::{FrameStats, RenderOptions, Renderer, TransferFunction, Volume};
+
+use crate::frames::one_thread;
 
 /// A renderer in the comparison, and what it has shown so far.
 pub struct Entrant {
@@ -65,10 +66,7 @@ impl Entrant {
 /// # Panics
 /// If a camera is not valid.
 pub fn run(entrants: &mut [Entrant], cameras: &[Camera], warm_up: usize) {
-    let pool = ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .expect("one thread can be started");
+    let pool = one_thread();
     for (number, camera) in cameras.iter().enumerate() {
         for entrant in entrants.iter_mut() {
             let frame = pool

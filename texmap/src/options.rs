@@ -34,11 +34,7 @@ pub struct RenderOptions {
     /// Sub-pixels along a pixel's side at which visibility is decided: 1, 2, 3, 4 or 8
     ///
     /// A pixel has one more than their square, on a turned lattice.
-    #[cfg_attr(feature = "serde", serde(rename = "subpixel"))]
-    #[cfg_attr(
-        feature = "clap",
-        arg(long = "subpixel", value_name = "N", default_value_t = 4)
-    )]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 4))]
     pub subpixels: u32,
     /// Planes of the picture beside its colour
     #[cfg_attr(feature = "serde", serde(rename = "layers"))]

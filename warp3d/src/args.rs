@@ -11,7 +11,12 @@ use crate::options::{
 };
 
 /// The options of a warp, as words of a command line give them.
-#[derive(Args, Clone, Debug)]
+#[derive(Args, Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
 #[command(next_help_heading = "Rendering")]
 pub struct WarpArgs {
     /// How samples become pixels
@@ -34,11 +39,16 @@ pub struct WarpArgs {
     pub subpixels: Option<u32>,
     /// How several references become one picture
     #[arg(long, value_enum, default_value_t = Blend::Weighted)]
-    pub blend: Blend,
+    pub combine: Blend,
 }
 
 /// The methods by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
 pub enum MethodName {
     /// One pixel per sample: fast, with cracks where samples are magnified
     Nearest,
@@ -65,7 +75,7 @@ impl WarpArgs {
         let options = WarpOptions {
             method: self.method()?,
             fill: self.fill,
-            blend: self.blend,
+            blend: self.combine,
             ..WarpOptions::default()
         };
         options.validate()?;

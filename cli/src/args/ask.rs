@@ -4,14 +4,13 @@
 //! settings before anything is drawn.
 
 use clap::Args;
-use serde_json::Value;
 
 use crate::values::{self, Bound};
 
-/// What the picture may lose, or cost.
-#[derive(Args, Debug)]
+/// The largest error or time of a picture.
+#[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Ask for an error or a time")]
-pub(crate) struct AskArgs {
+pub struct AskArgs {
     /// The fastest setting whose error stays under BOUND, such as 1/255 or 0.004: the root mean square over the covered
     /// pixels, against the most exact setting; max:1/64 bounds the largest change of any pixel
     ///
@@ -21,10 +20,7 @@ pub(crate) struct AskArgs {
     /// The most accurate setting that is predicted to take no longer than TIME a picture, such as 50ms or 2s
     #[arg(long = "max-time", value_name = "TIME", value_parser = values::time_ms)]
     pub max_time_ms: Option<f64>,
-    /// Print what was chosen, why, and what each choice saves and costs
+    /// Print the chosen setting, the reason, and what the others save and cost
     #[arg(long)]
     pub explain: bool,
-    /// What was chosen, for the stats file; never typed.
-    #[arg(skip)]
-    pub kept: Option<Value>,
 }

@@ -9,16 +9,16 @@ use clap::{Args, Subcommand};
 use crate::values::{self, Size};
 
 /// Options of `resample bench`.
-#[derive(Args, Debug)]
-pub(crate) struct BenchArgs {
+#[derive(Args, Clone, Debug)]
+pub struct BenchArgs {
     /// Which table.
     #[command(subcommand)]
     pub table: BenchTable,
 }
 
 /// The tables that can be repeated.
-#[derive(Debug, Subcommand)]
-pub(crate) enum BenchTable {
+#[derive(Clone, Debug, Subcommand)]
+pub enum BenchTable {
     /// Figure 9 of the hybrid forward resampling paper: all splats, mixed and all points, beside the paper's own row
     ///
     /// Example: resample bench paper --data volumes/raw
@@ -34,8 +34,8 @@ pub(crate) enum BenchTable {
 }
 
 /// Options of the tables over built-in scenes.
-#[derive(Args, Debug)]
-pub(crate) struct BenchSceneArgs {
+#[derive(Args, Clone, Debug)]
+pub struct BenchSceneArgs {
     /// Frames of each setting; the median of their CPU times counts
     #[arg(long, value_name = "N", default_value = "5", value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub reps: u16,
@@ -45,11 +45,11 @@ pub(crate) struct BenchSceneArgs {
 }
 
 /// Options of `resample bench paper`.
-#[derive(Args, Debug)]
-pub(crate) struct BenchPaperArgs {
+#[derive(Args, Clone, Debug)]
+pub struct BenchPaperArgs {
     /// Folder that holds the volumes of the paper: files such as engine_256x256x128_uint8.raw
     ///
-    /// What is missing is left out and said; the Checker Box is a formula and always there.
+    /// Missing volumes are left out with a note; the Checker Box is a formula and always there.
     #[arg(long, value_name = "FOLDER")]
     pub data: Option<PathBuf>,
     /// Frames of each kind; the median of their times counts

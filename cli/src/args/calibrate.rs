@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 /// Options of `resample calibrate`.
-#[derive(Args, Debug)]
-pub(crate) struct CalibrateArgs {
+#[derive(Args, Clone, Debug)]
+pub struct CalibrateArgs {
     /// File to write, instead of the one in the user's cache folder
     #[arg(short, long, value_name = "FILE.json")]
     pub output: Option<PathBuf>,

@@ -1,20 +1,21 @@
-//! What was typed about the part of the volume that is drawn; see `args.rs`.
+//! Options that clip the volume; see `args.rs`.
 //!
 //! Takes words, gives plain values. That boxes are boxes and planes not too many is checked by the library.
 
 use clap::Args;
+use serde::{Deserialize, Serialize};
 use volsplat::ClipPlane;
 
 use crate::values;
 
 /// Which part of the volume is drawn.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 #[command(next_help_heading = "Clipping")]
-pub(crate) struct ClipArgs {
-    /// Draw only what is inside a box along the world's axes, from the first corner to the second
+pub struct ClipArgs {
+    /// Draw only the inside of a box along the world's axes, from the first corner to the second
     #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = values::corners, allow_hyphen_values = true)]
     pub crop: Option<[[f64; 3]; 2]>,
-    /// Draw only what is inside a box of voxels, from the first to the last, both included
+    /// Draw only a box of voxels, from the first to the last, both included
     #[arg(long, value_name = "I0,J0,K0,I1,J1,K1", value_parser = values::corners, allow_hyphen_values = true)]
     pub crop_voxels: Option<[[f64; 3]; 2]>,
     /// Draw only the side of a plane where NX x + NY y + NZ z >= D, in the world; up to six times

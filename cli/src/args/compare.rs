@@ -9,17 +9,17 @@ use clap::Args;
 use crate::values;
 
 /// Options of `resample compare`.
-#[derive(Args, Debug)]
-pub(crate) struct CompareArgs {
+#[derive(Args, Clone, Debug)]
+pub struct CompareArgs {
     /// Picture to judge: .png, .apng or .exr, or numbered pictures such as out/a_%04d.png
     #[arg(value_name = "PICTURE")]
     pub picture: PathBuf,
-    /// What it should be: the same kinds and the same size
+    /// Picture to compare with: the same kinds and the same size
     #[arg(value_name = "REFERENCE")]
     pub reference: PathBuf,
     /// Compare only where this picture is lighter than middle grey and not transparent
     #[arg(long, value_name = "FILE", conflicts_with = "inside")]
-    pub mask: Option<PathBuf>,
+    pub within: Option<PathBuf>,
     /// Compare only where the reference shows something: where its alpha is above 1/255
     #[arg(long)]
     pub inside: bool,

@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::VolumeArgs;
+use crate::input_file::{self, InputFile};
 use crate::values::{self, Size};
 
 /// Options of `resample demo`.
-#[derive(Args, Debug)]
-pub(crate) struct DemoArgs {
+#[derive(Args, Clone, Debug)]
+pub struct DemoArgs {
     /// Folder for the pictures; it is made if it does not exist
     #[arg(short, long, value_name = "FOLDER", default_value = "demo")]
     pub output: PathBuf,
@@ -19,11 +20,11 @@ pub(crate) struct DemoArgs {
 }
 
 /// Options of `resample info`.
-#[derive(Args, Debug)]
-pub(crate) struct InfoArgs {
-    /// Volume file, folder of slices or pattern such as 'slices/*.tif'; the format is told by the content
-    #[arg(value_name = "VOLUME")]
-    pub input: PathBuf,
+#[derive(Args, Clone, Debug)]
+pub struct InfoArgs {
+    /// Volume file, folder of slices or pattern such as 'slices/*.tif'; FILE#PART reads a part of the file
+    #[arg(value_name = "VOLUME[#PART]", value_parser = input_file::parser())]
+    pub input: InputFile,
     /// Print JSON
     #[arg(long)]
     pub json: bool,

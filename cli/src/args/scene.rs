@@ -1,6 +1,6 @@
-//! What was typed about further channels, labels and masks; see `args.rs`.
+//! Options of further channels, labels and masks; see `args.rs`.
 //!
-//! A look is one word: a transfer function file, a colour map, a colour, or `labels`. What it means for a volume is decided
+//! A look is one word: a transfer function file, a colour map, a colour, or `labels`. Its meaning for a volume is decided
 //! when the volume is there (`scene.rs`).
 
 use std::path::PathBuf;
@@ -8,9 +8,9 @@ use std::path::PathBuf;
 use clap::Args;
 
 /// Channels, labels and masks.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Channels, labels, masks")]
-pub(crate) struct SceneArgs {
+pub struct SceneArgs {
     /// Hide every sample whose nearest voxel in this volume is 0; as many voxels along each axis as the volume
     #[arg(long, value_name = "FILE")]
     pub mask: Option<PathBuf>,
@@ -23,9 +23,9 @@ pub(crate) struct SceneArgs {
     /// Draw component N of the file with LOOK: a transfer function (.json), a colour map, a colour such as green or
     /// #ff8000, or labels; once for each component that is drawn
     #[arg(long, num_args = 2, value_names = ["N", "LOOK"],
-        conflicts_with_all = ["component", "labels", "transfer", "window", "preset", "colormap", "show_transfer"])]
+        conflicts_with_all = ["labels", "transfer", "window", "preset", "colormap", "show_transfer"])]
     pub channel: Vec<String>,
-    /// Also draw this volume, on the same grid, with LOOK as in --channel; may be given several times
+    /// Also draw this volume (FILE or FILE#PART), on the same grid, with LOOK as in --channel; may be given several times
     #[arg(long, num_args = 2, value_names = ["FILE", "LOOK"])]
     pub also: Vec<String>,
 }

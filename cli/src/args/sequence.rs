@@ -8,15 +8,16 @@ use std::path::PathBuf;
 use clap::Args;
 
 /// Several pictures, one after another.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Several pictures")]
-pub(crate) struct SequenceArgs {
-    /// Go once around what is visible in N numbered pictures, from --orbit's azimuth on
+pub struct SequenceArgs {
+    /// Go once around the visible part in N numbered pictures, from --orbit's azimuth on
     #[arg(long, value_name = "N", conflicts_with = "camera",
         value_parser = clap::value_parser!(u32).range(1..=MAX_STEPS))]
     pub turntable: Option<u32>,
-    /// Move through the keys of a file, each with a time in seconds and a camera, in numbered pictures; keys of a volume
-    /// may also change its transfer function and clip
+    /// Move through the keys of a file, each with a time in seconds and a camera, in numbered pictures
+    ///
+    /// For volumes, keys may also change the transfer function and the clip.
     #[arg(long, value_name = "FILE.json", conflicts_with_all = ["camera", "turntable", "orbit", "up", "projection"])]
     pub path: Option<PathBuf>,
     /// Draw only the pictures that do not exist yet; go on after Ctrl-C with the same options

@@ -7,14 +7,17 @@ use std::path::PathBuf;
 use clap::Args;
 use texmap::RenderOptions;
 
-use super::{AskArgs, CameraArgs, PictureArgs, SequenceArgs};
+use super::{AskArgs, CameraArgs, Given, PictureArgs, SequenceArgs};
+use crate::input_file::{self, InputFile};
 
 /// Options of `resample texmap`.
-#[derive(Args, Debug)]
-pub(crate) struct TexmapArgs {
-    /// Mesh file: glTF 2.0 (.gltf, .glb) or OBJ with its .mtl; the format is told by the content
-    #[arg(value_name = "MODEL")]
-    pub input: PathBuf,
+#[derive(Args, Clone, Debug, Default)]
+pub struct TexmapArgs {
+    /// Mesh file: glTF 2.0 (.gltf, .glb) or OBJ with its .mtl; FILE#SCENE is a scene of the file, by name or number from 0
+    ///
+    /// The format is detected by the content.
+    #[arg(value_name = "MODEL[#SCENE]", value_parser = input_file::parser())]
+    pub input: InputFile,
     /// Picture to write, .png or .exr; a pattern such as %04d is replaced by the number of the picture
     ///
     /// With .apng or .webp, all pictures go into one animation; with .mp4, .webm or .mkv into one video, which needs the
@@ -24,7 +27,7 @@ pub(crate) struct TexmapArgs {
     /// Also write counts and times as JSON
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,
-    /// What of the file is drawn.
+    /// The part of the file that is drawn.
     #[command(flatten)]
     pub model: ModelArgs,
     /// From where it is seen.
@@ -35,7 +38,8 @@ pub(crate) struct TexmapArgs {
     pub sequence: SequenceArgs,
     /// How it is drawn.
     #[command(flatten)]
-    pub render: RenderOptions,
+    pub render: Given<RenderOptions>,
+    /// An error or a time that is asked for.
     #[command(flatten)]
     pub ask: AskArgs,
     /// How the picture is written.
@@ -44,12 +48,9 @@ pub(crate) struct TexmapArgs {
 }
 
 /// What of the file is drawn.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Model")]
-pub(crate) struct ModelArgs {
-    /// Scene of the file, by name or by number from 0 [default: the file's own]
-    #[arg(long, value_name = "NAME|INDEX")]
-    pub scene: Option<String>,
+pub struct ModelArgs {
     /// Camera of the file, by name or by number from 0 [default: the whole model, framed]
     #[arg(long, value_name = "NAME|INDEX", conflicts_with_all = ["camera", "orbit", "up", "projection", "turntable"])]
     pub camera_name: Option<String>,

@@ -1,25 +1,25 @@
-//! What was typed about the transfer function; see `args.rs`.
+//! Options of the transfer function; see `args.rs`.
 //!
 //! Takes words, gives plain values. A function comes from one of four places: a file, a window, a preset or the
 //! histogram; clap refuses two of them together. What changes a function goes with each of them.
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
-use volsplat::transfer::{ColourMap, Preset};
+use clap::Args;
+use volsplat::transfer::{ColourEncoding, ColourMap, Preset};
 
 use crate::values::{self, Window};
 
 /// How values become colour and opacity.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Transfer function")]
-pub(crate) struct TransferArgs {
+pub struct TransferArgs {
     /// Transfer function file, a colour map of ParaView (JSON) [default: made from the histogram]
     #[arg(long, value_name = "FILE.json")]
     pub transfer: Option<PathBuf>,
     /// Colour space of the colours in the transfer function file
     #[arg(long, value_name = "SPACE", value_enum, default_value = "linear")]
-    pub transfer_space: SpaceArg,
+    pub transfer_space: ColourEncoding,
     /// Move the file's knots, from the first to the last, to the range of the volume's values
     ///
     /// For colour maps that are written over 0 to 1. Opacity that the file does not give is made from the histogram and
@@ -55,11 +55,8 @@ pub(crate) struct TransferArgs {
     pub show_transfer: Option<PathBuf>,
 }
 
-/// Colour space of the colours in a transfer function file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum SpaceArg {
-    /// Proportional to light
-    Linear,
-    /// As on a screen
-    Srgb,
+impl Default for TransferArgs {
+    fn default() -> Self {
+        super::defaults::defaults()
+    }
 }

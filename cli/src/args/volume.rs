@@ -6,9 +6,9 @@ use volsplat::input::{Endian, VoxelType};
 use crate::values;
 
 /// How the volume file is read.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Volume")]
-pub(crate) struct VolumeArgs {
+pub struct VolumeArgs {
     /// Number of voxels along x, y and z (raw files)
     #[arg(long, value_name = "X,Y,Z", value_parser = values::dims, requires = "voxel_type")]
     pub dims: Option<[usize; 3]>,
@@ -34,22 +34,7 @@ pub(crate) struct VolumeArgs {
     /// Value that stands for NaN; without it, a volume that holds NaN is an error
     #[arg(long, value_name = "V", value_parser = values::number, allow_hyphen_values = true)]
     pub nan_as: Option<f64>,
-    /// UID of the series, where a folder holds several (DICOM)
-    #[arg(long, value_name = "UID")]
-    pub series: Option<String>,
-    /// Name of the array, where the file holds several (VTK)
-    #[arg(long, value_name = "NAME")]
-    pub array: Option<String>,
-    /// Component of each voxel, or channel of an image, counted from 0, where the file holds several
-    #[arg(long, value_name = "N")]
-    pub component: Option<usize>,
-    /// Level of an image with several resolutions, 0 being the finest [default: 0] (OME-Zarr)
-    #[arg(long, value_name = "N")]
-    pub level: Option<usize>,
-    /// Point in time, counted from 0, where the image holds several (OME-Zarr)
-    #[arg(long, value_name = "N")]
-    pub time: Option<usize>,
-    /// What every value is multiplied with and what is added then, such as 1,-1024 for a raw CT
+    /// Multiply every value by SCALE and add OFFSET, such as 1,-1024 for a raw CT
     #[arg(long, value_name = "SCALE,OFFSET", value_parser = values::pair, allow_hyphen_values = true)]
     pub rescale_values: Option<[f64; 2]>,
 }

@@ -1,37 +1,38 @@
-//! What was typed for `resample warp3d`.
+//! Options of `resample warp3d`.
 //!
 //! Takes the words of the command line, gives plain values with the spelling already checked. Cameras are only split
 //! into file and entry here; `viewpoint.rs` reads them.
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use resample_core::camera::PixelCentre;
 use warp3d::WarpArgs;
+use warp3d::input::DepthKind;
 
-use crate::args::{AskArgs, PictureArgs};
-use crate::multiview::Grid;
-use crate::values::{self, Size};
+use crate::args::{AskArgs, Given, PictureArgs};
+use crate::multiview::Anaglyph;
+use crate::values::{self, Grid, Size};
 use crate::viewpoint::{self, Viewpoint};
 
 /// Options of `resample warp3d`.
-#[derive(Args, Debug)]
-pub(crate) struct Warp3dArgs {
-    /// Picture: PNG, JPEG, TIFF or EXR (FILE.exr:LAYER), told by its content
+#[derive(Args, Clone, Debug, Default)]
+pub struct Warp3dArgs {
+    /// Picture: PNG, JPEG, TIFF or EXR (FILE.exr#LAYER), detected by the content
     #[arg(value_name = "COLOUR")]
     pub colour: String,
-    /// Depth of the picture: EXR (FILE.exr:CHANNEL), PFM, PNG, .npy or TIFF
+    /// Depth of the picture: EXR (FILE.exr#CHANNEL), PFM, PNG, .npy or TIFF
     #[arg(value_name = "DEPTH")]
     pub depth: String,
     /// Picture to write, .png or .exr; a pattern such as %04d is replaced by the number of the picture
     ///
-    /// An EXR file also holds depth (Z), what was filled, and the confidence. With .apng or .webp, all pictures go into
+    /// An EXR file also holds depth (Z), the filled part, and the confidence. With .apng or .webp, all pictures go into
     /// one animation; with .mp4, .webm or .mkv into one video, which needs the program ffmpeg.
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
-    /// Also write what the picture could not see as a grey PNG or EXR: 1 where a hole is or was filled
+    /// Also write where the picture has or had holes as a grey PNG or EXR: 1 where nothing was seen
     #[arg(long, value_name = "FILE")]
-    pub mask: Option<PathBuf>,
+    pub filled: Option<PathBuf>,
     /// Also write how well each pixel was seen as a grey PNG or EXR: 0 to 1
     #[arg(long, value_name = "FILE")]
     pub confidence: Option<PathBuf>,
@@ -44,7 +45,7 @@ pub(crate) struct Warp3dArgs {
     /// Which cameras there are.
     #[command(flatten)]
     pub cameras: WarpCameraArgs,
-    /// What the numbers of the depth file mean.
+    /// The meaning of the depth file's numbers.
     #[command(flatten)]
     pub meaning: DepthArgs,
     /// Several views in one picture.
@@ -55,7 +56,8 @@ pub(crate) struct Warp3dArgs {
     pub sequence: WarpSequenceArgs,
     /// How it is drawn.
     #[command(flatten)]
-    pub warp: WarpArgs,
+    pub render: Given<WarpArgs>,
+    /// An error or a time that is asked for.
     #[command(flatten)]
     pub ask: AskArgs,
     /// How the picture is written.
@@ -64,9 +66,9 @@ pub(crate) struct Warp3dArgs {
 }
 
 /// Where pictures were and are taken from.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Cameras")]
-pub(crate) struct WarpCameraArgs {
+pub struct WarpCameraArgs {
     /// Camera of the picture: FILE, FILE#ENTRY or fov:DEGREES [default: the lens of --intrinsics, at the origin]
     ///
     /// Files: this program's JSON, Middlebury calib.txt, Open3D and TUM trajectories, COLMAP images.txt (with
@@ -88,19 +90,19 @@ pub(crate) struct WarpCameraArgs {
     pub intrinsics: Option<[f64; 4]>,
     /// Where CX and CY of --intrinsics have the centre of the first pixel: at 0 (integer) or at 0.5 (half)
     #[arg(long, value_enum, default_value = "integer")]
-    pub pixel_centre: PixelCentreArg,
+    pub pixel_centre: PixelCentre,
     /// Size of the new picture in pixels [default: that of its camera]
     #[arg(long, value_name = "WxH", value_parser = values::size)]
     pub size: Option<Size>,
 }
 
-/// What the numbers of a depth file mean.
-#[derive(Args, Debug)]
+/// The meaning of a depth file's numbers.
+#[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Depth")]
-pub(crate) struct DepthArgs {
-    /// What the numbers of the depth file are
+pub struct DepthArgs {
+    /// Meaning of the depth file's numbers
     #[arg(long, value_enum, default_value = "z")]
-    pub depth_kind: DepthKindArg,
+    pub depth_kind: DepthKind,
     /// World units per stored unit, such as 0.001; needed where depth is stored in whole numbers [default: 1]
     #[arg(long, value_name = "S", value_parser = values::positive)]
     pub depth_scale: Option<f64>,
@@ -122,15 +124,15 @@ pub(crate) struct DepthArgs {
 }
 
 /// Several views in one picture.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Stereo and light fields")]
-pub(crate) struct ViewArgs {
+pub struct ViewArgs {
     /// Two views this far apart (world units), side by side, the left eye's on the left
     #[arg(long, value_name = "BASELINE", value_parser = values::positive, conflicts_with = "quilt")]
     pub stereo: Option<f64>,
     /// One red-cyan picture of the two views of --stereo
     #[arg(long, value_enum, requires = "stereo", num_args = 0..=1, default_missing_value = "dubois")]
-    pub anaglyph: Option<AnaglyphArg>,
+    pub anaglyph: Option<Anaglyph>,
     /// A grid of COLUMNSxROWS views for light-field screens: the leftmost view at the bottom left, the rightmost at
     /// the top right, row by row upwards
     #[arg(long, value_name = "CxR", value_parser = values::grid)]
@@ -144,10 +146,28 @@ pub(crate) struct ViewArgs {
     pub convergence: Option<f64>,
 }
 
+impl Default for WarpCameraArgs {
+    fn default() -> Self {
+        super::defaults::defaults()
+    }
+}
+
+impl Default for DepthArgs {
+    fn default() -> Self {
+        super::defaults::defaults()
+    }
+}
+
+impl Default for ViewArgs {
+    fn default() -> Self {
+        super::defaults::defaults()
+    }
+}
+
 /// Several pictures, one after another.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Several pictures")]
-pub(crate) struct WarpSequenceArgs {
+pub struct WarpSequenceArgs {
     /// Move through the keys of a file, each with a time in seconds and a camera, in numbered pictures
     #[arg(long, value_name = "FILE.json", conflicts_with_all = ["to", "sway"])]
     pub path: Option<PathBuf>,
@@ -155,7 +175,7 @@ pub(crate) struct WarpSequenceArgs {
     #[arg(long, value_name = "DEG", value_parser = values::sway)]
     pub sway: Option<f64>,
     /// Number of pictures of --sway
-    #[arg(long, value_name = "N", default_value = "48", requires = "sway",
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_FRAMES, requires = "sway",
         value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub frames: u32,
     /// Draw only the pictures that do not exist yet; go on after Ctrl-C with the same options
@@ -166,49 +186,17 @@ pub(crate) struct WarpSequenceArgs {
     pub fps: Option<u16>,
 }
 
-/// Where the centre of the first pixel is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum PixelCentreArg {
-    /// At 0, as in OpenCV
-    Integer,
-    /// At 0.5, as in COLMAP
-    Half,
-}
-
-/// What a stored number of depth is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum DepthKindArg {
-    /// Distance along the optical axis
-    Z,
-    /// Distance from the eye along the ray
-    Ray,
-    /// Shift between the pictures of a rectified pair, px
-    Disparity,
-    /// 1 / z
-    Inverse,
-    /// MPEG code between --near and --far, linear in 1 / z, bright is near
-    Mpeg,
-    /// OpenGL depth buffer between --near and --far
-    Opengl,
-}
-
-/// How two views become one red-cyan picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum AnaglyphArg {
-    /// Least-squares colours for red-cyan glasses, little ghosting
-    Dubois,
-    /// Red of the left view, green and blue of the right
-    Colour,
-    /// Luminance alone
-    Grey,
-}
-
-impl PixelCentreArg {
-    /// The core's value.
-    pub(crate) fn library(self) -> PixelCentre {
-        match self {
-            Self::Integer => PixelCentre::Integer,
-            Self::Half => PixelCentre::Half,
+impl Default for WarpSequenceArgs {
+    fn default() -> Self {
+        Self {
+            path: None,
+            sway: None,
+            frames: DEFAULT_FRAMES,
+            resume: false,
+            fps: None,
         }
     }
 }
+
+/// Pictures of a sway: two seconds.
+const DEFAULT_FRAMES: u32 = 48;

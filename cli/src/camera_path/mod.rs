@@ -10,7 +10,7 @@
 //!             { "time": 2.5, "camera": { "position": [9, 0, 0], "target": [0, 0, 0], "up": [0, 1, 0] } } ] }
 //! ```
 //! Times are seconds; there are `round(duration * pictures per second) + 1` pictures. Keys of a volume may also say how it
-//! looks and what is clipped away ([`volume_keys`]).
+//! looks and clips ([`volume_keys`]).
 
 mod spline;
 mod volume_keys;
@@ -84,7 +84,7 @@ impl CameraPath {
         before + at.share * (after - before)
     }
 
-    /// The times of the keys, and what they say about the volume; `None` where none says anything.
+    /// The times of the keys, and their changes of the volume; `None` where no key changes it.
     pub(crate) fn volume_keys(&self) -> Option<(&[f64], Vec<&VolumeKey>)> {
         let keys: Vec<&VolumeKey> = self.keys.iter().map(|key| &key.volume).collect();
         keys.iter()

@@ -68,7 +68,7 @@ pub(crate) fn orientation(times: &[f64], orientations: &[DQuat], at: Moment) -> 
     step(step(a, b), step(b, c)).normalize()
 }
 
-/// What a rate, known between keys, is at a key: the nearer side counts more.
+/// The rate at a key from the rates between keys: the nearer side counts more.
 fn mean_at_key<T>(
     times: &[f64],
     key: usize,

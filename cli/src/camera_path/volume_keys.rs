@@ -1,4 +1,4 @@
-//! What the keys of a path say about a volume beside the camera: its transfer function, and what is clipped away.
+//! The volume's part of a path's keys: the transfer function and the clip.
 //!
 //! Takes one key's fields, gives a [`VolumeKey`]; a list of them, with their times, gives one [`Track`] per field. A
 //! field that a key leaves out is that of the keys before and after it which give it, mixed by time; before the first of

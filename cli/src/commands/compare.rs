@@ -1,7 +1,7 @@
 //! `resample compare`: how far a picture, or an animation, is from its reference.
 //!
 //! Every pair of pictures is compared by the metrics of `resample_core::metrics`, in linear light with premultiplied
-//! alpha; of an animation the worst picture is told beside the mean, and the flicker: how much more, or less, each
+//! alpha; of an animation the worst picture is printed beside the mean, and the flicker: how much more, or less, each
 //! pixel changes from picture to picture than in the reference. The result goes to stdout; a bound that is broken
 //! makes the exit code 1.
 
@@ -43,7 +43,7 @@ struct Findings {
     flicker: Option<f64>,
 }
 
-/// Compares, tells, and checks the bounds.
+/// Compares, prints, and checks the bounds.
 pub(crate) fn run(args: &CompareArgs) -> Result<()> {
     check_bounds(args)?;
     if let Some(path) = &args.heatmap {
@@ -86,7 +86,7 @@ fn check_bounds(args: &CompareArgs) -> Result<()> {
 }
 
 fn compared(args: &CompareArgs) -> Result<Findings> {
-    let mask = args.mask.as_deref().map(light_parts).transpose()?;
+    let mask = args.within.as_deref().map(light_parts).transpose()?;
     let (mut pictures, mut references) = (
         Pictures::open(&args.picture)?,
         Pictures::open(&args.reference)?,
@@ -250,7 +250,7 @@ fn light_parts(path: &Path) -> Result<Mask> {
     let inside: Vec<bool> = picture.rgba.iter().map(light).collect();
     if !inside.contains(&true) {
         bail!(
-            "{}: the mask selects no pixel: it is lighter than middle grey nowhere",
+            "{}: it selects no pixel: it is lighter than middle grey nowhere",
             path.display()
         );
     }

@@ -1,7 +1,7 @@
 //! `resample info`: what a volume file holds, for people or as JSON.
 //!
-//! The volume is read as `resample volsplat` would read it, with the same options, so that what is shown here is what
-//! will be drawn. It all goes to stdout, because it is the result of the command.
+//! The volume is read as `resample volsplat` would read it, with the same options, so that the drawn volume is
+//! the one described here. It all goes to stdout, because it is the result of the command.
 
 use std::io::{self, Write};
 
@@ -17,8 +17,8 @@ use crate::args::InfoArgs;
 use crate::framing;
 use crate::progress::Progress;
 use crate::report;
-use crate::settings;
 use crate::volume_data::look_through;
+use crate::volume_file::load_options;
 
 /// Bars of the histogram: a line of them fits a terminal of 80 columns beside two numbers.
 const BARS: usize = 48;
@@ -45,7 +45,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
         Some(volume) => Facts::of(args, volume.as_ref())?,
         None => Facts::of(
             args,
-            &volsplat::load(&args.input, &settings::load_options(&args.volume))?,
+            &volsplat::load(&args.input.path, &load_options(&args.volume, &args.input)?)?,
         )?,
     };
     let text = if args.json {
@@ -58,7 +58,8 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
 
 /// Memory for a volume that is only looked at, where it is larger than half of what there is: a quarter of that.
 fn enough_to_look_through(args: &InfoArgs) -> Result<Option<u64>> {
-    let Some((lattice, voxel_type)) = peek(&args.input, &settings::load_options(&args.volume))?
+    let Some((lattice, voxel_type)) =
+        peek(&args.input.path, &load_options(&args.volume, &args.input)?)?
     else {
         return Ok(None);
     };
@@ -68,7 +69,7 @@ fn enough_to_look_through(args: &InfoArgs) -> Result<Option<u64>> {
         .map(|available| available / 4))
 }
 
-/// What is told beside the volume's own fields.
+/// Facts beside the volume's own fields.
 struct Facts {
     path: String,
     format: &'static str,
@@ -87,7 +88,7 @@ struct Memory {
     voxels: u64,
     /// Beside the voxels, if all of them are visible.
     most_bricks: u64,
-    /// What there is, where the system tells.
+    /// Available memory, where the system knows it.
     available: Option<u64>,
 }
 
@@ -109,10 +110,10 @@ impl Facts {
         let told = if args.volume.dims.is_some() {
             None
         } else {
-            format_of(&args.input)?
+            format_of(&args.input.path)?
         };
         Ok(Self {
-            path: args.input.display().to_string(),
+            path: args.input.path.display().to_string(),
             format: told.map_or("headerless", |format| format.name()),
             kind: volume.voxel_type(),
             corners: framing::volume::grid_bounds(volume),

@@ -8,46 +8,22 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 use glam::{DVec3, Vec3};
 use resample_core::Camera;
-use serde_json::json;
+use serde_json::{Value, json};
 use texmap::scene::Mesh;
 use texmap::{FrameStats, Loaded, RenderOptions, Renderer, Scene};
 
-use crate::args::TexmapArgs;
+use crate::args::{Given, TexmapArgs};
 use crate::camera_path::KeyKind;
-use crate::commands::Prepared;
 use crate::framing::{Extent, Stance};
-use crate::interrupt;
 use crate::picture::Drawn;
-use crate::plan::{Plan, Request, Telling};
+use crate::plan::{Plan, Request, RunLog};
 use crate::report::{self, Account, RunStats, Verbosity};
 use crate::scene_camera;
 use crate::settings::texmap as settings;
 
-/// Checks, loads, prepares, renders, and reports.
-pub(crate) fn run(args: &TexmapArgs, verbosity: Verbosity) -> Result<()> {
-    let telling = Telling {
-        start: Instant::now(),
-        verbosity,
-    };
-    interrupt::watch()?;
-    Open::read(args, verbosity)?.finish(args, telling)
-}
-
-/// Does all but the drawing.
-pub(crate) fn prepared(args: &TexmapArgs) -> Result<Prepared> {
-    let Open {
-        cameras,
-        mut renderer,
-        ..
-    } = Open::read(args, Verbosity::Quiet)?;
-    Ok(Prepared {
-        cameras,
-        render: Box::new(move |camera| drawn(&mut renderer, camera)),
-    })
-}
-
 /// A mesh that is read, ready to be drawn.
 pub(crate) struct Open {
+    args: TexmapArgs,
     plan: Plan,
     scene: Scene,
     notes: Vec<String>,
@@ -59,13 +35,12 @@ pub(crate) struct Open {
 
 impl Open {
     /// Checks what can be checked, reads the mesh, and prepares it.
-    pub(crate) fn read(args: &TexmapArgs, verbosity: Verbosity) -> Result<Self> {
+    pub(crate) fn read(args: TexmapArgs, verbosity: Verbosity) -> Result<Self> {
         let start = Instant::now();
-        let request = request(args);
-        let plan = Plan::new(&request)?;
-        let options = settings::render_options(&args.render, plan.finish.format)?;
+        let plan = Plan::new(&request(&args))?;
+        let options = settings::render_options(&args.render.options, plan.finish.format)?;
         let Loaded { scene, notes } =
-            texmap::load(&args.input, &settings::load_options(&args.model))?;
+            texmap::load(&args.input.path, &settings::load_options(&args))?;
         let load_ms = report::ms_since(start);
         if verbosity != Verbosity::Quiet {
             notes
@@ -74,10 +49,11 @@ impl Open {
         }
         let prepared = Instant::now();
         let renderer = Renderer::new(&scene, &options)
-            .with_context(|| format!("{}: cannot be drawn", args.input.display()))?;
+            .with_context(|| format!("{}: cannot be drawn", args.input.path.display()))?;
         let prepare_ms = report::ms_since(prepared);
-        let cameras = cameras(args, (&request, &plan), &scene, &renderer)?;
+        let cameras = cameras(&args, &plan, &scene, &renderer)?;
         Ok(Self {
+            args,
             plan,
             scene,
             notes,
@@ -93,21 +69,25 @@ impl Open {
         &self.cameras
     }
 
-    /// Draws under the settings of `args`.
-    pub(crate) fn draw(&mut self, args: &TexmapArgs, camera: &Camera) -> Result<Drawn> {
-        self.adopt(&settings::render_options(
-            &args.render,
-            self.plan.finish.format,
-        )?)?;
+    /// Draws what a camera sees.
+    pub(crate) fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
         drawn(&mut self.renderer, camera)
     }
 
-    /// Draws and writes all pictures under the settings of `args`, and reports.
-    pub(crate) fn finish(mut self, args: &TexmapArgs, telling: Telling) -> Result<()> {
-        let request = request(args);
-        let options = settings::render_options(&args.render, self.plan.finish.format)?;
-        self.adopt(&options)?;
+    /// Draws with these options from now on.
+    pub(crate) fn set(&mut self, render: &Given<RenderOptions>) -> Result<()> {
+        let options = settings::render_options(&render.options, self.plan.finish.format)?;
+        self.args.render = render.clone();
+        if !self.renderer.adopt(&options)? {
+            self.renderer = Renderer::new(&self.scene, &options)?;
+        }
+        Ok(())
+    }
+
+    /// Draws and writes all pictures, and reports.
+    pub(crate) fn finish(self, planned: Option<Value>, log: RunLog) -> Result<()> {
         let Self {
+            args,
             plan,
             scene,
             notes,
@@ -116,39 +96,34 @@ impl Open {
             load_ms,
             prepare_ms,
         } = self;
+        let request = request(&args);
+        let options = settings::render_options(&args.render.options, plan.finish.format)?;
         let stats = RunStats {
             version: env!("CARGO_PKG_VERSION"),
             scene: scene_record(&scene, &notes, prepare_ms),
             threads: rayon::current_num_threads(),
             settings: settings::record(
-                args,
+                &args,
                 &request,
                 &options,
-                (plan.finish.format, stance(args)),
+                (plan.finish.format, stance(&args)),
             ),
-            planned: args.ask.kept.clone(),
+            planned,
             load_ms,
             peak_bytes: None,
             frames: Vec::new(),
         };
         // The renderer has its own copy of what it draws.
         drop(scene);
-        if telling.verbosity == Verbosity::Verbose {
+        if log.verbosity == Verbosity::Verbose {
             report::say(&format!("load {load_ms:.1} ms, prepare {prepare_ms:.1} ms"));
         }
         plan.draw(
             &request,
             &cameras,
             stats,
-            (&mut |camera, _| drawn(&mut renderer, camera), telling),
+            (&mut |camera, _| drawn(&mut renderer, camera), log),
         )
-    }
-
-    fn adopt(&mut self, options: &RenderOptions) -> Result<()> {
-        if !self.renderer.adopt(options)? {
-            self.renderer = Renderer::new(&self.scene, options)?;
-        }
-        Ok(())
     }
 }
 
@@ -158,7 +133,7 @@ fn stance(args: &TexmapArgs) -> Stance {
 
 fn cameras(
     args: &TexmapArgs,
-    (request, plan): (&Request, &Plan),
+    plan: &Plan,
     scene: &Scene,
     renderer: &Renderer,
 ) -> Result<Vec<Camera>> {
@@ -166,14 +141,14 @@ fn cameras(
     let bounds = renderer.bounds_in_world().unwrap_or_default();
     match &args.model.camera_name {
         None => plan.cameras(
-            request,
+            &request(args),
             &Extent::of_points(bounds, corners(scene)),
             stance(args),
         ),
         Some(name) => {
             let camera = scene_camera::named(&scene.cameras, name, args.camera.size, bounds);
             plan.checked(vec![
-                camera.with_context(|| args.input.display().to_string())?,
+                camera.with_context(|| args.input.path.display().to_string())?,
             ])
         }
     }
@@ -201,7 +176,7 @@ fn request(args: &TexmapArgs) -> Request<'_> {
         sequence: &args.sequence,
         picture: &args.picture,
         keys: KeyKind::Cameras,
-        inputs: [Some(args.input.as_path()), texture]
+        inputs: [Some(args.input.path.as_path()), texture]
             .into_iter()
             .flatten()
             .collect(),
@@ -221,7 +196,7 @@ fn drawn(renderer: &mut Renderer, camera: &Camera) -> Result<Drawn> {
     })
 }
 
-fn scene_record(scene: &Scene, notes: &[String], prepare_ms: f64) -> serde_json::Value {
+fn scene_record(scene: &Scene, notes: &[String], prepare_ms: f64) -> Value {
     let texels: usize = scene
         .textures
         .iter()

@@ -8,17 +8,15 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use resample_core::Camera;
-use serde_json::json;
+use serde_json::{Value, json};
 use volsplat::{FrameStats, RenderOptions, Renderer, Reuse};
 
-use crate::args::VolsplatArgs;
+use crate::args::{Given, RenderArgs, VolsplatArgs};
 use crate::blend;
 use crate::camera_path::KeyKind;
-use crate::commands::Prepared;
 use crate::framing::{self, Extent};
-use crate::interrupt;
 use crate::picture::Drawn;
-use crate::plan::{Plan, Request, Telling};
+use crate::plan::{Plan, Request, RunLog};
 use crate::progress::{Progress, watch};
 use crate::report::{self, Account, RunStats, Verbosity};
 use crate::scene;
@@ -29,6 +27,7 @@ use crate::volume_motion::{self, VolumeMotion};
 
 /// A volume that is read, ready to be drawn.
 pub(crate) struct Open {
+    args: VolsplatArgs,
     plan: Plan,
     content: Content,
     renderer: Renderer,
@@ -40,43 +39,16 @@ pub(crate) struct Open {
     classify_ms: f64,
 }
 
-/// Checks, loads, classifies, renders, and reports.
-pub(crate) fn run(args: &VolsplatArgs, verbosity: Verbosity) -> Result<()> {
-    let telling = Telling {
-        start: Instant::now(),
-        verbosity,
-    };
-    interrupt::watch()?;
-    Open::read(args, verbosity)?.finish(args, telling)
-}
-
-/// Does all but the drawing.
-pub(crate) fn prepared(args: &VolsplatArgs) -> Result<Prepared> {
-    let open = Open::read(args, Verbosity::Quiet)?;
-    open.check_still()?;
-    let Open {
-        cameras,
-        mut renderer,
-        ..
-    } = open;
-    let render = move |camera: &Camera| drawn(&mut renderer, camera, Progress::Hidden);
-    Ok(Prepared {
-        cameras,
-        render: Box::new(render),
-    })
-}
-
 impl Open {
     /// Checks what can be checked, reads the volume, and classifies it.
-    pub(crate) fn read(args: &VolsplatArgs, verbosity: Verbosity) -> Result<Self> {
-        let request = request(args);
-        let plan = Plan::new(&request)?;
+    pub(crate) fn read(args: VolsplatArgs, verbosity: Verbosity) -> Result<Self> {
+        let plan = Plan::new(&request(&args))?;
         let options =
             settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format)?;
-        blend::layers(&args.render.blend, plan.finish.format)?;
-        let open = loaded(args, options, (plan, verbosity.progress()))?;
-        let cameras = cameras(args, &request, &open)?;
-        Ok(Self { cameras, ..open })
+        blend::layers(&args.render.options.blend, plan.finish.format)?;
+        let mut open = loaded(args, options, (plan, verbosity.progress()))?;
+        open.cameras = cameras(&open)?;
+        Ok(open)
     }
 
     /// One camera per picture.
@@ -84,42 +56,35 @@ impl Open {
         &self.cameras
     }
 
-    /// Draws under the settings of `args`.
-    pub(crate) fn draw(&mut self, args: &VolsplatArgs, camera: &Camera) -> Result<Drawn> {
-        self.adopt(args)?;
+    /// Draws what a camera sees.
+    pub(crate) fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
         drawn(&mut self.renderer, camera, Progress::Hidden)
     }
 
-    /// Draws and writes all pictures under the settings of `args`, and reports.
-    pub(crate) fn finish(mut self, args: &VolsplatArgs, telling: Telling) -> Result<()> {
-        self.adopt(args)?;
-        let request = request(args);
-        let layers = blend::layers(&args.render.blend, self.plan.finish.format)?;
-        self.content.show_transfer(&args.transfer)?;
-        let stats = self.stats_before_drawing(args, &request);
-        if telling.verbosity == Verbosity::Verbose {
+    /// Draws and writes all pictures, and reports.
+    pub(crate) fn finish(self, planned: Option<Value>, log: RunLog) -> Result<()> {
+        let request = request(&self.args);
+        let layers = blend::layers(&self.args.render.options.blend, self.plan.finish.format)?;
+        self.content.show_transfer(&self.args.transfer)?;
+        let stats = RunStats {
+            planned,
+            ..self.stats_before_drawing(&request)
+        };
+        if log.verbosity == Verbosity::Verbose {
             report::say(&format!(
                 "load {:.1} ms, classify {:.1} ms",
                 self.load_ms, self.classify_ms
             ));
         }
-        let Self {
-            plan,
-            content,
-            mut renderer,
-            options,
-            motion,
-            cameras,
-            ..
-        } = self;
         // Of several pictures a bar counts the pictures.
-        let progress = if cameras.len() == 1 {
-            telling.verbosity.progress()
+        let progress = if self.cameras.len() == 1 {
+            log.verbosity.progress()
         } else {
             Progress::Hidden
         };
+        let (mut renderer, options) = (self.renderer, self.options);
         // The renderer has its own copy of what can be seen; only what moves may need the voxels again.
-        let mut moving = motion.map(|motion| (motion, content));
+        let mut moving = self.motion.map(|motion| (motion, self.content));
         let mut render = |camera: &Camera, number: usize| {
             if let Some((motion, content)) = &mut moving {
                 motion.set(number, &mut renderer, (content, &options))?;
@@ -128,7 +93,8 @@ impl Open {
             drawn.image.planes.extend(renderer.layers(camera, &layers)?);
             Ok(drawn)
         };
-        plan.draw(&request, &cameras, stats, (&mut render, telling))
+        self.plan
+            .draw(&request, &self.cameras, stats, (&mut render, log))
     }
 
     /// Refuses what changes from picture to picture beside the camera.
@@ -141,13 +107,15 @@ impl Open {
         Ok(())
     }
 
-    fn adopt(&mut self, args: &VolsplatArgs) -> Result<()> {
+    /// Draws with these options from now on.
+    pub(crate) fn set(&mut self, render: &Given<RenderArgs>) -> Result<()> {
         let options = settings::render_options(
-            &args.render,
-            args.transfer.opacity_unit,
+            render,
+            self.args.transfer.opacity_unit,
             self.plan.finish.format,
         )?;
-        let options = settings::suited_to(options, &args.render, self.content.first());
+        let options = settings::suited_to(options, &render.options, self.content.first());
+        self.args.render = render.clone();
         if options == self.options {
             return Ok(());
         }
@@ -158,7 +126,7 @@ impl Open {
         Ok(())
     }
 
-    fn stats_before_drawing(&self, args: &VolsplatArgs, request: &Request) -> RunStats {
+    fn stats_before_drawing(&self, request: &Request) -> RunStats {
         RunStats {
             version: env!("CARGO_PKG_VERSION"),
             scene: json!({
@@ -170,12 +138,12 @@ impl Open {
             }),
             threads: rayon::current_num_threads(),
             settings: settings::record(
-                args,
+                &self.args,
                 request,
                 self.plan.finish.format,
                 (&self.options, self.content.first()),
             ),
-            planned: args.ask.kept.clone(),
+            planned: None,
             load_ms: self.load_ms,
             peak_bytes: None,
             frames: Vec::new(),
@@ -183,7 +151,7 @@ impl Open {
     }
 }
 
-/// What a volume renderer draws, and says.
+/// The picture of a volume renderer, with its counts and times.
 pub(crate) fn drawn(renderer: &mut Renderer, camera: &Camera, progress: Progress) -> Result<Drawn> {
     let frame = renderer.render_watched(camera, &mut watch("drawing", progress))?;
     let account = Account {
@@ -205,7 +173,7 @@ fn request(args: &VolsplatArgs) -> Request<'_> {
         sequence: &args.sequence,
         picture: &args.picture,
         keys: KeyKind::Volume,
-        inputs: [Some(args.input.as_path()), transfer]
+        inputs: [Some(args.input.path.as_path()), transfer]
             .into_iter()
             .flatten()
             .chain(scene::inputs(&args.scene))
@@ -221,32 +189,33 @@ fn request(args: &VolsplatArgs) -> Request<'_> {
 
 /// All but the cameras.
 fn loaded(
-    args: &VolsplatArgs,
+    args: VolsplatArgs,
     options: RenderOptions,
     (plan, progress): (Plan, Progress),
 ) -> Result<Open> {
     let start = Instant::now();
-    let mut content = Content::load(args, &options, progress)?;
+    let mut content = Content::load(&args, &options, progress)?;
     let load_ms = report::ms_since(start);
     let motion = match plan.path() {
         Some(path) => {
-            VolumeMotion::new(path, args, content.first()).with_context(|| path_name(args))?
+            VolumeMotion::new(path, &args, content.first()).with_context(|| path_name(&args))?
         }
         None => None,
     };
     if let Some(mean) = motion.as_ref().and_then(VolumeMotion::mean) {
         content.set_function(mean);
     }
-    let options = settings::suited_to(options, &args.render, content.first());
+    let options = settings::suited_to(options, &args.render.options, content.first());
     if let Some(warning) = transfer::warning(&args.transfer, content.first()) {
         report::say(&warning);
     }
     let start = Instant::now();
     let renderer = content
         .renderer(&options, progress)
-        .with_context(|| format!("{}: cannot be drawn", args.input.display()))?;
+        .with_context(|| format!("{}: cannot be drawn", args.input.path.display()))?;
     let classify_ms = report::ms_since(start);
     Ok(Open {
+        args,
         plan,
         content,
         renderer,
@@ -267,11 +236,12 @@ fn path_name(args: &VolsplatArgs) -> String {
         .to_string()
 }
 
-fn cameras(args: &VolsplatArgs, request: &Request, open: &Open) -> Result<Vec<Camera>> {
+fn cameras(open: &Open) -> Result<Vec<Camera>> {
+    let args = &open.args;
     let bounds = open.renderer.visible_bounds_in_world().unwrap_or_else(|| {
         report::say(&format!(
             "warning: nothing is visible: the transfer function makes every voxel of {} transparent",
-            args.input.display()
+            args.input.path.display()
         ));
         framing::volume::grid_bounds(open.content.first())
     });
@@ -280,7 +250,8 @@ fn cameras(args: &VolsplatArgs, request: &Request, open: &Open) -> Result<Vec<Ca
         open.content.first(),
         args.camera.up.map(|axis| axis.direction),
     );
-    open.plan.cameras(request, &Extent::of_box(bounds), stance)
+    open.plan
+        .cameras(&request(args), &Extent::of_box(bounds), stance)
 }
 
 /// The times of a frame's stages and its counts, one line.

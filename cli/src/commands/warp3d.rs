@@ -7,29 +7,28 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use resample_core::{Camera, Image};
+use resample_core::Camera;
 use serde_json::{Value, json};
-use warp3d::{Fill, WarpOptions};
+use warp3d::{Fill, WarpArgs, WarpOptions};
 
-use crate::args::{CameraArgs, ProjectionArg, SequenceArgs, Warp3dArgs};
+use crate::args::{CameraArgs, Given, SequenceArgs, Warp3dArgs};
 use crate::camera_file::CameraDefaults;
 use crate::camera_path::{self, KeyKind};
-use crate::choices::warp;
-use crate::commands::Prepared;
-use crate::interrupt;
 use crate::multiview::{self, Layout};
-use crate::output::{self, Format};
+use crate::output;
 use crate::picture::Drawn;
-use crate::plan::{self, Pictures, Plan, Request, Telling};
-use crate::report::{self, RunStats, Verbosity};
+use crate::plan::{Pictures, Plan, Purpose, Request, RunLog};
+use crate::report::{self, RunStats};
 use crate::values::Size;
 use crate::viewpoint::{self, Known};
 use crate::warp_references::{AnyWarper, Keeping};
 use crate::warp_scene::{self, WarpScene};
 
 mod drawer;
+mod written;
 
 use drawer::{Drawer, LastPicture};
+use written::{record, write_planes};
 
 /// The groups of options that every command has, for the shared code.
 struct Shared {
@@ -38,31 +37,14 @@ struct Shared {
     inputs: Vec<PathBuf>,
 }
 
-/// Checks, reads, warps, and reports.
-pub(crate) fn run(args: &Warp3dArgs, verbosity: Verbosity) -> Result<()> {
-    let telling = Telling {
-        start: Instant::now(),
-        verbosity,
-    };
-    interrupt::watch()?;
-    Open::read_to(args, Places::MemoryOrFile)?.finish(args, telling)
-}
-
-/// Does all but the drawing.
-pub(crate) fn prepared(args: &Warp3dArgs) -> Result<Prepared> {
-    let Open {
-        cameras,
-        mut drawer,
-        ..
-    } = Open::read(args)?;
-    Ok(Prepared {
-        cameras,
-        render: Box::new(move |camera| drawer.draw(camera)),
-    })
-}
-
 /// References that are read, ready to be warped.
 pub(crate) struct Open {
+    args: Warp3dArgs,
+    ready: Ready,
+}
+
+/// Plan, cameras and references of a warp.
+struct Ready {
     plan: Plan,
     cameras: Vec<Camera>,
     drawer: Drawer,
@@ -70,36 +52,99 @@ pub(crate) struct Open {
     load_ms: f64,
 }
 
-/// Where references may be kept.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Places {
-    /// In memory, so that they can be drawn under several settings.
-    Memory,
-    /// In a temporary file where they do not fit `--max-memory`.
-    MemoryOrFile,
-}
-
 impl Open {
-    /// Reads the references into memory, to warp them under several settings.
-    pub(crate) fn read(args: &Warp3dArgs) -> Result<Self> {
-        Self::read_to(args, Places::Memory)
+    /// Checks what can be checked, reads the references, places the cameras and prepares the warp.
+    pub(crate) fn read(args: Warp3dArgs, purpose: Purpose) -> Result<Self> {
+        let ready = Ready::new(&args, purpose)?;
+        Ok(Self { args, ready })
     }
 
-    /// Checks what can be checked, reads the references, places the cameras and prepares the warp.
-    fn read_to(args: &Warp3dArgs, places: Places) -> Result<Self> {
+    /// One camera per picture.
+    pub(crate) fn cameras(&self) -> &[Camera] {
+        &self.ready.cameras
+    }
+
+    /// Whether a part of a picture can be drawn without the rest.
+    pub(crate) fn has_parts(&self) -> bool {
+        // What fills a hole may come from anywhere on its rim.
+        self.ready.drawer.layout == Layout::Single && self.args.render.options.fill == Fill::None
+    }
+
+    /// Draws what a camera sees, without a warning.
+    pub(crate) fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
+        self.ready.drawer.draw_silently(camera)
+    }
+
+    /// Draws with these options from now on.
+    pub(crate) fn set(&mut self, render: &Given<WarpArgs>) -> Result<()> {
+        self.ready
+            .drawer
+            .warper
+            .change(&render.options.options()?)?;
+        self.args.render = render.clone();
+        Ok(())
+    }
+
+    /// Draws and writes all pictures, and reports.
+    pub(crate) fn finish(self, planned: Option<Value>, log: RunLog) -> Result<()> {
+        let Self { args, ready } = self;
+        let Ready {
+            plan,
+            cameras,
+            mut drawer,
+            scene,
+            load_ms,
+        } = ready;
+        let shared = shared(&args);
+        let request = request(&args, &shared);
+        let stats = RunStats {
+            version: env!("CARGO_PKG_VERSION"),
+            scene,
+            threads: rayon::current_num_threads(),
+            settings: record(
+                &args,
+                &args.render.options.options()?,
+                (&request, plan.finish.format),
+                drawer.convergence,
+            ),
+            planned,
+            load_ms,
+            peak_bytes: None,
+            frames: Vec::new(),
+        };
+        drawer.last = if has_planes(&args) {
+            LastPicture::Kept(None)
+        } else {
+            LastPicture::NotKept
+        };
+        plan.draw(
+            &request,
+            &cameras,
+            stats,
+            (&mut |camera, _| drawer.draw(camera), log),
+        )?;
+        match drawer.last {
+            LastPicture::Kept(Some(image)) => write_planes(&args, &image),
+            LastPicture::Kept(None) | LastPicture::NotKept => Ok(()),
+        }
+    }
+}
+
+impl Ready {
+    fn new(args: &Warp3dArgs, purpose: Purpose) -> Result<Self> {
         let shared = shared(args);
         let request = request(args, &shared);
         check_words(args)?;
         // How many pictures there will be is known when the cameras are read; a name that cannot be is refused now.
         Plan::without_cameras(&request, Pictures::One)?;
-        let options = args.warp.options()?;
+        let options = args.render.options.options()?;
         let start = Instant::now();
         // How large the new picture is, cameras say later.
         let guess = args
             .cameras
             .size
             .map_or([1, 1], |size| [size.width, size.height]);
-        let mut keeping = keeping(args, &options, (guess, places))?;
+        let mut keeping = keeping(args, &options, (guess, purpose))?;
         let mut scene = warp_scene::read(args, keeping)?;
         let layout = layout(args);
         let targets = targets(args, &scene)?;
@@ -108,7 +153,7 @@ impl Open {
         let several = cameras.len() > 1;
         if several && has_planes(args) {
             bail!(
-                "--mask and --confidence write one file: for several pictures use .exr, which holds both for each"
+                "--filled and --confidence write one file: for several pictures use .exr, which holds both for each"
             );
         }
         let plan = Plan::without_cameras(
@@ -125,7 +170,7 @@ impl Open {
             .map(|camera| [camera.width, camera.height])
             .max_by_key(|&[w, h]| w * h);
         if keeping == Keeping::Memory {
-            keeping = self::keeping(args, &options, (largest.unwrap_or(guess), places))?;
+            keeping = self::keeping(args, &options, (largest.unwrap_or(guess), purpose))?;
             if keeping != Keeping::Memory {
                 drop(scene);
                 scene = warp_scene::read(args, keeping)?;
@@ -149,91 +194,29 @@ impl Open {
             load_ms,
         })
     }
-
-    /// One camera per picture.
-    pub(crate) fn cameras(&self) -> &[Camera] {
-        &self.cameras
-    }
-
-    /// Whether a part of a picture can be drawn without the rest.
-    pub(crate) fn has_parts(&self, args: &Warp3dArgs) -> bool {
-        // What fills a hole may come from anywhere on its rim.
-        self.drawer.layout == Layout::Single && args.warp.fill == Fill::None
-    }
-
-    /// Warps under the settings of `args`, without a warning.
-    pub(crate) fn draw(&mut self, args: &Warp3dArgs, camera: &Camera) -> Result<Drawn> {
-        self.drawer.warper.change(&args.warp.options()?)?;
-        self.drawer.draw_silently(camera)
-    }
-
-    /// Draws and writes all pictures under the settings of `args`, and reports.
-    pub(crate) fn finish(mut self, args: &Warp3dArgs, telling: Telling) -> Result<()> {
-        let shared = shared(args);
-        let request = request(args, &shared);
-        let options = args.warp.options()?;
-        self.drawer.warper.change(&options)?;
-        let Self {
-            plan,
-            cameras,
-            mut drawer,
-            scene,
-            load_ms,
-        } = self;
-        let stats = RunStats {
-            version: env!("CARGO_PKG_VERSION"),
-            scene,
-            threads: rayon::current_num_threads(),
-            settings: record(
-                args,
-                &options,
-                (&request, plan.finish.format),
-                drawer.convergence,
-            ),
-            planned: args.ask.kept.clone(),
-            load_ms,
-            peak_bytes: None,
-            frames: Vec::new(),
-        };
-        drawer.last = if has_planes(args) {
-            LastPicture::Kept(None)
-        } else {
-            LastPicture::NotKept
-        };
-        plan.draw(
-            &request,
-            &cameras,
-            stats,
-            (&mut |camera, _| drawer.draw(camera), telling),
-        )?;
-        match drawer.last {
-            LastPicture::Kept(Some(image)) => write_planes(args, &image),
-            LastPicture::Kept(None) | LastPicture::NotKept => Ok(()),
-        }
-    }
 }
 
-/// Whether the mask or the confidence of the picture is written.
+/// Whether the filled part or the confidence of the picture is written.
 fn has_planes(args: &Warp3dArgs) -> bool {
-    args.mask.is_some() || args.confidence.is_some()
+    args.filled.is_some() || args.confidence.is_some()
 }
 
 /// Where the references are kept when a picture of this size is drawn within `--max-memory`.
 fn keeping(
     args: &Warp3dArgs,
     options: &WarpOptions,
-    (target, places): ([u32; 2], Places),
+    (target, purpose): ([u32; 2], Purpose),
 ) -> Result<Keeping> {
     match (check_memory(args, options, target), args.max_memory) {
         (Ok(()), _) | (_, None) => Ok(Keeping::Memory),
-        (Err(error), _) if places == Places::Memory => {
+        (Err(error), _) if purpose == Purpose::Compare => {
             Err(error.context("settings are compared and chosen with the references in memory"))
         }
         (Err(_), Some(max_memory)) => Ok(Keeping::File(max_memory)),
     }
 }
 
-/// Holds what the warp takes in memory against `--max-memory`.
+/// Compares the warp's memory with `--max-memory`.
 fn check_memory(args: &Warp3dArgs, options: &WarpOptions, target: [u32; 2]) -> Result<()> {
     let Some(max_memory) = args.max_memory else {
         return Ok(());
@@ -251,25 +234,24 @@ fn shared(args: &Warp3dArgs) -> Shared {
     Shared {
         // The cameras of this command are --from and --to; none of the shared ones is used.
         camera: CameraArgs {
-            camera: None,
-            orbit: None,
-            fov: 30.0,
-            up: None,
-            projection: ProjectionArg::Perspective,
             size: args.cameras.size,
+            ..CameraArgs::default()
         },
         sequence: SequenceArgs {
-            turntable: None,
             path: sequence.path.clone(),
             resume: sequence.resume,
             fps: sequence.fps,
+            ..SequenceArgs::default()
         },
         inputs: warp_scene::files(args),
     }
 }
 
 fn request<'a>(args: &'a Warp3dArgs, shared: &'a Shared) -> Request<'a> {
-    let others = [("--mask", &args.mask), ("--confidence", &args.confidence)];
+    let others = [
+        ("--filled", &args.filled),
+        ("--confidence", &args.confidence),
+    ];
     Request {
         output: &args.output,
         stats: args.stats.as_deref(),
@@ -287,11 +269,11 @@ fn request<'a>(args: &'a Warp3dArgs, shared: &'a Shared) -> Request<'a> {
 
 /// Refuses what the words alone rule out.
 fn check_words(args: &Warp3dArgs) -> Result<()> {
-    for path in [&args.mask, &args.confidence].into_iter().flatten() {
+    for path in [&args.filled, &args.confidence].into_iter().flatten() {
         output::format_of(path, None)?;
     }
-    if args.mask.is_some() && args.mask == args.confidence {
-        bail!("--mask and --confidence have the same name: choose another one");
+    if args.filled.is_some() && args.filled == args.confidence {
+        bail!("--filled and --confidence have the same name: choose another one");
     }
     if args.confidence.is_some() && args.views.anaglyph.is_some() {
         bail!("--confidence: an anaglyph shows two views at once: leave it out");
@@ -386,57 +368,4 @@ fn cameras(
         .iter()
         .map(|camera| Ok(layout.sheet(camera).validated()?))
         .collect()
-}
-
-fn record(
-    args: &Warp3dArgs,
-    options: &WarpOptions,
-    (request, format): (&Request, Format),
-    convergence: f64,
-) -> Value {
-    let mut record = json!({
-        "colour": args.colour,
-        "depth": args.depth,
-        "from": args.cameras.from.as_ref().map(ToString::to_string),
-        "to": args.cameras.to.as_ref().map(ToString::to_string),
-        "depth_kind": warp::DEPTH_KIND.name(warp::DEPTH_KIND.library(args.meaning.depth_kind)),
-        "stereo": args.views.stereo,
-        "convergence": convergence.is_finite().then_some(convergence),
-        "picture": plan::picture_record(request, format),
-    });
-    if let (Value::Object(record), Value::Object(options)) = (&mut record, json!(options)) {
-        record.extend(options);
-    }
-    record
-}
-
-/// Writes the planes beside the picture.
-fn write_planes(args: &Warp3dArgs, image: &Image) -> Result<()> {
-    let plane = |name: &str| {
-        image
-            .planes
-            .iter()
-            .find(|plane| plane.name == name)
-            .map(|plane| &plane.values)
-    };
-    if let Some(path) = &args.mask {
-        let seen = image
-            .rgba
-            .iter()
-            .map(|pixel| 1.0 - pixel[3].clamp(0.0, 1.0));
-        let mask: Vec<f32> = match plane("filled") {
-            Some(filled) => seen
-                .zip(filled)
-                .map(|(hole, &filled)| hole.max(filled))
-                .collect(),
-            None => seen.collect(),
-        };
-        output::write_grey(path, [image.width, image.height], &mask)?;
-    }
-    if let Some(path) = &args.confidence {
-        let confidence = plane("confidence")
-            .context("this layout of views has no confidence: leave --confidence out")?;
-        output::write_grey(path, [image.width, image.height], confidence)?;
-    }
-    Ok(())
 }

@@ -1,7 +1,7 @@
 //! How a volume is framed: what of it is shown, and which way it stands.
 //!
-//! Takes a volume, gives a box in the world and a stance. The box is that of the voxel centres, widened to what is
-//! drawn around them.
+//! Takes a volume, gives a box in the world and a stance. The box is that of the voxel centres, widened by the
+//! kernels around them.
 
 use glam::DVec3;
 use volsplat::Described;
@@ -12,7 +12,7 @@ use super::Stance;
 ///
 /// Azimuth 0 has the world's x axis to the right (y, if x is up). A medical volume whose y axis points to the
 /// patient's front is seen from there instead, so that azimuth 0 always shows the face.
-pub(crate) fn stance(volume: &dyn Described, up: Option<DVec3>) -> Stance {
+pub fn stance(volume: &dyn Described, up: Option<DVec3>) -> Stance {
     let lattice = volume.lattice();
     let up = up.or(lattice.up_hint).unwrap_or(DVec3::Y);
     let space = lattice.space.as_deref().unwrap_or("").to_lowercase();
@@ -25,7 +25,7 @@ pub(crate) fn stance(volume: &dyn Described, up: Option<DVec3>) -> Stance {
 }
 
 /// Two corners of the box, along the world's axes, around all voxels of a volume.
-pub(crate) fn grid_bounds(volume: &dyn Described) -> [DVec3; 2] {
+pub fn grid_bounds(volume: &dyn Described) -> [DVec3; 2] {
     let lattice = volume.lattice();
     let last = DVec3::from_array(lattice.dims.map(|n| (n - 1) as f64));
     let corner = |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2));
@@ -37,10 +37,10 @@ pub(crate) fn grid_bounds(volume: &dyn Described) -> [DVec3; 2] {
         })
 }
 
-/// The box of voxel centres, widened to hold what is drawn around them.
+/// The box of voxel centres, widened by the kernels around them.
 ///
 /// A kernel reaches about two spacings from its voxel and has all but faded after one, so one is added.
-pub(crate) fn with_kernels(bounds: [DVec3; 2], volume: &dyn Described) -> [DVec3; 2] {
+pub fn with_kernels(bounds: [DVec3; 2], volume: &dyn Described) -> [DVec3; 2] {
     let reach = volume.lattice().spacing().into_iter().fold(0.0, f64::max);
     [bounds[0] - reach, bounds[1] + reach]
 }

@@ -19,7 +19,7 @@ use super::{Listed, WriteFailure, folder_of, png as picture_png, temporary_file}
 
 /// Kind of an animation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum FilmKind {
+pub enum FilmKind {
     /// Animated PNG.
     Png(Depth),
     /// WebP without loss; of one picture, a plain one.
@@ -30,7 +30,7 @@ pub(crate) enum FilmKind {
 
 /// An animation to make.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct FilmPlan {
+pub struct FilmPlan {
     /// Its file.
     pub path: PathBuf,
     /// Its kind.
@@ -40,7 +40,7 @@ pub(crate) struct FilmPlan {
 }
 
 /// An animation in the making. Dropped before [`Film::finish`], it leaves nothing.
-pub(crate) struct Film {
+pub struct Film {
     // The order matters: what writes to the file ends before the file is removed.
     sink: Sink,
     file: NamedTempFile,
@@ -54,11 +54,11 @@ enum Sink {
     Video(video::Pipe),
 }
 
-/// Pictures per second when nothing is asked for, as films in Europe have it.
-pub(crate) const DEFAULT_FPS: u16 = 25;
+/// Default of pictures per second, as films in Europe have it.
+pub const DEFAULT_FPS: u16 = 25;
 
 /// The kind of animation that the extension of `path` asks for; `None` if it is no animation.
-pub(crate) fn kind_of(path: &Path, bits: Option<u8>) -> Result<Option<FilmKind>> {
+pub fn kind_of(path: &Path, bits: Option<u8>) -> Result<Option<FilmKind>> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let container = match extension.as_deref() {
         Some("apng") => {
@@ -91,8 +91,8 @@ pub(crate) fn kind_of(path: &Path, bits: Option<u8>) -> Result<Option<FilmKind>>
 }
 
 impl FilmPlan {
-    /// Checks what is needed beside the pictures: a video needs `ffmpeg`.
-    pub(crate) fn check_tools(&self) -> Result<()> {
+    /// Checks for other programs: a video needs `ffmpeg`.
+    pub fn check_tools(&self) -> Result<()> {
         match self.kind {
             FilmKind::Png(_) | FilmKind::WebP => Ok(()),
             FilmKind::Video(_) => video::check_ffmpeg(&self.path),
@@ -100,7 +100,7 @@ impl FilmPlan {
     }
 
     /// Checks that all pictures have one size that the animation can have.
-    pub(crate) fn check_sizes(&self, cameras: &[Camera]) -> Result<()> {
+    pub fn check_sizes(&self, cameras: &[Camera]) -> Result<()> {
         let size = |camera: &Camera| (camera.width, camera.height);
         let Some(first) = cameras.first().map(size) else {
             return Ok(());
@@ -138,7 +138,7 @@ impl FilmPlan {
 
 impl Film {
     /// Starts an animation of `count` pictures of `size` pixels, width and height.
-    pub(crate) fn begin(plan: &FilmPlan, size: [u32; 2], count: u32) -> Result<Self> {
+    pub fn begin(plan: &FilmPlan, size: [u32; 2], count: u32) -> Result<Self> {
         let begun = || -> Result<Self> {
             let (file, listed) = temporary_file(folder_of(&plan.path))?;
             let sink = match plan.kind {
@@ -172,7 +172,7 @@ impl Film {
     }
 
     /// Adds a picture.
-    pub(crate) fn add(&mut self, image: &Image) -> Result<()> {
+    pub fn add(&mut self, image: &Image) -> Result<()> {
         let added = match &mut self.sink {
             Sink::Png(writer, depth) => writer
                 .write_image_data(&picture_png::bytes(image, *depth))
@@ -186,7 +186,7 @@ impl Film {
     }
 
     /// Ends the animation, gives it its name, and gives the size of the file in bytes.
-    pub(crate) fn finish(self) -> Result<u64> {
+    pub fn finish(self) -> Result<u64> {
         let Self {
             sink,
             file,

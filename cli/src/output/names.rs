@@ -11,7 +11,7 @@ use anyhow::{Result, bail};
 
 /// How frames are named.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum FrameNames {
+pub enum FrameNames {
     /// One picture, one name.
     Single(PathBuf),
     /// The number goes between the two parts of the file name.
@@ -35,12 +35,12 @@ const MAX_DIGITS: usize = 18;
 
 impl FrameNames {
     /// Names for one picture: `output` itself, or frame 0 of its pattern.
-    pub(crate) fn single(output: &Path) -> Result<Self> {
+    pub fn single(output: &Path) -> Result<Self> {
         Ok(Self::from_pattern(output)?.unwrap_or_else(|| Self::Single(output.to_owned())))
     }
 
     /// Names for a list of pictures.
-    pub(crate) fn numbered(output: &Path) -> Result<Self> {
+    pub fn numbered(output: &Path) -> Result<Self> {
         if let Some(names) = Self::from_pattern(output)? {
             return Ok(names);
         }
@@ -62,7 +62,7 @@ impl FrameNames {
     }
 
     /// The name of frame `index`.
-    pub(crate) fn frame(&self, index: usize) -> PathBuf {
+    pub fn frame(&self, index: usize) -> PathBuf {
         match self {
             Self::Single(path) => path.clone(),
             Self::Numbered {

@@ -14,7 +14,7 @@ use resample_core::image::srgb_from_linear;
 
 /// Bits per channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Depth {
+pub enum Depth {
     /// 8 bits.
     Eight,
     /// 16 bits.

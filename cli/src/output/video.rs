@@ -1,7 +1,7 @@
 //! Videos, by way of the program `ffmpeg`.
 //!
-//! Takes opaque pictures as bytes and pipes them to an `ffmpeg` process that writes the file; what it complains
-//! about is shown when it fails. The colours are told to be those of BT.709, of which sRGB has the primaries.
+//! Takes opaque pictures as bytes and pipes them to an `ffmpeg` process that writes the file; its error output
+//! is shown when it fails. The colours are marked as those of BT.709, of which sRGB has the primaries.
 //! Source: the manual of ffmpeg, options of `rawvideo`, `scale`, `libx264` and `libvpx-vp9`.
 //! Limits: 8 bits per channel, half the resolution for colour (yuv420p), which every player can show.
 
@@ -14,7 +14,7 @@ use anyhow::{Context, Result, bail};
 
 /// Kind of video file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Container {
+pub enum Container {
     /// H.264 in MP4.
     Mp4,
     /// VP9 in WebM.

@@ -33,7 +33,7 @@ enum Kind {
 /// Flags of the extended format: frames, and alpha in them.
 const ANIMATED_WITH_ALPHA: u8 = 0x02 | 0x10;
 
-/// A frame replaces what was there, and is not blended with it.
+/// A frame replaces the one before, and is not blended with it.
 const REPLACE: u8 = 0x02;
 
 impl WebP {

@@ -1,25 +1,28 @@
-//! What this machine needs for the counts of a picture: measured on built-in scenes, kept in the user's cache folder.
+//! The cost model of this machine: measured on built-in scenes, kept in the user's cache folder.
 //!
 //! Scenes that are made by formulas are drawn in several sizes and settings, so that the counts vary independently; the
 //! fastest of a few frames counts. The file is named with version, machine and threads, and is not used for another. Without it,
-//! a quick calibration of one application is made, and said.
+//! a quick calibration of one application is made, with a line that says so.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
+use clap::ValueEnum;
 use resample_core::Camera;
 use serde::{Deserialize, Serialize};
 
-use super::ladders;
-use super::model::{Counts, Model, Sample, counts, milliseconds};
-use super::pilot::Found;
+use super::found::Found;
+use super::ladder::{self, Ladder};
+use super::model::{Model, Sample, Work, counts};
 use super::windows::part;
-use crate::args::SceneArg;
+use crate::args::{Drawing, OrderName, SceneArg};
 use crate::built_in::{self, DepthSize, Texture, Triangles};
-use crate::commands::Opened;
 use crate::machine;
+use crate::measure;
+use crate::opened::Opened;
+use crate::plan::Purpose;
 use crate::report::{self, Verbosity};
-use crate::words;
+use crate::setting::Setting;
 
 /// A model and where it comes from.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -30,11 +33,11 @@ pub(crate) struct Calibration {
     pub(crate) model: Model,
 }
 
-/// Larger pictures of a setting are left out once one would take longer than this, ms: what takes long is told well by
-/// smaller ones.
+/// Larger pictures of a setting are left out once one would take longer than this, ms: smaller ones predict them
+/// well.
 const MOST_MS: f64 = 100.0;
 
-/// Least part of the windows' time that is taken to grow with what they show. A guess, for disturbed clocks.
+/// Least part of the windows' time that is taken to grow with their content. A guess, for disturbed clocks.
 const LEAST_GROWING: f64 = 0.1;
 
 /// Sides of the pictures, px.
@@ -51,7 +54,7 @@ impl Calibration {
     }
 
     /// The cached one, or a quick one.
-    pub(super) fn of_this_machine(command: &[String]) -> Result<Self> {
+    pub(super) fn of_this_machine(application: &str) -> Result<Self> {
         if let Some(cached) = cache_file().and_then(|path| std::fs::read_to_string(path).ok()) {
             // A damaged file is as good as none.
             if let Ok(calibration) = serde_json::from_str(&cached) {
@@ -61,26 +64,24 @@ impl Calibration {
         report::say(
             "this machine is not calibrated: measuring quickly; `resample calibrate` does it once and better",
         );
-        measured(command.first().map(String::as_str), 1)
+        measured(Some(application), 1)
     }
 
-    /// Elapsed time of a whole picture: the model says how the time of the windows, without what each of them takes in any
-    /// case, grows to that of the picture, so that what a scene costs beyond its counts is in it.
-    pub(super) fn wall_ms(&self, found: &Found, (view, frame): (usize, &Counts)) -> f64 {
-        let growing = |counts: &Counts| {
-            self.model
-                .knows(&found.path)
-                .then(|| self.model.growing_ms(&found.path, counts))
+    /// Elapsed time of a whole picture: the time of the windows without their fixed cost, grown as the model's time grows to
+    /// that of the picture, so that the cost of a scene beyond its counts is in it.
+    pub(super) fn wall_ms(&self, found: &Found, (view, frame): (usize, &Work)) -> f64 {
+        let (frame_ms, windows_ms) = (
+            self.model.growing_ms(frame),
+            self.model.growing_ms(&found.windows_work),
+        );
+        let cpu_ms = if self.model.knows(&frame.kind) && windows_ms > 0.0 {
+            let fixed_ms = found.fixed_cpu_ms;
+            let grown_ms = found.windows_cpu_ms - found.windows as f64 * fixed_ms;
+            fixed_ms + frame_ms / windows_ms * grown_ms.max(LEAST_GROWING * found.windows_cpu_ms)
+        } else {
+            found.frames_cpu_ms[view]
         };
-        let cpu_ms = match (growing(frame), growing(&found.windows_counts)) {
-            (Some(frame), Some(windows)) if windows > 0.0 => {
-                let fixed_ms = found.fixed_cpu_ms;
-                let grown_ms = found.windows_cpu_ms - found.windows as f64 * fixed_ms;
-                fixed_ms + frame / windows * grown_ms.max(LEAST_GROWING * found.windows_cpu_ms)
-            }
-            _ => found.frames_cpu_ms[view],
-        };
-        cpu_ms * self.model.wall_per_cpu(&found.path)
+        cpu_ms * self.model.wall_per_cpu(&frame.kind)
     }
 }
 
@@ -104,9 +105,9 @@ pub(crate) fn measured(application: Option<&str>, reps: u16) -> Result<Calibrati
     let folder =
         tempfile::tempdir().context("no temporary folder for the scenes of the calibration")?;
     let mut samples = Vec::new();
-    for (scene, settings) in scenes(folder.path())? {
-        if application.is_none_or(|name| scene[0] == name) {
-            measure(&scene, &settings, (reps, &mut samples))?;
+    for drawing in scenes(folder.path())? {
+        if application.is_none_or(|name| drawing.name() == name) {
+            add_samples(drawing, (reps, &mut samples))?;
         }
     }
     Ok(Calibration {
@@ -115,78 +116,55 @@ pub(crate) fn measured(application: Option<&str>, reps: u16) -> Result<Calibrati
     })
 }
 
-/// Words of the scenes, each with its settings.
-type Scenes = Vec<(Vec<String>, Vec<Vec<String>>)>;
-
-fn scenes(folder: &std::path::Path) -> Result<Scenes> {
-    let list = |texts: &[String]| -> Vec<Vec<String>> {
-        texts
-            .iter()
-            .map(|text| text.split_whitespace().map(str::to_owned).collect())
-            .collect()
-    };
-    let mut volumes: Vec<String> = Vec::new();
-    for subpixel in [1, 2, 4, 8] {
-        volumes
-            .extend([2.0, 0.5, 0.125].map(|slab| format!("--slab {slab} --subpixel {subpixel}")));
-    }
-    volumes.extend(
-        ["exact", "affine", "table"].map(|f| format!("--order every-sample --footprint {f}")),
-    );
-    let mut meshes: Vec<String> = Vec::new();
-    for method in [
-        "backward-nearest",
-        "backward-bilinear",
-        "backward-trilinear",
-        "backward-ewa",
-        "point",
-        "hybrid",
-    ] {
-        meshes.extend([1, 2, 4, 8].map(|n| format!("--method {method} --subpixel {n}")));
-    }
-    let plain = ["nearest", "points", "splats"].map(|method| format!("--method {method}"));
-    let hybrid = [1, 2, 4, 8].map(|n| format!("--method hybrid --subpixels {n}"));
-    let warps: Vec<String> = plain.into_iter().chain(hybrid).collect();
+fn scenes(folder: &Path) -> Result<Vec<Drawing>> {
     let mut all = Vec::new();
-    for scene in [
-        SceneArg::CheckerBox,
-        SceneArg::MarschnerLobb,
-        SceneArg::Blobs,
-    ] {
-        all.push((built_in::volume(scene, folder)?, list(&volumes)));
+    for &scene in SceneArg::value_variants() {
+        all.push(Drawing::Volsplat(Box::new(built_in::volume(
+            scene, folder,
+        )?)));
     }
     for (texture, triangles) in [
         (Texture::Fine, Triangles::Few),
         (Texture::Coarse, Triangles::Few),
         (Texture::Fine, Triangles::Many),
     ] {
-        all.push((built_in::mesh(folder, texture, triangles)?, list(&meshes)));
+        let mesh = built_in::mesh(folder, texture, triangles)?;
+        all.push(Drawing::Texmap(Box::new(mesh)));
     }
     for size in [DepthSize::Full, DepthSize::Half] {
-        all.push((built_in::depth_image(folder, size)?, list(&warps)));
+        let depth = built_in::depth_image(folder, size)?;
+        all.push(Drawing::Warp3d(Box::new(depth)));
     }
     Ok(all)
 }
 
-fn measure(
-    scene: &[String],
-    settings: &[Vec<String>],
-    (reps, samples): (u16, &mut Vec<Sample>),
-) -> Result<()> {
-    let mut all = scene.to_vec();
-    // The picture is never written; the name only has to be good.
-    all.extend([
-        "-o".to_owned(),
-        std::env::temp_dir()
-            .join("resample-calibrate.exr")
-            .display()
-            .to_string(),
-    ]);
-    let mut opened = Opened::read(&words::parsed(&all)?.command, Verbosity::Quiet)?;
+/// The settings of an application whose counts differ: all rungs of its ladders.
+fn settings(drawing: &Drawing) -> Result<Vec<Setting>> {
+    let own = drawing.setting();
+    let mut bases = vec![own.clone()];
+    if let Setting::Volume(_) = own {
+        bases.push(Setting::volume(&["order"], |args| {
+            args.order = Some(OrderName::EverySample);
+        }));
+    }
+    let mut all = Vec::new();
+    for base in bases {
+        let ladder = Ladder::of(&base, None)?;
+        let rungs = ladder.rungs.into_iter().map(|rung| rung.setting);
+        for setting in rungs.chain([ladder.exact]) {
+            all.push(base.with(&setting)?);
+        }
+    }
+    Ok(all)
+}
+
+fn add_samples(drawing: Drawing, (reps, samples): (u16, &mut Vec<Sample>)) -> Result<()> {
+    let settings = settings(&drawing)?;
+    let mut opened = Opened::read(drawing, Purpose::Compare, Verbosity::Quiet)?;
     let cameras = cameras(&opened)?;
     for setting in settings {
-        let command = words::parsed(&words::with(&all, setting))?.command;
-        let path = ladders::path(&command);
+        opened.set(&setting)?;
+        let kind = ladder::kind(&setting);
         // Time per pixel of the last picture.
         let mut ms_per_pixel = 0.0;
         for camera in &cameras {
@@ -196,18 +174,19 @@ fn measure(
             }
             let mut best: Option<Sample> = None;
             for _ in 0..reps {
-                let keys = opened.draw(&command, camera)?.account.keys;
-                let sample = Sample {
-                    path: path.clone(),
-                    counts: counts(&keys, pixels),
-                    cpu_ms: milliseconds(&keys, "cpu_ms"),
-                    wall_ms: milliseconds(&keys, "wall_ms"),
-                };
-                if best.as_ref().is_none_or(|best| sample.cpu_ms < best.cpu_ms) {
-                    best = Some(sample);
+                let rendered = measure::rendered(&mut opened, camera)?;
+                let fastest = best.as_ref().map_or(f64::INFINITY, |best| best.time.cpu_ms);
+                if rendered.time.cpu_ms < fastest {
+                    best = Some(Sample {
+                        work: Work {
+                            kind: kind.clone(),
+                            counts: counts(&rendered.keys, pixels),
+                        },
+                        time: rendered.time,
+                    });
                 }
             }
-            ms_per_pixel = best.as_ref().map_or(0.0, |best| best.cpu_ms / pixels);
+            ms_per_pixel = best.as_ref().map_or(0.0, |best| best.time.cpu_ms / pixels);
             samples.extend(best);
         }
     }

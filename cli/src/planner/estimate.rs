@@ -11,7 +11,7 @@
 use super::look::MOST_VIEWS;
 use crate::values::BoundMetric;
 
-/// What a window showed against the exact setting.
+/// Error of a window against the exact setting.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WindowError {
     /// Sum of squares over the covered pixels' red, green and blue.

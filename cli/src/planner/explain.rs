@@ -1,12 +1,14 @@
-//! What the planner says about its choice: one line, an explanation, and the record in the stats file.
+//! The account of the planner's choice: one line, an explanation, and the record in the stats file.
 
+use anyhow::Result;
 use serde_json::{Value, json};
 
-use super::Asked;
+use super::asked::Asked;
 use super::calibration::Calibration;
 use super::pilot::Pilot;
 use super::search::{Keeps, Tried};
-use crate::words;
+use crate::report::Verbosity;
+use crate::setting::Setting;
 
 /// All that is known about a choice.
 pub(super) struct Account<'a> {
@@ -15,15 +17,26 @@ pub(super) struct Account<'a> {
     pub(super) tried: &'a [Tried],
     pub(super) pilot: Option<&'a Pilot>,
     pub(super) calibration: &'a Calibration,
-    pub(super) exact: &'a [String],
-    /// The command with the settings that were chosen.
-    pub(super) words: Vec<String>,
+    pub(super) exact: &'a Setting,
+    /// The command with the setting that was chosen.
+    pub(super) command: String,
     pub(super) planning_ms: f64,
 }
 
 impl Account<'_> {
-    /// What a person must know if it cannot be kept.
-    pub(super) fn warning(&self) -> Option<String> {
+    /// The lines for people.
+    pub(super) fn said(&self, explain: bool, verbosity: Verbosity) -> Result<Vec<String>> {
+        let mut lines: Vec<String> = self.warning().into_iter().collect();
+        if explain {
+            lines.push(self.explained()?);
+        } else if verbosity != Verbosity::Quiet {
+            lines.push(self.line()?);
+        }
+        Ok(lines)
+    }
+
+    /// A warning where no setting keeps the bound.
+    fn warning(&self) -> Option<String> {
         let Asked::Time(time_ms) = self.asked else {
             return None;
         };
@@ -36,9 +49,9 @@ impl Account<'_> {
     }
 
     /// The choice in one line.
-    pub(super) fn line(&self) -> String {
-        let setting = self.chosen.setting.join(" ");
-        match self.asked {
+    fn line(&self) -> Result<String> {
+        let setting = typed(&self.chosen.setting)?;
+        Ok(match self.asked {
             Asked::Error(_) if self.is_exact() => format!("chosen: the exact setting, {setting}"),
             Asked::Error(bound) => format!(
                 "chosen: {setting}; {} error at most {:.5} predicted, {:.5} allowed",
@@ -50,12 +63,12 @@ impl Account<'_> {
                 "chosen: {setting}; about {:.0} ms predicted, rms error about {:.5}",
                 self.chosen.cost_ms, self.chosen.error
             ),
-        }
+        })
     }
 
-    /// What was chosen, why, and what each choice saves and costs.
-    pub(super) fn explained(&self) -> String {
-        let mut lines = vec![self.line(), self.pilot_line()];
+    /// The choice, its reason, and the savings and costs of the others.
+    fn explained(&self) -> Result<String> {
+        let mut lines = vec![self.line()?, self.pilot_line()];
         if let Asked::Time(_) = self.asked {
             lines.push(format!("times: {}", self.calibration.described));
         }
@@ -68,30 +81,32 @@ impl Account<'_> {
             .filter(|t| t.setting != self.chosen.setting)
             .collect();
         others.sort_by(|a, b| a.cost_ms.total_cmp(&b.cost_ms));
-        lines.extend(others.into_iter().map(|other| self.beside(other)));
-        lines.push(format!(
-            "again without planning: {}",
-            words::typed(&self.words)
-        ));
-        lines.join("\n")
+        for other in others {
+            lines.push(self.beside(other)?);
+        }
+        lines.push(format!("again without planning: {}", self.command));
+        Ok(lines.join("\n"))
     }
 
     /// The entry of the stats file.
-    pub(super) fn record(&self) -> Value {
+    pub(super) fn record(&self) -> Result<Value> {
         let (views, windows, share) = self.pilot.map_or((0, 0, 0.0), Pilot::size);
         let mut record = self.asked.record();
-        let considered: Vec<Value> = self
-            .tried
-            .iter()
-            .map(|t| json!({"setting": t.setting.join(" "), "predicted_error": t.error, "predicted_ms": t.cost_ms}))
-            .collect();
+        let mut considered = Vec::with_capacity(self.tried.len());
+        for tried in self.tried {
+            considered.push(json!({
+                "setting": typed(&tried.setting)?,
+                "predicted_error": tried.error,
+                "predicted_ms": tried.cost_ms,
+            }));
+        }
         let more = json!({
-            "setting": self.chosen.setting.join(" "),
+            "setting": typed(&self.chosen.setting)?,
             "predicted_error": self.chosen.error,
             "predicted_ms": self.chosen.cost_ms,
             "kept": self.chosen.keeps == Keeps::Yes,
-            "exact_setting": self.exact.join(" "),
-            "command": words::typed(&self.words),
+            "exact_setting": typed(self.exact)?,
+            "command": self.command,
             "pilot_views": views,
             "pilot_windows": windows,
             "pilot_share_of_pixels": share,
@@ -103,11 +118,11 @@ impl Account<'_> {
         if let (Some(record), Value::Object(more)) = (record.as_object_mut(), more) {
             record.extend(more);
         }
-        record
+        Ok(record)
     }
 
     fn is_exact(&self) -> bool {
-        self.chosen.setting == self.exact
+        self.chosen.setting == *self.exact
     }
 
     fn why_exact(&self) -> &'static str {
@@ -118,7 +133,7 @@ impl Account<'_> {
             Some(pilot) if !pilot.sees_something() => {
                 "why: a coarse look shows nothing to measure on"
             }
-            Some(_) => "why: nothing cheaper is predicted to keep what was asked for",
+            Some(_) => "why: no cheaper setting is predicted to keep the bound",
         }
     }
 
@@ -134,7 +149,7 @@ impl Account<'_> {
         let all_ms = exact_ms / views.max(1) as f64 * pilot.pictures as f64;
         format!(
             "pilot: {windows} windows in {views} of {} pictures, {:.1} % of their pixels; {:.0} ms of CPU time, {:.1} % of \
-             what the exact setting would take for all; {:.0} ms in all, with reading",
+             the exact setting would take for all; {:.0} ms in all, with reading",
             pilot.pictures,
             100.0 * share,
             pilot.cpu_ms,
@@ -143,8 +158,8 @@ impl Account<'_> {
         )
     }
 
-    /// What another setting would have saved or cost.
-    fn beside(&self, other: &Tried) -> String {
+    /// The saving or cost of another setting.
+    fn beside(&self, other: &Tried) -> Result<String> {
         let ratio = other.cost_ms / self.chosen.cost_ms.max(f64::MIN_POSITIVE);
         let cost = if ratio < 1.0 {
             format!("saves {:.0} %", 100.0 * (1.0 - ratio))
@@ -156,10 +171,15 @@ impl Account<'_> {
             (Keeps::No, Asked::Error(_)) => ", over the bound",
             (Keeps::No, Asked::Time(_)) => ", over the time",
         };
-        format!(
-            "  {}: error {:.5}{verdict}; {cost}",
-            other.setting.join(" "),
+        let setting = typed(&other.setting)?;
+        Ok(format!(
+            "  {setting}: error {:.5}{verdict}; {cost}",
             other.error
-        )
+        ))
     }
+}
+
+/// A setting as it is typed, in one text.
+fn typed(setting: &Setting) -> Result<String> {
+    Ok(setting.words()?.join(" "))
 }

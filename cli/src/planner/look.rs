@@ -1,21 +1,21 @@
 //! How closely pictures are looked at: how many of them, and how much of each.
 //!
-//! Takes what the pictures and their parts would cost under the exact setting, in exact pictures, and gives the closest look
+//! Takes the cost of the pictures and of their parts under the exact setting, in exact pictures, and gives the closest look
 //! that a run can afford: eight pictures in parts, or fewer, or a few as a whole where parts would cost as much. A run
 //! that can afford none takes the exact setting at once.
 
-use crate::commands::Parts;
+use crate::opened::Parts;
 
 /// A look at some of the pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Look {
     /// Pictures that are looked at.
     pub(super) views: usize,
-    /// What is seen of each.
+    /// The part of each that is seen.
     pub(super) part: Part,
 }
 
-/// What is seen of a picture.
+/// The part of a picture that is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Part {
     /// Windows of this side, px, in this many draws.
@@ -24,16 +24,16 @@ pub(super) enum Part {
     Whole,
 }
 
-/// What a window costs.
+/// The cost of a window.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WindowCost {
     /// Cells of a picture that show something.
     pub(super) cells: usize,
-    /// What a window takes however small it is, of a whole picture.
+    /// The fixed cost of a window, of a whole picture.
     pub(super) fixed: f64,
 }
 
-/// What a look may cost.
+/// The allowed cost of a look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Effort {
     /// A small share of the exact run.
@@ -42,8 +42,8 @@ pub(super) enum Effort {
     Any,
 }
 
-/// Share of the exact run that the look under the exact setting may take. What else planning may lose
-/// ([`super::purse`]) is left for tries.
+/// Share of the exact run that the look under the exact setting may take. The rest of the budget
+/// ([`super::budget`]) is left for tries.
 const MOST_SHARE: f64 = 0.05;
 
 /// Pictures of a sequence that are looked at: one in four, but at most eight, and at least three where there are many.
@@ -132,6 +132,20 @@ fn windows((side_px, least): (u32, usize), affordable: f64, cost: WindowCost) ->
     let draws = wanted.min((affordable / each) as usize);
     (draws >= least && draws as f64 * each <= WHOLE_ABOVE)
         .then_some(Part::Windows { side_px, draws })
+}
+
+/// Numbers below `len`, evenly spaced.
+pub(super) fn places(len: usize, count: usize) -> Vec<usize> {
+    (0..count)
+        .map(|k| (2 * k + 1) * len / (2 * count))
+        .collect()
+}
+
+/// Puts a place into a list, instead of the nearest one.
+pub(super) fn include(list: &mut [usize], place: usize) {
+    if let Some(nearest) = list.iter_mut().min_by_key(|other| other.abs_diff(place)) {
+        *nearest = place;
+    }
 }
 
 #[cfg(test)]
@@ -234,5 +248,13 @@ mod tests {
                 }
             })
         );
+    }
+
+    #[test]
+    fn the_nearest_place_gives_way() {
+        let mut list = places(8, 3);
+        assert_eq!(list, [1, 4, 6]);
+        include(&mut list, 5);
+        assert_eq!(list, [1, 5, 6]);
     }
 }

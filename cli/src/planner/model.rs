@@ -1,4 +1,4 @@
-//! What a picture costs, from what it is made of: counts times coefficients that are not negative.
+//! The cost of a picture from its counts: a sum of counts times coefficients that are not negative.
 //!
 //! Counts are those of the stats file, the same on every machine; coefficients are milliseconds of CPU time per count,
 //! fitted to measured frames by least squares over relative errors, so that short and long frames weigh alike. A kind
@@ -9,6 +9,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::measure::{Time, number};
+
 /// Number of counts: frames; bricks, triangles or samples; tile pairs; points; splats; pixels touched; edge pixels; pixels.
 /// The first two belong to a frame however much of it is drawn; the others add up over the parts of a picture.
 pub(crate) const COUNTS: usize = 8;
@@ -18,6 +20,15 @@ pub(crate) const OF_FRAME: usize = 2;
 
 /// Counts of one picture, or of a part of it.
 pub(crate) type Counts = [f64; COUNTS];
+
+/// The work of one picture, or of a part of it.
+#[derive(Clone, Debug)]
+pub(crate) struct Work {
+    /// Its kind: works of one kind take times of one model.
+    pub(crate) kind: String,
+    /// Its counts.
+    pub(crate) counts: Counts,
+}
 
 /// Sweeps over the coefficients: the sums converge long before.
 const SWEEPS: usize = 2000;
@@ -34,14 +45,10 @@ pub(crate) struct Model {
 /// One measured frame.
 #[derive(Clone, Debug)]
 pub(crate) struct Sample {
-    /// Its kind of work.
-    pub(crate) path: String,
-    /// What it was made of.
-    pub(crate) counts: Counts,
-    /// What it took.
-    pub(crate) cpu_ms: f64,
-    /// Elapsed time.
-    pub(crate) wall_ms: f64,
+    /// Its work.
+    pub(crate) work: Work,
+    /// Its time.
+    pub(crate) time: Time,
 }
 
 /// The counts in a renderer's account.
@@ -56,7 +63,7 @@ pub(crate) fn counts(keys: &Value, pixels: f64) -> Counts {
         }
         return sum;
     }
-    let number = |name: &str| keys.get(name).and_then(Value::as_f64).unwrap_or(0.0);
+    let number = |name: &str| number(keys, name);
     [
         1.0,
         number("bricks") + number("triangles") + number("samples"),
@@ -69,110 +76,81 @@ pub(crate) fn counts(keys: &Value, pixels: f64) -> Counts {
     ]
 }
 
-/// Milliseconds under a name of a renderer's account; of several views their sum.
-pub(crate) fn milliseconds(keys: &Value, name: &str) -> f64 {
-    match keys.get("views").and_then(Value::as_array) {
-        Some(views) => views.iter().map(|view| milliseconds(view, name)).sum(),
-        None => keys.get(name).and_then(Value::as_f64).unwrap_or(0.0),
-    }
-}
-
 impl Model {
     /// Fits coefficients to measured frames.
     pub(crate) fn fitted(samples: &[Sample]) -> Self {
-        let mut by_path: BTreeMap<&str, Vec<&Sample>> = BTreeMap::new();
-        let mut ratios: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
-        for sample in samples.iter().filter(|sample| sample.cpu_ms > 0.0) {
-            by_path.entry(&sample.path).or_default().push(sample);
-            ratios
-                .entry(application(&sample.path))
-                .or_default()
-                .push(sample.wall_ms / sample.cpu_ms);
+        let mut by_kind: BTreeMap<&str, Vec<&Sample>> = BTreeMap::new();
+        let mut model = Self::default();
+        for sample in samples.iter().filter(|sample| sample.time.cpu_ms > 0.0) {
+            let Sample { work, time } = sample;
+            by_kind.entry(&work.kind).or_default().push(sample);
+            // Other work on the machine lengthens elapsed time alone, so the least disturbed frame counts.
+            let ratio = time.wall_ms / time.cpu_ms;
+            let least = model
+                .wall_per_cpu
+                .entry(application(&work.kind).to_owned())
+                .or_insert(f64::INFINITY);
+            *least = least.min(ratio);
         }
-        let cpu_ms = by_path
-            .iter()
-            .map(|(path, samples)| ((*path).to_owned(), fit(samples)))
-            .collect();
-        // Other work on the machine lengthens elapsed time alone, so the least disturbed frame counts.
-        let least = |list: Vec<f64>| list.into_iter().fold(f64::INFINITY, f64::min);
-        let wall_per_cpu = ratios
+        model.cpu_ms = by_kind
             .into_iter()
-            .map(|(name, list)| (name.to_owned(), least(list)))
+            .map(|(kind, samples)| (kind.to_owned(), fit(&samples)))
             .collect();
-        Self {
-            cpu_ms,
-            wall_per_cpu,
-        }
+        model
     }
 
     /// Whether a kind of work was measured.
-    pub(crate) fn knows(&self, path: &str) -> bool {
-        self.cpu_ms.contains_key(path)
+    pub(crate) fn knows(&self, kind: &str) -> bool {
+        self.cpu_ms.contains_key(kind)
     }
 
     /// CPU time of a frame; for a kind of work that was never measured by the coefficients of the nearest kind.
-    pub(crate) fn likely_cpu_ms(&self, path: &str, counts: &Counts) -> f64 {
-        self.likely(path)
-            .iter()
-            .zip(counts)
-            .map(|(ms, count)| ms * count)
-            .sum()
+    pub(crate) fn likely_cpu_ms(&self, work: &Work) -> f64 {
+        let coefficients = self.likely(&work.kind);
+        let terms = coefficients.iter().zip(&work.counts);
+        terms.map(|(ms, count)| ms * count).sum()
     }
 
-    /// What depends on how much of a frame is drawn, ms; as [`Self::likely_cpu_ms`].
-    pub(crate) fn growing_ms(&self, path: &str, counts: &Counts) -> f64 {
-        self.likely(path)
-            .iter()
-            .zip(counts)
-            .skip(OF_FRAME)
-            .map(|(ms, count)| ms * count)
-            .sum()
+    /// The part of it that depends on how much of a frame is drawn, ms.
+    pub(crate) fn growing_ms(&self, work: &Work) -> f64 {
+        let coefficients = self.likely(&work.kind);
+        let terms = coefficients.iter().zip(&work.counts).skip(OF_FRAME);
+        terms.map(|(ms, count)| ms * count).sum()
     }
 
     /// The share of a frame that does not depend on how much of it is drawn.
-    pub(crate) fn fixed_share(&self, path: &str, counts: &Counts) -> f64 {
-        let fixed: f64 = self
-            .likely(path)
-            .iter()
-            .zip(counts)
-            .take(OF_FRAME)
-            .map(|(ms, count)| ms * count)
-            .sum();
-        (fixed / self.likely_cpu_ms(path, counts).max(f64::MIN_POSITIVE)).min(1.0)
+    pub(crate) fn fixed_share(&self, work: &Work) -> f64 {
+        let all_ms = self.likely_cpu_ms(work);
+        ((all_ms - self.growing_ms(work)) / all_ms.max(f64::MIN_POSITIVE)).min(1.0)
     }
 
     /// Coefficients of a kind of work, or of the first that shares its method, its sub-pixels or its application.
-    fn likely(&self, path: &str) -> Counts {
-        let words = |path: &str| -> [String; 3] {
-            let mut words = path.split(' ').map(str::to_owned);
-            std::array::from_fn(|_| words.next().unwrap_or_default())
-        };
-        let own = words(path);
-        let like = |alike: &dyn Fn(&[String; 3]) -> bool| {
-            self.cpu_ms
+    fn likely(&self, kind: &str) -> Counts {
+        let own: Vec<&str> = kind.split(' ').collect();
+        let alike = |other: &str, places: &[usize]| {
+            let other: Vec<&str> = other.split(' ').collect();
+            places
                 .iter()
-                .find(|(other, _)| alike(&words(other)))
-                .map(|(_, coefficients)| *coefficients)
+                .all(|&place| other.get(place) == own.get(place))
         };
-        like(&|other| *other == own)
-            .or_else(|| like(&|other| other[..2] == own[..2]))
-            .or_else(|| like(&|other| other[0] == own[0] && other[2] == own[2]))
-            .or_else(|| like(&|other| other[0] == own[0]))
-            .unwrap_or([1.0; COUNTS])
+        [&[0, 1, 2][..], &[0, 1], &[0, 2], &[0]]
+            .into_iter()
+            .find_map(|places| self.cpu_ms.iter().find(|(other, _)| alike(other, places)))
+            .map_or([1.0; COUNTS], |(_, coefficients)| *coefficients)
     }
 
     /// Elapsed over CPU time.
-    pub(crate) fn wall_per_cpu(&self, path: &str) -> f64 {
+    pub(crate) fn wall_per_cpu(&self, kind: &str) -> f64 {
         self.wall_per_cpu
-            .get(application(path))
+            .get(application(kind))
             .copied()
             .unwrap_or(1.0)
     }
 }
 
 /// The application of a kind of work.
-fn application(path: &str) -> &str {
-    path.split(' ').next().unwrap_or_default()
+fn application(kind: &str) -> &str {
+    kind.split(' ').next().unwrap_or_default()
 }
 
 /// Coefficients that are not negative, for which the squares of the relative errors are least: each in turn is set to
@@ -180,7 +158,7 @@ fn application(path: &str) -> &str {
 fn fit(samples: &[&Sample]) -> Counts {
     let rows: Vec<Counts> = samples
         .iter()
-        .map(|sample| sample.counts.map(|count| count / sample.cpu_ms))
+        .map(|sample| sample.work.counts.map(|count| count / sample.time.cpu_ms))
         .collect();
     let mut gram = [[0.0; COUNTS]; COUNTS];
     let mut right = [0.0; COUNTS];
@@ -215,10 +193,14 @@ mod tests {
 
     fn sample(counts: Counts, cpu_ms: f64) -> Sample {
         Sample {
-            path: "volsplat x".into(),
-            counts,
-            cpu_ms,
-            wall_ms: 0.5 * cpu_ms,
+            work: Work {
+                kind: "volsplat x".into(),
+                counts,
+            },
+            time: Time {
+                wall_ms: 0.5 * cpu_ms,
+                cpu_ms,
+            },
         }
     }
 
@@ -243,11 +225,11 @@ mod tests {
             .collect();
         let model = Model::fitted(&samples);
         for sample in &samples {
-            let found = model.likely_cpu_ms("volsplat x", &sample.counts);
+            let found = model.likely_cpu_ms(&sample.work);
             assert!(
-                (found / sample.cpu_ms - 1.0).abs() < 0.01,
+                (found / sample.time.cpu_ms - 1.0).abs() < 0.01,
                 "{found} for {}",
-                sample.cpu_ms
+                sample.time.cpu_ms
             );
         }
         assert!(
@@ -269,6 +251,5 @@ mod tests {
             (found[0], found[1], found[5], found[7]),
             (2.0, 10.0, 7.0, 100.0)
         );
-        assert_eq!(milliseconds(&keys, "cpu_ms"), 3.5);
     }
 }

@@ -1,118 +1,67 @@
 //! The pilot: small windows of the pictures, drawn with the exact setting and with candidates.
 //!
-//! Takes an opened scene, gives for any setting the errors in the windows and the counts of the whole picture. A coarse
-//! picture shows what is covered and where contrast is; windows stand there. Counts of the whole picture under a
-//! setting are those of the coarse picture times the ratio of both settings' counts in the windows, which varies far
-//! less than the counts themselves.
-
-mod thin;
-mod took;
+//! Takes an opened scene, gives for any setting the errors in the windows and the work of the whole pictures ([`Found`]). A
+//! coarse picture shows the covered part and its contrast; windows stand there.
 
 use anyhow::Result;
-use resample_core::{Camera, Image};
+use resample_core::Camera;
 
-use self::thin::Limit;
-use self::took::Took;
-use super::estimate::{ViewErrors, WindowError};
-use super::ladders;
-use super::look::{self, Effort, Part, WindowCost};
-use super::model::{COUNTS, Counts, Model, OF_FRAME, counts, milliseconds};
-use super::windows::{self, Window, Windows};
-use crate::args::Command;
-use crate::commands::{Opened, Parts};
-use crate::words;
+use super::fixed_cost::FixedCost;
+use super::found::{Found, Rendered, View, pixels};
+use super::ladder::{self, Ladder};
+use super::look::{self, Effort, Look, Part, WindowCost, places};
+use super::model::{Counts, Model, OF_FRAME, Work, counts};
+use super::subsample_windows::{Limit, ViewShare};
+use super::windows::{self, Windows};
+use crate::measure;
+use crate::opened::{Opened, Parts};
+use crate::setting::Setting;
 
-/// A scene under the settings of a command.
+/// A scene, and the setting that was typed.
 pub(super) struct Scene {
     pub(super) opened: Opened,
-    /// What a part of its pictures is.
-    pub(super) parts: Parts,
-    /// The command without the options of the planner.
-    pub(super) words: Vec<String>,
+    pub(super) typed: Setting,
 }
 
-/// What was drawn.
-struct Sight {
-    image: Image,
-    counts: Counts,
-    cpu_ms: f64,
-    /// Under the settings of this kind of work.
-    path: String,
-}
-
-/// The windows of some of the pictures, and what the exact setting shows in them.
+/// The windows of some of the pictures, and the exact setting in them.
 pub(super) struct Pilot {
     views: Vec<View>,
+    parts: Parts,
     /// Pictures of the whole sequence.
     pub(super) pictures: usize,
-    /// Rim of a window that does not count, px.
-    guard_px: usize,
     /// The exact setting in the windows.
     pub(super) exact: Option<Found>,
     /// CPU time of all that the pilot has drawn, ms: measured, and by the model.
     pub(super) cpu_ms: f64,
     pub(super) model_ms: f64,
     model: Model,
-    /// What coarse pictures and their windows took.
-    took: Took,
-    /// What the windows may take under the exact setting.
+    fixed_cost: FixedCost,
+    /// The work that the windows may take under the exact setting.
     limit: Limit,
-}
-
-struct View {
-    camera: Camera,
-    windows: Windows,
-    /// Counts of the whole coarse picture and of its windows, where both were drawn.
-    coarse: Option<(Counts, Vec<Counts>)>,
-    /// Contrast of the coarse picture per covered pixel.
-    unrest: f64,
-    exact: Vec<Image>,
 }
 
 /// How a coarse look is taken.
 struct Coarse {
-    command: Command,
+    setting: Setting,
     /// It shows every so many pixels.
     step: u32,
     /// Most pictures of a sequence that are looked at.
     looks: usize,
 }
 
-/// What the pilot found of a setting.
-#[derive(Clone, Debug)]
-pub(super) struct Found {
-    /// The kind of work.
-    pub(super) path: String,
-    /// Errors of each view.
-    pub(super) errors: Vec<ViewErrors>,
-    /// Counts of each view's whole picture.
-    pub(super) frames: Vec<Counts>,
-    /// CPU time and counts of all windows together.
-    pub(super) windows_cpu_ms: f64,
-    pub(super) windows_counts: Counts,
-    /// What all windows take by the model.
-    pub(super) windows_model_ms: f64,
-    /// How many windows there are, and the CPU time of each that does not depend on what it shows.
-    pub(super) windows: usize,
-    pub(super) fixed_cpu_ms: f64,
-    /// CPU time of each view's whole picture by the windows alone.
-    pub(super) frames_cpu_ms: Vec<f64>,
-}
-
 impl Scene {
-    /// The command under a setting.
-    pub(super) fn command(&self, setting: &[String]) -> Result<Command> {
-        Ok(words::parsed(&words::with(&self.words, setting))?.command)
-    }
-
-    fn draw(&mut self, command: &Command, camera: &Camera) -> Result<Sight> {
-        let drawn = self.opened.draw(command, camera)?;
-        let pixels = f64::from(camera.width) * f64::from(camera.height);
-        Ok(Sight {
+    /// Draws with a setting beyond the typed one.
+    fn rendered(&mut self, setting: &Setting, camera: &Camera) -> Result<Rendered> {
+        let setting = self.typed.with(setting)?;
+        self.opened.set(&setting)?;
+        let drawn = measure::rendered(&mut self.opened, camera)?;
+        Ok(Rendered {
+            work: Work {
+                kind: ladder::kind(&setting),
+                counts: counts(&drawn.keys, pixels(camera)),
+            },
             image: drawn.image,
-            counts: counts(&drawn.account.keys, pixels),
-            cpu_ms: milliseconds(&drawn.account.keys, "cpu_ms"),
-            path: ladders::path(command),
+            cpu_ms: drawn.time.cpu_ms,
         })
     }
 }
@@ -122,224 +71,206 @@ impl Pilot {
     /// a look.
     pub(super) fn new(
         scene: &mut Scene,
-        family: &ladders::Family,
+        ladder: &Ladder,
         (effort, model): (Effort, &Model),
     ) -> Result<Option<Self>> {
-        let pictures = scene.opened.cameras().len();
-        let guard_px = match scene.parts {
-            Parts::Windows { guard_px, .. } => guard_px,
-            Parts::Whole => 0,
-        };
-        let pixels = scene
-            .opened
-            .cameras()
-            .iter()
-            .map(pixels)
-            .fold(0.0, f64::max);
-        if effort == Effort::Affordable && !look::may_pay(scene.parts, (pictures, pixels)) {
+        let cameras = scene.opened.cameras().to_vec();
+        let (pictures, parts) = (cameras.len(), scene.opened.parts());
+        let most_pixels = cameras.iter().map(pixels).fold(0.0, f64::max);
+        if effort == Effort::Affordable && !look::may_pay(parts, (pictures, most_pixels)) {
             return Ok(None);
         }
+        let exact = ladder::kind(&scene.typed.with(&ladder.exact)?);
         let mut pilot = Self {
             views: Vec::new(),
+            parts,
             pictures,
-            guard_px,
             exact: None,
             cpu_ms: 0.0,
             model_ms: 0.0,
             model: model.clone(),
-            took: Took::default(),
-            limit: Limit::new(
-                ladders::path(&scene.command(&family.exact)?),
-                (pictures, effort),
-            ),
+            fixed_cost: FixedCost::default(),
+            limit: Limit::new(exact, (pictures, effort)),
         };
         let coarse = Coarse {
-            command: scene.command(&family.coarse)?,
-            step: if effort == Effort::Affordable {
-                family.coarse_step
-            } else {
-                1
+            setting: ladder.coarse.clone(),
+            step: match effort {
+                Effort::Affordable => ladder.coarse_step,
+                Effort::Any => 1,
             },
-            looks: family.coarse_looks,
+            looks: ladder.coarse_looks,
         };
-        let middle = chosen(scene.opened.cameras(), 1)[0];
+        let middle = cameras[pictures / 2];
         let seen = pilot.coarse(scene, &coarse, &middle)?;
-        let fixed = pilot.model.fixed_share(&pilot.limit.path, &seen.counts);
+        let fixed = model.fixed_share(&pilot.limit.work(seen.work.counts));
         let window = |side| WindowCost {
             cells: windows::covered_cells(&middle, &seen.image, side),
             fixed,
         };
-        let sides = look::sides(scene.parts, pixels);
-        let Some(look) = look::closest((scene.parts, &sides), (pictures, effort), window) else {
+        let sides = look::sides(parts, most_pixels);
+        let Some(look) = look::closest((parts, &sides), (pictures, effort), window) else {
             return Ok(None);
         };
-        let cameras = match effort {
-            Effort::Affordable => pilot.with_worst(scene, &coarse, look.views)?,
-            Effort::Any => chosen(scene.opened.cameras(), look.views),
-        };
+        let mut chosen = places(pictures, look.views);
+        if effort == Effort::Affordable && (2..pictures).contains(&look.views) {
+            let worst = pilot.most_contrast(scene, &coarse, &cameras)?;
+            if let Some(worst) = worst {
+                look::include(&mut chosen, worst);
+            }
+        }
         let mut seen = Some(seen);
-        for camera in cameras {
-            let sight = if camera == middle { seen.take() } else { None };
-            pilot.add_view(scene, (&coarse, look.views), (camera, look.part, sight))?;
+        for place in chosen {
+            let camera = cameras[place];
+            let whole = if camera == middle { seen.take() } else { None };
+            pilot.add_view(scene, (&coarse, look), (camera, whole))?;
         }
-        if !pilot.thinned() {
+        if !pilot.subsampled() {
             return Ok(None);
         }
-        pilot.exact = Some(pilot.found(scene, &family.exact)?);
+        pilot.exact = Some(pilot.found(scene, &ladder.exact)?);
         Ok(Some(pilot))
     }
 
-    /// The cameras that are looked at: evenly spaced, but for the one that is nearest to the picture with the most unrest,
-    /// in whose place that one is taken. A thing that is seen from its narrow side has the largest error.
-    fn with_worst(
+    /// The picture with the most contrast, of some: a thing that is seen from its narrow side has the largest error.
+    fn most_contrast(
         &mut self,
         scene: &mut Scene,
         coarse: &Coarse,
-        count: usize,
-    ) -> Result<Vec<Camera>> {
-        let cameras = scene.opened.cameras().to_vec();
-        let mut views = places(cameras.len(), count);
-        if count < cameras.len() && count > 1 {
-            let (mut worst, mut most) = (views[0], 0.0);
-            for place in places(cameras.len(), cameras.len().min(coarse.looks)) {
-                let unrest = windows::unrest(&self.coarse(scene, coarse, &cameras[place])?.image);
-                if unrest > most {
-                    (worst, most) = (place, unrest);
-                }
+        cameras: &[Camera],
+    ) -> Result<Option<usize>> {
+        let (mut worst, mut most) = (None, 0.0);
+        for place in places(cameras.len(), cameras.len().min(coarse.looks)) {
+            let seen = self.coarse(scene, coarse, &cameras[place])?;
+            let contrast = windows::contrast(&seen.image);
+            if contrast > most {
+                (worst, most) = (Some(place), contrast);
             }
-            thin::include(&mut views, worst);
         }
-        Ok(views.into_iter().map(|place| cameras[place]).collect())
+        Ok(worst)
     }
 
-    /// Adds one of `views` pictures that are looked at; what was seen of it coarsely is not drawn again.
+    /// Adds one of the pictures that are looked at; its coarse picture is not drawn again.
     fn add_view(
         &mut self,
         scene: &mut Scene,
-        (coarse, views): (&Coarse, usize),
-        (camera, part, seen): (Camera, Part, Option<Sight>),
+        (coarse, look): (&Coarse, Look),
+        (camera, whole): (Camera, Option<Rendered>),
     ) -> Result<()> {
-        let Part::Windows { side_px, draws } = part else {
-            let windows = windows::whole(&camera);
-            self.views.push(View {
-                camera,
-                windows,
-                coarse: None,
-                unrest: 0.0,
-                exact: Vec::new(),
-            });
-            return Ok(());
-        };
-        let whole = match seen {
-            Some(sight) => sight,
-            None => self.coarse(scene, coarse, &camera)?,
-        };
-        let mut windows = windows::spread(&camera, &whole.image, (side_px, draws));
-        self.took.whole.add(&self.model, &whole);
-        let mut counts = self.coarse_windows(scene, coarse, &windows)?;
-        let fewer = self.affordable_draws(views, (&whole.counts, &counts), (scene.parts, draws));
-        if fewer < draws {
-            windows = windows::spread(&camera, &whole.image, (side_px, fewer));
-            counts = self.coarse_windows(scene, coarse, &windows)?;
-        }
-        let unrest = windows::unrest(&whole.image);
-        let coarse = (coarse.step == 1).then_some((whole.counts, counts));
-        self.views.push(View {
+        let mut view = View {
             camera,
-            windows,
-            coarse,
-            unrest,
+            windows: windows::whole(&camera),
+            coarse: None,
+            contrast: 0.0,
             exact: Vec::new(),
-        });
+        };
+        if let Part::Windows { side_px, draws } = look.part {
+            let whole = match whole {
+                Some(whole) => whole,
+                None => self.coarse(scene, coarse, &camera)?,
+            };
+            view.contrast = windows::contrast(&whole.image);
+            view.windows = windows::spread(&camera, &whole.image, (side_px, draws));
+            // Counts of a picture that shows every so many pixels are no base for a ratio.
+            if coarse.step == 1 {
+                let growing_ms = self.model.growing_ms(&whole.work);
+                self.fixed_cost.whole.add(whole.cpu_ms, growing_ms);
+                let whole_counts = whole.work.counts;
+                let mut counts = self.coarse_windows(scene, coarse, &view.windows)?;
+                let share = self.limit.share(&self.model, whole_counts, &counts);
+                let fewer = self
+                    .limit
+                    .draws(share * look.views as f64, self.parts, draws);
+                if fewer < draws {
+                    view.windows = windows::spread(&camera, &whole.image, (side_px, fewer));
+                    counts = self.coarse_windows(scene, coarse, &view.windows)?;
+                }
+                view.coarse = Some((whole_counts, counts));
+            }
+        }
+        self.views.push(view);
         Ok(())
     }
 
-    /// Counts of coarse windows; none where only every so many pixels are shown.
+    /// Counts of coarse windows.
     fn coarse_windows(
         &mut self,
         scene: &mut Scene,
         coarse: &Coarse,
         windows: &Windows,
     ) -> Result<Vec<Counts>> {
-        let list = if coarse.step == 1 {
-            &windows.list[..]
-        } else {
-            &[]
-        };
-        let mut counts = Vec::with_capacity(list.len());
-        for window in list {
-            let sight = self.drawn(scene, &coarse.command, &window.camera)?;
-            self.took.windows.add(&self.model, &sight);
-            counts.push(sight.counts);
+        let mut counts = Vec::with_capacity(windows.list.len());
+        for window in &windows.list {
+            let seen = self.drawn(scene, &coarse.setting, &window.camera)?;
+            let growing_ms = self.model.growing_ms(&seen.work);
+            self.fixed_cost.windows.add(seen.cpu_ms, growing_ms);
+            counts.push(seen.work.counts);
         }
         Ok(counts)
     }
 
     /// Looks at a whole picture coarsely. Counts are those of all its pixels, about.
-    fn coarse(&mut self, scene: &mut Scene, coarse: &Coarse, camera: &Camera) -> Result<Sight> {
-        if coarse.step == 1 {
-            return self.drawn(scene, &coarse.command, camera);
-        }
+    fn coarse(&mut self, scene: &mut Scene, coarse: &Coarse, camera: &Camera) -> Result<Rendered> {
         let small = camera.resized(
             camera.width.div_ceil(coarse.step),
             camera.height.div_ceil(coarse.step),
         )?;
-        let mut sight = self.drawn(scene, &coarse.command, &small)?;
+        let small = if coarse.step == 1 { *camera } else { small };
+        let mut seen = self.drawn(scene, &coarse.setting, &small)?;
         let more = pixels(camera) / pixels(&small);
-        sight.counts[OF_FRAME..]
-            .iter_mut()
-            .for_each(|count| *count *= more);
-        sight.image = windows::enlarged(sight.image, camera);
-        Ok(sight)
+        for count in &mut seen.work.counts[OF_FRAME..] {
+            *count *= more;
+        }
+        seen.image = windows::enlarged(seen.image, camera);
+        Ok(seen)
     }
 
-    /// Draws, and counts what that took.
-    fn drawn(&mut self, scene: &mut Scene, command: &Command, camera: &Camera) -> Result<Sight> {
-        let sight = scene.draw(command, camera)?;
-        self.cpu_ms += sight.cpu_ms;
-        self.model_ms += self.model.likely_cpu_ms(&sight.path, &sight.counts);
-        Ok(sight)
+    /// Draws, and counts the time of it.
+    fn drawn(&mut self, scene: &mut Scene, setting: &Setting, camera: &Camera) -> Result<Rendered> {
+        let rendered = scene.rendered(setting, camera)?;
+        self.cpu_ms += rendered.cpu_ms;
+        self.model_ms += self.model.likely_cpu_ms(&rendered.work);
+        Ok(rendered)
     }
 
-    /// Draws the windows with a setting; the first one is what all others are compared with.
-    pub(super) fn found(&mut self, scene: &mut Scene, setting: &[String]) -> Result<Found> {
-        let command = scene.command(setting)?;
-        let mut found = Found {
-            path: ladders::path(&command),
-            errors: Vec::new(),
-            frames: Vec::new(),
-            windows_cpu_ms: 0.0,
-            windows_counts: [0.0; COUNTS],
-            windows_model_ms: 0.0,
-            windows: 0,
-            fixed_cpu_ms: self.took.fixed_ms(),
-            frames_cpu_ms: Vec::new(),
+    /// Leaves out pictures until the windows can be afforded; whether they can.
+    fn subsampled(&mut self) -> bool {
+        let share = |view: &View| ViewShare {
+            share: view.coarse.as_ref().map_or(0.0, |(whole, windows)| {
+                self.limit.share(&self.model, *whole, windows)
+            }),
+            contrast: view.contrast,
         };
+        let shares: Vec<ViewShare> = self.views.iter().map(share).collect();
+        let Some(kept) = self.limit.kept(&shares, self.pictures) else {
+            return false;
+        };
+        let mut place = 0..;
+        self.views
+            .retain(|_| place.next().is_some_and(|place| kept.contains(&place)));
+        true
+    }
+
+    /// Draws the windows with a setting; all others are compared with the first one.
+    pub(super) fn found(&mut self, scene: &mut Scene, setting: &Setting) -> Result<Found> {
+        let kind = ladder::kind(&scene.typed.with(setting)?);
+        let mut found = Found::new(kind, self.fixed_cost.fixed_ms());
         for k in 0..self.views.len() {
-            let cameras: Vec<Camera> = self.views[k]
-                .windows
-                .list
-                .iter()
-                .map(|window| window.camera)
-                .collect();
-            let mut sights = Vec::with_capacity(cameras.len());
+            let list = self.views[k].windows.list.iter();
+            let cameras: Vec<Camera> = list.map(|window| window.camera).collect();
+            let mut parts = Vec::with_capacity(cameras.len());
             for camera in &cameras {
-                sights.push(self.drawn(scene, &command, camera)?);
+                parts.push(self.drawn(scene, setting, camera)?);
             }
             let view = &mut self.views[k];
-            // Of a whole picture the exact one tells what is covered.
-            if let ([sight], true) = (
-                &sights[..],
-                view.exact.is_empty() && view.windows.cells == 1,
-            ) {
-                view.windows.covered_px = windows::covered_px(&sight.image);
+            // Of a whole picture the exact one shows what is covered.
+            if let ([part], true) = (&parts[..], view.exact.is_empty() && view.windows.cells == 1) {
+                view.windows.covered_px = windows::covered_px(&part.image);
             }
-            found.add(view, &sights, self.guard_px);
-            if view.exact.len() < sights.len() {
-                view.exact = sights.into_iter().map(|sight| sight.image).collect();
+            found.add(view, &parts, self.parts);
+            if view.exact.len() < parts.len() {
+                view.exact = parts.into_iter().map(|part| part.image).collect();
             }
         }
-        found.windows_model_ms = self.model.likely_cpu_ms(&found.path, &found.windows_counts);
         Ok(found)
     }
 
@@ -355,116 +286,4 @@ impl Pilot {
         let all: f64 = self.views.iter().map(|view| pixels(&view.camera)).sum();
         (self.views.len(), windows.count(), seen / all.max(1.0))
     }
-}
-
-impl Found {
-    fn add(&mut self, view: &View, sights: &[Sight], guard_px: usize) {
-        let windows = &view.windows.list;
-        let exact = if view.exact.is_empty() {
-            None
-        } else {
-            Some(&view.exact)
-        };
-        let errors = windows
-            .iter()
-            .zip(sights)
-            .enumerate()
-            .map(|(index, (window, sight))| {
-                let exact = exact.map_or(&sight.image, |images| &images[index]);
-                window_error(window, (&sight.image, exact), guard_px)
-            });
-        self.errors.push(ViewErrors {
-            windows: errors.collect(),
-            covered_px: view.windows.covered_px,
-            cells: view.windows.cells,
-        });
-        let of = |sights: &dyn Fn(usize) -> f64| -> f64 {
-            let list = windows.iter().enumerate();
-            let draws: usize = windows.iter().map(|window| window.draws).sum();
-            list.map(|(k, w)| w.draws as f64 * sights(k) / w.chance)
-                .sum::<f64>()
-                / draws.max(1) as f64
-        };
-        self.frames.push(std::array::from_fn(|i| {
-            if i < OF_FRAME {
-                return sights.first().map_or(0.0, |sight| sight.counts[i]);
-            }
-            let own = of(&|k| sights[k].counts[i]);
-            match &view.coarse {
-                _ if i == COUNTS - 1 => pixels(&view.camera),
-                Some((whole, windows)) => {
-                    let coarse = of(&|k| windows[k][i]);
-                    if coarse > 0.0 {
-                        whole[i] * own / coarse
-                    } else {
-                        own
-                    }
-                }
-                None => own,
-            }
-        }));
-        self.frames_cpu_ms.push(of(&|k| sights[k].cpu_ms));
-        self.windows += sights.len();
-        for sight in sights {
-            self.windows_cpu_ms += sight.cpu_ms;
-            self.windows_counts
-                .iter_mut()
-                .zip(sight.counts)
-                .for_each(|(sum, count)| *sum += count);
-        }
-    }
-}
-
-/// Errors inside the rim of a window, the squares as if the rim were like the inside.
-fn window_error(window: &Window, (image, exact): (&Image, &Image), guard_px: usize) -> WindowError {
-    let (mut squares, mut max, mut inside) = (0.0, 0.0_f64, 0_usize);
-    let (width, height) = (image.width, image.height);
-    // A part that is nothing but rim counts whole.
-    let guard = if width.min(height) > 2 * guard_px {
-        guard_px
-    } else {
-        0
-    };
-    for y in guard..height - guard {
-        let row = y * width + guard..(y + 1) * width - guard;
-        for (pixel, exact) in image.rgba[row.clone()].iter().zip(&exact.rgba[row]) {
-            inside += 1;
-            for k in 0..3 {
-                let change = f64::from(pixel[k]) - f64::from(exact[k]);
-                max = max.max(change.abs());
-                // As in the figures of a comparison under the mask of the exact picture.
-                squares += if exact[3] > 1.0 / 255.0 {
-                    change * change
-                } else {
-                    0.0
-                };
-            }
-        }
-    }
-    squares *= (width * height) as f64 / inside.max(1) as f64;
-    WindowError {
-        squares,
-        max,
-        chance: window.chance,
-        draws: window.draws,
-    }
-}
-
-/// Some of the cameras, evenly spaced.
-fn chosen(cameras: &[Camera], count: usize) -> Vec<Camera> {
-    places(cameras.len(), count)
-        .into_iter()
-        .map(|place| cameras[place])
-        .collect()
-}
-
-/// Numbers below `len`, evenly spaced.
-fn places(len: usize, count: usize) -> Vec<usize> {
-    (0..count)
-        .map(|k| (2 * k + 1) * len / (2 * count))
-        .collect()
-}
-
-fn pixels(camera: &Camera) -> f64 {
-    f64::from(camera.width) * f64::from(camera.height)
 }

@@ -1,4 +1,4 @@
-//! Where a picture is looked at closely: small windows, spread over what is covered, more of them where contrast is.
+//! The windows of a picture: small parts, spread over the covered area, more of them where contrast is.
 //!
 //! Takes a coarse picture, gives cameras of parts of it. The picture is cut into cells; a cell counts by its contrast and a
 //! little by being covered; windows stand at equal steps of that count, row by row (systematic sampling with
@@ -35,7 +35,7 @@ const FLOOR: f64 = 0.25;
 /// Smallest part of alpha that counts as covered, as in the figures of `resample compare`.
 const COVERED: f32 = 1.0 / 255.0;
 
-/// One window: the whole picture. What it covers is known once it is drawn.
+/// One window: the whole picture. Its covered area is known once it is drawn.
 pub(super) fn whole(camera: &Camera) -> Windows {
     let list = vec![Window {
         camera: *camera,
@@ -54,8 +54,8 @@ pub(super) fn covered_px(image: &Image) -> f64 {
     image.rgba.iter().filter(|pixel| pixel[3] > COVERED).count() as f64
 }
 
-/// Contrast of a picture for each pixel that it covers: errors come from edges, and count for what is covered.
-pub(super) fn unrest(image: &Image) -> f64 {
+/// Contrast of a picture for each pixel that it covers: errors come from edges, and count for covered pixels.
+pub(super) fn contrast(image: &Image) -> f64 {
     let whole = cell(image, [0, 0], image.width.max(image.height) as u32);
     if whole.covered > 0 {
         whole.contrast / whole.covered as f64
@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn a_narrow_thing_has_more_unrest_than_a_wide_one() {
+    fn a_narrow_thing_has_more_contrast_than_a_wide_one() {
         let mut narrow = picture();
         narrow
             .rgba
@@ -240,10 +240,14 @@ mod tests {
             .filter(|(i, _)| i % 64 >= 34)
             .for_each(|(_, pixel)| *pixel = [0.0; 4]);
         assert!(
-            unrest(&narrow) > unrest(&picture()),
+            contrast(&narrow) > contrast(&picture()),
             "edges count for fewer pixels"
         );
-        assert_eq!(unrest(&Image::transparent(64, 48)), 0.0, "nothing has none");
+        assert_eq!(
+            contrast(&Image::transparent(64, 48)),
+            0.0,
+            "nothing has none"
+        );
     }
 
     #[test]

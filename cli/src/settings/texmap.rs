@@ -1,20 +1,23 @@
-//! From what was typed for `resample texmap` to the options of the library, and to the record of what was used.
+//! From the typed options of `resample texmap` to those of the library, and to their record in the stats file.
 
 use anyhow::{Result, bail};
 use serde_json::{Value, json};
 use texmap::input::SceneChoice;
 use texmap::{LoadOptions, PlaneKind, RenderOptions};
 
-use crate::args::{ModelArgs, TexmapArgs};
+use crate::args::TexmapArgs;
 use crate::framing::Stance;
 use crate::output::Format;
 use crate::plan::{self, Request};
 
 /// How the file is read.
-pub(crate) fn load_options(args: &ModelArgs) -> LoadOptions {
+pub(crate) fn load_options(args: &TexmapArgs) -> LoadOptions {
+    // FILE#NAME, or FILE#scene=NAME as parts of other files are written.
+    let part = args.input.part.as_deref();
+    let scene = part.map(|part| part.strip_prefix("scene=").unwrap_or(part));
     LoadOptions {
-        scene: args.scene.clone().map(SceneChoice),
-        texture: args.texture.clone(),
+        scene: scene.map(|scene| SceneChoice(scene.to_owned())),
+        texture: args.model.texture.clone(),
     }
 }
 
@@ -47,7 +50,7 @@ pub(crate) fn record(
         None => plan::camera_record(request, stance),
     };
     json!({
-        "model": { "file": args.input, "scene": args.model.scene, "texture": args.model.texture },
+        "model": { "file": args.input.path, "scene": args.input.part, "texture": args.model.texture },
         "camera": camera,
         "render": options,
         "picture": plan::picture_record(request, format),

@@ -2,7 +2,7 @@
 
 /// The largest error that is allowed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Bound {
+pub struct Bound {
     /// Which error.
     pub metric: BoundMetric,
     /// Its largest value, above 0, where white is 1.
@@ -11,7 +11,7 @@ pub(crate) struct Bound {
 
 /// Which error is bounded. Both are of linear, premultiplied red, green and blue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum BoundMetric {
+pub enum BoundMetric {
     /// Root mean square over the covered pixels of the exact picture.
     Rms,
     /// Largest change of any pixel.
@@ -20,7 +20,7 @@ pub(crate) enum BoundMetric {
 
 impl BoundMetric {
     /// As it is typed.
-    pub(crate) fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::Rms => "rms",
             Self::Max => "max",
@@ -29,7 +29,7 @@ impl BoundMetric {
 }
 
 /// `1/255`, `0.004`, or one of them behind `rms:` or `max:`.
-pub(crate) fn bound(text: &str) -> Result<Bound, String> {
+pub fn bound(text: &str) -> Result<Bound, String> {
     let (metric, number) = match text.split_once(':') {
         Some(("rms", number)) => (BoundMetric::Rms, number),
         Some(("max", number)) => (BoundMetric::Max, number),
@@ -48,7 +48,7 @@ pub(crate) fn bound(text: &str) -> Result<Bound, String> {
 }
 
 /// `METRIC=VALUE`.
-pub(crate) fn metric_bound(text: &str) -> Result<(String, f64), String> {
+pub fn metric_bound(text: &str) -> Result<(String, f64), String> {
     let parts = text
         .split_once('=')
         .and_then(|(name, value)| Some((name.trim().to_owned(), super::finite(value)?)));
@@ -56,7 +56,7 @@ pub(crate) fn metric_bound(text: &str) -> Result<(String, f64), String> {
 }
 
 /// `50ms`, `2s` or `50` in milliseconds.
-pub(crate) fn time_ms(text: &str) -> Result<f64, String> {
+pub fn time_ms(text: &str) -> Result<f64, String> {
     let text = text.trim();
     let (number, unit_ms) = match (text.strip_suffix("ms"), text.strip_suffix('s')) {
         (Some(number), _) => (number, 1.0),

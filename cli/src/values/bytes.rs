@@ -3,7 +3,7 @@
 use super::finite;
 
 /// A number of bytes such as 4G: K, M, G and T stand for powers of 1024.
-pub(crate) fn bytes(text: &str) -> Result<u64, String> {
+pub fn bytes(text: &str) -> Result<u64, String> {
     let text = text.trim();
     let (digits, unit) = text.split_at(
         text.trim_end_matches(|c: char| c.is_ascii_alphabetic())

@@ -217,7 +217,7 @@ fn misspelt_options_are_refused_by_name() {
         ("--up w", "--up"),
         ("--threads 0", "--threads"),
         ("--min-transmittance 1", "--min-transmittance"),
-        ("--point-threshold nan", "--point-threshold"),
+        ("--point-threshold nan", "the point threshold"),
         ("--background puce", "--background"),
         ("--bits 12", "--bits"),
         ("--kernel box", "--kernel"),
@@ -242,41 +242,32 @@ fn misspelt_options_are_refused_by_name() {
 fn options_of_another_order_are_refused() {
     let bench = Bench::new();
     let words = |options: &str| format!("volsplat ball.raw {BALL} -o out/a.png {options}");
-    assert_one_line(
-        &bench,
-        &words("--order image-sheets --select splats"),
-        "--select",
-    );
+    assert_one_line(&bench, &words("--order field --select splats"), "--select");
     assert_one_line(&bench, &words("--order every-sample --slab 1"), "--slab");
     assert_one_line(
         &bench,
         &words("--order every-sample --classify post"),
         "--classify",
     );
-    assert_one_line(
-        &bench,
-        &words("--order axis-sheets --kernel trilinear"),
-        "--kernel",
-    );
+    assert_one_line(&bench, &words("--order axis-sheets --slab 1"), "--slab");
     assert_one_line(&bench, &words("--footprint exact --slab 2"), "--footprint");
     assert_one_line(
         &bench,
         &words("--order image-sheets --cells mean"),
-        "--cells",
+        "cells are classified before",
     );
     assert_one_line(
         &bench,
         &words("--order image-sheets --classify pre --cells split"),
-        "--cells mean",
+        "means of whole cells",
     );
     assert_one_line(
         &bench,
         &words("--order every-sample --interpolate"),
         "--interpolate",
     );
-    assert_one_line(&bench, &words("--interpolate"), "--kernel");
     assert_refused(&bench, &words("--cell-error 1"), "--cell-error");
-    assert_refused(&bench, &words("--subpixel 3"), "--subpixel");
+    assert_refused(&bench, &words("--subpixels 3"), "--subpixels");
     assert_one_line(
         &bench,
         &words("--order every-sample --shade phong --labels"),
@@ -284,12 +275,16 @@ fn options_of_another_order_are_refused() {
     );
     assert_one_line(
         &bench,
-        &words("--kernel trilinear --classify pre"),
-        "radial kernel",
+        &words("--blend maximum --classify pre"),
+        "--classify",
     );
-    assert_one_line(&bench, &words("--blend maximum --shade phong"), "--shade");
+    assert_one_line(
+        &bench,
+        &words("--blend maximum --shade phong"),
+        "leave out the shading",
+    );
     assert_refused(&bench, &words("--shade phong --light 0,0,0"), "--light");
     bench.write("slice.raw", &[200; 64]);
-    let slice = "volsplat slice.raw --dims 8,8,1 --type u8 --order image-sheets -o out/a.png";
+    let slice = "volsplat slice.raw --dims 8,8,1 --type u8 --order field -o out/a.png";
     assert_one_line(&bench, slice, "slice.raw");
 }

@@ -201,7 +201,10 @@ fn exr_has_colour_and_depth_and_the_stats_count_every_voxel() {
         "some are seen"
     );
     assert_eq!(
-        (count("threads"), &stats["settings"]["render"]["kernel"]),
+        (
+            count("threads"),
+            &stats["settings"]["render"]["order"]["samples"]["kernel"]
+        ),
         (2, &"polynomial".into()),
         "settings"
     );
@@ -212,7 +215,7 @@ fn exr_has_colour_and_depth_and_the_stats_count_every_voxel() {
         "frame"
     );
     assert_eq!(
-        stats["settings"]["render"]["order"], "every-sample",
+        stats["settings"]["render"]["order"]["samples"]["order"], "every-sample",
         "the kernel is an option of that order"
     );
     let drawn: u64 = ["points", "splats", "culled", "hidden"]
@@ -320,8 +323,8 @@ fn every_view_option_gives_a_picture() {
         "--order axis-sheets --kernel polynomial",
         "--order image-sheets --kernel gaussian --select points --classify post",
         "--kernel b-spline --slab 1 --classify pre",
-        "--order image-sheets --slab 1 --subpixel 2",
-        "--slab 1 --subpixel auto",
+        "--order image-sheets --slab 1 --subpixels 2",
+        "--slab 1 --subpixels auto",
         "--shade phong --light 1,2,-3",
         "--shade lambert --projection orthographic",
         "--shade phong --order every-sample",
@@ -345,13 +348,16 @@ fn options_choose_their_order_and_a_single_slice_is_drawn() {
         assert_good(&bench.draw(&format!(
             "--size 8x8 -o out/a.png --stats out/s.json {words}"
         )));
-        stats(&bench)["settings"]["render"]["order"]
-            .as_str()
-            .map(str::to_owned)
+        stats(&bench)["settings"]["render"]["order"].clone()
     };
-    assert_eq!(order("").as_deref(), Some("image-sheets"));
-    assert_eq!(order("--select splats").as_deref(), Some("every-sample"));
-    assert_eq!(order("--slab 0.5").as_deref(), Some("image-sheets"));
+    assert!(order("")["field"].is_object());
+    assert!(order("--slab 0.5")["field"].is_object());
+    assert!(order("--blend maximum")["field"].is_object());
+    assert_eq!(order("--select splats")["samples"]["order"], "every-sample");
+    assert!(order("--classify pre")["samples"]["order"]["image-sheets"].is_object());
+    assert!(
+        order("--interpolate --kernel b-spline")["samples"]["order"]["image-sheets"].is_object()
+    );
     bench.write("slice.raw", &[200; 64]);
     let words = "volsplat slice.raw --dims 8,8,1 --type u8 --size 8x8 --orbit 0,0 -o out/b.png";
     assert_good(&bench.run(words));

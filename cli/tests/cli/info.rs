@@ -96,9 +96,9 @@ fn what_cannot_be_read_is_refused_in_one_line() {
         ("info absent.nrrd", "absent.nrrd"),
         ("info ball.raw", "--dims"),
         ("info out", "without slices"),
-        ("info turned.mha --component 1", "--component 1"),
-        ("info turned.mha --series 1.2", "--series means nothing"),
-        ("info turned.mha --array a", "--array means nothing"),
+        ("info turned.mha#component=1", "component=1"),
+        ("info turned.mha#series=1.2", "series does not apply"),
+        ("info turned.mha#array=a", "array does not apply"),
     ] {
         let output = bench.run(words);
         let said = stderr(&output);

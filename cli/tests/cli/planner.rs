@@ -197,7 +197,10 @@ fn what_was_typed_is_kept() {
         bench.draw("--size 48x48 -o out/a.png --slab 1 --max-error 1/100 --stats out/s.json");
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let stats = json(&bench, "out/s.json");
-    assert_eq!(stats["settings"]["render"]["slab_voxels"], 1.0);
+    assert_eq!(
+        stats["settings"]["render"]["order"]["field"]["slab_voxels"],
+        1.0
+    );
     assert!(
         !stats["planned"]["setting"]
             .as_str()
@@ -215,7 +218,7 @@ fn a_time_is_predicted_from_a_calibration_of_this_machine() {
     let model = &json(&bench, "out/calibration.json")["model"]["cpu_ms"];
     let paths = model.as_object().expect("an object");
     assert!(
-        paths.len() > 30,
+        paths.len() >= 14,
         "every way of drawing is measured: {}",
         paths.len()
     );

@@ -111,7 +111,7 @@ fn what_does_not_fit_is_refused() {
         ("--blend maximum --iso 5", "--iso"),
         ("--iso 5 --iso-opacity 1.5", "opacity"),
         ("--iso 5 --order every-sample", "--iso"),
-        ("--blend maximum --kernel gaussian", "trilinear kernel"),
+        ("--blend maximum --kernel gaussian", "--order field"),
         ("--gradient-opacity 5,2", "--gradient-opacity"),
         ("--mask small.raw", "small.raw"),
         ("--mask none.raw", "none.raw"),

@@ -254,7 +254,7 @@ mod interrupted {
     fn ctrl_c_in_the_middle_of_one_picture_leaves_nothing() {
         let bench = Bench::new();
         // Minutes of work, so that the signal cannot come too late.
-        let words = "--size 4000x4000 --threads 1 --subpixel 16 --slab 0.05 -o out/a.png";
+        let words = "--size 4000x4000 --threads 1 --subpixels 16 --slab 0.05 -o out/a.png";
         let child = start(&bench, words);
         // The temporary file of the first check says that Ctrl-C is listened to; it may be gone before it is seen.
         sleep(Duration::from_millis(500));

@@ -184,17 +184,13 @@ fn cameras_of_the_file_are_chosen_by_name() {
         "texmap a.gltf -o out/a.png --camera-name back",
         "0 (front)",
     );
-    assert_refused(
-        &bench,
-        "texmap a.gltf -o out/a.png --scene other",
-        "0 (main)",
-    );
+    assert_refused(&bench, "texmap a.gltf#other -o out/a.png", "0 (main)");
     assert_refused(
         &bench,
         "texmap a.gltf -o out/a.png --camera-name front --orbit 0,0",
         "--orbit",
     );
-    assert_good(&bench.run("texmap a.gltf -o out/a.png --camera-name front --scene main"));
+    assert_good(&bench.run("texmap a.gltf#main -o out/a.png --camera-name front"));
     let picture = read_png(&bench.path("out/a.png"));
     assert_eq!(
         (picture.0, picture.1),
@@ -241,13 +237,13 @@ fn models_that_are_none_are_refused() {
 fn options_that_mean_nothing_are_refused() {
     let bench = bench();
     let draw = "texmap square.obj -o out/a.png";
-    assert_refused(&bench, &format!("{draw} --scene 0"), "no scenes");
+    assert_refused(&bench, "texmap square.obj#0 -o out/a.png", "no scenes");
     assert_refused(
         &bench,
         &format!("{draw} --camera-name 0"),
         "the file has none",
     );
-    assert_refused(&bench, &format!("{draw} --subpixel 5"), "sub-pixels");
+    assert_refused(&bench, &format!("{draw} --subpixels 5"), "sub-pixels");
     assert_refused(
         &bench,
         &format!("{draw} --texture absent.png"),

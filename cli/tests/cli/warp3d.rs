@@ -98,7 +98,7 @@ fn a_step_to_the_right_moves_what_is_near_to_the_left() {
 fn the_identity_shows_the_picture_itself() {
     let bench = bench();
     assert_good(&bench.run(&format!(
-        "{VIEW} --method nearest --to shift:0,0,0 -o out/a.png --mask out/mask.png"
+        "{VIEW} --method nearest --to shift:0,0,0 -o out/a.png --filled out/mask.png"
     )));
     let (_, _, bytes) = read_png(&bench.path("out/a.png"));
     let (_, _, mask) = read_png(&bench.path("out/mask.png"));
@@ -116,7 +116,7 @@ fn the_identity_shows_the_picture_itself() {
 #[test]
 fn what_was_hidden_is_in_the_mask_and_in_the_planes_of_an_exr() {
     let bench = bench();
-    let planes = "--mask out/mask.png --confidence out/confidence.exr";
+    let planes = "--filled out/mask.png --confidence out/confidence.exr";
     assert_good(&bench.run(&format!(
         "{VIEW} --method nearest --to shift:0.4,0,0 -o out/a.exr {planes}"
     )));
@@ -350,14 +350,17 @@ fn words_that_contradict_each_other_are_refused() {
     let refused =
         |words: &str, named: &str| assert_refused(&bench, &format!("{VIEW} {words}"), named);
     refused("-o out/a.png", "--to");
-    refused("--to cameras.json -o out/a.png --mask out/m.png", "--mask");
+    refused(
+        "--to cameras.json -o out/a.png --filled out/m.png",
+        "--filled",
+    );
     refused("--to shift:0,0,0 -o out/a.jpg", "out/a.jpg");
     refused(
-        "--to shift:0,0,0 -o out/a.png --mask out/m.jpg",
+        "--to shift:0,0,0 -o out/a.png --filled out/m.jpg",
         "out/m.jpg",
     );
     refused(
-        "--to shift:0,0,0 -o out/a.png --mask out/a.png",
+        "--to shift:0,0,0 -o out/a.png --filled out/a.png",
         "out/a.png",
     );
     refused("--to shift:0,0,0 -o im.png", "im.png");

@@ -15,7 +15,7 @@ use resample_core::Error;
 /// that a screen or a light meter shows is brighter.
 const BRIGHTEST: f32 = 65_504.0;
 
-/// Reads a picture. An EXR file may name a layer: `stereo.exr:left`.
+/// Reads a picture. An EXR file may name a layer: `stereo.exr#left`.
 pub fn read(part: &Part) -> Result<Picture, Error> {
     let mut held = HeldPicture::default();
     let has_alpha = decode(part, Room::ENDLESS, &mut held)?;

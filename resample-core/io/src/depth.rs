@@ -9,7 +9,7 @@ use super::receiver::{HeldPlane, Receiver, Room};
 use super::{exr, npy_depth, pfm, raster, tiff, tiff_depth};
 use resample_core::Error;
 
-/// Reads a depth file. An EXR file may name a channel (`ref.exr:Z`); without one the only candidate is taken.
+/// Reads a depth file. An EXR file may name a channel (`ref.exr#Z`); without one the only candidate is taken.
 pub fn read(part: &Part) -> Result<Plane, Error> {
     let mut held = HeldPlane::default();
     let stored = decode(part, Room::ENDLESS, &mut held)?;

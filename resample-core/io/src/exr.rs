@@ -175,7 +175,7 @@ fn colour_channels(headers: &[Header], layer: Option<&str>) -> Result<Colour, St
     Err(match layer {
         Some(layer) => format!("no colours in layer '{layer}': the channels are {held}"),
         None => format!(
-            "no channels R, G, B or Y: name a layer behind a colon; the channels are {held}"
+            "no channels R, G, B or Y: name a layer behind a #; the channels are {held}"
         ),
     })
 }
@@ -198,7 +198,7 @@ fn depth_channel(headers: &[Header], wanted: Option<&str>) -> Result<At, String>
     match (candidates.as_slice(), all.as_slice()) {
         ([(_, at)], _) | (_, [(_, at)]) => Ok(*at),
         _ => Err(format!(
-            "no channel Z or depth.Z: name the depth channel behind a colon; the channels are {}",
+            "no channel Z or depth.Z: name the depth channel behind a #; the channels are {}",
             listed(headers)
         )),
     }

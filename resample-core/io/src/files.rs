@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use resample_core::Error;
 
-/// A file and, behind a colon, the channel or layer of it: `ref.exr:Z`.
+/// A file and, behind a `#`, the channel or layer of it: `ref.exr#Z`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Part {
     /// The file.
@@ -25,18 +25,15 @@ pub const MAX_PIXELS: u64 = 1 << 28;
 const MAX_TEXT_BYTES: u64 = 256 << 20;
 
 impl Part {
-    /// Splits `FILE:NAME` at the last colon; a file whose own name holds the colon wins.
+    /// Splits `FILE#NAME` at the last `#`; a file whose own name holds it wins.
     pub fn from_text(text: &str) -> Self {
-        match text.rsplit_once(':') {
+        match text.rsplit_once('#') {
             Some((path, name))
                 if !path.is_empty() && !name.is_empty() && !Path::new(text).exists() =>
             {
-                // A drive letter is no file: `C:\depth.pfm` has nothing behind the colon but its own path.
-                let is_path = name.starts_with(['/', '\\']);
-                let name = (!is_path).then(|| name.to_owned());
                 Self {
-                    path: PathBuf::from(if is_path { text } else { path }),
-                    name,
+                    path: PathBuf::from(path),
+                    name: Some(name.to_owned()),
                 }
             }
             _ => Self {

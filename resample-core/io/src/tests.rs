@@ -262,14 +262,14 @@ fn flat_crc(bytes: &[u8]) -> u32 {
 }
 
 #[test]
-fn a_colon_names_a_part_unless_a_file_has_that_name() {
+fn a_hash_names_a_part_unless_a_file_has_that_name() {
     let folder = folder();
-    let with_colon = written(&folder, "a:Z", b"");
-    let text = with_colon.to_string_lossy();
+    let with_hash = written(&folder, "a#Z", b"");
+    let text = with_hash.to_string_lossy();
     assert_eq!(
         Part::from_text(&text),
         Part {
-            path: with_colon.clone(),
+            path: with_hash.clone(),
             name: None
         },
         "the file wins"
@@ -278,8 +278,8 @@ fn a_colon_names_a_part_unless_a_file_has_that_name() {
         path: "ref.exr".into(),
         name: Some("left.Z".into()),
     };
-    assert_eq!(Part::from_text("ref.exr:left.Z"), expected, "a channel");
-    for whole in ["ref.exr", "C:\\depth.pfm", "ref.exr:", ":Z"] {
+    assert_eq!(Part::from_text("ref.exr#left.Z"), expected, "a channel");
+    for whole in ["ref.exr", "C:\\depth.pfm", "ref.exr#", "#Z"] {
         assert_eq!(
             Part::from_text(whole),
             Part {

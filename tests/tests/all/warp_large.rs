@@ -159,7 +159,7 @@ fn pairs(folder: &Path, reference: &Reference) -> Vec<Pair> {
         pair("both.exr", "depth.npy", floats),
         pair("both.exr", "columns.npy", floats),
         // Alpha as distance along the ray: any channel of an EXR file may be a depth.
-        pair("colour.png", "both.exr:A", DepthMeaning::of(DepthKind::Ray)),
+        pair("colour.png", "both.exr#A", DepthMeaning::of(DepthKind::Ray)),
     ]
 }
 

@@ -12,11 +12,11 @@ pub(super) fn chosen(choice: Option<usize>, components: usize) -> Result<usize, 
     match choice {
         Some(index) if index < components => Ok(index),
         Some(index) => Err(Fault::Option(format!(
-            "--component {index}: a voxel has {components} component(s), counted from 0"
+            "component={index}: a voxel has {components} component(s), counted from 0"
         ))),
         None if components == 1 => Ok(0),
         None => Err(unsupported(format!(
-            "a voxel has {components} components, such as colours or a vector: choose one with --component N, \
+            "a voxel has {components} components, such as colours or a vector: choose one with component=N, \
              from 0 to {}",
             components.saturating_sub(1)
         ))),

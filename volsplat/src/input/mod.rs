@@ -255,23 +255,23 @@ fn refuse_superfluous(format: Format, path: &Path, options: &LoadOptions) -> Res
     );
     let given = [
         (
-            "--component",
+            "component",
             options.component.is_some() && !has_components,
         ),
         (
-            "--series",
+            "series",
             options.series.is_some() && format != Format::Dicom,
         ),
-        ("--array", options.array.is_some() && format != Format::Vti),
-        ("--level", options.level.is_some() && format != Format::Zarr),
-        ("--time", options.time.is_some() && format != Format::Zarr),
+        ("array", options.array.is_some() && format != Format::Vti),
+        ("level", options.level.is_some() && format != Format::Zarr),
+        ("time", options.time.is_some() && format != Format::Zarr),
     ];
     match given.iter().find(|(_, superfluous)| *superfluous) {
         None => Ok(()),
         Some((name, _)) => {
             let (path, format) = (path.display(), format.name());
             Err(Error::Option(format!(
-                "{path}: {name} means nothing for a file of format {format}: leave it out"
+                "{path}: {name} does not apply to {format} files: leave it out"
             )))
         }
     }

@@ -45,6 +45,7 @@ pub enum Subpixels {
     /// 1 to 8; 1 in axis sheets.
     Auto,
     /// This many: 1, 2, 4, 8 or 16.
+    #[cfg_attr(feature = "serde", serde(untagged))]
     Fixed(u32),
 }
 

@@ -20,18 +20,28 @@ use crate::options::Blend;
 
 /// A plane, or planes that belong together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Layer {
-    /// Camera z, world units, at which the ray first meets something that the transfer function shows; +infinity where
-    /// it meets nothing: channel `depth.first`. The opacity-weighted mean is the picture's own depth.
+    /// Camera z at which the ray first meets something: channel depth.first
+    ///
+    /// World units; +infinity where the ray meets nothing that the transfer function shows. The opacity-weighted mean is
+    /// the picture's own depth.
     FirstHit,
-    /// The mean of the samples' unit normals, weighted by what they add to the pixel: minus the gradient of the
-    /// scalar, in the world, turned towards the eye. Times the opacity, like a colour: channels `normal.X`, `normal.Y`,
-    /// `normal.Z`.
+    /// Mean normal, towards the eye, times opacity: channels normal.X, normal.Y, normal.Z
+    ///
+    /// The mean of the samples' unit normals, weighted by their share of the pixel: minus the gradient of the scalar, in
+    /// the world.
     Normal,
-    /// Samples in cells that show something until the ray was opaque: channel `samples`.
+    /// Samples in cells that show something until the ray was opaque: channel samples
     Samples,
-    /// The share of a pixel's opacity that points give it, the rest being splats, 0..=1; 0 where nothing is seen:
-    /// channel `selection`. Only in the orders of samples.
+    /// Share of points in the opacity, the rest being splats: channel selection (every-sample, axis-sheets)
+    ///
+    /// 0 to 1; 0 where nothing is seen.
     Selection,
 }
 

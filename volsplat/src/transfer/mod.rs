@@ -53,11 +53,17 @@ pub struct OpacityKnot {
 
 /// What the numbers of a colour in a file mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum ColourEncoding {
-    /// Linear light.
+    /// Proportional to light
     #[default]
     Linear,
-    /// sRGB; interpolated as written, then decoded.
+    /// As on a screen; interpolated as written, then decoded
     Srgb,
 }
 

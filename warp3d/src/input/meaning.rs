@@ -18,18 +18,26 @@ type Formula = Box<dyn Fn(f64) -> f64 + Sync>;
 
 /// What a stored number is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum DepthKind {
-    /// Camera z: distance along the optical axis.
+    /// Camera z: distance along the optical axis
     Z,
-    /// Distance from the eye along the pixel's ray.
+    /// Distance from the eye along the pixel's ray
     Ray,
-    /// Shift between the pictures of a rectified pair, px: z = fx * baseline / (d + doffs).
+    /// Shift between the pictures of a rectified pair, px: z = fx * baseline / (d + doffs)
     Disparity,
-    /// Inverse of camera z.
+    /// Inverse of camera z
     Inverse,
-    /// MPEG code from 0 (far) to its largest value (near), linear in inverse z.
+    /// MPEG code from 0 (far) to its largest value (near), linear in inverse z, between the near and the far plane
     Mpeg,
-    /// OpenGL depth buffer from 0 (near) to 1 (far, or nothing drawn).
+    /// OpenGL depth buffer from 0 (near) to 1 (far, or nothing drawn)
+    #[cfg_attr(feature = "serde", serde(rename = "opengl"))]
+    #[cfg_attr(feature = "clap", value(name = "opengl"))]
     OpenGl,
 }
 

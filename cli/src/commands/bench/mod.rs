@@ -25,20 +25,3 @@ pub(crate) fn run(args: &BenchArgs, verbosity: Verbosity) -> Result<()> {
     };
     Ok(io::stdout().write_all(table.as_bytes())?)
 }
-
-/// The middle of a list of times; of an even number the upper one. 0 for none.
-fn median(mut times: Vec<f64>) -> f64 {
-    times.sort_unstable_by(f64::total_cmp);
-    times.get(times.len() / 2).copied().unwrap_or(0.0)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_median_is_in_the_middle() {
-        assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
-        assert_eq!(median(Vec::new()), 0.0);
-    }
-}

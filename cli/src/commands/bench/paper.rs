@@ -14,11 +14,11 @@ use volsplat::input::{RawOptions, VoxelType};
 use volsplat::transfer::{ColourKnot, OpacityKnot};
 use volsplat::{LoadOptions, RenderOptions, Renderer, TransferFunction, Volume, procedural};
 
-use super::median;
 use crate::args::BenchPaperArgs;
 use crate::framing;
 use crate::interrupt;
 use crate::machine;
+use crate::measure::median;
 use crate::output::{self, Depth, Format};
 use crate::report::Verbosity;
 use crate::sequence;
@@ -99,7 +99,7 @@ const VIEWS: [&str; 3] = ["all splats", "mixed", "all points"];
 /// Halvings of the distance between the outer views: to a tenth of a voxel for any volume of the table.
 const HALVINGS: u32 = 12;
 
-/// What was measured of a row.
+/// Figures of a row.
 struct Measured {
     visible: u64,
     /// Share of splats in each view.

@@ -5,194 +5,235 @@
 //! true picture.
 
 use anyhow::Result;
-use resample_core::Camera;
+use resample_core::{Camera, FootprintMode, KernelShape, SelectMode};
+use tempfile::TempDir;
+use volsplat::{SampleOptions, Subpixels};
+use warp3d::args::MethodName;
+use warp3d::{Fill, MixedPixels};
 
 use super::settings::{Against, Bench, Measured, Motion};
-use crate::args::{BenchSceneArgs, SceneArg};
+use crate::args::{
+    BenchSceneArgs, CameraArgs, Drawing, OrderName, SceneArg, TexmapArgs, VolsplatArgs,
+};
 use crate::built_in::{self, DepthSize, Texture, Triangles};
 use crate::machine;
+use crate::measure;
 use crate::report::Verbosity;
-
-/// Steps of a shimmer: sixteen of a sixteenth of a pixel are one pixel.
-const SHIMMER_STEPS: u32 = 16;
+use crate::setting::Setting;
+use crate::values::Orbit;
 
 /// Degrees by which the view turns in the table of orders, and its steps: across 45 degrees, where slices change over.
 const TURN_DEG: [f64; 2] = [40.0, 50.0];
 const TURN_STEPS: u32 = 40;
 
-/// A temporary folder and the words that its files are drawn with.
+/// A built-in scene whose files lie in a temporary folder.
 struct Scene {
     name: &'static str,
-    words: Vec<String>,
+    drawing: Drawing,
     /// Removed with its files when the table is made.
-    folder: tempfile::TempDir,
-}
-
-fn folder() -> Result<tempfile::TempDir> {
-    Ok(tempfile::tempdir()?)
+    _folder: TempDir,
 }
 
 impl Scene {
-    fn volume(name: &'static str, scene: SceneArg, camera: &str) -> Result<Self> {
-        let folder = folder()?;
-        let mut words = built_in::volume(scene, folder.path())?;
-        words.extend(camera.split_whitespace().map(str::to_owned));
+    fn volume(name: &'static str, scene: SceneArg, camera: CameraArgs) -> Result<Self> {
+        let folder = tempfile::tempdir()?;
+        let args = VolsplatArgs {
+            camera,
+            ..built_in::volume(scene, folder.path())?
+        };
         Ok(Self {
             name,
-            words,
-            folder,
+            drawing: Drawing::Volsplat(Box::new(args)),
+            _folder: folder,
         })
     }
 
-    fn bench(
+    fn table(
         &self,
-        size: Option<&BenchSceneArgs>,
-        settings: Vec<&'static str>,
-        reps: u16,
-    ) -> Bench {
-        let mut words = self.words.clone();
-        if let Some(args) = size {
-            words.extend([
-                "--size".to_owned(),
-                format!("{}x{}", args.size.width, args.size.height),
-            ]);
-        }
-        words.extend([
-            "-o".to_owned(),
-            self.folder.path().join("picture.exr").display().to_string(),
-        ]);
-        Bench {
-            words,
-            settings,
+        (settings, reps): (&[Setting], u16),
+        (against, motion): (Against, Motion),
+        verbosity: Verbosity,
+    ) -> Result<String> {
+        let bench = Bench {
+            drawing: self.drawing.clone(),
+            settings: settings.to_vec(),
             reps,
-        }
+        };
+        Ok(table(
+            self.name,
+            &bench.measured(against, &motion, verbosity)?,
+        ))
+    }
+}
+
+/// The options of the table's own camera.
+fn camera(
+    args: &BenchSceneArgs,
+    azimuth_deg: f64,
+    elevation_deg: f64,
+    distance: f64,
+) -> CameraArgs {
+    CameraArgs {
+        orbit: Some(Orbit {
+            azimuth_deg,
+            elevation_deg,
+            distance,
+        }),
+        size: Some(args.size),
+        ..CameraArgs::default()
     }
 }
 
 /// Footprint modes and kernels.
 pub(super) fn footprint(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String> {
-    let settings = vec![
-        "--order every-sample --footprint affine-approx",
-        "--order every-sample --footprint affine",
-        "--order every-sample --footprint table",
-        "--order every-sample --footprint exact",
-        "--order every-sample --kernel polynomial",
-        "--order every-sample --kernel b-spline",
+    let of = |name, set: fn(&mut SampleOptions)| {
+        Setting::volume(&["order", "select", name], |args| {
+            args.order = Some(OrderName::EverySample);
+            args.samples.select = SelectMode::Splats;
+            set(&mut args.samples);
+        })
+    };
+    let exact = of("footprint", |args| args.footprint = FootprintMode::Exact);
+    let settings = [
+        of("footprint", |args| {
+            args.footprint = FootprintMode::AffineApprox
+        }),
+        of("footprint", |args| args.footprint = FootprintMode::Affine),
+        of("footprint", |args| args.footprint = FootprintMode::Table),
+        exact.clone(),
+        of("kernel", |args| args.kernel = KernelShape::Gaussian),
+        of("kernel", |args| args.kernel = KernelShape::BSpline),
     ];
     let mut text = heading(
         args,
-        "errors against `--order every-sample --footprint exact` with the Gaussian",
+        "errors against `--order every-sample --footprint exact` with the default kernel",
     );
     // Near and wide, where cones are wide and slant.
-    let views = [
-        (
-            "blobs, near, 60 degrees",
-            "--orbit 30,20,0.6 --fov 60 --select splats",
-        ),
-        (
-            "blobs, near, 100 degrees",
-            "--orbit 30,20,0.6 --fov 100 --select splats",
-        ),
-    ];
-    for (name, camera) in views {
+    for (name, fov) in [
+        ("blobs, near, 60 degrees", 60.0),
+        ("blobs, near, 100 degrees", 100.0),
+    ] {
+        let camera = CameraArgs {
+            fov,
+            ..camera(args, 30.0, 20.0, 0.6)
+        };
         let scene = Scene::volume(name, SceneArg::Blobs, camera)?;
-        let bench = scene.bench(Some(args), settings.clone(), args.reps);
-        let exact = Against::Setting("--order every-sample --footprint exact");
-        text += &table(
-            scene.name,
-            &bench.measured(exact, &Motion::Still, verbosity)?,
-        );
+        let against = Against::Setting(exact.clone());
+        text += &scene.table((&settings, args.reps), (against, Motion::Still), verbosity)?;
     }
     Ok(text)
 }
 
 /// Orders of compositing.
 pub(super) fn orders(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String> {
-    let settings = vec![
-        "--order image-sheets",
-        "--order image-sheets --slab 1 --subpixel 1",
-        "--order image-sheets --slab 0.25 --subpixel 4",
-        "--order every-sample",
-        "--order axis-sheets",
+    let order = |order| Setting::volume(&["order"], |args| args.order = Some(order));
+    let field = |slab, subpixels| {
+        Setting::volume(&["slab", "subpixels"], |args| {
+            args.field.slab_voxels = slab;
+            args.subpixels = Subpixels::Fixed(subpixels);
+        })
+    };
+    let exact = field(0.125, 8).with(&Setting::volume(&["min-transmittance"], |args| {
+        args.min_transmittance = 1e-5;
+    }))?;
+    let settings = [
+        order(OrderName::Field),
+        field(1.0, 1),
+        field(0.25, 4),
+        order(OrderName::EverySample),
+        order(OrderName::AxisSheets),
     ];
     let mut text = heading(
         args,
-        "errors against `--slab 0.125 --subpixel 8`; jump: largest over median change while the view turns from 40 to 50 degrees",
+        "errors against `--slab 0.125 --subpixels 8`; jump: largest over median change while the view turns from 40 to 50 degrees",
     );
     for (name, scene) in [
         ("checker box", SceneArg::CheckerBox),
         ("Marschner-Lobb", SceneArg::MarschnerLobb),
         ("blobs", SceneArg::Blobs),
     ] {
-        let scene = Scene::volume(name, scene, "--orbit 45,0")?;
-        let bench = scene.bench(Some(args), settings.clone(), args.reps);
-        let exact = Against::Setting("--slab 0.125 --subpixel 8 --min-transmittance 0.00001");
-        text += &table(
-            scene.name,
-            &bench.measured(exact, &Motion::Even(turned), verbosity)?,
-        );
+        let scene = Scene::volume(name, scene, camera(args, 45.0, 0.0, 1.0))?;
+        let against = Against::Setting(exact.clone());
+        text += &scene.table(
+            (&settings, args.reps),
+            (against, Motion::Even(turned)),
+            verbosity,
+        )?;
     }
     Ok(text)
 }
 
 /// Texture filters.
 pub(super) fn texture(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String> {
-    let settings = vec![
-        "--method backward-nearest",
-        "--method backward-bilinear",
-        "--method backward-trilinear",
-        "--method backward-ewa",
-        "--method point",
-        "--method hybrid --subpixel 2",
-        "--method hybrid",
-        "--method hybrid --subpixel 8",
+    let method = |method| Setting::mesh(&["method"], |options| options.method = method);
+    let hybrid = |subpixels| {
+        Setting::mesh(&["method", "subpixels"], |options| {
+            options.method = texmap::Method::Hybrid;
+            options.subpixels = subpixels;
+        })
+    };
+    let settings = [
+        method(texmap::Method::Point),
+        method(texmap::Method::BackwardNearest),
+        method(texmap::Method::BackwardBilinear),
+        method(texmap::Method::BackwardTrilinear),
+        method(texmap::Method::BackwardEwa),
+        hybrid(2),
+        method(texmap::Method::Hybrid),
+        hybrid(8),
     ];
-    let folder = folder()?;
-    let mut words = built_in::mesh(folder.path(), Texture::Fine, Triangles::Few)?;
-    words.extend(["--orbit", "20,12,0.35"].map(str::to_owned));
+    let folder = tempfile::tempdir()?;
+    let mesh = TexmapArgs {
+        camera: camera(args, 20.0, 12.0, 0.35),
+        ..built_in::mesh(folder.path(), Texture::Fine, Triangles::Few)?
+    };
     let scene = Scene {
         name: "ball on a ground",
-        words,
-        folder,
+        drawing: Drawing::Texmap(Box::new(mesh)),
+        _folder: folder,
     };
-    let bench = scene.bench(Some(args), settings, args.reps);
-    let rows = bench.measured(
-        Against::Setting("--method hybrid --subpixel 8"),
-        &Motion::Shimmer(shifted),
+    let against = Against::Setting(hybrid(8));
+    let rows = scene.table(
+        (&settings, args.reps),
+        (against, Motion::Shimmer(measure::sub_pixel_steps)),
         verbosity,
     )?;
-    let what = "errors against `--method hybrid --subpixel 8`; shimmer: error of the change over sixteen steps of a \
-                sixteenth of a pixel";
-    Ok(heading(args, what) + &table(scene.name, &rows))
+    let about = "errors against `--method hybrid --subpixels 8`; shimmer: error of the change over sixteen steps of a sixteenth \
+                 of a pixel";
+    Ok(heading(args, about) + &rows)
 }
 
 /// Methods of warping.
 pub(super) fn warp(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String> {
-    let settings = vec![
-        "--method nearest",
-        "--method points",
-        "--method splats",
-        "--method hybrid",
-        "--method hybrid --mixed keep",
-        "--method hybrid --fill background",
+    let method = |method| Setting::depth(&["method"], |args| args.method = method);
+    let settings = [
+        method(MethodName::Nearest),
+        method(MethodName::Points),
+        method(MethodName::Splats),
+        method(MethodName::Hybrid),
+        Setting::depth(&["subpixels"], |args| args.subpixels = Some(8)),
+        Setting::depth(&["mixed"], |args| args.mixed = Some(MixedPixels::Keep)),
+        Setting::depth(&["fill"], |args| args.fill = Fill::Background),
     ];
-    let folder = folder()?;
-    let words = built_in::depth_image(folder.path(), DepthSize::Full)?;
+    let folder = tempfile::tempdir()?;
+    let depth = built_in::depth_image(folder.path(), DepthSize::Full)?;
     let scene = Scene {
         name: "ball before a wall, 320x240",
-        words,
-        folder,
+        drawing: Drawing::Warp3d(Box::new(depth)),
+        _folder: folder,
     };
-    let bench = scene.bench(None, settings, args.reps);
     let truth = built_in::ball_before_wall(built_in::NEW_EYE, 2 * built_in::DEPTH_IMAGE_SAMPLES);
-    let rows = bench.measured(Against::Picture(truth), &Motion::Still, verbosity)?;
-    let what = "errors against the true picture, holes included";
-    Ok(heading(args, what) + &table(scene.name, &rows))
+    let rows = scene.table(
+        (&settings, args.reps),
+        (Against::Picture(truth), Motion::Still),
+        verbosity,
+    )?;
+    Ok(heading(args, "errors against the true picture, holes included") + &rows)
 }
 
-fn heading(args: &BenchSceneArgs, what: &str) -> String {
+fn heading(args: &BenchSceneArgs, about: &str) -> String {
     format!(
-        "{}\n{}x{} pixels, CPU times are medians of {} frames that take turns; {what}\n",
+        "{}\n{}x{} pixels, CPU times are medians of {} frames beside frames of the first setting; {about}\n",
         machine::heading(),
         args.size.width,
         args.size.height,
@@ -257,13 +298,4 @@ fn around_axis(camera: &Camera, angle_rad: f64) -> Camera {
         camera_from_world: turn * pose,
         ..*camera
     }
-}
-
-/// The camera moved by fractions of a pixel.
-fn shifted(camera: &Camera) -> Vec<Camera> {
-    let moved = |step: u32| Camera {
-        cx: camera.cx + f64::from(step) / f64::from(SHIMMER_STEPS),
-        ..*camera
-    };
-    (0..=SHIMMER_STEPS).map(moved).collect()
 }

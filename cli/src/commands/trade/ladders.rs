@@ -5,312 +5,310 @@
 //! none, is no setting and is left out.
 
 use anyhow::{Result, bail};
+use clap::ValueEnum;
+use resample_core::{FootprintMode, KernelShape, SelectMode};
+use volsplat::{Classify, Interpolate, Subpixels};
+use warp3d::args::MethodName;
+use warp3d::{MixedPixels, Visibility};
+
+use crate::args::{CellsName, Drawing, OrderName, RenderArgs};
+use crate::setting::Setting;
 
 /// A choice and its rungs.
-pub(super) struct Ladder {
-    /// What `--settings` calls it.
-    pub(super) name: &'static str,
-    /// Words of each rung, names and values in turn.
-    pub(super) rungs: &'static [&'static [&'static str]],
-}
-
-/// What is measured of one application.
-pub(super) struct Application {
-    pub(super) ladders: &'static [Ladder],
-    /// Words of the slowest, most exact setting.
-    pub(super) exact: &'static [&'static str],
+struct Ladder {
+    /// The word of `--settings`.
+    name: &'static str,
+    rungs: Vec<Setting>,
 }
 
 /// A setting to measure.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Setting {
-    /// What it changes, for people; empty is the default.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Named {
+    /// Its changes, for people: "slab 0.5, subpixels 2".
     pub(super) name: String,
-    /// The ladder that it belongs to; "default", "exact" and "combined" stand for none.
-    pub(super) group: String,
-    /// Words, names and values in turn.
-    pub(super) words: Vec<String>,
+    /// Its ladder; "default", "exact" and "combined" stand for none.
+    pub(super) group: &'static str,
+    pub(super) setting: Setting,
 }
 
-const VOLSPLAT: Application = Application {
-    ladders: &[
-        Ladder {
-            name: "order",
-            rungs: &[
-                &["--order", "image-sheets"],
-                &["--order", "every-sample"],
-                &["--order", "axis-sheets"],
-            ],
-        },
-        Ladder {
-            name: "slab",
-            rungs: &[
-                &["--slab", "2"],
-                &["--slab", "1"],
-                &["--slab", "0.5"],
-                &["--slab", "0.25"],
-            ],
-        },
-        Ladder {
-            name: "subpixel",
-            rungs: &[
-                &["--subpixel", "1"],
-                &["--subpixel", "2"],
-                &["--subpixel", "4"],
-                &["--subpixel", "8"],
-            ],
-        },
-        Ladder {
-            name: "termination",
-            rungs: &[
-                &["--min-transmittance", "0.03125"],
-                &["--min-transmittance", "0.001953125"],
-                &["--min-transmittance", "0"],
-            ],
-        },
-        Ladder {
-            name: "footprint",
-            rungs: &[
-                &["--order", "every-sample", "--footprint", "affine-approx"],
-                &["--order", "every-sample", "--footprint", "affine"],
-                &["--order", "every-sample", "--footprint", "table"],
-                &["--order", "every-sample", "--footprint", "exact"],
-            ],
-        },
-        Ladder {
-            name: "kernel",
-            rungs: &[
-                &["--order", "every-sample", "--kernel", "polynomial"],
-                &["--order", "every-sample", "--kernel", "gaussian"],
-                &["--order", "every-sample", "--kernel", "b-spline"],
-            ],
-        },
-        Ladder {
-            name: "sheet-kernel",
-            rungs: &[
-                &["--order", "image-sheets", "--kernel", "polynomial"],
-                &["--order", "image-sheets", "--kernel", "gaussian"],
-                &["--order", "image-sheets", "--kernel", "b-spline"],
-                &["--order", "image-sheets", "--kernel", "trilinear"],
-            ],
-        },
-        Ladder {
-            name: "interpolate",
-            rungs: &[
-                &[
-                    "--order",
-                    "image-sheets",
-                    "--kernel",
-                    "b-spline",
-                    "--interpolate",
-                    "off",
-                ],
-                &[
-                    "--order",
-                    "image-sheets",
-                    "--kernel",
-                    "b-spline",
-                    "--interpolate",
-                    "on",
-                ],
-            ],
-        },
-        Ladder {
-            name: "classify",
-            rungs: &[&["--classify", "pre"], &["--classify", "post"]],
-        },
-        Ladder {
-            name: "cells",
-            rungs: &[
-                &["--order", "every-sample", "--cells", "off"],
-                &["--order", "every-sample", "--cells", "mean"],
-                &["--order", "every-sample", "--cells", "split"],
-            ],
-        },
-        Ladder {
-            name: "cell-error",
-            rungs: &[
-                &["--order", "every-sample", "--cell-error", "0.25"],
-                &["--order", "every-sample", "--cell-error", "0.0625"],
-                &["--order", "every-sample", "--cell-error", "0.015625"],
-            ],
-        },
-        Ladder {
-            name: "sample-subpixel",
-            rungs: &[
-                &["--order", "every-sample", "--subpixel", "1"],
-                &["--order", "every-sample", "--subpixel", "2"],
-                &["--order", "every-sample", "--subpixel", "4"],
-                &["--order", "every-sample", "--subpixel", "8"],
-            ],
-        },
-        Ladder {
-            name: "select",
-            rungs: &[
-                &["--order", "every-sample", "--select", "points"],
-                &["--order", "every-sample", "--select", "hybrid"],
-                &["--order", "every-sample", "--select", "splats"],
-                &["--order", "every-sample", "--select", "ewa"],
-            ],
-        },
-        Ladder {
-            name: "threshold",
-            rungs: &[
-                &["--order", "every-sample", "--point-threshold", "2"],
-                &["--order", "every-sample", "--point-threshold", "1"],
-                &["--order", "every-sample", "--point-threshold", "0.5"],
-            ],
-        },
-    ],
-    // A transmittance of 1e-5 is a four-hundredth of a step of an 8-bit picture; 0 would take many times as long.
-    exact: &[
-        "--order",
-        "image-sheets",
-        "--slab",
-        "0.125",
-        "--subpixel",
-        "8",
-        "--min-transmittance",
-        "0.00001",
-    ],
-};
-
-const TEXMAP: Application = Application {
-    ladders: &[
-        Ladder {
-            name: "method",
-            rungs: &[
-                &["--method", "point"],
-                &["--method", "backward-nearest"],
-                &["--method", "backward-bilinear"],
-                &["--method", "backward-trilinear"],
-                &["--method", "backward-ewa"],
-                &["--method", "hybrid"],
-            ],
-        },
-        Ladder {
-            name: "subpixel",
-            rungs: &[
-                &["--subpixel", "1"],
-                &["--subpixel", "2"],
-                &["--subpixel", "4"],
-                &["--subpixel", "8"],
-            ],
-        },
-    ],
-    exact: &["--method", "hybrid", "--subpixel", "8"],
-};
-
-const WARP3D: Application = Application {
-    ladders: &[
-        Ladder {
-            name: "method",
-            rungs: &[
-                &["--method", "nearest"],
-                &["--method", "points"],
-                &["--method", "splats"],
-                &["--method", "hybrid"],
-            ],
-        },
-        Ladder {
-            name: "subpixels",
-            rungs: &[
-                &["--subpixels", "1"],
-                &["--subpixels", "2"],
-                &["--subpixels", "4"],
-                &["--subpixels", "8"],
-            ],
-        },
-        Ladder {
-            name: "mixed",
-            rungs: &[&["--mixed", "keep"], &["--mixed", "unmix"]],
-        },
-    ],
-    exact: &["--method", "hybrid", "--subpixels", "8"],
-};
-
-/// The application that a command line begins with.
-pub(super) fn application(words: &[String]) -> Result<&'static Application> {
-    match words.first().map(String::as_str) {
-        Some("volsplat") => Ok(&VOLSPLAT),
-        Some("texmap") => Ok(&TEXMAP),
-        Some("warp3d") => Ok(&WARP3D),
-        Some(other) => bail!("{other}: expected volsplat, texmap or warp3d after trade"),
-        None => bail!("expected volsplat, texmap or warp3d after trade"),
+fn ladder(name: &'static str, rungs: impl IntoIterator<Item = Setting>) -> Ladder {
+    Ladder {
+        name,
+        rungs: rungs.into_iter().collect(),
     }
 }
 
-impl Application {
-    /// The most exact setting, the default, one ladder at a time, and the combinations of the `named` ladders.
-    pub(super) fn settings(&self, named: &[String]) -> Result<Vec<Setting>> {
-        let mut settings = vec![
-            setting("exact", "exact", self.exact),
-            Setting {
-                name: "default".into(),
-                group: "default".into(),
-                words: Vec::new(),
-            },
-        ];
-        for ladder in self.ladders {
-            settings.extend(
-                ladder
-                    .rungs
-                    .iter()
-                    .map(|rung| setting(&name(rung), ladder.name, rung)),
-            );
-        }
-        let mut combined = vec![Vec::new()];
-        for name in named {
-            let ladder = self.ladders.iter().find(|ladder| ladder.name == name);
-            let Some(ladder) = ladder else {
-                let names: Vec<&str> = self.ladders.iter().map(|ladder| ladder.name).collect();
-                bail!(
-                    "--settings {name}: no such ladder, expected some of {}",
-                    names.join(", ")
-                );
-            };
-            combined = combined
-                .iter()
-                .flat_map(|words| {
-                    ladder
-                        .rungs
-                        .iter()
-                        .map(|rung| crate::words::with(words, &owned(rung)))
-                })
-                .collect();
-        }
-        if named.len() > 1 {
-            let of = |words: Vec<String>| Setting {
-                name: name(&words),
-                group: "combined".into(),
-                words,
-            };
-            settings.extend(combined.into_iter().map(of));
-        }
-        settings.dedup_by(|a, b| a.words == b.words);
-        Ok(settings)
-    }
+/// Rungs that set an option of a volume, in an order if one is given.
+fn volume<V: Copy>(
+    (order, name): (Option<OrderName>, &str),
+    values: &[V],
+    set: fn(&mut RenderArgs, V),
+) -> Vec<Setting> {
+    let mut names = vec![name];
+    names.extend(order.map(|_| "order"));
+    let rung = |&value: &V| {
+        Setting::volume(&names, |args| {
+            args.order = order;
+            set(args, value);
+        })
+    };
+    values.iter().map(rung).collect()
 }
 
-fn setting(name: &str, group: &str, words: &[&str]) -> Setting {
-    Setting {
-        name: name.into(),
-        group: group.into(),
-        words: owned(words),
-    }
+fn field_ladders() -> Vec<Ladder> {
+    let subpixels = [1, 2, 4, 8].map(Subpixels::Fixed);
+    vec![
+        ladder(
+            "order",
+            volume((None, "order"), OrderName::value_variants(), |args, v| {
+                args.order = Some(v);
+            }),
+        ),
+        ladder(
+            "slab",
+            volume((None, "slab"), &[2.0, 1.0, 0.5, 0.25], |args, v| {
+                args.field.slab_voxels = v;
+            }),
+        ),
+        ladder(
+            "subpixels",
+            volume((None, "subpixels"), &subpixels, |args, v| {
+                args.subpixels = v
+            }),
+        ),
+        ladder(
+            "termination",
+            volume(
+                (None, "min-transmittance"),
+                &[1.0 / 32.0, 1.0 / 512.0, 0.0],
+                |args, v| args.min_transmittance = v,
+            ),
+        ),
+    ]
 }
 
-fn owned(words: &[&str]) -> Vec<String> {
-    words.iter().map(|&word| word.to_owned()).collect()
-}
-
-/// Words without their dashes: "slab 0.5, subpixel 2".
-fn name<T: AsRef<str>>(words: &[T]) -> String {
-    let pairs = words.chunks(2).map(|pair| {
-        let [name, value] = [0, 1].map(|k| pair.get(k).map_or("", |word| word.as_ref()));
-        format!("{} {value}", name.trim_start_matches("--"))
+fn image_sheets_ladders() -> Vec<Ladder> {
+    let sheets = Some(OrderName::ImageSheets);
+    let interpolated = Interpolate::value_variants().iter().map(|&on| {
+        Setting::volume(&["order", "kernel", "interpolate"], |args| {
+            args.order = sheets;
+            args.samples.kernel = KernelShape::BSpline;
+            args.sheets.interpolate = on;
+        })
     });
-    pairs.collect::<Vec<_>>().join(", ")
+    vec![
+        ladder(
+            "sheet-kernel",
+            volume(
+                (sheets, "kernel"),
+                KernelShape::value_variants(),
+                |args, v| {
+                    args.samples.kernel = v;
+                },
+            ),
+        ),
+        ladder("interpolate", interpolated),
+        ladder(
+            "classify",
+            volume(
+                (sheets, "classify"),
+                Classify::value_variants(),
+                |args, v| {
+                    args.sheets.classify = v;
+                },
+            ),
+        ),
+    ]
+}
+
+fn samples_ladders() -> Vec<Ladder> {
+    let every = Some(OrderName::EverySample);
+    let cells = [CellsName::Off, CellsName::Mean, CellsName::Split];
+    let subpixels = [1, 2, 4, 8].map(Subpixels::Fixed);
+    vec![
+        ladder(
+            "footprint",
+            volume(
+                (every, "footprint"),
+                FootprintMode::value_variants(),
+                |args, v| {
+                    args.samples.footprint = v;
+                },
+            ),
+        ),
+        ladder(
+            "kernel",
+            volume(
+                (every, "kernel"),
+                KernelShape::value_variants(),
+                |args, v| {
+                    args.samples.kernel = v;
+                },
+            ),
+        ),
+        ladder(
+            "cells",
+            volume((every, "cells"), &cells, |args, v| args.cells = v),
+        ),
+        ladder(
+            "cell-error",
+            volume(
+                (every, "cell-error"),
+                &[0.25, 0.0625, 0.015625],
+                |args, v| {
+                    args.cell_error = v;
+                },
+            ),
+        ),
+        ladder(
+            "sample-subpixels",
+            volume((every, "subpixels"), &subpixels, |args, v| {
+                args.subpixels = v
+            }),
+        ),
+        ladder(
+            "select",
+            volume(
+                (every, "select"),
+                SelectMode::value_variants(),
+                |args, v| {
+                    args.samples.select = v;
+                },
+            ),
+        ),
+        ladder(
+            "threshold",
+            volume((every, "point-threshold"), &[2.0, 1.0, 0.5], |args, v| {
+                args.samples.point_threshold_px = v;
+            }),
+        ),
+    ]
+}
+
+fn volume_ladders() -> Vec<Ladder> {
+    let mut all = field_ladders();
+    all.extend(image_sheets_ladders());
+    all.extend(samples_ladders());
+    all
+}
+
+fn mesh_ladders() -> Vec<Ladder> {
+    let methods = [
+        texmap::Method::Point,
+        texmap::Method::BackwardNearest,
+        texmap::Method::BackwardBilinear,
+        texmap::Method::BackwardTrilinear,
+        texmap::Method::BackwardEwa,
+        texmap::Method::Hybrid,
+    ];
+    vec![
+        ladder(
+            "method",
+            methods.map(|method| Setting::mesh(&["method"], |options| options.method = method)),
+        ),
+        ladder(
+            "subpixels",
+            [1, 2, 4, 8].map(|n| Setting::mesh(&["subpixels"], |options| options.subpixels = n)),
+        ),
+    ]
+}
+
+fn depth_ladders() -> Vec<Ladder> {
+    let visibility = [Visibility::ZBuffer, Visibility::OcclusionOrder].map(|visibility| {
+        Setting::depth(&["method", "visibility"], |args| {
+            args.method = MethodName::Nearest;
+            args.visibility = Some(visibility);
+        })
+    });
+    vec![
+        ladder(
+            "method",
+            MethodName::value_variants()
+                .iter()
+                .map(|&method| Setting::depth(&["method"], |args| args.method = method)),
+        ),
+        ladder("visibility", visibility),
+        ladder(
+            "subpixels",
+            [1, 2, 4, 8].map(|n| Setting::depth(&["subpixels"], |args| args.subpixels = Some(n))),
+        ),
+        ladder(
+            "mixed",
+            [MixedPixels::Keep, MixedPixels::Unmix]
+                .map(|mixed| Setting::depth(&["mixed"], |args| args.mixed = Some(mixed))),
+        ),
+    ]
+}
+
+/// The slowest, most exact setting of an application.
+pub(super) fn exact(drawing: &Drawing) -> Setting {
+    match drawing {
+        Drawing::Texmap(_) => Setting::mesh(&["method", "subpixels"], |options| {
+            options.method = texmap::Method::Hybrid;
+            options.subpixels = 8;
+        }),
+        Drawing::Volsplat(_) => {
+            let names = ["order", "slab", "subpixels", "min-transmittance"];
+            Setting::volume(&names, |args| {
+                args.order = Some(OrderName::Field);
+                args.field.slab_voxels = 0.125;
+                args.subpixels = Subpixels::Fixed(8);
+                // A four-hundredth of a step of an 8-bit picture; 0 would take many times as long.
+                args.min_transmittance = 1e-5;
+            })
+        }
+        Drawing::Warp3d(_) => Setting::depth(&["method", "subpixels"], |args| {
+            args.method = MethodName::Hybrid;
+            args.subpixels = Some(8);
+        }),
+    }
+}
+
+/// The most exact setting, the default, one ladder at a time, and the combinations of the `named` ladders.
+pub(super) fn settings(drawing: &Drawing, named: &[String]) -> Result<Vec<Named>> {
+    let (ladders, default) = match drawing {
+        Drawing::Texmap(_) => (mesh_ladders(), Setting::mesh(&[], |_| ())),
+        Drawing::Volsplat(_) => (volume_ladders(), Setting::volume(&[], |_| ())),
+        Drawing::Warp3d(_) => (depth_ladders(), Setting::depth(&[], |_| ())),
+    };
+    let of = |name: &str, group, setting| Named {
+        name: name.to_owned(),
+        group,
+        setting,
+    };
+    let mut settings = vec![
+        of("exact", "exact", exact(drawing)),
+        of("default", "default", default.clone()),
+    ];
+    for ladder in &ladders {
+        for rung in &ladder.rungs {
+            settings.push(of(&rung.name()?, ladder.name, rung.clone()));
+        }
+    }
+    let mut combined = vec![default];
+    for name in named {
+        let Some(ladder) = ladders.iter().find(|ladder| ladder.name == name) else {
+            let names: Vec<&str> = ladders.iter().map(|ladder| ladder.name).collect();
+            bail!(
+                "--settings {name}: no such ladder, expected some of {}",
+                names.join(", ")
+            );
+        };
+        let mut longer = Vec::with_capacity(combined.len() * ladder.rungs.len());
+        for setting in &combined {
+            for rung in &ladder.rungs {
+                longer.push(setting.with(rung)?);
+            }
+        }
+        combined = longer;
+    }
+    if named.len() > 1 {
+        for setting in combined {
+            settings.push(of(&setting.name()?, "combined", setting));
+        }
+    }
+    settings.dedup_by(|a, b| a.setting == b.setting);
+    Ok(settings)
 }
 
 #[cfg(test)]
@@ -319,58 +317,17 @@ mod tests {
 
     #[test]
     fn ladders_are_climbed_one_by_one_and_combined_where_named() {
-        let alone = VOLSPLAT.settings(&[]).expect("good");
-        let rungs: usize = VOLSPLAT
-            .ladders
-            .iter()
-            .map(|ladder| ladder.rungs.len())
-            .sum();
+        let drawing = Drawing::Volsplat(Box::default());
+        let alone = settings(&drawing, &[]).expect("good");
+        let rungs: usize = volume_ladders().iter().map(|l| l.rungs.len()).sum();
         assert_eq!(alone.len(), 2 + rungs, "exact, default and every rung");
-        let both = VOLSPLAT
-            .settings(&["slab".into(), "subpixel".into()])
-            .expect("good");
+        let both = settings(&drawing, &["slab".into(), "subpixels".into()]).expect("good");
         assert_eq!(both.len(), alone.len() + 16, "four by four combinations");
         assert!(
             both.iter()
-                .any(|s| s.name == "slab 2, subpixel 8" && s.group == "combined")
+                .any(|s| s.name == "slab 2, subpixels 8" && s.group == "combined")
         );
-        assert!(
-            VOLSPLAT.settings(&["colour".into()]).is_err(),
-            "no such ladder"
-        );
-    }
-
-    #[test]
-    fn every_rung_can_be_typed() {
-        let inputs: [(&Application, &[&str]); 3] = [
-            (&VOLSPLAT, &["volsplat", "a.nrrd"]),
-            (&TEXMAP, &["texmap", "a.glb"]),
-            (
-                &WARP3D,
-                &[
-                    "warp3d",
-                    "a.png",
-                    "a.pfm",
-                    "--from",
-                    "fov:50",
-                    "--to",
-                    "shift:0,0,0",
-                ],
-            ),
-        ];
-        for (application, input) in inputs {
-            let words: Vec<String> = owned(input)
-                .into_iter()
-                .chain(owned(&["-o", "a.exr"]))
-                .collect();
-            for setting in application.settings(&[]).expect("good") {
-                let typed = crate::words::with(&words, &setting.words);
-                assert!(
-                    crate::words::parsed(&typed).is_ok(),
-                    "{}",
-                    crate::words::typed(&typed)
-                );
-            }
-        }
+        let bad = settings(&drawing, &["colour".into()]);
+        assert!(bad.is_err(), "no such ladder");
     }
 }

@@ -48,7 +48,7 @@ pub(super) fn html(report: &Report, folder: &Path) -> Result<String> {
     Ok(page.into_string())
 }
 
-/// What is drawn along the axes.
+/// The choice of the axes.
 fn choices() -> Markup {
     html! {
         form id="axes" {

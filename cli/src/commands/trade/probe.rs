@@ -1,8 +1,8 @@
-//! What a setting takes in a process of its own: memory, and the time from nothing to the first picture.
+//! Memory and the time from nothing to the first picture, of a setting in a process of its own.
 //!
-//! A process that has measured other settings holds what they left behind, and would tell the memory of a later one as
+//! A process that has measured other settings still holds some of their memory, and the memory of a later one would seem to be
 //! next to nothing. So the program starts itself once for each setting, to read, prepare, and draw one picture.
-//! Limits: the time does not count the start of the process; memory is told on Linux alone.
+//! Limits: the time does not count the start of the process; memory is known on Linux alone.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -10,10 +10,12 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
 
-use crate::args::TradeOptions;
-use crate::report;
+use crate::args::Drawing;
+use crate::opened::Opened;
+use crate::plan::Purpose;
+use crate::report::{self, Verbosity};
 
-/// What one picture takes.
+/// Time and memory of one picture.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 pub(super) struct Alone {
     /// Elapsed time: reading, preparing, drawing once, ms.
@@ -22,15 +24,12 @@ pub(super) struct Alone {
     pub(super) peak_bytes: Option<u64>,
 }
 
-/// Draws one picture of the words, and prints what it took.
-pub(super) fn run(options: &TradeOptions, words: &[String]) -> Result<()> {
+/// Draws one picture, and prints its time and memory.
+pub(super) fn run(drawing: Drawing) -> Result<()> {
     let start = std::time::Instant::now();
-    let mut prepared = super::prepared(options, words, &[])?;
-    let camera = *prepared
-        .cameras
-        .first()
-        .context("there is no camera to draw from")?;
-    (prepared.render)(&camera)?;
+    let mut opened = Opened::read(drawing, Purpose::Compare, Verbosity::Quiet)?;
+    let camera = opened.cameras().first().copied();
+    opened.draw(&camera.context("there is no camera to draw from")?)?;
     let alone = Alone {
         cold_ms: report::ms_since(start),
         peak_bytes: report::peak_bytes(),
@@ -39,14 +38,15 @@ pub(super) fn run(options: &TradeOptions, words: &[String]) -> Result<()> {
     Ok(())
 }
 
-/// What the words take in a process of their own. Nothing is written to the folder of the report.
+/// Time and memory of a command line in a process of its own. Nothing is written to the folder of the report.
 pub(super) fn measured(words: &[String], folder: &Path) -> Result<Alone> {
     let program = std::env::current_exe().context("the program does not know where it lies")?;
     let mut command = Command::new(program);
     command
-        .args(["trade", "--probe", "--out"])
-        .arg(folder)
+        .arg("trade")
         .args(words)
+        .args(["--probe", "--out"])
+        .arg(folder)
         .stdin(Stdio::null());
     // Ctrl-C asks this process to stop after the setting, and leaves the other alone.
     #[cfg(unix)]

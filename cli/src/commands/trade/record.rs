@@ -1,4 +1,4 @@
-//! What was measured: the rows of the report, as JSON and as CSV.
+//! The rows of the report, as JSON and as CSV.
 //!
 //! `trade.json` is written again after every setting, so that an interrupted run loses one setting at most.
 
@@ -28,7 +28,7 @@ pub(super) struct Report {
 /// One setting.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub(super) struct Row {
-    /// What it changes.
+    /// Its changes.
     pub(super) name: String,
     /// Its ladder.
     pub(super) group: String,
@@ -49,7 +49,7 @@ pub(super) struct Row {
     pub(super) pareto: bool,
 }
 
-/// What a setting costs.
+/// The cost of a setting.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub(super) struct Cost {
     /// Elapsed time of a frame, warm, ms: the median ratio to the default's frames beside it, times the default's.
@@ -70,7 +70,7 @@ pub(super) const ERRORS: [&str; 9] = [
 ];
 
 impl Report {
-    /// What an earlier run of the same command left in `folder`, if there is any.
+    /// The rows that an earlier run of the same command left in `folder`, if there are any.
     pub(super) fn earlier(folder: &Path, command: &str) -> Result<Vec<Row>> {
         let path = folder.join("trade.json");
         if !path.exists() {

@@ -18,7 +18,7 @@ pub(super) struct Drawer {
     pub(super) last: LastPicture,
 }
 
-/// The last picture that was drawn, for `--mask` and `--confidence`.
+/// The last picture that was drawn, for `--filled` and `--confidence`.
 pub(super) enum LastPicture {
     /// Neither was asked for.
     NotKept,
@@ -60,7 +60,7 @@ impl Drawer {
     }
 }
 
-/// What a warp says about its frames: that of one view, or a list of them.
+/// The account of a warp's frames: that of one view, or a list of them.
 fn account(stats: &[FrameStats]) -> Result<Account> {
     let keys = match stats {
         [one] => serde_json::to_value(one)?,

@@ -199,7 +199,7 @@ fn a_real_folder_of_several_series_asks_for_one() {
     let error = load(&folder, &LoadOptions::default())
         .expect_err("several series")
         .to_string();
-    assert!(error.contains("choose one with --series UID"), "{error}");
+    assert!(error.contains("choose one with series=UID"), "{error}");
 }
 
 #[test]

@@ -20,7 +20,7 @@ fn picture(path: &Path) -> Picture {
     named_picture(&path.to_string_lossy())
 }
 
-/// As [`picture`], with a layer behind a colon.
+/// As [`picture`], with a layer behind a `#`.
 fn named_picture(text: &str) -> Picture {
     colour::read(&Part::from_text(text)).unwrap_or_else(|error| panic!("{error}"))
 }

@@ -102,12 +102,12 @@ fn chosen_series(
         }),
         None if count == 1 => Ok(files),
         None => Err(Error::Option(format!(
-            "{named}: {count} series: choose one with --series UID, of {listed}"
+            "{named}: {count} series: choose one with series=UID, of {listed}"
         ))),
         Some(uid) => {
             if !all.contains_key(uid) {
                 return Err(Error::Option(format!(
-                    "{named}: --series {uid}: no such series; there are: {listed}"
+                    "{named}: series={uid}: no such series; there are: {listed}"
                 )));
             }
             files.retain(|(_, picture)| picture.series == uid);

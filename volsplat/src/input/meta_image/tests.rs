@@ -138,7 +138,7 @@ fn a_channel_is_chosen_or_asked_for() {
     let parts: [&[u8]; 2] = [head.as_bytes(), &[1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12]];
     let text = folder.refusal(&parts);
     assert!(
-        text.contains("3 components") && text.contains("--component"),
+        text.contains("3 components") && text.contains("component=N"),
         "{text}"
     );
     let path = folder.write("rgb.mha", &parts);

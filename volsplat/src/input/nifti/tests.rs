@@ -413,7 +413,7 @@ fn the_format_is_told_by_content_also_when_packed() {
     let path = folder.write("y", &[&Fields::new(1, 2).bytes(), &[0; 4]]);
     let text = load(&path, &options).expect_err("superfluous").to_string();
     assert!(
-        text.contains("--component means nothing") && text.contains("NIfTI"),
+        text.contains("component does not apply to NIfTI") && text.contains("NIfTI"),
         "{text}"
     );
 }

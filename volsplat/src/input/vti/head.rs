@@ -264,7 +264,7 @@ fn chosen_array<'a>(
     if let Some(name) = choice {
         let absent = || {
             Fault::Option(format!(
-                "--array {name}: no such array; there are: {}",
+                "array={name}: no such array; there are: {}",
                 names.join(", ")
             ))
         };
@@ -280,7 +280,7 @@ fn chosen_array<'a>(
         (None, _) => {
             let names = names.join(", ");
             Err(Fault::Option(format!(
-                "there are several arrays: choose one with --array NAME, of {names}"
+                "there are several arrays: choose one with array=NAME, of {names}"
             )))
         }
     }

@@ -149,7 +149,7 @@ fn the_array_is_the_active_one_the_only_one_or_the_named_one() {
     assert_eq!(of(points(&both), Some("b")).expect("named").value(0), 2.0);
     let passive = format!("<PointData>{both}</PointData>");
     let text = of(passive, None).expect_err("two").to_string();
-    assert!(text.contains("--array NAME, of b, a"), "{text}");
+    assert!(text.contains("array=NAME, of b, a"), "{text}");
     assert_eq!(
         of(format!("<PointData>{}</PointData>", array("b", 2)), None)
             .expect("only")

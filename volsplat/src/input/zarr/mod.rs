@@ -113,7 +113,7 @@ pub(super) fn open(folder: &Path, choice: Choice) -> Result<Opened, Error> {
     let Some(dataset) = image.datasets.get(level) else {
         let held = image.datasets.len();
         return Err(Error::Option(format!(
-            "{}: --level {level}: the image has {held} level(s), counted from 0, the finest",
+            "{}: level={level}: the image has {held} level(s), counted from 0, the finest",
             folder.display()
         )));
     };
@@ -172,11 +172,11 @@ fn selected(image: &Image, array: &Array, choice: Choice) -> Result<Vec<Span>, F
             size: 1,
         }),
         Some(index) => Err(Fault::Option(format!(
-            "{option} {index}: the image has {size} {what}(s), counted from 0"
+            "{option}={index}: the image has {size} {what}(s), counted from 0"
         ))),
         None if size == 1 => Ok(Span { first: 0, size: 1 }),
         None => Err(unsupported(format!(
-            "the image has {size} {what}s{}: choose one with {option} N, from 0 to {}",
+            "the image has {size} {what}s{}: choose one with {option}=N, from 0 to {}",
             if what == "channel" {
                 image.channel_names()
             } else {
@@ -190,18 +190,18 @@ fn selected(image: &Image, array: &Array, choice: Choice) -> Result<Vec<Span>, F
             first: 0,
             size: array.shape[axis],
         }),
-        AxisKind::Channel => one("--component", "channel", choice.channel, array.shape[axis]),
-        AxisKind::Time => one("--time", "point in time", choice.time, array.shape[axis]),
+        AxisKind::Channel => one("component", "channel", choice.channel, array.shape[axis]),
+        AxisKind::Time => one("time", "point in time", choice.time, array.shape[axis]),
     };
     let has = |kind: AxisKind| (0..count).any(|axis| image.kind(axis, count) == kind);
     if choice.time.is_some() && !has(AxisKind::Time) {
         return Err(Fault::Option(
-            "--time means nothing for an image without an axis of time: leave it out".to_owned(),
+            "time does not apply to an image without an axis of time: leave it out".to_owned(),
         ));
     }
     if choice.channel.is_some_and(|channel| channel > 0) && !has(AxisKind::Channel) {
         return Err(Fault::Option(
-            "--component: the image has one channel only".to_owned(),
+            "component: the image has one channel only".to_owned(),
         ));
     }
     (0..count).map(span).collect()

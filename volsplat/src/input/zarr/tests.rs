@@ -310,7 +310,7 @@ fn level_channel_and_time_are_chosen() {
         "{}",
         text(None, None, Some(0))
     );
-    assert!(text(None, Some(0), None).contains("--time N"));
+    assert!(text(None, Some(0), None).contains("time=N"));
     assert!(text(None, Some(3), Some(0)).contains("3 channel(s)"));
     assert!(text(Some(2), Some(0), Some(0)).contains("2 level(s)"));
 }

@@ -162,7 +162,7 @@ fn one_series_of_several_is_chosen_by_its_uid() {
     ];
     let text = refusal(&slices);
     assert!(
-        text.contains("--series UID") && text.contains("1.2.3 (2 slices, 'a name')"),
+        text.contains("series=UID") && text.contains("1.2.3 (2 slices, 'a name')"),
         "{text}"
     );
     assert!(text.contains("4.5.6 (3 slices"), "{text}");

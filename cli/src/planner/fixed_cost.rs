@@ -1,15 +1,12 @@
-//! What a picture takes however little of it is drawn, from coarse pictures and their windows.
+//! The fixed cost of a frame, estimated from coarse pictures and their windows.
 //!
-//! A window pays what a whole picture pays before anything is drawn: every brick or triangle is looked at. The counts do not tell
-//! that part, and in windows of a small picture it may be most of the time. Two sums tell it: whole pictures and windows take
-//! a fixed time each and, beside it, the same time per count.
-
-use super::Sight;
-use crate::planner::model::Model;
+//! A window pays what a whole picture pays before anything is drawn: every brick or triangle is looked at. The counts do
+//! not include that part, and in windows of a small picture it may be most of the time. Two sums give it: whole pictures
+//! and windows take a fixed time each and, beside it, the same time per count.
 
 /// Coarse pictures, and their windows.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Took {
+pub(super) struct FixedCost {
     pub(super) whole: Sum,
     pub(super) windows: Sum,
 }
@@ -27,15 +24,16 @@ pub(super) struct Sum {
 const MOST_FIXED: f64 = 0.9;
 
 impl Sum {
-    pub(super) fn add(&mut self, model: &Model, sight: &Sight) {
+    /// Adds a picture or a window: its CPU time, and the part of it that depends on its counts, by the model.
+    pub(super) fn add(&mut self, cpu_ms: f64, growing_ms: f64) {
         self.number += 1.0;
-        self.cpu_ms += sight.cpu_ms;
-        self.growing_ms += model.growing_ms(&sight.path, &sight.counts);
+        self.cpu_ms += cpu_ms;
+        self.growing_ms += growing_ms;
     }
 }
 
-impl Took {
-    /// CPU time that each picture or window takes beside what its counts tell, ms; 0 where no windows were drawn.
+impl FixedCost {
+    /// CPU time of each picture or window that its counts do not explain, ms; 0 where no windows were drawn.
     pub(super) fn fixed_ms(&self) -> f64 {
         let Self { whole, windows } = self;
         // number * fixed + growing * factor = time, for both.
@@ -63,20 +61,20 @@ mod tests {
 
     #[test]
     fn the_fixed_part_is_found() {
-        for costs in [[0.5, 2.0], [0.0, 1.0], [3.0, 0.5]] {
-            let took = Took {
-                whole: sum(8.0, 80.0, costs),
-                windows: sum(48.0, 20.0, costs),
+        for parts in [[0.5, 2.0], [0.0, 1.0], [3.0, 0.5]] {
+            let costs = FixedCost {
+                whole: sum(8.0, 80.0, parts),
+                windows: sum(48.0, 20.0, parts),
             };
-            let most = MOST_FIXED * took.windows.cpu_ms / 48.0;
-            let found = took.fixed_ms();
+            let most = MOST_FIXED * costs.windows.cpu_ms / 48.0;
+            let found = costs.fixed_ms();
             assert!(
-                (found - costs[0].min(most)).abs() < 1e-12,
-                "{costs:?}: {found}"
+                (found - parts[0].min(most)).abs() < 1e-12,
+                "{parts:?}: {found}"
             );
         }
         assert_eq!(
-            Took {
+            FixedCost {
                 whole: sum(8.0, 80.0, [1.0; 2]),
                 windows: Sum::default()
             }

@@ -1,0 +1,67 @@
+//! The commands that draw, as one type: which application it is, and the options that say how it draws.
+
+use std::path::Path;
+
+use clap::Subcommand;
+
+use super::short_help;
+use super::{AskArgs, TexmapArgs, VolsplatArgs, Warp3dArgs};
+
+/// A command that draws.
+#[derive(Clone, Debug, Subcommand)]
+pub enum Drawing {
+    /// Draw a textured mesh, glTF or OBJ, from one or several cameras
+    ///
+    /// Example: resample texmap helmet.glb -o helmet.png
+    #[command(mut_args(short_help::texmap))]
+    Texmap(Box<TexmapArgs>),
+    /// Draw a volume file from one or several cameras
+    ///
+    /// Example: resample volsplat engine.raw --dims 256,256,128 --type u8 -o engine.png
+    #[command(mut_args(short_help::volsplat))]
+    Volsplat(Box<VolsplatArgs>),
+    /// Show a picture with depth from another camera
+    ///
+    /// Example: resample warp3d im0.png disp0.pfm --depth-kind disparity --from calib.txt#0 --to calib.txt#1 -o new.png
+    #[command(name = "warp3d", mut_args(short_help::warp3d))]
+    Warp3d(Box<Warp3dArgs>),
+}
+
+impl Drawing {
+    /// The name of the command.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Texmap(_) => "texmap",
+            Self::Volsplat(_) => "volsplat",
+            Self::Warp3d(_) => "warp3d",
+        }
+    }
+
+    /// The error or the time that is asked for.
+    pub fn ask(&self) -> &AskArgs {
+        match self {
+            Self::Texmap(args) => &args.ask,
+            Self::Volsplat(args) => &args.ask,
+            Self::Warp3d(args) => &args.ask,
+        }
+    }
+
+    /// Whether pictures that exist are kept.
+    pub fn resume(&self) -> bool {
+        match self {
+            Self::Texmap(args) => args.sequence.resume,
+            Self::Volsplat(args) => args.sequence.resume,
+            Self::Warp3d(args) => args.sequence.resume,
+        }
+    }
+
+    /// Names the picture to write.
+    pub fn write_to(&mut self, path: &Path) {
+        let output = match self {
+            Self::Texmap(args) => &mut args.output,
+            Self::Volsplat(args) => &mut args.output,
+            Self::Warp3d(args) => &mut args.output,
+        };
+        *output = path.to_owned();
+    }
+}

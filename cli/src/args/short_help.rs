@@ -1,0 +1,116 @@
+//! The options that `-h` shows, about twenty of each command; `--help` shows all.
+
+use clap::Arg;
+
+const VOLSPLAT: &[&str] = &[
+    "input",
+    "output",
+    "dims",
+    "voxel_type",
+    "transfer",
+    "window",
+    "preset",
+    "colormap",
+    "labels",
+    "mask",
+    "camera",
+    "orbit",
+    "size",
+    "turntable",
+    "path",
+    "crop",
+    "shade",
+    "blend",
+    "iso",
+    "subpixels",
+    "max_error",
+    "background",
+];
+
+const TEXMAP: &[&str] = &[
+    "input",
+    "output",
+    "camera_name",
+    "texture",
+    "camera",
+    "orbit",
+    "fov",
+    "up",
+    "size",
+    "turntable",
+    "path",
+    "method",
+    "shade",
+    "light",
+    "subpixels",
+    "max_error",
+    "max_time_ms",
+    "background",
+];
+
+const WARP3D: &[&str] = &[
+    "colour",
+    "depth",
+    "output",
+    "from",
+    "to",
+    "reference",
+    "intrinsics",
+    "size",
+    "depth_kind",
+    "depth_scale",
+    "baseline",
+    "stereo",
+    "anaglyph",
+    "quilt",
+    "path",
+    "sway",
+    "method",
+    "fill",
+    "max_error",
+    "background",
+];
+
+/// As `-h` shows it for volumes.
+pub(super) fn volsplat(arg: Arg) -> Arg {
+    brief(arg, VOLSPLAT)
+}
+
+/// As `-h` shows it for meshes.
+pub(super) fn texmap(arg: Arg) -> Arg {
+    brief(arg, TEXMAP)
+}
+
+/// As `-h` shows it for pictures with depth.
+pub(super) fn warp3d(arg: Arg) -> Arg {
+    brief(arg, WARP3D)
+}
+
+fn brief(arg: Arg, shown: &[&str]) -> Arg {
+    let hide = !shown.contains(&arg.get_id().as_str());
+    arg.hide_short_help(hide)
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+    use crate::args::Cli;
+
+    #[test]
+    fn every_name_is_an_option() {
+        let command = Cli::command();
+        for (name, shown) in [
+            ("volsplat", VOLSPLAT),
+            ("texmap", TEXMAP),
+            ("warp3d", WARP3D),
+        ] {
+            let command = command.find_subcommand(name).expect("a command");
+            let has = |id: &&&str| command.get_arguments().any(|arg| arg.get_id() == **id);
+            let missing: Vec<_> = shown.iter().filter(|id| !has(id)).collect();
+            assert!(missing.is_empty(), "{name} has no {missing:?}");
+            assert!((15..=24).contains(&shown.len()), "about twenty");
+        }
+    }
+}

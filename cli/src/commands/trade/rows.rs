@@ -1,0 +1,159 @@
+//! The rows of a report: each setting measured beside the default, its picture against the reference.
+
+use anyhow::{Context, Result};
+use resample_core::Camera;
+use resample_core::metrics::flip;
+use serde_json::json;
+
+use super::ladders::{self, Named};
+use super::probe;
+use super::record::{Cost, Row};
+use crate::args::{Drawing, TradeOptions};
+use crate::figures::{self, FLICKER};
+use crate::input_picture;
+use crate::measure::{self, Reference, Time};
+use crate::opened::Opened;
+use crate::output::{self, Depth, Format};
+use crate::plan::Purpose;
+use crate::report::Verbosity;
+use crate::setting::Setting;
+use crate::typed::{self, Typed};
+
+/// The measured command.
+pub(super) struct Scene<'a> {
+    pub(super) drawing: Drawing,
+    /// The name of the command, and the words of a built-in scene.
+    pub(super) start: Vec<String>,
+    pub(super) typed: &'a Typed,
+}
+
+/// The options of the measurement, which are no part of the measured command.
+const OWN_OPTIONS: [&str; 8] = [
+    "out", "settings", "scene", "reps", "truth", "flicker", "resume", "probe",
+];
+
+/// The default setting and the reference, which settings are measured beside.
+pub(super) struct Beside {
+    camera: Camera,
+    default: Opened,
+    time: Time,
+    reference: Reference,
+    /// Cameras of the flicker; empty where it is not measured.
+    steps: Vec<Camera>,
+}
+
+impl Scene<'_> {
+    /// The command under a setting, as a person would type it.
+    pub(super) fn command(&self, setting: &Setting) -> Result<String> {
+        Ok(typed::line(&self.words_with(setting)?))
+    }
+
+    fn words_with(&self, setting: &Setting) -> Result<Vec<String>> {
+        let given = setting.pairs()?;
+        let mut words = self.start.clone();
+        words.extend(self.typed.words(|name| {
+            OWN_OPTIONS.contains(&name) || given.iter().any(|(given, _)| given == name)
+        }));
+        words.extend(setting.words()?);
+        Ok(words)
+    }
+
+    fn opened(&self, setting: &Setting) -> Result<Opened> {
+        let mut drawing = self.drawing.clone();
+        drawing.set(drawing.setting().with(setting)?)?;
+        Opened::read(drawing, Purpose::Compare, Verbosity::Quiet)
+    }
+}
+
+impl Beside {
+    pub(super) fn new(scene: &Scene, options: &TradeOptions) -> Result<Self> {
+        let drawing = scene.drawing.clone();
+        let mut default = Opened::read(drawing, Purpose::Compare, Verbosity::Quiet)?;
+        let cameras = default.cameras().first().copied();
+        let camera = cameras.context("there is no camera to draw from")?;
+        let mut exact = scene.opened(&ladders::exact(&scene.drawing))?;
+        let image = match &options.truth {
+            Some(path) => input_picture::read(path)?,
+            None => measure::rendered(&mut exact, &camera)?.image,
+        };
+        let steps = if options.flicker {
+            measure::sub_pixel_steps(&camera)
+        } else {
+            Vec::new()
+        };
+        Ok(Self {
+            reference: Reference::new(image, measure::pictures(&mut exact, &steps)?),
+            time: measure::time_alone(&mut default, &camera, options.reps)?,
+            default,
+            camera,
+            steps,
+        })
+    }
+
+    /// One row of the report, and its pictures; its command is filled in by the caller.
+    pub(super) fn measured(
+        &mut self,
+        (scene, setting): (&Scene, &Named),
+        options: &TradeOptions,
+    ) -> Result<Row> {
+        let alone = probe::measured(&scene.words_with(&setting.setting)?, &options.out)?;
+        let mut own = scene.opened(&setting.setting)?;
+        let first = measure::rendered(&mut own, &self.camera)?;
+        let beside = measure::time_beside(
+            &mut own,
+            (&mut self.default, self.time),
+            (&self.camera, options.reps),
+        )?;
+        let mut error = figures::record(&self.reference.comparison(&first.image)?);
+        let moving = measure::pictures(&mut own, &self.steps)?;
+        if let Some(flicker) = self.reference.flicker(&moving) {
+            error.insert(FLICKER.into(), json!(flicker));
+        }
+        let map = flip::map(
+            &first.image,
+            self.reference.image(),
+            flip::DEFAULT_PIXELS_PER_DEGREE,
+        )?;
+        let (picture, heatmap) = (
+            file_name(&setting.name, "picture"),
+            file_name(&setting.name, "error"),
+        );
+        for (name, image) in [
+            (&picture, &first.image),
+            (&heatmap, &figures::heatmap(&map)),
+        ] {
+            output::write_picture(&options.out.join(name), Format::Png(Depth::Eight), image)?;
+        }
+        Ok(Row {
+            name: setting.name.clone(),
+            group: setting.group.to_owned(),
+            cost: Cost {
+                wall_ms: beside.time.wall_ms,
+                cpu_ms: beside.time.cpu_ms,
+                spread: beside.spread,
+                cold_ms: alone.cold_ms,
+                peak_bytes: alone.peak_bytes,
+            },
+            counts: measure::counts(first.keys),
+            error,
+            picture,
+            heatmap,
+            ..Row::default()
+        })
+    }
+}
+
+/// The name of a setting as part of a file name.
+fn file_name(setting: &str, kind: &str) -> String {
+    let plain = |c: char| {
+        if c.is_ascii_alphanumeric() || c == '.' {
+            c
+        } else {
+            '-'
+        }
+    };
+    format!(
+        "{}_{kind}.png",
+        setting.chars().map(plain).collect::<String>()
+    )
+}

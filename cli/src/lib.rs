@@ -1,0 +1,158 @@
+//! The command line `resample` as a library, so that other front ends share its files, framing, settings, planner and output.
+//!
+//! A front end fills the typed options of a command, reads the scene, and draws it from its own or from any camera:
+//!
+//! ```no_run
+//! use std::path::PathBuf;
+//!
+//! use resample_cli::args::{Drawing, VolsplatArgs};
+//! use resample_cli::opened::Opened;
+//! use resample_cli::plan::Purpose;
+//! use resample_cli::report::Verbosity;
+//!
+//! # fn main() -> anyhow::Result<()> {
+//! let args = VolsplatArgs {
+//!     input: PathBuf::from("head.nrrd").into(),
+//!     output: "head.png".into(),
+//!     ..VolsplatArgs::default()
+//! };
+//! let drawing = Drawing::Volsplat(Box::new(args));
+//! let mut scene = Opened::read(drawing, Purpose::Compare, Verbosity::Quiet)?;
+//! let camera = scene.cameras()[0];
+//! let picture = scene.draw(&camera)?.image;
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! [`run`] takes the words of this process and gives an exit code: 0 when everything asked for was written, 2 when the
+//! input or the options are bad (nothing is written then), 1 when a file could not be written although all checks had
+//! passed or a bound of a comparison is broken, 130 after Ctrl-C. This file parses, starts the threads and dispatches;
+//! each command reads as its list of steps in `commands/`.
+
+pub mod args;
+pub mod background;
+mod blend;
+mod built_in;
+mod camera_file;
+mod camera_path;
+mod clip;
+mod commands;
+mod figures;
+pub mod framing;
+pub mod input_file;
+mod input_picture;
+mod interrupt;
+mod json_fields;
+mod machine;
+mod measure;
+pub mod multiview;
+pub mod opened;
+mod order;
+pub mod output;
+pub mod picture;
+pub mod plan;
+pub mod planner;
+mod progress;
+pub mod report;
+mod scene;
+mod scene_camera;
+mod sequence;
+pub mod setting;
+mod settings;
+mod transfer;
+mod transfer_plot;
+pub mod typed;
+pub mod values;
+pub mod viewpoint;
+mod volume_data;
+mod volume_file;
+mod volume_motion;
+mod warp_references;
+mod warp_scene;
+
+use std::process::ExitCode;
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use clap::{CommandFactory, FromArgMatches};
+
+use crate::args::{Cli, Command, Drawing, GlobalArgs};
+use crate::commands::compare::TooFar;
+use crate::interrupt::Interrupted;
+use crate::opened::Opened;
+use crate::output::WriteFailure;
+use crate::plan::{Purpose, RunLog};
+use crate::planner::Planned;
+use crate::report::Verbosity;
+use crate::typed::Typed;
+
+/// Bad input or options; also what clap uses.
+const EXIT_BAD_INPUT: u8 = 2;
+
+/// The input was fine, but a file could not be written or pictures are too far apart.
+const EXIT_FAILED: u8 = 1;
+
+/// Does what the words of this process ask for.
+pub fn run() -> ExitCode {
+    let matches = Cli::command().get_matches();
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    let typed = Typed::of(Cli::command(), &matches);
+    match dispatched(cli, &typed) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) if error.is::<Interrupted>() => {
+            report::say(&report::one_line(&error));
+            ExitCode::from(interrupt::EXIT_INTERRUPTED)
+        }
+        Err(error) => {
+            report::say(&format!("error: {}", report::one_line(&error)));
+            let failed = error.is::<WriteFailure>() || error.is::<TooFar>();
+            ExitCode::from(if failed { EXIT_FAILED } else { EXIT_BAD_INPUT })
+        }
+    }
+}
+
+fn dispatched(cli: Cli, typed: &Typed) -> Result<()> {
+    start_threads(&cli.global)?;
+    let verbosity = verbosity(&cli.global);
+    match cli.command {
+        Command::Demo(args) => commands::demo::run(&args, verbosity),
+        Command::Bench(args) => commands::bench::run(&args, verbosity),
+        Command::Calibrate(args) => commands::calibrate::run(&args, verbosity),
+        Command::Compare(args) => commands::compare::run(&args),
+        Command::Info(args) => commands::info::run(&args),
+        Command::Trade(args) => commands::trade::run(args, typed, verbosity),
+        Command::Draw(drawing) => draw(drawing, typed, verbosity),
+    }
+}
+
+/// Reads a scene, chooses its setting where an error or a time is asked for, draws, writes, and reports.
+fn draw(drawing: Drawing, typed: &Typed, verbosity: Verbosity) -> Result<()> {
+    let log = RunLog {
+        start: Instant::now(),
+        verbosity,
+    };
+    if let Some(Planned { opened, record }) = planner::planned(&drawing, typed, verbosity)? {
+        interrupt::watch()?;
+        return opened.finish(Some(record), log);
+    }
+    interrupt::watch()?;
+    Opened::read(drawing, Purpose::Draw, verbosity)?.finish(None, log)
+}
+
+fn start_threads(args: &GlobalArgs) -> Result<()> {
+    let Some(threads) = args.threads else {
+        return Ok(());
+    };
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(usize::from(threads))
+        .build_global()
+        .with_context(|| format!("--threads {threads}: cannot start that many"))
+}
+
+fn verbosity(args: &GlobalArgs) -> Verbosity {
+    match (args.quiet, args.verbose) {
+        (true, _) => Verbosity::Quiet,
+        (false, true) => Verbosity::Verbose,
+        (false, false) => Verbosity::Normal,
+    }
+}

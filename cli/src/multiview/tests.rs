@@ -1,0 +1,159 @@
+//! Several views: their cameras agree at the convergence, and their pictures lie in their places.
+
+use resample_core::LookAt;
+
+use super::*;
+
+fn camera() -> Camera {
+    let pose = LookAt {
+        position: DVec3::new(1.0, -2.0, 5.0),
+        target: DVec3::ZERO,
+        up: DVec3::Y,
+    };
+    Camera::perspective(&pose, 0.8, [40, 30]).expect("a good camera")
+}
+
+/// Where `seen` has a point that lies before `camera`, px.
+fn at(seen: &Camera, camera: &Camera, pos_in_camera: DVec3) -> DVec2 {
+    let world = camera
+        .camera_from_world
+        .inverse()
+        .transform_point3(pos_in_camera);
+    seen.screen_from_camera(seen.camera_from_world.transform_point3(world))
+}
+
+#[test]
+fn views_agree_at_the_convergence_and_never_up_or_down() {
+    let camera = camera();
+    let layouts = [
+        Layout::SideBySide(0.3),
+        Layout::Anaglyph(0.3, Anaglyph::Grey),
+        Layout::Quilt(
+            Grid {
+                columns: 4,
+                rows: 3,
+            },
+            40.0,
+        ),
+    ];
+    for layout in layouts {
+        let views = layout.views(&layout.sheet(&camera), 6.0);
+        for view in &views {
+            let expected = camera.screen_from_camera(DVec3::new(0.7, 0.4, 6.0));
+            let found = at(view, &camera, DVec3::new(0.7, 0.4, 6.0));
+            assert!(
+                (found - expected).length() < 1e-9,
+                "{layout:?}: {found} instead of {expected}"
+            );
+        }
+        let near = |view: &Camera| at(view, &camera, DVec3::new(0.0, 0.2, 3.0));
+        let (first, last) = (near(&views[0]), near(&views[views.len() - 1]));
+        assert!(
+            first.x > last.x + 0.1,
+            "{layout:?}: what is near moves left as the eye moves right"
+        );
+        assert!(
+            (first.y - last.y).abs() < 1e-9,
+            "{layout:?}: vertical parallax"
+        );
+    }
+}
+
+#[test]
+fn parallel_views_shift_by_focal_length_times_baseline_over_depth() {
+    let camera = camera();
+    let views =
+        Layout::SideBySide(0.5).views(&Layout::SideBySide(0.5).sheet(&camera), f64::INFINITY);
+    let point = DVec3::new(0.2, 0.1, 4.0);
+    let disparity = at(&views[0], &camera, point).x - at(&views[1], &camera, point).x;
+    assert!(
+        (disparity - camera.fx * 0.5 / 4.0).abs() < 1e-9,
+        "{disparity} px"
+    );
+}
+
+#[test]
+fn a_quilt_runs_from_the_bottom_left_to_the_top_right() {
+    let grid = Grid {
+        columns: 3,
+        rows: 2,
+    };
+    let layout = Layout::Quilt(grid, 30.0);
+    let small = Camera {
+        width: 2,
+        height: 1,
+        ..camera()
+    };
+    let sheet = layout.sheet(&small);
+    assert_eq!([sheet.width, sheet.height], [6, 2], "size of the sheet");
+    let views = layout.views(&sheet, 5.0);
+    assert!(
+        views.iter().all(|view| [view.width, view.height] == [2, 1]),
+        "size of a view"
+    );
+    let marked = |index: usize| {
+        let mut image = Image::transparent(2, 1);
+        image.rgba = vec![[index as f32, 0.0, 0.0, 1.0]; 2];
+        image
+    };
+    let whole = layout.put_together(&sheet, (0..6).map(marked).collect());
+    let numbers: Vec<f32> = whole.rgba.iter().step_by(2).map(|pixel| pixel[0]).collect();
+    assert_eq!(numbers, [3.0, 4.0, 5.0, 0.0, 1.0, 2.0], "rows from the top");
+}
+
+#[test]
+fn an_anaglyph_of_two_equal_grey_views_is_nearly_that_grey() {
+    let mut view = Image::transparent(1, 1);
+    view.rgba[0] = [0.5, 0.5, 0.5, 1.0];
+    for (kind, tolerance) in [
+        (Anaglyph::Colour, 1e-6),
+        (Anaglyph::Grey, 1e-6),
+        (Anaglyph::Dubois, 2e-3),
+    ] {
+        let both = anaglyph(&[view.clone(), view.clone()], kind).rgba[0];
+        let worst = both[..3]
+            .iter()
+            .map(|channel| (channel - 0.5).abs())
+            .fold(0.0, f32::max);
+        assert!(
+            worst < tolerance,
+            "{kind:?}: white must stay white, {both:?}"
+        );
+    }
+}
+
+#[test]
+fn red_glasses_see_the_left_view() {
+    let [mut left, mut right] = [Image::transparent(1, 1), Image::transparent(1, 1)];
+    left.rgba[0] = [0.6, 0.6, 0.6, 1.0];
+    right.rgba[0] = [0.1, 0.1, 0.1, 1.0];
+    for kind in [Anaglyph::Colour, Anaglyph::Grey, Anaglyph::Dubois] {
+        let [red, green, blue, _] = anaglyph(&[left.clone(), right.clone()], kind).rgba[0];
+        assert!(
+            red > 0.5 && green < 0.15 && blue < 0.15,
+            "{kind:?}: [{red}, {green}, {blue}]"
+        );
+    }
+}
+
+#[test]
+fn a_sway_keeps_the_pivot_and_its_angle() {
+    let camera = camera();
+    let cameras = sway(&camera, 3.0, 4.0, 12).expect("good cameras");
+    let pivot = DVec3::new(0.0, 0.0, 3.0);
+    let mut widest = 0.0f64;
+    for swayed in &cameras {
+        let found = at(swayed, &camera, pivot);
+        assert!(
+            (found - camera.screen_from_camera(pivot)).length() < 1e-9,
+            "the pivot moves to {found}"
+        );
+        let cosine = swayed.forward_in_world().dot(camera.forward_in_world());
+        widest = widest.max(cosine.min(1.0).acos().to_degrees());
+    }
+    assert!(
+        (cameras[0].eye_in_world() - camera.eye_in_world()).length() < 1e-12,
+        "it starts at the camera"
+    );
+    assert!((3.9..4.6).contains(&widest), "the widest angle is {widest}");
+}

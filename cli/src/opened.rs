@@ -1,0 +1,117 @@
+//! A scene whose files are read: drawn under one setting after another, and at last to its files.
+
+use anyhow::{Result, bail};
+use resample_core::Camera;
+use serde_json::Value;
+
+use crate::args::Drawing;
+use crate::commands::{texmap, volsplat, warp3d};
+use crate::picture::Drawn;
+use crate::plan::{Purpose, RunLog};
+use crate::report::Verbosity;
+use crate::setting::Setting;
+
+/// A scene whose files are read.
+pub struct Opened {
+    scene: Scene,
+}
+
+enum Scene {
+    Mesh(Box<texmap::Open>),
+    Volume(Box<volsplat::Open>),
+    Depth(Box<warp3d::Open>),
+}
+
+/// How a part of a picture can be drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Parts {
+    /// A camera with a smaller picture and a moved principal point shows the same pixels. The fixed cost of a frame
+    /// decides how large a part is worth drawing.
+    Windows {
+        /// Side, px.
+        side_px: u32,
+        /// Least number of parts that represent the whole.
+        least: usize,
+        /// Rim of a part that may differ, px: its pixels look at neighbours.
+        guard_px: usize,
+    },
+    /// It cannot be drawn without the rest: several views, or holes that are filled from afar.
+    Whole,
+}
+
+impl Opened {
+    /// Reads the files of a command that draws.
+    pub fn read(drawing: Drawing, purpose: Purpose, verbosity: Verbosity) -> Result<Self> {
+        let scene = match drawing {
+            Drawing::Texmap(args) => Scene::Mesh(Box::new(texmap::Open::read(*args, verbosity)?)),
+            Drawing::Volsplat(args) => {
+                let open = volsplat::Open::read(*args, verbosity)?;
+                if purpose == Purpose::Compare {
+                    open.check_still()?;
+                }
+                Scene::Volume(Box::new(open))
+            }
+            Drawing::Warp3d(args) => Scene::Depth(Box::new(warp3d::Open::read(*args, purpose)?)),
+        };
+        Ok(Self { scene })
+    }
+
+    /// One camera per picture.
+    pub fn cameras(&self) -> &[Camera] {
+        match &self.scene {
+            Scene::Mesh(open) => open.cameras(),
+            Scene::Volume(open) => open.cameras(),
+            Scene::Depth(open) => open.cameras(),
+        }
+    }
+
+    /// How a part of a picture can be drawn.
+    pub fn parts(&self) -> Parts {
+        match &self.scene {
+            Scene::Mesh(_) => Parts::Windows {
+                side_px: 32,
+                least: 6,
+                guard_px: 0,
+            },
+            Scene::Volume(_) => Parts::Windows {
+                side_px: 16,
+                least: 6,
+                guard_px: 0,
+            },
+            Scene::Depth(open) if open.has_parts() => Parts::Windows {
+                side_px: 64,
+                least: 4,
+                guard_px: 1,
+            },
+            Scene::Depth(_) => Parts::Whole,
+        }
+    }
+
+    /// Draws under this setting from now on.
+    pub fn set(&mut self, setting: &Setting) -> Result<()> {
+        match (&mut self.scene, setting) {
+            (Scene::Mesh(open), Setting::Mesh(render)) => open.set(render),
+            (Scene::Volume(open), Setting::Volume(render)) => open.set(render),
+            (Scene::Depth(open), Setting::Depth(render)) => open.set(render),
+            _ => bail!("a setting of another application"),
+        }
+    }
+
+    /// Draws what a camera sees.
+    pub fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
+        match &mut self.scene {
+            Scene::Mesh(open) => open.draw(camera),
+            Scene::Volume(open) => open.draw(camera),
+            Scene::Depth(open) => open.draw(camera),
+        }
+    }
+
+    /// Draws and writes all pictures, and reports; `planned` goes into the stats file.
+    pub fn finish(self, planned: Option<Value>, log: RunLog) -> Result<()> {
+        match self.scene {
+            Scene::Mesh(open) => open.finish(planned, log),
+            Scene::Volume(open) => open.finish(planned, log),
+            Scene::Depth(open) => open.finish(planned, log),
+        }
+    }
+}
