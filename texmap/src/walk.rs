@@ -59,6 +59,7 @@ struct End {
 }
 
 /// The edge between two sub-pixels; `None` where colour does not jump or the place of the jump is unknown.
+#[inline(always)]
 pub(crate) fn crossing(mesh: &impl Mesh, pair: &Neighbours) -> Option<Crossing> {
     let ([p, q], [a, b]) = (pair.at, pair.ids);
     let there = walk(mesh, [a, b], [p, q]);
