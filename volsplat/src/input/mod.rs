@@ -254,7 +254,10 @@ fn refuse_superfluous(format: Format, path: &Path, options: &LoadOptions) -> Res
         Format::MetaImage | Format::Nrrd | Format::Vti | Format::Zarr
     );
     let given = [
-        ("component", options.component.is_some() && !has_components),
+        (
+            "component",
+            options.component.is_some() && !has_components,
+        ),
         (
             "series",
             options.series.is_some() && format != Format::Dicom,
