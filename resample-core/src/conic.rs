@@ -40,7 +40,7 @@ impl Conic {
             + self.one
     }
 
-    /// The same conic as an ellipse, or `None` if it is none (open, empty or degenerate).
+    /// The same conic as an ellipse, or `None` if it is open, empty or degenerate.
     pub fn ellipse(&self) -> Option<Ellipse> {
         let determinant = self.xx * self.yy - self.xy * self.xy;
         if !(determinant > 0.0 && self.xx > 0.0) {

@@ -55,7 +55,7 @@ fn column(x: f64, count: u32) -> u32 {
     (x - 0.5).ceil().clamp(0.0, f64::from(count)) as u32
 }
 
-/// The roots of a x^2 + 2 b x + c in rising order, without cancellation; both +infinity where there are none.
+/// The roots of a x^2 + 2 b x + c in rising order, without cancellation; both +infinity without real roots.
 fn roots(a: f64, b: f64, c: f64) -> [f64; 2] {
     let discriminant = b * b - a * c;
     if !(discriminant >= 0.0) {

@@ -27,7 +27,7 @@ pub struct GridView {
     pub principal_px: DVec2,
     /// Focal lengths, px (perspective) or px per world unit (orthographic).
     pub focal: DVec2,
-    /// Camera z of the near plane, world units; in orthographic views there is none (minus infinity is allowed).
+    /// Camera z of the near plane, world units; in orthographic views minus infinity is allowed.
     pub near: f64,
 }
 

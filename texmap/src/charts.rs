@@ -2,7 +2,7 @@
 //!
 //! Beyond a line of a triangle the texture goes on if the triangle there has the same coordinates at its two ends; else
 //! the line is a border: what lies across in the texture, another chart of the atlas, say, is not what lies across on
-//! the surface. A triangle is told of the borders at its corners, its own and those of its neighbours.
+//! the surface. A triangle knows the borders at its corners, its own and those of its neighbours.
 //!
 //! Limits: a neighbour's border counts only where the whole triangle lies on its inner side;
 //! corners that are stored twice within a chart hide their neighbours' borders.
@@ -13,7 +13,7 @@ use crate::adjacency::Neighbour;
 use crate::plane::{Plane, narrow, value};
 use crate::scene::Mesh;
 
-/// Most borders that a triangle is told of: its own three, and two at each corner.
+/// Most borders that a triangle knows: its own three, and two at each corner.
 const MAX_BORDERS: usize = 9;
 
 /// The borders of all charts of a mesh, by corner.
@@ -91,7 +91,7 @@ impl Charts {
         Self { first, borders }
     }
 
-    /// The borders that a triangle is told of, where `uv` gives the place of a vertex in the texture (texels).
+    /// The borders that a triangle knows, where `uv` gives the place of a vertex in the texture (texels).
     pub(crate) fn around(&self, corners: [usize; 3], uv: impl Fn(usize) -> DVec2) -> Borders {
         let mut borders = Borders::default();
         for corner in corners {

@@ -178,7 +178,7 @@ fn fate(camera: &Camera, corners: &[Corner; 3], place: &Place) -> Fate {
     )
 }
 
-/// The screen rectangle of the part beyond the near plane; `None` if there is none.
+/// The screen rectangle of the part beyond the near plane; `None` if no part lies beyond it.
 fn bounds_px(near: f64, corners: &[Corner; 3]) -> Option<[f64; 4]> {
     let mut bounds: Option<[f64; 4]> = None;
     let mut include = |corner: Corner| {

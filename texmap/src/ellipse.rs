@@ -140,7 +140,7 @@ impl TexelEllipse {
         let (mut sum, mut total) = (Vec4::ZERO, 0.0);
         let mut texels = 0;
         let [first, last] = whole(self.centre[1], reach * self.extent_v);
-        // Far more than any level that callers choose: it bounds the time of a footprint that is none.
+        // Far more than any level that callers choose: it bounds the time of a degenerate footprint.
         if last.saturating_sub(first) > MAX_SIDE || reach * reach > ixx * (MAX_SIDE as f32).powi(2)
         {
             return None;

@@ -3,6 +3,34 @@
 //! In the order in which data flows: a file becomes a [`Scene`] of triangles in world space with their materials and
 //! textures; a [`Renderer`] prepares it; visible triangles' texels are projected, selected, accumulated and resolved
 //! into a picture, as [`RenderOptions`] says.
+//!
+//! ```
+//! use resample_core::{Camera, LookAt};
+//! use texmap::scene::{Material, Mesh};
+//! use texmap::{RenderOptions, Renderer, Scene};
+//!
+//! let mesh = Mesh {
+//!     positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]],
+//!     triangles: vec![[0, 1, 2]],
+//!     ..Mesh::default()
+//! };
+//! let scene = Scene {
+//!     meshes: vec![mesh],
+//!     materials: vec![Material::default()],
+//!     ..Scene::default()
+//! };
+//! let pose = LookAt {
+//!     position: [0.0, 0.0, 4.0].into(),
+//!     target: [0.0; 3].into(),
+//!     up: [0.0, 1.0, 0.0].into(),
+//! };
+//! let camera = Camera::perspective(&pose, 0.8, [64, 48])?;
+//! let mut renderer = Renderer::new(&scene, &RenderOptions::default())?;
+//! let image = renderer.render(&camera)?.image;
+//! assert_eq!(image.pixel(32, 24)[3], 1.0);
+//! assert_eq!(image.pixel(2, 2)[3], 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod accumulate;
 mod adjacency;

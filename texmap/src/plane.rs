@@ -6,6 +6,7 @@ use glam::DVec3;
 pub(crate) type Plane = [f32; 3];
 
 /// A plane of the screen as one of the tile whose border's corner is at `corner_px`, in f64.
+#[inline]
 pub(crate) fn moved(plane: DVec3, corner_px: [f64; 2]) -> DVec3 {
     DVec3::new(
         plane.x,
@@ -14,6 +15,7 @@ pub(crate) fn moved(plane: DVec3, corner_px: [f64; 2]) -> DVec3 {
     )
 }
 
+#[inline]
 pub(crate) fn narrow(plane: DVec3) -> Plane {
     plane.to_array().map(|v| v as f32)
 }

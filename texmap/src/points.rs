@@ -15,7 +15,7 @@ use crate::mip::{Level, Pyramid};
 use crate::pixel::{Gathered, PIXEL_VARIANCE, PixelOnTexture};
 use crate::scene::Magnify;
 
-/// Where the Gaussian is cut, standard deviations. What the cut takes off its variance is added before.
+/// Where the Gaussian is cut, standard deviations. The covariance is widened before by what the cut takes away.
 const CUT: f32 = 3.25;
 
 /// Variance of a plane Gaussian that is cut there, over its variance before: 1 - t / (e^t - 1) with t = CUT^2 / 2.

@@ -156,6 +156,7 @@ fn texel_coordinates(scene: &Scene, mesh: &Mesh, texture: &TextureUse) -> Vec<DV
 
 impl PreparedMesh {
     /// The corners of a triangle, world units.
+    #[inline]
     pub(crate) fn corners(&self, triangle: usize) -> [DVec3; 3] {
         self.triangles[triangle].map(|i| DVec3::from(self.positions[i as usize].map(f64::from)))
     }

@@ -59,7 +59,7 @@ impl Renderer {
     /// [`Error::Option`] if an option is outside its range.
     pub fn adopt(&mut self, options: &RenderOptions) -> Result<bool, Error> {
         options.validate()?;
-        // What is prepared depends on the shading alone; an option that is not named here counts as prepared.
+        // The preparation depends on the shading alone; an option that is not named here counts as a part of it.
         let own = self.options.clone();
         let alike = RenderOptions {
             method: own.method,
@@ -75,7 +75,7 @@ impl Renderer {
         Ok(true)
     }
 
-    /// The box, in the world, of the vertices that triangles use; `None` if there are none.
+    /// The box, in the world, of the vertices that triangles use; `None` without triangles.
     pub fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
         self.bounds_in_world
     }
@@ -83,7 +83,7 @@ impl Renderer {
     /// Renders one frame.
     ///
     /// # Errors
-    /// [`Error::Option`] if the camera is none.
+    /// [`Error::Option`] if the camera is invalid.
     pub fn render(&mut self, camera: &Camera) -> Result<Frame, Error> {
         let camera = camera
             .validated()

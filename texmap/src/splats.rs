@@ -61,7 +61,7 @@ impl Tile<'_> {
         dispatch!(self.frame.simd, simd => filter_groups(simd, filter, &work.colours, &wanted, &mut pixels));
         for &pixel in &work.from_subpixels {
             let [x, y] = place(pixel);
-            // What edges add is exact only in the sum, and may leave a rest of either sign.
+            // The corrections at edges are exact only in their sum, and may leave a remainder of either sign.
             let sum = pixels[y][x].max(Vec4::ZERO);
             image.rgba[usize::from(pixel)] = sum.truncate().extend(sum.w.min(1.0)).to_array();
         }

@@ -196,7 +196,7 @@ impl Surface {
         self.base_colour * Vec4::new(c(0), c(1), c(2), c(3)).max(Vec4::ZERO)
     }
 
-    /// Unit normal in the world towards the eye; zero where there is none.
+    /// Unit normal in the world towards the eye; zero where the normals cancel.
     pub(crate) fn normal_at(&self, at: [f32; 2]) -> Vec3 {
         let n = &self.normal;
         Vec3::new(value(&n[0], at), value(&n[1], at), value(&n[2], at)).normalize_or_zero()

@@ -1,7 +1,7 @@
 //! Where the edge lies between two sub-pixels that show different triangles.
 //!
 //! From each of the two, a walk over the mesh goes towards the other: out of a triangle over the line that is left
-//! first, into the neighbour beyond, until there is none that goes on in this direction: that is the surface's outline.
+//! first, into the neighbour beyond, until no neighbour continues in this direction: there the surface's outline lies.
 //! If one walk ends before it reaches the other sub-pixel, its outline is the edge; if both surfaces go on, one behind
 //! the other, the edge is where their depths cross; if one walk arrives at the other's triangle, both are one surface,
 //! which jumps at most where triangles do not share their corners (a seam of texture coordinates, a crease).
@@ -58,7 +58,8 @@ struct End {
     last: u32,
 }
 
-/// The edge between two sub-pixels; `None` where there is no jump or nothing tells where.
+/// The edge between two sub-pixels; `None` where colour does not jump or the place of the jump is unknown.
+#[inline(always)]
 pub(crate) fn crossing(mesh: &impl Mesh, pair: &Neighbours) -> Option<Crossing> {
     let ([p, q], [a, b]) = (pair.at, pair.ids);
     let there = walk(mesh, [a, b], [p, q]);

@@ -12,6 +12,7 @@ mod rim;
 
 use fearless_simd::f32x4;
 use fearless_simd::prelude::*;
+use fearless_simd_macros::simd;
 use glam::{DMat2, DVec2};
 use resample_core::point::PIXEL_SIGMA_PX;
 
@@ -113,13 +114,20 @@ impl Lookup<'_> {
     #[inline(always)]
     pub(crate) fn filtered<S: Simd>(&self, simd: S, hit: &Hit) -> [f32; 3] {
         let footprint = Footprint::new(hit.reference_from_screen);
-        let [large, small] = footprint.variance;
+        let [large, _] = footprint.variance;
         let at = hit.pos_in_reference;
         if large < BENT_VARIANCE {
             return first_three(self.bent(simd, at, footprint.form()));
         }
+        first_three(self.wide(simd, at, &footprint))
+    }
+
+    /// Variances from [`BENT_VARIANCE`] on. Not generated anew for each caller: it takes much code, and much time itself.
+    #[simd]
+    fn wide<S: Simd>(&self, simd: S, at: DVec2, footprint: &Footprint) -> f32x4<S> {
+        let [large, small] = footprint.variance;
         if large < SAMPLED_VARIANCE {
-            return first_three(self.five_points(simd, at, &footprint));
+            return self.five_points(simd, at, footprint);
         }
         let blend = (small / SAMPLED_VARIANCE).min(1.0) as f32;
         let mut sum = f32x4::splat(simd, 0.0);
@@ -128,10 +136,10 @@ impl Lookup<'_> {
             sum = line.mul_add(f32x4::splat(simd, 1.0 - blend), sum);
         }
         if blend > 0.0 {
-            let ellipse = self.ellipse(simd, at, &footprint);
+            let ellipse = self.ellipse(simd, at, footprint);
             sum = ellipse.mul_add(f32x4::splat(simd, blend), sum);
         }
-        first_three(sum)
+        sum
     }
 
     /// Variances below [`SAMPLED_VARIANCE`] along both axes: the Gauss rule of three points along each.

@@ -125,7 +125,7 @@ impl Hybrid {
             .zip(self.rim.par_chunks_mut(band))
             .enumerate()
             .for_each(|(index, ((nearness, patch), rim))| {
-                // What the frame before has left goes band by band: then it is still near when it is drawn over.
+                // The last frame is cleared band by band: the band is then still in the cache when it is drawn.
                 nearness.fill(f32::NEG_INFINITY);
                 rim.fill(f32::NEG_INFINITY);
                 patch.fill(NO_PATCH);
@@ -147,7 +147,7 @@ impl Hybrid {
     fn give_slots(&mut self, target: &Camera, tolerance: f32) {
         let size = [target.width as usize, target.height as usize];
         let (rim, nearness) = (&self.rim, &self.nearness);
-        // What the pixel and its neighbours see farthest: at the limb of a round body the rim is well behind the
+        // The farthest surface that the pixel and its neighbours see: at the limb of a round body the rim is well behind the
         // middle of its pixel, but not behind what is seen beyond it.
         let farthest = |at: usize| {
             let (x, y) = (at % size[0], at / size[0]);

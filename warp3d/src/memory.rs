@@ -151,7 +151,7 @@ pub(crate) fn survey_bytes([width, height]: [usize; 2], band_rows: usize) -> u64
 /// Refuses a warp that takes more than `max_bytes`.
 ///
 /// # Errors
-/// What is needed, what is allowed, and what to do.
+/// The memory needed, the memory allowed, and a way out.
 pub fn check_memory(
     references: &[[u32; 2]],
     target: [u32; 2],

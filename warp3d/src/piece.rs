@@ -3,7 +3,7 @@
 /// Kinds of pieces in one cell: two triangles and four quarters, rounded up to a power of 2.
 pub(crate) const KINDS: u32 = 8;
 
-/// Most cells that numbers of pieces can tell apart.
+/// Most cells whose pieces have different numbers.
 pub(crate) const MAX_CELLS: usize = (u32::MAX / KINDS) as usize;
 
 /// The number of no piece.

@@ -66,7 +66,7 @@ pub(crate) struct Segments {
     quarters: Quarters,
 }
 
-/// What a band is drawn from.
+/// The surfaces that bands are drawn from.
 #[derive(Clone, Copy)]
 pub(crate) struct Scene<'a> {
     /// The surfaces.
@@ -110,7 +110,7 @@ impl Projected {
         let per_row = (width + 1).div_ceil(SEGMENT);
         for plane in &mut self.planes.0 {
             plane.resize(width * height + LANES + 1, f32::NAN);
-            // What lies beyond the samples is none, whatever a reference of another size has left there.
+            // Entries beyond the samples are unknown; a reference of another size may have left numbers there.
             plane[width * height + 1..].fill(f32::NAN);
         }
         self.blocks.resize(per_row * height, [RowRange::EMPTY; 2]);

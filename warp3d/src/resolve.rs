@@ -33,7 +33,7 @@ use resolver::Resolver;
 /// reference shows them. A guess: half the sigma of its pixels.
 const UNMOVED_PX: f64 = 0.25;
 
-/// A surface with this share of a pixel's weight has it all, and its centre of gravity is the pixel's but for rounding.
+/// A surface with this share of a pixel's weight has it all, and its centre of gravity is the pixel's, up to rounding.
 const NEARLY_ALL: f32 = 0.999_99;
 
 /// A row of the picture.

@@ -34,7 +34,7 @@ const OVERLAP: f64 = 0.55;
 /// Half way, in 255ths.
 const HALF: u8 = 128;
 
-/// Least squared difference of colour between two sides that tells them apart: two steps of an 8-bit picture in
+/// Least squared difference of colour between two sides that separates them: two steps of an 8-bit picture in
 /// linear light near white, in each of three channels.
 const LEAST_CONTRAST2: f32 = 3.0 * 0.016 * 0.016;
 
@@ -131,7 +131,7 @@ impl Rims {
 
 impl Cut {
     /// The share of the farther surface in the nearer pixel and of the nearer in the farther one; `None` where
-    /// the two sides cannot be told apart.
+    /// the two sides cannot be separated.
     fn shares(&self, colours: &[[f32; 4]]) -> Option<[f32; 2]> {
         let [near, near_inside] = self.nearer.map(|i| colours[i]);
         let [far, far_inside] = self.farther.map(|i| colours[i]);

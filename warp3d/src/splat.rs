@@ -33,7 +33,7 @@ const REACH_SIGMAS: f64 = 2.5;
 /// Largest reach of a footprint, px: a disc seen from within would cover the picture.
 const MAX_REACH_PX: f64 = 64.0;
 
-/// What a sample is laid on the screen as.
+/// The shape of a sample on the screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Shape {
     /// A point, gathered by the pixel's Gaussian.

@@ -132,7 +132,7 @@ impl Surfaces {
             .collect()
     }
 
-    /// The mean of the steps to the linked neighbours along an axis, 0 if there is none. At an end of a surface that
+    /// The mean of the steps to the linked neighbours along an axis, 0 without one. At an end of a surface that
     /// curves away the step grows on as it grew before.
     fn slope_along(&self, index: usize, place: usize, axis: usize) -> f32 {
         let step = [1, self.size[0]][axis];

@@ -32,7 +32,7 @@ pub struct Warp {
 pub struct Warped {
     /// Screen x times `divisor`, screen y times `divisor`.
     pub scaled_px: DVec2,
-    /// What the screen position is divided by; above 0 in front of the eye.
+    /// Divisor of the screen position; above 0 in front of the eye.
     pub divisor: f64,
     /// Camera z of the target, world units.
     pub depth: f64,
@@ -140,7 +140,7 @@ impl Warp {
         [column(0), column(1), column(2)]
     }
 
-    /// What depth is made of: coefficients of x, y, 1 and disparity, and constant and slope in disparity of their divisor.
+    /// The terms of depth: coefficients of x, y, 1 and disparity, and constant and slope in disparity of their divisor.
     pub fn depth_terms(&self) -> ([f64; 4], [f64; 2]) {
         (self.rows[3].to_array(), self.depth_divisor)
     }

@@ -80,7 +80,7 @@ impl Warper {
     /// An option that is outside its range.
     pub fn adopt(&mut self, options: &WarpOptions) -> Result<bool, Error> {
         options.validate()?;
-        // What is prepared depends on the method and on its surfaces; everything else is read anew for each frame.
+        // The preparation depends on the method and on its surfaces; every other option is read anew for each frame.
         let own = &self.options;
         if !own.method.prepares_as(&options.method) || own.simd != options.simd {
             return Ok(false);

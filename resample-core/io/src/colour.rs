@@ -22,7 +22,7 @@ pub fn read(part: &Part) -> Result<Picture, Error> {
     Ok(held.picture(has_alpha))
 }
 
-/// Gives a picture to `to` piece by piece; whether the file tells how much of each pixel is covered.
+/// Gives a picture to `to` piece by piece; true if the file states how much of each pixel is covered.
 pub fn decode(part: &Part, room: Room, to: &mut dyn Receiver) -> Result<bool, Error> {
     let mut tamed = Tamed {
         to,

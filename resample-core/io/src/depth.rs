@@ -1,7 +1,7 @@
 //! The depth file: EXR channel, PFM, 16-bit PNG, `.npy`, TIFF, and grey pictures of 8 bits.
 //!
-//! Takes a file and perhaps a channel, gives its numbers as they are stored. The first bytes tell the format. What the
-//! numbers mean is for the caller to say.
+//! Takes a file and perhaps a channel, gives its numbers as they are stored. The first bytes tell the format. The
+//! caller knows the meaning of the numbers.
 
 use super::files::{Part, fault, first_bytes};
 use super::plane::{Plane, Stored};

@@ -174,9 +174,9 @@ fn colour_channels(headers: &[Header], layer: Option<&str>) -> Result<Colour, St
     let held = listed(headers);
     Err(match layer {
         Some(layer) => format!("no colours in layer '{layer}': the channels are {held}"),
-        None => format!(
-            "no channels R, G, B or Y: name a layer behind a #; the channels are {held}"
-        ),
+        None => {
+            format!("no channels R, G, B or Y: name a layer behind a #; the channels are {held}")
+        }
     })
 }
 

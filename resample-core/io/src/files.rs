@@ -81,7 +81,7 @@ pub fn first_bytes(path: &Path, count: u64) -> Result<Vec<u8>, Error> {
 pub fn read_text(path: &Path) -> Result<String, Error> {
     let (file, _) = open(path)?;
     let mut text = String::new();
-    // A limit on what is read, not on the size that the system tells: a pipe or a device tells none.
+    // The limit is on the bytes read, not on the size of the file: a pipe or a device has no size.
     file.take(MAX_TEXT_BYTES + 1)
         .read_to_string(&mut text)
         .map_err(|source| cannot_read(path, &source))?;

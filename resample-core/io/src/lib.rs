@@ -1,8 +1,9 @@
 //! Files of numbers: pictures and depths, row by row, and what several readers need of arrays and of TIFF files.
 //!
-//! Formats are told by the content of a file, never by its name. A header's claims are held against the length of the
+//! The content of a file tells its format, never its name. A header's claims are held against the length of the
 //! file before anything is allocated. [`colour`] and [`depth`] give pictures and depths, into memory or, through a
-//! [`Receiver`], wherever the caller keeps them; [`npy`] and [`tiff`] read headers for readers of other things.
+//! [`Receiver`], wherever the caller keeps them; [`whole_picture`] decodes a
+//! picture's bytes at once; [`npy`] and [`tiff`] read headers for readers of other things.
 //! Limits: one picture a file.
 
 pub mod colour;
@@ -11,6 +12,7 @@ pub mod files;
 pub mod npy;
 pub mod receiver;
 pub mod tiff;
+pub mod whole_picture;
 
 mod exr;
 mod npy_depth;

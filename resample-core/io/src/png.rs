@@ -13,7 +13,7 @@ use super::files::{fault, open};
 use super::rows::{Row, Rows};
 use resample_core::Error;
 
-/// Gives the rows from the top; false, and nothing was given, where the file is interlaced.
+/// Gives the rows from the top; false, without a row, if the file is interlaced.
 pub(super) fn decode(path: &Path, rows: &mut dyn Rows) -> Result<bool, Error> {
     let wrong = |error: DecodingError| fault(path, format!("not a usable picture: {error}"));
     let (file, _) = open(path)?;

@@ -12,7 +12,7 @@ use resample_core::Error;
 
 /// Takes the numbers of a picture or of a depth, piece by piece.
 pub trait Receiver {
-    /// Width and height, px, before the first piece. What no piece gives is unknown.
+    /// Width and height, px, before the first piece. Pixels that no piece holds are unknown.
     fn begin(&mut self, size: [usize; 2]) -> Result<(), Error>;
     /// A piece of a row from column and row `at` on: for a picture red, green, blue and coverage of each pixel, for a
     /// depth one number each.

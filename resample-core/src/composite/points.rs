@@ -99,7 +99,7 @@ fn composite_sheet_lanes<S: Simd>(
     let before = S::f32s::from_slice(simd, transmittance);
     let weight = before * opacity(simd, settings.opacity, strength);
     (before - weight).store_slice(transmittance);
-    // The mean colour is sum / strength; where nothing was gathered the weight is 0 and so are the sums.
+    // The mean colour is sum / strength; an empty pixel has a weight and sums of 0.
     let share = weight / strength.max(S::f32s::splat(simd, f32::MIN_POSITIVE));
     for (plane, sums) in pixels.rgb.iter_mut().zip(planes) {
         let lanes = &mut plane[at.row][range.clone()];

@@ -156,7 +156,7 @@ fn composite_layer<S: Simd>(
     let before = load(&pixels.transmittance);
     let weight = before * opacity(simd, settings.opacity, strength);
     (before - weight).store_slice(&mut pixels.transmittance[at.row][range.clone()]);
-    // The mean is sum / strength; where nothing was added the weight is 0 and so are the sums.
+    // The mean is sum / strength; an empty pixel has a weight and sums of 0.
     let share = weight / strength.max(S::f32s::splat(simd, f32::MIN_POSITIVE));
     let [r, g, b, depth] = &slice.weighted;
     for (plane, sums) in pixels.rgb.iter_mut().zip([r, g, b]) {

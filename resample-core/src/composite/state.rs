@@ -1,4 +1,4 @@
-//! What a tile is composited into, and the settings that all tiles of a frame share.
+//! The pixels and sums that a tile's entries are composited into, and the settings that all tiles of a frame share.
 
 use fearless_simd::prelude::*;
 

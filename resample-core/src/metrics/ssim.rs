@@ -54,7 +54,7 @@ pub fn mean(map: &ScalarMap, mask: Option<&Mask>) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// The values at least one window radius away from the border, or all if there are none.
+/// The values at least one window radius away from the border, or all values of a smaller picture.
 fn interior(map: &ScalarMap) -> Vec<f64> {
     let smallest_side = map.width.min(map.height);
     let margin = if smallest_side > 2 * WINDOW_RADIUS_PX {

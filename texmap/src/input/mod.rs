@@ -1,4 +1,4 @@
-//! Mesh files: tells the format by the content and gives a checked [`crate::Scene`].
+//! Reads mesh files: detects the format by the content and gives a checked [`crate::Scene`].
 //!
 //! Takes a path and what the user says about it, gives a scene and notes about what was left out. All formats end in one
 //! check (`checked`), so that what a scene promises does not depend on its format. What a file has and a scene

@@ -1,34 +1,15 @@
-//! Picture files: PNG, JPEG, WebP, TGA, BMP, TIFF, GIF, HDR and what else the crate `image` reads, as [`Texture`]s.
-//!
-//! Takes the bytes of a file, gives texels with straight alpha. The format is told by the content, and only where the
-//! content has no mark (TGA) by the name. 8-bit pictures stay as they are; 16-bit ones are decoded from sRGB, and
-//! floating-point ones are linear already.
-//! Limits: colour profiles, gamma chunks and EXIF orientation are not applied, as glTF demands; of an animation the
-//! first picture is taken.
+//! Picture files as [`Texture`]s, as far as they fit into memory together.
 
-use std::io::Cursor;
 use std::path::Path;
 
-use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
-use rayon::prelude::*;
-use resample_core::image::linear_from_srgb;
+use resample_io::whole_picture::{self, ImageFormat, Pixels, WholePicture};
 
 use super::files;
 use crate::Error;
 use crate::scene::{Texels, Texture};
 
-/// Most bytes of a decoded picture: 16384 x 16384 texels of 8 bits, which is as large as graphics cards take them.
-const MAX_BYTES: u64 = 1 << 30;
-
 /// Most bytes of all pictures of a scene: a small file can name many large pictures of one colour.
 const MAX_BYTES_IN_ALL: u64 = 4 << 30;
-
-/// Pictures up to this size are decoded whatever the file claims: 64 MiB hurt nobody.
-const FREE_BYTES: u64 = 64 << 20;
-
-/// Bytes that one byte of a file can stand for. Deflate reaches 1032, and a progressive JPEG without detail about
-/// 2000; beyond, a header is forged or the picture is one colour.
-const MAX_RATIO: u64 = 2048;
 
 /// Reads a picture file.
 ///
@@ -79,153 +60,18 @@ pub(super) fn decode(
     format: Option<ImageFormat>,
     name: &str,
 ) -> Result<Texture, String> {
-    let told = image::guess_format(bytes).ok().or(format);
-    let format =
-        told.ok_or("not a picture of a known format: expected PNG, JPEG, WebP, TGA or BMP")?;
-    let reader = ImageReader::with_format(Cursor::new(bytes), format);
-    let unreadable = |error| format!("cannot be decoded as a picture: {error}");
-    let decoder = reader.into_decoder().map_err(unreadable)?;
-    check_size(
-        decoder.dimensions(),
-        decoder.color_type().bytes_per_pixel(),
-        bytes.len() as u64,
-    )?;
-    let picture = DynamicImage::from_decoder(decoder).map_err(unreadable)?;
-    let (width, height) = (picture.width() as usize, picture.height() as usize);
+    let WholePicture {
+        width,
+        height,
+        pixels,
+    } = whole_picture::decode(bytes, format)?;
     Ok(Texture {
         name: name.to_owned(),
         width,
         height,
-        texels: texels(picture),
+        texels: match pixels {
+            Pixels::Srgb8(texels) => Texels::Srgb8(texels),
+            Pixels::LinearF32(texels) => Texels::LinearF32(texels),
+        },
     })
-}
-
-/// Refuses a size that is 0, too large to hold, or more than the file can stand for.
-fn check_size((width, height): (u32, u32), texel_bytes: u8, file_bytes: u64) -> Result<(), String> {
-    // What is kept: 4 bytes where a channel has 8 bits, else 16.
-    let kept = if texel_bytes <= 4 { 4 } else { 16 };
-    let bytes = u64::from(width) * u64::from(height) * kept;
-    if bytes == 0 {
-        return Err(format!("a picture of {width}x{height} shows nothing"));
-    }
-    if bytes > MAX_BYTES {
-        return Err(format!(
-            "a picture of {width}x{height} is too large: scale it down to {MAX_BYTES} bytes"
-        ));
-    }
-    if bytes > FREE_BYTES.max(file_bytes.saturating_mul(MAX_RATIO)) {
-        return Err(format!(
-            "claims {width}x{height} texels in {file_bytes} bytes: the file is cut or forged"
-        ));
-    }
-    Ok(())
-}
-
-fn texels(picture: DynamicImage) -> Texels {
-    match picture {
-        DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => Texels::LinearF32(
-            picture
-                .into_rgba32f()
-                .pixels()
-                .map(|p| p.0.map(finite))
-                .collect(),
-        ),
-        DynamicImage::ImageLuma16(_)
-        | DynamicImage::ImageLumaA16(_)
-        | DynamicImage::ImageRgb16(_)
-        | DynamicImage::ImageRgba16(_) => {
-            let picture = picture.into_rgba16();
-            Texels::LinearF32(
-                picture
-                    .as_raw()
-                    .par_chunks_exact(4)
-                    .map(linear_from_16_bits)
-                    .collect(),
-            )
-        }
-        other => Texels::Srgb8(other.into_rgba8().pixels().map(|p| p.0).collect()),
-    }
-}
-
-fn linear_from_16_bits(texel: &[u16]) -> [f32; 4] {
-    let channel = |at: usize| f32::from(texel[at]) / 65535.0;
-    let colour = |at: usize| linear_from_srgb(channel(at));
-    [colour(0), colour(1), colour(2), channel(3)]
-}
-
-/// A floating-point picture may hold NaN and infinity; no later stage has to know.
-fn finite(channel: f32) -> f32 {
-    if channel.is_finite() { channel } else { 0.0 }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn png(picture: &DynamicImage) -> Vec<u8> {
-        let mut file = Cursor::new(Vec::new());
-        picture
-            .write_to(&mut file, ImageFormat::Png)
-            .expect("memory");
-        file.into_inner()
-    }
-
-    #[test]
-    fn eight_bits_stay_and_sixteen_become_linear() {
-        let small =
-            DynamicImage::ImageRgb8(image::RgbImage::from_pixel(2, 1, image::Rgb([10, 20, 30])));
-        let Ok(Texture {
-            width: 2,
-            height: 1,
-            texels: Texels::Srgb8(texels),
-            ..
-        }) = decode(&png(&small), None, "a.png")
-        else {
-            panic!("a picture of 2x1 with 8 bits")
-        };
-        assert_eq!(
-            texels,
-            [[10, 20, 30, 255]; 2],
-            "the file's own bytes, opaque"
-        );
-        let deep = image::ImageBuffer::from_pixel(1, 1, image::Rgba([65535u16, 0, 32768, 16384]));
-        let Ok(Texture {
-            texels: Texels::LinearF32(texels),
-            ..
-        }) = decode(&png(&DynamicImage::ImageRgba16(deep)), None, "b.png")
-        else {
-            panic!("16 bits become linear")
-        };
-        let expected = [
-            1.0,
-            0.0,
-            linear_from_srgb(32768.0 / 65535.0),
-            16384.0 / 65535.0,
-        ];
-        assert_eq!(texels, [expected], "colour decoded, alpha as it is");
-    }
-
-    #[test]
-    fn forged_and_foreign_files_are_refused_before_anything_is_allocated() {
-        let mut forged = png(&DynamicImage::new_rgb8(1, 1));
-        // Width and height of a PNG lie at byte 16; its header's checksum is told of first or the size is.
-        forged[16..24].copy_from_slice(&[0, 0, 0x40, 0, 0, 0, 0x40, 0]);
-        assert!(
-            decode(&forged, None, "a.png").is_err(),
-            "16384 x 16384 texels do not fit into 70 bytes"
-        );
-        assert!(
-            check_size((16384, 16384), 4, 70).is_err_and(|e| e.contains("forged")),
-            "by the ratio"
-        );
-        assert!(
-            check_size((40_000, 40_000), 4, u64::MAX).is_err_and(|e| e.contains("too large")),
-            "by the bound"
-        );
-        assert!(check_size((0, 5), 4, 70).is_err(), "nothing to see");
-        assert!(
-            decode(b"no picture", None, "a.png").is_err_and(|e| e.contains("known format")),
-            "no mark"
-        );
-    }
 }

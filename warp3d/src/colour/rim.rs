@@ -5,6 +5,7 @@
 
 use fearless_simd::f32x4;
 use fearless_simd::prelude::*;
+use fearless_simd_macros::simd;
 use glam::DVec2;
 
 use super::Lookup;
@@ -12,7 +13,7 @@ use crate::surface::{BELOW, RIGHT};
 
 impl Lookup<'_> {
     /// The sum over sixteen samples around `base`, those that do not count continued from the others.
-    #[inline(always)]
+    #[simd]
     pub(super) fn cubic_at_rim<S: Simd>(
         &self,
         simd: S,

@@ -1,7 +1,7 @@
 //! A band drawn at the sub-pixels of the pixels that a rim touches, and nowhere else.
 //!
 //! All places of a pixel are asked at once: edge functions are linear over the screen, so each costs one addition a
-//! pixel. What a pixel's places see is kept together, ready to be grouped.
+//! pixel. The pieces that a pixel's places see are stored side by side, ready to be grouped.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, u32x16};

@@ -1,6 +1,6 @@
 //! What each pixel near an edge sees, grouped into surfaces once, for all the pixels whose Gaussian reaches it.
 //!
-//! Pieces of joined cells that share a corner are one surface, which is told from their numbers alone; other pieces are
+//! Pieces of joined cells that share a corner are one surface, as their numbers alone show; other pieces are
 //! one if the one lies on the plane of the other.
 
 use crate::patch::{Patch, share_a_corner};
@@ -89,7 +89,7 @@ fn find(surfaces: &Surfaces, parts: &[SlotPart], last: &[u32], id: u32) -> Resul
         .ok_or(patch)
 }
 
-/// Two pixels are told apart from this part of the tolerance on: what counts as one must not hold a jump across which
+/// Two pixels are separate from this part of the tolerance on: one surface must not hold a jump across which
 /// colours are taken apart, four tolerances, at up to three samples' distance.
 const STRICTLY: f32 = 0.75;
 

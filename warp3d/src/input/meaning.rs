@@ -106,7 +106,7 @@ impl DepthMeaning {
             } else {
                 z
             };
-            // Beyond the range of f32 a distance is none.
+            // A distance beyond the range of f32 is unknown.
             let z = z as f32;
             if z > 0.0 && z.is_finite() {
                 z

@@ -1,7 +1,7 @@
-//! What users bring: a picture, its depth and its camera, in the formats that people hold.
+//! Reads pictures, their depths and their cameras.
 //!
-//! Takes paths and what the user says about them, gives a checked [`Reference`]. Formats are told by the content of a
-//! file, never by its name. Whatever the source, what leaves here is one convention: linear light, camera z, and the
+//! Takes paths and what the user says about them, gives a checked [`Reference`]. The content of a file tells its format, never
+//! its name. Whatever the source, what leaves here is one convention: linear light, camera z, and the
 //! core's camera (x right, y down, z forward, pixel centres at one half); the conversions stand at this edge alone.
 //! Limits: pinhole and parallel cameras without lens distortion; one picture a file.
 

@@ -135,7 +135,7 @@ impl OnScreen<'_> {
     }
 
     /// The smallest part of the reference with all samples that may show in a window (first and end column and row),
-    /// with `margin` samples around it; `None` if there are none.
+    /// with `margin` samples around it; `None` without one.
     pub(super) fn seen_in(&self, window: [[u32; 2]; 2], margin: usize) -> Option<Rect> {
         let [across, _] = self.blocks.count;
         let ends = window.map(|range| range.map(|v| v as f32));

@@ -7,7 +7,7 @@
 //! 3. [`LargeWarper`]: a picture is cut into windows, each of which sees a part of each reference that fits the memory.
 //!    The parts are read and warped as if they were pictures of their own, and the windows put together.
 //!
-//! The picture is that of the references in memory but for rounding: a part reaches so far beyond what its window sees
+//! The picture is that of the references in memory, up to rounding: a part reaches so far beyond what its window sees
 //! that nothing beyond it has a weight (`warper::REACH`).
 
 mod blocks;

@@ -109,7 +109,7 @@ impl Receiver for IntoSheet<'_> {
     }
 
     fn put(&mut self, [x, y]: [usize; 2], values: &[f32]) -> Result<(), Error> {
-        // Of another size nothing is kept: the error is said when the file is read.
+        // A picture of another size is not kept: reading it ends in an error.
         if self.size != self.sheet.size {
             return Ok(());
         }

@@ -54,7 +54,7 @@ impl Run {
         let zero = [0.0; RUN];
         Self {
             patches: [NO_PATCH; RUN],
-            // Any plane in front will do where there is none.
+            // A pixel without a piece gets any plane in front.
             planes: [zero, zero, [1.0; RUN], zero, zero],
             x: zero,
             y: zero,

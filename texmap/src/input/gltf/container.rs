@@ -136,7 +136,7 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
     Ok((json, None))
 }
 
-/// What is wrong with JSON that is no glTF 2.0; glTF 1.0 has objects where 2.0 has lists, and says its version.
+/// Why JSON is not glTF 2.0; glTF 1.0 has objects where 2.0 has lists, and says its version.
 fn explained(json: &[u8], error: &serde_json::Error) -> String {
     let value = serde_json::from_slice::<serde_json::Value>(json).ok();
     let version = value

@@ -14,7 +14,7 @@ use gltf::json::Root;
 use gltf::json::material::AlphaMode as JsonAlpha;
 use gltf::json::texture::{Info, MagFilter, WrappingMode};
 use gltf::json::validation::Checked;
-use image::ImageFormat;
+use resample_io::whole_picture::ImageFormat;
 
 use super::super::notes::Notes;
 use super::super::{files, picture};

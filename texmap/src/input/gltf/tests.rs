@@ -9,6 +9,7 @@ use super::*;
 use crate::scene::{SceneLens, Sides};
 
 mod accessors;
+mod containers;
 mod materials;
 
 /// A document in the making: numbers go into its one buffer.
@@ -345,115 +346,5 @@ fn cameras_stand_where_their_nodes_do_without_scale() {
         1,
         "a camera without opening is left out and told: {:?}",
         notes.0
-    );
-}
-
-#[test]
-fn binary_files_hold_their_buffer_and_cut_ones_are_refused() {
-    let mut maker = Maker::default();
-    let meshes = square(&mut maker);
-    let mut json = maker.json(json!({ "meshes": meshes }));
-    json["buffers"] = json!([{ "byteLength": maker.bytes.len() }]);
-    let mut text = json.to_string().into_bytes();
-    text.resize(text.len().next_multiple_of(4), b' ');
-    let word = |number: usize| (number as u32).to_le_bytes();
-    let length = 12 + 8 + text.len() + 8 + maker.bytes.len();
-    let parts: [&[u8]; 8] = [
-        b"glTF",
-        &word(2),
-        &word(length),
-        &word(text.len()),
-        b"JSON",
-        &text,
-        &word(maker.bytes.len()),
-        b"BIN\0",
-    ];
-    let mut file = parts.concat();
-    file.extend_from_slice(&maker.bytes);
-    let load = |bytes: &[u8]| {
-        load(
-            bytes,
-            Path::new("."),
-            &LoadOptions::default(),
-            &mut Notes::default(),
-        )
-    };
-    assert_eq!(
-        load(&file).expect("a good file").meshes[0].triangles.len(),
-        2,
-        "the square"
-    );
-    for end in (0..file.len()).step_by(7) {
-        assert!(
-            load(&file[..end]).is_err(),
-            "the first {end} bytes alone are no file"
-        );
-    }
-}
-
-#[test]
-fn required_extensions_that_are_not_decoded_name_a_way_out() {
-    let mut maker = Maker::default();
-    let meshes = square(&mut maker);
-    let load = |name: &str| maker.load(json!({ "meshes": meshes, "extensionsRequired": [name] }));
-    for name in [
-        "KHR_draco_mesh_compression",
-        "EXT_meshopt_compression",
-        "KHR_texture_basisu",
-        "VENDOR_thing",
-    ] {
-        let error = load(name).expect_err("not decoded");
-        assert!(error.contains(name) && error.contains("export"), "{error}");
-    }
-    assert!(
-        load("KHR_mesh_quantization").is_ok(),
-        "what is decoded may be required"
-    );
-    assert!(
-        load("KHR_materials_unlit").is_ok_and(|scene| scene.materials[0].sides == Sides::Front),
-        "unlit too"
-    );
-}
-
-#[test]
-fn required_extensions_that_change_light_alone_are_noted() {
-    let mut maker = Maker::default();
-    let meshes = square(&mut maker);
-    let rest = json!({ "meshes": meshes, "extensionsRequired": ["KHR_materials_sheen"] });
-    let (_, notes) = maker
-        .load_with(rest, &LoadOptions::default())
-        .expect("a good file");
-    assert!(
-        notes
-            .0
-            .iter()
-            .any(|note| note.contains("KHR_materials_sheen")),
-        "no note: {:?}",
-        notes.0
-    );
-}
-
-#[test]
-fn older_and_foreign_json_is_told_apart() {
-    let load = |text: &str| {
-        load(
-            text.as_bytes(),
-            Path::new("."),
-            &LoadOptions::default(),
-            &mut Notes::default(),
-        )
-    };
-    let old = r#"{ "asset": { "version": "1.0" }, "accessors": { "a": {} } }"#;
-    assert!(
-        load(old).is_err_and(|e| e.contains("version 1.0")),
-        "glTF 1.0 has objects for lists"
-    );
-    assert!(
-        load(r#"{ "a": 1 }"#).is_err_and(|e| e.contains("no glTF")),
-        "JSON of something else"
-    );
-    assert!(
-        load("{ ").is_err_and(|e| e.contains("line 1")),
-        "broken JSON names its line"
     );
 }

@@ -32,7 +32,7 @@ pub(super) fn looks_like(bytes: &[u8]) -> bool {
         "v", "vt", "vn", "vp", "f", "o", "g", "s", "mtllib", "usemtl", "l", "p",
     ];
     let known = |line: &Line| words.contains(&line.word);
-    // A comment alone is an OBJ that shows nothing, which is told later.
+    // A file of comments is an OBJ; that it has no triangles is reported later.
     lines(&text).next().is_none_or(|first| known(&first))
 }
 

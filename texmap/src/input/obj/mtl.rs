@@ -222,7 +222,7 @@ impl Library {
 }
 
 impl Entry {
-    /// What a material is before its first line: light grey would hide a missing colour, so it is white.
+    /// A material before its first line: white, because light grey would hide a missing colour.
     fn new(folder: &Path) -> Self {
         let (kd, ke) = ([1.0; 3], [0.0; 3]);
         let (map_kd, map_ke, map_d) = (None, None, None);

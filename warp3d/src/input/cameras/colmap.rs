@@ -35,7 +35,7 @@ pub(super) fn read(path: &Path, text: &str) -> Result<CameraSet, String> {
             continue;
         }
         entries.push(image(line, &lenses).map_err(|what| format!("line {}: {what}", index + 1))?);
-        // The line of points, empty where there are none.
+        // The line of points, empty without points.
         lines.next();
     }
     Ok(CameraSet {
