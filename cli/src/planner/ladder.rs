@@ -51,7 +51,7 @@ const FIELD: [(f64, u32, f64); 8] = [
     (2.0, 1, 0.01),
     (2.0, 2, 0.018),
     (1.0, 2, 0.032),
-    (0.5, 2, 0.06),
+    (1.0, 4, 0.07),
     (0.5, 4, 0.12),
     (0.5, 8, 0.28),
     (0.25, 8, 0.53),
@@ -258,7 +258,7 @@ mod tests {
     fn options_that_were_typed_are_no_choice() {
         let free = Setting::volume(&[], |_| ());
         assert_eq!(names(&free, None).len(), FIELD.len());
-        assert_eq!(names(&free, None)[3], "slab 0.5, subpixels 2");
+        assert_eq!(names(&free, None)[3], "slab 1, subpixels 4");
         let fixed = Setting::volume(&["slab"], |args| args.field.slab_voxels = 1.0);
         assert_eq!(
             names(&fixed, None),
