@@ -1,10 +1,6 @@
 //! Which vector instructions the tile kernels use, and the few functions on vectors that they share.
 //!
-<<<<<<< HEAD
-//! The kernels are written once, generic over the vector width; the level is chosen at run time by [`crate::dispatch!`]. Each
-=======
 //! The kernels are written once, generic over the vector width; the level is chosen at run time by [`dispatch!`](crate::dispatch). Each
->>>>>>> main
 //! kernel is compiled three times: for AVX-512, for AVX2 with FMA, and for the baseline of the target. Levels between
 //! these would double the time to build and serve only processors from before 2013.
 //!
