@@ -230,11 +230,11 @@ fn beachball(test: &str) -> Option<[Reference; 2]> {
         })
     };
     let left = view(
-        &format!("{path}:left"),
-        &format!("{path}:left.Z"),
+        &format!("{path}#left"),
+        &format!("{path}#left.Z"),
         -333.32 / 2000.0,
     );
-    Some([view(&path, &format!("{path}:Z"), 0.0), left])
+    Some([view(&path, &format!("{path}#Z"), 0.0), left])
 }
 
 fn read(

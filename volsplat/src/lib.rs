@@ -63,10 +63,11 @@ pub use options::{
     KernelSheets, Light, Order, RenderOptions, SampleOptions, SampleOrder, Shading, Subpixels,
 };
 pub use render::{Frame, Renderer};
+pub use resample_core::clock::StageTime;
 pub use reuse::Reuse;
 pub use samples::sample::Samples;
 pub use scene::{Channel, Look, Scene};
-pub use stats::{FrameStats, StageTime, StageTimes};
+pub use stats::{FrameStats, StageTimes};
 pub use transfer::{ColourEncoding, ColourMap, Histogram, TransferFunction};
 pub use volume::{Described, Endian, Lattice, NanPolicy, Volume, VoxelType, Voxels, procedural};
 pub use watch::Watch;

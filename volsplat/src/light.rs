@@ -8,13 +8,9 @@ use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, mask32x8};
 use glam::DVec3;
 use resample_core::Camera;
+use resample_core::light::{AMBIENT, DIFFUSE};
 
 use crate::options::{Light, RenderOptions, Shading};
-
-/// Share of a sample's colour that it shows without light, and the share that follows the cosine: they add up to 1,
-/// so that a surface that faces the light keeps its colour. The split is a habit of volume renderers, not derived.
-const AMBIENT: f32 = 0.3;
-const DIFFUSE: f32 = 0.7;
 
 /// Strength of the highlight, white, and its exponent. Habits too.
 const SPECULAR: f32 = 0.2;

@@ -5,6 +5,7 @@
 //! to the number of threads, and each is owned by one task, so the same bytes come out on any number of them.
 
 use glam::DVec3;
+use resample_core::clock::StageClock;
 use resample_core::image::Plane;
 use resample_core::{Camera, Image, Projection};
 
@@ -17,7 +18,7 @@ use crate::picture::tiles::TileSlot;
 use crate::reuse::Reuse;
 use crate::samples::{EverySample, KernelSheets, Painting};
 use crate::scene::Scene;
-use crate::stats::{FrameStats, StageClock};
+use crate::stats::FrameStats;
 use crate::transfer::TransferFunction;
 use crate::volume::{Described, Lattice};
 use crate::watch::Watch;

@@ -2,19 +2,7 @@
 //!
 //! The field names are the keys of the stats file; tools read them, so they do not change.
 
-use std::time::Instant;
-
-use cpu_time::ProcessTime;
-
-/// Wall and process-CPU time of one stage, ms.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
-pub struct StageTime {
-    /// Elapsed time, ms. Stages that run interleaved share the frame's time in proportion to their CPU time.
-    pub wall_ms: f64,
-    /// CPU time of all threads together, ms.
-    pub cpu_ms: f64,
-}
+use resample_core::clock::StageTime;
 
 /// The time of each stage of a frame, in the order in which data flows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -77,61 +65,4 @@ pub struct FrameStats {
     /// Pixel updates: how often a footprint added something to a pixel (whole rows of a tile's width are counted as
     /// they are computed).
     pub pixels_touched: u64,
-}
-
-/// Measures a stage.
-#[derive(Clone, Copy, Debug)]
-pub struct StageClock {
-    wall: Instant,
-    /// `None` where the system keeps no such clock; the stage's CPU time is then 0.
-    cpu: Option<ProcessTime>,
-}
-
-impl StageClock {
-    /// Starts now.
-    pub fn start() -> Self {
-        Self {
-            wall: Instant::now(),
-            cpu: ProcessTime::try_now().ok(),
-        }
-    }
-
-    /// The time since the start.
-    pub fn stop(self) -> StageTime {
-        let cpu = self.cpu.and_then(|start| start.try_elapsed().ok());
-        StageTime {
-            wall_ms: seconds_to_ms(self.wall.elapsed().as_secs_f64()),
-            cpu_ms: cpu.map_or(0.0, |d| seconds_to_ms(d.as_secs_f64())),
-        }
-    }
-}
-
-impl std::ops::AddAssign for StageTime {
-    fn add_assign(&mut self, other: Self) {
-        self.wall_ms += other.wall_ms;
-        self.cpu_ms += other.cpu_ms;
-    }
-}
-
-impl StageTime {
-    /// Splits the time of stages that ran interleaved, in proportion to the CPU time measured inside each.
-    pub fn shared<const N: usize>(self, cpu_ms: [f64; N]) -> [Self; N] {
-        let total: f64 = cpu_ms.iter().sum();
-        cpu_ms.map(|part| {
-            let share = if total > 0.0 {
-                part / total
-            } else {
-                1.0 / N as f64
-            };
-            Self {
-                wall_ms: self.wall_ms * share,
-                cpu_ms: self.cpu_ms * share,
-            }
-        })
-    }
-}
-
-/// Seconds to milliseconds.
-pub fn seconds_to_ms(seconds: f64) -> f64 {
-    1e3 * seconds
 }

@@ -5,7 +5,9 @@ use rayon::prelude::*;
 use super::bounds::Bounds;
 use super::cells::CellBrick;
 use super::cull::ViewVolume;
-use crate::stats::{FrameStats, StageClock};
+use resample_core::clock::StageClock;
+
+use crate::stats::FrameStats;
 
 /// A brick of either kind, as culling and chunking see it.
 pub(crate) trait BrickOfSamples: Sync {

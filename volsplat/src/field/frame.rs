@@ -3,8 +3,8 @@
 //! Takes the bricks, drops those outside the view, puts the others on the screen in front-to-back order, and has each
 //! tile sample what it sees of them (`gather`).
 
-use cpu_time::ThreadTime;
 use rayon::prelude::*;
+use resample_core::clock::{StageClock, ThreadClock};
 use resample_core::tile::{TILE_PX, TileGrid, TileLists};
 use resample_core::{Camera, GridView};
 
@@ -18,9 +18,9 @@ use crate::clip::GridClip;
 use crate::field::gather::GatherScratch;
 use crate::field::place::placed;
 use crate::field::tile::render_tile;
-use crate::picture::tiles::{TileSlot, elapsed_ms, tally};
+use crate::picture::tiles::{TileSlot, tally};
 use crate::sheets::view::TileView;
-use crate::stats::{FrameStats, StageClock};
+use crate::stats::FrameStats;
 
 /// One frame's camera, at sub-pixel resolution, and settings.
 pub(crate) struct FieldFrame<'a> {
@@ -91,13 +91,13 @@ impl FieldFrame<'_> {
                 if list.is_empty() {
                     return;
                 }
-                let start = ThreadTime::try_now().ok();
+                let start = ThreadClock::start();
                 let corner_px = at.map(|tile| tile * TILE_PX);
                 let view = TileView::new(self.view, corner_px, &self.settings.sheets);
                 let front_to_back = list.iter().map(|&brick| &bricks[brick as usize]);
                 slot.counts = render_tile(self.settings, &view, corner_px, front_to_back, scratch);
                 slot.show(&scratch.pixels, self.subpixels as usize);
-                slot.composite_ms = elapsed_ms(start);
+                slot.composite_ms = start.elapsed_ms();
             },
         );
         tally(slots, clock.stop(), stats);

@@ -5,6 +5,9 @@
 
 use std::path::Path;
 
+use resample_io::refused::Refused;
+pub(super) use resample_io::refused::excerpt;
+
 use crate::Error;
 use crate::input::invalid;
 
@@ -25,6 +28,15 @@ impl From<String> for Fault {
     }
 }
 
+impl From<Refused> for Fault {
+    fn from(refused: Refused) -> Self {
+        match refused {
+            Refused::Invalid(what) => Self::Invalid(what),
+            Refused::Unsupported(what) => Self::Unsupported(what),
+        }
+    }
+}
+
 impl Fault {
     pub(super) fn at(self, path: &Path) -> Error {
         match self {
@@ -41,9 +53,4 @@ impl Fault {
 /// A fault of a right file that is not read here.
 pub(super) fn unsupported(what: impl Into<String>) -> Fault {
     Fault::Unsupported(what.into())
-}
-
-/// The start of a text, short enough for a message.
-pub(super) fn excerpt(text: &str) -> String {
-    text.chars().take(60).collect()
 }

@@ -2,12 +2,13 @@
 
 use glam::DVec2;
 use rayon::prelude::*;
+use resample_core::clock::StageClock;
 use resample_core::tile::TILE_PX;
 use resample_core::{Camera, Image};
 
 use crate::options::DepthPlane;
 use crate::picture::tiles::{ShownPixel, TileSlot};
-use crate::stats::{FrameStats, StageClock};
+use crate::stats::FrameStats;
 
 /// How tiles lie in the picture, and what their depth means.
 #[derive(Clone, Copy, Debug)]

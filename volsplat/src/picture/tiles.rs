@@ -1,11 +1,11 @@
 //! The tiles of a frame: what each shows, and what it cost.
 
-use cpu_time::ThreadTime;
+use resample_core::clock::StageTime;
 use resample_core::composite::{TileCounts, TilePixels};
 use resample_core::maps::TilePlane;
 use resample_core::tile::TILE_PX;
 
-use crate::stats::{FrameStats, StageTime, seconds_to_ms};
+use crate::stats::FrameStats;
 
 /// One tile of the frame buffer, with what it cost.
 #[derive(Clone, Debug, Default)]
@@ -89,11 +89,4 @@ pub(crate) fn tally(slots: &[TileSlot], whole: StageTime, stats: &mut FrameStats
         stats.pixels_touched += slot.counts.pixels_touched as u64;
     }
     [stats.stages.sort, stats.stages.composite] = whole.shared([sort_ms, composite_ms]);
-}
-
-/// CPU time of this thread since `start`, ms; 0 where the system keeps no such clock.
-pub(crate) fn elapsed_ms(start: Option<ThreadTime>) -> f64 {
-    start
-        .and_then(|s| s.try_elapsed().ok())
-        .map_or(0.0, |d| seconds_to_ms(d.as_secs_f64()))
 }

@@ -2,12 +2,12 @@
 //!
 //! The cut looks at the bricks alone, never at the number of threads.
 
-use cpu_time::ThreadTime;
 use rayon::prelude::*;
 
+use resample_core::clock::{StageClock, ThreadClock};
+
 use crate::bricks::visible::BrickOfSamples;
-use crate::picture::tiles::elapsed_ms;
-use crate::stats::{FrameStats, StageClock};
+use crate::stats::FrameStats;
 
 /// Samples of a chunk: its primitives (48 bytes each) then stay in the second-level cache while they are binned.
 const CHUNK_SAMPLES: usize = 1 << 14;
@@ -56,12 +56,12 @@ pub(crate) fn project_runs<C: Send, R: Sync>(
         .zip(runs)
         .enumerate()
         .map(|(number, (chunk, run))| {
-            let start = ThreadTime::try_now().ok();
+            let start = ThreadClock::start();
             project(chunk, run);
-            let project_ms = elapsed_ms(start);
-            let start = ThreadTime::try_now().ok();
+            let project_ms = start.elapsed_ms();
+            let start = ThreadClock::start();
             bin(chunk, number);
-            [project_ms, elapsed_ms(start)]
+            [project_ms, start.elapsed_ms()]
         })
         .collect();
     let cpu_ms = parts

@@ -12,6 +12,7 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
+use resample_core::clock::{StageClock, StageTime};
 use resample_core::composite::TilePixels;
 use resample_core::maps::MapSource;
 use resample_core::point::PixelFilter;
@@ -34,7 +35,7 @@ use crate::samples::near::{NearSample, NearSetup};
 use crate::samples::project::{Painting, ProjectSetup, ProjectedChunk};
 use crate::samples::tile_stage::{Layers, OpenTile, TileStage};
 use crate::scene::Scene;
-use crate::stats::{FrameStats, StageClock, StageTime};
+use crate::stats::FrameStats;
 
 /// How far apart samples are at least, in sub-pixels, that are composited on their own: about one.
 const SPACING_IN_SUBPIXELS: f64 = 0.75;

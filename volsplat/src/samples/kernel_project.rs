@@ -1,8 +1,8 @@
 //! Kernels on the screen: each sample of a brick becomes a point of one slab or sections of several, listed by tile.
 
-use cpu_time::ThreadTime;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+use resample_core::clock::{StageClock, ThreadClock};
 use resample_core::composite::TilePixels;
 use resample_core::sort::{EXACT_KEYS, entry_key, sort_by_depth};
 use resample_core::tile::{ChunkBins, TILE_PX, TileGrid};
@@ -14,11 +14,11 @@ use super::sample_light::SampleLight;
 use crate::bricks::bounds::place;
 use crate::clip::{Cut, GridClip};
 use crate::options::{Classify, SampleOptions};
-use crate::picture::tiles::{TileSlot, elapsed_ms, tally};
+use crate::picture::tiles::{TileSlot, tally};
 use crate::sheets::projection::SheetProjection;
 use crate::sheets::settings::SheetSettings;
 use crate::sheets::view::TileView;
-use crate::stats::{FrameStats, StageClock};
+use crate::stats::FrameStats;
 
 /// One frame's camera, at sub-pixel resolution, and settings.
 pub(super) struct SheetFrame<'a> {
@@ -278,16 +278,16 @@ impl SheetFrame<'_> {
             return;
         }
         scratch.pixels = TilePixels::default();
-        let start = ThreadTime::try_now().ok();
+        let start = ThreadClock::start();
         sort_by_plane(&mut slot.entries, &mut scratch.sort);
-        slot.sort_ms = elapsed_ms(start);
-        let start = ThreadTime::try_now().ok();
+        slot.sort_ms = start.elapsed_ms();
+        let start = ThreadClock::start();
         let view = TileView::new(self.view, corner_px, self.settings);
         let rays = TileRays::new(self.view, corner_px, self.settings, &kernel.clip);
         let frame = (self.settings, kernel);
         slot.counts = render_tile(frame, (&view, &rays), &slot.entries, voxels, scratch);
         slot.show(&scratch.pixels, self.subpixels as usize);
-        slot.composite_ms = elapsed_ms(start);
+        slot.composite_ms = start.elapsed_ms();
     }
 }
 

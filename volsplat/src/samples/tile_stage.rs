@@ -3,8 +3,8 @@
 //! A tile gathers its slices from the chunks in source order, sorts them by depth, and composites until it is opaque.
 //! One task owns a tile from start to end.
 
-use cpu_time::ThreadTime;
 use rayon::prelude::*;
+use resample_core::clock::ThreadClock;
 use resample_core::composite::{
     TilePixels, TileSettings, TileWork, composite_slices, composite_tile,
 };
@@ -14,7 +14,7 @@ use resample_core::tile::{Primitive, TILE_PX, TileGrid};
 
 use super::near::{NearSample, NearSetup, composite_near};
 use super::project::ProjectedChunk;
-use crate::picture::tiles::{TileSlot, elapsed_ms};
+use crate::picture::tiles::TileSlot;
 
 /// What a frame's tiles are made with.
 pub(crate) struct TileStage<'a> {
@@ -97,7 +97,7 @@ impl TileStage<'_> {
         let tiles = slots.par_iter_mut().zip(open).enumerate();
         tiles.for_each_init(Scratch::default, |scratch, (index, (slot, open))| {
             let at = [index % columns, index / columns];
-            let start = ThreadTime::try_now().ok();
+            let start = ThreadClock::start();
             let before = open.pending.len();
             for chunk in &chunks[first..] {
                 // Tile numbers fit: a picture side is at most 32768 px.
@@ -113,11 +113,11 @@ impl TileStage<'_> {
             if !(open.pending.is_empty() && is_begun) {
                 self.take_ready(frontier, open, &mut scratch.ready);
                 sort_by_depth(&mut scratch.ready, &mut scratch.sort);
-                slot.sort_ms += elapsed_ms(start);
-                let start = ThreadTime::try_now().ok();
+                slot.sort_ms += start.elapsed_ms();
+                let start = ThreadClock::start();
                 let corner_px = at.map(|tile| tile * TILE_PX);
                 self.composite((corner_px, is_begun), &primitives, (slot, open), scratch);
-                slot.composite_ms += elapsed_ms(start);
+                slot.composite_ms += start.elapsed_ms();
             }
             if (open.is_opaque || frontier == f64::INFINITY)
                 && let Some(pixels) = open.pixels.take()

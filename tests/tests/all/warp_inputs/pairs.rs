@@ -94,7 +94,7 @@ fn beachball_by_its_layers_on_the_display_window() {
         return;
     };
     let path = path.to_string_lossy();
-    let truth = named_picture(&format!("{path}:left"));
+    let truth = named_picture(&format!("{path}#left"));
     assert_eq!(
         (truth.width, truth.height),
         (2048, 1556),
@@ -103,7 +103,7 @@ fn beachball_by_its_layers_on_the_display_window() {
     let camera = |x: f64| straight([2048, 1556], 2000.0, DVec3::new(x, 0.0, 0.0));
     let view = reference(
         &path,
-        &format!("{path}:Z"),
+        &format!("{path}#Z"),
         camera(0.0),
         &DepthMeaning::of(DepthKind::Z),
     );
@@ -193,7 +193,7 @@ fn synthetic_scenes_have_whole_pixel_centres() {
         let truth = picture(&folder.join("target.exr"));
         let view = reference(
             &colour,
-            &format!("{colour}:Z"),
+            &format!("{colour}#Z"),
             from,
             &DepthMeaning::of(DepthKind::Z),
         );

@@ -9,8 +9,8 @@
 
 use std::ops::Range;
 
-use cpu_time::ThreadTime;
 use rayon::prelude::*;
+use resample_core::clock::{StageClock, ThreadClock};
 use resample_core::tile::{TILE_PX, TileGrid, TileLists, TileRect};
 
 use crate::Error;
@@ -24,9 +24,9 @@ use crate::field::settings::FieldSettings;
 use crate::field::streamed::index::IndexedBrick;
 use crate::field::streamed::{Budget, StreamedCells};
 use crate::field::tile::{TileState, advance_tile, end_tile};
-use crate::picture::tiles::{TileSlot, elapsed_ms, tally};
+use crate::picture::tiles::{TileSlot, tally};
 use crate::sheets::view::TileView;
-use crate::stats::{FrameStats, StageClock};
+use crate::stats::FrameStats;
 use crate::watch::Watch;
 
 /// Fewest bricks of a batch: below, the lists of tiles cost more than the bricks. A guess.
@@ -229,7 +229,7 @@ impl Band<'_> {
             if list.is_empty() || matches!(tile, Progress::Opaque) {
                 return;
             }
-            let start = ThreadTime::try_now().ok();
+            let start = ThreadClock::start();
             match tile {
                 Progress::Begun(begun) => scratch.resume(settings, begun),
                 _ => scratch.begin(settings),
@@ -247,7 +247,7 @@ impl Band<'_> {
                 }
                 TileState::Open => Progress::Begun(Box::new(scratch.suspend(settings))),
             };
-            slot.composite_ms += elapsed_ms(start);
+            slot.composite_ms += start.elapsed_ms();
         });
         let begun = self
             .tiles

@@ -19,12 +19,7 @@ mod pages;
 
 use pages::{Kind, Pages};
 
-/// Whether a file that begins with `head` is a TIFF or BigTIFF file.
-pub(super) fn begins(head: &[u8]) -> bool {
-    [b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"]
-        .iter()
-        .any(|mark| head.starts_with(*mark))
-}
+pub(super) use resample_io::tiff::begins;
 
 /// Reads the slices of one file or of several.
 pub(super) fn load(paths: &[PathBuf]) -> Result<Parts, Error> {

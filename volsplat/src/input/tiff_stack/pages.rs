@@ -17,6 +17,8 @@ use ::tiff::tags::CompressionMethod;
 use ::tiff::tags::PhotometricInterpretation;
 use ::tiff::tags::Tag;
 
+use resample_io::tiff::GREATEST_EXPANSION;
+
 use crate::Error;
 use crate::input::fault::{Fault, unsupported};
 use crate::input::tiff_stack::description;
@@ -54,10 +56,6 @@ pub(super) struct Pages {
     resolution: [Option<f64>; 2],
     limits: Limits,
 }
-
-/// The most that any packing here expands: a code of LZW has at most 12 bits and stands for at most 3838 bytes, which
-/// is 2559 times as many; deflate and PackBits stay below. JPEG needs at least 2 bits for 64 pixels.
-const GREATEST_EXPANSION: u64 = 2560;
 
 /// Longest tag that is kept in memory, far above the descriptions of OME files. A guess.
 const MAX_TAG_BYTES: u64 = 1 << 26;
