@@ -266,18 +266,6 @@ fn what_is_no_surface_is_refused() {
             "opacity",
         ),
         (
-            with_field(RenderOptions::every_sample(), |field| {
-                field.blend = surface(0.5, 1.0)
-            }),
-            "image-sheets",
-        ),
-        (
-            with_field(RenderOptions::every_sample(), |field| {
-                field.blend = Blend::Maximum
-            }),
-            "image-sheets",
-        ),
-        (
             RenderOptions {
                 gradient_opacity: Some([3.0, 2.0]),
                 ..RenderOptions::default()
