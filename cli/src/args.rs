@@ -1,8 +1,7 @@
 //! The command line as clap structs, whose doc comments are the help texts.
 //!
-//! Takes the words of the command line, gives plain values with the spelling already checked. Nothing here knows
-//! what a value leads to: `settings.rs` turns these structs into the options of the libraries. Enums, their words and their
-//! defaults are the libraries' own.
+//! Takes the words of the command line, gives plain values with the spelling already checked. `settings.rs` turns these
+//! structs into the options of the libraries, which own the enums, their words and their defaults.
 
 mod blend;
 mod clip;

@@ -92,7 +92,7 @@ const EXIT_BAD_INPUT: u8 = 2;
 /// The input was fine, but a file could not be written or pictures are too far apart.
 const EXIT_FAILED: u8 = 1;
 
-/// Does what the words of this process ask for.
+/// Runs the command line of this process.
 pub fn run() -> ExitCode {
     let matches = Cli::command().get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());

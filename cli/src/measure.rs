@@ -52,7 +52,7 @@ pub(crate) struct Reference {
     moving: Vec<Image>,
 }
 
-/// Draws what a camera sees under the present setting.
+/// Draws the picture of one camera under the present setting.
 pub(crate) fn rendered(opened: &mut Opened, camera: &Camera) -> Result<Rendered> {
     let drawn = opened.draw(camera)?;
     let keys = drawn.account.keys;
@@ -131,7 +131,7 @@ impl Reference {
         Ok(metrics::compare(image, &self.image, self.mask.as_ref())?)
     }
 
-    /// How far the changes of pictures along the further cameras are from the right ones; `None` where there are none.
+    /// Error of the change from picture to picture along the further cameras; `None` without such cameras.
     pub(crate) fn flicker(&self, moving: &[Image]) -> Option<f64> {
         let mut steps = Steps::default();
         for (image, expected) in moving.iter().zip(&self.moving) {

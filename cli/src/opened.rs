@@ -97,7 +97,7 @@ impl Opened {
         }
     }
 
-    /// Draws what a camera sees.
+    /// Draws the picture of one camera.
     pub fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
         match &mut self.scene {
             Scene::Mesh(open) => open.draw(camera),

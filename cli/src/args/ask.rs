@@ -20,7 +20,7 @@ pub struct AskArgs {
     /// The most accurate setting that is predicted to take no longer than TIME a picture, such as 50ms or 2s
     #[arg(long = "max-time", value_name = "TIME", value_parser = values::time_ms)]
     pub max_time_ms: Option<f64>,
-    /// Print the chosen setting, the reason, and what the others save and cost
+    /// Print the chosen setting, the reason, and the error and saving of the others
     #[arg(long)]
     pub explain: bool,
 }

@@ -1,7 +1,7 @@
 //! A group of options, and which of them are given: typed by a person, or set by a change.
 //!
-//! An option's name, value and word come from the group's own derives: clap knows the long names, serde the values. So groups
-//! are laid over one another, compared and written as words without a line of code for each option.
+//! An option's name, value and word come from the group's own derives: clap knows the long names, serde the values. Groups
+//! can therefore be overlaid, compared and written as words, and no option needs code of its own here.
 
 use std::collections::BTreeSet;
 

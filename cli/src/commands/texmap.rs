@@ -34,7 +34,7 @@ pub(crate) struct Open {
 }
 
 impl Open {
-    /// Checks what can be checked, reads the mesh, and prepares it.
+    /// Checks the arguments, reads the mesh, and prepares it.
     pub(crate) fn read(args: TexmapArgs, verbosity: Verbosity) -> Result<Self> {
         let start = Instant::now();
         let plan = Plan::new(&request(&args))?;
@@ -69,7 +69,7 @@ impl Open {
         &self.cameras
     }
 
-    /// Draws what a camera sees.
+    /// Draws the picture of one camera.
     pub(crate) fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
         drawn(&mut self.renderer, camera)
     }

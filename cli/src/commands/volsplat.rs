@@ -40,7 +40,7 @@ pub(crate) struct Open {
 }
 
 impl Open {
-    /// Checks what can be checked, reads the volume, and classifies it.
+    /// Checks the arguments, reads the volume, and classifies it.
     pub(crate) fn read(args: VolsplatArgs, verbosity: Verbosity) -> Result<Self> {
         let plan = Plan::new(&request(&args))?;
         let options =
@@ -56,7 +56,7 @@ impl Open {
         &self.cameras
     }
 
-    /// Draws what a camera sees.
+    /// Draws the picture of one camera.
     pub(crate) fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
         drawn(&mut self.renderer, camera, Progress::Hidden)
     }

@@ -53,7 +53,7 @@ struct Ready {
 }
 
 impl Open {
-    /// Checks what can be checked, reads the references, places the cameras and prepares the warp.
+    /// Checks the arguments, reads the references, places the cameras and prepares the warp.
     pub(crate) fn read(args: Warp3dArgs, purpose: Purpose) -> Result<Self> {
         let ready = Ready::new(&args, purpose)?;
         Ok(Self { args, ready })
@@ -70,7 +70,7 @@ impl Open {
         self.ready.drawer.layout == Layout::Single && self.args.render.options.fill == Fill::None
     }
 
-    /// Draws what a camera sees, without a warning.
+    /// Draws the picture of one camera, without a warning.
     pub(crate) fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
         self.ready.drawer.draw_silently(camera)
     }

@@ -1,6 +1,6 @@
 //! The fixed cost of a frame, estimated from coarse pictures and their windows.
 //!
-//! A window pays what a whole picture pays before anything is drawn: every brick or triangle is looked at. The counts do
+//! A window has the same fixed cost as the whole picture, since every brick or triangle is visited first. The counts do
 //! not include that part, and in windows of a small picture it may be most of the time. Two sums give it: whole pictures
 //! and windows take a fixed time each and, beside it, the same time per count.
 
