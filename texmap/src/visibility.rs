@@ -164,8 +164,10 @@ impl RasterTriangle {
 fn draw_rows<S: Simd>(
     _: S,
     visibility: &mut Visibility,
-    (triangle, id): (&RasterTriangle, u32),
-    (filter, near): (&PixelFilter, NearKey),
+    triangle: &RasterTriangle,
+    id: u32,
+    filter: &PixelFilter,
+    near: NearKey,
 ) {
     let [first, last] = triangle.columns;
     let [l0, l1, l2] = triangle.lines;
@@ -212,10 +214,11 @@ impl Visibility {
         &mut self,
         triangle: &RasterTriangle,
         id: u32,
-        view: (&PixelFilter, NearKey),
+        filter: &PixelFilter,
+        near: NearKey,
         simd: Vectors,
     ) {
-        dispatch!(simd, simd => draw_rows(simd, self, (triangle, id), view));
+        dispatch!(simd, simd => draw_rows(simd, self, triangle, id, filter, near));
     }
 
     /// As [`Visibility::draw`], where `shows` says that the sub-pixel is not cut out.
@@ -223,7 +226,8 @@ impl Visibility {
         &mut self,
         triangle: &RasterTriangle,
         id: u32,
-        (filter, near): (&PixelFilter, NearKey),
+        filter: &PixelFilter,
+        near: NearKey,
         mut shows: impl FnMut(usize) -> bool,
     ) {
         let (ids, keys) = (&mut self.ids, &mut self.keys);

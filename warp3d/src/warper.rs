@@ -208,20 +208,18 @@ impl Pipeline {
                     level: options.simd.resolve(),
                 };
                 let prepared = &self.prepared[index];
-                resolve::render(&mut self.hybrid, (reference, prepared), camera, how, stats)
+                resolve::render(&mut self.hybrid, reference, prepared, camera, how, stats)
             }
             Method::Points { .. } => splat::render(
-                (reference, &self.prepared[index]),
+                reference,
+                &self.prepared[index],
                 camera,
                 Shape::Point,
                 stats,
             ),
-            Method::Splats { .. } => splat::render(
-                (reference, &self.prepared[index]),
-                camera,
-                Shape::Disc,
-                stats,
-            ),
+            Method::Splats { .. } => {
+                splat::render(reference, &self.prepared[index], camera, Shape::Disc, stats)
+            }
         }
     }
 }

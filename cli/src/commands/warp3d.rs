@@ -144,7 +144,7 @@ impl Ready {
             .cameras
             .size
             .map_or([1, 1], |size| [size.width, size.height]);
-        let mut keeping = keeping(args, &options, (guess, purpose))?;
+        let mut keeping = keeping(args, &options, guess, purpose)?;
         let mut scene = warp_scene::read(args, keeping)?;
         let layout = layout(args);
         let targets = targets(args, &scene)?;
@@ -170,7 +170,7 @@ impl Ready {
             .map(|camera| [camera.width, camera.height])
             .max_by_key(|&[w, h]| w * h);
         if keeping == Keeping::Memory {
-            keeping = self::keeping(args, &options, (largest.unwrap_or(guess), purpose))?;
+            keeping = self::keeping(args, &options, largest.unwrap_or(guess), purpose)?;
             if keeping != Keeping::Memory {
                 drop(scene);
                 scene = warp_scene::read(args, keeping)?;
@@ -205,7 +205,8 @@ fn has_planes(args: &Warp3dArgs) -> bool {
 fn keeping(
     args: &Warp3dArgs,
     options: &WarpOptions,
-    (target, purpose): ([u32; 2], Purpose),
+    target: [u32; 2],
+    purpose: Purpose,
 ) -> Result<Keeping> {
     match (check_memory(args, options, target), args.max_memory) {
         (Ok(()), _) | (_, None) => Ok(Keeping::Memory),

@@ -29,7 +29,7 @@ pub fn decode(part: &Part, room: Room, to: &mut dyn Receiver) -> Result<bool, Er
         row: Vec::new(),
     };
     if exr::is_exr(&first_bytes(&part.path, 8)?) {
-        return exr::decode_colour(&part.path, part.name.as_deref(), (room, &mut tamed));
+        return exr::decode_colour(&part.path, part.name.as_deref(), room, &mut tamed);
     }
     if let Some(name) = &part.name {
         return Err(fault(

@@ -61,7 +61,7 @@ pub(super) fn survey(
         let facts: Vec<RowFacts> = depth
             .par_chunks_mut(width)
             .enumerate()
-            .map(|(row, depth)| look_through((unpacked, files.camera), &z_of, first + row, depth))
+            .map(|(row, depth)| look_through(unpacked, files.camera, &z_of, first + row, depth))
             .collect();
         unpacked.sheet.write(Kind::Depth, [0, first], &depth)?;
         for row in facts {
@@ -90,7 +90,8 @@ pub(super) fn survey(
 
 /// Turns the numbers of row `y` into camera z.
 fn look_through(
-    (unpacked, camera): (&Unpacked, &Camera),
+    unpacked: &Unpacked,
+    camera: &Camera,
     z_of: &ZOf<'_>,
     y: usize,
     depth: &mut [f32],

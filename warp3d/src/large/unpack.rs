@@ -57,7 +57,7 @@ pub(super) fn unpacked(
     if needed > max_memory {
         return Err(Error::Option(format!(
             "{max_memory} bytes of memory are too little: a picture of {}x{} takes at least {needed} bytes to be looked \
-             through",
+             through, and more to be drawn",
             size[0], size[1]
         )));
     }
