@@ -156,11 +156,11 @@ fn around_windows(pixels: u64, blocks: u64, options: &WarpOptions) -> u64 {
 }
 
 /// Bytes that looking once through a reference of this size takes when it does not stay in memory: one second difference
-/// of disparity for each seventh sample, two bits a sample, and a band of rows.
+/// of disparity for each seventh sample, two bits a sample, and a band of rows with what is proposed for its soft edges.
 #[cfg(feature = "input")]
 pub(crate) fn survey_bytes([width, height]: [usize; 2], band_rows: usize) -> u64 {
     let samples = width as u64 * height as u64;
-    samples * 4 / 7 + samples / 4 + (width * band_rows) as u64 * 24 + PROGRAM
+    samples * 4 / 7 + samples / 4 + (width * band_rows) as u64 * 40 + PROGRAM
 }
 
 /// Refuses a warp that takes more than `max_bytes`.
