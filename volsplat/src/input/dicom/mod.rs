@@ -1,6 +1,6 @@
 //! DICOM pictures: a series of files with one slice each, or files of several frames.
 //!
-//! Takes paths, gives the parts of a volume. Every file is parsed (`dataset.rs`) and asked for its picture
+//! Takes paths, gives the parts of a volume. Every file is parsed (`elements.rs`) and asked for its picture
 //! (`header.rs`); of the files of one series the slices are put in order and into the world (`stack.rs`); then they are
 //! unpacked one after the other (`pixels.rs`) and scaled to what the numbers mean, such as Hounsfield units.
 //! Source: the DICOM standard, PS3.3, PS3.5 and PS3.10. The parser is our own because claims of lengths have to be held
@@ -19,6 +19,7 @@ use crate::input::{Parts, cannot_read, decode, invalid, open};
 use crate::volume::Voxels;
 
 mod dataset;
+mod elements;
 mod header;
 mod pixels;
 mod rle;
@@ -29,7 +30,7 @@ use stack::{Slice, Stack};
 
 /// Whether a file that begins with `head` is DICOM.
 pub(super) fn begins(head: &[u8]) -> bool {
-    dataset::begins(head)
+    elements::begins(head)
 }
 
 /// Reads the slices of one series. `named` is what the caller named, for messages about all files together.
@@ -65,8 +66,8 @@ pub(super) fn load(paths: &[PathBuf], named: &Path, series: Option<&str>) -> Res
 
 fn picture_of(path: &Path) -> Result<Option<Picture>, Error> {
     let bytes = bytes_of(path)?;
-    let (meta, elements) = dataset::read_meta(&bytes).map_err(|fault| fault.at(path))?;
-    let dataset = dataset::parse(&elements, &meta).map_err(|fault| fault.at(path))?;
+    let (meta, elements) = elements::read_meta(&bytes).map_err(|fault| fault.at(path))?;
+    let dataset = elements::parse(&elements, &meta).map_err(|fault| fault.at(path))?;
     header::picture(&dataset).map_err(|fault| fault.at(path))
 }
 
@@ -153,8 +154,8 @@ fn voxels(slices: &[Slice], paths: &[PathBuf], pictures: &[Picture]) -> Result<V
 
 fn unpacked(path: &Path, picture: &Picture) -> Result<Vec<Voxels>, Error> {
     let bytes = bytes_of(path)?;
-    let (meta, elements) = dataset::read_meta(&bytes).map_err(|fault| fault.at(path))?;
-    let dataset = dataset::parse(&elements, &meta).map_err(|fault| fault.at(path))?;
+    let (meta, elements) = elements::read_meta(&bytes).map_err(|fault| fault.at(path))?;
+    let dataset = elements::parse(&elements, &meta).map_err(|fault| fault.at(path))?;
     pixels::frames(&dataset, &meta, picture.kind, picture.frames.len())
         .map_err(|fault| fault.at(path))
 }

@@ -9,7 +9,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::input::decode;
 use crate::input::decode::Layout;
-use crate::input::dicom::dataset::{Dataset, Meta, PIXEL_DATA, Value};
+use crate::input::dicom::dataset::{Dataset, PIXEL_DATA, Value};
+use crate::input::dicom::elements::Meta;
 use crate::input::dicom::header::Kind;
 use crate::input::dicom::rle;
 use crate::input::fault::{Fault, unsupported};
