@@ -16,7 +16,7 @@ use glam::DVec3;
 use crate::Error;
 use crate::input::rescale::Rescale;
 use crate::input::{Parts, cannot_read, decode, invalid, open};
-use crate::volume::Voxels;
+use crate::volume::{Lattice, Voxels};
 
 mod dataset;
 mod elements;
@@ -56,11 +56,13 @@ pub(super) fn load(paths: &[PathBuf], named: &Path, series: Option<&str>) -> Res
     } = stack::stack(&pictures).map_err(|fault| fault.at(named))?;
     let voxels = voxels(&slices, &paths, &pictures)?;
     Ok(Parts {
-        dims: [kind.columns, kind.rows, slices.len()],
+        lattice: Lattice {
+            dims: [kind.columns, kind.rows, slices.len()],
+            world_from_index,
+            up_hint: Some(DVec3::Z),
+            space: Some("left-posterior-superior".to_owned()),
+        },
         voxels,
-        world_from_index,
-        up_hint: Some(DVec3::Z),
-        space: Some("left-posterior-superior".to_owned()),
     })
 }
 
@@ -123,8 +125,7 @@ fn voxels(slices: &[Slice], paths: &[PathBuf], pictures: &[Picture]) -> Result<V
     let is_common = slices.iter().all(|slice| slice.place.rescale == common);
     // Frames of a file are unpacked together and wait here until it is their turn.
     let mut waiting: Vec<Vec<Option<Voxels>>> = (0..paths.len()).map(|_| Vec::new()).collect();
-    let mut voxels: Option<Voxels> = None;
-    for slice in slices {
+    let frame_of = |slice: &Slice| {
         if waiting[slice.file].is_empty() {
             let frames = unpacked(&paths[slice.file], &pictures[slice.file])?;
             waiting[slice.file] = frames.into_iter().map(Some).collect();
@@ -134,17 +135,14 @@ fn voxels(slices: &[Slice], paths: &[PathBuf], pictures: &[Picture]) -> Result<V
             .and_then(Option::take);
         let frame = frame.ok_or_else(|| invalid(&paths[slice.file], "a frame is absent"))?;
         // Slices of different scales have no common stored type.
-        let frame = if is_common {
+        Ok(if is_common {
             frame
         } else {
             scaled_single(frame, slice.place.rescale)
-        };
-        match &mut voxels {
-            None => voxels = Some(frame),
-            Some(voxels) => decode::append(voxels, frame),
-        }
-    }
-    let voxels = voxels.ok_or_else(|| invalid(&paths[0], "no slice"))?;
+        })
+    };
+    let voxels = decode::joined(slices.iter().map(frame_of))?
+        .ok_or_else(|| invalid(&paths[0], "no slice"))?;
     Ok(if is_common {
         common.apply(voxels)
     } else {

@@ -2,13 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::{DAffine3, DVec3};
-
 use crate::Error;
 use crate::input::decode::Layout;
 use crate::input::fault::{Fault, unsupported};
 use crate::input::{Parts, axes, cannot_read, decode, invalid};
-use crate::volume::{VoxelType, Voxels};
+use crate::volume::{Lattice, VoxelType, Voxels};
 
 use super::array::Array;
 use super::boxes::{Span, copy_box, len};
@@ -50,9 +48,7 @@ pub(crate) struct Opened {
     pub(super) spans: Vec<Span>,
     /// The axis of the array that is x.
     pub(super) last_axis: usize,
-    /// Voxels along x, y and z.
-    pub(crate) dims: [usize; 3],
-    pub(crate) world_from_index: DAffine3,
+    pub(crate) lattice: Lattice,
 }
 
 impl Opened {
@@ -66,11 +62,8 @@ impl Opened {
 pub(crate) fn load(folder: &Path, choice: Choice) -> Result<Parts, Error> {
     let opened = open(folder, choice)?;
     Ok(Parts {
-        dims: opened.dims,
         voxels: voxels(&opened.folder, &opened.array, &opened.spans)?,
-        world_from_index: opened.world_from_index,
-        up_hint: None::<DVec3>,
-        space: None,
+        lattice: opened.lattice,
     })
 }
 
@@ -108,14 +101,12 @@ pub(crate) fn open(folder: &Path, choice: Choice) -> Result<Opened, Error> {
     }
     // There is an axis of space, or nothing could have been selected.
     let last_axis = spatial.last().copied().unwrap_or(0);
-    let world_from_index = axes::upright(spacing, origin);
     Ok(Opened {
         folder: path,
         array,
         spans,
         last_axis,
-        dims,
-        world_from_index,
+        lattice: Lattice::unnamed(dims, axes::upright(spacing, origin)),
     })
 }
 
