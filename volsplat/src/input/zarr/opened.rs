@@ -9,7 +9,7 @@ use crate::input::{Parts, axes, cannot_read, decode, invalid};
 use crate::volume::{Lattice, VoxelType, Voxels};
 
 use super::array::Array;
-use super::boxes::{Span, copy_box, len};
+use super::boxes::{PlaceIn, Span, copy_box, len};
 use super::codecs;
 use super::image::{AxisKind, Image};
 
@@ -185,13 +185,17 @@ fn voxels(folder: &Path, array: &Array, spans: &[Span]) -> Result<Voxels, Error>
         let chunk = codecs::unpack(&array.codecs, &array.chunk, &packed, &array.fill);
         let chunk = chunk.map_err(|fault| fault.at(&path))?;
         let common = Common::new(array, spans, &index);
-        let target = (bytes.as_mut_slice(), size.as_slice(), common.to.as_slice());
-        copy_box(
-            (&chunk, &array.chunk, &common.from),
-            target,
-            &common.size,
-            bytes_each,
-        );
+        let mut target = PlaceIn {
+            bytes: bytes.as_mut_slice(),
+            shape: &size,
+            at: &common.to,
+        };
+        let source = PlaceIn {
+            bytes: chunk.as_slice(),
+            shape: &array.chunk,
+            at: &common.from,
+        };
+        copy_box(&source, &mut target, &common.size, bytes_each);
     }
     decode::binary(&mut bytes.as_slice(), &layout).map_err(|what| invalid(folder, what))
 }

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use crate::Error;
 use crate::input::decode::Layout;
 use crate::input::stored::Stored;
-use crate::input::zarr::boxes::{copy_box, len};
+use crate::input::zarr::boxes::{PlaceIn, copy_box, len};
 use crate::input::zarr::codecs;
 use crate::input::zarr::opened::{Common, Opened, chunks_of};
 use crate::input::{cannot_read, invalid};
@@ -132,8 +132,16 @@ fn unpacked(opened: &Opened, index: &[usize], path: &Path) -> Result<(Part, Vec<
     let count: usize = size.iter().product();
     let mut bytes = vec![0; count * element];
     copy_box(
-        (&chunk, &array.chunk, &from),
-        (&mut bytes, &size, &vec![0; size.len()]),
+        &PlaceIn {
+            bytes: chunk.as_slice(),
+            shape: &array.chunk,
+            at: &from,
+        },
+        &mut PlaceIn {
+            bytes: bytes.as_mut_slice(),
+            shape: &size,
+            at: &vec![0; size.len()],
+        },
         &size,
         element,
     );
