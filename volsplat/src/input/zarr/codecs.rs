@@ -204,7 +204,7 @@ fn unshard(shard: &Shard, shape: &[usize], bytes: &[u8], fill: &[u8]) -> Result<
             },
             &mut PlaceIn {
                 bytes: whole.as_mut_slice(),
-                shape: shape,
+                shape,
                 at: &to,
             },
             &shard.chunk,
