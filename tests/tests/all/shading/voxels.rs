@@ -13,7 +13,7 @@ use super::{AMBIENT, COLOUR, DIFFUSE, POWER, SPECULAR, camera, options, sheared}
 const SEEN: [usize; 3] = [8, 7, 8];
 const CLIPPED: [usize; 3] = [3, 4, 3];
 
-/// A field whose gradient at a voxel (grid units) is the second, invisible but for single voxels.
+/// A field whose gradient at a voxel (grid units) is the second, invisible except at single voxels.
 fn curved(at: DVec3) -> (f64, DVec3) {
     let value = 0.2 * at.x * at.x + 0.1 * at.y * at.y - 0.15 * at.z * at.z + 0.5 * at.x;
     (value, DVec3::new(0.4 * at.x + 0.5, 0.2 * at.y, -0.3 * at.z))
