@@ -123,7 +123,7 @@ impl FileCamera {
 /// The JSON value that a file holds.
 pub(crate) fn read_value(path: &Path) -> Result<Value> {
     let mut text = String::new();
-    // A limit on what is read, not on the size that the system tells: a pipe or a device tells none.
+    // The limit holds for the bytes read, not for the size that the system reports: a pipe or a device reports zero.
     File::open(path)?
         .take(MAX_FILE_BYTES + 1)
         .read_to_string(&mut text)?;

@@ -25,7 +25,7 @@ type Groups = [[bool; TILE_PX / GROUP_PX]; TILE_PX];
 type Pixels = [[Vec4; TILE_PX]; TILE_PX];
 
 impl Tile<'_> {
-    /// Colours of the sub-pixels that some pixel wants: splats, and what is translucent over what lies behind.
+    /// Colours of the sub-pixels that some pixel wants: splats, and translucent surfaces over those behind.
     pub(crate) fn lay_splats(&self, work: &mut TileWork, image: &mut TileImage) {
         if work.from_subpixels.is_empty() {
             return;

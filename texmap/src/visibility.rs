@@ -3,7 +3,7 @@
 //! A sub-pixel belongs to the nearest triangle that covers its position, so surfaces behind, however near, add
 //! nothing. Where two triangles are equally near within the rounding of their depth keys, the one that stands first
 //! in the scene wins everywhere, so coplanar surfaces do not mix in stripes. Translucent triangles are kept in lists,
-//! all of them that lie before what is opaque.
+//! all of them that lie before the opaque surface.
 
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
@@ -209,7 +209,7 @@ impl Visibility {
         self.layers.clear();
     }
 
-    /// Draws a triangle where it is nearer than what is there.
+    /// Draws a triangle where it is nearer than the surface stored there.
     pub(crate) fn draw(
         &mut self,
         triangle: &RasterTriangle,
@@ -240,7 +240,7 @@ impl Visibility {
         });
     }
 
-    /// Lists a translucent triangle wherever it lies before what is opaque.
+    /// Lists a translucent triangle wherever it lies before the opaque surface.
     pub(crate) fn list(
         &mut self,
         triangle: &RasterTriangle,

@@ -2,7 +2,7 @@
 //!
 //! A vertex is rounded to f32 in the window that it is drawn in, 2^-24 of the window's place, so that two pictures
 //! differ by rounding where they are drawn in other windows. Where that decides whether one of the sub-pixels at an edge
-//! is covered, its pixel changes by a share of the contrast. So all pixels agree to 1e-4, but for a few in a thousand at
+//! is covered, its pixel changes by a share of the contrast. So all pixels agree to 1e-4, except for a few in a thousand at
 //! edges; without windows, where only a part of the reference is read, all of them do.
 
 mod files;

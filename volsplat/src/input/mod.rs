@@ -1,4 +1,4 @@
-//! Volume files: tells the format by the content and gives a checked volume.
+//! Volume files: finds the format by the content and gives a checked volume.
 //!
 //! Limits: one scalar per voxel; one volume per file. World coordinates stay as the format defines them.
 
@@ -26,7 +26,7 @@ mod tiff_stack;
 mod vti;
 mod zarr;
 
-pub(crate) use file::{Parts, cannot_read, invalid, open, unsupported_file};
+pub(crate) use file::{Parts, cannot_read, invalid, open, open_sized, unsupported_file};
 pub use format::{Format, format_of};
 pub use load::load;
 pub use options::LoadOptions;

@@ -33,7 +33,7 @@ use crate::picture::subpixels::{automatic, refined};
 use crate::picture::tiles::TileSlot;
 use crate::scene::Scene;
 use crate::sheets::section::SectionTable;
-use crate::sheets::settings::{Anchor, SheetSettings};
+use crate::sheets::settings::{Anchor, SheetSettings, Slabs};
 use crate::sheets::table::TransferTable;
 use crate::stats::FrameStats;
 use crate::volume::grid::Grid;
@@ -64,7 +64,8 @@ impl KernelSheets {
     /// [`Error::Option`] where the scene holds more than one channel of scalars, or cells are to be split.
     pub(crate) fn new(
         scene: &Scene,
-        (options, choices): (&RenderOptions, &SampleOptions),
+        options: &RenderOptions,
+        choices: &SampleOptions,
     ) -> Result<Self, Error> {
         check_dims(scene.grid().dims)?;
         let (volume, transfer) = scene.single().ok_or_else(|| {
@@ -130,7 +131,7 @@ impl KernelSheets {
         Ok(made)
     }
 
-    /// Changes what is kept of each ray and of points: scalars are known inside the volume alone, where samples that only
+    /// Changes the kept part of each ray and of points: scalars are known inside the volume alone, where samples that only
     /// complete the sums of splats lie around it.
     pub(crate) fn set_clip(&mut self, clip: &Clip) {
         let mut clip = clip.clone();
@@ -145,7 +146,7 @@ impl KernelSheets {
         self.visible_middle = visible.map(|[low, high]| 0.5 * (low + high));
     }
 
-    /// Takes options that differ in what is read anew for each frame.
+    /// Takes options that differ only in settings read anew for each frame.
     pub(crate) fn set_options(&mut self, options: &RenderOptions) {
         if let Some(samples) = options.samples() {
             self.choices = samples.clone();
@@ -181,10 +182,14 @@ impl KernelSheets {
         let middle = DVec3::from(self.lattice.dims.map(|n| (n / 2) as f64));
         SheetSettings::new(
             &self.options,
-            (view, camera),
+            camera,
             SectionTable::of_ball(view.camera_from_grid.matrix3, radius, thickness),
             &self.table,
-            (Anchor::new(middle, view), thickness, smallest_spacing),
+            Slabs {
+                anchor: Anchor::new(middle, view),
+                thickness,
+                smallest_spacing,
+            },
         )
     }
 
@@ -215,7 +220,7 @@ impl KernelSheets {
         }
     }
 
-    /// Projects what is in view; returns how many chunks hold it.
+    /// Projects the voxels in view; returns how many chunks hold it.
     fn project(
         &self,
         frame: &SheetFrame,
