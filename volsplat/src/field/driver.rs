@@ -211,7 +211,9 @@ impl FieldPipeline {
 
     /// Whether shells are drawn that are thinner than the distance of samples.
     fn has_shells(&self) -> bool {
-        self.options.blend() == Blend::Emission && self.channels[0].table.integrals().is_some()
+        let is_plain = self.channels.len() == 1 && self.options.gradient_opacity.is_none();
+        let is_emission = self.options.blend() == Blend::Emission;
+        is_plain && is_emission && self.channels[0].table.integrals().is_some()
     }
 
     /// Sub-pixels that edges need however large voxels are: surfaces, shells and labels end between one pixel and the next.
