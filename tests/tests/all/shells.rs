@@ -95,6 +95,32 @@ fn peaks_on_noise_are_what_the_twin_draws() {
     }
 }
 
+/// Tents of which one is narrow; most cells are dropped.
+#[test]
+fn tents_are_what_the_twin_draws() {
+    let look = transfer(
+        &[(0.0, [1.0; 3])],
+        &[
+            (0.3, 0.0),
+            (0.35, 0.7),
+            (0.4, 0.0),
+            (0.8, 0.0),
+            (0.9, 0.3),
+            (1.0, 0.0),
+        ],
+    );
+    let volume = random_volume([11, 10, 9], glam::DAffine3::IDENTITY);
+    let middle = DVec3::new(5.0, 4.5, 4.0);
+    let camera = perspective(
+        middle + DVec3::new(12.0, 9.0, -14.0),
+        middle,
+        40.0,
+        [40, 40],
+    );
+    let worst = departure(&volume, &look, &camera);
+    assert!(worst < 2e-3, "off by {worst}");
+}
+
 #[test]
 fn shells_with_a_formula_reach_their_truth() {
     for shell in Shell::ALL {

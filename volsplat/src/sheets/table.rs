@@ -71,7 +71,9 @@ impl TransferTable {
         if shown.1 >= range.1 {
             entries[ENTRIES + 1] = entries[ENTRIES];
         }
-        let integrals = has_peaks(&entries[1..=ENTRIES], step, range)
+        let reach = ((range.1 - range.0) * PEAK_REACH / step).max(1.0);
+        let beyond = [entries[0][3], entries[ENTRIES + 1][3]];
+        let integrals = has_peaks(&entries[1..=ENTRIES], beyond, reach)
             .then(|| Arc::new(integrals(transfer, opacity, low, step)));
         Self {
             entries,
@@ -155,21 +157,23 @@ impl TransferTable {
 }
 
 /// Whether the extinction has a peak that samples half a voxel apart would miss: somewhere it stands above its means over
-/// the reach on either side.
-fn has_peaks(entries: &[[f32; 4]], step: f64, range: (f64, f64)) -> bool {
-    let reach = ((range.1 - range.0) * PEAK_REACH / step).max(1.0);
-    let strength = |place: usize| f64::from(entries[place][3]);
+/// the reach on either side. `beyond` is the extinction before the table and behind it.
+fn has_peaks(entries: &[[f32; 4]], beyond: [f32; 2], reach: f64) -> bool {
     let mut sums = vec![0.0];
-    for place in 0..entries.len() {
-        sums.push(sums[place] + strength(place));
+    for (place, entry) in entries.iter().enumerate() {
+        sums.push(sums[place] + f64::from(entry[3]));
     }
-    // Beyond the table the extinction is 0, and beyond the volume there is nothing to meet; both ends count alike.
-    let up_to = |place: f64| sums[place.clamp(0.0, entries.len() as f64) as usize];
-    (0..entries.len()).any(|place| {
+    let end = entries.len() as f64;
+    let up_to = |place: f64| {
+        let outside =
+            place.min(0.0) * f64::from(beyond[0]) + (place - end).max(0.0) * f64::from(beyond[1]);
+        sums[place.clamp(0.0, end) as usize] + outside
+    };
+    entries.iter().enumerate().any(|(place, entry)| {
         let at = place as f64 + 0.5;
         let below = (up_to(at) - up_to(at - reach)) / reach;
         let above = (up_to(at + reach) - up_to(at)) / reach;
-        strength(place) - below.max(above) > PEAK_STRENGTH
+        f64::from(entry[3]) - below.max(above) > PEAK_STRENGTH
     })
 }
 
