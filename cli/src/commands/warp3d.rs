@@ -144,7 +144,7 @@ impl Ready {
             .cameras
             .size
             .map_or([1, 1], |size| [size.width, size.height]);
-        let mut keeping = keeping(args, &options, (guess, purpose))?;
+        let mut keeping = keeping(args, &options, guess, purpose)?;
         let mut scene = warp_scene::read(args, keeping)?;
         let layout = layout(args);
         let targets = targets(args, &scene)?;
@@ -170,7 +170,7 @@ impl Ready {
             .map(|camera| [camera.width, camera.height])
             .max_by_key(|&[w, h]| w * h);
         if keeping == Keeping::Memory {
-            keeping = self::keeping(args, &options, (largest.unwrap_or(guess), purpose))?;
+            keeping = self::keeping(args, &options, largest.unwrap_or(guess), purpose)?;
             if keeping != Keeping::Memory {
                 drop(scene);
                 scene = warp_scene::read(args, keeping)?;
@@ -205,7 +205,8 @@ fn has_planes(args: &Warp3dArgs) -> bool {
 fn keeping(
     args: &Warp3dArgs,
     options: &WarpOptions,
-    (target, purpose): ([u32; 2], Purpose),
+    target: [u32; 2],
+    purpose: Purpose,
 ) -> Result<Keeping> {
     match (check_memory(args, options, target), args.max_memory) {
         (Ok(()), _) | (_, None) => Ok(Keeping::Memory),
@@ -297,7 +298,7 @@ fn layout(args: &Warp3dArgs) -> Layout {
 
 /// The cameras to draw from, before they become sheets or sway.
 fn targets(args: &Warp3dArgs, scene: &WarpScene) -> Result<Vec<Camera>> {
-    let from = scene.from.for_bounds(scene.bounds)?;
+    let from = scene.from.for_distance(scene.nearest)?;
     if let Some(path) = &args.sequence.path {
         return keyed(path, args, &from, scene);
     }
@@ -313,7 +314,7 @@ fn targets(args: &Warp3dArgs, scene: &WarpScene) -> Result<Vec<Camera>> {
     let named = || to.path().unwrap_or(Path::new("--to")).display().to_string();
     cameras
         .iter()
-        .map(|camera| camera.for_bounds(scene.bounds).with_context(named))
+        .map(|camera| camera.for_distance(scene.nearest).with_context(named))
         .collect()
 }
 
@@ -330,7 +331,7 @@ fn keyed(path: &Path, args: &Warp3dArgs, from: &Camera, scene: &WarpScene) -> Re
     };
     let keys = camera_path::read(path, &defaults, KeyKind::Cameras)?;
     let pictures = keys.pictures(f64::from(args.sequence.fps.unwrap_or(output::DEFAULT_FPS)))?;
-    keys.cameras(&pictures, scene.bounds)
+    keys.cameras(&pictures, |camera| camera.for_distance(scene.nearest))
         .with_context(|| path.display().to_string())
 }
 

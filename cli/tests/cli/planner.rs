@@ -1,4 +1,4 @@
-//! `--max-error`, `--max-time`, `--explain` and `calibrate`: what is promised is kept, and can be repeated.
+//! `--max-error`, `--max-time`, `--explain` and `calibrate`: promises are kept and can be repeated.
 
 use std::fs;
 
