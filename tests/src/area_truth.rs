@@ -28,6 +28,8 @@ pub struct AreaTruth<'a> {
     pub rays_per_side: usize,
     /// Samples per smallest spacing.
     pub steps_per_voxel: f64,
+    /// Samples at least while the scalar passes through what is visible; 0 for no more than those of a voxel.
+    pub steps_per_range: f64,
     blocks: [usize; 3],
     seen: Vec<bool>,
     values: Vec<f64>,
@@ -56,6 +58,7 @@ impl<'a> AreaTruth<'a> {
             transfer,
             rays_per_side: 6,
             steps_per_voxel: 4.0,
+            steps_per_range: 0.0,
             blocks,
             seen: Vec::new(),
             values,
@@ -191,18 +194,39 @@ impl<'a> AreaTruth<'a> {
                 continue;
             }
             number += 1;
-            let [r, g, b, strength] = self.sample(at);
-            if strength <= 0.0 {
-                continue;
-            }
-            let weight = left * -(-strength * units).exp_m1();
-            left -= weight;
-            for (sum, emitted) in sum.iter_mut().zip([r, g, b]) {
-                *sum += weight * emitted / strength;
+            let parts = self.parts([-0.5, 0.0, 0.5].map(|by| at + by * step * ray.direction));
+            for part in 0..parts {
+                let by = ((part as f64 + 0.5) / parts as f64 - 0.5) * step;
+                let [r, g, b, strength] = self.sample(at + by * ray.direction);
+                if strength <= 0.0 {
+                    continue;
+                }
+                let weight = left * -(-strength * units / parts as f64).exp_m1();
+                left -= weight;
+                for (sum, emitted) in sum.iter_mut().zip([r, g, b]) {
+                    *sum += weight * emitted / strength;
+                }
             }
         }
         sum[3] = 1.0 - left;
         sum
+    }
+
+    /// The samples of a step whose ends and middle are these: more where the scalar passes through what is visible.
+    fn parts(&self, places: [DVec3; 3]) -> usize {
+        let visible = self.transfer.visible_range();
+        let (Some((low, high)), None) = (visible, &self.classified) else {
+            return 1;
+        };
+        let last = DVec3::from(self.volume.dims.map(|n| (n - 1) as f64));
+        let [a, b, c] = places.map(|at| self.scalar(at.clamp(DVec3::ZERO, last)));
+        let (least, greatest) = (a.min(b).min(c), a.max(b).max(c));
+        let bend = 0.3 * (greatest - least);
+        if self.steps_per_range == 0.0 || greatest + bend < low || least - bend > high {
+            return 1;
+        }
+        let path = (b - a).abs() + (c - b).abs();
+        ((path * self.steps_per_range / (high - low)).ceil() as usize).clamp(1, 400)
     }
 
     /// Extinction times red, green and blue, and extinction per smallest spacing, at a position.

@@ -22,6 +22,7 @@ mod shading;
 mod sheet_properties;
 mod sheets;
 mod sheets_extremes;
+mod shells;
 mod spacing;
 mod statistics;
 mod texmap_alpha;

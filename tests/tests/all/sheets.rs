@@ -213,25 +213,9 @@ fn bands_and_steps() {
         &[(0.45, 0.0), (0.45, 0.4), (0.55, 0.4), (0.55, 0.0)],
     );
     let step = transfer(&white, &[(0.9, 0.0), (0.9, 1.0)]);
-    let tent = transfer(
-        &white,
-        &[
-            (0.3, 0.0),
-            (0.35, 0.7),
-            (0.4, 0.0),
-            (0.8, 0.0),
-            (0.9, 0.3),
-            (1.0, 0.0),
-        ],
-    );
     let low = transfer(&white, &[(0.3, 0.5), (0.32, 0.0)]);
     let (volume, middle, size) = scene(DAffine3::IDENTITY);
-    for (name, look) in [
-        ("band", &band),
-        ("step", &step),
-        ("tents", &tent),
-        ("low", &low),
-    ] {
+    for (name, look) in [("band", &band), ("step", &step), ("low", &low)] {
         for camera in cameras(middle, size) {
             for subpixels in [1, 2] {
                 let name = format!("{name}, {:?}, {subpixels} sub-pixels", camera.projection);

@@ -43,8 +43,44 @@ pub(crate) struct CellBrick {
     pub(crate) range: [f32; 2],
     /// The channels after the first.
     pub(crate) more: Vec<BrickChannel>,
+    /// Which cells may be seen.
+    pub(crate) shown: ShownCells,
     /// 1 at vertices that the mask shows, 0 at others; `None` where it shows all of them.
     pub(crate) mask: Option<Box<[u8; TABLE_LEN]>>,
+}
+
+/// A bit for each cell of a brick, by the place of its first vertex.
+#[derive(Clone, Debug)]
+pub(crate) struct ShownCells {
+    bits: [u64; TABLE_LEN.div_ceil(64)],
+}
+
+impl ShownCells {
+    /// No cell.
+    pub(crate) fn none() -> Self {
+        Self {
+            bits: [0; TABLE_LEN.div_ceil(64)],
+        }
+    }
+
+    /// Every cell.
+    pub(crate) fn all() -> Self {
+        Self {
+            bits: [u64::MAX; TABLE_LEN.div_ceil(64)],
+        }
+    }
+
+    /// Shows the cell whose first vertex is at this place.
+    pub(crate) fn add(&mut self, place: usize) {
+        self.bits[place / 64] |= 1 << (place % 64);
+    }
+
+    /// 1 where the cell whose first vertex is at this place is shown, else 0.
+    #[inline(always)]
+    pub(crate) fn bit(&self, place: i32) -> i32 {
+        let place = (place as usize).min(LAST_CELL);
+        (self.bits[place / 64] >> (place % 64)) as i32 & 1
+    }
 }
 
 /// One channel of a brick; the fields are those of [`CellBrick`].

@@ -5,6 +5,7 @@ use super::cells::{
     TABLE_LEN, Table, VERTEX_SIDE, cell_range,
 };
 use crate::bricks::bounds::{Bounds, brick_corners};
+use crate::bricks::cells::ShownCells;
 use crate::bricks::support::Support;
 use crate::labels::palette::Palette;
 use crate::light::gradient_in_f32;
@@ -148,7 +149,8 @@ impl FieldPlan<'_> {
             Some(Masked::Part(table)) => Some(table),
             Some(Masked::None) | None => None,
         };
-        let bounds = self.bounds(block, &tables, mask.as_deref())?;
+        let mut shown = ShownCells::none();
+        let bounds = self.bounds(block, &tables, mask.as_deref(), &mut shown)?;
         let with_gradients =
             |(channel, (scalars, range)): (&PlannedChannel, (Box<Table>, [f32; 2]))| {
                 let gradients = match self.gradients {
@@ -173,16 +175,18 @@ impl FieldPlan<'_> {
             gradients,
             range,
             more: channels.collect(),
+            shown,
             mask,
         })
     }
 
-    /// The box of the cells that are seen; `None` where there are none.
+    /// The box of the cells that are seen, which are added to `seen`; `None` where there are none.
     fn bounds(
         &self,
         block: &Block,
         tables: &[(Box<Table>, [f32; 2])],
         mask: Option<&[u8; TABLE_LEN]>,
+        seen: &mut ShownCells,
     ) -> Option<Bounds> {
         let mut bounds = Bounds::nothing(block.corner);
         let mut any = false;
@@ -200,6 +204,7 @@ impl FieldPlan<'_> {
                     {
                         bounds.add([x, y, z]);
                         bounds.add([x + 1, y + 1, z + 1]);
+                        seen.add(first);
                         any = true;
                     }
                 }

@@ -166,14 +166,20 @@ fn at_cells<S: Simd>(
     in_brick: [f32x8<S>; 3],
     cell: [f32x8<S>; 3],
 ) -> ([i32; LANES], [f32x8<S>; 3]) {
-    let constant = |v: f32| f32x8::splat(simd, v);
     let share: [f32x8<S>; 3] = std::array::from_fn(|axis| in_brick[axis] - cell[axis]);
+    (places_of(simd, cell), share)
+}
+
+/// The places of cells in the tables.
+#[inline(always)]
+pub(super) fn places_of<S: Simd>(simd: S, cell: [f32x8<S>; 3]) -> [i32; LANES] {
+    let constant = |v: f32| f32x8::splat(simd, v);
     let row_stride = VERTEX_SIDE as f32;
     let places = cell[2].mul_add(
         constant(row_stride * row_stride),
         cell[1].mul_add(constant(row_stride), cell[0]),
     );
-    (places.to_int::<i32x8<S>>().to_array(), share)
+    places.to_int::<i32x8<S>>().to_array()
 }
 
 /// The trilinear mix of a table's values at the corners of each lane's cell.
@@ -184,12 +190,59 @@ pub(super) fn interpolated<S: Simd>(
     places: &[i32; LANES],
     share: [f32x8<S>; 3],
 ) -> f32x8<S> {
-    let corners = corners(table, places);
-    let load = |k: usize| f32x8::from_slice(simd, &corners[k]);
-    let mix = |a: f32x8<S>, b: f32x8<S>, t: f32x8<S>| (b - a).mul_add(t, a);
-    let x: [f32x8<S>; 4] = std::array::from_fn(|k| mix(load(2 * k), load(2 * k + 1), share[0]));
-    let y = [mix(x[0], x[1], share[1]), mix(x[2], x[3], share[1])];
-    mix(y[0], y[1], share[2])
+    Corners::new(simd, table, places).interpolated(share)
+}
+
+/// The values at the corners of each lane's cell, x fastest.
+pub(super) struct Corners<S: Simd> {
+    values: [f32x8<S>; 8],
+}
+
+impl<S: Simd> Corners<S> {
+    #[inline(always)]
+    pub(super) fn new(simd: S, table: &[f32; TABLE_LEN], places: &[i32; LANES]) -> Self {
+        let corners = corners(table, places);
+        let mut values = [f32x8::splat(simd, 0.0); 8];
+        for (value, corner) in values.iter_mut().zip(&corners) {
+            *value = f32x8::from_slice(simd, corner);
+        }
+        Self { values }
+    }
+
+    /// The trilinear mix.
+    #[inline(always)]
+    pub(super) fn interpolated(&self, share: [f32x8<S>; 3]) -> f32x8<S> {
+        let v = &self.values;
+        let y = [
+            mix(
+                mix(v[0], v[1], share[0]),
+                mix(v[2], v[3], share[0]),
+                share[1],
+            ),
+            mix(
+                mix(v[4], v[5], share[0]),
+                mix(v[6], v[7], share[0]),
+                share[1],
+            ),
+        ];
+        mix(y[0], y[1], share[2])
+    }
+
+    /// The least and the greatest.
+    #[inline(always)]
+    pub(super) fn range(&self) -> [f32x8<S>; 2] {
+        let [mut least, mut greatest] = [self.values[0]; 2];
+        for &value in &self.values[1..] {
+            least = least.min(value);
+            greatest = greatest.max(value);
+        }
+        [least, greatest]
+    }
+}
+
+#[inline(always)]
+fn mix<S: Simd>(a: f32x8<S>, b: f32x8<S>, t: f32x8<S>) -> f32x8<S> {
+    (b - a).mul_add(t, a)
 }
 
 /// The trilinear mix of the vectors at the corners of the cells of those lanes whose weight is above 0; 0 in the others.

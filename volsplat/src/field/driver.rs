@@ -34,6 +34,9 @@ use crate::watch::Watch;
 /// stairs show.
 const HARD_EDGE_SUBPIXELS: u32 = 4;
 
+/// Those for the rims of shells, which are soft: opacity falls off from the rim inwards.
+const SHELL_EDGE_SUBPIXELS: u32 = 2;
+
 /// Renders a field on sheets.
 #[derive(Clone, Debug)]
 pub(crate) struct FieldPipeline {
@@ -198,13 +201,22 @@ impl FieldPipeline {
             (Subpixels::Auto, None) => 1,
             (Subpixels::Auto, Some(middle)) => {
                 // Two sub-pixels a voxel: at one, thin structures lose 9 dB, beyond two it costs more than it gains.
-                let of_voxels = automatic(camera, &self.world_from_index, middle, 1.5);
+                // Shells bend within a voxel: at two they have 32 dB, at four 42.
+                let a_voxel = if self.has_shells() { 4.0 } else { 1.5 };
+                let of_voxels = automatic(camera, &self.world_from_index, middle, a_voxel);
                 of_voxels.max(self.least_subpixels())
             }
         }
     }
 
-    /// Sub-pixels that edges need however large voxels are: surfaces and labels end between one pixel and the next.
+    /// Whether shells are drawn that are thinner than the distance of samples.
+    fn has_shells(&self) -> bool {
+        let is_plain = self.channels.len() == 1 && self.options.gradient_opacity.is_none();
+        let is_emission = self.options.blend() == Blend::Emission;
+        is_plain && is_emission && self.channels[0].table.integrals().is_some()
+    }
+
+    /// Sub-pixels that edges need however large voxels are: surfaces, shells and labels end between one pixel and the next.
     fn least_subpixels(&self) -> u32 {
         let has_labels = self
             .channels
@@ -212,6 +224,8 @@ impl FieldPipeline {
             .any(|channel| channel.reading == Reading::Nearest);
         if has_labels || matches!(self.options.blend(), Blend::Isosurface(_)) {
             HARD_EDGE_SUBPIXELS
+        } else if self.has_shells() {
+            SHELL_EDGE_SUBPIXELS
         } else {
             1
         }
@@ -236,8 +250,8 @@ impl FieldPipeline {
             clip: self.clip.anchored(self.middle),
             channels: Arc::clone(&self.channels),
             statistic: prepare::statistic(&self.options),
+            segments: (1.0 / self.choices.slab_voxels).ceil().max(1.0) as u32,
             iso: self.iso.map(|iso| IsoSettings {
-                near: (view.near - anchor.camera_z) as f32,
                 step: thickness as f32,
                 ..iso
             }),

@@ -1,4 +1,4 @@
-//! An isosurface's settings, and the rays of a tile.
+//! The rays of a tile, and an isosurface's settings.
 
 use glam::DVec2;
 use resample_core::maps::TilePlane;
@@ -15,28 +15,26 @@ pub(crate) struct IsoSettings {
     pub(crate) rgb: [f32; 3],
     /// Of the surface, 0..=1.
     pub(crate) opacity: f32,
-    /// Camera z of the near plane, relative to the anchor's.
-    pub(crate) near: f32,
     /// Longest step along camera z.
     pub(crate) step: f32,
 }
 
-/// The surface, and the rays of a tile's pixels in the grid, relative to the anchor; their parameter is camera z relative
-/// to the anchor's.
+/// The rays of a tile's pixels in the grid, relative to the anchor; their parameter is camera z relative to the anchor's.
 #[derive(Clone, Debug)]
 pub(crate) struct AnchoredRays {
-    pub(super) iso: IsoSettings,
+    /// Of the near plane.
+    pub(super) near: f32,
     pub(super) start: [TilePlane; 3],
     pub(super) direction: [TilePlane; 3],
 }
 
 impl AnchoredRays {
     /// The rays of a tile.
-    pub(super) fn new(iso: IsoSettings, tile: &TileView, anchor: &Anchor) -> Self {
+    pub(super) fn new(tile: &TileView, anchor: &Anchor) -> Self {
         let (view, corner_px) = (tile.camera(), tile.corner);
         let zero = [[[0.0; TILE_PX]; TILE_PX]; 3];
         let mut rays = Self {
-            iso,
+            near: (view.near - anchor.camera_z) as f32,
             start: zero,
             direction: zero,
         };

@@ -12,6 +12,7 @@ use fearless_simd_macros::simd;
 use resample_core::maps::TilePlane;
 
 use super::iso_rays::{AnchoredRays, IsoSettings};
+use super::rays::Rays;
 use crate::field::cell_sample::{CellBox, Located, in_box_cells, interpolated};
 use crate::field::clipped::masked;
 use crate::field::gather::{GatherScratch, Window};
@@ -25,19 +26,6 @@ const OVERLAP: f32 = 2e-4;
 
 /// Halvings of a step between two samples.
 const HALVINGS: usize = 10;
-
-/// Components of a direction below this count as this: a ray along a face.
-const LEAST_DIRECTION: f32 = 1e-30;
-
-/// Half a row of rays through a brick.
-#[derive(Clone, Copy)]
-struct Rays<'a, S: Simd> {
-    iso: &'a IsoSettings,
-    cells: &'a CellBox,
-    at: HalfRow,
-    start: [f32x8<S>; 3],
-    direction: [f32x8<S>; 3],
-}
 
 /// A step along rays, with the field at both ends less the surface's value.
 #[derive(Clone, Copy)]
@@ -55,6 +43,7 @@ struct Step<S: Simd> {
 pub(super) fn add_brick<S: Simd>(
     simd: S,
     job: &Job,
+    iso: &IsoSettings,
     rays: &AnchoredRays,
     window: Window,
     scratch: &mut GatherScratch,
@@ -68,7 +57,8 @@ pub(super) fn add_brick<S: Simd>(
                 first: half * LANES,
             };
             touched += LANES;
-            seen |= add_half_row(simd, job, &Rays::new(simd, rays, &cells, at), scratch);
+            let rays = Rays::new(simd, rays, &cells, at);
+            seen |= add_half_row(simd, job, iso, &rays, scratch);
         }
     }
     (
@@ -79,36 +69,19 @@ pub(super) fn add_brick<S: Simd>(
     )
 }
 
-impl<'a, S: Simd> Rays<'a, S> {
-    #[inline(always)]
-    fn new(simd: S, rays: &'a AnchoredRays, cells: &'a CellBox, at: HalfRow) -> Self {
-        let range = at.first..at.first + LANES;
-        let load = |plane: &TilePlane| f32x8::from_slice(simd, &plane[at.row][range.clone()]);
-        Self {
-            iso: &rays.iso,
-            cells,
-            at,
-            start: [
-                load(&rays.start[0]),
-                load(&rays.start[1]),
-                load(&rays.start[2]),
-            ],
-            direction: [
-                load(&rays.direction[0]),
-                load(&rays.direction[1]),
-                load(&rays.direction[2]),
-            ],
-        }
-    }
-}
-
 #[inline(always)]
-fn add_half_row<S: Simd>(simd: S, job: &Job, rays: &Rays<S>, scratch: &mut GatherScratch) -> bool {
+fn add_half_row<S: Simd>(
+    simd: S,
+    job: &Job,
+    iso: &IsoSettings,
+    rays: &Rays<S>,
+    scratch: &mut GatherScratch,
+) -> bool {
     let constant = |v: f32| f32x8::splat(simd, v);
-    let Rays { iso, at, .. } = *rays;
+    let at = rays.at;
     let range = at.first..at.first + LANES;
     let load = |plane: &TilePlane| f32x8::from_slice(simd, &plane[at.row][range.clone()]);
-    let (first, last) = inside_brick(simd, job, rays);
+    let (first, last) = rays.inside_brick(simd, job, OVERLAP);
     let floor = constant(job.settings.sheets.min_transmittance.max(f32::MIN_POSITIVE));
     let in_view = last.simd_gt(first);
     let mut left = in_view & load(&scratch.pixels.transmittance).simd_ge(floor);
@@ -138,7 +111,7 @@ fn add_half_row<S: Simd>(simd: S, job: &Job, rays: &Rays<S>, scratch: &mut Gathe
         step.at_far = field(simd, job, rays, step.far) - value;
         step.crosses = left & is_across(simd, step.at_near, step.at_far);
         if !step.crosses.all_false() {
-            seen |= add_surface(simd, job, rays, step, scratch);
+            seen |= add_surface(simd, job, iso, rays, step, scratch);
             left &= load(&scratch.pixels.transmittance).simd_ge(floor);
             if left.all_false() {
                 return true;
@@ -154,42 +127,6 @@ fn add_half_row<S: Simd>(simd: S, job: &Job, rays: &Rays<S>, scratch: &mut Gathe
 fn is_across<S: Simd>(simd: S, a: f32x8<S>, b: f32x8<S>) -> mask32x8<S> {
     let zero = f32x8::splat(simd, 0.0);
     (a.simd_ge(zero) & b.simd_lt(zero)) | (a.simd_lt(zero) & b.simd_ge(zero))
-}
-
-/// Where rays enter and leave what is kept of the brick's box, behind the near plane.
-#[inline(always)]
-fn inside_brick<S: Simd>(simd: S, job: &Job, rays: &Rays<S>) -> (f32x8<S>, f32x8<S>) {
-    let cells = rays.cells;
-    let constant = |v: f32| f32x8::splat(simd, v);
-    let not_zero = |v: f32x8<S>| {
-        let small = v.simd_lt(constant(LEAST_DIRECTION)) & v.simd_gt(constant(-LEAST_DIRECTION));
-        small.select(constant(LEAST_DIRECTION), v)
-    };
-    let (mut first, mut last) = (constant(rays.iso.near), constant(f32::MAX));
-    for axis in 0..3 {
-        let inverse = constant(1.0) / not_zero(rays.direction[axis]);
-        let a = (constant(cells.low[axis] - OVERLAP) - rays.start[axis]) * inverse;
-        let b = (constant(cells.high[axis] + OVERLAP) - rays.start[axis]) * inverse;
-        first = first.max(a.min(b));
-        last = last.min(a.max(b));
-    }
-    for (number, half) in job.settings.clip.iter().enumerate() {
-        if job.placed.cuts >> number & 1 == 1 {
-            let dot = |v: &[f32x8<S>; 3], end: f32| {
-                let [x, y, z] = half.normal;
-                v[0].mul_add(
-                    constant(x),
-                    v[1].mul_add(constant(y), v[2].mul_add(constant(z), constant(end))),
-                )
-            };
-            let rise = not_zero(dot(&rays.direction, 0.0));
-            let bound = -dot(&rays.start, half.offset) / rise;
-            let rises = rise.simd_gt(constant(0.0));
-            first = rises.select(first.max(bound), first);
-            last = rises.select(last, last.min(bound));
-        }
-    }
-    (first, last)
 }
 
 #[inline(always)]
@@ -215,11 +152,12 @@ fn field<S: Simd>(simd: S, job: &Job, rays: &Rays<S>, t: f32x8<S>) -> f32x8<S> {
 fn add_surface<S: Simd>(
     simd: S,
     job: &Job,
+    iso: &IsoSettings,
     rays: &Rays<S>,
     mut step: Step<S>,
     scratch: &mut GatherScratch,
 ) -> bool {
-    let Rays { iso, at, .. } = *rays;
+    let at = rays.at;
     let crosses = step.crosses;
     let constant = |v: f32| f32x8::splat(simd, v);
     for _ in 0..HALVINGS {

@@ -31,6 +31,6 @@ pub(super) struct Job<'a> {
     pub(super) settings: &'a FieldSettings,
     pub(super) view: &'a TileView,
     pub(super) placed: &'a PlacedBrick<'a>,
-    /// The tile's rays in the grid; only where a surface is drawn.
-    pub(super) iso_rays: Option<&'a AnchoredRays>,
+    /// The tile's rays in the grid; only where bricks are walked along them.
+    pub(super) rays: Option<&'a AnchoredRays>,
 }

@@ -26,6 +26,8 @@ mod over;
 mod place;
 mod prepare;
 mod ray_values;
+mod rays;
+mod segments;
 mod set_transfer;
 mod settings;
 mod statistic;

@@ -111,8 +111,8 @@ fn extent(
         .max(settings.sheets.plane_from_z(view.near).ceil())
         .max(0.0);
     let end = settings.sheets.plane_from_z(far + margin).floor() + 1.0;
-    // A surface may lie between two planes.
-    let is_seen = if settings.iso.is_some() {
+    // A surface or a shell may lie between two planes.
+    let is_seen = if settings.walks_rays() {
         far + margin > view.near
     } else {
         first < end

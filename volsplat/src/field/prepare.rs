@@ -40,7 +40,6 @@ pub(super) fn iso(look: Look, options: &RenderOptions) -> Option<IsoSettings> {
         value: iso.value as f32,
         rgb,
         opacity: iso.opacity,
-        near: 0.0,
         step: 0.0,
     })
 }

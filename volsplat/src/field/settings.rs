@@ -26,6 +26,8 @@ pub(crate) struct FieldSettings {
     pub(crate) channels: Arc<[ChannelSettings]>,
     /// Where the pixels show a statistic of their rays: which.
     pub(crate) statistic: Option<Statistic>,
+    /// Segments of a ray in a cell, where the transfer function is integrated between samples.
+    pub(crate) segments: u32,
     /// Where a surface is drawn: which.
     pub(crate) iso: Option<IsoSettings>,
 }
@@ -83,6 +85,13 @@ impl FieldSettings {
 
     /// Whether samples are only classified and composited: not lit, mixed, or searched for a surface.
     pub(crate) fn is_plain(&self) -> bool {
-        self.iso.is_none() && self.rule() == Rule::Over
+        !self.walks_rays() && self.rule() == Rule::Over
+    }
+
+    /// Whether bricks are walked along rays, instead of plane by plane.
+    pub(crate) fn walks_rays(&self) -> bool {
+        let is_integrated = matches!(self.rule(), Rule::Over | Rule::Shaded)
+            && self.sheets.table.integrals().is_some();
+        self.iso.is_some() || is_integrated
     }
 }

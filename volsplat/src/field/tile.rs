@@ -9,6 +9,7 @@ use super::isosurface;
 use super::job::{Job, PlacedBrick};
 use super::mixed::Mixed;
 use super::over::Over;
+use super::segments;
 use super::settings::{FieldSettings, Rule};
 use super::statistic::{self, Gathered};
 use super::uniform_walk::add_uniform;
@@ -53,9 +54,9 @@ fn advance_while_open<'a>(
     scratch: &mut GatherScratch,
 ) -> (TileCounts, TileState) {
     let mut counts = TileCounts::default();
-    let iso_rays = settings
-        .iso
-        .map(|iso| AnchoredRays::new(iso, view, &settings.sheets.anchor));
+    let rays = settings
+        .walks_rays()
+        .then(|| AnchoredRays::new(view, &settings.sheets.anchor));
     for placed in bricks {
         let window = Window::new(placed, view);
         if !is_useful(placed, &window, scratch) {
@@ -65,7 +66,7 @@ fn advance_while_open<'a>(
             settings,
             view,
             placed,
-            iso_rays: iso_rays.as_ref(),
+            rays: rays.as_ref(),
         };
         let (touched, opaque) = add_brick_by_rule(&job, window, scratch);
         counts.composited += 1;
@@ -100,8 +101,18 @@ fn add_brick_by_rule(job: &Job, window: Window, scratch: &mut GatherScratch) -> 
         };
     }
     let settings = job.settings;
-    if let Some(rays) = job.iso_rays {
-        return dispatch!(settings.sheets.level, simd => isosurface::add_brick(simd, job, rays, window, scratch));
+    let level = settings.sheets.level;
+    match (job.rays, &settings.iso) {
+        (Some(rays), Some(iso)) => {
+            return dispatch!(level, simd => isosurface::add_brick(simd, job, iso, rays, window, scratch));
+        }
+        (Some(rays), None) if settings.rule() == Rule::Shaded => {
+            return dispatch!(level, simd => segments::add_brick::<_, true>(simd, job, rays, window, scratch));
+        }
+        (Some(rays), None) => {
+            return dispatch!(level, simd => segments::add_brick::<_, false>(simd, job, rays, window, scratch));
+        }
+        (None, _) => {}
     }
     if let Some(uniform) = job.placed.uniform {
         return dispatch!(settings.sheets.level, simd => add_uniform(simd, job, window, uniform, scratch));

@@ -8,18 +8,8 @@ use resample_core::maps::TilePlane;
 use resample_core::tile::TILE_PX;
 use resample_core::{GridView, Projection};
 
+pub(crate) use super::lanes::{HalfRow, LANES};
 use super::settings::{Anchor, BOX_MARGIN, SheetSettings};
-
-/// Lanes of a vector: half a row of a tile. A brick covers about half the lanes of a whole row, and a gather into a
-/// whole row would come back from memory in pieces that a wider load has to wait for.
-pub(crate) const LANES: usize = 8;
-
-/// A vector's place in a tile.
-#[derive(Clone, Copy)]
-pub(crate) struct HalfRow {
-    pub(crate) row: usize,
-    pub(crate) first: usize,
-}
 
 /// The camera of one tile.
 #[derive(Clone, Debug)]

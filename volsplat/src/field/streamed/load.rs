@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use crate::Error;
-use crate::bricks::cells::{CellBrick, Gradients, TABLE_LEN};
+use crate::bricks::cells::{CellBrick, Gradients, ShownCells, TABLE_LEN};
 use crate::bricks::fill::{FieldPlan, PlannedChannel, Shown};
 use crate::bricks::support::Support;
 use crate::field::streamed::index::IndexedBrick;
@@ -113,6 +113,7 @@ impl Packed {
             }
         });
         CellBrick {
+            shown: ShownCells::all(),
             bounds: brick.bounds(at),
             scalars,
             gradients: None,
