@@ -8,7 +8,6 @@
 //! pixels; its two numbers come from their mean and spread, and the bound is what the maximum over all cells of all pictures
 //! exceeds with a chance of one in fifty, twice over: it is the weaker promise of the two.
 
-use super::look::MOST_VIEWS;
 use crate::values::BoundMetric;
 
 /// Error of a window against the exact setting.
@@ -31,8 +30,13 @@ pub(super) struct ViewErrors {
     pub(super) cells: usize,
 }
 
-/// Standard errors that are added to a mean.
+/// Standard errors that are added to a mean; and by how many draws their number is doubled once more, because the spread of
+/// a few draws is itself uncertain: three for four draws, as by Student's distribution.
 const STANDARD_ERRORS: f64 = 2.0;
+const FEW_DRAWS: f64 = 2.0;
+
+/// The most pictures of a sequence that are looked at.
+pub(super) const MOST_VIEWS: usize = 8;
 
 /// How many of the steps between views are added to the worst of them, over the number of views, for the pictures between:
 /// the fewer views, the longer the way from one to the next. A guess, held to in `docs/results/planner.md`.
@@ -83,7 +87,8 @@ fn mean_square(view: &ViewErrors) -> f64 {
         .flat_map(|w| std::iter::repeat_n(w.squares / (w.chance * 3.0 * view.covered_px), w.draws))
         .collect();
     let (mean, deviation) = mean_and_deviation(&estimates);
-    mean + STANDARD_ERRORS * deviation / (estimates.len().max(1) as f64).sqrt()
+    let draws = estimates.len().max(1) as f64;
+    mean + STANDARD_ERRORS * (1.0 + FEW_DRAWS / draws) * deviation / draws.sqrt()
 }
 
 fn largest(views: &[ViewErrors], pictures: usize) -> f64 {

@@ -15,7 +15,7 @@ use super::settings::{Against, Bench, Measured, Motion};
 use crate::args::{
     BenchSceneArgs, CameraArgs, Drawing, OrderName, SceneArg, TexmapArgs, VolsplatArgs,
 };
-use crate::built_in::{self, DepthSize, Texture, Triangles};
+use crate::built_in;
 use crate::machine;
 use crate::measure;
 use crate::report::Verbosity;
@@ -185,7 +185,7 @@ pub(super) fn texture(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<Str
     let folder = tempfile::tempdir()?;
     let mesh = TexmapArgs {
         camera: camera(args, 20.0, 12.0, 0.35),
-        ..built_in::mesh(folder.path(), Texture::Fine, Triangles::Few)?
+        ..built_in::mesh(folder.path())?
     };
     let scene = Scene {
         name: "ball on a ground",
@@ -216,7 +216,7 @@ pub(super) fn warp(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String
         Setting::depth(&["fill"], |args| args.fill = Fill::Background),
     ];
     let folder = tempfile::tempdir()?;
-    let depth = built_in::depth_image(folder.path(), DepthSize::Full)?;
+    let depth = built_in::depth_image(folder.path())?;
     let scene = Scene {
         name: "ball before a wall, 320x240",
         drawing: Drawing::Warp3d(Box::new(depth)),
