@@ -90,8 +90,10 @@ pub(crate) fn time_alone(opened: &mut Opened, camera: &Camera, reps: u16) -> Res
 /// The time of `own`, whose frames alternate with those of `other`, which takes `time` alone.
 pub(crate) fn time_beside(
     own: &mut Opened,
-    (other, time): (&mut Opened, Time),
-    (camera, reps): (&Camera, u16),
+    other: &mut Opened,
+    time: Time,
+    camera: &Camera,
+    reps: u16,
 ) -> Result<TimeBeside> {
     let (mut wall, mut cpu) = (Vec::new(), Vec::new());
     for _ in 0..reps {

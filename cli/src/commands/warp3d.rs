@@ -17,7 +17,7 @@ use crate::camera_path::{self, KeyKind};
 use crate::multiview::{self, Layout};
 use crate::output;
 use crate::picture::Drawn;
-use crate::plan::{Pictures, Plan, Purpose, Request, RunLog};
+use crate::plan::{Pictures, Plan, Purpose, Request, Run, RunLog};
 use crate::report::{self, RunStats};
 use crate::values::Size;
 use crate::viewpoint::{self, Known};
@@ -104,7 +104,8 @@ impl Open {
             settings: record(
                 &args,
                 &args.render.options.options()?,
-                (&request, plan.finish.format),
+                &request,
+                plan.finish.format,
                 drawer.convergence,
             ),
             planned,
@@ -117,12 +118,9 @@ impl Open {
         } else {
             LastPicture::NotKept
         };
-        plan.draw(
-            &request,
-            &cameras,
-            stats,
-            (&mut |camera, _| drawer.draw(camera), log),
-        )?;
+        plan.draw(&request, &cameras, Run { stats, log }, &mut |camera, _| {
+            drawer.draw(camera)
+        })?;
         match drawer.last {
             LastPicture::Kept(Some(image)) => write_planes(&args, &image),
             LastPicture::Kept(None) | LastPicture::NotKept => Ok(()),
@@ -144,7 +142,7 @@ impl Ready {
             .cameras
             .size
             .map_or([1, 1], |size| [size.width, size.height]);
-        let mut keeping = keeping(args, &options, (guess, purpose))?;
+        let mut keeping = keeping(args, &options, guess, purpose)?;
         let mut scene = warp_scene::read(args, keeping)?;
         let layout = layout(args);
         let targets = targets(args, &scene)?;
@@ -170,7 +168,7 @@ impl Ready {
             .map(|camera| [camera.width, camera.height])
             .max_by_key(|&[w, h]| w * h);
         if keeping == Keeping::Memory {
-            keeping = self::keeping(args, &options, (largest.unwrap_or(guess), purpose))?;
+            keeping = self::keeping(args, &options, largest.unwrap_or(guess), purpose)?;
             if keeping != Keeping::Memory {
                 drop(scene);
                 scene = warp_scene::read(args, keeping)?;
@@ -205,7 +203,8 @@ fn has_planes(args: &Warp3dArgs) -> bool {
 fn keeping(
     args: &Warp3dArgs,
     options: &WarpOptions,
-    (target, purpose): ([u32; 2], Purpose),
+    target: [u32; 2],
+    purpose: Purpose,
 ) -> Result<Keeping> {
     match (check_memory(args, options, target), args.max_memory) {
         (Ok(()), _) | (_, None) => Ok(Keeping::Memory),

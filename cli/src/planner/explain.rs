@@ -73,7 +73,7 @@ impl Account<'_> {
     fn explained(&self) -> Result<String> {
         let mut lines = vec![self.line()?, self.pilot_line()];
         if self.chosen.is_none() {
-            lines.push(self.why_exact().into());
+            lines.push(format!("why: {}", self.found.why_exact));
         }
         for other in &self.found.tried {
             if other.setting != *self.setting {
@@ -82,18 +82,6 @@ impl Account<'_> {
         }
         lines.push(format!("again without planning: {}", self.command));
         Ok(lines.join("\n"))
-    }
-
-    fn why_exact(&self) -> &'static str {
-        match &self.found.pilot {
-            None => {
-                "why: to try settings on parts of so few or such small pictures costs more than it can save"
-            }
-            Some(pilot) if !pilot.sees_something() => {
-                "why: a coarse look shows nothing to measure on"
-            }
-            Some(_) => "why: no cheaper setting is predicted to keep the bound",
-        }
     }
 
     fn pilot_line(&self) -> String {

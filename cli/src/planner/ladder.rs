@@ -4,6 +4,7 @@
 //! typed are kept: they are left out of every rung, and of the exact setting too.
 
 use anyhow::Result;
+use texmap::Method;
 use volsplat::Subpixels;
 use warp3d::args::MethodName;
 
@@ -26,6 +27,8 @@ pub(super) struct Ladder {
     pub(super) rungs: Vec<Rung>,
     /// What is drawn where nothing is asked for.
     pub(super) default: Rung,
+    /// A cheap picture that shows what is covered and where contrast is.
+    pub(super) preview: Rung,
 }
 
 /// Share of the allowed error that early termination, which bounds its own error, may take.
@@ -59,24 +62,42 @@ const NEAREST: f64 = 0.1;
 impl Ladder {
     /// The ladder of an application beyond the typed setting; `allowed` is the error, where one was asked for.
     pub(super) fn of(typed: &Setting, allowed: Option<f64>) -> Result<Self> {
-        let (rungs, default) = match typed {
+        let (rungs, default, preview) = match typed {
             Setting::Volume(given) => {
-                let rungs = match order::order(given) {
+                let default = Setting::volume(&[], |_| ());
+                match order::order(given) {
                     // Contradicting options are refused when the volume is opened.
-                    Ok(None | Some(OrderName::Field)) | Err(_) => field(allowed),
-                    Ok(Some(_)) => samples(),
-                };
-                (rungs, Setting::volume(&[], |_| ()))
+                    Ok(None | Some(OrderName::Field)) | Err(_) => {
+                        let rungs = field(allowed);
+                        let cheapest = rungs[0].clone();
+                        (rungs, default, cheapest)
+                    }
+                    Ok(Some(_)) => (samples(), default.clone(), rung(1.0, default)),
+                }
             }
-            Setting::Mesh(_) => (mesh(), Setting::mesh(&[], |_| ())),
-            Setting::Depth(_) => (warp(), Setting::depth(&[], |_| ())),
+            Setting::Mesh(_) => (mesh(), Setting::mesh(&[], |_| ()), mesh_preview()),
+            Setting::Depth(_) => {
+                let rungs = warp();
+                let nearest = rungs[0].clone();
+                (rungs, Setting::depth(&[], |_| ()), nearest)
+            }
         };
-        Self::beyond(typed, rungs, default)
+        let mut ladder = Self {
+            rungs: Vec::new(),
+            default: rung(0.0, default),
+            preview: rung(preview.work, preview.setting.without(typed)),
+        };
+        if !typed.with(&ladder.preview.setting)?.is_legal() {
+            ladder.preview = ladder.default.clone();
+        }
+        ladder.add(rungs, typed)?;
+        Ok(ladder)
     }
 
-    fn beyond(typed: &Setting, all: Vec<Rung>, default: Setting) -> Result<Self> {
-        let (mut rungs, mut default): (Vec<Rung>, _) = (Vec::new(), rung(0.0, default));
-        let options = typed.with(&default.setting)?;
+    /// Adds the rungs beyond the typed setting.
+    fn add(&mut self, all: Vec<Rung>, typed: &Setting) -> Result<()> {
+        let options = typed.with(&self.default.setting)?;
+        let Self { rungs, default, .. } = self;
         for Rung { setting, work } in all {
             let setting = setting.without(typed);
             let whole = typed.with(&setting)?;
@@ -91,7 +112,7 @@ impl Ladder {
         if rungs.is_empty() {
             rungs.push(default.clone());
         }
-        Ok(Self { rungs, default })
+        Ok(())
     }
 
     /// The most exact setting.
@@ -149,6 +170,15 @@ fn samples() -> Vec<Rung> {
 fn mesh() -> Vec<Rung> {
     let of = |subpixels| Setting::mesh(&["subpixels"], |options| options.subpixels = subpixels);
     MESH.map(|(n, work)| rung(work, of(n))).to_vec()
+}
+
+/// The nearest texel shows contrast well enough, and is cheap even where a texture is far larger than the picture.
+fn mesh_preview() -> Rung {
+    let setting = Setting::mesh(&["method", "subpixels"], |options| {
+        options.method = Method::BackwardNearest;
+        options.subpixels = 1;
+    });
+    rung(0.05, setting)
 }
 
 fn warp() -> Vec<Rung> {

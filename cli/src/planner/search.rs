@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 
-use super::estimate::{MOST_VIEWS, predicted};
+use super::estimate::{MOST_VIEWS, predicted, seen};
 use super::ladder::{Ladder, Rung};
 use super::pilot::{Candidate, Effort, Pilot, Scene, side_px};
 use super::windows::pixels;
@@ -40,12 +40,19 @@ pub(super) enum Keeps {
 
 /// What a search found.
 pub(super) struct Found {
-    /// `None` where planning costs more than it can save.
+    /// `None` where even a preview costs more than it can save.
     pub(super) pilot: Option<Pilot>,
     pub(super) tried: Vec<Tried>,
     /// The place of the best among those that were tried; without one the exact setting is taken.
     pub(super) best: Option<usize>,
+    /// The reason for the exact setting, where that is taken.
+    pub(super) why_exact: &'static str,
 }
+
+const TOO_DEAR: &str =
+    "to try settings on parts of so few or such small pictures costs more than it can save";
+const NOTHING_SEEN: &str = "a preview shows nothing to measure on";
+const NOTHING_KEEPS: &str = "no cheaper setting is predicted to keep the bound";
 
 /// Draws of each picture at a time, and at most.
 const DRAWS: usize = 4;
@@ -53,8 +60,14 @@ const MOST_DRAWS: usize = 24;
 
 /// Part of a run that looking may take: of one under the exact setting in any case, and of one under the default setting as
 /// far as a choice can be made with that.
-const SHARE_OF_EXACT: f64 = 0.2;
+const SHARE_OF_EXACT: f64 = 0.35;
 const SHARE_OF_DEFAULT: f64 = 0.2;
+
+/// The same where the default keeps the bound but for the margin: a dearer setting would take two to four times as long.
+const UNSURE_SHARE_OF_DEFAULT: f64 = 1.0;
+
+/// A setting below the best one is no gain unless it takes less work than this part.
+const LEAST_GAIN: f64 = 0.8;
 
 /// Pictures of a sequence of which previews are drawn, for the one with the most contrast.
 const PREVIEWS: usize = 16;
@@ -62,11 +75,19 @@ const PREVIEWS: usize = 16;
 /// Pictures of a sequence that are looked at for a time.
 const TIMED_VIEWS: usize = 3;
 
-/// CPU time of windows after which no more are added for a time, ms: half of the tenth of a second that planning may take.
-const ENOUGH_MS: f64 = 50.0;
+/// CPU time of windows after which no more are added for a time, ms: a quarter of the tenth of a second that planning may take.
+const ENOUGH_MS: f64 = 25.0;
 
 /// The time of a picture grows at least by this part of the growth of its work. A guess; it saves tries.
 const LEAST_GROWTH: f64 = 0.3;
+
+/// Whether the default keeps the bound, as far as the windows tell.
+enum Verdict {
+    Keeps,
+    /// Over the bound even without a margin.
+    Fails,
+    Unsure,
+}
 
 struct Search<'a> {
     asked: Asked,
@@ -90,6 +111,7 @@ pub(super) fn found(scene: &mut Scene, ladder: &Ladder, asked: Asked) -> Result<
             pilot: None,
             tried: Vec::new(),
             best: None,
+            why_exact: TOO_DEAR,
         });
     }
     let previews = match asked {
@@ -104,27 +126,20 @@ pub(super) fn found(scene: &mut Scene, ladder: &Ladder, asked: Asked) -> Result<
         default: Candidate::new(&ladder.default),
         tried: Vec::new(),
     };
-    let best = match asked {
-        _ if !search.pilot.sees_something() => None,
-        Asked::Error(_) => {
-            if !search.looked_for_errors()? {
-                return Ok(Found {
-                    pilot: None,
-                    tried: Vec::new(),
-                    best: None,
-                });
-            }
-            search.cheapest()?
-        }
+    let (best, why_exact) = match asked {
+        _ if !search.pilot.sees_something() => (None, NOTHING_SEEN),
+        Asked::Error(_) if !search.looked_for_errors()? => (None, TOO_DEAR),
+        Asked::Error(_) => (search.cheapest()?, NOTHING_KEEPS),
         Asked::Time(time_ms) => {
             search.looked_for_times()?;
-            Some(search.most_exact(time_ms)?)
+            (Some(search.most_exact(time_ms)?), NOTHING_KEEPS)
         }
     };
     Ok(Found {
         pilot: Some(search.pilot),
         tried: search.tried,
         best,
+        why_exact,
     })
 }
 
@@ -141,11 +156,12 @@ impl Search<'_> {
     fn looked_for_errors(&mut self) -> Result<bool> {
         let mut exact = Candidate::new(self.ladder.exact());
         let pictures = self.pilot.pictures as f64;
+        let previews = self.pilot.work;
         self.pilot.add_windows(1);
         self.pilot.measure(self.scene, &mut exact)?;
-        if DRAWS as f64 * self.pilot.work
-            > SHARE_OF_EXACT * pictures * self.pilot.picture_work(&exact)
-        {
+        // The default costs no more than the exact setting.
+        let windows = 2.0 * DRAWS as f64 * (self.pilot.work - previews);
+        if previews + windows > SHARE_OF_EXACT * pictures * self.pilot.picture_work(&exact) {
             return Ok(false);
         }
         let mut draws = 1;
@@ -156,9 +172,13 @@ impl Search<'_> {
             self.pilot.measure(self.scene, &mut exact)?;
             self.pilot.measure(self.scene, &mut self.default)?;
             let default_run = pictures * self.pilot.picture_work(&self.default);
-            if self.judged(&self.default).keeps == Keeps::Yes
-                || self.pilot.work > SHARE_OF_DEFAULT * default_run
-            {
+            let share = match self.verdict() {
+                Verdict::Keeps => break,
+                Verdict::Fails => SHARE_OF_DEFAULT,
+                Verdict::Unsure => UNSURE_SHARE_OF_DEFAULT,
+            };
+            let exact_run = pictures * self.pilot.picture_work(&exact);
+            if self.pilot.work > (share * default_run).min(SHARE_OF_EXACT * exact_run) {
                 break;
             }
         }
@@ -169,10 +189,11 @@ impl Search<'_> {
 
     /// Adds windows under the default setting until there are enough to know its time.
     fn looked_for_times(&mut self) -> Result<()> {
-        for _ in (0..MOST_DRAWS).step_by(DRAWS) {
-            self.pilot.add_windows(DRAWS);
+        let previews_ms = self.pilot.cpu_ms;
+        for _ in 0..MOST_DRAWS {
+            self.pilot.add_windows(1);
             self.pilot.measure(self.scene, &mut self.default)?;
-            if self.pilot.cpu_ms > ENOUGH_MS {
+            if self.pilot.cpu_ms - previews_ms > ENOUGH_MS {
                 break;
             }
         }
@@ -184,6 +205,21 @@ impl Search<'_> {
             self.place_default(cheapest.rung.work * share);
         }
         Ok(())
+    }
+
+    /// What the windows say about the default by now.
+    fn verdict(&self) -> Verdict {
+        let Asked::Error(bound) = self.asked else {
+            return Verdict::Unsure;
+        };
+        let errors = self.pilot.errors(&self.default);
+        if predicted(bound.metric, &errors, self.pilot.pictures) <= bound.value {
+            Verdict::Keeps
+        } else if seen(bound.metric, &errors) > bound.value {
+            Verdict::Fails
+        } else {
+            Verdict::Unsure
+        }
     }
 
     fn place_default(&mut self, work: f64) {
@@ -208,9 +244,13 @@ impl Search<'_> {
             }
             return Ok(best);
         }
+        let mut work = self.default.rung.work;
         for rung in below.iter().rev() {
+            if rung.work > LEAST_GAIN * work {
+                continue;
+            }
             let Some(found) = self.note(rung)? else { break };
-            best = Some(found);
+            (best, work) = (Some(found), rung.work);
         }
         Ok(best)
     }
