@@ -11,6 +11,7 @@
 //! measures the windows by the clock, and needs no calibration. Limits: the error of a picture by its windows is an
 //! estimate with a margin, not a proof.
 
+mod candidate;
 mod estimate;
 mod explain;
 mod ladder;

@@ -7,10 +7,11 @@
 use anyhow::Result;
 use resample_core::{Camera, Image};
 
+use super::candidate::{Candidate, DrawnPart, Work};
 use super::estimate::{ViewErrors, WindowError};
 use super::ladder::{Ladder, Rung};
-use super::windows::{COVERED, Cells, Window, pixels};
-use crate::measure::{self, Rendered, total};
+use super::windows::{Cells, Window, pixels};
+use crate::measure::{self, Rendered};
 use crate::opened::{Opened, Parts};
 use crate::setting::Setting;
 
@@ -43,33 +44,6 @@ struct View {
     exact: Vec<Image>,
 }
 
-/// A setting in the windows.
-pub(super) struct Candidate {
-    pub(super) rung: Rung,
-    /// What was drawn in each window of each view.
-    parts: Vec<Vec<DrawnPart>>,
-    /// CPU time of a picture of one pixel, ms.
-    fixed_ms: f64,
-}
-
-#[derive(Clone, Copy)]
-struct DrawnPart {
-    cpu_ms: f64,
-    work: Work,
-    covered: f64,
-    squares: f64,
-    max: f64,
-}
-
-/// The work of a picture or a part of it, in any unit.
-#[derive(Clone, Copy)]
-struct Work {
-    /// In proportion to what is seen.
-    growing: f64,
-    /// The same in every part.
-    fixed: f64,
-}
-
 impl View {
     /// A sum over all cells: it grows from the windows to the picture as the covered pixels do.
     fn whole(&self, parts: &[DrawnPart], of: impl Fn(&DrawnPart) -> f64) -> f64 {
@@ -96,42 +70,6 @@ const MOST_PREVIEW_PX: u32 = 160;
 
 /// Predicted times are those of the windows and this part more: they fell short by as much on scans and models.
 const TIME_MARGIN: f64 = 1.2;
-
-/// Work of looking at a brick, in sub-pixels that a sample is added to; at a triangle and a sample of a depth image, in covered
-/// pixels of the exact setting. Work at the pixel of an edge, in other pixels. From the times of the stages.
-const WORK_OF_BRICK: f64 = 2.0;
-const WORK_OF_TRIANGLE: f64 = 0.04;
-const WORK_OF_SAMPLE: f64 = 0.13;
-const WORK_OF_EDGE_PIXEL: f64 = 20.0;
-
-impl Candidate {
-    pub(super) fn new(rung: &Rung) -> Self {
-        Self {
-            rung: rung.clone(),
-            parts: Vec::new(),
-            fixed_ms: 0.0,
-        }
-    }
-
-    fn work(&self, keys: &serde_json::Value) -> Work {
-        let count = |name: &str| total(keys, name);
-        match self.rung.setting {
-            Setting::Volume(_) => Work {
-                growing: count("pixels_touched"),
-                fixed: WORK_OF_BRICK * count("bricks"),
-            },
-            Setting::Mesh(_) => Work {
-                growing: self.rung.work * count("pixels_touched"),
-                fixed: WORK_OF_TRIANGLE * count("triangles"),
-            },
-            Setting::Depth(_) => Work {
-                growing: self.rung.work
-                    * (count("seen") + WORK_OF_EDGE_PIXEL * count("edge_pixels")),
-                fixed: WORK_OF_SAMPLE * count("samples"),
-            },
-        }
-    }
-}
 
 impl Scene {
     /// Draws with a setting beyond the typed one from now on.
@@ -275,20 +213,8 @@ impl Pilot {
                 let (seen, work) = self.drawn(scene, candidate, &camera)?;
                 let view = &mut self.views[v];
                 let exact = view.exact.get(w).unwrap_or(&seen.image);
-                let (squares, max) = errors(&seen.image, exact, self.guard_px);
-                let covered = seen
-                    .image
-                    .rgba
-                    .iter()
-                    .filter(|pixel| pixel[3] > COVERED)
-                    .count();
-                candidate.parts[v].push(DrawnPart {
-                    cpu_ms: seen.time.cpu_ms,
-                    work,
-                    covered: covered as f64,
-                    squares,
-                    max,
-                });
+                let part = DrawnPart::new(&seen, work, exact, self.guard_px);
+                candidate.parts[v].push(part);
                 if view.exact.len() == w {
                     view.exact.push(seen.image);
                 }
@@ -376,34 +302,4 @@ impl Pilot {
             .sum();
         (self.views.len(), windows.count(), seen / all.max(1.0))
     }
-}
-
-/// The sum of squares over the pixels that the exact part covers, and the largest change, both inside the rim; the squares as
-/// if the rim were like the inside.
-fn errors(image: &Image, exact: &Image, guard_px: usize) -> (f64, f64) {
-    let (mut squares, mut max, mut inside) = (0.0, 0.0_f64, 0_usize);
-    let (width, height) = (image.width, image.height);
-    // A part that is nothing but rim counts whole.
-    let guard = if width.min(height) > 2 * guard_px {
-        guard_px
-    } else {
-        0
-    };
-    for y in guard..height - guard {
-        let row = y * width + guard..(y + 1) * width - guard;
-        for (pixel, exact) in image.rgba[row.clone()].iter().zip(&exact.rgba[row]) {
-            inside += 1;
-            for k in 0..3 {
-                let change = f64::from(pixel[k]) - f64::from(exact[k]);
-                max = max.max(change.abs());
-                if exact[3] > COVERED {
-                    squares += change * change;
-                }
-            }
-        }
-    }
-    (
-        squares * (width * height) as f64 / inside.max(1) as f64,
-        max,
-    )
 }

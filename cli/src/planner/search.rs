@@ -2,9 +2,10 @@
 
 use anyhow::Result;
 
+use super::candidate::Candidate;
 use super::estimate::{MOST_VIEWS, predicted, seen};
 use super::ladder::{Ladder, Rung};
-use super::pilot::{Candidate, Effort, Pilot, Scene, side_px};
+use super::pilot::{Effort, Pilot, Scene, side_px};
 use super::windows::pixels;
 use crate::setting::Setting;
 use crate::values::Bound;
@@ -58,13 +59,11 @@ const NOTHING_KEEPS: &str = "no cheaper setting is predicted to keep the bound";
 const DRAWS: usize = 4;
 const MOST_DRAWS: usize = 24;
 
-/// Part of a run that looking may take: of one under the exact setting in any case, and of one under the default setting as
-/// far as a choice can be made with that.
+/// Part of a run under the exact setting that looking may take; and the part where the default does not keep the bound, to
+/// know better what is above it. Where only the margin is in the way, looking may take as much as a run under the default:
+/// a dearer setting would take two to four times as much.
 const SHARE_OF_EXACT: f64 = 0.35;
-const SHARE_OF_DEFAULT: f64 = 0.2;
-
-/// The same where the default keeps the bound but for the margin: a dearer setting would take two to four times as long.
-const UNSURE_SHARE_OF_DEFAULT: f64 = 1.0;
+const SHARE_WHERE_IT_FAILS: f64 = 0.08;
 
 /// A setting below the best one is no gain unless it takes less work than this part.
 const LEAST_GAIN: f64 = 0.8;
@@ -172,13 +171,13 @@ impl Search<'_> {
             self.pilot.measure(self.scene, &mut exact)?;
             self.pilot.measure(self.scene, &mut self.default)?;
             let default_run = pictures * self.pilot.picture_work(&self.default);
-            let share = match self.verdict() {
-                Verdict::Keeps => break,
-                Verdict::Fails => SHARE_OF_DEFAULT,
-                Verdict::Unsure => UNSURE_SHARE_OF_DEFAULT,
-            };
             let exact_run = pictures * self.pilot.picture_work(&exact);
-            if self.pilot.work > (share * default_run).min(SHARE_OF_EXACT * exact_run) {
+            let most = match self.verdict() {
+                Verdict::Keeps => break,
+                Verdict::Fails => SHARE_WHERE_IT_FAILS * exact_run,
+                Verdict::Unsure => default_run.min(SHARE_OF_EXACT * exact_run),
+            };
+            if self.pilot.work > most {
                 break;
             }
         }
