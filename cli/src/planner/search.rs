@@ -128,10 +128,10 @@ pub(super) fn found(scene: &mut Scene, ladder: &Ladder, asked: Asked) -> Result<
     let (best, why_exact) = match asked {
         _ if !search.pilot.sees_something() => (None, NOTHING_SEEN),
         Asked::Error(_) if !search.looked_for_errors()? => (None, TOO_DEAR),
-        Asked::Error(_) => (search.cheapest()?, NOTHING_KEEPS),
-        Asked::Time(time_ms) => {
+        Asked::Error(_) => (search.best()?, NOTHING_KEEPS),
+        Asked::Time(_) => {
             search.looked_for_times()?;
-            (Some(search.most_exact(time_ms)?), NOTHING_KEEPS)
+            (search.best()?.or(search.shortest()), NOTHING_KEEPS)
         }
     };
     Ok(Found {
@@ -227,68 +227,51 @@ impl Search<'_> {
         }
     }
 
-    /// The default if it keeps the bound, or what is below it; else the first that does above it.
-    fn cheapest(&mut self) -> Result<Option<usize>> {
-        let mut best = self.note_default();
-        let (below, above) = self.ladder.around(&self.default.rung);
-        if best.is_none() {
-            for rung in above {
-                if rung.setting == self.ladder.exact().setting {
-                    break;
-                }
-                best = self.note(rung)?;
-                if best.is_some() {
-                    break;
-                }
-            }
-            return Ok(best);
-        }
-        let mut work = self.default.rung.work;
-        for rung in below.iter().rev() {
-            if rung.work > LEAST_GAIN * work {
+    /// Goes along the ladder from the default: towards what is cheaper (for a time, more exact) while settings keep the bound,
+    /// else the other way until one does.
+    fn best(&mut self) -> Result<Option<usize>> {
+        let mut best = self.push(self.judged(&self.default));
+        let (keeps, mut last) = (best.is_some(), self.default.rung.clone());
+        let (below, above) = self.ladder.around(&last);
+        let is_error = matches!(self.asked, Asked::Error(_));
+        let rungs: Vec<&Rung> = match keeps == is_error {
+            true => below.iter().rev().collect(),
+            false => above.iter().collect(),
+        };
+        for rung in rungs {
+            if is_error && keeps && rung.work > LEAST_GAIN * last.work {
                 continue;
             }
-            let Some(found) = self.note(rung)? else { break };
-            (best, work) = (Some(found), rung.work);
+            // For an error the exact setting needs no try; for a time a step may be too large to be worth one.
+            let is_exact = is_error && rung.setting == self.ladder.exact().setting;
+            if is_exact || (keeps && self.is_too_slow(rung, &last)) {
+                break;
+            }
+            let found = self.note(rung)?;
+            best = found.or(best);
+            if found.is_some() != keeps {
+                break;
+            }
+            last = rung.clone();
         }
         Ok(best)
     }
 
-    /// The last above the default that keeps the time; or the first below it; or the one that takes the least time.
-    fn most_exact(&mut self, time_ms: f64) -> Result<usize> {
-        let mut best = self.note_default();
-        let default = self.default.rung.clone();
-        let (below, above) = self.ladder.around(&default);
-        if best.is_some() {
-            let mut last = default;
-            for rung in above {
-                let least_ms =
-                    self.tried[self.tried.len() - 1].time_ms * LEAST_GROWTH * rung.work / last.work;
-                let found = if least_ms > time_ms {
-                    None
-                } else {
-                    self.note(rung)?
-                };
-                if found.is_none() {
-                    break;
-                }
-                (best, last) = (found, rung.clone());
+    /// Whether a setting surely takes more than the time that is asked for, by the time of the last one that was tried.
+    fn is_too_slow(&self, rung: &Rung, last: &Rung) -> bool {
+        match (self.asked, self.tried.last()) {
+            (Asked::Time(most_ms), Some(tried)) => {
+                tried.time_ms * LEAST_GROWTH * rung.work / last.work > most_ms
             }
-        } else {
-            for rung in below.iter().rev() {
-                best = self.note(rung)?;
-                if best.is_some() {
-                    break;
-                }
-            }
+            _ => false,
         }
-        let shortest = || {
-            let times = self.tried.iter().enumerate();
-            times
-                .min_by(|(_, a), (_, b)| a.time_ms.total_cmp(&b.time_ms))
-                .map_or(0, |(k, _)| k)
-        };
-        Ok(best.unwrap_or_else(shortest))
+    }
+
+    /// The setting of the least time.
+    fn shortest(&self) -> Option<usize> {
+        let times = self.tried.iter().enumerate();
+        let least = times.min_by(|(_, a), (_, b)| a.time_ms.total_cmp(&b.time_ms));
+        least.map(|(place, _)| place)
     }
 
     /// Tries a rung; its place where it keeps the bound.
@@ -299,10 +282,6 @@ impl Search<'_> {
             self.pilot.measure_fixed(self.scene, &mut candidate)?;
         }
         Ok(self.push(self.judged(&candidate)))
-    }
-
-    fn note_default(&mut self) -> Option<usize> {
-        self.push(self.judged(&self.default))
     }
 
     fn push(&mut self, tried: Tried) -> Option<usize> {
