@@ -71,10 +71,10 @@ impl Renderer {
         let volume = scene.grid();
         let pipeline = match &options.order {
             Order::Field(field) => {
-                Pipeline::Field(Box::new(FieldPipeline::new(scene, (options, field))?))
+                Pipeline::Field(Box::new(FieldPipeline::new(scene, options, field)?))
             }
             Order::Samples(samples) if samples.sheets().is_some() => {
-                Pipeline::Sheets(Box::new(KernelSheets::new(scene, (options, samples))?))
+                Pipeline::Sheets(Box::new(KernelSheets::new(scene, options, samples)?))
             }
             Order::Samples(samples) => {
                 Pipeline::Samples(Box::new(EverySample::new(scene, options, samples)?))
@@ -100,7 +100,7 @@ impl Renderer {
                     .to_owned(),
             ));
         };
-        let drawn = FieldPipeline::from_file(volume, transfer, (options, field), watch)?;
+        let drawn = FieldPipeline::from_file(volume, transfer, options, field, watch)?;
         let pipeline = Pipeline::Field(Box::new(drawn));
         Ok(Self::assembled(pipeline, &volume.lattice(), options))
     }
@@ -248,7 +248,7 @@ impl Renderer {
         let layout = match &mut self.pipeline {
             Pipeline::Samples(p) => p.render(&camera, &mut self.tiles, &mut stats),
             Pipeline::Sheets(p) => p.render(&camera, &mut self.tiles, &mut stats),
-            Pipeline::Field(p) => p.render(&camera, &mut self.tiles, (&mut stats, watch))?,
+            Pipeline::Field(p) => p.render(&camera, &mut self.tiles, &mut stats, watch)?,
         };
         let mut image = picture(&self.tiles, &layout, self.options.depth, &mut stats);
         image

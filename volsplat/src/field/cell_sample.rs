@@ -43,6 +43,8 @@ impl CellBox {
 /// Where half a row of samples on a plane lies.
 #[derive(Clone, Copy)]
 pub(super) struct Located<S: Simd> {
+    /// Their place in the tile.
+    pub(super) at: HalfRow,
     /// Position in the grid relative to the anchor.
     pub(super) position: [f32x8<S>; 3],
     /// Which of them lie in the brick's box.
@@ -58,7 +60,8 @@ pub(super) struct Located<S: Simd> {
 pub(super) fn located<S: Simd>(
     simd: S,
     plane: &PlaneView,
-    (cells, open): (&CellBox, mask32x8<S>),
+    cells: &CellBox,
+    open: mask32x8<S>,
     at: HalfRow,
 ) -> Option<Located<S>> {
     let position = position(simd, plane, at);
@@ -66,7 +69,7 @@ pub(super) fn located<S: Simd>(
     if inside.all_false() {
         return None;
     }
-    Some(in_cells(simd, cells, position, inside))
+    Some(in_cells(simd, cells, at, position, inside))
 }
 
 /// Where half a row of a plane lies in the grid, relative to the anchor. It comes out the same for every brick, so that
@@ -97,6 +100,7 @@ pub(super) fn inside<S: Simd>(simd: S, cells: &CellBox, position: [f32x8<S>; 3])
 pub(super) fn in_cells<S: Simd>(
     simd: S,
     cells: &CellBox,
+    at: HalfRow,
     position: [f32x8<S>; 3],
     inside: mask32x8<S>,
 ) -> Located<S> {
@@ -113,7 +117,14 @@ pub(super) fn in_cells<S: Simd>(
         cell_of(in_brick[1]),
         cell_of(in_brick[2]),
     ];
-    at_cells(simd, (position, in_brick), cell, inside)
+    let (places, share) = at_cells(simd, in_brick, cell);
+    Located {
+        at,
+        position,
+        inside,
+        places,
+        share,
+    }
 }
 
 /// As [`in_cells`], with every position in a cell of the box: a position outside the box counts on from the nearest.
@@ -121,6 +132,7 @@ pub(super) fn in_cells<S: Simd>(
 pub(super) fn in_box_cells<S: Simd>(
     simd: S,
     cells: &CellBox,
+    at: HalfRow,
     position: [f32x8<S>; 3],
 ) -> Located<S> {
     let constant = |v: f32| f32x8::splat(simd, v);
@@ -137,21 +149,23 @@ pub(super) fn in_box_cells<S: Simd>(
             .trunc()
     };
     let cell = [cell_of(0), cell_of(1), cell_of(2)];
-    at_cells(
-        simd,
-        (position, in_brick),
-        cell,
-        constant(0.0).simd_eq(constant(0.0)),
-    )
+    let (places, share) = at_cells(simd, in_brick, cell);
+    Located {
+        at,
+        position,
+        inside: constant(0.0).simd_eq(constant(0.0)),
+        places,
+        share,
+    }
 }
 
+/// The places of cells in the tables, and the positions in them.
 #[inline(always)]
 fn at_cells<S: Simd>(
     simd: S,
-    (position, in_brick): ([f32x8<S>; 3], [f32x8<S>; 3]),
+    in_brick: [f32x8<S>; 3],
     cell: [f32x8<S>; 3],
-    inside: mask32x8<S>,
-) -> Located<S> {
+) -> ([i32; LANES], [f32x8<S>; 3]) {
     let constant = |v: f32| f32x8::splat(simd, v);
     let share: [f32x8<S>; 3] = std::array::from_fn(|axis| in_brick[axis] - cell[axis]);
     let row_stride = VERTEX_SIDE as f32;
@@ -159,13 +173,7 @@ fn at_cells<S: Simd>(
         constant(row_stride * row_stride),
         cell[1].mul_add(constant(row_stride), cell[0]),
     );
-    let places = places.to_int::<i32x8<S>>().to_array();
-    Located {
-        position,
-        inside,
-        places,
-        share,
-    }
+    (places.to_int::<i32x8<S>>().to_array(), share)
 }
 
 /// The trilinear mix of a table's values at the corners of each lane's cell.

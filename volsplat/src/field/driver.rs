@@ -5,10 +5,9 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, GridView};
 
-use super::frame::FieldFrame;
 use super::iso_rays::IsoSettings;
 use super::prepare;
-use super::settings::FieldSettings;
+use super::settings::{FieldFrame, FieldSettings};
 use super::streamed::{LargeCells, StreamedCells};
 use super::uniform::UniformChoice;
 use crate::Error;
@@ -25,7 +24,7 @@ use crate::picture::tiles::TileSlot;
 use crate::scene::{Look, Scene};
 use crate::sheets::channel::{ChannelSettings, Reading, channels};
 use crate::sheets::section::SectionTable;
-use crate::sheets::settings::{Anchor, SheetSettings};
+use crate::sheets::settings::{Anchor, SheetSettings, Slabs};
 use crate::stats::FrameStats;
 use crate::transfer::TransferFunction;
 use crate::volume::{Described, Lattice};
@@ -67,7 +66,8 @@ pub(super) enum Source {
 impl FieldPipeline {
     pub(crate) fn new(
         scene: &Scene,
-        (options, choices): (&RenderOptions, &FieldOptions),
+        options: &RenderOptions,
+        choices: &FieldOptions,
     ) -> Result<Self, Error> {
         let volume = scene.grid();
         check_dims(volume.dims)?;
@@ -79,12 +79,8 @@ impl FieldPipeline {
             .map(|(_, transfer)| support(transfer, options));
         Ok(Self {
             kept,
-            ..Self::assembled(
-                source,
-                (channels, iso),
-                &volume.lattice(),
-                (options, choices),
-            )
+            iso,
+            ..Self::assembled(source, channels, &volume.lattice(), options, choices)
         })
     }
 
@@ -92,7 +88,8 @@ impl FieldPipeline {
     pub(crate) fn from_file(
         volume: &LargeVolume,
         transfer: &TransferFunction,
-        (options, choices): (&RenderOptions, &FieldOptions),
+        options: &RenderOptions,
+        choices: &FieldOptions,
         watch: &mut Watch,
     ) -> Result<Self, Error> {
         let lattice = volume.lattice();
@@ -106,20 +103,17 @@ impl FieldPipeline {
         let kept = Some(support(transfer, options));
         Ok(Self {
             kept,
-            ..Self::assembled(
-                source,
-                (Arc::from([channel]), iso),
-                &lattice,
-                (options, choices),
-            )
+            iso,
+            ..Self::assembled(source, Arc::from([channel]), &lattice, options, choices)
         })
     }
 
     fn assembled(
         source: Source,
-        (channels, iso): (Arc<[ChannelSettings]>, Option<IsoSettings>),
+        channels: Arc<[ChannelSettings]>,
         lattice: &Lattice,
-        (options, choices): (&RenderOptions, &FieldOptions),
+        options: &RenderOptions,
+        choices: &FieldOptions,
     ) -> Self {
         let mut sheets = Self {
             world_from_index: lattice.world_from_index,
@@ -129,7 +123,7 @@ impl FieldPipeline {
             channels,
             kept: None,
             seen: None,
-            iso,
+            iso: None,
             options: options.clone(),
             choices: choices.clone(),
             smallest_spacing: lattice.smallest_spacing(),
@@ -164,7 +158,8 @@ impl FieldPipeline {
         &mut self,
         camera: &Camera,
         tiles: &mut Vec<TileSlot>,
-        (stats, watch): (&mut FrameStats, &mut Watch),
+        stats: &mut FrameStats,
+        watch: &mut Watch,
     ) -> Result<TileLayout, Error> {
         let subpixels = self.subpixels(camera);
         let (fine, subpixels) = refined(camera, subpixels);
@@ -179,14 +174,15 @@ impl FieldPipeline {
             settings: &settings,
             view: &view,
             camera: &fine,
+            clip: &self.clip,
             subpixels,
             uniform,
         };
         match &mut self.source {
             Source::Cells(field) => {
-                frame.gather((field, self.seen.as_ref()), &self.clip, tiles, stats);
+                frame.gather(field, self.seen.as_ref(), tiles, stats);
             }
-            Source::Streamed(cells) => cells.render(&frame, &self.clip, tiles, (stats, watch))?,
+            Source::Streamed(cells) => cells.render(&frame, tiles, stats, watch)?,
         }
         Ok(TileLayout {
             camera: *camera,
@@ -227,10 +223,14 @@ impl FieldPipeline {
         FieldSettings {
             sheets: SheetSettings::new(
                 &self.options,
-                (view, camera),
+                camera,
                 SectionTable::of_cube(view.camera_from_grid.matrix3),
                 &self.channels[0].table,
-                (anchor, thickness, self.smallest_spacing),
+                Slabs {
+                    anchor,
+                    thickness,
+                    smallest_spacing: self.smallest_spacing,
+                },
             ),
             brick_sections: FieldSettings::of_bricks(view.camera_from_grid.matrix3, CELL_SIDE),
             clip: self.clip.anchored(self.middle),

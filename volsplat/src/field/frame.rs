@@ -6,15 +6,12 @@
 use rayon::prelude::*;
 use resample_core::clock::{StageClock, ThreadClock};
 use resample_core::tile::{TILE_PX, TileGrid, TileLists};
-use resample_core::{Camera, GridView};
 
-use super::settings::FieldSettings;
-use super::uniform::{Uniform, UniformChoice};
-use crate::bricks::cells::{CellBrick, CellField};
+use super::settings::FieldFrame;
+use crate::bricks::cells::CellField;
 use crate::bricks::cull::ViewVolume;
 use crate::bricks::support::Support;
 use crate::bricks::visible::visible_bricks;
-use crate::clip::GridClip;
 use crate::field::gather::GatherScratch;
 use crate::field::place::placed;
 use crate::field::tile::render_tile;
@@ -22,28 +19,12 @@ use crate::picture::tiles::{TileSlot, tally};
 use crate::sheets::view::TileView;
 use crate::stats::FrameStats;
 
-/// One frame's camera, at sub-pixel resolution, and settings.
-pub(crate) struct FieldFrame<'a> {
-    pub(crate) settings: &'a FieldSettings,
-    pub(crate) view: &'a GridView,
-    pub(crate) camera: &'a Camera,
-    pub(crate) subpixels: u32,
-    /// Which bricks of one colour are crossed in one step.
-    pub(crate) uniform: Option<UniformChoice>,
-}
-
 impl FieldFrame<'_> {
-    /// The colour of a brick that is crossed in one step.
-    pub(super) fn uniform(&self, brick: &CellBrick) -> Option<Uniform> {
-        let choice = self.uniform.as_ref()?;
-        choice.of_brick(self.view, &self.settings.sheets.table, brick)
-    }
-
     /// Renders the tiles from cells. Bricks without any of the scalars that are `seen` now are passed over.
     pub(super) fn gather(
         &self,
-        (field, seen): (&CellField, Option<&Support>),
-        clip: &GridClip,
+        field: &CellField,
+        seen: Option<&Support>,
         slots: &mut Vec<TileSlot>,
         stats: &mut FrameStats,
     ) {
@@ -59,13 +40,7 @@ impl FieldFrame<'_> {
         }
 
         let clock = StageClock::start();
-        let (bricks, rects) = placed(
-            (&field.bricks, clip),
-            (&visible, |brick| self.uniform(brick)),
-            self.view,
-            self.camera,
-            self.settings,
-        );
+        let (bricks, rects) = placed(self, &field.bricks, &visible);
         stats.stages.project = clock.stop();
         stats.bricks = bricks.len() as u64;
         stats.bricks_uniform = bricks.iter().filter(|b| b.uniform.is_some()).count() as u64;
@@ -95,18 +70,18 @@ impl FieldFrame<'_> {
                 let corner_px = at.map(|tile| tile * TILE_PX);
                 let view = TileView::new(self.view, corner_px, &self.settings.sheets);
                 let front_to_back = list.iter().map(|&brick| &bricks[brick as usize]);
-                slot.counts = render_tile(self.settings, &view, corner_px, front_to_back, scratch);
+                slot.counts = render_tile(self.settings, &view, front_to_back, scratch);
                 slot.show(&scratch.pixels, self.subpixels as usize);
                 slot.composite_ms = start.elapsed_ms();
             },
         );
         tally(slots, clock.stop(), stats);
-        count_hidden(&lists, (slots, columns), stats);
+        count_hidden(&lists, slots, columns, stats);
     }
 }
 
 /// Counts the bricks that no tile looked at: each tile looked at the first of its list.
-fn count_hidden(lists: &TileLists, (slots, columns): (&[TileSlot], usize), stats: &mut FrameStats) {
+fn count_hidden(lists: &TileLists, slots: &[TileSlot], columns: usize, stats: &mut FrameStats) {
     let mut looked_at = vec![false; stats.bricks as usize];
     for (index, slot) in slots.iter().enumerate() {
         let list = lists.tile(index % columns, index / columns);

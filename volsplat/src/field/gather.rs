@@ -1,9 +1,7 @@
-//! One tile of an image-sheets frame, its sheets gathered from cells instead of summed from voxels.
+//! One tile of a frame: a walk over the samples of its bricks.
 //!
-//! The trilinear kernel reaches exactly the eight voxels of a sample's cell, so the sum that a voxel scatters into a
-//! plane can be gathered there: brick by brick, front to back, plane by plane, a row of pixels at a time. It is the
-//! same sum in another order, and it needs no list of voxels, no sorting and no ring of planes. This file walks over
-//! the samples; what becomes of them is a [`SampleRule`], compiled into the walk.
+//! Brick by brick, front to back, plane by plane, a row of pixels at a time. The walk finds the samples; a [`SampleRule`]
+//! that is compiled into it classifies and composites them.
 //! Bricks come in an order in which none hides an earlier one; a brick behind an opaque tile is never looked at.
 
 use fearless_simd::prelude::*;
@@ -30,7 +28,7 @@ pub(super) trait SampleRule {
     fn take<S: Simd>(
         simd: S,
         job: &Job,
-        on: (HalfRow, &PlaneView),
+        plane: &PlaneView,
         located: &Located<S>,
         scratch: &mut GatherScratch,
     ) -> bool;
@@ -145,7 +143,8 @@ pub(super) struct Window {
 }
 
 impl Window {
-    pub(super) fn new(placed: &PlacedBrick, corner_px: [usize; 2]) -> Self {
+    pub(super) fn new(placed: &PlacedBrick, view: &TileView) -> Self {
+        let corner_px = view.first_px();
         let inside = |pixel: u16, axis: usize| {
             usize::from(pixel)
                 .saturating_sub(corner_px[axis])
@@ -207,13 +206,13 @@ pub(super) fn add_brick<S: Simd, R: SampleRule>(
                     simd,
                     &scratch.pixels.transmittance[row][first..first + LANES],
                 );
-                // What is opaque is left alone pixel by pixel, so that the picture does not depend on which other
+                // Opaque pixels take no more samples, one by one, so that the picture does not depend on which other
                 // bricks the tile saw before.
                 let open = left.simd_ge(f32x8::splat(simd, settings.sheets.min_transmittance));
                 if open.all_false() {
                     continue;
                 }
-                let Some(mut located) = located(simd, &plane, (&cells, open), at) else {
+                let Some(mut located) = located(simd, &plane, &cells, open, at) else {
                     continue;
                 };
                 if is_cut {
@@ -222,7 +221,7 @@ pub(super) fn add_brick<S: Simd, R: SampleRule>(
                     };
                     located = kept;
                 }
-                seen |= R::take(simd, job, (at, &plane), &located, scratch);
+                seen |= R::take(simd, job, &plane, &located, scratch);
             }
         }
     }

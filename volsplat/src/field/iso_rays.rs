@@ -1,13 +1,13 @@
-//! What a surface is looked for with: its scalar, and the rays of a tile.
+//! An isosurface's settings, and the rays of a tile.
 
 use glam::DVec2;
-use resample_core::GridView;
 use resample_core::maps::TilePlane;
 use resample_core::tile::TILE_PX;
 
 use crate::sheets::settings::Anchor;
+use crate::sheets::view::TileView;
 
-/// What an isosurface is drawn with.
+/// The settings of an isosurface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct IsoSettings {
     pub(crate) value: f32,
@@ -21,18 +21,22 @@ pub(crate) struct IsoSettings {
     pub(crate) step: f32,
 }
 
-/// The rays of a tile's pixels in the grid, relative to the anchor; their parameter is camera z relative to the anchor's.
+/// The surface, and the rays of a tile's pixels in the grid, relative to the anchor; their parameter is camera z relative
+/// to the anchor's.
 #[derive(Clone, Debug)]
 pub(crate) struct AnchoredRays {
+    pub(super) iso: IsoSettings,
     pub(super) start: [TilePlane; 3],
     pub(super) direction: [TilePlane; 3],
 }
 
 impl AnchoredRays {
-    /// The rays of the tile whose first pixel has its corner at `corner_px`.
-    pub(super) fn new(view: &GridView, corner_px: DVec2, anchor: &Anchor) -> Self {
+    /// The rays of a tile.
+    pub(super) fn new(iso: IsoSettings, tile: &TileView, anchor: &Anchor) -> Self {
+        let (view, corner_px) = (tile.camera(), tile.corner);
         let zero = [[[0.0; TILE_PX]; TILE_PX]; 3];
         let mut rays = Self {
+            iso,
             start: zero,
             direction: zero,
         };

@@ -29,9 +29,12 @@ const HALVINGS: usize = 10;
 /// Components of a direction below this count as this: a ray along a face.
 const LEAST_DIRECTION: f32 = 1e-30;
 
-/// Half a row of rays.
+/// Half a row of rays through a brick.
 #[derive(Clone, Copy)]
-struct Rays<S: Simd> {
+struct Rays<'a, S: Simd> {
+    iso: &'a IsoSettings,
+    cells: &'a CellBox,
+    at: HalfRow,
     start: [f32x8<S>; 3],
     direction: [f32x8<S>; 3],
 }
@@ -39,6 +42,8 @@ struct Rays<S: Simd> {
 /// A step along rays, with the field at both ends less the surface's value.
 #[derive(Clone, Copy)]
 struct Step<S: Simd> {
+    /// Where the surface lies between both ends.
+    crosses: mask32x8<S>,
     near: f32x8<S>,
     far: f32x8<S>,
     at_near: f32x8<S>,
@@ -50,7 +55,7 @@ struct Step<S: Simd> {
 pub(super) fn add_brick<S: Simd>(
     simd: S,
     job: &Job,
-    (iso, rays): (&IsoSettings, &AnchoredRays),
+    rays: &AnchoredRays,
     window: Window,
     scratch: &mut GatherScratch,
 ) -> (usize, bool) {
@@ -63,7 +68,7 @@ pub(super) fn add_brick<S: Simd>(
                 first: half * LANES,
             };
             touched += LANES;
-            seen |= add_half_row(simd, job, (iso, rays), (&cells, at), scratch);
+            seen |= add_half_row(simd, job, &Rays::new(simd, rays, &cells, at), scratch);
         }
     }
     (
@@ -74,30 +79,36 @@ pub(super) fn add_brick<S: Simd>(
     )
 }
 
+impl<'a, S: Simd> Rays<'a, S> {
+    #[inline(always)]
+    fn new(simd: S, rays: &'a AnchoredRays, cells: &'a CellBox, at: HalfRow) -> Self {
+        let range = at.first..at.first + LANES;
+        let load = |plane: &TilePlane| f32x8::from_slice(simd, &plane[at.row][range.clone()]);
+        Self {
+            iso: &rays.iso,
+            cells,
+            at,
+            start: [
+                load(&rays.start[0]),
+                load(&rays.start[1]),
+                load(&rays.start[2]),
+            ],
+            direction: [
+                load(&rays.direction[0]),
+                load(&rays.direction[1]),
+                load(&rays.direction[2]),
+            ],
+        }
+    }
+}
+
 #[inline(always)]
-fn add_half_row<S: Simd>(
-    simd: S,
-    job: &Job,
-    (iso, rays): (&IsoSettings, &AnchoredRays),
-    (cells, at): (&CellBox, HalfRow),
-    scratch: &mut GatherScratch,
-) -> bool {
+fn add_half_row<S: Simd>(simd: S, job: &Job, rays: &Rays<S>, scratch: &mut GatherScratch) -> bool {
     let constant = |v: f32| f32x8::splat(simd, v);
+    let Rays { iso, at, .. } = *rays;
     let range = at.first..at.first + LANES;
     let load = |plane: &TilePlane| f32x8::from_slice(simd, &plane[at.row][range.clone()]);
-    let rays = Rays {
-        start: [
-            load(&rays.start[0]),
-            load(&rays.start[1]),
-            load(&rays.start[2]),
-        ],
-        direction: [
-            load(&rays.direction[0]),
-            load(&rays.direction[1]),
-            load(&rays.direction[2]),
-        ],
-    };
-    let (first, last) = inside_brick(simd, job, cells, &rays, iso.near);
+    let (first, last) = inside_brick(simd, job, rays);
     let floor = constant(job.settings.sheets.min_transmittance.max(f32::MIN_POSITIVE));
     let in_view = last.simd_gt(first);
     let mut left = in_view & load(&scratch.pixels.transmittance).simd_ge(floor);
@@ -113,8 +124,9 @@ fn add_half_row<S: Simd>(
     let length = (last - first) * constant(1.0 / steps);
     // Not a closure: one that is called twice is left as a call here, without the vector instructions.
     let value = constant(iso.value);
-    let at_near = field(simd, job, cells, &rays, first) - value;
+    let at_near = field(simd, job, rays, first) - value;
     let mut step = Step {
+        crosses: left,
         near: first,
         far: first,
         at_near,
@@ -123,10 +135,10 @@ fn add_half_row<S: Simd>(
     let mut seen = false;
     for number in 1..=steps as usize {
         step.far = length.mul_add(constant(number as f32), first);
-        step.at_far = field(simd, job, cells, &rays, step.far) - value;
-        let crosses = left & is_across(simd, step.at_near, step.at_far);
-        if !crosses.all_false() {
-            seen |= add_surface(simd, job, iso, (cells, at, &rays), (crosses, step), scratch);
+        step.at_far = field(simd, job, rays, step.far) - value;
+        step.crosses = left & is_across(simd, step.at_near, step.at_far);
+        if !step.crosses.all_false() {
+            seen |= add_surface(simd, job, rays, step, scratch);
             left &= load(&scratch.pixels.transmittance).simd_ge(floor);
             if left.all_false() {
                 return true;
@@ -146,19 +158,14 @@ fn is_across<S: Simd>(simd: S, a: f32x8<S>, b: f32x8<S>) -> mask32x8<S> {
 
 /// Where rays enter and leave what is kept of the brick's box, behind the near plane.
 #[inline(always)]
-fn inside_brick<S: Simd>(
-    simd: S,
-    job: &Job,
-    cells: &CellBox,
-    rays: &Rays<S>,
-    near: f32,
-) -> (f32x8<S>, f32x8<S>) {
+fn inside_brick<S: Simd>(simd: S, job: &Job, rays: &Rays<S>) -> (f32x8<S>, f32x8<S>) {
+    let cells = rays.cells;
     let constant = |v: f32| f32x8::splat(simd, v);
     let not_zero = |v: f32x8<S>| {
         let small = v.simd_lt(constant(LEAST_DIRECTION)) & v.simd_gt(constant(-LEAST_DIRECTION));
         small.select(constant(LEAST_DIRECTION), v)
     };
-    let (mut first, mut last) = (constant(near), constant(f32::MAX));
+    let (mut first, mut last) = (constant(rays.iso.near), constant(f32::MAX));
     for axis in 0..3 {
         let inverse = constant(1.0) / not_zero(rays.direction[axis]);
         let a = (constant(cells.low[axis] - OVERLAP) - rays.start[axis]) * inverse;
@@ -186,15 +193,15 @@ fn inside_brick<S: Simd>(
 }
 
 #[inline(always)]
-fn located<S: Simd>(simd: S, cells: &CellBox, rays: &Rays<S>, t: f32x8<S>) -> Located<S> {
+fn located<S: Simd>(simd: S, rays: &Rays<S>, t: f32x8<S>) -> Located<S> {
     let at = |axis: usize| rays.direction[axis].mul_add(t, rays.start[axis]);
-    in_box_cells(simd, cells, [at(0), at(1), at(2)])
+    in_box_cells(simd, rays.cells, rays.at, [at(0), at(1), at(2)])
 }
 
 /// The field along rays.
 #[inline(always)]
-fn field<S: Simd>(simd: S, job: &Job, cells: &CellBox, rays: &Rays<S>, t: f32x8<S>) -> f32x8<S> {
-    let located = located(simd, cells, rays, t);
+fn field<S: Simd>(simd: S, job: &Job, rays: &Rays<S>, t: f32x8<S>) -> f32x8<S> {
+    let located = located(simd, rays, t);
     interpolated(
         simd,
         &job.placed.brick.scalars,
@@ -208,15 +215,16 @@ fn field<S: Simd>(simd: S, job: &Job, cells: &CellBox, rays: &Rays<S>, t: f32x8<
 fn add_surface<S: Simd>(
     simd: S,
     job: &Job,
-    iso: &IsoSettings,
-    (cells, at, rays): (&CellBox, HalfRow, &Rays<S>),
-    (crosses, mut step): (mask32x8<S>, Step<S>),
+    rays: &Rays<S>,
+    mut step: Step<S>,
     scratch: &mut GatherScratch,
 ) -> bool {
+    let Rays { iso, at, .. } = *rays;
+    let crosses = step.crosses;
     let constant = |v: f32| f32x8::splat(simd, v);
     for _ in 0..HALVINGS {
         let middle = (step.near + step.far) * constant(0.5);
-        let value = field(simd, job, cells, rays, middle) - constant(iso.value);
+        let value = field(simd, job, rays, middle) - constant(iso.value);
         let beyond = is_across(simd, value, step.at_far);
         step.near = beyond.select(middle, step.near);
         step.at_near = beyond.select(value, step.at_near);
@@ -228,7 +236,7 @@ fn add_surface<S: Simd>(
     let hit = share.mul_add(step.far - step.near, step.near);
     let range = at.first..at.first + LANES;
     let load = |plane: &TilePlane| f32x8::from_slice(simd, &plane[at.row][range.clone()]);
-    let mut found = located(simd, cells, rays, crosses.select(hit, step.near));
+    let mut found = located(simd, rays, crosses.select(hit, step.near));
     // A crossing on a face that two bricks share is found by both of them.
     let apart = constant(4.0 * OVERLAP) * reach_per_voxel(simd, rays);
     found.inside = crosses & hit.simd_gt(load(&scratch.last_hit) + apart);
@@ -251,7 +259,7 @@ fn add_surface<S: Simd>(
         .inside
         .select(hit, load(&scratch.last_hit))
         .store_slice(&mut scratch.last_hit[at.row][range.clone()]);
-    let lit = lit(simd, job, at, (&found, weight));
+    let lit = lit(simd, job, &found, weight);
     let (body, highlight) = lit.map_or((constant(1.0), constant(0.0)), |lit| {
         (lit.body, lit.highlight)
     });

@@ -1,4 +1,4 @@
-//! What a tile draws next: a brick on the screen, and what it is drawn with.
+//! The next step of a tile: a brick on the screen, with the frame's settings and the tile's view.
 
 use super::iso_rays::AnchoredRays;
 use super::settings::FieldSettings;
@@ -25,7 +25,7 @@ pub(crate) struct PlacedBrick<'a> {
     pub(crate) cuts: u32,
 }
 
-/// A brick and what it is drawn with.
+/// A brick, with the frame's settings and the tile's view.
 #[derive(Clone, Copy)]
 pub(super) struct Job<'a> {
     pub(super) settings: &'a FieldSettings,

@@ -73,7 +73,7 @@ impl FieldPipeline {
         let (Source::Cells(field), Some(_), true) = (&self.source, &self.kept, plain) else {
             return Err(refused());
         };
-        let tracer = Tracer::new(field, &self.clip, (&view, &settings));
+        let tracer = Tracer::new(field, &self.clip, &view, &settings);
         let (width, height) = (camera.width as usize, camera.height as usize);
         let trace = |i: usize| {
             tracer.trace(DVec2::new(
@@ -139,7 +139,8 @@ impl<'a> Tracer<'a> {
     fn new(
         field: &'a CellField,
         clip: &'a GridClip,
-        (view, settings): (&'a GridView, &'a FieldSettings),
+        view: &'a GridView,
+        settings: &'a FieldSettings,
     ) -> Self {
         let place = |brick: &CellBrick| {
             brick

@@ -9,13 +9,12 @@ use fearless_simd::prelude::*;
 use resample_core::composite::{DepthRule, opacity};
 use resample_core::tile::TILE_PX;
 
-use crate::bricks::cells::ChannelCells;
 use crate::field::cell_sample::{Located, interpolated, interpolated_gradient, nearest};
 use crate::field::gather::{GatherScratch, SampleRule};
 use crate::field::job::Job;
 use crate::light::Lit;
-use crate::sheets::channel::{ChannelSettings, Reading};
-use crate::sheets::view::{HalfRow, LANES, PlaneView};
+use crate::sheets::channel::Reading;
+use crate::sheets::view::{LANES, PlaneView};
 
 /// Emission and absorption of all channels together.
 pub(super) struct Mixed;
@@ -32,7 +31,7 @@ impl SampleRule for Mixed {
     fn take<S: Simd>(
         simd: S,
         job: &Job,
-        (at, plane): (HalfRow, &PlaneView),
+        plane: &PlaneView,
         located: &Located<S>,
         scratch: &mut GatherScratch,
     ) -> bool {
@@ -41,20 +40,14 @@ impl SampleRule for Mixed {
             strengths: [0.0; LANES],
             rgb: [[0.0; 4]; LANES],
         };
-        for (number, channel) in job.settings.channels.iter().enumerate() {
-            add_channel(
-                simd,
-                job,
-                at,
-                (channel, job.placed.brick.channel(number)),
-                located,
-                &mut sums,
-            );
+        for number in 0..job.settings.channels.len() {
+            add_channel(simd, job, number, located, &mut sums);
         }
         let strength = f32x8::from_slice(simd, &sums.strengths);
         if strength.simd_gt(zero).all_false() {
             return false;
         }
+        let at = located.at;
         let range = at.first..at.first + LANES;
         let load = |plane: &[f32; TILE_PX]| f32x8::from_slice(simd, &plane[range.clone()]);
         let added = strength * load(&job.view.units_per_slab[at.row]);
@@ -84,14 +77,9 @@ impl SampleRule for Mixed {
 
 /// Adds what one channel gives.
 #[inline(always)]
-fn add_channel<S: Simd>(
-    simd: S,
-    job: &Job,
-    at: HalfRow,
-    (channel, cells): (&ChannelSettings, ChannelCells),
-    located: &Located<S>,
-    sums: &mut Sums,
-) {
+fn add_channel<S: Simd>(simd: S, job: &Job, number: usize, located: &Located<S>, sums: &mut Sums) {
+    let channel = &job.settings.channels[number];
+    let cells = job.placed.brick.channel(number);
     let zero = f32x8::splat(simd, 0.0);
     let values = match channel.reading {
         Reading::Trilinear => interpolated(simd, cells.scalars, &located.places, located.share),
@@ -120,7 +108,7 @@ fn add_channel<S: Simd>(
             strength *= ramp.factor(simd, gradient);
         }
         if let Some(shade) = job.settings.sheets.shade.as_ref() {
-            lit = shade.light(simd, gradient, job.view.rays(simd, at));
+            lit = shade.light(simd, gradient, job.view.rays(simd, located.at));
         }
     }
     let (strengths, bodies) = (strength.to_array(), (strength * lit.body).to_array());

@@ -12,7 +12,7 @@ use crate::field::cell_sample::{Located, interpolated, interpolated_gradient};
 use crate::field::gather::{GatherScratch, SampleRule};
 use crate::field::job::Job;
 use crate::light::Lit;
-use crate::sheets::view::{HalfRow, LANES, PlaneView};
+use crate::sheets::view::{LANES, PlaneView};
 
 /// Emission and absorption, with the light of the shading or without.
 pub(super) struct Over<const SHADED: bool>;
@@ -22,11 +22,11 @@ impl<const SHADED: bool> SampleRule for Over<SHADED> {
     fn take<S: Simd>(
         simd: S,
         job: &Job,
-        (at, plane): (HalfRow, &PlaneView),
+        plane: &PlaneView,
         located: &Located<S>,
         scratch: &mut GatherScratch,
     ) -> bool {
-        let settings = job.settings;
+        let (settings, at) = (job.settings, located.at);
         let scalar = interpolated(
             simd,
             &job.placed.brick.scalars,
@@ -61,7 +61,7 @@ impl<const SHADED: bool> SampleRule for Over<SHADED> {
         let sums = &mut scratch.rgb[at.row][range];
         // What is not lit has its own colour.
         let lit = if SHADED {
-            lit(simd, job, at, (located, weight))
+            lit(simd, job, located, weight)
         } else {
             None
         };
@@ -96,13 +96,13 @@ impl<const SHADED: bool> SampleRule for Over<SHADED> {
 pub(super) fn lit<S: Simd>(
     simd: S,
     job: &Job,
-    at: HalfRow,
-    (located, weight): (&Located<S>, f32x8<S>),
+    located: &Located<S>,
+    weight: f32x8<S>,
 ) -> Option<Lit<S>> {
     let (shade, gradients) = (
         job.settings.sheets.shade.as_ref()?,
         job.placed.brick.gradients.as_ref()?,
     );
     let gradient = interpolated_gradient(simd, gradients, located, weight);
-    Some(shade.light(simd, gradient, job.view.rays(simd, at)))
+    Some(shade.light(simd, gradient, job.view.rays(simd, located.at)))
 }

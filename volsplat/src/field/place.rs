@@ -7,24 +7,21 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use resample_core::tile::{TileGrid, TileRect};
-use resample_core::{Camera, GridView, Projection};
+use resample_core::{GridView, Projection};
 
 use crate::bricks::bounds::Bounds;
 use crate::bricks::cells::{CELL_SIDE, CellBrick};
-use crate::clip::{Cut, GridClip};
+use crate::clip::Cut;
 use crate::field::job::PlacedBrick;
-use crate::field::settings::FieldSettings;
-use crate::field::uniform::Uniform;
+use crate::field::settings::{FieldFrame, FieldSettings};
 
-/// The bricks numbered in `visible`, front to back, with the tiles that each covers; `uniform` says which of those that
-/// the clip leaves whole are crossed in one step.
+/// The bricks numbered in `visible`, front to back, with the tiles that each covers.
 pub(crate) fn placed<'a>(
-    (bricks, clip): (&'a [CellBrick], &GridClip),
-    (visible, uniform): (&[usize], impl Fn(&CellBrick) -> Option<Uniform> + Sync),
-    view: &GridView,
-    camera: &Camera,
-    settings: &FieldSettings,
+    frame: &FieldFrame,
+    bricks: &'a [CellBrick],
+    visible: &[usize],
 ) -> (Vec<PlacedBrick<'a>>, Vec<TileRect>) {
+    let (view, camera) = (frame.view, frame.camera);
     let grid = TileGrid {
         width: camera.width as usize,
         height: camera.height as usize,
@@ -37,13 +34,18 @@ pub(crate) fn placed<'a>(
     ordered
         .into_par_iter()
         .filter_map(|(_, i)| {
-            let Cut::By(cuts) = clip.cut(&bricks[i].bounds) else {
+            let Cut::By(cuts) = frame.clip.cut(&bricks[i].bounds) else {
                 return None;
             };
             let placed = PlacedBrick {
                 cuts,
-                uniform: if cuts == 0 { uniform(&bricks[i]) } else { None },
-                ..place(&bricks[i], view, grid, settings)?
+                // What the clip leaves whole may be crossed in one step.
+                uniform: if cuts == 0 {
+                    frame.uniform(&bricks[i])
+                } else {
+                    None
+                },
+                ..place(&bricks[i], view, grid, frame.settings)?
             };
             Some((placed, grid.rect(placed.columns, placed.rows)))
         })

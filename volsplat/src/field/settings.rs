@@ -1,12 +1,15 @@
-//! What every tile of a frame of the field shares.
+//! What every tile of a frame of the field shares, and the frame.
 
 use std::sync::Arc;
 
 use glam::DMat3;
+use resample_core::{Camera, GridView};
 
 use super::iso_rays::IsoSettings;
 use super::ray_values::Statistic;
-use crate::clip::AnchoredHalfSpace;
+use super::uniform::{Uniform, UniformChoice};
+use crate::bricks::cells::CellBrick;
+use crate::clip::{AnchoredHalfSpace, GridClip};
 use crate::sheets::channel::{ChannelSettings, Reading};
 use crate::sheets::section::SectionTable;
 use crate::sheets::settings::{BOX_MARGIN, SheetSettings};
@@ -25,6 +28,25 @@ pub(crate) struct FieldSettings {
     pub(crate) statistic: Option<Statistic>,
     /// Where a surface is drawn: which.
     pub(crate) iso: Option<IsoSettings>,
+}
+
+/// One frame's camera, at sub-pixel resolution, and settings.
+pub(crate) struct FieldFrame<'a> {
+    pub(crate) settings: &'a FieldSettings,
+    pub(crate) view: &'a GridView,
+    pub(crate) camera: &'a Camera,
+    pub(crate) clip: &'a GridClip,
+    pub(crate) subpixels: u32,
+    /// Which bricks of one colour are crossed in one step.
+    pub(crate) uniform: Option<UniformChoice>,
+}
+
+impl FieldFrame<'_> {
+    /// The colour of a brick that is crossed in one step.
+    pub(super) fn uniform(&self, brick: &CellBrick) -> Option<Uniform> {
+        let choice = self.uniform.as_ref()?;
+        choice.of_brick(self.view, &self.settings.sheets.table, brick)
+    }
 }
 
 /// What becomes of samples: the least rule that does what the settings ask for.

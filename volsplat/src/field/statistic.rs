@@ -15,7 +15,7 @@ use crate::field::cell_sample::{Located, interpolated};
 use crate::field::gather::{GatherScratch, SampleRule, Window};
 use crate::field::job::{Job, PlacedBrick};
 use crate::field::settings::FieldSettings;
-use crate::sheets::view::{HalfRow, LANES, PlaneView};
+use crate::sheets::view::{LANES, PlaneView};
 
 /// Gathers the statistic that the settings ask for.
 pub(super) struct Gathered;
@@ -25,7 +25,7 @@ impl SampleRule for Gathered {
     fn take<S: Simd>(
         simd: S,
         job: &Job,
-        (at, plane): (HalfRow, &PlaneView),
+        plane: &PlaneView,
         located: &Located<S>,
         scratch: &mut GatherScratch,
     ) -> bool {
@@ -33,6 +33,7 @@ impl SampleRule for Gathered {
         let Some(statistic) = job.settings.statistic else {
             return false;
         };
+        let at = located.at;
         let range = at.first..at.first + LANES;
         for (number, rays) in scratch.rays.iter_mut().enumerate() {
             let cells = job.placed.brick.channel(number);

@@ -14,16 +14,15 @@ use super::statistic::{self, Gathered};
 use super::uniform_walk::add_uniform;
 use crate::sheets::view::TileView;
 
-/// Renders a tile whose first pixel is `corner_px` from the bricks that touch it, in front-to-back order.
+/// Renders a tile from the bricks that touch it, in front-to-back order.
 pub(crate) fn render_tile<'a>(
     settings: &FieldSettings,
     view: &TileView,
-    corner_px: [usize; 2],
     bricks: impl Iterator<Item = &'a PlacedBrick<'a>>,
     scratch: &mut GatherScratch,
 ) -> TileCounts {
     scratch.begin(settings);
-    let (counts, _) = advance_tile(settings, view, corner_px, bricks, scratch);
+    let (counts, _) = advance_tile(settings, view, bricks, scratch);
     end_tile(settings, scratch);
     counts
 }
@@ -32,7 +31,6 @@ pub(crate) fn render_tile<'a>(
 pub(crate) fn advance_tile<'a>(
     settings: &FieldSettings,
     view: &TileView,
-    corner_px: [usize; 2],
     bricks: impl Iterator<Item = &'a PlacedBrick<'a>>,
     scratch: &mut GatherScratch,
 ) -> (TileCounts, TileState) {
@@ -42,18 +40,14 @@ pub(crate) fn advance_tile<'a>(
         let useful = |placed: &PlacedBrick, window: &Window, scratch: &GatherScratch| {
             !statistic::is_idle(wanted, placed, window, &scratch.rays)
         };
-        return advance_while_open(
-            (settings, view, corner_px),
-            bricks.into_iter(),
-            useful,
-            scratch,
-        );
+        return advance_while_open(settings, view, bricks.into_iter(), useful, scratch);
     }
-    advance_while_open((settings, view, corner_px), bricks, |_, _, _| true, scratch)
+    advance_while_open(settings, view, bricks, |_, _, _| true, scratch)
 }
 
 fn advance_while_open<'a>(
-    (settings, view, corner_px): (&FieldSettings, &TileView, [usize; 2]),
+    settings: &FieldSettings,
+    view: &TileView,
     bricks: impl Iterator<Item = &'a PlacedBrick<'a>>,
     is_useful: impl Fn(&PlacedBrick, &Window, &GatherScratch) -> bool,
     scratch: &mut GatherScratch,
@@ -61,9 +55,9 @@ fn advance_while_open<'a>(
     let mut counts = TileCounts::default();
     let iso_rays = settings
         .iso
-        .map(|_| AnchoredRays::new(view.camera(), view.corner, &settings.sheets.anchor));
+        .map(|iso| AnchoredRays::new(iso, view, &settings.sheets.anchor));
     for placed in bricks {
-        let window = Window::new(placed, corner_px);
+        let window = Window::new(placed, view);
         if !is_useful(placed, &window, scratch) {
             continue;
         }
@@ -106,11 +100,11 @@ fn add_brick_by_rule(job: &Job, window: Window, scratch: &mut GatherScratch) -> 
         };
     }
     let settings = job.settings;
-    if let (Some(iso), Some(rays)) = (&settings.iso, job.iso_rays) {
-        return dispatch!(settings.sheets.level, simd => isosurface::add_brick(simd, job, (iso, rays), window, scratch));
+    if let Some(rays) = job.iso_rays {
+        return dispatch!(settings.sheets.level, simd => isosurface::add_brick(simd, job, rays, window, scratch));
     }
     if let Some(uniform) = job.placed.uniform {
-        return dispatch!(settings.sheets.level, simd => add_uniform(simd, job, (window, uniform), scratch));
+        return dispatch!(settings.sheets.level, simd => add_uniform(simd, job, window, uniform, scratch));
     }
     match settings.rule() {
         Rule::Over => add!(Over<false>),

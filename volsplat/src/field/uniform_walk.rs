@@ -11,9 +11,9 @@ use resample_core::composite::{DepthRule, opacity};
 
 use crate::field::cell_sample::{CellBox, inside, position};
 use crate::field::gather::{GatherScratch, Window};
-use crate::field::job::{Job, PlacedBrick};
+use crate::field::job::Job;
 use crate::field::uniform::Uniform;
-use crate::sheets::view::{HalfRow, LANES, PlaneView, TileView};
+use crate::sheets::view::{HalfRow, LANES, PlaneView};
 
 /// How far f32 may move a sample, voxels: positions count from the middle of the volume, and 2048 voxels away f32
 /// counts in steps of 1.2e-4.
@@ -22,8 +22,17 @@ const POSITION_ERROR: f32 = 2e-4;
 /// Least movement per plane along an axis, voxels: below it, a ray is taken to run along the faces of that axis.
 const LEAST_STEP: f32 = 1e-20;
 
+/// The brick that a tile's rays cross.
+struct Crossed<'a> {
+    cells: &'a CellBox,
+    uniform: Uniform,
+    /// Its first plane and its last.
+    ends: [PlaneView; 2],
+}
+
 /// The planes of the rays of half a row, counted from the brick's first, that lie inside: from..to.
 struct Inside<S: Simd> {
+    at: HalfRow,
     from: f32x8<S>,
     to: f32x8<S>,
 }
@@ -33,21 +42,21 @@ struct Inside<S: Simd> {
 pub(super) fn add_uniform<S: Simd>(
     simd: S,
     job: &Job,
-    (window, uniform): (Window, Uniform),
+    window: Window,
+    uniform: Uniform,
     scratch: &mut GatherScratch,
 ) -> (usize, bool) {
-    let Job {
-        settings,
-        view,
-        placed,
-        ..
-    } = *job;
-    let cells = CellBox::new(placed.brick, &settings.sheets.anchor);
-    let [first, end] = placed.planes;
-    let ends = [
-        *scratch.plane(view, first),
-        *scratch.plane(view, (end - 1).max(first + 1)),
-    ];
+    let settings = job.settings;
+    let cells = CellBox::new(job.placed.brick, &settings.sheets.anchor);
+    let [first, end] = job.placed.planes;
+    let crossed = Crossed {
+        cells: &cells,
+        uniform,
+        ends: [
+            *scratch.plane(job.view, first),
+            *scratch.plane(job.view, (end - 1).max(first + 1)),
+        ],
+    };
     let (mut touched, mut seen) = (0, false);
     let halves = window.columns[0] / LANES..window.columns[1].div_ceil(LANES);
     for row in window.rows[0]..window.rows[1] {
@@ -56,18 +65,11 @@ pub(super) fn add_uniform<S: Simd>(
                 row,
                 first: half * LANES,
             };
-            let Some(planes) = planes_inside(simd, view, (&ends, at), (placed, &cells), scratch)
-            else {
+            let Some(inside) = planes_inside(simd, job, &crossed, at, scratch) else {
                 continue;
             };
             touched += LANES;
-            seen |= composite_step(
-                simd,
-                job,
-                (uniform, ends[0].camera_z),
-                (at, &planes),
-                scratch,
-            );
+            seen |= composite_step(simd, job, &crossed, &inside, scratch);
         }
     }
     (
@@ -82,13 +84,14 @@ pub(super) fn add_uniform<S: Simd>(
 #[inline(always)]
 fn planes_inside<S: Simd>(
     simd: S,
-    view: &TileView,
-    (ends, at): (&[PlaneView; 2], HalfRow),
-    (placed, cells): (&PlacedBrick, &CellBox),
+    job: &Job,
+    crossed: &Crossed,
+    at: HalfRow,
     scratch: &mut GatherScratch,
 ) -> Option<Inside<S>> {
     let constant = |v: f32| f32x8::splat(simd, v);
-    let [first, end] = placed.planes;
+    let Crossed { cells, ends, .. } = crossed;
+    let [first, end] = job.placed.planes;
     let per_plane = constant(1.0 / ((end - 1).max(first + 1) - first) as f32);
     let (start, last) = (position(simd, &ends[0], at), position(simd, &ends[1], at));
     let zero = constant(0.0);
@@ -116,25 +119,27 @@ fn planes_inside<S: Simd>(
     let (from, to) = if sure.all_true() {
         (misses.select(zero, from), misses.select(zero, to))
     } else {
-        counted(simd, view, at, (placed, cells), scratch)
+        counted(simd, job, cells, at, scratch)
     };
-    to.simd_gt(from).any_true().then_some(Inside { from, to })
+    to.simd_gt(from)
+        .any_true()
+        .then_some(Inside { at, from, to })
 }
 
 /// The planes inside, asked one by one.
 #[inline(never)]
 fn counted<S: Simd>(
     simd: S,
-    view: &TileView,
+    job: &Job,
+    cells: &CellBox,
     at: HalfRow,
-    (placed, cells): (&PlacedBrick, &CellBox),
     scratch: &mut GatherScratch,
 ) -> (f32x8<S>, f32x8<S>) {
-    let [first, end] = placed.planes;
+    let [first, end] = job.placed.planes;
     let constant = |v: f32| f32x8::splat(simd, v);
     let (mut from, mut to) = (constant((end - first) as f32), constant(0.0));
     for number in first..end {
-        let plane = scratch.plane(view, number);
+        let plane = scratch.plane(job.view, number);
         let within = inside(simd, cells, position(simd, plane, at));
         let here = constant((number - first) as f32);
         from = within.select(from.min(here), from);
@@ -148,23 +153,23 @@ fn counted<S: Simd>(
 fn composite_step<S: Simd>(
     simd: S,
     job: &Job,
-    (uniform, first_z): (Uniform, f32),
-    (at, inside): (HalfRow, &Inside<S>),
+    crossed: &Crossed,
+    inside: &Inside<S>,
     scratch: &mut GatherScratch,
 ) -> bool {
-    let (settings, view) = (job.settings, job.view);
+    let (settings, view, at) = (job.settings, job.view, inside.at);
     let constant = |v: f32| f32x8::splat(simd, v);
     let range = at.first..at.first + LANES;
     let units = f32x8::from_slice(simd, &view.units_per_slab[at.row][range.clone()]);
     let planes = (inside.to - inside.from).max(constant(0.0));
-    let [red, green, blue, strength] = uniform.value;
+    let [red, green, blue, strength] = crossed.uniform.value;
     let added = planes * units * constant(strength);
     if added.simd_gt(constant(0.0)).all_false() {
         return false;
     }
     let before = f32x8::from_slice(simd, &scratch.pixels.transmittance[at.row][range.clone()]);
     let least = constant(settings.sheets.min_transmittance);
-    // What is opaque is left alone, as on every plane.
+    // Opaque pixels take no more, as on every plane.
     let open = before.simd_ge(least);
     let mut weight = open.select(
         before * opacity(simd, settings.sheets.opacity, added),
@@ -175,7 +180,8 @@ fn composite_step<S: Simd>(
             simd,
             settings.sheets.min_transmittance,
             before,
-            (units * constant(strength), planes),
+            units * constant(strength),
+            planes,
         );
         weight = open.select(
             before * opacity(simd, settings.sheets.opacity, added),
@@ -187,7 +193,7 @@ fn composite_step<S: Simd>(
         let middle = (inside.from + inside.to - constant(1.0)) * constant(0.5);
         let z = middle.mul_add(
             constant(settings.sheets.thickness as f32),
-            constant(first_z),
+            constant(crossed.ends[0].camera_z),
         );
         let depth = &mut scratch.pixels.depth[at.row][range.clone()];
         weight
@@ -210,7 +216,8 @@ fn until_opaque<S: Simd>(
     simd: S,
     min_transmittance: f32,
     before: f32x8<S>,
-    (added, planes): (f32x8<S>, f32x8<S>),
+    added: f32x8<S>,
+    planes: f32x8<S>,
 ) -> f32x8<S> {
     let (before, added, planes) = (before.to_array(), added.to_array(), planes.to_array());
     let mut depths = [0.0f32; LANES];

@@ -7,6 +7,7 @@
 use std::io::{BufRead, Read};
 use std::mem::size_of;
 
+use super::component::{Interleaved, OneComponent};
 use crate::volume::{Endian, VoxelType, Voxels};
 
 /// How the scalars lie in the stream.
@@ -49,45 +50,17 @@ impl Layout {
 
 /// Reads `layout.count` binary scalars and checks that the stream ends there. Errors say what was expected and found.
 pub(super) fn binary(stream: &mut dyn Read, layout: &Layout) -> Result<Voxels, String> {
-    let voxels = match (layout.voxel_type, layout.endian) {
-        (VoxelType::U8, _) => Voxels::U8(scalars(stream, layout, u8::from_le_bytes)?),
-        (VoxelType::I8, _) => Voxels::I8(scalars(stream, layout, i8::from_le_bytes)?),
-        (VoxelType::U16, Endian::Little) => {
-            Voxels::U16(scalars(stream, layout, u16::from_le_bytes)?)
-        }
-        (VoxelType::U16, Endian::Big) => Voxels::U16(scalars(stream, layout, u16::from_be_bytes)?),
-        (VoxelType::I16, Endian::Little) => {
-            Voxels::I16(scalars(stream, layout, i16::from_le_bytes)?)
-        }
-        (VoxelType::I16, Endian::Big) => Voxels::I16(scalars(stream, layout, i16::from_be_bytes)?),
-        (VoxelType::U32, Endian::Little) => {
-            Voxels::U32(scalars(stream, layout, u32::from_le_bytes)?)
-        }
-        (VoxelType::U32, Endian::Big) => Voxels::U32(scalars(stream, layout, u32::from_be_bytes)?),
-        (VoxelType::I32, Endian::Little) => {
-            Voxels::I32(scalars(stream, layout, i32::from_le_bytes)?)
-        }
-        (VoxelType::I32, Endian::Big) => Voxels::I32(scalars(stream, layout, i32::from_be_bytes)?),
-        (VoxelType::U64, Endian::Little) => {
-            Voxels::F64(scalars(stream, layout, |b| u64::from_le_bytes(b) as f64)?)
-        }
-        (VoxelType::U64, Endian::Big) => {
-            Voxels::F64(scalars(stream, layout, |b| u64::from_be_bytes(b) as f64)?)
-        }
-        (VoxelType::I64, Endian::Little) => {
-            Voxels::F64(scalars(stream, layout, |b| i64::from_le_bytes(b) as f64)?)
-        }
-        (VoxelType::I64, Endian::Big) => {
-            Voxels::F64(scalars(stream, layout, |b| i64::from_be_bytes(b) as f64)?)
-        }
-        (VoxelType::F32, Endian::Little) => {
-            Voxels::F32(scalars(stream, layout, f32::from_le_bytes)?)
-        }
-        (VoxelType::F32, Endian::Big) => Voxels::F32(scalars(stream, layout, f32::from_be_bytes)?),
-        (VoxelType::F64, Endian::Little) => {
-            Voxels::F64(scalars(stream, layout, f64::from_le_bytes)?)
-        }
-        (VoxelType::F64, Endian::Big) => Voxels::F64(scalars(stream, layout, f64::from_be_bytes)?),
+    let voxels = match layout.voxel_type {
+        VoxelType::U8 => Voxels::U8(scalars(stream, layout, u8::from_le_bytes)?),
+        VoxelType::I8 => Voxels::I8(scalars(stream, layout, i8::from_le_bytes)?),
+        VoxelType::U16 => Voxels::U16(scalars(stream, layout, u16::from_le_bytes)?),
+        VoxelType::I16 => Voxels::I16(scalars(stream, layout, i16::from_le_bytes)?),
+        VoxelType::U32 => Voxels::U32(scalars(stream, layout, u32::from_le_bytes)?),
+        VoxelType::I32 => Voxels::I32(scalars(stream, layout, i32::from_le_bytes)?),
+        VoxelType::U64 => Voxels::F64(scalars(stream, layout, |b| u64::from_le_bytes(b) as f64)?),
+        VoxelType::I64 => Voxels::F64(scalars(stream, layout, |b| i64::from_le_bytes(b) as f64)?),
+        VoxelType::F32 => Voxels::F32(scalars(stream, layout, f32::from_le_bytes)?),
+        VoxelType::F64 => Voxels::F64(scalars(stream, layout, f64::from_le_bytes)?),
     };
     refuse_surplus(stream, layout)?;
     Ok(voxels)
@@ -111,6 +84,30 @@ pub(super) fn text(stream: &mut dyn BufRead, layout: &Layout) -> Result<Voxels, 
         VoxelType::F32 => Voxels::F32(words(stream, layout, |w| w.parse().ok())?),
         VoxelType::F64 => Voxels::F64(words(stream, layout, |w| w.parse().ok())?),
     })
+}
+
+/// Reads `layout.count` scalars out of a stream of interleaved components.
+pub(super) fn component(
+    stream: impl Read,
+    layout: &Layout,
+    interleaved: Interleaved,
+) -> Result<Voxels, String> {
+    binary(&mut OneComponent::new(stream, interleaved), layout)
+}
+
+/// The scalars of all parts, one behind the other; `None` without a part. All parts hold the same type.
+pub(super) fn joined<E>(
+    parts: impl Iterator<Item = Result<Voxels, E>>,
+) -> Result<Option<Voxels>, E> {
+    let mut all: Option<Voxels> = None;
+    for part in parts {
+        let part = part?;
+        match &mut all {
+            None => all = Some(part),
+            Some(all) => append(all, part),
+        }
+    }
+    Ok(all)
 }
 
 /// Puts the scalars of one file behind those of the files before. Both parts come from the same layout, so they hold the same type.
@@ -150,6 +147,7 @@ pub(super) fn broken(error: &std::io::Error) -> String {
     format!("the data cannot be read to its end: {error}")
 }
 
+/// Reads scalars whose bytes, least significant first, `from_bytes` takes.
 fn scalars<T, const N: usize>(
     stream: &mut dyn Read,
     layout: &Layout,
@@ -161,13 +159,11 @@ fn scalars<T, const N: usize>(
         let wanted = ((layout.count - values.len()) * N).min(PIECE_BYTES);
         let got = fill(stream, &mut piece[..wanted]).map_err(|error| broken(&error))?;
         reserve(&mut values, got / N, layout.count)?;
-        values.extend(
-            piece[..got]
-                .as_chunks::<N>()
-                .0
-                .iter()
-                .map(|&bytes| from_bytes(bytes)),
-        );
+        let scalars = piece[..got].as_chunks_mut::<N>().0;
+        if layout.endian == Endian::Big {
+            scalars.iter_mut().for_each(|bytes| bytes.reverse());
+        }
+        values.extend(scalars.iter().map(|&bytes| from_bytes(bytes)));
         if got < wanted {
             let (needed, held) = (layout.bytes()?, values.len() * N + got % N);
             return Err(format!(

@@ -3,18 +3,13 @@
 use std::fs::File;
 use std::path::Path;
 
-use glam::{DAffine3, DVec3};
-
 use crate::Error;
-use crate::volume::Voxels;
+use crate::volume::{Lattice, Voxels};
 
 /// What a format reader gives: the parts of a volume, not yet checked against each other.
 pub(crate) struct Parts {
-    pub(crate) dims: [usize; 3],
+    pub(crate) lattice: Lattice,
     pub(crate) voxels: Voxels,
-    pub(crate) world_from_index: DAffine3,
-    pub(crate) up_hint: Option<DVec3>,
-    pub(crate) space: Option<String>,
 }
 
 pub(crate) fn open(path: &Path) -> Result<File, Error> {
@@ -27,6 +22,14 @@ pub(crate) fn open(path: &Path) -> Result<File, Error> {
         return Err(cannot_read(path, std::io::ErrorKind::IsADirectory.into()));
     }
     Ok(file)
+}
+
+/// Opens a file, and gives its bytes too.
+pub(crate) fn open_sized(path: &Path) -> Result<(File, u64), Error> {
+    let file = open(path)?;
+    let metadata = file.metadata();
+    let bytes = metadata.map_err(|source| cannot_read(path, source))?.len();
+    Ok((file, bytes))
 }
 
 pub(crate) fn cannot_read(path: &Path, source: std::io::Error) -> Error {

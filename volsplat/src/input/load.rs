@@ -40,12 +40,14 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Volume, Error> {
             .replace_non_finite(value)
             .map_err(Error::Option)?;
     }
-    let lattice = replaced_lattice(parts.world_from_index, options)?;
-    let mut volume =
-        Volume::new(parts.dims, parts.voxels, lattice).map_err(|error| at(path, error))?;
-    volume.up_hint = parts.up_hint;
-    volume.space = parts.space;
-    Ok(volume)
+    let lattice = replaced_lattice(parts.lattice, options)?;
+    let volume = Volume::new(lattice.dims, parts.voxels, lattice.world_from_index)
+        .map_err(|error| at(path, error))?;
+    Ok(Volume {
+        up_hint: lattice.up_hint,
+        space: lattice.space,
+        ..volume
+    })
 }
 
 /// Integers stay integers where all of their values do.

@@ -26,7 +26,7 @@ mod tiff_stack;
 mod vti;
 mod zarr;
 
-pub(crate) use file::{Parts, cannot_read, invalid, open, unsupported_file};
+pub(crate) use file::{Parts, cannot_read, invalid, open, open_sized, unsupported_file};
 pub use format::{Format, format_of};
 pub use load::load;
 pub use options::LoadOptions;

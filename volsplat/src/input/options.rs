@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DMat3, DVec3};
 
 use super::format::{Detected, Format};
 use super::raw::RawOptions;
 use crate::Error;
-use crate::volume::NanPolicy;
+use crate::volume::{Lattice, NanPolicy};
 
 /// What a caller says about a volume file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -84,11 +84,12 @@ pub(super) fn undecided(path: &Path, detected: &Detected) -> Error {
     }
 }
 
-/// The place of a volume in the world, with what the options replace of it.
+/// A lattice with the spacing and the origin of the options.
 pub(super) fn replaced_lattice(
-    mut map: DAffine3,
+    mut lattice: Lattice,
     options: &LoadOptions,
-) -> Result<DAffine3, Error> {
+) -> Result<Lattice, Error> {
+    let map = &mut lattice.world_from_index;
     if let Some(spacing) = options.spacing {
         if !spacing
             .iter()
@@ -109,5 +110,5 @@ pub(super) fn replaced_lattice(
     if let Some(origin) = options.origin {
         map.translation = DVec3::from_array(origin);
     }
-    Ok(map)
+    Ok(lattice)
 }

@@ -8,8 +8,8 @@ use std::path::Path;
 use crate::Error;
 use crate::input::decode::Layout;
 use crate::input::stored::Located;
-use crate::input::{Parts, axes, cannot_read, decode, invalid, open};
-use crate::volume::{Endian, VoxelType, voxel_count};
+use crate::input::{Parts, axes, cannot_read, decode, invalid, open, open_sized};
+use crate::volume::{Endian, Lattice, VoxelType, voxel_count};
 
 /// How a headerless file is laid out.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,10 +46,7 @@ impl RawOptions {
 pub(super) fn locate(path: &Path, options: &RawOptions) -> Result<Located, Error> {
     let layout = layout(options)?;
     let needed = layout.bytes().map_err(Error::Option)?;
-    let held = open(path)?
-        .metadata()
-        .map_err(|source| cannot_read(path, source))?
-        .len();
+    let (_, held) = open_sized(path)?;
     if options.skip_bytes.checked_add(needed) != Some(held) {
         let ([x, y, z], skip) = (options.dims, options.skip_bytes);
         let name = options.voxel_type.name();
@@ -62,36 +59,21 @@ pub(super) fn locate(path: &Path, options: &RawOptions) -> Result<Located, Error
         ));
     }
     Ok(Located {
-        dims: options.dims,
+        lattice: Lattice::unnamed(options.dims, axes::upright(options.spacing, options.origin)),
         voxel_type: options.voxel_type,
         endian: options.endian,
         files: vec![(path.to_owned(), options.skip_bytes)],
-        world_from_index: axes::upright(options.spacing, options.origin),
-        up_hint: None,
-        space: None,
     })
 }
 
 pub(super) fn load(path: &Path, options: &RawOptions) -> Result<Parts, Error> {
-    let Located {
-        dims,
-        world_from_index,
-        up_hint,
-        space,
-        ..
-    } = locate(path, options)?;
+    let Located { lattice, .. } = locate(path, options)?;
     let mut file = open(path)?;
     std::io::Seek::seek(&mut file, std::io::SeekFrom::Start(options.skip_bytes))
         .map_err(|source| cannot_read(path, source))?;
     let voxels =
         decode::binary(&mut file, &layout(options)?).map_err(|what| invalid(path, what))?;
-    Ok(Parts {
-        dims,
-        voxels,
-        world_from_index,
-        up_hint,
-        space,
-    })
+    Ok(Parts { lattice, voxels })
 }
 
 fn layout(options: &RawOptions) -> Result<Layout, Error> {

@@ -7,7 +7,7 @@ use super::file::at;
 use super::format::{self, Detected, Format};
 use super::load::zarr_choice;
 use super::options::{LoadOptions, refuse_superfluous, replaced_lattice, undecided};
-use super::stored::{Located, Stored};
+use super::stored::Stored;
 use super::{meta_image, nifti, nrrd, raw, zarr};
 use crate::Error;
 use crate::large::{LargeVolume, VoxelSource};
@@ -32,7 +32,7 @@ impl LargeVolume {
             begun = 0.5;
             watch(begun * share);
         };
-        let opened = open_unread(path, options, (max_memory, &mut unpacking))?;
+        let opened = open_unread(path, options, max_memory, &mut unpacking)?;
         let Some(Unread { stored, lattice }) = opened else {
             return Ok(None);
         };
@@ -51,12 +51,13 @@ struct Unread {
 /// other files.
 pub fn peek(path: &Path, options: &LoadOptions) -> Result<Option<(Lattice, VoxelType)>, Error> {
     if let Some(zarr) = open_zarr(path, options)? {
+        let voxel_type = zarr.voxel_type();
         return Ok(Some((
-            zarr_lattice(path, &zarr, options)?,
-            zarr.voxel_type(),
+            checked_lattice(path, zarr.lattice, options)?,
+            voxel_type,
         )));
     }
-    let unread = open_unread(path, options, (0, &mut |_| {}))?;
+    let unread = open_unread(path, options, 0, &mut |_| {})?;
     Ok(unread.map(|unread| (unread.lattice, unread.stored.voxel_type())))
 }
 
@@ -70,14 +71,8 @@ fn open_zarr(path: &Path, options: &LoadOptions) -> Result<Option<zarr::Opened>,
     zarr::open(path, zarr_choice(options)).map(Some)
 }
 
-fn zarr_lattice(path: &Path, zarr: &zarr::Opened, options: &LoadOptions) -> Result<Lattice, Error> {
-    let world_from_index = replaced_lattice(zarr.world_from_index, options)?;
-    let lattice = Lattice {
-        dims: zarr.dims,
-        world_from_index,
-        up_hint: None,
-        space: None,
-    };
+fn checked_lattice(path: &Path, lattice: Lattice, options: &LoadOptions) -> Result<Lattice, Error> {
+    let lattice = replaced_lattice(lattice, options)?;
     lattice.check().map_err(|error| at(path, error))?;
     Ok(lattice)
 }
@@ -89,14 +84,13 @@ fn zarr_lattice(path: &Path, zarr: &zarr::Opened, options: &LoadOptions) -> Resu
 fn open_unread(
     path: &Path,
     options: &LoadOptions,
-    (max_memory, watch): (u64, &mut Watch),
+    max_memory: u64,
+    watch: &mut Watch,
 ) -> Result<Option<Unread>, Error> {
     if let Some(zarr) = open_zarr(path, options)? {
-        let lattice = zarr_lattice(path, &zarr, options)?;
-        return Ok(Some(Unread {
-            stored: zarr.unpack((max_memory, watch), options.nan)?,
-            lattice,
-        }));
+        let lattice = checked_lattice(path, zarr.lattice.clone(), options)?;
+        let stored = zarr.unpack(max_memory, watch, options.nan)?;
+        return Ok(Some(Unread { stored, lattice }));
     }
     if options.rescale.is_some() {
         // Box by box, values would have no type that suits all of them.
@@ -126,19 +120,6 @@ fn open_unread(
     let Some(stored) = Stored::open(&located, options.nan)? else {
         return Ok(None);
     };
-    let Located {
-        dims,
-        up_hint,
-        space,
-        ..
-    } = located;
-    let world_from_index = replaced_lattice(located.world_from_index, options)?;
-    let lattice = Lattice {
-        dims,
-        world_from_index,
-        up_hint,
-        space,
-    };
-    lattice.check().map_err(|error| at(path, error))?;
+    let lattice = checked_lattice(path, located.lattice, options)?;
     Ok(Some(Unread { stored, lattice }))
 }

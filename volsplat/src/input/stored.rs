@@ -8,25 +8,21 @@
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use crate::Error;
 use crate::input::decode::Layout;
 use crate::input::{cannot_read, decode, invalid, open};
 use crate::large::{Region, VoxelSource};
-use crate::volume::{Endian, NanPolicy, VoxelType, Voxels};
+use crate::volume::{Endian, Lattice, NanPolicy, VoxelType, Voxels};
 
 /// Where the plain scalars of a volume lie, as a reader of headers tells it.
 pub(super) struct Located {
-    pub(super) dims: [usize; 3],
+    pub(super) lattice: Lattice,
     pub(super) voxel_type: VoxelType,
     pub(super) endian: Endian,
     /// The files in the order of the slices, each with its first byte of data. Their sizes have been checked.
     pub(super) files: Vec<(PathBuf, u64)>,
-    pub(super) world_from_index: DAffine3,
-    pub(super) up_hint: Option<DVec3>,
-    pub(super) space: Option<String>,
 }
 
 /// The voxels of a volume, in their files.
@@ -51,7 +47,8 @@ struct Part {
 impl Stored {
     /// Opens the files. `None` where they do not hold whole slices.
     pub(super) fn open(located: &Located, nan: NanPolicy) -> Result<Option<Self>, Error> {
-        if !located.dims[2].is_multiple_of(located.files.len()) {
+        let dims = located.lattice.dims;
+        if !dims[2].is_multiple_of(located.files.len()) {
             return Ok(None);
         }
         let part = |(path, begin): &(PathBuf, u64)| {
@@ -61,43 +58,34 @@ impl Stored {
                 begin: *begin,
             })
         };
-        let parts = located
-            .files
-            .iter()
-            .map(part)
-            .collect::<Result<Vec<Part>, Error>>()?;
-        let Located {
-            dims,
-            voxel_type,
-            endian,
-            ..
-        } = *located;
+        let parts = located.files.iter().map(part);
         Ok(Some(Self {
             dims,
-            voxel_type,
-            endian,
-            parts,
+            voxel_type: located.voxel_type,
+            endian: located.endian,
+            parts: parts.collect::<Result<_, Error>>()?,
             nan,
         }))
     }
 
     /// Plain scalars from the first byte of one file on; errors call it by a name.
     pub(super) fn of_file(
-        (name, file): (&Path, File),
+        name: &Path,
+        file: File,
         dims: [usize; 3],
-        (voxel_type, endian): (VoxelType, Endian),
+        layout: &Layout,
         nan: NanPolicy,
     ) -> Self {
-        let parts = vec![Part {
-            path: name.to_owned(),
-            file,
-            begin: 0,
-        }];
+        let path = name.to_owned();
         Self {
             dims,
-            voxel_type,
-            endian,
-            parts,
+            voxel_type: layout.voxel_type,
+            endian: layout.endian,
+            parts: vec![Part {
+                path,
+                file,
+                begin: 0,
+            }],
             nan,
         }
     }

@@ -1,6 +1,6 @@
 //! Files of label tables: ITK-SNAP's label descriptions, CSV, JSON.
 //!
-//! Told by the content: a first mark of `{` is JSON; otherwise lines are read, without empty ones and without those that
+//! The content decides: a first mark of `{` is JSON; otherwise lines are read, without empty ones and without those that
 //! begin with `#`. A line with commas is CSV, one without is ITK-SNAP's: label, red, green, blue, opacity, visible, mesh,
 //! name. Colours in files are display colours (sRGB).
 //! Source: the comment at the head of the files that ITK-SNAP writes.

@@ -147,6 +147,21 @@ struct Filling {
     bricks: Vec<Brick>,
 }
 
+/// A part of a cell: its place among the parts of its size.
+#[derive(Clone, Copy)]
+struct Part {
+    /// How often the cell is halved.
+    level: usize,
+    at: [usize; 3],
+}
+
+impl Part {
+    const WHOLE: Self = Self {
+        level: 0,
+        at: [0; 3],
+    };
+}
+
 impl Sampler<'_> {
     /// The bricks of samples on each lattice that a brick of cells becomes.
     fn bricks(&self, cells: &CellBrick) -> [Vec<Brick>; LEVELS] {
@@ -158,7 +173,7 @@ impl Sampler<'_> {
                 for x in least[0]..greatest[0] {
                     let first = x + VERTEX_SIDE * (y + VERTEX_SIDE * z);
                     if let Some(means) = self.means(cells, first) {
-                        self.emit(&means, [x, y, z], (0, [0; 3]), &mut filling);
+                        self.emit(&means, [x, y, z], Part::WHOLE, &mut filling);
                     }
                 }
             }
@@ -171,9 +186,10 @@ impl Sampler<'_> {
         &self,
         means: &CellMeans,
         cell: [usize; 3],
-        (level, at): (usize, [usize; 3]),
+        part: Part,
         filling: &mut [Filling; LEVELS],
     ) {
+        let Part { level, at } = part;
         let sum = means.at(level, at);
         if !(sum[3] > 0.0) {
             return;
@@ -186,7 +202,11 @@ impl Sampler<'_> {
         };
         if level < self.finest && varies() {
             for half in halves {
-                self.emit(means, cell, (level + 1, half), filling);
+                let half = Part {
+                    level: level + 1,
+                    at: half,
+                };
+                self.emit(means, cell, half, filling);
             }
         } else {
             filling[level].push(

@@ -75,7 +75,7 @@ impl EverySample {
     ) -> Result<Self, Error> {
         let volume = scene.grid();
         let kernel = Kernel::new(choices.kernel);
-        let layers = layers(scene, (options, choices))?;
+        let layers = layers(scene, options, choices)?;
         let non_transparent = match cells_of(scene, choices) {
             Cells::Off => layers[0].samples.count,
             _ => scene.count_visible(),
@@ -148,9 +148,9 @@ impl EverySample {
             .layers
             .iter()
             .zip(&maps)
-            .map(|(layer, source)| self.project_setup(layer, source, (&fine, &maps[0].view)))
+            .map(|(layer, source)| self.project_setup(layer, source, &fine, &maps[0].view))
             .collect();
-        let batches = self.batches(&setups, (&maps, &fine), stats);
+        let batches = self.batches(&setups, &maps, &fine, stats);
         let near_setup = |&source: &MapSource| NearSetup {
             source,
             kernel: self.kernel,
@@ -176,13 +176,13 @@ impl EverySample {
             let end = first + runs.len();
             self.chunks
                 .resize_with(self.chunks.len().max(end), ProjectedChunk::default);
-            project(
-                (&mut self.chunks[first..end], first),
-                (&setups, &hiding),
-                &self.layers,
-                &runs,
-                stats,
-            );
+            let projection = Projection {
+                setups: &setups,
+                layers: &self.layers,
+                hiding: &hiding,
+                first,
+            };
+            projection.project(&mut self.chunks[first..end], &runs, stats);
             if number == 0 {
                 stage.near = nearest_first(&self.chunks[..end]);
             }
@@ -190,11 +190,7 @@ impl EverySample {
             let frontier = batches
                 .get(number + 1)
                 .map_or(f64::INFINITY, |next| next.nearest);
-            stage.advance(
-                (&self.chunks[..end], first),
-                frontier,
-                (tiles, &mut self.open),
-            );
+            stage.advance(&self.chunks[..end], first, frontier, tiles, &mut self.open);
             hiding = Hiding::new(&grid, |tile| self.open[tile].is_opaque);
             spent += clock.stop();
             first = end;
@@ -244,7 +240,8 @@ impl EverySample {
     fn batches(
         &self,
         setups: &[ProjectSetup],
-        (maps, camera): (&[MapSource], &Camera),
+        maps: &[MapSource],
+        camera: &Camera,
         stats: &mut FrameStats,
     ) -> Vec<Batch> {
         let mut placed: Vec<PlacedBrick> = Vec::new();
@@ -276,38 +273,43 @@ impl EverySample {
     }
 }
 
-/// Projects each run of bricks into its chunk, the first of which has the number `first`, and lists it by tile.
-fn project(
-    (chunks, first): (&mut [ProjectedChunk], usize),
-    (setups, hiding): (&[ProjectSetup], &Hiding),
-    layers: &[Layer],
-    runs: &[Run],
-    stats: &mut FrameStats,
-) {
-    let project = |chunk: &mut ProjectedChunk, run: &Run| {
-        chunk.clear();
-        let (layer, setup) = (&layers[run.layer], &setups[run.layer]);
-        for brick in run
-            .bricks
-            .iter()
-            .map(|&number| &layer.samples.bricks[number])
-        {
-            match layer.clip.cut(&brick.bounds) {
-                Cut::Outside => {}
-                Cut::By(0) => chunk.project(setup, hiding, brick),
-                Cut::By(_) => chunk.project(setup, hiding, &brick.kept(&layer.clip)),
+/// What runs of bricks are projected with.
+struct Projection<'a> {
+    setups: &'a [ProjectSetup],
+    layers: &'a [Layer],
+    hiding: &'a Hiding,
+    /// The number of the first chunk.
+    first: usize,
+}
+
+impl Projection<'_> {
+    /// Projects each run into its chunk, and lists it by tile.
+    fn project(&self, chunks: &mut [ProjectedChunk], runs: &[Run], stats: &mut FrameStats) {
+        let project = |chunk: &mut ProjectedChunk, run: &Run| {
+            chunk.clear();
+            let (layer, setup) = (&self.layers[run.layer], &self.setups[run.layer]);
+            let bricks = run
+                .bricks
+                .iter()
+                .map(|&number| &layer.samples.bricks[number]);
+            for brick in bricks {
+                match layer.clip.cut(&brick.bounds) {
+                    Cut::Outside => {}
+                    Cut::By(0) => chunk.project(setup, self.hiding, brick),
+                    Cut::By(_) => chunk.project(setup, self.hiding, &brick.kept(&layer.clip)),
+                }
             }
+        };
+        project_runs(chunks, runs, stats, project, |chunk, number| {
+            chunk.bins.bin(self.first + number)
+        });
+        for chunk in chunks.iter() {
+            stats.culled += chunk.culled;
+            stats.hidden += chunk.hidden;
+            stats.points += chunk.points;
+            stats.splats += chunk.splats;
+            stats.near_splats += chunk.near.len() as u64;
         }
-    };
-    project_runs(chunks, runs, stats, project, |chunk, number| {
-        chunk.bins.bin(first + number)
-    });
-    for chunk in chunks.iter() {
-        stats.culled += chunk.culled;
-        stats.hidden += chunk.hidden;
-        stats.points += chunk.points;
-        stats.splats += chunk.splats;
-        stats.near_splats += chunk.near.len() as u64;
     }
 }
 

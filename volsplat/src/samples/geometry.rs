@@ -1,12 +1,13 @@
 //! Block geometry: where a block of samples falls on the screen and what footprint each has there, in f32.
 //!
-//! The formulas are those of `resample_core::footprint` and `resample_core::view`, written as plain loops over arrays
-//! so that they become vector code; the f64 versions there are the twin that tests hold these to. Positions come in
-//! relative to the eye.
+//! `resample_core::footprint` and `resample_core::view` have the formulas in f64; here they are loops over arrays, which
+//! become vector code. Positions are relative to the eye.
 
 use glam::{DVec3, Vec3};
 use resample_core::point::PIXEL_SIGMA_PX;
 use resample_core::{FootprintMode, GridView, Kernel, Projection, SelectMode};
+
+use crate::options::SampleOptions;
 
 #[cfg(test)]
 mod tests;
@@ -22,9 +23,7 @@ type Lanes = [f32; BLOCK];
 pub(crate) struct Block {
     /// Place in the brick (input).
     pub(crate) x: Lanes,
-    /// Place in the brick (input).
     pub(crate) y: Lanes,
-    /// Place in the brick (input).
     pub(crate) z: Lanes,
     /// Camera z, world units.
     pub(crate) camera_z: Lanes,
@@ -32,7 +31,6 @@ pub(crate) struct Block {
     pub(crate) depth: Lanes,
     /// Projection of the centre, px.
     pub(crate) screen_x: Lanes,
-    /// Projection of the centre, px.
     pub(crate) screen_y: Lanes,
     /// Square of the larger half axis of the projected unit ball of the grid, px^2: the spacing on the screen.
     pub(crate) spacing2_px2: Lanes,
@@ -132,14 +130,15 @@ impl Default for Block {
 }
 
 impl Lens {
-    /// The lens of one frame for a layer whose spacing is the first's, halved `halvings` times; `unit` is the world
-    /// length that strengths are per.
+    /// The lens of a layer whose spacing is the first's, halved `halvings` times; strengths are per `unit` (world).
     pub(crate) fn new(
-        (view, halvings): (&GridView, u32),
+        view: &GridView,
+        halvings: u32,
         kernel: &Kernel,
-        (mode, select): (FootprintMode, SelectMode),
+        choices: &SampleOptions,
         unit: f64,
     ) -> Self {
+        let (mode, select) = (choices.footprint, choices.select);
         let side = 0.5f32.powi(halvings as i32);
         // The exact form is in square units of the layer; the others are 1 on the outline.
         let is_exact = mode == FootprintMode::Exact && select != SelectMode::Ewa;

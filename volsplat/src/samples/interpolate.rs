@@ -67,7 +67,7 @@ pub(crate) fn coefficients(scalars: &[f32], dims: [usize; 3], kernel: &Kernel) -
     let mut left = vec![0.0f32; values.len()];
     let mut length = 1.0 / middle;
     for number in 0..STEPS {
-        let residual = residuals(&stencil, (scalars, dims), &values, &mut left);
+        let residual = residuals(&stencil, scalars, dims, &values, &mut left);
         if residual <= enough {
             return Coefficients { values, residual };
         }
@@ -88,14 +88,15 @@ pub(crate) fn coefficients(scalars: &[f32], dims: [usize; 3], kernel: &Kernel) -
                 *value += length * *step;
             });
     }
-    let residual = residuals(&stencil, (scalars, dims), &values, &mut left);
+    let residual = residuals(&stencil, scalars, dims, &values, &mut left);
     Coefficients { values, residual }
 }
 
 /// The scalars less the kernels' sum of `values`, and the largest of them.
 fn residuals(
     stencil: &Stencil,
-    (scalars, dims): (&[f32], [usize; 3]),
+    scalars: &[f32],
+    dims: [usize; 3],
     values: &[f32],
     left: &mut [f32],
 ) -> f32 {
@@ -106,7 +107,7 @@ fn residuals(
         |sums: &mut [Vec<f32>; 3], (z, slice)| {
             let mut worst = 0.0f32;
             for (y, out) in slice.chunks_mut(nx).enumerate() {
-                add_rows(sums, row, (y, z), dims);
+                add_rows(sums, row, y, z, dims);
                 let scalars = &scalars[nx * (y + ny * z)..nx * (y + ny * z) + nx];
                 worst = worst.max(subtract(stencil, sums, scalars, out));
             }
@@ -120,7 +121,8 @@ fn residuals(
 fn add_rows<'a>(
     sums: &mut [Vec<f32>; 3],
     row: impl Fn(usize, usize) -> &'a [f32],
-    (y, z): (usize, usize),
+    y: usize,
+    z: usize,
     [nx, ny, nz]: [usize; 3],
 ) {
     let ys = [y.saturating_sub(1), y, (y + 1).min(ny - 1)];

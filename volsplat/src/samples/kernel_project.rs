@@ -8,7 +8,9 @@ use resample_core::sort::{EXACT_KEYS, entry_key, sort_by_depth};
 use resample_core::tile::{ChunkBins, TILE_PX, TileGrid};
 use resample_core::{Camera, GridView, Projection, SelectMode};
 
-use super::kernel_tile::{KernelSample, KernelScratch, KernelSettings, TileRays, render_tile};
+use super::kernel_tile::{
+    KernelSample, KernelScratch, KernelSettings, Tile, TileRays, render_tile,
+};
 use super::sample::Brick;
 use super::sample_light::SampleLight;
 use crate::bricks::bounds::place;
@@ -83,10 +85,13 @@ impl<'a> KernelProjection<'a> {
             mass_scale: (view.cell_volume() * area / settings.unit_in_world) as f32,
             classify: kernel.classify,
             light: match kernel.classify {
-                Classify::Pre => {
-                    let how = (settings.shade, settings.gradient_ramp);
-                    SampleLight::new(how, frame.camera, view, settings.level)
-                }
+                Classify::Pre => SampleLight::new(
+                    settings.shade,
+                    settings.gradient_ramp,
+                    frame.camera,
+                    view,
+                    settings.level,
+                ),
                 Classify::Post => None,
             },
             clip: &kernel.clip,
@@ -260,7 +265,8 @@ impl SheetFrame<'_> {
                     kernel,
                     at.map(|tile| tile * TILE_PX),
                     &voxels,
-                    (slot, scratch),
+                    slot,
+                    scratch,
                 );
             },
         );
@@ -272,7 +278,8 @@ impl SheetFrame<'_> {
         kernel: &KernelSettings,
         corner_px: [usize; 2],
         voxels: &[&[KernelSample]],
-        (slot, scratch): (&mut TileSlot, &mut KernelScratch),
+        slot: &mut TileSlot,
+        scratch: &mut KernelScratch,
     ) {
         if slot.entries.is_empty() {
             return;
@@ -284,8 +291,13 @@ impl SheetFrame<'_> {
         let start = ThreadClock::start();
         let view = TileView::new(self.view, corner_px, self.settings);
         let rays = TileRays::new(self.view, corner_px, self.settings, &kernel.clip);
-        let frame = (self.settings, kernel);
-        slot.counts = render_tile(frame, (&view, &rays), &slot.entries, voxels, scratch);
+        let tile = Tile {
+            settings: self.settings,
+            kernel,
+            view: &view,
+            rays: &rays,
+        };
+        slot.counts = render_tile(tile, &slot.entries, voxels, scratch);
         slot.show(&scratch.pixels, self.subpixels as usize);
         slot.composite_ms = start.elapsed_ms();
     }

@@ -33,7 +33,7 @@ use crate::picture::subpixels::{automatic, refined};
 use crate::picture::tiles::TileSlot;
 use crate::scene::Scene;
 use crate::sheets::section::SectionTable;
-use crate::sheets::settings::{Anchor, SheetSettings};
+use crate::sheets::settings::{Anchor, SheetSettings, Slabs};
 use crate::sheets::table::TransferTable;
 use crate::stats::FrameStats;
 use crate::volume::grid::Grid;
@@ -64,7 +64,8 @@ impl KernelSheets {
     /// [`Error::Option`] where the scene holds more than one channel of scalars, or cells are to be split.
     pub(crate) fn new(
         scene: &Scene,
-        (options, choices): (&RenderOptions, &SampleOptions),
+        options: &RenderOptions,
+        choices: &SampleOptions,
     ) -> Result<Self, Error> {
         check_dims(scene.grid().dims)?;
         let (volume, transfer) = scene.single().ok_or_else(|| {
@@ -181,10 +182,14 @@ impl KernelSheets {
         let middle = DVec3::from(self.lattice.dims.map(|n| (n / 2) as f64));
         SheetSettings::new(
             &self.options,
-            (view, camera),
+            camera,
             SectionTable::of_ball(view.camera_from_grid.matrix3, radius, thickness),
             &self.table,
-            (Anchor::new(middle, view), thickness, smallest_spacing),
+            Slabs {
+                anchor: Anchor::new(middle, view),
+                thickness,
+                smallest_spacing,
+            },
         )
     }
 

@@ -39,7 +39,8 @@ pub(crate) fn cells_of(scene: &Scene, samples: &SampleOptions) -> Cells {
 /// have no gradient, or a label map has too many labels.
 pub(crate) fn layers(
     scene: &Scene,
-    (options, samples): (&RenderOptions, &SampleOptions),
+    options: &RenderOptions,
+    samples: &SampleOptions,
 ) -> Result<Vec<Layer>, Error> {
     let mut lattices = match cells_of(scene, samples) {
         Cells::Split { error } => cell_samples(scene, options, Parts::Split { error })?,
@@ -52,7 +53,7 @@ pub(crate) fn layers(
             .iter_mut()
             .for_each(|samples| samples.set_gradients_of(volume));
     }
-    let layer = |(halvings, samples): (u32, Samples)| {
+    let layer = |(halvings, samples): (_, Samples)| {
         let clip = samples.clip(&options.clip);
         Layer {
             samples,

@@ -23,7 +23,7 @@ use crate::samples::near::NearSample;
 use crate::samples::sample::Brick;
 use crate::samples::sample_light::SampleLight;
 
-/// What every sample of a frame is projected with.
+/// Settings that all samples of a frame share.
 #[derive(Clone, Debug)]
 pub(crate) struct ProjectSetup {
     /// Camera, kernel and modes, as the block geometry wants them.
@@ -149,45 +149,40 @@ impl ProjectedChunk {
             let corner = setup.lens.at_corner(corner);
             dispatch!(setup.level, simd => block_geometry(simd, setup, corner, &mut self.block));
             for (i, value) in values.iter().enumerate() {
-                self.emit((setup, hiding), brick, i, (places[i], value));
+                let sample = BlockSample {
+                    i,
+                    packed: places[i],
+                    value,
+                };
+                self.emit(setup, hiding, brick, &sample);
             }
         }
     }
 
     /// Turns sample `i` of the block into a point, a splat, a near sample, or nothing.
     #[inline(always)]
-    fn emit(
-        &mut self,
-        (setup, hiding): (&ProjectSetup, &Hiding),
-        brick: &Brick,
-        i: usize,
-        (packed, value): (u16, &[f32; 4]),
-    ) {
-        let lens = &setup.lens;
+    fn emit(&mut self, setup: &ProjectSetup, hiding: &Hiding, brick: &Brick, sample: &BlockSample) {
+        let (lens, i) = (&setup.lens, sample.i);
         let camera_z = self.block.camera_z[i];
         if !(camera_z - lens.depth_reach > lens.near) {
-            return self.emit_near(setup, brick, packed, (camera_z, self.block.depth[i], value));
+            return self.emit_near(setup, brick, sample);
         }
         let is_point = match setup.select {
             SelectMode::Hybrid => self.block.spacing2_px2[i] < setup.threshold2_px2,
             SelectMode::Points => true,
             SelectMode::Splats | SelectMode::Ewa => false,
         };
-        let key = setup.keys.of(self.block.depth[i], brick, packed);
+        let key = setup.keys.of(self.block.depth[i], brick, sample.packed);
         if is_point {
-            self.emit_point((setup, hiding), i, (key, value));
+            self.emit_point(setup, hiding, key, sample);
         } else {
-            self.emit_splat((setup, hiding), i, (key, value));
+            self.emit_splat(setup, hiding, key, sample);
         }
     }
 
-    fn emit_near(
-        &mut self,
-        setup: &ProjectSetup,
-        brick: &Brick,
-        packed: u16,
-        (camera_z, depth, value): (f32, f32, &[f32; 4]),
-    ) {
+    fn emit_near(&mut self, setup: &ProjectSetup, brick: &Brick, sample: &BlockSample) {
+        let &BlockSample { i, packed, value } = sample;
+        let (camera_z, depth) = (self.block.camera_z[i], self.block.depth[i]);
         let corner = DVec3::from(brick.bounds.corner.map(f64::from));
         let pos_in_grid = corner + DVec3::from(place(packed).map(f64::from));
         // The negation keeps what is not a number out of the picture.
@@ -209,10 +204,12 @@ impl ProjectedChunk {
     #[inline(always)]
     fn emit_point(
         &mut self,
-        (setup, hiding): (&ProjectSetup, &Hiding),
-        i: usize,
-        (key, value): (u32, &[f32; 4]),
+        setup: &ProjectSetup,
+        hiding: &Hiding,
+        key: u32,
+        sample: &BlockSample,
     ) {
+        let &BlockSample { i, value, .. } = sample;
         let (x, y) = (self.block.screen_x[i], self.block.screen_y[i]);
         let columns = pixels(x, POINT_REACH_PX, setup.grid.width);
         let rows = pixels(y, POINT_REACH_PX, setup.grid.height);
@@ -241,10 +238,12 @@ impl ProjectedChunk {
     #[inline(always)]
     fn emit_splat(
         &mut self,
-        (setup, hiding): (&ProjectSetup, &Hiding),
-        i: usize,
-        (key, value): (u32, &[f32; 4]),
+        setup: &ProjectSetup,
+        hiding: &Hiding,
+        key: u32,
+        sample: &BlockSample,
     ) {
+        let &BlockSample { i, value, .. } = sample;
         let block = &self.block;
         let columns = pixels(block.middle_x[i], block.half_width[i], setup.grid.width);
         let rows = pixels(block.middle_y[i], block.half_height[i], setup.grid.height);
@@ -278,6 +277,15 @@ impl ProjectedChunk {
             self.bins.push(splat, key, rect);
         }
     }
+}
+
+/// One sample of a block.
+struct BlockSample<'a> {
+    /// Its place in the block.
+    i: usize,
+    /// Its place in the brick.
+    packed: u16,
+    value: &'a [f32; 4],
 }
 
 /// Whether the box of a footprint misses the picture altogether (a small one inside may still miss every centre).

@@ -162,7 +162,8 @@ pub(crate) struct SampleLight {
 impl SampleLight {
     /// `None` where nothing is lit and no extinction follows the gradient. `view` is that of the samples' lattice.
     pub(crate) fn new(
-        (shade, ramp): (Option<ShadeSettings>, Option<GradientRamp>),
+        shade: Option<ShadeSettings>,
+        ramp: Option<GradientRamp>,
         camera: &Camera,
         view: &GridView,
         level: Vectors,

@@ -1,4 +1,4 @@
-//! What a frame of samples is projected and composited with: from the options, the camera and a layer.
+//! A frame's settings for projection and compositing: from the options, the camera and a layer.
 
 use super::every_sample::EverySample;
 use crate::bricks::cull::ViewVolume;
@@ -47,15 +47,16 @@ impl EverySample {
         &self,
         layer: &Layer,
         maps: &MapSource,
-        (camera, first): (&Camera, &GridView),
+        camera: &Camera,
+        first: &GridView,
     ) -> ProjectSetup {
         let threshold = self.choices.point_threshold_px;
-        let modes = (self.choices.footprint, self.choices.select);
         ProjectSetup {
             lens: Lens::new(
-                (&maps.view, layer.halvings),
+                &maps.view,
+                layer.halvings,
                 &self.kernel,
-                modes,
+                &self.choices,
                 self.unit_in_world,
             ),
             view_volume: ViewVolume::new(camera, &maps.view, self.kernel.radius()),
@@ -66,7 +67,8 @@ impl EverySample {
             select: self.choices.select,
             threshold2_px2: threshold * threshold,
             light: SampleLight::new(
-                self.light(camera),
+                ShadeSettings::new(&self.options, camera),
+                self.options.gradient_opacity.map(GradientRamp::new),
                 camera,
                 &maps.view,
                 self.options.simd.resolve(),
@@ -81,14 +83,6 @@ impl EverySample {
             },
             layer: layer.halvings as u8,
         }
-    }
-
-    /// How samples are lit, and how their extinction follows the gradient.
-    pub(super) fn light(&self, camera: &Camera) -> (Option<ShadeSettings>, Option<GradientRamp>) {
-        (
-            ShadeSettings::new(&self.options, camera),
-            self.options.gradient_opacity.map(GradientRamp::new),
-        )
     }
 
     pub(super) fn tile_settings(&self, maps: &MapSource) -> TileSettings {

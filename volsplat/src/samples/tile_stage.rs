@@ -85,9 +85,11 @@ impl TileStage<'_> {
     /// come (`frontier` is infinite).
     pub(crate) fn advance(
         &self,
-        (chunks, first): (&[ProjectedChunk], usize),
+        chunks: &[ProjectedChunk],
+        first: usize,
         frontier: f64,
-        (slots, open): (&mut [TileSlot], &mut [OpenTile]),
+        slots: &mut [TileSlot],
+        open: &mut [OpenTile],
     ) {
         let columns = self.grid.columns();
         let primitives: Vec<&[Primitive]> = chunks
@@ -116,7 +118,11 @@ impl TileStage<'_> {
                 slot.sort_ms += start.elapsed_ms();
                 let start = ThreadClock::start();
                 let corner_px = at.map(|tile| tile * TILE_PX);
-                self.composite((corner_px, is_begun), &primitives, (slot, open), scratch);
+                if !is_begun {
+                    let kept = open.pixels.get_or_insert_default();
+                    composite_near(self.near_setups, &self.near, corner_px, kept);
+                }
+                self.composite(corner_px, &primitives, slot, open, scratch);
                 slot.composite_ms += start.elapsed_ms();
             }
             if (open.is_opaque || frontier == f64::INFINITY)
@@ -149,19 +155,17 @@ impl TileStage<'_> {
 
     fn composite(
         &self,
-        (corner_px, is_begun): ([usize; 2], bool),
+        corner_px: [usize; 2],
         primitives: &[&[Primitive]],
-        (slot, open): (&mut TileSlot, &mut OpenTile),
+        slot: &mut TileSlot,
+        open: &mut OpenTile,
         scratch: &mut Scratch,
     ) {
         let Scratch { work, ready, .. } = scratch;
-        if ready.is_empty() && is_begun {
+        if ready.is_empty() && open.pixels.is_none() {
             return;
         }
         let kept = open.pixels.get_or_insert_default();
-        if !is_begun {
-            composite_near(self.near_setups, &self.near, corner_px, kept);
-        }
         if !ready.is_empty() {
             std::mem::swap(&mut work.pixels, kept);
             TileMaps::fill(&mut work.maps, self.settings.level, &self.maps, corner_px);

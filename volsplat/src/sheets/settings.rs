@@ -27,6 +27,16 @@ pub(crate) struct Anchor {
     pub(crate) camera_z: f64,
 }
 
+/// The slabs of a frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Slabs {
+    pub(crate) anchor: Anchor,
+    /// Along camera z, world units.
+    pub(crate) thickness: f64,
+    /// The opacity unit if the options have no other, world units.
+    pub(crate) smallest_spacing: f64,
+}
+
 /// What every tile of a frame shares.
 #[derive(Clone, Debug)]
 pub(crate) struct SheetSettings {
@@ -60,23 +70,23 @@ impl Anchor {
 }
 
 impl SheetSettings {
-    /// The settings of slabs of a thickness around an anchor; `smallest_spacing` is the opacity unit if the options have no other.
+    /// The settings of a frame.
     pub(crate) fn new(
         options: &RenderOptions,
-        (_view, camera): (&GridView, &Camera),
+        camera: &Camera,
         sections: SectionTable,
         table: &TransferTable,
-        (anchor, thickness, smallest_spacing): (Anchor, f64, f64),
+        slabs: Slabs,
     ) -> Self {
         Self {
             level: options.simd.resolve(),
             table: table.clone(),
             gradient_ramp: options.gradient_opacity.map(GradientRamp::new),
-            ring_len: Self::ring_len(&sections, thickness),
+            ring_len: Self::ring_len(&sections, slabs.thickness),
             sections,
-            thickness,
-            unit_in_world: options.opacity_unit.unwrap_or(smallest_spacing),
-            anchor,
+            thickness: slabs.thickness,
+            unit_in_world: options.opacity_unit.unwrap_or(slabs.smallest_spacing),
+            anchor: slabs.anchor,
             opacity: options.opacity,
             shade: ShadeSettings::new(options, camera),
             world_from_camera: camera.camera_from_world.matrix3.transpose(),

@@ -96,6 +96,11 @@ impl TileView {
         &self.view
     }
 
+    /// Column and row of the tile's first pixel.
+    pub(crate) fn first_px(&self) -> [usize; 2] {
+        [self.corner.x as usize, self.corner.y as usize]
+    }
+
     /// The tile's first pixel.
     pub(crate) fn corner_px(&self) -> [f32; 2] {
         self.corner.as_vec2().to_array()
@@ -108,7 +113,7 @@ impl TileView {
             Projection::Perspective => (camera_z / z) as f32,
             Projection::Orthographic => 1.0,
         };
-        // What lies before the near plane is cut off.
+        // The near plane cuts the slab.
         [
             at((camera_z - 0.5 * self.thickness).max(self.view.near)),
             at(camera_z + 0.5 * self.thickness),

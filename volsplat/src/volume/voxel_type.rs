@@ -39,6 +39,25 @@ pub enum Endian {
     Big,
 }
 
+#[cfg(feature = "input")]
+impl Endian {
+    /// A whole number of 16 bits.
+    pub(crate) fn number_16(self, bytes: [u8; 2]) -> u16 {
+        match self {
+            Self::Little => u16::from_le_bytes(bytes),
+            Self::Big => u16::from_be_bytes(bytes),
+        }
+    }
+
+    /// A whole number of 32 bits.
+    pub(crate) fn number_32(self, bytes: [u8; 4]) -> u32 {
+        match self {
+            Self::Little => u32::from_le_bytes(bytes),
+            Self::Big => u32::from_be_bytes(bytes),
+        }
+    }
+}
+
 /// Every accepted name, lower case; the first of each type is its own. Those with words are the ones of NRRD and C.
 const NAMES: [(VoxelType, &[&str]); 10] = [
     (

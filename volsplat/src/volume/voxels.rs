@@ -46,6 +46,19 @@ pub struct Lattice {
     pub space: Option<String>,
 }
 
+#[cfg(feature = "input")]
+impl Lattice {
+    /// A lattice in a world without a name and without a known up.
+    pub(crate) fn unnamed(dims: [usize; 3], world_from_index: DAffine3) -> Self {
+        Self {
+            dims,
+            world_from_index,
+            up_hint: None,
+            space: None,
+        }
+    }
+}
+
 /// Scalars in the type in which they were stored.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Voxels {
@@ -95,6 +108,25 @@ macro_rules! with_voxels {
     };
 }
 pub(crate) use with_voxels;
+
+/// Other voxels of the same type: `map_voxels!(voxels, values => f(&values))`.
+#[cfg(feature = "input")]
+macro_rules! map_voxels {
+    ($voxels:expr, $values:ident => $body:expr) => {
+        match $voxels {
+            Voxels::U8($values) => Voxels::U8($body),
+            Voxels::I8($values) => Voxels::I8($body),
+            Voxels::U16($values) => Voxels::U16($body),
+            Voxels::I16($values) => Voxels::I16($body),
+            Voxels::U32($values) => Voxels::U32($body),
+            Voxels::I32($values) => Voxels::I32($body),
+            Voxels::F32($values) => Voxels::F32($body),
+            Voxels::F64($values) => Voxels::F64($body),
+        }
+    };
+}
+#[cfg(feature = "input")]
+pub(crate) use map_voxels;
 
 /// A stored value as f64, exactly.
 pub(crate) fn scalar<T: Into<f64>>(value: T) -> f64 {

@@ -16,11 +16,10 @@ use resample_core::tile::{TILE_PX, TileGrid, TileLists, TileRect};
 use crate::Error;
 use crate::bricks::cells::{CELL_SIDE, CellBrick};
 use crate::bricks::cull::ViewVolume;
-use crate::clip::{Cut, GridClip};
-use crate::field::frame::FieldFrame;
+use crate::clip::Cut;
 use crate::field::gather::{GatherScratch, Unfinished};
 use crate::field::place::{axis_distance, placed, tile_rect};
-use crate::field::settings::FieldSettings;
+use crate::field::settings::{FieldFrame, FieldSettings};
 use crate::field::streamed::index::IndexedBrick;
 use crate::field::streamed::{Budget, StreamedCells};
 use crate::field::tile::{TileState, advance_tile, end_tile};
@@ -32,7 +31,7 @@ use crate::watch::Watch;
 /// Fewest bricks of a batch: below, the lists of tiles cost more than the bricks. A guess.
 const MIN_BATCH: usize = 64;
 
-/// Most bricks of a batch: what a batch finds hidden is never read, so that small ones read less. A guess.
+/// Most bricks of a batch: a batch never reads bricks that it finds hidden, so that small ones read less. A guess.
 const MAX_BATCH: usize = 1 << 14;
 
 /// What has become of a tile.
@@ -57,7 +56,6 @@ struct Candidate {
 struct Band<'a> {
     cells: &'a StreamedCells,
     frame: &'a FieldFrame<'a>,
-    clip: &'a GridClip,
     view_volume: &'a ViewVolume,
     grid: TileGrid,
     /// Rows of tiles.
@@ -71,9 +69,9 @@ impl StreamedCells {
     pub(crate) fn render(
         &self,
         frame: &FieldFrame,
-        clip: &GridClip,
         slots: &mut Vec<TileSlot>,
-        (stats, watch): (&mut FrameStats, &mut Watch),
+        stats: &mut FrameStats,
+        watch: &mut Watch,
     ) -> Result<(), Error> {
         let clock = StageClock::start();
         let grid = TileGrid {
@@ -94,7 +92,6 @@ impl StreamedCells {
             let mut band = Band {
                 cells: self,
                 frame,
-                clip,
                 view_volume: &view_volume,
                 grid,
                 rows: rows.clone(),
@@ -179,7 +176,7 @@ impl Band<'_> {
 
     fn may_be_seen(&self, brick: &IndexedBrick, at: [usize; 2]) -> bool {
         let bounds = brick.bounds(at);
-        if !self.view_volume.sees(&bounds) || self.clip.cut(&bounds) == Cut::Outside {
+        if !self.view_volume.sees(&bounds) || self.frame.clip.cut(&bounds) == Cut::Outside {
             return false;
         }
         let Some(rect) = tile_rect(&bounds, self.frame.view, self.grid, self.frame.settings) else {
@@ -209,14 +206,8 @@ impl Band<'_> {
         let bricks = self.load(&batch, stats)?;
         drop(batch);
         let all: Vec<usize> = (0..bricks.len()).collect();
-        let (view, camera, settings) = (self.frame.view, self.frame.camera, self.frame.settings);
-        let (placed, rects) = placed(
-            (&bricks, self.clip),
-            (&all, |brick| self.frame.uniform(brick)),
-            view,
-            camera,
-            settings,
-        );
+        let settings = self.frame.settings;
+        let (placed, rects) = placed(self.frame, &bricks, &all);
         stats.bricks += placed.len() as u64;
         let rects: Vec<TileRect> = rects.into_iter().map(|rect| self.inside(rect)).collect();
         let lists = TileLists::new(&self.grid, &rects);
@@ -237,7 +228,7 @@ impl Band<'_> {
             let corner_px = at.map(|tile| tile * TILE_PX);
             let view = TileView::new(self.frame.view, corner_px, &settings.sheets);
             let front_to_back = list.iter().map(|&brick| &placed[brick as usize]);
-            let (counts, state) = advance_tile(settings, &view, corner_px, front_to_back, scratch);
+            let (counts, state) = advance_tile(settings, &view, front_to_back, scratch);
             slot.count(counts);
             *tile = match state {
                 TileState::Opaque => {

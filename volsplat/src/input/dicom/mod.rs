@@ -1,6 +1,6 @@
 //! DICOM pictures: a series of files with one slice each, or files of several frames.
 //!
-//! Takes paths, gives the parts of a volume. Every file is parsed (`dataset.rs`) and asked for its picture
+//! Takes paths, gives the parts of a volume. Every file is parsed (`elements.rs`) and asked for its picture
 //! (`header.rs`); of the files of one series the slices are put in order and into the world (`stack.rs`); then they are
 //! unpacked one after the other (`pixels.rs`) and scaled to what the numbers mean, such as Hounsfield units.
 //! Source: the DICOM standard, PS3.3, PS3.5 and PS3.10. The parser is our own because claims of lengths have to be held
@@ -16,9 +16,10 @@ use glam::DVec3;
 use crate::Error;
 use crate::input::rescale::Rescale;
 use crate::input::{Parts, cannot_read, decode, invalid, open};
-use crate::volume::Voxels;
+use crate::volume::{Lattice, Voxels};
 
 mod dataset;
+mod elements;
 mod header;
 mod pixels;
 mod rle;
@@ -29,7 +30,7 @@ use stack::{Slice, Stack};
 
 /// Whether a file that begins with `head` is DICOM.
 pub(super) fn begins(head: &[u8]) -> bool {
-    dataset::begins(head)
+    elements::begins(head)
 }
 
 /// Reads the slices of one series. `named` is what the caller named, for messages about all files together.
@@ -55,18 +56,20 @@ pub(super) fn load(paths: &[PathBuf], named: &Path, series: Option<&str>) -> Res
     } = stack::stack(&pictures).map_err(|fault| fault.at(named))?;
     let voxels = voxels(&slices, &paths, &pictures)?;
     Ok(Parts {
-        dims: [kind.columns, kind.rows, slices.len()],
+        lattice: Lattice {
+            dims: [kind.columns, kind.rows, slices.len()],
+            world_from_index,
+            up_hint: Some(DVec3::Z),
+            space: Some("left-posterior-superior".to_owned()),
+        },
         voxels,
-        world_from_index,
-        up_hint: Some(DVec3::Z),
-        space: Some("left-posterior-superior".to_owned()),
     })
 }
 
 fn picture_of(path: &Path) -> Result<Option<Picture>, Error> {
     let bytes = bytes_of(path)?;
-    let (meta, elements) = dataset::read_meta(&bytes).map_err(|fault| fault.at(path))?;
-    let dataset = dataset::parse(&elements, &meta).map_err(|fault| fault.at(path))?;
+    let (meta, elements) = elements::read_meta(&bytes).map_err(|fault| fault.at(path))?;
+    let dataset = elements::parse(&elements, &meta).map_err(|fault| fault.at(path))?;
     header::picture(&dataset).map_err(|fault| fault.at(path))
 }
 
@@ -122,8 +125,7 @@ fn voxels(slices: &[Slice], paths: &[PathBuf], pictures: &[Picture]) -> Result<V
     let is_common = slices.iter().all(|slice| slice.place.rescale == common);
     // Frames of a file are unpacked together and wait here until it is their turn.
     let mut waiting: Vec<Vec<Option<Voxels>>> = (0..paths.len()).map(|_| Vec::new()).collect();
-    let mut voxels: Option<Voxels> = None;
-    for slice in slices {
+    let frame_of = |slice: &Slice| {
         if waiting[slice.file].is_empty() {
             let frames = unpacked(&paths[slice.file], &pictures[slice.file])?;
             waiting[slice.file] = frames.into_iter().map(Some).collect();
@@ -133,17 +135,14 @@ fn voxels(slices: &[Slice], paths: &[PathBuf], pictures: &[Picture]) -> Result<V
             .and_then(Option::take);
         let frame = frame.ok_or_else(|| invalid(&paths[slice.file], "a frame is absent"))?;
         // Slices of different scales have no common stored type.
-        let frame = if is_common {
+        Ok(if is_common {
             frame
         } else {
             scaled_single(frame, slice.place.rescale)
-        };
-        match &mut voxels {
-            None => voxels = Some(frame),
-            Some(voxels) => decode::append(voxels, frame),
-        }
-    }
-    let voxels = voxels.ok_or_else(|| invalid(&paths[0], "no slice"))?;
+        })
+    };
+    let voxels = decode::joined(slices.iter().map(frame_of))?
+        .ok_or_else(|| invalid(&paths[0], "no slice"))?;
     Ok(if is_common {
         common.apply(voxels)
     } else {
@@ -153,8 +152,8 @@ fn voxels(slices: &[Slice], paths: &[PathBuf], pictures: &[Picture]) -> Result<V
 
 fn unpacked(path: &Path, picture: &Picture) -> Result<Vec<Voxels>, Error> {
     let bytes = bytes_of(path)?;
-    let (meta, elements) = dataset::read_meta(&bytes).map_err(|fault| fault.at(path))?;
-    let dataset = dataset::parse(&elements, &meta).map_err(|fault| fault.at(path))?;
+    let (meta, elements) = elements::read_meta(&bytes).map_err(|fault| fault.at(path))?;
+    let dataset = elements::parse(&elements, &meta).map_err(|fault| fault.at(path))?;
     pixels::frames(&dataset, &meta, picture.kind, picture.frames.len())
         .map_err(|fault| fault.at(path))
 }

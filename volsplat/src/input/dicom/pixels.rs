@@ -1,15 +1,16 @@
 //! The numbers of a DICOM picture: plain, or packed frame by frame.
 //!
 //! Takes the elements of a file, gives the stored numbers of each frame, with the bits that do not count removed. Plain
-//! data, deflated files and RLE are read here; JPEG (8 bits, and lossless up to 16), JPEG-LS and JPEG 2000 by crates, which
-//! are told or asked for the size of the picture first and never trusted not to panic.
+//! data, deflated files and RLE are read here; JPEG (8 bits, and lossless up to 16), JPEG-LS and JPEG 2000 by crates,
+//! which check the size of the picture first, and whose panics are caught.
 
 use std::borrow::Cow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::input::decode;
 use crate::input::decode::Layout;
-use crate::input::dicom::dataset::{Dataset, Meta, PIXEL_DATA, Value};
+use crate::input::dicom::dataset::{Dataset, PIXEL_DATA, Value};
+use crate::input::dicom::elements::Meta;
 use crate::input::dicom::header::Kind;
 use crate::input::dicom::rle;
 use crate::input::fault::{Fault, unsupported};
@@ -207,7 +208,7 @@ fn jpeg(packed: &[u8], kind: Kind) -> Result<Voxels, String> {
     stored(values, kind)
 }
 
-/// Lossless and nearly lossless. The crate refuses another size than the one that it is told before it decodes.
+/// Lossless and nearly lossless. The crate takes the expected size, and refuses another one before it decodes.
 fn jpeg_ls(packed: &[u8], kind: Kind) -> Result<Voxels, String> {
     let (width, height) = (kind.columns as u32, kind.rows as u32);
     let (values, ..) = jpegls::decode(packed, width, height)

@@ -14,7 +14,7 @@ use crate::input::axes;
 use crate::input::data_files::DataFiles;
 use crate::input::fault::{Fault, excerpt, unsupported};
 use crate::input::lines::Lines;
-use crate::volume::{Endian, VoxelType};
+use crate::volume::{Endian, Lattice, VoxelType};
 
 /// How the data is packed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,11 +26,7 @@ pub(super) enum Encoding {
 
 /// What the header says.
 pub(super) struct Header {
-    /// Number of voxels along x, y and z, each at least 1.
-    pub(super) dims: [usize; 3],
-    pub(super) world_from_index: DAffine3,
-    /// Whether the header names the anatomical directions of the axes.
-    pub(super) is_anatomical: bool,
+    pub(super) lattice: Lattice,
     pub(super) voxel_type: VoxelType,
     pub(super) endian: Endian,
     pub(super) encoding: Encoding,
@@ -113,7 +109,8 @@ pub(super) fn read(reader: &mut dyn BufRead) -> Result<Header, Fault> {
 impl Header {
     /// Size and type for a message.
     pub(super) fn described(&self) -> String {
-        let ([x, y, z], name, channels) = (self.dims, self.voxel_type.name(), self.channels);
+        let ([x, y, z], name, channels) =
+            (self.lattice.dims, self.voxel_type.name(), self.channels);
         format!("an image of {x}x{y}x{z} voxels of {channels} x {name}")
     }
 }
@@ -146,12 +143,17 @@ impl Fields {
         dims.iter_mut()
             .zip(&sizes)
             .for_each(|(dim, &size)| *dim = size);
+        let is_anatomical = self.is_anatomical();
         let is_local = data_file.eq_ignore_ascii_case("local");
         let named = (!is_local).then_some(data_file);
         Ok(Header {
-            dims,
-            world_from_index: self.lattice(sizes.len())?,
-            is_anatomical: self.is_anatomical(),
+            lattice: Lattice {
+                dims,
+                world_from_index: self.world_from_index(sizes.len())?,
+                // The third coordinate grows towards the head in the space that ITK writes.
+                up_hint: is_anatomical.then_some(DVec3::Z),
+                space: is_anatomical.then(|| "left-posterior-superior".to_owned()),
+            },
             voxel_type: self.voxel_type()?,
             endian: self.endian()?,
             encoding: self.encoding()?,
@@ -206,7 +208,7 @@ impl Fields {
         Ok(sizes)
     }
 
-    fn lattice(&self, dimension: usize) -> Result<DAffine3, String> {
+    fn world_from_index(&self, dimension: usize) -> Result<DAffine3, String> {
         let vector = |keys: &[&str]| {
             self.get(keys)
                 .map(|text| numbers::<f64>(keys[0], text, dimension))

@@ -7,18 +7,16 @@
 //! and so is "CompressedDataSize": the whole stream is unpacked, and its length must fit the size of the image.
 
 use std::fs::File;
-use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::io::{BufReader, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use glam::DVec3;
-
 use crate::Error;
-use crate::input::component::{Interleaved, OneComponent, chosen};
+use crate::input::component::{Interleaved, chosen};
 use crate::input::data_files::DataFiles;
 use crate::input::decode::Layout;
 use crate::input::fault::Fault;
 use crate::input::stored::Located;
-use crate::input::{Parts, cannot_read, decode, invalid, open};
+use crate::input::{Parts, decode, invalid, open, open_sized};
 use crate::volume::{Voxels, voxel_count};
 
 mod header;
@@ -35,11 +33,8 @@ pub(super) fn load(path: &Path, component: Option<usize>) -> Result<Parts, Error
     let chosen = chosen(component, header.channels).map_err(|fault| fault.at(path))?;
     let voxels = voxels(path, &header, chosen)?;
     Ok(Parts {
-        dims: header.dims,
         voxels,
-        world_from_index: header.world_from_index,
-        up_hint: up_hint(&header),
-        space: space(&header),
+        lattice: header.lattice,
     })
 }
 
@@ -50,39 +45,25 @@ pub(super) fn locate(path: &Path) -> Result<Option<Located>, Error> {
         return Ok(None);
     }
     let data = data_files(path, &header, 0)?;
-    let place = |(name, data): (PathBuf, Data)| {
+    let place = |DataFile { name, data }| {
         let begin = data.begin(&header).map_err(|fault| fault.at(&name))?;
         Ok((name, begin))
     };
     Ok(Some(Located {
-        dims: header.dims,
         voxel_type: header.voxel_type,
         endian: header.endian,
         files: data.into_iter().map(place).collect::<Result<_, Error>>()?,
-        world_from_index: header.world_from_index,
-        up_hint: up_hint(&header),
-        space: space(&header),
+        lattice: header.lattice,
     }))
 }
 
-/// The third coordinate grows towards the head in the space that ITK writes.
-fn up_hint(header: &Header) -> Option<DVec3> {
-    header.is_anatomical.then_some(DVec3::Z)
-}
-
-fn space(header: &Header) -> Option<String> {
-    header
-        .is_anatomical
-        .then(|| "left-posterior-superior".to_owned())
-}
-
-/// The data files, opened, with their names.
-fn data_files(path: &Path, header: &Header, chosen: usize) -> Result<Vec<(PathBuf, Data)>, Error> {
-    let count =
-        voxel_count(header.dims).map_err(|what| invalid(path, format!("DimSize: {what}")))?;
+/// The data files, opened.
+fn data_files(path: &Path, header: &Header, chosen: usize) -> Result<Vec<DataFile>, Error> {
+    let count = voxel_count(header.lattice.dims)
+        .map_err(|what| invalid(path, format!("DimSize: {what}")))?;
     let files = header
         .data_files
-        .paths(path, &header.dims)
+        .paths(path, &header.lattice.dims)
         .map_err(|fault| fault.at(path))?;
     let start = if header.data_files == DataFiles::Attached {
         header.bytes
@@ -100,35 +81,32 @@ fn data_files(path: &Path, header: &Header, chosen: usize) -> Result<Vec<(PathBu
         chosen,
     };
     let opened = |name: PathBuf| {
-        let file = open(&name)?;
-        let total = file
-            .metadata()
-            .map_err(|source| cannot_read(&name, source))?
-            .len();
-        Ok((
-            name,
-            Data {
-                file,
-                total,
-                start,
-                layout,
-                interleaved,
-            },
-        ))
+        let (file, total) = open_sized(&name)?;
+        let data = Data {
+            file,
+            total,
+            start,
+            layout,
+            interleaved,
+        };
+        Ok(DataFile { name, data })
     };
     files.into_iter().map(opened).collect()
 }
 
 fn voxels(path: &Path, header: &Header, chosen: usize) -> Result<Voxels, Error> {
-    let mut voxels: Option<Voxels> = None;
-    for (name, data) in data_files(path, header, chosen)? {
-        let part = data.decode(header).map_err(|fault| fault.at(&name))?;
-        match &mut voxels {
-            None => voxels = Some(part),
-            Some(voxels) => decode::append(voxels, part),
-        }
-    }
-    voxels.ok_or_else(|| invalid(path, "ElementDataFile names no file"))
+    let files = data_files(path, header, chosen)?.into_iter();
+    let decoded = files.map(|file| {
+        let voxels = file.data.decode(header);
+        voxels.map_err(|fault| fault.at(&file.name))
+    });
+    decode::joined(decoded)?.ok_or_else(|| invalid(path, "ElementDataFile names no file"))
+}
+
+/// A data file and its name.
+struct DataFile {
+    name: PathBuf,
+    data: Data,
 }
 
 /// One data file.
@@ -163,10 +141,10 @@ impl Data {
             .map_err(|error| decode::broken(&error))?;
         let mut file = BufReader::new(self.file);
         Ok(match header.encoding {
-            Encoding::Raw => component_of(file, self.interleaved, &self.layout)?,
+            Encoding::Raw => decode::component(file, &self.layout, self.interleaved)?,
             Encoding::Zlib => {
                 let unpacked = flate2::bufread::ZlibDecoder::new(file);
-                component_of(unpacked, self.interleaved, &self.layout)?
+                decode::component(unpacked, &self.layout, self.interleaved)?
             }
             Encoding::Text if self.interleaved.components > 1 => {
                 return Err(Fault::Unsupported(
@@ -212,14 +190,6 @@ impl Data {
             (size, _) => Ok(size.unsigned_abs()),
         }
     }
-}
-
-fn component_of(
-    stream: impl Read,
-    interleaved: Interleaved,
-    layout: &Layout,
-) -> Result<Voxels, String> {
-    decode::binary(&mut OneComponent::new(stream, interleaved), layout)
 }
 
 fn wrong_length(header: &Header, needed: u64, held: u64) -> String {

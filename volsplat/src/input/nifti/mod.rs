@@ -13,8 +13,8 @@ use std::path::{Path, PathBuf};
 use crate::Error;
 use crate::input::decode::Layout;
 use crate::input::fault::Fault;
-use crate::input::{Parts, cannot_read, decode, invalid, open};
-use crate::volume::{Voxels, voxel_count};
+use crate::input::{Parts, cannot_read, decode, invalid, open, open_sized};
+use crate::volume::{Lattice, Voxels, voxel_count};
 
 mod geometry;
 mod header;
@@ -55,11 +55,13 @@ pub(super) fn load(path: &Path) -> Result<Parts, Error> {
         }
     };
     Ok(Parts {
-        dims,
+        lattice: Lattice {
+            dims,
+            world_from_index: geometry::world_from_index(&header),
+            up_hint: Some(glam::DVec3::Z),
+            space: Some("right-anterior-superior".to_owned()),
+        },
         voxels: header.rescale().apply(voxels),
-        world_from_index: geometry::world_from_index(&header),
-        up_hint: Some(glam::DVec3::Z),
-        space: Some("right-anterior-superior".to_owned()),
     })
 }
 
@@ -93,11 +95,7 @@ struct Stream {
 
 impl Stream {
     fn open(path: &Path) -> Result<Self, Error> {
-        let file = open(path)?;
-        let held = file
-            .metadata()
-            .map_err(|source| cannot_read(path, source))?
-            .len();
+        let (file, held) = open_sized(path)?;
         let is_packed = is_gzip(path)?;
         let file = BufReader::new(file);
         let bytes: Box<dyn Read> = if is_packed {

@@ -14,17 +14,13 @@ use resample_io::npy::{self, Element, Header, Kind, Order, other_type};
 use crate::Error;
 use crate::input::decode::Layout;
 use crate::input::fault::{Fault, unsupported};
-use crate::input::{Parts, axes, cannot_read, decode, open};
-use crate::volume::{Endian, VoxelType, Voxels, voxel_count};
+use crate::input::{Parts, axes, decode, open_sized};
+use crate::volume::{Endian, Lattice, VoxelType, Voxels, map_voxels, voxel_count};
 
 pub(super) use resample_io::npy::MAGIC;
 
 pub(super) fn load(path: &Path) -> Result<Parts, Error> {
-    let file = open(path)?;
-    let total = file
-        .metadata()
-        .map_err(|source| cannot_read(path, source))?
-        .len();
+    let (file, total) = open_sized(path)?;
     read(&mut BufReader::new(file), total).map_err(|fault| fault.at(path))
 }
 
@@ -39,13 +35,9 @@ fn read(file: &mut dyn Read, total: u64) -> Result<Parts, Fault> {
     } else {
         transposed(voxels, dims)
     };
-    let world_from_index = axes::upright([1.0; 3], [0.0; 3]);
     Ok(Parts {
-        dims,
+        lattice: Lattice::unnamed(dims, axes::upright([1.0; 3], [0.0; 3])),
         voxels,
-        world_from_index,
-        up_hint: None,
-        space: None,
     })
 }
 
@@ -105,16 +97,7 @@ fn dims(shape: &[usize]) -> Result<[usize; 3], Fault> {
 
 /// From the first axis fastest to the last axis fastest.
 fn transposed(voxels: Voxels, dims: [usize; 3]) -> Voxels {
-    match voxels {
-        Voxels::U8(values) => Voxels::U8(transposed_values(&values, dims)),
-        Voxels::I8(values) => Voxels::I8(transposed_values(&values, dims)),
-        Voxels::U16(values) => Voxels::U16(transposed_values(&values, dims)),
-        Voxels::I16(values) => Voxels::I16(transposed_values(&values, dims)),
-        Voxels::U32(values) => Voxels::U32(transposed_values(&values, dims)),
-        Voxels::I32(values) => Voxels::I32(transposed_values(&values, dims)),
-        Voxels::F32(values) => Voxels::F32(transposed_values(&values, dims)),
-        Voxels::F64(values) => Voxels::F64(transposed_values(&values, dims)),
-    }
+    map_voxels!(voxels, values => transposed_values(&values, dims))
 }
 
 fn transposed_values<T: Copy>(values: &[T], [x_size, y_size, z_size]: [usize; 3]) -> Vec<T> {

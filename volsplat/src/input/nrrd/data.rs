@@ -8,12 +8,12 @@ use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use crate::Error;
-use crate::input::component::{Interleaved, OneComponent};
+use crate::input::component::Interleaved;
 use crate::input::data_files::DataFiles;
 use crate::input::decode::{DEFLATE_EXPANSION, Layout};
 use crate::input::fault::Fault;
 use crate::input::nrrd::header::{Encoding, Header};
-use crate::input::{cannot_read, decode, invalid, open};
+use crate::input::{cannot_read, decode, invalid, open_sized};
 use crate::volume::Voxels;
 
 mod hex;
@@ -27,16 +27,18 @@ pub(super) struct OneOf {
 
 pub(super) fn read(path: &Path, header: &Header, one_of: Option<OneOf>) -> Result<Voxels, Error> {
     let (files, start, layout) = files(path, header)?;
-    let taken = taken(path, header, one_of, files.len())?;
-    let mut voxels: Option<Voxels> = None;
-    for file in &files {
-        let part = read_file(file, start, header, (&layout, taken))?;
-        match &mut voxels {
-            None => voxels = Some(part),
-            Some(voxels) => decode::append(voxels, part),
-        }
-    }
-    voxels.ok_or_else(|| invalid(path, "field 'data file' names no file"))
+    let interleaved = interleaved(path, header, one_of, files.len())?;
+    let stored = Stored {
+        layout,
+        interleaved,
+    };
+    let decoded = |file: &PathBuf| {
+        let packed = Packed::open(file, start, header)?;
+        let voxels = packed.decode(header.encoding, &stored);
+        voxels.map_err(|fault| fault.at(file))
+    };
+    decode::joined(files.iter().map(decoded))?
+        .ok_or_else(|| invalid(path, "field 'data file' names no file"))
 }
 
 /// The files of plain data, each with its first byte; `None` where the data is packed.
@@ -60,6 +62,22 @@ pub(super) fn locate(path: &Path, header: &Header) -> Result<Option<Vec<(PathBuf
         .map(Some)
 }
 
+/// The values of one data file: all of them, and the component that is read.
+struct Stored {
+    layout: Layout,
+    interleaved: Interleaved,
+}
+
+impl Stored {
+    fn decode(&self, stream: impl Read) -> Result<Voxels, String> {
+        let layout = Layout {
+            count: self.layout.count / self.interleaved.components,
+            ..self.layout
+        };
+        decode::component(stream, &layout, self.interleaved)
+    }
+}
+
 /// The data files, the first byte of each behind a header of its own, and what one of them holds.
 fn files(path: &Path, header: &Header) -> Result<(Vec<PathBuf>, u64, Layout), Error> {
     let count = value_count(&header.sizes).map_err(|what| invalid(path, what))?;
@@ -81,7 +99,7 @@ fn files(path: &Path, header: &Header) -> Result<(Vec<PathBuf>, u64, Layout), Er
 }
 
 /// How the component that is read lies between the others: what is before its axis makes up one "scalar".
-fn taken(
+fn interleaved(
     path: &Path,
     header: &Header,
     one_of: Option<OneOf>,
@@ -117,17 +135,6 @@ fn value_count(sizes: &[usize]) -> Result<usize, String> {
     })
 }
 
-fn read_file(
-    path: &Path,
-    start: u64,
-    header: &Header,
-    data: (&Layout, Interleaved),
-) -> Result<Voxels, Error> {
-    Packed::open(path, start, header)?
-        .decode(header.encoding, data)
-        .map_err(|fault| fault.at(path))
-}
-
 /// Bytes up to and including the given number of line ends, read from where the file stands.
 fn skip_lines(file: &mut File, lines: u64) -> io::Result<u64> {
     let mut reader = BufReader::new(file);
@@ -155,11 +162,7 @@ struct Packed {
 
 impl Packed {
     fn open(path: &Path, start: u64, header: &Header) -> Result<Self, Error> {
-        let mut file = open(path)?;
-        let total = file
-            .metadata()
-            .map_err(|source| cannot_read(path, source))?
-            .len();
+        let (mut file, total) = open_sized(path)?;
         let mut begin = || -> io::Result<u64> {
             file.seek(SeekFrom::Start(start))?;
             skip_lines(&mut file, header.line_skip)
@@ -174,64 +177,40 @@ impl Packed {
         })
     }
 
-    fn decode(
-        mut self,
-        encoding: Encoding,
-        (layout, taken): (&Layout, Interleaved),
-    ) -> Result<Voxels, Fault> {
+    fn decode(self, encoding: Encoding, stored: &Stored) -> Result<Voxels, Fault> {
+        let layout = &stored.layout;
         let needed = layout.bytes()?;
         if encoding == Encoding::Raw {
-            return Ok(self.raw((layout, taken), needed)?);
+            let skip = self.raw_skip(layout, needed)?;
+            return Ok(stored.decode(self.behind(skip)?)?);
         }
         let Ok(skip) = u64::try_from(self.byte_skip) else {
             return Err(Fault::Unsupported(
                 "'byte skip: -1' with an encoding other than raw".to_owned(),
             ));
         };
-        let unpacked = needed.saturating_add(skip);
-        match encoding {
-            Encoding::Gzip => self.refuse_beyond(
-                unpacked,
-                self.held.saturating_mul(DEFLATE_EXPANSION),
-                "unpacked data",
-            )?,
-            Encoding::Hex => self.refuse_beyond(needed.saturating_mul(2), self.held, "hex text")?,
-            // A digit and a separator for every value but the last.
-            Encoding::Text => self.refuse_beyond(2 * layout.count as u64 - 1, self.held, "text")?,
-            // Bzip2 expands up to a million times, so this says nothing; memory grows only as data arrives.
-            Encoding::Bzip2 | Encoding::Raw => {}
-        }
-        let skip_packed = if matches!(encoding, Encoding::Hex | Encoding::Text) {
-            skip
-        } else {
-            0
-        };
-        self.seek(skip_packed)?;
-        let file = BufReader::new(self.file);
         Ok(match encoding {
-            Encoding::Text => decode::text(&mut { file }, layout)?,
-            Encoding::Hex => component_of(hex::HexReader::new(file), (layout, taken))?,
-            Encoding::Bzip2 => after_skip(
-                bzip2::bufread::MultiBzDecoder::new(file),
-                skip,
-                (layout, taken),
-            )?,
-            Encoding::Gzip | Encoding::Raw => after_skip(
-                flate2::bufread::MultiGzDecoder::new(file),
-                skip,
-                (layout, taken),
-            )?,
+            Encoding::Text => {
+                // A digit and a separator for every value but the last.
+                self.refuse_beyond(2 * layout.count as u64 - 1, self.held, "text")?;
+                decode::text(&mut self.behind(skip)?, layout)?
+            }
+            Encoding::Hex => {
+                self.refuse_beyond(needed.saturating_mul(2), self.held, "hex text")?;
+                stored.decode(hex::HexReader::new(self.behind(skip)?))?
+            }
+            Encoding::Bzip2 => {
+                // It expands up to a million times, so its size says nothing; memory grows only as data arrives.
+                let unpacked = bzip2::bufread::MultiBzDecoder::new(self.behind(0)?);
+                stored.decode(after_skip(unpacked, skip)?)?
+            }
+            Encoding::Gzip | Encoding::Raw => {
+                let possible = self.held.saturating_mul(DEFLATE_EXPANSION);
+                self.refuse_beyond(needed.saturating_add(skip), possible, "unpacked data")?;
+                let unpacked = flate2::bufread::MultiGzDecoder::new(self.behind(0)?);
+                stored.decode(after_skip(unpacked, skip)?)?
+            }
         })
-    }
-
-    fn raw(
-        mut self,
-        (layout, taken): (&Layout, Interleaved),
-        needed: u64,
-    ) -> Result<Voxels, String> {
-        let skip = self.raw_skip(layout, needed)?;
-        self.seek(skip)?;
-        component_of(BufReader::new(self.file), (layout, taken))
     }
 
     /// Bytes before plain data, which must fill the rest of the file.
@@ -251,12 +230,13 @@ impl Packed {
         Ok(skip)
     }
 
-    fn seek(&mut self, skip: u64) -> Result<(), String> {
+    /// The bytes behind those that are skipped.
+    fn behind(mut self, skip: u64) -> Result<BufReader<File>, String> {
         let place = SeekFrom::Start(self.begin.saturating_add(skip));
         self.file
             .seek(place)
-            .map(|_| ())
-            .map_err(|error| decode::broken(&error))
+            .map_err(|error| decode::broken(&error))?;
+        Ok(BufReader::new(self.file))
     }
 
     fn refuse_beyond(&self, needed: u64, possible: u64, what: &str) -> Result<(), String> {
@@ -271,12 +251,8 @@ impl Packed {
     }
 }
 
-/// Decodes an unpacked stream behind its first `skip` bytes.
-fn after_skip(
-    mut stream: impl Read,
-    skip: u64,
-    data: (&Layout, Interleaved),
-) -> Result<Voxels, String> {
+/// An unpacked stream behind its first `skip` bytes.
+fn after_skip(mut stream: impl Read, skip: u64) -> Result<impl Read, String> {
     let skipped = io::copy(&mut (&mut stream).take(skip), &mut io::sink());
     let skipped = skipped.map_err(|error| decode::broken(&error))?;
     if skipped < skip {
@@ -284,17 +260,5 @@ fn after_skip(
             "'byte skip' is {skip}, but the unpacked data has {skipped} bytes"
         ));
     }
-    component_of(stream, data)
-}
-
-/// Decodes what is taken out of a stream of `layout.count` values.
-fn component_of(
-    stream: impl Read,
-    (layout, taken): (&Layout, Interleaved),
-) -> Result<Voxels, String> {
-    let layout = Layout {
-        count: layout.count / taken.components,
-        ..*layout
-    };
-    decode::binary(&mut OneComponent::new(stream, taken), &layout)
+    Ok(stream)
 }

@@ -9,12 +9,11 @@ use glam::{DAffine3, DVec3};
 use crate::input::axes;
 use crate::input::fault::Fault;
 use crate::input::nrrd::header::Header;
+use crate::volume::Lattice;
 
-/// The lattice of a scalar volume.
+/// The axes of a scalar volume.
 pub(super) struct Geometry {
-    pub(super) dims: [usize; 3],
-    pub(super) world_from_index: DAffine3,
-    pub(super) up_hint: Option<DVec3>,
+    pub(super) lattice: Lattice,
     /// The axis along which the components of a voxel lie, where there are several.
     pub(super) components: Option<usize>,
 }
@@ -31,11 +30,14 @@ pub(super) fn derive(header: &Header) -> Result<Geometry, Fault> {
         .origin
         .as_deref()
         .map_or(Ok(DVec3::ZERO), |origin| in_space("space origin", origin))?;
-    let world_from_index = DAffine3::from_mat3_translation(axes::complete(columns), origin);
-    Ok(Geometry {
+    let lattice = Lattice {
         dims,
-        world_from_index,
+        world_from_index: DAffine3::from_mat3_translation(axes::complete(columns), origin),
         up_hint: header.space.as_deref().and_then(up_of),
+        space: header.space.clone(),
+    };
+    Ok(Geometry {
+        lattice,
         components,
     })
 }

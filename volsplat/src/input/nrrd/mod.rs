@@ -33,11 +33,8 @@ pub(super) fn load(path: &Path, component: Option<usize>) -> Result<Parts, Error
         geometry.components.map(|axis| data::OneOf { axis, chosen }),
     )?;
     Ok(Parts {
-        dims: geometry.dims,
+        lattice: geometry.lattice,
         voxels,
-        world_from_index: geometry.world_from_index,
-        up_hint: geometry.up_hint,
-        space: header.space,
     })
 }
 
@@ -52,13 +49,10 @@ pub(super) fn locate(path: &Path) -> Result<Option<Located>, Error> {
         return Ok(None);
     };
     Ok(Some(Located {
-        dims: geometry.dims,
+        lattice: geometry.lattice,
         voxel_type: header.voxel_type,
         endian: header.endian,
         files,
-        world_from_index: geometry.world_from_index,
-        up_hint: geometry.up_hint,
-        space: header.space,
     }))
 }
 

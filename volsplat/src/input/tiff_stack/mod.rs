@@ -12,7 +12,7 @@ use glam::DVec3;
 
 use crate::Error;
 use crate::input::{Parts, axes, decode, invalid};
-use crate::volume::Voxels;
+use crate::volume::{Lattice, Voxels};
 
 mod description;
 mod pages;
@@ -33,12 +33,15 @@ pub(super) fn load(paths: &[PathBuf]) -> Result<Parts, Error> {
     }
     let stack = stack.ok_or_else(|| invalid(Path::new(""), "no slices"))?;
     Ok(Parts {
-        dims: [stack.kind.width, stack.kind.height, stack.depth],
+        lattice: Lattice {
+            // Rows run from the top of a picture down.
+            up_hint: Some(DVec3::NEG_Y),
+            ..Lattice::unnamed(
+                [stack.kind.width, stack.kind.height, stack.depth],
+                axes::upright(stack.spacing, [0.0; 3]),
+            )
+        },
         voxels: stack.voxels,
-        world_from_index: axes::upright(stack.spacing, [0.0; 3]),
-        // Rows run from the top of a picture down.
-        up_hint: Some(DVec3::NEG_Y),
-        space: None,
     })
 }
 

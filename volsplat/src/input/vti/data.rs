@@ -7,7 +7,7 @@
 use std::io::{self, Read};
 use std::vec;
 
-use crate::input::component::{Interleaved, OneComponent};
+use crate::input::component::Interleaved;
 use crate::input::decode;
 use crate::input::decode::Layout;
 use crate::input::fault::Fault;
@@ -51,16 +51,13 @@ pub(super) fn binary(
                     "the array needs {needed} bytes, the file has {held} there"
                 )));
             }
-            decode::binary(
-                &mut OneComponent::new(stream.take(needed), interleaved),
-                &layout,
-            )?
+            decode::component(stream.take(needed), &layout, interleaved)?
         }
         Packing::Zlib => {
             let blocks = Blocks::begin(stream, held, image)?;
             check_promise(blocks.total(), needed, image)?;
             decode::check_deflated(needed, held)?;
-            decode::binary(&mut OneComponent::new(blocks, interleaved), &layout)?
+            decode::component(blocks, &layout, interleaved)?
         }
     })
 }

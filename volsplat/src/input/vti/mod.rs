@@ -12,8 +12,8 @@ use std::path::Path;
 use crate::Error;
 use crate::input::component::chosen;
 use crate::input::fault::Fault;
-use crate::input::{Parts, cannot_read, decode, open};
-use crate::volume::Voxels;
+use crate::input::{Parts, decode, open_sized};
+use crate::volume::{Lattice, Voxels};
 
 mod base64;
 mod data;
@@ -43,11 +43,7 @@ pub(super) fn begins(head: &[u8]) -> bool {
 }
 
 pub(super) fn load(path: &Path, choice: Choice) -> Result<Parts, Error> {
-    let mut file = open(path)?;
-    let held = file
-        .metadata()
-        .map_err(|source| cannot_read(path, source))?
-        .len();
+    let (mut file, held) = open_sized(path)?;
     read(&mut file, held, choice).map_err(|fault| fault.at(path))
 }
 
@@ -61,37 +57,34 @@ fn read(file: &mut File, held: u64, choice: Choice) -> Result<Parts, Fault> {
             let tag = text
                 .appended
                 .ok_or_else(|| "format is appended, but there is no AppendedData".to_owned())?;
-            appended(file, held, &tag, (*offset, &image, component))?
+            let begin = tag.begin.saturating_add(*offset);
+            file.seek(SeekFrom::Start(begin))
+                .map_err(|error| decode::broken(&error))?;
+            let held = held.saturating_sub(begin);
+            appended(file, held, &tag.encoding, &image, component)?
         }
     };
     Ok(Parts {
-        dims: image.dims,
+        lattice: Lattice::unnamed(image.dims, image.world_from_index),
         voxels,
-        world_from_index: image.world_from_index,
-        up_hint: None,
-        space: None,
     })
 }
 
+/// The appended data of an array, `held` bytes from where the file stands.
 fn appended(
     file: &mut File,
     held: u64,
-    tag: &AppendedTag,
-    (offset, image, component): (u64, &Image, usize),
+    encoding: &str,
+    image: &Image,
+    component: usize,
 ) -> Result<Voxels, Fault> {
-    let begin = tag.begin.saturating_add(offset);
-    file.seek(SeekFrom::Start(begin))
-        .map_err(|error| decode::broken(&error))?;
     let reader = BufReader::new(file);
-    let held = held.saturating_sub(begin);
-    match tag.encoding.as_str() {
+    match encoding {
         "raw" => data::binary(reader, held, image, component),
-        "base64" => data::binary(
-            base64::Base64Reader::new(reader),
-            held / 4 * 3,
-            image,
-            component,
-        ),
+        "base64" => {
+            let unpacked = base64::Base64Reader::new(reader);
+            data::binary(unpacked, held / 4 * 3, image, component)
+        }
         other => Err(Fault::Invalid(format!(
             "AppendedData has encoding '{other}': expected raw or base64"
         ))),

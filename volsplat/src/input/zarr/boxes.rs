@@ -14,11 +14,17 @@ pub(super) fn len(shape: &[usize]) -> Option<usize> {
         .try_fold(1usize, |count, &size| count.checked_mul(size))
 }
 
-/// Copies a box of `size` elements from a place in one array to a place in another: each array is its bytes, its shape and
-/// the place. The box lies in both.
+/// An array, as its bytes and its shape, and a place in it.
+pub(super) struct PlaceIn<'a, B> {
+    pub(super) bytes: B,
+    pub(super) shape: &'a [usize],
+    pub(super) at: &'a [usize],
+}
+
+/// Copies a box of `size` elements from a place in one array to a place in another. The box lies in both.
 pub(super) fn copy_box(
-    (source, source_shape, from): (&[u8], &[usize], &[usize]),
-    (target, target_shape, to): (&mut [u8], &[usize], &[usize]),
+    from: &PlaceIn<&[u8]>,
+    to: &mut PlaceIn<&mut [u8]>,
     size: &[usize],
     element_bytes: usize,
 ) {
@@ -34,10 +40,10 @@ pub(super) fn copy_box(
             at[axis] = rest % outer[axis];
             rest /= outer[axis];
         }
-        let source_at = element_bytes * place(source_shape, from, &at);
-        let target_at = element_bytes * place(target_shape, to, &at);
-        target[target_at..target_at + row_bytes]
-            .copy_from_slice(&source[source_at..source_at + row_bytes]);
+        let source_at = element_bytes * place(from.shape, from.at, &at);
+        let target_at = element_bytes * place(to.shape, to.at, &at);
+        to.bytes[target_at..target_at + row_bytes]
+            .copy_from_slice(&from.bytes[source_at..source_at + row_bytes]);
     }
 }
 

@@ -4,7 +4,7 @@ use super::packed::{SURPLUS_BYTES, Size, all_of, lz4_block, zstd};
 use crate::input::decode::check_deflated;
 use crate::input::fault::Fault;
 use crate::input::zarr::blosc;
-use crate::input::zarr::boxes::{copy_box, len, reordered};
+use crate::input::zarr::boxes::{PlaceIn, copy_box, len, reordered};
 use crate::volume::Endian;
 
 /// How the elements of a chunk become bytes.
@@ -115,7 +115,7 @@ impl Shard {
 fn undone(packings: &[Packing], packed: &[u8], size: Size) -> Result<Vec<u8>, Fault> {
     let mut bytes = packed.to_vec();
     for (place, packing) in packings.iter().enumerate().rev() {
-        // Between two compressions the size is not known; what one of them adds is bounded.
+        // Between two compressions the size is not known; each of them adds a bounded number of bytes.
         let needed = if place == 0 { size } else { size.packed() };
         bytes = match packing {
             Packing::Crc32c => {
@@ -197,8 +197,16 @@ fn unshard(shard: &Shard, shape: &[usize], bytes: &[u8], fill: &[u8]) -> Result<
             rest /= cut[axis];
         }
         copy_box(
-            (&inner, &shard.chunk, &zeros),
-            (&mut whole, shape, &to),
+            &PlaceIn {
+                bytes: inner.as_slice(),
+                shape: &shard.chunk,
+                at: &zeros,
+            },
+            &mut PlaceIn {
+                bytes: whole.as_mut_slice(),
+                shape,
+                at: &to,
+            },
             &shard.chunk,
             fill.len(),
         );

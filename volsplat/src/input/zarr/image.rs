@@ -180,7 +180,7 @@ fn dataset(level: &Value, shared: &Dataset) -> Dataset {
     }
 }
 
-/// The scale and the translation of a list of transformations; what is absent is empty.
+/// The scale and the translation of a list of transformations; empty where absent.
 fn transformation(list: &Value) -> Dataset {
     let mut found = Dataset::default();
     for entry in list.as_array().into_iter().flatten() {

@@ -2,16 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::{DAffine3, DVec3};
-
 use crate::Error;
 use crate::input::decode::Layout;
 use crate::input::fault::{Fault, unsupported};
 use crate::input::{Parts, axes, cannot_read, decode, invalid};
-use crate::volume::{VoxelType, Voxels};
+use crate::volume::{Lattice, VoxelType, Voxels};
 
 use super::array::Array;
-use super::boxes::{Span, copy_box, len};
+use super::boxes::{PlaceIn, Span, copy_box, len};
 use super::codecs;
 use super::image::{AxisKind, Image};
 
@@ -50,9 +48,7 @@ pub(crate) struct Opened {
     pub(super) spans: Vec<Span>,
     /// The axis of the array that is x.
     pub(super) last_axis: usize,
-    /// Voxels along x, y and z.
-    pub(crate) dims: [usize; 3],
-    pub(crate) world_from_index: DAffine3,
+    pub(crate) lattice: Lattice,
 }
 
 impl Opened {
@@ -66,11 +62,8 @@ impl Opened {
 pub(crate) fn load(folder: &Path, choice: Choice) -> Result<Parts, Error> {
     let opened = open(folder, choice)?;
     Ok(Parts {
-        dims: opened.dims,
         voxels: voxels(&opened.folder, &opened.array, &opened.spans)?,
-        world_from_index: opened.world_from_index,
-        up_hint: None::<DVec3>,
-        space: None,
+        lattice: opened.lattice,
     })
 }
 
@@ -108,14 +101,12 @@ pub(crate) fn open(folder: &Path, choice: Choice) -> Result<Opened, Error> {
     }
     // There is an axis of space, or nothing could have been selected.
     let last_axis = spatial.last().copied().unwrap_or(0);
-    let world_from_index = axes::upright(spacing, origin);
     Ok(Opened {
         folder: path,
         array,
         spans,
         last_axis,
-        dims,
-        world_from_index,
+        lattice: Lattice::unnamed(dims, axes::upright(spacing, origin)),
     })
 }
 
@@ -194,13 +185,17 @@ fn voxels(folder: &Path, array: &Array, spans: &[Span]) -> Result<Voxels, Error>
         let chunk = codecs::unpack(&array.codecs, &array.chunk, &packed, &array.fill);
         let chunk = chunk.map_err(|fault| fault.at(&path))?;
         let common = Common::new(array, spans, &index);
-        let target = (bytes.as_mut_slice(), size.as_slice(), common.to.as_slice());
-        copy_box(
-            (&chunk, &array.chunk, &common.from),
-            target,
-            &common.size,
-            bytes_each,
-        );
+        let mut target = PlaceIn {
+            bytes: bytes.as_mut_slice(),
+            shape: &size,
+            at: &common.to,
+        };
+        let source = PlaceIn {
+            bytes: chunk.as_slice(),
+            shape: &array.chunk,
+            at: &common.from,
+        };
+        copy_box(&source, &mut target, &common.size, bytes_each);
     }
     decode::binary(&mut bytes.as_slice(), &layout).map_err(|what| invalid(folder, what))
 }

@@ -13,8 +13,9 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use crate::Error;
+use crate::input::decode::Layout;
 use crate::input::stored::Stored;
-use crate::input::zarr::boxes::{copy_box, len};
+use crate::input::zarr::boxes::{PlaceIn, copy_box, len};
 use crate::input::zarr::codecs;
 use crate::input::zarr::opened::{Common, Opened, chunks_of};
 use crate::input::{cannot_read, invalid};
@@ -36,17 +37,18 @@ impl Opened {
     /// The voxels in a temporary file; see `unpacked`.
     pub(crate) fn unpack(
         &self,
-        (max_memory, watch): (u64, &mut Watch),
+        max_memory: u64,
+        watch: &mut Watch,
         nan: NanPolicy,
     ) -> Result<Stored, Error> {
         let file = unpack(self, max_memory, watch)?;
-        let layout = (self.array.voxel_type, self.array.codecs.endian);
-        Ok(Stored::of_file(
-            (&self.folder, file),
-            self.dims,
-            layout,
-            nan,
-        ))
+        let dims = self.lattice.dims;
+        let layout = Layout {
+            voxel_type: self.array.voxel_type,
+            endian: self.array.codecs.endian,
+            count: dims.iter().product(),
+        };
+        Ok(Stored::of_file(&self.folder, file, dims, &layout, nan))
     }
 }
 
@@ -130,8 +132,16 @@ fn unpacked(opened: &Opened, index: &[usize], path: &Path) -> Result<(Part, Vec<
     let count: usize = size.iter().product();
     let mut bytes = vec![0; count * element];
     copy_box(
-        (&chunk, &array.chunk, &from),
-        (&mut bytes, &size, &vec![0; size.len()]),
+        &PlaceIn {
+            bytes: chunk.as_slice(),
+            shape: &array.chunk,
+            at: &from,
+        },
+        &mut PlaceIn {
+            bytes: bytes.as_mut_slice(),
+            shape: &size,
+            at: &vec![0; size.len()],
+        },
         &size,
         element,
     );

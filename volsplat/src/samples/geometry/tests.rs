@@ -107,7 +107,12 @@ fn measure(mode: FootprintMode, projection: Projection) -> Worst {
         let grid = numbers.grid();
         let camera = numbers.camera(&grid, projection);
         let view = GridView::new(&camera, &grid);
-        let lens = Lens::new((&view, 0), &kernel, (mode, SelectMode::Splats), 0.7);
+        let choices = SampleOptions {
+            footprint: mode,
+            select: SelectMode::Splats,
+            ..SampleOptions::default()
+        };
+        let lens = Lens::new(&view, 0, &kernel, &choices, 0.7);
         let (block, positions) = filled(&mut numbers, &lens);
         for (i, at) in positions.iter().enumerate() {
             let Some(ball) = BallGeometry::new(&view, *at, kernel.radius()) else {
@@ -115,19 +120,38 @@ fn measure(mode: FootprintMode, projection: Projection) -> Worst {
             };
             // Nearly open outlines lose digits by nature: the extremes have their own tests.
             if view.camera_from_grid.transform_point3(*at).z > 1.5 * wide(lens.depth_reach) {
-                compare(&mut worst, (&block, i), (&view, &ball, mode), *at);
+                let case = Case {
+                    block: &block,
+                    i,
+                    view: &view,
+                    ball: &ball,
+                    mode,
+                };
+                compare(&mut worst, &case, *at);
             }
         }
     }
     worst
 }
 
-fn compare(
-    worst: &mut Worst,
-    (block, i): (&Block, usize),
-    (view, ball, mode): (&GridView, &BallGeometry, FootprintMode),
-    at: DVec3,
-) {
+/// A sample of a block, and its ball.
+#[derive(Clone, Copy)]
+struct Case<'a> {
+    block: &'a Block,
+    i: usize,
+    view: &'a GridView,
+    ball: &'a BallGeometry,
+    mode: FootprintMode,
+}
+
+fn compare(worst: &mut Worst, case: &Case, at: DVec3) {
+    let Case {
+        block,
+        i,
+        view,
+        ball,
+        mode,
+    } = *case;
     let ellipse = match mode {
         FootprintMode::AffineApprox => ball.approximate_outline(),
         _ => ball.outline,
@@ -150,7 +174,7 @@ fn compare(
         ((middle - ellipse.centre_px) / half).abs().max_element(),
     );
     raise(&mut worst.bounds, (extent / half - 1.0).abs().max_element());
-    compare_index(worst, (block, i), (view, ball, mode), ellipse);
+    compare_index(worst, case, ellipse);
 
     let in_camera = view.camera_from_grid.transform_point3(at);
     let depth = if view.projection == Projection::Perspective {
@@ -180,12 +204,14 @@ fn compare(
 }
 
 /// The squared index at places on the outline and halfway to it, from the block's form in f64.
-fn compare_index(
-    worst: &mut Worst,
-    (block, i): (&Block, usize),
-    (view, ball, mode): (&GridView, &BallGeometry, FootprintMode),
-    ellipse: resample_core::conic::Ellipse,
-) {
+fn compare_index(worst: &mut Worst, case: &Case, ellipse: resample_core::conic::Ellipse) {
+    let Case {
+        block,
+        i,
+        view,
+        ball,
+        mode,
+    } = *case;
     for step in 0..16 {
         let direction = DVec2::from_angle(f64::from(step) * std::f64::consts::TAU / 16.0)
             * ellipse.half_extent_px();

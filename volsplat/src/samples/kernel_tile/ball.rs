@@ -7,26 +7,26 @@
 use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
 use resample_core::maps::TilePlane;
-use resample_core::section::SectionProfile;
 use resample_core::tile::TILE_PX;
 
 use super::sums::{KernelSample, KernelScratch, LANES, SlabSums, Tile, slab};
 use crate::options::Interpolate;
-use crate::sheets::view::PlaneView;
+use crate::sheets::view::{HalfRow, PlaneView};
 
 /// The slabs that a ball reaches, and the one that its rays are placed on.
 struct Slabs {
     first: u32,
     count: u32,
-    /// Counted from the first: the slab nearest to the centre.
+    /// Counted from the first: the slab nearest to the centre, and its plane.
     middle: u32,
+    view: PlaneView,
 }
 
 /// Adds a voxel to every slab that cuts its kernel. Returns the pixels looked at.
 #[inline(always)]
 pub(super) fn add_ball<S: Simd, const SUMS: usize, const POWERS: usize>(
     simd: S,
-    (tile, profile): (Tile, &SectionProfile),
+    tile: Tile,
     first: u32,
     voxel: &KernelSample,
     scratch: &mut KernelScratch,
@@ -34,7 +34,6 @@ pub(super) fn add_ball<S: Simd, const SUMS: usize, const POWERS: usize>(
     let Some((slabs, [x0, y0, x1, y1])) = placed(&tile, first, voxel, &mut scratch.ring) else {
         return 0;
     };
-    let view = slab(&tile, slabs.first + slabs.middle, &mut scratch.ring).view;
     // A ball of one vector's width takes one, wherever it begins.
     let starts = if x1 - x0 <= LANES {
         [x0.min(TILE_PX - LANES); 2]
@@ -54,14 +53,8 @@ pub(super) fn add_ball<S: Simd, const SUMS: usize, const POWERS: usize>(
             {
                 continue;
             }
-            let at = (row, start);
-            add_rays::<_, SUMS, POWERS>(
-                simd,
-                (tile, profile),
-                (&view, &slabs, at),
-                voxel,
-                &mut scratch.ring,
-            );
+            let at = HalfRow { row, first: start };
+            add_rays::<_, SUMS, POWERS>(simd, tile, &slabs, at, voxel, &mut scratch.ring);
         }
     }
     (y1 - y0) * count * LANES * slabs.count as usize
@@ -104,6 +97,7 @@ fn placed(
             first,
             count,
             middle,
+            view: slab(tile, first + middle, ring).view,
         },
         [x0, y0, x1, y1],
     ))
@@ -113,14 +107,15 @@ fn placed(
 #[inline(always)]
 fn add_rays<S: Simd, const SUMS: usize, const POWERS: usize>(
     simd: S,
-    (tile, profile): (Tile, &SectionProfile),
-    (view, slabs, at): (&PlaneView, &Slabs, (usize, usize)),
+    tile: Tile,
+    slabs: &Slabs,
+    at: HalfRow,
     voxel: &KernelSample,
     ring: &mut [SlabSums],
 ) {
     let constant = |v: f32| f32x8::splat(simd, v);
-    let (row, start) = at;
-    let range = start..start + LANES;
+    let (view, row) = (&slabs.view, at.row);
+    let range = at.first..at.first + LANES;
     let load = |plane: &TilePlane| f32x8::from_slice(simd, &plane[row][range.clone()]);
     // From the voxel to the ray's place on the middle slab's plane.
     let mut p = [constant(0.0); 3];
@@ -140,7 +135,7 @@ fn add_rays<S: Simd, const SUMS: usize, const POWERS: usize>(
         across[0],
         across[1].mul_add(across[1], across[2] * across[2]),
     );
-    let Some(chord) = profile.chord::<_, _, POWERS>(simd, distance2) else {
+    let Some(chord) = tile.kernel.profile.chord::<_, _, POWERS>(simd, distance2) else {
         return;
     };
     // Places on the chord, -1 to 1.

@@ -31,7 +31,7 @@ pub(super) fn close_slabs<S: Simd, const SUMS: usize>(
             }
             for half in [0, LANES] {
                 let at = HalfRow { row, first: half };
-                close_half::<_, SUMS>(simd, tile, (sums, &mut scratch.pixels), at);
+                close_half::<_, SUMS>(simd, tile, sums, &mut scratch.pixels, at);
             }
             sums.sums[row] = [[0.0; TILE_PX]; MOST_SUMS];
             changed = true;
@@ -61,7 +61,8 @@ fn clamp_row(sums: &mut SlabSums, row: usize) {
 fn close_half<S: Simd, const SUMS: usize>(
     simd: S,
     tile: Tile,
-    (sums, pixels): (&SlabSums, &mut TilePixels),
+    sums: &SlabSums,
+    pixels: &mut TilePixels,
     at: HalfRow,
 ) {
     let row = &sums.sums[at.row];
@@ -77,7 +78,8 @@ fn close_half<S: Simd, const SUMS: usize>(
                 lit(
                     simd,
                     tile,
-                    (at, load(1)),
+                    at,
+                    load(1),
                     [load(3), load(4), load(5)],
                     classified,
                 )
@@ -86,7 +88,7 @@ fn close_half<S: Simd, const SUMS: usize>(
             }
         }
     };
-    composite(simd, tile.settings, (sums.view.camera_z, pixels), at, added);
+    composite(simd, tile.settings, sums.view.camera_z, pixels, at, added);
 }
 
 /// From sums of scalar, weight and need to colours times optical depth, and optical depth; `None` where nothing is seen.
@@ -122,7 +124,8 @@ fn classified<S: Simd>(
 fn lit<S: Simd>(
     simd: S,
     tile: Tile,
-    (at, weights): (HalfRow, Lanes<S>),
+    at: HalfRow,
+    weights: Lanes<S>,
     gradient_sums: [Lanes<S>; 3],
     [red, green, blue, depth]: [Lanes<S>; 4],
 ) -> [Lanes<S>; 4] {
@@ -155,14 +158,15 @@ fn lit<S: Simd>(
 fn composite<S: Simd>(
     simd: S,
     settings: &SheetSettings,
-    (camera_z, pixels): (f32, &mut TilePixels),
+    camera_z: f32,
+    pixels: &mut TilePixels,
     at: HalfRow,
     [red, green, blue, depth]: [Lanes<S>; 4],
 ) {
     let range = at.first..at.first + LANES;
     let load = |plane: &[f32; TILE_PX]| f32x8::from_slice(simd, &plane[range.clone()]);
     let before = load(&pixels.transmittance[at.row]);
-    // What is opaque is left alone: whether its sums are whole depends on the pixels beside it.
+    // Opaque pixels take no more: whether its sums are whole depends on the pixels beside it.
     let open = before.simd_ge(f32x8::splat(simd, settings.min_transmittance));
     let weight = open.select(
         before * opacity(simd, settings.opacity, depth),

@@ -5,5 +5,5 @@ mod close;
 mod sums;
 mod tile;
 
-pub(crate) use sums::{KernelSample, KernelScratch, KernelSettings, TileRays};
+pub(crate) use sums::{KernelSample, KernelScratch, KernelSettings, Tile, TileRays};
 pub(crate) use tile::render_tile;

@@ -13,7 +13,7 @@ use resample_core::tile::TILE_PX;
 use crate::clip::GridClip;
 use crate::options::{Classify, Interpolate};
 use crate::sheets::settings::SheetSettings;
-use crate::sheets::view::{PlaneView, TileView};
+use crate::sheets::view::{HalfRow, PlaneView, TileView};
 
 pub(super) const LANES: usize = 8;
 
@@ -84,13 +84,13 @@ pub(super) struct SlabSums {
     pub(super) number: u32,
 }
 
-/// What every voxel of a tile is summed with.
+/// Settings and view that all voxels of a tile share.
 #[derive(Clone, Copy)]
-pub(super) struct Tile<'a> {
-    pub(super) settings: &'a SheetSettings,
-    pub(super) kernel: &'a KernelSettings,
-    pub(super) view: &'a TileView,
-    pub(super) rays: &'a TileRays,
+pub(crate) struct Tile<'a> {
+    pub(crate) settings: &'a SheetSettings,
+    pub(crate) kernel: &'a KernelSettings,
+    pub(crate) view: &'a TileView,
+    pub(crate) rays: &'a TileRays,
 }
 
 /// Storage of one task, reused from tile to tile.
@@ -188,10 +188,11 @@ impl SlabSums {
     pub(super) fn add<S: Simd, const SUMS: usize>(
         &mut self,
         simd: S,
-        (row, first): (usize, usize),
+        at: HalfRow,
         weight: f32x8<S>,
         value: &[f32; MOST_SUMS],
     ) {
+        let HalfRow { row, first } = at;
         for (plane, value) in self.sums[row][..SUMS].iter_mut().zip(value) {
             let lanes = &mut plane[first..first + LANES];
             weight
@@ -205,10 +206,11 @@ impl SlabSums {
     pub(super) fn widen_range<S: Simd>(
         &mut self,
         simd: S,
-        (row, first): (usize, usize),
+        at: HalfRow,
         weight: f32x8<S>,
         scalar: f32,
     ) {
+        let HalfRow { row, first } = at;
         let range = first..first + LANES;
         let reached = weight.simd_gt(f32x8::splat(simd, 0.0));
         let scalar = f32x8::splat(simd, scalar);

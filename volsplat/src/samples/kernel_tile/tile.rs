@@ -17,35 +17,25 @@ use resample_core::tile::TILE_PX;
 use super::ball::add_ball;
 use super::close::close_slabs;
 use super::sums::{
-    KernelSample, KernelScratch, KernelSettings, SUMS_LIT, SUMS_POST, SUMS_PRE, SlabSums, Tile,
-    TileRays, slab,
+    KernelSample, KernelScratch, SUMS_LIT, SUMS_POST, SUMS_PRE, SlabSums, Tile, slab,
 };
 use crate::options::{Classify, Interpolate};
-use crate::sheets::settings::SheetSettings;
-use crate::sheets::view::TileView;
 
 /// Renders a tile from its sorted entries. `voxels` holds each chunk's voxels.
 pub(crate) fn render_tile(
-    (settings, kernel): (&SheetSettings, &KernelSettings),
-    (view, rays): (&TileView, &TileRays),
+    tile: Tile,
     entries: &[u64],
     voxels: &[&[KernelSample]],
     scratch: &mut KernelScratch,
 ) -> TileCounts {
-    let tile = Tile {
-        settings,
-        kernel,
-        view,
-        rays,
-    };
     macro_rules! sum {
         ($count:expr) => {
-            dispatch!(settings.level, simd => render_entries::<_, { $count }>(simd, tile, entries, voxels, scratch))
+            dispatch!(tile.settings.level, simd => render_entries::<_, { $count }>(simd, tile, entries, voxels, scratch))
         };
     }
-    match kernel.classify {
+    match tile.kernel.classify {
         Classify::Pre => sum!(SUMS_PRE),
-        Classify::Post if settings.needs_gradients() => sum!(SUMS_LIT),
+        Classify::Post if tile.settings.needs_gradients() => sum!(SUMS_LIT),
         Classify::Post => sum!(SUMS_POST),
     }
 }
@@ -81,18 +71,11 @@ fn render_entries<S: Simd, const SUMS: usize>(
         counts.pixels_touched += if voxel.mass > 0.0 {
             add_point::<SUMS>(tile, first, voxel, scratch)
         } else {
-            let profile = &tile.kernel.profile;
-            match profile.powers() {
-                Powers::Few => add_ball::<_, SUMS, ALONG_POLYNOMIAL>(
-                    simd,
-                    (tile, profile),
-                    first,
-                    voxel,
-                    scratch,
-                ),
-                Powers::All => {
-                    add_ball::<_, SUMS, ALONG>(simd, (tile, profile), first, voxel, scratch)
+            match tile.kernel.profile.powers() {
+                Powers::Few => {
+                    add_ball::<_, SUMS, ALONG_POLYNOMIAL>(simd, tile, first, voxel, scratch)
                 }
+                Powers::All => add_ball::<_, SUMS, ALONG>(simd, tile, first, voxel, scratch),
             }
         };
         counts.composited += 1;

@@ -1,7 +1,7 @@
 //! Many files: their order, their place, and what makes a series unfit.
 
 use crate::Error;
-use crate::input::dicom::tests::{SLICE, Slice};
+use crate::input::dicom::tests::files::{EXPLICIT, Elements, SLICE, Slice};
 use crate::input::test_files::Folder;
 use crate::input::{Format, LoadOptions, format_of, load};
 use crate::volume::{Volume, Voxels};
@@ -12,9 +12,7 @@ fn loaded(slices: &[Slice], options: &LoadOptions) -> Result<Volume, Error> {
     folder.write("README.txt", &[b"not a slice"]);
     folder.write(
         "report.dcm",
-        &[&super::Elements::new(super::EXPLICIT)
-            .text(0x0020_000E, "9")
-            .file()],
+        &[&Elements::new(EXPLICIT).text(0x0020_000E, "9").file()],
     );
     for (index, slice) in slices.iter().enumerate() {
         folder.write(&format!("{index}.dcm"), &[&slice.file()]);
