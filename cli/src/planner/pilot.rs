@@ -4,6 +4,8 @@
 //! Work is counted: it is the same on every machine, and decides how much may be looked at for an error. Time is measured:
 //! it decides for a time.
 
+use std::collections::BTreeMap;
+
 use anyhow::Result;
 use resample_core::{Camera, Image};
 
@@ -86,6 +88,22 @@ pub(super) fn side_px(scene: &Scene) -> u32 {
     }
 }
 
+/// Small pictures by their places in the sequence.
+struct Previews {
+    candidate: Candidate,
+    side_px: u32,
+    seen: BTreeMap<usize, Cells>,
+}
+
+impl Previews {
+    /// The place of the one with the most contrast.
+    fn most(&self) -> Option<usize> {
+        let seen = self.seen.iter();
+        let most = seen.max_by(|(_, a), (_, b)| a.contrast.total_cmp(&b.contrast));
+        most.map(|(&place, _)| place)
+    }
+}
+
 /// Numbers below `len`, evenly spaced.
 fn places(len: usize, count: usize) -> Vec<usize> {
     let count = count.min(len);
@@ -95,8 +113,8 @@ fn places(len: usize, count: usize) -> Vec<usize> {
 }
 
 impl Pilot {
-    /// Looks at small previews; of the pictures with windows one is that with the most contrast for each covered pixel,
-    /// because a thing that is seen from its narrow side has the largest error.
+    /// Looks at small previews, and chooses the pictures with windows: evenly spaced, and the one with the most contrast for
+    /// each covered pixel, because a thing that is seen from its narrow side has the largest error.
     pub(super) fn new(scene: &mut Scene, ladder: &Ladder, effort: &Effort) -> Result<Self> {
         let cameras = scene.opened.cameras().to_vec();
         let guard_px = match scene.opened.parts() {
@@ -113,31 +131,21 @@ impl Pilot {
             // Other work on the machine lengthens elapsed time alone.
             wall_per_cpu: 1.0,
         };
-        let side_px = side_px(scene);
-        let preview = Candidate::new(&ladder.preview);
-        scene.set(&preview.rung)?;
+        let mut previews = Previews {
+            candidate: Candidate::new(&ladder.preview),
+            side_px: side_px(scene),
+            seen: BTreeMap::new(),
+        };
+        scene.set(&ladder.preview)?;
         let mut chosen = places(cameras.len(), effort.views);
-        let mut seen = Vec::new();
-        for place in places(cameras.len(), effort.previews) {
-            seen.push((
-                place,
-                pilot.preview(scene, &preview, &cameras[place], side_px)?,
-            ));
-        }
-        if let Some(&(most, _)) = seen
-            .iter()
-            .max_by(|(_, a), (_, b)| a.contrast.total_cmp(&b.contrast))
+        if let Some(most) = pilot.most_contrast(scene, &mut previews, effort.previews)?
             && let Some(nearest) = chosen.iter_mut().min_by_key(|place| place.abs_diff(most))
         {
             *nearest = most;
         }
         for place in chosen {
-            let known = seen.iter().find(|(other, _)| *other == place);
-            let cells = match known {
-                Some((_, cells)) => cells.clone(),
-                None => pilot.preview(scene, &preview, &cameras[place], side_px)?,
-            };
-            if cells.len() > 0 {
+            pilot.preview(scene, &mut previews, place)?;
+            if let Some(cells) = previews.seen.remove(&place).filter(|cells| cells.len() > 0) {
                 pilot.views.push(View {
                     cells,
                     windows: Vec::new(),
@@ -148,25 +156,45 @@ impl Pilot {
         Ok(pilot)
     }
 
-    fn preview(
+    /// The picture with the most contrast: among evenly spaced ones, then on both sides of it at half the distance each time.
+    fn most_contrast(
         &mut self,
         scene: &mut Scene,
-        preview: &Candidate,
-        camera: &Camera,
-        side_px: u32,
-    ) -> Result<Cells> {
-        let long_px = camera.width.max(camera.height);
+        previews: &mut Previews,
+        count: usize,
+    ) -> Result<Option<usize>> {
+        for place in places(self.pictures, count) {
+            self.preview(scene, previews, place)?;
+        }
+        let mut step = self.pictures / count.max(1);
+        while step > 1 {
+            step = step.div_ceil(2);
+            let Some(most) = previews.most() else { break };
+            self.preview(scene, previews, most.saturating_sub(step))?;
+            self.preview(scene, previews, (most + step).min(self.pictures - 1))?;
+        }
+        Ok(previews.most())
+    }
+
+    fn preview(&mut self, scene: &mut Scene, previews: &mut Previews, place: usize) -> Result<()> {
+        if previews.seen.contains_key(&place) {
+            return Ok(());
+        }
+        let camera = scene.opened.cameras()[place];
+        let long_px = u64::from(camera.width.max(camera.height));
         let small = |px: u32| {
-            (px.div_ceil(2)).min(
-                (u64::from(px) * u64::from(MOST_PREVIEW_PX)).div_ceil(u64::from(long_px)) as u32,
-            )
+            let most = (u64::from(px) * u64::from(MOST_PREVIEW_PX)).div_ceil(long_px);
+            px.div_ceil(2).min(most as u32)
         };
         let small = camera.resized(small(camera.width), small(camera.height))?;
-        let (seen, _) = self.drawn(scene, preview, &small)?;
-        self.wall_per_cpu = self
-            .wall_per_cpu
-            .min(seen.time.wall_ms / seen.time.cpu_ms.max(f64::MIN_POSITIVE));
-        Ok(Cells::new(camera, &seen.image, side_px.min(long_px)))
+        let (seen, _) = self.drawn(scene, &previews.candidate, &small)?;
+        let wall_per_cpu = seen.time.wall_ms / seen.time.cpu_ms.max(f64::MIN_POSITIVE);
+        self.wall_per_cpu = self.wall_per_cpu.min(wall_per_cpu);
+        let side_px = previews.side_px.min(long_px as u32);
+        previews
+            .seen
+            .insert(place, Cells::new(&camera, &seen.image, side_px));
+        Ok(())
     }
 
     /// Draws, and counts the time and the work of it.

@@ -20,21 +20,21 @@ fn with_scenes() -> Bench {
         "quad.obj",
         b"v -1 -1 0\nv 1 -1 0\nv 1 1 0.4\nv -1 1 -0.4\nf 1 2 3 4\n",
     );
-    let panel = |x: usize, y: usize| (20..40).contains(&x) && (14..34).contains(&y);
-    let pixels: Vec<[usize; 2]> = (0..64 * 48).map(|i| [i % 64, i / 64]).collect();
+    let panel = |x: usize, y: usize| (30..60).contains(&x) && (21..51).contains(&y);
+    let pixels: Vec<[usize; 2]> = (0..96 * 72).map(|i| [i % 96, i / 96]).collect();
     let colour = |x: usize, y: usize| {
         let odd = (x / 3 + y / 3) % 2 == 1;
         if panel(x, y) {
             [220, 40 * u8::from(odd), 40]
         } else {
-            [(x * 3) as u8, (y * 5) as u8, 90]
+            [(x * 2) as u8, (y * 3) as u8, 90]
         }
     };
     let rgb: Vec<u8> = pixels.iter().flat_map(|&[x, y]| colour(x, y)).collect();
-    bench.write("im.ppm", &[b"P6\n64 48\n255\n".to_vec(), rgb].concat());
-    let mut depth = b"Pf\n64 48\n-1\n".to_vec();
-    for y in (0..48).rev() {
-        depth.extend((0..64).flat_map(|x| (if panel(x, y) { 2.0_f32 } else { 4.0 }).to_le_bytes()));
+    bench.write("im.ppm", &[b"P6\n96 72\n255\n".to_vec(), rgb].concat());
+    let mut depth = b"Pf\n96 72\n-1\n".to_vec();
+    for y in (0..72).rev() {
+        depth.extend((0..96).flat_map(|x| (if panel(x, y) { 2.0_f32 } else { 4.0 }).to_le_bytes()));
     }
     bench.write("z.pfm", &depth);
     bench
@@ -69,7 +69,7 @@ fn sequences() -> [Sequence; 3] {
         Sequence {
             scene: "panel",
             words: format!(
-                "warp3d im.ppm z.pfm --intrinsics 60,60,31.5,23.5 --sway 4 --frames {FRAMES}"
+                "warp3d im.ppm z.pfm --intrinsics 90,90,47.5,35.5 --sway 4 --frames {FRAMES}"
             ),
             narrow: "1/100",
             wide: "1/12",
@@ -159,7 +159,7 @@ fn the_default_is_taken_where_it_keeps_the_bound() {
 fn a_run_that_planning_cannot_help_takes_the_exact_setting_at_once() {
     let bench = with_scenes();
     for words in [
-        "texmap quad.obj --size 64x64",
+        "texmap quad.obj --size 48x48",
         "texmap quad.obj --size 48x48 --turntable 4",
     ] {
         let command =
