@@ -192,7 +192,7 @@ fn checkerboard(side: usize) -> Image {
         } else {
             0.1
         };
-        // A slow gradient tells the cells apart.
+        // A slow gradient makes the cells distinct.
         *pixel = [
             light,
             light * x as f32 / side as f32,

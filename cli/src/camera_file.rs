@@ -53,12 +53,13 @@ enum NearPlane {
     /// It is in `camera`.
     Known,
     /// It follows from what the camera looks at.
-    FromBounds,
+    FromScene,
 }
 
-/// Near plane of a calibrated camera without `near`: this fraction of the distance to the far end of the scene,
-/// the same fraction that a look-at camera takes of the distance to its target.
-const NEAR_FRACTION: f64 = 1e-4;
+/// Near plane of a calibrated camera without `near`: this fraction of the distance to the far end of a volume or mesh,
+/// or to the nearest sample of a depth image, the same fraction that a look-at camera takes of the distance to its
+/// target.
+pub(crate) const NEAR_FRACTION: f64 = 1e-4;
 
 /// Largest camera file, bytes. A camera takes about 300 bytes, so this is 200 000 of them; a larger file is
 /// something else that was named by mistake.
@@ -76,7 +77,7 @@ impl FileCamera {
     pub(crate) fn without_near(camera: Camera) -> Self {
         Self {
             camera,
-            near: NearPlane::FromBounds,
+            near: NearPlane::FromScene,
             target_distance: None,
         }
     }
@@ -88,12 +89,17 @@ impl FileCamera {
 
     /// The camera, with its near plane fitted to `bounds` (two corners of a box in the world) if the file gave none.
     pub(crate) fn for_bounds(&self, bounds: [DVec3; 2]) -> Result<Camera> {
+        let eye = self.camera.eye_in_world();
+        // Per axis, the farther of the two faces: together the farthest corner.
+        let farthest = (bounds[0] - eye).abs().max((bounds[1] - eye).abs());
+        self.for_distance(farthest.length())
+    }
+
+    /// The camera, with its near plane fitted to a scene at this distance, world units, if the file gave none.
+    pub(crate) fn for_distance(&self, distance: f64) -> Result<Camera> {
         let mut camera = self.camera;
-        if self.near == NearPlane::FromBounds {
-            let eye = camera.eye_in_world();
-            // Per axis, the farther of the two faces: together the farthest corner.
-            let farthest = (bounds[0] - eye).abs().max((bounds[1] - eye).abs());
-            camera.near = NEAR_FRACTION * farthest.length();
+        if self.near == NearPlane::FromScene {
+            camera.near = NEAR_FRACTION * distance;
         }
         Ok(camera.validated()?)
     }
@@ -117,7 +123,7 @@ impl FileCamera {
 /// The JSON value that a file holds.
 pub(crate) fn read_value(path: &Path) -> Result<Value> {
     let mut text = String::new();
-    // A limit on what is read, not on the size that the system tells: a pipe or a device tells none.
+    // The limit holds for the bytes read, not for the size that the system reports: a pipe or a device reports zero.
     File::open(path)?
         .take(MAX_FILE_BYTES + 1)
         .read_to_string(&mut text)?;
@@ -200,7 +206,7 @@ fn calibrated_camera(fields: &mut Fields, defaults: &CameraDefaults) -> Result<F
     let near = if given.is_some() {
         NearPlane::Known
     } else {
-        NearPlane::FromBounds
+        NearPlane::FromScene
     };
     Ok(FileCamera {
         camera,

@@ -68,7 +68,7 @@ pub fn format_of(path: &Path, bits: Option<u8>) -> Result<Format> {
     }
 }
 
-/// Checks that a file can be made at `path`: the folder is there and can be written to, and nothing but a file has
+/// Checks that a file can be made at `path`: the folder is there and can be written to, and only a file has
 /// that name already.
 pub fn check_writable(path: &Path) -> Result<()> {
     // A device or a pipe would be replaced by the renaming, like a file.

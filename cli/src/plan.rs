@@ -173,7 +173,7 @@ impl Plan {
                 file_cameras(file, extent.bounds).with_context(|| named(&request.camera.camera))?
             }
             PlannedCameras::Path(path, pictures) => path
-                .cameras(pictures, extent.bounds)
+                .cameras(pictures, |camera| camera.for_bounds(extent.bounds))
                 .with_context(|| named(&request.sequence.path))?,
         };
         self.checked(cameras)

@@ -46,7 +46,7 @@ impl std::fmt::Display for Viewpoint {
 /// The facts known when cameras are read.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Known {
-    /// Size of the picture that the camera took or takes, where the file states none.
+    /// Size of the camera's picture, where the file states none.
     pub picture: [u32; 2],
     /// Size that was asked for.
     pub size: Option<Size>,

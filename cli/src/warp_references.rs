@@ -1,9 +1,8 @@
 //! The references of a warp in memory, or in a file where they do not fit, and their warper: the same for whoever draws.
 
 use anyhow::{Result, bail};
-use glam::DVec3;
 use resample_core::Camera;
-use warp3d::{Frame, LargeReference, LargeWarper, Reference, WarpOptions, Warper, reference};
+use warp3d::{Frame, LargeReference, LargeWarper, Reference, WarpOptions, Warper};
 
 use crate::multiview;
 
@@ -50,18 +49,19 @@ impl References {
         }
     }
 
-    /// Two corners of the box around all samples that have a depth, world units.
-    pub(crate) fn bounds(&self) -> [DVec3; 2] {
-        match self {
+    /// Camera z of the sample that is nearest to the camera that saw it, world units.
+    pub(crate) fn nearest(&self) -> f64 {
+        let nearest = match self {
             Self::Held(references) => references
                 .iter()
-                .map(Reference::bounds)
-                .fold(reference::NO_BOUNDS, reference::joined),
+                .map(Reference::nearest)
+                .fold(f32::INFINITY, f32::min),
             Self::Filed(references, _) => references
                 .iter()
-                .map(LargeReference::bounds)
-                .fold(reference::NO_BOUNDS, reference::joined),
-        }
+                .map(LargeReference::nearest)
+                .fold(f32::INFINITY, f32::min),
+        };
+        f64::from(nearest)
     }
 
     /// The cameras.

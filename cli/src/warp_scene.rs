@@ -1,19 +1,18 @@
 //! The references of a warp: pictures, depths and cameras read and put together.
 //!
-//! Takes the typed options, gives the views that the warp starts from, the camera of the first and the box around all
-//! their samples.
+//! Takes the typed options, gives the views that the warp starts from, the camera of the first and the distance of the
+//! nearest sample.
 
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
-use glam::DVec3;
 use warp3d::input::cameras::{Lens, Pair};
 use warp3d::input::{self, DepthMeaning, Part, colour, depth};
 use warp3d::large::Files;
 use warp3d::{LargeReference, Reference, SurfaceTolerance};
 
 use crate::args::{DepthArgs, Warp3dArgs};
-use crate::camera_file::FileCamera;
+use crate::camera_file::{FileCamera, NEAR_FRACTION};
 use crate::viewpoint::{self, Known, Viewpoint};
 use crate::warp_references::{Keeping, References};
 
@@ -23,8 +22,8 @@ pub(crate) struct WarpScene {
     pub references: References,
     /// The camera of the first.
     pub from: FileCamera,
-    /// Two corners of the box around all samples, world units.
-    pub bounds: [DVec3; 2],
+    /// Camera z of the nearest sample, world units.
+    pub nearest: f64,
 }
 
 /// One picture as it was typed.
@@ -60,17 +59,15 @@ pub(crate) fn read(args: &Warp3dArgs, keeping: Keeping) -> Result<WarpScene> {
             References::Filed(filed.collect::<Result<_>>()?, max_memory)
         }
     };
-    let bounds = references.bounds();
+    let nearest = references.nearest();
     for camera in references.cameras_mut() {
         // The near plane of a reference cuts nothing: its samples are where they are.
-        camera.near = camera
-            .near
-            .min(1e-4 * (bounds[1] - bounds[0]).length().max(1e-30));
+        camera.near = camera.near.min(NEAR_FRACTION * nearest);
     }
     Ok(WarpScene {
         references,
         from: described[0].from,
-        bounds,
+        nearest,
     })
 }
 

@@ -1,7 +1,7 @@
 //! Conic scan conversion: the pixels whose centres lie inside a conic, row by row.
 //!
 //! Each row gives a quadratic in x, solved once; the ends are then settled against the conic's own sign at the pixel
-//! centres, so that no pixel is missed and none is extra, whatever the rounding of the root. An ellipse gives one
+//! centres, so that no pixel is missed or added, whatever the rounding of the root. An ellipse gives one
 //! span a row; an open conic may give two.
 
 use std::ops::Range;

@@ -59,7 +59,7 @@ pub struct FootprintProfile {
 }
 
 impl FootprintProfile {
-    /// Fits P by least squares on Chebyshev nodes, weighted by u^(3/2): what is minimised is the error of the
+    /// Fits P by least squares on Chebyshev nodes, weighted by u^(3/2): this minimises the error of the
     /// line integral itself. That of the polynomial kernel is known.
     pub fn new(kernel: &Kernel) -> Self {
         if kernel.shape() == KernelShape::Polynomial {

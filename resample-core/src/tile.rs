@@ -155,7 +155,7 @@ impl<P> ChunkBins<P> {
 
     /// Adds a primitive that touches the tiles of `rect` and is sorted by `key`, least first.
     pub fn push(&mut self, primitive: P, key: u32, rect: TileRect) {
-        debug_assert!(
+        assert!(
             self.primitives.len() < MAX_CHUNK_LEN,
             "the index of a primitive has 16 bits"
         );

@@ -1,6 +1,6 @@
 //! Where the real test data lies, and how a test says that it is not there.
 //!
-//! Takes nothing but the environment and gives a folder. The data is large and not part of the repository, so a test
+//! Takes the environment and gives a folder. The data is large and not part of the repository, so a test
 //! that wants it asks [`data_dir`] first, and when the answer is `None` calls [`skipped`] and returns. A skip is thus
 //! always visible in the output of `cargo test -- --nocapture`, and never a failure.
 //!

@@ -4,7 +4,7 @@
 //! Gaussian. The pattern varies slowly against the references that the tests take, so that what a test measures is
 //! geometry and not the pattern's aliasing.
 //!
-//! Limits: no light, no shadow; a view misses nothing but empty space, which is NaN in depth and black.
+//! Limits: no light, no shadow; a view misses empty space only, which is NaN in depth and black.
 
 use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;

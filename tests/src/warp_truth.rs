@@ -41,7 +41,7 @@ pub struct Truth {
     pub seen: Vec<f32>,
 }
 
-/// Share from which on a pixel counts as visible: all of its samples, but for rounding. With this mask, a Lanczos lookup at
+/// Share from which on a pixel counts as visible: all of its samples, up to rounding. With this mask, a Lanczos lookup at
 /// the true depth gives the published figures of the scenes' ceiling (41.6, 34.3, 22.3, 24.2 dB; here 41.5, 34.3, 22.2, 24.2); with
 /// pixels of which half is seen it would give 38.0 and 32.6 on the first two.
 const WHOLLY: f32 = 0.999;

@@ -54,7 +54,8 @@ impl Tile<'_> {
                 }
                 _ => collect(
                     self.frame.filter,
-                    (&work.visibility.ids, &work.edges),
+                    &work.visibility.ids,
+                    &work.edges,
                     pixel,
                     &mut work.fragments,
                 ),
@@ -170,7 +171,8 @@ impl Tile<'_> {
     fn lit(&self, surface: &Surface, at: [f32; 2], base: Vec4, emissive: Vec4) -> Vec4 {
         self.shaded(
             surface,
-            (at, surface.light_at(&self.view, at)),
+            at,
+            surface.light_at(&self.view, at),
             base,
             emissive,
         )
@@ -181,7 +183,8 @@ impl Tile<'_> {
     pub(crate) fn shaded(
         &self,
         surface: &Surface,
-        (at, light): ([f32; 2], f32),
+        at: [f32; 2],
+        light: f32,
         base: Vec4,
         emissive: Vec4,
     ) -> Vec4 {

@@ -1,4 +1,4 @@
-//! Where what is seen changes between two neighbouring sub-pixels, exactly.
+//! The exact place between two neighbouring sub-pixels at which the visible surface changes.
 //!
 //! A sum over sub-pixels counts each as if its whole cell showed what its middle shows, so an edge is seen in steps.
 //! Between two neighbours p and q of the lattice that show different triangles, the place t (0 at p, 1 at q) of the

@@ -130,11 +130,11 @@ impl TexelEllipse {
         wrap: [Wrap; 2],
         simd: Vectors,
     ) -> Option<Gathered> {
-        dispatch!(simd, simd => gather_texels(simd, self, (level, wrap)))
+        dispatch!(simd, simd => gather_texels(simd, self, level, wrap))
     }
 
     #[inline(always)]
-    fn gather(&self, source: (&Level, [Wrap; 2])) -> Option<Gathered> {
+    fn gather(&self, level: &Level, wrap: [Wrap; 2]) -> Option<Gathered> {
         let [ixx, ixy, iyy] = self.inverse;
         let reach = self.cut / (1.0 - self.change);
         let (mut sum, mut total) = (Vec4::ZERO, 0.0);
@@ -158,7 +158,7 @@ impl TexelEllipse {
                 for (k, weight) in weights.iter_mut().enumerate() {
                     *weight = self.weight((column + k as i32) as f32 - self.centre[0], dv);
                 }
-                add_row(source, (row, column), &weights[..count], &mut sum);
+                add_row(level, wrap, (row, column), &weights[..count], &mut sum);
                 total += weights[..count].iter().sum::<f32>();
                 texels += count as u32;
                 column += BATCH as i32;
@@ -201,7 +201,8 @@ const BATCH: usize = 8;
 /// Adds to `sum` the texels from `column` of `row` on, times the weights, with what lies beyond the level's borders.
 #[inline(always)]
 fn add_row(
-    (level, wrap): (&Level, [Wrap; 2]),
+    level: &Level,
+    wrap: [Wrap; 2],
     (row, column): (i32, i32),
     weights: &[f32],
     sum: &mut Vec4,
@@ -229,9 +230,10 @@ fn add_row(
 fn gather_texels<S: Simd>(
     _: S,
     ellipse: &TexelEllipse,
-    source: (&Level, [Wrap; 2]),
+    level: &Level,
+    wrap: [Wrap; 2],
 ) -> Option<Gathered> {
-    ellipse.gather(source)
+    ellipse.gather(level, wrap)
 }
 
 /// Adding this rounds a float of magnitude under 2^22 to an integer and leaves that integer in the low bits.

@@ -18,7 +18,8 @@ pub(crate) struct Fragment {
 /// Lists the triangles that `ids` (by sub-pixel of the tile) hold within the filter of pixel (x, y) of the tile.
 pub(crate) fn collect(
     filter: &PixelFilter,
-    (ids, edges): (&[u32], &Edges),
+    ids: &[u32],
+    edges: &Edges,
     [x, y]: [usize; 2],
     fragments: &mut Vec<Fragment>,
 ) {

@@ -116,7 +116,7 @@ pub enum Shade {
 )]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum PlaneKind {
-    /// Camera z of what is seen, coverage-weighted, world units, +infinity where nothing is: channel Z
+    /// Camera z of the visible surface, coverage-weighted, world units, +infinity where there is no surface: channel Z
     Depth,
     /// World normal towards the eye, times coverage: channels normal.X, normal.Y, normal.Z
     Normal,

@@ -1,4 +1,4 @@
-//! Planes over a tile: what is linear over the screen, in f32, relative to the tile.
+//! Planes over a tile: quantities linear over the screen, in f32, relative to the tile.
 
 use glam::DVec3;
 

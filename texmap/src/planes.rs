@@ -45,7 +45,8 @@ impl Tile<'_> {
                 }
                 _ => collect(
                     self.frame.filter,
-                    (&nearest, &work.edges),
+                    &nearest,
+                    &work.edges,
                     pixel,
                     &mut work.fragments,
                 ),

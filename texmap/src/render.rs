@@ -104,7 +104,7 @@ impl Renderer {
         stats.tile_pairs = in_view.rects.iter().map(|rect| rect.area() as u64).sum();
         stats.stages.bin = clock.stop();
 
-        let tiles = self.tiles(&camera, &in_view, (&grid, &lists), &mut stats);
+        let tiles = self.tiles(&camera, &in_view, &grid, &lists, &mut stats);
 
         let clock = StageClock::start();
         let mut image = picture(&grid, &tiles);
@@ -129,7 +129,8 @@ impl Renderer {
         &self,
         camera: &Camera,
         in_view: &InView,
-        (grid, lists): (&TileGrid, &TileLists),
+        grid: &TileGrid,
+        lists: &TileLists,
         stats: &mut FrameStats,
     ) -> Vec<TileImage> {
         let clock = StageClock::start();

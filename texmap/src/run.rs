@@ -53,7 +53,8 @@ impl Run {
     pub(crate) fn look_up(
         &self,
         surface: &Surface,
-        (planes, pyramid): (&UvPlanes, &Pyramid),
+        planes: &UvPlanes,
+        pyramid: &Pyramid,
         side_px: f32,
         out: &mut [Vec4],
     ) {

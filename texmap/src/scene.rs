@@ -1,6 +1,6 @@
 //! The scene: triangles in world space, materials and textures, as every input format leaves them.
 //!
-//! Node transforms are applied, so that nothing but triangles remains: there is no scene graph. After input, every
+//! Node transforms are applied, so that only triangles remain: there is no scene graph. After input, every
 //! index is in range and every number finite; later stages do not check again.
 
 use glam::{DAffine3, DMat2, DVec2};

@@ -25,7 +25,7 @@ type Groups = [[bool; TILE_PX / GROUP_PX]; TILE_PX];
 type Pixels = [[Vec4; TILE_PX]; TILE_PX];
 
 impl Tile<'_> {
-    /// Colours of the sub-pixels that some pixel wants: splats, and what is translucent over what lies behind.
+    /// Colours of the sub-pixels that some pixel wants: splats, and translucent surfaces over those behind.
     pub(crate) fn lay_splats(&self, work: &mut TileWork, image: &mut TileImage) {
         if work.from_subpixels.is_empty() {
             return;
@@ -85,7 +85,7 @@ impl Tile<'_> {
         let mut emissive = [Vec4::ONE; SPAN_PX];
         self.look_up_run(surface, &surface.emissive, run, &mut emissive);
         for (k, colour) in out.iter_mut().enumerate() {
-            *colour = self.shaded(surface, (run.at(k), light[k]), *colour, emissive[k]);
+            *colour = self.shaded(surface, run.at(k), light[k], *colour, emissive[k]);
         }
     }
 
@@ -101,12 +101,7 @@ impl Tile<'_> {
             None => out.fill(Vec4::ONE),
             Some(planes) => {
                 let pyramid = &self.frame.scene.pyramids[planes.pyramid];
-                run.look_up(
-                    surface,
-                    (planes, pyramid),
-                    self.frame.filter.spacing_px,
-                    out,
-                );
+                run.look_up(surface, planes, pyramid, self.frame.filter.spacing_px, out);
             }
         }
     }

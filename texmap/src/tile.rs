@@ -186,13 +186,13 @@ impl Tile<'_> {
             match mode {
                 AlphaMode::Mask { cutoff } => {
                     let slot = &mut surfaces[id as usize];
-                    visibility.draw_cut(triangle, id, (filter, near), |at| {
+                    visibility.draw_cut(triangle, id, filter, near, |at| {
                         let at = subpixel_px(filter, at);
                         let surface = slot.get_or_insert_with(|| self.surface(id, at));
                         self.alpha(surface, at) >= cutoff
                     });
                 }
-                _ => visibility.draw(triangle, id, (filter, near), self.frame.simd),
+                _ => visibility.draw(triangle, id, filter, near, self.frame.simd),
             }
         }
         for id in ids.filter(|&id| self.alpha_mode(id) == AlphaMode::Blend) {

@@ -3,7 +3,7 @@
 //! A sub-pixel belongs to the nearest triangle that covers its position, so surfaces behind, however near, add
 //! nothing. Where two triangles are equally near within the rounding of their depth keys, the one that stands first
 //! in the scene wins everywhere, so coplanar surfaces do not mix in stripes. Translucent triangles are kept in lists,
-//! all of them that lie before what is opaque.
+//! all of them that lie before the opaque surface.
 
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
@@ -164,8 +164,10 @@ impl RasterTriangle {
 fn draw_rows<S: Simd>(
     _: S,
     visibility: &mut Visibility,
-    (triangle, id): (&RasterTriangle, u32),
-    (filter, near): (&PixelFilter, NearKey),
+    triangle: &RasterTriangle,
+    id: u32,
+    filter: &PixelFilter,
+    near: NearKey,
 ) {
     let [first, last] = triangle.columns;
     let [l0, l1, l2] = triangle.lines;
@@ -207,15 +209,16 @@ impl Visibility {
         self.layers.clear();
     }
 
-    /// Draws a triangle where it is nearer than what is there.
+    /// Draws a triangle where it is nearer than the surface stored there.
     pub(crate) fn draw(
         &mut self,
         triangle: &RasterTriangle,
         id: u32,
-        view: (&PixelFilter, NearKey),
+        filter: &PixelFilter,
+        near: NearKey,
         simd: Vectors,
     ) {
-        dispatch!(simd, simd => draw_rows(simd, self, (triangle, id), view));
+        dispatch!(simd, simd => draw_rows(simd, self, triangle, id, filter, near));
     }
 
     /// As [`Visibility::draw`], where `shows` says that the sub-pixel is not cut out.
@@ -223,7 +226,8 @@ impl Visibility {
         &mut self,
         triangle: &RasterTriangle,
         id: u32,
-        (filter, near): (&PixelFilter, NearKey),
+        filter: &PixelFilter,
+        near: NearKey,
         mut shows: impl FnMut(usize) -> bool,
     ) {
         let (ids, keys) = (&mut self.ids, &mut self.keys);
@@ -236,7 +240,7 @@ impl Visibility {
         });
     }
 
-    /// Lists a translucent triangle wherever it lies before what is opaque.
+    /// Lists a translucent triangle wherever it lies before the opaque surface.
     pub(crate) fn list(
         &mut self,
         triangle: &RasterTriangle,

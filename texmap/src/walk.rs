@@ -6,7 +6,7 @@
 //! the other, the edge is where their depths cross; if one walk arrives at the other's triangle, both are one surface,
 //! which jumps at most where triangles do not share their corners (a seam of texture coordinates, a crease).
 //!
-//! Limits: between two sub-pixels nothing but the two surfaces is looked at; walks have at most [`MAX_STEPS`] steps.
+//! Limits: between two sub-pixels only their two surfaces are examined; walks have at most [`MAX_STEPS`] steps.
 
 use crate::edges::{Crossing, Neighbours};
 use crate::plane::value;

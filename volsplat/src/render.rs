@@ -142,7 +142,7 @@ impl Renderer {
         }
     }
 
-    /// Changes what is kept of the volume, for the frames that follow. [`Error::Option`] as in [`Renderer::new`].
+    /// Changes the kept part of the volume, for the frames that follow. [`Error::Option`] as in [`Renderer::new`].
     pub fn set_clip(&mut self, clip: Clip) -> Result<(), Error> {
         let options = RenderOptions {
             clip,
@@ -159,7 +159,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Changes the transfer function for the frames that follow, where what is kept of the volume holds all that it
+    /// Changes the transfer function for the frames that follow, where the kept part of the volume holds all that it
     /// shows: the field of one channel of scalars, prepared with a function that shows as much. One prepared
     /// with a mean of several functions ([`TransferFunction::mixed`]) takes each of them. Counts and
     /// [`Renderer::visible_bounds_in_world`] stay those of the function that it was prepared with.
@@ -236,7 +236,7 @@ impl Renderer {
         self.render_watched(camera, &mut |_| {})
     }
 
-    /// Renders one frame and tells how far it is, which a volume that stays in its file makes worth knowing.
+    /// Renders one frame and reports its progress, for volumes that stay in their file.
     pub fn render_watched(&mut self, camera: &Camera, watch: &mut Watch) -> Result<Frame, Error> {
         let camera = camera
             .validated()

@@ -47,7 +47,7 @@ pub struct FrameStats {
     pub bricks: u64,
     /// Bricks of cells that were read from the file for this frame (volumes that stay in their file).
     pub bricks_read: u64,
-    /// Most bytes that bricks, their index and begun tiles took at once (volumes that stay in their file).
+    /// Peak bytes of bricks, their index and begun tiles (volumes that stay in their file).
     pub resident_bytes: u64,
     /// Bricks that hold nothing visible: dropped when the volume was prepared.
     pub bricks_empty: u64,

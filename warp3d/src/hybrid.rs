@@ -83,7 +83,8 @@ impl Hybrid {
     pub(crate) fn draw(
         &mut self,
         prepared: &Prepared,
-        (warp, target): (&Warp, &Camera),
+        warp: &Warp,
+        target: &Camera,
         how: How,
         stats: &mut FrameStats,
     ) {

@@ -48,6 +48,7 @@ pub mod options;
 mod patch;
 mod piece;
 mod prepared;
+mod ramps;
 mod raster;
 pub mod reference;
 mod resolve;

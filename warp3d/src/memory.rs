@@ -133,19 +133,34 @@ pub(crate) fn left_for_windows(
     blocks: u64,
     options: &WarpOptions,
 ) -> u64 {
-    let picture = (PICTURE + filling(options.fill)) * pixels;
-    // Ranges, counts, and places on the screen.
-    let tables = (8 + 8 + 16) * blocks;
     let allowed = max_bytes.saturating_sub(PROGRAM);
-    (allowed - allowed / 11).saturating_sub(picture + tables)
+    (allowed - allowed / 11).saturating_sub(around_windows(pixels, blocks, options))
+}
+
+/// Bytes to allow so that [`left_for_windows`] leaves `windows` of them.
+#[cfg(feature = "input")]
+pub(crate) fn allowed_for_windows(
+    windows: u64,
+    pixels: u64,
+    blocks: u64,
+    options: &WarpOptions,
+) -> u64 {
+    with_small_buffers(windows + around_windows(pixels, blocks, options))
+}
+
+/// Bytes of a whole picture of so many `pixels`, and of the tables of so many `blocks`.
+#[cfg(feature = "input")]
+fn around_windows(pixels: u64, blocks: u64, options: &WarpOptions) -> u64 {
+    // Ranges, counts, and places on the screen.
+    (PICTURE + filling(options.fill)) * pixels + (8 + 8 + 16) * blocks
 }
 
 /// Bytes that looking once through a reference of this size takes when it does not stay in memory: one second difference
-/// of disparity for each seventh sample, two bits a sample, and a band of rows.
+/// of disparity for each seventh sample, two bits a sample, and a band of rows with what is proposed for its soft edges.
 #[cfg(feature = "input")]
 pub(crate) fn survey_bytes([width, height]: [usize; 2], band_rows: usize) -> u64 {
     let samples = width as u64 * height as u64;
-    samples * 4 / 7 + samples / 4 + (width * band_rows) as u64 * 24 + PROGRAM
+    samples * 4 / 7 + samples / 4 + (width * band_rows) as u64 * 40 + PROGRAM
 }
 
 /// Refuses a warp that takes more than `max_bytes`.

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use crate::Reference;
 use crate::colour::Colours;
 use crate::options::{MixedPixels, SurfaceOptions};
+use crate::ramps::{Edges, sharpened};
 use crate::raster::{Quarters, Segments};
 use crate::rims::Rims;
 use crate::spline::coefficients;
@@ -24,9 +25,22 @@ pub(crate) struct Prepared {
 }
 
 impl Prepared {
-    /// Finds surfaces and edges of `reference`.
+    /// Finds surfaces and edges of `reference`, whose depth is made sharp where it is soft.
     pub(crate) fn new(reference: &Reference, options: &SurfaceOptions) -> Self {
-        let surfaces = Surfaces::new(reference, options.tolerance);
+        let Reference { camera, depth, .. } = reference;
+        let width = camera.width as usize;
+        match Edges::of(camera.projection, depth, width) {
+            Edges::Sharp => Self::of_sharp(reference, depth, options),
+            edges => {
+                let depth = sharpened(camera.projection, depth, width, edges);
+                Self::of_sharp(reference, &depth, options)
+            }
+        }
+    }
+
+    /// As [`Prepared::new`], with the depth that is given.
+    pub(crate) fn of_sharp(reference: &Reference, depth: &[f32], options: &SurfaceOptions) -> Self {
+        let surfaces = Surfaces::new(&reference.camera, depth, options.tolerance);
         let mut samples: Vec<_> = reference
             .colour
             .par_iter()

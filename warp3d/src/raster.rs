@@ -215,9 +215,9 @@ impl Projected {
                 continue;
             }
             let cx = first + shift;
-            let places = (cy * (width + 1) + cx, (cy - 1) * width + cx, width);
-            let cells =
-                EightCells::load(simd, &self.planes, places, [joined >> shift, main >> shift]);
+            let (cell, above) = (cy * (width + 1) + cx, (cy - 1) * width + cx);
+            let bits = [joined >> shift, main >> shift];
+            let cells = EightCells::load(simd, &self.planes, cell, above, width, bits);
             sink.eight(simd, &cells);
         }
         for quarter in scene.segments.quarters.of_segment(segment) {

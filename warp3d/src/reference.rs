@@ -3,8 +3,6 @@
 //! After input everything is one convention: linear light, camera z as depth, the core's camera. Later stages do not
 //! check again.
 
-use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 use resample_core::Camera;
 
 /// A picture with depth and the camera that took it.
@@ -18,34 +16,14 @@ pub struct Reference {
     pub depth: Vec<f32>,
 }
 
-/// Two corners of a box around nothing.
-pub const NO_BOUNDS: [DVec3; 2] = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-
 impl Reference {
-    /// Two corners of the box around all samples that have a depth, world units.
-    pub fn bounds(&self) -> [DVec3; 2] {
-        let rows = self
-            .depth
-            .par_chunks(self.camera.width.max(1) as usize)
-            .enumerate();
-        rows.map(|(y, depth)| row_bounds(&self.camera, y, depth))
-            .reduce(|| NO_BOUNDS, joined)
+    /// Camera z of the nearest sample, world units; infinite where there is none.
+    pub fn nearest(&self) -> f32 {
+        nearest(&self.depth)
     }
 }
 
-/// The box around two boxes.
-pub fn joined(a: [DVec3; 2], b: [DVec3; 2]) -> [DVec3; 2] {
-    [a[0].min(b[0]), a[1].max(b[1])]
-}
-
-/// Two corners of the box around the samples of row `y`, world units.
-pub(crate) fn row_bounds(camera: &Camera, y: usize, depth: &[f32]) -> [DVec3; 2] {
-    let world_from_camera = camera.camera_from_world.inverse();
-    let mut corners = NO_BOUNDS;
-    for (x, &z) in depth.iter().enumerate().filter(|(_, z)| !z.is_nan()) {
-        let (origin, direction) = camera.ray_in_camera(DVec2::new(x as f64 + 0.5, y as f64 + 0.5));
-        let pos_in_world = world_from_camera.transform_point3(origin + f64::from(z) * direction);
-        corners = joined(corners, [pos_in_world; 2]);
-    }
-    corners
+/// The least of some camera z, those left out that are unknown.
+pub(crate) fn nearest(depth: &[f32]) -> f32 {
+    depth.iter().copied().fold(f32::INFINITY, f32::min)
 }

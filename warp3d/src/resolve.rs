@@ -27,7 +27,7 @@ use crate::stats::FrameStats;
 use crate::warp::Warp;
 use inside::{RUN, Run};
 use parts::{Part, Parts};
-use resolver::Resolver;
+use resolver::{Resolver, Row};
 
 /// Two sides of an edge that have moved against each other by less than this, reference px, are partly shown as the
 /// reference shows them. A guess: half the sigma of its pixels.
@@ -35,14 +35,6 @@ const UNMOVED_PX: f64 = 0.25;
 
 /// A surface with this share of a pixel's weight has it all, and its centre of gravity is the pixel's, up to rounding.
 const NEARLY_ALL: f32 = 0.999_99;
-
-/// A row of the picture.
-struct Row<'a> {
-    rgba: &'a mut [[f32; 4]],
-    depth: &'a mut [f32],
-    resolution: &'a mut [f32],
-    purity: &'a mut [f32],
-}
 
 /// What a pixel becomes.
 #[derive(Clone, Copy, Debug)]
@@ -56,15 +48,16 @@ struct Resolved {
 /// Draws `prepared` from `target`: `hybrid` finds what the pixels see, then they are resolved.
 pub(crate) fn render(
     hybrid: &mut Hybrid,
-    (reference, prepared): (&Reference, &Prepared),
+    reference: &Reference,
+    prepared: &Prepared,
     target: &Camera,
     how: How,
     stats: &mut FrameStats,
 ) -> Layer {
     let warp = Warp::new(&reference.camera, target);
-    hybrid.draw(prepared, (&warp, target), how, stats);
+    hybrid.draw(prepared, &warp, target, how, stats);
     let clock = StageClock::start();
-    let layer = Resolver::new(hybrid, (reference, prepared), &warp, target, how).layer();
+    let layer = Resolver::new(hybrid, reference, prepared, &warp, target, how).layer();
     stats.stages.resolve += clock.stop();
     layer
 }
@@ -192,16 +185,11 @@ fn shift(part: &Part, window: [f32; 3], at_centre: Option<&Hit>) -> DVec2 {
 }
 
 #[simd]
-fn row<S: Simd>(simd: S, resolver: &Resolver<'_>, y: usize, row: Row<'_>) {
+fn row<S: Simd>(simd: S, resolver: &Resolver<'_>, y: usize, mut row: Row<'_>) {
     let width = resolver.size[0];
     let mut run = Run::new();
     for first in (0..width).step_by(RUN) {
-        run.resolve(
-            simd,
-            resolver,
-            (first, y),
-            (row.rgba, row.depth, row.resolution),
-        );
+        run.resolve(simd, resolver, (first, y), &mut row);
     }
     let mut parts = Parts::default();
     for x in resolver.hybrid.at_edge.columns(y, width) {

@@ -59,7 +59,8 @@ struct Splat {
 
 /// Draws `prepared` from `target`.
 pub(crate) fn render(
-    (reference, prepared): (&Reference, &Prepared),
+    reference: &Reference,
+    prepared: &Prepared,
     target: &Camera,
     shape: Shape,
     stats: &mut FrameStats,
@@ -87,7 +88,7 @@ pub(crate) fn render(
     stats.outside += known - drawn;
     stats.stages.project += clock.stop();
     let clock = StageClock::start();
-    let layer = draw(&rows, (prepared, &warp), target, shape);
+    let layer = draw(&rows, prepared, &warp, target, shape);
     stats.stages.accumulate += clock.stop();
     layer
 }
@@ -147,7 +148,8 @@ fn splat(surfaces: &Surfaces, warp: &Warp, sample: usize, shape: Shape) -> Optio
 
 fn draw(
     rows: &[(RowRange, Vec<Splat>)],
-    (prepared, warp): (&Prepared, &Warp),
+    prepared: &Prepared,
+    warp: &Warp,
     target: &Camera,
     shape: Shape,
 ) -> Layer {

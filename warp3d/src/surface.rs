@@ -7,9 +7,8 @@
 //! Limits: depth that was smoothed across an edge (a ramp of flying samples) may link both sides.
 
 use rayon::prelude::*;
-use resample_core::Projection;
+use resample_core::{Camera, Projection};
 
-use crate::Reference;
 use crate::options::SurfaceTolerance;
 use crate::piece::CellRows;
 use crate::warp::disparity;
@@ -74,15 +73,12 @@ pub(crate) const RIGHT: u8 = 1;
 pub(crate) const BELOW: u8 = 2;
 
 impl Surfaces {
-    /// Finds the surfaces of `reference`.
-    pub(crate) fn new(reference: &Reference, tolerance: SurfaceTolerance) -> Self {
-        let projection: Projection = reference.camera.projection;
-        let size = [
-            reference.camera.width as usize,
-            reference.camera.height as usize,
-        ];
+    /// Finds the surfaces of what `camera` sees at these camera z.
+    pub(crate) fn new(camera: &Camera, depth: &[f32], tolerance: SurfaceTolerance) -> Self {
+        let projection: Projection = camera.projection;
+        let size = [camera.width as usize, camera.height as usize];
         let known = |&depth: &f32| disparity(projection, depth).unwrap_or(f32::NAN);
-        let disparity: Vec<f32> = reference.depth.par_iter().map(known).collect();
+        let disparity: Vec<f32> = depth.par_iter().map(known).collect();
         let tolerance = match tolerance {
             SurfaceTolerance::Relative(t) => t,
             SurfaceTolerance::Auto => tolerance_of(&disparity, size),

@@ -49,7 +49,8 @@ impl Warper {
         Self::with_tolerances(references, None, options)
     }
 
-    /// As [`Warper::new`], with a tolerance of surfaces for each reference in place of that of the options.
+    /// As [`Warper::new`] with `tolerances`, for parts of pictures that were surveyed as a whole: each has its tolerance of
+    /// surfaces, and its edges are sharp.
     pub(crate) fn with_tolerances(
         references: Vec<Reference>,
         tolerances: Option<&[SurfaceTolerance]>,
@@ -174,15 +175,15 @@ impl Pipeline {
         let Some(surfaces) = options.method.surfaces() else {
             return Self::default();
         };
-        let of = |(index, reference)| {
-            let tolerance = tolerances.map_or(surfaces.tolerance, |given| given[index]);
-            Prepared::new(
-                reference,
-                &SurfaceOptions {
-                    tolerance,
+        let of = |(index, reference): (usize, &Reference)| match tolerances {
+            None => Prepared::new(reference, &surfaces),
+            Some(tolerances) => {
+                let surfaces = SurfaceOptions {
+                    tolerance: tolerances[index],
                     ..surfaces
-                },
-            )
+                };
+                Prepared::of_sharp(reference, &reference.depth, &surfaces)
+            }
         };
         Self {
             prepared: references.iter().enumerate().map(of).collect(),
@@ -208,20 +209,18 @@ impl Pipeline {
                     level: options.simd.resolve(),
                 };
                 let prepared = &self.prepared[index];
-                resolve::render(&mut self.hybrid, (reference, prepared), camera, how, stats)
+                resolve::render(&mut self.hybrid, reference, prepared, camera, how, stats)
             }
             Method::Points { .. } => splat::render(
-                (reference, &self.prepared[index]),
+                reference,
+                &self.prepared[index],
                 camera,
                 Shape::Point,
                 stats,
             ),
-            Method::Splats { .. } => splat::render(
-                (reference, &self.prepared[index]),
-                camera,
-                Shape::Disc,
-                stats,
-            ),
+            Method::Splats { .. } => {
+                splat::render(reference, &self.prepared[index], camera, Shape::Disc, stats)
+            }
         }
     }
 }

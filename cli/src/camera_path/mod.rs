@@ -92,12 +92,16 @@ impl CameraPath {
             .then_some((&self.times_s, keys))
     }
 
-    /// A camera for each picture; near planes that the file does not give are fitted to `bounds`.
-    pub(crate) fn cameras(&self, pictures: &[Moment], bounds: [DVec3; 2]) -> Result<Vec<Camera>> {
+    /// A camera for each picture; `fitted` gives near planes to cameras of the file that have none.
+    pub(crate) fn cameras(
+        &self,
+        pictures: &[Moment],
+        fitted: impl Fn(&FileCamera) -> Result<Camera>,
+    ) -> Result<Vec<Camera>> {
         let cameras: Vec<Camera> = self
             .keys
             .iter()
-            .map(|key| key.camera.for_bounds(bounds))
+            .map(|key| fitted(&key.camera))
             .collect::<Result<_>>()?;
         let tracks = Tracks::new(&self.keys, &cameras);
         pictures

@@ -42,7 +42,9 @@ fn keys_around_an_object_go_around_it() {
         11,
         "two seconds at five pictures a second, both ends"
     );
-    let cameras = path.cameras(&pictures, BOUNDS).expect("good cameras");
+    let cameras = path
+        .cameras(&pictures, |camera| camera.for_bounds(BOUNDS))
+        .expect("good cameras");
     for camera in &cameras {
         let eye = camera.eye_in_world();
         assert!((eye.length() - 4.0).abs() < 1e-9, "distance stays: {eye}");
@@ -69,7 +71,7 @@ fn a_zoom_is_steady() {
     let path = path(list).expect("good");
     let pictures = path.pictures(4.0).expect("few");
     let focal: Vec<f64> = path
-        .cameras(&pictures, BOUNDS)
+        .cameras(&pictures, |camera| camera.for_bounds(BOUNDS))
         .expect("good")
         .iter()
         .map(|c| c.fx)

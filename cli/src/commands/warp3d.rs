@@ -296,7 +296,7 @@ fn layout(args: &Warp3dArgs) -> Layout {
 
 /// The cameras to draw from, before they become sheets or sway.
 fn targets(args: &Warp3dArgs, scene: &WarpScene) -> Result<Vec<Camera>> {
-    let from = scene.from.for_bounds(scene.bounds)?;
+    let from = scene.from.for_distance(scene.nearest)?;
     if let Some(path) = &args.sequence.path {
         return keyed(path, args, &from, scene);
     }
@@ -312,7 +312,7 @@ fn targets(args: &Warp3dArgs, scene: &WarpScene) -> Result<Vec<Camera>> {
     let named = || to.path().unwrap_or(Path::new("--to")).display().to_string();
     cameras
         .iter()
-        .map(|camera| camera.for_bounds(scene.bounds).with_context(named))
+        .map(|camera| camera.for_distance(scene.nearest).with_context(named))
         .collect()
 }
 
@@ -329,7 +329,7 @@ fn keyed(path: &Path, args: &Warp3dArgs, from: &Camera, scene: &WarpScene) -> Re
     };
     let keys = camera_path::read(path, &defaults, KeyKind::Cameras)?;
     let pictures = keys.pictures(f64::from(args.sequence.fps.unwrap_or(output::DEFAULT_FPS)))?;
-    keys.cameras(&pictures, scene.bounds)
+    keys.cameras(&pictures, |camera| camera.for_distance(scene.nearest))
         .with_context(|| path.display().to_string())
 }
 

@@ -1,4 +1,4 @@
-//! `resample info`: what is told about a volume, and what is refused.
+//! `resample info`: the facts about a volume, and refusals.
 
 use serde_json::Value;
 

@@ -1,4 +1,4 @@
-//! `--max-error`, `--max-time` and `--explain`: what is promised is kept, and can be repeated.
+//! `--max-error`, `--max-time` and `--explain`: promises are kept and can be repeated.
 
 use std::fs;
 use std::path::Path;

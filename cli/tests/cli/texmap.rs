@@ -1,4 +1,4 @@
-//! `resample texmap`: pictures of small models, and models that are none.
+//! `resample texmap`: pictures of small models, and damaged models.
 
 use super::bad_input::assert_refused;
 use super::{Bench, assert_good, read_png, stderr};

@@ -92,6 +92,33 @@ fn a_step_to_the_right_moves_what_is_near_to_the_left() {
 }
 
 #[test]
+fn a_far_sky_leaves_the_near_scene_as_it_is() {
+    let bench = bench();
+    // What renderers write where nothing is hit: the largest half, far planes, the largest floats.
+    for sky in [65504.0, 1e6, 1e10, 1e30, f32::INFINITY] {
+        let z = |x: usize, y: usize| match (y < 6, panel(x, y)) {
+            (true, _) => sky,
+            (false, true) => 2.0,
+            (false, false) => 4.0,
+        };
+        bench.write("sky.pfm", &pfm_of(SIZE, z));
+        let lens = "--intrinsics 30,30,15.5,11.5";
+        for camera in ["shift:0.2,0,0", "cameras.json#targets/0"] {
+            let output = format!("warp3d im.png sky.pfm {lens} --to {camera} -o out/a.png");
+            assert_good(&bench.run(&output));
+            let (_, _, bytes) = read_png(&bench.path("out/a.png"));
+            assert_eq!(panel_start(&bytes, 32, 12), Some(7), "sky at {sky}");
+            // Below the sky everything is seen, up to what the panel hid and what lies beyond the border.
+            let seen = |x: usize, y: usize| bytes[(y * 32 + x) * 4 + 3] == 255;
+            let below = (7..24).all(|y| (0..29).all(|x| seen(x, y) || (15..20).contains(&x)));
+            assert!(below, "sky at {sky}: a part of the wall is missing");
+            let above = (0..5).all(|y| (0..29).all(|x| seen(x, y)));
+            assert_eq!(above, sky.is_finite(), "sky at {sky}: infinity is unknown");
+        }
+    }
+}
+
+#[test]
 fn the_identity_shows_the_picture_itself() {
     let bench = bench();
     assert_good(&bench.run(&format!(

@@ -1,6 +1,6 @@
 //! The picture: PNG, JPEG, EXR, TIFF and the other common formats, as linear light.
 //!
-//! Takes a file, gives linear red, green and blue and, where the file tells, how much of each pixel is covered.
+//! Takes a file, gives linear red, green and blue and, where the file holds it, the covered part of each pixel.
 //! Integer formats are taken for sRGB and decoded; floating-point formats are linear already. EXR is premultiplied
 //! and is divided by its alpha, because a sample carries the colour of its surface. Limits: colour profiles and gamma
 //! chunks are not read; EXR chromaticities are taken for Rec. 709 primaries.
@@ -29,7 +29,7 @@ pub fn decode(part: &Part, room: Room, to: &mut dyn Receiver) -> Result<bool, Er
         row: Vec::new(),
     };
     if exr::is_exr(&first_bytes(&part.path, 8)?) {
-        return exr::decode_colour(&part.path, part.name.as_deref(), (room, &mut tamed));
+        return exr::decode_colour(&part.path, part.name.as_deref(), room, &mut tamed);
     }
     if let Some(name) = &part.name {
         return Err(fault(

@@ -21,7 +21,7 @@ pub fn decode(part: &Part, room: Room, to: &mut dyn Receiver) -> Result<Stored, 
     let path = &part.path;
     let start = first_bytes(path, 8)?;
     if exr::is_exr(&start) {
-        return exr::decode_depth(path, part.name.as_deref(), (room, to));
+        return exr::decode_depth(path, part.name.as_deref(), room, to);
     }
     if let Some(name) = &part.name {
         return Err(fault(

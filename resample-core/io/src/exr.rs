@@ -45,7 +45,8 @@ pub(super) fn size(path: &Path) -> Result<[u32; 2], Error> {
 pub(super) fn decode_colour(
     path: &Path,
     layer: Option<&str>,
-    (room, to): (Room, &mut dyn Receiver),
+    room: Room,
+    to: &mut dyn Receiver,
 ) -> Result<bool, Error> {
     let headers = headers(path)?;
     let found = colour_channels(&headers, layer).map_err(|what| fault(path, what))?;
@@ -69,7 +70,8 @@ pub(super) fn decode_colour(
 pub(super) fn decode_depth(
     path: &Path,
     channel: Option<&str>,
-    (room, to): (Room, &mut dyn Receiver),
+    room: Room,
+    to: &mut dyn Receiver,
 ) -> Result<Stored, Error> {
     let headers = headers(path)?;
     let at = depth_channel(&headers, channel).map_err(|what| fault(path, what))?;

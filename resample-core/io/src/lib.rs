@@ -1,6 +1,6 @@
 //! Files of numbers: pictures and depths, row by row, and what several readers need of arrays and of TIFF files.
 //!
-//! The content of a file tells its format, never its name. A header's claims are held against the length of the
+//! The format of a file follows from its content, never from its name. A header's claims are held against the length of the
 //! file before anything is allocated. [`colour`] and [`depth`] give pictures and depths, into memory or, through a
 //! [`Receiver`], wherever the caller keeps them; [`whole_picture`] decodes a
 //! picture's bytes at once; [`npy`] and [`tiff`] read headers for readers of other things.

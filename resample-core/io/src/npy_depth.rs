@@ -38,7 +38,12 @@ pub(super) fn decode(path: &Path, room: Room, to: &mut dyn Receiver) -> Result<S
     }
     to.begin([width, height])?;
     if header.order == Order::Fortran {
-        by_columns(path, &mut file, (&element, [width, height]), (room, to))?;
+        room.check(
+            path,
+            (COLUMNS.min(width) * height * element.bytes) as u64,
+            "an array in Fortran order",
+        )?;
+        by_columns(path, &mut file, &element, [width, height], to)?;
         return Ok(stored);
     }
     let mut bytes = vec![0; width * element.bytes];
@@ -57,15 +62,11 @@ pub(super) fn decode(path: &Path, room: Room, to: &mut dyn Receiver) -> Result<S
 fn by_columns(
     path: &Path,
     file: &mut impl Read,
-    (element, [width, height]): (&Element, [usize; 2]),
-    (room, to): (Room, &mut dyn Receiver),
+    element: &Element,
+    [width, height]: [usize; 2],
+    to: &mut dyn Receiver,
 ) -> Result<(), Error> {
     let column_bytes = height * element.bytes;
-    room.check(
-        path,
-        (COLUMNS.min(width) * column_bytes) as u64,
-        "an array in Fortran order",
-    )?;
     for first in (0..width).step_by(COLUMNS) {
         let count = COLUMNS.min(width - first);
         let mut bytes = vec![0; count * column_bytes];

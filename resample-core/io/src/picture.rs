@@ -9,6 +9,6 @@ pub struct Picture {
     pub height: usize,
     /// Linear red, green and blue, not premultiplied, all finite; rows from the top.
     pub rgb: Vec<[f32; 3]>,
-    /// Covered part of each pixel, 0 to 1, where the file tells; 0 where it holds no pixel.
+    /// Covered part of each pixel, 0 to 1, where the file holds it; 0 where it holds no pixel.
     pub coverage: Option<Vec<f32>>,
 }

@@ -1,6 +1,6 @@
 //! Pictures decoded whole: PNG, JPEG, WebP, TGA, BMP, TIFF, GIF, HDR and what else the crate `image` reads.
 //!
-//! Takes the bytes of a file, gives pixels with straight alpha. The content tells the format; where it has no mark (TGA),
+//! Takes the bytes of a file, gives pixels with straight alpha. The format follows from the content; where it has no mark (TGA),
 //! the caller does. 8-bit pictures stay as they are; 16-bit ones are decoded from sRGB, and
 //! floating-point ones are linear already.
 //! Limits: colour profiles, gamma chunks and EXIF orientation are not applied; of an animation the first picture is taken.

@@ -76,7 +76,7 @@ pub(super) fn close_sheet<S: Simd>(
             std::array::from_fn(|k| std::array::from_fn(|x| sums[x][k]));
         for lane in (0..TILE_PX).step_by(S::f32s::LEN) {
             let at = RowLanes { row, lane };
-            composite_sheet_lanes(simd, settings, &mut tile.pixels, at, (&planes, depth));
+            composite_sheet_lanes(simd, settings, &mut tile.pixels, at, &planes, depth);
         }
     }
     counts.pixels_touched += (end - first) * TILE_PX;
@@ -90,7 +90,8 @@ fn composite_sheet_lanes<S: Simd>(
     settings: &TileSettings,
     pixels: &mut TilePixels,
     at: RowLanes,
-    (planes, depth): (&[[f32; TILE_PX]; 4], f32),
+    planes: &[[f32; TILE_PX]; 4],
+    depth: f32,
 ) {
     let range = at.lane..at.lane + S::f32s::LEN;
     let load = |plane: &[f32; TILE_PX]| S::f32s::from_slice(simd, &plane[range.clone()]);

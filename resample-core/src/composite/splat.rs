@@ -37,13 +37,13 @@ pub(super) fn composite_splat<S: Simd, const SLICED: bool>(
             );
             let form = dx.mul_add(linear, xx_dx2) + constant;
             let at = RowLanes { row, lane };
-            let Some(added) = added_lanes(simd, settings, &tile.maps, at, (form, splat)) else {
+            let Some(added) = added_lanes(simd, settings, &tile.maps, at, form, splat) else {
                 continue;
             };
             if SLICED {
-                add_lanes(simd, &mut tile.slice, at, (added, splat));
+                add_lanes(simd, &mut tile.slice, at, added, splat);
             } else {
-                composite_lanes(simd, settings, &mut tile.pixels, at, (added, splat));
+                composite_lanes(simd, settings, &mut tile.pixels, at, added, splat);
             }
         }
     }
@@ -64,7 +64,8 @@ fn added_lanes<S: Simd>(
     settings: &TileSettings,
     maps: &TileMaps,
     at: RowLanes,
-    (form, splat): (S::f32s, &Primitive),
+    form: S::f32s,
+    splat: &Primitive,
 ) -> Option<S::f32s> {
     let range = at.lane..at.lane + S::f32s::LEN;
     let constant = |x: f32| S::f32s::splat(simd, x);
@@ -96,7 +97,8 @@ fn composite_lanes<S: Simd>(
     settings: &TileSettings,
     pixels: &mut TilePixels,
     at: RowLanes,
-    (added, splat): (S::f32s, &Primitive),
+    added: S::f32s,
+    splat: &Primitive,
 ) {
     let range = at.lane..at.lane + S::f32s::LEN;
     let constant = |x: f32| S::f32s::splat(simd, x);
@@ -139,7 +141,8 @@ fn add_lanes<S: Simd>(
     simd: S,
     slice: &mut SliceSums,
     at: RowLanes,
-    (added, splat): (S::f32s, &Primitive),
+    added: S::f32s,
+    splat: &Primitive,
 ) {
     let range = at.lane..at.lane + S::f32s::LEN;
     let strength = &mut slice.strength[at.row][range.clone()];

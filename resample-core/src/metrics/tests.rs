@@ -53,7 +53,7 @@ fn plain_figures_agree_with_numpy() {
                 1e-9,
                 &format!("{what}: 99.9th percentile"),
             );
-            let p99_abs = sorted_quantile(&image, &reference, (mask, 0.99));
+            let p99_abs = sorted_quantile(&image, &reference, mask, 0.99);
             close(
                 found.p99_abs,
                 p99_abs,
@@ -65,11 +65,7 @@ fn plain_figures_agree_with_numpy() {
 }
 
 /// A quantile of the largest colour difference of each pixel, the plain way.
-fn sorted_quantile(
-    image: &Image,
-    reference: &Image,
-    (mask, quantile): (Option<&Mask>, f64),
-) -> f64 {
+fn sorted_quantile(image: &Image, reference: &Image, mask: Option<&Mask>, quantile: f64) -> f64 {
     let largest = |(a, b): (&[f32; 4], &[f32; 4])| {
         (0..3)
             .map(|k| (f64::from(a[k]) - f64::from(b[k])).abs())

@@ -34,7 +34,7 @@ fn through_the_row(len: usize, opacity: f64, shape: KernelShape) -> [f64; 2] {
 }
 
 /// Error found in the transmittance of a pixel: 1.1e-7 for layers of 1e-5, 1.3e-3 for 1e-6 (8 units in the last place,
-/// rounded), 1.3e-2 for 1e-7 (less than one unit, which is what is taken), 4.8e-3 for 1e-8 (all of it is lost).
+/// rounded), 1.3e-2 for 1e-7 (less than one unit, the bound), 4.8e-3 for 1e-8 (all of it is lost).
 #[test]
 fn a_million_faint_layers() {
     for (opacity, bound) in [

@@ -3,70 +3,17 @@
 //! Each case gives a finite picture, and its error against the f64 reference is measured, printed and bounded. Values
 //! of opacity at their extremes are in `extreme_opacities.rs`.
 
+mod errors;
+
 use glam::{DAffine3, DVec3};
-use resample_core::{Camera, FootprintMode, KernelShape, OpacityMode, SelectMode};
+use resample_core::{Camera, KernelShape, SelectMode};
 use resample_tests::choices::with_samples;
-use resample_tests::reference::{Scene, render as reference};
 use resample_tests::scenes::{
     coloured, full, grey, orthographic, perspective, random_volume, render, single_voxel, volume,
 };
 use volsplat::{DepthPlane, RenderOptions, Renderer, Volume};
 
-/// Error of the every-sample renderer, beyond what swaps of near-ties may cost.
-fn worst(volume: &Volume, camera: &Camera) -> f64 {
-    worst_with(volume, camera, &full(SelectMode::Splats))
-}
-
-fn worst_with(volume: &Volume, camera: &Camera, options: &RenderOptions) -> f64 {
-    let transfer = coloured(0.6);
-    let truth = reference(&Scene {
-        volume,
-        transfer: &transfer,
-        camera,
-        options,
-    });
-    let image = render(volume, &transfer, options, camera);
-    let mut worst = 0.0f64;
-    for (got, truth) in image.rgba.iter().zip(&truth) {
-        let [r, g, b] = truth.rgb;
-        for (got, expected) in got.iter().zip([r, g, b, 1.0 - truth.transmittance]) {
-            worst =
-                worst.max((f64::from(*got) - expected).abs() - truth.swap_cost - truth.phase_cost);
-        }
-    }
-    // Every mode must give numbers, whatever they are worth.
-    for select in [SelectMode::Hybrid, SelectMode::Points, SelectMode::Ewa] {
-        render(volume, &transfer, &full(select), camera);
-    }
-    for footprint in FootprintMode::ALL {
-        for opacity in [OpacityMode::Extinction, OpacityMode::Linear] {
-            let options = with_samples(
-                RenderOptions {
-                    opacity,
-                    depth: DepthPlane::Expected,
-                    ..options.clone()
-                },
-                |samples| samples.footprint = footprint,
-            );
-            render(volume, &transfer, &options, camera);
-        }
-    }
-    worst
-}
-
-/// Prints and bounds an error.
-fn hold(what: &str, error: f64, bound: f64) {
-    println!("{what}: {error:.1e}");
-    assert!(error < bound, "{what}: off by {error}, bound {bound}");
-}
-
-/// Whether any pixel shows something: a test of an empty picture tests nothing.
-fn shows(volume: &Volume, camera: &Camera) -> bool {
-    render(volume, &coloured(0.6), &full(SelectMode::Splats), camera)
-        .rgba
-        .iter()
-        .any(|p| p[3] > 1e-3)
-}
+use errors::{hold, shows, worst, worst_with};
 
 #[test]
 fn eye_inside_a_kernel() {

@@ -2,96 +2,18 @@
 //! points and mixed, lit and clipped. The B-spline's footprint profile is off by 8e-4 of its peak, and has a bound of its own; points stand
 //! at 256 positions a pixel, which moves each by up to 1/512 px.
 
+mod held;
+
 use glam::{DAffine3, DVec3};
-use resample_core::{Camera, KernelShape, SelectMode};
-use resample_tests::choices::{samples, sheets, with_samples, with_sheets};
-use resample_tests::kernel_sheet_reference::render as reference;
-use resample_tests::reference::Scene;
-use resample_tests::scenes::{
-    coloured, orthographic, perspective, random_volume, render, sheared_grid, transfer,
-};
+use resample_core::{KernelShape, SelectMode};
+use resample_tests::choices::{with_samples, with_sheets};
+use resample_tests::scenes::{coloured, perspective, random_volume, sheared_grid, transfer};
 use volsplat::procedural::blobs;
 use volsplat::{
     Cells, Classify, Clip, ClipPlane, Interpolate, Light, RenderOptions, Renderer, Shading,
-    Subpixels, TransferFunction, Volume,
 };
 
-const KERNELS: [KernelShape; 3] = [
-    KernelShape::Gaussian,
-    KernelShape::Polynomial,
-    KernelShape::BSpline,
-];
-
-const CLASSIFY: [Classify; 2] = [Classify::Pre, Classify::Post];
-
-fn options(kernel: KernelShape, classify: Classify) -> RenderOptions {
-    with_sheets(
-        with_samples(
-            RenderOptions {
-                subpixels: Subpixels::Fixed(1),
-                min_transmittance: 0.0,
-                ..RenderOptions::default()
-            },
-            |samples| {
-                samples.kernel = kernel;
-                samples.select = SelectMode::Splats;
-            },
-        ),
-        |sheets| sheets.classify = classify,
-    )
-}
-
-fn bound(options: &RenderOptions) -> f64 {
-    let residual = if sheets(options).interpolate == Interpolate::On {
-        1e-3
-    } else {
-        0.0
-    };
-    residual
-        + match (samples(options).kernel, samples(options).select) {
-            (_, SelectMode::Points | SelectMode::Hybrid) => 8e-3,
-            (KernelShape::BSpline, _) => 2e-3,
-            _ => 2e-4,
-        }
-}
-
-fn hold(
-    name: &str,
-    (volume, look): (&Volume, &TransferFunction),
-    camera: &Camera,
-    options: &RenderOptions,
-) {
-    let image = render(volume, look, options, camera);
-    let truth = reference(&Scene {
-        volume,
-        transfer: look,
-        camera,
-        options,
-    });
-    let errors = image.rgba.iter().zip(&truth);
-    let worst = errors
-        .flat_map(|(got, truth)| got.iter().zip(truth))
-        .map(|(got, truth)| (f64::from(*got) - truth).abs())
-        .fold(0.0, f64::max);
-    let seen = truth.iter().filter(|p| p[3] > 0.1).count();
-    let (kernel, select) = (samples(options).kernel, samples(options).select);
-    let classify = sheets(options).classify;
-    println!("{name}, {kernel:?}, {classify:?}, {select:?}: off by {worst:.1e}, {seen} px seen");
-    assert!(seen > 10, "{name}: nothing is seen, so nothing is tested");
-    let bound = bound(options);
-    assert!(
-        worst < bound,
-        "{name}, {kernel:?}, {classify:?}, {select:?}: off by {worst:.1e}, allowed {bound:.1e}"
-    );
-}
-
-fn cameras(middle: DVec3, size: f64) -> [Camera; 2] {
-    let eye = middle + size * DVec3::new(0.9, 0.55, -1.0);
-    [
-        perspective(eye, middle, 40.0, [15, 13]),
-        orthographic(eye, middle, 0.9 * size, [15, 13]),
-    ]
-}
+use held::{CLASSIFY, KERNELS, cameras, hold, options};
 
 fn hold_grid(name: &str, grid: DAffine3) {
     let volume = random_volume([6, 5, 7], grid);

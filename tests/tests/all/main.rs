@@ -41,6 +41,7 @@ mod warp_fills;
 mod warp_inputs;
 mod warp_large;
 mod warp_real;
+mod warp_soft;
 mod warp_twin;
 mod warp_views;
 mod windows;

@@ -26,27 +26,29 @@ fn the_early_end_changes_no_pixel_by_more_than_its_bound() {
         let extent = DVec3::from(volume.dims.map(|n| (n - 1) as f64));
         let middle = volume.world_from_index.transform_point3(0.5 * extent);
         let size = (volume.world_from_index.matrix3 * extent).length();
-        for (away, side) in [(0.9, 48u32), (4.0, 32)] {
+        let cameras = [(0.9, 48u32), (4.0, 32)].map(|(away, side)| {
             let eye = middle + away * size * DVec3::new(0.5, 0.4, -0.75);
-            let camera = perspective(eye, middle, 40.0, [side; 2]);
-            // Voxels as they are: the samples of cells go the same way, and are many.
-            let voxels = |options| with_samples(options, |samples| samples.cells = Cells::Off);
-            for options in [
-                RenderOptions::default(),
-                voxels(RenderOptions::every_sample()),
-                voxels(RenderOptions::axis_sheets()),
-            ] {
-                let full = RenderOptions {
-                    min_transmittance: 0.0,
+            perspective(eye, middle, 40.0, [side; 2])
+        });
+        // Voxels as they are: the samples of cells go the same way, and are many.
+        let voxels = |options| with_samples(options, |samples| samples.cells = Cells::Off);
+        for options in [
+            RenderOptions::default(),
+            voxels(RenderOptions::every_sample()),
+            voxels(RenderOptions::axis_sheets()),
+        ] {
+            let pictures = |min_transmittance| {
+                let options = RenderOptions {
+                    min_transmittance,
                     ..options.clone()
                 };
-                let whole = render(volume, look, &full, &camera);
-                for bound in [1.0 / 512.0, 0.05] {
-                    let early = RenderOptions {
-                        min_transmittance: bound,
-                        ..options.clone()
-                    };
-                    let worst = worst_difference(&render(volume, look, &early, &camera), &whole);
+                let mut renderer = Renderer::new(volume, look, &options).expect("valid options");
+                cameras.map(|camera| renderer.render(&camera).expect("a picture").image)
+            };
+            let whole = pictures(0.0);
+            for bound in [1.0 / 512.0, 0.05] {
+                for (early, whole) in pictures(bound).iter().zip(&whole) {
+                    let worst = worst_difference(early, whole);
                     // Sums of f32 in another order, beside the bound.
                     let most = f64::from(bound) + 1e-5;
                     assert!(

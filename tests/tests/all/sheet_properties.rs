@@ -1,5 +1,5 @@
 //! What holds for image sheets by themselves: exact laws at faces, bytes that depend
-//! on nothing but the scene, the bound of the early end, and convergence of second order in the slab's thickness.
+//! on the scene alone, the bound of the early end, and convergence of second order in the slab's thickness.
 
 use glam::{DAffine3, DVec3};
 use rayon::ThreadPoolBuilder;

@@ -1,7 +1,7 @@
 //! Image sheets against their f64 reference.
 //!
 //! The bound is per pixel and derived, not chosen: the table of 4096 scalars takes the nearest, so a sample's scalar is
-//! off by up to span / 8190; what that changes in opacity and colour, times what is left in front, is summed along the
+//! off by up to span / 8190; what that changes in opacity and colour, times the transmittance in front, is summed along the
 //! ray by the reference (`slack`, with what lies within rounding of the volume's faces). On top of it come 1e-5 for f32
 //! sums. Threads, convergence and faces are in `sheet_properties.rs`, extremes in `sheets_extremes.rs`.
 

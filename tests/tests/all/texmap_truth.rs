@@ -26,7 +26,7 @@ fn hybrid_is_six_decibels_above_every_single_sample_method() {
             continue;
         };
         // Over the pixels that the truth covers, and over those that it fills: our own backward methods share the
-        // outlines, so that only what is inside them tells filters apart.
+        // outlines, so that filters differ only inside them.
         let inside = truth.rgba.iter().map(|pixel| pixel[3] > 0.9999).collect();
         let inside = Mask::new(truth.width, truth.height, inside).expect("one flag a pixel");
         let against_truth = |method: Method, mask: &Mask| {

@@ -258,7 +258,7 @@ fn selection_is_the_share_of_points() {
     for (distance, size) in [(300.0, [16, 16]), (5.0, [64, 64]), (60.0, [64, 64])] {
         let (shares, image) = selection(distance, size);
         for (share, [red, green, ..]) in shares.iter().zip(&image.rgba) {
-            // Painted red, splats give no green: the picture itself tells the shares.
+            // Painted red, splats give no green: the picture itself shows the shares.
             let expected = if red + green > 0.0 {
                 green / (red + green)
             } else {

@@ -126,8 +126,8 @@ impl Spline {
     }
 }
 
-/// Whether all samples around a place are on one surface, so far that no cut is felt: a spline forgets what is `REACH`
-/// samples away but for 0.27^REACH, 1e-6.
+/// Whether all samples around a place are on one surface, so far that no cut has an effect: a spline depends on samples `REACH`
+/// away by no more than 0.27^REACH, 1e-6.
 fn on_one_surface(reference: &Reference, at: DVec2) -> bool {
     const REACH: usize = 11;
     let width = reference.camera.width as usize;

@@ -21,7 +21,7 @@ fn part(camera: &Camera, at: [u32; 2], size: [u32; 2]) -> Camera {
     }
 }
 
-/// Largest change between a window and the same place of the whole picture, but for a rim of `guard` pixels.
+/// Largest change between a window and the same place of the whole picture, except for a rim of `guard` pixels.
 fn departure(whole: &Image, window: &Image, (at, guard): ([u32; 2], usize)) -> f32 {
     let mut worst = 0.0_f32;
     for y in guard..window.height - guard {

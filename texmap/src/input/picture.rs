@@ -15,7 +15,7 @@ const MAX_BYTES_IN_ALL: u64 = 4 << 30;
 ///
 /// # Errors
 ///
-/// Names the file and what is wrong with it: it cannot be read, is no picture, or claims a size that cannot be.
+/// Names the file and its fault: it cannot be read, is not a picture, or claims an impossible size.
 pub fn load_picture(path: &Path) -> Result<Texture, Error> {
     let bytes = files::read(path)?;
     let format = ImageFormat::from_path(path).ok();

@@ -24,7 +24,7 @@ const TIME_LIMIT: Duration = Duration::from_secs(30);
 /// threads reserve.
 const MEMORY_LIMIT_KB: u64 = 1 << 20;
 
-/// What a child process does: loads the file that the environment names, draws it, and tells what became of it.
+/// What a child process does: loads the file that the environment names, draws it, and reports the outcome.
 #[test]
 fn the_file_that_the_environment_names() {
     let Some(file) = std::env::var_os(FILE_VARIABLE) else {

@@ -26,7 +26,7 @@ const MUST_LOAD: [&str; 5] = [
 /// Files of `khronos` that are packed in ways that are not read.
 const PACKED: [&str; 1] = ["glTF-Draco"];
 
-/// Loads on a thread of its own, so that a panic or a hang is told with the name of the file.
+/// Loads on a thread of its own, so that a panic or a hang is reported with the name of the file.
 fn load(path: &Path) -> Result<Loaded, String> {
     let (sender, receiver) = mpsc::channel();
     let own = path.to_owned();

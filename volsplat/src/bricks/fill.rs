@@ -231,7 +231,7 @@ impl PlannedChannel<'_> {
             let grid = Grid { voxels: slice, dims };
             match &self.shown {
                 Shown::Scalars(_) => gradients(|index| grid.at(index), bounds, &world_from_grid),
-                // Labels rise and fall with what is seen of them.
+                // Labels rise and fall with their visible part.
                 Shown::Labels(palette, strengths) => {
                     let strength = |index| strengths[palette.number(grid.stored(index)) as usize];
                     gradients(strength, bounds, &world_from_grid)

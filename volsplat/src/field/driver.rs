@@ -133,7 +133,7 @@ impl FieldPipeline {
         sheets
     }
 
-    /// Changes what is kept of the volume.
+    /// Changes the kept part of the volume.
     pub(crate) fn set_clip(&mut self, clip: &Clip) {
         self.clip = clip.in_grid(&self.world_from_index);
         let visible = bounds_in_world(self.source.bounds(), &self.clip, &DAffine3::IDENTITY);
@@ -244,7 +244,7 @@ impl FieldPipeline {
         }
     }
 
-    /// Takes options that differ in what is read anew for each frame.
+    /// Takes options that differ only in settings read anew for each frame.
     pub(crate) fn set_options(&mut self, options: &RenderOptions) {
         if let Some(field) = options.field() {
             self.choices = field.clone();

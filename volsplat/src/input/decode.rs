@@ -186,7 +186,7 @@ fn reserve<T>(values: &mut Vec<T>, more: usize, count: usize) -> Result<(), Stri
     })
 }
 
-/// Like `read_exact`, but tells how much there was when the stream ends before.
+/// Like `read_exact`, but reports the length read when the stream ends early.
 fn fill(stream: &mut dyn Read, piece: &mut [u8]) -> std::io::Result<usize> {
     let mut filled = 0;
     while filled < piece.len() {

@@ -1,4 +1,4 @@
-//! Volume files: tells the format by the content and gives a checked [`Volume`].
+//! Volume files: finds the format by the content and gives a checked [`Volume`].
 //!
 //! Takes a path and what the user says about it. The first bytes tell the format (`format.rs`); a file without a known
 //! mark is headerless, and then its size and type must be given. All formats end in one decoder of scalars

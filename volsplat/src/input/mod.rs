@@ -1,4 +1,4 @@
-//! Volume files: tells the format by the content and gives a checked volume.
+//! Volume files: finds the format by the content and gives a checked volume.
 //!
 //! Limits: one scalar per voxel; one volume per file. World coordinates stay as the format defines them.
 

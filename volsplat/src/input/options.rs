@@ -30,7 +30,7 @@ pub struct LoadOptions {
     pub level: Option<usize>,
     /// Which point in time is read, counted from 0; needed where there are several.
     pub time: Option<usize>,
-    /// What every value is multiplied with, and what is added then; for raw files that hold no Hounsfield units yet.
+    /// The factor of every value, and the offset added to it; for raw files that hold no Hounsfield units yet.
     pub rescale: Option<[f64; 2]>,
 }
 

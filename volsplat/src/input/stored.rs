@@ -16,7 +16,7 @@ use crate::input::{cannot_read, decode, invalid, open};
 use crate::large::{Region, VoxelSource};
 use crate::volume::{Endian, Lattice, NanPolicy, VoxelType, Voxels};
 
-/// Where the plain scalars of a volume lie, as a reader of headers tells it.
+/// Where the plain scalars of a volume lie, as a reader of headers finds it.
 pub(super) struct Located {
     pub(super) lattice: Lattice,
     pub(super) voxel_type: VoxelType,

@@ -1,7 +1,7 @@
-//! The survey of a stored volume: one reading that tells what later questions need.
+//! The survey of a stored volume: one reading that collects the facts used later.
 //!
 //! Counts of all values where the type has few, else their range and then one more reading for the histogram; and the
-//! least and greatest scalar of every brick of cells. What it finds equals what a volume in memory tells of itself.
+//! least and greatest scalar of every brick of cells. Its results equal those of a volume in memory.
 
 use rayon::prelude::*;
 

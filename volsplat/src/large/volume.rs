@@ -1,7 +1,7 @@
-//! A volume that is larger than memory: the voxels stay where they are, and what is known of them fits.
+//! A volume that is larger than memory: the voxels stay in their file, and a summary of them fits.
 //!
 //! Takes a source of voxels, reads it once from end to end, and keeps its place in the world, the counts of its values,
-//! and the least and greatest scalar of every brick of cells. A transfer function then tells which bricks can be seen
+//! and the least and greatest scalar of every brick of cells. A transfer function then decides which bricks can be seen
 //! without another look at the source. It is read in blocks of bricks that fit the memory.
 
 use std::sync::Arc;
@@ -29,7 +29,7 @@ pub struct LargeVolume {
 impl LargeVolume {
     /// Reads a source once, holding at most about `max_memory` bytes.
     ///
-    /// [`Error::Option`] where `max_memory` is too little for any brick-wise work, or the lattice is none.
+    /// [`Error::Option`] where `max_memory` is too little for any brick-wise work, or the lattice is degenerate.
     pub fn new(
         lattice: Lattice,
         source: Arc<dyn VoxelSource>,

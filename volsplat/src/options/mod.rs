@@ -158,7 +158,7 @@ impl RenderOptions {
         self.field().map_or(Blend::Emission, |field| field.blend)
     }
 
-    /// Whether the gradient changes what is seen.
+    /// Whether the gradient changes the picture.
     pub(crate) fn follows_gradient(&self) -> bool {
         self.shading != Shading::None || self.gradient_opacity.is_some()
     }

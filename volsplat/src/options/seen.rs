@@ -1,4 +1,4 @@
-//! Choices of what is seen that both pipelines share: light, sub-pixels, depth.
+//! Choices of appearance that both pipelines share: light, sub-pixels, depth.
 
 use glam::DVec3;
 

@@ -5,7 +5,7 @@ use resample_core::view::largest_eigenvalue;
 use resample_core::{Camera, GridView};
 
 /// The least of 1, 2, 4 and 8 at which samples, which stand on the lattice that `world_from_grid` places, are `least_px`
-/// sub-pixels apart at this position of the lattice; 8 where none is enough. A position behind the eye, or one that is no
+/// sub-pixels apart at this position of the lattice; 8 where even that is too few. A position behind the eye, or one that is no
 /// number, gives 1.
 pub(crate) fn automatic(
     camera: &Camera,

@@ -9,7 +9,7 @@ use crate::samples::hiding::{BrickPlace, Hiding};
 use crate::samples::layer::Layer;
 use crate::stats::FrameStats;
 
-/// Samples of a batch at least: below, visiting the tiles costs more than projecting what is hidden. A guess.
+/// Samples of a batch at least: below, visiting the tiles costs more than projecting hidden samples. A guess.
 const BATCH_SAMPLES: usize = 1 << 15;
 
 /// Chunks of a batch, so that every thread has some.

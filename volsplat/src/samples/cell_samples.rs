@@ -304,7 +304,7 @@ impl Filling {
 
     /// Adds the sample at a place counted from the brick's first.
     fn push(&mut self, at: [usize; 3], sum: Sum) {
-        debug_assert!(
+        assert!(
             at.iter().all(|&a| a < CELL_SIDE << self.level),
             "{at:?} of {:?}",
             self.corner

@@ -101,7 +101,7 @@ impl EverySample {
         })
     }
 
-    /// Takes options that differ in what is read anew for each frame.
+    /// Takes options that differ only in settings read anew for each frame.
     pub(crate) fn set_options(&mut self, options: &RenderOptions) {
         if let Some(samples) = options.samples() {
             self.choices = samples.clone();
@@ -114,7 +114,7 @@ impl EverySample {
         self.choices.colour_by.into()
     }
 
-    /// Changes what is kept of the volume.
+    /// Changes the kept part of the volume.
     pub(crate) fn set_clip(&mut self, clip: &Clip) {
         for layer in &mut self.layers {
             layer.set_clip(clip);

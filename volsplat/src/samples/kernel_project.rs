@@ -133,7 +133,7 @@ impl<'a> KernelProjection<'a> {
         }
     }
 
-    /// The point that a voxel becomes, with its slab; `None` if it is none.
+    /// The point that a voxel becomes, with its slab; `None` if it becomes a splat.
     #[inline(always)]
     fn point(&self, camera: Vec3) -> Option<(u32, OnScreen)> {
         let camera_z = f64::from(camera.z) + self.settings.anchor.camera_z;

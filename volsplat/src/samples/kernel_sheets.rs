@@ -131,7 +131,7 @@ impl KernelSheets {
         Ok(made)
     }
 
-    /// Changes what is kept of each ray and of points: scalars are known inside the volume alone, where samples that only
+    /// Changes the kept part of each ray and of points: scalars are known inside the volume alone, where samples that only
     /// complete the sums of splats lie around it.
     pub(crate) fn set_clip(&mut self, clip: &Clip) {
         let mut clip = clip.clone();
@@ -146,7 +146,7 @@ impl KernelSheets {
         self.visible_middle = visible.map(|[low, high]| 0.5 * (low + high));
     }
 
-    /// Takes options that differ in what is read anew for each frame.
+    /// Takes options that differ only in settings read anew for each frame.
     pub(crate) fn set_options(&mut self, options: &RenderOptions) {
         if let Some(samples) = options.samples() {
             self.choices = samples.clone();
@@ -220,7 +220,7 @@ impl KernelSheets {
         }
     }
 
-    /// Projects what is in view; returns how many chunks hold it.
+    /// Projects the voxels in view; returns how many chunks hold it.
     fn project(
         &self,
         frame: &SheetFrame,

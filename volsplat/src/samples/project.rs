@@ -2,7 +2,7 @@
 //!
 //! Positions are f32 relative to the eye, taken there in f64 once per brick; so a volume may lie 1e7 units from the
 //! origin. Geometry is computed for a block of samples at a time in plain loops over arrays, which the compiler turns
-//! into vector code; what is irregular (culling, rows, tiles) follows one by one. The formulas are those of
+//! into vector code; the irregular steps (culling, rows, tiles) follow one by one. The formulas are those of
 //! `resample_core::footprint`, which is the f64 twin.
 
 use fearless_simd::Simd;
@@ -185,7 +185,7 @@ impl ProjectedChunk {
         let (camera_z, depth) = (self.block.camera_z[i], self.block.depth[i]);
         let corner = DVec3::from(brick.bounds.corner.map(f64::from));
         let pos_in_grid = corner + DVec3::from(place(packed).map(f64::from));
-        // The negation keeps what is not a number out of the picture.
+        // The negation keeps NaN out of the picture.
         let reaches_near = camera_z + setup.lens.depth_reach > setup.lens.near;
         if !reaches_near || !setup.view_volume.sees_ball(pos_in_grid) {
             self.culled += 1;

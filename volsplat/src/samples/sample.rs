@@ -1,7 +1,7 @@
 //! Samples: the voxels that a transfer function leaves visible, stored compactly, brick by brick.
 //!
 //! Takes a volume and a transfer function (pre-classification: the function is applied to the voxel), gives bricks of
-//! 16^3 voxels that hold only what is not transparent: two bytes of place and four floats of colour and strength a
+//! 16^3 voxels that hold only the samples that are not transparent: two bytes of place and four floats of colour and strength a
 //! sample, and three of its gradient where it is lit. Memory and every later cost follow the visible voxels, not the grid. Bricks are in Morton order, so that a
 //! run of bricks is compact in space and touches few screen tiles.
 

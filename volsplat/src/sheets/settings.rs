@@ -98,7 +98,7 @@ impl SheetSettings {
         }
     }
 
-    /// Whether what is seen depends on the gradient.
+    /// Whether the picture depends on the gradient.
     pub(crate) fn needs_gradients(&self) -> bool {
         self.shade.is_some() || self.gradient_ramp.is_some()
     }

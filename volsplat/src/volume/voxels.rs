@@ -268,7 +268,7 @@ impl Voxels {
         with_voxels!(self, slice => slice.reserve_exact(more));
     }
 
-    /// Replaces what is NaN or infinite. Refused where the replacement is not finite in the voxel type.
+    /// Replaces values that are NaN or infinite. Refused where the replacement is not finite in the voxel type.
     pub fn replace_non_finite(&mut self, replacement: f64) -> Result<(), String> {
         match self {
             Self::F32(values) if (replacement as f32).is_finite() => {

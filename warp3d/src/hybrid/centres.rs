@@ -101,7 +101,8 @@ impl Centres<'_> {
         &mut self,
         simd: S,
         triangles: &EightTriangles<S>,
-        (front, area): (mask32x8<S>, f32x8<S>),
+        front: mask32x8<S>,
+        area: f32x8<S>,
         id: impl Fn(usize) -> u32,
     ) {
         let constant = |v: f32| f32x8::splat(simd, v);
@@ -237,7 +238,7 @@ impl Sink for Centres<'_> {
                 back &= back - 1;
             }
             let front = area.simd_gt(zero) & joined;
-            self.eight_triangles(simd, &triangles, (front, area), |lane| cells.id(lane, k));
+            self.eight_triangles(simd, &triangles, front, area, |lane| cells.id(lane, k));
         }
     }
 

@@ -188,7 +188,7 @@ impl Fine<'_> {
                 {
                     let step = [column as f32, (row - rows[0]) as f32];
                     let at = slot as usize * self.places.stride() + first;
-                    self.lattice.take(simd, &scan, (at, step), id);
+                    self.lattice.take(simd, &scan, at, step, id);
                 }
             }
         }
@@ -197,7 +197,7 @@ impl Fine<'_> {
 
 impl Lattice {
     #[inline(always)]
-    fn take<S: Simd>(&mut self, simd: S, scan: &Scan<S>, (at, step): (usize, [f32; 2]), id: u32) {
+    fn take<S: Simd>(&mut self, simd: S, scan: &Scan<S>, at: usize, step: [f32; 2], id: u32) {
         let inside = scan.inside(simd, step);
         if !inside.any_true() {
             return;

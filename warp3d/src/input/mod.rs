@@ -1,6 +1,6 @@
 //! Reads pictures, their depths and their cameras.
 //!
-//! Takes paths and what the user says about them, gives a checked [`Reference`]. The content of a file tells its format, never
+//! Takes paths and what the user says about them, gives a checked [`Reference`]. The format of a file follows from its content, never
 //! its name. Whatever the source, what leaves here is one convention: linear light, camera z, and the
 //! core's camera (x right, y down, z forward, pixel centres at one half); the conversions stand at this edge alone.
 //! Limits: pinhole and parallel cameras without lens distortion; one picture a file.

@@ -4,7 +4,7 @@ use resample_core::Camera;
 
 use crate::input::{DepthMeaning, Part};
 
-/// The files of a reference and what is known about them.
+/// The files of a reference and their properties.
 #[derive(Clone, Copy, Debug)]
 pub struct Files<'a> {
     /// The picture.

@@ -17,7 +17,6 @@ mod survey;
 mod unpack;
 mod warper;
 
-use glam::DVec3;
 use resample_core::Camera;
 
 use crate::options::SurfaceTolerance;
@@ -37,7 +36,7 @@ pub struct LargeReference {
     blocks: Blocks,
     tolerance: f32,
     known: u64,
-    bounds: [DVec3; 2],
+    nearest: f32,
 }
 
 impl LargeReference {
@@ -60,13 +59,13 @@ impl LargeReference {
             blocks: found.blocks,
             tolerance: found.tolerance,
             known: found.known,
-            bounds: found.bounds,
+            nearest: found.nearest,
         })
     }
 
-    /// Two corners of the box around all samples that have a depth, world units.
-    pub fn bounds(&self) -> [DVec3; 2] {
-        self.bounds
+    /// Camera z of the nearest sample, world units.
+    pub fn nearest(&self) -> f32 {
+        self.nearest
     }
 
     /// Number of samples with a depth.

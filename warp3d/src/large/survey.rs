@@ -1,7 +1,6 @@
 //! One look through the unpacked samples, in bands of rows: numbers become camera z, and what must be known of the whole
 //! picture is gathered.
 
-use glam::DVec3;
 use rayon::prelude::*;
 use resample_core::{Camera, Projection};
 
@@ -13,7 +12,8 @@ use crate::Error;
 use crate::input::meaning::ZOf;
 use crate::input::nothing_known;
 use crate::options::SurfaceTolerance;
-use crate::reference::{NO_BOUNDS, joined, row_bounds};
+use crate::ramps::{self, Edges, Votes, sharpened};
+use crate::reference::nearest;
 use crate::surface::{BEND_STRIDE, bends_of_row, tolerance_of_bends};
 use crate::warp::disparity;
 use resample_io::files::fault;
@@ -23,14 +23,15 @@ pub(super) struct Found {
     pub(super) blocks: Blocks,
     pub(super) tolerance: f32,
     pub(super) known: u64,
-    pub(super) bounds: [DVec3; 2],
+    pub(super) nearest: f32,
 }
 
 /// What a row has.
 struct RowFacts {
     known: u64,
-    bounds: [DVec3; 2],
+    nearest: f32,
     bends: Vec<f32>,
+    votes: Votes,
 }
 
 /// Looks through the samples and writes their camera z.
@@ -51,7 +52,8 @@ pub(super) fn survey(
     } else {
         0
     });
-    let (mut known, mut bounds) = (0, NO_BOUNDS);
+    let (mut known, mut nearest) = (0, f32::INFINITY);
+    let mut votes = Votes::default();
     for first in (0..height).step_by(BLOCK) {
         let rows = Rect {
             first: [0, first],
@@ -61,12 +63,13 @@ pub(super) fn survey(
         let facts: Vec<RowFacts> = depth
             .par_chunks_mut(width)
             .enumerate()
-            .map(|(row, depth)| look_through((unpacked, files.camera), &z_of, first + row, depth))
+            .map(|(row, depth)| look_through(unpacked, files.camera, &z_of, first + row, depth))
             .collect();
         unpacked.sheet.write(Kind::Depth, [0, first], &depth)?;
         for row in facts {
             known += row.known;
-            bounds = joined(bounds, row.bounds);
+            nearest = nearest.min(row.nearest);
+            votes = votes.with(row.votes);
             if wanted {
                 bends.extend(row.bends);
             }
@@ -74,6 +77,11 @@ pub(super) fn survey(
     }
     if known == 0 {
         return Err(nothing_known(files.meaning, unpacked.stored, path));
+    }
+    let edges = votes.edges();
+    if edges != Edges::Sharp {
+        sharpen(&unpacked.sheet, files.camera.projection, edges)?;
+        bends = bends_of_sheet(&unpacked.sheet, files.camera.projection)?;
     }
     let tolerance = match tolerance {
         SurfaceTolerance::Auto => tolerance_of_bends(bends),
@@ -84,13 +92,14 @@ pub(super) fn survey(
         blocks,
         tolerance,
         known,
-        bounds,
+        nearest,
     })
 }
 
 /// Turns the numbers of row `y` into camera z.
 fn look_through(
-    (unpacked, camera): (&Unpacked, &Camera),
+    unpacked: &Unpacked,
+    camera: &Camera,
     z_of: &ZOf<'_>,
     y: usize,
     depth: &mut [f32],
@@ -102,9 +111,47 @@ fn look_through(
     let row = disparities(camera.projection, depth);
     RowFacts {
         known: depth.iter().filter(|z| !z.is_nan()).count() as u64,
-        bounds: row_bounds(camera, y, depth),
+        nearest: nearest(depth),
         bends: bends_of_row(&row, y * depth.len()).collect(),
+        votes: Votes::of_row(camera.projection, depth),
     }
+}
+
+/// Makes the soft edges of the whole picture sharp, band by band.
+fn sharpen(sheet: &Sheet, projection: Projection, edges: Edges) -> Result<(), Error> {
+    let [width, height] = sheet.size;
+    // Rows that are written already, as they were before.
+    let mut above: Vec<f32> = Vec::new();
+    for first in (0..height).step_by(BLOCK) {
+        let end = (first + BLOCK).min(height);
+        let rows = Rect {
+            first: [0, first],
+            size: [width, (end + ramps::HALO).min(height) - first],
+        };
+        let mut depth = std::mem::take(&mut above);
+        let before = depth.len();
+        depth.extend(sheet.read(Kind::Depth, &rows)?);
+        let sharp = sharpened(projection, &depth, width, edges);
+        let own = before..before + (end - first) * width;
+        sheet.write(Kind::Depth, [0, first], &sharp[own.clone()])?;
+        above = depth[own.end.saturating_sub(ramps::HALO * width)..own.end].to_vec();
+    }
+    Ok(())
+}
+
+/// Second differences of the whole picture, band by band.
+fn bends_of_sheet(sheet: &Sheet, projection: Projection) -> Result<Vec<f32>, Error> {
+    let [width, height] = sheet.size;
+    let mut bends = Vec::with_capacity(width * height / BEND_STRIDE + 1);
+    for y in 0..height {
+        let row = Rect {
+            first: [0, y],
+            size: [width, 1],
+        };
+        let depth = sheet.read(Kind::Depth, &row)?;
+        bends.extend(bends_of_row(&disparities(projection, &depth), y * width));
+    }
+    Ok(bends)
 }
 
 /// The blocks of the picture, row of blocks by row of blocks.

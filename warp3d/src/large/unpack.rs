@@ -1,9 +1,10 @@
 //! From files to the temporary file, piece by piece, in whatever order the formats have the pieces.
 
-use super::blocks::{BLOCK, HALO};
+use super::blocks::BLOCK;
 use super::files::Files;
 use super::sheet::{Kind, Sheet};
 use crate::Error;
+use crate::ramps;
 use resample_io::files::first_bytes;
 use resample_io::{Receiver, Room, Stored, colour, depth};
 
@@ -53,11 +54,11 @@ pub(super) fn unpacked(
     size: [usize; 2],
     max_memory: u64,
 ) -> Result<Unpacked, Error> {
-    let needed = survey_bytes(size, BLOCK + 2 * HALO + 1);
+    let needed = survey_bytes(size, BLOCK + 2 * ramps::HALO);
     if needed > max_memory {
         return Err(Error::Option(format!(
             "{max_memory} bytes of memory are too little: a picture of {}x{} takes at least {needed} bytes to be looked \
-             through",
+             through, and more to be drawn",
             size[0], size[1]
         )));
     }

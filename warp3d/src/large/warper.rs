@@ -10,7 +10,7 @@ use super::LargeReference;
 use super::blocks::OnScreen;
 use super::sheet::Rect;
 use crate::layer::Layer;
-use crate::memory::{left_for_windows, window_bytes};
+use crate::memory::{allowed_for_windows, left_for_windows, window_bytes};
 use crate::options::{Fill, Method, SurfaceTolerance, WarpOptions};
 use crate::stats::FrameStats;
 use crate::warper::finished;
@@ -109,11 +109,7 @@ impl LargeWarper {
             .map_err(|e| Error::Option(e.to_string()))?;
         let whole = StageClock::start();
         let pixels = u64::from(camera.width) * u64::from(camera.height);
-        let blocks = self
-            .references
-            .iter()
-            .map(|reference| reference.blocks.len() as u64)
-            .sum();
+        let blocks = block_count(&self.references);
         let room = left_for_windows(self.max_memory, pixels, blocks, &self.options);
         let references = std::mem::take(&mut self.references);
         let drawn = self.draw(&references, &camera, room);
@@ -177,25 +173,11 @@ impl LargeWarper {
     ) -> Result<Option<[Window; 2]>, Error> {
         let camera = drawing.camera;
         let outer = grown(window, [camera.width, camera.height]);
-        let parts: Vec<Option<Rect>> = on_screen
-            .iter()
-            .map(|places| places.seen_in(outer, REACH))
-            .collect();
+        let parts = parts_seen(on_screen, outer);
         if parts.iter().all(Option::is_none) {
             return Ok(None);
         }
-        let pixels = sides(outer).map(u64::from).iter().product();
-        let needed = |parts: &[Option<Rect>]| {
-            let samples: Vec<u64> = parts
-                .iter()
-                .map(|part| part.map_or(1, |part| part.samples()))
-                .collect();
-            let with_reference = parts.iter().zip(references);
-            let cuts = with_reference
-                .filter_map(|(part, r)| part.map(|part| r.blocks.cuts_in(&part)))
-                .sum();
-            window_bytes(&samples, cuts, pixels, &self.options)
-        };
+        let needed = |parts: &[Option<Rect>]| self.window_bytes(references, parts, outer);
         let held = self.kept.as_ref().filter(|kept| holds(&kept.parts, &parts));
         let is_held = held.is_some_and(|kept| needed(&kept.parts) <= drawing.room);
         if !is_held {
@@ -210,7 +192,7 @@ impl LargeWarper {
             let Some(chosen) = chosen else {
                 return halves(window)
                     .map(Some)
-                    .ok_or_else(|| self.too_little(camera, drawing.room));
+                    .ok_or_else(|| self.too_little(references, on_screen, camera));
             };
             // The old parts make room before the new ones are read.
             self.kept = None;
@@ -254,14 +236,58 @@ impl LargeWarper {
         Ok(Kept { parts, warper })
     }
 
-    fn too_little(&self, camera: &Camera, room: u64) -> Error {
-        let mib = |bytes: u64| bytes >> 20;
-        let (width, height) = (camera.width, camera.height);
+    /// Bytes in which a window that sees these parts is drawn, with what surrounds it.
+    fn window_bytes(
+        &self,
+        references: &[LargeReference],
+        parts: &[Option<Rect>],
+        outer: Window,
+    ) -> u64 {
+        let samples: Vec<u64> = parts
+            .iter()
+            .map(|part| part.map_or(1, |part| part.samples()))
+            .collect();
+        let with_reference = parts.iter().zip(references);
+        let cuts = with_reference
+            .filter_map(|(part, r)| part.map(|part| r.blocks.cuts_in(&part)))
+            .sum();
+        let pixels = sides(outer).map(u64::from).iter().product();
+        window_bytes(&samples, cuts, pixels, &self.options)
+    }
+
+    /// The refusal of a picture whose least windows do not fit; it names the memory in which all of them do.
+    fn too_little(
+        &self,
+        references: &[LargeReference],
+        on_screen: &[OnScreen<'_>],
+        camera: &Camera,
+    ) -> Error {
+        let size = [camera.width, camera.height];
+        let mut most = 0;
+        let mut windows = vec![[[0, size[0]], [0, size[1]]]];
+        // A part of a window takes no more than the window.
+        while let Some(window) = windows.pop() {
+            let outer = grown(window, size);
+            let needed = self.window_bytes(references, &parts_seen(on_screen, outer), outer);
+            if needed > most {
+                match halves(window) {
+                    Some(both) => windows.extend(both),
+                    None => most = needed,
+                }
+            }
+        }
+        let [width, height] = size;
+        let needed = allowed_for_windows(
+            most,
+            u64::from(width) * u64::from(height),
+            block_count(references),
+            &self.options,
+        );
         Error::Option(format!(
-            "{} MiB are allowed, of which a picture of {width}x{height} leaves {} MiB for the references: what \
-             {LEAST_PX} pixels of it see does not fit; allow more, or make the new picture smaller",
-            mib(self.max_memory),
-            mib(room)
+            "{} MiB are allowed, a picture of {width}x{height} takes at least {} MiB: allow more, or make the new \
+             picture smaller",
+            self.max_memory >> 20,
+            needed.div_ceil(1 << 20)
         ))
     }
 }
@@ -295,6 +321,21 @@ impl Drawing<'_> {
             self.layer.purity[to].copy_from_slice(&part.purity[from]);
         }
     }
+}
+
+fn block_count(references: &[LargeReference]) -> u64 {
+    references
+        .iter()
+        .map(|reference| reference.blocks.len() as u64)
+        .sum()
+}
+
+/// The part of each reference that a window sees.
+fn parts_seen(on_screen: &[OnScreen<'_>], outer: Window) -> Vec<Option<Rect>> {
+    on_screen
+        .iter()
+        .map(|places| places.seen_in(outer, REACH))
+        .collect()
 }
 
 /// A window with what decides its pixels, as far as the picture goes.

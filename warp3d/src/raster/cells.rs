@@ -33,7 +33,9 @@ impl<S: Simd> EightCells<S> {
     pub(super) fn load(
         simd: S,
         planes: &Planes,
-        (cell, above, width): (usize, usize, usize),
+        cell: usize,
+        above: usize,
+        width: usize,
         [joined, main]: [u32; 2],
     ) -> Self {
         let mut corners = [[f32x8::splat(simd, 0.0); 3]; 4];

@@ -11,7 +11,7 @@ use fearless_simd::prelude::*;
 use glam::{DMat2, DVec2};
 use resample_core::point::PIXEL_SIGMA_PX;
 
-use super::resolver::Resolver;
+use super::resolver::{Resolver, Row};
 use crate::colour::{BENT_VARIANCE, LEAST_VARIANCE, first_three};
 use crate::patch::{Hit, Patch};
 use crate::piece::NO_PATCH;
@@ -74,7 +74,7 @@ impl Run {
         simd: S,
         resolver: &Resolver<'_>,
         (first, y): (usize, usize),
-        (rgba, depth, resolution): (&mut [[f32; 4]], &mut [f32], &mut [f32]),
+        row: &mut Row<'_>,
     ) {
         if !self.gather(resolver, (first, y)) {
             return;
@@ -98,9 +98,9 @@ impl Run {
             }
             let rgb = self.colour(simd, resolver, lane);
             let x = first + lane;
-            rgba[x] = [rgb[0], rgb[1], rgb[2], 1.0];
-            depth[x] = self.depth[lane] as f32;
-            resolution[x] = self.resolution[lane] as f32;
+            row.rgba[x] = [rgb[0], rgb[1], rgb[2], 1.0];
+            row.depth[x] = self.depth[lane] as f32;
+            row.resolution[x] = self.resolution[lane] as f32;
         }
     }
 

@@ -83,7 +83,7 @@ impl Resolver<'_> {
             .find(|part| share_a_corner(surfaces, part.known_by.0, id))
         {
             Some(part) => part.add(&share, || (id, Patch::new(surfaces, id))),
-            None => self.add_share(list, (id, Patch::new(surfaces, id)), &share),
+            None => self.add_share(list, id, Patch::new(surfaces, id), &share),
         }
     }
 
@@ -96,12 +96,12 @@ impl Resolver<'_> {
                 pixel.places[best][0],
                 self.hybrid.fine[band].piece(slot, best),
             );
-            self.add_share(list, (part.id, part.patch), &Share { sum, best });
+            self.add_share(list, part.id, part.patch, &Share { sum, best });
         }
     }
 
     #[inline(always)]
-    fn add_share(&self, list: &mut Vec<Part>, (id, patch): (u32, Patch), share: &Share) {
+    fn add_share(&self, list: &mut Vec<Part>, id: u32, patch: Patch, share: &Share) {
         let surfaces = &self.prepared.surfaces;
         let found = list.iter_mut().find(|part| {
             let (known_id, plane) = &part.known_by;

@@ -12,6 +12,14 @@ use crate::patch::Patch;
 use crate::prepared::Prepared;
 use crate::warp::Warp;
 
+/// A row of the picture.
+pub(super) struct Row<'a> {
+    pub(super) rgba: &'a mut [[f32; 4]],
+    pub(super) depth: &'a mut [f32],
+    pub(super) resolution: &'a mut [f32],
+    pub(super) purity: &'a mut [f32],
+}
+
 /// Resolves one picture.
 pub(crate) struct Resolver<'a> {
     pub(super) hybrid: &'a Hybrid,
@@ -29,7 +37,8 @@ impl<'a> Resolver<'a> {
     /// Everything that the pixels need.
     pub(crate) fn new(
         hybrid: &'a Hybrid,
-        (reference, prepared): (&'a Reference, &'a Prepared),
+        reference: &'a Reference,
+        prepared: &'a Prepared,
         warp: &'a Warp,
         target: &Camera,
         how: How,

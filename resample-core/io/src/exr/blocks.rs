@@ -104,7 +104,7 @@ fn pieces_of_layer(
         3 * header.max_block_byte_size() as u64,
         "a block of this EXR file",
     )?;
-    let on_display = OnDisplay::new(&header);
+    let on_display = OnDisplay::new(&header, wanted);
     let largest = |level: Vec2<usize>| level == Vec2(0, 0);
     let chunks = reader
         .filter_chunks(false, |_, tile, block| {
@@ -112,30 +112,30 @@ fn pieces_of_layer(
         })
         .map_err(wrong)?;
     for block in chunks.sequential_decompressor(false) {
-        on_display.emit(
-            &block.map_err(wrong)?,
-            (&header, wanted),
-            (path, &mut *emit),
-        )?;
+        on_display.emit(path, &block.map_err(wrong)?, emit)?;
     }
     Ok(())
 }
 
-/// Where the data window lies on the display window.
-struct OnDisplay {
+/// Where the data window lies on the display window, and which of its channels are wanted there.
+struct OnDisplay<'a> {
+    header: &'a Header,
+    wanted: &'a [At],
     /// Place of the first pixel of the data on the display.
     shift: [i64; 2],
     size: [usize; 2],
 }
 
-impl OnDisplay {
-    fn new(header: &Header) -> Self {
+impl<'a> OnDisplay<'a> {
+    fn new(header: &'a Header, wanted: &'a [At]) -> Self {
         let (display, data) = (
             header.shared_attributes.display_window,
             header.own_attributes.layer_position,
         );
         let shift = |data: i32, display: i32| i64::from(data) - i64::from(display);
         Self {
+            header,
+            wanted,
             shift: [
                 shift(data.x(), display.position.x()),
                 shift(data.y(), display.position.y()),
@@ -147,10 +147,11 @@ impl OnDisplay {
     /// Gives the rows of a block that lie on the display.
     fn emit(
         &self,
+        path: &Path,
         block: &UncompressedBlock,
-        (header, wanted): (&Header, &[At]),
-        (path, emit): (&Path, &mut Emit<'_>),
+        emit: &mut Emit<'_>,
     ) -> Result<(), Error> {
+        let (header, wanted) = (self.header, self.wanted);
         let mut values: Vec<Vec<f32>> = vec![Vec::new(); wanted.len()];
         let last = header.channels.list.len() - 1;
         for line in block.lines(&header.channels) {

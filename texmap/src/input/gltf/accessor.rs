@@ -172,7 +172,7 @@ impl<'a> Numbers<'a> {
             fractions,
         })
         .inspect(|packed| {
-            debug_assert_eq!(
+            assert_eq!(
                 packed.bytes.len(),
                 packed.count * size,
                 "every element was gathered"

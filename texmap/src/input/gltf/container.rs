@@ -19,7 +19,7 @@ pub(super) struct Document {
 
 const MAGIC: &[u8; 4] = b"glTF";
 
-/// Extensions that change what is seen and are understood here.
+/// Extensions that change the picture and are understood here.
 const DECODED: [&str; 6] = [
     "EXT_texture_webp",
     "KHR_materials_emissive_strength",

@@ -106,7 +106,7 @@ impl Reading<'_> {
         for (number, primitive) in json.primitives.iter().enumerate() {
             let located =
                 |what: String| format!("mesh '{}', primitive {number}: {what}", excerpt(&name));
-            let Some(mut mesh) = primitive::mesh(primitive, self.numbers, (&place, weights), notes)
+            let Some(mut mesh) = primitive::mesh(primitive, self.numbers, &place, weights, notes)
                 .map_err(located)?
             else {
                 continue;

@@ -21,7 +21,8 @@ const MAX_UV_SETS: u32 = 8;
 pub(super) fn mesh(
     primitive: &Primitive,
     numbers: &Numbers,
-    (place, weights): (&Place, &[f32]),
+    place: &Place,
+    weights: &[f32],
     notes: &mut Notes,
 ) -> Result<Option<Mesh>, String> {
     let Checked::Valid(mode) = primitive.mode else {

@@ -3,7 +3,7 @@
 //! Takes the corners of a polygon in space, gives triples of corner numbers that wind as the polygon does. The polygon is
 //! laid into the plane of its mean normal (Newell's), and ears are cut off one by one: a corner whose triangle turns the
 //! right way and holds no other corner.
-//! Limits: a polygon that crosses itself has no such division; what is left of it then becomes a fan. So does one of more
+//! Limits: a polygon that crosses itself has no such division; its remainder becomes a fan. So does one of more
 //! than [`MAX_EARS`] corners, because the time grows with the cube of their number in the worst case.
 
 use glam::{DVec2, DVec3};

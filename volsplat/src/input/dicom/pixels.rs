@@ -117,7 +117,7 @@ fn plain(bytes: &[u8], endian: Endian, kind: Kind, count: usize) -> Result<Vec<V
         .collect()
 }
 
-/// The packed bytes of each frame. A frame can lie in several fragments; then the table of offsets tells them apart.
+/// The packed bytes of each frame. A frame can lie in several fragments; then the table of offsets separates them.
 fn packed_frames<'a>(fragments: &[&'a [u8]], count: usize) -> Result<Vec<Cow<'a, [u8]>>, String> {
     let (table, fragments) = fragments
         .split_first()
@@ -218,7 +218,7 @@ fn jpeg_ls(packed: &[u8], kind: Kind) -> Result<Voxels, String> {
 
 fn jpeg_2000(packed: &[u8], kind: Kind) -> Result<Voxels, String> {
     check_size(size_of_jpeg_2000(packed)?, kind)?;
-    // Without being strict, the decoder fills what is missing of a cut picture with grey.
+    // Without being strict, the decoder fills the missing part of a cut picture with grey.
     let parameters = jpeg2k::DecodeParameters::new().strict(true);
     let image = jpeg2k::Image::from_bytes_with(packed, parameters)
         .map_err(|error| format!("the JPEG 2000 picture is broken: {error}"))?;

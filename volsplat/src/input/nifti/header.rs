@@ -175,7 +175,7 @@ impl Header {
         }
     }
 
-    /// A slope of 0 says that there is none; so do values that are not finite.
+    /// A slope of 0 means no rescaling; so do values that are not finite.
     pub(super) fn rescale(&self) -> Rescale {
         if self.scl_slope == 0.0 || !self.scl_slope.is_finite() {
             return Rescale::NONE;

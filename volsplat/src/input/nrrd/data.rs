@@ -98,7 +98,7 @@ fn files(path: &Path, header: &Header) -> Result<(Vec<PathBuf>, u64, Layout), Er
     Ok((files, start, layout))
 }
 
-/// How the component that is read lies between the others: what is before its axis makes up one "scalar".
+/// How the component that is read lies between the others: the axes before its own make up one "scalar".
 fn interleaved(
     path: &Path,
     header: &Header,

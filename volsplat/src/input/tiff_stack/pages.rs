@@ -214,7 +214,7 @@ fn notes(
 ) -> Result<(Option<String>, [Option<f64>; 2]), Fault> {
     let fault = |error| fault_of_page(0, &error);
     let text = decoder.find_tag(Tag::ImageDescription).map_err(fault)?;
-    // Some programs write text that is none; it is left aside.
+    // Some programs write other text here; it is ignored.
     let text = text.and_then(|value| value.into_string().ok());
     let mut resolution = [None; 2];
     for (place, tag) in [(0, Tag::XResolution), (1, Tag::YResolution)] {

@@ -107,7 +107,7 @@ struct AppendedTag {
 /// Bytes that are searched at a time. A guess.
 const PIECE_BYTES: u64 = 1 << 16;
 
-/// Longest tag `<AppendedData ...>` and white space up to the underscore. A guess far beyond what is written.
+/// Longest tag `<AppendedData ...>` and white space up to the underscore. A guess far beyond what writers produce.
 const MAX_TAG_BYTES: usize = 4096;
 
 impl XmlText {

@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::Error;
 use crate::input::{cannot_read, invalid};
 
-/// Reads a file of metadata; `None` where there is none.
+/// Reads a file of metadata; `None` where the file is missing.
 pub(super) fn json(path: &Path) -> Result<Option<Value>, Error> {
     let text = match std::fs::read_to_string(path) {
         Ok(text) => text,

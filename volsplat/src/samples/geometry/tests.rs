@@ -59,7 +59,7 @@ impl Numbers {
     }
 }
 
-/// Largest errors found, each relative to what is named.
+/// Largest errors found, each relative to the named quantity.
 #[derive(Debug, Default)]
 struct Worst {
     /// Centre of the form, in half widths of the outline.

@@ -1,4 +1,4 @@
-//! The sums of the slabs that are open over a tile, and what is added to them.
+//! The sums of the slabs that are open over a tile, and the samples added to them.
 
 use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
@@ -72,7 +72,7 @@ pub(crate) struct TileRays {
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub(super) struct SlabSums {
-    /// By row, and in each by what is summed.
+    /// By row, and in each by the summed quantity.
     pub(super) sums: [[[f32; TILE_PX]; MOST_SUMS]; TILE_PX],
     /// Of interpolating kernels: least and greatest scalar of the voxels in reach.
     pub(super) range: [TilePlane; 2],

@@ -1,4 +1,4 @@
-//! Volumes: what is promised after `new`, and what is refused with which words.
+//! Volumes: guarantees after `new`, and the words of refusals.
 
 use glam::{DAffine3, DMat3, DVec3};
 

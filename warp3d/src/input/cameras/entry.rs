@@ -7,7 +7,7 @@ use resample_core::{Camera, CameraError, Intrinsics};
 /// What the user says beside the file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hints {
-    /// Size of the picture that the camera took, px, for formats that do not state it.
+    /// Size of the camera's picture, px, for formats that do not state it.
     pub size: Option<[u32; 2]>,
     /// Lens, for formats that hold poses alone.
     pub lens: Option<Lens>,

@@ -1,10 +1,10 @@
 //! Camera files in the formats of others: calibrations, trajectories, reconstructions.
 //!
 //! Takes a path and what the user says about lens and picture size, gives named cameras in this workspace's one
-//! convention: x right, y down, z forward, pixel centres at one half, world to camera. The content tells the format;
+//! convention: x right, y down, z forward, pixel centres at one half, world to camera. The format follows from the content;
 //! each format has its own file, whose head states its axes, pixel centre and direction of the pose. The workspace's
 //! own JSON is read elsewhere: a file of that kind is answered with `None`. The near plane of a camera is a
-//! placeholder of 1 unless stated: it follows from what is seen. Limits: no lens distortion.
+//! placeholder of 1 unless stated: it follows from the scene. Limits: no lens distortion.
 
 use std::path::Path;
 
