@@ -70,6 +70,10 @@ pub(super) struct Effort {
 /// A preview has half of a picture's pixels along a side, and no more than this.
 const MOST_PREVIEW_PX: u32 = 160;
 
+/// Pictures with the most contrast that are looked at, and how far they are from one another: this part of the sequence.
+const PEAKS: usize = 2;
+const NEAR_SHARE: usize = 8;
+
 /// Predicted times are those of the windows and this part more: they fell short by as much on scans and models.
 const TIME_MARGIN: f64 = 1.2;
 
@@ -96,9 +100,9 @@ struct Previews {
 }
 
 impl Previews {
-    /// The place of the one with the most contrast.
-    fn most(&self) -> Option<usize> {
-        let seen = self.seen.iter();
+    /// The place of the one with the most contrast, among some.
+    fn most(&self, among: impl Fn(usize) -> bool) -> Option<usize> {
+        let seen = self.seen.iter().filter(|(place, _)| among(**place));
         let most = seen.max_by(|(_, a), (_, b)| a.contrast.total_cmp(&b.contrast));
         most.map(|(&place, _)| place)
     }
@@ -138,10 +142,10 @@ impl Pilot {
         };
         scene.set(&ladder.preview)?;
         let mut chosen = places(cameras.len(), effort.views);
-        if let Some(most) = pilot.most_contrast(scene, &mut previews, effort.previews)?
-            && let Some(nearest) = chosen.iter_mut().min_by_key(|place| place.abs_diff(most))
-        {
-            *nearest = most;
+        for most in pilot.most_contrast(scene, &mut previews, effort.previews)? {
+            if let Some(nearest) = chosen.iter_mut().min_by_key(|place| place.abs_diff(most)) {
+                *nearest = most;
+            }
         }
         for place in chosen {
             pilot.preview(scene, &mut previews, place)?;
@@ -156,24 +160,38 @@ impl Pilot {
         Ok(pilot)
     }
 
-    /// The picture with the most contrast: among evenly spaced ones, then on both sides of it at half the distance each time.
+    /// Two pictures with the most contrast, far from one another, because what has a narrow side has two: among evenly
+    /// spaced ones, then on both sides of them at half the distance each time.
     fn most_contrast(
         &mut self,
         scene: &mut Scene,
         previews: &mut Previews,
         count: usize,
-    ) -> Result<Option<usize>> {
+    ) -> Result<Vec<usize>> {
         for place in places(self.pictures, count) {
             self.preview(scene, previews, place)?;
         }
-        let mut step = self.pictures / count.max(1);
-        while step > 1 {
-            step = step.div_ceil(2);
-            let Some(most) = previews.most() else { break };
-            self.preview(scene, previews, most.saturating_sub(step))?;
-            self.preview(scene, previews, (most + step).min(self.pictures - 1))?;
+        let near = self.pictures.div_ceil(NEAR_SHARE);
+        let mut peaks = Vec::new();
+        while peaks.len() < PEAKS
+            && let Some(mut peak) = previews.most(|place| {
+                let is_far = |peak: &usize| place.abs_diff(*peak) > near;
+                peaks.iter().all(is_far)
+            })
+        {
+            let mut step = self.pictures / count;
+            while step > 1 {
+                step = step.div_ceil(2);
+                self.preview(scene, previews, peak.saturating_sub(step))?;
+                self.preview(scene, previews, (peak + step).min(self.pictures - 1))?;
+                let about = peak;
+                peak = previews
+                    .most(|place| place.abs_diff(about) <= step)
+                    .unwrap_or(peak);
+            }
+            peaks.push(peak);
         }
-        Ok(previews.most())
+        Ok(peaks)
     }
 
     fn preview(&mut self, scene: &mut Scene, previews: &mut Previews, place: usize) -> Result<()> {
