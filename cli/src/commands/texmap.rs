@@ -154,8 +154,9 @@ fn cameras(
 
 /// The corners of all triangles; one that several share comes several times.
 fn corners(scene: &Scene) -> impl Iterator<Item = DVec3> {
-    let of_mesh =
-        |mesh: &Mesh, corner: u32| Vec3::from_array(mesh.positions[corner as usize]).as_dvec3();
+    let of_mesh = |mesh: &Mesh, corner: u32| {
+        scene.origin_in_world + Vec3::from_array(mesh.positions[corner as usize]).as_dvec3()
+    };
     let meshes = scene.meshes.iter();
     meshes.flat_map(move |mesh| {
         mesh.triangles
