@@ -127,7 +127,7 @@ fn keeps(bench: &Bench, sequence: &Sequence, bound: &str) -> Value {
     planned
 }
 
-fn read_exr(path: &Path) -> Image {
+pub(super) fn read_exr(path: &Path) -> Image {
     let picture = exr::prelude::read_first_rgba_layer_from_file(
         path,
         |size, _| Image::transparent(size.width(), size.height()),
