@@ -28,7 +28,6 @@ use crate::values::{self, Axis, BackgroundWord, Orbit, Size};
 
 mod ask;
 mod bench;
-mod calibrate;
 mod compare;
 mod drawing;
 mod given;
@@ -41,7 +40,6 @@ mod warp3d;
 
 pub use ask::AskArgs;
 pub use bench::{BenchArgs, BenchPaperArgs, BenchSceneArgs, BenchTable};
-pub use calibrate::CalibrateArgs;
 pub use compare::CompareArgs;
 pub use drawing::Drawing;
 pub use given::{Given, names_of};
@@ -74,8 +72,6 @@ pub enum Command {
     Info(InfoArgs),
     /// Reproduce the published tables on this machine
     Bench(BenchArgs),
-    /// Benchmark this machine once, so that --max-time can predict render times
-    Calibrate(CalibrateArgs),
     /// Compare a picture or an animation with its reference: PSNR, SSIM, FLIP and more
     ///
     /// Example: resample compare mine.png truth.exr --heatmap errors.png --fail-above flip=0.02

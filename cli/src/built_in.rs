@@ -21,35 +21,12 @@ use crate::args::{
 use crate::output::{self, Depth, Format};
 use crate::viewpoint::Viewpoint;
 
-/// How fine the texture of the mesh is: side, px. It has 16 cells along a side.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Texture {
-    /// Smaller than the pixels of most pictures.
-    Fine,
-    /// Larger than they are.
-    Coarse,
-}
-
-/// Cells of the mesh's texture along a side.
+/// Side of the texture of the mesh, px, and its cells along a side.
+const TEXTURE_PX: usize = 512;
 const TEXTURE_CELLS: usize = 16;
 
-/// How finely the ball of the mesh is cut into triangles.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Triangles {
-    /// 2300 of them.
-    Few,
-    /// 37000, most of them smaller than a pixel.
-    Many,
-}
-
-/// How large the picture with depth is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum DepthSize {
-    /// All of it.
-    Full,
-    /// Every second pixel of every second row.
-    Half,
-}
+/// Columns and rows of the ball of the mesh: 2300 triangles.
+const BALL_CELLS: [usize; 2] = [48, 24];
 
 /// Size of the picture with depth, px, and its field of view from top to bottom, degrees.
 const DEPTH_IMAGE_PX: [usize; 2] = [320, 240];
@@ -138,19 +115,15 @@ fn never_written(folder: &Path) -> PathBuf {
 }
 
 /// Writes a ball over a ground, both with a checkerboard, into `folder`, and gives the command that draws them.
-pub(crate) fn mesh(folder: &Path, texture: Texture, triangles: Triangles) -> Result<TexmapArgs> {
-    let (name, side_px) = match texture {
-        Texture::Fine => ("fine", 512),
-        Texture::Coarse => ("coarse", 64),
-    };
-    let (cut, [columns, rows]) = match triangles {
-        Triangles::Few => ("", [48, 24]),
-        Triangles::Many => ("-fine", [192, 96]),
-    };
-    let obj = folder.join(format!("ball-on-ground{cut}.obj"));
-    let picture = folder.join(format!("{name}.png"));
-    output::write_text(&obj, &ball_on_ground(columns, rows))?;
-    output::write_picture(&picture, Format::Png(Depth::Eight), &checkerboard(side_px))?;
+pub(crate) fn mesh(folder: &Path) -> Result<TexmapArgs> {
+    let obj = folder.join("ball-on-ground.obj");
+    let picture = folder.join("fine.png");
+    output::write_text(&obj, &ball_on_ground(BALL_CELLS))?;
+    output::write_picture(
+        &picture,
+        Format::Png(Depth::Eight),
+        &checkerboard(TEXTURE_PX),
+    )?;
     Ok(TexmapArgs {
         input: obj.into(),
         output: never_written(folder),
@@ -163,13 +136,9 @@ pub(crate) fn mesh(folder: &Path, texture: Texture, triangles: Triangles) -> Res
 }
 
 /// Writes a picture with depth of a ball before a wall into `folder`, and gives the command that shows it from beside.
-pub(crate) fn depth_image(folder: &Path, size: DepthSize) -> Result<Warp3dArgs> {
-    let whole = ball_before_wall(DVec3::ZERO, DEPTH_IMAGE_SAMPLES);
-    let (name, image) = match size {
-        DepthSize::Full => ("ball-before-wall", whole),
-        DepthSize::Half => ("ball-before-wall-half", halved(&whole)),
-    };
-    let path = folder.join(format!("{name}.exr"));
+pub(crate) fn depth_image(folder: &Path) -> Result<Warp3dArgs> {
+    let path = folder.join("ball-before-wall.exr");
+    let image = ball_before_wall(DVec3::ZERO, DEPTH_IMAGE_SAMPLES);
     output::write_picture(&path, Format::Exr, &image)?;
     let colour = path.display().to_string();
     Ok(Warp3dArgs {
@@ -185,22 +154,8 @@ pub(crate) fn depth_image(folder: &Path, size: DepthSize) -> Result<Warp3dArgs> 
     })
 }
 
-/// Every second pixel of every second row, with its depth.
-fn halved(image: &Image) -> Image {
-    let [width, height] = [image.width / 2, image.height / 2];
-    let mut half = Image::transparent(width, height);
-    let at = |index: usize| index / width * 2 * image.width + index % width * 2;
-    let all = 0..width * height;
-    half.depth = image
-        .depth
-        .as_ref()
-        .map(|depth| all.clone().map(|index| depth[at(index)]).collect());
-    half.rgba = all.map(|index| image.rgba[at(index)]).collect();
-    half
-}
-
 /// A ground of 20 by 20 units, and a ball of radius 1 that lies on it.
-fn ball_on_ground(columns: usize, rows: usize) -> String {
+fn ball_on_ground([columns, rows]: [usize; 2]) -> String {
     let mut text = String::from("v -10 -1 -10\nv 10 -1 -10\nv 10 -1 10\nv -10 -1 10\n");
     text += "vt 0 0\nvt 8 0\nvt 8 8\nvt 0 8\nf 1/1 4/4 3/3 2/2\n";
     for row in 0..=rows {

@@ -1,7 +1,6 @@
 //! The commands, one file each: from typed options to calls and a report.
 
 pub(crate) mod bench;
-pub(crate) mod calibrate;
 pub(crate) mod compare;
 pub(crate) mod demo;
 pub(crate) mod info;

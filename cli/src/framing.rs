@@ -63,9 +63,9 @@ pub const DEFAULT_ORBIT: Orbit = Orbit {
     distance: 1.0,
 };
 
-/// Smallest radius of the sphere, as a fraction of the box's distance from the world's origin: a box with less
-/// extent is one point as far as rounding can tell, and is shown as if it had this one.
-const MIN_RADIUS_FRACTION: f64 = 1e-9;
+/// Smallest radius of the sphere, as a fraction of the box's distance from the world's origin: rounding leaves four digits of
+/// a box with less extent, and it is shown as if it had this one.
+const MIN_RADIUS_FRACTION: f64 = 1e-11;
 
 /// Smallest radius of the sphere at the origin, world units: its square is still far from underflow.
 const MIN_RADIUS: f64 = 1e-100;

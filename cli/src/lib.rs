@@ -117,7 +117,6 @@ fn dispatched(cli: Cli, typed: &Typed) -> Result<()> {
     match cli.command {
         Command::Demo(args) => commands::demo::run(&args, verbosity),
         Command::Bench(args) => commands::bench::run(&args, verbosity),
-        Command::Calibrate(args) => commands::calibrate::run(&args, verbosity),
         Command::Compare(args) => commands::compare::run(&args),
         Command::Info(args) => commands::info::run(&args),
         Command::Trade(args) => commands::trade::run(args, typed, verbosity),

@@ -17,21 +17,6 @@ pub(crate) fn heading() -> String {
     )
 }
 
-/// Machine and threads as part of a file name.
-pub(crate) fn file_name() -> String {
-    let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
-    let processor: String = processor().chars().map(plain).collect();
-    let name = format!(
-        "{}-{processor}-{}-threads",
-        std::env::consts::ARCH,
-        rayon::current_num_threads()
-    );
-    name.split('-')
-        .filter(|part| !part.is_empty())
-        .collect::<Vec<_>>()
-        .join("-")
-}
-
 /// The name of the processor, where the system knows it.
 fn processor() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();

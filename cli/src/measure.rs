@@ -1,6 +1,6 @@
 //! The one way to measure: a scene drawn under a setting, with its counts and times, and its error against a reference.
 //!
-//! The planner's pilot, `trade`, `bench` and `calibrate` measure through this file. Frames of a setting and of another one
+//! The planner's pilot, `trade` and `bench` measure through this file. Frames of a setting and of another one
 //! alternate, and the median of the ratios of neighbours counts: a disturbance of the machine that is longer than two
 //! frames hits both.
 
@@ -59,8 +59,8 @@ pub(crate) fn rendered(opened: &mut Opened, camera: &Camera) -> Result<Rendered>
     Ok(Rendered {
         image: drawn.image,
         time: Time {
-            wall_ms: milliseconds(&keys, "wall_ms"),
-            cpu_ms: milliseconds(&keys, "cpu_ms"),
+            wall_ms: total(&keys, "wall_ms"),
+            cpu_ms: total(&keys, "cpu_ms"),
         },
         keys,
     })
@@ -90,8 +90,10 @@ pub(crate) fn time_alone(opened: &mut Opened, camera: &Camera, reps: u16) -> Res
 /// The time of `own`, whose frames alternate with those of `other`, which takes `time` alone.
 pub(crate) fn time_beside(
     own: &mut Opened,
-    (other, time): (&mut Opened, Time),
-    (camera, reps): (&Camera, u16),
+    other: &mut Opened,
+    time: Time,
+    camera: &Camera,
+    reps: u16,
 ) -> Result<TimeBeside> {
     let (mut wall, mut cpu) = (Vec::new(), Vec::new());
     for _ in 0..reps {
@@ -165,10 +167,10 @@ pub(crate) fn jump(pictures: &[Image]) -> Option<f64> {
     (middle > 0.0).then(|| largest / middle)
 }
 
-/// Milliseconds under a name of a renderer's account; of several views their sum.
-pub(crate) fn milliseconds(keys: &Value, name: &str) -> f64 {
+/// The number under a name of a renderer's account; of several views their sum.
+pub(crate) fn total(keys: &Value, name: &str) -> f64 {
     match keys.get("views").and_then(Value::as_array) {
-        Some(views) => views.iter().map(|view| milliseconds(view, name)).sum(),
+        Some(views) => views.iter().map(|view| total(view, name)).sum(),
         None => number(keys, name),
     }
 }
@@ -231,6 +233,6 @@ mod tests {
     #[test]
     fn times_of_views_add_up() {
         let keys = json!({"views": [{"cpu_ms": 1.5}, {"cpu_ms": 2.0}]});
-        assert_eq!(milliseconds(&keys, "cpu_ms"), 3.5);
+        assert_eq!(total(&keys, "cpu_ms"), 3.5);
     }
 }

@@ -30,8 +30,6 @@ pub enum Parts {
     Windows {
         /// Side, px.
         side_px: u32,
-        /// Least number of parts that represent the whole.
-        least: usize,
         /// Rim of a part that may differ, px: its pixels look at neighbours.
         guard_px: usize,
     },
@@ -69,18 +67,15 @@ impl Opened {
     pub fn parts(&self) -> Parts {
         match &self.scene {
             Scene::Mesh(_) => Parts::Windows {
-                side_px: 32,
-                least: 6,
+                side_px: 16,
                 guard_px: 0,
             },
             Scene::Volume(_) => Parts::Windows {
-                side_px: 16,
-                least: 6,
+                side_px: 8,
                 guard_px: 0,
             },
             Scene::Depth(open) if open.has_parts() => Parts::Windows {
-                side_px: 64,
-                least: 4,
+                side_px: 32,
                 guard_px: 1,
             },
             Scene::Depth(_) => Parts::Whole,

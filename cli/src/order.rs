@@ -48,7 +48,16 @@ pub(crate) fn order(given: &Given<RenderArgs>) -> Result<Option<OrderName>> {
     };
     let all_fit = |order: &&OrderName| choosers.iter().all(|option| fits(**order, option));
     if let Some(&order) = first.orders.iter().find(all_fit) {
-        return Ok(Some(order));
+        let selects = |option: &Chooser| option.orders.first() == Some(&order);
+        return match choosers.iter().any(selects) {
+            true => Ok(Some(order)),
+            false => bail!(
+                "--{} and --{} meet in --order {}, which neither selects alone: give that too",
+                first.name,
+                choosers.last().unwrap_or(first).name,
+                order.name()
+            ),
+        };
     }
     // Some two of them share no order, or three do not.
     let apart = |option: &&Chooser| !option.orders.iter().any(|&order| fits(order, first));

@@ -49,7 +49,8 @@ pub struct Drawn {
 /// Renders from `camera` and lays the picture over its background.
 pub fn render(
     render: &mut RenderNumbered,
-    (camera, number): (&Camera, usize),
+    camera: &Camera,
+    number: usize,
     background: &Background,
 ) -> Result<Drawn> {
     let Drawn { image, account } = render(camera, number)?;
@@ -62,11 +63,12 @@ pub fn render(
 /// Renders from `camera` and writes `file`.
 pub fn draw(
     renderer: &mut RenderNumbered,
-    camera: (&Camera, usize),
+    camera: &Camera,
+    number: usize,
     file: PathBuf,
     finish: &Finish,
 ) -> Result<WrittenFrame> {
-    let Drawn { image, account } = render(renderer, camera, &finish.background)?;
+    let Drawn { image, account } = render(renderer, camera, number, &finish.background)?;
     let file_bytes = output::write_picture(&file, finish.format, &image)?;
     Ok(WrittenFrame {
         file,

@@ -95,6 +95,14 @@ pub struct RunLog {
     pub verbosity: Verbosity,
 }
 
+/// What is said and recorded about a run.
+pub(crate) struct Run {
+    /// The stats file, as far as it is known before drawing.
+    pub stats: RunStats,
+    /// Its start, and how much is said.
+    pub log: RunLog,
+}
+
 impl Plan {
     /// Checks all that can be checked by now.
     pub(crate) fn new(request: &Request) -> Result<Self> {
@@ -193,9 +201,10 @@ impl Plan {
         &self,
         request: &Request,
         cameras: &[Camera],
-        mut stats: RunStats,
-        (render, log): (&mut RenderNumbered, RunLog),
+        run: Run,
+        render: &mut RenderNumbered,
     ) -> Result<()> {
+        let Run { mut stats, log } = run;
         let existing = if request.sequence.resume {
             Existing::Keep
         } else {

@@ -60,11 +60,11 @@ pub(crate) fn draw(
     let _patience = (total > 1).then(interrupt::patience);
     let bar = progress(todo.len(), verbosity);
     let mut frames = Vec::with_capacity(todo.len());
-    for (file, camera) in todo {
+    for (file, (camera, number)) in todo {
         if interrupt::asked() {
             break;
         }
-        let frame = picture::draw(render, camera, file, sequence.finish)?;
+        let frame = picture::draw(render, camera, number, file, sequence.finish)?;
         if verbosity == Verbosity::Verbose {
             bar.suspend(|| report::say(&report::stage_line(&frame)));
         }
@@ -95,11 +95,7 @@ pub(crate) fn draw_film(
     let mut film = Film::begin(plan, size, u32::try_from(cameras.len())?)?;
     let bar = progress(cameras.len(), verbosity);
     let mut frames = Vec::with_capacity(cameras.len());
-    for camera in cameras
-        .iter()
-        .enumerate()
-        .map(|(number, camera)| (camera, number))
-    {
+    for (number, camera) in cameras.iter().enumerate() {
         if interrupt::asked() {
             bar.finish_and_clear();
             let state = format!("{} is not written", file.display());
@@ -110,7 +106,7 @@ pub(crate) fn draw_film(
             });
         }
         let Drawn { image, account } =
-            picture::render(render, camera, &sequence.finish.background)?;
+            picture::render(render, camera, number, &sequence.finish.background)?;
         film.add(&image)?;
         let (width, height) = (image.width, image.height);
         frames.push(WrittenFrame {

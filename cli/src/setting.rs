@@ -73,6 +73,17 @@ impl Setting {
         }
     }
 
+    /// Whether both draw the same pictures, as far as that is known without a look at them.
+    pub fn draws_like(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Mesh(own), Self::Mesh(other)) => own.options == other.options,
+            (Self::Depth(own), Self::Depth(other)) => {
+                own.options.options().ok() == other.options.options().ok()
+            }
+            _ => self == other,
+        }
+    }
+
     /// Name and word of each option that is given, in the order of the help.
     pub fn pairs(&self) -> Result<Vec<(String, String)>> {
         match self {

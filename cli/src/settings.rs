@@ -110,7 +110,8 @@ pub(crate) fn record(
     args: &VolsplatArgs,
     request: &Request,
     format: Format,
-    (options, volume): (&RenderOptions, &dyn Described),
+    options: &RenderOptions,
+    volume: &dyn Described,
 ) -> Value {
     let stance = framing::volume::stance(volume, args.camera.up.map(|axis| axis.direction));
     json!({

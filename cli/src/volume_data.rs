@@ -32,7 +32,7 @@ impl Content {
         progress: Progress,
     ) -> Result<Self> {
         let max_memory = args.volume.max_memory;
-        match look_through(&args.input, &args.volume, (max_memory, options), progress)? {
+        match look_through(&args.input, &args.volume, max_memory, options, progress)? {
             None => Ok(Self::Memory(scene::load(args)?)),
             Some(_) if !is_single(&args.scene) => bail!(
                 "{}: masks, labels and further channels need all voxels in memory: allow more with --max-memory, leave them out, \
@@ -92,7 +92,8 @@ impl Content {
 pub(crate) fn look_through(
     file: &InputFile,
     args: &VolumeArgs,
-    (max_memory, options): (Option<u64>, &RenderOptions),
+    max_memory: Option<u64>,
+    options: &RenderOptions,
     progress: Progress,
 ) -> Result<Option<Box<LargeVolume>>> {
     let Some(max_memory) = max_memory else {

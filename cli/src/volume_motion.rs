@@ -34,7 +34,8 @@ pub(crate) struct VolumeMotion {
 impl VolumeMotion {
     /// The motion of a path; `None` where its keys have cameras only. Errors name the key and the field.
     pub(crate) fn new(
-        (path, pictures): (&CameraPath, &[Moment]),
+        path: &CameraPath,
+        pictures: &[Moment],
         args: &VolsplatArgs,
         volume: &dyn Described,
     ) -> Result<Option<Self>> {
@@ -49,7 +50,7 @@ impl VolumeMotion {
             let named = || format!("key {number} of the path");
             key.look
                 .as_ref()
-                .map(|look| made(look, (encoding, scale), volume).with_context(named))
+                .map(|look| made(look, encoding, scale, volume).with_context(named))
                 .transpose()
         };
         let motion = Self {
@@ -79,7 +80,8 @@ impl VolumeMotion {
         &mut self,
         number: usize,
         renderer: &mut Renderer,
-        (content, options): (&mut Content, &RenderOptions),
+        content: &mut Content,
+        options: &RenderOptions,
     ) -> Result<()> {
         if let Some(function) = self.transfer(number)
             && self.shown.as_ref() != Some(&function)
@@ -183,7 +185,8 @@ fn mixed_plane(a: &ClipPlane, b: &ClipPlane, share: f64) -> Result<ClipPlane> {
 
 fn made(
     look: &KeyLook,
-    (encoding, scale): (ColourEncoding, f64),
+    encoding: ColourEncoding,
+    scale: f64,
     volume: &dyn Described,
 ) -> Result<TransferFunction> {
     let function = match look {

@@ -55,7 +55,7 @@ pub(crate) fn read(args: &Warp3dArgs, keeping: Keeping) -> Result<WarpScene> {
         ),
         Keeping::File(max_memory) => {
             let tolerance = args.render.options.tolerance();
-            let filed = both.map(|(typed, found)| filed(typed, found, (tolerance, max_memory)));
+            let filed = both.map(|(typed, found)| filed(typed, found, tolerance, max_memory));
             References::Filed(filed.collect::<Result<_>>()?, max_memory)
         }
     };
@@ -172,7 +172,8 @@ fn held(typed: &Typed, found: &Described) -> Result<Reference> {
 fn filed(
     typed: &Typed,
     found: &Described,
-    (tolerance, max_memory): (SurfaceTolerance, u64),
+    tolerance: SurfaceTolerance,
+    max_memory: u64,
 ) -> Result<LargeReference> {
     let camera = found.from.with_any_near();
     let files = Files {

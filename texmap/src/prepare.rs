@@ -21,6 +21,8 @@ pub(crate) struct Prepared {
 /// Triangles of one material.
 #[derive(Clone, Debug)]
 pub(crate) struct PreparedMesh {
+    /// The point that positions count from.
+    pub(crate) origin_in_world: DVec3,
     pub(crate) positions: Vec<[f32; 3]>,
     /// Empty: triangles are flat.
     pub(crate) normals: Vec<[f32; 3]>,
@@ -132,6 +134,7 @@ fn prepared_mesh(scene: &Scene, mesh: &Mesh) -> PreparedMesh {
     let neighbours = neighbours(&mesh.positions, &mesh.triangles);
     PreparedMesh {
         charts: Charts::new(mesh, &neighbours, [&base_uv, &emissive_uv]),
+        origin_in_world: scene.origin_in_world,
         positions: mesh.positions.clone(),
         normals: mesh.normals.clone(),
         colours: mesh.colours.clone(),
@@ -158,6 +161,7 @@ impl PreparedMesh {
     /// The corners of a triangle, world units.
     #[inline]
     pub(crate) fn corners(&self, triangle: usize) -> [DVec3; 3] {
-        self.triangles[triangle].map(|i| DVec3::from(self.positions[i as usize].map(f64::from)))
+        let position = |i: u32| DVec3::from(self.positions[i as usize].map(f64::from));
+        self.triangles[triangle].map(|i| self.origin_in_world + position(i))
     }
 }

@@ -195,10 +195,9 @@ fn picture(grid: &TileGrid, tiles: &[TileImage]) -> Image {
 
 fn bounds_in_world(scene: &Scene) -> Option<[DVec3; 2]> {
     let corners = scene.meshes.iter().flat_map(|mesh| {
-        mesh.triangles
-            .iter()
-            .flatten()
-            .map(|&i| DVec3::from(mesh.positions[i as usize].map(f64::from)))
+        mesh.triangles.iter().flatten().map(|&i| {
+            scene.origin_in_world + DVec3::from(mesh.positions[i as usize].map(f64::from))
+        })
     });
     corners.fold(None, |bounds, p| match bounds {
         None => Some([p, p]),

@@ -3,13 +3,15 @@
 //! Node transforms are applied, so that only triangles remain: there is no scene graph. After input, every
 //! index is in range and every number finite; later stages do not check again.
 
-use glam::{DAffine3, DMat2, DVec2};
+use glam::{DAffine3, DMat2, DVec2, DVec3};
 
 /// Everything that a file shows.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     /// Triangle lists, one material each.
     pub meshes: Vec<Mesh>,
+    /// The point of the world that positions count from: zero, or near a scene that is far away.
+    pub origin_in_world: DVec3,
     /// What meshes look like; meshes point here.
     pub materials: Vec<Material>,
     /// Pictures; materials point here.
@@ -18,12 +20,12 @@ pub struct Scene {
     pub cameras: Vec<SceneCamera>,
 }
 
-/// Triangles of one material, in world space.
+/// Triangles of one material, along the axes of the world.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
     /// Name in the file, for messages; may be empty.
     pub name: String,
-    /// World positions.
+    /// Positions, from [`Scene::origin_in_world`] on.
     pub positions: Vec<[f32; 3]>,
     /// Unit normals, one per position; empty where the file has none: triangles are then flat.
     pub normals: Vec<[f32; 3]>,

@@ -57,7 +57,7 @@ const MAX_PICTURES: f64 = 100_000.0;
 pub(crate) fn read(path: &Path, defaults: &CameraDefaults, kind: KeyKind) -> Result<CameraPath> {
     let folder = path.parent().unwrap_or(Path::new(""));
     camera_file::read_value(path)
-        .and_then(|value| keys(value, defaults, (kind, folder)))
+        .and_then(|value| keys(value, defaults, kind, folder))
         .with_context(|| format!("{}: not a usable camera path", path.display()))
 }
 
@@ -189,7 +189,12 @@ fn orthographic(camera: &Camera) -> bool {
     camera.projection == Projection::Orthographic
 }
 
-fn keys(value: Value, defaults: &CameraDefaults, kind: (KeyKind, &Path)) -> Result<CameraPath> {
+fn keys(
+    value: Value,
+    defaults: &CameraDefaults,
+    kind: KeyKind,
+    folder: &Path,
+) -> Result<CameraPath> {
     let mut fields = Fields::new(value)?;
     let list = fields.required_list("keys")?;
     fields.finish()?;
@@ -201,8 +206,8 @@ fn keys(value: Value, defaults: &CameraDefaults, kind: (KeyKind, &Path)) -> Resu
     }
     let (mut times_s, mut keys) = (Vec::new(), Vec::new());
     for (index, value) in list.into_iter().enumerate() {
-        let (time_s, key) =
-            one_key(value, defaults, kind).with_context(|| format!("key {index} of the path"))?;
+        let (time_s, key) = one_key(value, defaults, kind, folder)
+            .with_context(|| format!("key {index} of the path"))?;
         if times_s.last().is_some_and(|&before| time_s <= before) {
             bail!(
                 "key {index} of the path: \"time\" is {time_s}, expected more than that of the key before"
@@ -218,7 +223,8 @@ fn keys(value: Value, defaults: &CameraDefaults, kind: (KeyKind, &Path)) -> Resu
 fn one_key(
     value: Value,
     defaults: &CameraDefaults,
-    (kind, folder): (KeyKind, &Path),
+    kind: KeyKind,
+    folder: &Path,
 ) -> Result<(f64, Key)> {
     let mut fields = Fields::new(value)?;
     let time_s = fields.required_number("time")?;

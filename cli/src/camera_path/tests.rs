@@ -24,7 +24,8 @@ fn path(list: Vec<Value>) -> Result<CameraPath> {
     keys(
         json!({ "keys": list }),
         &DEFAULTS,
-        (KeyKind::Volume, Path::new("")),
+        KeyKind::Volume,
+        Path::new(""),
     )
 }
 

@@ -99,7 +99,8 @@ fn draw(scene: &Scene, size: Size, file: PathBuf) -> Result<report::WrittenFrame
     picture::check_size(&camera)?;
     picture::draw(
         &mut |camera, _| super::volsplat::drawn(&mut renderer, camera, Progress::Hidden),
-        (&camera, 0),
+        &camera,
+        0,
         file,
         &FINISH,
     )

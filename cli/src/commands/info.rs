@@ -40,7 +40,8 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
     let facts = match look_through(
         &args.input,
         &args.volume,
-        (max_memory, &drawn),
+        max_memory,
+        &drawn,
         Progress::Shown,
     )? {
         Some(volume) => Facts::of(args, volume.as_ref())?,

@@ -16,7 +16,7 @@ use crate::args::{Given, TexmapArgs};
 use crate::camera_path::KeyKind;
 use crate::framing::{Extent, Stance};
 use crate::picture::Drawn;
-use crate::plan::{Plan, Request, RunLog};
+use crate::plan::{Plan, Request, Run, RunLog};
 use crate::report::{self, Account, RunStats, Verbosity};
 use crate::scene_camera;
 use crate::settings::texmap as settings;
@@ -106,7 +106,8 @@ impl Open {
                 &args,
                 &request,
                 &options,
-                (plan.finish.format, stance(&args)),
+                plan.finish.format,
+                stance(&args),
             ),
             planned,
             load_ms,
@@ -118,12 +119,9 @@ impl Open {
         if log.verbosity == Verbosity::Verbose {
             report::say(&format!("load {load_ms:.1} ms, prepare {prepare_ms:.1} ms"));
         }
-        plan.draw(
-            &request,
-            &cameras,
-            stats,
-            (&mut |camera, _| drawn(&mut renderer, camera), log),
-        )
+        plan.draw(&request, &cameras, Run { stats, log }, &mut |camera, _| {
+            drawn(&mut renderer, camera)
+        })
     }
 }
 
@@ -156,8 +154,9 @@ fn cameras(
 
 /// The corners of all triangles; one that several share comes several times.
 fn corners(scene: &Scene) -> impl Iterator<Item = DVec3> {
-    let of_mesh =
-        |mesh: &Mesh, corner: u32| Vec3::from_array(mesh.positions[corner as usize]).as_dvec3();
+    let of_mesh = |mesh: &Mesh, corner: u32| {
+        scene.origin_in_world + Vec3::from_array(mesh.positions[corner as usize]).as_dvec3()
+    };
     let meshes = scene.meshes.iter();
     meshes.flat_map(move |mesh| {
         mesh.triangles

@@ -16,7 +16,7 @@ use crate::blend;
 use crate::camera_path::KeyKind;
 use crate::framing::{self, Extent};
 use crate::picture::Drawn;
-use crate::plan::{Plan, Request, RunLog};
+use crate::plan::{Plan, Request, Run, RunLog};
 use crate::progress::{Progress, watch};
 use crate::report::{self, Account, RunStats, Verbosity};
 use crate::scene;
@@ -46,7 +46,7 @@ impl Open {
         let options =
             settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format)?;
         blend::layers(&args.render.options.blend, plan.finish.format)?;
-        let mut open = loaded(args, options, (plan, verbosity.progress()))?;
+        let mut open = loaded(args, options, plan, verbosity.progress())?;
         open.cameras = cameras(&open)?;
         Ok(open)
     }
@@ -87,14 +87,14 @@ impl Open {
         let mut moving = self.motion.map(|motion| (motion, self.content));
         let mut render = |camera: &Camera, number: usize| {
             if let Some((motion, content)) = &mut moving {
-                motion.set(number, &mut renderer, (content, &options))?;
+                motion.set(number, &mut renderer, content, &options)?;
             }
             let mut drawn = drawn(&mut renderer, camera, progress)?;
             drawn.image.planes.extend(renderer.layers(camera, &layers)?);
             Ok(drawn)
         };
         self.plan
-            .draw(&request, &self.cameras, stats, (&mut render, log))
+            .draw(&request, &self.cameras, Run { stats, log }, &mut render)
     }
 
     /// Refuses what changes from picture to picture beside the camera.
@@ -141,7 +141,8 @@ impl Open {
                 &self.args,
                 request,
                 self.plan.finish.format,
-                (&self.options, self.content.first()),
+                &self.options,
+                self.content.first(),
             ),
             planned: None,
             load_ms: self.load_ms,
@@ -191,15 +192,15 @@ fn request(args: &VolsplatArgs) -> Request<'_> {
 fn loaded(
     args: VolsplatArgs,
     options: RenderOptions,
-    (plan, progress): (Plan, Progress),
+    plan: Plan,
+    progress: Progress,
 ) -> Result<Open> {
     let start = Instant::now();
     let mut content = Content::load(&args, &options, progress)?;
     let load_ms = report::ms_since(start);
     let motion = match plan.path() {
-        Some(path) => {
-            VolumeMotion::new(path, &args, content.first()).with_context(|| path_name(&args))?
-        }
+        Some((path, pictures)) => VolumeMotion::new(path, pictures, &args, content.first())
+            .with_context(|| path_name(&args))?,
         None => None,
     };
     if let Some(mean) = motion.as_ref().and_then(VolumeMotion::mean) {

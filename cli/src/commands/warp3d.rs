@@ -17,7 +17,7 @@ use crate::camera_path::{self, KeyKind};
 use crate::multiview::{self, Layout};
 use crate::output;
 use crate::picture::Drawn;
-use crate::plan::{Pictures, Plan, Purpose, Request, RunLog};
+use crate::plan::{Pictures, Plan, Purpose, Request, Run, RunLog};
 use crate::report::{self, RunStats};
 use crate::values::Size;
 use crate::viewpoint::{self, Known};
@@ -104,7 +104,8 @@ impl Open {
             settings: record(
                 &args,
                 &args.render.options.options()?,
-                (&request, plan.finish.format),
+                &request,
+                plan.finish.format,
                 drawer.convergence,
             ),
             planned,
@@ -117,12 +118,9 @@ impl Open {
         } else {
             LastPicture::NotKept
         };
-        plan.draw(
-            &request,
-            &cameras,
-            stats,
-            (&mut |camera, _| drawer.draw(camera), log),
-        )?;
+        plan.draw(&request, &cameras, Run { stats, log }, &mut |camera, _| {
+            drawer.draw(camera)
+        })?;
         match drawer.last {
             LastPicture::Kept(Some(image)) => write_planes(&args, &image),
             LastPicture::Kept(None) | LastPicture::NotKept => Ok(()),

@@ -8,7 +8,6 @@
 //! pixels; its two numbers come from their mean and spread, and the bound is what the maximum over all cells of all pictures
 //! exceeds with a chance of one in fifty, twice over: it is the weaker promise of the two.
 
-use super::look::MOST_VIEWS;
 use crate::values::BoundMetric;
 
 /// Error of a window against the exact setting.
@@ -31,8 +30,13 @@ pub(super) struct ViewErrors {
     pub(super) cells: usize,
 }
 
-/// Standard errors that are added to a mean.
+/// Standard errors that are added to a mean. Their number is doubled where there are no more than so many draws, because the
+/// spread of a few draws is itself uncertain, as in Student's distribution.
 const STANDARD_ERRORS: f64 = 2.0;
+const FEW_DRAWS: f64 = 4.0;
+
+/// The most pictures of a sequence that are looked at.
+pub(super) const MOST_VIEWS: usize = 8;
 
 /// How many of the steps between views are added to the worst of them, over the number of views, for the pictures between:
 /// the fewer views, the longer the way from one to the next. A guess, held to in `docs/results/planner.md`.
@@ -56,6 +60,15 @@ pub(super) fn predicted(metric: BoundMetric, views: &[ViewErrors], pictures: usi
     }
 }
 
+/// The error of the worst picture that was looked at, without a margin.
+pub(super) fn seen(metric: BoundMetric, views: &[ViewErrors]) -> f64 {
+    let of_view = |view: &ViewErrors| match metric {
+        BoundMetric::Rms => mean_and_deviation(&estimates(view)).0.sqrt(),
+        BoundMetric::Max => view.windows.iter().map(|w| w.max).fold(0.0, f64::max),
+    };
+    views.iter().map(of_view).fold(0.0, f64::max)
+}
+
 fn root_mean_square(views: &[ViewErrors], pictures: usize) -> f64 {
     let bounds: Vec<f64> = views
         .iter()
@@ -77,13 +90,19 @@ fn root_mean_square(views: &[ViewErrors], pictures: usize) -> f64 {
 
 /// The mean square error of a view, with its margin.
 fn mean_square(view: &ViewErrors) -> f64 {
-    let estimates: Vec<f64> = view
-        .windows
-        .iter()
-        .flat_map(|w| std::iter::repeat_n(w.squares / (w.chance * 3.0 * view.covered_px), w.draws))
-        .collect();
+    let estimates = estimates(view);
     let (mean, deviation) = mean_and_deviation(&estimates);
-    mean + STANDARD_ERRORS * deviation / (estimates.len().max(1) as f64).sqrt()
+    let draws = estimates.len().max(1) as f64;
+    mean + STANDARD_ERRORS * (1.0 + FEW_DRAWS / draws) * deviation / draws.sqrt()
+}
+
+/// What each draw says of the mean square of a view.
+fn estimates(view: &ViewErrors) -> Vec<f64> {
+    let of = |w: &WindowError| w.squares / (w.chance * 3.0 * view.covered_px);
+    let windows = view.windows.iter();
+    windows
+        .flat_map(|w| std::iter::repeat_n(of(w), w.draws))
+        .collect()
 }
 
 fn largest(views: &[ViewErrors], pictures: usize) -> f64 {

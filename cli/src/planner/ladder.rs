@@ -1,247 +1,198 @@
-//! The planner's ladders: for each application one list of settings, from cheap to exact.
+//! The planner's ladders: for each application one list of settings, from cheap to exact, and the default.
 //!
 //! Its rungs lose less and cost more, and each of them wins on the measured front of real scenes. The options that were
 //! typed are kept: they are left out of every rung, and of the exact setting too.
 
 use anyhow::Result;
+use texmap::Method;
 use volsplat::Subpixels;
 use warp3d::args::MethodName;
 
-use crate::args::{Given, OrderName, RenderArgs};
+use crate::args::OrderName;
 use crate::order;
 use crate::setting::Setting;
-use crate::values::word;
 
 /// A setting beyond the typed one.
 #[derive(Clone, Debug)]
 pub(super) struct Rung {
     pub(super) setting: Setting,
-    /// Its usual cost, of the exact setting: the trade of the scenes in `docs/results`, rounded up. It only decides
-    /// whether a try is worth its cost.
-    pub(super) cost: f64,
+    /// The work of each pixel, in any unit: the place on the ladder. 0 where only a measurement can tell.
+    pub(super) work: f64,
 }
 
 /// What may be chosen for one command.
 #[derive(Clone, Debug)]
 pub(super) struct Ladder {
-    /// From cheap to exact, without the exact setting itself.
+    /// From cheap to exact, without the default; the last one is the exact setting.
     pub(super) rungs: Vec<Rung>,
-    /// The most exact setting.
-    pub(super) exact: Setting,
-    /// The cheapest setting, for a coarse look.
-    pub(super) coarse: Setting,
-    /// Where a coarse look must be cheap, it shows every so many pixels only.
-    pub(super) coarse_step: u32,
-    /// Most pictures of a sequence that are looked at coarsely, for the one with the most contrast.
-    pub(super) coarse_looks: usize,
+    /// What is drawn where nothing is asked for.
+    pub(super) default: Rung,
+    /// A cheap picture that shows what is covered and where contrast is.
+    pub(super) preview: Rung,
 }
 
-/// Share of the allowed error that the proven bound gets.
-const PROVEN_SHARE: f64 = 0.25;
-
-/// What proven bounds with a share of the error usually cost, of the exact ones (trade of volumes: 0.3 to 0.73).
-const PROVEN_COST: f64 = 0.7;
+/// Share of the allowed error that early termination, which bounds its own error, may take.
+const TERMINATION_SHARE: f64 = 0.25;
 
 /// The transmittance of the exact settings: a four-hundredth of a step of an 8-bit picture. 0 would take many times as
 /// long.
 const LEAST_TRANSMITTANCE: f32 = 1e-5;
 
-/// Slab in voxels, sub-pixels, cost.
-const FIELD: [(f64, u32, f64); 8] = [
-    (2.0, 1, 0.01),
-    (2.0, 2, 0.018),
-    (1.0, 2, 0.032),
-    (1.0, 4, 0.07),
-    (0.5, 4, 0.12),
-    (0.5, 8, 0.28),
-    (0.25, 8, 0.53),
-    (0.125, 8, 1.0),
+/// Slab in voxels, and sub-pixels. The last one is the exact setting.
+const FIELD: [(f64, u32); 8] = [
+    (2.0, 1),
+    (2.0, 2),
+    (1.0, 2),
+    (1.0, 4),
+    (0.5, 4),
+    (0.5, 8),
+    (0.25, 8),
+    (0.125, 8),
 ];
 
-/// Sub-pixels of a mesh, cost.
+/// Sub-pixels of a mesh, and the time of a picture, of the exact one.
 const MESH: [(u32, f64); 4] = [(1, 0.1), (2, 0.25), (4, 0.5), (8, 1.0)];
 
-/// Sub-pixels of a warp, cost.
-const WARP: [(u32, f64); 4] = [(1, 0.7), (2, 0.7), (4, 0.75), (8, 1.0)];
+/// Sub-pixels of a warp, and the time of a picture, of the exact one.
+const WARP: [(u32, f64); 4] = [(1, 0.65), (2, 0.7), (4, 0.75), (8, 1.0)];
 
-/// Cost of the nearest pixel, of the exact warp.
-const NEAREST_COST: f64 = 0.1;
+/// Time of the nearest pixel, of the exact warp.
+const NEAREST: f64 = 0.1;
 
 impl Ladder {
-    /// The ladder of an application beyond the typed setting, for an allowed error or, without one, for a time.
+    /// The ladder of an application beyond the typed setting; `allowed` is the error, where one was asked for.
     pub(super) fn of(typed: &Setting, allowed: Option<f64>) -> Result<Self> {
-        let ladder = match typed {
-            Setting::Volume(args) if draws_field(args) => field(),
-            Setting::Volume(_) => samples(),
-            Setting::Mesh(_) => mesh(),
-            Setting::Depth(_) => warp(),
+        let (rungs, default, preview) = match typed {
+            Setting::Volume(given) => {
+                let default = Setting::volume(&[], |_| ());
+                match order::order(given) {
+                    // Contradicting options are refused when the volume is opened.
+                    Ok(None | Some(OrderName::Field)) | Err(_) => {
+                        let rungs = field(allowed);
+                        let cheapest = rungs[0].clone();
+                        (rungs, default, cheapest)
+                    }
+                    Ok(Some(_)) => (samples(), default.clone(), rung(1.0, default)),
+                }
+            }
+            Setting::Mesh(_) => (mesh(), Setting::mesh(&[], |_| ()), mesh_preview()),
+            Setting::Depth(_) => {
+                let rungs = warp();
+                let nearest = rungs[0].clone();
+                (rungs, Setting::depth(&[], |_| ()), nearest)
+            }
         };
-        ladder.beyond(typed, allowed.and_then(|bound| proven(typed, bound)))
+        let mut ladder = Self {
+            rungs: Vec::new(),
+            default: rung(0.0, default),
+            preview: rung(preview.work, preview.setting.without(typed)),
+        };
+        if !typed.with(&ladder.preview.setting)?.is_legal() {
+            ladder.preview = ladder.default.clone();
+        }
+        ladder.add(rungs, typed)?;
+        Ok(ladder)
     }
 
-    fn beyond(self, typed: &Setting, proven: Option<Setting>) -> Result<Self> {
-        let exact = self.exact.without(typed);
-        let mut rungs: Vec<Rung> = Vec::new();
-        for rung in self.rungs {
-            let (mut setting, mut cost) = (rung.setting, rung.cost);
-            if let Some(proven) = &proven {
-                (setting, cost) = (setting.with(proven)?, PROVEN_COST * cost);
-            }
+    /// Adds the rungs beyond the typed setting.
+    fn add(&mut self, all: Vec<Rung>, typed: &Setting) -> Result<()> {
+        let options = typed.with(&self.default.setting)?;
+        let Self { rungs, default, .. } = self;
+        for Rung { setting, work } in all {
             let setting = setting.without(typed);
-            // Rungs that differ in what was typed are one.
+            let whole = typed.with(&setting)?;
+            // Rungs that differ in what was typed are one, and one of them may be the default.
             rungs.retain(|other| other.setting != setting);
-            if setting != exact && typed.with(&setting)?.is_legal() {
-                rungs.push(Rung { setting, cost });
+            if whole.draws_like(&options) {
+                default.work = work;
+            } else if whole.is_legal() {
+                rungs.push(rung(work, setting));
             }
         }
-        let mut coarse = self.coarse.without(typed);
-        if !typed.with(&coarse)?.is_legal() {
-            coarse = rungs
-                .first()
-                .map_or(exact.clone(), |rung| rung.setting.clone());
+        if rungs.is_empty() {
+            rungs.push(default.clone());
         }
-        Ok(Self {
-            rungs,
-            exact,
-            coarse,
-            ..self
-        })
+        Ok(())
+    }
+
+    /// The most exact setting.
+    pub(super) fn exact(&self) -> &Rung {
+        self.rungs.last().unwrap_or(&self.default)
+    }
+
+    /// The rungs below and above another one.
+    pub(super) fn around(&self, other: &Rung) -> (&[Rung], &[Rung]) {
+        let below = self.rungs.partition_point(|rung| rung.work < other.work);
+        self.rungs.split_at(below)
+    }
+
+    /// The cheapest setting.
+    pub(super) fn cheapest(&self) -> &Rung {
+        self.rungs.first().unwrap_or(&self.default)
     }
 }
 
-/// Whether a volume's field is drawn.
-fn draws_field(given: &Given<RenderArgs>) -> bool {
-    order_of(given) == OrderName::Field
+fn rung(work: f64, setting: Setting) -> Rung {
+    Rung { setting, work }
 }
 
-fn order_of(given: &Given<RenderArgs>) -> OrderName {
-    // Contradicting options are refused when the volume is opened.
-    order::order(given)
-        .ok()
-        .flatten()
-        .unwrap_or(OrderName::Field)
-}
-
-/// The option whose value is a proven bound on its own error; it gets a share of the error that is allowed.
-fn proven(typed: &Setting, bound: f64) -> Option<Setting> {
-    let Setting::Volume(_) = typed else {
-        return None;
-    };
-    let share = ((PROVEN_SHARE * bound) as f32).max(LEAST_TRANSMITTANCE);
-    Some(Setting::volume(&["min-transmittance"], |args| {
-        args.min_transmittance = share;
-    }))
-}
-
-fn field() -> Ladder {
-    let of = |slab: f64, subpixels: u32| {
-        Setting::volume(&["slab", "subpixels"], |args| {
+/// The work of the field is in proportion to its samples: sub-pixels along two sides, and slabs.
+fn field(allowed: Option<f64>) -> Vec<Rung> {
+    let exact = FIELD.len() - 1;
+    let of = |(place, (slab, subpixels)): (usize, (f64, u32))| {
+        let transmittance = match allowed {
+            _ if place == exact => Some(LEAST_TRANSMITTANCE),
+            Some(bound) => Some(((TERMINATION_SHARE * bound) as f32).max(LEAST_TRANSMITTANCE)),
+            None => None,
+        };
+        let names = ["slab", "subpixels", "min-transmittance"];
+        let names = &names[..2 + usize::from(transmittance.is_some())];
+        let setting = Setting::volume(names, |args| {
             args.field.slab_voxels = slab;
             args.subpixels = Subpixels::Fixed(subpixels);
-        })
+            if let Some(transmittance) = transmittance {
+                args.min_transmittance = transmittance;
+            }
+        });
+        rung(f64::from(subpixels).powi(2) / slab, setting)
     };
-    let exact = Setting::volume(&["slab", "subpixels", "min-transmittance"], |args| {
-        args.field.slab_voxels = 0.125;
-        args.subpixels = Subpixels::Fixed(8);
-        args.min_transmittance = LEAST_TRANSMITTANCE;
-    });
-    let rung = |(slab, subpixels, cost)| Rung {
-        setting: of(slab, subpixels),
-        cost,
-    };
-    Ladder {
-        rungs: FIELD.map(rung).to_vec(),
-        exact,
-        coarse: of(2.0, 1),
-        coarse_step: 1,
-        coarse_looks: 24,
-    }
+    FIELD.into_iter().enumerate().map(of).collect()
 }
 
-/// The orders of samples have nothing to climb: only the proven bounds are free.
-fn samples() -> Ladder {
+/// The orders of samples have nothing to climb: only early termination is free.
+fn samples() -> Vec<Rung> {
     let exact = Setting::volume(&["min-transmittance"], |args| {
         args.min_transmittance = LEAST_TRANSMITTANCE;
     });
-    Ladder {
-        rungs: vec![Rung {
-            setting: Setting::volume(&[], |_| ()),
-            cost: 1.0,
-        }],
-        coarse: exact.clone(),
-        exact,
-        // It costs as much as the exact setting.
-        coarse_step: 4,
-        coarse_looks: 24,
-    }
+    vec![rung(1.0, exact)]
 }
 
-fn mesh() -> Ladder {
+fn mesh() -> Vec<Rung> {
     let of = |subpixels| Setting::mesh(&["subpixels"], |options| options.subpixels = subpixels);
-    Ladder {
-        rungs: MESH
-            .map(|(n, cost)| Rung {
-                setting: of(n),
-                cost,
-            })
-            .to_vec(),
-        exact: of(8),
-        coarse: of(1),
-        // The cheapest setting takes a tenth of the exact one's time.
-        coarse_step: 4,
-        coarse_looks: 24,
-    }
+    MESH.map(|(n, work)| rung(work, of(n))).to_vec()
 }
 
-fn warp() -> Ladder {
-    let hybrid = |subpixels| {
-        Setting::depth(&["method", "subpixels"], |args| {
+/// The nearest texel shows contrast well enough, and is cheap even where a texture is far larger than the picture.
+fn mesh_preview() -> Rung {
+    let setting = Setting::mesh(&["method", "subpixels"], |options| {
+        options.method = Method::BackwardNearest;
+        options.subpixels = 1;
+    });
+    rung(0.05, setting)
+}
+
+fn warp() -> Vec<Rung> {
+    let hybrid = |(subpixels, work)| {
+        let setting = Setting::depth(&["method", "subpixels"], |args| {
             args.method = MethodName::Hybrid;
             args.subpixels = Some(subpixels);
-        })
+        });
+        rung(work, setting)
     };
     let nearest = Setting::depth(&["method"], |args| args.method = MethodName::Nearest);
-    let cheapest = Rung {
-        setting: nearest.clone(),
-        cost: NEAREST_COST,
-    };
-    let others = WARP.map(|(n, cost)| Rung {
-        setting: hybrid(n),
-        cost,
-    });
-    Ladder {
-        rungs: std::iter::once(cheapest).chain(others).collect(),
-        exact: hybrid(8),
-        coarse: nearest,
-        coarse_step: 1,
-        // A coarse warp takes a tenth of an exact one: six of 64 pictures are a hundredth of the run.
-        coarse_looks: 6,
-    }
-}
-
-/// The name of the kind of work that a setting does: pictures of one name take times of one model.
-pub(super) fn kind(setting: &Setting) -> String {
-    match setting {
-        Setting::Volume(given) => {
-            let subpixels = match given.options.subpixels {
-                Subpixels::Fixed(n) => n.to_string(),
-                Subpixels::Auto => "auto".into(),
-            };
-            format!("volsplat {} {subpixels}", order_of(given).name())
-        }
-        Setting::Mesh(given) => {
-            let options = &given.options;
-            format!("texmap {} {}", word(options.method), options.subpixels)
-        }
-        Setting::Depth(given) => {
-            let args = &given.options;
-            format!(
-                "warp3d {} {}",
-                word(args.method),
-                args.subpixels.unwrap_or(4)
-            )
-        }
-    }
+    let mut rungs = vec![rung(NEAREST, nearest)];
+    rungs.extend(WARP.map(hybrid));
+    rungs
 }
 
 #[cfg(test)]
@@ -260,34 +211,30 @@ mod tests {
         assert_eq!(names(&free, None).len(), FIELD.len());
         assert_eq!(names(&free, None)[3], "slab 1, subpixels 4");
         let fixed = Setting::volume(&["slab"], |args| args.field.slab_voxels = 1.0);
-        assert_eq!(
-            names(&fixed, None),
-            ["subpixels 1", "subpixels 2", "subpixels 4", "subpixels 8"],
-            "one rung of each"
-        );
+        let expected = ["subpixels 1", "subpixels 2", "subpixels 4"];
+        assert_eq!(names(&fixed, None)[..3], expected, "one rung of each");
         let ladder = Ladder::of(&fixed, None).expect("a ladder");
-        assert!(!ladder.exact.name().expect("a name").contains("slab"));
+        let exact = ladder.exact().setting.name().expect("a name");
+        assert!(!exact.contains("slab"), "{exact}");
         let samples = Setting::volume(&["order"], |args| args.order = Some(OrderName::EverySample));
-        assert_eq!(names(&samples, Some(0.004)), ["min-transmittance 0.001"]);
-        assert_eq!(
-            names(&Setting::mesh(&[], |_| ()), None),
-            ["subpixels 1", "subpixels 2", "subpixels 4"]
-        );
-        assert_eq!(
-            names(&Setting::depth(&[], |_| ()), None).len(),
-            WARP.len(),
-            "and the nearest pixel"
-        );
+        assert_eq!(names(&samples, Some(0.004)), ["min-transmittance 0.00001"]);
     }
 
     #[test]
-    fn proven_bounds_get_their_share() {
+    fn the_default_has_its_place_where_it_is_a_rung() {
+        let mesh = Ladder::of(&Setting::mesh(&[], |_| ()), None).expect("a ladder");
+        assert_eq!((mesh.rungs.len(), mesh.default.work), (3, 0.5));
+        let warp = Ladder::of(&Setting::depth(&[], |_| ()), None).expect("a ladder");
+        assert_eq!((warp.rungs.len(), warp.default.work), (4, 0.75));
+        let typed = Setting::mesh(&["subpixels"], |options| options.subpixels = 2);
+        let nothing = Ladder::of(&typed, None).expect("a ladder");
+        assert_eq!(nothing.rungs.len(), 1, "nothing is free");
+        assert_eq!(nothing.exact().setting, nothing.default.setting);
+    }
+
+    #[test]
+    fn early_termination_gets_its_share() {
         let free = names(&Setting::volume(&[], |_| ()), Some(0.004));
-        assert_eq!(
-            free.len(),
-            FIELD.len(),
-            "the last rung is not the exact setting"
-        );
         assert!(free[0].contains("min-transmittance 0.001"), "{}", free[0]);
         let typed = Setting::volume(&["min-transmittance"], |args| args.min_transmittance = 0.5);
         assert!(!names(&typed, Some(0.004))[0].contains("min-transmittance"));

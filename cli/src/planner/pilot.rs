@@ -1,19 +1,19 @@
 //! The pilot: small windows of the pictures, drawn with the exact setting and with candidates.
 //!
-//! Takes an opened scene, gives for any setting the errors in the windows and the work of the whole pictures ([`Found`]). A
-//! coarse picture shows the covered part and its contrast; windows stand there.
+//! Takes an opened scene and gives, for any setting, its errors in the windows, and the work and the time of whole pictures.
+//! Work is counted: it is the same on every machine, and decides how much may be looked at for an error. Time is measured:
+//! it decides for a time.
+
+use std::collections::BTreeMap;
 
 use anyhow::Result;
-use resample_core::Camera;
+use resample_core::{Camera, Image};
 
-use super::fixed_cost::FixedCost;
-use super::found::{Found, Rendered, View, pixels};
-use super::ladder::{self, Ladder};
-use super::look::{self, Effort, Look, Part, WindowCost, places};
-use super::model::{Counts, Model, OF_FRAME, Work, counts};
-use super::subsample_windows::{Limit, ViewShare};
-use super::windows::{self, Windows};
-use crate::measure;
+use super::candidate::{Candidate, DrawnPart, Work};
+use super::estimate::{ViewErrors, WindowError};
+use super::ladder::{Ladder, Rung};
+use super::windows::{Cells, Window, pixels};
+use crate::measure::{self, Rendered};
 use crate::opened::{Opened, Parts};
 use crate::setting::Setting;
 
@@ -23,267 +23,329 @@ pub(super) struct Scene {
     pub(super) typed: Setting,
 }
 
-/// The windows of some of the pictures, and the exact setting in them.
+/// The windows of some of the pictures.
 pub(super) struct Pilot {
     views: Vec<View>,
-    parts: Parts,
+    guard_px: usize,
+    /// Draws of each picture so far.
+    draws: usize,
     /// Pictures of the whole sequence.
     pub(super) pictures: usize,
-    /// The exact setting in the windows.
-    pub(super) exact: Option<Found>,
-    /// CPU time of all that the pilot has drawn, ms: measured, and by the model.
+    /// CPU time, ms, and work of all that the pilot has drawn.
     pub(super) cpu_ms: f64,
-    pub(super) model_ms: f64,
-    model: Model,
-    fixed_cost: FixedCost,
-    /// The work that the windows may take under the exact setting.
-    limit: Limit,
+    pub(super) work: f64,
+    /// Elapsed over CPU time of a picture.
+    wall_per_cpu: f64,
 }
 
-/// How a coarse look is taken.
-struct Coarse {
-    setting: Setting,
-    /// It shows every so many pixels.
-    step: u32,
-    /// Most pictures of a sequence that are looked at.
-    looks: usize,
+/// One of the pictures that are looked at.
+struct View {
+    cells: Cells,
+    windows: Vec<Window>,
+    /// The windows under the exact setting.
+    exact: Vec<Image>,
 }
+
+impl View {
+    /// A sum over all cells: it grows from the windows to the picture as the covered pixels do.
+    fn whole(&self, parts: &[DrawnPart], of: impl Fn(&DrawnPart) -> f64) -> f64 {
+        let (mut sum, mut covered) = (0.0, 0.0);
+        for (window, part) in self.windows.iter().zip(parts) {
+            let weight = window.draws as f64 / window.chance;
+            sum += weight * of(part);
+            covered += weight * part.covered;
+        }
+        sum * self.cells.covered_px / covered.max(1.0)
+    }
+}
+
+/// What is looked at.
+pub(super) struct Effort {
+    /// Pictures with windows.
+    pub(super) views: usize,
+    /// Pictures of which a preview is drawn.
+    pub(super) previews: usize,
+}
+
+/// A preview has half of a picture's pixels along a side, and no more than this.
+const MOST_PREVIEW_PX: u32 = 160;
+
+/// Pictures with the most contrast that are looked at, and how far they are from one another: this part of the sequence.
+const PEAKS: usize = 2;
+const NEAR_SHARE: usize = 8;
+
+/// Predicted times are those of the windows and this part more: they fell short by as much on scans and models.
+const TIME_MARGIN: f64 = 1.2;
 
 impl Scene {
-    /// Draws with a setting beyond the typed one.
-    fn rendered(&mut self, setting: &Setting, camera: &Camera) -> Result<Rendered> {
-        let setting = self.typed.with(setting)?;
-        self.opened.set(&setting)?;
-        let drawn = measure::rendered(&mut self.opened, camera)?;
-        Ok(Rendered {
-            work: Work {
-                kind: ladder::kind(&setting),
-                counts: counts(&drawn.keys, pixels(camera)),
-            },
-            image: drawn.image,
-            cpu_ms: drawn.time.cpu_ms,
-        })
+    /// Draws with a setting beyond the typed one from now on.
+    fn set(&mut self, rung: &Rung) -> Result<()> {
+        self.opened.set(&self.typed.with(&rung.setting)?)
     }
+}
+
+/// The side of a window, px.
+pub(super) fn side_px(scene: &Scene) -> u32 {
+    match scene.opened.parts() {
+        Parts::Windows { side_px, .. } => side_px,
+        Parts::Whole => u32::MAX,
+    }
+}
+
+/// Small pictures by their places in the sequence.
+struct Previews {
+    candidate: Candidate,
+    side_px: u32,
+    seen: BTreeMap<usize, Cells>,
+}
+
+impl Previews {
+    /// The place of the one with the most contrast, among some.
+    fn most(&self, among: impl Fn(usize) -> bool) -> Option<usize> {
+        let seen = self.seen.iter().filter(|(place, _)| among(**place));
+        let most = seen.max_by(|(_, a), (_, b)| a.contrast.total_cmp(&b.contrast));
+        most.map(|(&place, _)| place)
+    }
+}
+
+/// Numbers below `len`, evenly spaced.
+fn places(len: usize, count: usize) -> Vec<usize> {
+    let count = count.min(len);
+    (0..count)
+        .map(|k| (2 * k + 1) * len / (2 * count))
+        .collect()
 }
 
 impl Pilot {
-    /// Looks at the pictures coarsely, and at their windows with the exact setting; `None` where the effort does not allow
-    /// a look.
-    pub(super) fn new(
-        scene: &mut Scene,
-        ladder: &Ladder,
-        (effort, model): (Effort, &Model),
-    ) -> Result<Option<Self>> {
+    /// Looks at small previews, and chooses the pictures with windows: evenly spaced, and the one with the most contrast for
+    /// each covered pixel, because a thing that is seen from its narrow side has the largest error.
+    pub(super) fn new(scene: &mut Scene, ladder: &Ladder, effort: &Effort) -> Result<Self> {
         let cameras = scene.opened.cameras().to_vec();
-        let (pictures, parts) = (cameras.len(), scene.opened.parts());
-        let most_pixels = cameras.iter().map(pixels).fold(0.0, f64::max);
-        if effort == Effort::Affordable && !look::may_pay(parts, (pictures, most_pixels)) {
-            return Ok(None);
-        }
-        let exact = ladder::kind(&scene.typed.with(&ladder.exact)?);
+        let guard_px = match scene.opened.parts() {
+            Parts::Windows { guard_px, .. } => guard_px,
+            Parts::Whole => 0,
+        };
         let mut pilot = Self {
             views: Vec::new(),
-            parts,
-            pictures,
-            exact: None,
+            guard_px,
+            draws: 0,
+            pictures: cameras.len(),
             cpu_ms: 0.0,
-            model_ms: 0.0,
-            model: model.clone(),
-            fixed_cost: FixedCost::default(),
-            limit: Limit::new(exact, (pictures, effort)),
+            work: 0.0,
+            // Other work on the machine lengthens elapsed time alone.
+            wall_per_cpu: 1.0,
         };
-        let coarse = Coarse {
-            setting: ladder.coarse.clone(),
-            step: match effort {
-                Effort::Affordable => ladder.coarse_step,
-                Effort::Any => 1,
-            },
-            looks: ladder.coarse_looks,
+        let mut previews = Previews {
+            candidate: Candidate::new(&ladder.preview),
+            side_px: side_px(scene),
+            seen: BTreeMap::new(),
         };
-        let middle = cameras[pictures / 2];
-        let seen = pilot.coarse(scene, &coarse, &middle)?;
-        let fixed = model.fixed_share(&pilot.limit.work(seen.work.counts));
-        let window = |side| WindowCost {
-            cells: windows::covered_cells(&middle, &seen.image, side),
-            fixed,
-        };
-        let sides = look::sides(parts, most_pixels);
-        let Some(look) = look::closest((parts, &sides), (pictures, effort), window) else {
-            return Ok(None);
-        };
-        let mut chosen = places(pictures, look.views);
-        if effort == Effort::Affordable && (2..pictures).contains(&look.views) {
-            let worst = pilot.most_contrast(scene, &coarse, &cameras)?;
-            if let Some(worst) = worst {
-                look::include(&mut chosen, worst);
+        scene.set(&ladder.preview)?;
+        let mut chosen = places(cameras.len(), effort.views);
+        for most in pilot.most_contrast(scene, &mut previews, effort.previews)? {
+            if let Some(nearest) = chosen.iter_mut().min_by_key(|place| place.abs_diff(most)) {
+                *nearest = most;
             }
         }
-        let mut seen = Some(seen);
         for place in chosen {
-            let camera = cameras[place];
-            let whole = if camera == middle { seen.take() } else { None };
-            pilot.add_view(scene, (&coarse, look), (camera, whole))?;
+            pilot.preview(scene, &mut previews, place)?;
+            if let Some(cells) = previews.seen.remove(&place).filter(|cells| cells.len() > 0) {
+                pilot.views.push(View {
+                    cells,
+                    windows: Vec::new(),
+                    exact: Vec::new(),
+                });
+            }
         }
-        if !pilot.subsampled() {
-            return Ok(None);
-        }
-        pilot.exact = Some(pilot.found(scene, &ladder.exact)?);
-        Ok(Some(pilot))
+        Ok(pilot)
     }
 
-    /// The picture with the most contrast, of some: a thing that is seen from its narrow side has the largest error.
+    /// Two pictures with the most contrast, far from one another, because what has a narrow side has two: among evenly
+    /// spaced ones, then on both sides of them at half the distance each time.
     fn most_contrast(
         &mut self,
         scene: &mut Scene,
-        coarse: &Coarse,
-        cameras: &[Camera],
-    ) -> Result<Option<usize>> {
-        let (mut worst, mut most) = (None, 0.0);
-        for place in places(cameras.len(), cameras.len().min(coarse.looks)) {
-            let seen = self.coarse(scene, coarse, &cameras[place])?;
-            let contrast = windows::contrast(&seen.image);
-            if contrast > most {
-                (worst, most) = (Some(place), contrast);
-            }
+        previews: &mut Previews,
+        count: usize,
+    ) -> Result<Vec<usize>> {
+        for place in places(self.pictures, count) {
+            self.preview(scene, previews, place)?;
         }
-        Ok(worst)
+        let near = self.pictures.div_ceil(NEAR_SHARE);
+        let mut peaks = Vec::new();
+        while peaks.len() < PEAKS
+            && let Some(mut peak) = previews.most(|place| {
+                let is_far = |peak: &usize| place.abs_diff(*peak) > near;
+                peaks.iter().all(is_far)
+            })
+        {
+            let mut step = self.pictures / count;
+            while step > 1 {
+                step = step.div_ceil(2);
+                self.preview(scene, previews, peak.saturating_sub(step))?;
+                self.preview(scene, previews, (peak + step).min(self.pictures - 1))?;
+                let about = peak;
+                peak = previews
+                    .most(|place| place.abs_diff(about) <= step)
+                    .unwrap_or(peak);
+            }
+            peaks.push(peak);
+        }
+        Ok(peaks)
     }
 
-    /// Adds one of the pictures that are looked at; its coarse picture is not drawn again.
-    fn add_view(
-        &mut self,
-        scene: &mut Scene,
-        (coarse, look): (&Coarse, Look),
-        (camera, whole): (Camera, Option<Rendered>),
-    ) -> Result<()> {
-        let mut view = View {
-            camera,
-            windows: windows::whole(&camera),
-            coarse: None,
-            contrast: 0.0,
-            exact: Vec::new(),
-        };
-        if let Part::Windows { side_px, draws } = look.part {
-            let whole = match whole {
-                Some(whole) => whole,
-                None => self.coarse(scene, coarse, &camera)?,
-            };
-            view.contrast = windows::contrast(&whole.image);
-            view.windows = windows::spread(&camera, &whole.image, (side_px, draws));
-            // Counts of a picture that shows every so many pixels are no base for a ratio.
-            if coarse.step == 1 {
-                let growing_ms = self.model.growing_ms(&whole.work);
-                self.fixed_cost.whole.add(whole.cpu_ms, growing_ms);
-                let whole_counts = whole.work.counts;
-                let mut counts = self.coarse_windows(scene, coarse, &view.windows)?;
-                let share = self.limit.share(&self.model, whole_counts, &counts);
-                let fewer = self
-                    .limit
-                    .draws(share * look.views as f64, self.parts, draws);
-                if fewer < draws {
-                    view.windows = windows::spread(&camera, &whole.image, (side_px, fewer));
-                    counts = self.coarse_windows(scene, coarse, &view.windows)?;
-                }
-                view.coarse = Some((whole_counts, counts));
-            }
+    fn preview(&mut self, scene: &mut Scene, previews: &mut Previews, place: usize) -> Result<()> {
+        if previews.seen.contains_key(&place) {
+            return Ok(());
         }
-        self.views.push(view);
+        let camera = scene.opened.cameras()[place];
+        let long_px = u64::from(camera.width.max(camera.height));
+        let small = |px: u32| {
+            let most = (u64::from(px) * u64::from(MOST_PREVIEW_PX)).div_ceil(long_px);
+            px.div_ceil(2).min(most as u32)
+        };
+        let small = camera.resized(small(camera.width), small(camera.height))?;
+        let (seen, _) = self.drawn(scene, &previews.candidate, &small)?;
+        let wall_per_cpu = seen.time.wall_ms / seen.time.cpu_ms.max(f64::MIN_POSITIVE);
+        self.wall_per_cpu = self.wall_per_cpu.min(wall_per_cpu);
+        let side_px = previews.side_px.min(long_px as u32);
+        previews
+            .seen
+            .insert(place, Cells::new(&camera, &seen.image, side_px));
         Ok(())
     }
 
-    /// Counts of coarse windows.
-    fn coarse_windows(
+    /// Draws, and counts the time and the work of it.
+    fn drawn(
         &mut self,
         scene: &mut Scene,
-        coarse: &Coarse,
-        windows: &Windows,
-    ) -> Result<Vec<Counts>> {
-        let mut counts = Vec::with_capacity(windows.list.len());
-        for window in &windows.list {
-            let seen = self.drawn(scene, &coarse.setting, &window.camera)?;
-            let growing_ms = self.model.growing_ms(&seen.work);
-            self.fixed_cost.windows.add(seen.cpu_ms, growing_ms);
-            counts.push(seen.work.counts);
+        candidate: &Candidate,
+        camera: &Camera,
+    ) -> Result<(Rendered, Work)> {
+        let seen = measure::rendered(&mut scene.opened, camera)?;
+        let work = candidate.work(&seen.keys);
+        self.cpu_ms += seen.time.cpu_ms;
+        self.work += work.growing + work.fixed;
+        Ok((seen, work))
+    }
+
+    /// Draws more windows of each picture.
+    pub(super) fn add_windows(&mut self, draws: usize) {
+        for view in &mut self.views {
+            for draw in self.draws..self.draws + draws {
+                let Some(window) = view.cells.window(draw) else {
+                    continue;
+                };
+                match view
+                    .windows
+                    .iter_mut()
+                    .find(|other| other.camera == window.camera)
+                {
+                    Some(same) => same.draws += 1,
+                    None => view.windows.push(window),
+                }
+            }
         }
-        Ok(counts)
+        self.draws += draws;
     }
 
-    /// Looks at a whole picture coarsely. Counts are those of all its pixels, about.
-    fn coarse(&mut self, scene: &mut Scene, coarse: &Coarse, camera: &Camera) -> Result<Rendered> {
-        let small = camera.resized(
-            camera.width.div_ceil(coarse.step),
-            camera.height.div_ceil(coarse.step),
-        )?;
-        let small = if coarse.step == 1 { *camera } else { small };
-        let mut seen = self.drawn(scene, &coarse.setting, &small)?;
-        let more = pixels(camera) / pixels(&small);
-        for count in &mut seen.work.counts[OF_FRAME..] {
-            *count *= more;
+    /// Draws the windows that a candidate has not been drawn in; those of the first one are what others are compared with.
+    pub(super) fn measure(&mut self, scene: &mut Scene, candidate: &mut Candidate) -> Result<()> {
+        scene.set(&candidate.rung)?;
+        candidate.parts.resize_with(self.views.len(), Vec::new);
+        for v in 0..self.views.len() {
+            for w in candidate.parts[v].len()..self.views[v].windows.len() {
+                let camera = self.views[v].windows[w].camera;
+                let (seen, work) = self.drawn(scene, candidate, &camera)?;
+                let view = &mut self.views[v];
+                let exact = view.exact.get(w).unwrap_or(&seen.image);
+                let part = DrawnPart::new(&seen, work, exact, self.guard_px);
+                candidate.parts[v].push(part);
+                if view.exact.len() == w {
+                    view.exact.push(seen.image);
+                }
+            }
         }
-        seen.image = windows::enlarged(seen.image, camera);
-        Ok(seen)
+        Ok(())
     }
 
-    /// Draws, and counts the time of it.
-    fn drawn(&mut self, scene: &mut Scene, setting: &Setting, camera: &Camera) -> Result<Rendered> {
-        let rendered = scene.rendered(setting, camera)?;
-        self.cpu_ms += rendered.cpu_ms;
-        self.model_ms += self.model.likely_cpu_ms(&rendered.work);
-        Ok(rendered)
+    /// The time that a candidate takes to draw next to nothing.
+    pub(super) fn measure_fixed(
+        &mut self,
+        scene: &mut Scene,
+        candidate: &mut Candidate,
+    ) -> Result<()> {
+        if let Some(window) = self.views.first().and_then(|view| view.windows.first()) {
+            let pixel = Camera {
+                width: 1,
+                height: 1,
+                ..window.camera
+            };
+            let (seen, _) = self.drawn(scene, candidate, &pixel)?;
+            candidate.fixed_ms = seen.time.cpu_ms;
+        }
+        Ok(())
     }
 
-    /// Leaves out pictures until the windows can be afforded; whether they can.
-    fn subsampled(&mut self) -> bool {
-        let share = |view: &View| ViewShare {
-            share: view.coarse.as_ref().map_or(0.0, |(whole, windows)| {
-                self.limit.share(&self.model, *whole, windows)
-            }),
-            contrast: view.contrast,
+    /// The errors of a candidate in the pictures.
+    pub(super) fn errors(&self, candidate: &Candidate) -> Vec<ViewErrors> {
+        let of_view = |(view, parts): (&View, &Vec<DrawnPart>)| ViewErrors {
+            windows: view
+                .windows
+                .iter()
+                .zip(parts)
+                .map(|(window, part)| WindowError {
+                    squares: part.squares,
+                    max: part.max,
+                    chance: window.chance,
+                    draws: window.draws,
+                })
+                .collect(),
+            covered_px: view.cells.covered_px,
+            cells: view.cells.len(),
         };
-        let shares: Vec<ViewShare> = self.views.iter().map(share).collect();
-        let Some(kept) = self.limit.kept(&shares, self.pictures) else {
-            return false;
-        };
-        let mut place = 0..;
         self.views
-            .retain(|_| place.next().is_some_and(|place| kept.contains(&place)));
-        true
+            .iter()
+            .zip(&candidate.parts)
+            .map(of_view)
+            .collect()
     }
 
-    /// Draws the windows with a setting; all others are compared with the first one.
-    pub(super) fn found(&mut self, scene: &mut Scene, setting: &Setting) -> Result<Found> {
-        let kind = ladder::kind(&scene.typed.with(setting)?);
-        let mut found = Found::new(kind, self.fixed_cost.fixed_ms());
-        for k in 0..self.views.len() {
-            let list = self.views[k].windows.list.iter();
-            let cameras: Vec<Camera> = list.map(|window| window.camera).collect();
-            let mut parts = Vec::with_capacity(cameras.len());
-            for camera in &cameras {
-                parts.push(self.drawn(scene, setting, camera)?);
-            }
-            let view = &mut self.views[k];
-            // Of a whole picture the exact one shows what is covered.
-            if let ([part], true) = (&parts[..], view.exact.is_empty() && view.windows.cells == 1) {
-                view.windows.covered_px = windows::covered_px(&part.image);
-            }
-            found.add(view, &parts, self.parts);
-            if view.exact.len() < parts.len() {
-                view.exact = parts.into_iter().map(|part| part.image).collect();
-            }
-        }
-        Ok(found)
+    /// The work of a whole picture, the mean of those that are looked at.
+    pub(super) fn picture_work(&self, candidate: &Candidate) -> f64 {
+        let of_view = |(view, parts): (&View, &Vec<DrawnPart>)| {
+            let fixed = parts.first().map_or(0.0, |part| part.work.fixed);
+            fixed + view.whole(parts, |part| part.work.growing)
+        };
+        let all = self.views.iter().zip(&candidate.parts).map(of_view);
+        all.sum::<f64>() / self.views.len().max(1) as f64
+    }
+
+    /// Elapsed time of the slowest of the pictures, ms, with a margin.
+    pub(super) fn picture_ms(&self, candidate: &Candidate) -> f64 {
+        let of_view = |(view, parts): (&View, &Vec<DrawnPart>)| {
+            let times = parts.iter().map(|part| part.cpu_ms);
+            let fixed = times.fold(candidate.fixed_ms, f64::min);
+            fixed + view.whole(parts, |part| part.cpu_ms - fixed)
+        };
+        let all = self.views.iter().zip(&candidate.parts).map(of_view);
+        TIME_MARGIN * all.fold(0.0, f64::max) * self.wall_per_cpu
     }
 
     /// Whether anything is covered.
     pub(super) fn sees_something(&self) -> bool {
-        self.views.iter().any(|view| view.windows.covered_px > 0.0)
+        !self.views.is_empty()
     }
 
-    /// Views, windows, and the share of these views' pixels that the windows hold.
+    /// Pictures, windows, and the share of these pictures' pixels that the windows hold.
     pub(super) fn size(&self) -> (usize, usize, f64) {
-        let windows = self.views.iter().flat_map(|view| &view.windows.list);
+        let windows = self.views.iter().flat_map(|view| &view.windows);
         let seen: f64 = windows.clone().map(|window| pixels(&window.camera)).sum();
-        let all: f64 = self.views.iter().map(|view| pixels(&view.camera)).sum();
+        let all: f64 = self
+            .views
+            .iter()
+            .map(|view| pixels(view.cells.camera()))
+            .sum();
         (self.views.len(), windows.count(), seen / all.max(1.0))
     }
 }

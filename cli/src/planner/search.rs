@@ -1,23 +1,34 @@
-//! The search: which rungs of a ladder are tried, and which of them is taken.
-//!
-//! The error falls along the ladder and the cost rises, so halving finds the rung that just keeps the bound.
-//! A rung that its judge does not think worth a try counts as too dear. Of the tried rungs that are good enough, the cheapest
-//! is taken (or, for a time, the most exact).
+//! The search: the default first; up the ladder until a setting keeps the bound, or down it while one does.
 
 use anyhow::Result;
 
-use super::ladder::Rung;
+use super::candidate::Candidate;
+use super::estimate::{MOST_VIEWS, predicted, seen};
+use super::ladder::{Ladder, Rung};
+use super::pilot::{Effort, Pilot, Scene, side_px};
+use super::windows::pixels;
 use crate::setting::Setting;
+use crate::values::Bound;
+
+/// The bound that a person asked for.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Asked {
+    /// At most this error.
+    Error(Bound),
+    /// At most this time, ms.
+    Time(f64),
+}
 
 /// A setting that was tried.
 #[derive(Clone, Debug)]
 pub(super) struct Tried {
     pub(super) setting: Setting,
-    /// The predicted error of the worst picture.
-    pub(super) error: f64,
-    /// Its predicted time, ms; for a bound on the error by a model that is the same everywhere.
-    pub(super) cost_ms: f64,
-    /// Whether it keeps the bound.
+    /// The predicted error of the worst picture; none where only time counts.
+    pub(super) error: Option<f64>,
+    /// Work of a picture, of one under the default setting.
+    pub(super) work: f64,
+    /// Time of the slowest picture, ms.
+    pub(super) time_ms: f64,
     pub(super) keeps: Keeps,
 }
 
@@ -28,104 +39,273 @@ pub(super) enum Keeps {
     No,
 }
 
-/// The goal of a search.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Goal {
-    /// The least cost that keeps a bound on the error.
-    LeastCost,
-    /// The least error that keeps a bound on the time.
-    LeastError,
+/// What a search found.
+pub(super) struct Found {
+    /// `None` where even a preview costs more than it can save.
+    pub(super) pilot: Option<Pilot>,
+    pub(super) tried: Vec<Tried>,
+    /// The place of the best among those that were tried; without one the exact setting is taken.
+    pub(super) best: Option<usize>,
+    /// The reason for the exact setting, where that is taken.
+    pub(super) why_exact: &'static str,
 }
 
-/// Tries a rung; `None` where that is not worth its cost.
-pub(super) type Judge<'a> = dyn FnMut(&Rung) -> Result<Option<Tried>> + 'a;
+const TOO_DEAR: &str =
+    "to try settings on parts of so few or such small pictures costs more than it can save";
+const NOTHING_SEEN: &str = "a preview shows nothing to measure on";
+const NOTHING_KEEPS: &str = "no cheaper setting is predicted to keep the bound";
 
-/// The rungs that were tried.
-pub(super) fn tried(rungs: &[Rung], goal: Goal, judge: &mut Judge) -> Result<Vec<Tried>> {
-    let mut all = Vec::new();
-    let (mut low, mut high) = (0, rungs.len());
-    while low < high {
-        let middle = (low + high) / 2;
-        let found = judge(&rungs[middle])?;
-        // A rung that keeps an error may do with less; one that does not needs more. For a time it is the other way.
-        let more = match (&found, goal) {
-            (None, _) => false,
-            (Some(found), Goal::LeastCost) => found.keeps == Keeps::No,
-            (Some(found), Goal::LeastError) => found.keeps == Keeps::Yes,
-        };
-        if more {
-            low = middle + 1;
-        } else {
-            high = middle;
-        }
-        all.extend(found);
-    }
-    Ok(all)
+/// Draws of each picture at a time, and at most.
+const DRAWS: usize = 4;
+const MOST_DRAWS: usize = 24;
+
+/// Part of a run under the exact setting that looking may take; and the part where the default does not keep the bound, to
+/// know better what is above it. Where only the margin is in the way, looking may take as much as a run under the default:
+/// a dearer setting would take two to four times as much.
+const SHARE_OF_EXACT: f64 = 0.35;
+const SHARE_WHERE_IT_FAILS: f64 = 0.08;
+
+/// A setting below the best one is no gain unless it takes less work than this part.
+const LEAST_GAIN: f64 = 0.8;
+
+/// Pictures of a sequence of which previews are drawn, for the one with the most contrast.
+const PREVIEWS: usize = 16;
+
+/// Pictures of a sequence that are looked at for a time.
+const TIMED_VIEWS: usize = 3;
+
+/// CPU time of windows after which no more are added for a time, ms: a quarter of the tenth of a second that planning may take.
+const ENOUGH_MS: f64 = 25.0;
+
+/// The time of a picture grows at least by this part of the growth of its work. A guess; it saves tries.
+const LEAST_GROWTH: f64 = 0.3;
+
+/// Whether the default keeps the bound, as far as the windows tell.
+enum Verdict {
+    Keeps,
+    /// Over the bound even without a margin.
+    Fails,
+    Unsure,
 }
 
-/// The best of those that keep the bound.
-pub(super) fn best(goal: Goal, tried: &[Tried]) -> Option<&Tried> {
-    let good = tried.iter().filter(|t| t.keeps == Keeps::Yes);
-    match goal {
-        Goal::LeastCost => good.min_by(|a, b| a.cost_ms.total_cmp(&b.cost_ms)),
-        // Of equal errors the cheaper one.
-        Goal::LeastError => good.min_by(|a, b| {
-            a.error
-                .total_cmp(&b.error)
-                .then(a.cost_ms.total_cmp(&b.cost_ms))
-        }),
-    }
+struct Search<'a> {
+    asked: Asked,
+    scene: &'a mut Scene,
+    ladder: &'a Ladder,
+    pilot: Pilot,
+    default: Candidate,
+    tried: Vec<Tried>,
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn rungs() -> Vec<Rung> {
-        let rung = |k: u32| Rung {
-            setting: Setting::mesh(&["subpixels"], |options| options.subpixels = k),
-            cost: f64::from(k),
-        };
-        (1..=8).map(rung).collect()
-    }
-
-    /// Costs are 1 to 8, errors the inverse; rungs above `affordable` are not tried.
-    fn search(goal: Goal, bound: f64, affordable: f64) -> (Option<f64>, usize) {
-        let all = tried(&rungs(), goal, &mut |rung| {
-            let keeps = match goal {
-                Goal::LeastCost => 1.0 / rung.cost <= bound,
-                Goal::LeastError => rung.cost <= bound,
-            };
-            Ok((rung.cost <= affordable).then(|| Tried {
-                setting: rung.setting.clone(),
-                error: 1.0 / rung.cost,
-                cost_ms: rung.cost,
-                keeps: if keeps { Keeps::Yes } else { Keeps::No },
-            }))
+/// Looks for the cheapest setting that keeps an error, or for the most exact one that keeps a time.
+pub(super) fn found(scene: &mut Scene, ladder: &Ladder, asked: Asked) -> Result<Found> {
+    let pictures = scene.opened.cameras().len();
+    let views = match asked {
+        Asked::Error(_) if pictures > 1 => (pictures / 4).clamp(2, MOST_VIEWS),
+        Asked::Error(_) => 1,
+        Asked::Time(_) => pictures.min(TIMED_VIEWS),
+    };
+    if matches!(asked, Asked::Error(_)) && !may_pay(scene, views) {
+        return Ok(Found {
+            pilot: None,
+            tried: Vec::new(),
+            best: None,
+            why_exact: TOO_DEAR,
         });
-        let all = all.expect("no error");
-        (best(goal, &all).map(|found| found.cost_ms), all.len())
+    }
+    let previews = match asked {
+        Asked::Error(_) => pictures.min(PREVIEWS),
+        Asked::Time(_) => 0,
+    };
+    let mut search = Search {
+        asked,
+        pilot: Pilot::new(scene, ladder, &Effort { views, previews })?,
+        scene,
+        ladder,
+        default: Candidate::new(&ladder.default),
+        tried: Vec::new(),
+    };
+    let (best, why_exact) = match asked {
+        _ if !search.pilot.sees_something() => (None, NOTHING_SEEN),
+        Asked::Error(_) if !search.looked_for_errors()? => (None, TOO_DEAR),
+        Asked::Error(_) => (search.best()?, NOTHING_KEEPS),
+        Asked::Time(_) => {
+            search.looked_for_times()?;
+            (search.best()?.or(search.shortest()), NOTHING_KEEPS)
+        }
+    };
+    Ok(Found {
+        pilot: Some(search.pilot),
+        tried: search.tried,
+        best,
+        why_exact,
+    })
+}
+
+/// Whether a look might be worth its cost, as far as sizes show.
+fn may_pay(scene: &Scene, views: usize) -> bool {
+    let cameras = scene.opened.cameras();
+    let picture = cameras.iter().map(pixels).fold(0.0, f64::max);
+    let least = (DRAWS as f64 * f64::from(side_px(scene)).powi(2)).min(picture);
+    views as f64 * least <= SHARE_OF_EXACT * cameras.len() as f64 * picture
+}
+
+impl Search<'_> {
+    /// Adds windows under the exact and the default setting until their errors are clear; whether that is worth its cost.
+    fn looked_for_errors(&mut self) -> Result<bool> {
+        let mut exact = Candidate::new(self.ladder.exact());
+        let pictures = self.pilot.pictures as f64;
+        let previews = self.pilot.work;
+        self.pilot.add_windows(1);
+        self.pilot.measure(self.scene, &mut exact)?;
+        // The default costs no more than the exact setting.
+        let windows = 2.0 * DRAWS as f64 * (self.pilot.work - previews);
+        if previews + windows > SHARE_OF_EXACT * pictures * self.pilot.picture_work(&exact) {
+            return Ok(false);
+        }
+        let mut draws = 1;
+        while draws < MOST_DRAWS {
+            let more = DRAWS - draws % DRAWS;
+            self.pilot.add_windows(more);
+            draws += more;
+            self.pilot.measure(self.scene, &mut exact)?;
+            self.pilot.measure(self.scene, &mut self.default)?;
+            let default_run = pictures * self.pilot.picture_work(&self.default);
+            let exact_run = pictures * self.pilot.picture_work(&exact);
+            let most = match self.verdict() {
+                Verdict::Keeps => break,
+                Verdict::Fails => SHARE_WHERE_IT_FAILS * exact_run,
+                Verdict::Unsure => default_run.min(SHARE_OF_EXACT * exact_run),
+            };
+            if self.pilot.work > most {
+                break;
+            }
+        }
+        let share = self.pilot.picture_work(&self.default) / self.pilot.picture_work(&exact);
+        self.place_default(exact.rung.work * share);
+        Ok(true)
     }
 
-    #[test]
-    fn halving_finds_the_best_rung() {
-        for (bound, cost) in [(1.0, 1.0), (0.5, 2.0), (0.3, 4.0), (0.125, 8.0)] {
-            let (found, tries) = search(Goal::LeastCost, bound, 9.0);
-            assert_eq!(found, Some(cost), "the cheapest under {bound}");
-            assert!(tries <= 4, "{tries} tries of 8");
+    /// Adds windows under the default setting until there are enough to know its time.
+    fn looked_for_times(&mut self) -> Result<()> {
+        let previews_ms = self.pilot.cpu_ms;
+        for _ in 0..MOST_DRAWS {
+            self.pilot.add_windows(1);
+            self.pilot.measure(self.scene, &mut self.default)?;
+            if self.pilot.cpu_ms - previews_ms > ENOUGH_MS {
+                break;
+            }
         }
-        assert_eq!(
-            search(Goal::LeastCost, 0.1, 9.0).0,
-            None,
-            "no rung is exact enough"
-        );
-        for (bound, cost) in [(8.5, 8.0), (3.0, 3.0), (1.0, 1.0)] {
-            assert_eq!(search(Goal::LeastError, bound, 9.0).0, Some(cost));
+        self.pilot.measure_fixed(self.scene, &mut self.default)?;
+        if self.default.rung.work == 0.0 {
+            let mut cheapest = Candidate::new(self.ladder.cheapest());
+            self.pilot.measure(self.scene, &mut cheapest)?;
+            let share = self.pilot.picture_work(&self.default) / self.pilot.picture_work(&cheapest);
+            self.place_default(cheapest.rung.work * share);
         }
-        assert_eq!(
-            search(Goal::LeastCost, 0.5, 2.5).0,
-            Some(2.0),
-            "below what is too dear"
-        );
+        Ok(())
+    }
+
+    /// What the windows say about the default by now.
+    fn verdict(&self) -> Verdict {
+        let Asked::Error(bound) = self.asked else {
+            return Verdict::Unsure;
+        };
+        let errors = self.pilot.errors(&self.default);
+        if predicted(bound.metric, &errors, self.pilot.pictures) <= bound.value {
+            Verdict::Keeps
+        } else if seen(bound.metric, &errors) > bound.value {
+            Verdict::Fails
+        } else {
+            Verdict::Unsure
+        }
+    }
+
+    fn place_default(&mut self, work: f64) {
+        if self.default.rung.work == 0.0 {
+            self.default.rung.work = work;
+        }
+    }
+
+    /// Goes along the ladder from the default: towards what is cheaper (for a time, more exact) while settings keep the bound,
+    /// else the other way until one does.
+    fn best(&mut self) -> Result<Option<usize>> {
+        let mut best = self.push(self.judged(&self.default));
+        let (keeps, mut last) = (best.is_some(), self.default.rung.clone());
+        let (below, above) = self.ladder.around(&last);
+        let is_error = matches!(self.asked, Asked::Error(_));
+        let rungs: Vec<&Rung> = match keeps == is_error {
+            true => below.iter().rev().collect(),
+            false => above.iter().collect(),
+        };
+        for rung in rungs {
+            if is_error && keeps && rung.work > LEAST_GAIN * last.work {
+                continue;
+            }
+            // For an error the exact setting needs no try; for a time a step may be too large to be worth one.
+            let is_exact = is_error && rung.setting == self.ladder.exact().setting;
+            if is_exact || (keeps && self.is_too_slow(rung, &last)) {
+                break;
+            }
+            let found = self.note(rung)?;
+            best = found.or(best);
+            if found.is_some() != keeps {
+                break;
+            }
+            last = rung.clone();
+        }
+        Ok(best)
+    }
+
+    /// Whether a setting surely takes more than the time that is asked for, by the time of the last one that was tried.
+    fn is_too_slow(&self, rung: &Rung, last: &Rung) -> bool {
+        match (self.asked, self.tried.last()) {
+            (Asked::Time(most_ms), Some(tried)) => {
+                tried.time_ms * LEAST_GROWTH * rung.work / last.work > most_ms
+            }
+            _ => false,
+        }
+    }
+
+    /// The setting of the least time.
+    fn shortest(&self) -> Option<usize> {
+        let times = self.tried.iter().enumerate();
+        let least = times.min_by(|(_, a), (_, b)| a.time_ms.total_cmp(&b.time_ms));
+        least.map(|(place, _)| place)
+    }
+
+    /// Tries a rung; its place where it keeps the bound.
+    fn note(&mut self, rung: &Rung) -> Result<Option<usize>> {
+        let mut candidate = Candidate::new(rung);
+        self.pilot.measure(self.scene, &mut candidate)?;
+        if matches!(self.asked, Asked::Time(_)) {
+            self.pilot.measure_fixed(self.scene, &mut candidate)?;
+        }
+        Ok(self.push(self.judged(&candidate)))
+    }
+
+    fn push(&mut self, tried: Tried) -> Option<usize> {
+        let keeps = tried.keeps == Keeps::Yes;
+        self.tried.push(tried);
+        keeps.then_some(self.tried.len() - 1)
+    }
+
+    fn judged(&self, candidate: &Candidate) -> Tried {
+        let error = |metric| predicted(metric, &self.pilot.errors(candidate), self.pilot.pictures);
+        let time_ms = self.pilot.picture_ms(candidate);
+        let (error, keeps) = match self.asked {
+            Asked::Error(bound) => {
+                let error = error(bound.metric);
+                (Some(error), error <= bound.value)
+            }
+            Asked::Time(most_ms) => (None, time_ms <= most_ms),
+        };
+        Tried {
+            setting: candidate.rung.setting.clone(),
+            error,
+            work: self.pilot.picture_work(candidate) / self.pilot.picture_work(&self.default),
+            time_ms,
+            keeps: if keeps { Keeps::Yes } else { Keeps::No },
+        }
     }
 }

@@ -1,12 +1,25 @@
 //! The windows of a picture: small parts, spread over the covered area, more of them where contrast is.
 //!
-//! Takes a coarse picture, gives cameras of parts of it. The picture is cut into cells; a cell counts by its contrast and a
-//! little by being covered; windows stand at equal steps of that count, row by row (systematic sampling with
-//! probability proportional to size), so that they spread over the picture and a mean over all pixels can be
-//! estimated from them without bias (Hansen and Hurwitz 1943). No chance is involved: the same picture gives the same
+//! Takes a small preview of a picture, gives cameras of parts of it. The picture is cut into cells; a cell counts by its
+//! contrast and a little by being covered. Each draw takes a cell with a probability in proportion to its count, so that a
+//! mean over all pixels can be estimated without bias (Hansen and Hurwitz 1943). Draws follow the sequence of van der
+//! Corput, so that any number of them spreads over the picture. No chance is involved: the same picture gives the same
 //! windows.
 
 use resample_core::{Camera, Image};
+
+/// The cells of a picture that show something.
+#[derive(Clone, Debug)]
+pub(super) struct Cells {
+    /// Their left upper pixels, row by row, each with the sum of the counts up to and with its own.
+    list: Vec<([u32; 2], f64)>,
+    camera: Camera,
+    side_px: u32,
+    /// Pixels of the picture that are covered.
+    pub(super) covered_px: f64,
+    /// Contrast for each covered pixel.
+    pub(super) contrast: f64,
+}
 
 /// A part of a picture.
 #[derive(Clone, Debug)]
@@ -18,165 +31,127 @@ pub(super) struct Window {
     pub(super) draws: usize,
 }
 
-/// The windows of a picture.
-#[derive(Clone, Debug)]
-pub(super) struct Windows {
-    pub(super) list: Vec<Window>,
-    /// Cells that could have been drawn.
-    pub(super) cells: usize,
-    /// Covered pixels of the coarse picture.
-    pub(super) covered_px: f64,
-}
-
 /// Share of the count that a covered cell has without contrast, of the mean: flat parts hold little error, but not none.
 /// A guess.
 const FLOOR: f64 = 0.25;
 
 /// Smallest part of alpha that counts as covered, as in the figures of `resample compare`.
-const COVERED: f32 = 1.0 / 255.0;
+pub(super) const COVERED: f32 = 1.0 / 255.0;
 
-/// One window: the whole picture. Its covered area is known once it is drawn.
-pub(super) fn whole(camera: &Camera) -> Windows {
-    let list = vec![Window {
-        camera: *camera,
-        chance: 1.0,
-        draws: 1,
-    }];
-    Windows {
-        list,
-        cells: 1,
-        covered_px: 0.0,
-    }
-}
-
-/// Covered pixels of a picture.
-pub(super) fn covered_px(image: &Image) -> f64 {
-    image.rgba.iter().filter(|pixel| pixel[3] > COVERED).count() as f64
-}
-
-/// Contrast of a picture for each pixel that it covers: errors come from edges, and count for covered pixels.
-pub(super) fn contrast(image: &Image) -> f64 {
-    let whole = cell(image, [0, 0], image.width.max(image.height) as u32);
-    if whole.covered > 0 {
-        whole.contrast / whole.covered as f64
-    } else {
-        0.0
-    }
-}
-
-/// How many cells of a side show something.
-pub(super) fn covered_cells(camera: &Camera, coarse: &Image, side: u32) -> usize {
-    cells(camera, coarse, side)
-        .iter()
-        .filter(|cell| cell.covered > 0)
-        .count()
-}
-
-/// A picture as large as the camera's, of the pixels of a smaller one.
-pub(super) fn enlarged(image: Image, camera: &Camera) -> Image {
-    let [width, height] = [camera.width as usize, camera.height as usize];
-    if [image.width, image.height] == [width, height] {
-        return image;
-    }
-    let mut large = Image::transparent(width, height);
-    for (index, pixel) in large.rgba.iter_mut().enumerate() {
-        let (x, y) = (
-            index % width * image.width / width,
-            index / width * image.height / height,
-        );
-        *pixel = image.rgba[y * image.width + x];
-    }
-    large
-}
-
-/// Windows of a side in `count` draws.
-pub(super) fn spread(camera: &Camera, coarse: &Image, (side, count): (u32, usize)) -> Windows {
-    let cells = cells(camera, coarse, side);
-    let covered: Vec<&Cell> = cells.iter().filter(|cell| cell.covered > 0).collect();
-    let covered_px: usize = covered.iter().map(|cell| cell.covered).sum();
-    let mean = covered.iter().map(|cell| cell.contrast).sum::<f64>() / covered.len().max(1) as f64;
-    let size = |cell: &Cell| cell.contrast + FLOOR * mean + f64::MIN_POSITIVE.sqrt();
-    let total: f64 = covered.iter().map(|cell| size(cell)).sum();
-    let mut list = Vec::new();
-    let (mut passed, mut drawn) = (0.0, 0);
-    for &cell in &covered {
-        passed += size(cell);
-        let mut draws = 0;
-        while drawn < count && (drawn as f64 + 0.5) / count as f64 * total <= passed {
-            (drawn, draws) = (drawn + 1, draws + 1);
-        }
-        if draws > 0 {
-            list.push(Window {
-                camera: part(camera, cell.at, side),
-                chance: size(cell) / total,
-                draws,
-            });
+impl Cells {
+    /// The covered cells of this side, after a preview of the picture.
+    pub(super) fn new(camera: &Camera, preview: &Image, side_px: u32) -> Self {
+        let columns = camera.width.div_ceil(side_px);
+        let corners = (0..columns * camera.height.div_ceil(side_px))
+            .map(|index| [index % columns * side_px, index / columns * side_px]);
+        let shown: Vec<([u32; 2], f64)> = corners
+            .filter_map(|at| {
+                Some((
+                    at,
+                    contrast(preview, pixels_of(preview, camera, at, side_px))?,
+                ))
+            })
+            .collect();
+        let mean =
+            shown.iter().map(|(_, contrast)| contrast).sum::<f64>() / shown.len().max(1) as f64;
+        let mut passed = 0.0;
+        let count = |(at, contrast): ([u32; 2], f64)| {
+            passed += contrast + FLOOR * mean + f64::MIN_POSITIVE.sqrt();
+            (at, passed)
+        };
+        let covered = preview
+            .rgba
+            .iter()
+            .filter(|pixel| pixel[3] > COVERED)
+            .count();
+        let whole = [[0, preview.width], [0, preview.height]];
+        Self {
+            list: shown.into_iter().map(count).collect(),
+            camera: *camera,
+            side_px,
+            covered_px: covered as f64 / preview.rgba.len().max(1) as f64 * pixels(camera),
+            contrast: contrast(preview, whole).unwrap_or(0.0) / covered.max(1) as f64,
         }
     }
-    Windows {
-        list,
-        cells: covered.len(),
-        covered_px: covered_px as f64,
+
+    /// The camera of the whole picture.
+    pub(super) fn camera(&self) -> &Camera {
+        &self.camera
     }
+
+    /// How many there are.
+    pub(super) fn len(&self) -> usize {
+        self.list.len()
+    }
+
+    /// The window of a draw; `None` where nothing is shown.
+    pub(super) fn window(&self, draw: usize) -> Option<Window> {
+        let &(_, total) = self.list.last()?;
+        let target = van_der_corput(draw) * total;
+        let place = self.list.partition_point(|(_, passed)| *passed <= target);
+        let (at, passed) = self.list[place.min(self.list.len() - 1)];
+        let before = place.checked_sub(1).map_or(0.0, |k| self.list[k].1);
+        Some(Window {
+            camera: part(&self.camera, at, self.side_px),
+            chance: (passed - before) / total,
+            draws: 1,
+        })
+    }
+}
+
+/// Pixels of a picture.
+pub(super) fn pixels(camera: &Camera) -> f64 {
+    f64::from(camera.width) * f64::from(camera.height)
 }
 
 /// The camera of a part of the picture: the same pixels.
-pub(super) fn part(camera: &Camera, at: [u32; 2], side: u32) -> Camera {
+fn part(camera: &Camera, at: [u32; 2], side_px: u32) -> Camera {
     Camera {
-        width: side.min(camera.width - at[0]),
-        height: side.min(camera.height - at[1]),
+        width: side_px.min(camera.width - at[0]),
+        height: side_px.min(camera.height - at[1]),
         cx: camera.cx - f64::from(at[0]),
         cy: camera.cy - f64::from(at[1]),
         ..*camera
     }
 }
 
-/// All cells of a picture, row by row.
-fn cells(camera: &Camera, coarse: &Image, side: u32) -> Vec<Cell> {
-    let columns = camera.width.div_ceil(side);
-    (0..columns * camera.height.div_ceil(side))
-        .map(|index| {
-            cell(
-                coarse,
-                [index % columns * side, index / columns * side],
-                side,
-            )
-        })
-        .collect()
-}
-
-struct Cell {
-    at: [u32; 2],
-    covered: usize,
-    /// Sum of the squared differences of neighbours.
-    contrast: f64,
-}
-
-fn cell(image: &Image, at: [u32; 2], side: u32) -> Cell {
-    let [x0, y0] = at.map(|a| a as usize);
-    let (x1, y1) = (
-        (x0 + side as usize).min(image.width),
-        (y0 + side as usize).min(image.height),
-    );
-    let mut cell = Cell {
-        at,
-        covered: 0,
-        contrast: 0.0,
+/// The columns and rows of a preview that show a cell, and one more on each side: small things fall between its pixels.
+fn pixels_of(preview: &Image, camera: &Camera, at: [u32; 2], side_px: u32) -> [[usize; 2]; 2] {
+    let range = |at: u32, length: u32, shown: usize| {
+        let (at, end) = (at as usize, (at + side_px).min(length) as usize);
+        let length = length as usize;
+        let first = (at * shown / length).saturating_sub(1);
+        [first, ((end * shown).div_ceil(length) + 1).min(shown)]
     };
-    for y in y0..y1 {
-        for x in x0..x1 {
+    [
+        range(at[0], camera.width, preview.width),
+        range(at[1], camera.height, preview.height),
+    ]
+}
+
+/// The sum of the squared differences of neighbours; `None` where nothing is covered.
+fn contrast(image: &Image, [columns, rows]: [[usize; 2]; 2]) -> Option<f64> {
+    let (mut covered, mut sum) = (false, 0.0);
+    for y in rows[0]..rows[1] {
+        for x in columns[0]..columns[1] {
             let pixel = image.rgba[y * image.width + x];
-            cell.covered += usize::from(pixel[3] > COVERED);
+            covered |= pixel[3] > COVERED;
             // The last row and column have one neighbour less.
             let right = image.rgba[y * image.width + (x + 1).min(image.width - 1)];
             let below = image.rgba[(y + 1).min(image.height - 1) * image.width + x];
             for k in 0..3 {
-                cell.contrast +=
+                sum +=
                     f64::from(pixel[k] - right[k]).powi(2) + f64::from(pixel[k] - below[k]).powi(2);
             }
         }
     }
-    cell
+    covered.then_some(sum)
+}
+
+/// The digits of a number in base 2 behind the point, in reverse: 1/2, 1/4, 3/4, 1/8, 5/8 for 0, 1, 2, 3, 4.
+fn van_der_corput(index: usize) -> f64 {
+    let bits = (index as u32 + 1).reverse_bits();
+    f64::from(bits) / 2.0_f64.powi(32)
 }
 
 #[cfg(test)]
@@ -186,13 +161,13 @@ mod tests {
 
     use super::*;
 
-    fn camera() -> Camera {
+    fn camera(scale: u32) -> Camera {
         let pose = LookAt {
             position: DVec3::new(0.0, 0.0, 5.0),
             target: DVec3::ZERO,
             up: DVec3::Y,
         };
-        Camera::perspective(&pose, 0.5, [64, 48]).expect("a camera")
+        Camera::perspective(&pose, 0.5, [64 * scale, 48 * scale]).expect("a camera")
     }
 
     /// Covered in the right half, with contrast in its upper part.
@@ -210,65 +185,43 @@ mod tests {
 
     #[test]
     fn windows_stand_on_what_is_covered_and_mostly_on_contrast() {
-        let windows = spread(&camera(), &picture(), (16, 6));
-        assert_eq!(
-            (windows.cells, windows.covered_px),
-            (6, 1536.0),
-            "cells of the right half"
-        );
-        assert_eq!(covered_cells(&camera(), &picture(), 16), 6, "counted alike");
-        let draws: usize = windows.list.iter().map(|window| window.draws).sum();
-        assert_eq!(draws, 6, "as many as asked for");
-        let above = windows.list.iter().filter(|window| window.camera.cy > 23.0);
+        // The preview stands for a picture of four times as many pixels.
+        let cells = Cells::new(&camera(2), &picture(), 32);
+        assert_eq!(cells.len(), 9, "the right half, and cells beside it");
+        assert_eq!(cells.covered_px, 4.0 * 1536.0);
+        let windows: Vec<Window> = (0..16).filter_map(|draw| cells.window(draw)).collect();
+        let above = windows
+            .iter()
+            .filter(|window| window.camera.cy > 47.0)
+            .count();
+        assert!(above >= 10, "contrast is drawn more often: {above} of 16");
         assert!(
-            above.map(|window| window.draws).sum::<usize>() >= 4,
-            "contrast draws more"
-        );
-        assert!(
-            windows.list.iter().all(|window| window.camera.cx <= 0.0),
+            windows.iter().all(|window| window.camera.cx <= 32.0),
             "never on what is empty"
+        );
+        let shares: f64 = windows.iter().map(|w| 1.0 / w.chance).sum::<f64>() / 16.0;
+        assert!(
+            (shares / 9.0 - 1.0).abs() < 0.2,
+            "the mean of the inverse chance is the number of cells: {shares}"
         );
     }
 
     #[test]
     fn a_narrow_thing_has_more_contrast_than_a_wide_one() {
         let mut narrow = picture();
-        narrow
+        let outside = narrow
             .rgba
             .iter_mut()
             .enumerate()
-            .filter(|(i, _)| i % 64 >= 34)
-            .for_each(|(_, pixel)| *pixel = [0.0; 4]);
-        assert!(
-            contrast(&narrow) > contrast(&picture()),
-            "edges count for fewer pixels"
-        );
-        assert_eq!(
-            contrast(&Image::transparent(64, 48)),
-            0.0,
-            "nothing has none"
-        );
-    }
-
-    #[test]
-    fn a_smaller_picture_stands_for_a_large_one() {
-        let large = enlarged(picture(), &camera().resized(128, 96).expect("a camera"));
-        assert_eq!((large.width, large.height), (128, 96));
-        assert_eq!(
-            covered_px(&large),
-            4.0 * covered_px(&picture()),
-            "each pixel four times"
-        );
-        assert_eq!(
-            large.rgba[37 * 128 + 81],
-            picture().rgba[18 * 64 + 40],
-            "where it was"
-        );
+            .filter(|(i, _)| i % 64 >= 34);
+        outside.for_each(|(_, pixel)| *pixel = [0.0; 4]);
+        let of = |image: &Image| Cells::new(&camera(1), image, 16).contrast;
+        assert!(of(&narrow) > of(&picture()), "edges count for fewer pixels");
     }
 
     #[test]
     fn an_empty_picture_has_no_windows() {
-        let windows = spread(&camera(), &Image::transparent(64, 48), (16, 4));
-        assert!(windows.list.is_empty() && windows.covered_px == 0.0);
+        let empty = Cells::new(&camera(1), &Image::transparent(64, 48), 16);
+        assert!(empty.window(0).is_none() && empty.covered_px == 0.0 && empty.contrast == 0.0);
     }
 }

@@ -43,7 +43,8 @@ pub(crate) fn record(
     args: &TexmapArgs,
     request: &Request,
     options: &RenderOptions,
-    (format, stance): (Format, Stance),
+    format: Format,
+    stance: Stance,
 ) -> Value {
     let camera = match &args.model.camera_name {
         Some(name) => json!({ "name": name }),

@@ -2,12 +2,11 @@
 
 use std::fs;
 
-use exr::prelude::{ReadChannels, ReadLayers};
 use serde_json::Value;
 
-use super::{BALL, Bench, SIDE, assert_good, read_png, stderr};
+use super::{BALL, Bench, assert_good, read_png, stderr};
 
-fn stats(bench: &Bench) -> Value {
+pub(super) fn stats(bench: &Bench) -> Value {
     let text = fs::read_to_string(bench.path("out/s.json")).expect("a stats file");
     serde_json::from_str(&text).expect("a JSON file")
 }
@@ -83,149 +82,6 @@ fn background_makes_the_picture_opaque() {
     assert!(
         rgba.chunks(4).all(|pixel| pixel[3] == 255),
         "every pixel is opaque"
-    );
-}
-
-#[test]
-fn layers_are_channels_of_an_exr() {
-    let bench = Bench::new();
-    assert_good(&bench.draw("--size 16x16 -o out/a.exr --layers samples,first-hit,normal"));
-    let read = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels();
-    let read = read
-        .first_valid_layer()
-        .all_attributes()
-        .from_file(bench.path("out/a.exr"))
-        .expect("an EXR");
-    let channels = &read.layer_data.channel_data.list;
-    let names: Vec<_> = channels
-        .iter()
-        .map(|channel| channel.name.to_string())
-        .collect();
-    let expected = [
-        "A",
-        "B",
-        "G",
-        "R",
-        "Z",
-        "depth.first",
-        "normal.X",
-        "normal.Y",
-        "normal.Z",
-        "samples",
-    ];
-    assert_eq!(names, expected, "channels");
-    let middle = |channel: usize| {
-        channels[channel]
-            .sample_data
-            .values_as_f32()
-            .nth(8 * 16 + 8)
-    };
-    let (mean, first) = (middle(4).expect("a pixel"), middle(5).expect("a pixel"));
-    assert!(
-        first < mean,
-        "the ball is met at {first}, before its mean depth {mean}"
-    );
-    let bench = Bench::new();
-    for (words, complaint) in [
-        (
-            "-o out/a.png --layers normal",
-            "--layers: only a name that ends in .exr",
-        ),
-        (
-            "-o out/a.exr --layers normal,normal",
-            "--layers: normal is named twice",
-        ),
-        ("-o out/a.exr --layers normal --select points", "--layers"),
-        (
-            "-o out/a.exr --layers normal --kernel gaussian --order image-sheets",
-            "--layers",
-        ),
-    ] {
-        let output = bench.draw(words);
-        assert_eq!(
-            output.status.code(),
-            Some(2),
-            "{words}: {}",
-            stderr(&output)
-        );
-        assert!(
-            stderr(&output).contains(complaint),
-            "{words}: {}",
-            stderr(&output)
-        );
-    }
-    assert!(
-        bench.written().is_empty(),
-        "nothing is written: {:?}",
-        bench.written()
-    );
-}
-
-#[test]
-fn exr_has_colour_and_depth_and_the_stats_count_every_voxel() {
-    let bench = Bench::new();
-    assert_good(&bench.draw(
-        "--size 64x64 -o out/a.exr --stats out/s.json --threads 2 --kernel polynomial --cells off",
-    ));
-    assert_eq!(bench.written(), ["a.exr", "s.json"], "two files");
-    let read = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels();
-    let read = read
-        .first_valid_layer()
-        .all_attributes()
-        .from_file(bench.path("out/a.exr"))
-        .expect("an EXR");
-    let channels = &read.layer_data.channel_data.list;
-    let names: Vec<_> = channels
-        .iter()
-        .map(|channel| channel.name.to_string())
-        .collect();
-    assert_eq!(names, ["A", "B", "G", "R", "Z"], "channels");
-    let depth: Vec<f32> = channels[4].sample_data.values_as_f32().collect();
-    assert!(depth[32 * 64 + 32].is_finite(), "the ball has a depth");
-    assert_eq!(depth[0], f32::INFINITY, "nothing is infinitely far away");
-    let stats = stats(&bench);
-    let count = |key: &str| {
-        stats[key]
-            .as_u64()
-            .unwrap_or_else(|| panic!("{key} in {stats}"))
-    };
-    assert_eq!(count("voxels"), (SIDE as u64).pow(3), "all voxels");
-    assert!(
-        count("non_transparent") > 0 && count("non_transparent") < count("voxels"),
-        "some are seen"
-    );
-    assert_eq!(
-        (
-            count("threads"),
-            &stats["settings"]["render"]["order"]["samples"]["kernel"]
-        ),
-        (2, &"polynomial".into()),
-        "settings"
-    );
-    let frame = &stats["frames"][0];
-    assert_eq!(
-        (&frame["file"], &frame["width"]),
-        (&"out/a.exr".into(), &64.into()),
-        "frame"
-    );
-    assert_eq!(
-        stats["settings"]["render"]["order"]["samples"]["order"], "every-sample",
-        "the kernel is an option of that order"
-    );
-    let drawn: u64 = ["points", "splats", "culled", "hidden"]
-        .iter()
-        .filter_map(|key| frame[*key].as_u64())
-        .sum();
-    assert_eq!(
-        drawn,
-        count("non_transparent"),
-        "each visible voxel is a point, a splat, culled or hidden"
     );
 }
 

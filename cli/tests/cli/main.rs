@@ -13,6 +13,7 @@ mod animations;
 mod bad_input;
 mod bench;
 mod compare;
+mod exr_files;
 mod good_runs;
 mod info;
 mod motion;
@@ -24,6 +25,7 @@ mod texmap;
 mod trade;
 mod transfer;
 mod warp3d;
+mod warp3d_refused;
 
 /// Voxels along an axis of the test volume.
 const SIDE: usize = 32;

@@ -1,6 +1,7 @@
 //! `resample texmap`: pictures of small models, and damaged models.
 
 use super::bad_input::assert_refused;
+use super::planner::read_exr;
 use super::{Bench, assert_good, read_png, stderr};
 
 /// A square from -1 to 1 in the plane z = 0, with coordinates from the lower left corner, as OBJ has them.
@@ -256,4 +257,31 @@ fn options_that_mean_nothing_are_refused() {
     );
     assert_refused(&bench, &format!("{draw} --light 0,0,1"), "--shade");
     assert_refused(&bench, "texmap square.obj -o square.obj", "square.obj");
+}
+
+#[test]
+fn a_model_far_from_the_origin_is_framed_and_drawn_as_at_the_origin() {
+    let bench = Bench::new();
+    let drawn = |offset: f64| {
+        let corner = |x: f64, y: f64, z: f64| format!("v {} {} {z}\n", x + offset, y - offset);
+        let corners = [
+            corner(-1.0, -1.0, 0.0),
+            corner(1.0, -1.0, 0.5),
+            corner(1.0, 1.0, 0.0),
+            corner(-1.0, 1.0, 0.5),
+        ];
+        bench.write(
+            "far.obj",
+            format!("{}f 1 2 3\nf 1 3 4\n", corners.concat()).as_bytes(),
+        );
+        assert_good(&bench.run("texmap far.obj --size 64x64 -o out/far.exr"));
+        read_exr(&bench.path("out/far.exr"))
+    };
+    let here = drawn(0.0);
+    for offset in [1e5, 1e6, 1e7, 1e9] {
+        let there = drawn(offset);
+        let pairs = here.rgba.iter().flatten().zip(there.rgba.iter().flatten());
+        let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(worst < 1e-3, "{offset:e}: a channel changes by {worst}");
+    }
 }

@@ -1,18 +1,15 @@
 //! `resample warp3d` from end to end: a small picture with depth, made here, seen from elsewhere.
 
-use std::io::Write;
-
-use super::bad_input::{assert_one_line, assert_refused};
 use super::{Bench, assert_good, read_png, stderr};
 
 /// Size of the test picture, px.
-const SIZE: [usize; 2] = [32, 24];
+pub(super) const SIZE: [usize; 2] = [32, 24];
 
 /// The options that the test picture needs.
-const VIEW: &str = "warp3d im.png z.pfm --intrinsics 30,30,15.5,11.5";
+pub(super) const VIEW: &str = "warp3d im.png z.pfm --intrinsics 30,30,15.5,11.5";
 
 /// A folder with a picture, its depth (a wall at z = 4, a panel at z = 2), cameras, and an empty folder `out`.
-fn bench() -> Bench {
+pub(super) fn bench() -> Bench {
     let bench = Bench::new();
     let colour = |x: usize, y: usize| {
         if panel(x, y) {
@@ -60,7 +57,7 @@ fn png_of([width, height]: [usize; 2], rgb: &[u8]) -> Vec<u8> {
     file
 }
 
-fn pfm_of([width, height]: [usize; 2], z: impl Fn(usize, usize) -> f32) -> Vec<u8> {
+pub(super) fn pfm_of([width, height]: [usize; 2], z: impl Fn(usize, usize) -> f32) -> Vec<u8> {
     let mut file = format!("Pf\n{width} {height}\n-1\n").into_bytes();
     for y in (0..height).rev() {
         file.extend((0..width).flat_map(|x| z(x, y).to_le_bytes()));
@@ -313,128 +310,4 @@ fn further_references_are_read() {
         Some(2),
         "a reference whose camera is absent"
     );
-}
-
-#[test]
-fn bad_input_is_refused_in_one_line() {
-    let bench = bench();
-    bench.write("small.pfm", &pfm_of([16, 24], |_, _| 2.0));
-    bench.write("none.pfm", &pfm_of(SIZE, |_, _| f32::NAN));
-    bench.write("cut.pfm", &pfm_of(SIZE, |_, _| 2.0)[..500]);
-    bench.write("poses.log", b"0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
-    bench.write("scaled.log", b"0 0 1\n2 0 0 0\n0 2 0 0\n0 0 2 0\n0 0 0 1\n");
-    let k = "\"W\": 32, \"H\": 24, \"fx\": -30, \"fy\": 30, \"cx\": 15, \"cy\": 11";
-    bench.write(
-        "negative.json",
-        format!("{{\"a\": {{{k}, \"R\": [1,0,0,0,1,0,0,0,1], \"t\": [0,0,0]}}}}").as_bytes(),
-    );
-    let lens = "--intrinsics 30,30,15.5,11.5";
-    let to = "--to shift:0.1,0,0 -o out/a.png";
-    let refused =
-        |words: &str, named: &str| assert_one_line(&bench, &format!("warp3d {words} {to}"), named);
-    refused(&format!("im.png small.pfm {lens}"), "16x24");
-    refused(
-        &format!("im.png none.pfm {lens}"),
-        "no pixel has a usable depth",
-    );
-    refused(&format!("im.png cut.pfm {lens}"), "cut.pfm");
-    refused(&format!("im.png absent.pfm {lens}"), "absent.pfm");
-    refused(&format!("im.png im.png {lens}"), "one number per pixel");
-    refused(&format!("im.png z.pfm:Z {lens}"), "z.pfm");
-    refused(&format!("z.pfm z.pfm {lens}"), "z.pfm");
-    refused("im.png z.pfm", "--from");
-    refused("im.png z.pfm --from cameras.json", "cameras.json");
-    refused("im.png z.pfm --from cameras.json#targets/7", "targets/7");
-    refused("im.png z.pfm --from cameras.json#7", "cameras.json");
-    refused("im.png z.pfm --from poses.log#0", "intrinsics");
-    refused(
-        &format!("im.png z.pfm {lens} --from scaled.log#0"),
-        "rotation",
-    );
-    refused(
-        &format!("im.png z.pfm {lens} --from poses.log#5"),
-        "poses.log",
-    );
-    refused("im.png z.pfm --from negative.json#a", "focal length");
-    refused("im.png z.pfm --from shift:1,0,0", "shift");
-    refused(
-        &format!("im.png z.pfm {lens} --depth-kind disparity"),
-        "the baseline",
-    );
-    refused(
-        &format!("im.png z.pfm {lens} --depth-kind mpeg"),
-        "near and far",
-    );
-    refused(
-        &format!("im.png z.pfm {lens} --depth-kind opengl --near 5 --far 1"),
-        "near < far",
-    );
-}
-
-#[test]
-fn words_that_contradict_each_other_are_refused() {
-    let bench = bench();
-    let refused =
-        |words: &str, named: &str| assert_refused(&bench, &format!("{VIEW} {words}"), named);
-    refused("-o out/a.png", "--to");
-    refused(
-        "--to cameras.json -o out/a.png --filled out/m.png",
-        "--filled",
-    );
-    refused("--to shift:0,0,0 -o out/a.jpg", "out/a.jpg");
-    refused(
-        "--to shift:0,0,0 -o out/a.png --filled out/m.jpg",
-        "out/m.jpg",
-    );
-    refused(
-        "--to shift:0,0,0 -o out/a.png --filled out/a.png",
-        "out/a.png",
-    );
-    refused("--to shift:0,0,0 -o im.png", "im.png");
-    refused("--stereo 0 -o out/a.png", "--stereo");
-    refused("--stereo 0.1 --quilt 2x2 -o out/a.png", "--quilt");
-    refused("--anaglyph --to shift:0,0,0 -o out/a.png", "--stereo");
-    refused("--quilt 1x1 -o out/a.png", "--quilt");
-    refused(
-        "--quilt 2x2 --convergence inf -o out/a.png",
-        "--convergence",
-    );
-    refused("--to fov:0 -o out/a.png", "--to");
-    refused("--to shift:0,0,0 --size 0x9 -o out/a.png", "--size");
-    refused("--to cameras.json --sway 3 -o out/a.png", "--sway");
-    refused("--to shift:0,0,0 --near 1 -o out/a.png", "--far");
-    refused(
-        "--to shift:0,0,0 --visibility occlusion-order -o out/a.png",
-        "visibility",
-    );
-}
-
-#[test]
-fn a_limit_of_memory_is_kept_before_anything_is_read() {
-    const SIDE: usize = 16_384;
-    let bench = bench();
-    let mut large = Vec::new();
-    let mut encoder = png::Encoder::new(&mut large, SIDE as u32, SIDE as u32);
-    encoder.set_color(png::ColorType::Grayscale);
-    encoder.set_compression(png::Compression::Fast);
-    let mut writer = encoder.write_header().expect("in memory");
-    let mut rows = writer.stream_writer().expect("in memory");
-    let row = vec![128; SIDE];
-    (0..SIDE).for_each(|_| rows.write_all(&row).expect("in memory"));
-    rows.finish().expect("in memory");
-    drop(writer);
-    bench.write("large.png", &large);
-    let lens = "--intrinsics 9000,9000,8192,8192 --to shift:0.1,0,0 -o out/a.png";
-    let words = format!("warp3d large.png absent.pfm {lens} --max-memory");
-    assert_one_line(
-        &bench,
-        &format!("{words} 4G --max-error rms:0.01"),
-        "16384x16384",
-    );
-    assert_one_line(&bench, &format!("{words} 64M"), "bytes of memory");
-    // The picture is not unpacked for a depth that is not there.
-    assert_one_line(&bench, &format!("{words} 4G"), "absent.pfm");
-    assert_good(&bench.run(&format!(
-        "{VIEW} --to shift:0.1,0,0 -o out/b.png --max-memory 64M"
-    )));
 }

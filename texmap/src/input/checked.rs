@@ -5,14 +5,14 @@
 
 use std::collections::HashMap;
 
-use glam::{DMat2, DVec2};
+use glam::{DMat2, DVec2, DVec3};
 
 use super::files::excerpt;
 use super::notes::Notes;
 use crate::scene::{Magnify, Material, Mesh, Scene, Texture, TextureUse, Wrap};
 
 /// Largest world coordinate. Squares of distances then stay far from the end of single precision.
-const MAX_COORDINATE: f32 = 1e15;
+const MAX_COORDINATE: f64 = 1e15;
 
 /// Largest texture coordinate: beyond 2^24 neighbouring numbers of a file are whole textures apart.
 const MAX_UV: f32 = 16_777_216.0;
@@ -24,7 +24,8 @@ pub(super) fn scene(mut scene: Scene, notes: &mut Notes) -> Result<Scene, String
         return Err("holds no triangles: there is nothing to draw".into());
     }
     for mesh in &scene.meshes {
-        check_numbers(mesh).map_err(|what| format!("mesh '{}': {what}", excerpt(&mesh.name)))?;
+        check_numbers(mesh, scene.origin_in_world)
+            .map_err(|what| format!("mesh '{}': {what}", excerpt(&mesh.name)))?;
     }
     drop_unusable_textures(&mut scene, notes);
     Ok(scene)
@@ -60,13 +61,16 @@ pub(super) fn bind(scene: &mut Scene, texture: Texture) -> Result<(), String> {
     Ok(())
 }
 
-fn check_numbers(mesh: &Mesh) -> Result<(), String> {
-    let far = mesh
-        .positions
-        .iter()
-        .position(|pos| !pos.iter().all(|x| x.abs() <= MAX_COORDINATE));
+fn check_numbers(mesh: &Mesh, origin: DVec3) -> Result<(), String> {
+    let in_world = |pos: &[f32; 3]| origin + DVec3::from(pos.map(f64::from));
+    let far = mesh.positions.iter().position(|pos| {
+        !in_world(pos)
+            .to_array()
+            .iter()
+            .all(|x| x.abs() <= MAX_COORDINATE)
+    });
     if let Some(at) = far {
-        let pos = mesh.positions[at];
+        let pos = in_world(&mesh.positions[at]).to_array();
         return Err(format!(
             "vertex {at} lies at {pos:?} in the world: expected finite numbers up to {MAX_COORDINATE:e}"
         ));

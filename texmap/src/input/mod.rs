@@ -11,6 +11,7 @@ mod files;
 mod gltf;
 mod notes;
 mod obj;
+mod origin;
 pub mod picture;
 
 use std::path::Path;

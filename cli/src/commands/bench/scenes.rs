@@ -11,11 +11,11 @@ use volsplat::{SampleOptions, Subpixels};
 use warp3d::args::MethodName;
 use warp3d::{Fill, MixedPixels};
 
-use super::settings::{Against, Bench, Measured, Motion};
+use super::settings::{Against, Bench, Compared, Measured, Motion};
 use crate::args::{
     BenchSceneArgs, CameraArgs, Drawing, OrderName, SceneArg, TexmapArgs, VolsplatArgs,
 };
-use crate::built_in::{self, DepthSize, Texture, Triangles};
+use crate::built_in;
 use crate::machine;
 use crate::measure;
 use crate::report::Verbosity;
@@ -50,8 +50,9 @@ impl Scene {
 
     fn table(
         &self,
-        (settings, reps): (&[Setting], u16),
-        (against, motion): (Against, Motion),
+        settings: &[Setting],
+        reps: u16,
+        compared: Compared,
         verbosity: Verbosity,
     ) -> Result<String> {
         let bench = Bench {
@@ -59,10 +60,7 @@ impl Scene {
             settings: settings.to_vec(),
             reps,
         };
-        Ok(table(
-            self.name,
-            &bench.measured(against, &motion, verbosity)?,
-        ))
+        Ok(table(self.name, &bench.measured(compared, verbosity)?))
     }
 }
 
@@ -119,7 +117,15 @@ pub(super) fn footprint(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<S
         };
         let scene = Scene::volume(name, SceneArg::Blobs, camera)?;
         let against = Against::Setting(exact.clone());
-        text += &scene.table((&settings, args.reps), (against, Motion::Still), verbosity)?;
+        text += &scene.table(
+            &settings,
+            args.reps,
+            Compared {
+                against,
+                motion: Motion::Still,
+            },
+            verbosity,
+        )?;
     }
     Ok(text)
 }
@@ -155,8 +161,12 @@ pub(super) fn orders(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<Stri
         let scene = Scene::volume(name, scene, camera(args, 45.0, 0.0, 1.0))?;
         let against = Against::Setting(exact.clone());
         text += &scene.table(
-            (&settings, args.reps),
-            (against, Motion::Even(turned)),
+            &settings,
+            args.reps,
+            Compared {
+                against,
+                motion: Motion::Even(turned),
+            },
             verbosity,
         )?;
     }
@@ -185,7 +195,7 @@ pub(super) fn texture(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<Str
     let folder = tempfile::tempdir()?;
     let mesh = TexmapArgs {
         camera: camera(args, 20.0, 12.0, 0.35),
-        ..built_in::mesh(folder.path(), Texture::Fine, Triangles::Few)?
+        ..built_in::mesh(folder.path())?
     };
     let scene = Scene {
         name: "ball on a ground",
@@ -194,8 +204,12 @@ pub(super) fn texture(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<Str
     };
     let against = Against::Setting(hybrid(8));
     let rows = scene.table(
-        (&settings, args.reps),
-        (against, Motion::Shimmer(measure::sub_pixel_steps)),
+        &settings,
+        args.reps,
+        Compared {
+            against,
+            motion: Motion::Shimmer(measure::sub_pixel_steps),
+        },
         verbosity,
     )?;
     let about = "errors against `--method hybrid --subpixels 8`; shimmer: error of the change over sixteen steps of a sixteenth \
@@ -216,7 +230,7 @@ pub(super) fn warp(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String
         Setting::depth(&["fill"], |args| args.fill = Fill::Background),
     ];
     let folder = tempfile::tempdir()?;
-    let depth = built_in::depth_image(folder.path(), DepthSize::Full)?;
+    let depth = built_in::depth_image(folder.path())?;
     let scene = Scene {
         name: "ball before a wall, 320x240",
         drawing: Drawing::Warp3d(Box::new(depth)),
@@ -224,8 +238,12 @@ pub(super) fn warp(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String
     };
     let truth = built_in::ball_before_wall(built_in::NEW_EYE, 2 * built_in::DEPTH_IMAGE_SAMPLES);
     let rows = scene.table(
-        (&settings, args.reps),
-        (Against::Picture(truth), Motion::Still),
+        &settings,
+        args.reps,
+        Compared {
+            against: Against::Picture(truth),
+            motion: Motion::Still,
+        },
         verbosity,
     )?;
     Ok(heading(args, "errors against the true picture, holes included") + &rows)

@@ -56,19 +56,25 @@ pub(super) enum Motion {
     Shimmer(fn(&Camera) -> Vec<Camera>),
 }
 
+/// What pictures are compared with, and how they move.
+pub(super) struct Compared {
+    pub(super) against: Against,
+    pub(super) motion: Motion,
+}
+
 impl Bench {
     /// Measures every setting.
     pub(super) fn measured(
         &self,
-        against: Against,
-        motion: &Motion,
+        compared: Compared,
         verbosity: Verbosity,
     ) -> Result<Vec<Measured>> {
+        let Compared { against, motion } = compared;
         let first = self.settings.first().context("no setting to measure")?;
         let mut base = self.opened(first)?;
         let cameras = base.cameras().first().copied();
         let camera = cameras.context("there is no camera to draw from")?;
-        let views = match motion {
+        let views = match &motion {
             Motion::Still => Vec::new(),
             Motion::Even(steps) | Motion::Shimmer(steps) => steps(&camera),
         };
@@ -92,8 +98,7 @@ impl Bench {
             }
             let mut own = self.opened(setting)?;
             let drawn = measure::rendered(&mut own, &camera)?;
-            let beside =
-                measure::time_beside(&mut own, (&mut base, base_time), (&camera, self.reps))?;
+            let beside = measure::time_beside(&mut own, &mut base, base_time, &camera, self.reps)?;
             let moving = measure::pictures(&mut own, &views)?;
             rows.push(Measured {
                 setting: setting.words()?.join(" "),

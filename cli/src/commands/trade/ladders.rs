@@ -40,7 +40,8 @@ fn ladder(name: &'static str, rungs: impl IntoIterator<Item = Setting>) -> Ladde
 
 /// Rungs that set an option of a volume, in an order if one is given.
 fn volume<V: Copy>(
-    (order, name): (Option<OrderName>, &str),
+    order: Option<OrderName>,
+    name: &str,
     values: &[V],
     set: fn(&mut RenderArgs, V),
 ) -> Vec<Setting> {
@@ -60,26 +61,25 @@ fn field_ladders() -> Vec<Ladder> {
     vec![
         ladder(
             "order",
-            volume((None, "order"), OrderName::value_variants(), |args, v| {
+            volume(None, "order", OrderName::value_variants(), |args, v| {
                 args.order = Some(v);
             }),
         ),
         ladder(
             "slab",
-            volume((None, "slab"), &[2.0, 1.0, 0.5, 0.25], |args, v| {
+            volume(None, "slab", &[2.0, 1.0, 0.5, 0.25], |args, v| {
                 args.field.slab_voxels = v;
             }),
         ),
         ladder(
             "subpixels",
-            volume((None, "subpixels"), &subpixels, |args, v| {
-                args.subpixels = v
-            }),
+            volume(None, "subpixels", &subpixels, |args, v| args.subpixels = v),
         ),
         ladder(
             "termination",
             volume(
-                (None, "min-transmittance"),
+                None,
+                "min-transmittance",
                 &[1.0 / 32.0, 1.0 / 512.0, 0.0],
                 |args, v| args.min_transmittance = v,
             ),
@@ -100,7 +100,8 @@ fn image_sheets_ladders() -> Vec<Ladder> {
         ladder(
             "sheet-kernel",
             volume(
-                (sheets, "kernel"),
+                sheets,
+                "kernel",
                 KernelShape::value_variants(),
                 |args, v| {
                     args.samples.kernel = v;
@@ -110,13 +111,9 @@ fn image_sheets_ladders() -> Vec<Ladder> {
         ladder("interpolate", interpolated),
         ladder(
             "classify",
-            volume(
-                (sheets, "classify"),
-                Classify::value_variants(),
-                |args, v| {
-                    args.sheets.classify = v;
-                },
-            ),
+            volume(sheets, "classify", Classify::value_variants(), |args, v| {
+                args.sheets.classify = v;
+            }),
         ),
     ]
 }
@@ -129,7 +126,8 @@ fn samples_ladders() -> Vec<Ladder> {
         ladder(
             "footprint",
             volume(
-                (every, "footprint"),
+                every,
+                "footprint",
                 FootprintMode::value_variants(),
                 |args, v| {
                     args.samples.footprint = v;
@@ -138,47 +136,33 @@ fn samples_ladders() -> Vec<Ladder> {
         ),
         ladder(
             "kernel",
-            volume(
-                (every, "kernel"),
-                KernelShape::value_variants(),
-                |args, v| {
-                    args.samples.kernel = v;
-                },
-            ),
-        ),
-        ladder(
-            "cells",
-            volume((every, "cells"), &cells, |args, v| args.cells = v),
-        ),
-        ladder(
-            "cell-error",
-            volume(
-                (every, "cell-error"),
-                &[0.25, 0.0625, 0.015625],
-                |args, v| {
-                    args.cell_error = v;
-                },
-            ),
-        ),
-        ladder(
-            "sample-subpixels",
-            volume((every, "subpixels"), &subpixels, |args, v| {
-                args.subpixels = v
+            volume(every, "kernel", KernelShape::value_variants(), |args, v| {
+                args.samples.kernel = v;
             }),
         ),
         ladder(
+            "cells",
+            volume(every, "cells", &cells, |args, v| args.cells = v),
+        ),
+        ladder(
+            "cell-error",
+            volume(every, "cell-error", &[0.25, 0.0625, 0.015625], |args, v| {
+                args.cell_error = v;
+            }),
+        ),
+        ladder(
+            "sample-subpixels",
+            volume(every, "subpixels", &subpixels, |args, v| args.subpixels = v),
+        ),
+        ladder(
             "select",
-            volume(
-                (every, "select"),
-                SelectMode::value_variants(),
-                |args, v| {
-                    args.samples.select = v;
-                },
-            ),
+            volume(every, "select", SelectMode::value_variants(), |args, v| {
+                args.samples.select = v;
+            }),
         ),
         ladder(
             "threshold",
-            volume((every, "point-threshold"), &[2.0, 1.0, 0.5], |args, v| {
+            volume(every, "point-threshold", &[2.0, 1.0, 0.5], |args, v| {
                 args.samples.point_threshold_px = v;
             }),
         ),

@@ -70,12 +70,13 @@ pub(crate) fn run(args: TradeArgs, typed: &Typed, verbosity: Verbosity) -> Resul
         left_out: 0,
         rows: Vec::new(),
     };
-    let ending = measure_all(
-        &options,
-        (&scene, &settings),
-        done,
-        (&mut report, verbosity),
-    );
+    let measuring = Measuring {
+        options: &options,
+        scene: &scene,
+        settings: &settings,
+        verbosity,
+    };
+    let ending = measuring.run(&done, &mut report);
     if ending.is_err() && report.rows.is_empty() {
         if is_new {
             // The files of a built-in scene stay, and the folder with them.
@@ -103,47 +104,61 @@ fn reference_name(options: &TradeOptions) -> String {
     }
 }
 
-fn measure_all(
-    options: &TradeOptions,
-    (scene, settings): (&Scene, &[ladders::Named]),
-    done: Vec<Row>,
-    (report, verbosity): (&mut Report, Verbosity),
-) -> Result<()> {
-    let _patience = interrupt::patience();
-    let mut beside = rows::Beside::new(scene, options)?;
-    let bar = sequence::progress(settings.len(), verbosity);
-    for setting in settings {
-        if interrupt::asked() {
-            bar.finish_and_clear();
-            let (measured, all) = (report.rows.len(), settings.len());
-            return Err(Interrupted {
-                state: format!(
-                    "{measured} of {all} settings are measured; --resume measures the rest"
-                ),
+/// The settings of a scene that are measured.
+struct Measuring<'a> {
+    options: &'a TradeOptions,
+    scene: &'a Scene<'a>,
+    settings: &'a [ladders::Named],
+    verbosity: Verbosity,
+}
+
+impl Measuring<'_> {
+    /// Adds the rows of all settings to the report; those that are done are not measured again.
+    fn run(&self, done: &[Row], report: &mut Report) -> Result<()> {
+        let Self {
+            options,
+            scene,
+            settings,
+            verbosity,
+        } = *self;
+        let _patience = interrupt::patience();
+        let mut beside = rows::Beside::new(scene, options)?;
+        let bar = sequence::progress(settings.len(), verbosity);
+        for setting in settings {
+            if interrupt::asked() {
+                bar.finish_and_clear();
+                let (measured, all) = (report.rows.len(), settings.len());
+                return Err(Interrupted {
+                    state: format!(
+                        "{measured} of {all} settings are measured; --resume measures the rest"
+                    ),
+                }
+                .into());
             }
-            .into());
+            let command = scene.command(&setting.setting)?;
+            let kept = done
+                .iter()
+                .find(|row| row.command == command && row.name == setting.name);
+            match kept {
+                Some(row) => report.rows.push(row.clone()),
+                None => match beside.measured(scene, setting, options) {
+                    Ok(row) => report.rows.push(Row { command, ..row }),
+                    // Options that exclude each other in this scene are no setting; the default must work.
+                    Err(_) if !["default", "exact"].contains(&setting.group) => {
+                        report.left_out += 1
+                    }
+                    Err(error) => return Err(error),
+                },
+            }
+            output::write_text(
+                &options.out.join("trade.json"),
+                &serde_json::to_string_pretty(&report)?,
+            )?;
+            bar.inc(1);
         }
-        let command = scene.command(&setting.setting)?;
-        let kept = done
-            .iter()
-            .find(|row| row.command == command && row.name == setting.name);
-        match kept {
-            Some(row) => report.rows.push(row.clone()),
-            None => match beside.measured((scene, setting), options) {
-                Ok(row) => report.rows.push(Row { command, ..row }),
-                // Options that exclude each other in this scene are no setting; the default must work.
-                Err(_) if !["default", "exact"].contains(&setting.group) => report.left_out += 1,
-                Err(error) => return Err(error),
-            },
-        }
-        output::write_text(
-            &options.out.join("trade.json"),
-            &serde_json::to_string_pretty(&report)?,
-        )?;
-        bar.inc(1);
+        bar.finish_and_clear();
+        Ok(())
     }
-    bar.finish_and_clear();
-    Ok(())
 }
 
 /// Writes the report: JSON, CSV and the page.

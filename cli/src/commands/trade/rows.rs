@@ -93,7 +93,8 @@ impl Beside {
     /// One row of the report, and its pictures; its command is filled in by the caller.
     pub(super) fn measured(
         &mut self,
-        (scene, setting): (&Scene, &Named),
+        scene: &Scene,
+        setting: &Named,
         options: &TradeOptions,
     ) -> Result<Row> {
         let alone = probe::measured(&scene.words_with(&setting.setting)?, &options.out)?;
@@ -101,8 +102,10 @@ impl Beside {
         let first = measure::rendered(&mut own, &self.camera)?;
         let beside = measure::time_beside(
             &mut own,
-            (&mut self.default, self.time),
-            (&self.camera, options.reps),
+            &mut self.default,
+            self.time,
+            &self.camera,
+            options.reps,
         )?;
         let mut error = figures::record(&self.reference.comparison(&first.image)?);
         let moving = measure::pictures(&mut own, &self.steps)?;

@@ -13,7 +13,8 @@ use crate::plan::{self, Request};
 pub(super) fn record(
     args: &Warp3dArgs,
     options: &WarpOptions,
-    (request, format): (&Request, Format),
+    request: &Request,
+    format: Format,
     convergence: f64,
 ) -> Value {
     let mut record = json!({

@@ -1,49 +1,28 @@
 //! The container: JSON alone or a binary file with JSON and data, and the buffers that they name.
 //!
-//! Takes the bytes of a .gltf or .glb file, gives the document and its buffers. Extensions that the document requires
-//! and that are not decoded end here, with the way out.
+//! Takes the bytes of a .gltf or .glb file, gives the document and its buffers.
 //! Source: glTF 2.0, 3.6.1 and 4.4. The JSON is read by the crate `gltf`, but not validated by it: its validation
 //! panics on some files and refuses others that are common. Every index is looked up with a check instead.
 
 use std::path::Path;
 
+use glam::DMat4;
 use gltf::json::Root;
 
 use super::super::files;
+use super::document::{self, Animations, Json};
+use super::extensions;
 
 /// A document and its data.
 pub(super) struct Document {
     pub root: Root,
+    /// From each node to its parent.
+    pub parent_from_nodes: Vec<DMat4>,
+    pub animations: Animations,
     pub buffers: Vec<Vec<u8>>,
 }
 
 const MAGIC: &[u8; 4] = b"glTF";
-
-/// Extensions that change the picture and are understood here.
-const DECODED: [&str; 6] = [
-    "EXT_texture_webp",
-    "KHR_materials_emissive_strength",
-    "KHR_materials_pbrSpecularGlossiness",
-    "KHR_materials_unlit",
-    "KHR_mesh_quantization",
-    "KHR_texture_transform",
-];
-
-/// Extensions that change light on the surface, which is not modelled, and leave colour and shape as they are.
-const LIGHT_ALONE: [&str; 5] = [
-    "KHR_materials_clearcoat",
-    "KHR_materials_ior",
-    "KHR_materials_sheen",
-    "KHR_materials_specular",
-    "KHR_lights_punctual",
-];
-
-/// The extensions that a file requires and that are read over: light on surfaces differs.
-pub(super) fn read_over(root: &Root) -> impl Iterator<Item = &String> {
-    root.extensions_required
-        .iter()
-        .filter(|name| LIGHT_ALONE.contains(&name.as_str()))
-}
 
 /// Whether a file starts as a binary glTF does.
 pub(super) fn is_binary(bytes: &[u8]) -> bool {
@@ -58,17 +37,12 @@ pub(super) fn open(bytes: &[u8], folder: &Path) -> Result<Document, String> {
         (bytes, None)
     };
     let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
-    let root: Root = serde_json::from_slice(json).map_err(|error| explained(json, &error))?;
-    if !root.asset.version.starts_with("2.") {
-        let version = files::excerpt(&root.asset.version);
-        return Err(format!(
-            "glTF version {version} is not read: convert the file to glTF 2.0"
-        ));
-    }
-    let known = |name: &str| DECODED.contains(&name) || LIGHT_ALONE.contains(&name);
-    if let Some(name) = root.extensions_required.iter().find(|name| !known(name)) {
-        return Err(undecoded(name));
-    }
+    let Json {
+        root,
+        parent_from_nodes,
+        animations,
+    } = document::read(json)?;
+    extensions::check(&root)?;
     let mut buffers = Vec::with_capacity(root.buffers.len());
     for (index, buffer) in root.buffers.iter().enumerate() {
         let bytes = match &buffer.uri {
@@ -91,7 +65,12 @@ pub(super) fn open(bytes: &[u8], folder: &Path) -> Result<Document, String> {
         bytes.truncate(length);
         buffers.push(bytes);
     }
-    Ok(Document { root, buffers })
+    Ok(Document {
+        root,
+        parent_from_nodes,
+        animations,
+        buffers,
+    })
 }
 
 /// The bytes that a URI stands for: its own, or those of a file beside the document.
@@ -134,38 +113,4 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
         next = end;
     }
     Ok((json, None))
-}
-
-/// Why JSON is not glTF 2.0; glTF 1.0 has objects where 2.0 has lists, and says its version.
-fn explained(json: &[u8], error: &serde_json::Error) -> String {
-    let value = serde_json::from_slice::<serde_json::Value>(json).ok();
-    let version = value
-        .as_ref()
-        .and_then(|value| value.get("asset")?.get("version")?.as_str());
-    match (version, &value) {
-        (Some(version), _) if !version.starts_with("2.") => {
-            format!(
-                "glTF version {} is not read: convert the file to glTF 2.0",
-                files::excerpt(version)
-            )
-        }
-        (None, Some(_)) => format!("JSON, but no glTF: it has no asset.version ({error})"),
-        _ => format!("no valid glTF 2.0: {error}"),
-    }
-}
-
-fn undecoded(name: &str) -> String {
-    let way_out = match name {
-        "KHR_draco_mesh_compression" | "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
-            "export it without mesh compression, or unpack it, for example with 'gltf-transform copy' or 'gltfpack -noq'"
-        }
-        "KHR_texture_basisu" => "export its textures as PNG, JPEG or WebP instead of KTX2",
-        "MSFT_texture_dds" | "EXT_texture_avif" => "export its textures as PNG, JPEG or WebP",
-        "EXT_mesh_gpu_instancing" => "export each instance as a node of its own",
-        _ => "export it without",
-    };
-    format!(
-        "requires the extension {}, which is not decoded here: {way_out}",
-        files::excerpt(name)
-    )
 }

@@ -3,7 +3,7 @@
 //! Takes the document and its buffers, gives materials and textures in the order in which meshes ask for them: what
 //! nobody uses is not decoded. A picture that cannot be read leaves its factor, and a note.
 //! Source: glTF 2.0, 3.8 and 3.9, with KHR_texture_transform, KHR_materials_unlit, KHR_materials_emissive_strength,
-//! KHR_materials_pbrSpecularGlossiness (its diffuse part) and EXT_texture_webp. Limits: metal, roughness, normal maps,
+//! KHR_materials_pbrSpecularGlossiness (its diffuse part), KHR_materials_transmission (its factor) and EXT_texture_webp. Limits: metal, roughness, normal maps,
 //! occlusion and every further layer of light are left out.
 
 use std::collections::HashMap;
@@ -11,6 +11,7 @@ use std::path::Path;
 
 use glam::{DMat2, DVec2};
 use gltf::json::Root;
+use gltf::json::extensions::material::Material as MaterialExtensions;
 use gltf::json::material::AlphaMode as JsonAlpha;
 use gltf::json::texture::{Info, MagFilter, WrappingMode};
 use gltf::json::validation::Checked;
@@ -24,6 +25,11 @@ use crate::scene::{AlphaMode, Lighting, Magnify, Material, Sides, Texture, Textu
 
 /// Cutoff of masked materials that give none: glTF 2.0, 5.19.
 const DEFAULT_CUTOFF: f32 = 0.5;
+
+/// The part of the light that a wholly transmitting surface lets through: it reflects some, or nobody would see it. A guess.
+const MOST_TRANSMITTED: f32 = 0.9;
+
+const TRANSMISSION: &str = "transmission is drawn as thin transparency by its factor: refraction and its texture are left out";
 
 /// The materials of a file, read when they are asked for.
 pub(super) struct Materials<'a> {
@@ -95,6 +101,15 @@ impl<'a> Materials<'a> {
             ));
         };
         let cutoff = json.alpha_cutoff.map_or(DEFAULT_CUTOFF, |cutoff| cutoff.0);
+        let base_colour = match transmission(extensions) {
+            Some(factor) => {
+                notes.say(TRANSMISSION.to_owned());
+                let [r, g, b, a] = base_colour;
+                let a = if alpha == JsonAlpha::Opaque { 1.0 } else { a };
+                [r, g, b, a * (1.0 - MOST_TRANSMITTED * factor)]
+            }
+            None => base_colour,
+        };
         let material = Material {
             name: json
                 .name
@@ -105,6 +120,7 @@ impl<'a> Materials<'a> {
             emissive: json.emissive_factor.0.map(|factor| factor * strength),
             emissive_texture: self.texture_use(json.emissive_texture.as_ref(), notes)?,
             alpha: match alpha {
+                _ if transmission(extensions).is_some() => AlphaMode::Blend,
                 JsonAlpha::Opaque => AlphaMode::Opaque,
                 JsonAlpha::Mask => AlphaMode::Mask { cutoff },
                 JsonAlpha::Blend => AlphaMode::Blend,
@@ -232,6 +248,13 @@ impl<'a> Materials<'a> {
     }
 }
 
+/// The factor of KHR_materials_transmission, where it lets anything through.
+fn transmission(extensions: Option<&MaterialExtensions>) -> Option<f32> {
+    let value = extensions?.others.get("KHR_materials_transmission")?;
+    let factor = value.get("transmissionFactor")?.as_f64()? as f32;
+    (factor > 0.0).then(|| factor.min(1.0))
+}
+
 fn wrap(mode: Checked<WrappingMode>, index: usize) -> Result<Wrap, String> {
     match mode {
         Checked::Valid(WrappingMode::Repeat) => Ok(Wrap::Repeat),
@@ -253,7 +276,8 @@ fn uv_transform(transform: &gltf::json::extensions::texture::TextureTransform) -
     )
 }
 
-/// The diffuse colour and picture of KHR_materials_pbrSpecularGlossiness, which stand for the base colour's.
+/// The diffuse colour and picture of KHR_materials_pbrSpecularGlossiness, which stand for the base colour's; of a metal its
+/// specular colour.
 fn diffuse_part(
     value: &serde_json::Value,
     index: usize,
@@ -271,5 +295,13 @@ fn diffuse_part(
         .map(serde_json::from_value)
         .transpose()
         .map_err(broken)?;
-    Ok((factor.unwrap_or([1.0; 4]), info))
+    let [r, g, b, a] = factor.unwrap_or([1.0; 4]);
+    if [r, g, b] != [0.0; 3] || info.is_some() {
+        return Ok(([r, g, b, a], info));
+    }
+    // A metal scatters nothing: its colour is that of its reflection.
+    let specular = value.get("specularFactor").cloned();
+    let specular = specular.map(serde_json::from_value).transpose();
+    let [r, g, b] = specular.map_err(broken)?.unwrap_or([1.0; 3]);
+    Ok(([r, g, b, a], info))
 }

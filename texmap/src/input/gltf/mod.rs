@@ -11,21 +11,26 @@ mod attribute;
 mod camera;
 mod container;
 mod deform;
+mod document;
+mod extensions;
+mod instances;
 mod material;
 mod nodes;
 mod primitive;
 
 use std::path::Path;
 
-use glam::DMat4;
+use glam::{DMat4, DVec3};
 use gltf::json::Root;
 
 use super::choice::LoadOptions;
 use super::files::excerpt;
 use super::notes::Notes;
+use super::origin;
 use crate::scene::{Mesh, Scene};
 use accessor::Numbers;
 use deform::Place;
+use document::Animations;
 use material::Materials;
 
 /// Whether a file starts as a binary glTF does.
@@ -42,12 +47,17 @@ pub(super) fn load(
 ) -> Result<Scene, String> {
     let document = container::open(bytes, folder)?;
     let root = &document.root;
-    tell_what_is_left_out(root, notes);
+    extensions::tell(root, notes);
+    if document.animations == Animations::LeftOut {
+        notes.say(
+            "animations are not played: the scene stands still in the pose of the file".to_owned(),
+        );
+    }
     let numbers = Numbers::new(root, &document.buffers);
-    let world_from_nodes = nodes::world_from_nodes(root)?;
+    let world_from_nodes = nodes::world_from_nodes(root, &document.parent_from_nodes)?;
     let shown = nodes::shown(root, options.scene.as_ref())?;
     let mut materials = Materials::new(root, &numbers, folder);
-    let mut meshes = Vec::new();
+    let mut meshes = Meshes::default();
     for &node in &shown {
         let Some(index) = root.nodes[node].mesh else {
             continue;
@@ -58,7 +68,12 @@ pub(super) fn load(
             world_from_nodes: &world_from_nodes,
             node,
         };
-        read.mesh(index.value(), &mut materials, &mut meshes, notes)?;
+        let instances = instances::instances(&root.nodes[node], &numbers)
+            .map_err(|what| format!("node {node}: {what}"))?;
+        for instance in &instances {
+            let place = read.place(instance)?;
+            read.mesh((index.value(), &place), &mut materials, &mut meshes, notes)?;
+        }
     }
     let cameras = camera::cameras(root, &shown, &world_from_nodes, notes);
     let Materials {
@@ -66,12 +81,22 @@ pub(super) fn load(
         textures,
         ..
     } = materials;
-    Ok(Scene {
-        meshes,
+    let mut scene = Scene {
+        meshes: meshes.list,
         materials,
         textures: textures.into_textures(),
         cameras,
-    })
+        ..Scene::default()
+    };
+    origin::place(&mut scene, &meshes.positions);
+    Ok(scene)
+}
+
+/// Meshes, and their positions in the world, which are laid into them at last.
+#[derive(Default)]
+struct Meshes {
+    list: Vec<Mesh>,
+    positions: Vec<Vec<DVec3>>,
 }
 
 /// What is needed to read the mesh of a node.
@@ -85,9 +110,9 @@ struct Reading<'a> {
 impl Reading<'_> {
     fn mesh(
         &self,
-        index: usize,
+        (index, place): (usize, &Place),
         materials: &mut Materials,
-        meshes: &mut Vec<Mesh>,
+        meshes: &mut Meshes,
         notes: &mut Notes,
     ) -> Result<(), String> {
         let (root, node) = (self.root, self.node);
@@ -102,27 +127,27 @@ impl Reading<'_> {
             .as_deref()
             .or(json.weights.as_deref())
             .unwrap_or_default();
-        let place = self.place()?;
         for (number, primitive) in json.primitives.iter().enumerate() {
             let located =
                 |what: String| format!("mesh '{}', primitive {number}: {what}", excerpt(&name));
-            let Some(mut mesh) = primitive::mesh(primitive, self.numbers, &place, weights, notes)
-                .map_err(located)?
+            let Some((mut mesh, positions)) =
+                primitive::mesh(primitive, self.numbers, place, weights, notes).map_err(located)?
             else {
                 continue;
             };
             let material = primitive.material.map(|material| material.value());
             mesh.material = materials.place(material, notes).map_err(located)?;
             mesh.name.clone_from(&name);
-            meshes.push(mesh);
+            meshes.list.push(mesh);
+            meshes.positions.push(positions);
         }
         Ok(())
     }
 
     /// A skinned mesh goes with its joints and not with its node.
-    fn place(&self) -> Result<Place, String> {
+    fn place(&self, instance: &DMat4) -> Result<Place, String> {
         let Some(skin) = self.root.nodes[self.node].skin else {
-            return Ok(Place::Node(self.world_from_nodes[self.node]));
+            return Ok(Place::Node(self.world_from_nodes[self.node] * *instance));
         };
         let index = skin.value();
         let skin = self
@@ -160,19 +185,6 @@ impl Reading<'_> {
                 .map(joint)
                 .collect::<Result<_, String>>()?,
         ))
-    }
-}
-
-fn tell_what_is_left_out(root: &Root, notes: &mut Notes) {
-    for name in container::read_over(root) {
-        notes.say(format!(
-            "{name} is not modelled: light on surfaces differs, colour and shape do not"
-        ));
-    }
-    if !root.animations.is_empty() {
-        notes.say(
-            "animations are not played: the scene stands still in the pose of the file".to_owned(),
-        );
     }
 }
 

@@ -4,15 +4,18 @@
 //! from parents to children; a node with two parents and a cycle are errors, so no walk can go on for ever.
 //! Source: glTF 2.0, 3.5.
 
-use glam::{DMat4, DQuat, DVec3};
+use glam::DMat4;
 use gltf::json::Root;
 use gltf::json::scene::Node;
 
 use super::super::files::excerpt;
 use crate::input::choice::SceneChoice;
 
-/// From the space of each node to the world.
-pub(super) fn world_from_nodes(root: &Root) -> Result<Vec<DMat4>, String> {
+/// From the space of each node to the world, by those to their parents.
+pub(super) fn world_from_nodes(
+    root: &Root,
+    parent_from_nodes: &[DMat4],
+) -> Result<Vec<DMat4>, String> {
     let parents = parents(root)?;
     let mut world: Vec<Option<DMat4>> = vec![None; root.nodes.len()];
     for start in 0..root.nodes.len() {
@@ -30,7 +33,7 @@ pub(super) fn world_from_nodes(root: &Root) -> Result<Vec<DMat4>, String> {
         }
         let mut above = next.and_then(|node| world[node]).unwrap_or(DMat4::IDENTITY);
         for &node in chain.iter().rev() {
-            above *= parent_from_node(&root.nodes[node]);
+            above *= parent_from_nodes[node];
             world[node] = Some(above);
         }
     }
@@ -144,28 +147,4 @@ fn parents(root: &Root) -> Result<Vec<Option<usize>>, String> {
 
 fn children(node: &Node) -> impl DoubleEndedIterator<Item = usize> {
     node.children.iter().flatten().map(gltf::json::Index::value)
-}
-
-fn parent_from_node(node: &Node) -> DMat4 {
-    if let Some(matrix) = node.matrix {
-        return DMat4::from_cols_array(&matrix.map(f64::from));
-    }
-    let vector = |v: Option<[f32; 3]>, default: f64| {
-        v.map_or(DVec3::splat(default), |v| {
-            DVec3::from_array(v.map(f64::from))
-        })
-    };
-    let [x, y, z, w] = node.rotation.unwrap_or_default().0.map(f64::from);
-    // Quaternions in files are unit only to their digits.
-    let rotation = DQuat::from_xyzw(x, y, z, w);
-    let rotation = if rotation.length_squared() > 0.0 {
-        rotation.normalize()
-    } else {
-        DQuat::IDENTITY
-    };
-    DMat4::from_scale_rotation_translation(
-        vector(node.scale, 1.0),
-        rotation,
-        vector(node.translation, 0.0),
-    )
 }

@@ -17,14 +17,14 @@ use crate::scene::Mesh;
 /// Most sets of texture coordinates that are kept. Files have one or two; materials use two at most.
 const MAX_UV_SETS: u32 = 8;
 
-/// The mesh of a primitive. Its name and its material are left to the caller.
+/// The mesh of a primitive, and its positions in the world. Name and material are left to the caller.
 pub(super) fn mesh(
     primitive: &Primitive,
     numbers: &Numbers,
     place: &Place,
     weights: &[f32],
     notes: &mut Notes,
-) -> Result<Option<Mesh>, String> {
+) -> Result<Option<(Mesh, Vec<DVec3>)>, String> {
     let Checked::Valid(mode) = primitive.mode else {
         return Err("unknown primitive mode".into());
     };
@@ -49,19 +49,15 @@ pub(super) fn mesh(
     };
     same_count("COLOR_0", colours.len(), count)?;
     let normals = unit_normals(&normals, notes);
-    let positions = positions
-        .iter()
-        .map(|pos| pos.as_vec3().to_array())
-        .collect();
     let uvs = uv_sets(primitive, numbers, count)?;
-    Ok(Some(Mesh {
-        positions,
+    let mesh = Mesh {
         normals,
         uvs,
         colours,
         triangles,
         ..Mesh::default()
-    }))
+    };
+    Ok(Some((mesh, positions)))
 }
 
 /// The corners in the order of the file.

@@ -11,6 +11,7 @@ use crate::scene::{SceneLens, Sides};
 mod accessors;
 mod containers;
 mod materials;
+mod places;
 
 /// A document in the making: numbers go into its one buffer.
 #[derive(Default)]
@@ -313,7 +314,7 @@ fn cameras_stand_where_their_nodes_do_without_scale() {
     assert_eq!(eye.name, "eye", "the node's name");
     assert_eq!(
         eye.world_from_camera.translation,
-        glam::DVec3::new(0.0, 0.0, 5.0),
+        DVec3::new(0.0, 0.0, 5.0),
         "its place"
     );
     assert!(

@@ -4,6 +4,7 @@
 //! skipped; a line that ends in a back-slash goes on in the next.
 
 use std::borrow::Cow;
+use std::str::FromStr;
 
 use super::super::files::excerpt;
 
@@ -60,12 +61,12 @@ pub(super) fn lines(text: &str) -> impl Iterator<Item = Line<'_>> {
 }
 
 /// The first `N` numbers of a text; one that is missing takes its default, and is an error without one.
-pub(super) fn numbers<const N: usize>(
+pub(super) fn numbers<T: FromStr + Copy + Default, const N: usize>(
     text: &str,
-    defaults: [Option<f32>; N],
-) -> Result<[f32; N], String> {
+    defaults: [Option<T>; N],
+) -> Result<[T; N], String> {
     let mut words = text.split_ascii_whitespace();
-    let mut numbers = [0.0; N];
+    let mut numbers = [T::default(); N];
     for (number, default) in numbers.iter_mut().zip(defaults) {
         *number = match (words.next(), default) {
             (Some(word), _) => word

@@ -14,8 +14,11 @@ mod polygon;
 use std::collections::HashMap;
 use std::path::Path;
 
+use glam::DVec3;
+
 use super::files::excerpt;
 use super::notes::Notes;
+use super::origin;
 use crate::scene::{Mesh, Scene};
 use lines::{Line, decode_text, lines, numbers};
 use mtl::Library;
@@ -57,7 +60,7 @@ type Corner = (u32, Option<u32>, Option<u32>);
 
 struct Reading<'a> {
     folder: &'a Path,
-    positions: Vec<[f32; 3]>,
+    positions: Vec<DVec3>,
     /// Per position, if the file has colours at all.
     colours: Vec<Option<[f32; 3]>>,
     uvs: Vec<[f32; 2]>,
@@ -136,11 +139,12 @@ impl Reading<'_> {
     /// x, y, z, then nothing, a weight, or a colour.
     fn position(&mut self, rest: &str) -> Result<(), String> {
         let count = rest.split_ascii_whitespace().count();
-        self.positions.push(numbers(rest, [None; 3])?);
+        let position = numbers(rest, [None; 3])?;
+        self.positions.push(DVec3::from_array(position));
         let colour = match count {
             0..=5 => None,
             _ => {
-                let [_, _, _, r, g, b] = numbers(rest, [None; 6])?;
+                let [_, _, _, r, g, b]: [f32; 6] = numbers(rest, [None; 6])?;
                 Some([r, g, b])
             }
         };
@@ -168,7 +172,7 @@ impl Reading<'_> {
         if self.corners > MAX_CORNERS {
             return Err(format!("more than {MAX_CORNERS} corners"));
         }
-        let shape: Vec<[f32; 3]> = corners
+        let shape: Vec<DVec3> = corners
             .iter()
             .map(|corner| self.positions[corner.0 as usize])
             .collect();
@@ -238,7 +242,7 @@ impl Reading<'_> {
             mut library,
             ..
         } = self;
-        let mut scene = Scene::default();
+        let (mut scene, mut in_world) = (Scene::default(), Vec::new());
         for group in groups
             .into_iter()
             .filter(|group| !group.triangles.is_empty())
@@ -249,10 +253,8 @@ impl Reading<'_> {
                 ..Mesh::default()
             };
             let corners = &group.corners;
-            mesh.positions = corners
-                .iter()
-                .map(|corner| positions[corner.0 as usize])
-                .collect();
+            let position = |corner: &Corner| positions[corner.0 as usize];
+            in_world.push(corners.iter().map(position).collect());
             let set: Option<Vec<_>> = corners
                 .iter()
                 .map(|corner| Some(v_from_top(uvs[corner.1? as usize])))
@@ -275,6 +277,7 @@ impl Reading<'_> {
             mesh.material = library.place(&group.material, &mut scene.materials);
             scene.meshes.push(mesh);
         }
+        origin::place(&mut scene, &in_world);
         scene.textures = library.into_textures(notes);
         scene
     }
@@ -309,7 +312,7 @@ fn v_from_top([u, v]: [f32; 2]) -> [f32; 2] {
 
 /// A normal of length 1; none if it has no direction.
 fn unit(normal: [f32; 3]) -> Option<[f32; 3]> {
-    let normal = glam::DVec3::from_array(normal.map(f64::from));
+    let normal = DVec3::from_array(normal.map(f64::from));
     Some(normal.try_normalize()?.as_vec3().to_array())
 }
 

@@ -268,7 +268,7 @@ impl Entry {
 
 /// Red, green and blue; one number is a grey.
 fn colour(text: &str) -> Result<[f32; 3], String> {
-    let [red] = numbers(text, [None])?;
+    let [red]: [f32; 1] = numbers(text, [None])?;
     let [_, green, blue] = numbers(text, [None, Some(red), Some(red)])?;
     let colour = [red, green, blue];
     colour
@@ -279,7 +279,7 @@ fn colour(text: &str) -> Result<[f32; 3], String> {
 }
 
 fn unit(text: &str) -> Result<f32, String> {
-    let [number] = numbers(text, [None])?;
+    let [number]: [f32; 1] = numbers(text, [None])?;
     if number.is_nan() {
         Err("an opacity is no number".into())
     } else {

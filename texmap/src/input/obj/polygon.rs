@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3};
 const MAX_EARS: usize = 512;
 
 /// Triangles of a polygon of at least three corners.
-pub(super) fn triangles(corners: &[[f32; 3]]) -> Vec<[usize; 3]> {
+pub(super) fn triangles(corners: &[DVec3]) -> Vec<[usize; 3]> {
     let mut left: Vec<usize> = (0..corners.len()).collect();
     let mut triangles = Vec::with_capacity(corners.len().saturating_sub(2));
     if corners.len() > 3 && corners.len() <= MAX_EARS {
@@ -30,12 +30,9 @@ pub(super) fn triangles(corners: &[[f32; 3]]) -> Vec<[usize; 3]> {
 }
 
 /// The corners in the plane of the mean normal, so that the polygon winds counter-clockwise.
-fn in_plane(corners: &[[f32; 3]]) -> Vec<DVec2> {
-    let origin = DVec3::from_array(corners[0].map(f64::from));
-    let points: Vec<DVec3> = corners
-        .iter()
-        .map(|c| DVec3::from_array(c.map(f64::from)) - origin)
-        .collect();
+fn in_plane(corners: &[DVec3]) -> Vec<DVec2> {
+    let origin = corners[0];
+    let points: Vec<DVec3> = corners.iter().map(|corner| corner - origin).collect();
     let next = points.iter().cycle().skip(1);
     let normal: DVec3 = points.iter().zip(next).map(|(a, b)| a.cross(*b)).sum();
     let normal = normal.try_normalize().unwrap_or(DVec3::Z);
@@ -86,6 +83,13 @@ mod tests {
         })
     }
 
+    fn in_space(polygon: &[[f32; 3]]) -> Vec<DVec3> {
+        polygon
+            .iter()
+            .map(|corner| DVec3::from_array(corner.map(f64::from)))
+            .collect()
+    }
+
     #[test]
     fn concave_polygons_are_covered_once() {
         let arrow = [
@@ -100,7 +104,7 @@ mod tests {
             .rev()
             .collect();
         for polygon in [arrow.to_vec(), comb] {
-            let triangles = triangles(&polygon);
+            let triangles = triangles(&in_space(&polygon));
             assert_eq!(
                 triangles.len(),
                 polygon.len() - 2,
@@ -129,13 +133,17 @@ mod tests {
             [0.0, 1.0, 0.0],
         ];
         for polygon in [line, bow, [[f32::NAN; 3]; 4]] {
-            assert_eq!(triangles(&polygon).len(), 2, "{polygon:?} has four corners");
+            assert_eq!(
+                triangles(&in_space(&polygon)).len(),
+                2,
+                "{polygon:?} has four corners"
+            );
         }
         let many: Vec<[f32; 3]> = (0..100_000)
             .map(|i| [(i as f32).sin(), (i as f32).cos(), 0.0])
             .collect();
         assert_eq!(
-            triangles(&many).len(),
+            triangles(&in_space(&many)).len(),
             many.len() - 2,
             "a polygon of any size ends"
         );

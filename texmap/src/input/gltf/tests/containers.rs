@@ -72,21 +72,70 @@ fn required_extensions_that_are_not_decoded_name_a_way_out() {
 }
 
 #[test]
-fn required_extensions_that_change_light_alone_are_noted() {
+fn extensions_that_are_left_out_are_named_once() {
     let mut maker = Maker::default();
     let meshes = square(&mut maker);
-    let rest = json!({ "meshes": meshes, "extensionsRequired": ["KHR_materials_sheen"] });
-    let (_, notes) = maker
-        .load_with(rest, &LoadOptions::default())
-        .expect("a good file");
-    assert!(
-        notes
+    let left_out = [
+        "KHR_materials_sheen",
+        "KHR_materials_iridescence",
+        "KHR_lights_punctual",
+        "KHR_animation_pointer",
+        "KHR_materials_variants",
+    ];
+    let rest =
+        json!({ "meshes": meshes, "extensionsRequired": left_out, "extensionsUsed": left_out });
+    let notes_of = |rest| {
+        maker
+            .load_with(rest, &LoadOptions::default())
+            .expect("a good file")
+            .1
             .0
-            .iter()
-            .any(|note| note.contains("KHR_materials_sheen")),
-        "no note: {:?}",
+    };
+    let notes = notes_of(rest);
+    for name in left_out {
+        let count = notes.iter().filter(|note| note.contains(name)).count();
+        assert_eq!(count, 1, "{name}: {notes:?}");
+    }
+    let rest = json!({ "meshes": meshes, "extensionsUsed": ["MSFT_lod", "KHR_materials_unlit"] });
+    let notes = notes_of(rest);
+    assert!(
+        notes.len() == 1 && notes[0].contains("MSFT_lod"),
+        "{notes:?}"
+    );
+}
+
+#[test]
+fn what_the_specification_allows_is_read() {
+    let mut maker = Maker::default();
+    let meshes = square(&mut maker);
+    let load = |rest| maker.load_with(rest, &LoadOptions::default());
+    let animations = json!([{ "samplers": [], "channels": [{ "sampler": 0, "target": { "path": "pointer" } }] }]);
+    let (_, notes) = load(json!({ "meshes": meshes, "animations": animations })).expect("no node");
+    assert!(
+        notes.0.iter().any(|note| note.contains("animations")),
+        "{:?}",
         notes.0
     );
+    let scenes = json!([{ "name": "nothing" }, { "nodes": [0.0] }]);
+    load(json!({ "meshes": meshes, "scenes": scenes, "scene": 1.0 }))
+        .expect("whole numbers with a point");
+    assert!(
+        load(json!({ "meshes": meshes, "scenes": [{ "name": "nothing" }] }))
+            .is_ok_and(|(scene, _)| scene.meshes.is_empty()),
+        "a scene without nodes"
+    );
+}
+
+#[test]
+fn a_file_for_later_versions_is_refused() {
+    let mut maker = Maker::default();
+    let meshes = square(&mut maker);
+    let of = |needed: &str| {
+        let asset = json!({ "version": "2.0", "minVersion": needed });
+        maker.load(json!({ "meshes": meshes, "asset": asset }))
+    };
+    assert!(of("2.0").is_ok());
+    assert!(of("2.1").is_err_and(|e| e.contains("version 2.1")));
 }
 
 #[test]

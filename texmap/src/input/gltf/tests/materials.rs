@@ -250,3 +250,42 @@ fn webp_and_the_older_material_model_are_read() {
         notes.0
     );
 }
+
+#[test]
+fn glass_is_thin_and_metal_of_the_older_model_has_a_colour() {
+    let of = |name: &str, value: Value| {
+        let extension = json!({ name: value });
+        load(
+            &mut Maker::default(),
+            json!({ "extensions": extension }),
+            json!({}),
+        )
+        .expect("good")
+    };
+    let (scene, notes) = of(
+        "KHR_materials_transmission",
+        json!({ "transmissionFactor": 0.5 }),
+    );
+    let glass = &scene.materials[0];
+    assert_eq!(glass.alpha, AlphaMode::Blend);
+    assert!(
+        (glass.base_colour[3] - 0.55).abs() < 1e-6,
+        "{:?}",
+        glass.base_colour
+    );
+    assert!(
+        notes.0.iter().any(|note| note.contains("transmission")),
+        "{:?}",
+        notes.0
+    );
+    let (scene, notes) = of("KHR_materials_transmission", json!({}));
+    assert_eq!(
+        scene.materials[0].alpha,
+        AlphaMode::Opaque,
+        "by default nothing goes through"
+    );
+    assert!(notes.0.is_empty(), "{:?}", notes.0);
+    let gold = json!({ "diffuseFactor": [0, 0, 0, 1], "specularFactor": [1.0, 0.7, 0.3] });
+    let (scene, _) = of("KHR_materials_pbrSpecularGlossiness", gold);
+    assert_eq!(scene.materials[0].base_colour, [1.0, 0.7, 0.3, 1.0]);
+}

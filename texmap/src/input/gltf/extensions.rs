@@ -1,0 +1,103 @@
+//! Extensions: which are decoded, which a picture can do without, and which end the reading.
+//!
+//! One rule: what changes only the light on surfaces, or nothing that is seen, is left out with a note; what changes shape
+//! or colour, or is needed to read the file, is refused where the file requires it.
+
+use gltf::json::Root;
+
+use super::super::files::excerpt;
+use super::super::notes::Notes;
+
+/// Extensions that change what is seen and are understood here.
+const DECODED: [&str; 8] = [
+    super::instances::NAME,
+    "EXT_texture_webp",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+];
+
+/// Beginnings of the names of those that change light on surfaces, which is not modelled.
+const LIGHT: [&str; 4] = [
+    "KHR_materials_",
+    "KHR_lights_",
+    "EXT_lights_",
+    "ADOBE_materials_",
+];
+
+/// Extensions for animation, for other looks than the one that is shown, and about the file itself.
+const UNSEEN: [&str; 7] = [
+    "EXT_mesh_features",
+    "EXT_structural_metadata",
+    "KHR_animation_pointer",
+    "KHR_interactivity",
+    "KHR_materials_variants",
+    "KHR_xmp",
+    "KHR_xmp_json_ld",
+];
+
+/// What an extension does to the picture.
+enum Effect {
+    Decoded,
+    Light,
+    Unseen,
+    Unknown,
+}
+
+fn effect(name: &str) -> Effect {
+    if DECODED.contains(&name) {
+        Effect::Decoded
+    } else if UNSEEN.contains(&name) {
+        Effect::Unseen
+    } else if LIGHT.iter().any(|start| name.starts_with(start)) {
+        Effect::Light
+    } else {
+        Effect::Unknown
+    }
+}
+
+/// Refuses a file that requires what is not decoded.
+pub(super) fn check(root: &Root) -> Result<(), String> {
+    let unknown = |name: &&String| matches!(effect(name), Effect::Unknown);
+    match root.extensions_required.iter().find(unknown) {
+        Some(name) => Err(undecoded(name)),
+        None => Ok(()),
+    }
+}
+
+/// Names each extension that is left out, once.
+pub(super) fn tell(root: &Root, notes: &mut Notes) {
+    let mut names: Vec<&String> = Vec::new();
+    for name in root.extensions_required.iter().chain(&root.extensions_used) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    for name in names {
+        let what = match effect(name) {
+            Effect::Decoded => continue,
+            Effect::Light => "not modelled: light on surfaces differs, colour and shape do not",
+            Effect::Unseen => "left out: what the file shows first is drawn without it",
+            Effect::Unknown => "not decoded: what it adds to the picture is left out",
+        };
+        notes.say(format!("{} is {what}", excerpt(name)));
+    }
+}
+
+fn undecoded(name: &str) -> String {
+    let way_out = match name {
+        "KHR_draco_mesh_compression" | "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
+            "export it without mesh compression, or unpack it, for example with 'gltf-transform copy' or 'gltfpack -noq'"
+        }
+        "KHR_texture_basisu" => "export its textures as PNG, JPEG or WebP instead of KTX2",
+        "MSFT_texture_dds" | "EXT_texture_avif" => "export its textures as PNG, JPEG or WebP",
+        _ => "export it without",
+    };
+    format!(
+        "requires the extension {}, which is not decoded here: {way_out}",
+        excerpt(name)
+    )
+}
