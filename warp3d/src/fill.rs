@@ -2,12 +2,14 @@
 //!
 //! A hole that opens behind a surface shows what is behind, so only the far side of its rim says what it may look like.
 //! `Background` carries the nearest far rim pixels inwards along eight directions; `Natural` interpolates between the far
-//! rim pixels by natural neighbours (Sibson 1981), and falls back to `Background` outside their hull. What was
-//! filled is said in a mask, 1 minus what was seen.
+//! rim pixels by natural neighbours (Sibson 1981), and falls back to `Background` outside their hull. Pixels beyond the
+//! frames of the references are continued from the known pixels that are nearest (`beyond`). A mask says what was filled,
+//! 1 minus what was seen.
 
 use rayon::prelude::*;
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
 
+use crate::beyond::{View, beyond};
 use crate::layer::Layer;
 use crate::options::Fill;
 
@@ -53,7 +55,8 @@ impl HasPosition for Site {
 }
 
 /// Fills the holes of `layer` and gives the mask of what was filled, 0 to 1.
-pub(crate) fn fill(layer: &mut Layer, width: usize, how: Fill) -> Vec<f32> {
+pub(crate) fn fill(layer: &mut Layer, view: &View<'_>, how: Fill) -> Vec<f32> {
+    let width = view.camera.width as usize;
     let mut mask = vec![0.0; layer.rgba.len()];
     let known = layer.rgba.iter().any(|p| p[3] >= SOLID);
     if how == Fill::None || !known {
@@ -69,8 +72,11 @@ pub(crate) fn fill(layer: &mut Layer, width: usize, how: Fill) -> Vec<f32> {
     } else {
         Vec::new()
     };
+    let known = |i: usize| is_rim(layer, i);
+    let beyond = beyond(layer, view, known, |i| layer.rgba[i][3] < SOLID);
     for (i, behind) in background.into_iter().enumerate() {
-        let Some((rgb, depth)) = natural.get(i).copied().flatten().or(behind) else {
+        let inside = natural.get(i).copied().flatten().or(behind);
+        let Some((rgb, depth)) = beyond[i].or(inside) else {
             continue;
         };
         let pixel = &mut layer.rgba[i];
@@ -86,6 +92,11 @@ pub(crate) fn fill(layer: &mut Layer, width: usize, how: Fill) -> Vec<f32> {
     mask
 }
 
+/// Whether a pixel shows one surface alone, so that it may be the rim of a hole.
+fn is_rim(layer: &Layer, at: usize) -> bool {
+    layer.rgba[at][3] >= SOLID && layer.purity[at] >= PURE
+}
+
 /// For each direction and pixel, the known pixel met first when going against the direction.
 fn rims(layer: &Layer, width: usize) -> Vec<Vec<Option<Rim>>> {
     let height = layer.rgba.len() / width;
@@ -96,7 +107,7 @@ fn rims(layer: &Layer, width: usize) -> Vec<Vec<Option<Rim>>> {
             for column in 0..width {
                 let x = if dx >= 0 { column } else { width - 1 - column };
                 let at = y * width + x;
-                if layer.rgba[at][3] >= SOLID && layer.purity[at] >= PURE {
+                if is_rim(layer, at) {
                     met[at] = Some(Rim {
                         pixel: at as u32,
                         distance: 0.0,

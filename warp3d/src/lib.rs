@@ -31,6 +31,7 @@
 #[cfg(feature = "clap")]
 pub mod args;
 mod bands;
+mod beyond;
 mod blend;
 mod colour;
 mod epipole;

@@ -67,12 +67,13 @@ impl Taken {
     }
 }
 
-/// Bytes for each pixel of a picture whose holes are filled: what is met along eight directions, and what lies behind.
+/// Bytes for each pixel of a picture whose holes are filled: what is met along eight directions, what lies behind,
+/// and what lies beyond.
 fn filling(fill: Fill) -> u64 {
     match fill {
         Fill::None => 0,
-        Fill::Background => 8 * 12 + 20,
-        Fill::Natural => 8 * 12 + 20 + 20 + 9,
+        Fill::Background => 8 * 12 + 20 + 28,
+        Fill::Natural => 8 * 12 + 20 + 28 + 20 + 9,
     }
 }
 

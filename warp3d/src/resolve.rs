@@ -4,6 +4,7 @@
 //! lattice around it into surfaces, weights each by the pixel's Gaussian, and looks up one colour a surface, at the
 //! centre of gravity of what is seen of it.
 
+mod home;
 mod inside;
 mod parts;
 mod resolver;
@@ -78,6 +79,9 @@ impl Resolver<'_> {
         colours.zip(shares).enumerate().for_each(|(y, ((rgba, depth), (resolution, purity)))| {
             dispatch!(self.level, simd => row(simd, self, y, Row { rgba, depth, resolution, purity }));
         });
+        if let Some(home) = &self.home {
+            home.give_back(self.reference, width, &mut layer);
+        }
         layer
     }
 

@@ -5,7 +5,7 @@
 //! edge lies: the sum of coverage across an edge is its position. The pixel then gets the colour of its own surface
 //! alone, and the edge its place. Where the two sides look alike or vary too much to tell, the edge is half way.
 //!
-//! The farther surface goes on a little behind the nearer one, so that an edge placed a little wrong opens no hole.
+//! No colour leaves the range of its own surface: what the linked samples next to it have.
 //!
 //! Limits: edges are taken along rows and columns; a depth edge that is off by whole pixels is left as it is.
 
@@ -24,8 +24,8 @@ struct Cut {
     farther: [usize; 2],
 }
 
-/// How far the farther surface goes on behind the nearer one, samples. A guess: what is left of an edge's place after
-/// it was found. More would show at eightfold magnification as a rim that was never seen.
+/// How far the farther surface goes on behind the nearer one, samples, so that an edge placed a little wrong opens no
+/// hole. A guess; more would show at eightfold magnification as a rim that was never seen.
 const BEHIND: f64 = 0.15;
 
 /// How far quarters of linked samples reach: a little more than half, so that no crack opens between two planes.
@@ -82,7 +82,9 @@ impl Rims {
                 for (sample, other, share) in sides {
                     if share > shares[sample] {
                         shares[sample] = share;
-                        own.push((sample, without(samples[sample], samples[other], share)));
+                        let colour = without(samples[sample], samples[other], share);
+                        let range = own_range(surfaces, samples, sample);
+                        own.push((sample, clamped(colour, range)));
                     }
                 }
             }
@@ -185,6 +187,49 @@ fn cut_after(surfaces: &Surfaces, index: usize, axis: usize) -> Option<Cut> {
             farther: here,
         }
     })
+}
+
+/// Least and greatest channels of a sample and of the samples that it is linked with, and those that these are.
+fn own_range(surfaces: &Surfaces, samples: &[[f32; 4]], sample: usize) -> [[f32; 4]; 2] {
+    let mut range = [samples[sample]; 2];
+    let mut include = |at: usize| {
+        for (c, v) in samples[at].iter().enumerate() {
+            range[0][c] = range[0][c].min(*v);
+            range[1][c] = range[1][c].max(*v);
+        }
+    };
+    for near in linked(surfaces, sample).into_iter().flatten() {
+        include(near);
+        linked(surfaces, near)
+            .into_iter()
+            .flatten()
+            .for_each(&mut include);
+    }
+    range
+}
+
+/// The neighbours that a sample is linked with.
+fn linked(surfaces: &Surfaces, sample: usize) -> [Option<usize>; 4] {
+    let [width, height] = surfaces.size;
+    let (x, y) = (sample % width, sample / width);
+    let before = |first: bool, step: usize, axis: usize| {
+        let at = (!first).then(|| sample - step)?;
+        surfaces.linked_on(at, axis).then_some(at)
+    };
+    let behind = |last: bool, step: usize, axis: usize| {
+        (!last && surfaces.linked_on(sample, axis)).then_some(sample + step)
+    };
+    [
+        before(x == 0, 1, 0),
+        behind(x + 1 == width, 1, 0),
+        before(y == 0, width, 1),
+        behind(y + 1 == height, width, 1),
+    ]
+}
+
+/// A colour moved into a range.
+fn clamped(colour: [f32; 4], [least, most]: [[f32; 4]; 2]) -> [f32; 4] {
+    [0, 1, 2, 3].map(|c| colour[c].clamp(least[c], most[c]))
 }
 
 /// The colour that is left when a share of another one is taken out.

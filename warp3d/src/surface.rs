@@ -63,6 +63,8 @@ pub(crate) struct Surfaces {
     pub(crate) cell_rows: CellRows,
     /// Chebyshev distance to the nearest corner of a cut cell, samples, at most [`FAR_FROM_CUT`].
     pub(crate) clearance: Vec<u8>,
+    /// The largest disparity.
+    pub(crate) largest: f32,
     /// Departure from linearity that still is one surface, relative to disparity.
     pub(crate) tolerance: f32,
 }
@@ -91,6 +93,7 @@ impl Surfaces {
             cells: Vec::new(),
             cell_rows: CellRows::new(size[0] + 1),
             clearance: Vec::new(),
+            largest: disparity.par_iter().copied().reduce(|| 0.0, f32::max),
             disparity,
             links,
             tolerance,

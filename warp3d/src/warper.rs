@@ -3,6 +3,7 @@
 use resample_core::clock::StageClock;
 use resample_core::{Camera, Image, Plane};
 
+use crate::beyond::View;
 use crate::blend::blend;
 use crate::fill::fill;
 use crate::hybrid::{How, Hybrid};
@@ -106,7 +107,11 @@ impl Warper {
         let mut stats = FrameStats::default();
         let whole = StageClock::start();
         let layer = self.layer(&camera, &mut stats);
-        let image = finished(layer, &camera, &self.options, &mut stats);
+        let view = View {
+            camera: &camera,
+            references: self.references.iter().map(|r| r.camera).collect(),
+        };
+        let image = finished(layer, &view, &self.options, &mut stats);
         let whole = whole.stop();
         (stats.wall_ms, stats.cpu_ms) = (whole.wall_ms, whole.cpu_ms);
         Ok(Frame { image, stats })
@@ -130,10 +135,11 @@ impl Warper {
 /// The picture of a whole layer, its holes filled.
 pub(crate) fn finished(
     mut layer: Layer,
-    camera: &Camera,
+    view: &View<'_>,
     options: &WarpOptions,
     stats: &mut FrameStats,
 ) -> Image {
+    let camera = view.camera;
     stats.seen = layer.rgba.iter().filter(|pixel| pixel[3] > 0.0).count() as u64;
     let clock = StageClock::start();
     let confidence = layer
@@ -142,7 +148,7 @@ pub(crate) fn finished(
         .zip(&layer.rgba)
         .map(|(r, p)| r * p[3])
         .collect();
-    let filled = fill(&mut layer, camera.width as usize, options.fill);
+    let filled = fill(&mut layer, view, options.fill);
     if options.fill != Fill::None {
         stats.filled = filled.iter().filter(|&&f| f > 0.5).count() as u64;
     }

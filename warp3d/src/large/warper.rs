@@ -9,6 +9,7 @@ use resample_core::clock::StageClock;
 use super::LargeReference;
 use super::blocks::OnScreen;
 use super::sheet::Rect;
+use crate::beyond::View;
 use crate::layer::Layer;
 use crate::memory::{allowed_for_windows, left_for_windows, window_bytes};
 use crate::options::{Fill, Method, SurfaceTolerance, WarpOptions};
@@ -115,7 +116,11 @@ impl LargeWarper {
         let drawn = self.draw(&references, &camera, room);
         self.references = references;
         let (layer, mut stats) = drawn?;
-        let image = finished(layer, &camera, &self.options, &mut stats);
+        let view = View {
+            camera: &camera,
+            references: self.references.iter().map(|r| r.camera).collect(),
+        };
+        let image = finished(layer, &view, &self.options, &mut stats);
         let whole = whole.stop();
         (stats.wall_ms, stats.cpu_ms) = (whole.wall_ms, whole.cpu_ms);
         Ok(Frame { image, stats })

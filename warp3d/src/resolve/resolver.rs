@@ -4,6 +4,7 @@ use glam::DVec3;
 use resample_core::Camera;
 use resample_core::simd::Vectors;
 
+use super::home::Home;
 use super::window::WindowWeights;
 use crate::Reference;
 use crate::colour::Lookup;
@@ -31,6 +32,8 @@ pub(crate) struct Resolver<'a> {
     pub(super) size: [usize; 2],
     pub(super) level: Vectors,
     pub(super) weights: WindowWeights,
+    /// Where the reference's own pixels are, if the target is its camera.
+    pub(super) home: Option<Home>,
 }
 
 impl<'a> Resolver<'a> {
@@ -53,6 +56,7 @@ impl<'a> Resolver<'a> {
             size: [target.width as usize, target.height as usize],
             level: how.level,
             weights: WindowWeights::new(how.subpixels),
+            home: Home::new(&reference.camera, prepared.surfaces.largest, warp),
         }
     }
 
