@@ -2,7 +2,7 @@
 //!
 //! Gives [`Scene`]s with one material per texture, unlit and opaque unless a test changes them.
 
-use glam::{DMat2, DVec2};
+use glam::{DMat2, DVec2, DVec3};
 use texmap::Scene;
 use texmap::scene::{
     AlphaMode, Lighting, Magnify, Material, Mesh, Sides, Texels, Texture, TextureUse, Wrap,
@@ -119,6 +119,7 @@ pub fn quad_scene(
     wrap: Wrap,
 ) -> Scene {
     Scene {
+        origin_in_world: DVec3::ZERO,
         meshes: vec![quad(corners, uvs, 0)],
         materials: vec![material(Some(texture_use(wrap)))],
         textures: vec![texture],

@@ -178,6 +178,7 @@ fn triangles_of_one_surface_leave_no_line() {
     }
     let colour = texture([256, 256], |_, _| [0.25, 0.5, 0.75, 1.0]);
     let scene = Scene {
+        origin_in_world: DVec3::ZERO,
         meshes: vec![mesh],
         materials: vec![material(Some(texture_use(Wrap::Clamp)))],
         textures: vec![colour],
