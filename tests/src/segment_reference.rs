@@ -57,12 +57,12 @@ fn segments(ray: &Ray, scene: &Scene, count: usize) -> Vec<[f64; 2]> {
     let dims = scene.volume.dims;
     let (mut first, mut last) = (scene.camera.near, f64::INFINITY);
     let mut faces = Vec::new();
-    for axis in 0..3 {
+    for (axis, &size) in dims.iter().enumerate() {
         let at = |face: usize| (face as f64 - ray.origin[axis]) / ray.direction[axis];
-        let ends = [at(0), at(dims[axis] - 1)];
+        let ends = [at(0), at(size - 1)];
         first = first.max(ends[0].min(ends[1]));
         last = last.min(ends[0].max(ends[1]));
-        faces.extend((0..dims[axis]).map(at));
+        faces.extend((0..size).map(at));
     }
     faces.retain(|z| *z > first && *z < last);
     faces.extend([first, last]);
