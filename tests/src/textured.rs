@@ -123,7 +123,7 @@ pub fn quad_scene(
         meshes: vec![quad(corners, uvs, 0)],
         materials: vec![material(Some(texture_use(wrap)))],
         textures: vec![texture],
-        cameras: Vec::new(),
+        ..Scene::default()
     }
 }
 

@@ -108,7 +108,7 @@ impl Account<'_> {
         }
         match (other.keeps, self.asked) {
             (Keeps::Yes, _) => {}
-            (Keeps::No, Asked::Error(_)) => parts.push("over the bound or too near it".into()),
+            (Keeps::No, Asked::Error(_)) => parts.push("over the bound".into()),
             (Keeps::No, Asked::Time(_)) => parts.push("over the time".into()),
         }
         parts.push(format!("about {:.0} ms", other.time_ms));

@@ -68,10 +68,6 @@ const SHARE_WHERE_IT_FAILS: f64 = 0.08;
 /// A setting below the best one is no gain unless it takes less work than this part.
 const LEAST_GAIN: f64 = 0.8;
 
-/// A setting below the default must keep the bound with something to spare: it is no loss to stay with the default, and single
-/// pictures between those that are looked at stand out.
-const SHARE_BELOW_DEFAULT: f64 = 0.75;
-
 /// Pictures of a sequence of which previews are drawn, for the one with the most contrast.
 const PREVIEWS: usize = 16;
 
@@ -162,8 +158,8 @@ impl Search<'_> {
         let previews = self.pilot.work;
         self.pilot.add_windows(1);
         self.pilot.measure(self.scene, &mut exact)?;
-        self.pilot.measure(self.scene, &mut self.default)?;
-        let windows = DRAWS as f64 * (self.pilot.work - previews);
+        // The default costs no more than the exact setting.
+        let windows = 2.0 * DRAWS as f64 * (self.pilot.work - previews);
         if previews + windows > SHARE_OF_EXACT * pictures * self.pilot.picture_work(&exact) {
             return Ok(false);
         }
@@ -300,9 +296,7 @@ impl Search<'_> {
         let (error, keeps) = match self.asked {
             Asked::Error(bound) => {
                 let error = error(bound.metric);
-                let is_below = candidate.rung.work < self.default.rung.work;
-                let share = if is_below { SHARE_BELOW_DEFAULT } else { 1.0 };
-                (Some(error), error <= share * bound.value)
+                (Some(error), error <= bound.value)
             }
             Asked::Time(most_ms) => (None, time_ms <= most_ms),
         };

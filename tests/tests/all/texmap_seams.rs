@@ -182,7 +182,7 @@ fn triangles_of_one_surface_leave_no_line() {
         meshes: vec![mesh],
         materials: vec![material(Some(texture_use(Wrap::Clamp)))],
         textures: vec![colour],
-        cameras: Vec::new(),
+        ..Scene::default()
     };
     let image = rendered(&scene, &front(100, 2.6));
     let inside = (30..70).flat_map(|y| (30..70).map(move |x| (x, y)));
