@@ -190,7 +190,11 @@ pub(super) fn interpolated<S: Simd>(
     places: &[i32; LANES],
     share: [f32x8<S>; 3],
 ) -> f32x8<S> {
-    Corners::new(simd, table, places).interpolated(share)
+    let corners = corners(table, places);
+    let load = |k: usize| f32x8::from_slice(simd, &corners[k]);
+    let x: [f32x8<S>; 4] = std::array::from_fn(|k| mix(load(2 * k), load(2 * k + 1), share[0]));
+    let y = [mix(x[0], x[1], share[1]), mix(x[2], x[3], share[1])];
+    mix(y[0], y[1], share[2])
 }
 
 /// The values at the corners of each lane's cell, x fastest.
