@@ -4,13 +4,14 @@
 //! that a misspelt name does not cost a minute. Once the input is known, the plan gives the cameras and draws the
 //! pictures with whatever renderer it is handed. Nothing is written before all input has proved to be good.
 
+mod records;
+
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use glam::DVec3;
 use resample_core::{Camera, Projection};
-use serde_json::{Value, json};
 
 use crate::args::{CameraArgs, PictureArgs, SequenceArgs};
 use crate::background::Background;
@@ -22,6 +23,8 @@ use crate::picture::{self, Finish, RenderNumbered};
 use crate::report::{self, RunStats, Verbosity};
 use crate::sequence::{self, Existing, Sequence};
 use crate::values::{BackgroundWord, Size};
+
+pub(crate) use records::{camera_record, picture_record};
 
 /// Picture size when neither the command line nor a camera file gives one.
 pub(crate) const DEFAULT_SIZE: Size = Size {
@@ -243,47 +246,6 @@ impl Plan {
         }
         outcome.ending
     }
-}
-
-/// The cameras in the stats file.
-pub(crate) fn camera_record(request: &Request, stance: Stance) -> Value {
-    let args = request.camera;
-    let orbit = args.orbit.unwrap_or(framing::DEFAULT_ORBIT);
-    match &args.camera {
-        Some(file) => json!({ "file": file }),
-        None => json!({
-            "turntable": request.sequence.turntable,
-            "azimuth_deg": orbit.azimuth_deg,
-            "elevation_deg": orbit.elevation_deg,
-            "distance": orbit.distance,
-            "fov_y_deg": args.fov,
-            "up": stance.up.to_array(),
-            "projection": args.projection,
-        }),
-    }
-}
-
-/// The picture in the stats file.
-pub(crate) fn picture_record(request: &Request, format: Format) -> Value {
-    let bits = match format {
-        Format::Png(Depth::Eight) => Some(8),
-        Format::Png(Depth::Sixteen) => Some(16),
-        Format::Exr => None,
-    };
-    // The name has been checked by now.
-    let film = output::kind_of(request.output, None).ok().flatten();
-    let (colour, file) = match &request.picture.background {
-        Some(BackgroundWord::Colour(colour)) => (Some(colour), None),
-        Some(BackgroundWord::File(path)) => (None, Some(path)),
-        Some(BackgroundWord::Transparent) | None => (None, None),
-    };
-    json!({
-        "output": request.output,
-        "bits": bits,
-        "background_linear": colour,
-        "background_file": file,
-        "fps": film.map(|_| request.sequence.fps.unwrap_or(output::DEFAULT_FPS)),
-    })
 }
 
 /// The background that was asked for; where a picture has to be opaque, black if none was.

@@ -1,0 +1,49 @@
+//! What the stats file records of a plan: the cameras and the picture, as they were asked for.
+
+use serde_json::{Value, json};
+
+use super::Request;
+use crate::framing::{self, Stance};
+use crate::output::{self, Depth, Format};
+use crate::values::BackgroundWord;
+
+/// The cameras in the stats file.
+pub(crate) fn camera_record(request: &Request, stance: Stance) -> Value {
+    let args = request.camera;
+    let orbit = args.orbit.unwrap_or(framing::DEFAULT_ORBIT);
+    match &args.camera {
+        Some(file) => json!({ "file": file }),
+        None => json!({
+            "turntable": request.sequence.turntable,
+            "azimuth_deg": orbit.azimuth_deg,
+            "elevation_deg": orbit.elevation_deg,
+            "distance": orbit.distance,
+            "fov_y_deg": args.fov,
+            "up": stance.up.to_array(),
+            "projection": args.projection,
+        }),
+    }
+}
+
+/// The picture in the stats file.
+pub(crate) fn picture_record(request: &Request, format: Format) -> Value {
+    let bits = match format {
+        Format::Png(Depth::Eight) => Some(8),
+        Format::Png(Depth::Sixteen) => Some(16),
+        Format::Exr => None,
+    };
+    // The name has been checked by now.
+    let film = output::kind_of(request.output, None).ok().flatten();
+    let (colour, file) = match &request.picture.background {
+        Some(BackgroundWord::Colour(colour)) => (Some(colour), None),
+        Some(BackgroundWord::File(path)) => (None, Some(path)),
+        Some(BackgroundWord::Transparent) | None => (None, None),
+    };
+    json!({
+        "output": request.output,
+        "bits": bits,
+        "background_linear": colour,
+        "background_file": file,
+        "fps": film.map(|_| request.sequence.fps.unwrap_or(output::DEFAULT_FPS)),
+    })
+}
