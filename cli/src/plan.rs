@@ -98,11 +98,11 @@ pub struct RunLog {
     pub verbosity: Verbosity,
 }
 
-/// What is said and recorded about a run.
+/// The messages and the statistics of a run.
 pub(crate) struct Run {
     /// The stats file, as far as it is known before drawing.
     pub stats: RunStats,
-    /// Its start, and how much is said.
+    /// Its start and its verbosity.
     pub log: RunLog,
 }
 

@@ -1,4 +1,4 @@
-//! What the stats file records of a plan: the cameras and the picture, as they were asked for.
+//! The requested cameras and picture, as the stats file records them.
 
 use serde_json::{Value, json};
 

@@ -11,7 +11,7 @@ use crate::setting::Setting;
 /// A setting in the windows.
 pub(super) struct Candidate {
     pub(super) rung: Rung,
-    /// What was drawn in each window of each view.
+    /// The pixels drawn in each window of each view.
     pub(super) parts: Vec<Vec<DrawnPart>>,
     /// CPU time of a picture of one pixel, ms.
     pub(super) fixed_ms: f64,
@@ -29,9 +29,9 @@ pub(super) struct DrawnPart {
 /// The work of a picture or a part of it, in any unit.
 #[derive(Clone, Copy)]
 pub(super) struct Work {
-    /// In proportion to what is seen.
+    /// The part that grows with the visible area.
     pub(super) growing: f64,
-    /// The same in every part.
+    /// The part that every window costs.
     pub(super) fixed: f64,
 }
 

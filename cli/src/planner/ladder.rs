@@ -25,9 +25,9 @@ pub(super) struct Rung {
 pub(super) struct Ladder {
     /// From cheap to exact, without the default; the last one is the exact setting.
     pub(super) rungs: Vec<Rung>,
-    /// What is drawn where nothing is asked for.
+    /// The default setting.
     pub(super) default: Rung,
-    /// A cheap picture that shows what is covered and where contrast is.
+    /// A cheap setting for a preview, which shows the covered area and the contrast.
     pub(super) preview: Rung,
 }
 
@@ -101,7 +101,7 @@ impl Ladder {
         for Rung { setting, work } in all {
             let setting = setting.without(typed);
             let whole = typed.with(&setting)?;
-            // Rungs that differ in what was typed are one, and one of them may be the default.
+            // Typed options can make two rungs the same setting, and one of them may be the default.
             rungs.retain(|other| other.setting != setting);
             if whole.draws_like(&options) {
                 default.work = work;

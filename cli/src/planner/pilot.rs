@@ -59,7 +59,7 @@ impl View {
     }
 }
 
-/// What is looked at.
+/// The extent of a pilot: its views and windows.
 pub(super) struct Effort {
     /// Pictures with windows.
     pub(super) views: usize,
@@ -160,8 +160,8 @@ impl Pilot {
         Ok(pilot)
     }
 
-    /// Two pictures with the most contrast, far from one another, because what has a narrow side has two: among evenly
-    /// spaced ones, then on both sides of them at half the distance each time.
+    /// Two pictures with the most contrast, far from one another: a flat object shows its narrow side twice in a turn.
+    /// The search starts at evenly spaced pictures and goes on at both sides of the best, at half the distance each time.
     fn most_contrast(
         &mut self,
         scene: &mut Scene,

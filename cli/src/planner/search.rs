@@ -39,7 +39,7 @@ pub(super) enum Keeps {
     No,
 }
 
-/// What a search found.
+/// The result of a search.
 pub(super) struct Found {
     /// `None` where even a preview costs more than it can save.
     pub(super) pilot: Option<Pilot>,
