@@ -59,7 +59,7 @@ impl View {
     }
 }
 
-/// The extent of a pilot: its views and windows.
+/// The extent of a pilot: its views and previews.
 pub(super) struct Effort {
     /// Pictures with windows.
     pub(super) views: usize,
