@@ -13,7 +13,7 @@ use crate::scene::{Magnify, Wrap};
 use crate::surface::UvAt;
 
 /// Most look-ups along the longer axis of a sub-pixel. Sub-pixels longer than that are sharpened no further.
-const MAX_LOOKUPS: f32 = 8.0;
+pub(crate) const MAX_LOOKUPS: f32 = 8.0;
 
 /// The same along each axis where a border is near: up to 16 texels a sub-pixel, some 66 a pixel, single texels are
 /// looked at. Beyond, look-ups in a coarser level keep a distance from the border that costs accuracy: 44.3 dB in place
@@ -22,7 +22,7 @@ const MAX_LOOKUPS_AT_BORDERS: f32 = 16.0;
 
 /// How far a mix of levels sees beyond a bilinear look-up, in texels of the coarser one less one: three texels of the
 /// next finer level on either side of each texel's own half, level by level, and the bilinear look-up's own reach.
-const LEVEL_REACH: f32 = 2.5;
+pub(crate) const LEVEL_REACH: f32 = 2.5;
 
 /// The texture's own reconstruction of the full texture at (u, v) (texels).
 #[inline(always)]
@@ -65,8 +65,10 @@ pub(crate) fn bilinear(level: &Level, wrap: [Wrap; 2], u: f32, v: f32) -> Vec4 {
             ],
         )
     };
-    let along =
-        |row: usize| level.texels[row + columns[0]].lerp(level.texels[row + columns[1]], fu);
+    let along = |row: usize| {
+        let [left, right] = [columns[0], columns[1]].map(|column| level.texels.at(row + column));
+        left.lerp(right, fu)
+    };
     along(rows[0]).lerp(along(rows[1]), fv)
 }
 

@@ -19,8 +19,7 @@ use resample_core::image::linear_from_srgb;
 pub(crate) struct Level {
     /// Width and height, texels.
     pub(crate) size: [usize; 2],
-    /// Red, green, blue, alpha.
-    pub(crate) texels: Vec<Vec4>,
+    pub(crate) texels: LevelTexels,
     /// Texels of this level per texel of the full texture, along u and v; at most 1.
     pub(crate) scale: [f32; 2],
     /// Variance of the filter between this level and the full texture, in squared texels of this level.
@@ -28,6 +27,19 @@ pub(crate) struct Level {
     /// Fourth cumulant of the same filter, in texels of this level to the fourth power; not positive.
     pub(crate) kappa: [f32; 2],
 }
+
+/// Red, green, blue and alpha of a level, in linear light.
+#[derive(Clone, Debug)]
+pub(crate) enum LevelTexels {
+    /// Of 8-bit pictures, in parts of [`UNIT`]: 8 bytes in place of 16, since look-ups wait for memory. A step is a
+    /// twentieth of the darkest step of 8-bit sRGB.
+    Unorm16(Vec<[u16; 4]>),
+    /// Of all others.
+    Float(Vec<Vec4>),
+}
+
+/// The largest number of [`LevelTexels::Unorm16`] stands for 1.
+pub(crate) const UNIT: f32 = 65535.0;
 
 /// A texture as one or more materials use it, with all its levels.
 #[derive(Clone, Debug)]
@@ -85,7 +97,8 @@ impl Level {
     /// The texel at column and row, which may lie beyond the borders.
     #[inline(always)]
     pub(crate) fn texel(&self, column: i32, row: i32, wrap: [Wrap; 2]) -> Vec4 {
-        self.texels[self.row_start(row, wrap[1]) + wrapped(column, self.size[0], wrap[0])]
+        self.texels
+            .at(self.row_start(row, wrap[1]) + wrapped(column, self.size[0], wrap[0]))
     }
 
     /// Where the texels of a row begin.
@@ -93,6 +106,40 @@ impl Level {
     pub(crate) fn row_start(&self, row: i32, wrap: Wrap) -> usize {
         wrapped(row, self.size[1], wrap) * self.size[0]
     }
+}
+
+impl LevelTexels {
+    /// The texel at a place.
+    #[inline(always)]
+    pub(crate) fn at(&self, place: usize) -> Vec4 {
+        match self {
+            Self::Unorm16(texels) => widened(texels[place]) * (1.0 / UNIT),
+            Self::Float(texels) => texels[place],
+        }
+    }
+
+    /// Texels as these are kept.
+    fn alike(&self, texels: Vec<Vec4>) -> Self {
+        match self {
+            Self::Unorm16(_) => Self::Unorm16(texels.into_par_iter().map(narrowed).collect()),
+            Self::Float(_) => Self::Float(texels),
+        }
+    }
+}
+
+/// As floating point, still in parts of [`UNIT`].
+#[inline(always)]
+pub(crate) fn widened(texel: [u16; 4]) -> Vec4 {
+    let [r, g, b, a] = texel;
+    Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a))
+}
+
+/// In parts of [`UNIT`], rounded.
+#[inline(always)]
+fn narrowed(texel: Vec4) -> [u16; 4] {
+    (texel * UNIT + Vec4::splat(0.5))
+        .to_array()
+        .map(|part| part as u16)
 }
 
 /// The texel inside 0..count that lies at `index`.
@@ -113,22 +160,24 @@ pub(crate) fn wrapped(index: i32, count: usize, wrap: Wrap) -> usize {
     }
 }
 
-fn decoded(texture: &Texture, alpha: AlphaUse) -> Vec<Vec4> {
+fn decoded(texture: &Texture, alpha: AlphaUse) -> LevelTexels {
     let finished = |[r, g, b, a]: [f32; 4]| match alpha {
         AlphaUse::Ignored => Vec4::new(r, g, b, 1.0),
         AlphaUse::Weights => Vec4::new(r * a, g * a, b * a, a),
     };
     match &texture.texels {
-        Texels::LinearF32(texels) => texels.iter().map(|&t| finished(t)).collect(),
+        Texels::LinearF32(texels) => {
+            LevelTexels::Float(texels.iter().map(|&t| finished(t)).collect())
+        }
         Texels::Srgb8(texels) => {
             let linear: Vec<f32> = (0..=255u8)
                 .map(|code| linear_from_srgb(f32::from(code) / 255.0))
                 .collect();
             let at = |code: u8| linear[usize::from(code)];
-            texels
-                .iter()
-                .map(|&[r, g, b, a]| finished([at(r), at(g), at(b), f32::from(a) / 255.0]))
-                .collect()
+            let texel = |&[r, g, b, a]: &[u8; 4]| {
+                narrowed(finished([at(r), at(g), at(b), f32::from(a) / 255.0]))
+            };
+            LevelTexels::Unorm16(texels.par_iter().map(texel).collect())
         }
     }
 }
@@ -213,10 +262,10 @@ fn halved(fine: &Level, wrap: [Wrap; 2]) -> Level {
         .par_chunks_mut(size[0])
         .enumerate()
         .for_each(|(row, out)| {
-            let source = &fine.texels[row * fine.size[0]..][..fine.size[0]];
+            let start = row * fine.size[0];
             for (texel, taps) in out.iter_mut().zip(&filters[0].taps) {
                 for (&w, i) in taps.weights.iter().zip(taps.first..) {
-                    *texel += source[wrapped(i, fine.size[0], wrap[0])] * w;
+                    *texel += fine.texels.at(start + wrapped(i, fine.size[0], wrap[0])) * w;
                 }
             }
         });
@@ -247,7 +296,7 @@ fn halved(fine: &Level, wrap: [Wrap; 2]) -> Level {
     let (u, v) = (axis(0), axis(1));
     Level {
         size,
-        texels,
+        texels: fine.texels.alike(texels),
         scale: [u[0], v[0]],
         variance: [u[1], v[1]],
         kappa: [u[2], v[2]],

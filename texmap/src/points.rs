@@ -40,7 +40,7 @@ pub(crate) fn gather_minified(pixel: &PixelOnTexture, simd: Vectors) -> Option<G
     let (level, covariance) = coarsest(pixel, (full, of_full));
     if level.size == [1, 1] {
         return Some(Gathered {
-            rgba: level.texels[0],
+            rgba: level.texels.at(0),
             texels: 1,
         });
     }

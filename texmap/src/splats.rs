@@ -9,10 +9,13 @@ use glam::Vec4;
 use resample_core::dispatch;
 
 use crate::filter::PixelFilter;
+use crate::lookup::small_footprint;
+use crate::places::{Lanes, Places, ROW};
 use crate::run::Run;
-use crate::scene::AlphaMode;
+use crate::scene::{AlphaMode, Magnify};
 use crate::span::{NONE, SPAN_PX, TILE_PX};
 use crate::surface::{Surface, UvPlanes};
+use crate::taps::look_up;
 use crate::tile::{Tile, TileImage, TileWork, subpixel_px};
 
 /// Pixels that are filtered together: four of four channels fill one 512-bit vector.
@@ -67,49 +70,86 @@ impl Tile<'_> {
         }
     }
 
-    /// Premultiplied colours of a surface along a run, into `out`.
+    /// Looks up what a run of a row sees in a texture: only places where others are to be looked up with them.
     #[inline(always)]
-    fn lay_run(&self, surface: &Surface, run: &Run, out: &mut [Vec4]) {
-        let material = surface.material(self.frame.scene);
-        self.look_up_run(surface, &surface.base, run, out);
-        let mut light = [1.0; SPAN_PX];
-        run.light(surface, &self.view, &mut light);
-        let plain = material.alpha == AlphaMode::Opaque && material.emissive_colour == Vec4::ZERO;
-        if plain && surface.colours.is_none() {
-            let factor = material.base_colour;
-            for (colour, light) in out.iter_mut().zip(light) {
-                *colour = (factor * *colour * light).truncate().extend(1.0);
-            }
+    fn place_run<S: Simd>(
+        &self,
+        simd: S,
+        surface: &Surface,
+        planes: Option<&UvPlanes>,
+        (run, column): (&Run, usize),
+        (places, out): (&mut Places, &mut [Vec4; ROW]),
+    ) {
+        let Some(planes) = planes else {
+            places.count[column..column + run.len].fill(0.0);
+            return out[column..column + run.len].fill(Vec4::ONE);
+        };
+        out[column..column + run.len].fill(Vec4::ZERO);
+        let side_px = self.frame.filter.spacing_px;
+        let pyramid = &self.frame.scene.pyramids[planes.pyramid];
+        places.set(simd, (surface, planes), (run, column), (pyramid, side_px));
+        let nearest = pyramid.magnify == Magnify::Nearest;
+        if !nearest && !planes.borders.any() {
             return;
         }
-        let mut emissive = [Vec4::ONE; SPAN_PX];
-        self.look_up_run(surface, &surface.emissive, run, &mut emissive);
-        for (k, colour) in out.iter_mut().enumerate() {
-            *colour = self.shaded(surface, run.at(k), light[k], *colour, emissive[k]);
+        for k in 0..run.len {
+            let at = column + k;
+            if (nearest && places.is_plain(at)) || places.sees_border(at, planes) {
+                places.count[at] = 0.0;
+                let uv = surface.uv_at(planes, run.at(k));
+                out[at] = small_footprint(pyramid, &uv, side_px, &planes.borders);
+            }
         }
     }
 
+    /// Turns what a run's look-ups gave into premultiplied colours.
     #[inline(always)]
-    fn look_up_run(
-        &self,
-        surface: &Surface,
-        planes: &Option<UvPlanes>,
-        run: &Run,
-        out: &mut [Vec4],
-    ) {
-        match planes {
-            None => out.fill(Vec4::ONE),
-            Some(planes) => {
-                let pyramid = &self.frame.scene.pyramids[planes.pyramid];
-                run.look_up(surface, planes, pyramid, self.frame.filter.spacing_px, out);
+    fn shade_run(&self, surface: &Surface, (run, column): (&Run, usize), row: &mut RowColours) {
+        let material = surface.material(self.frame.scene);
+        let plain = material.alpha == AlphaMode::Opaque && material.emissive_colour == Vec4::ZERO;
+        if plain && surface.colours.is_none() {
+            let factor = material.base_colour;
+            for at in column..column + run.len {
+                row.base[at] = (factor * row.base[at] * row.light[at])
+                    .truncate()
+                    .extend(1.0);
             }
+            return;
+        }
+        for k in 0..run.len {
+            let at = column + k;
+            let emissive = row.emissive[at];
+            row.base[at] = self.shaded(surface, run.at(k), row.light[at], row.base[at], emissive);
         }
     }
 }
 
+/// What the sub-pixels of a row show.
+struct RowColours {
+    base: [Vec4; ROW],
+    emissive: [Vec4; ROW],
+    light: Lanes,
+}
+
+/// A run of a row and what it shows.
+#[derive(Clone, Copy)]
+struct RowRun<'a> {
+    surface: &'a Surface,
+    run: Run,
+    column: usize,
+}
+
+/// Storage for one row of sub-pixels.
+struct RowWork<'a> {
+    colours: RowColours,
+    base: Places,
+    emissive: Places,
+    runs: [Option<RowRun<'a>>; SPAN_PX],
+}
+
 /// Lays the splats of every wanted sub-pixel; how many sub-pixels there were.
 #[simd]
-fn lay_rows<S: Simd>(_: S, tile: &Tile, work: &mut TileWork) -> u64 {
+fn lay_rows<S: Simd>(simd: S, tile: &Tile, work: &mut TileWork) -> u64 {
     let filter = tile.frame.filter;
     let TileWork {
         visibility,
@@ -118,37 +158,153 @@ fn lay_rows<S: Simd>(_: S, tile: &Tile, work: &mut TileWork) -> u64 {
         wanted,
         ..
     } = work;
+    let mut row_work = RowWork {
+        colours: RowColours {
+            base: [Vec4::ZERO; ROW],
+            emissive: [Vec4::ONE; ROW],
+            light: [1.0; ROW],
+        },
+        base: Places::default(),
+        emissive: Places::default(),
+        runs: [None; SPAN_PX],
+    };
     let mut count = 0;
     for row in 0..SPAN_PX * filter.per_pixel {
         let wanted = &wanted[row / filter.per_pixel * SPAN_PX..][..SPAN_PX];
         let ids = &visibility.ids[row * SPAN_PX..][..SPAN_PX];
-        let colours = &mut colours[row * SPAN_PX..][..SPAN_PX];
+        let mut runs = 0;
         let mut column = 0;
+        let mut all = 0;
         while column < SPAN_PX {
             let id = ids[column];
-            let same = (column..SPAN_PX)
-                .take_while(|&c| wanted[c] && ids[c] == id)
-                .count();
-            let run = Run {
-                first_px: filter.position_px(column, row),
-                len: same,
-            };
-            let out = &mut colours[column..column + same];
-            let mut run_colours = [Vec4::ZERO; SPAN_PX];
-            match surfaces.get(id as usize).and_then(Option::as_deref) {
-                Some(surface) if id != NONE && same > 0 => {
-                    tile.lay_run(surface, &run, &mut run_colours[..same]);
-                    count += same as u64;
-                }
-                _ => {}
+            if !wanted[column] || id == NONE {
+                row_work.colours.base[column] = Vec4::ZERO;
+                column += 1;
+                continue;
             }
-            for (out, colour) in out.iter_mut().zip(&run_colours) {
-                *out = colour.to_array();
+            let mut end = column + 1;
+            while end < SPAN_PX && wanted[end] && ids[end] == id {
+                end += 1;
             }
-            column += same.max(1);
+            if let Some(surface) = &surfaces[id as usize] {
+                let run = Run {
+                    first_px: filter.position_px(column, row),
+                    len: end - column,
+                };
+                row_work.runs[runs] = Some(RowRun {
+                    surface,
+                    run,
+                    column,
+                });
+                runs += 1;
+                all += run.len;
+            }
+            column = end;
+        }
+        lay_row(simd, tile, &mut row_work, runs);
+        count += all as u64;
+        let colours = &mut colours[row * SPAN_PX..][..SPAN_PX];
+        for (out, colour) in colours.iter_mut().zip(&row_work.colours.base) {
+            *out = colour.to_array();
         }
     }
     count
+}
+
+/// Lays the splats of the first `count` runs of a row.
+#[inline(always)]
+fn lay_row<S: Simd>(simd: S, tile: &Tile, work: &mut RowWork, count: usize) {
+    let RowWork {
+        colours,
+        base,
+        emissive,
+        runs,
+    } = work;
+    let mut emits = false;
+    for RowRun {
+        surface,
+        run,
+        column,
+    } in runs[..count].iter().flatten()
+    {
+        run.light(simd, (surface, &tile.view), *column, &mut colours.light);
+        let run = (run, *column);
+        tile.place_run(
+            simd,
+            surface,
+            surface.base.as_ref(),
+            run,
+            (base, &mut colours.base),
+        );
+        emits |= surface.emissive.is_some();
+    }
+    look_up_row(
+        simd,
+        tile,
+        &runs[..count],
+        |surface| surface.base.as_ref(),
+        (base, &mut colours.base),
+    );
+    if emits {
+        for RowRun {
+            surface,
+            run,
+            column,
+        } in runs[..count].iter().flatten()
+        {
+            let out = (&mut *emissive, &mut colours.emissive);
+            tile.place_run(
+                simd,
+                surface,
+                surface.emissive.as_ref(),
+                (run, *column),
+                out,
+            );
+        }
+        look_up_row(
+            simd,
+            tile,
+            &runs[..count],
+            |surface| surface.emissive.as_ref(),
+            (emissive, &mut colours.emissive),
+        );
+    }
+    for RowRun {
+        surface,
+        run,
+        column,
+    } in runs[..count].iter().flatten()
+    {
+        tile.shade_run(surface, (run, *column), colours);
+    }
+}
+
+/// Looks up a row of runs, those of one texture that follow one another together.
+#[inline(always)]
+fn look_up_row<S: Simd>(
+    simd: S,
+    tile: &Tile,
+    runs: &[Option<RowRun>],
+    planes: impl Fn(&Surface) -> Option<&UvPlanes>,
+    (places, out): (&Places, &mut [Vec4; ROW]),
+) {
+    let mut next = 0;
+    while next < runs.len() {
+        let (first, mut end, mut texture) = (next, 0, None);
+        while let Some(run) = runs.get(next).copied().flatten() {
+            let pyramid = planes(run.surface).map(|planes| planes.pyramid);
+            if next > first && (pyramid != texture || run.column != end) {
+                break;
+            }
+            texture = pyramid;
+            end = run.column + run.run.len;
+            next += 1;
+        }
+        if let (Some(pyramid), Some(Some(run))) = (texture, runs.get(first)) {
+            let pyramid = &tile.frame.scene.pyramids[pyramid];
+            look_up(simd, pyramid, places, run.column..end, out);
+        }
+    }
 }
 
 /// Filters the sub-pixels of the wanted groups of pixels.
