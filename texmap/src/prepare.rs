@@ -161,7 +161,12 @@ impl PreparedMesh {
     /// The corners of a triangle, world units.
     #[inline]
     pub(crate) fn corners(&self, triangle: usize) -> [DVec3; 3] {
-        let position = |i: u32| DVec3::from(self.positions[i as usize].map(f64::from));
-        self.triangles[triangle].map(|i| self.origin_in_world + position(i))
+        self.triangles[triangle].map(|i| self.in_world(&self.positions[i as usize]))
+    }
+
+    /// A position, world units.
+    #[inline]
+    pub(crate) fn in_world(&self, pos: &[f32; 3]) -> DVec3 {
+        self.origin_in_world + DVec3::from(pos.map(f64::from))
     }
 }

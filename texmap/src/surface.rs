@@ -104,9 +104,9 @@ impl<'a> TileView<'a> {
 impl Surface {
     /// The triangle as the tile sees it; `seen_px` is a position of the tile, from its corner, where it is seen.
     pub(crate) fn new(tile: &TileView, triangle: &ScreenTriangle, seen_px: [f32; 2]) -> Self {
-        let mesh = &tile.scene.meshes[triangle.mesh as usize];
+        let mesh = &tile.scene.meshes[triangle.seen.mesh as usize];
         let material = &tile.scene.materials[mesh.material];
-        let corners = mesh.triangles[triangle.triangle as usize].map(|i| i as usize);
+        let corners = mesh.triangles[triangle.seen.triangle as usize].map(|i| i as usize);
         let p = DVec3::new(
             tile.corner_px[0] + f64::from(seen_px[0]),
             tile.corner_px[1] + f64::from(seen_px[1]),
@@ -131,7 +131,7 @@ impl Surface {
                 borders,
             })
         };
-        let flip = if triangle.facing == Facing::Front {
+        let flip = if triangle.seen.facing == Facing::Front {
             1.0
         } else {
             -1.0

@@ -8,7 +8,7 @@ use resample_core::Camera;
 use resample_core::clock::ThreadClock;
 use resample_core::simd::Vectors;
 
-use crate::cull::{InView, ScreenTriangle};
+use crate::cull::{InView, ScreenTriangle, SeenTriangle};
 use crate::edges::Edges;
 use crate::filter::PixelFilter;
 use crate::fragments::Fragment;
@@ -147,7 +147,17 @@ pub(crate) struct Tile<'a> {
 }
 
 impl Tile<'_> {
-    fn triangle(&self, id: u32) -> &ScreenTriangle {
+    fn triangle(&self, id: u32) -> ScreenTriangle {
+        let FrameView {
+            scene,
+            camera,
+            in_view,
+            ..
+        } = self.frame;
+        in_view.triangle(scene, camera.projection, self.list[id as usize])
+    }
+
+    fn seen(&self, id: u32) -> &SeenTriangle {
         &self.frame.in_view.triangles[self.list[id as usize] as usize]
     }
 
@@ -157,7 +167,7 @@ impl Tile<'_> {
     }
 
     fn alpha_mode(&self, id: u32) -> AlphaMode {
-        let mesh = &self.frame.scene.meshes[self.triangle(id).mesh as usize];
+        let mesh = &self.frame.scene.meshes[self.seen(id).mesh as usize];
         self.frame.scene.materials[mesh.material].alpha
     }
 
@@ -174,7 +184,15 @@ impl Tile<'_> {
         rasters.resize_with(self.list.len(), || None);
         surfaces.clear();
         surfaces.resize(self.list.len(), None);
-        let raster = |id: u32| RasterTriangle::new(self.triangle(id), self.view.corner_px, filter);
+        let raster = |id: u32| RasterTriangle::new(&self.triangle(id), self.view.corner_px, filter);
+        if self.list.len() == 1 && self.alpha_mode(0) == AlphaMode::Opaque {
+            let alone = raster(0).filter(|triangle| triangle.covers_tile(near));
+            if let Some(triangle) = alone {
+                visibility.show_alone(0);
+                rasters[0] = Some(triangle);
+                return;
+            }
+        }
         let ids = 0..self.list.len() as u32;
         for id in ids.clone() {
             let mode = self.alpha_mode(id);
@@ -204,12 +222,17 @@ impl Tile<'_> {
     }
 
     fn surface(&self, id: u32, seen_px: [f32; 2]) -> Box<Surface> {
-        Box::new(Surface::new(&self.view, self.triangle(id), seen_px))
+        Box::new(Surface::new(&self.view, &self.triangle(id), seen_px))
     }
 
     /// Prepares the surfaces that are seen and lists their triangles; whether there are any.
     fn note_drawn(&self, work: &mut TileWork, image: &mut TileImage) -> bool {
         let filter = self.frame.filter;
+        if work.visibility.alone {
+            work.surfaces[0] = Some(self.surface(0, subpixel_px(filter, 0)));
+            image.drawn.push(self.list[0]);
+            return true;
+        }
         let mut seen = vec![false; self.list.len()];
         let mut note = |at: usize, id: u32| {
             if !std::mem::replace(&mut seen[id as usize], true) {
@@ -236,6 +259,10 @@ impl Tile<'_> {
 
     fn find_cells(&self, work: &mut TileWork) {
         let per_pixel = self.frame.filter.per_pixel;
+        if work.visibility.alone {
+            work.seen.clear();
+            return work.seen.resize(TILE_PX * TILE_PX, Cell::Plane(0));
+        }
         work.cells.clear();
         for rows in work.visibility.ids.chunks_exact(per_pixel * SPAN_PX) {
             let (first, rest) = rows.split_at(SPAN_PX);
@@ -271,6 +298,9 @@ impl Tile<'_> {
             rasters,
             ..
         } = work;
+        if visibility.alone {
+            return edges.clear();
+        }
         let mesh = TileMesh {
             tile: self,
             rasters,
@@ -280,17 +310,19 @@ impl Tile<'_> {
         });
     }
 
-    /// Place in the tile's list of a triangle of the scene.
-    fn place(&self, mesh: u32, triangle: u32) -> Option<u32> {
+    /// Place in the tile's list of a triangle of the scene; likely it is `expected`.
+    fn place(&self, mesh: u32, triangle: u32, expected: u32) -> Option<u32> {
         let key = |&index: &u32| {
             let seen = &self.frame.in_view.triangles[index as usize];
             (seen.mesh, seen.triangle)
         };
+        let wanted = (mesh, triangle);
+        if self.list.get(expected as usize).map(key) == Some(wanted) {
+            return Some(expected);
+        }
         // Lists keep the order of the scene.
-        self.list
-            .binary_search_by_key(&(mesh, triangle), key)
-            .ok()
-            .map(|place| place as u32)
+        let place = self.list.binary_search_by_key(&wanted, key).ok()?;
+        Some(place as u32)
     }
 }
 
@@ -305,11 +337,11 @@ impl walk::Mesh for TileMesh<'_> {
         self.rasters.get(id as usize)?.as_ref()
     }
 
-    fn beyond(&self, id: u32, corner: usize) -> Option<Beyond> {
-        let seen = self.tile.triangle(id);
+    fn beyond(&self, id: u32, corner: usize, expected: u32) -> Option<Beyond> {
+        let seen = self.tile.seen(id);
         let mesh = &self.tile.frame.scene.meshes[seen.mesh as usize];
         let next = mesh.neighbours[seen.triangle as usize][corner]?;
-        let id = self.tile.place(seen.mesh, next.triangle)?;
+        let id = self.tile.place(seen.mesh, next.triangle, expected)?;
         let line = |triangle: u32, corner: usize| {
             let corners = mesh.triangles[triangle as usize];
             [corners[(corner + 1) % 3], corners[(corner + 2) % 3]]

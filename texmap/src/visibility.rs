@@ -6,6 +6,7 @@
 //! all of them that lie before the opaque surface.
 
 use fearless_simd::prelude::*;
+use fearless_simd::{f32x16, u32x16};
 use fearless_simd_macros::simd;
 use resample_core::dispatch;
 use resample_core::simd::Vectors;
@@ -13,7 +14,8 @@ use resample_core::simd::Vectors;
 use crate::cull::ScreenTriangle;
 use crate::edges::Crossing;
 use crate::filter::PixelFilter;
-use crate::plane::{Plane, moved, narrow};
+use crate::places::{IOTA, LANES};
+use crate::plane::{Plane, moved, narrow, value};
 use crate::span::{NONE, SPAN_PX};
 
 /// Relative rounding of a depth key: three products and two sums in f32 of parts that may be a few times larger than
@@ -27,6 +29,8 @@ pub(crate) struct Visibility {
     pub(crate) ids: Vec<u32>,
     /// Depth keys: larger is nearer.
     pub(crate) keys: Vec<f32>,
+    /// Whether the first triangle of the list is all that is seen; keys are not set then.
+    pub(crate) alone: bool,
     /// Translucent triangles: sub-pixel, depth key, place in the tile's list.
     pub(crate) layers: Vec<Layer>,
 }
@@ -61,11 +65,11 @@ impl RasterTriangle {
         filter: &PixelFilter,
     ) -> Option<Self> {
         let range = |axis: usize, per_pixel: usize| {
-            let place = |px: f64| (px - corner_px[axis]) * per_pixel as f64;
+            let place = |px: f32| (f64::from(px) - corner_px[axis]) * per_pixel as f64;
             let count = (SPAN_PX * per_pixel) as f64;
             // A sub-pixel lies between its column's number and the next, in either direction.
-            let first = (place(triangle.bounds_px[axis]) - 1.0).clamp(0.0, count) as usize;
-            let last = (place(triangle.bounds_px[axis + 2]) + 1.0)
+            let first = (place(triangle.seen.bounds_px[axis]) - 1.0).clamp(0.0, count) as usize;
+            let last = (place(triangle.seen.bounds_px[axis + 2]) + 1.0)
                 .ceil()
                 .clamp(0.0, count) as usize;
             [first, last]
@@ -94,6 +98,19 @@ impl RasterTriangle {
             key: narrow(moved(triangle.key, corner_px)),
             columns,
             rows,
+        })
+    }
+
+    /// Whether it covers every sub-pixel of the tile, whatever the rounding of its lines.
+    pub(crate) fn covers_tile(&self, near: NearKey) -> bool {
+        let side = SPAN_PX as f32;
+        let corners = [[0.0, 0.0], [side, 0.0], [0.0, side], [side, side]];
+        // Of the largest parts of a sum of three, each rounded a few times by 2^-24.
+        let slack =
+            |plane: &Plane| 1e-5 * (side * (plane[0].abs() + plane[1].abs()) + plane[2].abs());
+        corners.iter().all(|&at| {
+            let clear = |line: &Plane| value(line, at) > slack(line);
+            self.lines.iter().all(clear) && value(&self.key, at) + slack(&self.key) < near.0
         })
     }
 
@@ -159,10 +176,10 @@ impl RasterTriangle {
     }
 }
 
-/// Draws a triangle row by row, a row of sub-pixels at a time.
+/// Draws a triangle row by row, sixteen sub-pixels at a time.
 #[simd]
 fn draw_rows<S: Simd>(
-    _: S,
+    simd: S,
     visibility: &mut Visibility,
     triangle: &RasterTriangle,
     id: u32,
@@ -170,43 +187,64 @@ fn draw_rows<S: Simd>(
     near: NearKey,
 ) {
     let [first, last] = triangle.columns;
-    let [l0, l1, l2] = triangle.lines;
-    let [c0, c1, c2] = triangle.closed;
-    let key_plane = triangle.key;
-    for row in triangle.rows[0]..triangle.rows[1] {
-        let y = filter.y_px(row);
-        let x0 = filter.offset_px[row % filter.per_pixel];
-        let ids = &mut visibility.ids[row * SPAN_PX + first..row * SPAN_PX + last];
-        let keys = &mut visibility.keys[row * SPAN_PX + first..row * SPAN_PX + last];
-        // No branch inside: every sub-pixel of the row is looked at, and what it shows is chosen.
-        for (k, (shown, before)) in ids.iter_mut().zip(keys).enumerate() {
-            let x = (first + k) as i32 as f32 + x0;
-            let (e0, e1, e2) = (at(&l0, x, y), at(&l1, x, y), at(&l2, x, y));
-            let inside = ((e0 > 0.0) | ((e0 == 0.0) & c0))
-                & ((e1 > 0.0) | ((e1 == 0.0) & c1))
-                & ((e2 > 0.0) | ((e2 == 0.0) & c2));
-            let key = at(&key_plane, x, y);
-            let seen = inside & (key <= near.0) & (key > *before + key.abs() * KEY_ROUNDING);
-            *shown = if seen { id } else { *shown };
-            *before = if seen { key } else { *before };
+    let splat = |x: f32| f32x16::splat(simd, x);
+    let key_plane = &triangle.key;
+    let new_id = u32x16::splat(simd, id);
+    let (zero, near) = (splat(0.0), splat(near.0));
+    let mut column = first;
+    while column < last {
+        let columns = splat(column as f32) + f32x16::from_slice(simd, &IOTA);
+        // What lies beyond the row's end belongs to the next one, which stays as it is.
+        let of_row = columns.simd_lt(splat(last as f32));
+        for row in triangle.rows[0]..triangle.rows[1] {
+            let y = filter.y_px(row);
+            let x = columns + splat(filter.offset_px[row % filter.per_pixel]);
+            let mut inside = of_row;
+            for i in 0..3 {
+                let line = &triangle.lines[i];
+                let value = splat(line[0]) * x + splat(line[1] * y) + splat(line[2]);
+                inside = inside
+                    & if triangle.closed[i] {
+                        value.simd_ge(zero)
+                    } else {
+                        value.simd_gt(zero)
+                    };
+            }
+            if inside.all_false() {
+                continue;
+            }
+            let at = row * SPAN_PX + column;
+            let ids = &mut visibility.ids[at..at + LANES];
+            let keys = &mut visibility.keys[at..at + LANES];
+            let key = splat(key_plane[0]) * x + splat(key_plane[1] * y) + splat(key_plane[2]);
+            let before = f32x16::from_slice(simd, keys);
+            let ahead = before + key.abs() * splat(KEY_ROUNDING);
+            let seen = inside & key.simd_le(near) & key.simd_gt(ahead);
+            seen.select(key, before).store_slice(keys);
+            let shown = u32x16::from_slice(simd, ids);
+            seen.select(new_id, shown).store_slice(ids);
         }
+        column += LANES;
     }
-}
-
-#[inline(always)]
-fn at(plane: &Plane, x: f32, y: f32) -> f32 {
-    plane[0] * x + plane[1] * y + plane[2]
 }
 
 impl Visibility {
     /// Forgets the last tile.
     pub(crate) fn clear(&mut self, filter: &PixelFilter) {
-        let count = SPAN_PX * SPAN_PX * filter.per_pixel;
+        // A vector may begin at the last sub-pixel of all.
+        let count = SPAN_PX * SPAN_PX * filter.per_pixel + LANES;
         self.ids.clear();
         self.ids.resize(count, NONE);
         self.keys.clear();
         self.keys.resize(count, f32::NEG_INFINITY);
         self.layers.clear();
+        self.alone = false;
+    }
+
+    /// Shows one triangle everywhere.
+    pub(crate) fn show_alone(&mut self, id: u32) {
+        self.ids.fill(id);
+        self.alone = true;
     }
 
     /// Draws a triangle where it is nearer than the surface stored there.

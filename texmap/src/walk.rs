@@ -21,8 +21,8 @@ pub(crate) trait Mesh {
     /// The triangle; `None` if it is translucent or nowhere near the tile.
     fn triangle(&self, id: u32) -> Option<&RasterTriangle>;
 
-    /// The triangle beyond the line opposite `corner`.
-    fn beyond(&self, id: u32, corner: usize) -> Option<Beyond>;
+    /// The triangle beyond the line opposite `corner`; likely it is `expected`.
+    fn beyond(&self, id: u32, corner: usize, expected: u32) -> Option<Beyond>;
 }
 
 /// A neighbour over a line.
@@ -149,7 +149,7 @@ fn walk(mesh: &impl Mesh, [from, to]: [u32; 2], [p, q]: [[f32; 2]; 2]) -> Walk {
             });
         };
         let beyond = mesh
-            .beyond(id, corner)
+            .beyond(id, corner, to)
             .and_then(|beyond| Some((beyond, mesh.triangle(beyond.id)?)));
         let Some((beyond, next)) = beyond.filter(|(beyond, next)| next.opens(beyond.corner, p, q))
         else {
