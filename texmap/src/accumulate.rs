@@ -15,22 +15,32 @@ use crate::filter::{AROUND, around};
 use crate::fragments::{Fragment, collect};
 use crate::lookup::small_footprint;
 use crate::options::Method;
+use crate::patches::Patch;
 use crate::pixel::{Gathered, PixelOnTexture};
 use crate::points::{gather_minified, gather_points};
 use crate::scene::AlphaMode;
 use crate::span::{BORDER_PX, SPAN_PX, TILE_PX};
-use crate::surface::{Surface, UvPlanes};
+use crate::surface::{Surface, UvAt, UvPlanes};
 use crate::tile::{Cell, Tile, TileImage, TileWork};
 
 impl Tile<'_> {
     /// Gathers points at every pixel that sees one minified plane, and leaves the others to sub-pixels.
     pub(crate) fn lay_points(&self, work: &mut TileWork, image: &mut TileImage) {
         self.each_pixel(work, |work, pixel, cell| {
-            let Cell::Plane(id) = cell else { return false };
+            let (id, patch) = match (cell, work.patches.at(pixel)) {
+                (Cell::Plane(id), _) => (id, None),
+                (_, Some(patch)) => (patch.id, Some(patch)),
+                _ => return false,
+            };
             let Some(surface) = &work.surfaces[id as usize] else {
                 return false;
             };
-            match self.pixel_colour(surface, centre_px(pixel), &mut image.points) {
+            let at = centre_px(pixel);
+            let colour = match patch {
+                None => self.pixel_colour(surface, at, &mut image.points),
+                Some(patch) => self.patch_colour(surface, &patch, at, &mut image.points),
+            };
+            match colour {
                 Some(colour) => image.rgba[pixel[1] * TILE_PX + pixel[0]] = colour.to_array(),
                 None => return false,
             }
@@ -113,6 +123,42 @@ impl Tile<'_> {
         };
         let (base, emissive) = (filtered(&surface.base)?, filtered(&surface.emissive)?);
         Some(self.lit(surface, at, base, emissive))
+    }
+
+    /// The colour of a smooth surface at a pixel.
+    fn patch_colour(
+        &self,
+        surface: &Surface,
+        patch: &Patch,
+        at_px: [f32; 2],
+        texels: &mut u64,
+    ) -> Option<Vec4> {
+        let mut gathered = |planes: &Option<UvPlanes>, [su, sv]: [f32; 2]| {
+            let Some(planes) = planes else {
+                return Some(Vec4::ONE);
+            };
+            let UvAt { u, v, jacobian } = patch.at;
+            let [ux, uy, vx, vy] = jacobian;
+            let pixel = PixelOnTexture {
+                pyramid: &self.frame.scene.pyramids[planes.pyramid],
+                at: UvAt {
+                    u: u * su,
+                    v: v * sv,
+                    jacobian: [ux * su, uy * su, vx * sv, vy * sv],
+                },
+                over_w_slope: surface.over_w_slope(at_px),
+            };
+            let gathered = gather_minified(&pixel, self.frame.simd)?;
+            *texels += u64::from(gathered.texels);
+            Some(gathered.rgba)
+        };
+        let base = gathered(&surface.base, [1.0; 2])?;
+        let material = surface.material(self.frame.scene);
+        let emissive = gathered(
+            &surface.emissive,
+            material.emissive_per_base.unwrap_or([1.0; 2]),
+        )?;
+        Some(self.shaded(surface, at_px, patch.light, base, emissive))
     }
 
     fn pixel_texture(

@@ -46,6 +46,7 @@ pub mod input;
 mod lookup;
 mod mip;
 pub mod options;
+mod patches;
 mod pixel;
 mod places;
 mod plane;

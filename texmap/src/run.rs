@@ -44,8 +44,24 @@ impl Run {
         column: usize,
         out: &mut Lanes,
     ) {
+        let mut done = 0;
+        while done < self.len {
+            self.light_vector(simd, (surface, tile), done)
+                .store_slice(&mut out[column + done..column + done + LANES]);
+            done += LANES;
+        }
+    }
+
+    /// The light from the sub-pixel `done` of the run on.
+    #[inline(always)]
+    pub(crate) fn light_vector<S: Simd>(
+        &self,
+        simd: S,
+        (surface, tile): (&Surface, &TileView),
+        done: usize,
+    ) -> f32x16<S> {
         let towards = match surface.light {
-            Light::None => return out[column..column + self.len].fill(1.0),
+            Light::None => return f32x16::splat(simd, 1.0),
             // The rays, turned round.
             Light::Eye => [
                 self.line(&tile.rays[0]),
@@ -64,23 +80,18 @@ impl Run {
             self.line(&surface.normal[2]),
         ];
         let splat = |x: f32| f32x16::splat(simd, x);
-        let mut done = 0;
-        while done < self.len {
-            let x = f32x16::from_slice(simd, &IOTA) + splat(done as f32);
-            let zero = splat(0.0);
-            let (mut cosine, mut normal2, mut ray2) = (zero, zero, zero);
-            for axis in 0..3 {
-                let n = splat(normal[axis][0]) * x + splat(normal[axis][1]);
-                let r = splat(towards[axis][0]) * x + splat(towards[axis][1]);
-                cosine = cosine - n * r;
-                normal2 = normal2 + n * n;
-                ray2 = ray2 + r * r;
-            }
-            let lengths = (normal2 * ray2).sqrt();
-            let cosine = lengths.simd_gt(zero).select(cosine / lengths, zero);
-            let light = splat(AMBIENT) + splat(DIFFUSE) * cosine.max(zero);
-            light.store_slice(&mut out[column + done..column + done + LANES]);
-            done += LANES;
+        let x = f32x16::from_slice(simd, &IOTA) + splat(done as f32);
+        let zero = splat(0.0);
+        let (mut cosine, mut normal2, mut ray2) = (zero, zero, zero);
+        for axis in 0..3 {
+            let n = splat(normal[axis][0]) * x + splat(normal[axis][1]);
+            let r = splat(towards[axis][0]) * x + splat(towards[axis][1]);
+            cosine = cosine - n * r;
+            normal2 = normal2 + n * n;
+            ray2 = ray2 + r * r;
         }
+        let lengths = (normal2 * ray2).sqrt();
+        let cosine = lengths.simd_gt(zero).select(cosine / lengths, zero);
+        splat(AMBIENT) + splat(DIFFUSE) * cosine.max(zero)
     }
 }

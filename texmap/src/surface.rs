@@ -19,6 +19,8 @@ use crate::scene::Wrap;
 pub(crate) struct UvPlanes {
     pub(crate) u: Plane,
     pub(crate) v: Plane,
+    /// Where the texture's period begins that coordinates count from, texels.
+    pub(crate) start: [f64; 2],
     /// Index into the pyramids.
     pub(crate) pyramid: usize,
     /// Where the chart ends.
@@ -37,6 +39,8 @@ pub(crate) struct Surface {
     /// Vertex colour times the material's; `None` where it is the same everywhere.
     pub(crate) colours: Option<[Plane; 4]>,
     pub(crate) material: usize,
+    /// Index into the prepared meshes.
+    pub(crate) mesh: u32,
     base_colour: Vec4,
     pub(crate) light: Light,
 }
@@ -127,6 +131,7 @@ impl Surface {
             Some(UvPlanes {
                 u: axis(0),
                 v: axis(1),
+                start,
                 pyramid,
                 borders,
             })
@@ -154,6 +159,7 @@ impl Surface {
             normal,
             colours,
             material: mesh.material,
+            mesh: triangle.seen.mesh,
             base_colour: material.base_colour,
             light: match material.light {
                 LightKind::None => Light::None,

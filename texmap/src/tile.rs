@@ -13,6 +13,7 @@ use crate::edges::Edges;
 use crate::filter::PixelFilter;
 use crate::fragments::Fragment;
 use crate::options::{Method, RenderOptions};
+use crate::patches::Patches;
 use crate::plane::{Plane, moved, narrow};
 use crate::prepare::{LightKind, Prepared};
 use crate::scene::AlphaMode;
@@ -68,7 +69,7 @@ pub(crate) struct TileWork {
     /// Linear premultiplied colours of sub-pixels.
     pub(crate) colours: Vec<[f32; 4]>,
     /// By pixel of the span: what its sub-pixels show.
-    cells: Vec<Cell>,
+    pub(crate) cells: Vec<Cell>,
     cells_along: Vec<Cell>,
     /// By pixel of the tile: what its filter sees.
     pub(crate) seen: Vec<Cell>,
@@ -80,6 +81,7 @@ pub(crate) struct TileWork {
     /// By place in the tile's list: opaque and cut-out triangles.
     pub(crate) rasters: Vec<Option<RasterTriangle>>,
     pub(crate) edges: Edges,
+    pub(crate) patches: Patches,
     /// By edge: the difference in colour across it.
     pub(crate) jumps: Vec<Vec4>,
 }
@@ -124,7 +126,10 @@ pub(crate) fn render_tile(
     let start = ThreadClock::start();
     image.rgba = vec![[0.0; 4]; TILE_PX * TILE_PX];
     match frame.options.method {
-        Method::Hybrid => tile.lay_points(work, &mut image),
+        Method::Hybrid => {
+            tile.find_patches(work);
+            tile.lay_points(work, &mut image);
+        }
         _ => tile.look_up(work, &mut image),
     }
     tile.lay_splats(work, &mut image);
