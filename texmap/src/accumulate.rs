@@ -15,7 +15,7 @@ use crate::filter::{AROUND, around};
 use crate::fragments::{Fragment, collect};
 use crate::lookup::small_footprint;
 use crate::options::Method;
-use crate::patches::Patch;
+use crate::patch::Patch;
 use crate::pixel::{Gathered, PixelOnTexture};
 use crate::points::{gather_minified, gather_points};
 use crate::scene::AlphaMode;
@@ -182,14 +182,6 @@ impl Tile<'_> {
             Method::BackwardTrilinear => Some(look_up_trilinear(&pixel)),
             Method::BackwardEwa => Some(look_up_ewa(&pixel, simd)),
         }
-    }
-
-    /// Premultiplied colour of a surface at a sub-pixel.
-    #[inline(always)]
-    pub(crate) fn colour(&self, surface: &Surface, at: [f32; 2]) -> Vec4 {
-        let base = self.texture(surface, &surface.base, at);
-        let emissive = self.texture(surface, &surface.emissive, at);
-        self.lit(surface, at, base, emissive)
     }
 
     #[inline(always)]

@@ -11,9 +11,9 @@ use glam::Vec4;
 use resample_core::dispatch;
 use resample_core::simd::Vectors;
 
+use crate::lanes::IOTA;
 use crate::mip::{Level, LevelTexels, wrapped};
 use crate::pixel::{Gathered, PixelOnTexture};
-use crate::places::IOTA;
 use crate::scene::Wrap;
 use crate::taps::Kind;
 

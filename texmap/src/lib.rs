@@ -43,9 +43,11 @@ mod filter;
 mod fragments;
 #[cfg(feature = "input")]
 pub mod input;
+mod lanes;
 mod lookup;
 mod mip;
 pub mod options;
+mod patch;
 mod patches;
 mod pixel;
 mod places;
@@ -54,6 +56,7 @@ mod planes;
 mod points;
 mod prepare;
 pub mod render;
+mod rows;
 mod run;
 pub mod scene;
 mod span;
@@ -62,6 +65,7 @@ pub mod stats;
 mod surface;
 mod taps;
 mod tile;
+mod tile_mesh;
 mod visibility;
 mod walk;
 

@@ -15,6 +15,10 @@ use crate::surface::UvAt;
 /// Most look-ups along the longer axis of a sub-pixel. Sub-pixels longer than that are sharpened no further.
 pub(crate) const MAX_LOOKUPS: f32 = 8.0;
 
+/// Texels of the level across a sub-pixel. 2 takes a tenth longer and brings pictures no nearer to their truths; with 1
+/// a hall of many columns loses 0.2 dB.
+pub(crate) const TEXELS_ACROSS: f32 = 1.4;
+
 /// The same along each axis where a border is near: up to 16 texels a sub-pixel, some 66 a pixel, single texels are
 /// looked at. Beyond, look-ups in a coarser level keep a distance from the border that costs accuracy: 44.3 dB in place
 /// of 46.0 on a helmet of 96 px, with 8 look-ups.
@@ -111,8 +115,8 @@ pub(crate) fn small_footprint(
     };
     let long = long2.sqrt();
     let short = (ux * vy - uy * vx).abs() / long;
-    // Two texels of the level across the sub-pixel, or as many as the most look-ups leave.
-    let texel = (0.5 * short).max(long / MAX_LOOKUPS).max(1.0);
+    // As many texels of the level across the sub-pixel as are to be, or as many as the most look-ups leave.
+    let texel = (short / TEXELS_ACROSS).max(long / MAX_LOOKUPS).max(1.0);
     // The coarser of the two levels has texels of up to twice this size.
     if borders.within([at.u, at.v], 0.5 * long + 2.0 * LEVEL_REACH * texel) {
         return within_borders(pyramid, (at.u, at.v), [[ux, vx], [uy, vy]], borders);

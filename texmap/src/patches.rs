@@ -16,8 +16,9 @@ use fearless_simd_macros::simd;
 use resample_core::dispatch;
 
 use crate::filter::{AROUND, PixelFilter, around};
+use crate::lanes::{IOTA, LANES};
+use crate::patch::{Patch, Patches};
 use crate::pixel::PixelOnTexture;
-use crate::places::{IOTA, LANES};
 use crate::plane::value;
 use crate::points::is_minified;
 use crate::run::Run;
@@ -28,38 +29,7 @@ use crate::tile::{Cell, Tile, TileWork};
 
 /// Most that texels may be away from the plane, root mean square under the filter, px. A guess: at this the pictures of
 /// the tests lie no farther from their truths.
-const MOST_PX: f32 = 1.0 / 64.0;
-
-/// A pixel on a smooth surface.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Patch {
-    /// The triangle at the pixel's centre, by its place in the tile's list.
-    pub(crate) id: u32,
-    pub(crate) at: UvAt,
-    /// Mean light, as a factor of colour.
-    pub(crate) light: f32,
-}
-
-/// The patches of a tile and the storage to find them.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Patches {
-    /// By pixel of the tile; empty if there are none.
-    found: Vec<Option<Patch>>,
-    candidates: Vec<bool>,
-    /// By pixel of the span: the mesh that all its sub-pixels show, or [`NONE`].
-    meshes: Vec<u32>,
-    /// By sub-pixel: texture coordinates less those of the first plane, and light. Not a number elsewhere.
-    u: Vec<f32>,
-    v: Vec<f32>,
-    light: Vec<f32>,
-}
-
-impl Patches {
-    /// The patch at a pixel of the tile.
-    pub(crate) fn at(&self, [x, y]: [usize; 2]) -> Option<Patch> {
-        self.found.get(y * TILE_PX + x).copied().flatten()
-    }
-}
+const MOST_PX: f32 = 1.0 / 32.0;
 
 /// The plane near which coordinates are expected, and the surface that it is taken from.
 struct Reference<'a> {

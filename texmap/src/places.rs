@@ -8,20 +8,11 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, i32x16};
 
-use crate::lookup::{LEVEL_REACH, MAX_LOOKUPS};
+use crate::lanes::{IOTA, LANES, Lanes, ROW};
+use crate::lookup::{LEVEL_REACH, MAX_LOOKUPS, TEXELS_ACROSS};
 use crate::mip::Pyramid;
 use crate::run::Run;
-use crate::span::SPAN_PX;
 use crate::surface::{Surface, UvPlanes};
-
-/// Sub-pixels that are computed together.
-pub(crate) const LANES: usize = 16;
-
-/// Sub-pixels of a row, and room for a vector that begins at the last of them.
-pub(crate) const ROW: usize = SPAN_PX + LANES;
-
-/// A number for each sub-pixel of a row.
-pub(crate) type Lanes = [f32; ROW];
 
 /// Where the sub-pixels of a row lie in their textures.
 pub(crate) struct Places {
@@ -111,8 +102,8 @@ impl Places {
         let long = long2.sqrt();
         let area = ux * vy - uy * vx;
         let short = area.max(splat(0.0) - area) / long;
-        // Two texels of the level across the sub-pixel, or as many as the most look-ups leave.
-        let texel = (short * splat(0.5))
+        // As many texels of the level across the sub-pixel as are to be, or as many as the most look-ups leave.
+        let texel = (short * splat(1.0 / TEXELS_ACROSS))
             .max(long * splat(1.0 / MAX_LOOKUPS))
             .max(splat(1.0));
         let plain = long2.simd_le(splat(1.0));
@@ -160,10 +151,6 @@ impl Places {
                 .within([self.u[at], self.v[at]], self.reach[at])
     }
 }
-
-pub(crate) const IOTA: [f32; LANES] = [
-    0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0,
-];
 
 /// log2(1 + t) = t + t (1 - t) (c0 + c1 t + ... + c5 t^5) for 0 <= t <= 1, to 1.2e-6 and exactly at both ends.
 const LOG2: [f32; 6] = [

@@ -6,7 +6,7 @@ use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 use resample_core::light::{AMBIENT, DIFFUSE};
 
-use crate::places::{IOTA, LANES, Lanes};
+use crate::lanes::{IOTA, LANES, Lanes};
 use crate::plane::Plane;
 use crate::surface::{Light, Surface, TileView};
 

@@ -1,7 +1,7 @@
 //! Splats: the texels around each sub-pixel that some pixel is made from, summed there; and sub-pixels to pixels.
 //!
-//! Sub-pixels that show one triangle and stand beside each other in a row are taken together, in vector code. Where the
-//! place of an edge is known, sub-pixels are corrected before anything translucent is laid over them.
+//! Rows of sub-pixels are laid together, in vector code (`rows`). Where the place of an edge is known, sub-pixels are
+//! corrected before anything translucent is laid over them; translucent layers are rows too, one for each rank in depth.
 
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
@@ -9,14 +9,10 @@ use glam::Vec4;
 use resample_core::dispatch;
 
 use crate::filter::PixelFilter;
-use crate::lookup::small_footprint;
-use crate::places::{Lanes, Places, ROW};
-use crate::run::Run;
-use crate::scene::{AlphaMode, Magnify};
+use crate::rows::{RowIds, RowWork, lay_ids};
 use crate::span::{NONE, SPAN_PX, TILE_PX};
-use crate::surface::{Surface, UvPlanes};
-use crate::taps::look_up;
-use crate::tile::{Tile, TileImage, TileWork, subpixel_px};
+use crate::tile::{Tile, TileImage, TileWork};
+use crate::visibility::Layer;
 
 /// Pixels that are filtered together: four of four channels fill one 512-bit vector.
 const GROUP_PX: usize = 4;
@@ -37,18 +33,8 @@ impl Tile<'_> {
         image.splats += 4 * dispatch!(self.frame.simd, simd => lay_rows(simd, self, work));
         let per_pixel = self.frame.filter.per_pixel;
         correct_edges(work, per_pixel);
-        for layer in &work.visibility.layers {
-            let Some(surface) = &work.surfaces[layer.id as usize] else {
-                continue;
-            };
-            let at = layer.subpixel as usize;
-            if !work.wanted[at / SPAN_PX / per_pixel * SPAN_PX + at % SPAN_PX] {
-                continue;
-            }
-            let front = self.colour(surface, subpixel_px(self.frame.filter, at));
-            let behind = &mut work.colours[at];
-            *behind = (front + (1.0 - front.w) * Vec4::from(*behind)).to_array();
-            image.splats += 4;
+        if !work.visibility.layers.is_empty() {
+            image.splats += 4 * dispatch!(self.frame.simd, simd => lay_layers(simd, self, work));
         }
     }
 
@@ -69,82 +55,6 @@ impl Tile<'_> {
             image.rgba[usize::from(pixel)] = sum.truncate().extend(sum.w.min(1.0)).to_array();
         }
     }
-
-    /// Looks up what a run of a row sees in a texture: only places where others are to be looked up with them.
-    #[inline(always)]
-    fn place_run<S: Simd>(
-        &self,
-        simd: S,
-        surface: &Surface,
-        planes: Option<&UvPlanes>,
-        (run, column): (&Run, usize),
-        (places, out): (&mut Places, &mut [Vec4; ROW]),
-    ) {
-        let Some(planes) = planes else {
-            places.count[column..column + run.len].fill(0.0);
-            return out[column..column + run.len].fill(Vec4::ONE);
-        };
-        out[column..column + run.len].fill(Vec4::ZERO);
-        let side_px = self.frame.filter.spacing_px;
-        let pyramid = &self.frame.scene.pyramids[planes.pyramid];
-        places.set(simd, (surface, planes), (run, column), (pyramid, side_px));
-        let nearest = pyramid.magnify == Magnify::Nearest;
-        if !nearest && !planes.borders.any() {
-            return;
-        }
-        for k in 0..run.len {
-            let at = column + k;
-            if (nearest && places.is_plain(at)) || places.sees_border(at, planes) {
-                places.count[at] = 0.0;
-                let uv = surface.uv_at(planes, run.at(k));
-                out[at] = small_footprint(pyramid, &uv, side_px, &planes.borders);
-            }
-        }
-    }
-
-    /// Turns what a run's look-ups gave into premultiplied colours.
-    #[inline(always)]
-    fn shade_run(&self, surface: &Surface, (run, column): (&Run, usize), row: &mut RowColours) {
-        let material = surface.material(self.frame.scene);
-        let plain = material.alpha == AlphaMode::Opaque && material.emissive_colour == Vec4::ZERO;
-        if plain && surface.colours.is_none() {
-            let factor = material.base_colour;
-            for at in column..column + run.len {
-                row.base[at] = (factor * row.base[at] * row.light[at])
-                    .truncate()
-                    .extend(1.0);
-            }
-            return;
-        }
-        for k in 0..run.len {
-            let at = column + k;
-            let emissive = row.emissive[at];
-            row.base[at] = self.shaded(surface, run.at(k), row.light[at], row.base[at], emissive);
-        }
-    }
-}
-
-/// What the sub-pixels of a row show.
-struct RowColours {
-    base: [Vec4; ROW],
-    emissive: [Vec4; ROW],
-    light: Lanes,
-}
-
-/// A run of a row and what it shows.
-#[derive(Clone, Copy)]
-struct RowRun<'a> {
-    surface: &'a Surface,
-    run: Run,
-    column: usize,
-}
-
-/// Storage for one row of sub-pixels.
-struct RowWork<'a> {
-    colours: RowColours,
-    base: Places,
-    emissive: Places,
-    runs: [Option<RowRun<'a>>; SPAN_PX],
 }
 
 /// Lays the splats of every wanted sub-pixel; how many sub-pixels there were.
@@ -158,51 +68,13 @@ fn lay_rows<S: Simd>(simd: S, tile: &Tile, work: &mut TileWork) -> u64 {
         wanted,
         ..
     } = work;
-    let mut row_work = RowWork {
-        colours: RowColours {
-            base: [Vec4::ZERO; ROW],
-            emissive: [Vec4::ONE; ROW],
-            light: [1.0; ROW],
-        },
-        base: Places::default(),
-        emissive: Places::default(),
-        runs: [None; SPAN_PX],
-    };
+    let mut row_work = RowWork::default();
     let mut count = 0;
     for row in 0..SPAN_PX * filter.per_pixel {
         let wanted = &wanted[row / filter.per_pixel * SPAN_PX..][..SPAN_PX];
         let ids = &visibility.ids[row * SPAN_PX..][..SPAN_PX];
-        let mut runs = 0;
-        let mut column = 0;
-        let mut all = 0;
-        while column < SPAN_PX {
-            let id = ids[column];
-            if !wanted[column] || id == NONE {
-                row_work.colours.base[column] = Vec4::ZERO;
-                column += 1;
-                continue;
-            }
-            let mut end = column + 1;
-            while end < SPAN_PX && wanted[end] && ids[end] == id {
-                end += 1;
-            }
-            if let Some(surface) = &surfaces[id as usize] {
-                let run = Run {
-                    first_px: filter.position_px(column, row),
-                    len: end - column,
-                };
-                row_work.runs[runs] = Some(RowRun {
-                    surface,
-                    run,
-                    column,
-                });
-                runs += 1;
-                all += run.len;
-            }
-            column = end;
-        }
-        lay_row(simd, tile, &mut row_work, runs);
-        count += all as u64;
+        let shown = RowIds { row, ids, wanted };
+        count += lay_ids(simd, tile, surfaces, &shown, &mut row_work);
         let colours = &mut colours[row * SPAN_PX..][..SPAN_PX];
         for (out, colour) in colours.iter_mut().zip(&row_work.colours.base) {
             *out = colour.to_array();
@@ -211,100 +83,61 @@ fn lay_rows<S: Simd>(simd: S, tile: &Tile, work: &mut TileWork) -> u64 {
     count
 }
 
-/// Lays the splats of the first `count` runs of a row.
-#[inline(always)]
-fn lay_row<S: Simd>(simd: S, tile: &Tile, work: &mut RowWork, count: usize) {
-    let RowWork {
+/// Lays the translucent layers of every wanted sub-pixel over what lies behind, the farthest first; how many there were.
+#[simd]
+fn lay_layers<S: Simd>(simd: S, tile: &Tile, work: &mut TileWork) -> u64 {
+    let filter = tile.frame.filter;
+    let TileWork {
+        visibility,
+        surfaces,
         colours,
-        base,
-        emissive,
-        runs,
+        wanted,
+        ..
     } = work;
-    let mut emits = false;
-    for RowRun {
-        surface,
-        run,
-        column,
-    } in runs[..count].iter().flatten()
-    {
-        run.light(simd, (surface, &tile.view), *column, &mut colours.light);
-        let run = (run, *column);
-        tile.place_run(
-            simd,
-            surface,
-            surface.base.as_ref(),
-            run,
-            (base, &mut colours.base),
-        );
-        emits |= surface.emissive.is_some();
-    }
-    look_up_row(
-        simd,
-        tile,
-        &runs[..count],
-        |surface| surface.base.as_ref(),
-        (base, &mut colours.base),
-    );
-    if emits {
-        for RowRun {
-            surface,
-            run,
-            column,
-        } in runs[..count].iter().flatten()
-        {
-            let out = (&mut *emissive, &mut colours.emissive);
-            tile.place_run(
-                simd,
-                surface,
-                surface.emissive.as_ref(),
-                (run, *column),
-                out,
-            );
-        }
-        look_up_row(
-            simd,
-            tile,
-            &runs[..count],
-            |surface| surface.emissive.as_ref(),
-            (emissive, &mut colours.emissive),
-        );
-    }
-    for RowRun {
-        surface,
-        run,
-        column,
-    } in runs[..count].iter().flatten()
-    {
-        tile.shade_run(surface, (run, *column), colours);
-    }
-}
-
-/// Looks up a row of runs, those of one texture that follow one another together.
-#[inline(always)]
-fn look_up_row<S: Simd>(
-    simd: S,
-    tile: &Tile,
-    runs: &[Option<RowRun>],
-    planes: impl Fn(&Surface) -> Option<&UvPlanes>,
-    (places, out): (&Places, &mut [Vec4; ROW]),
-) {
-    let mut next = 0;
-    while next < runs.len() {
-        let (first, mut end, mut texture) = (next, 0, None);
-        while let Some(run) = runs.get(next).copied().flatten() {
-            let pyramid = planes(run.surface).map(|planes| planes.pyramid);
-            if next > first && (pyramid != texture || run.column != end) {
-                break;
+    let mut row_work = RowWork::default();
+    let mut count = 0;
+    let mut layers: &[Layer] = &visibility.layers;
+    for row in 0..SPAN_PX * filter.per_pixel {
+        let wanted = &wanted[row / filter.per_pixel * SPAN_PX..][..SPAN_PX];
+        // Where the layers of each column begin; they are sorted.
+        let mut starts = [0; SPAN_PX + 1];
+        let mut most = 0;
+        for column in 0..SPAN_PX {
+            let subpixel = (row * SPAN_PX + column) as u32;
+            let mut end = starts[column];
+            while layers
+                .get(end)
+                .is_some_and(|layer| layer.subpixel == subpixel)
+            {
+                end += 1;
             }
-            texture = pyramid;
-            end = run.column + run.run.len;
-            next += 1;
+            most = most.max(end - starts[column]);
+            starts[column + 1] = end;
         }
-        if let (Some(pyramid), Some(Some(run))) = (texture, runs.get(first)) {
-            let pyramid = &tile.frame.scene.pyramids[pyramid];
-            look_up(simd, pyramid, places, run.column..end, out);
+        for rank in 0..most {
+            let mut ids = [NONE; SPAN_PX];
+            for column in 0..SPAN_PX {
+                if starts[column] + rank < starts[column + 1] {
+                    ids[column] = layers[starts[column] + rank].id;
+                }
+            }
+            let shown = RowIds {
+                row,
+                ids: &ids,
+                wanted,
+            };
+            count += lay_ids(simd, tile, surfaces, &shown, &mut row_work);
+            for column in 0..SPAN_PX {
+                if ids[column] != NONE && wanted[column] {
+                    let behind = &mut colours[row * SPAN_PX + column];
+                    let front = row_work.colours.base[column];
+                    *behind = (front + (1.0 - front.w) * Vec4::from(*behind)).to_array();
+                }
+            }
         }
+        layers = &layers[starts[SPAN_PX]..];
     }
+    count
 }
 
 /// Filters the sub-pixels of the wanted groups of pixels.

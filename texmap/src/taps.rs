@@ -9,8 +9,9 @@ use fearless_simd::prelude::*;
 use fearless_simd::{f32x4, f32x16, i32x16, u16x8};
 use glam::Vec4;
 
+use crate::lanes::LANES;
 use crate::mip::{Level, LevelTexels, Pyramid, UNIT, wrapped};
-use crate::places::{LANES, Places};
+use crate::places::Places;
 use crate::scene::Wrap;
 
 /// Texels of one kind.

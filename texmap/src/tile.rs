@@ -13,14 +13,13 @@ use crate::edges::Edges;
 use crate::filter::PixelFilter;
 use crate::fragments::Fragment;
 use crate::options::{Method, RenderOptions};
-use crate::patches::Patches;
+use crate::patch::Patches;
 use crate::plane::{Plane, moved, narrow};
-use crate::prepare::{LightKind, Prepared};
+use crate::prepare::Prepared;
 use crate::scene::AlphaMode;
 use crate::span::{BORDER_PX, NONE, SPAN_PX, TILE_PX, WINDOW_PX};
 use crate::surface::{Surface, TileView};
 use crate::visibility::{NearKey, RasterTriangle, Visibility};
-use crate::walk::{self, Beyond, crossing};
 
 /// What all tiles of a frame share.
 pub(crate) struct FrameView<'a> {
@@ -148,7 +147,7 @@ pub(crate) fn render_tile(
 pub(crate) struct Tile<'a> {
     pub(crate) frame: &'a FrameView<'a>,
     pub(crate) view: TileView<'a>,
-    list: &'a [u32],
+    pub(crate) list: &'a [u32],
 }
 
 impl Tile<'_> {
@@ -162,7 +161,7 @@ impl Tile<'_> {
         in_view.triangle(scene, camera.projection, self.list[id as usize])
     }
 
-    fn seen(&self, id: u32) -> &SeenTriangle {
+    pub(crate) fn seen(&self, id: u32) -> &SeenTriangle {
         &self.frame.in_view.triangles[self.list[id as usize] as usize]
     }
 
@@ -186,27 +185,28 @@ impl Tile<'_> {
         } = work;
         visibility.clear(filter);
         rasters.clear();
-        rasters.resize_with(self.list.len(), || None);
         surfaces.clear();
         surfaces.resize(self.list.len(), None);
-        let raster = |id: u32| RasterTriangle::new(&self.triangle(id), self.view.corner_px, filter);
-        if self.list.len() == 1 && self.alpha_mode(0) == AlphaMode::Opaque {
-            let alone = raster(0).filter(|triangle| triangle.covers_tile(near));
-            if let Some(triangle) = alone {
-                visibility.show_alone(0);
-                rasters[0] = Some(triangle);
-                return;
-            }
+        let mut translucent = Vec::new();
+        for id in 0..self.list.len() as u32 {
+            let raster = RasterTriangle::new(&self.triangle(id), self.view.corner_px, filter);
+            let is_translucent = self.alpha_mode(id) == AlphaMode::Blend;
+            let (opaque, behind) = raster.map_or((None, None), |raster| {
+                if is_translucent {
+                    (None, Some((id, raster)))
+                } else {
+                    (Some(raster), None)
+                }
+            });
+            translucent.extend(behind);
+            rasters.push(opaque);
         }
-        let ids = 0..self.list.len() as u32;
-        for id in ids.clone() {
-            let mode = self.alpha_mode(id);
-            if mode == AlphaMode::Blend {
-                continue;
-            }
-            let Some(triangle) = raster(id) else { continue };
-            let triangle = rasters[id as usize].insert(triangle);
-            match mode {
+        if let Some(id) = self.alone(rasters).filter(|_| translucent.is_empty()) {
+            return visibility.show_alone(id);
+        }
+        for (id, triangle) in (0..).zip(rasters.iter()) {
+            let Some(triangle) = triangle else { continue };
+            match self.alpha_mode(id) {
                 AlphaMode::Mask { cutoff } => {
                     let slot = &mut surfaces[id as usize];
                     visibility.draw_cut(triangle, id, filter, near, |at| {
@@ -218,12 +218,21 @@ impl Tile<'_> {
                 _ => visibility.draw(triangle, id, filter, near, self.frame.simd),
             }
         }
-        for id in ids.filter(|&id| self.alpha_mode(id) == AlphaMode::Blend) {
-            if let Some(triangle) = raster(id) {
-                visibility.list(&triangle, id, filter, near);
-            }
+        for (id, triangle) in &translucent {
+            visibility.list(triangle, *id, filter, near);
         }
         visibility.sort_layers();
+    }
+
+    /// The opaque triangle that is all that the tile shows, if there is one.
+    fn alone(&self, rasters: &[Option<RasterTriangle>]) -> Option<u32> {
+        let mut drawn = (0..)
+            .zip(rasters)
+            .filter_map(|(id, raster)| Some((id, raster.as_ref()?)));
+        let (id, triangle) = drawn.next().filter(|_| drawn.next().is_none())?;
+        let covers =
+            self.alpha_mode(id) == AlphaMode::Opaque && triangle.covers_tile(self.frame.near);
+        covers.then_some(id)
     }
 
     fn surface(&self, id: u32, seen_px: [f32; 2]) -> Box<Surface> {
@@ -233,9 +242,9 @@ impl Tile<'_> {
     /// Prepares the surfaces that are seen and lists their triangles; whether there are any.
     fn note_drawn(&self, work: &mut TileWork, image: &mut TileImage) -> bool {
         let filter = self.frame.filter;
-        if work.visibility.alone {
-            work.surfaces[0] = Some(self.surface(0, subpixel_px(filter, 0)));
-            image.drawn.push(self.list[0]);
+        if let Some(id) = work.visibility.alone {
+            work.surfaces[id as usize] = Some(self.surface(id, subpixel_px(filter, 0)));
+            image.drawn.push(self.list[id as usize]);
             return true;
         }
         let mut seen = vec![false; self.list.len()];
@@ -264,9 +273,9 @@ impl Tile<'_> {
 
     fn find_cells(&self, work: &mut TileWork) {
         let per_pixel = self.frame.filter.per_pixel;
-        if work.visibility.alone {
+        if let Some(id) = work.visibility.alone {
             work.seen.clear();
-            return work.seen.resize(TILE_PX * TILE_PX, Cell::Plane(0));
+            return work.seen.resize(TILE_PX * TILE_PX, Cell::Plane(id));
         }
         work.cells.clear();
         for rows in work.visibility.ids.chunks_exact(per_pixel * SPAN_PX) {
@@ -293,73 +302,6 @@ impl Tile<'_> {
             work.cells[row / per_pixel * SPAN_PX + column] = Cell::Layered;
         }
         seen(&work.cells, &mut work.cells_along, &mut work.seen);
-    }
-
-    /// Finds the edges between sub-pixels across which colour may jump.
-    fn find_edges(&self, work: &mut TileWork) {
-        let TileWork {
-            edges,
-            visibility,
-            rasters,
-            ..
-        } = work;
-        if visibility.alone {
-            return edges.clear();
-        }
-        let mesh = TileMesh {
-            tile: self,
-            rasters,
-        };
-        edges.find(self.frame.filter, &visibility.ids, |pair| {
-            crossing(&mesh, pair)
-        });
-    }
-
-    /// Place in the tile's list of a triangle of the scene; likely it is `expected`.
-    fn place(&self, mesh: u32, triangle: u32, expected: u32) -> Option<u32> {
-        let key = |&index: &u32| {
-            let seen = &self.frame.in_view.triangles[index as usize];
-            (seen.mesh, seen.triangle)
-        };
-        let wanted = (mesh, triangle);
-        if self.list.get(expected as usize).map(key) == Some(wanted) {
-            return Some(expected);
-        }
-        // Lists keep the order of the scene.
-        let place = self.list.binary_search_by_key(&wanted, key).ok()?;
-        Some(place as u32)
-    }
-}
-
-/// The triangles of a tile as a surface to walk over.
-struct TileMesh<'a> {
-    tile: &'a Tile<'a>,
-    rasters: &'a [Option<RasterTriangle>],
-}
-
-impl walk::Mesh for TileMesh<'_> {
-    fn triangle(&self, id: u32) -> Option<&RasterTriangle> {
-        self.rasters.get(id as usize)?.as_ref()
-    }
-
-    fn beyond(&self, id: u32, corner: usize, expected: u32) -> Option<Beyond> {
-        let seen = self.tile.seen(id);
-        let mesh = &self.tile.frame.scene.meshes[seen.mesh as usize];
-        let next = mesh.neighbours[seen.triangle as usize][corner]?;
-        let id = self.tile.place(seen.mesh, next.triangle, expected)?;
-        let line = |triangle: u32, corner: usize| {
-            let corners = mesh.triangles[triangle as usize];
-            [corners[(corner + 1) % 3], corners[(corner + 2) % 3]]
-        };
-        let [a, b] = line(seen.triangle, corner);
-        let flat = mesh.normals.is_empty()
-            && self.tile.frame.scene.materials[mesh.material].light != LightKind::None;
-        let jumps = flat || ![[a, b], [b, a]].contains(&line(next.triangle, next.corner()));
-        Some(Beyond {
-            id,
-            corner: next.corner(),
-            jumps,
-        })
     }
 }
 

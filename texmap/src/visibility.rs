@@ -14,7 +14,7 @@ use resample_core::simd::Vectors;
 use crate::cull::ScreenTriangle;
 use crate::edges::Crossing;
 use crate::filter::PixelFilter;
-use crate::places::{IOTA, LANES};
+use crate::lanes::{IOTA, LANES};
 use crate::plane::{Plane, moved, narrow, value};
 use crate::span::{NONE, SPAN_PX};
 
@@ -29,8 +29,8 @@ pub(crate) struct Visibility {
     pub(crate) ids: Vec<u32>,
     /// Depth keys: larger is nearer.
     pub(crate) keys: Vec<f32>,
-    /// Whether the first triangle of the list is all that is seen; keys are not set then.
-    pub(crate) alone: bool,
+    /// The triangle that is all that is seen, if there is one; keys are not set then.
+    pub(crate) alone: Option<u32>,
     /// Translucent triangles: sub-pixel, depth key, place in the tile's list.
     pub(crate) layers: Vec<Layer>,
 }
@@ -92,23 +92,29 @@ impl RasterTriangle {
             lines[i] = narrow(line / size);
             closed[i] = line.x > 0.0 || (line.x == 0.0 && line.y > 0.0);
         }
-        Some(Self {
+        let new = Self {
             lines,
             closed,
             key: narrow(moved(triangle.key, corner_px)),
             columns,
             rows,
-        })
+        };
+        Some(new).filter(|new| !new.misses_tile())
+    }
+
+    /// Whether the whole tile lies outside one of the lines, whatever their rounding.
+    fn misses_tile(&self) -> bool {
+        let outside = |line: &Plane| {
+            TILE_CORNERS
+                .iter()
+                .all(|&at| value(line, at) < -slack(line))
+        };
+        self.lines.iter().any(outside)
     }
 
     /// Whether it covers every sub-pixel of the tile, whatever the rounding of its lines.
     pub(crate) fn covers_tile(&self, near: NearKey) -> bool {
-        let side = SPAN_PX as f32;
-        let corners = [[0.0, 0.0], [side, 0.0], [0.0, side], [side, side]];
-        // Of the largest parts of a sum of three, each rounded a few times by 2^-24.
-        let slack =
-            |plane: &Plane| 1e-5 * (side * (plane[0].abs() + plane[1].abs()) + plane[2].abs());
-        corners.iter().all(|&at| {
+        TILE_CORNERS.iter().all(|&at| {
             let clear = |line: &Plane| value(line, at) > slack(line);
             self.lines.iter().all(clear) && value(&self.key, at) + slack(&self.key) < near.0
         })
@@ -228,6 +234,18 @@ fn draw_rows<S: Simd>(
     }
 }
 
+/// The corners of the span.
+const TILE_CORNERS: [[f32; 2]; 4] = {
+    let side = SPAN_PX as f32;
+    [[0.0, 0.0], [side, 0.0], [0.0, side], [side, side]]
+};
+
+/// More than the rounding of a plane's values over the tile: of the largest parts of a sum of three, each rounded a few
+/// times by 2^-24.
+fn slack(plane: &Plane) -> f32 {
+    1e-5 * (SPAN_PX as f32 * (plane[0].abs() + plane[1].abs()) + plane[2].abs())
+}
+
 impl Visibility {
     /// Forgets the last tile.
     pub(crate) fn clear(&mut self, filter: &PixelFilter) {
@@ -238,13 +256,13 @@ impl Visibility {
         self.keys.clear();
         self.keys.resize(count, f32::NEG_INFINITY);
         self.layers.clear();
-        self.alone = false;
+        self.alone = None;
     }
 
     /// Shows one triangle everywhere.
     pub(crate) fn show_alone(&mut self, id: u32) {
         self.ids.fill(id);
-        self.alone = true;
+        self.alone = Some(id);
     }
 
     /// Draws a triangle where it is nearer than the surface stored there.
