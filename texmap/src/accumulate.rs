@@ -133,12 +133,19 @@ impl Tile<'_> {
         at_px: [f32; 2],
         texels: &mut u64,
     ) -> Option<Vec4> {
+        let over_w_slope = surface.over_w_slope(at_px);
+        // The mean under the filter differs from what the centre shows by half the second derivative times the variance.
+        let bent = [0, 1].map(|k| self.frame.filter.variance_px2[k] * over_w_slope[k]);
         let mut gathered = |planes: &Option<UvPlanes>, [su, sv]: [f32; 2]| {
             let Some(planes) = planes else {
                 return Some(Vec4::ONE);
             };
             let UvAt { u, v, jacobian } = patch.at;
             let [ux, uy, vx, vy] = jacobian;
+            let (u, v) = (
+                u + ux * bent[0] + uy * bent[1],
+                v + vx * bent[0] + vy * bent[1],
+            );
             let pixel = PixelOnTexture {
                 pyramid: &self.frame.scene.pyramids[planes.pyramid],
                 at: UvAt {
@@ -146,7 +153,7 @@ impl Tile<'_> {
                     v: v * sv,
                     jacobian: [ux * su, uy * su, vx * sv, vy * sv],
                 },
-                over_w_slope: surface.over_w_slope(at_px),
+                over_w_slope,
             };
             let gathered = gather_minified(&pixel, self.frame.simd)?;
             *texels += u64::from(gathered.texels);

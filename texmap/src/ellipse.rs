@@ -176,7 +176,7 @@ impl TexelEllipse {
                 if left > 8 {
                     let weights = self.weights16(simd, du, dv);
                     let (low, high) = weights.split();
-                    sums.weight = sums.weight + (low + high);
+                    sums.weight += low + high;
                     add_row(
                         simd,
                         of_row,
@@ -187,7 +187,7 @@ impl TexelEllipse {
                     column += 16;
                 } else {
                     let weights = self.weights8(simd, du, dv);
-                    sums.weight = sums.weight + weights;
+                    sums.weight += weights;
                     add_row(
                         simd,
                         of_row,
@@ -285,11 +285,9 @@ fn add_row<S: Simd, K: Kind>(
         }
         return;
     }
-    let mut at = column;
-    for &weight in weights {
+    for (at, &weight) in (column..).zip(weights) {
         let texel = K::one(simd, texels, wrapped(at, texels.len(), wrap));
         sums[0] = texel.mul_add(f32x4::splat(simd, weight), sums[0]);
-        at += 1;
     }
 }
 

@@ -123,7 +123,7 @@ impl PixelFilter {
 
     /// A sub-pixel's position from the centre of the tile's first pixel, px, by row and column from the border's corner.
     #[inline(always)]
-    pub(crate) fn from_centre_px(&self, row: usize, column: usize) -> [f32; 2] {
+    pub(crate) fn centred_px(&self, row: usize, column: usize) -> [f32; 2] {
         let [x, y] = self.position_px(column, row);
         let centre = BORDER_PX as f32 + 0.5;
         [x - centre, y - centre]

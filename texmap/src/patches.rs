@@ -280,7 +280,7 @@ fn take_moments<S: Simd>(
     let (mut of_u, mut of_v, mut light) = ([zero; 4], [zero; 4], zero);
     for window in &filter.rows {
         let row = y * filter.per_pixel + window.row;
-        let [x0, dy] = filter.from_centre_px(window.row, window.column);
+        let [x0, dy] = filter.centred_px(window.row, window.column);
         for (k, &weight) in window.weights.iter().enumerate() {
             let at = row * SPAN_PX + window.column + k;
             let (u, v) = (

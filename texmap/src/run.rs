@@ -86,9 +86,9 @@ impl Run {
         for axis in 0..3 {
             let n = splat(normal[axis][0]) * x + splat(normal[axis][1]);
             let r = splat(towards[axis][0]) * x + splat(towards[axis][1]);
-            cosine = cosine - n * r;
-            normal2 = normal2 + n * n;
-            ray2 = ray2 + r * r;
+            cosine -= n * r;
+            normal2 += n * n;
+            ray2 += r * r;
         }
         let lengths = (normal2 * ray2).sqrt();
         let cosine = lengths.simd_gt(zero).select(cosine / lengths, zero);

@@ -209,12 +209,11 @@ fn draw_rows<S: Simd>(
             for i in 0..3 {
                 let line = &triangle.lines[i];
                 let value = splat(line[0]) * x + splat(line[1] * y) + splat(line[2]);
-                inside = inside
-                    & if triangle.closed[i] {
-                        value.simd_ge(zero)
-                    } else {
-                        value.simd_gt(zero)
-                    };
+                inside &= if triangle.closed[i] {
+                    value.simd_ge(zero)
+                } else {
+                    value.simd_gt(zero)
+                };
             }
             if inside.all_false() {
                 continue;
