@@ -300,6 +300,7 @@ fn gather_texels<S: Simd>(
 ) -> Option<Gathered> {
     match level.texels {
         LevelTexels::Unorm16(_) => ellipse.gather::<S, [u16; 4]>(simd, level, wrap),
+        LevelTexels::Srgb8(_) => ellipse.gather::<S, [u8; 4]>(simd, level, wrap),
         LevelTexels::Float(_) => ellipse.gather::<S, Vec4>(simd, level, wrap),
     }
 }

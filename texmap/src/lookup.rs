@@ -57,7 +57,7 @@ pub(crate) fn bilinear(level: &Level, wrap: [Wrap; 2], u: f32, v: f32) -> Vec4 {
     let (columns, rows) = if inside {
         (
             [i as usize, i as usize + 1],
-            [j as usize * width, (j as usize + 1) * width],
+            [j as usize * level.stride, (j as usize + 1) * level.stride],
         )
     } else {
         let column = |i: i32| wrapped(i, width, wrap[0]);

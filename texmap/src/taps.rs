@@ -10,7 +10,7 @@ use fearless_simd::{f32x4, f32x16, i32x16, u16x8};
 use glam::Vec4;
 
 use crate::lanes::LANES;
-use crate::mip::{Level, LevelTexels, Pyramid, UNIT, wrapped};
+use crate::mip::{Level, LevelTexels, Pyramid, UNIT, linear, wrapped};
 use crate::places::Places;
 use crate::scene::Wrap;
 
@@ -36,7 +36,7 @@ impl Kind for [u16; 4] {
     fn of(level: &Level) -> &[Self] {
         match &level.texels {
             LevelTexels::Unorm16(texels) => texels,
-            LevelTexels::Float(_) => &[],
+            _ => &[],
         }
     }
 
@@ -65,8 +65,8 @@ impl Kind for Vec4 {
     #[inline(always)]
     fn of(level: &Level) -> &[Self] {
         match &level.texels {
-            LevelTexels::Unorm16(_) => &[],
             LevelTexels::Float(texels) => texels,
+            _ => &[],
         }
     }
 
@@ -85,6 +85,31 @@ impl Kind for Vec4 {
     }
 }
 
+impl Kind for [u8; 4] {
+    const SCALE: f32 = 1.0;
+
+    #[inline(always)]
+    fn of(level: &Level) -> &[Self] {
+        match &level.texels {
+            LevelTexels::Srgb8(texels) => texels,
+            _ => &[],
+        }
+    }
+
+    #[inline(always)]
+    fn one<S: Simd>(simd: S, texels: &[Self], place: usize) -> f32x4<S> {
+        f32x4::simd_from(simd, linear(texels[place]).to_array())
+    }
+
+    #[inline(always)]
+    fn two<S: Simd>(simd: S, texels: &[Self], place: usize) -> [f32x4<S>; 2] {
+        [
+            Self::one(simd, texels, place),
+            Self::one(simd, texels, place + 1),
+        ]
+    }
+}
+
 /// Adds to `out` what the look-ups of the sub-pixels of a row give that lie in `lanes` and have a count above 0.
 #[inline(always)]
 pub(crate) fn look_up<S: Simd>(
@@ -97,19 +122,14 @@ pub(crate) fn look_up<S: Simd>(
     let mut first = lanes.start;
     while first < lanes.end {
         let some = first..lanes.end.min(first + LANES);
-        match pyramid.levels[0].texels {
-            LevelTexels::Unorm16(_) => {
-                look_up_some::<S, [u16; 4]>(simd, pyramid, places, some, out);
-            }
-            LevelTexels::Float(_) => look_up_some::<S, Vec4>(simd, pyramid, places, some, out),
-        }
+        look_up_some(simd, pyramid, places, some, out);
         first += LANES;
     }
 }
 
 /// As [`look_up`], for a vector of sub-pixels: those of one level together.
 #[inline(always)]
-fn look_up_some<S: Simd, K: Kind>(
+fn look_up_some<S: Simd>(
     simd: S,
     pyramid: &Pyramid,
     places: &Places,
@@ -125,7 +145,7 @@ fn look_up_some<S: Simd, K: Kind>(
     let zero = f32x16::splat(simd, 0.0);
     let wanted = (1u64 << lanes.len()) - 1;
     let mut left = count.simd_gt(zero).to_bitmask() & wanted;
-    let each = f32x16::splat(simd, K::SCALE) / count;
+    let each = f32x16::splat(simd, 1.0) / count;
     let weights = [each - each * share, each * share];
     let mixed = share.simd_gt(zero).to_bitmask();
     let mut taps = Taps::default();
@@ -139,19 +159,21 @@ fn look_up_some<S: Simd, K: Kind>(
                 continue;
             }
             let level = &pyramid.levels[index as usize + next];
-            let texels = K::of(level);
             let mut k = 0.0;
             while active != 0 {
                 let t = f32x16::splat(simd, k + 0.5) / count - f32x16::splat(simd, 0.5);
                 taps.set(simd, level, [u + t * along[0], v + t * along[1]]);
-                weight.store_slice(&mut taps.weight);
-                taps.add(
-                    simd,
-                    texels,
-                    (level, pyramid.wrap),
-                    active,
-                    &mut out[lanes.start..],
-                );
+                let out = &mut out[lanes.start..];
+                let level = (level, pyramid.wrap);
+                match level.0.texels {
+                    LevelTexels::Unorm16(_) => {
+                        taps.add::<S, [u16; 4]>(simd, level, *weight, active, out);
+                    }
+                    LevelTexels::Srgb8(_) => {
+                        taps.add::<S, [u8; 4]>(simd, level, *weight, active, out);
+                    }
+                    LevelTexels::Float(_) => taps.add::<S, Vec4>(simd, level, *weight, active, out),
+                }
                 k += 1.0;
                 active &= count.simd_gt(f32x16::splat(simd, k)).to_bitmask();
             }
@@ -191,19 +213,21 @@ impl Taps {
             at.simd_ge(i32x16::splat(simd, 0)) & at.simd_lt(i32x16::splat(simd, count - 1))
         };
         self.inside = (within(column, width) & within(row, height)).to_bitmask();
-        (row * i32x16::splat(simd, width) + column).store_slice(&mut self.place);
+        (row * i32x16::splat(simd, level.stride as i32) + column).store_slice(&mut self.place);
     }
 
     /// Adds the look-ups whose bit is set.
     #[inline(always)]
     fn add<S: Simd, K: Kind>(
-        &self,
+        &mut self,
         simd: S,
-        texels: &[K],
         (level, wrap): (&Level, [Wrap; 2]),
+        weight: f32x16<S>,
         mut active: u64,
         out: &mut [Vec4],
     ) {
+        (weight * f32x16::splat(simd, K::SCALE)).store_slice(&mut self.weight);
+        let texels = K::of(level);
         while active != 0 {
             let lane = active.trailing_zeros() as usize;
             active &= active - 1;
@@ -211,7 +235,7 @@ impl Taps {
                 let place = self.place[lane] as usize;
                 [
                     K::two(simd, texels, place),
-                    K::two(simd, texels, place + level.size[0]),
+                    K::two(simd, texels, place + level.stride),
                 ]
             } else {
                 self.wrapped(simd, texels, (level, wrap), lane)
