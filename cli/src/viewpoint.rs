@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, anyhow, bail};
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, LookAt};
-use warp3d::input::cameras::{self, Hints, Lens, Pair};
+use warp3d::input::cameras::{self, Distortion, Hints, Lens, Pair};
 
 use crate::camera_file::{self, CameraDefaults, CameraFile, FileCamera};
 use crate::values::{self, Size};
@@ -61,6 +61,29 @@ pub(crate) struct Views {
     pub cameras: Vec<FileCamera>,
     /// The geometry of a rectified pair, where the file states one.
     pub pair: Option<Pair>,
+    /// The distortion of the only camera's lens.
+    pub distortion: Option<Distortion>,
+}
+
+/// The camera that a picture was taken with.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TakenWith {
+    /// The camera, as a pinhole.
+    pub camera: FileCamera,
+    /// The geometry of a rectified pair, where the file states one.
+    pub pair: Option<Pair>,
+    /// How its lens departs from a pinhole.
+    pub distortion: Option<Distortion>,
+}
+
+impl From<FileCamera> for TakenWith {
+    fn from(camera: FileCamera) -> Self {
+        Self {
+            camera,
+            pair: None,
+            distortion: None,
+        }
+    }
 }
 
 /// Vertical field of view of a look-at camera whose file states none, degrees: the default of `--fov`.
@@ -103,13 +126,17 @@ impl Viewpoint {
 }
 
 /// The one camera that a picture was taken with.
-pub(crate) fn only_one(viewpoint: &Viewpoint, known: &Known) -> Result<(FileCamera, Option<Pair>)> {
+pub(crate) fn only_one(viewpoint: &Viewpoint, known: &Known) -> Result<TakenWith> {
     let Viewpoint::File { path, entry } = viewpoint else {
-        return Ok((typed(viewpoint, None, known)?, None));
+        return Ok(typed(viewpoint, None, known)?.into());
     };
     let views = views_of_file(path, entry.as_deref(), known)?;
     match views.cameras.as_slice() {
-        [camera] => Ok((*camera, views.pair)),
+        [camera] => Ok(TakenWith {
+            camera: *camera,
+            pair: views.pair,
+            distortion: views.distortion,
+        }),
         several => bail!(
             "{}: holds {} cameras, but a picture has one: name it behind a #, as in {}#0",
             path.display(),
@@ -225,6 +252,7 @@ fn views_of_file(path: &Path, entry: Option<&str>, known: &Known) -> Result<View
     Ok(Views {
         cameras: chosen.iter().map(sized).collect::<Result<_>>()?,
         pair: set.pair,
+        distortion: chosen[0].distortion,
     })
 }
 
@@ -258,6 +286,7 @@ fn own_file(path: &Path, entry: Option<&str>, known: &Known) -> Result<Views> {
     Ok(Views {
         cameras,
         pair: None,
+        distortion: None,
     })
 }
 

@@ -12,7 +12,7 @@ use warp3d::input::DepthKind;
 
 use crate::args::{AskArgs, Given, PictureArgs};
 use crate::multiview::Anaglyph;
-use crate::values::{self, Grid, Size};
+use crate::values::{self, Grid, IntrinsicsWord, Size};
 use crate::viewpoint::{self, Viewpoint};
 
 /// Options of `resample warp3d`.
@@ -21,7 +21,7 @@ pub struct Warp3dArgs {
     /// Picture: PNG, JPEG, TIFF or EXR (FILE.exr#LAYER), detected by the content
     #[arg(value_name = "COLOUR")]
     pub colour: String,
-    /// Depth of the picture: EXR (FILE.exr#CHANNEL), PFM, PNG, .npy or TIFF
+    /// Depth of the picture: EXR (FILE.exr#CHANNEL), PFM, PNG, .npy or TIFF, of any size
     #[arg(value_name = "DEPTH")]
     pub depth: String,
     /// Picture to write, .png or .exr; a pattern such as %04d is replaced by the number of the picture
@@ -71,9 +71,10 @@ pub struct Warp3dArgs {
 pub struct WarpCameraArgs {
     /// Camera of the picture: FILE, FILE#ENTRY or fov:DEGREES [default: the lens of --intrinsics, at the origin]
     ///
-    /// Files: this program's JSON, Middlebury calib.txt, Open3D and TUM trajectories, COLMAP images.txt (with
-    /// cameras.txt beside it), NeRF and Blender transforms.json, MPEG camera JSON. ENTRY is the name or number of a
-    /// camera in the file.
+    /// Files: this program's JSON, Middlebury calib.txt, Open3D and TUM trajectories, Open3D's camera JSON, a COLMAP
+    /// model (its folder, images.txt or images.bin), NeRF and Blender transforms.json, MPEG camera JSON, poses as 4x4 or
+    /// 3x4 matrices (7-Scenes, ScanNet, KITTI). ENTRY is the name, number or time of a camera in the file. A lens with
+    /// distortion is undistorted on reading.
     #[arg(long, value_name = "CAM", value_parser = viewpoint::parse)]
     pub from: Option<Viewpoint>,
     /// New camera: FILE, FILE#ENTRY, or shift:X,Y,Z from the picture's camera (right, down, forward) [default: the
@@ -85,9 +86,10 @@ pub struct WarpCameraArgs {
     /// A further picture, its depth and its camera; may be repeated
     #[arg(long, value_names = ["COLOUR", "DEPTH", "CAM"], num_args = 3, action = clap::ArgAction::Append)]
     pub reference: Vec<String>,
-    /// Lens of the picture in pixels, where the camera file holds poses alone
-    #[arg(long, value_name = "FX,FY,CX,CY", value_parser = values::intrinsics)]
-    pub intrinsics: Option<[f64; 4]>,
+    /// Lens of the picture in pixels, where the camera file holds poses alone: numbers, or a file (Open3D's JSON, a
+    /// matrix)
+    #[arg(long, value_name = "FX,FY,CX,CY|FILE", value_parser = values::intrinsics)]
+    pub intrinsics: Option<IntrinsicsWord>,
     /// Where CX and CY of --intrinsics have the centre of the first pixel: at 0 (integer) or at 0.5 (half)
     #[arg(long, value_enum, default_value = "integer")]
     pub pixel_centre: PixelCentre,
@@ -103,13 +105,13 @@ pub struct DepthArgs {
     /// Meaning of the depth file's numbers
     #[arg(long, value_enum, default_value = "z")]
     pub depth_kind: DepthKind,
-    /// World units per stored unit, such as 0.001; needed where depth is stored in whole numbers [default: 1]
+    /// World units per stored unit, such as 0.001; needed where distances are stored in whole numbers [default: 1]
     #[arg(long, value_name = "S", value_parser = values::positive)]
     pub depth_scale: Option<f64>,
-    /// Near plane of an MPEG or OpenGL depth code, world units
+    /// Near plane of an MPEG or OpenGL depth code or of relative depth, world units
     #[arg(long, value_name = "Z", value_parser = values::positive, requires = "far")]
     pub near: Option<f64>,
-    /// Far plane of an MPEG or OpenGL depth code, world units
+    /// Far plane of an MPEG or OpenGL depth code or of relative depth, world units
     #[arg(long, value_name = "Z", value_parser = values::positive, requires = "near")]
     pub far: Option<f64>,
     /// A stored number that means "unknown", beside 0, NaN and infinity

@@ -306,7 +306,7 @@ fn targets(args: &Warp3dArgs, scene: &WarpScene) -> Result<Vec<Camera>> {
     let known = Known {
         picture: [from.width, from.height],
         size: args.cameras.size,
-        lens: warp_scene::lens(args),
+        lens: warp_scene::lens(args, [from.width, from.height])?,
     };
     let cameras = viewpoint::several(to, &from, &known)?;
     let named = || to.path().unwrap_or(Path::new("--to")).display().to_string();
