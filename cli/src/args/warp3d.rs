@@ -11,7 +11,7 @@ use warp3d::WarpArgs;
 use warp3d::input::DepthKind;
 
 use crate::args::{AskArgs, Given, PictureArgs};
-use crate::multiview::Anaglyph;
+use crate::multiview::{Anaglyph, Places};
 use crate::values::{self, Grid, IntrinsicsWord, Size};
 use crate::viewpoint::{self, Viewpoint};
 
@@ -78,7 +78,7 @@ pub struct WarpCameraArgs {
     #[arg(long, value_name = "CAM", value_parser = viewpoint::parse)]
     pub from: Option<Viewpoint>,
     /// New camera: FILE, FILE#ENTRY, or shift:X,Y,Z from the picture's camera (right, down, forward) [default: the
-    /// picture's own camera, with --stereo, --quilt or --sway]
+    /// picture's own camera, with --stereo, --layout, --quilt or --sway]
     ///
     /// A file of several cameras without ENTRY gives one numbered picture for each.
     #[arg(long, value_name = "CAM", value_parser = viewpoint::parse)]
@@ -129,9 +129,12 @@ pub struct DepthArgs {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Stereo and light fields")]
 pub struct ViewArgs {
-    /// Two views this far apart (world units), side by side, the left eye's on the left
+    /// Two views this far apart (world units), side by side unless --layout says otherwise
     #[arg(long, value_name = "BASELINE", value_parser = values::positive, conflicts_with = "quilt")]
     pub stereo: Option<f64>,
+    /// How views lie in the picture [default with --stereo: side-by-side]
+    #[arg(long, value_enum, conflicts_with_all = ["quilt", "anaglyph"])]
+    pub layout: Option<LayoutWord>,
     /// One red-cyan picture of the two views of --stereo
     #[arg(long, value_enum, requires = "stereo", num_args = 0..=1, default_missing_value = "dubois")]
     pub anaglyph: Option<Anaglyph>,
@@ -146,6 +149,39 @@ pub struct ViewArgs {
     /// views [default: the median depth]
     #[arg(long, value_name = "Z", value_parser = values::distance)]
     pub convergence: Option<f64>,
+}
+
+/// How views lie in a picture, by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum LayoutWord {
+    /// Of --stereo: the left eye's view on the left
+    SideBySide,
+    /// Of --stereo: the left eye's view on the left, both at half their width, as 3-D screens expect them
+    HalfSideBySide,
+    /// Of --stereo: the left eye's view above
+    TopBottom,
+    /// Of --stereo: the left eye's view above, both at half their height
+    HalfTopBottom,
+    /// Of --stereo: the right eye's view on the left, to be seen with crossed eyes
+    CrossEye,
+    /// The picture on the left, its inverse depth in grey on the right, near white
+    ColourAndDepth,
+    /// All directions around the new camera, longitude along x and latitude along y; the width is 360 degrees
+    Equirectangular,
+}
+
+impl LayoutWord {
+    /// Where the views of a stereo pair lie, if there are two.
+    pub fn places(self) -> Option<Places> {
+        match self {
+            Self::SideBySide => Some(Places::SideBySide),
+            Self::HalfSideBySide => Some(Places::HalfSideBySide),
+            Self::TopBottom => Some(Places::TopBottom),
+            Self::HalfTopBottom => Some(Places::HalfTopBottom),
+            Self::CrossEye => Some(Places::CrossEye),
+            Self::ColourAndDepth | Self::Equirectangular => None,
+        }
+    }
 }
 
 impl Default for WarpCameraArgs {

@@ -11,10 +11,12 @@ use resample_core::Camera;
 use serde_json::{Value, json};
 use warp3d::{Fill, WarpArgs, WarpOptions};
 
-use crate::args::{CameraArgs, Given, SequenceArgs, Warp3dArgs};
+use clap::ValueEnum;
+
+use crate::args::{CameraArgs, Given, LayoutWord, SequenceArgs, Warp3dArgs};
 use crate::camera_file::CameraDefaults;
 use crate::camera_path::{self, KeyKind};
-use crate::multiview::{self, Layout};
+use crate::multiview::{self, Layout, Places};
 use crate::output;
 use crate::picture::Drawn;
 use crate::plan::{Pictures, Plan, Purpose, Request, Run, RunLog};
@@ -144,7 +146,7 @@ impl Ready {
             .map_or([1, 1], |size| [size.width, size.height]);
         let mut keeping = keeping(args, &options, guess, purpose)?;
         let mut scene = warp_scene::read(args, keeping)?;
-        let layout = layout(args);
+        let layout = layout(args, scene.nearest);
         let targets = targets(args, &scene)?;
         let convergence = convergence(args, &scene, &targets[0])?;
         let cameras = cameras(args, &layout, &targets, convergence)?;
@@ -268,6 +270,7 @@ fn request<'a>(args: &'a Warp3dArgs, shared: &'a Shared) -> Request<'a> {
 
 /// Refuses what the words alone rule out.
 fn check_words(args: &Warp3dArgs) -> Result<()> {
+    check_layout(args)?;
     for path in [&args.filled, &args.confidence].into_iter().flatten() {
         output::format_of(path, None)?;
     }
@@ -277,20 +280,46 @@ fn check_words(args: &Warp3dArgs) -> Result<()> {
     if args.confidence.is_some() && args.views.anaglyph.is_some() {
         bail!("--confidence: an anaglyph shows two views at once: leave it out");
     }
-    let is_single = layout(args) == Layout::Single && args.sequence.sway.is_none();
+    let views = &args.views;
+    let is_single = views.stereo.is_none()
+        && views.quilt.is_none()
+        && views.layout.is_none()
+        && args.sequence.sway.is_none();
     if is_single && args.cameras.to.is_none() && args.sequence.path.is_none() {
-        bail!("the new camera is missing: give --to CAM or --path, or --stereo, --quilt or --sway");
+        bail!(
+            "the new camera is missing: give --to CAM or --path, or --stereo, --layout, --quilt or --sway"
+        );
     }
     Ok(())
 }
 
-fn layout(args: &Warp3dArgs) -> Layout {
+/// How views lie in the picture; `nearest` is the distance of the nearest sample, world units.
+fn layout(args: &Warp3dArgs, nearest: f64) -> Layout {
     let views = &args.views;
-    match (views.stereo, views.anaglyph, views.quilt) {
-        (Some(baseline), Some(kind), _) => Layout::Anaglyph(baseline, kind),
-        (Some(baseline), None, _) => Layout::SideBySide(baseline),
-        (None, _, Some(grid)) => Layout::Quilt(grid, views.view_cone),
-        (None, _, None) => Layout::Single,
+    let places = views.layout.and_then(LayoutWord::places);
+    match (views.stereo, views.anaglyph, views.quilt, views.layout) {
+        (Some(baseline), Some(kind), ..) => Layout::Anaglyph(baseline, kind),
+        (Some(baseline), ..) => Layout::Stereo(baseline, places.unwrap_or(Places::SideBySide)),
+        (None, _, Some(grid), _) => Layout::Quilt(grid, views.view_cone),
+        (None, _, None, Some(LayoutWord::ColourAndDepth)) => Layout::ColourAndDepth(nearest),
+        (None, _, None, Some(LayoutWord::Equirectangular)) => {
+            Layout::Equirectangular(args.cameras.size)
+        }
+        (None, _, None, _) => Layout::Single,
+    }
+}
+
+/// Refuses layouts of a pair without one, and pairs in a layout of one view.
+fn check_layout(args: &Warp3dArgs) -> Result<()> {
+    let Some(layout) = args.views.layout else {
+        return Ok(());
+    };
+    let name = layout.to_possible_value();
+    let name = name.as_ref().map_or("", |name| name.get_name());
+    match (layout.places(), args.views.stereo) {
+        (Some(_), None) => bail!("--layout {name}: it shows two views: give --stereo BASELINE"),
+        (None, Some(_)) => bail!("--layout {name}: it shows one view: leave --stereo out"),
+        _ => Ok(()),
     }
 }
 
@@ -335,7 +364,7 @@ fn keyed(path: &Path, args: &Warp3dArgs, from: &Camera, scene: &WarpScene) -> Re
 
 /// Distance at which views agree and about which cameras sway.
 fn convergence(args: &Warp3dArgs, scene: &WarpScene, target: &Camera) -> Result<f64> {
-    let is_needed = layout(args).needs_convergence() || args.sequence.sway.is_some();
+    let is_needed = layout(args, scene.nearest).needs_convergence() || args.sequence.sway.is_some();
     let Some(typed) = args.views.convergence else {
         if !is_needed {
             return Ok(f64::INFINITY);
