@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, anyhow, bail};
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, LookAt};
-use warp3d::input::cameras::{self, Distortion, Hints, Lens, Pair};
+use warp3d::input::cameras::{self, CameraSet, Distortion, Hints, Lens, Pair};
 
 use crate::camera_file::{self, CameraDefaults, CameraFile, FileCamera};
 use crate::values::{self, Size};
@@ -143,6 +143,57 @@ pub(crate) fn only_one(viewpoint: &Viewpoint, known: &Known) -> Result<TakenWith
             several.len(),
             path.display()
         ),
+    }
+}
+
+/// The names of the cameras of a file.
+pub(crate) enum Names {
+    /// A format with names.
+    Named(CameraSet),
+    /// This program's own, numbered from 0.
+    Numbered(usize),
+}
+
+impl Names {
+    /// Reads them.
+    pub(crate) fn of_file(path: &Path, known: &Known) -> Result<Self> {
+        let hints = Hints {
+            size: Some(known.picture),
+            lens: known.lens,
+        };
+        Ok(match cameras::read(path, &hints)? {
+            Some(set) => Self::Named(set),
+            None => Self::Numbered(own_file(path, None, known)?.cameras.len()),
+        })
+    }
+
+    /// How many there are.
+    pub(crate) fn count(&self) -> usize {
+        match self {
+            Self::Named(set) => set.entries.len(),
+            Self::Numbered(count) => *count,
+        }
+    }
+
+    /// Whether the names are times.
+    pub(crate) fn are_times(&self) -> bool {
+        matches!(self, Self::Named(set) if set.names == cameras::Names::Times)
+    }
+
+    /// The camera of this name or time.
+    pub(crate) fn find(&self, name: &str) -> Option<String> {
+        match self {
+            Self::Named(set) => Some(set.entry(name).ok()?.name.clone()),
+            Self::Numbered(_) => None,
+        }
+    }
+
+    /// The camera at this place.
+    pub(crate) fn at(&self, index: usize) -> Option<String> {
+        match self {
+            Self::Named(set) => Some(set.entries.get(index)?.name.clone()),
+            Self::Numbered(count) => (index < *count).then(|| index.to_string()),
+        }
     }
 }
 

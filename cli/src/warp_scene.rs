@@ -73,6 +73,16 @@ pub(crate) fn read(args: &Warp3dArgs, keeping: Keeping) -> Result<WarpScene> {
     })
 }
 
+/// The camera of the first picture, without reading its pixels.
+pub(crate) fn camera(args: &Warp3dArgs) -> Result<FileCamera> {
+    let first = Typed {
+        colour: &args.colour,
+        depth: &args.depth,
+        camera: args.cameras.from.clone(),
+    };
+    Ok(described(&first, args)?.from)
+}
+
 /// The sizes of all pictures, px, from their headers alone.
 pub(crate) fn sizes(args: &Warp3dArgs) -> Result<Vec<[u32; 2]>> {
     let mut sizes = vec![colour::size(&Part::from_text(&args.colour))?];

@@ -19,6 +19,10 @@ use crate::viewpoint::{self, Viewpoint};
 #[derive(Args, Clone, Debug, Default)]
 pub struct Warp3dArgs {
     /// Picture: PNG, JPEG, TIFF or EXR (FILE.exr#LAYER), detected by the content
+    ///
+    /// A sequence has a pattern such as %05d in the name, or a list: a text file (.txt) with a name a line, or a time in
+    /// seconds and a name. DEPTH is then a pattern or a list too; --from and --to may name a file of as many cameras, one
+    /// with their times or names, or a pattern.
     #[arg(value_name = "COLOUR")]
     pub colour: String,
     /// Depth of the picture: EXR (FILE.exr#CHANNEL), PFM, PNG, .npy or TIFF, of any size

@@ -19,6 +19,7 @@ use cameras::Distortion;
 pub use meaning::{DepthKind, DepthMeaning};
 use regrid::Lens;
 use resample_io::files::fault;
+pub use resample_io::files::read_text;
 pub use resample_io::{MAX_PIXELS, Part, Picture, Plane, Stored, colour, depth};
 
 /// The camera that a picture was taken with, and how its lens departs from a pinhole.
