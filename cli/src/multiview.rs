@@ -7,7 +7,7 @@
 //! one size only. Source: the order of a quilt's tiles is that of Looking Glass's.
 
 mod anaglyph;
-pub mod panorama;
+mod panorama;
 
 use anyhow::Result;
 use glam::{DAffine3, DMat3, DVec2, DVec3};

@@ -9,6 +9,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, LookAt};
 use warp3d::input::cameras::{self, CameraSet, Distortion, Hints, Lens, Pair};
+use warp3d::panorama;
 
 use crate::camera_file::{self, CameraDefaults, CameraFile, FileCamera};
 use crate::values::{self, Size};
@@ -25,6 +26,8 @@ pub enum Viewpoint {
     },
     /// A pinhole at the origin with this vertical field of view, degrees.
     Fov(f64),
+    /// All directions around the origin, longitude along x and latitude along y.
+    Equirectangular,
     /// The picture's camera, moved right, down and forward, world units.
     Shift(DVec3),
 }
@@ -37,6 +40,7 @@ impl std::fmt::Display for Viewpoint {
                 entry: Some(entry),
             } => write!(f, "{}#{entry}", path.display()),
             Self::File { path, entry: None } => write!(f, "{}", path.display()),
+            Self::Equirectangular => write!(f, "{EQUIRECTANGULAR}"),
             Self::Fov(degrees) => write!(f, "fov:{degrees}"),
             Self::Shift(shift) => write!(f, "shift:{},{},{}", shift.x, shift.y, shift.z),
         }
@@ -89,8 +93,14 @@ impl From<FileCamera> for TakenWith {
 /// Vertical field of view of a look-at camera whose file states none, degrees: the default of `--fov`.
 pub(crate) const DEFAULT_FOV_Y_DEG: f64 = 30.0;
 
+/// The word for a panorama's camera.
+const EQUIRECTANGULAR: &str = "equirectangular";
+
 /// Splits the word of a camera.
 pub fn parse(text: &str) -> Result<Viewpoint, String> {
+    if text == EQUIRECTANGULAR {
+        return Ok(Viewpoint::Equirectangular);
+    }
     if let Some(angle) = text.strip_prefix("fov:") {
         return values::field_of_view(angle).map(Viewpoint::Fov);
     }
@@ -120,7 +130,7 @@ impl Viewpoint {
     pub(crate) fn path(&self) -> Option<&Path> {
         match self {
             Self::File { path, .. } => Some(path),
-            Self::Fov(_) | Self::Shift(_) => None,
+            Self::Fov(_) | Self::Shift(_) | Self::Equirectangular => None,
         }
     }
 }
@@ -273,9 +283,19 @@ fn typed(viewpoint: &Viewpoint, from: Option<&Camera>, known: &Known) -> Result<
                 ..camera
             }
         }
+        (Viewpoint::Equirectangular, None) => front_of_panorama(known.picture),
+        (Viewpoint::Equirectangular, Some(_)) => bail!(
+            "--to equirectangular: a panorama is drawn with --layout equirectangular, from the camera of --to"
+        ),
         (Viewpoint::File { .. }, _) => bail!("a file is no typed camera"),
     };
     Ok(FileCamera::without_near(camera))
+}
+
+/// The camera that looks at the middle of a panorama: a right angle, at the panorama's scale.
+fn front_of_panorama(size: [u32; 2]) -> Camera {
+    let focal_px = 0.5 * (2.0 * panorama::focal_px(size)).round();
+    panorama::faces(DAffine3::IDENTITY, cameras::NEAR_PLACEHOLDER, focal_px, 0.0)[0]
 }
 
 fn views_of_file(path: &Path, entry: Option<&str>, known: &Known) -> Result<Views> {

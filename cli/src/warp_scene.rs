@@ -51,10 +51,12 @@ pub(crate) fn read(args: &Warp3dArgs, keeping: Keeping) -> Result<WarpScene> {
         .collect::<Result<_>>()?;
     let both = typed.iter().zip(&described);
     let mut references = match keeping {
-        Keeping::Memory => References::Held(
-            both.map(|(typed, found)| held(typed, found))
-                .collect::<Result<_>>()?,
-        ),
+        Keeping::Memory => {
+            let held: Vec<_> = both
+                .map(|(typed, found)| held(typed, found))
+                .collect::<Result<_>>()?;
+            References::Held(held.into_iter().flatten().collect())
+        }
         Keeping::File(max_memory) => {
             let tolerance = args.render.options.tolerance();
             let filed = both.map(|(typed, found)| filed(typed, found, tolerance, max_memory));
@@ -196,10 +198,14 @@ fn described(typed: &Typed, args: &Warp3dArgs) -> Result<Described> {
     })
 }
 
-/// Reads a reference into memory.
-fn held(typed: &Typed, found: &Described) -> Result<Reference> {
+/// Reads a picture into memory: one reference, or the faces of a panorama.
+fn held(typed: &Typed, found: &Described) -> Result<Vec<Reference>> {
     let picture = colour::read(&found.colour)?;
     let stored = depth::read(&found.depth)?;
+    if typed.camera == Some(Viewpoint::Equirectangular) {
+        let faces = input::panorama(&picture, &stored, &found.meaning, &found.depth.path);
+        return faces.with_context(|| typed.colour.to_owned());
+    }
     let taken = Taken {
         camera: found.from.with_any_near(),
         distortion: found.distortion,
@@ -211,7 +217,7 @@ fn held(typed: &Typed, found: &Described) -> Result<Reference> {
     if let Some(note) = note {
         report::say(&format!("note: {}: {note}", typed.depth));
     }
-    Ok(reference)
+    Ok(vec![reference])
 }
 
 /// Reads a reference into a temporary file.
@@ -221,9 +227,9 @@ fn filed(
     tolerance: SurfaceTolerance,
     max_memory: u64,
 ) -> Result<LargeReference> {
-    if found.distortion.is_some() {
+    if found.distortion.is_some() || typed.camera == Some(Viewpoint::Equirectangular) {
         anyhow::bail!(
-            "{}: a lens with distortion is undistorted in memory: allow more --max-memory, or undistort the picture",
+            "{}: a lens with distortion and a panorama are resampled in memory: allow more --max-memory",
             typed.colour
         );
     }

@@ -73,7 +73,7 @@ pub struct Warp3dArgs {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Cameras")]
 pub struct WarpCameraArgs {
-    /// Camera of the picture: FILE, FILE#ENTRY or fov:DEGREES [default: the lens of --intrinsics, at the origin]
+    /// Camera of the picture: FILE, FILE#ENTRY, fov:DEGREES or equirectangular [default: the lens of --intrinsics, at the origin]
     ///
     /// Files: this program's JSON, Middlebury calib.txt, Open3D and TUM trajectories, Open3D's camera JSON, a COLMAP
     /// model (its folder, images.txt or images.bin), NeRF and Blender transforms.json, MPEG camera JSON, poses as 4x4 or

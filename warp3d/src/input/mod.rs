@@ -13,11 +13,13 @@ use crate::{Error, Reference};
 
 pub mod cameras;
 pub mod meaning;
+mod panoramas;
 mod regrid;
 
 use cameras::Distortion;
 pub use meaning::{DepthKind, DepthMeaning};
-use regrid::Lens;
+pub use panoramas::panorama;
+use regrid::{Lens, Model};
 use resample_io::files::fault;
 pub use resample_io::files::read_text;
 pub use resample_io::{MAX_PIXELS, Part, Picture, Plane, Stored, colour, depth};
@@ -60,22 +62,30 @@ pub fn reference(
     );
     check_camera(size, &camera)?;
     check_proportions(size, depth_size, depth_file)?;
-    let (picture, mut depth) = if size == depth_size && distortion.is_none() {
+    let (picture, depth) = if size == depth_size && distortion.is_none() {
         let depth = meaning.camera_z(stored, &camera);
         (picture, depth.map_err(|what| fault(depth_file, what))?)
     } else {
+        let model = distortion.as_ref().map_or(Model::Pinhole, Model::Distorted);
         let lens = Lens {
             camera: &camera,
-            distortion: distortion.as_ref(),
+            model,
+            size,
         };
         let depth = regridded(stored, meaning, &picture, &lens);
         let depth = depth.map_err(|what| fault(depth_file, what))?;
-        let picture = match distortion {
-            Some(_) => regrid::undistorted(&picture, &lens),
-            None => picture,
+        let picture = match model {
+            Model::Pinhole => picture,
+            _ => regrid::seen(&picture, &lens),
         };
         (picture, depth)
     };
+    assembled(picture, depth, camera)
+        .ok_or_else(|| nothing_known(meaning, stored.stored, depth_file))
+}
+
+/// The reference of a picture and its camera z; `None` if no pixel has a usable depth.
+fn assembled(picture: Picture, mut depth: Vec<f32>, camera: Camera) -> Option<Reference> {
     if let Some(coverage) = &picture.coverage {
         let uncovered = coverage
             .iter()
@@ -83,10 +93,8 @@ pub fn reference(
             .filter(|(coverage, _)| **coverage < 0.5);
         uncovered.for_each(|(_, z)| *z = f32::NAN);
     }
-    if depth.iter().all(|z| z.is_nan()) {
-        return Err(nothing_known(meaning, stored.stored, depth_file));
-    }
-    Ok(Reference {
+    let is_known = depth.iter().any(|z| !z.is_nan());
+    is_known.then_some(Reference {
         camera,
         colour: picture.rgb,
         depth,
@@ -112,13 +120,18 @@ fn regridded(
     };
     let mut z = regrid::distances(&distances, picture, lens);
     if meaning.kind == DepthKind::Ray {
-        let width = picture.width;
-        for (index, z) in z.iter_mut().enumerate() {
-            let ray = meaning::ray_length(lens.camera, index % width, index / width);
-            *z = (f64::from(*z) / ray) as f32;
-        }
+        along_the_axis(&mut z, lens.camera);
     }
     Ok(z)
+}
+
+/// Makes camera z of distances along the rays.
+fn along_the_axis(distances: &mut [f32], camera: &Camera) {
+    let width = camera.width as usize;
+    for (index, z) in distances.iter_mut().enumerate() {
+        let ray = meaning::ray_length(camera, index % width, index / width);
+        *z = (f64::from(*z) / ray) as f32;
+    }
 }
 
 /// Largest stretch of a depth against its picture: networks round sides to multiples of 14 or 32 pixels, which is 4 %

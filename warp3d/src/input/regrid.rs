@@ -1,10 +1,10 @@
-//! A picture and its depth on the pixels of a pinhole camera: depth of another size, and lenses with distortion.
+//! A picture and its depth on the pixels of a pinhole camera: depth of another size, lenses with distortion, panoramas.
 //!
 //! Takes what was read and gives both on the camera's grid. Colour follows the cubic spline that magnification uses.
 //! Depth is never blended across an edge: inside a surface its inverse is interpolated, and where the four samples
 //! around a place belong to several surfaces, the one is continued whose colour is the place's own.
 
-use glam::DVec2;
+use glam::{DMat3, DVec2};
 use rayon::prelude::*;
 use resample_core::image::srgb_from_linear;
 use resample_core::{Camera, Projection};
@@ -12,6 +12,7 @@ use resample_core::{Camera, Projection};
 use super::cameras::Distortion;
 use super::{Picture, Plane};
 use crate::options::SurfaceTolerance;
+use crate::panorama;
 use crate::spline;
 use crate::surface::{Cell, Surfaces};
 
@@ -23,7 +24,24 @@ const COLOUR_SIGMA: f32 = 0.1;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lens<'a> {
     pub(super) camera: &'a Camera,
-    pub(super) distortion: Option<&'a Distortion>,
+    pub(super) model: Model<'a>,
+    /// Width and height of the picture, px.
+    pub(super) size: [usize; 2],
+}
+
+/// How a picture was taken.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Model<'a> {
+    /// By the camera itself.
+    Pinhole,
+    /// By the camera, through a lens with this distortion.
+    Distorted(&'a Distortion),
+    /// As a panorama of this size around the same eye, some columns of which are repeated at both ends.
+    Panorama {
+        panorama_from_camera: DMat3,
+        size: [u32; 2],
+        repeated: usize,
+    },
 }
 
 impl Lens<'_> {
@@ -31,13 +49,22 @@ impl Lens<'_> {
     fn pos_in_picture(&self, index: usize) -> Option<DVec2> {
         let width = self.camera.width as usize;
         let pixel = DVec2::new((index % width) as f64, (index / width) as f64) + 0.5;
-        let Some(distortion) = self.distortion else {
-            return Some(pixel);
-        };
         let focal = DVec2::new(self.camera.fx, self.camera.fy);
         let centre = DVec2::new(self.camera.cx, self.camera.cy);
-        let pos = distortion.distort((pixel - centre) / focal)? * focal + centre;
-        let size = DVec2::new(f64::from(self.camera.width), f64::from(self.camera.height));
+        let on_plane = (pixel - centre) / focal;
+        let pos = match self.model {
+            Model::Pinhole => return Some(pixel),
+            Model::Distorted(distortion) => distortion.distort(on_plane)? * focal + centre,
+            Model::Panorama {
+                panorama_from_camera,
+                size,
+                repeated,
+            } => {
+                let towards = panorama_from_camera * on_plane.extend(1.0);
+                panorama::position(towards, size) + DVec2::new(repeated as f64, 0.0)
+            }
+        };
+        let size = DVec2::new(self.size[0] as f64, self.size[1] as f64);
         (pos.cmpge(DVec2::ZERO).all() && pos.cmple(size).all()).then_some(pos)
     }
 
@@ -46,19 +73,20 @@ impl Lens<'_> {
     }
 }
 
-/// The picture without its lens's distortion. Pixels of which the picture shows nothing are not covered.
-pub(super) fn undistorted(picture: &Picture, lens: &Lens) -> Picture {
+/// The picture as the pinhole sees it. Pixels of which the picture shows nothing are not covered.
+pub(super) fn seen(picture: &Picture, lens: &Lens) -> Picture {
     let size = [picture.width, picture.height];
     let coverage = |index: usize| picture.coverage.as_ref().map_or(1.0, |held| held[index]);
     let samples: Vec<[f32; 4]> = (picture.rgb.iter().enumerate())
         .map(|(index, &[r, g, b])| [r, g, b, coverage(index)])
         .collect();
     // One flat surface: the whole picture is one run along each line.
-    let flat = Surfaces::new(
-        lens.camera,
-        &vec![1.0; samples.len()],
-        SurfaceTolerance::Auto,
-    );
+    let grid = Camera {
+        width: size[0] as u32,
+        height: size[1] as u32,
+        ..*lens.camera
+    };
+    let flat = Surfaces::new(&grid, &vec![1.0; samples.len()], SurfaceTolerance::Auto);
     let coefficients = spline::coefficients(&samples, &flat);
     let colours: Vec<[f32; 4]> = (0..lens.pixels())
         .into_par_iter()
@@ -68,8 +96,8 @@ pub(super) fn undistorted(picture: &Picture, lens: &Lens) -> Picture {
         })
         .collect();
     Picture {
-        width: picture.width,
-        height: picture.height,
+        width: lens.camera.width as usize,
+        height: lens.camera.height as usize,
         rgb: colours.iter().map(|&[r, g, b, _]| [r, g, b]).collect(),
         coverage: Some(colours.iter().map(|colour| colour[3].min(1.0)).collect()),
     }

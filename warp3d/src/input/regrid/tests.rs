@@ -17,7 +17,7 @@ fn camera(size: [u32; 2]) -> Camera {
 
 /// What the ray through a place sees: a tilted wall and, left of the line x = -0.1 + 0.1 y, a nearer one. Camera z and
 /// colour.
-fn seen(on_plane: DVec2) -> (f64, [f32; 3]) {
+fn scene(on_plane: DVec2) -> (f64, [f32; 3]) {
     let is_near = on_plane.x < -0.1 + 0.1 * on_plane.y;
     if is_near {
         (2.0 / (1.0 + 0.3 * on_plane.y), [0.8, 0.3, 0.1])
@@ -45,7 +45,7 @@ fn picture(camera: &Camera, place: impl Fn(DVec2) -> DVec2) -> Picture {
         width: camera.width as usize,
         height: camera.height as usize,
         rgb: (0..pixels(camera))
-            .map(|index| seen(place(on_plane(camera, index))).1)
+            .map(|index| scene(place(on_plane(camera, index))).1)
             .collect(),
         coverage: None,
     }
@@ -56,7 +56,7 @@ fn plane(camera: &Camera, place: impl Fn(DVec2) -> DVec2) -> Plane {
         width: camera.width as usize,
         height: camera.height as usize,
         values: (0..pixels(camera))
-            .map(|index| seen(place(on_plane(camera, index))).0 as f32)
+            .map(|index| scene(place(on_plane(camera, index))).0 as f32)
             .collect(),
         stored: Stored::Float,
     }
@@ -66,7 +66,7 @@ fn plane(camera: &Camera, place: impl Fn(DVec2) -> DVec2) -> Plane {
 fn wrong(found: &[f32], camera: &Camera) -> (f64, f64) {
     let (mut count, mut worst) = (0, 0.0f64);
     for (index, &z) in found.iter().enumerate() {
-        let expected = seen(on_plane(camera, index)).0;
+        let expected = scene(on_plane(camera, index)).0;
         let error = (f64::from(z) / expected - 1.0).abs();
         if error <= 0.01 {
             worst = worst.max(error);
@@ -85,7 +85,8 @@ fn depth_of_another_size_has_its_edges_where_the_colours_are() {
         let small = large.resized(size[0], size[1]).expect("a size");
         let lens = Lens {
             camera: &large,
-            distortion: None,
+            model: Model::Pinhole,
+            size: [320, 240],
         };
         let found = distances(&plane(&small, |at| at), &photo, &lens);
         let (wrong, worst) = wrong(&found, &large);
@@ -109,7 +110,8 @@ fn without_a_difference_in_colour_the_nearest_sample_decides() {
     let small = large.resized(80, 60).expect("a size");
     let lens = Lens {
         camera: &large,
-        distortion: None,
+        model: Model::Pinhole,
+        size: [320, 240],
     };
     let found = distances(&plane(&small, |at| at), &photo, &lens);
     let (wrong, worst) = wrong(&found, &large);
@@ -139,7 +141,8 @@ fn a_distorted_picture_and_its_depth_become_those_of_the_pinhole() {
     let photo = picture(&taken, place);
     let lens = Lens {
         camera: &taken,
-        distortion: Some(&distortion),
+        model: Model::Distorted(&distortion),
+        size: [320, 240],
     };
     let found = distances(&plane(&taken, place), &photo, &lens);
     let (wrong, worst) = wrong(&found, &taken);
@@ -148,7 +151,7 @@ fn a_distorted_picture_and_its_depth_become_those_of_the_pinhole() {
         worst < 2e-4,
         "planes bend by {worst} in a cell of a curved lens"
     );
-    let straight = undistorted(&photo, &lens);
+    let straight = seen(&photo, &lens);
     let truth = picture(&taken, |at| at);
     let off = |index: &usize| {
         let apart = |c: usize| (straight.rgb[*index][c] - truth.rgb[*index][c]).abs();
@@ -168,7 +171,7 @@ fn distances_along_the_ray_are_those_of_the_undistorted_ray() {
         values: (0..pixels(&taken))
             .map(|index| {
                 let ray = undistort(&distortion, on_plane(&taken, index));
-                (seen(ray).0 * ray.extend(1.0).length()) as f32
+                (scene(ray).0 * ray.extend(1.0).length()) as f32
             })
             .collect(),
         width: 160,
@@ -192,7 +195,7 @@ fn distances_along_the_ray_are_those_of_the_undistorted_ray() {
         known.len()
     );
     let off = |index: &&usize| {
-        let expected = seen(on_plane(&taken, **index)).0;
+        let expected = scene(on_plane(&taken, **index)).0;
         (f64::from(reference.depth[**index]) / expected - 1.0).abs() > 1e-3
     };
     let wrong = known.iter().filter(off).count();
