@@ -35,30 +35,40 @@ pub(super) fn put_together(sheet: &Camera, views: &[Image]) -> Image {
     let (width, height) = (size[0] as usize, size[1] as usize);
     let focal_px = panorama::focal_px(size);
     let mut whole = Image::transparent(width, height);
-    let mut depth = vec![f32::INFINITY; width * height];
-    let names = views[0].planes.iter().map(|plane| plane.name.clone());
-    whole.planes = names
-        .map(|name| Plane {
-            name,
-            values: vec![0.0; width * height],
-        })
-        .collect();
-    for index in 0..width * height {
+    let mut nearest = Vec::with_capacity(width * height);
+    for (index, pixel) in whole.rgba.iter_mut().enumerate() {
         let pos = DVec2::new((index % width) as f64, (index / width) as f64) + 0.5;
         let (face, on_plane) = panorama::face_of(panorama::direction(pos, size));
         let view = &views[face];
         let at = on_plane * focal_px + 0.5 * view.width as f64;
-        whole.rgba[index] = cubic(view, at);
-        let nearest = at.y as usize * view.width + at.x as usize;
-        if let Some(z) = &view.depth {
-            depth[index] = z[nearest] * on_plane.extend(1.0).length() as f32;
-        }
-        for (whole, own) in whole.planes.iter_mut().zip(&view.planes) {
-            whole.values[index] = own.values[nearest];
-        }
+        *pixel = cubic(view, at);
+        nearest.push(Nearest {
+            view,
+            index: at.y as usize * view.width + at.x as usize,
+            ray_length: on_plane.extend(1.0).length() as f32,
+        });
     }
-    whole.depth = views[0].depth.is_some().then_some(depth);
+    let distance = |sample: &Nearest| {
+        let z = sample.view.depth.as_ref();
+        z.map_or(f32::INFINITY, |z| z[sample.index] * sample.ray_length)
+    };
+    let plane = |(number, plane): (usize, &Plane)| Plane {
+        name: plane.name.clone(),
+        values: (nearest.iter())
+            .map(|sample| sample.view.planes[number].values[sample.index])
+            .collect(),
+    };
+    whole.planes = views[0].planes.iter().enumerate().map(plane).collect();
+    whole.depth = (views[0].depth.as_ref()).map(|_| nearest.iter().map(distance).collect());
     whole
+}
+
+/// The pixel of a face that is nearest to a pixel of the panorama.
+struct Nearest<'a> {
+    view: &'a Image,
+    index: usize,
+    /// Length of its ray from the eye to camera z = 1.
+    ray_length: f32,
 }
 
 /// A picture at a place, by the cubic of Keys; colour stays within its alpha.

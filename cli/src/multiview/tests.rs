@@ -276,7 +276,7 @@ fn a_panorama_shows_every_direction_once() {
     };
     let whole = layout.put_together(&sheet, faces.iter().map(draw).collect());
     let depth = whole.depth.as_ref().expect("depth");
-    for index in 0..256 * 128 {
+    for (index, &distance) in depth.iter().enumerate() {
         let pos = DVec2::new((index % 256) as f64, (index / 256) as f64) + 0.5;
         let expected = colour(warp3d::panorama::direction(pos, [256, 128]));
         let found = whole.rgba[index];
@@ -287,9 +287,8 @@ fn a_panorama_shows_every_direction_once() {
             );
         }
         assert!(
-            (depth[index] - 7.0).abs() < 0.1,
-            "{pos}: the distance is {}",
-            depth[index]
+            (distance - 7.0).abs() < 0.1,
+            "{pos}: the distance is {distance}"
         );
     }
 }

@@ -12,11 +12,14 @@ use resample_core::Camera;
 use crate::{Error, Reference};
 
 pub mod cameras;
+mod finish;
 pub mod meaning;
 mod panoramas;
 mod regrid;
 
 use cameras::Distortion;
+pub(crate) use finish::nothing_known;
+use finish::{along_the_axis, assembled};
 pub use meaning::{DepthKind, DepthMeaning};
 pub use panoramas::panorama;
 use regrid::{Lens, Model};
@@ -84,23 +87,6 @@ pub fn reference(
         .ok_or_else(|| nothing_known(meaning, stored.stored, depth_file))
 }
 
-/// The reference of a picture and its camera z; `None` if no pixel has a usable depth.
-fn assembled(picture: Picture, mut depth: Vec<f32>, camera: Camera) -> Option<Reference> {
-    if let Some(coverage) = &picture.coverage {
-        let uncovered = coverage
-            .iter()
-            .zip(&mut depth)
-            .filter(|(coverage, _)| **coverage < 0.5);
-        uncovered.for_each(|(_, z)| *z = f32::NAN);
-    }
-    let is_known = depth.iter().any(|z| !z.is_nan());
-    is_known.then_some(Reference {
-        camera,
-        colour: picture.rgb,
-        depth,
-    })
-}
-
 /// Camera z on the pixels of the lens's camera, from a depth of another size or through a lens with distortion.
 fn regridded(
     stored: &Plane,
@@ -123,15 +109,6 @@ fn regridded(
         along_the_axis(&mut z, lens.camera);
     }
     Ok(z)
-}
-
-/// Makes camera z of distances along the rays.
-fn along_the_axis(distances: &mut [f32], camera: &Camera) {
-    let width = camera.width as usize;
-    for (index, z) in distances.iter_mut().enumerate() {
-        let ray = meaning::ray_length(camera, index % width, index / width);
-        *z = (f64::from(*z) / ray) as f32;
-    }
 }
 
 /// Largest stretch of a depth against its picture: networks round sides to multiples of 14 or 32 pixels, which is 4 %
@@ -191,16 +168,6 @@ pub(crate) fn check_sizes(
         ));
     }
     check_camera(size, camera)
-}
-
-pub(crate) fn nothing_known(meaning: &DepthMeaning, stored: Stored, depth_file: &Path) -> Error {
-    fault(
-        depth_file,
-        format!(
-            "no pixel has a usable depth (read as {})",
-            meaning.told(stored)
-        ),
-    )
 }
 
 #[cfg(test)]

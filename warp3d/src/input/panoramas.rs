@@ -8,8 +8,9 @@ use std::path::Path;
 use glam::DAffine3;
 use resample_core::Camera;
 
+use super::finish::{along_the_axis, assembled, nothing_known};
 use super::regrid::{self, Lens, Model};
-use super::{DepthKind, DepthMeaning, Picture, Plane, along_the_axis, assembled, nothing_known};
+use super::{DepthKind, DepthMeaning, Picture, Plane};
 use crate::{Error, Reference, panorama};
 use resample_io::files::fault;
 

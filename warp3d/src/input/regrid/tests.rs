@@ -3,8 +3,7 @@
 use resample_core::LookAt;
 
 use super::*;
-use crate::input::Stored;
-use crate::input::meaning::ray_length;
+use resample_io::Stored;
 
 fn camera(size: [u32; 2]) -> Camera {
     let pose = LookAt {
@@ -160,45 +159,4 @@ fn a_distorted_picture_and_its_depth_become_those_of_the_pinhole() {
     // The picture has one edge; the spline is at most four pixels wide there.
     let changed = (0..pixels(&taken)).filter(off).count();
     assert!(changed < 240 * 14, "{changed} pixels differ");
-}
-
-#[test]
-fn distances_along_the_ray_are_those_of_the_undistorted_ray() {
-    let taken = camera([160, 120]);
-    let distortion = Distortion::new([0.1, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0; 2]).expect("distorted");
-    let photo = picture(&taken, |at| undistort(&distortion, at));
-    let numbers = Plane {
-        values: (0..pixels(&taken))
-            .map(|index| {
-                let ray = undistort(&distortion, on_plane(&taken, index));
-                (scene(ray).0 * ray.extend(1.0).length()) as f32
-            })
-            .collect(),
-        width: 160,
-        height: 120,
-        stored: Stored::Float,
-    };
-    let meaning = crate::input::DepthMeaning::of(crate::input::DepthKind::Ray);
-    let taken_with = crate::input::Taken {
-        camera: taken,
-        distortion: Some(distortion),
-    };
-    let file = std::path::Path::new("ray.exr");
-    let reference =
-        crate::input::reference(photo, &numbers, taken_with, &meaning, file).expect("a reference");
-    let known: Vec<usize> = (0..pixels(&taken))
-        .filter(|&index| !reference.depth[index].is_nan())
-        .collect();
-    assert!(
-        known.len() > pixels(&taken) * 9 / 10,
-        "{} known",
-        known.len()
-    );
-    let off = |index: &&usize| {
-        let expected = scene(on_plane(&taken, **index)).0;
-        (f64::from(reference.depth[**index]) / expected - 1.0).abs() > 1e-3
-    };
-    let wrong = known.iter().filter(off).count();
-    assert!(wrong < 2 * 120, "{wrong} pixels, all at the edge");
-    assert!(ray_length(&taken, 0, 0) > 1.0);
 }

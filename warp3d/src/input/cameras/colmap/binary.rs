@@ -29,7 +29,7 @@ struct Source<R> {
 }
 
 /// Reads the images of a binary model.
-pub(in crate::input::cameras) fn read(path: &Path) -> Result<CameraSet, String> {
+pub(crate) fn read(path: &Path) -> Result<CameraSet, String> {
     let beside = path.with_file_name("cameras.bin");
     let lenses = lenses(
         &mut open(&beside)
