@@ -15,9 +15,9 @@ use crate::surface::UvAt;
 /// Most look-ups along the longer axis of a sub-pixel. Sub-pixels longer than that are sharpened no further.
 pub(crate) const MAX_LOOKUPS: f32 = 8.0;
 
-/// Texels of the level across a sub-pixel. 2 takes a tenth longer and brings pictures no nearer to their truths; with 1
-/// a hall of many columns loses 0.2 dB.
-pub(crate) const TEXELS_ACROSS: f32 = 1.4;
+/// Texels of the level across a sub-pixel. With 1.4 dense meshes are drawn a twentieth faster and real ones lose up to
+/// 0.3 dB; with 1 a hall of many columns loses 0.2 dB.
+pub(crate) const TEXELS_ACROSS: f32 = 2.0;
 
 /// The same along each axis where a border is near: up to 16 texels a sub-pixel, some 66 a pixel, single texels are
 /// looked at. Beyond, look-ups in a coarser level keep a distance from the border that costs accuracy: 44.3 dB in place
