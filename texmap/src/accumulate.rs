@@ -13,7 +13,6 @@ use glam::Vec4;
 use crate::backward::{look_up_bilinear, look_up_ewa, look_up_nearest, look_up_trilinear};
 use crate::filter::{AROUND, around};
 use crate::fragments::{Fragment, collect};
-use crate::lookup::small_footprint;
 use crate::options::Method;
 use crate::patch::Patch;
 use crate::pixel::{Gathered, PixelOnTexture};
@@ -189,26 +188,6 @@ impl Tile<'_> {
             Method::BackwardTrilinear => Some(look_up_trilinear(&pixel)),
             Method::BackwardEwa => Some(look_up_ewa(&pixel, simd)),
         }
-    }
-
-    #[inline(always)]
-    fn texture(&self, surface: &Surface, planes: &Option<UvPlanes>, at: [f32; 2]) -> Vec4 {
-        let Some(planes) = planes else {
-            return Vec4::ONE;
-        };
-        let side_px = self.frame.filter.spacing_px;
-        let pyramid = &self.frame.scene.pyramids[planes.pyramid];
-        small_footprint(
-            pyramid,
-            &surface.uv_at(planes, at),
-            side_px,
-            &planes.borders,
-        )
-    }
-
-    /// Alpha of a surface at a sub-pixel.
-    pub(crate) fn alpha(&self, surface: &Surface, at: [f32; 2]) -> f32 {
-        surface.factor(at).w * self.texture(surface, &surface.base, at).w
     }
 
     /// What a pixel or sub-pixel shows of a surface: filtered textures times factors, lit, premultiplied.

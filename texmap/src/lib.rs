@@ -37,6 +37,7 @@ mod adjacency;
 mod backward;
 mod charts;
 mod cull;
+mod cut;
 mod edges;
 mod ellipse;
 mod filter;

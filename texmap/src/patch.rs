@@ -19,7 +19,7 @@ pub(crate) struct Patches {
     /// By pixel of the tile; empty if there are none.
     pub(crate) found: Vec<Option<Patch>>,
     pub(crate) candidates: Vec<bool>,
-    /// By pixel of the span: the mesh that all its sub-pixels show, or [`NONE`].
+    /// By pixel of the span: the mesh that all its sub-pixels show, or [`NONE`](crate::span::NONE).
     pub(crate) meshes: Vec<u32>,
     /// By sub-pixel: texture coordinates less those of the first plane, and light. Not a number elsewhere.
     pub(crate) u: Vec<f32>,

@@ -197,7 +197,7 @@ fn look_up_row<S: Simd>(
 impl Tile<'_> {
     /// Looks up what a run of a row sees in a texture: only places where others are to be looked up with them.
     #[inline(always)]
-    fn place_run<S: Simd>(
+    pub(crate) fn place_run<S: Simd>(
         &self,
         simd: S,
         surface: &Surface,

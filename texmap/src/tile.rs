@@ -19,7 +19,7 @@ use crate::prepare::Prepared;
 use crate::scene::AlphaMode;
 use crate::span::{BORDER_PX, NONE, SPAN_PX, TILE_PX, WINDOW_PX};
 use crate::surface::{Surface, TileView};
-use crate::visibility::{NearKey, RasterTriangle, Visibility};
+use crate::visibility::{CutOut, NearKey, RasterTriangle, Visibility};
 
 /// What all tiles of a frame share.
 pub(crate) struct FrameView<'a> {
@@ -208,18 +208,18 @@ impl Tile<'_> {
             let Some(triangle) = triangle else { continue };
             match self.alpha_mode(id) {
                 AlphaMode::Mask { cutoff } => {
-                    let slot = &mut surfaces[id as usize];
-                    visibility.draw_cut(triangle, id, filter, near, |at| {
-                        let at = subpixel_px(filter, at);
-                        let surface = slot.get_or_insert_with(|| self.surface(id, at));
-                        self.alpha(surface, at) >= cutoff
-                    });
+                    let cut = CutOut {
+                        triangle,
+                        id,
+                        cutoff,
+                    };
+                    self.draw_cut(cut, visibility, &mut surfaces[id as usize]);
                 }
-                _ => visibility.draw(triangle, id, filter, near, self.frame.simd),
+                _ => visibility.draw(triangle, id, (filter, near), self.frame.simd),
             }
         }
         for (id, triangle) in &translucent {
-            visibility.list(triangle, *id, filter, near);
+            visibility.list(triangle, *id, (filter, near), self.frame.simd);
         }
         visibility.sort_layers();
     }
@@ -235,7 +235,7 @@ impl Tile<'_> {
         covers.then_some(id)
     }
 
-    fn surface(&self, id: u32, seen_px: [f32; 2]) -> Box<Surface> {
+    pub(crate) fn surface(&self, id: u32, seen_px: [f32; 2]) -> Box<Surface> {
         Box::new(Surface::new(&self.view, &self.triangle(id), seen_px))
     }
 

@@ -6,7 +6,7 @@
 //! all of them that lie before the opaque surface.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x16, u32x16};
+use fearless_simd::{f32x16, mask32x16, u32x16};
 use fearless_simd_macros::simd;
 use resample_core::dispatch;
 use resample_core::simd::Vectors;
@@ -51,6 +51,14 @@ pub(crate) struct RasterTriangle {
     key: Plane,
     columns: [usize; 2],
     rows: [usize; 2],
+}
+
+/// A triangle that is seen where its alpha reaches a cutoff.
+#[derive(Clone, Copy)]
+pub(crate) struct CutOut<'a> {
+    pub(crate) triangle: &'a RasterTriangle,
+    pub(crate) id: u32,
+    pub(crate) cutoff: f32,
 }
 
 /// Largest key that lies beyond the near plane.
@@ -155,47 +163,20 @@ impl RasterTriangle {
         let line = &self.lines[corner];
         line[0] * (q[0] - p[0]) + line[1] * (q[1] - p[1]) > 0.0
     }
-
-    /// Calls `hit` with sub-pixel and key wherever the triangle covers a sub-pixel beyond the near plane.
-    #[inline(always)]
-    fn scan(&self, filter: &PixelFilter, near: NearKey, mut hit: impl FnMut(usize, f32)) {
-        for row in self.rows[0]..self.rows[1] {
-            let y = filter.y_px(row);
-            let x0 = filter.offset_px[row % filter.per_pixel];
-            for column in self.columns[0]..self.columns[1] {
-                let x = column as f32 + x0;
-                let value = |p: &Plane| p[0] * x + p[1] * y + p[2];
-                let e = [
-                    value(&self.lines[0]),
-                    value(&self.lines[1]),
-                    value(&self.lines[2]),
-                ];
-                let inside = |i: usize| e[i] > 0.0 || (e[i] == 0.0 && self.closed[i]);
-                if inside(0) && inside(1) && inside(2) {
-                    let key = value(&self.key);
-                    if key <= near.0 {
-                        hit(row * SPAN_PX + column, key);
-                    }
-                }
-            }
-        }
-    }
 }
 
-/// Draws a triangle row by row, sixteen sub-pixels at a time.
-#[simd]
-fn draw_rows<S: Simd>(
+/// Calls `hit` with row, column, what lies inside, and keys, for sixteen sub-pixels of a row at a time, wherever the
+/// triangle covers one of them beyond the near plane.
+#[inline(always)]
+pub(crate) fn each_vector<S: Simd>(
     simd: S,
-    visibility: &mut Visibility,
     triangle: &RasterTriangle,
-    id: u32,
-    filter: &PixelFilter,
-    near: NearKey,
+    (filter, near): (&PixelFilter, NearKey),
+    mut hit: impl FnMut([usize; 2], mask32x16<S>, f32x16<S>),
 ) {
     let [first, last] = triangle.columns;
     let splat = |x: f32| f32x16::splat(simd, x);
     let key_plane = &triangle.key;
-    let new_id = u32x16::splat(simd, id);
     let (zero, near) = (splat(0.0), splat(near.0));
     let mut column = first;
     while column < last {
@@ -218,19 +199,72 @@ fn draw_rows<S: Simd>(
             if inside.all_false() {
                 continue;
             }
-            let at = row * SPAN_PX + column;
-            let ids = &mut visibility.ids[at..at + LANES];
-            let keys = &mut visibility.keys[at..at + LANES];
             let key = splat(key_plane[0]) * x + splat(key_plane[1] * y) + splat(key_plane[2]);
-            let before = f32x16::from_slice(simd, keys);
-            let ahead = before + key.abs() * splat(KEY_ROUNDING);
-            let seen = inside & key.simd_le(near) & key.simd_gt(ahead);
-            seen.select(key, before).store_slice(keys);
-            let shown = u32x16::from_slice(simd, ids);
-            seen.select(new_id, shown).store_slice(ids);
+            hit([row, column], inside & key.simd_le(near), key);
         }
         column += LANES;
     }
+}
+
+/// Where keys are nearer than those before, by more than their rounding.
+#[inline(always)]
+pub(crate) fn is_nearer<S: Simd>(simd: S, key: f32x16<S>, before: f32x16<S>) -> mask32x16<S> {
+    key.simd_gt(before + key.abs() * f32x16::splat(simd, KEY_ROUNDING))
+}
+
+/// Draws a triangle.
+#[simd]
+fn draw_rows<S: Simd>(
+    simd: S,
+    visibility: &mut Visibility,
+    triangle: &RasterTriangle,
+    id: u32,
+    seen_by: (&PixelFilter, NearKey),
+) {
+    each_vector(
+        simd,
+        triangle,
+        seen_by,
+        #[inline(always)]
+        |[row, column], inside, key| {
+            let at = row * SPAN_PX + column;
+            let before = f32x16::from_slice(simd, &visibility.keys[at..at + LANES]);
+            let seen = inside & is_nearer(simd, key, before);
+            visibility.show(simd, at, id, (seen, key));
+        },
+    );
+}
+
+/// Lists a translucent triangle.
+#[simd]
+fn list_rows<S: Simd>(
+    simd: S,
+    visibility: &mut Visibility,
+    triangle: &RasterTriangle,
+    id: u32,
+    seen_by: (&PixelFilter, NearKey),
+) {
+    let (keys, layers) = (&visibility.keys, &mut visibility.layers);
+    each_vector(
+        simd,
+        triangle,
+        seen_by,
+        #[inline(always)]
+        |[row, column], inside, key| {
+            let at = row * SPAN_PX + column;
+            let before = f32x16::from_slice(simd, &keys[at..at + LANES]);
+            let mut bits = (inside & key.simd_gt(before)).to_bitmask();
+            while bits != 0 {
+                let lane = bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                layers.push(Layer {
+                    subpixel: (at + lane) as u32,
+                    key: key[lane],
+                    id,
+                });
+            }
+        },
+    );
 }
 
 /// The corners of the span.
@@ -269,30 +303,10 @@ impl Visibility {
         &mut self,
         triangle: &RasterTriangle,
         id: u32,
-        filter: &PixelFilter,
-        near: NearKey,
+        seen_by: (&PixelFilter, NearKey),
         simd: Vectors,
     ) {
-        dispatch!(simd, simd => draw_rows(simd, self, triangle, id, filter, near));
-    }
-
-    /// As [`Visibility::draw`], where `shows` says that the sub-pixel is not cut out.
-    pub(crate) fn draw_cut(
-        &mut self,
-        triangle: &RasterTriangle,
-        id: u32,
-        filter: &PixelFilter,
-        near: NearKey,
-        mut shows: impl FnMut(usize) -> bool,
-    ) {
-        let (ids, keys) = (&mut self.ids, &mut self.keys);
-        triangle.scan(filter, near, |at, key| {
-            let before = keys[at];
-            if key > before + key.abs() * KEY_ROUNDING && shows(at) {
-                ids[at] = id;
-                keys[at] = key;
-            }
-        });
+        dispatch!(simd, simd => draw_rows(simd, self, triangle, id, seen_by));
     }
 
     /// Lists a translucent triangle wherever it lies before the opaque surface.
@@ -300,28 +314,54 @@ impl Visibility {
         &mut self,
         triangle: &RasterTriangle,
         id: u32,
-        filter: &PixelFilter,
-        near: NearKey,
+        seen_by: (&PixelFilter, NearKey),
+        simd: Vectors,
     ) {
-        let (keys, layers) = (&self.keys, &mut self.layers);
-        triangle.scan(filter, near, |at, key| {
-            if key > keys[at] {
-                layers.push(Layer {
-                    subpixel: at as u32,
-                    key,
-                    id,
-                });
-            }
-        });
+        dispatch!(simd, simd => list_rows(simd, self, triangle, id, seen_by));
+    }
+
+    /// Shows a triangle at those of sixteen sub-pixels that are marked.
+    #[inline(always)]
+    pub(crate) fn show<S: Simd>(
+        &mut self,
+        simd: S,
+        at: usize,
+        id: u32,
+        (seen, key): (mask32x16<S>, f32x16<S>),
+    ) {
+        let (ids, keys) = (
+            &mut self.ids[at..at + LANES],
+            &mut self.keys[at..at + LANES],
+        );
+        let before = f32x16::from_slice(simd, keys);
+        seen.select(key, before).store_slice(keys);
+        let shown = u32x16::from_slice(simd, ids);
+        seen.select(u32x16::splat(simd, id), shown).store_slice(ids);
     }
 
     /// Orders the layers by sub-pixel, the farthest first; equally far ones in the order of the scene.
     pub(crate) fn sort_layers(&mut self) {
-        self.layers.sort_by(|a, b| {
-            a.subpixel
-                .cmp(&b.subpixel)
-                .then(a.key.total_cmp(&b.key))
-                .then(a.id.cmp(&b.id))
-        });
+        if self.layers.is_empty() {
+            return;
+        }
+        let mut ends = vec![0u32; self.ids.len() + 1];
+        self.layers
+            .iter()
+            .for_each(|layer| ends[layer.subpixel as usize + 1] += 1);
+        for at in 1..ends.len() {
+            ends[at] += ends[at - 1];
+        }
+        let starts = ends.clone();
+        let mut sorted = self.layers.clone();
+        for layer in &self.layers {
+            let end = &mut ends[layer.subpixel as usize];
+            sorted[*end as usize] = *layer;
+            *end += 1;
+        }
+        for range in starts.windows(2).filter(|range| range[1] - range[0] > 1) {
+            sorted[range[0] as usize..range[1] as usize]
+                .sort_by(|a, b| a.key.total_cmp(&b.key).then(a.id.cmp(&b.id)));
+        }
+        self.layers = sorted;
     }
 }
