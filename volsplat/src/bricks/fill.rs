@@ -1,7 +1,7 @@
 //! From volumes to bricks of cells: which cells are kept, their scalars, gradients and masks.
 
 use super::cells::{
-    BrickChannel, CELL_CORNERS, CELL_SIDE, CellBrick, CellField, GradientTable, Gradients,
+    BrickChannel, CELL_ROWS, CELLS, CornerBytes, CELL_CORNERS, CELL_SIDE, CellBrick, CellField, GradientTable, Gradients,
     TABLE_LEN, Table, VERTEX_SIDE, cell_range,
 };
 use crate::bricks::bounds::{Bounds, brick_corners};
@@ -10,7 +10,7 @@ use crate::bricks::support::Support;
 use crate::labels::palette::Palette;
 use crate::light::gradient_in_f32;
 use crate::volume::grid::Grid;
-use crate::volume::{Volume, with_voxels};
+use crate::volume::{Volume, Voxels, with_voxels};
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
@@ -171,6 +171,7 @@ impl FieldPlan<'_> {
         } = channels.next()?;
         Some(CellBrick {
             bounds,
+            corners: self.channels[0].corner_bytes(&scalars),
             scalars,
             gradients,
             range,
@@ -204,8 +205,14 @@ impl FieldPlan<'_> {
                     {
                         bounds.add([x, y, z]);
                         bounds.add([x + 1, y + 1, z + 1]);
-                        seen.add(first);
                         any = true;
+                    }
+                    if shown
+                        && channels().any(|(channel, table)| {
+                            channel.shown.nearly_meets(cell_range(&table.0, first))
+                        })
+                    {
+                        seen.add([x, y, z]);
                     }
                 }
             }
@@ -215,6 +222,25 @@ impl FieldPlan<'_> {
 }
 
 impl PlannedChannel<'_> {
+    /// The bytes at the corners of each cell; `None` where voxels are more than bytes.
+    fn corner_bytes(&self, scalars: &Table) -> Option<Box<CornerBytes>> {
+        if !matches!((&self.volume.voxels, &self.shown), (Voxels::U8(_), Shown::Scalars(_))) {
+            return None;
+        }
+        let mut corners = Box::new([0; CELLS]);
+        for (number, corners) in corners.iter_mut().enumerate() {
+            let first = vertex(
+                number % CELL_SIDE,
+                number / CELL_SIDE % CELL_SIDE,
+                number / CELL_ROWS,
+            );
+            for offset in CELL_CORNERS.iter().rev() {
+                *corners = *corners << 8 | scalars[first + offset] as u64;
+            }
+        }
+        Some(corners)
+    }
+
     /// The scalars of a block, or the numbers of its labels, and their range.
     fn scalars(&self, block: &Block) -> (Box<Table>, [f32; 2]) {
         let dims = self.volume.dims;
@@ -254,6 +280,15 @@ impl Shown {
             Self::Scalars(support) => support.meets(range[0], range[1]),
             // Number 0 stands for all that is not drawn.
             Self::Labels(..) => range[1] > 0.0,
+        }
+    }
+
+    /// As [`Shown::meets`], with what the rounding to an entry of the table may show.
+    #[inline(always)]
+    fn nearly_meets(&self, range: [f32; 2]) -> bool {
+        match self {
+            Self::Scalars(support) => support.nearly_meets(range[0], range[1]),
+            Self::Labels(..) => self.meets(range),
         }
     }
 }

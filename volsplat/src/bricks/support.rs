@@ -14,6 +14,8 @@ use crate::volume::{Volume, VoxelType, scalar, with_voxels};
 #[derive(Clone, Debug)]
 pub(crate) struct Support {
     intervals: Vec<RangeInclusive<f32>>,
+    /// How far beyond them the rounding to an entry of the transfer function's table may show a scalar.
+    reach: f32,
 }
 
 impl Support {
@@ -43,13 +45,17 @@ impl Support {
         if visible(knots.len() - 1) {
             intervals.push(at(knots.len() - 1)..=f32::INFINITY);
         }
-        Self { intervals }
+        Self {
+            intervals,
+            reach: 0.0,
+        }
     }
 
     /// All scalars.
     pub(crate) fn everything() -> Self {
         Self {
             intervals: vec![f32::NEG_INFINITY..=f32::INFINITY],
+            reach: 0.0,
         }
     }
 
@@ -57,6 +63,15 @@ impl Support {
     pub(crate) fn of(value: f32) -> Self {
         Self {
             intervals: vec![value..=value],
+            reach: 0.0,
+        }
+    }
+
+    /// The support for a table whose entries are this far apart.
+    pub(crate) fn tabulated(self, step: f32) -> Self {
+        Self {
+            reach: step,
+            ..self
         }
     }
 
@@ -92,6 +107,12 @@ impl Support {
         self.intervals
             .iter()
             .any(|s| high >= *s.start() && low <= *s.end())
+    }
+
+    /// As [`Support::meets`], with what the table may show beside it.
+    #[inline(always)]
+    pub(crate) fn nearly_meets(&self, low: f32, high: f32) -> bool {
+        self.meets(low - self.reach, high + self.reach)
     }
 }
 

@@ -13,10 +13,12 @@ use resample_core::tile::TILE_PX;
 
 use super::clipped::clipped;
 use super::job::{Job, PlacedBrick};
+use super::packed::PackedSamples;
 use super::ray_values::{RayValues, at_start};
 use crate::field::cell_sample::{CellBox, Located, located};
 use crate::field::settings::FieldSettings;
 use crate::sheets::view::{HalfRow, LANES, PlaneView, TileView, covered};
+use crate::stats::SampleCounts;
 
 /// Planes whose views are remembered in a tile; neighbouring bricks share planes. A power of two; a brick of unit
 /// cells spans at most 2 * 8 * sqrt(3) planes half a voxel apart.
@@ -45,6 +47,9 @@ pub(crate) struct GatherScratch {
     pub(super) rays: Vec<RayValues>,
     /// Camera z, relative to the anchor's, of the last surface that was hit.
     pub(super) last_hit: TilePlane,
+    pub(super) samples: PackedSamples,
+    /// What was done since the tile was begun or resumed.
+    pub(super) work: SampleCounts,
 }
 
 /// What a tile holds that more bricks will be drawn in.
@@ -73,6 +78,8 @@ impl Default for GatherScratch {
             pixels: TilePixels::default(),
             rays: Vec::new(),
             last_hit: [[f32::NEG_INFINITY; TILE_PX]; TILE_PX],
+            samples: PackedSamples::default(),
+            work: SampleCounts::default(),
         }
     }
 }
@@ -95,6 +102,7 @@ impl GatherScratch {
         self.pixels = TilePixels::default();
         self.rays = at_start(settings.statistic, &settings.channels);
         self.last_hit = [[f32::NEG_INFINITY; TILE_PX]; TILE_PX];
+        self.work = SampleCounts::default();
     }
 
     /// Makes ready for a tile that was begun before.
@@ -158,7 +166,7 @@ impl Window {
 
     /// The part that one plane's section of the brick covers; empty where it covers nothing.
     #[inline(always)]
-    fn section<S: Simd>(
+    pub(super) fn section<S: Simd>(
         &self,
         simd: S,
         settings: &FieldSettings,

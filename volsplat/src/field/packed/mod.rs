@@ -1,0 +1,51 @@
+//! Samples of a brick, packed: those in cells that may show something, side by side, whatever pixels they belong to.
+//!
+//! The plain rules, emission and absorption with light or without. A scan finds which samples on the planes of a brick
+//! lie in such cells, a bit a cell, and appends them to a list (`scan`); the list is interpolated, classified and lit
+//! a vector at a time (`classify`), and what shows something is composited sample by sample (`composite`). Samples keep
+//! the order of planes, so that each pixel sees its own front to back.
+
+mod classify;
+mod composite;
+mod samples;
+mod scan;
+
+use fearless_simd::Simd;
+use fearless_simd_macros::simd;
+
+use crate::field::gather::{GatherScratch, Window};
+use crate::field::job::Job;
+
+pub(super) use samples::PackedSamples;
+
+/// Takes all samples of a brick in. Returns the pixels looked at, and whether the tile is opaque now.
+#[simd]
+pub(super) fn add_brick<S: Simd, const SHADED: bool>(
+    simd: S,
+    job: &Job,
+    window: Window,
+    scratch: &mut GatherScratch,
+) -> (usize, bool) {
+    let contributed = scratch.work.contributed;
+    let touched = scan::add_planes::<S, SHADED>(simd, job, window, scratch);
+    let seen = scratch.work.contributed > contributed;
+    let least = job.settings.sheets.min_transmittance;
+    (touched, seen && scratch.pixels.is_opaque(simd, least))
+}
+
+/// Classifies and composites the samples that wait.
+#[inline(always)]
+fn flush<S: Simd, const SHADED: bool>(simd: S, job: &Job, scratch: &mut GatherScratch) {
+    if scratch.samples.is_empty() {
+        return;
+    }
+    let count = scratch.samples.len();
+    scratch.work.computed += count.next_multiple_of(samples::LANES);
+    scratch.work.shown += count;
+    classify::classify(simd, job, &mut scratch.samples);
+    if SHADED {
+        classify::light(simd, job, &mut scratch.samples);
+    }
+    composite::composite::<S, SHADED>(simd, job, scratch);
+    scratch.samples.clear();
+}
