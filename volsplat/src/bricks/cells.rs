@@ -62,11 +62,14 @@ pub(crate) struct ShownCells {
 }
 
 impl ShownCells {
+    /// The cells of these rows.
+    pub(crate) fn of_rows(rows: [u8; CELL_ROWS]) -> Self {
+        Self { rows }
+    }
+
     /// No cell.
     pub(crate) fn none() -> Self {
-        Self {
-            rows: [0; CELL_ROWS],
-        }
+        Self::of_rows([0; CELL_ROWS])
     }
 
     /// Every cell.
@@ -76,9 +79,20 @@ impl ShownCells {
         }
     }
 
-    /// Shows a cell.
-    pub(crate) fn add(&mut self, [x, y, z]: [usize; 3]) {
-        self.rows[y + CELL_SIDE * z] |= 1 << x;
+    /// Those that are in either.
+    pub(crate) fn or(mut self, other: &Self) -> Self {
+        for (row, more) in self.rows.iter_mut().zip(other.rows) {
+            *row |= more;
+        }
+        self
+    }
+
+    /// Those that are in both.
+    pub(crate) fn and(mut self, other: &Self) -> Self {
+        for (row, less) in self.rows.iter_mut().zip(other.rows) {
+            *row &= less;
+        }
+        self
     }
 
     /// The rows, a bit for each cell.

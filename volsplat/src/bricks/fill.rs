@@ -1,11 +1,12 @@
 //! From volumes to bricks of cells: which cells are kept, their scalars, gradients and masks.
 
 use super::cells::{
-    BrickChannel, CELL_ROWS, CELLS, CornerBytes, CELL_CORNERS, CELL_SIDE, CellBrick, CellField, GradientTable, Gradients,
-    TABLE_LEN, Table, VERTEX_SIDE, cell_range,
+    BrickChannel, CELL_SIDE, CELLS, CellBrick, CellField, CornerBytes, GradientTable, Gradients,
+    TABLE_LEN, Table, VERTEX_SIDE,
 };
 use crate::bricks::bounds::{Bounds, brick_corners};
 use crate::bricks::cells::ShownCells;
+use crate::bricks::shown::{CellRanges, box_of, cells_of, unmasked};
 use crate::bricks::support::Support;
 use crate::labels::palette::Palette;
 use crate::light::gradient_in_f32;
@@ -137,6 +138,9 @@ impl FieldPlan<'_> {
 
     /// A brick; `None` where nothing of it is seen.
     fn brick(&self, block: &Block) -> Option<CellBrick> {
+        if self.channels.iter().all(|c| c.is_surely_empty(block)) {
+            return None;
+        }
         let tables: Vec<(Box<Table>, [f32; 2])> =
             self.channels.iter().map(|c| c.scalars(block)).collect();
         let seen =
@@ -149,8 +153,7 @@ impl FieldPlan<'_> {
             Some(Masked::Part(table)) => Some(table),
             Some(Masked::None) | None => None,
         };
-        let mut shown = ShownCells::none();
-        let bounds = self.bounds(block, &tables, mask.as_deref(), &mut shown)?;
+        let (bounds, shown) = self.shown_cells(block, &tables, mask.as_deref())?;
         let with_gradients =
             |(channel, (scalars, range)): (&PlannedChannel, (Box<Table>, [f32; 2]))| {
                 let gradients = match self.gradients {
@@ -181,64 +184,62 @@ impl FieldPlan<'_> {
         })
     }
 
-    /// The box of the cells that are seen, which are added to `seen`; `None` where there are none.
-    fn bounds(
+    /// The box of the cells that are seen, and the cells that samples may be seen in; `None` where there are none.
+    fn shown_cells(
         &self,
         block: &Block,
         tables: &[(Box<Table>, [f32; 2])],
         mask: Option<&[u8; TABLE_LEN]>,
-        seen: &mut ShownCells,
-    ) -> Option<Bounds> {
-        let mut bounds = Bounds::nothing(block.corner);
-        let mut any = false;
-        for z in 0..block.size[2] {
-            for y in 0..block.size[1] {
-                for x in 0..block.size[0] {
-                    let first = vertex(x, y, z);
-                    let shown =
-                        mask.is_none_or(|mask| CELL_CORNERS.iter().any(|o| mask[first + o] != 0));
-                    let channels = || self.channels.iter().zip(tables);
-                    if shown
-                        && channels().any(|(channel, table)| {
-                            channel.shown.meets(cell_range(&table.0, first))
-                        })
-                    {
-                        bounds.add([x, y, z]);
-                        bounds.add([x + 1, y + 1, z + 1]);
-                        any = true;
-                    }
-                    if shown
-                        && channels().any(|(channel, table)| {
-                            channel.shown.nearly_meets(cell_range(&table.0, first))
-                        })
-                    {
-                        seen.add([x, y, z]);
-                    }
-                }
-            }
+    ) -> Option<(Bounds, ShownCells)> {
+        let mut all = cells_of(block.size);
+        if let Some(mask) = mask {
+            all = all.and(&unmasked(mask));
         }
-        any.then_some(bounds)
+        let (mut kept, mut near) = (ShownCells::none(), ShownCells::none());
+        for (channel, table) in self.channels.iter().zip(tables) {
+            let [of_kept, of_near] = channel.shown.cells(&CellRanges::new(&table.0));
+            (kept, near) = (kept.or(&of_kept), near.or(&of_near));
+        }
+        Some((box_of(block.corner, &kept.and(&all))?, near.and(&all)))
     }
 }
 
 impl PlannedChannel<'_> {
+    /// Whether nothing of a block is seen: of bytes, without a table of them.
+    fn is_surely_empty(&self, block: &Block) -> bool {
+        let (Voxels::U8(voxels), Shown::Scalars(support)) = (&self.volume.voxels, &self.shown)
+        else {
+            return false;
+        };
+        let grid = Grid {
+            voxels: voxels.as_slice(),
+            dims: self.volume.dims,
+        };
+        let (mut least, mut greatest) = ([u8::MAX; VERTEX_SIDE], [0u8; VERTEX_SIDE]);
+        block.for_each_row(&grid, |_, row| {
+            for ((least, greatest), &voxel) in least.iter_mut().zip(&mut greatest).zip(row) {
+                *least = voxel.min(*least);
+                *greatest = voxel.max(*greatest);
+            }
+        });
+        let (least, greatest) = least
+            .iter()
+            .zip(greatest)
+            .fold((u8::MAX, 0), |(low, high), (&l, g)| {
+                (low.min(l), high.max(g))
+            });
+        !support.meets(f32::from(least), f32::from(greatest))
+    }
+
     /// The bytes at the corners of each cell; `None` where voxels are more than bytes.
     fn corner_bytes(&self, scalars: &Table) -> Option<Box<CornerBytes>> {
-        if !matches!((&self.volume.voxels, &self.shown), (Voxels::U8(_), Shown::Scalars(_))) {
+        if !matches!(
+            (&self.volume.voxels, &self.shown),
+            (Voxels::U8(_), Shown::Scalars(_))
+        ) {
             return None;
         }
-        let mut corners = Box::new([0; CELLS]);
-        for (number, corners) in corners.iter_mut().enumerate() {
-            let first = vertex(
-                number % CELL_SIDE,
-                number / CELL_SIDE % CELL_SIDE,
-                number / CELL_ROWS,
-            );
-            for offset in CELL_CORNERS.iter().rev() {
-                *corners = *corners << 8 | scalars[first + offset] as u64;
-            }
-        }
-        Some(corners)
+        Some(corner_bytes(scalars))
     }
 
     /// The scalars of a block, or the numbers of its labels, and their range.
@@ -283,14 +284,41 @@ impl Shown {
         }
     }
 
-    /// As [`Shown::meets`], with what the rounding to an entry of the table may show.
-    #[inline(always)]
-    fn nearly_meets(&self, range: [f32; 2]) -> bool {
+    /// The cells with these ranges that are kept, and those in which samples may be seen.
+    fn cells(&self, ranges: &CellRanges) -> [ShownCells; 2] {
         match self {
-            Self::Scalars(support) => support.nearly_meets(range[0], range[1]),
-            Self::Labels(..) => self.meets(range),
+            Self::Scalars(support) => [
+                support.cells(ranges, 0.0),
+                support.cells(ranges, support.reach()),
+            ],
+            Self::Labels(..) => {
+                let drawn = ranges.select(|_, greatest| greatest > 0.0);
+                [drawn.clone(), drawn]
+            }
         }
     }
+}
+
+/// The bytes at the corners of each cell: pairs along x, then pairs of those along y, then along z.
+fn corner_bytes(scalars: &Table) -> Box<CornerBytes> {
+    const LAYER: usize = VERTEX_SIDE * VERTEX_SIDE;
+    let mut pairs = [0u16; TABLE_LEN];
+    for (pair, ends) in pairs.iter_mut().zip(scalars.windows(2)) {
+        *pair = ends[0] as u16 | (ends[1] as u16) << 8;
+    }
+    let mut fours = [0u32; TABLE_LEN];
+    for (four, rows) in fours.iter_mut().zip(pairs.windows(VERTEX_SIDE + 1)) {
+        *four = u32::from(rows[0]) | u32::from(rows[VERTEX_SIDE]) << 16;
+    }
+    let mut corners = Box::new([0; CELLS]);
+    for (row, corners) in corners.chunks_exact_mut(CELL_SIDE).enumerate() {
+        let first = vertex(0, row % CELL_SIDE, row / CELL_SIDE);
+        let (front, back) = (&fours[first..], &fours[first + LAYER..]);
+        for (x, eight) in corners.iter_mut().enumerate() {
+            *eight = u64::from(front[x]) | u64::from(back[x]) << 32;
+        }
+    }
+    corners
 }
 
 /// What a mask hides of a brick.

@@ -5,5 +5,6 @@ pub(crate) mod cells;
 pub(crate) mod cull;
 pub(crate) mod fill;
 pub(crate) mod plan;
+mod shown;
 pub(crate) mod support;
 pub(crate) mod visible;

@@ -7,6 +7,8 @@ use std::ops::{Range, RangeInclusive};
 
 use rayon::prelude::*;
 
+use super::cells::ShownCells;
+use super::shown::CellRanges;
 use crate::transfer::TransferFunction;
 use crate::volume::{Volume, VoxelType, scalar, with_voxels};
 
@@ -109,10 +111,18 @@ impl Support {
             .any(|s| high >= *s.start() && low <= *s.end())
     }
 
-    /// As [`Support::meets`], with what the table may show beside it.
-    #[inline(always)]
-    pub(crate) fn nearly_meets(&self, low: f32, high: f32) -> bool {
-        self.meets(low - self.reach, high + self.reach)
+    /// How far beside it the table may show a scalar.
+    pub(crate) fn reach(&self) -> f32 {
+        self.reach
+    }
+
+    /// The cells that it meets, if it reaches so far beside itself.
+    pub(super) fn cells(&self, ranges: &CellRanges, reach: f32) -> ShownCells {
+        let none = ShownCells::none();
+        self.intervals.iter().fold(none, |cells, s| {
+            let (start, end) = (*s.start(), *s.end());
+            cells.or(&ranges.select(|low, high| high + reach >= start && low - reach <= end))
+        })
     }
 }
 

@@ -13,7 +13,7 @@ use resample_core::tile::TILE_PX;
 
 use super::clipped::clipped;
 use super::job::{Job, PlacedBrick};
-use super::packed::PackedSamples;
+use super::packed::samples::PackedSamples;
 use super::ray_values::{RayValues, at_start};
 use crate::field::cell_sample::{CellBox, Located, located};
 use crate::field::settings::FieldSettings;

@@ -46,7 +46,11 @@ pub(super) fn classify<S: Simd>(simd: S, job: &Job, samples: &mut PackedSamples)
         if found == 0 {
             continue;
         }
-        let alpha = opacity(simd, settings.sheets.opacity, strength * load(&samples.units));
+        let alpha = opacity(
+            simd,
+            settings.sheets.opacity,
+            strength * load(&samples.units),
+        );
         let at = shown.count..shown.count + LANES;
         alpha
             .compress(seen)
@@ -113,8 +117,8 @@ fn interpolate<S: Simd>(
         return;
     }
     let mut corners = [[0.0f32; ROOM]; 8];
-    for k in 0..count {
-        let place = vertex(samples.place[k]);
+    for (k, &place) in samples.place[..count].iter().enumerate() {
+        let place = vertex(place);
         for edge in 0..4 {
             let at = place + CELL_CORNERS[2 * edge];
             corners[2 * edge][k] = brick.scalars[at];
@@ -214,7 +218,8 @@ pub(super) fn light<S: Simd>(simd: S, job: &Job, samples: &mut PackedSamples) {
             [load(&ray[0]), load(&ray[1]), load(&ray[2])],
         );
         lit.body.store_slice(&mut shown.body[range.clone()]);
-        lit.highlight.store_slice(&mut shown.highlight[range.clone()]);
+        lit.highlight
+            .store_slice(&mut shown.highlight[range.clone()]);
     }
 }
 

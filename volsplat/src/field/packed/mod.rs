@@ -7,7 +7,8 @@
 
 mod classify;
 mod composite;
-mod samples;
+mod flush;
+pub(super) mod samples;
 mod scan;
 
 use fearless_simd::Simd;
@@ -15,8 +16,6 @@ use fearless_simd_macros::simd;
 
 use crate::field::gather::{GatherScratch, Window};
 use crate::field::job::Job;
-
-pub(super) use samples::PackedSamples;
 
 /// Takes all samples of a brick in. Returns the pixels looked at, and whether the tile is opaque now.
 #[simd]
@@ -31,21 +30,4 @@ pub(super) fn add_brick<S: Simd, const SHADED: bool>(
     let seen = scratch.work.contributed > contributed;
     let least = job.settings.sheets.min_transmittance;
     (touched, seen && scratch.pixels.is_opaque(simd, least))
-}
-
-/// Classifies and composites the samples that wait.
-#[inline(always)]
-fn flush<S: Simd, const SHADED: bool>(simd: S, job: &Job, scratch: &mut GatherScratch) {
-    if scratch.samples.is_empty() {
-        return;
-    }
-    let count = scratch.samples.len();
-    scratch.work.computed += count.next_multiple_of(samples::LANES);
-    scratch.work.shown += count;
-    classify::classify(simd, job, &mut scratch.samples);
-    if SHADED {
-        classify::light(simd, job, &mut scratch.samples);
-    }
-    composite::composite::<S, SHADED>(simd, job, scratch);
-    scratch.samples.clear();
 }

@@ -8,7 +8,7 @@ use fearless_simd::{f32x16, mask32x16, u8x64, u32x16};
 use resample_core::composite::DepthRule;
 use resample_core::tile::TILE_PX;
 
-use super::flush;
+use super::flush::flush;
 use super::samples::{LANES, PIXEL_SHIFT, PackedSamples};
 use crate::bricks::cells::{CELL_SIDE, TABLE_LEN, VERTEX_SIDE};
 use crate::field::cell_sample::CellBox;
@@ -44,8 +44,8 @@ pub(super) fn add_planes<S: Simd, const SHADED: bool>(
 ) -> usize {
     let (settings, placed) = (job.settings, job.placed);
     let mut numbers = [0; LANES];
-    for lane in 0..LANES {
-        numbers[lane] = (lane as u32) << PIXEL_SHIFT;
+    for (lane, number) in numbers.iter_mut().enumerate() {
+        *number = (lane as u32) << PIXEL_SHIFT;
     }
     let scan = Scan {
         job,
@@ -221,10 +221,8 @@ fn append<S: Simd>(
     place
         .compress(inside)
         .store_slice(&mut samples.place[first..end]);
-    for axis in 0..3 {
-        share[axis]
-            .compress(inside)
-            .store_slice(&mut samples.share[axis][first..end]);
+    for (numbers, share) in samples.share.iter_mut().zip(share) {
+        share.compress(inside).store_slice(&mut numbers[first..end]);
     }
     units
         .compress(inside)
