@@ -150,7 +150,7 @@ impl CellBrick {
         } else {
             0
         };
-        (size_of::<Self>() + size_of::<Table>() + vectors) as u64
+        (size_of::<Self>() + size_of::<Table>() + size_of::<CornerBytes>() + vectors) as u64
     }
 
     /// A channel by its number.

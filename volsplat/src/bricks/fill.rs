@@ -1,11 +1,12 @@
 //! From volumes to bricks of cells: which cells are kept, their scalars, gradients and masks.
 
 use super::cells::{
-    BrickChannel, CELL_SIDE, CELLS, CellBrick, CellField, CornerBytes, GradientTable, Gradients,
+    BrickChannel, CELL_SIDE, CellBrick, CellField, CornerBytes, GradientTable, Gradients,
     TABLE_LEN, Table, VERTEX_SIDE,
 };
 use crate::bricks::bounds::{Bounds, brick_corners};
 use crate::bricks::cells::ShownCells;
+use crate::bricks::corners::corner_bytes;
 use crate::bricks::shown::{CellRanges, box_of, cells_of, unmasked};
 use crate::bricks::support::Support;
 use crate::labels::palette::Palette;
@@ -87,13 +88,33 @@ impl Block {
         value: impl Fn(f64) -> f32,
     ) -> (Box<Table>, [f32; 2]) {
         let mut table = Box::new([0.0; TABLE_LEN]);
-        let mut range = [f32::INFINITY, f32::NEG_INFINITY];
+        let (mut least, mut greatest) =
+            ([f32::INFINITY; VERTEX_SIDE], [-f32::INFINITY; VERTEX_SIDE]);
         self.for_each_row(grid, |place, row| {
-            for (entry, &voxel) in table[place..place + VERTEX_SIDE].iter_mut().zip(row) {
-                *entry = value(voxel.into());
-                range = [range[0].min(*entry), range[1].max(*entry)];
+            let entries = &mut table[place..place + VERTEX_SIDE];
+            match row.first_chunk::<VERTEX_SIDE>() {
+                Some(row) => {
+                    for x in 0..VERTEX_SIDE {
+                        entries[x] = value(row[x].into());
+                    }
+                    take_in(&mut least, &mut greatest, entries);
+                }
+                None => {
+                    for (entry, &voxel) in entries.iter_mut().zip(row) {
+                        *entry = value(voxel.into());
+                    }
+                    take_in(
+                        &mut least[..row.len()],
+                        &mut greatest[..row.len()],
+                        &entries[..row.len()],
+                    );
+                }
             }
         });
+        let range = [
+            least.into_iter().fold(f32::INFINITY, f32::min),
+            greatest.into_iter().fold(f32::NEG_INFINITY, f32::max),
+        ];
         (table, range)
     }
 
@@ -217,9 +238,10 @@ impl PlannedChannel<'_> {
         };
         let (mut least, mut greatest) = ([u8::MAX; VERTEX_SIDE], [0u8; VERTEX_SIDE]);
         block.for_each_row(&grid, |_, row| {
-            for ((least, greatest), &voxel) in least.iter_mut().zip(&mut greatest).zip(row) {
-                *least = voxel.min(*least);
-                *greatest = voxel.max(*greatest);
+            // A row of a whole brick has a known length, and is compared at once.
+            match row.first_chunk::<VERTEX_SIDE>() {
+                Some(row) => take_in(&mut least, &mut greatest, row),
+                None => take_in(&mut least[..row.len()], &mut greatest[..row.len()], row),
             }
         });
         let (least, greatest) = least
@@ -299,26 +321,13 @@ impl Shown {
     }
 }
 
-/// The bytes at the corners of each cell: pairs along x, then pairs of those along y, then along z.
-fn corner_bytes(scalars: &Table) -> Box<CornerBytes> {
-    const LAYER: usize = VERTEX_SIDE * VERTEX_SIDE;
-    let mut pairs = [0u16; TABLE_LEN];
-    for (pair, ends) in pairs.iter_mut().zip(scalars.windows(2)) {
-        *pair = ends[0] as u16 | (ends[1] as u16) << 8;
+/// Takes values into the least and the greatest so far.
+#[inline(always)]
+fn take_in<T: Copy + PartialOrd>(least: &mut [T], greatest: &mut [T], values: &[T]) {
+    for ((least, greatest), &value) in least.iter_mut().zip(greatest).zip(values) {
+        *least = if value < *least { value } else { *least };
+        *greatest = if value > *greatest { value } else { *greatest };
     }
-    let mut fours = [0u32; TABLE_LEN];
-    for (four, rows) in fours.iter_mut().zip(pairs.windows(VERTEX_SIDE + 1)) {
-        *four = u32::from(rows[0]) | u32::from(rows[VERTEX_SIDE]) << 16;
-    }
-    let mut corners = Box::new([0; CELLS]);
-    for (row, corners) in corners.chunks_exact_mut(CELL_SIDE).enumerate() {
-        let first = vertex(0, row % CELL_SIDE, row / CELL_SIDE);
-        let (front, back) = (&fours[first..], &fours[first + LAYER..]);
-        for (x, eight) in corners.iter_mut().enumerate() {
-            *eight = u64::from(front[x]) | u64::from(back[x]) << 32;
-        }
-    }
-    corners
 }
 
 /// What a mask hides of a brick.

@@ -2,6 +2,7 @@
 
 pub(crate) mod bounds;
 pub(crate) mod cells;
+mod corners;
 pub(crate) mod cull;
 pub(crate) mod fill;
 pub(crate) mod plan;

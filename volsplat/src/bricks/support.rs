@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::cells::ShownCells;
 use super::shown::CellRanges;
 use crate::transfer::TransferFunction;
-use crate::volume::{Volume, VoxelType, scalar, with_voxels};
+use crate::volume::{Volume, VoxelType, Voxels, scalar, with_voxels};
 
 /// The scalars whose opacity is above 0, as intervals.
 #[derive(Clone, Debug)]
@@ -160,10 +160,18 @@ impl<'a> VisibleValues<'a> {
 /// Voxels whose own scalar is visible.
 pub(crate) fn count_visible(volume: &Volume, transfer: &TransferFunction) -> u64 {
     let values = VisibleValues::new(VoxelType::of(&volume.voxels), transfer);
-    let count = |part: Range<usize>| {
-        with_voxels!(&volume.voxels, slice => {
+    let count = |part: Range<usize>| match (&volume.voxels, &values) {
+        (Voxels::U8(bytes), VisibleValues::Table { shown, .. }) => {
+            let mut ones = [0u32; 256];
+            for (one, &shown) in ones.iter_mut().zip(shown) {
+                *one = u32::from(shown);
+            }
+            let parts = bytes[part].iter().map(|&byte| ones[usize::from(byte)]);
+            u64::from(parts.sum::<u32>())
+        }
+        _ => with_voxels!(&volume.voxels, slice => {
             slice[part].iter().filter(|&&v| values.shows(scalar(v))).count() as u64
-        })
+        }),
     };
     volume.voxels.parts().into_par_iter().map(count).sum()
 }
