@@ -39,7 +39,7 @@ pub(super) trait SampleRule {
 /// Storage of one task, reused from tile to tile.
 #[derive(Clone, Debug)]
 pub(crate) struct GatherScratch {
-    planes: Vec<(u32, PlaneView)>,
+    pub(super) planes: RememberedPlanes,
     /// Colour so far, premultiplied; interleaved, as one sample at a time is added.
     pub(super) rgb: [[[f32; 4]; TILE_PX]; TILE_PX],
     pub(crate) pixels: TilePixels,
@@ -70,10 +70,36 @@ impl Unfinished {
     }
 }
 
+/// The views of some planes of a tile, by their numbers; made where they are asked for.
+#[derive(Clone, Debug, Default)]
+pub(super) struct RememberedPlanes {
+    planes: Vec<(u32, PlaneView)>,
+}
+
+impl RememberedPlanes {
+    /// The view of a plane.
+    #[inline(always)]
+    pub(super) fn at(&mut self, view: &TileView, number: u32) -> &PlaneView {
+        let slot = &mut self.planes[number as usize % REMEMBERED_PLANES];
+        if slot.0 != number {
+            *slot = (number, view.plane(number));
+        }
+        &slot.1
+    }
+
+    /// Makes ready for another tile.
+    fn forget(&mut self) {
+        if self.planes.is_empty() {
+            self.planes = vec![(u32::MAX, PlaneView::default()); REMEMBERED_PLANES];
+        }
+        self.planes.iter_mut().for_each(|plane| plane.0 = u32::MAX);
+    }
+}
+
 impl Default for GatherScratch {
     fn default() -> Self {
         Self {
-            planes: vec![(u32::MAX, PlaneView::default()); REMEMBERED_PLANES],
+            planes: RememberedPlanes::default(),
             rgb: [[[0.0; 4]; TILE_PX]; TILE_PX],
             pixels: TilePixels::default(),
             rays: Vec::new(),
@@ -88,16 +114,12 @@ impl GatherScratch {
     /// The view of a plane, remembered.
     #[inline(always)]
     pub(super) fn plane(&mut self, view: &TileView, number: u32) -> &PlaneView {
-        let slot = &mut self.planes[number as usize % REMEMBERED_PLANES];
-        if slot.0 != number {
-            *slot = (number, view.plane(number));
-        }
-        &slot.1
+        self.planes.at(view, number)
     }
 
     /// Makes ready for an empty tile.
     pub(crate) fn begin(&mut self, settings: &FieldSettings) {
-        self.planes.iter_mut().for_each(|plane| plane.0 = u32::MAX);
+        self.planes.forget();
         self.rgb = [[[0.0; 4]; TILE_PX]; TILE_PX];
         self.pixels = TilePixels::default();
         self.rays = at_start(settings.statistic, &settings.channels);

@@ -119,12 +119,15 @@ fn add_brick_by_rule(job: &Job, window: Window, scratch: &mut GatherScratch) -> 
     }
     match settings.rule() {
         Rule::Over => {
-            dispatch!(level, simd => packed::add_brick::<_, false>(simd, job, window, scratch))
+            dispatch!(level, simd => packed::add_brick::<_, packed::Composite<false>>(simd, job, window, scratch))
         }
         Rule::Shaded => {
-            dispatch!(level, simd => packed::add_brick::<_, true>(simd, job, window, scratch))
+            dispatch!(level, simd => packed::add_brick::<_, packed::Composite<true>>(simd, job, window, scratch))
         }
         Rule::Mixed => add!(Mixed),
+        Rule::Statistic if settings.is_one_channel() => {
+            dispatch!(level, simd => packed::add_brick::<_, packed::Statistics>(simd, job, window, scratch))
+        }
         Rule::Statistic => add!(Gathered),
     }
 }

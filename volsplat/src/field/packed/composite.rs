@@ -1,10 +1,12 @@
 //! Samples that show something, composited one by one behind what their pixels hold.
 
-use fearless_simd::f32x4;
 use fearless_simd::prelude::*;
+use fearless_simd::{f32x4, f32x16, mask32x16};
 use resample_core::composite::DepthRule;
 use resample_core::tile::TILE_PX;
 
+use super::classify::{classify, light};
+use super::rule::PackedRule;
 use super::samples::PIXEL_SHIFT;
 use crate::field::gather::GatherScratch;
 use crate::field::job::Job;
@@ -12,13 +14,32 @@ use crate::field::job::Job;
 /// Pixels of a tile.
 const PIXELS: usize = TILE_PX * TILE_PX;
 
+/// Emission and absorption, with the light of the shading or without.
+pub(in crate::field) struct Composite<const SHADED: bool>;
+
+impl<const SHADED: bool> PackedRule for Composite<SHADED> {
+    const HIDES: bool = true;
+
+    /// Opaque pixels take no more samples.
+    #[inline(always)]
+    fn open<S: Simd>(simd: S, job: &Job, scratch: &GatherScratch, row: usize) -> mask32x16<S> {
+        let left = f32x16::from_slice(simd, &scratch.pixels.transmittance[row]);
+        left.simd_ge(f32x16::splat(simd, job.settings.sheets.min_transmittance))
+    }
+
+    #[inline(always)]
+    fn take<S: Simd>(simd: S, job: &Job, scratch: &mut GatherScratch) {
+        classify(simd, job, &mut scratch.samples);
+        if SHADED {
+            light(simd, job, &mut scratch.samples);
+        }
+        composite::<S, SHADED>(simd, job, scratch);
+    }
+}
+
 /// Composites what was classified.
 #[inline(always)]
-pub(super) fn composite<S: Simd, const SHADED: bool>(
-    simd: S,
-    job: &Job,
-    scratch: &mut GatherScratch,
-) {
+fn composite<S: Simd, const SHADED: bool>(simd: S, job: &Job, scratch: &mut GatherScratch) {
     let settings = job.settings;
     let least = settings.sheets.min_transmittance;
     let with_depth = settings.sheets.depth == DepthRule::Expected;

@@ -1,5 +1,7 @@
 //! A list of samples that wait to be classified, and of those among them that show something.
 
+use crate::bricks::cells::{CELLS, LAST_CELL, VERTEX_SIDE};
+
 /// Lanes of a vector of packed samples: a row of a tile.
 pub(super) const LANES: usize = 16;
 
@@ -20,6 +22,8 @@ pub(crate) struct PackedSamples {
     pub(super) place: [u32; ROOM],
     /// Position in the cell.
     pub(super) share: [Numbers; 3],
+    /// The field.
+    pub(super) scalar: Numbers,
     /// Opacity units along the ray through the slab.
     pub(super) units: Numbers,
     /// Camera z; only where depth is wanted.
@@ -46,6 +50,16 @@ pub(super) struct ShownSamples {
 /// Where the pixel begins in a sample's place.
 pub(super) const PIXEL_SHIFT: u32 = 16;
 
+/// Bits of a sample's place that are its cell.
+pub(super) const CELL_MASK: u32 = CELLS as u32 - 1;
+
+/// The place in the tables of the first vertex of a sample's cell.
+#[inline(always)]
+pub(super) fn vertex(place: u32) -> usize {
+    let cell = (place & CELL_MASK) as usize;
+    (cell + (cell >> 3 & 7) + (2 * (VERTEX_SIDE - 1) + 1) * (cell >> 6)).min(LAST_CELL)
+}
+
 impl Default for PackedSamples {
     fn default() -> Self {
         let zero = [0.0; ROOM];
@@ -53,6 +67,7 @@ impl Default for PackedSamples {
             count: 0,
             place: [0; ROOM],
             share: [zero; 3],
+            scalar: zero,
             units: zero,
             camera_z: zero,
             shown: ShownSamples {
@@ -73,11 +88,6 @@ impl PackedSamples {
     #[inline(always)]
     pub(super) fn len(&self) -> usize {
         self.count.min(BATCH)
-    }
-
-    #[inline(always)]
-    pub(super) fn is_empty(&self) -> bool {
-        self.count == 0
     }
 
     #[inline(always)]

@@ -8,7 +8,7 @@ use fearless_simd::{f32x16, mask32x16, u8x64, u32x16};
 use resample_core::composite::DepthRule;
 use resample_core::tile::TILE_PX;
 
-use super::flush::flush;
+use super::rule::PackedRule;
 use super::samples::{LANES, PIXEL_SHIFT, PackedSamples};
 use crate::bricks::cells::{CELL_SIDE, TABLE_LEN, VERTEX_SIDE};
 use crate::field::cell_sample::CellBox;
@@ -36,7 +36,7 @@ struct Row<S: Simd> {
 
 /// Finds the samples of all planes, and composites them. Returns the lanes looked at.
 #[inline(always)]
-pub(super) fn add_planes<S: Simd, const SHADED: bool>(
+pub(super) fn add_planes<S: Simd, R: PackedRule>(
     simd: S,
     job: &Job,
     window: Window,
@@ -53,32 +53,50 @@ pub(super) fn add_planes<S: Simd, const SHADED: bool>(
         bits: u8x64::from_slice(simd, placed.brick.shown.rows()),
         lanes: u32x16::from_slice(simd, &numbers),
     };
+    // Out of the scratch storage as long as the rest of it changes.
+    let mut planes = std::mem::take(&mut scratch.planes);
     let mut touched = 0;
     for number in placed.planes[0]..placed.planes[1] {
-        let plane = *scratch.plane(job.view, number);
-        let section = window.section(simd, settings, &plane, placed);
+        let plane = planes.at(job.view, number);
+        let section = window.section(simd, settings, plane, placed);
         if section.columns[0] >= section.columns[1] {
             continue;
         }
         for row in section.rows[0]..section.rows[1] {
             touched += LANES;
-            scan.add_row(simd, &plane, row, scratch);
+            scan.add_row::<R>(simd, plane, row, scratch);
             if scratch.samples.is_full() {
-                flush::<S, SHADED>(simd, job, scratch);
+                flush::<S, R>(simd, job, scratch);
             }
         }
     }
-    flush::<S, SHADED>(simd, job, scratch);
+    flush::<S, R>(simd, job, scratch);
+    scratch.planes = planes;
     touched
+}
+
+/// Takes in the samples that wait.
+#[inline(always)]
+fn flush<S: Simd, R: PackedRule>(simd: S, job: &Job, scratch: &mut GatherScratch) {
+    let count = scratch.samples.len();
+    if count > 0 {
+        scratch.work.computed += count.next_multiple_of(LANES);
+        scratch.work.shown += count;
+        R::take(simd, job, scratch);
+        scratch.samples.clear();
+    }
 }
 
 impl<S: Simd> Scan<'_, S> {
     #[inline(always)]
-    fn add_row(&self, simd: S, plane: &PlaneView, row: usize, scratch: &mut GatherScratch) {
-        let left = f32x16::from_slice(simd, &scratch.pixels.transmittance[row]);
-        // Opaque pixels take no more samples.
-        let least = self.job.settings.sheets.min_transmittance;
-        let open = left.simd_ge(f32x16::splat(simd, least));
+    fn add_row<R: PackedRule>(
+        &self,
+        simd: S,
+        plane: &PlaneView,
+        row: usize,
+        scratch: &mut GatherScratch,
+    ) {
+        let open = R::open(simd, self.job, scratch, row);
         let mut found = self.inside(simd, plane, row, open);
         if self.job.placed.cuts != 0 {
             found.inside &= self.clipped(simd, &found.position);
@@ -99,7 +117,7 @@ impl<S: Simd> Scan<'_, S> {
         let units = f32x16::from_slice(simd, &self.job.view.units_per_slab[row]);
         let place = cell | self.lanes | u32x16::splat(simd, (row * LANES) as u32) << PIXEL_SHIFT;
         append(&mut scratch.samples, inside, place, share, units);
-        if self.job.settings.sheets.depth == DepthRule::Expected {
+        if self.job.settings.sheets.depth == DepthRule::Expected || !R::HIDES {
             let z = f32x16::splat(simd, plane.camera_z);
             let first = scratch.samples.len();
             z.store_slice(&mut scratch.samples.camera_z[first..first + LANES]);
@@ -117,8 +135,8 @@ impl<S: Simd> Scan<'_, S> {
             inside: open,
         };
         for axis in 0..3 {
-            let start = plane.first[axis] + row as f32 * plane.step_y[axis];
-            let at = f32x16::from_slice(simd, &plane.lanes[axis]) + f32x16::splat(simd, start);
+            let at = f32x16::from_slice(simd, &plane.lanes[axis])
+                + f32x16::splat(simd, plane.rows[axis][row]);
             found.position[axis] = at;
             found.inside &= at.simd_ge(f32x16::splat(simd, self.cells.low[axis]))
                 & at.simd_lt(f32x16::splat(simd, self.cells.high[axis]));
