@@ -78,10 +78,10 @@ impl Flags {
         kept
     }
 
-    /// Whether a pixel is in the set.
+    /// The pixels of row `y` from `x` on, which is the first of a word: one bit each.
     #[inline(always)]
-    pub(crate) fn get(&self, x: usize, y: usize) -> bool {
-        self.words[y * self.per_row + x / WORD] >> (x % WORD) & 1 != 0
+    pub(crate) fn word(&self, x: usize, y: usize) -> u64 {
+        self.words[y * self.per_row + x / WORD]
     }
 
     /// Whether any pixel of these columns and rows, first and last, is in the set.
@@ -156,7 +156,7 @@ mod tests {
                 expected,
                 "row {y}"
             );
-            assert!((0..width).all(|x| grown.get(x, y) == near(x)), "row {y}");
+            assert!((0..width).all(|x| grown.word(x, y) >> (x % WORD) & 1 == u64::from(near(x))), "row {y}");
         }
         assert!(
             flags.any([60, 63], [0, 2]) && flags.any([64, 149], [5, 5]),

@@ -17,6 +17,7 @@ use resample_core::dispatch;
 use resample_core::simd::Vectors;
 
 pub(crate) use cells::{EightCells, EightTriangles};
+pub(crate) use project::{Terms, narrow};
 use project::{ProjectedRow, project_row};
 #[cfg(feature = "input")]
 pub(crate) use quarters::Quarter;

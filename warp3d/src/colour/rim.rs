@@ -14,7 +14,7 @@ use crate::surface::{BELOW, RIGHT};
 impl Lookup<'_> {
     /// The sum over sixteen samples around `base`, those that do not count continued from the others.
     #[simd]
-    pub(super) fn cubic_at_rim<S: Simd>(
+    pub(crate) fn cubic_at_rim<S: Simd>(
         &self,
         simd: S,
         base: DVec2,

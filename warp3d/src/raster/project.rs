@@ -4,7 +4,7 @@
 //! kept of it is f32.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x8, f64x4, mask32x8};
+use fearless_simd::{f32x8, f64x8, mask32x8};
 use fearless_simd_macros::simd;
 use resample_core::Projection;
 
@@ -24,7 +24,7 @@ pub(super) struct ProjectedRow<'a> {
 }
 
 /// What a row's samples are computed from.
-struct Terms {
+pub(crate) struct Terms {
     /// Constant, and what x and disparity add: screen x, screen y and their divisor, all scaled, and the numerator of depth.
     rows: [[f64; 3]; 4],
     /// Constant and slope in disparity of the divisor of depth.
@@ -35,7 +35,8 @@ struct Terms {
 }
 
 impl Terms {
-    fn new(warp: &Warp, y: usize) -> Self {
+    /// For the samples of row `y`.
+    pub(crate) fn new(warp: &Warp, y: usize) -> Self {
         let y = y as f64 + 0.5;
         let ([by_x, by_y, one], by_disparity) = (warp.pixel_columns(), warp.disparity_column());
         let (depth, depth_divisor) = warp.depth_terms();
@@ -50,10 +51,18 @@ impl Terms {
         }
     }
 
-    /// Four samples at `x` (px): screen x, screen y and nearness, and whether they are in front.
+    /// Eight samples from column `first` on: screen x, which is NaN where they are not in front, screen y and nearness.
     #[inline(always)]
-    fn warped<S: Simd>(&self, simd: S, x: f64x4<S>, disparity: f64x4<S>) -> [f64x4<S>; 3] {
-        let constant = |v: f64| f64x4::splat(simd, v);
+    pub(crate) fn warped<S: Simd>(
+        &self,
+        simd: S,
+        first: usize,
+        disparity: f32x8<S>,
+    ) -> [f64x8<S>; 3] {
+        let constant = |v: f64| f64x8::splat(simd, v);
+        let x = f64x8::from_slice(simd, &PLACES) + constant(first as f64);
+        let (low, high) = disparity.widen();
+        let disparity = low.combine(high);
         let along = |[one, by_x, by_disparity]: [f64; 3]| {
             disparity.mul_add(
                 constant(by_disparity),
@@ -101,7 +110,9 @@ pub(super) fn project_row<S: Simd>(
             let count = LANES.min(end - first);
             let mut known = [f32::NAN; LANES];
             known[..count].copy_from_slice(&disparity[first..first + count]);
-            let [x, y, near] = eight(simd, &terms, first, f32x8::simd_from(simd, known));
+            let known = f32x8::simd_from(simd, known);
+            let [x, y, near] = terms.warped(simd, first, known);
+            let [x, y, near] = [narrow(x), narrow(y), narrow(near)];
             bounds.include([x, y]);
             for (to, from) in [(&mut *xs, x), (&mut *ys, y), (&mut *nearness, near)] {
                 to[first..first + count].copy_from_slice(&from.to_array()[..count]);
@@ -111,21 +122,11 @@ pub(super) fn project_row<S: Simd>(
     }
 }
 
-/// Eight samples from `first` on.
+/// Eight numbers of half the width.
 #[inline(always)]
-fn eight<S: Simd>(simd: S, terms: &Terms, first: usize, disparity: f32x8<S>) -> [f32x8<S>; 3] {
-    let (low, high) = disparity.widen();
-    let place =
-        |i: usize| f64x4::from_slice(simd, &PLACES[i..i + 4]) + f64x4::splat(simd, first as f64);
-    let (low, high) = (
-        terms.warped(simd, place(0), low),
-        terms.warped(simd, place(4), high),
-    );
-    [
-        low[0].narrow(high[0]),
-        low[1].narrow(high[1]),
-        low[2].narrow(high[2]),
-    ]
+pub(crate) fn narrow<S: Simd>(value: f64x8<S>) -> f32x8<S> {
+    let (low, high) = value.split();
+    low.narrow(high)
 }
 
 /// Least and greatest screen x and y of what is in front, by lanes.
