@@ -198,7 +198,7 @@ impl Nearest {
 /// Finds the pixels of the samples of row `y`.
 #[simd]
 fn place_row<S: Simd>(simd: S, warp: &Warp, y: usize, to: Placing<'_>) -> PlacedRow {
-    let terms = Terms::new(warp, y);
+    let terms = Terms::new(warp);
     let mut row = PlacedRow::EMPTY;
     let mut rows = [f32x8::splat(simd, f32::INFINITY), f32x8::splat(simd, f32::NEG_INFINITY)];
     let size = to.size.map(|v| f64x8::splat(simd, f64::from(v)));
@@ -210,7 +210,7 @@ fn place_row<S: Simd>(simd: S, warp: &Warp, y: usize, to: Placing<'_>) -> Placed
         depth[..count].copy_from_slice(&to.depth[first..first + count]);
         let disparity = disparities(simd, to.projection, f32x8::simd_from(simd, depth));
         let known: mask32x8<S> = disparity.simd_eq(disparity);
-        let [x, y, nearness] = terms.warped(simd, first, disparity);
+        let [x, y, nearness] = terms.warped(simd, [first, y], disparity);
         let inside = x.simd_ge(zero) & y.simd_ge(zero) & x.simd_lt(size[0]) & y.simd_lt(size[1]);
         let inside = mask32x8::from_bitmask(simd, inside.to_bitmask());
         let column: i32x8<S> = narrow(x.floor()).to_int();

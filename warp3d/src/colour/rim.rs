@@ -3,7 +3,7 @@
 //! A missing sample is continued from those of its row that count: a spline with natural ends goes on straight. That is
 //! linear in the samples, so only the weights change.
 
-use fearless_simd::f32x4;
+use fearless_simd::{f32x4, f64x4};
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
 use glam::DVec2;
@@ -22,7 +22,7 @@ impl Lookup<'_> {
     ) -> f32x4<S> {
         let width = self.surfaces.size[0] as i64;
         let (left, top) = (base.x as i64 - 1, base.y as i64 - 1);
-        let taps = self.taps(left, top);
+        let taps = self.taps(simd, left, top);
         if taps == 0 {
             return f32x4::from_slice(simd, &self.nearest(base));
         }
@@ -52,11 +52,11 @@ impl Lookup<'_> {
 
     /// Which of sixteen samples count, one bit each: those on the patch's plane, and those that are linked to one.
     #[inline(always)]
-    fn taps(&self, left: i64, top: i64) -> u32 {
+    fn taps<S: Simd>(&self, simd: S, left: i64, top: i64) -> u32 {
         let [width, height] = self.surfaces.size;
         let whole = left >= 0 && top >= 0 && left + 4 <= width as i64 && top + 4 <= height as i64;
         let [mut taps, right, below] = if whole {
-            self.whole_block(left as usize, top as usize)
+            self.whole_block(simd, left as usize, top as usize)
         } else {
             self.cut_block(left, top)
         };
@@ -78,24 +78,20 @@ impl Lookup<'_> {
     /// Of sixteen samples in the picture: which lie on the patch's plane, and which are linked with the next one of
     /// them to the right and below.
     #[inline(always)]
-    fn whole_block(&self, left: usize, top: usize) -> [u32; 3] {
+    fn whole_block<S: Simd>(&self, simd: S, left: usize, top: usize) -> [u32; 3] {
         let width = self.surfaces.size[0];
         let (mut taps, mut right, mut below) = (0u32, 0u32, 0u32);
         for j in 0..4 {
             let from = (top + j) * width + left;
-            let on_plane = self.four_count(left, top + j, &self.surfaces.disparity[from..from + 4]);
-            for (i, (on_plane, links)) in on_plane
-                .into_iter()
-                .zip(&self.surfaces.links[from..from + 4])
-                .enumerate()
-            {
+            let disparity = f32x4::from_slice(simd, &self.surfaces.disparity[from..from + 4]);
+            taps |= self.four_count(simd, left, top + j, disparity) << (4 * j);
+            for (i, links) in self.surfaces.links[from..from + 4].iter().enumerate() {
                 let bit = 4 * j + i;
-                taps |= u32::from(on_plane) << bit;
-                right |= u32::from(links & RIGHT != 0) << bit;
-                below |= u32::from(links & BELOW != 0) << bit;
+                right |= u32::from(links & RIGHT) << bit;
+                below |= u32::from(links & BELOW) << bit;
             }
         }
-        [taps, right & 0x7777, below & 0xfff]
+        [taps, right & 0x7777, (below >> 1) & 0xfff]
     }
 
     /// As [`Self::whole_block`], where the picture ends among them.
@@ -117,20 +113,20 @@ impl Lookup<'_> {
         [taps, right & 0x7777, below & 0xfff]
     }
 
-    /// As [`Lookup::counts`], for four samples of a row from (x, y) on.
+    /// As [`Lookup::counts`], for four samples of a row from (x, y) on, one bit each.
     #[inline(always)]
-    fn four_count(&self, x: usize, y: usize, disparity: &[f32]) -> [bool; 4] {
-        let dx = x as f64 + 0.5 - self.patch.place.x;
+    fn four_count<S: Simd>(&self, simd: S, x: usize, y: usize, disparity: f32x4<S>) -> u32 {
+        let constant = |v: f64| f64x4::splat(simd, v);
+        let steps = f64x4::simd_from(simd, [0.0, 1.0, 2.0, 3.0]);
+        let dx = constant(x as f64 + 0.5 - self.patch.place.x) + steps;
         let dy = y as f64 + 0.5 - self.patch.place.y;
-        let expected = self.patch.disparity + self.patch.slope.x * dx + self.patch.slope.y * dy;
-        let tolerance = f64::from(self.surfaces.tolerance);
-        let mut counts = [false; 4];
-        for (i, (counts, &found)) in counts.iter_mut().zip(disparity).enumerate() {
-            let (step, found) = (i as f64, f64::from(found));
-            let allowed = tolerance * (2.0 + (dx + step).abs().max(dy.abs()));
-            *counts = (found - expected - self.patch.slope.x * step).abs() <= allowed * found.abs();
-        }
-        counts
+        let here = constant(self.patch.disparity + self.patch.slope.y * dy);
+        let expected = here + constant(self.patch.slope.x) * dx;
+        let (found, _) = disparity.combine(disparity).widen();
+        let distance = dx.abs().max(constant(dy.abs()));
+        let allowed = constant(f64::from(self.surfaces.tolerance)) * (constant(2.0) + distance);
+        let counts = (found - expected).abs().simd_le(allowed * found.abs());
+        counts.to_bitmask() as u32
     }
 
     /// The colour of the patch's own sample, where nothing else is near.
