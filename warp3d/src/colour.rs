@@ -98,20 +98,42 @@ impl Footprint {
         let along = along.try_normalize().unwrap_or(DVec2::X);
         Self::of_axes(along, [large, small])
     }
+}
 
-    /// The covariance (xx, xy, yy), px^2; 0 where nothing is filtered.
-    #[inline(always)]
-    fn form(&self) -> [f32; 3] {
-        let [large, small] = self.variance;
-        if large < LEAST_VARIANCE {
-            return [0.0; 3];
-        }
-        let (e, f) = (self.along, self.across);
-        let xx = large * e.x * e.x + small * f.x * f.x;
-        let xy = large * e.x * e.y + small * f.x * f.y;
-        let yy = large * e.y * e.y + small * f.y * f.y;
-        [xx as f32, xy as f32, yy as f32]
+/// The form (xx, xy, yy) of the filter of a footprint, px^2, 0 where nothing is filtered; `None` from [`BENT_VARIANCE`] on.
+/// As [`small_form`] has it for eight.
+#[inline(always)]
+fn small_filter(reference_from_screen: DMat2) -> Option<[f32; 3]> {
+    let (a, b) = (reference_from_screen.x_axis, reference_from_screen.y_axis);
+    let (xx, yy) = (a.x * a.x + b.x * b.x, a.y * a.y + b.y * b.y);
+    // Magnified, there is nothing to filter.
+    if xx + yy <= 1.0 {
+        return Some([0.0; 3]);
     }
+    let xy = a.x * a.y + b.x * b.y;
+    let (middle, difference) = (0.5 * (xx + yy), 0.5 * (xx - yy));
+    let spread = (difference * difference + xy * xy).sqrt();
+    let sigma2 = PIXEL_SIGMA_PX * PIXEL_SIGMA_PX;
+    let along = sigma2 * (middle + spread - 1.0);
+    if along < LEAST_VARIANCE {
+        return Some([0.0; 3]);
+    }
+    if !(along < BENT_VARIANCE) {
+        return None;
+    }
+    let small = middle - spread;
+    let across = (sigma2 * (small - 1.0)).max(0.0);
+    let share = if spread > 0.5e-9 {
+        0.5 * (along - across) / spread
+    } else {
+        0.0
+    };
+    let form = [
+        across + share * (xx - small),
+        share * xy,
+        across + share * (yy - small),
+    ];
+    Some(form.map(|v| v as f32))
 }
 
 /// Variance along the longer axis of eight footprints, reference px^2, and the form (xx, xy, yy) of the filter: the positive
@@ -150,19 +172,14 @@ impl Lookup<'_> {
     /// The filtered colour at a hit.
     #[inline(always)]
     pub(crate) fn filtered<S: Simd>(&self, simd: S, hit: &Hit) -> [f32; 3] {
-        // Magnified, there is nothing to filter.
-        let map = hit.reference_from_screen;
-        let trace = map.x_axis.length_squared() + map.y_axis.length_squared();
         let at = hit.pos_in_reference;
-        if trace <= 1.0 {
-            return first_three(self.cubic(simd, at));
+        match small_filter(hit.reference_from_screen) {
+            Some(form) => first_three(self.bent(simd, at, form)),
+            None => {
+                let footprint = Footprint::new(hit.reference_from_screen);
+                first_three(self.wide(simd, at, &footprint))
+            }
         }
-        let footprint = Footprint::new(map);
-        let [large, _] = footprint.variance;
-        if large < BENT_VARIANCE {
-            return first_three(self.bent(simd, at, footprint.form()));
-        }
-        first_three(self.wide(simd, at, &footprint))
     }
 
     /// Variances from [`BENT_VARIANCE`] on. Not generated anew for each caller: it takes much code, and much time itself.

@@ -35,17 +35,29 @@ impl Lookup<'_> {
             }
             row_bits |= 1 << j;
             let first = (top + j as i64) * width + left;
-            for (i, weight) in folded(bits, wx).into_iter().enumerate() {
+            let weights = folded(simd, bits, wx);
+            if first >= 0 && first as usize + 4 <= self.colours.coefficients.len() {
+                // A sample that does not count has no weight.
+                let samples = &self.colours.coefficients[first as usize..first as usize + 4];
+                for i in 0..4 {
+                    let sample = f32x4::from_slice(simd, &samples[i]);
+                    *sum = sample.mul_add(f32x4::splat(simd, weights[i]), *sum);
+                }
+                continue;
+            }
+            for i in 0..4 {
+                // A sample that does not count may lie outside the picture.
                 if bits >> i & 1 != 0 {
                     let sample = &self.colours.coefficients[(first + i as i64) as usize];
-                    *sum =
-                        f32x4::from_slice(simd, sample).mul_add(f32x4::splat(simd, weight), *sum);
+                    let sample = f32x4::from_slice(simd, sample);
+                    *sum = sample.mul_add(f32x4::splat(simd, weights[i]), *sum);
                 }
             }
         }
         let mut sum = f32x4::splat(simd, 0.0);
-        for (row, weight) in rows.into_iter().zip(folded(row_bits, wy)) {
-            sum = row.mul_add(f32x4::splat(simd, weight), sum);
+        let weights = folded(simd, row_bits, wy);
+        for j in 0..4 {
+            sum = rows[j].mul_add(f32x4::splat(simd, weights[j]), sum);
         }
         sum
     }
@@ -64,11 +76,8 @@ impl Lookup<'_> {
         // it is linked, and in a row without any, from the row before or after. Not around corners: two surfaces that
         // touch are linked there.
         let (down, up) = ((taps & below) << 4, taps >> 4 & below);
-        for row in [0xf, 0xf0, 0xf00, 0xf000] {
-            if taps & row == 0 {
-                taps |= (down | up) & row;
-            }
-        }
+        let some = (taps | taps >> 1 | taps >> 2 | taps >> 3) & 0x1111;
+        taps |= (down | up) & !(some * 0xf);
         for _ in 0..3 {
             taps |= (taps & right) << 1 | (taps >> 1 & right);
         }
@@ -148,28 +157,61 @@ impl Lookup<'_> {
 /// The weights of four samples of which only those in `bits` are there, at least one: what a missing one would be is
 /// made of the others.
 #[inline(always)]
-fn folded(bits: u32, mut w: [f32; 4]) -> [f32; 4] {
-    let has = |i: usize| bits >> i & 1 != 0;
+fn folded<S: Simd>(simd: S, bits: u32, w: [f32; 4]) -> [f32; 4] {
+    let rows = &FOLDED[bits as usize];
+    let mut sum = f32x4::from_slice(simd, &rows[0]) * f32x4::splat(simd, w[0]);
+    for i in 1..4 {
+        sum = f32x4::from_slice(simd, &rows[i]).mul_add(f32x4::splat(simd, w[i]), sum);
+    }
+    sum.to_array()
+}
+
+/// What the weight of each of four samples adds to the weights of those in some bits.
+const FOLDED: [[[f32; 4]; 4]; 16] = {
+    let mut table = [[[0.0; 4]; 4]; 16];
+    let mut bits = 1;
+    while bits < 16 {
+        let mut i = 0;
+        while i < 4 {
+            let mut w = [0.0; 4];
+            w[i] = 1.0;
+            table[bits][i] = folded_weights(bits, w);
+            i += 1;
+        }
+        bits += 1;
+    }
+    table
+};
+
+/// As [`folded`], step by step.
+const fn folded_weights(bits: usize, mut w: [f32; 4]) -> [f32; 4] {
     // Outer ones go on straight from the two inner ones.
-    for (outer, near, far) in [(0, 1, 2), (3, 2, 1)] {
-        if !has(outer) {
+    let mut k = 0;
+    while k < 2 {
+        let [outer, near, far] = [[0, 1, 2], [3, 2, 1]][k];
+        if bits >> outer & 1 == 0 {
             w[near] += 2.0 * w[outer];
             w[far] -= w[outer];
             w[outer] = 0.0;
         }
+        k += 1;
     }
     // Inner ones go on straight from the other side, or are what is nearest.
-    for (here, next, after, other) in [(1, 2, 3, 0), (2, 1, 0, 3)] {
-        if has(here) {
+    let mut k = 0;
+    while k < 2 {
+        let [here, next, after, other] = [[1, 2, 3, 0], [2, 1, 0, 3]][k];
+        k += 1;
+        if bits >> here & 1 != 0 {
             continue;
         }
-        let weight = std::mem::take(&mut w[here]);
-        if has(next) && has(after) {
+        let weight = w[here];
+        w[here] = 0.0;
+        if bits >> next & 1 != 0 && bits >> after & 1 != 0 {
             w[next] += 2.0 * weight;
             w[after] -= weight;
-        } else if has(next) {
+        } else if bits >> next & 1 != 0 {
             w[next] += weight;
-        } else if has(other) {
+        } else if bits >> other & 1 != 0 {
             w[other] += weight;
         } else {
             w[after] += weight;
@@ -180,6 +222,9 @@ fn folded(bits: u32, mut w: [f32; 4]) -> [f32; 4] {
 
 #[cfg(test)]
 mod tests {
+    use resample_core::dispatch;
+    use resample_core::simd::SimdLevel;
+
     use super::*;
 
     #[test]
@@ -191,7 +236,7 @@ mod tests {
         for bits in [0b1111, 0b0111, 0b1110, 0b0110, 0b0011, 0b1100] {
             let sum: f32 = line
                 .iter()
-                .zip(folded(bits, weights))
+                .zip(folded_weights(bits, weights))
                 .map(|(v, w)| v * w)
                 .sum();
             assert!(
@@ -199,8 +244,13 @@ mod tests {
                 "samples {bits:04b}: {sum} against {expected}"
             );
         }
-        for bits in 1..16u32 {
-            let w = folded(bits, weights);
+        for bits in 1..16 {
+            let w = folded_weights(bits, weights);
+            let level = SimdLevel::Auto.resolve();
+            let by_table = dispatch!(level, simd => folded(simd, bits as u32, weights));
+            for (a, b) in w.iter().zip(by_table) {
+                assert!((a - b).abs() < 1e-6, "samples {bits:04b}: {w:?} against {by_table:?}");
+            }
             assert!(
                 (w.iter().sum::<f32>() - 1.0).abs() < 1e-6,
                 "samples {bits:04b}: a constant is kept"
