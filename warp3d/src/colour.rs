@@ -10,7 +10,7 @@ mod area;
 mod cubic;
 mod rim;
 
-use fearless_simd::{f32x4, f32x8};
+use fearless_simd::{f32x4, f32x8, f64x8};
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
 use glam::{DMat2, DVec2};
@@ -21,6 +21,7 @@ pub(crate) use cubic::{EightWeights, Weights};
 
 use crate::Reference;
 use crate::patch::{Hit, Patch};
+use crate::raster::narrow;
 use crate::surface::Surfaces;
 
 /// From this variance on (reference px^2) a Gaussian sum over the samples themselves is a filter: its ripple,
@@ -136,6 +137,30 @@ fn small_filter(reference_from_screen: DMat2) -> Option<[f32; 3]> {
     Some(form.map(|v| v as f32))
 }
 
+/// Of eight footprints, whose columns `map` holds: the longer axis, a unit vector, and the minifications along and across it,
+/// squared. As [`Footprint::new`] has them.
+#[inline(always)]
+pub(crate) fn eight_axes<S: Simd>(simd: S, map: [f32x8<S>; 4]) -> [f32x8<S>; 4] {
+    let constant = |v: f32| f32x8::splat(simd, v);
+    let [ax, ay, bx, by] = map;
+    let (xx, xy, yy) = (ax * ax + bx * bx, ax * ay + bx * by, ay * ay + by * by);
+    let (middle, difference) = (constant(0.5) * (xx + yy), constant(0.5) * (xx - yy));
+    let spread = (difference * difference + xy * xy).sqrt();
+    // The longer of the two equivalent forms of the eigenvector.
+    let wide = difference.simd_ge(constant(0.0));
+    let (x, y) = (
+        wide.select(spread + difference, xy),
+        wide.select(xy, spread - difference),
+    );
+    let length = (x * x + y * y).sqrt();
+    let round = length.simd_le(constant(1e-6) * middle);
+    let (x, y) = (
+        round.select(constant(1.0), x / length),
+        round.select(constant(0.0), y / length),
+    );
+    [x, y, middle + spread, middle - spread]
+}
+
 /// Variance along the longer axis of eight footprints, reference px^2, and the form (xx, xy, yy) of the filter: the positive
 /// part of sigma^2 (J J^T - 1), 0 where nothing is filtered. `map` holds the columns of J.
 #[inline(always)]
@@ -238,19 +263,19 @@ impl Lookup<'_> {
         count: usize,
     ) -> [f32x4<S>; 8] {
         let width = self.surfaces.size[0];
-        let mut past = [[0.0f32; 8]; 2];
-        let mut bases = [DVec2::ZERO; 8];
-        for k in 0..count {
-            let corner = points[k] - 0.5;
-            bases[k] = (corner + 1e-6).floor();
-            past[0][k] = (corner.x - bases[k].x).max(0.0) as f32;
-            past[1][k] = (corner.y - bases[k].y).max(0.0) as f32;
-        }
-        let mut weights = [[[0.0f32; 8]; 4]; 2];
+        let (mut weights, mut bases) = ([[[0.0f32; 8]; 4]; 2], [[0.0f64; 8]; 2]);
         for axis in 0..2 {
-            let spline = EightWeights::new(simd, f32x8::from_slice(simd, &past[axis]));
-            for j in 0..4 {
-                spline.value[j].store_slice(&mut weights[axis][j]);
+            let mut at = [0.0; 8];
+            for (at, point) in at.iter_mut().zip(points) {
+                *at = point[axis];
+            }
+            let corner = f64x8::simd_from(simd, at) - f64x8::splat(simd, 0.5);
+            let base = (corner + f64x8::splat(simd, 1e-6)).floor();
+            let past = narrow(corner - base).max(f32x8::splat(simd, 0.0));
+            base.store_slice(&mut bases[axis]);
+            let spline = EightWeights::new(simd, past);
+            for (value, to) in spline.value.iter().zip(&mut weights[axis]) {
+                value.store_slice(to);
             }
         }
         let mut out = [f32x4::splat(simd, 0.0); 8];
@@ -262,12 +287,13 @@ impl Lookup<'_> {
                 }
             }
             let weights = Weights { axes, turned: None };
-            out[k] = match self.clear_at(bases[k]) {
+            let base = DVec2::new(bases[0][k], bases[1][k]);
+            out[k] = match self.clear_at(base) {
                 Some(index) => {
                     let samples = &self.colours.coefficients;
                     weights.sum(simd, samples, index - width - 1, width)
                 }
-                None => self.cubic_at_rim(simd, bases[k], axes),
+                None => self.cubic_at_rim(simd, base, axes),
             };
         }
         out

@@ -9,11 +9,13 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, f64x8, i32x8};
-use glam::{DMat2, DVec2};
+use glam::DVec2;
 
 use super::resolver::{Resolver, Row};
-use crate::colour::{BENT_VARIANCE, EightWeights, Weights, first_three, small_form};
-use crate::patch::{Hit, Patch};
+use crate::colour::{
+    BENT_VARIANCE, EightWeights, Footprint, Weights, eight_axes, first_three, small_form,
+};
+use crate::patch::Patch;
 use crate::piece::{KINDS, NO_PATCH, cell_of};
 use crate::raster::narrow;
 use crate::surface::{Cell, Surfaces};
@@ -44,8 +46,8 @@ pub(super) struct Run {
     base: [[i32; RUN]; 2],
     /// Camera z of the target.
     depth: Lane,
-    /// Reference px per screen px, by columns.
-    map: [Lane; 4],
+    /// Where the filter is wide: its longer axis, and the minifications along and across it, squared.
+    axes: [Lane; 4],
     /// Variance of the filter along its longer axis, reference px^2.
     variance: Lane,
     /// Weights of four samples along x and y.
@@ -67,7 +69,7 @@ impl Run {
             place: [[0.0; RUN]; 2],
             base: [[0; RUN]; 2],
             depth: zero,
-            map: [zero; 4],
+            axes: [zero; 4],
             variance: zero,
             weights: [[zero; 4]; 2],
             turned: [[zero; 4]; 2],
@@ -128,7 +130,7 @@ impl Run {
 
     #[inline(always)]
     fn colour<S: Simd>(&self, simd: S, resolver: &Resolver<'_>, lane: usize) -> [f32; 3] {
-        if f64::from(self.variance[lane]) < BENT_VARIANCE {
+        if self.variance[lane] < BENT_VARIANCE as f32 {
             let (x, y) = (self.base[0][lane], self.base[1][lane]);
             let [width, height] = resolver.prepared.surfaces.size;
             // Only where four rows and columns exist, and no cut is among them.
@@ -168,16 +170,11 @@ impl Run {
 
     #[inline(always)]
     fn wide<S: Simd>(&self, simd: S, resolver: &Resolver<'_>, lane: usize) -> [f32; 3] {
-        // Seen edge-on, a number may not fit.
-        let map = |i: usize| f64::from(self.map[i][lane]).clamp(-1e15, 1e15);
-        let column = |i: usize| DVec2::new(map(i), map(i + 1));
         let patch = Patch::new(&resolver.prepared.surfaces, self.pieces[lane]);
-        let hit = Hit {
-            pos_in_reference: DVec2::new(self.place[0][lane], self.place[1][lane]),
-            reference_from_screen: DMat2::from_cols(column(0), column(2)),
-            disparity: patch.disparity,
-        };
-        resolver.lookup(&patch).filtered(simd, &hit)
+        let [x, y, large, small] = [0, 1, 2, 3].map(|i| f64::from(self.axes[i][lane]));
+        let footprint = Footprint::of_axes(DVec2::new(x, y), [large, small]);
+        let at = DVec2::new(self.place[0][lane], self.place[1][lane]);
+        first_three(resolver.lookup(&patch).wide(simd, at, &footprint))
     }
 
     /// Traces eight pixels from `lane` on, the first at `[x, y]` on the screen.
@@ -248,8 +245,20 @@ impl Run {
         resolution.store_slice(&mut self.resolution[lane..lane + LANES]);
         let (variance, [xx, xy, yy]) = small_form(simd, map);
         variance.store_slice(&mut self.variance[lane..lane + LANES]);
-        for (value, to) in map.into_iter().zip(&mut self.map) {
-            value.store_slice(&mut to[lane..lane + LANES]);
+        let bent = variance.simd_lt(f32x8::splat(simd, BENT_VARIANCE as f32));
+        if !bent.all_true() {
+            // Seen edge-on, a number may not fit.
+            let [ax, ay, bx, by] = map;
+            let most = f32x8::splat(simd, 1e9);
+            let held = [
+                ax.min(most).max(-most),
+                ay.min(most).max(-most),
+                bx.min(most).max(-most),
+                by.min(most).max(-most),
+            ];
+            for (value, to) in eight_axes(simd, held).into_iter().zip(&mut self.axes) {
+                value.store_slice(&mut to[lane..lane + LANES]);
+            }
         }
         for (axis, (at, own)) in place.into_iter().zip([xx, yy]).enumerate() {
             let corner = at - f64x8::splat(simd, 0.5);
