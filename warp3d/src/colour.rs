@@ -10,8 +10,8 @@ mod area;
 mod cubic;
 mod rim;
 
-use fearless_simd::{f32x4, f32x8, f64x8};
 use fearless_simd::prelude::*;
+use fearless_simd::{f32x4, f32x8, f64x8};
 use fearless_simd_macros::simd;
 use glam::{DMat2, DVec2};
 use resample_core::point::PIXEL_SIGMA_PX;
@@ -164,10 +164,7 @@ pub(crate) fn eight_axes<S: Simd>(simd: S, map: [f32x8<S>; 4]) -> [f32x8<S>; 4] 
 /// Variance along the longer axis of eight footprints, reference px^2, and the form (xx, xy, yy) of the filter: the positive
 /// part of sigma^2 (J J^T - 1), 0 where nothing is filtered. `map` holds the columns of J.
 #[inline(always)]
-pub(crate) fn small_form<S: Simd>(
-    simd: S,
-    map: [f32x8<S>; 4],
-) -> (f32x8<S>, [f32x8<S>; 3]) {
+pub(crate) fn small_form<S: Simd>(simd: S, map: [f32x8<S>; 4]) -> (f32x8<S>, [f32x8<S>; 3]) {
     let constant = |v: f32| f32x8::splat(simd, v);
     let (zero, one, half) = (constant(0.0), constant(1.0), constant(0.5));
     let [ax, ay, bx, by] = map;
@@ -256,12 +253,7 @@ impl Lookup<'_> {
 
     /// The cubic reconstruction at the first `count` of eight places.
     #[inline(always)]
-    fn eight_cubics<S: Simd>(
-        &self,
-        simd: S,
-        points: &[DVec2; 8],
-        count: usize,
-    ) -> [f32x4<S>; 8] {
+    fn eight_cubics<S: Simd>(&self, simd: S, points: &[DVec2; 8], count: usize) -> [f32x4<S>; 8] {
         let width = self.surfaces.size[0];
         let (mut weights, mut bases) = ([[[0.0f32; 8]; 4]; 2], [[0.0f64; 8]; 2]);
         for axis in 0..2 {

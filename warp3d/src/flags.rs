@@ -167,7 +167,10 @@ mod tests {
                 expected,
                 "row {y}"
             );
-            assert!((0..width).all(|x| grown.word(x, y) >> (x % WORD) & 1 == u64::from(near(x))), "row {y}");
+            assert!(
+                (0..width).all(|x| grown.word(x, y) >> (x % WORD) & 1 == u64::from(near(x))),
+                "row {y}"
+            );
         }
         assert!(
             flags.any([60, 63], [0, 2]) && flags.any([64, 149], [5, 5]),

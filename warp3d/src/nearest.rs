@@ -200,7 +200,10 @@ impl Nearest {
 fn place_row<S: Simd>(simd: S, warp: &Warp, y: usize, to: Placing<'_>) -> PlacedRow {
     let terms = Terms::new(warp);
     let mut row = PlacedRow::EMPTY;
-    let mut rows = [f32x8::splat(simd, f32::INFINITY), f32x8::splat(simd, f32::NEG_INFINITY)];
+    let mut rows = [
+        f32x8::splat(simd, f32::INFINITY),
+        f32x8::splat(simd, f32::NEG_INFINITY),
+    ];
     let size = to.size.map(|v| f64x8::splat(simd, f64::from(v)));
     let zero = f64x8::splat(simd, 0.0);
     let nowhere = i32x8::splat(simd, NOWHERE as i32);

@@ -185,16 +185,18 @@ pub(crate) fn finished(
 /// Number of pixels in which something is seen; with `confidence`, how well each is resolved becomes how well it is seen.
 fn seen(layer: &mut Layer, confidence: bool) -> u64 {
     let rows = layer.resolution.par_chunks_mut(PASS);
-    let seen = rows.zip(layer.rgba.par_chunks(PASS)).map(|(resolution, rgba)| {
-        let mut count = 0;
-        for (resolution, pixel) in resolution.iter_mut().zip(rgba) {
-            count += u32::from(pixel[3] > 0.0);
-            if confidence {
-                *resolution *= pixel[3];
+    let seen = rows
+        .zip(layer.rgba.par_chunks(PASS))
+        .map(|(resolution, rgba)| {
+            let mut count = 0;
+            for (resolution, pixel) in resolution.iter_mut().zip(rgba) {
+                count += u32::from(pixel[3] > 0.0);
+                if confidence {
+                    *resolution *= pixel[3];
+                }
             }
-        }
-        u64::from(count)
-    });
+            u64::from(count)
+        });
     seen.sum()
 }
 

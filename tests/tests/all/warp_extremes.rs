@@ -97,7 +97,11 @@ fn a_sky_of_any_distance_leaves_the_scene_before_it_as_it_is() {
             if without.rgba[i][3] > 0.999 {
                 scene += 1;
                 let apart = (depth[i] - depth_without[i]).abs();
-                assert!(apart < 1e-5 * depth_without[i], "sky {sky}, pixel {i}: {}", depth[i]);
+                assert!(
+                    apart < 1e-5 * depth_without[i],
+                    "sky {sky}, pixel {i}: {}",
+                    depth[i]
+                );
                 let alike = image.rgba[i].iter().zip(without.rgba[i]);
                 let largest = alike.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
                 assert!(largest < 0.02, "sky {sky}, pixel {i} differs by {largest}");
@@ -106,7 +110,10 @@ fn a_sky_of_any_distance_leaves_the_scene_before_it_as_it_is() {
                 assert!(depth[i] > 0.9 * sky, "sky {sky}, pixel {i}: {}", depth[i]);
             }
         }
-        assert!(scene > 1000 && behind > 1000, "sky {sky}: {scene} before, {behind} behind");
+        assert!(
+            scene > 1000 && behind > 1000,
+            "sky {sky}: {scene} before, {behind} behind"
+        );
     }
 }
 

@@ -3,8 +3,8 @@
 //! A missing sample is continued from those of its row that count: a spline with natural ends goes on straight. That is
 //! linear in the samples, so only the weights change.
 
-use fearless_simd::{f32x4, f64x4};
 use fearless_simd::prelude::*;
+use fearless_simd::{f32x4, f64x4};
 use fearless_simd_macros::simd;
 use glam::DVec2;
 
@@ -45,13 +45,12 @@ impl Lookup<'_> {
                 }
                 continue;
             }
-            for i in 0..4 {
-                // A sample that does not count may lie outside the picture.
-                if bits >> i & 1 != 0 {
-                    let sample = &self.colours.coefficients[(first + i as i64) as usize];
-                    let sample = f32x4::from_slice(simd, sample);
-                    *sum = sample.mul_add(f32x4::splat(simd, weights[i]), *sum);
-                }
+            // A sample that does not count may lie outside the picture.
+            let counting = (0..).zip(weights).filter(|(i, _)| bits >> i & 1 != 0);
+            for (i, weight) in counting {
+                let sample = &self.colours.coefficients[(first + i) as usize];
+                let sample = f32x4::from_slice(simd, sample);
+                *sum = sample.mul_add(f32x4::splat(simd, weight), *sum);
             }
         }
         let mut sum = f32x4::splat(simd, 0.0);
@@ -249,7 +248,10 @@ mod tests {
             let level = SimdLevel::Auto.resolve();
             let by_table = dispatch!(level, simd => folded(simd, bits as u32, weights));
             for (a, b) in w.iter().zip(by_table) {
-                assert!((a - b).abs() < 1e-6, "samples {bits:04b}: {w:?} against {by_table:?}");
+                assert!(
+                    (a - b).abs() < 1e-6,
+                    "samples {bits:04b}: {w:?} against {by_table:?}"
+                );
             }
             assert!(
                 (w.iter().sum::<f32>() - 1.0).abs() < 1e-6,

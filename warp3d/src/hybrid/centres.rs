@@ -5,9 +5,7 @@ use fearless_simd::{f32x8, i32x8, mask32x8};
 
 use super::pixels::{Boxes, PixelBox};
 use crate::bands::RowRange;
-use crate::raster::{
-    EightCells, EightQuads, EightTriangles, HALVES, Sink, Vertex, scan_triangle,
-};
+use crate::raster::{EightCells, EightQuads, EightTriangles, HALVES, Sink, Vertex, scan_triangle};
 
 /// Triangles over more pixel centres than this along an axis are drawn one by one.
 const MOST_STEPS: f32 = 3.0;
@@ -62,7 +60,7 @@ impl<S: Simd> Near<S> {
             let share = over[2] * scale;
             let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
             plane[0] += share * (dx * (at[1] - a[1]) - dy * (at[0] - a[0]));
-            plane[1] = plane[1] - share * dy;
+            plane[1] -= share * dy;
             plane[2] += share * dx;
         }
         plane
@@ -90,11 +88,7 @@ impl<S: Simd> Edges<S> {
 
 /// First centre and the steps to the last one within some range along an axis, cut at `clip`.
 #[inline(always)]
-fn centres_of<S: Simd>(
-    simd: S,
-    [low, high]: [f32x8<S>; 2],
-    clip: [usize; 2],
-) -> [f32x8<S>; 2] {
+fn centres_of<S: Simd>(simd: S, [low, high]: [f32x8<S>; 2], clip: [usize; 2]) -> [f32x8<S>; 2] {
     let constant = |v: f32| f32x8::splat(simd, v);
     let first = (low - constant(0.5 + SLACK)).ceil();
     let last = (high - constant(0.5 - SLACK)).floor();

@@ -124,7 +124,10 @@ impl<S: Simd, const N: usize> Scan<S, N> {
         let nearness = constant(nearness_steps[1]).mul_add(y - constant(p.y), nearness);
         let mut bounds = [p.nearness; 2];
         for corner in &corners[1..] {
-            bounds = [bounds[0].min(corner.nearness), bounds[1].max(corner.nearness)];
+            bounds = [
+                bounds[0].min(corner.nearness),
+                bounds[1].max(corner.nearness),
+            ];
         }
         Self {
             edges,

@@ -77,7 +77,6 @@ impl<S: Simd> EightCells<S> {
             [shared, d, c]
         })
     }
-
 }
 
 impl<S: Simd> EightTriangles<S> {
@@ -140,7 +139,8 @@ impl<S: Simd> EightQuads<S> {
         };
         let least = area(0, 1, 2).min(area(0, 2, 3));
         let least = least.min(area(0, 1, 3)).min(area(1, 2, 3));
-        let seen = p[0].simd_eq(p[0]) & q[0].simd_eq(q[0]) & r[0].simd_eq(r[0]) & s[0].simd_eq(s[0]);
+        let seen =
+            p[0].simd_eq(p[0]) & q[0].simd_eq(q[0]) & r[0].simd_eq(r[0]) & s[0].simd_eq(s[0]);
         let whole = some & seen & least.simd_gt(f32x8::splat(simd, 0.0));
         Self {
             corners,

@@ -93,7 +93,10 @@ impl Quarters {
         level: Vectors,
         to: &mut Vec<QuadBlock>,
     ) {
-        to.resize(self.quarters.len().div_ceil(LANES), [[[f32::NAN; LANES]; 3]; 4]);
+        to.resize(
+            self.quarters.len().div_ceil(LANES),
+            [[[f32::NAN; LANES]; 3]; 4],
+        );
         let terms = Terms::new(warp);
         to.par_chunks_mut(TASK)
             .zip(self.quarters.par_chunks(TASK * LANES))
@@ -135,10 +138,8 @@ fn project_quarters<S: Simd>(
         let zero = f64x8::splat(simd, 0.0);
         let least = f64x8::splat(simd, 0.25) * here;
         // Mirrored quarters are wound the other way.
-        let flipped = mask32x8::from_bitmask(
-            simd,
-            (reach[0] * reach[1]).simd_le(zero).to_bitmask(),
-        );
+        let flipped =
+            mask32x8::from_bitmask(simd, (reach[0] * reach[1]).simd_le(zero).to_bitmask());
         let offsets = [[zero, zero], [reach[0], zero], reach, [zero, reach[1]]];
         let mut corners = [[f32x8::splat(simd, 0.0); 3]; 4];
         for (corner, [x, y]) in corners.iter_mut().zip(offsets) {
@@ -152,9 +153,13 @@ fn project_quarters<S: Simd>(
         let [p, q, r, s] = corners;
         for axis in 0..3 {
             p[axis].store_slice(&mut block[0][axis]);
-            flipped.select(s[axis], q[axis]).store_slice(&mut block[1][axis]);
+            flipped
+                .select(s[axis], q[axis])
+                .store_slice(&mut block[1][axis]);
             r[axis].store_slice(&mut block[2][axis]);
-            flipped.select(q[axis], s[axis]).store_slice(&mut block[3][axis]);
+            flipped
+                .select(q[axis], s[axis])
+                .store_slice(&mut block[3][axis]);
         }
     }
 }

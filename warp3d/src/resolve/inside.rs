@@ -153,19 +153,10 @@ impl Run {
 
     #[inline(always)]
     fn weights_of(&self, lane: usize) -> Weights {
-        let mut out = Weights {
-            axes: [[0.0; 4]; 2],
-            turned: None,
-        };
-        let mut turned = [[0.0; 4]; 2];
-        for axis in 0..2 {
-            for k in 0..4 {
-                out.axes[axis][k] = self.weights[axis][k][lane];
-                turned[axis][k] = self.turned[axis][k][lane];
-            }
+        Weights {
+            axes: [four(&self.weights[0], lane), four(&self.weights[1], lane)],
+            turned: Some([four(&self.turned[0], lane), four(&self.turned[1], lane)]),
         }
-        out.turned = Some(turned);
-        out
     }
 
     #[inline(always)]
@@ -269,7 +260,11 @@ impl Run {
             at.store_slice(&mut self.place[axis][lane..lane + LANES]);
             base.store_slice(&mut self.base[axis][lane..lane + LANES]);
             let spline = EightWeights::new(simd, t);
-            let cross = if axis == 0 { f32x8::splat(simd, 1.0) } else { xy };
+            let cross = if axis == 0 {
+                f32x8::splat(simd, 1.0)
+            } else {
+                xy
+            };
             for k in 0..4 {
                 let value = spline.widened(simd, k, own);
                 value.store_slice(&mut self.weights[axis][k][lane..lane + LANES]);
@@ -309,5 +304,15 @@ fn plane_of(surfaces: &Surfaces, piece: u32) -> [f32; 5] {
         if from_b { b } else { a },
         if upper { b - a } else { d - c },
         if upper != anti { d - b } else { c - a },
+    ]
+}
+
+#[inline(always)]
+fn four(lanes: &[Lane; 4], lane: usize) -> [f32; 4] {
+    [
+        lanes[0][lane],
+        lanes[1][lane],
+        lanes[2][lane],
+        lanes[3][lane],
     ]
 }
