@@ -89,12 +89,22 @@ fn a_sky_of_any_distance_leaves_the_scene_before_it_as_it_is() {
     let of = |sky: f32| warp(&with_sky(sky), &aside, &WarpOptions::default());
     let without = of(f32::NAN);
     let depth_without = without.depth.as_ref().expect("a depth plane");
+    // Away from the edges, at which the sky's colours come in.
+    let whole = |i: usize| {
+        let (x, y) = (i % SIZE[0] as usize, i / SIZE[0] as usize);
+        (x.saturating_sub(3)..=x + 3).all(|u| {
+            (y.saturating_sub(3)..=y + 3).all(|v| {
+                let inside = u < SIZE[0] as usize && v < SIZE[1] as usize;
+                !inside || without.pixel(u, v)[3] > 0.999
+            })
+        })
+    };
     for sky in [65_504.0, 1e6, 1e10, 1e30, f32::INFINITY] {
         let image = of(sky);
         let depth = image.depth.as_ref().expect("a depth plane");
         let (mut scene, mut behind) = (0, 0);
         for i in 0..depth.len() {
-            if without.rgba[i][3] > 0.999 {
+            if whole(i) {
                 scene += 1;
                 let apart = (depth[i] - depth_without[i]).abs();
                 assert!(
@@ -111,7 +121,7 @@ fn a_sky_of_any_distance_leaves_the_scene_before_it_as_it_is() {
             }
         }
         assert!(
-            scene > 1000 && behind > 1000,
+            scene > 300 && behind > 300,
             "sky {sky}: {scene} before, {behind} behind"
         );
     }
