@@ -47,7 +47,7 @@ pub use info::{DemoArgs, InfoArgs};
 pub use sequence::SequenceArgs;
 pub use texmap::{ModelArgs, TexmapArgs};
 pub use trade::{SceneArg, TradeArgs, TradeOptions};
-pub use warp3d::{DepthArgs, Warp3dArgs, WarpCameraArgs};
+pub use warp3d::{DepthArgs, LayoutWord, Warp3dArgs, WarpCameraArgs};
 
 /// Forward resampling: clean pictures from discrete samples
 #[derive(Clone, Debug, Parser)]

@@ -67,6 +67,7 @@ pub mod viewpoint;
 mod volume_data;
 mod volume_file;
 mod volume_motion;
+mod warp_frames;
 mod warp_references;
 mod warp_scene;
 

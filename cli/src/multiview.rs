@@ -1,28 +1,37 @@
-//! Several views in one picture, and cameras that sway: stereo pairs, anaglyphs, quilts.
+//! Several views in one picture, and cameras that sway: stereo pairs, anaglyphs, quilts, panoramas.
 //!
-//! Takes one camera, gives those of the single views, and puts their pictures together. The views stand on a line
-//! along the camera's x axis and look in the same direction; a shift of the principal point makes them agree at one
-//! distance, the convergence, without turning the cameras, so that no vertical parallax arises. A sheet is described
-//! by a camera whose picture has the size of the whole sheet: what draws pictures then needs to know one size only.
-//! Sources: E. Dubois, "A projection method to generate anaglyph stereo images" (ICASSP 2001), for the matrix; the
-//! order of the tiles is that of Looking Glass's quilts.
+//! Takes one camera, gives those of the single views, and puts their pictures together. The views of a stereo pair or a
+//! quilt stand on a line along the camera's x axis and look in the same direction; a shift of the principal point makes
+//! them agree at one distance, the convergence, without turning the cameras, so that no vertical parallax arises. A
+//! sheet is described by a camera whose picture has the size of the whole sheet: what draws pictures then needs to know
+//! one size only. Source: the order of a quilt's tiles is that of Looking Glass's.
+
+mod anaglyph;
+mod panorama;
 
 use anyhow::Result;
-use clap::ValueEnum;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
+use resample_core::image::linear_from_srgb;
 use resample_core::{Camera, Image, Plane};
 
-use crate::values::Grid;
+use crate::values::{Grid, Size};
 
-/// How two views become one red-cyan picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Anaglyph {
-    /// Least-squares colours for red-cyan glasses, little ghosting
-    Dubois,
-    /// Red of the left view, green and blue of the right
-    Colour,
-    /// Luminance alone
-    Grey,
+pub use anaglyph::Anaglyph;
+use anaglyph::anaglyph;
+
+/// Where the two views of a stereo pair lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Places {
+    /// The left eye's on the left
+    SideBySide,
+    /// The left eye's on the left, each of half its width, as 3-D screens expect it
+    HalfSideBySide,
+    /// The left eye's above
+    TopBottom,
+    /// The left eye's above, each of half its height
+    HalfTopBottom,
+    /// The right eye's on the left, to be seen with crossed eyes
+    CrossEye,
 }
 
 /// How views lie in a picture.
@@ -30,45 +39,17 @@ pub enum Anaglyph {
 pub enum Layout {
     /// One view.
     Single,
-    /// Left and right eye beside each other, this far apart in the world.
-    SideBySide(f64),
+    /// Left and right eye beside or above each other, this far apart in the world.
+    Stereo(f64, Places),
     /// Left and right eye in one red-cyan picture, this far apart in the world.
     Anaglyph(f64, Anaglyph),
     /// A grid of views within a cone of this angle, degrees.
     Quilt(Grid, f64),
+    /// The picture on the left, its inverse depth as grey on the right, white at this distance, world units.
+    ColourAndDepth(f64),
+    /// All directions, longitude along x and latitude along y, in a picture of this size or of the camera's scale.
+    Equirectangular(Option<Size>),
 }
-
-/// Dubois' least-squares matrix for red-cyan glasses, linear light: rows are red, green and blue of the anaglyph,
-/// columns red, green and blue of the left and then of the right view.
-const DUBOIS: [[f32; 6]; 3] = [
-    [
-        0.456_1,
-        0.500_484,
-        0.176_381,
-        -0.043_470_6,
-        -0.087_938_8,
-        -0.001_555_29,
-    ],
-    [
-        -0.040_082_2,
-        -0.037_824_6,
-        -0.015_758_9,
-        0.378_476,
-        0.733_64,
-        -0.018_450_3,
-    ],
-    [
-        -0.015_216_1,
-        -0.020_597_1,
-        -0.005_468_56,
-        -0.072_152_7,
-        -0.112_961,
-        1.226_4,
-    ],
-];
-
-/// Luminance of linear Rec. 709 red, green and blue.
-const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
 /// Most samples that the median depth is taken from; a thousandth of a rank is as good as any.
 const MEDIAN_SAMPLES: usize = 100_000;
@@ -76,10 +57,22 @@ const MEDIAN_SAMPLES: usize = 100_000;
 impl Layout {
     /// The camera that stands for a whole sheet of views from around `camera`.
     pub fn sheet(&self, camera: &Camera) -> Camera {
-        let Grid { columns, rows } = self.grid();
+        let Camera { width, height, .. } = *camera;
+        let [width, height] = match *self {
+            Self::Single | Self::Anaglyph(..) => [width, height],
+            Self::Stereo(_, Places::SideBySide | Places::CrossEye) | Self::ColourAndDepth(_) => {
+                [2 * width, height]
+            }
+            Self::Stereo(_, Places::TopBottom) => [width, 2 * height],
+            // Halves are whole pixels.
+            Self::Stereo(_, Places::HalfSideBySide) => [width.next_multiple_of(2), height],
+            Self::Stereo(_, Places::HalfTopBottom) => [width, height.next_multiple_of(2)],
+            Self::Quilt(grid, _) => [width * grid.columns, height * grid.rows],
+            Self::Equirectangular(size) => panorama::size(camera, size),
+        };
         Camera {
-            width: camera.width * columns,
-            height: camera.height * rows,
+            width,
+            height,
             ..*camera
         }
     }
@@ -87,14 +80,28 @@ impl Layout {
     /// The cameras of the views of a sheet, in the order of [`Layout::put_together`].
     pub fn views(&self, sheet: &Camera, convergence: f64) -> Vec<Camera> {
         let Grid { columns, rows } = self.grid();
-        let camera = Camera {
-            width: sheet.width / columns,
-            height: sheet.height / rows,
+        let (width, height) = (sheet.width / columns, sheet.height / rows);
+        let mut camera = Camera {
+            width,
+            height,
             ..*sheet
         };
+        match *self {
+            Self::Stereo(_, Places::HalfSideBySide) => {
+                (camera.fx, camera.cx) = (0.5 * camera.fx, 0.5 * camera.cx);
+            }
+            Self::Stereo(_, Places::HalfTopBottom) => {
+                (camera.fy, camera.cy) = (0.5 * camera.fy, 0.5 * camera.cy);
+            }
+            Self::Equirectangular(_) => return panorama::faces(sheet),
+            _ => {}
+        }
         let offsets: Vec<f64> = match *self {
-            Self::Single => return vec![camera],
-            Self::SideBySide(baseline) | Self::Anaglyph(baseline, _) => {
+            Self::Single | Self::ColourAndDepth(_) | Self::Equirectangular(_) => {
+                return vec![camera];
+            }
+            Self::Stereo(baseline, Places::CrossEye) => vec![0.5 * baseline, -0.5 * baseline],
+            Self::Stereo(baseline, _) | Self::Anaglyph(baseline, _) => {
                 vec![-0.5 * baseline, 0.5 * baseline]
             }
             Self::Quilt(Grid { columns, rows }, cone_deg) => {
@@ -112,22 +119,26 @@ impl Layout {
     }
 
     /// One picture of the pictures of the views.
-    pub fn put_together(&self, sheet: &Camera, views: Vec<Image>) -> Image {
-        let at: fn(u32, Grid) -> [u32; 2] = match self {
+    pub fn put_together(&self, sheet: &Camera, mut views: Vec<Image>) -> Image {
+        match self {
+            Self::Single => return views.remove(0),
             Self::Anaglyph(_, kind) => return anaglyph(&views, *kind),
-            Self::Single | Self::SideBySide(_) => |view, _| [view, 0],
-            // From the bottom left, row by row upwards.
-            Self::Quilt(..) => {
-                |view, grid| [view % grid.columns, grid.rows - 1 - view / grid.columns]
+            Self::Equirectangular(_) => return panorama::put_together(sheet, &views),
+            Self::ColourAndDepth(nearest) => {
+                let depth = inverse_depth(&views[0], *nearest);
+                views.push(depth);
             }
-        };
-        let mut views = views;
-        if views.len() == 1 {
-            return views.remove(0);
+            Self::Stereo(..) | Self::Quilt(..) => {}
         }
+        let grid = self.grid();
         let mut whole = blank_like(&views[0], [sheet.width as usize, sheet.height as usize]);
         for (index, view) in (0..).zip(&views) {
-            let [column, row] = at(index, self.grid());
+            let (column, row) = (index % grid.columns, index / grid.columns);
+            // A quilt goes from the bottom left, row by row upwards.
+            let row = match self {
+                Self::Quilt(..) => grid.rows - 1 - row,
+                _ => row,
+            };
             paste(
                 &mut whole,
                 view,
@@ -139,21 +150,20 @@ impl Layout {
 
     /// Whether the depth of the convergence decides where the views stand.
     pub fn needs_convergence(&self) -> bool {
-        *self != Self::Single
+        matches!(
+            self,
+            Self::Stereo(..) | Self::Anaglyph(..) | Self::Quilt(..)
+        )
     }
 
     fn grid(&self) -> Grid {
-        match *self {
-            Self::Single | Self::Anaglyph(..) => Grid {
-                columns: 1,
-                rows: 1,
-            },
-            Self::SideBySide(_) => Grid {
-                columns: 2,
-                rows: 1,
-            },
-            Self::Quilt(grid, _) => grid,
-        }
+        let [columns, rows] = match *self {
+            Self::Single | Self::Anaglyph(..) | Self::Equirectangular(_) => [1, 1],
+            Self::Stereo(_, Places::TopBottom | Places::HalfTopBottom) => [1, 2],
+            Self::Stereo(..) | Self::ColourAndDepth(_) => [2, 1],
+            Self::Quilt(grid, _) => return grid,
+        };
+        Grid { columns, rows }
     }
 }
 
@@ -220,6 +230,17 @@ fn beside(camera: &Camera, offset: f64, convergence: f64) -> Camera {
     }
 }
 
+/// A grey picture of inverse depth: its sRGB value falls as 1/z from 1 at `nearest`, world units; 0 where nothing is.
+fn inverse_depth(view: &Image, nearest: f64) -> Image {
+    let mut grey = blank_like(view, [view.width, view.height]);
+    let depth = view.depth.as_deref().unwrap_or_default();
+    for (pixel, &z) in grey.rgba.iter_mut().zip(depth) {
+        let value = linear_from_srgb((nearest as f32 / z).clamp(0.0, 1.0));
+        *pixel = [value, value, value, 1.0];
+    }
+    grey
+}
+
 fn blank_like(view: &Image, [width, height]: [usize; 2]) -> Image {
     let mut whole = Image::transparent(width, height);
     whole.depth = view
@@ -247,30 +268,6 @@ fn paste(whole: &mut Image, view: &Image, [left, top]: [usize; 2]) {
             whole.values[to.clone()].copy_from_slice(&view.values[from.clone()]);
         }
     }
-}
-
-/// Left and right view in one picture. It has no depth: there are two.
-fn anaglyph(views: &[Image], kind: Anaglyph) -> Image {
-    let [left, right] = views else {
-        return Image::transparent(1, 1);
-    };
-    let grey = |[r, g, b, _]: [f32; 4]| LUMINANCE[0] * r + LUMINANCE[1] * g + LUMINANCE[2] * b;
-    let mut both = Image::transparent(left.width, left.height);
-    for ((pixel, &l), &r) in both.rgba.iter_mut().zip(&left.rgba).zip(&right.rgba) {
-        let [red, green, blue] = match kind {
-            Anaglyph::Colour => [l[0], r[1], r[2]],
-            Anaglyph::Grey => [grey(l), grey(r), grey(r)],
-            Anaglyph::Dubois => DUBOIS.map(|row| {
-                let parts = row[..3].iter().zip(l).chain(row[3..].iter().zip(r));
-                parts
-                    .map(|(weight, channel)| weight * channel)
-                    .sum::<f32>()
-                    .max(0.0)
-            }),
-        };
-        *pixel = [red, green, blue, l[3].max(r[3])];
-    }
-    both
 }
 
 #[cfg(test)]

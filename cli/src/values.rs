@@ -222,12 +222,24 @@ pub fn field_of_view(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "expected an angle above 0 and below 180 degrees".into())
 }
 
-/// `FX,FY,CX,CY` in pixels, focal lengths above 0.
-pub fn intrinsics(text: &str) -> Result<[f64; 4], String> {
+/// A lens as it was typed.
+#[derive(Clone, Debug, PartialEq)]
+pub enum IntrinsicsWord {
+    /// Focal lengths along x and y and the centre, px.
+    Numbers([f64; 4]),
+    /// A file that holds them.
+    File(PathBuf),
+}
+
+/// `FX,FY,CX,CY` in pixels, focal lengths above 0, or the name of a file.
+pub fn intrinsics(text: &str) -> Result<IntrinsicsWord, String> {
     match numbers(text).as_deref() {
-        Some(&[fx, fy, cx, cy]) if fx > 0.0 && fy > 0.0 => Ok([fx, fy, cx, cy]),
+        Some(&[fx, fy, cx, cy]) if fx > 0.0 && fy > 0.0 => {
+            Ok(IntrinsicsWord::Numbers([fx, fy, cx, cy]))
+        }
+        None if std::path::Path::new(text).is_file() => Ok(IntrinsicsWord::File(text.into())),
         _ => Err(
-            "expected FX,FY,CX,CY in pixels such as 525,525,319.5,239.5, focal lengths above 0"
+            "expected FX,FY,CX,CY in pixels such as 525,525,319.5,239.5, focal lengths above 0, or a file that exists"
                 .into(),
         ),
     }

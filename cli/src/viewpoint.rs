@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, anyhow, bail};
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, LookAt};
-use warp3d::input::cameras::{self, Hints, Lens, Pair};
+use warp3d::input::cameras::{self, CameraSet, Distortion, Hints, Lens, Pair};
+use warp3d::panorama;
 
 use crate::camera_file::{self, CameraDefaults, CameraFile, FileCamera};
 use crate::values::{self, Size};
@@ -25,6 +26,8 @@ pub enum Viewpoint {
     },
     /// A pinhole at the origin with this vertical field of view, degrees.
     Fov(f64),
+    /// All directions around the origin, longitude along x and latitude along y.
+    Equirectangular,
     /// The picture's camera, moved right, down and forward, world units.
     Shift(DVec3),
 }
@@ -37,6 +40,7 @@ impl std::fmt::Display for Viewpoint {
                 entry: Some(entry),
             } => write!(f, "{}#{entry}", path.display()),
             Self::File { path, entry: None } => write!(f, "{}", path.display()),
+            Self::Equirectangular => write!(f, "{EQUIRECTANGULAR}"),
             Self::Fov(degrees) => write!(f, "fov:{degrees}"),
             Self::Shift(shift) => write!(f, "shift:{},{},{}", shift.x, shift.y, shift.z),
         }
@@ -61,13 +65,42 @@ pub(crate) struct Views {
     pub cameras: Vec<FileCamera>,
     /// The geometry of a rectified pair, where the file states one.
     pub pair: Option<Pair>,
+    /// The distortion of the only camera's lens.
+    pub distortion: Option<Distortion>,
+}
+
+/// The camera that a picture was taken with.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TakenWith {
+    /// The camera, as a pinhole.
+    pub camera: FileCamera,
+    /// The geometry of a rectified pair, where the file states one.
+    pub pair: Option<Pair>,
+    /// How its lens departs from a pinhole.
+    pub distortion: Option<Distortion>,
+}
+
+impl From<FileCamera> for TakenWith {
+    fn from(camera: FileCamera) -> Self {
+        Self {
+            camera,
+            pair: None,
+            distortion: None,
+        }
+    }
 }
 
 /// Vertical field of view of a look-at camera whose file states none, degrees: the default of `--fov`.
 pub(crate) const DEFAULT_FOV_Y_DEG: f64 = 30.0;
 
+/// The word for a panorama's camera.
+const EQUIRECTANGULAR: &str = "equirectangular";
+
 /// Splits the word of a camera.
 pub fn parse(text: &str) -> Result<Viewpoint, String> {
+    if text == EQUIRECTANGULAR {
+        return Ok(Viewpoint::Equirectangular);
+    }
     if let Some(angle) = text.strip_prefix("fov:") {
         return values::field_of_view(angle).map(Viewpoint::Fov);
     }
@@ -97,25 +130,80 @@ impl Viewpoint {
     pub(crate) fn path(&self) -> Option<&Path> {
         match self {
             Self::File { path, .. } => Some(path),
-            Self::Fov(_) | Self::Shift(_) => None,
+            Self::Fov(_) | Self::Shift(_) | Self::Equirectangular => None,
         }
     }
 }
 
 /// The one camera that a picture was taken with.
-pub(crate) fn only_one(viewpoint: &Viewpoint, known: &Known) -> Result<(FileCamera, Option<Pair>)> {
+pub(crate) fn only_one(viewpoint: &Viewpoint, known: &Known) -> Result<TakenWith> {
     let Viewpoint::File { path, entry } = viewpoint else {
-        return Ok((typed(viewpoint, None, known)?, None));
+        return Ok(typed(viewpoint, None, known)?.into());
     };
     let views = views_of_file(path, entry.as_deref(), known)?;
     match views.cameras.as_slice() {
-        [camera] => Ok((*camera, views.pair)),
+        [camera] => Ok(TakenWith {
+            camera: *camera,
+            pair: views.pair,
+            distortion: views.distortion,
+        }),
         several => bail!(
             "{}: holds {} cameras, but a picture has one: name it behind a #, as in {}#0",
             path.display(),
             several.len(),
             path.display()
         ),
+    }
+}
+
+/// The names of the cameras of a file.
+pub(crate) enum Names {
+    /// A format with names.
+    Named(CameraSet),
+    /// This program's own, numbered from 0.
+    Numbered(usize),
+}
+
+impl Names {
+    /// Reads them.
+    pub(crate) fn of_file(path: &Path, known: &Known) -> Result<Self> {
+        let hints = Hints {
+            size: Some(known.picture),
+            lens: known.lens,
+        };
+        Ok(match cameras::read(path, &hints)? {
+            Some(set) => Self::Named(set),
+            None => Self::Numbered(own_file(path, None, known)?.cameras.len()),
+        })
+    }
+
+    /// How many there are.
+    pub(crate) fn count(&self) -> usize {
+        match self {
+            Self::Named(set) => set.entries.len(),
+            Self::Numbered(count) => *count,
+        }
+    }
+
+    /// Whether the names are times.
+    pub(crate) fn are_times(&self) -> bool {
+        matches!(self, Self::Named(set) if set.names == cameras::Names::Times)
+    }
+
+    /// The camera of this name or time.
+    pub(crate) fn find(&self, name: &str) -> Option<String> {
+        match self {
+            Self::Named(set) => Some(set.entry(name).ok()?.name.clone()),
+            Self::Numbered(_) => None,
+        }
+    }
+
+    /// The camera at this place.
+    pub(crate) fn at(&self, index: usize) -> Option<String> {
+        match self {
+            Self::Named(set) => Some(set.entries.get(index)?.name.clone()),
+            Self::Numbered(count) => (index < *count).then(|| index.to_string()),
+        }
     }
 }
 
@@ -195,9 +283,19 @@ fn typed(viewpoint: &Viewpoint, from: Option<&Camera>, known: &Known) -> Result<
                 ..camera
             }
         }
+        (Viewpoint::Equirectangular, None) => front_of_panorama(known.picture),
+        (Viewpoint::Equirectangular, Some(_)) => bail!(
+            "--to equirectangular: a panorama is drawn with --layout equirectangular, from the camera of --to"
+        ),
         (Viewpoint::File { .. }, _) => bail!("a file is no typed camera"),
     };
     Ok(FileCamera::without_near(camera))
+}
+
+/// The camera that looks at the middle of a panorama: a right angle, at the panorama's scale.
+fn front_of_panorama(size: [u32; 2]) -> Camera {
+    let focal_px = 0.5 * (2.0 * panorama::focal_px(size)).round();
+    panorama::faces(DAffine3::IDENTITY, cameras::NEAR_PLACEHOLDER, focal_px, 0.0)[0]
 }
 
 fn views_of_file(path: &Path, entry: Option<&str>, known: &Known) -> Result<Views> {
@@ -225,6 +323,7 @@ fn views_of_file(path: &Path, entry: Option<&str>, known: &Known) -> Result<View
     Ok(Views {
         cameras: chosen.iter().map(sized).collect::<Result<_>>()?,
         pair: set.pair,
+        distortion: chosen[0].distortion,
     })
 }
 
@@ -258,6 +357,7 @@ fn own_file(path: &Path, entry: Option<&str>, known: &Known) -> Result<Views> {
     Ok(Views {
         cameras,
         pair: None,
+        distortion: None,
     })
 }
 

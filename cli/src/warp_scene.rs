@@ -6,14 +6,16 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
-use warp3d::input::cameras::{Lens, Pair};
-use warp3d::input::{self, DepthMeaning, Part, colour, depth};
+use warp3d::input::cameras::{self, Distortion, Lens, Pair};
+use warp3d::input::{self, DepthMeaning, Part, Taken, colour, depth};
 use warp3d::large::Files;
 use warp3d::{LargeReference, Reference, SurfaceTolerance};
 
 use crate::args::{DepthArgs, Warp3dArgs};
 use crate::camera_file::{FileCamera, NEAR_FRACTION};
-use crate::viewpoint::{self, Known, Viewpoint};
+use crate::report;
+use crate::values::IntrinsicsWord;
+use crate::viewpoint::{self, Known, TakenWith, Viewpoint};
 use crate::warp_references::{Keeping, References};
 
 /// The references of a warp and their first camera.
@@ -49,10 +51,12 @@ pub(crate) fn read(args: &Warp3dArgs, keeping: Keeping) -> Result<WarpScene> {
         .collect::<Result<_>>()?;
     let both = typed.iter().zip(&described);
     let mut references = match keeping {
-        Keeping::Memory => References::Held(
-            both.map(|(typed, found)| held(typed, found))
-                .collect::<Result<_>>()?,
-        ),
+        Keeping::Memory => {
+            let held: Vec<_> = both
+                .map(|(typed, found)| held(typed, found))
+                .collect::<Result<_>>()?;
+            References::Held(held.into_iter().flatten().collect())
+        }
         Keeping::File(max_memory) => {
             let tolerance = args.render.options.tolerance();
             let filed = both.map(|(typed, found)| filed(typed, found, tolerance, max_memory));
@@ -69,6 +73,16 @@ pub(crate) fn read(args: &Warp3dArgs, keeping: Keeping) -> Result<WarpScene> {
         from: described[0].from,
         nearest,
     })
+}
+
+/// The camera of the first picture, without reading its pixels.
+pub(crate) fn camera(args: &Warp3dArgs) -> Result<FileCamera> {
+    let first = Typed {
+        colour: &args.colour,
+        depth: &args.depth,
+        camera: args.cameras.from.clone(),
+    };
+    Ok(described(&first, args)?.from)
 }
 
 /// The sizes of all pictures, px, from their headers alone.
@@ -90,25 +104,48 @@ pub(crate) fn files(args: &Warp3dArgs) -> Vec<std::path::PathBuf> {
     );
     let of_camera =
         |word: &Option<Viewpoint>| word.as_ref().and_then(Viewpoint::path).map(Path::to_owned);
-    let cameras = [of_camera(&args.cameras.from), of_camera(&args.cameras.to)]
-        .into_iter()
-        .flatten();
+    let lens = match &args.cameras.intrinsics {
+        Some(IntrinsicsWord::File(path)) => Some(path.clone()),
+        Some(IntrinsicsWord::Numbers(_)) | None => None,
+    };
+    let cameras = [
+        of_camera(&args.cameras.from),
+        of_camera(&args.cameras.to),
+        lens,
+    ]
+    .into_iter()
+    .flatten();
     pictures
         .map(|text| Part::from_text(text).path)
         .chain(cameras)
         .collect()
 }
 
-/// The lens that was typed.
-pub(crate) fn lens(args: &Warp3dArgs) -> Option<Lens> {
-    let [fx, fy, cx, cy] = args.cameras.intrinsics?;
-    Some(Lens {
-        fx,
-        fy,
-        cx,
-        cy,
-        pixel_centre: args.cameras.pixel_centre,
-    })
+/// The lens that was typed, or that of the file that was named, for pictures of `size`.
+pub(crate) fn lens(args: &Warp3dArgs, size: [u32; 2]) -> Result<Option<Lens>> {
+    match &args.cameras.intrinsics {
+        None => Ok(None),
+        &Some(IntrinsicsWord::Numbers([fx, fy, cx, cy])) => Ok(Some(Lens {
+            fx,
+            fy,
+            cx,
+            cy,
+            pixel_centre: args.cameras.pixel_centre,
+        })),
+        Some(IntrinsicsWord::File(path)) => {
+            let (lens, stated) = cameras::read_lens(path)?;
+            if let Some([width, height]) = stated.filter(|&stated| stated != size) {
+                anyhow::bail!(
+                    "{}: the lens is for a picture of {width}x{height} pixels, the picture has {}x{}: scale its \
+                     numbers, or the picture",
+                    path.display(),
+                    size[0],
+                    size[1]
+                );
+            }
+            Ok(Some(lens))
+        }
+    }
 }
 
 fn further(args: &Warp3dArgs) -> impl Iterator<Item = Result<Typed<'_>>> {
@@ -131,21 +168,22 @@ struct Described {
     colour: Part,
     depth: Part,
     from: FileCamera,
+    distortion: Option<Distortion>,
     meaning: DepthMeaning,
 }
 
 fn described(typed: &Typed, args: &Warp3dArgs) -> Result<Described> {
     let colour = Part::from_text(typed.colour);
     let size = colour::size(&colour)?;
-    let lens = lens(args);
+    let lens = lens(args, size)?;
     let known = Known {
         picture: size,
         size: None,
         lens,
     };
-    let (from, pair) = match (&typed.camera, &lens) {
+    let with: TakenWith = match (&typed.camera, &lens) {
         (Some(camera), _) => viewpoint::only_one(camera, &known)?,
-        (None, Some(lens)) => (viewpoint::at_origin(lens, size)?, None),
+        (None, Some(lens)) => viewpoint::at_origin(lens, size)?.into(),
         (None, None) => anyhow::bail!(
             "{}: its camera is missing: give --from CAM (a file, or fov:DEGREES), or --intrinsics",
             typed.colour
@@ -154,18 +192,32 @@ fn described(typed: &Typed, args: &Warp3dArgs) -> Result<Described> {
     Ok(Described {
         colour,
         depth: Part::from_text(typed.depth),
-        from,
-        meaning: meaning(&args.meaning, pair.as_ref()),
+        from: with.camera,
+        distortion: with.distortion,
+        meaning: meaning(&args.meaning, with.pair.as_ref()),
     })
 }
 
-/// Reads a reference into memory.
-fn held(typed: &Typed, found: &Described) -> Result<Reference> {
+/// Reads a picture into memory: one reference, or the faces of a panorama.
+fn held(typed: &Typed, found: &Described) -> Result<Vec<Reference>> {
     let picture = colour::read(&found.colour)?;
     let stored = depth::read(&found.depth)?;
-    let camera = found.from.with_any_near();
-    let reference = input::reference(picture, &stored, camera, &found.meaning, &found.depth.path);
-    reference.with_context(|| typed.colour.to_owned())
+    if typed.camera == Some(Viewpoint::Equirectangular) {
+        let faces = input::panorama(&picture, &stored, &found.meaning, &found.depth.path);
+        return faces.with_context(|| typed.colour.to_owned());
+    }
+    let taken = Taken {
+        camera: found.from.with_any_near(),
+        distortion: found.distortion,
+    };
+    let reference = input::reference(picture, &stored, taken, &found.meaning, &found.depth.path);
+    let reference = reference.with_context(|| typed.colour.to_owned())?;
+    let width = reference.camera.width as usize;
+    let note = found.meaning.note(stored.stored, &reference.depth, width);
+    if let Some(note) = note {
+        report::say(&format!("note: {}: {note}", typed.depth));
+    }
+    Ok(vec![reference])
 }
 
 /// Reads a reference into a temporary file.
@@ -175,6 +227,12 @@ fn filed(
     tolerance: SurfaceTolerance,
     max_memory: u64,
 ) -> Result<LargeReference> {
+    if found.distortion.is_some() || typed.camera == Some(Viewpoint::Equirectangular) {
+        anyhow::bail!(
+            "{}: a lens with distortion and a panorama are resampled in memory: allow more --max-memory",
+            typed.colour
+        );
+    }
     let camera = found.from.with_any_near();
     let files = Files {
         colour: &found.colour,

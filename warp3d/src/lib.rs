@@ -46,6 +46,7 @@ mod layer;
 pub mod memory;
 mod nearest;
 pub mod options;
+pub mod panorama;
 mod patch;
 mod piece;
 mod prepared;

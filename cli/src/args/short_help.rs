@@ -61,6 +61,7 @@ const WARP3D: &[&str] = &[
     "depth_scale",
     "baseline",
     "stereo",
+    "layout",
     "anaglyph",
     "quilt",
     "path",

@@ -11,17 +11,21 @@ use warp3d::WarpArgs;
 use warp3d::input::DepthKind;
 
 use crate::args::{AskArgs, Given, PictureArgs};
-use crate::multiview::Anaglyph;
-use crate::values::{self, Grid, Size};
+use crate::multiview::{Anaglyph, Places};
+use crate::values::{self, Grid, IntrinsicsWord, Size};
 use crate::viewpoint::{self, Viewpoint};
 
 /// Options of `resample warp3d`.
 #[derive(Args, Clone, Debug, Default)]
 pub struct Warp3dArgs {
     /// Picture: PNG, JPEG, TIFF or EXR (FILE.exr#LAYER), detected by the content
+    ///
+    /// A sequence has a pattern such as %05d in the name, or a list: a text file (.txt) with a name a line, or a time in
+    /// seconds and a name. DEPTH is then a pattern or a list too; --from and --to may name a file of as many cameras, one
+    /// with their times or names, or a pattern.
     #[arg(value_name = "COLOUR")]
     pub colour: String,
-    /// Depth of the picture: EXR (FILE.exr#CHANNEL), PFM, PNG, .npy or TIFF
+    /// Depth of the picture: EXR (FILE.exr#CHANNEL), PFM, PNG, .npy or TIFF, of any size
     #[arg(value_name = "DEPTH")]
     pub depth: String,
     /// Picture to write, .png or .exr; a pattern such as %04d is replaced by the number of the picture
@@ -69,15 +73,16 @@ pub struct Warp3dArgs {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Cameras")]
 pub struct WarpCameraArgs {
-    /// Camera of the picture: FILE, FILE#ENTRY or fov:DEGREES [default: the lens of --intrinsics, at the origin]
+    /// Camera of the picture: FILE, FILE#ENTRY, fov:DEGREES or equirectangular [default: the lens of --intrinsics, at the origin]
     ///
-    /// Files: this program's JSON, Middlebury calib.txt, Open3D and TUM trajectories, COLMAP images.txt (with
-    /// cameras.txt beside it), NeRF and Blender transforms.json, MPEG camera JSON. ENTRY is the name or number of a
-    /// camera in the file.
+    /// Files: this program's JSON, Middlebury calib.txt, Open3D and TUM trajectories, Open3D's camera JSON, a COLMAP
+    /// model (its folder, images.txt or images.bin), NeRF and Blender transforms.json, MPEG camera JSON, poses as 4x4 or
+    /// 3x4 matrices (7-Scenes, ScanNet, KITTI). ENTRY is the name, number or time of a camera in the file. A lens with
+    /// distortion is undistorted on reading.
     #[arg(long, value_name = "CAM", value_parser = viewpoint::parse)]
     pub from: Option<Viewpoint>,
     /// New camera: FILE, FILE#ENTRY, or shift:X,Y,Z from the picture's camera (right, down, forward) [default: the
-    /// picture's own camera, with --stereo, --quilt or --sway]
+    /// picture's own camera, with --stereo, --layout, --quilt or --sway]
     ///
     /// A file of several cameras without ENTRY gives one numbered picture for each.
     #[arg(long, value_name = "CAM", value_parser = viewpoint::parse)]
@@ -85,9 +90,10 @@ pub struct WarpCameraArgs {
     /// A further picture, its depth and its camera; may be repeated
     #[arg(long, value_names = ["COLOUR", "DEPTH", "CAM"], num_args = 3, action = clap::ArgAction::Append)]
     pub reference: Vec<String>,
-    /// Lens of the picture in pixels, where the camera file holds poses alone
-    #[arg(long, value_name = "FX,FY,CX,CY", value_parser = values::intrinsics)]
-    pub intrinsics: Option<[f64; 4]>,
+    /// Lens of the picture in pixels, where the camera file holds poses alone: numbers, or a file (Open3D's JSON, a
+    /// matrix)
+    #[arg(long, value_name = "FX,FY,CX,CY|FILE", value_parser = values::intrinsics)]
+    pub intrinsics: Option<IntrinsicsWord>,
     /// Where CX and CY of --intrinsics have the centre of the first pixel: at 0 (integer) or at 0.5 (half)
     #[arg(long, value_enum, default_value = "integer")]
     pub pixel_centre: PixelCentre,
@@ -103,13 +109,13 @@ pub struct DepthArgs {
     /// Meaning of the depth file's numbers
     #[arg(long, value_enum, default_value = "z")]
     pub depth_kind: DepthKind,
-    /// World units per stored unit, such as 0.001; needed where depth is stored in whole numbers [default: 1]
+    /// World units per stored unit, such as 0.001; needed where distances are stored in whole numbers [default: 1]
     #[arg(long, value_name = "S", value_parser = values::positive)]
     pub depth_scale: Option<f64>,
-    /// Near plane of an MPEG or OpenGL depth code, world units
+    /// Near plane of an MPEG or OpenGL depth code or of relative depth, world units
     #[arg(long, value_name = "Z", value_parser = values::positive, requires = "far")]
     pub near: Option<f64>,
-    /// Far plane of an MPEG or OpenGL depth code, world units
+    /// Far plane of an MPEG or OpenGL depth code or of relative depth, world units
     #[arg(long, value_name = "Z", value_parser = values::positive, requires = "near")]
     pub far: Option<f64>,
     /// A stored number that means "unknown", beside 0, NaN and infinity
@@ -127,9 +133,12 @@ pub struct DepthArgs {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Stereo and light fields")]
 pub struct ViewArgs {
-    /// Two views this far apart (world units), side by side, the left eye's on the left
+    /// Two views this far apart (world units), side by side unless --layout says otherwise
     #[arg(long, value_name = "BASELINE", value_parser = values::positive, conflicts_with = "quilt")]
     pub stereo: Option<f64>,
+    /// How views lie in the picture [default with --stereo: side-by-side]
+    #[arg(long, value_enum, conflicts_with_all = ["quilt", "anaglyph"])]
+    pub layout: Option<LayoutWord>,
     /// One red-cyan picture of the two views of --stereo
     #[arg(long, value_enum, requires = "stereo", num_args = 0..=1, default_missing_value = "dubois")]
     pub anaglyph: Option<Anaglyph>,
@@ -144,6 +153,39 @@ pub struct ViewArgs {
     /// views [default: the median depth]
     #[arg(long, value_name = "Z", value_parser = values::distance)]
     pub convergence: Option<f64>,
+}
+
+/// How views lie in a picture, by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum LayoutWord {
+    /// Of --stereo: the left eye's view on the left
+    SideBySide,
+    /// Of --stereo: the left eye's view on the left, both at half their width, as 3-D screens expect them
+    HalfSideBySide,
+    /// Of --stereo: the left eye's view above
+    TopBottom,
+    /// Of --stereo: the left eye's view above, both at half their height
+    HalfTopBottom,
+    /// Of --stereo: the right eye's view on the left, to be seen with crossed eyes
+    CrossEye,
+    /// The picture on the left, its inverse depth in grey on the right, near white
+    ColourAndDepth,
+    /// All directions around the new camera, longitude along x and latitude along y; the width is 360 degrees
+    Equirectangular,
+}
+
+impl LayoutWord {
+    /// Where the views of a stereo pair lie, if there are two.
+    pub fn places(self) -> Option<Places> {
+        match self {
+            Self::SideBySide => Some(Places::SideBySide),
+            Self::HalfSideBySide => Some(Places::HalfSideBySide),
+            Self::TopBottom => Some(Places::TopBottom),
+            Self::HalfTopBottom => Some(Places::HalfTopBottom),
+            Self::CrossEye => Some(Places::CrossEye),
+            Self::ColourAndDepth | Self::Equirectangular => None,
+        }
+    }
 }
 
 impl Default for WarpCameraArgs {

@@ -3,31 +3,31 @@
 //! The steps are those of [`Open`]: what can be refused without reading a picture is checked first, then the references
 //! are read, then the cameras are placed, and only then is anything written.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use resample_core::Camera;
 use serde_json::{Value, json};
 use warp3d::{Fill, WarpArgs, WarpOptions};
 
 use crate::args::{CameraArgs, Given, SequenceArgs, Warp3dArgs};
-use crate::camera_file::CameraDefaults;
-use crate::camera_path::{self, KeyKind};
-use crate::multiview::{self, Layout};
+use crate::camera_path::KeyKind;
+use crate::multiview::Layout;
 use crate::output;
 use crate::picture::Drawn;
 use crate::plan::{Pictures, Plan, Purpose, Request, Run, RunLog};
 use crate::report::{self, RunStats};
-use crate::values::Size;
-use crate::viewpoint::{self, Known};
+use crate::warp_frames::Frames;
 use crate::warp_references::{AnyWarper, Keeping};
-use crate::warp_scene::{self, WarpScene};
+use crate::warp_scene;
 
+mod cameras;
 mod drawer;
 mod written;
 
-use drawer::{Drawer, LastPicture};
+use cameras::{cameras, check_layout, convergence, layout, of_frames, targets};
+use drawer::{Drawer, LastPicture, Source};
 use written::{record, write_planes};
 
 /// The groups of options that every command has, for the shared code.
@@ -95,7 +95,8 @@ impl Open {
             scene,
             load_ms,
         } = ready;
-        let shared = shared(&args);
+        let frames = drawer.source.as_ref().map(|source| &source.frames);
+        let shared = shared(&args, frames);
         let request = request(&args, &shared);
         let stats = RunStats {
             version: env!("CARGO_PKG_VERSION"),
@@ -118,9 +119,12 @@ impl Open {
         } else {
             LastPicture::NotKept
         };
-        plan.draw(&request, &cameras, Run { stats, log }, &mut |camera, _| {
-            drawer.draw(camera)
-        })?;
+        plan.draw(
+            &request,
+            &cameras,
+            Run { stats, log },
+            &mut |camera, number| drawer.draw(camera, number),
+        )?;
         match drawer.last {
             LastPicture::Kept(Some(image)) => write_planes(&args, &image),
             LastPicture::Kept(None) | LastPicture::NotKept => Ok(()),
@@ -130,9 +134,17 @@ impl Open {
 
 impl Ready {
     fn new(args: &Warp3dArgs, purpose: Purpose) -> Result<Self> {
-        let shared = shared(args);
-        let request = request(args, &shared);
         check_words(args)?;
+        let frames = Frames::find(args)?;
+        let first = match &frames {
+            Some(frames) => {
+                check_frames(args, purpose)?;
+                frames.words(args, 0)
+            }
+            None => args.clone(),
+        };
+        let shared = shared(args, frames.as_ref());
+        let request = request(args, &shared);
         // How many pictures there will be is known when the cameras are read; a name that cannot be is refused now.
         Plan::without_cameras(&request, Pictures::One)?;
         let options = args.render.options.options()?;
@@ -142,36 +154,26 @@ impl Ready {
             .cameras
             .size
             .map_or([1, 1], |size| [size.width, size.height]);
-        let mut keeping = keeping(args, &options, guess, purpose)?;
-        let mut scene = warp_scene::read(args, keeping)?;
-        let layout = layout(args);
-        let targets = targets(args, &scene)?;
+        let mut keeping = keeping(&first, &options, guess, purpose)?;
+        let mut scene = warp_scene::read(&first, keeping)?;
+        let layout = layout(args, scene.nearest);
+        let mut targets = targets(&first, &scene)?;
         let convergence = convergence(args, &scene, &targets[0])?;
-        let cameras = cameras(args, &layout, &targets, convergence)?;
-        let several = cameras.len() > 1;
-        if several && has_planes(args) {
-            bail!(
-                "--filled and --confidence write one file: for several pictures use .exr, which holds both for each"
-            );
+        if let Some(frames) = &frames {
+            targets = of_frames(args, frames, targets[0], scene.nearest)?;
         }
-        let plan = Plan::without_cameras(
-            &request,
-            if several {
-                Pictures::Several
-            } else {
-                Pictures::One
-            },
-        )?;
+        let cameras = cameras(args, &layout, &targets, convergence)?;
+        let plan = plan(args, &request, cameras.len() > 1 || frames.is_some())?;
         let cameras = plan.checked(cameras)?;
         let largest = cameras
             .iter()
             .map(|camera| [camera.width, camera.height])
             .max_by_key(|&[w, h]| w * h);
         if keeping == Keeping::Memory {
-            keeping = self::keeping(args, &options, largest.unwrap_or(guess), purpose)?;
+            keeping = self::keeping(&first, &options, largest.unwrap_or(guess), purpose)?;
             if keeping != Keeping::Memory {
                 drop(scene);
-                scene = warp_scene::read(args, keeping)?;
+                scene = warp_scene::read(&first, keeping)?;
             }
         }
         let load_ms = report::ms_since(start);
@@ -180,6 +182,12 @@ impl Ready {
         let warper = AnyWarper::new(scene.references, &options)?;
         let drawer = Drawer {
             warper,
+            source: frames.map(|frames| Source {
+                frames,
+                args: args.clone(),
+                keeping,
+                current: 0,
+            }),
             layout,
             convergence,
             last: LastPicture::NotKept,
@@ -191,6 +199,40 @@ impl Ready {
             scene: account,
             load_ms,
         })
+    }
+}
+
+/// The plan of one picture or several.
+fn plan(args: &Warp3dArgs, request: &Request, is_several: bool) -> Result<Plan> {
+    if is_several && has_planes(args) {
+        bail!(
+            "--filled and --confidence write one file: for several pictures use .exr, which holds both for each"
+        );
+    }
+    let pictures = if is_several {
+        Pictures::Several
+    } else {
+        Pictures::One
+    };
+    Plan::without_cameras(request, pictures)
+}
+
+/// Refuses what does not go with several pictures with depth.
+fn check_frames(args: &Warp3dArgs, purpose: Purpose) -> Result<()> {
+    let sequence = &args.sequence;
+    let given = [
+        ("--sway", sequence.sway.is_some()),
+        ("--path", sequence.path.is_some()),
+        ("--reference", !args.cameras.reference.is_empty()),
+        (
+            "--max-error and --max-time",
+            args.ask.max_error.is_some() || args.ask.max_time_ms.is_some(),
+        ),
+        ("comparing settings", purpose == Purpose::Compare),
+    ];
+    match given.iter().find(|(_, is_given)| *is_given) {
+        Some((what, _)) => bail!("{}: {what} is for a single picture: name one", args.colour),
+        None => Ok(()),
     }
 }
 
@@ -228,7 +270,7 @@ fn check_memory(args: &Warp3dArgs, options: &WarpOptions, target: [u32; 2]) -> R
     )?)
 }
 
-fn shared(args: &Warp3dArgs) -> Shared {
+fn shared(args: &Warp3dArgs, frames: Option<&Frames>) -> Shared {
     let sequence = &args.sequence;
     Shared {
         // The cameras of this command are --from and --to; none of the shared ones is used.
@@ -242,7 +284,10 @@ fn shared(args: &Warp3dArgs) -> Shared {
             fps: sequence.fps,
             ..SequenceArgs::default()
         },
-        inputs: warp_scene::files(args),
+        inputs: warp_scene::files(args)
+            .into_iter()
+            .chain(frames.into_iter().flat_map(Frames::files))
+            .collect(),
     }
 }
 
@@ -268,6 +313,7 @@ fn request<'a>(args: &'a Warp3dArgs, shared: &'a Shared) -> Request<'a> {
 
 /// Refuses what the words alone rule out.
 fn check_words(args: &Warp3dArgs) -> Result<()> {
+    check_layout(args)?;
     for path in [&args.filled, &args.confidence].into_iter().flatten() {
         output::format_of(path, None)?;
     }
@@ -277,94 +323,15 @@ fn check_words(args: &Warp3dArgs) -> Result<()> {
     if args.confidence.is_some() && args.views.anaglyph.is_some() {
         bail!("--confidence: an anaglyph shows two views at once: leave it out");
     }
-    let is_single = layout(args) == Layout::Single && args.sequence.sway.is_none();
+    let views = &args.views;
+    let is_single = views.stereo.is_none()
+        && views.quilt.is_none()
+        && views.layout.is_none()
+        && args.sequence.sway.is_none();
     if is_single && args.cameras.to.is_none() && args.sequence.path.is_none() {
-        bail!("the new camera is missing: give --to CAM or --path, or --stereo, --quilt or --sway");
+        bail!(
+            "the new camera is missing: give --to CAM or --path, or --stereo, --layout, --quilt or --sway"
+        );
     }
     Ok(())
-}
-
-fn layout(args: &Warp3dArgs) -> Layout {
-    let views = &args.views;
-    match (views.stereo, views.anaglyph, views.quilt) {
-        (Some(baseline), Some(kind), _) => Layout::Anaglyph(baseline, kind),
-        (Some(baseline), None, _) => Layout::SideBySide(baseline),
-        (None, _, Some(grid)) => Layout::Quilt(grid, views.view_cone),
-        (None, _, None) => Layout::Single,
-    }
-}
-
-/// The cameras to draw from, before they become sheets or sway.
-fn targets(args: &Warp3dArgs, scene: &WarpScene) -> Result<Vec<Camera>> {
-    let from = scene.from.for_distance(scene.nearest)?;
-    if let Some(path) = &args.sequence.path {
-        return keyed(path, args, &from, scene);
-    }
-    let Some(to) = &args.cameras.to else {
-        return Ok(vec![viewpoint::sized(from, args.cameras.size)?]);
-    };
-    let known = Known {
-        picture: [from.width, from.height],
-        size: args.cameras.size,
-        lens: warp_scene::lens(args),
-    };
-    let cameras = viewpoint::several(to, &from, &known)?;
-    let named = || to.path().unwrap_or(Path::new("--to")).display().to_string();
-    cameras
-        .iter()
-        .map(|camera| camera.for_distance(scene.nearest).with_context(named))
-        .collect()
-}
-
-/// The cameras of a path of keys.
-fn keyed(path: &Path, args: &Warp3dArgs, from: &Camera, scene: &WarpScene) -> Result<Vec<Camera>> {
-    let look_at_size = Size {
-        width: from.width,
-        height: from.height,
-    };
-    let defaults = CameraDefaults {
-        size: args.cameras.size,
-        look_at_size,
-        fov_y_deg: viewpoint::DEFAULT_FOV_Y_DEG,
-    };
-    let keys = camera_path::read(path, &defaults, KeyKind::Cameras)?;
-    let pictures = keys.pictures(f64::from(args.sequence.fps.unwrap_or(output::DEFAULT_FPS)))?;
-    keys.cameras(&pictures, |camera| camera.for_distance(scene.nearest))
-        .with_context(|| path.display().to_string())
-}
-
-/// Distance at which views agree and about which cameras sway.
-fn convergence(args: &Warp3dArgs, scene: &WarpScene, target: &Camera) -> Result<f64> {
-    let is_needed = layout(args).needs_convergence() || args.sequence.sway.is_some();
-    let Some(typed) = args.views.convergence else {
-        if !is_needed {
-            return Ok(f64::INFINITY);
-        }
-        let median = scene.references.median_depth(target)?;
-        return median.context("nothing lies before the new camera: give --convergence");
-    };
-    let needs_finite = args.views.quilt.is_some() || args.sequence.sway.is_some();
-    if needs_finite && typed.is_infinite() {
-        bail!("--convergence inf: --quilt and --sway need a distance");
-    }
-    Ok(typed)
-}
-
-fn cameras(
-    args: &Warp3dArgs,
-    layout: &Layout,
-    targets: &[Camera],
-    convergence: f64,
-) -> Result<Vec<Camera>> {
-    let swaying = match args.sequence.sway {
-        None => targets.to_vec(),
-        Some(_) if targets.len() > 1 => bail!("--sway goes around one camera: name it behind a #"),
-        Some(angle_deg) => {
-            multiview::sway(&targets[0], convergence, angle_deg, args.sequence.frames)?
-        }
-    };
-    swaying
-        .iter()
-        .map(|camera| Ok(layout.sheet(camera).validated()?))
-        .collect()
 }

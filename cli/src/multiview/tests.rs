@@ -26,7 +26,7 @@ fn at(seen: &Camera, camera: &Camera, pos_in_camera: DVec3) -> DVec2 {
 fn views_agree_at_the_convergence_and_never_up_or_down() {
     let camera = camera();
     let layouts = [
-        Layout::SideBySide(0.3),
+        Layout::Stereo(0.3, Places::SideBySide),
         Layout::Anaglyph(0.3, Anaglyph::Grey),
         Layout::Quilt(
             Grid {
@@ -62,8 +62,8 @@ fn views_agree_at_the_convergence_and_never_up_or_down() {
 #[test]
 fn parallel_views_shift_by_focal_length_times_baseline_over_depth() {
     let camera = camera();
-    let views =
-        Layout::SideBySide(0.5).views(&Layout::SideBySide(0.5).sheet(&camera), f64::INFINITY);
+    let layout = Layout::Stereo(0.5, Places::SideBySide);
+    let views = layout.views(&layout.sheet(&camera), f64::INFINITY);
     let point = DVec3::new(0.2, 0.1, 4.0);
     let disparity = at(&views[0], &camera, point).x - at(&views[1], &camera, point).x;
     assert!(
@@ -156,4 +156,139 @@ fn a_sway_keeps_the_pivot_and_its_angle() {
         "it starts at the camera"
     );
     assert!((3.9..4.6).contains(&widest), "the widest angle is {widest}");
+}
+
+/// Two views, the first all 0 and the second all 1.
+fn marked(views: &[Camera]) -> Vec<Image> {
+    let one = |(index, view): (usize, &Camera)| {
+        let mut image = Image::transparent(view.width as usize, view.height as usize);
+        image.rgba.fill([index as f32, 0.0, 0.0, 1.0]);
+        image
+    };
+    views.iter().enumerate().map(one).collect()
+}
+
+#[test]
+fn the_views_of_a_pair_lie_where_their_places_say() {
+    let camera = camera();
+    let left_of = |layout: Layout| {
+        let sheet = layout.sheet(&camera);
+        let views = layout.views(&sheet, 6.0);
+        let whole = layout.put_together(&sheet, marked(&views));
+        let ends = [
+            whole.pixel(0, 0)[0],
+            whole.pixel(whole.width - 1, whole.height - 1)[0],
+        ];
+        assert_eq!(ends, [0.0, 1.0], "{layout:?}: the first view comes first");
+        assert!(
+            whole.rgba.iter().all(|pixel| pixel[3] == 1.0),
+            "{layout:?}: no gap"
+        );
+        let x =
+            |view: &Camera| at(view, &camera, DVec3::new(0.0, 0.0, 3.0)).x / f64::from(view.width);
+        ([whole.width, whole.height], x(&views[0]) > x(&views[1]))
+    };
+    for (places, size, left_first) in [
+        (Places::SideBySide, [80, 30], true),
+        (Places::CrossEye, [80, 30], false),
+        (Places::TopBottom, [40, 60], true),
+        (Places::HalfSideBySide, [40, 30], true),
+        (Places::HalfTopBottom, [40, 30], true),
+    ] {
+        let found = left_of(Layout::Stereo(0.3, places));
+        assert_eq!(found, (size, left_first), "{places:?}");
+    }
+}
+
+#[test]
+fn views_of_half_a_width_show_as_much_as_whole_ones() {
+    let camera = camera();
+    let point = DVec3::new(0.4, -0.3, 4.0);
+    for (places, scale) in [
+        (Places::HalfSideBySide, DVec2::new(0.5, 1.0)),
+        (Places::HalfTopBottom, DVec2::new(1.0, 0.5)),
+    ] {
+        let views = |places| {
+            let layout = Layout::Stereo(0.3, places);
+            layout.views(&layout.sheet(&camera), 6.0)
+        };
+        for (half, whole) in views(places).iter().zip(&views(Places::SideBySide)) {
+            let expected = at(whole, &camera, point) * scale;
+            assert!(
+                (at(half, &camera, point) - expected).length() < 1e-9,
+                "{places:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_grey_picture_of_depth_is_white_where_it_is_nearest() {
+    let mut view = Image::transparent(3, 1);
+    view.depth = Some(vec![2.0, 4.0, f32::INFINITY]);
+    let layout = Layout::ColourAndDepth(2.0);
+    let sheet = Camera {
+        width: 6,
+        height: 1,
+        ..camera()
+    };
+    let whole = layout.put_together(&sheet, vec![view]);
+    let grey: Vec<f32> = whole.rgba[3..]
+        .iter()
+        .map(|pixel| resample_core::image::srgb_from_linear(pixel[0]))
+        .collect();
+    assert!(
+        (grey[0] - 1.0).abs() < 1e-6 && (grey[1] - 0.5).abs() < 1e-6,
+        "{grey:?}"
+    );
+    assert_eq!(grey[2], 0.0, "nothing is black");
+}
+
+#[test]
+fn a_panorama_shows_every_direction_once() {
+    let sheet = Camera {
+        width: 256,
+        height: 128,
+        ..camera()
+    };
+    let layout = Layout::Equirectangular(None);
+    let in_world = |face: &Camera, x: usize, y: usize| {
+        let pos = DVec2::new(x as f64, y as f64) + 0.5;
+        let (_, ray) = face.ray_in_camera(pos);
+        let in_camera = face.camera_from_world.matrix3.transpose() * ray;
+        sheet.camera_from_world.matrix3 * in_camera
+    };
+    // Every face shows a smooth colour of the direction, and the distance of a sphere around the eye.
+    let colour = |towards: DVec3| (towards.normalize() * 0.4 + 0.5).as_vec3().to_array();
+    let faces = layout.views(&sheet, 1.0);
+    let draw = |face: &Camera| {
+        let (width, height) = (face.width as usize, face.height as usize);
+        let mut image = Image::transparent(width, height);
+        let mut depth = Vec::new();
+        for index in 0..width * height {
+            let ray = in_world(face, index % width, index / width);
+            let [r, g, b] = colour(ray);
+            image.rgba[index] = [r, g, b, 1.0];
+            depth.push((7.0 / ray.length()) as f32);
+        }
+        image.depth = Some(depth);
+        image
+    };
+    let whole = layout.put_together(&sheet, faces.iter().map(draw).collect());
+    let depth = whole.depth.as_ref().expect("depth");
+    for (index, &distance) in depth.iter().enumerate() {
+        let pos = DVec2::new((index % 256) as f64, (index / 256) as f64) + 0.5;
+        let expected = colour(warp3d::panorama::direction(pos, [256, 128]));
+        let found = whole.rgba[index];
+        for c in 0..3 {
+            assert!(
+                (found[c] - expected[c]).abs() < 1e-4,
+                "{pos}: {found:?}, not {expected:?}"
+            );
+        }
+        assert!(
+            (distance - 7.0).abs() < 0.1,
+            "{pos}: the distance is {distance}"
+        );
+    }
 }

@@ -77,8 +77,27 @@ impl FrameNames {
         }
     }
 
+    /// The number of a file's name, if the pattern gives such names.
+    pub(crate) fn number_of(&self, name: &str) -> Option<usize> {
+        let Self::Numbered {
+            before,
+            after,
+            digits,
+            ..
+        } = self
+        else {
+            return None;
+        };
+        let number = name
+            .strip_prefix(before.as_str())?
+            .strip_suffix(after.as_str())?;
+        let is_number = !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
+        let number: usize = number.parse().ok().filter(|_| is_number)?;
+        (format!("{before}{number:0digits$}{after}", digits = *digits) == name).then_some(number)
+    }
+
     /// Finds `%d` or `%0Nd` in the file name.
-    fn from_pattern(output: &Path) -> Result<Option<Self>> {
+    pub(crate) fn from_pattern(output: &Path) -> Result<Option<Self>> {
         let Some(name) = text(output.file_name()) else {
             return Ok(None);
         };

@@ -25,6 +25,7 @@ mod texmap;
 mod trade;
 mod transfer;
 mod warp3d;
+mod warp3d_found;
 mod warp3d_refused;
 
 /// Voxels along an axis of the test volume.

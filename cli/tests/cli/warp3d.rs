@@ -66,7 +66,7 @@ pub(super) fn pfm_of([width, height]: [usize; 2], z: impl Fn(usize, usize) -> f3
 }
 
 /// The column at which the red panel begins in a row of an RGBA picture.
-fn panel_start(bytes: &[u8], width: usize, row: usize) -> Option<usize> {
+pub(super) fn panel_start(bytes: &[u8], width: usize, row: usize) -> Option<usize> {
     let pixel = |x: usize| &bytes[(row * width + x) * 4..][..4];
     (0..width).find(|&x| pixel(x)[0] > 180 && pixel(x)[1] < 80 && pixel(x)[3] > 200)
 }

@@ -36,6 +36,7 @@ mod transmittance;
 mod uniform_bricks;
 mod volume_layers;
 mod volume_views;
+mod warp_colmap;
 mod warp_edges;
 mod warp_equation;
 mod warp_extremes;

@@ -16,6 +16,34 @@ pub(crate) type ZOf<'a> = Box<dyn Fn(f32, [usize; 2]) -> f32 + Sync + 'a>;
 /// From a scaled number to camera z, or to distance along the ray.
 type Formula = Box<dyn Fn(f64) -> f64 + Sync>;
 
+/// Near and far plane of relative depth where none are given, world units: a picture's subject at 1, and a background
+/// that still moves a little. A guess: a network's map does not say how deep its scene is.
+const RELATIVE_PLANES: [f64; 2] = [1.0, 10.0];
+
+/// How much nearer the upper third of a picture must be than the lower third to look upside down. Floors make the lower
+/// part nearer in almost every picture; a guess that leaves ceilings and close walls without a note.
+const INVERTED_RATIO: f64 = 1.25;
+
+/// Facts about the numbers of a depth file.
+pub(crate) struct Numbers {
+    pub(crate) stored: Stored,
+    /// The least and the largest known number, where all have been seen.
+    pub(crate) range: Option<[f64; 2]>,
+}
+
+impl Numbers {
+    fn known_range(&self) -> Result<[f64; 2], String> {
+        let [least, most] = self.range.ok_or(
+            "depth without a unit is scaled by all of its numbers: keep the picture in memory",
+        )?;
+        if least <= most {
+            Ok([least, most])
+        } else {
+            Err("the depth file holds no usable number".into())
+        }
+    }
+}
+
 /// What a stored number is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
@@ -31,8 +59,11 @@ pub enum DepthKind {
     Ray,
     /// Shift between the pictures of a rectified pair, px: z = fx * baseline / (d + doffs)
     Disparity,
-    /// Inverse of camera z
+    /// Inverse of camera z; whole numbers without a scale put the largest at 1 unit
     Inverse,
+    /// Inverse of camera z up to a scale and an offset, as networks give it: larger is nearer; put between --near and
+    /// --far [default: 1 and 10]
+    Relative,
     /// MPEG code from 0 (far) to its largest value (near), linear in inverse z, between the near and the far plane
     Mpeg,
     /// OpenGL depth buffer from 0 (near) to 1 (far, or nothing drawn)
@@ -55,7 +86,7 @@ pub struct DepthMeaning {
     pub baseline: Option<f64>,
     /// Difference of the principal points of a rectified pair, right less left, px (disparity).
     pub doffs: f64,
-    /// Camera z of the near and the far plane, world units (MPEG, OpenGL).
+    /// Camera z of the near and the far plane, world units (MPEG, OpenGL, relative).
     pub near_far: Option<[f64; 2]>,
 }
 
@@ -76,44 +107,95 @@ impl DepthMeaning {
     ///
     /// The error says which option is missing or out of range.
     pub fn camera_z(&self, stored: &Plane, camera: &Camera) -> Result<Vec<f32>, String> {
-        let z_of = self.converter(stored.stored, camera)?;
+        let numbers = self.numbers(stored);
+        let z_of = self.converter(&numbers, camera)?;
         let per_pixel = stored.values.iter().enumerate();
         Ok(per_pixel
             .map(|(index, &value)| z_of(value, [index % stored.width, index / stored.width]))
             .collect())
     }
 
+    /// Facts about the numbers of a plane, as far as their meaning needs them.
+    pub(crate) fn numbers(&self, stored: &Plane) -> Numbers {
+        if !matches!(self.kind, DepthKind::Relative | DepthKind::Inverse) {
+            return Numbers {
+                stored: stored.stored,
+                range: None,
+            };
+        }
+        let known = |&&value: &&f32| value.is_finite() && !self.is_invalid(f64::from(value));
+        let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
+        for &value in stored.values.iter().filter(known) {
+            (least, most) = (least.min(value), most.max(value));
+        }
+        Numbers {
+            stored: stored.stored,
+            range: Some([least, most].map(f64::from)),
+        }
+    }
+
     /// The camera z of a stored number at a column and row, as above.
     pub(crate) fn converter<'a>(
         &'a self,
-        stored: Stored,
+        numbers: &Numbers,
         camera: &'a Camera,
     ) -> Result<ZOf<'a>, String> {
-        let scale = self.scale_of(stored)?;
-        let from_number = self.formula(camera)?;
-        let (invalid, zero_is_unknown) = (self.invalid, self.zero_is_unknown(stored));
+        let distance = self.distance(numbers, camera)?;
         Ok(Box::new(move |value, [x, y]| {
-            let value = f64::from(value);
-            if !value.is_finite()
-                || self.is_invalid(value, invalid)
-                || (zero_is_unknown && value == 0.0)
-            {
-                return f32::NAN;
-            }
-            let z = from_number(value * scale);
-            let z = if self.kind == DepthKind::Ray {
-                z / ray_length(camera, x, y)
+            let z = distance(value);
+            if self.kind == DepthKind::Ray {
+                usable(z / ray_length(camera, x, y))
             } else {
-                z
-            };
-            // A distance beyond the range of f32 is unknown.
-            let z = z as f32;
-            if z > 0.0 && z.is_finite() {
-                z
-            } else {
-                f32::NAN
+                usable(z)
             }
         }))
+    }
+
+    /// Camera z of a stored number, or distance along the ray where numbers are that; not usable where unknown.
+    pub(crate) fn distance<'a>(
+        &'a self,
+        numbers: &Numbers,
+        camera: &Camera,
+    ) -> Result<Box<dyn Fn(f32) -> f64 + Sync + 'a>, String> {
+        let scale = self.scale_of(numbers)?;
+        let from_number = self.formula(numbers, camera)?;
+        let zero_is_unknown = self.zero_is_unknown(numbers.stored);
+        Ok(Box::new(move |value| {
+            let value = f64::from(value);
+            let unknown =
+                !value.is_finite() || self.is_invalid(value) || (zero_is_unknown && value == 0.0);
+            if unknown {
+                f64::NAN
+            } else {
+                from_number(value * scale)
+            }
+        }))
+    }
+
+    /// A note for the user where the numbers leave the scale of the world open, or look upside down.
+    ///
+    /// `z` is camera z of each pixel, rows of `width` from the top.
+    pub fn note(&self, stored: Stored, z: &[f32], width: usize) -> Option<String> {
+        let is_whole = matches!(stored, Stored::Code(_));
+        let is_open = self.kind == DepthKind::Relative
+            || (self.kind == DepthKind::Inverse && self.scale.is_none() && is_whole);
+        let is_doubtful = self.kind == DepthKind::Relative
+            || (is_whole && matches!(self.kind, DepthKind::Z | DepthKind::Ray));
+        if is_doubtful && looks_inverted(z, width) {
+            return Some(match self.kind {
+                DepthKind::Relative => "the upper part of the picture is nearer than the lower part: if larger numbers \
+                     are farther, read them as camera z with a depth scale"
+                    .into(),
+                _ => "the upper part of the picture is nearer than the lower part: if larger numbers are nearer, as \
+                     networks give them, read them as relative depth"
+                    .into(),
+            });
+        }
+        let [near, far] = self.near_far.unwrap_or(RELATIVE_PLANES);
+        is_open.then(|| match self.kind {
+            DepthKind::Inverse => "the depth has no unit: its nearest pixel is put at 1".into(),
+            _ => format!("the depth has no unit: it is put between {near} and {far} units"),
+        })
     }
 
     /// The meaning in words, for messages.
@@ -126,6 +208,7 @@ impl DepthMeaning {
             DepthKind::Ray => "distance along the ray",
             DepthKind::Disparity => "disparity",
             DepthKind::Inverse => "inverse depth",
+            DepthKind::Relative => "relative depth",
             DepthKind::Mpeg => "MPEG code",
             DepthKind::OpenGl => "OpenGL depth buffer",
         };
@@ -137,18 +220,24 @@ impl DepthMeaning {
     }
 
     /// Stored numbers are single precision, so the number that the user typed is compared as one.
-    fn is_invalid(&self, value: f64, invalid: Option<f64>) -> bool {
-        invalid.is_some_and(|invalid| value == f64::from(invalid as f32))
+    fn is_invalid(&self, value: f64) -> bool {
+        self.invalid
+            .is_some_and(|invalid| value == f64::from(invalid as f32))
     }
 
-    /// In whole numbers 0 is the usual sign for "nothing measured"; in a code it is the near or the far plane.
+    /// In whole numbers 0 is the usual sign for "nothing measured"; in a code it is the near or the far plane, and in
+    /// relative depth the farthest.
     fn zero_is_unknown(&self, stored: Stored) -> bool {
-        let is_code = matches!(self.kind, DepthKind::Mpeg | DepthKind::OpenGl);
+        let is_code = matches!(
+            self.kind,
+            DepthKind::Mpeg | DepthKind::OpenGl | DepthKind::Relative
+        );
         matches!(stored, Stored::Code(_)) && !is_code
     }
 
-    fn scale_of(&self, stored: Stored) -> Result<f64, String> {
-        match (self.scale, self.kind, stored) {
+    fn scale_of(&self, numbers: &Numbers) -> Result<f64, String> {
+        match (self.scale, self.kind, numbers.stored) {
+            (_, DepthKind::Relative, _) => Ok(1.0),
             (Some(scale), _, _) if scale > 0.0 && scale.is_finite() => Ok(scale),
             (Some(scale), _, _) => Err(format!(
                 "a depth scale of {scale}: expected a number above 0"
@@ -157,18 +246,33 @@ impl DepthMeaning {
                 Ok(1.0 / f64::from(largest))
             }
             (None, DepthKind::Disparity, _) | (None, _, Stored::Float) => Ok(1.0),
+            (None, DepthKind::Inverse, Stored::Code(_)) => {
+                let [_, most] = numbers.known_range()?;
+                Ok(1.0 / most)
+            }
             (None, _, Stored::Code(largest)) => Err(format!(
                 "the depth is stored in whole numbers up to {largest}: give a depth scale, how many world units \
-                 one of them is (0.001 for millimetres where cameras are in metres, 1 where both have one unit)"
+                 one of them is (0.001 for millimetres where cameras are in metres, 1 where both have one unit); a \
+                 network's map without a unit is relative depth"
             )),
         }
     }
 
     /// The formula from a scaled number to camera z (or distance along the ray).
-    fn formula(&self, camera: &Camera) -> Result<Formula, String> {
+    fn formula(&self, numbers: &Numbers, camera: &Camera) -> Result<Formula, String> {
         Ok(match self.kind {
             DepthKind::Z | DepthKind::Ray => Box::new(|value| value),
             DepthKind::Inverse => Box::new(|value| 1.0 / value),
+            DepthKind::Relative => {
+                let [near, far] = match self.near_far {
+                    Some(_) => self.planes("relative depth")?,
+                    None => RELATIVE_PLANES,
+                };
+                let [least, most] = numbers.known_range()?;
+                // A map of one number is a plane at the far end.
+                let step = (1.0 / near - 1.0 / far) / (most - least).max(f64::MIN_POSITIVE);
+                Box::new(move |value| 1.0 / (1.0 / far + (value - least) * step))
+            }
             DepthKind::Disparity => {
                 let baseline = self.baseline.ok_or(
                     "a disparity needs the distance between the eyes: give the baseline, or name a calib.txt as camera",
@@ -222,8 +326,33 @@ impl DepthMeaning {
     }
 }
 
+/// A distance as camera z; unknown where it is not above 0, or beyond the range of f32.
+fn usable(z: f64) -> f32 {
+    let z = z as f32;
+    if z > 0.0 && z.is_finite() {
+        z
+    } else {
+        f32::NAN
+    }
+}
+
+/// Whether the upper third of a picture is clearly nearer than the lower third.
+fn looks_inverted(z: &[f32], width: usize) -> bool {
+    let third = z.len() / width.max(1) / 3 * width;
+    let median = |part: &[f32]| -> Option<f64> {
+        let mut known: Vec<f32> = part.iter().copied().filter(|z| !z.is_nan()).collect();
+        let middle = known.len() / 2;
+        (!known.is_empty())
+            .then(|| f64::from(*known.select_nth_unstable_by(middle, f32::total_cmp).1))
+    };
+    let (upper, lower) = (median(&z[..third]), median(&z[z.len() - third..]));
+    upper
+        .zip(lower)
+        .is_some_and(|(upper, lower)| lower > INVERTED_RATIO * upper)
+}
+
 /// Length of the ray through a pixel's centre from the eye to camera z = 1.
-fn ray_length(camera: &Camera, x: usize, y: usize) -> f64 {
+pub(super) fn ray_length(camera: &Camera, x: usize, y: usize) -> f64 {
     let pos_in_screen = glam::DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
     let (_, direction) = camera.ray_in_camera(pos_in_screen);
     direction.length()

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use resample_core::camera::PixelCentre;
 use resample_core::{Camera, Intrinsics};
 
@@ -87,4 +87,65 @@ fn sizes_must_agree_and_something_must_be_known() {
         said.contains("6x4") && said.contains("3x2"),
         "both sizes: {said}"
     );
+}
+
+/// The ray that a lens puts at `distorted`, by fixed-point iteration.
+fn undistort(distortion: &Distortion, distorted: DVec2) -> DVec2 {
+    let mut at = distorted;
+    for _ in 0..100 {
+        at += distorted - distortion.distort(at).expect("within reach");
+    }
+    at
+}
+
+#[test]
+fn distances_along_the_ray_are_those_of_the_undistorted_ray() {
+    let taken = Camera {
+        fx: 120.0,
+        fy: 120.0,
+        cx: 80.0,
+        cy: 60.0,
+        ..camera(160, 120)
+    };
+    let distortion = Distortion::new([0.1, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0; 2]);
+    // A tilted wall.
+    let z = |ray: DVec2| 3.0 / (1.0 - 0.4 * ray.x + 0.2 * ray.y);
+    let pinhole = |index: usize| {
+        let pixel = DVec2::new((index % 160) as f64, (index / 160) as f64) + 0.5;
+        (pixel - DVec2::new(80.0, 60.0)) / 120.0
+    };
+    let stored = |index: usize| {
+        let ray = undistort(distortion.as_ref().expect("distorted"), pinhole(index));
+        (z(ray) * ray.extend(1.0).length()) as f32
+    };
+    let plane = Plane {
+        width: 160,
+        height: 120,
+        values: (0..160 * 120).map(stored).collect(),
+        stored: Stored::Float,
+    };
+    let picture = Picture {
+        width: 160,
+        height: 120,
+        rgb: vec![[0.5; 3]; 160 * 120],
+        coverage: None,
+    };
+    let with = Taken {
+        camera: taken,
+        distortion,
+    };
+    let meaning = DepthMeaning::of(DepthKind::Ray);
+    let found = reference(picture, &plane, with, &meaning, Path::new("ray.exr")).expect("good");
+    let known = || found.depth.iter().enumerate().filter(|(_, z)| !z.is_nan());
+    assert!(
+        known().count() > 160 * 120 * 8 / 10,
+        "most of the picture is known"
+    );
+    for (index, &depth) in known() {
+        let expected = z(pinhole(index));
+        assert!(
+            (f64::from(depth) / expected - 1.0).abs() < 1e-4,
+            "{depth}, not {expected}"
+        );
+    }
 }

@@ -9,7 +9,7 @@ use super::files::Files;
 use super::sheet::{Kind, Rect, Sheet};
 use super::unpack::Unpacked;
 use crate::Error;
-use crate::input::meaning::ZOf;
+use crate::input::meaning::{Numbers, ZOf};
 use crate::input::nothing_known;
 use crate::options::SurfaceTolerance;
 use crate::ramps::{self, Edges, Votes, sharpened};
@@ -41,9 +41,13 @@ pub(super) fn survey(
     tolerance: SurfaceTolerance,
 ) -> Result<Found, Error> {
     let path = &files.depth.path;
+    let numbers = Numbers {
+        stored: unpacked.stored,
+        range: None,
+    };
     let z_of = files
         .meaning
-        .converter(unpacked.stored, files.camera)
+        .converter(&numbers, files.camera)
         .map_err(|what| fault(path, what))?;
     let [width, height] = unpacked.sheet.size;
     let wanted = tolerance == SurfaceTolerance::Auto;

@@ -5,14 +5,19 @@ use resample_core::{Camera, Image};
 use serde_json::json;
 use warp3d::FrameStats;
 
+use crate::args::Warp3dArgs;
 use crate::multiview::Layout;
 use crate::picture::Drawn;
 use crate::report::{self, Account};
-use crate::warp_references::AnyWarper;
+use crate::warp_frames::Frames;
+use crate::warp_references::{AnyWarper, Keeping};
+use crate::warp_scene;
 
 /// Draws the views of a sheet.
 pub(super) struct Drawer {
     pub(super) warper: AnyWarper,
+    /// Where the references of other pictures come from, if each picture has its own.
+    pub(super) source: Option<Source>,
     pub(super) layout: Layout,
     pub(super) convergence: f64,
     pub(super) last: LastPicture,
@@ -26,9 +31,36 @@ pub(super) enum LastPicture {
     Kept(Option<Image>),
 }
 
+/// Pictures with depth, one for each picture that is drawn.
+pub(super) struct Source {
+    pub(super) frames: Frames,
+    pub(super) args: Warp3dArgs,
+    pub(super) keeping: Keeping,
+    /// Which of them the warper has.
+    pub(super) current: usize,
+}
+
+impl Source {
+    /// The warper of picture `number`, if it is another than the present one.
+    fn next(&mut self, number: usize) -> Result<Option<AnyWarper>> {
+        if self.current == number {
+            return Ok(None);
+        }
+        self.current = number;
+        let words = self.frames.words(&self.args, number);
+        let scene = warp_scene::read(&words, self.keeping)?;
+        AnyWarper::new(scene.references, &self.args.render.options.options()?).map(Some)
+    }
+}
+
 impl Drawer {
     /// Draws, and warns of an empty picture.
-    pub(super) fn draw(&mut self, sheet: &Camera) -> Result<Drawn> {
+    pub(super) fn draw(&mut self, sheet: &Camera, number: usize) -> Result<Drawn> {
+        if let Some(source) = &mut self.source
+            && let Some(warper) = source.next(number)?
+        {
+            self.warper = warper;
+        }
         let drawn = self.draw_silently(sheet)?;
         if drawn.image.rgba.iter().all(|pixel| !(pixel[3] > 0.0)) {
             report::say(

@@ -8,7 +8,7 @@
 use glam::{DAffine3, DVec3};
 use resample_core::camera::PixelCentre;
 
-use super::entry::{CameraSet, Entry, Hints, Lens, Pair, camera};
+use super::entry::{CameraSet, Entry, Hints, Lens, LensModel, Names, Pair};
 
 /// Steps at which a camera between the two is offered, beside the two themselves.
 const BETWEEN: [f64; 3] = [0.25, 0.5, 0.75];
@@ -47,11 +47,12 @@ pub(super) fn read(text: &str, hints: &Hints) -> Result<CameraSet, String> {
             pixel_centre: PixelCentre::Integer,
         };
         let pose = DAffine3::from_translation(DVec3::new(-along * baseline, 0.0, 0.0));
-        let camera = camera(&lens, size, pose).map_err(|error| error.to_string())?;
-        Ok(Entry {
-            name: along.to_string(),
-            camera,
-        })
+        let model = LensModel {
+            lens,
+            size,
+            distortion: None,
+        };
+        model.entry(along.to_string(), pose)
     };
     let entries: Result<Vec<_>, String> =
         [0.0, 1.0].into_iter().chain(BETWEEN).map(between).collect();
@@ -59,6 +60,7 @@ pub(super) fn read(text: &str, hints: &Hints) -> Result<CameraSet, String> {
         format: "calib.txt",
         entries: entries?,
         pair: Some(Pair { baseline, doffs }),
+        names: Names::Words,
     })
 }
 

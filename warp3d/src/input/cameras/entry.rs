@@ -4,6 +4,8 @@ use glam::{DAffine3, DMat3};
 use resample_core::camera::PixelCentre;
 use resample_core::{Camera, CameraError, Intrinsics};
 
+use super::distortion::Distortion;
+
 /// What the user says beside the file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hints {
@@ -37,6 +39,17 @@ pub struct CameraSet {
     pub entries: Vec<Entry>,
     /// The geometry of a rectified pair, where the file states one.
     pub pair: Option<Pair>,
+    /// Whether names are times in seconds, of which the nearest is meant.
+    pub names: Names,
+}
+
+/// What the names of cameras are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Names {
+    /// Words.
+    Words,
+    /// Times in seconds.
+    Times,
 }
 
 /// One camera of a file.
@@ -44,8 +57,31 @@ pub struct CameraSet {
 pub struct Entry {
     /// Its name in the file: a number, a picture's name, a path of keys.
     pub name: String,
-    /// The camera.
+    /// The camera, as a pinhole.
     pub camera: Camera,
+    /// How its lens departs from the pinhole.
+    pub distortion: Option<Distortion>,
+}
+
+/// Lens, picture size and distortion, as files of several cameras share them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct LensModel {
+    pub(super) lens: Lens,
+    /// Width and height, px.
+    pub(super) size: [u32; 2],
+    pub(super) distortion: Option<Distortion>,
+}
+
+impl LensModel {
+    /// The camera with this lens at a world-to-camera pose.
+    pub(super) fn entry(&self, name: String, camera_from_world: DAffine3) -> Result<Entry, String> {
+        let camera = camera(&self.lens, self.size, camera_from_world);
+        Ok(Entry {
+            name,
+            camera: camera.map_err(|error| error.to_string())?,
+            distortion: self.distortion,
+        })
+    }
 }
 
 /// The geometry of a rectified pair.
@@ -59,6 +95,10 @@ pub struct Pair {
 
 /// Near plane of a camera whose file states none, until it is known what the camera sees.
 pub const NEAR_PLACEHOLDER: f64 = 1.0;
+
+/// Largest distance between a time that is asked for and the time of a pose, s: pictures and poses are taken by
+/// different clocks, and the tools of the TUM benchmark match them within as much.
+const TIME_TOLERANCE_S: f64 = 0.02;
 
 /// Largest departure of a stated rotation from orthonormal that is rounding in the file, and is then corrected.
 const ROTATION_ROUNDING: f64 = 1e-3;
@@ -83,13 +123,31 @@ impl CameraSet {
                 .ok()
                 .and_then(|index| self.entries.get(index))
         };
-        by_name.or_else(by_file).or_else(by_index).ok_or_else(|| {
+        let by_time = || match self.names {
+            Names::Words => None,
+            Names::Times => self.nearest_in_time(name.parse().ok()?),
+        };
+        let found = by_name.or_else(by_file).or_else(by_time).or_else(by_index);
+        found.ok_or_else(|| {
             format!(
                 "no camera '{name}' in this {}: there are {}",
                 self.format,
                 self.names()
             )
         })
+    }
+
+    /// The camera whose time is nearest, if it is near enough.
+    fn nearest_in_time(&self, time_s: f64) -> Option<&Entry> {
+        let apart_s = |entry: &Entry| {
+            let time: Option<f64> = entry.name.parse().ok();
+            time.map_or(f64::INFINITY, |time| (time - time_s).abs())
+        };
+        let nearest = self
+            .entries
+            .iter()
+            .min_by(|a, b| apart_s(a).total_cmp(&apart_s(b)))?;
+        (apart_s(nearest) <= TIME_TOLERANCE_S).then_some(nearest)
     }
 
     /// The names of the cameras, for a message: the first ones if there are many.
@@ -149,12 +207,16 @@ pub(super) fn upright(rotation: DMat3) -> DMat3 {
 }
 
 /// A lens for a file of poses alone.
-pub(super) fn lens_from_hints(hints: &Hints, format: &str) -> Result<(Lens, [u32; 2]), String> {
+pub(super) fn lens_from_hints(hints: &Hints, format: &str) -> Result<LensModel, String> {
     let lens = hints.lens.ok_or_else(|| {
-        format!("a {format} holds poses alone: give the lens's intrinsics FX,FY,CX,CY")
+        format!("a {format} holds poses alone: give the lens's intrinsics, FX,FY,CX,CY or a file of them")
     })?;
     let size = hints
         .size
         .ok_or_else(|| format!("a {format} holds no picture size: give the picture's size"))?;
-    Ok((lens, size))
+    Ok(LensModel {
+        lens,
+        size,
+        distortion: None,
+    })
 }

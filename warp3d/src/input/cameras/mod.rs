@@ -4,26 +4,41 @@
 //! convention: x right, y down, z forward, pixel centres at one half, world to camera. The format follows from the content;
 //! each format has its own file, whose head states its axes, pixel centre and direction of the pose. The workspace's
 //! own JSON is read elsewhere: a file of that kind is answered with `None`. The near plane of a camera is a
-//! placeholder of 1 unless stated: it follows from the scene. Limits: no lens distortion.
+//! placeholder of 1 unless stated: it follows from the scene. A folder stands for the COLMAP model in it. Limits: no
+//! fish-eye lenses.
 
 use std::path::Path;
 
 use crate::Error;
-use resample_io::files::{fault, read_text};
+use resample_io::files::{fault, first_bytes, read_text};
 
 mod calib;
 mod colmap;
+mod distortion;
 mod entry;
 mod json;
+mod lens_file;
+mod matrices;
 mod mpeg;
 mod nested;
+mod open3d;
 mod trajectory;
 mod transforms;
 
-pub use entry::{CameraSet, Entry, Hints, Lens, NEAR_PLACEHOLDER, Pair};
+pub use distortion::Distortion;
+pub use entry::{CameraSet, Entry, Hints, Lens, NEAR_PLACEHOLDER, Names, Pair};
+pub use lens_file::read_lens;
 
 /// Reads the cameras of a file; `None` if it is JSON of no format that is known here.
 pub fn read(path: &Path, hints: &Hints) -> Result<Option<CameraSet>, Error> {
+    if path.is_dir() {
+        return read(&model_in(path), hints);
+    }
+    // A binary model starts with a count, whose upper bytes are 0; no text holds such a byte.
+    if first_bytes(path, 8)?.contains(&0) {
+        let set = colmap::read_binary(path).map_err(|what| fault(path, what))?;
+        return Ok(Some(set));
+    }
     let text = read_text(path)?;
     let text = text.trim_start_matches('\u{feff}');
     let set = match text.trim_start().chars().next() {
@@ -31,6 +46,10 @@ pub fn read(path: &Path, hints: &Hints) -> Result<Option<CameraSet>, Error> {
         Some('{' | '[') => match json::value(text).map_err(|what| fault(path, what))? {
             value if transforms::is_it(&value) => transforms::read(&value, hints),
             value if mpeg::is_it(&value) => mpeg::read(&value),
+            value if open3d::is_it(&value) => open3d::read(&value),
+            value if open3d::is_lens(&value) => {
+                Err("it holds a lens alone, without a pose: name it as intrinsics".to_owned())
+            }
             value if nested::is_it(&value) => nested::read(&value),
             _ => return Ok(None),
         },
@@ -38,6 +57,16 @@ pub fn read(path: &Path, hints: &Hints) -> Result<Option<CameraSet>, Error> {
     };
     let set = set.map_err(|what| fault(path, what))?;
     Ok(Some(set))
+}
+
+/// The file of a COLMAP model in a folder.
+fn model_in(folder: &Path) -> std::path::PathBuf {
+    let binary = folder.join("images.bin");
+    if binary.exists() {
+        binary
+    } else {
+        folder.join("images.txt")
+    }
 }
 
 fn read_lines(path: &Path, text: &str, hints: &Hints) -> Result<CameraSet, String> {
@@ -50,11 +79,14 @@ fn read_lines(path: &Path, text: &str, hints: &Hints) -> Result<CameraSet, Strin
     if trajectory::is_tum(text) {
         return trajectory::read_tum(text, hints);
     }
+    if matrices::is_it(text) {
+        return matrices::read(text, hints);
+    }
     if colmap::is_it(text) {
         return colmap::read(path, text);
     }
     Err("no known camera format: expected our JSON, transforms.json, MPEG JSON, calib.txt, an Open3D or TUM \
-         trajectory, or COLMAP's images.txt"
+         trajectory, a list of 4x4 or 3x4 poses, or COLMAP's images.txt or images.bin"
         .into())
 }
 

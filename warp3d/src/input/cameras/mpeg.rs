@@ -9,7 +9,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use resample_core::camera::PixelCentre;
 use serde_json::Value;
 
-use super::entry::{CameraSet, Entry, Lens, camera};
+use super::entry::{CameraSet, Entry, Lens, LensModel, Names};
 use super::json::numbers;
 use super::trajectory::inverse;
 
@@ -31,20 +31,17 @@ pub(super) fn read(value: &Value) -> Result<CameraSet, String> {
             .get("Name")
             .and_then(Value::as_str)
             .map_or(index.to_string(), str::to_owned);
-        let entry = one(object).map(|camera| Entry {
-            name: name.clone(),
-            camera,
-        });
-        entry.map_err(|what| format!("camera '{name}': {what}"))
+        one(object, &name).map_err(|what| format!("camera '{name}': {what}"))
     });
     Ok(CameraSet {
         format: "MPEG camera file",
         entries: entries.collect::<Result<_, _>>()?,
         pair: None,
+        names: Names::Words,
     })
 }
 
-fn one(object: &Value) -> Result<resample_core::Camera, String> {
+fn one(object: &Value, name: &str) -> Result<Entry, String> {
     let projection = object
         .get("Projection")
         .and_then(Value::as_str)
@@ -74,5 +71,10 @@ fn one(object: &Value) -> Result<resample_core::Camera, String> {
         cy,
         pixel_centre: PixelCentre::Half,
     };
-    camera(&lens, size, inverse(world_from_camera)).map_err(|error| error.to_string())
+    let model = LensModel {
+        lens,
+        size,
+        distortion: None,
+    };
+    model.entry(name.to_owned(), inverse(world_from_camera))
 }

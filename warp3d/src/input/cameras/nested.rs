@@ -8,7 +8,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use resample_core::camera::PixelCentre;
 use serde_json::Value;
 
-use super::entry::{CameraSet, Entry, Lens, camera};
+use super::entry::{CameraSet, Entry, Lens, LensModel, Names};
 use super::json::{numbers, required, side};
 
 /// Deepest level at which a camera is looked for. A guess, far above what files have.
@@ -20,13 +20,13 @@ pub(super) fn is_it(value: &Value) -> bool {
 
 pub(super) fn read(value: &Value) -> Result<CameraSet, String> {
     let entries = found(value).into_iter().map(|(name, object)| {
-        let camera = one(object).map_err(|what| format!("camera '{name}': {what}"))?;
-        Ok(Entry { name, camera })
+        one(object, &name).map_err(|what| format!("camera '{name}': {what}"))
     });
     Ok(CameraSet {
         format: "camera file",
         entries: entries.collect::<Result<_, String>>()?,
         pair: None,
+        names: Names::Words,
     })
 }
 
@@ -67,7 +67,7 @@ fn look_into<'a>(value: &'a Value, path: &mut Vec<String>, found: &mut Vec<(Stri
     }
 }
 
-fn one(object: &Value) -> Result<resample_core::Camera, String> {
+fn one(object: &Value, name: &str) -> Result<Entry, String> {
     let side = |key: &str| side(object, key)?.ok_or_else(|| format!("\"{key}\" is missing"));
     let size = [side("W")?, side("H")?];
     let lens = Lens {
@@ -83,5 +83,10 @@ fn one(object: &Value) -> Result<resample_core::Camera, String> {
         matrix3: rotation,
         translation,
     };
-    camera(&lens, size, pose).map_err(|error| error.to_string())
+    let model = LensModel {
+        lens,
+        size,
+        distortion: None,
+    };
+    model.entry(name.to_owned(), pose)
 }

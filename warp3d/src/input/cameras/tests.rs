@@ -9,6 +9,8 @@ use tempfile::TempDir;
 
 use super::*;
 
+mod found;
+
 /// The eye and where right, down and forward point: a camera that is turned in all three ways.
 struct Pose {
     eye: DVec3,
@@ -182,15 +184,6 @@ fn colmap_is_world_to_camera_with_its_lens_beside_it() {
             .expect("by the file's own name")
             .camera,
     );
-    write(
-        &folder,
-        "cameras.txt",
-        &format!("3 OPENCV 600 420 {fx} {fy} {cx} {cy} 0.1 0 0 0\n"),
-    );
-    let said = read(&path, &Hints::default())
-        .expect_err("distortion")
-        .to_string();
-    assert!(said.contains("undistort"), "{said}");
 }
 
 #[test]

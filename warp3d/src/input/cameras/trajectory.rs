@@ -2,12 +2,13 @@
 //!
 //! Both hold camera-to-world poses with axes x right, y down, z forward, and no lens; the lens and the picture size
 //! come from the user. A log has, per camera, a line of three whole numbers and a 4 x 4 matrix; the first number is
-//! the name. A TUM line is `time tx ty tz qx qy qz qw`; the time as it is written is the name. Sources: Open3D's
-//! documentation of its camera trajectory, and the TUM RGB-D benchmark's file formats.
+//! the name. A TUM line is `time tx ty tz qx qy qz qw`; the time as it is written is the name, and
+//! a time within 20 ms of it names it too. Sources: Open3D's documentation of its camera trajectory, and the TUM RGB-D
+//! benchmark's file formats.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-use super::entry::{CameraSet, Entry, Hints, camera, lens_from_hints};
+use super::entry::{CameraSet, Hints, Names, lens_from_hints};
 
 pub(super) fn is_log(text: &str) -> bool {
     let mut lines = content(text).map(|(_, words)| words.len());
@@ -20,7 +21,7 @@ pub(super) fn is_tum(text: &str) -> bool {
 }
 
 pub(super) fn read_log(text: &str, hints: &Hints) -> Result<CameraSet, String> {
-    let (lens, size) = lens_from_hints(hints, "trajectory")?;
+    let model = lens_from_hints(hints, "trajectory")?;
     let lines: Vec<_> = content(text).collect();
     let entries = lines.chunks(5).map(|lines| {
         let (number, head) = &lines[0];
@@ -39,22 +40,19 @@ pub(super) fn read_log(text: &str, hints: &Hints) -> Result<CameraSet, String> {
             matrix3: DMat3::from_cols(column(0), column(1), column(2)),
             translation: column(3),
         };
-        let camera = camera(&lens, size, inverse(world_from_camera));
-        let camera = camera.map_err(|error| format!("line {number}: {error}"))?;
-        Ok(Entry {
-            name: (*name).to_owned(),
-            camera,
-        })
+        let entry = model.entry((*name).to_owned(), inverse(world_from_camera));
+        entry.map_err(|what| format!("line {number}: {what}"))
     });
     Ok(CameraSet {
         format: "trajectory",
         entries: entries.collect::<Result<_, _>>()?,
         pair: None,
+        names: Names::Words,
     })
 }
 
 pub(super) fn read_tum(text: &str, hints: &Hints) -> Result<CameraSet, String> {
-    let (lens, size) = lens_from_hints(hints, "TUM trajectory")?;
+    let model = lens_from_hints(hints, "TUM trajectory")?;
     let entries = content(text).map(|(number, words)| {
         let wrong = || format!("line {number}: expected time tx ty tz qx qy qz qw");
         let values = numbers(&words).ok_or_else(wrong)?;
@@ -65,17 +63,14 @@ pub(super) fn read_tum(text: &str, hints: &Hints) -> Result<CameraSet, String> {
             .map_err(|what| format!("line {number}: {what}"))?;
         let world_from_camera =
             DAffine3::from_rotation_translation(rotation, DVec3::new(tx, ty, tz));
-        let camera = camera(&lens, size, world_from_camera.inverse());
-        let camera = camera.map_err(|error| format!("line {number}: {error}"))?;
-        Ok(Entry {
-            name: words[0].to_owned(),
-            camera,
-        })
+        let entry = model.entry(words[0].to_owned(), world_from_camera.inverse());
+        entry.map_err(|what| format!("line {number}: {what}"))
     });
     Ok(CameraSet {
         format: "TUM trajectory",
         entries: entries.collect::<Result<_, _>>()?,
         pair: None,
+        names: Names::Times,
     })
 }
 

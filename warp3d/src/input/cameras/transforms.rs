@@ -3,18 +3,17 @@
 //! Each frame has `transform_matrix`, camera-to-world, with OpenGL's axes: x right, y up, z towards the viewer. The
 //! lens is `fl_x`, `fl_y`, `cx`, `cy`, `w`, `h`, or the horizontal angle `camera_angle_x`, per frame or for all; pixel
 //! centres at one half. The picture's path is the camera's name. Source: the NeRF synthetic scenes, and the
-//! conventions of nerfstudio's data. Limits: distortion coefficients must be 0.
+//! conventions of nerfstudio's data. Distortion is OpenCV's: `k1` to `k4`, `p1`, `p2`.
+//! Limits: fish-eye lenses are not read.
 
 use glam::{DAffine3, DMat3, DVec3};
 use resample_core::camera::PixelCentre;
 use serde_json::Value;
 
-use super::entry::{CameraSet, Entry, Hints, Lens, camera};
+use super::distortion::Distortion;
+use super::entry::{CameraSet, Entry, Hints, Lens, LensModel, Names};
 use super::json::{number, numbers, side};
 use super::trajectory::inverse;
-
-/// Keys of lens distortion.
-const DISTORTION: [&str; 6] = ["k1", "k2", "k3", "k4", "p1", "p2"];
 
 pub(super) fn is_it(value: &Value) -> bool {
     let frame = value
@@ -31,14 +30,11 @@ pub(super) fn read(value: &Value, hints: &Hints) -> Result<CameraSet, String> {
         .ok_or("\"frames\" is missing")?;
     let entries = frames.iter().enumerate().map(|(index, frame)| {
         let one = || -> Result<Entry, String> {
-            let (lens, size) = lens(frame, value, hints)?;
-            let camera = camera(&lens, size, camera_from_world(frame)?)
-                .map_err(|error| error.to_string())?;
             let name = frame
                 .get("file_path")
                 .and_then(Value::as_str)
                 .map_or(index.to_string(), str::to_owned);
-            Ok(Entry { name, camera })
+            lens(frame, value, hints)?.entry(name, camera_from_world(frame)?)
         };
         one().map_err(|what| format!("frames[{index}]: {what}"))
     });
@@ -46,6 +42,7 @@ pub(super) fn read(value: &Value, hints: &Hints) -> Result<CameraSet, String> {
         format: "transforms.json",
         entries: entries.collect::<Result<_, _>>()?,
         pair: None,
+        names: Names::Words,
     })
 }
 
@@ -60,15 +57,25 @@ fn camera_from_world(frame: &Value) -> Result<DAffine3, String> {
     Ok(inverse(world_from_camera))
 }
 
-fn lens(frame: &Value, all: &Value, hints: &Hints) -> Result<(Lens, [u32; 2]), String> {
+fn lens(frame: &Value, all: &Value, hints: &Hints) -> Result<LensModel, String> {
     let either = |key: &str| -> Result<Option<f64>, String> {
         Ok(number(frame, key)?.or(number(all, key)?))
     };
-    for key in DISTORTION {
-        if either(key)?.is_some_and(|coefficient| coefficient != 0.0) {
-            return Err(format!("\"{key}\" is not 0: undistort the pictures first"));
-        }
+    let model = |value: &Value| value.get("camera_model")?.as_str().map(str::to_owned);
+    if let Some(model) = model(frame)
+        .or(model(all))
+        .filter(|m| m.contains("FISHEYE"))
+    {
+        return Err(format!(
+            "the lens model {model} is not read: undistort the pictures to a pinhole first"
+        ));
     }
+    let k = |key: &str| -> Result<f64, String> { Ok(either(key)?.unwrap_or(0.0)) };
+    let distortion = Distortion::with_eighth(
+        [k("k1")?, k("k2")?, k("k3")?, 0.0, 0.0, 0.0],
+        [k("p1")?, k("p2")?],
+        k("k4")?,
+    );
     let stated =
         |key: &str| -> Result<Option<u32>, String> { Ok(side(frame, key)?.or(side(all, key)?)) };
     let stated = stated("w")?
@@ -88,8 +95,8 @@ fn lens(frame: &Value, all: &Value, hints: &Hints) -> Result<(Lens, [u32; 2]), S
         .unwrap_or(fx);
     let cx = either("cx")?.unwrap_or(0.5 * width);
     let cy = either("cy")?.unwrap_or(0.5 * height);
-    Ok((
-        Lens {
+    Ok(LensModel {
+        lens: Lens {
             fx,
             fy,
             cx,
@@ -97,5 +104,6 @@ fn lens(frame: &Value, all: &Value, hints: &Hints) -> Result<(Lens, [u32; 2]), S
             pixel_centre: PixelCentre::Half,
         },
         size,
-    ))
+        distortion,
+    })
 }

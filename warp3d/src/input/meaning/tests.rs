@@ -216,3 +216,59 @@ fn a_meaning_that_is_not_complete_says_what_is_missing() {
         "negative baseline"
     );
 }
+
+fn codes(values: &[f32], largest: u32) -> Plane {
+    Plane {
+        width: 1,
+        height: values.len(),
+        values: values.to_vec(),
+        stored: Stored::Code(largest),
+    }
+}
+
+#[test]
+fn relative_depth_is_linear_in_inverse_depth_between_its_planes() {
+    let map = codes(&[20.0, 120.0, 70.0], 255);
+    let mut meaning = DepthMeaning::of(DepthKind::Relative);
+    let z = meaning.camera_z(&map, &camera()).expect("no unit needed");
+    let close = |found: f32, expected: f64| (f64::from(found) / expected - 1.0).abs() < 1e-6;
+    assert!(
+        close(z[0], 10.0) && close(z[1], 1.0) && close(z[2], 1.0 / 0.55),
+        "{z:?}"
+    );
+    meaning.near_far = Some([2.0, 4.0]);
+    let z = meaning.camera_z(&map, &camera()).expect("planes");
+    assert!(close(z[0], 4.0) && close(z[1], 2.0), "{z:?}");
+    let flat = codes(&[0.0, 0.0], 65535);
+    let z = meaning.camera_z(&flat, &camera()).expect("flat");
+    assert!(close(z[0], 4.0), "0 is the farthest, not unknown: {z:?}");
+}
+
+#[test]
+fn inverse_depth_without_a_unit_puts_its_nearest_at_one() {
+    let z = DepthMeaning::of(DepthKind::Inverse)
+        .camera_z(&codes(&[0.0, 50.0, 200.0], 255), &camera())
+        .expect("no unit needed");
+    assert!(z[0].is_nan(), "0 is unknown");
+    assert_eq!(z[1..], [4.0, 1.0]);
+}
+
+#[test]
+fn a_map_that_is_upside_down_or_without_a_unit_is_noted() {
+    let far_above = [9.0, 8.0, 5.0, 4.0, 2.0, 1.0];
+    let near_above = [1.0, 2.0, 4.0, 5.0, 8.0, 9.0];
+    let whole = Stored::Code(255);
+    let note = |kind, stored, z: &[f32]| DepthMeaning::of(kind).note(stored, z, 1);
+    let inverted = note(DepthKind::Z, whole, &near_above).expect("a note");
+    assert!(inverted.contains("relative"), "{inverted}");
+    assert_eq!(note(DepthKind::Z, whole, &far_above), None);
+    assert_eq!(
+        note(DepthKind::Z, Stored::Float, &near_above),
+        None,
+        "a renderer's"
+    );
+    let open = note(DepthKind::Relative, whole, &far_above).expect("a note");
+    assert!(open.contains("between 1 and 10"), "{open}");
+    let inverted = note(DepthKind::Relative, whole, &near_above).expect("a note");
+    assert!(inverted.contains("farther"), "{inverted}");
+}
