@@ -32,7 +32,7 @@ use crate::tile::{Cell, Tile, TileWork};
 const MOST_PX: f32 = 1.0 / 32.0;
 
 /// What rounding leaves of the mean square of numbers far from 0, as beyond a seam of repeated textures.
-const ROUNDING: f32 = 1e-5;
+const ROUNDING: f32 = 1e-6;
 
 /// The plane near which coordinates are expected, and the surface that it is taken from.
 struct Reference<'a> {
