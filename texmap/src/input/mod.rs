@@ -18,7 +18,7 @@ use std::path::Path;
 
 use crate::Error;
 
-pub use choice::{LoadOptions, Loaded, SceneChoice};
+pub use choice::{LoadOptions, Loaded, Pose, SceneChoice};
 use notes::Notes;
 pub use picture::load_picture;
 
@@ -39,6 +39,12 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Error> {
             let path = path.display();
             return Err(Error::Option(format!(
                 "{path}: an OBJ file has no scenes: name none"
+            )));
+        }
+        Format::Obj if options.pose.is_some() => {
+            let path = path.display();
+            return Err(Error::Option(format!(
+                "{path}: an OBJ file has no animations: name no pose"
             )));
         }
         Format::Obj => obj::load(&bytes, folder, &mut notes).map_err(at)?,
