@@ -13,7 +13,7 @@ use crate::input_file::{self, InputFile};
 /// Options of `resample texmap`.
 #[derive(Args, Clone, Debug, Default)]
 pub struct TexmapArgs {
-    /// Mesh file: glTF 2.0 (.gltf, .glb) or OBJ with its .mtl; FILE#SCENE is a scene of the file, by name or number from 0
+    /// Mesh file: glTF 2.0 (.gltf, .glb), OBJ with its .mtl, PLY or STL; FILE#SCENE is a scene of the file, by name or number from 0
     ///
     /// The format is detected by the content.
     #[arg(value_name = "MODEL[#SCENE]", value_parser = input_file::parser())]
