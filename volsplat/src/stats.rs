@@ -22,6 +22,17 @@ pub struct StageTimes {
     pub image: StageTime,
 }
 
+/// What became of the samples of a field.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct SampleCounts {
+    /// Lanes of vectors in which the field was interpolated.
+    pub(crate) computed: usize,
+    /// Samples among them in cells that may show something.
+    pub(crate) shown: usize,
+    /// Samples that changed a pixel.
+    pub(crate) contributed: usize,
+}
+
 /// Counts and times of one frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
@@ -65,4 +76,10 @@ pub struct FrameStats {
     /// Pixel updates: how often a footprint added something to a pixel (whole rows of a tile's width are counted as
     /// they are computed).
     pub pixels_touched: u64,
+    /// Lanes of vectors in which a field was interpolated.
+    pub lanes_computed: u64,
+    /// Samples of a field in cells that may show something.
+    pub samples_shown: u64,
+    /// Samples of a field that changed a pixel.
+    pub samples_contributed: u64,
 }

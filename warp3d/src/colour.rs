@@ -10,16 +10,18 @@ mod area;
 mod cubic;
 mod rim;
 
-use fearless_simd::f32x4;
 use fearless_simd::prelude::*;
+use fearless_simd::{f32x4, f32x8, f64x8};
 use fearless_simd_macros::simd;
 use glam::{DMat2, DVec2};
 use resample_core::point::PIXEL_SIGMA_PX;
 
-use cubic::{Axis, Weights};
+use cubic::Axis;
+pub(crate) use cubic::{EightWeights, Weights};
 
 use crate::Reference;
 use crate::patch::{Hit, Patch};
+use crate::raster::narrow;
 use crate::surface::Surfaces;
 
 /// From this variance on (reference px^2) a Gaussian sum over the samples themselves is a filter: its ripple,
@@ -65,6 +67,18 @@ pub(crate) struct Footprint {
 }
 
 impl Footprint {
+    /// Of a footprint with this longer axis, a unit vector, and these minifications along and across it, squared.
+    #[inline(always)]
+    pub(crate) fn of_axes(along: DVec2, minification2: [f64; 2]) -> Self {
+        let sigma2 = PIXEL_SIGMA_PX * PIXEL_SIGMA_PX;
+        let variance = |m2: f64| (sigma2 * (m2 - 1.0)).clamp(0.0, MAX_SIGMA_PX * MAX_SIGMA_PX);
+        Self {
+            along,
+            across: along.perp(),
+            variance: [variance(minification2[0]), variance(minification2[1])],
+        }
+    }
+
     /// The screen's Gaussian in the reference, less the reference's own.
     pub(crate) fn new(reference_from_screen: DMat2) -> Self {
         let (a, b) = (reference_from_screen.x_axis, reference_from_screen.y_axis);
@@ -83,48 +97,116 @@ impl Footprint {
             DVec2::new(xy, large - xx)
         };
         let along = along.try_normalize().unwrap_or(DVec2::X);
-        let variance = [large, small].map(|minification2| {
-            let sigma2 = PIXEL_SIGMA_PX * PIXEL_SIGMA_PX;
-            (sigma2 * (minification2 - 1.0)).clamp(0.0, MAX_SIGMA_PX * MAX_SIGMA_PX)
-        });
-        Self {
-            along,
-            across: along.perp(),
-            variance,
-        }
+        Self::of_axes(along, [large, small])
     }
+}
 
-    /// The covariance (xx, xy, yy), px^2; 0 where nothing is filtered.
-    #[inline(always)]
-    fn form(&self) -> [f32; 3] {
-        let [large, small] = self.variance;
-        if large < LEAST_VARIANCE {
-            return [0.0; 3];
-        }
-        let (e, f) = (self.along, self.across);
-        let xx = large * e.x * e.x + small * f.x * f.x;
-        let xy = large * e.x * e.y + small * f.x * f.y;
-        let yy = large * e.y * e.y + small * f.y * f.y;
-        [xx as f32, xy as f32, yy as f32]
+/// The form (xx, xy, yy) of the filter of a footprint, px^2, 0 where nothing is filtered; `None` from [`BENT_VARIANCE`] on.
+/// As [`small_form`] has it for eight.
+#[inline(always)]
+fn small_filter(reference_from_screen: DMat2) -> Option<[f32; 3]> {
+    let (a, b) = (reference_from_screen.x_axis, reference_from_screen.y_axis);
+    let (xx, yy) = (a.x * a.x + b.x * b.x, a.y * a.y + b.y * b.y);
+    // Magnified, there is nothing to filter.
+    if xx + yy <= 1.0 {
+        return Some([0.0; 3]);
     }
+    let xy = a.x * a.y + b.x * b.y;
+    let (middle, difference) = (0.5 * (xx + yy), 0.5 * (xx - yy));
+    let spread = (difference * difference + xy * xy).sqrt();
+    let sigma2 = PIXEL_SIGMA_PX * PIXEL_SIGMA_PX;
+    let along = sigma2 * (middle + spread - 1.0);
+    if along < LEAST_VARIANCE {
+        return Some([0.0; 3]);
+    }
+    if !(along < BENT_VARIANCE) {
+        return None;
+    }
+    let small = middle - spread;
+    let across = (sigma2 * (small - 1.0)).max(0.0);
+    let share = if spread > 0.5e-9 {
+        0.5 * (along - across) / spread
+    } else {
+        0.0
+    };
+    let form = [
+        across + share * (xx - small),
+        share * xy,
+        across + share * (yy - small),
+    ];
+    Some(form.map(|v| v as f32))
+}
+
+/// Of eight footprints, whose columns `map` holds: the longer axis, a unit vector, and the minifications along and across it,
+/// squared. As [`Footprint::new`] has them.
+#[inline(always)]
+pub(crate) fn eight_axes<S: Simd>(simd: S, map: [f32x8<S>; 4]) -> [f32x8<S>; 4] {
+    let constant = |v: f32| f32x8::splat(simd, v);
+    let [ax, ay, bx, by] = map;
+    let (xx, xy, yy) = (ax * ax + bx * bx, ax * ay + bx * by, ay * ay + by * by);
+    let (middle, difference) = (constant(0.5) * (xx + yy), constant(0.5) * (xx - yy));
+    let spread = (difference * difference + xy * xy).sqrt();
+    // The longer of the two equivalent forms of the eigenvector.
+    let wide = difference.simd_ge(constant(0.0));
+    let (x, y) = (
+        wide.select(spread + difference, xy),
+        wide.select(xy, spread - difference),
+    );
+    let length = (x * x + y * y).sqrt();
+    let round = length.simd_le(constant(1e-6) * middle);
+    let (x, y) = (
+        round.select(constant(1.0), x / length),
+        round.select(constant(0.0), y / length),
+    );
+    [x, y, middle + spread, middle - spread]
+}
+
+/// Variance along the longer axis of eight footprints, reference px^2, and the form (xx, xy, yy) of the filter: the positive
+/// part of sigma^2 (J J^T - 1), 0 where nothing is filtered. `map` holds the columns of J.
+#[inline(always)]
+pub(crate) fn small_form<S: Simd>(simd: S, map: [f32x8<S>; 4]) -> (f32x8<S>, [f32x8<S>; 3]) {
+    let constant = |v: f32| f32x8::splat(simd, v);
+    let (zero, one, half) = (constant(0.0), constant(1.0), constant(0.5));
+    let [ax, ay, bx, by] = map;
+    let (xx, xy, yy) = (ax * ax + bx * bx, ax * ay + bx * by, ay * ay + by * by);
+    let (middle, difference) = (half * (xx + yy), half * (xx - yy));
+    let spread = (difference * difference + xy * xy).sqrt();
+    let (large, small) = (middle + spread, middle - spread);
+    let sigma2 = constant((PIXEL_SIGMA_PX * PIXEL_SIGMA_PX) as f32);
+    let (along, across) = (
+        (sigma2 * (large - one)).max(zero),
+        (sigma2 * (small - one)).max(zero),
+    );
+    // The projection on the longer axis is (J J^T - small) / (large - small); without one, both are the same.
+    let gap = large - small;
+    let round = gap.simd_le(constant(1e-6));
+    let share = round.select(zero, (along - across) / gap);
+    let wanted = along.simd_ge(constant(LEAST_VARIANCE as f32));
+    let form = [
+        wanted.select(across + share * (xx - small), zero),
+        wanted.select(share * xy, zero),
+        wanted.select(across + share * (yy - small), zero),
+    ];
+    (along, form)
 }
 
 impl Lookup<'_> {
     /// The filtered colour at a hit.
     #[inline(always)]
     pub(crate) fn filtered<S: Simd>(&self, simd: S, hit: &Hit) -> [f32; 3] {
-        let footprint = Footprint::new(hit.reference_from_screen);
-        let [large, _] = footprint.variance;
         let at = hit.pos_in_reference;
-        if large < BENT_VARIANCE {
-            return first_three(self.bent(simd, at, footprint.form()));
+        match small_filter(hit.reference_from_screen) {
+            Some(form) => first_three(self.bent(simd, at, form)),
+            None => {
+                let footprint = Footprint::new(hit.reference_from_screen);
+                first_three(self.wide(simd, at, &footprint))
+            }
         }
-        first_three(self.wide(simd, at, &footprint))
     }
 
     /// Variances from [`BENT_VARIANCE`] on. Not generated anew for each caller: it takes much code, and much time itself.
     #[simd]
-    fn wide<S: Simd>(&self, simd: S, at: DVec2, footprint: &Footprint) -> f32x4<S> {
+    pub(crate) fn wide<S: Simd>(&self, simd: S, at: DVec2, footprint: &Footprint) -> f32x4<S> {
         let [large, small] = footprint.variance;
         if large < SAMPLED_VARIANCE {
             return self.five_points(simd, at, footprint);
@@ -145,22 +227,68 @@ impl Lookup<'_> {
     /// Variances below [`SAMPLED_VARIANCE`] along both axes: the Gauss rule of three points along each.
     #[inline(always)]
     fn five_points<S: Simd>(&self, simd: S, at: DVec2, footprint: &Footprint) -> f32x4<S> {
-        let mut sum = f32x4::splat(simd, 0.0);
-        let mut centre = 1.0;
-        let weight = f32x4::splat(simd, 1.0 / 6.0);
+        let mut points = [at; 8];
+        let mut weights = [0.0; 5];
+        weights[0] = 1.0;
+        let mut count = 1;
         for (direction, variance) in [footprint.along, footprint.across]
             .into_iter()
             .zip(footprint.variance)
         {
             if variance > LEAST_VARIANCE {
                 let step = (3.0 * variance).sqrt() * direction;
-                sum = self.cubic(simd, at + step).mul_add(weight, sum);
-                sum = self.cubic(simd, at - step).mul_add(weight, sum);
-                centre -= 1.0 / 3.0;
+                (points[count], points[count + 1]) = (at + step, at - step);
+                (weights[count], weights[count + 1]) = (1.0 / 6.0, 1.0 / 6.0);
+                weights[0] -= 1.0 / 3.0;
+                count += 2;
             }
         }
-        self.cubic(simd, at)
-            .mul_add(f32x4::splat(simd, centre), sum)
+        let mut sum = f32x4::splat(simd, 0.0);
+        let found = self.eight_cubics(simd, &points, count);
+        for (value, weight) in found.iter().zip(weights).take(count) {
+            sum = value.mul_add(f32x4::splat(simd, weight), sum);
+        }
+        sum
+    }
+
+    /// The cubic reconstruction at the first `count` of eight places.
+    #[inline(always)]
+    fn eight_cubics<S: Simd>(&self, simd: S, points: &[DVec2; 8], count: usize) -> [f32x4<S>; 8] {
+        let width = self.surfaces.size[0];
+        let (mut weights, mut bases) = ([[[0.0f32; 8]; 4]; 2], [[0.0f64; 8]; 2]);
+        for axis in 0..2 {
+            let mut at = [0.0; 8];
+            for (at, point) in at.iter_mut().zip(points) {
+                *at = point[axis];
+            }
+            let corner = f64x8::simd_from(simd, at) - f64x8::splat(simd, 0.5);
+            let base = (corner + f64x8::splat(simd, 1e-6)).floor();
+            let past = narrow(corner - base).max(f32x8::splat(simd, 0.0));
+            base.store_slice(&mut bases[axis]);
+            let spline = EightWeights::new(simd, past);
+            for (value, to) in spline.value.iter().zip(&mut weights[axis]) {
+                value.store_slice(to);
+            }
+        }
+        let mut out = [f32x4::splat(simd, 0.0); 8];
+        for k in 0..count {
+            let mut axes = [[0.0; 4]; 2];
+            for axis in 0..2 {
+                for j in 0..4 {
+                    axes[axis][j] = weights[axis][j][k];
+                }
+            }
+            let weights = Weights { axes, turned: None };
+            let base = DVec2::new(bases[0][k], bases[1][k]);
+            out[k] = match self.clear_at(base) {
+                Some(index) => {
+                    let samples = &self.colours.coefficients;
+                    weights.sum(simd, samples, index - width - 1, width)
+                }
+                None => self.cubic_at_rim(simd, base, axes),
+            };
+        }
+        out
     }
 
     /// The cubic reconstruction at a place.
@@ -182,19 +310,23 @@ impl Lookup<'_> {
         } else {
             Weights::widened(&along_x, &along_y, form)
         };
+        let width = self.surfaces.size[0];
+        match self.clear_at(base) {
+            Some(index) => weights.sum(simd, &self.colours.coefficients, index - width - 1, width),
+            None => self.cubic_at_rim(simd, base, weights.axes),
+        }
+    }
+
+    /// The sample at `base` if the sixteen around the place behind it exist, with no cut among them.
+    #[inline(always)]
+    fn clear_at(&self, base: DVec2) -> Option<usize> {
         let [width, height] = self.surfaces.size;
-        // Only where four rows and columns exist, and no cut is among them.
         let inside = base.x >= 1.0
             && base.y >= 1.0
             && base.x + 2.0 < width as f64
             && base.y + 2.0 < height as f64;
-        if inside {
-            let index = base.y as usize * width + base.x as usize;
-            if self.surfaces.clearance[index] >= 3 {
-                return weights.sum(simd, &self.colours.coefficients, index - width - 1, width);
-            }
-        }
-        self.cubic_at_rim(simd, base, weights.axes)
+        let index = inside.then(|| base.y as usize * width + base.x as usize)?;
+        (self.surfaces.clearance[index] >= 3).then_some(index)
     }
 
     /// Whether no cut is within `reach` samples.

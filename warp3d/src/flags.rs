@@ -1,5 +1,7 @@
 //! One bit a pixel: sets of pixels that are grown, counted and asked for by rectangles, 64 pixels at a time.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 /// Pixels of a word.
@@ -13,8 +15,13 @@ pub(crate) struct Flags {
 }
 
 impl Flags {
-    /// The pixels of a picture of `width` for which `is_set(index)` holds.
-    pub(crate) fn new(width: usize, height: usize, is_set: impl Fn(usize) -> bool + Sync) -> Self {
+    /// The pixels of a picture of `width` for which `is_set(index)` holds, where `may_be(indices)` says that one may be.
+    pub(crate) fn by_words(
+        width: usize,
+        height: usize,
+        may_be: impl Fn(Range<usize>) -> bool + Sync,
+        is_set: impl Fn(usize) -> bool + Sync,
+    ) -> Self {
         let per_row = width.div_ceil(WORD);
         let mut words = vec![0; per_row * height];
         words
@@ -24,7 +31,10 @@ impl Flags {
                 for (k, word) in row.iter_mut().enumerate() {
                     let first = y * width + k * WORD;
                     let count = WORD.min(width - k * WORD);
-                    *word = (0..count).fold(0, |bits, i| bits | u64::from(is_set(first + i)) << i);
+                    if may_be(first..first + count) {
+                        let set = |bits, i| bits | u64::from(is_set(first + i)) << i;
+                        *word = (0..count).fold(0, set);
+                    }
                 }
             });
         Self { words, per_row }
@@ -78,10 +88,10 @@ impl Flags {
         kept
     }
 
-    /// Whether a pixel is in the set.
+    /// The pixels of row `y` from `x` on, which is the first of a word: one bit each.
     #[inline(always)]
-    pub(crate) fn get(&self, x: usize, y: usize) -> bool {
-        self.words[y * self.per_row + x / WORD] >> (x % WORD) & 1 != 0
+    pub(crate) fn word(&self, x: usize, y: usize) -> u64 {
+        self.words[y * self.per_row + x / WORD]
     }
 
     /// Whether any pixel of these columns and rows, first and last, is in the set.
@@ -143,7 +153,8 @@ mod tests {
     fn sets_grow_and_are_asked_for_across_words() {
         let (width, height) = (150, 9);
         let set = [(63, 2), (64, 5), (0, 0), (149, 8)];
-        let flags = Flags::new(width, height, |i| set.contains(&(i % width, i / width)));
+        let is_set = |i: usize| set.contains(&(i % width, i / width));
+        let flags = Flags::by_words(width, height, |mut word| word.any(is_set), is_set);
         let grown = flags.grown(2);
         for y in 0..height {
             let near = |x: usize| {
@@ -156,7 +167,10 @@ mod tests {
                 expected,
                 "row {y}"
             );
-            assert!((0..width).all(|x| grown.get(x, y) == near(x)), "row {y}");
+            assert!(
+                (0..width).all(|x| grown.word(x, y) >> (x % WORD) & 1 == u64::from(near(x))),
+                "row {y}"
+            );
         }
         assert!(
             flags.any([60, 63], [0, 2]) && flags.any([64, 149], [5, 5]),

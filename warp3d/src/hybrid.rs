@@ -11,6 +11,8 @@ mod fine;
 mod pixels;
 mod slots;
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 use resample_core::Camera;
 use resample_core::clock::StageClock;
@@ -157,7 +159,12 @@ impl Hybrid {
             let of_row = |y: usize| nearness[y * size[0]..][columns.clone()].iter().copied();
             rows.flat_map(of_row).fold(f32::INFINITY, f32::min)
         };
-        self.touched = Flags::new(size[0], size[1], |at| {
+        let none = f32::NEG_INFINITY.to_bits();
+        let any_rim = |range: Range<usize>| {
+            let differs = |any, v: &f32| any | (v.to_bits() != none);
+            rim[range].iter().fold(false, differs)
+        };
+        self.touched = Flags::by_words(size[0], size[1], any_rim, |at| {
             rim[at] > f32::NEG_INFINITY && {
                 let farthest = farthest(at);
                 rim[at] >= farthest - tolerance * farthest.abs()

@@ -1,7 +1,7 @@
 //! What one reference gives for one picture, before references are blended.
 
 /// One reference seen from the target camera.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Layer {
     /// Linear premultiplied colour and coverage.
     pub(crate) rgba: Vec<[f32; 4]>,
@@ -23,5 +23,14 @@ impl Layer {
             resolution: vec![0.0; pixels],
             purity: vec![1.0; pixels],
         }
+    }
+
+    /// A layer in the buffers of this one, which keep whatever they hold: its drawer clears them, part by part.
+    pub(crate) fn reused(mut self, pixels: usize) -> Self {
+        self.rgba.resize(pixels, [0.0; 4]);
+        self.depth.resize(pixels, f32::INFINITY);
+        self.resolution.resize(pixels, 0.0);
+        self.purity.resize(pixels, 1.0);
+        self
     }
 }

@@ -8,7 +8,7 @@
 use crate::Error;
 use crate::options::{Fill, Method, WarpOptions};
 #[cfg(feature = "input")]
-use crate::raster::{Quarter, Vertex};
+use crate::raster::Quarter;
 use crate::surface::Cell;
 
 const F32: u64 = size_of::<f32>() as u64;
@@ -31,7 +31,7 @@ const PREPARING: u64 = RGBA + 2;
 
 /// Bytes of a cut cell: four quarters, gathered by segment, kept, and their corners on the screen.
 #[cfg(feature = "input")]
-const CUT_CELL: u64 = 4 * (2 * size_of::<Quarter>() + size_of::<[Vertex; 4]>()) as u64;
+const CUT_CELL: u64 = 4 * (2 * size_of::<Quarter>() + size_of::<[[f32; 3]; 4]>()) as u64;
 
 /// Bytes a pixel of one more layer: colour, depth, resolution and purity.
 const LAYER: u64 = RGBA + 3 * F32;
@@ -208,7 +208,7 @@ mod tests {
         assert_eq!([READING, REFERENCE, PREPARED, PREPARING], [48, 16, 47, 18]);
         assert_eq!([LAYER, PICTURE], [28, 60]);
         #[cfg(feature = "input")]
-        assert_eq!(CUT_CELL, 320);
+        assert_eq!(CUT_CELL, 288);
     }
 
     #[test]

@@ -44,7 +44,11 @@ impl Prepared {
         let mut samples: Vec<_> = reference
             .colour
             .par_iter()
-            .map(|&[r, g, b]| [r, g, b, 0.0])
+            .map(|&rgb| {
+                // What is no number would spread, even with no weight.
+                let [r, g, b] = rgb.map(|v| if v.is_finite() { v } else { 0.0 });
+                [r, g, b, 0.0]
+            })
             .collect();
         let cuts = match options.mixed {
             MixedPixels::Keep => Rims::half_way(&surfaces),

@@ -289,10 +289,13 @@ fn ramp_at(line: &[f32], at: usize) -> Option<Ramp> {
     })
 }
 
-/// Steps of a ramp's body to one side of its largest; `None` if there is a larger one, or the ramp does not end.
+/// Steps of a ramp's body to one side of its largest; `None` if there is a larger one, or the ramp does not end before the
+/// known depths do.
 fn extent(largest: f32, ties: bool, step: impl Fn(usize) -> Option<f32>) -> Option<usize> {
     for k in 1..=REACH {
         match step(k) {
+            // The steepest step beside unknown depth is the limb of something round: nothing says that it falls off again.
+            found if k == 1 && found.is_none_or(f32::is_nan) => return None,
             Some(found) if found > largest || (ties && found == largest) => return None,
             Some(found) if found >= BODY * largest => {}
             _ => return Some(k - 1),

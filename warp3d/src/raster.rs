@@ -11,13 +11,18 @@ mod quarters;
 mod scan;
 mod vertex;
 
+use std::ops::Range;
+
 use fearless_simd::prelude::*;
+use fearless_simd::{f32x8, mask32x8};
+use fearless_simd_macros::simd;
 use rayon::prelude::*;
 use resample_core::dispatch;
 use resample_core::simd::Vectors;
 
-pub(crate) use cells::{EightCells, EightTriangles};
-use project::{ProjectedRow, project_row};
+pub(crate) use cells::{EightCells, EightQuads, EightTriangles, HALVES, QuadBlock};
+use project::{Bounds, ProjectedRow, project_row};
+pub(crate) use project::{Terms, narrow};
 #[cfg(feature = "input")]
 pub(crate) use quarters::Quarter;
 pub(crate) use quarters::Quarters;
@@ -34,7 +39,7 @@ use crate::warp::Warp;
 pub(crate) struct Projected {
     planes: Planes,
     /// Corners of the quarters of cut cells.
-    quarters: Vec<[Vertex; 4]>,
+    quarters: Vec<QuadBlock>,
     /// Screen columns and rows of each block of each row of samples.
     blocks: Vec<[RowRange; 2]>,
     /// Screen columns and rows that each segment of each row of cells touches.
@@ -47,12 +52,10 @@ pub(crate) struct Projected {
 pub(crate) trait Sink {
     /// Eight cells of a row.
     fn eight<S: Simd>(&mut self, simd: S, cells: &EightCells<S>);
-    /// Half of a quarter at a cut, a triangle that faces the eye, in px. It lies on the rim of its surface.
-    fn rim<S: Simd>(&mut self, simd: S, corners: [Vertex; 3], id: u32);
+    /// Eight quarters at cuts, which lie on the rims of their surfaces, and the numbers of their pieces.
+    fn quads<S: Simd>(&mut self, simd: S, quads: &EightQuads<S>, id: impl Fn(usize) -> u32);
     /// Whether anything within these columns and rows (px) can matter.
     fn wants(&self, columns: RowRange, rows: RowRange) -> bool;
-    /// A triangle that is turned away.
-    fn turned_away(&mut self, corners: [Vertex; 3]);
 }
 
 /// How the cells of a reference are joined, in the form in which they are drawn: by segment, one bit a cell.
@@ -132,7 +135,7 @@ impl Projected {
         scene
             .segments
             .quarters
-            .project(scene.surfaces, warp, &mut self.quarters);
+            .project(scene.surfaces, warp, level, &mut self.quarters);
         self.segments
             .resize(per_row * (height + 1), [RowRange::EMPTY; 2]);
         let (planes, blocks, quarters) = (&self.planes.0, &self.blocks, &self.quarters);
@@ -154,12 +157,11 @@ impl Projected {
                         }
                     }
                 }
-                for corner in quarters[scene.segments.quarters.of_segment(segment)]
-                    .iter()
-                    .flatten()
-                {
-                    range[0].include(corner.x);
-                    range[1].include(corner.y);
+                let own = scene.segments.quarters.of_segment(segment);
+                if !own.is_empty() {
+                    let [x, y] = dispatch!(level, simd => quad_bounds(simd, quarters, own));
+                    range[0].join(x);
+                    range[1].join(y);
                 }
             });
         let joined = |segments: &[[RowRange; 2]]| {
@@ -220,33 +222,40 @@ impl Projected {
             let cells = EightCells::load(simd, &self.planes, cell, above, width, bits);
             sink.eight(simd, &cells);
         }
-        for quarter in scene.segments.quarters.of_segment(segment) {
-            self.visit_quarter(simd, scene, quarter, sink);
+        for (block, some) in blocks_of(scene.segments.quarters.of_segment(segment)) {
+            let quads = EightQuads::load(simd, &self.quarters[block], some);
+            sink.quads(simd, &quads, |lane| {
+                scene.segments.quarters.id(block * LANES + lane)
+            });
         }
-    }
-
-    #[inline(always)]
-    fn visit_quarter<S: Simd>(
-        &self,
-        simd: S,
-        scene: &Scene<'_>,
-        quarter: usize,
-        sink: &mut impl Sink,
-    ) {
-        let [p, q, r, s] = self.quarters[quarter];
-        let id = scene.segments.quarters.id(quarter);
-        emit(simd, [p, q, r], id, sink);
-        emit(simd, [p, r, s], id, sink);
     }
 }
 
-#[inline(always)]
-fn emit<S: Simd>(simd: S, corners: [Vertex; 3], id: u32, sink: &mut impl Sink) {
-    let [p, q, r] = corners;
-    let area = (q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x);
-    if area > 0.0 {
-        sink.rim(simd, corners, id);
-    } else if area <= 0.0 {
-        sink.turned_away(corners);
+/// The blocks of eight that a range of quarters lies in, and which of the eight belong to it, one bit each.
+fn blocks_of(range: Range<usize>) -> impl Iterator<Item = (usize, u64)> {
+    let blocks = if range.is_empty() {
+        0..0
+    } else {
+        range.start / LANES..range.end.div_ceil(LANES)
+    };
+    blocks.map(move |block| {
+        let first = block * LANES;
+        let from = range.start.saturating_sub(first);
+        let end = (range.end - first).min(LANES);
+        (block, (1 << end) - (1 << from))
+    })
+}
+
+/// Screen columns and rows that some quarters touch.
+#[simd]
+fn quad_bounds<S: Simd>(simd: S, quarters: &[QuadBlock], range: Range<usize>) -> [RowRange; 2] {
+    let mut bounds = Bounds::new(simd);
+    for (block, some) in blocks_of(range) {
+        let some = mask32x8::from_bitmask(simd, some);
+        for [x, y, _] in &quarters[block] {
+            let [x, y] = [x, y].map(|v| f32x8::from_slice(simd, v));
+            bounds.include([x, y], some & x.simd_eq(x));
+        }
     }
+    bounds.ranges()
 }

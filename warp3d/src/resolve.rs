@@ -46,28 +46,28 @@ struct Resolved {
     purity: f32,
 }
 
-/// Draws `prepared` from `target`: `hybrid` finds what the pixels see, then they are resolved.
+/// Draws `prepared` from `target` into the buffers `to`: `hybrid` finds what the pixels see, then they are resolved.
 pub(crate) fn render(
     hybrid: &mut Hybrid,
-    reference: &Reference,
-    prepared: &Prepared,
+    (reference, prepared): (&Reference, &Prepared),
     target: &Camera,
     how: How,
+    to: Layer,
     stats: &mut FrameStats,
 ) -> Layer {
     let warp = Warp::new(&reference.camera, target);
     hybrid.draw(prepared, &warp, target, how, stats);
     let clock = StageClock::start();
-    let layer = Resolver::new(hybrid, reference, prepared, &warp, target, how).layer();
+    let layer = Resolver::new(hybrid, reference, prepared, &warp, target, how).layer(to);
     stats.stages.resolve += clock.stop();
     layer
 }
 
 impl Resolver<'_> {
-    /// The picture.
-    pub(crate) fn layer(&self) -> Layer {
+    /// The picture, in the buffers `to`.
+    fn layer(&self, to: Layer) -> Layer {
         let width = self.size[0];
-        let mut layer = Layer::empty(width * self.size[1]);
+        let mut layer = to.reused(width * self.size[1]);
         let colours = layer
             .rgba
             .par_chunks_mut(width)
@@ -191,6 +191,7 @@ fn shift(part: &Part, window: [f32; 3], at_centre: Option<&Hit>) -> DVec2 {
 #[simd]
 fn row<S: Simd>(simd: S, resolver: &Resolver<'_>, y: usize, mut row: Row<'_>) {
     let width = resolver.size[0];
+    row.clear();
     let mut run = Run::new();
     for first in (0..width).step_by(RUN) {
         run.resolve(simd, resolver, (first, y), &mut row);

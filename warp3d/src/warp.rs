@@ -8,6 +8,8 @@
 //!
 //! Limits: cameras are pinhole or parallel; everything here is f64.
 
+use fearless_simd::f64x8;
+use fearless_simd::prelude::*;
 use glam::{DVec2, DVec3, DVec4};
 use resample_core::{Camera, Projection};
 
@@ -171,6 +173,15 @@ impl Warp {
     pub fn depth(&self, nearness: f64) -> f64 {
         match self.target {
             Projection::Perspective => 1.0 / nearness,
+            Projection::Orthographic => -nearness,
+        }
+    }
+
+    /// The depths of eight nearnesses.
+    #[inline(always)]
+    pub(crate) fn depths<S: Simd>(&self, simd: S, nearness: f64x8<S>) -> f64x8<S> {
+        match self.target {
+            Projection::Perspective => f64x8::splat(simd, 1.0) / nearness,
             Projection::Orthographic => -nearness,
         }
     }

@@ -1,5 +1,6 @@
 //! The driver: references prepared once, then one picture per camera.
 
+use rayon::prelude::*;
 use resample_core::clock::StageClock;
 use resample_core::{Camera, Image, Plane};
 
@@ -16,6 +17,12 @@ use crate::splat::{self, Shape};
 use crate::stats::FrameStats;
 use crate::{Error, Reference, resolve};
 
+/// The plane that says how well each pixel is seen.
+const CONFIDENCE: &str = "confidence";
+
+/// Pixels of one task of a pass over the whole picture.
+const PASS: usize = 1 << 14;
+
 /// Warps prepared references, frame after frame.
 #[derive(Clone, Debug)]
 pub struct Warper {
@@ -30,6 +37,8 @@ struct Pipeline {
     prepared: Vec<Prepared>,
     nearest: Nearest,
     hybrid: Box<Hybrid>,
+    /// Buffers of an earlier picture.
+    spare: Layer,
 }
 
 /// A picture and what it cost.
@@ -106,15 +115,25 @@ impl Warper {
             .map_err(|e| Error::Option(e.to_string()))?;
         let mut stats = FrameStats::default();
         let whole = StageClock::start();
-        let layer = self.layer(&camera, &mut stats);
+        let mut layer = self.layer(&camera, &mut stats);
         let view = View {
             camera: &camera,
             references: self.references.iter().map(|r| r.camera).collect(),
         };
-        let image = finished(layer, &view, &self.options, &mut stats);
+        let image = finished(&mut layer, &view, &self.options, &mut stats);
+        self.pipeline.spare = layer;
         let whole = whole.stop();
         (stats.wall_ms, stats.cpu_ms) = (whole.wall_ms, whole.cpu_ms);
         Ok(Frame { image, stats })
+    }
+
+    /// Takes back a picture that is done with: the next one is drawn into its memory.
+    pub fn recycle(&mut self, image: Image) {
+        let spare = &mut self.pipeline.spare;
+        spare.rgba = image.rgba;
+        spare.depth = image.depth.unwrap_or_default();
+        let confidence = image.planes.into_iter().find(|p| p.name == CONFIDENCE);
+        spare.resolution = confidence.map_or_else(Vec::new, |plane| plane.values);
     }
 
     /// What `camera`, a valid one, sees before holes are filled.
@@ -134,42 +153,51 @@ impl Warper {
 
 /// The picture of a whole layer, its holes filled.
 pub(crate) fn finished(
-    mut layer: Layer,
+    layer: &mut Layer,
     view: &View<'_>,
     options: &WarpOptions,
     stats: &mut FrameStats,
 ) -> Image {
     let camera = view.camera;
-    stats.seen = layer.rgba.iter().filter(|pixel| pixel[3] > 0.0).count() as u64;
+    let planes = options.planes == ExtraPlanes::FilledAndConfidence;
+    stats.seen = seen(layer, planes);
     let clock = StageClock::start();
-    let confidence = layer
-        .resolution
-        .iter()
-        .zip(&layer.rgba)
-        .map(|(r, p)| r * p[3])
-        .collect();
-    let filled = fill(&mut layer, view, options.fill);
+    let filled = fill(layer, view, options.fill);
     if options.fill != Fill::None {
         stats.filled = filled.iter().filter(|&&f| f > 0.5).count() as u64;
     }
     stats.stages.fill = clock.stop();
-    let mut image = Image::transparent(camera.width as usize, camera.height as usize);
-    if options.planes == ExtraPlanes::FilledAndConfidence {
-        let filled = Plane {
-            name: "filled".into(),
-            values: filled,
+    let mut image = Image::transparent(0, 0);
+    (image.width, image.height) = (camera.width as usize, camera.height as usize);
+    if planes {
+        let plane = |name: &str, values| Plane {
+            name: name.into(),
+            values,
         };
-        image.planes = vec![
-            filled,
-            Plane {
-                name: "confidence".into(),
-                values: confidence,
-            },
-        ];
+        let confidence = std::mem::take(&mut layer.resolution);
+        image.planes = vec![plane("filled", filled), plane(CONFIDENCE, confidence)];
     }
-    image.rgba = layer.rgba;
-    image.depth = Some(layer.depth);
+    image.rgba = std::mem::take(&mut layer.rgba);
+    image.depth = Some(std::mem::take(&mut layer.depth));
     image
+}
+
+/// Number of pixels in which something is seen; with `confidence`, how well each is resolved becomes how well it is seen.
+fn seen(layer: &mut Layer, confidence: bool) -> u64 {
+    let rows = layer.resolution.par_chunks_mut(PASS);
+    let seen = rows
+        .zip(layer.rgba.par_chunks(PASS))
+        .map(|(resolution, rgba)| {
+            let mut count = 0;
+            for (resolution, pixel) in resolution.iter_mut().zip(rgba) {
+                count += u32::from(pixel[3] > 0.0);
+                if confidence {
+                    *resolution *= pixel[3];
+                }
+            }
+            u64::from(count)
+        });
+    seen.sum()
 }
 
 impl Pipeline {
@@ -207,15 +235,18 @@ impl Pipeline {
     ) -> Layer {
         match options.method {
             Method::Nearest { visibility } => {
-                self.nearest.render(reference, camera, visibility, stats)
+                let to = std::mem::take(&mut self.spare);
+                let how = (visibility, options.simd.resolve());
+                self.nearest.render(reference, camera, how, to, stats)
             }
             Method::Hybrid { subpixels, .. } => {
                 let how = How {
                     subpixels: subpixels as usize,
                     level: options.simd.resolve(),
                 };
-                let prepared = &self.prepared[index];
-                resolve::render(&mut self.hybrid, reference, prepared, camera, how, stats)
+                let scene = (reference, &self.prepared[index]);
+                let to = std::mem::take(&mut self.spare);
+                resolve::render(&mut self.hybrid, scene, camera, how, to, stats)
             }
             Method::Points { .. } => splat::render(
                 reference,

@@ -16,6 +16,7 @@ mod metrics;
 mod nrrd_real;
 mod occlusion;
 mod over_reference;
+mod packed_samples;
 mod popping;
 mod scene;
 mod shading;

@@ -75,6 +75,59 @@ fn every_depth_that_is_none_is_unknown() {
 }
 
 #[test]
+fn a_sky_of_any_distance_leaves_the_scene_before_it_as_it_is() {
+    let reference = AnalyticScene::room().reference(&start());
+    let is_sky = |z: f32| z > 8.0;
+    let with_sky = |sky: f32| {
+        let mut reference = reference.clone();
+        for z in reference.depth.iter_mut().filter(|z| is_sky(**z)) {
+            *z = sky;
+        }
+        reference
+    };
+    let aside = camera(SIZE, 50.0, DVec3::X * 0.3, 0.02);
+    let of = |sky: f32| warp(&with_sky(sky), &aside, &WarpOptions::default());
+    let without = of(f32::NAN);
+    let depth_without = without.depth.as_ref().expect("a depth plane");
+    // Away from the edges, at which the sky's colours come in.
+    let whole = |i: usize| {
+        let (x, y) = (i % SIZE[0] as usize, i / SIZE[0] as usize);
+        (x.saturating_sub(3)..=x + 3).all(|u| {
+            (y.saturating_sub(3)..=y + 3).all(|v| {
+                let inside = u < SIZE[0] as usize && v < SIZE[1] as usize;
+                !inside || without.pixel(u, v)[3] > 0.999
+            })
+        })
+    };
+    for sky in [65_504.0, 1e6, 1e10, 1e30, f32::INFINITY] {
+        let image = of(sky);
+        let depth = image.depth.as_ref().expect("a depth plane");
+        let (mut scene, mut behind) = (0, 0);
+        for i in 0..depth.len() {
+            if whole(i) {
+                scene += 1;
+                let apart = (depth[i] - depth_without[i]).abs();
+                assert!(
+                    apart < 1e-5 * depth_without[i],
+                    "sky {sky}, pixel {i}: {}",
+                    depth[i]
+                );
+                let alike = image.rgba[i].iter().zip(without.rgba[i]);
+                let largest = alike.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+                assert!(largest < 0.02, "sky {sky}, pixel {i} differs by {largest}");
+            } else if without.rgba[i][3] == 0.0 && image.rgba[i][3] > 0.999 {
+                behind += 1;
+                assert!(depth[i] >= 0.9 * sky, "sky {sky}, pixel {i}: {}", depth[i]);
+            }
+        }
+        assert!(
+            scene > 300 && behind > 300,
+            "sky {sky}: {scene} before, {behind} behind"
+        );
+    }
+}
+
+#[test]
 fn nothing_known_is_an_empty_picture() {
     let mut reference = AnalyticScene::room().reference(&start());
     reference.depth.fill(f32::NAN);

@@ -95,28 +95,28 @@ impl Bounds {
 
 /// The first voxels of all bricks of `side` voxels of a grid, in Morton order.
 pub(crate) fn brick_corners(dims: [usize; 3], side: usize) -> Vec<[u32; 3]> {
-    let bricks = dims.map(|n| n.div_ceil(side));
-    let mut corners: Vec<[u32; 3]> = (0..bricks.iter().product::<usize>())
-        .map(|i| {
-            [
-                i % bricks[0],
-                i / bricks[0] % bricks[1],
-                i / (bricks[0] * bricks[1]),
-            ]
-        })
-        .map(|brick| brick.map(|b| (b * side) as u32))
-        .collect();
-    corners.sort_unstable_by_key(|corner| morton(corner.map(|c| c / side as u32)));
+    let bricks = dims.map(|n| n.div_ceil(side) as u32);
+    let mut corners = Vec::with_capacity(bricks.iter().map(|&n| n as usize).product());
+    let whole = bricks.into_iter().max().map_or(1, u32::next_power_of_two);
+    add_octants(&mut corners, bricks, [0; 3], whole);
+    for corner in &mut corners {
+        *corner = corner.map(|brick| brick * side as u32);
+    }
     corners
 }
 
-/// The bits of three brick coordinates, interleaved.
-fn morton(brick: [u32; 3]) -> u64 {
-    let mut code = 0;
-    for bit in 0..21 {
-        for (axis, b) in brick.iter().enumerate() {
-            code |= u64::from((b >> bit) & 1) << (3 * bit + axis);
-        }
+/// Adds the bricks of a cube of bricks, octant by octant, x fastest: those inside the grid.
+fn add_octants(list: &mut Vec<[u32; 3]>, bricks: [u32; 3], first: [u32; 3], side: u32) {
+    if (0..3).any(|axis| first[axis] >= bricks[axis]) {
+        return;
     }
-    code
+    if side == 1 {
+        list.push(first);
+        return;
+    }
+    let half = side / 2;
+    for octant in 0..8 {
+        let along = |axis: usize| first[axis] + (octant >> axis & 1) * half;
+        add_octants(list, bricks, [along(0), along(1), along(2)], half);
+    }
 }

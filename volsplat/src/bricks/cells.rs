@@ -11,6 +11,10 @@ use crate::bricks::bounds::Bounds;
 /// costs little beside its samples. 4 and 16 were slower on both a dense and a sparse volume.
 pub(crate) const CELL_SIDE: usize = 8;
 
+/// Rows of cells of a brick, and cells.
+pub(crate) const CELL_ROWS: usize = CELL_SIDE * CELL_SIDE;
+pub(crate) const CELLS: usize = CELL_SIDE * CELL_ROWS;
+
 /// Vertices along a brick's side.
 pub(crate) const VERTEX_SIDE: usize = CELL_SIDE + 1;
 
@@ -37,6 +41,8 @@ pub(crate) struct CellBrick {
     pub(crate) bounds: Bounds,
     /// Scalars at the vertices, x fastest, [`VERTEX_SIDE`] a row. Of labels, their numbers in a palette.
     pub(crate) scalars: Box<Table>,
+    /// The same by cell, of 8-bit voxels.
+    pub(crate) corners: Option<Box<CornerBytes>>,
     /// The scalar's gradient at the vertices, per world unit; only where it was asked for.
     pub(crate) gradients: Option<Box<GradientTable>>,
     /// Least and greatest scalar at the vertices.
@@ -49,39 +55,63 @@ pub(crate) struct CellBrick {
     pub(crate) mask: Option<Box<[u8; TABLE_LEN]>>,
 }
 
-/// A bit for each cell of a brick, by the place of its first vertex.
+/// A bit for each cell of a brick: a byte for each row of cells along x, rows along y first.
 #[derive(Clone, Debug)]
 pub(crate) struct ShownCells {
-    bits: [u64; TABLE_LEN.div_ceil(64)],
+    rows: [u8; CELL_ROWS],
 }
 
 impl ShownCells {
+    /// The cells of these rows.
+    pub(crate) fn of_rows(rows: [u8; CELL_ROWS]) -> Self {
+        Self { rows }
+    }
+
     /// No cell.
     pub(crate) fn none() -> Self {
-        Self {
-            bits: [0; TABLE_LEN.div_ceil(64)],
-        }
+        Self::of_rows([0; CELL_ROWS])
     }
 
     /// Every cell.
     pub(crate) fn all() -> Self {
         Self {
-            bits: [u64::MAX; TABLE_LEN.div_ceil(64)],
+            rows: [u8::MAX; CELL_ROWS],
         }
     }
 
-    /// Shows the cell whose first vertex is at this place.
-    pub(crate) fn add(&mut self, place: usize) {
-        self.bits[place / 64] |= 1 << (place % 64);
+    /// Those that are in either.
+    pub(crate) fn or(mut self, other: &Self) -> Self {
+        for (row, more) in self.rows.iter_mut().zip(other.rows) {
+            *row |= more;
+        }
+        self
     }
 
-    /// 1 where the cell whose first vertex is at this place is shown, else 0.
+    /// Those that are in both.
+    pub(crate) fn and(mut self, other: &Self) -> Self {
+        for (row, less) in self.rows.iter_mut().zip(other.rows) {
+            *row &= less;
+        }
+        self
+    }
+
+    /// The rows, a bit for each cell.
     #[inline(always)]
-    pub(crate) fn bit(&self, place: i32) -> i32 {
-        let place = (place as usize).min(LAST_CELL);
-        (self.bits[place / 64] >> (place % 64)) as i32 & 1
+    pub(crate) fn rows(&self) -> &[u8; CELL_ROWS] {
+        &self.rows
+    }
+
+    /// 1 where the cell of this number, x fastest, is shown, else 0.
+    #[inline(always)]
+    pub(crate) fn bit(&self, cell: i32) -> i32 {
+        let row = (cell as usize / CELL_SIDE) % CELL_ROWS;
+        i32::from(self.rows[row]) >> (cell as usize % CELL_SIDE) & 1
     }
 }
+
+/// The bytes at the eight corners of each cell of a brick, x fastest in both, the first corner lowest: one load instead
+/// of eight, of voxels that are whole numbers of eight bits.
+pub(crate) type CornerBytes = [u64; CELLS];
 
 /// One channel of a brick; the fields are those of [`CellBrick`].
 #[derive(Clone, Debug)]
@@ -120,7 +150,7 @@ impl CellBrick {
         } else {
             0
         };
-        (size_of::<Self>() + size_of::<Table>() + vectors) as u64
+        (size_of::<Self>() + size_of::<Table>() + size_of::<CornerBytes>() + vectors) as u64
     }
 
     /// A channel by its number.

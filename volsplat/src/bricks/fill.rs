@@ -1,16 +1,18 @@
 //! From volumes to bricks of cells: which cells are kept, their scalars, gradients and masks.
 
 use super::cells::{
-    BrickChannel, CELL_CORNERS, CELL_SIDE, CellBrick, CellField, GradientTable, Gradients,
-    TABLE_LEN, Table, VERTEX_SIDE, cell_range,
+    BrickChannel, CELL_SIDE, CellBrick, CellField, CornerBytes, GradientTable, Gradients,
+    TABLE_LEN, Table, VERTEX_SIDE,
 };
 use crate::bricks::bounds::{Bounds, brick_corners};
 use crate::bricks::cells::ShownCells;
+use crate::bricks::corners::corner_bytes;
+use crate::bricks::shown::{CellRanges, box_of, cells_of, unmasked};
 use crate::bricks::support::Support;
 use crate::labels::palette::Palette;
 use crate::light::gradient_in_f32;
 use crate::volume::grid::Grid;
-use crate::volume::{Volume, with_voxels};
+use crate::volume::{Volume, Voxels, with_voxels};
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
@@ -86,13 +88,33 @@ impl Block {
         value: impl Fn(f64) -> f32,
     ) -> (Box<Table>, [f32; 2]) {
         let mut table = Box::new([0.0; TABLE_LEN]);
-        let mut range = [f32::INFINITY, f32::NEG_INFINITY];
+        let (mut least, mut greatest) =
+            ([f32::INFINITY; VERTEX_SIDE], [-f32::INFINITY; VERTEX_SIDE]);
         self.for_each_row(grid, |place, row| {
-            for (entry, &voxel) in table[place..place + VERTEX_SIDE].iter_mut().zip(row) {
-                *entry = value(voxel.into());
-                range = [range[0].min(*entry), range[1].max(*entry)];
+            let entries = &mut table[place..place + VERTEX_SIDE];
+            match row.first_chunk::<VERTEX_SIDE>() {
+                Some(row) => {
+                    for x in 0..VERTEX_SIDE {
+                        entries[x] = value(row[x].into());
+                    }
+                    take_in(&mut least, &mut greatest, entries);
+                }
+                None => {
+                    for (entry, &voxel) in entries.iter_mut().zip(row) {
+                        *entry = value(voxel.into());
+                    }
+                    take_in(
+                        &mut least[..row.len()],
+                        &mut greatest[..row.len()],
+                        &entries[..row.len()],
+                    );
+                }
             }
         });
+        let range = [
+            least.into_iter().fold(f32::INFINITY, f32::min),
+            greatest.into_iter().fold(f32::NEG_INFINITY, f32::max),
+        ];
         (table, range)
     }
 
@@ -137,6 +159,9 @@ impl FieldPlan<'_> {
 
     /// A brick; `None` where nothing of it is seen.
     fn brick(&self, block: &Block) -> Option<CellBrick> {
+        if self.channels.iter().all(|c| c.is_surely_empty(block)) {
+            return None;
+        }
         let tables: Vec<(Box<Table>, [f32; 2])> =
             self.channels.iter().map(|c| c.scalars(block)).collect();
         let seen =
@@ -149,8 +174,7 @@ impl FieldPlan<'_> {
             Some(Masked::Part(table)) => Some(table),
             Some(Masked::None) | None => None,
         };
-        let mut shown = ShownCells::none();
-        let bounds = self.bounds(block, &tables, mask.as_deref(), &mut shown)?;
+        let (bounds, shown) = self.shown_cells(block, &tables, mask.as_deref())?;
         let with_gradients =
             |(channel, (scalars, range)): (&PlannedChannel, (Box<Table>, [f32; 2]))| {
                 let gradients = match self.gradients {
@@ -171,6 +195,7 @@ impl FieldPlan<'_> {
         } = channels.next()?;
         Some(CellBrick {
             bounds,
+            corners: self.channels[0].corner_bytes(&scalars),
             scalars,
             gradients,
             range,
@@ -180,41 +205,65 @@ impl FieldPlan<'_> {
         })
     }
 
-    /// The box of the cells that are seen, which are added to `seen`; `None` where there are none.
-    fn bounds(
+    /// The box of the cells that are seen, and the cells that samples may be seen in; `None` where there are none.
+    fn shown_cells(
         &self,
         block: &Block,
         tables: &[(Box<Table>, [f32; 2])],
         mask: Option<&[u8; TABLE_LEN]>,
-        seen: &mut ShownCells,
-    ) -> Option<Bounds> {
-        let mut bounds = Bounds::nothing(block.corner);
-        let mut any = false;
-        for z in 0..block.size[2] {
-            for y in 0..block.size[1] {
-                for x in 0..block.size[0] {
-                    let first = vertex(x, y, z);
-                    let shown =
-                        mask.is_none_or(|mask| CELL_CORNERS.iter().any(|o| mask[first + o] != 0));
-                    let channels = || self.channels.iter().zip(tables);
-                    if shown
-                        && channels().any(|(channel, table)| {
-                            channel.shown.meets(cell_range(&table.0, first))
-                        })
-                    {
-                        bounds.add([x, y, z]);
-                        bounds.add([x + 1, y + 1, z + 1]);
-                        seen.add(first);
-                        any = true;
-                    }
-                }
-            }
+    ) -> Option<(Bounds, ShownCells)> {
+        let mut all = cells_of(block.size);
+        if let Some(mask) = mask {
+            all = all.and(&unmasked(mask));
         }
-        any.then_some(bounds)
+        let (mut kept, mut near) = (ShownCells::none(), ShownCells::none());
+        for (channel, table) in self.channels.iter().zip(tables) {
+            let [of_kept, of_near] = channel.shown.cells(&CellRanges::new(&table.0));
+            (kept, near) = (kept.or(&of_kept), near.or(&of_near));
+        }
+        Some((box_of(block.corner, &kept.and(&all))?, near.and(&all)))
     }
 }
 
 impl PlannedChannel<'_> {
+    /// Whether nothing of a block is seen: of bytes, without a table of them.
+    fn is_surely_empty(&self, block: &Block) -> bool {
+        let (Voxels::U8(voxels), Shown::Scalars(support)) = (&self.volume.voxels, &self.shown)
+        else {
+            return false;
+        };
+        let grid = Grid {
+            voxels: voxels.as_slice(),
+            dims: self.volume.dims,
+        };
+        let (mut least, mut greatest) = ([u8::MAX; VERTEX_SIDE], [0u8; VERTEX_SIDE]);
+        block.for_each_row(&grid, |_, row| {
+            // A row of a whole brick has a known length, and is compared at once.
+            match row.first_chunk::<VERTEX_SIDE>() {
+                Some(row) => take_in(&mut least, &mut greatest, row),
+                None => take_in(&mut least[..row.len()], &mut greatest[..row.len()], row),
+            }
+        });
+        let (least, greatest) = least
+            .iter()
+            .zip(greatest)
+            .fold((u8::MAX, 0), |(low, high), (&l, g)| {
+                (low.min(l), high.max(g))
+            });
+        !support.meets(f32::from(least), f32::from(greatest))
+    }
+
+    /// The bytes at the corners of each cell; `None` where voxels are more than bytes.
+    fn corner_bytes(&self, scalars: &Table) -> Option<Box<CornerBytes>> {
+        if !matches!(
+            (&self.volume.voxels, &self.shown),
+            (Voxels::U8(_), Shown::Scalars(_))
+        ) {
+            return None;
+        }
+        Some(corner_bytes(scalars))
+    }
+
     /// The scalars of a block, or the numbers of its labels, and their range.
     fn scalars(&self, block: &Block) -> (Box<Table>, [f32; 2]) {
         let dims = self.volume.dims;
@@ -255,6 +304,29 @@ impl Shown {
             // Number 0 stands for all that is not drawn.
             Self::Labels(..) => range[1] > 0.0,
         }
+    }
+
+    /// The cells with these ranges that are kept, and those in which samples may be seen.
+    fn cells(&self, ranges: &CellRanges) -> [ShownCells; 2] {
+        match self {
+            Self::Scalars(support) => [
+                support.cells(ranges, 0.0),
+                support.cells(ranges, support.reach()),
+            ],
+            Self::Labels(..) => {
+                let drawn = ranges.select(|_, greatest| greatest > 0.0);
+                [drawn.clone(), drawn]
+            }
+        }
+    }
+}
+
+/// Takes values into the least and the greatest so far.
+#[inline(always)]
+fn take_in<T: Copy + PartialOrd>(least: &mut [T], greatest: &mut [T], values: &[T]) {
+    for ((least, greatest), &value) in least.iter_mut().zip(greatest).zip(values) {
+        *least = if value < *least { value } else { *least };
+        *greatest = if value > *greatest { value } else { *greatest };
     }
 }
 

@@ -2,8 +2,10 @@
 
 pub(crate) mod bounds;
 pub(crate) mod cells;
+mod corners;
 pub(crate) mod cull;
 pub(crate) mod fill;
 pub(crate) mod plan;
+mod shown;
 pub(crate) mod support;
 pub(crate) mod visible;

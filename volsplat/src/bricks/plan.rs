@@ -10,6 +10,7 @@ use crate::Error;
 use crate::labels::palette::Palette;
 use crate::options::{Blend, RenderOptions};
 use crate::scene::{Channel, Look, Scene};
+use crate::sheets::channel::ChannelSettings;
 use crate::transfer::TransferFunction;
 
 /// What the bricks of a scene are made from.
@@ -28,6 +29,18 @@ pub(crate) fn plan<'a>(scene: &Scene<'a>, options: &RenderOptions) -> Result<Fie
         mask: scene.mask,
         gradients: gradients(options),
     })
+}
+
+impl FieldPlan<'_> {
+    /// The plan for samples that are classified by the tables of these channels.
+    pub(crate) fn tabulated(mut self, channels: &[ChannelSettings]) -> Self {
+        for (planned, channel) in self.channels.iter_mut().zip(channels) {
+            if let Shown::Scalars(support) = &mut planned.shown {
+                *support = support.clone().tabulated(channel.table.step_of_entries());
+            }
+        }
+        self
+    }
 }
 
 /// Whether the bricks need gradients.

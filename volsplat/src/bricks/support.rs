@@ -7,13 +7,17 @@ use std::ops::{Range, RangeInclusive};
 
 use rayon::prelude::*;
 
+use super::cells::ShownCells;
+use super::shown::CellRanges;
 use crate::transfer::TransferFunction;
-use crate::volume::{Volume, VoxelType, scalar, with_voxels};
+use crate::volume::{Volume, VoxelType, Voxels, scalar, with_voxels};
 
 /// The scalars whose opacity is above 0, as intervals.
 #[derive(Clone, Debug)]
 pub(crate) struct Support {
     intervals: Vec<RangeInclusive<f32>>,
+    /// How far beyond them the rounding to an entry of the transfer function's table may show a scalar.
+    reach: f32,
 }
 
 impl Support {
@@ -43,13 +47,17 @@ impl Support {
         if visible(knots.len() - 1) {
             intervals.push(at(knots.len() - 1)..=f32::INFINITY);
         }
-        Self { intervals }
+        Self {
+            intervals,
+            reach: 0.0,
+        }
     }
 
     /// All scalars.
     pub(crate) fn everything() -> Self {
         Self {
             intervals: vec![f32::NEG_INFINITY..=f32::INFINITY],
+            reach: 0.0,
         }
     }
 
@@ -57,6 +65,15 @@ impl Support {
     pub(crate) fn of(value: f32) -> Self {
         Self {
             intervals: vec![value..=value],
+            reach: 0.0,
+        }
+    }
+
+    /// The support for a table whose entries are this far apart.
+    pub(crate) fn tabulated(self, step: f32) -> Self {
+        Self {
+            reach: step,
+            ..self
         }
     }
 
@@ -92,6 +109,20 @@ impl Support {
         self.intervals
             .iter()
             .any(|s| high >= *s.start() && low <= *s.end())
+    }
+
+    /// How far beside it the table may show a scalar.
+    pub(crate) fn reach(&self) -> f32 {
+        self.reach
+    }
+
+    /// The cells that it meets, if it reaches so far beside itself.
+    pub(super) fn cells(&self, ranges: &CellRanges, reach: f32) -> ShownCells {
+        let none = ShownCells::none();
+        self.intervals.iter().fold(none, |cells, s| {
+            let (start, end) = (*s.start(), *s.end());
+            cells.or(&ranges.select(|low, high| high + reach >= start && low - reach <= end))
+        })
     }
 }
 
@@ -129,10 +160,18 @@ impl<'a> VisibleValues<'a> {
 /// Voxels whose own scalar is visible.
 pub(crate) fn count_visible(volume: &Volume, transfer: &TransferFunction) -> u64 {
     let values = VisibleValues::new(VoxelType::of(&volume.voxels), transfer);
-    let count = |part: Range<usize>| {
-        with_voxels!(&volume.voxels, slice => {
+    let count = |part: Range<usize>| match (&volume.voxels, &values) {
+        (Voxels::U8(bytes), VisibleValues::Table { shown, .. }) => {
+            let mut ones = [0u32; 256];
+            for (one, &shown) in ones.iter_mut().zip(shown) {
+                *one = u32::from(shown);
+            }
+            let parts = bytes[part].iter().map(|&byte| ones[usize::from(byte)]);
+            u64::from(parts.sum::<u32>())
+        }
+        _ => with_voxels!(&volume.voxels, slice => {
             slice[part].iter().filter(|&&v| values.shows(scalar(v))).count() as u64
-        })
+        }),
     };
     volume.voxels.parts().into_par_iter().map(count).sum()
 }

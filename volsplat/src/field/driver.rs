@@ -75,7 +75,7 @@ impl FieldPipeline {
         let volume = scene.grid();
         check_dims(volume.dims)?;
         let channels = channels(scene, options)?;
-        let source = Source::Cells(prepare::cells(scene, options)?);
+        let source = Source::Cells(prepare::cells(scene, options, &channels)?);
         let iso = prepare::iso(scene.channels[0].look, options);
         let kept = scene
             .single()

@@ -70,7 +70,9 @@ impl FieldFrame<'_> {
                 let corner_px = at.map(|tile| tile * TILE_PX);
                 let view = TileView::new(self.view, corner_px, &self.settings.sheets);
                 let front_to_back = list.iter().map(|&brick| &bricks[brick as usize]);
-                slot.counts = render_tile(self.settings, &view, front_to_back, scratch);
+                let counts = render_tile(self.settings, &view, front_to_back, scratch);
+                slot.count(counts);
+                slot.count_samples(scratch.work);
                 slot.show(&scratch.pixels, self.subpixels as usize);
                 slot.composite_ms = start.elapsed_ms();
             },

@@ -13,10 +13,12 @@ use resample_core::tile::TILE_PX;
 
 use super::clipped::clipped;
 use super::job::{Job, PlacedBrick};
+use super::packed::samples::PackedSamples;
 use super::ray_values::{RayValues, at_start};
 use crate::field::cell_sample::{CellBox, Located, located};
 use crate::field::settings::FieldSettings;
 use crate::sheets::view::{HalfRow, LANES, PlaneView, TileView, covered};
+use crate::stats::SampleCounts;
 
 /// Planes whose views are remembered in a tile; neighbouring bricks share planes. A power of two; a brick of unit
 /// cells spans at most 2 * 8 * sqrt(3) planes half a voxel apart.
@@ -37,7 +39,7 @@ pub(super) trait SampleRule {
 /// Storage of one task, reused from tile to tile.
 #[derive(Clone, Debug)]
 pub(crate) struct GatherScratch {
-    planes: Vec<(u32, PlaneView)>,
+    pub(super) planes: RememberedPlanes,
     /// Colour so far, premultiplied; interleaved, as one sample at a time is added.
     pub(super) rgb: [[[f32; 4]; TILE_PX]; TILE_PX],
     pub(crate) pixels: TilePixels,
@@ -45,6 +47,9 @@ pub(crate) struct GatherScratch {
     pub(super) rays: Vec<RayValues>,
     /// Camera z, relative to the anchor's, of the last surface that was hit.
     pub(super) last_hit: TilePlane,
+    pub(super) samples: PackedSamples,
+    /// What was done since the tile was begun or resumed.
+    pub(super) work: SampleCounts,
 }
 
 /// What a tile holds that more bricks will be drawn in.
@@ -65,14 +70,42 @@ impl Unfinished {
     }
 }
 
+/// The views of some planes of a tile, by their numbers; made where they are asked for.
+#[derive(Clone, Debug, Default)]
+pub(super) struct RememberedPlanes {
+    planes: Vec<(u32, PlaneView)>,
+}
+
+impl RememberedPlanes {
+    /// The view of a plane.
+    #[inline(always)]
+    pub(super) fn at(&mut self, view: &TileView, number: u32) -> &PlaneView {
+        let slot = &mut self.planes[number as usize % REMEMBERED_PLANES];
+        if slot.0 != number {
+            *slot = (number, view.plane(number));
+        }
+        &slot.1
+    }
+
+    /// Makes ready for another tile.
+    fn forget(&mut self) {
+        if self.planes.is_empty() {
+            self.planes = vec![(u32::MAX, PlaneView::default()); REMEMBERED_PLANES];
+        }
+        self.planes.iter_mut().for_each(|plane| plane.0 = u32::MAX);
+    }
+}
+
 impl Default for GatherScratch {
     fn default() -> Self {
         Self {
-            planes: vec![(u32::MAX, PlaneView::default()); REMEMBERED_PLANES],
+            planes: RememberedPlanes::default(),
             rgb: [[[0.0; 4]; TILE_PX]; TILE_PX],
             pixels: TilePixels::default(),
             rays: Vec::new(),
             last_hit: [[f32::NEG_INFINITY; TILE_PX]; TILE_PX],
+            samples: PackedSamples::default(),
+            work: SampleCounts::default(),
         }
     }
 }
@@ -81,20 +114,17 @@ impl GatherScratch {
     /// The view of a plane, remembered.
     #[inline(always)]
     pub(super) fn plane(&mut self, view: &TileView, number: u32) -> &PlaneView {
-        let slot = &mut self.planes[number as usize % REMEMBERED_PLANES];
-        if slot.0 != number {
-            *slot = (number, view.plane(number));
-        }
-        &slot.1
+        self.planes.at(view, number)
     }
 
     /// Makes ready for an empty tile.
     pub(crate) fn begin(&mut self, settings: &FieldSettings) {
-        self.planes.iter_mut().for_each(|plane| plane.0 = u32::MAX);
+        self.planes.forget();
         self.rgb = [[[0.0; 4]; TILE_PX]; TILE_PX];
         self.pixels = TilePixels::default();
         self.rays = at_start(settings.statistic, &settings.channels);
         self.last_hit = [[f32::NEG_INFINITY; TILE_PX]; TILE_PX];
+        self.work = SampleCounts::default();
     }
 
     /// Makes ready for a tile that was begun before.
@@ -158,7 +188,7 @@ impl Window {
 
     /// The part that one plane's section of the brick covers; empty where it covers nothing.
     #[inline(always)]
-    fn section<S: Simd>(
+    pub(super) fn section<S: Simd>(
         &self,
         simd: S,
         settings: &FieldSettings,

@@ -17,7 +17,7 @@ use crate::field::cell_sample::{CellBox, Located, in_box_cells, interpolated};
 use crate::field::clipped::masked;
 use crate::field::gather::{GatherScratch, Window};
 use crate::field::job::Job;
-use crate::field::over::lit;
+use crate::field::lit::lit;
 use crate::sheets::view::{HalfRow, LANES};
 
 /// How far a ray is followed beyond the faces of a brick, voxels, so that a crossing on a face that rounding puts outside

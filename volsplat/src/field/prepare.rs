@@ -7,13 +7,16 @@ use crate::bricks::cells::CellField;
 use crate::bricks::plan::plan;
 use crate::options::{Blend, RenderOptions};
 use crate::scene::{Look, Scene};
+use crate::sheets::channel::ChannelSettings;
 
 /// The bricks of a scene.
-pub(super) fn cells(scene: &Scene, options: &RenderOptions) -> Result<CellField, Error> {
-    Ok(CellField::new(
-        &plan(scene, options)?,
-        scene.count_visible(),
-    ))
+pub(super) fn cells(
+    scene: &Scene,
+    options: &RenderOptions,
+    channels: &[ChannelSettings],
+) -> Result<CellField, Error> {
+    let plan = plan(scene, options)?.tabulated(channels);
+    Ok(CellField::new(&plan, scene.count_visible()))
 }
 
 /// The statistic that the options ask for.

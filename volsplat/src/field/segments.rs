@@ -19,7 +19,7 @@ use crate::field::cell_sample::{CellBox, Corners, Located, places_of};
 use crate::field::clipped::masked;
 use crate::field::gather::{GatherScratch, Window};
 use crate::field::job::Job;
-use crate::field::over::lit;
+use crate::field::lit::lit;
 use crate::sheets::integrals::{Prefix, TransferIntegrals};
 use crate::sheets::view::{HalfRow, LANES};
 
@@ -121,7 +121,7 @@ fn add_half_row<S: Simd, const SHADED: bool>(
         let (cell, near) = (walk.cell, walk.at);
         walk.step(simd);
         let places = places_of(simd, cell);
-        let inside = open & walk.at.simd_gt(near) & row.shown(simd, &places);
+        let inside = open & walk.at.simd_gt(near) & row.shown(simd, cell);
         if !inside.all_false() {
             let part = CellPart {
                 cell,
@@ -251,10 +251,13 @@ fn add_cell<S: Simd, const SHADED: bool>(
 impl<S: Simd> RowInBrick<'_, S> {
     /// Which cells may be seen.
     #[inline(always)]
-    fn shown(&self, simd: S, places: &[i32; LANES]) -> mask32x8<S> {
+    fn shown(&self, simd: S, [x, y, z]: [f32x8<S>; 3]) -> mask32x8<S> {
+        let side = f32x8::splat(simd, CELL_SIDE as f32);
+        let numbers = z.mul_add(side, y).mul_add(side, x).to_int::<i32x8<S>>();
+        let numbers = numbers.to_array();
         let mut bits = [0; LANES];
-        for (bit, &place) in bits.iter_mut().zip(places) {
-            *bit = self.job.placed.brick.shown.bit(place);
+        for lane in 0..LANES {
+            bits[lane] = self.job.placed.brick.shown.bit(numbers[lane]);
         }
         i32x8::from_slice(simd, &bits).simd_eq(i32x8::splat(simd, 1))
     }

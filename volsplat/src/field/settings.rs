@@ -68,9 +68,7 @@ impl FieldSettings {
 
     /// The rule of these settings.
     pub(crate) fn rule(&self) -> Rule {
-        let is_plain = self.channels.len() == 1
-            && self.channels[0].reading == Reading::Trilinear
-            && self.sheets.gradient_ramp.is_none();
+        let is_plain = self.is_one_channel() && self.sheets.gradient_ramp.is_none();
         match (
             self.statistic.is_some(),
             is_plain,
@@ -81,6 +79,11 @@ impl FieldSettings {
             (_, true, true) => Rule::Shaded,
             (_, true, false) => Rule::Over,
         }
+    }
+
+    /// Whether there is one channel, of scalars.
+    pub(crate) fn is_one_channel(&self) -> bool {
+        self.channels.len() == 1 && self.channels[0].reading == Reading::Trilinear
     }
 
     /// Whether samples are only classified and composited: not lit, mixed, or searched for a surface.

@@ -8,7 +8,7 @@ use super::iso_rays::AnchoredRays;
 use super::isosurface;
 use super::job::{Job, PlacedBrick};
 use super::mixed::Mixed;
-use super::over::Over;
+use super::packed;
 use super::segments;
 use super::settings::{FieldSettings, Rule};
 use super::statistic::{self, Gathered};
@@ -118,9 +118,16 @@ fn add_brick_by_rule(job: &Job, window: Window, scratch: &mut GatherScratch) -> 
         return dispatch!(settings.sheets.level, simd => add_uniform(simd, job, window, uniform, scratch));
     }
     match settings.rule() {
-        Rule::Over => add!(Over<false>),
-        Rule::Shaded => add!(Over<true>),
+        Rule::Over => {
+            dispatch!(level, simd => packed::add_brick::<_, packed::Composite<false>>(simd, job, window, scratch))
+        }
+        Rule::Shaded => {
+            dispatch!(level, simd => packed::add_brick::<_, packed::Composite<true>>(simd, job, window, scratch))
+        }
         Rule::Mixed => add!(Mixed),
+        Rule::Statistic if settings.is_one_channel() => {
+            dispatch!(level, simd => packed::add_brick::<_, packed::Statistics>(simd, job, window, scratch))
+        }
         Rule::Statistic => add!(Gathered),
     }
 }

@@ -5,7 +5,7 @@ use resample_core::composite::{TileCounts, TilePixels};
 use resample_core::maps::TilePlane;
 use resample_core::tile::TILE_PX;
 
-use crate::stats::FrameStats;
+use crate::stats::{FrameStats, SampleCounts};
 
 /// One tile of the frame buffer, with what it cost.
 #[derive(Clone, Debug, Default)]
@@ -19,6 +19,8 @@ pub(crate) struct TileSlot {
     /// Items listed in the tile, where they are not in `entries`.
     listed: usize,
     pub(crate) counts: TileCounts,
+    /// What became of the samples of a field.
+    pub(crate) work: SampleCounts,
     pub(crate) sort_ms: f64,
     pub(crate) composite_ms: f64,
 }
@@ -39,6 +41,7 @@ impl TileSlot {
         self.entries.clear();
         self.listed = listed;
         self.counts = TileCounts::default();
+        self.work = SampleCounts::default();
         (self.sort_ms, self.composite_ms) = (0.0, 0.0);
     }
 
@@ -51,6 +54,13 @@ impl TileSlot {
     pub(crate) fn count(&mut self, counts: TileCounts) {
         self.counts.composited += counts.composited;
         self.counts.pixels_touched += counts.pixels_touched;
+    }
+
+    /// Adds to what became of the samples of a field.
+    pub(crate) fn count_samples(&mut self, work: SampleCounts) {
+        self.work.computed += work.computed;
+        self.work.shown += work.shown;
+        self.work.contributed += work.contributed;
     }
 
     /// Keeps what the tile shows in this frame: the means over squares of `subpixels` on a side.
@@ -87,6 +97,9 @@ pub(crate) fn tally(slots: &[TileSlot], whole: StageTime, stats: &mut FrameStats
         stats.tile_pairs += listed as u64;
         stats.hidden_pairs += (listed - slot.counts.composited) as u64;
         stats.pixels_touched += slot.counts.pixels_touched as u64;
+        stats.lanes_computed += slot.work.computed as u64;
+        stats.samples_shown += slot.work.shown as u64;
+        stats.samples_contributed += slot.work.contributed as u64;
     }
     [stats.stages.sort, stats.stages.composite] = whole.shared([sort_ms, composite_ms]);
 }

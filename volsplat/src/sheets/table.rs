@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x8, i32x8};
+use fearless_simd::{f32x8, f32x16, i32x8, i32x16};
 use resample_core::OpacityMode;
 
 use super::integrals::TransferIntegrals;
@@ -33,6 +33,8 @@ const PARTS: usize = 4;
 #[derive(Clone, Debug)]
 pub(crate) struct TransferTable {
     entries: Box<[[f32; 4]; PLACES]>,
+    /// The strengths of the entries.
+    strengths: Box<[f32; PLACES]>,
     /// A scalar's place is itself times the scale plus the shift, rounded down.
     scale: f32,
     shift: f32,
@@ -49,16 +51,9 @@ impl TransferTable {
         opacity: OpacityMode,
         range: (f64, f64),
     ) -> Self {
-        // A transfer function that shows nothing leaves no voxel, so that its table is never asked.
-        let shown = transfer.visible_range().unwrap_or(range);
+        let shown = shown_of(transfer, range);
         let (low, high) = (shown.0.max(range.0), shown.1.min(range.1));
-        // One visible scalar, or none: the span only has to be above 0.
-        let span = if high > low {
-            high - low
-        } else {
-            low.abs().max(1.0) * f64::from(f32::EPSILON)
-        };
-        let step = span / (ENTRIES - 1) as f64;
+        let step = Self::step(transfer, range);
         let mut entries = Box::new([[0.0; 4]; PLACES]);
         for i in 0..ENTRIES {
             entries[i + 1] = classified(transfer, opacity, low + i as f64 * step);
@@ -76,12 +71,31 @@ impl TransferTable {
         let integrals = has_peaks(&entries[1..=ENTRIES], beyond, reach)
             .then(|| Arc::new(integrals(transfer, opacity, low, step)));
         Self {
+            strengths: strengths(&entries),
             entries,
             scale: (1.0 / step) as f32,
             shift: (1.5 - low / step) as f32,
             shown: [(low - step) as f32, (high + step) as f32],
             integrals,
         }
+    }
+
+    /// How far apart the scalars of the entries are, of the table that [`TransferTable::new`] gives.
+    pub(crate) fn step(transfer: &TransferFunction, range: (f64, f64)) -> f64 {
+        let shown = shown_of(transfer, range);
+        let (low, high) = (shown.0.max(range.0), shown.1.min(range.1));
+        // One visible scalar, or none: the span only has to be above 0.
+        let span = if high > low {
+            high - low
+        } else {
+            low.abs().max(1.0) * f64::from(f32::EPSILON)
+        };
+        span / (ENTRIES - 1) as f64
+    }
+
+    /// How far apart the scalars of the entries are.
+    pub(crate) fn step_of_entries(&self) -> f32 {
+        1.0 / self.scale
     }
 
     /// A table in which the scalar i, a whole number from 0 on, stands for entry i; at most as many as it has places for.
@@ -92,6 +106,7 @@ impl TransferTable {
         }
         // Places are rounded down: half a place more keeps whole numbers off the edge.
         Self {
+            strengths: strengths(&entries),
             entries,
             scale: 1.0,
             shift: 1.5,
@@ -137,6 +152,23 @@ impl TransferTable {
             .to_int()
     }
 
+    /// As [`TransferTable::places`], of twice as many.
+    #[inline(always)]
+    pub(crate) fn places16<S: Simd>(&self, simd: S, values: f32x16<S>) -> i32x16<S> {
+        let constant = |v: f32| f32x16::splat(simd, v);
+        let place = values.mul_add(constant(self.scale), constant(self.shift));
+        place
+            .max(constant(0.0))
+            .min(constant((ENTRIES + 1) as f32))
+            .to_int()
+    }
+
+    /// The strength at a place.
+    #[inline(always)]
+    pub(crate) fn strength(&self, place: i32) -> f32 {
+        self.strengths[place as usize & (PLACES - 1)]
+    }
+
     /// Linear red, green, blue and strength at a place.
     #[inline(always)]
     pub(crate) fn entry(&self, place: i32) -> [f32; 4] {
@@ -154,6 +186,20 @@ impl TransferTable {
     fn place(&self, value: f32) -> i32 {
         (value * self.scale + self.shift).clamp(0.0, (ENTRIES + 1) as f32) as i32
     }
+}
+
+/// The strengths of entries, side by side.
+fn strengths(entries: &[[f32; 4]; PLACES]) -> Box<[f32; PLACES]> {
+    let mut strengths = Box::new([0.0; PLACES]);
+    for (strength, entry) in strengths.iter_mut().zip(entries) {
+        *strength = entry[3];
+    }
+    strengths
+}
+
+/// The scalars that are seen. A transfer function that shows nothing leaves no voxel, so that its table is never asked.
+fn shown_of(transfer: &TransferFunction, range: (f64, f64)) -> (f64, f64) {
+    transfer.visible_range().unwrap_or(range)
 }
 
 /// Whether the extinction has a peak that samples half a voxel apart would miss: somewhere it stands above its means over

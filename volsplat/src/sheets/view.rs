@@ -33,6 +33,8 @@ pub(crate) struct PlaneView {
     pub(crate) lanes: [[f32; TILE_PX]; 3],
     /// Grid position of the centre of the tile's first pixel, relative to the anchor.
     pub(crate) first: [f32; 4],
+    /// The same for each row of the tile: that much further per pixel along y.
+    pub(crate) rows: [[f32; TILE_PX]; 3],
     /// Change of the grid position per pixel along y.
     pub(crate) step_y: [f32; 4],
     /// From a camera x, y, x, y to tile pixels, so that the first covered pixel is the number rounded up.
@@ -125,12 +127,20 @@ impl TileView {
         let four = |v: DVec3| [v.x as f32, v.y as f32, v.z as f32, 0.0];
         let ends =
             |low: DVec2, high: DVec2| [low.x as f32, low.y as f32, high.x as f32, high.y as f32];
+        let (first, step_y) = (four(first), four(step_y));
+        let mut rows = [[0.0; TILE_PX]; 3];
+        for (axis, rows) in rows.iter_mut().enumerate() {
+            for (number, row) in rows.iter_mut().enumerate() {
+                *row = first[axis] + number as f32 * step_y[axis];
+            }
+        }
         PlaneView {
+            rows,
             lanes: step_x
                 .to_array()
                 .map(|step| std::array::from_fn(|lane| (lane as f64 * step) as f32)),
-            first: four(first),
-            step_y: four(step_y),
+            first,
+            step_y,
             pixel_scale: ends(pixels, pixels),
             pixel_shift: ends(shift - BOX_MARGIN, shift + BOX_MARGIN),
             offset_z: (camera_z - self.anchor.camera_z) as f32,

@@ -302,15 +302,16 @@ impl Voxels {
     }
 
     pub(crate) fn finite_range(&self) -> (f64, f64) {
-        self.parts()
-            .into_par_iter()
-            .map(|part| {
+        let of_part = |part: Range<usize>| match self {
+            Self::U8(bytes) => range_of_bytes(&bytes[part]),
+            _ => {
                 with_voxels!(self, slice => range_of(slice[part].iter().map(|&value| scalar(value))))
-            })
-            .reduce(
-                || (f64::INFINITY, f64::NEG_INFINITY),
-                |a, b| (a.0.min(b.0), a.1.max(b.1)),
-            )
+            }
+        };
+        self.parts().into_par_iter().map(of_part).reduce(
+            || (f64::INFINITY, f64::NEG_INFINITY),
+            |a, b| (a.0.min(b.0), a.1.max(b.1)),
+        )
     }
 
     /// The scalars cut into the parts of parallel tasks. Tasks look at the type inside: one that is made anew for each
@@ -388,6 +389,18 @@ fn non_finite_message(dims: [usize; 3], index: usize, value: f64) -> String {
     ];
     let what = if value.is_nan() { "NaN" } else { "infinite" };
     format!("voxel ({i},{j},{k}) is {what}; say what replaces it")
+}
+
+/// Least and greatest byte: of bytes, because the comparisons of many at once are cheap.
+fn range_of_bytes(bytes: &[u8]) -> (f64, f64) {
+    let (low, high) = bytes.iter().fold((u8::MAX, 0), |(low, high), &byte| {
+        (byte.min(low), byte.max(high))
+    });
+    if bytes.is_empty() {
+        (f64::INFINITY, f64::NEG_INFINITY)
+    } else {
+        (low.into(), high.into())
+    }
 }
 
 fn range_of(values: impl Iterator<Item = f64>) -> (f64, f64) {

@@ -4,12 +4,59 @@
 //! its second derivatives, which are sums over the same sixteen.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x4, f32x8};
+use fearless_simd::{f32x4, f32x8, f32x16};
+
+/// Weights of four samples around eight places, each some way past the second, and their first and second derivatives.
+#[derive(Clone, Copy)]
+pub(crate) struct EightWeights<S: Simd> {
+    pub(crate) value: [f32x8<S>; 4],
+    pub(crate) slope: [f32x8<S>; 4],
+    bend: [f32x8<S>; 4],
+}
+
+impl<S: Simd> EightWeights<S> {
+    /// The cubic B-spline at `t` from 0 to 1.
+    #[inline(always)]
+    pub(crate) fn new(simd: S, t: f32x8<S>) -> Self {
+        let constant = |v: f32| f32x8::splat(simd, v);
+        let (one, half, sixth) = (constant(1.0), constant(0.5), constant(1.0 / 6.0));
+        let s = one - t;
+        let (t2, s2) = (t * t, s * s);
+        let (three_t, two) = (constant(3.0) * t, constant(2.0));
+        // 3 t^3 - 6 t^2 + 4, and the same from the other side.
+        let inner = |t: f32x8<S>, t2: f32x8<S>| {
+            t2.mul_add(constant(3.0) * t - constant(6.0), constant(4.0))
+        };
+        let inner_slope = |t: f32x8<S>, t2: f32x8<S>| constant(1.5).mul_add(t2, -(two * t));
+        Self {
+            value: [
+                sixth * s2 * s,
+                sixth * inner(t, t2),
+                sixth * inner(s, s2),
+                sixth * t2 * t,
+            ],
+            slope: [
+                -(half * s2),
+                inner_slope(t, t2),
+                -inner_slope(s, s2),
+                half * t2,
+            ],
+            bend: [s, three_t - two, one - three_t, t],
+        }
+    }
+
+    /// The weights of the `k`-th samples with Gaussians of these small variances, px^2.
+    #[inline(always)]
+    pub(crate) fn widened(&self, simd: S, k: usize, variance: f32x8<S>) -> f32x8<S> {
+        let half = f32x8::splat(simd, 0.5) * variance;
+        half.mul_add(self.bend[k], self.value[k])
+    }
+}
 
 /// Weights of four samples around a place `t` past the second, and their first and second derivatives.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Axis {
-    pub(super) value: [f32; 4],
+    value: [f32; 4],
     slope: [f32; 4],
     bend: [f32; 4],
 }
@@ -39,7 +86,7 @@ impl Axis {
 
     /// The weights with a Gaussian of this small variance, px^2.
     #[inline(always)]
-    pub(super) fn widened(&self, variance: f32) -> [f32; 4] {
+    fn widened(&self, variance: f32) -> [f32; 4] {
         let half = 0.5 * variance;
         let mut out = self.value;
         for (out, bend) in out.iter_mut().zip(self.bend) {
@@ -50,11 +97,12 @@ impl Axis {
 }
 
 /// Weights of sixteen samples: a product of two axes, and a small part that is turned.
-pub(super) struct Weights {
+#[derive(Clone, Copy)]
+pub(crate) struct Weights {
     /// Along x and y.
-    pub(super) axes: [[f32; 4]; 2],
+    pub(crate) axes: [[f32; 4]; 2],
     /// Slopes along x, and slopes along y times the covariance, px^2.
-    turned: Option<[[f32; 4]; 2]>,
+    pub(crate) turned: Option<[[f32; 4]; 2]>,
 }
 
 impl Weights {
@@ -76,13 +124,13 @@ impl Weights {
         }
         Self {
             axes: [x.widened(xx), y.widened(yy)],
-            turned: (xy != 0.0).then_some([x.slope, slope]),
+            turned: Some([x.slope, slope]),
         }
     }
 
     /// The weighted sum of the sixteen samples whose first is `first`, in rows of `width`.
     #[inline(always)]
-    pub(super) fn sum<S: Simd>(
+    pub(crate) fn sum<S: Simd>(
         &self,
         simd: S,
         samples: &[[f32; 4]],
@@ -90,36 +138,29 @@ impl Weights {
         width: usize,
     ) -> f32x4<S> {
         let samples = samples.as_flattened();
-        // Two samples a vector: the left and the right half of each row.
-        let mut rows = [[f32x8::splat(simd, 0.0); 2]; 4];
+        // Four samples a vector.
+        let mut rows = [f32x16::splat(simd, 0.0); 4];
         for (j, row) in rows.iter_mut().enumerate() {
             let from = 4 * (first + j * width);
-            let sixteen = &samples[from..from + 16];
-            *row = [
-                f32x8::from_slice(simd, &sixteen[..8]),
-                f32x8::from_slice(simd, &sixteen[8..]),
-            ];
+            *row = f32x16::from_slice(simd, &samples[from..from + 16]);
         }
         let mut sum = product(simd, &rows, &self.axes);
         if let Some(turned) = &self.turned {
             sum += product(simd, &rows, turned);
         }
         let (left, right) = sum.split();
-        left + right
+        let (even, odd) = (left + right).split();
+        even + odd
     }
 }
 
-/// The sum over four rows of four samples with the product of the weights `x` and `y`, in two halves.
+/// Four rows of four samples times the weights `x` and `y`, summed down the columns.
 #[inline(always)]
-fn product<S: Simd>(simd: S, rows: &[[f32x8<S>; 2]; 4], [x, y]: &[[f32; 4]; 2]) -> f32x8<S> {
-    let mut halves = [f32x8::splat(simd, 0.0); 2];
-    for (row, &weight) in rows.iter().zip(y) {
-        let weight = f32x8::splat(simd, weight);
-        halves = [
-            row[0].mul_add(weight, halves[0]),
-            row[1].mul_add(weight, halves[1]),
-        ];
+fn product<S: Simd>(simd: S, rows: &[f32x16<S>; 4], [x, y]: &[[f32; 4]; 2]) -> f32x16<S> {
+    let mut sum = rows[0] * f32x16::splat(simd, y[0]);
+    for j in 1..4 {
+        sum = rows[j].mul_add(f32x16::splat(simd, y[j]), sum);
     }
     let pair = |i: usize| f32x4::splat(simd, x[i]).combine(f32x4::splat(simd, x[i + 1]));
-    halves[0].mul_add(pair(0), halves[1] * pair(2))
+    sum * pair(0).combine(pair(2))
 }

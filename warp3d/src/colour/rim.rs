@@ -3,8 +3,8 @@
 //! A missing sample is continued from those of its row that count: a spline with natural ends goes on straight. That is
 //! linear in the samples, so only the weights change.
 
-use fearless_simd::f32x4;
 use fearless_simd::prelude::*;
+use fearless_simd::{f32x4, f64x4};
 use fearless_simd_macros::simd;
 use glam::DVec2;
 
@@ -14,7 +14,7 @@ use crate::surface::{BELOW, RIGHT};
 impl Lookup<'_> {
     /// The sum over sixteen samples around `base`, those that do not count continued from the others.
     #[simd]
-    pub(super) fn cubic_at_rim<S: Simd>(
+    pub(crate) fn cubic_at_rim<S: Simd>(
         &self,
         simd: S,
         base: DVec2,
@@ -22,7 +22,7 @@ impl Lookup<'_> {
     ) -> f32x4<S> {
         let width = self.surfaces.size[0] as i64;
         let (left, top) = (base.x as i64 - 1, base.y as i64 - 1);
-        let taps = self.taps(left, top);
+        let taps = self.taps(simd, left, top);
         if taps == 0 {
             return f32x4::from_slice(simd, &self.nearest(base));
         }
@@ -35,28 +35,39 @@ impl Lookup<'_> {
             }
             row_bits |= 1 << j;
             let first = (top + j as i64) * width + left;
-            for (i, weight) in folded(bits, wx).into_iter().enumerate() {
-                if bits >> i & 1 != 0 {
-                    let sample = &self.colours.coefficients[(first + i as i64) as usize];
-                    *sum =
-                        f32x4::from_slice(simd, sample).mul_add(f32x4::splat(simd, weight), *sum);
+            let weights = folded(simd, bits, wx);
+            if first >= 0 && first as usize + 4 <= self.colours.coefficients.len() {
+                // A sample that does not count has no weight.
+                let samples = &self.colours.coefficients[first as usize..first as usize + 4];
+                for i in 0..4 {
+                    let sample = f32x4::from_slice(simd, &samples[i]);
+                    *sum = sample.mul_add(f32x4::splat(simd, weights[i]), *sum);
                 }
+                continue;
+            }
+            // A sample that does not count may lie outside the picture.
+            let counting = (0..).zip(weights).filter(|(i, _)| bits >> i & 1 != 0);
+            for (i, weight) in counting {
+                let sample = &self.colours.coefficients[(first + i) as usize];
+                let sample = f32x4::from_slice(simd, sample);
+                *sum = sample.mul_add(f32x4::splat(simd, weight), *sum);
             }
         }
         let mut sum = f32x4::splat(simd, 0.0);
-        for (row, weight) in rows.into_iter().zip(folded(row_bits, wy)) {
-            sum = row.mul_add(f32x4::splat(simd, weight), sum);
+        let weights = folded(simd, row_bits, wy);
+        for j in 0..4 {
+            sum = rows[j].mul_add(f32x4::splat(simd, weights[j]), sum);
         }
         sum
     }
 
     /// Which of sixteen samples count, one bit each: those on the patch's plane, and those that are linked to one.
     #[inline(always)]
-    fn taps(&self, left: i64, top: i64) -> u32 {
+    fn taps<S: Simd>(&self, simd: S, left: i64, top: i64) -> u32 {
         let [width, height] = self.surfaces.size;
         let whole = left >= 0 && top >= 0 && left + 4 <= width as i64 && top + 4 <= height as i64;
         let [mut taps, right, below] = if whole {
-            self.whole_block(left as usize, top as usize)
+            self.whole_block(simd, left as usize, top as usize)
         } else {
             self.cut_block(left, top)
         };
@@ -64,11 +75,8 @@ impl Lookup<'_> {
         // it is linked, and in a row without any, from the row before or after. Not around corners: two surfaces that
         // touch are linked there.
         let (down, up) = ((taps & below) << 4, taps >> 4 & below);
-        for row in [0xf, 0xf0, 0xf00, 0xf000] {
-            if taps & row == 0 {
-                taps |= (down | up) & row;
-            }
-        }
+        let some = (taps | taps >> 1 | taps >> 2 | taps >> 3) & 0x1111;
+        taps |= (down | up) & !(some * 0xf);
         for _ in 0..3 {
             taps |= (taps & right) << 1 | (taps >> 1 & right);
         }
@@ -78,24 +86,20 @@ impl Lookup<'_> {
     /// Of sixteen samples in the picture: which lie on the patch's plane, and which are linked with the next one of
     /// them to the right and below.
     #[inline(always)]
-    fn whole_block(&self, left: usize, top: usize) -> [u32; 3] {
+    fn whole_block<S: Simd>(&self, simd: S, left: usize, top: usize) -> [u32; 3] {
         let width = self.surfaces.size[0];
         let (mut taps, mut right, mut below) = (0u32, 0u32, 0u32);
         for j in 0..4 {
             let from = (top + j) * width + left;
-            let on_plane = self.four_count(left, top + j, &self.surfaces.disparity[from..from + 4]);
-            for (i, (on_plane, links)) in on_plane
-                .into_iter()
-                .zip(&self.surfaces.links[from..from + 4])
-                .enumerate()
-            {
+            let disparity = f32x4::from_slice(simd, &self.surfaces.disparity[from..from + 4]);
+            taps |= self.four_count(simd, left, top + j, disparity) << (4 * j);
+            for (i, links) in self.surfaces.links[from..from + 4].iter().enumerate() {
                 let bit = 4 * j + i;
-                taps |= u32::from(on_plane) << bit;
-                right |= u32::from(links & RIGHT != 0) << bit;
-                below |= u32::from(links & BELOW != 0) << bit;
+                right |= u32::from(links & RIGHT) << bit;
+                below |= u32::from(links & BELOW) << bit;
             }
         }
-        [taps, right & 0x7777, below & 0xfff]
+        [taps, right & 0x7777, (below >> 1) & 0xfff]
     }
 
     /// As [`Self::whole_block`], where the picture ends among them.
@@ -117,20 +121,20 @@ impl Lookup<'_> {
         [taps, right & 0x7777, below & 0xfff]
     }
 
-    /// As [`Lookup::counts`], for four samples of a row from (x, y) on.
+    /// As [`Lookup::counts`], for four samples of a row from (x, y) on, one bit each.
     #[inline(always)]
-    fn four_count(&self, x: usize, y: usize, disparity: &[f32]) -> [bool; 4] {
-        let dx = x as f64 + 0.5 - self.patch.place.x;
+    fn four_count<S: Simd>(&self, simd: S, x: usize, y: usize, disparity: f32x4<S>) -> u32 {
+        let constant = |v: f64| f64x4::splat(simd, v);
+        let steps = f64x4::simd_from(simd, [0.0, 1.0, 2.0, 3.0]);
+        let dx = constant(x as f64 + 0.5 - self.patch.place.x) + steps;
         let dy = y as f64 + 0.5 - self.patch.place.y;
-        let expected = self.patch.disparity + self.patch.slope.x * dx + self.patch.slope.y * dy;
-        let tolerance = f64::from(self.surfaces.tolerance);
-        let mut counts = [false; 4];
-        for (i, (counts, &found)) in counts.iter_mut().zip(disparity).enumerate() {
-            let (step, found) = (i as f64, f64::from(found));
-            let allowed = tolerance * (2.0 + (dx + step).abs().max(dy.abs()));
-            *counts = (found - expected - self.patch.slope.x * step).abs() <= allowed * found.abs();
-        }
-        counts
+        let here = constant(self.patch.disparity + self.patch.slope.y * dy);
+        let expected = here + constant(self.patch.slope.x) * dx;
+        let (found, _) = disparity.combine(disparity).widen();
+        let distance = dx.abs().max(constant(dy.abs()));
+        let allowed = constant(f64::from(self.surfaces.tolerance)) * (constant(2.0) + distance);
+        let counts = (found - expected).abs().simd_le(allowed * found.abs());
+        counts.to_bitmask() as u32
     }
 
     /// The colour of the patch's own sample, where nothing else is near.
@@ -152,28 +156,61 @@ impl Lookup<'_> {
 /// The weights of four samples of which only those in `bits` are there, at least one: what a missing one would be is
 /// made of the others.
 #[inline(always)]
-fn folded(bits: u32, mut w: [f32; 4]) -> [f32; 4] {
-    let has = |i: usize| bits >> i & 1 != 0;
+fn folded<S: Simd>(simd: S, bits: u32, w: [f32; 4]) -> [f32; 4] {
+    let rows = &FOLDED[bits as usize];
+    let mut sum = f32x4::from_slice(simd, &rows[0]) * f32x4::splat(simd, w[0]);
+    for i in 1..4 {
+        sum = f32x4::from_slice(simd, &rows[i]).mul_add(f32x4::splat(simd, w[i]), sum);
+    }
+    sum.to_array()
+}
+
+/// What the weight of each of four samples adds to the weights of those in some bits.
+const FOLDED: [[[f32; 4]; 4]; 16] = {
+    let mut table = [[[0.0; 4]; 4]; 16];
+    let mut bits = 1;
+    while bits < 16 {
+        let mut i = 0;
+        while i < 4 {
+            let mut w = [0.0; 4];
+            w[i] = 1.0;
+            table[bits][i] = folded_weights(bits, w);
+            i += 1;
+        }
+        bits += 1;
+    }
+    table
+};
+
+/// As [`folded`], step by step.
+const fn folded_weights(bits: usize, mut w: [f32; 4]) -> [f32; 4] {
     // Outer ones go on straight from the two inner ones.
-    for (outer, near, far) in [(0, 1, 2), (3, 2, 1)] {
-        if !has(outer) {
+    let mut k = 0;
+    while k < 2 {
+        let [outer, near, far] = [[0, 1, 2], [3, 2, 1]][k];
+        if bits >> outer & 1 == 0 {
             w[near] += 2.0 * w[outer];
             w[far] -= w[outer];
             w[outer] = 0.0;
         }
+        k += 1;
     }
     // Inner ones go on straight from the other side, or are what is nearest.
-    for (here, next, after, other) in [(1, 2, 3, 0), (2, 1, 0, 3)] {
-        if has(here) {
+    let mut k = 0;
+    while k < 2 {
+        let [here, next, after, other] = [[1, 2, 3, 0], [2, 1, 0, 3]][k];
+        k += 1;
+        if bits >> here & 1 != 0 {
             continue;
         }
-        let weight = std::mem::take(&mut w[here]);
-        if has(next) && has(after) {
+        let weight = w[here];
+        w[here] = 0.0;
+        if bits >> next & 1 != 0 && bits >> after & 1 != 0 {
             w[next] += 2.0 * weight;
             w[after] -= weight;
-        } else if has(next) {
+        } else if bits >> next & 1 != 0 {
             w[next] += weight;
-        } else if has(other) {
+        } else if bits >> other & 1 != 0 {
             w[other] += weight;
         } else {
             w[after] += weight;
@@ -184,6 +221,9 @@ fn folded(bits: u32, mut w: [f32; 4]) -> [f32; 4] {
 
 #[cfg(test)]
 mod tests {
+    use resample_core::dispatch;
+    use resample_core::simd::SimdLevel;
+
     use super::*;
 
     #[test]
@@ -195,7 +235,7 @@ mod tests {
         for bits in [0b1111, 0b0111, 0b1110, 0b0110, 0b0011, 0b1100] {
             let sum: f32 = line
                 .iter()
-                .zip(folded(bits, weights))
+                .zip(folded_weights(bits, weights))
                 .map(|(v, w)| v * w)
                 .sum();
             assert!(
@@ -203,8 +243,16 @@ mod tests {
                 "samples {bits:04b}: {sum} against {expected}"
             );
         }
-        for bits in 1..16u32 {
-            let w = folded(bits, weights);
+        for bits in 1..16 {
+            let w = folded_weights(bits, weights);
+            let level = SimdLevel::Auto.resolve();
+            let by_table = dispatch!(level, simd => folded(simd, bits as u32, weights));
+            for (a, b) in w.iter().zip(by_table) {
+                assert!(
+                    (a - b).abs() < 1e-6,
+                    "samples {bits:04b}: {w:?} against {by_table:?}"
+                );
+            }
             assert!(
                 (w.iter().sum::<f32>() - 1.0).abs() < 1e-6,
                 "samples {bits:04b}: a constant is kept"

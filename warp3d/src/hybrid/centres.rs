@@ -3,9 +3,9 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, i32x8, mask32x8};
 
-use super::pixels::pixels_of;
+use super::pixels::{Boxes, PixelBox};
 use crate::bands::RowRange;
-use crate::raster::{EightCells, EightTriangles, Sink, Vertex, scan_triangle};
+use crate::raster::{EightCells, EightQuads, EightTriangles, HALVES, Sink, Vertex, scan_triangle};
 
 /// Triangles over more pixel centres than this along an axis are drawn one by one.
 const MOST_STEPS: f32 = 3.0;
@@ -22,24 +22,49 @@ pub(super) struct Centres<'a> {
     pub(super) rim: &'a mut [f32],
 }
 
-/// Which of eight triangles cover a few pixel centres at most, and which those may be.
+/// Which of eight pieces cover a few pixel centres at most, and which those may be.
 struct Small<S: Simd> {
     some: mask32x8<S>,
-    area: f32x8<S>,
     /// Column and row of the first centre.
     first: [f32x8<S>; 2],
     /// From the first to the last.
     steps: [f32x8<S>; 2],
 }
 
-/// An edge function of eight triangles, above 0 inside and [`SLACK`] around.
+/// Nearness over eight pieces.
+struct Near<S: Simd> {
+    /// Twice the area of a triangle, and its corners: the plane is that of these.
+    triangle: [[f32x8<S>; 3]; 3],
+    area: f32x8<S>,
+    /// Slivers extrapolate without bound inside the slack: the least and the greatest of the corners.
+    bounds: [f32x8<S>; 2],
+}
+
+/// An edge function of eight pieces, above 0 inside and [`SLACK`] around.
+#[derive(Clone, Copy)]
 struct Edges<S: Simd> {
-    /// At each triangle's first centre.
+    /// At each piece's first centre.
     first: f32x8<S>,
     dx: f32x8<S>,
     dy: f32x8<S>,
-    /// What the slack has taken away.
-    least: f32x8<S>,
+}
+
+impl<S: Simd> Near<S> {
+    /// Nearness at a place, and what a step along x and along y adds.
+    #[inline(always)]
+    fn plane(&self, simd: S, at: [f32x8<S>; 2]) -> [f32x8<S>; 3] {
+        let [p, q, r] = self.triangle;
+        let scale = f32x8::splat(simd, 1.0) / self.area;
+        let mut plane = [f32x8::splat(simd, 0.0); 3];
+        for (over, a, b) in [(p, q, r), (q, r, p), (r, p, q)] {
+            let share = over[2] * scale;
+            let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
+            plane[0] += share * (dx * (at[1] - a[1]) - dy * (at[0] - a[0]));
+            plane[1] -= share * dy;
+            plane[2] += share * dx;
+        }
+        plane
+    }
 }
 
 impl<S: Simd> Edges<S> {
@@ -51,7 +76,6 @@ impl<S: Simd> Edges<S> {
             first: dx * (y - a[1]) - dy * (x - a[0]) - least,
             dx,
             dy,
-            least,
         }
     }
 
@@ -62,31 +86,20 @@ impl<S: Simd> Edges<S> {
     }
 }
 
-/// First and last centre between the corners of triangles along an axis, cut at `clip`.
+/// First centre and the steps to the last one within some range along an axis, cut at `clip`.
 #[inline(always)]
-fn pixel_range<S: Simd>(
-    simd: S,
-    [p, q, r]: [f32x8<S>; 3],
-    clip: [usize; 2],
-) -> (f32x8<S>, f32x8<S>) {
+fn centres_of<S: Simd>(simd: S, [low, high]: [f32x8<S>; 2], clip: [usize; 2]) -> [f32x8<S>; 2] {
     let constant = |v: f32| f32x8::splat(simd, v);
-    let low = p.min(q).min(r) - constant(0.5 + SLACK);
-    let high = p.max(q).max(r) - constant(0.5 - SLACK);
-    (
-        low.ceil().max(constant(clip[0] as f32)),
-        high.floor().min(constant(clip[1] as f32 - 1.0)),
-    )
+    let first = (low - constant(0.5 + SLACK)).ceil();
+    let last = (high - constant(0.5 - SLACK)).floor();
+    let first = first.max(constant(clip[0] as f32));
+    [first, last.min(constant(clip[1] as f32 - 1.0)) - first]
 }
 
 impl Centres<'_> {
+    /// Marks the pixels of a box that a rim of this nearness touches.
     #[inline(always)]
-    fn mark(&mut self, corners: [Vertex; 3]) {
-        let Some([columns, rows]) = pixels_of(corners, self.width, self.rows) else {
-            return;
-        };
-        let nearness = corners
-            .iter()
-            .fold(f32::NEG_INFINITY, |n, v| n.max(v.nearness));
+    fn mark(&mut self, PixelBox { columns, rows }: PixelBox, nearness: f32) {
         for row in rows[0]..=rows[1] {
             let first = (row - self.rows[0]) * self.width;
             for rim in &mut self.rim[first + columns[0]..=first + columns[1]] {
@@ -95,67 +108,92 @@ impl Centres<'_> {
         }
     }
 
+    /// Marks what the triangles in `some` touch.
+    #[inline(always)]
+    fn mark_all<S: Simd>(&mut self, simd: S, some: mask32x8<S>, triangles: &EightTriangles<S>) {
+        if !some.any_true() {
+            return;
+        }
+        let boxes = Boxes::new(simd, some, triangles.bounds(), self.width, self.rows);
+        let [p, q, r] = triangles.0;
+        self.mark_boxes(&boxes, p[2].max(q[2]).max(r[2]));
+    }
+
+    #[inline(always)]
+    fn mark_boxes<S: Simd>(&mut self, boxes: &Boxes<S>, nearness: f32x8<S>) {
+        let mut bits = boxes.some.to_bitmask();
+        while bits != 0 {
+            let lane = bits.trailing_zeros() as usize;
+            self.mark(boxes.lane(lane), nearness[lane]);
+            bits &= bits - 1;
+        }
+    }
+
+    /// Those of eight pieces that hold a few centres at most, and a bit for each that holds more.
+    #[inline(always)]
+    fn small_ones<S: Simd>(
+        &self,
+        simd: S,
+        some: mask32x8<S>,
+        [x, y]: [[f32x8<S>; 2]; 2],
+    ) -> (Small<S>, u64) {
+        let constant = |v: f32| f32x8::splat(simd, v);
+        let [left, columns] = centres_of(simd, x, [0, self.width]);
+        let [top, rows] = centres_of(simd, y, self.rows);
+        let some = some & columns.min(rows).simd_ge(constant(0.0));
+        let large = some & columns.max(rows).simd_gt(constant(MOST_STEPS));
+        let small = Small {
+            some: some & !large,
+            first: [left, top],
+            steps: [columns, rows],
+        };
+        (small, large.to_bitmask())
+    }
+
     /// The triangles of `front`, which face the eye.
     #[inline(always)]
     fn eight_triangles<S: Simd>(
         &mut self,
         simd: S,
         triangles: &EightTriangles<S>,
-        front: mask32x8<S>,
-        area: f32x8<S>,
+        (front, area): (mask32x8<S>, f32x8<S>),
         id: impl Fn(usize) -> u32,
     ) {
-        let constant = |v: f32| f32x8::splat(simd, v);
-        let [p, q, r] = triangles.0;
-        let (left, right) = pixel_range(simd, [p[0], q[0], r[0]], [0, self.width]);
-        let (top, bottom) = pixel_range(simd, [p[1], q[1], r[1]], self.rows);
-        let steps = [right - left, bottom - top];
-        let some = front & steps[0].min(steps[1]).simd_ge(constant(0.0));
-        let large = some & steps[0].max(steps[1]).simd_gt(constant(MOST_STEPS));
-        let mut bits = large.to_bitmask();
-        while bits != 0 {
-            let lane = bits.trailing_zeros() as usize;
+        let (small, mut large) = self.small_ones(simd, front, triangles.bounds());
+        while large != 0 {
+            let lane = large.trailing_zeros() as usize;
             self.draw(simd, triangles.lane(lane), id(lane));
-            bits &= bits - 1;
+            large &= large - 1;
         }
-        let some = some & !large;
-        if some.any_true() {
-            self.small(
-                simd,
-                triangles,
-                &Small {
-                    some,
-                    area,
-                    first: [left, top],
-                    steps,
-                },
-                id,
-            );
+        if small.some.any_true() {
+            let [p, q, r] = triangles.0;
+            let near = Near {
+                triangle: [p, q, r],
+                area,
+                bounds: [p[2].min(q[2]).min(r[2]), p[2].max(q[2]).max(r[2])],
+            };
+            self.small(simd, &[p, q, r], &near, &small, id);
         }
     }
 
-    /// Triangles over a few centres: the first centre of each, then the second, and so on.
+    /// Convex pieces with these corners over a few centres: the first centre of each, then the second, and so on.
     #[inline(always)]
-    fn small<S: Simd>(
+    fn small<S: Simd, const N: usize>(
         &mut self,
         simd: S,
-        triangles: &EightTriangles<S>,
+        corners: &[[f32x8<S>; 3]; N],
+        near: &Near<S>,
         small: &Small<S>,
         id: impl Fn(usize) -> u32,
     ) {
         let constant = |v: f32| f32x8::splat(simd, v);
-        let [p, q, r] = triangles.0;
         let [left, top] = small.first;
         let centre = [left + constant(0.5), top + constant(0.5)];
-        let (u, v, w) = (
-            Edges::new(simd, q, r, centre),
-            Edges::new(simd, r, p, centre),
-            Edges::new(simd, p, q, centre),
-        );
-        let scale = constant(1.0) / small.area;
-        let (near_p, near_q, near_r) = (p[2] * scale, q[2] * scale, r[2] * scale);
-        // Slivers extrapolate without bound inside the slack.
-        let (nearest, farthest) = (p[2].max(q[2]).max(r[2]), p[2].min(q[2]).min(r[2]));
+        let mut edges = [Edges::new(simd, corners[0], corners[1], centre); N];
+        for k in 1..N {
+            edges[k] = Edges::new(simd, corners[k], corners[(k + 1) % N], centre);
+        }
+        let plane = near.plane(simd, centre);
         let base = (top - constant(self.rows[0] as f32)) * constant(self.width as f32) + left;
         let base = base.to_int::<i32x8<S>>().to_array();
         let [columns, rows] = small.steps;
@@ -165,24 +203,22 @@ impl Centres<'_> {
         for j in 0..=most_rows {
             for i in 0..=most_columns {
                 let step = [constant(i as f32), constant(j as f32)];
-                let (u_at, v_at, w_at) = (u.at(step), v.at(step), w.at(step));
+                let mut least = edges[0].at(step);
+                for edge in &edges[1..] {
+                    least = least.min(edge.at(step));
+                }
                 let within = columns.simd_ge(step[0]) & rows.simd_ge(step[1]) & small.some;
-                let inside = u_at.min(v_at).min(w_at).simd_ge(constant(0.0)) & within;
+                let inside = least.simd_ge(constant(0.0)) & within;
                 let mut bits = inside.to_bitmask();
                 if bits == 0 {
                     continue;
                 }
-                let near = (u_at + u.least) * near_p
-                    + (v_at + v.least) * near_q
-                    + (w_at + w.least) * near_r;
-                let near = near.max(farthest).min(nearest).to_array();
+                let found = plane[0] + plane[1] * step[0] + plane[2] * step[1];
+                let found = found.max(near.bounds[0]).min(near.bounds[1]).to_array();
                 while bits != 0 {
                     let lane = bits.trailing_zeros() as usize;
-                    self.put(
-                        base[lane] as usize + j * self.width + i,
-                        near[lane],
-                        id(lane),
-                    );
+                    let at = base[lane] as usize + j * self.width + i;
+                    self.put(at, found[lane], id(lane));
                     bits &= bits - 1;
                 }
             }
@@ -232,27 +268,55 @@ impl Sink for Centres<'_> {
         for k in 0..2 {
             let triangles = cells.triangles(k);
             let area = triangles.area();
-            let mut back = (area.simd_le(zero) & joined).to_bitmask();
-            while back != 0 {
-                self.mark(triangles.lane(back.trailing_zeros() as usize));
-                back &= back - 1;
-            }
+            self.mark_all(simd, area.simd_le(zero) & joined, &triangles);
             let front = area.simd_gt(zero) & joined;
-            self.eight_triangles(simd, &triangles, front, area, |lane| cells.id(lane, k));
+            self.eight_triangles(simd, &triangles, (front, area), |lane| cells.id(lane, k));
         }
     }
 
     #[inline(always)]
-    fn rim<S: Simd>(&mut self, simd: S, corners: [Vertex; 3], id: u32) {
-        self.mark(corners);
-        self.draw(simd, corners, id);
+    fn quads<S: Simd>(&mut self, simd: S, quads: &EightQuads<S>, id: impl Fn(usize) -> u32) {
+        if quads.halves.any_true() {
+            let zero = f32x8::splat(simd, 0.0);
+            for half in HALVES {
+                let triangles = quads.half(half);
+                let area = triangles.area();
+                let known = area.simd_eq(area) & quads.halves;
+                self.mark_all(simd, known, &triangles);
+                let front = area.simd_gt(zero) & quads.halves;
+                self.eight_triangles(simd, &triangles, (front, area), &id);
+            }
+        }
+        if !quads.whole.any_true() {
+            return;
+        }
+        let [p, q, r, s] = quads.corners;
+        let bounds = [
+            p[2].min(q[2]).min(r[2].min(s[2])),
+            p[2].max(q[2]).max(r[2].max(s[2])),
+        ];
+        let on_screen = quads.bounds();
+        let boxes = Boxes::new(simd, quads.whole, on_screen, self.width, self.rows);
+        self.mark_boxes(&boxes, bounds[1]);
+        let (small, mut large) = self.small_ones(simd, quads.whole, on_screen);
+        while large != 0 {
+            let lane = large.trailing_zeros() as usize;
+            for half in HALVES {
+                self.draw(simd, quads.half(half).lane(lane), id(lane));
+            }
+            large &= large - 1;
+        }
+        if small.some.any_true() {
+            let near = Near {
+                triangle: [p, q, r],
+                area: EightTriangles([p, q, r]).area(),
+                bounds,
+            };
+            self.small(simd, &quads.corners, &near, &small, id);
+        }
     }
 
     fn wants(&self, _columns: RowRange, _rows: RowRange) -> bool {
         true
-    }
-
-    fn turned_away(&mut self, corners: [Vertex; 3]) {
-        self.mark(corners);
     }
 }

@@ -4,13 +4,13 @@
 //! pixel. The pieces that a pixel's places see are stored side by side, ready to be grouped.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x16, u32x16};
+use fearless_simd::{f32x8, f32x16, mask32x8, u32x16};
 
-use super::pixels::{NO_SLOT, pixels_of};
+use super::pixels::{Boxes, NO_SLOT, PixelBox};
 use crate::bands::RowRange;
 use crate::flags::Flags;
 use crate::piece::NO_PATCH;
-use crate::raster::{EightCells, LANES, SLACK, Sink, Vertex};
+use crate::raster::{EightCells, EightQuads, EightTriangles, HALVES, SLACK, Sink, Vertex};
 
 /// Places that are asked at once: those of a pixel with four sub-pixels along its side.
 const PLACES: usize = 16;
@@ -85,44 +85,50 @@ impl Lattice {
     }
 }
 
-/// A triangle at sixteen places of a pixel, and how it goes on from pixel to pixel.
-struct Scan<S: Simd> {
+/// A convex piece of N corners at sixteen places of a pixel, and how it goes on from pixel to pixel.
+struct Scan<S: Simd, const N: usize> {
     /// Edge functions less what still counts: above 0 inside.
-    edges: [f32x16<S>; 3],
+    edges: [f32x16<S>; N],
     /// What a pixel to the right and a pixel below add.
-    steps: [[f32; 2]; 3],
+    steps: [[f32; 2]; N],
     nearness: f32x16<S>,
     nearness_steps: [f32; 2],
     /// Slivers extrapolate without bound inside the slack.
     bounds: [f32; 2],
 }
 
-impl<S: Simd> Scan<S> {
-    /// At the places `x`, `y` (px).
+impl<S: Simd, const N: usize> Scan<S, N> {
+    /// At the places `x`, `y` (px). The first three corners have the plane.
     #[inline(always)]
-    fn new(simd: S, [p, q, r]: [Vertex; 3], slack: f32, [x, y]: [f32x16<S>; 2]) -> Self {
+    fn new(simd: S, corners: &[Vertex; N], slack: f32, [x, y]: [f32x16<S>; 2]) -> Self {
         let constant = |v: f32| f32x16::splat(simd, v);
-        let mut edges = [x; 3];
-        let mut steps = [[0.0; 2]; 3];
-        let scale = 1.0 / ((q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x));
-        let mut nearness = constant(0.0);
-        let mut nearness_steps = [0.0; 2];
-        for (k, (a, b, over)) in [(q, r, p), (r, p, q), (p, q, r)].into_iter().enumerate() {
+        let mut edges = [x; N];
+        let mut steps = [[0.0; 2]; N];
+        for k in 0..N {
+            let (a, b) = (corners[k], corners[(k + 1) % N]);
             let (dx, dy) = (b.x - a.x, b.y - a.y);
-            let edge = constant(dx) * (y - constant(a.y)) - constant(dy) * (x - constant(a.x));
-            let share = over.nearness * scale;
-            nearness += edge * constant(share);
-            nearness_steps = [
-                nearness_steps[0] - dy * share,
-                nearness_steps[1] + dx * share,
-            ];
-            edges[k] = edge + constant(slack * (dx.abs() + dy.abs()));
+            // The slack is part of the constant.
+            let at_zero = dy * a.x - dx * a.y + slack * (dx.abs() + dy.abs());
+            edges[k] = constant(dx).mul_add(y, constant(at_zero)) - constant(dy) * x;
             steps[k] = [-dy, dx];
         }
-        let bounds = [
-            p.nearness.min(q.nearness).min(r.nearness),
-            p.nearness.max(q.nearness).max(r.nearness),
+        let [p, q, r] = [corners[0], corners[1], corners[2]];
+        let (qx, qy, rx, ry) = (q.x - p.x, q.y - p.y, r.x - p.x, r.y - p.y);
+        let scale = 1.0 / (qx * ry - qy * rx);
+        let (near_q, near_r) = (q.nearness - p.nearness, r.nearness - p.nearness);
+        let nearness_steps = [
+            (near_q * ry - near_r * qy) * scale,
+            (near_r * qx - near_q * rx) * scale,
         ];
+        let nearness = constant(nearness_steps[0]).mul_add(x - constant(p.x), constant(p.nearness));
+        let nearness = constant(nearness_steps[1]).mul_add(y - constant(p.y), nearness);
+        let mut bounds = [p.nearness; 2];
+        for corner in &corners[1..] {
+            bounds = [
+                bounds[0].min(corner.nearness),
+                bounds[1].max(corner.nearness),
+            ];
+        }
         Self {
             edges,
             steps,
@@ -139,10 +145,11 @@ impl<S: Simd> Scan<S> {
             let step = self.steps[k][0] * columns + self.steps[k][1] * rows;
             self.edges[k] + f32x16::splat(simd, step)
         };
-        at(0)
-            .min(at(1))
-            .min(at(2))
-            .simd_ge(f32x16::splat(simd, 0.0))
+        let mut least = at(0);
+        for k in 1..N {
+            least = least.min(at(k));
+        }
+        least.simd_ge(f32x16::splat(simd, 0.0))
     }
 
     /// The nearness of the places, some pixels further.
@@ -167,29 +174,55 @@ impl Fine<'_> {
         (low <= high).then_some([low as usize, high as usize])
     }
 
-    /// Draws a triangle that faces the eye.
+    /// Draws a convex piece that faces the eye, in the pixels of its box. Coordinates count from the box: numbers stay small.
     #[inline(always)]
-    fn draw<S: Simd>(&mut self, simd: S, corners: [Vertex; 3], id: u32) {
-        let Some([columns, rows]) = pixels_of(corners, self.width, self.rows) else {
-            return;
-        };
-        let corner = [columns[0], rows[0]].map(|v| f32x16::splat(simd, v as f32));
+    fn draw<S: Simd, const N: usize>(
+        &mut self,
+        simd: S,
+        mut corners: [Vertex; N],
+        PixelBox { columns, rows }: PixelBox,
+        id: u32,
+    ) {
+        for corner in &mut corners {
+            corner.x -= columns[0] as f32;
+            corner.y -= rows[0] as f32;
+        }
         for first in (0..self.places.stride()).step_by(PLACES) {
-            let x = f32x16::from_slice(simd, &self.places.x[first..first + PLACES]) + corner[0];
-            let y = f32x16::from_slice(simd, &self.places.y[first..first + PLACES]) + corner[1];
-            let scan = Scan::new(simd, corners, self.places.slack, [x, y]);
+            let x = f32x16::from_slice(simd, &self.places.x[first..first + PLACES]);
+            let y = f32x16::from_slice(simd, &self.places.y[first..first + PLACES]);
+            let scan = Scan::new(simd, &corners, self.places.slack, [x, y]);
             for row in rows[0]..=rows[1] {
-                let slots =
-                    &self.slot[(row - self.rows[0]) * self.width..][columns[0]..=columns[1]];
-                for (column, &slot) in slots
-                    .iter()
-                    .enumerate()
-                    .filter(|(_, slot)| **slot != NO_SLOT)
-                {
-                    let step = [column as f32, (row - rows[0]) as f32];
+                let from = (row - self.rows[0]) * self.width;
+                for column in columns[0]..=columns[1] {
+                    let slot = self.slot[from + column];
+                    if slot == NO_SLOT {
+                        continue;
+                    }
+                    let step = [(column - columns[0]) as f32, (row - rows[0]) as f32];
                     let at = slot as usize * self.places.stride() + first;
                     self.lattice.take(simd, &scan, at, step, id);
                 }
+            }
+        }
+    }
+
+    /// Draws those of eight triangles in `some`, which face the eye.
+    #[inline(always)]
+    fn draw_all<S: Simd>(
+        &mut self,
+        simd: S,
+        some: mask32x8<S>,
+        triangles: &EightTriangles<S>,
+        id: impl Fn(usize) -> u32,
+    ) {
+        let boxes = Boxes::new(simd, some, triangles.bounds(), self.width, self.rows);
+        let mut bits = boxes.some.to_bitmask();
+        while bits != 0 {
+            let lane = bits.trailing_zeros() as usize;
+            bits &= bits - 1;
+            let pixels = boxes.lane(lane);
+            if self.drawn.any(pixels.columns, pixels.rows) {
+                self.draw(simd, triangles.lane(lane), pixels, id(lane));
             }
         }
     }
@@ -197,7 +230,14 @@ impl Fine<'_> {
 
 impl Lattice {
     #[inline(always)]
-    fn take<S: Simd>(&mut self, simd: S, scan: &Scan<S>, at: usize, step: [f32; 2], id: u32) {
+    fn take<S: Simd, const N: usize>(
+        &mut self,
+        simd: S,
+        scan: &Scan<S, N>,
+        at: usize,
+        step: [f32; 2],
+        id: u32,
+    ) {
         let inside = scan.inside(simd, step);
         if !inside.any_true() {
             return;
@@ -222,31 +262,33 @@ impl Lattice {
 impl Sink for Fine<'_> {
     #[inline(always)]
     fn eight<S: Simd>(&mut self, simd: S, cells: &EightCells<S>) {
-        let [[left, right], [top, bottom]] = cells.bounds();
-        for lane in (0..LANES).filter(|&lane| cells.joined >> lane & 1 != 0) {
-            let columns = RowRange {
-                low: left[lane],
-                high: right[lane],
-            };
-            let rows = RowRange {
-                low: top[lane],
-                high: bottom[lane],
-            };
-            if !self.wants(columns, rows) {
-                continue;
-            }
-            for k in 0..2 {
-                let [p, q, r] = cells.triangles(k).lane(lane);
-                if (q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x) > 0.0 {
-                    self.draw(simd, [p, q, r], cells.id(lane, k));
-                }
-            }
+        let joined = mask32x8::from_bitmask(simd, cells.joined);
+        for k in 0..2 {
+            let triangles = cells.triangles(k);
+            let front = joined & triangles.area().simd_gt(f32x8::splat(simd, 0.0));
+            self.draw_all(simd, front, &triangles, |lane| cells.id(lane, k));
         }
     }
 
     #[inline(always)]
-    fn rim<S: Simd>(&mut self, simd: S, corners: [Vertex; 3], id: u32) {
-        self.draw(simd, corners, id);
+    fn quads<S: Simd>(&mut self, simd: S, quads: &EightQuads<S>, id: impl Fn(usize) -> u32) {
+        if quads.halves.any_true() {
+            for half in HALVES {
+                let triangles = quads.half(half);
+                let front = triangles.area().simd_gt(f32x8::splat(simd, 0.0));
+                self.draw_all(simd, front & quads.halves, &triangles, &id);
+            }
+        }
+        let boxes = Boxes::new(simd, quads.whole, quads.bounds(), self.width, self.rows);
+        let mut bits = boxes.some.to_bitmask();
+        while bits != 0 {
+            let lane = bits.trailing_zeros() as usize;
+            bits &= bits - 1;
+            let pixels = boxes.lane(lane);
+            if self.drawn.any(pixels.columns, pixels.rows) {
+                self.draw(simd, quads.lane(lane), pixels, id(lane));
+            }
+        }
     }
 
     #[inline(always)]
@@ -255,6 +297,4 @@ impl Sink for Fine<'_> {
             Self::whole(columns, 0, self.width).zip(Self::whole(rows, self.rows[0], self.rows[1]));
         pixels.is_some_and(|(columns, rows)| self.drawn.any(columns, rows))
     }
-
-    fn turned_away(&mut self, _corners: [Vertex; 3]) {}
 }

@@ -115,12 +115,12 @@ impl LargeWarper {
         let references = std::mem::take(&mut self.references);
         let drawn = self.draw(&references, &camera, room);
         self.references = references;
-        let (layer, mut stats) = drawn?;
+        let (mut layer, mut stats) = drawn?;
         let view = View {
             camera: &camera,
             references: self.references.iter().map(|r| r.camera).collect(),
         };
-        let image = finished(layer, &view, &self.options, &mut stats);
+        let image = finished(&mut layer, &view, &self.options, &mut stats);
         let whole = whole.stop();
         (stats.wall_ms, stats.cpu_ms) = (whole.wall_ms, whole.cpu_ms);
         Ok(Frame { image, stats })

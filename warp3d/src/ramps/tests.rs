@@ -50,6 +50,13 @@ fn the_edges_of_exact_depth_are_sharp_and_stay_as_they_are() {
         })
         .collect();
     assert_eq!(Edges::of(PERSPECTIVE, &ball, 41), Edges::Sharp, "a ball");
+    let alone = |&z: &f32| if z < 6.0 { z } else { f32::NAN };
+    let alone: Vec<f32> = ball.iter().map(alone).collect();
+    assert_eq!(
+        Edges::of(PERSPECTIVE, &alone, 41),
+        Edges::Sharp,
+        "a ball before nothing"
+    );
     let plane: Vec<f32> = (0..41).map(|x| 1.0 / (0.5 - 0.01 * x as f32)).collect();
     assert_eq!(Edges::of(PERSPECTIVE, &plane, 41), Edges::Sharp, "a plane");
 }

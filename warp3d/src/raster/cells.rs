@@ -77,18 +77,6 @@ impl<S: Simd> EightCells<S> {
             [shared, d, c]
         })
     }
-
-    /// Least and greatest screen x and y of each cell.
-    #[inline(always)]
-    pub(crate) fn bounds(&self) -> [[[f32; LANES]; 2]; 2] {
-        let [a, b, c, d] = self.corners;
-        let of = |i: usize| {
-            let low = a[i].min(b[i]).min(c[i].min(d[i]));
-            let high = a[i].max(b[i]).max(c[i].max(d[i]));
-            [low.to_array(), high.to_array()]
-        };
-        [of(0), of(1)]
-    }
 }
 
 impl<S: Simd> EightTriangles<S> {
@@ -97,6 +85,14 @@ impl<S: Simd> EightTriangles<S> {
     pub(crate) fn area(&self) -> f32x8<S> {
         let [p, q, r] = self.0;
         (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
+    }
+
+    /// Least and greatest screen x and y of each.
+    #[inline(always)]
+    pub(crate) fn bounds(&self) -> [[f32x8<S>; 2]; 2] {
+        let [p, q, r] = self.0;
+        let of = |i: usize| [p[i].min(q[i]).min(r[i]), p[i].max(q[i]).max(r[i])];
+        [of(0), of(1)]
     }
 
     /// One of the triangles.
@@ -111,3 +107,74 @@ impl<S: Simd> EightTriangles<S> {
         [corner(p), corner(q), corner(r)]
     }
 }
+
+/// Screen x, screen y and nearness of the four corners of eight quarters at cuts.
+pub(crate) type QuadBlock = [[[f32; LANES]; 3]; 4];
+
+/// Eight quarters of which some are at hand.
+#[derive(Clone, Copy)]
+pub(crate) struct EightQuads<S: Simd> {
+    /// Screen x, screen y and nearness of the corners, around.
+    pub(crate) corners: [[f32x8<S>; 3]; 4],
+    /// Convex ones that face the eye, whole.
+    pub(crate) whole: mask32x8<S>,
+    /// Those of which the two triangles are to be taken one by one.
+    pub(crate) halves: mask32x8<S>,
+}
+
+impl<S: Simd> EightQuads<S> {
+    /// The quarters of a block, those of `some` bits.
+    #[inline(always)]
+    pub(super) fn load(simd: S, block: &QuadBlock, some: u64) -> Self {
+        let mut corners = [[f32x8::splat(simd, 0.0); 3]; 4];
+        for (corner, from) in corners.iter_mut().zip(block) {
+            for (values, from) in corner.iter_mut().zip(from) {
+                *values = f32x8::from_slice(simd, from);
+            }
+        }
+        let [p, q, r, s] = corners;
+        let some = mask32x8::from_bitmask(simd, some);
+        let area = |a: usize, b: usize, c: usize| {
+            EightTriangles([corners[a], corners[b], corners[c]]).area()
+        };
+        let least = area(0, 1, 2).min(area(0, 2, 3));
+        let least = least.min(area(0, 1, 3)).min(area(1, 2, 3));
+        let seen =
+            p[0].simd_eq(p[0]) & q[0].simd_eq(q[0]) & r[0].simd_eq(r[0]) & s[0].simd_eq(s[0]);
+        let whole = some & seen & least.simd_gt(f32x8::splat(simd, 0.0));
+        Self {
+            corners,
+            whole,
+            halves: some & !whole,
+        }
+    }
+
+    /// One of the two triangles of each.
+    #[inline(always)]
+    pub(crate) fn half(&self, [a, b, c]: [usize; 3]) -> EightTriangles<S> {
+        EightTriangles([self.corners[a], self.corners[b], self.corners[c]])
+    }
+
+    /// The corners of one of the quarters.
+    #[inline(always)]
+    pub(crate) fn lane(&self, lane: usize) -> [Vertex; 4] {
+        let [p, q, r] = self.half(HALVES[0]).lane(lane);
+        let [_, _, s] = self.half(HALVES[1]).lane(lane);
+        [p, q, r, s]
+    }
+
+    /// Least and greatest screen x and y of each.
+    #[inline(always)]
+    pub(crate) fn bounds(&self) -> [[f32x8<S>; 2]; 2] {
+        let [p, q, r, s] = self.corners;
+        let of = |i: usize| {
+            let low = p[i].min(q[i]).min(r[i].min(s[i]));
+            let high = p[i].max(q[i]).max(r[i].max(s[i]));
+            [low, high]
+        };
+        [of(0), of(1)]
+    }
+}
+
+/// The two triangles of a quarter.
+pub(crate) const HALVES: [[usize; 3]; 2] = [[0, 1, 2], [0, 2, 3]];

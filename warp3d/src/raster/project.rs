@@ -4,7 +4,7 @@
 //! kept of it is f32.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x8, f64x4, mask32x8};
+use fearless_simd::{f32x8, f64x8, mask32x8};
 use fearless_simd_macros::simd;
 use resample_core::Projection;
 
@@ -23,10 +23,11 @@ pub(super) struct ProjectedRow<'a> {
     pub(super) blocks: &'a mut [[RowRange; 2]],
 }
 
-/// What a row's samples are computed from.
-struct Terms {
-    /// Constant, and what x and disparity add: screen x, screen y and their divisor, all scaled, and the numerator of depth.
-    rows: [[f64; 3]; 4],
+/// What places on the screen are computed from.
+pub(crate) struct Terms {
+    /// Constant, and what x, y and disparity add: screen x, screen y and their divisor, all scaled, and the numerator of
+    /// depth.
+    rows: [[f64; 4]; 4],
     /// Constant and slope in disparity of the divisor of depth.
     depth_divisor: [f64; 2],
     target: Projection,
@@ -34,52 +35,70 @@ struct Terms {
     most: f64,
 }
 
+/// A sum of terms for eight places.
+#[inline(always)]
+fn along<S: Simd>(
+    simd: S,
+    [one, by_x, by_y, by_disparity]: [f64; 4],
+    [x, y, disparity]: [f64x8<S>; 3],
+) -> f64x8<S> {
+    let constant = |v: f64| f64x8::splat(simd, v);
+    let sum = y.mul_add(constant(by_y), constant(one));
+    let sum = x.mul_add(constant(by_x), sum);
+    disparity.mul_add(constant(by_disparity), sum)
+}
+
 impl Terms {
-    fn new(warp: &Warp, y: usize) -> Self {
-        let y = y as f64 + 0.5;
+    pub(crate) fn new(warp: &Warp) -> Self {
         let ([by_x, by_y, one], by_disparity) = (warp.pixel_columns(), warp.disparity_column());
-        let (depth, depth_divisor) = warp.depth_terms();
-        let row = |i: usize| [by_y[i] * y + one[i], by_x[i], by_disparity[i]];
-        let depth = [depth[1] * y + depth[2], depth[0], depth[3]];
+        let ([x, y, constant, disparity], depth_divisor) = warp.depth_terms();
+        let row = |i: usize| [one[i], by_x[i], by_y[i], by_disparity[i]];
         let (target, near) = warp.target();
         Self {
-            rows: [row(0), row(1), row(2), depth],
+            rows: [row(0), row(1), row(2), [constant, x, y, disparity]],
             depth_divisor,
             target,
             most: warp.nearness(near),
         }
     }
 
-    /// Four samples at `x` (px): screen x, screen y and nearness, and whether they are in front.
+    /// Eight samples of row `y` from column `first` on, as [`Self::at`] gives them.
     #[inline(always)]
-    fn warped<S: Simd>(&self, simd: S, x: f64x4<S>, disparity: f64x4<S>) -> [f64x4<S>; 3] {
-        let constant = |v: f64| f64x4::splat(simd, v);
-        let along = |[one, by_x, by_disparity]: [f64; 3]| {
-            disparity.mul_add(
-                constant(by_disparity),
-                x.mul_add(constant(by_x), constant(one)),
-            )
-        };
-        let divisor = along(self.rows[2]);
+    pub(crate) fn warped<S: Simd>(
+        &self,
+        simd: S,
+        [first, y]: [usize; 2],
+        disparity: f32x8<S>,
+    ) -> [f64x8<S>; 3] {
+        let x = f64x8::from_slice(simd, &PLACES) + f64x8::splat(simd, first as f64);
+        let y = f64x8::splat(simd, y as f64 + 0.5);
+        self.at(simd, [x, y, widen(disparity)])
+    }
+
+    /// Eight places of the reference (x and y, px, and disparity): screen x, which is NaN where they are not in front,
+    /// screen y and nearness.
+    #[inline(always)]
+    pub(super) fn at<S: Simd>(&self, simd: S, at: [f64x8<S>; 3]) -> [f64x8<S>; 3] {
+        let constant = |v: f64| f64x8::splat(simd, v);
+        let divisor = along(simd, self.rows[2], at);
         let inverse = constant(1.0) / divisor;
         let (nearness, before) = match self.target {
             Projection::Perspective => {
-                let depth_divisor = disparity.mul_add(
-                    constant(self.depth_divisor[1]),
-                    constant(self.depth_divisor[0]),
-                );
-                (depth_divisor * inverse, divisor.simd_gt(constant(0.0)))
+                let [one, by_disparity] = self.depth_divisor.map(constant);
+                let nearness = at[2].mul_add(by_disparity, one) * inverse;
+                (nearness, divisor.simd_gt(constant(0.0)))
             }
             Projection::Orthographic => (
-                -(along(self.rows[3]) * inverse),
+                -(along(simd, self.rows[3], at) * inverse),
                 divisor.simd_gt(constant(f64::NEG_INFINITY)),
             ),
         };
         let in_front = before
             & nearness.simd_le(constant(self.most))
             & divisor.simd_lt(constant(f64::INFINITY));
-        let x = in_front.select(along(self.rows[0]) * inverse, constant(f64::NAN));
-        [x, along(self.rows[1]) * inverse, nearness]
+        let x = along(simd, self.rows[0], at) * inverse;
+        let x = in_front.select(x, constant(f64::NAN));
+        [x, along(simd, self.rows[1], at) * inverse, nearness]
     }
 }
 
@@ -92,7 +111,7 @@ pub(super) fn project_row<S: Simd>(
     disparity: &[f32],
     row: ProjectedRow<'_>,
 ) {
-    let terms = Terms::new(warp, y);
+    let terms = Terms::new(warp);
     let [xs, ys, nearness] = row.planes;
     for (block, ranges) in row.blocks.iter_mut().enumerate() {
         let mut bounds = Bounds::new(simd);
@@ -101,8 +120,11 @@ pub(super) fn project_row<S: Simd>(
             let count = LANES.min(end - first);
             let mut known = [f32::NAN; LANES];
             known[..count].copy_from_slice(&disparity[first..first + count]);
-            let [x, y, near] = eight(simd, &terms, first, f32x8::simd_from(simd, known));
-            bounds.include([x, y]);
+            let known = f32x8::simd_from(simd, known);
+            let [x, y, near] = terms.warped(simd, [first, y], known);
+            let [x, y, near] = [narrow(x), narrow(y), narrow(near)];
+            // NaN is no x of a sample in front.
+            bounds.include([x, y], x.simd_eq(x));
             for (to, from) in [(&mut *xs, x), (&mut *ys, y), (&mut *nearness, near)] {
                 to[first..first + count].copy_from_slice(&from.to_array()[..count]);
             }
@@ -111,32 +133,29 @@ pub(super) fn project_row<S: Simd>(
     }
 }
 
-/// Eight samples from `first` on.
+/// Eight numbers of twice the width.
 #[inline(always)]
-fn eight<S: Simd>(simd: S, terms: &Terms, first: usize, disparity: f32x8<S>) -> [f32x8<S>; 3] {
-    let (low, high) = disparity.widen();
-    let place =
-        |i: usize| f64x4::from_slice(simd, &PLACES[i..i + 4]) + f64x4::splat(simd, first as f64);
-    let (low, high) = (
-        terms.warped(simd, place(0), low),
-        terms.warped(simd, place(4), high),
-    );
-    [
-        low[0].narrow(high[0]),
-        low[1].narrow(high[1]),
-        low[2].narrow(high[2]),
-    ]
+pub(crate) fn widen<S: Simd>(value: f32x8<S>) -> f64x8<S> {
+    let (low, high) = value.widen();
+    low.combine(high)
 }
 
-/// Least and greatest screen x and y of what is in front, by lanes.
-struct Bounds<S: Simd> {
+/// Eight numbers of half the width.
+#[inline(always)]
+pub(crate) fn narrow<S: Simd>(value: f64x8<S>) -> f32x8<S> {
+    let (low, high) = value.split();
+    low.narrow(high)
+}
+
+/// Least and greatest screen x and y, by lanes.
+pub(super) struct Bounds<S: Simd> {
     low: [f32x8<S>; 2],
     high: [f32x8<S>; 2],
 }
 
 impl<S: Simd> Bounds<S> {
     #[inline(always)]
-    fn new(simd: S) -> Self {
+    pub(super) fn new(simd: S) -> Self {
         let constant = |v: f32| f32x8::splat(simd, v);
         Self {
             low: [constant(f32::INFINITY); 2],
@@ -144,18 +163,17 @@ impl<S: Simd> Bounds<S> {
         }
     }
 
+    /// Widens the bounds to hold some of eight places.
     #[inline(always)]
-    fn include(&mut self, at: [f32x8<S>; 2]) {
-        // NaN is no x of a sample in front.
-        let in_front: mask32x8<S> = at[0].simd_eq(at[0]);
+    pub(super) fn include(&mut self, at: [f32x8<S>; 2], some: mask32x8<S>) {
         for (axis, value) in at.into_iter().enumerate() {
-            self.low[axis] = in_front.select(value.min(self.low[axis]), self.low[axis]);
-            self.high[axis] = in_front.select(value.max(self.high[axis]), self.high[axis]);
+            self.low[axis] = some.select(value.min(self.low[axis]), self.low[axis]);
+            self.high[axis] = some.select(value.max(self.high[axis]), self.high[axis]);
         }
     }
 
     #[inline(always)]
-    fn ranges(&self) -> [RowRange; 2] {
+    pub(super) fn ranges(&self) -> [RowRange; 2] {
         let range = |i: usize| RowRange {
             low: self.low[i].reduce_min(),
             high: self.high[i].reduce_max(),

@@ -3,11 +3,17 @@
 //! Which quarters there are, and how far they reach, belongs to the reference; only their corners are warped for each
 //! frame.
 
-use glam::DVec2;
+use fearless_simd::prelude::*;
+use fearless_simd::{f32x8, f64x8, mask32x8};
+use fearless_simd_macros::simd;
 use rayon::prelude::*;
+use resample_core::dispatch;
+use resample_core::simd::Vectors;
 
-use super::vertex::{SEGMENT, Vertex};
-use crate::piece::patch_id;
+use super::cells::QuadBlock;
+use super::project::{Terms, narrow, widen};
+use super::vertex::{LANES, SEGMENT};
+use crate::piece::{KINDS, cell_of, patch_id};
 use crate::rims::Rims;
 use crate::surface::{Cell, Surfaces};
 use crate::warp::Warp;
@@ -25,10 +31,19 @@ pub(crate) struct Quarters {
 pub(crate) struct Quarter {
     /// The number of its piece.
     id: u32,
-    /// Its sample.
-    sample: u32,
     /// How far it reaches along x and y, samples, with sign.
     reach: [f32; 2],
+}
+
+impl Quarter {
+    /// Column and row of its sample.
+    #[inline(always)]
+    fn sample(&self, surfaces: &Surfaces) -> (usize, usize) {
+        let (cell, corner) = (cell_of(self.id), (self.id % KINDS) as usize - 2);
+        let cy = surfaces.cell_rows.row(cell);
+        let cx = cell - cy * (surfaces.size[0] + 1);
+        (cx + corner % 2 - 1, cy + corner / 2 - 1)
+    }
 }
 
 impl Quarters {
@@ -71,14 +86,81 @@ impl Quarters {
     }
 
     /// Warps every corner.
-    pub(super) fn project(&self, surfaces: &Surfaces, warp: &Warp, to: &mut Vec<[Vertex; 4]>) {
-        to.resize(self.quarters.len(), [Vertex::NOWHERE; 4]);
-        to.par_iter_mut()
-            .zip(&self.quarters)
-            .with_min_len(256)
-            .for_each(|(corners, quarter)| {
-                *corners = projected(quarter, surfaces, warp);
+    pub(super) fn project(
+        &self,
+        surfaces: &Surfaces,
+        warp: &Warp,
+        level: Vectors,
+        to: &mut Vec<QuadBlock>,
+    ) {
+        to.resize(
+            self.quarters.len().div_ceil(LANES),
+            [[[f32::NAN; LANES]; 3]; 4],
+        );
+        let terms = Terms::new(warp);
+        to.par_chunks_mut(TASK)
+            .zip(self.quarters.par_chunks(TASK * LANES))
+            .for_each(|(to, quarters)| {
+                dispatch!(level, simd => project_quarters(simd, &terms, surfaces, quarters, to));
             });
+    }
+}
+
+/// Blocks of one task.
+const TASK: usize = 32;
+
+/// The corners of eight quarters, wound like the reference's own triangles.
+#[simd]
+fn project_quarters<S: Simd>(
+    simd: S,
+    terms: &Terms,
+    surfaces: &Surfaces,
+    quarters: &[Quarter],
+    to: &mut [QuadBlock],
+) {
+    for (block, quarters) in to.iter_mut().zip(quarters.chunks(LANES)) {
+        // Place x and y, disparity and its slopes, and the reach.
+        let mut lanes = [[f32::NAN; LANES]; 7];
+        for (lane, quarter) in quarters.iter().enumerate() {
+            let (column, row) = quarter.sample(surfaces);
+            let index = row * surfaces.size[0] + column;
+            let slope = surfaces.slope[index];
+            lanes[0][lane] = column as f32;
+            lanes[1][lane] = row as f32;
+            lanes[2][lane] = surfaces.disparity[index];
+            (lanes[3][lane], lanes[4][lane]) = (slope[0], slope[1]);
+            (lanes[5][lane], lanes[6][lane]) = (quarter.reach[0], quarter.reach[1]);
+        }
+        let load = |i: usize| widen(f32x8::simd_from(simd, lanes[i]));
+        let half = f64x8::splat(simd, 0.5);
+        let (place, here) = ([load(0) + half, load(1) + half], load(2));
+        let (slope, reach) = ([load(3), load(4)], [load(5), load(6)]);
+        let zero = f64x8::splat(simd, 0.0);
+        let least = f64x8::splat(simd, 0.25) * here;
+        // Mirrored quarters are wound the other way.
+        let flipped =
+            mask32x8::from_bitmask(simd, (reach[0] * reach[1]).simd_le(zero).to_bitmask());
+        let offsets = [[zero, zero], [reach[0], zero], reach, [zero, reach[1]]];
+        let mut corners = [[f32x8::splat(simd, 0.0); 3]; 4];
+        for (corner, [x, y]) in corners.iter_mut().zip(offsets) {
+            // The tangent plane may reach its horizon within a steep quarter: it stays in front of it.
+            let disparity = (here + slope[0] * x + slope[1] * y).max(least);
+            let at = terms.at(simd, [place[0] + x, place[1] + y, disparity]);
+            for (to, value) in corner.iter_mut().zip(at) {
+                *to = narrow(value);
+            }
+        }
+        let [p, q, r, s] = corners;
+        for axis in 0..3 {
+            p[axis].store_slice(&mut block[0][axis]);
+            flipped
+                .select(s[axis], q[axis])
+                .store_slice(&mut block[1][axis]);
+            r[axis].store_slice(&mut block[2][axis]);
+            flipped
+                .select(q[axis], s[axis])
+                .store_slice(&mut block[3][axis]);
+        }
     }
 }
 
@@ -93,28 +175,5 @@ fn quarter(
     let reach = rims.reach(surfaces, sample, towards);
     let id = patch_id(cy * (surfaces.size[0] + 1) + cx, corner as u32 + 2);
     let reach = [0, 1].map(|i| (f64::from(towards[i]) * reach[i]) as f32);
-    Some(Quarter {
-        id,
-        sample: sample as u32,
-        reach,
-    })
-}
-
-/// The corners, wound like the reference's own triangles.
-fn projected(quarter: &Quarter, surfaces: &Surfaces, warp: &Warp) -> [Vertex; 4] {
-    let index = quarter.sample as usize;
-    let [dx, dy] = quarter.reach.map(f64::from);
-    let width = surfaces.size[0];
-    let centre = DVec2::new((index % width) as f64 + 0.5, (index / width) as f64 + 0.5);
-    let [slope_x, slope_y] = surfaces.slope[index].map(f64::from);
-    let here = f64::from(surfaces.disparity[index]);
-    let at = |x: f64, y: f64| {
-        // The tangent plane may reach its horizon within a steep quarter: it stays in front of it.
-        let disparity = (here + slope_x * x + slope_y * y).max(0.25 * here);
-        Vertex::of(warp, &warp.at(centre + DVec2::new(x, y), disparity))
-    };
-    let around = [at(0.0, 0.0), at(dx, 0.0), at(dx, dy), at(0.0, dy)];
-    // Mirrored quarters are wound the other way.
-    let [p, q, r, s] = around;
-    if dx * dy > 0.0 { around } else { [p, s, r, q] }
+    Some(Quarter { id, reach })
 }

@@ -1,7 +1,5 @@
 //! Samples and other corners on the screen.
 
-use crate::warp::{Warp, Warped};
-
 /// Cells that are drawn at once.
 pub(crate) const LANES: usize = 8;
 
@@ -23,25 +21,3 @@ pub(crate) struct Vertex {
 /// eight cells can be loaded anywhere: sample i is entry i + 1.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Planes(pub(super) [Vec<f32>; 3]);
-
-impl Vertex {
-    /// Behind the near plane, or unknown.
-    pub(crate) const NOWHERE: Self = Self {
-        x: f32::NAN,
-        y: f32::NAN,
-        nearness: f32::NAN,
-    };
-
-    /// A warped place on the screen.
-    pub(super) fn of(warp: &Warp, warped: &Warped) -> Self {
-        if !warp.in_front(warped) {
-            return Self::NOWHERE;
-        }
-        let at = warped.pos_in_screen();
-        Self {
-            x: at.x as f32,
-            y: at.y as f32,
-            nearness: warp.nearness(warped.depth) as f32,
-        }
-    }
-}

@@ -1,50 +1,59 @@
-//! Pixels inside one surface: four neighbours at a time are traced back to the reference, in f64, and looked up.
+//! Pixels inside one surface: eight neighbours at a time are traced back to the reference, in f64, and looked up.
 //!
-//! The formulas are those of [`Patch::hit`] and [`Footprint`], written for four pixels: with the piece's plane, the
+//! The formulas are those of [`Patch::hit`] and [`Footprint`], written for eight pixels: with the piece's plane, the
 //! homogeneous screen position is linear in the place on it, so two equations in two unknowns give the place, and their
-//! inverse the footprint. Only the constants subtract nearly equal numbers, and they are f64.
+//! inverse the footprint. Only the constants and the place subtract nearly equal numbers, and they are f64; the
+//! footprint, and the weights of the samples around the place, are f32.
 //!
 //! [`Footprint`]: crate::colour::Footprint
 
-use fearless_simd::f64x4;
 use fearless_simd::prelude::*;
-use glam::{DMat2, DVec2};
-use resample_core::point::PIXEL_SIGMA_PX;
+use fearless_simd::{f32x8, f64x8, i32x8};
+use glam::DVec2;
 
 use super::resolver::{Resolver, Row};
-use crate::colour::{BENT_VARIANCE, LEAST_VARIANCE, first_three};
-use crate::patch::{Hit, Patch};
-use crate::piece::NO_PATCH;
+use crate::colour::{
+    BENT_VARIANCE, EightWeights, Footprint, Weights, eight_axes, first_three, small_form,
+};
+use crate::patch::Patch;
+use crate::piece::{KINDS, NO_PATCH, cell_of};
+use crate::raster::narrow;
+use crate::surface::{Cell, Surfaces};
 
 /// Pixels that are traced at once.
-const LANES: usize = 4;
+const LANES: usize = 8;
 
-/// Pixels that are prepared together: their planes and hits stay in the nearest cache, and are written long before they
-/// are read as vectors.
+/// Pixels that are prepared together: as many as a word of flags holds.
 pub(super) const RUN: usize = 64;
 
-/// 0 to 3.
-const STEPS: [f64; LANES] = [0.0, 1.0, 2.0, 3.0];
+/// 0 to 7.
+const STEPS: [f64; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
 /// One number a pixel of a run.
-type Lane = [f64; RUN];
+type Lane = [f32; RUN];
 
 /// What a run of pixels sees, and where.
 #[derive(Clone)]
 pub(super) struct Run {
-    patches: [u32; RUN],
+    pieces: [u32; RUN],
     /// The pieces' planes: place x and y, disparity, slope x and y.
     planes: [Lane; 5],
-    /// Position in the reference, px; disparity; camera z of the target.
-    x: Lane,
-    y: Lane,
-    disparity: Lane,
+    /// Which places are numbers, one bit a pixel.
+    finite: u64,
+    /// Position in the reference, px.
+    place: [[f64; RUN]; 2],
+    /// The sample above and to the left of the place.
+    base: [[i32; RUN]; 2],
+    /// Camera z of the target.
     depth: Lane,
-    /// Reference px per screen px, by columns.
-    map: [Lane; 4],
-    /// Variance of the filter along its longer axis, and its form (xx, xy, yy), reference px^2.
+    /// Where the filter is wide: its longer axis, and the minifications along and across it, squared.
+    axes: [Lane; 4],
+    /// Variance of the filter along its longer axis, reference px^2.
     variance: Lane,
-    form: [Lane; 3],
+    /// Weights of four samples along x and y.
+    weights: [[Lane; 4]; 2],
+    /// Slopes of the weights along x, and along y times the covariance, px^2.
+    turned: [[Lane; 4]; 2],
     /// How well the reference resolves the pixel.
     resolution: Lane,
 }
@@ -53,21 +62,22 @@ impl Run {
     pub(super) fn new() -> Self {
         let zero = [0.0; RUN];
         Self {
-            patches: [NO_PATCH; RUN],
+            pieces: [NO_PATCH; RUN],
             // A pixel without a piece gets any plane in front.
             planes: [zero, zero, [1.0; RUN], zero, zero],
-            x: zero,
-            y: zero,
-            disparity: zero,
+            finite: 0,
+            place: [[0.0; RUN]; 2],
+            base: [[0; RUN]; 2],
             depth: zero,
-            map: [zero; 4],
+            axes: [zero; 4],
             variance: zero,
-            form: [zero; 3],
+            weights: [[zero; 4]; 2],
+            turned: [[zero; 4]; 2],
             resolution: zero,
         }
     }
 
-    /// Resolves the pixels of row `y` from `first` on that are not at edges.
+    /// Resolves the pixels of row `y` from `first` on, the first of a word of flags, that are not at edges.
     #[inline(always)]
     pub(super) fn resolve<S: Simd>(
         &mut self,
@@ -76,109 +86,111 @@ impl Run {
         (first, y): (usize, usize),
         row: &mut Row<'_>,
     ) {
-        if !self.gather(resolver, (first, y)) {
-            return;
-        }
+        let present = self.gather(resolver, (first, y));
+        self.finite = 0;
         for lane in (0..RUN).step_by(LANES) {
-            if self.patches[lane..lane + LANES]
-                .iter()
-                .any(|&patch| patch != NO_PATCH)
-            {
-                self.hit(
-                    simd,
-                    resolver,
-                    lane,
-                    [(first + lane) as f64 + 0.5, y as f64 + 0.5],
-                );
+            if present >> lane & 0xff != 0 {
+                let at = [(first + lane) as f64 + 0.5, y as f64 + 0.5];
+                self.trace(simd, resolver, lane, at);
             }
         }
-        for lane in (0..RUN).filter(|&lane| self.patches[lane] != NO_PATCH) {
-            if !(self.x[lane].is_finite() && self.y[lane].is_finite()) {
-                continue;
-            }
-            let rgb = self.colour(simd, resolver, lane);
+        let mut bits = present & self.finite;
+        while bits != 0 {
+            let lane = bits.trailing_zeros() as usize;
+            bits &= bits - 1;
+            let [r, g, b] = self.colour(simd, resolver, lane);
             let x = first + lane;
-            row.rgba[x] = [rgb[0], rgb[1], rgb[2], 1.0];
-            row.depth[x] = self.depth[lane] as f32;
-            row.resolution[x] = self.resolution[lane] as f32;
+            row.rgba[x] = [r, g, b, 1.0];
+            row.depth[x] = self.depth[lane];
+            row.resolution[x] = self.resolution[lane];
         }
     }
 
-    /// Looks up the planes; whether there is one.
+    /// Looks up the planes; which pixels there are, one bit each.
     #[inline(always)]
-    fn gather(&mut self, resolver: &Resolver<'_>, (first, y): (usize, usize)) -> bool {
-        let row = y * resolver.size[0];
-        let mut any = false;
-        for (lane, patch) in self.patches.iter_mut().enumerate() {
-            let at = row + first + lane;
-            let inside =
-                first + lane < resolver.size[0] && !resolver.hybrid.at_edge.get(first + lane, y);
-            *patch = if inside {
-                resolver.hybrid.patch[at]
-            } else {
-                NO_PATCH
-            };
-            if *patch == NO_PATCH {
+    fn gather(&mut self, resolver: &Resolver<'_>, (first, y): (usize, usize)) -> u64 {
+        let width = resolver.size[0];
+        let count = RUN.min(width - first);
+        let seen = &resolver.hybrid.patch[y * width + first..][..count];
+        let at_edge = resolver.hybrid.at_edge.word(first, y);
+        let mut present = 0;
+        for (lane, &piece) in seen.iter().enumerate() {
+            if piece == NO_PATCH || at_edge >> lane & 1 != 0 {
                 continue;
             }
-            any = true;
-            let piece = Patch::new(&resolver.prepared.surfaces, *patch);
-            self.planes[0][lane] = piece.place.x;
-            self.planes[1][lane] = piece.place.y;
-            self.planes[2][lane] = piece.disparity;
-            self.planes[3][lane] = piece.slope.x;
-            self.planes[4][lane] = piece.slope.y;
+            present |= 1 << lane;
+            self.pieces[lane] = piece;
+            let plane = plane_of(&resolver.prepared.surfaces, piece);
+            for (to, value) in self.planes.iter_mut().zip(plane) {
+                to[lane] = value;
+            }
         }
-        any
+        present
     }
 
     #[inline(always)]
     fn colour<S: Simd>(&self, simd: S, resolver: &Resolver<'_>, lane: usize) -> [f32; 3] {
-        let plane = |i: usize| self.planes[i][lane];
-        let patch = Patch {
-            place: DVec2::new(plane(0), plane(1)),
-            disparity: plane(2),
-            slope: DVec2::new(plane(3), plane(4)),
-        };
-        let lookup = resolver.lookup(&patch);
-        let at = DVec2::new(self.x[lane], self.y[lane]);
-        if self.variance[lane] < BENT_VARIANCE {
-            let form = [
-                self.form[0][lane] as f32,
-                self.form[1][lane] as f32,
-                self.form[2][lane] as f32,
-            ];
-            return first_three(lookup.bent(simd, at, form));
+        if self.variance[lane] < BENT_VARIANCE as f32 {
+            let (x, y) = (self.base[0][lane], self.base[1][lane]);
+            let [width, height] = resolver.prepared.surfaces.size;
+            // Only where four rows and columns exist, and no cut is among them.
+            if x >= 1 && y >= 1 && x + 2 < width as i32 && y + 2 < height as i32 {
+                let index = y as usize * width + x as usize;
+                if resolver.prepared.surfaces.clearance[index] >= 3 {
+                    let samples = &resolver.prepared.colours.coefficients;
+                    let weights = self.weights_of(lane);
+                    let from = index - width - 1;
+                    return first_three(weights.sum(simd, samples, from, width));
+                }
+            }
+            let patch = Patch::new(&resolver.prepared.surfaces, self.pieces[lane]);
+            let base = DVec2::new(f64::from(x), f64::from(y));
+            let axes = self.weights_of(lane).axes;
+            return first_three(resolver.lookup(&patch).cubic_at_rim(simd, base, axes));
         }
-        let column = |i: usize| DVec2::new(self.map[i][lane], self.map[i + 1][lane]);
-        let reference_from_screen = DMat2::from_cols(column(0), column(2));
-        let hit = Hit {
-            pos_in_reference: at,
-            reference_from_screen,
-            disparity: self.disparity[lane],
-        };
-        lookup.filtered(simd, &hit)
+        self.wide(simd, resolver, lane)
     }
 
-    /// Traces four pixels from `lane` on, the first at `[x, y]` on the screen.
     #[inline(always)]
-    fn hit<S: Simd>(&mut self, simd: S, resolver: &Resolver<'_>, lane: usize, [x, y]: [f64; 2]) {
-        let constant = |v: f64| f64x4::splat(simd, v);
-        let load = |i: usize| f64x4::from_slice(simd, &self.planes[i][lane..lane + LANES]);
+    fn weights_of(&self, lane: usize) -> Weights {
+        Weights {
+            axes: [four(&self.weights[0], lane), four(&self.weights[1], lane)],
+            turned: Some([four(&self.turned[0], lane), four(&self.turned[1], lane)]),
+        }
+    }
+
+    #[inline(always)]
+    fn wide<S: Simd>(&self, simd: S, resolver: &Resolver<'_>, lane: usize) -> [f32; 3] {
+        let patch = Patch::new(&resolver.prepared.surfaces, self.pieces[lane]);
+        let [x, y, large, small] = [0, 1, 2, 3].map(|i| f64::from(self.axes[i][lane]));
+        let footprint = Footprint::of_axes(DVec2::new(x, y), [large, small]);
+        let at = DVec2::new(self.place[0][lane], self.place[1][lane]);
+        first_three(resolver.lookup(&patch).wide(simd, at, &footprint))
+    }
+
+    /// Traces eight pixels from `lane` on, the first at `[x, y]` on the screen.
+    #[inline(always)]
+    fn trace<S: Simd>(&mut self, simd: S, resolver: &Resolver<'_>, lane: usize, [x, y]: [f64; 2]) {
+        let constant = |v: f64| f64x8::splat(simd, v);
+        let load = |i: usize| {
+            let (low, high) = f32x8::from_slice(simd, &self.planes[i][lane..lane + LANES]).widen();
+            low.combine(high)
+        };
         let (place_x, place_y, disparity, slope_x, slope_y) =
             (load(0), load(1), load(2), load(3), load(4));
         let [column_x, column_y, column_one, column_d] = &resolver.columns;
-        let (x, y) = (constant(x) + f64x4::from_slice(simd, &STEPS), constant(y));
+        let (x, y) = (constant(x) + f64x8::from_slice(simd, &STEPS), constant(y));
         // The homogeneous screen position on each plane: origin, and what a step along x and y adds.
         let origin = |x: f64, y: f64, one: f64, d: f64| {
-            constant(x) * place_x + constant(y) * place_y + constant(one) + constant(d) * disparity
+            let near = place_y.mul_add(constant(y), constant(one));
+            disparity.mul_add(constant(d), place_x.mul_add(constant(x), near))
         };
         let (ox, oy, oz) = (
             origin(column_x.x, column_y.x, column_one.x, column_d.x),
             origin(column_x.y, column_y.y, column_one.y, column_d.y),
             origin(column_x.z, column_y.z, column_one.z, column_d.z),
         );
-        let step = |c: f64, slope: f64x4<S>, d: f64| constant(c) + slope * constant(d);
+        let step = |c: f64, slope: f64x8<S>, d: f64| slope.mul_add(constant(d), constant(c));
         let (ax, ay, az) = (
             step(column_x.x, slope_x, column_d.x),
             step(column_x.y, slope_x, column_d.y),
@@ -195,62 +207,112 @@ impl Run {
         let inverse = constant(1.0) / (m00 * m11 - m01 * m10);
         let u = (right_x * m11 - m01 * right_y) * inverse;
         let v = (m00 * right_y - right_x * m10) * inverse;
-        let divisor = oz + u * az + v * bz;
-        let scale = divisor * inverse;
-        let map = [m11 * scale, -(m10 * scale), -(m01 * scale), m00 * scale];
-        let disparity = disparity + slope_x * u + slope_y * v;
-        let (x, y) = (place_x + u, place_y + v);
-        let (depth_row, depth_divisor) = resolver.warp.depth_terms();
-        let depth = constant(depth_row[0]) * x
-            + constant(depth_row[1]) * y
-            + constant(depth_row[2])
-            + constant(depth_row[3]) * disparity;
-        let depth = depth / (constant(depth_divisor[0]) + constant(depth_divisor[1]) * disparity);
-        let area = (map[0] * map[3] - map[1] * map[2]).abs();
-        let (variance, form) = filter(simd, map);
-        let store = |value: f64x4<S>, to: &mut Lane| value.store_slice(&mut to[lane..lane + LANES]);
-        store(x, &mut self.x);
-        store(y, &mut self.y);
-        store(disparity, &mut self.disparity);
-        store(depth, &mut self.depth);
-        store(variance, &mut self.variance);
-        store(area.sqrt().min(constant(1.0)), &mut self.resolution);
-        for (value, to) in map.into_iter().zip(&mut self.map) {
-            store(value, to);
+        let scale = v.mul_add(bz, u.mul_add(az, oz)) * inverse;
+        let map = [
+            narrow(m11 * scale),
+            narrow(-(m10 * scale)),
+            narrow(-(m01 * scale)),
+            narrow(m00 * scale),
+        ];
+        let disparity = slope_y.mul_add(v, slope_x.mul_add(u, disparity));
+        let place = [place_x + u, place_y + v];
+        let (row, divisor) = resolver.warp.depth_terms();
+        let depth = place[1].mul_add(constant(row[1]), constant(row[2]));
+        let depth = place[0].mul_add(constant(row[0]), depth);
+        let depth = disparity.mul_add(constant(row[3]), depth);
+        let depth = depth / disparity.mul_add(constant(divisor[1]), constant(divisor[0]));
+        narrow(depth).store_slice(&mut self.depth[lane..lane + LANES]);
+        let known = place[0].is_finite() & place[1].is_finite();
+        self.finite |= known.to_bitmask() << lane;
+        self.weigh(simd, lane, place, map);
+    }
+
+    /// The weights of the samples around eight places, seen through `map`.
+    #[inline(always)]
+    fn weigh<S: Simd>(&mut self, simd: S, lane: usize, place: [f64x8<S>; 2], map: [f32x8<S>; 4]) {
+        let [ax, ay, bx, by] = map;
+        let area = (ax * by - ay * bx).abs().sqrt();
+        let resolution = area.min(f32x8::splat(simd, 1.0));
+        resolution.store_slice(&mut self.resolution[lane..lane + LANES]);
+        let (variance, [xx, xy, yy]) = small_form(simd, map);
+        variance.store_slice(&mut self.variance[lane..lane + LANES]);
+        let bent = variance.simd_lt(f32x8::splat(simd, BENT_VARIANCE as f32));
+        if !bent.all_true() {
+            // Seen edge-on, a number may not fit.
+            let [ax, ay, bx, by] = map;
+            let most = f32x8::splat(simd, 1e9);
+            let held = [
+                ax.min(most).max(-most),
+                ay.min(most).max(-most),
+                bx.min(most).max(-most),
+                by.min(most).max(-most),
+            ];
+            for (value, to) in eight_axes(simd, held).into_iter().zip(&mut self.axes) {
+                value.store_slice(&mut to[lane..lane + LANES]);
+            }
         }
-        for (value, to) in form.into_iter().zip(&mut self.form) {
-            store(value, to);
+        for (axis, (at, own)) in place.into_iter().zip([xx, yy]).enumerate() {
+            let corner = at - f64x8::splat(simd, 0.5);
+            // A place that rounding has put just before a sample is at it: otherwise the row before the first is asked for.
+            let base = (corner + f64x8::splat(simd, 1e-6)).floor();
+            let t = narrow(corner - base).max(f32x8::splat(simd, 0.0));
+            let base: i32x8<S> = narrow(base).to_int();
+            at.store_slice(&mut self.place[axis][lane..lane + LANES]);
+            base.store_slice(&mut self.base[axis][lane..lane + LANES]);
+            let spline = EightWeights::new(simd, t);
+            let cross = if axis == 0 {
+                f32x8::splat(simd, 1.0)
+            } else {
+                xy
+            };
+            for k in 0..4 {
+                let value = spline.widened(simd, k, own);
+                value.store_slice(&mut self.weights[axis][k][lane..lane + LANES]);
+                let slope = spline.slope[k] * cross;
+                slope.store_slice(&mut self.turned[axis][k][lane..lane + LANES]);
+            }
         }
     }
 }
 
-/// Variance along the longer axis of the footprint, and the form of the filter: the positive part of
-/// sigma^2 (J J^T - 1).
+/// The plane of a piece: place x and y, disparity, slope x and y. As [`Patch::new`] has it, if from another of its corners;
+/// corners that are joined are so alike that f32 subtracts them without rounding.
 #[inline(always)]
-fn filter<S: Simd>(simd: S, map: [f64x4<S>; 4]) -> (f64x4<S>, [f64x4<S>; 3]) {
-    let constant = |v: f64| f64x4::splat(simd, v);
-    let (zero, one) = (constant(0.0), constant(1.0));
-    let [ax, ay, bx, by] = map;
-    let (xx, xy, yy) = (ax * ax + bx * bx, ax * ay + bx * by, ay * ay + by * by);
-    let half_trace = constant(0.5) * (xx + yy);
-    let difference = constant(0.5) * (xx - yy);
-    let spread = (difference * difference + xy * xy).sqrt();
-    let (large, small) = (half_trace + spread, half_trace - spread);
-    let sigma2 = constant(PIXEL_SIGMA_PX * PIXEL_SIGMA_PX);
-    let variance = |minification2: f64x4<S>| (sigma2 * (minification2 - one)).max(zero);
-    let (along, across) = (variance(large), variance(small));
-    // The projection on the longer axis is (J J^T - small) / (large - small); without one, both are the same.
-    let gap = large - small;
-    let round = gap.simd_le(constant(1e-9));
-    let share = round.select(zero, (along - across) / gap);
-    let wanted = along.simd_ge(constant(LEAST_VARIANCE));
-    let form = |value: f64x4<S>, on_axis: f64x4<S>| wanted.select(on_axis + share * value, zero);
-    (
-        along,
-        [
-            form(xx - small, across),
-            form(xy, zero),
-            form(yy - small, across),
-        ],
-    )
+fn plane_of(surfaces: &Surfaces, piece: u32) -> [f32; 5] {
+    let width = surfaces.size[0];
+    let cell = cell_of(piece);
+    let kind = piece % KINDS;
+    if kind >= 2 {
+        let patch = Patch::new(surfaces, piece);
+        let (place, slope) = (patch.place, patch.slope);
+        return [place.x, place.y, patch.disparity, slope.x, slope.y].map(|v| v as f32);
+    }
+    let cy = surfaces.cell_rows.row(cell);
+    let cx = cell - cy * (width + 1);
+    let first = (cy - 1) * width + cx - 1;
+    let (above, below) = (
+        &surfaces.disparity[first..first + 2],
+        &surfaces.disparity[first + width..first + width + 2],
+    );
+    let ([a, b], [c, d]) = ([above[0], above[1]], [below[0], below[1]]);
+    // Selected, not branched on: on flat ground rounding alone decides how a cell is joined.
+    let (upper, anti) = (kind == 0, surfaces.cells[cell] == Cell::AntiDiagonal);
+    let from_b = anti & !upper;
+    [
+        cx as f32 - if from_b { -0.5 } else { 0.5 },
+        cy as f32 - 0.5,
+        if from_b { b } else { a },
+        if upper { b - a } else { d - c },
+        if upper != anti { d - b } else { c - a },
+    ]
+}
+
+#[inline(always)]
+fn four(lanes: &[Lane; 4], lane: usize) -> [f32; 4] {
+    [
+        lanes[0][lane],
+        lanes[1][lane],
+        lanes[2][lane],
+        lanes[3][lane],
+    ]
 }

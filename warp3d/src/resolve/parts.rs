@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use super::resolver::Resolver;
-use super::window::{REACH_PX, WindowPixel, add};
+use super::window::{REACH_PX, Subset, WindowPixel, add};
 use crate::bands::BAND_ROWS;
 use crate::hybrid::{NO_SLOT, one_surface};
 use crate::patch::{Hit, Patch, PlaneMap, share_a_corner};
@@ -52,7 +52,7 @@ impl Resolver<'_> {
             let Some([x, y]) = self.inside(x as i32 + dx, y as i32 + dy) else {
                 continue;
             };
-            add(&mut parts.window, &pixel.total);
+            add(&mut parts.window, &pixel.total.sum);
             let at = y * self.size[0] + x;
             match self.hybrid.slot[at] {
                 NO_SLOT => self.add_whole(&mut parts.list, self.hybrid.patch[at], pixel),
@@ -74,8 +74,8 @@ impl Resolver<'_> {
             return;
         }
         let share = Share {
-            sum: pixel.total,
-            best: (pixel.places[pixel.best][0], id),
+            sum: pixel.total.sum,
+            best: (pixel.total.best.0, id),
         };
         let surfaces = &self.prepared.surfaces;
         match list
@@ -91,11 +91,9 @@ impl Resolver<'_> {
     #[inline(always)]
     fn add_slot(&self, list: &mut Vec<Part>, [band, slot]: [usize; 2], pixel: &WindowPixel) {
         for part in self.hybrid.parts[band].of_slot(slot) {
-            let (sum, best) = pixel.sum(part.places);
-            let best = (
-                pixel.places[best][0],
-                self.hybrid.fine[band].piece(slot, best),
-            );
+            let Subset { sum, best } = pixel.sum(part.places);
+            let piece = self.hybrid.fine[band].piece(slot, best.1 as usize);
+            let best = (best.0, piece);
             self.add_share(list, part.id, part.patch, &Share { sum, best });
         }
     }

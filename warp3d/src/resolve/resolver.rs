@@ -21,6 +21,16 @@ pub(super) struct Row<'a> {
     pub(super) purity: &'a mut [f32],
 }
 
+impl Row<'_> {
+    /// Nothing is seen.
+    pub(super) fn clear(&mut self) {
+        self.rgba.fill([0.0; 4]);
+        self.depth.fill(f32::INFINITY);
+        self.resolution.fill(0.0);
+        self.purity.fill(1.0);
+    }
+}
+
 /// Resolves one picture.
 pub(crate) struct Resolver<'a> {
     pub(super) hybrid: &'a Hybrid,

@@ -8,15 +8,37 @@ pub(super) const REACH_PX: i32 = 1;
 /// Pixels of the window.
 const WINDOW: usize = (2 * REACH_PX as usize + 1) * (2 * REACH_PX as usize + 1);
 
+/// Places that are summed at once.
+const GROUP: usize = 4;
+
 /// Gaussian weights of the places of one pixel of the window.
 #[derive(Clone, Debug)]
 pub(super) struct WindowPixel {
-    /// Weight, and weighted offset along x and y, of each place.
-    pub(super) places: Vec<[f32; 3]>,
-    /// Their sums.
-    pub(super) total: [f32; 3],
-    /// The place with the largest weight.
-    pub(super) best: usize,
+    /// For each group of places, the sums over each of its subsets.
+    groups: Vec<[Subset; 1 << GROUP]>,
+    /// One bit for each place.
+    whole: u64,
+    /// The sum over all places.
+    pub(super) total: Subset,
+}
+
+/// Some places of a pixel.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Subset {
+    /// Weight, and weighted offset along x and y.
+    pub(super) sum: [f32; 3],
+    /// The largest weight of a place, and that place, the first of several.
+    pub(super) best: (f32, u32),
+}
+
+impl Subset {
+    #[inline(always)]
+    fn join(&mut self, other: &Self) {
+        add(&mut self.sum, &other.sum);
+        if other.best.0 > self.best.0 {
+            self.best = other.best;
+        }
+    }
 }
 
 /// Gaussian weights of the places of a window.
@@ -39,46 +61,55 @@ impl WindowWeights {
                 let w = weight(i) * weight(j) / (sum * sum);
                 [w as f32, (w * offset(i)) as f32, (w * offset(j)) as f32]
             };
-            WindowPixel::new((0..subpixels * subpixels).map(place).collect())
+            let places: Vec<_> = (0..subpixels * subpixels).map(place).collect();
+            WindowPixel::new(&places)
         };
         Self((0..WINDOW).map(pixel).collect())
     }
 }
 
 impl WindowPixel {
-    fn new(places: Vec<[f32; 3]>) -> Self {
-        let mut total = [0.0; 3];
-        places.iter().for_each(|place| add(&mut total, place));
-        let best = (0..places.len()).fold(0, |best, i| {
-            if places[i][0] > places[best][0] {
-                i
-            } else {
-                best
+    fn new(places: &[[f32; 3]]) -> Self {
+        let subset = |group: usize, bits: usize| {
+            let mut subset = Subset::default();
+            for place in (0..GROUP).filter(|place| bits >> place & 1 != 0) {
+                let place = group * GROUP + place;
+                if let Some(&sum) = places.get(place) {
+                    let best = (sum[0], place as u32);
+                    subset.join(&Subset { sum, best });
+                }
             }
-        });
-        Self {
-            places,
-            total,
-            best,
+            subset
+        };
+        let of_group = |group: usize| {
+            let mut subsets = [Subset::default(); 1 << GROUP];
+            for (bits, to) in subsets.iter_mut().enumerate() {
+                *to = subset(group, bits);
+            }
+            subsets
+        };
+        let mut pixel = Self {
+            groups: (0..places.len().div_ceil(GROUP)).map(of_group).collect(),
+            whole: u64::MAX >> (64 - places.len()),
+            total: Subset::default(),
+        };
+        for group in &pixel.groups {
+            pixel.total.join(&group[(1 << GROUP) - 1]);
         }
+        pixel
     }
 
-    /// Weight and moment of some places, and the one with the largest weight.
+    /// The sum over some places, one bit each.
     #[inline(always)]
-    pub(super) fn sum(&self, mut bits: u64) -> ([f32; 3], usize) {
-        if bits.count_ones() as usize == self.places.len() {
-            return (self.total, self.best);
+    pub(super) fn sum(&self, bits: u64) -> Subset {
+        if bits == self.whole {
+            return self.total;
         }
-        let (mut sum, mut best) = ([0.0; 3], bits.trailing_zeros() as usize);
-        while bits != 0 {
-            let place = bits.trailing_zeros() as usize;
-            add(&mut sum, &self.places[place]);
-            if self.places[place][0] > self.places[best][0] {
-                best = place;
-            }
-            bits &= bits - 1;
+        let mut sum = Subset::default();
+        for (k, group) in self.groups.iter().enumerate() {
+            sum.join(&group[(bits >> (GROUP * k)) as usize & ((1 << GROUP) - 1)]);
         }
-        (sum, best)
+        sum
     }
 }
 

@@ -230,6 +230,7 @@ impl Band<'_> {
             let front_to_back = list.iter().map(|&brick| &placed[brick as usize]);
             let (counts, state) = advance_tile(settings, &view, front_to_back, scratch);
             slot.count(counts);
+            slot.count_samples(scratch.work);
             *tile = match state {
                 TileState::Opaque => {
                     end_tile(settings, scratch);

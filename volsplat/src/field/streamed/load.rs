@@ -114,6 +114,7 @@ impl Packed {
         });
         CellBrick {
             shown: ShownCells::all(),
+            corners: None,
             bounds: brick.bounds(at),
             scalars,
             gradients: None,

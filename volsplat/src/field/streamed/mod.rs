@@ -17,6 +17,7 @@ use crate::bricks::support::VisibleValues;
 use crate::large::LargeVolume;
 use crate::large::blocks::bricks_along;
 use crate::options::RenderOptions;
+use crate::sheets::table::TransferTable;
 use crate::transfer::TransferFunction;
 use crate::volume::Described;
 use crate::watch::Watch;
@@ -86,7 +87,8 @@ impl LargeCells {
         let (lattice, budget) = (volume.lattice(), Budget::new(volume.max_memory()));
         let reader = RowReader {
             stored: Arc::clone(volume.source()),
-            support: support(transfer, options),
+            support: support(transfer, options)
+                .tabulated(TransferTable::step(transfer, volume.value_range()) as f32),
             gradients: gradients(options),
             world_from_index: lattice.world_from_index,
         };

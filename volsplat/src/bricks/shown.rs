@@ -1,0 +1,107 @@
+//! Which cells of a brick may be seen: from the least and the greatest value at the corners of each.
+//!
+//! Ranges are found along one axis after another, all cells side by side.
+
+use super::bounds::Bounds;
+use super::cells::{CELL_ROWS, CELL_SIDE, CELLS, ShownCells, TABLE_LEN, Table, VERTEX_SIDE};
+
+/// Vertices of a brick with cells along x, and of those with cells along y too.
+const EDGES: usize = CELL_SIDE * VERTEX_SIDE * VERTEX_SIDE;
+const FACES: usize = CELL_ROWS * VERTEX_SIDE;
+
+/// The least and the greatest value at the corners of each cell.
+pub(super) struct CellRanges {
+    pub(super) least: Box<[f32; CELLS]>,
+    pub(super) greatest: Box<[f32; CELLS]>,
+}
+
+impl CellRanges {
+    pub(super) fn new(table: &Table) -> Self {
+        Self {
+            least: over_corners(table, f32::min),
+            greatest: over_corners(table, f32::max),
+        }
+    }
+
+    /// The cells of which this holds, for the least and the greatest value.
+    #[inline(always)]
+    pub(super) fn select(&self, holds: impl Fn(f32, f32) -> bool) -> ShownCells {
+        let mut rows = [0; CELL_ROWS];
+        for (row, bits) in rows.iter_mut().enumerate() {
+            for x in 0..CELL_SIDE {
+                let cell = row * CELL_SIDE + x;
+                *bits |= u8::from(holds(self.least[cell], self.greatest[cell])) << x;
+            }
+        }
+        ShownCells::of_rows(rows)
+    }
+}
+
+/// What the values at the eight corners of each cell combine to.
+#[inline(always)]
+fn over_corners<T: Copy + Default>(
+    table: &[T; TABLE_LEN],
+    combine: impl Fn(T, T) -> T,
+) -> Box<[T; CELLS]> {
+    let mut edges = [T::default(); EDGES];
+    for (row, vertices) in edges
+        .chunks_exact_mut(CELL_SIDE)
+        .zip(table.chunks_exact(VERTEX_SIDE))
+    {
+        for x in 0..CELL_SIDE {
+            row[x] = combine(vertices[x], vertices[x + 1]);
+        }
+    }
+    let mut faces = [T::default(); FACES];
+    for (layer, rows) in faces
+        .chunks_exact_mut(CELL_ROWS)
+        .zip(edges.chunks_exact(CELL_SIDE * VERTEX_SIDE))
+    {
+        for at in 0..CELL_ROWS {
+            layer[at] = combine(rows[at], rows[at + CELL_SIDE]);
+        }
+    }
+    let mut cells = Box::new([T::default(); CELLS]);
+    for (at, cell) in cells.iter_mut().enumerate() {
+        *cell = combine(faces[at], faces[at + CELL_ROWS]);
+    }
+    cells
+}
+
+/// The cells with a corner that the mask shows.
+pub(super) fn unmasked(mask: &[u8; TABLE_LEN]) -> ShownCells {
+    let shown = over_corners(mask, |a, b| a | b);
+    let mut rows = [0; CELL_ROWS];
+    for (cell, &shown) in shown.iter().enumerate() {
+        rows[cell / CELL_SIDE] |= u8::from(shown != 0) << (cell % CELL_SIDE);
+    }
+    ShownCells::of_rows(rows)
+}
+
+/// The cells of a block of this size.
+pub(super) fn cells_of(size: [usize; 3]) -> ShownCells {
+    let mut rows = [0; CELL_ROWS];
+    for (number, row) in rows.iter_mut().enumerate() {
+        if number % CELL_SIDE < size[1] && number / CELL_SIDE < size[2] {
+            *row = (0xff_u32 >> (CELL_SIDE - size[0])) as u8;
+        }
+    }
+    ShownCells::of_rows(rows)
+}
+
+/// The box around cells; `None` where there are none.
+pub(super) fn box_of(corner: [u32; 3], cells: &ShownCells) -> Option<Bounds> {
+    let (mut along_x, mut along_y, mut along_z) = (0u8, 0u8, 0u8);
+    for (number, &row) in cells.rows().iter().enumerate() {
+        along_x |= row;
+        let any = u8::from(row != 0);
+        along_y |= any << (number % CELL_SIDE);
+        along_z |= any << (number / CELL_SIDE);
+    }
+    if along_x == 0 {
+        return None;
+    }
+    let least = [along_x, along_y, along_z].map(|bits| bits.trailing_zeros() as u8);
+    let greatest = [along_x, along_y, along_z].map(|bits| (u8::BITS - bits.leading_zeros()) as u8);
+    Some(Bounds::of_range(corner, [least, greatest]))
+}

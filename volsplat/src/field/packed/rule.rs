@@ -1,0 +1,18 @@
+//! What becomes of packed samples.
+
+use fearless_simd::{Simd, mask32x16};
+
+use crate::field::gather::GatherScratch;
+use crate::field::job::Job;
+
+/// What becomes of packed samples.
+pub(in crate::field) trait PackedRule {
+    /// Whether samples hide those behind them.
+    const HIDES: bool;
+
+    /// Which pixels of a row take samples of the brick.
+    fn open<S: Simd>(simd: S, job: &Job, scratch: &GatherScratch, row: usize) -> mask32x16<S>;
+
+    /// Takes the samples of the list in. There are some.
+    fn take<S: Simd>(simd: S, job: &Job, scratch: &mut GatherScratch);
+}

@@ -1,0 +1,248 @@
+//! The planes of a brick over a tile: which of their samples lie in cells that may show something.
+//!
+//! A row of the tile is one vector. A brick's 512 cells are as many bits, in one vector of 64 bytes, and a sample's bit
+//! is found in it by permutation.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{f32x16, mask32x16, u8x64, u32x16};
+use resample_core::composite::DepthRule;
+use resample_core::tile::TILE_PX;
+
+use super::rule::PackedRule;
+use super::samples::{LANES, PIXEL_SHIFT, PackedSamples};
+use crate::bricks::cells::{CELL_SIDE, TABLE_LEN, VERTEX_SIDE};
+use crate::field::cell_sample::CellBox;
+use crate::field::gather::{GatherScratch, Window};
+use crate::field::job::Job;
+use crate::sheets::view::PlaneView;
+
+const _: () = assert!(LANES == TILE_PX);
+
+/// What a scan looks for.
+struct Scan<'a, S: Simd> {
+    job: &'a Job<'a>,
+    cells: CellBox,
+    /// A bit for each cell.
+    bits: u8x64<S>,
+    /// 0, 1, .. at the place of the pixel.
+    lanes: u32x16<S>,
+}
+
+/// Samples of a row of a plane.
+struct Row<S: Simd> {
+    position: [f32x16<S>; 3],
+    inside: mask32x16<S>,
+}
+
+/// Finds the samples of all planes, and composites them. Returns the lanes looked at.
+#[inline(always)]
+pub(super) fn add_planes<S: Simd, R: PackedRule>(
+    simd: S,
+    job: &Job,
+    window: Window,
+    scratch: &mut GatherScratch,
+) -> usize {
+    let (settings, placed) = (job.settings, job.placed);
+    let mut numbers = [0; LANES];
+    for (lane, number) in numbers.iter_mut().enumerate() {
+        *number = (lane as u32) << PIXEL_SHIFT;
+    }
+    let scan = Scan {
+        job,
+        cells: CellBox::new(placed.brick, &settings.sheets.anchor),
+        bits: u8x64::from_slice(simd, placed.brick.shown.rows()),
+        lanes: u32x16::from_slice(simd, &numbers),
+    };
+    // Out of the scratch storage as long as the rest of it changes.
+    let mut planes = std::mem::take(&mut scratch.planes);
+    let mut touched = 0;
+    for number in placed.planes[0]..placed.planes[1] {
+        let plane = planes.at(job.view, number);
+        let section = window.section(simd, settings, plane, placed);
+        if section.columns[0] >= section.columns[1] {
+            continue;
+        }
+        for row in section.rows[0]..section.rows[1] {
+            touched += LANES;
+            scan.add_row::<R>(simd, plane, row, scratch);
+            if scratch.samples.is_full() {
+                flush::<S, R>(simd, job, scratch);
+            }
+        }
+    }
+    flush::<S, R>(simd, job, scratch);
+    scratch.planes = planes;
+    touched
+}
+
+/// Takes in the samples that wait.
+#[inline(always)]
+fn flush<S: Simd, R: PackedRule>(simd: S, job: &Job, scratch: &mut GatherScratch) {
+    let count = scratch.samples.len();
+    if count > 0 {
+        scratch.work.computed += count.next_multiple_of(LANES);
+        scratch.work.shown += count;
+        R::take(simd, job, scratch);
+        scratch.samples.clear();
+    }
+}
+
+impl<S: Simd> Scan<'_, S> {
+    #[inline(always)]
+    fn add_row<R: PackedRule>(
+        &self,
+        simd: S,
+        plane: &PlaneView,
+        row: usize,
+        scratch: &mut GatherScratch,
+    ) {
+        let open = R::open(simd, self.job, scratch, row);
+        let mut found = self.inside(simd, plane, row, open);
+        if self.job.placed.cuts != 0 {
+            found.inside &= self.clipped(simd, &found.position);
+        }
+        if found.inside.all_false() {
+            return;
+        }
+        let (cell, share) = self.cells_of(simd, &found.position);
+        let inside = found.inside & self.shown(simd, cell);
+        if inside.all_false() {
+            return;
+        }
+        let inside = if self.job.placed.brick.mask.is_some() {
+            inside & self.masked(simd, cell, share)
+        } else {
+            inside
+        };
+        let units = f32x16::from_slice(simd, &self.job.view.units_per_slab[row]);
+        let place = cell | self.lanes | u32x16::splat(simd, (row * LANES) as u32) << PIXEL_SHIFT;
+        append(&mut scratch.samples, inside, place, share, units);
+        if self.job.settings.sheets.depth == DepthRule::Expected || !R::HIDES {
+            let z = f32x16::splat(simd, plane.camera_z);
+            let first = scratch.samples.len();
+            z.store_slice(&mut scratch.samples.camera_z[first..first + LANES]);
+        }
+        let count = inside.to_bitmask().count_ones() as usize;
+        scratch.samples.grow(count);
+    }
+
+    /// Where a row of a plane lies in the grid, relative to the anchor, and which of its samples lie in the box of the
+    /// brick's visible cells. Positions come out the same for every brick, so that a sample on a face belongs to one.
+    #[inline(always)]
+    fn inside(&self, simd: S, plane: &PlaneView, row: usize, open: mask32x16<S>) -> Row<S> {
+        let mut found = Row {
+            position: [f32x16::splat(simd, 0.0); 3],
+            inside: open,
+        };
+        for axis in 0..3 {
+            let at = f32x16::from_slice(simd, &plane.lanes[axis])
+                + f32x16::splat(simd, plane.rows[axis][row]);
+            found.position[axis] = at;
+            found.inside &= at.simd_ge(f32x16::splat(simd, self.cells.low[axis]))
+                & at.simd_lt(f32x16::splat(simd, self.cells.high[axis]));
+        }
+        found
+    }
+
+    /// The numbers of the cells of positions, and the positions in them. Those outside the brick get a cell inside.
+    #[inline(always)]
+    fn cells_of(&self, simd: S, position: &[f32x16<S>; 3]) -> (u32x16<S>, [f32x16<S>; 3]) {
+        let constant = |v: f32| f32x16::splat(simd, v);
+        let mut share = *position;
+        let mut number = constant(0.0);
+        for axis in [2, 1, 0] {
+            let in_brick = position[axis] - constant(self.cells.corner[axis]);
+            let cell = in_brick
+                .max(constant(0.0))
+                .min(constant(CELL_SIDE as f32 - 1.0))
+                .trunc();
+            share[axis] = in_brick - cell;
+            number = number.mul_add(constant(CELL_SIDE as f32), cell);
+        }
+        (number.to_int::<u32x16<S>>(), share)
+    }
+
+    /// Which cells may show something.
+    #[inline(always)]
+    fn shown(&self, simd: S, cell: u32x16<S>) -> mask32x16<S> {
+        let constant = |v: u32| u32x16::splat(simd, v);
+        // The lowest byte of each lane is looked up, the others give something that is not looked at.
+        let rows: u8x64<S> = (cell >> 3).bitcast();
+        let row: u32x16<S> = self.bits.swizzle_dyn(rows).bitcast();
+        let bit = row >> (cell & constant(7));
+        (bit & constant(1)).simd_eq(constant(1))
+    }
+
+    /// Which positions the clip keeps.
+    #[inline(always)]
+    fn clipped(&self, simd: S, position: &[f32x16<S>; 3]) -> mask32x16<S> {
+        let constant = |v: f32| f32x16::splat(simd, v);
+        let mut kept = constant(0.0).simd_eq(constant(0.0));
+        for (number, half) in self.job.settings.clip.iter().enumerate() {
+            if self.job.placed.cuts >> number & 1 == 1 {
+                let height = position[0].mul_add(
+                    constant(half.normal[0]),
+                    position[1].mul_add(
+                        constant(half.normal[1]),
+                        position[2].mul_add(constant(half.normal[2]), constant(half.offset)),
+                    ),
+                );
+                kept &= height.simd_ge(constant(0.0));
+            }
+        }
+        kept
+    }
+
+    /// The samples whose nearest voxel the mask shows.
+    #[inline(always)]
+    fn masked(&self, simd: S, cell: u32x16<S>, share: [f32x16<S>; 3]) -> mask32x16<S> {
+        let Some(mask) = self.job.placed.brick.mask.as_deref() else {
+            return cell.simd_eq(cell);
+        };
+        let constant = |v: u32| u32x16::splat(simd, v);
+        let half = f32x16::splat(simd, 0.5);
+        let mut nearest = vertices(simd, cell);
+        let mut stride = 1;
+        for share in share {
+            nearest += share.simd_ge(half).select(constant(stride), constant(0));
+            stride *= VERTEX_SIDE as u32;
+        }
+        let nearest = nearest.to_array();
+        let mut shown = [0u32; LANES];
+        for lane in 0..LANES {
+            shown[lane] = u32::from(mask[(nearest[lane] as usize).min(TABLE_LEN - 1)]);
+        }
+        u32x16::from_slice(simd, &shown).simd_gt(constant(0))
+    }
+}
+
+/// The places of cells' first vertices.
+#[inline(always)]
+fn vertices<S: Simd>(simd: S, cell: u32x16<S>) -> u32x16<S> {
+    let constant = |v: u32| u32x16::splat(simd, v);
+    let rows = (cell >> 3) & constant(CELL_SIDE as u32 - 1);
+    let layers = cell >> 6;
+    cell + rows + layers * constant(2 * CELL_SIDE as u32 + 1)
+}
+
+/// Writes the samples of a vector behind the others.
+#[inline(always)]
+fn append<S: Simd>(
+    samples: &mut PackedSamples,
+    inside: mask32x16<S>,
+    place: u32x16<S>,
+    share: [f32x16<S>; 3],
+    units: f32x16<S>,
+) {
+    let first = samples.len();
+    let end = first + LANES;
+    place
+        .compress(inside)
+        .store_slice(&mut samples.place[first..end]);
+    for (numbers, share) in samples.share.iter_mut().zip(share) {
+        share.compress(inside).store_slice(&mut numbers[first..end]);
+    }
+    units
+        .compress(inside)
+        .store_slice(&mut samples.units[first..end]);
+}
