@@ -367,19 +367,13 @@ fn an_animation_is_posed_and_played() {
         accessor(0, 6, "VEC3"), accessor(1, 2, "SCALAR"), accessor(2, 2, "VEC3")
     );
     bench.write("a.gltf", gltf.as_bytes());
-    let key = |time: f64| {
-        format!(
-            "{{\"time\": {time}, \"position\": [0, 0, 10], \"target\": [0, 0, 0], \"up\": [0, 1, 0], \"fov_y\": 60}}"
-        )
-    };
-    bench.write(
-        "still.json",
-        format!("[{}, {}]", key(0.0), key(1.0)).as_bytes(),
+    let camera =
+        "{\"position\": [0, 0, 10], \"target\": [0, 0, 0], \"up\": [0, 1, 0], \"fov_y\": 60}";
+    let keys = format!(
+        "{{\"keys\": [{{\"time\": 0, \"camera\": {camera}}}, {{\"time\": 1, \"camera\": {camera}}}]}}"
     );
-    bench.write(
-        "camera.json",
-        key(0.0).replace("\"time\": 0, ", "").as_bytes(),
-    );
+    bench.write("still.json", keys.as_bytes());
+    bench.write("camera.json", camera.as_bytes());
     let covered = |name: &str| {
         let (_, _, bytes) = read_png(&bench.path(&format!("out/{name}")));
         bytes
