@@ -13,24 +13,33 @@ use glam::Vec4;
 use crate::backward::{look_up_bilinear, look_up_ewa, look_up_nearest, look_up_trilinear};
 use crate::filter::{AROUND, around};
 use crate::fragments::{Fragment, collect};
-use crate::lookup::small_footprint;
 use crate::options::Method;
+use crate::patch::Patch;
 use crate::pixel::{Gathered, PixelOnTexture};
 use crate::points::{gather_minified, gather_points};
 use crate::scene::AlphaMode;
 use crate::span::{BORDER_PX, SPAN_PX, TILE_PX};
-use crate::surface::{Surface, UvPlanes};
+use crate::surface::{Surface, UvAt, UvPlanes};
 use crate::tile::{Cell, Tile, TileImage, TileWork};
 
 impl Tile<'_> {
     /// Gathers points at every pixel that sees one minified plane, and leaves the others to sub-pixels.
     pub(crate) fn lay_points(&self, work: &mut TileWork, image: &mut TileImage) {
         self.each_pixel(work, |work, pixel, cell| {
-            let Cell::Plane(id) = cell else { return false };
+            let (id, patch) = match (cell, work.patches.at(pixel)) {
+                (Cell::Plane(id), _) => (id, None),
+                (_, Some(patch)) => (patch.id, Some(patch)),
+                _ => return false,
+            };
             let Some(surface) = &work.surfaces[id as usize] else {
                 return false;
             };
-            match self.pixel_colour(surface, centre_px(pixel), &mut image.points) {
+            let at = centre_px(pixel);
+            let colour = match patch {
+                None => self.pixel_colour(surface, at, &mut image.points),
+                Some(patch) => self.patch_colour(surface, &patch, at, &mut image.points),
+            };
+            match colour {
                 Some(colour) => image.rgba[pixel[1] * TILE_PX + pixel[0]] = colour.to_array(),
                 None => return false,
             }
@@ -115,6 +124,49 @@ impl Tile<'_> {
         Some(self.lit(surface, at, base, emissive))
     }
 
+    /// The colour of a smooth surface at a pixel.
+    fn patch_colour(
+        &self,
+        surface: &Surface,
+        patch: &Patch,
+        at_px: [f32; 2],
+        texels: &mut u64,
+    ) -> Option<Vec4> {
+        let over_w_slope = surface.over_w_slope(at_px);
+        // The mean under the filter differs from what the centre shows by half the second derivative times the variance.
+        let bent = [0, 1].map(|k| self.frame.filter.variance_px2[k] * over_w_slope[k]);
+        let mut gathered = |planes: &Option<UvPlanes>, [su, sv]: [f32; 2]| {
+            let Some(planes) = planes else {
+                return Some(Vec4::ONE);
+            };
+            let UvAt { u, v, jacobian } = patch.at;
+            let [ux, uy, vx, vy] = jacobian;
+            let (u, v) = (
+                u + ux * bent[0] + uy * bent[1],
+                v + vx * bent[0] + vy * bent[1],
+            );
+            let pixel = PixelOnTexture {
+                pyramid: &self.frame.scene.pyramids[planes.pyramid],
+                at: UvAt {
+                    u: u * su,
+                    v: v * sv,
+                    jacobian: [ux * su, uy * su, vx * sv, vy * sv],
+                },
+                over_w_slope,
+            };
+            let gathered = gather_minified(&pixel, self.frame.simd)?;
+            *texels += u64::from(gathered.texels);
+            Some(gathered.rgba)
+        };
+        let base = gathered(&surface.base, [1.0; 2])?;
+        let material = surface.material(self.frame.scene);
+        let emissive = gathered(
+            &surface.emissive,
+            material.emissive_per_base.unwrap_or([1.0; 2]),
+        )?;
+        Some(self.shaded(surface, at_px, patch.light, base, emissive))
+    }
+
     fn pixel_texture(
         &self,
         surface: &Surface,
@@ -136,34 +188,6 @@ impl Tile<'_> {
             Method::BackwardTrilinear => Some(look_up_trilinear(&pixel)),
             Method::BackwardEwa => Some(look_up_ewa(&pixel, simd)),
         }
-    }
-
-    /// Premultiplied colour of a surface at a sub-pixel.
-    #[inline(always)]
-    pub(crate) fn colour(&self, surface: &Surface, at: [f32; 2]) -> Vec4 {
-        let base = self.texture(surface, &surface.base, at);
-        let emissive = self.texture(surface, &surface.emissive, at);
-        self.lit(surface, at, base, emissive)
-    }
-
-    #[inline(always)]
-    fn texture(&self, surface: &Surface, planes: &Option<UvPlanes>, at: [f32; 2]) -> Vec4 {
-        let Some(planes) = planes else {
-            return Vec4::ONE;
-        };
-        let side_px = self.frame.filter.spacing_px;
-        let pyramid = &self.frame.scene.pyramids[planes.pyramid];
-        small_footprint(
-            pyramid,
-            &surface.uv_at(planes, at),
-            side_px,
-            &planes.borders,
-        )
-    }
-
-    /// Alpha of a surface at a sub-pixel.
-    pub(crate) fn alpha(&self, surface: &Surface, at: [f32; 2]) -> f32 {
-        surface.factor(at).w * self.texture(surface, &surface.base, at).w
     }
 
     /// What a pixel or sub-pixel shows of a surface: filtered textures times factors, lit, premultiplied.

@@ -78,7 +78,7 @@ fn ewa_in_level(pixel: &PixelOnTexture, index: usize, simd: Vectors) -> Gathered
     let level = &pyramid.levels[index];
     if level.size == [1, 1] {
         return Gathered {
-            rgba: level.texels[0],
+            rgba: level.texels.at(0),
             texels: 1,
         };
     }

@@ -188,6 +188,12 @@ impl Borders {
         }
     }
 
+    /// Whether there is any.
+    #[inline(always)]
+    pub(crate) fn any(&self) -> bool {
+        self.count > 0
+    }
+
     /// Whether a border is nearer than `reach` texels.
     #[inline(always)]
     pub(crate) fn within(&self, place: [f32; 2], reach: f32) -> bool {

@@ -19,7 +19,8 @@ use crate::stats::FrameStats;
 /// Triangles of one task.
 const CHUNK: usize = 4096;
 
-/// A triangle in view.
+/// A triangle in view, as all tiles see it. It is computed from its corners wherever it is needed: a million of them
+/// would fill the memory's bandwidth.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ScreenTriangle {
     /// The lines opposite each corner, positive inside: at p they are the barycentric coordinate over w, times `det`.
@@ -28,8 +29,15 @@ pub(crate) struct ScreenTriangle {
     pub(crate) det: f64,
     /// The depth key as a plane over the screen: 1/w, or -z for parallel rays. Larger is nearer.
     pub(crate) key: DVec3,
+    /// What the frame keeps of it.
+    pub(crate) seen: SeenTriangle,
+}
+
+/// What a frame keeps of a triangle in view.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SeenTriangle {
     /// The rectangle of the screen outside which nothing of it is seen, px: low x, low y, high x, high y.
-    pub(crate) bounds_px: [f64; 4],
+    pub(crate) bounds_px: [f32; 4],
     /// Index into the prepared meshes.
     pub(crate) mesh: u32,
     /// Index into the mesh's triangles.
@@ -45,49 +53,84 @@ pub(crate) enum Facing {
     Back,
 }
 
-/// What became of one triangle.
-enum Fate {
-    Seen(ScreenTriangle, TileRect),
-    BackFacing,
-    OffScreen,
-}
-
 /// The triangles in view and the tiles that each may touch.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct InView {
-    pub(crate) triangles: Vec<ScreenTriangle>,
+    pub(crate) triangles: Vec<SeenTriangle>,
     pub(crate) rects: Vec<TileRect>,
+    /// By mesh: its vertices before the camera.
+    corners: Vec<Vec<Corner>>,
+}
+
+impl InView {
+    /// The triangle at a place of the list.
+    #[inline]
+    pub(crate) fn triangle(
+        &self,
+        scene: &Prepared,
+        projection: Projection,
+        place: u32,
+    ) -> ScreenTriangle {
+        let seen = self.triangles[place as usize];
+        let corners = &self.corners[seen.mesh as usize];
+        let corners = scene.meshes[seen.mesh as usize].triangles[seen.triangle as usize]
+            .map(|i| corners[i as usize]);
+        let Shape { lines, det, key } = Shape::new(projection, &corners);
+        ScreenTriangle {
+            lines,
+            det,
+            key,
+            seen,
+        }
+    }
+}
+
+/// What a task found.
+#[derive(Default)]
+struct Found {
+    seen: Vec<SeenTriangle>,
+    rects: Vec<TileRect>,
+    back_facing: u64,
+    off_screen: u64,
 }
 
 /// Projects every triangle; drops those that face away, lie outside the picture or before the near plane.
 pub(crate) fn cull(scene: &Prepared, camera: &Camera, stats: &mut FrameStats) -> InView {
     let mut in_view = InView::default();
     for (index, mesh) in scene.meshes.iter().enumerate() {
-        let sides = scene.materials[mesh.material].sides;
-        let project = |corner: DVec3| Corner::new(camera, corner);
-        let fates: Vec<Fate> = (0..mesh.triangles.len())
-            .into_par_iter()
+        let corners: Vec<Corner> = mesh
+            .positions
+            .par_iter()
             .with_min_len(CHUNK)
-            .map(|t| {
-                let place = Place {
-                    mesh: index as u32,
-                    triangle: t as u32,
-                    sides,
-                };
-                fate(camera, &mesh.corners(t).map(project), &place)
+            .map(|pos| Corner::new(camera, mesh.in_world(pos)))
+            .collect();
+        let sides = scene.materials[mesh.material].sides;
+        let found: Vec<Found> = mesh
+            .triangles
+            .par_chunks(CHUNK)
+            .enumerate()
+            .map(|(chunk, triangles)| {
+                let mut found = Found::default();
+                for (at, triangle) in triangles.iter().enumerate() {
+                    let place = Place {
+                        mesh: index as u32,
+                        triangle: (chunk * CHUNK + at) as u32,
+                        sides,
+                    };
+                    let corners = triangle.map(|i| corners[i as usize]);
+                    found.add(camera, &corners, &place);
+                }
+                found
             })
             .collect();
         stats.triangles += mesh.triangles.len() as u64;
-        for fate in fates {
-            match fate {
-                Fate::BackFacing => stats.back_facing += 1,
-                Fate::OffScreen => stats.off_screen += 1,
-                Fate::Seen(triangle, rect) => {
-                    in_view.triangles.push(triangle);
-                    in_view.rects.push(rect);
-                }
-            }
+        for found in found {
+            stats.back_facing += found.back_facing;
+            stats.off_screen += found.off_screen;
+            in_view.triangles.extend(found.seen);
+            in_view.rects.extend(found.rects);
         }
+        in_view.corners.push(corners);
     }
     in_view
 }
@@ -99,7 +142,7 @@ struct Place {
 }
 
 /// A corner before the camera.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Corner {
     homogeneous: DVec3,
     z: f64,
@@ -131,51 +174,62 @@ impl Corner {
     }
 }
 
-fn fate(camera: &Camera, corners: &[Corner; 3], place: &Place) -> Fate {
-    let Some(bounds_px) = bounds_px(camera.near, corners) else {
-        return Fate::OffScreen;
-    };
-    let Some(rect) = tiles(camera, &bounds_px) else {
-        return Fate::OffScreen;
-    };
-    let [a, b, c] = corners.map(|corner| corner.homogeneous);
-    let lines = [b.cross(c), c.cross(a), a.cross(b)];
-    let det = a.dot(lines[0]);
-    // Seen from the front, a counter-clockwise triangle turns clockwise on a screen whose y runs down.
-    let facing = if det < 0.0 {
-        Facing::Front
-    } else {
-        Facing::Back
-    };
-    let hidden_side = facing == Facing::Back && place.sides == Sides::Front;
-    if hidden_side || det == 0.0 || !det.is_finite() {
-        return Fate::BackFacing;
+/// The planes of a triangle over the screen.
+struct Shape {
+    lines: [DVec3; 3],
+    det: f64,
+    key: DVec3,
+}
+
+impl Shape {
+    #[inline(always)]
+    fn new(projection: Projection, corners: &[Corner; 3]) -> Self {
+        let [a, b, c] = corners.map(|corner| corner.homogeneous);
+        let lines = [b.cross(c), c.cross(a), a.cross(b)];
+        let det = a.dot(lines[0]);
+        let sign = det.signum();
+        let lines = lines.map(|line| line * sign);
+        let det = det.abs();
+        let key = match projection {
+            Projection::Perspective => (lines[0] + lines[1] + lines[2]) / det,
+            Projection::Orthographic => -(0..3)
+                .map(|i| lines[i] * (corners[i].z / det))
+                .sum::<DVec3>(),
+        };
+        Self { lines, det, key }
     }
-    let sign = det.signum();
-    let lines = lines.map(|line| line * sign);
-    let det = det.abs();
-    let key = match camera.projection {
-        Projection::Perspective => (lines[0] + lines[1] + lines[2]) / det,
-        Projection::Orthographic => -(0..3)
-            .map(|i| lines[i] * (corners[i].z / det))
-            .sum::<DVec3>(),
-    };
-    if !key.is_finite() {
-        return Fate::BackFacing;
-    }
-    let Place { mesh, triangle, .. } = *place;
-    Fate::Seen(
-        ScreenTriangle {
-            lines,
-            det,
-            key,
-            bounds_px,
-            mesh,
-            triangle,
+}
+
+impl Found {
+    fn add(&mut self, camera: &Camera, corners: &[Corner; 3], place: &Place) {
+        let bounds = bounds_px(camera.near, corners);
+        let rect = bounds.and_then(|bounds| Some((bounds, tiles(camera, &bounds)?)));
+        let Some((bounds_px, rect)) = rect else {
+            self.off_screen += 1;
+            return;
+        };
+        let [a, b, c] = corners.map(|corner| corner.homogeneous);
+        let det = a.dot(b.cross(c));
+        // Seen from the front, a counter-clockwise triangle turns clockwise on a screen whose y runs down.
+        let facing = if det < 0.0 {
+            Facing::Front
+        } else {
+            Facing::Back
+        };
+        let hidden_side = facing == Facing::Back && place.sides == Sides::Front;
+        let degenerate = hidden_side || det == 0.0 || !det.is_finite();
+        if degenerate || !Shape::new(camera.projection, corners).key.is_finite() {
+            self.back_facing += 1;
+            return;
+        }
+        self.seen.push(SeenTriangle {
+            bounds_px: bounds_px.map(|px| px as f32),
+            mesh: place.mesh,
+            triangle: place.triangle,
             facing,
-        },
-        rect,
-    )
+        });
+        self.rects.push(rect);
+    }
 }
 
 /// The screen rectangle of the part beyond the near plane; `None` if no part lies beyond it.
@@ -228,9 +282,9 @@ impl ScreenTriangle {
 
     /// The flat normal in the world of the side that is seen, not normalised.
     pub(crate) fn flat_normal(&self, mesh: &PreparedMesh) -> DVec3 {
-        let [a, b, c] = mesh.corners(self.triangle as usize);
+        let [a, b, c] = mesh.corners(self.seen.triangle as usize);
         let normal = (b - a).cross(c - a);
-        if self.facing == Facing::Front {
+        if self.seen.facing == Facing::Front {
             normal
         } else {
             -normal

@@ -82,6 +82,13 @@ impl Edges {
         self.sort(filter);
     }
 
+    /// Forgets all edges.
+    pub(crate) fn clear(&mut self) {
+        self.all.clear();
+        self.first.clear();
+        self.first.resize(SPAN_PX * SPAN_PX + 1, 0);
+    }
+
     /// The edges whose first sub-pixel lies in a pixel of the span.
     pub(crate) fn of_cell(&self, cell: usize) -> &[Edge] {
         &self.all[self.first[cell] as usize..self.first[cell + 1] as usize]

@@ -5,14 +5,17 @@
 //! stands for changes by the third power of the same factor (Sherman and Morrison on the homography's rows).
 
 use fearless_simd::prelude::*;
+use fearless_simd::{f32x4, f32x8, f32x16};
 use fearless_simd_macros::simd;
 use glam::Vec4;
 use resample_core::dispatch;
 use resample_core::simd::Vectors;
 
-use crate::mip::{Level, wrapped};
+use crate::lanes::IOTA;
+use crate::mip::{Level, LevelTexels, wrapped};
 use crate::pixel::{Gathered, PixelOnTexture};
 use crate::scene::Wrap;
+use crate::taps::Kind;
 
 /// A covariance (xx, xy, yy), texels squared.
 #[derive(Clone, Copy, Debug)]
@@ -134,106 +137,172 @@ impl TexelEllipse {
     }
 
     #[inline(always)]
-    fn gather(&self, level: &Level, wrap: [Wrap; 2]) -> Option<Gathered> {
+    fn gather<S: Simd, K: Kind>(
+        &self,
+        simd: S,
+        level: &Level,
+        wrap: [Wrap; 2],
+    ) -> Option<Gathered> {
         let [ixx, ixy, iyy] = self.inverse;
         let reach = self.cut / (1.0 - self.change);
-        let (mut sum, mut total) = (Vec4::ZERO, 0.0);
-        let mut texels = 0;
         let [first, last] = whole(self.centre[1], reach * self.extent_v);
         // Far more than any level that callers choose: it bounds the time of a degenerate footprint.
         if last.saturating_sub(first) > MAX_SIDE || reach * reach > ixx * (MAX_SIDE as f32).powi(2)
         {
             return None;
         }
+        let (slant, per_ixx) = (ixy / ixx, 1.0 / ixx);
+        let mut sums = Sums {
+            rgba: [f32x4::splat(simd, 0.0); 4],
+            weight: f32x8::splat(simd, 0.0),
+        };
+        let mut texels = 0;
         for row in first..=last {
             let dv = row as f32 - self.centre[1];
             // The row's chord of the ellipse: ixx du^2 + 2 ixy du dv + iyy dv^2 = reach^2.
-            let middle = -ixy * dv / ixx;
-            let left = (reach * reach - (iyy - ixy * ixy / ixx) * dv * dv).max(0.0) / ixx;
+            let middle = -slant * dv;
+            let left = (reach * reach - (iyy - ixy * slant) * dv * dv).max(0.0) * per_ixx;
             let [start, end] = whole(self.centre[0] + middle, left.sqrt());
+            if start > end {
+                continue;
+            }
+            let of_row = level.row_start(row, wrap[1]);
+            let of_row = &K::of(level)[of_row..of_row + level.size[0]];
+            texels += (end - start + 1) as u32;
             let mut column = start;
             while column <= end {
-                let count = ((end - column) as usize + 1).min(BATCH);
-                let mut weights = [0.0f32; BATCH];
-                for (k, weight) in weights.iter_mut().enumerate() {
-                    *weight = self.weight((column + k as i32) as f32 - self.centre[0], dv);
+                let left = (end - column + 1) as usize;
+                let du = column as f32 - self.centre[0];
+                if left > 8 {
+                    let weights = self.weights16(simd, du, dv);
+                    let (low, high) = weights.split();
+                    sums.weight += low + high;
+                    add_row(
+                        simd,
+                        of_row,
+                        (column, wrap[0]),
+                        &weights.as_slice()[..left.min(16)],
+                        &mut sums.rgba,
+                    );
+                    column += 16;
+                } else {
+                    let weights = self.weights8(simd, du, dv);
+                    sums.weight += weights;
+                    add_row(
+                        simd,
+                        of_row,
+                        (column, wrap[0]),
+                        &weights.as_slice()[..left],
+                        &mut sums.rgba,
+                    );
+                    column += 8;
                 }
-                add_row(level, wrap, (row, column), &weights[..count], &mut sum);
-                total += weights[..count].iter().sum::<f32>();
-                texels += count as u32;
-                column += BATCH as i32;
             }
         }
+        let total = sums.weight.reduce_sum();
+        let [a, b, c, d] = sums.rgba;
+        let sum = (a + b) + (c + d);
         (total > 0.0).then(|| Gathered {
-            rgba: sum / total,
+            rgba: Vec4::from_slice(sum.as_slice()) * (K::SCALE / total),
             texels,
         })
     }
 
-    /// What a texel at this offset counts.
     #[inline(always)]
-    fn weight(&self, du: f32, dv: f32) -> f32 {
-        let nearness = 1.0 - self.perspective[0] * du - self.perspective[1] * dv;
-        let tau = 1.0 / nearness;
-        let (du, dv) = (du * tau, dv * tau);
+    fn weights16<S: Simd>(&self, simd: S, du: f32, dv: f32) -> f32x16<S> {
+        let columns = f32x16::from_slice(simd, &IOTA);
+        self.weights(simd, columns + f32x16::splat(simd, du), dv)
+    }
+
+    #[inline(always)]
+    fn weights8<S: Simd>(&self, simd: S, du: f32, dv: f32) -> f32x8<S> {
+        let columns = f32x8::from_slice(simd, &IOTA[..8]);
+        self.weights(simd, columns + f32x8::splat(simd, du), dv)
+    }
+
+    /// What texels at these offsets count; nothing beyond the ellipse.
+    #[inline(always)]
+    fn weights<S, F>(&self, simd: S, du: F, dv: f32) -> F
+    where
+        S: Simd,
+        F: SimdFloat<S, Element = f32>,
+        F::Bits: SimdInt<S, Element = u32>,
+    {
+        let splat = |x: f32| F::splat(simd, x);
+        let nearness = splat(1.0 - self.perspective[1] * dv) - splat(self.perspective[0]) * du;
+        let tau = splat(1.0) / nearness;
+        let (du, dv) = (du * tau, tau * dv);
         let [ixx, ixy, iyy] = self.inverse;
-        let (tu, tv) = (ixx * du + ixy * dv, ixy * du + iyy * dv);
+        let (tu, tv) = (du * ixx + dv * ixy, du * ixy + dv * iyy);
         let q = tu * du + tv * dv;
-        let hermite = |t: f32, s: f32| t * t * (t * t - 6.0 * s) + 3.0 * s * s;
-        let series = 1.0 + self.kappa[0] * hermite(tu, ixx) + self.kappa[1] * hermite(tv, iyy);
-        let weight =
-            (exp2(q * (-0.5 * std::f32::consts::LOG2_E)) * series - self.floor) * tau * tau * tau;
+        let (tu2, tv2) = (tu * tu, tv * tv);
+        let of_u = tu2 * (tu2 - splat(6.0 * ixx)) + splat(3.0 * ixx * ixx);
+        let of_v = tv2 * (tv2 - splat(6.0 * iyy)) + splat(3.0 * iyy * iyy);
+        let series = splat(1.0) + of_u * self.kappa[0] + of_v * self.kappa[1];
+        let weight = (exp2(simd, q * (-0.5 * std::f32::consts::LOG2_E)) * series
+            - splat(self.floor))
+            * (tau * tau * tau);
         // What is not before the eye has no place on the screen.
-        if q <= self.cut * self.cut && nearness > 0.0 {
-            weight
-        } else {
-            0.0
-        }
+        let seen = q.simd_le(splat(self.cut * self.cut)) & nearness.simd_gt(splat(0.0));
+        seen.select(weight, splat(0.0))
     }
 }
 
 /// Most rows, and most columns of a row.
 const MAX_SIDE: i32 = 1 << 14;
 
-/// Texels whose weights are computed together.
-const BATCH: usize = 8;
+/// What a gathering has summed: colours in four parts, so that no addition waits for the one before.
+struct Sums<S: Simd> {
+    rgba: [f32x4<S>; 4],
+    weight: f32x8<S>,
+}
 
-/// Adds to `sum` the texels from `column` of `row` on, times the weights, with what lies beyond the level's borders.
+/// Adds to `sums` the texels of a row from `column` on, times the weights, with what lies beyond the level's borders.
 #[inline(always)]
-fn add_row(
-    level: &Level,
-    wrap: [Wrap; 2],
-    (row, column): (i32, i32),
+fn add_row<S: Simd, K: Kind>(
+    simd: S,
+    texels: &[K],
+    (column, wrap): (i32, Wrap),
     weights: &[f32],
-    sum: &mut Vec4,
+    sums: &mut [f32x4<S>; 4],
 ) {
-    let start = level.row_start(row, wrap[1]);
-    let texels = &level.texels[start..start + level.size[0]];
-    let inside = usize::try_from(column)
-        .ok()
-        .and_then(|first| texels.get(first..first + weights.len()));
-    match inside {
-        Some(texels) => {
-            for (&weight, texel) in weights.iter().zip(texels) {
-                *sum += *texel * weight;
-            }
+    let first = column as usize;
+    if column >= 0 && first + weights.len() <= texels.len() {
+        let texels = &texels[first..first + weights.len()];
+        let mut k = 0;
+        while k + 4 <= weights.len() {
+            let (one, two) = (K::two(simd, texels, k), K::two(simd, texels, k + 2));
+            sums[0] = one[0].mul_add(f32x4::splat(simd, weights[k]), sums[0]);
+            sums[1] = one[1].mul_add(f32x4::splat(simd, weights[k + 1]), sums[1]);
+            sums[2] = two[0].mul_add(f32x4::splat(simd, weights[k + 2]), sums[2]);
+            sums[3] = two[1].mul_add(f32x4::splat(simd, weights[k + 3]), sums[3]);
+            k += 4;
         }
-        None => {
-            for (&weight, column) in weights.iter().zip(column..) {
-                *sum += texels[wrapped(column, level.size[0], wrap[0])] * weight;
-            }
+        while k < weights.len() {
+            let weight = f32x4::splat(simd, weights[k]);
+            sums[0] = K::one(simd, texels, k).mul_add(weight, sums[0]);
+            k += 1;
         }
+        return;
+    }
+    for (at, &weight) in (column..).zip(weights) {
+        let texel = K::one(simd, texels, wrapped(at, texels.len(), wrap));
+        sums[0] = texel.mul_add(f32x4::splat(simd, weight), sums[0]);
     }
 }
 
 #[simd]
 fn gather_texels<S: Simd>(
-    _: S,
+    simd: S,
     ellipse: &TexelEllipse,
     level: &Level,
     wrap: [Wrap; 2],
 ) -> Option<Gathered> {
-    ellipse.gather(level, wrap)
+    match level.texels {
+        LevelTexels::Unorm16(_) => ellipse.gather::<S, [u16; 4]>(simd, level, wrap),
+        LevelTexels::Srgb8(_) => ellipse.gather::<S, [u8; 4]>(simd, level, wrap),
+        LevelTexels::Float(_) => ellipse.gather::<S, Vec4>(simd, level, wrap),
+    }
 }
 
 /// Adding this rounds a float of magnitude under 2^22 to an integer and leaves that integer in the low bits.
@@ -248,16 +317,25 @@ const EXP2M1: [f32; 5] = [
     0.001_333_353_3,
 ];
 
-/// 2^x for x <= 0, as 2^-126 below that; no branch and no call, so that loops over it become vector code.
+/// 2^x for x <= 0, as 2^-126 below that.
 #[inline(always)]
-fn exp2(x: f32) -> f32 {
-    let x = x.max(-126.0);
-    let rounded = x + ROUND_MAGIC;
-    let f = x - (rounded - ROUND_MAGIC);
+fn exp2<S, F>(simd: S, x: F) -> F
+where
+    S: Simd,
+    F: SimdFloat<S, Element = f32>,
+    F::Bits: SimdInt<S, Element = u32>,
+{
+    let splat = |x: f32| F::splat(simd, x);
+    let x = x.max(splat(-126.0));
+    let rounded = x + splat(ROUND_MAGIC);
+    let f = x - (rounded - splat(ROUND_MAGIC));
     let [c0, c1, c2, c3, c4] = EXP2M1;
-    let power = f * (c0 + f * (c1 + f * (c2 + f * (c3 + f * c4))));
-    let scale = f32::from_bits((rounded.to_bits() << 23).wrapping_add(1f32.to_bits()));
-    scale + scale * power
+    let mut poly = f * c4 + splat(c3);
+    poly = poly * f + splat(c2);
+    poly = poly * f + splat(c1);
+    poly = poly * f + splat(c0);
+    let scale = F::from_bits((rounded.to_bits() << 23) + F::Bits::splat(simd, 1f32.to_bits()));
+    scale + scale * (f * poly)
 }
 
 /// The whole numbers within `half` of `middle`.

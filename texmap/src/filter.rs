@@ -24,6 +24,8 @@ pub(crate) struct PixelFilter {
     pub(crate) rows: Vec<WindowRow>,
     /// The lattice's two shortest steps, at right angles.
     pub(crate) steps: [LatticeStep; 2],
+    /// The filter's second moments along x and y, px^2.
+    pub(crate) variance_px2: [f32; 2],
     /// Weights by row and column from the border's corner, for the tile's first pixel.
     weights: Vec<f32>,
 }
@@ -88,7 +90,21 @@ impl PixelFilter {
             let start = row.row * WINDOW_PX + row.column;
             weights[start..start + row.weights.len()].copy_from_slice(&row.weights);
         }
+        let from_centre = |row: &WindowRow, k: usize| {
+            let x = (row.column + k) as f64 + offset(row.row % per_pixel) - centre;
+            let y = row.row as f64 / per_pixel as f64 + place(0) - centre;
+            [x, y]
+        };
+        let mut variance = [0.0; 2];
+        for row in &rows {
+            for (k, weight) in row.weights.iter().enumerate() {
+                let [x, y] = from_centre(row, k);
+                variance[0] += f64::from(*weight) * x * x;
+                variance[1] += f64::from(*weight) * y * y;
+            }
+        }
         Self {
+            variance_px2: variance.map(|v| v as f32),
             steps: steps(n, per_pixel),
             weights,
             per_pixel,
@@ -103,6 +119,14 @@ impl PixelFilter {
     #[inline(always)]
     pub(crate) fn y_px(&self, row: usize) -> f32 {
         (row as f32 + 0.5) * self.row_px
+    }
+
+    /// A sub-pixel's position from the centre of the tile's first pixel, px, by row and column from the border's corner.
+    #[inline(always)]
+    pub(crate) fn centred_px(&self, row: usize, column: usize) -> [f32; 2] {
+        let [x, y] = self.position_px(column, row);
+        let centre = BORDER_PX as f32 + 0.5;
+        [x - centre, y - centre]
     }
 
     /// Weight in pixel (x, y) of the tile of a sub-pixel, by its place in the tile's span.

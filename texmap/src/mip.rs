@@ -8,6 +8,8 @@
 //! Limits: an odd length is halved by a quadratic B-spline of the right width, whose mean is kept to about 1 percent
 //! per texel and exactly over a flat texture.
 
+use std::sync::{Arc, LazyLock};
+
 use glam::Vec4;
 use rayon::prelude::*;
 
@@ -19,8 +21,9 @@ use resample_core::image::linear_from_srgb;
 pub(crate) struct Level {
     /// Width and height, texels.
     pub(crate) size: [usize; 2],
-    /// Red, green, blue, alpha.
-    pub(crate) texels: Vec<Vec4>,
+    pub(crate) texels: LevelTexels,
+    /// Texels from one row to the next; at least the width.
+    pub(crate) stride: usize,
     /// Texels of this level per texel of the full texture, along u and v; at most 1.
     pub(crate) scale: [f32; 2],
     /// Variance of the filter between this level and the full texture, in squared texels of this level.
@@ -28,6 +31,21 @@ pub(crate) struct Level {
     /// Fourth cumulant of the same filter, in texels of this level to the fourth power; not positive.
     pub(crate) kappa: [f32; 2],
 }
+
+/// Red, green, blue and alpha of a level, in linear light.
+#[derive(Clone, Debug)]
+pub(crate) enum LevelTexels {
+    /// Of 8-bit pictures, in parts of [`UNIT`]: 8 bytes in place of 16, since look-ups wait for memory. A step is a
+    /// twentieth of the darkest step of 8-bit sRGB.
+    Unorm16(Vec<[u16; 4]>),
+    /// A large picture as it is in the file, its alpha ignored: 4 bytes, decoded by a table.
+    Srgb8(Arc<Vec<[u8; 4]>>),
+    /// Of all others.
+    Float(Vec<Vec4>),
+}
+
+/// The largest number of [`LevelTexels::Unorm16`] stands for 1.
+pub(crate) const UNIT: f32 = 65535.0;
 
 /// A texture as one or more materials use it, with all its levels.
 #[derive(Clone, Debug)]
@@ -57,9 +75,10 @@ impl Pyramid {
         wrap: [Wrap; 2],
         magnify: Magnify,
     ) -> Self {
-        let texels = decoded(texture, alpha);
+        let (texels, stride) = decoded(texture, alpha);
         let first = Level {
             size: [texture.width, texture.height],
+            stride,
             texels,
             scale: [1.0; 2],
             variance: [0.0; 2],
@@ -85,14 +104,49 @@ impl Level {
     /// The texel at column and row, which may lie beyond the borders.
     #[inline(always)]
     pub(crate) fn texel(&self, column: i32, row: i32, wrap: [Wrap; 2]) -> Vec4 {
-        self.texels[self.row_start(row, wrap[1]) + wrapped(column, self.size[0], wrap[0])]
+        self.texels
+            .at(self.row_start(row, wrap[1]) + wrapped(column, self.size[0], wrap[0]))
     }
 
     /// Where the texels of a row begin.
     #[inline(always)]
     pub(crate) fn row_start(&self, row: i32, wrap: Wrap) -> usize {
-        wrapped(row, self.size[1], wrap) * self.size[0]
+        wrapped(row, self.size[1], wrap) * self.stride
     }
+}
+
+impl LevelTexels {
+    /// The texel at a place.
+    #[inline(always)]
+    pub(crate) fn at(&self, place: usize) -> Vec4 {
+        match self {
+            Self::Unorm16(texels) => widened(texels[place]) * (1.0 / UNIT),
+            Self::Srgb8(texels) => linear(texels[place]),
+            Self::Float(texels) => texels[place],
+        }
+    }
+}
+
+/// Linear light, alpha ignored.
+#[inline(always)]
+pub(crate) fn linear([r, g, b, _]: [u8; 4]) -> Vec4 {
+    let at = |code: u8| LINEAR[usize::from(code)];
+    Vec4::new(at(r), at(g), at(b), 1.0)
+}
+
+/// As floating point, still in parts of [`UNIT`].
+#[inline(always)]
+pub(crate) fn widened(texel: [u16; 4]) -> Vec4 {
+    let [r, g, b, a] = texel;
+    Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a))
+}
+
+/// In parts of [`UNIT`], rounded.
+#[inline(always)]
+fn narrowed(texel: Vec4) -> [u16; 4] {
+    (texel * UNIT + Vec4::splat(0.5))
+        .to_array()
+        .map(|part| part as u16)
 }
 
 /// The texel inside 0..count that lies at `index`.
@@ -113,24 +167,61 @@ pub(crate) fn wrapped(index: i32, count: usize, wrap: Wrap) -> usize {
     }
 }
 
-fn decoded(texture: &Texture, alpha: AlphaUse) -> Vec<Vec4> {
+fn decoded(texture: &Texture, alpha: AlphaUse) -> (LevelTexels, usize) {
     let finished = |[r, g, b, a]: [f32; 4]| match alpha {
         AlphaUse::Ignored => Vec4::new(r, g, b, 1.0),
         AlphaUse::Weights => Vec4::new(r * a, g * a, b * a, a),
     };
+    let size = [texture.width, texture.height];
+    let stride = stride(size[0]);
     match &texture.texels {
-        Texels::LinearF32(texels) => texels.iter().map(|&t| finished(t)).collect(),
+        Texels::LinearF32(texels) => {
+            let texel = |texel: &[f32; 4]| finished(*texel);
+            (LevelTexels::Float(padded(texels, size, texel)), stride)
+        }
+        Texels::Srgb8(texels) if alpha == AlphaUse::Ignored && texels.len() >= SHARED => {
+            (LevelTexels::Srgb8(Arc::clone(texels)), size[0])
+        }
         Texels::Srgb8(texels) => {
-            let linear: Vec<f32> = (0..=255u8)
-                .map(|code| linear_from_srgb(f32::from(code) / 255.0))
-                .collect();
-            let at = |code: u8| linear[usize::from(code)];
-            texels
-                .iter()
-                .map(|&[r, g, b, a]| finished([at(r), at(g), at(b), f32::from(a) / 255.0]))
-                .collect()
+            let at = |code: u8| LINEAR[usize::from(code)];
+            let texel = |&[r, g, b, a]: &[u8; 4]| {
+                narrowed(finished([at(r), at(g), at(b), f32::from(a) / 255.0]))
+            };
+            (LevelTexels::Unorm16(padded(texels, size, texel)), stride)
         }
     }
+}
+
+/// Texels of a picture that is read where it lies: 16 million of them are 128 MB as [`LevelTexels::Unorm16`].
+const SHARED: usize = 1 << 24;
+
+/// Linear light of 8-bit sRGB.
+pub(crate) static LINEAR: LazyLock<[f32; 256]> =
+    LazyLock::new(|| std::array::from_fn(|code| linear_from_srgb(code as f32 / 255.0)));
+
+/// Texels from one row to the next: a cache line more than a row has, since look-ups in rows that lie a power of two
+/// apart drive one another from the cache.
+fn stride(width: usize) -> usize {
+    if width < 64 { width } else { width + 8 }
+}
+
+/// The texels of a picture, with room at the end of each row.
+fn padded<T: Sync, U: Copy + Default + Send>(
+    texels: &[T],
+    [width, height]: [usize; 2],
+    texel: impl Fn(&T) -> U + Sync,
+) -> Vec<U> {
+    let stride = stride(width);
+    let mut padded = vec![U::default(); stride * height];
+    padded
+        .par_chunks_mut(stride)
+        .zip(texels.par_chunks(width))
+        .for_each(|(out, row)| {
+            out.iter_mut()
+                .zip(row)
+                .for_each(|(out, from)| *out = texel(from));
+        });
+    padded
 }
 
 /// The weights of one coarse texel: the first fine texel and what each one from there on counts.
@@ -205,33 +296,22 @@ fn spline_taps(centre: f64, ratio: f64) -> (i32, Vec<f64>) {
     (first as i32, raw.iter().map(|w| w / sum).collect())
 }
 
+/// Rows of a level that one task makes: the rows of the finer level that it needs beside its own are a tenth.
+const BAND: usize = 16;
+
 fn halved(fine: &Level, wrap: [Wrap; 2]) -> Level {
     let filters = fine.size.map(AxisFilter::new);
     let size = filters.each_ref().map(|f| f.taps.len());
-    let mut narrow = vec![Vec4::ZERO; size[0] * fine.size[1]];
-    narrow
-        .par_chunks_mut(size[0])
-        .enumerate()
-        .for_each(|(row, out)| {
-            let source = &fine.texels[row * fine.size[0]..][..fine.size[0]];
-            for (texel, taps) in out.iter_mut().zip(&filters[0].taps) {
-                for (&w, i) in taps.weights.iter().zip(taps.first..) {
-                    *texel += source[wrapped(i, fine.size[0], wrap[0])] * w;
-                }
-            }
-        });
-    let mut texels = vec![Vec4::ZERO; size[0] * size[1]];
-    texels
-        .par_chunks_mut(size[0])
-        .zip(&filters[1].taps)
-        .for_each(|(out, taps)| {
-            for (&w, i) in taps.weights.iter().zip(taps.first..) {
-                let source = &narrow[wrapped(i, fine.size[1], wrap[1]) * size[0]..][..size[0]];
-                out.iter_mut()
-                    .zip(source)
-                    .for_each(|(texel, s)| *texel += *s * w);
-            }
-        });
+    let stride = stride(size[0]);
+    let made = |band: usize| made_rows(fine, &filters, band, wrap);
+    let texels = match fine.texels {
+        LevelTexels::Float(_) => {
+            LevelTexels::Float(in_bands([stride, size[1]], made, |texel| texel))
+        }
+        LevelTexels::Unorm16(_) | LevelTexels::Srgb8(_) => {
+            LevelTexels::Unorm16(in_bands([stride, size[1]], made, narrowed))
+        }
+    };
     let axis = |k: usize| {
         let AxisFilter {
             ratio,
@@ -247,9 +327,65 @@ fn halved(fine: &Level, wrap: [Wrap; 2]) -> Level {
     let (u, v) = (axis(0), axis(1));
     Level {
         size,
+        stride,
         texels,
         scale: [u[0], v[0]],
         variance: [u[1], v[1]],
         kappa: [u[2], v[2]],
     }
+}
+
+/// Fills a level of `stride` times `rows` texels, a band of rows at a time.
+fn in_bands<T: Copy + Default + Send>(
+    [stride, rows]: [usize; 2],
+    made: impl Fn(usize) -> Vec<Vec4> + Sync,
+    kept: impl Fn(Vec4) -> T + Sync,
+) -> Vec<T> {
+    let mut texels = vec![T::default(); stride * rows];
+    texels
+        .par_chunks_mut(stride * BAND)
+        .enumerate()
+        .for_each(|(band, out)| {
+            let made = made(band);
+            let width = made.len() / out.len().div_ceil(stride);
+            for (out, made) in out.chunks_mut(stride).zip(made.chunks_exact(width)) {
+                out.iter_mut()
+                    .zip(made)
+                    .for_each(|(out, texel)| *out = kept(*texel));
+            }
+        });
+    texels
+}
+
+/// The rows of a band of the level above `fine`.
+fn made_rows(fine: &Level, filters: &[AxisFilter; 2], band: usize, wrap: [Wrap; 2]) -> Vec<Vec4> {
+    let [columns, rows] = filters.each_ref().map(|filter| &filter.taps);
+    let rows = &rows[band * BAND..rows.len().min((band + 1) * BAND)];
+    let ends = |taps: &Taps| taps.first + taps.weights.len() as i32;
+    let first = rows.iter().map(|taps| taps.first).min().unwrap_or(0);
+    let end = rows.iter().map(ends).max().unwrap_or(0);
+    let width = columns.len();
+    let mut narrow = vec![Vec4::ZERO; width * (end - first) as usize];
+    let mut source = vec![Vec4::ZERO; fine.size[0]];
+    for (out, row) in narrow.chunks_exact_mut(width).zip(first..) {
+        let start = fine.row_start(row, wrap[1]);
+        for (texel, place) in source.iter_mut().zip(start..) {
+            *texel = fine.texels.at(place);
+        }
+        for (texel, taps) in out.iter_mut().zip(columns) {
+            for (&w, i) in taps.weights.iter().zip(taps.first..) {
+                *texel += source[wrapped(i, fine.size[0], wrap[0])] * w;
+            }
+        }
+    }
+    let mut made = vec![Vec4::ZERO; width * rows.len()];
+    for (out, taps) in made.chunks_exact_mut(width).zip(rows) {
+        for (&w, i) in taps.weights.iter().zip(taps.first..) {
+            let source = &narrow[(i - first) as usize * width..][..width];
+            out.iter_mut()
+                .zip(source)
+                .for_each(|(texel, s)| *texel += *s * w);
+        }
+    }
+    made
 }

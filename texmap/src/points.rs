@@ -29,6 +29,12 @@ const LEAST_VARIANCE: f32 = 0.5;
 /// sharpness across the direction of strong foreshortening.
 const MAX_TEXELS: f32 = 1024.0;
 
+/// Whether the texture is minified at a pixel, by more than `share` of what points need.
+pub(crate) fn is_minified(pixel: &PixelOnTexture, share: f32) -> bool {
+    let of_full = covariance(pixel, &pixel.pyramid.levels[0]);
+    of_full.eigenvalues()[0] >= share * LEAST_VARIANCE
+}
+
 /// Gathers the texels around a pixel; `None` where the texture is magnified, or nearly: its texels are splats there.
 pub(crate) fn gather_minified(pixel: &PixelOnTexture, simd: Vectors) -> Option<Gathered> {
     let pyramid = pixel.pyramid;
@@ -40,7 +46,7 @@ pub(crate) fn gather_minified(pixel: &PixelOnTexture, simd: Vectors) -> Option<G
     let (level, covariance) = coarsest(pixel, (full, of_full));
     if level.size == [1, 1] {
         return Some(Gathered {
-            rgba: level.texels[0],
+            rgba: level.texels.at(0),
             texels: 1,
         });
     }

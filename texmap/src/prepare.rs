@@ -50,6 +50,8 @@ pub(crate) struct PreparedMaterial {
     pub(crate) emissive_colour: Vec4,
     /// Index into the pyramids.
     pub(crate) emissive: Option<usize>,
+    /// Texels of the emissive texture per texel of the base texture, if both are laid in the same way.
+    pub(crate) emissive_per_base: Option<[f32; 2]>,
     pub(crate) alpha: AlphaMode,
     pub(crate) sides: Sides,
     pub(crate) light: LightKind,
@@ -114,6 +116,7 @@ impl Prepared {
             emissive_colour: Vec3::from(material.emissive).extend(0.0),
             emissive: pyramid(&material.emissive_texture, AlphaUse::Ignored)
                 .filter(|_| material.emissive != [0.0; 3]),
+            emissive_per_base: emissive_per_base(scene, material),
             alpha: material.alpha,
             sides: material.sides,
             light: match (shade, material.lighting) {
@@ -123,6 +126,24 @@ impl Prepared {
             },
         }
     }
+}
+
+/// See [`PreparedMaterial::emissive_per_base`].
+fn emissive_per_base(scene: &Scene, material: &Material) -> Option<[f32; 2]> {
+    let (base, emissive) = (material.base_texture?, material.emissive_texture?);
+    let alike = TextureUse {
+        texture: base.texture,
+        wrap: base.wrap,
+        magnify: base.magnify,
+        ..emissive
+    };
+    let [of_base, of_emissive] = [base, emissive].map(|texture| &scene.textures[texture.texture]);
+    (alike == base).then(|| {
+        [
+            of_emissive.width as f32 / of_base.width as f32,
+            of_emissive.height as f32 / of_base.height as f32,
+        ]
+    })
 }
 
 fn prepared_mesh(scene: &Scene, mesh: &Mesh) -> PreparedMesh {
@@ -161,7 +182,12 @@ impl PreparedMesh {
     /// The corners of a triangle, world units.
     #[inline]
     pub(crate) fn corners(&self, triangle: usize) -> [DVec3; 3] {
-        let position = |i: u32| DVec3::from(self.positions[i as usize].map(f64::from));
-        self.triangles[triangle].map(|i| self.origin_in_world + position(i))
+        self.triangles[triangle].map(|i| self.in_world(&self.positions[i as usize]))
+    }
+
+    /// A position, world units.
+    #[inline]
+    pub(crate) fn in_world(&self, pos: &[f32; 3]) -> DVec3 {
+        self.origin_in_world + DVec3::from(pos.map(f64::from))
     }
 }

@@ -3,6 +3,8 @@
 //! Node transforms are applied, so that only triangles remain: there is no scene graph. After input, every
 //! index is in range and every number finite; later stages do not check again.
 
+use std::sync::Arc;
+
 use glam::{DAffine3, DMat2, DVec2, DVec3};
 
 /// Everything that a file shows.
@@ -162,7 +164,7 @@ pub struct Texture {
 #[derive(Clone, Debug)]
 pub enum Texels {
     /// 8 bits, sRGB colour, straight linear alpha.
-    Srgb8(Vec<[u8; 4]>),
+    Srgb8(Arc<Vec<[u8; 4]>>),
     /// Linear light, straight alpha: 16-bit and floating-point pictures.
     LinearF32(Vec<[f32; 4]>),
 }

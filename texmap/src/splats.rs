@@ -1,7 +1,7 @@
 //! Splats: the texels around each sub-pixel that some pixel is made from, summed there; and sub-pixels to pixels.
 //!
-//! Sub-pixels that show one triangle and stand beside each other in a row are taken together, in vector code. Where the
-//! place of an edge is known, sub-pixels are corrected before anything translucent is laid over them.
+//! Rows of sub-pixels are laid together, in vector code (`rows`). Where the place of an edge is known, sub-pixels are
+//! corrected before anything translucent is laid over them; translucent layers are rows too, one for each rank in depth.
 
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
@@ -9,11 +9,10 @@ use glam::Vec4;
 use resample_core::dispatch;
 
 use crate::filter::PixelFilter;
-use crate::run::Run;
-use crate::scene::AlphaMode;
+use crate::rows::{RowIds, RowWork, lay_ids};
 use crate::span::{NONE, SPAN_PX, TILE_PX};
-use crate::surface::{Surface, UvPlanes};
-use crate::tile::{Tile, TileImage, TileWork, subpixel_px};
+use crate::tile::{Tile, TileImage, TileWork};
+use crate::visibility::Layer;
 
 /// Pixels that are filtered together: four of four channels fill one 512-bit vector.
 const GROUP_PX: usize = 4;
@@ -34,18 +33,8 @@ impl Tile<'_> {
         image.splats += 4 * dispatch!(self.frame.simd, simd => lay_rows(simd, self, work));
         let per_pixel = self.frame.filter.per_pixel;
         correct_edges(work, per_pixel);
-        for layer in &work.visibility.layers {
-            let Some(surface) = &work.surfaces[layer.id as usize] else {
-                continue;
-            };
-            let at = layer.subpixel as usize;
-            if !work.wanted[at / SPAN_PX / per_pixel * SPAN_PX + at % SPAN_PX] {
-                continue;
-            }
-            let front = self.colour(surface, subpixel_px(self.frame.filter, at));
-            let behind = &mut work.colours[at];
-            *behind = (front + (1.0 - front.w) * Vec4::from(*behind)).to_array();
-            image.splats += 4;
+        if !work.visibility.layers.is_empty() {
+            image.splats += 4 * dispatch!(self.frame.simd, simd => lay_layers(simd, self, work));
         }
     }
 
@@ -66,50 +55,11 @@ impl Tile<'_> {
             image.rgba[usize::from(pixel)] = sum.truncate().extend(sum.w.min(1.0)).to_array();
         }
     }
-
-    /// Premultiplied colours of a surface along a run, into `out`.
-    #[inline(always)]
-    fn lay_run(&self, surface: &Surface, run: &Run, out: &mut [Vec4]) {
-        let material = surface.material(self.frame.scene);
-        self.look_up_run(surface, &surface.base, run, out);
-        let mut light = [1.0; SPAN_PX];
-        run.light(surface, &self.view, &mut light);
-        let plain = material.alpha == AlphaMode::Opaque && material.emissive_colour == Vec4::ZERO;
-        if plain && surface.colours.is_none() {
-            let factor = material.base_colour;
-            for (colour, light) in out.iter_mut().zip(light) {
-                *colour = (factor * *colour * light).truncate().extend(1.0);
-            }
-            return;
-        }
-        let mut emissive = [Vec4::ONE; SPAN_PX];
-        self.look_up_run(surface, &surface.emissive, run, &mut emissive);
-        for (k, colour) in out.iter_mut().enumerate() {
-            *colour = self.shaded(surface, run.at(k), light[k], *colour, emissive[k]);
-        }
-    }
-
-    #[inline(always)]
-    fn look_up_run(
-        &self,
-        surface: &Surface,
-        planes: &Option<UvPlanes>,
-        run: &Run,
-        out: &mut [Vec4],
-    ) {
-        match planes {
-            None => out.fill(Vec4::ONE),
-            Some(planes) => {
-                let pyramid = &self.frame.scene.pyramids[planes.pyramid];
-                run.look_up(surface, planes, pyramid, self.frame.filter.spacing_px, out);
-            }
-        }
-    }
 }
 
 /// Lays the splats of every wanted sub-pixel; how many sub-pixels there were.
 #[simd]
-fn lay_rows<S: Simd>(_: S, tile: &Tile, work: &mut TileWork) -> u64 {
+fn lay_rows<S: Simd>(simd: S, tile: &Tile, work: &mut TileWork) -> u64 {
     let filter = tile.frame.filter;
     let TileWork {
         visibility,
@@ -118,35 +68,74 @@ fn lay_rows<S: Simd>(_: S, tile: &Tile, work: &mut TileWork) -> u64 {
         wanted,
         ..
     } = work;
+    let mut row_work = RowWork::default();
     let mut count = 0;
     for row in 0..SPAN_PX * filter.per_pixel {
         let wanted = &wanted[row / filter.per_pixel * SPAN_PX..][..SPAN_PX];
         let ids = &visibility.ids[row * SPAN_PX..][..SPAN_PX];
+        let shown = RowIds { row, ids, wanted };
+        count += lay_ids(simd, tile, surfaces, &shown, &mut row_work);
         let colours = &mut colours[row * SPAN_PX..][..SPAN_PX];
-        let mut column = 0;
-        while column < SPAN_PX {
-            let id = ids[column];
-            let same = (column..SPAN_PX)
-                .take_while(|&c| wanted[c] && ids[c] == id)
-                .count();
-            let run = Run {
-                first_px: filter.position_px(column, row),
-                len: same,
-            };
-            let out = &mut colours[column..column + same];
-            let mut run_colours = [Vec4::ZERO; SPAN_PX];
-            match surfaces.get(id as usize).and_then(Option::as_deref) {
-                Some(surface) if id != NONE && same > 0 => {
-                    tile.lay_run(surface, &run, &mut run_colours[..same]);
-                    count += same as u64;
-                }
-                _ => {}
-            }
-            for (out, colour) in out.iter_mut().zip(&run_colours) {
-                *out = colour.to_array();
-            }
-            column += same.max(1);
+        for (out, colour) in colours.iter_mut().zip(&row_work.colours.base) {
+            *out = colour.to_array();
         }
+    }
+    count
+}
+
+/// Lays the translucent layers of every wanted sub-pixel over what lies behind, the farthest first; how many there were.
+#[simd]
+fn lay_layers<S: Simd>(simd: S, tile: &Tile, work: &mut TileWork) -> u64 {
+    let filter = tile.frame.filter;
+    let TileWork {
+        visibility,
+        surfaces,
+        colours,
+        wanted,
+        ..
+    } = work;
+    let mut row_work = RowWork::default();
+    let mut count = 0;
+    let mut layers: &[Layer] = &visibility.layers;
+    for row in 0..SPAN_PX * filter.per_pixel {
+        let wanted = &wanted[row / filter.per_pixel * SPAN_PX..][..SPAN_PX];
+        // Where the layers of each column begin; they are sorted.
+        let mut starts = [0; SPAN_PX + 1];
+        let mut most = 0;
+        for column in 0..SPAN_PX {
+            let subpixel = (row * SPAN_PX + column) as u32;
+            let mut end = starts[column];
+            while layers
+                .get(end)
+                .is_some_and(|layer| layer.subpixel == subpixel)
+            {
+                end += 1;
+            }
+            most = most.max(end - starts[column]);
+            starts[column + 1] = end;
+        }
+        for rank in 0..most {
+            let mut ids = [NONE; SPAN_PX];
+            for column in 0..SPAN_PX {
+                if starts[column] + rank < starts[column + 1] {
+                    ids[column] = layers[starts[column] + rank].id;
+                }
+            }
+            let shown = RowIds {
+                row,
+                ids: &ids,
+                wanted,
+            };
+            count += lay_ids(simd, tile, surfaces, &shown, &mut row_work);
+            for column in 0..SPAN_PX {
+                if ids[column] != NONE && wanted[column] {
+                    let behind = &mut colours[row * SPAN_PX + column];
+                    let front = row_work.colours.base[column];
+                    *behind = (front + (1.0 - front.w) * Vec4::from(*behind)).to_array();
+                }
+            }
+        }
+        layers = &layers[starts[SPAN_PX]..];
     }
     count
 }

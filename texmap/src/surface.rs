@@ -19,6 +19,8 @@ use crate::scene::Wrap;
 pub(crate) struct UvPlanes {
     pub(crate) u: Plane,
     pub(crate) v: Plane,
+    /// Where the texture's period begins that coordinates count from, texels.
+    pub(crate) start: [f64; 2],
     /// Index into the pyramids.
     pub(crate) pyramid: usize,
     /// Where the chart ends.
@@ -37,6 +39,8 @@ pub(crate) struct Surface {
     /// Vertex colour times the material's; `None` where it is the same everywhere.
     pub(crate) colours: Option<[Plane; 4]>,
     pub(crate) material: usize,
+    /// Index into the prepared meshes.
+    pub(crate) mesh: u32,
     base_colour: Vec4,
     pub(crate) light: Light,
 }
@@ -104,9 +108,9 @@ impl<'a> TileView<'a> {
 impl Surface {
     /// The triangle as the tile sees it; `seen_px` is a position of the tile, from its corner, where it is seen.
     pub(crate) fn new(tile: &TileView, triangle: &ScreenTriangle, seen_px: [f32; 2]) -> Self {
-        let mesh = &tile.scene.meshes[triangle.mesh as usize];
+        let mesh = &tile.scene.meshes[triangle.seen.mesh as usize];
         let material = &tile.scene.materials[mesh.material];
-        let corners = mesh.triangles[triangle.triangle as usize].map(|i| i as usize);
+        let corners = mesh.triangles[triangle.seen.triangle as usize].map(|i| i as usize);
         let p = DVec3::new(
             tile.corner_px[0] + f64::from(seen_px[0]),
             tile.corner_px[1] + f64::from(seen_px[1]),
@@ -127,11 +131,12 @@ impl Surface {
             Some(UvPlanes {
                 u: axis(0),
                 v: axis(1),
+                start,
                 pyramid,
                 borders,
             })
         };
-        let flip = if triangle.facing == Facing::Front {
+        let flip = if triangle.seen.facing == Facing::Front {
             1.0
         } else {
             -1.0
@@ -154,6 +159,7 @@ impl Surface {
             normal,
             colours,
             material: mesh.material,
+            mesh: triangle.seen.mesh,
             base_colour: material.base_colour,
             light: match material.light {
                 LightKind::None => Light::None,

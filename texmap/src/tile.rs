@@ -8,18 +8,18 @@ use resample_core::Camera;
 use resample_core::clock::ThreadClock;
 use resample_core::simd::Vectors;
 
-use crate::cull::{InView, ScreenTriangle};
+use crate::cull::{InView, ScreenTriangle, SeenTriangle};
 use crate::edges::Edges;
 use crate::filter::PixelFilter;
 use crate::fragments::Fragment;
 use crate::options::{Method, RenderOptions};
+use crate::patch::Patches;
 use crate::plane::{Plane, moved, narrow};
-use crate::prepare::{LightKind, Prepared};
+use crate::prepare::Prepared;
 use crate::scene::AlphaMode;
 use crate::span::{BORDER_PX, NONE, SPAN_PX, TILE_PX, WINDOW_PX};
 use crate::surface::{Surface, TileView};
-use crate::visibility::{NearKey, RasterTriangle, Visibility};
-use crate::walk::{self, Beyond, crossing};
+use crate::visibility::{CutOut, NearKey, RasterTriangle, Visibility};
 
 /// What all tiles of a frame share.
 pub(crate) struct FrameView<'a> {
@@ -68,7 +68,7 @@ pub(crate) struct TileWork {
     /// Linear premultiplied colours of sub-pixels.
     pub(crate) colours: Vec<[f32; 4]>,
     /// By pixel of the span: what its sub-pixels show.
-    cells: Vec<Cell>,
+    pub(crate) cells: Vec<Cell>,
     cells_along: Vec<Cell>,
     /// By pixel of the tile: what its filter sees.
     pub(crate) seen: Vec<Cell>,
@@ -80,6 +80,7 @@ pub(crate) struct TileWork {
     /// By place in the tile's list: opaque and cut-out triangles.
     pub(crate) rasters: Vec<Option<RasterTriangle>>,
     pub(crate) edges: Edges,
+    pub(crate) patches: Patches,
     /// By edge: the difference in colour across it.
     pub(crate) jumps: Vec<Vec4>,
 }
@@ -124,7 +125,10 @@ pub(crate) fn render_tile(
     let start = ThreadClock::start();
     image.rgba = vec![[0.0; 4]; TILE_PX * TILE_PX];
     match frame.options.method {
-        Method::Hybrid => tile.lay_points(work, &mut image),
+        Method::Hybrid => {
+            tile.find_patches(work);
+            tile.lay_points(work, &mut image);
+        }
         _ => tile.look_up(work, &mut image),
     }
     tile.lay_splats(work, &mut image);
@@ -143,11 +147,21 @@ pub(crate) fn render_tile(
 pub(crate) struct Tile<'a> {
     pub(crate) frame: &'a FrameView<'a>,
     pub(crate) view: TileView<'a>,
-    list: &'a [u32],
+    pub(crate) list: &'a [u32],
 }
 
 impl Tile<'_> {
-    fn triangle(&self, id: u32) -> &ScreenTriangle {
+    fn triangle(&self, id: u32) -> ScreenTriangle {
+        let FrameView {
+            scene,
+            camera,
+            in_view,
+            ..
+        } = self.frame;
+        in_view.triangle(scene, camera.projection, self.list[id as usize])
+    }
+
+    pub(crate) fn seen(&self, id: u32) -> &SeenTriangle {
         &self.frame.in_view.triangles[self.list[id as usize] as usize]
     }
 
@@ -157,7 +171,7 @@ impl Tile<'_> {
     }
 
     fn alpha_mode(&self, id: u32) -> AlphaMode {
-        let mesh = &self.frame.scene.meshes[self.triangle(id).mesh as usize];
+        let mesh = &self.frame.scene.meshes[self.seen(id).mesh as usize];
         self.frame.scene.materials[mesh.material].alpha
     }
 
@@ -171,45 +185,68 @@ impl Tile<'_> {
         } = work;
         visibility.clear(filter);
         rasters.clear();
-        rasters.resize_with(self.list.len(), || None);
         surfaces.clear();
         surfaces.resize(self.list.len(), None);
-        let raster = |id: u32| RasterTriangle::new(self.triangle(id), self.view.corner_px, filter);
-        let ids = 0..self.list.len() as u32;
-        for id in ids.clone() {
-            let mode = self.alpha_mode(id);
-            if mode == AlphaMode::Blend {
-                continue;
-            }
-            let Some(triangle) = raster(id) else { continue };
-            let triangle = rasters[id as usize].insert(triangle);
-            match mode {
-                AlphaMode::Mask { cutoff } => {
-                    let slot = &mut surfaces[id as usize];
-                    visibility.draw_cut(triangle, id, filter, near, |at| {
-                        let at = subpixel_px(filter, at);
-                        let surface = slot.get_or_insert_with(|| self.surface(id, at));
-                        self.alpha(surface, at) >= cutoff
-                    });
+        let mut translucent = Vec::new();
+        for id in 0..self.list.len() as u32 {
+            let raster = RasterTriangle::new(&self.triangle(id), self.view.corner_px, filter);
+            let is_translucent = self.alpha_mode(id) == AlphaMode::Blend;
+            let (opaque, behind) = raster.map_or((None, None), |raster| {
+                if is_translucent {
+                    (None, Some((id, raster)))
+                } else {
+                    (Some(raster), None)
                 }
-                _ => visibility.draw(triangle, id, filter, near, self.frame.simd),
+            });
+            translucent.extend(behind);
+            rasters.push(opaque);
+        }
+        if let Some(id) = self.alone(rasters).filter(|_| translucent.is_empty()) {
+            return visibility.show_alone(id);
+        }
+        for (id, triangle) in (0..).zip(rasters.iter()) {
+            let Some(triangle) = triangle else { continue };
+            match self.alpha_mode(id) {
+                AlphaMode::Mask { cutoff } => {
+                    let cut = CutOut {
+                        triangle,
+                        id,
+                        cutoff,
+                    };
+                    self.draw_cut(cut, visibility, &mut surfaces[id as usize]);
+                }
+                _ => visibility.draw(triangle, id, (filter, near), self.frame.simd),
             }
         }
-        for id in ids.filter(|&id| self.alpha_mode(id) == AlphaMode::Blend) {
-            if let Some(triangle) = raster(id) {
-                visibility.list(&triangle, id, filter, near);
-            }
+        for (id, triangle) in &translucent {
+            visibility.list(triangle, *id, (filter, near), self.frame.simd);
         }
         visibility.sort_layers();
     }
 
-    fn surface(&self, id: u32, seen_px: [f32; 2]) -> Box<Surface> {
-        Box::new(Surface::new(&self.view, self.triangle(id), seen_px))
+    /// The opaque triangle that is all that the tile shows, if there is one.
+    fn alone(&self, rasters: &[Option<RasterTriangle>]) -> Option<u32> {
+        let mut drawn = (0..)
+            .zip(rasters)
+            .filter_map(|(id, raster)| Some((id, raster.as_ref()?)));
+        let (id, triangle) = drawn.next().filter(|_| drawn.next().is_none())?;
+        let covers =
+            self.alpha_mode(id) == AlphaMode::Opaque && triangle.covers_tile(self.frame.near);
+        covers.then_some(id)
+    }
+
+    pub(crate) fn surface(&self, id: u32, seen_px: [f32; 2]) -> Box<Surface> {
+        Box::new(Surface::new(&self.view, &self.triangle(id), seen_px))
     }
 
     /// Prepares the surfaces that are seen and lists their triangles; whether there are any.
     fn note_drawn(&self, work: &mut TileWork, image: &mut TileImage) -> bool {
         let filter = self.frame.filter;
+        if let Some(id) = work.visibility.alone {
+            work.surfaces[id as usize] = Some(self.surface(id, subpixel_px(filter, 0)));
+            image.drawn.push(self.list[id as usize]);
+            return true;
+        }
         let mut seen = vec![false; self.list.len()];
         let mut note = |at: usize, id: u32| {
             if !std::mem::replace(&mut seen[id as usize], true) {
@@ -236,6 +273,10 @@ impl Tile<'_> {
 
     fn find_cells(&self, work: &mut TileWork) {
         let per_pixel = self.frame.filter.per_pixel;
+        if let Some(id) = work.visibility.alone {
+            work.seen.clear();
+            return work.seen.resize(TILE_PX * TILE_PX, Cell::Plane(id));
+        }
         work.cells.clear();
         for rows in work.visibility.ids.chunks_exact(per_pixel * SPAN_PX) {
             let (first, rest) = rows.split_at(SPAN_PX);
@@ -261,68 +302,6 @@ impl Tile<'_> {
             work.cells[row / per_pixel * SPAN_PX + column] = Cell::Layered;
         }
         seen(&work.cells, &mut work.cells_along, &mut work.seen);
-    }
-
-    /// Finds the edges between sub-pixels across which colour may jump.
-    fn find_edges(&self, work: &mut TileWork) {
-        let TileWork {
-            edges,
-            visibility,
-            rasters,
-            ..
-        } = work;
-        let mesh = TileMesh {
-            tile: self,
-            rasters,
-        };
-        edges.find(self.frame.filter, &visibility.ids, |pair| {
-            crossing(&mesh, pair)
-        });
-    }
-
-    /// Place in the tile's list of a triangle of the scene.
-    fn place(&self, mesh: u32, triangle: u32) -> Option<u32> {
-        let key = |&index: &u32| {
-            let seen = &self.frame.in_view.triangles[index as usize];
-            (seen.mesh, seen.triangle)
-        };
-        // Lists keep the order of the scene.
-        self.list
-            .binary_search_by_key(&(mesh, triangle), key)
-            .ok()
-            .map(|place| place as u32)
-    }
-}
-
-/// The triangles of a tile as a surface to walk over.
-struct TileMesh<'a> {
-    tile: &'a Tile<'a>,
-    rasters: &'a [Option<RasterTriangle>],
-}
-
-impl walk::Mesh for TileMesh<'_> {
-    fn triangle(&self, id: u32) -> Option<&RasterTriangle> {
-        self.rasters.get(id as usize)?.as_ref()
-    }
-
-    fn beyond(&self, id: u32, corner: usize) -> Option<Beyond> {
-        let seen = self.tile.triangle(id);
-        let mesh = &self.tile.frame.scene.meshes[seen.mesh as usize];
-        let next = mesh.neighbours[seen.triangle as usize][corner]?;
-        let id = self.tile.place(seen.mesh, next.triangle)?;
-        let line = |triangle: u32, corner: usize| {
-            let corners = mesh.triangles[triangle as usize];
-            [corners[(corner + 1) % 3], corners[(corner + 2) % 3]]
-        };
-        let [a, b] = line(seen.triangle, corner);
-        let flat = mesh.normals.is_empty()
-            && self.tile.frame.scene.materials[mesh.material].light != LightKind::None;
-        let jumps = flat || ![[a, b], [b, a]].contains(&line(next.triangle, next.corner()));
-        Some(Beyond {
-            id,
-            corner: next.corner(),
-            jumps,
-        })
     }
 }
 

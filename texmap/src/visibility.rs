@@ -6,6 +6,7 @@
 //! all of them that lie before the opaque surface.
 
 use fearless_simd::prelude::*;
+use fearless_simd::{f32x16, mask32x16, u32x16};
 use fearless_simd_macros::simd;
 use resample_core::dispatch;
 use resample_core::simd::Vectors;
@@ -13,7 +14,8 @@ use resample_core::simd::Vectors;
 use crate::cull::ScreenTriangle;
 use crate::edges::Crossing;
 use crate::filter::PixelFilter;
-use crate::plane::{Plane, moved, narrow};
+use crate::lanes::{IOTA, LANES};
+use crate::plane::{Plane, moved, narrow, value};
 use crate::span::{NONE, SPAN_PX};
 
 /// Relative rounding of a depth key: three products and two sums in f32 of parts that may be a few times larger than
@@ -27,6 +29,8 @@ pub(crate) struct Visibility {
     pub(crate) ids: Vec<u32>,
     /// Depth keys: larger is nearer.
     pub(crate) keys: Vec<f32>,
+    /// The triangle that is all that is seen, if there is one; keys are not set then.
+    pub(crate) alone: Option<u32>,
     /// Translucent triangles: sub-pixel, depth key, place in the tile's list.
     pub(crate) layers: Vec<Layer>,
 }
@@ -49,6 +53,14 @@ pub(crate) struct RasterTriangle {
     rows: [usize; 2],
 }
 
+/// A triangle that is seen where its alpha reaches a cutoff.
+#[derive(Clone, Copy)]
+pub(crate) struct CutOut<'a> {
+    pub(crate) triangle: &'a RasterTriangle,
+    pub(crate) id: u32,
+    pub(crate) cutoff: f32,
+}
+
 /// Largest key that lies beyond the near plane.
 #[derive(Clone, Copy)]
 pub(crate) struct NearKey(pub(crate) f32);
@@ -61,11 +73,11 @@ impl RasterTriangle {
         filter: &PixelFilter,
     ) -> Option<Self> {
         let range = |axis: usize, per_pixel: usize| {
-            let place = |px: f64| (px - corner_px[axis]) * per_pixel as f64;
+            let place = |px: f32| (f64::from(px) - corner_px[axis]) * per_pixel as f64;
             let count = (SPAN_PX * per_pixel) as f64;
             // A sub-pixel lies between its column's number and the next, in either direction.
-            let first = (place(triangle.bounds_px[axis]) - 1.0).clamp(0.0, count) as usize;
-            let last = (place(triangle.bounds_px[axis + 2]) + 1.0)
+            let first = (place(triangle.seen.bounds_px[axis]) - 1.0).clamp(0.0, count) as usize;
+            let last = (place(triangle.seen.bounds_px[axis + 2]) + 1.0)
                 .ceil()
                 .clamp(0.0, count) as usize;
             [first, last]
@@ -88,12 +100,31 @@ impl RasterTriangle {
             lines[i] = narrow(line / size);
             closed[i] = line.x > 0.0 || (line.x == 0.0 && line.y > 0.0);
         }
-        Some(Self {
+        let new = Self {
             lines,
             closed,
             key: narrow(moved(triangle.key, corner_px)),
             columns,
             rows,
+        };
+        Some(new).filter(|new| !new.misses_tile())
+    }
+
+    /// Whether the whole tile lies outside one of the lines, whatever their rounding.
+    fn misses_tile(&self) -> bool {
+        let outside = |line: &Plane| {
+            TILE_CORNERS
+                .iter()
+                .all(|&at| value(line, at) < -slack(line))
+        };
+        self.lines.iter().any(outside)
+    }
+
+    /// Whether it covers every sub-pixel of the tile, whatever the rounding of its lines.
+    pub(crate) fn covers_tile(&self, near: NearKey) -> bool {
+        TILE_CORNERS.iter().all(|&at| {
+            let clear = |line: &Plane| value(line, at) > slack(line);
+            self.lines.iter().all(clear) && value(&self.key, at) + slack(&self.key) < near.0
         })
     }
 
@@ -132,81 +163,139 @@ impl RasterTriangle {
         let line = &self.lines[corner];
         line[0] * (q[0] - p[0]) + line[1] * (q[1] - p[1]) > 0.0
     }
+}
 
-    /// Calls `hit` with sub-pixel and key wherever the triangle covers a sub-pixel beyond the near plane.
-    #[inline(always)]
-    fn scan(&self, filter: &PixelFilter, near: NearKey, mut hit: impl FnMut(usize, f32)) {
-        for row in self.rows[0]..self.rows[1] {
+/// Calls `hit` with row, column, what lies inside, and keys, for sixteen sub-pixels of a row at a time, wherever the
+/// triangle covers one of them beyond the near plane.
+#[inline(always)]
+pub(crate) fn each_vector<S: Simd>(
+    simd: S,
+    triangle: &RasterTriangle,
+    (filter, near): (&PixelFilter, NearKey),
+    mut hit: impl FnMut([usize; 2], mask32x16<S>, f32x16<S>),
+) {
+    let [first, last] = triangle.columns;
+    let splat = |x: f32| f32x16::splat(simd, x);
+    let key_plane = &triangle.key;
+    let (zero, near) = (splat(0.0), splat(near.0));
+    let mut column = first;
+    while column < last {
+        let columns = splat(column as f32) + f32x16::from_slice(simd, &IOTA);
+        // What lies beyond the row's end belongs to the next one, which stays as it is.
+        let of_row = columns.simd_lt(splat(last as f32));
+        for row in triangle.rows[0]..triangle.rows[1] {
             let y = filter.y_px(row);
-            let x0 = filter.offset_px[row % filter.per_pixel];
-            for column in self.columns[0]..self.columns[1] {
-                let x = column as f32 + x0;
-                let value = |p: &Plane| p[0] * x + p[1] * y + p[2];
-                let e = [
-                    value(&self.lines[0]),
-                    value(&self.lines[1]),
-                    value(&self.lines[2]),
-                ];
-                let inside = |i: usize| e[i] > 0.0 || (e[i] == 0.0 && self.closed[i]);
-                if inside(0) && inside(1) && inside(2) {
-                    let key = value(&self.key);
-                    if key <= near.0 {
-                        hit(row * SPAN_PX + column, key);
-                    }
-                }
+            let x = columns + splat(filter.offset_px[row % filter.per_pixel]);
+            let mut inside = of_row;
+            for i in 0..3 {
+                let line = &triangle.lines[i];
+                let value = splat(line[0]) * x + splat(line[1] * y) + splat(line[2]);
+                inside &= if triangle.closed[i] {
+                    value.simd_ge(zero)
+                } else {
+                    value.simd_gt(zero)
+                };
             }
+            if inside.all_false() {
+                continue;
+            }
+            let key = splat(key_plane[0]) * x + splat(key_plane[1] * y) + splat(key_plane[2]);
+            hit([row, column], inside & key.simd_le(near), key);
         }
+        column += LANES;
     }
 }
 
-/// Draws a triangle row by row, a row of sub-pixels at a time.
+/// Where keys are nearer than those before, by more than their rounding.
+#[inline(always)]
+pub(crate) fn is_nearer<S: Simd>(simd: S, key: f32x16<S>, before: f32x16<S>) -> mask32x16<S> {
+    key.simd_gt(before + key.abs() * f32x16::splat(simd, KEY_ROUNDING))
+}
+
+/// Draws a triangle.
 #[simd]
 fn draw_rows<S: Simd>(
-    _: S,
+    simd: S,
     visibility: &mut Visibility,
     triangle: &RasterTriangle,
     id: u32,
-    filter: &PixelFilter,
-    near: NearKey,
+    seen_by: (&PixelFilter, NearKey),
 ) {
-    let [first, last] = triangle.columns;
-    let [l0, l1, l2] = triangle.lines;
-    let [c0, c1, c2] = triangle.closed;
-    let key_plane = triangle.key;
-    for row in triangle.rows[0]..triangle.rows[1] {
-        let y = filter.y_px(row);
-        let x0 = filter.offset_px[row % filter.per_pixel];
-        let ids = &mut visibility.ids[row * SPAN_PX + first..row * SPAN_PX + last];
-        let keys = &mut visibility.keys[row * SPAN_PX + first..row * SPAN_PX + last];
-        // No branch inside: every sub-pixel of the row is looked at, and what it shows is chosen.
-        for (k, (shown, before)) in ids.iter_mut().zip(keys).enumerate() {
-            let x = (first + k) as i32 as f32 + x0;
-            let (e0, e1, e2) = (at(&l0, x, y), at(&l1, x, y), at(&l2, x, y));
-            let inside = ((e0 > 0.0) | ((e0 == 0.0) & c0))
-                & ((e1 > 0.0) | ((e1 == 0.0) & c1))
-                & ((e2 > 0.0) | ((e2 == 0.0) & c2));
-            let key = at(&key_plane, x, y);
-            let seen = inside & (key <= near.0) & (key > *before + key.abs() * KEY_ROUNDING);
-            *shown = if seen { id } else { *shown };
-            *before = if seen { key } else { *before };
-        }
-    }
+    each_vector(
+        simd,
+        triangle,
+        seen_by,
+        #[inline(always)]
+        |[row, column], inside, key| {
+            let at = row * SPAN_PX + column;
+            let before = f32x16::from_slice(simd, &visibility.keys[at..at + LANES]);
+            let seen = inside & is_nearer(simd, key, before);
+            visibility.show(simd, at, id, (seen, key));
+        },
+    );
 }
 
-#[inline(always)]
-fn at(plane: &Plane, x: f32, y: f32) -> f32 {
-    plane[0] * x + plane[1] * y + plane[2]
+/// Lists a translucent triangle.
+#[simd]
+fn list_rows<S: Simd>(
+    simd: S,
+    visibility: &mut Visibility,
+    triangle: &RasterTriangle,
+    id: u32,
+    seen_by: (&PixelFilter, NearKey),
+) {
+    let (keys, layers) = (&visibility.keys, &mut visibility.layers);
+    each_vector(
+        simd,
+        triangle,
+        seen_by,
+        #[inline(always)]
+        |[row, column], inside, key| {
+            let at = row * SPAN_PX + column;
+            let before = f32x16::from_slice(simd, &keys[at..at + LANES]);
+            let mut bits = (inside & key.simd_gt(before)).to_bitmask();
+            while bits != 0 {
+                let lane = bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                layers.push(Layer {
+                    subpixel: (at + lane) as u32,
+                    key: key[lane],
+                    id,
+                });
+            }
+        },
+    );
+}
+
+/// The corners of the span.
+const TILE_CORNERS: [[f32; 2]; 4] = {
+    let side = SPAN_PX as f32;
+    [[0.0, 0.0], [side, 0.0], [0.0, side], [side, side]]
+};
+
+/// More than the rounding of a plane's values over the tile: of the largest parts of a sum of three, each rounded a few
+/// times by 2^-24.
+fn slack(plane: &Plane) -> f32 {
+    1e-5 * (SPAN_PX as f32 * (plane[0].abs() + plane[1].abs()) + plane[2].abs())
 }
 
 impl Visibility {
     /// Forgets the last tile.
     pub(crate) fn clear(&mut self, filter: &PixelFilter) {
-        let count = SPAN_PX * SPAN_PX * filter.per_pixel;
+        // A vector may begin at the last sub-pixel of all.
+        let count = SPAN_PX * SPAN_PX * filter.per_pixel + LANES;
         self.ids.clear();
         self.ids.resize(count, NONE);
         self.keys.clear();
         self.keys.resize(count, f32::NEG_INFINITY);
         self.layers.clear();
+        self.alone = None;
+    }
+
+    /// Shows one triangle everywhere.
+    pub(crate) fn show_alone(&mut self, id: u32) {
+        self.ids.fill(id);
+        self.alone = Some(id);
     }
 
     /// Draws a triangle where it is nearer than the surface stored there.
@@ -214,30 +303,10 @@ impl Visibility {
         &mut self,
         triangle: &RasterTriangle,
         id: u32,
-        filter: &PixelFilter,
-        near: NearKey,
+        seen_by: (&PixelFilter, NearKey),
         simd: Vectors,
     ) {
-        dispatch!(simd, simd => draw_rows(simd, self, triangle, id, filter, near));
-    }
-
-    /// As [`Visibility::draw`], where `shows` says that the sub-pixel is not cut out.
-    pub(crate) fn draw_cut(
-        &mut self,
-        triangle: &RasterTriangle,
-        id: u32,
-        filter: &PixelFilter,
-        near: NearKey,
-        mut shows: impl FnMut(usize) -> bool,
-    ) {
-        let (ids, keys) = (&mut self.ids, &mut self.keys);
-        triangle.scan(filter, near, |at, key| {
-            let before = keys[at];
-            if key > before + key.abs() * KEY_ROUNDING && shows(at) {
-                ids[at] = id;
-                keys[at] = key;
-            }
-        });
+        dispatch!(simd, simd => draw_rows(simd, self, triangle, id, seen_by));
     }
 
     /// Lists a translucent triangle wherever it lies before the opaque surface.
@@ -245,28 +314,54 @@ impl Visibility {
         &mut self,
         triangle: &RasterTriangle,
         id: u32,
-        filter: &PixelFilter,
-        near: NearKey,
+        seen_by: (&PixelFilter, NearKey),
+        simd: Vectors,
     ) {
-        let (keys, layers) = (&self.keys, &mut self.layers);
-        triangle.scan(filter, near, |at, key| {
-            if key > keys[at] {
-                layers.push(Layer {
-                    subpixel: at as u32,
-                    key,
-                    id,
-                });
-            }
-        });
+        dispatch!(simd, simd => list_rows(simd, self, triangle, id, seen_by));
+    }
+
+    /// Shows a triangle at those of sixteen sub-pixels that are marked.
+    #[inline(always)]
+    pub(crate) fn show<S: Simd>(
+        &mut self,
+        simd: S,
+        at: usize,
+        id: u32,
+        (seen, key): (mask32x16<S>, f32x16<S>),
+    ) {
+        let (ids, keys) = (
+            &mut self.ids[at..at + LANES],
+            &mut self.keys[at..at + LANES],
+        );
+        let before = f32x16::from_slice(simd, keys);
+        seen.select(key, before).store_slice(keys);
+        let shown = u32x16::from_slice(simd, ids);
+        seen.select(u32x16::splat(simd, id), shown).store_slice(ids);
     }
 
     /// Orders the layers by sub-pixel, the farthest first; equally far ones in the order of the scene.
     pub(crate) fn sort_layers(&mut self) {
-        self.layers.sort_by(|a, b| {
-            a.subpixel
-                .cmp(&b.subpixel)
-                .then(a.key.total_cmp(&b.key))
-                .then(a.id.cmp(&b.id))
-        });
+        if self.layers.is_empty() {
+            return;
+        }
+        let mut ends = vec![0u32; self.ids.len() + 1];
+        self.layers
+            .iter()
+            .for_each(|layer| ends[layer.subpixel as usize + 1] += 1);
+        for at in 1..ends.len() {
+            ends[at] += ends[at - 1];
+        }
+        let starts = ends.clone();
+        let mut sorted = self.layers.clone();
+        for layer in &self.layers {
+            let end = &mut ends[layer.subpixel as usize];
+            sorted[*end as usize] = *layer;
+            *end += 1;
+        }
+        for range in starts.windows(2).filter(|range| range[1] - range[0] > 1) {
+            sorted[range[0] as usize..range[1] as usize]
+                .sort_by(|a, b| a.key.total_cmp(&b.key).then(a.id.cmp(&b.id)));
+        }
+        self.layers = sorted;
     }
 }

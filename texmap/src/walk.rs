@@ -21,8 +21,11 @@ pub(crate) trait Mesh {
     /// The triangle; `None` if it is translucent or nowhere near the tile.
     fn triangle(&self, id: u32) -> Option<&RasterTriangle>;
 
-    /// The triangle beyond the line opposite `corner`.
-    fn beyond(&self, id: u32, corner: usize) -> Option<Beyond>;
+    /// Whether both triangles are of one surface, seen from one side, have a corner in common, and jump nowhere there.
+    fn meet(&self, ids: [u32; 2]) -> bool;
+
+    /// The triangle beyond the line opposite `corner`; likely it is `expected`.
+    fn beyond(&self, id: u32, corner: usize, expected: u32) -> Option<Beyond>;
 }
 
 /// A neighbour over a line.
@@ -62,6 +65,9 @@ struct End {
 #[inline(always)]
 pub(crate) fn crossing(mesh: &impl Mesh, pair: &Neighbours) -> Option<Crossing> {
     let ([p, q], [a, b]) = (pair.at, pair.ids);
+    if mesh.meet([a, b]) {
+        return None;
+    }
     let there = walk(mesh, [a, b], [p, q]);
     if let Walk::Met(jump) = there {
         return jump;
@@ -149,7 +155,7 @@ fn walk(mesh: &impl Mesh, [from, to]: [u32; 2], [p, q]: [[f32; 2]; 2]) -> Walk {
             });
         };
         let beyond = mesh
-            .beyond(id, corner)
+            .beyond(id, corner, to)
             .and_then(|beyond| Some((beyond, mesh.triangle(beyond.id)?)));
         let Some((beyond, next)) = beyond.filter(|(beyond, next)| next.opens(beyond.corner, p, q))
         else {

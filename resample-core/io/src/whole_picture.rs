@@ -110,6 +110,14 @@ fn pixels(picture: DynamicImage) -> Pixels {
                     .collect(),
             )
         }
+        // Most pictures; without a second copy of a large one.
+        DynamicImage::ImageRgb8(picture) => Pixels::Srgb8(
+            picture
+                .as_raw()
+                .par_chunks_exact(3)
+                .map(|texel| [texel[0], texel[1], texel[2], 255])
+                .collect(),
+        ),
         other => Pixels::Srgb8(other.into_rgba8().pixels().map(|p| p.0).collect()),
     }
 }

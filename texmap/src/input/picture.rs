@@ -70,7 +70,7 @@ pub(super) fn decode(
         width,
         height,
         texels: match pixels {
-            Pixels::Srgb8(texels) => Texels::Srgb8(texels),
+            Pixels::Srgb8(texels) => Texels::Srgb8(texels.into()),
             Pixels::LinearF32(texels) => Texels::LinearF32(texels),
         },
     })

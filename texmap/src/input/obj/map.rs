@@ -5,6 +5,7 @@
 //! on another system keep working.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use resample_core::image::srgb_from_linear;
 
@@ -84,9 +85,9 @@ pub(super) fn with_alpha(colour: Option<&Path>, alpha: &Path) -> Result<Texture,
     let mask = load(alpha)?;
     let values = alphas(&mask);
     let Some(colour) = colour else {
-        let texels = values.iter().map(|&a| [255, 255, 255, a]).collect();
+        let texels: Vec<_> = values.iter().map(|&a| [255, 255, 255, a]).collect();
         return Ok(Texture {
-            texels: Texels::Srgb8(texels),
+            texels: Texels::Srgb8(texels.into()),
             ..mask
         });
     };
@@ -98,7 +99,7 @@ pub(super) fn with_alpha(colour: Option<&Path>, alpha: &Path) -> Result<Texture,
         values[row * mask.width + column]
     };
     match &mut picture.texels {
-        Texels::Srgb8(texels) => texels
+        Texels::Srgb8(texels) => Arc::make_mut(texels)
             .iter_mut()
             .enumerate()
             .for_each(|(index, texel)| texel[3] = at(index)),
@@ -114,7 +115,7 @@ pub(super) fn with_alpha(colour: Option<&Path>, alpha: &Path) -> Result<Texture,
 
 fn alphas(mask: &Texture) -> Vec<u8> {
     let texels: Vec<[u8; 4]> = match &mask.texels {
-        Texels::Srgb8(texels) => texels.clone(),
+        Texels::Srgb8(texels) => texels.to_vec(),
         Texels::LinearF32(texels) => {
             let byte = |channel: f32| (channel * 255.0).round() as u8;
             let encoded = |&[r, g, b, a]: &[f32; 4]| {

@@ -1,0 +1,82 @@
+//! Visibility of cut-out triangles: each sub-pixel that one may show looks its alpha up first.
+
+use fearless_simd::f32x16;
+use fearless_simd::prelude::*;
+use fearless_simd_macros::simd;
+use glam::Vec4;
+use resample_core::dispatch;
+
+use crate::lanes::{LANES, ROW};
+use crate::places::Places;
+use crate::run::Run;
+use crate::span::SPAN_PX;
+use crate::surface::Surface;
+use crate::taps::look_up;
+use crate::tile::{Tile, subpixel_px};
+use crate::visibility::{CutOut, Visibility, each_vector, is_nearer};
+
+impl Tile<'_> {
+    /// Draws a triangle where it is nearer than the surface stored there, and not cut out.
+    pub(crate) fn draw_cut(
+        &self,
+        cut: CutOut,
+        visibility: &mut Visibility,
+        surface: &mut Option<Box<Surface>>,
+    ) {
+        dispatch!(self.frame.simd, simd => draw_cut_rows(simd, self, cut, visibility, surface));
+    }
+}
+
+#[simd]
+fn draw_cut_rows<S: Simd>(
+    simd: S,
+    tile: &Tile,
+    cut: CutOut,
+    visibility: &mut Visibility,
+    surface: &mut Option<Box<Surface>>,
+) {
+    let filter = tile.frame.filter;
+    let mut places = Places::default();
+    let mut looked_up = [Vec4::ZERO; ROW];
+    let mut alphas = [0.0; LANES];
+    each_vector(
+        simd,
+        cut.triangle,
+        (filter, tile.frame.near),
+        #[inline(always)]
+        |[row, column], inside, key| {
+            let at = row * SPAN_PX + column;
+            let before = f32x16::from_slice(simd, &visibility.keys[at..at + LANES]);
+            let ahead = inside & is_nearer(simd, key, before);
+            let bits = ahead.to_bitmask();
+            if bits == 0 {
+                return;
+            }
+            let first = bits.trailing_zeros() as usize;
+            let run = Run {
+                first_px: filter.position_px(column + first, row),
+                len: 64 - bits.leading_zeros() as usize - first,
+            };
+            let surface = surface
+                .get_or_insert_with(|| tile.surface(cut.id, subpixel_px(filter, at + first)));
+            let base = surface.base.as_ref();
+            tile.place_run(
+                simd,
+                surface,
+                base,
+                (&run, 0),
+                (&mut places, &mut looked_up),
+            );
+            if let Some(planes) = base {
+                let pyramid = &tile.frame.scene.pyramids[planes.pyramid];
+                look_up(simd, pyramid, &places, 0..run.len, &mut looked_up);
+            }
+            for k in 0..run.len {
+                alphas[first + k] = surface.factor(run.at(k)).w * looked_up[k].w;
+            }
+            let alpha = f32x16::from_slice(simd, &alphas);
+            let seen = ahead & alpha.simd_ge(f32x16::splat(simd, cut.cutoff));
+            visibility.show(simd, at, cut.id, (seen, key));
+        },
+    );
+}
