@@ -71,7 +71,7 @@ mod visibility;
 mod walk;
 
 #[cfg(feature = "input")]
-pub use input::{LoadOptions, Loaded, load, load_picture};
+pub use input::{LoadOptions, Loaded, Pose, load, load_picture};
 pub use options::{Method, PlaneKind, RenderOptions, Shade};
 pub use render::{Frame, Renderer};
 pub use resample_core::Error;

@@ -31,6 +31,7 @@ const TEXMAP: &[&str] = &[
     "input",
     "output",
     "camera_name",
+    "pose_time",
     "texture",
     "camera",
     "orbit",

@@ -13,7 +13,7 @@ use crate::input_file::{self, InputFile};
 /// Options of `resample texmap`.
 #[derive(Args, Clone, Debug, Default)]
 pub struct TexmapArgs {
-    /// Mesh file: glTF 2.0 (.gltf, .glb) or OBJ with its .mtl; FILE#SCENE is a scene of the file, by name or number from 0
+    /// Mesh file: glTF 2.0 (.gltf, .glb), OBJ with its .mtl, PLY or STL; FILE#SCENE is a scene of the file, by name or number from 0
     ///
     /// The format is detected by the content.
     #[arg(value_name = "MODEL[#SCENE]", value_parser = input_file::parser())]
@@ -54,6 +54,15 @@ pub struct ModelArgs {
     /// Camera of the file, by name or by number from 0 [default: the whole model, framed]
     #[arg(long, value_name = "NAME|INDEX", conflicts_with_all = ["camera", "orbit", "up", "projection", "turntable"])]
     pub camera_name: Option<String>,
+    /// Moment of the file's animation in which nodes, skins and morph targets stand, s [default: the pose of the file]
+    #[arg(long, value_name = "SECONDS", value_parser = crate::values::number, allow_hyphen_values = true)]
+    pub pose_time: Option<f64>,
+    /// Animation of --pose-time or --play, by name or by number from 0 [default: the first]
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub animation: Option<String>,
+    /// Play the animation from --pose-time (or 0) on in the pictures of --turntable or --path, --fps of them a second
+    #[arg(long)]
+    pub play: bool,
     /// Picture for meshes that have texture coordinates and no texture
     #[arg(long, value_name = "FILE")]
     pub texture: Option<PathBuf>,

@@ -40,7 +40,7 @@ impl Open {
         let plan = Plan::new(&request(&args))?;
         let options = settings::render_options(&args.render.options, plan.finish.format)?;
         let Loaded { scene, notes } =
-            texmap::load(&args.input.path, &settings::load_options(&args))?;
+            texmap::load(&args.input.path, &settings::load_options(&args, 0))?;
         let load_ms = report::ms_since(start);
         if verbosity != Verbosity::Quiet {
             notes
@@ -119,10 +119,26 @@ impl Open {
         if log.verbosity == Verbosity::Verbose {
             report::say(&format!("load {load_ms:.1} ms, prepare {prepare_ms:.1} ms"));
         }
-        plan.draw(&request, &cameras, Run { stats, log }, &mut |camera, _| {
-            drawn(&mut renderer, camera)
-        })
+        plan.draw(
+            &request,
+            &cameras,
+            Run { stats, log },
+            &mut |camera, number| {
+                // The first picture is prepared already.
+                if args.model.play && number > 0 {
+                    renderer = posed(&args, &options, number)?;
+                }
+                drawn(&mut renderer, camera)
+            },
+        )
     }
+}
+
+/// The scene as picture `number` of a played animation shows it.
+fn posed(args: &TexmapArgs, options: &RenderOptions, number: usize) -> Result<Renderer> {
+    let load = settings::load_options(args, number);
+    let Loaded { scene, .. } = texmap::load(&args.input.path, &load)?;
+    Ok(Renderer::new(&scene, options)?)
 }
 
 fn stance(args: &TexmapArgs) -> Stance {

@@ -3,22 +3,37 @@
 use anyhow::{Result, bail};
 use serde_json::{Value, json};
 use texmap::input::SceneChoice;
-use texmap::{LoadOptions, PlaneKind, RenderOptions};
+use texmap::{LoadOptions, PlaneKind, Pose, RenderOptions};
 
-use crate::args::TexmapArgs;
+use crate::args::{ModelArgs, SequenceArgs, TexmapArgs};
 use crate::framing::Stance;
-use crate::output::Format;
+use crate::output::{self, Format};
 use crate::plan::{self, Request};
 
-/// How the file is read.
-pub(crate) fn load_options(args: &TexmapArgs) -> LoadOptions {
+/// How the file is read for picture `number`.
+pub(crate) fn load_options(args: &TexmapArgs, number: usize) -> LoadOptions {
     // FILE#NAME, or FILE#scene=NAME as parts of other files are written.
     let part = args.input.part.as_deref();
     let scene = part.map(|part| part.strip_prefix("scene=").unwrap_or(part));
     LoadOptions {
         scene: scene.map(|scene| SceneChoice(scene.to_owned())),
+        pose: pose(&args.model, &args.sequence, number),
         texture: args.model.texture.clone(),
     }
+}
+
+/// The moment of the animation that picture `number` shows.
+fn pose(model: &ModelArgs, sequence: &SequenceArgs, number: usize) -> Option<Pose> {
+    let is_posed = model.pose_time.is_some() || model.play || model.animation.is_some();
+    let played_s = if model.play {
+        number as f64 / f64::from(sequence.fps.unwrap_or(output::DEFAULT_FPS))
+    } else {
+        0.0
+    };
+    is_posed.then(|| Pose {
+        time_s: model.pose_time.unwrap_or(0.0) + played_s,
+        animation: model.animation.clone(),
+    })
 }
 
 /// How the mesh is drawn. Only an EXR file has a place for further planes.
@@ -51,7 +66,8 @@ pub(crate) fn record(
         None => plan::camera_record(request, stance),
     };
     json!({
-        "model": { "file": args.input.path, "scene": args.input.part, "texture": args.model.texture },
+        "model": { "file": args.input.path, "scene": args.input.part, "texture": args.model.texture,
+            "pose_time_s": args.model.pose_time, "animation": args.model.animation, "play": args.model.play },
         "camera": camera,
         "render": options,
         "picture": plan::picture_record(request, format),

@@ -9,6 +9,8 @@ use crate::scene::Scene;
 pub struct LoadOptions {
     /// Which scene of the file is read; without it the file's default, or its first.
     pub scene: Option<SceneChoice>,
+    /// The moment of an animation in which nodes, skins and morph targets stand; without it the pose of the file.
+    pub pose: Option<Pose>,
     /// Picture for meshes that have texture coordinates and no texture.
     pub texture: Option<PathBuf>,
 }
@@ -16,6 +18,15 @@ pub struct LoadOptions {
 /// A scene by its name, or by its number from 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SceneChoice(pub String);
+
+/// A moment of an animation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pose {
+    /// Seconds from the animation's start; before its first key and behind its last one the animation stands still.
+    pub time_s: f64,
+    /// Name of the animation, or its number from 0; without it the first.
+    pub animation: Option<String>,
+}
 
 /// A scene that was read.
 #[derive(Clone, Debug)]

@@ -3,7 +3,7 @@
 //! Takes a path and what the user says about it, gives a scene and notes about what was left out. All formats end in one
 //! check (`checked`), so that what a scene promises does not depend on its format. What a file has and a scene
 //! does not need is left out with a note; what would make the picture wrong is an error.
-//! Limits: glTF 2.0 and OBJ with MTL.
+//! Limits: glTF 2.0, OBJ with MTL, PLY and STL.
 
 mod checked;
 mod choice;
@@ -13,16 +13,19 @@ mod notes;
 mod obj;
 mod origin;
 pub mod picture;
+mod ply;
+mod polygon;
+mod stl;
 
 use std::path::Path;
 
 use crate::Error;
 
-pub use choice::{LoadOptions, Loaded, SceneChoice};
+pub use choice::{LoadOptions, Loaded, Pose, SceneChoice};
 use notes::Notes;
 pub use picture::load_picture;
 
-/// Reads a mesh file: glTF 2.0 (.gltf, .glb) or OBJ.
+/// Reads a mesh file: glTF 2.0 (.gltf, .glb), OBJ, PLY or STL.
 ///
 /// # Errors
 ///
@@ -33,16 +36,26 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Error> {
     let folder = files::folder_of(path);
     let mut notes = Notes::default();
     let at = |what: String| Error::Input(format!("{}: {what}", path.display()));
-    let mut scene = match format_of(&bytes).map_err(at)? {
-        Format::Gltf => gltf::load(&bytes, folder, options, &mut notes).map_err(at)?,
-        Format::Obj if options.scene.is_some() => {
+    let format = format_of(&bytes).map_err(at)?;
+    if let Some(name) = format.plain_name() {
+        let given = [
+            ("scenes", options.scene.is_some()),
+            ("animations", options.pose.is_some()),
+        ];
+        if let Some((what, _)) = given.iter().find(|(_, is_given)| *is_given) {
             let path = path.display();
             return Err(Error::Option(format!(
-                "{path}: an OBJ file has no scenes: name none"
+                "{path}: {name} file has no {what}: name none"
             )));
         }
-        Format::Obj => obj::load(&bytes, folder, &mut notes).map_err(at)?,
-    };
+    }
+    let mut scene = match format {
+        Format::Gltf => gltf::load(&bytes, folder, options, &mut notes),
+        Format::Obj => obj::load(&bytes, folder, &mut notes),
+        Format::Ply => ply::load(&bytes, folder, &mut notes),
+        Format::Stl => stl::load(&bytes),
+    }
+    .map_err(at)?;
     if let Some(texture) = &options.texture {
         checked::bind(&mut scene, load_picture(texture)?).map_err(|what| {
             Error::Option(format!("{}: the given texture: {what}", path.display()))
@@ -58,17 +71,37 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Error> {
 enum Format {
     Gltf,
     Obj,
+    Ply,
+    Stl,
 }
 
-/// The format, by the first bytes: a binary glTF has a mark, JSON begins with a brace, and an OBJ is a text of lines that
-/// begin with one of its words.
+impl Format {
+    /// A format that has neither scenes nor animations.
+    fn plain_name(&self) -> Option<&'static str> {
+        match self {
+            Self::Gltf => None,
+            Self::Obj => Some("an OBJ"),
+            Self::Ply => Some("a PLY"),
+            Self::Stl => Some("an STL"),
+        }
+    }
+}
+
+/// The format, by the content: a binary glTF and a PLY have a mark, a binary STL has the length that its count says, JSON
+/// begins with a brace, and an OBJ is a text of lines that begin with one of its words.
 fn format_of(bytes: &[u8]) -> Result<Format, String> {
     if gltf::is_binary(bytes) {
         return Ok(Format::Gltf);
     }
+    if ply::looks_like(bytes) {
+        return Ok(Format::Ply);
+    }
+    if stl::looks_like(bytes) {
+        return Ok(Format::Stl);
+    }
     if let Some(name) = foreign_mark(bytes) {
         return Err(format!(
-            "this is {name}: expected glTF 2.0 (.gltf, .glb) or OBJ"
+            "this is {name}: expected glTF 2.0 (.gltf, .glb), OBJ, PLY or STL"
         ));
     }
     let text = bytes
@@ -76,19 +109,18 @@ fn format_of(bytes: &[u8]) -> Result<Format, String> {
         .unwrap_or(bytes)
         .trim_ascii_start();
     match text.first() {
-        None => Err("the file is empty: expected glTF 2.0 (.gltf, .glb) or OBJ".into()),
+        None => Err("the file is empty: expected glTF 2.0 (.gltf, .glb), OBJ, PLY or STL".into()),
         Some(b'{') => Ok(Format::Gltf),
         Some(_) if obj::looks_like(bytes) => Ok(Format::Obj),
-        Some(_) => Err("no mesh of a known format: expected glTF 2.0 (.gltf, .glb) or OBJ".into()),
+        Some(_) => Err(
+            "no mesh of a known format: expected glTF 2.0 (.gltf, .glb), OBJ, PLY or STL".into(),
+        ),
     }
 }
 
 /// Formats that people have and this crate does not read.
 fn foreign_mark(bytes: &[u8]) -> Option<&'static str> {
-    let marks: [(&[u8], &str); 7] = [
-        (b"ply\n", "a PLY file"),
-        (b"ply\r\n", "a PLY file"),
-        (b"solid ", "an STL file"),
+    let marks: [(&[u8], &str); 4] = [
         (b"Kaydara FBX", "an FBX file"),
         (b"PK\x03\x04", "a ZIP archive (unpack it first)"),
         (b"\x89PNG", "a picture"),

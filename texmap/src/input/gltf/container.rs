@@ -6,19 +6,20 @@
 
 use std::path::Path;
 
-use glam::DMat4;
 use gltf::json::Root;
+use serde_json::Value;
 
 use super::super::files;
-use super::document::{self, Animations, Json};
+use super::document::{self, Json, Transform};
 use super::extensions;
 
 /// A document and its data.
 pub(super) struct Document {
     pub root: Root,
     /// From each node to its parent.
-    pub parent_from_nodes: Vec<DMat4>,
-    pub animations: Animations,
+    pub transforms: Vec<Transform>,
+    /// As they are written.
+    pub animations: Vec<Value>,
     pub buffers: Vec<Vec<u8>>,
 }
 
@@ -39,7 +40,7 @@ pub(super) fn open(bytes: &[u8], folder: &Path) -> Result<Document, String> {
     let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
     let Json {
         root,
-        parent_from_nodes,
+        transforms,
         animations,
     } = document::read(json)?;
     extensions::check(&root)?;
@@ -67,7 +68,7 @@ pub(super) fn open(bytes: &[u8], folder: &Path) -> Result<Document, String> {
     }
     Ok(Document {
         root,
-        parent_from_nodes,
+        transforms,
         animations,
         buffers,
     })

@@ -1,8 +1,8 @@
-//! Vertices into the world: morph targets at their default weights, skins in the pose of the file, else the node.
+//! Vertices into the world: morph targets by their weights, skins by their joints, else the node.
 //!
 //! Takes local positions and normals, gives world ones. Everything is composed in f64; normals go by the cofactors of
 //! the matrix, which need no inverse and keep their side when the matrix mirrors.
-//! Source: glTF 2.0, 3.7.2.2 and 3.7.3. Limits: no animation; the pose is that of the nodes as they are written.
+//! Source: glTF 2.0, 3.7.2.2 and 3.7.3.
 
 use glam::{DMat3, DMat4, DVec3};
 use gltf::json::accessor::{ComponentType, Type};

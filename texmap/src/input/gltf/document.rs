@@ -1,7 +1,8 @@
 //! The document: JSON as programs write it, mended where the crate `gltf` is stricter than the specification.
 //!
 //! Takes JSON, gives the crate's document and the nodes' own transforms in f64, which the crate reads as f32. Whole numbers
-//! may be written as `1.0`, a scene may have no nodes, and animations, which are not played, are not read at all.
+//! may be written as `1.0`, a scene may have no nodes, and animations stay JSON, so that nothing in them refuses a model that
+//! is not posed by them.
 
 use glam::{DMat4, DQuat, DVec3, DVec4};
 use gltf::json::Root;
@@ -13,17 +14,28 @@ use super::super::files;
 pub(super) struct Json {
     pub root: Root,
     /// From each node to its parent.
-    pub parent_from_nodes: Vec<DMat4>,
-    pub animations: Animations,
+    pub transforms: Vec<Transform>,
+    /// As they are written.
+    pub animations: Vec<Value>,
 }
 
-/// Whether a file has animations.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Animations {
-    /// None.
-    No,
-    /// They are left out.
-    LeftOut,
+/// A node's own transform, to its parent.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Transform {
+    /// Instead of the other three.
+    pub matrix: Option<DMat4>,
+    pub translation: DVec3,
+    pub rotation: DQuat,
+    pub scale: DVec3,
+}
+
+impl Transform {
+    /// The transform as a matrix.
+    pub(super) fn parent_from_node(&self) -> DMat4 {
+        self.matrix.unwrap_or_else(|| {
+            DMat4::from_scale_rotation_translation(self.scale, self.rotation, self.translation)
+        })
+    }
 }
 
 /// Numbers of this size and more are never indices or counts.
@@ -38,17 +50,17 @@ pub(super) fn read(json: &[u8]) -> Result<Json, String> {
         .as_object_mut()
         .and_then(|all| all.remove("animations"))
     {
-        Some(Value::Array(list)) if !list.is_empty() => Animations::LeftOut,
-        _ => Animations::No,
+        Some(Value::Array(list)) => list,
+        _ => Vec::new(),
     };
     for scene in list_mut(&mut value, "scenes") {
         if let Some(scene) = scene.as_object_mut() {
             scene.entry("nodes").or_insert_with(|| json!([]));
         }
     }
-    let parent_from_nodes = list_mut(&mut value, "nodes")
+    let transforms = list_mut(&mut value, "nodes")
         .iter()
-        .map(parent_from_node)
+        .map(transform)
         .collect();
     mend_whole_numbers(&mut value);
     let root = serde_json::from_value(value).map_err(|error| {
@@ -58,7 +70,7 @@ pub(super) fn read(json: &[u8]) -> Result<Json, String> {
     })?;
     Ok(Json {
         root,
-        parent_from_nodes,
+        transforms,
         animations,
     })
 }
@@ -107,21 +119,19 @@ fn mend_whole_numbers(value: &mut Value) {
 }
 
 /// A node's own transform. What has another form is refused when the document is read.
-fn parent_from_node(node: &Value) -> DMat4 {
-    if let Some(matrix) = numbers::<16>(node, "matrix") {
-        return DMat4::from_cols_array(&matrix);
-    }
+fn transform(node: &Value) -> Transform {
     let vector = |key: &str, default: f64| {
         numbers(node, key).map_or(DVec3::splat(default), DVec3::from_array)
     };
     // Quaternions in files are unit only to their digits.
     let rotation = numbers(node, "rotation").map_or(DVec4::W, DVec4::from_array);
     let rotation = rotation.try_normalize().unwrap_or(DVec4::W);
-    DMat4::from_scale_rotation_translation(
-        vector("scale", 1.0),
-        DQuat::from_vec4(rotation),
-        vector("translation", 0.0),
-    )
+    Transform {
+        matrix: numbers::<16>(node, "matrix").map(|matrix| DMat4::from_cols_array(&matrix)),
+        translation: vector("translation", 0.0),
+        rotation: DQuat::from_vec4(rotation),
+        scale: vector("scale", 1.0),
+    }
 }
 
 fn numbers<const N: usize>(node: &Value, key: &str) -> Option<[f64; N]> {

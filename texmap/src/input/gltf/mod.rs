@@ -3,10 +3,10 @@
 //! Takes the bytes of a file, gives a scene. The container is opened (`container.rs`), nodes are placed (`nodes.rs`), and
 //! each mesh of the chosen scene is read (`primitive.rs`, `deform.rs`) with its material (`material.rs`); every number
 //! comes through `accessor.rs`, which checks it.
-//! Source: the glTF 2.0 specification of the Khronos Group. Limits: skins and morph targets stand still, points and
-//! lines are left out, and of materials only colour, alpha and emitted light are read.
+//! Source: the glTF 2.0 specification of the Khronos Group. Limits: points and lines are left out, and of materials only colour, alpha and emitted light are read.
 
 mod accessor;
+mod animation;
 mod attribute;
 mod camera;
 mod container;
@@ -29,8 +29,9 @@ use super::notes::Notes;
 use super::origin;
 use crate::scene::{Mesh, Scene};
 use accessor::Numbers;
+use animation::Posed;
 use deform::Place;
-use document::Animations;
+use document::Transform;
 use material::Materials;
 
 /// Whether a file starts as a binary glTF does.
@@ -48,13 +49,20 @@ pub(super) fn load(
     let document = container::open(bytes, folder)?;
     let root = &document.root;
     extensions::tell(root, notes);
-    if document.animations == Animations::LeftOut {
-        notes.say(
-            "animations are not played: the scene stands still in the pose of the file".to_owned(),
-        );
-    }
     let numbers = Numbers::new(root, &document.buffers);
-    let world_from_nodes = nodes::world_from_nodes(root, &document.parent_from_nodes)?;
+    let mut posed = Posed::new(&document.transforms);
+    match &options.pose {
+        Some(pose) => animation::pose(&document.animations, pose, &numbers, &mut posed, notes)?,
+        None if document.animations.is_empty() => {}
+        None => notes
+            .say("animations are not played: the scene stands in the pose of the file".to_owned()),
+    }
+    let parent_from_nodes: Vec<DMat4> = posed
+        .transforms
+        .iter()
+        .map(Transform::parent_from_node)
+        .collect();
+    let world_from_nodes = nodes::world_from_nodes(root, &parent_from_nodes)?;
     let shown = nodes::shown(root, options.scene.as_ref())?;
     let mut materials = Materials::new(root, &numbers, folder);
     let mut meshes = Meshes::default();
@@ -66,6 +74,7 @@ pub(super) fn load(
             root,
             numbers: &numbers,
             world_from_nodes: &world_from_nodes,
+            weights: posed.weights.get(&node).map(Vec::as_slice),
             node,
         };
         let instances = instances::instances(&root.nodes[node], &numbers)
@@ -104,6 +113,8 @@ struct Reading<'a> {
     root: &'a Root,
     numbers: &'a Numbers<'a>,
     world_from_nodes: &'a [DMat4],
+    /// Weights of morph targets that an animation gives the node.
+    weights: Option<&'a [f32]>,
     node: usize,
 }
 
@@ -122,9 +133,9 @@ impl Reading<'_> {
             .ok_or_else(|| format!("node {node}: mesh {index} does not exist"))?;
         let name = json.name.clone().or_else(|| root.nodes[node].name.clone());
         let name = name.unwrap_or_else(|| format!("mesh {index}"));
-        let weights = root.nodes[node]
+        let weights = self
             .weights
-            .as_deref()
+            .or(root.nodes[node].weights.as_deref())
             .or(json.weights.as_deref())
             .unwrap_or_default();
         for (number, primitive) in json.primitives.iter().enumerate() {

@@ -9,6 +9,7 @@ use super::*;
 use crate::scene::{SceneLens, Sides};
 
 mod accessors;
+mod animations;
 mod containers;
 mod materials;
 mod places;
@@ -213,7 +214,7 @@ fn scenes_are_chosen_by_name_or_number() {
             rest.clone(),
             &LoadOptions {
                 scene,
-                texture: None,
+                ..LoadOptions::default()
             },
         );
         loaded.map(|(scene, _)| (scene.meshes.len(), scene.meshes[0].positions[0][2]))

@@ -9,7 +9,6 @@
 mod lines;
 mod map;
 mod mtl;
-mod polygon;
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -18,7 +17,7 @@ use glam::DVec3;
 
 use super::files::excerpt;
 use super::notes::Notes;
-use super::origin;
+use super::{origin, polygon};
 use crate::scene::{Mesh, Scene};
 use lines::{Line, decode_text, lines, numbers};
 use mtl::Library;

@@ -261,8 +261,8 @@ fn a_texture_can_be_bound_by_hand() {
     folder.picture("t.png");
     let texture = Some(folder.0.path().join("t.png"));
     let options = LoadOptions {
-        scene: None,
         texture,
+        ..LoadOptions::default()
     };
     let bound = |obj: String| load(&folder.write("a.obj", obj), &options);
     let scene = bound(format!("{SQUARE}f 1/1 2/2 3/3"))
