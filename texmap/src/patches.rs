@@ -31,6 +31,9 @@ use crate::tile::{Cell, Tile, TileWork};
 /// the tests lie no farther from their truths.
 const MOST_PX: f32 = 1.0 / 32.0;
 
+/// What rounding leaves of the mean square of numbers far from 0, as beyond a seam of repeated textures.
+const ROUNDING: f32 = 1e-6;
+
 /// The plane near which coordinates are expected, and the surface that it is taken from.
 struct Reference<'a> {
     surface: &'a Surface,
@@ -332,7 +335,7 @@ impl Moments {
             ];
             let start = [reference.uv.u, reference.uv.v][axis];
             let here = start + value(&[jx, jy, mean], offset);
-            (here, [jx + sx, jy + sy], rest)
+            (here, [jx + sx, jy + sy], rest.max(square * ROUNDING))
         };
         let ((u, [ux, uy], u_rest), (v, [vx, vy], v_rest)) = (of(0), of(1));
         let area = ux * vy - uy * vx;
