@@ -7,7 +7,7 @@ use super::cells::{
 use crate::bricks::bounds::{Bounds, brick_corners};
 use crate::bricks::cells::ShownCells;
 use crate::bricks::corners::corner_bytes;
-use crate::bricks::shown::{CellRanges, box_of, cells_of, unmasked};
+use crate::bricks::shown::{CellRanges, box_of, cells_of, take_in, unmasked};
 use crate::bricks::support::Support;
 use crate::labels::palette::Palette;
 use crate::light::gradient_in_f32;
@@ -318,15 +318,6 @@ impl Shown {
                 [drawn.clone(), drawn]
             }
         }
-    }
-}
-
-/// Takes values into the least and the greatest so far.
-#[inline(always)]
-fn take_in<T: Copy + PartialOrd>(least: &mut [T], greatest: &mut [T], values: &[T]) {
-    for ((least, greatest), &value) in least.iter_mut().zip(greatest).zip(values) {
-        *least = if value < *least { value } else { *least };
-        *greatest = if value > *greatest { value } else { *greatest };
     }
 }
 

@@ -105,3 +105,12 @@ pub(super) fn box_of(corner: [u32; 3], cells: &ShownCells) -> Option<Bounds> {
     let greatest = [along_x, along_y, along_z].map(|bits| (u8::BITS - bits.leading_zeros()) as u8);
     Some(Bounds::of_range(corner, [least, greatest]))
 }
+
+/// Takes values into the least and the greatest so far.
+#[inline(always)]
+pub(super) fn take_in<T: Copy + PartialOrd>(least: &mut [T], greatest: &mut [T], values: &[T]) {
+    for ((least, greatest), &value) in least.iter_mut().zip(greatest).zip(values) {
+        *least = if value < *least { value } else { *least };
+        *greatest = if value > *greatest { value } else { *greatest };
+    }
+}

@@ -1,6 +1,7 @@
 //! The volume: a lattice of scalars and where it lies in the world, in memory.
 
 mod described;
+mod extremes;
 pub(crate) mod grid;
 pub mod procedural;
 mod voxel_type;

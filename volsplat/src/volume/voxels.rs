@@ -6,6 +6,7 @@
 //! [`Volume::new`] no voxel is NaN or infinite and the axes span space, so later stages need no such checks.
 //! Limits: one scalar per voxel; 64-bit integers are held as f64, which rounds values beyond 2^53.
 
+use super::extremes::{range_of, range_of_bytes};
 use std::ops::Range;
 
 use glam::{DAffine3, DVec3};
@@ -389,22 +390,4 @@ fn non_finite_message(dims: [usize; 3], index: usize, value: f64) -> String {
     ];
     let what = if value.is_nan() { "NaN" } else { "infinite" };
     format!("voxel ({i},{j},{k}) is {what}; say what replaces it")
-}
-
-/// Least and greatest byte: of bytes, because the comparisons of many at once are cheap.
-fn range_of_bytes(bytes: &[u8]) -> (f64, f64) {
-    let (low, high) = bytes.iter().fold((u8::MAX, 0), |(low, high), &byte| {
-        (byte.min(low), byte.max(high))
-    });
-    if bytes.is_empty() {
-        (f64::INFINITY, f64::NEG_INFINITY)
-    } else {
-        (low.into(), high.into())
-    }
-}
-
-fn range_of(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-        (low.min(value), high.max(value))
-    })
 }
