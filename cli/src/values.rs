@@ -12,9 +12,11 @@ use volsplat::{ClipPlane, Subpixels};
 
 mod bound;
 mod bytes;
+mod lens;
 
 pub use bound::{Bound, BoundMetric, bound, metric_bound, time_ms};
 pub use bytes::bytes;
+pub use lens::{IntrinsicsWord, intrinsics};
 
 /// Most views along a side of a grid: more than any light-field screen shows.
 const MAX_GRID_SIDE: u32 = 64;
@@ -220,29 +222,6 @@ pub fn field_of_view(text: &str) -> Result<f64, String> {
     finite(text)
         .filter(|&degrees| degrees > 0.0 && degrees < 180.0)
         .ok_or_else(|| "expected an angle above 0 and below 180 degrees".into())
-}
-
-/// A lens as it was typed.
-#[derive(Clone, Debug, PartialEq)]
-pub enum IntrinsicsWord {
-    /// Focal lengths along x and y and the centre, px.
-    Numbers([f64; 4]),
-    /// A file that holds them.
-    File(PathBuf),
-}
-
-/// `FX,FY,CX,CY` in pixels, focal lengths above 0, or the name of a file.
-pub fn intrinsics(text: &str) -> Result<IntrinsicsWord, String> {
-    match numbers(text).as_deref() {
-        Some(&[fx, fy, cx, cy]) if fx > 0.0 && fy > 0.0 => {
-            Ok(IntrinsicsWord::Numbers([fx, fy, cx, cy]))
-        }
-        None if std::path::Path::new(text).is_file() => Ok(IntrinsicsWord::File(text.into())),
-        _ => Err(
-            "expected FX,FY,CX,CY in pixels such as 525,525,319.5,239.5, focal lengths above 0, or a file that exists"
-                .into(),
-        ),
-    }
 }
 
 /// `CxR`, columns and rows of a grid of views.

@@ -22,6 +22,7 @@ mod scenes;
 mod sequences;
 mod stored;
 mod texmap;
+mod texmap_formats;
 mod trade;
 mod transfer;
 mod warp3d;
