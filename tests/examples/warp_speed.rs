@@ -137,7 +137,7 @@ fn print_case(case: &Case, frames: usize) {
     );
 }
 
-/// What a frame costs, and its preparation.
+/// The cost of a frame, and of its preparation.
 struct Cost {
     cpu_ms: f64,
     wall_ms: f64,
@@ -196,7 +196,7 @@ fn peer(case: &Case, mode: &str, frames: usize) -> Option<f64> {
         .output()
         .expect("the peer runs");
     for file in [job, out] {
-        // What is not there needs no removal.
+        // A file that does not exist needs no removal.
         let _ = std::fs::remove_file(file);
     }
     let text = String::from_utf8_lossy(&done.stdout);

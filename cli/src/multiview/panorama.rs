@@ -9,7 +9,7 @@ use warp3d::panorama;
 
 use crate::values::Size;
 
-/// Pixels of a face that lie beyond its quarter on each side: what the cubic reads.
+/// Pixels of a face beyond its quarter on each side, for the outer samples of the cubic.
 const MARGIN_PX: f64 = 2.0;
 
 /// Width and height of a panorama, px: those that were asked for, or those of the camera's scale at its centre.

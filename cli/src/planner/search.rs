@@ -60,7 +60,7 @@ const DRAWS: usize = 4;
 const MOST_DRAWS: usize = 24;
 
 /// Part of a run under the exact setting that looking may take; and the part where the default does not keep the bound, to
-/// know better what is above it. Where only the margin is in the way, looking may take as much as a run under the default:
+/// know better which settings lie above it. Where only the margin is in the way, looking may take as much as a run under the default:
 /// a dearer setting would take two to four times as much.
 const SHARE_OF_EXACT: f64 = 0.35;
 const SHARE_WHERE_IT_FAILS: f64 = 0.08;
@@ -206,7 +206,7 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// What the windows say about the default by now.
+    /// The windows' figures of the default so far.
     fn verdict(&self) -> Verdict {
         let Asked::Error(bound) = self.asked else {
             return Verdict::Unsure;
@@ -227,7 +227,7 @@ impl Search<'_> {
         }
     }
 
-    /// Goes along the ladder from the default: towards what is cheaper (for a time, more exact) while settings keep the bound,
+    /// Goes along the ladder from the default: towards cheaper settings (for a time, more exact ones) while they keep the bound,
     /// else the other way until one does.
     fn best(&mut self) -> Result<Option<usize>> {
         let mut best = self.push(self.judged(&self.default));

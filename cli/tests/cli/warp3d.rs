@@ -108,7 +108,7 @@ fn a_far_sky_leaves_the_near_scene_as_it_is() {
             assert_good(&bench.run(&output));
             let (_, _, bytes) = read_png(&bench.path("out/a.png"));
             assert_eq!(panel_start(&bytes, 32, 12), Some(7), "sky at {sky}");
-            // Below the sky everything is seen, up to what the panel hid and what lies beyond the border.
+            // Below the sky everything is seen, except behind the panel and beyond the border.
             let seen = |x: usize, y: usize| bytes[(y * 32 + x) * 4 + 3] == 255;
             let below = (7..24).all(|y| (0..29).all(|x| seen(x, y) || (15..20).contains(&x)));
             assert!(below, "sky at {sky}: a part of the wall is missing");

@@ -1,4 +1,4 @@
-//! `resample warp3d`: what is refused, in one line and before anything is written.
+//! `resample warp3d` refuses bad input in one line, before it writes anything.
 
 use std::io::Write;
 
