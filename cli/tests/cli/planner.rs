@@ -90,8 +90,10 @@ fn the_error_stays_under_the_bound_in_every_frame() {
             sequence.wide
         );
         let work = |planned: &Value| planned["predicted_work"].as_f64().unwrap_or(f64::INFINITY);
+        // The transmittance at which rays end follows from the bound, for the preview that the windows are drawn by too:
+        // estimates of one setting differ in their seventh digit.
         assert!(
-            work(&wide) <= work(&narrow),
+            work(&wide) <= work(&narrow) * (1.0 + 1e-6),
             "{scene}: a wider bound costs no more: {wide} {narrow}"
         );
     }
