@@ -1,5 +1,5 @@
-//! What can go wrong at the edges of a warped picture, in figures: colours that nothing has, rims that are shown where
-//! nothing is known, known pixels that change although the eye stays where it is.
+//! Faults at the edges of a warped picture, in figures: colours out of the reference's range, rims shown where nothing is
+//! known, known pixels that change although the eye stays where it is.
 
 use glam::DVec3;
 use resample_core::Image;

@@ -133,7 +133,7 @@ impl Tile<'_> {
         texels: &mut u64,
     ) -> Option<Vec4> {
         let over_w_slope = surface.over_w_slope(at_px);
-        // The mean under the filter differs from what the centre shows by half the second derivative times the variance.
+        // The mean under the filter differs from the value at the centre by half the second derivative times the variance.
         let bent = [0, 1].map(|k| self.frame.filter.variance_px2[k] * over_w_slope[k]);
         let mut gathered = |planes: &Option<UvPlanes>, [su, sv]: [f32; 2]| {
             let Some(planes) = planes else {

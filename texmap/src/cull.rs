@@ -29,11 +29,11 @@ pub(crate) struct ScreenTriangle {
     pub(crate) det: f64,
     /// The depth key as a plane over the screen: 1/w, or -z for parallel rays. Larger is nearer.
     pub(crate) key: DVec3,
-    /// What the frame keeps of it.
+    /// The part of it that the frame keeps.
     pub(crate) seen: SeenTriangle,
 }
 
-/// What a frame keeps of a triangle in view.
+/// A triangle in view, as a frame keeps it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SeenTriangle {
     /// The rectangle of the screen outside which nothing of it is seen, px: low x, low y, high x, high y.
@@ -85,7 +85,7 @@ impl InView {
     }
 }
 
-/// What a task found.
+/// The triangles that one task found in view.
 #[derive(Default)]
 struct Found {
     seen: Vec<SeenTriangle>,

@@ -251,7 +251,7 @@ impl TexelEllipse {
 /// Most rows, and most columns of a row.
 const MAX_SIDE: i32 = 1 << 14;
 
-/// What a gathering has summed: colours in four parts, so that no addition waits for the one before.
+/// The sums of one gathering: colours in four parts, so that no addition waits for the one before.
 struct Sums<S: Simd> {
     rgba: [f32x4<S>; 4],
     weight: f32x8<S>,

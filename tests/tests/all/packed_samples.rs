@@ -1,5 +1,5 @@
-//! Samples that are packed by the cells in which they may show something: what is left out shows nothing, voxels of
-//! bytes are read as the same numbers are in f32, and the counts say what was done.
+//! Samples packed by the cells that may show something: the samples left out show nothing, voxels of bytes give the
+//! picture of the same numbers in f32, and the counts agree with the walk.
 
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, Image};

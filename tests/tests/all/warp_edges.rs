@@ -1,5 +1,5 @@
-//! Edges of depth images: no colour that nothing has, known pixels that come back, and holes beyond the frame that go on
-//! from what is beside them.
+//! Edges of depth images: colours stay in the reference's range, known pixels come back, and holes beyond the frame go on
+//! from the nearest pixels.
 
 use glam::DVec3;
 use resample_core::Image;

@@ -1,4 +1,4 @@
-//! Depth as people have it: what was blurred, enlarged or packed with loss is shown without sheets between surfaces.
+//! Soft depth: maps that were blurred, enlarged or packed with loss are shown without sheets between surfaces.
 
 use glam::DVec3;
 use resample_core::Image;
@@ -9,7 +9,7 @@ use resample_tests::warp_soft::{Numbers, Softening, softened};
 use resample_tests::warp_truth::WarpScene;
 use warp3d::{Method, Reference, WarpOptions, Warper};
 
-/// A step to the right so wide that what the card hid is many pixels wide.
+/// A step to the right so wide that the card uncovers many pixels of the wall.
 fn scene() -> WarpScene {
     let from = camera([320, 240], 260.0, DVec3::ZERO, 0.0);
     let to = camera([320, 240], 260.0, DVec3::X * 0.5, 0.0);
