@@ -12,6 +12,7 @@ use anyhow::Result;
 use rayon::prelude::*;
 use resample_core::Image;
 use resample_core::image::linear_from_srgb;
+use resample_io::Gate;
 use texmap::scene::Texels;
 
 /// What lies behind a picture.
@@ -36,7 +37,7 @@ pub struct Backdrop {
 impl Background {
     /// Reads a picture file.
     pub fn read(path: &Path) -> Result<Self> {
-        let texture = texmap::load_picture(path)?;
+        let texture = texmap::load_picture(path, &Gate::default())?;
         let linear = |code: u8| linear_from_srgb(f32::from(code) / 255.0);
         let rgb = match texture.texels {
             Texels::Srgb8(texels) => texels

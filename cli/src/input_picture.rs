@@ -5,7 +5,7 @@
 //! Limits: colour and alpha only; 8 bits in an animated PNG; no video.
 
 use std::fs::File;
-use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
@@ -14,9 +14,17 @@ use image::codecs::png::PngDecoder;
 use image::{AnimationDecoder, DynamicImage, Frames, ImageDecoder, Limits};
 use resample_core::Image;
 use resample_core::image::linear_from_srgb;
+use resample_io::Gate;
+use resample_io::files::{self, first_bytes};
 
-use crate::output::FrameNames;
+use crate::output::{Depth, Format, FrameNames};
 use crate::picture::MAX_PIXELS;
+
+/// Most bytes of a part of a PNG that holds no pixels, such as a colour profile. A guess.
+const MAX_CHUNK_BYTES: u64 = 64 << 20;
+
+/// Bytes that a pixel takes while it is read: as it is stored, in floating point, and as it is given.
+const PIXEL_BYTES: u64 = 8 + 16 + 16;
 
 /// The pictures of a file or of a numbered row of files, in order.
 pub(crate) struct Pictures {
@@ -46,7 +54,7 @@ impl Pictures {
         }
         let source = match content_of(path)? {
             Content::Exr => Source::Still(path.to_owned()),
-            Content::Png => {
+            Content::Png | Content::Png8 => {
                 let decoder = png(path)?;
                 if decoder.is_apng().with_context(|| broken(path))? {
                     let frames = decoder.apng().with_context(|| broken(path))?.into_frames();
@@ -91,7 +99,7 @@ impl Pictures {
 pub(crate) fn read(path: &Path) -> Result<Image> {
     match content_of(path)? {
         Content::Exr => read_exr(path),
-        Content::Png => {
+        Content::Png | Content::Png8 => {
             let decoded = DynamicImage::from_decoder(png(path)?).with_context(|| broken(path))?;
             Ok(linear(&decoded))
         }
@@ -99,19 +107,57 @@ pub(crate) fn read(path: &Path) -> Result<Image> {
 }
 
 /// The content of a file.
-enum Content {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Content {
+    /// 8 bits a channel.
+    Png8,
+    /// 16 bits a channel, or fewer than 8.
     Png,
+    /// OpenEXR.
     Exr,
 }
 
+impl Content {
+    /// The content that a format has.
+    pub(crate) fn of(format: Format) -> Self {
+        match format {
+            Format::Png(Depth::Eight) => Self::Png8,
+            Format::Png(Depth::Sixteen) => Self::Png,
+            Format::Exr => Self::Exr,
+        }
+    }
+}
+
+impl std::fmt::Display for Content {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Png8 => "a PNG of 8 bits",
+            Self::Png => "a PNG of 16 bits",
+            Self::Exr => "an EXR",
+        })
+    }
+}
+
+/// Decodes a picture, and gives its format and its width and height, px.
+pub(crate) fn format_and_size(path: &Path) -> Result<(Content, [usize; 2])> {
+    let content = match content_of(path)? {
+        Content::Exr => Content::Exr,
+        Content::Png | Content::Png8 => {
+            let has_eight = png(path)?.color_type().bytes_per_pixel()
+                == png(path)?.color_type().channel_count();
+            if has_eight {
+                Content::Png8
+            } else {
+                Content::Png
+            }
+        }
+    };
+    let picture = read(path)?;
+    Ok((content, [picture.width, picture.height]))
+}
+
 fn content_of(path: &Path) -> Result<Content> {
-    let mut file =
-        File::open(path).with_context(|| format!("{}: cannot be opened", path.display()))?;
-    let mut start = [0; 8];
-    let length = file
-        .read(&mut start)
-        .with_context(|| format!("{}: cannot be read", path.display()))?;
-    match &start[..length] {
+    match first_bytes(path, 8)?.as_slice() {
         [0x89, b'P', b'N', b'G', ..] => Ok(Content::Png),
         [0x76, 0x2f, 0x31, 0x01, ..] => Ok(Content::Exr),
         _ => bail!(
@@ -123,19 +169,26 @@ fn content_of(path: &Path) -> Result<Content> {
 
 /// A decoder that refuses more pixels than a picture may have.
 fn png(path: &Path) -> Result<PngDecoder<BufReader<File>>> {
-    let mut file = BufReader::new(File::open(path).with_context(|| format!("{}", path.display()))?);
-    file.seek(SeekFrom::Start(0))?;
+    let (file, held) = files::open(path)?;
     let mut limits = Limits::no_limits();
-    // Eight bytes a pixel at most, and as much again for what the decoder needs besides.
-    limits.max_alloc = Some(16 * MAX_PIXELS);
-    let decoder = PngDecoder::with_limits(file, limits).with_context(|| broken(path))?;
+    limits.max_alloc = Some(MAX_CHUNK_BYTES);
+    let decoder =
+        PngDecoder::with_limits(BufReader::new(file), limits).with_context(|| broken(path))?;
     let (width, height) = decoder.dimensions();
     check_pixels(path, u64::from(width), u64::from(height))?;
+    let gate = Gate::default();
+    let asked = gate.ask_unpacked(decoder.total_bytes(), held, "the pixels");
+    let floats = u64::from(width) * u64::from(height) * PIXEL_BYTES;
+    let asked = asked.and_then(|()| gate.ask(floats, "the pixels"));
+    asked.map_err(|what| anyhow!("{}: {what}", path.display()))?;
     Ok(decoder)
 }
 
 fn read_exr(path: &Path) -> Result<Image> {
     let unreadable = |error: exr::error::Error| anyhow!("{}: {error}", broken(path));
+    let (file, _) = files::open(path)?;
+    resample_io::exr::check_all(BufReader::new(file))
+        .map_err(|what| anyhow!("{}: {what}", broken(path)))?;
     for header in &MetaData::read_from_file(path, false)
         .map_err(unreadable)?
         .headers

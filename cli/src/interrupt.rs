@@ -1,9 +1,10 @@
-//! Ctrl-C: the picture in work is finished, or the program ends at once; either way no half file stays behind.
+//! Ctrl-C, SIGTERM, SIGHUP: the picture in work is finished, or the program ends at once; either way no half file stays behind.
 //!
 //! Takes the signal, gives a flag that is read between pictures. While pictures are drawn one after another, the
 //! first Ctrl-C only sets the flag; a second one, or one at any other time, removes the temporary files and ends
 //! the process. The files are listed here because a process that ends runs no destructors.
-//! Limits: a process that is killed (SIGKILL, SIGTERM) can leave a temporary file, named `.resample-*.tmp`.
+//! Limits: a process that is killed (SIGKILL) can leave a temporary file, named `.resample-*.tmp`; the next run into its
+//! folder removes it.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;

@@ -11,6 +11,7 @@ mod png;
 mod video;
 mod webp;
 
+use std::collections::HashSet;
 use std::fs;
 use std::io::{BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
@@ -24,6 +25,12 @@ use crate::interrupt::{self, Listed};
 pub use film::{DEFAULT_FPS, Film, FilmKind, FilmPlan, kind_of};
 pub use names::FrameNames;
 pub use png::Depth;
+
+/// What the name of a temporary file begins with.
+const PREFIX: &str = ".resample-";
+
+/// What it ends with.
+const SUFFIX: &str = ".tmp";
 
 /// How a picture is written.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,6 +93,7 @@ pub fn check_writable(path: &Path) -> Result<()> {
             folder.display()
         );
     }
+    sweep(folder);
     temporary_file(folder).with_context(|| {
         format!(
             "{}: cannot write to the folder {}",
@@ -98,19 +106,41 @@ pub fn check_writable(path: &Path) -> Result<()> {
 
 /// Checks that writing `output` would not replace a file that is read.
 pub fn check_not_input(output: &Path, inputs: &[&Path]) -> Result<()> {
-    let Ok(written) = output.canonicalize() else {
-        return Ok(());
-    };
-    match inputs
-        .iter()
-        .find(|input| input.canonicalize().is_ok_and(|read| read == written))
-    {
-        Some(_) => bail!(
-            "{}: would be replaced, but is read as well: choose another name",
-            output.display()
-        ),
-        None => Ok(()),
+    check_not_inputs([output].into_iter(), inputs)
+}
+
+/// Checks that writing `outputs` would not replace a file that is read, or one in a folder that is read.
+///
+/// Files are compared, and not their names: links and other spellings mean the same file.
+pub fn check_not_inputs<'a>(
+    outputs: impl Iterator<Item = &'a Path>,
+    inputs: &[&Path],
+) -> Result<()> {
+    let handle = |path: &Path| same_file::Handle::from_path(path).ok();
+    let (folders, files): (Vec<&Path>, Vec<&Path>) = inputs.iter().partition(|path| path.is_dir());
+    let files: HashSet<_> = files.into_iter().filter_map(handle).collect();
+    let folders: Vec<_> = folders
+        .into_iter()
+        .filter_map(|folder| folder.canonicalize().ok())
+        .collect();
+    for output in outputs {
+        // A file that is not there replaces nothing.
+        let Some(written) = handle(output) else {
+            continue;
+        };
+        let is_inside = |folder: &PathBuf| {
+            output
+                .canonicalize()
+                .is_ok_and(|written| written.starts_with(folder))
+        };
+        if files.contains(&written) || folders.iter().any(is_inside) {
+            bail!(
+                "{}: would be replaced, but is read as well: choose another name",
+                output.display()
+            );
+        }
     }
+    Ok(())
 }
 
 /// Writes a picture and gives the size of the file in bytes.
@@ -164,14 +194,33 @@ fn write_whole(
 
 fn temporary_file(folder: &Path) -> std::io::Result<(NamedTempFile, Listed)> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".resample-").suffix(".tmp");
+    builder.prefix(PREFIX).suffix(SUFFIX);
     // A temporary file is private by default; a picture has the permissions of any other new file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     interrupt::listed(
-        || builder.tempfile_in(folder),
+        || {
+            let file = builder.tempfile_in(folder)?;
+            // The lock says that somebody still writes to it. Where the system knows no locks, nothing is swept up.
+            let _ = file.as_file().try_lock();
+            Ok(file)
+        },
         |file| file.path().to_owned(),
     )
+}
+
+/// Removes temporary files that killed runs have left in a folder: those that nobody has locked.
+fn sweep(folder: &Path) {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let is_ours = |name: &str| name.starts_with(PREFIX) && name.ends_with(SUFFIX);
+    for entry in entries.filter(|entry| entry.file_name().to_str().is_some_and(is_ours)) {
+        let path = entry.path();
+        let is_left = fs::File::open(&path).is_ok_and(|file| file.try_lock().is_ok());
+        if is_left {
+            // It may be gone already, which is as good.
+            let _ = fs::remove_file(path);
+        }
+    }
 }
 
 /// The folder of a path; a bare name lies in the current one.

@@ -5,6 +5,7 @@
 //! pictures with whatever renderer it is handed. Nothing is written before all input has proved to be good.
 
 mod records;
+mod targets;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -12,6 +13,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use glam::DVec3;
 use resample_core::{Camera, Projection};
+use resample_io::Gate;
 
 use crate::args::{CameraArgs, PictureArgs, SequenceArgs};
 use crate::background::Background;
@@ -46,6 +48,8 @@ pub(crate) struct Request<'a> {
     pub picture: &'a PictureArgs,
     /// The fields that the keys of a path may have.
     pub keys: KeyKind,
+    /// Which names inside files are followed, and how much memory their data may take.
+    pub gate: Gate,
     /// Files that are read, beside the camera file and the background.
     pub inputs: Vec<&'a Path>,
     /// Files that are written beside the picture, each with its option.
@@ -56,6 +60,7 @@ pub(crate) struct Request<'a> {
 pub(crate) struct Plan {
     names: FrameNames,
     film: Option<FilmPlan>,
+    gate: Gate,
     /// How every picture is finished.
     pub finish: Finish,
     cameras: PlannedCameras,
@@ -139,7 +144,7 @@ impl Plan {
             Pictures::Several => FrameNames::numbered(request.output)?,
             Pictures::One => FrameNames::single(request.output)?,
         };
-        check_targets(request, &names.frame(0))?;
+        targets::check(request, &names.frame(0))?;
         // A video cannot be transparent.
         let opaque = matches!(
             film,
@@ -153,6 +158,7 @@ impl Plan {
             names,
             film,
             finish: Finish { format, background },
+            gate: request.gate.clone(),
             cameras: PlannedCameras::Framed,
         })
     }
@@ -182,6 +188,11 @@ impl Plan {
         self.checked(cameras)
     }
 
+    /// What reading may do, with a note of every file that was read through a name in another.
+    pub(crate) fn gate(&self) -> &Gate {
+        &self.gate
+    }
+
     /// The path that the cameras follow, and the moments of its pictures.
     pub(crate) fn path(&self) -> Option<(&CameraPath, &[Moment])> {
         match &self.cameras {
@@ -208,6 +219,7 @@ impl Plan {
         render: &mut RenderNumbered,
     ) -> Result<()> {
         let Run { mut stats, log } = run;
+        targets::check_pictures(request, &self.names, cameras.len(), &self.gate.files())?;
         let existing = if request.sequence.resume {
             Existing::Keep
         } else {
@@ -300,40 +312,6 @@ fn planned_cameras(request: &Request) -> Result<PlannedCameras> {
         Some(file) => Ok(PlannedCameras::File(camera_file::read(file, &defaults)?)),
         None => Ok(PlannedCameras::Framed),
     }
-}
-
-/// Checks every place that will be written to. All frames go to one folder, so the first stands for the others.
-fn check_targets(request: &Request, first_frame: &Path) -> Result<()> {
-    let background = match &request.picture.background {
-        Some(BackgroundWord::File(path)) => Some(path.as_path()),
-        _ => None,
-    };
-    let optional = [
-        request.camera.camera.as_deref(),
-        request.sequence.path.as_deref(),
-        background,
-    ];
-    let inputs: Vec<&Path> = optional
-        .into_iter()
-        .flatten()
-        .chain(request.inputs.iter().copied())
-        .collect();
-    if let Some((option, path)) = request.others.iter().find(|(_, path)| *path == first_frame) {
-        bail!(
-            "{}: is the name of the picture and of {option}: choose another name",
-            path.display()
-        );
-    }
-    let others = request.others.iter().map(|&(_, path)| path);
-    for target in [Some(first_frame), request.stats]
-        .into_iter()
-        .flatten()
-        .chain(others)
-    {
-        output::check_writable(target)?;
-        output::check_not_input(target, &inputs)?;
-    }
-    Ok(())
 }
 
 /// The cameras that nobody wrote down: one, or those of a turntable.

@@ -4,11 +4,11 @@
 //! stderr is no reason to stop. The keys of the stats file are described in `docs/stats.md`.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Error;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use serde_json::Value;
 
 use crate::progress::Progress;
@@ -62,6 +62,7 @@ pub struct RunStats {
 #[derive(Clone, Debug, Serialize)]
 pub struct WrittenFrame {
     /// Its file; all pictures of an animation share one.
+    #[serde(serialize_with = "name_in_stats")]
     pub file: PathBuf,
     /// Size of the file, bytes.
     pub file_bytes: u64,
@@ -88,7 +89,31 @@ pub struct Account {
 /// Prints one line to stderr.
 pub fn say(line: &str) {
     // Nobody is left to tell if stderr is closed.
-    let _ = writeln!(std::io::stderr(), "{line}");
+    let _ = writeln!(std::io::stderr(), "{}", harmless(line));
+}
+
+/// Writes a text to stdout; a reader that has seen enough and closed it is no fault.
+pub fn print(text: &str) -> Result<(), Error> {
+    match std::io::stdout().write_all(harmless(text).as_bytes()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Error::new(error).context("cannot write to stdout"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The name of a file as text; what is no Unicode in it is replaced.
+pub fn name(path: &Path) -> String {
+    path.to_string_lossy().into_owned()
+}
+
+/// The names of files as text.
+pub fn names(paths: &[PathBuf]) -> Vec<String> {
+    paths.iter().map(|path| name(path)).collect()
+}
+
+fn name_in_stats<S: Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&name(path))
 }
 
 /// An error and its causes as one line, without repeating a cause that the message before it already holds.
@@ -102,7 +127,41 @@ pub fn one_line(error: &Error) -> String {
             line = format!("{line}: {text}");
         }
     }
-    line.lines().map(str::trim).collect::<Vec<_>>().join(" ")
+    let line = line.lines().map(str::trim).collect::<Vec<_>>().join(" ");
+    shortened(&line)
+}
+
+/// Most characters of a message: three lines of a wide terminal, which the longest of our own sentences with a path needs.
+const LONGEST_MESSAGE: usize = 600;
+
+/// A text without its middle where it is too long: the start names the file, and the end says what to do.
+fn shortened(text: &str) -> String {
+    let count = text.chars().count();
+    if count <= LONGEST_MESSAGE {
+        return text.to_owned();
+    }
+    let half = LONGEST_MESSAGE / 2;
+    let start: String = text.chars().take(half).collect();
+    let end: String = text.chars().skip(count - half).collect();
+    format!("{start} ... {end}")
+}
+
+/// A text without characters that a terminal obeys, which files may put into names: each becomes its escape, `\u{1b}`.
+fn harmless(text: &str) -> String {
+    let obeyed = |c: char| (c.is_control() && c != '\n') || is_reordering(c);
+    if !text.contains(obeyed) {
+        return text.to_owned();
+    }
+    let shown = |c: char| match obeyed(c) {
+        true => c.escape_unicode().to_string(),
+        false => c.to_string(),
+    };
+    text.chars().map(shown).collect()
+}
+
+/// Characters that make later text run the other way, and so show another name than is there (Unicode, UAX 9).
+fn is_reordering(c: char) -> bool {
+    matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 /// Milliseconds since `start`.
@@ -206,6 +265,20 @@ mod tests {
             "loading failed: a.raw: cannot read: no such file",
             "one line"
         );
+    }
+
+    #[test]
+    fn what_files_say_cannot_command_a_terminal() {
+        let line = harmless("a\u{1b}]0;title\u{7}\tb\u{202e}c\u{9b}2J");
+        assert_eq!(line, "a\\u{1b}]0;title\\u{7}\\u{9}b\\u{202e}c\\u{9b}2J");
+        assert_eq!(harmless("Größe 5 µm"), "Größe 5 µm");
+    }
+
+    #[test]
+    fn long_messages_keep_both_ends() {
+        let error = anyhow!("a.vti: arrays: {}: choose one", "name, ".repeat(100_000));
+        let line = one_line(&error);
+        assert!(line.len() < 700 && line.starts_with("a.vti") && line.ends_with("choose one"));
     }
 
     #[test]

@@ -6,6 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
+use resample_io::Gate;
 use serde_json::{Value, json};
 use volsplat::transfer::{ColourKnot, ColourMap, Histogram};
 use volsplat::{Channel, LabelTable, LoadOptions, Look, Scene, TransferFunction, Volume};
@@ -13,7 +14,7 @@ use volsplat::{Channel, LabelTable, LoadOptions, Look, Scene, TransferFunction, 
 use crate::args::{SceneArgs, TransferArgs, VolsplatArgs};
 use crate::input_file::InputFile;
 use crate::volume_file::{load_options, with_part};
-use crate::{transfer, values};
+use crate::{report, transfer, values};
 
 /// All volumes of a picture.
 pub(crate) struct Volumes {
@@ -46,8 +47,8 @@ const COLOURS: [(&str, &str); 7] = [
 ];
 
 /// Reads all volumes and looks that the arguments name.
-pub(crate) fn load(args: &VolsplatArgs) -> Result<Volumes> {
-    let options = load_options(&args.volume, &args.input)?;
+pub(crate) fn load(args: &VolsplatArgs, gate: &Gate) -> Result<Volumes> {
+    let options = load_options(&args.volume, &args.input, gate)?;
     let scene = &args.scene;
     if !scene.channel.is_empty() && options.component.is_some() {
         bail!("--channel names components itself: leave component=N out of the part of the file");
@@ -159,9 +160,9 @@ pub(crate) fn inputs(args: &SceneArgs) -> impl Iterator<Item = &Path> {
 /// The scene's part of the settings in the stats file.
 pub(crate) fn record(args: &SceneArgs) -> Value {
     json!({
-        "mask": args.mask,
+        "mask": args.mask.as_deref().map(report::name),
         "labels": args.labels,
-        "label_colours": args.label_colours,
+        "label_colours": args.label_colours.as_deref().map(report::name),
         "channels": args.channel.chunks(2).collect::<Vec<_>>(),
         "also": args.also.chunks(2).collect::<Vec<_>>(),
     })

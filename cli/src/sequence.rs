@@ -3,15 +3,16 @@
 //! Takes any renderer as a closure, and cameras; writes one file for each or one for all, and gives an account of them.
 //! Between two pictures it looks whether Ctrl-C was pressed and then stops; pictures that exist can be kept, so that a
 //! run can be taken up again.
-//! Limits: a picture that exists is taken for whole (files appear only by renaming), and is not compared with the
-//! options of this run.
+//! A picture is kept if it can be read and has the format and the size that this run would give it.
+//! Limits: it is not compared with the other options of this run.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
 use resample_core::Camera;
 
+use crate::input_picture;
 use crate::interrupt::{self, Interrupted};
 use crate::output::{Film, FilmPlan, FrameNames};
 use crate::picture::{self, Drawn, Finish, RenderNumbered};
@@ -147,9 +148,32 @@ type Todo<'a> = (PathBuf, (&'a Camera, usize));
 fn todo<'a>(sequence: &Sequence<'a>) -> (Vec<Todo<'a>>, usize) {
     let cameras = sequence.cameras.iter().enumerate();
     let all = cameras.map(|(index, camera)| (sequence.names.frame(index), (camera, index)));
-    let (kept, todo): (Vec<_>, Vec<_>) =
-        all.partition(|(file, _)| sequence.existing == Existing::Keep && file.is_file());
+    let (kept, todo): (Vec<_>, Vec<_>) = all.partition(|(file, (camera, _))| {
+        sequence.existing == Existing::Keep && file.is_file() && keeps(file, camera, sequence)
+    });
     (todo, kept.len())
+}
+
+/// Whether a picture that exists is as this run would write it; says why where it is not.
+fn keeps(file: &Path, camera: &Camera, sequence: &Sequence) -> bool {
+    let wrong = match input_picture::format_and_size(file) {
+        Err(error) => report::one_line(&error),
+        Ok(found) => {
+            let format = input_picture::Content::of(sequence.finish.format);
+            let size = [camera.width as usize, camera.height as usize];
+            let expected = (format, size);
+            if found == expected {
+                return true;
+            }
+            let ((found, [x, y]), (expected, [width, height])) = (found, expected);
+            format!(
+                "{}: {found} of {x}x{y} pixels, expected {expected} of {width}x{height}",
+                file.display()
+            )
+        }
+    };
+    report::say(&format!("drawn again: {wrong}"));
+    false
 }
 
 fn ending(done: usize, total: usize) -> Result<()> {

@@ -17,6 +17,7 @@ use crate::framing;
 use crate::order::order;
 use crate::output::Format;
 use crate::plan::{self, Request};
+use crate::report;
 use crate::scene;
 use crate::transfer;
 
@@ -127,7 +128,7 @@ pub(crate) fn record(
 fn volume_record(args: &VolsplatArgs, volume: &dyn Described) -> Value {
     let lattice = volume.lattice();
     json!({
-        "file": args.input.path,
+        "file": report::name(&args.input.path),
         "part": args.input.part,
         "dims": lattice.dims,
         "spacing": lattice.spacing(),
@@ -137,7 +138,7 @@ fn volume_record(args: &VolsplatArgs, volume: &dyn Described) -> Value {
         "raw_endian": args.volume.endian.map(|endian| format!("{endian:?}").to_lowercase()),
         "raw_skip_bytes": args.volume.skip,
         "nan_as": args.volume.nan_as,
-        "max_memory_bytes": args.volume.max_memory,
+        "max_memory_bytes": args.volume.reading.max_memory,
         "rescaled_by": args.volume.rescale_values,
     })
 }

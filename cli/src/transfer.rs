@@ -11,6 +11,7 @@ use volsplat::{Described, TransferFunction};
 
 use crate::args::TransferArgs;
 use crate::output::{self, Depth, Format};
+use crate::report;
 use crate::transfer_plot;
 
 /// How values become colour and opacity. Errors name the file or the option.
@@ -53,13 +54,13 @@ pub(crate) fn record(
     volume: &dyn Described,
 ) -> Value {
     json!({
-        "file": args.transfer,
+        "file": args.transfer.as_deref().map(report::name),
         "space": args.transfer_space,
         "rescaled": args.rescale_transfer,
         "window": args.window.map(|window| [window.level, window.width]),
         "preset": args.preset.map(|preset| preset.name()),
         "colormap": colour_map(args).map(|map| map.name()),
-        "shown_in": args.show_transfer,
+        "shown_in": args.show_transfer.as_deref().map(report::name),
         "opacity_scale": args.opacity_scale,
         "opacity_unit": opacity_unit.unwrap_or_else(|| volume.lattice().smallest_spacing()),
     })

@@ -5,16 +5,16 @@
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use volsplat::input::peek;
+use resample_io::Gate;
+use volsplat::input::{Format, format_of, peek};
 use volsplat::large::most_brick_bytes;
-use volsplat::{Described, LargeVolume, RenderOptions, Renderer, TransferFunction};
+use volsplat::{Described, LargeVolume, LoadOptions, RenderOptions, Renderer, TransferFunction};
 
-use crate::args::{SceneArgs, TransferArgs, VolsplatArgs, VolumeArgs};
-use crate::input_file::InputFile;
+use crate::args::{SceneArgs, TransferArgs, VolsplatArgs};
 use crate::progress::{Progress, watch};
 use crate::scene::{self, Volumes};
+use crate::transfer;
 use crate::volume_file::load_options;
-use crate::{report, transfer};
 
 /// What is drawn.
 pub(crate) enum Content {
@@ -29,11 +29,12 @@ impl Content {
     pub(crate) fn load(
         args: &VolsplatArgs,
         options: &RenderOptions,
+        gate: &Gate,
         progress: Progress,
     ) -> Result<Self> {
-        let max_memory = args.volume.max_memory;
-        match look_through(&args.input, &args.volume, max_memory, options, progress)? {
-            None => Ok(Self::Memory(scene::load(args)?)),
+        let load_options = load_options(&args.volume, &args.input, gate)?;
+        match look_through(&args.input.path, &load_options, options, progress)? {
+            None => Ok(Self::Memory(scene::load(args, gate)?)),
             Some(_) if !is_single(&args.scene) => bail!(
                 "{}: masks, labels and further channels need all voxels in memory: allow more with --max-memory, leave them out, \
                  or draw a coarser level or a smaller volume",
@@ -88,26 +89,20 @@ impl Content {
     }
 }
 
-/// Looks a volume through that does not fit the memory as a whole; `None` where it fits or nothing was said.
+/// Looks a volume through that does not fit the memory as a whole; `None` where it fits, or has to be read as a whole.
 pub(crate) fn look_through(
-    file: &InputFile,
-    args: &VolumeArgs,
-    max_memory: Option<u64>,
+    path: &Path,
+    load_options: &LoadOptions,
     options: &RenderOptions,
     progress: Progress,
 ) -> Result<Option<Box<LargeVolume>>> {
-    let Some(max_memory) = max_memory else {
+    let gate = &load_options.gate;
+    // To unpack an array into a temporary file takes a disk's room, which has to be asked for.
+    if gate.given_memory().is_none() && format_of(path)? == Some(Format::Zarr) {
         return Ok(None);
-    };
-    let load_options = load_options(args, file)?;
-    let path = file.path.as_path();
-    let Some((lattice, voxel_type)) = peek(path, &load_options)? else {
-        // What is packed is at least as large unpacked, as good as always.
-        check_fits(
-            path,
-            std::fs::metadata(path).map_or(0, |data| data.len()),
-            max_memory,
-        )?;
+    }
+    let max_memory = gate.max_memory();
+    let Some((lattice, voxel_type)) = peek(path, load_options)? else {
         return Ok(None);
     };
     let voxels = lattice.len() as u64 * voxel_type.bytes() as u64;
@@ -115,21 +110,9 @@ pub(crate) fn look_through(
         return Ok(None);
     }
     let mut watch = watch("looking through the volume", progress);
-    Ok(LargeVolume::open(path, &load_options, max_memory, &mut watch)?.map(Box::new))
+    Ok(LargeVolume::open(path, load_options, max_memory, &mut watch)?.map(Box::new))
 }
 
 fn is_single(args: &SceneArgs) -> bool {
     args.mask.is_none() && !args.labels && args.channel.is_empty() && args.also.is_empty()
-}
-
-fn check_fits(path: &Path, bytes: u64, max_memory: u64) -> Result<()> {
-    if bytes <= max_memory {
-        return Ok(());
-    }
-    let (needed, allowed) = (report::human_bytes(bytes), report::human_bytes(max_memory));
-    bail!(
-        "{}: the voxels take at least {needed} and cannot be read in parts, because the file is packed; --max-memory \
-         allows {allowed}: unpack it to a raw file, or allow more",
-        path.display()
-    )
 }

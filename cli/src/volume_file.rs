@@ -3,6 +3,7 @@
 //! A part is a list of `KEY=VALUE`: `scan.dcm#series=1.2.840`, `a.vti#array=pressure`, `a.zarr#level=2,component=1`.
 
 use anyhow::{Context, Result, bail};
+use resample_io::Gate;
 use volsplat::LoadOptions;
 use volsplat::input::RawOptions;
 use volsplat::volume::NanPolicy;
@@ -11,7 +12,11 @@ use crate::args::VolumeArgs;
 use crate::input_file::InputFile;
 
 /// How a file is read.
-pub(crate) fn load_options(args: &VolumeArgs, file: &InputFile) -> Result<LoadOptions> {
+pub(crate) fn load_options(
+    args: &VolumeArgs,
+    file: &InputFile,
+    gate: &Gate,
+) -> Result<LoadOptions> {
     // The command line accepts --dims and --type together or not at all.
     let raw = args
         .dims
@@ -27,6 +32,7 @@ pub(crate) fn load_options(args: &VolumeArgs, file: &InputFile) -> Result<LoadOp
         origin: args.origin,
         nan: args.nan_as.map_or(NanPolicy::Refuse, NanPolicy::Replace),
         rescale: args.rescale_values,
+        gate: gate.clone(),
         ..LoadOptions::default()
     };
     with_part(whole, file)
@@ -69,7 +75,7 @@ mod tests {
                 path: "a.zarr".into(),
                 part: Some(part.to_owned()),
             };
-            load_options(&VolumeArgs::default(), &file)
+            load_options(&VolumeArgs::default(), &file, &Gate::default())
         };
         let options = read("level=2,component=1").expect("good");
         assert_eq!((options.level, options.component), (Some(2), Some(1)));

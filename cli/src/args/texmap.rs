@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use clap::Args;
 use texmap::RenderOptions;
 
-use super::{AskArgs, CameraArgs, Given, PictureArgs, SequenceArgs};
+use super::{AskArgs, CameraArgs, Given, PictureArgs, ReadingArgs, SequenceArgs};
 use crate::input_file::{self, InputFile};
 
 /// Options of `resample texmap`.
@@ -66,4 +66,7 @@ pub struct ModelArgs {
     /// Picture for meshes that have texture coordinates and no texture
     #[arg(long, value_name = "FILE")]
     pub texture: Option<PathBuf>,
+    /// What reading may do.
+    #[command(flatten)]
+    pub reading: ReadingArgs,
 }

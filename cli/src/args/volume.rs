@@ -3,6 +3,7 @@
 use clap::Args;
 use volsplat::{Endian, VoxelType};
 
+use super::ReadingArgs;
 use crate::values;
 
 /// How the volume file is read.
@@ -21,10 +22,6 @@ pub struct VolumeArgs {
     /// Bytes before the first voxel, 0 if not given (raw files)
     #[arg(long, value_name = "BYTES", requires = "dims")]
     pub skip: Option<u64>,
-    /// Most memory to work in, such as 4G or 512M. A raw file, or NRRD or MetaImage data that is not packed, is then read
-    /// brick by brick where it does not fit; a Zarr array is first unpacked into a temporary file in the folder TMPDIR
-    #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
-    pub max_memory: Option<u64>,
     /// Distance between voxels along x, y and z in world units, instead of the file's own [default: 1,1,1]
     #[arg(long, value_name = "X,Y,Z", value_parser = values::vector)]
     pub spacing: Option<[f64; 3]>,
@@ -37,4 +34,7 @@ pub struct VolumeArgs {
     /// Multiply every value by SCALE and add OFFSET, such as 1,-1024 for a raw CT
     #[arg(long, value_name = "SCALE,OFFSET", value_parser = values::pair, allow_hyphen_values = true)]
     pub rescale_values: Option<[f64; 2]>,
+    /// What reading may do.
+    #[command(flatten)]
+    pub reading: ReadingArgs,
 }

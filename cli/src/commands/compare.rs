@@ -5,7 +5,6 @@
 //! pixel changes from picture to picture than in the reference. The result goes to stdout; a bound that is broken
 //! makes the exit code 1.
 
-use std::io::{self, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
@@ -17,6 +16,7 @@ use crate::args::CompareArgs;
 use crate::figures::{self, Better, FLICKER, METRICS, Steps};
 use crate::input_picture::{self, Pictures};
 use crate::output::{self, Depth, Format};
+use crate::report;
 
 /// A bound of `--fail-above` was broken: the pictures were compared, and are too far apart.
 #[derive(Debug)]
@@ -56,7 +56,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<()> {
     } else {
         findings.text()
     };
-    io::stdout().write_all(text.as_bytes())?;
+    report::print(&text)?;
     if let Some(path) = &args.heatmap {
         output::write_picture(
             path,

@@ -3,18 +3,16 @@
 //! The volume is read as `resample volsplat` would read it, with the same options, so that the drawn volume is
 //! the one described here. It all goes to stdout, because it is the result of the command.
 
-use std::io::{self, Write};
-
-use anyhow::{Context, Result};
+use anyhow::Result;
 use glam::DVec3;
 use serde_json::{Value, json};
 use volsplat::VoxelType;
 use volsplat::input::{format_of, peek};
 use volsplat::large::most_brick_bytes;
 use volsplat::transfer::Histogram;
-use volsplat::{Described, Lattice, RenderOptions};
+use volsplat::{Described, Lattice, LoadOptions, RenderOptions};
 
-use crate::args::InfoArgs;
+use crate::args::{InfoArgs, ReadingArgs};
 use crate::framing;
 use crate::progress::Progress;
 use crate::report;
@@ -32,37 +30,32 @@ const TILT_SHOWN_DEG: f64 = 0.05;
 
 /// Reads the volume and describes it.
 pub(crate) fn run(args: &InfoArgs) -> Result<()> {
-    let max_memory = match args.volume.max_memory {
-        Some(allowed) => Some(allowed),
-        None => enough_to_look_through(args)?,
-    };
+    let mut options = load_options(&args.volume, &args.input, &args.volume.reading.gate())?;
+    if args.volume.reading.max_memory.is_none()
+        && let Some(enough) = enough_to_look_through(args, &options)?
+    {
+        let reading = ReadingArgs {
+            max_memory: Some(enough),
+            ..args.volume.reading
+        };
+        options.gate = reading.gate();
+    }
     let drawn = RenderOptions::default();
-    let facts = match look_through(
-        &args.input,
-        &args.volume,
-        max_memory,
-        &drawn,
-        Progress::Shown,
-    )? {
+    let facts = match look_through(&args.input.path, &options, &drawn, Progress::Shown)? {
         Some(volume) => Facts::of(args, volume.as_ref())?,
-        None => Facts::of(
-            args,
-            &volsplat::load(&args.input.path, &load_options(&args.volume, &args.input)?)?,
-        )?,
+        None => Facts::of(args, &volsplat::load(&args.input.path, &options)?)?,
     };
     let text = if args.json {
         format!("{}\n", serde_json::to_string_pretty(&facts.json())?)
     } else {
         facts.text()
     };
-    print(&text)
+    report::print(&text)
 }
 
 /// Memory for a volume that is only looked at, where it is larger than half of what there is: a quarter of that.
-fn enough_to_look_through(args: &InfoArgs) -> Result<Option<u64>> {
-    let Some((lattice, voxel_type)) =
-        peek(&args.input.path, &load_options(&args.volume, &args.input)?)?
-    else {
+fn enough_to_look_through(args: &InfoArgs, options: &LoadOptions) -> Result<Option<u64>> {
+    let Some((lattice, voxel_type)) = peek(&args.input.path, options)? else {
         return Ok(None);
     };
     let bytes = lattice.len() as u64 * voxel_type.bytes() as u64;
@@ -292,16 +285,6 @@ fn short(value: f64) -> String {
         format!("{rounded:e}")
     } else {
         rounded.to_string()
-    }
-}
-
-/// Writes to stdout; a reader that has seen enough and closed it is no fault.
-fn print(text: &str) -> Result<()> {
-    match io::stdout().write_all(text.as_bytes()) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            Err(error).context("cannot write to stdout")
-        }
-        _ => Ok(()),
     }
 }
 

@@ -8,6 +8,7 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 use glam::{DVec3, Vec3};
 use resample_core::Camera;
+use resample_io::Gate;
 use serde_json::{Value, json};
 use texmap::scene::Mesh;
 use texmap::{FrameStats, Loaded, RenderOptions, Renderer, Scene};
@@ -39,8 +40,10 @@ impl Open {
         let start = Instant::now();
         let plan = Plan::new(&request(&args))?;
         let options = settings::render_options(&args.render.options, plan.finish.format)?;
-        let Loaded { scene, notes } =
-            texmap::load(&args.input.path, &settings::load_options(&args, 0))?;
+        let Loaded { scene, notes } = texmap::load(
+            &args.input.path,
+            &settings::load_options(&args, 0, plan.gate()),
+        )?;
         let load_ms = report::ms_since(start);
         if verbosity != Verbosity::Quiet {
             notes
@@ -126,7 +129,7 @@ impl Open {
             &mut |camera, number| {
                 // The first picture is prepared already.
                 if args.model.play && number > 0 {
-                    renderer = posed(&args, &options, number)?;
+                    renderer = posed(&args, &options, number, plan.gate())?;
                 }
                 drawn(&mut renderer, camera)
             },
@@ -135,8 +138,13 @@ impl Open {
 }
 
 /// The scene as picture `number` of a played animation shows it.
-fn posed(args: &TexmapArgs, options: &RenderOptions, number: usize) -> Result<Renderer> {
-    let load = settings::load_options(args, number);
+fn posed(
+    args: &TexmapArgs,
+    options: &RenderOptions,
+    number: usize,
+    gate: &Gate,
+) -> Result<Renderer> {
+    let load = settings::load_options(args, number, gate);
     let Loaded { scene, .. } = texmap::load(&args.input.path, &load)?;
     Ok(Renderer::new(&scene, options)?)
 }
@@ -191,6 +199,7 @@ fn request(args: &TexmapArgs) -> Request<'_> {
         sequence: &args.sequence,
         picture: &args.picture,
         keys: KeyKind::Cameras,
+        gate: args.model.reading.gate(),
         inputs: [Some(args.input.path.as_path()), texture]
             .into_iter()
             .flatten()

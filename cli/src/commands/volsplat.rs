@@ -174,6 +174,7 @@ fn request(args: &VolsplatArgs) -> Request<'_> {
         sequence: &args.sequence,
         picture: &args.picture,
         keys: KeyKind::Volume,
+        gate: args.volume.reading.gate(),
         inputs: [Some(args.input.path.as_path()), transfer]
             .into_iter()
             .flatten()
@@ -196,7 +197,7 @@ fn loaded(
     progress: Progress,
 ) -> Result<Open> {
     let start = Instant::now();
-    let mut content = Content::load(&args, &options, progress)?;
+    let mut content = Content::load(&args, &options, plan.gate(), progress)?;
     let load_ms = report::ms_since(start);
     let motion = match plan.path() {
         Some((path, pictures)) => VolumeMotion::new(path, pictures, &args, content.first())

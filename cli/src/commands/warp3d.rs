@@ -8,6 +8,7 @@ use std::time::Instant;
 
 use anyhow::{Result, bail};
 use resample_core::Camera;
+use resample_io::{Gate, Outside};
 use serde_json::{Value, json};
 use warp3d::{Fill, WarpArgs, WarpOptions};
 
@@ -303,6 +304,7 @@ fn request<'a>(args: &'a Warp3dArgs, shared: &'a Shared) -> Request<'a> {
         sequence: &shared.sequence,
         picture: &args.picture,
         keys: KeyKind::Cameras,
+        gate: Gate::new(Outside::Refused, args.max_memory),
         inputs: shared.inputs.iter().map(PathBuf::as_path).collect(),
         others: others
             .into_iter()

@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use super::Request;
 use crate::framing::{self, Stance};
 use crate::output::{self, Depth, Format};
+use crate::report;
 use crate::values::BackgroundWord;
 
 /// The cameras in the stats file.
@@ -12,7 +13,7 @@ pub(crate) fn camera_record(request: &Request, stance: Stance) -> Value {
     let args = request.camera;
     let orbit = args.orbit.unwrap_or(framing::DEFAULT_ORBIT);
     match &args.camera {
-        Some(file) => json!({ "file": file }),
+        Some(file) => json!({ "file": report::name(file) }),
         None => json!({
             "turntable": request.sequence.turntable,
             "azimuth_deg": orbit.azimuth_deg,
@@ -40,10 +41,10 @@ pub(crate) fn picture_record(request: &Request, format: Format) -> Value {
         Some(BackgroundWord::Transparent) | None => (None, None),
     };
     json!({
-        "output": request.output,
+        "output": report::name(request.output),
         "bits": bits,
         "background_linear": colour,
-        "background_file": file,
+        "background_file": file.map(|file| report::name(file)),
         "fps": film.map(|_| request.sequence.fps.unwrap_or(output::DEFAULT_FPS)),
     })
 }

@@ -1,6 +1,7 @@
 //! From the typed options of `resample texmap` to those of the library, and to their record in the stats file.
 
 use anyhow::{Result, bail};
+use resample_io::Gate;
 use serde_json::{Value, json};
 use texmap::input::SceneChoice;
 use texmap::{LoadOptions, PlaneKind, Pose, RenderOptions};
@@ -9,9 +10,10 @@ use crate::args::{ModelArgs, SequenceArgs, TexmapArgs};
 use crate::framing::Stance;
 use crate::output::{self, Format};
 use crate::plan::{self, Request};
+use crate::report;
 
 /// How the file is read for picture `number`.
-pub(crate) fn load_options(args: &TexmapArgs, number: usize) -> LoadOptions {
+pub(crate) fn load_options(args: &TexmapArgs, number: usize, gate: &Gate) -> LoadOptions {
     // FILE#NAME, or FILE#scene=NAME as parts of other files are written.
     let part = args.input.part.as_deref();
     let scene = part.map(|part| part.strip_prefix("scene=").unwrap_or(part));
@@ -19,6 +21,7 @@ pub(crate) fn load_options(args: &TexmapArgs, number: usize) -> LoadOptions {
         scene: scene.map(|scene| SceneChoice(scene.to_owned())),
         pose: pose(&args.model, &args.sequence, number),
         texture: args.model.texture.clone(),
+        gate: gate.clone(),
     }
 }
 
@@ -66,7 +69,8 @@ pub(crate) fn record(
         None => plan::camera_record(request, stance),
     };
     json!({
-        "model": { "file": args.input.path, "scene": args.input.part, "texture": args.model.texture,
+        "model": { "file": report::name(&args.input.path), "scene": args.input.part,
+            "texture": args.model.texture.as_deref().map(report::name),
             "pose_time_s": args.model.pose_time, "animation": args.model.animation, "play": args.model.play },
         "camera": camera,
         "render": options,

@@ -9,6 +9,7 @@
 //! camera.
 
 mod blocks;
+mod dwa;
 mod header;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -20,6 +21,7 @@ use ::exr::meta::header::Header;
 use super::files::fault;
 use super::plane::Stored;
 use super::receiver::{Receiver, Room};
+pub use dwa::check_all;
 use header::{At, headers};
 use resample_core::Error;
 

@@ -1,6 +1,6 @@
 //! Files: opening them, and what their headers may claim.
 
-use std::fs::File;
+use std::fs::{File, Metadata};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -20,6 +20,9 @@ pub struct Part {
 /// A colour picture of that size takes 3 GiB in memory and its depth 1 GiB; a forged header must not be able to ask
 /// for more.
 pub const MAX_PIXELS: u64 = 1 << 28;
+
+/// The name of the standard input, where a text may come from there.
+const STANDARD_INPUT: &str = "-";
 
 /// Largest file of cameras, numbers or lists that is read as text, bytes. A pose takes about 200 bytes.
 const MAX_TEXT_BYTES: u64 = 256 << 20;
@@ -56,15 +59,27 @@ pub fn cannot_read(path: &Path, source: &std::io::Error) -> Error {
 
 /// Opens a file and gives its length; a folder is an error here, not later.
 pub fn open(path: &Path) -> Result<(File, u64), Error> {
-    let opened = || -> std::io::Result<(File, u64)> {
-        let file = File::open(path)?;
-        let metadata = file.metadata()?;
+    open_regular(path).map_err(|source| cannot_read(path, &source))
+}
+
+/// Opens a regular file and gives its length. Devices and pipes are refused: some have no end, some never begin.
+pub fn open_regular(path: &Path) -> std::io::Result<(File, u64)> {
+    let is_regular = |metadata: &Metadata| {
         if metadata.is_dir() {
             return Err(std::io::ErrorKind::IsADirectory.into());
         }
-        Ok((file, metadata.len()))
+        if !metadata.is_file() {
+            let what = "it is a device, a pipe or a socket: write its content to a file first";
+            return Err(std::io::Error::other(what));
+        }
+        Ok(())
     };
-    opened().map_err(|source| cannot_read(path, &source))
+    // To open a pipe waits for whoever writes to it; once more afterwards, because the name may mean another file by then.
+    is_regular(&std::fs::metadata(path)?)?;
+    let file = File::open(path)?;
+    let metadata = file.metadata()?;
+    is_regular(&metadata)?;
+    Ok((file, metadata.len()))
 }
 
 /// The first bytes of a file, at most `count`.
@@ -77,21 +92,36 @@ pub fn first_bytes(path: &Path, count: u64) -> Result<Vec<u8>, Error> {
     Ok(bytes)
 }
 
-/// A whole file of text.
+/// A whole file of text; `-` is the standard input.
 pub fn read_text(path: &Path) -> Result<String, Error> {
-    let (file, _) = open(path)?;
-    let mut text = String::new();
-    // The limit is on the bytes read, not on the size of the file: a pipe or a device has no size.
-    file.take(MAX_TEXT_BYTES + 1)
-        .read_to_string(&mut text)
-        .map_err(|source| cannot_read(path, &source))?;
-    if text.len() as u64 > MAX_TEXT_BYTES {
-        return Err(fault(
-            path,
-            format!("more than {MAX_TEXT_BYTES} bytes, more than any list of cameras"),
-        ));
+    let text =
+        |bytes| String::from_utf8(bytes).map_err(|_| std::io::Error::other("it is no UTF-8 text"));
+    read_small(path, MAX_TEXT_BYTES)
+        .and_then(text)
+        .map_err(|source| cannot_read(path, &source))
+}
+
+/// All bytes of a regular file: those that were there when it was opened.
+pub fn read_whole(path: &Path) -> std::io::Result<Vec<u8>> {
+    let (file, held) = open_regular(path)?;
+    let mut bytes = Vec::new();
+    file.take(held).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// All bytes of a file that has at most so many; `-` is the standard input.
+pub fn read_small(path: &Path, most: u64) -> std::io::Result<Vec<u8>> {
+    let source: Box<dyn Read> = match path == Path::new(STANDARD_INPUT) {
+        true => Box::new(std::io::stdin()),
+        false => Box::new(open_regular(path)?.0),
+    };
+    let mut bytes = Vec::new();
+    source.take(most + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most {
+        let what = format!("it has more than the {most} bytes that such a file may have");
+        return Err(std::io::Error::other(what));
     }
-    Ok(text)
+    Ok(bytes)
 }
 
 /// Checks a claimed picture size against [`MAX_PIXELS`] and against what a file of this length can unpack to.

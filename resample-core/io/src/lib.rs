@@ -3,18 +3,21 @@
 //! The format of a file follows from its content, never from its name. A header's claims are held against the length of the
 //! file before anything is allocated. [`colour`] and [`depth`] give pictures and depths, into memory or, through a
 //! [`Receiver`], wherever the caller keeps them; [`whole_picture`] decodes a
-//! picture's bytes at once; [`npy`] and [`tiff`] read headers for readers of other things.
+//! picture's bytes at once; [`npy`] and [`tiff`] read headers for readers of other things. [`gate`] says which names inside files are
+//! followed, and how much memory their data may take.
 //! Limits: one picture a file.
 
 pub mod colour;
 pub mod depth;
 pub mod files;
+pub mod gate;
+pub mod memory;
 pub mod npy;
 pub mod receiver;
 pub mod tiff;
 pub mod whole_picture;
 
-mod exr;
+pub mod exr;
 mod npy_depth;
 mod pfm;
 mod picture;
@@ -26,6 +29,7 @@ mod rows;
 mod tiff_depth;
 
 pub use files::{MAX_PIXELS, Part};
+pub use gate::{Gate, Outside};
 pub use picture::Picture;
 pub use plane::{Plane, Stored};
 pub use receiver::{Receiver, Room};

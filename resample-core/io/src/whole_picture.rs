@@ -12,6 +12,9 @@ use image::{DynamicImage, ImageDecoder, ImageReader};
 use rayon::prelude::*;
 use resample_core::image::linear_from_srgb;
 
+use crate::exr;
+use crate::gate::Gate;
+
 /// Most bytes of a decoded picture: 16384 x 16384 texels of 8 bits, which is as large as graphics cards take them.
 const MAX_BYTES: u64 = 1 << 30;
 
@@ -42,22 +45,32 @@ pub enum Pixels {
     LinearF32(Vec<[f32; 4]>),
 }
 
-/// Decodes the bytes of a picture file; `format` counts where the content has no mark.
+/// Decodes the bytes of a picture file; `format` counts where the content has no mark, and the gate says how much memory
+/// the pixels may take.
 ///
 /// # Errors
 /// What is wrong with the content: no known format, a size that cannot be, or data that cannot be decoded.
-pub fn decode(bytes: &[u8], format: Option<ImageFormat>) -> Result<WholePicture, String> {
+pub fn decode(
+    bytes: &[u8],
+    format: Option<ImageFormat>,
+    gate: &Gate,
+) -> Result<WholePicture, String> {
     let told = image::guess_format(bytes).ok().or(format);
     let format =
         told.ok_or("not a picture of a known format: expected PNG, JPEG, WebP, TGA or BMP")?;
+    if format == ImageFormat::OpenExr {
+        exr::check_all(Cursor::new(bytes))?;
+    }
     let reader = ImageReader::with_format(Cursor::new(bytes), format);
     let unreadable = |error| format!("cannot be decoded as a picture: {error}");
     let decoder = reader.into_decoder().map_err(unreadable)?;
-    check_size(
+    let held = bytes.len() as u64;
+    let unpacked = check_size(
         decoder.dimensions(),
         decoder.color_type().bytes_per_pixel(),
-        bytes.len() as u64,
+        held,
     )?;
+    gate.ask_unpacked(unpacked, held, "the pixels")?;
     let picture = DynamicImage::from_decoder(decoder).map_err(unreadable)?;
     let (width, height) = (picture.width() as usize, picture.height() as usize);
     Ok(WholePicture {
@@ -67,8 +80,12 @@ pub fn decode(bytes: &[u8], format: Option<ImageFormat>) -> Result<WholePicture,
     })
 }
 
-/// Refuses a size that is 0, too large to hold, or more than the file can stand for.
-fn check_size((width, height): (u32, u32), texel_bytes: u8, file_bytes: u64) -> Result<(), String> {
+/// The bytes that are kept. Refuses a size that is 0, too large to hold, or more than the file can stand for.
+fn check_size(
+    (width, height): (u32, u32),
+    texel_bytes: u8,
+    file_bytes: u64,
+) -> Result<u64, String> {
     // What is kept: 4 bytes where a channel has 8 bits, else 16.
     let kept = if texel_bytes <= 4 { 4 } else { 16 };
     let bytes = u64::from(width) * u64::from(height) * kept;
@@ -85,7 +102,7 @@ fn check_size((width, height): (u32, u32), texel_bytes: u8, file_bytes: u64) -> 
             "claims {width}x{height} texels in {file_bytes} bytes: the file is cut or forged"
         ));
     }
-    Ok(())
+    Ok(bytes)
 }
 
 fn pixels(picture: DynamicImage) -> Pixels {
@@ -154,7 +171,7 @@ mod tests {
             height: 1,
             pixels: Pixels::Srgb8(texels),
             ..
-        }) = decode(&png(&small), None)
+        }) = decode(&png(&small), None, &Gate::default())
         else {
             panic!("a picture of 2x1 with 8 bits")
         };
@@ -167,7 +184,11 @@ mod tests {
         let Ok(WholePicture {
             pixels: Pixels::LinearF32(texels),
             ..
-        }) = decode(&png(&DynamicImage::ImageRgba16(deep)), None)
+        }) = decode(
+            &png(&DynamicImage::ImageRgba16(deep)),
+            None,
+            &Gate::default(),
+        )
         else {
             panic!("16 bits become linear")
         };
@@ -186,7 +207,7 @@ mod tests {
         // Width and height of a PNG lie at byte 16; either the checksum of the header or the size is refused.
         forged[16..24].copy_from_slice(&[0, 0, 0x40, 0, 0, 0, 0x40, 0]);
         assert!(
-            decode(&forged, None).is_err(),
+            decode(&forged, None, &Gate::default()).is_err(),
             "16384 x 16384 texels do not fit into 70 bytes"
         );
         assert!(
@@ -199,7 +220,8 @@ mod tests {
         );
         assert!(check_size((0, 5), 4, 70).is_err(), "nothing to see");
         assert!(
-            decode(b"no picture", None).is_err_and(|e| e.contains("known format")),
+            decode(b"no picture", None, &Gate::default())
+                .is_err_and(|e| e.contains("known format")),
             "no mark"
         );
     }

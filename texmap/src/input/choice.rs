@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use resample_io::Gate;
+
 use crate::scene::Scene;
 
 /// What a caller says about a mesh file.
@@ -13,6 +15,8 @@ pub struct LoadOptions {
     pub pose: Option<Pose>,
     /// Picture for meshes that have texture coordinates and no texture.
     pub texture: Option<PathBuf>,
+    /// Which names inside files are followed, and how much memory their data may take.
+    pub gate: Gate,
 }
 
 /// A scene by its name, or by its number from 0.

@@ -1,12 +1,12 @@
 //! Files on disk, and names of files inside other files.
 //!
 //! Takes paths and URIs, gives bytes. Only ordinary files are read: what a device or a pipe gives has no end that could
-//! be checked. A name inside a file is relative to that file; `..` is allowed, absolute names and addresses of the
+//! be checked. A name inside a file is relative to that file, and the gate says whether it is followed; addresses of the
 //! network are not.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
+
+use resample_io::Gate;
 
 use crate::Error;
 
@@ -15,17 +15,33 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>, Error> {
     let unreadable = |what: &dyn std::fmt::Display| {
         Error::Input(format!("{}: cannot read: {what}", path.display()))
     };
-    let metadata = std::fs::metadata(path).map_err(|error| unreadable(&error))?;
-    if !metadata.is_file() {
-        return Err(unreadable(&"expected a file, found a folder or a device"));
+    resample_io::files::read_whole(path).map_err(|error| unreadable(&error))
+}
+
+/// Where names inside a file count from, and which of them are followed.
+#[derive(Clone, Copy)]
+pub(super) struct Names<'a> {
+    /// The folder of the file that holds the names.
+    pub folder: &'a Path,
+    /// The folder of the file that was typed.
+    pub root: &'a Path,
+    /// What is let through.
+    pub gate: &'a Gate,
+}
+
+impl<'a> Names<'a> {
+    /// The file that a name means.
+    pub(super) fn file(&self, name: &str) -> Result<PathBuf, String> {
+        self.gate.named_file(name, self.folder, self.root)
     }
-    let mut bytes = Vec::new();
-    // The file may grow meanwhile; what was there at first is what counts.
-    let file = File::open(path).map_err(|error| unreadable(&error))?;
-    file.take(metadata.len())
-        .read_to_end(&mut bytes)
-        .map_err(|error| unreadable(&error))?;
-    Ok(bytes)
+
+    /// The place of names in another file.
+    pub(super) fn inside<'b>(&self, folder: &'b Path) -> Names<'b>
+    where
+        'a: 'b,
+    {
+        Names { folder, ..*self }
+    }
 }
 
 /// The folder of a file; a bare name lies in the current one.
@@ -51,8 +67,8 @@ pub(super) fn data_uri(uri: &str) -> Option<Result<Vec<u8>, String>> {
     })
 }
 
-/// The file that a relative URI in a file of `folder` names.
-pub(super) fn resolve(folder: &Path, uri: &str) -> Result<PathBuf, String> {
+/// The file that a relative URI names.
+pub(super) fn resolve(names: &Names, uri: &str) -> Result<PathBuf, String> {
     if uri
         .split_once(':')
         .is_some_and(|(scheme, _)| is_scheme(scheme))
@@ -63,22 +79,15 @@ pub(super) fn resolve(folder: &Path, uri: &str) -> Result<PathBuf, String> {
         ));
     }
     // A name with a percent sign of its own is tried as it stands.
-    let as_it_stands = folder.join(uri);
-    if Path::new(uri).is_absolute() {
-        return Err(format!(
-            "'{}' is an absolute name: only relative names are read",
-            excerpt(uri)
-        ));
-    }
-    if as_it_stands.is_file() {
-        return Ok(as_it_stands);
+    if names.folder.join(uri).is_file() {
+        return names.file(uri);
     }
     let decoded = String::from_utf8(percent_decoded(uri))
         .map_err(|_| format!("'{}' is no UTF-8", excerpt(uri)))?;
-    if Path::new(&decoded).is_absolute() || decoded.contains('\0') {
-        return Err(format!("'{}' is no relative name", excerpt(uri)));
+    if decoded.contains('\0') {
+        return Err(format!("'{}' is no file name", excerpt(uri)));
     }
-    Ok(folder.join(decoded))
+    names.file(&decoded)
 }
 
 /// The start of a text, short enough for a message.
@@ -142,6 +151,16 @@ fn from_base64(text: &str) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
+/// The names of a file that lies in no folder.
+#[cfg(test)]
+pub(super) fn nowhere(gate: &Gate) -> Names<'_> {
+    Names {
+        folder: Path::new("."),
+        root: Path::new("."),
+        gate,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -173,29 +192,30 @@ mod tests {
 
     #[test]
     fn names_stay_relative() {
-        let folder = Path::new("models");
+        let (folder, gate) = (Path::new("models"), Gate::default());
+        let names = Names {
+            folder,
+            root: folder,
+            gate: &gate,
+        };
         assert_eq!(
-            resolve(folder, "a%20b.png"),
+            resolve(&names, "a%20b.png"),
             Ok(PathBuf::from("models/a b.png")),
             "decoded"
         );
-        assert_eq!(
-            resolve(folder, "../x/a.png"),
-            Ok(PathBuf::from("models/../x/a.png")),
-            "a folder up"
-        );
         for bad in [
             "http://host/a.png",
+            "../x/a.png",
             "/etc/passwd",
             "%2Fetc%2Fpasswd",
             "c:/a.png",
             "file:a.png",
             "a%00.png",
         ] {
-            assert!(resolve(folder, bad).is_err(), "{bad} must be refused");
+            assert!(resolve(&names, bad).is_err(), "{bad} must be refused");
         }
         assert_eq!(
-            resolve(folder, "100%.png"),
+            resolve(&names, "100%.png"),
             Ok(PathBuf::from("models/100%.png")),
             "a lone percent sign"
         );

@@ -22,6 +22,7 @@ use std::path::Path;
 use crate::Error;
 
 pub use choice::{LoadOptions, Loaded, Pose, SceneChoice};
+use files::Names;
 use notes::Notes;
 pub use picture::load_picture;
 
@@ -34,6 +35,11 @@ pub use picture::load_picture;
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Error> {
     let bytes = files::read(path)?;
     let folder = files::folder_of(path);
+    let names = Names {
+        folder,
+        root: folder,
+        gate: &options.gate,
+    };
     let mut notes = Notes::default();
     let at = |what: String| Error::Input(format!("{}: {what}", path.display()));
     let format = format_of(&bytes).map_err(at)?;
@@ -50,14 +56,14 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Error> {
         }
     }
     let mut scene = match format {
-        Format::Gltf => gltf::load(&bytes, folder, options, &mut notes),
-        Format::Obj => obj::load(&bytes, folder, &mut notes),
-        Format::Ply => ply::load(&bytes, folder, &mut notes),
+        Format::Gltf => gltf::load(&bytes, &names, options, &mut notes),
+        Format::Obj => obj::load(&bytes, &names, &mut notes),
+        Format::Ply => ply::load(&bytes, &names, &mut notes),
         Format::Stl => stl::load(&bytes),
     }
     .map_err(at)?;
     if let Some(texture) = &options.texture {
-        checked::bind(&mut scene, load_picture(texture)?).map_err(|what| {
+        checked::bind(&mut scene, load_picture(texture, &options.gate)?).map_err(|what| {
             Error::Option(format!("{}: the given texture: {what}", path.display()))
         })?;
     }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use resample_io::Gate;
 use resample_io::whole_picture::{self, ImageFormat, Pixels, WholePicture};
 
 use super::files;
@@ -16,11 +17,11 @@ const MAX_BYTES_IN_ALL: u64 = 4 << 30;
 /// # Errors
 ///
 /// Names the file and its fault: it cannot be read, is not a picture, or claims an impossible size.
-pub fn load_picture(path: &Path) -> Result<Texture, Error> {
+pub fn load_picture(path: &Path, gate: &Gate) -> Result<Texture, Error> {
     let bytes = files::read(path)?;
     let format = ImageFormat::from_path(path).ok();
     let name = path.display().to_string();
-    decode(&bytes, format, &name).map_err(|what| Error::Input(format!("{name}: {what}")))
+    decode(&bytes, (format, &name), gate).map_err(|what| Error::Input(format!("{name}: {what}")))
 }
 
 /// The pictures of a scene, as far as they fit into memory together.
@@ -57,14 +58,14 @@ impl Pictures {
 /// Decodes the bytes of a picture file; `format` counts where the content has no mark.
 pub(super) fn decode(
     bytes: &[u8],
-    format: Option<ImageFormat>,
-    name: &str,
+    (format, name): (Option<ImageFormat>, &str),
+    gate: &Gate,
 ) -> Result<Texture, String> {
     let WholePicture {
         width,
         height,
         pixels,
-    } = whole_picture::decode(bytes, format)?;
+    } = whole_picture::decode(bytes, format, gate)?;
     Ok(Texture {
         name: name.to_owned(),
         width,

@@ -6,8 +6,6 @@
 //! names the picture, as MeshLab does. Source: the format's description by G. Turk, 1994. Limits: point clouds and
 //! triangle strips are not drawn.
 
-use std::path::Path;
-
 use glam::DVec3;
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{
@@ -15,7 +13,7 @@ use ply_rs_bw::ply::{
 };
 use resample_core::image::linear_from_srgb;
 
-use super::files::{self, excerpt};
+use super::files::{self, Names, excerpt};
 use super::notes::Notes;
 use super::picture::load_picture;
 use super::{checked, origin, polygon};
@@ -26,8 +24,8 @@ pub(super) fn looks_like(bytes: &[u8]) -> bool {
     bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r")
 }
 
-/// Reads a file; the picture that it names lies in `folder`.
-pub(super) fn load(bytes: &[u8], folder: &Path, notes: &mut Notes) -> Result<Scene, String> {
+/// Reads a file; the picture that it names is looked for by `names`.
+pub(super) fn load(bytes: &[u8], names: &Names, notes: &mut Notes) -> Result<Scene, String> {
     let mut reader = Reader::new(bytes);
     let header = Parser::<Vertex>::new()
         .read_header(&mut reader)
@@ -56,7 +54,7 @@ pub(super) fn load(bytes: &[u8], folder: &Path, notes: &mut Notes) -> Result<Sce
     };
     origin::place(&mut scene, &[positions]);
     if let Some(name) = texture_name(&header) {
-        bind(&mut scene, name, folder, notes);
+        bind(&mut scene, name, names, notes);
     }
     Ok(scene)
 }
@@ -116,9 +114,9 @@ fn texture_name(header: &Header) -> Option<&str> {
     })
 }
 
-fn bind(scene: &mut Scene, name: &str, folder: &Path, notes: &mut Notes) {
-    let picture = files::resolve(folder, name)
-        .and_then(|path| load_picture(&path).map_err(|error| error.to_string()));
+fn bind(scene: &mut Scene, name: &str, names: &Names, notes: &mut Notes) {
+    let picture = files::resolve(names, name)
+        .and_then(|path| load_picture(&path, names.gate).map_err(|error| error.to_string()));
     if let Err(what) = picture.and_then(|picture| checked::bind(scene, picture)) {
         notes.say(format!(
             "the texture '{}' is left out: {what}",

@@ -17,12 +17,16 @@ pub(super) fn triangles(corners: &[DVec3]) -> Vec<[usize; 3]> {
     let mut triangles = Vec::with_capacity(corners.len().saturating_sub(2));
     if corners.len() > 3 && corners.len() <= MAX_EARS {
         let flat = in_plane(corners);
+        // To cut an ear changes its neighbours: the search goes on at the one before it.
+        let mut start = 0;
         while left.len() > 3 {
-            let Some(ear) = (0..left.len()).find(|&at| is_ear(&flat, &left, at)) else {
+            let mut places = (0..left.len()).map(|step| (start + step) % left.len());
+            let Some(ear) = places.find(|&at| is_ear(&flat, &left, at)) else {
                 break;
             };
             triangles.push(around(&left, ear));
             left.remove(ear);
+            start = ear.saturating_sub(1);
         }
     }
     triangles.extend((2..left.len()).map(|at| [left[0], left[at - 1], left[at]]));

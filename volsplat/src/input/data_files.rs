@@ -7,6 +7,8 @@
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
+use resample_io::Gate;
+
 use crate::input::fault::{Fault, excerpt};
 
 /// The field that names the data.
@@ -68,14 +70,21 @@ impl DataFiles {
     }
 
     /// The files in the order of the data; `header` is the path of the header.
-    pub(super) fn paths(&self, header: &Path, sizes: &[usize]) -> Result<Vec<PathBuf>, Fault> {
+    pub(super) fn paths(
+        &self,
+        header: &Path,
+        sizes: &[usize],
+        gate: &Gate,
+    ) -> Result<Vec<PathBuf>, Fault> {
         let folder = header.parent().unwrap_or(Path::new(""));
+        let named = |name: &str| gate.named_file(name, folder, folder);
         match self {
             Self::Attached => Ok(vec![header.to_owned()]),
-            Self::One(name) => Ok(vec![folder.join(name)]),
+            Self::One(name) => Ok(vec![named(name)?]),
             Self::List { names, subdim } => {
                 check_share(names.len() as u64, *subdim, sizes)?;
-                Ok(names.iter().map(|name| folder.join(name.trim())).collect())
+                let files = names.iter().map(|name| named(name.trim()));
+                Ok(files.collect::<Result<_, String>>()?)
             }
             Self::Series {
                 prefix,
@@ -91,9 +100,8 @@ impl DataFiles {
                     _ => format!("{prefix}{number:width$}{suffix}", width = *width),
                 };
                 let number = |place: u64| numbers.first + place as i64 * numbers.step;
-                Ok((0..numbers.count)
-                    .map(|place| folder.join(name(number(place))))
-                    .collect())
+                let files = (0..numbers.count).map(|place| named(&name(number(place))));
+                Ok(files.collect::<Result<_, String>>()?)
             }
         }
     }

@@ -7,6 +7,8 @@
 use std::io::{BufRead, Read};
 use std::mem::size_of;
 
+use resample_io::Gate;
+
 use super::component::{Interleaved, OneComponent};
 use crate::volume::{Endian, VoxelType, Voxels};
 
@@ -130,8 +132,14 @@ pub(super) fn same_type(voxels: &Voxels, part: &Voxels) -> bool {
     std::mem::discriminant(voxels) == std::mem::discriminant(part)
 }
 
+/// Refuses a claim that deflated data of `held` bytes cannot fulfil, or that takes too much memory.
+pub(super) fn check_deflated(needed: u64, held: u64, gate: &Gate) -> Result<(), String> {
+    check_expansion(needed, held)?;
+    gate.ask_unpacked(needed, held, "the voxels")
+}
+
 /// Refuses a claim that deflated data of `held` bytes cannot fulfil.
-pub(super) fn check_deflated(needed: u64, held: u64) -> Result<(), String> {
+pub(super) fn check_expansion(needed: u64, held: u64) -> Result<(), String> {
     let possible = held.saturating_mul(DEFLATE_EXPANSION);
     if needed <= possible {
         return Ok(());

@@ -13,23 +13,12 @@ pub(crate) struct Parts {
 }
 
 pub(crate) fn open(path: &Path) -> Result<File, Error> {
-    let file = File::open(path).map_err(|source| cannot_read(path, source))?;
-    // Opening a folder succeeds on some systems, and the fault would surface later with a worse message.
-    let metadata = file
-        .metadata()
-        .map_err(|source| cannot_read(path, source))?;
-    if metadata.is_dir() {
-        return Err(cannot_read(path, std::io::ErrorKind::IsADirectory.into()));
-    }
-    Ok(file)
+    open_sized(path).map(|(file, _)| file)
 }
 
 /// Opens a file, and gives its bytes too.
 pub(crate) fn open_sized(path: &Path) -> Result<(File, u64), Error> {
-    let file = open(path)?;
-    let metadata = file.metadata();
-    let bytes = metadata.map_err(|source| cannot_read(path, source))?.len();
-    Ok((file, bytes))
+    resample_io::files::open_regular(path).map_err(|source| cannot_read(path, source))
 }
 
 pub(crate) fn cannot_read(path: &Path, source: std::io::Error) -> Error {

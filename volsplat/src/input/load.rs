@@ -6,7 +6,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::file::{Parts, at};
+use resample_io::Gate;
+
+use super::file::{Parts, at, invalid};
 use super::format::{self, Detected, Format};
 use super::options::{LoadOptions, refuse_superfluous, replaced_lattice, undecided};
 use super::{dicom, meta_image, nifti, npy, nrrd, raw, rescale, tiff_stack, vti, zarr};
@@ -26,6 +28,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Volume, Error> {
         None
     };
     let path = header.as_deref().unwrap_or(path);
+    ask_for_plain(path, &options.gate)?;
     let mut parts = match (format::detect(path)?, &options.raw) {
         (Detected::Known(format, files), None) => read(format, path, &files, options)?,
         (Detected::NotRead(_) | Detected::Nothing, Some(raw)) => raw::load(path, raw)?,
@@ -50,6 +53,15 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Volume, Error> {
     })
 }
 
+/// Voxels take at least as much memory as their file, packed or not, as good as always.
+fn ask_for_plain(path: &Path, gate: &Gate) -> Result<(), Error> {
+    // A folder, or a file that is not there: the readers say more about it.
+    let bytes =
+        std::fs::metadata(path).map_or(0, |file| if file.is_file() { file.len() } else { 0 });
+    gate.ask(bytes, "the voxels")
+        .map_err(|what| invalid(path, what))
+}
+
 /// Integers stay integers where all of their values do.
 fn rescaled(voxels: Voxels, slope: f64, intercept: f64) -> Result<Voxels, Error> {
     if !(slope.is_finite() && intercept.is_finite() && slope != 0.0) {
@@ -67,21 +79,22 @@ fn read(
     options: &LoadOptions,
 ) -> Result<Parts, Error> {
     refuse_superfluous(format, path, options)?;
+    let gate = &options.gate;
     match format {
-        Format::Nrrd => nrrd::load(path, options.component),
-        Format::MetaImage => meta_image::load(path, options.component),
-        Format::Nifti => nifti::load(path),
+        Format::Nrrd => nrrd::load(path, options.component, gate),
+        Format::MetaImage => meta_image::load(path, options.component, gate),
+        Format::Nifti => nifti::load(path, gate),
         Format::Npy => npy::load(path),
-        Format::Dicom => dicom::load(files, path, options.series.as_deref()),
-        Format::Tiff => tiff_stack::load(files),
+        Format::Dicom => dicom::load(files, path, options.series.as_deref(), gate),
+        Format::Tiff => tiff_stack::load(files, gate),
         Format::Vti => {
             let choice = vti::Choice {
                 array: options.array.as_deref(),
                 component: options.component,
             };
-            vti::load(path, choice)
+            vti::load(path, choice, gate)
         }
-        Format::Zarr => zarr::load(path, zarr_choice(options)),
+        Format::Zarr => zarr::load(path, zarr_choice(options), gate),
     }
 }
 

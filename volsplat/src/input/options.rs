@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
+use resample_io::Gate;
 
 use super::format::{Detected, Format};
 use super::raw::RawOptions;
@@ -32,6 +33,8 @@ pub struct LoadOptions {
     pub time: Option<usize>,
     /// The factor of every value, and the offset added to it; for raw files that hold no Hounsfield units yet.
     pub rescale: Option<[f64; 2]>,
+    /// Which names inside files are followed, and how much memory the voxels may take.
+    pub gate: Gate,
 }
 
 /// Options that mean nothing for the format are an error, because whoever typed them expects an effect.

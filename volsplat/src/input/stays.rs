@@ -101,8 +101,8 @@ fn open_unread(
             refuse_superfluous(format, path, options)?;
             match format {
                 // A component lies between others.
-                Format::Nrrd if options.component.is_none() => nrrd::locate(path)?,
-                Format::MetaImage => meta_image::locate(path)?,
+                Format::Nrrd if options.component.is_none() => nrrd::locate(path, &options.gate)?,
+                Format::MetaImage => meta_image::locate(path, &options.gate)?,
                 _ => None,
             }
         }

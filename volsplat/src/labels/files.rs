@@ -9,6 +9,8 @@ use std::path::Path;
 
 use resample_core::image::linear_from_srgb;
 
+use resample_io::files::read_small;
+
 use crate::Error;
 use crate::labels::{LabelLook, LabelTable};
 
@@ -29,13 +31,8 @@ impl LabelTable {
             path: path.to_owned(),
             what,
         };
-        let bytes = std::fs::metadata(path).map_err(read)?.len();
-        if bytes > MAX_BYTES {
-            return Err(invalid(format!(
-                "{bytes} bytes are too many for a table of label colours"
-            )));
-        }
-        let text = String::from_utf8(std::fs::read(path).map_err(read)?).map_err(|_| {
+        let bytes = read_small(path, MAX_BYTES).map_err(read)?;
+        let text = String::from_utf8(bytes).map_err(|_| {
             invalid("this is no text: expected a label file of ITK-SNAP, CSV or JSON".into())
         })?;
         parse(&text).map_err(invalid)

@@ -10,6 +10,8 @@ use std::path::Path;
 use resample_core::image::linear_from_srgb;
 use serde_json::Value;
 
+use resample_io::files::read_small;
+
 use crate::Error;
 use crate::transfer::colour_space::ColourSpace;
 use crate::transfer::curve::Node;
@@ -95,12 +97,7 @@ pub(super) fn load(path: &Path, encoding: ColourEncoding) -> Result<Knots, Error
         path: path.to_owned(),
         what,
     };
-    if std::fs::metadata(path).map_err(cannot_read)?.len() > MAX_FILE_BYTES {
-        return Err(invalid(format!(
-            "a colour map of more than {MAX_FILE_BYTES} bytes is not read"
-        )));
-    }
-    let text = std::fs::read(path).map_err(cannot_read)?;
+    let text = read_small(path, MAX_FILE_BYTES).map_err(cannot_read)?;
     parse(&text, encoding).map_err(invalid)
 }
 

@@ -7,12 +7,10 @@ mod paper;
 mod scenes;
 mod settings;
 
-use std::io::{self, Write};
-
 use anyhow::Result;
 
 use crate::args::{BenchArgs, BenchTable};
-use crate::report::Verbosity;
+use crate::report::{self, Verbosity};
 
 /// Measures and prints one table.
 pub(crate) fn run(args: &BenchArgs, verbosity: Verbosity) -> Result<()> {
@@ -23,5 +21,5 @@ pub(crate) fn run(args: &BenchArgs, verbosity: Verbosity) -> Result<()> {
         BenchTable::Texture(args) => scenes::texture(args, verbosity)?,
         BenchTable::Warp(args) => scenes::warp(args, verbosity)?,
     };
-    Ok(io::stdout().write_all(table.as_bytes())?)
+    report::print(&table)
 }

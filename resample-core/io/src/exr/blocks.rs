@@ -14,6 +14,7 @@ use ::exr::meta::attribute::SampleType;
 use ::exr::meta::header::Header;
 use ::exr::prelude::f16;
 
+use super::dwa;
 use super::header::{At, headers};
 use crate::files::{fault, open};
 use crate::receiver::Room;
@@ -111,8 +112,12 @@ fn pieces_of_layer(
             block.layer == layer && largest(tile.level_index)
         })
         .map_err(wrong)?;
-    for block in chunks.sequential_decompressor(false) {
-        on_display.emit(path, &block.map_err(wrong)?, emit)?;
+    let meta = chunks.meta_data().clone();
+    for chunk in chunks {
+        let chunk = chunk.map_err(wrong)?;
+        dwa::check(&chunk, &meta.headers).map_err(|what| fault(path, what))?;
+        let block = UncompressedBlock::decompress_chunk(chunk, &meta, false).map_err(wrong)?;
+        on_display.emit(path, &block, emit)?;
     }
     Ok(())
 }

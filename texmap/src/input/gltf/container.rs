@@ -4,12 +4,13 @@
 //! Source: glTF 2.0, 3.6.1 and 4.4. The JSON is read by the crate `gltf`, but not validated by it: its validation
 //! panics on some files and refuses others that are common. Every index is looked up with a check instead.
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use gltf::json::Root;
 use serde_json::Value;
 
-use super::super::files;
+use super::super::files::{self, Names};
 use super::document::{self, Json, Transform};
 use super::extensions;
 
@@ -30,8 +31,8 @@ pub(super) fn is_binary(bytes: &[u8]) -> bool {
     bytes.starts_with(MAGIC)
 }
 
-/// Reads the document and its buffers; names in it are relative to `folder`.
-pub(super) fn open(bytes: &[u8], folder: &Path) -> Result<Document, String> {
+/// Reads the document and its buffers; names in it count from `names`.
+pub(super) fn open(bytes: &[u8], names: &Names) -> Result<Document, String> {
     let (json, mut binary) = if is_binary(bytes) {
         chunks(bytes)?
     } else {
@@ -45,17 +46,25 @@ pub(super) fn open(bytes: &[u8], folder: &Path) -> Result<Document, String> {
     } = document::read(json)?;
     extensions::check(&root)?;
     let mut buffers = Vec::with_capacity(root.buffers.len());
+    // Several buffers may name one file, which is read once.
+    let mut files: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
+    let (mut held, mut kept) = (bytes.len() as u64, 0u64);
     for (index, buffer) in root.buffers.iter().enumerate() {
         let bytes = match &buffer.uri {
-            Some(uri) => from_uri(uri, folder),
+            Some(uri) => match files.entry(uri.as_str()) {
+                Entry::Occupied(file) => Ok(file.into_mut().as_slice()),
+                Entry::Vacant(file) => from_uri(uri, names).map(|bytes| {
+                    held += bytes.len() as u64;
+                    file.insert(bytes).as_slice()
+                }),
+            },
             // Only the first buffer may lie in the file itself.
             None => binary
                 .take()
                 .filter(|_| index == 0)
-                .map(<[u8]>::to_vec)
                 .ok_or_else(|| "has no data".into()),
         };
-        let mut bytes = bytes.map_err(|what| format!("buffer {index}: {what}"))?;
+        let bytes = bytes.map_err(|what| format!("buffer {index}: {what}"))?;
         let length = usize::try_from(buffer.byte_length.0).unwrap_or(usize::MAX);
         if bytes.len() < length {
             let have = bytes.len();
@@ -63,8 +72,9 @@ pub(super) fn open(bytes: &[u8], folder: &Path) -> Result<Document, String> {
                 "buffer {index}: {length} bytes are promised, {have} are there: the file is cut"
             ));
         }
-        bytes.truncate(length);
-        buffers.push(bytes);
+        kept += length as u64;
+        names.gate.ask_unpacked(kept, held, "the buffers")?;
+        buffers.push(bytes[..length].to_vec());
     }
     Ok(Document {
         root,
@@ -75,10 +85,10 @@ pub(super) fn open(bytes: &[u8], folder: &Path) -> Result<Document, String> {
 }
 
 /// The bytes that a URI stands for: its own, or those of a file beside the document.
-pub(super) fn from_uri(uri: &str, folder: &Path) -> Result<Vec<u8>, String> {
+pub(super) fn from_uri(uri: &str, names: &Names) -> Result<Vec<u8>, String> {
     match files::data_uri(uri) {
         Some(bytes) => bytes,
-        None => files::read(&files::resolve(folder, uri)?).map_err(|error| error.to_string()),
+        None => files::read(&files::resolve(names, uri)?).map_err(|error| error.to_string()),
     }
 }
 

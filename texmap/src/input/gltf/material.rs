@@ -7,7 +7,6 @@
 //! occlusion and every further layer of light are left out.
 
 use std::collections::HashMap;
-use std::path::Path;
 
 use glam::{DMat2, DVec2};
 use gltf::json::Root;
@@ -17,8 +16,9 @@ use gltf::json::texture::{Info, MagFilter, WrappingMode};
 use gltf::json::validation::Checked;
 use resample_io::whole_picture::ImageFormat;
 
+use super::super::files::{self, Names};
 use super::super::notes::Notes;
-use super::super::{files, picture};
+use super::super::picture;
 use super::accessor::Numbers;
 use super::container;
 use crate::scene::{AlphaMode, Lighting, Magnify, Material, Sides, Texture, TextureUse, Wrap};
@@ -35,7 +35,7 @@ const TRANSMISSION: &str = "transmission is drawn as thin transparency by its fa
 pub(super) struct Materials<'a> {
     root: &'a Root,
     numbers: &'a Numbers<'a>,
-    folder: &'a Path,
+    names: &'a Names<'a>,
     /// What was read.
     pub materials: Vec<Material>,
     /// What was read.
@@ -46,12 +46,12 @@ pub(super) struct Materials<'a> {
 
 impl<'a> Materials<'a> {
     /// Nothing is read yet.
-    pub(super) fn new(root: &'a Root, numbers: &'a Numbers<'a>, folder: &'a Path) -> Self {
+    pub(super) fn new(root: &'a Root, numbers: &'a Numbers<'a>, names: &'a Names<'a>) -> Self {
         let (materials, textures) = (Vec::new(), picture::Pictures::default());
         Self {
             root,
             numbers,
-            folder,
+            names,
             materials,
             textures,
             by_index: HashMap::new(),
@@ -239,10 +239,16 @@ impl<'a> Materials<'a> {
             .and_then(|mime| ImageFormat::from_mime_type(&mime.0));
         let format = mime.or_else(|| ImageFormat::from_path(json.uri.as_deref()?).ok());
         match (json.buffer_view, &json.uri) {
-            (Some(view), _) => picture::decode(self.numbers.view(view.value())?, format, label),
-            (None, Some(uri)) => {
-                picture::decode(&container::from_uri(uri, self.folder)?, format, label)
-            }
+            (Some(view), _) => picture::decode(
+                self.numbers.view(view.value())?,
+                (format, label),
+                self.names.gate,
+            ),
+            (None, Some(uri)) => picture::decode(
+                &container::from_uri(uri, self.names)?,
+                (format, label),
+                self.names.gate,
+            ),
             (None, None) => Err("has neither a file nor data".into()),
         }
     }

@@ -18,13 +18,12 @@ mod material;
 mod nodes;
 mod primitive;
 
-use std::path::Path;
-
 use glam::{DMat4, DVec3};
 use gltf::json::Root;
+use resample_io::Gate;
 
 use super::choice::LoadOptions;
-use super::files::excerpt;
+use super::files::{Names, excerpt};
 use super::notes::Notes;
 use super::origin;
 use crate::scene::{Mesh, Scene};
@@ -39,14 +38,14 @@ pub(super) fn is_binary(bytes: &[u8]) -> bool {
     container::is_binary(bytes)
 }
 
-/// Reads a document; names in it are relative to `folder`.
+/// Reads a document; names in it count from `names`.
 pub(super) fn load(
     bytes: &[u8],
-    folder: &Path,
+    names: &Names,
     options: &LoadOptions,
     notes: &mut Notes,
 ) -> Result<Scene, String> {
-    let document = container::open(bytes, folder)?;
+    let document = container::open(bytes, names)?;
     let root = &document.root;
     extensions::tell(root, notes);
     let numbers = Numbers::new(root, &document.buffers);
@@ -64,8 +63,9 @@ pub(super) fn load(
         .collect();
     let world_from_nodes = nodes::world_from_nodes(root, &parent_from_nodes)?;
     let shown = nodes::shown(root, options.scene.as_ref())?;
-    let mut materials = Materials::new(root, &numbers, folder);
-    let mut meshes = Meshes::default();
+    let mut materials = Materials::new(root, &numbers, names);
+    let held = bytes.len() + document.buffers.iter().map(Vec::len).sum::<usize>();
+    let mut meshes = Meshes::new(names.gate, held as u64);
     for &node in &shown {
         let Some(index) = root.nodes[node].mesh else {
             continue;
@@ -102,10 +102,37 @@ pub(super) fn load(
 }
 
 /// Meshes, and their positions in the world, which are laid into them at last.
-#[derive(Default)]
-struct Meshes {
+struct Meshes<'a> {
+    gate: &'a Gate,
+    /// Bytes of the file and its buffers.
+    held: u64,
     list: Vec<Mesh>,
     positions: Vec<Vec<DVec3>>,
+    vertices: u64,
+}
+
+impl<'a> Meshes<'a> {
+    fn new(gate: &'a Gate, held: u64) -> Self {
+        Self {
+            gate,
+            held,
+            list: Vec::new(),
+            positions: Vec::new(),
+            vertices: 0,
+        }
+    }
+
+    /// Adds a mesh; a few bytes can ask for many vertices, by instances or because they are all zero.
+    fn push(&mut self, mesh: Mesh, positions: Vec<DVec3>) -> Result<(), String> {
+        // A position in f64 and in f32, a normal, texture coordinates and a colour; a triangle for every vertex.
+        const VERTEX_BYTES: u64 = 24 + 12 + 12 + 8 + 16 + 12;
+        self.vertices += positions.len() as u64;
+        self.list.push(mesh);
+        self.positions.push(positions);
+        let bytes = self.vertices.saturating_mul(VERTEX_BYTES);
+        self.gate
+            .ask_unpacked(bytes, self.held, "the vertices of all instances")
+    }
 }
 
 /// What is needed to read the mesh of a node.
@@ -149,8 +176,7 @@ impl Reading<'_> {
             let material = primitive.material.map(|material| material.value());
             mesh.material = materials.place(material, notes).map_err(located)?;
             mesh.name.clone_from(&name);
-            meshes.list.push(mesh);
-            meshes.positions.push(positions);
+            meshes.push(mesh, positions)?;
         }
         Ok(())
     }

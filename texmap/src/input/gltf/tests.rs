@@ -1,11 +1,12 @@
 //! glTF on small documents made here, one feature each: containers, nodes, primitives, cameras.
 
 use std::fmt::Write;
-use std::path::Path;
 
+use resample_io::Gate;
 use serde_json::{Value, json};
 
 use super::*;
+use crate::input::files::nowhere;
 use crate::scene::{SceneLens, Sides};
 
 mod accessors;
@@ -89,7 +90,7 @@ impl Maker {
 
     fn load_with(&self, rest: Value, options: &LoadOptions) -> Result<(Scene, Notes), String> {
         let (bytes, mut notes) = (self.json(rest).to_string().into_bytes(), Notes::default());
-        load(&bytes, Path::new("."), options, &mut notes).map(|scene| (scene, notes))
+        load(&bytes, &nowhere(&Gate::default()), options, &mut notes).map(|scene| (scene, notes))
     }
 }
 

@@ -8,8 +8,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use resample_core::image::srgb_from_linear;
+use resample_io::Gate;
 
-use super::super::files::excerpt;
+use super::super::files::{Names, excerpt};
 use super::super::picture::load_picture;
 use crate::scene::{Texels, Texture};
 
@@ -59,29 +60,33 @@ impl Map {
     }
 }
 
-/// The file that a name in another file means, if it is there.
-pub(super) fn find(folder: &Path, name: &str) -> Option<PathBuf> {
+/// The file that a name in another file means; the error names it and says why it is not read.
+pub(super) fn find(names: &Names, name: &str) -> Result<PathBuf, String> {
+    let absent = || format!("{} is not there", excerpt(name));
     let name = name.trim().trim_matches('"').replace('\\', "/");
     if name.is_empty() || name.contains('\0') {
-        return None;
+        return Err(absent());
     }
     let last = name.rsplit('/').next().unwrap_or(&name);
     let relative = !Path::new(&name).is_absolute();
-    let names = [Some(name.as_str()).filter(|_| relative), Some(last)]
+    let mut spelt = [Some(name.as_str()).filter(|_| relative), Some(last)]
         .into_iter()
-        .flatten();
-    let mut paths = names
-        .filter(|name| !name.is_empty())
-        .map(|name| folder.join(name));
-    paths
-        .find(|path| path.is_file())
-        .or_else(|| in_any_case(folder, last))
+        .flatten()
+        .filter(|name| !name.is_empty());
+    match spelt.find(|name| names.folder.join(name).is_file()) {
+        Some(name) => names.file(name),
+        None => names.file(&in_any_case(names.folder, last).ok_or_else(absent)?),
+    }
 }
 
 /// A picture with colour from one file and alpha from another: its alpha channel where it has one, else how bright it
 /// is. The alpha is taken at the place of each texel of the colour; without a colour, it is white.
-pub(super) fn with_alpha(colour: Option<&Path>, alpha: &Path) -> Result<Texture, String> {
-    let load = |path: &Path| load_picture(path).map_err(|error| error.to_string());
+pub(super) fn with_alpha(
+    colour: Option<&Path>,
+    alpha: &Path,
+    gate: &Gate,
+) -> Result<Texture, String> {
+    let load = |path: &Path| load_picture(path, gate).map_err(|error| error.to_string());
     let mask = load(alpha)?;
     let values = alphas(&mask);
     let Some(colour) = colour else {
@@ -177,7 +182,7 @@ fn skipped(text: &str, words: usize) -> &str {
     })
 }
 
-fn in_any_case(folder: &Path, name: &str) -> Option<PathBuf> {
+fn in_any_case(folder: &Path, name: &str) -> Option<String> {
     // A folder of more files is not one of a model.
     const LOOKED_AT: usize = 10_000;
     let entries = std::fs::read_dir(folder).ok()?.take(LOOKED_AT).flatten();
@@ -189,6 +194,7 @@ fn in_any_case(folder: &Path, name: &str) -> Option<PathBuf> {
         .map(|entry| entry.path())
         .filter(|path| path.is_file())
         .find(same)
+        .and_then(|path| Some(path.file_name()?.to_str()?.to_owned()))
 }
 
 #[cfg(test)]
@@ -226,9 +232,15 @@ mod tests {
         std::fs::create_dir(folder.path().join("tex")).expect("a folder");
         std::fs::write(folder.path().join("tex/a.png"), "").expect("written");
         std::fs::write(folder.path().join("Wood B.PNG"), "").expect("written");
+        let gate = Gate::default();
+        let names = Names {
+            folder: folder.path(),
+            root: folder.path(),
+            gate: &gate,
+        };
         let found = |name: &str| {
-            find(folder.path(), name)
-                .map(|path| path.strip_prefix(folder.path()).map(PathBuf::from))
+            let path = find(&names, name).ok()?;
+            Some(path.strip_prefix(folder.path()).map(PathBuf::from))
         };
         assert_eq!(
             found("tex\\a.png"),

@@ -11,11 +11,10 @@ mod map;
 mod mtl;
 
 use std::collections::HashMap;
-use std::path::Path;
 
 use glam::DVec3;
 
-use super::files::excerpt;
+use super::files::{Names, excerpt};
 use super::notes::Notes;
 use super::{origin, polygon};
 use crate::scene::{Mesh, Scene};
@@ -38,13 +37,10 @@ pub(super) fn looks_like(bytes: &[u8]) -> bool {
     lines(&text).next().is_none_or(|first| known(&first))
 }
 
-/// Reads an OBJ file; names in it are relative to `folder`.
-pub(super) fn load(bytes: &[u8], folder: &Path, notes: &mut Notes) -> Result<Scene, String> {
+/// Reads an OBJ file; names in it count from `names`.
+pub(super) fn load(bytes: &[u8], names: &Names, notes: &mut Notes) -> Result<Scene, String> {
     let text = decode_text(bytes);
-    let mut reading = Reading {
-        folder,
-        ..Reading::default()
-    };
+    let mut reading = Reading::new(names);
     reading.use_material("");
     for line in lines(&text) {
         reading
@@ -58,13 +54,12 @@ pub(super) fn load(bytes: &[u8], folder: &Path, notes: &mut Notes) -> Result<Sce
 type Corner = (u32, Option<u32>, Option<u32>);
 
 struct Reading<'a> {
-    folder: &'a Path,
     positions: Vec<DVec3>,
     /// Per position, if the file has colours at all.
     colours: Vec<Option<[f32; 3]>>,
     uvs: Vec<[f32; 2]>,
     normals: Vec<[f32; 3]>,
-    library: Library,
+    library: Library<'a>,
     /// One group of polygons for each material that was named, and whether its corners have coordinates and normals.
     groups: Vec<Group>,
     by_name: HashMap<(String, bool, bool), usize>,
@@ -72,15 +67,14 @@ struct Reading<'a> {
     corners: usize,
 }
 
-impl Default for Reading<'_> {
-    fn default() -> Self {
+impl<'a> Reading<'a> {
+    fn new(names: &'a Names<'a>) -> Self {
         Self {
-            folder: Path::new(""),
             positions: Vec::new(),
             colours: Vec::new(),
             uvs: Vec::new(),
             normals: Vec::new(),
-            library: Library::default(),
+            library: Library::new(names),
             groups: Vec::new(),
             by_name: HashMap::new(),
             material: String::new(),
@@ -117,7 +111,7 @@ impl Reading<'_> {
                 Ok(())
             }
             "mtllib" => {
-                self.library.read(self.folder, line.rest, notes);
+                self.library.read(line.rest, notes);
                 Ok(())
             }
             "l" | "p" => {

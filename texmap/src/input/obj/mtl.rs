@@ -7,13 +7,13 @@
 //! `Tr 1` alone for a surface that is there, and a black `Kd` beside a `map_Kd`, which is meant to be white. Limits: of the options of a map, `-s`, `-o` and
 //! `-clamp` are followed; of materials only colour, alpha and emitted light are read.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
 use glam::{DMat2, DVec2};
 use resample_core::image::linear_from_srgb;
 
-use super::super::files::{self, excerpt};
+use super::super::files::{self, Names};
 use super::super::notes::Notes;
 use super::super::picture::{Pictures, load_picture};
 use super::lines::{Line, decode_text, lines, numbers};
@@ -24,8 +24,10 @@ use crate::scene::{AlphaMode, Lighting, Magnify, Material, Sides, Texture, Textu
 const MAX_FILE_BYTES: u64 = 64 << 20;
 
 /// The materials of all MTL files that were named, and the textures of those that are used.
-#[derive(Default)]
-pub(super) struct Library {
+pub(super) struct Library<'a> {
+    names: &'a Names<'a>,
+    /// The files that were read: a file that is named again says nothing new.
+    read: BTreeSet<PathBuf>,
     entries: HashMap<String, Entry>,
     places: HashMap<String, usize>,
     textures: Pictures,
@@ -47,25 +49,38 @@ struct Entry {
     map_d: Option<Map>,
 }
 
-impl Library {
-    /// Reads the MTL files that a `mtllib` line names; `folder` is that of the OBJ file.
-    pub(super) fn read(&mut self, folder: &Path, names: &str, notes: &mut Notes) {
+impl<'a> Library<'a> {
+    /// Nothing is read yet; names count from the folder of the OBJ file.
+    pub(super) fn new(names: &'a Names<'a>) -> Self {
+        Self {
+            names,
+            read: BTreeSet::new(),
+            entries: HashMap::new(),
+            places: HashMap::new(),
+            textures: Pictures::default(),
+            by_file: HashMap::new(),
+            late_notes: Vec::new(),
+        }
+    }
+
+    /// Reads the MTL files that a `mtllib` line names.
+    pub(super) fn read(&mut self, names: &str, notes: &mut Notes) {
         // A name may hold spaces, and a line may hold several names.
-        let whole = map::find(folder, names);
-        let found: Vec<_> = match whole {
-            Some(path) => vec![(names, Some(path))],
-            None => names
+        let found: Vec<_> = match map::find(self.names, names) {
+            Ok(path) => vec![Ok(path)],
+            Err(_) => names
                 .split_ascii_whitespace()
-                .map(|name| (name, map::find(folder, name)))
+                .map(|name| map::find(self.names, name))
                 .collect(),
         };
-        for (name, path) in found {
+        for path in found {
             match path {
-                Some(path) => self.read_file(&path, notes),
-                None => notes.say(format!(
-                    "material file {} is not there: its materials are plain",
-                    excerpt(name)
-                )),
+                Ok(path) if self.read.contains(&path) => {}
+                Ok(path) => {
+                    self.read_file(&path, notes);
+                    self.read.insert(path);
+                }
+                Err(what) => notes.say(format!("material file {what}: its materials are plain")),
             }
         }
     }
@@ -194,21 +209,21 @@ impl Library {
     }
 
     fn found(&mut self, folder: &Path, map: &Map) -> Option<PathBuf> {
-        let path = map::find(folder, &map.file);
-        if path.is_none() {
-            let name = excerpt(&map.file);
-            self.late_notes.push(format!(
-                "texture {name} is not there: the material's colour stands alone"
-            ));
+        let path = map::find(&self.names.inside(folder), &map.file);
+        if let Err(what) = &path {
+            let note = format!("texture {what}: the material's colour stands alone");
+            self.late_notes.push(note);
         }
-        path
+        path.ok()
     }
 
     fn load(&mut self, [colour, alpha]: &[Option<PathBuf>; 2]) -> Option<usize> {
         let texture = match (colour, alpha) {
             (None, None) => return None,
-            (Some(colour), None) => load_picture(colour).map_err(|error| error.to_string()),
-            (colour, Some(alpha)) => map::with_alpha(colour.as_deref(), alpha),
+            (Some(colour), None) => {
+                load_picture(colour, self.names.gate).map_err(|error| error.to_string())
+            }
+            (colour, Some(alpha)) => map::with_alpha(colour.as_deref(), alpha, self.names.gate),
         };
         match texture.and_then(|texture| self.textures.add(texture)) {
             Ok(place) => Some(place),

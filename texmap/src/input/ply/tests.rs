@@ -1,6 +1,9 @@
 //! PLY files of every encoding, and what is wrong with others.
 
+use resample_io::Gate;
+
 use super::*;
+use crate::input::files::nowhere;
 
 const HEADER: &str = "element vertex 4\nproperty float x\nproperty double y\nproperty float z\nproperty uchar red\n\
                       property uchar green\nproperty uchar blue\nelement face 1\nproperty list uchar int vertex_indices\n\
@@ -38,7 +41,7 @@ fn binary(little: bool) -> Vec<u8> {
 }
 
 fn read(bytes: &[u8]) -> Result<Scene, String> {
-    load(bytes, Path::new("."), &mut Notes::default())
+    load(bytes, &nowhere(&Gate::default()), &mut Notes::default())
 }
 
 #[test]
@@ -74,7 +77,12 @@ fn texture_coordinates_stand_at_vertices_or_at_corners_of_faces() {
                       property list uchar float texcoord\nend_header\n0 0 0\n1 0 0\n0 1 0\n\
                       3 0 1 2 6 0 0 1 0 0 1\n3 2 1 0 6 0.5 0.5 1 0 0 1\n";
     let mut notes = Notes::default();
-    let scene = load(at_corners.as_bytes(), Path::new("."), &mut notes).expect("a good file");
+    let scene = load(
+        at_corners.as_bytes(),
+        &nowhere(&Gate::default()),
+        &mut notes,
+    )
+    .expect("a good file");
     let mesh = &scene.meshes[0];
     assert_eq!(
         (mesh.positions.len(), mesh.triangles.len()),

@@ -9,6 +9,8 @@
 use std::borrow::Cow;
 use std::io::Read;
 
+use resample_io::Gate;
+
 use super::dataset::{Dataset, PIXEL_DATA, Tag, Value, tag_name};
 use crate::input::fault::{Fault, unsupported};
 use crate::volume::Endian;
@@ -71,7 +73,7 @@ impl Meta {
 }
 
 /// Reads the head of a file, and gives the bytes of its elements, unpacked if they are packed.
-pub(super) fn read_meta(file: &[u8]) -> Result<(Meta, Cow<'_, [u8]>), Fault> {
+pub(super) fn read_meta<'a>(file: &'a [u8], gate: &Gate) -> Result<(Meta, Cow<'a, [u8]>), Fault> {
     if !begins(file) {
         return Err(Fault::Invalid(
             "the mark DICM is not at byte 128".to_owned(),
@@ -113,7 +115,7 @@ pub(super) fn read_meta(file: &[u8]) -> Result<(Meta, Cow<'_, [u8]>), Fault> {
         Endian::Little
     };
     let bytes = match syntax.as_str() {
-        "1.2.840.10008.1.2.1.99" => Cow::Owned(inflated(rest)?),
+        "1.2.840.10008.1.2.1.99" => Cow::Owned(inflated(rest, gate)?),
         _ => Cow::Borrowed(rest),
     };
     Ok((
@@ -128,10 +130,18 @@ pub(super) fn read_meta(file: &[u8]) -> Result<(Meta, Cow<'_, [u8]>), Fault> {
     ))
 }
 
-fn inflated(packed: &[u8]) -> Result<Vec<u8>, String> {
-    let mut bytes = Vec::new();
-    let read = flate2::bufread::DeflateDecoder::new(packed).read_to_end(&mut bytes);
+fn inflated(packed: &[u8], gate: &Gate) -> Result<Vec<u8>, String> {
+    let (mut bytes, held) = (Vec::new(), packed.len() as u64);
+    let most = gate.most_unpacked(held);
+    let read = flate2::bufread::DeflateDecoder::new(packed)
+        .take(most + 1)
+        .read_to_end(&mut bytes);
     read.map_err(|error| format!("the packed elements cannot be unpacked: {error}"))?;
+    if bytes.len() as u64 > most {
+        return Err(format!(
+            "{held} packed bytes unpack to more than {most}: if that is meant, allow it with --max-memory"
+        ));
+    }
     Ok(bytes)
 }
 

@@ -12,6 +12,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
+use resample_io::Gate;
 
 use crate::Error;
 use crate::input::rescale::Rescale;
@@ -34,11 +35,16 @@ pub(super) fn begins(head: &[u8]) -> bool {
 }
 
 /// Reads the slices of one series. `named` is what the caller named, for messages about all files together.
-pub(super) fn load(paths: &[PathBuf], named: &Path, series: Option<&str>) -> Result<Parts, Error> {
+pub(super) fn load(
+    paths: &[PathBuf],
+    named: &Path,
+    series: Option<&str>,
+    gate: &Gate,
+) -> Result<Parts, Error> {
     let mut files = Vec::new();
     for path in paths {
         // Folders hold reports and indices beside pictures.
-        files.extend(picture_of(path)?.map(|picture| (path.clone(), picture)));
+        files.extend(picture_of(path, gate)?.map(|picture| (path.clone(), picture)));
     }
     let (paths, pictures): (Vec<PathBuf>, Vec<Picture>) =
         chosen_series(files, named, series)?.into_iter().unzip();
@@ -54,7 +60,15 @@ pub(super) fn load(paths: &[PathBuf], named: &Path, series: Option<&str>) -> Res
         slices,
         world_from_index,
     } = stack::stack(&pictures).map_err(|fault| fault.at(named))?;
-    let voxels = voxels(&slices, &paths, &pictures)?;
+    let bytes = (kind.frame_len() as u64 * slices.len() as u64)
+        .saturating_mul(u64::from(kind.bits_allocated) / 8);
+    let packed = paths
+        .iter()
+        .map(|path| std::fs::metadata(path).map_or(0, |file| file.len()))
+        .sum();
+    gate.ask_unpacked(bytes, packed, "the slices")
+        .map_err(|what| invalid(named, what))?;
+    let voxels = voxels(&slices, &paths, &pictures, gate)?;
     Ok(Parts {
         lattice: Lattice {
             dims: [kind.columns, kind.rows, slices.len()],
@@ -66,9 +80,9 @@ pub(super) fn load(paths: &[PathBuf], named: &Path, series: Option<&str>) -> Res
     })
 }
 
-fn picture_of(path: &Path) -> Result<Option<Picture>, Error> {
+fn picture_of(path: &Path, gate: &Gate) -> Result<Option<Picture>, Error> {
     let bytes = bytes_of(path)?;
-    let (meta, elements) = elements::read_meta(&bytes).map_err(|fault| fault.at(path))?;
+    let (meta, elements) = elements::read_meta(&bytes, gate).map_err(|fault| fault.at(path))?;
     let dataset = elements::parse(&elements, &meta).map_err(|fault| fault.at(path))?;
     header::picture(&dataset).map_err(|fault| fault.at(path))
 }
@@ -120,14 +134,19 @@ fn chosen_series(
 }
 
 /// The scaled numbers of all slices in their order.
-fn voxels(slices: &[Slice], paths: &[PathBuf], pictures: &[Picture]) -> Result<Voxels, Error> {
+fn voxels(
+    slices: &[Slice],
+    paths: &[PathBuf],
+    pictures: &[Picture],
+    gate: &Gate,
+) -> Result<Voxels, Error> {
     let common = slices[0].place.rescale;
     let is_common = slices.iter().all(|slice| slice.place.rescale == common);
     // Frames of a file are unpacked together and wait here until it is their turn.
     let mut waiting: Vec<Vec<Option<Voxels>>> = (0..paths.len()).map(|_| Vec::new()).collect();
     let frame_of = |slice: &Slice| {
         if waiting[slice.file].is_empty() {
-            let frames = unpacked(&paths[slice.file], &pictures[slice.file])?;
+            let frames = unpacked(&paths[slice.file], &pictures[slice.file], gate)?;
             waiting[slice.file] = frames.into_iter().map(Some).collect();
         }
         let frame = waiting[slice.file]
@@ -150,9 +169,9 @@ fn voxels(slices: &[Slice], paths: &[PathBuf], pictures: &[Picture]) -> Result<V
     })
 }
 
-fn unpacked(path: &Path, picture: &Picture) -> Result<Vec<Voxels>, Error> {
+fn unpacked(path: &Path, picture: &Picture, gate: &Gate) -> Result<Vec<Voxels>, Error> {
     let bytes = bytes_of(path)?;
-    let (meta, elements) = elements::read_meta(&bytes).map_err(|fault| fault.at(path))?;
+    let (meta, elements) = elements::read_meta(&bytes, gate).map_err(|fault| fault.at(path))?;
     let dataset = elements::parse(&elements, &meta).map_err(|fault| fault.at(path))?;
     pixels::frames(&dataset, &meta, picture.kind, picture.frames.len())
         .map_err(|fault| fault.at(path))

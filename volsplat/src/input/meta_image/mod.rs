@@ -10,6 +10,8 @@ use std::fs::File;
 use std::io::{BufReader, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
+use resample_io::Gate;
+
 use crate::Error;
 use crate::input::component::{Interleaved, chosen};
 use crate::input::data_files::DataFiles;
@@ -28,10 +30,10 @@ pub(super) fn begins(head: &[u8]) -> bool {
     header::begins(head)
 }
 
-pub(super) fn load(path: &Path, component: Option<usize>) -> Result<Parts, Error> {
+pub(super) fn load(path: &Path, component: Option<usize>, gate: &Gate) -> Result<Parts, Error> {
     let header = header::read(&mut BufReader::new(open(path)?)).map_err(|fault| fault.at(path))?;
     let chosen = chosen(component, header.channels).map_err(|fault| fault.at(path))?;
-    let voxels = voxels(path, &header, chosen)?;
+    let voxels = voxels(path, &header, chosen, gate)?;
     Ok(Parts {
         voxels,
         lattice: header.lattice,
@@ -39,12 +41,12 @@ pub(super) fn load(path: &Path, component: Option<usize>) -> Result<Parts, Error
 }
 
 /// Where the voxels lie; `None` where they are packed or have several components.
-pub(super) fn locate(path: &Path) -> Result<Option<Located>, Error> {
+pub(super) fn locate(path: &Path, gate: &Gate) -> Result<Option<Located>, Error> {
     let header = header::read(&mut BufReader::new(open(path)?)).map_err(|fault| fault.at(path))?;
     if header.encoding != Encoding::Raw || header.channels != 1 {
         return Ok(None);
     }
-    let data = data_files(path, &header, 0)?;
+    let data = data_files(path, &header, 0, gate)?;
     let place = |DataFile { name, data }| {
         let begin = data.begin(&header).map_err(|fault| fault.at(&name))?;
         Ok((name, begin))
@@ -58,12 +60,17 @@ pub(super) fn locate(path: &Path) -> Result<Option<Located>, Error> {
 }
 
 /// The data files, opened.
-fn data_files(path: &Path, header: &Header, chosen: usize) -> Result<Vec<DataFile>, Error> {
+fn data_files(
+    path: &Path,
+    header: &Header,
+    chosen: usize,
+    gate: &Gate,
+) -> Result<Vec<DataFile>, Error> {
     let count = voxel_count(header.lattice.dims)
         .map_err(|what| invalid(path, format!("DimSize: {what}")))?;
     let files = header
         .data_files
-        .paths(path, &header.lattice.dims)
+        .paths(path, &header.lattice.dims, gate)
         .map_err(|fault| fault.at(path))?;
     let start = if header.data_files == DataFiles::Attached {
         header.bytes
@@ -94,10 +101,10 @@ fn data_files(path: &Path, header: &Header, chosen: usize) -> Result<Vec<DataFil
     files.into_iter().map(opened).collect()
 }
 
-fn voxels(path: &Path, header: &Header, chosen: usize) -> Result<Voxels, Error> {
-    let files = data_files(path, header, chosen)?.into_iter();
+fn voxels(path: &Path, header: &Header, chosen: usize, gate: &Gate) -> Result<Voxels, Error> {
+    let files = data_files(path, header, chosen, gate)?.into_iter();
     let decoded = files.map(|file| {
-        let voxels = file.data.decode(header);
+        let voxels = file.data.decode(header, gate);
         voxels.map_err(|fault| fault.at(&file.name))
     });
     decode::joined(decoded)?.ok_or_else(|| invalid(path, "ElementDataFile names no file"))
@@ -121,12 +128,12 @@ struct Data {
 }
 
 impl Data {
-    fn decode(mut self, header: &Header) -> Result<Voxels, Fault> {
+    fn decode(mut self, header: &Header, gate: &Gate) -> Result<Voxels, Fault> {
         let needed = self.needed()?;
         let skip = self.begin(header)?;
         let held = self.total.saturating_sub(skip);
         match header.encoding {
-            Encoding::Zlib => decode::check_deflated(needed, held)?,
+            Encoding::Zlib => decode::check_deflated(needed, held, gate)?,
             // A digit and a separator for every value but the last.
             Encoding::Text if 2 * self.layout.count as u64 - 1 > held => {
                 return Err(Fault::Invalid(format!(

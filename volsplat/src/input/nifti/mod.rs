@@ -10,6 +10,8 @@ use std::fs::File;
 use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
 
+use resample_io::Gate;
+
 use crate::Error;
 use crate::input::decode::Layout;
 use crate::input::fault::Fault;
@@ -36,22 +38,25 @@ pub(super) fn header_beside(path: &Path) -> Option<PathBuf> {
     candidates.into_iter().find(|candidate| candidate.is_file())
 }
 
-pub(super) fn load(path: &Path) -> Result<Parts, Error> {
+pub(super) fn load(path: &Path, gate: &Gate) -> Result<Parts, Error> {
     let mut stream = Stream::open(path)?;
     let header = header::read(&mut stream.bytes).map_err(|fault| fault.at(path))?;
     let dims = header.dims().map_err(|fault| fault.at(path))?;
     let voxels = match header.place {
         Place::Attached { skip } => {
             stream
-                .skip(header.bytes, skip)
+                .skip(header.bytes, skip, gate)
                 .map_err(|what| invalid(path, what))?;
-            voxels(stream, &header, dims).map_err(|fault| fault.at(path))?
+            voxels(stream, &header, dims, gate).map_err(|fault| fault.at(path))?
         }
         Place::Beside { skip } => {
             let image = image_beside(path)?;
+            gate.note(&image);
             let mut stream = Stream::open(&image)?;
-            stream.skip(0, skip).map_err(|what| invalid(&image, what))?;
-            voxels(stream, &header, dims).map_err(|fault| fault.at(&image))?
+            stream
+                .skip(0, skip, gate)
+                .map_err(|what| invalid(&image, what))?;
+            voxels(stream, &header, dims, gate).map_err(|fault| fault.at(&image))?
         }
     };
     Ok(Parts {
@@ -65,7 +70,12 @@ pub(super) fn load(path: &Path) -> Result<Parts, Error> {
     })
 }
 
-fn voxels(mut stream: Stream, header: &Header, dims: [usize; 3]) -> Result<Voxels, Fault> {
+fn voxels(
+    mut stream: Stream,
+    header: &Header,
+    dims: [usize; 3],
+    gate: &Gate,
+) -> Result<Voxels, Fault> {
     let count = voxel_count(dims)?;
     let layout = Layout {
         voxel_type: header.voxel_type()?,
@@ -74,7 +84,7 @@ fn voxels(mut stream: Stream, header: &Header, dims: [usize; 3]) -> Result<Voxel
     };
     let needed = layout.bytes()?;
     if stream.is_packed {
-        decode::check_deflated(needed, stream.held)?;
+        decode::check_deflated(needed, stream.held, gate)?;
     } else if needed != stream.held {
         let ([x, y, z], name, held) = (dims, layout.voxel_type.name(), stream.held);
         return Err(Fault::Invalid(format!(
@@ -111,8 +121,11 @@ impl Stream {
     }
 
     /// Passes over the bytes from `begin`, where the stream stands, to `end`, where the image begins.
-    fn skip(&mut self, begin: u64, end: u64) -> Result<(), String> {
+    fn skip(&mut self, begin: u64, end: u64, gate: &Gate) -> Result<(), String> {
         let bytes = end - begin;
+        if self.is_packed {
+            gate.ask_unpacked(bytes, self.held, "the bytes before vox_offset")?;
+        }
         let skipped = io::copy(&mut (&mut self.bytes).take(bytes), &mut io::sink());
         let skipped = skipped.map_err(|error| decode::broken(&error))?;
         if skipped < bytes {

@@ -7,6 +7,8 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
+use resample_io::Gate;
+
 use crate::Error;
 use crate::input::component::Interleaved;
 use crate::input::data_files::DataFiles;
@@ -25,8 +27,13 @@ pub(super) struct OneOf {
     pub(super) chosen: usize,
 }
 
-pub(super) fn read(path: &Path, header: &Header, one_of: Option<OneOf>) -> Result<Voxels, Error> {
-    let (files, start, layout) = files(path, header)?;
+pub(super) fn read(
+    path: &Path,
+    header: &Header,
+    one_of: Option<OneOf>,
+    gate: &Gate,
+) -> Result<Voxels, Error> {
+    let (files, start, layout) = files(path, header, gate)?;
     let interleaved = interleaved(path, header, one_of, files.len())?;
     let stored = Stored {
         layout,
@@ -34,7 +41,7 @@ pub(super) fn read(path: &Path, header: &Header, one_of: Option<OneOf>) -> Resul
     };
     let decoded = |file: &PathBuf| {
         let packed = Packed::open(file, start, header)?;
-        let voxels = packed.decode(header.encoding, &stored);
+        let voxels = packed.decode(header.encoding, &stored, gate);
         voxels.map_err(|fault| fault.at(file))
     };
     decode::joined(files.iter().map(decoded))?
@@ -42,11 +49,15 @@ pub(super) fn read(path: &Path, header: &Header, one_of: Option<OneOf>) -> Resul
 }
 
 /// The files of plain data, each with its first byte; `None` where the data is packed.
-pub(super) fn locate(path: &Path, header: &Header) -> Result<Option<Vec<(PathBuf, u64)>>, Error> {
+pub(super) fn locate(
+    path: &Path,
+    header: &Header,
+    gate: &Gate,
+) -> Result<Option<Vec<(PathBuf, u64)>>, Error> {
     if header.encoding != Encoding::Raw {
         return Ok(None);
     }
-    let (files, start, layout) = files(path, header)?;
+    let (files, start, layout) = files(path, header, gate)?;
     let place = |file: PathBuf| {
         let packed = Packed::open(&file, start, header)?;
         let needed = layout.bytes().map_err(|what| invalid(&file, what))?;
@@ -79,11 +90,11 @@ impl Stored {
 }
 
 /// The data files, the first byte of each behind a header of its own, and what one of them holds.
-fn files(path: &Path, header: &Header) -> Result<(Vec<PathBuf>, u64, Layout), Error> {
+fn files(path: &Path, header: &Header, gate: &Gate) -> Result<(Vec<PathBuf>, u64, Layout), Error> {
     let count = value_count(&header.sizes).map_err(|what| invalid(path, what))?;
     let files = header
         .data_files
-        .paths(path, &header.sizes)
+        .paths(path, &header.sizes, gate)
         .map_err(|fault: Fault| fault.at(path))?;
     let start = if header.data_files == DataFiles::Attached {
         header.bytes
@@ -177,7 +188,7 @@ impl Packed {
         })
     }
 
-    fn decode(self, encoding: Encoding, stored: &Stored) -> Result<Voxels, Fault> {
+    fn decode(self, encoding: Encoding, stored: &Stored, gate: &Gate) -> Result<Voxels, Fault> {
         let layout = &stored.layout;
         let needed = layout.bytes()?;
         if encoding == Encoding::Raw {
@@ -189,6 +200,7 @@ impl Packed {
                 "'byte skip: -1' with an encoding other than raw".to_owned(),
             ));
         };
+        gate.ask_unpacked(needed.saturating_add(skip), self.held, "the voxels")?;
         Ok(match encoding {
             Encoding::Text => {
                 // A digit and a separator for every value but the last.

@@ -10,6 +10,8 @@
 use std::io::BufReader;
 use std::path::Path;
 
+use resample_io::Gate;
+
 use crate::Error;
 use crate::input::stored::Located;
 use crate::input::{Parts, component, open};
@@ -21,7 +23,7 @@ mod header;
 /// The first bytes of every NRRD file; one digit of version follows.
 pub(super) const MAGIC: &[u8] = b"NRRD000";
 
-pub(super) fn load(path: &Path, component: Option<usize>) -> Result<Parts, Error> {
+pub(super) fn load(path: &Path, component: Option<usize>, gate: &Gate) -> Result<Parts, Error> {
     let mut reader = BufReader::new(open(path)?);
     let header = header::read(&mut reader).map_err(|fault| fault.at(path))?;
     let geometry = geometry::derive(&header).map_err(|fault| fault.at(path))?;
@@ -31,6 +33,7 @@ pub(super) fn load(path: &Path, component: Option<usize>) -> Result<Parts, Error
         path,
         &header,
         geometry.components.map(|axis| data::OneOf { axis, chosen }),
+        gate,
     )?;
     Ok(Parts {
         lattice: geometry.lattice,
@@ -39,13 +42,13 @@ pub(super) fn load(path: &Path, component: Option<usize>) -> Result<Parts, Error
 }
 
 /// Where the voxels lie; `None` where they are packed.
-pub(super) fn locate(path: &Path) -> Result<Option<Located>, Error> {
+pub(super) fn locate(path: &Path, gate: &Gate) -> Result<Option<Located>, Error> {
     let header = header::read(&mut BufReader::new(open(path)?)).map_err(|fault| fault.at(path))?;
     let geometry = geometry::derive(&header).map_err(|fault| fault.at(path))?;
     if geometry.components.is_some() {
         return Ok(None);
     }
-    let Some(files) = data::locate(path, &header)? else {
+    let Some(files) = data::locate(path, &header, gate)? else {
         return Ok(None);
     };
     Ok(Some(Located {

@@ -10,6 +10,8 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
+use resample_io::Gate;
+
 use crate::Error;
 use crate::input::{Parts, axes, decode, invalid};
 use crate::volume::{Lattice, Voxels};
@@ -22,10 +24,16 @@ use pages::{Kind, Pages};
 pub(super) use resample_io::tiff::begins;
 
 /// Reads the slices of one file or of several.
-pub(super) fn load(paths: &[PathBuf]) -> Result<Parts, Error> {
+pub(super) fn load(paths: &[PathBuf], gate: &Gate) -> Result<Parts, Error> {
     let mut stack: Option<Stack> = None;
+    let mut bytes = 0u64;
     for path in paths {
         let pages = Pages::look_at(path, paths.len())?;
+        bytes = bytes.saturating_add(pages.bytes());
+        let asked = gate
+            .ask_unpacked(pages.bytes(), pages.held, "the pages")
+            .and_then(|()| gate.ask(bytes, "the slices"));
+        asked.map_err(|what| invalid(path, what))?;
         match &mut stack {
             None => stack = Some(Stack::begin(&pages, path)?),
             Some(stack) => stack.add(&pages, path)?,

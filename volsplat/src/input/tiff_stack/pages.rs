@@ -36,6 +36,13 @@ pub(super) struct Kind {
     pub(super) bits: u8,
 }
 
+impl Kind {
+    /// Bytes of a page.
+    fn bytes(self) -> u64 {
+        self.width as u64 * self.height as u64 * u64::from(self.bits / 8)
+    }
+}
+
 impl fmt::Display for Kind {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         write!(
@@ -50,6 +57,8 @@ impl fmt::Display for Kind {
 pub(super) struct Pages {
     pub(super) kind: Kind,
     pub(super) count: usize,
+    /// Length of the file, bytes.
+    pub(super) held: u64,
     /// ImageDescription of the first page.
     description: Option<String>,
     /// Pixels per unit of length along x and y, where the first page says so.
@@ -69,6 +78,11 @@ impl Pages {
             .map_err(|source| cannot_read(path, source))?
             .len();
         look_at(file, held, files).map_err(|fault| fault.at(path))
+    }
+
+    /// Bytes of all pages, unpacked.
+    pub(super) fn bytes(&self) -> u64 {
+        self.kind.bytes().saturating_mul(self.count as u64)
     }
 
     /// World distance between voxels along x, y and z.
@@ -116,10 +130,11 @@ fn look_at(file: File, held: u64, files: usize) -> Result<Pages, Fault> {
     let limits = limits(held);
     let mut decoder = opened(file, limits.clone())?;
     let kind = kind(&mut decoder, 0)?;
-    let bytes = kind.width as u64 * kind.height as u64 * u64::from(kind.bits / 8);
+    let bytes = kind.bytes();
     let mut pages = Pages {
         kind,
         count: 0,
+        held,
         description: None,
         resolution: [None; 2],
         limits,

@@ -33,10 +33,7 @@ pub(super) fn binary(
     image: &Image,
     component: usize,
 ) -> Result<Voxels, Fault> {
-    let layout = layout(image)?;
-    let needed = layout.bytes()?.checked_mul(image.components as u64);
-    let needed =
-        needed.ok_or_else(|| "the image takes more bytes than can be counted".to_owned())?;
+    let (layout, needed) = (layout(image)?, bytes(image)?);
     let interleaved = Interleaved {
         scalar_bytes: image.voxel_type.bytes(),
         components: image.components,
@@ -56,10 +53,16 @@ pub(super) fn binary(
         Packing::Zlib => {
             let blocks = Blocks::begin(stream, held, image)?;
             check_promise(blocks.total(), needed, image)?;
-            decode::check_deflated(needed, held)?;
+            decode::check_expansion(needed, held)?;
             decode::component(blocks, &layout, interleaved)?
         }
     })
+}
+
+/// Bytes that the values of an image take unpacked.
+pub(super) fn bytes(image: &Image) -> Result<u64, String> {
+    let bytes = layout(image)?.bytes()?.checked_mul(image.components as u64);
+    bytes.ok_or_else(|| "the image takes more bytes than can be counted".to_owned())
 }
 
 fn layout(image: &Image) -> Result<Layout, String> {

@@ -59,7 +59,23 @@ enum Centring {
 /// First and last index along x, y and z.
 type Extent = [i64; 6];
 
+/// Longest tag that is parsed, bytes: a real one has some hundred. The parser compares each attribute with all others.
+const MAX_TAG_BYTES: usize = 1 << 16;
+
+/// Refuses tags of more attributes than any writer gives them.
+fn check_tags(xml: &str) -> Result<(), String> {
+    let mut tags = xml.split('<').skip(1);
+    let is_long = |tag: &str| tag.find('>').unwrap_or(tag.len()) > MAX_TAG_BYTES;
+    if tags.any(is_long) {
+        return Err(format!(
+            "the XML has a tag of more than {MAX_TAG_BYTES} bytes"
+        ));
+    }
+    Ok(())
+}
+
 pub(super) fn parse(xml: &str, array: Option<&str>) -> Result<Image, Fault> {
+    check_tags(xml)?;
     let document = Document::parse(xml).map_err(|error| format!("the XML is broken: {error}"))?;
     let root = document.root_element();
     check_kind(root)?;

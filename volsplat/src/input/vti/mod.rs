@@ -9,6 +9,8 @@ use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
+use resample_io::Gate;
+
 use crate::Error;
 use crate::input::component::chosen;
 use crate::input::fault::Fault;
@@ -42,15 +44,16 @@ pub(super) fn begins(head: &[u8]) -> bool {
     head.starts_with(b"<") && head.windows(8).any(|window| window == b"<VTKFile")
 }
 
-pub(super) fn load(path: &Path, choice: Choice) -> Result<Parts, Error> {
+pub(super) fn load(path: &Path, choice: Choice, gate: &Gate) -> Result<Parts, Error> {
     let (mut file, held) = open_sized(path)?;
-    read(&mut file, held, choice).map_err(|fault| fault.at(path))
+    read(&mut file, held, choice, gate).map_err(|fault| fault.at(path))
 }
 
-fn read(file: &mut File, held: u64, choice: Choice) -> Result<Parts, Fault> {
+fn read(file: &mut File, held: u64, choice: Choice, gate: &Gate) -> Result<Parts, Fault> {
     let text = XmlText::read(file)?;
     let image = head::parse(&text.xml, choice.array)?;
     let component = chosen(choice.component, image.components)?;
+    gate.ask_unpacked(data::bytes(&image)?, held, "the voxels")?;
     let voxels = match &image.source {
         Source::Inline(content) => data::inline(content, &image, component)?,
         Source::Appended { offset } => {

@@ -74,21 +74,24 @@ fn check(array: &Array) -> Result<(), String> {
             "chunks {chunk:?} are larger than {MAX_CHUNK_BYTES} bytes"
         ));
     }
-    if let Some(shard) = &array.codecs.shard {
-        let fits = shard.chunk.len() == chunk.len()
-            && shard
-                .chunk
-                .iter()
-                .zip(chunk)
-                .all(|(inner, outer)| *inner > 0 && outer % inner == 0);
-        if !fits {
-            return Err(format!(
-                "shards of {chunk:?} cannot be cut into chunks of {:?}",
-                shard.chunk
-            ));
-        }
+    check_shards(&array.codecs, chunk)
+}
+
+/// Each shard is cut into whole chunks, which may be shards again.
+fn check_shards(codecs: &Codecs, chunk: &[usize]) -> Result<(), String> {
+    let Some(shard) = &codecs.shard else {
+        return Ok(());
+    };
+    let mut pairs = shard.chunk.iter().zip(chunk);
+    let fits = shard.chunk.len() == chunk.len()
+        && pairs.all(|(inner, outer)| *inner > 0 && outer.is_multiple_of(*inner));
+    if !fits {
+        return Err(format!(
+            "shards of {chunk:?} cannot be cut into chunks of {:?}",
+            shard.chunk
+        ));
     }
-    Ok(())
+    check_shards(&shard.codecs, &shard.chunk)
 }
 
 fn version_3(meta: &Value) -> Result<Array, Fault> {

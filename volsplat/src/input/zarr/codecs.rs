@@ -1,7 +1,7 @@
 //! From the bytes of a chunk's file to its elements: compression undone, shards taken apart, axes put in order.
 
 use super::packed::{SURPLUS_BYTES, Size, all_of, lz4_block, zstd};
-use crate::input::decode::check_deflated;
+use crate::input::decode::check_expansion;
 use crate::input::fault::Fault;
 use crate::input::zarr::blosc;
 use crate::input::zarr::boxes::{PlaceIn, copy_box, len, reordered};
@@ -145,7 +145,7 @@ fn undone(packings: &[Packing], packed: &[u8], size: Size) -> Result<Vec<u8>, Fa
 
 fn deflated(packed: &[u8], size: Size) -> Result<(), String> {
     match size {
-        Size::Exactly(needed) => check_deflated(needed as u64, packed.len() as u64),
+        Size::Exactly(needed) => check_expansion(needed as u64, packed.len() as u64),
         Size::AtMost(_) => Ok(()),
     }
 }

@@ -2,6 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use resample_io::Gate;
+
+use resample_io::files::read_whole;
+
 use crate::Error;
 use crate::input::decode::Layout;
 use crate::input::fault::{Fault, unsupported};
@@ -59,10 +63,10 @@ impl Opened {
 }
 
 /// Reads all voxels.
-pub(crate) fn load(folder: &Path, choice: Choice) -> Result<Parts, Error> {
+pub(crate) fn load(folder: &Path, choice: Choice, gate: &Gate) -> Result<Parts, Error> {
     let opened = open(folder, choice)?;
     Ok(Parts {
-        voxels: voxels(&opened.folder, &opened.array, &opened.spans)?,
+        voxels: voxels(&opened.folder, &opened.array, &opened.spans, gate)?,
         lattice: opened.lattice,
     })
 }
@@ -167,7 +171,7 @@ fn selected(image: &Image, array: &Array, choice: Choice) -> Result<Vec<Span>, F
 }
 
 /// Unpacks the chunks that the spans touch.
-fn voxels(folder: &Path, array: &Array, spans: &[Span]) -> Result<Voxels, Error> {
+fn voxels(folder: &Path, array: &Array, spans: &[Span], gate: &Gate) -> Result<Voxels, Error> {
     let bytes_each = array.voxel_type.bytes();
     let size: Vec<usize> = spans.iter().map(|span| span.size).collect();
     let count =
@@ -177,11 +181,18 @@ fn voxels(folder: &Path, array: &Array, spans: &[Span]) -> Result<Voxels, Error>
         endian: array.codecs.endian,
         count,
     };
-    layout.bytes().map_err(|what| invalid(folder, what))?;
+    // As bytes first, and then as numbers.
+    let asked = layout
+        .bytes()
+        .and_then(|bytes| gate.ask(bytes.saturating_mul(2), "the voxels"));
+    asked.map_err(|what| invalid(folder, what))?;
+    let chunk_bytes = (array.chunk.iter().product::<usize>() * bytes_each) as u64;
     let chunks = chunks_of(folder, array, spans)?;
     let mut bytes = array.filled(count).map_err(|what| invalid(folder, what))?;
     for (index, path) in chunks {
-        let packed = std::fs::read(&path).map_err(|source| cannot_read(&path, source))?;
+        let packed = read_whole(&path).map_err(|source| cannot_read(&path, source))?;
+        gate.ask_unpacked(chunk_bytes, packed.len() as u64, "the voxels of the chunk")
+            .map_err(|what| invalid(&path, what))?;
         let chunk = codecs::unpack(&array.codecs, &array.chunk, &packed, &array.fill);
         let chunk = chunk.map_err(|fault| fault.at(&path))?;
         let common = Common::new(array, spans, &index);

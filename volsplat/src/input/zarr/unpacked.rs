@@ -12,6 +12,8 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
+use resample_io::files::read_whole;
+
 use crate::Error;
 use crate::input::decode::Layout;
 use crate::input::stored::Stored;
@@ -124,7 +126,7 @@ struct Part {
 /// The wanted part of a chunk, and where in the volume each of its rows begins, in voxels.
 fn unpacked(opened: &Opened, index: &[usize], path: &Path) -> Result<(Part, Vec<usize>), Error> {
     let (array, spans) = (&opened.array, &opened.spans);
-    let packed = std::fs::read(path).map_err(|source| cannot_read(path, source))?;
+    let packed = read_whole(path).map_err(|source| cannot_read(path, source))?;
     let chunk = codecs::unpack(&array.codecs, &array.chunk, &packed, &array.fill);
     let chunk = chunk.map_err(|fault| fault.at(path))?;
     let Common { size, from, to } = Common::new(array, spans, index);

@@ -29,7 +29,7 @@ fn binary_files_hold_their_buffer_and_cut_ones_are_refused() {
     let load = |bytes: &[u8]| {
         load(
             bytes,
-            Path::new("."),
+            &nowhere(&Gate::default()),
             &LoadOptions::default(),
             &mut Notes::default(),
         )
@@ -143,7 +143,7 @@ fn older_and_foreign_json_is_told_apart() {
     let load = |text: &str| {
         load(
             text.as_bytes(),
-            Path::new("."),
+            &nowhere(&Gate::default()),
             &LoadOptions::default(),
             &mut Notes::default(),
         )
