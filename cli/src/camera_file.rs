@@ -4,13 +4,12 @@
 //! far as they can be before the volume is known. An object is either a look-at camera (position, target, up) or a
 //! calibrated one (fx, fy, cx, cy, R, t); which of the two, its keys tell. Keys that are not known are errors.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use glam::{DMat3, DVec3};
 use resample_core::{Camera, Intrinsics, LookAt, PixelCentre, Projection};
+use resample_io::files::read_small;
 use serde_json::Value;
 
 use crate::json_fields::Fields;
@@ -64,6 +63,9 @@ pub(crate) const NEAR_FRACTION: f64 = 1e-4;
 /// Largest camera file, bytes. A camera takes about 300 bytes, so this is 200 000 of them; a larger file is
 /// something else that was named by mistake.
 const MAX_FILE_BYTES: u64 = 64 << 20;
+
+/// Most cameras of a list: an hour of 28 pictures a second.
+const MAX_CAMERAS: usize = 100_000;
 
 /// Reads `path`. The error names the file, the number of the camera in a list (from 0), and the key.
 pub(crate) fn read(path: &Path, defaults: &CameraDefaults) -> Result<CameraFile> {
@@ -122,15 +124,8 @@ impl FileCamera {
 
 /// The JSON value that a file holds.
 pub(crate) fn read_value(path: &Path) -> Result<Value> {
-    let mut text = String::new();
-    // The limit holds for the bytes read, not for the size that the system reports: a pipe or a device reports zero.
-    File::open(path)?
-        .take(MAX_FILE_BYTES + 1)
-        .read_to_string(&mut text)?;
-    if text.len() as u64 > MAX_FILE_BYTES {
-        bail!("the file has more than {MAX_FILE_BYTES} bytes, more than any camera file");
-    }
-    Ok(serde_json::from_str(&text)?)
+    let text = read_small(path, MAX_FILE_BYTES)?;
+    Ok(serde_json::from_slice(&text)?)
 }
 
 fn cameras(value: Value, defaults: &CameraDefaults) -> Result<CameraFile> {
@@ -139,6 +134,12 @@ fn cameras(value: Value, defaults: &CameraDefaults) -> Result<CameraFile> {
     };
     if list.is_empty() {
         bail!("the list holds no camera");
+    }
+    if list.len() > MAX_CAMERAS {
+        let count = list.len();
+        bail!(
+            "the list holds {count} cameras, of which one run draws at most {MAX_CAMERAS}: split it"
+        );
     }
     let numbered = list.into_iter().enumerate();
     let cameras: Result<Vec<_>> = numbered

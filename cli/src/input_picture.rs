@@ -179,7 +179,7 @@ fn png(path: &Path) -> Result<PngDecoder<BufReader<File>>> {
     let gate = Gate::default();
     let asked = gate.ask_unpacked(decoder.total_bytes(), held, "the pixels");
     let floats = u64::from(width) * u64::from(height) * PIXEL_BYTES;
-    let asked = asked.and_then(|()| gate.ask(floats, "the pixels"));
+    let asked = asked.and_then(|()| gate.ask_unpacked(floats, held, "the pixels"));
     asked.map_err(|what| anyhow!("{}: {what}", path.display()))?;
     Ok(decoder)
 }

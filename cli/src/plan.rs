@@ -304,7 +304,7 @@ fn planned_cameras(request: &Request) -> Result<PlannedCameras> {
         fov_y_deg: camera.fov,
     };
     if let Some(file) = &sequence.path {
-        let path = camera_path::read(file, &defaults, request.keys)?;
+        let path = camera_path::read(file, &defaults, request.keys, &request.gate)?;
         let pictures = path.pictures(f64::from(sequence.fps.unwrap_or(output::DEFAULT_FPS)))?;
         return Ok(PlannedCameras::Path(path, pictures));
     }

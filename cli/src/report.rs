@@ -131,8 +131,8 @@ pub fn one_line(error: &Error) -> String {
     shortened(&line)
 }
 
-/// Most characters of a message: three lines of a wide terminal, which the longest of our own sentences with a path needs.
-const LONGEST_MESSAGE: usize = 600;
+/// Most characters of a message. The longest of our own sentences with a long path needs some 400.
+const LONGEST_MESSAGE: usize = 500;
 
 /// A text without its middle where it is too long: the start names the file, and the end says what to do.
 fn shortened(text: &str) -> String {

@@ -20,11 +20,13 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use resample_core::{Camera, Projection};
+use resample_io::Gate;
 use serde_json::Value;
 
 use crate::camera_file::{self, CameraDefaults, FileCamera};
 use crate::json_fields::Fields;
 pub(crate) use spline::Moment;
+use volume_keys::Named;
 pub(crate) use volume_keys::{Between, KeyLook, Track, VolumeKey};
 
 /// Keys in ascending order of time, at least two.
@@ -54,10 +56,16 @@ pub(crate) enum KeyKind {
 const MAX_PICTURES: f64 = 100_000.0;
 
 /// Reads `path`.
-pub(crate) fn read(path: &Path, defaults: &CameraDefaults, kind: KeyKind) -> Result<CameraPath> {
+pub(crate) fn read(
+    path: &Path,
+    defaults: &CameraDefaults,
+    kind: KeyKind,
+    gate: &Gate,
+) -> Result<CameraPath> {
     let folder = path.parent().unwrap_or(Path::new(""));
+    let named = |name: &str| gate.named_file(name, folder, folder);
     camera_file::read_value(path)
-        .and_then(|value| keys(value, defaults, kind, folder))
+        .and_then(|value| keys(value, defaults, kind, &named))
         .with_context(|| format!("{}: not a usable camera path", path.display()))
 }
 
@@ -193,7 +201,7 @@ fn keys(
     value: Value,
     defaults: &CameraDefaults,
     kind: KeyKind,
-    folder: &Path,
+    named: &Named<'_>,
 ) -> Result<CameraPath> {
     let mut fields = Fields::new(value)?;
     let list = fields.required_list("keys")?;
@@ -206,7 +214,7 @@ fn keys(
     }
     let (mut times_s, mut keys) = (Vec::new(), Vec::new());
     for (index, value) in list.into_iter().enumerate() {
-        let (time_s, key) = one_key(value, defaults, kind, folder)
+        let (time_s, key) = one_key(value, defaults, kind, named)
             .with_context(|| format!("key {index} of the path"))?;
         if times_s.last().is_some_and(|&before| time_s <= before) {
             bail!(
@@ -224,7 +232,7 @@ fn one_key(
     value: Value,
     defaults: &CameraDefaults,
     kind: KeyKind,
-    folder: &Path,
+    named: &Named<'_>,
 ) -> Result<(f64, Key)> {
     let mut fields = Fields::new(value)?;
     let time_s = fields.required_number("time")?;
@@ -232,7 +240,7 @@ fn one_key(
         .context("\"camera\"")?;
     let volume = match kind {
         KeyKind::Cameras => VolumeKey::default(),
-        KeyKind::Volume => volume_keys::volume_key(&mut fields, folder)?,
+        KeyKind::Volume => volume_keys::volume_key(&mut fields, named)?,
     };
     fields.finish()?;
     Ok((time_s, Key { camera, volume }))

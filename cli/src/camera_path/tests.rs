@@ -25,7 +25,7 @@ fn path(list: Vec<Value>) -> Result<CameraPath> {
         json!({ "keys": list }),
         &DEFAULTS,
         KeyKind::Volume,
-        Path::new(""),
+        &|name| Ok(name.into()),
     )
 }
 

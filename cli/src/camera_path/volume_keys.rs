@@ -5,7 +5,7 @@
 //! them and after the last it stays. Mixing is linear in time, unlike the camera's smooth motion: a box must not swing
 //! beyond its keys.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use glam::DVec3;
@@ -62,10 +62,13 @@ impl VolumeKey {
     }
 }
 
-/// Takes the fields of a key that are about a volume; files are named relative to `folder`.
-pub(super) fn volume_key(fields: &mut Fields, folder: &Path) -> Result<VolumeKey> {
+/// Finds the file that a name in the keys means.
+pub(super) type Named<'a> = dyn Fn(&str) -> Result<PathBuf, String> + 'a;
+
+/// Takes the fields of a key that are about a volume; `named` finds files.
+pub(super) fn volume_key(fields: &mut Fields, named: &Named<'_>) -> Result<VolumeKey> {
     let key = VolumeKey {
-        look: look(fields, folder)?,
+        look: look(fields, named)?,
         crop: corners(fields, "crop")?,
         crop_voxels: corners(fields, "crop_voxels")?,
         clip_planes: fields
@@ -124,7 +127,7 @@ impl<T> Track<T> {
     }
 }
 
-fn look(fields: &mut Fields, folder: &Path) -> Result<Option<KeyLook>> {
+fn look(fields: &mut Fields, named: &Named<'_>) -> Result<Option<KeyLook>> {
     match (text(fields, "transfer")?, text(fields, "preset")?) {
         (Some(_), Some(_)) => bail!("\"transfer\" and \"preset\": expected one of them"),
         (None, None) => Ok(None),
@@ -136,7 +139,9 @@ fn look(fields: &mut Fields, folder: &Path) -> Result<Option<KeyLook>> {
             Ok(Some(KeyLook::Preset(preset)))
         }
         (Some(name), None) => {
-            let path = folder.join(name);
+            let path = named(&name)
+                .map_err(anyhow::Error::msg)
+                .context("\"transfer\"")?;
             if !path.is_file() {
                 bail!("\"transfer\": {}: there is no such file", path.display());
             }

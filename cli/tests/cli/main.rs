@@ -14,6 +14,7 @@ mod bad_input;
 mod bench;
 mod compare;
 mod exr_files;
+mod gate;
 mod good_runs;
 mod info;
 mod motion;

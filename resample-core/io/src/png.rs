@@ -20,6 +20,9 @@ pub(super) fn decode(path: &Path, rows: &mut dyn Rows) -> Result<bool, Error> {
     // The crate's own limit, 64 MiB, holds what it unpacks beside the pixels.
     let mut decoder = Decoder::new(BufReader::new(file));
     decoder.set_transformations(Transformations::EXPAND);
+    // Neither is used, and a small one may unpack to gigabytes.
+    decoder.set_ignore_text_chunk(true);
+    decoder.set_ignore_iccp_chunk(true);
     let mut reader = decoder.read_info().map_err(wrong)?;
     if reader.info().interlaced {
         return Ok(false);

@@ -5,6 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use resample_core::Camera;
+use resample_io::Gate;
 
 use crate::args::{LayoutWord, Warp3dArgs};
 use crate::camera_file::CameraDefaults;
@@ -101,7 +102,7 @@ fn keyed(path: &Path, args: &Warp3dArgs, from: &Camera, scene: &WarpScene) -> Re
         look_at_size,
         fov_y_deg: viewpoint::DEFAULT_FOV_Y_DEG,
     };
-    let keys = camera_path::read(path, &defaults, KeyKind::Cameras)?;
+    let keys = camera_path::read(path, &defaults, KeyKind::Cameras, &Gate::default())?;
     let pictures = keys.pictures(f64::from(args.sequence.fps.unwrap_or(output::DEFAULT_FPS)))?;
     keys.cameras(&pictures, |camera| camera.for_distance(scene.nearest))
         .with_context(|| path.display().to_string())
