@@ -116,7 +116,14 @@ pub fn check_not_inputs<'a>(
     outputs: impl Iterator<Item = &'a Path>,
     inputs: &[&Path],
 ) -> Result<()> {
-    let handle = |path: &Path| same_file::Handle::from_path(path).ok();
+    // To open a pipe would wait for whoever writes to it.
+    let is_file = |path: &&Path| path.is_file();
+    let handle = |path: &Path| {
+        Some(path)
+            .filter(is_file)
+            .map(same_file::Handle::from_path)?
+            .ok()
+    };
     let (folders, files): (Vec<&Path>, Vec<&Path>) = inputs.iter().partition(|path| path.is_dir());
     let files: HashSet<_> = files.into_iter().filter_map(handle).collect();
     let folders: Vec<_> = folders

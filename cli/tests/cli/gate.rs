@@ -261,7 +261,7 @@ fn a_terminated_run_leaves_nothing_half_written() {
         let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_resample"))
             .current_dir(bench.folder.path())
             .args(
-                format!("volsplat ball.raw {BALL} --size 256 --turntable 4000 -o out/a.apng")
+                format!("volsplat ball.raw {BALL} --size 256x256 --turntable 4000 -o out/a.apng")
                     .split(' '),
             )
             .stderr(std::process::Stdio::null())
@@ -305,7 +305,7 @@ fn small_files_that_unpack_to_much_are_refused_until_memory_is_given() {
     assert_one_line(
         &bench,
         "volsplat a.nrrd --max-memory 100M -o out/a.png",
-        "100.0 MB",
+        "104.9 MB",
     );
     let zarr = r#"{"zarr_format":2,"shape":[1048576,1024,1024],"chunks":[64,1024,1024],"dtype":"|u1",
         "compressor":null,"fill_value":7,"order":"C","filters":null}"#;
