@@ -192,6 +192,7 @@ fn corners(scene: &Scene) -> impl Iterator<Item = DVec3> {
 
 fn request(args: &TexmapArgs) -> Request<'_> {
     let texture = args.model.texture.as_deref();
+    let environment = args.model.environment.as_deref();
     Request {
         output: &args.output,
         stats: args.stats.as_deref(),
@@ -200,7 +201,7 @@ fn request(args: &TexmapArgs) -> Request<'_> {
         picture: &args.picture,
         keys: KeyKind::Cameras,
         gate: args.model.reading.gate(),
-        inputs: [Some(args.input.path.as_path()), texture]
+        inputs: [Some(args.input.path.as_path()), texture, environment]
             .into_iter()
             .flatten()
             .collect(),

@@ -3,8 +3,8 @@
 use anyhow::{Result, bail};
 use resample_io::Gate;
 use serde_json::{Value, json};
-use texmap::input::SceneChoice;
-use texmap::{LoadOptions, PlaneKind, Pose, RenderOptions};
+use texmap::input::{LightMaps, SceneChoice};
+use texmap::{LoadOptions, PlaneKind, Pose, RenderOptions, Shade};
 
 use crate::args::{ModelArgs, SequenceArgs, TexmapArgs};
 use crate::framing::Stance;
@@ -20,6 +20,11 @@ pub(crate) fn load_options(args: &TexmapArgs, number: usize, gate: &Gate) -> Loa
     LoadOptions {
         scene: scene.map(|scene| SceneChoice(scene.to_owned())),
         pose: pose(&args.model, &args.sequence, number),
+        environment: args.model.environment.clone(),
+        light_maps: match args.render.options.shade {
+            Shade::Auto | Shade::Pbr => LightMaps::Read,
+            Shade::Unlit | Shade::Headlight | Shade::Lambert => LightMaps::LeftOut,
+        },
         texture: args.model.texture.clone(),
         gate: gate.clone(),
     }
@@ -71,6 +76,7 @@ pub(crate) fn record(
     json!({
         "model": { "file": report::name(&args.input.path), "scene": args.input.part,
             "texture": args.model.texture.as_deref().map(report::name),
+            "environment": args.model.environment.as_deref().map(report::name),
             "pose_time_s": args.model.pose_time, "animation": args.model.animation, "play": args.model.play },
         "camera": camera,
         "render": options,

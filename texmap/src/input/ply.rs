@@ -328,6 +328,7 @@ impl<'a> Builder<'a> {
                     face.corners[corner]
                 }
             };
+            polygon::check(shape.len())?;
             let triangles = polygon::triangles(&shape);
             mesh.triangles
                 .extend(triangles.into_iter().map(|triangle| triangle.map(place)));

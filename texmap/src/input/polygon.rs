@@ -11,6 +11,19 @@ use glam::{DVec2, DVec3};
 /// Most corners that are cut ear by ear: 512^3 steps are a tenth of a second.
 const MAX_EARS: usize = 512;
 
+/// Most corners of a polygon that is read; real ones have some hundred. As a fan, more of them would lie over one another.
+pub(super) const MAX_CORNERS: usize = 1 << 16;
+
+/// Refuses a polygon of more corners than any program writes.
+pub(super) fn check(corners: usize) -> Result<(), String> {
+    if corners <= MAX_CORNERS {
+        return Ok(());
+    }
+    Err(format!(
+        "a polygon of {corners} corners: at most {MAX_CORNERS} are read"
+    ))
+}
+
 /// Triangles of a polygon of at least three corners.
 pub(super) fn triangles(corners: &[DVec3]) -> Vec<[usize; 3]> {
     let mut left: Vec<usize> = (0..corners.len()).collect();

@@ -63,7 +63,7 @@ pub(super) fn load(
         .collect();
     let world_from_nodes = nodes::world_from_nodes(root, &parent_from_nodes)?;
     let shown = nodes::shown(root, options.scene.as_ref())?;
-    let mut materials = Materials::new(root, &numbers, names);
+    let mut materials = Materials::new(root, &numbers, names, options.light_maps);
     let held = bytes.len() + document.buffers.iter().map(Vec::len).sum::<usize>();
     let mut meshes = Meshes::new(names.gate, held as u64);
     for &node in &shown {

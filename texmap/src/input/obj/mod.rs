@@ -161,6 +161,7 @@ impl Reading<'_> {
             notes.say("polygons of less than three corners are left out".to_owned());
             return Ok(());
         }
+        polygon::check(corners.len())?;
         self.corners += corners.len();
         if self.corners > MAX_CORNERS {
             return Err(format!("more than {MAX_CORNERS} corners"));
