@@ -20,6 +20,7 @@ use cubic::Axis;
 pub(crate) use cubic::{EightWeights, Weights};
 
 use crate::Reference;
+use crate::keys::weights;
 use crate::patch::{Hit, Patch};
 use crate::raster::narrow;
 use crate::surface::Surfaces;
@@ -353,7 +354,7 @@ impl Lookup<'_> {
 pub(crate) fn as_taken(reference: &Reference, pos_in_reference: DVec2) -> [f32; 3] {
     let corner = pos_in_reference - 0.5;
     let base = corner.floor();
-    let (wx, wy) = (keys(corner.x - base.x), keys(corner.y - base.y));
+    let (wx, wy) = (weights(corner.x - base.x), weights(corner.y - base.y));
     let size = [reference.camera.width, reference.camera.height].map(i64::from);
     let mut sum = [0.0; 3];
     for (dy, wy) in (-1..).zip(wy) {
@@ -365,18 +366,6 @@ pub(crate) fn as_taken(reference: &Reference, pos_in_reference: DVec2) -> [f32; 
         }
     }
     sum.map(|v| v.max(0.0))
-}
-
-/// Weights of four samples around a place `t` past the second (Keys 1981, a = -1/2).
-fn keys(t: f64) -> [f32; 4] {
-    let t = t as f32;
-    let (t2, t3) = (t * t, t * t * t);
-    [
-        0.5 * (-t3 + 2.0 * t2 - t),
-        0.5 * (3.0 * t3 - 5.0 * t2 + 2.0),
-        0.5 * (-3.0 * t3 + 4.0 * t2 + t),
-        0.5 * (t3 - t2),
-    ]
 }
 
 /// The colour; a spline may overshoot below 0, where there is no light.

@@ -40,7 +40,7 @@ impl Prepared {
 
     /// As [`Prepared::new`], with the depth that is given.
     pub(crate) fn of_sharp(reference: &Reference, depth: &[f32], options: &SurfaceOptions) -> Self {
-        let surfaces = Surfaces::new(&reference.camera, depth, options.tolerance);
+        let mut surfaces = Surfaces::new(&reference.camera, depth, options.tolerance);
         let mut samples: Vec<_> = reference
             .colour
             .par_iter()
@@ -56,6 +56,8 @@ impl Prepared {
         };
         let coefficients = coefficients(&samples, &surfaces);
         let segments = Segments::new(&surfaces, Quarters::new(&surfaces, &cuts));
+        // The segments hold what frames ask of the cells.
+        surfaces.cells = Vec::new();
         let known = surfaces.disparity.iter().filter(|d| !d.is_nan()).count() as u64;
         Self {
             surfaces,
