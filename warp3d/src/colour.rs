@@ -9,6 +9,7 @@
 mod area;
 mod cubic;
 mod rim;
+mod samples;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x4, f32x8, f64x8};
@@ -18,6 +19,7 @@ use resample_core::point::PIXEL_SIGMA_PX;
 
 use cubic::Axis;
 pub(crate) use cubic::{EightWeights, Weights};
+pub(crate) use samples::Colours;
 
 use crate::Reference;
 use crate::keys::weights;
@@ -39,20 +41,13 @@ pub(crate) const LEAST_VARIANCE: f64 = 2e-5;
 /// Largest sigma along an axis of a footprint, reference px: bounds the cost where a surface is seen nearly edge-on.
 const MAX_SIGMA_PX: f64 = 32.0;
 
-/// What colours are looked up in.
-#[derive(Clone, Debug)]
-pub(crate) struct Colours {
-    /// Linear red, green, blue, and one unused value, so that a sample is one vector.
-    pub(crate) samples: Vec<[f32; 4]>,
-    /// Coefficients of the cubic spline through them.
-    pub(crate) coefficients: Vec<[f32; 4]>,
-}
-
 /// A lookup: where, on which plane, on which surfaces.
 #[derive(Clone, Copy)]
 pub(crate) struct Lookup<'a> {
     /// The samples' colours.
     pub(crate) colours: &'a Colours,
+    /// The colours of the reference.
+    pub(crate) taken: &'a [[f32; 3]],
     /// Their surfaces.
     pub(crate) surfaces: &'a Surfaces,
     /// The plane on which samples count.

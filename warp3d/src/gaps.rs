@@ -38,8 +38,19 @@ fn between(disparity: &[f32], size: [usize; 2], tolerance: f32, index: usize) ->
             continue;
         }
         let (before, after) = (disparity[index - step], disparity[index + step]);
-        // Two steps lie between them; a comparison with NaN is false.
-        if (before - after).abs() <= 2.0 * tolerance * before.min(after) {
+        let allowed = tolerance * before.min(after);
+        let change = 0.5 * (after - before);
+        // On a slope the steps on either side are as large. A comparison with NaN is false.
+        let goes_on = |beyond: Option<usize>, near: f32, sign: f32| {
+            let beyond = beyond.map_or(f32::NAN, |beyond| disparity[beyond]);
+            (change - sign * (near - beyond)).abs() <= allowed
+        };
+        let two_before = (place[axis] > 1).then(|| index - 2 * step);
+        let two_behind = (place[axis] + 2 < size[axis]).then(|| index + 2 * step);
+        if change.abs() <= allowed
+            || goes_on(two_before, before, 1.0)
+            || goes_on(two_behind, after, -1.0)
+        {
             sum += 0.5 * (before + after);
             count += 1.0;
         }
@@ -54,7 +65,7 @@ mod tests {
     const WIDTH: usize = 9;
 
     fn plane(x: usize, y: usize) -> f32 {
-        1.0 + 0.001 * x as f32 + 0.002 * y as f32
+        1.0 + 0.001 * x as f32 + 0.03 * y as f32
     }
 
     fn bridged(known: impl Fn(usize, usize) -> Option<f32>) -> Vec<f32> {

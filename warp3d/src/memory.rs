@@ -22,12 +22,11 @@ const READING: u64 = 2 * RGBA + RGB + F32;
 /// Bytes a pixel that every reference keeps: colour and depth.
 const REFERENCE: u64 = RGB + F32;
 
-/// Bytes a sample of surfaces (disparity, slopes, links, clearance), colours and coefficients.
-const PREPARED: u64 = F32 + size_of::<[f32; 2]>() as u64 + 1 + 1 + 2 * RGBA;
+/// Bytes a sample of surfaces (disparity, slopes, links, clearance) and coefficients.
+const PREPARED: u64 = F32 + size_of::<[f32; 2]>() as u64 + 1 + 1 + RGBA;
 
-/// Bytes a sample that are let go once a reference is prepared: colours transposed while the spline is solved, edges, and
-/// how cells are joined.
-const PREPARING: u64 = RGBA + 2 + size_of::<Cell>() as u64;
+/// Bytes a sample that are let go once a reference is prepared: edges, and how cells are joined.
+const PREPARING: u64 = 2 + size_of::<Cell>() as u64;
 
 /// Bytes of a cut cell: four quarters, gathered by segment, kept, and their corners on the screen.
 #[cfg(feature = "input")]

@@ -8,7 +8,7 @@ use crate::options::{MixedPixels, SurfaceOptions};
 use crate::ramps::{Edges, sharpened};
 use crate::raster::{Quarters, Segments};
 use crate::rims::Rims;
-use crate::spline::coefficients;
+use crate::spline::solve;
 use crate::surface::Surfaces;
 
 /// A reference made ready for the hybrid.
@@ -54,17 +54,15 @@ impl Prepared {
             MixedPixels::Keep => Rims::half_way(&surfaces),
             MixedPixels::Unmix => Rims::unmixed(&surfaces, &mut samples),
         };
-        let coefficients = coefficients(&samples, &surfaces);
         let segments = Segments::new(&surfaces, Quarters::new(&surfaces, &cuts));
+        let mut colours = Colours::new(samples, &reference.colour, &mut surfaces);
+        solve(&mut colours.coefficients, &surfaces);
         // The segments hold what frames ask of the cells.
         surfaces.cells = Vec::new();
         let known = surfaces.disparity.iter().filter(|d| !d.is_nan()).count() as u64;
         Self {
             surfaces,
-            colours: Colours {
-                samples,
-                coefficients,
-            },
+            colours,
             segments,
             known,
         }

@@ -47,7 +47,7 @@ pub(crate) struct Surfaces {
     pub(crate) disparity: Vec<f32>,
     /// Change of disparity per pixel along x and y, on the sample's own surface.
     pub(crate) slope: Vec<[f32; 2]>,
-    /// Bit 0: linked with the sample to the right. Bit 1: with the one below.
+    /// Bit 0: linked with the sample to the right. Bit 1: with the one below. Bit 2: recoloured.
     pub(crate) links: Vec<u8>,
     /// The cells, rows from the top; empty once they are made into segments.
     pub(crate) cells: Vec<Cell>,
@@ -65,6 +65,9 @@ pub(crate) struct Surfaces {
 pub(crate) const RIGHT: u8 = 1;
 /// Bit of [`Surfaces::links`]: with the sample below.
 pub(crate) const BELOW: u8 = 2;
+
+/// Bit of [`Surfaces::links`]: the sample has another colour than the reference gives it.
+pub(crate) const RECOLOURED: u8 = 4;
 
 impl Surfaces {
     /// Finds the surfaces of what `camera` sees at these camera z.

@@ -24,7 +24,7 @@ impl Lookup<'_> {
         let (left, top) = (base.x as i64 - 1, base.y as i64 - 1);
         let taps = self.taps(simd, left, top);
         if taps == 0 {
-            return f32x4::from_slice(simd, &self.nearest(base));
+            return self.sample(simd, self.nearest(base));
         }
         let mut row_bits = 0;
         let mut rows = [f32x4::splat(simd, 0.0); 4];
@@ -136,8 +136,8 @@ impl Lookup<'_> {
         counts.to_bitmask() as u32
     }
 
-    /// The colour of the patch's own sample, where nothing else is near.
-    fn nearest(&self, base: DVec2) -> [f32; 4] {
+    /// The patch's own sample, where nothing else is near.
+    fn nearest(&self, base: DVec2) -> usize {
         let [width, height] = self.surfaces.size;
         let clamp = |v: f64, size: usize| v.clamp(0.0, size as f64 - 1.0) as usize;
         let index = |place: DVec2| clamp(place.y, height) * width + clamp(place.x, width);
@@ -148,7 +148,7 @@ impl Lookup<'_> {
         };
         let own = index(self.patch.place - 0.5);
         let known = !self.surfaces.disparity[own].is_nan();
-        self.colours.samples[if known { own } else { index(place) }]
+        if known { own } else { index(place) }
     }
 }
 

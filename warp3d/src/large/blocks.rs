@@ -18,7 +18,7 @@ pub(super) const BLOCK: usize = 64;
 
 /// Rows and columns around samples that decide how they are linked: a link looks two samples to either side, at samples
 /// that may have been continued from others.
-pub(super) const HALO: usize = 3 + gaps::ROUNDS;
+pub(super) const HALO: usize = 3 + 2 * gaps::ROUNDS;
 
 /// The blocks of a picture.
 #[derive(Clone, Debug)]
