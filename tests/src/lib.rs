@@ -24,6 +24,7 @@ pub mod lod_scenes;
 pub mod march;
 pub mod mesh_views;
 pub mod peer_scenes;
+pub mod physical_reference;
 pub mod popping;
 pub mod rays;
 pub mod reference;

@@ -97,6 +97,7 @@ pub fn material(base_texture: Option<TextureUse>) -> Material {
         alpha: AlphaMode::Opaque,
         sides: Sides::Both,
         lighting: Lighting::Unlit,
+        physical: None,
     }
 }
 

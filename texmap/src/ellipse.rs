@@ -12,10 +12,11 @@ use resample_core::dispatch;
 use resample_core::simd::Vectors;
 
 use crate::lanes::IOTA;
-use crate::mip::{Level, LevelTexels, wrapped};
+use crate::mip::{Level, LevelTexels};
 use crate::pixel::{Gathered, PixelOnTexture};
 use crate::scene::Wrap;
 use crate::taps::Kind;
+use crate::wrapped::wrapped;
 
 /// A covariance (xx, xy, yy), texels squared.
 #[derive(Clone, Copy, Debug)]

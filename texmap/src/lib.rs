@@ -45,18 +45,23 @@ mod fragments;
 #[cfg(feature = "input")]
 pub mod input;
 mod lanes;
+mod light;
 mod lookup;
+mod maps;
 mod mip;
 pub mod options;
 mod patch;
 mod patches;
 mod pixel;
+mod pixel_light;
 mod places;
 mod plane;
 mod planes;
 mod points;
 mod prepare;
 pub mod render;
+mod row;
+mod row_light;
 mod rows;
 mod run;
 pub mod scene;
@@ -69,6 +74,7 @@ mod tile;
 mod tile_mesh;
 mod visibility;
 mod walk;
+mod wrapped;
 
 #[cfg(feature = "input")]
 pub use input::{LoadOptions, Loaded, Pose, load, load_picture};

@@ -8,9 +8,10 @@
 use glam::Vec4;
 
 use crate::charts::Borders;
-use crate::mip::{Level, Pyramid, wrapped};
+use crate::mip::{Level, Pyramid};
 use crate::scene::{Magnify, Wrap};
 use crate::surface::UvAt;
+use crate::wrapped::wrapped;
 
 /// Most look-ups along the longer axis of a sub-pixel. Sub-pixels longer than that are sharpened no further.
 pub(crate) const MAX_LOOKUPS: f32 = 8.0;

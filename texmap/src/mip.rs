@@ -13,7 +13,9 @@ use std::sync::{Arc, LazyLock};
 use glam::Vec4;
 use rayon::prelude::*;
 
+use crate::maps;
 use crate::scene::{Magnify, Texels, Texture, Wrap};
+use crate::wrapped::wrapped;
 use resample_core::image::linear_from_srgb;
 
 /// One level: linear light, rows from the top.
@@ -58,24 +60,31 @@ pub(crate) struct Pyramid {
     pub(crate) magnify: Magnify,
 }
 
-/// What a material makes of alpha.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum AlphaUse {
-    /// Alpha counts as 1.
-    Ignored,
-    /// Colour is weighted by it: colour is premultiplied before it is filtered.
-    Weights,
+/// What a material makes of a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum TexelUse {
+    /// Colour; alpha counts as 1.
+    Opaque,
+    /// Colour that is weighted by alpha: it is premultiplied before it is filtered.
+    Weighted,
+    /// Numbers as they are in the file; alpha is the square of green.
+    Numbers,
+    /// Normals in tangent space, whose x and y are scaled: see [`crate::maps`].
+    Normals {
+        /// Factor of x and y.
+        scale: f32,
+    },
 }
 
 impl Pyramid {
     /// Decodes a texture and builds its levels.
     pub(crate) fn new(
         texture: &Texture,
-        alpha: AlphaUse,
+        texels: TexelUse,
         wrap: [Wrap; 2],
         magnify: Magnify,
     ) -> Self {
-        let (texels, stride) = decoded(texture, alpha);
+        let (texels, stride) = decoded(texture, texels, wrap);
         let first = Level {
             size: [texture.width, texture.height],
             stride,
@@ -149,45 +158,33 @@ fn narrowed(texel: Vec4) -> [u16; 4] {
         .map(|part| part as u16)
 }
 
-/// The texel inside 0..count that lies at `index`.
-#[inline(always)]
-pub(crate) fn wrapped(index: i32, count: usize, wrap: Wrap) -> usize {
-    if (index as usize) < count {
-        return index as usize;
-    }
-    let count_i = count as i32;
-    match wrap {
-        Wrap::Clamp => index.clamp(0, count_i - 1) as usize,
-        Wrap::Repeat if count.is_power_of_two() => index as usize & (count - 1),
-        Wrap::Repeat => index.rem_euclid(count_i) as usize,
-        Wrap::Mirror => {
-            let folded = index.rem_euclid(2 * count_i);
-            folded.min(2 * count_i - 1 - folded) as usize
-        }
-    }
-}
-
-fn decoded(texture: &Texture, alpha: AlphaUse) -> (LevelTexels, usize) {
-    let finished = |[r, g, b, a]: [f32; 4]| match alpha {
-        AlphaUse::Ignored => Vec4::new(r, g, b, 1.0),
-        AlphaUse::Weights => Vec4::new(r * a, g * a, b * a, a),
+fn decoded(texture: &Texture, usage: TexelUse, wrap: [Wrap; 2]) -> (LevelTexels, usize) {
+    let finished = |[r, g, b, a]: [f32; 4]| match usage {
+        TexelUse::Weighted => Vec4::new(r * a, g * a, b * a, a),
+        _ => Vec4::new(r, g, b, 1.0),
     };
     let size = [texture.width, texture.height];
     let stride = stride(size[0]);
-    match &texture.texels {
-        Texels::LinearF32(texels) => {
+    let unorm = |texels| (LevelTexels::Unorm16(texels), stride);
+    match (&texture.texels, usage) {
+        (_, TexelUse::Numbers) => unorm(padded(&maps::numbers(texture), size, |t| narrowed(*t))),
+        (_, TexelUse::Normals { scale }) => {
+            let normals = maps::normals(texture, scale, wrap);
+            unorm(padded(&normals, size, |t| narrowed(*t)))
+        }
+        (Texels::LinearF32(texels), _) => {
             let texel = |texel: &[f32; 4]| finished(*texel);
             (LevelTexels::Float(padded(texels, size, texel)), stride)
         }
-        Texels::Srgb8(texels) if alpha == AlphaUse::Ignored && texels.len() >= SHARED => {
+        (Texels::Srgb8(texels), TexelUse::Opaque) if texels.len() >= SHARED => {
             (LevelTexels::Srgb8(Arc::clone(texels)), size[0])
         }
-        Texels::Srgb8(texels) => {
+        (Texels::Srgb8(texels), _) => {
             let at = |code: u8| LINEAR[usize::from(code)];
             let texel = |&[r, g, b, a]: &[u8; 4]| {
                 narrowed(finished([at(r), at(g), at(b), f32::from(a) / 255.0]))
             };
-            (LevelTexels::Unorm16(padded(texels, size, texel)), stride)
+            unorm(padded(texels, size, texel))
         }
     }
 }

@@ -27,6 +27,17 @@ pub struct RenderOptions {
     /// How surfaces are lit
     #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = Shade::Auto))]
     pub shade: Shade,
+    /// Turn of the surroundings about +y, degrees, counter-clockwise seen from above
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long = "environment-turn",
+            value_name = "DEG",
+            default_value_t = 0.0,
+            allow_hyphen_values = true
+        )
+    )]
+    pub environment_turn_deg: f64,
     /// Direction towards the distant light of lambert shading, in the world, of any length
     #[cfg_attr(feature = "clap", arg(long, value_name = "X,Y,Z", value_parser = direction, default_value = "0.4,1,0.6",
         allow_hyphen_values = true, requires = "shade"))]
@@ -97,7 +108,8 @@ impl Method {
 )]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Shade {
-    /// As the material says: its own colour where it is unlit, a headlight otherwise
+    /// As the material says: its own colour where it is unlit, the surroundings' light where it gives metal and
+    /// roughness, a headlight otherwise
     Auto,
     /// Every surface shows its own colour
     Unlit,
@@ -105,6 +117,8 @@ pub enum Shade {
     Headlight,
     /// A distant light
     Lambert,
+    /// The surroundings' light on metal, roughness and normal maps; what is unlit stays so
+    Pbr,
 }
 
 /// A plane of the picture beside its colour.
@@ -144,6 +158,7 @@ impl Default for RenderOptions {
         Self {
             method: Method::Hybrid,
             shade: Shade::Auto,
+            environment_turn_deg: 0.0,
             light: DVec3::new(0.4, 1.0, 0.6),
             subpixels: 4,
             planes: Vec::new(),
@@ -162,6 +177,12 @@ impl RenderOptions {
             return Err(Error::Option(format!(
                 "the number of sub-pixels is {}, expected 1, 2, 3, 4 or 8",
                 self.subpixels
+            )));
+        }
+        if !self.environment_turn_deg.is_finite() {
+            return Err(Error::Option(format!(
+                "the surroundings are turned by {} degrees, expected a finite number",
+                self.environment_turn_deg
             )));
         }
         if self.light.try_normalize().is_none() {

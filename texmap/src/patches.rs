@@ -103,7 +103,8 @@ impl Tile<'_> {
         let plain = material.alpha == AlphaMode::Opaque
             && surface.base.is_some()
             && surface.colours.is_none()
-            && (surface.emissive.is_none() || material.emissive_per_base.is_some());
+            && (surface.emissive.is_none() || material.emissive_per_base.is_some())
+            && material.maps_lie_as_base();
         if plain { surface.mesh } else { NONE }
     }
 

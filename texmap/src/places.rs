@@ -142,6 +142,13 @@ impl Places {
         self.reach[at] == 0.0
     }
 
+    /// The longer axis of the sub-pixel, texels, squared.
+    #[inline(always)]
+    pub(crate) fn long2(&self, at: usize) -> f32 {
+        let [u, v] = [self.along[0][at], self.along[1][at]];
+        u * u + v * v
+    }
+
     /// Whether look-ups of a sub-pixel see beyond a border of its chart.
     #[inline(always)]
     pub(crate) fn sees_border(&self, at: usize, planes: &UvPlanes) -> bool {

@@ -61,7 +61,7 @@ impl Run {
         done: usize,
     ) -> f32x16<S> {
         let towards = match surface.light {
-            Light::None => return f32x16::splat(simd, 1.0),
+            Light::None | Light::Surroundings => return f32x16::splat(simd, 1.0),
             // The rays, turned round.
             Light::Eye => [
                 self.line(&tile.rays[0]),

@@ -20,6 +20,19 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Cameras of the file.
     pub cameras: Vec<SceneCamera>,
+    /// The light around the scene; `None` is the built-in studio.
+    pub surroundings: Option<Arc<Surroundings>>,
+}
+
+/// Light from all directions: an equirectangular picture, whose middle lies towards -z and whose top is +y.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surroundings {
+    /// Width in px, above 0.
+    pub width: usize,
+    /// Height in px, above 0.
+    pub height: usize,
+    /// Linear radiance, finite and not negative, rows from the top.
+    pub rgb: Vec<[f32; 3]>,
 }
 
 /// Triangles of one material, along the axes of the world.
@@ -37,6 +50,9 @@ pub struct Mesh {
     pub colours: Vec<[f32; 4]>,
     /// Corners, counter-clockwise seen from the front in a right-handed world.
     pub triangles: Vec<[u32; 3]>,
+    /// Unit tangents by position, for normal maps, and the sign of normal x tangent in the direction of v upwards; empty
+    /// where the file has none: they are then made by MikkTSpace's rules.
+    pub tangents: Vec<[f32; 4]>,
     /// Index into [`Scene::materials`].
     pub material: usize,
 }
@@ -60,6 +76,42 @@ pub struct Material {
     pub sides: Sides,
     /// Whether light falls on it.
     pub lighting: Lighting,
+    /// What the light of surroundings needs to know; `None` where the file says nothing of it.
+    pub physical: Option<Physical>,
+}
+
+/// Metal, roughness, and the maps of light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Physical {
+    /// 0 for a dielectric, 1 for a metal; a factor of the map's blue.
+    pub metal: f32,
+    /// Perceptual roughness, 0 to 1; a factor of the map's green.
+    pub roughness: f32,
+    /// Picture of roughness (green) and metal (blue).
+    pub metal_roughness_texture: Option<TextureUse>,
+    /// Picture of normals in tangent space.
+    pub normal_texture: Option<TextureUse>,
+    /// Factor of the normal map's x and y.
+    pub normal_scale: f32,
+    /// Picture of occlusion (red).
+    pub occlusion_texture: Option<TextureUse>,
+    /// How much of the occlusion counts, 0 to 1.
+    pub occlusion_strength: f32,
+}
+
+impl Default for Physical {
+    /// A matt dielectric.
+    fn default() -> Self {
+        Self {
+            metal: 0.0,
+            roughness: 1.0,
+            metal_roughness_texture: None,
+            normal_texture: None,
+            normal_scale: 1.0,
+            occlusion_texture: None,
+            occlusion_strength: 1.0,
+        }
+    }
 }
 
 impl Default for Material {
@@ -74,6 +126,7 @@ impl Default for Material {
             alpha: AlphaMode::Opaque,
             sides: Sides::Front,
             lighting: Lighting::Lit,
+            physical: None,
         }
     }
 }

@@ -9,7 +9,8 @@ use glam::Vec4;
 use resample_core::dispatch;
 
 use crate::filter::PixelFilter;
-use crate::rows::{RowIds, RowWork, lay_ids};
+use crate::row::RowWork;
+use crate::rows::{RowIds, lay_ids};
 use crate::span::{NONE, SPAN_PX, TILE_PX};
 use crate::tile::{Tile, TileImage, TileWork};
 use crate::visibility::Layer;

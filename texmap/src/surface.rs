@@ -11,7 +11,7 @@ use resample_core::{Camera, Projection};
 use crate::charts::Borders;
 use crate::cull::{Facing, ScreenTriangle};
 use crate::plane::{Plane, moved, narrow, value};
-use crate::prepare::{LightKind, Prepared, PreparedMaterial};
+use crate::prepare::{LightKind, MAPS, NORMALS, Prepared, PreparedMaterial};
 use crate::scene::Wrap;
 
 /// A texture's coordinates over the tile.
@@ -43,12 +43,46 @@ pub(crate) struct Surface {
     pub(crate) mesh: u32,
     base_colour: Vec4,
     pub(crate) light: Light,
+    /// Where light comes from all around.
+    pub(crate) maps: Option<Box<SurfaceMaps>>,
+}
+
+/// The maps of light over the tile.
+#[derive(Clone, Debug)]
+pub(crate) struct SurfaceMaps {
+    pub(crate) maps: [Option<MapPlanes>; MAPS],
+    /// World tangent, in any length; turned round with the normal.
+    pub(crate) tangent: [Plane; 3],
+    /// Sign of normal x tangent.
+    pub(crate) side: f32,
+}
+
+/// How a map of light lies over the tile.
+#[derive(Clone, Debug)]
+pub(crate) enum MapPlanes {
+    /// As the base texture, texel by texel.
+    LikeBase {
+        /// Index into the pyramids.
+        pyramid: usize,
+    },
+    Own(Box<UvPlanes>),
+}
+
+impl MapPlanes {
+    pub(crate) fn pyramid(&self) -> usize {
+        match self {
+            Self::LikeBase { pyramid } => *pyramid,
+            Self::Own(planes) => planes.pyramid,
+        }
+    }
 }
 
 /// Where light comes from.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Light {
     None,
+    /// From all around.
+    Surroundings,
     /// From the eye: rays of the tile, to be turned round.
     Eye,
     Distant(Vec3),
@@ -119,22 +153,25 @@ impl Surface {
         // One unit of w there, so that f32 holds everything however far the triangle is.
         let unit = 1.0 / triangle.plane([1.0; 3]).dot(p);
         let plane = |at: [f64; 3]| narrow(moved(triangle.plane(at) * unit, tile.corner_px));
-        let uv = |coordinates: &[DVec2], pyramid: Option<usize>| {
-            let pyramid = pyramid.filter(|_| !coordinates.is_empty())?;
+        let uv = |coordinate: &dyn Fn(usize) -> DVec2, pyramid: usize| {
             let start = [0, 1].map(|k| {
-                let here = triangle.plane(corners.map(|i| coordinates[i][k])).dot(p) * unit;
+                let here = triangle.plane(corners.map(|i| coordinate(i)[k])).dot(p) * unit;
                 period_start(tile.scene, pyramid, k, here)
             });
-            let uv = |i: usize| coordinates[i] - DVec2::from(start);
+            let uv = |i: usize| coordinate(i) - DVec2::from(start);
             let axis = |k: usize| plane(corners.map(|i| uv(i)[k]));
             let borders = mesh.charts.around(corners, uv);
-            Some(UvPlanes {
+            UvPlanes {
                 u: axis(0),
                 v: axis(1),
                 start,
                 pyramid,
                 borders,
-            })
+            }
+        };
+        let of_list = |list: &[DVec2], pyramid: Option<usize>| {
+            let pyramid = pyramid.filter(|_| !list.is_empty())?;
+            Some(uv(&|i| list[i], pyramid))
         };
         let flip = if triangle.seen.facing == Facing::Front {
             1.0
@@ -152,10 +189,39 @@ impl Surface {
         };
         let colours = (!mesh.colours.is_empty())
             .then(|| [0, 1, 2, 3].map(|k| plane(corners.map(|i| f64::from(mesh.colours[i][k])))));
+        let maps = material.physical.map(|physical| {
+            let map = |k: usize| {
+                let map = physical.maps[k]?;
+                let Some(scale) = map.per_base else {
+                    return of_list(&mesh.map_uv[k], Some(map.pyramid))
+                        .map(|planes| MapPlanes::Own(Box::new(planes)));
+                };
+                if scale == [1.0; 2] {
+                    return Some(MapPlanes::LikeBase {
+                        pyramid: map.pyramid,
+                    });
+                }
+                let scale = DVec2::from(scale.map(f64::from));
+                Some(MapPlanes::Own(Box::new(uv(
+                    &|i| mesh.base_uv[i] * scale,
+                    map.pyramid,
+                ))))
+            };
+            let mut tangents = [[0.0; 4]; 3];
+            if physical.maps[NORMALS].is_some() && !mesh.tangents.is_empty() {
+                tangents = mesh.tangents[triangle.seen.triangle as usize];
+            }
+            let tangent = |k: usize| plane(tangents.map(|t| flip * f64::from(t[k])));
+            Box::new(SurfaceMaps {
+                maps: [map(0), map(1), map(2)],
+                tangent: [tangent(0), tangent(1), tangent(2)],
+                side: flip as f32 * tangents[0][3],
+            })
+        });
         Self {
             over_w: plane([1.0; 3]),
-            base: uv(&mesh.base_uv, material.base),
-            emissive: uv(&mesh.emissive_uv, material.emissive),
+            base: of_list(&mesh.base_uv, material.base),
+            emissive: of_list(&mesh.emissive_uv, material.emissive),
             normal,
             colours,
             material: mesh.material,
@@ -165,7 +231,9 @@ impl Surface {
                 LightKind::None => Light::None,
                 LightKind::Headlight => Light::Eye,
                 LightKind::Lambert => Light::Distant(tile.light),
+                LightKind::Physical => Light::Surroundings,
             },
+            maps,
         }
     }
 
@@ -212,7 +280,7 @@ impl Surface {
     #[inline(always)]
     pub(crate) fn light_at(&self, tile: &TileView, at: [f32; 2]) -> f32 {
         let towards = match self.light {
-            Light::None => return 1.0,
+            Light::None | Light::Surroundings => return 1.0,
             Light::Eye => {
                 let r = &tile.rays;
                 -Vec3::new(value(&r[0], at), value(&r[1], at), value(&r[2], at)).normalize_or_zero()

@@ -10,9 +10,10 @@ use fearless_simd::{f32x4, f32x16, i32x16, u16x8};
 use glam::Vec4;
 
 use crate::lanes::LANES;
-use crate::mip::{Level, LevelTexels, Pyramid, UNIT, linear, wrapped};
+use crate::mip::{Level, LevelTexels, Pyramid, UNIT, linear};
 use crate::places::Places;
 use crate::scene::Wrap;
+use crate::wrapped::wrapped;
 
 /// Texels of one kind.
 pub(crate) trait Kind: Copy {

@@ -63,6 +63,9 @@ pub struct ModelArgs {
     /// Play the animation from --pose-time (or 0) on in the pictures of --turntable or --path, --fps of them a second
     #[arg(long)]
     pub play: bool,
+    /// Equirectangular picture of the light around the model, .hdr or .exr [default: a neutral studio]
+    #[arg(long, value_name = "FILE")]
+    pub environment: Option<PathBuf>,
     /// Picture for meshes that have texture coordinates and no texture
     #[arg(long, value_name = "FILE")]
     pub texture: Option<PathBuf>,

@@ -184,6 +184,7 @@ fn corners(scene: &Scene) -> impl Iterator<Item = DVec3> {
 
 fn request(args: &TexmapArgs) -> Request<'_> {
     let texture = args.model.texture.as_deref();
+    let environment = args.model.environment.as_deref();
     Request {
         output: &args.output,
         stats: args.stats.as_deref(),
@@ -191,7 +192,7 @@ fn request(args: &TexmapArgs) -> Request<'_> {
         sequence: &args.sequence,
         picture: &args.picture,
         keys: KeyKind::Cameras,
-        inputs: [Some(args.input.path.as_path()), texture]
+        inputs: [Some(args.input.path.as_path()), texture, environment]
             .into_iter()
             .flatten()
             .collect(),

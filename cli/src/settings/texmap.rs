@@ -2,8 +2,8 @@
 
 use anyhow::{Result, bail};
 use serde_json::{Value, json};
-use texmap::input::SceneChoice;
-use texmap::{LoadOptions, PlaneKind, Pose, RenderOptions};
+use texmap::input::{LightMaps, SceneChoice};
+use texmap::{LoadOptions, PlaneKind, Pose, RenderOptions, Shade};
 
 use crate::args::{ModelArgs, SequenceArgs, TexmapArgs};
 use crate::framing::Stance;
@@ -18,6 +18,11 @@ pub(crate) fn load_options(args: &TexmapArgs, number: usize) -> LoadOptions {
     LoadOptions {
         scene: scene.map(|scene| SceneChoice(scene.to_owned())),
         pose: pose(&args.model, &args.sequence, number),
+        environment: args.model.environment.clone(),
+        light_maps: match args.render.options.shade {
+            Shade::Auto | Shade::Pbr => LightMaps::Read,
+            Shade::Unlit | Shade::Headlight | Shade::Lambert => LightMaps::LeftOut,
+        },
         texture: args.model.texture.clone(),
     }
 }
@@ -67,6 +72,7 @@ pub(crate) fn record(
     };
     json!({
         "model": { "file": args.input.path, "scene": args.input.part, "texture": args.model.texture,
+            "environment": args.model.environment,
             "pose_time_s": args.model.pose_time, "animation": args.model.animation, "play": args.model.play },
         "camera": camera,
         "render": options,

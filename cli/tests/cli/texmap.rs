@@ -285,3 +285,46 @@ fn a_model_far_from_the_origin_is_framed_and_drawn_as_at_the_origin() {
         assert!(worst < 1e-3, "{offset:e}: a channel changes by {worst}");
     }
 }
+
+#[test]
+fn a_white_metal_in_even_light_is_as_bright_as_the_light() {
+    let bench = Bench::new();
+    let corners: [f32; 9] = [-1.0, -1.0, 0.0, 1.0, -1.0, 0.0, 0.0, 1.0, 0.0];
+    let data: String = corners
+        .iter()
+        .flat_map(|x| x.to_le_bytes())
+        .map(|b| format!("%{b:02x}"))
+        .collect();
+    let json = serde_json::json!({
+        "asset": { "version": "2.0" },
+        "buffers": [{ "byteLength": 36, "uri": format!("data:,{data}") }],
+        "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+        "accessors": [{ "bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 3 }],
+        "materials": [{ "pbrMetallicRoughness": { "roughnessFactor": 0.7 } }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "material": 0 }] }],
+        "nodes": [{ "mesh": 0 }],
+        "scenes": [{ "nodes": [0] }],
+    });
+    bench.write("a.gltf", json.to_string().as_bytes());
+    let hdr = |width: usize, exponent: u8| {
+        let mut file =
+            format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X {width}\n").into_bytes();
+        file.extend([128, 128, 128, exponent].repeat(4 * width));
+        file
+    };
+    // Mantissas of a half: exponent 128 is 0.5, 127 a quarter.
+    bench.write("even.hdr", &hdr(8, 127));
+    bench.write("square.hdr", &hdr(4, 128));
+    assert_refused(
+        &bench,
+        "texmap a.gltf --environment square.hdr -o out/a.png",
+        "twice as wide",
+    );
+    assert_good(&bench.run(
+        "texmap a.gltf --environment even.hdr --environment-turn 30 --size 64x64 --orbit 20,0 -o out/a.png",
+    ));
+    let (width, _, rgb) = read_png(&bench.path("out/a.png"));
+    let middle = rgb[(36 * width as usize + 32) * 3];
+    // sRGB of a quarter is 137.
+    assert!((135..=139).contains(&middle), "{middle}");
+}

@@ -28,6 +28,7 @@ mod spacing;
 mod statistics;
 mod texmap_alpha;
 mod texmap_extremes;
+mod texmap_light;
 mod texmap_outlines;
 mod texmap_reference;
 mod texmap_seams;

@@ -102,17 +102,21 @@ fn check_numbers(mesh: &Mesh, origin: DVec3) -> Result<(), String> {
 
 /// Where a mesh lacks the coordinates that its material's texture wants, it gets a material without that texture.
 fn drop_unusable_textures(scene: &mut Scene, notes: &mut Notes) {
-    let mut without: HashMap<(usize, [bool; 2]), usize> = HashMap::new();
+    let mut without: HashMap<(usize, [bool; 5]), usize> = HashMap::new();
     for mesh in &mut scene.meshes {
         let material = &scene.materials[mesh.material];
         let lacks = |texture: &Option<TextureUse>| {
             texture.is_some_and(|used| used.uv_set >= mesh.uvs.len())
         };
+        let physical = material.physical.unwrap_or_default();
         let lacking = [
             lacks(&material.base_texture),
             lacks(&material.emissive_texture),
+            lacks(&physical.metal_roughness_texture),
+            lacks(&physical.normal_texture),
+            lacks(&physical.occlusion_texture),
         ];
-        if lacking == [false; 2] {
+        if lacking == [false; 5] {
             continue;
         }
         notes.say(format!(
@@ -130,9 +134,16 @@ fn drop_unusable_textures(scene: &mut Scene, notes: &mut Notes) {
     }
 }
 
-fn stripped(material: &Material, [base, emissive]: [bool; 2]) -> Material {
+fn stripped(material: &Material, lacking: [bool; 5]) -> Material {
+    let [base, emissive, roughness, normal, occlusion] = lacking;
     let mut material = material.clone();
     material.base_texture = material.base_texture.filter(|_| !base);
     material.emissive_texture = material.emissive_texture.filter(|_| !emissive);
+    if let Some(physical) = &mut material.physical {
+        let texture = &mut physical.metal_roughness_texture;
+        *texture = texture.filter(|_| !roughness);
+        physical.normal_texture = physical.normal_texture.filter(|_| !normal);
+        physical.occlusion_texture = physical.occlusion_texture.filter(|_| !occlusion);
+    }
     material
 }

@@ -11,8 +11,22 @@ pub struct LoadOptions {
     pub scene: Option<SceneChoice>,
     /// The moment of an animation in which nodes, skins and morph targets stand; without it the pose of the file.
     pub pose: Option<Pose>,
+    /// Equirectangular picture of the light around the scene, HDR or EXR; without it the built-in studio.
+    pub environment: Option<PathBuf>,
+    /// Whether the maps of light (roughness, metal, normals, occlusion) are read.
+    pub light_maps: LightMaps,
     /// Picture for meshes that have texture coordinates and no texture.
     pub texture: Option<PathBuf>,
+}
+
+/// Whether the maps of light are read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LightMaps {
+    /// For the light of surroundings.
+    #[default]
+    Read,
+    /// No other light needs them.
+    LeftOut,
 }
 
 /// A scene by its name, or by its number from 0.

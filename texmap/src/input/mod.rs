@@ -16,12 +16,14 @@ pub mod picture;
 mod ply;
 mod polygon;
 mod stl;
+mod surroundings;
 
 use std::path::Path;
+use std::sync::Arc;
 
 use crate::Error;
 
-pub use choice::{LoadOptions, Loaded, Pose, SceneChoice};
+pub use choice::{LightMaps, LoadOptions, Loaded, Pose, SceneChoice};
 use notes::Notes;
 pub use picture::load_picture;
 
@@ -60,6 +62,9 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Error> {
         checked::bind(&mut scene, load_picture(texture)?).map_err(|what| {
             Error::Option(format!("{}: the given texture: {what}", path.display()))
         })?;
+    }
+    if let Some(environment) = &options.environment {
+        scene.surroundings = Some(Arc::new(surroundings::read(environment)?));
     }
     let scene = checked::scene(scene, &mut notes).map_err(at)?;
     Ok(Loaded {

@@ -30,6 +30,14 @@ pub(super) const NORMAL: Use = Use {
     integers: Integers::Fractions,
 };
 
+/// Tangents and the sign of their bitangents.
+pub(super) const TANGENT: Use = Use {
+    name: "TANGENT",
+    shapes: &[Type::Vec4],
+    components: NUMBERS,
+    integers: Integers::Fractions,
+};
+
 /// Texture coordinates.
 pub(super) const TEXCOORD: Use = Use {
     name: "TEXCOORD",

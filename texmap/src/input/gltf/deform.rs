@@ -9,7 +9,7 @@ use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::mesh::{Primitive, Semantic};
 
 use super::accessor::{Integers, Numbers, Use};
-use super::attribute::{NORMAL, POSITION, attribute, same_count};
+use super::attribute::{NORMAL, POSITION, TANGENT, attribute, same_count};
 
 /// How a mesh gets into the world.
 pub(super) enum Place {
@@ -24,6 +24,8 @@ pub(super) struct Placed {
     pub positions: Vec<DVec3>,
     /// One per position, of any length; empty where the file has none.
     pub normals: Vec<DVec3>,
+    /// One per position; empty where the file has none.
+    pub tangents: Vec<[f32; 4]>,
     /// Whether the space around each position is mirrored, so that its triangles turn round.
     pub mirrored: Vec<bool>,
 }
@@ -71,6 +73,11 @@ pub(super) fn placed(
         None => Vec::new(),
     };
     same_count("NORMAL", normals.len(), positions.len())?;
+    let tangents = match attribute(primitive, &Semantic::Tangents) {
+        Some(index) => numbers.vectors::<4>(index, &TANGENT)?,
+        None => Vec::new(),
+    };
+    same_count("TANGENT", tangents.len(), positions.len())?;
     for (target, &weight) in primitive
         .targets
         .iter()
@@ -94,10 +101,12 @@ pub(super) fn placed(
         }
     }
     match place {
-        Place::Node(matrix) => Ok(moved(positions, normals, |_| *matrix)),
+        Place::Node(matrix) => Ok(moved(positions, normals, &tangents, |_| *matrix)),
         Place::Skin(joints) => {
             let matrices = blended(primitive, numbers, joints, positions.len())?;
-            Ok(moved(positions, normals, |vertex| matrices[vertex]))
+            Ok(moved(positions, normals, &tangents, |vertex| {
+                matrices[vertex]
+            }))
         }
     }
 }
@@ -105,6 +114,7 @@ pub(super) fn placed(
 fn moved(
     positions: Vec<DVec3>,
     normals: Vec<DVec3>,
+    tangents: &[[f32; 4]],
     world_from_mesh: impl Fn(usize) -> DMat4,
 ) -> Placed {
     let linear = |vertex: usize| DMat3::from_mat4(world_from_mesh(vertex));
@@ -121,10 +131,19 @@ fn moved(
         cofactors * *normal * linear.determinant().signum()
     };
     let normals = normals.iter().enumerate().map(normal).collect();
+    let tangent = |(vertex, &[x, y, z, sign]): (usize, &[f32; 4])| {
+        let linear = linear(vertex);
+        let along = (linear * DVec3::new(x.into(), y.into(), z.into())).normalize_or_zero();
+        // A mirrored space turns normal x tangent round.
+        let turn = linear.determinant().signum() as f32;
+        along.as_vec3().extend(sign * turn).to_array()
+    };
+    let tangents = tangents.iter().enumerate().map(tangent).collect();
     let position = |(vertex, &pos): (usize, &DVec3)| world_from_mesh(vertex).transform_point3(pos);
     Placed {
         positions: positions.iter().enumerate().map(position).collect(),
         normals,
+        tangents,
         mirrored,
     }
 }

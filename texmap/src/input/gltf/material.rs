@@ -17,11 +17,14 @@ use gltf::json::texture::{Info, MagFilter, WrappingMode};
 use gltf::json::validation::Checked;
 use resample_io::whole_picture::ImageFormat;
 
+use super::super::choice::LightMaps;
 use super::super::notes::Notes;
 use super::super::{files, picture};
 use super::accessor::Numbers;
 use super::container;
-use crate::scene::{AlphaMode, Lighting, Magnify, Material, Sides, Texture, TextureUse, Wrap};
+use crate::scene::{
+    AlphaMode, Lighting, Magnify, Material, Physical, Sides, Texture, TextureUse, Wrap,
+};
 
 /// Cutoff of masked materials that give none: glTF 2.0, 5.19.
 const DEFAULT_CUTOFF: f32 = 0.5;
@@ -36,6 +39,7 @@ pub(super) struct Materials<'a> {
     root: &'a Root,
     numbers: &'a Numbers<'a>,
     folder: &'a Path,
+    light_maps: LightMaps,
     /// What was read.
     pub materials: Vec<Material>,
     /// What was read.
@@ -46,12 +50,18 @@ pub(super) struct Materials<'a> {
 
 impl<'a> Materials<'a> {
     /// Nothing is read yet.
-    pub(super) fn new(root: &'a Root, numbers: &'a Numbers<'a>, folder: &'a Path) -> Self {
+    pub(super) fn new(
+        root: &'a Root,
+        numbers: &'a Numbers<'a>,
+        folder: &'a Path,
+        light_maps: LightMaps,
+    ) -> Self {
         let (materials, textures) = (Vec::new(), picture::Pictures::default());
         Self {
             root,
             numbers,
             folder,
+            light_maps,
             materials,
             textures,
             by_index: HashMap::new(),
@@ -134,12 +144,67 @@ impl<'a> Materials<'a> {
                 Some(_) => Lighting::Unlit,
                 None => Lighting::Lit,
             },
+            physical: Some(match diffuse {
+                Some(value) => glossiness_part(value),
+                None => self.physical(json, notes)?,
+            }),
         };
         let numbers = material.base_colour.iter().chain(&material.emissive);
-        if !numbers.chain([&cutoff]).all(|number| number.is_finite()) {
+        let of_light = material.physical.iter().all(|physical| {
+            let factors = [physical.metal, physical.roughness, physical.normal_scale];
+            factors.iter().all(|factor| factor.is_finite())
+                && physical.occlusion_strength.is_finite()
+        });
+        if !of_light || !numbers.chain([&cutoff]).all(|number| number.is_finite()) {
             return Err(format!("material {index}: a factor is not finite"));
         }
         Ok(material)
+    }
+
+    /// Metal, roughness and the maps of light.
+    fn physical(
+        &mut self,
+        json: &gltf::json::Material,
+        notes: &mut Notes,
+    ) -> Result<Physical, String> {
+        let pbr = &json.pbr_metallic_roughness;
+        if self.light_maps == LightMaps::LeftOut {
+            return Ok(Physical {
+                metal: pbr.metallic_factor.0,
+                roughness: pbr.roughness_factor.0,
+                ..Physical::default()
+            });
+        }
+        let normal = json.normal_texture.as_ref();
+        let normal_info = normal.map(|normal| Info {
+            index: normal.index,
+            tex_coord: normal.tex_coord,
+            extensions: normal
+                .extensions
+                .as_ref()
+                .and_then(|e| transformed(&e.others)),
+            extras: normal.extras.clone(),
+        });
+        let occlusion = json.occlusion_texture.as_ref();
+        let occlusion_info = occlusion.map(|occlusion| Info {
+            index: occlusion.index,
+            tex_coord: occlusion.tex_coord,
+            extensions: occlusion
+                .extensions
+                .as_ref()
+                .and_then(|e| transformed(&e.others)),
+            extras: occlusion.extras.clone(),
+        });
+        Ok(Physical {
+            metal: pbr.metallic_factor.0,
+            roughness: pbr.roughness_factor.0,
+            metal_roughness_texture: self
+                .texture_use(pbr.metallic_roughness_texture.as_ref(), notes)?,
+            normal_texture: self.texture_use(normal_info.as_ref(), notes)?,
+            normal_scale: normal.map_or(1.0, |normal| normal.scale),
+            occlusion_texture: self.texture_use(occlusion_info.as_ref(), notes)?,
+            occlusion_strength: occlusion.map_or(1.0, |occlusion| occlusion.strength.0),
+        })
     }
 
     fn texture_use(
@@ -245,6 +310,34 @@ impl<'a> Materials<'a> {
             }
             (None, None) => Err("has neither a file nor data".into()),
         }
+    }
+}
+
+/// The extensions of a normal or an occlusion map, which the crate leaves undecoded.
+fn transformed(
+    others: &serde_json::Map<String, serde_json::Value>,
+) -> Option<gltf::json::extensions::texture::Info> {
+    serde_json::from_value(others.clone().into()).ok()
+}
+
+/// What KHR_materials_pbrSpecularGlossiness says of light: a dielectric, or a metal where nothing scatters.
+fn glossiness_part(value: &serde_json::Value) -> Physical {
+    let number =
+        |name: &str, default: f64| value.get(name).and_then(|v| v.as_f64()).unwrap_or(default);
+    let is_metal = value.get("diffuseTexture").is_none()
+        && value
+            .get("diffuseFactor")
+            .and_then(|v| v.as_array())
+            .is_some_and(|factors| {
+                factors
+                    .iter()
+                    .take(3)
+                    .all(|factor| factor.as_f64() == Some(0.0))
+            });
+    Physical {
+        metal: f32::from(u8::from(is_metal)),
+        roughness: 1.0 - number("glossinessFactor", 1.0) as f32,
+        ..Physical::default()
     }
 }
 

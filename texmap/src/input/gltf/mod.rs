@@ -64,7 +64,7 @@ pub(super) fn load(
         .collect();
     let world_from_nodes = nodes::world_from_nodes(root, &parent_from_nodes)?;
     let shown = nodes::shown(root, options.scene.as_ref())?;
-    let mut materials = Materials::new(root, &numbers, folder);
+    let mut materials = Materials::new(root, &numbers, folder, options.light_maps);
     let mut meshes = Meshes::default();
     for &node in &shown {
         let Some(index) = root.nodes[node].mesh else {

@@ -38,6 +38,7 @@ pub(super) fn mesh(
     let Placed {
         positions,
         normals,
+        tangents,
         mirrored,
     } = deform::placed(primitive, numbers, place, weights)?;
     let count = positions.len();
@@ -55,9 +56,19 @@ pub(super) fn mesh(
         uvs,
         colours,
         triangles,
+        tangents: if is_finite(&tangents) {
+            tangents
+        } else {
+            Vec::new()
+        },
         ..Mesh::default()
     };
     Ok(Some((mesh, positions)))
+}
+
+/// Tangents that are no numbers are made anew.
+fn is_finite(tangents: &[[f32; 4]]) -> bool {
+    tangents.iter().flatten().all(|number| number.is_finite())
 }
 
 /// The corners in the order of the file.

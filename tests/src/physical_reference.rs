@@ -1,0 +1,117 @@
+//! Light of surroundings on metal and roughness by brute force: the glTF 2.0 model summed over many directions, in f64.
+//!
+//! Specular light is summed over GGX half vectors with Smith's height-correlated shadowing and Schlick's Fresnel term, matt light
+//! over the cosine; light between facets and what is left for the matt layer follow from the same sums (Fdez-Agüera 2019). No
+//! light is blurred beforehand, and nothing is looked up in a table. Shares no formula with the renderer but the model.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec3;
+use texmap::scene::Surroundings;
+
+/// A surface that light falls on.
+#[derive(Clone, Copy, Debug)]
+pub struct Reflector {
+    /// Linear base colour.
+    pub base: DVec3,
+    /// 0 to 1.
+    pub metal: f64,
+    /// Perceptual roughness, above 0.
+    pub roughness: f64,
+}
+
+/// Surroundings with lamps, walls and colours, by a formula: `height` rows.
+pub fn lamps(height: usize) -> Surroundings {
+    let width = 2 * height;
+    let pixel = |at: usize| {
+        let (x, y) = (at % width, at / width);
+        let across = ((x as f64 + 0.5) / width as f64 - 0.5) * TAU;
+        let down = (y as f64 + 0.5) / height as f64 * PI;
+        let d = DVec3::new(
+            down.sin() * across.sin(),
+            down.cos(),
+            -down.sin() * across.cos(),
+        );
+        let lamp = |towards: DVec3, width: f64| {
+            let angle = d.dot(towards.normalize()).clamp(-1.0, 1.0).acos();
+            1.0 / (1.0 + (angle / width).powi(8))
+        };
+        let sky = DVec3::new(0.25, 0.3, 0.4) * (1.0 + 0.6 * d.y);
+        let light = sky
+            + DVec3::new(2.5, 2.4, 2.2) * lamp(DVec3::new(-0.5, 0.7, 0.8), 0.35)
+            + DVec3::new(0.6, 0.9, 1.6) * lamp(DVec3::new(0.9, 0.1, 0.3), 0.3)
+            + DVec3::new(1.2, 0.7, 0.4) * lamp(DVec3::new(0.2, -0.3, -1.0), 0.5);
+        light.as_vec3().to_array()
+    };
+    Surroundings {
+        width,
+        height,
+        rgb: (0..width * height).map(pixel).collect(),
+    }
+}
+
+/// Radiance from a direction of unit length, bilinear.
+pub fn radiance(from: &Surroundings, d: DVec3) -> DVec3 {
+    let (width, height) = (from.width as i64, from.height as i64);
+    let x = (d.x.atan2(-d.z) / TAU + 0.5) * width as f64 - 0.5;
+    let y = d.y.clamp(-1.0, 1.0).acos() / PI * height as f64 - 0.5;
+    let texel = |i: i64, j: i64| {
+        let at = j.clamp(0, height - 1) * width + i.rem_euclid(width);
+        DVec3::from(from.rgb[at as usize].map(f64::from))
+    };
+    let (i, j) = (x.floor() as i64, y.floor() as i64);
+    let (s, t) = (x - x.floor(), y - y.floor());
+    let row = |j: i64| texel(i, j) * (1.0 - s) + texel(i + 1, j) * s;
+    row(j) * (1.0 - t) + row(j + 1) * t
+}
+
+/// Light that a surface with a unit normal sends to the eye; `count` directions for each sum.
+pub fn reflected(
+    from: &Surroundings,
+    surface: &Reflector,
+    (normal, eye): (DVec3, DVec3),
+    count: usize,
+) -> DVec3 {
+    let (side, above) = normal.any_orthonormal_pair();
+    let world = |v: DVec3| side * v.x + above * v.y + normal * v.z;
+    let to_eye = normal.dot(eye).max(1e-3);
+    let f0 = DVec3::splat(0.04).lerp(surface.base, surface.metal);
+    let alpha = surface.roughness.powi(2);
+    let (mut specular, mut irradiance) = (DVec3::ZERO, DVec3::ZERO);
+    let (mut scale, mut offset) = (0.0, 0.0);
+    for k in 0..count {
+        let (u, v) = lattice(k, count);
+        let (sin, cos) = (TAU * v).sin_cos();
+        let matt = DVec3::new(u.sqrt() * cos, u.sqrt() * sin, (1.0 - u).sqrt());
+        irradiance += radiance(from, world(matt)) / count as f64;
+        let cosine2 = (1.0 - u) / (1.0 + (alpha * alpha - 1.0) * u);
+        let sine = (1.0 - cosine2).sqrt();
+        let half = world(DVec3::new(sine * cos, sine * sin, cosine2.sqrt()));
+        let to_half = half.dot(eye);
+        let light = half * (2.0 * to_half) - eye;
+        let to_light = normal.dot(light);
+        if to_light <= 0.0 || to_half <= 0.0 {
+            continue;
+        }
+        let smith = |a: f64, b: f64| a * (b * b * (1.0 - alpha * alpha) + alpha * alpha).sqrt();
+        let visible = 0.5 / (smith(to_light, to_eye) + smith(to_eye, to_light));
+        let weight = 4.0 * visible * to_light * to_half / cosine2.sqrt() / count as f64;
+        let fresnel = (1.0 - to_half).powi(5);
+        scale += weight * (1.0 - fresnel);
+        offset += weight * fresnel;
+        let share = f0 * (1.0 - fresnel) + DVec3::splat(fresnel);
+        specular += share * weight * radiance(from, light);
+    }
+    let lost = 1.0 - scale - offset;
+    let once = f0 * scale + DVec3::splat(offset);
+    let average = f0 + (DVec3::ONE - f0) / 21.0;
+    let often = once * average * lost / (DVec3::ONE - average * lost);
+    let matt = surface.base * (1.0 - surface.metal) * (DVec3::ONE - once - often);
+    specular + (often + matt) * irradiance
+}
+
+/// Fills the unit square evenly.
+fn lattice(k: usize, count: usize) -> (f64, f64) {
+    let golden = 0.618_033_988_749_894_9;
+    ((k as f64 + 0.5) / count as f64, (k as f64 * golden).fract())
+}

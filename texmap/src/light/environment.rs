@@ -1,0 +1,289 @@
+//! The light around the scene, prepared for look-ups: as it is, and blurred by each roughness.
+//!
+//! Takes a formula or an equirectangular picture; gives octahedral maps of radiance, one for each of [`LEVELS`] roughnesses,
+//! each seen through the GGX lobe of a surface that is looked at along its normal (Karis 2013); the irradiance of matt
+//! surfaces in nine spherical harmonics (Ramamoorthi and Hanrahan 2001); and the table of reflectance. A lobe's mean is
+//! taken from copies of the map that are as coarse as its samples are apart (Křivánek and Colbert 2008).
+//!
+//! Limits: a lobe does not stretch at grazing angles; light comes from infinitely far away and nothing shadows it.
+
+use glam::{Quat, Vec3, Vec4};
+use rayon::prelude::*;
+
+use super::octahedron::{direction_of_texel, folded, square_from_direction};
+use super::reflectance::{Reflectance, half_vector, visibility};
+use super::studio;
+use crate::scene::Surroundings;
+
+/// Roughnesses for which radiance is kept: 0, 1/12, ..., 1.
+pub(crate) const LEVELS: usize = 13;
+
+/// Texels along the sides of the maps: a lobe spans a few texels of its own.
+const SIDES: [usize; LEVELS] = [256, 256, 128, 128, 64, 64, 32, 32, 32, 32, 32, 32, 32];
+
+/// Samples of a lobe: narrow lobes are covered by few.
+const SAMPLES: [usize; LEVELS] = [0, 24, 64, 96, 128, 128, 128, 128, 128, 128, 128, 128, 128];
+
+/// Texels along the side of the sharpest map of a picture: finer than a screen shows of a mirrored room.
+const PICTURE_SIDE: usize = 512;
+
+/// The light around the scene.
+#[derive(Clone, Debug)]
+pub(crate) struct Environment {
+    /// By roughness, the smoothest first.
+    pub(crate) levels: Vec<Map>,
+    /// Irradiance over pi of a surface with normal (x, y, z) is the sum of these times 1, x, y, z, xy, yz, zx,
+    /// 3 y^2 - 1, z^2 - x^2.
+    pub(crate) irradiance: [Vec3; 9],
+    pub(crate) reflectance: Reflectance,
+}
+
+/// Radiance on the octahedral square, with a border of one texel.
+#[derive(Clone, Debug)]
+pub(crate) struct Map {
+    /// Texels along a side, without the border.
+    pub(crate) side: usize,
+    /// Rows of `side` + 2 texels.
+    pub(crate) texels: Vec<Vec4>,
+}
+
+impl Environment {
+    /// The built-in studio, or the surroundings of a picture, turned about +y by an angle in radians.
+    pub(crate) fn new(picture: Option<&Surroundings>, turn_rad: f32) -> Self {
+        let turn = Quat::from_rotation_y(-turn_rad);
+        let sharp = match picture {
+            None => Map::new(SIDES[0], |d| studio::radiance(turn * d)),
+            Some(picture) => {
+                // As many looks at the picture as it has pixels in a texel.
+                let side = (2 * picture.height.next_power_of_two()).clamp(64, PICTURE_SIDE);
+                let looks = picture.height.div_ceil(side).clamp(2, 8);
+                Map::fine(side, looks, |d| seen(picture, turn * d))
+            }
+        };
+        let mut coarser = vec![sharp];
+        while let Some(next) = coarser.last().filter(|map| map.side > 4).map(Map::halved) {
+            coarser.push(next);
+        }
+        let irradiance = irradiance(
+            coarser
+                .iter()
+                .find(|map| map.side <= 64)
+                .unwrap_or(&coarser[0]),
+        );
+        let mut levels: Vec<Map> = (1..LEVELS).map(|level| blurred(&coarser, level)).collect();
+        levels.insert(0, coarser.swap_remove(0));
+        Self {
+            levels,
+            irradiance,
+            reflectance: Reflectance::new(),
+        }
+    }
+}
+
+impl Map {
+    /// A map with the given radiance at texels' centres.
+    fn new(side: usize, radiance: impl Fn(Vec3) -> Vec3 + Sync) -> Self {
+        let stride = side + 2;
+        let texel = |at: usize| {
+            let inside = folded([at % stride, at / stride].map(|k| k as isize - 1), side);
+            radiance(direction_of_texel(inside, side).normalize()).extend(0.0)
+        };
+        let texels = (0..stride * stride).into_par_iter().map(texel).collect();
+        Self { side, texels }
+    }
+
+    /// As [`Map::new`], with the mean of `looks` times `looks` places in each texel.
+    fn fine(side: usize, looks: usize, radiance: impl Fn(Vec3) -> Vec3 + Sync) -> Self {
+        Self::new(side, |middle| {
+            let [x, y] = square_from_direction(middle);
+            let step = 2.0 / (side * looks) as f32;
+            let place = |at: f32, k: usize| at + (k as f32 + 0.5 - 0.5 * looks as f32) * step;
+            let mut sum = Vec3::ZERO;
+            for k in 0..looks * looks {
+                let at = [place(x, k % looks), place(y, k / looks)];
+                sum += radiance(super::octahedron::direction_from_square(at).normalize());
+            }
+            sum / (looks * looks) as f32
+        })
+    }
+
+    /// The mean of two by two texels.
+    fn halved(&self) -> Self {
+        let stride = self.side + 2;
+        let side = self.side / 2;
+        let texel = |[x, y]: [usize; 2]| {
+            let first = (2 * y + 1) * stride + 2 * x + 1;
+            let rows = [first, first + stride];
+            rows.iter()
+                .map(|&at| self.texels[at] + self.texels[at + 1])
+                .sum::<Vec4>()
+                * 0.25
+        };
+        let all = 0..(side + 2) * (side + 2);
+        let texels = all.map(|at| {
+            let place = [at % (side + 2), at / (side + 2)].map(|k| k as isize - 1);
+            texel(folded(place, side))
+        });
+        Self {
+            side,
+            texels: texels.collect(),
+        }
+    }
+
+    /// The mix of the four texels around a direction.
+    pub(crate) fn at(&self, direction: Vec3) -> Vec4 {
+        let [x, y] =
+            square_from_direction(direction).map(|at| (at * 0.5 + 0.5) * self.side as f32 + 0.5);
+        let last = self.side as f32;
+        let (x0, y0) = (x.floor().clamp(0.0, last), y.floor().clamp(0.0, last));
+        let first = y0 as usize * (self.side + 2) + x0 as usize;
+        let row = |at: usize| self.texels[at].lerp(self.texels[at + 1], x - x0);
+        row(first).lerp(row(first + self.side + 2), y - y0)
+    }
+}
+
+/// The radiance that a lobe of a level's roughness sees, for every direction.
+fn blurred(maps: &[Map], level: usize) -> Map {
+    let roughness = level as f32 / (LEVELS - 1) as f32;
+    let alpha = roughness * roughness;
+    let count = SAMPLES[level];
+    // Solid angle of a texel of the sharpest map, on the mean.
+    let texel = 4.0 * std::f32::consts::PI / (maps[0].side * maps[0].side) as f32;
+    let mut lobe = Vec::new();
+    for k in 0..count {
+        let half = half_vector(k, count, alpha);
+        let light = 2.0 * half.z * half - Vec3::Z;
+        if light.z <= 0.0 {
+            continue;
+        }
+        let spread = 1.0 + half.z * half.z * (alpha * alpha - 1.0);
+        let density = alpha * alpha / (4.0 * std::f32::consts::PI * spread * spread);
+        let apart = 1.0 / (count as f32 * density);
+        // What reaches the eye along the normal, over the density.
+        let weight = 4.0 * visibility(light.z, 1.0, alpha) * light.z;
+        lobe.push((light, weight, 0.5 * (apart / texel).log2()));
+    }
+    Map::new(SIDES[level], |normal| {
+        let (side, above) = normal.any_orthonormal_pair();
+        let (mut sum, mut whole) = (Vec4::ZERO, 0.0);
+        for &(light, weight, lod) in &lobe {
+            let direction = light.x * side + light.y * above + light.z * normal;
+            let lod = lod.clamp(0.0, (maps.len() - 1) as f32);
+            let (first, share) = (lod as usize, lod.fract());
+            let mut radiance = maps[first].at(direction);
+            if share > 0.0 {
+                radiance = radiance.lerp(maps[first + 1].at(direction), share);
+            }
+            sum += radiance * weight;
+            whole += weight;
+        }
+        (sum / whole).truncate()
+    })
+}
+
+/// See [`Environment::irradiance`]: the nine products with the cosine's own harmonics.
+fn irradiance(map: &Map) -> [Vec3; 9] {
+    let mut sums = [Vec3::ZERO; 9];
+    let mut whole = 0.0;
+    for at in 0..map.side * map.side {
+        let [x, y] = [at % map.side, at / map.side];
+        let place = direction_of_texel([x, y], map.side);
+        // The square's area over the sphere's there.
+        let solid = place.length().powi(-3);
+        let direction = place.normalize();
+        let radiance = map.texels[(y + 1) * (map.side + 2) + x + 1].truncate();
+        whole += solid;
+        for (sum, basis) in sums.iter_mut().zip(basis(direction)) {
+            *sum += radiance * (solid * basis);
+        }
+    }
+    // Of the mean over the sphere: 1 / (mean of the basis' square) and the cosine's factors 1, 2/3, 1/4.
+    const FACTORS: [f32; 9] = [
+        1.0,
+        3.0 * 2.0 / 3.0,
+        3.0 * 2.0 / 3.0,
+        3.0 * 2.0 / 3.0,
+        15.0 / 4.0,
+        15.0 / 4.0,
+        15.0 / 4.0,
+        1.25 / 4.0,
+        3.75 / 4.0,
+    ];
+    let mut scaled = sums;
+    for (sum, factor) in scaled.iter_mut().zip(FACTORS) {
+        *sum *= factor / whole;
+    }
+    scaled
+}
+
+fn basis(d: Vec3) -> [f32; 9] {
+    [
+        1.0,
+        d.x,
+        d.y,
+        d.z,
+        d.x * d.y,
+        d.y * d.z,
+        d.z * d.x,
+        3.0 * d.y * d.y - 1.0,
+        d.z * d.z - d.x * d.x,
+    ]
+}
+
+/// Radiance of the picture in a direction of unit length, bilinear.
+fn seen(picture: &Surroundings, d: Vec3) -> Vec3 {
+    let (width, height) = (picture.width as isize, picture.height as isize);
+    let across = (d.x.atan2(-d.z) / std::f32::consts::TAU + 0.5) * width as f32 - 0.5;
+    let down = d.y.clamp(-1.0, 1.0).acos() / std::f32::consts::PI * height as f32 - 0.5;
+    let (x0, y0) = (across.floor(), down.floor());
+    let texel = |x: isize, y: isize| {
+        let row = y.clamp(0, height - 1);
+        Vec3::from(picture.rgb[(row * width + x.rem_euclid(width)) as usize])
+    };
+    let (x, y) = (x0 as isize, y0 as isize);
+    let row = |y: isize| texel(x, y).lerp(texel(x + 1, y), across - x0);
+    row(y).lerp(row(y + 1), down - y0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn even_light_stays_even() {
+        let white = Surroundings {
+            width: 8,
+            height: 4,
+            rgb: vec![[2.0; 3]; 32],
+        };
+        let environment = Environment::new(Some(&white), 0.3);
+        for map in &environment.levels {
+            let worst = |texel: &Vec4| (texel.truncate() - Vec3::splat(2.0)).abs().max_element();
+            assert!(map.texels.iter().map(worst).fold(0.0, f32::max) < 1e-4);
+        }
+        let [first, rest @ ..] = environment.irradiance;
+        assert!(
+            (first - Vec3::splat(2.0)).abs().max_element() < 1e-5,
+            "{first}"
+        );
+        assert!(
+            rest.iter().all(|part| part.abs().max_element() < 2e-3),
+            "{rest:?}"
+        );
+    }
+
+    #[test]
+    fn the_middle_of_a_picture_lies_ahead_and_its_right_to_the_right() {
+        let mut rgb = vec![[0.0; 3]; 64 * 32];
+        rgb[16 * 64 + 32] = [1.0; 3];
+        rgb[16 * 64 + 48] = [0.5; 3];
+        let picture = Surroundings {
+            width: 64,
+            height: 32,
+            rgb,
+        };
+        assert!(seen(&picture, -Vec3::Z).x > 0.2);
+        assert!(seen(&picture, Vec3::X).x > 0.1);
+        assert_eq!(seen(&picture, Vec3::Z), Vec3::ZERO);
+    }
+}

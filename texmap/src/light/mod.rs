@@ -1,0 +1,10 @@
+//! Light from all around: the environment, and what a surface of metal and roughness reflects of it.
+
+mod environment;
+mod octahedron;
+pub(crate) mod physical;
+mod reflectance;
+mod studio;
+pub(crate) mod tangents;
+
+pub(crate) use environment::Environment;

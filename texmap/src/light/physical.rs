@@ -1,0 +1,327 @@
+//! What metal and roughness make of the light around the scene, sixteen places at a time.
+//!
+//! The model of glTF 2.0, appendix B: a matt layer below GGX, or a metal. Light of the environment is split: radiance blurred
+//! by the lobe, times the reflectance of even light (Karis 2013), with the light that bounces more than once between
+//! facets, and what is left for the matt layer, after Fdez-Agüera (2019). What a footprint covers counts by its variances:
+//! that of normals widens the lobe (Tokuyoshi and Kaplanyan 2019; Toksvig 2005), and roughnesses far apart are two lobes.
+//!
+//! Takes [`Inputs`]; gives reflected light, linear.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{f32x4, f32x16};
+use fearless_simd_macros::simd;
+use glam::Vec4;
+
+use super::environment::{Environment, LEVELS, Map};
+use super::reflectance;
+use crate::lanes::{LANES, Lanes, ROW};
+
+/// What a dielectric reflects at normal incidence: an index of refraction of 1.5.
+const DIELECTRIC: f32 = 0.04;
+
+/// Variance of roughness from which on it is two lobes: below, they differ by less than a level of the environment.
+const TWO_LOBES: f32 = 0.0016;
+
+/// The smallest cosine between normal and eye: a normal map may turn a surface away.
+const LEAST_COSINE: f32 = 1e-3;
+
+/// Surfaces as light meets them.
+pub(crate) struct Inputs {
+    /// Of length 1, in the world.
+    pub(crate) normal: [Lanes; 3],
+    /// Towards the eye, of length 1.
+    pub(crate) eye: [Lanes; 3],
+    /// Base colour, straight.
+    pub(crate) base: [Lanes; 3],
+    pub(crate) metal: Lanes,
+    /// Perceptual roughness: mean and variance.
+    pub(crate) roughness: Lanes,
+    pub(crate) roughness_variance: Lanes,
+    /// Share of light that arrives.
+    pub(crate) open: Lanes,
+    /// Mean square of the distance of normals from their mean.
+    pub(crate) variance: Lanes,
+}
+
+impl Default for Inputs {
+    fn default() -> Self {
+        Self {
+            normal: [[0.0; ROW]; 3],
+            eye: [[0.0; ROW]; 3],
+            base: [[0.0; ROW]; 3],
+            metal: [0.0; ROW],
+            roughness: [0.0; ROW],
+            roughness_variance: [0.0; ROW],
+            open: [1.0; ROW],
+            variance: [0.0; ROW],
+        }
+    }
+}
+
+/// Reflects light at the first `count` places from `first` on, at most a vector of them.
+#[simd]
+pub(crate) fn reflect<S: Simd>(
+    simd: S,
+    environment: &Environment,
+    inputs: &Inputs,
+    (first, count): (usize, usize),
+    out: &mut [Vec4; LANES],
+) {
+    let splat = |x: f32| f32x16::splat(simd, x);
+    let load = |lanes: &Lanes| f32x16::from_slice(simd, &lanes[first..first + LANES]);
+    let (zero, one) = (splat(0.0), splat(1.0));
+    let [nx, ny, nz] = [
+        load(&inputs.normal[0]),
+        load(&inputs.normal[1]),
+        load(&inputs.normal[2]),
+    ];
+    let [vx, vy, vz] = [
+        load(&inputs.eye[0]),
+        load(&inputs.eye[1]),
+        load(&inputs.eye[2]),
+    ];
+    let cosine = nx * vx + ny * vy + nz * vz;
+    let twice = cosine + cosine;
+    let mirrored = [nx * twice - vx, ny * twice - vy, nz * twice - vz];
+    let cosine = cosine.max(splat(LEAST_COSINE)).min(one);
+    let variance = load(&inputs.variance);
+    let mean = load(&inputs.roughness);
+    let spread2 = load(&inputs.roughness_variance);
+    let apart = spread2.simd_gt(splat(TWO_LOBES));
+    let spread = apart.select(spread2.max(zero).sqrt(), zero);
+    let lobes = if apart.any_true() { 2 } else { 1 };
+    let (dielectric, metal) = (splat(DIELECTRIC), load(&inputs.metal));
+    let base = [
+        load(&inputs.base[0]),
+        load(&inputs.base[1]),
+        load(&inputs.base[2]),
+    ];
+    let mut even = [zero; 3];
+    let mut mirror = [zero; 3];
+    let mut reflectance = [zero; 2];
+    for lobe in 0..lobes {
+        let side = if lobe == 0 { spread } else { zero - spread };
+        let rough = (mean + side).max(zero).min(one);
+        let widened = widened(simd, environment, (rough, variance), count);
+        let mut even = Even::default();
+        even.look(simd, environment, (widened, cosine), count);
+        let scale = f32x16::from_slice(simd, &even.scale);
+        let offset = f32x16::from_slice(simd, &even.offset);
+        let turn = f32x16::from_slice(simd, &even.turn);
+        let towards = [
+            nx + (mirrored[0] - nx) * turn,
+            ny + (mirrored[1] - ny) * turn,
+            nz + (mirrored[2] - nz) * turn,
+        ];
+        let lobe = f32x16::from_slice(simd, &even.lobe);
+        let at = Looks::new(simd, &towards, lobe);
+        let mut seen = [[0.0; LANES]; 3];
+        look_around(simd, environment, &at, count, &mut seen);
+        reflectance[0] += scale;
+        reflectance[1] += offset;
+        for k in 0..3 {
+            let f0 = dielectric + (base[k] - dielectric) * metal;
+            let radiance = f32x16::from_slice(simd, &seen[k]);
+            mirror[k] += (f0 * scale + offset) * radiance;
+        }
+    }
+    let share = splat(1.0 / lobes as f32);
+    let (scale, offset) = (reflectance[0] * share, reflectance[1] * share);
+    irradiance(simd, environment, [nx, ny, nz], variance, &mut even);
+    let bounced = one - (scale + offset);
+    let open = load(&inputs.open);
+    let mut rgb = [[0.0; LANES]; 3];
+    for k in 0..3 {
+        let f0 = dielectric + (base[k] - dielectric) * metal;
+        let once = f0 * scale + offset;
+        let average = f0 + (one - f0) * splat(1.0 / 21.0);
+        let often = once * average * bounced / (one - average * bounced);
+        let matt = base[k] * (one - metal) * (one - once - often).max(zero);
+        let sum = mirror[k] * share + (often + matt) * even[k];
+        (sum * open).store_slice(&mut rgb[k]);
+    }
+    for lane in 0..count {
+        out[lane] = Vec4::new(rgb[0][lane], rgb[1][lane], rgb[2][lane], 0.0);
+    }
+}
+
+/// Irradiance over pi; normals that vary see less of its change.
+#[inline(always)]
+fn irradiance<S: Simd>(
+    simd: S,
+    environment: &Environment,
+    [x, y, z]: [f32x16<S>; 3],
+    variance: f32x16<S>,
+    out: &mut [f32x16<S>; 3],
+) {
+    let splat = |v: f32| f32x16::splat(simd, v);
+    let (zero, one) = (splat(0.0), splat(1.0));
+    let first = (one - splat(0.5) * variance).max(zero);
+    let second = (one - splat(1.5) * variance).max(zero);
+    let basis = [
+        one,
+        x * first,
+        y * first,
+        z * first,
+        x * y * second,
+        y * z * second,
+        z * x * second,
+        (splat(3.0) * y * y - one) * second,
+        (z * z - x * x) * second,
+    ];
+    for (part, light) in basis.iter().zip(&environment.irradiance) {
+        let [r, g, b] = light.to_array();
+        out[0] = part.mul_add(splat(r), out[0]);
+        out[1] = part.mul_add(splat(g), out[1]);
+        out[2] = part.mul_add(splat(b), out[2]);
+    }
+    for sum in out {
+        *sum = sum.max(zero);
+    }
+}
+
+/// Where to look.
+struct Looks {
+    /// On the octahedral square, 0..=1.
+    x: [f32; LANES],
+    y: [f32; LANES],
+    /// Level of roughness.
+    level: [f32; LANES],
+}
+
+impl Looks {
+    #[inline(always)]
+    fn new<S: Simd>(simd: S, [dx, dy, dz]: &[f32x16<S>; 3], roughness: f32x16<S>) -> Self {
+        let splat = |v: f32| f32x16::splat(simd, v);
+        let (zero, one, half) = (splat(0.0), splat(1.0), splat(0.5));
+        let size = one / (dx.abs() + dy.abs() + dz.abs());
+        let (x, z) = (*dx * size, *dz * size);
+        let (x_side, z_side) = (
+            x.simd_ge(zero).select(one, splat(-1.0)),
+            z.simd_ge(zero).select(one, splat(-1.0)),
+        );
+        let upper = dy.simd_ge(zero);
+        let across = upper.select(x, (one - z.abs()) * x_side);
+        let down = upper.select(z, (one - x.abs()) * z_side);
+        let mut looks = Self {
+            x: [0.0; LANES],
+            y: [0.0; LANES],
+            level: [0.0; LANES],
+        };
+        (across * half + half).store_slice(&mut looks.x);
+        (down * half + half).store_slice(&mut looks.y);
+        (roughness * splat((LEVELS - 1) as f32)).store_slice(&mut looks.level);
+        looks
+    }
+}
+
+/// Roughness where normals vary.
+#[inline(always)]
+fn widened<S: Simd>(
+    simd: S,
+    environment: &Environment,
+    (roughness, variance): (f32x16<S>, f32x16<S>),
+    count: usize,
+) -> f32x16<S> {
+    let (mut out, mut by) = ([0.0; LANES], [0.0; LANES]);
+    roughness.store_slice(&mut out);
+    variance.store_slice(&mut by);
+    for (roughness, variance) in out.iter_mut().zip(by).take(count) {
+        *roughness = environment.reflectance.widened(*roughness, variance);
+    }
+    f32x16::from_slice(simd, &out)
+}
+
+/// What a surface makes of even light; see [`reflectance::Reflectance`].
+#[derive(Default)]
+struct Even {
+    scale: [f32; LANES],
+    offset: [f32; LANES],
+    turn: [f32; LANES],
+    lobe: [f32; LANES],
+}
+
+impl Even {
+    #[inline(always)]
+    fn look<S: Simd>(
+        &mut self,
+        simd: S,
+        environment: &Environment,
+        (roughness, cosine): (f32x16<S>, f32x16<S>),
+        count: usize,
+    ) {
+        let last = f32x16::splat(simd, (reflectance::SIDE - 1) as f32);
+        let (mut columns, mut rows) = ([0.0; LANES], [0.0; LANES]);
+        (cosine * last).store_slice(&mut columns);
+        (roughness * last).store_slice(&mut rows);
+        for lane in 0..count {
+            let last = reflectance::SIDE - 2;
+            let column = (columns[lane] as usize).min(last);
+            let row = (rows[lane] as usize).min(last);
+            let share = [columns[lane] - column as f32, rows[lane] - row as f32];
+            let place = row * reflectance::SIDE + column;
+            let table = &environment.reflectance.table;
+            let even = four(simd, table, (place, reflectance::SIDE), share);
+            self.scale[lane] = even[0];
+            self.offset[lane] = even[1];
+            self.turn[lane] = even[2];
+            self.lobe[lane] = even[3];
+        }
+    }
+}
+
+/// The radiance of the environment.
+#[inline(always)]
+fn look_around<S: Simd>(
+    simd: S,
+    environment: &Environment,
+    at: &Looks,
+    count: usize,
+    out: &mut [[f32; LANES]; 3],
+) {
+    for (lane, &level) in at.level.iter().enumerate().take(count) {
+        let first = (level as usize).min(LEVELS - 2);
+        let share = level - first as f32;
+        let place = [at.x[lane], at.y[lane]];
+        let fine = in_map(simd, &environment.levels[first], place);
+        let coarse = in_map(simd, &environment.levels[first + 1], place);
+        let radiance = (coarse - fine).mul_add(f32x4::splat(simd, share), fine);
+        out[0][lane] = radiance[0];
+        out[1][lane] = radiance[1];
+        out[2][lane] = radiance[2];
+    }
+}
+
+#[inline(always)]
+fn in_map<S: Simd>(simd: S, map: &Map, place: [f32; 2]) -> f32x4<S> {
+    let side = map.side as f32;
+    let (x, y) = (place[0] * side + 0.5, place[1] * side + 0.5);
+    // A place that is no number is at the corner.
+    let (column, row) = ((x as usize).min(map.side), (y as usize).min(map.side));
+    let stride = map.side + 2;
+    four(
+        simd,
+        &map.texels,
+        (row * stride + column, stride),
+        [x - column as f32, y - row as f32],
+    )
+}
+
+/// The mix of two by two texels.
+#[inline(always)]
+fn four<S: Simd>(
+    simd: S,
+    texels: &[Vec4],
+    (place, stride): (usize, usize),
+    [right, lower]: [f32; 2],
+) -> f32x4<S> {
+    let (top, low) = (
+        &texels[place..place + 2],
+        &texels[place + stride..place + stride + 2],
+    );
+    let texel = |texel: &Vec4| f32x4::simd_from(simd, texel.to_array());
+    let down = f32x4::splat(simd, lower);
+    let left_side = (texel(&low[0]) - texel(&top[0])).mul_add(down, texel(&top[0]));
+    let right_side = (texel(&low[1]) - texel(&top[1])).mul_add(down, texel(&top[1]));
+    (right_side - left_side).mul_add(f32x4::splat(simd, right), left_side)
+}
