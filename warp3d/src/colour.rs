@@ -12,12 +12,12 @@ mod rim;
 mod samples;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x4, f32x8, f64x8};
+use fearless_simd::{f32x4, f32x8, f32x16, f64x8};
 use fearless_simd_macros::simd;
 use glam::{DMat2, DVec2};
 use resample_core::point::PIXEL_SIGMA_PX;
 
-use cubic::Axis;
+use cubic::{Axis, across};
 pub(crate) use cubic::{EightWeights, Weights};
 pub(crate) use samples::Colours;
 
@@ -239,19 +239,14 @@ impl Lookup<'_> {
                 count += 2;
             }
         }
-        let mut sum = f32x4::splat(simd, 0.0);
-        let found = self.eight_cubics(simd, &points, count);
-        for (value, weight) in found.iter().zip(weights).take(count) {
-            sum = value.mul_add(f32x4::splat(simd, weight), sum);
-        }
-        sum
+        self.cubics(simd, &points, &weights[..count])
     }
 
-    /// The cubic reconstruction at the first `count` of eight places.
+    /// The weighted sum of the cubic reconstructions at the first of eight places.
     #[inline(always)]
-    fn eight_cubics<S: Simd>(&self, simd: S, points: &[DVec2; 8], count: usize) -> [f32x4<S>; 8] {
+    fn cubics<S: Simd>(&self, simd: S, points: &[DVec2; 8], weights: &[f32]) -> f32x4<S> {
         let width = self.surfaces.size[0];
-        let (mut weights, mut bases) = ([[[0.0f32; 8]; 4]; 2], [[0.0f64; 8]; 2]);
+        let (mut splines, mut bases) = ([[[0.0f32; 8]; 4]; 2], [[0.0f64; 8]; 2]);
         for axis in 0..2 {
             let mut at = [0.0; 8];
             for (at, point) in at.iter_mut().zip(points) {
@@ -262,29 +257,36 @@ impl Lookup<'_> {
             let past = narrow(corner - base).max(f32x8::splat(simd, 0.0));
             base.store_slice(&mut bases[axis]);
             let spline = EightWeights::new(simd, past);
-            for (value, to) in spline.value.iter().zip(&mut weights[axis]) {
+            for (value, to) in spline.value.iter().zip(&mut splines[axis]) {
                 value.store_slice(to);
             }
         }
-        let mut out = [f32x4::splat(simd, 0.0); 8];
-        for k in 0..count {
+        // Places with no cut around are summed by columns, and the columns once.
+        let (mut columns, mut sum) = (f32x16::splat(simd, 0.0), f32x4::splat(simd, 0.0));
+        for (k, &weight) in weights.iter().enumerate() {
             let mut axes = [[0.0; 4]; 2];
             for axis in 0..2 {
                 for j in 0..4 {
-                    axes[axis][j] = weights[axis][j][k];
+                    axes[axis][j] = splines[axis][j][k];
                 }
             }
-            let weights = Weights { axes, turned: None };
             let base = DVec2::new(bases[0][k], bases[1][k]);
-            out[k] = match self.clear_at(base) {
+            match self.clear_at(base) {
                 Some(index) => {
+                    for value in &mut axes[1] {
+                        *value *= weight;
+                    }
+                    let weights = Weights { axes, turned: None };
                     let samples = &self.colours.coefficients;
-                    weights.sum(simd, samples, index - width - 1, width)
+                    columns += weights.columns(simd, samples, index - width - 1, width);
                 }
-                None => self.cubic_at_rim(simd, base, axes),
-            };
+                None => {
+                    let value = self.cubic_at_rim(simd, base, axes);
+                    sum = value.mul_add(f32x4::splat(simd, weight), sum);
+                }
+            }
         }
-        out
+        sum + across(columns)
     }
 
     /// The cubic reconstruction at a place.
