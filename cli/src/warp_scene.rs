@@ -85,11 +85,21 @@ pub(crate) fn camera(args: &Warp3dArgs) -> Result<FileCamera> {
     Ok(described(&first, args)?.from)
 }
 
-/// The sizes of all pictures, px, from their headers alone.
+/// The sizes of all references, px, from the headers of their pictures alone: a panorama is six.
 pub(crate) fn sizes(args: &Warp3dArgs) -> Result<Vec<[u32; 2]>> {
-    let mut sizes = vec![colour::size(&Part::from_text(&args.colour))?];
+    let mut sizes = Vec::new();
+    let mut include = |colour: &str, camera: Option<&Viewpoint>| -> Result<()> {
+        let size = colour::size(&Part::from_text(colour))?;
+        match camera {
+            Some(Viewpoint::Equirectangular) => sizes.extend(input::face_sizes(size)),
+            _ => sizes.push(size),
+        }
+        Ok(())
+    };
+    include(&args.colour, args.cameras.from.as_ref())?;
     for typed in further(args) {
-        sizes.push(colour::size(&Part::from_text(typed?.colour))?);
+        let typed = typed?;
+        include(typed.colour, typed.camera.as_ref())?;
     }
     Ok(sizes)
 }

@@ -9,17 +9,20 @@
 mod area;
 mod cubic;
 mod rim;
+mod samples;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x4, f32x8, f64x8};
+use fearless_simd::{f32x4, f32x8, f32x16, f64x8};
 use fearless_simd_macros::simd;
 use glam::{DMat2, DVec2};
 use resample_core::point::PIXEL_SIGMA_PX;
 
-use cubic::Axis;
+use cubic::{Axis, across};
 pub(crate) use cubic::{EightWeights, Weights};
+pub(crate) use samples::Colours;
 
 use crate::Reference;
+use crate::keys::weights;
 use crate::patch::{Hit, Patch};
 use crate::raster::narrow;
 use crate::surface::Surfaces;
@@ -38,20 +41,13 @@ pub(crate) const LEAST_VARIANCE: f64 = 2e-5;
 /// Largest sigma along an axis of a footprint, reference px: bounds the cost where a surface is seen nearly edge-on.
 const MAX_SIGMA_PX: f64 = 32.0;
 
-/// What colours are looked up in.
-#[derive(Clone, Debug)]
-pub(crate) struct Colours {
-    /// Linear red, green, blue, and one unused value, so that a sample is one vector.
-    pub(crate) samples: Vec<[f32; 4]>,
-    /// Coefficients of the cubic spline through them.
-    pub(crate) coefficients: Vec<[f32; 4]>,
-}
-
 /// A lookup: where, on which plane, on which surfaces.
 #[derive(Clone, Copy)]
 pub(crate) struct Lookup<'a> {
     /// The samples' colours.
     pub(crate) colours: &'a Colours,
+    /// The colours of the reference.
+    pub(crate) taken: &'a [[f32; 3]],
     /// Their surfaces.
     pub(crate) surfaces: &'a Surfaces,
     /// The plane on which samples count.
@@ -243,19 +239,14 @@ impl Lookup<'_> {
                 count += 2;
             }
         }
-        let mut sum = f32x4::splat(simd, 0.0);
-        let found = self.eight_cubics(simd, &points, count);
-        for (value, weight) in found.iter().zip(weights).take(count) {
-            sum = value.mul_add(f32x4::splat(simd, weight), sum);
-        }
-        sum
+        self.cubics(simd, &points, &weights[..count])
     }
 
-    /// The cubic reconstruction at the first `count` of eight places.
+    /// The weighted sum of the cubic reconstructions at the first of eight places.
     #[inline(always)]
-    fn eight_cubics<S: Simd>(&self, simd: S, points: &[DVec2; 8], count: usize) -> [f32x4<S>; 8] {
+    fn cubics<S: Simd>(&self, simd: S, points: &[DVec2; 8], weights: &[f32]) -> f32x4<S> {
         let width = self.surfaces.size[0];
-        let (mut weights, mut bases) = ([[[0.0f32; 8]; 4]; 2], [[0.0f64; 8]; 2]);
+        let (mut splines, mut bases) = ([[[0.0f32; 8]; 4]; 2], [[0.0f64; 8]; 2]);
         for axis in 0..2 {
             let mut at = [0.0; 8];
             for (at, point) in at.iter_mut().zip(points) {
@@ -266,29 +257,36 @@ impl Lookup<'_> {
             let past = narrow(corner - base).max(f32x8::splat(simd, 0.0));
             base.store_slice(&mut bases[axis]);
             let spline = EightWeights::new(simd, past);
-            for (value, to) in spline.value.iter().zip(&mut weights[axis]) {
+            for (value, to) in spline.value.iter().zip(&mut splines[axis]) {
                 value.store_slice(to);
             }
         }
-        let mut out = [f32x4::splat(simd, 0.0); 8];
-        for k in 0..count {
+        // Places with no cut around are summed by columns, and the columns once.
+        let (mut columns, mut sum) = (f32x16::splat(simd, 0.0), f32x4::splat(simd, 0.0));
+        for (k, &weight) in weights.iter().enumerate() {
             let mut axes = [[0.0; 4]; 2];
             for axis in 0..2 {
                 for j in 0..4 {
-                    axes[axis][j] = weights[axis][j][k];
+                    axes[axis][j] = splines[axis][j][k];
                 }
             }
-            let weights = Weights { axes, turned: None };
             let base = DVec2::new(bases[0][k], bases[1][k]);
-            out[k] = match self.clear_at(base) {
+            match self.clear_at(base) {
                 Some(index) => {
+                    for value in &mut axes[1] {
+                        *value *= weight;
+                    }
+                    let weights = Weights { axes, turned: None };
                     let samples = &self.colours.coefficients;
-                    weights.sum(simd, samples, index - width - 1, width)
+                    columns += weights.columns(simd, samples, index - width - 1, width);
                 }
-                None => self.cubic_at_rim(simd, base, axes),
-            };
+                None => {
+                    let value = self.cubic_at_rim(simd, base, axes);
+                    sum = value.mul_add(f32x4::splat(simd, weight), sum);
+                }
+            }
         }
-        out
+        sum + across(columns)
     }
 
     /// The cubic reconstruction at a place.
@@ -353,7 +351,7 @@ impl Lookup<'_> {
 pub(crate) fn as_taken(reference: &Reference, pos_in_reference: DVec2) -> [f32; 3] {
     let corner = pos_in_reference - 0.5;
     let base = corner.floor();
-    let (wx, wy) = (keys(corner.x - base.x), keys(corner.y - base.y));
+    let (wx, wy) = (weights(corner.x - base.x), weights(corner.y - base.y));
     let size = [reference.camera.width, reference.camera.height].map(i64::from);
     let mut sum = [0.0; 3];
     for (dy, wy) in (-1..).zip(wy) {
@@ -365,18 +363,6 @@ pub(crate) fn as_taken(reference: &Reference, pos_in_reference: DVec2) -> [f32; 
         }
     }
     sum.map(|v| v.max(0.0))
-}
-
-/// Weights of four samples around a place `t` past the second (Keys 1981, a = -1/2).
-fn keys(t: f64) -> [f32; 4] {
-    let t = t as f32;
-    let (t2, t3) = (t * t, t * t * t);
-    [
-        0.5 * (-t3 + 2.0 * t2 - t),
-        0.5 * (3.0 * t3 - 5.0 * t2 + 2.0),
-        0.5 * (-3.0 * t3 + 4.0 * t2 + t),
-        0.5 * (t3 - t2),
-    ]
 }
 
 /// The colour; a spline may overshoot below 0, where there is no light.

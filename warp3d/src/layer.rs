@@ -12,6 +12,8 @@ pub(crate) struct Layer {
     pub(crate) resolution: Vec<f32>,
     /// Share of the pixel's coverage that its main surface has: below 1 where surfaces blend.
     pub(crate) purity: Vec<f32>,
+    /// Number of pixels in which something is seen, if they were counted when they were drawn.
+    pub(crate) seen: Option<u64>,
 }
 
 impl Layer {
@@ -22,6 +24,7 @@ impl Layer {
             depth: vec![f32::INFINITY; pixels],
             resolution: vec![0.0; pixels],
             purity: vec![1.0; pixels],
+            seen: None,
         }
     }
 
@@ -31,6 +34,7 @@ impl Layer {
         self.depth.resize(pixels, f32::INFINITY);
         self.resolution.resize(pixels, 0.0);
         self.purity.resize(pixels, 1.0);
+        self.seen = None;
         self
     }
 }

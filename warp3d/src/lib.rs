@@ -37,9 +37,11 @@ mod colour;
 mod epipole;
 mod fill;
 mod flags;
+mod gaps;
 mod hybrid;
 #[cfg(feature = "input")]
 pub mod input;
+pub mod keys;
 #[cfg(feature = "input")]
 pub mod large;
 mod layer;
@@ -59,6 +61,7 @@ mod splat;
 mod spline;
 pub mod stats;
 mod surface;
+mod tolerance;
 pub mod warp;
 pub mod warper;
 

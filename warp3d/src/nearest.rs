@@ -130,10 +130,10 @@ impl Nearest {
             .rgba
             .par_chunks_mut(band)
             .zip(layer.depth.par_chunks_mut(band));
-        planes
+        let seen = planes
             .zip(layer.resolution.par_chunks_mut(band))
             .enumerate()
-            .for_each(|(index, ((rgba, depth), resolution))| {
+            .map(|(index, ((rgba, depth), resolution))| {
                 rgba.fill([0.0; 4]);
                 depth.fill(f32::INFINITY);
                 resolution.fill(0.0);
@@ -154,7 +154,10 @@ impl Nearest {
                     }
                 };
                 self.visit_band(first, reference.camera.width as usize, order, &mut visit);
+                let shown = resolution.iter().map(|&seen| u64::from(seen > 0.0));
+                shown.sum::<u64>()
             });
+        layer.seen = Some(seen.sum());
         layer
     }
 

@@ -6,14 +6,14 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
-use crate::piece::{KINDS, cell_of};
-use crate::surface::{Cell, Surfaces};
+use crate::piece::{ANTI, KINDS, cell_of, is_triangle};
+use crate::surface::Surfaces;
 use crate::warp::Warp;
 
 /// Whether two pieces are one or are of joined cells that have a corner in common: they are on one surface, then.
 pub(crate) fn share_a_corner(surfaces: &Surfaces, a: u32, b: u32) -> bool {
     // Cells at the ends of rows are never joined, so that neighbours by number are neighbours in the picture.
-    let joined = a % KINDS < 2 && b % KINDS < 2;
+    let joined = is_triangle(a) && is_triangle(b);
     let apart = (a / KINDS).abs_diff(b / KINDS);
     a == b || joined && (apart <= 1 || apart.abs_diff(surfaces.size[0] as u32 + 1) <= 1)
 }
@@ -49,7 +49,7 @@ impl Patch {
         let cy = surfaces.cell_rows.row(cell);
         let cx = cell - cy * (width + 1);
         let kind = id % KINDS;
-        if kind >= 2 {
+        if !is_triangle(id) {
             let corner = kind as usize - 2;
             return Self::of_sample(surfaces, cx + corner % 2, cy + corner / 2);
         }
@@ -57,10 +57,10 @@ impl Patch {
         let [a, b, c, d] = [first, first + 1, first + width, first + width + 1]
             .map(|i| f64::from(surfaces.disparity[i]));
         let place = DVec2::new(cx as f64 - 0.5, cy as f64 - 0.5);
-        let (disparity, slope) = match (surfaces.cells[cell], kind) {
-            (Cell::AntiDiagonal, 0) => (a, [b - a, c - a]),
-            (Cell::AntiDiagonal, _) => (b + c - d, [d - c, d - b]),
-            (_, 0) => (a, [b - a, d - b]),
+        let (disparity, slope) = match kind {
+            ANTI => (a, [b - a, c - a]),
+            _ if kind > ANTI => (b + c - d, [d - c, d - b]),
+            0 => (a, [b - a, d - b]),
             _ => (a, [d - c, c - a]),
         };
         Self {

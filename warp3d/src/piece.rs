@@ -1,7 +1,11 @@
 //! The numbers of the flat pieces of a reference's surfaces: a cell, and a kind of piece in it.
 
-/// Kinds of pieces in one cell: two triangles and four quarters, rounded up to a power of 2.
+/// Kinds of pieces in one cell: 0 and 1 are the triangles beside the main diagonal, 2 to 5 the quarter of a corner, 6 and 7
+/// the triangles beside the other diagonal.
 pub(crate) const KINDS: u32 = 8;
+
+/// The first triangle beside the other diagonal.
+pub(crate) const ANTI: u32 = 6;
 
 /// Most cells whose pieces have different numbers.
 pub(crate) const MAX_CELLS: usize = (u32::MAX / KINDS) as usize;
@@ -9,9 +13,15 @@ pub(crate) const MAX_CELLS: usize = (u32::MAX / KINDS) as usize;
 /// The number of no piece.
 pub(crate) const NO_PATCH: u32 = u32::MAX;
 
-/// A piece's number: its cell and kind (0 and 1: triangles; 2 to 5: the quarter of a corner).
+/// A piece's number: its cell and kind.
 pub(crate) fn patch_id(cell: usize, kind: u32) -> u32 {
     cell as u32 * KINDS + kind
+}
+
+/// Whether a piece is a triangle of a joined cell.
+#[inline(always)]
+pub(crate) fn is_triangle(id: u32) -> bool {
+    id.wrapping_add(KINDS - ANTI) % KINDS < 4
 }
 
 /// The cell of a piece.

@@ -8,7 +8,7 @@ use crate::options::{MixedPixels, SurfaceOptions};
 use crate::ramps::{Edges, sharpened};
 use crate::raster::{Quarters, Segments};
 use crate::rims::Rims;
-use crate::spline::coefficients;
+use crate::spline::solve;
 use crate::surface::Surfaces;
 
 /// A reference made ready for the hybrid.
@@ -40,7 +40,7 @@ impl Prepared {
 
     /// As [`Prepared::new`], with the depth that is given.
     pub(crate) fn of_sharp(reference: &Reference, depth: &[f32], options: &SurfaceOptions) -> Self {
-        let surfaces = Surfaces::new(&reference.camera, depth, options.tolerance);
+        let mut surfaces = Surfaces::new(&reference.camera, depth, options.tolerance);
         let mut samples: Vec<_> = reference
             .colour
             .par_iter()
@@ -54,15 +54,15 @@ impl Prepared {
             MixedPixels::Keep => Rims::half_way(&surfaces),
             MixedPixels::Unmix => Rims::unmixed(&surfaces, &mut samples),
         };
-        let coefficients = coefficients(&samples, &surfaces);
         let segments = Segments::new(&surfaces, Quarters::new(&surfaces, &cuts));
+        let mut colours = Colours::new(samples, &reference.colour, &mut surfaces);
+        solve(&mut colours.coefficients, &surfaces);
+        // The segments hold what frames ask of the cells.
+        surfaces.cells = Vec::new();
         let known = surfaces.disparity.iter().filter(|d| !d.is_nan()).count() as u64;
         Self {
             surfaces,
-            colours: Colours {
-                samples,
-                coefficients,
-            },
+            colours,
             segments,
             known,
         }

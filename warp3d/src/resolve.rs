@@ -76,11 +76,20 @@ impl Resolver<'_> {
             .resolution
             .par_chunks_mut(width)
             .zip(layer.purity.par_chunks_mut(width));
-        colours.zip(shares).enumerate().for_each(|(y, ((rgba, depth), (resolution, purity)))| {
-            dispatch!(self.level, simd => row(simd, self, y, Row { rgba, depth, resolution, purity }));
+        let rows = colours.zip(shares).enumerate();
+        let seen = rows.map(|(y, ((rgba, depth), (resolution, purity)))| {
+            let to = Row {
+                rgba,
+                depth,
+                resolution,
+                purity,
+            };
+            dispatch!(self.level, simd => row(simd, self, y, to))
         });
-        if let Some(home) = &self.home {
-            home.give_back(self.reference, width, &mut layer);
+        let seen = seen.sum();
+        match &self.home {
+            Some(home) => home.give_back(self.reference, width, &mut layer),
+            None => layer.seen = Some(seen),
         }
         layer
     }
@@ -188,8 +197,9 @@ fn shift(part: &Part, window: [f32; 3], at_centre: Option<&Hit>) -> DVec2 {
     moment / at_centre.map_or(1.0, minification2).max(1.0)
 }
 
+/// Resolves a row of the picture; number of its pixels in which something is seen.
 #[simd]
-fn row<S: Simd>(simd: S, resolver: &Resolver<'_>, y: usize, mut row: Row<'_>) {
+fn row<S: Simd>(simd: S, resolver: &Resolver<'_>, y: usize, mut row: Row<'_>) -> u64 {
     let width = resolver.size[0];
     row.clear();
     let mut run = Run::new();
@@ -204,6 +214,7 @@ fn row<S: Simd>(simd: S, resolver: &Resolver<'_>, y: usize, mut row: Row<'_>) {
             (row.resolution[x], row.purity[x]) = (resolved.resolution, resolved.purity);
         }
     }
+    row.seen()
 }
 
 /// Whether the reference knows a depth at the pixel that holds this place.

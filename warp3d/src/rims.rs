@@ -25,8 +25,9 @@ struct Cut {
 }
 
 /// How far the farther surface goes on behind the nearer one, samples, so that an edge placed a little wrong opens no
-/// hole. A guess; more would show at eightfold magnification as a rim that was never seen.
-const BEHIND: f64 = 0.15;
+/// hole: a few steps of its place, which has eight bits. Magnified eightfold, 0.15 showed rims that were never seen in 38 %
+/// of the pixels beside them, 0.02 in 8 %.
+const BEHIND: f64 = 0.02;
 
 /// How far quarters of linked samples reach: a little more than half, so that no crack opens between two planes.
 const OVERLAP: f64 = 0.55;
@@ -96,39 +97,54 @@ impl Rims {
 
     /// How far the sample `index` reaches along x and y into the cut cell that lies towards `towards`, samples.
     pub(crate) fn reach(&self, surfaces: &Surfaces, index: usize, towards: [i32; 2]) -> [f64; 2] {
-        let [width, height] = surfaces.size;
-        let places = [index % width, index / width];
-        let along = |axis: usize| {
-            let (step, count) = ([1, width][axis], [width, height][axis]);
-            let forwards = towards[axis] > 0;
-            if places[axis] == if forwards { count - 1 } else { 0 } {
-                return 0.5;
+        [0, 1].map(|axis| {
+            if let Some(reach) = self.to_edge(surfaces, index, axis, towards[axis]) {
+                return reach;
             }
-            let (next, first) = if forwards {
-                (index + step, index)
-            } else {
-                (index - step, index - step)
-            };
-            if surfaces.linked_on(first, axis) {
-                return OVERLAP;
-            }
-            if surfaces.disparity[next].is_nan() {
-                return 0.5;
-            }
-            let place = f64::from(self.places[first][axis]) / 255.0;
-            let reach = if forwards { place } else { 1.0 - place };
-            if surfaces.nearer(next, index) {
-                return (reach + BEHIND).min(1.0);
-            }
-            // A surface that curves away goes on beyond its edge's place on the chord.
-            if surfaces.slope[index][axis].abs() > surfaces.tolerance * surfaces.disparity[index] {
-                reach.max(0.5)
-            } else {
-                reach
-            }
-        };
-        [along(0), along(1)]
+            // Opposite a corner of another surface, as far as the next sample of its own does: two edges that meet there
+            // leave nothing between them, wherever each was found.
+            let aside = linked_towards(surfaces, index, 1 - axis, towards[1 - axis]);
+            let opposite = aside.and_then(|next| self.to_edge(surfaces, next, axis, towards[axis]));
+            opposite.map_or(OVERLAP, |reach| reach.max(OVERLAP))
+        })
     }
+
+    /// How far a sample reaches along an axis, samples; `None` where it is linked with the next one.
+    fn to_edge(&self, surfaces: &Surfaces, index: usize, axis: usize, towards: i32) -> Option<f64> {
+        let [width, height] = surfaces.size;
+        let place = [index % width, index / width][axis];
+        let (step, count) = ([1, width][axis], [width, height][axis]);
+        let forwards = towards > 0;
+        if place == if forwards { count - 1 } else { 0 } {
+            return Some(0.5);
+        }
+        let (next, first) = if forwards {
+            (index + step, index)
+        } else {
+            (index - step, index - step)
+        };
+        if surfaces.linked_on(first, axis) {
+            return None;
+        }
+        if surfaces.disparity[next].is_nan() {
+            return Some(0.5);
+        }
+        let place = f64::from(self.places[first][axis]) / 255.0;
+        let reach = if forwards { place } else { 1.0 - place };
+        if surfaces.nearer(next, index) {
+            return Some((reach + BEHIND).min(1.0));
+        }
+        // A surface that curves away goes on beyond its edge's place on the chord.
+        let curved =
+            surfaces.slope[index][axis].abs() > surfaces.tolerance * surfaces.disparity[index];
+        Some(if curved { reach.max(0.5) } else { reach })
+    }
+}
+
+/// The next sample along an axis, if the two are linked.
+fn linked_towards(surfaces: &Surfaces, index: usize, axis: usize, towards: i32) -> Option<usize> {
+    let [before, behind] = [0, 1].map(|side| linked(surfaces, index)[2 * axis + side]);
+    if towards > 0 { behind } else { before }
 }
 
 impl Cut {

@@ -88,7 +88,7 @@ pub(crate) fn render(
     stats.outside += known - drawn;
     stats.stages.project += clock.stop();
     let clock = StageClock::start();
-    let layer = draw(&rows, prepared, &warp, target, shape);
+    let layer = draw(&rows, (reference, prepared), &warp, target, shape);
     stats.stages.accumulate += clock.stop();
     layer
 }
@@ -148,7 +148,7 @@ fn splat(surfaces: &Surfaces, warp: &Warp, sample: usize, shape: Shape) -> Optio
 
 fn draw(
     rows: &[(RowRange, Vec<Splat>)],
-    prepared: &Prepared,
+    (reference, prepared): (&Reference, &Prepared),
     warp: &Warp,
     target: &Camera,
     shape: Shape,
@@ -183,7 +183,8 @@ fn draw(
             });
             splats().for_each(|s| {
                 let patch = Patch::of_sample_at(&prepared.surfaces, s.sample);
-                let colour = prepared.colours.samples[s.sample];
+                let links = prepared.surfaces.links[s.sample];
+                let colour = prepared.colours.sample(s.sample, &reference.colour, links);
                 each_pixel(s, first, size, |at, q, pos| {
                     let hidden = s.nearness + s.slack * s.nearness.abs() < nearest[at];
                     let q = if shape == Shape::Disc {

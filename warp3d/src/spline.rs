@@ -15,10 +15,9 @@ use crate::surface::Surfaces;
 /// Columns that one task solves: a row of them is several cache lines long, and their pivots stay in a near cache.
 const STRIP: usize = 32;
 
-/// Coefficients whose cubic B-spline passes through `samples`.
-pub(crate) fn coefficients(samples: &[[f32; 4]], surfaces: &Surfaces) -> Vec<[f32; 4]> {
+/// Turns samples into the coefficients whose cubic B-spline passes through them.
+pub(crate) fn solve(rows: &mut [[f32; 4]], surfaces: &Surfaces) {
     let width = surfaces.size[0];
-    let mut rows = samples.to_vec();
     rows.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
         solve_runs(row, |x| surfaces.linked_on(y * width + x, 0));
     });
@@ -38,10 +37,9 @@ pub(crate) fn coefficients(samples: &[[f32; 4]], surfaces: &Surfaces) -> Vec<[f3
                 surfaces.linked_on(y * width + index * STRIP + x, 1)
             });
         });
-    rows
 }
 
-/// Solves every run down the columns of a strip, given by its rows, as [`solve`] does; `linked(x, y)` says whether an
+/// Solves every run down the columns of a strip, given by its rows, as [`solve_run`] does; `linked(x, y)` says whether an
 /// entry and the one below are in one run. All columns go down together, so that memory is read along rows.
 fn solve_columns(strip: &mut [&mut [[f32; 4]]], linked: impl Fn(usize, usize) -> bool) {
     let width = strip.first().map_or(0, |row| row.len());
@@ -75,14 +73,14 @@ fn solve_runs(line: &mut [[f32; 4]], linked: impl Fn(usize) -> bool) {
     let mut first = 0;
     for i in 0..line.len() {
         if i + 1 == line.len() || !linked(i) {
-            solve(&mut line[first..=i], &mut scratch);
+            solve_run(&mut line[first..=i], &mut scratch);
             first = i + 1;
         }
     }
 }
 
 /// Solves `(c[i-1] + 4 c[i] + c[i+1]) / 6 = f[i]` with c = f at both ends, in place (Thomas).
-fn solve(run: &mut [[f32; 4]], scratch: &mut [f32]) {
+fn solve_run(run: &mut [[f32; 4]], scratch: &mut [f32]) {
     if run.len() < 3 {
         return;
     }

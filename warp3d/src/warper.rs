@@ -160,7 +160,10 @@ pub(crate) fn finished(
 ) -> Image {
     let camera = view.camera;
     let planes = options.planes == ExtraPlanes::FilledAndConfidence;
-    stats.seen = seen(layer, planes);
+    stats.seen = match layer.seen {
+        Some(seen) if !planes => seen,
+        _ => seen(layer, planes),
+    };
     let clock = StageClock::start();
     let filled = fill(layer, view, options.fill);
     if options.fill != Fill::None {

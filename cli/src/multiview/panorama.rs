@@ -5,6 +5,7 @@
 
 use glam::DVec2;
 use resample_core::{Camera, Image, Plane};
+use warp3d::keys::weights;
 use warp3d::panorama;
 
 use crate::values::Size;
@@ -75,7 +76,7 @@ struct Nearest<'a> {
 fn cubic(view: &Image, at: DVec2) -> [f32; 4] {
     let corner = at - 0.5;
     let base = corner.floor();
-    let [wx, wy] = [corner.x - base.x, corner.y - base.y].map(keys);
+    let [wx, wy] = [corner.x - base.x, corner.y - base.y].map(weights);
     let place = |base: f64, step: usize, count: usize| {
         (base as i64 + step as i64 - 1).clamp(0, count as i64 - 1) as usize
     };
@@ -93,16 +94,4 @@ fn cubic(view: &Image, at: DVec2) -> [f32; 4] {
     }
     let [red, green, blue, alpha] = sum.map(|value| value.max(0.0));
     [red, green, blue, alpha.min(1.0)]
-}
-
-/// Weights of four samples around a place `t` past the second (a = -1/2).
-fn keys(t: f64) -> [f32; 4] {
-    let t = t as f32;
-    let (t2, t3) = (t * t, t * t * t);
-    [
-        0.5 * (-t3 + 2.0 * t2 - t),
-        0.5 * (3.0 * t3 - 5.0 * t2 + 2.0),
-        0.5 * (-3.0 * t3 + 4.0 * t2 + t),
-        0.5 * (t3 - t2),
-    ]
 }

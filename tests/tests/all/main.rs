@@ -46,6 +46,7 @@ mod warp_fills;
 mod warp_inputs;
 mod warp_large;
 mod warp_real;
+mod warp_rough;
 mod warp_soft;
 mod warp_twin;
 mod warp_views;

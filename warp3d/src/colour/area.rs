@@ -8,6 +8,7 @@ use fearless_simd::prelude::*;
 use glam::DVec2;
 
 use super::{Footprint, Lookup, SAMPLED_VARIANCE};
+use crate::surface::RECOLOURED;
 
 /// Gaussians are cut at this many sigmas; the rest is normalised.
 const REACH_SIGMAS: f64 = 3.0;
@@ -130,11 +131,16 @@ impl Lookup<'_> {
                 continue;
             };
             let from = y * width + row.columns.start;
-            let samples = &self.colours.samples[from..y * width + row.columns.end];
-            for (i, sample) in samples.iter().enumerate() {
+            let links = &self.surfaces.links[from..y * width + row.columns.end];
+            let taken = &self.taken.as_flattened()[3 * from..];
+            for (i, links) in links.iter().enumerate() {
                 if clear || self.counts(row.columns.start + i, y, from + i) {
                     let weight = row.weight as f32;
-                    sum = f32x4::from_slice(simd, sample).mul_add(f32x4::splat(simd, weight), sum);
+                    let sample = match taken.get(3 * i..3 * i + 4) {
+                        Some(four) if links & RECOLOURED == 0 => f32x4::from_slice(simd, four),
+                        _ => self.sample(simd, from + i),
+                    };
+                    sum = sample.mul_add(f32x4::splat(simd, weight), sum);
                     total += weight;
                 }
                 row.weight *= row.factor;
@@ -146,5 +152,13 @@ impl Lookup<'_> {
         } else {
             self.cubic(simd, at)
         }
+    }
+
+    /// The colour of a sample.
+    #[inline(always)]
+    pub(super) fn sample<S: Simd>(&self, simd: S, index: usize) -> f32x4<S> {
+        let links = self.surfaces.links[index];
+        let [r, g, b] = self.colours.sample(index, self.taken, links);
+        f32x4::simd_from(simd, [r, g, b, 0.0])
     }
 }

@@ -137,6 +137,18 @@ impl Weights {
         first: usize,
         width: usize,
     ) -> f32x4<S> {
+        across(self.columns(simd, samples, first, width))
+    }
+
+    /// The same by columns, four samples side by side.
+    #[inline(always)]
+    pub(super) fn columns<S: Simd>(
+        &self,
+        simd: S,
+        samples: &[[f32; 4]],
+        first: usize,
+        width: usize,
+    ) -> f32x16<S> {
         let samples = samples.as_flattened();
         // Four samples a vector.
         let mut rows = [f32x16::splat(simd, 0.0); 4];
@@ -148,10 +160,16 @@ impl Weights {
         if let Some(turned) = &self.turned {
             sum += product(simd, &rows, turned);
         }
-        let (left, right) = sum.split();
-        let (even, odd) = (left + right).split();
-        even + odd
+        sum
     }
+}
+
+/// The sum of four samples.
+#[inline(always)]
+pub(super) fn across<S: Simd>(columns: f32x16<S>) -> f32x4<S> {
+    let (left, right) = columns.split();
+    let (even, odd) = (left + right).split();
+    even + odd
 }
 
 /// Four rows of four samples times the weights `x` and `y`, summed down the columns.

@@ -24,7 +24,7 @@ impl Lookup<'_> {
         let (left, top) = (base.x as i64 - 1, base.y as i64 - 1);
         let taps = self.taps(simd, left, top);
         if taps == 0 {
-            return f32x4::from_slice(simd, &self.nearest(base));
+            return self.sample(simd, self.nearest(base));
         }
         let mut row_bits = 0;
         let mut rows = [f32x4::splat(simd, 0.0); 4];
@@ -93,13 +93,12 @@ impl Lookup<'_> {
             let from = (top + j) * width + left;
             let disparity = f32x4::from_slice(simd, &self.surfaces.disparity[from..from + 4]);
             taps |= self.four_count(simd, left, top + j, disparity) << (4 * j);
-            for (i, links) in self.surfaces.links[from..from + 4].iter().enumerate() {
-                let bit = 4 * j + i;
-                right |= u32::from(links & RIGHT) << bit;
-                below |= u32::from(links & BELOW) << bit;
-            }
+            let links = &self.surfaces.links[from..from + 4];
+            let links = u32::from_le_bytes([links[0], links[1], links[2], links[3]]);
+            right |= lowest_bits(links / u32::from(RIGHT)) << (4 * j);
+            below |= lowest_bits(links / u32::from(BELOW)) << (4 * j);
         }
-        [taps, right & 0x7777, (below >> 1) & 0xfff]
+        [taps, right & 0x7777, below & 0xfff]
     }
 
     /// As [`Self::whole_block`], where the picture ends among them.
@@ -137,8 +136,8 @@ impl Lookup<'_> {
         counts.to_bitmask() as u32
     }
 
-    /// The colour of the patch's own sample, where nothing else is near.
-    fn nearest(&self, base: DVec2) -> [f32; 4] {
+    /// The patch's own sample, where nothing else is near.
+    fn nearest(&self, base: DVec2) -> usize {
         let [width, height] = self.surfaces.size;
         let clamp = |v: f64, size: usize| v.clamp(0.0, size as f64 - 1.0) as usize;
         let index = |place: DVec2| clamp(place.y, height) * width + clamp(place.x, width);
@@ -149,8 +148,14 @@ impl Lookup<'_> {
         };
         let own = index(self.patch.place - 0.5);
         let known = !self.surfaces.disparity[own].is_nan();
-        self.colours.samples[if known { own } else { index(place) }]
+        if known { own } else { index(place) }
     }
+}
+
+/// The lowest bit of each of four bytes: the product brings them side by side, and no other two meet.
+#[inline(always)]
+fn lowest_bits(bytes: u32) -> u32 {
+    (bytes & 0x0101_0101).wrapping_mul(0x0102_0408) >> 24 & 0xf
 }
 
 /// The weights of four samples of which only those in `bits` are there, at least one: what a missing one would be is

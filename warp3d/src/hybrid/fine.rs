@@ -263,6 +263,10 @@ impl Sink for Fine<'_> {
     #[inline(always)]
     fn eight<S: Simd>(&mut self, simd: S, cells: &EightCells<S>) {
         let joined = mask32x8::from_bitmask(simd, cells.joined);
+        let [columns, rows] = cells.bounds(simd, joined);
+        if !self.wants(columns, rows) {
+            return;
+        }
         for k in 0..2 {
             let triangles = cells.triangles(k);
             let front = joined & triangles.area().simd_gt(f32x8::splat(simd, 0.0));

@@ -3,7 +3,7 @@
 //! Takes paths and what the user says about them, gives a checked [`Reference`]. The format of a file follows from its content, never
 //! its name. Whatever the source, what leaves here is one convention: linear light, camera z, and the
 //! core's camera (x right, y down, z forward, pixel centres at one half); the conversions stand at this edge alone.
-//! Limits: one picture a file; lenses without a fish eye.
+//! Limits: one picture a file; of a fish eye, what a pinhole of its focal length sees.
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ use cameras::Distortion;
 pub(crate) use finish::nothing_known;
 use finish::{along_the_axis, assembled};
 pub use meaning::{DepthKind, DepthMeaning};
-pub use panoramas::panorama;
+pub use panoramas::{face_sizes, panorama};
 use regrid::{Lens, Model};
 use resample_io::files::fault;
 pub use resample_io::files::read_text;

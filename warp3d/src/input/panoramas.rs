@@ -83,6 +83,11 @@ pub fn panorama(
     Ok(references)
 }
 
+/// The sizes of the references that a panorama of this size becomes, px.
+pub fn face_sizes(size: [u32; 2]) -> [[u32; 2]; 6] {
+    faces(size).map(|face| [face.width, face.height])
+}
+
 /// The cameras of a panorama's faces, the front first.
 pub(super) fn faces(size: [u32; 2]) -> [Camera; 6] {
     let focal_px = panorama::focal_px(size);

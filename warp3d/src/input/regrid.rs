@@ -77,7 +77,7 @@ impl Lens<'_> {
 pub(super) fn seen(picture: &Picture, lens: &Lens) -> Picture {
     let size = [picture.width, picture.height];
     let coverage = |index: usize| picture.coverage.as_ref().map_or(1.0, |held| held[index]);
-    let samples: Vec<[f32; 4]> = (picture.rgb.iter().enumerate())
+    let mut coefficients: Vec<[f32; 4]> = (picture.rgb.iter().enumerate())
         .map(|(index, &[r, g, b])| [r, g, b, coverage(index)])
         .collect();
     // One flat surface: the whole picture is one run along each line.
@@ -86,8 +86,12 @@ pub(super) fn seen(picture: &Picture, lens: &Lens) -> Picture {
         height: size[1] as u32,
         ..*lens.camera
     };
-    let flat = Surfaces::new(&grid, &vec![1.0; samples.len()], SurfaceTolerance::Auto);
-    let coefficients = spline::coefficients(&samples, &flat);
+    let flat = Surfaces::new(
+        &grid,
+        &vec![1.0; coefficients.len()],
+        SurfaceTolerance::Auto,
+    );
+    spline::solve(&mut coefficients, &flat);
     let colours: Vec<[f32; 4]> = (0..lens.pixels())
         .into_par_iter()
         .map(|index| match lens.pos_in_picture(index) {

@@ -9,14 +9,16 @@ use rayon::prelude::*;
 use resample_core::Camera;
 
 use super::sheet::Rect;
+use crate::gaps;
 use crate::surface::{BELOW, LIMB_RATIO, RIGHT, links};
 use crate::warp::Warp;
 
 /// Samples along a block's side.
 pub(super) const BLOCK: usize = 64;
 
-/// Rows and columns around samples that decide how they are linked: a link looks two samples to either side.
-pub(super) const HALO: usize = 3;
+/// Rows and columns around samples that decide how they are linked: a link looks two samples to either side, at samples
+/// that may have been continued from others.
+pub(super) const HALO: usize = 3 + 2 * gaps::ROUNDS;
 
 /// The blocks of a picture.
 #[derive(Clone, Debug)]
@@ -65,9 +67,11 @@ impl Blocks {
     pub(super) fn push_row(&mut self, disparity: &[f32], tolerance: f32, above: usize) {
         let width = self.size[0];
         let rows = disparity.len() / width;
-        let links = links(disparity, [width, rows], tolerance);
+        let mut disparity = disparity.to_vec();
+        gaps::bridge(&mut disparity, [width, rows], tolerance);
+        let links = links(&disparity, [width, rows], tolerance);
         let slab = Slab {
-            disparity,
+            disparity: &disparity,
             links: &links,
             width,
             rows,

@@ -14,7 +14,7 @@ use crate::input::nothing_known;
 use crate::options::SurfaceTolerance;
 use crate::ramps::{self, Edges, Votes, sharpened};
 use crate::reference::nearest;
-use crate::surface::{BEND_STRIDE, bends_of_row, tolerance_of_bends};
+use crate::tolerance::{BEND_STRIDE, bends_of_row, tolerance_of_bends};
 use crate::warp::disparity;
 use resample_io::files::fault;
 

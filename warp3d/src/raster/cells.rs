@@ -8,7 +8,8 @@ use fearless_simd::mask32x8;
 use fearless_simd::prelude::*;
 
 use super::vertex::{LANES, Planes, Vertex};
-use crate::piece::patch_id;
+use crate::bands::RowRange;
+use crate::piece::{ANTI, patch_id};
 
 /// Eight cells of a row of which some are joined.
 #[derive(Clone, Copy)]
@@ -19,6 +20,8 @@ pub(crate) struct EightCells<S: Simd> {
     pub(crate) joined: u64,
     /// Which share the main diagonal.
     main: mask32x8<S>,
+    /// The same, one bit each.
+    main_bits: u64,
     /// The first cell.
     first: usize,
 }
@@ -53,13 +56,36 @@ impl<S: Simd> EightCells<S> {
             corners,
             joined: bits(joined),
             main: mask32x8::from_bitmask(simd, bits(main)),
+            main_bits: bits(main),
             first: cell,
         }
     }
 
     /// The number of a piece.
+    #[inline(always)]
     pub(crate) fn id(&self, lane: usize, triangle: usize) -> u32 {
-        patch_id(self.first + lane, triangle as u32)
+        let other = ANTI * (1 - (self.main_bits >> lane & 1) as u32);
+        patch_id(self.first + lane, other + triangle as u32)
+    }
+
+    /// Screen columns and rows of those of the cells in `some`. A corner that is nowhere is left out.
+    #[inline(always)]
+    pub(crate) fn bounds(&self, simd: S, some: mask32x8<S>) -> [RowRange; 2] {
+        let mut ranges = [RowRange::EMPTY; 2];
+        for (axis, range) in ranges.iter_mut().enumerate() {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|corner| self.corners[corner][axis]);
+            let constant = |v: f32| f32x8::splat(simd, v);
+            let low = a.min_precise(b).min_precise(c.min_precise(d));
+            let high = a.max_precise(b).max_precise(c.max_precise(d));
+            let some = some & low.simd_eq(low);
+            let low = some.select(low, constant(f32::INFINITY));
+            let high = some.select(high, constant(f32::NEG_INFINITY));
+            *range = RowRange {
+                low: low.reduce_min(),
+                high: high.reduce_max(),
+            };
+        }
+        ranges
     }
 
     /// One of the two triangles of each cell.

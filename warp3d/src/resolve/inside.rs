@@ -8,17 +8,17 @@
 //! [`Footprint`]: crate::colour::Footprint
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x8, f64x8, i32x8};
+use fearless_simd::{f32x4, f32x8, f64x8, i32x8, mask32x4};
 use glam::DVec2;
 
 use super::resolver::{Resolver, Row};
 use crate::colour::{
-    BENT_VARIANCE, EightWeights, Footprint, Weights, eight_axes, first_three, small_form,
+    BENT_VARIANCE, EightWeights, Footprint, LEAST_VARIANCE, Weights, eight_axes, small_form,
 };
 use crate::patch::Patch;
-use crate::piece::{KINDS, NO_PATCH, cell_of};
+use crate::piece::{ANTI, KINDS, NO_PATCH, cell_of, is_triangle};
 use crate::raster::narrow;
-use crate::surface::{Cell, Surfaces};
+use crate::surface::Surfaces;
 
 /// Pixels that are traced at once.
 const LANES: usize = 8;
@@ -95,19 +95,25 @@ impl Run {
             }
         }
         let mut bits = present & self.finite;
+        let colour_bits = mask32x4::from_bitmask(simd, 0b0111);
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize;
             bits &= bits - 1;
-            let [r, g, b] = self.colour(simd, resolver, lane);
             let x = first + lane;
-            row.rgba[x] = [r, g, b, 1.0];
+            // A spline may overshoot below 0, where there is no light.
+            let colour = self
+                .colour(simd, resolver, lane)
+                .max(f32x4::splat(simd, 0.0));
+            let covered = colour_bits.select(colour, f32x4::splat(simd, 1.0));
+            covered.store_slice(&mut row.rgba[x]);
             row.depth[x] = self.depth[lane];
             row.resolution[x] = self.resolution[lane];
         }
     }
 
     /// Looks up the planes; which pixels there are, one bit each.
-    #[inline(always)]
+    // On its own: within the vector code it would share its registers with all of that.
+    #[inline(never)]
     fn gather(&mut self, resolver: &Resolver<'_>, (first, y): (usize, usize)) -> u64 {
         let width = resolver.size[0];
         let count = RUN.min(width - first);
@@ -129,7 +135,7 @@ impl Run {
     }
 
     #[inline(always)]
-    fn colour<S: Simd>(&self, simd: S, resolver: &Resolver<'_>, lane: usize) -> [f32; 3] {
+    fn colour<S: Simd>(&self, simd: S, resolver: &Resolver<'_>, lane: usize) -> f32x4<S> {
         if self.variance[lane] < BENT_VARIANCE as f32 {
             let (x, y) = (self.base[0][lane], self.base[1][lane]);
             let [width, height] = resolver.prepared.surfaces.size;
@@ -140,13 +146,13 @@ impl Run {
                     let samples = &resolver.prepared.colours.coefficients;
                     let weights = self.weights_of(lane);
                     let from = index - width - 1;
-                    return first_three(weights.sum(simd, samples, from, width));
+                    return weights.sum(simd, samples, from, width);
                 }
             }
             let patch = Patch::new(&resolver.prepared.surfaces, self.pieces[lane]);
             let base = DVec2::new(f64::from(x), f64::from(y));
             let axes = self.weights_of(lane).axes;
-            return first_three(resolver.lookup(&patch).cubic_at_rim(simd, base, axes));
+            return resolver.lookup(&patch).cubic_at_rim(simd, base, axes);
         }
         self.wide(simd, resolver, lane)
     }
@@ -155,17 +161,19 @@ impl Run {
     fn weights_of(&self, lane: usize) -> Weights {
         Weights {
             axes: [four(&self.weights[0], lane), four(&self.weights[1], lane)],
-            turned: Some([four(&self.turned[0], lane), four(&self.turned[1], lane)]),
+            // Nothing is turned where nothing is filtered.
+            turned: (self.variance[lane] >= LEAST_VARIANCE as f32)
+                .then(|| [four(&self.turned[0], lane), four(&self.turned[1], lane)]),
         }
     }
 
     #[inline(always)]
-    fn wide<S: Simd>(&self, simd: S, resolver: &Resolver<'_>, lane: usize) -> [f32; 3] {
+    fn wide<S: Simd>(&self, simd: S, resolver: &Resolver<'_>, lane: usize) -> f32x4<S> {
         let patch = Patch::new(&resolver.prepared.surfaces, self.pieces[lane]);
         let [x, y, large, small] = [0, 1, 2, 3].map(|i| f64::from(self.axes[i][lane]));
         let footprint = Footprint::of_axes(DVec2::new(x, y), [large, small]);
         let at = DVec2::new(self.place[0][lane], self.place[1][lane]);
-        first_three(resolver.lookup(&patch).wide(simd, at, &footprint))
+        resolver.lookup(&patch).wide(simd, at, &footprint)
     }
 
     /// Traces eight pixels from `lane` on, the first at `[x, y]` on the screen.
@@ -282,7 +290,7 @@ fn plane_of(surfaces: &Surfaces, piece: u32) -> [f32; 5] {
     let width = surfaces.size[0];
     let cell = cell_of(piece);
     let kind = piece % KINDS;
-    if kind >= 2 {
+    if !is_triangle(piece) {
         let patch = Patch::new(surfaces, piece);
         let (place, slope) = (patch.place, patch.slope);
         return [place.x, place.y, patch.disparity, slope.x, slope.y].map(|v| v as f32);
@@ -296,7 +304,7 @@ fn plane_of(surfaces: &Surfaces, piece: u32) -> [f32; 5] {
     );
     let ([a, b], [c, d]) = ([above[0], above[1]], [below[0], below[1]]);
     // Selected, not branched on: on flat ground rounding alone decides how a cell is joined.
-    let (upper, anti) = (kind == 0, surfaces.cells[cell] == Cell::AntiDiagonal);
+    let (upper, anti) = (kind.is_multiple_of(2), kind >= ANTI);
     let from_b = anti & !upper;
     [
         cx as f32 - if from_b { -0.5 } else { 0.5 },

@@ -16,8 +16,9 @@ pub(super) struct Part {
     pub(super) weight: f32,
     /// Weighted sum of the places, px from the pixel's centre.
     pub(super) moment: [f32; 2],
-    /// The piece by which others of the surface are known, and its plane: it is from the same pixel as the best place.
-    known_by: (u32, Patch),
+    /// The piece by which others of the surface are known, and its plane if it was asked for: it is from the same pixel as
+    /// the best place.
+    known_by: (u32, Option<Patch>),
     /// Largest weight of one place so far, and the piece there.
     best: (f32, u32),
 }
@@ -82,7 +83,7 @@ impl Resolver<'_> {
             .iter_mut()
             .find(|part| share_a_corner(surfaces, part.known_by.0, id))
         {
-            Some(part) => part.add(&share, || (id, Patch::new(surfaces, id))),
+            Some(part) => part.add(&share, (id, None)),
             None => self.add_share(list, id, Patch::new(surfaces, id), &share),
         }
     }
@@ -101,17 +102,20 @@ impl Resolver<'_> {
     #[inline(always)]
     fn add_share(&self, list: &mut Vec<Part>, id: u32, patch: Patch, share: &Share) {
         let surfaces = &self.prepared.surfaces;
-        let found = list.iter_mut().find(|part| {
-            let (known_id, plane) = &part.known_by;
-            share_a_corner(surfaces, *known_id, id)
-                || one_surface(plane, &patch, surfaces.tolerance)
+        let found = list.iter_mut().find_map(|part| {
+            let (known_id, plane) = &mut part.known_by;
+            let same = share_a_corner(surfaces, *known_id, id) || {
+                let plane = plane.get_or_insert_with(|| Patch::new(surfaces, *known_id));
+                one_surface(plane, &patch, surfaces.tolerance)
+            };
+            same.then_some(part)
         });
         match found {
-            Some(part) => part.add(share, || (id, patch)),
+            Some(part) => part.add(share, (id, Some(patch))),
             None => list.push(Part {
                 weight: share.sum[0],
                 moment: [share.sum[1], share.sum[2]],
-                known_by: (id, patch),
+                known_by: (id, Some(patch)),
                 best: share.best,
             }),
         }
@@ -128,12 +132,12 @@ impl Resolver<'_> {
 
 impl Part {
     #[inline(always)]
-    fn add(&mut self, share: &Share, known_by: impl FnOnce() -> (u32, Patch)) {
+    fn add(&mut self, share: &Share, known_by: (u32, Option<Patch>)) {
         self.weight += share.sum[0];
         self.moment = [self.moment[0] + share.sum[1], self.moment[1] + share.sum[2]];
         if share.best.0 > self.best.0 {
             self.best = share.best;
-            self.known_by = known_by();
+            self.known_by = known_by;
         }
     }
 }

@@ -29,6 +29,16 @@ impl Row<'_> {
         self.resolution.fill(0.0);
         self.purity.fill(1.0);
     }
+
+    /// Number of pixels in which something is seen.
+    #[inline(always)]
+    pub(super) fn seen(&self) -> u64 {
+        let mut count = 0;
+        for pixel in self.rgba.iter() {
+            count += u64::from(pixel[3] > 0.0);
+        }
+        count
+    }
 }
 
 /// Resolves one picture.
@@ -75,6 +85,7 @@ impl<'a> Resolver<'a> {
     pub(super) fn lookup(&self, patch: &Patch) -> Lookup<'_> {
         Lookup {
             colours: &self.prepared.colours,
+            taken: &self.reference.colour,
             surfaces: &self.prepared.surfaces,
             patch: *patch,
         }

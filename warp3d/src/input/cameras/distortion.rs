@@ -1,22 +1,35 @@
 //! Lens distortion: where a lens with a curved image puts what a pinhole would put elsewhere.
 //!
-//! Takes and gives positions on the plane at camera z = 1. The model is that of Brown and Conrady with OpenCV's six
+//! Takes and gives positions on the plane at camera z = 1. One model is that of Brown and Conrady with OpenCV's six
 //! radial coefficients, of which SIMPLE_RADIAL, RADIAL, OPENCV and FULL_OPENCV of COLMAP and the keys `k1` to `k4`,
-//! `p1`, `p2` of NeRF's files are special cases. Source: OpenCV's documentation of camera calibration.
+//! `p1`, `p2` of NeRF's files are special cases. The other is the fish eye of Kannala and Brandt, whose radius is a
+//! polynomial of the angle to the axis. Source: OpenCV's documentation of camera calibration.
+//!
+//! Limits: what a fish eye sees beyond the pinhole of its focal length and size is left out.
 
 use glam::DVec2;
 
-/// Coefficients of a lens's distortion.
+/// A lens's distortion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Distortion {
-    /// k1, k2, k3 of the numerator and k4, k5, k6 of the denominator, of the 2nd, 4th and 6th power of the radius.
-    radial: [f64; 6],
-    /// p1 and p2.
-    tangential: [f64; 2],
-    /// k4 of NeRF's files, of the 8th power of the radius in the numerator.
-    eighth: f64,
+    model: Model,
     /// From this radius on the polynomial folds back: no ray of the lens is there.
     reach: f64,
+}
+
+/// Coefficients of a model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Model {
+    Brown {
+        /// k1, k2, k3 of the numerator and k4, k5, k6 of the denominator, of the 2nd, 4th and 6th power of the radius.
+        radial: [f64; 6],
+        /// p1 and p2.
+        tangential: [f64; 2],
+        /// k4 of NeRF's files, of the 8th power of the radius in the numerator.
+        eighth: f64,
+    },
+    /// k1 to k4 of the 3rd, 5th, 7th and 9th power of the angle.
+    FishEye([f64; 4]),
 }
 
 /// Step and end of the search for the radius where a polynomial folds back, in tangents of the angle to the axis: 20
@@ -37,14 +50,22 @@ impl Distortion {
             .chain(&tangential)
             .chain([&eighth])
             .all(|&k| k == 0.0);
-        let mut distortion = Self {
+        let model = Model::Brown {
             radial,
             tangential,
             eighth,
-            reach: FARTHEST,
         };
-        distortion.reach = distortion.first_fold();
-        (!is_plain).then_some(distortion)
+        (!is_plain).then(|| Self::of(model))
+    }
+
+    /// A fish eye: the radius is the angle times 1 and these coefficients of its 2nd, 4th, 6th and 8th power.
+    pub fn fish_eye(coefficients: [f64; 4]) -> Self {
+        Self::of(Model::FishEye(coefficients))
+    }
+
+    fn of(model: Model) -> Self {
+        let reach = model.first_fold();
+        Self { model, reach }
     }
 
     /// Where the lens puts the ray that a pinhole puts at `undistorted`; `None` where its polynomial folds back.
@@ -53,19 +74,45 @@ impl Distortion {
         if r2 >= self.reach * self.reach {
             return None;
         }
+        let factor = self.model.factor(r2);
+        let Model::Brown {
+            tangential: [p1, p2],
+            ..
+        } = self.model
+        else {
+            return Some(undistorted * factor);
+        };
         let DVec2 { x, y } = undistorted;
-        let [p1, p2] = self.tangential;
         let shift = DVec2::new(
             2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x),
             p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y,
         );
-        Some(undistorted * self.factor(r2) + shift)
+        Some(undistorted * factor + shift)
     }
+}
 
+impl Model {
+    /// By how much a place at this squared radius is farther from the axis than a pinhole's.
     fn factor(&self, r2: f64) -> f64 {
-        let [k1, k2, k3, k4, k5, k6] = self.radial;
-        let upper = 1.0 + r2 * (k1 + r2 * (k2 + r2 * (k3 + r2 * self.eighth)));
-        upper / (1.0 + r2 * (k4 + r2 * (k5 + r2 * k6)))
+        match *self {
+            Self::Brown { radial, eighth, .. } => {
+                let [k1, k2, k3, k4, k5, k6] = radial;
+                let upper = 1.0 + r2 * (k1 + r2 * (k2 + r2 * (k3 + r2 * eighth)));
+                upper / (1.0 + r2 * (k4 + r2 * (k5 + r2 * k6)))
+            }
+            Self::FishEye([k1, k2, k3, k4]) => {
+                let radius = r2.sqrt();
+                let angle2 = radius.atan().powi(2);
+                let upper = 1.0 + angle2 * (k1 + angle2 * (k2 + angle2 * (k3 + angle2 * k4)));
+                // At the axis the angle is the radius.
+                upper
+                    * if radius > 0.0 {
+                        radius.atan() / radius
+                    } else {
+                        1.0
+                    }
+            }
+        }
     }
 
     /// The first radius at which a larger one is not put farther out.
@@ -100,6 +147,23 @@ mod tests {
             0.3 * factor + 0.01 * (0.45 + 0.18) - 0.0072,
         );
         assert!((at - expected).length() < 1e-12, "{at}, not {expected}");
+    }
+
+    #[test]
+    fn a_fish_eye_puts_a_ray_at_its_angle() {
+        let plain = Distortion::fish_eye([0.0; 4]);
+        let angle = 0.9f64;
+        let at = plain.distort(DVec2::new(0.0, angle.tan())).expect("within");
+        assert!((at - DVec2::new(0.0, angle)).length() < 1e-12, "{at}");
+        assert_eq!(plain.distort(DVec2::ZERO), Some(DVec2::ZERO));
+        let bent = Distortion::fish_eye([0.1, -0.01, 0.002, -0.0003]);
+        let at = bent.distort(0.6 * angle.tan() * DVec2::X + 0.8 * angle.tan() * DVec2::Y);
+        // 0.9 (1 + 0.081 - 0.006561 + 0.001062882 - 0.000129140163), worked out by hand.
+        let expected = 0.967_835_467_653_3 * DVec2::new(0.6, 0.8);
+        assert!(
+            at.is_some_and(|at| (at - expected).length() < 1e-12),
+            "{at:?}"
+        );
     }
 
     #[test]

@@ -4,8 +4,7 @@
 //! convention: x right, y down, z forward, pixel centres at one half, world to camera. The format follows from the content;
 //! each format has its own file, whose head states its axes, pixel centre and direction of the pose. The workspace's
 //! own JSON is read elsewhere: a file of that kind is answered with `None`. The near plane of a camera is a
-//! placeholder of 1 unless stated: it follows from the scene. A folder stands for the COLMAP model in it. Limits: no
-//! fish-eye lenses.
+//! placeholder of 1 unless stated: it follows from the scene. A folder stands for the COLMAP model in it.
 
 use std::path::Path;
 

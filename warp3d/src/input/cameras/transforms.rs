@@ -3,8 +3,8 @@
 //! Each frame has `transform_matrix`, camera-to-world, with OpenGL's axes: x right, y up, z towards the viewer. The
 //! lens is `fl_x`, `fl_y`, `cx`, `cy`, `w`, `h`, or the horizontal angle `camera_angle_x`, per frame or for all; pixel
 //! centres at one half. The picture's path is the camera's name. Source: the NeRF synthetic scenes, and the
-//! conventions of nerfstudio's data. Distortion is OpenCV's: `k1` to `k4`, `p1`, `p2`.
-//! Limits: fish-eye lenses are not read.
+//! conventions of nerfstudio's data. Distortion is OpenCV's: `k1` to `k4`, `p1`, `p2`, or
+//! with the model `OPENCV_FISHEYE` that of a fish eye.
 
 use glam::{DAffine3, DMat3, DVec3};
 use resample_core::camera::PixelCentre;
@@ -62,20 +62,24 @@ fn lens(frame: &Value, all: &Value, hints: &Hints) -> Result<LensModel, String> 
         Ok(number(frame, key)?.or(number(all, key)?))
     };
     let model = |value: &Value| value.get("camera_model")?.as_str().map(str::to_owned);
-    if let Some(model) = model(frame)
+    let is_fish_eye = model(frame)
         .or(model(all))
-        .filter(|m| m.contains("FISHEYE"))
-    {
-        return Err(format!(
-            "the lens model {model} is not read: undistort the pictures to a pinhole first"
-        ));
-    }
+        .is_some_and(|model| model.contains("FISHEYE"));
     let k = |key: &str| -> Result<f64, String> { Ok(either(key)?.unwrap_or(0.0)) };
-    let distortion = Distortion::with_eighth(
-        [k("k1")?, k("k2")?, k("k3")?, 0.0, 0.0, 0.0],
-        [k("p1")?, k("p2")?],
-        k("k4")?,
-    );
+    let distortion = if is_fish_eye {
+        Some(Distortion::fish_eye([
+            k("k1")?,
+            k("k2")?,
+            k("k3")?,
+            k("k4")?,
+        ]))
+    } else {
+        Distortion::with_eighth(
+            [k("k1")?, k("k2")?, k("k3")?, 0.0, 0.0, 0.0],
+            [k("p1")?, k("p2")?],
+            k("k4")?,
+        )
+    };
     let stated =
         |key: &str| -> Result<Option<u32>, String> { Ok(side(frame, key)?.or(side(all, key)?)) };
     let stated = stated("w")?

@@ -1,6 +1,6 @@
 //! COLMAP's lens models: from a model's name and parameters to a lens and its distortion.
 //!
-//! Limits: fish-eye models and FOV are not read.
+//! Limits: the thin prism of THIN_PRISM_FISHEYE, FOV and newer models are not read.
 
 use resample_core::camera::PixelCentre;
 
@@ -8,13 +8,16 @@ use crate::input::cameras::distortion::Distortion;
 use crate::input::cameras::entry::{Lens, LensModel};
 
 /// Number, name and parameter count of the models that are read, as COLMAP's sources list them.
-const MODELS: [(i32, &str, usize); 6] = [
+const MODELS: [(i32, &str, usize); 9] = [
     (0, "SIMPLE_PINHOLE", 3),
     (1, "PINHOLE", 4),
     (2, "SIMPLE_RADIAL", 4),
     (3, "RADIAL", 5),
     (4, "OPENCV", 8),
+    (5, "OPENCV_FISHEYE", 8),
     (6, "FULL_OPENCV", 12),
+    (8, "SIMPLE_RADIAL_FISHEYE", 4),
+    (9, "RADIAL_FISHEYE", 5),
 ];
 
 /// Name and parameter count of the model with this number.
@@ -37,7 +40,10 @@ pub(super) fn model(name: &str, size: [u32; 2], parameters: &[f64]) -> Result<Le
             parameters.len()
         ));
     }
-    let has_two_focals = matches!(name, "PINHOLE" | "OPENCV" | "FULL_OPENCV");
+    let has_two_focals = matches!(
+        name,
+        "PINHOLE" | "OPENCV" | "OPENCV_FISHEYE" | "FULL_OPENCV"
+    );
     let (focals, rest) = parameters.split_at(1 + usize::from(has_two_focals));
     let (centre, coefficients) = rest.split_at(2);
     Ok(LensModel {
@@ -49,7 +55,11 @@ pub(super) fn model(name: &str, size: [u32; 2], parameters: &[f64]) -> Result<Le
             pixel_centre: PixelCentre::Half,
         },
         size,
-        distortion: distortion(coefficients),
+        distortion: if name.ends_with("FISHEYE") {
+            Some(fish_eye(coefficients))
+        } else {
+            distortion(coefficients)
+        },
     })
 }
 
@@ -58,6 +68,13 @@ fn distortion(coefficients: &[f64]) -> Option<Distortion> {
     let mut k = [0.0; 8];
     k[..coefficients.len()].copy_from_slice(coefficients);
     Distortion::new([k[0], k[1], k[4], k[5], k[6], k[7]], [k[2], k[3]])
+}
+
+/// The coefficients of a fish eye: k1 to k4, as far as the model has them.
+fn fish_eye(coefficients: &[f64]) -> Distortion {
+    let mut k = [0.0; 4];
+    k[..coefficients.len()].copy_from_slice(coefficients);
+    Distortion::fish_eye(k)
 }
 
 fn not_read(model: &str) -> String {

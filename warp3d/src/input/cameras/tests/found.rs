@@ -97,11 +97,11 @@ fn a_binary_model_that_is_cut_off_or_forged_is_refused() {
         said.contains("images.bin") && said.contains("bytes are left"),
         "{said}"
     );
-    let mut fisheye = cameras.clone();
-    fisheye[12..16].copy_from_slice(&5i32.to_le_bytes());
-    let folder = folder_with(&[fisheye, images.clone()]);
+    let mut field_of_view = cameras.clone();
+    field_of_view[12..16].copy_from_slice(&7i32.to_le_bytes());
+    let folder = folder_with(&[field_of_view, images.clone()]);
     let said = read(folder.path(), &Hints::default())
-        .expect_err("a fish eye")
+        .expect_err("the model FOV")
         .to_string();
     assert!(
         said.contains("cameras.bin") && said.contains("undistort"),
@@ -141,6 +141,41 @@ fn the_same_distortion_is_read_from_every_format() {
     });
     let nerf = read_as("transforms.json", &json.to_string(), &Hints::default());
     assert_eq!(nerf.entries[0].distortion, expected, "transforms.json");
+}
+
+#[test]
+fn fish_eyes_are_read_from_a_model_and_from_nerfs_file() {
+    let k = [-0.1, 0.02, 0.003, -0.004];
+    let pose = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]];
+    let json = serde_json::json!({
+        "camera_model": "OPENCV_FISHEYE", "fl_x": 500, "w": 600, "h": 420,
+        "k1": k[0], "k2": k[1], "k3": k[2], "k4": k[3],
+        "frames": [{ "transform_matrix": pose }]
+    });
+    let nerf = read_as("transforms.json", &json.to_string(), &Hints::default());
+    let expected = Some(Distortion::fish_eye(k));
+    assert_eq!(nerf.entries[0].distortion, expected, "transforms.json");
+
+    let of_model = |name: &str, parameters: &[f64]| {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let lens = in_line(parameters);
+        write(
+            &folder,
+            "cameras.txt",
+            &format!("3 {name} 600 420 {lens}\n"),
+        );
+        let image = format!("1 {} 3 a.png\n\n", in_line(&colmap_pose()));
+        let path = write(&folder, "images.txt", &image);
+        let set = read(&path, &Hints::default()).expect("a good model");
+        set.expect("a known format").entries[0].distortion
+    };
+    let four = [&LENS[..], &k].concat();
+    assert_eq!(of_model("OPENCV_FISHEYE", &four), expected);
+    let two = Some(Distortion::fish_eye([k[0], k[1], 0.0, 0.0]));
+    assert_eq!(
+        of_model("RADIAL_FISHEYE", &[500.0, 300.0, 210.0, k[0], k[1]]),
+        two
+    );
 }
 
 #[test]
