@@ -20,7 +20,7 @@ const DECODED: [&str; 8] = [
     "KHR_texture_transform",
 ];
 
-/// Beginnings of the names of those that change light on surfaces, which is not modelled.
+/// Beginnings of the names of those that change light on surfaces beyond what is modelled.
 const LIGHT: [&str; 4] = [
     "KHR_materials_",
     "KHR_lights_",

@@ -1,10 +1,10 @@
-//! Materials and textures: what surfaces look like, as far as colour, alpha and emitted light go.
+//! Materials and textures: colour, alpha, emitted light, and metal and roughness with their maps.
 //!
 //! Takes the document and its buffers, gives materials and textures in the order in which meshes ask for them: what
 //! nobody uses is not decoded. A picture that cannot be read leaves its factor, and a note.
 //! Source: glTF 2.0, 3.8 and 3.9, with KHR_texture_transform, KHR_materials_unlit, KHR_materials_emissive_strength,
-//! KHR_materials_pbrSpecularGlossiness (its diffuse part), KHR_materials_transmission (its factor) and EXT_texture_webp. Limits: metal, roughness, normal maps,
-//! occlusion and every further layer of light are left out.
+//! KHR_materials_pbrSpecularGlossiness (its diffuse part), KHR_materials_transmission (its factor) and EXT_texture_webp. Limits: every further
+//! layer of light is left out.
 
 use std::collections::HashMap;
 

@@ -3,7 +3,7 @@
 //! Takes the bytes of a file, gives a scene. The container is opened (`container.rs`), nodes are placed (`nodes.rs`), and
 //! each mesh of the chosen scene is read (`primitive.rs`, `deform.rs`) with its material (`material.rs`); every number
 //! comes through `accessor.rs`, which checks it.
-//! Source: the glTF 2.0 specification of the Khronos Group. Limits: points and lines are left out, and of materials only colour, alpha and emitted light are read.
+//! Source: the glTF 2.0 specification of the Khronos Group. Limits: points and lines are left out, and of materials the layers of light beyond metal and roughness.
 
 mod accessor;
 mod animation;
