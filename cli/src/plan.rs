@@ -5,6 +5,7 @@
 //! pictures with whatever renderer it is handed. Nothing is written before all input has proved to be good.
 
 mod records;
+mod request;
 mod targets;
 
 use std::path::{Path, PathBuf};
@@ -15,10 +16,9 @@ use glam::DVec3;
 use resample_core::{Camera, Projection};
 use resample_io::Gate;
 
-use crate::args::{CameraArgs, PictureArgs, SequenceArgs};
 use crate::background::Background;
 use crate::camera_file::{self, CameraDefaults, CameraFile};
-use crate::camera_path::{self, CameraPath, KeyKind, Moment};
+use crate::camera_path::{self, CameraPath, Moment};
 use crate::framing::{self, Extent, Lens, Stance, View};
 use crate::output::{self, Depth, FilmKind, FilmPlan, Format, FrameNames};
 use crate::picture::{self, Finish, RenderNumbered};
@@ -27,34 +27,13 @@ use crate::sequence::{self, Existing, Sequence};
 use crate::values::{BackgroundWord, Size};
 
 pub(crate) use records::{camera_record, picture_record};
+pub(crate) use request::Request;
 
 /// Picture size when neither the command line nor a camera file gives one.
 pub(crate) const DEFAULT_SIZE: Size = Size {
     width: 800,
     height: 800,
 };
-
-/// The options that every command shares.
-pub(crate) struct Request<'a> {
-    /// The picture, pattern or animation.
-    pub output: &'a Path,
-    /// The stats file.
-    pub stats: Option<&'a Path>,
-    /// From where it is seen.
-    pub camera: &'a CameraArgs,
-    /// How many pictures there are.
-    pub sequence: &'a SequenceArgs,
-    /// How they are written.
-    pub picture: &'a PictureArgs,
-    /// The fields that the keys of a path may have.
-    pub keys: KeyKind,
-    /// Which names inside files are followed, and how much memory their data may take.
-    pub gate: Gate,
-    /// Files that are read, beside the camera file and the background.
-    pub inputs: Vec<&'a Path>,
-    /// Files that are written beside the picture, each with its option.
-    pub others: Vec<(&'static str, &'a Path)>,
-}
 
 /// The plan of a run before its input is read.
 pub(crate) struct Plan {

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::Request;
+use super::request::Request;
 use crate::framing::{self, Stance};
 use crate::output::{self, Depth, Format};
 use crate::report;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 
-use super::Request;
+use super::request::Request;
 use crate::output::{self, FrameNames};
 use crate::values::BackgroundWord;
 

@@ -1,0 +1,30 @@
+//! What every command that draws was asked for, as far as it is shared.
+
+use std::path::Path;
+
+use resample_io::Gate;
+
+use crate::args::{CameraArgs, PictureArgs, SequenceArgs};
+use crate::camera_path::KeyKind;
+
+/// The options that every command shares.
+pub(crate) struct Request<'a> {
+    /// The picture, pattern or animation.
+    pub output: &'a Path,
+    /// The stats file.
+    pub stats: Option<&'a Path>,
+    /// From where it is seen.
+    pub camera: &'a CameraArgs,
+    /// How many pictures there are.
+    pub sequence: &'a SequenceArgs,
+    /// How they are written.
+    pub picture: &'a PictureArgs,
+    /// The fields that the keys of a path may have.
+    pub keys: KeyKind,
+    /// Which names inside files are followed, and how much memory their data may take.
+    pub gate: Gate,
+    /// Files that are read, beside the camera file and the background.
+    pub inputs: Vec<&'a Path>,
+    /// Files that are written beside the picture, each with its option.
+    pub others: Vec<(&'static str, &'a Path)>,
+}
