@@ -105,7 +105,7 @@ pub(crate) fn look_through(
     let Some((lattice, voxel_type)) = peek(path, load_options)? else {
         return Ok(None);
     };
-    let voxels = lattice.len() as u64 * voxel_type.bytes() as u64;
+    let voxels = (lattice.len() as u64).saturating_mul(voxel_type.bytes() as u64);
     if voxels.saturating_add(most_brick_bytes(&lattice, options)) <= max_memory {
         return Ok(None);
     }

@@ -58,7 +58,7 @@ fn enough_to_look_through(args: &InfoArgs, options: &LoadOptions) -> Result<Opti
     let Some((lattice, voxel_type)) = peek(&args.input.path, options)? else {
         return Ok(None);
     };
-    let bytes = lattice.len() as u64 * voxel_type.bytes() as u64;
+    let bytes = (lattice.len() as u64).saturating_mul(voxel_type.bytes() as u64);
     Ok(report::available_bytes()
         .filter(|available| bytes > available / 2)
         .map(|available| available / 4))

@@ -313,3 +313,73 @@ fn small_files_that_unpack_to_much_are_refused_until_memory_is_given() {
     bench.write("a.zarr/.zarray", zarr.as_bytes());
     assert_refused(&bench, "volsplat a.zarr -o out/a.png", "a.zarr");
 }
+
+#[test]
+fn forged_counts_are_refused_at_once() {
+    let bench = Bench::new();
+    let start = Instant::now();
+    let attributes: String = (0..20_000).map(|i| format!(r#" a{i}="1""#)).collect();
+    bench.write(
+        "tag.vti",
+        format!(r#"<VTKFile type="ImageData"{attributes}/>"#).as_bytes(),
+    );
+    assert_one_line(
+        &bench,
+        "volsplat tag.vti -o out/a.png",
+        "a tag of more than",
+    );
+
+    let zeros = r#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+        "meshes":[{"primitives":[PRIMITIVES]}],
+        "accessors":[{"componentType":5126,"count":60000,"type":"VEC3"}]}"#;
+    let primitives = vec![r#"{"attributes":{"POSITION":0}}"#; 64].join(",");
+    bench.write(
+        "zeros.gltf",
+        zeros.replace("PRIMITIVES", &primitives).as_bytes(),
+    );
+    assert_one_line(&bench, "texmap zeros.gltf -o out/a.png", "--max-memory");
+
+    let buffer = r#"{"uri":"self.gltf","byteLength":100000}"#;
+    let buffers = vec![buffer; 4000].join(",");
+    let document = format!(
+        r#"{{"asset":{{"version":"2.0"}},"scenes":[{{"nodes":[0]}}],"nodes":[{{}}],"buffers":[{buffers}]}}"#
+    );
+    bench.write("self.gltf", document.as_bytes());
+    assert_one_line(&bench, "texmap self.gltf -o out/a.png", "--max-memory");
+
+    let corners = "1 2 3 ".repeat(30_000);
+    bench.write(
+        "fan.obj",
+        format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf {corners}\n").as_bytes(),
+    );
+    assert_one_line(&bench, "texmap fan.obj -o out/a.png", "corners");
+
+    bench.write("m.mtl", "newmtl m\nKd 1 0 0\n".repeat(20_000).as_bytes());
+    let libraries = "mtllib m.mtl\n".repeat(20_000);
+    let obj = format!("{libraries}v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    bench.write("many.obj", obj.as_bytes());
+    assert_good(&bench.run("texmap many.obj --size 8x8 -o out/a.png"));
+    fs::remove_file(bench.path("out/a.png")).expect("written");
+
+    let inner = r#"{"name":"sharding_indexed","configuration":{"chunk_shape":[0,4,4],"codecs":[{"name":"bytes"}],
+        "index_codecs":[{"name":"bytes"}],"index_location":"end"}}"#;
+    let zarr = format!(
+        r#"{{"zarr_format":3,"node_type":"array","shape":[8,8,8],"data_type":"uint8","chunk_grid":{{"name":"regular",
+        "configuration":{{"chunk_shape":[8,8,8]}}}},"chunk_key_encoding":{{"name":"default","configuration":{{"separator":"/"}}}},
+        "fill_value":0,"codecs":[{{"name":"sharding_indexed","configuration":{{"chunk_shape":[8,8,8],"codecs":[{inner}],
+        "index_codecs":[{{"name":"bytes"}}],"index_location":"end"}}}}],"attributes":{{}}}}"#
+    );
+    fs::create_dir_all(bench.path("a.zarr/c/0/0")).expect("folders");
+    bench.write("a.zarr/zarr.json", zarr.as_bytes());
+    bench.write("a.zarr/c/0/0/0", &[0; 528]);
+    assert_one_line(&bench, "volsplat a.zarr -o out/a.png", "cannot be cut");
+    let vast = r#"{"zarr_format":2,"shape":[4194304,1048576,1048576],"chunks":[2048,1024,1024],"dtype":"|u1",
+        "compressor":null,"fill_value":0,"order":"C","filters":null}"#;
+    fs::create_dir(bench.path("b.zarr")).expect("a folder");
+    bench.write("b.zarr/.zarray", vast.as_bytes());
+    assert_one_line(&bench, "info b.zarr", "b.zarr");
+    assert!(
+        start.elapsed() < Duration::from_secs(20),
+        "no work for forged counts"
+    );
+}

@@ -223,6 +223,9 @@ fn not_usable(path: &Path, error: &image::ImageError) -> Error {
     fault(path, format!("not a usable picture: {error}"))
 }
 
+/// Most bytes of a colour profile of a PNG. A guess.
+const MAX_PROFILE_BYTES: u64 = 64 << 20;
+
 /// A decoder whose claims have been held against the length of the file, and the format.
 fn checked_decoder(path: &Path) -> Result<(ImageFormat, impl ImageDecoder + use<>), Error> {
     let (file, length) = open(path)?;
@@ -240,7 +243,11 @@ fn checked_decoder(path: &Path) -> Result<(ImageFormat, impl ImageDecoder + use<
     let mut reader = ImageReader::with_format(file, format);
     let mut limits = Limits::default();
     // Four channels of four bytes, the widest type, and as much again for the decoder's own buffers.
-    limits.max_alloc = Some(MAX_PIXELS * 32);
+    limits.max_alloc = Some(match format {
+        // This decoder takes the limit for what it unpacks beside the pixels: colour profiles, which are not used.
+        ImageFormat::Png => MAX_PROFILE_BYTES,
+        _ => MAX_PIXELS * 32,
+    });
     reader.limits(limits);
     let decoder = reader
         .into_decoder()
