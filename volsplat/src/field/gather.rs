@@ -20,9 +20,13 @@ use crate::field::settings::FieldSettings;
 use crate::sheets::view::{HalfRow, LANES, PlaneView, TileView, covered};
 use crate::stats::SampleCounts;
 
+/// How far f32 may move a sample, voxels: positions count from the middle of the volume, and 2048 voxels away f32
+/// counts in steps of 1.2e-4.
+pub(super) const POSITION_ERROR: f32 = 2e-4;
+
 /// Planes whose views are remembered in a tile; neighbouring bricks share planes. A power of two; a brick of unit
 /// cells spans at most 2 * 8 * sqrt(3) planes half a voxel apart.
-const REMEMBERED_PLANES: usize = 64;
+pub(super) const REMEMBERED_PLANES: usize = 64;
 
 /// What becomes of samples.
 pub(super) trait SampleRule {

@@ -10,14 +10,10 @@ use fearless_simd_macros::simd;
 use resample_core::composite::{DepthRule, opacity};
 
 use crate::field::cell_sample::{CellBox, inside, position};
-use crate::field::gather::{GatherScratch, Window};
+use crate::field::gather::{GatherScratch, POSITION_ERROR, Window};
 use crate::field::job::Job;
 use crate::field::uniform::Uniform;
 use crate::sheets::view::{HalfRow, LANES, PlaneView};
-
-/// How far f32 may move a sample, voxels: positions count from the middle of the volume, and 2048 voxels away f32
-/// counts in steps of 1.2e-4.
-const POSITION_ERROR: f32 = 2e-4;
 
 /// Least movement per plane along an axis, voxels: below it, a ray is taken to run along the faces of that axis.
 const LEAST_STEP: f32 = 1e-20;

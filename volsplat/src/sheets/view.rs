@@ -35,6 +35,8 @@ pub(crate) struct PlaneView {
     pub(crate) first: [f32; 4],
     /// The same for each row of the tile: that much further per pixel along y.
     pub(crate) rows: [[f32; TILE_PX]; 3],
+    /// The same for each pixel of a block of 4x4 pixels, for the blocks along y.
+    pub(crate) block_rows: [[[f32; TILE_PX]; 4]; 3],
     /// Change of the grid position per pixel along y.
     pub(crate) step_y: [f32; 4],
     /// From a camera x, y, x, y to tile pixels, so that the first covered pixel is the number rounded up.
@@ -134,8 +136,15 @@ impl TileView {
                 *row = first[axis] + number as f32 * step_y[axis];
             }
         }
+        let mut block_rows = [[[0.0; TILE_PX]; 4]; 3];
+        for (axis, blocks) in block_rows.iter_mut().enumerate() {
+            for (number, pixel) in blocks.as_flattened_mut().iter_mut().enumerate() {
+                *pixel = rows[axis][number / 4];
+            }
+        }
         PlaneView {
             rows,
+            block_rows,
             lanes: step_x
                 .to_array()
                 .map(|step| std::array::from_fn(|lane| (lane as f64 * step) as f32)),

@@ -23,9 +23,11 @@ pub(super) fn classify<S: Simd>(simd: S, job: &Job, samples: &mut PackedSamples)
             .places16(simd, values)
             .store_slice(&mut entry[first..first + LANES]);
     }
-    let mut strength = [0.0; ROOM];
+    let units_per_slab = job.view.units_per_slab.as_flattened();
+    let (mut strength, mut units) = ([0.0; ROOM], [0.0; ROOM]);
     for k in 0..count {
         strength[k] = table.strength(entry[k]);
+        units[k] = units_per_slab[(samples.place[k] >> PIXEL_SHIFT) as usize % (LANES * LANES)];
     }
     let shown = &mut samples.shown;
     shown.count = 0;
@@ -41,11 +43,7 @@ pub(super) fn classify<S: Simd>(simd: S, job: &Job, samples: &mut PackedSamples)
         if found == 0 {
             continue;
         }
-        let alpha = opacity(
-            simd,
-            settings.sheets.opacity,
-            strength * load(&samples.units),
-        );
+        let alpha = opacity(simd, settings.sheets.opacity, strength * load(&units));
         let at = shown.count..shown.count + LANES;
         alpha
             .compress(seen)

@@ -10,7 +10,7 @@ pub(in crate::field) trait PackedRule {
     /// Whether samples hide those behind them.
     const HIDES: bool;
 
-    /// Which pixels of a row take samples of the brick.
+    /// Which pixels of a row take samples of the brick. Those that are found later are asked again, one by one.
     fn open<S: Simd>(simd: S, job: &Job, scratch: &GatherScratch, row: usize) -> mask32x16<S>;
 
     /// Takes the samples of the list in. There are some.

@@ -2,7 +2,7 @@
 
 use crate::bricks::cells::{CELLS, LAST_CELL, VERTEX_SIDE};
 
-/// Lanes of a vector of packed samples: a row of a tile.
+/// Lanes of a vector of packed samples: a block of 4x4 pixels.
 pub(super) const LANES: usize = 16;
 
 /// Samples that are classified together: few enough that all that is known of them stays in the first-level cache.
@@ -24,8 +24,6 @@ pub(crate) struct PackedSamples {
     pub(super) share: [Numbers; 3],
     /// The field.
     pub(super) scalar: Numbers,
-    /// Opacity units along the ray through the slab.
-    pub(super) units: Numbers,
     /// Camera z; only where depth is wanted.
     pub(super) camera_z: Numbers,
     pub(super) shown: ShownSamples,
@@ -68,7 +66,6 @@ impl Default for PackedSamples {
             place: [0; ROOM],
             share: [zero; 3],
             scalar: zero,
-            units: zero,
             camera_z: zero,
             shown: ShownSamples {
                 count: 0,

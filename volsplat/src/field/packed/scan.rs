@@ -1,22 +1,27 @@
 //! The planes of a brick over a tile: which of their samples lie in cells that may show something.
 //!
-//! A row of the tile is one vector. A brick's 512 cells are as many bits, in one vector of 64 bytes, and a sample's bit
-//! is found in it by permutation.
+//! A block of 4x4 pixels is one vector: a brick covers a few pixels along both axes, so that fewer lanes miss it than in
+//! rows of pixels. A brick's 512 cells are as many bits, in one vector of 64 bytes, and a sample's bit is found in it by
+//! permutation.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, mask32x16, u8x64, u32x16};
 use resample_core::composite::DepthRule;
 use resample_core::tile::TILE_PX;
 
+use super::blocks::{BLOCK_PX, Ends, open_blocks, planes_inside, positions};
 use super::rule::PackedRule;
 use super::samples::{LANES, PIXEL_SHIFT, PackedSamples};
 use crate::bricks::cells::{CELL_SIDE, TABLE_LEN, VERTEX_SIDE};
 use crate::field::cell_sample::CellBox;
-use crate::field::gather::{GatherScratch, Window};
+use crate::field::gather::{GatherScratch, REMEMBERED_PLANES, Window};
 use crate::field::job::Job;
 use crate::sheets::view::PlaneView;
 
-const _: () = assert!(LANES == TILE_PX);
+/// Planes that are gone through together: a tile remembers as many.
+const PLANES: u32 = REMEMBERED_PLANES as u32;
+
+const _: () = assert!(LANES == BLOCK_PX * BLOCK_PX);
 
 /// What a scan looks for.
 struct Scan<'a, S: Simd> {
@@ -24,12 +29,12 @@ struct Scan<'a, S: Simd> {
     cells: CellBox,
     /// A bit for each cell.
     bits: u8x64<S>,
-    /// 0, 1, .. at the place of the pixel.
+    /// The pixels of the first block, at the place of the pixel.
     lanes: u32x16<S>,
 }
 
-/// Samples of a row of a plane.
-struct Row<S: Simd> {
+/// Samples of a block of a plane.
+struct Block<S: Simd> {
     position: [f32x16<S>; 3],
     inside: mask32x16<S>,
 }
@@ -45,7 +50,7 @@ pub(super) fn add_planes<S: Simd, R: PackedRule>(
     let (settings, placed) = (job.settings, job.placed);
     let mut numbers = [0; LANES];
     for (lane, number) in numbers.iter_mut().enumerate() {
-        *number = (lane as u32) << PIXEL_SHIFT;
+        *number = (lane / BLOCK_PX * TILE_PX + lane % BLOCK_PX) as u32;
     }
     let scan = Scan {
         job,
@@ -53,20 +58,35 @@ pub(super) fn add_planes<S: Simd, R: PackedRule>(
         bits: u8x64::from_slice(simd, placed.brick.shown.rows()),
         lanes: u32x16::from_slice(simd, &numbers),
     };
+    let open = open_blocks::<S, R>(simd, job, window, scratch);
     // Out of the scratch storage as long as the rest of it changes.
     let mut planes = std::mem::take(&mut scratch.planes);
     let mut touched = 0;
-    for number in placed.planes[0]..placed.planes[1] {
-        let plane = planes.at(job.view, number);
-        let section = window.section(simd, settings, plane, placed);
-        if section.columns[0] >= section.columns[1] {
-            continue;
-        }
-        for row in section.rows[0]..section.rows[1] {
-            touched += LANES;
-            scan.add_row::<R>(simd, plane, row, scratch);
-            if scratch.samples.is_full() {
-                flush::<S, R>(simd, job, scratch);
+    for first in (placed.planes[0]..placed.planes[1]).step_by(REMEMBERED_PLANES) {
+        let count = PLANES.min(placed.planes[1] - first);
+        let ends = Ends {
+            planes: [
+                *planes.at(job.view, first),
+                *planes.at(job.view, first + count - 1),
+            ],
+            count,
+        };
+        let [left, right] = window.columns;
+        for (y, row) in open.iter().enumerate() {
+            for (x, &open) in row.iter().enumerate() {
+                let is_covered = x * BLOCK_PX < right && (x + 1) * BLOCK_PX > left;
+                if open == 0 || !is_covered {
+                    continue;
+                }
+                let at = [x, y];
+                for number in planes_inside(simd, &ends, &scan.cells, at, open) {
+                    touched += LANES;
+                    let plane = planes.at(job.view, first + number);
+                    scan.add_block::<R>(simd, plane, (at, open), scratch);
+                    if scratch.samples.is_full() {
+                        flush::<S, R>(simd, job, scratch);
+                    }
+                }
             }
         }
     }
@@ -89,15 +109,14 @@ fn flush<S: Simd, R: PackedRule>(simd: S, job: &Job, scratch: &mut GatherScratch
 
 impl<S: Simd> Scan<'_, S> {
     #[inline(always)]
-    fn add_row<R: PackedRule>(
+    fn add_block<R: PackedRule>(
         &self,
         simd: S,
         plane: &PlaneView,
-        row: usize,
+        ([x, y], open): ([usize; 2], u64),
         scratch: &mut GatherScratch,
     ) {
-        let open = R::open(simd, self.job, scratch, row);
-        let mut found = self.inside(simd, plane, row, open);
+        let mut found = self.inside(simd, positions(simd, plane, [x, y]), open);
         if self.job.placed.cuts != 0 {
             found.inside &= self.clipped(simd, &found.position);
         }
@@ -114,9 +133,14 @@ impl<S: Simd> Scan<'_, S> {
         } else {
             inside
         };
-        let units = f32x16::from_slice(simd, &self.job.view.units_per_slab[row]);
-        let place = cell | self.lanes | u32x16::splat(simd, (row * LANES) as u32) << PIXEL_SHIFT;
-        append(&mut scratch.samples, inside, place, share, units);
+        let first = (y * BLOCK_PX * TILE_PX + x * BLOCK_PX) as u32;
+        let pixel = self.lanes + u32x16::splat(simd, first);
+        append(
+            &mut scratch.samples,
+            inside,
+            cell | pixel << PIXEL_SHIFT,
+            share,
+        );
         if self.job.settings.sheets.depth == DepthRule::Expected || !R::HIDES {
             let z = f32x16::splat(simd, plane.camera_z);
             let first = scratch.samples.len();
@@ -126,22 +150,15 @@ impl<S: Simd> Scan<'_, S> {
         scratch.samples.grow(count);
     }
 
-    /// Where a row of a plane lies in the grid, relative to the anchor, and which of its samples lie in the box of the
-    /// brick's visible cells. Positions come out the same for every brick, so that a sample on a face belongs to one.
+    /// Which open samples of a block lie in the box of the brick's visible cells.
     #[inline(always)]
-    fn inside(&self, simd: S, plane: &PlaneView, row: usize, open: mask32x16<S>) -> Row<S> {
-        let mut found = Row {
-            position: [f32x16::splat(simd, 0.0); 3],
-            inside: open,
-        };
-        for axis in 0..3 {
-            let at = f32x16::from_slice(simd, &plane.lanes[axis])
-                + f32x16::splat(simd, plane.rows[axis][row]);
-            found.position[axis] = at;
-            found.inside &= at.simd_ge(f32x16::splat(simd, self.cells.low[axis]))
+    fn inside(&self, simd: S, position: [f32x16<S>; 3], open: u64) -> Block<S> {
+        let mut inside = mask32x16::from_bitmask(simd, open);
+        for (axis, at) in position.iter().enumerate() {
+            inside &= at.simd_ge(f32x16::splat(simd, self.cells.low[axis]))
                 & at.simd_lt(f32x16::splat(simd, self.cells.high[axis]));
         }
-        found
+        Block { position, inside }
     }
 
     /// The numbers of the cells of positions, and the positions in them. Those outside the brick get a cell inside.
@@ -232,7 +249,6 @@ fn append<S: Simd>(
     inside: mask32x16<S>,
     place: u32x16<S>,
     share: [f32x16<S>; 3],
-    units: f32x16<S>,
 ) {
     let first = samples.len();
     let end = first + LANES;
@@ -242,7 +258,4 @@ fn append<S: Simd>(
     for (numbers, share) in samples.share.iter_mut().zip(share) {
         share.compress(inside).store_slice(&mut numbers[first..end]);
     }
-    units
-        .compress(inside)
-        .store_slice(&mut samples.units[first..end]);
 }
