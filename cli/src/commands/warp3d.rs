@@ -6,7 +6,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::{Result, bail};
+use anyhow::{Error, Result, anyhow, bail};
 use resample_core::Camera;
 use resample_io::{Gate, Outside};
 use serde_json::{Value, json};
@@ -249,8 +249,16 @@ fn keeping(
     target: [u32; 2],
     purpose: Purpose,
 ) -> Result<Keeping> {
-    match (check_memory(args, options, target), args.max_memory) {
-        (Ok(()), _) | (_, None) => Ok(Keeping::Memory),
+    let gate = Gate::new(Outside::Refused, args.max_memory);
+    let sizes = warp_scene::sizes(args)?;
+    if gate.given_memory().is_none() {
+        check_unpacked(args, &sizes, &gate)?;
+    }
+    let fits = warp3d::memory::check_memory(&sizes, target, options, gate.max_memory());
+    match (fits.map_err(Error::from), args.max_memory) {
+        (Ok(()), _) => Ok(Keeping::Memory),
+        // A temporary file has to be asked for.
+        (Err(error), None) => Err(error.context("--max-memory keeps the references in a file")),
         (Err(error), _) if purpose == Purpose::Compare => {
             Err(error.context("settings are compared and chosen with the references in memory"))
         }
@@ -258,17 +266,18 @@ fn keeping(
     }
 }
 
-/// Compares the warp's memory with `--max-memory`.
-fn check_memory(args: &Warp3dArgs, options: &WarpOptions, target: [u32; 2]) -> Result<()> {
-    let Some(max_memory) = args.max_memory else {
-        return Ok(());
-    };
-    Ok(warp3d::memory::check_memory(
-        &warp_scene::sizes(args)?,
-        target,
-        options,
-        max_memory,
-    )?)
+/// Refuses small files that unpack to large references.
+fn check_unpacked(args: &Warp3dArgs, sizes: &[[u32; 2]], gate: &Gate) -> Result<()> {
+    // At least a byte for each of three colours, and one of depth.
+    const PIXEL_BYTES: u64 = 4;
+    let pixels: u64 = sizes
+        .iter()
+        .map(|&[w, h]| u64::from(w) * u64::from(h))
+        .sum();
+    let held = |path: PathBuf| std::fs::metadata(path).map_or(0, |file| file.len());
+    let packed = warp_scene::files(args).into_iter().map(held).sum();
+    gate.ask_unpacked(pixels.saturating_mul(PIXEL_BYTES), packed, "the references")
+        .map_err(|what| anyhow!("{}: {what}", args.colour))
 }
 
 fn shared(args: &Warp3dArgs, frames: Option<&Frames>) -> Shared {
