@@ -196,12 +196,16 @@ fn forged_lengths_cost_no_memory() {
         text.contains("(7FE0,0010) claims 4294967280 bytes, but 0 follow"),
         "{text}"
     );
-    let large = SLICE
-        .elements()
-        .short(0x0028_0010, 65_535)
-        .short(0x0028_0011, 65_535);
-    let text = folder.refusal(&[&large.clone().bytes(0x7FE0_0010, b"OW", &[0; 8]).file()]);
+    let of_size = |side: u16| {
+        let rows = SLICE.elements().short(0x0028_0010, side);
+        rows.short(0x0028_0011, side)
+    };
+    let large = of_size(4000);
+    let plain = |elements: Elements| elements.bytes(0x7FE0_0010, b"OW", &[0; 8]).file();
+    let text = folder.refusal(&[&plain(large.clone())]);
     assert!(text.contains("do not fit the 8 bytes"), "{text}");
+    let text = folder.refusal(&[&plain(of_size(65_535))]);
+    assert!(text.contains("8.6 GB unpacked"), "{text}");
     for syntax in [
         RLE,
         JPEG_LS,

@@ -200,7 +200,7 @@ impl Packed {
                 "'byte skip: -1' with an encoding other than raw".to_owned(),
             ));
         };
-        gate.ask_unpacked(needed.saturating_add(skip), self.held, "the voxels")?;
+        let unpacked = needed.saturating_add(skip);
         Ok(match encoding {
             Encoding::Text => {
                 // A digit and a separator for every value but the last.
@@ -212,15 +212,17 @@ impl Packed {
                 stored.decode(hex::HexReader::new(self.behind(skip)?))?
             }
             Encoding::Bzip2 => {
-                // It expands up to a million times, so its size says nothing; memory grows only as data arrives.
-                let unpacked = bzip2::bufread::MultiBzDecoder::new(self.behind(0)?);
-                stored.decode(after_skip(unpacked, skip)?)?
+                // It expands up to a million times, so its size says little; memory grows only as data arrives.
+                gate.ask_unpacked(unpacked, self.held, "the voxels")?;
+                let stream = bzip2::bufread::MultiBzDecoder::new(self.behind(0)?);
+                stored.decode(after_skip(stream, skip)?)?
             }
             Encoding::Gzip | Encoding::Raw => {
                 let possible = self.held.saturating_mul(DEFLATE_EXPANSION);
-                self.refuse_beyond(needed.saturating_add(skip), possible, "unpacked data")?;
-                let unpacked = flate2::bufread::MultiGzDecoder::new(self.behind(0)?);
-                stored.decode(after_skip(unpacked, skip)?)?
+                self.refuse_beyond(unpacked, possible, "unpacked data")?;
+                gate.ask_unpacked(unpacked, self.held, "the voxels")?;
+                let stream = flate2::bufread::MultiGzDecoder::new(self.behind(0)?);
+                stored.decode(after_skip(stream, skip)?)?
             }
         })
     }
