@@ -26,10 +26,10 @@ pub use film::{DEFAULT_FPS, Film, FilmKind, FilmPlan, kind_of};
 pub use names::FrameNames;
 pub use png::Depth;
 
-/// What the name of a temporary file begins with.
+/// The beginning of every temporary file's name.
 const PREFIX: &str = ".resample-";
 
-/// What it ends with.
+/// The end of every temporary file's name.
 const SUFFIX: &str = ".tmp";
 
 /// How a picture is written.

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Error;
+use resample_io::memory;
 use serde::{Serialize, Serializer};
 use serde_json::Value;
 
@@ -102,7 +103,7 @@ pub fn print(text: &str) -> Result<(), Error> {
     }
 }
 
-/// The name of a file as text; what is no Unicode in it is replaced.
+/// The name of a file as text; bytes that are not Unicode become U+FFFD.
 pub fn name(path: &Path) -> String {
     path.to_string_lossy().into_owned()
 }
@@ -182,7 +183,7 @@ pub fn summary(frames: &[WrittenFrame], seconds: f64) -> String {
         return format!("wrote {count} pictures as {film} in {seconds:.2} s");
     }
     let bytes = frames.iter().map(|frame| frame.file_bytes).sum();
-    let (count, size) = (frames.len(), human_bytes(bytes));
+    let (count, size) = (frames.len(), memory::human(bytes));
     let (first, last) = (first.file.display(), last.file.display());
     format!("wrote {count} pictures, {first} to {last} ({size}) in {seconds:.2} s")
 }
@@ -215,23 +216,13 @@ pub fn available_bytes() -> Option<u64> {
 }
 
 fn described(frame: &WrittenFrame) -> String {
-    let size = human_bytes(frame.file_bytes);
+    let size = memory::human(frame.file_bytes);
     format!(
         "{} ({}x{}, {size})",
         frame.file.display(),
         frame.width,
         frame.height
     )
-}
-
-/// A number of bytes as people write it.
-pub fn human_bytes(bytes: u64) -> String {
-    match bytes {
-        0..1_000 => format!("{bytes} bytes"),
-        1_000..1_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),
-        1_000_000..1_000_000_000 => format!("{:.1} MB", bytes as f64 / 1e6),
-        _ => format!("{:.1} GB", bytes as f64 / 1e9),
-    }
 }
 
 #[cfg(test)]

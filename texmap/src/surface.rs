@@ -11,7 +11,7 @@ use resample_core::{Camera, Projection};
 use crate::charts::Borders;
 use crate::cull::{Facing, ScreenTriangle};
 use crate::plane::{Plane, moved, narrow, value};
-use crate::prepare::{LightKind, MAPS, NORMALS, Prepared, PreparedMaterial};
+use crate::prepare::{LightKind, LightMap, MAPS, NORMALS, Prepared, PreparedMaterial};
 use crate::scene::Wrap;
 
 /// A texture's coordinates over the tile.
@@ -139,6 +139,27 @@ impl<'a> TileView<'a> {
     }
 }
 
+/// Gives the planes of texture coordinates, from the coordinate of a corner and the pyramid.
+type UvOf<'a> = dyn Fn(&dyn Fn(usize) -> DVec2, usize) -> UvPlanes + 'a;
+
+/// Where a map of light is looked up: as the base texture, at its coordinates scaled, or at coordinates of its own.
+fn map_planes(map: &LightMap, own: &[DVec2], base: &[DVec2], uv: &UvOf) -> Option<MapPlanes> {
+    let planes = match map.per_base {
+        Some([1.0, 1.0]) => {
+            return Some(MapPlanes::LikeBase {
+                pyramid: map.pyramid,
+            });
+        }
+        Some(scale) => {
+            let scale = DVec2::from(scale.map(f64::from));
+            uv(&|i| base[i] * scale, map.pyramid)
+        }
+        None if own.is_empty() => return None,
+        None => uv(&|i| own[i], map.pyramid),
+    };
+    Some(MapPlanes::Own(Box::new(planes)))
+}
+
 impl Surface {
     /// The triangle as the tile sees it; `seen_px` is a position of the tile, from its corner, where it is seen.
     pub(crate) fn new(tile: &TileView, triangle: &ScreenTriangle, seen_px: [f32; 2]) -> Self {
@@ -190,23 +211,8 @@ impl Surface {
         let colours = (!mesh.colours.is_empty())
             .then(|| [0, 1, 2, 3].map(|k| plane(corners.map(|i| f64::from(mesh.colours[i][k])))));
         let maps = material.physical.map(|physical| {
-            let map = |k: usize| {
-                let map = physical.maps[k]?;
-                let Some(scale) = map.per_base else {
-                    return of_list(&mesh.map_uv[k], Some(map.pyramid))
-                        .map(|planes| MapPlanes::Own(Box::new(planes)));
-                };
-                if scale == [1.0; 2] {
-                    return Some(MapPlanes::LikeBase {
-                        pyramid: map.pyramid,
-                    });
-                }
-                let scale = DVec2::from(scale.map(f64::from));
-                Some(MapPlanes::Own(Box::new(uv(
-                    &|i| mesh.base_uv[i] * scale,
-                    map.pyramid,
-                ))))
-            };
+            let map =
+                |k: usize| map_planes(&physical.maps[k]?, &mesh.map_uv[k], &mesh.base_uv, &uv);
             let mut tangents = [[0.0; 4]; 3];
             if physical.maps[NORMALS].is_some() && !mesh.tangents.is_empty() {
                 tangents = mesh.tangents[triangle.seen.triangle as usize];

@@ -5,6 +5,7 @@
 
 use anyhow::Result;
 use glam::DVec3;
+use resample_io::memory;
 use serde_json::{Value, json};
 use volsplat::VoxelType;
 use volsplat::input::{format_of, peek};
@@ -195,7 +196,7 @@ impl Facts {
 
 impl Memory {
     fn text(&self) -> String {
-        let human = report::human_bytes;
+        let human = memory::human;
         let most = self.voxels.saturating_add(self.most_bricks);
         let needed = format!(
             "{} for the voxels, up to {} to draw them",

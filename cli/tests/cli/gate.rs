@@ -1,4 +1,4 @@
-//! What may be read and written: inputs stay as they are, names in files stay in their folder, bombs are refused.
+//! Files that are read and written: no input changes, names in files stay in their folder, bombs are refused.
 
 use std::fs;
 use std::io::Write;

@@ -70,16 +70,8 @@ pub(crate) fn reflect<S: Simd>(
     let splat = |x: f32| f32x16::splat(simd, x);
     let load = |lanes: &Lanes| f32x16::from_slice(simd, &lanes[first..first + LANES]);
     let (zero, one) = (splat(0.0), splat(1.0));
-    let [nx, ny, nz] = [
-        load(&inputs.normal[0]),
-        load(&inputs.normal[1]),
-        load(&inputs.normal[2]),
-    ];
-    let [vx, vy, vz] = [
-        load(&inputs.eye[0]),
-        load(&inputs.eye[1]),
-        load(&inputs.eye[2]),
-    ];
+    let [nx, ny, nz] = load_3(simd, &inputs.normal, first);
+    let [vx, vy, vz] = load_3(simd, &inputs.eye, first);
     let cosine = nx * vx + ny * vy + nz * vz;
     let twice = cosine + cosine;
     let mirrored = [nx * twice - vx, ny * twice - vy, nz * twice - vz];
@@ -91,11 +83,7 @@ pub(crate) fn reflect<S: Simd>(
     let spread = apart.select(spread2.max(zero).sqrt(), zero);
     let lobes = if apart.any_true() { 2 } else { 1 };
     let (dielectric, metal) = (splat(DIELECTRIC), load(&inputs.metal));
-    let base = [
-        load(&inputs.base[0]),
-        load(&inputs.base[1]),
-        load(&inputs.base[2]),
-    ];
+    let base = load_3(simd, &inputs.base, first);
     let mut even = [zero; 3];
     let mut mirror = [zero; 3];
     let mut reflectance = [zero; 2];
@@ -143,6 +131,16 @@ pub(crate) fn reflect<S: Simd>(
     for lane in 0..count {
         out[lane] = Vec4::new(rgb[0][lane], rgb[1][lane], rgb[2][lane], 0.0);
     }
+}
+
+/// Three numbers of each place, a vector of places from `first` on.
+#[inline(always)]
+fn load_3<S: Simd>(simd: S, lanes: &[Lanes; 3], first: usize) -> [f32x16<S>; 3] {
+    [
+        f32x16::from_slice(simd, &lanes[0][first..first + LANES]),
+        f32x16::from_slice(simd, &lanes[1][first..first + LANES]),
+        f32x16::from_slice(simd, &lanes[2][first..first + LANES]),
+    ]
 }
 
 /// Irradiance over pi; normals that vary see less of its change.

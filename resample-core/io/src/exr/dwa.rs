@@ -1,4 +1,4 @@
-//! What a block of the compressions DWAA and DWAB claims about itself, held against what its pixels can need.
+//! Checks the sizes at the head of a block of the compressions DWAA and DWAB against the size of its pixels.
 //!
 //! The decoder takes memory by these claims before it looks at the data, and memory that is not there ends the process.
 
