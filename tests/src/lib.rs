@@ -14,6 +14,7 @@ pub mod data;
 pub mod exr_read;
 pub mod field;
 pub mod frames;
+pub mod fuzzed;
 pub mod import_graph;
 pub mod interleaved;
 pub mod interpolation_reference;

@@ -236,7 +236,7 @@ fn checked_decoder(path: &Path) -> Result<(ImageFormat, impl ImageDecoder + use<
     let Some(format) = guessed.format() else {
         return Err(fault(
             path,
-            "no known picture format (formats are told by the content): expected PNG, JPEG, EXR, TIFF, PFM or .npy",
+            "no known picture format (the content decides): expected PNG, JPEG, EXR, TIFF, HDR or WebP for colours; depths may also be PFM or .npy",
         ));
     };
     file.rewind().map_err(|source| cannot_read(path, &source))?;

@@ -8,6 +8,7 @@ mod extreme_opacities;
 mod extremes;
 mod footprint_modes;
 mod formats_real;
+mod fuzzed;
 mod isosurface;
 mod kernel_sheets;
 mod large_volumes;

@@ -1,0 +1,387 @@
+//! Volumes of 2x3x4 voxels.
+
+use super::binary::{deflate, floats, gzip, shorts, zlib};
+use super::{Seed, packed, pictures};
+
+pub(super) const WORDS: [&str; 37] = [
+    "NRRD0005",
+    "type: ",
+    "dimension: ",
+    "sizes: ",
+    "encoding: ",
+    "endian: ",
+    "spacings: ",
+    "space directions: ",
+    "space origin: ",
+    "kinds: ",
+    "data file: LIST",
+    "byte skip: ",
+    "line skip: ",
+    "gzip",
+    "bzip2",
+    "hex",
+    "ascii",
+    "NDims = ",
+    "DimSize = ",
+    "ElementType = MET_",
+    "ElementDataFile = LOCAL",
+    "CompressedData = True",
+    "ElementNumberOfChannels = ",
+    "TransformMatrix = ",
+    "<VTKFile",
+    "type=\"ImageData\"",
+    "header_type=\"UInt64\"",
+    "WholeExtent=\"",
+    "format=\"appended\"",
+    "compressor=\"vtkZLibDataCompressor\"",
+    "<DataArray",
+    "NumberOfComponents=\"",
+    "\\x93NUMPY\\x01\\x00",
+    "fortran_order",
+    "DICM",
+    "1.2.840.10008.1.2.4.90",
+    "n+1\\x00",
+];
+
+pub(super) const ZARR_WORDS: [&str; 24] = [
+    "zarr_format",
+    "node_type",
+    "shape",
+    "data_type",
+    "chunk_grid",
+    "chunk_shape",
+    "codecs",
+    "sharding_indexed",
+    "index_codecs",
+    "index_location",
+    "bytes",
+    "endian",
+    "blosc",
+    "zstd",
+    "gzip",
+    "lz4",
+    "transpose",
+    "crc32c",
+    "fill_value",
+    "NaN",
+    "dimension_separator",
+    "multiscales",
+    "coordinateTransformations",
+    "omero",
+];
+
+const VALUES: usize = 24;
+
+fn bytes() -> Vec<u8> {
+    (0..VALUES as u8).collect()
+}
+
+fn real_numbers() -> Vec<u8> {
+    floats(&std::array::from_fn::<f32, VALUES, _>(|i| i as f32 - 3.5))
+}
+
+fn headed(head: &str, data: &[u8]) -> Vec<u8> {
+    [head.as_bytes(), data].concat()
+}
+
+pub(super) fn files() -> Vec<Seed> {
+    let mut files = nrrd();
+    files.extend(meta_image());
+    files.extend(vti());
+    files.extend(dicom());
+    files.extend([
+        ("nifti.nii", nifti()),
+        ("nifti.nii.gz", gzip(&nifti())),
+        (
+            "npy",
+            pictures::npy("<i2", "(4, 3, 2)", &shorts(&[7; VALUES])),
+        ),
+        ("npy.f8", pictures::npy(">f8", "(2, 2, 2)", &[64; 64])),
+        ("tiff", pictures::tiff_pages()),
+    ]);
+    files
+}
+
+fn nrrd() -> Vec<Seed> {
+    let head = "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 2 3 4\nencoding: ";
+    let space = "NRRD0004\ntype: float\ndimension: 3\nspace: left-posterior-superior\nsizes: 2 3 4\n\
+                 space directions: (1,0,0) (0,1,0) (0,0,2)\nspace origin: (5,6,7)\nendian: little\nencoding: raw\n\n";
+    let list = "NRRD0005\ntype: uint8\ndimension: 4\nsizes: 3 2 2 2\nkinds: vector space space space\nencoding: ";
+    let text: String = (0..VALUES).map(|i| format!("{i} ")).collect();
+    let hex: String = bytes().iter().map(|byte| format!("{byte:02x}")).collect();
+    vec![
+        ("nrrd.raw", headed(&format!("{head}raw\n\n"), &bytes())),
+        (
+            "nrrd.gz",
+            headed(&format!("{head}gzip\nbyte skip: 0\n\n"), &gzip(&bytes())),
+        ),
+        (
+            "nrrd.ascii",
+            headed(
+                &format!("{head}ascii\nspacings: 1 2 3\n\n"),
+                text.as_bytes(),
+            ),
+        ),
+        (
+            "nrrd.hex",
+            headed(&format!("{head}hex\n\n"), hex.as_bytes()),
+        ),
+        ("nrrd.space", headed(space, &real_numbers())),
+        ("nrrd.vector", headed(&format!("{list}raw\n\n"), &bytes())),
+        (
+            "nhdr.cut",
+            headed(
+                &format!("{head}raw\ndata file: volume\nbyte skip: -1\n"),
+                &bytes(),
+            ),
+        ),
+    ]
+}
+
+fn meta_image() -> Vec<Seed> {
+    let head = "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nElementSpacing = 1 1 2\n\
+                TransformMatrix = 1 0 0 0 1 0 0 0 1\nOffset = 0 0 0\nDimSize = 2 3 4\n";
+    let small =
+        |rest: &str, data: &[u8]| headed(&format!("{head}{rest}ElementDataFile = LOCAL\n"), data);
+    let packed = zlib(&bytes());
+    let size = format!(
+        "CompressedData = True\nCompressedDataSize = {}\nElementType = MET_UCHAR\n",
+        packed.len()
+    );
+    vec![
+        ("mha", small("ElementType = MET_UCHAR\n", &bytes())),
+        ("mha.z", small(&size, &packed)),
+        (
+            "mha.float",
+            small("ElementType = MET_FLOAT\n", &real_numbers()),
+        ),
+        (
+            "mha.two",
+            small(
+                "ElementNumberOfChannels = 2\nElementType = MET_UCHAR\n",
+                &[bytes(), bytes()].concat(),
+            ),
+        ),
+    ]
+}
+
+fn vti() -> Vec<Seed> {
+    let wrapped = |attributes: &str, array: &str, appended: &str| {
+        format!(
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\" {attributes}>\n\
+             <ImageData WholeExtent=\"0 1 0 2 0 3\" Origin=\"0 0 0\" Spacing=\"1 1 1\">\n<Piece Extent=\"0 1 0 2 0 3\">\n\
+             <PointData Scalars=\"s\">\n{array}\n</PointData>\n</Piece>\n</ImageData>\n{appended}</VTKFile>\n"
+        )
+    };
+    let text: String = (0..VALUES).map(|i| format!("{i} ")).collect();
+    let ascii = format!("<DataArray type=\"UInt8\" Name=\"s\" format=\"ascii\">{text}</DataArray>");
+    let base64 = "<DataArray type=\"UInt8\" Name=\"s\" format=\"binary\">GAAAAAAAAAAAAQIDBAUGBwgJCgsMDQ4PEBESExQVFhc=</DataArray>";
+    let array = "<DataArray type=\"UInt8\" Name=\"s\" format=\"appended\" offset=\"0\"/>";
+    let long = "header_type=\"UInt64\"";
+    let raw = |attributes: &str, data: &[u8]| {
+        let file = wrapped(
+            attributes,
+            array,
+            "<AppendedData encoding=\"raw\">\n_@</AppendedData>\n",
+        );
+        let at = file.find("_@").expect("the place of the data") + 1;
+        [&file.as_bytes()[..at], data, &file.as_bytes()[at + 1..]].concat()
+    };
+    let plain = [(VALUES as u64).to_le_bytes().as_slice(), &bytes()].concat();
+    let packed = zlib(&bytes());
+    let head: Vec<u8> = [1, VALUES as u64, 0, packed.len() as u64]
+        .iter()
+        .flat_map(|n| n.to_le_bytes())
+        .collect();
+    let zipped = "header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\"";
+    vec![
+        ("vti.ascii", wrapped("", &ascii, "").into_bytes()),
+        ("vti.base64", wrapped(long, base64, "").into_bytes()),
+        ("vti.raw", raw(long, &plain)),
+        ("vti.zlib", raw(zipped, &[head, packed].concat())),
+    ]
+}
+
+fn nifti() -> Vec<u8> {
+    let mut head = vec![0u8; 352];
+    let mut put = |at: usize, bytes: &[u8]| head[at..at + bytes.len()].copy_from_slice(bytes);
+    put(0, &348i32.to_le_bytes());
+    put(40, &shorts(&[3, 2, 3, 4, 1, 1, 1, 1]));
+    // Numbers of 16 bits.
+    put(70, &shorts(&[4, 16]));
+    put(76, &floats(&[1.0, 1.0, 1.5, 2.0]));
+    put(108, &floats(&[352.0, 2.0, -1.0]));
+    put(252, &shorts(&[1, 1]));
+    put(
+        280,
+        &floats(&[1.0, 0.0, 0.0, 5.0, 0.0, 1.0, 0.0, 6.0, 0.0, 0.0, 2.0, 7.0]),
+    );
+    put(344, b"n+1\0");
+    [head, shorts(&[9; VALUES])].concat()
+}
+
+/// An element with its value in the explicit notation.
+fn element(tag: [u16; 2], kind: &[u8; 2], value: &[u8]) -> Vec<u8> {
+    let mut bytes = shorts(&tag);
+    bytes.extend(kind);
+    let padded = value.len() + value.len() % 2;
+    if matches!(kind, b"OW" | b"OB" | b"SQ" | b"UN") {
+        bytes.extend([0; 2]);
+        bytes.extend((padded as u32).to_le_bytes());
+    } else {
+        bytes.extend((padded as u16).to_le_bytes());
+    }
+    bytes.extend(value);
+    bytes.resize(bytes.len() + padded - value.len(), b' ');
+    bytes
+}
+
+fn dicom_file(syntax: &str, elements: &[Vec<u8>]) -> Vec<u8> {
+    let head = element([2, 0x10], b"UI", format!("{syntax}\0").as_bytes());
+    let length = element([2, 0], b"UL", &(head.len() as u32).to_le_bytes());
+    let body = elements.concat();
+    let body = if syntax.ends_with(".99") {
+        deflate(&body)
+    } else {
+        body
+    };
+    [vec![0; 128], b"DICM".to_vec(), length, head, body].concat()
+}
+
+fn dicom() -> Vec<Seed> {
+    let number = |value: u16| value.to_le_bytes();
+    let slice = |frames: &[u8]| {
+        vec![
+            element([8, 0x60], b"CS", b"CT"),
+            element([0x18, 0x50], b"DS", b"1"),
+            element([0x20, 0x0E], b"UI", b"1.2.3"),
+            element([0x20, 0x32], b"DS", b"0\\0\\0"),
+            element([0x20, 0x37], b"DS", b"1\\0\\0\\0\\1\\0"),
+            element([0x28, 2], b"US", &number(1)),
+            element([0x28, 8], b"IS", frames),
+            element([0x28, 0x10], b"US", &number(3)),
+            element([0x28, 0x11], b"US", &number(4)),
+            element([0x28, 0x30], b"DS", b"1\\1"),
+            element([0x28, 0x100], b"US", &number(16)),
+            element([0x28, 0x101], b"US", &number(12)),
+            element([0x28, 0x103], b"US", &number(0)),
+            element([0x28, 0x1052], b"DS", b"-1024"),
+            element([0x28, 0x1053], b"DS", b"1"),
+        ]
+    };
+    let plain = element([0x7FE0, 0x10], b"OW", &shorts(&[500; VALUES]));
+    let packed = |fragment: &[u8]| {
+        let mut bytes = shorts(&[0x7FE0, 0x10]);
+        bytes.extend(b"OB\0\0\xFF\xFF\xFF\xFF");
+        for item in [&[][..], fragment] {
+            bytes.extend(shorts(&[0xFFFE, 0xE000]));
+            bytes.extend((item.len() as u32).to_le_bytes());
+            bytes.extend(item);
+        }
+        bytes.extend(shorts(&[0xFFFE, 0xE0DD, 0, 0]));
+        bytes
+    };
+    // Two planes of bytes, each a run of twelve.
+    let mut runs = vec![0u8; 64];
+    runs[..12].copy_from_slice(&[2, 0, 0, 0, 64, 0, 0, 0, 66, 0, 0, 0]);
+    runs.extend([0xF5, 1, 0xF5, 44]);
+    let with = |frames: &[u8], pixels: Vec<u8>| [slice(frames), vec![pixels]].concat();
+    vec![
+        (
+            "dicom",
+            dicom_file("1.2.840.10008.1.2.1", &with(b"2", plain.clone())),
+        ),
+        (
+            "dicom.deflate",
+            dicom_file("1.2.840.10008.1.2.1.99", &with(b"2", plain)),
+        ),
+        (
+            "dicom.rle",
+            dicom_file("1.2.840.10008.1.2.5", &with(b"1", packed(&runs))),
+        ),
+        (
+            "dicom.jpeg",
+            dicom_file(
+                "1.2.840.10008.1.2.4.50",
+                &with(b"1", packed(&pictures::jpeg())),
+            ),
+        ),
+        (
+            "dicom.jpeg2000.cut",
+            dicom_file("1.2.840.10008.1.2.4.90", &with(b"1", packed(&JPEG_2000))),
+        ),
+        (
+            "dicom.jpegls.cut",
+            dicom_file("1.2.840.10008.1.2.4.80", &with(b"1", packed(&JPEG_LS))),
+        ),
+    ]
+}
+
+/// The head of a JPEG 2000 code stream of 4x3 pixels of 16 bits, and no data.
+const JPEG_2000: [u8; 92] = [
+    0xFF, 0x4F, 0xFF, 0x51, 0, 41, 0, 0, 0, 0, 0, 4, 0, 0, 0, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    4, 0, 0, 0, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 15, 1, 1, 0xFF, 0x52, 0, 12, 0, 0, 0, 1, 0, 1, 4,
+    4, 0, 1, 0xFF, 0x5C, 0, 7, 0x40, 0x80, 0x88, 0x88, 0x90, 0xFF, 0x90, 0, 10, 0, 0, 0, 0, 0, 19,
+    0, 1, 0xFF, 0x93, 0xC7, 0xD4, 4, 1, 2, 3, 0x80, 0x80, 0xFF, 0xD9,
+];
+
+/// A JPEG-LS picture of 4x3 pixels of 12 bits.
+const JPEG_LS: [u8; 33] = [
+    0xFF, 0xD8, 0xFF, 0xF7, 0, 11, 12, 0, 3, 0, 4, 1, 1, 0x11, 0, 0xFF, 0xDA, 0, 8, 1, 1, 0, 0, 0,
+    0, 0x6C, 0, 0x20, 0x8E, 1, 0xC0, 0xFF, 0xD9,
+];
+
+pub(super) fn zarr() -> Vec<Seed> {
+    let v2 = r#"{"zarr_format":2,"shape":[4,3,2],"chunks":[2,3,2],"dtype":"|u1","compressor":null,"fill_value":0,"order":"C","filters":null}"#;
+    let gz = r#"{"zarr_format":2,"shape":[4,3,2],"chunks":[2,3,2],"dtype":"<u2","compressor":{"id":"zlib","level":1},"fill_value":0,"order":"F","filters":null,"dimension_separator":"/"}"#;
+    let v3 = r#"{"zarr_format":3,"node_type":"array","shape":[4,3,2],"data_type":"uint16","chunk_grid":{"name":"regular","configuration":{"chunk_shape":[2,3,2]}},"chunk_key_encoding":{"name":"default","configuration":{"separator":"/"}},"fill_value":1,"codecs":[{"name":"bytes","configuration":{"endian":"little"}},{"name":"gzip","configuration":{"level":1}}],"attributes":{}}"#;
+    let shard = r#"{"zarr_format":3,"node_type":"array","shape":[2,2,2],"data_type":"uint8","chunk_grid":{"name":"regular","configuration":{"chunk_shape":[2,2,2]}},"chunk_key_encoding":{"name":"default"},"fill_value":0,"codecs":[{"name":"sharding_indexed","configuration":{"chunk_shape":[1,2,2],"codecs":[{"name":"bytes"}],"index_codecs":[{"name":"bytes","configuration":{"endian":"little"}},{"name":"crc32c"}],"index_location":"end"}}]}"#;
+    let scales = r#"{"multiscales":[{"version":"0.4","axes":[{"name":"c","type":"channel"},{"name":"z","type":"space"},{"name":"y","type":"space"},{"name":"x","type":"space"}],"datasets":[{"path":"0","coordinateTransformations":[{"type":"scale","scale":[1,2,1,1]}]}]}]}"#;
+    let four = r#"{"zarr_format":2,"shape":[2,2,2,3],"chunks":[1,2,2,3],"dtype":"|u1","compressor":{"id":"blosc","cname":"lz4","clevel":5,"shuffle":1},"fill_value":0,"order":"C","filters":null}"#;
+    // Blosc, its data kept as it is: version, flags, size of a number, sizes of data, block and whole.
+    let blosc = [
+        &[2u8, 1, 2, 1][..],
+        &12u32.to_le_bytes(),
+        &12u32.to_le_bytes(),
+        &28u32.to_le_bytes(),
+        &bytes()[..12],
+    ]
+    .concat();
+    let index: Vec<u8> = [0u64, 4, 4, 4]
+        .iter()
+        .flat_map(|n| n.to_le_bytes())
+        .collect();
+    let sharded = [&bytes()[..8], &index, &[0; 4]].concat();
+    let half = &bytes()[..12];
+    vec![
+        (
+            "v2",
+            packed(&[(".zarray", v2.as_bytes()), ("0.0.0", half), ("1.0.0", half)]),
+        ),
+        (
+            "v2.zlib",
+            packed(&[
+                (".zarray", gz.as_bytes()),
+                ("0/0/0", &zlib(&bytes())),
+                ("1/0/0", &zlib(&bytes())),
+            ]),
+        ),
+        (
+            "v3",
+            packed(&[("zarr.json", v3.as_bytes()), ("c/0/0/0", &gzip(&bytes()))]),
+        ),
+        (
+            "v3.shard",
+            packed(&[("zarr.json", shard.as_bytes()), ("c/0/0/0", &sharded)]),
+        ),
+        (
+            "ome",
+            packed(&[
+                (".zgroup", br#"{"zarr_format":2}"#),
+                (".zattrs", scales.as_bytes()),
+                ("0/.zarray", four.as_bytes()),
+                ("0/0.0.0.0", &blosc),
+            ]),
+        ),
+    ]
+}
