@@ -37,6 +37,7 @@ mod sequence;
 mod short_help;
 mod texmap;
 mod trade;
+mod view;
 mod warp3d;
 
 pub use ask::AskArgs;
@@ -49,6 +50,7 @@ pub use reading::ReadingArgs;
 pub use sequence::SequenceArgs;
 pub use texmap::{ModelArgs, TexmapArgs};
 pub use trade::{SceneArg, TradeArgs, TradeOptions};
+pub use view::{ServeArgs, ViewArgs};
 pub use warp3d::{DepthArgs, LayoutWord, Warp3dArgs, WarpCameraArgs};
 
 /// Forward resampling: clean pictures from discrete samples
@@ -82,6 +84,10 @@ pub enum Command {
     ///
     /// Example: resample trade volsplat engine.nrrd --transfer tf.json --out report --settings slab,subpixel
     Trade(TradeArgs),
+    /// Look at a file live, in a browser: turn, zoom, edit the transfer function
+    ///
+    /// Example: resample view head.nrrd --shade phong
+    View(ViewArgs),
     /// The commands that draw.
     #[command(flatten)]
     Draw(Drawing),

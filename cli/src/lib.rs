@@ -63,6 +63,7 @@ mod transfer;
 mod transfer_plot;
 pub mod typed;
 pub mod values;
+mod view;
 pub mod viewpoint;
 mod volume_data;
 mod volume_file;
@@ -121,6 +122,7 @@ fn dispatched(cli: Cli, typed: &Typed) -> Result<()> {
         Command::Compare(args) => commands::compare::run(&args),
         Command::Info(args) => commands::info::run(&args),
         Command::Trade(args) => commands::trade::run(args, typed, verbosity),
+        Command::View(args) => view::run(args, verbosity),
         Command::Draw(drawing) => draw(drawing, typed, verbosity),
     }
 }

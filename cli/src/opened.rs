@@ -1,6 +1,7 @@
 //! A scene whose files are read: drawn under one setting after another, and at last to its files.
 
 use anyhow::{Result, bail};
+use glam::DVec3;
 use resample_core::Camera;
 use serde_json::Value;
 
@@ -89,6 +90,23 @@ impl Opened {
             (Scene::Volume(open), Setting::Volume(render)) => open.set(render),
             (Scene::Depth(open), Setting::Depth(render)) => open.set(render),
             _ => bail!("a setting of another application"),
+        }
+    }
+
+    /// The volume, if it is one.
+    pub(crate) fn volume(&mut self) -> Option<&mut volsplat::Open> {
+        match &mut self.scene {
+            Scene::Volume(open) => Some(open),
+            Scene::Mesh(_) | Scene::Depth(_) => None,
+        }
+    }
+
+    /// Two corners of a box in the world that holds what is drawn, where that is known.
+    pub(crate) fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
+        match &self.scene {
+            Scene::Volume(open) => Some(open.bounds_in_world()),
+            Scene::Mesh(open) => open.bounds_in_world(),
+            Scene::Depth(_) => None,
         }
     }
 

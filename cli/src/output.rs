@@ -158,6 +158,18 @@ pub fn write_picture(path: &Path, format: Format, image: &Image) -> Result<u64> 
     })
 }
 
+/// The bytes of the PNG file of a picture, 8 bits a channel.
+pub(crate) fn png_file(image: &Image) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    png::write(&mut bytes, image, Depth::Eight)?;
+    Ok(bytes)
+}
+
+/// The codes of a PNG: red, green, blue and alpha of each pixel, 8 bits in sRGB, straight.
+pub(crate) fn png_codes(image: &Image) -> Vec<u8> {
+    png::bytes(image, Depth::Eight)
+}
+
 /// Writes one plane of numbers as a grey picture, in the format of its name: 0 to 1 become the codes of a PNG as they
 /// are, without the sRGB curve; EXR keeps every number in a channel Y.
 pub fn write_grey(path: &Path, size: [usize; 2], values: &[f32]) -> Result<u64> {

@@ -117,6 +117,14 @@ impl Volumes {
         &self.channels[0].volume
     }
 
+    /// The transfer function of the first volume; `None` where it holds labels.
+    pub(crate) fn function(&self) -> Option<&TransferFunction> {
+        match &self.channels[0].look {
+            OwnLook::Transfer(function) => Some(function),
+            OwnLook::Labels(_) => None,
+        }
+    }
+
     /// Takes another transfer function for the first volume.
     pub(crate) fn set_function(&mut self, function: TransferFunction) {
         self.channels[0].look = OwnLook::Transfer(function);

@@ -5,6 +5,7 @@
 use std::path::Path;
 
 use anyhow::{Result, bail};
+use glam::DVec3;
 use resample_io::Gate;
 use volsplat::input::{Format, format_of, peek};
 use volsplat::large::most_brick_bytes;
@@ -52,6 +53,35 @@ impl Content {
         match self {
             Self::Memory(volumes) => volumes.first(),
             Self::Stored(volume, _) => volume.as_ref(),
+        }
+    }
+
+    /// The voxel of the first volume that is nearest to a place in the world, and its value; `None` outside of the grid, and
+    /// of a volume in its file.
+    pub(crate) fn nearest(&self, pos_in_world: DVec3) -> Option<([usize; 3], f64)> {
+        let Self::Memory(volumes) = self else {
+            return None;
+        };
+        let volume = volumes.first();
+        let index = volume
+            .world_from_index
+            .inverse()
+            .transform_point3(pos_in_world)
+            .round();
+        let last = DVec3::from_array(volume.dims.map(|count| count as f64 - 1.0));
+        if !(index.cmpge(DVec3::ZERO).all() && index.cmple(last).all()) {
+            return None;
+        }
+        let voxel = index.to_array().map(|place| place as usize);
+        let place = voxel[0] + volume.dims[0] * (voxel[1] + volume.dims[1] * voxel[2]);
+        Some((voxel, volume.value(place)))
+    }
+
+    /// The transfer function of the first volume; `None` where it holds labels.
+    pub(crate) fn function(&self) -> Option<&TransferFunction> {
+        match self {
+            Self::Memory(volumes) => volumes.function(),
+            Self::Stored(_, own) => Some(own),
         }
     }
 

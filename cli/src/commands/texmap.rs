@@ -72,6 +72,11 @@ impl Open {
         &self.cameras
     }
 
+    /// Two corners of a box in the world around all triangles.
+    pub(crate) fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
+        self.renderer.bounds_in_world()
+    }
+
     /// Draws the picture of one camera.
     pub(crate) fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
         drawn(&mut self.renderer, camera)

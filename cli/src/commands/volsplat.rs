@@ -7,9 +7,10 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
+use glam::{DVec2, DVec3};
 use resample_core::Camera;
 use serde_json::{Value, json};
-use volsplat::{FrameStats, RenderOptions, Renderer, Reuse};
+use volsplat::{Described, FrameStats, Layer, RenderOptions, Renderer, Reuse, TransferFunction};
 
 use crate::args::{Given, RenderArgs, VolsplatArgs};
 use crate::blend;
@@ -39,6 +40,16 @@ pub(crate) struct Open {
     classify_ms: f64,
 }
 
+/// What lies under a pixel.
+pub(crate) struct Probed {
+    /// World position.
+    pub(crate) world: DVec3,
+    /// Index of the nearest voxel.
+    pub(crate) voxel: [usize; 3],
+    /// Its value.
+    pub(crate) value: f64,
+}
+
 impl Open {
     /// Checks the arguments, reads the volume, and classifies it.
     pub(crate) fn read(args: VolsplatArgs, verbosity: Verbosity) -> Result<Self> {
@@ -54,6 +65,69 @@ impl Open {
     /// One camera per picture.
     pub(crate) fn cameras(&self) -> &[Camera] {
         &self.cameras
+    }
+
+    /// Two corners of a box in the world around what can be seen, or else around all voxels.
+    pub(crate) fn bounds_in_world(&self) -> [DVec3; 2] {
+        let visible = self.renderer.visible_bounds_in_world();
+        let bounds = visible.unwrap_or_else(|| framing::volume::grid_bounds(self.content.first()));
+        framing::volume::with_kernels(bounds, self.content.first())
+    }
+
+    /// The volume, or the first of several.
+    pub(crate) fn described(&self) -> &dyn Described {
+        self.content.first()
+    }
+
+    /// The transfer function of the first volume; `None` where it holds labels.
+    pub(crate) fn function(&self) -> Option<&TransferFunction> {
+        self.content.function()
+    }
+
+    /// What the camera of one pixel sees first: its place in the world, the nearest voxel and its value.
+    pub(crate) fn probe(&mut self, pixel: &Camera) -> Result<Option<Probed>> {
+        let planes = self.renderer.layers(pixel, &[Layer::FirstHit])?;
+        let depth = planes.first().and_then(|plane| plane.values.first());
+        let Some(&depth) = depth.filter(|depth| depth.is_finite()) else {
+            return Ok(None);
+        };
+        let world = world_at(pixel, f64::from(depth));
+        Ok(self.content.nearest(world).map(|(voxel, value)| Probed {
+            world,
+            voxel,
+            value,
+        }))
+    }
+
+    /// Draws with the transfer function and the options of `args` from now on. What is read stays as it is.
+    pub(crate) fn restyle(&mut self, args: VolsplatArgs) -> Result<()> {
+        let function = match self.content.function() {
+            Some(own) => {
+                let function = transfer::function(&args.transfer, self.content.first())?;
+                (function != *own).then_some(function)
+            }
+            None => None,
+        };
+        let options = settings::render_options(
+            &args.render,
+            args.transfer.opacity_unit,
+            self.plan.finish.format,
+        )?;
+        let options = settings::suited_to(options, &args.render.options, self.content.first());
+        let is_new =
+            options != self.options && self.renderer.set_options(&options)? == Reuse::NeedsRenderer;
+        if let Some(function) = function {
+            let kept = !is_new && self.renderer.set_transfer(&function) == Reuse::Done;
+            self.content.set_function(function);
+            if !kept {
+                self.renderer = self.content.renderer(&options, Progress::Hidden)?;
+            }
+        } else if is_new {
+            self.renderer = self.content.renderer(&options, Progress::Hidden)?;
+        }
+        self.options = options;
+        self.args = args;
+        Ok(())
     }
 
     /// Draws the picture of one camera.
@@ -165,6 +239,16 @@ pub(crate) fn drawn(renderer: &mut Renderer, camera: &Camera, progress: Progress
     })
 }
 
+/// The place that a camera of one pixel sees at this camera z.
+fn world_at(pixel: &Camera, depth: f64) -> DVec3 {
+    let (origin, direction) = pixel.ray_in_camera(DVec2::new(0.5, 0.5));
+    let pos_in_camera = origin + direction * (depth - origin.z) / direction.z;
+    pixel
+        .camera_from_world
+        .inverse()
+        .transform_point3(pos_in_camera)
+}
+
 fn request(args: &VolsplatArgs) -> Request<'_> {
     let transfer = args.transfer.transfer.as_deref();
     Request {
@@ -240,14 +324,13 @@ fn path_name(args: &VolsplatArgs) -> String {
 
 fn cameras(open: &Open) -> Result<Vec<Camera>> {
     let args = &open.args;
-    let bounds = open.renderer.visible_bounds_in_world().unwrap_or_else(|| {
+    if open.renderer.visible_bounds_in_world().is_none() {
         report::say(&format!(
             "warning: nothing is visible: the transfer function makes every voxel of {} transparent",
             args.input.path.display()
         ));
-        framing::volume::grid_bounds(open.content.first())
-    });
-    let bounds = framing::volume::with_kernels(bounds, open.content.first());
+    }
+    let bounds = open.bounds_in_world();
     let stance = framing::volume::stance(
         open.content.first(),
         args.camera.up.map(|axis| axis.direction),

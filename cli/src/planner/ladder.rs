@@ -31,6 +31,36 @@ pub(super) struct Ladder {
     pub(super) preview: Rung,
 }
 
+/// The ends of a ladder.
+pub(crate) struct Ends {
+    /// Quick enough to steer by.
+    pub(crate) quick: Setting,
+    /// The most exact one.
+    pub(crate) exact: Setting,
+}
+
+/// The ends of the ladder of a setting, each laid over it.
+pub(crate) fn ends(typed: &Setting) -> Result<Ends> {
+    let ladder = Ladder::of(typed, None)?;
+    // The cheapest field has stripes, and the cheapest warp tears surfaces.
+    let quick = match typed {
+        Setting::Volume(_) => Setting::volume(&["subpixels"], |args| {
+            args.subpixels = Subpixels::Fixed(1);
+        }),
+        Setting::Depth(_) if ladder.rungs.len() > 1 => ladder.rungs[1].setting.clone(),
+        Setting::Depth(_) | Setting::Mesh(_) => ladder.cheapest().setting.clone(),
+    };
+    let quick = typed.with(&quick)?;
+    Ok(Ends {
+        quick: if quick.is_legal() {
+            quick
+        } else {
+            typed.clone()
+        },
+        exact: typed.with(&ladder.exact().setting)?,
+    })
+}
+
 /// Share of the allowed error that early termination, which bounds its own error, may take.
 const TERMINATION_SHARE: f64 = 0.25;
 

@@ -20,4 +20,5 @@ mod plan;
 mod search;
 mod windows;
 
+pub(crate) use self::ladder::ends;
 pub use self::plan::{Planned, planned};

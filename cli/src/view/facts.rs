@@ -1,0 +1,120 @@
+//! What the page needs to know of a scene: its values, its transfer function, and the choices there are.
+
+use anyhow::Result;
+use clap::ValueEnum;
+use resample_core::image::srgb_from_linear;
+use serde_json::{Map, Value, json};
+use volsplat::transfer::{ColourMap, Preset};
+use volsplat::{Described, Shading, TransferFunction};
+
+use crate::args::{Drawing, RayBlend};
+use crate::commands::volsplat::Open;
+
+/// Bars of the histogram that the page draws.
+const BARS: usize = 256;
+
+/// Colours of the preview of a colour map.
+const STOPS: usize = 24;
+
+/// A volume's grid, values and looks.
+pub(super) fn volume(open: &Open) -> Value {
+    let volume = open.described();
+    let (low, high) = volume.value_range();
+    let lattice = volume.lattice();
+    let maps: Map<String, Value> = ColourMap::names()
+        .filter_map(|name| Some((name.to_owned(), stops(name.parse().ok()?))))
+        .collect();
+    let presets: Vec<Value> = Preset::all()
+        .filter(|preset| preset.mismatch(volume).is_none())
+        .map(|preset| json!({ "name": preset.name(), "about": preset.about() }))
+        .collect();
+    json!({
+        "dims": lattice.dims,
+        "space": lattice.space,
+        "spacing": lattice.spacing(),
+        "range": [low, high],
+        "corners": crate::framing::volume::grid_bounds(volume).map(|corner| corner.to_array()),
+        "bars": bars(volume),
+        "function": open.function().map(function),
+        "maps": maps,
+        "presets": presets,
+        "shadings": names::<Shading>(),
+        "blends": names::<RayBlend>(),
+    })
+}
+
+/// Counts in equal bars from the least value to the greatest.
+fn bars(volume: &dyn Described) -> Vec<u64> {
+    let histogram = volume.histogram();
+    let (low, high) = volume.value_range();
+    let mut bars = vec![0; BARS];
+    for (bin, count) in histogram.counts().iter().enumerate() {
+        let place = (histogram.value(bin) - low) / (high - low).max(f64::MIN_POSITIVE);
+        bars[((place * BARS as f64) as usize).min(BARS - 1)] += count;
+    }
+    bars
+}
+
+/// Knots of a transfer function: value and opacity, value and display colour.
+fn function(function: &TransferFunction) -> Value {
+    let opacities: Vec<_> = function
+        .opacity_knots()
+        .iter()
+        .map(|knot| [knot.value, knot.opacity])
+        .collect();
+    let colours: Vec<_> = function
+        .colour_knots()
+        .iter()
+        .map(|knot| {
+            let [r, g, b] = knot.rgb.map(|light| f64::from(srgb_from_linear(light)));
+            [knot.value, r, g, b]
+        })
+        .collect();
+    json!({ "opacities": opacities, "colours": colours })
+}
+
+/// Display colours along a map.
+fn stops(map: ColourMap) -> Value {
+    let at = |step: usize| {
+        map.colour(step as f64 / (STOPS - 1) as f64)
+            .map(srgb_from_linear)
+    };
+    json!((0..STOPS).map(at).collect::<Vec<_>>())
+}
+
+/// The words of a choice.
+fn names<T: ValueEnum>() -> Vec<String> {
+    let values = T::value_variants()
+        .iter()
+        .filter_map(ValueEnum::to_possible_value);
+    values.map(|value| value.get_name().to_owned()).collect()
+}
+
+/// The choices of a mesh or a warp, and the options that are set already.
+pub(super) fn options(drawing: &Drawing) -> Result<Value> {
+    let set: Map<String, Value> = drawing
+        .setting()
+        .pairs()?
+        .into_iter()
+        .map(|(name, word)| (name, json!(word)))
+        .collect();
+    let mut options = json!({ "set": set });
+    match drawing {
+        Drawing::Texmap(_) => {
+            options["shade"] = json!(names::<texmap::Shade>());
+            options["method"] = json!(names::<texmap::Method>());
+        }
+        Drawing::Warp3d(_) => {
+            options["fill"] = json!(names::<warp3d::Fill>());
+            options["method"] = json!(names::<warp3d::args::MethodName>());
+        }
+        Drawing::Volsplat(args) => {
+            let look = &args.transfer;
+            options["opacity-scale"] = json!(look.opacity_scale);
+            options["preset"] = json!(look.preset.map(|preset| preset.name()));
+            options["colormap"] = json!(look.colormap.map(|map| map.name()));
+            options["has_file"] = json!(look.transfer.is_some());
+        }
+    }
+    Ok(options)
+}

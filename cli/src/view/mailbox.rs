@@ -1,0 +1,117 @@
+//! The requests of the page that is open: of views to draw only the newest counts, all else is kept in order.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use super::message::{Asked, Motion, View};
+use super::socket::Sender;
+
+/// Most requests beside views that wait; a page sends a handful.
+const MOST_WAITING: usize = 64;
+
+/// What is to be done next.
+#[derive(Debug)]
+pub(super) enum Next {
+    /// A page was opened; it takes the place of the one before.
+    Opened(Sender),
+    /// A request beside views.
+    Asked(Asked),
+    /// The newest view.
+    Draw(u32, Motion, View),
+}
+
+#[derive(Default)]
+struct Inside {
+    opened: Option<Sender>,
+    /// Counts the pages, so that what an old one still says is not heard.
+    page: u64,
+    waiting: VecDeque<Asked>,
+    newest: Option<(u32, Motion, View)>,
+    shown: Option<u32>,
+}
+
+/// Shared by the threads that listen and the one that draws.
+#[derive(Clone, Default)]
+pub(super) struct Mailbox(Arc<(Mutex<Inside>, Condvar)>);
+
+impl Mailbox {
+    /// A page was opened. The number is for [`Mailbox::put`].
+    pub(super) fn open(&self, sender: Sender) -> u64 {
+        let mut inside = self.lock();
+        *inside = Inside {
+            opened: Some(sender),
+            page: inside.page + 1,
+            ..Inside::default()
+        };
+        self.0.1.notify_all();
+        inside.page
+    }
+
+    /// Takes a request; false if another page has been opened since.
+    pub(super) fn put(&self, page: u64, asked: Asked) -> bool {
+        let mut inside = self.lock();
+        if inside.page != page {
+            return false;
+        }
+        match asked {
+            Asked::Draw { id, motion, view } => inside.newest = Some((id, motion, view)),
+            Asked::Shown { id } => inside.shown = Some(id),
+            other if inside.waiting.len() < MOST_WAITING => inside.waiting.push_back(other),
+            _ => {}
+        }
+        self.0.1.notify_all();
+        true
+    }
+
+    /// Waits for something to do; `None` if there is nothing for that long.
+    pub(super) fn next(&self, longest: Duration) -> Option<Next> {
+        let end = Instant::now() + longest;
+        let mut inside = self.lock();
+        loop {
+            if let Some(sender) = inside.opened.take() {
+                return Some(Next::Opened(sender));
+            }
+            if let Some(asked) = inside.waiting.pop_front() {
+                return Some(Next::Asked(asked));
+            }
+            if let Some((id, motion, view)) = inside.newest.take() {
+                return Some(Next::Draw(id, motion, view));
+            }
+            inside = self.wait(inside, end)?;
+        }
+    }
+
+    /// Waits until a picture is on the screen, but no longer than that.
+    pub(super) fn wait_shown(&self, id: u32, longest: Duration) {
+        let end = Instant::now() + longest;
+        let mut inside = self.lock();
+        while inside.shown != Some(id) && inside.opened.is_none() {
+            match self.wait(inside, end) {
+                Some(again) => inside = again,
+                None => return,
+            }
+        }
+    }
+
+    /// Whether a view, or another page, waits.
+    pub(super) fn has_newer(&self) -> bool {
+        let inside = self.lock();
+        inside.newest.is_some() || inside.opened.is_some()
+    }
+
+    fn wait<'a>(
+        &self,
+        inside: MutexGuard<'a, Inside>,
+        end: Instant,
+    ) -> Option<MutexGuard<'a, Inside>> {
+        let left = end.checked_duration_since(Instant::now())?;
+        let waited = self.0.1.wait_timeout(inside, left);
+        Some(waited.unwrap_or_else(PoisonError::into_inner).0)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Inside> {
+        // The lists are sound whatever a thread did that panicked.
+        self.0.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

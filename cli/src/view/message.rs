@@ -1,0 +1,129 @@
+//! What the page says, and what it is told: JSON texts, and pictures behind a JSON head.
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::words::Changes;
+
+/// What the page asks to be drawn.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+pub(super) struct View {
+    /// A camera in the words of a camera file: position, target, up, and fov_y or projection and height.
+    pub(super) camera: Value,
+    /// Width and height, px.
+    pub(super) size: [u32; 2],
+    /// Options by name.
+    #[serde(default)]
+    pub(super) changes: Changes,
+    /// A transfer function in the form of ParaView, with display colours.
+    #[serde(default)]
+    pub(super) transfer: Option<Value>,
+    /// How exact a resting picture is.
+    #[serde(default)]
+    pub(super) exactness: Exactness,
+}
+
+/// How exact a resting picture is.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Exactness {
+    /// As moving pictures, at full size.
+    Fast,
+    /// As the command line draws.
+    #[default]
+    Default,
+    /// The most exact setting.
+    Exact,
+}
+
+/// Whether a picture will be looked at longer than the next one takes.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Motion {
+    /// Quickly, and smaller if need be.
+    Moving,
+    /// To the end.
+    Resting,
+}
+
+/// What the page says.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(tag = "type", rename_all = "kebab-case")]
+pub(super) enum Asked {
+    /// Draw this, and forget what was asked for before.
+    Draw {
+        id: u32,
+        motion: Motion,
+        #[serde(flatten)]
+        view: View,
+    },
+    /// This picture is on the screen.
+    Shown { id: u32 },
+    /// What lies under a place of the picture, px.
+    Probe {
+        at: [f64; 2],
+        #[serde(flatten)]
+        view: View,
+    },
+    /// A small picture of a preset.
+    Thumbnail {
+        preset: String,
+        #[serde(flatten)]
+        view: View,
+    },
+    /// The command line that draws this.
+    Command {
+        #[serde(flatten)]
+        view: View,
+    },
+    /// Write a file into the folder where the command was started.
+    Save {
+        what: Saved,
+        name: String,
+        #[serde(flatten)]
+        view: View,
+        /// The keys of a path, or the number of a turntable's pictures.
+        #[serde(default)]
+        detail: Value,
+    },
+}
+
+/// What is saved.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Saved {
+    Picture,
+    Transfer,
+    Camera,
+    Path,
+    Turntable,
+}
+
+/// The head of a picture.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct PictureHead {
+    pub(super) id: u32,
+    /// "moving", "resting" or "thumbnail".
+    pub(super) kind: &'static str,
+    /// Name of the preset of a thumbnail.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) preset: Option<String>,
+    /// MIME type of the bytes behind the head.
+    pub(super) format: &'static str,
+    pub(super) width: u32,
+    pub(super) height: u32,
+    /// Wall time of the drawing, ms.
+    pub(super) draw_ms: f64,
+    /// Whether this is the last picture of the view.
+    pub(super) is_last: bool,
+}
+
+impl PictureHead {
+    /// Length of the head (4 bytes, little-endian), head, picture.
+    pub(super) fn with(&self, picture: &[u8]) -> Vec<u8> {
+        // A struct of numbers and words can always be written.
+        let head = serde_json::to_vec(self).unwrap_or_default();
+        let length = u32::try_from(head.len()).unwrap_or_default();
+        [&length.to_le_bytes()[..], &head, picture].concat()
+    }
+}

@@ -1,0 +1,46 @@
+//! The page: one HTML text with its style and its program, and a policy that lets nothing else in.
+
+use anyhow::Result;
+
+/// What the browser is given.
+pub(super) struct Page {
+    pub(super) headers: Vec<String>,
+    pub(super) html: String,
+}
+
+const HTML: &str = include_str!("page/index.html");
+const STYLE: &str = include_str!("page/style.css");
+
+/// The parts of the program, in the order in which they need one another.
+const PROGRAM: [&str; 7] = [
+    include_str!("page/state.js"),
+    include_str!("page/camera.js"),
+    include_str!("page/connection.js"),
+    include_str!("page/canvas.js"),
+    include_str!("page/transfer.js"),
+    include_str!("page/panel.js"),
+    include_str!("page/main.js"),
+];
+
+/// The page, with a new password for its own program.
+pub(super) fn page() -> Result<Page> {
+    let mut key = [0u8; 16];
+    getrandom::fill(&mut key)
+        .map_err(|error| anyhow::anyhow!("no random numbers for the page: {error}"))?;
+    let nonce: String = key.iter().map(|byte| format!("{byte:02x}")).collect();
+    let policy = format!(
+        "default-src 'none'; script-src 'nonce-{nonce}'; style-src 'nonce-{nonce}'; img-src blob: data:; connect-src 'self'; base-uri 'none'; \
+         form-action 'none'"
+    );
+    let html = HTML
+        .replace("{{nonce}}", &nonce)
+        .replace("{{style}}", STYLE)
+        .replace("{{program}}", &PROGRAM.join("\n"));
+    Ok(Page {
+        headers: vec![
+            "Content-Type: text/html; charset=utf-8".to_owned(),
+            format!("Content-Security-Policy: {policy}"),
+        ],
+        html,
+    })
+}

@@ -1,0 +1,340 @@
+// The panel: what can be chosen for this kind of scene.
+
+const panel = document.getElementById("panel");
+const dialog = document.getElementById("dialog");
+
+function make(name, fields = {}, ...children) {
+  const element = document.createElement(name);
+  for (const [key, value] of Object.entries(fields)) {
+    if (key.startsWith("on")) element.addEventListener(key.slice(2), value);
+    else if (key in element) element[key] = value;
+    else element.setAttribute(key, value);
+  }
+  element.append(...children);
+  return element;
+}
+
+function row(name, ...elements) {
+  const first = elements[0];
+  first.id ||= `field-${name.replace(/\W+/g, "-")}`;
+  return make("div", { className: "row" }, make("label", { htmlFor: first.id }, name), ...elements);
+}
+
+function button(text, act, fields = {}) {
+  return make("button", { type: "button", onclick: act, ...fields }, text);
+}
+
+// A choice among words; the first means "as the command line has it".
+function choice(name, option_, words, first) {
+  const select = make("select", {
+    onchange: () => {
+      remember();
+      setOption(option_, select.value || null);
+      changed({ panel: true });
+    },
+  }, ...[["", first], ...words.map((word) => [word, word])].map(([value, text]) => make("option", { value }, text)));
+  select.value = option(option_) ?? "";
+  return row(name, select);
+}
+
+function slider(name, { min, max, step, value, text = (x) => x, act }) {
+  const shown = make("output", {}, text(value));
+  const input = make("input", { type: "range", min, max, step: step ?? "any", value });
+  input.addEventListener("pointerdown", remember);
+  input.addEventListener("input", () => {
+    shown.textContent = text(Number(input.value));
+    act(Number(input.value));
+    soon();
+  });
+  return row(name, input, shown);
+}
+
+const short = (x) => Number(Number(x).toPrecision(3)).toString();
+
+function sceneArrived(scene) {
+  state.scene = scene;
+  document.title = `${scene.title} - resample view`;
+  const { size, scene_size, ...camera } = scene.start;
+  state.start = camera;
+  state.camera ??= { ...camera };
+  buildPanel();
+  changed();
+}
+
+function buildPanel() {
+  const { scene } = state;
+  const kind = { volsplat: volumePanel, texmap: meshPanel, warp3d: depthPanel }[scene.application];
+  const scroll = panel.scrollTop;
+  panel.replaceChildren(
+    make("h1", {}, scene.title),
+    make("p", { className: "note" }, about()),
+    ...kind(),
+    ...sharedPanel(),
+  );
+  panel.scrollTop = scroll;
+  drawCurve();
+  showTimes();
+}
+
+function about() {
+  const volume = state.scene.volume;
+  if (!volume) return "drag: turn, wheel: zoom, shift-drag: pan";
+  return `${volume.dims.join(" x ")} voxels, ${volume.range.map(short).join(" to ")}`;
+}
+
+function volumePanel() {
+  const { volume } = state.scene;
+  const parts = [];
+  if (volume.function) {
+    const plot = make("canvas", { id: "curve", title: "Drag a point; click to add one, double-click to remove it; shift-drag moves all" });
+    watchCurve(plot);
+    const all = curve().colours.map((knot) => knot[0]);
+    const [low, high] = [all[0], all.at(-1)];
+    const [least, most] = volume.range;
+    parts.push(
+      make("h2", {}, "Transfer function"),
+      plot,
+      make("canvas", { id: "bar" }),
+      slider("level", { min: least, max: most, value: (low + high) / 2, text: short, act: (level) => setLevel(level) }),
+      slider("width", { min: (most - least) / 500, max: 2 * (most - least), value: high - low || 1, text: short, act: (width) => setWidth(width) }),
+      slider("opacity", { min: -2, max: 2, value: Math.log10(option("opacity-scale") ?? state.scene.options["opacity-scale"] ?? 1),
+        text: (x) => short(10 ** x), act: (x) => setOption("opacity-scale", short(10 ** x)) }),
+      make("div", { className: "buttons" },
+        button("undo", undo, { disabled: past.length === 0 }),
+        button("as started", () => { remember(); state.curve = null; state.changes = {}; changed({ panel: true }); })),
+    );
+    if (volume.presets.length) parts.push(make("h2", {}, "Presets"), presets());
+    parts.push(make("details", {}, make("summary", {}, "Colour maps"), maps()));
+  }
+  parts.push(make("h2", {}, "Light and blending"),
+    choice("light", "shade", volume.shadings, "none"),
+    lightSliders(),
+    choice("blend", "blend", volume.blends, "emission"));
+  if (option("blend") === "isosurface" || option("iso") !== null) {
+    const [least, most] = volume.range;
+    const now = Number(option("iso") ?? (least + most) / 2);
+    if (option("iso") === null) setOption("iso", now);
+    parts.push(slider("surface at", { min: least, max: most, value: now, text: short, act: (x) => setOption("iso", short(x)) }));
+  }
+  parts.push(make("details", { open: Boolean(option("crop")) }, make("summary", {}, "Crop box"), ...cropSliders()));
+  return parts;
+}
+
+function setLevel(level) {
+  const all = curve().colours.map((knot) => knot[0]);
+  const before = past.length;
+  setWindow(level, all.at(-1) - all[0] || 1);
+  past.length = Math.max(1, before);
+  drawCurve();
+}
+
+function setWidth(width) {
+  const all = curve().colours.map((knot) => knot[0]);
+  const before = past.length;
+  setWindow((all[0] + all.at(-1)) / 2, width);
+  past.length = Math.max(1, before);
+  drawCurve();
+}
+
+// The direction towards the light, around the camera of the start.
+function lightSliders() {
+  const box = make("div");
+  if (!option("shade") || option("shade") === "none") return box;
+  const angles = state.light ?? [0, 0];
+  const act = (index) => (x) => {
+    state.light = state.light ?? [0, 0];
+    state.light[index] = x;
+    const [azimuth, elevation] = state.light.map((degrees) => (degrees * Math.PI) / 180);
+    const { forward, right, up } = axes(state.camera);
+    const level = add(mul(forward, -Math.cos(azimuth)), mul(right, Math.sin(azimuth)));
+    const direction = add(mul(level, Math.cos(elevation)), mul(up, Math.sin(elevation)));
+    setOption("light", direction.map((x) => x.toFixed(4)).join(","));
+  };
+  box.append(slider("light from", { min: -90, max: 90, value: angles[0], text: (x) => `${x.toFixed(0)}\u00b0`, act: act(0) }),
+    slider("height", { min: -90, max: 90, value: angles[1], text: (x) => `${x.toFixed(0)}\u00b0`, act: act(1) }));
+  return box;
+}
+
+function cropSliders() {
+  const [low, high] = state.scene.volume.corners;
+  const typed = option("crop")?.split(",").map(Number);
+  const box = typed?.length === 6 ? typed : [...low, ...high];
+  const names = ["x from", "y from", "z from", "x to", "y to", "z to"];
+  return names.map((name, i) => slider(name, {
+    min: low[i % 3], max: high[i % 3], value: box[i], text: short,
+    act: (x) => {
+      box[i] = x;
+      const isWhole = box.every((side, j) => side === (j < 3 ? low[j] : high[j - 3]));
+      const isBox = [0, 1, 2].every((j) => box[j] < box[j + 3]);
+      if (isWhole) setOption("crop");
+      else if (isBox) setOption("crop", box.map((side) => Number(side.toPrecision(6))).join(","));
+    },
+  }));
+}
+
+function presets() {
+  const box = make("div", { className: "presets" });
+  for (const { name, about } of state.scene.volume.presets) {
+    const image = waiting.pictures?.[name];
+    box.append(make("button", {
+      type: "button", title: about, className: option("preset") === name && !state.curve ? "chosen" : "",
+      onclick: () => {
+        remember();
+        state.curve = null;
+        for (const other of ["window", "colormap"]) setOption(other);
+        setOption("preset", name);
+        changed({ panel: true });
+      },
+    }, image ? make("img", { src: image, alt: "" }) : make("span", { className: "empty" }), name));
+  }
+  return box;
+}
+
+// Pictures of presets are asked for one at a time, when nothing else is to do.
+function askThumbnails() {
+  const names = state.scene.volume?.function ? state.scene.volume.presets.map((preset) => preset.name) : [];
+  waiting.pictures ??= {};
+  const next = names.find((name) => !waiting.pictures[name]);
+  if (next) send({ type: "thumbnail", preset: next, ...view([96, 96]) });
+}
+
+function thumbnailArrived(head, blob) {
+  waiting.pictures[head.preset] = URL.createObjectURL(blob);
+  const old = panel.querySelector(".presets");
+  if (old) old.replaceWith(presets());
+  askThumbnails();
+}
+
+function maps() {
+  const box = make("div", { className: "maps" });
+  for (const [name, stops] of Object.entries(state.scene.volume.maps)) {
+    const bar = make("canvas");
+    drawBar(bar, (x) => stops[Math.min(stops.length - 1, Math.floor(x * stops.length))]);
+    box.append(make("button", { type: "button", onclick: () => { setMap(name); changed({ panel: true }); } }, bar, name));
+  }
+  return box;
+}
+
+function meshPanel() {
+  const { options } = state.scene;
+  return [
+    make("h2", {}, "Surface"),
+    choice("light", "shade", options.shade, "as the material says"),
+    choice("texture by", "method", options.method, "hybrid"),
+    slider("turn light", { min: -180, max: 180, value: Number(option("environment-turn") ?? 0), text: (x) => `${x.toFixed(0)}\u00b0`,
+      act: (x) => setOption("environment-turn", x.toFixed(0)) }),
+  ];
+}
+
+function depthPanel() {
+  const { options } = state.scene;
+  return [
+    make("h2", {}, "Warp"),
+    choice("holes", "fill", options.fill, "shown"),
+    choice("method", "method", options.method, "hybrid"),
+  ];
+}
+
+function sharedPanel() {
+  const background = make("select", { onchange: () => { remember(); setOption("background", background.value || null); changed(); } },
+    ...[["", "none"], ["white", "white"], ["black", "black"], ["#808080", "grey"]].map(([value, text]) => make("option", { value }, text)));
+  background.value = option("background") ?? "";
+  const exactness = make("select", { onchange: () => { state.exactness = exactness.value; changed({ moving: false }); } },
+    ...["fast", "default", "exact"].map((value) => make("option", { value }, value)));
+  exactness.value = state.exactness;
+  return [
+    make("h2", {}, "Picture"),
+    row("background", background),
+    row("at rest", exactness),
+    make("p", { className: "note", id: "times" }),
+    make("div", { className: "buttons" },
+      button("reset view", () => { state.camera = { ...state.start }; changed(); }, { title: "Key r; keys 1 to 6 look along the axes" }),
+      ...["+x", "-x", "+y", "-y", "+z", "-z"].map((text, i) =>
+        button(text, () => { lookAlong(i >> 1, i % 2 ? -1 : 1); changed(); }, { title: `Key ${i + 1}` }))),
+    make("h2", {}, "Keep it"),
+    make("div", { className: "buttons" },
+      button("copy command", () => send({ type: "command", ...view(fullSize()) })),
+      button("picture", () => ask("picture", "view.png", { sized: true })),
+      button("transfer function", () => ask("transfer", "transfer.json"), { disabled: !state.curve }),
+      button("camera", () => ask("camera", "camera.json")),
+      button("turntable", () => ask("turntable", "turntable.webp", { sized: true, steps: true }))),
+    make("h2", {}, "Key frames"),
+    keyList(),
+    make("div", { className: "buttons" },
+      button("add view", () => { state.keys.push({ ...state.camera }); changed({ panel: true, moving: false }); }),
+      button("play", play, { disabled: state.keys.length < 2 }),
+      button("save path", () => ask("path", "path.json"), { disabled: state.keys.length < 2 })),
+  ];
+}
+
+function keyList() {
+  return make("ol", {}, ...state.keys.map((key, i) => make("li", {}, `at ${2 * i} s`,
+    button("show", () => { state.camera = { ...key }; changed(); }),
+    button("\u00d7", () => { state.keys.splice(i, 1); changed({ panel: true, moving: false }); }, { title: "Remove" }))));
+}
+
+// Goes through the key frames, two seconds from each to the next.
+function play() {
+  const begin = performance.now();
+  const step = () => {
+    const time = (performance.now() - begin) / 2000;
+    const index = Math.floor(time);
+    if (index >= state.keys.length - 1) {
+      state.camera = { ...state.keys.at(-1) };
+      return changed();
+    }
+    const [from, to, share] = [state.keys[index], state.keys[index + 1], time - index];
+    const mixed = (name) => add(mul(from[name], 1 - share), mul(to[name], share));
+    const distance = axes(from).distance ** (1 - share) * axes(to).distance ** share;
+    const target = mixed("target");
+    const away = unit(add(mul(unit(sub(from.position, from.target)), 1 - share), mul(unit(sub(to.position, to.target)), share)));
+    state.camera = { ...from, target, position: add(target, mul(away, distance)), up: mixed("up") };
+    changed();
+    requestAnimationFrame(step);
+  };
+  step();
+}
+
+function showTimes() {
+  const line = document.getElementById("times");
+  if (line) line.textContent = Object.entries(times).map(([name, ms]) => `${name} ${ms.toFixed(0)} ms`).join(", ");
+}
+
+function close() {
+  dialog.close();
+}
+
+function showCommand(text) {
+  const pre = make("pre", {}, text);
+  dialog.replaceChildren(make("p", {}, "This draws the picture again, byte for byte:"), pre,
+    make("div", { className: "buttons" },
+      button("copy", async () => { await navigator.clipboard.writeText(text); close(); say("copied"); }), button("close", close)));
+  dialog.showModal();
+}
+
+// Asks for a name, and before the first file whether files may be written at all.
+function ask(what, name, { sized = false, steps = false } = {}) {
+  const size = fullSize();
+  const file = make("input", { type: "text", value: name });
+  const width = make("input", { type: "number", min: 1, value: size[0] });
+  const height = make("input", { type: "number", min: 1, value: size[1] });
+  const count = make("input", { type: "number", min: 2, max: 1000, value: 60 });
+  const save = () => {
+    const sides = sized ? [Number(width.value), Number(height.value)] : size;
+    const detail = steps ? around(Number(count.value)) : what === "path" ? pathFile() : null;
+    send({ type: "save", what, name: file.value, detail, ...view(sides) });
+    close();
+    say(`saving ${file.value}...`);
+  };
+  dialog.replaceChildren(
+    make("p", {}, "A file is written into the folder where the command was started."),
+    row("name", file),
+    ...(sized ? [row("size", width, height)] : []),
+    ...(steps ? [row("pictures", count)] : []),
+    make("div", { className: "buttons" }, button("save", save), button("cancel", close)));
+  dialog.showModal();
+}
+
+function pathFile() {
+  return { keys: state.keys.map((camera, i) => ({ time: 2 * i, camera })) };
+}

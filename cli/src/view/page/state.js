@@ -1,0 +1,47 @@
+// The state of the page: the camera, the options, the transfer function. Everything that is drawn follows from it.
+
+const state = {
+  scene: null,        // what the server told about the file
+  camera: null,       // { position, target, up, fov_y | projection + height }
+  start: null,        // the camera of the command line
+  changes: {},        // options by name, lists of words
+  curve: null,        // { opacities: [[value, opacity]], colours: [[value, r, g, b]] } once it was edited, else null
+  exactness: "default",
+  keys: [],           // key frames: cameras
+};
+
+// Earlier states of options and transfer function, for undo.
+const past = [];
+
+function remember() {
+  past.push(JSON.stringify({ changes: state.changes, curve: state.curve }));
+  if (past.length > 100) past.shift();
+}
+
+function undo() {
+  const before = past.pop();
+  if (!before) return;
+  Object.assign(state, JSON.parse(before));
+  changed({ panel: true });
+}
+
+// The transfer function in the form of ParaView.
+function transferFile() {
+  if (!state.curve) return null;
+  const points = state.curve.opacities.flatMap(([value, opacity]) => [value, opacity, 0.5, 0]);
+  return { ColorSpace: "RGB", Name: state.scene.title, Points: points, RGBPoints: state.curve.colours.flat() };
+}
+
+// The part of a request that says what is drawn.
+function view(size) {
+  return { camera: state.camera, size, changes: state.changes, transfer: transferFile(), exactness: state.exactness };
+}
+
+function setOption(name, ...words) {
+  if (words.length === 0 || words[0] === null) delete state.changes[name];
+  else state.changes[name] = words.map(String);
+}
+
+function option(name) {
+  return state.changes[name]?.[0] ?? state.scene.options.set[name] ?? null;
+}

@@ -1,0 +1,252 @@
+//! The thread that owns the scene: it takes the newest request, draws, sends, and answers questions.
+//!
+//! While something moves, a picture is quick and as large as `ladder` allows. At rest it is drawn twice: quickly in full
+//! size, then as the command line draws it, in bands of rows, so that a new request need not wait for all of it. Every
+//! band shows the pixels that the whole picture would show.
+
+use std::time::{Duration, Instant};
+
+use anyhow::Result;
+use resample_core::{Camera, Image};
+use serde_json::{Value, json};
+
+use super::encode;
+use super::ladder::Ladder;
+use super::mailbox::{Mailbox, Next};
+use super::message::{Asked, Exactness, Motion, PictureHead, View};
+use super::save;
+use super::socket::Sender;
+use super::subject::Subject;
+use crate::interrupt;
+use crate::opened::Parts;
+use crate::report;
+
+/// Time after which Ctrl-C is looked for.
+const IDLE: Duration = Duration::from_millis(200);
+
+/// Longest wait for the page to show a picture before the next is sent: a page in the background shows none.
+const SHOWN_PATIENCE: Duration = Duration::from_millis(500);
+
+/// Pixels of a band at rest: some 50 ms of work. A guess.
+const BAND_PX: u32 = 64 * 1024;
+
+/// Rows of tiles: bands begin at their edges.
+const BAND_ROWS: u32 = 16;
+
+/// Side of a preset's picture, px.
+const THUMBNAIL_PX: u32 = 96;
+
+/// Draws what the page asks for.
+pub(super) struct Studio {
+    subject: Subject,
+    mailbox: Mailbox,
+    page: Option<Sender>,
+    ladder: Ladder,
+    /// The last picture that was sent, until the page has shown it.
+    in_flight: Option<u32>,
+}
+
+impl Studio {
+    pub(super) fn new(subject: Subject, mailbox: Mailbox) -> Self {
+        Self {
+            subject,
+            mailbox,
+            page: None,
+            ladder: Ladder::default(),
+            in_flight: None,
+        }
+    }
+
+    /// Draws until Ctrl-C.
+    pub(super) fn run(mut self) -> Result<()> {
+        let _patience = interrupt::patience();
+        while !interrupt::asked() {
+            let Some(next) = self.mailbox.next(IDLE) else {
+                continue;
+            };
+            let done = match next {
+                Next::Opened(sender) => self.opened(sender),
+                Next::Asked(asked) => self.answer(&asked),
+                Next::Draw(id, Motion::Moving, view) => self.moving(id, &view),
+                Next::Draw(id, Motion::Resting, view) => self.resting(id, &view),
+            };
+            if let Err(error) = done {
+                self.tell(&json!({ "type": "error", "text": report::one_line(&error) }));
+            }
+        }
+        Ok(())
+    }
+
+    fn opened(&mut self, sender: Sender) -> Result<()> {
+        if self.page.is_some() {
+            self.tell(&json!({ "type": "elsewhere" }));
+        }
+        self.page = Some(sender);
+        self.in_flight = None;
+        let facts = self.subject.facts()?;
+        self.tell(&facts);
+        Ok(())
+    }
+
+    /// Sends a text. A page that has gone takes nothing more.
+    fn tell(&mut self, what: &Value) {
+        let sent = self.page.as_mut().map(|page| page.text(what.to_string()));
+        if matches!(sent, Some(Err(_))) {
+            self.page = None;
+        }
+    }
+
+    /// Sends a picture, once the one before is on the screen.
+    fn send(&mut self, head: &PictureHead, picture: &[u8]) {
+        if let Some(before) = self.in_flight.take() {
+            self.mailbox.wait_shown(before, SHOWN_PATIENCE);
+        }
+        let sent = self
+            .page
+            .as_mut()
+            .map(|page| page.bytes(head.with(picture)));
+        match sent {
+            Some(Ok(())) if head.kind != "thumbnail" => self.in_flight = Some(head.id),
+            Some(Err(_)) => self.page = None,
+            _ => {}
+        }
+    }
+
+    fn moving(&mut self, id: u32, view: &View) -> Result<()> {
+        let is_new = self.subject.prepare(view, Exactness::Fast)?;
+        let smaller = View {
+            size: self.ladder.size(view.size),
+            ..view.clone()
+        };
+        let (camera, _) = self.subject.camera(&smaller)?;
+        let start = Instant::now();
+        let image = self.subject.draw(&camera)?;
+        let draw_ms = ms(start);
+        let picture = encode::jpeg(&image)?;
+        if !is_new {
+            self.ladder.took(ms(start));
+        }
+        self.send(&head(id, "moving", "image/jpeg", &image, draw_ms), &picture);
+        Ok(())
+    }
+
+    fn resting(&mut self, id: u32, view: &View) -> Result<()> {
+        let (camera, _) = self.subject.camera(view)?;
+        self.subject.prepare(view, Exactness::Fast)?;
+        let start = Instant::now();
+        let Some(quick) = self.in_bands(&camera)? else {
+            return Ok(());
+        };
+        let mut last = head(id, "resting", "image/png", &quick, ms(start));
+        last.is_last = view.exactness == Exactness::Fast;
+        self.send(&last, &encode::png(&quick)?);
+        if last.is_last || self.mailbox.has_newer() {
+            return Ok(());
+        }
+        self.subject.prepare(view, view.exactness)?;
+        let start = Instant::now();
+        let Some(image) = self.in_bands(&camera)? else {
+            return Ok(());
+        };
+        let mut last = head(id, "resting", "image/png", &image, ms(start));
+        last.is_last = true;
+        self.send(&last, &encode::png(&image)?);
+        Ok(())
+    }
+
+    /// The picture, band by band; `None` as soon as a newer view is asked for.
+    fn in_bands(&mut self, camera: &Camera) -> Result<Option<Image>> {
+        if self.subject.parts() == Parts::Whole {
+            return self.subject.draw(camera).map(Some);
+        }
+        let rows = (BAND_PX / camera.width.max(1))
+            .next_multiple_of(BAND_ROWS)
+            .max(BAND_ROWS);
+        let mut image = Image::transparent(camera.width as usize, 0);
+        for top in (0..camera.height).step_by(rows as usize) {
+            let band = Camera {
+                height: rows.min(camera.height - top),
+                cy: camera.cy - f64::from(top),
+                ..*camera
+            };
+            image.rgba.extend(self.subject.draw(&band)?.rgba);
+            if self.mailbox.has_newer() || interrupt::asked() {
+                return Ok(None);
+            }
+        }
+        image.height = camera.height as usize;
+        Ok(Some(image))
+    }
+
+    fn answer(&mut self, asked: &Asked) -> Result<()> {
+        match asked {
+            Asked::Thumbnail { preset, view } => self.thumbnail(preset, view),
+            Asked::Command { view } => {
+                let text = save::command(&self.subject, view)?;
+                self.tell(&json!({ "type": "command", "text": text }));
+                Ok(())
+            }
+            Asked::Save {
+                what,
+                name,
+                view,
+                detail,
+            } => {
+                let path = save::save(&mut self.subject, *what, name, view, detail)?;
+                self.tell(&json!({ "type": "saved", "path": path.display().to_string() }));
+                Ok(())
+            }
+            Asked::Probe { at, view } => {
+                let found = self.subject.probe(view, *at)?;
+                self.tell(&json!({ "type": "probe", "found": found }));
+                Ok(())
+            }
+            // The mailbox keeps these for itself.
+            Asked::Draw { .. } | Asked::Shown { .. } => Ok(()),
+        }
+    }
+
+    /// The view with a preset in place of its transfer function, small.
+    fn thumbnail(&mut self, preset: &str, view: &View) -> Result<()> {
+        let mut small = view.clone();
+        small.size = [THUMBNAIL_PX; 2];
+        small.transfer = None;
+        small
+            .changes
+            .retain(|name, _| !["window", "colormap", "preset"].contains(&name.as_str()));
+        small
+            .changes
+            .insert("preset".to_owned(), vec![preset.to_owned()]);
+        self.subject.prepare(&small, Exactness::Fast)?;
+        let (camera, _) = self.subject.camera(&small)?;
+        let start = Instant::now();
+        let image = self.subject.draw(&camera)?;
+        let mut head = head(0, "thumbnail", "image/png", &image, ms(start));
+        head.preset = Some(preset.to_owned());
+        self.send(&head, &encode::png(&image)?);
+        Ok(())
+    }
+}
+
+fn ms(start: Instant) -> f64 {
+    start.elapsed().as_secs_f64() * 1e3
+}
+
+fn head(
+    id: u32,
+    kind: &'static str,
+    format: &'static str,
+    image: &Image,
+    draw_ms: f64,
+) -> PictureHead {
+    PictureHead {
+        id,
+        kind,
+        preset: None,
+        format,
+        width: image.width as u32,
+        height: image.height as u32,
+        draw_ms,
+        is_last: false,
+    }
+}

@@ -1,0 +1,325 @@
+//! The scene as it is drawn: read once, then seen from any camera under any options of the page.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use glam::DVec3;
+use resample_core::{Camera, Image, LookAt, Projection};
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+use super::facts;
+use super::message::{Exactness, View};
+use super::words::{Application, Changes, Words};
+use crate::args::Drawing;
+use crate::background::Background;
+use crate::camera_file::{self, CameraDefaults};
+use crate::opened::{Opened, Parts};
+use crate::picture;
+use crate::plan::{DEFAULT_SIZE, Purpose};
+use crate::planner;
+use crate::report::Verbosity;
+use crate::setting::Setting;
+use crate::values::{BackgroundWord, Size};
+use crate::viewpoint::DEFAULT_FOV_Y_DEG;
+
+/// Most pixels of a picture that the page may ask for: those of a screen of 3840x2160.
+const MAX_PIXELS: u64 = 3840 * 2160;
+
+/// A scene that is looked at.
+pub(super) struct Subject {
+    words: Words,
+    opened: Opened,
+    /// Holds the transfer function of the page, which is read from there like any other.
+    folder: TempDir,
+    /// The camera of the command line.
+    first_camera: Camera,
+    /// The options under which the scene stands ready.
+    ready: Ready,
+    /// The command with the page's options.
+    drawing: Drawing,
+}
+
+/// What was set last.
+#[derive(Clone, Debug, PartialEq)]
+struct Ready {
+    changes: Changes,
+    transfer: Option<Value>,
+    exactness: Exactness,
+}
+
+impl Subject {
+    /// Reads the files.
+    pub(super) fn open(words: Words, verbosity: Verbosity) -> Result<Self> {
+        let drawing = words.first_drawing()?;
+        let opened = Opened::read(drawing.clone(), Purpose::Compare, verbosity)?;
+        let first_camera = *opened.cameras().first().context("no camera")?;
+        Ok(Self {
+            words,
+            opened,
+            folder: tempfile::tempdir()?,
+            first_camera,
+            ready: Ready {
+                changes: Changes::new(),
+                transfer: None,
+                exactness: Exactness::Default,
+            },
+            drawing,
+        })
+    }
+
+    /// What the page needs to know before it asks for a picture.
+    pub(super) fn facts(&mut self) -> Result<Value> {
+        let start = self.start()?;
+        let volume = match self.opened.volume() {
+            Some(open) => facts::volume(open),
+            None => Value::Null,
+        };
+        Ok(json!({
+            "type": "scene",
+            "application": self.words.application.name(),
+            "title": self.title(),
+            "start": start,
+            "options": facts::options(&self.drawing)?,
+            "volume": volume,
+            "backdrop": super::encode::BACKDROP,
+        }))
+    }
+
+    /// The name of the file.
+    fn title(&self) -> String {
+        let path: PathBuf = match &self.drawing {
+            Drawing::Volsplat(args) => args.input.path.clone(),
+            Drawing::Texmap(args) => args.input.path.clone(),
+            Drawing::Warp3d(args) => PathBuf::from(&args.colour),
+        };
+        let name = path.file_name().unwrap_or(path.as_os_str());
+        name.to_string_lossy().into_owned()
+    }
+
+    /// The camera of the command line, as the page turns it: around the middle of the scene.
+    fn start(&mut self) -> Result<Value> {
+        let camera = self.first_camera;
+        let (eye, forward) = (camera.eye_in_world(), camera.forward_in_world());
+        let distance = match self.opened.bounds_in_world() {
+            Some([low, high]) => (0.5 * (low + high) - eye).dot(forward),
+            None => self.usual_depth()?,
+        };
+        // A camera that looks away from the scene turns around what is right before it.
+        let distance = if distance > 0.0 {
+            distance
+        } else {
+            camera.near * 1e3
+        };
+        let up = -camera.camera_from_world.matrix3.row(1);
+        let size = self
+            .opened
+            .bounds_in_world()
+            .map(|[low, high]| (high - low).length());
+        let mut start = json!({
+            "position": eye.to_array(),
+            "target": (eye + distance * forward).to_array(),
+            "up": up.to_array(),
+            "size": [camera.width, camera.height],
+            "scene_size": size.unwrap_or(2.0 * distance),
+        });
+        match camera.projection {
+            Projection::Perspective => {
+                let half_angle = (0.5 * f64::from(camera.height) / camera.fy).atan();
+                start["fov_y"] = json!(2.0 * half_angle.to_degrees());
+            }
+            Projection::Orthographic => {
+                start["projection"] = json!("orthographic");
+                start["height"] = json!(f64::from(camera.height) / camera.fy);
+            }
+        }
+        Ok(start)
+    }
+
+    /// The median depth of what the first camera sees, world units.
+    fn usual_depth(&mut self) -> Result<f64> {
+        let camera = self.first_camera.resized(64, 64)?;
+        let image = self.opened.draw(&camera)?.image;
+        let mut depths: Vec<f32> = image
+            .depth
+            .into_iter()
+            .flatten()
+            .filter(|z| z.is_finite() && *z > 0.0)
+            .collect();
+        depths.sort_by(f32::total_cmp);
+        Ok(depths
+            .get(depths.len() / 2)
+            .map_or(1.0, |&depth| f64::from(depth)))
+    }
+
+    /// The camera of a view, and the text that a camera file holds for it.
+    pub(super) fn camera(&self, view: &View) -> Result<(Camera, String)> {
+        let [width, height] = view.size;
+        if u64::from(width) * u64::from(height) > MAX_PIXELS {
+            bail!("a picture of {width}x{height} is larger than the page shows");
+        }
+        let text = match self.words.application {
+            Application::Depth => self.moved_lens(view)?.to_string(),
+            Application::Volume | Application::Mesh => view.camera.to_string(),
+        };
+        // As the command line reads it from a file, digit for digit.
+        let defaults = CameraDefaults {
+            size: Some(Size { width, height }),
+            look_at_size: DEFAULT_SIZE,
+            fov_y_deg: DEFAULT_FOV_Y_DEG,
+        };
+        let read = camera_file::one_camera(serde_json::from_str(&text)?, &defaults)?;
+        let bounds = self.opened.bounds_in_world().unwrap_or([DVec3::ZERO; 2]);
+        Ok((read.for_bounds(bounds)?, text))
+    }
+
+    /// The lens of the reference at another place: a camera with its focal lengths, zoomed as the page says.
+    fn moved_lens(&self, view: &View) -> Result<Value> {
+        let number = |value: &Value| value.as_f64().context("the camera is not made of numbers");
+        let vector = |key: &str| -> Result<DVec3> {
+            let list = view.camera[key].as_array().filter(|list| list.len() == 3);
+            let list = list.with_context(|| format!("the camera has no {key}"))?;
+            Ok(DVec3::new(
+                number(&list[0])?,
+                number(&list[1])?,
+                number(&list[2])?,
+            ))
+        };
+        let pose = LookAt {
+            position: vector("position")?,
+            target: vector("target")?,
+            up: vector("up")?,
+        };
+        let [width, height] = view.size;
+        let first = self.first_camera;
+        let half_angle = 0.5 * number(&view.camera["fov_y"])?.to_radians();
+        let zoom = (0.5 * f64::from(first.height) / first.fy) / half_angle.tan();
+        // Pixels stay square: the scale is that of the height, and the width shows more or less.
+        let scale = f64::from(height) / f64::from(first.height);
+        let world = pose.camera_from_world()?;
+        Ok(json!({
+            "width": width,
+            "height": height,
+            "fx": first.fx * scale * zoom,
+            "fy": first.fy * scale * zoom,
+            "cx": 0.5 * f64::from(width) + (first.cx - 0.5 * f64::from(first.width)) * scale * zoom,
+            "cy": 0.5 * f64::from(height) + (first.cy - 0.5 * f64::from(first.height)) * scale * zoom,
+            "R": world.matrix3.transpose().to_cols_array(),
+            "t": world.translation.to_array(),
+            "near": first.near,
+        }))
+    }
+
+    /// Takes the options of a view; true if they are new.
+    pub(super) fn prepare(&mut self, view: &View, exactness: Exactness) -> Result<bool> {
+        let ready = Ready {
+            changes: view.changes.clone(),
+            transfer: view.transfer.clone(),
+            exactness,
+        };
+        if ready == self.ready {
+            return Ok(false);
+        }
+        let transfer = self.transfer_file(view)?;
+        let drawing = self.words.drawing(&view.changes, transfer.as_deref())?;
+        let setting = drawing.setting();
+        let setting = match exactness {
+            Exactness::Default => setting,
+            Exactness::Fast => planner::ends(&setting)?.quick,
+            Exactness::Exact => planner::ends(&setting)?.exact,
+        };
+        match (self.opened.volume(), &drawing, &setting) {
+            (Some(open), Drawing::Volsplat(args), Setting::Volume(render)) => {
+                let mut args = (**args).clone();
+                args.render = (**render).clone();
+                open.restyle(args)?;
+            }
+            _ => self.opened.set(&setting)?,
+        }
+        self.drawing = drawing;
+        self.ready = ready;
+        Ok(true)
+    }
+
+    /// Writes the page's transfer function to where it is read from.
+    fn transfer_file(&self, view: &View) -> Result<Option<PathBuf>> {
+        let Some(transfer) = &view.transfer else {
+            return Ok(None);
+        };
+        let path = self.folder.path().join("transfer.json");
+        std::fs::write(&path, transfer.to_string())?;
+        Ok(Some(path))
+    }
+
+    /// How a part of a picture can be drawn.
+    pub(super) fn parts(&self) -> Parts {
+        self.opened.parts()
+    }
+
+    /// Draws under the options that were prepared.
+    pub(super) fn draw(&mut self, camera: &Camera) -> Result<Image> {
+        picture::check_size(camera)?;
+        let image = self.opened.draw(camera)?.image;
+        Ok(self.background().behind(image))
+    }
+
+    /// What lies under a place of a view, px; null where that is nothing.
+    pub(super) fn probe(&mut self, view: &View, at: [f64; 2]) -> Result<Value> {
+        let (camera, _) = self.camera(view)?;
+        let inside = |place: f64, side: u32| place.floor().clamp(0.0, f64::from(side) - 1.0);
+        let (x, y) = (inside(at[0], camera.width), inside(at[1], camera.height));
+        let pixel = Camera {
+            width: 1,
+            height: 1,
+            cx: camera.cx - x,
+            cy: camera.cy - y,
+            ..camera
+        };
+        let Some(open) = self.opened.volume() else {
+            return Ok(Value::Null);
+        };
+        Ok(match open.probe(&pixel)? {
+            None => Value::Null,
+            Some(found) => json!({
+                "world": found.world.to_array(),
+                "voxel": found.voxel,
+                "value": found.value,
+            }),
+        })
+    }
+
+    fn background(&self) -> Background {
+        let picture = match &self.drawing {
+            Drawing::Volsplat(args) => &args.picture,
+            Drawing::Texmap(args) => &args.picture,
+            Drawing::Warp3d(args) => &args.picture,
+        };
+        match &picture.background {
+            Some(BackgroundWord::Colour(colour)) => Background::Colour(*colour),
+            // A picture would have to be read for every frame.
+            Some(BackgroundWord::File(path)) => {
+                Background::read(path).unwrap_or(Background::Transparent)
+            }
+            Some(BackgroundWord::Transparent) | None => Background::Transparent,
+        }
+    }
+
+    /// The words of the command that repeats a view, without its camera, its size and its name.
+    pub(super) fn line(&self, view: &View, transfer: Option<&Path>) -> Result<Vec<String>> {
+        self.words.line(&view.changes, transfer)
+    }
+
+    /// The option that takes a camera file.
+    pub(super) fn camera_option(&self) -> &'static str {
+        match self.words.application {
+            Application::Depth => "--to",
+            Application::Volume | Application::Mesh => "--camera",
+        }
+    }
+
+    /// The whole command, to be run from its beginning.
+    pub(super) fn whole(&self, view: &View) -> Result<Drawing> {
+        let transfer = self.transfer_file(view)?;
+        self.words.drawing(&view.changes, transfer.as_deref())
+    }
+}

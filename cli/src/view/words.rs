@@ -1,0 +1,290 @@
+//! From the words after `resample view` to a command that draws, and back to words.
+//!
+//! The file decides which command that is. The page changes options by their names; they are parsed as if they had been
+//! typed, so every option has one spelling, one range and one error.
+
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, bail};
+use clap::{ArgMatches, Args, Command, FromArgMatches};
+use glam::DVec3;
+
+use crate::args::{Drawing, GlobalArgs, ServeArgs, TexmapArgs, VolsplatArgs, Warp3dArgs};
+use crate::input_file::InputFile;
+use crate::typed::Typed;
+use crate::values::{self, BackgroundWord};
+use crate::viewpoint::Viewpoint;
+
+/// Options that the page may set. None of them names a file.
+const FROM_PAGE: [&str; 24] = [
+    "background",
+    "blend",
+    "clip-plane",
+    "colormap",
+    "crop",
+    "crop-voxels",
+    "environment-turn",
+    "fill",
+    "gradient-opacity",
+    "iso",
+    "iso-colour",
+    "iso-opacity",
+    "light",
+    "max-depth-step",
+    "method",
+    "min-transmittance",
+    "opacity-scale",
+    "opacity-unit",
+    "order",
+    "preset",
+    "shade",
+    "slab",
+    "subpixels",
+    "window",
+];
+
+/// Options of which only one can say how values become colour and opacity.
+const LOOKS: [&str; 6] = [
+    "transfer",
+    "transfer-space",
+    "rescale-transfer",
+    "window",
+    "preset",
+    "colormap",
+];
+
+/// Options that the viewer itself stands in for.
+const REPLACED: [&str; 15] = [
+    "output",
+    "size",
+    "camera",
+    "orbit",
+    "fov",
+    "up",
+    "projection",
+    "to",
+    "no-open",
+    "port",
+    "bind",
+    "allow-host",
+    "threads",
+    "quiet",
+    "verbose",
+];
+
+/// Field of view of a picture whose camera nobody knows, degrees: that of a phone's main camera, held upright. A guess.
+const UNKNOWN_FOV_Y_DEG: f64 = 60.0;
+
+/// The name under which the command line is parsed; nothing of that name is written.
+const OUTPUT: &str = "view.png";
+
+/// The command that draws a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Application {
+    Volume,
+    Mesh,
+    Depth,
+}
+
+/// What was typed.
+#[derive(Clone, Debug)]
+pub(super) struct Words {
+    pub(super) application: Application,
+    typed: Typed,
+    pub(super) serve: ServeArgs,
+    pub(super) global: GlobalArgs,
+}
+
+/// Options by name, as the page sets them.
+pub(super) type Changes = BTreeMap<String, Vec<String>>;
+
+impl Application {
+    /// By what the words name.
+    fn of(words: &[OsString]) -> Self {
+        let is_file = |word: &OsString| InputFile::of(word.clone()).path.is_file();
+        if words.len() > 1 && words[..2].iter().all(is_file) {
+            return Self::Depth;
+        }
+        let path = words.first().map_or_else(PathBuf::new, PathBuf::from);
+        let path = InputFile::of(path.into()).path;
+        let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        match ending.as_deref() {
+            Some("glb" | "gltf" | "obj" | "ply" | "stl") => Self::Mesh,
+            _ => Self::Volume,
+        }
+    }
+
+    /// The name of the command.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Volume => "volsplat",
+            Self::Mesh => "texmap",
+            Self::Depth => "warp3d",
+        }
+    }
+
+    fn command(self) -> Command {
+        let command = Command::new("resample view")
+            .no_binary_name(true)
+            .args_override_self(true);
+        let command = match self {
+            Self::Volume => VolsplatArgs::augment_args(command),
+            Self::Mesh => TexmapArgs::augment_args(command),
+            Self::Depth => Warp3dArgs::augment_args(command),
+        };
+        // Nothing is written until the page asks for it, and then under names of its own.
+        let command = command.mut_arg("output", |arg| {
+            arg.required(false).default_value(OUTPUT).hide(true)
+        });
+        ServeArgs::augment_args(GlobalArgs::augment_args(command))
+    }
+}
+
+impl Words {
+    /// Parses what was typed; errors and `--help` end the process as they do in every command.
+    pub(super) fn of(words: &[OsString]) -> Self {
+        let application = Application::of(words);
+        let command = application.command();
+        let matches = command.clone().get_matches_from(words);
+        let parsed = |matches: &ArgMatches| -> Result<(ServeArgs, GlobalArgs), clap::Error> {
+            Ok((
+                ServeArgs::from_arg_matches(matches)?,
+                GlobalArgs::from_arg_matches(matches)?,
+            ))
+        };
+        let (serve, global) = parsed(&matches).unwrap_or_else(|error| error.exit());
+        Self {
+            application,
+            typed: Typed::of(command, &matches),
+            serve,
+            global,
+        }
+    }
+
+    /// The command as it was typed.
+    pub(super) fn first_drawing(&self) -> Result<Drawing> {
+        let own = [
+            "no-open",
+            "port",
+            "bind",
+            "allow-host",
+            "threads",
+            "quiet",
+            "verbose",
+        ];
+        let words = self.typed.words(|name| own.contains(&name));
+        let matches = self
+            .application
+            .command()
+            .try_get_matches_from(words)
+            .map_err(plain)?;
+        self.parsed(&matches).map_err(plain)
+    }
+
+    /// The command with the page's changes; `transfer` is a file that stands in for the transfer function.
+    pub(super) fn drawing(&self, changes: &Changes, transfer: Option<&Path>) -> Result<Drawing> {
+        let mut words: Vec<OsString> = self
+            .kept(changes, transfer)
+            .into_iter()
+            .map(OsString::from)
+            .collect();
+        words.extend(changed(changes)?.into_iter().map(OsString::from));
+        if let Some(path) = transfer {
+            words.extend([
+                "--transfer-space".into(),
+                "srgb".into(),
+                "--transfer".into(),
+                path.into(),
+            ]);
+        }
+        let matches = self
+            .application
+            .command()
+            .try_get_matches_from(words)
+            .map_err(plain)?;
+        self.parsed(&matches).map_err(plain)
+    }
+
+    /// The words of the command that repeats a picture, but for its camera, its size and its name.
+    pub(super) fn line(&self, changes: &Changes, transfer: Option<&Path>) -> Result<Vec<String>> {
+        let mut words = vec![self.application.name().to_owned()];
+        words.extend(self.kept(changes, transfer));
+        words.extend(changed(changes)?);
+        if let Some(path) = transfer {
+            let path = path.to_string_lossy().into_owned();
+            words.extend([
+                "--transfer".to_owned(),
+                path,
+                "--transfer-space".to_owned(),
+                "srgb".to_owned(),
+            ]);
+        }
+        Ok(words)
+    }
+
+    /// What was typed and still holds.
+    fn kept(&self, changes: &Changes, transfer: Option<&Path>) -> Vec<String> {
+        let has_look =
+            transfer.is_some() || changes.keys().any(|name| LOOKS.contains(&name.as_str()));
+        self.typed.words(|name| {
+            REPLACED.contains(&name)
+                || changes.contains_key(name)
+                || (has_look && LOOKS.contains(&name))
+        })
+    }
+
+    fn parsed(&self, matches: &ArgMatches) -> Result<Drawing, clap::Error> {
+        Ok(match self.application {
+            Application::Volume => {
+                Drawing::Volsplat(Box::new(VolsplatArgs::from_arg_matches(matches)?))
+            }
+            Application::Mesh => Drawing::Texmap(Box::new(TexmapArgs::from_arg_matches(matches)?)),
+            Application::Depth => {
+                let mut args = Warp3dArgs::from_arg_matches(matches)?;
+                let cameras = &mut args.cameras;
+                if cameras.from.is_none() && cameras.intrinsics.is_none() {
+                    cameras.from = Some(Viewpoint::Fov(UNKNOWN_FOV_Y_DEG));
+                }
+                if cameras.to.is_none() {
+                    cameras.to = Some(Viewpoint::Shift(DVec3::ZERO));
+                }
+                Drawing::Warp3d(Box::new(args))
+            }
+        })
+    }
+}
+
+/// The page's changes as words; an option with no value is left out.
+fn changed(changes: &Changes) -> Result<Vec<String>> {
+    let mut words = Vec::new();
+    for (name, values) in changes {
+        if !FROM_PAGE.contains(&name.as_str()) {
+            bail!("--{name} is not for the page: give it on the command line");
+        }
+        for value in values {
+            if name == "background" && !is_colour(value) {
+                bail!("--background={value}: expected a colour; a picture is for the command line");
+            }
+            // One word, so that a value cannot be taken for another option.
+            words.push(format!("--{name}={value}"));
+        }
+    }
+    Ok(words)
+}
+
+/// Whether a background is no name of a file.
+fn is_colour(word: &str) -> bool {
+    matches!(
+        values::background(word),
+        Ok(BackgroundWord::Colour(_) | BackgroundWord::Transparent)
+    )
+}
+
+/// The message of a parser without its usage lines.
+fn plain(error: clap::Error) -> anyhow::Error {
+    let text = error.to_string();
+    let line = text.lines().next().unwrap_or_default();
+    anyhow::anyhow!("{}", line.trim_start_matches("error: "))
+}
