@@ -42,13 +42,18 @@ pub(crate) struct Ends {
 /// The ends of the ladder of a setting, each laid over it.
 pub(crate) fn ends(typed: &Setting) -> Result<Ends> {
     let ladder = Ladder::of(typed, None)?;
-    // The cheapest field has stripes, and the cheapest warp tears surfaces.
+    // The cheapest field has stripes, and the cheapest warp tears surfaces. A look-up in a pyramid costs the same however
+    // small the picture is, and does not sparkle.
     let quick = match typed {
+        Setting::Mesh(_) => Setting::mesh(&["method", "subpixels"], |options| {
+            options.method = Method::BackwardTrilinear;
+            options.subpixels = 1;
+        }),
         Setting::Volume(_) => Setting::volume(&["subpixels"], |args| {
             args.subpixels = Subpixels::Fixed(1);
         }),
         Setting::Depth(_) if ladder.rungs.len() > 1 => ladder.rungs[1].setting.clone(),
-        Setting::Depth(_) | Setting::Mesh(_) => ladder.cheapest().setting.clone(),
+        Setting::Depth(_) => ladder.cheapest().setting.clone(),
     };
     let quick = typed.with(&quick)?;
     Ok(Ends {

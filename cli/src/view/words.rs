@@ -103,8 +103,9 @@ pub(super) type Changes = BTreeMap<String, Vec<String>>;
 impl Application {
     /// By what the words name.
     fn of(words: &[OsString]) -> Self {
-        let is_file = |word: &OsString| InputFile::of(word.clone()).path.is_file();
-        if words.len() > 1 && words[..2].iter().all(is_file) {
+        // Two names, before any option: a picture and its depth.
+        let is_name = |word: &OsString| !word.to_string_lossy().starts_with('-');
+        if words.len() > 1 && words[..2].iter().all(is_name) {
             return Self::Depth;
         }
         let path = words.first().map_or_else(PathBuf::new, PathBuf::from);
