@@ -26,15 +26,23 @@ impl CellRanges {
     /// The cells of which this holds, for the least and the greatest value.
     #[inline(always)]
     pub(super) fn select(&self, holds: impl Fn(f32, f32) -> bool) -> ShownCells {
+        let mut held = [0; CELLS];
+        for cell in 0..CELLS {
+            held[cell] = u8::from(holds(self.least[cell], self.greatest[cell]));
+        }
+        let (eights, _) = held.as_chunks::<CELL_SIDE>();
         let mut rows = [0; CELL_ROWS];
-        for (row, bits) in rows.iter_mut().enumerate() {
-            for x in 0..CELL_SIDE {
-                let cell = row * CELL_SIDE + x;
-                *bits |= u8::from(holds(self.least[cell], self.greatest[cell])) << x;
-            }
+        for (row, eight) in rows.iter_mut().zip(eights) {
+            *row = bits_of(*eight);
         }
         ShownCells::of_rows(rows)
     }
+}
+
+/// Eight bytes of 0 or 1 as bits, the first lowest: the product has each of them once in its highest byte.
+#[inline(always)]
+fn bits_of(eight: [u8; CELL_SIDE]) -> u8 {
+    (u64::from_le_bytes(eight).wrapping_mul(0x0102_0408_1020_4080) >> 56) as u8
 }
 
 /// What the values at the eight corners of each cell combine to.
