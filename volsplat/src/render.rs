@@ -98,8 +98,8 @@ impl Renderer {
     /// choice. The pictures and [`Renderer::visible_bounds_in_world`] are those of a new renderer.
     ///
     /// The scene's volumes and mask must hold the voxels that this renderer was prepared with. After
-    /// [`Renderer::for_changes`] a field of scalars is not prepared again: 256^3 voxels take 20 to 60 ms on two cores, and
-    /// more only when light is asked for and cells are lit for the first time. Labels and the orders of samples are
+    /// [`Renderer::for_changes`] a field of scalars is not prepared again: 256^3 voxels take 5 to 10 ms of CPU, and
+    /// up to 90 more when cells are lit for the first time. Labels and the orders of samples are
     /// prepared anew. [`Renderer::non_transparent`] stays that of the last preparation.
     ///
     /// [`Error::Option`] as in [`Renderer::with_scene`]; nothing has changed then.

@@ -310,16 +310,7 @@ impl Shown {
     /// The cells of a table with this range that are kept, and those in which samples may be seen.
     fn cells(&self, table: &Table, range: [f32; 2]) -> [ShownCells; 2] {
         match self {
-            Self::Scalars(support) if support.holds(range) => {
-                [ShownCells::all(), ShownCells::all()]
-            }
-            Self::Scalars(support) => {
-                let ranges = CellRanges::new(table);
-                [
-                    support.cells(&ranges, 0.0),
-                    support.cells(&ranges, support.reach()),
-                ]
-            }
+            Self::Scalars(support) => support.cells(table, range),
             Self::Labels(..) => {
                 let drawn = CellRanges::new(table).select(|_, greatest| greatest > 0.0);
                 [drawn.clone(), drawn]

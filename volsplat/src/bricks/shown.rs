@@ -1,6 +1,6 @@
 //! Which cells of a brick may be seen: from the least and the greatest value at the corners of each.
 //!
-//! Ranges are found along one axis after another, all cells side by side.
+//! Ranges are found along one axis after another, all cells side by side: loops that become vector instructions.
 
 use super::bounds::Bounds;
 use super::cells::{CELL_ROWS, CELL_SIDE, CELLS, ShownCells, TABLE_LEN, Table, VERTEX_SIDE};
@@ -11,11 +11,12 @@ const FACES: usize = CELL_ROWS * VERTEX_SIDE;
 
 /// The least and the greatest value at the corners of each cell.
 pub(super) struct CellRanges {
-    pub(super) least: Box<[f32; CELLS]>,
-    pub(super) greatest: Box<[f32; CELLS]>,
+    least: [f32; CELLS],
+    greatest: [f32; CELLS],
 }
 
 impl CellRanges {
+    #[inline(always)]
     pub(super) fn new(table: &Table) -> Self {
         Self {
             least: over_corners(table, f32::min),
@@ -50,7 +51,7 @@ fn bits_of(eight: [u8; CELL_SIDE]) -> u8 {
 fn over_corners<T: Copy + Default>(
     table: &[T; TABLE_LEN],
     combine: impl Fn(T, T) -> T,
-) -> Box<[T; CELLS]> {
+) -> [T; CELLS] {
     let mut edges = [T::default(); EDGES];
     for (row, vertices) in edges
         .chunks_exact_mut(CELL_SIDE)
@@ -69,7 +70,7 @@ fn over_corners<T: Copy + Default>(
             layer[at] = combine(rows[at], rows[at + CELL_SIDE]);
         }
     }
-    let mut cells = Box::new([T::default(); CELLS]);
+    let mut cells = [T::default(); CELLS];
     for (at, cell) in cells.iter_mut().enumerate() {
         *cell = combine(faces[at], faces[at + CELL_ROWS]);
     }

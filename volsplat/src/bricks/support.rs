@@ -6,8 +6,10 @@
 use std::ops::{Range, RangeInclusive};
 
 use rayon::prelude::*;
+use resample_core::dispatch;
+use resample_core::simd::SimdLevel;
 
-use super::cells::ShownCells;
+use super::cells::{ShownCells, Table};
 use super::shown::CellRanges;
 use crate::transfer::TransferFunction;
 use crate::volume::{Volume, VoxelType, Voxels, scalar, with_voxels};
@@ -103,18 +105,27 @@ impl Support {
             .any(|s| *s.start() <= least && greatest <= *s.end())
     }
 
-    /// How far beside it the table may show a scalar.
-    pub(crate) fn reach(&self) -> f32 {
-        self.reach
+    /// The cells of a table with this range that it meets, and those that it meets with its reach.
+    pub(super) fn cells(&self, table: &Table, range: [f32; 2]) -> [ShownCells; 2] {
+        if self.holds(range) {
+            return [ShownCells::all(), ShownCells::all()];
+        }
+        let level = SimdLevel::Auto.resolve();
+        dispatch!(level, simd => self.met_cells(table))
     }
 
-    /// The cells that it meets, if it reaches so far beside itself.
-    pub(super) fn cells(&self, ranges: &CellRanges, reach: f32) -> ShownCells {
-        let none = ShownCells::none();
-        self.intervals.iter().fold(none, |cells, s| {
-            let (start, end) = (*s.start(), *s.end());
-            cells.or(&ranges.select(|low, high| high + reach >= start && low - reach <= end))
-        })
+    #[inline(always)]
+    fn met_cells(&self, table: &Table) -> [ShownCells; 2] {
+        let ranges = CellRanges::new(table);
+        let (mut met, mut reached) = (ShownCells::none(), ShownCells::none());
+        for interval in &self.intervals {
+            let (start, end) = (*interval.start(), *interval.end());
+            met = met.or(&ranges.select(|low, high| high >= start && low <= end));
+            reached = reached
+                .or(&ranges
+                    .select(|low, high| high + self.reach >= start && low - self.reach <= end));
+        }
+        [met, reached]
     }
 }
 
