@@ -28,8 +28,8 @@ impl CellRanges {
     #[inline(always)]
     pub(super) fn select(&self, holds: impl Fn(f32, f32) -> bool) -> ShownCells {
         let mut held = [0; CELLS];
-        for cell in 0..CELLS {
-            held[cell] = u8::from(holds(self.least[cell], self.greatest[cell]));
+        for (cell, held) in held.iter_mut().enumerate() {
+            *held = u8::from(holds(self.least[cell], self.greatest[cell]));
         }
         let (eights, _) = held.as_chunks::<CELL_SIDE>();
         let mut rows = [0; CELL_ROWS];
