@@ -44,8 +44,8 @@ impl Opened {
         let scene = match drawing {
             Drawing::Texmap(args) => Scene::Mesh(Box::new(texmap::Open::read(*args, verbosity)?)),
             Drawing::Volsplat(args) => {
-                let open = volsplat::Open::read(*args, verbosity)?;
-                if purpose == Purpose::Compare {
+                let open = volsplat::Open::read(*args, purpose, verbosity)?;
+                if purpose != Purpose::Draw {
                     open.check_still()?;
                 }
                 Scene::Volume(Box::new(open))

@@ -71,6 +71,8 @@ pub enum Purpose {
     Draw,
     /// To be drawn under several settings: in memory, and the same in every picture.
     Compare,
+    /// As [`Purpose::Compare`], while a person changes what is shown.
+    Change,
 }
 
 /// When a command started, and how much it says.

@@ -9,7 +9,9 @@ use glam::DVec3;
 use resample_io::Gate;
 use volsplat::input::{Format, format_of, peek};
 use volsplat::large::most_brick_bytes;
-use volsplat::{Described, LargeVolume, LoadOptions, RenderOptions, Renderer, TransferFunction};
+use volsplat::{
+    Described, LargeVolume, LoadOptions, RenderOptions, Renderer, TransferFunction, Volume,
+};
 
 use crate::args::{SceneArgs, TransferArgs, VolsplatArgs};
 use crate::progress::{Progress, watch};
@@ -23,6 +25,22 @@ pub(crate) enum Content {
     Memory(Volumes),
     /// A volume in its file, and how it looks.
     Stored(Box<LargeVolume>, TransferFunction),
+}
+
+/// What a renderer keeps of a volume.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Keeping {
+    /// What its transfer function shows.
+    Shown,
+    /// All of it, so that any other look is quick.
+    Whole,
+}
+
+/// Most memory that a renderer takes for a voxel that it keeps, bytes: scalars, their bounds and gradients.
+const WHOLE_BYTES: u64 = 37;
+
+fn fits_whole(volume: &Volume, gate: &Gate) -> bool {
+    (volume.len() as u64).saturating_mul(WHOLE_BYTES) <= gate.max_memory()
 }
 
 impl Content {
@@ -101,13 +119,43 @@ impl Content {
         }
     }
 
+    /// How much a renderer may keep whose looks will change.
+    pub(crate) fn keeping(&self, gate: &Gate) -> Keeping {
+        match self {
+            Self::Memory(volumes) if fits_whole(volumes.first(), gate) => Keeping::Whole,
+            Self::Memory(_) | Self::Stored(..) => Keeping::Shown,
+        }
+    }
+
+    /// Has a renderer draw what this holds now.
+    pub(crate) fn change(
+        &self,
+        renderer: &mut Renderer,
+        options: &RenderOptions,
+        keeping: Keeping,
+    ) -> Result<(), volsplat::Error> {
+        match self {
+            Self::Memory(volumes) if keeping == Keeping::Whole => {
+                renderer.change(&volumes.scene(), options)
+            }
+            Self::Memory(_) | Self::Stored(..) => {
+                *renderer = self.renderer(options, keeping, Progress::Hidden)?;
+                Ok(())
+            }
+        }
+    }
+
     /// A renderer.
     pub(crate) fn renderer(
         &self,
         options: &RenderOptions,
+        keeping: Keeping,
         progress: Progress,
     ) -> Result<Renderer, volsplat::Error> {
         match self {
+            Self::Memory(volumes) if keeping == Keeping::Whole => {
+                Renderer::for_changes(&volumes.scene(), options)
+            }
             Self::Memory(volumes) => Renderer::with_scene(&volumes.scene(), options),
             Self::Stored(volume, function) => Renderer::from_file(
                 volume,

@@ -15,7 +15,7 @@ use crate::args::VolsplatArgs;
 use crate::camera_path::{Between, CameraPath, KeyLook, Moment, Track, VolumeKey};
 use crate::clip;
 use crate::progress::Progress;
-use crate::volume_data::Content;
+use crate::volume_data::{Content, Keeping};
 
 /// A volume's transfer function and clip over the pictures of a path.
 pub(crate) struct VolumeMotion {
@@ -88,7 +88,7 @@ impl VolumeMotion {
         {
             if renderer.set_transfer(&function) == Reuse::NeedsRenderer {
                 content.set_function(function.clone());
-                *renderer = content.renderer(options, Progress::Hidden)?;
+                *renderer = content.renderer(options, Keeping::Shown, Progress::Hidden)?;
             }
             self.shown = Some(function);
         }

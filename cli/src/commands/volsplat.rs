@@ -17,13 +17,13 @@ use crate::blend;
 use crate::camera_path::KeyKind;
 use crate::framing::{self, Extent};
 use crate::picture::Drawn;
-use crate::plan::{Plan, Request, Run, RunLog};
+use crate::plan::{Plan, Purpose, Request, Run, RunLog};
 use crate::progress::{Progress, watch};
 use crate::report::{self, Account, RunStats, Verbosity};
 use crate::scene;
 use crate::settings;
 use crate::transfer;
-use crate::volume_data::Content;
+use crate::volume_data::{Content, Keeping};
 use crate::volume_motion::{self, VolumeMotion};
 
 /// A volume that is read, ready to be drawn.
@@ -31,6 +31,7 @@ pub(crate) struct Open {
     args: VolsplatArgs,
     plan: Plan,
     content: Content,
+    keeping: Keeping,
     renderer: Renderer,
     options: RenderOptions,
     /// What changes from picture to picture beside the camera.
@@ -52,12 +53,12 @@ pub(crate) struct Probed {
 
 impl Open {
     /// Checks the arguments, reads the volume, and classifies it.
-    pub(crate) fn read(args: VolsplatArgs, verbosity: Verbosity) -> Result<Self> {
+    pub(crate) fn read(args: VolsplatArgs, purpose: Purpose, verbosity: Verbosity) -> Result<Self> {
         let plan = Plan::new(&request(&args))?;
         let options =
             settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format)?;
         blend::layers(&args.render.options.blend, plan.finish.format)?;
-        let mut open = loaded(args, options, plan, verbosity.progress())?;
+        let mut open = loaded(args, options, (plan, purpose), verbosity.progress())?;
         open.cameras = cameras(&open)?;
         Ok(open)
     }
@@ -101,30 +102,18 @@ impl Open {
 
     /// Draws with the transfer function and the options of `args` from now on. What is read stays as it is.
     pub(crate) fn restyle(&mut self, args: VolsplatArgs) -> Result<()> {
-        let function = match self.content.function() {
-            Some(own) => {
-                let function = transfer::function(&args.transfer, self.content.first())?;
-                (function != *own).then_some(function)
-            }
-            None => None,
-        };
+        if self.content.function().is_some() {
+            let function = transfer::function(&args.transfer, self.content.first())?;
+            self.content.set_function(function);
+        }
         let options = settings::render_options(
             &args.render,
             args.transfer.opacity_unit,
             self.plan.finish.format,
         )?;
         let options = settings::suited_to(options, &args.render.options, self.content.first());
-        let is_new =
-            options != self.options && self.renderer.set_options(&options)? == Reuse::NeedsRenderer;
-        if let Some(function) = function {
-            let kept = !is_new && self.renderer.set_transfer(&function) == Reuse::Done;
-            self.content.set_function(function);
-            if !kept {
-                self.renderer = self.content.renderer(&options, Progress::Hidden)?;
-            }
-        } else if is_new {
-            self.renderer = self.content.renderer(&options, Progress::Hidden)?;
-        }
+        self.content
+            .change(&mut self.renderer, &options, self.keeping)?;
         self.options = options;
         self.args = args;
         Ok(())
@@ -194,7 +183,9 @@ impl Open {
             return Ok(());
         }
         if self.renderer.set_options(&options)? == Reuse::NeedsRenderer {
-            self.renderer = self.content.renderer(&options, Progress::Hidden)?;
+            self.renderer = self
+                .content
+                .renderer(&options, self.keeping, Progress::Hidden)?;
         }
         self.options = options;
         Ok(())
@@ -277,7 +268,7 @@ fn request(args: &VolsplatArgs) -> Request<'_> {
 fn loaded(
     args: VolsplatArgs,
     options: RenderOptions,
-    plan: Plan,
+    (plan, purpose): (Plan, Purpose),
     progress: Progress,
 ) -> Result<Open> {
     let start = Instant::now();
@@ -296,14 +287,19 @@ fn loaded(
         report::say(&warning);
     }
     let start = Instant::now();
+    let keeping = match purpose {
+        Purpose::Change => content.keeping(plan.gate()),
+        Purpose::Draw | Purpose::Compare => Keeping::Shown,
+    };
     let renderer = content
-        .renderer(&options, progress)
+        .renderer(&options, keeping, progress)
         .with_context(|| format!("{}: cannot be drawn", args.input.path.display()))?;
     let classify_ms = report::ms_since(start);
     Ok(Open {
         args,
         plan,
         content,
+        keeping,
         renderer,
         options,
         motion,

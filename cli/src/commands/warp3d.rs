@@ -229,7 +229,7 @@ fn check_frames(args: &Warp3dArgs, purpose: Purpose) -> Result<()> {
             "--max-error and --max-time",
             args.ask.max_error.is_some() || args.ask.max_time_ms.is_some(),
         ),
-        ("comparing settings", purpose == Purpose::Compare),
+        ("comparing settings", purpose != Purpose::Draw),
     ];
     match given.iter().find(|(_, is_given)| *is_given) {
         Some((what, _)) => bail!("{}: {what} is for a single picture: name one", args.colour),
@@ -259,7 +259,7 @@ fn keeping(
         (Ok(()), _) => Ok(Keeping::Memory),
         // A temporary file has to be asked for.
         (Err(error), None) => Err(error.context("--max-memory keeps the references in a file")),
-        (Err(error), _) if purpose == Purpose::Compare => {
+        (Err(error), _) if purpose != Purpose::Draw => {
             Err(error.context("settings are compared and chosen with the references in memory"))
         }
         (Err(_), Some(max_memory)) => Ok(Keeping::File(max_memory)),

@@ -20,27 +20,34 @@ use crate::viewpoint::Viewpoint;
 /// Most pictures of a turntable.
 const MOST_STEPS: usize = 1000;
 
-/// The name of the transfer function in a command.
+/// The names of files in a command.
+const CAMERA: &str = "camera.json";
 const TRANSFER: &str = "transfer.json";
+const PICTURE: &str = "view.png";
 
 /// The commands that draw a view: they bring the camera and the transfer function along, and read the same file.
 pub(super) fn command(subject: &Subject, view: &View) -> Result<String> {
-    let transfer = view.transfer.as_ref().map(|_| Path::new(TRANSFER));
     let (_, camera) = subject.camera(view)?;
-    let mut words = subject.line(view, transfer)?;
-    let [width, height] = view.size;
-    words.extend(["--size".to_owned(), format!("{width}x{height}")]);
-    words.extend([
-        "-o".to_owned(),
-        "view.png".to_owned(),
-        subject.camera_option().to_owned(),
-        "-".to_owned(),
-    ]);
-    let mut text = String::new();
+    let mut text = format!("cat > {CAMERA} <<'END'\n{camera}\nEND\n");
+    let mut file = None;
     if let Some(transfer) = &view.transfer {
         text += &format!("cat > {TRANSFER} <<'END'\n{transfer}\nEND\n");
+        file = Some(Path::new(TRANSFER));
     }
-    text += &format!("{} <<'END'\n{camera}\nEND\n", typed::line(&words));
+    let [width, height] = view.size;
+    let size = format!("{width}x{height}");
+    let more = [
+        subject.camera_option(),
+        CAMERA,
+        "--size",
+        &size,
+        "-o",
+        PICTURE,
+    ];
+    let mut words = subject.line(view, file)?;
+    words.extend(more.map(str::to_owned));
+    text += &typed::line(&words);
+    text.push('\n');
     Ok(text)
 }
 

@@ -156,7 +156,8 @@ impl Studio {
 
     /// The picture, band by band; `None` as soon as a newer view is asked for.
     fn in_bands(&mut self, camera: &Camera) -> Result<Option<Image>> {
-        if self.subject.parts() == Parts::Whole {
+        let has_bands = matches!(self.subject.parts(), Parts::Windows { guard_px: 0, .. });
+        if !has_bands {
             return self.subject.draw(camera).map(Some);
         }
         let rows = (BAND_PX / camera.width.max(1))

@@ -52,7 +52,7 @@ impl Subject {
     /// Reads the files.
     pub(super) fn open(words: Words, verbosity: Verbosity) -> Result<Self> {
         let drawing = words.first_drawing()?;
-        let opened = Opened::read(drawing.clone(), Purpose::Compare, verbosity)?;
+        let opened = Opened::read(drawing.clone(), Purpose::Change, verbosity)?;
         let first_camera = *opened.cameras().first().context("no camera")?;
         Ok(Self {
             words,

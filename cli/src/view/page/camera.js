@@ -26,10 +26,10 @@ function heightAtTarget(camera) {
   return 2 * axes(camera).distance * Math.tan((camera.fov_y * Math.PI) / 360);
 }
 
-// Turns around the target: half a turn for the shorter side of the picture. A picture with depth has no back side.
+// Turns around the target: half a turn for the shorter side of the picture, and an eighth of one where there is no back side.
 function turn(dx, dy, side) {
   const { right, up } = axes(state.camera);
-  const angle = Math.PI / side;
+  const angle = (state.scene.application === "warp3d" ? Math.PI / 4 : Math.PI) / side;
   const offset = sub(state.camera.position, state.camera.target);
   const swing = (vector) => turned(turned(vector, up, -dx * angle), right, -dy * angle);
   const next = { ...state.camera, position: add(state.camera.target, swing(offset)), up: swing(up) };
@@ -37,10 +37,10 @@ function turn(dx, dy, side) {
   state.camera = next;
 }
 
-// Within 35 degrees of where the picture was taken: beyond it, more is guessed than seen.
+// Within 25 degrees of where the picture was taken: beyond it, more is missing than seen.
 function insideCone(camera) {
   const direction = (c) => unit(sub(c.target, c.position));
-  return dot(direction(camera), direction(state.start)) > Math.cos((35 * Math.PI) / 180);
+  return dot(direction(camera), direction(state.start)) > Math.cos((25 * Math.PI) / 180);
 }
 
 function pan(dx, dy, side) {

@@ -249,7 +249,7 @@ function sharedPanel() {
     make("p", { className: "note", id: "times" }),
     make("div", { className: "buttons" },
       button("reset view", () => { state.camera = { ...state.start }; changed(); }, { title: "Key r; keys 1 to 6 look along the axes" }),
-      ...["+x", "-x", "+y", "-y", "+z", "-z"].map((text, i) =>
+      ...(state.scene.application === "warp3d" ? [] : ["+x", "-x", "+y", "-y", "+z", "-z"]).map((text, i) =>
         button(text, () => { lookAlong(i >> 1, i % 2 ? -1 : 1); changed(); }, { title: `Key ${i + 1}` }))),
     make("h2", {}, "Keep it"),
     make("div", { className: "buttons" },
@@ -257,7 +257,7 @@ function sharedPanel() {
       button("picture", () => ask("picture", "view.png", { sized: true })),
       button("transfer function", () => ask("transfer", "transfer.json"), { disabled: !state.curve }),
       button("camera", () => ask("camera", "camera.json")),
-      button("turntable", () => ask("turntable", "turntable.webp", { sized: true, steps: true }))),
+      button("turntable", () => ask("turntable", "turntable.webp", { sized: true, steps: true }), { disabled: state.scene.application === "warp3d" })),
     make("h2", {}, "Key frames"),
     keyList(),
     make("div", { className: "buttons" },
