@@ -26,6 +26,7 @@ mod texmap;
 mod texmap_formats;
 mod trade;
 mod transfer;
+mod view;
 mod warp3d;
 mod warp3d_found;
 mod warp3d_refused;

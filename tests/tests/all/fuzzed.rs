@@ -17,3 +17,25 @@ fn every_seed_is_a_good_file_unless_it_is_cut() {
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
+
+/// The message with which a file that fuzzing found is refused.
+fn refusal(reader: Reader, bytes: &[u8]) -> String {
+    reader.read(bytes).expect_err("this file must be refused")
+}
+
+#[test]
+fn zarr_metadata_that_is_no_object_is_refused() {
+    for metadata in ["\"a text\"", "7", "[]", "null"] {
+        let file = seeds::packed(&[("zarr.json", metadata.as_bytes())]);
+        let why = refusal(Reader::Zarr, &file);
+        assert!(why.contains("expected a JSON object"), "{why}");
+    }
+    let file = seeds::packed(&[("zarr.json", br#"{"attributes":"a text"}"#)]);
+    assert!(refusal(Reader::Zarr, &file).contains("multiscales"));
+}
+
+#[test]
+fn a_binary_model_without_cameras_is_refused() {
+    let why = refusal(Reader::Cameras, &[0; 8]);
+    assert!(why.contains("no camera"), "{why}");
+}

@@ -74,7 +74,7 @@ pub(super) fn read(folder: &Path) -> Result<Image, Error> {
     let v3 = folder.join("zarr.json");
     let (path, attributes) = match json(&v3)? {
         Some(meta) if meta["node_type"] == "array" => return Ok(plain()),
-        Some(mut meta) => (v3, meta["attributes"]["ome"].take()),
+        Some(meta) => (v3, meta["attributes"]["ome"].clone()),
         None if folder.join(".zarray").is_file() => return Ok(plain()),
         None => {
             let path = folder.join(".zattrs");

@@ -19,7 +19,10 @@ pub(super) fn json(path: &Path) -> Result<Option<Value>, Error> {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
         Err(source) => return Err(cannot_read(path, source)),
     };
-    serde_json::from_slice(&text)
-        .map(Some)
-        .map_err(|error| invalid(path, format!("not JSON: {error}")))
+    let value: Value = serde_json::from_slice(&text)
+        .map_err(|error| invalid(path, format!("not JSON: {error}")))?;
+    if !value.is_object() {
+        return Err(invalid(path, "expected a JSON object of metadata"));
+    }
+    Ok(Some(value))
 }

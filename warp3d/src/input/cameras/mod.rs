@@ -28,10 +28,18 @@ pub use distortion::Distortion;
 pub use entry::{CameraSet, Entry, Hints, Lens, NEAR_PLACEHOLDER, Names, Pair};
 pub use lens_file::read_lens;
 
-/// Reads the cameras of a file; `None` if it is JSON of no format that is known here.
+/// Reads the cameras of a file, at least one; `None` if it is JSON of no format that is known here.
 pub fn read(path: &Path, hints: &Hints) -> Result<Option<CameraSet>, Error> {
+    let set = read_any(path, hints)?;
+    if set.as_ref().is_some_and(|set| set.entries.is_empty()) {
+        return Err(fault(path, "it holds no camera"));
+    }
+    Ok(set)
+}
+
+fn read_any(path: &Path, hints: &Hints) -> Result<Option<CameraSet>, Error> {
     if path.is_dir() {
-        return read(&model_in(path), hints);
+        return read_any(&model_in(path), hints);
     }
     // A binary model starts with a count, whose upper bytes are 0; no text holds such a byte.
     if first_bytes(path, 8)?.contains(&0) {

@@ -1,0 +1,453 @@
+//! `resample view`: who is let in, what the page may ask for, and that a resting picture is the command line's.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+use serde_json::{Value, json};
+use tungstenite::client::IntoClientRequest;
+use tungstenite::{Message, WebSocket};
+
+use super::{BALL, Bench, warp3d};
+
+mod browser;
+
+/// A viewer that runs in the folder of a bench, and ends with this value.
+struct Viewer {
+    process: Child,
+    /// `127.0.0.1:PORT`.
+    host: String,
+    token: String,
+}
+
+impl Viewer {
+    fn start(bench: &Bench, words: &str) -> Self {
+        let mut process = Command::new(env!("CARGO_BIN_EXE_resample"))
+            .current_dir(bench.path(""))
+            .arg("view")
+            .args(words.split_whitespace())
+            .arg("--no-open")
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the binary starts");
+        let mut line = String::new();
+        let stdout = process.stdout.as_mut().expect("a pipe");
+        BufReader::new(stdout)
+            .read_line(&mut line)
+            .expect("an address");
+        let rest = line.trim().strip_prefix("http://").expect("an address");
+        let (host, token) = rest.split_once('/').expect("a token");
+        Self {
+            host: host.to_owned(),
+            token: token.trim_matches('/').to_owned(),
+            process,
+        }
+    }
+
+    fn address(&self) -> String {
+        format!("http://{}/{}/", self.host, self.token)
+    }
+
+    /// The first line and the body of an answer.
+    fn get(&self, path: &str, headers: &str) -> (String, String) {
+        let mut stream = TcpStream::connect(&self.host).expect("it listens");
+        write!(stream, "GET {path} HTTP/1.1\r\n{headers}\r\n").expect("it reads");
+        let mut text = String::new();
+        stream.read_to_string(&mut text).expect("it answers");
+        let (head, body) = text.split_once("\r\n\r\n").expect("a head");
+        let status = head.lines().next().expect("a status").to_owned();
+        (status, body.to_owned())
+    }
+
+    fn page(&self) -> Page {
+        let mut request = format!("ws://{}/{}/socket", self.host, self.token)
+            .into_client_request()
+            .expect("an address");
+        let origin = format!("http://{}", self.host).parse().expect("a header");
+        request.headers_mut().insert("Origin", origin);
+        let stream = TcpStream::connect(&self.host).expect("it listens");
+        let (socket, _) = tungstenite::client(request, stream).expect("a socket");
+        Page { socket }
+    }
+}
+
+impl Drop for Viewer {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// A page without a browser.
+struct Page {
+    socket: WebSocket<TcpStream>,
+}
+
+impl Page {
+    fn say(&mut self, message: &Value) {
+        self.socket
+            .send(Message::text(message.to_string()))
+            .expect("it listens");
+    }
+
+    /// The next answer of a kind. Pictures on the way are shown.
+    fn hear(&mut self, kind: &str) -> Value {
+        loop {
+            match self.socket.read().expect("it answers") {
+                Message::Text(text) => {
+                    let answer: Value = serde_json::from_str(&text).expect("JSON");
+                    if answer["type"] == kind {
+                        return answer;
+                    }
+                    assert_ne!(answer["type"], "error", "{answer}");
+                }
+                Message::Binary(bytes) => {
+                    self.shown(&bytes);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Head and bytes of a picture, which is on the screen from now on.
+    fn shown(&mut self, bytes: &[u8]) -> (Value, Vec<u8>) {
+        let length = u32::from_le_bytes(bytes[..4].try_into().expect("four bytes")) as usize;
+        let head: Value = serde_json::from_slice(&bytes[4..4 + length]).expect("JSON");
+        self.say(&json!({ "type": "shown", "id": head["id"] }));
+        (head, bytes[4 + length..].to_vec())
+    }
+
+    /// The last picture of a view.
+    fn rest(&mut self, view: &Value) -> Vec<u8> {
+        self.say(&with(
+            view,
+            json!({ "type": "draw", "id": 1, "motion": "resting" }),
+        ));
+        loop {
+            match self.socket.read().expect("it answers") {
+                Message::Binary(bytes) => {
+                    let (head, picture) = self.shown(&bytes);
+                    if head["is_last"] == true {
+                        return picture;
+                    }
+                }
+                Message::Text(text) => assert!(!text.contains("\"error\""), "{text}"),
+                _ => {}
+            }
+        }
+    }
+
+    /// The error that a message is answered with.
+    fn refusal(&mut self, message: &Value) -> String {
+        self.say(message);
+        loop {
+            if let Message::Text(text) = self.socket.read().expect("it answers") {
+                let answer: Value = serde_json::from_str(&text).expect("JSON");
+                if answer["type"] == "error" {
+                    return answer["text"].as_str().expect("a text").to_owned();
+                }
+            }
+        }
+    }
+}
+
+/// A view of the scene from its first camera, turned a little.
+fn view(scene: &Value, more: Value) -> Value {
+    let start = &scene["start"];
+    let shifted: Vec<f64> = (0..3)
+        .map(|k| start["position"][k].as_f64().expect("a number") * 1.01 + 0.013)
+        .collect();
+    let mut camera = json!({ "position": shifted, "target": start["target"], "up": start["up"] });
+    for key in ["fov_y", "projection", "height"] {
+        if let Some(value) = start.get(key) {
+            camera[key] = value.clone();
+        }
+    }
+    with(&json!({ "camera": camera, "size": [97, 80] }), more)
+}
+
+fn with(view: &Value, more: Value) -> Value {
+    let mut view = view.clone();
+    for (key, value) in more.as_object().expect("an object") {
+        view[key] = value.clone();
+    }
+    view
+}
+
+/// Runs the copied command in an empty place beside the files, and gives its picture.
+fn run_copied(bench: &Bench, command: &str) -> Vec<u8> {
+    let binary = Path::new(env!("CARGO_BIN_EXE_resample"));
+    let folder = binary.parent().expect("a folder");
+    let path = format!(
+        "{}:{}",
+        folder.display(),
+        std::env::var("PATH").unwrap_or_default()
+    );
+    let ran = Command::new("sh")
+        .args(["-c", command])
+        .current_dir(bench.path(""))
+        .env("PATH", path)
+        .output()
+        .expect("a shell");
+    assert!(ran.status.success(), "{command}\n{}", super::stderr(&ran));
+    std::fs::read(bench.path("view.png")).expect("a picture")
+}
+
+/// What a page shows at rest, and what the copied command writes, are the same file.
+fn assert_same(bench: &Bench, words: &str, more: Value) {
+    let viewer = Viewer::start(bench, words);
+    let mut page = viewer.page();
+    let scene = page.hear("scene");
+    let view = view(&scene, more);
+    let shown = page.rest(&view);
+    page.say(&with(&view, json!({ "type": "command" })));
+    let command = page.hear("command");
+    let written = run_copied(bench, command["text"].as_str().expect("a text"));
+    assert!(
+        shown == written,
+        "{words}: {} and {} bytes",
+        shown.len(),
+        written.len()
+    );
+}
+
+/// A transfer function that shows more than the automatic one.
+fn transfer() -> Value {
+    json!({
+        "ColorSpace": "RGB",
+        "Points": [0.0, 0.0, 0.5, 0.0, 17.3, 0.21, 0.5, 0.0, 255.0, 0.9, 0.5, 0.0],
+        "RGBPoints": [0.0, 0.1, 0.2, 0.7, 255.0, 0.9, 0.4, 0.1],
+    })
+}
+
+#[test]
+fn a_resting_volume_is_the_command_lines_picture() {
+    let bench = Bench::new();
+    for more in [
+        json!({}),
+        json!({ "transfer": transfer(), "changes": { "shade": ["phong"], "light": ["1,2,3"] } }),
+        json!({ "changes": { "blend": ["maximum"], "colormap": ["magma"], "background": ["white"] } }),
+        json!({ "changes": { "iso": ["100"], "crop": ["3,3,3,25,31,31"] } }),
+        json!({ "exactness": "default", "changes": { "order": ["every-sample"] } }),
+    ] {
+        assert_same(&bench, &format!("ball.raw {BALL}"), more);
+    }
+    assert_same(
+        &bench,
+        &format!("ball.raw {BALL} --projection orthographic"),
+        json!({}),
+    );
+}
+
+#[test]
+fn a_resting_mesh_and_a_resting_warp_are_the_command_lines_pictures() {
+    let bench = warp3d::bench();
+    bench.write(
+        "square.obj",
+        b"v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n",
+    );
+    assert_same(
+        &bench,
+        "square.obj --up z",
+        json!({ "changes": { "shade": ["lambert"] } }),
+    );
+    let words = "im.png z.pfm --intrinsics 30,30,15.5,11.5";
+    assert_same(&bench, words, json!({}));
+    assert_same(
+        &bench,
+        words,
+        json!({ "changes": { "fill": ["background"] } }),
+    );
+    assert_same(&bench, "im.png z.pfm", json!({}));
+}
+
+#[test]
+fn moving_pictures_come_at_once_and_only_the_newest_counts() {
+    let bench = Bench::new();
+    let viewer = Viewer::start(&bench, &format!("ball.raw {BALL}"));
+    let mut page = viewer.page();
+    let scene = page.hear("scene");
+    let view = view(&scene, json!({}));
+    for id in 1..=40 {
+        page.say(&with(
+            &view,
+            json!({ "type": "draw", "id": id, "motion": "moving" }),
+        ));
+    }
+    let mut ids = Vec::new();
+    while ids.last() != Some(&40) {
+        if let Message::Binary(bytes) = page.socket.read().expect("it answers") {
+            let (head, picture) = page.shown(&bytes);
+            assert_eq!(
+                (&head["kind"], &picture[..2]),
+                (&json!("moving"), &[0xFF, 0xD8][..]),
+                "a JPEG"
+            );
+            ids.push(head["id"].as_u64().expect("a number"));
+        }
+    }
+    assert!(ids.is_sorted() && ids.len() < 40, "{ids:?}");
+}
+
+#[test]
+fn nothing_is_answered_without_the_token_or_to_other_names() {
+    let bench = Bench::new();
+    let viewer = Viewer::start(&bench, &format!("ball.raw {BALL}"));
+    let (host, token) = (&viewer.host, &viewer.token);
+    let own = format!("Host: {host}\r\n");
+    let (status, body) = viewer.get(&format!("/{token}/"), &own);
+    assert!(
+        status.contains("200") && body.contains("</html>"),
+        "{status}"
+    );
+    for outside in ["http:", "https:", "src=\"/", "@import"] {
+        assert!(
+            !body.contains(outside),
+            "no request leaves the machine: {outside}"
+        );
+    }
+    for path in [
+        "/",
+        "/x/",
+        "/favicon.ico",
+        &format!("/{token}x/"),
+        &format!("/{token}/socket"),
+    ] {
+        assert!(viewer.get(path, &own).0.contains("404"), "{path}");
+    }
+    let page = format!("/{token}/");
+    assert!(
+        viewer
+            .get(&page, "Host: evil.example\r\n")
+            .0
+            .contains("403")
+    );
+    let upgrade = "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+    for origin in ["Origin: http://evil.example\r\n", "Origin: null\r\n", ""] {
+        let socket = viewer.get(
+            &format!("/{token}/socket"),
+            &format!("{own}{upgrade}{origin}"),
+        );
+        assert!(socket.0.contains("403"), "{origin}: {}", socket.0);
+    }
+}
+
+#[test]
+fn the_page_names_no_files_but_new_ones_in_the_folder() {
+    let bench = Bench::new();
+    let viewer = Viewer::start(&bench, &format!("ball.raw {BALL}"));
+    let mut page = viewer.page();
+    let scene = page.hear("scene");
+    let view = view(&scene, json!({}));
+    let draw = json!({ "type": "draw", "id": 1, "motion": "resting" });
+    for (name, value) in [
+        ("mask", "ball.raw"),
+        ("transfer", "/etc/passwd"),
+        ("stats", "a.json"),
+        ("background", "a.png"),
+        ("output", "a.png"),
+    ] {
+        let changes = json!({ "changes": { name: [value] } });
+        let why = page.refusal(&with(&with(&view, draw.clone()), changes));
+        assert!(why.contains(&format!("--{name}")), "{why}");
+    }
+    let why = page.refusal(&with(
+        &with(&view, draw),
+        json!({ "changes": { "shade": ["none --stats=a"] } }),
+    ));
+    assert!(why.contains("shade"), "{why}");
+    let save = json!({ "type": "save", "what": "camera" });
+    for name in ["../a.json", "/tmp/a.json", ".a", "", "a/b", "ball.raw"] {
+        page.refusal(&with(&with(&view, save.clone()), json!({ "name": name })));
+    }
+    page.say(&with(&with(&view, save), json!({ "name": "camera.json" })));
+    assert_eq!(page.hear("saved")["path"], "camera.json");
+    let names = std::fs::read_dir(bench.path("")).expect("a folder").count();
+    assert_eq!(names, 3, "the volume, the empty folder, and the camera");
+}
+
+#[test]
+fn what_was_found_is_saved() {
+    let bench = Bench::new();
+    let viewer = Viewer::start(&bench, &format!("ball.raw {BALL}"));
+    let mut page = viewer.page();
+    let scene = page.hear("scene");
+    let view = view(&scene, json!({ "transfer": transfer() }));
+    let cameras = json!([view["camera"], view["camera"]]);
+    let keys = json!({ "keys": [{ "time": 0, "camera": view["camera"] }, { "time": 2, "camera": view["camera"] }] });
+    for (what, name, detail) in [
+        ("picture", "a.png", Value::Null),
+        ("picture", "a.exr", Value::Null),
+        ("transfer", "t.json", Value::Null),
+        ("camera", "c.json", Value::Null),
+        ("path", "p.json", keys),
+        ("turntable", "turn_%02d.png", cameras),
+    ] {
+        page.say(&with(
+            &view,
+            json!({ "type": "save", "what": what, "name": name, "detail": detail }),
+        ));
+        assert_eq!(page.hear("saved")["path"], name);
+    }
+    for words in [
+        "--transfer t.json --transfer-space srgb --camera c.json --size 97x80 -o b.png",
+        "--transfer t.json --transfer-space srgb --path p.json --fps 1 -o path_%02d.png",
+    ] {
+        super::assert_good(&bench.draw(words));
+    }
+    let read = |name: &str| std::fs::read(bench.path(name)).expect("written");
+    assert!(
+        read("a.png") == read("b.png"),
+        "what was saved repeats the picture"
+    );
+    assert!(read("turn_00.png") == read("a.png") && read("turn_01.png").len() > 100);
+    assert!(read("a.exr").starts_with(b"\x76\x2f\x31\x01"));
+}
+
+#[test]
+fn a_probe_says_what_lies_under_the_pointer() {
+    let bench = Bench::new();
+    let viewer = Viewer::start(&bench, &format!("ball.raw {BALL}"));
+    let mut page = viewer.page();
+    let scene = page.hear("scene");
+    let view = view(&scene, json!({ "transfer": transfer() }));
+    page.say(&with(&view, json!({ "type": "probe", "at": [48.5, 40.5] })));
+    let found = page.hear("probe")["found"].clone();
+    let voxel: Vec<usize> = (0..3)
+        .map(|k| found["voxel"][k].as_u64().expect("an index") as usize)
+        .collect();
+    let place = voxel[0] + 32 * (voxel[1] + 32 * voxel[2]);
+    assert_eq!(found["value"], f64::from(super::ball()[place]));
+    page.say(&with(&view, json!({ "type": "probe", "at": [0.5, 0.5] })));
+    assert_eq!(
+        page.hear("probe")["found"],
+        Value::Null,
+        "the corner is empty"
+    );
+}
+
+#[test]
+fn bad_words_are_refused_as_in_every_command() {
+    let bench = Bench::new();
+    for (words, said) in [
+        ("view no.nrrd --no-open", "no.nrrd"),
+        (
+            "view ball.raw --dims 32,32,32 --type u8 --shade glow --no-open",
+            "glow",
+        ),
+        (
+            "view ball.raw --dims 32,32,32 --type u8 --no-open --turntable",
+            "--turntable",
+        ),
+    ] {
+        let output = bench.run(words);
+        assert_eq!(output.status.code(), Some(2), "{words}");
+        assert!(
+            super::stderr(&output).contains(said),
+            "{}",
+            super::stderr(&output)
+        );
+    }
+}
