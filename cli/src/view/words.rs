@@ -212,6 +212,9 @@ impl Words {
     pub(super) fn line(&self, changes: &Changes, transfer: Option<&Path>) -> Result<Vec<String>> {
         let mut words = vec![self.application.name().to_owned()];
         words.extend(self.kept(changes, transfer));
+        if self.application == Application::Depth && !self.has_lens() {
+            words.extend(["--from".to_owned(), format!("fov:{UNKNOWN_FOV_Y_DEG}")]);
+        }
         words.extend(changed(changes)?);
         if let Some(path) = transfer {
             let path = path.to_string_lossy().into_owned();
@@ -223,6 +226,11 @@ impl Words {
             ]);
         }
         Ok(words)
+    }
+
+    /// Whether the lens of the picture was typed.
+    fn has_lens(&self) -> bool {
+        self.typed.has("from") || self.typed.has("intrinsics")
     }
 
     /// What was typed and still holds.
@@ -245,7 +253,7 @@ impl Words {
             Application::Depth => {
                 let mut args = Warp3dArgs::from_arg_matches(matches)?;
                 let cameras = &mut args.cameras;
-                if cameras.from.is_none() && cameras.intrinsics.is_none() {
+                if !self.has_lens() {
                     cameras.from = Some(Viewpoint::Fov(UNKNOWN_FOV_Y_DEG));
                 }
                 if cameras.to.is_none() {

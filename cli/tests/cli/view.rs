@@ -68,6 +68,8 @@ impl Viewer {
         let origin = format!("http://{}", self.host).parse().expect("a header");
         request.headers_mut().insert("Origin", origin);
         let stream = TcpStream::connect(&self.host).expect("it listens");
+        let longest = std::time::Duration::from_secs(60);
+        stream.set_read_timeout(Some(longest)).expect("a socket");
         let (socket, _) = tungstenite::client(request, stream).expect("a socket");
         Page { socket }
     }
@@ -302,7 +304,7 @@ fn nothing_is_answered_without_the_token_or_to_other_names() {
         status.contains("200") && body.contains("</html>"),
         "{status}"
     );
-    for outside in ["http:", "https:", "src=\"/", "@import"] {
+    for outside in ["http://", "https://", "src=\"/", "@import"] {
         assert!(
             !body.contains(outside),
             "no request leaves the machine: {outside}"

@@ -41,6 +41,7 @@ function changed({ panel = false, moving = true } = {}) {
     askThumbnails();
   }
   drawMarks();
+  refreshButtons();
 }
 
 function show(bitmap, head, blob) {

@@ -72,8 +72,16 @@ function buildPanel() {
     ...sharedPanel(),
   );
   panel.scrollTop = scroll;
+  refreshButtons();
   drawCurve();
   showTimes();
+}
+
+// Buttons that need something to work on.
+function refreshButtons() {
+  const enable = (id, is) => document.getElementById(id)?.toggleAttribute("disabled", !is);
+  enable("undo", past.length > 0);
+  enable("keep-curve", Boolean(state.curve));
 }
 
 function about() {
@@ -100,7 +108,7 @@ function volumePanel() {
       slider("opacity", { min: -2, max: 2, value: Math.log10(option("opacity-scale") ?? state.scene.options["opacity-scale"] ?? 1),
         text: (x) => short(10 ** x), act: (x) => setOption("opacity-scale", short(10 ** x)) }),
       make("div", { className: "buttons" },
-        button("undo", undo, { disabled: past.length === 0 }),
+        button("undo", undo, { id: "undo" }),
         button("as started", () => { remember(); state.curve = null; state.changes = {}; changed({ panel: true }); })),
     );
     if (volume.presets.length) parts.push(make("h2", {}, "Presets"), presets());
@@ -255,7 +263,7 @@ function sharedPanel() {
     make("div", { className: "buttons" },
       button("copy command", () => send({ type: "command", ...view(fullSize()) })),
       button("picture", () => ask("picture", "view.png", { sized: true })),
-      button("transfer function", () => ask("transfer", "transfer.json"), { disabled: !state.curve }),
+      button("transfer function", () => ask("transfer", "transfer.json"), { id: "keep-curve" }),
       button("camera", () => ask("camera", "camera.json")),
       button("turntable", () => ask("turntable", "turntable.webp", { sized: true, steps: true }), { disabled: state.scene.application === "warp3d" })),
     make("h2", {}, "Key frames"),
