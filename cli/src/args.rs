@@ -53,9 +53,17 @@ pub use trade::{SceneArg, TradeArgs, TradeOptions};
 pub use view::{ServeArgs, ViewArgs};
 pub use warp3d::{DepthArgs, LayoutWord, Warp3dArgs, WarpCameraArgs};
 
+/// What the exit code of every command says.
+const EXIT_CODES: &str = "\
+Exit codes:
+  0    everything that was asked for is written
+  1    a file could not be written although all checks had passed, or a bound of compare is broken
+  2    the input or the options are bad; nothing is written
+  130  Ctrl-C; what is finished is kept";
+
 /// Forward resampling: clean pictures from discrete samples
 #[derive(Clone, Debug, Parser)]
-#[command(name = "resample", version, max_term_width = 110)]
+#[command(name = "resample", version, max_term_width = 110, after_help = EXIT_CODES)]
 pub struct Cli {
     /// The command.
     #[command(subcommand)]

@@ -5,7 +5,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::message::{Asked, Motion, View};
-use super::socket::Sender;
+use super::sender::Sender;
 
 /// Most requests beside views that wait; a page sends a handful.
 const MOST_WAITING: usize = 64;

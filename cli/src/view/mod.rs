@@ -15,6 +15,7 @@ mod mailbox;
 mod message;
 mod page;
 mod save;
+mod sender;
 mod server;
 mod socket;
 mod studio;

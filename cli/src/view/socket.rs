@@ -8,39 +8,19 @@ use std::net::TcpStream;
 use std::time::Duration;
 
 use anyhow::Result;
+use tungstenite::Message;
 use tungstenite::handshake::derive_accept_key;
 use tungstenite::protocol::{Role, WebSocket, WebSocketConfig};
-use tungstenite::{Bytes, Message};
 
 use super::mailbox::Mailbox;
 use super::message::Asked;
+use super::sender::Sender;
 
 /// Longest message of the page, bytes: a transfer function of a thousand knots has 100 kB.
 const MAX_MESSAGE_BYTES: usize = 1 << 20;
 
 /// Time after which a page that takes no more bytes is given up.
 const WRITE_PATIENCE: Duration = Duration::from_secs(20);
-
-/// Sends to a page.
-pub(super) struct Sender(WebSocket<TcpStream>);
-
-impl std::fmt::Debug for Sender {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("Sender")
-    }
-}
-
-impl Sender {
-    /// Sends a text.
-    pub(super) fn text(&mut self, text: String) -> Result<()> {
-        Ok(self.0.send(Message::text(text))?)
-    }
-
-    /// Sends bytes.
-    pub(super) fn bytes(&mut self, bytes: Vec<u8>) -> Result<()> {
-        Ok(self.0.send(Message::Binary(Bytes::from(bytes)))?)
-    }
-}
 
 /// A stream that is only read.
 struct Listening(TcpStream);
@@ -70,11 +50,7 @@ pub(super) fn serve(mut stream: TcpStream, key: &str, mailbox: &Mailbox) -> Resu
     stream.write_all(head.as_bytes())?;
     stream.set_read_timeout(None)?;
     stream.set_write_timeout(Some(WRITE_PATIENCE))?;
-    let sender = Sender(WebSocket::from_raw_socket(
-        stream.try_clone()?,
-        Role::Server,
-        None,
-    ));
+    let sender = Sender::new(stream.try_clone()?);
     let bounds = WebSocketConfig::default()
         .max_message_size(Some(MAX_MESSAGE_BYTES))
         .max_frame_size(Some(MAX_MESSAGE_BYTES));

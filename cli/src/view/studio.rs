@@ -15,7 +15,7 @@ use super::ladder::Ladder;
 use super::mailbox::{Mailbox, Next};
 use super::message::{Asked, Exactness, Motion, PictureHead, View};
 use super::save;
-use super::socket::Sender;
+use super::sender::Sender;
 use super::subject::Subject;
 use crate::interrupt;
 use crate::opened::Parts;

@@ -13,6 +13,7 @@ mod animations;
 mod bad_input;
 mod bench;
 mod compare;
+mod errors;
 mod exr_files;
 mod gate;
 mod good_runs;
