@@ -125,7 +125,11 @@ const WALK: [(&str, &str, &[&str]); 31] = [
         "nocolour",
         &["expected the look", "viridis"],
     ),
-    ("volsplat BALL --mask text.txt", "text.txt", &["the file has 5", "check the dimensions"]),
+    (
+        "volsplat BALL --mask text.txt",
+        "text.txt",
+        &["the file has 5", "check the dimensions"],
+    ),
     ("texmap absent.obj", "absent.obj", &["No such file"]),
     ("texmap a.obj", "a.obj", &["line 4", "there is no v 9"]),
     ("texmap b.obj", "b.obj", &["line 2", "expected 3 numbers"]),

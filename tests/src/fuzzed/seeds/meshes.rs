@@ -120,7 +120,7 @@ fn glb() -> Vec<u8> {
         buffer.remove("uri");
     }
     let mut text = document.to_string().into_bytes();
-    while text.len() % 4 != 0 {
+    while !text.len().is_multiple_of(4) {
         text.push(b' ');
     }
     let data = data();
