@@ -19,7 +19,7 @@ fn every_seed_is_a_good_file_unless_it_is_cut() {
 }
 
 /// Damaged copies of each seed.
-const COPIES: u32 = 60;
+const COPIES: u32 = 400;
 
 #[test]
 fn damaged_copies_of_every_seed_are_read_or_refused() {
