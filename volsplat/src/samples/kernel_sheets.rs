@@ -30,6 +30,7 @@ use crate::clip::{Clip, GridClip, bounds_in_world};
 use crate::options::{Cells, Classify, Interpolate, RenderOptions, SampleOptions, Subpixels};
 use crate::picture::assemble::{TileDepth, TileLayout};
 use crate::picture::subpixels::{automatic, refined};
+use crate::picture::tiles::Means;
 use crate::picture::tiles::TileSlot;
 use crate::scene::Scene;
 use crate::sheets::section::SectionTable;
@@ -216,6 +217,7 @@ impl KernelSheets {
         TileLayout {
             camera: *camera,
             subpixels,
+            means: Means::Own,
             depth: TileDepth::CameraZ,
         }
     }
