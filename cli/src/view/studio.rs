@@ -18,7 +18,6 @@ use super::save;
 use super::sender::Sender;
 use super::subject::Subject;
 use crate::interrupt;
-use crate::opened::Parts;
 use crate::report;
 
 /// Time after which Ctrl-C is looked for.
@@ -27,11 +26,11 @@ const IDLE: Duration = Duration::from_millis(200);
 /// Longest wait for the page to show a picture before the next is sent: a page in the background shows none.
 const SHOWN_PATIENCE: Duration = Duration::from_millis(500);
 
-/// Pixels of a band at rest: some 50 ms of work. A guess.
-const BAND_PX: u32 = 64 * 1024;
+/// Pixels of a band at rest: some 100 ms of work. A guess.
+const BAND_PX: u32 = 160 * 1024;
 
-/// Rows of tiles: bands begin at their edges.
-const BAND_ROWS: u32 = 16;
+/// Rows of a tile, px: bands begin at edges of tiles.
+const TILE_ROWS: u32 = 16;
 
 /// Side of a preset's picture, px.
 const THUMBNAIL_PX: u32 = 96;
@@ -156,21 +155,27 @@ impl Studio {
 
     /// The picture, band by band; `None` as soon as a newer view is asked for.
     fn in_bands(&mut self, camera: &Camera) -> Result<Option<Image>> {
-        let has_bands = matches!(self.subject.parts(), Parts::Windows { guard_px: 0, .. });
-        if !has_bands {
+        if !self.subject.has_bands() {
             return self.subject.draw(camera).map(Some);
         }
-        let rows = (BAND_PX / camera.width.max(1))
-            .next_multiple_of(BAND_ROWS)
-            .max(BAND_ROWS);
+        let width = camera.width.max(1);
+        let rows = (BAND_PX / width).next_multiple_of(TILE_ROWS).max(TILE_ROWS);
         let mut image = Image::transparent(camera.width as usize, 0);
         for top in (0..camera.height).step_by(rows as usize) {
+            let bottom = (top + rows).min(camera.height);
+            // Pixels are corrected by their neighbours: a row of tiles more on both sides is drawn and cut off again.
+            let (first, last) = (
+                top.saturating_sub(TILE_ROWS),
+                (bottom + TILE_ROWS).min(camera.height),
+            );
             let band = Camera {
-                height: rows.min(camera.height - top),
-                cy: camera.cy - f64::from(top),
+                height: last - first,
+                cy: camera.cy - f64::from(first),
                 ..*camera
             };
-            image.rgba.extend(self.subject.draw(&band)?.rgba);
+            let drawn = self.subject.draw(&band)?.rgba;
+            let place = |row: u32| (row - first) as usize * camera.width as usize;
+            image.rgba.extend(&drawn[place(top)..place(bottom)]);
             if self.mailbox.has_newer() || interrupt::asked() {
                 return Ok(None);
             }

@@ -14,7 +14,7 @@ use super::words::{Application, Changes, Words};
 use crate::args::Drawing;
 use crate::background::Background;
 use crate::camera_file::{self, CameraDefaults};
-use crate::opened::{Opened, Parts};
+use crate::opened::Opened;
 use crate::picture;
 use crate::plan::{DEFAULT_SIZE, Purpose};
 use crate::planner;
@@ -251,9 +251,9 @@ impl Subject {
         Ok(Some(path))
     }
 
-    /// How a part of a picture can be drawn.
-    pub(super) fn parts(&self) -> Parts {
-        self.opened.parts()
+    /// Whether a band of a picture costs less than the whole: a warp casts all of its samples for either.
+    pub(super) fn has_bands(&self) -> bool {
+        self.words.application != Application::Depth
     }
 
     /// Draws under the options that were prepared.
