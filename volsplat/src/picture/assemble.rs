@@ -19,6 +19,8 @@ pub(crate) struct TileLayout {
     pub(crate) subpixels: u32,
     /// What a tile's depth is.
     pub(crate) depth: TileDepth,
+    /// The length in which that is counted, world units.
+    pub(crate) length: f64,
 }
 
 /// What a tile's depth is.
@@ -59,6 +61,7 @@ pub(crate) fn picture(
             }
         });
     if depth == DepthPlane::Expected {
+        let length = layout.length as f32;
         let plane = (0..width * height).map(|i| {
             let (x, y) = (i % width, i / width);
             let Some(shown) = pixel_at(x, y) else {
@@ -67,7 +70,7 @@ pub(crate) fn picture(
             let opacity = 1.0 - shown.transmittance;
             let depth = shown.depth / opacity;
             if opacity > 0.0 {
-                depth * camera_z_per_depth(layout, x, y)
+                depth * camera_z_per_depth(layout, x, y) * length
             } else {
                 f32::INFINITY
             }
