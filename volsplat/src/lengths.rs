@@ -17,7 +17,7 @@ const FARTHEST: f64 = (1u64 << 51) as f64;
 
 /// Shortest opacity unit, spacings. An opacity of 1e-12 over it is opaque within a voxel, and optical depths of any
 /// number of samples stay far below the end of f32.
-const SHORTEST_UNIT: f64 = 1e-20;
+const SHORTEST_UNIT: f64 = 1e-16;
 
 /// The largest power of two that is not above a length.
 pub(crate) fn power_of_two(length: f64) -> f64 {

@@ -28,7 +28,8 @@
 //! ```
 //!
 //! Options, transfer functions and clips change between pictures ([`Renderer::set_options`] and the others), without
-//! another preparation where that is possible.
+//! another preparation where that is possible. For a program in which a person turns the knobs, a renderer keeps all of the
+//! volume ([`Renderer::for_changes`]) and takes every change quickly ([`Renderer::change`]).
 
 mod bricks;
 pub mod clip;

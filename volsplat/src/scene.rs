@@ -78,6 +78,15 @@ impl<'a> Scene<'a> {
         }
     }
 
+    /// The transfer functions of the channels, where all of them are scalars.
+    pub(crate) fn transfers(&self) -> Option<Vec<&'a TransferFunction>> {
+        let transfer = |channel: &Channel<'a>| match channel.look {
+            Look::Transfer(transfer) => Some(transfer),
+            Look::Labels(_) => None,
+        };
+        self.channels.iter().map(transfer).collect()
+    }
+
     /// Checks that there is a channel, and that channels and mask share one grid. [`Error::Option`] says which does not.
     pub fn validate(&self) -> Result<(), Error> {
         let Some(first) = self.channels.first() else {

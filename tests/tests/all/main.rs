@@ -2,6 +2,7 @@
 //! and linked once. `cargo test -p resample-tests NAME::` runs one of them.
 
 mod architecture;
+mod changes;
 mod clipping;
 mod energy;
 mod extreme_opacities;
@@ -14,6 +15,7 @@ mod large_volumes;
 mod large_zarr;
 mod metrics;
 mod nrrd_real;
+mod numbers;
 mod occlusion;
 mod over_reference;
 mod packed_samples;

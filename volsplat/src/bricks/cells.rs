@@ -27,8 +27,11 @@ pub(crate) const LAST_CELL: usize = TABLE_LEN - 1 - (1 + VERTEX_SIDE + VERTEX_SI
 /// The bricks of a volume that hold visible cells.
 #[derive(Clone, Debug)]
 pub(crate) struct CellField {
+    /// Those that are shown, in Morton order.
     pub(crate) bricks: Vec<CellBrick>,
-    /// Bricks that were dropped.
+    /// The others in the same order, where all are kept so that other functions may show them; else none.
+    pub(crate) spare: Vec<CellBrick>,
+    /// Bricks that are not shown.
     pub(crate) empty: u64,
     pub(crate) non_transparent: u64,
     pub(crate) voxels: u64,
@@ -93,6 +96,11 @@ impl ShownCells {
             *row &= less;
         }
         self
+    }
+
+    /// Whether there is one.
+    pub(crate) fn any(&self) -> bool {
+        self.rows != [0; CELL_ROWS]
     }
 
     /// The rows, a bit for each cell.

@@ -7,13 +7,12 @@ use super::cells::{
 use crate::bricks::bounds::{Bounds, brick_corners};
 use crate::bricks::cells::ShownCells;
 use crate::bricks::corners::corner_bytes;
+use crate::bricks::gradients::{gradients, vertex};
 use crate::bricks::shown::{CellRanges, box_of, cells_of, take_in, unmasked};
 use crate::bricks::support::Support;
 use crate::labels::palette::Palette;
-use crate::light::gradient_in_f32;
 use crate::volume::grid::Grid;
 use crate::volume::{Volume, Voxels, with_voxels};
-use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 /// What a field is made from.
@@ -60,6 +59,7 @@ impl CellField {
     pub(crate) fn of_bricks(bricks: Vec<CellBrick>, non_transparent: u64, voxels: u64) -> Self {
         Self {
             bricks,
+            spare: Vec::new(),
             empty: 0,
             non_transparent,
             voxels,
@@ -68,14 +68,14 @@ impl CellField {
 }
 
 /// Where a brick lies in its volume.
-struct Block {
-    corner: [u32; 3],
+pub(super) struct Block {
+    pub(super) corner: [u32; 3],
     /// Cells along each axis.
-    size: [usize; 3],
+    pub(super) size: [usize; 3],
 }
 
 impl Block {
-    fn new(dims: [usize; 3], corner: [u32; 3]) -> Self {
+    pub(super) fn new(dims: [usize; 3], corner: [u32; 3]) -> Self {
         let size =
             std::array::from_fn(|axis| CELL_SIDE.min(dims[axis] - 1 - corner[axis] as usize));
         Self { corner, size }
@@ -174,7 +174,8 @@ impl FieldPlan<'_> {
             Some(Masked::Part(table)) => Some(table),
             Some(Masked::None) | None => None,
         };
-        let (bounds, shown) = self.shown_cells(block, &tables, mask.as_deref())?;
+        let cells = tables.iter().map(|(table, range)| (&**table, *range));
+        let (bounds, shown) = self.shown_cells(block, cells, mask.as_deref())?;
         let with_gradients =
             |(channel, (scalars, range)): (&PlannedChannel, (Box<Table>, [f32; 2]))| {
                 let gradients = match self.gradients {
@@ -206,10 +207,10 @@ impl FieldPlan<'_> {
     }
 
     /// The box of the cells that are seen, and the cells that samples may be seen in; `None` where there are none.
-    fn shown_cells(
+    pub(super) fn shown_cells<'a>(
         &self,
         block: &Block,
-        tables: &[(Box<Table>, [f32; 2])],
+        tables: impl Iterator<Item = (&'a Table, [f32; 2])>,
         mask: Option<&[u8; TABLE_LEN]>,
     ) -> Option<(Bounds, ShownCells)> {
         let mut all = cells_of(block.size);
@@ -217,8 +218,8 @@ impl FieldPlan<'_> {
             all = all.and(&unmasked(mask));
         }
         let (mut kept, mut near) = (ShownCells::none(), ShownCells::none());
-        for (channel, table) in self.channels.iter().zip(tables) {
-            let [of_kept, of_near] = channel.shown.cells(&CellRanges::new(&table.0));
+        for (channel, (table, range)) in self.channels.iter().zip(tables) {
+            let [of_kept, of_near] = channel.shown.cells(table, range);
             (kept, near) = (kept.or(&of_kept), near.or(&of_near));
         }
         Some((box_of(block.corner, &kept.and(&all))?, near.and(&all)))
@@ -277,18 +278,18 @@ impl PlannedChannel<'_> {
     }
 
     /// The gradients at the vertices of a block up to the greatest that is seen.
-    fn gradients(&self, bounds: &Bounds) -> Box<GradientTable> {
+    pub(super) fn gradients(&self, bounds: &Bounds) -> Box<GradientTable> {
         let dims = self.volume.dims;
         // Gradients are covectors: they go to the world by the inverse transpose.
         let world_from_grid = self.volume.world_from_index.matrix3.inverse().transpose();
         with_voxels!(&self.volume.voxels, slice => {
             let grid = Grid { voxels: slice, dims };
             match &self.shown {
-                Shown::Scalars(_) => gradients(|index| grid.at(index), bounds, &world_from_grid),
+                Shown::Scalars(_) => gradients(&grid, |value| value as f32, bounds, &world_from_grid),
                 // Labels rise and fall with their visible part.
                 Shown::Labels(palette, strengths) => {
-                    let strength = |index| strengths[palette.number(grid.stored(index)) as usize];
-                    gradients(strength, bounds, &world_from_grid)
+                    let strength = |value| strengths[palette.number(value) as usize];
+                    gradients(&grid, strength, bounds, &world_from_grid)
                 }
             }
         })
@@ -306,15 +307,12 @@ impl Shown {
         }
     }
 
-    /// The cells with these ranges that are kept, and those in which samples may be seen.
-    fn cells(&self, ranges: &CellRanges) -> [ShownCells; 2] {
+    /// The cells of a table with this range that are kept, and those in which samples may be seen.
+    fn cells(&self, table: &Table, range: [f32; 2]) -> [ShownCells; 2] {
         match self {
-            Self::Scalars(support) => [
-                support.cells(ranges, 0.0),
-                support.cells(ranges, support.reach()),
-            ],
+            Self::Scalars(support) => support.cells(table, range),
             Self::Labels(..) => {
-                let drawn = ranges.select(|_, greatest| greatest > 0.0);
+                let drawn = CellRanges::new(table).select(|_, greatest| greatest > 0.0);
                 [drawn.clone(), drawn]
             }
         }
@@ -345,41 +343,6 @@ fn mask_table(mask: &Volume, block: &Block) -> Masked {
         (true, false) => Masked::None,
         (true, true) => Masked::Part(table),
     }
-}
-
-/// Gradients of a function of the voxel: central differences, one-sided by repetition at the volume's faces.
-fn gradients(
-    at: impl Fn([isize; 3]) -> f32,
-    bounds: &Bounds,
-    world_from_grid: &DMat3,
-) -> Box<GradientTable> {
-    let mut table = Box::new([[0.0f32; 4]; TABLE_LEN]);
-    let [_, greatest] = bounds.range().map(|end| end.map(isize::from));
-    for z in 0..=greatest[2] {
-        for y in 0..=greatest[1] {
-            for x in 0..=greatest[0] {
-                let at = |offset: [isize; 3]| {
-                    let place = [x, y, z];
-                    at(std::array::from_fn(|axis| {
-                        bounds.corner[axis] as isize + place[axis] + offset[axis]
-                    }))
-                };
-                let difference = DVec3::new(
-                    f64::from(at([1, 0, 0]) - at([-1, 0, 0])),
-                    f64::from(at([0, 1, 0]) - at([0, -1, 0])),
-                    f64::from(at([0, 0, 1]) - at([0, 0, -1])),
-                );
-                let [gx, gy, gz] = gradient_in_f32(*world_from_grid * (0.5 * difference));
-                table[vertex(x as usize, y as usize, z as usize)] = [gx, gy, gz, 0.0];
-            }
-        }
-    }
-    table
-}
-
-/// Place of a vertex in a brick's table.
-fn vertex(x: usize, y: usize, z: usize) -> usize {
-    x + VERTEX_SIDE * (y + VERTEX_SIDE * z)
 }
 
 /// Least and greatest scalar at the vertices of the brick whose first vertex is `corner`.

@@ -1,6 +1,6 @@
 //! Which cells of a brick may be seen: from the least and the greatest value at the corners of each.
 //!
-//! Ranges are found along one axis after another, all cells side by side.
+//! Ranges are found along one axis after another, all cells side by side: loops that become vector instructions.
 
 use super::bounds::Bounds;
 use super::cells::{CELL_ROWS, CELL_SIDE, CELLS, ShownCells, TABLE_LEN, Table, VERTEX_SIDE};
@@ -11,11 +11,12 @@ const FACES: usize = CELL_ROWS * VERTEX_SIDE;
 
 /// The least and the greatest value at the corners of each cell.
 pub(super) struct CellRanges {
-    pub(super) least: Box<[f32; CELLS]>,
-    pub(super) greatest: Box<[f32; CELLS]>,
+    least: [f32; CELLS],
+    greatest: [f32; CELLS],
 }
 
 impl CellRanges {
+    #[inline(always)]
     pub(super) fn new(table: &Table) -> Self {
         Self {
             least: over_corners(table, f32::min),
@@ -26,15 +27,23 @@ impl CellRanges {
     /// The cells of which this holds, for the least and the greatest value.
     #[inline(always)]
     pub(super) fn select(&self, holds: impl Fn(f32, f32) -> bool) -> ShownCells {
+        let mut held = [0; CELLS];
+        for (cell, held) in held.iter_mut().enumerate() {
+            *held = u8::from(holds(self.least[cell], self.greatest[cell]));
+        }
+        let (eights, _) = held.as_chunks::<CELL_SIDE>();
         let mut rows = [0; CELL_ROWS];
-        for (row, bits) in rows.iter_mut().enumerate() {
-            for x in 0..CELL_SIDE {
-                let cell = row * CELL_SIDE + x;
-                *bits |= u8::from(holds(self.least[cell], self.greatest[cell])) << x;
-            }
+        for (row, eight) in rows.iter_mut().zip(eights) {
+            *row = bits_of(*eight);
         }
         ShownCells::of_rows(rows)
     }
+}
+
+/// Eight bytes of 0 or 1 as bits, the first lowest: the product has each of them once in its highest byte.
+#[inline(always)]
+fn bits_of(eight: [u8; CELL_SIDE]) -> u8 {
+    (u64::from_le_bytes(eight).wrapping_mul(0x0102_0408_1020_4080) >> 56) as u8
 }
 
 /// What the values at the eight corners of each cell combine to.
@@ -42,7 +51,7 @@ impl CellRanges {
 fn over_corners<T: Copy + Default>(
     table: &[T; TABLE_LEN],
     combine: impl Fn(T, T) -> T,
-) -> Box<[T; CELLS]> {
+) -> [T; CELLS] {
     let mut edges = [T::default(); EDGES];
     for (row, vertices) in edges
         .chunks_exact_mut(CELL_SIDE)
@@ -61,7 +70,7 @@ fn over_corners<T: Copy + Default>(
             layer[at] = combine(rows[at], rows[at + CELL_SIDE]);
         }
     }
-    let mut cells = Box::new([T::default(); CELLS]);
+    let mut cells = [T::default(); CELLS];
     for (at, cell) in cells.iter_mut().enumerate() {
         *cell = combine(faces[at], faces[at + CELL_ROWS]);
     }

@@ -6,15 +6,18 @@
 use std::ops::{Range, RangeInclusive};
 
 use rayon::prelude::*;
+use resample_core::dispatch;
+use resample_core::simd::SimdLevel;
 
-use super::cells::ShownCells;
+use super::cells::{ShownCells, Table};
 use super::shown::CellRanges;
 use crate::transfer::TransferFunction;
 use crate::volume::{Volume, VoxelType, Voxels, scalar, with_voxels};
 
-/// The scalars whose opacity is above 0, as intervals.
+/// The scalars whose opacity is above 0.
 #[derive(Clone, Debug)]
 pub(crate) struct Support {
+    /// Ascending, apart from one another.
     intervals: Vec<RangeInclusive<f32>>,
     /// How far beyond them the rounding to an entry of the transfer function's table may show a scalar.
     reach: f32,
@@ -48,7 +51,7 @@ impl Support {
             intervals.push(at(knots.len() - 1)..=f32::INFINITY);
         }
         Self {
-            intervals,
+            intervals: joined(intervals),
             reach: 0.0,
         }
     }
@@ -79,28 +82,12 @@ impl Support {
 
     /// Whether all scalars of another support are in this one.
     pub(crate) fn covers(&self, other: &Self) -> bool {
-        let mut sorted = self.intervals.clone();
-        sorted.sort_by(|a, b| a.start().total_cmp(b.start()));
-        // Intervals that touch or overlap are one.
-        let mut joined: Vec<RangeInclusive<f32>> = Vec::new();
-        for interval in sorted.into_iter().filter(|interval| !interval.is_empty()) {
-            match joined.last_mut() {
-                Some(last) if *interval.start() <= last.end().next_up() => {
-                    *last = *last.start()..=last.end().max(*interval.end());
-                }
-                _ => joined.push(interval),
-            }
-        }
         let holds = |part: &RangeInclusive<f32>| {
-            joined
+            self.intervals
                 .iter()
                 .any(|whole| whole.start() <= part.start() && part.end() <= whole.end())
         };
-        other
-            .intervals
-            .iter()
-            .filter(|part| !part.is_empty())
-            .all(holds)
+        other.intervals.iter().all(holds)
     }
 
     /// Whether any scalar from `low` to `high` may be visible.
@@ -111,19 +98,51 @@ impl Support {
             .any(|s| high >= *s.start() && low <= *s.end())
     }
 
-    /// How far beside it the table may show a scalar.
-    pub(crate) fn reach(&self) -> f32 {
-        self.reach
+    /// Whether one interval holds all scalars from the least to the greatest.
+    pub(crate) fn holds(&self, [least, greatest]: [f32; 2]) -> bool {
+        self.intervals
+            .iter()
+            .any(|s| *s.start() <= least && greatest <= *s.end())
     }
 
-    /// The cells that it meets, if it reaches so far beside itself.
-    pub(super) fn cells(&self, ranges: &CellRanges, reach: f32) -> ShownCells {
-        let none = ShownCells::none();
-        self.intervals.iter().fold(none, |cells, s| {
-            let (start, end) = (*s.start(), *s.end());
-            cells.or(&ranges.select(|low, high| high + reach >= start && low - reach <= end))
-        })
+    /// The cells of a table with this range that it meets, and those that it meets with its reach.
+    pub(super) fn cells(&self, table: &Table, range: [f32; 2]) -> [ShownCells; 2] {
+        if self.holds(range) {
+            return [ShownCells::all(), ShownCells::all()];
+        }
+        let level = SimdLevel::Auto.resolve();
+        dispatch!(level, simd => self.met_cells(table))
     }
+
+    #[inline(always)]
+    fn met_cells(&self, table: &Table) -> [ShownCells; 2] {
+        let ranges = CellRanges::new(table);
+        let (mut met, mut reached) = (ShownCells::none(), ShownCells::none());
+        for interval in &self.intervals {
+            let (start, end) = (*interval.start(), *interval.end());
+            met = met.or(&ranges.select(|low, high| high >= start && low <= end));
+            reached = reached
+                .or(&ranges
+                    .select(|low, high| high + self.reach >= start && low - self.reach <= end));
+        }
+        [met, reached]
+    }
+}
+
+/// The same scalars in as few intervals as there can be: those that touch or overlap are one.
+fn joined(mut intervals: Vec<RangeInclusive<f32>>) -> Vec<RangeInclusive<f32>> {
+    intervals.retain(|interval| !interval.is_empty());
+    intervals.sort_by(|a, b| a.start().total_cmp(b.start()));
+    let mut joined: Vec<RangeInclusive<f32>> = Vec::new();
+    for interval in intervals {
+        match joined.last_mut() {
+            Some(last) if *interval.start() <= last.end().next_up() => {
+                *last = *last.start()..=last.end().max(*interval.end());
+            }
+            _ => joined.push(interval),
+        }
+    }
+    joined
 }
 
 /// Which values a transfer function shows: a table where the type has few.

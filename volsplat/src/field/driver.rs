@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3};
 use resample_core::{Camera, GridView};
 
 use super::iso_rays::IsoSettings;
-use super::prepare;
+use super::prepare::{self, Kept};
 use super::settings::{FieldFrame, FieldSettings};
 use super::streamed::{LargeCells, StreamedCells};
 use super::uniform::UniformChoice;
@@ -47,6 +47,8 @@ const SHELL_EDGE_SUBPIXELS: u32 = 2;
 pub(crate) struct FieldPipeline {
     pub(super) source: Source,
     pub(super) channels: Arc<[ChannelSettings]>,
+    /// Whether all bricks are kept, shown or not.
+    pub(super) is_whole: bool,
     /// The scalars that bricks are kept for, and those that are seen now where they are fewer; one channel of scalars.
     pub(super) kept: Option<Support>,
     pub(super) seen: Option<Support>,
@@ -78,17 +80,18 @@ impl FieldPipeline {
         scene: &Scene,
         options: &RenderOptions,
         choices: &FieldOptions,
+        kept: Kept,
     ) -> Result<Self, Error> {
         let volume = scene.grid();
         check_dims(volume.dims)?;
         let channels = channels(scene, options)?;
-        let source = Source::Cells(prepare::cells(scene, options, &channels)?);
+        let source = Source::Cells(prepare::cells(scene, options, &channels, kept)?);
         let iso = prepare::iso(scene.channels[0].look, options);
-        let kept = scene
-            .single()
-            .map(|(_, transfer)| support(transfer, options));
         Ok(Self {
-            kept,
+            is_whole: kept == Kept::Whole && scene.transfers().is_some(),
+            kept: scene
+                .single()
+                .map(|(_, transfer)| support(transfer, options)),
             iso,
             ..Self::assembled(source, channels, &volume.lattice(), options, choices)
         })
@@ -131,6 +134,7 @@ impl FieldPipeline {
             clip: GridClip::default(),
             source,
             channels,
+            is_whole: false,
             kept: None,
             seen: None,
             iso: None,

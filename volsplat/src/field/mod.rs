@@ -13,6 +13,7 @@
 //! 1998, for the sheets; we sample the plane through a slab's middle instead of integrating the kernel over the slab.
 
 mod cell_sample;
+mod change;
 mod clipped;
 mod driver;
 mod frame;
@@ -40,3 +41,4 @@ mod uniform_walk;
 pub(crate) use driver::FieldPipeline;
 pub use layers::Layer;
 pub(crate) use layers::refused as layers_refused;
+pub(crate) use prepare::Kept;

@@ -9,14 +9,28 @@ use crate::options::{Blend, RenderOptions};
 use crate::scene::{Look, Scene};
 use crate::sheets::channel::ChannelSettings;
 
+/// Which bricks of a scene are kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kept {
+    /// Those that may show something.
+    Shown,
+    /// All of them, where all channels are scalars: another look may show more.
+    Whole,
+}
+
 /// The bricks of a scene.
 pub(super) fn cells(
     scene: &Scene,
     options: &RenderOptions,
     channels: &[ChannelSettings],
+    kept: Kept,
 ) -> Result<CellField, Error> {
     let plan = plan(scene, options)?.tabulated(channels);
-    Ok(CellField::new(&plan, scene.count_visible()))
+    let count = scene.count_visible();
+    Ok(match kept {
+        Kept::Whole if scene.transfers().is_some() => CellField::whole(&plan, count),
+        Kept::Whole | Kept::Shown => CellField::new(&plan, count),
+    })
 }
 
 /// The statistic that the options ask for.

@@ -71,6 +71,12 @@ pub(crate) fn channels(
         .iter()
         .map(|channel| ChannelSettings::new(channel, options.opacity))
         .collect::<Result<_, _>>()?;
+    check(&channels, options)?;
+    Ok(channels)
+}
+
+/// An error where the channels do not suit the options.
+pub(crate) fn check(channels: &[ChannelSettings], options: &RenderOptions) -> Result<(), Error> {
     let has_labels = channels
         .iter()
         .any(|channel| channel.reading == Reading::Nearest);
@@ -79,10 +85,10 @@ pub(crate) fn channels(
         Blend::Isosurface(_) if channels.len() > 1 => refuse(
             "an isosurface is drawn of one channel, and there are more: leave out the others",
         ),
-        Blend::Emission => Ok(channels),
+        Blend::Emission => Ok(()),
         _ if has_labels => {
             refuse("labels have no greatest, no mean and no surface: draw them by emission")
         }
-        _ => Ok(channels),
+        _ => Ok(()),
     }
 }
