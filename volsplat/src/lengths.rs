@@ -15,9 +15,10 @@ pub(crate) const LONGEST: f64 = 8.507_059_173_023_462e37;
 /// Farthest a camera may be, spacings. There f64 counts 1/4 spacing, so that nothing is where it should be.
 const FARTHEST: f64 = (1u64 << 51) as f64;
 
-/// Shortest opacity unit, spacings. An opacity of 1e-12 over it is opaque within a voxel, and optical depths of any
-/// number of samples stay far below the end of f32.
-const SHORTEST_UNIT: f64 = 1e-16;
+/// Shortest opacity unit, spacings: products of optical depths with strengths and with depths stay far below the end of
+/// f32. An opacity of 1e-12 over it is two thirds over a voxel; what is fainter still over a shorter unit comes out fainter
+/// than it is.
+const SHORTEST_UNIT: f64 = 1e-12;
 
 /// The largest power of two that is not above a length.
 pub(crate) fn power_of_two(length: f64) -> f64 {

@@ -126,7 +126,7 @@ impl Painting {
 }
 
 /// Greatest strength of a sample: opaque by far, and its products with lengths and depths, and their sums, are f32 numbers.
-const MOST_STRENGTH: f32 = 1e18;
+const MOST_STRENGTH: f32 = 1e9;
 
 /// Pixels that a point reaches on either side of its position.
 const POINT_REACH_PX: f32 = 2.0;

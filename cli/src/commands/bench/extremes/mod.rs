@@ -11,9 +11,10 @@ mod twin;
 mod voxels;
 mod warps;
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 
 use crate::args::BenchExtremesArgs;
+use crate::commands::compare::TooFar;
 use crate::machine;
 use crate::report;
 
@@ -113,10 +114,11 @@ pub(super) fn run(args: &BenchExtremesArgs) -> Result<()> {
     text += &format!("\n{} rows, {beyond} beyond their bounds\n", rows.len());
     report::print(&text)?;
     if beyond > 0 {
-        bail!(
+        let what = format!(
             "{beyond} of {} extremes are beyond their bounds",
             rows.len()
         );
+        return Err(TooFar { what }.into());
     }
     Ok(())
 }
