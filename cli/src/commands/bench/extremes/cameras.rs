@@ -5,8 +5,8 @@ use glam::{DAffine3, DMat3, DVec3};
 use resample_core::{Camera, LookAt};
 use volsplat::{RenderOptions, Renderer, Volume, Voxels};
 
+use super::row::{Claim, Row};
 use super::voxels::{Voxel, eye, white};
-use super::{Claim, Row};
 
 const VIEW: Claim = Claim {
     quantity: "opacity of splats",

@@ -6,9 +6,9 @@ use resample_core::Camera;
 use volsplat::transfer::{ColourKnot, OpacityKnot};
 use volsplat::{RenderOptions, Renderer, Subpixels, TransferFunction, Volume, Voxels};
 
+use super::row::{Claim, Row};
 use super::twin::Field;
 use super::voxels::eye;
-use super::{Claim, Row};
 
 /// Voxels along a side.
 const SIDE: usize = 12;

@@ -8,7 +8,7 @@ use texmap::scene::{
 };
 use texmap::{Method, PlaneKind, RenderOptions, Renderer, Scene};
 
-use super::{Claim, Row};
+use super::row::{Claim, Row};
 
 const COVERED: Claim = Claim {
     quantity: "opacity of a triangle, every method",

@@ -10,8 +10,8 @@ use volsplat::{
     LargeVolume, Lattice, Order, RenderOptions, Renderer, Subpixels, Volume, VoxelType, Voxels,
 };
 
+use super::row::{Claim, Row};
 use super::voxels::white;
-use super::{Claim, Row};
 
 /// All rows; those of many samples have 1/`share` of them.
 pub(super) fn rows(share: usize) -> Result<Vec<Row>> {

@@ -6,8 +6,8 @@ use resample_core::{Camera, Kernel, KernelShape, LookAt, SelectMode};
 use volsplat::transfer::{ColourKnot, OpacityKnot};
 use volsplat::{Order, RenderOptions, Renderer, SampleOrder, TransferFunction, Volume, Voxels};
 
+use super::row::{Claim, Row};
 use super::twin::Ray;
-use super::{Claim, Row};
 
 /// Extinction of full opacity is held at this: exp(-87) is the edge of f32.
 const MOST_EXTINCTION: f64 = 87.0;

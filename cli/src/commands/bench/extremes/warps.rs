@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 use resample_core::{Camera, Image, Intrinsics, PixelCentre};
 use warp3d::{Method, Reference, WarpOptions, Warper};
 
-use super::{Claim, Row};
+use super::row::{Claim, Row};
 
 /// Pixels along a side.
 const SIDE: usize = 33;
