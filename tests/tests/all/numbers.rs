@@ -224,7 +224,7 @@ proptest! {
             view.spacing * far * about,
         );
         let mut camera = view.camera();
-        camera.camera_from_world = camera.camera_from_world * moved.inverse();
+        camera.camera_from_world *= moved.inverse();
         let transfer = view.transfer(view.opacity);
         let one = view.draw();
         let other = view.draw_with(&transfer, moved * view.placed(), &camera);

@@ -43,7 +43,7 @@ pub(super) fn rows() -> Result<Vec<Row>> {
     }
     let decades = |i: usize| 10f64.powf((i * 7919 % 61) as f64 - 30.0) as f32;
     let odd = [0.0, -1.0, f32::NAN, f32::INFINITY, 1e-45, 3.0, f32::MAX];
-    let jumps = |i: usize| if i / 4 % 2 == 0 { 1.0 } else { 1e6 };
+    let jumps = |i: usize| if (i / 4).is_multiple_of(2) { 1.0 } else { 1e6 };
     for (extreme, depth) in [
         ("depths over 60 decades", &decades as &dyn Fn(usize) -> f32),
         ("depths that are 0, infinite, NaN, denormal", &|i| {
