@@ -13,6 +13,7 @@ mod isosurface;
 mod kernel_sheets;
 mod large_volumes;
 mod large_zarr;
+mod means;
 mod metrics;
 mod nrrd_real;
 mod numbers;

@@ -294,7 +294,7 @@ fn phong_adds_the_mirrored_light() {
 }
 
 /// Balls whose normals are known by formula: a lit picture is about as near to its truth as the unlit one, and the kernels
-/// that interpolate are nearer than the trilinear one.
+/// that interpolate are nearer than the trilinear one, with the same sub-pixels.
 #[test]
 fn lit_balls_are_near_their_formula() {
     let field = AnalyticField::Blobs;
@@ -303,6 +303,7 @@ fn lit_balls_are_near_their_formula() {
     let lights = [Shading::None, Shading::Phong].map(|shading| RenderOptions {
         shading,
         light,
+        subpixels: Subpixels::Fixed(2),
         ..RenderOptions::default()
     });
     // The truth depends on the light alone, so that one serves every kernel.

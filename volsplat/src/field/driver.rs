@@ -21,6 +21,7 @@ use crate::lengths::{in_unit, opacity_unit, power_of_two};
 use crate::options::{Blend, FieldOptions, RenderOptions, Subpixels};
 use crate::picture::assemble::{TileDepth, TileLayout};
 use crate::picture::subpixels::{automatic, refined};
+use crate::picture::tiles::Means;
 use crate::picture::tiles::TileSlot;
 use crate::scene::{Look, Scene};
 use crate::sheets::channel::{ChannelSettings, Reading, channels};
@@ -34,6 +35,9 @@ use crate::watch::Watch;
 /// Sub-pixels along a pixel's side for what has hard edges: 16 a pixel, so that an edge has 17 shades. At 2 it has 5, and
 /// stairs show.
 const HARD_EDGE_SUBPIXELS: u32 = 4;
+
+/// Most sub-pixels along a pixel's side whose mean is corrected.
+const MOST_CORRECTED: u32 = 4;
 
 /// Sub-pixels a voxel that are enough where a pixel has four along a side: such pictures keep 45 to 58 dB, where close up
 /// one a pixel has 36 to 47.
@@ -185,12 +189,14 @@ impl FieldPipeline {
         } else {
             None
         };
+        let means = self.means(subpixels);
         let frame = FieldFrame {
             settings: &settings,
             view: &view,
             camera: &fine,
             clip: &self.clip,
             subpixels,
+            means,
             uniform,
         };
         match &mut self.source {
@@ -202,6 +208,7 @@ impl FieldPipeline {
         Ok(TileLayout {
             camera: *camera,
             subpixels,
+            means,
             depth: TileDepth::CameraZ,
             length: self.length,
         })
@@ -227,6 +234,23 @@ impl FieldPipeline {
         }
     }
 
+    /// How pixels follow from sub-pixels: what is composited, smooth at their scale, is corrected. Hard edges are not
+    /// smooth, and shells far away, at more than four, lose a decibel.
+    fn means(&self, subpixels: u32) -> Means {
+        let is_smooth = self.options.blend() == Blend::Emission && !self.has_labels();
+        let is_auto = self.options.subpixels == Subpixels::Auto;
+        if is_auto && is_smooth && subpixels <= MOST_CORRECTED {
+            Means::Corrected
+        } else {
+            Means::Own
+        }
+    }
+
+    fn has_labels(&self) -> bool {
+        let mut channels = self.channels.iter();
+        channels.any(|channel| channel.reading == Reading::Nearest)
+    }
+
     /// Whether shells are drawn that are thinner than the distance of samples.
     fn has_shells(&self) -> bool {
         let is_plain = self.channels.len() == 1 && self.options.gradient_opacity.is_none();
@@ -236,11 +260,7 @@ impl FieldPipeline {
 
     /// Sub-pixels that edges need however large voxels are: surfaces, shells and labels end between one pixel and the next.
     fn least_subpixels(&self) -> u32 {
-        let has_labels = self
-            .channels
-            .iter()
-            .any(|channel| channel.reading == Reading::Nearest);
-        if has_labels || matches!(self.options.blend(), Blend::Isosurface(_)) {
+        if self.has_labels() || matches!(self.options.blend(), Blend::Isosurface(_)) {
             HARD_EDGE_SUBPIXELS
         } else if self.has_shells() {
             SHELL_EDGE_SUBPIXELS

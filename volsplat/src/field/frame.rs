@@ -73,7 +73,7 @@ impl FieldFrame<'_> {
                 let counts = render_tile(self.settings, &view, front_to_back, scratch);
                 slot.count(counts);
                 slot.count_samples(scratch.work);
-                slot.show(&scratch.pixels, self.subpixels as usize);
+                slot.show(&scratch.pixels, self.subpixels as usize, self.means);
                 slot.composite_ms = start.elapsed_ms();
             },
         );

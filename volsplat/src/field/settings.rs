@@ -10,6 +10,7 @@ use super::ray_values::Statistic;
 use super::uniform::{Uniform, UniformChoice};
 use crate::bricks::cells::CellBrick;
 use crate::clip::{AnchoredHalfSpace, GridClip};
+use crate::picture::tiles::Means;
 use crate::sheets::channel::{ChannelSettings, Reading};
 use crate::sheets::section::SectionTable;
 use crate::sheets::settings::{BOX_MARGIN, SheetSettings};
@@ -39,6 +40,7 @@ pub(crate) struct FieldFrame<'a> {
     pub(crate) camera: &'a Camera,
     pub(crate) clip: &'a GridClip,
     pub(crate) subpixels: u32,
+    pub(crate) means: Means,
     /// Which bricks of one colour are crossed in one step.
     pub(crate) uniform: Option<UniformChoice>,
 }

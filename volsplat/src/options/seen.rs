@@ -42,9 +42,9 @@ pub enum Light {
 )]
 pub enum Subpixels {
     /// As many as make the middle of what is visible about two sub-pixels a voxel, or with every-sample about one a sample,
-    /// 1 to 8; 1 in axis sheets.
+    /// 1 to 8; 1 in axis sheets. Up to 4, emission and absorption of the field correct a pixel's mean by its neighbours.
     Auto,
-    /// This many: 1, 2, 4, 8 or 16.
+    /// This many, 1, 2, 4, 8 or 16, and their plain mean.
     #[cfg_attr(feature = "serde", serde(untagged))]
     Fixed(u32),
 }

@@ -7,7 +7,8 @@ use resample_core::tile::TILE_PX;
 use resample_core::{Camera, Image};
 
 use crate::options::DepthPlane;
-use crate::picture::tiles::{ShownPixel, TileSlot};
+use crate::picture::means::{Four, PixelGrid, correct};
+use crate::picture::tiles::{Means, TileSlot, Values};
 use crate::stats::FrameStats;
 
 /// How tiles lie in the picture, and what their depth means.
@@ -17,6 +18,8 @@ pub(crate) struct TileLayout {
     pub(crate) camera: Camera,
     /// Sub-pixels along a pixel's side that the tiles were rendered with; a tile holds its pixels' means.
     pub(crate) subpixels: u32,
+    /// How pixels follow from them.
+    pub(crate) means: Means,
     /// What a tile's depth is.
     pub(crate) depth: TileDepth,
     /// The length in which that is counted, world units.
@@ -41,44 +44,56 @@ pub(crate) fn picture(
 ) -> Image {
     let clock = StageClock::start();
     let (width, height) = (layout.camera.width as usize, layout.camera.height as usize);
-    let side = TILE_PX / layout.subpixels as usize;
-    let columns = width.div_ceil(side);
-    let pixel_at = |x: usize, y: usize| -> Option<ShownPixel> {
-        Some(tiles[y / side * columns + x / side].shown()?[y % side * side + x % side])
-    };
     let mut image = Image::transparent(width, height);
-    image
-        .rgba
-        .par_chunks_mut(width)
-        .enumerate()
-        .for_each(|(y, row)| {
-            for (x, pixel) in row.iter_mut().enumerate() {
-                let Some(shown) = pixel_at(x, y) else {
-                    continue;
-                };
-                let [red, green, blue] = shown.rgb;
-                *pixel = [red, green, blue, 1.0 - shown.transmittance];
-            }
-        });
+    let colours = |&[red, green, blue, opacity, _]: &Values| [red, green, blue, opacity];
+    take(tiles, layout, colours, &mut image.rgba);
     if depth == DepthPlane::Expected {
         let length = layout.length as f32;
-        let plane = (0..width * height).map(|i| {
-            let (x, y) = (i % width, i / width);
-            let Some(shown) = pixel_at(x, y) else {
-                return f32::INFINITY;
-            };
-            let opacity = 1.0 - shown.transmittance;
-            let depth = shown.depth / opacity;
-            if opacity > 0.0 {
-                depth * camera_z_per_depth(layout, x, y) * length
-            } else {
-                f32::INFINITY
-            }
-        });
+        let mut depths = vec![[0.0; 4]; width * height];
+        let with_opacity = |&[.., opacity, depth]: &Values| [depth, 0.0, 0.0, opacity];
+        take(tiles, layout, with_opacity, &mut depths);
+        let plane = depths
+            .iter()
+            .enumerate()
+            .map(|(i, &[depth, _, _, opacity])| {
+                if opacity > 0.0 {
+                    depth / opacity * camera_z_per_depth(layout, i % width, i / width) * length
+                } else {
+                    f32::INFINITY
+                }
+            });
         image.depth = Some(plane.collect());
     }
     stats.stages.image = clock.stop();
     image
+}
+
+/// Takes four numbers of each pixel out of the tiles; a pixel that shows nothing is left alone.
+fn take(
+    tiles: &[TileSlot],
+    layout: &TileLayout,
+    picked: impl Fn(&Values) -> Four + Sync,
+    pixels: &mut [Four],
+) {
+    let grid = PixelGrid {
+        width: layout.camera.width as usize,
+        height: layout.camera.height as usize,
+        subpixels: layout.subpixels as usize,
+    };
+    if layout.means == Means::Corrected {
+        correct(tiles, grid, picked, pixels);
+        return;
+    }
+    let side = TILE_PX / grid.subpixels;
+    let columns = grid.width.div_ceil(side);
+    let rows = pixels.par_chunks_mut(grid.width).enumerate();
+    rows.for_each(|(y, row)| {
+        for (x, pixel) in row.iter_mut().enumerate() {
+            if let Some(shown) = tiles[y / side * columns + x / side].shown() {
+                *pixel = picked(&shown[y % side * side + x % side].values());
+            }
+        }
+    });
 }
 
 /// Camera z per unit of a tile's depth, at a pixel.

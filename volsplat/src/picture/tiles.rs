@@ -13,6 +13,9 @@ pub(crate) struct TileSlot {
     /// What the tile's pixels hold, row by row, made when the tile first shows something: memory follows what is
     /// visible. Read it with [`TileSlot::shown`].
     pixels: Vec<ShownPixel>,
+    /// Half of the differences between the halves of the pixels, along x and along y; only where means are corrected by
+    /// them.
+    slopes: Vec<[Values; 2]>,
     /// Whether `pixels` are of this frame.
     seen: bool,
     pub(crate) entries: Vec<u64>,
@@ -29,9 +32,39 @@ pub(crate) struct TileSlot {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ShownPixel {
     pub(crate) rgb: [f32; 3],
-    pub(crate) transmittance: f32,
+    pub(crate) opacity: f32,
     /// Depth times the opacity that it was seen with.
     pub(crate) depth: f32,
+}
+
+/// How the pixels of a picture follow from sub-pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Means {
+    /// As the mean of their own.
+    Own,
+    /// With the first term of its error taken away.
+    Corrected,
+}
+
+/// Numbers of a pixel.
+pub(super) const VALUES: usize = 5;
+
+/// The numbers of a pixel side by side.
+pub(super) type Values = [f32; VALUES];
+
+impl ShownPixel {
+    pub(super) fn values(&self) -> Values {
+        let [red, green, blue] = self.rgb;
+        [red, green, blue, self.opacity, self.depth]
+    }
+
+    pub(super) fn of_values([red, green, blue, opacity, depth]: Values) -> Self {
+        Self {
+            rgb: [red, green, blue],
+            opacity,
+            depth,
+        }
+    }
 }
 
 impl TileSlot {
@@ -63,28 +96,84 @@ impl TileSlot {
         self.work.contributed += work.contributed;
     }
 
-    /// Keeps what the tile shows in this frame: the means over squares of `subpixels` on a side.
-    pub(crate) fn show(&mut self, pixels: &TilePixels, subpixels: usize) {
+    /// Keeps what the tile shows in this frame: the means over squares of `subpixels` on a side, and what corrects them.
+    pub(crate) fn show(&mut self, pixels: &TilePixels, subpixels: usize, means: Means) {
         self.seen = true;
-        let means = pixels.averaged(subpixels);
         let side = TILE_PX / subpixels;
+        let places = (0..side * side).map(|i| [i % side, i / side]);
         self.pixels.clear();
-        self.pixels.extend((0..side * side).map(|i| {
-            let at = |plane: &TilePlane| plane[i / side][i % side];
-            let [red, green, blue] = &means.rgb;
-            let rgb = [at(red), at(green), at(blue)];
-            ShownPixel {
-                rgb,
-                transmittance: at(&means.transmittance),
-                depth: at(&means.depth),
+        self.slopes.clear();
+        if means == Means::Corrected && subpixels > 1 {
+            let quarters = quarters(pixels, subpixels / 2);
+            for at in places {
+                let (mean, slopes) = mean_and_slopes(&quarters, at);
+                self.pixels.push(ShownPixel::of_values(mean));
+                self.slopes.push(slopes);
             }
-        }));
+        } else {
+            let averaged = pixels.averaged(subpixels);
+            let pixel = |at| ShownPixel::of_values(values_at(&averaged, at));
+            self.pixels.extend(places.map(pixel));
+        }
     }
 
     /// What the tile shows in this frame, row by row; `None` where that is nothing.
     pub(crate) fn shown(&self) -> Option<&[ShownPixel]> {
         self.seen.then_some(self.pixels.as_slice())
     }
+
+    /// A row of the tile's pixels, `side` of them, and of their slopes where there are any; `None` where it shows nothing.
+    pub(super) fn row(&self, y: usize, side: usize) -> Option<(&[ShownPixel], &[[Values; 2]])> {
+        let pixels = &self.shown()?[y * side..][..side];
+        let slopes = self.slopes.get(y * side..(y + 1) * side);
+        Some((pixels, slopes.unwrap_or_default()))
+    }
+}
+
+/// The numbers of a pixel of a tile.
+fn values_at(pixels: &TilePixels, [x, y]: [usize; 2]) -> Values {
+    let [red, green, blue] = &pixels.rgb;
+    let at = |plane: &TilePlane| plane[y][x];
+    let opacity = 1.0 - at(&pixels.transmittance);
+    [at(red), at(green), at(blue), opacity, at(&pixels.depth)]
+}
+
+/// The means over squares of so many sub-pixels on a side, quarters of pixels.
+fn quarters(pixels: &TilePixels, side: usize) -> TilePixels {
+    let share = 1.0 / (side * side) as f32;
+    let mean = |plane: &TilePlane| -> TilePlane {
+        let mut means = [[0.0; TILE_PX]; TILE_PX];
+        for (rows, means) in plane.chunks_exact(side).zip(&mut means) {
+            let mut sums = [0.0; TILE_PX];
+            for row in rows {
+                for (sum, value) in sums.iter_mut().zip(row) {
+                    *sum += value;
+                }
+            }
+            for (mean, sums) in means.iter_mut().zip(sums.chunks_exact(side)) {
+                *mean = share * sums.iter().sum::<f32>();
+            }
+        }
+        means
+    };
+    TilePixels {
+        transmittance: mean(&pixels.transmittance),
+        rgb: [0, 1, 2].map(|k| mean(&pixels.rgb[k])),
+        depth: mean(&pixels.depth),
+    }
+}
+
+/// The mean of a pixel, and half of the differences between its halves along x and along y, from its quarters.
+fn mean_and_slopes(quarters: &TilePixels, [x, y]: [usize; 2]) -> (Values, [Values; 2]) {
+    let at = |right: usize, down: usize| values_at(quarters, [2 * x + right, 2 * y + down]);
+    let [[a, b], [c, d]] = [[at(0, 0), at(1, 0)], [at(0, 1), at(1, 1)]];
+    let (mut mean, mut slopes) = ([0.0; VALUES], [[0.0; VALUES]; 2]);
+    for k in 0..VALUES {
+        mean[k] = 0.25 * ((a[k] + b[k]) + (c[k] + d[k]));
+        slopes[0][k] = 0.25 * ((b[k] - a[k]) + (d[k] - c[k]));
+        slopes[1][k] = 0.25 * ((c[k] - a[k]) + (d[k] - b[k]));
+    }
+    (mean, slopes)
 }
 
 /// Adds up what the tiles cost.

@@ -27,6 +27,7 @@ use crate::lengths::{opacity_unit, power_of_two};
 use crate::options::{Cells, RenderOptions, SampleOptions, SampleOrder, Subpixels};
 use crate::picture::assemble::{TileDepth, TileLayout};
 use crate::picture::subpixels::{automatic, refined};
+use crate::picture::tiles::Means;
 use crate::picture::tiles::{TileSlot, tally};
 use crate::samples::batches::{Batch, PlacedBrick, Run, in_batches};
 use crate::samples::chunks::project_runs;
@@ -206,6 +207,7 @@ impl EverySample {
         TileLayout {
             camera: *camera,
             subpixels,
+            means: Means::Own,
             depth: TileDepth::Distance,
             length: self.length,
         }

@@ -16,6 +16,7 @@ use super::sample_light::SampleLight;
 use crate::bricks::bounds::place;
 use crate::clip::{Cut, GridClip};
 use crate::options::{Classify, SampleOptions};
+use crate::picture::tiles::Means;
 use crate::picture::tiles::{TileSlot, tally};
 use crate::sheets::projection::SheetProjection;
 use crate::sheets::settings::SheetSettings;
@@ -298,7 +299,7 @@ impl SheetFrame<'_> {
             rays: &rays,
         };
         slot.counts = render_tile(tile, &slot.entries, voxels, scratch);
-        slot.show(&scratch.pixels, self.subpixels as usize);
+        slot.show(&scratch.pixels, self.subpixels as usize, Means::Own);
         slot.composite_ms = start.elapsed_ms();
     }
 }

@@ -31,6 +31,7 @@ use crate::lengths::{in_unit, opacity_unit, power_of_two};
 use crate::options::{Cells, Classify, Interpolate, RenderOptions, SampleOptions, Subpixels};
 use crate::picture::assemble::{TileDepth, TileLayout};
 use crate::picture::subpixels::{automatic, refined};
+use crate::picture::tiles::Means;
 use crate::picture::tiles::TileSlot;
 use crate::scene::Scene;
 use crate::sheets::section::SectionTable;
@@ -220,6 +221,7 @@ impl KernelSheets {
         TileLayout {
             camera: *camera,
             subpixels,
+            means: Means::Own,
             depth: TileDepth::CameraZ,
             length,
         }

@@ -14,7 +14,7 @@ use resample_core::tile::{Primitive, TILE_PX, TileGrid};
 
 use super::near::{NearSample, NearSetup, composite_near};
 use super::project::ProjectedChunk;
-use crate::picture::tiles::TileSlot;
+use crate::picture::tiles::{Means, TileSlot};
 
 /// What a frame's tiles are made with.
 pub(crate) struct TileStage<'a> {
@@ -128,7 +128,7 @@ impl TileStage<'_> {
             if (open.is_opaque || frontier == f64::INFINITY)
                 && let Some(pixels) = open.pixels.take()
             {
-                slot.show(&pixels, self.subpixels);
+                slot.show(&pixels, self.subpixels, Means::Own);
             }
         });
     }

@@ -234,7 +234,11 @@ impl Band<'_> {
             *tile = match state {
                 TileState::Opaque => {
                     end_tile(settings, scratch);
-                    slot.show(&scratch.pixels, self.frame.subpixels as usize);
+                    slot.show(
+                        &scratch.pixels,
+                        self.frame.subpixels as usize,
+                        self.frame.means,
+                    );
                     Progress::Opaque
                 }
                 TileState::Open => Progress::Begun(Box::new(scratch.suspend(settings))),
@@ -298,6 +302,7 @@ impl Band<'_> {
     fn show_rest(&mut self, slots: &mut [TileSlot]) {
         let FieldFrame {
             subpixels,
+            means,
             settings,
             ..
         } = *self.frame;
@@ -306,7 +311,7 @@ impl Band<'_> {
             if let Progress::Begun(begun) = tile {
                 scratch.resume(settings, begun);
                 end_tile(settings, scratch);
-                slot.show(&scratch.pixels, subpixels as usize);
+                slot.show(&scratch.pixels, subpixels as usize, means);
             }
         });
     }
