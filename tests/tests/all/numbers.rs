@@ -85,7 +85,10 @@ fn choices() -> Vec<RenderOptions> {
             ..field.clone()
         },
         with_field(field.clone(), |field| field.blend = Blend::Average),
-        field,
+        RenderOptions {
+            min_transmittance: 0.0,
+            ..field
+        },
         RenderOptions::every_sample(),
         RenderOptions::kernel_sheets(),
     ];
