@@ -41,7 +41,7 @@ mod view;
 mod warp3d;
 
 pub use ask::AskArgs;
-pub use bench::{BenchArgs, BenchPaperArgs, BenchSceneArgs, BenchTable};
+pub use bench::{BenchArgs, BenchExtremesArgs, BenchPaperArgs, BenchSceneArgs, BenchTable};
 pub use compare::CompareArgs;
 pub use drawing::Drawing;
 pub use given::{Given, names_of};

@@ -225,6 +225,16 @@ impl Camera {
         self.validated()
     }
 
+    /// The same view of a world whose lengths are counted in this unit; exact for powers of two.
+    pub fn in_unit(mut self, unit: f64) -> Self {
+        self.camera_from_world.translation /= unit;
+        self.near /= unit;
+        if self.projection == Projection::Orthographic {
+            (self.fx, self.fy) = (self.fx * unit, self.fy * unit);
+        }
+        self
+    }
+
     /// Checks every number; a camera that passes cannot make a later stage fail.
     pub fn validated(self) -> Result<Self, CameraError> {
         for (name, value) in [

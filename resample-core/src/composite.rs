@@ -28,9 +28,13 @@ use splat::composite_splat;
 pub use splat::opacity;
 use state::ENTRIES_PER_CHECK;
 pub use state::{
-    DepthRule, IndexRule, OpacityMode, Sheet, SliceSums, TileCounts, TilePixels, TileSettings,
-    TileWork,
+    DepthRule, IndexRule, Lost, OpacityMode, Sheet, SliceSums, TileCounts, TilePixels,
+    TileSettings, TileWork,
 };
+
+/// From this many entries on, what rounding takes from each sum is kept. Each entry rounds by 2^-25 at most, so that a
+/// shorter list is off by 1e-3 at most.
+const MANY: usize = 1 << 15;
 
 /// Composites the sorted `entries` of the tile whose first pixel is `corner_px` onto `pixels`.
 pub fn composite_tile(
@@ -41,11 +45,39 @@ pub fn composite_tile(
     chunks: &[&[Primitive]],
 ) -> TileCounts {
     let corner_px = corner_px.map(|c| c as f32);
-    dispatch!(settings.level, simd => composite_entries(simd, settings, tile, corner_px, entries, chunks))
+    if entries.len() > MANY {
+        tile.lost = Lost::default();
+        return dispatch!(settings.level, simd => composite_many(simd, settings, tile, corner_px, entries, chunks));
+    }
+    dispatch!(settings.level, simd => composite_few(simd, settings, tile, corner_px, entries, chunks))
 }
 
 #[simd]
-fn composite_entries<S: Simd>(
+fn composite_few<S: Simd>(
+    simd: S,
+    settings: &TileSettings,
+    tile: &mut TileWork,
+    corner_px: [f32; 2],
+    entries: &[u64],
+    chunks: &[&[Primitive]],
+) -> TileCounts {
+    composite_entries::<S, false>(simd, settings, tile, corner_px, entries, chunks)
+}
+
+#[simd]
+fn composite_many<S: Simd>(
+    simd: S,
+    settings: &TileSettings,
+    tile: &mut TileWork,
+    corner_px: [f32; 2],
+    entries: &[u64],
+    chunks: &[&[Primitive]],
+) -> TileCounts {
+    composite_entries::<S, true>(simd, settings, tile, corner_px, entries, chunks)
+}
+
+#[inline(always)]
+fn composite_entries<S: Simd, const KEPT: bool>(
     simd: S,
     settings: &TileSettings,
     tile: &mut TileWork,
@@ -66,15 +98,15 @@ fn composite_entries<S: Simd>(
             if primitive.rows == POINT_ROWS {
                 let number = (primitive.depth * sheets_per_unit) as u32;
                 if number != tile.sheet.number {
-                    close_sheet(simd, settings, tile, &mut counts);
+                    close_sheet::<S, KEPT>(simd, settings, tile, &mut counts);
                     tile.sheet.number = number;
                 }
                 counts.pixels_touched +=
                     gather_point(settings, &mut tile.sheet, corner_px, primitive);
             } else {
-                close_sheet(simd, settings, tile, &mut counts);
+                close_sheet::<S, KEPT>(simd, settings, tile, &mut counts);
                 counts.pixels_touched +=
-                    composite_splat::<_, false>(simd, settings, tile, corner_px, primitive);
+                    composite_splat::<S, false, KEPT>(simd, settings, tile, corner_px, primitive);
             }
         }
         counts.composited += block.len();
@@ -82,6 +114,6 @@ fn composite_entries<S: Simd>(
             break;
         }
     }
-    close_sheet(simd, settings, tile, &mut counts);
+    close_sheet::<S, KEPT>(simd, settings, tile, &mut counts);
     counts
 }

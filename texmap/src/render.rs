@@ -187,6 +187,9 @@ fn picture(grid: &TileGrid, tiles: &[TileImage]) -> Image {
                 let tile = &tiles[y / TILE_PX * columns + tile];
                 if !tile.rgba.is_empty() {
                     part.copy_from_slice(&tile.rgba[y % TILE_PX * TILE_PX..][..part.len()]);
+                    // A sum of weights may be above 1 by its rounding.
+                    part.iter_mut()
+                        .for_each(|pixel| pixel[3] = pixel[3].min(1.0));
                 }
             }
         });

@@ -12,6 +12,8 @@ use resample_core::{Camera, Image, Projection};
 use crate::clip::Clip;
 use crate::field::{FieldPipeline, Kept, Layer, layers_refused};
 use crate::large::LargeVolume;
+use crate::lengths::check_distance;
+use crate::narrow::{Narrowed, Narrowing};
 use crate::options::{DepthPlane, Order, RenderOptions};
 use crate::picture::assemble::picture;
 use crate::picture::tiles::TileSlot;
@@ -28,7 +30,10 @@ use crate::{Error, Volume};
 #[derive(Clone, Debug)]
 pub struct Renderer {
     pipeline: Pipeline,
+    /// As they were given.
     options: RenderOptions,
+    /// From the scalars of the first channel to those that are drawn.
+    narrowing: Narrowing,
     bounds_in_world: Option<[DVec3; 2]>,
     smallest_spacing: f64,
     largest_spacing: f64,
@@ -79,19 +84,11 @@ impl Renderer {
     fn keeping(scene: &Scene, options: &RenderOptions, kept: Kept) -> Result<Self, Error> {
         options.validate()?;
         scene.validate()?;
-        let volume = scene.grid();
-        let pipeline = match &options.order {
-            Order::Field(field) => {
-                Pipeline::Field(Box::new(FieldPipeline::new(scene, options, field, kept)?))
-            }
-            Order::Samples(samples) if samples.sheets().is_some() => {
-                Pipeline::Sheets(Box::new(KernelSheets::new(scene, options, samples)?))
-            }
-            Order::Samples(samples) => {
-                Pipeline::Samples(Box::new(EverySample::new(scene, options, samples)?))
-            }
-        };
-        Ok(Self::assembled(pipeline, &volume.lattice(), options))
+        let lattice = scene.grid().lattice();
+        let narrowed = Narrowed::new(scene, options)?;
+        let narrowing = narrowed.narrowings[0];
+        let pipeline = Pipeline::new(&narrowed.scene(scene), &narrowing.options(options), kept)?;
+        Ok(Self::assembled(pipeline, &lattice, options, narrowing))
     }
 
     /// Draws `scene` with `options` from now on: other transfer functions, clip, light, blend, isosurface, and every other
@@ -106,8 +103,10 @@ impl Renderer {
     pub fn change(&mut self, scene: &Scene, options: &RenderOptions) -> Result<(), Error> {
         options.validate()?;
         scene.validate()?;
+        let narrowed = Narrowed::new(scene, options)?;
+        let drawn = self.narrowing.options(options);
         let reuse = match &mut self.pipeline {
-            Pipeline::Field(p) => p.change(scene, options)?,
+            Pipeline::Field(p) => p.change(&narrowed.scene(scene), &drawn)?,
             Pipeline::Samples(_) | Pipeline::Sheets(_) => Reuse::NeedsRenderer,
         };
         if reuse == Reuse::NeedsRenderer {
@@ -130,22 +129,35 @@ impl Renderer {
         watch: &mut Watch,
     ) -> Result<Self, Error> {
         options.validate()?;
-        let Some(field) = options.field() else {
+        let narrowing = volume.narrowing();
+        let (drawn, transfer) = (narrowing.options(options), narrowing.transfer(transfer));
+        let Some(field) = drawn.field() else {
             return Err(Error::Option(
                 "a volume that stays in its file is drawn as a field: leave out what asks for samples, or allow more memory"
                     .to_owned(),
             ));
         };
-        let drawn = FieldPipeline::from_file(volume, transfer, options, field, watch)?;
-        let pipeline = Pipeline::Field(Box::new(drawn));
-        Ok(Self::assembled(pipeline, &volume.lattice(), options))
+        let field = FieldPipeline::from_file(volume, &transfer, &drawn, field, watch)?;
+        let pipeline = Pipeline::Field(Box::new(field));
+        Ok(Self::assembled(
+            pipeline,
+            &volume.lattice(),
+            options,
+            narrowing,
+        ))
     }
 
-    fn assembled(pipeline: Pipeline, lattice: &Lattice, options: &RenderOptions) -> Self {
+    fn assembled(
+        pipeline: Pipeline,
+        lattice: &Lattice,
+        options: &RenderOptions,
+        narrowing: Narrowing,
+    ) -> Self {
         Self {
             bounds_in_world: pipeline.bounds_in_world(),
             pipeline,
             options: options.clone(),
+            narrowing,
             smallest_spacing: lattice.smallest_spacing(),
             largest_spacing: lattice.spacing().into_iter().fold(0.0, f64::max),
             tiles: Vec::new(),
@@ -164,7 +176,7 @@ impl Renderer {
     /// Of interpolating kernels, the largest difference between their sum at a voxel and its scalar; else `None`.
     pub fn interpolation_residual(&self) -> Option<f32> {
         match &self.pipeline {
-            Pipeline::Sheets(p) => p.residual,
+            Pipeline::Sheets(p) => p.residual.map(|r| self.narrowing.in_file(r)),
             Pipeline::Samples(_) | Pipeline::Field(_) => None,
         }
     }
@@ -202,7 +214,7 @@ impl Renderer {
     pub fn set_transfer(&mut self, transfer: &TransferFunction) -> Reuse {
         match &mut self.pipeline {
             Pipeline::Samples(_) | Pipeline::Sheets(_) => Reuse::NeedsRenderer,
-            Pipeline::Field(p) => p.set_transfer(transfer),
+            Pipeline::Field(p) => p.set_transfer(&self.narrowing.transfer(transfer)),
         }
     }
 
@@ -213,10 +225,11 @@ impl Renderer {
         if !self.options.prepares_like(options) {
             return Ok(Reuse::NeedsRenderer);
         }
+        let drawn = self.narrowing.options(options);
         match &mut self.pipeline {
-            Pipeline::Samples(p) => p.set_options(options),
-            Pipeline::Sheets(p) => p.set_options(options),
-            Pipeline::Field(p) => p.set_options(options),
+            Pipeline::Samples(p) => p.set_options(&drawn),
+            Pipeline::Sheets(p) => p.set_options(&drawn),
+            Pipeline::Field(p) => p.set_options(&drawn),
         }
         self.options = options.clone();
         Ok(Reuse::Done)
@@ -229,6 +242,7 @@ impl Renderer {
         let camera = camera
             .validated()
             .map_err(|e| Error::Option(e.to_string()))?;
+        check_distance(&camera, self.bounds_in_world, self.smallest_spacing)?;
         match &self.pipeline {
             _ if wanted.is_empty() => Ok(Vec::new()),
             Pipeline::Field(p) => p.layers(&camera, wanted),
@@ -277,6 +291,7 @@ impl Renderer {
         let camera = camera
             .validated()
             .map_err(|e| Error::Option(e.to_string()))?;
+        check_distance(&camera, self.bounds_in_world, self.smallest_spacing)?;
         let depth_origin = self.depth_origin(&camera);
         let camera = moved_forward(camera, depth_origin);
         let mut stats = FrameStats::default();
@@ -329,6 +344,20 @@ impl Renderer {
 }
 
 impl Pipeline {
+    fn new(scene: &Scene, options: &RenderOptions, kept: Kept) -> Result<Self, Error> {
+        Ok(match &options.order {
+            Order::Field(field) => {
+                Self::Field(Box::new(FieldPipeline::new(scene, options, field, kept)?))
+            }
+            Order::Samples(samples) if samples.sheets().is_some() => {
+                Self::Sheets(Box::new(KernelSheets::new(scene, options, samples)?))
+            }
+            Order::Samples(samples) => {
+                Self::Samples(Box::new(EverySample::new(scene, options, samples)?))
+            }
+        })
+    }
+
     fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
         match self {
             Self::Samples(p) => p.bounds_in_world(),

@@ -61,7 +61,7 @@ fn is_beyond(view: &View<'_>, at: usize, depth: f32) -> bool {
     let pos_in_screen = DVec2::new((at % width) as f64 + 0.5, (at / width) as f64 + 0.5);
     let (origin, direction) = view.camera.ray_in_camera(pos_in_screen);
     // What is infinitely far away lies where something very far away lies.
-    let in_camera = origin + f64::from(depth).min(1e30) * direction;
+    let in_camera = origin + f64::from(depth.min(f32::MAX)) * direction;
     let to_world = view.camera.camera_from_world.inverse();
     let in_world = to_world.transform_point3(in_camera);
     !view.references.iter().any(|reference| {

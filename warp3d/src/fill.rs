@@ -135,6 +135,8 @@ fn background(layer: &Layer, rims: &[Vec<Option<Rim>>], at: usize) -> Option<([f
         return None;
     }
     let far = farthest(layer, rims, at)?;
+    // Depths over a power of two near the farthest: their sum stays finite.
+    let unit = f32::from_bits(far.to_bits() & 0x7f80_0000).max(f32::MIN_POSITIVE);
     let (mut sum, mut depth, mut total) = ([0.0; 3], 0.0, 0.0);
     for rim in rims.iter().filter_map(|r| r[at]) {
         let z = layer.depth[rim.pixel as usize];
@@ -144,13 +146,17 @@ fn background(layer: &Layer, rims: &[Vec<Option<Rim>>], at: usize) -> Option<([f
         let weight = 1.0 / (rim.distance * rim.distance);
         let colour = layer.rgba[rim.pixel as usize];
         sum = std::array::from_fn(|c| sum[c] + weight * colour[c]);
-        // An infinite depth has no mean: the farthest stands for all.
-        depth += weight * z.min(f32::MAX.sqrt());
+        depth += weight * (z / unit);
         total += weight;
     }
     Some((
         sum.map(|v| v / total),
-        if far.is_finite() { depth / total } else { far },
+        // An infinite depth has no mean: the farthest stands for all.
+        if far.is_finite() {
+            depth / total * unit
+        } else {
+            far
+        },
     ))
 }
 
@@ -187,13 +193,16 @@ fn natural(layer: &Layer, rims: &[Vec<Option<Rim>>], width: usize) -> Vec<Option
         return out;
     };
     let neighbours = triangulation.natural_neighbor();
+    // What is infinitely far away counts as far away.
+    let finite = layer.depth.iter().copied().filter(|z| z.is_finite());
+    let most = finite.fold(f32::MAX.sqrt(), f32::max);
     for hole in holes {
         let at = Point2::new((hole % width) as f64, (hole / width) as f64);
         let value = |of: &dyn Fn(usize) -> f32| {
             neighbours.interpolate(|v| f64::from(of(v.data().pixel)), at)
         };
         let channel = |c: usize| value(&|i| layer.rgba[i][c]).map(|v| v as f32);
-        let depth = value(&|i| layer.depth[i].min(f32::MAX.sqrt())).map(|v| v as f32);
+        let depth = value(&|i| layer.depth[i].min(most)).map(|v| v as f32);
         out[hole] = match (channel(0), channel(1), channel(2), depth) {
             (Some(r), Some(g), Some(b), Some(z)) => Some(([r, g, b], z)),
             _ => None,

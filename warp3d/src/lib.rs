@@ -45,6 +45,7 @@ pub mod keys;
 #[cfg(feature = "input")]
 pub mod large;
 mod layer;
+mod lengths;
 pub mod memory;
 mod nearest;
 pub mod options;

@@ -130,18 +130,24 @@ fn splat(surfaces: &Surfaces, warp: &Warp, sample: usize, shape: Shape) -> Optio
     } else {
         area
     };
+    let form = [
+        covariance[2] / determinant,
+        -covariance[1] / determinant,
+        covariance[0] / determinant,
+    ];
+    let weight = (covered / (std::f64::consts::TAU * determinant.sqrt())) as f32;
+    // One that is stretched beyond all numbers weighs nothing anywhere.
+    if !(weight.is_finite() && form.iter().all(|f| f.is_finite())) {
+        return None;
+    }
     let slope = patch.slope.abs().max_element() / patch.disparity.max(f64::MIN_POSITIVE);
     Some(Splat {
         sample,
         at,
         nearness: warp.nearness(warped.depth) as f32,
-        form: [
-            covariance[2] / determinant,
-            -covariance[1] / determinant,
-            covariance[0] / determinant,
-        ],
+        form,
         reach: reach.min(DVec2::splat(MAX_REACH_PX)),
-        weight: (covered / (std::f64::consts::TAU * determinant.sqrt())) as f32,
+        weight,
         slack: (2.0 * f64::from(surfaces.tolerance) + 4.0 * slope).min(0.2) as f32,
     })
 }

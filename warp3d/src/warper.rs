@@ -2,13 +2,14 @@
 
 use rayon::prelude::*;
 use resample_core::clock::StageClock;
-use resample_core::{Camera, Image, Plane};
+use resample_core::{Camera, Image, Plane, Projection};
 
 use crate::beyond::View;
 use crate::blend::blend;
 use crate::fill::fill;
 use crate::hybrid::{How, Hybrid};
 use crate::layer::Layer;
+use crate::lengths::{counted_in, length_of};
 use crate::nearest::Nearest;
 use crate::options::{ExtraPlanes, Fill, Method, SurfaceOptions, SurfaceTolerance, WarpOptions};
 use crate::piece::MAX_CELLS;
@@ -27,6 +28,10 @@ const PASS: usize = 1 << 14;
 #[derive(Clone, Debug)]
 pub struct Warper {
     references: Vec<Reference>,
+    /// The length in which they are drawn, world units.
+    length: f64,
+    /// The references counted in that length, where it is not 1.
+    counted: Vec<Reference>,
     options: WarpOptions,
     pipeline: Pipeline,
 }
@@ -76,9 +81,19 @@ impl Warper {
             .iter()
             .enumerate()
             .try_for_each(|(index, reference)| check(index, reference))?;
-        let pipeline = Pipeline::new(&references, tolerances, options);
+        let length = length_of(&references);
+        let counted: Vec<Reference> = if length == 1.0 {
+            Vec::new()
+        } else {
+            let counted = references.iter().map(|r| counted_in(r, length));
+            counted.collect()
+        };
+        let drawn = if length == 1.0 { &references } else { &counted };
+        let pipeline = Pipeline::new(drawn, tolerances, options);
         Ok(Self {
             references,
+            length,
+            counted,
             options: options.clone(),
             pipeline,
         })
@@ -138,16 +153,33 @@ impl Warper {
 
     /// What `camera`, a valid one, sees before holes are filled.
     pub(crate) fn layer(&mut self, camera: &Camera, stats: &mut FrameStats) -> Layer {
-        let layers = (0..self.references.len()).map(|i| {
+        let (references, camera) = match self.length {
+            1.0 => (&self.references, *camera),
+            length => (&self.counted, camera.in_unit(length)),
+        };
+        let layers = (0..references.len()).map(|i| {
             self.pipeline
-                .layer(i, &self.references[i], camera, &self.options, stats)
+                .layer(i, &references[i], &camera, &self.options, stats)
         });
         let layers: Vec<Layer> = layers.collect();
         let clock = StageClock::start();
         let pixels = camera.width as usize * camera.height as usize;
-        let layer = blend(layers, &self.references, camera, self.options.blend);
+        let layer = blend(layers, references, &camera, self.options.blend);
+        let mut layer = layer.unwrap_or_else(|| Layer::empty(pixels));
+        let length = self.length as f32;
+        // A surface continued beyond infinity would lie behind the eye.
+        let has_front = camera.projection == Projection::Perspective;
+        layer.depth.par_chunks_mut(PASS).for_each(|depths| {
+            for depth in depths {
+                *depth = if has_front && !(*depth > 0.0) {
+                    f32::INFINITY
+                } else {
+                    *depth * length
+                };
+            }
+        });
         stats.stages.blend += clock.stop();
-        layer.unwrap_or_else(|| Layer::empty(pixels))
+        layer
     }
 }
 

@@ -18,10 +18,10 @@ use crate::input_picture::{self, Pictures};
 use crate::output::{self, Depth, Format};
 use crate::report;
 
-/// A bound of `--fail-above` was broken: the pictures were compared, and are too far apart.
+/// Pictures were compared, and are farther apart than a bound: of `--fail-above`, or of a table.
 #[derive(Debug)]
 pub(crate) struct TooFar {
-    what: String,
+    pub(crate) what: String,
 }
 
 impl std::fmt::Display for TooFar {

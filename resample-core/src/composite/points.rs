@@ -7,7 +7,7 @@
 use fearless_simd::prelude::*;
 
 use super::splat::{RowLanes, opacity};
-use super::state::{DepthRule, Sheet, TileCounts, TilePixels, TileSettings, TileWork};
+use super::state::{DepthRule, Sheet, TileCounts, TileSettings, TileWork, add};
 use crate::tile::{Primitive, TILE_PX};
 
 /// Adds a point to the open sheet. Returns the pixels touched.
@@ -59,7 +59,7 @@ pub(super) fn pixel(first: i32, tap: usize) -> Option<usize> {
 
 /// Composites the open sheet, if it holds anything, and empties it.
 #[inline(always)]
-pub(super) fn close_sheet<S: Simd>(
+pub(super) fn close_sheet<S: Simd, const KEPT: bool>(
     simd: S,
     settings: &TileSettings,
     tile: &mut TileWork,
@@ -76,7 +76,7 @@ pub(super) fn close_sheet<S: Simd>(
             std::array::from_fn(|k| std::array::from_fn(|x| sums[x][k]));
         for lane in (0..TILE_PX).step_by(S::f32s::LEN) {
             let at = RowLanes { row, lane };
-            composite_sheet_lanes(simd, settings, &mut tile.pixels, at, &planes, depth);
+            composite_sheet_lanes::<S, KEPT>(simd, settings, tile, at, &planes, depth);
         }
     }
     counts.pixels_touched += (end - first) * TILE_PX;
@@ -85,10 +85,10 @@ pub(super) fn close_sheet<S: Simd>(
 }
 
 #[inline(always)]
-fn composite_sheet_lanes<S: Simd>(
+fn composite_sheet_lanes<S: Simd, const KEPT: bool>(
     simd: S,
     settings: &TileSettings,
-    pixels: &mut TilePixels,
+    tile: &mut TileWork,
     at: RowLanes,
     planes: &[[f32; TILE_PX]; 4],
     depth: f32,
@@ -96,17 +96,24 @@ fn composite_sheet_lanes<S: Simd>(
     let range = at.lane..at.lane + S::f32s::LEN;
     let load = |plane: &[f32; TILE_PX]| S::f32s::from_slice(simd, &plane[range.clone()]);
     let strength = load(&planes[3]);
+    let TileWork { pixels, lost, .. } = tile;
     let transmittance = &mut pixels.transmittance[at.row][range.clone()];
     let before = S::f32s::from_slice(simd, transmittance);
     let weight = before * opacity(simd, settings.opacity, strength);
-    (before - weight).store_slice(transmittance);
+    let lost_here = &mut lost.transmittance[at.row][range.clone()];
+    add::<S, KEPT>(simd, transmittance, lost_here, -weight);
     // The mean colour is sum / strength; an empty pixel has a weight and sums of 0.
     let share = weight / strength.max(S::f32s::splat(simd, f32::MIN_POSITIVE));
-    for (plane, sums) in pixels.rgb.iter_mut().zip(planes) {
-        let lanes = &mut plane[at.row][range.clone()];
-        share
-            .mul_add(load(sums), S::f32s::from_slice(simd, lanes))
-            .store_slice(lanes);
+    for (channel, sums) in planes[..3].iter().enumerate() {
+        let lanes = &mut pixels.rgb[channel][at.row][range.clone()];
+        if KEPT {
+            let lost_here = &mut lost.rgb[channel][at.row][range.clone()];
+            add::<S, KEPT>(simd, lanes, lost_here, share * load(sums));
+        } else {
+            share
+                .mul_add(load(sums), S::f32s::from_slice(simd, lanes))
+                .store_slice(lanes);
+        }
     }
     if settings.depth == DepthRule::Expected {
         let lanes = &mut pixels.depth[at.row][range.clone()];

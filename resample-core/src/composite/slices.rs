@@ -85,7 +85,7 @@ fn add_primitive<S: Simd>(
         .saturating_sub(corner_row)
         .min(TILE_PX);
     tile.slice.rows = [tile.slice.rows[0].min(first), tile.slice.rows[1].max(end)];
-    composite_splat::<_, true>(simd, settings, tile, corner_px, primitive)
+    composite_splat::<S, true, false>(simd, settings, tile, corner_px, primitive)
 }
 
 /// Adds a point through the pixel's Gaussian. Returns the pixels touched.

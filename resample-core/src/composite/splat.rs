@@ -2,16 +2,14 @@
 
 use fearless_simd::prelude::*;
 
-use super::state::{
-    DepthRule, IndexRule, OpacityMode, SliceSums, TilePixels, TileSettings, TileWork,
-};
+use super::state::{DepthRule, IndexRule, OpacityMode, SliceSums, TileSettings, TileWork, add};
 use crate::maps::TileMaps;
 use crate::simd::opacity_from_optical_depth;
 use crate::tile::{Primitive, TILE_PX};
 
 /// Lays one splat over the tile, or adds it to the open slice, row by row. Returns the pixels looked at.
 #[inline(always)]
-pub(super) fn composite_splat<S: Simd, const SLICED: bool>(
+pub(super) fn composite_splat<S: Simd, const SLICED: bool, const KEPT: bool>(
     simd: S,
     settings: &TileSettings,
     tile: &mut TileWork,
@@ -43,7 +41,7 @@ pub(super) fn composite_splat<S: Simd, const SLICED: bool>(
             if SLICED {
                 add_lanes(simd, &mut tile.slice, at, added, splat);
             } else {
-                composite_lanes(simd, settings, &mut tile.pixels, at, added, splat);
+                composite_lanes::<S, KEPT>(simd, settings, tile, at, added, splat);
             }
         }
     }
@@ -92,10 +90,10 @@ fn added_lanes<S: Simd>(
 
 /// Lays one vector of a splat, which adds this to the optical depth, over the pixels.
 #[inline(always)]
-fn composite_lanes<S: Simd>(
+fn composite_lanes<S: Simd, const KEPT: bool>(
     simd: S,
     settings: &TileSettings,
-    pixels: &mut TilePixels,
+    tile: &mut TileWork,
     at: RowLanes,
     added: S::f32s,
     splat: &Primitive,
@@ -103,15 +101,22 @@ fn composite_lanes<S: Simd>(
     let range = at.lane..at.lane + S::f32s::LEN;
     let constant = |x: f32| S::f32s::splat(simd, x);
     let opacity = opacity(simd, settings.opacity, added);
+    let TileWork { pixels, lost, .. } = tile;
     let transmittance = &mut pixels.transmittance[at.row][range.clone()];
-    let before = S::f32s::from_slice(simd, transmittance);
-    let weight = before * opacity;
-    (before - weight).store_slice(transmittance);
-    for (plane, value) in pixels.rgb.iter_mut().zip(splat.rgb) {
-        let lanes = &mut plane[at.row][range.clone()];
-        weight
-            .mul_add(constant(value), S::f32s::from_slice(simd, lanes))
-            .store_slice(lanes);
+    let weight = S::f32s::from_slice(simd, transmittance) * opacity;
+    let lost_here = &mut lost.transmittance[at.row][range.clone()];
+    add::<S, KEPT>(simd, transmittance, lost_here, -weight);
+    for channel in 0..3 {
+        let lanes = &mut pixels.rgb[channel][at.row][range.clone()];
+        let value = constant(splat.rgb[channel]);
+        if KEPT {
+            let lost_here = &mut lost.rgb[channel][at.row][range.clone()];
+            add::<S, KEPT>(simd, lanes, lost_here, weight * value);
+        } else {
+            weight
+                .mul_add(value, S::f32s::from_slice(simd, lanes))
+                .store_slice(lanes);
+        }
     }
     if settings.depth == DepthRule::Expected {
         let lanes = &mut pixels.depth[at.row][range];

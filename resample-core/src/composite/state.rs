@@ -110,6 +110,46 @@ pub struct TileWork {
     pub sheet: Sheet,
     /// The open slice; empty between tiles.
     pub slice: SliceSums,
+    /// Where a list is long: what rounding took.
+    pub(super) lost: Lost,
+}
+
+/// What rounding took from the transmittance and the colours of a tile's pixels, to be added with what comes next (Kahan
+/// 1965).
+#[derive(Clone, Debug)]
+#[repr(align(64))]
+pub struct Lost {
+    pub(super) transmittance: TilePlane,
+    pub(super) rgb: [TilePlane; 3],
+}
+
+impl Default for Lost {
+    fn default() -> Self {
+        let zero = [[0.0; TILE_PX]; TILE_PX];
+        Self {
+            transmittance: zero,
+            rgb: [zero; 3],
+        }
+    }
+}
+
+/// Adds to a vector of a sum; where `KEPT`, with what rounding took before.
+#[inline(always)]
+pub(super) fn add<S: Simd, const KEPT: bool>(
+    simd: S,
+    sum: &mut [f32],
+    lost: &mut [f32],
+    added: S::f32s,
+) {
+    let before = S::f32s::from_slice(simd, sum);
+    if !KEPT {
+        (before + added).store_slice(sum);
+        return;
+    }
+    let added = added + S::f32s::from_slice(simd, lost);
+    let after = before + added;
+    after.store_slice(sum);
+    (added - (after - before)).store_slice(lost);
 }
 
 /// Points of the sheet that is being gathered. Interleaved: colour times strength, and strength.

@@ -17,6 +17,7 @@ use crate::bricks::plan::{check_dims, support};
 use crate::bricks::support::Support;
 use crate::clip::{Clip, GridClip, bounds_in_world};
 use crate::large::LargeVolume;
+use crate::lengths::{in_unit, opacity_unit, power_of_two};
 use crate::options::{Blend, FieldOptions, RenderOptions, Subpixels};
 use crate::picture::assemble::{TileDepth, TileLayout};
 use crate::picture::subpixels::{automatic, refined};
@@ -62,6 +63,8 @@ pub(crate) struct FieldPipeline {
     pub(super) clip: GridClip,
     pub(super) world_from_index: DAffine3,
     pub(super) smallest_spacing: f64,
+    /// The power of two, in world units, in which pictures count lengths.
+    pub(super) length: f64,
     /// The voxel in the middle of the volume.
     pub(super) middle: DVec3,
     /// Middle of what is visible, in the grid.
@@ -112,7 +115,7 @@ impl FieldPipeline {
             LargeCells::Resident(field) => Source::Cells(field),
             LargeCells::Streamed(cells) => Source::Streamed(cells),
         };
-        let channel = ChannelSettings::of_transfer(transfer, volume.value_range(), options.opacity);
+        let channel = ChannelSettings::of_transfer(transfer, volume.drawn_range(), options.opacity);
         let iso = prepare::iso(Look::Transfer(transfer), options);
         let kept = Some(support(transfer, options));
         Ok(Self {
@@ -142,6 +145,7 @@ impl FieldPipeline {
             options: options.clone(),
             choices: choices.clone(),
             smallest_spacing: lattice.smallest_spacing(),
+            length: power_of_two(lattice.smallest_spacing()),
             middle: DVec3::from(lattice.dims.map(|n| (n / 2) as f64)),
         };
         sheets.set_clip(&options.clip);
@@ -177,11 +181,11 @@ impl FieldPipeline {
         watch: &mut Watch,
     ) -> Result<TileLayout, Error> {
         let subpixels = self.subpixels(camera);
-        let (fine, subpixels) = refined(camera, subpixels);
-        let view = GridView::new(&fine, &self.world_from_index);
+        let (fine, subpixels) = refined(&camera.in_unit(self.length), subpixels);
+        let view = self.view(&fine);
         let settings = self.settings(&view, &fine);
         let uniform = if settings.is_plain() {
-            UniformChoice::new(&self.options, &view, camera)
+            UniformChoice::new(&self.options, &view, &camera.in_unit(self.length))
         } else {
             None
         };
@@ -206,6 +210,7 @@ impl FieldPipeline {
             subpixels,
             means,
             depth: TileDepth::CameraZ,
+            length: self.length,
         })
     }
 
@@ -264,8 +269,13 @@ impl FieldPipeline {
         }
     }
 
+    /// The grid before a camera; both count in [`Self::length`].
+    pub(super) fn view(&self, camera: &Camera) -> GridView {
+        GridView::new(camera, &in_unit(&self.world_from_index, self.length))
+    }
+
     pub(super) fn settings(&self, view: &GridView, camera: &Camera) -> FieldSettings {
-        let thickness = self.choices.slab_voxels * self.smallest_spacing;
+        let thickness = self.choices.slab_voxels * self.smallest_spacing / self.length;
         let anchor = Anchor::new(self.middle, view);
         FieldSettings {
             sheets: SheetSettings::new(
@@ -276,7 +286,7 @@ impl FieldPipeline {
                 Slabs {
                     anchor,
                     thickness,
-                    smallest_spacing: self.smallest_spacing,
+                    opacity_unit: opacity_unit(&self.options, self.smallest_spacing) / self.length,
                 },
             ),
             brick_sections: FieldSettings::of_bricks(view.camera_from_grid.matrix3, CELL_SIDE),

@@ -65,8 +65,9 @@ impl FieldPipeline {
         if wanted.is_empty() {
             return Ok(Vec::new());
         }
-        let view = GridView::new(camera, &self.world_from_index);
-        let settings = self.settings(&view, camera);
+        let camera = camera.in_unit(self.length);
+        let view = self.view(&camera);
+        let settings = self.settings(&view, &camera);
         let plain =
             self.options.blend() == Blend::Emission && self.options.gradient_opacity.is_none();
         // Only scenes of one channel of scalars and no mask know what they keep.
@@ -89,7 +90,9 @@ impl FieldPipeline {
         let mut planes = Vec::new();
         for layer in wanted {
             match layer {
-                Layer::FirstHit => planes.push(plane("depth.first", &|traced| traced.first)),
+                Layer::FirstHit => {
+                    planes.push(plane("depth.first", &|traced| traced.first * self.length))
+                }
                 Layer::Normal => {
                     planes.push(plane("normal.X", &|traced| traced.normal.x));
                     planes.push(plane("normal.Y", &|traced| traced.normal.y));

@@ -10,6 +10,7 @@ use crate::Error;
 use crate::bricks::cells::CELL_SIDE;
 use crate::bricks::fill::least_and_greatest;
 use crate::large::blocks::{Block, Rows, blocks, bricks_along};
+use crate::narrow::Narrowing;
 use crate::transfer::Histogram;
 use crate::transfer::histogram::Tally;
 use crate::volume::grid::Grid;
@@ -28,7 +29,9 @@ pub(crate) struct Survey {
     pub(crate) histogram: Histogram,
     /// How often each value occurs, where the type has few.
     pub(crate) tally: Option<Tally>,
-    /// Least and greatest scalar of each brick of cells, x fastest.
+    /// What its scalars need to be drawn.
+    pub(crate) narrowing: Narrowing,
+    /// Least and greatest scalar, as drawn, of each brick of cells, x fastest.
     pub(crate) bricks: Vec<[f32; 2]>,
 }
 
@@ -66,11 +69,22 @@ impl Survey {
             }
             .histogram(range)?,
         };
+        let narrowing = Narrowing::of(stored.voxel_type(), range);
+        if narrowing != Narrowing::NONE {
+            // The ranges of bricks need the range of all.
+            bricks.clear();
+            for rows in &blocks {
+                let mut block = rows.read(stored, 0)?;
+                block.volume = narrowing.volume(&block.volume);
+                bricks.extend(brick_ranges(&block, rows));
+            }
+        }
         watch(1.0);
         Ok(Self {
             range,
             histogram,
             tally,
+            narrowing,
             bricks,
         })
     }

@@ -12,6 +12,7 @@ use super::survey::Survey;
 use crate::Error;
 use crate::bricks::cells::CellBrick;
 use crate::bricks::plan::gradients;
+use crate::narrow::Narrowing;
 use crate::options::RenderOptions;
 use crate::transfer::Histogram;
 use crate::volume::{Described, Lattice, VoxelType};
@@ -58,6 +59,16 @@ impl LargeVolume {
 
     pub(crate) fn source(&self) -> &Arc<dyn VoxelSource> {
         &self.source
+    }
+
+    /// What its scalars need to be drawn.
+    pub(crate) fn narrowing(&self) -> Narrowing {
+        self.survey.narrowing
+    }
+
+    /// Least and greatest scalar, as they are drawn.
+    pub(crate) fn drawn_range(&self) -> (f64, f64) {
+        self.survey.narrowing.range(self.survey.range)
     }
 
     pub(crate) fn survey(&self) -> &Survey {

@@ -60,7 +60,7 @@ impl RenderOptions {
 
 impl FieldOptions {
     fn validate(&self) -> Result<(), Error> {
-        above_0("the slab thickness", self.slab_voxels, "voxels")?;
+        slab(self.slab_voxels)?;
         match self.blend {
             Blend::Isosurface(surface) => surface.validate(),
             _ => Ok(()),
@@ -70,8 +70,7 @@ impl FieldOptions {
 
 impl Isosurface {
     fn validate(&self) -> Result<(), Error> {
-        // The surface is looked for in f32.
-        if !(self.value as f32).is_finite() {
+        if !self.value.is_finite() {
             return wrong(format!(
                 "the surface is at {}, expected a finite number",
                 self.value
@@ -107,7 +106,7 @@ impl SampleOptions {
     }
 
     fn validate_sheets(&self, sheets: &KernelSheets) -> Result<(), Error> {
-        above_0("the slab thickness", sheets.slab_voxels, "voxels")?;
+        slab(sheets.slab_voxels)?;
         match (sheets.classify, self.cells, sheets.interpolate) {
             _ if self.select == SelectMode::Ewa => wrong(
                 "EWA belongs to every-sample and axis sheets: image sheets take hybrid, splats or points",
@@ -141,6 +140,16 @@ fn in_range(name: &str, value: f64, is_good: bool, expected: &str) -> Result<(),
 fn above_0(name: &str, value: f64, unit: &str) -> Result<(), Error> {
     let is_good = value > 0.0 && value.is_finite();
     in_range(name, value, is_good, &format!("{unit} above 0"))
+}
+
+/// The field is smooth within a voxel: thinner slabs show nothing new, and take time in proportion to their number.
+const THINNEST_SLAB: f64 = 1.0 / 1024.0;
+
+fn slab(voxels: f64) -> Result<(), Error> {
+    let is_good = voxels >= THINNEST_SLAB && voxels.is_finite();
+    let expected =
+        "1/1024 voxel or more: thinner ones show nothing new and take time in proportion";
+    in_range("the slab thickness", voxels, is_good, expected)
 }
 
 fn share(name: &str, value: f32) -> Result<(), Error> {

@@ -22,6 +22,8 @@ pub(crate) struct TileLayout {
     pub(crate) means: Means,
     /// What a tile's depth is.
     pub(crate) depth: TileDepth,
+    /// The length in which that is counted, world units.
+    pub(crate) length: f64,
 }
 
 /// What a tile's depth is.
@@ -46,6 +48,7 @@ pub(crate) fn picture(
     let colours = |&[red, green, blue, opacity, _]: &Values| [red, green, blue, opacity];
     take(tiles, layout, colours, &mut image.rgba);
     if depth == DepthPlane::Expected {
+        let length = layout.length as f32;
         let mut depths = vec![[0.0; 4]; width * height];
         let with_opacity = |&[.., opacity, depth]: &Values| [depth, 0.0, 0.0, opacity];
         take(tiles, layout, with_opacity, &mut depths);
@@ -54,7 +57,7 @@ pub(crate) fn picture(
             .enumerate()
             .map(|(i, &[depth, _, _, opacity])| {
                 if opacity > 0.0 {
-                    depth / opacity * camera_z_per_depth(layout, i % width, i / width)
+                    depth / opacity * camera_z_per_depth(layout, i % width, i / width) * length
                 } else {
                     f32::INFINITY
                 }

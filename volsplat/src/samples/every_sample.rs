@@ -23,6 +23,7 @@ use resample_core::{Camera, Kernel};
 use crate::Error;
 use crate::bricks::visible::visible_bricks;
 use crate::clip::{Clip, Cut};
+use crate::lengths::{opacity_unit, power_of_two};
 use crate::options::{Cells, RenderOptions, SampleOptions, SampleOrder, Subpixels};
 use crate::picture::assemble::{TileDepth, TileLayout};
 use crate::picture::subpixels::{automatic, refined};
@@ -61,8 +62,12 @@ pub(crate) struct EverySample {
     pub(crate) painting: Painting,
     pub(super) dims: [usize; 3],
     pub(super) bounds_in_world: Option<[DVec3; 2]>,
+    /// The power of two, in world units, in which lengths are counted: f32 holds squares and cubes of those.
+    pub(super) length: f64,
+    /// In that length.
     pub(super) smallest_spacing: f64,
-    pub(super) unit_in_world: f64,
+    /// World length over which opacity is meant, in that length.
+    pub(super) opacity_unit: f64,
     pub(super) chunks: Vec<ProjectedChunk>,
     pub(super) open: Vec<OpenTile>,
 }
@@ -77,6 +82,8 @@ impl EverySample {
         let volume = scene.grid();
         let kernel = Kernel::new(choices.kernel);
         let layers = layers(scene, options, choices)?;
+        let spacing = volume.smallest_spacing();
+        let length = power_of_two(spacing);
         let non_transparent = match cells_of(scene, choices) {
             Cells::Off => layers[0].samples.count,
             _ => scene.count_visible(),
@@ -93,10 +100,9 @@ impl EverySample {
             profile: FootprintProfile::new(&kernel),
             filter: PixelFilter::new(),
             dims: volume.dims,
-            smallest_spacing: volume.smallest_spacing(),
-            unit_in_world: options
-                .opacity_unit
-                .unwrap_or_else(|| volume.smallest_spacing()),
+            length,
+            smallest_spacing: spacing / length,
+            opacity_unit: opacity_unit(options, spacing) / length,
             chunks: Vec::new(),
             open: Vec::new(),
         })
@@ -136,6 +142,7 @@ impl EverySample {
         stats: &mut FrameStats,
     ) -> TileLayout {
         let (fine, subpixels) = refined(camera, self.subpixels(camera));
+        let fine = fine.in_unit(self.length);
         let grid = TileGrid {
             width: fine.width as usize,
             height: fine.height as usize,
@@ -202,6 +209,7 @@ impl EverySample {
             subpixels,
             means: Means::Own,
             depth: TileDepth::Distance,
+            length: self.length,
         }
     }
 

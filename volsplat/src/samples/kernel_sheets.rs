@@ -27,6 +27,7 @@ use crate::bricks::plan::{check_dims, gradients};
 use crate::bricks::support::count_visible;
 use crate::bricks::visible::visible_bricks;
 use crate::clip::{Clip, GridClip, bounds_in_world};
+use crate::lengths::{in_unit, opacity_unit, power_of_two};
 use crate::options::{Cells, Classify, Interpolate, RenderOptions, SampleOptions, Subpixels};
 use crate::picture::assemble::{TileDepth, TileLayout};
 use crate::picture::subpixels::{automatic, refined};
@@ -177,8 +178,9 @@ impl KernelSheets {
 
     fn sheet_settings(&self, view: &GridView, camera: &Camera) -> SheetSettings {
         let smallest_spacing = self.lattice.smallest_spacing();
+        let length = power_of_two(smallest_spacing);
         let sheets = self.choices.sheets().copied().unwrap_or_default();
-        let thickness = sheets.slab_voxels * smallest_spacing;
+        let thickness = sheets.slab_voxels * smallest_spacing / length;
         let radius = self.kernel.radius();
         let middle = DVec3::from(self.lattice.dims.map(|n| (n / 2) as f64));
         SheetSettings::new(
@@ -189,7 +191,7 @@ impl KernelSheets {
             Slabs {
                 anchor: Anchor::new(middle, view),
                 thickness,
-                smallest_spacing,
+                opacity_unit: opacity_unit(&self.options, smallest_spacing) / length,
             },
         )
     }
@@ -202,7 +204,9 @@ impl KernelSheets {
         stats: &mut FrameStats,
     ) -> TileLayout {
         let (fine, subpixels) = refined(camera, self.subpixels(camera));
-        let view = GridView::new(&fine, &self.samples.world_from_index);
+        let length = power_of_two(self.lattice.smallest_spacing());
+        let fine = fine.in_unit(length);
+        let view = GridView::new(&fine, &in_unit(&self.samples.world_from_index, length));
         let settings = self.sheet_settings(&view, &fine);
         let frame = SheetFrame {
             settings: &settings,
@@ -219,6 +223,7 @@ impl KernelSheets {
             subpixels,
             means: Means::Own,
             depth: TileDepth::CameraZ,
+            length,
         }
     }
 

@@ -125,6 +125,9 @@ impl Painting {
     }
 }
 
+/// Greatest strength of a sample: opaque by far, and its products with lengths and depths, and their sums, are f32 numbers.
+const MOST_STRENGTH: f32 = 1e9;
+
 /// Pixels that a point reaches on either side of its position.
 const POINT_REACH_PX: f32 = 2.0;
 
@@ -226,7 +229,7 @@ impl ProjectedChunk {
         let point = Primitive {
             x,
             y,
-            strength: value[3] * self.block.area_px2[i],
+            strength: (value[3] * self.block.area_px2[i]).min(MOST_STRENGTH),
             rgb: setup.painting.point(value),
             rows: POINT_ROWS,
             depth: self.block.depth[i],
@@ -267,7 +270,7 @@ impl ProjectedChunk {
                 form * block.form_yy[i],
             ],
             sin2_cone: block.sin2_cone[i],
-            strength: value[3] * block.splat_scale[i] * length,
+            strength: (value[3] * block.splat_scale[i] * length).min(MOST_STRENGTH),
             rgb: [value[0], value[1], value[2]],
             rows,
             depth: block.depth[i],

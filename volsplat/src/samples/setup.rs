@@ -2,6 +2,7 @@
 
 use super::every_sample::EverySample;
 use crate::bricks::cull::ViewVolume;
+use crate::lengths::in_unit;
 use crate::light::{GradientRamp, ShadeSettings};
 use crate::options::{DepthPlane, SampleOrder};
 use crate::samples::axis_sheets::SliceOrder;
@@ -24,11 +25,15 @@ impl EverySample {
         }
     }
 
+    /// The maps of a layer; `camera` counts in [`Self::length`].
     pub(super) fn maps(&self, layer: &Layer, camera: &Camera) -> MapSource {
         MapSource {
-            view: GridView::new(camera, &layer.samples.world_from_index),
+            view: GridView::new(
+                camera,
+                &in_unit(&layer.samples.world_from_index, self.length),
+            ),
             radius: self.kernel.radius(),
-            unit_in_world: self.unit_in_world,
+            unit_in_world: self.opacity_unit,
             mode: self.evaluated_footprint(),
         }
     }
@@ -57,7 +62,7 @@ impl EverySample {
                 layer.halvings,
                 &self.kernel,
                 &self.choices,
-                self.unit_in_world,
+                self.opacity_unit,
             ),
             view_volume: ViewVolume::new(camera, &maps.view, self.kernel.radius()),
             grid: TileGrid {

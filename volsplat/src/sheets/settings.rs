@@ -31,10 +31,10 @@ pub(crate) struct Anchor {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slabs {
     pub(crate) anchor: Anchor,
-    /// Along camera z, world units.
+    /// Along camera z, in the length in which the picture counts.
     pub(crate) thickness: f64,
-    /// The opacity unit if the options have no other, world units.
-    pub(crate) smallest_spacing: f64,
+    /// Over which opacity is meant, in that length.
+    pub(crate) opacity_unit: f64,
 }
 
 /// What every tile of a frame shares.
@@ -85,7 +85,7 @@ impl SheetSettings {
             ring_len: Self::ring_len(&sections, slabs.thickness),
             sections,
             thickness: slabs.thickness,
-            unit_in_world: options.opacity_unit.unwrap_or(slabs.smallest_spacing),
+            unit_in_world: slabs.opacity_unit,
             anchor: slabs.anchor,
             opacity: options.opacity,
             shade: ShadeSettings::new(options, camera),

@@ -11,8 +11,8 @@ use crate::Error;
 /// Scalar to colour and opacity, both piecewise linear.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TransferFunction {
-    pub(super) colours: Vec<ColourKnot>,
-    pub(super) opacities: Vec<OpacityKnot>,
+    pub(crate) colours: Vec<ColourKnot>,
+    pub(crate) opacities: Vec<OpacityKnot>,
 }
 
 /// The colour at one scalar.

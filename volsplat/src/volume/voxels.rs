@@ -13,6 +13,7 @@ use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use crate::Error;
+use crate::lengths::LONGEST;
 
 #[cfg(test)]
 mod tests;
@@ -365,15 +366,15 @@ fn check_axes(world_from_index: &DAffine3) -> Result<(), String> {
     let [x, y, z] = columns.map(DVec3::length);
     if let Some(axis) = [x, y, z]
         .iter()
-        .position(|&length| length == 0.0 || !length.is_finite())
+        .position(|&length| !(1.0 / LONGEST..=LONGEST).contains(&length))
     {
         return Err(format!(
-            "axis {axis} of the volume has length {}: check the spacing",
-            [x, y, z][axis]
+            "axis {axis} of the volume has length {:e}: expected a spacing from {:.1e} to {LONGEST:.1e}, as single precision holds it",
+            [x, y, z][axis],
+            1.0 / LONGEST
         ));
     }
     let determinant = (columns[0] / x).dot((columns[1] / y).cross(columns[2] / z));
-    // A length below 1e-154 squares to a denormal, so the quotient can be NaN: that is refused here too.
     if determinant.abs() >= MIN_AXES_DETERMINANT {
         return Ok(());
     }

@@ -20,6 +20,9 @@ impl Lookup<'_> {
         base: DVec2,
         [wx, wy]: [[f32; 4]; 2],
     ) -> f32x4<S> {
+        // A surface seen edge-on is met anywhere: far outside the picture, all places are alike.
+        let size = DVec2::from(self.surfaces.size.map(|n| n as f64));
+        let base = base.clamp(DVec2::splat(-4.0), size + 4.0);
         let width = self.surfaces.size[0] as i64;
         let (left, top) = (base.x as i64 - 1, base.y as i64 - 1);
         let taps = self.taps(simd, left, top);

@@ -11,6 +11,7 @@ use crate::bricks::support::Support;
 use crate::field::streamed::index::IndexedBrick;
 use crate::large::VoxelSource;
 use crate::large::blocks::{Block, Rows};
+use crate::narrow::Narrowing;
 use crate::volume::{VoxelType, Voxels, scalar, with_voxels};
 
 /// What reads rows of bricks.
@@ -21,6 +22,8 @@ pub(super) struct RowReader {
     pub(super) support: Support,
     pub(super) gradients: Gradients,
     pub(super) world_from_index: DAffine3,
+    /// From the scalars of the file to those that are drawn.
+    pub(super) narrowing: Narrowing,
 }
 
 /// The scalars of some bricks, [`TABLE_LEN`] for each, in the type of the file where that is small.
@@ -59,7 +62,10 @@ impl RowReader {
             &(first.into()..usize::from(last) + 1),
             margin,
         );
-        let block = Block::read(self.stored.as_ref(), region, self.world_from_index)?;
+        let mut block = Block::read(self.stored.as_ref(), region, self.world_from_index)?;
+        if self.narrowing != Narrowing::NONE {
+            block.volume = self.narrowing.volume(&block.volume);
+        }
         let plan = FieldPlan {
             channels: vec![PlannedChannel {
                 volume: &block.volume,

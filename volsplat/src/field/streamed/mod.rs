@@ -88,9 +88,10 @@ impl LargeCells {
         let reader = RowReader {
             stored: Arc::clone(volume.source()),
             support: support(transfer, options)
-                .tabulated(TransferTable::step(transfer, volume.value_range()) as f32),
+                .tabulated(TransferTable::step(transfer, volume.drawn_range()) as f32),
             gradients: gradients(options),
             world_from_index: lattice.world_from_index,
+            narrowing: volume.narrowing(),
         };
         let meets = |range: &[f32; 2]| reader.support.meets(range[0], range[1]);
         let seen: Vec<bool> = volume.survey().bricks.par_iter().map(meets).collect();

@@ -1,0 +1,81 @@
+//! Lengths: what f32 and f64 hold of them, and the unit that a picture is computed in.
+//!
+//! The world's unit is the user's: metres for molecules, or parsecs. Samples count lengths in a power of two near their
+//! spacing, so that squares and cubes are far from the ends of f32, and a scene in another unit is the same numbers.
+
+use glam::{DAffine3, DVec3};
+use resample_core::Camera;
+
+use crate::Error;
+use crate::options::RenderOptions;
+
+/// Lengths from its inverse to this are f32 numbers of full precision.
+pub(crate) const LONGEST: f64 = 8.507_059_173_023_462e37;
+
+/// Farthest a camera may be, spacings. There f64 counts 1/4 spacing, so that nothing is where it should be.
+const FARTHEST: f64 = (1u64 << 51) as f64;
+
+/// Shortest opacity unit, spacings: products of optical depths with strengths and with depths stay far below the end of
+/// f32. An opacity of 1e-12 over it is two thirds over a voxel; what is fainter still over a shorter unit comes out fainter
+/// than it is.
+const SHORTEST_UNIT: f64 = 1e-12;
+
+/// The largest power of two that is not above a length.
+pub(crate) fn power_of_two(length: f64) -> f64 {
+    // Without its fraction, a normal number above 0 is a power of two.
+    f64::from_bits(length.to_bits() & 0x7ff0_0000_0000_0000)
+}
+
+/// A grid of the world, whose lengths are counted in this unit.
+pub(crate) fn in_unit(world_from_index: &DAffine3, unit: f64) -> DAffine3 {
+    let mut placed = *world_from_index;
+    placed.matrix3 *= 1.0 / unit;
+    placed.translation /= unit;
+    placed
+}
+
+/// World length over which opacity is meant, for samples at this spacing.
+pub(crate) fn opacity_unit(options: &RenderOptions, smallest_spacing: f64) -> f64 {
+    let unit = options.opacity_unit.unwrap_or(smallest_spacing);
+    unit.max(SHORTEST_UNIT * smallest_spacing)
+}
+
+/// Refuses a camera from which f64 cannot tell voxels apart.
+pub(crate) fn check_distance(
+    camera: &Camera,
+    bounds_in_world: Option<[DVec3; 2]>,
+    smallest_spacing: f64,
+) -> Result<(), Error> {
+    let Some([low, high]) = bounds_in_world else {
+        return Ok(());
+    };
+    let middle = camera
+        .camera_from_world
+        .transform_point3(0.5 * low + 0.5 * high);
+    let place = camera.camera_from_world.translation;
+    let distance = middle.abs().max_element().max(place.abs().max_element());
+    if distance <= FARTHEST * smallest_spacing {
+        return Ok(());
+    }
+    Err(Error::Option(format!(
+        "the camera or the volume is {distance:.1e} world units away, and voxels are {smallest_spacing:.1e} apart: numbers \
+         have 16 digits, so that no voxel has a place of its own; move the camera nearer, or the origin"
+    )))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn powers_of_two_are_below_their_lengths() {
+        for length in [1.0, 1.5, 2.0, 1e-11, 3e30, 0.999] {
+            let power = power_of_two(length);
+            assert!(
+                power <= length && length < 2.0 * power,
+                "{power} of {length}"
+            );
+            assert_eq!(power.log2(), power.log2().round());
+        }
+    }
+}
