@@ -71,9 +71,10 @@ impl Opened {
                 side_px: 16,
                 guard_px: 0,
             },
+            // Means of pixels are corrected by their neighbours.
             Scene::Volume(_) => Parts::Windows {
                 side_px: 8,
-                guard_px: 0,
+                guard_px: 1,
             },
             Scene::Depth(open) if open.has_parts() => Parts::Windows {
                 side_px: 32,

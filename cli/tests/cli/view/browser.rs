@@ -13,7 +13,7 @@ use tempfile::TempDir;
 use tungstenite::{Message, WebSocket};
 
 use super::super::{BALL, Bench};
-use super::{Viewer, run_copied};
+use super::page::{Viewer, run_copied};
 
 /// Longest wait for anything, in an unoptimised build on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
