@@ -59,6 +59,7 @@ mod scene_camera;
 mod sequence;
 pub mod setting;
 mod settings;
+mod threads;
 mod transfer;
 mod transfer_plot;
 pub mod typed;
@@ -75,7 +76,7 @@ mod warp_scene;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::{CommandFactory, FromArgMatches};
 
 use crate::args::{Cli, Command, Drawing, GlobalArgs};
@@ -114,7 +115,7 @@ pub fn run() -> ExitCode {
 }
 
 fn dispatched(cli: Cli, typed: &Typed) -> Result<()> {
-    start_threads(&cli.global)?;
+    threads::start(&cli.global)?;
     let verbosity = verbosity(&cli.global);
     match cli.command {
         Command::Demo(args) => commands::demo::run(&args, verbosity),
@@ -139,16 +140,6 @@ fn draw(drawing: Drawing, typed: &Typed, verbosity: Verbosity) -> Result<()> {
     }
     interrupt::watch()?;
     Opened::read(drawing, Purpose::Draw, verbosity)?.finish(None, log)
-}
-
-fn start_threads(args: &GlobalArgs) -> Result<()> {
-    let Some(threads) = args.threads else {
-        return Ok(());
-    };
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(usize::from(threads))
-        .build_global()
-        .with_context(|| format!("--threads {threads}: cannot start that many"))
 }
 
 fn verbosity(args: &GlobalArgs) -> Verbosity {

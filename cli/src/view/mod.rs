@@ -24,9 +24,10 @@ mod words;
 
 use anyhow::Result;
 
-use crate::args::{GlobalArgs, ServeArgs, ViewArgs};
+use crate::args::{ServeArgs, ViewArgs};
 use crate::interrupt;
 use crate::report::{self, Verbosity};
+use crate::threads;
 
 use server::Server;
 use studio::Studio;
@@ -38,7 +39,7 @@ pub(crate) fn run(args: ViewArgs, verbosity: Verbosity) -> Result<()> {
     let words = Words::of(&args.words);
     let serve = words.serve.clone().or(args.serve);
     check_bind(&serve)?;
-    start_threads(&words.global)?;
+    threads::start(&words.global)?;
     let server = Server::bind(&serve)?;
     let verbosity = if words.global.quiet {
         Verbosity::Quiet
@@ -66,13 +67,6 @@ fn check_bind(serve: &ServeArgs) -> Result<()> {
         ));
     }
     Ok(())
-}
-
-fn start_threads(global: &GlobalArgs) -> Result<()> {
-    match global.threads {
-        Some(_) => crate::start_threads(global),
-        None => Ok(()),
-    }
 }
 
 /// Asks the desktop to show the page, where there is one.
