@@ -3,6 +3,12 @@
 /// Time that a moving frame may take, ms: with encoding and the browser's own time, 25 frames a second.
 const TARGET_MS: f64 = 33.0;
 
+/// Time for which a picture becomes smaller than half of its sides, ms: 10 frames a second.
+const SLOW_MS: f64 = 85.0;
+
+/// The step of half the sides.
+const HALF: usize = 3;
+
 /// Least side, as a share of the full one: a smaller picture shows too little to steer by.
 const LEAST: f64 = 0.25;
 
@@ -25,7 +31,7 @@ impl Default for Ladder {
     fn default() -> Self {
         Self {
             full_ms: TARGET_MS / (0.5 * 0.5),
-            step: 3,
+            step: HALF,
         }
     }
 }
@@ -41,8 +47,10 @@ impl Ladder {
     pub(super) fn took(&mut self, ms: f64) {
         let scale = STEPS[self.step];
         self.full_ms += SHARE * (ms / (scale * scale) - self.full_ms);
-        let fits =
-            |step: usize, slack: f64| self.full_ms * STEPS[step].powi(2) <= slack * TARGET_MS;
+        let allowed_ms = |step: usize| if step < HALF { TARGET_MS } else { SLOW_MS };
+        let fits = |step: usize, slack: f64| {
+            self.full_ms * STEPS[step].powi(2) <= slack * allowed_ms(step)
+        };
         if !fits(self.step, 1.2) {
             self.step = (self.step + 1).min(STEPS.len() - 1);
         } else if self.step > 0 && fits(self.step - 1, 0.9) {
@@ -76,6 +84,11 @@ mod tests {
     fn the_size_follows_the_time_and_comes_to_rest() {
         assert_eq!(settled(5.0), 800, "fast machines show all pixels");
         assert_eq!(settled(130.0), 400);
+        assert_eq!(
+            settled(320.0),
+            400,
+            "half of the sides at ten frames a second"
+        );
         assert_eq!(settled(1e6), 200, "never smaller than a quarter");
         assert!(settled(60.0) < settled(35.0));
     }
