@@ -97,6 +97,7 @@ pub(super) enum Saved {
     Camera,
     Path,
     Turntable,
+    Film,
 }
 
 /// The head of a picture.

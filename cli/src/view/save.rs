@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Result, bail};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::message::{Exactness, Saved, View};
 use super::subject::Subject;
@@ -75,9 +75,17 @@ pub(super) fn save(
             output::write_text(&path, &format!("{camera}\n"))?;
         }
         Saved::Path => {
-            output::write_text(&path, &format!("{detail:#}\n"))?;
+            let keys = keys(subject, view, detail)?;
+            output::write_text(&path, &format!("{keys:#}\n"))?;
         }
-        Saved::Turntable => turntable(subject, &path, view, detail)?,
+        Saved::Turntable => {
+            let cameras = cameras(subject, view, detail)?;
+            run(subject, &path, view, &Cameras::List(cameras))?;
+        }
+        Saved::Film => {
+            let keys = keys(subject, view, detail)?;
+            run(subject, &path, view, &Cameras::Path(keys.to_string()))?;
+        }
     }
     Ok(path)
 }
@@ -99,7 +107,7 @@ fn picture(subject: &mut Subject, path: &Path, view: &View) -> Result<()> {
     if output::format_of(path, None)? == Format::Exr {
         // An EXR file has depth and further planes: the command itself is run.
         let (_, camera) = subject.camera(view)?;
-        return run(subject, path, view, &camera);
+        return run(subject, path, view, &Cameras::List(camera));
     }
     subject.prepare(view, Exactness::Default)?;
     let (camera, _) = subject.camera(view)?;
@@ -108,37 +116,62 @@ fn picture(subject: &mut Subject, path: &Path, view: &View) -> Result<()> {
     Ok(())
 }
 
-/// Pictures from a list of cameras, numbered or as an animation.
-fn turntable(subject: &Subject, path: &Path, view: &View, cameras: &Value) -> Result<()> {
-    let list = cameras.as_array().map(Vec::as_slice).unwrap_or_default();
+/// Where the cameras of a command come from: the text of a camera file, or of a file of keys.
+enum Cameras {
+    List(String),
+    Path(String),
+}
+
+/// The text of a camera file for cameras of the page.
+fn cameras(subject: &Subject, view: &View, list: &Value) -> Result<String> {
+    let list = list.as_array().map(Vec::as_slice).unwrap_or_default();
     if !(1..=MOST_STEPS).contains(&list.len()) {
         bail!("expected 1 to {MOST_STEPS} pictures");
     }
-    let text = |camera: &Value| -> Result<String> {
-        let view = View {
-            camera: camera.clone(),
-            ..view.clone()
-        };
-        Ok(subject.camera(&view)?.1)
-    };
-    let texts: Result<Vec<String>> = list.iter().map(text).collect();
-    run(subject, path, view, &format!("[{}]", texts?.join(",")))
+    let texts: Result<Vec<String>> = list.iter().map(|at| camera(subject, view, at)).collect();
+    Ok(format!("[{}]", texts?.join(",")))
 }
 
-/// Runs the command that draws a view from the cameras of a file.
-fn run(subject: &Subject, path: &Path, view: &View, cameras: &str) -> Result<()> {
+/// A file of keys for those of the page.
+fn keys(subject: &Subject, view: &View, file: &Value) -> Result<Value> {
+    let list = file["keys"]
+        .as_array()
+        .map(Vec::as_slice)
+        .unwrap_or_default();
+    let key = |key: &Value| -> Result<Value> {
+        let camera: Value = serde_json::from_str(&camera(subject, view, &key["camera"])?)?;
+        Ok(json!({ "time": key["time"], "camera": camera }))
+    };
+    let keys: Result<Vec<Value>> = list.iter().map(key).collect();
+    Ok(json!({ "keys": keys? }))
+}
+
+/// A camera of the page as a camera file has it.
+fn camera(subject: &Subject, view: &View, camera: &Value) -> Result<String> {
+    let view = View {
+        camera: camera.clone(),
+        ..view.clone()
+    };
+    Ok(subject.camera(&view)?.1)
+}
+
+/// Runs the command that draws a view from other cameras.
+fn run(subject: &Subject, path: &Path, view: &View, cameras: &Cameras) -> Result<()> {
+    let (Cameras::List(text) | Cameras::Path(text)) = cameras;
     let file = tempfile::Builder::new().suffix(".json").tempfile()?;
-    std::fs::write(file.path(), cameras)?;
+    std::fs::write(file.path(), text)?;
     let mut drawing = subject.whole(view)?;
-    let camera = file.path().to_owned();
+    let named = Some(file.path().to_owned());
+    let (list, keys) = match cameras {
+        Cameras::List(_) => (named, None),
+        Cameras::Path(_) => (None, named),
+    };
     match &mut drawing {
-        Drawing::Volsplat(args) => args.camera.camera = Some(camera),
-        Drawing::Texmap(args) => args.camera.camera = Some(camera),
+        Drawing::Volsplat(args) => (args.camera.camera, args.sequence.path) = (list, keys),
+        Drawing::Texmap(args) => (args.camera.camera, args.sequence.path) = (list, keys),
         Drawing::Warp3d(args) => {
-            args.cameras.to = Some(Viewpoint::File {
-                path: camera,
-                entry: None,
-            });
+            args.cameras.to = list.map(|path| Viewpoint::File { path, entry: None });
+            args.sequence.path = keys;
         }
     }
     set_size(&mut drawing, view);

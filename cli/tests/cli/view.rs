@@ -44,6 +44,7 @@ fn a_resting_volume_is_the_command_lines_picture() {
         json!({ "transfer": transfer(), "changes": { "shade": ["phong"], "light": ["1,2,3"] } }),
         json!({ "changes": { "blend": ["maximum"], "colormap": ["magma"], "background": ["white"] } }),
         json!({ "changes": { "iso": ["100"], "crop": ["3,3,3,25,31,31"] } }),
+        json!({ "changes": { "clip-plane": ["0.6,0,0.8,12"], "opacity-scale": ["2"] } }),
         json!({ "exactness": "default", "changes": { "order": ["every-sample"] } }),
     ] {
         assert_same(&bench, &format!("ball.raw {BALL}"), more);
@@ -196,8 +197,9 @@ fn what_was_found_is_saved() {
         ("picture", "a.exr", Value::Null),
         ("transfer", "t.json", Value::Null),
         ("camera", "c.json", Value::Null),
-        ("path", "p.json", keys),
+        ("path", "p.json", keys.clone()),
         ("turntable", "turn_%02d.png", cameras),
+        ("film", "film.webp", keys.clone()),
     ] {
         page.say(&with(
             &view,
@@ -218,6 +220,7 @@ fn what_was_found_is_saved() {
     );
     assert!(read("turn_00.png") == read("a.png") && read("turn_01.png").len() > 100);
     assert!(read("a.exr").starts_with(b"\x76\x2f\x31\x01"));
+    assert!(read("film.webp").starts_with(b"RIFF"));
 }
 
 #[test]

@@ -124,6 +124,7 @@ function volumePanel() {
     if (option("iso") === null) setOption("iso", now);
     parts.push(slider("surface at", { min: least, max: most, value: now, text: short, act: (x) => setOption("iso", short(x)) }));
   }
+  parts.push(make("details", { open: Boolean(option("clip-plane")) }, make("summary", {}, "Cut"), ...cutSlider()));
   parts.push(make("details", { open: Boolean(option("crop")) }, make("summary", {}, "Crop box"), ...cropSliders()));
   return parts;
 }
@@ -178,6 +179,26 @@ function cropSliders() {
       else if (isBox) setOption("crop", box.map((side) => Number(side.toPrecision(6))).join(","));
     },
   }));
+}
+
+// A plane that faces the eye, moved into the volume: what lies before it is cut away.
+function cutSlider() {
+  const [low, high] = state.scene.volume.corners;
+  const { forward } = axes(state.camera);
+  const normal = option("clip-plane")?.split(",").slice(0, 3).map(Number) ?? forward;
+  const ends = [0, 1, 2].map((axis) => [low[axis] * normal[axis], high[axis] * normal[axis]]);
+  const near = ends.reduce((sum, end) => sum + Math.min(...end), 0);
+  const far = ends.reduce((sum, end) => sum + Math.max(...end), 0);
+  const at = Number(option("clip-plane")?.split(",")[3] ?? near);
+  const act = (share) => {
+    if (share <= 0) setOption("clip-plane");
+    else setOption("clip-plane", [...normal, near + share * (far - near)].map((x) => Number(x.toPrecision(7))).join(","));
+  };
+  return [
+    slider("depth", { min: 0, max: 1, value: (at - near) / (far - near), text: (x) => `${Math.round(100 * x)}%`, act }),
+    make("div", { className: "buttons" },
+      button("from here", () => { remember(); setOption("clip-plane"); changed({ panel: true }); }, { title: "The plane faces the eye as it stands now" })),
+  ];
 }
 
 function presets() {
@@ -271,7 +292,8 @@ function sharedPanel() {
     make("div", { className: "buttons" },
       button("add view", () => { state.keys.push({ ...state.camera }); changed({ panel: true, moving: false }); }),
       button("play", play, { disabled: state.keys.length < 2 }),
-      button("save path", () => ask("path", "path.json"), { disabled: state.keys.length < 2 })),
+      button("save path", () => ask("path", "path.json"), { disabled: state.keys.length < 2 }),
+      button("render", () => ask("film", "path.webp", { sized: true }), { disabled: state.keys.length < 2 })),
   ];
 }
 
@@ -329,7 +351,7 @@ function ask(what, name, { sized = false, steps = false } = {}) {
   const count = make("input", { type: "number", min: 2, max: 1000, value: 60 });
   const save = () => {
     const sides = sized ? [Number(width.value), Number(height.value)] : size;
-    const detail = steps ? around(Number(count.value)) : what === "path" ? pathFile() : null;
+    const detail = steps ? around(Number(count.value)) : ["path", "film"].includes(what) ? pathFile() : null;
     send({ type: "save", what, name: file.value, detail, ...view(sides) });
     close();
     say(`saving ${file.value}...`);
