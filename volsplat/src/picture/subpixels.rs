@@ -22,11 +22,37 @@ pub(crate) fn automatic(
         .unwrap_or(8)
 }
 
-/// The camera with as many times the pixels along each side, and how many times that is: a picture of more sub-pixels than
-/// a camera may have gets one a pixel.
+/// The camera with as many times the pixels along each side, and how many times that is: half as many, and half of that, until
+/// a camera may have them.
 pub(crate) fn refined(camera: &Camera, subpixels: u32) -> (Camera, u32) {
-    match camera.resized(camera.width * subpixels, camera.height * subpixels) {
-        Ok(fine) => (fine, subpixels),
-        Err(_) => (*camera, 1),
+    let mut subpixels = subpixels;
+    loop {
+        match camera.resized(camera.width * subpixels, camera.height * subpixels) {
+            Ok(fine) => return (fine, subpixels),
+            Err(_) if subpixels > 1 => subpixels /= 2,
+            Err(_) => return (*camera, 1),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use resample_core::LookAt;
+
+    use super::*;
+
+    #[test]
+    fn large_pictures_get_as_many_sub_pixels_as_a_camera_may_have() {
+        let pose = LookAt {
+            position: DVec3::Z,
+            target: DVec3::ZERO,
+            up: DVec3::Y,
+        };
+        for (side, asked, found) in [(4096, 8, 8), (4097, 8, 4), (10_000, 8, 2), (32_768, 16, 1)] {
+            let camera = Camera::perspective(&pose, 1.0, [side, 10]).expect("a camera");
+            let (fine, subpixels) = refined(&camera, asked);
+            assert_eq!((fine.width, subpixels), (side * found, found), "{side}");
+        }
     }
 }

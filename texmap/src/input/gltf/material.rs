@@ -22,6 +22,7 @@ use super::super::notes::Notes;
 use super::super::picture;
 use super::accessor::Numbers;
 use super::container;
+use super::glossiness;
 use crate::scene::{
     AlphaMode, Lighting, Magnify, Material, Physical, Sides, Texture, TextureUse, Wrap,
 };
@@ -96,7 +97,7 @@ impl<'a> Materials<'a> {
         let extensions = json.extensions.as_ref();
         let diffuse = extensions.and_then(|e| e.others.get("KHR_materials_pbrSpecularGlossiness"));
         let (base_colour, base_info) = match diffuse {
-            Some(value) => diffuse_part(value, index)?,
+            Some(value) => glossiness::diffuse(value, index)?,
             None => {
                 let pbr = &json.pbr_metallic_roughness;
                 (pbr.base_color_factor.0, pbr.base_color_texture.clone())
@@ -145,7 +146,7 @@ impl<'a> Materials<'a> {
                 None => Lighting::Lit,
             },
             physical: Some(match diffuse {
-                Some(value) => glossiness_part(value),
+                Some(value) => glossiness::light(value),
                 None => self.physical(json, notes)?,
             }),
         };
@@ -326,27 +327,6 @@ fn transformed(
     serde_json::from_value(others.clone().into()).ok()
 }
 
-/// What KHR_materials_pbrSpecularGlossiness says of light: a dielectric, or a metal where nothing scatters.
-fn glossiness_part(value: &serde_json::Value) -> Physical {
-    let number =
-        |name: &str, default: f64| value.get(name).and_then(|v| v.as_f64()).unwrap_or(default);
-    let is_metal = value.get("diffuseTexture").is_none()
-        && value
-            .get("diffuseFactor")
-            .and_then(|v| v.as_array())
-            .is_some_and(|factors| {
-                factors
-                    .iter()
-                    .take(3)
-                    .all(|factor| factor.as_f64() == Some(0.0))
-            });
-    Physical {
-        metal: f32::from(u8::from(is_metal)),
-        roughness: 1.0 - number("glossinessFactor", 1.0) as f32,
-        ..Physical::default()
-    }
-}
-
 /// The factor of KHR_materials_transmission, where it lets anything through.
 fn transmission(extensions: Option<&MaterialExtensions>) -> Option<f32> {
     let value = extensions?.others.get("KHR_materials_transmission")?;
@@ -373,34 +353,4 @@ fn uv_transform(transform: &gltf::json::extensions::texture::TextureTransform) -
         rotation * scale,
         DVec2::from_array(transform.offset.0.map(f64::from)),
     )
-}
-
-/// The diffuse colour and picture of KHR_materials_pbrSpecularGlossiness, which stand for the base colour's; of a metal its
-/// specular colour.
-fn diffuse_part(
-    value: &serde_json::Value,
-    index: usize,
-) -> Result<([f32; 4], Option<Info>), String> {
-    let broken = |error| format!("material {index}: KHR_materials_pbrSpecularGlossiness: {error}");
-    let factor = value
-        .get("diffuseFactor")
-        .cloned()
-        .map(serde_json::from_value)
-        .transpose()
-        .map_err(broken)?;
-    let info = value
-        .get("diffuseTexture")
-        .cloned()
-        .map(serde_json::from_value)
-        .transpose()
-        .map_err(broken)?;
-    let [r, g, b, a] = factor.unwrap_or([1.0; 4]);
-    if [r, g, b] != [0.0; 3] || info.is_some() {
-        return Ok(([r, g, b, a], info));
-    }
-    // A metal scatters nothing: its colour is that of its reflection.
-    let specular = value.get("specularFactor").cloned();
-    let specular = specular.map(serde_json::from_value).transpose();
-    let [r, g, b] = specular.map_err(broken)?.unwrap_or([1.0; 3]);
-    Ok(([r, g, b, a], info))
 }

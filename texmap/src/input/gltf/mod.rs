@@ -13,6 +13,7 @@ mod container;
 mod deform;
 mod document;
 mod extensions;
+mod glossiness;
 mod instances;
 mod material;
 mod nodes;
