@@ -53,7 +53,7 @@ pub use trade::{SceneArg, TradeArgs, TradeOptions};
 pub use view::{ServeArgs, ViewArgs};
 pub use warp3d::{DepthArgs, LayoutWord, Warp3dArgs, WarpCameraArgs};
 
-/// What the exit code of every command says.
+/// The exit codes of all commands.
 const EXIT_CODES: &str = "\
 Exit codes:
   0    everything that was asked for is written

@@ -102,7 +102,7 @@ impl Opened {
         }
     }
 
-    /// Two corners of a box in the world that holds what is drawn, where that is known.
+    /// The bounding box of the visible part, world units: its least and its greatest corner. `None` for depth images.
     pub(crate) fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
         match &self.scene {
             Scene::Volume(open) => Some(open.bounds_in_world()),

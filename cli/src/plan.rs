@@ -71,7 +71,7 @@ pub enum Purpose {
     Draw,
     /// To be drawn under several settings: in memory, and the same in every picture.
     Compare,
-    /// As [`Purpose::Compare`], while a person changes what is shown.
+    /// To be drawn again and again while a person edits its look: in memory, and prepared for any look.
     Change,
 }
 

@@ -68,7 +68,7 @@ impl Open {
         &self.cameras
     }
 
-    /// Two corners of a box in the world around what can be seen, or else around all voxels.
+    /// The bounding box of the visible voxels, or of all voxels if none is visible: its least and its greatest corner.
     pub(crate) fn bounds_in_world(&self) -> [DVec3; 2] {
         let visible = self.renderer.visible_bounds_in_world();
         let bounds = visible.unwrap_or_else(|| framing::volume::grid_bounds(self.content.first()));
@@ -85,7 +85,7 @@ impl Open {
         self.content.function()
     }
 
-    /// What the camera of one pixel sees first: its place in the world, the nearest voxel and its value.
+    /// The first visible point on the ray of a camera with one pixel, and the voxel nearest to it.
     pub(crate) fn probe(&mut self, pixel: &Camera) -> Result<Option<Probed>> {
         let planes = self.renderer.layers(pixel, &[Layer::FirstHit])?;
         let depth = planes.first().and_then(|plane| plane.values.first());
@@ -100,7 +100,7 @@ impl Open {
         }))
     }
 
-    /// Draws with the transfer function and the options of `args` from now on. What is read stays as it is.
+    /// Takes the transfer function and the render options of `args`; the files are not read again.
     pub(crate) fn restyle(&mut self, args: VolsplatArgs) -> Result<()> {
         if self.content.function().is_some() {
             let function = transfer::function(&args.transfer, self.content.first())?;

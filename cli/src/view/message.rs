@@ -82,7 +82,7 @@ pub(super) enum Asked {
         name: String,
         #[serde(flatten)]
         view: View,
-        /// The keys of a path, or the number of a turntable's pictures.
+        /// The key frames of a path or a film, or the cameras of a turntable.
         #[serde(default)]
         detail: Value,
     },

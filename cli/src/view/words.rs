@@ -55,8 +55,19 @@ const LOOKS: [&str; 6] = [
     "colormap",
 ];
 
-/// Options that the viewer itself stands in for.
-const REPLACED: [&str; 15] = [
+/// Options of the viewer and of the program, which no command that draws has.
+const OWN: [&str; 7] = [
+    "no-open",
+    "port",
+    "bind",
+    "allow-host",
+    "threads",
+    "quiet",
+    "verbose",
+];
+
+/// Options that the page's camera, size and file name replace.
+const REPLACED: [&str; 8] = [
     "output",
     "size",
     "camera",
@@ -65,13 +76,6 @@ const REPLACED: [&str; 15] = [
     "up",
     "projection",
     "to",
-    "no-open",
-    "port",
-    "bind",
-    "allow-host",
-    "threads",
-    "quiet",
-    "verbose",
 ];
 
 /// Field of view of a picture whose camera nobody knows, degrees: that of a phone's main camera, held upright. A guess.
@@ -166,16 +170,7 @@ impl Words {
 
     /// The command as it was typed.
     pub(super) fn first_drawing(&self) -> Result<Drawing> {
-        let own = [
-            "no-open",
-            "port",
-            "bind",
-            "allow-host",
-            "threads",
-            "quiet",
-            "verbose",
-        ];
-        let words = self.typed.words(|name| own.contains(&name));
+        let words = self.typed.words(|name| OWN.contains(&name));
         let matches = self
             .application
             .command()
@@ -238,7 +233,8 @@ impl Words {
         let has_look =
             transfer.is_some() || changes.keys().any(|name| LOOKS.contains(&name.as_str()));
         self.typed.words(|name| {
-            REPLACED.contains(&name)
+            OWN.contains(&name)
+                || REPLACED.contains(&name)
                 || changes.contains_key(name)
                 || (has_look && LOOKS.contains(&name))
         })

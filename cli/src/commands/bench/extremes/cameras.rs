@@ -1,4 +1,4 @@
-//! Cameras at extremes: fields of view, directions, and what is refused.
+//! Cameras at extremes: fields of view, directions, and cameras that are refused.
 
 use anyhow::Result;
 use glam::{DAffine3, DMat3, DVec3};

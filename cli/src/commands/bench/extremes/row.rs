@@ -1,6 +1,6 @@
-//! Rows of the table: what was drawn, what is true, how far apart they may be, and why.
+//! Rows of the table: the drawn value, the true value, the bound of their difference, and the reason for it.
 
-/// One extreme: what was drawn, what is true, and how far apart they may be.
+/// One extreme: the drawn value, the true value, and the bound of their difference.
 pub(super) struct Row {
     quantity: &'static str,
     extreme: String,
@@ -10,7 +10,7 @@ pub(super) struct Row {
     why: &'static str,
 }
 
-/// What the rows are about and why their bound holds.
+/// The quantity that rows compare, its bound, and the reason why the bound holds.
 #[derive(Clone, Copy)]
 pub(super) struct Claim {
     pub(super) quantity: &'static str,
@@ -39,7 +39,7 @@ impl Claim {
     ) -> Row {
         let apart = |[got, truth]: [f64; 2]| {
             let apart = (got - truth).abs();
-            // What is no number is farther away than any number.
+            // A NaN breaks every bound.
             if apart.is_nan() { f64::INFINITY } else { apart }
         };
         let pairs = pairs.into_iter();

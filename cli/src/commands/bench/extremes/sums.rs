@@ -105,6 +105,12 @@ fn side(share: usize) -> usize {
     (1e7 / share as f64).cbrt().ceil() as usize
 }
 
+/// A cube of ones.
+fn cube(side: usize) -> Result<Volume> {
+    let ones = Voxels::U8(vec![1; side.pow(3)]);
+    Ok(Volume::new([side; 3], ones, DAffine3::IDENTITY)?)
+}
+
 fn points_in_a_pixel(share: usize) -> Result<Row> {
     let claim = Claim {
         quantity: "optical depth of points, over the screen",
@@ -112,11 +118,7 @@ fn points_in_a_pixel(share: usize) -> Result<Row> {
         why: "a sheet of points is summed before it is composited: f32 sums of one sheet, 215 of them in a row",
     };
     let side = side(share);
-    let cube = Volume::new(
-        [side; 3],
-        Voxels::U8(vec![1; side.pow(3)]),
-        DAffine3::IDENTITY,
-    )?;
+    let cube = cube(side)?;
     let opacity = 1e-3;
     let mut renderer = Renderer::new(&cube, &white(opacity)?, &samples(SelectMode::Points))?;
     let middle = DVec3::splat(0.5 * (side - 1) as f64);
@@ -136,11 +138,7 @@ fn field_in_a_pixel(share: usize) -> Result<Row> {
         why: "planes of one colour are counted, not added",
     };
     let side = side(share);
-    let cube = Volume::new(
-        [side; 3],
-        Voxels::U8(vec![1; side.pow(3)]),
-        DAffine3::IDENTITY,
-    )?;
+    let cube = cube(side)?;
     let options = RenderOptions {
         min_transmittance: 0.0,
         subpixels: Subpixels::Fixed(1),

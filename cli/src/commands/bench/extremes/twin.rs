@@ -1,4 +1,4 @@
-//! The slow references: what a pixel shows, by definition, in f64.
+//! The slow f64 references: they integrate the ray of one pixel by definition.
 //!
 //! Rays are followed through the world by the inverse of the camera's pose. Kernels are integrated along them by
 //! Simpson's rule; fields are sampled plane by plane and classified without a table.
