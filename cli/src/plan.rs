@@ -23,7 +23,7 @@ use crate::framing::{self, Extent, Lens, Stance, View};
 use crate::output::{self, Depth, FilmKind, FilmPlan, Format, FrameNames};
 use crate::picture::{self, Finish, RenderNumbered};
 use crate::report::{self, RunStats, Verbosity};
-use crate::sequence::{self, Existing, Sequence};
+use crate::sequence::{self, Existing, Fingerprint, Sequence};
 use crate::values::{BackgroundWord, Size};
 
 pub(crate) use records::{camera_record, picture_record};
@@ -201,6 +201,7 @@ impl Plan {
     ) -> Result<()> {
         let Run { mut stats, log } = run;
         targets::check_pictures(request, &self.names, cameras.len(), &self.gate.files())?;
+        let read = targets::read(request, self.gate.files());
         let existing = if request.sequence.resume {
             Existing::Keep
         } else {
@@ -211,6 +212,7 @@ impl Plan {
             names: &self.names,
             finish: &self.finish,
             existing,
+            fingerprint: Fingerprint::new(&stats, &read),
         };
         let outcome = match &self.film {
             Some(film) => sequence::draw_film(render, &sequence, film, log.verbosity)?,
