@@ -56,6 +56,7 @@ mod progress;
 pub mod report;
 mod scene;
 mod scene_camera;
+mod seen;
 mod sequence;
 pub mod setting;
 mod settings;

@@ -7,10 +7,12 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use resample_core::Camera;
 use serde_json::{Value, json};
-use volsplat::{Described, FrameStats, Layer, RenderOptions, Renderer, Reuse, TransferFunction};
+use volsplat::{
+    Described, FrameStats, LabelLook, Layer, RenderOptions, Renderer, Reuse, TransferFunction,
+};
 
 use crate::args::{Given, RenderArgs, VolsplatArgs};
 use crate::blend;
@@ -21,6 +23,7 @@ use crate::plan::{Plan, Purpose, Request, Run, RunLog};
 use crate::progress::{Progress, watch};
 use crate::report::{self, Account, RunStats, Verbosity};
 use crate::scene;
+use crate::seen;
 use crate::settings;
 use crate::transfer;
 use crate::volume_data::{Content, Keeping};
@@ -85,14 +88,30 @@ impl Open {
         self.content.function()
     }
 
+    /// The labels of the first volume that holds labels, with their looks, the most frequent first.
+    pub(crate) fn labels(&self) -> Vec<(i64, LabelLook)> {
+        self.content.labels()
+    }
+
+    /// The arguments under which it is drawn.
+    pub(crate) fn args(&self) -> &VolsplatArgs {
+        &self.args
+    }
+
     /// The first visible point on the ray of a camera with one pixel, and the voxel nearest to it.
     pub(crate) fn probe(&mut self, pixel: &Camera) -> Result<Option<Probed>> {
-        let planes = self.renderer.layers(pixel, &[Layer::FirstHit])?;
-        let depth = planes.first().and_then(|plane| plane.values.first());
-        let Some(&depth) = depth.filter(|depth| depth.is_finite()) else {
+        let world = match self.renderer.layers(pixel, &[Layer::FirstHit]) {
+            Ok(planes) => {
+                let depth = planes.first().and_then(|plane| plane.values.first());
+                let depth = depth.filter(|depth| depth.is_finite());
+                depth.map(|&depth| seen::world_at(pixel, f64::from(depth)))
+            }
+            // Labels, channels and other blends have no such plane.
+            Err(_) => self.content.first_voxel(pixel),
+        };
+        let Some(world) = world else {
             return Ok(None);
         };
-        let world = world_at(pixel, f64::from(depth));
         Ok(self.content.nearest(world).map(|(voxel, value)| Probed {
             world,
             voxel,
@@ -102,10 +121,7 @@ impl Open {
 
     /// Takes the transfer function and the render options of `args`; the files are not read again.
     pub(crate) fn restyle(&mut self, args: VolsplatArgs) -> Result<()> {
-        if self.content.function().is_some() {
-            let function = transfer::function(&args.transfer, self.content.first())?;
-            self.content.set_function(function);
-        }
+        self.content.relook(&args)?;
         let options = settings::render_options(
             &args.render,
             args.transfer.opacity_unit,
@@ -228,16 +244,6 @@ pub(crate) fn drawn(renderer: &mut Renderer, camera: &Camera, progress: Progress
         image: frame.image,
         account,
     })
-}
-
-/// The place that a camera of one pixel sees at this camera z.
-fn world_at(pixel: &Camera, depth: f64) -> DVec3 {
-    let (origin, direction) = pixel.ray_in_camera(DVec2::new(0.5, 0.5));
-    let pos_in_camera = origin + direction * (depth - origin.z) / direction.z;
-    pixel
-        .camera_from_world
-        .inverse()
-        .transform_point3(pos_in_camera)
 }
 
 fn request(args: &VolsplatArgs) -> Request<'_> {

@@ -7,8 +7,9 @@ use serde_json::{Map, Value, json};
 use volsplat::transfer::{ColourMap, Preset};
 use volsplat::{Described, Shading, TransferFunction};
 
-use crate::args::{Drawing, RayBlend};
+use crate::args::{Drawing, RayBlend, SceneArgs};
 use crate::commands::volsplat::Open;
+use crate::scene;
 
 /// Bars of the histogram that the page draws.
 const BARS: usize = 256;
@@ -24,8 +25,10 @@ pub(super) fn volume(open: &Open) -> Value {
     let maps: Map<String, Value> = ColourMap::names()
         .filter_map(|name| Some((name.to_owned(), stops(name.parse().ok()?))))
         .collect();
+    // Every channel has a look of its own.
+    let is_single = open.args().scene.channel.is_empty();
     let presets: Vec<Value> = Preset::all()
-        .filter(|preset| preset.mismatch(volume).is_none())
+        .filter(|preset| is_single && preset.mismatch(volume).is_none())
         .map(|preset| json!({ "name": preset.name(), "about": preset.about() }))
         .collect();
     json!({
@@ -35,12 +38,33 @@ pub(super) fn volume(open: &Open) -> Value {
         "range": [low, high],
         "corners": crate::framing::volume::grid_bounds(volume).map(|corner| corner.to_array()),
         "bars": bars(volume),
-        "function": open.function().map(function),
+        "function": open.function().filter(|_| is_single).map(function),
         "maps": maps,
         "presets": presets,
+        "channels": channels(&open.args().scene),
+        "labels": labels(open),
         "shadings": names::<Shading>(),
         "blends": names::<RayBlend>(),
     })
+}
+
+/// The channels that were typed: number and look of each, and its colour where the look is one.
+fn channels(args: &SceneArgs) -> Vec<Value> {
+    let pairs = args.channel.chunks_exact(2);
+    let known = pairs.map(|pair| {
+        let colour = scene::colour(&pair[1]).map(|rgb| rgb.map(srgb_from_linear));
+        json!({ "number": pair[0], "look": pair[1], "colour": colour })
+    });
+    known.collect()
+}
+
+/// The labels of the volume, the most frequent first: label, display colour, opacity.
+fn labels(open: &Open) -> Vec<Value> {
+    let labels = open.labels().into_iter();
+    let known = labels.map(|(label, look)| {
+        json!({ "label": label, "colour": look.rgb.map(srgb_from_linear), "opacity": look.opacity })
+    });
+    known.collect()
 }
 
 /// Counts in equal bars from the least value to the greatest.
@@ -100,7 +124,9 @@ pub(super) fn options(drawing: &Drawing) -> Result<Value> {
         .collect();
     let mut options = json!({ "set": set });
     match drawing {
-        Drawing::Texmap(_) => {
+        Drawing::Texmap(args) => {
+            let textures = args.model.textures.to_possible_value();
+            options["textures"] = json!(textures.map(|value| value.get_name().to_owned()));
             options["shade"] = json!(names::<texmap::Shade>());
             options["method"] = json!(names::<texmap::Method>());
         }
