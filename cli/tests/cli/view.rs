@@ -7,6 +7,7 @@ use super::{BALL, Bench, warp3d};
 use page::{Viewer, run_copied, view, with};
 
 mod browser;
+mod figures;
 mod page;
 
 /// What a page shows at rest, and what the copied command writes, are the same file.
