@@ -29,6 +29,7 @@ use crate::values::{self, Axis, BackgroundWord, Orbit, Size};
 mod ask;
 mod bench;
 mod compare;
+mod completions;
 mod drawing;
 mod given;
 mod info;
@@ -43,6 +44,7 @@ mod warp3d;
 pub use ask::AskArgs;
 pub use bench::{BenchArgs, BenchExtremesArgs, BenchPaperArgs, BenchSceneArgs, BenchTable};
 pub use compare::CompareArgs;
+pub use completions::{CompletionsArgs, ManArgs};
 pub use drawing::Drawing;
 pub use given::{Given, names_of};
 pub use info::{DemoArgs, InfoArgs};
@@ -76,7 +78,7 @@ pub struct Cli {
 /// The commands.
 #[derive(Clone, Debug, Subcommand)]
 pub enum Command {
-    /// Draw built-in volumes: needs no file, takes seconds
+    /// Draw built-in scenes of every kind on one page: needs no file, takes seconds
     Demo(DemoArgs),
     /// Show what a volume file holds: size, place, values
     ///
@@ -96,6 +98,14 @@ pub enum Command {
     ///
     /// Example: resample view head.nrrd --shade phong
     View(ViewArgs),
+    /// Print the completions of a shell: which words may follow
+    ///
+    /// Example: resample completions bash > ~/.local/share/bash-completion/completions/resample
+    Completions(CompletionsArgs),
+    /// Write manual pages, one for each command
+    ///
+    /// Example: resample man ~/.local/share/man/man1
+    Man(ManArgs),
     /// The commands that draw.
     #[command(flatten)]
     Draw(Drawing),
@@ -108,10 +118,10 @@ pub struct GlobalArgs {
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
     /// Print warnings and errors only
-    #[arg(long, global = true, conflicts_with = "verbose")]
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
     pub quiet: bool,
     /// Print the time of each stage
-    #[arg(long, global = true)]
+    #[arg(short, long, global = true)]
     pub verbose: bool,
 }
 

@@ -29,8 +29,8 @@ const TEXTURE_CELLS: usize = 16;
 const BALL_CELLS: [usize; 2] = [48, 24];
 
 /// Size of the picture with depth, px, and its field of view from top to bottom, degrees.
-const DEPTH_IMAGE_PX: [usize; 2] = [320, 240];
-const DEPTH_IMAGE_FOV_Y_DEG: f64 = 50.0;
+pub(crate) const DEPTH_IMAGE_PX: [usize; 2] = [320, 240];
+pub(crate) const DEPTH_IMAGE_FOV_Y_DEG: f64 = 50.0;
 
 /// Rays of a pixel of that picture along its side: it is a photograph, whose pixels are means.
 pub(crate) const DEPTH_IMAGE_SAMPLES: usize = 4;
@@ -264,7 +264,7 @@ fn raw(volume: &Volume) -> Result<(Vec<u8>, VoxelType)> {
 }
 
 /// A colour map as ParaView writes it, colours in sRGB.
-fn map(colours: &[(f64, [f64; 3])], opacities: &[(f64, f64)]) -> Value {
+pub(crate) fn map(colours: &[(f64, [f64; 3])], opacities: &[(f64, f64)]) -> Value {
     let rgb: Vec<f64> = colours
         .iter()
         .flat_map(|&(value, [r, g, b])| [value, r, g, b])

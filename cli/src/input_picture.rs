@@ -1,4 +1,4 @@
-//! Pictures that are read: PNG, animated PNG and OpenEXR, brought to linear light with premultiplied alpha.
+//! Pictures that are read: PNG, animated PNG, JPEG and OpenEXR, brought to linear light with premultiplied alpha.
 //!
 //! Takes the name of a file, or a pattern such as `out/a_%04d.png` that stands for numbered pictures, and gives one
 //! [`Image`] after another, so that an animation never lies in memory as a whole. The content decides the format.
@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
 use exr::prelude::{MetaData, read_first_rgba_layer_from_file};
+use image::codecs::jpeg::JpegDecoder;
 use image::codecs::png::PngDecoder;
 use image::{AnimationDecoder, DynamicImage, Frames, ImageDecoder, Limits};
 use resample_core::Image;
@@ -53,7 +54,7 @@ impl Pictures {
             });
         }
         let source = match content_of(path)? {
-            Content::Exr => Source::Still(path.to_owned()),
+            Content::Exr | Content::Jpeg => Source::Still(path.to_owned()),
             Content::Png | Content::Png8 => {
                 let decoder = png(path)?;
                 if decoder.is_apng().with_context(|| broken(path))? {
@@ -99,6 +100,7 @@ impl Pictures {
 pub(crate) fn read(path: &Path) -> Result<Image> {
     match content_of(path)? {
         Content::Exr => read_exr(path),
+        Content::Jpeg => read_jpeg(path),
         Content::Png | Content::Png8 => {
             let decoded = DynamicImage::from_decoder(png(path)?).with_context(|| broken(path))?;
             Ok(linear(&decoded))
@@ -115,6 +117,8 @@ pub(crate) enum Content {
     Png,
     /// OpenEXR.
     Exr,
+    /// JPEG, 8 bits.
+    Jpeg,
 }
 
 impl Content {
@@ -124,6 +128,7 @@ impl Content {
             Format::Png(Depth::Eight) => Self::Png8,
             Format::Png(Depth::Sixteen) => Self::Png,
             Format::Exr => Self::Exr,
+            Format::Jpeg => Self::Jpeg,
         }
     }
 }
@@ -134,6 +139,7 @@ impl std::fmt::Display for Content {
             Self::Png8 => "a PNG of 8 bits",
             Self::Png => "a PNG of 16 bits",
             Self::Exr => "an EXR",
+            Self::Jpeg => "a JPEG",
         })
     }
 }
@@ -160,6 +166,7 @@ impl std::fmt::Display for Known {
 pub(crate) fn known(path: &Path) -> Result<Known> {
     let (content, mark) = match content_of(path)? {
         Content::Exr => (Content::Exr, output::exr_mark(path)),
+        Content::Jpeg => (Content::Jpeg, None),
         Content::Png | Content::Png8 => {
             let colour = png(path)?.color_type();
             let has_eight = colour.bytes_per_pixel() == colour.channel_count();
@@ -183,8 +190,9 @@ fn content_of(path: &Path) -> Result<Content> {
     match first_bytes(path, 8)?.as_slice() {
         [0x89, b'P', b'N', b'G', ..] => Ok(Content::Png),
         [0x76, 0x2f, 0x31, 0x01, ..] => Ok(Content::Exr),
+        [0xff, 0xd8, 0xff, ..] => Ok(Content::Jpeg),
         _ => bail!(
-            "{}: expected a PNG or an OpenEXR picture, found neither",
+            "{}: expected a PNG, a JPEG or an OpenEXR picture, found none of them",
             path.display()
         ),
     }
@@ -201,10 +209,26 @@ fn png(path: &Path) -> Result<PngDecoder<BufReader<File>>> {
     check_pixels(path, u64::from(width), u64::from(height))?;
     let gate = Gate::default();
     let asked = gate.ask_unpacked(decoder.total_bytes(), held, "the pixels");
-    let floats = u64::from(width) * u64::from(height) * PIXEL_BYTES;
-    let asked = asked.and_then(|()| gate.ask_unpacked(floats, held, "the pixels"));
     asked.map_err(|what| anyhow!("{}: {what}", path.display()))?;
+    ask_floats(path, [width, height], held)?;
     Ok(decoder)
+}
+
+/// Asks for the memory of the pixels of a file that has `held` bytes.
+fn ask_floats(path: &Path, [width, height]: [u32; 2], held: u64) -> Result<()> {
+    let floats = u64::from(width) * u64::from(height) * PIXEL_BYTES;
+    let asked = Gate::default().ask_unpacked(floats, held, "the pixels");
+    asked.map_err(|what| anyhow!("{}: {what}", path.display()))
+}
+
+fn read_jpeg(path: &Path) -> Result<Image> {
+    let (file, held) = files::open(path)?;
+    let decoder = JpegDecoder::new(BufReader::new(file)).with_context(|| broken(path))?;
+    let (width, height) = decoder.dimensions();
+    check_pixels(path, u64::from(width), u64::from(height))?;
+    ask_floats(path, [width, height], held)?;
+    let decoded = DynamicImage::from_decoder(decoder).with_context(|| broken(path))?;
+    Ok(linear(&decoded))
 }
 
 fn read_exr(path: &Path) -> Result<Image> {

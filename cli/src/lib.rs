@@ -125,6 +125,11 @@ fn dispatched(cli: Cli, typed: &Typed) -> Result<()> {
         Command::Info(args) => commands::info::run(&args),
         Command::Trade(args) => commands::trade::run(args, typed, verbosity),
         Command::View(args) => view::run(args, verbosity),
+        Command::Completions(args) => {
+            commands::completions::print(args);
+            Ok(())
+        }
+        Command::Man(args) => commands::completions::write_pages(&args),
         Command::Draw(drawing) => draw(drawing, typed, verbosity),
     }
 }

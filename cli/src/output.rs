@@ -6,6 +6,7 @@
 
 mod exr;
 mod film;
+mod jpeg;
 mod names;
 mod png;
 mod video;
@@ -18,6 +19,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use resample_core::Image;
+use resample_core::image::linear_from_srgb;
 use tempfile::NamedTempFile;
 
 use crate::interrupt::{self, Listed};
@@ -41,6 +43,8 @@ pub enum Format {
     Png(Depth),
     /// Linear light, premultiplied, 32-bit floating point.
     Exr,
+    /// sRGB, 8 bits, lossy and opaque.
+    Jpeg,
 }
 
 /// Something that could not be written although all checks passed, such as a full disk. It is not bad input.
@@ -55,7 +59,12 @@ impl std::fmt::Display for WriteFailure {
     }
 }
 
-/// The format that the extension of `path` asks for.
+/// Whether a name means the standard output.
+fn is_stdout(path: &Path) -> bool {
+    path == Path::new("-")
+}
+
+/// The format that the extension of `path` asks for; PNG on the standard output, `-`.
 ///
 /// `bits` is 8 or 16 if asked for; only a PNG can take it.
 pub fn format_of(path: &Path, bits: Option<u8>) -> Result<Format> {
@@ -70,8 +79,17 @@ pub fn format_of(path: &Path, bits: Option<u8>) -> Result<Format> {
                 path.display()
             )
         }
+        (Some("jpg" | "jpeg"), None | Some(8)) => Ok(Format::Jpeg),
+        (Some("jpg" | "jpeg"), Some(_)) => {
+            bail!(
+                "{}: a JPEG has 8 bits per channel: leave --bits out",
+                path.display()
+            )
+        }
+        (None, Some(16)) if is_stdout(path) => Ok(Format::Png(Depth::Sixteen)),
+        (None, _) if is_stdout(path) => Ok(Format::Png(Depth::Eight)),
         _ => bail!(
-            "{}: unknown picture format: the name must end in .png or .exr (animations: .apng, .webp, .mp4, .webm, .mkv)",
+            "{}: unknown picture format: the name must end in .png, .jpg or .exr (animations: .apng, .webp, .mp4, .webm, .mkv)",
             path.display()
         ),
     }
@@ -80,6 +98,9 @@ pub fn format_of(path: &Path, bits: Option<u8>) -> Result<Format> {
 /// Checks that a file can be made at `path`: the folder is there and can be written to, and only a file has
 /// that name already.
 pub fn check_writable(path: &Path) -> Result<()> {
+    if is_stdout(path) {
+        return Ok(());
+    }
     // A device or a pipe would be replaced by the renaming, like a file.
     if path.exists() && !path.is_file() {
         bail!(
@@ -167,6 +188,7 @@ pub fn write_marked_picture(
     write_whole(path, |file| match format {
         Format::Png(depth) => png::write(file, image, depth, mark),
         Format::Exr => exr::write(file, image, mark),
+        Format::Jpeg => jpeg::write(file, image),
     })
 }
 
@@ -189,7 +211,18 @@ pub fn write_grey(path: &Path, size: [usize; 2], values: &[f32]) -> Result<u64> 
     write_whole(path, |file| match format {
         Format::Png(_) => png::write_grey(file, size, values),
         Format::Exr => exr::write_grey(file, size, values),
+        Format::Jpeg => jpeg::write(file, &grey(size, values)),
     })
+}
+
+/// A plane as a grey picture, as dark as the codes of [`png::write_grey`].
+fn grey([width, height]: [usize; 2], values: &[f32]) -> Image {
+    let mut image = Image::transparent(width, height);
+    for (pixel, &value) in image.rgba.iter_mut().zip(values) {
+        let light = linear_from_srgb(value);
+        *pixel = [light, light, light, 1.0];
+    }
+    image
 }
 
 /// Writes text and gives the size of the file in bytes.
@@ -202,20 +235,30 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<u64> {
     write_whole(path, |file| Ok(file.write_all(bytes)?))
 }
 
-/// Writes a file through a temporary one.
+/// Writes a file through a temporary one, or the standard output once all of it is there.
 fn write_whole(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<NamedTempFile>) -> Result<()>,
 ) -> Result<u64> {
     let written = || -> Result<u64> {
-        let (file, _listed) = temporary_file(folder_of(path))?;
+        let folder = if is_stdout(path) {
+            std::env::temp_dir()
+        } else {
+            folder_of(path).to_owned()
+        };
+        let (file, _listed) = temporary_file(&folder)?;
         let mut buffered = BufWriter::new(file);
         write(&mut buffered)?;
         let mut file = buffered
             .into_inner()
             .map_err(std::io::IntoInnerError::into_error)?;
         let bytes = file.seek(std::io::SeekFrom::End(0))?;
-        file.persist(path)?;
+        if is_stdout(path) {
+            file.rewind()?;
+            std::io::copy(&mut file, &mut std::io::stdout().lock())?;
+        } else {
+            file.persist(path)?;
+        }
         Ok(bytes)
     };
     written().with_context(|| WriteFailure {

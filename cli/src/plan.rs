@@ -126,14 +126,11 @@ impl Plan {
             Pictures::One => FrameNames::single(request.output)?,
         };
         targets::check(request, &names.frame(0))?;
-        // A video cannot be transparent.
-        let opaque = matches!(
-            film,
-            Some(FilmPlan {
-                kind: FilmKind::Video(_),
-                ..
-            })
-        );
+        // A video and a JPEG cannot be transparent.
+        let opaque = match &film {
+            Some(film) => matches!(film.kind, FilmKind::Video(_)),
+            None => format == Format::Jpeg,
+        };
         let background = background(request.picture.background.as_ref(), opaque)?;
         Ok(Self {
             names,

@@ -16,7 +16,7 @@ use resample_core::Camera;
 
 use crate::input_picture::{self, Content, Known};
 use crate::interrupt::{self, Interrupted};
-use crate::output::{Film, FilmPlan, FrameNames};
+use crate::output::{Film, FilmPlan, Format, FrameNames};
 use crate::picture::{self, Drawn, Finish, RenderNumbered};
 use crate::report::{self, Verbosity, WrittenFrame};
 
@@ -56,10 +56,11 @@ pub(crate) struct Outcome {
 }
 
 impl Sequence<'_> {
-    /// The mark in the file of a picture; a single picture carries none.
+    /// The mark in the file of a picture; a single picture and a JPEG carry none.
     fn mark(&self, camera: &Camera) -> Option<String> {
         let numbered = matches!(self.names, FrameNames::Numbered { .. });
-        numbered.then(|| self.fingerprint.of_picture(camera))
+        let has_room = self.finish.format != Format::Jpeg;
+        (numbered && has_room).then(|| self.fingerprint.of_picture(camera))
     }
 }
 

@@ -83,15 +83,15 @@ pub enum BackgroundWord {
     File(PathBuf),
 }
 
-/// `WxH`, each from 1 to the largest side of a camera.
+/// `WxH`, or one number for both, each from 1 to the largest side of a camera.
 pub fn size(text: &str) -> Result<Size, String> {
     let expected = || {
         format!(
-            "expected WxH such as 800x600, each from 1 to {}",
+            "expected WxH such as 800x600, or 800 for a square, each from 1 to {}",
             resample_core::camera::MAX_SIDE_PX
         )
     };
-    let (width, height) = text.split_once(['x', 'X']).ok_or_else(expected)?;
+    let (width, height) = text.split_once(['x', 'X']).unwrap_or((text, text));
     let side = |word: &str| {
         let px: u32 = word.trim().parse().ok()?;
         (1..=resample_core::camera::MAX_SIDE_PX)

@@ -11,7 +11,7 @@ use crate::values::{self, Size};
 /// Options of `resample demo`.
 #[derive(Args, Clone, Debug)]
 pub struct DemoArgs {
-    /// Folder for the pictures; it is made if it does not exist
+    /// Folder for the page, its pictures and the scenes' files; it is made if it does not exist
     #[arg(short, long, value_name = "FOLDER", default_value = "demo")]
     pub output: PathBuf,
     /// Picture size in pixels

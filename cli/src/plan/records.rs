@@ -29,7 +29,7 @@ pub(crate) fn camera_record(request: &Request, stance: Stance) -> Value {
 /// The picture in the stats file.
 pub(crate) fn picture_record(request: &Request, format: Format) -> Value {
     let bits = match format {
-        Format::Png(Depth::Eight) => Some(8),
+        Format::Png(Depth::Eight) | Format::Jpeg => Some(8),
         Format::Png(Depth::Sixteen) => Some(16),
         Format::Exr => None,
     };

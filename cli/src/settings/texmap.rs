@@ -48,7 +48,7 @@ fn pose(model: &ModelArgs, sequence: &SequenceArgs, number: usize) -> Option<Pos
 pub(crate) fn render_options(args: &RenderOptions, format: Format) -> Result<RenderOptions> {
     let planes = match format {
         Format::Exr if args.planes.is_empty() => PlaneKind::ALL.to_vec(),
-        Format::Png(_) if !args.planes.is_empty() => {
+        Format::Png(_) | Format::Jpeg if !args.planes.is_empty() => {
             bail!("--layers: only a name that ends in .exr has a place for them")
         }
         _ => args.planes.clone(),

@@ -11,7 +11,7 @@ use super::subject::Subject;
 use super::words::Files;
 use crate::args::Drawing;
 use crate::opened::Opened;
-use crate::output::{self, Depth, Format};
+use crate::output::{self, Format};
 use crate::plan::{Purpose, RunLog};
 use crate::planner;
 use crate::report::Verbosity;
@@ -117,7 +117,8 @@ fn free(name: &str) -> Result<PathBuf> {
 }
 
 fn picture(subject: &mut Subject, path: &Path, view: &View) -> Result<()> {
-    if output::format_of(path, None)? == Format::Exr {
+    let format = output::format_of(path, None)?;
+    if format == Format::Exr {
         // An EXR file has depth and further planes: the command itself is run.
         let (_, camera) = subject.camera(view)?;
         return run(subject, path, view, &Cameras::List(camera));
@@ -129,7 +130,7 @@ fn picture(subject: &mut Subject, path: &Path, view: &View) -> Result<()> {
     subject.prepare(view, exactness)?;
     let (camera, _) = subject.camera(view)?;
     let image = subject.draw(&camera)?;
-    output::write_picture(path, Format::Png(Depth::Eight), &image)?;
+    output::write_picture(path, format, &image)?;
     Ok(())
 }
 

@@ -261,10 +261,21 @@ fn demo_needs_no_file() {
     let bench = Bench::new();
     let output = bench.run("demo --size 32x32 -o out/demo");
     assert_good(&output);
-    let pictures = fs::read_dir(bench.path("out/demo"))
-        .expect("a folder")
-        .count();
-    assert!((2..=4).contains(&pictures), "{pictures} pictures");
+    let page = fs::read_to_string(bench.path("out/demo/index.html")).expect("a page");
+    assert_eq!(page.matches("<section>").count(), 5, "{page}");
+    assert_eq!(page.matches(" dB</figcaption>").count(), 10, "{page}");
+    // Each command draws its picture again.
+    for line in page.split("<pre>").skip(1) {
+        let command = line.split("</pre>").next().expect("a command");
+        let words = command.strip_prefix("resample ").expect("a command");
+        let file = words.split(' ').next_back().expect("a name");
+        let shown = fs::read(bench.path(file)).expect("a picture");
+        assert_good(&bench.run(words));
+        assert!(
+            shown == fs::read(bench.path(file)).expect("again"),
+            "{command}"
+        );
+    }
     assert!(
         stderr(&output).contains("out/demo"),
         "it says where: {}",
@@ -275,4 +286,42 @@ fn demo_needs_no_file() {
         Some(2),
         "the parent folder must exist"
     );
+}
+
+#[test]
+fn a_jpeg_is_opaque_and_a_dash_is_the_standard_output() {
+    let bench = Bench::new();
+    assert_good(&bench.draw("--size 24 -o out/a.jpg"));
+    assert_good(&bench.draw("--size 24x24 --background black -o out/a.png"));
+    let jpeg = fs::read(bench.path("out/a.jpg")).expect("written");
+    assert!(jpeg.starts_with(b"\xff\xd8\xff"), "a JPEG");
+    let said = bench.run("compare out/a.jpg out/a.png --fail-above flip=0.1");
+    assert_good(&said);
+    let piped = bench.draw("--size 24 --background black -o -");
+    assert_good(&piped);
+    let file = fs::read(bench.path("out/a.png")).expect("written");
+    assert!(piped.stdout == file, "the file itself, and nothing else");
+    assert_eq!(bench.written(), ["a.jpg", "a.png"]);
+    for words in ["--turntable 2 -o -", "--bits 16 -o out/b.jpg"] {
+        assert_eq!(bench.draw(words).status.code(), Some(2), "{words}");
+    }
+}
+
+#[test]
+fn shells_and_man_learn_every_command() {
+    let bench = Bench::new();
+    for shell in ["bash", "zsh", "fish"] {
+        let output = bench.run(&format!("completions {shell}"));
+        assert_good(&output);
+        let text = String::from_utf8(output.stdout).expect("text");
+        assert!(text.contains("volsplat") && text.contains("max-error"));
+    }
+    assert_good(&bench.run("man out"));
+    let written = bench.written();
+    for page in ["resample.1", "resample-volsplat.1", "resample-view.1"] {
+        assert!(written.contains(&page.to_owned()), "{written:?}");
+        let text = fs::read_to_string(bench.path(&format!("out/{page}"))).expect("a page");
+        assert!(text.contains(".SH NAME"), "{page}");
+    }
+    assert_eq!(bench.run("man absent").status.code(), Some(2));
 }
