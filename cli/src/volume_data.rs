@@ -14,6 +14,7 @@ use volsplat::{
 };
 
 use crate::args::{SceneArgs, TransferArgs, VolsplatArgs};
+use crate::look::Suggested;
 use crate::progress::{Progress, watch};
 use crate::scene::{self, Volumes};
 use crate::transfer;
@@ -24,7 +25,7 @@ pub(crate) enum Content {
     /// Volumes in memory.
     Memory(Volumes),
     /// A volume in its file, and how it looks.
-    Stored(Box<LargeVolume>, TransferFunction),
+    Stored(Box<LargeVolume>, TransferFunction, Suggested),
 }
 
 /// What a renderer keeps of a volume.
@@ -60,8 +61,8 @@ impl Content {
                 args.input.path.display()
             ),
             Some(volume) => {
-                let function = transfer::function(&args.transfer, volume.as_ref())?;
-                Ok(Self::Stored(volume, function))
+                let (function, suggested) = transfer::function(args, volume.as_ref())?;
+                Ok(Self::Stored(volume, function, suggested))
             }
         }
     }
@@ -70,7 +71,7 @@ impl Content {
     pub(crate) fn first(&self) -> &dyn Described {
         match self {
             Self::Memory(volumes) => volumes.first(),
-            Self::Stored(volume, _) => volume.as_ref(),
+            Self::Stored(volume, ..) => volume.as_ref(),
         }
     }
 
@@ -99,7 +100,28 @@ impl Content {
     pub(crate) fn function(&self) -> Option<&TransferFunction> {
         match self {
             Self::Memory(volumes) => volumes.function(),
-            Self::Stored(_, own) => Some(own),
+            Self::Stored(_, own, _) => Some(own),
+        }
+    }
+
+    /// The light and the blending that go with the look, where nobody typed others.
+    pub(crate) fn suggested(&self) -> Suggested {
+        match self {
+            Self::Memory(volumes) => volumes.suggested,
+            Self::Stored(.., suggested) => *suggested,
+        }
+    }
+
+    /// Takes another look for the first volume.
+    pub(crate) fn set_look(&mut self, function: TransferFunction, suggested: Suggested) {
+        match self {
+            Self::Memory(volumes) => {
+                volumes.set_function(function);
+                volumes.suggested = suggested;
+            }
+            Self::Stored(_, own_function, own) => {
+                (*own_function, *own) = (function, suggested);
+            }
         }
     }
 
@@ -107,7 +129,7 @@ impl Content {
     pub(crate) fn set_function(&mut self, function: TransferFunction) {
         match self {
             Self::Memory(volumes) => volumes.set_function(function),
-            Self::Stored(_, own) => *own = function,
+            Self::Stored(_, own, _) => *own = function,
         }
     }
 
@@ -115,7 +137,7 @@ impl Content {
     pub(crate) fn show_transfer(&self, args: &TransferArgs) -> Result<()> {
         match self {
             Self::Memory(volumes) => volumes.show_transfer(args),
-            Self::Stored(volume, function) => transfer::show(args, function, volume.as_ref()),
+            Self::Stored(volume, function, _) => transfer::show(args, function, volume.as_ref()),
         }
     }
 
@@ -157,7 +179,7 @@ impl Content {
                 Renderer::for_changes(&volumes.scene(), options)
             }
             Self::Memory(volumes) => Renderer::with_scene(&volumes.scene(), options),
-            Self::Stored(volume, function) => Renderer::from_file(
+            Self::Stored(volume, function, _) => Renderer::from_file(
                 volume,
                 function,
                 options,

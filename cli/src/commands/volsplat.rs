@@ -16,6 +16,7 @@ use crate::args::{Given, RenderArgs, VolsplatArgs};
 use crate::blend;
 use crate::camera_path::KeyKind;
 use crate::framing::{self, Extent};
+use crate::look::Suggested;
 use crate::picture::Drawn;
 use crate::plan::{Plan, Purpose, Request, Run, RunLog};
 use crate::progress::{Progress, watch};
@@ -103,20 +104,31 @@ impl Open {
     /// Takes the transfer function and the render options of `args`; the files are not read again.
     pub(crate) fn restyle(&mut self, args: VolsplatArgs) -> Result<()> {
         if self.content.function().is_some() {
-            let function = transfer::function(&args.transfer, self.content.first())?;
-            self.content.set_function(function);
+            let (function, suggested) = transfer::function(&args, self.content.first())?;
+            self.content.set_look(function, suggested);
         }
         let options = settings::render_options(
             &args.render,
             args.transfer.opacity_unit,
             self.plan.finish.format,
         )?;
-        let options = settings::suited_to(options, &args.render.options, self.content.first());
+        let options = self.suited(options, &args.render.options);
         self.content
             .change(&mut self.renderer, &options, self.keeping)?;
         self.options = options;
         self.args = args;
         Ok(())
+    }
+
+    /// The options with what goes with the look where nothing was typed.
+    fn suited(&self, options: RenderOptions, args: &RenderArgs) -> RenderOptions {
+        let (volume, suggested) = (self.content.first(), self.content.suggested());
+        settings::suited_to(options, args, volume, &suggested)
+    }
+
+    /// The light and the blending that go with the look, where nobody typed others.
+    pub(crate) fn suggested(&self) -> Suggested {
+        self.content.suggested()
     }
 
     /// Draws the picture of one camera.
@@ -139,6 +151,7 @@ impl Open {
                 self.load_ms, self.classify_ms
             ));
         }
+        let look_line = self.suggested().line();
         // Of several pictures a bar counts the pictures.
         let progress = if self.cameras.len() == 1 {
             log.verbosity.progress()
@@ -157,7 +170,13 @@ impl Open {
             Ok(drawn)
         };
         self.plan
-            .draw(&request, &self.cameras, Run { stats, log }, &mut render)
+            .draw(&request, &self.cameras, Run { stats, log }, &mut render)?;
+        if let Some(line) = look_line
+            && log.verbosity != Verbosity::Quiet
+        {
+            report::say(&line);
+        }
+        Ok(())
     }
 
     /// Refuses what changes from picture to picture beside the camera.
@@ -177,7 +196,7 @@ impl Open {
             self.args.transfer.opacity_unit,
             self.plan.finish.format,
         )?;
-        let options = settings::suited_to(options, &render.options, self.content.first());
+        let options = self.suited(options, &render.options);
         self.args.render = render.clone();
         if options == self.options {
             return Ok(());
@@ -207,7 +226,7 @@ impl Open {
                 request,
                 self.plan.finish.format,
                 &self.options,
-                self.content.first(),
+                (self.content.first(), &self.suggested()),
             ),
             planned: None,
             load_ms: self.load_ms,
@@ -282,7 +301,11 @@ fn loaded(
     if let Some(mean) = motion.as_ref().and_then(VolumeMotion::mean) {
         content.set_function(mean);
     }
-    let options = settings::suited_to(options, &args.render.options, content.first());
+    let suggested = match motion.as_ref().and_then(VolumeMotion::mean) {
+        Some(_) => Suggested::default(),
+        None => content.suggested(),
+    };
+    let options = settings::suited_to(options, &args.render.options, content.first(), &suggested);
     if let Some(warning) = transfer::warning(&args.transfer, content.first()) {
         report::say(&warning);
     }

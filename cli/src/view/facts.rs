@@ -4,11 +4,13 @@ use anyhow::Result;
 use clap::ValueEnum;
 use resample_core::image::srgb_from_linear;
 use serde_json::{Map, Value, json};
-use volsplat::transfer::{ColourMap, Preset};
-use volsplat::{Described, Shading, TransferFunction};
+use volsplat::transfer::{ColourMap, Histogram, Preset};
+use volsplat::{Blend, Shading, TransferFunction};
 
 use crate::args::{Drawing, RayBlend};
 use crate::commands::volsplat::Open;
+use crate::look::Suggested;
+use crate::values::word;
 
 /// Bars of the histogram that the page draws.
 const BARS: usize = 256;
@@ -24,9 +26,18 @@ pub(super) fn volume(open: &Open) -> Value {
     let maps: Map<String, Value> = ColourMap::names()
         .filter_map(|name| Some((name.to_owned(), stops(name.parse().ok()?))))
         .collect();
+    let histogram = volume.histogram();
     let presets: Vec<Value> = Preset::all()
         .filter(|preset| preset.mismatch(volume).is_none())
-        .map(|preset| json!({ "name": preset.name(), "about": preset.about() }))
+        .map(|preset| {
+            let suggested = suggested(&Suggested::for_preset(preset));
+            json!({
+                "name": preset.name(),
+                "about": preset.about(),
+                "suggested": suggested,
+                "function": function(&preset.transfer(&histogram)),
+            })
+        })
         .collect();
     json!({
         "dims": lattice.dims,
@@ -34,19 +45,32 @@ pub(super) fn volume(open: &Open) -> Value {
         "spacing": lattice.spacing(),
         "range": [low, high],
         "corners": crate::framing::volume::grid_bounds(volume).map(|corner| corner.to_array()),
-        "bars": bars(volume),
+        "bars": bars(&histogram, volume.value_range()),
         "function": open.function().map(function),
         "maps": maps,
         "presets": presets,
+        "suggested": suggested(&open.suggested()),
         "shadings": names::<Shading>(),
         "blends": names::<RayBlend>(),
     })
 }
 
+/// The words of options that go with a look where nobody typed them.
+fn suggested(suggested: &Suggested) -> Value {
+    json!({
+        "shade": suggested.shading.map(word),
+        "blend": suggested.blend.and_then(|blend| match blend {
+            Blend::Emission => Some(word(RayBlend::Emission)),
+            Blend::Maximum => Some(word(RayBlend::Maximum)),
+            Blend::Minimum => Some(word(RayBlend::Minimum)),
+            Blend::Average => Some(word(RayBlend::Average)),
+            Blend::Isosurface(_) => None,
+        }),
+    })
+}
+
 /// Counts in equal bars from the least value to the greatest.
-fn bars(volume: &dyn Described) -> Vec<u64> {
-    let histogram = volume.histogram();
-    let (low, high) = volume.value_range();
+fn bars(histogram: &Histogram, (low, high): (f64, f64)) -> Vec<u64> {
     let mut bars = vec![0; BARS];
     for (bin, count) in histogram.counts().iter().enumerate() {
         let place = (histogram.value(bin) - low) / (high - low).max(f64::MIN_POSITIVE);

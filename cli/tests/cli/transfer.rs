@@ -180,7 +180,10 @@ fn contradictions_and_bad_numbers_are_refused() {
     refused("--show-transfer absent/plot.png", "absent");
     refused("--preset ct-bone --window 40,400", "--window");
     refused("--preset ct-bone --transfer tf.json", "--transfer");
-    for line in ["ct-bone         bone alone", "mr-head         a head in MR"] {
+    for line in [
+        "ct-bone          bone alone",
+        "mr-head          a head in MR",
+    ] {
         refused("--preset list", line);
     }
 }

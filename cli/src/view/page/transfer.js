@@ -7,15 +7,29 @@ function bars() {
   return counts.map((count) => Math.log1p(count) / (most || 1));
 }
 
-// What is drawn: the edited function, or the one of the command line.
+// What is drawn: the edited function, that of the preset, or the one of the command line.
 function curve() {
-  return state.curve ?? state.scene.volume.function;
+  return state.curve ?? chosenPreset()?.function ?? state.scene.volume.function;
+}
+
+function chosenPreset() {
+  return state.scene.volume?.presets.find(({ name }) => name === state.changes.preset?.[0]);
+}
+
+// The light or the blending that goes with the look where nobody chose another.
+function suggested(name) {
+  if (state.curve) return null;
+  return (chosenPreset() ?? state.scene.volume)?.suggested[name] ?? null;
 }
 
 // Makes the function the page's own, so that it can be edited.
 function ownCurve() {
   remember();
   const { opacities, colours } = structuredClone(curve());
+  // What went with the look stays when the look becomes the page's own.
+  for (const name of option("iso") === null ? ["shade", "blend"] : []) {
+    if (option(name) === null && suggested(name)) setOption(name, suggested(name));
+  }
   state.curve = { opacities: spread(opacities), colours };
   // Only one of them says how values become colours.
   for (const name of ["preset", "window", "colormap"]) setOption(name);
