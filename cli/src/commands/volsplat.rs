@@ -3,6 +3,8 @@
 //! The steps are those of [`Open`]: everything that can be refused without reading the volume is checked first, so
 //! that a misspelt name does not cost a minute, and nothing is written before all input has proved to be good.
 
+mod cameras;
+
 use std::path::Path;
 use std::time::Instant;
 
@@ -60,7 +62,7 @@ impl Open {
             settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format)?;
         blend::layers(&args.render.options.blend, plan.finish.format)?;
         let mut open = loaded(args, options, (plan, purpose), verbosity.progress())?;
-        open.cameras = cameras(&open)?;
+        open.cameras = cameras(&mut open)?;
         Ok(open)
     }
 
@@ -341,21 +343,26 @@ fn path_name(args: &VolsplatArgs) -> String {
         .to_string()
 }
 
-fn cameras(open: &Open) -> Result<Vec<Camera>> {
-    let args = &open.args;
-    if open.renderer.visible_bounds_in_world().is_none() {
-        report::say(&format!(
-            "warning: nothing is visible: the transfer function makes every voxel of {} transparent",
-            args.input.path.display()
-        ));
-    }
+fn cameras(open: &mut Open) -> Result<Vec<Camera>> {
     let bounds = open.bounds_in_world();
-    let stance = framing::volume::stance(
-        open.content.first(),
-        args.camera.up.map(|axis| axis.direction),
-    );
-    open.plan
-        .cameras(&request(args), &Extent::of_box(bounds), stance)
+    let Open {
+        args,
+        plan,
+        content,
+        renderer,
+        options,
+        ..
+    } = open;
+    if renderer.visible_bounds_in_world().is_none() {
+        let why = cameras::why_nothing(args, content.first());
+        report::say(&format!("warning: nothing is visible: {why}"));
+    }
+    let stance =
+        framing::volume::stance(content.first(), args.camera.up.map(|axis| axis.direction));
+    let extent = Extent::of_box(bounds);
+    cameras::fitted(renderer, options, bounds, &mut |measure| {
+        plan.cameras(&request(args), (&extent, stance), measure)
+    })
 }
 
 /// The times of a frame's stages and its counts, one line.

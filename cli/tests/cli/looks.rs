@@ -145,3 +145,66 @@ fn a_field_is_lit_and_a_projection_is_grey() {
         "a typed map is unlit"
     );
 }
+
+#[test]
+fn what_hides_everything_is_named() {
+    let bench = Bench::new();
+    let ball = format!("ball.raw {BALL}");
+    for (words, said) in [
+        (
+            "--iso 4000",
+            "--iso 4000 is outside the values of ball.raw, which are 0 to",
+        ),
+        (
+            "--crop 100,100,100,110,110,110",
+            "keeps nothing of ball.raw that can be seen: it reaches from 0,0,0 to 31,31,31",
+        ),
+        (
+            "--window 5000,10",
+            "the transfer function makes every voxel of ball.raw transparent",
+        ),
+    ] {
+        let (picture, text, _) = drawn(&bench, &format!("{ball} {words}"));
+        assert!(
+            text.contains("warning: nothing is visible") && text.contains(said),
+            "{words}: {text}"
+        );
+        assert!(picture.iter().all(|&byte| byte == 0), "{words}");
+    }
+}
+
+/// The larger side of what is seen in a picture, as a share of it.
+fn fill(rgba: &[u8], side: usize) -> f64 {
+    let seen = |at: &dyn Fn(usize) -> usize| {
+        let places = rgba
+            .chunks(4)
+            .enumerate()
+            .filter(|(_, pixel)| pixel[3] > 20);
+        let (low, high) = places.fold((side, 0), |(low, high), (i, _)| {
+            (low.min(at(i)), high.max(at(i)))
+        });
+        (high - low + 1) as f64 / side as f64
+    };
+    seen(&|i| i % side).max(seen(&|i| i / side))
+}
+
+#[test]
+fn what_is_seen_fills_the_picture_and_faint_voxels_do_not_count() {
+    let bench = Bench::new();
+    // The core of the ball alone is seen, whatever lies around it.
+    for words in [
+        "--window 200,60",
+        "--iso 180",
+        "--blend maximum --window 200,60",
+        "--shade none",
+    ] {
+        for orbit in ["30,20", "100,-60"] {
+            let (picture, ..) = drawn(&bench, &format!("ball.raw {BALL} {words} --orbit {orbit}"));
+            let share = fill(&picture, 40);
+            assert!(
+                (0.78..=0.92).contains(&share),
+                "{words} from {orbit}: {share}"
+            );
+        }
+    }
+}

@@ -281,7 +281,10 @@ fn presets_have_pictures_and_files_are_saved() {
     let command = browser.value("document.querySelector('#dialog pre').textContent");
     let command = command.as_str().expect("a text");
     assert!(command.contains("--preset"), "{command}");
-    assert!(shown == run_copied(&bench, command), "as the command draws it");
+    assert!(
+        shown == run_copied(&bench, command),
+        "as the command draws it"
+    );
     browser.press("close");
     browser.press("picture");
     browser.value("document.querySelector('#dialog input').value = 'mine.png'");
