@@ -17,7 +17,7 @@ use resample_core::image::linear_from_srgb;
 use resample_io::Gate;
 use resample_io::files::{self, first_bytes};
 
-use crate::output::{Depth, Format, FrameNames};
+use crate::output::{self, Depth, Format, FrameNames};
 use crate::picture::MAX_PIXELS;
 
 /// Most bytes of a part of a PNG that holds no pixels, such as a colour profile. A guess.
@@ -138,22 +138,45 @@ impl std::fmt::Display for Content {
     }
 }
 
-/// Decodes a picture, and gives its format and its width and height, px.
-pub(crate) fn format_and_size(path: &Path) -> Result<(Content, [usize; 2])> {
-    let content = match content_of(path)? {
-        Content::Exr => Content::Exr,
+/// A picture that could be decoded.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Known {
+    /// Its format.
+    pub(crate) content: Content,
+    /// Width and height, px.
+    pub(crate) size: [usize; 2],
+    /// The mark that `output::write_marked_picture` left in it.
+    pub(crate) mark: Option<String>,
+}
+
+impl std::fmt::Display for Known {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [width, height] = self.size;
+        write!(f, "{} of {width}x{height} pixels", self.content)
+    }
+}
+
+/// Decodes a picture, and tells what is known of it.
+pub(crate) fn known(path: &Path) -> Result<Known> {
+    let (content, mark) = match content_of(path)? {
+        Content::Exr => (Content::Exr, output::exr_mark(path)),
         Content::Png | Content::Png8 => {
-            let has_eight = png(path)?.color_type().bytes_per_pixel()
-                == png(path)?.color_type().channel_count();
-            if has_eight {
+            let colour = png(path)?.color_type();
+            let has_eight = colour.bytes_per_pixel() == colour.channel_count();
+            let content = if has_eight {
                 Content::Png8
             } else {
                 Content::Png
-            }
+            };
+            (content, output::png_mark(path))
         }
     };
     let picture = read(path)?;
-    Ok((content, [picture.width, picture.height]))
+    Ok(Known {
+        content,
+        size: [picture.width, picture.height],
+        mark,
+    })
 }
 
 fn content_of(path: &Path) -> Result<Content> {

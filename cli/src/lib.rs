@@ -57,6 +57,7 @@ mod progress;
 pub mod report;
 mod scene;
 mod scene_camera;
+mod seen;
 mod sequence;
 pub mod setting;
 mod settings;

@@ -102,6 +102,14 @@ impl Opened {
         }
     }
 
+    /// The mesh, if it is one.
+    pub(crate) fn mesh(&mut self) -> Option<&mut texmap::Open> {
+        match &mut self.scene {
+            Scene::Mesh(open) => Some(open),
+            Scene::Volume(_) | Scene::Depth(_) => None,
+        }
+    }
+
     /// The bounding box of the visible part, world units: its least and its greatest corner. `None` for depth images.
     pub(crate) fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
         match &self.scene {

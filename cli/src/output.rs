@@ -22,9 +22,11 @@ use tempfile::NamedTempFile;
 
 use crate::interrupt::{self, Listed};
 
+pub(crate) use exr::mark as exr_mark;
 pub use film::{DEFAULT_FPS, Film, FilmKind, FilmPlan, kind_of};
 pub use names::FrameNames;
 pub use png::Depth;
+pub(crate) use png::mark as png_mark;
 
 /// The beginning of every temporary file's name.
 const PREFIX: &str = ".resample-";
@@ -152,16 +154,26 @@ pub fn check_not_inputs<'a>(
 
 /// Writes a picture and gives the size of the file in bytes.
 pub fn write_picture(path: &Path, format: Format, image: &Image) -> Result<u64> {
+    write_marked_picture(path, format, image, None)
+}
+
+/// As [`write_picture`], with a short text in the file that [`png_mark`] and [`exr_mark`] find again.
+pub fn write_marked_picture(
+    path: &Path,
+    format: Format,
+    image: &Image,
+    mark: Option<&str>,
+) -> Result<u64> {
     write_whole(path, |file| match format {
-        Format::Png(depth) => png::write(file, image, depth),
-        Format::Exr => exr::write(file, image),
+        Format::Png(depth) => png::write(file, image, depth, mark),
+        Format::Exr => exr::write(file, image, mark),
     })
 }
 
 /// The bytes of the PNG file of a picture, 8 bits a channel.
 pub(crate) fn png_file(image: &Image) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    png::write(&mut bytes, image, Depth::Eight)?;
+    png::write(&mut bytes, image, Depth::Eight, None)?;
     Ok(bytes)
 }
 

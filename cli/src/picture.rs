@@ -68,8 +68,19 @@ pub fn draw(
     file: PathBuf,
     finish: &Finish,
 ) -> Result<WrittenFrame> {
-    let Drawn { image, account } = render(renderer, camera, number, &finish.background)?;
-    let file_bytes = output::write_picture(&file, finish.format, &image)?;
+    let drawn = render(renderer, camera, number, &finish.background)?;
+    write(drawn, file, finish.format, None)
+}
+
+/// Writes `file`, with a mark inside if there is one.
+pub fn write(
+    drawn: Drawn,
+    file: PathBuf,
+    format: Format,
+    mark: Option<&str>,
+) -> Result<WrittenFrame> {
+    let Drawn { image, account } = drawn;
+    let file_bytes = output::write_marked_picture(&file, format, &image, mark)?;
     Ok(WrittenFrame {
         file,
         file_bytes,

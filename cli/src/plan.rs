@@ -24,7 +24,7 @@ use crate::framing::{self, Extent, Lens, Stance, View};
 use crate::output::{self, Depth, FilmKind, FilmPlan, Format, FrameNames};
 use crate::picture::{self, Finish, RenderNumbered};
 use crate::report::{self, RunStats, Verbosity};
-use crate::sequence::{self, Existing, Sequence};
+use crate::sequence::{self, Existing, Fingerprint, Sequence};
 use crate::values::{BackgroundWord, Orbit, Size};
 
 pub(crate) use records::{camera_record, picture_record};
@@ -202,6 +202,7 @@ impl Plan {
     ) -> Result<()> {
         let Run { mut stats, log } = run;
         targets::check_pictures(request, &self.names, cameras.len(), &self.gate.files())?;
+        let read = targets::read(request, self.gate.files());
         let existing = if request.sequence.resume {
             Existing::Keep
         } else {
@@ -212,6 +213,7 @@ impl Plan {
             names: &self.names,
             finish: &self.finish,
             existing,
+            fingerprint: Fingerprint::new(&stats, &read),
         };
         let outcome = match &self.film {
             Some(film) => sequence::draw_film(render, &sequence, film, log.verbosity)?,

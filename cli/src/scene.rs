@@ -3,6 +3,7 @@
 //! Takes the arguments, reads every file that they name, gives what a `volsplat::Scene` borrows. Without options of this
 //! kind that is one volume and its transfer function.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
@@ -10,7 +11,7 @@ use resample_io::Gate;
 use serde_json::{Value, json};
 use volsplat::transfer::{ColourKnot, ColourMap, DataKind, Histogram};
 use volsplat::{
-    Channel, Described, LabelTable, LoadOptions, Look, Scene, TransferFunction, Volume,
+    Channel, Described, LabelLook, LabelTable, LoadOptions, Look, Scene, TransferFunction, Volume,
 };
 
 use crate::args::{SceneArgs, TransferArgs, VolsplatArgs};
@@ -141,6 +142,67 @@ impl Volumes {
         self.channels[0].look = OwnLook::Transfer(function);
     }
 
+    /// Takes the looks that the arguments name; the volumes stay.
+    pub(crate) fn relook(&mut self, args: &VolsplatArgs) -> Result<()> {
+        let words = args.scene.channel.chunks(2).map(|pair| pair.last());
+        let mut words: Vec<Option<&String>> = words.collect();
+        if words.is_empty() {
+            words.push(None);
+        }
+        words.extend(args.scene.also.chunks(2).map(|pair| pair.last()));
+        let looks: Result<Vec<(OwnLook, Suggested)>> = self
+            .channels
+            .iter()
+            .zip(&words)
+            .map(|(channel, word)| match word {
+                Some(word) => Ok((
+                    parsed_look(word, &channel.volume, args)?,
+                    Suggested::default(),
+                )),
+                None => own_look(args, &channel.volume),
+            })
+            .collect();
+        let looks = looks?;
+        self.suggested = match looks.as_slice() {
+            [(_, suggested)] => *suggested,
+            _ => Suggested::default(),
+        };
+        for (channel, (look, _)) in self.channels.iter_mut().zip(looks) {
+            channel.look = look;
+        }
+        Ok(())
+    }
+
+    /// Opacity of a voxel of the grid in all channels together, 0 to 1.
+    pub(crate) fn opacity_at(&self, [x, y, z]: [usize; 3]) -> f64 {
+        let [columns, rows, _] = self.first().dims;
+        let voxel = x + columns * (y + rows * z);
+        let clear = self.channels.iter().map(|channel| {
+            let value = channel.volume.value(voxel);
+            1.0 - match &channel.look {
+                OwnLook::Transfer(function) => function.opacity(value),
+                OwnLook::Labels(table) => table.look(value as i64).opacity,
+            }
+        });
+        1.0 - clear.product::<f64>()
+    }
+
+    /// The labels of the first volume that holds labels, with their looks, the most frequent first.
+    pub(crate) fn labels(&self) -> Vec<(i64, LabelLook)> {
+        let found = self
+            .channels
+            .iter()
+            .find_map(|channel| match &channel.look {
+                OwnLook::Labels(table) => Some((&channel.volume, table)),
+                OwnLook::Transfer(_) => None,
+            });
+        let Some((volume, table)) = found else {
+            return Vec::new();
+        };
+        let looks = counted(volume).into_iter();
+        looks.map(|(label, _)| (label, table.look(label))).collect()
+    }
+
     /// Draws the first transfer function over its volume's histogram, where that was asked for.
     pub(crate) fn show_transfer(&self, args: &TransferArgs) -> Result<()> {
         match &self.channels[0].look {
@@ -158,6 +220,25 @@ impl OwnLook {
             Self::Labels(table) => Look::Labels(table),
         }
     }
+}
+
+/// The labels of a volume but 0 and their voxels, the most frequent first.
+fn counted(volume: &Volume) -> Vec<(i64, usize)> {
+    let mut counts = BTreeMap::new();
+    let mut run = (0, 0);
+    for voxel in 0..volume.len() {
+        let label = volume.value(voxel) as i64;
+        if label != run.0 {
+            *counts.entry(run.0).or_insert(0) += run.1;
+            run = (label, 0);
+        }
+        run.1 += 1;
+    }
+    *counts.entry(run.0).or_insert(0) += run.1;
+    counts.remove(&0);
+    let mut counted: Vec<_> = counts.into_iter().collect();
+    counted.sort_by_key(|&(label, count)| (usize::MAX - count, label));
+    counted
 }
 
 /// The files that are read beside the volume, the transfer function and the cameras.
@@ -231,13 +312,15 @@ fn parsed_look(word: &str, volume: &Volume, args: &VolsplatArgs) -> Result<OwnLo
     ))
 }
 
+/// A colour by its name or in numbers, in linear light.
+pub(crate) fn colour(word: &str) -> Option<[f32; 3]> {
+    let named = COLOURS.iter().find(|(name, _)| *name == word);
+    values::colour(named.map_or(word, |(_, digits)| digits)).ok()
+}
+
 /// The opacity of the histogram, in one colour.
 fn one_colour(word: &str, volume: &Volume) -> Result<TransferFunction> {
-    let written = COLOURS
-        .iter()
-        .find(|(name, _)| *name == word)
-        .map_or(word, |(_, digits)| digits);
-    let Ok(rgb) = values::colour(written) else {
+    let Some(rgb) = colour(word) else {
         bail!(
             "{word}: expected the look of a channel: a file that ends in .json, a colour map such as viridis, labels, a colour \
              such as #ff8000, or one of {}",

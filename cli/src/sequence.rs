@@ -3,8 +3,10 @@
 //! Takes any renderer as a closure, and cameras; writes one file for each or one for all, and gives an account of them.
 //! Between two pictures it looks whether Ctrl-C was pressed and then stops; pictures that exist can be kept, so that a
 //! run can be taken up again.
-//! A picture is kept if it can be read and has the format and the size that this run would give it.
-//! Limits: it is not compared with the other options of this run.
+//! A picture is kept if it can be read, has the format and the size that this run would give it, and carries the
+//! fingerprint of its settings, its camera and the files that it reads.
+
+mod fingerprint;
 
 use std::path::{Path, PathBuf};
 
@@ -12,11 +14,13 @@ use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
 use resample_core::Camera;
 
-use crate::input_picture;
+use crate::input_picture::{self, Content, Known};
 use crate::interrupt::{self, Interrupted};
 use crate::output::{Film, FilmPlan, FrameNames};
 use crate::picture::{self, Drawn, Finish, RenderNumbered};
 use crate::report::{self, Verbosity, WrittenFrame};
+
+pub(crate) use fingerprint::Fingerprint;
 
 /// The pictures of a run and their files.
 pub(crate) struct Sequence<'a> {
@@ -28,6 +32,8 @@ pub(crate) struct Sequence<'a> {
     pub finish: &'a Finish,
     /// What happens to pictures that exist.
     pub existing: Existing,
+    /// What tells them from pictures of other settings.
+    pub fingerprint: Fingerprint,
 }
 
 /// What happens to pictures that exist.
@@ -49,6 +55,14 @@ pub(crate) struct Outcome {
     pub ending: Result<()>,
 }
 
+impl Sequence<'_> {
+    /// The mark in the file of a picture; a single picture carries none.
+    fn mark(&self, camera: &Camera) -> Option<String> {
+        let numbered = matches!(self.names, FrameNames::Numbered { .. });
+        numbered.then(|| self.fingerprint.of_picture(camera))
+    }
+}
+
 /// Draws the sequence.
 pub(crate) fn draw(
     render: &mut RenderNumbered,
@@ -65,7 +79,9 @@ pub(crate) fn draw(
         if interrupt::asked() {
             break;
         }
-        let frame = picture::draw(render, camera, number, file, sequence.finish)?;
+        let drawn = picture::render(render, camera, number, &sequence.finish.background)?;
+        let mark = sequence.mark(camera);
+        let frame = picture::write(drawn, file, sequence.finish.format, mark.as_deref())?;
         if verbosity == Verbosity::Verbose {
             bar.suspend(|| report::say(&report::stage_line(&frame)));
         }
@@ -156,20 +172,25 @@ fn todo<'a>(sequence: &Sequence<'a>) -> (Vec<Todo<'a>>, usize) {
 
 /// Whether a picture that exists is as this run would write it; says why where it is not.
 fn keeps(file: &Path, camera: &Camera, sequence: &Sequence) -> bool {
-    let wrong = match input_picture::format_and_size(file) {
+    let wrong = match input_picture::known(file) {
         Err(error) => report::one_line(&error),
         Ok(found) => {
-            let format = input_picture::Content::of(sequence.finish.format);
-            let size = [camera.width as usize, camera.height as usize];
-            let expected = (format, size);
+            let expected = Known {
+                content: Content::of(sequence.finish.format),
+                size: [camera.width as usize, camera.height as usize],
+                mark: sequence.mark(camera),
+            };
             if found == expected {
                 return true;
             }
-            let ((found, [x, y]), (expected, [width, height])) = (found, expected);
-            format!(
-                "{}: {found} of {x}x{y} pixels, expected {expected} of {width}x{height}",
-                file.display()
-            )
+            let file = file.display();
+            if (found.content, found.size) == (expected.content, expected.size) {
+                format!(
+                    "{file}: made with other options, by another version or from files that have changed"
+                )
+            } else {
+                format!("{file}: {found}, expected {expected}")
+            }
         }
     };
     report::say(&format!("drawn again: {wrong}"));

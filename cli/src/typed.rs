@@ -4,7 +4,7 @@ use clap::parser::ValueSource;
 use clap::{Arg, ArgMatches, Command};
 
 /// The options of a command that were typed, in the order in which they were typed.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Typed {
     /// Of each: its name, and its words.
     options: Vec<(String, Vec<String>)>,
@@ -58,7 +58,9 @@ impl Typed {
 pub fn line<'a>(words: impl IntoIterator<Item = &'a String>) -> String {
     let quoted = |word: &String| {
         let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+%#".contains(c);
-        if !word.is_empty() && word.chars().all(plain) {
+        // A word that begins with # is a comment to a shell.
+        let begins_well = word.chars().next().is_some_and(|first| first != '#');
+        if begins_well && word.chars().all(plain) {
             word.clone()
         } else {
             format!("'{}'", word.replace('\'', "'\\''"))

@@ -6,17 +6,21 @@ use std::path::Path;
 
 use anyhow::{Result, bail};
 use glam::DVec3;
+use resample_core::Camera;
 use resample_io::Gate;
 use volsplat::input::{Format, format_of, peek};
 use volsplat::large::most_brick_bytes;
 use volsplat::{
-    Described, LargeVolume, LoadOptions, RenderOptions, Renderer, TransferFunction, Volume,
+    Described, LabelLook, LargeVolume, LoadOptions, RenderOptions, Renderer, TransferFunction,
+    Volume,
 };
 
 use crate::args::{SceneArgs, TransferArgs, VolsplatArgs};
+use crate::framing;
 use crate::look::Suggested;
 use crate::progress::{Progress, watch};
 use crate::scene::{self, Volumes};
+use crate::seen;
 use crate::transfer;
 use crate::volume_file::load_options;
 
@@ -96,6 +100,39 @@ impl Content {
         Some((voxel, volume.value(place)))
     }
 
+    /// The first voxel on the ray of a camera with one pixel that hides half of what lies behind it, with those before it;
+    /// or the most opaque one. A slow walk among nearest voxels, for one ray at a time.
+    pub(crate) fn first_voxel(&self, pixel: &Camera) -> Option<DVec3> {
+        let Self::Memory(volumes) = self else {
+            return None;
+        };
+        let lattice = volumes.first().lattice();
+        let [low, high] = framing::volume::grid_bounds(volumes.first());
+        let near = seen::world_at(pixel, pixel.near);
+        let direction = (seen::world_at(pixel, 2.0 * pixel.near) - near).normalize();
+        let middle = (0.5 * (low + high) - near).dot(direction);
+        let reach = 0.5 * (high - low).length();
+        // Half a voxel a step: no voxel along the ray is missed by more than its corner.
+        let step = 0.5 * lattice.spacing().into_iter().fold(f64::INFINITY, f64::min);
+        let steps = (2.0 * reach / step).ceil() as usize;
+        let (mut transmittance, mut most) = (1.0, (0.0, None));
+        for number in 0..steps {
+            let at = near + direction * (middle - reach + number as f64 * step).max(0.0);
+            let Some((voxel, _)) = self.nearest(at) else {
+                continue;
+            };
+            let opacity = volumes.opacity_at(voxel);
+            if opacity > most.0 {
+                most = (opacity, Some(at));
+            }
+            transmittance *= 1.0 - opacity;
+            if transmittance < 0.5 {
+                return Some(at);
+            }
+        }
+        most.1
+    }
+
     /// The transfer function of the first volume; `None` where it holds labels.
     pub(crate) fn function(&self) -> Option<&TransferFunction> {
         match self {
@@ -112,16 +149,11 @@ impl Content {
         }
     }
 
-    /// Takes another look for the first volume.
-    pub(crate) fn set_look(&mut self, function: TransferFunction, suggested: Suggested) {
+    /// The labels of the first volume that holds labels, with their looks, the most frequent first.
+    pub(crate) fn labels(&self) -> Vec<(i64, LabelLook)> {
         match self {
-            Self::Memory(volumes) => {
-                volumes.set_function(function);
-                volumes.suggested = suggested;
-            }
-            Self::Stored(_, own_function, own) => {
-                (*own_function, *own) = (function, suggested);
-            }
+            Self::Memory(volumes) => volumes.labels(),
+            Self::Stored(..) => Vec::new(),
         }
     }
 
@@ -131,6 +163,17 @@ impl Content {
             Self::Memory(volumes) => volumes.set_function(function),
             Self::Stored(_, own, _) => *own = function,
         }
+    }
+
+    /// Takes the looks that the arguments name, for renderers that are made or changed from now on.
+    pub(crate) fn relook(&mut self, args: &VolsplatArgs) -> Result<()> {
+        match self {
+            Self::Memory(volumes) => volumes.relook(args)?,
+            Self::Stored(volume, own, suggested) => {
+                (*own, *suggested) = transfer::function(args, volume.as_ref())?;
+            }
+        }
+        Ok(())
     }
 
     /// Draws the first transfer function over its volume's histogram, where that was asked for.

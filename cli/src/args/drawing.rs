@@ -46,6 +46,15 @@ impl Drawing {
         }
     }
 
+    /// As [`Drawing::ask`], to be changed.
+    pub(crate) fn ask_mut(&mut self) -> &mut AskArgs {
+        match self {
+            Self::Texmap(args) => &mut args.ask,
+            Self::Volsplat(args) => &mut args.ask,
+            Self::Warp3d(args) => &mut args.ask,
+        }
+    }
+
     /// Whether pictures that exist are kept.
     pub fn resume(&self) -> bool {
         match self {

@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use texmap::RenderOptions;
+use texmap::{RenderOptions, Textures};
 
 use super::{AskArgs, CameraArgs, Given, PictureArgs, ReadingArgs, SequenceArgs};
 use crate::input_file::{self, InputFile};
@@ -69,6 +69,9 @@ pub struct ModelArgs {
     /// Picture for meshes that have texture coordinates and no texture
     #[arg(long, value_name = "FILE")]
     pub texture: Option<PathBuf>,
+    /// Pictures of the surfaces
+    #[arg(long, value_enum, default_value_t)]
+    pub textures: Textures,
     /// What reading may do.
     #[command(flatten)]
     pub reading: ReadingArgs,

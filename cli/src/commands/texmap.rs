@@ -11,7 +11,7 @@ use resample_core::Camera;
 use resample_io::Gate;
 use serde_json::{Value, json};
 use texmap::scene::Mesh;
-use texmap::{FrameStats, Loaded, RenderOptions, Renderer, Scene};
+use texmap::{FrameStats, Loaded, PlaneKind, RenderOptions, Renderer, Scene, Textures};
 
 use crate::args::{Given, TexmapArgs};
 use crate::camera_path::KeyKind;
@@ -21,6 +21,7 @@ use crate::picture::Drawn;
 use crate::plan::{Plan, Request, Run, RunLog};
 use crate::report::{self, Account, RunStats, Verbosity};
 use crate::scene_camera;
+use crate::seen;
 use crate::settings::texmap as settings;
 
 /// A mesh that is read, ready to be drawn.
@@ -51,10 +52,10 @@ impl Open {
                 .iter()
                 .for_each(|note| report::say(&format!("note: {note}")));
         }
-        let prepared = Instant::now();
-        let renderer = Renderer::new(&scene, &options)
+        let begun = Instant::now();
+        let renderer = prepared(&scene, &args, &options)
             .with_context(|| format!("{}: cannot be drawn", args.input.path.display()))?;
-        let prepare_ms = report::ms_since(prepared);
+        let prepare_ms = report::ms_since(begun);
         let cameras = cameras(&args, &plan, &scene, &renderer)?;
         Ok(Self {
             args,
@@ -88,9 +89,34 @@ impl Open {
         let options = settings::render_options(&render.options, self.plan.finish.format)?;
         self.args.render = render.clone();
         if !self.renderer.adopt(&options)? {
-            self.renderer = Renderer::new(&self.scene, &options)?;
+            self.renderer = prepared(&self.scene, &self.args, &options)?;
         }
         Ok(())
+    }
+
+    /// Takes the textures and the render options of `args`; the file is not read again.
+    pub(crate) fn restyle(&mut self, args: TexmapArgs) -> Result<()> {
+        let render = args.render.clone();
+        let is_same = args.model.textures == self.args.model.textures;
+        self.args = args;
+        if is_same {
+            return self.set(&render);
+        }
+        let options = settings::render_options(&render.options, self.plan.finish.format)?;
+        self.renderer = prepared(&self.scene, &self.args, &options)?;
+        Ok(())
+    }
+
+    /// The point of the surface that a camera with one pixel sees, world units.
+    pub(crate) fn probe(&mut self, pixel: &Camera) -> Result<Option<DVec3>> {
+        let options = settings::render_options(&self.args.render.options, self.plan.finish.format)?;
+        self.renderer.adopt(&RenderOptions {
+            planes: vec![PlaneKind::Depth],
+            ..options.clone()
+        })?;
+        let frame = self.renderer.render(pixel);
+        self.renderer.adopt(&options)?;
+        Ok(seen::in_world(pixel, &frame?.image))
     }
 
     /// Draws and writes all pictures, and reports.
@@ -143,6 +169,17 @@ impl Open {
     }
 }
 
+/// A renderer of the scene with the textures that were asked for.
+fn prepared(scene: &Scene, args: &TexmapArgs, options: &RenderOptions) -> Result<Renderer> {
+    let textures = args.model.textures;
+    Ok(match textures {
+        Textures::Shown => Renderer::new(scene, options)?,
+        Textures::LeftOut | Textures::Grid => {
+            Renderer::new(&scene.clone().with_textures(textures), options)?
+        }
+    })
+}
+
 /// The scene as picture `number` of a played animation shows it.
 fn posed(
     args: &TexmapArgs,
@@ -152,7 +189,7 @@ fn posed(
 ) -> Result<Renderer> {
     let load = settings::load_options(args, number, gate);
     let Loaded { scene, .. } = texmap::load(&args.input.path, &load)?;
-    Ok(Renderer::new(&scene, options)?)
+    prepared(&scene, args, options)
 }
 
 fn stance(args: &TexmapArgs) -> Stance {

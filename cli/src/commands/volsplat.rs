@@ -4,15 +4,16 @@
 //! that a misspelt name does not cost a minute, and nothing is written before all input has proved to be good.
 
 mod cameras;
+mod said;
 
 use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use resample_core::Camera;
 use serde_json::{Value, json};
-use volsplat::{Described, FrameStats, Layer, RenderOptions, Renderer, Reuse, TransferFunction};
+use volsplat::{Described, LabelLook, Layer, RenderOptions, Renderer, Reuse, TransferFunction};
 
 use crate::args::{Given, RenderArgs, VolsplatArgs};
 use crate::blend;
@@ -24,6 +25,7 @@ use crate::plan::{Plan, Purpose, Request, Run, RunLog};
 use crate::progress::{Progress, watch};
 use crate::report::{self, Account, RunStats, Verbosity};
 use crate::scene;
+use crate::seen;
 use crate::settings;
 use crate::transfer;
 use crate::volume_data::{Content, Keeping};
@@ -88,14 +90,30 @@ impl Open {
         self.content.function()
     }
 
+    /// The labels of the first volume that holds labels, with their looks, the most frequent first.
+    pub(crate) fn labels(&self) -> Vec<(i64, LabelLook)> {
+        self.content.labels()
+    }
+
+    /// The arguments under which it is drawn.
+    pub(crate) fn args(&self) -> &VolsplatArgs {
+        &self.args
+    }
+
     /// The first visible point on the ray of a camera with one pixel, and the voxel nearest to it.
     pub(crate) fn probe(&mut self, pixel: &Camera) -> Result<Option<Probed>> {
-        let planes = self.renderer.layers(pixel, &[Layer::FirstHit])?;
-        let depth = planes.first().and_then(|plane| plane.values.first());
-        let Some(&depth) = depth.filter(|depth| depth.is_finite()) else {
+        let world = match self.renderer.layers(pixel, &[Layer::FirstHit]) {
+            Ok(planes) => {
+                let depth = planes.first().and_then(|plane| plane.values.first());
+                let depth = depth.filter(|depth| depth.is_finite());
+                depth.map(|&depth| seen::world_at(pixel, f64::from(depth)))
+            }
+            // Labels, channels and other blends have no such plane.
+            Err(_) => self.content.first_voxel(pixel),
+        };
+        let Some(world) = world else {
             return Ok(None);
         };
-        let world = world_at(pixel, f64::from(depth));
         Ok(self.content.nearest(world).map(|(voxel, value)| Probed {
             world,
             voxel,
@@ -105,10 +123,7 @@ impl Open {
 
     /// Takes the transfer function and the render options of `args`; the files are not read again.
     pub(crate) fn restyle(&mut self, args: VolsplatArgs) -> Result<()> {
-        if self.content.function().is_some() {
-            let (function, suggested) = transfer::function(&args, self.content.first())?;
-            self.content.set_look(function, suggested);
-        }
+        self.content.relook(&args)?;
         let options = settings::render_options(
             &args.render,
             args.transfer.opacity_unit,
@@ -243,22 +258,12 @@ pub(crate) fn drawn(renderer: &mut Renderer, camera: &Camera, progress: Progress
     let frame = renderer.render_watched(camera, &mut watch("drawing", progress))?;
     let account = Account {
         keys: serde_json::to_value(&frame.stats)?,
-        line: stage_line(&frame.stats),
+        line: said::stage_line(&frame.stats),
     };
     Ok(Drawn {
         image: frame.image,
         account,
     })
-}
-
-/// The place that a camera of one pixel sees at this camera z.
-fn world_at(pixel: &Camera, depth: f64) -> DVec3 {
-    let (origin, direction) = pixel.ray_in_camera(DVec2::new(0.5, 0.5));
-    let pos_in_camera = origin + direction * (depth - origin.z) / direction.z;
-    pixel
-        .camera_from_world
-        .inverse()
-        .transform_point3(pos_in_camera)
 }
 
 fn request(args: &VolsplatArgs) -> Request<'_> {
@@ -354,7 +359,7 @@ fn cameras(open: &mut Open) -> Result<Vec<Camera>> {
         ..
     } = open;
     if renderer.visible_bounds_in_world().is_none() {
-        let why = cameras::why_nothing(args, content.first());
+        let why = said::why_nothing(args, content.first());
         report::say(&format!("warning: nothing is visible: {why}"));
     }
     let stance =
@@ -363,34 +368,4 @@ fn cameras(open: &mut Open) -> Result<Vec<Camera>> {
     cameras::fitted(renderer, options, bounds, &mut |measure| {
         plan.cameras(&request(args), (&extent, stance), measure)
     })
-}
-
-/// The times of a frame's stages and its counts, one line.
-fn stage_line(stats: &FrameStats) -> String {
-    let stages = &stats.stages;
-    let named = [
-        ("cull", stages.cull),
-        ("project", stages.project),
-        ("bin", stages.bin),
-        ("sort", stages.sort),
-        ("composite", stages.composite),
-        ("image", stages.image),
-    ];
-    let times: Vec<_> = named
-        .iter()
-        .map(|(name, time)| format!("{name} {:.1}", time.wall_ms))
-        .collect();
-    format!(
-        "{:.1} ms wall, {:.1} ms CPU ({} ms); {} points, {} splats, {} culled; \
-         bricks: {} empty, {} outside, {} hidden",
-        stats.wall_ms,
-        stats.cpu_ms,
-        times.join(", "),
-        stats.points,
-        stats.splats,
-        stats.culled,
-        stats.bricks_empty,
-        stats.bricks_outside,
-        stats.bricks_hidden
-    )
 }

@@ -6,7 +6,7 @@
 use anyhow::Result;
 use glam::{DVec2, DVec3};
 use resample_core::Camera;
-use volsplat::{Described, RenderOptions, Renderer, Subpixels};
+use volsplat::{Described, Order, RenderOptions, Renderer, Subpixels};
 
 use super::Stance;
 use super::fit::{Seen, of_pixels};
@@ -65,15 +65,18 @@ const SMALL_PX: u32 = 160;
 const SEEN_SHARE: f32 = 0.05;
 
 impl Small {
-    /// Small pictures of a renderer with these options: one sub-pixel, and rays that end early.
+    /// Small pictures of a renderer with these options: one sub-pixel, few sheets, and rays that end early, whatever was
+    /// asked for. So the view does not depend on the precision of the picture.
     pub fn new(options: &RenderOptions) -> Self {
-        Self {
-            options: RenderOptions {
-                subpixels: Subpixels::Fixed(1),
-                min_transmittance: options.min_transmittance.max(0.1),
-                ..options.clone()
-            },
+        let mut options = RenderOptions {
+            subpixels: Subpixels::Fixed(1),
+            min_transmittance: 0.1,
+            ..options.clone()
+        };
+        if let Order::Field(field) = &mut options.order {
+            field.slab_voxels = 1.0;
         }
+        Self { options }
     }
 
     /// Where something is seen. The renderer keeps the options of small pictures.

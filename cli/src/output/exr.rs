@@ -9,16 +9,34 @@
 //! +infinity where nothing is seen), and one channel per extra plane under its own name.
 
 use std::io::{Seek, Write};
+use std::path::Path;
 
 use anyhow::{Result, ensure};
 use exr::prelude::{
-    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Layer, LayerAttributes,
-    LineOrder, WritableImage,
+    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Layer,
+    LayerAttributes, LineOrder, MetaData, Text, WritableImage,
 };
 use resample_core::Image;
 
-/// Writes `image` to `file`.
-pub(super) fn write(file: impl Write + Seek, image: &Image) -> Result<()> {
+/// The attribute that holds a mark.
+const MARK: &str = "resample";
+
+/// The mark in an EXR; none in a file that has none or cannot be read.
+pub(crate) fn mark(path: &Path) -> Option<String> {
+    let headers = MetaData::read_from_file(path, false).ok()?.headers;
+    let found = headers
+        .first()?
+        .own_attributes
+        .other
+        .get(&Text::from(MARK))?;
+    match found {
+        AttributeValue::Text(text) => Some(text.to_string()),
+        _ => None,
+    }
+}
+
+/// Writes `image` to `file`, and a mark if there is one.
+pub(super) fn write(file: impl Write + Seek, image: &Image, mark: Option<&str>) -> Result<()> {
     let channels = channels(image);
     let mut names: Vec<_> = channels
         .iter()
@@ -29,22 +47,28 @@ pub(super) fn write(file: impl Write + Seek, image: &Image) -> Result<()> {
         names.windows(2).all(|pair| pair[0] != pair[1]),
         "two channels have the same name"
     );
-    write_channels(file, [image.width, image.height], channels)
+    write_channels(file, [image.width, image.height], channels, mark)
 }
 
 /// Writes one plane as channel Y.
 pub(super) fn write_grey(file: impl Write + Seek, size: [usize; 2], values: &[f32]) -> Result<()> {
-    write_channels(file, size, vec![channel("Y", values.to_vec())])
+    write_channels(file, size, vec![channel("Y", values.to_vec())], None)
 }
 
 fn write_channels(
     file: impl Write + Seek,
     [width, height]: [usize; 2],
     channels: Vec<AnyChannel<FlatSamples>>,
+    mark: Option<&str>,
 ) -> Result<()> {
+    let mut attributes = LayerAttributes::default();
+    if let Some(mark) = mark {
+        let text = AttributeValue::Text(Text::from(mark));
+        attributes.other.insert(Text::from(MARK), text);
+    }
     let layer = Layer::new(
         (width, height),
-        LayerAttributes::default(),
+        attributes,
         encoding(width * height),
         AnyChannels::sort(channels.into_iter().collect()),
     );

@@ -4,10 +4,12 @@
 //! and rounds. There is no dithering: the same picture always gives the same file. Depth and extra planes do not
 //! fit into the format and are left out.
 
-use std::io::Write;
+use std::fs::File;
+use std::io::{BufReader, Write};
+use std::path::Path;
 
 use anyhow::Result;
-use png::{BitDepth, ColorType, Compression, Encoder, SrgbRenderingIntent};
+use png::{BitDepth, ColorType, Compression, Decoder, Encoder, SrgbRenderingIntent};
 use rayon::prelude::*;
 use resample_core::Image;
 use resample_core::image::srgb_from_linear;
@@ -21,10 +23,31 @@ pub enum Depth {
     Sixteen,
 }
 
-/// Writes `image` to `file`.
-pub(super) fn write(file: impl Write, image: &Image, depth: Depth) -> Result<()> {
+/// The keyword of the text chunk that holds a mark.
+const MARK: &str = "resample";
+
+/// The mark in a PNG; none in a file that has none or cannot be read.
+pub(crate) fn mark(path: &Path) -> Option<String> {
+    let file = BufReader::new(File::open(path).ok()?);
+    let reader = Decoder::new(file).read_info().ok()?;
+    let mut texts = reader.info().uncompressed_latin1_text.iter();
+    let text = texts.find(|text| text.keyword == MARK)?;
+    Some(text.text.clone())
+}
+
+/// Writes `image` to `file`, and a mark if there is one.
+pub(super) fn write(
+    file: impl Write,
+    image: &Image,
+    depth: Depth,
+    mark: Option<&str>,
+) -> Result<()> {
     let size = [u32::try_from(image.width)?, u32::try_from(image.height)?];
-    let mut writer = encoder(file, size, depth).write_header()?;
+    let mut encoder = encoder(file, size, depth);
+    if let Some(mark) = mark {
+        encoder.add_text_chunk(MARK.to_owned(), mark.to_owned())?;
+    }
+    let mut writer = encoder.write_header()?;
     writer.write_image_data(&bytes(image, depth))?;
     Ok(writer.finish()?)
 }

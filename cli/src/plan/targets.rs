@@ -53,6 +53,13 @@ pub(super) fn check_pictures(
     output::check_not_inputs(pictures.iter().map(PathBuf::as_path).chain(others), &read)
 }
 
+/// All files that the run reads, with those that it found through names inside others.
+pub(super) fn read(request: &Request, named_inside: Vec<PathBuf>) -> Vec<PathBuf> {
+    let mut files: Vec<PathBuf> = inputs(request).into_iter().map(Path::to_path_buf).collect();
+    files.extend(named_inside);
+    files
+}
+
 /// The first picture, and every other file that is written, each with its option.
 fn targets<'a>(request: &'a Request, picture: &'a Path) -> Vec<(&'static str, &'a Path)> {
     let stats = request.stats.map(|path| ("--stats", path));

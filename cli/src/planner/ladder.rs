@@ -37,6 +37,8 @@ pub(crate) struct Ends {
     pub(crate) quick: Setting,
     /// The most exact one.
     pub(crate) exact: Setting,
+    /// The options of the most exact one that were not typed.
+    pub(crate) exact_words: Vec<String>,
 }
 
 /// The ends of the ladder of a setting, each laid over it.
@@ -63,6 +65,7 @@ pub(crate) fn ends(typed: &Setting) -> Result<Ends> {
             typed.clone()
         },
         exact: typed.with(&ladder.exact().setting)?,
+        exact_words: ladder.exact().setting.words()?,
     })
 }
 

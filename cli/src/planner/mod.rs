@@ -21,4 +21,5 @@ mod search;
 mod windows;
 
 pub(crate) use self::ladder::ends;
+pub(crate) use self::plan::keeping;
 pub use self::plan::{Planned, planned};

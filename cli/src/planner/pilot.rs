@@ -17,9 +17,11 @@ use crate::measure::{self, Rendered};
 use crate::opened::{Opened, Parts};
 use crate::setting::Setting;
 
-/// A scene, and the setting that was typed.
-pub(super) struct Scene {
-    pub(super) opened: Opened,
+/// A scene, its pictures, and the setting that was typed.
+pub(super) struct Scene<'a> {
+    pub(super) opened: &'a mut Opened,
+    /// At least one.
+    pub(super) cameras: Vec<Camera>,
     pub(super) typed: Setting,
 }
 
@@ -77,7 +79,7 @@ const NEAR_SHARE: usize = 8;
 /// Predicted times are those of the windows and this part more: they fell short by as much on scans and models.
 const TIME_MARGIN: f64 = 1.2;
 
-impl Scene {
+impl Scene<'_> {
     /// Draws with a setting beyond the typed one from now on.
     fn set(&mut self, rung: &Rung) -> Result<()> {
         self.opened.set(&self.typed.with(&rung.setting)?)
@@ -120,7 +122,7 @@ impl Pilot {
     /// Looks at small previews, and chooses the pictures with windows: evenly spaced, and the one with the most contrast for
     /// each covered pixel, because a thing that is seen from its narrow side has the largest error.
     pub(super) fn new(scene: &mut Scene, ladder: &Ladder, effort: &Effort) -> Result<Self> {
-        let cameras = scene.opened.cameras().to_vec();
+        let cameras = scene.cameras.clone();
         let guard_px = match scene.opened.parts() {
             Parts::Windows { guard_px, .. } => guard_px,
             Parts::Whole => 0,
@@ -198,7 +200,7 @@ impl Pilot {
         if previews.seen.contains_key(&place) {
             return Ok(());
         }
-        let camera = scene.opened.cameras()[place];
+        let camera = scene.cameras[place];
         let long_px = u64::from(camera.width.max(camera.height));
         let small = |px: u32| {
             let most = (u64::from(px) * u64::from(MOST_PREVIEW_PX)).div_ceil(long_px);
@@ -222,7 +224,7 @@ impl Pilot {
         candidate: &Candidate,
         camera: &Camera,
     ) -> Result<(Rendered, Work)> {
-        let seen = measure::rendered(&mut scene.opened, camera)?;
+        let seen = measure::rendered(scene.opened, camera)?;
         let work = candidate.work(&seen.keys);
         self.cpu_ms += seen.time.cpu_ms;
         self.work += work.growing + work.fixed;

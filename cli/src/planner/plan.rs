@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use anyhow::{Result, bail};
+use resample_core::Camera;
 use serde_json::Value;
 
 use super::explain::Account;
@@ -15,6 +16,7 @@ use crate::plan::Purpose;
 use crate::report::{self, Verbosity};
 use crate::setting::Setting;
 use crate::typed::{self, Typed};
+use crate::values::Bound;
 
 /// A scene with the setting that was chosen.
 pub struct Planned {
@@ -39,14 +41,17 @@ pub fn planned(drawing: &Drawing, typed: &Typed, verbosity: Verbosity) -> Result
         Asked::Time(_) => None,
     };
     let ladder = Ladder::of(&setting, allowed)?;
+    let mut opened = Opened::read(drawing.clone(), Purpose::Compare, verbosity)?;
     let mut scene = Scene {
-        opened: Opened::read(drawing.clone(), Purpose::Compare, verbosity)?,
+        cameras: opened.cameras().to_vec(),
+        opened: &mut opened,
         typed: setting,
     };
     let read = Instant::now();
     let found = search::found(&mut scene, &ladder, asked)?;
     let chosen = found.best.map(|place| &found.tried[place]);
-    let setting = chosen.map_or(&ladder.exact().setting, |tried| &tried.setting);
+    let setting = found.setting(&ladder);
+    let whole = scene.typed.with(setting)?;
     let account = Account {
         asked,
         setting,
@@ -61,11 +66,26 @@ pub fn planned(drawing: &Drawing, typed: &Typed, verbosity: Verbosity) -> Result
         report::say(&line);
     }
     let record = account.record()?;
-    scene.opened.set(&scene.typed.with(setting)?)?;
-    Ok(Some(Planned {
-        opened: scene.opened,
-        record,
-    }))
+    opened.set(&whole)?;
+    Ok(Some(Planned { opened, record }))
+}
+
+/// The setting under which an opened scene keeps an error in one picture, with all that was typed: the one that
+/// [`planned`] chooses for this camera. The scene is left under any setting.
+pub(crate) fn keeping(
+    opened: &mut Opened,
+    typed: Setting,
+    camera: Camera,
+    bound: Bound,
+) -> Result<Setting> {
+    let ladder = Ladder::of(&typed, Some(bound.value))?;
+    let mut scene = Scene {
+        opened,
+        cameras: vec![camera],
+        typed,
+    };
+    let found = search::found(&mut scene, &ladder, Asked::Error(bound))?;
+    scene.typed.with(found.setting(&ladder))
 }
 
 fn asked(ask: &AskArgs) -> Result<Option<Asked>> {

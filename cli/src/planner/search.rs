@@ -50,6 +50,16 @@ pub(super) struct Found {
     pub(super) why_exact: &'static str,
 }
 
+impl Found {
+    /// The chosen setting beyond the typed one.
+    pub(super) fn setting<'a>(&'a self, ladder: &'a Ladder) -> &'a Setting {
+        match self.best {
+            Some(place) => &self.tried[place].setting,
+            None => &ladder.exact().setting,
+        }
+    }
+}
+
 const TOO_DEAR: &str =
     "to try settings on parts of so few or such small pictures costs more than it can save";
 const NOTHING_SEEN: &str = "a preview shows nothing to measure on";
@@ -88,9 +98,9 @@ enum Verdict {
     Unsure,
 }
 
-struct Search<'a> {
+struct Search<'a, 'b> {
     asked: Asked,
-    scene: &'a mut Scene,
+    scene: &'a mut Scene<'b>,
     ladder: &'a Ladder,
     pilot: Pilot,
     default: Candidate,
@@ -99,7 +109,7 @@ struct Search<'a> {
 
 /// Looks for the cheapest setting that keeps an error, or for the most exact one that keeps a time.
 pub(super) fn found(scene: &mut Scene, ladder: &Ladder, asked: Asked) -> Result<Found> {
-    let pictures = scene.opened.cameras().len();
+    let pictures = scene.cameras.len();
     let views = match asked {
         Asked::Error(_) if pictures > 1 => (pictures / 4).clamp(2, MOST_VIEWS),
         Asked::Error(_) => 1,
@@ -144,13 +154,13 @@ pub(super) fn found(scene: &mut Scene, ladder: &Ladder, asked: Asked) -> Result<
 
 /// Whether a look might be worth its cost, as far as sizes show.
 fn may_pay(scene: &Scene, views: usize) -> bool {
-    let cameras = scene.opened.cameras();
+    let cameras = &scene.cameras;
     let picture = cameras.iter().map(pixels).fold(0.0, f64::max);
     let least = (DRAWS as f64 * f64::from(side_px(scene)).powi(2)).min(picture);
     views as f64 * least <= SHARE_OF_EXACT * cameras.len() as f64 * picture
 }
 
-impl Search<'_> {
+impl Search<'_, '_> {
     /// Adds windows under the exact and the default setting until their errors are clear; whether that is worth its cost.
     fn looked_for_errors(&mut self) -> Result<bool> {
         let mut exact = Candidate::new(self.ladder.exact());

@@ -7,9 +7,10 @@ use serde_json::{Map, Value, json};
 use volsplat::transfer::{ColourMap, Histogram, Preset};
 use volsplat::{Blend, Shading, TransferFunction};
 
-use crate::args::{Drawing, RayBlend};
+use crate::args::{Drawing, RayBlend, SceneArgs};
 use crate::commands::volsplat::Open;
 use crate::look::Suggested;
+use crate::scene;
 use crate::values::word;
 
 /// Bars of the histogram that the page draws.
@@ -26,9 +27,11 @@ pub(super) fn volume(open: &Open) -> Value {
     let maps: Map<String, Value> = ColourMap::names()
         .filter_map(|name| Some((name.to_owned(), stops(name.parse().ok()?))))
         .collect();
+    // Every channel has a look of its own.
+    let is_single = open.args().scene.channel.is_empty();
     let histogram = volume.histogram();
     let presets: Vec<Value> = Preset::all()
-        .filter(|preset| preset.mismatch(volume).is_none())
+        .filter(|preset| is_single && preset.mismatch(volume).is_none())
         .map(|preset| {
             let suggested = suggested(&Suggested::for_preset(preset));
             json!({
@@ -46,10 +49,12 @@ pub(super) fn volume(open: &Open) -> Value {
         "range": [low, high],
         "corners": crate::framing::volume::grid_bounds(volume).map(|corner| corner.to_array()),
         "bars": bars(&histogram, volume.value_range()),
-        "function": open.function().map(function),
+        "function": open.function().filter(|_| is_single).map(function),
         "maps": maps,
         "presets": presets,
         "suggested": suggested(&open.suggested()),
+        "channels": channels(&open.args().scene),
+        "labels": labels(open),
         "shadings": names::<Shading>(),
         "blends": names::<RayBlend>(),
     })
@@ -67,6 +72,25 @@ fn suggested(suggested: &Suggested) -> Value {
             Blend::Isosurface(_) => None,
         }),
     })
+}
+
+/// The channels that were typed: number and look of each, and its colour where the look is one.
+fn channels(args: &SceneArgs) -> Vec<Value> {
+    let pairs = args.channel.chunks_exact(2);
+    let known = pairs.map(|pair| {
+        let colour = scene::colour(&pair[1]).map(|rgb| rgb.map(srgb_from_linear));
+        json!({ "number": pair[0], "look": pair[1], "colour": colour })
+    });
+    known.collect()
+}
+
+/// The labels of the volume, the most frequent first: label, display colour, opacity.
+fn labels(open: &Open) -> Vec<Value> {
+    let labels = open.labels().into_iter();
+    let known = labels.map(|(label, look)| {
+        json!({ "label": label, "colour": look.rgb.map(srgb_from_linear), "opacity": look.opacity })
+    });
+    known.collect()
 }
 
 /// Counts in equal bars from the least value to the greatest.
@@ -124,7 +148,9 @@ pub(super) fn options(drawing: &Drawing) -> Result<Value> {
         .collect();
     let mut options = json!({ "set": set });
     match drawing {
-        Drawing::Texmap(_) => {
+        Drawing::Texmap(args) => {
+            let textures = args.model.textures.to_possible_value();
+            options["textures"] = json!(textures.map(|value| value.get_name().to_owned()));
             options["shade"] = json!(names::<texmap::Shade>());
             options["method"] = json!(names::<texmap::Method>());
         }

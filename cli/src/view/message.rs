@@ -18,6 +18,9 @@ pub(super) struct View {
     /// A transfer function in the form of ParaView, with display colours.
     #[serde(default)]
     pub(super) transfer: Option<Value>,
+    /// A table of labels in the form of a label file, with display colours.
+    #[serde(default)]
+    pub(super) labels: Option<Value>,
     /// How exact a resting picture is.
     #[serde(default)]
     pub(super) exactness: Exactness,
@@ -32,8 +35,25 @@ pub(super) enum Exactness {
     /// As the command line draws.
     #[default]
     Default,
+    /// With an error of at most 1/64 against the most exact setting.
+    #[serde(rename = "1/64")]
+    Within64,
+    /// With an error of at most 1/255.
+    #[serde(rename = "1/255")]
+    Within255,
     /// The most exact setting.
     Exact,
+}
+
+impl Exactness {
+    /// The bound of the error, in the words of `--max-error`.
+    pub(super) fn bound(self) -> Option<&'static str> {
+        match self {
+            Self::Within64 => Some("1/64"),
+            Self::Within255 => Some("1/255"),
+            Self::Fast | Self::Default | Self::Exact => None,
+        }
+    }
 }
 
 /// Whether a picture will be looked at longer than the next one takes.
@@ -94,6 +114,7 @@ pub(super) enum Asked {
 pub(super) enum Saved {
     Picture,
     Transfer,
+    Labels,
     Camera,
     Path,
     Turntable,

@@ -8,12 +8,14 @@ use serde_json::{Value, json};
 
 use super::message::{Exactness, Saved, View};
 use super::subject::Subject;
+use super::words::Files;
 use crate::args::Drawing;
 use crate::opened::Opened;
 use crate::output::{self, Depth, Format};
 use crate::plan::{Purpose, RunLog};
+use crate::planner;
 use crate::report::Verbosity;
-use crate::typed;
+use crate::typed::{self, Typed};
 use crate::values::Size;
 use crate::viewpoint::Viewpoint;
 
@@ -23,17 +25,22 @@ const MOST_STEPS: usize = 1000;
 /// The names of files in a command.
 const CAMERA: &str = "camera.json";
 const TRANSFER: &str = "transfer.json";
+const LABELS: &str = "labels.json";
 const PICTURE: &str = "view.png";
 
 /// The commands that draw a view: they bring the camera and the transfer function along, and read the same file.
 pub(super) fn command(subject: &Subject, view: &View) -> Result<String> {
     let (_, camera) = subject.camera(view)?;
     let mut text = format!("cat > {CAMERA} <<'END'\n{camera}\nEND\n");
-    let mut file = None;
-    if let Some(transfer) = &view.transfer {
-        text += &format!("cat > {TRANSFER} <<'END'\n{transfer}\nEND\n");
-        file = Some(Path::new(TRANSFER));
-    }
+    let mut brought = |name: &str, content: &Option<Value>| {
+        let content = content.as_ref()?;
+        text += &format!("cat > {name} <<'END'\n{content}\nEND\n");
+        Some(PathBuf::from(name))
+    };
+    let files = Files {
+        transfer: brought(TRANSFER, &view.transfer),
+        labels: brought(LABELS, &view.labels),
+    };
     let [width, height] = view.size;
     let size = format!("{width}x{height}");
     let more = [
@@ -44,7 +51,7 @@ pub(super) fn command(subject: &Subject, view: &View) -> Result<String> {
         "-o",
         PICTURE,
     ];
-    let mut words = subject.line(view, file)?;
+    let mut words = subject.line(view, &files)?;
     words.extend(more.map(str::to_owned));
     text += &typed::line(&words);
     text.push('\n');
@@ -69,6 +76,12 @@ pub(super) fn save(
                 );
             };
             output::write_text(&path, &format!("{transfer:#}\n"))?;
+        }
+        Saved::Labels => {
+            let Some(labels) = &view.labels else {
+                bail!("the labels look as on the command line: change one first, then save them");
+            };
+            output::write_text(&path, &format!("{labels:#}\n"))?;
         }
         Saved::Camera => {
             let (_, camera) = subject.camera(view)?;
@@ -109,7 +122,11 @@ fn picture(subject: &mut Subject, path: &Path, view: &View) -> Result<()> {
         let (_, camera) = subject.camera(view)?;
         return run(subject, path, view, &Cameras::List(camera));
     }
-    subject.prepare(view, Exactness::Default)?;
+    let exactness = match view.exactness {
+        Exactness::Fast => Exactness::Default,
+        exactness => exactness,
+    };
+    subject.prepare(view, exactness)?;
     let (camera, _) = subject.camera(view)?;
     let image = subject.draw(&camera)?;
     output::write_picture(path, Format::Png(Depth::Eight), &image)?;
@@ -180,7 +197,11 @@ fn run(subject: &Subject, path: &Path, view: &View, cameras: &Cameras) -> Result
         start: Instant::now(),
         verbosity: Verbosity::Quiet,
     };
-    Opened::read(drawing, Purpose::Draw, Verbosity::Quiet)?.finish(None, log)
+    let typed = Typed::default();
+    match planner::planned(&drawing, &typed, Verbosity::Quiet)? {
+        Some(planned) => planned.opened.finish(Some(planned.record), log),
+        None => Opened::read(drawing, Purpose::Draw, Verbosity::Quiet)?.finish(None, log),
+    }
 }
 
 fn set_size(drawing: &mut Drawing, view: &View) {

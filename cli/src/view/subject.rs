@@ -1,8 +1,8 @@
 //! The scene as it is drawn: read once, then seen from any camera under any options of the page.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Error, Result, bail};
 use glam::DVec3;
 use resample_core::{Camera, Image, LookAt, Projection};
 use serde_json::{Value, json};
@@ -10,7 +10,7 @@ use tempfile::TempDir;
 
 use super::facts;
 use super::message::{Exactness, View};
-use super::words::{Application, Changes, Words};
+use super::words::{Application, Changes, Files, Words};
 use crate::args::Drawing;
 use crate::background::Background;
 use crate::camera_file::{self, CameraDefaults};
@@ -19,8 +19,9 @@ use crate::picture;
 use crate::plan::{DEFAULT_SIZE, Purpose};
 use crate::planner;
 use crate::report::Verbosity;
+use crate::seen;
 use crate::setting::Setting;
-use crate::values::{BackgroundWord, Size};
+use crate::values::{self, BackgroundWord, Size};
 use crate::viewpoint::DEFAULT_FOV_Y_DEG;
 
 /// Most pixels of a picture that the page may ask for: those of a screen of 3840x2160.
@@ -45,7 +46,10 @@ pub(super) struct Subject {
 struct Ready {
     changes: Changes,
     transfer: Option<Value>,
+    labels: Option<Value>,
     exactness: Exactness,
+    /// The camera, where the setting depends on it.
+    planned_for: Option<Camera>,
 }
 
 impl Subject {
@@ -62,7 +66,9 @@ impl Subject {
             ready: Ready {
                 changes: Changes::new(),
                 transfer: None,
+                labels: None,
                 exactness: Exactness::Default,
+                planned_for: None,
             },
             drawing,
         })
@@ -212,43 +218,69 @@ impl Subject {
 
     /// Takes the options of a view; true if they are new.
     pub(super) fn prepare(&mut self, view: &View, exactness: Exactness) -> Result<bool> {
+        let planned_for = match exactness.bound() {
+            Some(_) => Some(self.camera(view)?.0),
+            None => None,
+        };
         let ready = Ready {
             changes: view.changes.clone(),
             transfer: view.transfer.clone(),
+            labels: view.labels.clone(),
             exactness,
+            planned_for,
         };
         if ready == self.ready {
             return Ok(false);
         }
-        let transfer = self.transfer_file(view)?;
-        let drawing = self.words.drawing(&view.changes, transfer.as_deref())?;
-        let setting = drawing.setting();
+        let drawing = self.words.drawing(&view.changes, &self.files(view)?)?;
+        let typed = drawing.setting();
         let setting = match exactness {
-            Exactness::Default => setting,
-            Exactness::Fast => planner::ends(&setting)?.quick,
-            Exactness::Exact => planner::ends(&setting)?.exact,
+            Exactness::Fast => planner::ends(&typed)?.quick,
+            Exactness::Exact => planner::ends(&typed)?.exact,
+            Exactness::Default | Exactness::Within64 | Exactness::Within255 => typed.clone(),
         };
-        match (self.opened.volume(), &drawing, &setting) {
-            (Some(open), Drawing::Volsplat(args), Setting::Volume(render)) => {
-                let mut args = (**args).clone();
-                args.render = (**render).clone();
-                open.restyle(args)?;
-            }
-            _ => self.opened.set(&setting)?,
+        self.restyle(&drawing, &setting)?;
+        if let (Some(bound), Some(camera)) = (exactness.bound(), planned_for) {
+            let bound = values::bound(bound).map_err(Error::msg)?;
+            let setting = planner::keeping(&mut self.opened, typed, camera, bound)?;
+            self.opened.set(&setting)?;
         }
         self.drawing = drawing;
         self.ready = ready;
         Ok(true)
     }
 
-    /// Writes the page's transfer function to where it is read from.
-    fn transfer_file(&self, view: &View) -> Result<Option<PathBuf>> {
-        let Some(transfer) = &view.transfer else {
-            return Ok(None);
+    /// Takes the looks of a command, and a setting in place of its own.
+    fn restyle(&mut self, drawing: &Drawing, setting: &Setting) -> Result<()> {
+        match (drawing, setting) {
+            (Drawing::Volsplat(args), Setting::Volume(render)) => {
+                let mut args = (**args).clone();
+                args.render = (**render).clone();
+                self.opened.volume().context("a volume")?.restyle(args)
+            }
+            (Drawing::Texmap(args), Setting::Mesh(render)) => {
+                let mut args = (**args).clone();
+                args.render = render.clone();
+                self.opened.mesh().context("a mesh")?.restyle(args)
+            }
+            _ => self.opened.set(setting),
+        }
+    }
+
+    /// Writes what the page has edited to where it is read from.
+    fn files(&self, view: &View) -> Result<Files> {
+        let file = |name: &str, content: &Option<Value>| -> Result<Option<PathBuf>> {
+            let Some(content) = content else {
+                return Ok(None);
+            };
+            let path = self.folder.path().join(name);
+            std::fs::write(&path, content.to_string())?;
+            Ok(Some(path))
         };
-        let path = self.folder.path().join("transfer.json");
-        std::fs::write(&path, transfer.to_string())?;
-        Ok(Some(path))
+        Ok(Files {
+            transfer: file("transfer.json", &view.transfer)?,
+            labels: file("labels.json", &view.labels)?,
+        })
     }
 
     /// Whether a band of a picture costs less than the whole: a warp casts all of its samples for either.
@@ -275,17 +307,17 @@ impl Subject {
             cy: camera.cy - y,
             ..camera
         };
-        let Some(open) = self.opened.volume() else {
-            return Ok(Value::Null);
+        if let Some(open) = self.opened.volume() {
+            let found = open.probe(&pixel)?;
+            return Ok(found.map_or(Value::Null, |found| {
+                json!({ "world": found.world.to_array(), "voxel": found.voxel, "value": found.value })
+            }));
+        }
+        let world = match self.opened.mesh() {
+            Some(open) => open.probe(&pixel)?,
+            None => seen::in_world(&pixel, &self.opened.draw(&pixel)?.image),
         };
-        Ok(match open.probe(&pixel)? {
-            None => Value::Null,
-            Some(found) => json!({
-                "world": found.world.to_array(),
-                "voxel": found.voxel,
-                "value": found.value,
-            }),
-        })
+        Ok(world.map_or(Value::Null, |world| json!({ "world": world.to_array() })))
     }
 
     fn background(&self) -> Background {
@@ -305,8 +337,22 @@ impl Subject {
     }
 
     /// The words of the command that repeats a view, without its camera, its size and its name.
-    pub(super) fn line(&self, view: &View, transfer: Option<&Path>) -> Result<Vec<String>> {
-        self.words.line(&view.changes, transfer)
+    pub(super) fn line(&self, view: &View, files: &Files) -> Result<Vec<String>> {
+        let mut words = self.words.line(&view.changes, files)?;
+        words.extend(self.rest(view)?);
+        Ok(words)
+    }
+
+    /// The options of a resting picture beyond those that were typed.
+    fn rest(&self, view: &View) -> Result<Vec<String>> {
+        Ok(match view.exactness {
+            Exactness::Fast | Exactness::Default => Vec::new(),
+            Exactness::Within64 | Exactness::Within255 => {
+                let bound = view.exactness.bound().into_iter().map(str::to_owned);
+                [vec!["--max-error".to_owned()], bound.collect()].concat()
+            }
+            Exactness::Exact => planner::ends(&self.drawing.setting())?.exact_words,
+        })
     }
 
     /// The option that takes a camera file.
@@ -319,7 +365,13 @@ impl Subject {
 
     /// The whole command, to be run from its beginning.
     pub(super) fn whole(&self, view: &View) -> Result<Drawing> {
-        let transfer = self.transfer_file(view)?;
-        self.words.drawing(&view.changes, transfer.as_deref())
+        let mut drawing = self.words.drawing(&view.changes, &self.files(view)?)?;
+        if view.exactness == Exactness::Exact {
+            drawing.set(planner::ends(&drawing.setting())?.exact)?;
+        }
+        if let Some(bound) = view.exactness.bound() {
+            drawing.ask_mut().max_error = Some(values::bound(bound).map_err(Error::msg)?);
+        }
+        Ok(drawing)
     }
 }

@@ -5,22 +5,25 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 use glam::DVec3;
+use volsplat::transfer::ColourMap;
 
 use crate::args::{Drawing, GlobalArgs, ServeArgs, TexmapArgs, VolsplatArgs, Warp3dArgs};
 use crate::input_file::InputFile;
+use crate::scene;
 use crate::typed::Typed;
 use crate::values::{self, BackgroundWord};
 use crate::viewpoint::Viewpoint;
 
 /// Options that the page may set. None of them names a file.
-const FROM_PAGE: [&str; 24] = [
+const FROM_PAGE: [&str; 26] = [
     "background",
     "blend",
+    "channel",
     "clip-plane",
     "colormap",
     "crop",
@@ -42,6 +45,7 @@ const FROM_PAGE: [&str; 24] = [
     "shade",
     "slab",
     "subpixels",
+    "textures",
     "window",
 ];
 
@@ -99,6 +103,29 @@ pub(super) struct Words {
     typed: Typed,
     pub(super) serve: ServeArgs,
     pub(super) global: GlobalArgs,
+}
+
+/// Files that hold what the page has edited.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Files {
+    /// In place of the transfer function.
+    pub(super) transfer: Option<PathBuf>,
+    /// In place of the colours of labels.
+    pub(super) labels: Option<PathBuf>,
+}
+
+impl Files {
+    fn words(&self) -> impl Iterator<Item = OsString> {
+        let transfer = self.transfer.iter().flat_map(|path| {
+            let space = ["--transfer-space".into(), "srgb".into()];
+            space.into_iter().chain(["--transfer".into(), path.into()])
+        });
+        let labels = self
+            .labels
+            .iter()
+            .flat_map(|path| ["--label-colours".into(), path.into()]);
+        transfer.chain(labels)
+    }
 }
 
 /// Options by name, as the page sets them.
@@ -179,22 +206,12 @@ impl Words {
         self.parsed(&matches).map_err(plain)
     }
 
-    /// The command with the page's changes; `transfer` is a file that stands in for the transfer function.
-    pub(super) fn drawing(&self, changes: &Changes, transfer: Option<&Path>) -> Result<Drawing> {
-        let mut words: Vec<OsString> = self
-            .kept(changes, transfer)
-            .into_iter()
-            .map(OsString::from)
-            .collect();
+    /// The command with the page's changes.
+    pub(super) fn drawing(&self, changes: &Changes, files: &Files) -> Result<Drawing> {
+        let kept = self.kept(changes, files).into_iter();
+        let mut words: Vec<OsString> = kept.map(OsString::from).collect();
         words.extend(changed(changes)?.into_iter().map(OsString::from));
-        if let Some(path) = transfer {
-            words.extend([
-                "--transfer-space".into(),
-                "srgb".into(),
-                "--transfer".into(),
-                path.into(),
-            ]);
-        }
+        words.extend(files.words());
         let matches = self
             .application
             .command()
@@ -204,22 +221,15 @@ impl Words {
     }
 
     /// The words of the command that repeats a picture, but for its camera, its size and its name.
-    pub(super) fn line(&self, changes: &Changes, transfer: Option<&Path>) -> Result<Vec<String>> {
+    pub(super) fn line(&self, changes: &Changes, files: &Files) -> Result<Vec<String>> {
         let mut words = vec![self.application.name().to_owned()];
-        words.extend(self.kept(changes, transfer));
+        words.extend(self.kept(changes, files));
         if self.application == Application::Depth && !self.has_lens() {
             words.extend(["--from".to_owned(), format!("fov:{UNKNOWN_FOV_Y_DEG}")]);
         }
         words.extend(changed(changes)?);
-        if let Some(path) = transfer {
-            let path = path.to_string_lossy().into_owned();
-            words.extend([
-                "--transfer".to_owned(),
-                path,
-                "--transfer-space".to_owned(),
-                "srgb".to_owned(),
-            ]);
-        }
+        let files = files.words();
+        words.extend(files.map(|word| word.to_string_lossy().into_owned()));
         Ok(words)
     }
 
@@ -229,14 +239,15 @@ impl Words {
     }
 
     /// What was typed and still holds.
-    fn kept(&self, changes: &Changes, transfer: Option<&Path>) -> Vec<String> {
+    fn kept(&self, changes: &Changes, files: &Files) -> Vec<String> {
         let has_look =
-            transfer.is_some() || changes.keys().any(|name| LOOKS.contains(&name.as_str()));
+            files.transfer.is_some() || changes.keys().any(|name| LOOKS.contains(&name.as_str()));
         self.typed.words(|name| {
             OWN.contains(&name)
                 || REPLACED.contains(&name)
                 || changes.contains_key(name)
                 || (has_look && LOOKS.contains(&name))
+                || (files.labels.is_some() && name == "label-colours")
         })
     }
 
@@ -272,11 +283,29 @@ fn changed(changes: &Changes) -> Result<Vec<String>> {
             if name == "background" && !is_colour(value) {
                 bail!("--background={value}: expected a colour; a picture is for the command line");
             }
+            if name == "channel" {
+                words.extend(channel(value)?);
+                continue;
+            }
             // One word, so that a value cannot be taken for another option.
             words.push(format!("--{name}={value}"));
         }
     }
     Ok(words)
+}
+
+/// The words of a channel: its number, and a look that is no name of a file.
+fn channel(value: &str) -> Result<[String; 3]> {
+    let (number, look) = value.split_once(' ').unwrap_or((value, ""));
+    let is_number = !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
+    let is_look =
+        look == "labels" || look.parse::<ColourMap>().is_ok() || scene::colour(look).is_some();
+    if !(is_number && is_look) {
+        bail!(
+            "--channel {value}: expected a number, and a colour, a colour map or labels; files are for the command line"
+        );
+    }
+    Ok(["--channel".to_owned(), number.to_owned(), look.to_owned()])
 }
 
 /// Whether a background is no name of a file.

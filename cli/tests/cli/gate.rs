@@ -230,7 +230,33 @@ fn resume_keeps_only_what_this_run_would_write() {
     );
     for step in 0..4 {
         let again = fs::read(bench.path(&format!("out/a_000{step}.png"))).expect("there");
-        assert_eq!(again, whole(step), "picture {step}");
+        assert!(again == whole(step), "picture {step}");
+    }
+}
+
+#[test]
+fn resume_draws_again_what_other_options_or_files_made() {
+    for format in ["png", "exr"] {
+        let bench = Bench::new();
+        let words = format!("--size 16x16 --turntable 2 --resume -o out/a.{format}");
+        assert_good(&bench.draw(&words));
+        let kept = |output: &std::process::Output| stderr(output).contains("wrote nothing");
+        assert!(kept(&bench.draw(&words)), "{format}: the same again");
+        assert!(
+            kept(&bench.draw(&format!("{words} --threads 1"))),
+            "threads"
+        );
+        let other = format!("{words} --background white");
+        let output = bench.draw(&other);
+        let said = stderr(&output);
+        assert!(said.contains("made with other options"), "{said}");
+        assert!(said.contains("wrote 2 pictures"), "{said}");
+        assert!(kept(&bench.draw(&other)));
+        let mut voxels = fs::read(bench.path("ball.raw")).expect("there");
+        let last = voxels.len() - 1;
+        voxels[last] ^= 1;
+        fs::write(bench.path("ball.raw"), &voxels).expect("written");
+        assert!(!kept(&bench.draw(&other)), "a voxel has changed");
     }
 }
 

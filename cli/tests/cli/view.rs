@@ -7,6 +7,7 @@ use super::{BALL, Bench, warp3d};
 use page::{Viewer, run_copied, view, with};
 
 mod browser;
+mod figures;
 mod page;
 
 /// What a page shows at rest, and what the copied command writes, are the same file.
@@ -46,6 +47,9 @@ fn a_resting_volume_is_the_command_lines_picture() {
         json!({ "changes": { "iso": ["100"], "crop": ["3,3,3,25,31,31"] } }),
         json!({ "changes": { "clip-plane": ["0.6,0,0.8,12"], "opacity-scale": ["2"] } }),
         json!({ "exactness": "default", "changes": { "order": ["every-sample"] } }),
+        json!({ "exactness": "exact" }),
+        json!({ "exactness": "1/255", "changes": { "shade": ["phong"] } }),
+        json!({ "exactness": "1/64", "transfer": transfer() }),
     ] {
         assert_same(&bench, &format!("ball.raw {BALL}"), more);
     }
@@ -57,17 +61,74 @@ fn a_resting_volume_is_the_command_lines_picture() {
 }
 
 #[test]
-fn a_resting_mesh_and_a_resting_warp_are_the_command_lines_pictures() {
+fn labels_and_channels_in_the_pages_colours_are_the_command_lines_pictures() {
+    let bench = Bench::new();
+    let labels = json!({ "200": { "colour": "#ff0000", "opacity": 0.5 }, "210": { "colour": "#0000ff", "opacity": 1 } });
+    let ball = format!("ball.raw {BALL}");
+    assert_same(&bench, &format!("{ball} --labels"), json!({}));
+    assert_same(
+        &bench,
+        &format!("{ball} --labels"),
+        json!({ "labels": labels }),
+    );
+    let words = format!("{ball} --channel 0 red --also ball.raw viridis");
+    assert_same(&bench, &words, json!({}));
+    assert_same(
+        &bench,
+        &words,
+        json!({ "changes": { "channel": ["0 #00ff80"] } }),
+    );
+}
+
+#[test]
+fn labels_and_channels_are_told_to_the_page() {
+    let bench = Bench::new();
+    let viewer = Viewer::start(&bench, &format!("ball.raw {BALL} --labels"));
+    let volume = viewer.page().hear("scene")["volume"].clone();
+    let labels = volume["labels"].as_array().expect("a list");
+    let voxels = super::ball();
+    let count = |label: &Value| {
+        let is = |voxel: &&u8| label["label"] == **voxel;
+        voxels.iter().filter(is).count()
+    };
+    let counts: Vec<usize> = labels.iter().map(count).collect();
+    assert!(counts.is_sorted_by(|a, b| a >= b), "{counts:?}");
+    let coloured = voxels.iter().filter(|voxel| **voxel > 0).count();
+    assert_eq!(counts.iter().sum::<usize>(), coloured, "all but 0");
+    assert_eq!(volume["function"], Value::Null);
+    let viewer = Viewer::start(&bench, &format!("ball.raw {BALL} --channel 0 red"));
+    let volume = viewer.page().hear("scene")["volume"].clone();
+    let channel = &volume["channels"][0];
+    assert_eq!(
+        (&channel["number"], &channel["look"]),
+        (&json!("0"), &json!("red"))
+    );
+    let colour = [0, 1, 2].map(|k| channel["colour"][k].as_f64().expect("a number"));
+    assert!(colour[0] > 0.999 && colour[1..] == [0.0; 2], "{colour:?}");
+    assert_eq!(volume["function"], Value::Null);
+}
+
+/// A bench with a square whose texture is a photograph.
+fn textured() -> Bench {
     let bench = warp3d::bench();
     bench.write(
         "square.obj",
-        b"v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n",
+        b"v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n",
     );
-    assert_same(
-        &bench,
-        "square.obj --up z",
-        json!({ "changes": { "shade": ["lambert"] } }),
-    );
+    bench
+}
+
+#[test]
+fn a_resting_mesh_and_a_resting_warp_are_the_command_lines_pictures() {
+    let bench = textured();
+    for changes in [
+        json!({ "shade": ["lambert"] }),
+        json!({ "textures": ["grid"] }),
+        json!({ "textures": ["left-out"], "shade": ["unlit"] }),
+    ] {
+        let words = "square.obj --up z --texture im.png";
+        assert_same(&bench, words, json!({ "changes": changes }));
+    }
     let words = "im.png z.pfm --intrinsics 30,30,15.5,11.5";
     assert_same(&bench, words, json!({}));
     assert_same(
@@ -163,6 +224,8 @@ fn the_page_names_no_files_but_new_ones_in_the_folder() {
         ("stats", "a.json"),
         ("background", "a.png"),
         ("output", "a.png"),
+        ("channel", "0 a.json"),
+        ("channel", "--stats red"),
     ] {
         let changes = json!({ "changes": { name: [value] } });
         let why = page.refusal(&with(&with(&view, draw.clone()), changes));
@@ -218,7 +281,9 @@ fn what_was_found_is_saved() {
         read("a.png") == read("b.png"),
         "what was saved repeats the picture"
     );
-    assert!(read("turn_00.png") == read("a.png") && read("turn_01.png").len() > 100);
+    let pixels = |name: &str| super::read_png(&bench.path(name));
+    assert!(pixels("turn_00.png") == pixels("a.png"));
+    assert!(read("turn_01.png").len() > 100);
     assert!(read("a.exr").starts_with(b"\x76\x2f\x31\x01"));
     assert!(read("film.webp").starts_with(b"RIFF"));
 }
@@ -243,6 +308,43 @@ fn a_probe_says_what_lies_under_the_pointer() {
         Value::Null,
         "the corner is empty"
     );
+}
+
+/// The place in the world under a pixel.
+fn probed(bench: &Bench, words: &str, at: [f64; 2]) -> Value {
+    let viewer = Viewer::start(bench, words);
+    let mut page = viewer.page();
+    let scene = page.hear("scene");
+    let view = view(&scene, json!({}));
+    page.say(&with(&view, json!({ "type": "probe", "at": at })));
+    page.hear("probe")["found"].clone()
+}
+
+#[test]
+fn a_probe_finds_surfaces_labels_and_channels() {
+    let bench = textured();
+    let found = probed(&bench, "square.obj --up z --texture im.png", [48.5, 40.5]);
+    let z = found["world"][2].as_f64().expect("a place");
+    assert!(z.abs() < 1e-4, "the square lies at z = 0: {found}");
+    let found = probed(
+        &bench,
+        "im.png z.pfm --intrinsics 30,30,15.5,11.5",
+        [48.5, 40.5],
+    );
+    assert!(found["world"][2].is_number(), "{found}");
+    let bench = Bench::new();
+    for words in ["--labels", "--channel 0 red", "--blend maximum"] {
+        let found = probed(&bench, &format!("ball.raw {BALL} {words}"), [48.5, 40.5]);
+        let voxel = [0, 1, 2].map(|k| found["voxel"][k].as_u64().expect("an index") as usize);
+        let place = voxel[0] + 32 * (voxel[1] + 32 * voxel[2]);
+        let value = super::ball()[place];
+        assert!(
+            value > 0 && found["value"] == f64::from(value),
+            "{words}: {found}"
+        );
+        let found = probed(&bench, &format!("ball.raw {BALL} {words}"), [0.5, 0.5]);
+        assert_eq!(found, Value::Null, "{words}: the corner is empty");
+    }
 }
 
 #[test]

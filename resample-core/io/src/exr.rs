@@ -220,3 +220,25 @@ fn listed(headers: &[Header]) -> String {
     }
     names.join(", ")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn premultiplied_colours_are_divided_by_their_alpha() {
+        let rgb = [0.2, 0.3, 0.4];
+        assert_eq!(straight(rgb, None), [0.2, 0.3, 0.4, 1.0]);
+        assert_eq!(straight([f32::NAN, 0.3, 0.4], None)[3], 0.0, "unknown");
+        assert_eq!(straight(rgb, Some(0.5)), [0.4, 0.6, 0.8, 0.5]);
+        assert_eq!(straight(rgb, Some(1.0)), [0.2, 0.3, 0.4, 1.0]);
+        assert_eq!(
+            straight(rgb, Some(1.5)),
+            [0.2, 0.3, 0.4, 1.0],
+            "no more than covered"
+        );
+        for nothing in [0.0, -1.0, f32::NAN] {
+            assert_eq!(straight(rgb, Some(nothing)), [0.0; 4], "{nothing}");
+        }
+    }
+}

@@ -151,3 +151,40 @@ pub fn check_claim(
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn claims_are_held_against_the_largest_picture_and_the_file() {
+        let side = 1 << 14;
+        assert_eq!(side * side, MAX_PIXELS, "a square of the largest size");
+        let claim = |width, height, file_bytes| check_claim(width, height, file_bytes, 8);
+        assert!(claim(side, side, u64::MAX).is_ok(), "as large as may be");
+        for (width, height) in [(side, side + 1), (u64::MAX, 2), (0, 5), (5, 0)] {
+            assert!(claim(width, height, u64::MAX).is_err(), "{width}x{height}");
+        }
+        assert!(claim(10, 8, 10).is_ok(), "as much as the file can hold");
+        assert!(claim(27, 3, 10).is_err(), "a pixel more");
+    }
+
+    #[test]
+    fn small_files_are_read_whole_and_larger_ones_are_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.txt");
+        std::fs::write(&path, "twelve bytes").expect("written");
+        assert_eq!(read_small(&path, 12).expect("it fits"), b"twelve bytes");
+        assert!(read_small(&path, 11).is_err(), "one byte too many");
+        assert_eq!(read_whole(&path).expect("there"), b"twelve bytes");
+        assert_eq!(read_text(&path).expect("a text"), "twelve bytes");
+        assert_eq!(first_bytes(&path, 6).expect("there"), b"twelve");
+        std::fs::write(&path, [0xff, 0xfe]).expect("written");
+        let error = read_text(&path).expect_err("no UTF-8").to_string();
+        assert!(
+            error.contains("UTF-8") && error.contains("a.txt"),
+            "{error}"
+        );
+        assert!(read_whole(folder.path()).is_err(), "a folder");
+    }
+}

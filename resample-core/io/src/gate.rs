@@ -255,6 +255,18 @@ mod tests {
     }
 
     #[test]
+    fn data_that_does_not_say_its_size_gets_a_share_of_its_file() {
+        let given = Gate::new(Outside::Refused, Some(5 << 30));
+        assert_eq!(given.most_unpacked(1), 5 << 30, "as was typed");
+        let usual = Gate::default();
+        assert_eq!(
+            usual.most_unpacked(1),
+            HARMLESS_BYTES.min(usual.max_memory())
+        );
+        assert_eq!(usual.most_unpacked(u64::MAX), usual.max_memory());
+    }
+
+    #[test]
     fn bombs_are_refused_until_memory_is_given() {
         let (usual, given) = (Gate::default(), Gate::new(Outside::Refused, Some(8 << 30)));
         let (packed, unpacked) = (1 << 20, 1 << 30);

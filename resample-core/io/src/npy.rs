@@ -210,3 +210,60 @@ fn shape(text: &str) -> Result<Vec<usize>, String> {
         .map(|word| word.trim_end_matches('L').parse().map_err(|_| fault()))
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn header(text: &str) -> Vec<u8> {
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        bytes.extend((text.len() as u16).to_le_bytes());
+        bytes.extend(text.as_bytes());
+        bytes
+    }
+
+    #[test]
+    fn every_type_of_number_has_its_size_and_order_of_bytes() {
+        let names = [
+            "u1", "u2", "u4", "u8", "i1", "i2", "i4", "i8", "f2", "f4", "f8",
+        ];
+        for name in names {
+            let read = element(&format!("'>{name}', ")).expect("a number");
+            assert_eq!(
+                (read.to_string().as_str(), read.endian),
+                (name, Endian::Big)
+            );
+            let bytes: usize = name[1..].parse().expect("a size");
+            assert_eq!(read.bytes as usize, bytes, "{name}");
+        }
+        assert_eq!(element("'|b1'").expect("truth values").to_string(), "u1");
+        assert_eq!(element("'<f4'").expect("a number").endian, Endian::Little);
+        for other in ["'<c8'", "'|O'", "[('a', '<f4')]"] {
+            assert!(element(other).is_err(), "{other}");
+        }
+    }
+
+    #[test]
+    fn a_header_tells_its_length_order_and_shape() {
+        let text = "{'descr': '<f4', 'fortran_order': True, 'shape': (3, 4L, 5), }";
+        let bytes = header(text);
+        let read = Header::read(&mut bytes.as_slice()).expect("a header");
+        assert_eq!((read.order, read.shape), (Order::Fortran, vec![3, 4, 5]));
+        assert_eq!(read.bytes, bytes.len() as u64);
+        assert!(
+            Header::read(&mut &bytes[..bytes.len() - 1]).is_err(),
+            "cut off"
+        );
+        let odd = header(&text.replace("True", "Maybe"));
+        assert!(Header::read(&mut odd.as_slice()).is_err(), "neither order");
+        // Longer than 255 bytes: both bytes of the length count.
+        let padded = header(&format!("{text:<300}"));
+        let read = Header::read(&mut padded.as_slice()).expect("a header");
+        assert_eq!(read.bytes, 310);
+        let mut forged = b"\x93NUMPY\x02\x00".to_vec();
+        forged.extend((MAX_HEADER_BYTES as u32 + 1).to_le_bytes());
+        forged.extend(vec![b' '; MAX_HEADER_BYTES + 1]);
+        let error = Header::read(&mut forged.as_slice()).expect_err("too long");
+        assert!(format!("{error:?}").contains("at most"), "{error:?}");
+    }
+}

@@ -119,3 +119,46 @@ impl Receiver for HeldPlane {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_decoder_gets_the_room_that_there_is_and_no_byte_more() {
+        let path = Path::new("a.tif");
+        assert!(Room(3 << 20).check(path, 3 << 20, "a strip").is_ok());
+        assert!(Room::ENDLESS.check(path, u64::MAX, "a strip").is_ok());
+        let error = Room(3 << 20).check(path, (3 << 20) + 1, "a strip");
+        let error = error.expect_err("too much").to_string();
+        assert!(
+            error.starts_with("a.tif: a strip takes 4 MiB to decode, 3 MiB are left"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn pieces_land_in_their_rows_and_columns() {
+        let mut plane = HeldPlane::default();
+        plane.begin([3, 2]).expect("memory");
+        plane.put([1, 1], &[5.0, 6.0]).expect("inside");
+        let held = plane.plane(Stored::Float).values;
+        assert!(held[..4].iter().all(|value| value.is_nan()), "unknown");
+        assert_eq!(held[4..], [5.0, 6.0]);
+
+        let mut picture = HeldPicture::default();
+        picture.begin([2, 2]).expect("memory");
+        picture.put([1, 1], &[0.1, 0.2, 0.3, 1.0]).expect("inside");
+        let held = picture.picture(false);
+        assert_eq!(held.rgb[3], [0.1, 0.2, 0.3]);
+        assert_eq!(
+            held.coverage,
+            Some(vec![0.0, 0.0, 0.0, 1.0]),
+            "pixels that no piece holds are not covered"
+        );
+        let mut whole = HeldPicture::default();
+        whole.begin([1, 1]).expect("memory");
+        whole.put([0, 0], &[0.1, 0.2, 0.3, 1.0]).expect("inside");
+        assert_eq!(whole.picture(false).coverage, None, "covered all over");
+    }
+}

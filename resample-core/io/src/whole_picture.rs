@@ -154,6 +154,35 @@ fn finite(channel: f32) -> f32 {
 mod tests {
     use super::*;
 
+    #[test]
+    fn sizes_are_held_against_the_memory_and_the_file() {
+        let side = 1 << 14;
+        assert_eq!(check_size((side, side), 3, 1 << 30), Ok(MAX_BYTES));
+        assert!(
+            check_size((side, side + 1), 3, 1 << 30).is_err(),
+            "a row more"
+        );
+        assert_eq!(
+            check_size((side / 2, side / 2), 6, 1 << 30),
+            Ok(MAX_BYTES),
+            "16 bits take four times as much"
+        );
+        assert!(check_size((side, side / 2), 6, 1 << 30).is_err());
+        assert!(check_size((0, 5), 3, 100).is_err() && check_size((5, 0), 3, 100).is_err());
+        // 4096 x 4096 pixels of 4 bytes are what any file may claim.
+        assert_eq!(check_size((4096, 4096), 4, 0), Ok(FREE_BYTES));
+        assert!(check_size((4096, 4097), 4, 0).is_err());
+        let held = FREE_BYTES / MAX_RATIO;
+        assert!(check_size((4096, 4097), 4, held).is_err());
+        assert!(check_size((4096, 4097), 4, held + 8).is_ok());
+    }
+
+    #[test]
+    fn numbers_that_are_none_become_black() {
+        let given = [0.25, -3.0, f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
+        assert_eq!(given.map(finite), [0.25, -3.0, 0.0, 0.0, 0.0]);
+    }
+
     fn png(picture: &DynamicImage) -> Vec<u8> {
         let mut file = Cursor::new(Vec::new());
         picture

@@ -187,7 +187,7 @@ function hover(event) {
 }
 
 function askProbe(event) {
-  if (!state.scene?.volume) return;
+  if (!state.scene) return;
   const box = canvas.getBoundingClientRect();
   const size = fullSize();
   const at = [((event.clientX - box.left) / box.width) * size[0], ((event.clientY - box.top) / box.height) * size[1]];
@@ -202,7 +202,8 @@ function probed(found) {
   }
   waiting.centre = false;
   const short = (x) => Number(x.toPrecision(5)).toString();
-  line.textContent = found ? `${short(found.value)} at voxel ${found.voxel.join(", ")}; ${found.world.map(short).join(", ")}` : "";
+  const value = found?.voxel ? `${short(found.value)} at voxel ${found.voxel.join(", ")}; ` : "";
+  line.textContent = found ? value + found.world.map(short).join(", ") : "";
 }
 
 window.addEventListener("keydown", (event) => {

@@ -114,6 +114,8 @@ function volumePanel() {
     if (volume.presets.length) parts.push(make("h2", {}, "Presets"), presets());
     parts.push(make("details", {}, make("summary", {}, "Colour maps"), maps()));
   }
+  if (volume.channels.length) parts.push(make("h2", {}, "Channels"), ...volume.channels.map(channelRow));
+  if (volume.labels.length) parts.push(make("h2", {}, "Labels"), ...labelRows());
   parts.push(make("h2", {}, "Light and blending"),
     choice("light", "shade", volume.shadings, suggested("shade") ?? "none"),
     lightSliders(),
@@ -127,6 +129,50 @@ function volumePanel() {
   parts.push(make("details", { open: Boolean(option("clip-plane")) }, make("summary", {}, "Cut"), ...cutSlider()));
   parts.push(make("details", { open: Boolean(option("crop")) }, make("summary", {}, "Crop box"), ...cropSliders()));
   return parts;
+}
+
+const hex = (rgb) => "#" + rgb.map((c) => Math.round(255 * Math.min(1, Math.max(0, c))).toString(16).padStart(2, "0")).join("");
+
+// The colour of a channel, in place of the look that was typed.
+function channelRow({ number, look, colour }, place) {
+  const typed = state.scene.volume.channels.map((channel) => `${channel.number} ${channel.look}`);
+  const now = () => state.changes.channel ?? typed;
+  const [, word] = now()[place].split(" ");
+  const input = make("input", { type: "color", value: word.startsWith("#") ? word : colour ? hex(colour) : "#ffffff" });
+  input.addEventListener("focus", remember);
+  input.addEventListener("input", () => {
+    setOption("channel", ...now().map((pair, i) => (i === place ? `${number} ${input.value}` : pair)));
+    soon();
+  });
+  return row(`channel ${number}${colour || word !== look ? "" : ` (${look})`}`, input);
+}
+
+// Most labels with rows of their own: the most frequent.
+const LABEL_ROWS = 40;
+
+function labelRows() {
+  const { labels } = state.scene.volume;
+  const typed = () => Object.fromEntries(labels.map(({ label, colour, opacity }) => [label, { colour: hex(colour), opacity }]));
+  const now = state.labels ?? typed();
+  const change = (label, field, value) => {
+    state.labels ??= typed();
+    state.labels[label][field] = value;
+    soon();
+  };
+  const rows = labels.slice(0, LABEL_ROWS).map(({ label }) => {
+    const colour = make("input", { type: "color", value: now[label].colour });
+    colour.addEventListener("focus", remember);
+    colour.addEventListener("input", () => change(label, "colour", colour.value));
+    const opacity = make("input", { type: "range", min: 0, max: 1, step: 0.01, value: now[label].opacity, ariaLabel: `opacity of label ${label}` });
+    opacity.addEventListener("pointerdown", remember);
+    opacity.addEventListener("input", () => change(label, "opacity", Number(opacity.value)));
+    return row(String(label), colour, opacity);
+  });
+  const rest = labels.length - rows.length;
+  const note = rest > 0 ? [make("p", { className: "note" }, `${rest} smaller labels keep their colours`)] : [];
+  return [...rows, ...note, make("div", { className: "buttons" },
+    button("as started", () => { remember(); state.labels = null; changed({ panel: true }); }),
+    button("save labels", () => ask("labels", "labels.json")))];
 }
 
 function setLevel(level) {
@@ -251,10 +297,20 @@ function meshPanel() {
   return [
     make("h2", {}, "Surface"),
     choice("light", "shade", options.shade, "as the material says"),
-    choice("texture by", "method", options.method, "hybrid"),
+    textures(),
+    choice("texels by", "method", options.method, "hybrid"),
     slider("turn light", { min: -180, max: 180, value: Number(option("environment-turn") ?? 0), text: (x) => `${x.toFixed(0)}\u00b0`,
       act: (x) => setOption("environment-turn", x.toFixed(0)) }),
   ];
+}
+
+// Pictures shown, left out, or replaced by a grid that shows the density of their texels.
+function textures() {
+  const words = [["shown", "shown"], ["left-out", "left out"], ["grid", "density of texels"]];
+  const select = make("select", { onchange: () => { remember(); setOption("textures", select.value); changed(); } },
+    ...words.map(([value, text]) => make("option", { value }, text)));
+  select.value = option("textures") ?? state.scene.options.textures;
+  return row("textures", select);
 }
 
 function depthPanel() {
@@ -271,7 +327,8 @@ function sharedPanel() {
     ...[["", "none"], ["white", "white"], ["black", "black"], ["#808080", "grey"]].map(([value, text]) => make("option", { value }, text)));
   background.value = option("background") ?? "";
   const exactness = make("select", { onchange: () => { state.exactness = exactness.value; changed({ moving: false }); } },
-    ...["fast", "default", "exact"].map((value) => make("option", { value }, value)));
+    ...[["fast", "quick"], ["default", "as the command line"], ["1/64", "error up to 1/64"], ["1/255", "error up to 1/255"], ["exact", "exact"]]
+      .map(([value, text]) => make("option", { value }, text)));
   exactness.value = state.exactness;
   return [
     make("h2", {}, "Picture"),

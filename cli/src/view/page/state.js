@@ -6,6 +6,7 @@ const state = {
   start: null,        // the camera of the command line
   changes: {},        // options by name, lists of words
   curve: null,        // { opacities: [[value, opacity]], colours: [[value, r, g, b]] } once it was edited, else null
+  labels: null,       // { label: { colour: "#rrggbb", opacity } } of all labels once one was edited, else null
   exactness: "default",
   keys: [],           // key frames: cameras
 };
@@ -14,7 +15,7 @@ const state = {
 const past = [];
 
 function remember() {
-  past.push(JSON.stringify({ changes: state.changes, curve: state.curve }));
+  past.push(JSON.stringify({ changes: state.changes, curve: state.curve, labels: state.labels }));
   if (past.length > 100) past.shift();
 }
 
@@ -34,7 +35,7 @@ function transferFile() {
 
 // The part of a request that says what is drawn.
 function view(size) {
-  return { camera: state.camera, size, changes: state.changes, transfer: transferFile(), exactness: state.exactness };
+  return { camera: state.camera, size, changes: state.changes, transfer: transferFile(), labels: state.labels, exactness: state.exactness };
 }
 
 function setOption(name, ...words) {

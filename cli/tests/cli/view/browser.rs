@@ -18,8 +18,11 @@ use super::page::{Viewer, run_copied};
 /// Longest wait for anything, in an unoptimised build on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
+/// The left button of a mouse, held.
+pub(super) const HELD: &str = r#"{ "button": "left", "buttons": 1, "clickCount": 1 }"#;
+
 /// A browser with one tab.
-struct Browser {
+pub(super) struct Browser {
     process: Child,
     socket: WebSocket<TcpStream>,
     next: u64,
@@ -28,7 +31,7 @@ struct Browser {
 
 impl Browser {
     /// Opens an address; `None` where there is no browser.
-    fn open(address: &str, size: [u32; 2]) -> Option<Self> {
+    pub(super) fn open(address: &str, size: [u32; 2]) -> Option<Self> {
         let names = ["chromium", "chromium-browser", "google-chrome"];
         let profile = tempfile::tempdir().expect("a temporary folder");
         let process = names.iter().find_map(|name| {
@@ -94,7 +97,7 @@ impl Browser {
     }
 
     /// The value of an expression in the page.
-    fn value(&mut self, expression: &str) -> Value {
+    pub(super) fn value(&mut self, expression: &str) -> Value {
         let params =
             json!({ "expression": expression, "returnByValue": true, "awaitPromise": true });
         let result = self.call("Runtime.evaluate", params);
@@ -110,7 +113,7 @@ impl Browser {
         }
     }
 
-    fn wait_rest(&mut self) {
+    pub(super) fn wait_rest(&mut self) {
         // Not the picture of before: rest begins a while after the last motion.
         std::thread::sleep(Duration::from_millis(250));
         self.wait(
@@ -118,7 +121,7 @@ impl Browser {
         );
     }
 
-    fn mouse(&mut self, kind: &str, at: [f64; 2], more: Value) {
+    pub(super) fn mouse(&mut self, kind: &str, at: [f64; 2], more: Value) {
         let mut params = json!({ "type": kind, "x": at[0], "y": at[1] });
         for (key, value) in more.as_object().expect("an object") {
             params[key] = value.clone();
@@ -127,7 +130,7 @@ impl Browser {
     }
 
     fn drag(&mut self, from: [f64; 2], to: [f64; 2]) {
-        let held = json!({ "button": "left", "buttons": 1, "clickCount": 1 });
+        let held: Value = serde_json::from_str(HELD).expect("JSON");
         self.mouse("mousePressed", from, held.clone());
         for step in 1..=10 {
             let share = f64::from(step) / 10.0;
@@ -138,7 +141,7 @@ impl Browser {
     }
 
     /// Middle of the first element that a selector finds, px.
-    fn middle(&mut self, selector: &str) -> [f64; 2] {
+    pub(super) fn middle(&mut self, selector: &str) -> [f64; 2] {
         let place = self.value(&format!(
             "(() => {{ const e = document.querySelector({selector:?}); e.scrollIntoView({{ block: 'nearest' }}); const r = e.getBoundingClientRect(); return [r.x + r.width / 2, r.y + r.height / 2]; }})()"
         ));
