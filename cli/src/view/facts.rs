@@ -7,10 +7,11 @@ use serde_json::{Map, Value, json};
 use volsplat::transfer::{ColourMap, Histogram, Preset};
 use volsplat::{Blend, Shading, TransferFunction};
 
-use crate::args::{Drawing, RayBlend, SceneArgs};
+use crate::args::{Drawing, RayBlend, SceneArgs, TransferArgs, VolsplatArgs};
 use crate::commands::volsplat::Open;
 use crate::look::Suggested;
 use crate::scene;
+use crate::transfer;
 use crate::values::word;
 
 /// Bars of the histogram that the page draws.
@@ -27,7 +28,6 @@ pub(super) fn volume(open: &Open) -> Value {
     let maps: Map<String, Value> = ColourMap::names()
         .filter_map(|name| Some((name.to_owned(), stops(name.parse().ok()?))))
         .collect();
-    // Every channel has a look of its own.
     let is_single = open.args().scene.channel.is_empty();
     let histogram = volume.histogram();
     let presets: Vec<Value> = Preset::all()
@@ -38,7 +38,6 @@ pub(super) fn volume(open: &Open) -> Value {
                 "name": preset.name(),
                 "about": preset.about(),
                 "suggested": suggested,
-                "function": function(&preset.transfer(&histogram)),
             })
         })
         .collect();
@@ -49,7 +48,7 @@ pub(super) fn volume(open: &Open) -> Value {
         "range": [low, high],
         "corners": crate::framing::volume::grid_bounds(volume).map(|corner| corner.to_array()),
         "bars": bars(&histogram, volume.value_range()),
-        "function": open.function().filter(|_| is_single).map(function),
+        "function": function(open),
         "maps": maps,
         "presets": presets,
         "suggested": suggested(&open.suggested()),
@@ -103,8 +102,25 @@ fn bars(histogram: &Histogram, (low, high): (f64, f64)) -> Vec<u64> {
     bars
 }
 
+/// The transfer function; null where labels or several channels have looks of their own.
+pub(super) fn function(open: &Open) -> Value {
+    let args = open.args();
+    if open.function().is_none() || !args.scene.channel.is_empty() {
+        return Value::Null;
+    }
+    // The page scales opacities by an option of their own.
+    let unscaled = VolsplatArgs {
+        transfer: TransferArgs {
+            opacity_scale: 1.0,
+            ..args.transfer.clone()
+        },
+        ..args.clone()
+    };
+    transfer::function(&unscaled, open.described()).map_or(Value::Null, |(found, _)| knots(&found))
+}
+
 /// Knots of a transfer function: value and opacity, value and display colour.
-fn function(function: &TransferFunction) -> Value {
+fn knots(function: &TransferFunction) -> Value {
     let opacities: Vec<_> = function
         .opacity_knots()
         .iter()
