@@ -43,6 +43,7 @@ pub mod input_file;
 mod input_picture;
 mod interrupt;
 mod json_fields;
+mod look;
 mod machine;
 mod measure;
 pub mod multiview;

@@ -32,6 +32,9 @@ const BAND_PX: u32 = 160 * 1024;
 /// Rows of a tile, px: bands begin at edges of tiles.
 const TILE_ROWS: u32 = 16;
 
+/// Options of the page that a preset replaces.
+const WITH_LOOK: [&str; 6] = ["window", "colormap", "preset", "shade", "blend", "light"];
+
 /// Side of a preset's picture, px.
 const THUMBNAIL_PX: u32 = 96;
 
@@ -235,7 +238,7 @@ impl Studio {
         small.transfer = None;
         small
             .changes
-            .retain(|name, _| !["window", "colormap", "preset"].contains(&name.as_str()));
+            .retain(|name, _| !WITH_LOOK.contains(&name.as_str()));
         small
             .changes
             .insert("preset".to_owned(), vec![preset.to_owned()]);

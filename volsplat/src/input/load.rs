@@ -49,6 +49,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Volume, Error> {
     Ok(Volume {
         up_hint: lattice.up_hint,
         space: lattice.space,
+        modality: lattice.modality,
         ..volume
     })
 }
