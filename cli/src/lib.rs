@@ -29,8 +29,10 @@
 //! passed or a bound of a comparison is broken, 130 after Ctrl-C. This file parses, starts the threads and dispatches;
 //! each command reads as its list of steps in `commands/`.
 
+pub mod application;
 pub mod args;
 pub mod background;
+pub mod bands;
 mod blend;
 mod built_in;
 mod camera_file;
@@ -41,10 +43,11 @@ mod figures;
 pub mod framing;
 pub mod input_file;
 mod input_picture;
-mod interrupt;
+pub mod interrupt;
 mod json_fields;
 mod machine;
 mod measure;
+pub mod memory;
 pub mod multiview;
 pub mod opened;
 mod order;
@@ -60,6 +63,7 @@ mod seen;
 mod sequence;
 pub mod setting;
 mod settings;
+pub mod source;
 mod threads;
 mod transfer;
 mod transfer_plot;

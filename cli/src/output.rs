@@ -171,14 +171,14 @@ pub fn write_marked_picture(
 }
 
 /// The bytes of the PNG file of a picture, 8 bits a channel.
-pub(crate) fn png_file(image: &Image) -> Result<Vec<u8>> {
+pub fn png_file(image: &Image) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     png::write(&mut bytes, image, Depth::Eight, None)?;
     Ok(bytes)
 }
 
 /// The codes of a PNG: red, green, blue and alpha of each pixel, 8 bits in sRGB, straight.
-pub(crate) fn png_codes(image: &Image) -> Vec<u8> {
+pub fn png_codes(image: &Image) -> Vec<u8> {
     png::bytes(image, Depth::Eight)
 }
 

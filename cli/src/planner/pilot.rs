@@ -224,7 +224,7 @@ impl Pilot {
         candidate: &Candidate,
         camera: &Camera,
     ) -> Result<(Rendered, Work)> {
-        let seen = measure::rendered(&mut scene.opened, camera)?;
+        let seen = measure::rendered(scene.opened, camera)?;
         let work = candidate.work(&seen.keys);
         self.cpu_ms += seen.time.cpu_ms;
         self.work += work.growing + work.fixed;
