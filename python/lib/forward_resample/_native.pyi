@@ -1,0 +1,43 @@
+"""The compiled part: contiguous arrays in, pictures out. The other modules say what is public."""
+
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, Optional, Union, final
+
+import numpy as np
+import numpy.typing as npt
+
+_Path = Union[str, os.PathLike[str]]
+_Floats = npt.NDArray[np.float32]
+_Handed = tuple[_Floats, Optional[_Floats], dict[str, _Floats], str]
+
+__version__: str
+
+def options(name: str) -> list[tuple[str, str]]: ...
+def check(name: str, inputs: Sequence[str], options: Mapping[str, Any]) -> None: ...
+def srgb8(rgba: _Floats) -> npt.NDArray[np.uint8]: ...
+def png(rgba: _Floats) -> bytes: ...
+def save(
+    path: _Path, rgba: _Floats, depth: Optional[_Floats], planes: Mapping[str, _Floats], bits: Optional[int]
+) -> int: ...
+def write_film(path: _Path, pictures: Iterable[_Floats], count: int, fps: Optional[int]) -> int: ...
+@final
+class Scene:
+    @staticmethod
+    def files(command: str, names: Sequence[_Path], threads: Optional[int]) -> Scene: ...
+    @staticmethod
+    def volume(
+        array: npt.NDArray[Any],
+        place: Mapping[str, Any],
+        options: Mapping[str, Any],
+        mask: Optional[npt.NDArray[Any]],
+        also: Sequence[tuple[npt.NDArray[Any], str]],
+        threads: Optional[int],
+    ) -> Scene: ...
+    @staticmethod
+    def mesh(arrays: Mapping[str, Any], options: Mapping[str, Any], threads: Optional[int]) -> Scene: ...
+    @staticmethod
+    def depth(pictures: Sequence[Mapping[str, Any]], threads: Optional[int]) -> Scene: ...
+    def prepare(self, options: Mapping[str, Any]) -> tuple[int, list[str]]: ...
+    def draw(self, number: int, progress: Optional[Callable[[float], object]] = None) -> tuple[_Handed, list[str]]: ...
+    def write(self, path: _Path, options: Mapping[str, Any]) -> list[str]: ...

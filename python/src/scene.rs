@@ -1,0 +1,210 @@
+//! A scene of Python: arrays or files, drawn under options that are given by name.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+
+use numpy::PyUntypedArray;
+use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use resample_cli::application::Application;
+use resample_cli::args::Drawing;
+use resample_cli::interrupt;
+use resample_cli::memory;
+use resample_cli::source::{HeldPictures, HeldVolumes};
+
+use crate::picture::{Handed, handed};
+use crate::session::{Held, Session};
+use crate::work::{Done, Reins, work};
+use crate::{depth, fault, mesh, volume, words};
+
+/// A scene that is drawn.
+#[pyclass(frozen)]
+pub(crate) struct Scene {
+    application: Application,
+    /// As it was given; what is drawn is a copy of it.
+    given: Session,
+    session: Mutex<Arc<Mutex<Session>>>,
+    pool: Option<Arc<ThreadPool>>,
+}
+
+/// A volume that is looked at together with another, and its look.
+type Beside<'py> = (Bound<'py, PyUntypedArray>, String);
+
+#[pymethods]
+impl Scene {
+    /// The scene of files, under the command that draws them.
+    #[staticmethod]
+    fn files(command: &str, names: Vec<OsString>, threads: Option<usize>) -> PyResult<Self> {
+        let application = words::application(command)?;
+        Self::new(application, names, Held::Files, threads)
+    }
+
+    /// A volume of an array; `options` are those that change how it is taken over.
+    #[staticmethod]
+    #[pyo3(signature = (array, place, options, mask, also, threads))]
+    fn volume(
+        array: &Bound<'_, PyUntypedArray>,
+        place: &Bound<'_, PyAny>,
+        options: &Bound<'_, PyDict>,
+        mask: Option<&Bound<'_, PyUntypedArray>>,
+        also: Vec<Beside<'_>>,
+        threads: Option<usize>,
+    ) -> PyResult<Self> {
+        let named = words::named(Application::Volume, options)?;
+        let inputs = |name: &str| vec![OsString::from(name)];
+        let made = |array: &Bound<'_, PyUntypedArray>, name: &str| {
+            let session = Session::new(Application::Volume, inputs(name), Held::Files);
+            let (lattice, voxels) = volume::parts(array, place.extract()?)?;
+            let made = array.py().detach(|| match session.drawing(&named)?.0 {
+                Drawing::Volsplat(args) => memory::volume(&args, lattice, voxels),
+                _ => anyhow::bail!("another command"),
+            });
+            made.map(Arc::new).map_err(|error| fault::raised(&error))
+        };
+        let held = HeldVolumes {
+            volume: made(array, "array")?,
+            mask: mask.map(|mask| made(mask, "mask")).transpose()?,
+            also: also
+                .iter()
+                .map(|(array, look)| Ok((made(array, "also")?, look.clone())))
+                .collect::<PyResult<_>>()?,
+        };
+        let held = Held::Volumes(held.into());
+        Self::new(Application::Volume, inputs("array"), held, threads)
+    }
+
+    /// A mesh of arrays; `options` are those that are read with it, such as `environment`.
+    #[staticmethod]
+    fn mesh(
+        arrays: mesh::Arrays<'_>,
+        options: &Bound<'_, PyDict>,
+        threads: Option<usize>,
+    ) -> PyResult<Self> {
+        let named = words::named(Application::Mesh, options)?;
+        let inputs = vec![OsString::from("mesh")];
+        let session = Session::new(Application::Mesh, inputs.clone(), Held::Files);
+        let scene = mesh::scene(&arrays)?;
+        let made = options.py().detach(|| match session.drawing(&named)?.0 {
+            Drawing::Texmap(args) => memory::mesh(&args, scene),
+            _ => anyhow::bail!("another command"),
+        });
+        let held = Held::Mesh(made.map_err(|error| fault::raised(&error))?.into());
+        Self::new(Application::Mesh, inputs, held, threads)
+    }
+
+    /// Pictures with depth of arrays, each of them colour and depth.
+    #[staticmethod]
+    fn depth(pictures: Vec<depth::Arrays<'_>>, threads: Option<usize>) -> PyResult<Self> {
+        let held: Vec<_> = pictures
+            .iter()
+            .map(depth::picture)
+            .collect::<PyResult<_>>()?;
+        let inputs = vec![OsString::from("colour"), OsString::from("depth")];
+        let held = Held::Pictures(HeldPictures(held).into());
+        Self::new(Application::Depth, inputs, held, threads)
+    }
+
+    /// Has the scene stand as the options say: the number of pictures that they ask for, and what there is to say.
+    fn prepare(&self, options: &Bound<'_, PyDict>) -> PyResult<(usize, Vec<String>)> {
+        let named = words::named(self.application, options)?;
+        let Done { value, lines } = self.work(options.py(), None, move |session, _| {
+            session.prepare(&named)
+        })?;
+        Ok((value, lines))
+    }
+
+    /// Draws one of the pictures that were prepared.
+    #[pyo3(signature = (number, progress=None))]
+    fn draw<'py>(
+        &self,
+        py: Python<'py>,
+        number: usize,
+        progress: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<(Handed<'py>, Vec<String>)> {
+        let Done { value, lines } = self.work(py, progress, move |session, reins| {
+            session.draw(number, reins)
+        })?;
+        let drawn = value.ok_or_else(|| PyIndexError::new_err("nobody waits for the picture"))?;
+        Ok((handed(py, drawn)?, lines))
+    }
+
+    /// Draws and writes all pictures as the command line does, and gives what there is to say.
+    fn write(&self, path: PathBuf, options: &Bound<'_, PyDict>) -> PyResult<Vec<String>> {
+        let named = words::named(self.application, options)?;
+        interrupt::forget();
+        let done = self.work(options.py(), None, move |session, _| {
+            session.write(&path, &named)
+        });
+        let done = done.inspect_err(|_| interrupt::ask())?;
+        Ok(done.lines)
+    }
+}
+
+impl Scene {
+    fn new(
+        application: Application,
+        inputs: Vec<OsString>,
+        held: Held,
+        threads: Option<usize>,
+    ) -> PyResult<Self> {
+        let pool = threads.map(|count| {
+            let builder = ThreadPoolBuilder::new().num_threads(count);
+            let made = builder.build().map(Arc::new);
+            made.map_err(|error| PyValueError::new_err(format!("threads: {error}")))
+        });
+        let given = Session::new(application, inputs, held);
+        Ok(Self {
+            application,
+            session: Mutex::new(Arc::new(Mutex::new(given.again()))),
+            given,
+            pool: pool.transpose()?,
+        })
+    }
+
+    /// Does something with the session. Where nobody waits for it any more, the next one gets a session of its own.
+    fn work<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        progress: Option<&Bound<'_, PyAny>>,
+        job: impl FnOnce(&mut Session, &Reins) -> anyhow::Result<T> + Send + 'static,
+    ) -> PyResult<Done<T>> {
+        let current = || self.session.lock().unwrap_or_else(PoisonError::into_inner);
+        let session = current().clone();
+        let own = session.clone();
+        let done = work(py, self.pool.clone(), progress, move |reins| {
+            job(&mut locked(&own), reins)
+        });
+        if done.is_err() && matches!(session.try_lock(), Err(TryLockError::WouldBlock)) {
+            *current() = Arc::new(Mutex::new(self.given.again()));
+        }
+        done
+    }
+}
+
+/// Refuses options that a command would refuse before it reads its files.
+#[pyfunction]
+pub(crate) fn check(
+    command: &str,
+    inputs: Vec<OsString>,
+    options: &Bound<'_, PyDict>,
+) -> PyResult<()> {
+    let application = words::application(command)?;
+    let named = words::named(application, options)?;
+    let session = Session::new(application, inputs, Held::Files);
+    let parsed = session.drawing(&named);
+    parsed.map(|_| ()).map_err(|error| fault::raised(&error))
+}
+
+/// The session; what a broken drawing left is forgotten.
+fn locked(session: &Mutex<Session>) -> MutexGuard<'_, Session> {
+    let is_broken = session.is_poisoned();
+    let mut guard = session.lock().unwrap_or_else(PoisonError::into_inner);
+    if is_broken {
+        guard.forget();
+        session.clear_poison();
+    }
+    guard
+}
