@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from conftest import read_png
 
 import forward_resample as fr
 
@@ -76,8 +77,13 @@ def test_turntable(blob, resample, tmp_path):
     np.save(tmp_path / "a.npy", blob)
     resample("volsplat", tmp_path / "a.npy", "--turntable", 4, "--size", "40x30", "-o", tmp_path / "c%d.png")
     for number, picture in enumerate(fr.Volume(blob).turntable(4, size=(40, 30))):
-        picture.save(tmp_path / "p.png")
-        assert same(tmp_path / "p.png", tmp_path / f"c{number}.png")
+        # Numbered files also say what drew them.
+        assert np.array_equal(picture.to_srgb8(), read_png(tmp_path / f"c{number}.png"))
+    fr.Volume(tmp_path / "a.npy").write(tmp_path / "w%d.png", turntable=4, size=(40, 30))
+    fr.Volume(blob).write(tmp_path / "m%d.png", turntable=4, size=(40, 30))
+    for number in range(4):
+        assert same(tmp_path / f"w{number}.png", tmp_path / f"c{number}.png")
+        assert np.array_equal(read_png(tmp_path / f"m{number}.png"), read_png(tmp_path / f"c{number}.png"))
 
 
 def test_films(blob, resample, tmp_path):

@@ -14,7 +14,7 @@ from conftest import python
 SLOW = """
 import sys, numpy as np, forward_resample as fr
 noise = np.random.default_rng(1).integers(0, 255, (64, 64, 64)).astype(np.uint8)
-volume = fr.Volume(noise, size=(4000, 4000), slab=0.5, subpixels=4, min_transmittance=0, opacity_scale=0.01)
+volume = fr.Volume(noise, size=(2500, 2500), slab=0.5, subpixels=4, min_transmittance=0, opacity_scale=0.01)
 print("ready", flush=True)
 """
 

@@ -178,7 +178,7 @@ def _parts(mesh: Any) -> tuple[Any, Any, Any, Any, Any, Any]:
     if not (hasattr(mesh, "vertices") and hasattr(mesh, "faces")):
         kind = type(mesh).__name__
         raise TypeError(f"vertices: expected an array with faces, a file, or a mesh of trimesh or Open3D, got {kind}")
-    visual = getattr(mesh, "visual", None)
+    visual: Any = getattr(mesh, "visual", None)
     uv = texture = colours = None
     if getattr(visual, "kind", None) == "texture":
         uv = visual.uv
@@ -192,7 +192,9 @@ def _parts(mesh: Any) -> tuple[Any, Any, Any, Any, Any, Any]:
 
 
 def _of_open3d(mesh: Any) -> tuple[Any, Any, Any, Any, Any, Any]:
-    given = lambda value: np.asarray(value) if len(value) else None  # noqa: E731
+    def given(value: Any) -> Any:
+        return np.asarray(value) if len(value) else None
+
     textures = getattr(mesh, "textures", [])
     texture = np.asarray(textures[0]) if len(textures) else None
     # It keeps textures as they are drawn by OpenGL: their first row is the bottom one.

@@ -186,7 +186,7 @@ class _bar:
             return self.progress
         if not self.progress:
             return None
-        from tqdm.auto import tqdm
+        from tqdm.auto import tqdm  # type: ignore[import-untyped]
 
         form = "{percentage:3.0f}%|{bar}| {elapsed}<{remaining}"
         if self.pictures > 1:
