@@ -69,7 +69,7 @@ mod transfer;
 mod transfer_plot;
 pub mod typed;
 pub mod values;
-mod view;
+pub mod view;
 pub mod viewpoint;
 mod volume_data;
 mod volume_file;

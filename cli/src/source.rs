@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use resample_io::{Picture, Plane};
+use texmap::Loaded;
 use volsplat::Volume;
 
 /// Where a scene comes from.
@@ -41,6 +42,17 @@ pub struct HeldPicture {
 /// A picture and its depth, and then those of each `--reference`.
 #[derive(Debug)]
 pub struct HeldPictures(pub Vec<HeldPicture>);
+
+/// A scene of memory, of any command.
+#[derive(Clone, Debug)]
+pub enum Held {
+    /// Of `volsplat`.
+    Volumes(Arc<HeldVolumes>),
+    /// Of `texmap`.
+    Mesh(Arc<Loaded>),
+    /// Of `warp3d`.
+    Pictures(Arc<HeldPictures>),
+}
 
 impl<T> Source<T> {
     /// What is in memory.

@@ -6,7 +6,7 @@
 //!
 //! `words` makes words of keyword arguments; `volume`, `mesh` and `depth` make scenes of arrays; `scene` draws them;
 //! `work` waits for threads that draw while Python goes on; `picture` hands pictures over; `fault` turns errors into
-//! exceptions; `viewer` serves the page of `resample view`.
+//! exceptions.
 
 mod depth;
 mod fault;
@@ -26,7 +26,7 @@ mod _native {
     #[pymodule_export]
     use super::picture::{png, save, srgb8, write_film};
     #[pymodule_export]
-    use super::scene::{Scene, check};
+    use super::scene::{Scene, Viewer, check};
     #[pymodule_export]
     use super::words::options;
 

@@ -13,10 +13,11 @@ use resample_cli::application::Application;
 use resample_cli::args::Drawing;
 use resample_cli::interrupt;
 use resample_cli::memory;
-use resample_cli::source::{HeldPictures, HeldVolumes};
+use resample_cli::source::{Held, HeldPictures, HeldVolumes};
+use resample_cli::view;
 
 use crate::picture::{Handed, handed};
-use crate::session::{Held, Session};
+use crate::session::Session;
 use crate::work::{Done, Reins, work};
 use crate::{depth, fault, mesh, volume, words};
 
@@ -30,6 +31,24 @@ pub(crate) struct Scene {
     pool: Option<Arc<ThreadPool>>,
 }
 
+/// A page that is served until it is closed.
+#[pyclass(frozen)]
+pub(crate) struct Viewer(view::Viewer);
+
+#[pymethods]
+impl Viewer {
+    /// The address of the page, with its token.
+    #[getter]
+    fn address(&self) -> &str {
+        self.0.address()
+    }
+
+    /// Ends the drawing.
+    fn close(&self) {
+        self.0.close();
+    }
+}
+
 /// A volume that is looked at together with another, and its look.
 type Beside<'py> = (Bound<'py, PyUntypedArray>, String);
 
@@ -39,7 +58,7 @@ impl Scene {
     #[staticmethod]
     fn files(command: &str, names: Vec<OsString>, threads: Option<usize>) -> PyResult<Self> {
         let application = words::application(command)?;
-        Self::new(application, names, Held::Files, threads)
+        Self::new(application, names, None, threads)
     }
 
     /// A volume of an array; `options` are those that change how it is taken over.
@@ -56,7 +75,7 @@ impl Scene {
         let named = words::named(Application::Volume, options)?;
         let inputs = |name: &str| vec![OsString::from(name)];
         let made = |array: &Bound<'_, PyUntypedArray>, name: &str| {
-            let session = Session::new(Application::Volume, inputs(name), Held::Files);
+            let session = Session::new(Application::Volume, inputs(name), None);
             let (lattice, voxels) = volume::parts(array, place.extract()?)?;
             let made = array.py().detach(|| match session.drawing(&named)?.0 {
                 Drawing::Volsplat(args) => memory::volume(&args, lattice, voxels),
@@ -72,7 +91,7 @@ impl Scene {
                 .map(|(array, look)| Ok((made(array, "also")?, look.clone())))
                 .collect::<PyResult<_>>()?,
         };
-        let held = Held::Volumes(held.into());
+        let held = Some(Held::Volumes(held.into()));
         Self::new(Application::Volume, inputs("array"), held, threads)
     }
 
@@ -85,13 +104,14 @@ impl Scene {
     ) -> PyResult<Self> {
         let named = words::named(Application::Mesh, options)?;
         let inputs = vec![OsString::from("mesh")];
-        let session = Session::new(Application::Mesh, inputs.clone(), Held::Files);
+        let session = Session::new(Application::Mesh, inputs.clone(), None);
         let scene = mesh::scene(&arrays)?;
         let made = options.py().detach(|| match session.drawing(&named)?.0 {
             Drawing::Texmap(args) => memory::mesh(&args, scene),
             _ => anyhow::bail!("another command"),
         });
-        let held = Held::Mesh(made.map_err(|error| fault::raised(&error))?.into());
+        let loaded = made.map_err(|error| fault::raised(&error))?;
+        let held = Some(Held::Mesh(loaded.into()));
         Self::new(Application::Mesh, inputs, held, threads)
     }
 
@@ -103,7 +123,7 @@ impl Scene {
             .map(depth::picture)
             .collect::<PyResult<_>>()?;
         let inputs = vec![OsString::from("colour"), OsString::from("depth")];
-        let held = Held::Pictures(HeldPictures(held).into());
+        let held = Some(Held::Pictures(HeldPictures(held).into()));
         Self::new(Application::Depth, inputs, held, threads)
     }
 
@@ -131,6 +151,19 @@ impl Scene {
         Ok((handed(py, drawn)?, lines))
     }
 
+    /// Serves the page of `resample view`; `words` are its own options.
+    fn view(&self, options: &Bound<'_, PyDict>, words: Vec<OsString>) -> PyResult<Viewer> {
+        let named = words::named(self.application, options)?;
+        let (application, held) = (self.application, self.given.held.clone());
+        let mut all = self.given.inputs.clone();
+        all.extend(named.into_iter().flat_map(|(_, words)| words));
+        all.extend(words);
+        let done = work(options.py(), self.pool.clone(), None, move |_| {
+            view::Viewer::start(application, &all, held)
+        })?;
+        Ok(Viewer(done.value))
+    }
+
     /// Draws and writes all pictures as the command line does, and gives what there is to say.
     fn write(&self, path: PathBuf, options: &Bound<'_, PyDict>) -> PyResult<Vec<String>> {
         let named = words::named(self.application, options)?;
@@ -147,7 +180,7 @@ impl Scene {
     fn new(
         application: Application,
         inputs: Vec<OsString>,
-        held: Held,
+        held: Option<Held>,
         threads: Option<usize>,
     ) -> PyResult<Self> {
         let pool = threads.map(|count| {
@@ -193,7 +226,7 @@ pub(crate) fn check(
 ) -> PyResult<()> {
     let application = words::application(command)?;
     let named = words::named(application, options)?;
-    let session = Session::new(application, inputs, Held::Files);
+    let session = Session::new(application, inputs, None);
     let parsed = session.drawing(&named);
     parsed.map(|_| ()).map_err(|error| fault::raised(&error))
 }

@@ -6,7 +6,6 @@
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::Path;
-use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow};
@@ -19,7 +18,7 @@ use resample_cli::opened::Opened;
 use resample_cli::plan::{Change, Purpose, RunLog};
 use resample_cli::planner::{self, Planned};
 use resample_cli::report::Verbosity;
-use resample_cli::source::{HeldPictures, HeldVolumes, Source};
+use resample_cli::source::Held;
 use resample_cli::typed::Typed;
 use resample_core::Image;
 use serde_json::{Value, json};
@@ -27,21 +26,13 @@ use serde_json::{Value, json};
 use crate::words::{self, Named};
 use crate::work::Reins;
 
-/// Where the scene of a session is.
-#[derive(Clone)]
-pub(crate) enum Held {
-    Files,
-    Volumes(Arc<HeldVolumes>),
-    Mesh(Arc<texmap::Loaded>),
-    Pictures(Arc<HeldPictures>),
-}
-
 /// A scene that is drawn.
 pub(crate) struct Session {
     pub(crate) application: Application,
     /// The names of its files, or what stands for them in messages.
     pub(crate) inputs: Vec<OsString>,
-    pub(crate) held: Held,
+    /// The scene, where it is no file.
+    pub(crate) held: Option<Held>,
     ready: Option<Ready>,
 }
 
@@ -72,7 +63,7 @@ const TRIAL_BAND_PX: u32 = 1 << 15;
 const BAND_S: f64 = 2.0;
 
 impl Session {
-    pub(crate) fn new(application: Application, inputs: Vec<OsString>, held: Held) -> Self {
+    pub(crate) fn new(application: Application, inputs: Vec<OsString>, held: Option<Held>) -> Self {
         Self {
             application,
             inputs,
@@ -99,17 +90,8 @@ impl Session {
             .drawing(&matches)
             .map_err(|error| plain(&error))?;
         drawing.keep_in_memory();
-        match (&mut drawing, &self.held) {
-            (Drawing::Volsplat(args), Held::Volumes(held)) => {
-                args.source = Source::Memory(held.clone());
-            }
-            (Drawing::Texmap(args), Held::Mesh(held)) => {
-                args.source = Source::Memory(held.clone());
-            }
-            (Drawing::Warp3d(args), Held::Pictures(held)) => {
-                args.source = Source::Memory(held.clone());
-            }
-            _ => {}
+        if let Some(held) = &self.held {
+            drawing.hold(held);
         }
         Ok((drawing, Typed::of(command, &matches)))
     }

@@ -6,6 +6,7 @@ use clap::Subcommand;
 
 use super::short_help;
 use super::{AskArgs, Goes, PictureArgs, TexmapArgs, VolsplatArgs, Warp3dArgs};
+use crate::source::{Held, Source};
 
 /// A command that draws.
 #[derive(Clone, Debug, Subcommand)]
@@ -61,6 +62,20 @@ impl Drawing {
             Self::Texmap(args) => args.sequence.resume,
             Self::Volsplat(args) => args.sequence.resume,
             Self::Warp3d(args) => args.sequence.resume,
+        }
+    }
+
+    /// Takes a scene of memory in place of its file; one of another command changes nothing.
+    pub fn hold(&mut self, held: &Held) {
+        match (self, held) {
+            (Self::Volsplat(args), Held::Volumes(held)) => {
+                args.source = Source::Memory(held.clone());
+            }
+            (Self::Texmap(args), Held::Mesh(held)) => args.source = Source::Memory(held.clone()),
+            (Self::Warp3d(args), Held::Pictures(held)) => {
+                args.source = Source::Memory(held.clone());
+            }
+            _ => {}
         }
     }
 

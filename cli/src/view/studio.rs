@@ -18,10 +18,9 @@ use super::save;
 use super::sender::Sender;
 use super::subject::Subject;
 use crate::bands::{self, Next, Pace};
-use crate::interrupt;
 use crate::report;
 
-/// Time after which Ctrl-C is looked for.
+/// Time after which the end is looked for.
 const IDLE: Duration = Duration::from_millis(200);
 
 /// Longest wait for the page to show a picture before the next is sent: a page in the background shows none.
@@ -41,23 +40,28 @@ pub(super) struct Studio {
     ladder: Ladder,
     /// The last picture that was sent, until the page has shown it.
     in_flight: Option<u32>,
+    /// Whether it is over.
+    is_over: IsOver,
 }
 
+/// Says whether a page is not served any more.
+pub(super) type IsOver = Box<dyn Fn() -> bool + Send>;
+
 impl Studio {
-    pub(super) fn new(subject: Subject, mailbox: Mailbox) -> Self {
+    pub(super) fn new(subject: Subject, mailbox: Mailbox, is_over: IsOver) -> Self {
         Self {
             subject,
             mailbox,
             page: None,
             ladder: Ladder::default(),
             in_flight: None,
+            is_over,
         }
     }
 
-    /// Draws until Ctrl-C.
-    pub(super) fn run(mut self) -> Result<()> {
-        let _patience = interrupt::patience();
-        while !interrupt::asked() {
+    /// Draws until it is over.
+    pub(super) fn run(mut self) {
+        while !(self.is_over)() {
             let Some(next) = self.mailbox.next(IDLE) else {
                 continue;
             };
@@ -71,7 +75,6 @@ impl Studio {
                 self.tell(&json!({ "type": "error", "text": report::one_line(&error) }));
             }
         }
-        Ok(())
     }
 
     fn opened(&mut self, sender: Sender) -> Result<()> {
@@ -156,8 +159,8 @@ impl Studio {
         if !self.subject.has_bands() {
             return self.subject.draw(camera).map(Some);
         }
-        let (subject, mailbox) = (&mut self.subject, &self.mailbox);
-        let mut next = |_| match mailbox.has_newer() || interrupt::asked() {
+        let (subject, mailbox, is_over) = (&mut self.subject, &self.mailbox, &self.is_over);
+        let mut next = |_| match mailbox.has_newer() || is_over() {
             true => Next::Stop,
             false => Next::Draw,
         };

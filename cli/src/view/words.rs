@@ -16,6 +16,7 @@ use crate::application::Application;
 use crate::args::{Drawing, GlobalArgs, ServeArgs};
 use crate::input_file::InputFile;
 use crate::scene;
+use crate::source::Held;
 use crate::typed::Typed;
 use crate::values::{self, BackgroundWord};
 use crate::viewpoint::Viewpoint;
@@ -96,6 +97,8 @@ pub(super) struct Words {
     typed: Typed,
     pub(super) serve: ServeArgs,
     pub(super) global: GlobalArgs,
+    /// The scene, where it is no file.
+    held: Option<Held>,
 }
 
 /// Files that hold what the page has edited.
@@ -149,22 +152,32 @@ fn command(application: Application) -> Command {
 impl Words {
     /// Parses what was typed; errors and `--help` end the process as they do in every command.
     pub(super) fn of(words: &[OsString]) -> Self {
-        let application = application_of(words);
+        Self::taken(application_of(words), words, None).unwrap_or_else(|error| error.exit())
+    }
+
+    /// Parses the words of another program, which may also give the scene.
+    pub(super) fn of_program(
+        application: Application,
+        words: &[OsString],
+        held: Option<Held>,
+    ) -> Result<Self> {
+        Self::taken(application, words, held).map_err(plain)
+    }
+
+    fn taken(
+        application: Application,
+        words: &[OsString],
+        held: Option<Held>,
+    ) -> Result<Self, clap::Error> {
         let command = command(application);
-        let matches = command.clone().get_matches_from(words);
-        let parsed = |matches: &ArgMatches| -> Result<(ServeArgs, GlobalArgs), clap::Error> {
-            Ok((
-                ServeArgs::from_arg_matches(matches)?,
-                GlobalArgs::from_arg_matches(matches)?,
-            ))
-        };
-        let (serve, global) = parsed(&matches).unwrap_or_else(|error| error.exit());
-        Self {
+        let matches = command.clone().try_get_matches_from(words)?;
+        Ok(Self {
             application,
+            serve: ServeArgs::from_arg_matches(&matches)?,
+            global: GlobalArgs::from_arg_matches(&matches)?,
             typed: Typed::of(command, &matches),
-            serve,
-            global,
-        }
+            held,
+        })
     }
 
     /// The command as it was typed.
@@ -222,6 +235,9 @@ impl Words {
     fn parsed(&self, matches: &ArgMatches) -> Result<Drawing, clap::Error> {
         let mut drawing = self.application.drawing(matches)?;
         drawing.keep_in_memory();
+        if let Some(held) = &self.held {
+            drawing.hold(held);
+        }
         if let Drawing::Warp3d(args) = &mut drawing {
             let cameras = &mut args.cameras;
             if !self.has_lens() {

@@ -21,6 +21,7 @@ from ._native import __version__
 from ._picture import Picture, write_film
 from ._scene import ResampleWarning, options
 from ._transfer import TransferFunction, transfer_function
+from ._view import Viewer, view
 from ._volume import Volume, volsplat
 
 __all__ = [
@@ -29,11 +30,13 @@ __all__ = [
     "Picture",
     "ResampleWarning",
     "TransferFunction",
+    "Viewer",
     "Volume",
     "__version__",
     "options",
     "texmap",
     "transfer_function",
+    "view",
     "volsplat",
     "warp",
     "write_film",
