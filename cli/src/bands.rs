@@ -2,6 +2,7 @@
 //!
 //! Every band shows the pixels that the whole picture would show.
 
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
@@ -65,20 +66,8 @@ pub fn in_bands(
             pace.took(whole.rgba.len(), start.elapsed());
             return Ok(Some(whole));
         }
-        // Pixels are corrected by their neighbours: a row of tiles more on both sides is drawn and cut off again.
-        let (first, last) = (
-            top.saturating_sub(TILE_ROWS),
-            (bottom + TILE_ROWS).min(camera.height),
-        );
-        let band = Camera {
-            height: last - first,
-            cy: camera.cy - f64::from(first),
-            ..*camera
-        };
-        let drawn = draw(&band)?;
-        pace.took(drawn.rgba.len(), start.elapsed());
-        let place = |row: u32| (row - first) as usize * camera.width as usize;
-        add(&mut joined, &drawn, place(top)..place(bottom));
+        let drawn = add_rows(&mut joined, camera, top..bottom, draw)?;
+        pace.took(drawn, start.elapsed());
         if next(f64::from(bottom) / f64::from(camera.height)) == Next::Stop {
             return Ok(None);
         }
@@ -90,8 +79,46 @@ pub fn in_bands(
     }))
 }
 
+/// Draws some rows of what a camera sees: the pixels that the whole picture would show there.
+pub fn rows(
+    camera: &Camera,
+    rows: Range<u32>,
+    draw: &mut dyn FnMut(&Camera) -> Result<Image>,
+) -> Result<Image> {
+    let height = rows.len();
+    if rows == (0..camera.height) {
+        return draw(camera);
+    }
+    let mut image = None;
+    add_rows(&mut image, camera, rows, draw)?;
+    let image = image.unwrap_or_else(|| Image::transparent(camera.width as usize, 0));
+    Ok(Image { height, ..image })
+}
+
+/// Draws rows and adds them to those above; how many pixels were drawn for that.
+fn add_rows(
+    joined: &mut Option<Image>,
+    camera: &Camera,
+    rows: Range<u32>,
+    draw: &mut dyn FnMut(&Camera) -> Result<Image>,
+) -> Result<usize> {
+    // Pixels are corrected by their neighbours: a row of tiles more on both sides is drawn and cut off again. Bands begin at
+    // edges of tiles.
+    let first = (rows.start / TILE_ROWS).saturating_sub(1) * TILE_ROWS;
+    let last = (rows.end + TILE_ROWS).min(camera.height);
+    let band = Camera {
+        height: last - first,
+        cy: camera.cy - f64::from(first),
+        ..*camera
+    };
+    let drawn = draw(&band)?;
+    let place = |row: u32| (row - first) as usize * camera.width as usize;
+    add(joined, &drawn, place(rows.start)..place(rows.end));
+    Ok(drawn.rgba.len())
+}
+
 /// Adds some pixels of a band to those above it.
-fn add(joined: &mut Option<Image>, band: &Image, pixels: std::ops::Range<usize>) {
+fn add(joined: &mut Option<Image>, band: &Image, pixels: Range<usize>) {
     let Some(joined) = joined else {
         let plane = |plane: &Plane| Plane {
             name: plane.name.clone(),

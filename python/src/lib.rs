@@ -26,7 +26,7 @@ mod _native {
     #[pymodule_export]
     use super::picture::{png, save, srgb8, write_film};
     #[pymodule_export]
-    use super::scene::{Scene, Viewer, check};
+    use super::scene::{Scene, Viewer, check, vector_level};
     #[pymodule_export]
     use super::words::options;
 

@@ -46,7 +46,7 @@ pub(crate) fn handed(py: Python<'_>, drawn: Drawn) -> PyResult<Handed<'_>> {
     ))
 }
 
-fn image(rgba: &Bound<'_, PyArray3<f32>>) -> PyResult<Image> {
+pub(crate) fn image(rgba: &Bound<'_, PyArray3<f32>>) -> PyResult<Image> {
     let guard = read(rgba, "picture")?;
     let (height, width, channels) = guard.as_array().dim();
     if channels != 4 {

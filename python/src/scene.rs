@@ -4,7 +4,8 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
-use numpy::PyUntypedArray;
+use clap::ValueEnum;
+use numpy::{PyArray3, PyUntypedArray};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -15,9 +16,10 @@ use resample_cli::interrupt;
 use resample_cli::memory;
 use resample_cli::source::{Held, HeldPictures, HeldVolumes};
 use resample_cli::view;
+use resample_core::simd::SimdLevel;
 
-use crate::picture::{Handed, handed};
-use crate::session::Session;
+use crate::picture::{self, Handed, handed};
+use crate::session::{Drawn, Session};
 use crate::work::{Done, Reins, work};
 use crate::{depth, fault, mesh, volume, words};
 
@@ -151,6 +153,41 @@ impl Scene {
         Ok((handed(py, drawn)?, lines))
     }
 
+    /// Draws rows of one of the pictures that were prepared, without what lies behind it.
+    fn draw_rows<'py>(
+        &self,
+        py: Python<'py>,
+        number: usize,
+        first: u32,
+        end: u32,
+    ) -> PyResult<Handed<'py>> {
+        let done = self.work(py, None, move |session, _| {
+            session.draw_rows(number, first..end)
+        })?;
+        handed(py, done.value)
+    }
+
+    /// Width and height of each picture that was prepared, and whether it can be drawn in parts.
+    fn sizes(&self, py: Python<'_>) -> PyResult<(Vec<[u32; 2]>, bool)> {
+        Ok(self.work(py, None, |session, _| Ok(session.sizes()))?.value)
+    }
+
+    /// Lays what the prepared options say behind a whole picture.
+    fn finished<'py>(
+        &self,
+        rgba: &Bound<'py, PyArray3<f32>>,
+    ) -> PyResult<Bound<'py, PyArray3<f32>>> {
+        let image = picture::image(rgba)?;
+        let py = rgba.py();
+        let done = self.work(py, None, move |session, _| {
+            Ok(Drawn {
+                image: session.finished(image),
+                stats: serde_json::Value::Null,
+            })
+        })?;
+        Ok(handed(py, done.value)?.0)
+    }
+
     /// Serves the page of `resample view`; `words` are its own options.
     fn view(&self, options: &Bound<'_, PyDict>, words: Vec<OsString>) -> PyResult<Viewer> {
         let named = words::named(self.application, options)?;
@@ -215,6 +252,14 @@ impl Scene {
         }
         done
     }
+}
+
+/// The vector instructions that a `vector_level` means on this processor.
+#[pyfunction]
+pub(crate) fn vector_level(word: &str) -> PyResult<&'static str> {
+    let level = SimdLevel::from_str(word, false);
+    let level = level.map_err(|_| PyValueError::new_err(format!("no vector level '{word}'")))?;
+    Ok(level.resolve().name())
 }
 
 /// Refuses options that a command would refuse before it reads its files.

@@ -5,22 +5,23 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
+use std::ops::Range;
 use std::path::Path;
 use std::time::Instant;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, bail};
 use resample_cli::application::Application;
 use resample_cli::args::{
     CameraArgs, Drawing, PictureArgs, RenderArgs, SequenceArgs, TransferArgs, names_of,
 };
-use resample_cli::bands::{Pace, in_bands};
+use resample_cli::bands::{self, Pace, in_bands};
 use resample_cli::opened::Opened;
 use resample_cli::plan::{Change, Purpose, RunLog};
 use resample_cli::planner::{self, Planned};
 use resample_cli::report::Verbosity;
 use resample_cli::source::Held;
 use resample_cli::typed::Typed;
-use resample_core::Image;
+use resample_core::{Camera, Image};
 use serde_json::{Value, json};
 
 use crate::words::{self, Named};
@@ -150,10 +151,7 @@ impl Session {
     pub(crate) fn draw(&mut self, number: usize, reins: &Reins) -> Result<Option<Drawn>> {
         let ready = self.ready.as_mut().context("nothing is prepared")?;
         let opened = &mut ready.opened;
-        let camera = *opened
-            .cameras()
-            .get(number)
-            .with_context(|| format!("there is no picture {number}"))?;
+        let camera = camera(opened, number)?;
         opened.turn_to(number)?;
         let mut accounts = Vec::new();
         let has_bands = opened.has_bands();
@@ -182,6 +180,46 @@ impl Session {
         }))
     }
 
+    /// Draws some rows of a picture: where pictures cannot be drawn in parts, only all of them.
+    pub(crate) fn draw_rows(&mut self, number: usize, rows: Range<u32>) -> Result<Drawn> {
+        let ready = self.ready.as_mut().context("nothing is prepared")?;
+        let opened = &mut ready.opened;
+        let camera = camera(opened, number)?;
+        opened.turn_to(number)?;
+        if rows.is_empty() || rows.end > camera.height {
+            bail!("rows {rows:?} of a picture of {} rows", camera.height);
+        }
+        if rows != (0..camera.height) && !opened.has_bands() {
+            bail!("this scene is not drawn in parts: split it by pictures alone");
+        }
+        let mut stats = Value::Null;
+        let image = bands::rows(&camera, rows, &mut |band| {
+            let drawn = opened.draw_planes(band)?;
+            stats = drawn.account.keys;
+            Ok(drawn.image)
+        })?;
+        let stats = with_plan(stats, ready.planned.as_ref());
+        Ok(Drawn { image, stats })
+    }
+
+    /// The size of each picture that was prepared, px, and whether it can be drawn in parts.
+    pub(crate) fn sizes(&self) -> (Vec<[u32; 2]>, bool) {
+        let Some(ready) = &self.ready else {
+            return (Vec::new(), false);
+        };
+        let cameras = ready.opened.cameras().iter();
+        let sizes = cameras.map(|camera| [camera.width, camera.height]);
+        (sizes.collect(), ready.opened.has_bands())
+    }
+
+    /// Lays what the options say behind a whole picture.
+    pub(crate) fn finished(&self, image: Image) -> Image {
+        match &self.ready {
+            Some(ready) => ready.opened.finished(image),
+            None => image,
+        }
+    }
+
     /// Draws and writes all pictures as the command line does.
     pub(crate) fn write(&mut self, path: &Path, named: &[Named]) -> Result<()> {
         let (mut drawing, typed) = self.drawing(named)?;
@@ -205,6 +243,13 @@ impl Session {
     pub(crate) fn forget(&mut self) {
         self.ready = None;
     }
+}
+
+fn camera(opened: &Opened, number: usize) -> Result<Camera> {
+    let camera = opened.cameras().get(number);
+    camera
+        .copied()
+        .with_context(|| format!("there is no picture {number}"))
 }
 
 fn with_plan(mut stats: Value, planned: Option<&Value>) -> Value {

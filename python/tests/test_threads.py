@@ -12,7 +12,9 @@ from conftest import python
 
 #: A picture that takes long: every sample of noise, many sub-pixels.
 SLOW = """
-import sys, numpy as np, forward_resample as fr
+import signal, sys, numpy as np, forward_resample as fr
+# A shell that starts tests in the background has children ignore Ctrl-C.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 noise = np.random.default_rng(1).integers(0, 255, (64, 64, 64)).astype(np.uint8)
 volume = fr.Volume(noise, size=(2500, 2500), slab=0.5, subpixels=4, min_transmittance=0, opacity_scale=0.01)
 print("ready", flush=True)

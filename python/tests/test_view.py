@@ -14,7 +14,7 @@ RAMP = np.arange(4096, dtype=np.uint16).reshape(16, 16, 16)
 
 def first_word(page):
     """What the page is told first."""
-    with connect(page.address.replace("http", "ws"), origin=page.address.rsplit("/", 2)[0]) as socket:
+    with connect(page.address.replace("http", "ws") + "socket", origin=page.address.rsplit("/", 2)[0]) as socket:
         return json.loads(socket.recv(timeout=20))
 
 

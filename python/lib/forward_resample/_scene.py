@@ -81,6 +81,16 @@ class Scene:
     _native: _native.Scene
     #: Options of every picture.
     _options: dict[str, Any]
+    #: The arguments that it was made of, for other processes.
+    _made: tuple[tuple[Any, ...], dict[str, Any]]
+
+    def __new__(cls, *arguments: Any, **named: Any) -> Scene:
+        scene = super().__new__(cls)
+        scene._made = (arguments, named)
+        return scene
+
+    def __reduce__(self) -> Any:
+        return _made_again, (type(self), *self._made, self._options)
 
     def _all(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """The options of a picture: those of the scene, and over them those of the call."""
@@ -172,6 +182,13 @@ class Scene:
         merged = self._all(options)
         lines = self._native.write(os.fspath(path), merged)
         say(lines, bool(merged.get("explain")), 2)
+
+
+def _made_again(kind: type[Scene], arguments: tuple[Any, ...], named: dict[str, Any], options: dict[str, Any]) -> Scene:
+    """A scene in another process."""
+    scene = kind(*arguments, **named)
+    scene._options = options
+    return scene
 
 
 class _bar:
