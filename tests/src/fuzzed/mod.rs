@@ -128,6 +128,15 @@ fn mesh(folder: &Folder, bytes: &[u8]) -> Result<(), String> {
         ..Default::default()
     };
     let loaded = texmap::load(&path, &options).map_err(said)?;
+    // In the midst of its animation, where it has one.
+    let posed = texmap::LoadOptions {
+        pose: Some(texmap::Pose {
+            time_s: 0.5,
+            animation: None,
+        }),
+        ..options
+    };
+    let _ = texmap::load(&path, &posed);
     let triangles = loaded.scene.meshes.iter().map(|mesh| mesh.triangles.len());
     assert!(triangles.sum::<usize>() > 0, "a scene has triangles");
     Ok(())

@@ -5,6 +5,7 @@ mod meshes;
 mod pictures;
 mod texts;
 mod volumes;
+mod zarr;
 
 use super::Reader;
 
@@ -15,7 +16,7 @@ pub type Seed = (&'static str, Vec<u8>);
 pub fn of(reader: Reader) -> Vec<Seed> {
     match reader {
         Reader::Volume => volumes::files(),
-        Reader::Zarr => volumes::zarr(),
+        Reader::Zarr => zarr::folders(),
         Reader::Mesh => meshes::files(),
         Reader::Colour => pictures::colours(),
         Reader::Depth => pictures::depths(),
@@ -28,7 +29,7 @@ pub fn of(reader: Reader) -> Vec<Seed> {
 pub fn words(reader: Reader) -> &'static [&'static str] {
     match reader {
         Reader::Volume => &volumes::WORDS,
-        Reader::Zarr => &volumes::ZARR_WORDS,
+        Reader::Zarr => &zarr::WORDS,
         Reader::Mesh => &meshes::WORDS,
         Reader::Colour | Reader::Depth => &pictures::WORDS,
         Reader::Cameras => &texts::CAMERA_WORDS,

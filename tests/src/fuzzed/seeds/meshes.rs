@@ -63,6 +63,11 @@ pub(super) fn files() -> Vec<Seed> {
                f -1//1 -2//1 -3//1\nf 1 2 4 3\nnewmtl a\nKd 1 0.5 0.2\nmap_Kd m.png\n";
     let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\n\
                element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 255\n1 0 0 9\n0 1 0 7\n3 0 1 2\n";
+    let lists = ply.replace("list uchar int", "list uchar ushort").replace(
+        "element face 1",
+        "element face 1\nproperty list uchar short more",
+    );
+    let lists = lists.replace("3 0 1 2\n", "2 -5 6 3 0 1 2\n");
     let head = "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
                 element face 1\nproperty list uchar uint vertex_indices\nend_header\n";
     let binary = [head.as_bytes(), &floats(&CORNERS), &[3], &words(&[0, 1, 2])].concat();
@@ -78,6 +83,7 @@ pub(super) fn files() -> Vec<Seed> {
     vec![
         ("obj", obj.as_bytes().to_vec()),
         ("ply", ply.as_bytes().to_vec()),
+        ("ply.lists", lists.into_bytes()),
         ("ply.binary", binary),
         ("stl.text", text.as_bytes().to_vec()),
         ("stl", stl),
@@ -144,12 +150,20 @@ fn animated() -> Vec<u8> {
     file["meshes"][0]["weights"] = json!([0.5]);
     file["meshes"][0]["primitives"][0]["targets"] = json!([{ "POSITION": 0 }]);
     file["animations"] = json!([{
-        "channels": [{ "sampler": 0, "target": { "node": 1, "path": "translation" } }],
-        "samplers": [{ "input": 2, "output": 3, "interpolation": "LINEAR" }],
+        "channels": [
+            { "sampler": 0, "target": { "node": 1, "path": "translation" } },
+            { "sampler": 1, "target": { "node": 1, "path": "rotation" } },
+            { "sampler": 2, "target": { "node": 0, "path": "weights" } },
+        ],
+        "samplers": [
+            { "input": 2, "output": 3, "interpolation": "LINEAR" },
+            { "input": 2, "output": 4, "interpolation": "STEP" },
+            { "input": 2, "output": 2, "interpolation": "LINEAR" },
+        ],
     }]);
     let number = |kind: &str, count: u32| json!({ "bufferView": 0, "componentType": 5126, "count": count, "type": kind });
     if let Some(list) = file["accessors"].as_array_mut() {
-        list.extend([number("SCALAR", 1), number("VEC3", 1)]);
+        list.extend([number("SCALAR", 1), number("VEC3", 1), number("VEC4", 1)]);
     }
     file["cameras"] =
         json!([{ "type": "perspective", "perspective": { "yfov": 0.7, "znear": 0.1 } }]);

@@ -66,6 +66,10 @@ pub(super) fn depths() -> Vec<Seed> {
             [b"Pf\n4 3\n-1.0\n".to_vec(), floats(&[2.5; 12])].concat(),
         ),
         ("npy.f4", npy("<f4", "(3, 4)", &floats(&[1.5; 12]))),
+        (
+            "npy.fortran",
+            ordered_npy("<f4", "True", "(3, 4)", &floats(&[1.5; 12])),
+        ),
         ("npy.u2", npy("<u2", "(3, 4)", &shorts(&[900; 12]))),
         ("npy.f8", npy("<f8", "(3, 4)", &doubles(&[1.5; 12]))),
         ("tiff.16", tiff(&[4, 3], 16)),
@@ -73,8 +77,14 @@ pub(super) fn depths() -> Vec<Seed> {
     ]
 }
 
+/// An array whose last axis is fastest.
 pub(super) fn npy(kind: &str, shape: &str, data: &[u8]) -> Vec<u8> {
-    let mut head = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}");
+    ordered_npy(kind, "False", shape, data)
+}
+
+/// An array whose first axis is fastest where `fortran` is "True".
+pub(super) fn ordered_npy(kind: &str, fortran: &str, shape: &str, data: &[u8]) -> Vec<u8> {
+    let mut head = format!("{{'descr': '{kind}', 'fortran_order': {fortran}, 'shape': {shape}, }}");
     while !(10 + head.len() + 1).is_multiple_of(64) {
         head.push(' ');
     }
