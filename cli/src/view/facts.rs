@@ -7,9 +7,10 @@ use serde_json::{Map, Value, json};
 use volsplat::transfer::{ColourMap, Preset};
 use volsplat::{Described, Shading, TransferFunction};
 
-use crate::args::{Drawing, RayBlend, SceneArgs};
+use crate::args::{Drawing, RayBlend, SceneArgs, TransferArgs};
 use crate::commands::volsplat::Open;
 use crate::scene;
+use crate::transfer;
 
 /// Bars of the histogram that the page draws.
 const BARS: usize = 256;
@@ -25,7 +26,6 @@ pub(super) fn volume(open: &Open) -> Value {
     let maps: Map<String, Value> = ColourMap::names()
         .filter_map(|name| Some((name.to_owned(), stops(name.parse().ok()?))))
         .collect();
-    // Every channel has a look of its own.
     let is_single = open.args().scene.channel.is_empty();
     let presets: Vec<Value> = Preset::all()
         .filter(|preset| is_single && preset.mismatch(volume).is_none())
@@ -38,7 +38,7 @@ pub(super) fn volume(open: &Open) -> Value {
         "range": [low, high],
         "corners": crate::framing::volume::grid_bounds(volume).map(|corner| corner.to_array()),
         "bars": bars(volume),
-        "function": open.function().filter(|_| is_single).map(function),
+        "function": function(open),
         "maps": maps,
         "presets": presets,
         "channels": channels(&open.args().scene),
@@ -79,8 +79,22 @@ fn bars(volume: &dyn Described) -> Vec<u64> {
     bars
 }
 
+/// The transfer function; null where labels or several channels have looks of their own.
+pub(super) fn function(open: &Open) -> Value {
+    let args = open.args();
+    if open.function().is_none() || !args.scene.channel.is_empty() {
+        return Value::Null;
+    }
+    // The page scales opacities by an option of their own.
+    let look = TransferArgs {
+        opacity_scale: 1.0,
+        ..args.transfer.clone()
+    };
+    transfer::function(&look, open.described()).map_or(Value::Null, |found| knots(&found))
+}
+
 /// Knots of a transfer function: value and opacity, value and display colour.
-fn function(function: &TransferFunction) -> Value {
+fn knots(function: &TransferFunction) -> Value {
     let opacities: Vec<_> = function
         .opacity_knots()
         .iter()

@@ -38,6 +38,8 @@ pub(super) struct Studio {
     mailbox: Mailbox,
     page: Option<Sender>,
     ladder: Ladder,
+    /// The transfer function that the page was told last.
+    function: Value,
     /// The last picture that was sent, until the page has shown it.
     in_flight: Option<u32>,
     /// Whether it is over.
@@ -54,6 +56,7 @@ impl Studio {
             mailbox,
             page: None,
             ladder: Ladder::default(),
+            function: Value::Null,
             in_flight: None,
             is_over,
         }
@@ -84,6 +87,7 @@ impl Studio {
         self.page = Some(sender);
         self.in_flight = None;
         let facts = self.subject.facts()?;
+        self.function = facts["volume"]["function"].clone();
         self.tell(&facts);
         Ok(())
     }
@@ -93,6 +97,15 @@ impl Studio {
         let sent = self.page.as_mut().map(|page| page.text(what.to_string()));
         if matches!(sent, Some(Err(_))) {
             self.page = None;
+        }
+    }
+
+    /// Tells what a preset, a colour map or a window has made of the transfer function; the page knows its own.
+    fn tell_function(&mut self, view: &View) {
+        let function = self.subject.function();
+        if view.transfer.is_none() && function != self.function {
+            self.tell(&json!({ "type": "function", "function": function }));
+            self.function = function;
         }
     }
 
@@ -114,6 +127,9 @@ impl Studio {
 
     fn moving(&mut self, id: u32, view: &View) -> Result<()> {
         let is_new = self.subject.prepare(view, Exactness::Fast)?;
+        if is_new {
+            self.tell_function(view);
+        }
         let smaller = View {
             size: self.ladder.size(view.size),
             ..view.clone()

@@ -93,6 +93,12 @@ impl Subject {
         }))
     }
 
+    /// The transfer function that is drawn now; null where there is none.
+    pub(super) fn function(&mut self) -> Value {
+        let open = self.opened.volume();
+        open.map_or(Value::Null, |open| facts::function(open))
+    }
+
     /// The name of the file.
     fn title(&self) -> String {
         let path: PathBuf = match &self.drawing {

@@ -247,6 +247,23 @@ fn the_page_names_no_files_but_new_ones_in_the_folder() {
 }
 
 #[test]
+fn the_page_is_told_the_transfer_function_of_a_colour_map() {
+    let bench = Bench::new();
+    let viewer = Viewer::start(&bench, &format!("ball.raw {BALL} --opacity-scale 2"));
+    let mut page = viewer.page();
+    let scene = page.hear("scene");
+    let before = &scene["volume"]["function"];
+    let view = view(&scene, json!({ "changes": { "colormap": ["magma"] } }));
+    page.say(&with(
+        &view,
+        json!({ "type": "draw", "id": 1, "motion": "moving" }),
+    ));
+    let now = page.hear("function")["function"].clone();
+    assert_eq!(now["opacities"], before["opacities"], "unscaled");
+    assert_ne!(now["colours"], before["colours"]);
+}
+
+#[test]
 fn what_was_found_is_saved() {
     let bench = Bench::new();
     let viewer = Viewer::start(&bench, &format!("ball.raw {BALL}"));

@@ -22,6 +22,7 @@ function send(message) {
 function heard(message) {
   switch (message.type) {
     case "scene": return sceneArrived(message);
+    case "function": return functionArrived(message.function);
     case "error": return say(message.text, true);
     case "elsewhere": return say("the page was opened elsewhere", true);
     case "saved": return say(`saved ${message.path}`);

@@ -325,7 +325,7 @@ function sharedPanel() {
     ...[["", "none"], ["white", "white"], ["black", "black"], ["#808080", "grey"]].map(([value, text]) => make("option", { value }, text)));
   background.value = option("background") ?? "";
   const exactness = make("select", { onchange: () => { state.exactness = exactness.value; changed({ moving: false }); } },
-    ...[["fast", "quick"], ["default", "as the command line"], ["1/64", "error up to 1/64"], ["1/255", "error up to 1/255"], ["exact", "exact"]]
+    ...[["fast", "quick"], ["default", "as command line"], ["1/64", "error up to 1/64"], ["1/255", "error up to 1/255"], ["exact", "exact"]]
       .map(([value, text]) => make("option", { value }, text)));
   exactness.value = state.exactness;
   return [

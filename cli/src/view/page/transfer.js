@@ -7,7 +7,13 @@ function bars() {
   return counts.map((count) => Math.log1p(count) / (most || 1));
 }
 
-// What is drawn: the edited function, or the one of the command line.
+// A preset, a colour map or a window has made another function.
+function functionArrived(known) {
+  state.scene.volume.function = known;
+  if (known && !state.curve) buildPanel();
+}
+
+// What is drawn: the edited function, or the one of the options.
 function curve() {
   return state.curve ?? state.scene.volume.function;
 }
