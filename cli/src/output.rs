@@ -157,7 +157,7 @@ pub fn write_picture(path: &Path, format: Format, image: &Image) -> Result<u64> 
     write_marked_picture(path, format, image, None)
 }
 
-/// As [`write_picture`], with a short text in the file that [`png_mark`] and [`exr_mark`] find again.
+/// As [`write_picture`], with a short text in the file that `png_mark` and `exr_mark` find again.
 pub fn write_marked_picture(
     path: &Path,
     format: Format,
