@@ -171,8 +171,8 @@ pub struct CameraArgs {
     /// Camera file; a JSON list of cameras renders one numbered picture for each
     #[arg(long, value_name = "FILE.json", conflicts_with_all = ["orbit", "up", "projection"])]
     pub camera: Option<PathBuf>,
-    /// Azimuth and elevation of the eye in degrees, around the visible part; DIST multiplies the distance that
-    /// just fits the view (orthographic: the height of the view) [default: 30,20,1]
+    /// Azimuth and elevation of the eye in degrees, around the visible part; DIST multiplies the distance at
+    /// which that fills 0.85 of the picture (orthographic: the height of the view) [default: 30,20,1]
     #[arg(long, value_name = "AZ,EL[,DIST]", value_parser = values::orbit, allow_hyphen_values = true)]
     pub orbit: Option<Orbit>,
     /// Vertical field of view in degrees, where no camera file gives one

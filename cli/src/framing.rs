@@ -1,8 +1,8 @@
 //! Automatic framing: a camera that shows a box, from a direction given by two angles.
 //!
 //! Takes a box in the world, an up axis and an orbit, gives a camera. The view is fitted to a sphere around what
-//! is in the box, not to the box itself, so that pictures from different angles have the same scale and an orbit
-//! does not jump. The picture's up direction is the derivative of the eye's position along the elevation, which is defined
+//! is in the box, and that sphere then to what is seen (`fit.rs`); the pictures of a turntable share one sphere, so that they have
+//! the same scale. The picture's up direction is the derivative of the eye's position along the elevation, which is defined
 //! everywhere, the poles included.
 
 use anyhow::Result;
@@ -11,6 +11,7 @@ use resample_core::{Camera, LookAt};
 
 use crate::values::{Orbit, Size};
 
+pub mod fit;
 pub mod volume;
 
 /// What must be in the picture.
@@ -93,6 +94,13 @@ impl Extent {
     }
 }
 
+impl Extent {
+    /// What the camera looks at.
+    fn middle(&self) -> DVec3 {
+        0.5 * (self.bounds[0] + self.bounds[1])
+    }
+}
+
 impl Stance {
     /// `up` in the picture, and x to the right, or y where `up` leaves x no room.
     pub fn upright(up: DVec3) -> Self {
@@ -117,7 +125,7 @@ impl Stance {
 
 /// A camera that shows all of `extent`.
 pub fn frame(extent: &Extent, view: &View) -> Result<Camera> {
-    let target = 0.5 * (extent.bounds[0] + extent.bounds[1]);
+    let target = extent.middle();
     let floor = (MIN_RADIUS_FRACTION * target.length()).max(MIN_RADIUS);
     let radius = extent.radius.max(floor);
     let (eye_direction, up) = orbit_directions(&view.orbit, &view.stance);
@@ -142,19 +150,19 @@ pub fn frame(extent: &Extent, view: &View) -> Result<Camera> {
     })
 }
 
-/// Cameras that go once around the scene in `steps` equal steps, from the azimuth of `view` on.
+/// Views that go once around the scene in `steps` equal steps, from the azimuth of `view` on.
 ///
 /// The last stands one step before the first, so that a film that starts again does not stop for a picture.
-pub fn turntable(extent: &Extent, view: &View, steps: u32) -> Result<Vec<Camera>> {
-    let at = |step: u32| {
+pub fn turned(view: &View, steps: u32) -> impl Iterator<Item = View> {
+    let view = *view;
+    (0..steps).map(move |step| {
         let turned_deg = 360.0 * f64::from(step) / f64::from(steps);
         let orbit = Orbit {
             azimuth_deg: view.orbit.azimuth_deg + turned_deg,
             ..view.orbit
         };
-        frame(extent, &View { orbit, ..*view })
-    };
-    (0..steps).map(at).collect()
+        View { orbit, ..view }
+    })
 }
 
 /// The distance at which a sphere touches the nearer pair of picture edges.

@@ -45,6 +45,7 @@ pub mod input_file;
 mod input_picture;
 pub mod interrupt;
 mod json_fields;
+mod look;
 mod machine;
 mod measure;
 pub mod memory;

@@ -19,12 +19,13 @@ use resample_io::Gate;
 use crate::background::Background;
 use crate::camera_file::{self, CameraDefaults, CameraFile};
 use crate::camera_path::{self, CameraPath, Moment};
+use crate::framing::fit::{Measure, fit};
 use crate::framing::{self, Extent, Lens, Stance, View};
 use crate::output::{self, Depth, FilmKind, FilmPlan, Format, FrameNames};
 use crate::picture::{self, Finish, RenderNumbered};
 use crate::report::{self, RunStats, Verbosity};
 use crate::sequence::{self, Existing, Fingerprint, Sequence};
-use crate::values::{BackgroundWord, Size};
+use crate::values::{BackgroundWord, Orbit, Size};
 
 pub(crate) use records::{camera_record, picture_record};
 pub(crate) use request::Request;
@@ -155,12 +156,12 @@ impl Plan {
         })
     }
 
-    /// The cameras of the camera file, or those that show `extent` as was asked for.
+    /// The cameras of the camera file, or those that show what of `extent` is seen, as was asked for.
     pub(crate) fn cameras(
         &self,
         request: &Request,
-        extent: &Extent,
-        stance: Stance,
+        (extent, stance): (&Extent, Stance),
+        measure: &mut Measure,
     ) -> Result<Vec<Camera>> {
         let named = |file: &Option<PathBuf>| {
             file.as_deref()
@@ -169,7 +170,7 @@ impl Plan {
                 .to_string()
         };
         let cameras = match &self.cameras {
-            PlannedCameras::Framed => framed(request, extent, stance)?,
+            PlannedCameras::Framed => framed(request, (extent, stance), measure)?,
             PlannedCameras::File(file) => {
                 file_cameras(file, extent.bounds).with_context(|| named(&request.camera.camera))?
             }
@@ -309,11 +310,16 @@ fn planned_cameras(request: &Request) -> Result<PlannedCameras> {
 }
 
 /// The cameras that nobody wrote down: one, or those of a turntable.
-fn framed(request: &Request, extent: &Extent, stance: Stance) -> Result<Vec<Camera>> {
+fn framed(
+    request: &Request,
+    (extent, stance): (&Extent, Stance),
+    measure: &mut Measure,
+) -> Result<Vec<Camera>> {
     let args = request.camera;
+    let orbit = args.orbit.unwrap_or(framing::DEFAULT_ORBIT);
     let view = View {
         size: args.size.unwrap_or(DEFAULT_SIZE),
-        orbit: args.orbit.unwrap_or(framing::DEFAULT_ORBIT),
+        orbit,
         stance,
         lens: match args.projection {
             Projection::Perspective => Lens::Perspective {
@@ -322,11 +328,24 @@ fn framed(request: &Request, extent: &Extent, stance: Stance) -> Result<Vec<Came
             Projection::Orthographic => Lens::Orthographic,
         },
     };
-    match request.sequence.turntable {
-        Some(steps) => framing::turntable(extent, &view, steps),
-        None => Ok(vec![framing::frame(extent, &view)?]),
-    }
+    let steps = request.sequence.turntable.unwrap_or(1);
+    // Fitted at the distance that fits, whatever multiple of it was asked for.
+    let fitting = View {
+        orbit: Orbit {
+            distance: 1.0,
+            ..orbit
+        },
+        ..view
+    };
+    let views: Vec<View> = framing::turned(&fitting, steps.min(FITTED_STEPS)).collect();
+    let extent = fit(extent, &views, measure)?;
+    framing::turned(&view, steps)
+        .map(|view| framing::frame(&extent, &view))
+        .collect()
 }
+
+/// Most views of a turntable to which it is fitted.
+const FITTED_STEPS: u32 = 8;
 
 fn file_cameras(file: &CameraFile, bounds: [DVec3; 2]) -> Result<Vec<Camera>> {
     match file {

@@ -10,13 +10,14 @@ use std::sync::Arc;
 use anyhow::{Context, Result, bail};
 use resample_io::Gate;
 use serde_json::{Value, json};
-use volsplat::transfer::{ColourKnot, ColourMap, Histogram};
+use volsplat::transfer::{ColourKnot, ColourMap, DataKind, Histogram};
 use volsplat::{
-    Channel, LabelLook, LabelTable, LoadOptions, Look, Scene, TransferFunction, Volume,
+    Channel, Described, LabelLook, LabelTable, LoadOptions, Look, Scene, TransferFunction, Volume,
 };
 
 use crate::args::{SceneArgs, TransferArgs, VolsplatArgs};
 use crate::input_file::InputFile;
+use crate::look::{self, Suggested};
 use crate::volume_file::{load_options, with_part};
 use crate::{report, transfer, values};
 
@@ -25,6 +26,8 @@ pub(crate) struct Volumes {
     /// At least one; the first gives the picture its grid.
     pub channels: Vec<LookedAt>,
     mask: Option<Arc<Volume>>,
+    /// What goes with the look of the only channel.
+    pub suggested: Suggested,
 }
 
 /// A volume and how it looks.
@@ -61,6 +64,7 @@ pub(crate) fn load(args: &VolsplatArgs, gate: &Gate) -> Result<Volumes> {
         bail!("--channel names components itself: leave component=N out of the part of the file");
     }
     let mut channels = Vec::new();
+    let mut suggested = Suggested::default();
     for pair in scene.channel.chunks(2) {
         let [number, look] = pair else { continue };
         let component = number.parse().ok().with_context(|| {
@@ -86,10 +90,11 @@ pub(crate) fn load(args: &VolsplatArgs, gate: &Gate) -> Result<Volumes> {
             Some(held) => held.volume.clone(),
             None => volsplat::load(&args.input.path, &options)?.into(),
         };
-        channels.push(LookedAt {
-            look: own_look(args, &volume)?,
-            volume,
-        });
+        let (look, goes_with) = own_look(args, &volume)?;
+        if scene.also.is_empty() && held.is_none_or(|held| held.also.is_empty()) {
+            suggested = goes_with;
+        }
+        channels.push(LookedAt { look, volume });
     }
     for pair in scene.also.chunks(2) {
         let [file, look] = pair else { continue };
@@ -113,7 +118,11 @@ pub(crate) fn load(args: &VolsplatArgs, gate: &Gate) -> Result<Volumes> {
     if let Some(mask) = &mask {
         check_mask(mask, &channels[0].volume, scene.mask.as_deref())?;
     }
-    Ok(Volumes { channels, mask })
+    Ok(Volumes {
+        channels,
+        mask,
+        suggested,
+    })
 }
 
 impl Volumes {
@@ -158,16 +167,24 @@ impl Volumes {
             words.push(None);
         }
         words.extend(args.scene.also.chunks(2).map(|pair| pair.last()));
-        let looks: Result<Vec<OwnLook>> = self
+        let looks: Result<Vec<(OwnLook, Suggested)>> = self
             .channels
             .iter()
             .zip(&words)
             .map(|(channel, word)| match word {
-                Some(word) => parsed_look(word, &channel.volume, args),
+                Some(word) => Ok((
+                    parsed_look(word, &channel.volume, args)?,
+                    Suggested::default(),
+                )),
                 None => own_look(args, &channel.volume),
             })
             .collect();
-        for (channel, look) in self.channels.iter_mut().zip(looks?) {
+        let looks = looks?;
+        self.suggested = match looks.as_slice() {
+            [(_, suggested)] => *suggested,
+            _ => Suggested::default(),
+        };
+        for (channel, (look, _)) in self.channels.iter_mut().zip(looks) {
             channel.look = look;
         }
         Ok(())
@@ -268,15 +285,31 @@ pub(crate) fn record(args: &SceneArgs) -> Value {
     })
 }
 
-/// The look of the volume that no word describes.
-fn own_look(args: &VolsplatArgs, volume: &Volume) -> Result<OwnLook> {
+/// The look of the volume that no word describes, and what goes with it.
+fn own_look(args: &VolsplatArgs, volume: &Volume) -> Result<(OwnLook, Suggested)> {
     if args.scene.labels {
-        return Ok(OwnLook::Labels(label_table(args)?));
+        return Ok((
+            OwnLook::Labels(label_table(args)?),
+            Suggested::for_labels(None),
+        ));
     }
-    Ok(OwnLook::Transfer(transfer::function(
-        &args.transfer,
-        volume,
-    )?))
+    if look::is_typed(&args.transfer) {
+        let (function, suggested) = transfer::typed(&args.transfer, volume)?;
+        return Ok((OwnLook::Transfer(function), suggested));
+    }
+    let histogram = volume.histogram();
+    let kind = DataKind::of_volume(volume, &histogram);
+    if look::are_labels(args, kind) {
+        let table = OwnLook::Labels(label_table(args)?);
+        return Ok((table, Suggested::for_labels(Some(kind))));
+    }
+    // An isosurface or a projection of labels takes them as quantities.
+    let kind = match kind {
+        DataKind::Labels => DataKind::Field,
+        other => other,
+    };
+    let (function, suggested) = transfer::of_data(args, kind, &histogram)?;
+    Ok((OwnLook::Transfer(function), suggested))
 }
 
 fn parsed_look(word: &str, volume: &Volume, args: &VolsplatArgs) -> Result<OwnLook> {

@@ -14,6 +14,7 @@ use crate::args::{CellsName, Given, OrderName, RenderArgs, VolsplatArgs};
 use crate::blend;
 use crate::clip;
 use crate::framing;
+use crate::look::Suggested;
 use crate::order::order;
 use crate::output::Format;
 use crate::plan::{self, Request};
@@ -91,18 +92,24 @@ fn library_order(given: &Given<RenderArgs>) -> Result<Order> {
     }))
 }
 
-/// A single slice has no cell to interpolate in: unless an order was asked for, each of its samples is drawn.
+/// The options with what goes with the look where nothing was typed.
+///
+/// A single slice has no cell to interpolate in: unless an order was asked for, each of its samples is drawn, without light.
 pub(crate) fn suited_to(
     options: RenderOptions,
     args: &RenderArgs,
     volume: &dyn Described,
+    suggested: &Suggested,
 ) -> RenderOptions {
+    if !volume.lattice().dims.contains(&1) {
+        return suggested.fill(options, args);
+    }
     match args.order {
-        None if volume.lattice().dims.contains(&1) => RenderOptions {
+        None => RenderOptions {
             order: Order::Samples(options.samples().cloned().unwrap_or_default()),
             ..options
         },
-        _ => options,
+        Some(_) => options,
     }
 }
 
@@ -112,12 +119,12 @@ pub(crate) fn record(
     request: &Request,
     format: Format,
     options: &RenderOptions,
-    volume: &dyn Described,
+    (volume, suggested): (&dyn Described, &Suggested),
 ) -> Value {
     let stance = framing::volume::stance(volume, args.camera.up.map(|axis| axis.direction));
     json!({
         "volume": volume_record(args, volume),
-        "transfer": transfer::record(&args.transfer, options.opacity_unit, volume),
+        "transfer": transfer::record(&args.transfer, options.opacity_unit, volume, suggested),
         "scene": scene::record(&args.scene),
         "camera": plan::camera_record(request, stance),
         "render": options,

@@ -1,22 +1,54 @@
 //! From what was typed to the transfer function, and to its part of the stats file's settings.
 //!
-//! Takes `TransferArgs` and the volume, gives the function. Where neither a file, a window nor a preset is given, the function is
-//! made from the volume's histogram. No file but the function's own is read, and
-//! none but the plot of `--show-transfer` is written.
+//! Takes what was typed and the volume, gives the function, and the light and the blending that go with it where neither was
+//! typed. Where neither a file, a window, a preset nor a colour map is given, the data decide (`look.rs`). No file but the
+//! function's own is read, and none but the plot of `--show-transfer` is written.
 
 use anyhow::Result;
 use serde_json::{Value, json};
-use volsplat::transfer::ColourMap;
+use volsplat::transfer::{ColourMap, DataKind, Histogram};
 use volsplat::{Described, TransferFunction};
 
-use crate::args::TransferArgs;
+use crate::args::{TransferArgs, VolsplatArgs};
+use crate::look::{self, Suggested};
 use crate::output::{self, Depth, Format};
 use crate::report;
 use crate::transfer_plot;
 
-/// How values become colour and opacity. Errors name the file or the option.
-pub(crate) fn function(args: &TransferArgs, volume: &dyn Described) -> Result<TransferFunction> {
-    let function = unscaled(args, volume)?;
+/// How values become colour and opacity, and what goes with it. Errors name the file or the option.
+pub(crate) fn function(
+    args: &VolsplatArgs,
+    volume: &dyn Described,
+) -> Result<(TransferFunction, Suggested)> {
+    if look::is_typed(&args.transfer) {
+        return typed(&args.transfer, volume);
+    }
+    let histogram = volume.histogram();
+    of_data(args, DataKind::of(volume, &histogram), &histogram)
+}
+
+/// The function of data for which none was typed.
+pub(crate) fn of_data(
+    args: &VolsplatArgs,
+    kind: DataKind,
+    histogram: &Histogram,
+) -> Result<(TransferFunction, Suggested)> {
+    let (function, suggested) = look::of_data(kind, histogram, &args.render.options);
+    Ok((scaled(function, &args.transfer)?, suggested))
+}
+
+/// The function that was typed.
+pub(crate) fn typed(
+    args: &TransferArgs,
+    volume: &dyn Described,
+) -> Result<(TransferFunction, Suggested)> {
+    let suggested = args
+        .preset
+        .map_or(Suggested::default(), Suggested::for_preset);
+    Ok((scaled(unscaled(args, volume)?, args)?, suggested))
+}
+
+fn scaled(function: TransferFunction, args: &TransferArgs) -> Result<TransferFunction> {
     if args.opacity_scale == 1.0 {
         // Not even a rounding error where nothing was asked for.
         return Ok(function);
@@ -52,6 +84,7 @@ pub(crate) fn record(
     args: &TransferArgs,
     opacity_unit: Option<f64>,
     volume: &dyn Described,
+    suggested: &Suggested,
 ) -> Value {
     json!({
         "file": args.transfer.as_deref().map(report::name),
@@ -59,7 +92,8 @@ pub(crate) fn record(
         "rescaled": args.rescale_transfer,
         "window": args.window.map(|window| [window.level, window.width]),
         "preset": args.preset.map(|preset| preset.name()),
-        "colormap": colour_map(args).map(|map| map.name()),
+        "colormap": colour_map(args, suggested.kind).map(|map| map.name()),
+        "taken_for": suggested.kind.map(look::name),
         "shown_in": args.show_transfer.as_deref().map(report::name),
         "opacity_scale": args.opacity_scale,
         "opacity_unit": opacity_unit.unwrap_or_else(|| volume.lattice().smallest_spacing()),
@@ -83,8 +117,9 @@ fn unscaled(args: &TransferArgs, volume: &dyn Described) -> Result<TransferFunct
 }
 
 /// The named colour map that is used, if one is.
-fn colour_map(args: &TransferArgs) -> Option<ColourMap> {
-    if args.transfer.is_some() || args.preset.is_some() {
+fn colour_map(args: &TransferArgs, kind: Option<DataKind>) -> Option<ColourMap> {
+    let is_mapped = matches!(kind, None | Some(DataKind::Field));
+    if args.transfer.is_some() || args.preset.is_some() || !is_mapped {
         return None;
     }
     Some(args.colormap.unwrap_or_default())

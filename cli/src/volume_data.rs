@@ -17,6 +17,7 @@ use volsplat::{
 
 use crate::args::{SceneArgs, TransferArgs, VolsplatArgs};
 use crate::framing;
+use crate::look::Suggested;
 use crate::progress::{Progress, watch};
 use crate::scene::{self, Volumes};
 use crate::seen;
@@ -28,7 +29,7 @@ pub(crate) enum Content {
     /// Volumes in memory.
     Memory(Volumes),
     /// A volume in its file, and how it looks.
-    Stored(Box<LargeVolume>, TransferFunction),
+    Stored(Box<LargeVolume>, TransferFunction, Suggested),
 }
 
 /// What a renderer keeps of a volume.
@@ -67,8 +68,8 @@ impl Content {
                 args.input.path.display()
             ),
             Some(volume) => {
-                let function = transfer::function(&args.transfer, volume.as_ref())?;
-                Ok(Self::Stored(volume, function))
+                let (function, suggested) = transfer::function(args, volume.as_ref())?;
+                Ok(Self::Stored(volume, function, suggested))
             }
         }
     }
@@ -77,7 +78,7 @@ impl Content {
     pub(crate) fn first(&self) -> &dyn Described {
         match self {
             Self::Memory(volumes) => volumes.first(),
-            Self::Stored(volume, _) => volume.as_ref(),
+            Self::Stored(volume, ..) => volume.as_ref(),
         }
     }
 
@@ -139,7 +140,15 @@ impl Content {
     pub(crate) fn function(&self) -> Option<&TransferFunction> {
         match self {
             Self::Memory(volumes) => volumes.function(),
-            Self::Stored(_, own) => Some(own),
+            Self::Stored(_, own, _) => Some(own),
+        }
+    }
+
+    /// The light and the blending that go with the look, where nobody typed others.
+    pub(crate) fn suggested(&self) -> Suggested {
+        match self {
+            Self::Memory(volumes) => volumes.suggested,
+            Self::Stored(.., suggested) => *suggested,
         }
     }
 
@@ -155,7 +164,7 @@ impl Content {
     pub(crate) fn set_function(&mut self, function: TransferFunction) {
         match self {
             Self::Memory(volumes) => volumes.set_function(function),
-            Self::Stored(_, own) => *own = function,
+            Self::Stored(_, own, _) => *own = function,
         }
     }
 
@@ -163,8 +172,8 @@ impl Content {
     pub(crate) fn relook(&mut self, args: &VolsplatArgs) -> Result<()> {
         match self {
             Self::Memory(volumes) => volumes.relook(args)?,
-            Self::Stored(volume, own) => {
-                *own = transfer::function(&args.transfer, volume.as_ref())?
+            Self::Stored(volume, own, suggested) => {
+                (*own, *suggested) = transfer::function(args, volume.as_ref())?;
             }
         }
         Ok(())
@@ -174,7 +183,7 @@ impl Content {
     pub(crate) fn show_transfer(&self, args: &TransferArgs) -> Result<()> {
         match self {
             Self::Memory(volumes) => volumes.show_transfer(args),
-            Self::Stored(volume, function) => transfer::show(args, function, volume.as_ref()),
+            Self::Stored(volume, function, _) => transfer::show(args, function, volume.as_ref()),
         }
     }
 
@@ -216,7 +225,7 @@ impl Content {
                 Renderer::for_changes(&volumes.scene(), options)
             }
             Self::Memory(volumes) => Renderer::with_scene(&volumes.scene(), options),
-            Self::Stored(volume, function) => Renderer::from_file(
+            Self::Stored(volume, function, _) => Renderer::from_file(
                 volume,
                 function,
                 options,

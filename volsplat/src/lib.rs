@@ -72,5 +72,7 @@ pub use samples::sample::Samples;
 pub use scene::{Channel, Look, Scene};
 pub use stats::{FrameStats, StageTimes};
 pub use transfer::{ColourEncoding, ColourMap, Histogram, TransferFunction};
-pub use volume::{Described, Endian, Lattice, NanPolicy, Volume, VoxelType, Voxels, procedural};
+pub use volume::{
+    Described, Endian, Lattice, Modality, NanPolicy, Volume, VoxelType, Voxels, procedural,
+};
 pub use watch::Watch;

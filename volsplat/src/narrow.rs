@@ -91,6 +91,7 @@ impl Narrowing {
             world_from_index: volume.world_from_index,
             up_hint: volume.up_hint,
             space: volume.space.clone(),
+            modality: volume.modality,
         }
     }
 

@@ -181,6 +181,14 @@ impl Renderer {
         }
     }
 
+    /// Whether each frame reads the volume's file again, because what can be seen of it is larger than the memory.
+    pub fn reads_file(&self) -> bool {
+        match &self.pipeline {
+            Pipeline::Field(p) => p.reads_file(),
+            Pipeline::Samples(_) | Pipeline::Sheets(_) => false,
+        }
+    }
+
     /// Voxels of the volume.
     pub fn voxels(&self) -> u64 {
         match &self.pipeline {

@@ -37,11 +37,12 @@ pub struct RenderArgs {
     /// Vector instructions; levels agree to rounding, and to the byte wherever the same one is drawn with
     #[arg(long, value_enum, default_value = "auto")]
     pub vector_level: SimdLevel,
-    /// How samples are lit, by the gradient of the volume [default: none; of an isosurface phong]
+    /// How samples are lit, by the gradient of the volume [default: as the preset or the data have it; with --transfer,
+    /// --window or --colormap none; of an isosurface phong]
     #[arg(long, value_enum)]
     pub shade: Option<Shading>,
     /// Direction towards the light, in the world [default: the light is at the camera]
-    #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true, requires = "shade")]
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true)]
     pub light: Option<DVec3>,
     /// Multiply the extinction by a ramp over the length of the gradient: 0 at LOW, 1 at HIGH, value per world unit
     #[arg(long, value_name = "LOW,HIGH", value_parser = values::ramp)]

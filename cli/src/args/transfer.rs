@@ -30,10 +30,10 @@ pub struct TransferArgs {
     #[arg(long, value_name = "LEVEL,WIDTH", value_parser = values::window, allow_hyphen_values = true,
         conflicts_with = "transfer")]
     pub window: Option<Window>,
-    /// Ready-made function: ct-bone, ct-soft-tissue, ct-vessels, ct-skin, ct-lung or mr-head; list describes them
+    /// Ready-made look with its light and blending, such as ct-bone, mr-head, green-channel, flame; list describes all
     ///
-    /// Those for CT expect Hounsfield units, that for MR takes the range of the volume's values. Opacities are per voxel,
-    /// unless --opacity-unit says otherwise.
+    /// Those for CT expect Hounsfield units, others take the range of the volume's values. Opacities are per voxel,
+    /// unless --opacity-unit says otherwise. --shade and --blend win over what a look brings.
     #[arg(long, value_name = "NAME", conflicts_with_all = ["transfer", "window", "colormap"])]
     pub preset: Option<Preset>,
     /// Colour map of the window, or of the transfer function that is made from the histogram [default: viridis]

@@ -16,6 +16,7 @@ use texmap::{FrameStats, Loaded, PlaneKind, RenderOptions, Renderer, Scene, Text
 use crate::args::{Given, TexmapArgs};
 use crate::background::Background;
 use crate::camera_path::KeyKind;
+use crate::framing::fit::seen_points;
 use crate::framing::{Extent, Stance};
 use crate::picture::Drawn;
 use crate::plan::{Change, Plan, Request, Run, RunLog};
@@ -245,11 +246,11 @@ fn cameras(
     // A scene that was loaded has triangles.
     let bounds = renderer.bounds_in_world().unwrap_or_default();
     match &args.model.camera_name {
-        None => plan.cameras(
-            &request(args),
-            &Extent::of_points(bounds, corners(scene)),
-            stance(args),
-        ),
+        None => {
+            let extent = Extent::of_points(bounds, corners(scene));
+            let mut measure = |camera: &Camera| Ok(seen_points(camera, corners(scene)));
+            plan.cameras(&request(args), (&extent, stance(args)), &mut measure)
+        }
         Some(name) => {
             let camera = scene_camera::named(&scene.cameras, name, args.camera.size, bounds);
             plan.checked(vec![

@@ -3,6 +3,9 @@
 //! The steps are those of [`Open`]: everything that can be refused without reading the volume is checked first, so
 //! that a misspelt name does not cost a minute, and nothing is written before all input has proved to be good.
 
+mod cameras;
+mod said;
+
 use std::path::Path;
 use std::time::Instant;
 
@@ -10,14 +13,13 @@ use anyhow::{Context, Result, bail};
 use glam::DVec3;
 use resample_core::Camera;
 use serde_json::{Value, json};
-use volsplat::{
-    Described, FrameStats, LabelLook, Layer, RenderOptions, Renderer, Reuse, TransferFunction,
-};
+use volsplat::{Described, LabelLook, Layer, RenderOptions, Renderer, Reuse, TransferFunction};
 
 use crate::args::{Given, RenderArgs, VolsplatArgs};
 use crate::blend;
 use crate::camera_path::KeyKind;
 use crate::framing::{self, Extent};
+use crate::look::Suggested;
 use crate::picture::Drawn;
 use crate::plan::{Plan, Purpose, Request, Run, RunLog};
 use crate::progress::{Progress, watch};
@@ -64,7 +66,7 @@ impl Open {
             settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format)?;
         blend::layers(&args.render.options.blend, plan.finish.format)?;
         let mut open = loaded(args, options, (plan, purpose), verbosity.progress())?;
-        open.cameras = cameras(&open)?;
+        open.cameras = cameras(&mut open)?;
         Ok(open)
     }
 
@@ -129,12 +131,23 @@ impl Open {
             args.transfer.opacity_unit,
             self.plan.finish.format,
         )?;
-        let options = settings::suited_to(options, &args.render.options, self.content.first());
+        let options = self.suited(options, &args.render.options);
         self.content
             .change(&mut self.renderer, &options, self.keeping)?;
         self.options = options;
         self.args = args;
         Ok(())
+    }
+
+    /// The options with what goes with the look where nothing was typed.
+    fn suited(&self, options: RenderOptions, args: &RenderArgs) -> RenderOptions {
+        let (volume, suggested) = (self.content.first(), self.content.suggested());
+        settings::suited_to(options, args, volume, &suggested)
+    }
+
+    /// The light and the blending that go with the look, where nobody typed others.
+    pub(crate) fn suggested(&self) -> Suggested {
+        self.content.suggested()
     }
 
     /// Draws the picture of one camera.
@@ -157,6 +170,7 @@ impl Open {
                 self.load_ms, self.classify_ms
             ));
         }
+        let look_line = self.suggested().line();
         // Of several pictures a bar counts the pictures.
         let progress = if self.cameras.len() == 1 {
             log.verbosity.progress()
@@ -175,7 +189,13 @@ impl Open {
             Ok(drawn)
         };
         self.plan
-            .draw(&request, &self.cameras, Run { stats, log }, &mut render)
+            .draw(&request, &self.cameras, Run { stats, log }, &mut render)?;
+        if let Some(line) = look_line
+            && log.verbosity != Verbosity::Quiet
+        {
+            report::say(&line);
+        }
+        Ok(())
     }
 
     /// Refuses what changes from picture to picture beside the camera.
@@ -195,7 +215,7 @@ impl Open {
             self.args.transfer.opacity_unit,
             self.plan.finish.format,
         )?;
-        let options = settings::suited_to(options, &render.options, self.content.first());
+        let options = self.suited(options, &render.options);
         self.args.render = render.clone();
         if options == self.options {
             return Ok(());
@@ -225,7 +245,7 @@ impl Open {
                 request,
                 self.plan.finish.format,
                 &self.options,
-                self.content.first(),
+                (self.content.first(), &self.suggested()),
             ),
             planned: None,
             load_ms: self.load_ms,
@@ -240,7 +260,7 @@ pub(crate) fn drawn(renderer: &mut Renderer, camera: &Camera, progress: Progress
     let frame = renderer.render_watched(camera, &mut watch("drawing", progress))?;
     let account = Account {
         keys: serde_json::to_value(&frame.stats)?,
-        line: stage_line(&frame.stats),
+        line: said::stage_line(&frame.stats),
     };
     Ok(Drawn {
         image: frame.image,
@@ -283,7 +303,11 @@ fn loaded(
     let mut content = Content::load(&args, &options, plan.gate(), progress)?;
     let load_ms = report::ms_since(start);
     let motion = motion(&args, &plan, &mut content)?;
-    let options = settings::suited_to(options, &args.render.options, content.first());
+    let suggested = match motion.as_ref().and_then(VolumeMotion::mean) {
+        Some(_) => Suggested::default(),
+        None => content.suggested(),
+    };
+    let options = settings::suited_to(options, &args.render.options, content.first(), &suggested);
     if let Some(warning) = transfer::warning(&args.transfer, content.first()) {
         report::say(&warning);
     }
@@ -332,49 +356,24 @@ fn path_name(args: &VolsplatArgs) -> String {
         .to_string()
 }
 
-fn cameras(open: &Open) -> Result<Vec<Camera>> {
-    let args = &open.args;
-    if open.renderer.visible_bounds_in_world().is_none() {
-        report::say(&format!(
-            "warning: nothing is visible: the transfer function makes every voxel of {} transparent",
-            args.input.path.display()
-        ));
-    }
+fn cameras(open: &mut Open) -> Result<Vec<Camera>> {
     let bounds = open.bounds_in_world();
-    let stance = framing::volume::stance(
-        open.content.first(),
-        args.camera.up.map(|axis| axis.direction),
-    );
-    open.plan
-        .cameras(&request(args), &Extent::of_box(bounds), stance)
-}
-
-/// The times of a frame's stages and its counts, one line.
-fn stage_line(stats: &FrameStats) -> String {
-    let stages = &stats.stages;
-    let named = [
-        ("cull", stages.cull),
-        ("project", stages.project),
-        ("bin", stages.bin),
-        ("sort", stages.sort),
-        ("composite", stages.composite),
-        ("image", stages.image),
-    ];
-    let times: Vec<_> = named
-        .iter()
-        .map(|(name, time)| format!("{name} {:.1}", time.wall_ms))
-        .collect();
-    format!(
-        "{:.1} ms wall, {:.1} ms CPU ({} ms); {} points, {} splats, {} culled; \
-         bricks: {} empty, {} outside, {} hidden",
-        stats.wall_ms,
-        stats.cpu_ms,
-        times.join(", "),
-        stats.points,
-        stats.splats,
-        stats.culled,
-        stats.bricks_empty,
-        stats.bricks_outside,
-        stats.bricks_hidden
-    )
+    let Open {
+        args,
+        plan,
+        content,
+        renderer,
+        options,
+        ..
+    } = open;
+    if renderer.visible_bounds_in_world().is_none() {
+        let why = said::why_nothing(args, content.first());
+        report::say(&format!("warning: nothing is visible: {why}"));
+    }
+    let stance =
+        framing::volume::stance(content.first(), args.camera.up.map(|axis| axis.direction));
+    let extent = Extent::of_box(bounds);
+    cameras::fitted(renderer, options, bounds, &mut |measure| {
+        plan.cameras(&request(args), (&extent, stance), measure)
+    })
 }

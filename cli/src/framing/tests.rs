@@ -4,6 +4,7 @@ use glam::{DAffine3, DVec2};
 use volsplat::Volume;
 use volsplat::volume::Voxels;
 
+use super::fit::{FILL, fit, seen_points};
 use super::volume::{grid_bounds, stance};
 use super::*;
 
@@ -252,7 +253,9 @@ fn grid_box_reaches_from_the_first_to_the_last_voxel() {
 #[test]
 fn a_turntable_steps_evenly_on_one_circle() {
     for lens in LENSES {
-        let cameras = turntable(&Extent::of_box(BOX), &view(lens), 5).expect("good views");
+        let cameras: Vec<Camera> = turned(&view(lens), 5)
+            .map(|view| frame(&Extent::of_box(BOX), &view).expect("a good view"))
+            .collect();
         let centre = 0.5 * (BOX[0] + BOX[1]);
         let arms: Vec<DVec3> = cameras
             .iter()
@@ -276,4 +279,71 @@ fn a_turntable_steps_evenly_on_one_circle() {
             );
         }
     }
+}
+
+/// The extent that shows the corners of the box in these views.
+fn fitted(views: &[View]) -> Extent {
+    let mut measure = |camera: &Camera| Ok(seen_points(camera, corners()));
+    fit(&Extent::of_box(BOX), views, &mut measure).expect("good views")
+}
+
+#[test]
+fn the_larger_side_fills_its_share_and_the_middle_is_the_pictures() {
+    for lens in LENSES {
+        for (azimuth_deg, elevation_deg) in [(0.0, 0.0), (30.0, 20.0), (123.0, 90.0)] {
+            for (width, height) in [(200, 100), (60, 300), (100, 100)] {
+                let orbit = Orbit {
+                    azimuth_deg,
+                    elevation_deg,
+                    distance: 1.0,
+                };
+                let view = View {
+                    size: Size { width, height },
+                    orbit,
+                    ..view(lens)
+                };
+                let camera = frame(&fitted(&[view]), &view).expect("a good view");
+                let seen = seen_points(&camera, corners()).expect("seen");
+                let half = 0.5 * (seen.high - seen.low);
+                assert!(
+                    (half.max_element() - FILL).abs() < 0.005,
+                    "{view:?}: {seen:?} fills {half}"
+                );
+                let middle = 0.5 * (seen.low + seen.high);
+                assert!(middle.abs().max_element() < 0.005, "{view:?}: {middle}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_turntable_shows_all_at_one_size() {
+    for lens in LENSES {
+        let views: Vec<View> = turned(&view(lens), 12).collect();
+        let extent = fitted(&views);
+        let mut most = 0.0f64;
+        for view in &views {
+            let camera = frame(&extent, view).expect("a good view");
+            let seen = seen_points(&camera, corners()).expect("seen");
+            let reach = seen.low.abs().max(seen.high.abs()).max_element();
+            assert!(reach <= FILL + 0.02, "{lens:?}: {seen:?}");
+            most = most.max(reach);
+        }
+        assert!(
+            most > FILL - 0.02,
+            "{lens:?}: no larger than needed, {most}"
+        );
+    }
+}
+
+#[test]
+fn where_nothing_is_seen_all_is_framed() {
+    let mut nothing = |_: &Camera| Ok(None);
+    let extent = Extent::of_box(BOX);
+    let views = [view(LENSES[0])];
+    let fitted = fit(&extent, &views, &mut nothing).expect("good views");
+    assert_eq!(
+        (fitted.bounds, fitted.radius),
+        (extent.bounds, extent.radius)
+    );
 }

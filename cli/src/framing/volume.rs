@@ -1,12 +1,15 @@
 //! How a volume is framed: what of it is shown, and which way it stands.
 //!
 //! Takes a volume, gives a box in the world and a stance. The box is that of the voxel centres, widened by the
-//! kernels around them.
+//! kernels around them. What of it is seen is found in a small picture.
 
-use glam::DVec3;
-use volsplat::Described;
+use anyhow::Result;
+use glam::{DVec2, DVec3};
+use resample_core::Camera;
+use volsplat::{Described, Order, RenderOptions, Renderer, Subpixels};
 
 use super::Stance;
+use super::fit::{Seen, of_pixels};
 
 /// The stance of a volume: `up` if asked for, else what the file says, else y.
 ///
@@ -43,4 +46,58 @@ pub fn grid_bounds(volume: &dyn Described) -> [DVec3; 2] {
 pub fn with_kernels(bounds: [DVec3; 2], volume: &dyn Described) -> [DVec3; 2] {
     let reach = volume.lattice().spacing().into_iter().fold(0.0, f64::max);
     [bounds[0] - reach, bounds[1] + reach]
+}
+
+/// The eight corners of a box.
+pub fn corners(bounds: [DVec3; 2]) -> [DVec3; 8] {
+    std::array::from_fn(|i| DVec3::new(bounds[i & 1].x, bounds[i >> 1 & 1].y, bounds[i >> 2].z))
+}
+
+/// Small pictures, by which a view is fitted to what is seen.
+pub struct Small {
+    options: RenderOptions,
+}
+
+/// The larger side of a small picture, px: it measures to about half a percent of the picture.
+const SMALL_PX: u32 = 160;
+
+/// Opacity from which a pixel counts as seen, as a share of the picture's greatest. A guess: a twentieth is no more than a veil.
+const SEEN_SHARE: f32 = 0.05;
+
+impl Small {
+    /// Small pictures of a renderer with these options: one sub-pixel, few sheets, and rays that end early, whatever was
+    /// asked for. So the view does not depend on the precision of the picture.
+    pub fn new(options: &RenderOptions) -> Self {
+        let mut options = RenderOptions {
+            subpixels: Subpixels::Fixed(1),
+            min_transmittance: 0.1,
+            ..options.clone()
+        };
+        if let Order::Field(field) = &mut options.order {
+            field.slab_voxels = 1.0;
+        }
+        Self { options }
+    }
+
+    /// Where something is seen. The renderer keeps the options of small pictures.
+    pub fn seen(&self, renderer: &mut Renderer, camera: &Camera) -> Result<Option<Seen>> {
+        let share = f64::from(SMALL_PX) / f64::from(camera.width.max(camera.height));
+        let side = |px: u32| ((f64::from(px) * share).round() as u32).max(1);
+        let small = camera.resized(side(camera.width), side(camera.height))?;
+        let _same = renderer.set_options(&self.options)?;
+        let image = renderer.render(&small)?.image;
+        let greatest = image
+            .rgba
+            .iter()
+            .fold(0.0f32, |most, pixel| most.max(pixel[3]));
+        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        for (index, pixel) in image.rgba.iter().enumerate() {
+            if pixel[3] > SEEN_SHARE * greatest {
+                let at = DVec2::new((index % image.width) as f64, (index / image.width) as f64);
+                (low, high) = (low.min(at), high.max(at + 1.0));
+            }
+        }
+        let half = 0.5 * DVec2::new(f64::from(small.width), f64::from(small.height));
+        Ok(low.is_finite().then(|| of_pixels(low, high, half)))
+    }
 }

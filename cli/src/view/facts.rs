@@ -4,13 +4,15 @@ use anyhow::Result;
 use clap::ValueEnum;
 use resample_core::image::srgb_from_linear;
 use serde_json::{Map, Value, json};
-use volsplat::transfer::{ColourMap, Preset};
-use volsplat::{Described, Shading, TransferFunction};
+use volsplat::transfer::{ColourMap, Histogram, Preset};
+use volsplat::{Blend, Shading, TransferFunction};
 
-use crate::args::{Drawing, RayBlend, SceneArgs, TransferArgs};
+use crate::args::{Drawing, RayBlend, SceneArgs, TransferArgs, VolsplatArgs};
 use crate::commands::volsplat::Open;
+use crate::look::Suggested;
 use crate::scene;
 use crate::transfer;
+use crate::values::word;
 
 /// Bars of the histogram that the page draws.
 const BARS: usize = 256;
@@ -27,9 +29,17 @@ pub(super) fn volume(open: &Open) -> Value {
         .filter_map(|name| Some((name.to_owned(), stops(name.parse().ok()?))))
         .collect();
     let is_single = open.args().scene.channel.is_empty();
+    let histogram = volume.histogram();
     let presets: Vec<Value> = Preset::all()
         .filter(|preset| is_single && preset.mismatch(volume).is_none())
-        .map(|preset| json!({ "name": preset.name(), "about": preset.about() }))
+        .map(|preset| {
+            let suggested = suggested(&Suggested::for_preset(preset));
+            json!({
+                "name": preset.name(),
+                "about": preset.about(),
+                "suggested": suggested,
+            })
+        })
         .collect();
     json!({
         "dims": lattice.dims,
@@ -37,14 +47,29 @@ pub(super) fn volume(open: &Open) -> Value {
         "spacing": lattice.spacing(),
         "range": [low, high],
         "corners": crate::framing::volume::grid_bounds(volume).map(|corner| corner.to_array()),
-        "bars": bars(volume),
+        "bars": bars(&histogram, volume.value_range()),
         "function": function(open),
         "maps": maps,
         "presets": presets,
+        "suggested": suggested(&open.suggested()),
         "channels": channels(&open.args().scene),
         "labels": labels(open),
         "shadings": names::<Shading>(),
         "blends": names::<RayBlend>(),
+    })
+}
+
+/// The words of options that go with a look where nobody typed them.
+fn suggested(suggested: &Suggested) -> Value {
+    json!({
+        "shade": suggested.shading.map(word),
+        "blend": suggested.blend.and_then(|blend| match blend {
+            Blend::Emission => Some(word(RayBlend::Emission)),
+            Blend::Maximum => Some(word(RayBlend::Maximum)),
+            Blend::Minimum => Some(word(RayBlend::Minimum)),
+            Blend::Average => Some(word(RayBlend::Average)),
+            Blend::Isosurface(_) => None,
+        }),
     })
 }
 
@@ -68,9 +93,7 @@ fn labels(open: &Open) -> Vec<Value> {
 }
 
 /// Counts in equal bars from the least value to the greatest.
-fn bars(volume: &dyn Described) -> Vec<u64> {
-    let histogram = volume.histogram();
-    let (low, high) = volume.value_range();
+fn bars(histogram: &Histogram, (low, high): (f64, f64)) -> Vec<u64> {
     let mut bars = vec![0; BARS];
     for (bin, count) in histogram.counts().iter().enumerate() {
         let place = (histogram.value(bin) - low) / (high - low).max(f64::MIN_POSITIVE);
@@ -86,11 +109,14 @@ pub(super) fn function(open: &Open) -> Value {
         return Value::Null;
     }
     // The page scales opacities by an option of their own.
-    let look = TransferArgs {
-        opacity_scale: 1.0,
-        ..args.transfer.clone()
+    let unscaled = VolsplatArgs {
+        transfer: TransferArgs {
+            opacity_scale: 1.0,
+            ..args.transfer.clone()
+        },
+        ..args.clone()
     };
-    transfer::function(&look, open.described()).map_or(Value::Null, |found| knots(&found))
+    transfer::function(&unscaled, open.described()).map_or(Value::Null, |(found, _)| knots(&found))
 }
 
 /// Knots of a transfer function: value and opacity, value and display colour.

@@ -29,6 +29,9 @@ const SHOWN_PATIENCE: Duration = Duration::from_millis(500);
 /// Pixels of a band at rest: some 100 ms of work. A guess.
 const BAND_PX: u32 = 160 * 1024;
 
+/// Options of the page that a preset replaces.
+const WITH_LOOK: [&str; 6] = ["window", "colormap", "preset", "shade", "blend", "light"];
+
 /// Side of a preset's picture, px.
 const THUMBNAIL_PX: u32 = 96;
 
@@ -222,7 +225,7 @@ impl Studio {
         small.transfer = None;
         small
             .changes
-            .retain(|name, _| !["window", "colormap", "preset"].contains(&name.as_str()));
+            .retain(|name, _| !WITH_LOOK.contains(&name.as_str()));
         small
             .changes
             .insert("preset".to_owned(), vec![preset.to_owned()]);

@@ -51,8 +51,10 @@ fn png_shows_the_ball_in_the_middle_of_a_transparent_picture() {
     assert_eq!(bench.written(), ["a.png"], "one file");
     let said = stderr(&output);
     assert!(
-        said.lines().count() == 1 && said.contains("wrote out/a.png (64x48"),
-        "summary: {said}"
+        said.lines().count() == 2
+            && said.starts_with("wrote out/a.png (64x48")
+            && said.contains("its values were taken for a field"),
+        "summary, and what the data decided: {said}"
     );
     let (width, height, rgba) = read_png(&bench.path("out/a.png"));
     assert_eq!((width, height), (64, 48), "size");

@@ -18,6 +18,7 @@ mod exr_files;
 mod gate;
 mod good_runs;
 mod info;
+mod looks;
 mod motion;
 mod planner;
 mod scenes;

@@ -67,10 +67,10 @@ fn a_bound_texture_stands_upright_and_a_background_lies_behind() {
             .all(|(&found, expected)| (found > 127) == (expected > 127))
     };
     for (x, y, expected) in [
-        (22, 22, [255, 0, 0]),
-        (42, 22, [0, 255, 0]),
-        (22, 42, [0, 0, 255]),
-        (42, 42, [255; 3]),
+        (18, 18, [255, 0, 0]),
+        (45, 18, [0, 255, 0]),
+        (18, 45, [0, 0, 255]),
+        (45, 45, [255; 3]),
     ] {
         let found = pixel(&picture, x, y);
         assert!(

@@ -55,7 +55,14 @@ fn the_opacity_scale_scales_every_function() {
         "--transfer tf.json --rescale-transfer",
     ] {
         let alphas = ["0.02", "0.05", "0.2"]
-            .map(|scale| drawn(&bench, &format!("{words} --opacity-scale {scale}")).0);
+            // From further off, so that the middle pixel is more than the ball's opaque core.
+            .map(|scale| {
+                drawn(
+                    &bench,
+                    &format!("{words} --orbit 30,20,2.5 --opacity-scale {scale}"),
+                )
+                .0
+            });
         assert!(
             alphas[0] < alphas[1] && alphas[1] < alphas[2],
             "`{words}`: alpha grows with the scale: {alphas:?}"
@@ -180,7 +187,10 @@ fn contradictions_and_bad_numbers_are_refused() {
     refused("--show-transfer absent/plot.png", "absent");
     refused("--preset ct-bone --window 40,400", "--window");
     refused("--preset ct-bone --transfer tf.json", "--transfer");
-    for line in ["ct-bone         bone alone", "mr-head         a head in MR"] {
+    for line in [
+        "ct-bone          bone alone",
+        "mr-head          a head in MR",
+    ] {
         refused("--preset list", line);
     }
 }

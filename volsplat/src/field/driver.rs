@@ -164,6 +164,11 @@ impl FieldPipeline {
         bounds_in_world(self.source.bounds(), &self.clip, &self.world_from_index)
     }
 
+    /// Whether each frame reads the volume's file.
+    pub(crate) fn reads_file(&self) -> bool {
+        matches!(self.source, Source::Streamed(_))
+    }
+
     /// Voxels that the transfer function leaves visible, and voxels in all.
     pub(crate) fn counts(&self) -> [u64; 2] {
         match &self.source {

@@ -80,6 +80,7 @@ fn finished(path: &Path, mut parts: Parts, options: &LoadOptions) -> Result<Volu
     Ok(Volume {
         up_hint: lattice.up_hint,
         space: lattice.space,
+        modality: lattice.modality,
         ..volume
     })
 }

@@ -92,6 +92,7 @@ impl Block {
             world_from_index,
             up_hint: None,
             space: None,
+            modality: None,
         };
         Ok(Self { region, volume })
     }

@@ -1,7 +1,8 @@
 //! Named colour maps.
 //!
 //! Takes a name, gives linear colours along 0..1. The tables come from the crate colorous (the schemes of matplotlib,
-//! ColorBrewer and d3), which gives 8-bit sRGB; they are decoded to linear light here.
+//! ColorBrewer and d3), which gives 8-bit sRGB; they are decoded to linear light here. `greys` is our own: black to white,
+//! so that a projection shows high values bright. Every name with `_r` behind it is the map from its end to its beginning.
 
 use std::str::FromStr;
 
@@ -13,68 +14,107 @@ use crate::transfer::ColourKnot;
 #[derive(Clone, Copy, Debug)]
 pub struct ColourMap {
     name: &'static str,
-    gradient: colorous::Gradient,
+    scheme: Scheme,
+    direction: Direction,
 }
+
+/// Where a map's colours come from.
+#[derive(Clone, Copy, Debug)]
+enum Scheme {
+    Table(colorous::Gradient),
+    /// Black to white in equal steps of sRGB.
+    Greys,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Direction {
+    Ascending,
+    Reversed,
+}
+
+/// What stands behind the name of a reversed map.
+const REVERSED: &str = "_r";
 
 /// Colours that a map is sampled at: the tables behind the schemes have at most 256 entries.
 const STEPS: usize = 256;
 
-const MAPS: [(&str, colorous::Gradient); 38] = [
-    ("viridis", colorous::VIRIDIS),
-    ("inferno", colorous::INFERNO),
-    ("magma", colorous::MAGMA),
-    ("plasma", colorous::PLASMA),
-    ("cividis", colorous::CIVIDIS),
-    ("turbo", colorous::TURBO),
-    ("greys", colorous::GREYS),
-    ("blues", colorous::BLUES),
-    ("greens", colorous::GREENS),
-    ("oranges", colorous::ORANGES),
-    ("purples", colorous::PURPLES),
-    ("reds", colorous::REDS),
-    ("warm", colorous::WARM),
-    ("cool", colorous::COOL),
-    ("cubehelix", colorous::CUBEHELIX),
-    ("bugn", colorous::BLUE_GREEN),
-    ("bupu", colorous::BLUE_PURPLE),
-    ("gnbu", colorous::GREEN_BLUE),
-    ("orrd", colorous::ORANGE_RED),
-    ("pubugn", colorous::PURPLE_BLUE_GREEN),
-    ("pubu", colorous::PURPLE_BLUE),
-    ("purd", colorous::PURPLE_RED),
-    ("rdpu", colorous::RED_PURPLE),
-    ("ylgnbu", colorous::YELLOW_GREEN_BLUE),
-    ("ylgn", colorous::YELLOW_GREEN),
-    ("ylorbr", colorous::YELLOW_ORANGE_BROWN),
-    ("ylorrd", colorous::YELLOW_ORANGE_RED),
-    ("brbg", colorous::BROWN_GREEN),
-    ("prgn", colorous::PURPLE_GREEN),
-    ("piyg", colorous::PINK_GREEN),
-    ("puor", colorous::PURPLE_ORANGE),
-    ("rdbu", colorous::RED_BLUE),
-    ("rdgy", colorous::RED_GREY),
-    ("rdylbu", colorous::RED_YELLOW_BLUE),
-    ("rdylgn", colorous::RED_YELLOW_GREEN),
-    ("spectral", colorous::SPECTRAL),
-    ("rainbow", colorous::RAINBOW),
-    ("sinebow", colorous::SINEBOW),
+const MAPS: [(&str, Scheme); 38] = [
+    ("viridis", Scheme::Table(colorous::VIRIDIS)),
+    ("inferno", Scheme::Table(colorous::INFERNO)),
+    ("magma", Scheme::Table(colorous::MAGMA)),
+    ("plasma", Scheme::Table(colorous::PLASMA)),
+    ("cividis", Scheme::Table(colorous::CIVIDIS)),
+    ("turbo", Scheme::Table(colorous::TURBO)),
+    ("greys", Scheme::Greys),
+    ("blues", Scheme::Table(colorous::BLUES)),
+    ("greens", Scheme::Table(colorous::GREENS)),
+    ("oranges", Scheme::Table(colorous::ORANGES)),
+    ("purples", Scheme::Table(colorous::PURPLES)),
+    ("reds", Scheme::Table(colorous::REDS)),
+    ("warm", Scheme::Table(colorous::WARM)),
+    ("cool", Scheme::Table(colorous::COOL)),
+    ("cubehelix", Scheme::Table(colorous::CUBEHELIX)),
+    ("bugn", Scheme::Table(colorous::BLUE_GREEN)),
+    ("bupu", Scheme::Table(colorous::BLUE_PURPLE)),
+    ("gnbu", Scheme::Table(colorous::GREEN_BLUE)),
+    ("orrd", Scheme::Table(colorous::ORANGE_RED)),
+    ("pubugn", Scheme::Table(colorous::PURPLE_BLUE_GREEN)),
+    ("pubu", Scheme::Table(colorous::PURPLE_BLUE)),
+    ("purd", Scheme::Table(colorous::PURPLE_RED)),
+    ("rdpu", Scheme::Table(colorous::RED_PURPLE)),
+    ("ylgnbu", Scheme::Table(colorous::YELLOW_GREEN_BLUE)),
+    ("ylgn", Scheme::Table(colorous::YELLOW_GREEN)),
+    ("ylorbr", Scheme::Table(colorous::YELLOW_ORANGE_BROWN)),
+    ("ylorrd", Scheme::Table(colorous::YELLOW_ORANGE_RED)),
+    ("brbg", Scheme::Table(colorous::BROWN_GREEN)),
+    ("prgn", Scheme::Table(colorous::PURPLE_GREEN)),
+    ("piyg", Scheme::Table(colorous::PINK_GREEN)),
+    ("puor", Scheme::Table(colorous::PURPLE_ORANGE)),
+    ("rdbu", Scheme::Table(colorous::RED_BLUE)),
+    ("rdgy", Scheme::Table(colorous::RED_GREY)),
+    ("rdylbu", Scheme::Table(colorous::RED_YELLOW_BLUE)),
+    ("rdylgn", Scheme::Table(colorous::RED_YELLOW_GREEN)),
+    ("spectral", Scheme::Table(colorous::SPECTRAL)),
+    ("rainbow", Scheme::Table(colorous::RAINBOW)),
+    ("sinebow", Scheme::Table(colorous::SINEBOW)),
 ];
 
 impl ColourMap {
-    /// All names, the usual ones first.
+    /// All names, the usual ones first; each also stands reversed, with `_r` behind it.
     pub fn names() -> impl Iterator<Item = &'static str> {
         MAPS.iter().map(|(name, _)| *name)
     }
 
     /// The name of this map, lower case.
-    pub fn name(&self) -> &'static str {
-        self.name
+    pub fn name(&self) -> String {
+        match self.direction {
+            Direction::Ascending => self.name.to_owned(),
+            Direction::Reversed => format!("{}{REVERSED}", self.name),
+        }
+    }
+
+    /// Black to white: what a projection of values is shown in.
+    pub fn greys() -> Self {
+        Self {
+            name: "greys",
+            scheme: Scheme::Greys,
+            direction: Direction::Ascending,
+        }
     }
 
     /// Linear RGB at a place along the map; places outside 0..=1 give the ends.
     pub fn colour(&self, place: f64) -> [f32; 3] {
-        let colour = self.gradient.eval_continuous(place.clamp(0.0, 1.0));
-        [colour.r, colour.g, colour.b].map(|code| linear_from_srgb(f32::from(code) / 255.0))
+        let place = match self.direction {
+            Direction::Ascending => place.clamp(0.0, 1.0),
+            Direction::Reversed => 1.0 - place.clamp(0.0, 1.0),
+        };
+        match self.scheme {
+            Scheme::Table(gradient) => {
+                let colour = gradient.eval_continuous(place);
+                [colour.r, colour.g, colour.b].map(|code| linear_from_srgb(f32::from(code) / 255.0))
+            }
+            Scheme::Greys => [linear_from_srgb(place as f32); 3],
+        }
     }
 
     /// The map as knots over a range of scalars; one knot where the range is empty.
@@ -99,8 +139,12 @@ impl ColourMap {
 
 impl Default for ColourMap {
     fn default() -> Self {
-        let (name, gradient) = MAPS[0];
-        Self { name, gradient }
+        let (name, scheme) = MAPS[0];
+        Self {
+            name,
+            scheme,
+            direction: Direction::Ascending,
+        }
     }
 }
 
@@ -109,17 +153,26 @@ impl FromStr for ColourMap {
 
     /// Case does not matter. The error lists all names.
     fn from_str(text: &str) -> Result<Self, String> {
-        let wanted = match text.trim().to_lowercase().as_str() {
-            "grey" | "gray" | "grays" => "greys".to_owned(),
-            other => other.to_owned(),
+        let written = text.trim().to_lowercase();
+        let (base, direction) = match written.strip_suffix(REVERSED) {
+            Some(base) => (base, Direction::Reversed),
+            None => (written.as_str(), Direction::Ascending),
+        };
+        let wanted = match base {
+            "grey" | "gray" | "grays" => "greys",
+            other => other,
         };
         let found = MAPS.iter().find(|(name, _)| *name == wanted);
         found
-            .map(|&(name, gradient)| Self { name, gradient })
+            .map(|&(name, scheme)| Self {
+                name,
+                scheme,
+                direction,
+            })
             .ok_or_else(|| {
                 let names: Vec<_> = Self::names().collect();
                 format!(
-                    "unknown colour map '{text}': expected one of {}",
+                    "unknown colour map '{text}': expected one of {}; NAME_r is the reversed map",
                     names.join(", ")
                 )
             })
@@ -136,12 +189,31 @@ mod tests {
             let map: ColourMap = name.to_uppercase().parse().expect("a listed name");
             assert_eq!(map.name(), name);
         }
-        assert_eq!("gray".parse::<ColourMap>().expect("alias").name(), "greys");
+        for alias in ["gray", "grey", "grays", "greys"] {
+            let map = alias.parse::<ColourMap>().expect("alias");
+            assert_eq!(
+                (map.name(), map.colour(0.0)),
+                ("greys".to_owned(), [0.0; 3])
+            );
+            assert_eq!(map.colour(1.0), [1.0; 3], "high values are bright");
+        }
         let text = "jet".parse::<ColourMap>().expect_err("no such map");
         assert!(
             text.contains("'jet'") && text.contains("viridis, inferno") && text.contains("sinebow"),
             "{text}"
         );
+    }
+
+    #[test]
+    fn a_reversed_map_begins_at_the_end() {
+        for name in ColourMap::names() {
+            let [map, reversed]: [ColourMap; 2] =
+                [name.to_owned(), format!("{name}_R")].map(|name| name.parse().expect("a name"));
+            assert_eq!(reversed.name(), format!("{name}_r"));
+            for place in [0.0, 0.25, 1.0] {
+                assert_eq!(map.colour(place), reversed.colour(1.0 - place), "{name}");
+            }
+        }
     }
 
     #[test]

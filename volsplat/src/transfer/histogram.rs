@@ -30,6 +30,9 @@ const BINS: usize = 4096;
 /// that small differs from outliers only to the eye.
 const OUTLIER_SHARE: f64 = 1e-5;
 
+/// Share of the voxels that are the brightest few: fat and vessels shine far above all else in MR. A guess.
+const BRIGHTEST_SHARE: f64 = 0.002;
+
 /// Ways from the range of f64 down to one bin: each zoom divides the range by 2048, and f64 spans 2^2098.
 const MAX_ZOOMS: usize = 200;
 
@@ -95,6 +98,28 @@ impl Histogram {
         }
         let place = bin as f64 / last;
         self.low * (1.0 - place) + self.high * place
+    }
+
+    /// The scalar above which there are only the brightest few voxels.
+    pub(crate) fn value_below_brightest(&self) -> f64 {
+        self.value_with_above(BRIGHTEST_SHARE, f64::NEG_INFINITY)
+    }
+
+    /// The greatest scalar above which there is more than a share of the voxels from `low` on.
+    pub(crate) fn value_with_above(&self, share: f64, low: f64) -> f64 {
+        let first = (0..self.counts.len())
+            .find(|&bin| self.value(bin) >= low)
+            .unwrap_or(0);
+        let total: u64 = self.counts[first..].iter().sum();
+        let allowed = share * total as f64;
+        let mut above = 0.0;
+        for bin in (first..self.counts.len()).rev() {
+            above += self.counts[bin] as f64;
+            if above > allowed {
+                return self.value(bin);
+            }
+        }
+        self.range().1
     }
 
     /// Counts scalars in bins whose centres run from `low` to `high`; scalars beyond are counted at the ends.

@@ -9,6 +9,8 @@ mod colour_space;
 mod curve;
 mod function;
 pub mod histogram;
+mod kind;
+mod looks;
 mod mixed;
 #[cfg(feature = "input")]
 mod paraview;
@@ -18,4 +20,6 @@ pub(crate) mod strength;
 pub use colour_map::ColourMap;
 pub use function::{ColourEncoding, ColourKnot, OpacityKnot, TransferFunction};
 pub use histogram::Histogram;
+pub use kind::DataKind;
+pub use looks::DefaultLook;
 pub use presets::{Preset, PresetScale};

@@ -25,6 +25,7 @@ impl Described for Volume {
             world_from_index: self.world_from_index,
             up_hint: self.up_hint,
             space: self.space.clone(),
+            modality: self.modality,
         }
     }
 

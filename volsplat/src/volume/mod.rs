@@ -9,7 +9,7 @@ mod voxels;
 
 pub use described::Described;
 pub use voxel_type::{Endian, VoxelType};
-pub use voxels::{Lattice, NanPolicy, Volume, Voxels};
+pub use voxels::{Lattice, Modality, NanPolicy, Volume, Voxels};
 #[cfg(feature = "input")]
 pub(crate) use voxels::{map_voxels, voxel_count};
 pub(crate) use voxels::{scalar, with_voxels};

@@ -33,6 +33,17 @@ pub struct Volume {
     pub up_hint: Option<DVec3>,
     /// The name of the world space as the file gives it, such as "left-posterior-superior".
     pub space: Option<String>,
+    /// The kind of scanner, where the file names it.
+    pub modality: Option<Modality>,
+}
+
+/// The kind of scanner that a volume comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Modality {
+    /// Computed tomography.
+    Ct,
+    /// Magnetic resonance.
+    Mr,
 }
 
 /// Where a volume lies and how large it is, without its scalars.
@@ -46,6 +57,8 @@ pub struct Lattice {
     pub up_hint: Option<DVec3>,
     /// The name of the world space as the file gives it.
     pub space: Option<String>,
+    /// The kind of scanner, where the file names it.
+    pub modality: Option<Modality>,
 }
 
 #[cfg(feature = "input")]
@@ -57,6 +70,7 @@ impl Lattice {
             world_from_index,
             up_hint: None,
             space: None,
+            modality: None,
         }
     }
 }
@@ -167,6 +181,7 @@ impl Volume {
             world_from_index,
             up_hint: None,
             space: None,
+            modality: None,
         })
     }
 

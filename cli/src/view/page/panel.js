@@ -117,9 +117,9 @@ function volumePanel() {
   if (volume.channels.length) parts.push(make("h2", {}, "Channels"), ...volume.channels.map(channelRow));
   if (volume.labels.length) parts.push(make("h2", {}, "Labels"), ...labelRows());
   parts.push(make("h2", {}, "Light and blending"),
-    choice("light", "shade", volume.shadings, "none"),
+    choice("light", "shade", volume.shadings, suggested("shade") ?? "none"),
     lightSliders(),
-    choice("blend", "blend", volume.blends, "emission"));
+    choice("blend", "blend", volume.blends, suggested("blend") ?? "emission"));
   if (option("blend") === "isosurface" || option("iso") !== null) {
     const [least, most] = volume.range;
     const now = Number(option("iso") ?? (least + most) / 2);
@@ -194,7 +194,8 @@ function setWidth(width) {
 // The direction towards the light, around the camera of the start.
 function lightSliders() {
   const box = make("div");
-  if (!option("shade") || option("shade") === "none") return box;
+  const shade = option("shade") ?? suggested("shade");
+  if (!shade || shade === "none") return box;
   const angles = state.light ?? [0, 0];
   const act = (index) => (x) => {
     state.light = state.light ?? [0, 0];
@@ -252,11 +253,11 @@ function presets() {
   for (const { name, about } of state.scene.volume.presets) {
     const image = waiting.pictures?.[name];
     box.append(make("button", {
-      type: "button", title: about, className: option("preset") === name && !state.curve ? "chosen" : "",
+      type: "button", title: about, "data-name": name, className: option("preset") === name && !state.curve ? "chosen" : "",
       onclick: () => {
         remember();
         state.curve = null;
-        for (const other of ["window", "colormap"]) setOption(other);
+        for (const other of ["window", "colormap", "shade", "blend", "light"]) setOption(other);
         setOption("preset", name);
         changed({ panel: true });
       },
@@ -275,8 +276,9 @@ function askThumbnails() {
 
 function thumbnailArrived(head, blob) {
   waiting.pictures[head.preset] = URL.createObjectURL(blob);
-  const old = panel.querySelector(".presets");
-  if (old) old.replaceWith(presets());
+  // The button itself stays: it may be held down at this moment.
+  const place = panel.querySelector(`.presets [data-name="${head.preset}"] .empty`);
+  place?.replaceWith(make("img", { src: waiting.pictures[head.preset], alt: "" }));
   askThumbnails();
 }
 

@@ -18,10 +18,24 @@ function curve() {
   return state.curve ?? state.scene.volume.function;
 }
 
+function chosenPreset() {
+  return state.scene.volume?.presets.find(({ name }) => name === state.changes.preset?.[0]);
+}
+
+// The light or the blending that goes with the look where nobody chose another.
+function suggested(name) {
+  if (state.curve) return null;
+  return (chosenPreset() ?? state.scene.volume)?.suggested[name] ?? null;
+}
+
 // Makes the function the page's own, so that it can be edited.
 function ownCurve() {
   remember();
   const { opacities, colours } = structuredClone(curve());
+  // What went with the look stays when the look becomes the page's own.
+  for (const name of option("iso") === null ? ["shade", "blend"] : []) {
+    if (option(name) === null && suggested(name)) setOption(name, suggested(name));
+  }
   state.curve = { opacities: spread(opacities), colours };
   // Only one of them says how values become colours.
   for (const name of ["preset", "window", "colormap"]) setOption(name);

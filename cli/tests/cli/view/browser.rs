@@ -277,7 +277,18 @@ fn presets_have_pictures_and_files_are_saved() {
     let preset = browser.middle(".presets button");
     browser.drag(preset, preset);
     browser.wait_rest();
-    assert!(before != browser.picture(), "a preset looks different");
+    let shown = browser.picture();
+    assert!(before != shown, "a preset looks different");
+    browser.press("copy command");
+    browser.wait("Boolean(document.querySelector('#dialog pre'))");
+    let command = browser.value("document.querySelector('#dialog pre').textContent");
+    let command = command.as_str().expect("a text");
+    assert!(command.contains("--preset"), "{command}");
+    assert!(
+        shown == run_copied(&bench, command),
+        "as the command draws it"
+    );
+    browser.press("close");
     browser.press("picture");
     browser.value("document.querySelector('#dialog input').value = 'mine.png'");
     browser.press("save");

@@ -8,8 +8,10 @@ use glam::DVec3;
 use crate::input::dicom::dataset::{Dataset, PIXEL_DATA, Tag};
 use crate::input::fault::{Fault, excerpt, unsupported};
 use crate::input::rescale::Rescale;
+use crate::volume::Modality;
 
 const SERIES_UID: Tag = 0x0020_000E;
+const MODALITY: Tag = 0x0008_0060;
 const SERIES_DESCRIPTION: Tag = 0x0008_103E;
 const SLICE_THICKNESS: Tag = 0x0018_0050;
 const SPACING_BETWEEN_SLICES: Tag = 0x0018_0088;
@@ -83,6 +85,7 @@ pub(super) struct Picture {
     pub(super) slice_step: f64,
     pub(super) series: String,
     pub(super) description: String,
+    pub(super) modality: Option<Modality>,
 }
 
 /// More frames than any scanner writes in one file; the groups of each take memory. A guess.
@@ -103,6 +106,11 @@ pub(super) fn picture(dataset: &Dataset) -> Result<Option<Picture>, Fault> {
         slice_step: if step > 0.0 { step } else { 1.0 },
         series: dataset.text(SERIES_UID).unwrap_or_default(),
         description: dataset.text(SERIES_DESCRIPTION).unwrap_or_default(),
+        modality: match dataset.text(MODALITY).as_deref().map(str::trim) {
+            Some("CT") => Some(Modality::Ct),
+            Some("MR") => Some(Modality::Mr),
+            _ => None,
+        },
     }))
 }
 

@@ -75,6 +75,7 @@ pub(super) fn load(
             world_from_index,
             up_hint: Some(DVec3::Z),
             space: Some("left-posterior-superior".to_owned()),
+            modality: pictures[0].modality,
         },
         voxels,
     })

@@ -153,6 +153,7 @@ impl Fields {
                 // The third coordinate grows towards the head in the space that ITK writes.
                 up_hint: is_anatomical.then_some(DVec3::Z),
                 space: is_anatomical.then(|| "left-posterior-superior".to_owned()),
+                modality: None,
             },
             voxel_type: self.voxel_type()?,
             endian: self.endian()?,

@@ -65,6 +65,7 @@ pub(super) fn load(path: &Path, gate: &Gate) -> Result<Parts, Error> {
             world_from_index: geometry::world_from_index(&header),
             up_hint: Some(glam::DVec3::Z),
             space: Some("right-anterior-superior".to_owned()),
+            modality: None,
         },
         voxels: header.rescale().apply(voxels),
     })

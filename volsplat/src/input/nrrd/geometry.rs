@@ -35,6 +35,7 @@ pub(super) fn derive(header: &Header) -> Result<Geometry, Fault> {
         world_from_index: DAffine3::from_mat3_translation(axes::complete(columns), origin),
         up_hint: header.space.as_deref().and_then(up_of),
         space: header.space.clone(),
+        modality: None,
     };
     Ok(Geometry {
         lattice,

@@ -192,6 +192,7 @@ fn beyond_32_bits(share: usize) -> Result<Row> {
         world_from_index: DAffine3::IDENTITY,
         up_hint: None,
         space: None,
+        modality: None,
     };
     let source = Arc::new(Made { dims });
     let volume = LargeVolume::new(lattice, source, 1 << 31, &mut |_| {})?;

@@ -1,0 +1,138 @@
+//! The look that goes with the data or with a preset, where parts of it were not typed.
+//!
+//! Takes what was typed, the volume and its histogram, gives a transfer function or labels, and the light and the blending that
+//! were chosen with it. Typed options win over all of that. One line says what the data decided, and how to ask for another look.
+
+use volsplat::transfer::{ColourMap, DataKind, DefaultLook, Histogram, Preset};
+use volsplat::{Blend, FieldOptions, Order, RenderOptions, Shading, TransferFunction};
+
+use crate::args::{RayBlend, RenderArgs, TransferArgs, VolsplatArgs};
+
+/// Light and blending that nobody typed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Suggested {
+    /// The light of emission.
+    pub shading: Option<Shading>,
+    /// The value of a ray.
+    pub blend: Option<Blend>,
+    /// What the data were taken for, where they decided.
+    pub kind: Option<DataKind>,
+}
+
+impl Suggested {
+    /// Labels, typed or recognised: their surfaces are lit.
+    pub(crate) fn for_labels(kind: Option<DataKind>) -> Self {
+        Self {
+            shading: Some(Shading::Phong),
+            blend: None,
+            kind,
+        }
+    }
+
+    /// What goes with a preset.
+    pub(crate) fn for_preset(preset: Preset) -> Self {
+        Self {
+            shading: Some(preset.shading()),
+            blend: Some(preset.blend()),
+            kind: None,
+        }
+    }
+
+    /// The options with what is suggested where nothing was typed.
+    pub(crate) fn fill(&self, options: RenderOptions, args: &RenderArgs) -> RenderOptions {
+        let mut options = options;
+        if let (Order::Field(field), Some(blend)) = (&mut options.order, self.blend)
+            && args.blend.blend.is_none()
+            && args.blend.iso.is_none()
+        {
+            *field = FieldOptions {
+                blend,
+                ..field.clone()
+            };
+        }
+        let is_statistic = matches!(
+            options.order,
+            Order::Field(FieldOptions {
+                blend: Blend::Maximum | Blend::Minimum | Blend::Average,
+                ..
+            })
+        );
+        if args.shade.is_none() && args.blend.iso.is_none() && !is_statistic {
+            // Who says where the light is wants light.
+            let unasked = args.light.map(|_| Shading::Phong);
+            options.shading = self.shading.or(unasked).unwrap_or(options.shading);
+        }
+        options
+    }
+
+    /// What the data were taken for, and how to ask for another look; nothing where the look was typed.
+    pub(crate) fn line(&self) -> Option<String> {
+        let (taken, others) = match self.kind? {
+            DataKind::Hounsfield => ("Hounsfield units, drawn as --preset ct", OTHER_LOOKS),
+            DataKind::Scan => ("a scan in no unit, drawn as --preset scan", OTHER_LOOKS),
+            DataKind::Labels => (
+                "labels, drawn as --labels",
+                "--colormap NAME takes them as quantities",
+            ),
+            DataKind::Field => ("a field, drawn by its histogram", OTHER_LOOKS),
+        };
+        Some(format!("its values were taken for {taken} ({others})"))
+    }
+}
+
+/// What data were taken for, as the stats file has it.
+pub(crate) fn name(kind: DataKind) -> &'static str {
+    match kind {
+        DataKind::Hounsfield => "hounsfield",
+        DataKind::Scan => "scan",
+        DataKind::Labels => "labels",
+        DataKind::Field => "field",
+    }
+}
+
+/// How another look is asked for.
+const OTHER_LOOKS: &str = "other looks: --preset list, --window, --colormap, --transfer";
+
+/// Whether how values become colours was typed.
+pub(crate) fn is_typed(args: &TransferArgs) -> bool {
+    args.transfer.is_some()
+        || args.window.is_some()
+        || args.preset.is_some()
+        || args.colormap.is_some()
+}
+
+/// The function of data for which nobody typed one.
+pub(crate) fn of_data(
+    kind: DataKind,
+    histogram: &Histogram,
+    args: &RenderArgs,
+) -> (TransferFunction, Suggested) {
+    let blend = args.blend.blend;
+    let is_statistic = matches!(
+        blend,
+        Some(RayBlend::Maximum | RayBlend::Minimum | RayBlend::Average)
+    );
+    if is_statistic {
+        let function = TransferFunction::projection(histogram, ColourMap::greys());
+        return (function, Suggested::default());
+    }
+    let look = DefaultLook::of(kind, histogram);
+    let suggested = Suggested {
+        shading: Some(look.shading),
+        blend: None,
+        kind: Some(kind),
+    };
+    (look.function, suggested)
+}
+
+/// Whether the volume is drawn as labels although nobody asked for that.
+pub(crate) fn are_labels(args: &VolsplatArgs, kind: DataKind) -> bool {
+    let is_emission = matches!(
+        args.render.options.blend.blend,
+        None | Some(RayBlend::Emission)
+    ) && args.render.options.blend.iso.is_none();
+    kind == DataKind::Labels
+        && is_emission
+        && !is_typed(&args.transfer)
+        && args.transfer.show_transfer.is_none()
+}
