@@ -300,6 +300,10 @@ fn loaded(
     let start = Instant::now();
     let mut content = Content::load(&args, &options, plan.gate(), progress)?;
     let load_ms = report::ms_since(start);
+    plan.gate()
+        .remarks()
+        .iter()
+        .for_each(|text| report::say(&format!("note: {text}")));
     let motion = match plan.path() {
         Some((path, pictures)) => VolumeMotion::new(path, pictures, &args, content.first())
             .with_context(|| path_name(&args))?,
