@@ -64,11 +64,11 @@ const HEAD_BYTES: u64 = 4096;
 const NOT_READ: [(&[u8], &str); 8] = [
     (
         b"glTF",
-        "a mesh (glTF): draw it with texmap instead of volsplat",
+        "a mesh (glTF): the command texmap draws it",
     ),
     (
         b"ply\n",
-        "a mesh (PLY): draw it with texmap instead of volsplat",
+        "a mesh (PLY): the command texmap draws it",
     ),
     (
         b"\x89HDF\r\n\x1a\n",
