@@ -95,8 +95,10 @@ def test_unlike_processors_are_refused(blob):
 
 
 def test_vector_levels(blob):
-    automatic = fr.volsplat(blob, **SIZE)
-    baseline = fr.volsplat(blob, vector_level="baseline", **SIZE)
+    # Automatic views are fitted to what is drawn, and so depend on the level in their last digits too.
+    place = {"camera": ((60, 40, 50), (20, 16, 12), (0, 1, 0)), **SIZE}
+    automatic = fr.volsplat(blob, **place)
+    baseline = fr.volsplat(blob, vector_level="baseline", **place)
     assert np.allclose(automatic, baseline, atol=1e-4)
     triangle = ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     assert np.allclose(fr.texmap(*triangle, **SIZE), fr.texmap(*triangle, vector_level="avx2", **SIZE), atol=1e-4)

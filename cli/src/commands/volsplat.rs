@@ -302,6 +302,10 @@ fn loaded(
     let start = Instant::now();
     let mut content = Content::load(&args, &options, plan.gate(), progress)?;
     let load_ms = report::ms_since(start);
+    plan.gate()
+        .remarks()
+        .iter()
+        .for_each(|text| report::say(&format!("note: {text}")));
     let motion = motion(&args, &plan, &mut content)?;
     let suggested = match motion.as_ref().and_then(VolumeMotion::mean) {
         Some(_) => Suggested::default(),
