@@ -46,6 +46,11 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
         Some(volume) => Facts::of(args, volume.as_ref())?,
         None => Facts::of(args, &volsplat::load(&args.input.path, &options)?)?,
     };
+    options
+        .gate
+        .remarks()
+        .iter()
+        .for_each(|text| report::say(&format!("note: {text}")));
     let text = if args.json {
         format!("{}\n", serde_json::to_string_pretty(&facts.json())?)
     } else {

@@ -34,6 +34,7 @@ pub struct Gate {
     outside: Outside,
     budget: Budget,
     files: Arc<Mutex<Vec<PathBuf>>>,
+    remarks: Arc<Mutex<Vec<String>>>,
 }
 
 /// Unpacked data up to this size is never called a bomb, bytes. A guess: it unpacks within half a second.
@@ -68,6 +69,7 @@ impl Gate {
             outside,
             budget,
             files: Arc::default(),
+            remarks: Arc::default(),
         }
     }
 
@@ -96,6 +98,20 @@ impl Gate {
     /// Notes a file that is read beside the one that was typed.
     pub fn note(&self, path: &Path) {
         self.noted().push(path.to_owned());
+    }
+
+    /// Remarks on what a reader had to decide, for the person who reads the file; each is kept once.
+    pub fn remark(&self, text: String) {
+        let mut remarks = self.remarks.lock().unwrap_or_else(PoisonError::into_inner);
+        if !remarks.contains(&text) {
+            remarks.push(text);
+        }
+    }
+
+    /// The remarks so far.
+    pub fn remarks(&self) -> Vec<String> {
+        let remarks = self.remarks.lock().unwrap_or_else(PoisonError::into_inner);
+        remarks.clone()
     }
 
     /// How much memory the data of files may take, bytes.

@@ -268,6 +268,7 @@ fn dicom() -> Vec<Seed> {
             "dicom",
             dicom_file("1.2.840.10008.1.2.1", &with(b"2", plain.clone())),
         ),
+        ("dicom.uneven", uneven_dicom(slice(b"4"))),
         (
             "dicom.deflate",
             dicom_file("1.2.840.10008.1.2.1.99", &with(b"2", plain)),
@@ -292,6 +293,26 @@ fn dicom() -> Vec<Seed> {
             dicom_file("1.2.840.10008.1.2.4.80", &with(b"1", packed(&JPEG_LS))),
         ),
     ]
+}
+
+/// Four frames, one of them missing between the second and the third.
+fn uneven_dicom(mut elements: Vec<Vec<u8>>) -> Vec<u8> {
+    let item = |bytes: &[u8]| {
+        let head = shorts(&[0xFFFE, 0xE000]);
+        [
+            head,
+            (bytes.len() as u32).to_le_bytes().to_vec(),
+            bytes.to_vec(),
+        ]
+        .concat()
+    };
+    let frames = [b"0\\0\\0", b"0\\0\\1", b"0\\0\\3", b"0\\0\\4"].map(|position| {
+        let place = item(&element([0x20, 0x32], b"DS", position));
+        item(&element([0x20, 0x9113], b"SQ", &place))
+    });
+    elements.push(element([0x5200, 0x9230], b"SQ", &frames.concat()));
+    elements.push(element([0x7FE0, 0x10], b"OW", &shorts(&[500; 48])));
+    dicom_file("1.2.840.10008.1.2.1", &elements)
 }
 
 /// The head of a JPEG 2000 code stream of 4x3 pixels of 16 bits, and no data.

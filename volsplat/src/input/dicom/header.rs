@@ -15,6 +15,7 @@ const MODALITY: Tag = 0x0008_0060;
 const SERIES_DESCRIPTION: Tag = 0x0008_103E;
 const SLICE_THICKNESS: Tag = 0x0018_0050;
 const SPACING_BETWEEN_SLICES: Tag = 0x0018_0088;
+const INSTANCE_NUMBER: Tag = 0x0020_0013;
 const POSITION: Tag = 0x0020_0032;
 const ORIENTATION: Tag = 0x0020_0037;
 const SAMPLES_PER_PIXEL: Tag = 0x0028_0002;
@@ -86,6 +87,8 @@ pub(super) struct Picture {
     pub(super) series: String,
     pub(super) description: String,
     pub(super) modality: Option<Modality>,
+    /// The number of the picture in its series.
+    pub(super) instance: Option<f64>,
 }
 
 /// More frames than any scanner writes in one file; the groups of each take memory. A guess.
@@ -111,6 +114,10 @@ pub(super) fn picture(dataset: &Dataset) -> Result<Option<Picture>, Fault> {
             Some("MR") => Some(Modality::Mr),
             _ => None,
         },
+        instance: dataset
+            .text(INSTANCE_NUMBER)
+            .and_then(|text| text.trim().parse().ok())
+            .filter(|number: &f64| number.is_finite()),
     }))
 }
 

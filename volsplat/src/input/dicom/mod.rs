@@ -5,7 +5,7 @@
 //! unpacked one after the other (`pixels.rs`) and scaled to what the numbers mean, such as Hounsfield units.
 //! Source: the DICOM standard, PS3.3, PS3.5 and PS3.10. The parser is our own because claims of lengths have to be held
 //! against the file before memory is taken.
-//! Limits: grey pictures of 8, 16 or 32 bits; evenly spaced slices; modality tables are left aside.
+//! Limits: grey pictures of 8, 16 or 32 bits; modality tables are left aside.
 
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -24,9 +24,11 @@ mod elements;
 mod header;
 mod pixels;
 mod rle;
+mod spacing;
 mod stack;
 
 use header::Picture;
+use spacing::Even;
 use stack::{Slice, Stack};
 
 /// Whether a file that begins with `head` is DICOM.
@@ -47,7 +49,9 @@ pub(super) fn load(
         files.extend(picture_of(path, gate)?.map(|picture| (path.clone(), picture)));
     }
     let (paths, pictures): (Vec<PathBuf>, Vec<Picture>) =
-        chosen_series(files, named, series)?.into_iter().unzip();
+        chosen_series(files, named, series, gate)?
+            .into_iter()
+            .unzip();
     let kind = pictures[0].kind;
     if let Some(index) = pictures.iter().position(|picture| picture.kind != kind) {
         let (other, first) = (pictures[index].kind.described(), kind.described());
@@ -59,19 +63,30 @@ pub(super) fn load(
     let Stack {
         slices,
         world_from_index,
+        even,
+        remark,
     } = stack::stack(&pictures).map_err(|fault| fault.at(named))?;
-    let bytes = (kind.frame_len() as u64 * slices.len() as u64)
-        .saturating_mul(u64::from(kind.bits_allocated) / 8);
+    // Resampled slices stand beside those that were read for a moment.
+    let held = slices.len() + even.as_ref().map_or(0, Even::len);
+    let bytes =
+        (kind.frame_len() as u64 * held as u64).saturating_mul(u64::from(kind.bits_allocated) / 8);
     let packed = paths
         .iter()
         .map(|path| std::fs::metadata(path).map_or(0, |file| file.len()))
         .sum();
     gate.ask_unpacked(bytes, packed, "the slices")
         .map_err(|what| invalid(named, what))?;
-    let voxels = voxels(&slices, &paths, &pictures, gate)?;
+    let read = voxels(&slices, &paths, &pictures, gate)?;
+    let (voxels, depth) = match &even {
+        Some(even) => (even.resampled(&read, kind.frame_len()), even.len()),
+        None => (read, slices.len()),
+    };
+    if let Some(remark) = remark {
+        gate.remark(format!("{}: {remark}", named.display()));
+    }
     Ok(Parts {
         lattice: Lattice {
-            dims: [kind.columns, kind.rows, slices.len()],
+            dims: [kind.columns, kind.rows, depth],
             world_from_index,
             up_hint: Some(DVec3::Z),
             space: Some("left-posterior-superior".to_owned()),
@@ -96,11 +111,12 @@ fn bytes_of(path: &Path) -> Result<Vec<u8>, Error> {
     Ok(bytes)
 }
 
-/// The files of the series that was asked for, or of the only one.
+/// The files of the series that was asked for, or of the largest one.
 fn chosen_series(
     mut files: Vec<(PathBuf, Picture)>,
     named: &Path,
     series: Option<&str>,
+    gate: &Gate,
 ) -> Result<Vec<(PathBuf, Picture)>, Error> {
     let mut all: BTreeMap<&str, (usize, &str)> = BTreeMap::new();
     for (_, picture) in &files {
@@ -112,6 +128,12 @@ fn chosen_series(
         .iter()
         .map(|(uid, (count, name))| format!("{uid} ({count} slices, '{name}')"))
         .collect();
+    // Of equal ones the first in the order of their names, so that it does not depend on the folder.
+    let largest = all
+        .iter()
+        .rev()
+        .max_by_key(|(_, (count, _))| *count)
+        .map(|(&uid, _)| uid.to_owned());
     let (listed, count, named) = (listed.join(", "), all.len(), named.display());
     match series {
         _ if files.is_empty() => Err(Error::Unsupported {
@@ -119,9 +141,14 @@ fn chosen_series(
             what: "no picture in it".to_owned(),
         }),
         None if count == 1 => Ok(files),
-        None => Err(Error::Option(format!(
-            "{named}: {count} series: choose one with series=UID, of {listed}"
-        ))),
+        None => {
+            let uid = largest.unwrap_or_default();
+            gate.remark(format!(
+                "{named}: {count} series, of which the largest was taken, {uid}; choose another with #series=UID, of {listed}"
+            ));
+            files.retain(|(_, picture)| picture.series == uid);
+            Ok(files)
+        }
         Some(uid) => {
             if !all.contains_key(uid) {
                 return Err(Error::Option(format!(

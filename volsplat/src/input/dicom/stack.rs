@@ -1,12 +1,14 @@
 //! From frames to a lattice: the order of the slices and their common map to the world.
 //!
-//! Slices are sorted along their normal. The step from one to the next must be the same everywhere; it need not be at
-//! right angles to the slices: a tilted gantry shifts them, and the sheared map says exactly that. The world is the
-//! patient's: x to the left, y to the back, z to the head, millimetres.
+//! Slices are sorted along their normal, or by their instance numbers where they have no positions. The step from one to the
+//! next need not be at right angles to the slices: a tilted gantry shifts them, and the sheared map says exactly that. Where steps
+//! differ in length (two distances, a missing slice), the slices are resampled (`spacing.rs`). The world is the patient's: x to
+//! the left, y to the back, z to the head, millimetres.
 
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::input::dicom::header::{Frame, Picture};
+use crate::input::dicom::spacing::Even;
 use crate::input::fault::{Fault, unsupported};
 
 /// One slice: a frame of a file.
@@ -23,6 +25,29 @@ pub(super) struct Slice {
 pub(super) struct Stack {
     pub(super) slices: Vec<Slice>,
     pub(super) world_from_index: DAffine3,
+    /// The slices of the lattice, where they are not those that were read.
+    pub(super) even: Option<Even>,
+    /// What had to be decided.
+    pub(super) remark: Option<String>,
+}
+
+/// Where the first slice lies, and what leads from one to the next.
+struct Course {
+    origin: DVec3,
+    step: DVec3,
+    even: Option<Even>,
+    remark: Option<String>,
+}
+
+impl Course {
+    fn of_steps(origin: DVec3, step: DVec3) -> Self {
+        Self {
+            origin,
+            step,
+            even: None,
+            remark: None,
+        }
+    }
 }
 
 /// Directions of slices of one volume differ by rounding only, in the sixth decimal.
@@ -49,18 +74,20 @@ pub(super) fn stack(pictures: &[Picture]) -> Result<Stack, Fault> {
         .cross(y)
         .try_normalize()
         .ok_or_else(|| "ImageOrientationPatient spans no plane".to_owned())?;
-    let (origin, step) = if slices.len() == 1 {
-        (
+    let course = if slices.len() == 1 {
+        Course::of_steps(
             first.position.unwrap_or(DVec3::ZERO),
             normal * pictures[0].slice_step,
         )
     } else {
-        sorted_steps(&mut slices, normal, pictures)?
+        sorted_course(&mut slices, normal, pictures)?
     };
-    let axes = DMat3::from_cols(x * first.spacing[0], y * first.spacing[1], step);
+    let axes = DMat3::from_cols(x * first.spacing[0], y * first.spacing[1], course.step);
     Ok(Stack {
         slices,
-        world_from_index: DAffine3::from_mat3_translation(axes, origin),
+        world_from_index: DAffine3::from_mat3_translation(axes, course.origin),
+        even: course.even,
+        remark: course.remark,
     })
 }
 
@@ -86,24 +113,23 @@ fn check_directions(slices: &[Slice], first: &Frame) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Sorts the slices along the normal and gives the first position and the step.
-fn sorted_steps(
+/// Sorts the slices along the normal and says how they follow one another.
+fn sorted_course(
     slices: &mut [Slice],
     normal: DVec3,
     pictures: &[Picture],
-) -> Result<(DVec3, DVec3), Fault> {
+) -> Result<Course, Fault> {
     let held = slices
         .iter()
         .filter(|slice| slice.place.position.is_some())
         .count();
     match held {
         // The frames of one file are in order.
-        0 if pictures.len() == 1 => return Ok((DVec3::ZERO, normal * pictures[0].slice_step)),
-        0 => {
-            return Err(unsupported(
-                "the slices have no ImagePositionPatient, so their order is not known: convert them to another format",
-            ));
+        0 if pictures.len() == 1 => {
+            let step = normal * pictures[0].slice_step;
+            return Ok(Course::of_steps(DVec3::ZERO, step));
         }
+        0 => return numbered_course(slices, normal, pictures),
         held if held < slices.len() => {
             let (all, without) = (slices.len(), slices.len() - held);
             return Err(Fault::Invalid(format!(
@@ -116,12 +142,47 @@ fn sorted_steps(
     slices.sort_by(|a, b| at(a).dot(normal).total_cmp(&at(b).dot(normal)));
     let positions: Vec<DVec3> = slices.iter().map(at).collect();
     let steps: Vec<DVec3> = positions.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let mean = (positions[positions.len() - 1] - positions[0]) / steps.len() as f64;
-    check_steps(&steps, mean, normal)?;
-    Ok((positions[0], mean))
+    let span = positions[positions.len() - 1] - positions[0];
+    course_of(&steps, span, normal).map(|course| Course {
+        origin: positions[0],
+        ..course
+    })
 }
 
-fn check_steps(steps: &[DVec3], mean: DVec3, normal: DVec3) -> Result<(), Fault> {
+/// Slices without positions, by their instance numbers.
+fn numbered_course(
+    slices: &mut [Slice],
+    normal: DVec3,
+    pictures: &[Picture],
+) -> Result<Course, Fault> {
+    let number = |slice: &Slice| pictures[slice.file].instance;
+    slices.sort_by(|a, b| {
+        number(a)
+            .unwrap_or(0.0)
+            .total_cmp(&number(b).unwrap_or(0.0))
+    });
+    let is_told = slices.iter().all(|slice| number(slice).is_some())
+        && slices
+            .windows(2)
+            .all(|pair| pair[0].file == pair[1].file || number(&pair[0]) < number(&pair[1]));
+    if !is_told {
+        return Err(unsupported(
+            "the slices have neither an ImagePositionPatient nor instance numbers of their own, so their order is not known: \
+             convert them to another format",
+        ));
+    }
+    let step = pictures[slices[0].file].slice_step;
+    Ok(Course {
+        remark: Some(format!(
+            "the slices have no positions: they are in the order of their instance numbers, {step} mm apart"
+        )),
+        ..Course::of_steps(DVec3::ZERO, normal * step)
+    })
+}
+
+/// How slices with these steps follow one another.
+fn course_of(steps: &[DVec3], span: DVec3, normal: DVec3) -> Result<Course, Fault> {
+    let mean = span / steps.len() as f64;
     let tolerance = STEP_TOLERANCE_MM + STEP_TOLERANCE_SHARE * mean.length();
     if let Some(index) = steps
         .iter()
@@ -137,12 +198,32 @@ fn check_steps(steps: &[DVec3], mean: DVec3, normal: DVec3) -> Result<(), Fault>
         .iter()
         .all(|step| (*step - mean).length() <= tolerance)
     {
-        return Ok(());
+        return Ok(Course::of_steps(DVec3::ZERO, mean));
     }
-    Err(unsupported(format!(
-        "the slices are not evenly spaced: {}; put evenly spaced ones into a folder of their own",
-        runs(steps, tolerance)
-    )))
+    let runs = runs(steps, tolerance);
+    // One shear for all: each step is a share of the whole.
+    let heights: Vec<f64> = steps.iter().map(|step| step.dot(normal)).collect();
+    let along = span / span.dot(normal);
+    let is_straight = steps
+        .iter()
+        .zip(&heights)
+        .all(|(step, height)| (*step - *height * along).length() <= tolerance);
+    let even = is_straight.then(|| Even::new(&heights)).flatten();
+    let Some(even) = even else {
+        return Err(unsupported(format!(
+            "the slices are not evenly spaced: {runs}; put evenly spaced ones into a folder of their own"
+        )));
+    };
+    let step = even.step * along;
+    Ok(Course {
+        remark: Some(format!(
+            "the slices are not evenly spaced: {runs}; they were resampled to {} slices {:.2} mm apart",
+            even.len(),
+            step.length()
+        )),
+        even: Some(even),
+        ..Course::of_steps(DVec3::ZERO, step)
+    })
 }
 
 /// Most runs that a message lists.

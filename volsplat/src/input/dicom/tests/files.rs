@@ -129,6 +129,7 @@ impl Elements {
 pub(super) struct Slice {
     pub(super) syntax: &'static str,
     pub(super) series: &'static str,
+    pub(super) instance: &'static str,
     pub(super) position: &'static str,
     pub(super) orientation: &'static str,
     pub(super) slope: &'static str,
@@ -141,6 +142,7 @@ pub(super) struct Slice {
 pub(super) const SLICE: Slice = Slice {
     syntax: EXPLICIT,
     series: "1.2.3",
+    instance: "",
     position: "10\\20\\30",
     orientation: "1\\0\\0\\0\\1\\0",
     slope: "1",
@@ -162,6 +164,7 @@ impl Slice {
             .text(0x0008_103E, "a name")
             .text(0x0018_0050, "5")
             .text(0x0020_000E, self.series)
+            .text(0x0020_0013, self.instance)
             .text(0x0020_0032, self.position)
             .text(0x0020_0037, self.orientation)
             .short(0x0028_0002, 1)

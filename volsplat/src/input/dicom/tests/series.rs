@@ -1,5 +1,7 @@
 //! Many files: their order, their place, and what makes a series unfit.
 
+use resample_io::Gate;
+
 use crate::Error;
 use crate::input::dicom::tests::files::{EXPLICIT, Elements, SLICE, Slice};
 use crate::input::test_files::Folder;
@@ -98,20 +100,35 @@ fn a_tilted_gantry_shears_the_lattice() {
 }
 
 #[test]
-fn uneven_slices_are_refused_with_their_distances() {
+fn uneven_slices_are_resampled_with_a_remark() {
+    let gate = Gate::default();
+    let options = LoadOptions {
+        gate: gate.clone(),
+        ..LoadOptions::default()
+    };
+    // One slice is missing.
     let slices = [
-        "0\\0\\0", "0\\0\\2", "0\\0\\4", "0\\0\\5", "0\\0\\8", "0\\0\\11",
-    ]
-    .map(|position| at(position, 1));
-    let text = refusal(&slices);
+        at("0\\0\\0", 10),
+        at("0\\0\\2", 20),
+        at("0\\0\\6", 40),
+        at("0\\0\\8", 5),
+    ];
+    let volume = loaded(&slices, &options).expect("resampled");
+    assert_eq!((volume.dims, volume.spacing()[2]), ([2, 2, 5], 2.0));
+    let values = [0, 4, 8, 12, 16].map(|index| volume.value(index));
+    assert_eq!(values, [10.0, 20.0, 30.0, 40.0, 5.0]);
+    let said = gate.remarks().join(" ");
     assert!(
-        text.contains("slices 0 to 2 are 2.00 mm apart, 2 to 3 are 1.00 mm apart"),
-        "{text}"
+        said.contains("0 to 1 are 2.00 mm apart, 1 to 2 are 4.00 mm apart"),
+        "{said}"
     );
     assert!(
-        text.contains("3 to 5 are 3.00 mm apart") && text.contains("a folder of their own"),
-        "{text}"
+        said.contains("resampled to 5 slices 2.00 mm apart"),
+        "{said}"
     );
+    // A step aside is no gap.
+    let bent = ["0\\0\\0", "0\\0\\2", "3\\0\\4"].map(|position| at(position, 1));
+    assert!(refusal(&bent).contains("a folder of their own"));
     let text = refusal(&["0\\0\\0", "0\\0\\0", "0\\0\\2"].map(|position| at(position, 1)));
     assert!(
         text.contains("slices 0 and 1 lie at the same place"),
@@ -146,7 +163,30 @@ fn slices_that_do_not_belong_together_are_refused() {
 }
 
 #[test]
-fn one_series_of_several_is_chosen_by_its_uid() {
+fn slices_without_positions_follow_their_instance_numbers() {
+    let gate = Gate::default();
+    let options = LoadOptions {
+        gate: gate.clone(),
+        ..LoadOptions::default()
+    };
+    let numbered = |instance, value| Slice {
+        instance,
+        ..at("", value)
+    };
+    let slices = [numbered("10", 3), numbered("2", 1), numbered("3", 2)];
+    let volume = loaded(&slices, &options).expect("in order");
+    assert_eq!([0, 4, 8].map(|index| volume.value(index)), [1.0, 2.0, 3.0]);
+    assert!(
+        gate.remarks()[0].contains("instance numbers"),
+        "{:?}",
+        gate.remarks()
+    );
+    let twice = [numbered("1", 3), numbered("1", 1)];
+    assert!(refusal(&twice).contains("their order is not known"));
+}
+
+#[test]
+fn of_several_series_the_largest_is_taken_or_the_one_that_was_asked_for() {
     let other = |position| Slice {
         series: "4.5.6",
         ..at(position, 9)
@@ -158,12 +198,19 @@ fn one_series_of_several_is_chosen_by_its_uid() {
         other("0\\0\\3"),
         other("0\\0\\6"),
     ];
-    let text = refusal(&slices);
+    let gate = Gate::default();
+    let options = LoadOptions {
+        gate: gate.clone(),
+        ..LoadOptions::default()
+    };
+    let largest = loaded(&slices, &options).expect("one of them");
+    assert_eq!((largest.dims[2], largest.value(0)), (3, 9.0));
+    let text = gate.remarks().join(" ");
     assert!(
         text.contains("series=UID") && text.contains("1.2.3 (2 slices, 'a name')"),
         "{text}"
     );
-    assert!(text.contains("4.5.6 (3 slices"), "{text}");
+    assert!(text.contains("the largest was taken, 4.5.6"), "{text}");
     let of = |uid: &str| {
         loaded(
             &slices,
