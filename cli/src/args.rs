@@ -136,7 +136,7 @@ pub struct VolsplatArgs {
     /// component=N, level=N and time=N (OME-Zarr), counted from 0 and separated by commas: image.zarr#level=2,time=5.
     #[arg(value_name = "VOLUME[#PART]", value_parser = input_file::parser())]
     pub input: InputFile,
-    /// Picture to write, .png or .exr; a pattern such as %04d is replaced by the number of the picture
+    /// Picture to write, .png, .jpg or .exr, or - for the standard output; a pattern such as %04d is replaced by the number of the picture
     ///
     /// With .apng or .webp, all pictures go into one animation; with .mp4, .webm or .mkv into one video, which needs the
     /// program ffmpeg.

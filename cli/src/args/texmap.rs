@@ -19,7 +19,7 @@ pub struct TexmapArgs {
     /// The format is detected by the content.
     #[arg(value_name = "MODEL[#SCENE]", value_parser = input_file::parser())]
     pub input: InputFile,
-    /// Picture to write, .png or .exr; a pattern such as %04d is replaced by the number of the picture
+    /// Picture to write, .png, .jpg or .exr, or - for the standard output; a pattern such as %04d is replaced by the number of the picture
     ///
     /// With .apng or .webp, all pictures go into one animation; with .mp4, .webm or .mkv into one video, which needs the
     /// program ffmpeg.

@@ -29,7 +29,7 @@ pub struct Warp3dArgs {
     /// Depth of the picture: EXR (FILE.exr#CHANNEL), PFM, PNG, .npy or TIFF, of any size
     #[arg(value_name = "DEPTH")]
     pub depth: String,
-    /// Picture to write, .png or .exr; a pattern such as %04d is replaced by the number of the picture
+    /// Picture to write, .png, .jpg or .exr, or - for the standard output; a pattern such as %04d is replaced by the number of the picture
     ///
     /// An EXR file also holds depth (Z), the filled part, and the confidence. With .apng or .webp, all pictures go into
     /// one animation; with .mp4, .webm or .mkv into one video, which needs the program ffmpeg.
