@@ -62,14 +62,8 @@ const HEAD_BYTES: u64 = 4096;
 
 /// Marks of formats that people may hand in and that are not read here, with what to do.
 const NOT_READ: [(&[u8], &str); 8] = [
-    (
-        b"glTF",
-        "a mesh (glTF): the command texmap draws it",
-    ),
-    (
-        b"ply\n",
-        "a mesh (PLY): the command texmap draws it",
-    ),
+    (b"glTF", "a mesh (glTF): the command texmap draws it"),
+    (b"ply\n", "a mesh (PLY): the command texmap draws it"),
     (
         b"\x89HDF\r\n\x1a\n",
         "an HDF5 file: write the data set to NRRD or .npy first",
