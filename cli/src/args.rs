@@ -24,6 +24,7 @@ pub use transfer::TransferArgs;
 pub use volume::VolumeArgs;
 
 use crate::input_file::{self, InputFile};
+use crate::source::{HeldVolumes, Source};
 use crate::values::{self, Axis, BackgroundWord, Orbit, Size};
 
 mod ask;
@@ -134,6 +135,9 @@ pub struct VolsplatArgs {
     /// Also write counts and times as JSON
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,
+    /// Whether the volume is in its file or in memory.
+    #[arg(skip)]
+    pub source: Source<HeldVolumes>,
     /// How the file is read.
     #[command(flatten)]
     pub volume: VolumeArgs,
@@ -202,4 +206,17 @@ pub struct PictureArgs {
     /// scaled until it covers the picture [default: transparent]
     #[arg(long, value_name = "COLOUR|FILE", value_parser = values::background)]
     pub background: Option<BackgroundWord>,
+    /// Where it goes.
+    #[arg(skip)]
+    pub goes: Goes,
+}
+
+/// Where pictures go.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Goes {
+    /// To the file of `--output`.
+    #[default]
+    File,
+    /// To the program that uses this library: nothing is written, and the name only says which format it would have.
+    Memory,
 }

@@ -9,7 +9,7 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use glam::{DMat3, DVec3};
 use resample_core::{Camera, Intrinsics, LookAt, PixelCentre, Projection};
-use resample_io::files::read_small;
+use resample_io::files::read_json;
 use serde_json::Value;
 
 use crate::json_fields::Fields;
@@ -122,9 +122,9 @@ impl FileCamera {
     }
 }
 
-/// The JSON value that a file holds.
+/// The JSON value of a file, or that was typed in place of its name.
 pub(crate) fn read_value(path: &Path) -> Result<Value> {
-    let text = read_small(path, MAX_FILE_BYTES)?;
+    let text = read_json(path, MAX_FILE_BYTES)?;
     Ok(serde_json::from_slice(&text)?)
 }
 

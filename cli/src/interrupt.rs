@@ -29,7 +29,7 @@ static TEMPORARY: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 /// Why a run ended early. Its text says what there is and how to go on.
 #[derive(Debug)]
-pub(crate) struct Interrupted {
+pub struct Interrupted {
     /// What was finished, for people.
     pub state: String,
 }
@@ -53,6 +53,16 @@ pub(crate) struct Listed {
 /// Listens for Ctrl-C from now on.
 pub(crate) fn watch() -> Result<()> {
     ctrlc::set_handler(pressed).context("cannot listen for Ctrl-C")
+}
+
+/// Has everything that looks for Ctrl-C end, for programs that hear of it in their own way.
+pub fn ask() {
+    ASKED.store(true, Ordering::SeqCst);
+}
+
+/// Forgets a Ctrl-C of the past.
+pub fn forget() {
+    ASKED.store(false, Ordering::SeqCst);
 }
 
 /// Whether Ctrl-C was pressed.

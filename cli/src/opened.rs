@@ -2,13 +2,13 @@
 
 use anyhow::{Result, bail};
 use glam::DVec3;
-use resample_core::Camera;
+use resample_core::{Camera, Image};
 use serde_json::Value;
 
 use crate::args::Drawing;
 use crate::commands::{texmap, volsplat, warp3d};
 use crate::picture::Drawn;
-use crate::plan::{Purpose, RunLog};
+use crate::plan::{Change, Purpose, RunLog};
 use crate::report::Verbosity;
 use crate::setting::Setting;
 
@@ -111,7 +111,7 @@ impl Opened {
     }
 
     /// The bounding box of the visible part, world units: its least and its greatest corner. `None` for depth images.
-    pub(crate) fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
+    pub fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
         match &self.scene {
             Scene::Volume(open) => Some(open.bounds_in_world()),
             Scene::Mesh(open) => open.bounds_in_world(),
@@ -125,6 +125,60 @@ impl Opened {
             Scene::Mesh(open) => open.draw(camera),
             Scene::Volume(open) => open.draw(camera),
             Scene::Depth(open) => open.draw(camera),
+        }
+    }
+
+    /// Has the scene stand as picture `number` shows it.
+    pub fn turn_to(&mut self, number: usize) -> Result<()> {
+        match &mut self.scene {
+            Scene::Mesh(open) => open.turn_to(number),
+            Scene::Volume(open) => open.turn_to(number),
+            Scene::Depth(open) => open.turn_to(number),
+        }
+    }
+
+    /// As [`Opened::draw`], with all planes that were asked for.
+    pub fn draw_planes(&mut self, camera: &Camera) -> Result<Drawn> {
+        let mut drawn = self.draw(camera)?;
+        if let Scene::Volume(open) = &mut self.scene {
+            drawn.image.planes.extend(open.planes(camera)?);
+        }
+        Ok(drawn)
+    }
+
+    /// A picture with its background behind it.
+    pub fn finished(&self, image: Image) -> Image {
+        let background = match &self.scene {
+            Scene::Mesh(open) => open.background(),
+            Scene::Volume(open) => open.background(),
+            Scene::Depth(open) => open.background(),
+        };
+        background.behind(image)
+    }
+
+    /// Whether a picture can be drawn in bands: a warp casts all of its samples for each, and an order of samples may divide
+    /// them otherwise.
+    pub fn has_bands(&self) -> bool {
+        match &self.scene {
+            Scene::Mesh(_) => true,
+            Scene::Volume(open) => open.is_field(),
+            Scene::Depth(_) => false,
+        }
+    }
+
+    /// Takes new options of the same command and scene; false where the scene has to be read again for them.
+    pub fn change(&mut self, drawing: &Drawing, change: Change) -> Result<bool> {
+        match (&mut self.scene, drawing) {
+            (Scene::Volume(open), Drawing::Volsplat(args)) => {
+                open.change((**args).clone(), change)?;
+                Ok(true)
+            }
+            (Scene::Mesh(open), Drawing::Texmap(args)) => {
+                open.change((**args).clone(), change)?;
+                Ok(true)
+            }
+            // New cameras may need another arrangement of the references.
+            _ => Ok(false),
         }
     }
 

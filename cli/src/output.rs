@@ -157,7 +157,7 @@ pub fn write_picture(path: &Path, format: Format, image: &Image) -> Result<u64> 
     write_marked_picture(path, format, image, None)
 }
 
-/// As [`write_picture`], with a short text in the file that [`png_mark`] and [`exr_mark`] find again.
+/// As [`write_picture`], with a short text in the file that `png_mark` and `exr_mark` find again.
 pub fn write_marked_picture(
     path: &Path,
     format: Format,
@@ -171,14 +171,14 @@ pub fn write_marked_picture(
 }
 
 /// The bytes of the PNG file of a picture, 8 bits a channel.
-pub(crate) fn png_file(image: &Image) -> Result<Vec<u8>> {
+pub fn png_file(image: &Image) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     png::write(&mut bytes, image, Depth::Eight, None)?;
     Ok(bytes)
 }
 
 /// The codes of a PNG: red, green, blue and alpha of each pixel, 8 bits in sRGB, straight.
-pub(crate) fn png_codes(image: &Image) -> Vec<u8> {
+pub fn png_codes(image: &Image) -> Vec<u8> {
     png::bytes(image, Depth::Eight)
 }
 

@@ -76,6 +76,17 @@ pub enum Purpose {
     Change,
 }
 
+/// What is new in a command whose scene is read already; each also changes what those before it change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Change {
+    /// Cameras, sizes, backgrounds.
+    View,
+    /// How the scene is drawn.
+    Render,
+    /// The transfer function of a volume.
+    Look,
+}
+
 /// When a command started, and how much it says.
 #[derive(Clone, Copy)]
 pub struct RunLog {

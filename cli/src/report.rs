@@ -3,6 +3,7 @@
 //! Takes counts and times, gives text. Everything for people goes to stderr, so that stdout stays free; a closed
 //! stderr is no reason to stop. The keys of the stats file are described in `docs/stats.md`.
 
+use std::cell::RefCell;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -87,8 +88,28 @@ pub struct Account {
     pub line: String,
 }
 
+thread_local! {
+    /// What is said while somebody listens.
+    static HEARD: RefCell<Option<Vec<String>>> = const { RefCell::new(None) };
+}
+
+/// Does something, and gives what it would have printed on stderr: for programs whose people do not look there.
+pub fn heard<T>(what: impl FnOnce() -> T) -> (T, Vec<String>) {
+    let before = HEARD.replace(Some(Vec::new()));
+    let done = what();
+    let lines = HEARD.replace(before);
+    (done, lines.unwrap_or_default())
+}
+
 /// Prints one line to stderr.
 pub fn say(line: &str) {
+    let is_heard = HEARD.with_borrow_mut(|heard| {
+        let list = heard.as_mut();
+        list.map(|list| list.push(harmless(line))).is_some()
+    });
+    if is_heard {
+        return;
+    }
     // Nobody is left to tell if stderr is closed.
     let _ = writeln!(std::io::stderr(), "{}", harmless(line));
 }

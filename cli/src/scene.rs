@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
 use resample_io::Gate;
@@ -24,7 +25,7 @@ use crate::{report, transfer, values};
 pub(crate) struct Volumes {
     /// At least one; the first gives the picture its grid.
     pub channels: Vec<LookedAt>,
-    mask: Option<Volume>,
+    mask: Option<Arc<Volume>>,
     /// What goes with the look of the only channel.
     pub suggested: Suggested,
 }
@@ -32,7 +33,7 @@ pub(crate) struct Volumes {
 /// A volume and how it looks.
 pub(crate) struct LookedAt {
     /// The voxels.
-    pub volume: Volume,
+    pub volume: Arc<Volume>,
     look: OwnLook,
 }
 
@@ -56,6 +57,9 @@ const COLOURS: [(&str, &str); 7] = [
 pub(crate) fn load(args: &VolsplatArgs, gate: &Gate) -> Result<Volumes> {
     let options = load_options(&args.volume, &args.input, gate)?;
     let scene = &args.scene;
+    if !scene.channel.is_empty() && args.source.held().is_some() {
+        bail!("--channel names components of a file: give further arrays with --also");
+    }
     if !scene.channel.is_empty() && options.component.is_some() {
         bail!("--channel names components itself: leave component=N out of the part of the file");
     }
@@ -77,13 +81,17 @@ pub(crate) fn load(args: &VolsplatArgs, gate: &Gate) -> Result<Volumes> {
         )?;
         channels.push(LookedAt {
             look: parsed_look(look, &volume, args)?,
-            volume,
+            volume: volume.into(),
         });
     }
+    let held = args.source.held();
     if channels.is_empty() {
-        let volume = volsplat::load(&args.input.path, &options)?;
+        let volume = match held {
+            Some(held) => held.volume.clone(),
+            None => volsplat::load(&args.input.path, &options)?.into(),
+        };
         let (look, goes_with) = own_look(args, &volume)?;
-        if scene.also.is_empty() {
+        if scene.also.is_empty() && held.is_none_or(|held| held.also.is_empty()) {
             suggested = goes_with;
         }
         channels.push(LookedAt { look, volume });
@@ -93,14 +101,23 @@ pub(crate) fn load(args: &VolsplatArgs, gate: &Gate) -> Result<Volumes> {
         let volume = beside(&InputFile::of(file.into()), &options)?;
         channels.push(LookedAt {
             look: parsed_look(look, &volume, args)?,
-            volume,
+            volume: volume.into(),
         });
     }
-    let mask = scene
-        .mask
-        .as_deref()
-        .map(|path| mask(path, &options, &channels[0].volume))
-        .transpose()?;
+    for (volume, look) in held.map_or(&[][..], |held| &held.also) {
+        channels.push(LookedAt {
+            look: parsed_look(look, volume, args)?,
+            volume: volume.clone(),
+        });
+    }
+    let mask = match (held.and_then(|held| held.mask.clone()), &scene.mask) {
+        (Some(mask), _) => Some(mask),
+        (None, Some(path)) => Some(beside(&InputFile::of(path.into()), &options)?.into()),
+        (None, None) => None,
+    };
+    if let Some(mask) = &mask {
+        check_mask(mask, &channels[0].volume, scene.mask.as_deref())?;
+    }
     Ok(Volumes {
         channels,
         mask,
@@ -120,7 +137,7 @@ impl Volumes {
                     look: channel.look.lent(),
                 })
                 .collect(),
-            mask: self.mask.as_ref(),
+            mask: self.mask.as_deref(),
         }
     }
 
@@ -361,16 +378,15 @@ fn beside(file: &InputFile, options: &LoadOptions) -> Result<Volume> {
     Ok(volsplat::load(&file.path, &with_part(own, file)?)?)
 }
 
-fn mask(path: &Path, options: &LoadOptions, grid: &Volume) -> Result<Volume> {
-    let mask = beside(&InputFile::of(path.into()), options)?;
+fn check_mask(mask: &Volume, grid: &Volume, file: Option<&Path>) -> Result<()> {
     if mask.dims != grid.dims {
         let text = |[x, y, z]: [usize; 3]| format!("{x}x{y}x{z}");
         bail!(
             "{}: the mask has {} voxels, and the volume has {}: expected as many along each axis",
-            path.display(),
+            file.unwrap_or(Path::new("mask")).display(),
             text(mask.dims),
             text(grid.dims)
         );
     }
-    Ok(mask)
+    Ok(())
 }

@@ -53,7 +53,7 @@ pub(crate) fn render_options(
         } else {
             DepthPlane::None
         },
-        simd: default.simd,
+        simd: args.vector_level,
     })
 }
 

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, anyhow, bail};
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, LookAt};
+use resample_io::files;
 use warp3d::input::cameras::{self, CameraSet, Distortion, Hints, Lens, Pair};
 use warp3d::panorama;
 
@@ -299,6 +300,9 @@ fn front_of_panorama(size: [u32; 2]) -> Camera {
 }
 
 fn views_of_file(path: &Path, entry: Option<&str>, known: &Known) -> Result<Views> {
+    if files::typed_json(path).is_some() {
+        return own_file(path, entry, known);
+    }
     let hints = Hints {
         size: Some(known.picture),
         lens: known.lens,

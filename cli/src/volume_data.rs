@@ -56,6 +56,9 @@ impl Content {
         gate: &Gate,
         progress: Progress,
     ) -> Result<Self> {
+        if args.source.held().is_some() {
+            return Ok(Self::Memory(scene::load(args, gate)?));
+        }
         let load_options = load_options(&args.volume, &args.input, gate)?;
         match look_through(&args.input.path, &load_options, options, progress)? {
             None => Ok(Self::Memory(scene::load(args, gate)?)),

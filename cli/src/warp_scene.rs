@@ -14,6 +14,7 @@ use warp3d::{LargeReference, Reference, SurfaceTolerance};
 use crate::args::{DepthArgs, Warp3dArgs};
 use crate::camera_file::{FileCamera, NEAR_FRACTION};
 use crate::report;
+use crate::source::HeldPicture;
 use crate::values::IntrinsicsWord;
 use crate::viewpoint::{self, Known, TakenWith, Viewpoint};
 use crate::warp_references::{Keeping, References};
@@ -33,18 +34,23 @@ struct Typed<'a> {
     colour: &'a str,
     depth: &'a str,
     camera: Option<Viewpoint>,
+    /// The picture, where it is no file.
+    held: Option<&'a HeldPicture>,
+}
+
+impl Typed<'_> {
+    /// Size of the picture, px.
+    fn size(&self) -> Result<[u32; 2]> {
+        Ok(match self.held {
+            Some(held) => [held.colour.width as u32, held.colour.height as u32],
+            None => colour::size(&Part::from_text(self.colour))?,
+        })
+    }
 }
 
 /// Reads all that is named.
 pub(crate) fn read(args: &Warp3dArgs, keeping: Keeping) -> Result<WarpScene> {
-    let first = Typed {
-        colour: &args.colour,
-        depth: &args.depth,
-        camera: args.cameras.from.clone(),
-    };
-    let typed: Vec<Typed> = std::iter::once(Ok(first))
-        .chain(further(args))
-        .collect::<Result<_>>()?;
+    let typed = typed(args)?;
     let described: Vec<Described> = typed
         .iter()
         .map(|typed| described(typed, args))
@@ -77,29 +83,18 @@ pub(crate) fn read(args: &Warp3dArgs, keeping: Keeping) -> Result<WarpScene> {
 
 /// The camera of the first picture, without reading its pixels.
 pub(crate) fn camera(args: &Warp3dArgs) -> Result<FileCamera> {
-    let first = Typed {
-        colour: &args.colour,
-        depth: &args.depth,
-        camera: args.cameras.from.clone(),
-    };
-    Ok(described(&first, args)?.from)
+    Ok(described(&first(args), args)?.from)
 }
 
 /// The sizes of all references, px, from the headers of their pictures alone: a panorama is six.
 pub(crate) fn sizes(args: &Warp3dArgs) -> Result<Vec<[u32; 2]>> {
     let mut sizes = Vec::new();
-    let mut include = |colour: &str, camera: Option<&Viewpoint>| -> Result<()> {
-        let size = colour::size(&Part::from_text(colour))?;
-        match camera {
+    for typed in typed(args)? {
+        let size = typed.size()?;
+        match typed.camera {
             Some(Viewpoint::Equirectangular) => sizes.extend(input::face_sizes(size)),
             _ => sizes.push(size),
         }
-        Ok(())
-    };
-    include(&args.colour, args.cameras.from.as_ref())?;
-    for typed in further(args) {
-        let typed = typed?;
-        include(typed.colour, typed.camera.as_ref())?;
     }
     Ok(sizes)
 }
@@ -158,8 +153,25 @@ pub(crate) fn lens(args: &Warp3dArgs, size: [u32; 2]) -> Result<Option<Lens>> {
     }
 }
 
+/// The picture, and then those of each `--reference`.
+fn typed(args: &Warp3dArgs) -> Result<Vec<Typed<'_>>> {
+    std::iter::once(Ok(first(args)))
+        .chain(further(args))
+        .collect()
+}
+
+fn first(args: &Warp3dArgs) -> Typed<'_> {
+    Typed {
+        colour: &args.colour,
+        depth: &args.depth,
+        camera: args.cameras.from.clone(),
+        held: args.source.held().and_then(|held| held.0.first()),
+    }
+}
+
 fn further(args: &Warp3dArgs) -> impl Iterator<Item = Result<Typed<'_>>> {
-    args.cameras.reference.chunks(3).map(|words| {
+    let numbered = args.cameras.reference.chunks(3).enumerate();
+    numbered.map(|(number, words)| {
         let [colour, depth, camera] = words else {
             anyhow::bail!("--reference needs COLOUR DEPTH CAM")
         };
@@ -169,6 +181,7 @@ fn further(args: &Warp3dArgs) -> impl Iterator<Item = Result<Typed<'_>>> {
             colour,
             depth,
             camera: Some(camera),
+            held: args.source.held().and_then(|held| held.0.get(number + 1)),
         })
     })
 }
@@ -184,7 +197,7 @@ struct Described {
 
 fn described(typed: &Typed, args: &Warp3dArgs) -> Result<Described> {
     let colour = Part::from_text(typed.colour);
-    let size = colour::size(&colour)?;
+    let size = typed.size()?;
     let lens = lens(args, size)?;
     let known = Known {
         picture: size,
@@ -210,8 +223,10 @@ fn described(typed: &Typed, args: &Warp3dArgs) -> Result<Described> {
 
 /// Reads a picture into memory: one reference, or the faces of a panorama.
 fn held(typed: &Typed, found: &Described) -> Result<Vec<Reference>> {
-    let picture = colour::read(&found.colour)?;
-    let stored = depth::read(&found.depth)?;
+    let (picture, stored) = match typed.held {
+        Some(held) => (held.colour.clone(), held.depth.clone()),
+        None => (colour::read(&found.colour)?, depth::read(&found.depth)?),
+    };
     if typed.camera == Some(Viewpoint::Equirectangular) {
         let faces = input::panorama(&picture, &stored, &found.meaning, &found.depth.path);
         return faces.with_context(|| typed.colour.to_owned());
@@ -237,6 +252,12 @@ fn filed(
     tolerance: SurfaceTolerance,
     max_memory: u64,
 ) -> Result<LargeReference> {
+    if typed.held.is_some() {
+        anyhow::bail!(
+            "{}: pictures of memory are warped in memory: allow more --max-memory",
+            typed.colour
+        );
+    }
     if found.distortion.is_some() || typed.camera == Some(Viewpoint::Equirectangular) {
         anyhow::bail!(
             "{}: a lens with distortion and a panorama are resampled in memory: allow more --max-memory",

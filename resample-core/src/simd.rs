@@ -64,6 +64,19 @@ impl SimdLevel {
     }
 }
 
+impl Vectors {
+    /// The name of the level.
+    pub fn name(self) -> &'static str {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(_) => "avx512",
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(_) => "avx2",
+            Self::Baseline(_) => "baseline",
+        }
+    }
+}
+
 #[cfg(target_arch = "x86_64")]
 fn best(has_avx512: bool) -> Vectors {
     let level = Level::new();

@@ -59,8 +59,11 @@ pub struct RenderOptions {
         )
     )]
     pub planes: Vec<PlaneKind>,
-    /// Vector instructions to use; the levels agree to rounding
-    #[cfg_attr(feature = "clap", arg(skip = SimdLevel::Auto))]
+    /// Vector instructions; levels agree to rounding, and to the byte wherever the same one is drawn with
+    #[cfg_attr(
+        feature = "clap",
+        arg(long = "vector-level", value_enum, default_value = "auto")
+    )]
     pub simd: SimdLevel,
 }
 

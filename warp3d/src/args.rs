@@ -4,6 +4,7 @@
 //! refused.
 
 use clap::{Args, ValueEnum};
+use resample_core::simd::SimdLevel;
 
 use crate::Error;
 use crate::options::{
@@ -40,6 +41,9 @@ pub struct WarpArgs {
     /// How several references become one picture
     #[arg(long, value_enum, default_value_t = Blend::Weighted)]
     pub combine: Blend,
+    /// Vector instructions; levels agree to rounding, and to the byte wherever the same one is drawn with
+    #[arg(long, value_enum, default_value = "auto")]
+    pub vector_level: SimdLevel,
 }
 
 /// The methods by name.
@@ -76,6 +80,7 @@ impl WarpArgs {
             method: self.method()?,
             fill: self.fill,
             blend: self.combine,
+            simd: self.vector_level,
             ..WarpOptions::default()
         };
         options.validate()?;

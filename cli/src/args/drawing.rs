@@ -5,7 +5,8 @@ use std::path::Path;
 use clap::Subcommand;
 
 use super::short_help;
-use super::{AskArgs, TexmapArgs, VolsplatArgs, Warp3dArgs};
+use super::{AskArgs, Goes, PictureArgs, TexmapArgs, VolsplatArgs, Warp3dArgs};
+use crate::source::{Held, Source};
 
 /// A command that draws.
 #[derive(Clone, Debug, Subcommand)]
@@ -64,13 +65,41 @@ impl Drawing {
         }
     }
 
+    /// Takes a scene of memory in place of its file; one of another command changes nothing.
+    pub fn hold(&mut self, held: &Held) {
+        match (self, held) {
+            (Self::Volsplat(args), Held::Volumes(held)) => {
+                args.source = Source::Memory(held.clone());
+            }
+            (Self::Texmap(args), Held::Mesh(held)) => args.source = Source::Memory(held.clone()),
+            (Self::Warp3d(args), Held::Pictures(held)) => {
+                args.source = Source::Memory(held.clone());
+            }
+            _ => {}
+        }
+    }
+
+    /// Has the pictures drawn for the program that uses this library; nothing is written.
+    pub fn keep_in_memory(&mut self) {
+        self.picture_mut().goes = Goes::Memory;
+    }
+
     /// Names the picture to write.
     pub fn write_to(&mut self, path: &Path) {
+        self.picture_mut().goes = Goes::File;
         let output = match self {
             Self::Texmap(args) => &mut args.output,
             Self::Volsplat(args) => &mut args.output,
             Self::Warp3d(args) => &mut args.output,
         };
         *output = path.to_owned();
+    }
+
+    fn picture_mut(&mut self) -> &mut PictureArgs {
+        match self {
+            Self::Texmap(args) => &mut args.picture,
+            Self::Volsplat(args) => &mut args.picture,
+            Self::Warp3d(args) => &mut args.picture,
+        }
     }
 }

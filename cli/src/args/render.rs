@@ -6,6 +6,7 @@
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use resample_core::OpacityMode;
+use resample_core::simd::SimdLevel;
 use serde::{Deserialize, Serialize};
 use volsplat::{FieldOptions, KernelSheets, RenderOptions, SampleOptions, Shading, Subpixels};
 
@@ -33,6 +34,9 @@ pub struct RenderArgs {
     #[arg(long, value_name = "T", value_parser = values::fraction,
         default_value_t = RenderOptions::default().min_transmittance)]
     pub min_transmittance: f32,
+    /// Vector instructions; levels agree to rounding, and to the byte wherever the same one is drawn with
+    #[arg(long, value_enum, default_value = "auto")]
+    pub vector_level: SimdLevel,
     /// How samples are lit, by the gradient of the volume [default: as the preset or the data have it; with --transfer,
     /// --window or --colormap none; of an isosurface phong]
     #[arg(long, value_enum)]

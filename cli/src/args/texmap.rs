@@ -5,10 +5,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use texmap::{RenderOptions, Textures};
+use texmap::{Loaded, RenderOptions, Textures};
 
 use super::{AskArgs, CameraArgs, Given, PictureArgs, ReadingArgs, SequenceArgs};
 use crate::input_file::{self, InputFile};
+use crate::source::Source;
 
 /// Options of `resample texmap`.
 #[derive(Args, Clone, Debug, Default)]
@@ -27,6 +28,9 @@ pub struct TexmapArgs {
     /// Also write counts and times as JSON
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,
+    /// Whether the mesh is in its file or in memory.
+    #[arg(skip)]
+    pub source: Source<Loaded>,
     /// The part of the file that is drawn.
     #[command(flatten)]
     pub model: ModelArgs,

@@ -12,6 +12,7 @@ use warp3d::input::DepthKind;
 
 use crate::args::{AskArgs, Given, PictureArgs};
 use crate::multiview::{Anaglyph, Places};
+use crate::source::{HeldPictures, Source};
 use crate::values::{self, Grid, IntrinsicsWord, Size};
 use crate::viewpoint::{self, Viewpoint};
 
@@ -46,6 +47,9 @@ pub struct Warp3dArgs {
     /// Most memory to work in, such as 4G or 512M; larger pictures stay in a temporary file and are warped in parts
     #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
     pub max_memory: Option<u64>,
+    /// Whether the pictures are in their files or in memory.
+    #[arg(skip)]
+    pub source: Source<HeldPictures>,
     /// Which cameras there are.
     #[command(flatten)]
     pub cameras: WarpCameraArgs,

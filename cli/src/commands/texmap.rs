@@ -14,11 +14,12 @@ use texmap::scene::Mesh;
 use texmap::{FrameStats, Loaded, PlaneKind, RenderOptions, Renderer, Scene, Textures};
 
 use crate::args::{Given, TexmapArgs};
+use crate::background::Background;
 use crate::camera_path::KeyKind;
 use crate::framing::fit::seen_points;
 use crate::framing::{Extent, Stance};
 use crate::picture::Drawn;
-use crate::plan::{Plan, Request, Run, RunLog};
+use crate::plan::{Change, Plan, Request, Run, RunLog};
 use crate::report::{self, Account, RunStats, Verbosity};
 use crate::scene_camera;
 use crate::seen;
@@ -34,6 +35,8 @@ pub(crate) struct Open {
     cameras: Vec<Camera>,
     load_ms: f64,
     prepare_ms: f64,
+    /// The picture whose pose the renderer has, where that is known.
+    posed: Option<usize>,
 }
 
 impl Open {
@@ -42,10 +45,7 @@ impl Open {
         let start = Instant::now();
         let plan = Plan::new(&request(&args))?;
         let options = settings::render_options(&args.render.options, plan.finish.format)?;
-        let Loaded { scene, notes } = texmap::load(
-            &args.input.path,
-            &settings::load_options(&args, 0, plan.gate()),
-        )?;
+        let Loaded { scene, notes } = loaded(&args, 0, plan.gate())?;
         let load_ms = report::ms_since(start);
         if verbosity != Verbosity::Quiet {
             notes
@@ -66,6 +66,7 @@ impl Open {
             cameras,
             load_ms,
             prepare_ms,
+            posed: Some(0),
         })
     }
 
@@ -79,9 +80,40 @@ impl Open {
         self.renderer.bounds_in_world()
     }
 
+    /// Takes new options; the files are not read again.
+    pub(crate) fn change(&mut self, args: TexmapArgs, change: Change) -> Result<()> {
+        let plan = Plan::new(&request(&args))?;
+        self.plan = plan;
+        if change == Change::View {
+            self.args = args;
+        } else {
+            self.restyle(args)?;
+            // The renderer may be a new one, in the pose of the file.
+            self.posed = None;
+        }
+        self.cameras = cameras(&self.args, &self.plan, &self.scene, &self.renderer)?;
+        Ok(())
+    }
+
     /// Draws the picture of one camera.
     pub(crate) fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
         drawn(&mut self.renderer, camera)
+    }
+
+    /// Takes the pose of picture `number`.
+    pub(crate) fn turn_to(&mut self, number: usize) -> Result<()> {
+        if self.args.model.play && self.posed != Some(number) {
+            let options =
+                settings::render_options(&self.args.render.options, self.plan.finish.format)?;
+            self.renderer = posed(&self.args, &options, number, self.plan.gate())?;
+            self.posed = Some(number);
+        }
+        Ok(())
+    }
+
+    /// What lies behind every picture.
+    pub(crate) fn background(&self) -> &Background {
+        &self.plan.finish.background
     }
 
     /// Draws with these options from now on.
@@ -130,6 +162,7 @@ impl Open {
             cameras,
             load_ms,
             prepare_ms,
+            ..
         } = self;
         let request = request(&args);
         let options = settings::render_options(&args.render.options, plan.finish.format)?;
@@ -187,9 +220,17 @@ fn posed(
     number: usize,
     gate: &Gate,
 ) -> Result<Renderer> {
-    let load = settings::load_options(args, number, gate);
-    let Loaded { scene, .. } = texmap::load(&args.input.path, &load)?;
+    let Loaded { scene, .. } = loaded(args, number, gate)?;
     prepared(&scene, args, options)
+}
+
+/// The scene as picture `number` shows it.
+fn loaded(args: &TexmapArgs, number: usize, gate: &Gate) -> Result<Loaded> {
+    if let Some(held) = args.source.held() {
+        return Ok(held.clone());
+    }
+    let load = settings::load_options(args, number, gate);
+    Ok(texmap::load(&args.input.path, &load)?)
 }
 
 fn stance(args: &TexmapArgs) -> Stance {

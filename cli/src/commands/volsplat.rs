@@ -31,6 +31,8 @@ use crate::transfer;
 use crate::volume_data::{Content, Keeping};
 use crate::volume_motion::{self, VolumeMotion};
 
+mod kept;
+
 /// A volume that is read, ready to be drawn.
 pub(crate) struct Open {
     args: VolsplatArgs,
@@ -304,14 +306,7 @@ fn loaded(
         .remarks()
         .iter()
         .for_each(|text| report::say(&format!("note: {text}")));
-    let motion = match plan.path() {
-        Some((path, pictures)) => VolumeMotion::new(path, pictures, &args, content.first())
-            .with_context(|| path_name(&args))?,
-        None => None,
-    };
-    if let Some(mean) = motion.as_ref().and_then(VolumeMotion::mean) {
-        content.set_function(mean);
-    }
+    let motion = motion(&args, &plan, &mut content)?;
     let suggested = match motion.as_ref().and_then(VolumeMotion::mean) {
         Some(_) => Suggested::default(),
         None => content.suggested(),
@@ -341,6 +336,19 @@ fn loaded(
         load_ms,
         classify_ms,
     })
+}
+
+/// What changes from picture to picture beside the camera; the content takes the mean of its looks.
+fn motion(args: &VolsplatArgs, plan: &Plan, content: &mut Content) -> Result<Option<VolumeMotion>> {
+    let Some((path, pictures)) = plan.path() else {
+        return Ok(None);
+    };
+    let motion = VolumeMotion::new(path, pictures, args, content.first())
+        .with_context(|| path_name(args))?;
+    if let Some(mean) = motion.as_ref().and_then(VolumeMotion::mean) {
+        content.set_function(mean);
+    }
+    Ok(motion)
 }
 
 fn path_name(args: &VolsplatArgs) -> String {

@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 use warp3d::{Fill, WarpArgs, WarpOptions};
 
 use crate::args::{CameraArgs, Given, SequenceArgs, Warp3dArgs};
+use crate::background::Background;
 use crate::camera_path::KeyKind;
 use crate::multiview::Layout;
 use crate::output;
@@ -76,6 +77,16 @@ impl Open {
         self.ready.drawer.draw_silently(camera)
     }
 
+    /// Takes the pictures with depth of picture `number`.
+    pub(crate) fn turn_to(&mut self, number: usize) -> Result<()> {
+        self.ready.drawer.turn_to(number)
+    }
+
+    /// What lies behind every picture.
+    pub(crate) fn background(&self) -> &Background {
+        &self.ready.plan.finish.background
+    }
+
     /// Draws with these options from now on.
     pub(crate) fn set(&mut self, render: &Given<WarpArgs>) -> Result<()> {
         self.ready
@@ -136,7 +147,10 @@ impl Open {
 impl Ready {
     fn new(args: &Warp3dArgs, purpose: Purpose) -> Result<Self> {
         check_words(args)?;
-        let frames = Frames::find(args)?;
+        let frames = match args.source.held() {
+            None => Frames::find(args)?,
+            Some(_) => None,
+        };
         let first = match &frames {
             Some(frames) => {
                 check_frames(args, purpose)?;
@@ -268,6 +282,9 @@ fn keeping(
 
 /// Refuses small files that unpack to large references.
 fn check_unpacked(args: &Warp3dArgs, sizes: &[[u32; 2]], gate: &Gate) -> Result<()> {
+    if args.source.held().is_some() {
+        return Ok(());
+    }
     // At least a byte for each of three colours, and one of depth.
     const PIXEL_BYTES: u64 = 4;
     let pixels: u64 = sizes

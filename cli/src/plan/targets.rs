@@ -5,11 +5,15 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail};
 
 use super::request::Request;
+use crate::args::Goes;
 use crate::output::{self, FrameNames};
 use crate::values::BackgroundWord;
 
 /// Checks the places of all files but further pictures, which go to the folder of the first.
 pub(super) fn check(request: &Request, first_picture: &Path) -> Result<()> {
+    if request.picture.goes == Goes::Memory {
+        return Ok(());
+    }
     let targets = targets(request, first_picture);
     for (number, (option, path)) in targets.iter().enumerate() {
         if let Some((other, _)) = targets[..number].iter().find(|(_, other)| other == path) {

@@ -22,11 +22,17 @@ mod studio;
 mod subject;
 mod words;
 
+use std::ffi::OsString;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use anyhow::Result;
 
+use crate::application::Application;
 use crate::args::{ServeArgs, ViewArgs};
 use crate::interrupt;
 use crate::report::{self, Verbosity};
+use crate::source::Held;
 use crate::threads;
 
 use server::Server;
@@ -55,7 +61,53 @@ pub(crate) fn run(args: ViewArgs, verbosity: Verbosity) -> Result<()> {
     }
     interrupt::watch()?;
     let subject = Subject::open(words, verbosity)?;
-    Studio::new(subject, mailbox).run()
+    let _patience = interrupt::patience();
+    Studio::new(subject, mailbox, Box::new(interrupt::asked)).run();
+    Ok(())
+}
+
+/// A page that is served beside another program, until it is closed or dropped.
+pub struct Viewer {
+    address: String,
+    is_over: Arc<AtomicBool>,
+}
+
+impl Viewer {
+    /// Reads the scene that `words` name, or takes that of memory, and serves its page on threads of its own. The words are
+    /// those of `resample view` without the program's name.
+    pub fn start(application: Application, words: &[OsString], held: Option<Held>) -> Result<Self> {
+        let words = Words::of_program(application, words, held)?;
+        check_bind(&words.serve)?;
+        let server = Server::bind(&words.serve)?;
+        let address = server.address();
+        let subject = Subject::open(words, Verbosity::Quiet)?;
+        let mailbox = server.start()?;
+        let is_over = Arc::new(AtomicBool::new(false));
+        let own = is_over.clone();
+        std::thread::Builder::new()
+            .name("studio".to_owned())
+            .spawn(move || {
+                let is_over = Box::new(move || own.load(Ordering::Relaxed));
+                Studio::new(subject, mailbox, is_over).run();
+            })?;
+        Ok(Self { address, is_over })
+    }
+
+    /// The address of the page, with its token.
+    pub fn address(&self) -> &str {
+        &self.address
+    }
+
+    /// Ends the drawing; the page stays as it is.
+    pub fn close(&self) {
+        self.is_over.store(true, Ordering::Relaxed);
+    }
+}
+
+impl Drop for Viewer {
+    fn drop(&mut self) {
+        self.close();
+    }
 }
 
 /// Other machines reach the page only where that was asked for.

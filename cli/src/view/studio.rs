@@ -12,15 +12,15 @@ use serde_json::{Value, json};
 
 use super::encode;
 use super::ladder::Ladder;
-use super::mailbox::{Mailbox, Next};
+use super::mailbox::{Mailbox, Next as Request};
 use super::message::{Asked, Exactness, Motion, PictureHead, View};
 use super::save;
 use super::sender::Sender;
 use super::subject::Subject;
-use crate::interrupt;
+use crate::bands::{self, Next, Pace};
 use crate::report;
 
-/// Time after which Ctrl-C is looked for.
+/// Time after which the end is looked for.
 const IDLE: Duration = Duration::from_millis(200);
 
 /// Longest wait for the page to show a picture before the next is sent: a page in the background shows none.
@@ -28,9 +28,6 @@ const SHOWN_PATIENCE: Duration = Duration::from_millis(500);
 
 /// Pixels of a band at rest: some 100 ms of work. A guess.
 const BAND_PX: u32 = 160 * 1024;
-
-/// Rows of a tile, px: bands begin at edges of tiles.
-const TILE_ROWS: u32 = 16;
 
 /// Options of the page that a preset replaces.
 const WITH_LOOK: [&str; 6] = ["window", "colormap", "preset", "shade", "blend", "light"];
@@ -48,10 +45,15 @@ pub(super) struct Studio {
     function: Value,
     /// The last picture that was sent, until the page has shown it.
     in_flight: Option<u32>,
+    /// Whether it is over.
+    is_over: IsOver,
 }
 
+/// Says whether a page is not served any more.
+pub(super) type IsOver = Box<dyn Fn() -> bool + Send>;
+
 impl Studio {
-    pub(super) fn new(subject: Subject, mailbox: Mailbox) -> Self {
+    pub(super) fn new(subject: Subject, mailbox: Mailbox, is_over: IsOver) -> Self {
         Self {
             subject,
             mailbox,
@@ -59,27 +61,26 @@ impl Studio {
             ladder: Ladder::default(),
             function: Value::Null,
             in_flight: None,
+            is_over,
         }
     }
 
-    /// Draws until Ctrl-C.
-    pub(super) fn run(mut self) -> Result<()> {
-        let _patience = interrupt::patience();
-        while !interrupt::asked() {
+    /// Draws until it is over.
+    pub(super) fn run(mut self) {
+        while !(self.is_over)() {
             let Some(next) = self.mailbox.next(IDLE) else {
                 continue;
             };
             let done = match next {
-                Next::Opened(sender) => self.opened(sender),
-                Next::Asked(asked) => self.answer(&asked),
-                Next::Draw(id, Motion::Moving, view) => self.moving(id, &view),
-                Next::Draw(id, Motion::Resting, view) => self.resting(id, &view),
+                Request::Opened(sender) => self.opened(sender),
+                Request::Asked(asked) => self.answer(&asked),
+                Request::Draw(id, Motion::Moving, view) => self.moving(id, &view),
+                Request::Draw(id, Motion::Resting, view) => self.resting(id, &view),
             };
             if let Err(error) = done {
                 self.tell(&json!({ "type": "error", "text": report::one_line(&error) }));
             }
         }
-        Ok(())
     }
 
     fn opened(&mut self, sender: Sender) -> Result<()> {
@@ -177,30 +178,16 @@ impl Studio {
         if !self.subject.has_bands() {
             return self.subject.draw(camera).map(Some);
         }
-        let width = camera.width.max(1);
-        let rows = (BAND_PX / width).next_multiple_of(TILE_ROWS).max(TILE_ROWS);
-        let mut image = Image::transparent(camera.width as usize, 0);
-        for top in (0..camera.height).step_by(rows as usize) {
-            let bottom = (top + rows).min(camera.height);
-            // Pixels are corrected by their neighbours: a row of tiles more on both sides is drawn and cut off again.
-            let (first, last) = (
-                top.saturating_sub(TILE_ROWS),
-                (bottom + TILE_ROWS).min(camera.height),
-            );
-            let band = Camera {
-                height: last - first,
-                cy: camera.cy - f64::from(first),
-                ..*camera
-            };
-            let drawn = self.subject.draw(&band)?.rgba;
-            let place = |row: u32| (row - first) as usize * camera.width as usize;
-            image.rgba.extend(&drawn[place(top)..place(bottom)]);
-            if self.mailbox.has_newer() || interrupt::asked() {
-                return Ok(None);
-            }
-        }
-        image.height = camera.height as usize;
-        Ok(Some(image))
+        let (subject, mailbox, is_over) = (&mut self.subject, &self.mailbox, &self.is_over);
+        let mut next = |_| match mailbox.has_newer() || is_over() {
+            true => Next::Stop,
+            false => Next::Draw,
+        };
+        let mut pace = Pace {
+            band_px: BAND_PX,
+            seconds: None,
+        };
+        bands::in_bands(camera, &mut pace, &mut |band| subject.draw(band), &mut next)
     }
 
     fn answer(&mut self, asked: &Asked) -> Result<()> {

@@ -10,7 +10,8 @@ use tempfile::TempDir;
 
 use super::facts;
 use super::message::{Exactness, View};
-use super::words::{Application, Changes, Files, Words};
+use super::words::{Changes, Files, Words};
+use crate::application::Application;
 use crate::args::Drawing;
 use crate::background::Background;
 use crate::camera_file::{self, CameraDefaults};
@@ -289,9 +290,9 @@ impl Subject {
         })
     }
 
-    /// Whether a band of a picture costs less than the whole: a warp casts all of its samples for either.
+    /// Whether a band of a picture costs less than the whole.
     pub(super) fn has_bands(&self) -> bool {
-        self.words.application != Application::Depth
+        self.opened.has_bands()
     }
 
     /// Draws under the options that were prepared.

@@ -12,9 +12,11 @@ use clap::{ArgMatches, Args, Command, FromArgMatches};
 use glam::DVec3;
 use volsplat::transfer::ColourMap;
 
-use crate::args::{Drawing, GlobalArgs, ServeArgs, TexmapArgs, VolsplatArgs, Warp3dArgs};
+use crate::application::Application;
+use crate::args::{Drawing, GlobalArgs, ServeArgs};
 use crate::input_file::InputFile;
 use crate::scene;
+use crate::source::Held;
 use crate::typed::Typed;
 use crate::values::{self, BackgroundWord};
 use crate::viewpoint::Viewpoint;
@@ -88,14 +90,6 @@ const UNKNOWN_FOV_Y_DEG: f64 = 60.0;
 /// The name under which the command line is parsed; nothing of that name is written.
 const OUTPUT: &str = "view.png";
 
-/// The command that draws a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Application {
-    Volume,
-    Mesh,
-    Depth,
-}
-
 /// What was typed.
 #[derive(Clone, Debug)]
 pub(super) struct Words {
@@ -103,6 +97,8 @@ pub(super) struct Words {
     typed: Typed,
     pub(super) serve: ServeArgs,
     pub(super) global: GlobalArgs,
+    /// The scene, where it is no file.
+    held: Option<Held>,
 }
 
 /// Files that hold what the page has edited.
@@ -131,76 +127,63 @@ impl Files {
 /// Options by name, as the page sets them.
 pub(super) type Changes = BTreeMap<String, Vec<String>>;
 
-impl Application {
-    /// By what the words name.
-    fn of(words: &[OsString]) -> Self {
-        // Two names, before any option: a picture and its depth.
-        let is_name = |word: &OsString| !word.to_string_lossy().starts_with('-');
-        if words.len() > 1 && words[..2].iter().all(is_name) {
-            return Self::Depth;
-        }
-        let path = words.first().map_or_else(PathBuf::new, PathBuf::from);
-        let path = InputFile::of(path.into()).path;
-        let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-        match ending.as_deref() {
-            Some("glb" | "gltf" | "obj" | "ply" | "stl") => Self::Mesh,
-            _ => Self::Volume,
-        }
+/// The command that draws what the words name.
+fn application_of(words: &[OsString]) -> Application {
+    // Two names, before any option: a picture and its depth.
+    let is_name = |word: &OsString| !word.to_string_lossy().starts_with('-');
+    if words.len() > 1 && words[..2].iter().all(is_name) {
+        return Application::Depth;
     }
+    let path = words.first().map_or_else(PathBuf::new, PathBuf::from);
+    let path = InputFile::of(path.into()).path;
+    let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    match ending.as_deref() {
+        Some("glb" | "gltf" | "obj" | "ply" | "stl") => Application::Mesh,
+        _ => Application::Volume,
+    }
+}
 
-    /// The name of the command.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Volume => "volsplat",
-            Self::Mesh => "texmap",
-            Self::Depth => "warp3d",
-        }
-    }
-
-    fn command(self) -> Command {
-        let command = Command::new("resample view")
-            .no_binary_name(true)
-            .args_override_self(true);
-        let command = match self {
-            Self::Volume => VolsplatArgs::augment_args(command),
-            Self::Mesh => TexmapArgs::augment_args(command),
-            Self::Depth => Warp3dArgs::augment_args(command),
-        };
-        // Nothing is written until the page asks for it, and then under names of its own.
-        let command = command.mut_arg("output", |arg| {
-            arg.required(false).default_value(OUTPUT).hide(true)
-        });
-        ServeArgs::augment_args(GlobalArgs::augment_args(command))
-    }
+/// The command with the options of the viewer. Nothing is written until the page asks for it, and then under names of its own.
+fn command(application: Application) -> Command {
+    let command = application.command("resample view", OUTPUT);
+    ServeArgs::augment_args(GlobalArgs::augment_args(command))
 }
 
 impl Words {
     /// Parses what was typed; errors and `--help` end the process as they do in every command.
     pub(super) fn of(words: &[OsString]) -> Self {
-        let application = Application::of(words);
-        let command = application.command();
-        let matches = command.clone().get_matches_from(words);
-        let parsed = |matches: &ArgMatches| -> Result<(ServeArgs, GlobalArgs), clap::Error> {
-            Ok((
-                ServeArgs::from_arg_matches(matches)?,
-                GlobalArgs::from_arg_matches(matches)?,
-            ))
-        };
-        let (serve, global) = parsed(&matches).unwrap_or_else(|error| error.exit());
-        Self {
+        Self::taken(application_of(words), words, None).unwrap_or_else(|error| error.exit())
+    }
+
+    /// Parses the words of another program, which may also give the scene.
+    pub(super) fn of_program(
+        application: Application,
+        words: &[OsString],
+        held: Option<Held>,
+    ) -> Result<Self> {
+        Self::taken(application, words, held).map_err(plain)
+    }
+
+    fn taken(
+        application: Application,
+        words: &[OsString],
+        held: Option<Held>,
+    ) -> Result<Self, clap::Error> {
+        let command = command(application);
+        let matches = command.clone().try_get_matches_from(words)?;
+        Ok(Self {
             application,
+            serve: ServeArgs::from_arg_matches(&matches)?,
+            global: GlobalArgs::from_arg_matches(&matches)?,
             typed: Typed::of(command, &matches),
-            serve,
-            global,
-        }
+            held,
+        })
     }
 
     /// The command as it was typed.
     pub(super) fn first_drawing(&self) -> Result<Drawing> {
         let words = self.typed.words(|name| OWN.contains(&name));
-        let matches = self
-            .application
-            .command()
+        let matches = command(self.application)
             .try_get_matches_from(words)
             .map_err(plain)?;
         self.parsed(&matches).map_err(plain)
@@ -212,9 +195,7 @@ impl Words {
         let mut words: Vec<OsString> = kept.map(OsString::from).collect();
         words.extend(changed(changes)?.into_iter().map(OsString::from));
         words.extend(files.words());
-        let matches = self
-            .application
-            .command()
+        let matches = command(self.application)
             .try_get_matches_from(words)
             .map_err(plain)?;
         self.parsed(&matches).map_err(plain)
@@ -252,23 +233,21 @@ impl Words {
     }
 
     fn parsed(&self, matches: &ArgMatches) -> Result<Drawing, clap::Error> {
-        Ok(match self.application {
-            Application::Volume => {
-                Drawing::Volsplat(Box::new(VolsplatArgs::from_arg_matches(matches)?))
+        let mut drawing = self.application.drawing(matches)?;
+        drawing.keep_in_memory();
+        if let Some(held) = &self.held {
+            drawing.hold(held);
+        }
+        if let Drawing::Warp3d(args) = &mut drawing {
+            let cameras = &mut args.cameras;
+            if !self.has_lens() {
+                cameras.from = Some(Viewpoint::Fov(UNKNOWN_FOV_Y_DEG));
             }
-            Application::Mesh => Drawing::Texmap(Box::new(TexmapArgs::from_arg_matches(matches)?)),
-            Application::Depth => {
-                let mut args = Warp3dArgs::from_arg_matches(matches)?;
-                let cameras = &mut args.cameras;
-                if !self.has_lens() {
-                    cameras.from = Some(Viewpoint::Fov(UNKNOWN_FOV_Y_DEG));
-                }
-                if cameras.to.is_none() {
-                    cameras.to = Some(Viewpoint::Shift(DVec3::ZERO));
-                }
-                Drawing::Warp3d(Box::new(args))
+            if cameras.to.is_none() {
+                cameras.to = Some(Viewpoint::Shift(DVec3::ZERO));
             }
-        })
+        }
+        Ok(drawing)
     }
 }
 

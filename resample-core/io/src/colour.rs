@@ -13,7 +13,7 @@ use resample_core::Error;
 
 /// Largest value that is kept, the largest of half precision: sums of weighted colours must stay finite, and nothing
 /// that a screen or a light meter shows is brighter.
-const BRIGHTEST: f32 = 65_504.0;
+pub const BRIGHTEST: f32 = 65_504.0;
 
 /// Reads a picture. An EXR file may name a layer: `stereo.exr#left`.
 pub fn read(part: &Part) -> Result<Picture, Error> {

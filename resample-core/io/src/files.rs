@@ -109,6 +109,20 @@ pub fn read_whole(path: &Path) -> std::io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// The bytes of a JSON file, or JSON that was typed in place of a file's name: a word that begins with a brace or a bracket.
+pub fn read_json(word: &Path, most: u64) -> std::io::Result<Vec<u8>> {
+    match typed_json(word) {
+        Some(text) => Ok(text.as_bytes().to_owned()),
+        None => read_small(word, most),
+    }
+}
+
+/// The JSON that was typed in place of a file's name.
+pub fn typed_json(word: &Path) -> Option<&str> {
+    let text = word.to_str()?;
+    text.starts_with(['{', '[']).then_some(text)
+}
+
 /// All bytes of a file that has at most so many; `-` is the standard input.
 pub fn read_small(path: &Path, most: u64) -> std::io::Result<Vec<u8>> {
     let source: Box<dyn Read> = match path == Path::new(STANDARD_INPUT) {

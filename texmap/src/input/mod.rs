@@ -9,9 +9,10 @@ mod checked;
 mod choice;
 mod files;
 mod gltf;
+mod indices;
 mod notes;
 mod obj;
-mod origin;
+pub mod origin;
 pub mod picture;
 mod ply;
 mod polygon;
@@ -21,7 +22,7 @@ mod surroundings;
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::Error;
+use crate::{Error, Scene};
 
 pub use choice::{LightMaps, LoadOptions, Loaded, Pose, SceneChoice};
 use files::Names;
@@ -57,13 +58,34 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Error> {
             )));
         }
     }
-    let mut scene = match format {
+    let scene = match format {
         Format::Gltf => gltf::load(&bytes, &names, options, &mut notes),
         Format::Obj => obj::load(&bytes, &names, &mut notes),
         Format::Ply => ply::load(&bytes, &names, &mut notes),
         Format::Stl => stl::load(&bytes),
     }
     .map_err(at)?;
+    finished(path, scene, options, notes)
+}
+
+/// A scene of memory, as if a file held it: texture and surroundings come from the options.
+///
+/// # Errors
+///
+/// As [`load`] has them; they name `name`.
+pub fn of_memory(name: &Path, scene: Scene, options: &LoadOptions) -> Result<Loaded, Error> {
+    indices::check(&scene).map_err(|what| Error::Input(format!("{}: {what}", name.display())))?;
+    finished(name, scene, options, Notes::default())
+}
+
+/// Makes what was read or given the scene that was asked for.
+fn finished(
+    path: &Path,
+    mut scene: Scene,
+    options: &LoadOptions,
+    mut notes: Notes,
+) -> Result<Loaded, Error> {
+    let at = |what: String| Error::Input(format!("{}: {what}", path.display()));
     if let Some(texture) = &options.texture {
         checked::bind(&mut scene, load_picture(texture, &options.gate)?).map_err(|what| {
             Error::Option(format!("{}: the given texture: {what}", path.display()))

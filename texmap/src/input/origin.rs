@@ -12,7 +12,7 @@ use crate::scene::Scene;
 const FAR_DIAGONALS: f64 = 8.0;
 
 /// Gives the meshes their positions, those of each mesh in the world.
-pub(super) fn place(scene: &mut Scene, positions: &[Vec<DVec3>]) {
+pub fn place(scene: &mut Scene, positions: &[Vec<DVec3>]) {
     scene.origin_in_world = origin(positions);
     for (mesh, positions) in scene.meshes.iter_mut().zip(positions) {
         let relative = |pos: &DVec3| (*pos - scene.origin_in_world).as_vec3().to_array();

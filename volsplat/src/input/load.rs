@@ -13,7 +13,7 @@ use super::format::{self, Detected, Format};
 use super::options::{LoadOptions, refuse_superfluous, replaced_lattice, undecided};
 use super::{dicom, meta_image, nifti, npy, nrrd, raw, rescale, tiff_stack, vti, zarr};
 use crate::Error;
-use crate::volume::{NanPolicy, Volume, Voxels};
+use crate::volume::{Lattice, NanPolicy, Volume, Voxels};
 
 /// Reads a volume file.
 ///
@@ -29,11 +29,42 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Volume, Error> {
     };
     let path = header.as_deref().unwrap_or(path);
     ask_for_plain(path, &options.gate)?;
-    let mut parts = match (format::detect(path)?, &options.raw) {
+    let parts = match (format::detect(path)?, &options.raw) {
         (Detected::Known(format, files), None) => read(format, path, &files, options)?,
         (Detected::NotRead(_) | Detected::Nothing, Some(raw)) => raw::load(path, raw)?,
         (detected, _) => return Err(undecided(path, &detected)),
     };
+    finished(path, parts, options)
+}
+
+/// A volume of memory, as if a file held it: spacing, origin, and what happens to values come from the options.
+///
+/// Errors name `name`. The layout of raw files and the parts of files mean nothing here and are refused.
+pub fn of_memory(
+    name: &Path,
+    lattice: Lattice,
+    voxels: Voxels,
+    options: &LoadOptions,
+) -> Result<Volume, Error> {
+    let parts = [
+        ("the layout of raw files", options.raw.is_some()),
+        ("series", options.series.is_some()),
+        ("array", options.array.is_some()),
+        ("component", options.component.is_some()),
+        ("level", options.level.is_some()),
+        ("time", options.time.is_some()),
+    ];
+    if let Some((what, _)) = parts.iter().find(|(_, is_given)| *is_given) {
+        return Err(Error::Option(format!(
+            "{}: {what} is for files: leave it out",
+            name.display()
+        )));
+    }
+    finished(name, Parts { lattice, voxels }, options)
+}
+
+/// Makes what was read or given the volume that was asked for.
+fn finished(path: &Path, mut parts: Parts, options: &LoadOptions) -> Result<Volume, Error> {
     if let Some([slope, intercept]) = options.rescale {
         parts.voxels = rescaled(parts.voxels, slope, intercept)?;
     }

@@ -28,7 +28,7 @@ mod zarr;
 
 pub(crate) use file::{Parts, cannot_read, invalid, open, open_sized, unsupported_file};
 pub use format::{Format, format_of};
-pub use load::load;
+pub use load::{load, of_memory};
 pub use options::LoadOptions;
 pub use raw::RawOptions;
 pub use stays::peek;

@@ -10,7 +10,7 @@ use std::path::Path;
 use resample_core::image::linear_from_srgb;
 use serde_json::Value;
 
-use resample_io::files::read_small;
+use resample_io::files::read_json;
 
 use crate::Error;
 use crate::transfer::colour_space::ColourSpace;
@@ -97,7 +97,7 @@ pub(super) fn load(path: &Path, encoding: ColourEncoding) -> Result<Knots, Error
         path: path.to_owned(),
         what,
     };
-    let text = read_small(path, MAX_FILE_BYTES).map_err(cannot_read)?;
+    let text = read_json(path, MAX_FILE_BYTES).map_err(cannot_read)?;
     parse(&text, encoding).map_err(invalid)
 }
 

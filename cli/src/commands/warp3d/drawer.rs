@@ -56,11 +56,7 @@ impl Source {
 impl Drawer {
     /// Draws, and warns of an empty picture.
     pub(super) fn draw(&mut self, sheet: &Camera, number: usize) -> Result<Drawn> {
-        if let Some(source) = &mut self.source
-            && let Some(warper) = source.next(number)?
-        {
-            self.warper = warper;
-        }
+        self.turn_to(number)?;
         let drawn = self.draw_silently(sheet)?;
         if drawn.image.rgba.iter().all(|pixel| !(pixel[3] > 0.0)) {
             report::say(
@@ -68,6 +64,16 @@ impl Drawer {
             );
         }
         Ok(drawn)
+    }
+
+    /// Takes the references of picture `number`.
+    pub(super) fn turn_to(&mut self, number: usize) -> Result<()> {
+        if let Some(source) = &mut self.source
+            && let Some(warper) = source.next(number)?
+        {
+            self.warper = warper;
+        }
+        Ok(())
     }
 
     /// Draws.

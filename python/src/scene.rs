@@ -1,0 +1,288 @@
+//! A scene of Python: arrays or files, drawn under options that are given by name.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+
+use clap::ValueEnum;
+use numpy::{PyArray3, PyUntypedArray};
+use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use resample_cli::application::Application;
+use resample_cli::args::Drawing;
+use resample_cli::interrupt;
+use resample_cli::memory;
+use resample_cli::source::{Held, HeldPictures, HeldVolumes};
+use resample_cli::view;
+use resample_core::simd::SimdLevel;
+
+use crate::picture::{self, Handed, handed};
+use crate::session::{Drawn, Session};
+use crate::work::{Done, Reins, work};
+use crate::{depth, fault, mesh, volume, words};
+
+/// A scene that is drawn.
+#[pyclass(frozen)]
+pub(crate) struct Scene {
+    application: Application,
+    /// As it was given; what is drawn is a copy of it.
+    given: Session,
+    session: Mutex<Arc<Mutex<Session>>>,
+    pool: Option<Arc<ThreadPool>>,
+}
+
+/// A page that is served until it is closed.
+#[pyclass(frozen)]
+pub(crate) struct Viewer(view::Viewer);
+
+#[pymethods]
+impl Viewer {
+    /// The address of the page, with its token.
+    #[getter]
+    fn address(&self) -> &str {
+        self.0.address()
+    }
+
+    /// Ends the drawing.
+    fn close(&self) {
+        self.0.close();
+    }
+}
+
+/// A volume that is looked at together with another, and its look.
+type Beside<'py> = (Bound<'py, PyUntypedArray>, String);
+
+#[pymethods]
+impl Scene {
+    /// The scene of files, under the command that draws them.
+    #[staticmethod]
+    fn files(command: &str, names: Vec<OsString>, threads: Option<usize>) -> PyResult<Self> {
+        let application = words::application(command)?;
+        Self::new(application, names, None, threads)
+    }
+
+    /// A volume of an array; `options` are those that change how it is taken over.
+    #[staticmethod]
+    #[pyo3(signature = (array, place, options, mask, also, threads))]
+    fn volume(
+        array: &Bound<'_, PyUntypedArray>,
+        place: &Bound<'_, PyAny>,
+        options: &Bound<'_, PyDict>,
+        mask: Option<&Bound<'_, PyUntypedArray>>,
+        also: Vec<Beside<'_>>,
+        threads: Option<usize>,
+    ) -> PyResult<Self> {
+        let named = words::named(Application::Volume, options)?;
+        let inputs = |name: &str| vec![OsString::from(name)];
+        let made = |array: &Bound<'_, PyUntypedArray>, name: &str| {
+            let session = Session::new(Application::Volume, inputs(name), None);
+            let (lattice, voxels) = volume::parts(array, place.extract()?)?;
+            let made = array.py().detach(|| match session.drawing(&named)?.0 {
+                Drawing::Volsplat(args) => memory::volume(&args, lattice, voxels),
+                _ => anyhow::bail!("another command"),
+            });
+            made.map(Arc::new).map_err(|error| fault::raised(&error))
+        };
+        let held = HeldVolumes {
+            volume: made(array, "array")?,
+            mask: mask.map(|mask| made(mask, "mask")).transpose()?,
+            also: also
+                .iter()
+                .map(|(array, look)| Ok((made(array, "also")?, look.clone())))
+                .collect::<PyResult<_>>()?,
+        };
+        let held = Some(Held::Volumes(held.into()));
+        Self::new(Application::Volume, inputs("array"), held, threads)
+    }
+
+    /// A mesh of arrays; `options` are those that are read with it, such as `environment`.
+    #[staticmethod]
+    fn mesh(
+        arrays: mesh::Arrays<'_>,
+        options: &Bound<'_, PyDict>,
+        threads: Option<usize>,
+    ) -> PyResult<Self> {
+        let named = words::named(Application::Mesh, options)?;
+        let inputs = vec![OsString::from("mesh")];
+        let session = Session::new(Application::Mesh, inputs.clone(), None);
+        let scene = mesh::scene(&arrays)?;
+        let made = options.py().detach(|| match session.drawing(&named)?.0 {
+            Drawing::Texmap(args) => memory::mesh(&args, scene),
+            _ => anyhow::bail!("another command"),
+        });
+        let loaded = made.map_err(|error| fault::raised(&error))?;
+        let held = Some(Held::Mesh(loaded.into()));
+        Self::new(Application::Mesh, inputs, held, threads)
+    }
+
+    /// Pictures with depth of arrays, each of them colour and depth.
+    #[staticmethod]
+    fn depth(pictures: Vec<depth::Arrays<'_>>, threads: Option<usize>) -> PyResult<Self> {
+        let held: Vec<_> = pictures
+            .iter()
+            .map(depth::picture)
+            .collect::<PyResult<_>>()?;
+        let inputs = vec![OsString::from("colour"), OsString::from("depth")];
+        let held = Some(Held::Pictures(HeldPictures(held).into()));
+        Self::new(Application::Depth, inputs, held, threads)
+    }
+
+    /// Has the scene stand as the options say: the number of pictures that they ask for, and what there is to say.
+    fn prepare(&self, options: &Bound<'_, PyDict>) -> PyResult<(usize, Vec<String>)> {
+        let named = words::named(self.application, options)?;
+        let Done { value, lines } = self.work(options.py(), None, move |session, _| {
+            session.prepare(&named)
+        })?;
+        Ok((value, lines))
+    }
+
+    /// Draws one of the pictures that were prepared.
+    #[pyo3(signature = (number, progress=None))]
+    fn draw<'py>(
+        &self,
+        py: Python<'py>,
+        number: usize,
+        progress: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<(Handed<'py>, Vec<String>)> {
+        let Done { value, lines } = self.work(py, progress, move |session, reins| {
+            session.draw(number, reins)
+        })?;
+        let drawn = value.ok_or_else(|| PyIndexError::new_err("nobody waits for the picture"))?;
+        Ok((handed(py, drawn)?, lines))
+    }
+
+    /// Draws rows of one of the pictures that were prepared, without what lies behind it.
+    fn draw_rows<'py>(
+        &self,
+        py: Python<'py>,
+        number: usize,
+        first: u32,
+        end: u32,
+    ) -> PyResult<Handed<'py>> {
+        let done = self.work(py, None, move |session, _| {
+            session.draw_rows(number, first..end)
+        })?;
+        handed(py, done.value)
+    }
+
+    /// Width and height of each picture that was prepared, and whether it can be drawn in parts.
+    fn sizes(&self, py: Python<'_>) -> PyResult<(Vec<[u32; 2]>, bool)> {
+        Ok(self.work(py, None, |session, _| Ok(session.sizes()))?.value)
+    }
+
+    /// Lays what the prepared options say behind a whole picture.
+    fn finished<'py>(
+        &self,
+        rgba: &Bound<'py, PyArray3<f32>>,
+    ) -> PyResult<Bound<'py, PyArray3<f32>>> {
+        let image = picture::image(rgba)?;
+        let py = rgba.py();
+        let done = self.work(py, None, move |session, _| {
+            Ok(Drawn {
+                image: session.finished(image),
+                stats: serde_json::Value::Null,
+            })
+        })?;
+        Ok(handed(py, done.value)?.0)
+    }
+
+    /// Serves the page of `resample view`; `words` are its own options.
+    fn view(&self, options: &Bound<'_, PyDict>, words: Vec<OsString>) -> PyResult<Viewer> {
+        let named = words::named(self.application, options)?;
+        let (application, held) = (self.application, self.given.held.clone());
+        let mut all = self.given.inputs.clone();
+        all.extend(named.into_iter().flat_map(|(_, words)| words));
+        all.extend(words);
+        let done = work(options.py(), self.pool.clone(), None, move |_| {
+            view::Viewer::start(application, &all, held)
+        })?;
+        Ok(Viewer(done.value))
+    }
+
+    /// Draws and writes all pictures as the command line does, and gives what there is to say.
+    fn write(&self, path: PathBuf, options: &Bound<'_, PyDict>) -> PyResult<Vec<String>> {
+        let named = words::named(self.application, options)?;
+        interrupt::forget();
+        let done = self.work(options.py(), None, move |session, _| {
+            session.write(&path, &named)
+        });
+        let done = done.inspect_err(|_| interrupt::ask())?;
+        Ok(done.lines)
+    }
+}
+
+impl Scene {
+    fn new(
+        application: Application,
+        inputs: Vec<OsString>,
+        held: Option<Held>,
+        threads: Option<usize>,
+    ) -> PyResult<Self> {
+        let pool = threads.map(|count| {
+            let builder = ThreadPoolBuilder::new().num_threads(count);
+            let made = builder.build().map(Arc::new);
+            made.map_err(|error| PyValueError::new_err(format!("threads: {error}")))
+        });
+        let given = Session::new(application, inputs, held);
+        Ok(Self {
+            application,
+            session: Mutex::new(Arc::new(Mutex::new(given.again()))),
+            given,
+            pool: pool.transpose()?,
+        })
+    }
+
+    /// Does something with the session. Where nobody waits for it any more, the next one gets a session of its own.
+    fn work<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        progress: Option<&Bound<'_, PyAny>>,
+        job: impl FnOnce(&mut Session, &Reins) -> anyhow::Result<T> + Send + 'static,
+    ) -> PyResult<Done<T>> {
+        let current = || self.session.lock().unwrap_or_else(PoisonError::into_inner);
+        let session = current().clone();
+        let own = session.clone();
+        let done = work(py, self.pool.clone(), progress, move |reins| {
+            job(&mut locked(&own), reins)
+        });
+        if done.is_err() && matches!(session.try_lock(), Err(TryLockError::WouldBlock)) {
+            *current() = Arc::new(Mutex::new(self.given.again()));
+        }
+        done
+    }
+}
+
+/// The vector instructions that a `vector_level` means on this processor.
+#[pyfunction]
+pub(crate) fn vector_level(word: &str) -> PyResult<&'static str> {
+    let level = SimdLevel::from_str(word, false);
+    let level = level.map_err(|_| PyValueError::new_err(format!("no vector level '{word}'")))?;
+    Ok(level.resolve().name())
+}
+
+/// Refuses options that a command would refuse before it reads its files.
+#[pyfunction]
+pub(crate) fn check(
+    command: &str,
+    inputs: Vec<OsString>,
+    options: &Bound<'_, PyDict>,
+) -> PyResult<()> {
+    let application = words::application(command)?;
+    let named = words::named(application, options)?;
+    let session = Session::new(application, inputs, None);
+    let parsed = session.drawing(&named);
+    parsed.map(|_| ()).map_err(|error| fault::raised(&error))
+}
+
+/// The session; what a broken drawing left is forgotten.
+fn locked(session: &Mutex<Session>) -> MutexGuard<'_, Session> {
+    let is_broken = session.is_poisoned();
+    let mut guard = session.lock().unwrap_or_else(PoisonError::into_inner);
+    if is_broken {
+        guard.forget();
+        session.clear_poison();
+    }
+    guard
+}

@@ -1,0 +1,95 @@
+"""What a picture can do: be shown, saved, sent; and transfer functions of other packages."""
+
+import io
+import json
+import pickle
+
+import numpy as np
+import pytest
+from conftest import read_png
+
+import forward_resample as fr
+
+RAMP = np.arange(4096, dtype=np.uint16).reshape(16, 16, 16)
+
+
+@pytest.fixture(scope="module")
+def picture():
+    return fr.volsplat(RAMP, size=(30, 20), layers="first-hit")
+
+
+def test_a_picture_is_an_array(picture):
+    assert isinstance(picture, np.ndarray)
+    assert picture.shape == (20, 30, 4) and picture.dtype == np.float32 and picture.flags.c_contiguous
+    assert (picture[..., :3] <= picture[..., 3:] + 1e-6).all(), "premultiplied"
+    assert (2 * picture)[0, 0, 0] == 2 * picture[0, 0, 0]
+
+
+def test_srgb8_is_the_png(picture, tmp_path):
+    picture.save(tmp_path / "a.png")
+    assert np.array_equal(read_png(tmp_path / "a.png"), picture.to_srgb8())
+    assert np.array_equal(read_png(io.BytesIO(picture._repr_png_())), picture.to_srgb8())
+    assert picture[..., 0]._repr_png_() is None
+
+
+def test_pictures_can_be_sent(picture):
+    again = pickle.loads(pickle.dumps(picture))
+    assert np.array_equal(again, picture) and again.stats == picture.stats
+    assert again.planes.keys() == picture.planes.keys()
+    assert picture[:5].planes == {}, "planes belong to the whole"
+
+
+def test_stats_are_those_of_the_command_line(picture):
+    assert picture.stats["wall_ms"] > 0
+    planned = fr.volsplat(RAMP, size=(30, 20), max_time="1s")
+    assert "planned" in planned.stats
+
+
+def test_explain(capsys):
+    fr.volsplat(RAMP, size=(64, 48), max_error="1/255", explain=True)
+    assert "chosen" in capsys.readouterr().out
+
+
+def test_linear_opacity_is_a_window(tmp_path):
+    """A window of the command line is a linear opacity over its range."""
+    grey = [[0, 0, 0], [1, 1, 1]]
+    function = fr.transfer_function(grey, "linear", clim=(1000, 3000))
+    window = fr.volsplat(RAMP, size=(30, 20), window=(2000, 2000), colormap="viridis")
+    assert np.allclose(fr.volsplat(RAMP, size=(30, 20), transfer=function)[..., 3], window[..., 3], atol=1e-6)
+    (tmp_path / "a.json").write_text(json.dumps(function))
+    for form in (tmp_path / "a.json", dict(function), [dict(function)]):
+        of_form = fr.volsplat(RAMP, size=(30, 20), transfer=form, transfer_space="srgb")
+        assert np.array_equal(of_form, fr.volsplat(RAMP, size=(30, 20), transfer=function))
+
+
+def test_without_a_range_the_volume_has_its_own():
+    grey = [[0, 0, 0], [1, 1, 1]]
+    relative = fr.volsplat(RAMP, size=(30, 20), transfer=(grey, "sigmoid"))
+    fixed = fr.volsplat(RAMP, size=(30, 20), transfer=(grey, "sigmoid", (0, 4095)))
+    assert np.allclose(relative, fixed, atol=1e-6)
+
+
+def test_opacities_of_pyvista():
+    points = lambda opacity: fr.transfer_function([[0] * 3, [1] * 3], opacity)["Points"][1::4]  # noqa: E731
+    assert points("linear") == [0.0, 1.0]
+    assert points("linear_r") == [1.0, 0.0]
+    assert points([0, 128, 255]) == [0.0, 128 / 255, 1.0]
+    assert points("sigmoid")[:: 255] == pytest.approx([1 / (1 + np.exp(10)), 1 / (1 + np.exp(-10))])
+    assert points("sigmoid_5_r")[0] > 0.99 > points("sigmoid_5")[0]
+    assert points("geom")[-1] == 1.0
+
+
+def test_matplotlib():
+    matplotlib = pytest.importorskip("matplotlib")
+    named = fr.volsplat(RAMP, size=(30, 20), transfer=("bone", "linear"))
+    given = fr.volsplat(RAMP, size=(30, 20), transfer=(matplotlib.colormaps["bone"], [0, 1]))
+    assert np.array_equal(named, given)
+    assert np.array_equal(fr.volsplat(RAMP, size=(30, 20), transfer="bone"), named)
+    # The names that resample knows itself are its own, with the opacity of the histogram.
+    assert np.array_equal(fr.volsplat(RAMP, size=(30, 20), transfer="magma"), fr.volsplat(RAMP, size=(30, 20), colormap="magma"))
+
+
+def test_options_are_those_of_the_command_line():
+    for command in ("volsplat", "texmap", "warp3d"):
+        assert {"size", "max_error", "background"} <= fr.options(command).keys()
+        assert all(fr.options(command).values()), "each has its help"
