@@ -7,6 +7,7 @@
 
 use std::path::{Path, PathBuf};
 
+use resample_io::Gate;
 use resample_tests::data::{data_dir, skipped};
 use volsplat::{LoadOptions, Volume, load};
 
@@ -154,7 +155,7 @@ fn every_real_dicom_is_as_pydicom_says() {
 }
 
 #[test]
-fn a_real_tilted_series_is_sheared_where_it_is_even_and_refused_where_not() {
+fn a_real_tilted_series_is_sheared_and_made_even_where_it_is_not() {
     let Some(folder) = volumes("dicom/qa_ct_ge_tilt") else {
         return;
     };
@@ -181,25 +182,61 @@ fn a_real_tilted_series_is_sheared_where_it_is_even_and_refused_where_not() {
             .unwrap_or_else(|error| panic!("{error}"));
         check(&part, &volume);
     }
-    let error = load(&folder, &LoadOptions::default())
-        .expect_err("two distances")
-        .to_string();
+    let gate = Gate::default();
+    let options = LoadOptions {
+        gate: gate.clone(),
+        ..LoadOptions::default()
+    };
+    let Ok(whole) = load(&folder, &options) else {
+        panic!("two distances are resampled");
+    };
+    // 13 steps of 4.22 mm, one of 1.14, 13 of 7.38: 151.94 mm in 36 steps.
+    assert_eq!(whole.dims, [512, 512, 37]);
+    let step = whole.world_from_index.matrix3.z_axis;
+    assert!((step.z - 151.94 / 36.0).abs() < 1e-3, "{step}");
+    let said = gate.remarks().join(" ");
     assert!(
-        error.contains("slices 0 to 13 are 4.22 mm apart, 13 to 14 are 1.14 mm apart"),
-        "{error}"
+        said.contains("slices 0 to 13 are 4.22 mm apart, 13 to 14 are 1.14 mm apart"),
+        "{said}"
     );
-    assert!(error.contains("14 to 27 are 7.38 mm apart"), "{error}");
+    assert!(
+        said.contains("14 to 27 are 7.38 mm apart") && said.contains("resampled to 37 slices"),
+        "{said}"
+    );
+    // The first and the last slice are those of the files.
+    for (number, file) in [(0, "01.dcm"), (36, "28.dcm")] {
+        let Ok(slice) = load(&folder.join(file), &LoadOptions::default()) else {
+            panic!("{file} is a slice");
+        };
+        let is_same = (0..slice.len())
+            .all(|index| slice.value(index) == whole.value(number * slice.len() + index));
+        assert!(is_same, "slice {number} is {file}");
+    }
 }
 
 #[test]
-fn a_real_folder_of_several_series_asks_for_one() {
+fn a_real_folder_of_several_series_lists_them() {
     let Some(folder) = volumes("dicom/wg04_ct_single") else {
         return;
     };
-    let error = load(&folder, &LoadOptions::default())
-        .expect_err("several series")
-        .to_string();
-    assert!(error.contains("choose one with series=UID"), "{error}");
+    let gate = Gate::default();
+    let options = LoadOptions {
+        gate: gate.clone(),
+        ..LoadOptions::default()
+    };
+    // Each of them holds one slice in several packings, so that the largest is no volume.
+    let Err(error) = load(&folder, &options) else {
+        panic!("eight slices at one place");
+    };
+    assert!(
+        error.to_string().contains("lie at the same place"),
+        "{error}"
+    );
+    let said = gate.remarks().join(" ");
+    assert!(
+        said.contains("the largest was taken") && said.contains("series=UID"),
+        "{said}"
+    );
 }
 
 #[test]
