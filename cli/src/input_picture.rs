@@ -192,7 +192,7 @@ fn content_of(path: &Path) -> Result<Content> {
         [0x76, 0x2f, 0x31, 0x01, ..] => Ok(Content::Exr),
         [0xff, 0xd8, 0xff, ..] => Ok(Content::Jpeg),
         _ => bail!(
-            "{}: expected a PNG, a JPEG or an OpenEXR picture, found none of them",
+            "{}: expected a PNG, a JPEG or an OpenEXR picture",
             path.display()
         ),
     }

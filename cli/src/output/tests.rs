@@ -196,9 +196,15 @@ fn formats_follow_from_the_extension() {
         "16 bits"
     );
     assert_eq!(format("a.exr", None).expect("known"), Format::Exr, "EXR");
+    for name in ["a.jpg", "a.JPEG"] {
+        assert_eq!(format(name, None).expect("known"), Format::Jpeg, "{name}");
+    }
+    let piped = format("-", None).expect("known");
+    assert_eq!(piped, Format::Png(Depth::Eight), "the standard output");
     for (name, bits) in [
         ("a.exr", Some(16)),
-        ("a.jpg", None),
+        ("a.jpg", Some(16)),
+        ("a.gif", None),
         ("a", None),
         ("", None),
     ] {

@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn sizes_need_two_sides_within_range() {
+fn sizes_are_within_range() {
     assert_eq!(
         size("640x480"),
         Ok(Size {
@@ -12,7 +12,12 @@ fn sizes_need_two_sides_within_range() {
         }),
         "the usual spelling"
     );
-    for bad in ["", "640", "0x1", "1x99999", "-1x5", "1x2x3", "axb"] {
+    let square = Size {
+        width: 640,
+        height: 640,
+    };
+    assert_eq!(size("640"), Ok(square), "one side for both");
+    for bad in ["", "640x", "0", "0x1", "1x99999", "-1x5", "1x2x3", "axb"] {
         assert!(size(bad).is_err(), "{bad:?} is no size");
     }
 }

@@ -12,12 +12,13 @@ const HTML: &str = include_str!("page/index.html");
 const STYLE: &str = include_str!("page/style.css");
 
 /// The parts of the program, in the order in which they need one another.
-const PROGRAM: [&str; 7] = [
+const PROGRAM: [&str; 8] = [
     include_str!("page/state.js"),
     include_str!("page/camera.js"),
     include_str!("page/connection.js"),
     include_str!("page/canvas.js"),
     include_str!("page/transfer.js"),
+    include_str!("page/colours.js"),
     include_str!("page/panel.js"),
     include_str!("page/main.js"),
 ];

@@ -134,7 +134,7 @@ fn places_that_cannot_be_written_are_refused_before_rendering() {
         assert_one_line(&bench, &format!("volsplat ball.raw {BALL} {words}"), named);
     };
     refused("-o absent/a.png", "absent/a.png");
-    refused("-o out/a.jpg", "out/a.jpg");
+    refused("-o out/a.gif", "out/a.gif");
     refused("-o out/a", "out/a");
     refused("-o out", "out");
     refused("-o out/a.exr --bits 16", "out/a.exr");
@@ -209,7 +209,7 @@ fn misspelt_options_are_refused_by_name() {
     let bench = Bench::new();
     for (words, named) in [
         ("--dim 3", "--dim"),
-        ("--size 64", "--size"),
+        ("--size 64x", "--size"),
         ("--size 0x64", "--size"),
         ("--fov 180", "--fov"),
         ("--orbit 30", "--orbit"),

@@ -168,7 +168,7 @@ const WALK: [(&str, &str, &[&str]); 31] = [
     (
         "compare text.txt z.pfm",
         "text.txt",
-        &["expected a PNG or an OpenEXR"],
+        &["expected a PNG, a JPEG or an OpenEXR"],
     ),
     ("info text.txt", "text.txt", &["no known header"]),
     ("view text.txt --no-open", "text.txt", &["no known header"]),

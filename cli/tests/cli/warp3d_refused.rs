@@ -72,10 +72,10 @@ fn words_that_contradict_each_other_are_refused() {
         "--to cameras.json -o out/a.png --filled out/m.png",
         "--filled",
     );
-    refused("--to shift:0,0,0 -o out/a.jpg", "out/a.jpg");
+    refused("--to shift:0,0,0 -o out/a.gif", "out/a.gif");
     refused(
-        "--to shift:0,0,0 -o out/a.png --filled out/m.jpg",
-        "out/m.jpg",
+        "--to shift:0,0,0 -o out/a.png --filled out/m.gif",
+        "out/m.gif",
     );
     refused(
         "--to shift:0,0,0 -o out/a.png --filled out/a.png",

@@ -38,27 +38,6 @@ pub(super) fn folders() -> Vec<Seed> {
     let shard = r#"{"zarr_format":3,"node_type":"array","shape":[2,2,2],"data_type":"uint8","chunk_grid":{"name":"regular","configuration":{"chunk_shape":[2,2,2]}},"chunk_key_encoding":{"name":"default"},"fill_value":0,"codecs":[{"name":"sharding_indexed","configuration":{"chunk_shape":[1,2,2],"codecs":[{"name":"bytes"}],"index_codecs":[{"name":"bytes","configuration":{"endian":"little"}},{"name":"crc32c"}],"index_location":"end"}}]}"#;
     let scales = r#"{"multiscales":[{"version":"0.4","axes":[{"name":"c","type":"channel"},{"name":"z","type":"space"},{"name":"y","type":"space"},{"name":"x","type":"space"}],"datasets":[{"path":"0","coordinateTransformations":[{"type":"scale","scale":[1,2,1,1]}]}]}]}"#;
     let four = r#"{"zarr_format":2,"shape":[2,2,2,3],"chunks":[1,2,2,3],"dtype":"|u1","compressor":{"id":"blosc","cname":"lz4","clevel":5,"shuffle":1},"fill_value":0,"order":"C","filters":null}"#;
-    // Blosc, its data kept as it is: version, flags, size of a number, sizes of data, block and whole.
-    let blosc = [
-        &[2u8, 1, 2, 1][..],
-        &12u32.to_le_bytes(),
-        &12u32.to_le_bytes(),
-        &28u32.to_le_bytes(),
-        &bytes()[..12],
-    ]
-    .concat();
-    // A block of one stream of LZ4, which holds twelve bytes as they are.
-    let lz4 = [
-        &[2u8, 1, 0x30, 1][..],
-        &12u32.to_le_bytes(),
-        &12u32.to_le_bytes(),
-        &37u32.to_le_bytes(),
-        &20u32.to_le_bytes(),
-        &13u32.to_le_bytes(),
-        &[0xC0],
-        &bytes()[..12],
-    ]
-    .concat();
     let unshuffled = four.replace(r#""shuffle":1"#, r#""shuffle":0"#);
     // A frame of Zstandard with one block, which holds 24 bytes as they are.
     let frame = [
@@ -96,7 +75,10 @@ pub(super) fn folders() -> Vec<Seed> {
         ),
         (
             "v2.lz4",
-            packed(&[(".zarray", unshuffled.as_bytes()), ("0.0.0.0", &lz4)]),
+            packed(&[
+                (".zarray", unshuffled.as_bytes()),
+                ("0.0.0.0", &blosc_of_lz4()),
+            ]),
         ),
         (
             "v3.shard",
@@ -108,8 +90,35 @@ pub(super) fn folders() -> Vec<Seed> {
                 (".zgroup", br#"{"zarr_format":2}"#),
                 (".zattrs", scales.as_bytes()),
                 ("0/.zarray", four.as_bytes()),
-                ("0/0.0.0.0", &blosc),
+                ("0/0.0.0.0", &blosc()),
             ]),
         ),
     ]
+}
+
+/// Blosc, its data kept as it is: version, flags, size of a number, sizes of data, block and whole.
+fn blosc() -> Vec<u8> {
+    [
+        &[2u8, 1, 2, 1][..],
+        &12u32.to_le_bytes(),
+        &12u32.to_le_bytes(),
+        &28u32.to_le_bytes(),
+        &bytes()[..12],
+    ]
+    .concat()
+}
+
+/// Blosc with a block of one stream of LZ4, which holds twelve bytes as they are.
+fn blosc_of_lz4() -> Vec<u8> {
+    [
+        &[2u8, 1, 0x30, 1][..],
+        &12u32.to_le_bytes(),
+        &12u32.to_le_bytes(),
+        &37u32.to_le_bytes(),
+        &20u32.to_le_bytes(),
+        &13u32.to_le_bytes(),
+        &[0xC0],
+        &bytes()[..12],
+    ]
+    .concat()
 }
