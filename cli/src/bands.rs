@@ -47,7 +47,7 @@ impl Pace {
     }
 }
 
-/// Draws what a camera sees, band by band; `None` as soon as `next`, which is given the finished share, says so.
+/// Draws a picture band by band. After each band `next` gets the finished share; when it says stop, the result is `None`.
 pub fn in_bands(
     camera: &Camera,
     pace: &mut Pace,
@@ -79,7 +79,7 @@ pub fn in_bands(
     }))
 }
 
-/// Draws some rows of what a camera sees: the pixels that the whole picture would show there.
+/// Draws some rows of a camera's picture, with the same pixels as the whole picture has there.
 pub fn rows(
     camera: &Camera,
     rows: Range<u32>,

@@ -95,7 +95,7 @@ impl Extent {
 }
 
 impl Extent {
-    /// What the camera looks at.
+    /// The point that the camera looks at.
     fn middle(&self) -> DVec3 {
         0.5 * (self.bounds[0] + self.bounds[1])
     }

@@ -33,7 +33,7 @@ pub struct TransferArgs {
     /// Ready-made look with its light and blending, such as ct-bone, mr-head, green-channel, flame; list describes all
     ///
     /// Those for CT expect Hounsfield units, others take the range of the volume's values. Opacities are per voxel,
-    /// unless --opacity-unit says otherwise. --shade and --blend win over what a look brings.
+    /// unless --opacity-unit says otherwise. --shade and --blend replace the light and the blending of the preset.
     #[arg(long, value_name = "NAME", conflicts_with_all = ["transfer", "window", "colormap"])]
     pub preset: Option<Preset>,
     /// Colour map of the window, or of the transfer function that is made from the histogram [default: viridis]

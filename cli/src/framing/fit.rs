@@ -1,4 +1,4 @@
-//! Fitting a view to what is seen: the larger side fills [`FILL`] of the picture, and its middle is the picture's.
+//! Fitting a view to the visible part: its larger side fills [`FILL`] of the picture, and it stands in the middle.
 //!
 //! Takes an extent that holds everything, the views, and a measure, which says where in the picture of a camera something is seen.
 //! Gives the extent moved and resized, round by round. The measure of a mesh projects its corners; that of a volume
@@ -11,7 +11,7 @@ use resample_core::{Camera, Projection};
 
 use super::{Extent, View, frame, orbit_directions};
 
-/// The share of the picture that the larger side of what is seen fills.
+/// The larger side of the visible part, as a share of the picture's side.
 pub const FILL: f64 = 0.85;
 
 /// Where something is seen, counted from the picture's middle in half pictures, to the right and up: -1 to 1 inside the picture.

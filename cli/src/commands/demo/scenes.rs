@@ -14,7 +14,7 @@ pub(super) struct Scene {
     /// Name of its picture, without the ending.
     pub(super) name: &'static str,
     pub(super) title: &'static str,
-    /// What is hard about it.
+    /// The difficulty of the scene, in a sentence.
     pub(super) about: &'static str,
     /// Words of the command, without the picture's name.
     pub(super) words: Vec<String>,

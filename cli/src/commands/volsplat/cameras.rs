@@ -8,8 +8,8 @@ use volsplat::{RenderOptions, Renderer};
 use crate::framing::fit::{Measure, seen_points};
 use crate::framing::volume::{Small, corners};
 
-/// Calls for cameras with a measure of what they see. Small pictures measure, where they are quick; else it is the box of what
-/// is visible: a volume in its file would be read once more for each look, and samples of the other orders take long.
+/// Makes the cameras, and fits them to the visible part. Small pictures find that part where they are quick. Elsewhere the box of the
+/// visible voxels stands for it: a volume in its file would be read once more for each look, and samples of the other orders take long.
 pub(super) fn fitted(
     renderer: &mut Renderer,
     options: &RenderOptions,

@@ -1,4 +1,4 @@
-//! What is said of a frame, and of a volume of which nothing is seen.
+//! Messages: the times and counts of a frame, and the reason when a picture would show nothing.
 
 use volsplat::{Described, FrameStats};
 

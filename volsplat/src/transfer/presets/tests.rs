@@ -1,3 +1,5 @@
+//! Presets: their names, the data that they fit, and the looks that they bring.
+
 use glam::DAffine3;
 
 use crate::transfer::presets::table::PRESETS;
