@@ -1,8 +1,8 @@
 //! Automatic framing: a camera that shows a box, from a direction given by two angles.
 //!
-//! Takes a box in the world, an up axis and an orbit, gives a camera. The view is fitted to a sphere around what
-//! is in the box, and that sphere then to what is seen (`fit.rs`); the pictures of a turntable share one sphere, so that they have
-//! the same scale. The picture's up direction is the derivative of the eye's position along the elevation, which is defined
+//! Takes a box in the world, an up axis and an orbit, gives a camera. A sphere around the content of
+//! the box gives the view, and is then moved and resized to hold the visible part (`fit.rs`). The pictures of a turntable share one
+//! sphere, so that they have the same scale. The picture's up direction is the derivative of the eye's position along the elevation, which is defined
 //! everywhere, the poles included.
 
 use anyhow::Result;

@@ -2,7 +2,7 @@
 //!
 //! Takes an extent that holds everything, the views, and a measure, which says where in the picture of a camera something is seen.
 //! Gives the extent moved and resized, round by round. The measure of a mesh projects its corners; that of a volume
-//! draws a small picture, which knows what hides what and what is too faint to be seen.
+//! draws a small picture, in which hidden and faint parts do not show.
 //! Several views (a turntable) share one extent, so that the scene keeps its size while it turns.
 
 use anyhow::Result;
