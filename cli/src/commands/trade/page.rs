@@ -81,7 +81,6 @@ fn table(report: &Report, shown: &impl Fn(&Row) -> bool) -> Markup {
                 th { "setting" } th class=(WIDE_ONLY) { "ladder" } th { "front" } th { "CPU ms" }
                 @for name in ["± %", "cold ms", "MB"] { th class=(WIDE_ONLY) { (name) } }
                 @for name in ERRORS { th class=[class(name)] { (name) } }
-                th class=(WIDE_ONLY) { "command" }
             } }
             tbody { @for (index, row) in report.rows.iter().enumerate().filter(|(_, row)| shown(row)) { (line(index, row)) } }
         }
@@ -105,7 +104,6 @@ fn line(index: usize, row: &Row) -> Markup {
             td class=(WIDE_ONLY) { (format!("{:.0}", row.cost.cold_ms)) }
             td class=(WIDE_ONLY) { @if let Some(bytes) = row.cost.peak_bytes { (format!("{:.1}", bytes as f64 / 1e6)) } }
             @for name in ERRORS { td class=[class(name)] { (number(name)) } }
-            td class=(WIDE_ONLY) { code { (row.command) } }
         }
     }
 }

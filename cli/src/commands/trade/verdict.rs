@@ -88,7 +88,7 @@ fn figures(verb: &str, row: &Row) -> String {
     let name = match row.group.as_str() {
         "default" => "the default".to_owned(),
         "exact" => "the most exact setting".to_owned(),
-        _ => format!("`{}`", row.name),
+        _ => format!("\"{}\"", row.name),
     };
     let error = match row.rmse() {
         0.0 => "no error".to_owned(),
@@ -154,8 +154,8 @@ mod tests {
             sentences(&rows),
             [
                 "Use the default: 40.0 ms of CPU, error 1.0e-3 (1/1000); no measured setting is quicker without a larger error.",
-                "Quicker, below one step of eight bits: `slab 2`: 20.0 ms of CPU, error 3.0e-3 (1/333).",
-                "Nearer: `slab 0.5`: 80.0 ms of CPU, error 4.0e-4 (1/2500).",
+                "Quicker, below one step of eight bits: \"slab 2\": 20.0 ms of CPU, error 3.0e-3 (1/333).",
+                "Nearer: \"slab 0.5\": 80.0 ms of CPU, error 4.0e-4 (1/2500).",
             ]
         );
     }
@@ -170,8 +170,8 @@ mod tests {
         assert_eq!(
             sentences(&rows),
             [
-                "Use `slab 2`: 20.0 ms of CPU, error 9.0e-3 (1/111); the default takes 40.0 ms for no smaller an error.",
-                "Nearer: `subpixels 4`: 123 ms of CPU, error 3.0e-3 (1/333).",
+                "Use \"slab 2\": 20.0 ms of CPU, error 9.0e-3 (1/111); the default takes 40.0 ms for no smaller an error.",
+                "Nearer: \"subpixels 4\": 123 ms of CPU, error 3.0e-3 (1/333).",
             ]
         );
     }
