@@ -74,6 +74,9 @@ const WARP3D: &[&str] = &[
     "background",
 ];
 
+/// Heading of the options of `trade` itself.
+pub(super) const MEASUREMENT: &str = "Measurement";
+
 /// Options that no picture needs: they are there for comparison and measurement.
 const RESEARCH: &[&str] = &["order", "vector_level", "visibility", "mixed", "combine"];
 
@@ -94,7 +97,7 @@ pub(super) fn warp3d(arg: Arg) -> Arg {
 
 fn brief(arg: Arg, shown: &[&str]) -> Arg {
     // The options of `trade` itself are few.
-    let is_own = arg.get_help_heading() == Some(super::trade::HEADING);
+    let is_own = arg.get_help_heading() == Some(MEASUREMENT);
     let hide = !is_own && !shown.contains(&arg.get_id().as_str());
     let arg = arg.hide_short_help(hide);
     if RESEARCH.contains(&arg.get_id().as_str()) {

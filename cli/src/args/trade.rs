@@ -9,9 +9,6 @@ use clap::{Args, Subcommand, ValueEnum};
 
 use super::{Drawing, TexmapArgs, VolsplatArgs, Warp3dArgs, short_help};
 
-/// Heading of the options of the measurement.
-pub(super) const HEADING: &str = "Measurement";
-
 /// The words after `resample trade`.
 #[derive(Args, Clone, Debug)]
 pub struct TradeArgs {
@@ -56,7 +53,7 @@ pub struct MeasuredVolume {
     #[arg(
         long,
         value_enum,
-        help_heading = HEADING,
+        help_heading = short_help::MEASUREMENT,
         conflicts_with = "input"
     )]
     scene: Option<SceneArg>,
@@ -75,7 +72,7 @@ pub struct MeasuredDepth {
 
 /// Options of the measurement.
 #[derive(Args, Clone, Debug)]
-#[command(next_help_heading = HEADING)]
+#[command(next_help_heading = short_help::MEASUREMENT)]
 pub struct TradeOptions {
     /// Folder for the report; it is made if it does not exist
     #[arg(long, value_name = "FOLDER", default_value = "trade-report")]
