@@ -24,7 +24,7 @@ pub enum Measured {
     #[command(mut_args(short_help::texmap), mut_arg("output", unwritten))]
     Texmap(Box<MeasuredMesh>),
     /// Measure how a volume is drawn
-    #[command(mut_args(short_help::volsplat), mut_arg("output", unwritten), mut_arg("input", |input| input.required(false).default_value("")))]
+    #[command(mut_args(short_help::volsplat), mut_arg("output", unwritten), mut_arg("input", |input| input.required(false).default_value("").hide_default_value(true)))]
     Volsplat(Box<MeasuredVolume>),
     /// Measure how a picture with depth is shown
     #[command(
