@@ -20,6 +20,7 @@ mod good_runs;
 mod info;
 mod looks;
 mod motion;
+mod pages;
 mod parts;
 mod planner;
 mod scenes;
