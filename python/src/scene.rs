@@ -178,6 +178,13 @@ impl Scene {
         Ok(self.work(py, None, |session, _| Ok(session.sizes()))?.value)
     }
 
+    /// The cameras that were prepared, a list as camera files have it, in JSON.
+    fn cameras(&self, py: Python<'_>) -> PyResult<String> {
+        Ok(self
+            .work(py, None, |session, _| Ok(session.cameras()))?
+            .value)
+    }
+
     /// Lays what the prepared options say behind a whole picture.
     fn finished<'py>(
         &self,

@@ -212,6 +212,27 @@ impl Session {
         (sizes.collect(), ready.opened.has_bands())
     }
 
+    /// The cameras of the pictures that were prepared, as camera files have them.
+    pub(crate) fn cameras(&self) -> String {
+        let cameras = self.ready.iter().flat_map(|ready| ready.opened.cameras());
+        let cameras = cameras.map(|camera| {
+            let pose = camera.camera_from_world;
+            json!({
+                "width": camera.width,
+                "height": camera.height,
+                "fx": camera.fx,
+                "fy": camera.fy,
+                "cx": camera.cx,
+                "cy": camera.cy,
+                "R": pose.matrix3.transpose().to_cols_array(),
+                "t": pose.translation.to_array(),
+                "near": camera.near,
+                "projection": camera.projection,
+            })
+        });
+        Value::Array(cameras.collect()).to_string()
+    }
+
     /// Lays what the options say behind a whole picture.
     pub(crate) fn finished(&self, image: Image) -> Image {
         match &self.ready {

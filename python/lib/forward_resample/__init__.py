@@ -19,6 +19,7 @@ from ._depth import DepthImage, warp
 from ._mesh import Mesh, texmap
 from ._native import __version__
 from ._picture import Picture, write_film
+from ._pyramid import Pyramid
 from ._scene import ResampleWarning, options
 from ._transfer import TransferFunction, transfer_function
 from ._view import Viewer, view
@@ -28,6 +29,7 @@ __all__ = [
     "DepthImage",
     "Mesh",
     "Picture",
+    "Pyramid",
     "ResampleWarning",
     "TransferFunction",
     "Viewer",

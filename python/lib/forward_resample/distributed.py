@@ -134,7 +134,12 @@ def draw_part(recipe: bytes, token: str, task: Task) -> Part:
                 _kept.popitem(last=False)
             _kept[token] = pickle.loads(recipe)
         scene, merged = _kept[token]
-        rgba, depth, planes, stats = scene._part(merged, *task)
+    return draw_scene(scene, merged, task)
+
+
+def draw_scene(scene: Scene, merged: dict[str, Any], task: Task) -> Part:
+    """Draws one part of a scene."""
+    rgba, depth, planes, stats = scene._part(merged, *task)
     level = _native.vector_level(merged.get("vector_level", "auto"))
     return Part(task, rgba, depth, planes, stats, level)
 

@@ -1,0 +1,328 @@
+"""Volumes beyond memory: a pyramid of levels, of which each picture fetches the bricks that it sees, as coarse as they may be."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from fractions import Fraction
+from itertools import product
+from typing import Any, NamedTuple, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _native
+from ._scene import Progress, Scene, _bar
+from ._picture import Picture
+from ._transfer import TransferFunction, transfer_function
+from ._volume import Volume
+
+_Floats = npt.NDArray[np.float64]
+
+#: Voxels along a side of a brick.
+_SIDE = 64
+
+#: The finest level of at most so many voxels is read wholly: 256^3.
+_HELD_VOXELS = 1 << 24
+
+#: Beyond this even the coarsest level is too much to be read wholly.
+_MOST_VOXELS = 1 << 28
+
+#: What lies behind so little transmittance is not looked at: half a step of an 8-bit picture.
+_HIDDEN = 1.0 / 512.0
+
+#: Two levels differ by three times the error of the finer one where a field is smooth, because errors grow with the square of the spacing.
+_DIFFERENCE = 3.0
+
+#: Bricks behind each other that may err in the same direction. A guess; what comes of it is measured on the page.
+_IN_A_ROW = 4.0
+
+#: The values of a finer level reach beyond those of the coarser one by at most this share of their range. A guess.
+_FINER_RANGE = 0.25
+
+#: Levels whose voxels are smaller than this on the screen are not looked at, px.
+_FINEST_PX = 0.5
+
+#: Side of the tiles that one process draws one after another, px.
+_TILE = 256
+
+#: Bricks end this far, in voxels, behind their faces, so that a plane of samples on a face belongs to one of them.
+_BEHIND_FACE = 2.3e-4
+
+#: Options that say what is seen and how it is finished, and not how a brick is drawn.
+_OF_VIEWS = (
+    "camera orbit fov up projection size turntable path fps background bits subpixels max_error explain opacity_unit".split()
+)
+
+#: Options that bricks cannot be drawn with, each by itself.
+_REFUSED = ("layers", "blend", "iso", "mask", "also", "labels", "channel", "order", "max_time", "max_memory", "preset", "colormap", "window")
+
+
+class _View(NamedTuple):
+    """A camera over the sub-pixels of a tile."""
+
+    matrix: _Floats
+    shift: _Floats
+    focal: _Floats
+    centre: _Floats
+    size: tuple[int, int]
+    near: float
+
+    def rect(self, corners: _Floats) -> Optional[tuple[int, int, int, int]]:
+        """Columns and rows, each from the first to the one behind the last, that a box may cover."""
+        seen = corners @ self.matrix.T + self.shift
+        if (seen[:, 2] <= self.near).all():
+            return None
+        if (seen[:, 2] <= self.near).any():
+            return 0, self.size[0], 0, self.size[1]
+        places = seen[:, :2] / seen[:, 2:] * self.focal + self.centre
+        low = np.clip(np.floor(places.min(0)) - 1, 0, self.size).astype(int)
+        high = np.clip(np.ceil(places.max(0)) + 1, 0, self.size).astype(int)
+        if (low >= high).any():
+            return None
+        return int(low[0]), int(high[0]), int(low[1]), int(high[1])
+
+
+class Pyramid(Scene):
+    """A volume that is larger than memory: an OME-Zarr image with levels, in a folder or far away.
+
+    The finest level of at most ``held_voxels`` is read wholly. Of the others a picture fetches bricks of 64^3 voxels: those that its tiles see,
+    neither transparent nor hidden, each from the coarsest level whose error is predicted to be small enough. To predict it, a brick is
+    drawn from two levels. No voxel smaller than half a pixel is looked at.
+
+    Args:
+        data: a group of Zarr, a path, or a URL that fsspec reads (``"https://..."``, ``"s3://..."``).
+        transfer: ``(cmap, opacity)``, ``(cmap, opacity, clim)`` or what :func:`transfer_function` gives. Opacities are per voxel of the
+            finest level, unless ``opacity_unit=`` says otherwise.
+        spacing: distance between the finest voxels along x, y and z; without it that of the image.
+        at: the place along the axes before z, such as (time, channel).
+        cache: a folder for what was fetched, which processes may share.
+        held_voxels: the finest level of at most so many voxels is read wholly.
+        threads: how many draw.
+        options: of every picture: ``max_error="1/255"`` (the default) is the error of a pixel that is allowed for coarse levels,
+            ``subpixels=4`` (the default) has 4x4 samples in each.
+
+    Raises:
+        ValueError: ``data`` has no levels or not three axes; an option cannot be had for bricks.
+
+    Limits: a view in perspective, light emitted and absorbed. What is so small that the level above a brick does not show it is found
+    only where that level varies.
+    """
+
+    def __init__(
+        self,
+        data: Any,
+        transfer: Any,
+        *,
+        spacing: Optional[npt.ArrayLike] = None,
+        at: tuple[int, ...] = (),
+        cache: Optional[str] = None,
+        held_voxels: int = _HELD_VOXELS,
+        threads: Optional[int] = None,
+        **options: Any,
+    ):
+        from . import _chunks
+
+        group, self._store = _chunks.opened(data, None if cache is None else os.fspath(cache))
+        levels = _chunks.levels(group, at)
+        held = next((number for number, level in enumerate(levels) if level.shape.prod() <= held_voxels), len(levels) - 1)
+        if levels[held].shape.prod() > _MOST_VOXELS:
+            raise ValueError(f"data: its coarsest level has {levels[held].shape.prod()} voxels: add coarser ones")
+        levels[held] = levels[held].hold()
+        self._levels = levels[: held + 1] + [levels[held].halved()]
+        self._held = held
+        self._threads = threads
+        self._spacing = np.asarray(_chunks.spacing(group) if spacing is None else spacing, float)
+        root = self._levels[held]
+        function = _function(transfer, root.array)
+        self._values, self._opacities = np.array(function["Points"], float).reshape(-1, 4)[:, :2].T
+        unit = options.setdefault("opacity_unit", float(self._spacing.min()))
+        coarse = self._spacing * root.scale
+        overview = Volume(root.array, coarse, self._spacing * root.offset, transfer=function, opacity_unit=unit, threads=threads)
+        self._native = overview._native
+        self._options = {}
+        self._options = self._all({**overview._options, **options})
+
+    def _all(self, given: Any) -> dict[str, Any]:
+        merged = super()._all(given)
+        refused = [name for name in _REFUSED if name in merged]
+        if refused:
+            raise ValueError(f"{refused[0]}: cannot be had for a pyramid, which is drawn brick by brick")
+        return merged
+
+    def render(self, camera: Any = None, *, progress: Progress = None, **options: Any) -> Picture:
+        """Draws one picture; see :meth:`Scene.render`. ``picture.stats`` says how many bricks were drawn and how many bytes fetched."""
+        pictures = self.pictures(progress=progress, **(options if camera is None else {**options, "camera": camera}))
+        return next(pictures)
+
+    def pictures(self, *, progress: Progress = None, **options: Any) -> Iterator[Picture]:
+        """Draws all pictures that the options ask for, one after another."""
+        from .distributed import _joined, _tasks, draw_scene
+
+        merged = self._all(options)
+        sizes, _ = self._sizes(merged)
+        tasks = _tasks(sizes, (_TILE, _TILE))
+        with _bar(progress, len(sizes)) as shown:
+            parts = []
+            for done, task in enumerate(tasks):
+                parts.append(draw_scene(self, merged, task))
+                if shown is not None:
+                    shown((done + 1) / len(tasks))
+                if done + 1 == len(tasks) or tasks[done + 1].number != task.number:
+                    yield _joined(self, merged, parts, sizes[task.number])
+                    parts = []
+
+    def write(self, path: Any, **options: Any) -> None:
+        """Not for pyramids: draw ``pictures`` and save each."""
+        raise TypeError("write: draw pictures() and save each")
+
+    def _overview(self, merged: dict[str, Any]) -> dict[str, Any]:
+        return {name: value for name, value in merged.items() if name not in ("max_error", "subpixels")}
+
+    def _sizes(self, merged: dict[str, Any]) -> tuple[list[tuple[int, int]], bool]:
+        return super()._sizes(self._overview(merged))
+
+    def _finished(self, merged: dict[str, Any], rgba: Any) -> Any:
+        return super()._finished(self._overview(merged), rgba)
+
+    def _part(self, merged: dict[str, Any], number: int, columns: tuple[int, int], rows: tuple[int, int]) -> Any:
+        self._native.prepare(self._overview(merged))
+        camera = json.loads(self._native.cameras())[number]
+        if camera.get("projection") == "orthographic":
+            raise ValueError("projection: a pyramid is seen in perspective")
+        before = self._store.fetched, self._store.fetched_bytes
+        tile = _Tile(self, merged, camera, columns, rows)
+        rgba = tile.draw()
+        fetched = {"chunks_fetched": self._store.fetched - before[0], "bytes_fetched": self._store.fetched_bytes - before[1]}
+        return rgba, None, {}, json.dumps({**tile.counts, **fetched})
+
+    def _shows(self, low: float, high: float) -> bool:
+        """Whether any value of a range is seen."""
+        inside = self._opacities[(self._values >= low) & (self._values <= high)]
+        ends = np.interp((low, high), self._values, self._opacities)
+        return bool(ends.any() or inside.any())
+
+
+class _Tile:
+    """One tile: bricks from the eye away, each laid behind those before it."""
+
+    def __init__(self, pyramid: Pyramid, merged: dict[str, Any], camera: dict[str, Any], columns: tuple[int, int], rows: tuple[int, int]):
+        self.pyramid, self.camera = pyramid, camera
+        self.samples = int(merged.get("subpixels", 4))
+        # Two samples beyond its rim would change nothing: each is drawn by itself.
+        self.first = np.array([columns[0], rows[0]])
+        size = ((columns[1] - columns[0]) * self.samples, (rows[1] - rows[0]) * self.samples)
+        focal = np.array([camera["fx"], camera["fy"]]) * self.samples
+        centre = (np.array([camera["cx"], camera["cy"]]) - self.first) * self.samples
+        rotation = np.array(camera["R"]).reshape(3, 3)
+        matrix = rotation * pyramid._spacing
+        self.view = _View(matrix, np.array(camera["t"]), focal, centre, size, camera["near"])
+        self.eye = np.linalg.solve(matrix, -self.view.shift)
+        self.options = {name: value for name, value in merged.items() if name not in _OF_VIEWS}
+        self.options.update(subpixels=1, opacity_unit=merged["opacity_unit"])
+        self.margin = 1 if "shade" in merged or "gradient_opacity" in merged else 0
+        self.allowed = float(Fraction(str(merged.get("max_error", "1/255")))) * _DIFFERENCE / _IN_A_ROW
+        self.last = pyramid._levels[0].shape - 1.0
+        self.rgba = np.zeros((size[1], size[0], 4), np.float32)
+        self.counts = {"bricks": 0, "compared": 0, "transparent": 0, "hidden": 0}
+
+    def draw(self) -> npt.NDArray[np.float32]:
+        held = self.pyramid._held
+        self.walk(held, np.full(3, -0.5), self.last + 0.5)
+        height, width = (side // self.samples for side in self.rgba.shape[:2])
+        cells = self.rgba.reshape(height, self.samples, width, self.samples, 4)
+        return np.ascontiguousarray(cells.mean((1, 3), dtype=np.float32))
+
+    def walk(self, level: int, low: _Floats, high: _Floats) -> None:
+        """Draws the bricks of a level in a box, the nearest first: along each axis a ray only moves away from the eye."""
+        side = _SIDE * self.pyramid._levels[level].scale
+        counts = np.maximum(np.ceil((high - low) / side - 1e-6).astype(int), 1)
+        own = np.floor((self.eye - low) / side)
+        places = np.array(list(product(*map(range, counts))))
+        for place in places[np.argsort(np.abs(places - own).sum(1), kind="stable")]:
+            first = low + place * side
+            self.brick(level, first, np.minimum(first + side, high))
+
+    def brick(self, level: int, low: _Floats, high: _Floats) -> None:
+        inner = np.maximum(low, 0.0), np.minimum(high, self.last)
+        corners = np.array(list(product(*zip(*inner))))
+        rect = self.view.rect(corners)
+        if rect is None or (inner[0] >= inner[1]).any():
+            return
+        left, right, top, bottom = self.whole_pixels(rect)
+        window = (slice(top, bottom), slice(left, right))
+        behind = 1.0 - self.rgba[window][..., 3:]
+        if behind.max() < _HIDDEN:
+            self.counts["hidden"] += 1
+            return
+        levels = self.pyramid._levels
+        around, _ = levels[level + 1].block(*inner, 0)
+        lowest, highest = float(around.min()), float(around.max())
+        beyond = _FINER_RANGE * (highest - lowest)
+        if not self.pyramid._shows(lowest - beyond, highest + beyond):
+            self.counts["transparent"] += 1
+            return
+        fine = self.drawn(level, inner, (left, right, top, bottom))
+        if level > 0 and self.voxel_px(level, corners) > _FINEST_PX:
+            coarse = self.drawn(level + 1, inner, (left, right, top, bottom))
+            self.counts["compared"] += 1
+            height, width = ((bottom - top) // self.samples, (right - left) // self.samples)
+            cells = ((fine - coarse) * behind).reshape(height, self.samples, width, self.samples, 4)
+            if np.abs(cells.mean((1, 3))).max() > self.allowed:
+                self.walk(level - 1, low, high)
+                return
+        self.counts["bricks"] += 1
+        self.rgba[window] += behind * fine
+
+    def voxel_px(self, level: int, corners: _Floats) -> float:
+        """The largest side of a voxel on the screen, in a box."""
+        nearest = float((corners @ self.view.matrix[2] + self.view.shift[2]).min())
+        side = float((self.pyramid._levels[level].scale * self.pyramid._spacing).max())
+        return side * float(self.view.focal.max()) / self.samples / max(nearest, self.view.near)
+
+    def whole_pixels(self, rect: tuple[int, int, int, int]) -> tuple[int, int, int, int]:
+        left, right, top, bottom = rect
+        side = self.samples
+        return left // side * side, -(-right // side) * side, top // side * side, -(-bottom // side) * side
+
+    def drawn(self, number: int, box: tuple[_Floats, _Floats], rect: tuple[int, int, int, int]) -> npt.NDArray[np.float32]:
+        """A box of a level by itself, on the sub-pixels of a rectangle."""
+        left, right, top, bottom = rect
+        level, spacing = self.pyramid._levels[number], self.pyramid._spacing
+        block, first = level.block(*box, self.margin)
+        if not self.pyramid._shows(float(block.min()), float(block.max())):
+            return np.zeros((bottom - top, right - left, 4), np.float32)
+        place = {
+            "axes": np.diag(spacing * level.scale).tolist(),
+            "origin": (spacing * (level.offset + level.scale * first)).tolist(),
+            "up": None,
+            "space": None,
+        }
+        ends = [level.index(end) - first + _BEHIND_FACE for end in box]
+        camera = {
+            "width": right - left,
+            "height": bottom - top,
+            "fx": self.view.focal[0],
+            "fy": self.view.focal[1],
+            "cx": self.view.centre[0] - left,
+            "cy": self.view.centre[1] - top,
+            "R": self.camera["R"],
+            "t": self.camera["t"],
+            "near": self.camera["near"],
+        }
+        scene = _native.Scene.volume(block, place, {}, None, [], self.pyramid._threads)
+        scene.prepare({**self.options, "camera": camera, "crop_voxels": np.concatenate(ends).tolist()})
+        return scene.draw_window(0, (0, right - left), (0, bottom - top))[0]
+
+
+def _function(transfer: Any, overview: npt.NDArray[Any]) -> TransferFunction:
+    """A transfer function whose range is known."""
+    clim = float(overview.min()), float(overview.max())
+    if isinstance(transfer, tuple) and len(transfer) == 2:
+        return transfer_function(*transfer, clim if clim[0] < clim[1] else (clim[0], clim[0] + 1.0))
+    if isinstance(transfer, tuple) and len(transfer) == 3:
+        return transfer_function(*transfer)
+    if isinstance(transfer, TransferFunction) and transfer.has_range:
+        return transfer
+    raise ValueError("transfer: expected (cmap, opacity), (cmap, opacity, clim) or a transfer function with a range")
