@@ -81,7 +81,7 @@ pub struct Cli {
 pub enum Command {
     /// Draw built-in scenes of every kind on one page: needs no file, takes seconds
     Demo(DemoArgs),
-    /// Show what a volume file holds: size, place, values
+    /// Show what a volume, a mesh, a picture or a depth holds, and which command draws it
     ///
     /// Example: resample info head.nii.gz
     Info(InfoArgs),
@@ -181,6 +181,9 @@ pub struct CameraArgs {
     /// Camera file; a JSON list of cameras renders one numbered picture for each
     #[arg(long, value_name = "FILE.json", conflicts_with_all = ["orbit", "up", "projection"])]
     pub camera: Option<PathBuf>,
+    /// Also write the view as a camera file, from which --camera draws the same bytes
+    #[arg(long, value_name = "FILE.json")]
+    pub save_camera: Option<PathBuf>,
     /// Azimuth and elevation of the eye in degrees, around the visible part; DIST multiplies the distance at
     /// which that fills 0.85 of the picture (orthographic: the height of the view) [default: 30,20,1]
     #[arg(long, value_name = "AZ,EL[,DIST]", value_parser = values::orbit, allow_hyphen_values = true)]

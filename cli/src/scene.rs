@@ -10,7 +10,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result, bail};
 use resample_io::Gate;
 use serde_json::{Value, json};
-use volsplat::transfer::{ColourKnot, ColourMap, DataKind, Histogram};
+use volsplat::transfer::{ColourKnot, ColourMap, DataKind, FileLook, Histogram};
 use volsplat::{
     Channel, Described, LabelLook, LabelTable, LoadOptions, Look, Scene, TransferFunction, Volume,
 };
@@ -316,9 +316,10 @@ fn parsed_look(word: &str, volume: &Volume, args: &VolsplatArgs) -> Result<OwnLo
     if word == "labels" {
         return Ok(OwnLook::Labels(label_table(args)?));
     }
-    let function = if word.to_lowercase().ends_with(".json") {
+    let lower = word.to_lowercase();
+    let function = if lower.ends_with(".json") || lower.ends_with(".vp") {
         let encoding = args.transfer.transfer_space;
-        TransferFunction::load_paraview(Path::new(word), encoding, volume)?
+        FileLook::load(Path::new(word), encoding, volume)?.function
     } else if let Ok(map) = word.parse::<ColourMap>() {
         TransferFunction::automatic(&Histogram::of_volume(volume), map)
     } else {

@@ -32,6 +32,7 @@ pub use load::{load, of_memory};
 pub use options::LoadOptions;
 pub use raw::RawOptions;
 pub use stays::peek;
+pub use tiff_stack::pages_of;
 
 #[cfg(test)]
 mod test_files;
