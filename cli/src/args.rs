@@ -131,9 +131,10 @@ pub struct GlobalArgs {
 pub struct VolsplatArgs {
     /// Volume file, folder of slices or pattern such as 'slices/*.tif'; FILE#PART reads a part of the file
     ///
-    /// The format is detected by the content: NRRD, MetaImage, NIfTI, NumPy .npy, VTK .vti, TIFF stacks, DICOM or OME-Zarr. A
-    /// file without a known header is raw and needs --dims and --type. Parts are series=UID (DICOM), array=NAME (VTK),
-    /// component=N, level=N and time=N (OME-Zarr), counted from 0 and separated by commas: image.zarr#level=2,time=5.
+    /// The format is detected by the content: NRRD, MetaImage, NIfTI, MGH, NumPy .npy, VTK .vti and .vtk, TIFF stacks, slices in PNG
+    /// or JPEG, DICOM or OME-Zarr. A file without a known header is raw and needs --dims and --type. Parts are series=UID (DICOM),
+    /// array=NAME (VTK), component=N, time=N (NIfTI, MGH, OME-Zarr) and level=N (OME-Zarr), counted from 0 and separated by
+    /// commas: image.zarr#level=2,time=5.
     #[arg(value_name = "VOLUME[#PART]", value_parser = input_file::parser())]
     pub input: InputFile,
     /// Picture to write, .png, .jpg or .exr, or - for the standard output; a pattern such as %04d is replaced by the number of the picture

@@ -43,6 +43,11 @@ pub(super) fn facts(args: &InfoArgs) -> Result<(Vec<Line>, Value)> {
         };
         options.gate = reading.gate();
     }
+    let colours = volsplat::input::colours_of(&args.input.path, &options)?;
+    if colours.is_some() {
+        // The values below are those of red.
+        options.component = Some(0);
+    }
     let drawn = RenderOptions::default();
     let facts = match look_through(&args.input.path, &options, &drawn, Progress::Shown)? {
         Some(volume) => Facts::of(args, volume.as_ref())?,
@@ -53,7 +58,18 @@ pub(super) fn facts(args: &InfoArgs) -> Result<(Vec<Line>, Value)> {
         .remarks()
         .iter()
         .for_each(|text| report::say(&format!("note: {text}")));
-    Ok((facts.lines(), facts.json()))
+    let (mut lines, mut json) = (facts.lines(), facts.json());
+    if let Some(count) = colours {
+        lines.insert(
+            3,
+            line(
+                "colours",
+                format!("{count} a voxel; the values are those of red"),
+            ),
+        );
+        json["colours"] = json!(count);
+    }
+    Ok((lines, json))
 }
 
 /// Memory for a volume that is only looked at, where it is larger than half of what there is: a quarter of that.
@@ -69,7 +85,6 @@ fn enough_to_look_through(args: &InfoArgs, options: &LoadOptions) -> Result<Opti
 
 /// Facts beside the volume's own fields.
 struct Facts {
-    path: String,
     format: &'static str,
     kind: VoxelType,
     /// World corners of the box around all voxels.
@@ -111,7 +126,6 @@ impl Facts {
             format_of(&args.input.path)?
         };
         Ok(Self {
-            path: args.input.path.display().to_string(),
             format: told.map_or("headerless", |format| format.name()),
             kind: volume.voxel_type(),
             corners: framing::volume::grid_bounds(volume),
@@ -126,7 +140,7 @@ impl Facts {
         let volume = &self.lattice;
         let map = volume.world_from_index;
         json!({
-            "path": self.path,
+            "kind": "volume",
             "format": self.format,
             "dims": volume.dims,
             "voxels": volume.len(),

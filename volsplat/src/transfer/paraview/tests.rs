@@ -134,10 +134,8 @@ fn faults_name_key_and_place() {
         ("[]", "expected an object with RGBPoints"),
         ("[3]", "expected an object with RGBPoints"),
         (r#"[{"Name": "a"}, {"Name": "b"}]"#, "2 colour maps (a, b)"),
-        (
-            r#"{"Points": [0, 0, 0.5, 0]}"#,
-            "RGBPoints is missing: expected",
-        ),
+        ("{}", "RGBPoints is missing: expected"),
+        (r#"{"Points": [0, 0, 0.5]}"#, "Points has 3 numbers"),
         (
             r#"{"IndexedColors": [0, 0, 0]}"#,
             "IndexedColors are for categories",

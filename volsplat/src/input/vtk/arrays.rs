@@ -1,0 +1,300 @@
+//! The arrays of a legacy VTK file, one behind the other.
+//!
+//! Takes a stream that stands behind the top, finds an array by the line in front of it, and reads or passes over its
+//! numbers. What is no array of values (tables of colours, fields about the whole, metadata) is passed over.
+
+use std::io::{self, BufRead, Read};
+
+use super::head::Centring;
+use crate::input::component::Interleaved;
+use crate::input::decode::{self, Layout};
+use crate::input::fault::{Fault, excerpt, unsupported};
+use crate::input::lines::Lines;
+use crate::volume::{VoxelType, Voxels};
+
+/// An array.
+#[derive(Clone, Debug)]
+pub(super) struct Array {
+    pub(super) name: String,
+    pub(super) voxel_type: VoxelType,
+    pub(super) components: usize,
+    pub(super) tuples: usize,
+    pub(super) centring: Centring,
+}
+
+/// Most components of a value, as for the newer format.
+const MOST_COMPONENTS: usize = 1 << 16;
+
+/// The arrays that follow.
+pub(super) struct Arrays<'a> {
+    bytes: &'a mut dyn BufRead,
+    /// Length of the file, bytes.
+    held: u64,
+    is_binary: bool,
+    /// Of which kind, and how many values each has; none before the first line that says so.
+    section: Option<(Centring, usize)>,
+    /// Arrays of a field that are still to come.
+    in_field: usize,
+}
+
+impl<'a> Arrays<'a> {
+    pub(super) fn new(bytes: &'a mut dyn BufRead, held: u64, is_binary: bool) -> Self {
+        Self {
+            bytes,
+            held,
+            is_binary,
+            section: None,
+            in_field: 0,
+        }
+    }
+
+    /// The next array of this name, or the next one; the stream then stands at its numbers.
+    pub(super) fn find(&mut self, name: Option<&str>) -> Result<Array, Fault> {
+        let mut others = Vec::new();
+        while let Some((array, has_place)) = self.next()? {
+            if has_place && name.is_none_or(|name| array.name == name) {
+                return Ok(array);
+            }
+            self.pass(&array)?;
+            others.push(excerpt(&array.name));
+        }
+        Err(match name {
+            Some(name) => Fault::Option(format!(
+                "array={name}: no such array; there are: {}",
+                others.join(", ")
+            )),
+            None => Fault::Invalid("the image has no array".to_owned()),
+        })
+    }
+
+    /// The numbers of an array at which the stream stands.
+    pub(super) fn values(
+        &mut self,
+        array: &Array,
+        layout: &Layout,
+        chosen: usize,
+    ) -> Result<Voxels, Fault> {
+        let interleaved = Interleaved {
+            scalar_bytes: layout.voxel_type.bytes(),
+            components: array.components,
+            chosen,
+        };
+        if self.is_binary {
+            let bytes = self.bytes_of(array)?;
+            return Ok(decode::component(
+                (&mut *self.bytes).take(bytes),
+                layout,
+                interleaved,
+            )?);
+        }
+        self.bytes_of(array)?;
+        let (mut text, mut word) = (Vec::new(), Vec::new());
+        for number in 0..array.tuples * array.components {
+            if !decode::next_word(&mut *self.bytes, &mut word)? {
+                break;
+            }
+            if number % array.components == chosen {
+                text.extend_from_slice(&word);
+                text.push(b' ');
+            }
+        }
+        Ok(decode::text(&mut text.as_slice(), layout)?)
+    }
+
+    /// The bytes that an array takes at least; an error where the file is too short for them.
+    fn bytes_of(&self, array: &Array) -> Result<u64, Fault> {
+        // A number of a text has a character and a space behind it.
+        let each = if self.is_binary {
+            array.voxel_type.bytes()
+        } else {
+            2
+        };
+        let bytes = array.tuples.checked_mul(array.components);
+        let bytes = bytes
+            .and_then(|numbers| numbers.checked_mul(each))
+            .map(|bytes| bytes as u64);
+        bytes.filter(|&bytes| bytes <= self.held + 1).ok_or_else(|| {
+            Fault::Invalid(format!(
+                "the array '{}' promises {} x {} numbers of {}, more than the {} bytes of the file can hold: it is cut off",
+                excerpt(&array.name),
+                array.tuples,
+                array.components,
+                array.voxel_type.name(),
+                self.held
+            ))
+        })
+    }
+
+    fn pass(&mut self, array: &Array) -> Result<(), Fault> {
+        let bytes = self.bytes_of(array)?;
+        if self.is_binary {
+            return self.pass_bytes(bytes);
+        }
+        self.pass_words(array.tuples * array.components)
+    }
+
+    fn pass_bytes(&mut self, bytes: u64) -> Result<(), Fault> {
+        let passed = io::copy(&mut (&mut *self.bytes).take(bytes), &mut io::sink());
+        passed.map_err(|error| decode::broken(&error))?;
+        Ok(())
+    }
+
+    fn pass_words(&mut self, count: usize) -> Result<(), Fault> {
+        let mut word = Vec::new();
+        for _ in 0..count {
+            if !decode::next_word(&mut *self.bytes, &mut word)? {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// The next array, and whether its values have a place; `None` at the end.
+    fn next(&mut self) -> Result<Option<(Array, bool)>, Fault> {
+        while let Some(line) = Lines::new(&mut *self.bytes).next()? {
+            let words: Vec<&str> = line.split_ascii_whitespace().collect();
+            let Some(&first) = words.first() else {
+                continue;
+            };
+            let fault = |expected: &str| {
+                Fault::Invalid(format!("'{}': expected {expected}", excerpt(&line)))
+            };
+            let word = |place: usize| words.get(place).copied().unwrap_or_default();
+            let count = |place: usize| word(place).parse::<usize>().ok();
+            if self.in_field > 0 {
+                let known = count(1).zip(count(2));
+                let Some((components, tuples)) = known else {
+                    // Names of components and the like stand between arrays.
+                    if first == "METADATA" {
+                        self.pass_metadata()?;
+                        continue;
+                    }
+                    return Err(fault(
+                        "the name of an array, its components, its values and their type",
+                    ));
+                };
+                self.in_field -= 1;
+                let has_place = self.section.is_some();
+                let array = self.array(word(0), word(3), components)?;
+                return Ok(Some((Array { tuples, ..array }, has_place)));
+            }
+            let array = match first.to_uppercase().as_str() {
+                "POINT_DATA" | "CELL_DATA" => {
+                    let centring = if first.starts_with(['P', 'p']) {
+                        Centring::Points
+                    } else {
+                        Centring::Cells
+                    };
+                    self.section = Some((
+                        centring,
+                        count(1).ok_or_else(|| fault("a number of values"))?,
+                    ));
+                    continue;
+                }
+                "FIELD" => {
+                    self.in_field = count(2).ok_or_else(|| fault("a number of arrays"))?;
+                    continue;
+                }
+                "METADATA" => {
+                    self.pass_metadata()?;
+                    continue;
+                }
+                "LOOKUP_TABLE" => {
+                    let entries = count(2).and_then(|entries| entries.checked_mul(4));
+                    let entries = entries.ok_or_else(|| fault("a number of entries"))?;
+                    if self.is_binary {
+                        self.pass_bytes(entries as u64)?;
+                    } else {
+                        self.pass_words(entries)?;
+                    }
+                    continue;
+                }
+                "SCALARS" => {
+                    let components = if words.len() > 3 { count(3) } else { Some(1) };
+                    let components = components.ok_or_else(|| fault("a number of components"))?;
+                    let table = Lines::new(&mut *self.bytes).next()?.unwrap_or_default();
+                    if !table
+                        .trim_start()
+                        .to_uppercase()
+                        .starts_with("LOOKUP_TABLE")
+                    {
+                        return Err(Fault::Invalid(format!(
+                            "'{}' behind SCALARS: expected LOOKUP_TABLE",
+                            excerpt(&table)
+                        )));
+                    }
+                    self.array(word(1), word(2), components)?
+                }
+                "VECTORS" | "NORMALS" => self.array(word(1), word(2), 3)?,
+                "TENSORS" => self.array(word(1), word(2), 9)?,
+                "TEXTURE_COORDINATES" => {
+                    let components = count(2).ok_or_else(|| fault("a number of components"))?;
+                    self.array(word(1), word(3), components)?
+                }
+                "COLOR_SCALARS" => {
+                    let components = count(2).ok_or_else(|| fault("a number of components"))?;
+                    // Bytes where they are binary, numbers from 0 to 1 in a text.
+                    let kind = if self.is_binary {
+                        "unsigned_char"
+                    } else {
+                        "float"
+                    };
+                    self.array(word(1), kind, components)?
+                }
+                _ => return Err(fault("the line of an array, such as SCALARS or FIELD")),
+            };
+            if self.section.is_none() {
+                return Err(fault("POINT_DATA or CELL_DATA before it"));
+            }
+            return Ok(Some((array, true)));
+        }
+        Ok(None)
+    }
+
+    /// An array of as many values as there are points or cells.
+    fn array(&self, name: &str, kind: &str, components: usize) -> Result<Array, Fault> {
+        let (centring, tuples) = self.section.unwrap_or((Centring::Points, 0));
+        if !(1..=MOST_COMPONENTS).contains(&components) {
+            return Err(Fault::Invalid(format!(
+                "the array '{}' has {components} components: expected 1 to {MOST_COMPONENTS}",
+                excerpt(name)
+            )));
+        }
+        Ok(Array {
+            name: name.to_owned(),
+            voxel_type: voxel_type(name, kind)?,
+            components,
+            tuples,
+            centring,
+        })
+    }
+
+    /// Passes over lines up to an empty one.
+    fn pass_metadata(&mut self) -> Result<(), Fault> {
+        let mut lines = Lines::new(&mut *self.bytes);
+        while lines.next()?.is_some_and(|line| !line.trim().is_empty()) {}
+        Ok(())
+    }
+}
+
+fn voxel_type(name: &str, kind: &str) -> Result<VoxelType, Fault> {
+    Ok(match kind.to_lowercase().as_str() {
+        "unsigned_char" => VoxelType::U8,
+        "char" | "signed_char" => VoxelType::I8,
+        "unsigned_short" => VoxelType::U16,
+        "short" => VoxelType::I16,
+        "unsigned_int" => VoxelType::U32,
+        "int" => VoxelType::I32,
+        "unsigned_long" | "vtktypeuint64" => VoxelType::U64,
+        "long" | "vtktypeint64" => VoxelType::I64,
+        "float" => VoxelType::F32,
+        "double" => VoxelType::F64,
+        other => {
+            return Err(unsupported(format!(
+                "the array '{}' is of type '{}': expected numbers, unsigned_char to double",
+                excerpt(name),
+                excerpt(other)
+            )));
+        }
+    })
+}
