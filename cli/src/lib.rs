@@ -38,6 +38,7 @@ mod built_in;
 mod camera_file;
 mod camera_path;
 mod clip;
+mod colours;
 mod commands;
 mod content;
 mod figures;

@@ -19,7 +19,7 @@ use crate::args::{SceneArgs, TransferArgs, VolsplatArgs};
 use crate::input_file::InputFile;
 use crate::look::{self, Suggested};
 use crate::volume_file::{load_options, with_part};
-use crate::{report, transfer, values};
+use crate::{colours, report, transfer, values};
 
 /// All volumes of a picture.
 pub(crate) struct Volumes {
@@ -65,7 +65,7 @@ pub(crate) fn load(args: &VolsplatArgs, gate: &Gate) -> Result<Volumes> {
     }
     let mut channels = Vec::new();
     let mut suggested = Suggested::default();
-    let of_colours = channels_of_colours(args, &options)?;
+    let of_colours = colours::channels(args, &options)?;
     let typed = if of_colours.is_empty() {
         &scene.channel
     } else {
@@ -129,30 +129,6 @@ pub(crate) fn load(args: &VolsplatArgs, gate: &Gate) -> Result<Volumes> {
         mask,
         suggested,
     })
-}
-
-/// The channels of a file that holds colours, where nobody said how it looks; a note says that.
-fn channels_of_colours(args: &VolsplatArgs, options: &LoadOptions) -> Result<Vec<String>> {
-    let scene = &args.scene;
-    let is_typed = !scene.channel.is_empty() || scene.labels || look::is_typed(&args.transfer);
-    if is_typed || args.source.held().is_some() {
-        return Ok(Vec::new());
-    }
-    let path = &args.input.path;
-    if volsplat::input::colours_of(path, options)?.is_none() {
-        return Ok(Vec::new());
-    }
-    let words = ["0", "red", "1", "green", "2", "blue"];
-    options.gate.remark(format!(
-        "{}: its voxels are colours, drawn as --channel {}; FILE#component=N draws one of them",
-        path.display(),
-        words
-            .chunks(2)
-            .map(|pair| pair.join(" "))
-            .collect::<Vec<_>>()
-            .join(" --channel ")
-    ));
-    Ok(words.map(str::to_owned).to_vec())
 }
 
 impl Volumes {

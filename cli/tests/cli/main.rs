@@ -14,6 +14,7 @@ mod bad_input;
 mod bench;
 mod by_content;
 mod compare;
+mod documented;
 mod errors;
 mod exr_files;
 mod gate;

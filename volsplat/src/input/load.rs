@@ -143,7 +143,7 @@ fn read(
             vtk::load(path, choice, gate)
         }
         Format::Mgh => mgh::load(path, options.time, gate),
-        Format::Pictures => picture_slices::load(files, path, options),
+        Format::Pictures => picture_slices::load(files, path, options.spacing, gate),
         Format::Zarr => zarr::load(path, zarr_choice(options), gate),
     }
 }

@@ -25,7 +25,7 @@ pub struct Animation {
 }
 
 /// Reads a document; names in it count from `names`.
-pub(in crate::input) fn read(bytes: &[u8], names: &Names) -> Result<Contents, String> {
+pub(crate) fn read(bytes: &[u8], names: &Names) -> Result<Contents, String> {
     let document = container::open(bytes, names)?;
     let numbers = Numbers::new(&document.root, &document.buffers);
     let of = |animation: &Value| Animation {

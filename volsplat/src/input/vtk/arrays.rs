@@ -151,104 +151,113 @@ impl<'a> Arrays<'a> {
 
     /// The next array, and whether its values have a place; `None` at the end.
     fn next(&mut self) -> Result<Option<(Array, bool)>, Fault> {
-        while let Some(line) = Lines::new(&mut *self.bytes).next()? {
-            let words: Vec<&str> = line.split_ascii_whitespace().collect();
-            let Some(&first) = words.first() else {
+        while let Some(text) = Lines::new(&mut *self.bytes).next()? {
+            let line = Line {
+                words: text.split_ascii_whitespace().collect(),
+                text: &text,
+            };
+            if line.words.is_empty() {
                 continue;
-            };
-            let fault = |expected: &str| {
-                Fault::Invalid(format!("'{}': expected {expected}", excerpt(&line)))
-            };
-            let word = |place: usize| words.get(place).copied().unwrap_or_default();
-            let count = |place: usize| word(place).parse::<usize>().ok();
-            if self.in_field > 0 {
-                let known = count(1).zip(count(2));
-                let Some((components, tuples)) = known else {
-                    // Names of components and the like stand between arrays.
-                    if first == "METADATA" {
-                        self.pass_metadata()?;
-                        continue;
-                    }
-                    return Err(fault(
-                        "the name of an array, its components, its values and their type",
-                    ));
-                };
-                self.in_field -= 1;
-                let has_place = self.section.is_some();
-                let array = self.array(word(0), word(3), components)?;
-                return Ok(Some((Array { tuples, ..array }, has_place)));
             }
-            let array = match first.to_uppercase().as_str() {
-                "POINT_DATA" | "CELL_DATA" => {
-                    let centring = if first.starts_with(['P', 'p']) {
-                        Centring::Points
-                    } else {
-                        Centring::Cells
-                    };
-                    self.section = Some((
-                        centring,
-                        count(1).ok_or_else(|| fault("a number of values"))?,
-                    ));
-                    continue;
-                }
-                "FIELD" => {
-                    self.in_field = count(2).ok_or_else(|| fault("a number of arrays"))?;
-                    continue;
-                }
-                "METADATA" => {
-                    self.pass_metadata()?;
-                    continue;
-                }
-                "LOOKUP_TABLE" => {
-                    let entries = count(2).and_then(|entries| entries.checked_mul(4));
-                    let entries = entries.ok_or_else(|| fault("a number of entries"))?;
-                    if self.is_binary {
-                        self.pass_bytes(entries as u64)?;
-                    } else {
-                        self.pass_words(entries)?;
-                    }
-                    continue;
-                }
-                "SCALARS" => {
-                    let components = if words.len() > 3 { count(3) } else { Some(1) };
-                    let components = components.ok_or_else(|| fault("a number of components"))?;
-                    let table = Lines::new(&mut *self.bytes).next()?.unwrap_or_default();
-                    if !table
-                        .trim_start()
-                        .to_uppercase()
-                        .starts_with("LOOKUP_TABLE")
-                    {
-                        return Err(Fault::Invalid(format!(
-                            "'{}' behind SCALARS: expected LOOKUP_TABLE",
-                            excerpt(&table)
-                        )));
-                    }
-                    self.array(word(1), word(2), components)?
-                }
-                "VECTORS" | "NORMALS" => self.array(word(1), word(2), 3)?,
-                "TENSORS" => self.array(word(1), word(2), 9)?,
-                "TEXTURE_COORDINATES" => {
-                    let components = count(2).ok_or_else(|| fault("a number of components"))?;
-                    self.array(word(1), word(3), components)?
-                }
-                "COLOR_SCALARS" => {
-                    let components = count(2).ok_or_else(|| fault("a number of components"))?;
-                    // Bytes where they are binary, numbers from 0 to 1 in a text.
-                    let kind = if self.is_binary {
-                        "unsigned_char"
-                    } else {
-                        "float"
-                    };
-                    self.array(word(1), kind, components)?
-                }
-                _ => return Err(fault("the line of an array, such as SCALARS or FIELD")),
+            let found = if self.in_field > 0 {
+                self.in_field(&line)?
+            } else if self.passed(&line)? {
+                None
+            } else {
+                self.attribute(&line)?
             };
-            if self.section.is_none() {
-                return Err(fault("POINT_DATA or CELL_DATA before it"));
+            if let Some(array) = found {
+                return Ok(Some((array, self.section.is_some())));
             }
-            return Ok(Some((array, true)));
         }
         Ok(None)
+    }
+
+    /// The array of a field that a line announces; names of components and the like stand between arrays.
+    fn in_field(&mut self, line: &Line) -> Result<Option<Array>, Fault> {
+        let Some((components, tuples)) = line.count(1).zip(line.count(2)) else {
+            if line.word(0) == "METADATA" {
+                self.pass_metadata()?;
+                return Ok(None);
+            }
+            return Err(
+                line.fault("the name of an array, its components, its values and their type")
+            );
+        };
+        self.in_field -= 1;
+        let array = self.array(line.word(0), line.word(3), components)?;
+        Ok(Some(Array { tuples, ..array }))
+    }
+
+    /// Takes a line that announces no array, with all that belongs to it; false where it announces one.
+    fn passed(&mut self, line: &Line) -> Result<bool, Fault> {
+        let keyword = line.word(0).to_uppercase();
+        match keyword.as_str() {
+            "POINT_DATA" | "CELL_DATA" => {
+                let centring = if keyword == "POINT_DATA" {
+                    Centring::Points
+                } else {
+                    Centring::Cells
+                };
+                let count = line
+                    .count(1)
+                    .ok_or_else(|| line.fault("a number of values"))?;
+                self.section = Some((centring, count));
+            }
+            "FIELD" => {
+                self.in_field = line
+                    .count(2)
+                    .ok_or_else(|| line.fault("a number of arrays"))?;
+            }
+            "METADATA" => self.pass_metadata()?,
+            "LOOKUP_TABLE" => {
+                let entries = line.count(2).and_then(|entries| entries.checked_mul(4));
+                let entries = entries.ok_or_else(|| line.fault("a number of entries"))?;
+                if self.is_binary {
+                    self.pass_bytes(entries as u64)?;
+                } else {
+                    self.pass_words(entries)?;
+                }
+            }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// The array of values at points or in cells that a line announces.
+    fn attribute(&mut self, line: &Line) -> Result<Option<Array>, Fault> {
+        let counted = |place| {
+            line.count(place)
+                .ok_or_else(|| line.fault("a number of components"))
+        };
+        let (kind, components) = match line.word(0).to_uppercase().as_str() {
+            "SCALARS" => {
+                let components = if line.words.len() > 3 { counted(3)? } else { 1 };
+                let table = Lines::new(&mut *self.bytes).next()?.unwrap_or_default();
+                if !table
+                    .trim_start()
+                    .to_uppercase()
+                    .starts_with("LOOKUP_TABLE")
+                {
+                    return Err(Fault::Invalid(format!(
+                        "'{}' behind SCALARS: expected LOOKUP_TABLE",
+                        excerpt(&table)
+                    )));
+                }
+                (line.word(2), components)
+            }
+            "VECTORS" | "NORMALS" => (line.word(2), 3),
+            "TENSORS" => (line.word(2), 9),
+            "TEXTURE_COORDINATES" => (line.word(3), counted(2)?),
+            // Bytes where they are binary, numbers from 0 to 1 in a text.
+            "COLOR_SCALARS" if self.is_binary => ("unsigned_char", counted(2)?),
+            "COLOR_SCALARS" => ("float", counted(2)?),
+            _ => return Err(line.fault("the line of an array, such as SCALARS or FIELD")),
+        };
+        if self.section.is_none() {
+            return Err(line.fault("POINT_DATA or CELL_DATA before it"));
+        }
+        self.array(line.word(1), kind, components).map(Some)
     }
 
     /// An array of as many values as there are points or cells.
@@ -274,6 +283,27 @@ impl<'a> Arrays<'a> {
         let mut lines = Lines::new(&mut *self.bytes);
         while lines.next()?.is_some_and(|line| !line.trim().is_empty()) {}
         Ok(())
+    }
+}
+
+/// A line in front of data.
+struct Line<'a> {
+    words: Vec<&'a str>,
+    text: &'a str,
+}
+
+impl<'a> Line<'a> {
+    /// A word; nothing where there are fewer.
+    fn word(&self, place: usize) -> &'a str {
+        self.words.get(place).copied().unwrap_or_default()
+    }
+
+    fn count(&self, place: usize) -> Option<usize> {
+        self.word(place).parse().ok()
+    }
+
+    fn fault(&self, expected: &str) -> Fault {
+        Fault::Invalid(format!("'{}': expected {expected}", excerpt(self.text)))
     }
 }
 
