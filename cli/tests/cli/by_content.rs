@@ -36,6 +36,41 @@ fn a_volume_is_found_whatever_its_ending() {
 }
 
 #[test]
+fn a_folder_of_slices_is_a_volume() {
+    let bench = Bench::new();
+    bench.write("keep.txt", b"");
+    assert_good(&bench.draw("-o out/slice%d.png --size 24x24 --turntable 3"));
+    std::fs::rename(bench.path("out"), bench.path("slices")).expect("moved");
+    std::fs::create_dir(bench.path("out")).expect("a folder");
+    let words = "--spacing 1,1,4 --size 48x48";
+    same_bytes(
+        &bench,
+        &format!("slices {words}"),
+        &format!("volsplat slices {words}"),
+    );
+    let output = bench.run("volsplat slices/slice*.png -o slices/slice1.png --size 48x48");
+    assert_eq!(output.status.code(), Some(2), "a slice is not written over");
+}
+
+#[test]
+fn voxels_of_colours_are_channels() {
+    let bench = Bench::new();
+    let head = "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 3 32 32 32\nkinds: RGB-color domain domain domain\nencoding: raw\n\n";
+    let colours: Vec<u8> = super::ball()
+        .iter()
+        .flat_map(|&value| [value, value / 2, 255 - value])
+        .collect();
+    bench.write("rgb.nrrd", &[head.as_bytes(), &colours].concat());
+    same_bytes(
+        &bench,
+        "rgb.nrrd --size 48x48",
+        "volsplat rgb.nrrd --channel 0 red --channel 1 green --channel 2 blue --size 48x48",
+    );
+    let info = String::from_utf8(bench.run("info rgb.nrrd").stdout).expect("text");
+    assert!(info.contains("colours    3 a voxel"), "{info}");
+}
+
+#[test]
 fn a_mesh_is_found_whatever_its_ending() {
     let bench = Bench::new();
     bench.write("square.nrrd", SQUARE.as_bytes());

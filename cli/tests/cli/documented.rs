@@ -10,13 +10,22 @@ fn every_example_file_draws() {
     let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/examples"));
     let entries = fs::read_dir(folder).expect("the examples");
     let mut names: Vec<String> = entries
-        .map(|entry| entry.expect("readable").file_name().to_string_lossy().into_owned())
+        .map(|entry| {
+            entry
+                .expect("readable")
+                .file_name()
+                .to_string_lossy()
+                .into_owned()
+        })
         .filter(|name| name != "README.md")
         .collect();
     names.sort();
     let listed = fs::read_to_string(folder.join("README.md")).expect("the list");
     for name in &names {
-        assert!(listed.contains(&format!("`{name}`")), "{name} is not listed");
+        assert!(
+            listed.contains(&format!("`{name}`")),
+            "{name} is not listed"
+        );
         let bench = Bench::new();
         let path = folder.join(name);
         let path = path.display();
@@ -27,7 +36,11 @@ fn every_example_file_draws() {
         };
         let output = bench.draw(&words);
         assert_good(&output);
-        assert!(!stderr(&output).contains("warning"), "{name}: {}", stderr(&output));
+        assert!(
+            !stderr(&output).contains("warning"),
+            "{name}: {}",
+            stderr(&output)
+        );
         let first = bench.path(&format!("out/{}", bench.written()[0]));
         let (_, _, pixels) = read_png(&first);
         let seen = pixels.chunks(4).filter(|pixel| pixel[3] > 0).count();

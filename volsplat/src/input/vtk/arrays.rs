@@ -20,6 +20,8 @@ pub(super) struct Array {
     pub(super) components: usize,
     pub(super) tuples: usize,
     pub(super) centring: Centring,
+    /// Whether a text has shares of 255 where bytes are meant, as colours are written.
+    has_shares: bool,
 }
 
 /// Most components of a value, as for the newer format.
@@ -94,6 +96,9 @@ impl<'a> Arrays<'a> {
                 break;
             }
             if number % array.components == chosen {
+                if array.has_shares {
+                    word = byte_of_share(&word);
+                }
                 text.extend_from_slice(&word);
                 text.push(b' ');
             }
@@ -249,15 +254,17 @@ impl<'a> Arrays<'a> {
             "VECTORS" | "NORMALS" => (line.word(2), 3),
             "TENSORS" => (line.word(2), 9),
             "TEXTURE_COORDINATES" => (line.word(3), counted(2)?),
-            // Bytes where they are binary, numbers from 0 to 1 in a text.
-            "COLOR_SCALARS" if self.is_binary => ("unsigned_char", counted(2)?),
-            "COLOR_SCALARS" => ("float", counted(2)?),
+            "COLOR_SCALARS" => ("unsigned_char", counted(2)?),
             _ => return Err(line.fault("the line of an array, such as SCALARS or FIELD")),
         };
         if self.section.is_none() {
             return Err(line.fault("POINT_DATA or CELL_DATA before it"));
         }
-        self.array(line.word(1), kind, components).map(Some)
+        let array = self.array(line.word(1), kind, components)?;
+        Ok(Some(Array {
+            has_shares: line.word(0).eq_ignore_ascii_case("COLOR_SCALARS"),
+            ..array
+        }))
     }
 
     /// An array of as many values as there are points or cells.
@@ -275,6 +282,7 @@ impl<'a> Arrays<'a> {
             components,
             tuples,
             centring,
+            has_shares: false,
         })
     }
 
@@ -283,6 +291,17 @@ impl<'a> Arrays<'a> {
         let mut lines = Lines::new(&mut *self.bytes);
         while lines.next()?.is_some_and(|line| !line.trim().is_empty()) {}
         Ok(())
+    }
+}
+
+/// The byte that a share from 0 to 1 stands for; what is no such number stays as it is, and is refused as a byte.
+fn byte_of_share(word: &[u8]) -> Vec<u8> {
+    let share = std::str::from_utf8(word)
+        .ok()
+        .and_then(|text| text.parse::<f64>().ok());
+    match share.filter(|share| (0.0..=1.0).contains(share)) {
+        Some(share) => ((255.0 * share).round() as u8).to_string().into_bytes(),
+        None => word.to_vec(),
     }
 }
 

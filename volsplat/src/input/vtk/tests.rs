@@ -134,6 +134,24 @@ fn an_array_is_chosen_among_several() {
 }
 
 #[test]
+fn colours_are_bytes_also_where_a_text_has_shares() {
+    let file = ascii(&format!(
+        "POINT_DATA 12\nCOLOR_SCALARS c 3\n{}\n",
+        "1 0.5 0 ".repeat(12)
+    ));
+    for (component, byte) in [(0, 255), (1, 128), (2, 0)] {
+        let (volume, _) = chosen(&file, None, Some(component));
+        assert_eq!(volume.voxels, Voxels::U8(vec![byte; 12]));
+    }
+    let folder = Folder::new();
+    let colours = |file: &[u8]| {
+        crate::input::colours_of(&folder.write("a.vtk", &[file]), &LoadOptions::default())
+    };
+    assert_eq!(colours(&file).expect("readable"), Some(3));
+    assert_eq!(colours(&scalars("short", TWELVE)).expect("readable"), None);
+}
+
+#[test]
 fn faults_name_their_place() {
     let folder = Folder::new();
     let good = String::from_utf8(scalars("unsigned_char", TWELVE)).expect("text");
