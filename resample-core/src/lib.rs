@@ -2,6 +2,22 @@
 //!
 //! In the order in which data flows: `camera` and `view`; `kernel` and `table`; `conic`, `footprint`, `index_table` and
 //! `disc`; `select` and `scan`; `tile`, `sort`, `maps`, `point`, `simd` and `composite`; `image` and `metrics`.
+//!
+//! ```
+//! use resample_core::{Image, Kernel, KernelShape, metrics};
+//!
+//! // A kernel's integral along a line through its centre, and where it ends.
+//! let kernel = Kernel::new(KernelShape::Polynomial);
+//! assert!(kernel.line_integral(0.0) > kernel.line_integral(1.0));
+//! assert_eq!(kernel.line_integral(kernel.radius().powi(2)), 0.0);
+//!
+//! // Two pictures that differ by 0.1 everywhere are 20 dB apart.
+//! let (mut one, other) = (Image::transparent(16, 16), Image::transparent(16, 16));
+//! one.rgba.fill([0.1; 4]);
+//! let same = metrics::compare(&one, &other, None)?;
+//! assert!((same.psnr_db - 20.0).abs() < 1e-3);
+//! # Ok::<(), metrics::MetricsError>(())
+//! ```
 
 pub mod camera;
 pub mod clock;

@@ -62,7 +62,7 @@ pub struct BenchPaperArgs {
     /// Missing volumes are left out with a note; the Checker Box is a formula and always there.
     #[arg(long, value_name = "FOLDER")]
     pub data: Option<PathBuf>,
-    /// Frames of each kind; the median of their times counts
+    /// Frames of each kind; the median of their CPU times counts
     #[arg(long, value_name = "N", default_value = "5", value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub reps: u16,
     /// Also write the picture of each kind to this folder

@@ -56,7 +56,7 @@ pub struct RenderArgs {
     /// The samples of the paper's orders.
     #[command(
         flatten,
-        next_help_heading = "Orders of samples: every-sample, axis-sheets, image-sheets"
+        next_help_heading = "For research: orders every-sample, axis-sheets, image-sheets"
     )]
     pub samples: SampleOptions,
     /// The part of the volume that a sample stands for
@@ -66,7 +66,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "E", value_parser = values::fraction, default_value = "0.0625")]
     pub cell_error: f32,
     /// The sheets in which kernels are summed.
-    #[command(flatten, next_help_heading = "Order image-sheets")]
+    #[command(flatten, next_help_heading = "For research: order image-sheets")]
     pub sheets: KernelSheets,
 }
 

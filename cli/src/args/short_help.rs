@@ -1,4 +1,5 @@
-//! The options that `-h` shows, about twenty of each command; `--help` shows all.
+//! The options that `-h` shows, about twenty of each command; `--help` shows all, those for research under a heading of
+//! their own.
 
 use clap::Arg;
 
@@ -73,6 +74,12 @@ const WARP3D: &[&str] = &[
     "background",
 ];
 
+/// Heading of the options of `trade` itself.
+pub(super) const MEASUREMENT: &str = "Measurement";
+
+/// Options that no picture needs: they are there for comparison and measurement.
+const RESEARCH: &[&str] = &["order", "vector_level", "visibility", "mixed", "combine"];
+
 /// As `-h` shows it for volumes.
 pub(super) fn volsplat(arg: Arg) -> Arg {
     brief(arg, VOLSPLAT)
@@ -89,8 +96,15 @@ pub(super) fn warp3d(arg: Arg) -> Arg {
 }
 
 fn brief(arg: Arg, shown: &[&str]) -> Arg {
-    let hide = !shown.contains(&arg.get_id().as_str());
-    arg.hide_short_help(hide)
+    // The options of `trade` itself are few.
+    let is_own = arg.get_help_heading() == Some(MEASUREMENT);
+    let hide = !is_own && !shown.contains(&arg.get_id().as_str());
+    let arg = arg.hide_short_help(hide);
+    if RESEARCH.contains(&arg.get_id().as_str()) {
+        arg.help_heading("For research")
+    } else {
+        arg
+    }
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
 
-use super::{Drawing, TexmapArgs, VolsplatArgs, Warp3dArgs};
+use super::{Drawing, TexmapArgs, VolsplatArgs, Warp3dArgs, short_help};
 
 /// The words after `resample trade`.
 #[derive(Args, Clone, Debug)]
@@ -21,13 +21,17 @@ pub struct TradeArgs {
 #[derive(Clone, Debug, Subcommand)]
 pub enum Measured {
     /// Measure how a mesh is drawn
-    #[command(mut_arg("output", unwritten))]
+    #[command(mut_args(short_help::texmap), mut_arg("output", unwritten))]
     Texmap(Box<MeasuredMesh>),
     /// Measure how a volume is drawn
-    #[command(mut_arg("output", unwritten), mut_arg("input", |input| input.required(false).default_value("")))]
+    #[command(mut_args(short_help::volsplat), mut_arg("output", unwritten), mut_arg("input", |input| input.required(false).default_value("").hide_default_value(true)))]
     Volsplat(Box<MeasuredVolume>),
     /// Measure how a picture with depth is shown
-    #[command(name = "warp3d", mut_arg("output", unwritten))]
+    #[command(
+        name = "warp3d",
+        mut_args(short_help::warp3d),
+        mut_arg("output", unwritten)
+    )]
     Warp3d(Box<MeasuredDepth>),
 }
 
@@ -36,7 +40,7 @@ pub enum Measured {
 pub struct MeasuredMesh {
     #[command(flatten)]
     measurement: TradeOptions,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = None::<&str>)]
     drawing: TexmapArgs,
 }
 
@@ -49,11 +53,11 @@ pub struct MeasuredVolume {
     #[arg(
         long,
         value_enum,
-        help_heading = "Measurement",
+        help_heading = short_help::MEASUREMENT,
         conflicts_with = "input"
     )]
     scene: Option<SceneArg>,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = None::<&str>)]
     drawing: VolsplatArgs,
 }
 
@@ -62,13 +66,13 @@ pub struct MeasuredVolume {
 pub struct MeasuredDepth {
     #[command(flatten)]
     measurement: TradeOptions,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = None::<&str>)]
     drawing: Warp3dArgs,
 }
 
 /// Options of the measurement.
 #[derive(Args, Clone, Debug)]
-#[command(next_help_heading = "Measurement")]
+#[command(next_help_heading = short_help::MEASUREMENT)]
 pub struct TradeOptions {
     /// Folder for the report; it is made if it does not exist
     #[arg(long, value_name = "FOLDER", default_value = "trade-report")]

@@ -22,6 +22,7 @@ mod good_runs;
 mod info;
 mod looks;
 mod motion;
+mod pages;
 mod planner;
 mod saved_camera;
 mod scenes;

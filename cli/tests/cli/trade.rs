@@ -135,7 +135,8 @@ fn the_page_works_in_a_browser() {
     // A real click needs a driver; a click event goes through the same handler. Errors are kept where the test sees them.
     let page = fs::read_to_string(bench.path("out/index.html")).expect("a page");
     let watch = "<script>window.onerror = (what) => document.documentElement.setAttribute('data-failed', what);</script>";
-    let click = "<script>document.querySelector(\"circle[data-row='2']\")\
+    let click = "<script>[...document.querySelectorAll('circle')]\
+                 .find((circle) => circle.textContent.startsWith('slab 2'))\
                  .dispatchEvent(new MouseEvent('click', { bubbles: true }));</script>";
     let page = page
         .replace("<head>", &format!("<head>{watch}"))
@@ -168,8 +169,16 @@ fn the_page_works_in_a_browser() {
         "{rows} rows, {points} points and legend marks"
     );
     assert!(dom.contains("class=\"chosen\""), "the click marks its row");
+    assert!(dom.contains("Use "), "a verdict is on top");
+    let table = dom.split("<tbody>").nth(1).expect("a table");
+    let (rows_shown, idle) = table.split_once("</tbody>").expect("its end");
     assert!(
-        dom.contains("alt=\"picture of order field\""),
+        idle.contains("Without effect on this scene: ")
+            && !rows_shown.contains("<td>order field</td>"),
+        "the default under another name is no row"
+    );
+    assert!(
+        dom.contains("alt=\"picture of slab 2\""),
         "and shows its picture"
     );
 }

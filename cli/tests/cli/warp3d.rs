@@ -46,7 +46,7 @@ fn panel(x: usize, y: usize) -> bool {
     (10..20).contains(&x) && (8..16).contains(&y)
 }
 
-fn png_of([width, height]: [usize; 2], rgb: &[u8]) -> Vec<u8> {
+pub(super) fn png_of([width, height]: [usize; 2], rgb: &[u8]) -> Vec<u8> {
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, width as u32, height as u32);
     encoder.set_color(png::ColorType::Rgb);

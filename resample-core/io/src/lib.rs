@@ -6,6 +6,18 @@
 //! picture's bytes at once; [`npy`] and [`tiff`] read headers for readers of other things. [`gate`] says which names inside files are
 //! followed, and how much memory their data may take.
 //! Limits: one picture a file.
+//!
+//! ```
+//! use resample_io::{Part, colour};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let path = std::env::temp_dir().join("resample-io-example.ppm");
+//! std::fs::write(&path, "P3 2 1 255 255 0 0 0 0 255")?;
+//! assert_eq!(colour::size(&Part::from_text(&path.to_string_lossy()))?, [2, 1]);
+//! # std::fs::remove_file(&path)?;
+//! # Ok(())
+//! # }
+//! ```
 
 pub mod colour;
 pub mod depth;

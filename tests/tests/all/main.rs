@@ -4,6 +4,7 @@
 mod architecture;
 mod changes;
 mod clipping;
+mod documents;
 mod energy;
 mod extreme_opacities;
 mod extremes;

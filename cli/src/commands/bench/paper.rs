@@ -104,7 +104,7 @@ struct Measured {
     visible: u64,
     /// Share of splats in each view.
     splats: [f64; 3],
-    wall_s: [f64; 3],
+    cpu_s: [f64; 3],
 }
 
 /// Measures every row whose data is there.
@@ -114,7 +114,7 @@ pub(super) fn table(args: &BenchPaperArgs, verbosity: Verbosity) -> Result<Strin
     }
     let bar = sequence::progress(ROWS.len(), verbosity);
     let mut text = format!(
-        "{}\n{SIZE_PX}x{SIZE_PX} pixels, order every-sample, medians of {} frames; the paper's times are of a 1.7 GHz \
+        "{}\n{SIZE_PX}x{SIZE_PX} pixels, order every-sample, medians of the CPU times of {} frames; the paper's times are of a 1.7 GHz \
          Pentium 4 (2003)\n\n",
         machine::heading(),
         args.reps
@@ -144,7 +144,7 @@ impl Row {
     fn line(&self, measured: &Measured) -> String {
         let [x, y, z] = self.dims;
         let (count, share, times) = self.paper;
-        let s = measured.wall_s;
+        let s = measured.cpu_s;
         format!(
             "| {} | {x}x{y}x{z} | {} ({count}) | {:.3} ({}) | {:.3}, {:.2} % ({}, {:.2} %) | {:.3} ({}) |\n",
             self.name,
@@ -210,7 +210,7 @@ fn measured(row: &Row, volume: &Volume, args: &BenchPaperArgs) -> Result<Measure
     let mut times = [const { Vec::new() }; 3];
     for _ in 0..args.reps {
         for (times, camera) in times.iter_mut().zip(&cameras) {
-            times.push(1e-3 * renderer.render(camera)?.stats.wall_ms);
+            times.push(1e-3 * renderer.render(camera)?.stats.cpu_ms);
         }
     }
     let mut splats = [0.0; 3];
@@ -228,7 +228,7 @@ fn measured(row: &Row, volume: &Volume, args: &BenchPaperArgs) -> Result<Measure
     Ok(Measured {
         visible: renderer.non_transparent(),
         splats,
-        wall_s: times.map(median),
+        cpu_s: times.map(median),
     })
 }
 

@@ -4,7 +4,7 @@
 //! 2. reference: the picture of the most exact setting, or one that is given;
 //! 3. measure: each setting beside the default, its picture against the reference ([`crate::measure`]), and once in a process
 //!    of its own ([`probe`]);
-//! 4. report: JSON after every setting, then CSV and one self-contained page ([`record`], [`page`]).
+//! 4. report: JSON after every setting, then CSV, a verdict in words and one self-contained page ([`record`], [`verdict`], [`page`]).
 //!
 //! Ctrl-C keeps the measured rows, and `--resume` goes on.
 
@@ -13,7 +13,9 @@ mod page;
 mod probe;
 mod record;
 mod rows;
+mod verdict;
 
+use std::io::IsTerminal;
 use std::path::Path;
 
 use anyhow::{Result, bail};
@@ -87,6 +89,9 @@ pub(crate) fn run(args: TradeArgs, typed: &Typed, verbosity: Verbosity) -> Resul
     write(&options.out, &mut report)?;
     ending?;
     if verbosity != Verbosity::Quiet {
+        for advice in verdict::advice(&report) {
+            report::say(&advice.words);
+        }
         let page = options.out.join("index.html");
         report::say(&format!(
             "{} settings measured: open {}",
@@ -142,7 +147,10 @@ impl Measuring<'_> {
             match kept {
                 Some(row) => report.rows.push(row.clone()),
                 None => match beside.measured(scene, setting, options) {
-                    Ok(row) => report.rows.push(Row { command, ..row }),
+                    Ok(row) => {
+                        self.tell(&row, report.rows.len() + 1);
+                        report.rows.push(Row { command, ..row });
+                    }
                     // Options that exclude each other in this scene are no setting; the default must work.
                     Err(_) if !["default", "exact"].contains(&setting.group) => {
                         report.left_out += 1
@@ -158,6 +166,17 @@ impl Measuring<'_> {
         }
         bar.finish_and_clear();
         Ok(())
+    }
+
+    /// A line for each setting where no bar can be shown: a report takes minutes.
+    fn tell(&self, row: &Row, number: usize) {
+        if self.verbosity != Verbosity::Quiet && !std::io::stderr().is_terminal() {
+            let (name, all, error) = (&row.name, self.settings.len(), row.rmse());
+            let cpu_ms = row.cost.cpu_ms;
+            report::say(&format!(
+                "{number} of {all}: {name}: {cpu_ms:.1} ms, error {error:.1e}"
+            ));
+        }
     }
 }
 

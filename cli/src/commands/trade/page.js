@@ -8,9 +8,14 @@ const colour = (k) => colours[k % colours.length];
 const rim = (k) => (k < colours.length ? "" : "rim");
 const groups = [...new Set(rows.map((row) => row.group))];
 const more = new Set(["psnr", "ssim"]);
-// The names of the ladders stand to the right of the axes.
-const size = { width: 840, height: 460, left: 64, right: 140, top: 16, bottom: 44 };
 let chosen = -1;
+
+// The names of the ladders stand to the right of the axes, or below where there is no room.
+function sizes(plot) {
+  const width = Math.max(300, plot.clientWidth), narrow = width < 600;
+  const legend = narrow ? 16 * Math.ceil(groups.length / 2) + 12 : 0;
+  return { width, narrow, height: Math.max(300, 0.55 * width) + legend, left: narrow ? 46 : 64, right: narrow ? 10 : 140, top: 22, bottom: 44 + legend };
+}
 
 function element(name, attributes, parent) {
   const made = document.createElementNS("http://www.w3.org/2000/svg", name);
@@ -39,10 +44,11 @@ function scale(all, from, to) {
 
 function draw() {
   const error = document.getElementById("error").value, cost = document.getElementById("cost").value;
-  const at = rows.map((row, index) => ({ index, row, x: row.cost[cost], y: row.error[error] }))
+  const at = rows.map((row) => ({ index: row.index, row, x: row.cost[cost], y: row.error[error] }))
     .filter((p) => Number.isFinite(p.x) && Number.isFinite(p.y));
   const plot = document.getElementById("plot");
   plot.replaceChildren();
+  const size = sizes(plot);
   if (!at.length) { plot.textContent = "No setting has both figures."; return; }
   const svg = element("svg", { viewBox: `0 0 ${size.width} ${size.height}` }, plot);
   const x = scale(at.map((p) => p.x), size.left, size.width - size.right);
@@ -61,7 +67,7 @@ function draw() {
     text(Number(tick.toPrecision(3)), { x: size.left - 6, y: place + 4 }, "end");
   }
   const name = document.getElementById("cost").selectedOptions[0].textContent;
-  text(`${name} →`, { x: size.width - size.right, y: size.height - 8 }, "end");
+  text(`${name} →`, { x: size.width - size.right, y: size.height - size.bottom + 34 }, "end");
   text(`${error} ↑`, { x: size.left, y: 12 }, "start");
   const better = (a, b) => (more.has(error) ? a > b : a < b);
   let best = null;
@@ -82,8 +88,10 @@ function draw() {
     circle.addEventListener("mouseenter", () => show(p.index));
   }
   groups.forEach((group, k) => {
-    element("circle", { cx: size.width - size.right + 18, cy: 22 + 16 * k, r: 5, fill: colour(k), class: rim(k) }, svg);
-    text(group, { x: size.width - size.right + 28, y: 26 + 16 * k }, "start");
+    const below = size.height - size.bottom + 54 + 16 * Math.floor(k / 2);
+    const [x, y] = size.narrow ? [size.left + (k % 2) * size.width / 2.3, below] : [size.width - size.right + 18, 22 + 16 * k];
+    element("circle", { cx: x, cy: y, r: 5, fill: colour(k), class: rim(k) }, svg);
+    text(group, { x: x + 10, y: y + 4 }, "start");
   });
 }
 
@@ -95,7 +103,7 @@ function add(parent, name, content) {
 }
 
 function show(index) {
-  const row = rows[index], detail = document.getElementById("detail");
+  const row = rows.find((row) => row.index === index), detail = document.getElementById("detail");
   detail.replaceChildren();
   add(detail, "h2", row.name);
   for (const [source, words] of [[row.picture, "picture"], [row.heatmap, "FLIP error"]]) {
@@ -125,7 +133,9 @@ function sort(column) {
   body.replaceChildren(...lines);
 }
 
-for (const line of document.querySelectorAll("tbody tr")) line.addEventListener("click", () => choose(Number(line.dataset.row)));
+for (const line of document.querySelectorAll("tbody tr, #verdict li")) line.addEventListener("click", () => choose(Number(line.dataset.row)));
 document.querySelectorAll("th").forEach((head, column) => head.addEventListener("click", () => sort(column)));
 document.getElementById("axes").addEventListener("change", draw);
+window.addEventListener("resize", draw);
 draw();
+choose(Number(document.getElementById("detail").dataset.first));

@@ -12,13 +12,18 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde_json::{Value, json};
 
 use super::record::{ERRORS, Report, Row};
+use super::verdict;
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
 /// The page. Pictures are read from `folder`.
 pub(super) fn html(report: &Report, folder: &Path) -> Result<String> {
-    let data = data(report, folder)?;
+    let idle = verdict::without_effect(report);
+    let advice = verdict::advice(report);
+    let first = advice.first().map_or(0, |advice| advice.row);
+    let shown = |row: &Row| !idle.contains(&row.name.as_str());
+    let data = data(report, folder, &shown)?;
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -34,12 +39,15 @@ pub(super) fn html(report: &Report, folder: &Path) -> Result<String> {
                 p { (report.heading) ". Errors against " (report.reference) ", where it shows something; times are medians over "
                     (report.reps) @if report.reps == 1 { " frame" } @else { " frames" } ", each beside one of the default. "
                     @if report.left_out > 0 { (report.left_out) " combinations exclude each other and were left out." } }
+                ul id="verdict" { @for advice in &advice { li data-row=(advice.row) { (advice.words) } } }
                 (choices())
                 div id="views" {
                     div id="plot" {}
-                    div id="detail" { p { "Choose a point or a row: its picture and its errors are shown here." } }
+                    div id="detail" data-first=(first) {}
                 }
-                (table(report))
+                p { "Choose a point or a row: its picture and its errors are shown." }
+                div id="table" { (table(report, &shown)) }
+                @if !idle.is_empty() { p { "Without effect on this scene: " (idle.join("; ")) ". Their figures are in trade.csv." } }
                 script id="data" type="application/json" { (PreEscaped(data)) }
                 script { (PreEscaped(SCRIPT)) }
             }
@@ -63,15 +71,18 @@ fn choices() -> Markup {
     }
 }
 
-fn table(report: &Report) -> Markup {
+/// Columns that a narrow screen leaves out.
+const WIDE_ONLY: &str = "wide";
+
+fn table(report: &Report, shown: &impl Fn(&Row) -> bool) -> Markup {
     html! {
         table {
             thead { tr {
-                th { "setting" } th { "ladder" } th { "front" } th { "CPU ms" } th { "± %" } th { "cold ms" } th { "MB" }
-                @for name in ERRORS { th { (name) } }
-                th { "command" }
+                th { "setting" } th class=(WIDE_ONLY) { "ladder" } th { "front" } th { "CPU ms" }
+                @for name in ["± %", "cold ms", "MB"] { th class=(WIDE_ONLY) { (name) } }
+                @for name in ERRORS { th class=[class(name)] { (name) } }
             } }
-            tbody { @for (index, row) in report.rows.iter().enumerate() { (line(index, row)) } }
+            tbody { @for (index, row) in report.rows.iter().enumerate().filter(|(_, row)| shown(row)) { (line(index, row)) } }
         }
     }
 }
@@ -86,16 +97,20 @@ fn line(index: usize, row: &Row) -> Markup {
     };
     html! {
         tr data-row=(index) {
-            td { (row.name) } td { (row.group) }
+            td { (row.name) } td class=(WIDE_ONLY) { (row.group) }
             td { @if row.pareto { "●" } }
             td { (format!("{:.2}", row.cost.cpu_ms)) }
-            td { (format!("{:.0}", 100.0 * row.cost.spread)) }
-            td { (format!("{:.0}", row.cost.cold_ms)) }
-            td { @if let Some(bytes) = row.cost.peak_bytes { (format!("{:.1}", bytes as f64 / 1e6)) } }
-            @for name in ERRORS { td { (number(name)) } }
-            td { code { (row.command) } }
+            td class=(WIDE_ONLY) { (format!("{:.0}", 100.0 * row.cost.spread)) }
+            td class=(WIDE_ONLY) { (format!("{:.0}", row.cost.cold_ms)) }
+            td class=(WIDE_ONLY) { @if let Some(bytes) = row.cost.peak_bytes { (format!("{:.1}", bytes as f64 / 1e6)) } }
+            @for name in ERRORS { td class=[class(name)] { (number(name)) } }
         }
     }
+}
+
+/// The class of an error's column; a narrow screen shows two.
+fn class(error: &str) -> Option<&'static str> {
+    (!["rmse", "psnr"].contains(&error)).then_some(WIDE_ONLY)
 }
 
 fn short(value: f64) -> String {
@@ -107,10 +122,11 @@ fn short(value: f64) -> String {
 }
 
 /// The rows with their pictures, as JSON that may stand in a script block.
-fn data(report: &Report, folder: &Path) -> Result<String> {
+fn data(report: &Report, folder: &Path, shown: &impl Fn(&Row) -> bool) -> Result<String> {
     let mut rows = Vec::with_capacity(report.rows.len());
-    for row in &report.rows {
+    for (index, row) in report.rows.iter().enumerate().filter(|(_, row)| shown(row)) {
         let mut value = serde_json::to_value(row)?;
+        value["index"] = json!(index);
         for (key, name) in [("picture", &row.picture), ("heatmap", &row.heatmap)] {
             let path = folder.join(name);
             let bytes = std::fs::read(&path)
