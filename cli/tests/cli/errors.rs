@@ -3,7 +3,7 @@
 use super::{BALL, Bench, stderr};
 
 /// Files with one fault each.
-const FILES: [(&str, &str); 19] = [
+const FILES: [(&str, &str); 21] = [
     (
         "cut.nrrd",
         "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 32 32 32\nencoding: raw\n\nabc",
