@@ -56,8 +56,10 @@ pub use trade::{SceneArg, TradeArgs, TradeOptions};
 pub use view::{ServeArgs, ViewArgs};
 pub use warp3d::{DepthArgs, LayoutWord, Warp3dArgs, WarpCameraArgs};
 
-/// The exit codes of all commands.
+/// How the command is left out, and the exit codes of all commands.
 const EXIT_CODES: &str = "\
+resample FILE -o PICTURE finds the command that draws a file by its content.
+
 Exit codes:
   0    everything that was asked for is written
   1    a file could not be written although all checks had passed, or a bound of compare is broken
