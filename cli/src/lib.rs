@@ -38,7 +38,9 @@ mod built_in;
 mod camera_file;
 mod camera_path;
 mod clip;
+mod colours;
 mod commands;
+mod content;
 mod figures;
 pub mod framing;
 pub mod input_file;
@@ -104,7 +106,13 @@ const EXIT_FAILED: u8 = 1;
 
 /// Runs the command line of this process.
 pub fn run() -> ExitCode {
-    let matches = Cli::command().get_matches();
+    let is_command = |word: &str| word == "help" || Cli::command().find_subcommand(word).is_some();
+    let words = std::env::args_os().collect();
+    let words = match content::with_command(words, is_command) {
+        Ok(words) => words,
+        Err(error) => return failed(&error),
+    };
+    let matches = Cli::command().get_matches_from(words);
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     let typed = Typed::of(Cli::command(), &matches);
     match dispatched(cli, &typed) {
@@ -113,12 +121,15 @@ pub fn run() -> ExitCode {
             report::say(&report::one_line(&error));
             ExitCode::from(interrupt::EXIT_INTERRUPTED)
         }
-        Err(error) => {
-            report::say(&format!("error: {}", report::one_line(&error)));
-            let failed = error.is::<WriteFailure>() || error.is::<TooFar>();
-            ExitCode::from(if failed { EXIT_FAILED } else { EXIT_BAD_INPUT })
-        }
+        Err(error) => failed(&error),
     }
+}
+
+/// Says what went wrong.
+fn failed(error: &anyhow::Error) -> ExitCode {
+    report::say(&format!("error: {}", report::one_line(error)));
+    let failed = error.is::<WriteFailure>() || error.is::<TooFar>();
+    ExitCode::from(if failed { EXIT_FAILED } else { EXIT_BAD_INPUT })
 }
 
 fn dispatched(cli: Cli, typed: &Typed) -> Result<()> {

@@ -245,6 +245,9 @@ impl Plan {
                 &format!("{}\n", serde_json::to_string_pretty(&stats)?),
             )?;
         }
+        if let Some(path) = &request.camera.save_camera {
+            output::write_text(path, &camera_file::text(cameras)?)?;
+        }
         if log.verbosity != Verbosity::Quiet {
             if outcome.kept > 0 {
                 report::say(&format!(

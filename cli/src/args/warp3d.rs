@@ -91,6 +91,9 @@ pub struct WarpCameraArgs {
     /// A file of several cameras without ENTRY gives one numbered picture for each.
     #[arg(long, value_name = "CAM", value_parser = viewpoint::parse)]
     pub to: Option<Viewpoint>,
+    /// Also write the new cameras as a camera file, from which --to draws the same bytes
+    #[arg(long, value_name = "FILE.json")]
+    pub save_camera: Option<PathBuf>,
     /// A further picture, its depth and its camera; may be repeated
     #[arg(long, value_names = ["COLOUR", "DEPTH", "CAM"], num_args = 3, action = clap::ArgAction::Append)]
     pub reference: Vec<String>,

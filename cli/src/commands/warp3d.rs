@@ -300,6 +300,7 @@ fn shared(args: &Warp3dArgs, frames: Option<&Frames>) -> Shared {
         // The cameras of this command are --from and --to; none of the shared ones is used.
         camera: CameraArgs {
             size: args.cameras.size,
+            save_camera: args.cameras.save_camera.clone(),
             ..CameraArgs::default()
         },
         sequence: SequenceArgs {

@@ -71,10 +71,12 @@ pub(super) fn read(request: &Request, named_inside: Vec<PathBuf>) -> Vec<PathBuf
 /// The first picture, and every other file that is written, each with its option.
 fn targets<'a>(request: &'a Request, picture: &'a Path) -> Vec<(&'static str, &'a Path)> {
     let stats = request.stats.map(|path| ("--stats", path));
+    let camera = request.camera.save_camera.as_deref();
     [("the picture", picture)]
         .into_iter()
         .filter(|(_, path)| !path.as_os_str().is_empty())
         .chain(stats)
+        .chain(camera.map(|path| ("--save-camera", path)))
         .chain(request.others.iter().copied())
         .collect()
 }
