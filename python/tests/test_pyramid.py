@@ -48,7 +48,7 @@ def test_what_is_hidden_or_transparent_is_not_fetched(waves):
     group = zarr.open_group(waves, mode="r")
     colours = [[1, 0, 0], [0, 1, 0.3]]
     bright = fr.Pyramid(group, (colours, [0, 0, 0, 0, 0, 0.2, 0.9], (68, 168)), opacity_unit=6.0, held_voxels=1 << 15)
-    stats = bright.render(**VIEW).stats
+    stats = bright.render(**{**VIEW, "size": (192, 160)}).stats
     assert stats["transparent"] > 0
     invisible = fr.Pyramid(group, (colours, [0.0, 0.0], (68, 168)), held_voxels=1 << 15)
     assert invisible.render(**VIEW).stats["chunks_fetched"] == 0

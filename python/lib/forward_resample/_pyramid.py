@@ -42,7 +42,7 @@ _IN_A_ROW = 4.0
 _FINER_RANGE = 0.25
 
 #: Levels whose voxels are smaller than this on the screen are not looked at, px.
-_FINEST_PX = 0.5
+_FINEST_PX = 1.0
 
 #: Side of the tiles that one process draws one after another, px.
 _TILE = 256
@@ -89,7 +89,7 @@ class Pyramid(Scene):
 
     The finest level of at most ``held_voxels`` is read wholly. Of the others a picture fetches bricks of 64^3 voxels: those that its tiles see,
     neither transparent nor hidden, each from the coarsest level whose error is predicted to be small enough. To predict it, a brick is
-    drawn from two levels. No voxel smaller than half a pixel is looked at.
+    drawn from two levels. No voxel smaller than a pixel is looked at.
 
     Args:
         data: a group of Zarr, a path, or a URL that fsspec reads (``"https://..."``, ``"s3://..."``).
