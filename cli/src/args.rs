@@ -34,6 +34,8 @@ mod completions;
 mod drawing;
 mod given;
 mod info;
+mod join;
+mod part;
 mod reading;
 mod sequence;
 mod short_help;
@@ -49,6 +51,8 @@ pub use completions::{CompletionsArgs, ManArgs};
 pub use drawing::Drawing;
 pub use given::{Given, names_of};
 pub use info::{DemoArgs, InfoArgs};
+pub use join::JoinArgs;
+pub use part::PartArgs;
 pub use reading::ReadingArgs;
 pub use sequence::SequenceArgs;
 pub use texmap::{ModelArgs, TexmapArgs};
@@ -56,8 +60,10 @@ pub use trade::{SceneArg, TradeArgs, TradeOptions};
 pub use view::{ServeArgs, ViewArgs};
 pub use warp3d::{DepthArgs, LayoutWord, Warp3dArgs, WarpCameraArgs};
 
-/// The exit codes of all commands.
+/// How the command is left out, and the exit codes of all commands.
 const EXIT_CODES: &str = "\
+resample FILE -o PICTURE finds the command that draws a file by its content.
+
 Exit codes:
   0    everything that was asked for is written
   1    a file could not be written although all checks had passed, or a bound of compare is broken
@@ -81,7 +87,7 @@ pub struct Cli {
 pub enum Command {
     /// Draw built-in scenes of every kind on one page: needs no file, takes seconds
     Demo(DemoArgs),
-    /// Show what a volume file holds: size, place, values
+    /// Show what a volume, a mesh, a picture or a depth holds, and which command draws it
     ///
     /// Example: resample info head.nii.gz
     Info(InfoArgs),
@@ -91,6 +97,10 @@ pub enum Command {
     ///
     /// Example: resample compare mine.png truth.exr --heatmap errors.png --fail-above flip=0.02
     Compare(CompareArgs),
+    /// Make a picture of its tiles, which --tile has drawn: the bytes of one run
+    ///
+    /// Example: resample join head.tile-*.exr -o head.png
+    Join(JoinArgs),
     /// Measure cost and error of every choice on a scene: error against time, as one page with pictures
     ///
     /// Example: resample trade volsplat engine.nrrd --transfer tf.json --out report --settings slab,subpixel
@@ -131,9 +141,10 @@ pub struct GlobalArgs {
 pub struct VolsplatArgs {
     /// Volume file, folder of slices or pattern such as 'slices/*.tif'; FILE#PART reads a part of the file
     ///
-    /// The format is detected by the content: NRRD, MetaImage, NIfTI, NumPy .npy, VTK .vti, TIFF stacks, DICOM or OME-Zarr. A
-    /// file without a known header is raw and needs --dims and --type. Parts are series=UID (DICOM), array=NAME (VTK),
-    /// component=N, level=N and time=N (OME-Zarr), counted from 0 and separated by commas: image.zarr#level=2,time=5.
+    /// The format is detected by the content: NRRD, MetaImage, NIfTI, MGH, NumPy .npy, VTK .vti and .vtk, TIFF stacks, slices in PNG
+    /// or JPEG, DICOM or OME-Zarr. A file without a known header is raw and needs --dims and --type. Parts are series=UID (DICOM),
+    /// array=NAME (VTK), component=N, time=N (NIfTI, MGH, OME-Zarr) and level=N (OME-Zarr), counted from 0 and separated by
+    /// commas: image.zarr#level=2,time=5.
     #[arg(value_name = "VOLUME[#PART]", value_parser = input_file::parser())]
     pub input: InputFile,
     /// Picture to write, .png, .jpg or .exr, or - for the standard output; a pattern such as %04d is replaced by the number of the picture
@@ -181,6 +192,9 @@ pub struct CameraArgs {
     /// Camera file; a JSON list of cameras renders one numbered picture for each
     #[arg(long, value_name = "FILE.json", conflicts_with_all = ["orbit", "up", "projection"])]
     pub camera: Option<PathBuf>,
+    /// Also write the view as a camera file, from which --camera draws the same bytes
+    #[arg(long, value_name = "FILE.json")]
+    pub save_camera: Option<PathBuf>,
     /// Azimuth and elevation of the eye in degrees, around the visible part; DIST multiplies the distance at
     /// which that fills 0.85 of the picture (orthographic: the height of the view) [default: 30,20,1]
     #[arg(long, value_name = "AZ,EL[,DIST]", value_parser = values::orbit, allow_hyphen_values = true)]

@@ -10,7 +10,7 @@ use anyhow::{Context, Result, bail};
 use glam::{DMat3, DVec3};
 use resample_core::{Camera, Intrinsics, LookAt, PixelCentre, Projection};
 use resample_io::files::read_json;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::json_fields::Fields;
 use crate::picture;
@@ -63,6 +63,9 @@ pub(crate) const NEAR_FRACTION: f64 = 1e-4;
 /// Largest camera file, bytes. A camera takes about 300 bytes, so this is 200 000 of them; a larger file is
 /// something else that was named by mistake.
 const MAX_FILE_BYTES: u64 = 64 << 20;
+
+/// The words of a projection.
+const PROJECTIONS: [&str; 2] = ["perspective", "orthographic"];
 
 /// Most cameras of a list: an hour of 28 pictures a second.
 const MAX_CAMERAS: usize = 100_000;
@@ -165,6 +168,34 @@ pub(crate) fn one_camera(value: Value, defaults: &CameraDefaults) -> Result<File
     Ok(camera)
 }
 
+/// The text of a file that reads back to the same cameras, bit by bit: an object, or a list of several.
+pub(crate) fn text(cameras: &[Camera]) -> Result<String> {
+    let value = match cameras {
+        [camera] => object(camera),
+        several => several.iter().map(object).collect(),
+    };
+    Ok(format!("{}\n", serde_json::to_string_pretty(&value)?))
+}
+
+fn object(camera: &Camera) -> Value {
+    let world = camera.camera_from_world;
+    let mut object = json!({
+        "width": camera.width,
+        "height": camera.height,
+        "fx": camera.fx,
+        "fy": camera.fy,
+        "cx": camera.cx,
+        "cy": camera.cy,
+        "R": world.matrix3.transpose().to_cols_array(),
+        "t": world.translation.to_array(),
+        "near": camera.near,
+    });
+    if camera.projection == Projection::Orthographic {
+        object["projection"] = json!("orthographic");
+    }
+    object
+}
+
 fn look_at_camera(fields: &mut Fields, defaults: &CameraDefaults) -> Result<FileCamera> {
     let pose = LookAt {
         position: fields.required_vector("position")?,
@@ -173,7 +204,7 @@ fn look_at_camera(fields: &mut Fields, defaults: &CameraDefaults) -> Result<File
     };
     let size = defaults.size.unwrap_or(defaults.look_at_size);
     let size = [size.width, size.height];
-    let mut camera = match fields.word("projection", ["perspective", "orthographic"])? {
+    let mut camera = match fields.word("projection", PROJECTIONS)? {
         Some("orthographic") => {
             Camera::orthographic(&pose, fields.required_number("height")?, size)?
         }
@@ -199,7 +230,12 @@ fn calibrated_camera(fields: &mut Fields, defaults: &CameraDefaults) -> Result<F
     let translation = fields.required_vector("t")?;
     let given = fields.number("near")?;
     // A near plane of 1 stands in until the volume is known, so that all the rest is checked now.
-    let camera = Camera::from_intrinsics(&intrinsics, rotation, translation, given.unwrap_or(1.0))?;
+    let near = given.unwrap_or(1.0);
+    let mut camera = Camera::from_intrinsics(&intrinsics, rotation, translation, near)?;
+    if fields.word("projection", PROJECTIONS)? == Some("orthographic") {
+        camera.projection = Projection::Orthographic;
+        camera = camera.validated()?;
+    }
     let camera = match defaults.size {
         Some(size) => camera.resized(size.width, size.height)?,
         None => camera,

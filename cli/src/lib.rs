@@ -38,7 +38,9 @@ mod built_in;
 mod camera_file;
 mod camera_path;
 mod clip;
+mod colours;
 mod commands;
+mod content;
 mod figures;
 pub mod framing;
 pub mod input_file;
@@ -66,6 +68,7 @@ pub mod setting;
 mod settings;
 pub mod source;
 mod threads;
+mod tiles;
 mod transfer;
 mod transfer_plot;
 pub mod typed;
@@ -103,7 +106,13 @@ const EXIT_FAILED: u8 = 1;
 
 /// Runs the command line of this process.
 pub fn run() -> ExitCode {
-    let matches = Cli::command().get_matches();
+    let is_command = |word: &str| word == "help" || Cli::command().find_subcommand(word).is_some();
+    let words = std::env::args_os().collect();
+    let words = match content::with_command(words, is_command) {
+        Ok(words) => words,
+        Err(error) => return failed(&error),
+    };
+    let matches = Cli::command().get_matches_from(words);
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     let typed = Typed::of(Cli::command(), &matches);
     match dispatched(cli, &typed) {
@@ -112,12 +121,15 @@ pub fn run() -> ExitCode {
             report::say(&report::one_line(&error));
             ExitCode::from(interrupt::EXIT_INTERRUPTED)
         }
-        Err(error) => {
-            report::say(&format!("error: {}", report::one_line(&error)));
-            let failed = error.is::<WriteFailure>() || error.is::<TooFar>();
-            ExitCode::from(if failed { EXIT_FAILED } else { EXIT_BAD_INPUT })
-        }
+        Err(error) => failed(&error),
     }
+}
+
+/// Says what went wrong.
+fn failed(error: &anyhow::Error) -> ExitCode {
+    report::say(&format!("error: {}", report::one_line(error)));
+    let failed = error.is::<WriteFailure>() || error.is::<TooFar>();
+    ExitCode::from(if failed { EXIT_FAILED } else { EXIT_BAD_INPUT })
 }
 
 fn dispatched(cli: Cli, typed: &Typed) -> Result<()> {
@@ -128,6 +140,7 @@ fn dispatched(cli: Cli, typed: &Typed) -> Result<()> {
         Command::Bench(args) => commands::bench::run(&args, verbosity),
         Command::Compare(args) => commands::compare::run(&args),
         Command::Info(args) => commands::info::run(&args),
+        Command::Join(args) => commands::join::run(&args, verbosity),
         Command::Trade(args) => commands::trade::run(args, typed, verbosity),
         Command::View(args) => view::run(args, verbosity),
         Command::Completions(args) => {
@@ -145,6 +158,7 @@ fn draw(drawing: Drawing, typed: &Typed, verbosity: Verbosity) -> Result<()> {
         start: Instant::now(),
         verbosity,
     };
+    drawing.check_part()?;
     if let Some(Planned { opened, record }) = planner::planned(&drawing, typed, verbosity)? {
         interrupt::watch()?;
         return opened.finish(Some(record), log);

@@ -3,7 +3,7 @@
 //! Takes what was typed, the volume and its histogram, gives a transfer function or labels, and the light and the blending that
 //! were chosen with it. Typed options win over all of that. One line says what the data decided, and how to ask for another look.
 
-use volsplat::transfer::{ColourMap, DataKind, DefaultLook, Histogram, Preset};
+use volsplat::transfer::{ColourMap, DataKind, DefaultLook, FileLook, Histogram, Preset};
 use volsplat::{Blend, FieldOptions, Order, RenderOptions, Shading, TransferFunction};
 
 use crate::args::{RayBlend, RenderArgs, TransferArgs, VolsplatArgs};
@@ -15,6 +15,8 @@ pub(crate) struct Suggested {
     pub shading: Option<Shading>,
     /// The value of a ray.
     pub blend: Option<Blend>,
+    /// Length over which the opacities of a file are meant, world units.
+    pub opacity_unit: Option<f64>,
     /// What the data were taken for, where they decided.
     pub kind: Option<DataKind>,
 }
@@ -24,8 +26,8 @@ impl Suggested {
     pub(crate) fn for_labels(kind: Option<DataKind>) -> Self {
         Self {
             shading: Some(Shading::Phong),
-            blend: None,
             kind,
+            ..Self::default()
         }
     }
 
@@ -34,13 +36,23 @@ impl Suggested {
         Self {
             shading: Some(preset.shading()),
             blend: Some(preset.blend()),
-            kind: None,
+            ..Self::default()
+        }
+    }
+
+    /// What goes with a file.
+    pub(crate) fn for_file(file: &FileLook) -> Self {
+        Self {
+            shading: file.shading,
+            opacity_unit: file.opacity_unit,
+            ..Self::default()
         }
     }
 
     /// The options with what is suggested where nothing was typed.
     pub(crate) fn fill(&self, options: RenderOptions, args: &RenderArgs) -> RenderOptions {
         let mut options = options;
+        options.opacity_unit = options.opacity_unit.or(self.opacity_unit);
         if let (Order::Field(field), Some(blend)) = (&mut options.order, self.blend)
             && args.blend.blend.is_none()
             && args.blend.iso.is_none()
@@ -119,8 +131,8 @@ pub(crate) fn of_data(
     let look = DefaultLook::of(kind, histogram);
     let suggested = Suggested {
         shading: Some(look.shading),
-        blend: None,
         kind: Some(kind),
+        ..Suggested::default()
     };
     (look.function, suggested)
 }

@@ -143,6 +143,8 @@ pub fn one_line(error: &Error) -> String {
     let mut line = String::new();
     for cause in error.chain() {
         let text = cause.to_string();
+        // A parser's message has the word in front that this program puts there.
+        let text = text.trim_start_matches("error: ").to_owned();
         if line.is_empty() {
             line = text;
         } else if !line.contains(&text) {
@@ -277,6 +279,8 @@ mod tests {
             "loading failed: a.raw: cannot read: no such file",
             "one line"
         );
+        let parsed = one_line(&anyhow!("error: unexpected argument"));
+        assert_eq!(parsed, "unexpected argument", "the word is put there once");
     }
 
     #[test]

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result, bail};
 use resample_io::Gate;
 use serde_json::{Value, json};
-use volsplat::transfer::{ColourKnot, ColourMap, DataKind, Histogram};
+use volsplat::transfer::{ColourKnot, ColourMap, DataKind, FileLook, Histogram};
 use volsplat::{
     Channel, Described, LabelLook, LabelTable, LoadOptions, Look, Scene, TransferFunction, Volume,
 };
@@ -19,7 +19,7 @@ use crate::args::{SceneArgs, TransferArgs, VolsplatArgs};
 use crate::input_file::InputFile;
 use crate::look::{self, Suggested};
 use crate::volume_file::{load_options, with_part};
-use crate::{report, transfer, values};
+use crate::{colours, report, transfer, values};
 
 /// All volumes of a picture.
 pub(crate) struct Volumes {
@@ -65,7 +65,13 @@ pub(crate) fn load(args: &VolsplatArgs, gate: &Gate) -> Result<Volumes> {
     }
     let mut channels = Vec::new();
     let mut suggested = Suggested::default();
-    for pair in scene.channel.chunks(2) {
+    let of_colours = colours::channels(args, &options)?;
+    let typed = if of_colours.is_empty() {
+        &scene.channel
+    } else {
+        &of_colours
+    };
+    for pair in typed.chunks(2) {
         let [number, look] = pair else { continue };
         let component = number.parse().ok().with_context(|| {
             format!(
@@ -316,9 +322,10 @@ fn parsed_look(word: &str, volume: &Volume, args: &VolsplatArgs) -> Result<OwnLo
     if word == "labels" {
         return Ok(OwnLook::Labels(label_table(args)?));
     }
-    let function = if word.to_lowercase().ends_with(".json") {
+    let lower = word.to_lowercase();
+    let function = if lower.ends_with(".json") || lower.ends_with(".vp") {
         let encoding = args.transfer.transfer_space;
-        TransferFunction::load_paraview(Path::new(word), encoding, volume)?
+        FileLook::load(Path::new(word), encoding, volume)?.function
     } else if let Ok(map) = word.parse::<ColourMap>() {
         TransferFunction::automatic(&Histogram::of_volume(volume), map)
     } else {

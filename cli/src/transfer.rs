@@ -4,9 +4,11 @@
 //! typed. Where neither a file, a window, a preset nor a colour map is given, the data decide (`look.rs`). No file but the
 //! function's own is read, and none but the plot of `--show-transfer` is written.
 
+use std::path::Path;
+
 use anyhow::Result;
 use serde_json::{Value, json};
-use volsplat::transfer::{ColourMap, DataKind, Histogram};
+use volsplat::transfer::{ColourMap, DataKind, FileLook, Histogram};
 use volsplat::{Described, TransferFunction};
 
 use crate::args::{TransferArgs, VolsplatArgs};
@@ -42,10 +44,29 @@ pub(crate) fn typed(
     args: &TransferArgs,
     volume: &dyn Described,
 ) -> Result<(TransferFunction, Suggested)> {
+    if let Some(path) = &args.transfer {
+        let file = of_file(path, args, volume)?;
+        let suggested = Suggested::for_file(&file);
+        return Ok((scaled(file.function, args)?, suggested));
+    }
     let suggested = args
         .preset
         .map_or(Suggested::default(), Suggested::for_preset);
     Ok((scaled(unscaled(args, volume)?, args)?, suggested))
+}
+
+/// The look of a file.
+fn of_file(path: &Path, args: &TransferArgs, volume: &dyn Described) -> Result<FileLook> {
+    let encoding = args.transfer_space;
+    let file = if args.rescale_transfer {
+        FileLook::load_rescaled(path, encoding, volume)?
+    } else {
+        FileLook::load(path, encoding, volume)?
+    };
+    for note in &file.notes {
+        report::say(&format!("note: {}: {note}", path.display()));
+    }
+    Ok(file)
 }
 
 fn scaled(function: TransferFunction, args: &TransferArgs) -> Result<TransferFunction> {
@@ -101,18 +122,13 @@ pub(crate) fn record(
 }
 
 fn unscaled(args: &TransferArgs, volume: &dyn Described) -> Result<TransferFunction> {
-    let encoding = args.transfer_space;
     let map = args.colormap.unwrap_or_default();
     if let Some(preset) = args.preset {
         return Ok(preset.transfer(&volume.histogram()));
     }
-    Ok(match (&args.transfer, args.window) {
-        (Some(path), _) if args.rescale_transfer => {
-            TransferFunction::load_paraview_rescaled(path, encoding, volume)?
-        }
-        (Some(path), _) => TransferFunction::load_paraview(path, encoding, volume)?,
-        (None, Some(window)) => TransferFunction::window(window.level, window.width, map)?,
-        (None, None) => TransferFunction::automatic(&volume.histogram(), map),
+    Ok(match args.window {
+        Some(window) => TransferFunction::window(window.level, window.width, map)?,
+        None => TransferFunction::automatic(&volume.histogram(), map),
     })
 }
 

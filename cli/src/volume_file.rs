@@ -62,7 +62,7 @@ pub(crate) fn with_part(mut options: LoadOptions, file: &InputFile) -> Result<Lo
 }
 
 /// The keys of a part.
-const EXPECTED: &str = "expected series=UID (DICOM), array=NAME (VTK), component=N, level=N or time=N (OME-Zarr) behind the #";
+const EXPECTED: &str = "expected series=UID (DICOM), array=NAME (VTK), component=N, time=N (NIfTI, MGH, OME-Zarr) or level=N (OME-Zarr) behind the #";
 
 #[cfg(test)]
 mod tests {

@@ -7,6 +7,7 @@
 use anyhow::{Context, Result, bail};
 use glam::DVec3;
 use serde_json::{Value, json};
+use volsplat::transfer::FileLook;
 use volsplat::{
     Clip, ClipPlane, ColourEncoding, Described, RenderOptions, Renderer, Reuse, TransferFunction,
 };
@@ -192,7 +193,8 @@ fn made(
     let function = match look {
         KeyLook::Preset(preset) => preset.transfer(&volume.histogram()),
         KeyLook::File(path) => {
-            TransferFunction::load_paraview(path, encoding, volume).context("\"transfer\"")?
+            let file = FileLook::load(path, encoding, volume).context("\"transfer\"")?;
+            file.function
         }
     };
     if scale == 1.0 {

@@ -22,8 +22,8 @@ pub struct DemoArgs {
 /// Options of `resample info`.
 #[derive(Args, Clone, Debug)]
 pub struct InfoArgs {
-    /// Volume file, folder of slices or pattern such as 'slices/*.tif'; FILE#PART reads a part of the file
-    #[arg(value_name = "VOLUME[#PART]", value_parser = input_file::parser())]
+    /// Volume, mesh, picture or depth; a folder of slices, or a pattern such as 'slices/*.tif'; FILE#PART reads a part of the file
+    #[arg(value_name = "FILE[#PART]", value_parser = input_file::parser())]
     pub input: InputFile,
     /// Print JSON
     #[arg(long)]

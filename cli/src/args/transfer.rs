@@ -14,8 +14,9 @@ use crate::values::{self, Window};
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Transfer function")]
 pub struct TransferArgs {
-    /// Transfer function file, a colour map of ParaView (JSON) [default: made from the histogram]
-    #[arg(long, value_name = "FILE.json")]
+    /// Transfer function file: a colour map of ParaView (JSON), or a volume property of Slicer (.vp, .vp.json) [default: made from the
+    /// histogram]
+    #[arg(long, value_name = "FILE")]
     pub transfer: Option<PathBuf>,
     /// Colour space of the colours in the transfer function file
     #[arg(long, value_name = "SPACE", value_enum, default_value = "linear")]

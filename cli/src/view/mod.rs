@@ -42,7 +42,7 @@ use words::Words;
 
 /// Reads the file, serves the page, and draws until Ctrl-C.
 pub(crate) fn run(args: ViewArgs, verbosity: Verbosity) -> Result<()> {
-    let words = Words::of(&args.words);
+    let words = Words::of(&args.words)?;
     let serve = words.serve.clone().or(args.serve);
     check_bind(&serve)?;
     threads::start(&words.global)?;

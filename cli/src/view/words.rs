@@ -14,7 +14,7 @@ use volsplat::transfer::ColourMap;
 
 use crate::application::Application;
 use crate::args::{Drawing, GlobalArgs, ServeArgs};
-use crate::input_file::InputFile;
+use crate::content;
 use crate::scene;
 use crate::source::Held;
 use crate::typed::Typed;
@@ -73,8 +73,9 @@ const OWN: [&str; 7] = [
 ];
 
 /// Options that the page's camera, size and file name replace.
-const REPLACED: [&str; 8] = [
+const REPLACED: [&str; 9] = [
     "output",
+    "save-camera",
     "size",
     "camera",
     "orbit",
@@ -127,22 +128,6 @@ impl Files {
 /// Options by name, as the page sets them.
 pub(super) type Changes = BTreeMap<String, Vec<String>>;
 
-/// The command that draws what the words name.
-fn application_of(words: &[OsString]) -> Application {
-    // Two names, before any option: a picture and its depth.
-    let is_name = |word: &OsString| !word.to_string_lossy().starts_with('-');
-    if words.len() > 1 && words[..2].iter().all(is_name) {
-        return Application::Depth;
-    }
-    let path = words.first().map_or_else(PathBuf::new, PathBuf::from);
-    let path = InputFile::of(path.into()).path;
-    let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    match ending.as_deref() {
-        Some("glb" | "gltf" | "obj" | "ply" | "stl") => Application::Mesh,
-        _ => Application::Volume,
-    }
-}
-
 /// The command with the options of the viewer. Nothing is written until the page asks for it, and then under names of its own.
 fn command(application: Application) -> Command {
     let command = application.command("resample view", OUTPUT);
@@ -151,8 +136,9 @@ fn command(application: Application) -> Command {
 
 impl Words {
     /// Parses what was typed; errors and `--help` end the process as they do in every command.
-    pub(super) fn of(words: &[OsString]) -> Self {
-        Self::taken(application_of(words), words, None).unwrap_or_else(|error| error.exit())
+    pub(super) fn of(words: &[OsString]) -> Result<Self> {
+        let (application, words) = content::drawn(words)?;
+        Ok(Self::taken(application, &words, None).unwrap_or_else(|error| error.exit()))
     }
 
     /// Parses the words of another program, which may also give the scene.

@@ -3,7 +3,7 @@
 use super::{BALL, Bench, stderr};
 
 /// Files with one fault each.
-const FILES: [(&str, &str); 19] = [
+const FILES: [(&str, &str); 21] = [
     (
         "cut.nrrd",
         "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 32 32 32\nencoding: raw\n\nabc",
@@ -19,10 +19,18 @@ const FILES: [(&str, &str); 19] = [
     ),
     (
         "rgb.mha",
-        "NDims = 3\nDimSize = 1 1 1\nElementNumberOfChannels = 3\nElementType = MET_UCHAR\nElementDataFile = LOCAL\nabc",
+        "NDims = 3\nDimSize = 1 1 1\nElementNumberOfChannels = 3\nElementType = MET_USHORT\nElementDataFile = LOCAL\nabcdef",
     ),
     ("bad.json", "{\"RGBPoints\": [0,0,0,0, 1,2,1,1]}"),
     ("half.json", "{\"RGBPoints\": [0,0,"),
+    (
+        "bad.vp",
+        "1\n1\n0.9\n0.1\n0.2\n10\n7 0 0 9 1\n4 0 1 9 1\n4 0 1 1 1\n",
+    ),
+    (
+        "grid.vtk",
+        "# vtk DataFile Version 3.0\nt\nASCII\nDATASET RECTILINEAR_GRID\n",
+    ),
     ("labels.csv", "1,255,0\n"),
     (
         "camera.json",
@@ -53,7 +61,7 @@ const FILES: [(&str, &str); 19] = [
 ];
 
 /// Words, the file that is named, and what is said of it: the place, or the way out.
-const WALK: [(&str, &str, &[&str]); 31] = [
+const WALK: [(&str, &str, &[&str]); 33] = [
     ("volsplat absent.nrrd", "absent.nrrd", &["No such file"]),
     (
         "volsplat cut.nrrd",
@@ -169,6 +177,16 @@ const WALK: [(&str, &str, &[&str]); 31] = [
         "compare text.txt z.pfm",
         "text.txt",
         &["expected a PNG, a JPEG or an OpenEXR"],
+    ),
+    (
+        "volsplat BALL --transfer bad.vp",
+        "bad.vp",
+        &["line 7", "the count is 7, but 4 numbers"],
+    ),
+    (
+        "volsplat grid.vtk",
+        "grid.vtk",
+        &["RECTILINEAR_GRID", "Resample To Image"],
     ),
     ("info text.txt", "text.txt", &["no known header"]),
     ("view text.txt --no-open", "text.txt", &["no known header"]),

@@ -114,3 +114,52 @@ fn what_cannot_be_read_is_refused_in_one_line() {
         assert!(output.stdout.is_empty(), "`{words}` has no result");
     }
 }
+
+#[test]
+fn meshes_are_counted_and_the_command_is_named() {
+    let bench = Bench::new();
+    let square = "v 0 0 0\nv 2 0 0\nv 2 3 0\nv 0 3 0\nf 1 2 3\nf 1 3 4\n";
+    bench.write("square.obj", square.as_bytes());
+    let text = told(&bench, "info square.obj");
+    for line in [
+        "format     OBJ",
+        "triangles  2 in 1 parts, 4 vertices",
+        "extent     2 x 3 x 0",
+        "units      not stated by this format",
+        "draw       resample texmap square.obj -o picture.png",
+    ] {
+        assert!(text.contains(line), "'{line}' is missing in:\n{text}");
+    }
+    let json: Value = serde_json::from_str(&told(&bench, "info --json square.obj")).expect("JSON");
+    assert_eq!(
+        (&json["kind"], &json["triangles"]),
+        (&"mesh".into(), &2.into()),
+        "{json}"
+    );
+}
+
+#[test]
+fn depths_have_a_range_and_unknown_pixels() {
+    let bench = super::warp3d::bench();
+    let depth = super::warp3d::pfm_of([4, 2], |x, y| match (x, y) {
+        (0, 0) => f32::NAN,
+        (1, 0) => 0.0,
+        (x, y) => (x + 4 * y) as f32,
+    });
+    bench.write("d.pfm", &depth);
+    let text = told(&bench, "info d.pfm");
+    for line in [
+        "format     PFM",
+        "size       4 x 2 pixels",
+        "depth      2 to 7, median 5",
+        "unknown    2 of 8 pixels, 25.0 %: 1 are 0, 0 negative, 1 NaN, 0 infinite",
+        "draw       resample warp3d PICTURE d.pfm",
+    ] {
+        assert!(text.contains(line), "'{line}' is missing in:\n{text}");
+    }
+    let text = told(&bench, "info im.png");
+    assert!(
+        text.contains("channels   3: red (8 bits)") && !text.contains("depth "),
+        "{text}"
+    );
+}

@@ -194,3 +194,34 @@ fn contradictions_and_bad_numbers_are_refused() {
         refused("--preset list", line);
     }
 }
+
+#[test]
+fn a_slicer_property_brings_its_light_and_its_unit() {
+    let bench = Bench::new();
+    let text =
+        "1\n1\n0.9\n0.1\n0.2\n10\n6 0 0 60 0 200 0.4\n4 0 1 255 1\n8 0 0.9 0.2 0.1 255 1 0.9 0.8\n";
+    bench.write("tf.vp", text.as_bytes());
+    let json = r#"{"volumeProperties":[{"components":[{"shade":true,"lighting":{"specular":0.2},
+        "scalarOpacityUnitDistance":3,
+        "scalarOpacity":{"points":[{"x":0,"y":0},{"x":60,"y":0},{"x":200,"y":0.4}]},
+        "rgbTransferFunction":{"points":[{"x":0,"color":[0.9,0.2,0.1]},{"x":255,"color":[1,0.9,0.8]}]}}]}]}"#;
+    bench.write("tf.vp.json", json.as_bytes());
+    let map = r#"{"RGBPoints":[0,0.9,0.2,0.1,255,1,0.9,0.8],"Points":[0,0,0.5,0,60,0,0.5,0,200,0.4,0.5,0]}"#;
+    bench.write("tf.json", map.as_bytes());
+    for (own, typed) in [
+        ("--transfer tf.vp", "--transfer tf.json --shade phong"),
+        ("--transfer tf.vp --shade none", "--transfer tf.json"),
+        (
+            "--transfer tf.vp.json",
+            "--transfer tf.json --shade phong --opacity-unit 3",
+        ),
+    ] {
+        assert_good(&bench.draw(&format!("-o out/a.png --size 48x48 {own}")));
+        assert_good(&bench.draw(&format!("-o out/b.png --size 48x48 {typed}")));
+        let [a, b] = ["out/a.png", "out/b.png"].map(|name| fs::read(bench.path(name)));
+        assert!(
+            a.expect("written") == b.expect("written"),
+            "{own} is {typed}"
+        );
+    }
+}

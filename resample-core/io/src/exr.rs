@@ -43,6 +43,38 @@ pub(super) fn size(path: &Path) -> Result<[u32; 2], Error> {
     Ok([window.width() as u32, window.height() as u32])
 }
 
+/// What an EXR file holds, from its header alone.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Channels {
+    /// Names, with those of their parts, and the types of their numbers.
+    pub all: Vec<(String, &'static str)>,
+    /// Whether there are colours, and beside them a channel that is taken for depth.
+    pub has_colour_and_depth: bool,
+}
+
+/// The channels of a file.
+///
+/// # Errors
+/// A file that cannot be read, or whose header claims more than the file can hold.
+pub fn channels_of(path: &Path) -> Result<Channels, Error> {
+    let headers = headers(path)?;
+    let kind = |at: At| match headers[at.layer].channels.list[at.channel].sample_type {
+        SampleType::U32 => "u32",
+        SampleType::F16 => "f16",
+        SampleType::F32 => "f32",
+    };
+    let colour = colour_channels(&headers, None).ok();
+    let depth = depth_channel(&headers, None).ok();
+    Ok(Channels {
+        all: channels(&headers)
+            .map(|(name, at)| (name, kind(at)))
+            .collect(),
+        has_colour_and_depth: colour
+            .zip(depth)
+            .is_some_and(|(colour, depth)| !colour.rgb.contains(&depth)),
+    })
+}
+
 /// Gives red, green, blue and alpha of the picture, or of a layer; whether there is alpha.
 pub(super) fn decode_colour(
     path: &Path,

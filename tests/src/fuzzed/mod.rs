@@ -231,9 +231,9 @@ fn transfer(folder: &Folder, bytes: &[u8]) -> Result<(), String> {
     .expect("a volume of eight voxels");
     let table = volsplat::LabelTable::load(&path).map(drop).map_err(said);
     for encoding in [ColourEncoding::Linear, ColourEncoding::Srgb] {
-        match volsplat::TransferFunction::load_paraview(&path, encoding, &volume).map_err(said) {
-            Ok(function) => {
-                let opacity = function.opacity(3.0);
+        match volsplat::transfer::FileLook::load(&path, encoding, &volume).map_err(said) {
+            Ok(look) => {
+                let opacity = look.function.opacity(3.0);
                 assert!((0.0..=1.0).contains(&opacity), "opacity {opacity}");
             }
             Err(why) => return table.map_err(|other| format!("{why}; {other}")),

@@ -8,6 +8,7 @@
 mod checked;
 mod choice;
 mod files;
+mod format;
 mod gltf;
 mod indices;
 mod notes;
@@ -22,10 +23,14 @@ mod surroundings;
 use std::path::Path;
 use std::sync::Arc;
 
+use resample_io::Gate;
+
 use crate::{Error, Scene};
 
 pub use choice::{LightMaps, LoadOptions, Loaded, Pose, SceneChoice};
 use files::Names;
+pub use format::{Format, format_of};
+pub use gltf::contents::{Animation, Contents};
 use notes::Notes;
 pub use picture::load_picture;
 
@@ -45,7 +50,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Error> {
     };
     let mut notes = Notes::default();
     let at = |what: String| Error::Input(format!("{}: {what}", path.display()));
-    let format = format_of(&bytes).map_err(at)?;
+    let format = format::told(&bytes).map_err(at)?;
     if let Some(name) = format.plain_name() {
         let given = [
             ("scenes", options.scene.is_some()),
@@ -66,6 +71,26 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Error> {
     }
     .map_err(at)?;
     finished(path, scene, options, notes)
+}
+
+/// What a mesh file holds beside the scene that is drawn: only glTF has more than that.
+///
+/// # Errors
+///
+/// [`Error::Input`] as [`load`] has it.
+pub fn contents(path: &Path, gate: &Gate) -> Result<Contents, Error> {
+    let bytes = files::read(path)?;
+    let at = |what: String| Error::Input(format!("{}: {what}", path.display()));
+    if format::told(&bytes).map_err(at)? != Format::Gltf {
+        return Ok(Contents::default());
+    }
+    let folder = files::folder_of(path);
+    let names = Names {
+        folder,
+        root: folder,
+        gate,
+    };
+    gltf::contents::read(&bytes, &names).map_err(at)
 }
 
 /// A scene of memory, as if a file held it: texture and surroundings come from the options.
@@ -99,70 +124,6 @@ fn finished(
         scene,
         notes: notes.0,
     })
-}
-
-enum Format {
-    Gltf,
-    Obj,
-    Ply,
-    Stl,
-}
-
-impl Format {
-    /// A format that has neither scenes nor animations.
-    fn plain_name(&self) -> Option<&'static str> {
-        match self {
-            Self::Gltf => None,
-            Self::Obj => Some("an OBJ"),
-            Self::Ply => Some("a PLY"),
-            Self::Stl => Some("an STL"),
-        }
-    }
-}
-
-/// The format, by the content: a binary glTF and a PLY have a mark, a binary STL has the length that its count says, JSON
-/// begins with a brace, and an OBJ is a text of lines that begin with one of its words.
-fn format_of(bytes: &[u8]) -> Result<Format, String> {
-    if gltf::is_binary(bytes) {
-        return Ok(Format::Gltf);
-    }
-    if ply::looks_like(bytes) {
-        return Ok(Format::Ply);
-    }
-    if stl::looks_like(bytes) {
-        return Ok(Format::Stl);
-    }
-    if let Some(name) = foreign_mark(bytes) {
-        return Err(format!(
-            "this is {name}: expected glTF 2.0 (.gltf, .glb), OBJ, PLY or STL"
-        ));
-    }
-    let text = bytes
-        .strip_prefix(b"\xef\xbb\xbf")
-        .unwrap_or(bytes)
-        .trim_ascii_start();
-    match text.first() {
-        None => Err("the file is empty: expected glTF 2.0 (.gltf, .glb), OBJ, PLY or STL".into()),
-        Some(b'{') => Ok(Format::Gltf),
-        Some(_) if obj::looks_like(bytes) => Ok(Format::Obj),
-        Some(_) => Err(
-            "no mesh of a known format: expected glTF 2.0 (.gltf, .glb), OBJ, PLY or STL".into(),
-        ),
-    }
-}
-
-/// Formats that people have and this crate does not read.
-fn foreign_mark(bytes: &[u8]) -> Option<&'static str> {
-    let marks: [(&[u8], &str); 4] = [
-        (b"Kaydara FBX", "an FBX file"),
-        (b"PK\x03\x04", "a ZIP archive (unpack it first)"),
-        (b"\x89PNG", "a picture"),
-        (b"\xff\xd8\xff", "a picture"),
-    ];
-    marks
-        .into_iter()
-        .find(|(mark, _)| bytes.starts_with(mark))
-        .map(|(_, name)| name)
 }
 
 #[cfg(test)]

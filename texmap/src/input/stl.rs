@@ -16,16 +16,16 @@ const HEADER_BYTES: usize = 84;
 const TRIANGLE_BYTES: u64 = 50;
 
 /// Whether a file is STL: text that begins so, or a count of triangles that fits the length to the byte.
-pub(super) fn looks_like(bytes: &[u8]) -> bool {
-    is_binary(bytes) || is_text(bytes)
+pub(super) fn looks_like(head: &[u8], length: u64) -> bool {
+    is_binary(head, length) || is_text(head)
 }
 
-fn is_binary(bytes: &[u8]) -> bool {
+fn is_binary(bytes: &[u8], length: u64) -> bool {
     let count = bytes.get(HEADER_BYTES - 4..HEADER_BYTES);
     let count = count.and_then(|count| <[u8; 4]>::try_from(count).ok());
     count.is_some_and(|count| {
         let triangles = u64::from(u32::from_le_bytes(count));
-        triangles * TRIANGLE_BYTES + HEADER_BYTES as u64 == bytes.len() as u64
+        triangles * TRIANGLE_BYTES + HEADER_BYTES as u64 == length
     })
 }
 
@@ -91,7 +91,7 @@ mod tests {
     #[test]
     fn text_and_binary_give_the_same_mesh() {
         for bytes in [TEXT.as_bytes().to_vec(), binary()] {
-            assert!(looks_like(&bytes));
+            assert!(looks_like(&bytes, bytes.len() as u64));
             let scene = load(&bytes).expect("a good file");
             let mesh = &scene.meshes[0];
             assert_eq!(
@@ -109,15 +109,15 @@ mod tests {
     fn files_that_are_cut_off_or_broken_are_refused() {
         let bytes = binary();
         assert!(
-            !looks_like(&bytes[..bytes.len() - 1]),
+            !looks_like(&bytes, bytes.len() as u64 - 1),
             "a count that does not fit"
         );
         assert!(load(&bytes[..bytes.len() - 1]).is_err());
         let cut = &TEXT.as_bytes()[..TEXT.len() / 2];
-        assert!(looks_like(cut) && load(cut).is_err());
+        assert!(looks_like(cut, cut.len() as u64) && load(cut).is_err());
         assert!(load(TEXT.replace("1 0 0", "1 x 0").as_bytes()).is_err());
         assert!(
-            !looks_like(b"solid ground\n"),
+            !looks_like(b"solid ground\n", 13),
             "a text about something else"
         );
     }

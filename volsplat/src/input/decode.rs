@@ -263,7 +263,7 @@ fn words<T>(
 }
 
 /// The next word into `word`; false at the end of the stream.
-fn next_word(stream: &mut dyn BufRead, word: &mut Vec<u8>) -> Result<bool, String> {
+pub(super) fn next_word(stream: &mut dyn BufRead, word: &mut Vec<u8>) -> Result<bool, String> {
     word.clear();
     loop {
         let buffer = stream.fill_buf().map_err(|error| broken(&error))?;

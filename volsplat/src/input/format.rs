@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 
 use crate::Error;
 use crate::input::{
-    cannot_read, dicom, meta_image, nifti, npy, nrrd, open, slices, tiff_stack, vti, zarr,
+    cannot_read, dicom, meta_image, mgh, nifti, npy, nrrd, open, packed, picture_slices, slices,
+    tiff_stack, vti, vtk, zarr,
 };
 
 /// The formats that are detected by their content. A headerless file has no format.
@@ -28,6 +29,12 @@ pub enum Format {
     Tiff,
     /// DICOM pictures: a file, or a folder of slices.
     Dicom,
+    /// A legacy file of VTK, `.vtk`.
+    Vtk,
+    /// FreeSurfer's volume, `.mgh` or packed `.mgz`.
+    Mgh,
+    /// Slices in PNG or JPEG pictures: a folder.
+    Pictures,
     /// OME-Zarr or a plain Zarr array: a folder.
     Zarr,
 }
@@ -43,6 +50,9 @@ impl Format {
             Self::Vti => "VTK ImageData",
             Self::Tiff => "TIFF stack",
             Self::Dicom => "DICOM",
+            Self::Vtk => "legacy VTK",
+            Self::Mgh => "FreeSurfer MGH",
+            Self::Pictures => "pictures",
             Self::Zarr => "OME-Zarr",
         }
     }
@@ -61,7 +71,7 @@ pub(super) enum Detected {
 const HEAD_BYTES: u64 = 4096;
 
 /// Marks of formats that people may hand in and that are not read here, with what to do.
-const NOT_READ: [(&[u8], &str); 8] = [
+const NOT_READ: [(&[u8], &str); 7] = [
     (b"glTF", "a mesh (glTF): the command texmap draws it"),
     (b"ply\n", "a mesh (PLY): the command texmap draws it"),
     (
@@ -73,22 +83,18 @@ const NOT_READ: [(&[u8], &str); 8] = [
         "a ZIP archive (.npz, .zip): unpack it and give one file of it",
     ),
     (
-        b"# vtk DataFile",
-        "a legacy VTK file: save it as VTK ImageData (.vti)",
-    ),
-    (
         b"\x89PNG\r\n\x1a\n",
-        "a PNG picture: convert the slices to a TIFF stack",
+        "one PNG picture: the slices of a volume are named by their folder, or by a pattern such as 'slices/*.png'",
     ),
     (
         b"\xff\xd8\xff",
-        "a JPEG picture: convert the slices to a TIFF stack",
+        "one JPEG picture: the slices of a volume are named by their folder, or by a pattern such as 'slices/*.jpg'",
     ),
     (b"BZh", "a bzip2 file: unpack it first"),
 ];
 
-const NO_SLICES: &str = "a folder without slices (DICOM or TIFF files)";
-const GZIP: &str = "a gzip file that holds no NIfTI: unpack it first";
+const NO_SLICES: &str = "a folder without slices (DICOM, TIFF, PNG or JPEG files)";
+const GZIP: &str = "a gzip file that holds neither NIfTI nor MGH: unpack it first";
 const ANALYZE: &str =
     "an ANALYZE 7.5 header, which does not say which side is left: convert it to NIfTI";
 
@@ -111,19 +117,20 @@ pub(super) fn detect(path: &Path) -> Result<Detected, Error> {
     let Some(paths) = slices::paths(path)? else {
         return detect_file(path);
     };
-    let (mut dicom, mut tiff) = (Vec::new(), Vec::new());
+    let mut slices =
+        [Format::Dicom, Format::Tiff, Format::Pictures].map(|format| (format, Vec::new()));
     for path in paths {
-        match known(&head_of(&path)?) {
-            Some(Format::Dicom) => dicom.push(path),
-            Some(Format::Tiff) => tiff.push(path),
-            // Folders also hold notes, previews and indices.
-            _ => {}
+        let head = head_of(&path)?;
+        let format = known(&head).or(picture_slices::begins(&head).then_some(Format::Pictures));
+        // Folders also hold notes, previews and indices.
+        if let Some((_, files)) = slices.iter_mut().find(|(of, _)| Some(*of) == format) {
+            files.push(path);
         }
     }
-    Ok(match (dicom.is_empty(), tiff.is_empty()) {
-        (false, _) => Detected::Known(Format::Dicom, dicom),
-        (true, false) => Detected::Known(Format::Tiff, tiff),
-        (true, true) => Detected::NotRead(NO_SLICES),
+    let found = slices.into_iter().find(|(_, files)| !files.is_empty());
+    Ok(match found {
+        Some((format, files)) => Detected::Known(format, files),
+        None => Detected::NotRead(NO_SLICES),
     })
 }
 
@@ -133,9 +140,12 @@ fn detect_file(path: &Path) -> Result<Detected, Error> {
     if let Some(format) = self::known(&head) {
         return Ok(known(format));
     }
-    if head.starts_with(nifti::GZIP_MAGIC) {
-        return Ok(if nifti::is_nifti(&unpacked(&head)) {
+    if head.starts_with(packed::GZIP_MAGIC) {
+        let head = unpacked(&head);
+        return Ok(if nifti::is_nifti(&head) {
             known(Format::Nifti)
+        } else if mgh::begins(&head) {
+            known(Format::Mgh)
         } else {
             Detected::NotRead(GZIP)
         });
@@ -174,7 +184,9 @@ fn known(head: &[u8]) -> Option<Format> {
         _ if head.starts_with(npy::MAGIC) => Some(Format::Npy),
         _ if tiff_stack::begins(head) => Some(Format::Tiff),
         _ if vti::begins(head) => Some(Format::Vti),
+        _ if head.starts_with(vtk::MAGIC) => Some(Format::Vtk),
         _ if meta_image::begins(head) => Some(Format::MetaImage),
+        _ if mgh::begins(head) => Some(Format::Mgh),
         _ => None,
     }
 }

@@ -11,7 +11,10 @@ use resample_io::Gate;
 use super::file::{Parts, at, invalid};
 use super::format::{self, Detected, Format};
 use super::options::{LoadOptions, refuse_superfluous, replaced_lattice, undecided};
-use super::{dicom, meta_image, nifti, npy, nrrd, raw, rescale, tiff_stack, vti, zarr};
+use super::{
+    dicom, meta_image, mgh, nifti, npy, nrrd, picture_slices, raw, rescale, tiff_stack, vti, vtk,
+    zarr,
+};
 use crate::Error;
 use crate::volume::{Lattice, NanPolicy, Volume, Voxels};
 
@@ -115,7 +118,13 @@ fn read(
     match format {
         Format::Nrrd => nrrd::load(path, options.component, gate),
         Format::MetaImage => meta_image::load(path, options.component, gate),
-        Format::Nifti => nifti::load(path, gate),
+        Format::Nifti => {
+            let choice = nifti::Choice {
+                component: options.component,
+                time: options.time,
+            };
+            nifti::load(path, choice, gate)
+        }
         Format::Npy => npy::load(path),
         Format::Dicom => dicom::load(files, path, options.series.as_deref(), gate),
         Format::Tiff => tiff_stack::load(files, gate),
@@ -126,6 +135,15 @@ fn read(
             };
             vti::load(path, choice, gate)
         }
+        Format::Vtk => {
+            let choice = vtk::Choice {
+                array: options.array.as_deref(),
+                component: options.component,
+            };
+            vtk::load(path, choice, gate)
+        }
+        Format::Mgh => mgh::load(path, options.time, gate),
+        Format::Pictures => picture_slices::load(files, path, options.spacing, gate),
         Format::Zarr => zarr::load(path, zarr_choice(options), gate),
     }
 }

@@ -1,8 +1,9 @@
 //! Volume files: finds the format by the content and gives a checked volume.
 //!
-//! Limits: one scalar per voxel; one volume per file. World coordinates stay as the format defines them.
+//! Limits: one scalar per voxel, of colours and vectors one component; one volume per file. World coordinates stay as the format defines them.
 
 mod axes;
+mod colours;
 mod component;
 mod data_files;
 mod decode;
@@ -13,10 +14,13 @@ pub mod format;
 mod lines;
 mod load;
 mod meta_image;
+mod mgh;
 mod nifti;
 mod npy;
 mod nrrd;
 mod options;
+mod packed;
+mod picture_slices;
 pub mod raw;
 mod rescale;
 mod slices;
@@ -24,14 +28,17 @@ mod stays;
 mod stored;
 mod tiff_stack;
 mod vti;
+mod vtk;
 mod zarr;
 
+pub use colours::colours_of;
 pub(crate) use file::{Parts, cannot_read, invalid, open, open_sized, unsupported_file};
 pub use format::{Format, format_of};
 pub use load::{load, of_memory};
 pub use options::LoadOptions;
 pub use raw::RawOptions;
 pub use stays::peek;
+pub use tiff_stack::pages_of;
 
 #[cfg(test)]
 mod test_files;

@@ -45,17 +45,19 @@ pub(super) fn refuse_superfluous(
 ) -> Result<(), Error> {
     let has_components = matches!(
         format,
-        Format::MetaImage | Format::Nrrd | Format::Vti | Format::Zarr
+        Format::MetaImage | Format::Nifti | Format::Nrrd | Format::Vti | Format::Vtk | Format::Zarr
     );
+    let has_times = matches!(format, Format::Mgh | Format::Nifti | Format::Zarr);
+    let has_arrays = matches!(format, Format::Vti | Format::Vtk);
     let given = [
         ("component", options.component.is_some() && !has_components),
         (
             "series",
             options.series.is_some() && format != Format::Dicom,
         ),
-        ("array", options.array.is_some() && format != Format::Vti),
+        ("array", options.array.is_some() && !has_arrays),
         ("level", options.level.is_some() && format != Format::Zarr),
-        ("time", options.time.is_some() && format != Format::Zarr),
+        ("time", options.time.is_some() && !has_times),
     ];
     match given.iter().find(|(_, superfluous)| *superfluous) {
         None => Ok(()),

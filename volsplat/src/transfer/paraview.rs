@@ -1,76 +1,16 @@
 //! Colour maps of ParaView, as its colour map editor exports them: JSON, one object or a list with one object.
 //!
-//! Takes a file, gives colour and opacity knots. `RGBPoints` is a flat list x, r, g, b, ...; `Points` is a flat list
+//! Takes a document, gives colour and opacity knots. `RGBPoints` is a flat list x, r, g, b, ...; `Points` is a flat list
 //! x, opacity, midpoint, sharpness, ...; `ColorSpace` says how colours are interpolated. Colours that are not straight in
 //! linear light are sampled into knots. In a step of `Step`, as in VTK, a knot's own scalar still has its own colour.
 //! Limits: `NanColor`, `Name` and `Creator` are left aside; indexed colours and logarithmic scales are refused.
 
-use std::path::Path;
-
-use resample_core::image::linear_from_srgb;
 use serde_json::Value;
 
-use resample_io::files::read_json;
-
-use crate::Error;
+use super::knots::{Knots, decoded};
 use crate::transfer::colour_space::ColourSpace;
 use crate::transfer::curve::Node;
-use crate::transfer::{ColourEncoding, ColourKnot, OpacityKnot, curve};
-
-use super::TransferFunction;
-use super::automatic::opacities;
-use crate::volume::Described;
-
-impl TransferFunction {
-    /// Reads a colour map of ParaView (JSON): `RGBPoints`, `Points`, `ColorSpace`.
-    ///
-    /// Without `Points` the opacity is that of [`TransferFunction::automatic`] for this volume. `NanColor` has no
-    /// use here, as a volume holds no NaN. Errors name the file, the key and the place in its list.
-    pub fn load_paraview(
-        path: &Path,
-        encoding: ColourEncoding,
-        volume: &dyn Described,
-    ) -> Result<Self, Error> {
-        let knots = load(path, encoding)?;
-        let opacities = knots
-            .opacities
-            .unwrap_or_else(|| opacities(&volume.histogram()));
-        Self::new(knots.colours, opacities)
-    }
-
-    /// As [`TransferFunction::load_paraview`], with the file's knots moved to span the volume's values, as
-    /// [`TransferFunction::rescaled`] does it; for maps that are written over 0..1.
-    ///
-    /// Without `Points` only the colours are moved: the automatic opacity is that of the volume already.
-    pub fn load_paraview_rescaled(
-        path: &Path,
-        encoding: ColourEncoding,
-        volume: &dyn Described,
-    ) -> Result<Self, Error> {
-        let knots = load(path, encoding)?;
-        let (low, high) = volume.value_range();
-        let Some(opacities) = knots.opacities else {
-            // The one opacity knot lies on a colour knot, so the colours alone decide how all is moved.
-            let placeholder = OpacityKnot {
-                value: knots.colours[0].value,
-                opacity: 0.0,
-            };
-            let colours = Self::new(knots.colours, vec![placeholder])?
-                .rescaled(low, high)
-                .colours;
-            return Self::new(colours, opacities(&volume.histogram()));
-        };
-        Ok(Self::new(knots.colours, opacities)?.rescaled(low, high))
-    }
-}
-
-/// What a file gives.
-#[derive(Debug)]
-pub(super) struct Knots {
-    pub(super) colours: Vec<ColourKnot>,
-    /// Absent where the file has no `Points`.
-    pub(super) opacities: Option<Vec<OpacityKnot>>,
-}
+use crate::transfer::{ColourEncoding, ColourKnot, curve};
 
 /// A colour of the file, in the file's own encoding.
 #[derive(Clone, Copy)]
@@ -79,43 +19,32 @@ struct FileColour {
     rgb: [f64; 3],
 }
 
-/// Longest file that is read; a map of a thousand knots has 100 kB. A guess.
-const MAX_FILE_BYTES: u64 = 1 << 24;
-
 /// Straight pieces per interval of a bent colour path, where there are few intervals: one per 8-bit level.
 const MOST_PIECES: usize = 256;
 
 /// Pieces of all intervals together, about; long tables are fine enough as they are.
 const PIECES_IN_ALL: usize = 4096;
 
-pub(super) fn load(path: &Path, encoding: ColourEncoding) -> Result<Knots, Error> {
-    let cannot_read = |source| Error::Read {
-        path: path.to_owned(),
-        source,
-    };
-    let invalid = |what: String| Error::Invalid {
-        path: path.to_owned(),
-        what,
-    };
-    let text = read_json(path, MAX_FILE_BYTES).map_err(cannot_read)?;
-    parse(&text, encoding).map_err(invalid)
-}
-
-/// The knots of a file's text; an error names the key and the place in its list.
-fn parse(text: &[u8], encoding: ColourEncoding) -> Result<Knots, String> {
-    let document: Value =
-        serde_json::from_slice(text).map_err(|error| format!("no valid JSON: {error}"))?;
-    let map = single_map(&document)?;
+/// The knots of a document; an error names the key and the place in its list.
+pub(super) fn parse(document: &Value, encoding: ColourEncoding) -> Result<Knots, String> {
+    let map = single_map(document)?;
     refuse_log_scale(map)?;
-    let colours = file_colours(map)?;
-    let space = colour_space(map)?;
     let opacities = match map.get("Points") {
         None | Some(Value::Null) => None,
         Some(list) => Some(curve::knots(&nodes(list)?)),
     };
+    // Colours may be left out where there is opacity: they are then those of any volume.
+    let colours = match (map.get("RGBPoints"), &opacities) {
+        (None | Some(Value::Null), Some(_)) if map.get("IndexedColors").is_none() => None,
+        _ => {
+            let colours = file_colours(map)?;
+            Some(colour_knots(&colours, colour_space(map)?, encoding))
+        }
+    };
     Ok(Knots {
-        colours: colour_knots(&colours, space, encoding),
+        colours,
         opacities,
+        ..Knots::default()
     })
 }
 
@@ -126,9 +55,10 @@ fn single_map(document: &Value) -> Result<&Value, String> {
     };
     match maps {
         [map] if map.is_object() => Ok(map),
-        [_] | [] => {
-            Err("expected an object with RGBPoints, or a list with one such object".to_owned())
-        }
+        [_] | [] => Err(
+            "expected an object with RGBPoints or Points, or a list with one such object"
+                .to_owned(),
+        ),
         many => {
             let name = |map: &Value| {
                 map.get("Name")
@@ -294,13 +224,6 @@ fn colour_knots(
     }
     knots.extend(colours.last().map(|last| knot(last.value, last.rgb)));
     knots
-}
-
-fn decoded(rgb: [f64; 3], encoding: ColourEncoding) -> [f32; 3] {
-    match encoding {
-        ColourEncoding::Linear => rgb.map(|channel| channel as f32),
-        ColourEncoding::Srgb => rgb.map(|channel| linear_from_srgb(channel as f32)),
-    }
 }
 
 #[cfg(test)]

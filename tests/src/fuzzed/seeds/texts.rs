@@ -36,7 +36,15 @@ pub(super) const CAMERA_WORDS: [&str; 30] = [
     "Rotation",
 ];
 
-pub(super) const TABLE_WORDS: [&str; 10] = [
+pub(super) const TABLE_WORDS: [&str; 18] = [
+    "volumeProperties",
+    "components",
+    "shade",
+    "lighting",
+    "scalarOpacity",
+    "points",
+    "rgbTransferFunction",
+    "midpoint",
     "Points",
     "RGBPoints",
     "ColorSpace",
@@ -82,6 +90,12 @@ pub(super) fn cameras() -> Vec<Seed> {
     ]
 }
 
+/// A volume property of Slicer.
+const VP: &str = "1\n1\n0.9\n0.1\n0.2\n10\n6 0 0 3 0.25 7 1\n4 0 1 255 0.5\n8 0 0 0 0 7 1 0.5 0\n";
+
+/// The same as JSON.
+const VP_JSON: &str = r#"{"volumeProperties":[{"components":[{"shade":true,"lighting":{"specular":0.2},"scalarOpacityUnitDistance":2.5,"scalarOpacity":{"points":[{"x":0,"y":0},{"x":7,"y":1,"midpoint":0.3,"sharpness":0.5}]},"gradientOpacity":{"points":[{"x":0,"y":1},{"x":255,"y":0.5}]},"rgbTransferFunction":{"points":[{"x":0,"color":[0,0,0]},{"x":7,"color":[1,0.5,0]}]},"isoSurfaceValues":[3]}]}]}"#;
+
 pub(super) fn tables() -> Vec<Seed> {
     let map = r#"[{"ColorSpace":"Diverging","Name":"x","NanColor":[1,1,0],"Points":[0,0,0.5,0,7,1,0.5,0],"RGBPoints":[0,0.2,0.3,0.7,3.5,0.8,0.8,0.8,7,0.7,0,0.1]}]"#;
     let step =
@@ -91,6 +105,9 @@ pub(super) fn tables() -> Vec<Seed> {
     [
         ("map", map),
         ("step", step),
+        ("opacity", r#"{"Points":[0,0,0.5,0,7,1,0.5,0]}"#),
+        ("vp", VP),
+        ("vp-json", VP_JSON),
         ("labels", labels),
         ("table", snap),
         ("csv", "1,255,0,0\n2,0,255,0,0.5\n"),

@@ -3,7 +3,16 @@
 use super::binary::{deflate, floats, gzip, shorts, zlib};
 use super::{Seed, pictures};
 
-pub(super) const WORDS: [&str; 37] = [
+pub(super) const WORDS: [&str; 46] = [
+    "# vtk DataFile Version 3.0",
+    "STRUCTURED_POINTS",
+    "DIMENSIONS ",
+    "POINT_DATA ",
+    "CELL_DATA ",
+    "SCALARS ",
+    "LOOKUP_TABLE ",
+    "FIELD ",
+    "unsigned_short",
     "NRRD0005",
     "type: ",
     "dimension: ",
@@ -61,10 +70,15 @@ pub(super) fn files() -> Vec<Seed> {
     let mut files = nrrd();
     files.extend(meta_image());
     files.extend(vti());
+    files.extend(vtk());
     files.extend(dicom());
     files.extend([
         ("nifti.nii", nifti()),
         ("nifti.nii.gz", gzip(&nifti())),
+        ("nifti.times", nifti_series()),
+        ("nifti.rgb", nifti_colours()),
+        ("mgh", mgh()),
+        ("mgz", gzip(&mgh())),
         (
             "npy",
             pictures::npy("<i2", "(4, 3, 2)", &shorts(&[7; VALUES])),
@@ -177,6 +191,58 @@ fn vti() -> Vec<Seed> {
         ("vti.raw", raw(long, &plain)),
         ("vti.zlib", raw(zipped, &[head, packed].concat())),
     ]
+}
+
+fn vtk() -> Vec<Seed> {
+    let head = |coding: &str| {
+        format!(
+            "# vtk DataFile Version 3.0\nt\n{coding}\nDATASET STRUCTURED_POINTS\nDIMENSIONS 2 3 4\nORIGIN 0 0 0\nSPACING 1 1 2\n"
+        )
+    };
+    let text: String = (0..VALUES).map(|i| format!("{i} ")).collect();
+    let ascii = format!(
+        "{}POINT_DATA 24\nSCALARS s short 1\nLOOKUP_TABLE default\n{text}\nVECTORS v float\n{text}{text}{text}\n\
+         FIELD f 1\nb 1 24 int\n{text}\n",
+        head("ASCII")
+    );
+    let cells = format!(
+        "{}CELL_DATA 6\nSCALARS s float\nLOOKUP_TABLE default\n",
+        head("BINARY")
+    );
+    let bytes_each = format!(
+        "{}POINT_DATA 24\nSCALARS s unsigned_char 1\nLOOKUP_TABLE default\n",
+        head("BINARY")
+    );
+    vec![
+        ("vtk.ascii", ascii.into_bytes()),
+        ("vtk.cells", headed(&cells, &real_numbers()[..24])),
+        ("vtk.bytes", headed(&bytes_each, &bytes())),
+    ]
+}
+
+/// Two points in time.
+fn nifti_series() -> Vec<u8> {
+    let mut file = nifti();
+    file[40..50].copy_from_slice(&shorts(&[4, 2, 3, 4, 2]));
+    [file, shorts(&[5; VALUES])].concat()
+}
+
+/// Red, green and blue bytes.
+fn nifti_colours() -> Vec<u8> {
+    let mut file = nifti();
+    file.truncate(352);
+    file[70..74].copy_from_slice(&shorts(&[128, 24]));
+    [file, bytes(), bytes(), bytes()].concat()
+}
+
+fn mgh() -> Vec<u8> {
+    let words = [1i32, 2, 3, 4, 1, 4, 0].map(i32::to_be_bytes).concat();
+    let place = [
+        1.0f32, 1.0, 2.0, -1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 1.0, 0.0, 5.0, 6.0, 7.0,
+    ];
+    let mut file = [words, vec![0, 1], place.map(f32::to_be_bytes).concat()].concat();
+    file.resize(284, 0);
+    [file, vec![1; 2 * VALUES]].concat()
 }
 
 fn nifti() -> Vec<u8> {

@@ -105,6 +105,15 @@ pub(super) fn pose(
     Ok(())
 }
 
+/// Time of the last key, s; samplers that cannot be read count as nothing.
+pub(super) fn length_s(animation: &Value, numbers: &Numbers) -> f64 {
+    let samplers = list(animation, "samplers").iter();
+    let last = samplers
+        .filter_map(|sampler| Sampler::read(sampler, numbers).ok()?.times.last().copied())
+        .map(f64::from);
+    last.fold(0.0, f64::max)
+}
+
 fn chosen(animations: &[Value], asked: Option<&str>) -> Result<usize, String> {
     let name = |animation: &Value| {
         animation

@@ -10,6 +10,7 @@ mod animation;
 mod attribute;
 mod camera;
 mod container;
+pub(super) mod contents;
 mod deform;
 mod document;
 mod extensions;

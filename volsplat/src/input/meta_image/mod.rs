@@ -19,7 +19,7 @@ use crate::input::decode::Layout;
 use crate::input::fault::Fault;
 use crate::input::stored::Located;
 use crate::input::{Parts, decode, invalid, open, open_sized};
-use crate::volume::{Voxels, voxel_count};
+use crate::volume::{VoxelType, Voxels, voxel_count};
 
 mod header;
 
@@ -38,6 +38,12 @@ pub(super) fn load(path: &Path, component: Option<usize>, gate: &Gate) -> Result
         voxels,
         lattice: header.lattice,
     })
+}
+
+/// How many bytes of colour a voxel has; `None` where it is a number.
+pub(super) fn colours(path: &Path) -> Result<Option<usize>, Error> {
+    let header = header::read(&mut BufReader::new(open(path)?)).map_err(|fault| fault.at(path))?;
+    Ok(Some(header.channels).filter(|_| header.voxel_type == VoxelType::U8))
 }
 
 /// Where the voxels lie; `None` where they are packed or have several components.

@@ -31,6 +31,23 @@ pub(super) struct Header {
     pub(super) bytes: u64,
 }
 
+/// What the axes say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Shape {
+    /// Number of voxels along x, y and z.
+    pub(super) dims: [usize; 3],
+    /// Volumes over time, one behind the other.
+    pub(super) times: usize,
+    /// Components of a vector: all times of the first, then all of the second.
+    pub(super) vectors: usize,
+}
+
+/// The datatype of red, green and blue bytes.
+const RGB24: i16 = 128;
+
+/// With alpha behind them.
+const RGBA32: i16 = 2304;
+
 /// Where the image is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
@@ -114,15 +131,19 @@ pub(super) fn read(stream: &mut dyn Read) -> Result<Header, Fault> {
 }
 
 impl Header {
-    /// Number of voxels along x, y and z. Axes beyond the third must have size 1.
-    pub(super) fn dims(&self) -> Result<[usize; 3], Fault> {
+    /// Number of voxels along x, y and z, and how many volumes of them there are. Axes beyond the fifth must have size 1.
+    pub(super) fn shape(&self) -> Result<Shape, Fault> {
         let axes = self.dim[0];
         if !(1..=MAX_DIMENSION).contains(&axes) {
             return Err(Fault::Invalid(format!(
                 "dim[0], the number of axes, is {axes}: expected 1 to 7"
             )));
         }
-        let mut dims = [1; 3];
+        let mut shape = Shape {
+            dims: [1; 3],
+            times: 1,
+            vectors: 1,
+        };
         for axis in 1..=axes as usize {
             let size = self.dim[axis];
             match (usize::try_from(size), axis) {
@@ -131,19 +152,31 @@ impl Header {
                         "dim[{axis}] is {size}: expected at least 1"
                     )));
                 }
-                (Ok(size), 1..=3) => dims[axis - 1] = size,
+                (Ok(size), 1..=3) => shape.dims[axis - 1] = size,
+                (Ok(size), 4) => shape.times = size,
+                (Ok(size), 5) => shape.vectors = size,
                 (Ok(1), _) => {}
                 (Ok(size), _) => {
                     return Err(unsupported(format!(
-                        "dim[{axis}] is {size}: the file holds {size} volumes (over time, or vectors), and one can be \
-                         drawn: save one of them as a file of three dimensions first"
+                        "dim[{axis}] is {size}: axes beyond time and vectors are not read; save one volume as a file of \
+                         three dimensions first"
                     )));
                 }
             }
         }
-        Ok(dims)
+        Ok(shape)
     }
 
+    /// How many colours of a byte each voxel has; 1 where it is a number.
+    pub(super) fn colours(&self) -> usize {
+        match self.datatype {
+            RGB24 => 3,
+            RGBA32 => 4,
+            _ => 1,
+        }
+    }
+
+    /// The type of a number, or of a colour.
     pub(super) fn voxel_type(&self) -> Result<VoxelType, Fault> {
         let refused = |what: &str, advice: &str| {
             Err(unsupported(format!(
@@ -152,7 +185,7 @@ impl Header {
             )))
         };
         match self.datatype {
-            2 => Ok(VoxelType::U8),
+            2 | RGB24 | RGBA32 => Ok(VoxelType::U8),
             4 => Ok(VoxelType::I16),
             8 => Ok(VoxelType::I32),
             16 => Ok(VoxelType::F32),
@@ -163,10 +196,6 @@ impl Header {
             1024 => Ok(VoxelType::I64),
             1280 => Ok(VoxelType::U64),
             1 => refused("single bits", "save it as bytes"),
-            128 | 2304 => refused(
-                "colours (RGB)",
-                "save one channel, or the brightness, as numbers",
-            ),
             32 | 1792 | 2048 => refused("complex numbers", "save the magnitude"),
             1536 => refused("floats of 128 bits", "save it as float32 or float64"),
             other => Err(Fault::Invalid(format!(

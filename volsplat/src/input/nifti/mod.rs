@@ -3,29 +3,27 @@
 //! Takes a path, gives the parts of a volume. The header (`header.rs`) has fixed places for everything; where the image
 //! lies in the world is in `geometry.rs`. Stored numbers become real ones by the header's slope and intercept.
 //! The source is the description in the reference headers nifti1.h and nifti2.h of the NIfTI initiative.
-//! Limits: one scalar volume; colours, complex numbers, 128-bit floats and series of volumes are refused. Extensions are
-//! passed over. World coordinates are the format's own: x to the right, y to the front, z to the head.
+//! Of volumes over time, of vectors and of colours (RGB24, RGBA32) one is read.
+//! Limits: complex numbers and 128-bit floats are refused. Extensions are passed over. World coordinates are the format's own: x to the right, y to the front, z to the head.
 
-use std::fs::File;
-use std::io::{self, BufReader, Read};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use resample_io::Gate;
 
 use crate::Error;
+use crate::input::component::Interleaved;
 use crate::input::decode::Layout;
-use crate::input::fault::Fault;
-use crate::input::{Parts, cannot_read, decode, invalid, open, open_sized};
+use crate::input::fault::{Fault, unsupported};
+use crate::input::packed::Stream;
+use crate::input::{Parts, component, decode, invalid};
 use crate::volume::{Lattice, Voxels, voxel_count};
 
 mod geometry;
 mod header;
 
-use header::{Header, Place};
+use header::{Header, Place, Shape};
 pub(super) use header::{MAX_HEADER_BYTES, is_analyze, is_nifti};
-
-/// The first two bytes of a gzip file.
-pub(super) const GZIP_MAGIC: &[u8] = &[0x1f, 0x8b];
 
 /// The header beside an image file of a pair, if `path` names one: `brain.hdr` for `brain.img`.
 pub(super) fn header_beside(path: &Path) -> Option<PathBuf> {
@@ -38,16 +36,35 @@ pub(super) fn header_beside(path: &Path) -> Option<PathBuf> {
     candidates.into_iter().find(|candidate| candidate.is_file())
 }
 
-pub(super) fn load(path: &Path, gate: &Gate) -> Result<Parts, Error> {
+/// Which of several volumes is read.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Choice {
+    /// Component of a vector or a colour, counted from 0.
+    pub(super) component: Option<usize>,
+    /// Point in time, counted from 0.
+    pub(super) time: Option<usize>,
+}
+
+/// How many colours a voxel has; `None` where it is a number.
+pub(super) fn colours(path: &Path) -> Result<Option<usize>, Error> {
+    let header = header::read(&mut Stream::open(path)?.bytes).map_err(|fault| fault.at(path))?;
+    Ok(Some(header.colours()).filter(|&colours| colours > 1))
+}
+
+pub(super) fn load(path: &Path, choice: Choice, gate: &Gate) -> Result<Parts, Error> {
     let mut stream = Stream::open(path)?;
     let header = header::read(&mut stream.bytes).map_err(|fault| fault.at(path))?;
-    let dims = header.dims().map_err(|fault| fault.at(path))?;
+    let chosen = Chosen::of(&header, choice).map_err(|fault| fault.at(path))?;
+    if let Some(remark) = chosen.remark(path, choice) {
+        gate.remark(remark);
+    }
+    let dims = chosen.shape.dims;
     let voxels = match header.place {
         Place::Attached { skip } => {
             stream
                 .skip(header.bytes, skip, gate)
                 .map_err(|what| invalid(path, what))?;
-            voxels(stream, &header, dims, gate).map_err(|fault| fault.at(path))?
+            voxels(stream, &header, &chosen, gate).map_err(|fault| fault.at(path))?
         }
         Place::Beside { skip } => {
             let image = image_beside(path)?;
@@ -56,7 +73,7 @@ pub(super) fn load(path: &Path, gate: &Gate) -> Result<Parts, Error> {
             stream
                 .skip(0, skip, gate)
                 .map_err(|what| invalid(&image, what))?;
-            voxels(stream, &header, dims, gate).map_err(|fault| fault.at(&image))?
+            voxels(stream, &header, &chosen, gate).map_err(|fault| fault.at(&image))?
         }
     };
     Ok(Parts {
@@ -71,79 +88,125 @@ pub(super) fn load(path: &Path, gate: &Gate) -> Result<Parts, Error> {
     })
 }
 
-fn voxels(
-    mut stream: Stream,
-    header: &Header,
-    dims: [usize; 3],
-    gate: &Gate,
-) -> Result<Voxels, Fault> {
-    let count = voxel_count(dims)?;
-    let layout = Layout {
-        voxel_type: header.voxel_type()?,
-        endian: header.endian,
-        count,
-    };
-    let needed = layout.bytes()?;
-    if stream.is_packed {
-        decode::check_deflated(needed, stream.held, gate)?;
-    } else if needed != stream.held {
-        let ([x, y, z], name, held) = (dims, layout.voxel_type.name(), stream.held);
-        return Err(Fault::Invalid(format!(
-            "the header promises {x}x{y}x{z} voxels of {name}, which are {needed} bytes, but {held} are there: \
-             the file is cut off, or its dim, datatype or vox_offset is wrong"
-        )));
-    }
-    Ok(decode::binary(&mut stream.bytes, &layout)?)
+/// The volume that is read, among those that there are.
+struct Chosen {
+    shape: Shape,
+    /// Volumes before it.
+    volumes_before: usize,
+    /// Its colour, where a voxel has several.
+    colour: usize,
 }
 
-/// A file, unpacked if it is packed.
-struct Stream {
-    bytes: Box<dyn Read>,
-    is_packed: bool,
-    /// Bytes of the file that are not read yet; of a packed one, its whole length.
-    held: u64,
-}
-
-impl Stream {
-    fn open(path: &Path) -> Result<Self, Error> {
-        let (file, held) = open_sized(path)?;
-        let is_packed = is_gzip(path)?;
-        let file = BufReader::new(file);
-        let bytes: Box<dyn Read> = if is_packed {
-            Box::new(flate2::bufread::MultiGzDecoder::new(file))
-        } else {
-            Box::new(file)
+impl Chosen {
+    fn of(header: &Header, choice: Choice) -> Result<Self, Fault> {
+        let shape = header.shape()?;
+        let colours = header.colours();
+        let vector_or_colour = match (shape.vectors, colours) {
+            (1, colours) => component::chosen(choice.component, colours)?,
+            (vectors, 1) => component::chosen(choice.component, vectors)?,
+            (vectors, _) => {
+                return Err(unsupported(format!(
+                    "vectors of {vectors} colours: save one of them as a volume first"
+                )));
+            }
         };
+        let (vector, colour) = if colours > 1 {
+            (0, vector_or_colour)
+        } else {
+            (vector_or_colour, 0)
+        };
+        let time = choice.time.unwrap_or(0);
+        if time >= shape.times {
+            return Err(Fault::Option(format!(
+                "time={time}: the file holds {} point(s) in time, counted from 0",
+                shape.times
+            )));
+        }
+        let before = vector
+            .checked_mul(shape.times)
+            .and_then(|volumes| volumes.checked_add(time));
         Ok(Self {
-            bytes,
-            is_packed,
-            held,
+            shape,
+            volumes_before: before.ok_or_else(|| TOO_MANY.to_owned())?,
+            colour,
         })
     }
 
-    /// Passes over the bytes from `begin`, where the stream stands, to `end`, where the image begins.
-    fn skip(&mut self, begin: u64, end: u64, gate: &Gate) -> Result<(), String> {
-        let bytes = end - begin;
-        if self.is_packed {
-            gate.ask_unpacked(bytes, self.held, "the bytes before vox_offset")?;
-        }
-        let skipped = io::copy(&mut (&mut self.bytes).take(bytes), &mut io::sink());
-        let skipped = skipped.map_err(|error| decode::broken(&error))?;
-        if skipped < bytes {
-            return Err("vox_offset lies behind the end of the file".to_owned());
-        }
-        if !self.is_packed {
-            self.held = self.held.saturating_sub(end);
-        }
-        Ok(())
+    /// What is said where nobody chose among several.
+    fn remark(&self, path: &Path, choice: Choice) -> Option<String> {
+        let (times, name) = (self.shape.times, path.display());
+        (times > 1 && choice.time.is_none()).then(|| {
+            format!("{name}: holds {times} volumes over time, the first is read: {name}#time=N names another, from 0 on")
+        })
     }
 }
 
-fn is_gzip(path: &Path) -> Result<bool, Error> {
-    let mut head = Vec::new();
-    let read = File::take(open(path)?, GZIP_MAGIC.len() as u64).read_to_end(&mut head);
-    read.map_err(|source| cannot_read(path, source))?;
-    Ok(head == GZIP_MAGIC)
+const TOO_MANY: &str = "dim promises more volumes than can be addressed";
+
+fn voxels(
+    mut stream: Stream,
+    header: &Header,
+    chosen: &Chosen,
+    gate: &Gate,
+) -> Result<Voxels, Fault> {
+    let Shape {
+        dims,
+        times,
+        vectors,
+    } = chosen.shape;
+    let colours = header.colours();
+    let layout = Layout {
+        voxel_type: header.voxel_type()?,
+        endian: header.endian,
+        count: voxel_count(dims)?,
+    };
+    let kept = layout.bytes()?;
+    let of_volumes = |volumes: usize| {
+        let bytes = kept.checked_mul(colours as u64)?;
+        bytes.checked_mul(volumes as u64)
+    };
+    let volumes = times.checked_mul(vectors).and_then(of_volumes);
+    let (Some(one), Some(before), Some(all)) =
+        (of_volumes(1), of_volumes(chosen.volumes_before), volumes)
+    else {
+        return Err(Fault::Invalid(TOO_MANY.to_owned()));
+    };
+    if stream.is_packed {
+        decode::check_expansion(all, stream.held)?;
+        // What lies before it is unpacked too.
+        decode::check_deflated(before.saturating_add(one), stream.held, gate)?;
+    } else if all != stream.held {
+        let ([x, y, z], name, held) = (dims, layout.voxel_type.name(), stream.held);
+        let several = match (times * vectors, colours) {
+            (1, 1) => String::new(),
+            (1, colours) => format!(" in {colours} colours"),
+            (volumes, _) => format!(" in {volumes} volumes"),
+        };
+        return Err(Fault::Invalid(format!(
+            "the header promises {x}x{y}x{z} voxels of {name}{several}, which are {all} bytes, but {held} are there: \
+             the file is cut off, or its dim, datatype or vox_offset is wrong"
+        )));
+    }
+    stream.pass(before)?;
+    let mut bytes = stream.bytes;
+    if one == all {
+        // Packed data must end where the header says.
+        return component_of(&mut bytes, &layout, (colours, chosen.colour));
+    }
+    component_of(&mut bytes.take(one), &layout, (colours, chosen.colour))
+}
+
+fn component_of(
+    bytes: &mut dyn Read,
+    layout: &Layout,
+    (components, chosen): (usize, usize),
+) -> Result<Voxels, Fault> {
+    let interleaved = Interleaved {
+        scalar_bytes: layout.voxel_type.bytes(),
+        components,
+        chosen,
+    };
+    Ok(decode::component(bytes, layout, interleaved)?)
 }
 
 /// The image file of a pair, packed or not.

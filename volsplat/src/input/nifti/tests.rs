@@ -6,6 +6,7 @@ use crate::input::{Format, LoadOptions, format_of, load};
 use crate::volume::Voxels;
 
 mod files;
+mod several;
 
 use files::Fields;
 
@@ -190,30 +191,9 @@ fn the_matrix_wins_over_the_turn_and_the_turn_over_the_spacing() {
 }
 
 #[test]
-fn a_fourth_axis_must_have_size_1() {
-    let four = |size| Fields {
-        dim: [4, 2, 1, 2, size, 0, 0, 0],
-        ..Fields::new(1, 2)
-    };
-    assert_eq!(four(1).load(&[1, 2, 3, 4]).dims, [2, 1, 2]);
-    let text = four(3).refusal(&[0; 12]);
-    assert!(
-        text.contains("dim[4] is 3") && text.contains("save one of them"),
-        "{text}"
-    );
-    let flat = Fields {
-        dim: [2, 2, 2, 0, 0, 0, 0, 0],
-        ..Fields::new(1, 2)
-    };
-    assert_eq!(flat.load(&[1, 2, 3, 4]).dims, [2, 2, 1]);
-}
-
-#[test]
 fn what_is_no_scalar_is_refused_by_name() {
     for (datatype, named) in [
         (1, "bits"),
-        (128, "RGB"),
-        (2304, "RGB"),
         (32, "complex"),
         (1792, "complex"),
         (1536, "128 bits"),
@@ -300,11 +280,11 @@ fn the_format_is_told_by_content_also_when_packed() {
         raw: None,
         ..LoadOptions::default()
     };
-    options.component = Some(0);
+    options.level = Some(0);
     let path = folder.write("y", &[&Fields::new(1, 2).bytes(), &[0; 4]]);
     let text = load(&path, &options).expect_err("superfluous").to_string();
     assert!(
-        text.contains("component does not apply to NIfTI") && text.contains("NIfTI"),
+        text.contains("level does not apply to NIfTI") && text.contains("NIfTI"),
         "{text}"
     );
 }

@@ -15,6 +15,7 @@ use resample_io::Gate;
 use crate::Error;
 use crate::input::stored::Located;
 use crate::input::{Parts, component, open};
+use crate::volume::VoxelType;
 
 mod data;
 mod geometry;
@@ -39,6 +40,14 @@ pub(super) fn load(path: &Path, component: Option<usize>, gate: &Gate) -> Result
         lattice: geometry.lattice,
         voxels,
     })
+}
+
+/// How many bytes of colour a voxel has; `None` where it is a number.
+pub(super) fn colours(path: &Path) -> Result<Option<usize>, Error> {
+    let header = header::read(&mut BufReader::new(open(path)?)).map_err(|fault| fault.at(path))?;
+    let geometry = geometry::derive(&header).map_err(|fault| fault.at(path))?;
+    let count = geometry.components.map(|axis| header.sizes[axis]);
+    Ok(count.filter(|_| header.voxel_type == VoxelType::U8))
 }
 
 /// Where the voxels lie; `None` where they are packed.

@@ -23,6 +23,11 @@ use pages::{Kind, Pages};
 
 pub(super) use resample_io::tiff::begins;
 
+/// How many slices a TIFF file holds; `None` where it holds no slices of a volume, such as colours.
+pub fn pages_of(path: &Path) -> Option<usize> {
+    Pages::look_at(path, 1).ok().map(|pages| pages.count)
+}
+
 /// Reads the slices of one file or of several.
 pub(super) fn load(paths: &[PathBuf], gate: &Gate) -> Result<Parts, Error> {
     let mut stack: Option<Stack> = None;

@@ -24,6 +24,8 @@ pub(super) struct Image {
     /// Bytes of a number in the header in front of binary data: 4 or 8.
     pub(super) header_bytes: usize,
     pub(super) packing: Packing,
+    /// Whether values stand at the centres of cells.
+    pub(super) is_of_cells: bool,
     pub(super) source: Source,
 }
 
@@ -101,6 +103,7 @@ pub(super) fn parse(xml: &str, array: Option<&str>) -> Result<Image, Fault> {
             Some(other) => return Err(unknown("header_type", other, "UInt32 or UInt64")),
         },
         packing: packing(root, &source)?,
+        is_of_cells: centring == Centring::Cells,
         source,
     })
 }

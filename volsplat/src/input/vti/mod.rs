@@ -15,7 +15,7 @@ use crate::Error;
 use crate::input::component::chosen;
 use crate::input::fault::Fault;
 use crate::input::{Parts, decode, open_sized};
-use crate::volume::{Lattice, Voxels};
+use crate::volume::{Lattice, VoxelType, Voxels};
 
 mod base64;
 mod data;
@@ -25,6 +25,10 @@ use head::{Image, Source};
 
 /// The element that holds appended data; everything before it is XML.
 const APPENDED: &[u8] = b"<AppendedData";
+
+/// The remark where values stand in cells.
+pub(super) const CELLS_REMARK: &str =
+    "its values are those of cells and stand at their centres, half a step beside the points";
 
 /// What the caller chose.
 #[derive(Clone, Copy, Debug, Default)]
@@ -49,11 +53,23 @@ pub(super) fn load(path: &Path, choice: Choice, gate: &Gate) -> Result<Parts, Er
     read(&mut file, held, choice, gate).map_err(|fault| fault.at(path))
 }
 
+/// How many bytes of colour a voxel has; `None` where it is a number.
+pub(super) fn colours(path: &Path, array: Option<&str>) -> Result<Option<usize>, Error> {
+    let (mut file, _) = open_sized(path)?;
+    let image = XmlText::read(&mut file)
+        .and_then(|text| head::parse(&text.xml, array))
+        .map_err(|fault| fault.at(path))?;
+    Ok(Some(image.components).filter(|_| image.voxel_type == VoxelType::U8))
+}
+
 fn read(file: &mut File, held: u64, choice: Choice, gate: &Gate) -> Result<Parts, Fault> {
     let text = XmlText::read(file)?;
     let image = head::parse(&text.xml, choice.array)?;
     let component = chosen(choice.component, image.components)?;
     gate.ask_unpacked(data::bytes(&image)?, held, "the voxels")?;
+    if image.is_of_cells {
+        gate.remark(CELLS_REMARK.to_owned());
+    }
     let voxels = match &image.source {
         Source::Inline(content) => data::inline(content, &image, component)?,
         Source::Appended { offset } => {

@@ -2,8 +2,14 @@
 
 use glam::DAffine3;
 
-use crate::transfer::paraview::*;
-use crate::transfer::{ColourMap, Histogram, TransferFunction};
+use resample_core::image::linear_from_srgb;
+
+use super::{ColourSpace, MOST_PIECES};
+use crate::Error;
+use crate::transfer::file::parse;
+use crate::transfer::{
+    ColourEncoding, ColourMap, FileLook, Histogram, OpacityKnot, TransferFunction,
+};
 use crate::volume::{Volume, Voxels};
 
 const COLOURS: &str = r#""RGBPoints": [0, 0, 0, 0,  10, 1, 0.5, 0]"#;
@@ -14,7 +20,7 @@ fn function(json: &str, encoding: ColourEncoding) -> TransferFunction {
         value: 0.0,
         opacity: 1.0,
     }]);
-    TransferFunction::new(knots.colours, opacities).expect("valid knots")
+    TransferFunction::new(knots.colours.expect("colours"), opacities).expect("valid knots")
 }
 
 fn refusal(json: &str) -> String {
@@ -128,10 +134,8 @@ fn faults_name_key_and_place() {
         ("[]", "expected an object with RGBPoints"),
         ("[3]", "expected an object with RGBPoints"),
         (r#"[{"Name": "a"}, {"Name": "b"}]"#, "2 colour maps (a, b)"),
-        (
-            r#"{"Points": [0, 0, 0.5, 0]}"#,
-            "RGBPoints is missing: expected",
-        ),
+        ("{}", "RGBPoints is missing: expected"),
+        (r#"{"Points": [0, 0, 0.5]}"#, "Points has 3 numbers"),
         (
             r#"{"IndexedColors": [0, 0, 0]}"#,
             "IndexedColors are for categories",
@@ -193,7 +197,7 @@ fn files_are_named_in_errors_and_absent_points_become_automatic() {
     let path = folder.path().join("map.json");
     let values = [vec![0u8; 90], vec![200; 10]].concat();
     let volume = Volume::new([100, 1, 1], Voxels::U8(values), DAffine3::IDENTITY).expect("valid");
-    let load = || TransferFunction::load_paraview(&path, ColourEncoding::Linear, &volume);
+    let load = || FileLook::load(&path, ColourEncoding::Linear, &volume);
     assert!(matches!(load(), Err(Error::Read { .. })), "an absent file");
     std::fs::write(&path, "{}").expect("write");
     assert!(
@@ -203,7 +207,7 @@ fn files_are_named_in_errors_and_absent_points_become_automatic() {
             .contains("map.json: RGBPoints is missing")
     );
     std::fs::write(&path, format!("{{{COLOURS}}}")).expect("write");
-    let function = load().expect("valid");
+    let function = load().expect("valid").function;
     assert_eq!(function.opacity(0.0), 0.0, "the background vanishes");
     assert!(function.opacity(200.0) > 0.0, "the object stays");
 }
@@ -215,13 +219,13 @@ fn rescaling_moves_the_file_to_the_volume_but_not_the_automatic_opacity() {
     let values = [vec![50u8; 90], vec![200; 10]].concat();
     let volume = Volume::new([100, 1, 1], Voxels::U8(values), DAffine3::IDENTITY).expect("valid");
     let colours = r#""RGBPoints": [0, 0, 0, 0, 1, 1, 1, 1]"#;
-    let load = || TransferFunction::load_paraview_rescaled(&path, ColourEncoding::Linear, &volume);
+    let load = || FileLook::load_rescaled(&path, ColourEncoding::Linear, &volume);
     std::fs::write(
         &path,
         format!(r#"{{{colours}, "Points": [0, 0, 0.5, 0, 0.5, 1, 0.5, 0]}}"#),
     )
     .expect("write");
-    let function = load().expect("valid");
+    let function = load().expect("valid").function;
     assert_eq!(
         function.value_range(),
         (50.0, 200.0),
@@ -233,7 +237,7 @@ fn rescaling_moves_the_file_to_the_volume_but_not_the_automatic_opacity() {
         "opacity keeps its shape"
     );
     std::fs::write(&path, format!("{{{colours}}}")).expect("write");
-    let function = load().expect("valid");
+    let function = load().expect("valid").function;
     let automatic =
         TransferFunction::automatic(&Histogram::of_volume(&volume), ColourMap::default());
     assert_eq!(
@@ -245,5 +249,33 @@ fn rescaling_moves_the_file_to_the_volume_but_not_the_automatic_opacity() {
         (function.colour(50.0), function.colour(200.0)),
         ([0.0; 3], [1.0; 3]),
         "colours are moved"
+    );
+}
+
+#[test]
+fn a_file_of_opacity_alone_gets_the_default_colours() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let path = folder.path().join("opacity.json");
+    let values = [vec![50u8; 90], vec![200; 10]].concat();
+    let volume = Volume::new([100, 1, 1], Voxels::U8(values), DAffine3::IDENTITY).expect("valid");
+    std::fs::write(&path, r#"[{"Points": [100, 0, 0.5, 0, 180, 0.5, 0.5, 0]}]"#).expect("write");
+    let look = FileLook::load(&path, ColourEncoding::Linear, &volume).expect("valid");
+    let function = look.function;
+    assert_eq!((function.opacity(140.0), look.shading), (0.25, None));
+    let map = TransferFunction::new(
+        ColourMap::default().knots(50.0, 200.0),
+        function.opacities.clone(),
+    );
+    let map = map.expect("valid");
+    assert_eq!(
+        function.colour(125.0),
+        map.colour(125.0),
+        "over the volume's values"
+    );
+    let moved = FileLook::load_rescaled(&path, ColourEncoding::Linear, &volume).expect("valid");
+    assert_eq!(
+        moved.function.opacity(125.0),
+        0.25,
+        "from the first knot to the last"
     );
 }

@@ -1,7 +1,7 @@
-//! `resample info`: what a volume file holds, for people or as JSON.
+//! What a volume file holds.
 //!
 //! The volume is read as `resample volsplat` would read it, with the same options, so that the drawn volume is
-//! the one described here. It all goes to stdout, because it is the result of the command.
+//! the one described here.
 
 use anyhow::Result;
 use glam::DVec3;
@@ -20,6 +20,8 @@ use crate::report;
 use crate::volume_data::look_through;
 use crate::volume_file::load_options;
 
+use super::words::{Line, between, line, short};
+
 /// Bars of the histogram: a line of them fits a terminal of 80 columns beside two numbers.
 const BARS: usize = 48;
 
@@ -30,7 +32,7 @@ const HEIGHTS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '�
 const TILT_SHOWN_DEG: f64 = 0.05;
 
 /// Reads the volume and describes it.
-pub(crate) fn run(args: &InfoArgs) -> Result<()> {
+pub(super) fn facts(args: &InfoArgs) -> Result<(Vec<Line>, Value)> {
     let mut options = load_options(&args.volume, &args.input, &args.volume.reading.gate())?;
     if args.volume.reading.max_memory.is_none()
         && let Some(enough) = enough_to_look_through(args, &options)?
@@ -40,6 +42,11 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
             ..args.volume.reading
         };
         options.gate = reading.gate();
+    }
+    let colours = volsplat::input::colours_of(&args.input.path, &options)?;
+    if colours.is_some() {
+        // The values below are those of red.
+        options.component = Some(0);
     }
     let drawn = RenderOptions::default();
     let facts = match look_through(&args.input.path, &options, &drawn, Progress::Shown)? {
@@ -51,12 +58,18 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
         .remarks()
         .iter()
         .for_each(|text| report::say(&format!("note: {text}")));
-    let text = if args.json {
-        format!("{}\n", serde_json::to_string_pretty(&facts.json())?)
-    } else {
-        facts.text()
-    };
-    report::print(&text)
+    let (mut lines, mut json) = (facts.lines(), facts.json());
+    if let Some(count) = colours {
+        lines.insert(
+            3,
+            line(
+                "colours",
+                format!("{count} a voxel; the values are those of red"),
+            ),
+        );
+        json["colours"] = json!(count);
+    }
+    Ok((lines, json))
 }
 
 /// Memory for a volume that is only looked at, where it is larger than half of what there is: a quarter of that.
@@ -72,7 +85,6 @@ fn enough_to_look_through(args: &InfoArgs, options: &LoadOptions) -> Result<Opti
 
 /// Facts beside the volume's own fields.
 struct Facts {
-    path: String,
     format: &'static str,
     kind: VoxelType,
     /// World corners of the box around all voxels.
@@ -114,7 +126,6 @@ impl Facts {
             format_of(&args.input.path)?
         };
         Ok(Self {
-            path: args.input.path.display().to_string(),
             format: told.map_or("headerless", |format| format.name()),
             kind: volume.voxel_type(),
             corners: framing::volume::grid_bounds(volume),
@@ -129,7 +140,7 @@ impl Facts {
         let volume = &self.lattice;
         let map = volume.world_from_index;
         json!({
-            "path": self.path,
+            "kind": "volume",
             "format": self.format,
             "dims": volume.dims,
             "voxels": volume.len(),
@@ -149,53 +160,35 @@ impl Facts {
         })
     }
 
-    fn text(&self) -> String {
+    fn lines(&self) -> Vec<Line> {
         let volume = &self.lattice;
         let ([x, y, z], [dx, dy, dz]) = (volume.dims, volume.spacing().map(short));
         let [low, high] = self.corners;
         let size = high - low;
-        let between = |axis: usize| format!("{} to {}", short(low[axis]), short(high[axis]));
-        let lines = [
-            ("format", self.format.to_owned()),
-            ("size", format!("{x} x {y} x {z}, {} voxels", volume.len())),
-            ("type", self.kind.name().to_owned()),
-            ("spacing", format!("{dx} x {dy} x {dz}")),
-            (
+        let space = volume.space.clone();
+        let bars = &self.bars;
+        vec![
+            line("format", self.format),
+            line("size", format!("{x} x {y} x {z}, {} voxels", volume.len())),
+            line("type", self.kind.name()),
+            line("spacing", format!("{dx} x {dy} x {dz}")),
+            line(
                 "extent",
                 format!("{} x {} x {}", short(size.x), short(size.y), short(size.z)),
             ),
-            (
-                "",
-                format!("x {}, y {}, z {}", between(0), between(1), between(2)),
-            ),
-            ("axes", orientation(volume)),
-            (
-                "space",
-                volume
-                    .space
-                    .clone()
-                    .unwrap_or_else(|| "not named".to_owned()),
-            ),
-            (
+            line("", between(self.corners)),
+            line("axes", orientation(volume)),
+            line("space", space.unwrap_or_else(|| "not named".to_owned())),
+            line(
                 "values",
                 format!("{} to {}", short(self.range.0), short(self.range.1)),
             ),
-            ("memory", self.memory.text()),
-            (
+            line("memory", self.memory.text()),
+            line(
                 "histogram",
-                format!(
-                    "{} {} {}",
-                    short(self.bars.low),
-                    self.bars.line(),
-                    short(self.bars.high)
-                ),
+                format!("{} {} {}", short(bars.low), bars.line(), short(bars.high)),
             ),
-        ];
-        let lines: String = lines
-            .iter()
-            .map(|(name, text)| format!("  {name:<10} {text}\n"))
-            .collect();
-        format!("{}\n{lines}", self.path)
+        ]
     }
 }
 
@@ -284,35 +277,9 @@ fn direction(axis: DVec3) -> String {
     format!("{sign}{}{tilt}", sides[place])
 }
 
-/// A number with up to six significant digits, as people write it.
-fn short(value: f64) -> String {
-    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
-    if rounded != 0.0 && !(1e-4..1e9).contains(&rounded.abs()) {
-        format!("{rounded:e}")
-    } else {
-        rounded.to_string()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_are_short_and_keep_their_size() {
-        for (value, text) in [
-            (0.0, "0"),
-            (1.0, "1"),
-            (0.1 + 0.2, "0.3"),
-            (-1023.0, "-1023"),
-            (3.437_500_000_000_001, "3.4375"),
-            (1.5e-7, "1.5e-7"),
-            (2e12, "2e12"),
-            (65535.0, "65535"),
-        ] {
-            assert_eq!(short(value), text, "{value}");
-        }
-    }
 
     #[test]
     fn directions_name_the_closest_axis_and_the_tilt() {
