@@ -34,6 +34,8 @@ mod completions;
 mod drawing;
 mod given;
 mod info;
+mod join;
+mod part;
 mod reading;
 mod sequence;
 mod short_help;
@@ -49,6 +51,8 @@ pub use completions::{CompletionsArgs, ManArgs};
 pub use drawing::Drawing;
 pub use given::{Given, names_of};
 pub use info::{DemoArgs, InfoArgs};
+pub use join::JoinArgs;
+pub use part::PartArgs;
 pub use reading::ReadingArgs;
 pub use sequence::SequenceArgs;
 pub use texmap::{ModelArgs, TexmapArgs};
@@ -93,6 +97,10 @@ pub enum Command {
     ///
     /// Example: resample compare mine.png truth.exr --heatmap errors.png --fail-above flip=0.02
     Compare(CompareArgs),
+    /// Make a picture of its tiles, which --tile has drawn: the bytes of one run
+    ///
+    /// Example: resample join head.tile-*.exr -o head.png
+    Join(JoinArgs),
     /// Measure cost and error of every choice on a scene: error against time, as one page with pictures
     ///
     /// Example: resample trade volsplat engine.nrrd --transfer tf.json --out report --settings slab,subpixel

@@ -55,28 +55,38 @@ impl Background {
 
     /// The picture with this behind it.
     pub fn behind(&self, image: Image) -> Image {
+        let whole = [image.width, image.height];
+        self.behind_window(image, [0, 0], whole)
+    }
+
+    /// A window of a picture of the size `whole`, from column and row `first` on, with this behind it.
+    pub fn behind_window(&self, image: Image, first: [usize; 2], whole: [usize; 2]) -> Image {
         match self {
             Self::Transparent => image,
             Self::Colour(colour) => image.over_background(*colour),
-            Self::Picture(backdrop) => backdrop.behind(image),
+            Self::Picture(backdrop) => backdrop.behind(image, first, whole),
         }
     }
 }
 
 impl Backdrop {
-    fn behind(&self, mut image: Image) -> Image {
-        let (width, height) = (image.width, image.height);
+    fn behind(
+        &self,
+        mut image: Image,
+        [left, top]: [usize; 2],
+        [width, height]: [usize; 2],
+    ) -> Image {
         // Source pixels per picture pixel; the smaller one, so that the whole picture is covered.
         let step = (self.width as f64 / width as f64).min(self.height as f64 / height as f64);
         let columns = taps(self.width, width, step);
         let rows = taps(self.height, height, step);
         image
             .rgba
-            .par_chunks_mut(width)
-            .zip(&rows)
+            .par_chunks_mut(image.width)
+            .zip(&rows[top..])
             .for_each(|(pixels, row)| {
                 let line = self.mixed_rows(row);
-                for (pixel, column) in pixels.iter_mut().zip(&columns) {
+                for (pixel, column) in pixels.iter_mut().zip(&columns[left..]) {
                     lay_over(pixel, mixed(column, |at| line[at]));
                 }
             });

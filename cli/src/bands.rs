@@ -6,11 +6,39 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
-use resample_core::image::Plane;
 use resample_core::{Camera, Image};
 
-/// Rows of a tile, px: bands begin at edges of tiles.
-const TILE_ROWS: u32 = 16;
+/// Side of a tile of the renderers, px: bands and windows begin at edges of tiles.
+pub const TILE_SIDE: u32 = 16;
+
+/// Some pixels of a picture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// From the left.
+    pub columns: Range<u32>,
+    /// From the top.
+    pub rows: Range<u32>,
+}
+
+impl Window {
+    /// All pixels of a camera's picture.
+    pub fn whole(camera: &Camera) -> Self {
+        Self {
+            columns: 0..camera.width,
+            rows: 0..camera.height,
+        }
+    }
+
+    /// Its first column and row, px.
+    pub fn first(&self) -> [usize; 2] {
+        [self.columns.start as usize, self.rows.start as usize]
+    }
+
+    /// Its width and height, px.
+    pub fn size(&self) -> [usize; 2] {
+        [self.columns.len(), self.rows.len()]
+    }
+}
 
 /// Whether the next band is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,100 +75,81 @@ impl Pace {
     }
 }
 
-/// Draws a picture band by band. After each band `next` gets the finished share; when it says stop, the result is `None`.
+/// Draws a picture band by band, each as wide as the picture. After each band `next` gets the finished share; when it says stop, the result is `None`.
 pub fn in_bands(
     camera: &Camera,
     pace: &mut Pace,
-    draw: &mut dyn FnMut(&Camera) -> Result<Image>,
+    draw: &mut dyn FnMut(&Window) -> Result<Image>,
     next: &mut dyn FnMut(f64) -> Next,
 ) -> Result<Option<Image>> {
     let width = camera.width.max(1);
     let mut joined: Option<Image> = None;
     let mut top = 0;
     while top < camera.height {
-        let rows = (pace.band_px / width).next_multiple_of(TILE_ROWS);
-        let bottom = (top + rows.max(TILE_ROWS)).min(camera.height);
+        let rows = (pace.band_px / width).next_multiple_of(TILE_SIDE);
+        let bottom = (top + rows.max(TILE_SIDE)).min(camera.height);
         let start = Instant::now();
+        let band = draw(&Window {
+            columns: 0..camera.width,
+            rows: top..bottom,
+        })?;
+        pace.took(band.rgba.len(), start.elapsed());
         if bottom - top == camera.height {
-            let whole = draw(camera)?;
-            pace.took(whole.rgba.len(), start.elapsed());
-            return Ok(Some(whole));
+            return Ok(Some(band));
         }
-        let drawn = add_rows(&mut joined, camera, top..bottom, draw)?;
-        pace.took(drawn, start.elapsed());
+        add(&mut joined, band);
         if next(f64::from(bottom) / f64::from(camera.height)) == Next::Stop {
             return Ok(None);
         }
         top = bottom;
     }
-    Ok(joined.map(|image| Image {
-        height: camera.height as usize,
-        ..image
-    }))
+    Ok(joined)
 }
 
-/// Draws some rows of a camera's picture, with the same pixels as the whole picture has there.
-pub fn rows(
+/// Draws a window of a picture by a camera that is moved to it. It begins at edges of tiles.
+pub fn moved(
     camera: &Camera,
-    rows: Range<u32>,
+    window: &Window,
     draw: &mut dyn FnMut(&Camera) -> Result<Image>,
 ) -> Result<Image> {
-    let height = rows.len();
-    if rows == (0..camera.height) {
+    if *window == Window::whole(camera) {
         return draw(camera);
     }
-    let mut image = None;
-    add_rows(&mut image, camera, rows, draw)?;
-    let image = image.unwrap_or_else(|| Image::transparent(camera.width as usize, 0));
-    Ok(Image { height, ..image })
-}
-
-/// Draws rows and adds them to those above; how many pixels were drawn for that.
-fn add_rows(
-    joined: &mut Option<Image>,
-    camera: &Camera,
-    rows: Range<u32>,
-    draw: &mut dyn FnMut(&Camera) -> Result<Image>,
-) -> Result<usize> {
-    // Pixels are corrected by their neighbours: a row of tiles more on both sides is drawn and cut off again. Bands begin at
-    // edges of tiles.
-    let first = (rows.start / TILE_ROWS).saturating_sub(1) * TILE_ROWS;
-    let last = (rows.end + TILE_ROWS).min(camera.height);
-    let band = Camera {
-        height: last - first,
-        cy: camera.cy - f64::from(first),
+    let [columns, rows] = [
+        widened(&window.columns, camera.width),
+        widened(&window.rows, camera.height),
+    ];
+    let part = Camera {
+        width: columns.end - columns.start,
+        height: rows.end - rows.start,
+        cx: camera.cx - f64::from(columns.start),
+        cy: camera.cy - f64::from(rows.start),
         ..*camera
     };
-    let drawn = draw(&band)?;
-    let place = |row: u32| (row - first) as usize * camera.width as usize;
-    add(joined, &drawn, place(rows.start)..place(rows.end));
-    Ok(drawn.rgba.len())
+    let drawn = draw(&part)?;
+    let left = (window.columns.start - columns.start) as usize;
+    let top = (window.rows.start - rows.start) as usize;
+    Ok(drawn.window([left, top], window.size()))
 }
 
-/// Adds some pixels of a band to those above it.
-fn add(joined: &mut Option<Image>, band: &Image, pixels: Range<usize>) {
+/// Pixels are corrected by their neighbours: a tile more on both sides is drawn and cut off again.
+fn widened(span: &Range<u32>, side: u32) -> Range<u32> {
+    let first = (span.start / TILE_SIDE).saturating_sub(1) * TILE_SIDE;
+    first..(span.end + TILE_SIDE).min(side)
+}
+
+/// Adds a band below those before it.
+fn add(joined: &mut Option<Image>, band: Image) {
     let Some(joined) = joined else {
-        let plane = |plane: &Plane| Plane {
-            name: plane.name.clone(),
-            values: plane.values[pixels.clone()].to_vec(),
-        };
-        *joined = Some(Image {
-            width: band.width,
-            height: 0,
-            rgba: band.rgba[pixels.clone()].to_vec(),
-            depth: band
-                .depth
-                .as_ref()
-                .map(|depth| depth[pixels.clone()].to_vec()),
-            planes: band.planes.iter().map(plane).collect(),
-        });
+        *joined = Some(band);
         return;
     };
-    joined.rgba.extend(&band.rgba[pixels.clone()]);
+    joined.height += band.height;
+    joined.rgba.extend(&band.rgba);
     if let (Some(above), Some(depth)) = (&mut joined.depth, &band.depth) {
-        above.extend(&depth[pixels.clone()]);
+        above.extend(depth);
     }
     for (above, plane) in joined.planes.iter_mut().zip(&band.planes) {
-        above.values.extend(&plane.values[pixels.clone()]);
+        above.values.extend(&plane.values);
     }
 }

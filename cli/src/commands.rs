@@ -5,6 +5,7 @@ pub(crate) mod compare;
 pub(crate) mod completions;
 pub(crate) mod demo;
 pub(crate) mod info;
+pub(crate) mod join;
 pub(crate) mod texmap;
 pub(crate) mod trade;
 pub(crate) mod volsplat;

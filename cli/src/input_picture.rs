@@ -2,7 +2,9 @@
 //!
 //! Takes the name of a file, or a pattern such as `out/a_%04d.png` that stands for numbered pictures, and gives one
 //! [`Image`] after another, so that an animation never lies in memory as a whole. The content decides the format.
-//! Limits: colour and alpha only; 8 bits in an animated PNG; no video.
+//! Limits: colour and alpha only, but for tiles of a picture (`planes`); 8 bits in an animated PNG; no video.
+
+mod planes;
 
 use std::fs::File;
 use std::io::BufReader;
@@ -26,6 +28,8 @@ const MAX_CHUNK_BYTES: u64 = 64 << 20;
 
 /// Bytes that a pixel takes while it is read: as it is stored, in floating point, and as it is given.
 const PIXEL_BYTES: u64 = 8 + 16 + 16;
+
+pub(crate) use planes::read_planes;
 
 /// The pictures of a file or of a numbered row of files, in order.
 pub(crate) struct Pictures {
@@ -231,7 +235,8 @@ fn read_jpeg(path: &Path) -> Result<Image> {
     Ok(linear(&decoded))
 }
 
-fn read_exr(path: &Path) -> Result<Image> {
+/// Checks that an EXR file is whole and has no more pixels than a picture may have.
+fn check_exr(path: &Path) -> Result<()> {
     let unreadable = |error: exr::error::Error| anyhow!("{}: {error}", broken(path));
     let (file, _) = files::open(path)?;
     resample_io::exr::check_all(BufReader::new(file))
@@ -246,6 +251,12 @@ fn read_exr(path: &Path) -> Result<Image> {
             header.layer_size.height() as u64,
         )?;
     }
+    Ok(())
+}
+
+fn read_exr(path: &Path) -> Result<Image> {
+    check_exr(path)?;
+    let unreadable = |error: exr::error::Error| anyhow!("{}: {error}", broken(path));
     let read = read_first_rgba_layer_from_file(
         path,
         |size, _| Image::transparent(size.width(), size.height()),

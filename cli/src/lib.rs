@@ -68,6 +68,7 @@ pub mod setting;
 mod settings;
 pub mod source;
 mod threads;
+mod tiles;
 mod transfer;
 mod transfer_plot;
 pub mod typed;
@@ -139,6 +140,7 @@ fn dispatched(cli: Cli, typed: &Typed) -> Result<()> {
         Command::Bench(args) => commands::bench::run(&args, verbosity),
         Command::Compare(args) => commands::compare::run(&args),
         Command::Info(args) => commands::info::run(&args),
+        Command::Join(args) => commands::join::run(&args, verbosity),
         Command::Trade(args) => commands::trade::run(args, typed, verbosity),
         Command::View(args) => view::run(args, verbosity),
         Command::Completions(args) => {
@@ -156,6 +158,7 @@ fn draw(drawing: Drawing, typed: &Typed, verbosity: Verbosity) -> Result<()> {
         start: Instant::now(),
         verbosity,
     };
+    drawing.check_part()?;
     if let Some(Planned { opened, record }) = planner::planned(&drawing, typed, verbosity)? {
         interrupt::watch()?;
         return opened.finish(Some(record), log);

@@ -6,6 +6,7 @@ use resample_core::{Camera, Image};
 use serde_json::Value;
 
 use crate::args::Drawing;
+use crate::bands::Window;
 use crate::commands::{texmap, volsplat, warp3d};
 use crate::picture::Drawn;
 use crate::plan::{Change, Purpose, RunLog};
@@ -137,13 +138,17 @@ impl Opened {
         }
     }
 
-    /// As [`Opened::draw`], with all planes that were asked for.
-    pub fn draw_planes(&mut self, camera: &Camera) -> Result<Drawn> {
-        let mut drawn = self.draw(camera)?;
-        if let Scene::Volume(open) = &mut self.scene {
-            drawn.image.planes.extend(open.planes(camera)?);
+    /// Draws a window of the picture of one camera, with all planes that were asked for: the pixels that the whole picture has
+    /// there. It begins at edges of tiles ([`TILE_SIDE`](crate::bands::TILE_SIDE)).
+    pub fn draw_window(&mut self, camera: &Camera, window: &Window) -> Result<Drawn> {
+        if *window != Window::whole(camera) && !self.has_bands() {
+            bail!("this scene is not drawn in parts: split it by pictures alone");
         }
-        Ok(drawn)
+        match &mut self.scene {
+            Scene::Mesh(open) => open.draw_window(camera, window),
+            Scene::Volume(open) => open.draw_window(camera, window),
+            Scene::Depth(open) => open.draw(camera),
+        }
     }
 
     /// A picture with its background behind it.

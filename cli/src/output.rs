@@ -192,6 +192,16 @@ pub fn write_marked_picture(
     })
 }
 
+/// Writes a tile of a picture of the size `whole`, from column and row `first` on, in full precision, and a mark.
+pub(crate) fn write_tile(
+    path: &Path,
+    tile: &Image,
+    place: ([usize; 2], [usize; 2]),
+    mark: &str,
+) -> Result<u64> {
+    write_whole(path, |file| exr::write_window(file, tile, place, mark))
+}
+
 /// The bytes of the PNG file of a picture, 8 bits a channel.
 pub fn png_file(image: &Image) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();

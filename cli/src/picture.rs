@@ -4,10 +4,11 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use resample_core::{Camera, Image};
 
 use crate::background::Background;
+use crate::bands::{self, Window};
 use crate::output::{self, Format};
 use crate::report::{Account, WrittenFrame};
 
@@ -35,8 +36,19 @@ pub fn check_size(camera: &Camera) -> Result<()> {
     Ok(())
 }
 
-/// A renderer of a sequence: the picture that a camera sees, and its number, from 0 on.
-pub type RenderNumbered<'a> = dyn FnMut(&Camera, usize) -> Result<Drawn> + 'a;
+/// What is drawn of a sequence: the picture that a camera sees, or a window of it.
+#[derive(Clone, Debug)]
+pub struct Shot<'a> {
+    /// The camera of the whole picture.
+    pub camera: &'a Camera,
+    /// The picture's number, from 0 on.
+    pub number: usize,
+    /// The pixels that are drawn.
+    pub window: Window,
+}
+
+/// A renderer of a sequence.
+pub type RenderShot<'a> = dyn FnMut(&Shot) -> Result<Drawn> + 'a;
 
 /// A picture in memory, and the counts and times of its drawing.
 pub struct Drawn {
@@ -46,30 +58,30 @@ pub struct Drawn {
     pub account: Account,
 }
 
-/// Renders from `camera` and lays the picture over its background.
-pub fn render(
-    render: &mut RenderNumbered,
+/// Draws a window of a picture by a camera that is moved to it.
+pub(crate) fn in_window(
     camera: &Camera,
-    number: usize,
-    background: &Background,
+    window: &Window,
+    draw: &mut dyn FnMut(&Camera) -> Result<Drawn>,
 ) -> Result<Drawn> {
-    let Drawn { image, account } = render(camera, number)?;
-    Ok(Drawn {
-        image: background.behind(image),
-        account,
-    })
+    let mut account = None;
+    let image = bands::moved(camera, window, &mut |moved| {
+        let drawn = draw(moved)?;
+        account = Some(drawn.account);
+        Ok(drawn.image)
+    })?;
+    let account = account.context("nothing was drawn")?;
+    Ok(Drawn { image, account })
 }
 
-/// Renders from `camera` and writes `file`.
-pub fn draw(
-    renderer: &mut RenderNumbered,
-    camera: &Camera,
-    number: usize,
-    file: PathBuf,
-    finish: &Finish,
-) -> Result<WrittenFrame> {
-    let drawn = render(renderer, camera, number, &finish.background)?;
-    write(drawn, file, finish.format, None)
+/// Renders and lays the picture over its background.
+pub fn render(render: &mut RenderShot, shot: &Shot, background: &Background) -> Result<Drawn> {
+    let Drawn { image, account } = render(shot)?;
+    let whole = [shot.camera.width as usize, shot.camera.height as usize];
+    Ok(Drawn {
+        image: background.behind_window(image, shot.window.first(), whole),
+        account,
+    })
 }
 
 /// Writes `file`, with a mark inside if there is one.

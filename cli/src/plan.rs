@@ -16,15 +16,16 @@ use glam::DVec3;
 use resample_core::{Camera, Projection};
 use resample_io::Gate;
 
+use crate::args::PartArgs;
 use crate::background::Background;
 use crate::camera_file::{self, CameraDefaults, CameraFile};
 use crate::camera_path::{self, CameraPath, Moment};
 use crate::framing::fit::{Measure, fit};
 use crate::framing::{self, Extent, Lens, Stance, View};
 use crate::output::{self, Depth, FilmKind, FilmPlan, Format, FrameNames};
-use crate::picture::{self, Finish, RenderNumbered};
+use crate::picture::{self, Finish, RenderShot};
 use crate::report::{self, RunStats, Verbosity};
-use crate::sequence::{self, Existing, Fingerprint, Sequence};
+use crate::sequence::{self, Existing, Fingerprint, Part, Sequence};
 use crate::values::{BackgroundWord, Orbit, Size};
 
 pub(crate) use records::{camera_record, picture_record};
@@ -137,6 +138,13 @@ impl Plan {
             Pictures::Several => FrameNames::numbered(request.output)?,
             Pictures::One => FrameNames::single(request.output)?,
         };
+        let names = match request.sequence.part.tile {
+            Some(_) if request.output == Path::new("-") => {
+                bail!("--tile: a tile has a file of its own: name the picture by --output")
+            }
+            Some(tile) => names.of_tile(tile.column, tile.row),
+            None => names,
+        };
         targets::check(request, &names.frame(0))?;
         // A video and a JPEG cannot be transparent.
         let opaque = match &film {
@@ -206,10 +214,11 @@ impl Plan {
         request: &Request,
         cameras: &[Camera],
         run: Run,
-        render: &mut RenderNumbered,
+        render: &mut RenderShot,
     ) -> Result<()> {
         let Run { mut stats, log } = run;
-        targets::check_pictures(request, &self.names, cameras.len(), &self.gate.files())?;
+        let part = Part::of(request, cameras.len())?;
+        targets::check_pictures(request, &self.names, &part.numbers, &self.gate.files())?;
         let read = targets::read(request, self.gate.files());
         let existing = if request.sequence.resume {
             Existing::Keep
@@ -221,6 +230,7 @@ impl Plan {
             names: &self.names,
             finish: &self.finish,
             existing,
+            part,
             fingerprint: Fingerprint::new(&stats, &read),
         };
         let outcome = match &self.film {
@@ -242,8 +252,7 @@ impl Plan {
             if outcome.kept > 0 {
                 report::say(&format!(
                     "{} of {} pictures were there already",
-                    outcome.kept,
-                    cameras.len()
+                    outcome.kept, outcome.total
                 ));
             }
             report::say(&report::summary(
@@ -279,6 +288,12 @@ fn film_plan(request: &Request) -> Result<Option<FilmPlan>> {
     if request.sequence.resume {
         bail!(
             "{name}: --resume is for numbered pictures; an animation is written whole or not at all"
+        );
+    }
+    if request.sequence.part != PartArgs::default() {
+        bail!(
+            "{name}: --frames and --tile are for pictures of their own; an animation is written whole: draw numbered pictures, \
+             such as out_%04d.png, and put them together with ffmpeg"
         );
     }
     let fps = request.sequence.fps.unwrap_or(output::DEFAULT_FPS);

@@ -7,6 +7,7 @@
 //! fingerprint of its settings, its camera and the files that it reads.
 
 mod fingerprint;
+mod part;
 
 use std::path::{Path, PathBuf};
 
@@ -14,13 +15,16 @@ use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
 use resample_core::Camera;
 
+use crate::bands::Window;
 use crate::input_picture::{self, Content, Known};
 use crate::interrupt::{self, Interrupted};
 use crate::output::{Film, FilmPlan, Format, FrameNames};
-use crate::picture::{self, Drawn, Finish, RenderNumbered};
+use crate::picture::{self, Drawn, Finish, RenderShot, Shot};
 use crate::report::{self, Verbosity, WrittenFrame};
+use crate::tiles::Kind;
 
 pub(crate) use fingerprint::Fingerprint;
+pub(crate) use part::Part;
 
 /// The pictures of a run and their files.
 pub(crate) struct Sequence<'a> {
@@ -32,6 +36,8 @@ pub(crate) struct Sequence<'a> {
     pub finish: &'a Finish,
     /// What happens to pictures that exist.
     pub existing: Existing,
+    /// What of them is drawn.
+    pub part: Part,
     /// What tells them from pictures of other settings.
     pub fingerprint: Fingerprint,
 }
@@ -51,6 +57,8 @@ pub(crate) struct Outcome {
     pub frames: Vec<WrittenFrame>,
     /// How many pictures were there already.
     pub kept: usize,
+    /// How many there are to be.
+    pub total: usize,
     /// An error of the kind [`Interrupted`] if Ctrl-C ended it.
     pub ending: Result<()>,
 }
@@ -62,16 +70,36 @@ impl Sequence<'_> {
         let has_room = self.finish.format != Format::Jpeg;
         (numbered && has_room).then(|| self.fingerprint.of_picture(camera))
     }
+
+    /// The mark in the file that is written: of a picture, or of a tile of it.
+    fn mark_in_file(&self, camera: &Camera, number: usize) -> Result<Option<String>> {
+        let number = matches!(self.names, FrameNames::Numbered { .. }).then_some(number);
+        let fingerprint = self.fingerprint.of_picture(camera);
+        let kind = Kind::of(self.finish.format);
+        match self.part.mark((number, fingerprint), camera, kind) {
+            Some(mark) => Ok(Some(serde_json::to_string(&mark)?)),
+            None => Ok(self.mark(camera)),
+        }
+    }
+
+    /// The format and the size of the file that is written.
+    fn shape(&self, camera: &Camera) -> Result<(Content, [usize; 2])> {
+        let content = match self.part.has_tile() {
+            true => Content::Exr,
+            false => Content::of(self.finish.format),
+        };
+        Ok((content, self.part.window(camera)?.size()))
+    }
 }
 
 /// Draws the sequence.
 pub(crate) fn draw(
-    render: &mut RenderNumbered,
+    render: &mut RenderShot,
     sequence: &Sequence,
     verbosity: Verbosity,
 ) -> Result<Outcome> {
-    let (todo, kept) = todo(sequence);
-    let total = sequence.cameras.len();
+    let (todo, kept) = todo(sequence)?;
+    let total = sequence.part.numbers.len();
     // A single picture has no end that is worth waiting for.
     let _patience = (total > 1).then(interrupt::patience);
     let bar = progress(todo.len(), verbosity);
@@ -80,9 +108,17 @@ pub(crate) fn draw(
         if interrupt::asked() {
             break;
         }
-        let drawn = picture::render(render, camera, number, &sequence.finish.background)?;
-        let mark = sequence.mark(camera);
-        let frame = picture::write(drawn, file, sequence.finish.format, mark.as_deref())?;
+        let shot = Shot {
+            camera,
+            number,
+            window: sequence.part.window(camera)?,
+        };
+        let drawn = picture::render(render, &shot, &sequence.finish.background)?;
+        let mark = sequence.mark_in_file(camera, number)?;
+        let frame = match sequence.part.has_tile() {
+            true => part::write(drawn, file, &shot, mark.as_deref())?,
+            false => picture::write(drawn, file, sequence.finish.format, mark.as_deref())?,
+        };
         if verbosity == Verbosity::Verbose {
             bar.suspend(|| report::say(&report::stage_line(&frame)));
         }
@@ -94,13 +130,14 @@ pub(crate) fn draw(
     Ok(Outcome {
         frames,
         kept,
+        total,
         ending,
     })
 }
 
 /// Draws the sequence into one animation.
 pub(crate) fn draw_film(
-    render: &mut RenderNumbered,
+    render: &mut RenderShot,
     sequence: &Sequence,
     plan: &FilmPlan,
     verbosity: Verbosity,
@@ -120,11 +157,19 @@ pub(crate) fn draw_film(
             return Ok(Outcome {
                 frames: Vec::new(),
                 kept: 0,
+                total: cameras.len(),
                 ending: Err(Interrupted { state }.into()),
             });
         }
-        let Drawn { image, account } =
-            picture::render(render, camera, number, &sequence.finish.background)?;
+        let Drawn { image, account } = picture::render(
+            render,
+            &Shot {
+                camera,
+                number,
+                window: Window::whole(camera),
+            },
+            &sequence.finish.background,
+        )?;
         film.add(&image)?;
         let (width, height) = (image.width, image.height);
         frames.push(WrittenFrame {
@@ -144,6 +189,7 @@ pub(crate) fn draw_film(
     Ok(Outcome {
         frames,
         kept: 0,
+        total: cameras.len(),
         ending: Ok(()),
     })
 }
@@ -162,27 +208,34 @@ pub(crate) fn progress(count: usize, verbosity: Verbosity) -> ProgressBar {
 type Todo<'a> = (PathBuf, (&'a Camera, usize));
 
 /// The pictures to draw, each with its camera and its number, and how many are kept.
-fn todo<'a>(sequence: &Sequence<'a>) -> (Vec<Todo<'a>>, usize) {
-    let cameras = sequence.cameras.iter().enumerate();
-    let all = cameras.map(|(index, camera)| (sequence.names.frame(index), (camera, index)));
-    let (kept, todo): (Vec<_>, Vec<_>) = all.partition(|(file, (camera, _))| {
-        sequence.existing == Existing::Keep && file.is_file() && keeps(file, camera, sequence)
-    });
-    (todo, kept.len())
+fn todo<'a>(sequence: &Sequence<'a>) -> Result<(Vec<Todo<'a>>, usize)> {
+    let mut todo = Vec::new();
+    let numbers = sequence.part.numbers.clone();
+    let total = numbers.len();
+    for (index, camera) in numbers.clone().zip(&sequence.cameras[numbers]) {
+        let file = sequence.names.frame(index);
+        let may_stay = sequence.existing == Existing::Keep && file.is_file();
+        if !(may_stay && keeps(&file, (camera, index), sequence)?) {
+            todo.push((file, (camera, index)));
+        }
+    }
+    let kept = total - todo.len();
+    Ok((todo, kept))
 }
 
 /// Whether a picture that exists is as this run would write it; says why where it is not.
-fn keeps(file: &Path, camera: &Camera, sequence: &Sequence) -> bool {
+fn keeps(file: &Path, (camera, number): (&Camera, usize), sequence: &Sequence) -> Result<bool> {
     let wrong = match input_picture::known(file) {
         Err(error) => report::one_line(&error),
         Ok(found) => {
+            let (content, size) = sequence.shape(camera)?;
             let expected = Known {
-                content: Content::of(sequence.finish.format),
-                size: [camera.width as usize, camera.height as usize],
-                mark: sequence.mark(camera),
+                content,
+                size,
+                mark: sequence.mark_in_file(camera, number)?,
             };
             if found == expected {
-                return true;
+                return Ok(true);
             }
             let file = file.display();
             if (found.content, found.size) == (expected.content, expected.size) {
@@ -195,7 +248,7 @@ fn keeps(file: &Path, camera: &Camera, sequence: &Sequence) -> bool {
         }
     };
     report::say(&format!("drawn again: {wrong}"));
-    false
+    Ok(false)
 }
 
 fn ending(done: usize, total: usize) -> Result<()> {

@@ -13,10 +13,14 @@ use volsplat::{ClipPlane, Subpixels};
 mod bound;
 mod bytes;
 mod lens;
+mod part;
+mod sway;
 
 pub use bound::{Bound, BoundMetric, bound, metric_bound, time_ms};
 pub use bytes::bytes;
 pub use lens::{IntrinsicsWord, intrinsics};
+pub use part::{FrameRange, TileWord, frames, tile};
+pub use sway::{Sway, sway};
 
 /// Most views along a side of a grid: more than any light-field screen shows.
 const MAX_GRID_SIDE: u32 = 64;
@@ -249,14 +253,6 @@ pub fn distance(text: &str) -> Result<f64, String> {
     } else {
         positive(text).map_err(|e| format!("{e}, or inf"))
     }
-}
-
-/// An angle above 0 and up to 45 degrees.
-pub fn sway(text: &str) -> Result<f64, String> {
-    positive(text)
-        .ok()
-        .filter(|&angle_deg| angle_deg <= 45.0)
-        .ok_or_else(|| "expected an angle above 0 and up to 45 degrees".into())
 }
 
 /// `AZ,EL` or `AZ,EL,DIST`.

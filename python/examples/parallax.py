@@ -19,4 +19,4 @@ checker = (np.floor(place[..., 0] * 2) + np.floor(place[..., 2] * 2)) % 2
 colour = np.where(ball[..., None] < floor[..., None], [220, 90, 40], checker[..., None] * 90 + [80, 90, 110]).astype(np.uint8)
 
 image = fr.DepthImage(colour, depth, K, fill="background")
-fr.write_film("parallax.apng", image.pictures(sway=1.5, frames=12), fps=12, count=12)
+fr.write_film("parallax.apng", image.pictures(sway=(1.5, 12)), fps=12, count=12)

@@ -12,6 +12,7 @@ use pyo3::types::PyDict;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use resample_cli::application::Application;
 use resample_cli::args::Drawing;
+use resample_cli::bands::Window;
 use resample_cli::interrupt;
 use resample_cli::memory;
 use resample_cli::source::{Held, HeldPictures, HeldVolumes};
@@ -153,16 +154,21 @@ impl Scene {
         Ok((handed(py, drawn)?, lines))
     }
 
-    /// Draws rows of one of the pictures that were prepared, without what lies behind it.
-    fn draw_rows<'py>(
+    /// Draws a window of one of the pictures that were prepared, without what lies behind it: columns and rows, each from the first
+    /// to the one behind the last.
+    fn draw_window<'py>(
         &self,
         py: Python<'py>,
         number: usize,
-        first: u32,
-        end: u32,
+        columns: [u32; 2],
+        rows: [u32; 2],
     ) -> PyResult<Handed<'py>> {
+        let window = Window {
+            columns: columns[0]..columns[1],
+            rows: rows[0]..rows[1],
+        };
         let done = self.work(py, None, move |session, _| {
-            session.draw_rows(number, first..end)
+            session.draw_window(number, &window)
         })?;
         handed(py, done.value)
     }

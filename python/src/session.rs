@@ -5,7 +5,6 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
-use std::ops::Range;
 use std::path::Path;
 use std::time::Instant;
 
@@ -14,7 +13,7 @@ use resample_cli::application::Application;
 use resample_cli::args::{
     CameraArgs, Drawing, PictureArgs, RenderArgs, SequenceArgs, TransferArgs, names_of,
 };
-use resample_cli::bands::{self, Pace, in_bands};
+use resample_cli::bands::{Pace, Window, in_bands};
 use resample_cli::opened::Opened;
 use resample_cli::plan::{Change, Purpose, RunLog};
 use resample_cli::planner::{self, Planned};
@@ -155,8 +154,8 @@ impl Session {
         opened.turn_to(number)?;
         let mut accounts = Vec::new();
         let has_bands = opened.has_bands();
-        let mut draw = |band: &_| {
-            let drawn = opened.draw_planes(band)?;
+        let mut draw = |band: &Window| {
+            let drawn = opened.draw_window(&camera, band)?;
             accounts.push(drawn.account.keys);
             Ok(drawn.image)
         };
@@ -164,7 +163,7 @@ impl Session {
             true => in_bands(&camera, &mut ready.pace, &mut draw, &mut |share| {
                 reins.done(share)
             })?,
-            false => Some(draw(&camera)?),
+            false => Some(draw(&Window::whole(&camera))?),
         };
         let Some(image) = image else {
             return Ok(None);
@@ -180,26 +179,27 @@ impl Session {
         }))
     }
 
-    /// Draws some rows of a picture: where pictures cannot be drawn in parts, only all of them.
-    pub(crate) fn draw_rows(&mut self, number: usize, rows: Range<u32>) -> Result<Drawn> {
+    /// Draws a window of a picture, without what lies behind it: where pictures cannot be drawn in parts, only all of it.
+    pub(crate) fn draw_window(&mut self, number: usize, window: &Window) -> Result<Drawn> {
         let ready = self.ready.as_mut().context("nothing is prepared")?;
         let opened = &mut ready.opened;
         let camera = camera(opened, number)?;
         opened.turn_to(number)?;
-        if rows.is_empty() || rows.end > camera.height {
-            bail!("rows {rows:?} of a picture of {} rows", camera.height);
+        let Window { columns, rows } = window;
+        let is_inside = columns.end <= camera.width && rows.end <= camera.height;
+        if columns.is_empty() || rows.is_empty() || !is_inside {
+            bail!(
+                "columns {columns:?} and rows {rows:?} of a picture of {}x{}",
+                camera.width,
+                camera.height
+            );
         }
-        if rows != (0..camera.height) && !opened.has_bands() {
-            bail!("this scene is not drawn in parts: split it by pictures alone");
-        }
-        let mut stats = Value::Null;
-        let image = bands::rows(&camera, rows, &mut |band| {
-            let drawn = opened.draw_planes(band)?;
-            stats = drawn.account.keys;
-            Ok(drawn.image)
-        })?;
-        let stats = with_plan(stats, ready.planned.as_ref());
-        Ok(Drawn { image, stats })
+        let drawn = opened.draw_window(&camera, window)?;
+        let stats = with_plan(drawn.account.keys, ready.planned.as_ref());
+        Ok(Drawn {
+            image: drawn.image,
+            stats,
+        })
     }
 
     /// The size of each picture that was prepared, px, and whether it can be drawn in parts.

@@ -13,7 +13,7 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 use resample_cli::application::Application;
 
 /// Options that Python has its own ways for: files that are written, and what is said.
-const OWN: [&str; 4] = ["output", "stats", "resume", "help"];
+const OWN: [&str; 6] = ["output", "stats", "resume", "frames", "tile", "help"];
 
 /// Names that look like a wrong one this much are suggested: a letter or two are different.
 const LIKE: f64 = 0.8;

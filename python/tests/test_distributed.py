@@ -27,11 +27,11 @@ def same(pictures, expected):
     return len(pictures) == len(expected) and all(map(np.array_equal, pictures, expected))
 
 
-@pytest.mark.parametrize("rows", [None, 16, 48])
-def test_pictures_by_dask(client, blob, rows):
+@pytest.mark.parametrize("tile", [None, (96, 16), (50, 48)])
+def test_pictures_by_dask(client, blob, tile):
     volume = fr.Volume(blob, **SIZE)
     options = {"turntable": 4, "background": "white", "layers": "first-hit"}
-    pictures = distributed.render(volume, client, rows=rows, **options)
+    pictures = distributed.render(volume, client, tile=tile, **options)
     expected = volume.turntable(4, **{name: value for name, value in options.items() if name != "turntable"})
     assert same(pictures, expected)
     assert all(np.array_equal(a.planes[name], b.planes[name]) for a, b in zip(pictures, expected) for name in b.planes)
@@ -58,7 +58,7 @@ def test_a_killed_worker_loses_nothing(client, blob):
     before = client.run(os.getpid)
     killed = threading.Timer(1.0, lambda: os.kill(next(iter(before.values())), signal.SIGKILL))
     killed.start()
-    pictures = distributed.render(volume, client, rows=48, turntable=8)
+    pictures = distributed.render(volume, client, tile=(208, 48), turntable=8)
     killed.join()
     assert same(pictures, expected)
     deadline = time.time() + 30
@@ -82,7 +82,7 @@ def test_unlike_processors_are_refused(blob):
 
         def submit(self, call, recipe, token, task):
             part = call(recipe, token, task)
-            part = part._replace(level="baseline") if task.first else part
+            part = part._replace(level="baseline") if any((task.columns[0], task.rows[0])) else part
 
             class Done:
                 def result(self):
@@ -91,7 +91,7 @@ def test_unlike_processors_are_refused(blob):
             return Done()
 
     with pytest.raises(RuntimeError, match="vector_level='baseline'"):
-        distributed.render(fr.Volume(blob, **SIZE), Unlike(), rows=16)
+        distributed.render(fr.Volume(blob, **SIZE), Unlike(), tile=(96, 16))
 
 
 def test_vector_levels(blob):

@@ -38,7 +38,7 @@ def test_a_killed_worker_loses_nothing(blob):
     before = pids()
     killed = threading.Timer(0.5, lambda: os.kill(next(iter(before)), signal.SIGKILL))
     killed.start()
-    pictures = distributed.render(volume, ray, rows=48, turntable=6)
+    pictures = distributed.render(volume, ray, tile=(400, 48), turntable=6)
     killed.join()
     assert len(pictures) == 6 and all(map(np.array_equal, pictures, expected))
     assert pids() != before, "no worker was killed"

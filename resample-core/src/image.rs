@@ -46,6 +46,68 @@ impl Image {
         self.rgba[y * self.width + x]
     }
 
+    /// The pixels from column and row `first` on, `size` of them along x and y, with depth and planes. All must be inside.
+    pub fn window(&self, first: [usize; 2], size: [usize; 2]) -> Self {
+        Self {
+            width: size[0],
+            height: size[1],
+            rgba: cut(&self.rgba, self.width, first, size),
+            depth: self
+                .depth
+                .as_ref()
+                .map(|depth| cut(depth, self.width, first, size)),
+            planes: self
+                .planes
+                .iter()
+                .map(|plane| Plane {
+                    name: plane.name.clone(),
+                    values: cut(&plane.values, self.width, first, size),
+                })
+                .collect(),
+        }
+    }
+
+    /// A transparent picture of another size, with the same planes, all 0.
+    pub fn blank(&self, width: usize, height: usize) -> Self {
+        let plane = |plane: &Plane| Plane {
+            name: plane.name.clone(),
+            values: vec![0.0; width * height],
+        };
+        Self {
+            depth: self.depth.as_ref().map(|_| vec![0.0; width * height]),
+            planes: self.planes.iter().map(plane).collect(),
+            ..Self::transparent(width, height)
+        }
+    }
+
+    /// Lays the pixels of `tile`, its depth and its planes from column and row `first` on; false where it does not fit in,
+    /// or has other planes.
+    pub fn paste(&mut self, tile: &Self, first: [usize; 2]) -> bool {
+        let names = |image: &Self| {
+            image
+                .planes
+                .iter()
+                .map(|plane| plane.name.clone())
+                .collect::<Vec<_>>()
+        };
+        let fits = first[0] + tile.width <= self.width
+            && first[1] + tile.height <= self.height
+            && self.depth.is_some() == tile.depth.is_some()
+            && names(self) == names(tile);
+        if !fits {
+            return false;
+        }
+        let (width, own) = (self.width, tile.width);
+        lay(&mut self.rgba, width, (&tile.rgba, own), first);
+        if let (Some(whole), Some(part)) = (&mut self.depth, &tile.depth) {
+            lay(whole, width, (part, own), first);
+        }
+        for (whole, part) in self.planes.iter_mut().zip(&tile.planes) {
+            lay(&mut whole.values, width, (&part.values, own), first);
+        }
+        true
+    }
+
     /// The picture laid over an opaque background (linear RGB); alpha becomes 1.
     pub fn over_background(mut self, background: [f32; 3]) -> Self {
         for pixel in &mut self.rgba {
@@ -63,6 +125,29 @@ impl Image {
         let byte = |linear: f32| (255.0 * srgb_from_linear(linear)).round() as u8;
         let pixel = |&[red, green, blue, _]: &[f32; 4]| [byte(red), byte(green), byte(blue)];
         self.rgba.iter().map(pixel).collect()
+    }
+}
+
+/// A window of a plane whose rows have `width` pixels.
+fn cut<T: Copy>(
+    plane: &[T],
+    width: usize,
+    [left, top]: [usize; 2],
+    [columns, rows]: [usize; 2],
+) -> Vec<T> {
+    let row = |y: usize| &plane[y * width + left..][..columns];
+    (top..top + rows).flat_map(row).copied().collect()
+}
+
+/// Lays a plane whose rows have `columns` pixels over one whose rows have `width`.
+fn lay<T: Copy>(
+    whole: &mut [T],
+    width: usize,
+    (part, columns): (&[T], usize),
+    [left, top]: [usize; 2],
+) {
+    for (row, pixels) in part.chunks_exact(columns.max(1)).enumerate() {
+        whole[(top + row) * width + left..][..columns].copy_from_slice(pixels);
     }
 }
 

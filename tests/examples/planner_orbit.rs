@@ -250,7 +250,7 @@ impl Bench {
             .args(words)
             .args(more);
         if words[0] == "warp3d" {
-            command.args(["--sway", "3", "--frames", &frames]);
+            command.args(["--sway", &format!("3,{frames}")]);
         } else {
             command.args([
                 "--turntable",

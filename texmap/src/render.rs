@@ -85,6 +85,21 @@ impl Renderer {
     /// # Errors
     /// [`Error::Option`] if the camera is invalid.
     pub fn render(&mut self, camera: &Camera) -> Result<Frame, Error> {
+        let whole = [camera.width as usize, camera.height as usize];
+        self.render_window(camera, [0, 0], whole)
+    }
+
+    /// Renders a window of a frame: `size` pixels from column and row `first` on, with the bytes that the whole frame has there.
+    ///
+    /// # Errors
+    /// [`Error::Option`] if the camera is invalid, or the window is not inside and does not begin at edges of tiles of 16
+    /// pixels.
+    pub fn render_window(
+        &mut self,
+        camera: &Camera,
+        first: [usize; 2],
+        size: [usize; 2],
+    ) -> Result<Frame, Error> {
         let camera = camera
             .validated()
             .map_err(|e| Error::Option(e.to_string()))?;
@@ -100,16 +115,17 @@ impl Renderer {
             width: camera.width as usize,
             height: camera.height as usize,
         };
+        let window = TileWindow::new(&grid, first, size)?;
         let lists = TileLists::new(&grid, &in_view.rects);
         stats.tile_pairs = in_view.rects.iter().map(|rect| rect.area() as u64).sum();
         stats.stages.bin = clock.stop();
 
-        let tiles = self.tiles(&camera, &in_view, &grid, &lists, &mut stats);
+        let tiles = self.tiles(&camera, &in_view, (&window, &lists), &mut stats);
 
         let clock = StageClock::start();
-        let mut image = picture(&grid, &tiles);
+        let mut image = picture(&window.grid, &tiles);
         if !self.options.planes.is_empty() {
-            let columns = grid.columns();
+            let columns = window.grid.columns();
             add_planes(&mut image, &self.options, |x, y| {
                 tiles[y / TILE_PX * columns + x / TILE_PX]
                     .planes
@@ -129,8 +145,7 @@ impl Renderer {
         &self,
         camera: &Camera,
         in_view: &InView,
-        grid: &TileGrid,
-        lists: &TileLists,
+        (window, lists): (&TileWindow, &TileLists),
         stats: &mut FrameStats,
     ) -> Vec<TileImage> {
         let clock = StageClock::start();
@@ -143,11 +158,11 @@ impl Renderer {
             near: near_key(camera),
             simd: self.options.simd.resolve(),
         };
-        let columns = grid.columns();
-        let tiles: Vec<TileImage> = (0..columns * grid.rows())
+        let columns = window.grid.columns();
+        let tiles: Vec<TileImage> = (0..columns * window.grid.rows())
             .into_par_iter()
             .map_init(TileWork::default, |work, index| {
-                let at = [index % columns, index / columns];
+                let at = window.tile(index);
                 render_tile(&frame, at, lists.tile(at[0], at[1]), work)
             })
             .collect();
@@ -171,6 +186,46 @@ impl Renderer {
         stats.drawn = drawn.iter().filter(|&&d| d).count() as u64;
         stats.hidden = drawn.len() as u64 - stats.drawn;
         tiles
+    }
+}
+
+/// The tiles of a window.
+struct TileWindow {
+    first: [usize; 2],
+    grid: TileGrid,
+}
+
+impl TileWindow {
+    fn new(whole: &TileGrid, first: [usize; 2], size: [usize; 2]) -> Result<Self, Error> {
+        let is_inside = (0..2).all(|axis| {
+            let side = [whole.width, whole.height][axis];
+            first[axis].is_multiple_of(TILE_PX)
+                && first[axis]
+                    .checked_add(size[axis])
+                    .is_some_and(|end| end <= side)
+        });
+        if !is_inside {
+            return Err(Error::Option(format!(
+                "a window of {size:?} pixels from {first:?} on is not inside of {}x{}, or begins within a tile",
+                whole.width, whole.height
+            )));
+        }
+        Ok(Self {
+            first: first.map(|px| px / TILE_PX),
+            grid: TileGrid {
+                width: size[0],
+                height: size[1],
+            },
+        })
+    }
+
+    /// Column and row of a tile in the whole picture.
+    fn tile(&self, index: usize) -> [usize; 2] {
+        let columns = self.grid.columns();
+        [
+            self.first[0] + index % columns,
+            self.first[1] + index / columns,
+        ]
     }
 }
 

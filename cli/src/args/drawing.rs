@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
+use anyhow::{Result, bail};
 use clap::Subcommand;
 
 use super::short_help;
-use super::{AskArgs, Goes, PictureArgs, TexmapArgs, VolsplatArgs, Warp3dArgs};
+use super::{AskArgs, Goes, PartArgs, PictureArgs, TexmapArgs, VolsplatArgs, Warp3dArgs};
 use crate::source::{Held, Source};
 
 /// A command that draws.
@@ -62,6 +63,32 @@ impl Drawing {
             Self::Texmap(args) => args.sequence.resume,
             Self::Volsplat(args) => args.sequence.resume,
             Self::Warp3d(args) => args.sequence.resume,
+        }
+    }
+
+    /// The part of the pictures that is drawn.
+    pub fn part(&self) -> PartArgs {
+        match self {
+            Self::Texmap(args) => args.sequence.part,
+            Self::Volsplat(args) => args.sequence.part,
+            Self::Warp3d(args) => args.sequence.part,
+        }
+    }
+
+    /// Refuses what parts of the work cannot agree on.
+    pub(crate) fn check_part(&self) -> Result<()> {
+        let part = self.part();
+        let is_part = part != PartArgs::default();
+        if is_part && self.ask().max_time_ms.is_some() {
+            bail!(
+                "--max-time: each process would choose by its own clock: give --max-error, or leave --frames and --tile out"
+            );
+        }
+        match (part.tile, self) {
+            (Some(_), Self::Warp3d(_)) => bail!(
+                "--tile: a warp moves all of its samples for any part of a picture: divide the pictures by --frames"
+            ),
+            _ => Ok(()),
         }
     }
 

@@ -7,6 +7,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::PartArgs;
+
 /// Several pictures, one after another.
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Several pictures")]
@@ -26,6 +28,9 @@ pub struct SequenceArgs {
     /// Pictures per second of an animation or of --path [default: 25]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MAX_FPS))]
     pub fps: Option<u16>,
+    /// Which of them this process draws.
+    #[command(flatten)]
+    pub part: PartArgs,
 }
 
 /// Most steps of a turntable: an hour at 25 pictures a second is 90 000. More is a slip of the finger.

@@ -10,10 +10,10 @@ use resample_core::camera::PixelCentre;
 use warp3d::WarpArgs;
 use warp3d::input::DepthKind;
 
-use crate::args::{AskArgs, Given, PictureArgs};
+use crate::args::{AskArgs, Given, PartArgs, PictureArgs};
 use crate::multiview::{Anaglyph, Places};
 use crate::source::{HeldPictures, Source};
-use crate::values::{self, Grid, IntrinsicsWord, Size};
+use crate::values::{self, Grid, IntrinsicsWord, Size, Sway};
 use crate::viewpoint::{self, Viewpoint};
 
 /// Options of `resample warp3d`.
@@ -214,38 +214,22 @@ impl Default for ViewArgs {
 }
 
 /// Several pictures, one after another.
-#[derive(Args, Clone, Debug)]
+#[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Several pictures")]
 pub struct WarpSequenceArgs {
     /// Move through the keys of a file, each with a time in seconds and a camera, in numbered pictures
     #[arg(long, value_name = "FILE.json", conflicts_with_all = ["to", "sway"])]
     pub path: Option<PathBuf>,
-    /// Sway around the scene, up to this angle from the new camera, once around in --frames pictures
-    #[arg(long, value_name = "DEG", value_parser = values::sway)]
-    pub sway: Option<f64>,
-    /// Number of pictures of --sway
-    #[arg(long, value_name = "N", default_value_t = DEFAULT_FRAMES, requires = "sway",
-        value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    pub frames: u32,
+    /// Sway around the scene, up to this angle from the new camera, once around in N pictures [default: 48]
+    #[arg(long, value_name = "DEG[,N]", value_parser = values::sway)]
+    pub sway: Option<Sway>,
     /// Draw only the pictures that do not exist yet; go on after Ctrl-C with the same options
     #[arg(long)]
     pub resume: bool,
     /// Pictures per second of an animation or of --path [default: 25]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1_000))]
     pub fps: Option<u16>,
+    /// Which of them this process draws.
+    #[command(flatten)]
+    pub part: PartArgs,
 }
-
-impl Default for WarpSequenceArgs {
-    fn default() -> Self {
-        Self {
-            path: None,
-            sway: None,
-            frames: DEFAULT_FRAMES,
-            resume: false,
-            fps: None,
-        }
-    }
-}
-
-/// Pictures of a sway: two seconds.
-const DEFAULT_FRAMES: u32 = 48;

@@ -15,6 +15,7 @@ use texmap::{FrameStats, Loaded, PlaneKind, RenderOptions, Renderer, Scene, Text
 
 use crate::args::{Given, TexmapArgs};
 use crate::background::Background;
+use crate::bands::Window;
 use crate::camera_path::KeyKind;
 use crate::framing::fit::seen_points;
 use crate::framing::{Extent, Stance};
@@ -97,7 +98,12 @@ impl Open {
 
     /// Draws the picture of one camera.
     pub(crate) fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
-        drawn(&mut self.renderer, camera)
+        drawn(&mut self.renderer, camera, &Window::whole(camera))
+    }
+
+    /// Draws a window of a picture.
+    pub(crate) fn draw_window(&mut self, camera: &Camera, window: &Window) -> Result<Drawn> {
+        drawn(&mut self.renderer, camera, window)
     }
 
     /// Takes the pose of picture `number`.
@@ -187,18 +193,13 @@ impl Open {
         if log.verbosity == Verbosity::Verbose {
             report::say(&format!("load {load_ms:.1} ms, prepare {prepare_ms:.1} ms"));
         }
-        plan.draw(
-            &request,
-            &cameras,
-            Run { stats, log },
-            &mut |camera, number| {
-                // The first picture is prepared already.
-                if args.model.play && number > 0 {
-                    renderer = posed(&args, &options, number, plan.gate())?;
-                }
-                drawn(&mut renderer, camera)
-            },
-        )
+        plan.draw(&request, &cameras, Run { stats, log }, &mut |shot| {
+            // The first picture is prepared already.
+            if args.model.play && shot.number > 0 {
+                renderer = posed(&args, &options, shot.number, plan.gate())?;
+            }
+            drawn(&mut renderer, shot.camera, &shot.window)
+        })
     }
 }
 
@@ -284,6 +285,7 @@ fn request(args: &TexmapArgs) -> Request<'_> {
         sequence: &args.sequence,
         picture: &args.picture,
         keys: KeyKind::Cameras,
+        vector_level: args.render.options.simd,
         gate: args.model.reading.gate(),
         inputs: [Some(args.input.path.as_path()), texture, environment]
             .into_iter()
@@ -293,8 +295,8 @@ fn request(args: &TexmapArgs) -> Request<'_> {
     }
 }
 
-fn drawn(renderer: &mut Renderer, camera: &Camera) -> Result<Drawn> {
-    let frame = renderer.render(camera)?;
+fn drawn(renderer: &mut Renderer, camera: &Camera, window: &Window) -> Result<Drawn> {
+    let frame = renderer.render_window(camera, window.first(), window.size())?;
     let account = Account {
         keys: serde_json::to_value(&frame.stats)?,
         line: stage_line(&frame.stats),

@@ -20,7 +20,7 @@ use crate::blend;
 use crate::camera_path::KeyKind;
 use crate::framing::{self, Extent};
 use crate::look::Suggested;
-use crate::picture::Drawn;
+use crate::picture::{self, Drawn, Shot};
 use crate::plan::{Plan, Purpose, Request, Run, RunLog};
 use crate::progress::{Progress, watch};
 use crate::report::{self, Account, RunStats, Verbosity};
@@ -157,6 +157,9 @@ impl Open {
 
     /// Draws and writes all pictures, and reports.
     pub(crate) fn finish(self, planned: Option<Value>, log: RunLog) -> Result<()> {
+        if self.args.sequence.part.tile.is_some() && !self.is_field() {
+            bail!("--tile: an order of samples draws pictures whole: divide them by --frames");
+        }
         let request = request(&self.args);
         let layers = blend::layers(&self.args.render.options.blend, self.plan.finish.format)?;
         self.content.show_transfer(&self.args.transfer)?;
@@ -180,13 +183,15 @@ impl Open {
         let (mut renderer, options) = (self.renderer, self.options);
         // The renderer has its own copy of what can be seen; only what moves may need the voxels again.
         let mut moving = self.motion.map(|motion| (motion, self.content));
-        let mut render = |camera: &Camera, number: usize| {
+        let mut render = |shot: &Shot| {
             if let Some((motion, content)) = &mut moving {
-                motion.set(number, &mut renderer, content, &options)?;
+                motion.set(shot.number, &mut renderer, content, &options)?;
             }
-            let mut drawn = drawn(&mut renderer, camera, progress)?;
-            drawn.image.planes.extend(renderer.layers(camera, &layers)?);
-            Ok(drawn)
+            picture::in_window(shot.camera, &shot.window, &mut |camera| {
+                let mut drawn = drawn(&mut renderer, camera, progress)?;
+                drawn.image.planes.extend(renderer.layers(camera, &layers)?);
+                Ok(drawn)
+            })
         };
         self.plan
             .draw(&request, &self.cameras, Run { stats, log }, &mut render)?;
@@ -277,6 +282,7 @@ fn request(args: &VolsplatArgs) -> Request<'_> {
         sequence: &args.sequence,
         picture: &args.picture,
         keys: KeyKind::Volume,
+        vector_level: args.render.options.vector_level,
         gate: args.volume.reading.gate(),
         inputs: [Some(args.input.path.as_path()), transfer]
             .into_iter()

@@ -131,12 +131,9 @@ impl Open {
         } else {
             LastPicture::NotKept
         };
-        plan.draw(
-            &request,
-            &cameras,
-            Run { stats, log },
-            &mut |camera, number| drawer.draw(camera, number),
-        )?;
+        plan.draw(&request, &cameras, Run { stats, log }, &mut |shot| {
+            drawer.draw(shot.camera, shot.number)
+        })?;
         match drawer.last {
             LastPicture::Kept(Some(image)) => write_planes(&args, &image),
             LastPicture::Kept(None) | LastPicture::NotKept => Ok(()),
@@ -310,6 +307,7 @@ fn shared(args: &Warp3dArgs, frames: Option<&Frames>) -> Shared {
             path: sequence.path.clone(),
             resume: sequence.resume,
             fps: sequence.fps,
+            part: sequence.part,
             ..SequenceArgs::default()
         },
         inputs: warp_scene::files(args)
@@ -331,6 +329,7 @@ fn request<'a>(args: &'a Warp3dArgs, shared: &'a Shared) -> Request<'a> {
         sequence: &shared.sequence,
         picture: &args.picture,
         keys: KeyKind::Cameras,
+        vector_level: args.render.options.vector_level,
         gate: Gate::new(Outside::Refused, args.max_memory),
         inputs: shared.inputs.iter().map(PathBuf::as_path).collect(),
         others: others

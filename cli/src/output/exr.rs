@@ -13,8 +13,8 @@ use std::path::Path;
 
 use anyhow::{Result, ensure};
 use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Layer,
-    LayerAttributes, LineOrder, MetaData, Text, WritableImage,
+    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples,
+    IntegerBounds, Layer, LayerAttributes, LineOrder, MetaData, Text, Vec2, WritableImage,
 };
 use resample_core::Image;
 
@@ -47,21 +47,70 @@ pub(super) fn write(file: impl Write + Seek, image: &Image, mark: Option<&str>) 
         names.windows(2).all(|pair| pair[0] != pair[1]),
         "two channels have the same name"
     );
-    write_channels(file, [image.width, image.height], channels, mark)
+    write_channels(
+        file,
+        Place::whole([image.width, image.height]),
+        channels,
+        mark,
+    )
+}
+
+/// Writes a window of a picture, whose place any viewer of EXR shows, and a mark.
+pub(super) fn write_window(
+    file: impl Write + Seek,
+    image: &Image,
+    (first, whole): ([usize; 2], [usize; 2]),
+    mark: &str,
+) -> Result<()> {
+    let place = Place {
+        size: [image.width, image.height],
+        first,
+        whole,
+    };
+    write_channels(file, place, channels(image), Some(mark))
+}
+
+/// Where a plane lies in a picture, px.
+struct Place {
+    size: [usize; 2],
+    first: [usize; 2],
+    whole: [usize; 2],
+}
+
+impl Place {
+    fn whole(size: [usize; 2]) -> Self {
+        Self {
+            size,
+            first: [0, 0],
+            whole: size,
+        }
+    }
 }
 
 /// Writes one plane as channel Y.
 pub(super) fn write_grey(file: impl Write + Seek, size: [usize; 2], values: &[f32]) -> Result<()> {
-    write_channels(file, size, vec![channel("Y", values.to_vec())], None)
+    write_channels(
+        file,
+        Place::whole(size),
+        vec![channel("Y", values.to_vec())],
+        None,
+    )
 }
 
 fn write_channels(
     file: impl Write + Seek,
-    [width, height]: [usize; 2],
+    place: Place,
     channels: Vec<AnyChannel<FlatSamples>>,
     mark: Option<&str>,
 ) -> Result<()> {
-    let mut attributes = LayerAttributes::default();
+    let [width, height] = place.size;
+    let mut attributes = LayerAttributes {
+        layer_position: Vec2(
+            i32::try_from(place.first[0])?,
+            i32::try_from(place.first[1])?,
+        ),
+        ..LayerAttributes::default()
+    };
     if let Some(mark) = mark {
         let text = AttributeValue::Text(Text::from(mark));
         attributes.other.insert(Text::from(MARK), text);
@@ -72,7 +121,9 @@ fn write_channels(
         encoding(width * height),
         AnyChannels::sort(channels.into_iter().collect()),
     );
-    let picture = exr::image::Image::from_layer(layer);
+    let mut picture = exr::image::Image::from_layer(layer);
+    picture.attributes.display_window =
+        IntegerBounds::from_dimensions(Vec2(place.whole[0], place.whole[1]));
     let writer = picture.write();
     // The encoder starts threads of its own; one thread asked for means one thread used.
     let writer = if rayon::current_num_threads() == 1 {

@@ -77,6 +77,31 @@ impl FrameNames {
         }
     }
 
+    /// The names of the files of one tile of each picture.
+    pub(crate) fn of_tile(&self, column: u32, row: u32) -> Self {
+        let tiled = |name: &str| {
+            let stem = name.rfind('.').map_or(name, |dot| &name[..dot]);
+            format!("{stem}.tile-{column}-{row}.exr")
+        };
+        match self {
+            Self::Single(path) => {
+                let name = path.file_name().unwrap_or_default().to_string_lossy();
+                Self::Single(path.with_file_name(tiled(&name)))
+            }
+            Self::Numbered {
+                folder,
+                before,
+                after,
+                digits,
+            } => Self::Numbered {
+                folder: folder.clone(),
+                before: before.clone(),
+                after: tiled(after),
+                digits: *digits,
+            },
+        }
+    }
+
     /// The number of a file's name, if the pattern gives such names.
     pub(crate) fn number_of(&self, name: &str) -> Option<usize> {
         let Self::Numbered {

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use resample_core::simd::SimdLevel;
 use resample_io::Gate;
 
 use crate::args::{CameraArgs, PictureArgs, SequenceArgs};
@@ -21,6 +22,8 @@ pub(crate) struct Request<'a> {
     pub picture: &'a PictureArgs,
     /// The fields that the keys of a path may have.
     pub keys: KeyKind,
+    /// The vector instructions that are asked for.
+    pub vector_level: SimdLevel,
     /// Which names inside files are followed, and how much memory their data may take.
     pub gate: Gate,
     /// Files that are read, beside the camera file and the background.

@@ -1,5 +1,6 @@
 //! Whatever a run will write, held against whatever it reads: checked before anything is written.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
@@ -28,18 +29,21 @@ pub(super) fn check(request: &Request, first_picture: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Checks all pictures, of which there are `count`, and all files again, now that the names inside files are known.
+/// Checks the pictures of these numbers, and all files again, now that the names inside files are known.
 pub(super) fn check_pictures(
     request: &Request,
     names: &FrameNames,
-    count: usize,
+    numbers: &Range<usize>,
     named_inside: &[PathBuf],
 ) -> Result<()> {
     let mut read = inputs(request);
     read.extend(named_inside.iter().map(PathBuf::as_path));
     let pictures: Vec<PathBuf> = match names {
         FrameNames::Single(path) => vec![path.clone()],
-        FrameNames::Numbered { .. } => (0..count).map(|index| names.frame(index)).collect(),
+        FrameNames::Numbered { .. } => {
+            let numbers = numbers.clone();
+            numbers.map(|index| names.frame(index)).collect()
+        }
     };
     for picture in pictures.iter().filter(|picture| picture.exists()) {
         output::check_writable(picture)?;

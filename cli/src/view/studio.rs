@@ -17,7 +17,7 @@ use super::message::{Asked, Exactness, Motion, PictureHead, View};
 use super::save;
 use super::sender::Sender;
 use super::subject::Subject;
-use crate::bands::{self, Next, Pace};
+use crate::bands::{self, Next, Pace, Window};
 use crate::report;
 
 /// Time after which the end is looked for.
@@ -187,7 +187,8 @@ impl Studio {
             band_px: BAND_PX,
             seconds: None,
         };
-        bands::in_bands(camera, &mut pace, &mut |band| subject.draw(band), &mut next)
+        let mut draw = |band: &Window| subject.draw_window(camera, band);
+        bands::in_bands(camera, &mut pace, &mut draw, &mut next)
     }
 
     fn answer(&mut self, asked: &Asked) -> Result<()> {

@@ -14,6 +14,7 @@ use super::words::{Changes, Files, Words};
 use crate::application::Application;
 use crate::args::Drawing;
 use crate::background::Background;
+use crate::bands::Window;
 use crate::camera_file::{self, CameraDefaults};
 use crate::opened::Opened;
 use crate::picture;
@@ -300,6 +301,16 @@ impl Subject {
         picture::check_size(camera)?;
         let image = self.opened.draw(camera)?.image;
         Ok(self.background().behind(image))
+    }
+
+    /// A window of a picture, over its background.
+    pub(super) fn draw_window(&mut self, camera: &Camera, window: &Window) -> Result<Image> {
+        picture::check_size(camera)?;
+        let image = self.opened.draw_window(camera, window)?.image;
+        let whole = [camera.width as usize, camera.height as usize];
+        Ok(self
+            .background()
+            .behind_window(image, window.first(), whole))
     }
 
     /// What lies under a place of a view, px; null where that is nothing.

@@ -23,6 +23,7 @@ mod info;
 mod looks;
 mod motion;
 mod pages;
+mod parts;
 mod planner;
 mod saved_camera;
 mod scenes;

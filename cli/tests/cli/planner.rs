@@ -68,9 +68,7 @@ fn sequences() -> [Sequence; 3] {
         },
         Sequence {
             scene: "panel",
-            words: format!(
-                "warp3d im.ppm z.pfm --intrinsics 90,90,47.5,35.5 --sway 4 --frames {FRAMES}"
-            ),
+            words: format!("warp3d im.ppm z.pfm --intrinsics 90,90,47.5,35.5 --sway 4,{FRAMES}"),
             narrow: "1/100",
             wide: "1/12",
         },

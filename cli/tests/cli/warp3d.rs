@@ -220,7 +220,7 @@ fn stereo_quilts_anaglyphs_and_sways_have_their_sizes() {
         "size of one view"
     );
     assert_good(&bench.run(&format!(
-        "{VIEW} --method nearest --sway 3 --frames 4 -o out/sway.png"
+        "{VIEW} --method nearest --sway 3,4 -o out/sway.png"
     )));
     assert_eq!(
         bench
@@ -232,7 +232,7 @@ fn stereo_quilts_anaglyphs_and_sways_have_their_sizes() {
         "pictures of a sway"
     );
     assert_good(&bench.run(&format!(
-        "{VIEW} --method nearest --sway 3 --frames 4 -o out/sway.apng"
+        "{VIEW} --method nearest --sway 3,4 -o out/sway.apng"
     )));
 }
 

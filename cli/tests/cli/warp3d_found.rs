@@ -187,9 +187,7 @@ fn relative_depth_needs_no_unit_and_says_so() {
     bench.write("near.pfm", &pfm_of(SIZE, |_, y| 1.0 + y as f32));
     bench.write("far.pfm", &pfm_of(SIZE, |_, y| 30.0 - y as f32));
     let words = |depth: &str| {
-        format!(
-            "warp3d im.png {depth} --depth-kind relative --from fov:50 --sway 3 --frames 2 -o out/a.png"
-        )
+        format!("warp3d im.png {depth} --depth-kind relative --from fov:50 --sway 3,2 -o out/a.png")
     };
     let said = |depth: &str| {
         let output = bench.run(&words(depth));

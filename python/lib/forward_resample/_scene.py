@@ -103,6 +103,21 @@ class Scene:
             own["camera"] = camera_option(own["camera"])
         return own
 
+    def _sizes(self, merged: dict[str, Any]) -> tuple[list[tuple[int, int]], bool]:
+        """Width and height of each picture that the options ask for, and whether they are drawn in parts."""
+        self._native.prepare(merged)
+        return self._native.sizes()
+
+    def _part(self, merged: dict[str, Any], number: int, columns: tuple[int, int], rows: tuple[int, int]) -> Any:
+        """A part of a picture, without what lies behind it: colours, depth, planes, stats."""
+        self._native.prepare(merged)
+        return self._native.draw_window(number, columns, rows)
+
+    def _finished(self, merged: dict[str, Any], rgba: Any) -> Any:
+        """A whole picture with what lies behind it."""
+        self._native.prepare(merged)
+        return self._native.finished(rgba)
+
     def _drawn(self, number: int, notes: list[str], explain: bool, progress: Optional[Callable[[float], object]]) -> Picture:
         (rgba, depth, planes, stats), lines = self._native.draw(number, progress)
         say(lines, explain, 4)

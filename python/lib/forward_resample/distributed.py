@@ -1,14 +1,13 @@
 """Pictures by many processes or machines: on Dask, on Ray, or by an executor such as that of mpi4py.
 
-A scene is sent to each process once; it reads or prepares it once, and draws whole pictures or bands of their rows. The parts are joined in
-order, and give the bytes that one process gives. Parts whose worker is lost are drawn by another.
+A scene is sent to each process once; it reads or prepares it once, and draws whole pictures or tiles of them. The parts are joined in order, and give the bytes that one process gives. Parts whose worker is lost are drawn by another.
 
 >>> import numpy as np
 >>> from concurrent.futures import ThreadPoolExecutor
 >>> from forward_resample import Volume
 >>> volume = Volume(np.arange(4096, dtype=np.uint16).reshape(16, 16, 16), size=(40, 64))
 >>> with ThreadPoolExecutor(2) as executor:
-...     pictures = render(volume, executor, rows=16, turntable=3)
+...     pictures = render(volume, executor, tile=(40, 16), turntable=3)
 >>> all(np.array_equal(a, b) for a, b in zip(pictures, volume.turntable(3)))
 True
 """
@@ -32,8 +31,8 @@ from ._scene import Scene
 #: Parts that a run is split into at least, where its pictures are few. A guess: enough for the last worker to end with the others.
 _PARTS = 16
 
-#: Rows of a tile: parts begin at edges of tiles.
-_TILE_ROWS = 16
+#: Side of the renderers' own tiles, px: parts begin at their edges.
+_TILE = 16
 
 #: Levels of vector instructions, the least first.
 _LEVELS = ("baseline", "avx2", "avx512")
@@ -45,11 +44,11 @@ _lock = Lock()
 
 
 class Task(NamedTuple):
-    """What a part shows: rows ``first`` to ``end`` of a picture."""
+    """What a part shows: columns and rows of a picture, each from the first to the one behind the last."""
 
     number: int
-    first: int
-    end: int
+    columns: tuple[int, int]
+    rows: tuple[int, int]
 
 
 class Part(NamedTuple):
@@ -67,7 +66,7 @@ def render(
     scene: Scene,
     client: Any,
     *,
-    rows: Optional[int] = None,
+    tile: Optional[tuple[int, int]] = None,
     retries: int = 3,
     **options: Any,
 ) -> list[Picture]:
@@ -78,7 +77,8 @@ def render(
             to read; arrays are sent once to each.
         client: a ``dask.distributed.Client``, the module ``ray`` after ``ray.init()``, or an executor, such as
             ``mpi4py.futures.MPIPoolExecutor()``.
-        rows: rows of a part, a multiple of 16; without it whole pictures where they are many, and bands where they are few.
+        tile: width and height of a part, px, rounded up to multiples of 16; without it whole pictures where they are many, and bands
+            of rows where they are few. Warps are not divided within a picture.
         retries: how often a part is drawn again whose worker was lost.
         options: of the pictures: ``turntable=``, ``path=``, ``camera=``, ``size=`` and all others.
 
@@ -93,29 +93,37 @@ def render(
     merged = scene._all(options)
     if "max_time" in merged:
         raise ValueError("max_time: workers are not equally fast, and would choose unlike settings: give max_error")
-    count, _ = scene._native.prepare(merged)
-    sizes, has_parts = scene._native.sizes()
-    tasks = _tasks(sizes, rows if has_parts else max(height for _, height in sizes))
+    sizes, has_parts = scene._sizes(merged)
+    tasks = _tasks(sizes, tile if has_parts else _whole(sizes))
     recipe = pickle.dumps((scene, merged))
     token = uuid.uuid4().hex
     parts = _engine(client)(client, recipe, token, tasks, retries)
     _check_levels(parts)
     pictures = []
-    for number in range(count):
+    for number, size in enumerate(sizes):
         own = [part for part in parts if part.task.number == number]
-        pictures.append(_joined(scene, merged, own))
+        pictures.append(_joined(scene, merged, own, size))
     return pictures
 
 
-def _tasks(sizes: Sequence[tuple[int, int]], rows: Optional[int]) -> list[Task]:
-    if rows is not None and rows < 1:
-        raise ValueError(f"rows: expected a number above 0, got {rows}")
+def _whole(sizes: Sequence[tuple[int, int]]) -> tuple[int, int]:
+    return max(width for width, _ in sizes), max(height for _, height in sizes)
+
+
+def _tasks(sizes: Sequence[tuple[int, int]], tile: Optional[tuple[int, int]]) -> list[Task]:
+    if tile is not None and (len(tile) != 2 or min(tile) < 1):
+        raise ValueError(f"tile: expected a width and a height above 0, got {tile}")
     tasks = []
-    for number, (_, height) in enumerate(sizes):
-        each = rows or -(-height * len(sizes) // _PARTS)
-        each = -(-each // _TILE_ROWS) * _TILE_ROWS
-        tasks += [Task(number, first, min(first + each, height)) for first in range(0, height, each)]
+    for number, (width, height) in enumerate(sizes):
+        across, down = tile or (width, -(-height * len(sizes) // _PARTS))
+        spans = [_spans(side, each) for side, each in ((width, across), (height, down))]
+        tasks += [Task(number, columns, rows) for rows in spans[1] for columns in spans[0]]
     return tasks
+
+
+def _spans(side: int, each: int) -> list[tuple[int, int]]:
+    each = -(-each // _TILE) * _TILE
+    return [(first, min(first + each, side)) for first in range(0, side, each)]
 
 
 def draw_part(recipe: bytes, token: str, task: Task) -> Part:
@@ -126,8 +134,7 @@ def draw_part(recipe: bytes, token: str, task: Task) -> Part:
                 _kept.popitem(last=False)
             _kept[token] = pickle.loads(recipe)
         scene, merged = _kept[token]
-        scene._native.prepare(merged)
-    rgba, depth, planes, stats = scene._native.draw_rows(*task)
+        rgba, depth, planes, stats = scene._part(merged, *task)
     level = _native.vector_level(merged.get("vector_level", "auto"))
     return Part(task, rgba, depth, planes, stats, level)
 
@@ -200,12 +207,16 @@ def _check_levels(parts: list[Part]) -> None:
         )
 
 
-def _joined(scene: Scene, merged: dict[str, Any], parts: list[Part]) -> Picture:
-    parts = sorted(parts, key=lambda part: part.task.first)
-    rgba = np.concatenate([part.rgba for part in parts])
-    scene._native.prepare(merged)
-    rgba = scene._native.finished(np.ascontiguousarray(rgba))
-    depth = None if parts[0].depth is None else np.concatenate([part.depth for part in parts])
-    planes = {name: np.concatenate([part.planes[name] for part in parts]) for name in parts[0].planes}
+def _joined(scene: Scene, merged: dict[str, Any], parts: list[Part], size: tuple[int, int]) -> Picture:
+    def whole(read: Callable[[Part], Any]) -> Any:
+        first = read(parts[0])
+        joined = np.empty((size[1], size[0], *first.shape[2:]), first.dtype)
+        for part in parts:
+            joined[slice(*part.task.rows), slice(*part.task.columns)] = read(part)
+        return joined
+
+    rgba = scene._finished(merged, whole(lambda part: part.rgba))
+    depth = None if parts[0].depth is None else whole(lambda part: part.depth)
+    planes = {name: whole(lambda part, name=name: part.planes[name]) for name in parts[0].planes}  # type: ignore[misc]
     stats = [json.loads(part.stats) for part in parts]
-    return Picture(rgba, depth, planes, stats[0] if len(stats) == 1 else {"bands": stats})
+    return Picture(rgba, depth, planes, stats[0] if len(stats) == 1 else {"parts": stats})

@@ -2,13 +2,14 @@
 
 use anyhow::Result;
 use resample_core::Camera;
-use resample_core::image::Plane;
 use volsplat::Order;
 
 use super::{Open, cameras, motion, request};
 use crate::args::VolsplatArgs;
 use crate::background::Background;
+use crate::bands::Window;
 use crate::blend;
+use crate::picture::{self, Drawn};
 use crate::plan::{Change, Plan};
 
 impl Open {
@@ -41,10 +42,17 @@ impl Open {
         }
     }
 
-    /// The further planes of a picture, `--layers`.
-    pub(crate) fn planes(&mut self, camera: &Camera) -> Result<Vec<Plane>> {
+    /// Draws a window of a picture with its further planes, `--layers`.
+    pub(crate) fn draw_window(&mut self, camera: &Camera, window: &Window) -> Result<Drawn> {
         let layers = blend::layers(&self.args.render.options.blend, self.plan.finish.format)?;
-        Ok(self.renderer.layers(camera, &layers)?)
+        picture::in_window(camera, window, &mut |camera| {
+            let mut drawn = self.draw(camera)?;
+            drawn
+                .image
+                .planes
+                .extend(self.renderer.layers(camera, &layers)?);
+            Ok(drawn)
+        })
     }
 
     /// Whether the trilinear field is drawn, and not samples.

@@ -12,7 +12,7 @@ use crate::camera_file::CameraDefaults;
 use crate::camera_path::{self, KeyKind};
 use crate::multiview::{self, Layout, Places};
 use crate::output;
-use crate::values::Size;
+use crate::values::{Size, Sway};
 use crate::viewpoint::{self, Known};
 use crate::warp_frames::Frames;
 use crate::warp_scene::{self, WarpScene};
@@ -134,9 +134,10 @@ pub(super) fn cameras(
     let swaying = match args.sequence.sway {
         None => targets.to_vec(),
         Some(_) if targets.len() > 1 => bail!("--sway goes around one camera: name it behind a #"),
-        Some(angle_deg) => {
-            multiview::sway(&targets[0], convergence, angle_deg, args.sequence.frames)?
-        }
+        Some(Sway {
+            angle_deg,
+            pictures,
+        }) => multiview::sway(&targets[0], convergence, angle_deg, pictures)?,
     };
     swaying
         .iter()
