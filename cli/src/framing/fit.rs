@@ -21,6 +21,8 @@ pub struct Seen {
     pub low: DVec2,
     /// Right, top.
     pub high: DVec2,
+    /// Off by less than this in its middle or its size, half pictures, a view is near enough.
+    pub near_enough: f64,
 }
 
 /// What a camera sees; `None` where that is nothing.
@@ -30,7 +32,7 @@ pub type Measure<'a> = dyn FnMut(&Camera) -> Result<Option<Seen>> + 'a;
 /// next one sees from almost the right place.
 const ROUNDS: usize = 6;
 
-/// The middle moves by less than this, in half pictures, or the size changes by less: a pixel of a small picture.
+/// Corners are projected exactly, which costs next to nothing: two pixels of a picture of 800.
 const NEAR_ENOUGH: f64 = 0.005;
 
 /// How what is seen lies beside the picture's middle, over all views.
@@ -39,6 +41,8 @@ struct Excess {
     middle: DVec2,
     /// The larger side, as a share of the picture.
     fill: f64,
+    /// Below which it counts as nothing.
+    near_enough: f64,
 }
 
 /// The extent that shows in all views what the measure sees; the first extent where that is nothing.
@@ -52,7 +56,7 @@ pub fn fit(extent: &Extent, views: &[View], measure: &mut Measure) -> Result<Ext
         let is_near = (excess.fill / FILL - 1.0)
             .abs()
             .max(excess.middle.abs().max_element());
-        if is_near < NEAR_ENOUGH {
+        if is_near < excess.near_enough {
             break;
         }
     }
@@ -61,9 +65,11 @@ pub fn fit(extent: &Extent, views: &[View], measure: &mut Measure) -> Result<Ext
 
 fn excess(extent: &Extent, views: &[View], measure: &mut Measure) -> Result<Option<Excess>> {
     let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    let mut near_enough = 0.0f64;
     for view in views {
         if let Some(seen) = measure(&frame(extent, view)?)? {
             (low, high) = (low.min(seen.low), high.max(seen.high));
+            near_enough = near_enough.max(seen.near_enough);
         }
     }
     if !(low.is_finite() && high.is_finite() && low.cmple(high).all()) {
@@ -79,6 +85,7 @@ fn excess(extent: &Extent, views: &[View], measure: &mut Measure) -> Result<Opti
     Ok(Some(Excess {
         middle,
         fill: half.max_element(),
+        near_enough,
     }))
 }
 
@@ -135,5 +142,6 @@ pub fn of_pixels(low: DVec2, high: DVec2, half: DVec2) -> Seen {
     Seen {
         low: DVec2::new(a.x, -b.y),
         high: DVec2::new(b.x, -a.y),
+        near_enough: NEAR_ENOUGH,
     }
 }

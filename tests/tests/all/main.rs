@@ -2,6 +2,7 @@
 //! and linked once. `cargo test -p resample-tests NAME::` runs one of them.
 
 mod architecture;
+mod between_planes;
 mod changes;
 mod clipping;
 mod documents;
