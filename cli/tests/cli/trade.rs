@@ -131,7 +131,13 @@ fn the_page_works_in_a_browser() {
         return;
     };
     let bench = Bench::new();
-    measure(&bench, "");
+    let mut report = measure(&bench, "");
+    // Equal times, so that the page does not hang on the clock.
+    for row in report["rows"].as_array_mut().expect("a list") {
+        row["cost"]["cpu_ms"] = 10.0.into();
+    }
+    bench.write("out/trade.json", report.to_string().as_bytes());
+    measure(&bench, "--resume");
     // A real click needs a driver; a click event goes through the same handler. Errors are kept where the test sees them.
     let page = fs::read_to_string(bench.path("out/index.html")).expect("a page");
     let watch = "<script>window.onerror = (what) => document.documentElement.setAttribute('data-failed', what);</script>";
