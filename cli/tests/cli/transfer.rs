@@ -187,11 +187,36 @@ fn contradictions_and_bad_numbers_are_refused() {
     refused("--show-transfer absent/plot.png", "absent");
     refused("--preset ct-bone --window 40,400", "--window");
     refused("--preset ct-bone --transfer tf.json", "--transfer");
-    for line in [
-        "ct-bone          bone alone",
-        "mr-head          a head in MR",
+    refused("--preset bone", "ct-bone          bone alone");
+}
+
+#[test]
+fn list_asks_what_there_is() {
+    let bench = Bench::new();
+    for (words, lines) in [
+        (
+            "volsplat --preset list",
+            [
+                "ct-bone          bone alone",
+                "mr-head          a head in MR",
+            ],
+        ),
+        (
+            "volsplat ball.raw --colormap=list",
+            ["viridis\n", "greys\n"],
+        ),
     ] {
-        refused("--preset list", line);
+        let output = bench.run(words);
+        assert_eq!(
+            output.status.code(),
+            Some(0),
+            "{words}: {}",
+            stderr(&output)
+        );
+        let text = String::from_utf8_lossy(&output.stdout);
+        for line in lines {
+            assert!(text.contains(line), "{words} lists {line}: {text}");
+        }
     }
 }
 
