@@ -87,3 +87,40 @@ impl StageTime {
 fn ms(time: Duration) -> f64 {
     1e3 * time.as_secs_f64()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_follow_the_cpu_time_and_add_up() {
+        let whole = StageTime {
+            wall_ms: 6.0,
+            cpu_ms: 12.0,
+        };
+        let [one, three] = whole.shared([1.0, 3.0]);
+        assert_eq!([one.wall_ms, one.cpu_ms], [1.5, 3.0]);
+        assert_eq!([three.wall_ms, three.cpu_ms], [4.5, 9.0]);
+        let mut sum = one;
+        sum += three;
+        assert_eq!(sum, whole);
+        // Stages too short for the clock share evenly.
+        assert_eq!(whole.shared([0.0, 0.0]).map(|part| part.cpu_ms), [6.0; 2]);
+    }
+
+    #[test]
+    fn clocks_run_forwards_in_milliseconds() {
+        assert_eq!(ms(Duration::from_millis(1500)), 1500.0);
+        let (stage, thread) = (StageClock::start(), ThreadClock::start());
+        let start = Instant::now();
+        let mut work = 0.0f64;
+        while start.elapsed() < Duration::from_millis(20) {
+            work += std::hint::black_box(1.0);
+        }
+        let time = stage.stop();
+        assert!(work > 0.0 && time.wall_ms >= 20.0 && time.wall_ms < 20_000.0);
+        // A thread that waits for a processor uses none; this one has used some.
+        let is_counted = time.cpu_ms > 0.0 && thread.elapsed_ms() > 0.0;
+        assert!(is_counted || !cfg!(target_os = "linux"));
+    }
+}

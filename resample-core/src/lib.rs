@@ -1,7 +1,7 @@
 //! Hybrid forward resampling: discrete samples laid on the screen as points or as splats.
 //!
-//! In the order in which data flows: `camera` and `view`; `kernel` and `table`; `conic`, `footprint`, `index_table` and
-//! `disc`; `select` and `scan`; `tile`, `sort`, `maps`, `point`, `simd` and `composite`; `image` and `metrics`.
+//! In the order in which data flows: `camera` and `view`; `kernel` and `table`; `conic`, `footprint` and `index_table`;
+//! `select` and `scan`; `tile`, `sort`, `maps`, `point`, `simd` and `composite`; `image` and `metrics`.
 //!
 //! ```
 //! use resample_core::{Image, Kernel, KernelShape, metrics};
@@ -23,7 +23,6 @@ pub mod camera;
 pub mod clock;
 pub mod composite;
 pub mod conic;
-pub mod disc;
 pub mod error;
 pub mod footprint;
 pub mod framing;

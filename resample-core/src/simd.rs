@@ -178,23 +178,23 @@ where
     (splat(1.0) - scale) - scale * power
 }
 
-/// Scalar face of the vector function, for tests: applies it to each element.
-pub fn opacities_from_optical_depths(level: SimdLevel, depths: &[f32]) -> Vec<f32> {
-    let mut out = Vec::with_capacity(depths.len());
-    for depth in depths {
-        out.push(crate::dispatch!(level.resolve(), simd => first_opacity(simd, *depth)));
-    }
-    out
-}
-
-#[inline(always)]
-fn first_opacity<S: Simd>(simd: S, depth: f32) -> f32 {
-    opacity_from_optical_depth(simd, S::f32s::splat(simd, depth)).as_slice()[0]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Scalar face of the vector function; applies it to each element.
+    fn opacities_from_optical_depths(level: SimdLevel, depths: &[f32]) -> Vec<f32> {
+        let mut out = Vec::with_capacity(depths.len());
+        for depth in depths {
+            out.push(crate::dispatch!(level.resolve(), simd => first_opacity(simd, *depth)));
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn first_opacity<S: Simd>(simd: S, depth: f32) -> f32 {
+        opacity_from_optical_depth(simd, S::f32s::splat(simd, depth)).as_slice()[0]
+    }
 
     #[test]
     fn opacity_keeps_its_relative_error_over_the_whole_range() {

@@ -74,11 +74,6 @@ pub(crate) enum Cut {
 const INSIDE_MARGIN: f64 = 1e-6;
 
 impl Clip {
-    /// Whether everything is kept.
-    pub fn keeps_all(&self) -> bool {
-        *self == Self::default()
-    }
-
     /// Checks every number; [`Error::Option`] says which one is wrong.
     pub fn validate(&self) -> Result<(), Error> {
         for (name, corners) in [
