@@ -21,66 +21,23 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
     let is_headerless = args.volume.dims.is_some();
     let content = Content::of(&args.input.path).ok();
     let name = args.input.path.to_string_lossy().into_owned();
-    let commands = |words: &[&[&str]]| -> Vec<String> {
-        let line =
-            |words: &&[&str]| typed::line(&words.iter().map(|&w| w.to_owned()).collect::<Vec<_>>());
-        words.iter().map(line).collect()
-    };
-    let by_volsplat: &[&str] = &["volsplat", &name, "-o", "picture.png"];
-    let by_warp: &[&str] = &[
-        "warp3d",
-        "PICTURE",
-        &name,
-        "--from",
-        "CAM",
-        "--to",
-        "CAM",
-        "-o",
-        "picture.png",
-    ];
+    let volsplat = draws(&["volsplat", &name]);
     let ((lines, mut facts), drawn) = match content.filter(|_| !is_headerless) {
-        Some(Content::Mesh) => (
-            mesh::facts(args)?,
-            commands(&[&["texmap", &name, "-o", "picture.png"]]),
-        ),
+        Some(Content::Mesh) => (mesh::facts(args)?, vec![draws(&["texmap", &name])]),
         Some(Content::Picture) => {
             let facts = picture::facts(args)?;
-            let as_colour: &[&str] = &[
-                "warp3d",
-                &name,
-                "DEPTH",
-                "--from",
-                "CAM",
-                "--to",
-                "CAM",
-                "-o",
-                "picture.png",
-            ];
-            let drawn = if facts.1["colour"] == true {
-                as_colour
-            } else {
-                by_warp
+            let warp = match facts.1["colour"] == true {
+                true => warps(&name, "DEPTH"),
+                false => warps("PICTURE", &name),
             };
-            (facts, commands(&[drawn]))
+            (facts, vec![warp])
         }
-        Some(Content::PictureAndDepth) => {
-            let words = [
-                "warp3d",
-                &name,
-                &name,
-                "--from",
-                "CAM",
-                "--to",
-                "CAM",
-                "-o",
-                "picture.png",
-            ];
-            (picture::facts(args)?, commands(&[&words]))
-        }
-        Some(Content::Plane) => (picture::facts(args)?, commands(&[by_warp, by_volsplat])),
-        Some(Content::Volume | Content::Unknown) | None => {
-            (volume::facts(args)?, commands(&[by_volsplat]))
-        }
+        Some(Content::PictureAndDepth) => (picture::facts(args)?, vec![warps(&name, &name)]),
+        Some(Content::Plane) => (
+            picture::facts(args)?,
+            vec![warps("PICTURE", &name), volsplat],
+        ),
+        Some(Content::Volume | Content::Unknown) | None => (volume::facts(args)?, vec![volsplat]),
     };
     if args.json {
         facts["path"] = json!(args.input.path.display().to_string());
@@ -97,4 +54,15 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
         .map(|(name, text)| format!("  {name:<10} {text}\n"))
         .collect();
     report::print(&format!("{}\n{lines}", args.input.path.display()))
+}
+
+/// A command that draws, as it is typed.
+fn draws(words: &[&str]) -> String {
+    let words = words.iter().chain(&["-o", "picture.png"]);
+    typed::line(&words.map(|&word| word.to_owned()).collect::<Vec<_>>())
+}
+
+/// The command that shows a picture with its depth from another camera.
+fn warps(colour: &str, depth: &str) -> String {
+    draws(&["warp3d", colour, depth, "--from", "CAM", "--to", "CAM"])
 }
