@@ -89,7 +89,7 @@ pub struct Cli {
 pub enum Command {
     /// Draw built-in scenes of every kind on one page: needs no file, takes seconds
     Demo(DemoArgs),
-    /// Show what a volume, a mesh, a picture or a depth holds, and which command draws it
+    /// Describe a volume, a mesh, a picture or a depth image, and name the command that draws it
     ///
     /// Example: resample info head.nii.gz
     Info(InfoArgs),

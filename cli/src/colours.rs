@@ -1,7 +1,7 @@
 //! Volumes whose voxels are colours: which channels draw them.
 //!
-//! Takes what was typed and how the file is read, gives the words of `--channel`: red, green and blue, whose extinctions add and
-//! whose colours mix, so that what is bright is opaque. Alpha is left aside.
+//! Takes the typed options and the reading options, gives the words of `--channel`: red, green and blue. Their extinctions add, so
+//! bright voxels are opaque, and their colours mix by extinction. Alpha is not used.
 
 use anyhow::Result;
 use volsplat::LoadOptions;

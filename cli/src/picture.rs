@@ -93,11 +93,5 @@ pub fn write(
 ) -> Result<WrittenFrame> {
     let Drawn { image, account } = drawn;
     let file_bytes = output::write_marked_picture(&file, format, &image, mark)?;
-    Ok(WrittenFrame {
-        file,
-        file_bytes,
-        width: image.width,
-        height: image.height,
-        account,
-    })
+    Ok(WrittenFrame::of(file, file_bytes, &image, account))
 }

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Error;
+use resample_core::Image;
 use resample_io::memory;
 use serde::{Serialize, Serializer};
 use serde_json::Value;
@@ -75,6 +76,19 @@ pub struct WrittenFrame {
     /// Counts and times.
     #[serde(flatten)]
     pub account: Account,
+}
+
+impl WrittenFrame {
+    /// The record of a picture that was written to `file`.
+    pub(crate) fn of(file: PathBuf, file_bytes: u64, image: &Image, account: Account) -> Self {
+        Self {
+            file,
+            file_bytes,
+            width: image.width,
+            height: image.height,
+            account,
+        }
+    }
 }
 
 /// A renderer's account of a frame.

@@ -12,7 +12,7 @@ use crate::bands::{TILE_SIDE, Window};
 use crate::output::{Depth, Format};
 use crate::values::TileWord;
 
-/// What the file of a tile says of itself.
+/// The record inside the file of a tile.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct PartMark {
     /// The version of the program.

@@ -17,7 +17,7 @@ use crate::report::{self, Verbosity};
 use crate::tiles::{self, Kind, PartMark};
 use crate::values::{Grid, TileWord};
 
-/// The file of a tile, and what it says of itself.
+/// The file of a tile, and the record inside it.
 struct Found {
     path: PathBuf,
     mark: PartMark,
@@ -68,7 +68,7 @@ pub(crate) fn run(args: &JoinArgs, verbosity: Verbosity) -> Result<()> {
     Ok(())
 }
 
-/// What a file says of itself.
+/// Reads the record of a file.
 fn found(path: &PathBuf) -> Result<Found> {
     // A file that cannot be read has an error of its own.
     std::fs::File::open(path).with_context(|| path.display().to_string())?;

@@ -91,11 +91,5 @@ pub(super) fn write(
     let whole = [shot.camera.width as usize, shot.camera.height as usize];
     let place = (shot.window.first(), whole);
     let file_bytes = output::write_tile(&file, &image, place, mark.unwrap_or_default())?;
-    Ok(WrittenFrame {
-        file,
-        file_bytes,
-        width: image.width,
-        height: image.height,
-        account,
-    })
+    Ok(WrittenFrame::of(file, file_bytes, &image, account))
 }

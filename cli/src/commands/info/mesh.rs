@@ -1,4 +1,4 @@
-//! What a mesh file holds: read as `resample texmap` reads it.
+//! Describes a mesh file: its counts, materials, textures and animations, read as `resample texmap` reads them.
 
 use anyhow::Result;
 use glam::DVec3;

@@ -1,4 +1,4 @@
-//! `resample info`: what a file holds and which command draws it, for people or as JSON.
+//! `resample info` describes a file and names the command that draws it, as text or JSON.
 //!
 //! The content decides whether that is a volume, a mesh or a picture. It all goes to stdout, because it is the result of
 //! the command.

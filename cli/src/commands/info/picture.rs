@@ -1,4 +1,4 @@
-//! What a picture or a depth holds: its size and channels, and, of one number a pixel, their range and what they leave unknown.
+//! Describes a picture or a depth image: its size and channels. For a depth image it adds the range and the number of unknown pixels.
 
 use anyhow::{Result, anyhow};
 use resample_io::{Part, Plane, Stored, colour, depth, exr, files};

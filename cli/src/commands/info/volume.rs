@@ -1,4 +1,4 @@
-//! What a volume file holds.
+//! Describes a volume file: its size, place and values.
 //!
 //! The volume is read as `resample volsplat` would read it, with the same options, so that the drawn volume is
 //! the one described here.

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// A fact: its name, and what it says.
+/// A fact: its name and its value.
 pub(super) type Line = (&'static str, String);
 
 /// A fact.
