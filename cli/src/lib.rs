@@ -37,6 +37,7 @@ mod blend;
 mod built_in;
 mod camera_file;
 mod camera_path;
+mod channel_look;
 mod clip;
 mod colours;
 mod commands;
