@@ -48,6 +48,21 @@ fn a_folder_of_slices_is_a_volume() {
         &format!("slices {words}"),
         &format!("volsplat slices {words}"),
     );
+    // As a shell lists them.
+    for command in ["", "volsplat "] {
+        let listed = "slices/slice0.png slices/slice1.png slices/slice2.png";
+        same_bytes(
+            &bench,
+            &format!("{command}{listed} {words}"),
+            &format!("volsplat slices {words}"),
+        );
+    }
+    let output = bench.run("volsplat slices/slice0.png slices/slice1.png -o out/a.png");
+    let text = stderr(&output);
+    assert!(
+        output.status.code() == Some(2) && text.contains("3 in their folder have such a name"),
+        "two of three slices: {text}"
+    );
     let output = bench.run("volsplat slices/slice*.png -o slices/slice1.png --size 48x48");
     assert_eq!(output.status.code(), Some(2), "a slice is not written over");
 }

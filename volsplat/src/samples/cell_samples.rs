@@ -243,7 +243,7 @@ impl Sampler<'_> {
         if !any {
             return None;
         }
-        multiply_tints(&self.channels, cells, first, &mut points);
+        multiply_tints(self.channels, cells, first, &mut points);
         if let Some(mask) = &cells.mask {
             for (i, point) in points.iter_mut().enumerate() {
                 if mask[first + CELL_CORNERS[nearest_corner(i)]] == 0 {
