@@ -14,6 +14,8 @@ mod points;
 mod slices;
 mod splat;
 mod state;
+#[cfg(test)]
+mod tests;
 
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;

@@ -342,4 +342,57 @@ mod tests {
             "on the eye plane"
         );
     }
+
+    #[test]
+    fn the_approximate_outline_meets_the_outline_on_its_axes() {
+        let view = view(DAffine3::IDENTITY);
+        let ball = BallGeometry::new(&view, DVec3::new(2.0, -1.0, 0.5), 1.3).expect("in front");
+        let [xx, xy, yy] = ball.outline.form;
+        let along = (ball.outline.centre_px - ball.projected_px).normalize();
+        let across = DVec2::new(xx * along.x + xy * along.y, xy * along.x + yy * along.y).perp();
+        let approximate = ball.approximate_outline();
+        for direction in [along, across.normalize(), -across.normalize()] {
+            // Halving finds where the outline is met.
+            let (mut inside, mut outside) = (0.0, 1e4);
+            for _ in 0..100 {
+                let middle = 0.5 * (inside + outside);
+                if ball.outline.value(ball.projected_px + middle * direction) < 1.0 {
+                    inside = middle;
+                } else {
+                    outside = middle;
+                }
+            }
+            let value = approximate.value(ball.projected_px + inside * direction);
+            assert!((value - 1.0).abs() < 1e-9, "{direction}: {value}");
+        }
+        let behind = approximate.value(2.0 * ball.projected_px - ball.outline.centre_px);
+        let before = approximate.value(ball.outline.centre_px);
+        assert!(
+            (behind - before).abs() < 1e-9,
+            "even about the projected centre"
+        );
+    }
+
+    #[test]
+    fn a_ball_is_seen_where_all_of_it_is_before_the_eye() {
+        let eye = DVec3::new(3.0, 4.0, -7.0);
+        let ahead = -eye.normalize();
+        // The grid is three times as coarse as the world.
+        let view = view(DAffine3::from_scale(DVec3::splat(3.0)));
+        for (distance, seen) in [(2.0, false), (2.09, false), (2.11, true), (40.0, true)] {
+            let ball = BallGeometry::new(&view, (eye + distance * ahead) / 3.0, 0.7);
+            assert_eq!(ball.is_some(), seen, "{distance} from the eye, radius 2.1");
+        }
+    }
+
+    #[test]
+    fn the_index_in_an_ellipse_keeps_its_ends() {
+        for sin2 in [0.0, 0.3, 0.9] {
+            assert_eq!(index2_from_ellipse(0.0, sin2), 0.0);
+            assert!((index2_from_ellipse(1.0, sin2) - 1.0).abs() < 1e-15);
+        }
+        // At 60 degrees, half way out: sin(atan(tan 60 / 2)) / sin 60, squared.
+        let wanted = (0.5 * 60f64.to_radians().tan()).atan().sin().powi(2) / 0.75;
+        assert!((index2_from_ellipse(0.25, 0.75) - wanted).abs() < 1e-15);
+    }
 }

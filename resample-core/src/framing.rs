@@ -76,4 +76,25 @@ mod tests {
         };
         assert!(framing.camera([DVec3::ONE; 2], [8, 8]).is_err());
     }
+
+    #[test]
+    fn the_ball_around_the_box_fills_the_narrower_side() {
+        let bounds = [DVec3::new(-3.0, 1.0, 2.0), DVec3::new(5.0, 2.0, 9.0)];
+        let framing = Framing {
+            towards_eye: DVec3::new(0.0, 0.0, 2.0),
+            up: DVec3::Y,
+            fov_y_rad: 0.6,
+        };
+        let camera = framing.camera(bounds, [90, 40]).expect("a box and a lens");
+        let middle = camera
+            .camera_from_world
+            .transform_point3(0.5 * (bounds[0] + bounds[1]));
+        // A ball is as wide as the angle whose sine is its radius over its distance.
+        let radius = 0.5 * (64.0f64 + 1.0 + 49.0).sqrt();
+        let wanted = DVec3::new(0.0, 0.0, radius / 0.3f64.sin());
+        assert!(
+            middle.distance(wanted) < 1e-12 * radius,
+            "{middle} against {wanted}"
+        );
+    }
 }

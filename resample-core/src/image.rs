@@ -200,4 +200,29 @@ mod tests {
             vec![[0.25, 0.5, 0.75, 1.0], [0.1, 0.2, 0.3, 1.0]]
         );
     }
+
+    #[test]
+    fn pixels_are_found_by_column_and_row() {
+        let mut image = Image::transparent(3, 2);
+        for (i, pixel) in image.rgba.iter_mut().enumerate() {
+            *pixel = [i as f32; 4];
+        }
+        assert_eq!([image.pixel(2, 0), image.pixel(0, 1)], [[2.0; 4], [3.0; 4]]);
+        let window = image.window([1, 0], [2, 2]);
+        assert_eq!(window.rgba, [1.0, 2.0, 4.0, 5.0].map(|v| [v; 4]));
+        let mut back = image.blank(3, 2);
+        assert!(back.paste(&window, [1, 0]), "it fits");
+        assert_eq!(back.rgba, [0.0, 1.0, 2.0, 0.0, 4.0, 5.0].map(|v| [v; 4]));
+        for first in [[2, 0], [1, 1]] {
+            assert!(!back.paste(&window, first), "beyond the rim at {first:?}");
+        }
+    }
+
+    #[test]
+    fn bytes_are_display_colours() {
+        let mut image = Image::transparent(2, 1);
+        // Half of the light of white is 188 of 255 (IEC 61966-2-1).
+        image.rgba = vec![[0.0, 0.5, 1.0, 1.0], [2.0, -1.0, 0.001, 1.0]];
+        assert_eq!(image.srgb8(), [[0, 188, 255], [255, 0, 3]]);
+    }
 }
