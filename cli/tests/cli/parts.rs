@@ -152,6 +152,18 @@ fn parts_that_do_not_fit_together_are_refused() {
         assert_good(&bench.run(&format!("{volume} {words} -o out/x.png --tile 1,1/3x2")));
         refused(&format!("{but_one} out/x.tile-1-1.exr"), why);
     }
+    // A tile of another version: its record is plain text in the file.
+    let tile = fs::read(bench.path("out/p.tile-1-1.exr")).expect("written");
+    let version = concat!("\"version\":\"", env!("CARGO_PKG_VERSION"), "\"").as_bytes();
+    let at = tile.windows(version.len()).position(|part| part == version);
+    let last_digit = at.expect("the version") + version.len() - 2;
+    let mut other = tile.clone();
+    other[last_digit] ^= 1;
+    bench.write("out/x.tile-1-1.exr", &other);
+    refused(
+        &format!("{but_one} out/x.tile-1-1.exr"),
+        "drawn by the versions",
+    );
     assert_good(&bench.run(&format!("{volume} -o out/x.png --tile 1,1/2x2")));
     refused(&format!("{but_one} out/x.tile-1-1.exr"), "other options");
     assert!(!bench.path("out/joined.png").exists(), "nothing is written");
