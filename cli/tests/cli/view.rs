@@ -81,6 +81,28 @@ fn labels_and_channels_in_the_pages_colours_are_the_command_lines_pictures() {
 }
 
 #[test]
+fn voxels_of_colours_are_the_command_lines_picture_with_another_opacity_too() {
+    let bench = Bench::new();
+    let head = "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 3 32 32 32\nkinds: RGB-color domain domain domain\nencoding: raw\n\n";
+    let colours: Vec<u8> = super::ball()
+        .iter()
+        .flat_map(|&value| [value, value / 2, value / 4])
+        .collect();
+    bench.write("rgb.nrrd", &[head.as_bytes(), &colours].concat());
+    assert_same(&bench, "rgb.nrrd", json!({}));
+    assert_same(
+        &bench,
+        "rgb.nrrd",
+        json!({ "changes": { "opacity-scale": ["3"] } }),
+    );
+    assert_same(
+        &bench,
+        "rgb.nrrd",
+        json!({ "changes": { "window": ["128,100"] } }),
+    );
+}
+
+#[test]
 fn labels_and_channels_are_told_to_the_page() {
     let bench = Bench::new();
     let viewer = Viewer::start(&bench, &format!("ball.raw {BALL} --labels"));
