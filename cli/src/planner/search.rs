@@ -184,7 +184,7 @@ impl Search<'_, '_> {
             let exact_run = pictures * self.pilot.picture_work(&exact);
             let most = match self.verdict() {
                 Verdict::Keeps => break,
-                Verdict::Fails => SHARE_WHERE_IT_FAILS * exact_run,
+                Verdict::Fails => default_run.min(SHARE_WHERE_IT_FAILS * exact_run),
                 Verdict::Unsure => default_run.min(SHARE_OF_EXACT * exact_run),
             };
             if self.pilot.work > most {
