@@ -1,34 +1,55 @@
-//! Volumes whose voxels are colours: which channels draw them.
+//! Volumes whose voxels are colours: how they are drawn where nobody chose a component.
 //!
-//! Takes the typed options and the reading options, gives the words of `--channel`: red, green and blue. Their extinctions add, so
-//! bright voxels are opaque, and their colours mix by extinction. Alpha is not used.
+//! Takes the typed options and the reading options. Colours are drawn as they are, with an opacity that follows alpha or the
+//! brightest component.
 
 use anyhow::Result;
-use volsplat::LoadOptions;
+use volsplat::input::{self, ColourVoxels};
+use volsplat::transfer::{ColourKnot, DataKind};
+use volsplat::{Described, LoadOptions, TransferFunction, Volume};
 
-use crate::args::VolsplatArgs;
-use crate::look;
+use crate::args::{OrderName, VolsplatArgs};
+use crate::look::{self, Suggested};
+use crate::transfer;
 
-/// The channels of a file that holds colours, where nobody said how it looks; a note says that.
-pub(crate) fn channels(args: &VolsplatArgs, options: &LoadOptions) -> Result<Vec<String>> {
+/// The voxels of a file that holds colours, where nobody chose components; a note says how they are drawn.
+pub(crate) fn of_file(args: &VolsplatArgs, options: &LoadOptions) -> Result<Option<ColourVoxels>> {
     let scene = &args.scene;
-    let is_typed = !scene.channel.is_empty() || scene.labels || look::is_typed(&args.transfer);
-    if is_typed || args.source.held().is_some() {
-        return Ok(Vec::new());
+    if !scene.channel.is_empty() || scene.labels || args.source.held().is_some() {
+        return Ok(None);
     }
     let path = &args.input.path;
-    if volsplat::input::colours_of(path, options)?.is_none() {
-        return Ok(Vec::new());
+    let colours = input::load_colours(path, options)?;
+    if colours.is_some() {
+        options.gate.remark(format!(
+            "{}: its voxels are colours, opaque where they are bright or their alpha says so; FILE#component=N draws one of them",
+            path.display()
+        ));
     }
-    let words = ["0", "red", "1", "green", "2", "blue"];
-    options.gate.remark(format!(
-        "{}: its voxels are colours, drawn as --channel {}; FILE#component=N draws one of them",
-        path.display(),
-        words
-            .chunks(2)
-            .map(|pair| pair.join(" "))
-            .collect::<Vec<_>>()
-            .join(" --channel ")
-    ));
-    Ok(words.map(str::to_owned).to_vec())
+    Ok(colours)
+}
+
+/// The opacity of colours by the scalar that it follows, in white: that of the typed transfer function, or of the data.
+pub(crate) fn opacity(
+    args: &VolsplatArgs,
+    volume: &Volume,
+) -> Result<(TransferFunction, Suggested)> {
+    let (function, suggested) = if look::is_typed(&args.transfer) {
+        transfer::typed(&args.transfer, volume)?
+    } else {
+        transfer::of_data(args, DataKind::Field, &volume.histogram())?
+    };
+    let white = ColourKnot {
+        value: volume.value_range().0,
+        rgb: [1.0; 3],
+    };
+    let function = TransferFunction::new(vec![white], function.opacity_knots().to_vec())?;
+    // Samples are lit by the gradient of one channel, and there are four.
+    let is_field = matches!(args.render.options.order, None | Some(OrderName::Field));
+    let suggested = Suggested {
+        kind: None,
+        shading: suggested.shading.filter(|_| is_field),
+        ..suggested
+    };
+    Ok((function, suggested))
 }

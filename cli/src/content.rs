@@ -96,10 +96,8 @@ pub(crate) fn drawn(words: &[OsString]) -> Result<(Application, Vec<OsString>)> 
             "{name}: one plane of numbers is a volume of one slice (resample volsplat {name}) or a depth (resample warp3d \
              PICTURE {name} --from CAM): say which"
         ),
-        (_, count) => bail!(
-            "{count} pictures: two are a picture and its depth (resample warp3d); slices of a volume are named by their \
-             folder, or by a pattern in quotes such as 'slices/*.png' (resample volsplat)"
-        ),
+        // Two are a picture and its depth, more are slices.
+        _ => is(Application::Volume),
     }
 }
 

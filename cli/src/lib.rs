@@ -37,6 +37,7 @@ mod blend;
 mod built_in;
 pub mod camera_file;
 mod camera_path;
+mod channel_look;
 mod clip;
 mod colours;
 mod commands;
@@ -47,6 +48,7 @@ pub mod input_file;
 mod input_picture;
 pub mod interrupt;
 mod json_fields;
+mod listed_slices;
 mod look;
 mod machine;
 mod measure;
@@ -108,7 +110,8 @@ const EXIT_FAILED: u8 = 1;
 pub fn run() -> ExitCode {
     let is_command = |word: &str| word == "help" || Cli::command().find_subcommand(word).is_some();
     let words = std::env::args_os().collect();
-    let words = match content::with_command(words, is_command) {
+    let words = content::with_command(words, is_command).and_then(listed_slices::as_pattern);
+    let words = match words {
         Ok(words) => words,
         Err(error) => return failed(&error),
     };

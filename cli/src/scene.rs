@@ -10,16 +10,16 @@ use std::sync::Arc;
 use anyhow::{Context, Result, bail};
 use resample_io::Gate;
 use serde_json::{Value, json};
-use volsplat::transfer::{ColourKnot, ColourMap, DataKind, FileLook, Histogram};
-use volsplat::{
-    Channel, Described, LabelLook, LabelTable, LoadOptions, Look, Scene, TransferFunction, Volume,
-};
+use volsplat::input::ColourVoxels;
+use volsplat::{Channel, LabelLook, LoadOptions, Scene, TransferFunction, Volume};
 
 use crate::args::{SceneArgs, TransferArgs, VolsplatArgs};
+use crate::channel_look::{OwnLook, own_look, parsed_look};
+use crate::colours;
 use crate::input_file::InputFile;
-use crate::look::{self, Suggested};
+use crate::look::Suggested;
 use crate::volume_file::{load_options, with_part};
-use crate::{colours, report, transfer, values};
+use crate::{report, transfer};
 
 /// All volumes of a picture.
 pub(crate) struct Volumes {
@@ -37,22 +37,6 @@ pub(crate) struct LookedAt {
     look: OwnLook,
 }
 
-enum OwnLook {
-    Transfer(TransferFunction),
-    Labels(LabelTable),
-}
-
-/// Display colours by name, beside those that are written in numbers.
-const COLOURS: [(&str, &str); 7] = [
-    ("red", "#ff0000"),
-    ("green", "#00ff00"),
-    ("blue", "#0000ff"),
-    ("cyan", "#00ffff"),
-    ("magenta", "#ff00ff"),
-    ("yellow", "#ffff00"),
-    ("orange", "#ff8000"),
-];
-
 /// Reads all volumes and looks that the arguments name.
 pub(crate) fn load(args: &VolsplatArgs, gate: &Gate) -> Result<Volumes> {
     let options = load_options(&args.volume, &args.input, gate)?;
@@ -65,13 +49,10 @@ pub(crate) fn load(args: &VolsplatArgs, gate: &Gate) -> Result<Volumes> {
     }
     let mut channels = Vec::new();
     let mut suggested = Suggested::default();
-    let of_colours = colours::channels(args, &options)?;
-    let typed = if of_colours.is_empty() {
-        &scene.channel
-    } else {
-        &of_colours
-    };
-    for pair in typed.chunks(2) {
+    if let Some(voxels) = colours::of_file(args, &options)? {
+        (channels, suggested) = of_colours(args, voxels)?;
+    }
+    for pair in scene.channel.chunks(2) {
         let [number, look] = pair else { continue };
         let component = number.parse().ok().with_context(|| {
             format!(
@@ -156,7 +137,7 @@ impl Volumes {
     pub(crate) fn function(&self) -> Option<&TransferFunction> {
         match &self.channels[0].look {
             OwnLook::Transfer(function) => Some(function),
-            OwnLook::Labels(_) => None,
+            OwnLook::Labels(_) | OwnLook::Tint(_) => None,
         }
     }
 
@@ -173,15 +154,19 @@ impl Volumes {
             words.push(None);
         }
         words.extend(args.scene.also.chunks(2).map(|pair| pair.last()));
+        let has_tints = self.channels.iter().any(LookedAt::is_tint);
         let looks: Result<Vec<(OwnLook, Suggested)>> = self
             .channels
             .iter()
+            .filter(|channel| !channel.is_tint())
             .zip(&words)
             .map(|(channel, word)| match word {
                 Some(word) => Ok((
                     parsed_look(word, &channel.volume, args)?,
                     Suggested::default(),
                 )),
+                None if has_tints => colours::opacity(args, &channel.volume)
+                    .map(|(function, suggested)| (OwnLook::Transfer(function), suggested)),
                 None => own_look(args, &channel.volume),
             })
             .collect();
@@ -190,7 +175,11 @@ impl Volumes {
             [(_, suggested)] => *suggested,
             _ => Suggested::default(),
         };
-        for (channel, (look, _)) in self.channels.iter_mut().zip(looks) {
+        let looked_at = self
+            .channels
+            .iter_mut()
+            .filter(|channel| !channel.is_tint());
+        for (channel, (look, _)) in looked_at.zip(looks) {
             channel.look = look;
         }
         Ok(())
@@ -205,6 +194,7 @@ impl Volumes {
             1.0 - match &channel.look {
                 OwnLook::Transfer(function) => function.opacity(value),
                 OwnLook::Labels(table) => table.look(value as i64).opacity,
+                OwnLook::Tint(_) => 0.0,
             }
         });
         1.0 - clear.product::<f64>()
@@ -217,7 +207,7 @@ impl Volumes {
             .iter()
             .find_map(|channel| match &channel.look {
                 OwnLook::Labels(table) => Some((&channel.volume, table)),
-                OwnLook::Transfer(_) => None,
+                OwnLook::Transfer(_) | OwnLook::Tint(_) => None,
             });
         let Some((volume, table)) = found else {
             return Vec::new();
@@ -231,17 +221,14 @@ impl Volumes {
         match &self.channels[0].look {
             OwnLook::Transfer(function) => transfer::show(args, function, self.first()),
             // The command line does not accept both.
-            OwnLook::Labels(_) => Ok(()),
+            OwnLook::Labels(_) | OwnLook::Tint(_) => Ok(()),
         }
     }
 }
 
-impl OwnLook {
-    fn lent(&self) -> Look<'_> {
-        match self {
-            Self::Transfer(function) => Look::Transfer(function),
-            Self::Labels(table) => Look::Labels(table),
-        }
+impl LookedAt {
+    fn is_tint(&self) -> bool {
+        matches!(self.look, OwnLook::Tint(_))
     }
 }
 
@@ -291,84 +278,20 @@ pub(crate) fn record(args: &SceneArgs) -> Value {
     })
 }
 
-/// The look of the volume that no word describes, and what goes with it.
-fn own_look(args: &VolsplatArgs, volume: &Volume) -> Result<(OwnLook, Suggested)> {
-    if args.scene.labels {
-        return Ok((
-            OwnLook::Labels(label_table(args)?),
-            Suggested::for_labels(None),
-        ));
+/// The channels of voxels that are colours: the opacity first, which may take another look, then the tints.
+fn of_colours(args: &VolsplatArgs, voxels: ColourVoxels) -> Result<(Vec<LookedAt>, Suggested)> {
+    let (function, suggested) = colours::opacity(args, &voxels.opacity)?;
+    let mut channels = vec![LookedAt {
+        volume: voxels.opacity.into(),
+        look: OwnLook::Transfer(function),
+    }];
+    for (number, volume) in voxels.components.into_iter().enumerate() {
+        channels.push(LookedAt {
+            look: OwnLook::Tint(volsplat::input::tint(number, &volume)),
+            volume: volume.into(),
+        });
     }
-    if look::is_typed(&args.transfer) {
-        let (function, suggested) = transfer::typed(&args.transfer, volume)?;
-        return Ok((OwnLook::Transfer(function), suggested));
-    }
-    let histogram = volume.histogram();
-    let kind = DataKind::of_volume(volume, &histogram);
-    if look::are_labels(args, kind) {
-        let table = OwnLook::Labels(label_table(args)?);
-        return Ok((table, Suggested::for_labels(Some(kind))));
-    }
-    // An isosurface or a projection of labels takes them as quantities.
-    let kind = match kind {
-        DataKind::Labels => DataKind::Field,
-        other => other,
-    };
-    let (function, suggested) = transfer::of_data(args, kind, &histogram)?;
-    Ok((OwnLook::Transfer(function), suggested))
-}
-
-fn parsed_look(word: &str, volume: &Volume, args: &VolsplatArgs) -> Result<OwnLook> {
-    if word == "labels" {
-        return Ok(OwnLook::Labels(label_table(args)?));
-    }
-    let lower = word.to_lowercase();
-    let function = if lower.ends_with(".json") || lower.ends_with(".vp") {
-        let encoding = args.transfer.transfer_space;
-        FileLook::load(Path::new(word), encoding, volume)?.function
-    } else if let Ok(map) = word.parse::<ColourMap>() {
-        TransferFunction::automatic(&Histogram::of_volume(volume), map)
-    } else {
-        one_colour(word, volume)?
-    };
-    Ok(OwnLook::Transfer(
-        function.with_opacity_scaled(args.transfer.opacity_scale)?,
-    ))
-}
-
-/// A colour by its name or in numbers, in linear light.
-pub(crate) fn colour(word: &str) -> Option<[f32; 3]> {
-    let named = COLOURS.iter().find(|(name, _)| *name == word);
-    values::colour(named.map_or(word, |(_, digits)| digits)).ok()
-}
-
-/// The opacity of the histogram, in one colour.
-fn one_colour(word: &str, volume: &Volume) -> Result<TransferFunction> {
-    let Some(rgb) = colour(word) else {
-        bail!(
-            "{word}: expected the look of a channel: a file that ends in .json, a colour map such as viridis, labels, a colour \
-             such as #ff8000, or one of {}",
-            COLOURS.map(|(name, _)| name).join(", ")
-        );
-    };
-    let opacities =
-        TransferFunction::automatic(&Histogram::of_volume(volume), ColourMap::default());
-    let colour = ColourKnot {
-        value: volume.value_range().0,
-        rgb,
-    };
-    Ok(TransferFunction::new(
-        vec![colour],
-        opacities.opacity_knots().to_vec(),
-    )?)
-}
-
-fn label_table(args: &VolsplatArgs) -> Result<LabelTable> {
-    let table = match &args.scene.label_colours {
-        Some(path) => LabelTable::load(path)?,
-        None => LabelTable::distinct(),
-    };
-    Ok(table.with_opacity_scaled(args.transfer.opacity_scale))
+    Ok((channels, suggested))
 }
 
 /// Reads a volume that lies on the grid of another: as headerless as that one, if it has no header of its own.

@@ -15,7 +15,7 @@ use crate::clip_reference::keeps_with;
 use crate::field::extinction;
 use crate::rays::{Ray, RaySource};
 use crate::sheet_reference::SheetPixel;
-use crate::trilinear::{gradient, last, nearest, scalar};
+use crate::trilinear::{gradient, last, nearest, scalar, weighted};
 
 /// Scalars in the renderer's table.
 const TABLE_ENTRIES: f64 = 4096.0;
@@ -187,7 +187,41 @@ impl Setup<'_> {
             }
             sum.1 += strength;
         }
+        for (sum, factor) in sum.0.iter_mut().zip(self.tint(at, signs)) {
+            *sum *= factor;
+        }
         sum
+    }
+
+    /// The sum of the tints at a grid position; 1 where the scene has none.
+    fn tint(&self, at: DVec3, signs: &[f64]) -> [f64; 3] {
+        let weights = self
+            .scene
+            .channels
+            .iter()
+            .find_map(|channel| match channel.look {
+                Look::Transfer(_) => Some(channel.volume),
+                Look::Labels(_) | Look::Tint(_) => None,
+            });
+        let tints = self
+            .scene
+            .channels
+            .iter()
+            .zip(signs)
+            .filter_map(|(channel, sign)| {
+                let Look::Tint(transfer) = channel.look else {
+                    return None;
+                };
+                let value = match weights {
+                    Some(weights) => weighted(channel.volume, weights, at),
+                    None => scalar(channel.volume, at),
+                };
+                let value = value + sign * scalar_error(channel, None);
+                Some(transfer.sample(value).0.map(f64::from))
+            });
+        tints
+            .reduce(|a, b| std::array::from_fn(|k| a[k] + b[k]))
+            .unwrap_or([1.0; 3])
     }
 
     fn channel(&self, channel: &Channel, at: DVec3, signs: [f64; 2]) -> ([f32; 3], f64) {
@@ -196,12 +230,9 @@ impl Setup<'_> {
                 let look = labels.look(nearest(channel.volume, at) as i64);
                 (look.rgb, extinction(look.opacity))
             }
+            Look::Tint(_) => ([0.0; 3], 0.0),
             Look::Transfer(transfer) => {
-                let (low, high) = channel.volume.value_range();
-                let shown = transfer.visible_range().unwrap_or((low, high));
-                let span = (shown.1.min(high) - shown.0.max(low)).max(0.0);
-                let error = 0.5 * span / (TABLE_ENTRIES - 1.0)
-                    + (3.0 * POSITION_ERROR + 1e-6) * (high - low);
+                let error = scalar_error(channel, transfer.visible_range());
                 let (rgb, opacity) = transfer.sample(scalar(channel.volume, at) + signs[0] * error);
                 (rgb, self.ramp(channel, at, signs[1]) * extinction(opacity))
             }
@@ -219,4 +250,12 @@ impl Setup<'_> {
         let error = sign * 6.0 * POSITION_ERROR * steepest;
         ((gradient(channel.volume, at).length() + error - low) / (high - low)).clamp(0.0, 1.0)
     }
+}
+
+/// How far a scalar may be from what the renderer takes: half a step of a table over what is shown, and the error of its position.
+fn scalar_error(channel: &Channel, shown: Option<(f64, f64)>) -> f64 {
+    let (low, high) = channel.volume.value_range();
+    let shown = shown.unwrap_or((low, high));
+    let span = (shown.1.min(high) - shown.0.max(low)).max(0.0);
+    0.5 * span / (TABLE_ENTRIES - 1.0) + (3.0 * POSITION_ERROR + 1e-6) * (high - low)
 }

@@ -37,6 +37,19 @@ pub fn scalar(volume: &Volume, at: DVec3) -> f64 {
         .sum()
 }
 
+/// The trilinear scalar in which each voxel counts by how far the scalar of another volume is above its least.
+pub fn weighted(volume: &Volume, weights: &Volume, at: DVec3) -> f64 {
+    let least = weights.value_range().0;
+    let (mut sum, mut total) = (0.0, 0.0);
+    for (voxel, weight) in corners(volume, at) {
+        let index = linear(volume, voxel);
+        let weight = weight * (weights.value(index) - least);
+        sum += weight * volume.value(index);
+        total += weight;
+    }
+    if total > 0.0 { sum / total } else { 0.0 }
+}
+
 /// The gradient, per world unit, at a position inside the volume.
 pub fn gradient(volume: &Volume, at: DVec3) -> DVec3 {
     let mixed: DVec3 = corners(volume, at)

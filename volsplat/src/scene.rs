@@ -1,7 +1,8 @@
 //! What is drawn: one channel or several on one grid, each with its own look, and a mask over all of them.
 //!
 //! Channels lie over one another: their extinctions add up, and their colours mix in proportion to their extinctions. Each
-//! is classified by itself. A mask hides every sample whose nearest voxel of the mask is 0.
+//! is classified by itself. Tints have no extinction: where there are any, their sum multiplies the colour of all others.
+//! A mask hides every sample whose nearest voxel of the mask is 0.
 //! Limits: all channels share one grid, voxel by voxel.
 
 use rayon::prelude::*;
@@ -40,6 +41,11 @@ pub enum Look<'a> {
     Transfer(&'a TransferFunction),
     /// Labels: that of the nearest voxel.
     Labels(&'a LabelTable),
+    /// Scalars: interpolated, then the colour of the function, whose opacity is not used. The tints of a scene add up, and
+    /// their sum multiplies the colour of its other channels: red, green and blue of voxels that are colours. Between voxels
+    /// each counts by the scalar of the first transfer function's channel above the least one, as colours with alpha are
+    /// interpolated: what is black or clear darkens no edge.
+    Tint(&'a TransferFunction),
 }
 
 /// Grids whose corners are this close, in voxels, are the same: headers are written with six digits or more.
@@ -82,16 +88,25 @@ impl<'a> Scene<'a> {
     pub(crate) fn transfers(&self) -> Option<Vec<&'a TransferFunction>> {
         let transfer = |channel: &Channel<'a>| match channel.look {
             Look::Transfer(transfer) => Some(transfer),
-            Look::Labels(_) => None,
+            Look::Labels(_) | Look::Tint(_) => None,
         };
         self.channels.iter().map(transfer).collect()
     }
 
-    /// Checks that there is a channel, and that channels and mask share one grid. [`Error::Option`] says which does not.
+    /// Checks that there is a channel with extinction, and that channels and mask share one grid. [`Error::Option`] says which does not.
     pub fn validate(&self) -> Result<(), Error> {
         let Some(first) = self.channels.first() else {
             return Err(Error::Option("there is no channel to draw".into()));
         };
+        if self
+            .channels
+            .iter()
+            .all(|channel| channel.tint(0).is_some())
+        {
+            return Err(Error::Option(
+                "tints have no opacity: expected a channel that has one".into(),
+            ));
+        }
         let dims = first.volume.dims;
         for (number, channel) in self.channels.iter().enumerate().skip(1) {
             same_dims(&format!("channel {number}"), channel.volume.dims, dims)?;
@@ -113,23 +128,32 @@ impl<'a> Scene<'a> {
             return [0.0; 4];
         }
         let mut sum = [0.0f64; 4];
-        for [r, g, b, strength] in self
-            .channels
-            .iter()
-            .map(|channel| channel.voxel(index, opacity))
-        {
+        for channel in &self.channels {
+            let [r, g, b, strength] = channel.voxel(index, opacity);
             for (sum, value) in sum.iter_mut().zip([r, g, b, 1.0]) {
                 *sum += f64::from(strength) * f64::from(value);
             }
         }
+        let tint = self.tint(index);
         let colour = |k: usize| {
             if sum[3] > 0.0 {
-                (sum[k] / sum[3]) as f32
+                (f64::from(tint[k]) * sum[k] / sum[3]) as f32
             } else {
                 0.0
             }
         };
         [colour(0), colour(1), colour(2), sum[3] as f32]
+    }
+
+    /// The sum of the tints of the voxel at a linear index; 1 where the scene has none.
+    fn tint(&self, index: usize) -> [f32; 3] {
+        let tints = self
+            .channels
+            .iter()
+            .filter_map(|channel| channel.tint(index));
+        tints
+            .reduce(|a, b| std::array::from_fn(|k| a[k] + b[k]))
+            .unwrap_or([1.0; 3])
     }
 
     /// Voxels that are seen by themselves.
@@ -159,6 +183,7 @@ impl Channel<'_> {
         match self.look {
             Look::Transfer(transfer) => transfer.opacity(value) > 0.0,
             Look::Labels(labels) => labels.shows(value as i64),
+            Look::Tint(_) => false,
         }
     }
 
@@ -173,6 +198,15 @@ impl Channel<'_> {
                 } = labels.look(value as i64);
                 [r, g, b, strength_of(shown, opacity)]
             }
+            Look::Tint(_) => [0.0; 4],
+        }
+    }
+
+    /// The colour of the voxel at a linear index, where this is a tint.
+    fn tint(&self, index: usize) -> Option<[f32; 3]> {
+        match self.look {
+            Look::Tint(transfer) => Some(transfer.sample(self.volume.value(index)).0),
+            Look::Transfer(_) | Look::Labels(_) => None,
         }
     }
 }

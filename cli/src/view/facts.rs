@@ -8,9 +8,9 @@ use volsplat::transfer::{ColourMap, Histogram, Preset};
 use volsplat::{Blend, Shading, TransferFunction};
 
 use crate::args::{Drawing, RayBlend, SceneArgs, TransferArgs, VolsplatArgs};
+use crate::channel_look;
 use crate::commands::volsplat::Open;
 use crate::look::Suggested;
-use crate::scene;
 use crate::transfer;
 use crate::values::word;
 
@@ -77,7 +77,7 @@ fn suggested(suggested: &Suggested) -> Value {
 fn channels(args: &SceneArgs) -> Vec<Value> {
     let pairs = args.channel.chunks_exact(2);
     let known = pairs.map(|pair| {
-        let colour = scene::colour(&pair[1]).map(|rgb| rgb.map(srgb_from_linear));
+        let colour = channel_look::colour(&pair[1]).map(|rgb| rgb.map(srgb_from_linear));
         json!({ "number": pair[0], "look": pair[1], "colour": colour })
     });
     known.collect()

@@ -14,8 +14,8 @@ use volsplat::transfer::ColourMap;
 
 use crate::application::Application;
 use crate::args::{Drawing, GlobalArgs, ServeArgs};
+use crate::channel_look;
 use crate::content;
-use crate::scene;
 use crate::source::Held;
 use crate::typed::Typed;
 use crate::values::{self, BackgroundWord};
@@ -263,8 +263,9 @@ fn changed(changes: &Changes) -> Result<Vec<String>> {
 fn channel(value: &str) -> Result<[String; 3]> {
     let (number, look) = value.split_once(' ').unwrap_or((value, ""));
     let is_number = !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
-    let is_look =
-        look == "labels" || look.parse::<ColourMap>().is_ok() || scene::colour(look).is_some();
+    let is_look = look == "labels"
+        || look.parse::<ColourMap>().is_ok()
+        || channel_look::colour(look).is_some();
     if !(is_number && is_look) {
         bail!(
             "--channel {value}: expected a number, and a colour, a colour map or labels; files are for the command line"

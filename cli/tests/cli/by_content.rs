@@ -48,12 +48,27 @@ fn a_folder_of_slices_is_a_volume() {
         &format!("slices {words}"),
         &format!("volsplat slices {words}"),
     );
+    // As a shell lists them.
+    for command in ["", "volsplat "] {
+        let listed = "slices/slice0.png slices/slice1.png slices/slice2.png";
+        same_bytes(
+            &bench,
+            &format!("{command}{listed} {words}"),
+            &format!("volsplat slices {words}"),
+        );
+    }
+    let output = bench.run("volsplat slices/slice0.png slices/slice1.png -o out/a.png");
+    let text = stderr(&output);
+    assert!(
+        output.status.code() == Some(2) && text.contains("3 in their folder have such a name"),
+        "two of three slices: {text}"
+    );
     let output = bench.run("volsplat slices/slice*.png -o slices/slice1.png --size 48x48");
     assert_eq!(output.status.code(), Some(2), "a slice is not written over");
 }
 
 #[test]
-fn voxels_of_colours_are_channels() {
+fn voxels_of_colours_are_drawn_as_they_are() {
     let bench = Bench::new();
     let head = "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 3 32 32 32\nkinds: RGB-color domain domain domain\nencoding: raw\n\n";
     let colours: Vec<u8> = super::ball()
@@ -64,8 +79,28 @@ fn voxels_of_colours_are_channels() {
     same_bytes(
         &bench,
         "rgb.nrrd --size 48x48",
-        "volsplat rgb.nrrd --channel 0 red --channel 1 green --channel 2 blue --size 48x48",
+        "volsplat rgb.nrrd --size 48x48",
     );
+    // A ball of one colour: where it is opaque, the picture has that colour.
+    let one: Vec<u8> = super::ball()
+        .iter()
+        .flat_map(|&value| if value > 0 { [200, 100, 50] } else { [0; 3] })
+        .collect();
+    bench.write("one.nrrd", &[head.as_bytes(), &one].concat());
+    for words in ["", "--blend maximum", "--order every-sample"] {
+        let words = format!(
+            "volsplat one.nrrd {words} --shade none --opacity-scale 20 --size 48x48 --background 0,0,0 -o out/one.png"
+        );
+        assert_good(&bench.run(&words));
+        let picture = image::open(bench.path("out/one.png")).expect("a picture");
+        let [red, green, blue, alpha] = picture.to_rgba8().get_pixel(24, 24).0;
+        let near = |value: u8, wanted: u8| value.abs_diff(wanted) <= 2;
+        assert!(
+            near(red, 200) && near(green, 100) && near(blue, 50) && alpha == 255,
+            "{words}: {:?}",
+            [red, green, blue, alpha]
+        );
+    }
     let info = String::from_utf8(bench.run("info rgb.nrrd").stdout).expect("text");
     assert!(info.contains("colours    3 a voxel"), "{info}");
 }

@@ -142,6 +142,49 @@ fn a_mask_hides_what_its_nearest_voxel_hides() {
 }
 
 #[test]
+fn tints_multiply_the_colour_of_what_is_opaque() {
+    for grid in [DAffine3::IDENTITY, sheared_grid()] {
+        let (opacity, function) = (random_volume(DIMS, grid), coloured(0.3));
+        let components = [0.7, 1.1, 1.9].map(|rate| {
+            volume(DIMS, grid, |p| {
+                127.5 * (1.0 + (rate * p.x).sin() * (p.y - rate * p.z).cos())
+            })
+        });
+        let tints: Vec<TransferFunction> = components
+            .iter()
+            .enumerate()
+            .map(|(number, volume)| volsplat::input::tint(number, volume))
+            .collect();
+        let mut channels: Vec<Channel> = components
+            .iter()
+            .zip(&tints)
+            .map(|(volume, tint)| Channel {
+                volume,
+                look: Look::Tint(tint),
+            })
+            .collect();
+        // A tint has no place among the channels.
+        channels.insert(1, scalars(&opacity, &function));
+        let scene = Scene {
+            channels,
+            mask: None,
+        };
+        hold("tints", &scene, grid, &options());
+    }
+    let volume = random_volume(DIMS, DAffine3::IDENTITY);
+    let tint = volsplat::input::tint(0, &volume);
+    let scene = Scene {
+        channels: vec![Channel {
+            volume: &volume,
+            look: Look::Tint(&tint),
+        }],
+        mask: None,
+    };
+    let refused = Renderer::with_scene(&scene, &options()).map(|_| ());
+    assert!(refused.is_err_and(|error| error.to_string().contains("tints have no opacity")));
+}
+
+#[test]
 fn channels_add_extinctions_and_mix_colours() {
     let grid = sheared_grid();
     let (a, b, map, table) = (

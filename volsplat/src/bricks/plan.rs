@@ -73,6 +73,7 @@ fn shown(channel: &Channel, options: &RenderOptions) -> Result<Shown, Error> {
             Shown::Labels(palette, strengths)
         }
         Look::Transfer(transfer) => Shown::Scalars(support(transfer, options)),
+        Look::Tint(_) => Shown::Scalars(Support::nothing()),
     })
 }
 

@@ -64,6 +64,14 @@ impl Support {
         }
     }
 
+    /// No scalar.
+    pub(crate) fn nothing() -> Self {
+        Self {
+            intervals: Vec::new(),
+            reach: 0.0,
+        }
+    }
+
     /// One scalar.
     pub(crate) fn of(value: f32) -> Self {
         Self {

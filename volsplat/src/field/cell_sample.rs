@@ -232,6 +232,29 @@ impl<S: Simd> Corners<S> {
         mix(y[0], y[1], share[2])
     }
 
+    /// How far the values are above one.
+    #[inline(always)]
+    pub(super) fn above(&self, simd: S, least: f32) -> Self {
+        let (zero, least) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, least));
+        let mut values = self.values;
+        for value in &mut values {
+            *value = (*value - least).max(zero);
+        }
+        Self { values }
+    }
+
+    /// The trilinear mix in which each value counts by its weight.
+    #[inline(always)]
+    pub(super) fn weighted(&self, simd: S, weights: &Self, share: [f32x8<S>; 3]) -> f32x8<S> {
+        let mut products = self.values;
+        for (product, &weight) in products.iter_mut().zip(&weights.values) {
+            *product *= weight;
+        }
+        let least = f32x8::splat(simd, f32::MIN_POSITIVE);
+        let products = Self { values: products };
+        products.interpolated(share) / weights.interpolated(share).max(least)
+    }
+
     /// The least and the greatest.
     #[inline(always)]
     pub(super) fn range(&self) -> [f32x8<S>; 2] {

@@ -2,18 +2,18 @@
 //!
 //! The general rule of emission and absorption. At each sample every channel gives an extinction and a colour: a scalar
 //! channel by its transfer function at the interpolated scalar, a label channel by the nearest voxel's look. Extinctions
-//! add up, colours mix by extinction, and the sum is composited once.
+//! add up, colours mix by extinction and are multiplied by the sum of the tints, and the whole is composited once.
 
 use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
 use resample_core::composite::{DepthRule, opacity};
 use resample_core::tile::TILE_PX;
 
-use crate::field::cell_sample::{Located, interpolated, interpolated_gradient, nearest};
+use crate::field::cell_sample::{Corners, Located, interpolated, interpolated_gradient, nearest};
 use crate::field::gather::{GatherScratch, SampleRule};
 use crate::field::job::Job;
 use crate::light::Lit;
-use crate::sheets::channel::Reading;
+use crate::sheets::channel::{ChannelSettings, Reading, Role, weights_of_tints};
 use crate::sheets::view::{LANES, PlaneView};
 
 /// Emission and absorption of all channels together.
@@ -24,6 +24,8 @@ struct Sums {
     strengths: [f32; LANES],
     /// Colour times strength, lit.
     rgb: [[f32; 4]; LANES],
+    /// The factor of each colour that is added; highlights have none.
+    tints: [[f32; 4]; LANES],
 }
 
 impl SampleRule for Mixed {
@@ -39,9 +41,12 @@ impl SampleRule for Mixed {
         let mut sums = Sums {
             strengths: [0.0; LANES],
             rgb: [[0.0; 4]; LANES],
+            tints: tints(simd, job, located),
         };
         for number in 0..job.settings.channels.len() {
-            add_channel(simd, job, number, located, &mut sums);
+            if job.settings.channels[number].role == Role::Extinction {
+                add_channel(simd, job, number, located, &mut sums);
+            }
         }
         let strength = f32x8::from_slice(simd, &sums.strengths);
         if strength.simd_gt(zero).all_false() {
@@ -73,6 +78,43 @@ impl SampleRule for Mixed {
         }
         true
     }
+}
+
+/// The sum of the tints; 1 where the scene has none.
+#[inline(always)]
+fn tints<S: Simd>(simd: S, job: &Job, located: &Located<S>) -> [[f32; 4]; LANES] {
+    let is_tint = |channel: &ChannelSettings| channel.role == Role::Tint;
+    if !job.settings.channels.iter().any(is_tint) {
+        return [[1.0; 4]; LANES];
+    }
+    let corners = |number: usize| {
+        Corners::new(
+            simd,
+            job.placed.brick.channel(number).scalars,
+            &located.places,
+        )
+    };
+    let weights = weights_of_tints(&job.settings.channels)
+        .map(|(number, least)| corners(number).above(simd, least));
+    let mut tints = [[0.0; 4]; LANES];
+    for (number, channel) in job.settings.channels.iter().enumerate() {
+        if !is_tint(channel) {
+            continue;
+        }
+        let values = match &weights {
+            Some(weights) => corners(number).weighted(simd, weights, located.share),
+            None => corners(number).interpolated(located.share),
+        };
+        for (tint, place) in tints
+            .iter_mut()
+            .zip(channel.table.places(simd, values).to_array())
+        {
+            for (sum, value) in tint.iter_mut().zip(channel.table.entry(place)) {
+                *sum += value;
+            }
+        }
+    }
+    tints
 }
 
 /// Adds what one channel gives.
@@ -116,8 +158,8 @@ fn add_channel<S: Simd>(simd: S, job: &Job, number: usize, located: &Located<S>,
     for lane in 0..LANES {
         sums.strengths[lane] += strengths[lane];
         let entry = channel.table.entry(places[lane]);
-        for (sum, value) in sums.rgb[lane].iter_mut().zip(entry) {
-            *sum += bodies[lane] * value + highlights[lane];
+        for (k, sum) in sums.rgb[lane].iter_mut().enumerate() {
+            *sum += bodies[lane] * (entry[k] * sums.tints[lane][k]) + highlights[lane];
         }
     }
 }

@@ -50,7 +50,7 @@ pub(super) fn iso(look: Look, options: &RenderOptions) -> Option<IsoSettings> {
     };
     let own_colour = match look {
         Look::Transfer(transfer) => transfer.sample(iso.value).0,
-        Look::Labels(_) => [1.0; 3],
+        Look::Labels(_) | Look::Tint(_) => [1.0; 3],
     };
     let rgb = iso.colour.unwrap_or(own_colour);
     Some(IsoSettings {

@@ -15,6 +15,7 @@ use crate::field::cell_sample::{Located, interpolated};
 use crate::field::gather::{GatherScratch, SampleRule, Window};
 use crate::field::job::{Job, PlacedBrick};
 use crate::field::settings::FieldSettings;
+use crate::sheets::channel::Role;
 use crate::sheets::view::{LANES, PlaneView};
 
 /// Gathers the statistic that the settings ask for.
@@ -115,16 +116,25 @@ pub(super) fn classify(
     for y in 0..TILE_PX {
         for x in 0..TILE_PX {
             let mut sum = [0.0f32; 4];
+            let mut tint: Option<[f32; 3]> = None;
             let mut depth = 0.0;
             for (channel, rays) in settings.channels.iter().zip(&scratch.rays) {
                 let Some((value, z)) = met(statistic, rays, [x, y]) else {
                     continue;
                 };
                 let [r, g, b, strength] = channel.table.at(value);
+                if channel.role == Role::Tint {
+                    let [red, green, blue] = tint.unwrap_or_default();
+                    tint = Some([red + r, green + g, blue + b]);
+                    continue;
+                }
                 for (sum, value) in sum.iter_mut().zip([r, g, b, 1.0]) {
                     *sum += strength * value;
                 }
                 depth += strength * z;
+            }
+            for (sum, factor) in sum.iter_mut().zip(tint.unwrap_or([1.0; 3])) {
+                *sum *= factor;
             }
             if !(sum[3] > 0.0) {
                 continue;

@@ -1,14 +1,28 @@
-//! Whether the voxels of a file are colours: three or four bytes each, red first.
+//! Voxels that are colours: three or four bytes each, red first.
 //!
-//! Takes a path and what the caller says, looks at the header alone. A reader reads one component; whoever draws colours reads
-//! three of them as channels.
+//! Takes a path and what the caller says; the header alone tells whether there are colours. A reader reads one component, so
+//! colours are read once for each, and drawn as tints over one more channel, which gives the opacity.
 
 use std::path::Path;
 
+use rayon::prelude::*;
+use resample_core::image::linear_from_srgb;
+
 use super::format::{self, Detected, Format};
+use super::load::load;
 use super::options::LoadOptions;
-use super::{meta_image, nifti, nrrd, vti, vtk};
+use super::{invalid, meta_image, nifti, nrrd, picture_slices, tiff_stack, vti, vtk};
 use crate::Error;
+use crate::transfer::{ColourKnot, OpacityKnot, TransferFunction};
+use crate::volume::{Volume, Voxels};
+
+/// The components of voxels that are colours.
+pub struct ColourVoxels {
+    /// Red, green and blue, in display colours (sRGB), each to be drawn as [`crate::Look::Tint`] of [`tint`].
+    pub components: [Volume; 3],
+    /// The scalar that the opacity follows: alpha where it varies, else the greatest of red, green and blue.
+    pub opacity: Volume,
+}
 
 /// How many colours a voxel has, 3 or 4; `None` where it is a number or a vector of others, and where the caller has chosen
 /// a component or the layout of a raw file.
@@ -21,7 +35,7 @@ pub fn colours_of(path: &Path, options: &LoadOptions) -> Result<Option<usize>, E
     }
     let header = nifti::header_beside(path);
     let path = header.as_deref().unwrap_or(path);
-    let Detected::Known(format, _) = format::detect(path)? else {
+    let Detected::Known(format, files) = format::detect(path)? else {
         return Ok(None);
     };
     let array = options.array.as_deref();
@@ -31,7 +45,90 @@ pub fn colours_of(path: &Path, options: &LoadOptions) -> Result<Option<usize>, E
         Format::MetaImage => meta_image::colours(path)?,
         Format::Vti => vti::colours(path, array)?,
         Format::Vtk => vtk::colours(path, array)?,
+        Format::Tiff => tiff_stack::colours(&files)?,
+        Format::Pictures => picture_slices::colours(&files),
         _ => None,
     };
     Ok(colours.filter(|count| matches!(count, 3 | 4)))
+}
+
+/// Reads voxels that are colours; `None` where [`colours_of`] has none.
+///
+/// # Errors
+/// As [`crate::load`] has them.
+pub fn load_colours(path: &Path, options: &LoadOptions) -> Result<Option<ColourVoxels>, Error> {
+    let Some(count) = colours_of(path, options)? else {
+        return Ok(None);
+    };
+    let component = |number: usize| {
+        let options = LoadOptions {
+            component: Some(number),
+            ..options.clone()
+        };
+        load(path, &options)
+    };
+    let red = component(0)?;
+    let all = (red.bytes() as u64).saturating_mul(count as u64 + 1);
+    options
+        .gate
+        .ask(all, "red, green, blue and the opacity")
+        .map_err(|what| invalid(path, what))?;
+    let components = [red, component(1)?, component(2)?];
+    let alpha = (count > 3).then(|| component(3)).transpose()?;
+    let opacity = match alpha.filter(|alpha| alpha.value_range().0 < alpha.value_range().1) {
+        Some(alpha) => alpha,
+        None => greatest(&components),
+    };
+    Ok(Some(ColourVoxels {
+        components,
+        opacity,
+    }))
+}
+
+/// What a component of colours, red being 0, multiplies the colour by: itself in linear light.
+pub fn tint(component: usize, volume: &Volume) -> TransferFunction {
+    let most = match volume.voxels {
+        Voxels::U16(_) => u16::MAX,
+        _ => u16::from(u8::MAX),
+    };
+    let knot = |code: u16| {
+        let share = f32::from(code) / f32::from(u8::MAX);
+        let mut rgb = [0.0; 3];
+        rgb[component] = linear_from_srgb(share);
+        ColourKnot {
+            value: f64::from(share) * f64::from(most),
+            rgb,
+        }
+    };
+    let opaque = OpacityKnot {
+        value: 0.0,
+        opacity: 1.0,
+    };
+    TransferFunction {
+        colours: (0..=u16::from(u8::MAX)).map(knot).collect(),
+        opacities: vec![opaque],
+    }
+}
+
+/// The greatest of three components at each voxel.
+fn greatest(components: &[Volume; 3]) -> Volume {
+    let [red, green, blue] = components;
+    let voxels = match [&red.voxels, &green.voxels, &blue.voxels] {
+        [Voxels::U8(r), Voxels::U8(g), Voxels::U8(b)] => Voxels::U8(greatest_of(r, g, b)),
+        [Voxels::U16(r), Voxels::U16(g), Voxels::U16(b)] => Voxels::U16(greatest_of(r, g, b)),
+        // Colours have 8 or 16 bits.
+        _ => red.voxels.clone(),
+    };
+    Volume {
+        voxels,
+        ..red.clone()
+    }
+}
+
+fn greatest_of<T: Copy + Ord + Send + Sync>(red: &[T], green: &[T], blue: &[T]) -> Vec<T> {
+    let both = green.par_iter().zip(blue);
+    red.par_iter()
+        .zip(both)
+        .map(|(&r, (&g, &b))| r.max(g).max(b))
+        .collect()
 }

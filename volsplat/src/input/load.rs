@@ -127,7 +127,7 @@ fn read(
         }
         Format::Npy => npy::load(path),
         Format::Dicom => dicom::load(files, path, options.series.as_deref(), gate),
-        Format::Tiff => tiff_stack::load(files, gate),
+        Format::Tiff => tiff_stack::load(files, options.component, gate),
         Format::Vti => {
             let choice = vti::Choice {
                 array: options.array.as_deref(),
@@ -143,7 +143,13 @@ fn read(
             vtk::load(path, choice, gate)
         }
         Format::Mgh => mgh::load(path, options.time, gate),
-        Format::Pictures => picture_slices::load(files, path, options.spacing, gate),
+        Format::Pictures => {
+            let choice = picture_slices::Choice {
+                component: options.component,
+                spacing: options.spacing,
+            };
+            picture_slices::load(files, path, choice, gate)
+        }
         Format::Zarr => zarr::load(path, zarr_choice(options), gate),
     }
 }

@@ -45,7 +45,14 @@ pub(super) fn refuse_superfluous(
 ) -> Result<(), Error> {
     let has_components = matches!(
         format,
-        Format::MetaImage | Format::Nifti | Format::Nrrd | Format::Vti | Format::Vtk | Format::Zarr
+        Format::MetaImage
+            | Format::Nifti
+            | Format::Nrrd
+            | Format::Pictures
+            | Format::Tiff
+            | Format::Vti
+            | Format::Vtk
+            | Format::Zarr
     );
     let has_times = matches!(format, Format::Mgh | Format::Nifti | Format::Zarr);
     let has_arrays = matches!(format, Format::Vti | Format::Vtk);

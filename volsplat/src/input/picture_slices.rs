@@ -2,7 +2,7 @@
 //!
 //! Takes paths in the order of the slices, gives the parts of a volume. All headers are looked at first: every slice must have
 //! the size of the first. Grey pictures of 8 or 16 bits give their numbers as they are stored, three equal channels too;
-//! colours give their brightness. Pictures say no spacing, so it is 1 unless the caller says another.
+//! colours give one of red, green and blue in 8 bits, or their brightness. Pictures say no spacing, so it is 1 unless the caller says another.
 //! The decoding is the crate `image`'s.
 
 use std::path::{Path, PathBuf};
@@ -13,12 +13,15 @@ use resample_core::image::srgb_from_linear;
 use resample_io::{Gate, Part, Picture, Plane, Stored, colour, depth};
 
 use super::file::{Parts, invalid};
-use super::{axes, decode};
+use super::{axes, component, decode};
 use crate::Error;
 use crate::volume::{Lattice, Voxels};
 
 /// Bytes of a pixel while a slice is read: its number and its colours.
 const PIXEL_BYTES: u64 = 2 + 16;
+
+/// Red, green and blue.
+const COLOURS: usize = 3;
 
 /// Red, green and blue in the brightness of linear light (Rec. 709).
 const BRIGHTNESS: [f32; 3] = [0.2126, 0.7152, 0.0722];
@@ -28,11 +31,27 @@ pub(super) fn begins(head: &[u8]) -> bool {
     head.starts_with(b"\x89PNG\r\n\x1a\n") || head.starts_with(b"\xff\xd8\xff")
 }
 
-/// Reads the slices; `path` is what was typed, and `spacing` what the caller says of it.
+/// What the caller says.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Choice {
+    /// Which of red, green and blue is read; without it, the brightness.
+    pub(super) component: Option<usize>,
+    /// Distance between voxels.
+    pub(super) spacing: Option<[f64; 3]>,
+}
+
+/// How many colours a pixel of the middle slice has; `None` where it is grey or cannot be read.
+pub(super) fn colours(files: &[PathBuf]) -> Option<usize> {
+    let middle = part(files.get(files.len() / 2)?);
+    let is_colour = depth::read(&middle).is_err() && colour::read(&middle).is_ok();
+    is_colour.then_some(3)
+}
+
+/// Reads the slices; `path` is what was typed.
 pub(super) fn load(
     files: &[PathBuf],
     path: &Path,
-    spacing: Option<[f64; 3]>,
+    choice: Choice,
     gate: &Gate,
 ) -> Result<Parts, Error> {
     let first = files.first().ok_or_else(|| invalid(path, "no slices"))?;
@@ -52,16 +71,24 @@ pub(super) fn load(
     let bytes = (u64::from(width) * u64::from(height)).saturating_mul(files.len() as u64);
     gate.ask(bytes.saturating_mul(PIXEL_BYTES), "the slices")
         .map_err(|what| invalid(path, what))?;
-    let slices = files.par_iter().map(|file| slice(file));
+    let slices = files.par_iter().map(|file| slice(file, choice.component));
     let mut slices = slices.collect::<Result<Vec<Slice>, Error>>()?;
-    if slices.iter().any(|slice| slice.is_colour) {
-        gate.remark(format!(
-            "{}: slices in colour are read by their brightness",
-            path.display()
-        ));
+    let is_colour = slices.iter().any(|slice| slice.is_colour);
+    if is_colour {
         widen(&mut slices);
     }
-    if spacing.is_none() {
+    match choice.component {
+        None if is_colour => gate.remark(format!(
+            "{}: slices in colour are read by their brightness",
+            path.display()
+        )),
+        None => {}
+        Some(_) => {
+            let components = if is_colour { COLOURS } else { 1 };
+            component::chosen(choice.component, components).map_err(|fault| fault.at(path))?;
+        }
+    }
+    if choice.spacing.is_none() {
         gate.remark(format!(
             "{}: {} slices in the natural order of their names, with a spacing of 1: --spacing X,Y,Z says another",
             path.display(),
@@ -106,7 +133,7 @@ fn named(path: &Path, error: resample_core::Error) -> Error {
     invalid(path, text.strip_prefix(&name).unwrap_or(&text))
 }
 
-fn slice(path: &Path) -> Result<Slice, Error> {
+fn slice(path: &Path, component: Option<usize>) -> Result<Slice, Error> {
     if let Ok(plane) = depth::read(&part(path)) {
         return Ok(Slice {
             voxels: grey(plane),
@@ -116,7 +143,11 @@ fn slice(path: &Path) -> Result<Slice, Error> {
     // Either colours or broken: the second reader says what is wrong.
     let picture = colour::read(&part(path)).map_err(|error| named(path, error))?;
     Ok(Slice {
-        voxels: brightness(&picture),
+        voxels: match component {
+            // A number beyond is refused when all slices are known.
+            Some(number) => of_component(&picture, number.min(COLOURS - 1)),
+            None => brightness(&picture),
+        },
         is_colour: true,
     })
 }
@@ -140,9 +171,20 @@ fn brightness(picture: &Picture) -> Voxels {
             .zip(BRIGHTNESS)
             .map(|(&v, share)| v * share)
             .sum();
-        (255.0 * srgb_from_linear(light.clamp(0.0, 1.0))).round() as u8
+        code(light)
     };
     Voxels::U8(picture.rgb.iter().map(of).collect())
+}
+
+/// Red, green or blue as a screen takes it, of 255.
+fn of_component(picture: &Picture, number: usize) -> Voxels {
+    let of = |rgb: &[f32; 3]| code(rgb[number]);
+    Voxels::U8(picture.rgb.iter().map(of).collect())
+}
+
+/// Linear light as a screen takes it, of 255.
+fn code(light: f32) -> u8 {
+    (255.0 * srgb_from_linear(light.clamp(0.0, 1.0))).round() as u8
 }
 
 /// Brings slices of 16 bits to 8 where others have colours, which have 8.

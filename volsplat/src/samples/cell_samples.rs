@@ -19,29 +19,23 @@ use crate::bricks::cells::{
 use crate::bricks::fill::FieldPlan;
 use crate::bricks::plan::plan;
 use crate::options::RenderOptions;
+use crate::samples::cell_points::{
+    PER_CELL, POINTS, Sum, add_points, halves_of, multiply_tints, nearest_corner,
+};
 use crate::samples::sample::{Brick, Samples};
 use crate::scene::Scene;
-use crate::sheets::channel::{ChannelSettings, Reading, channels};
+use crate::sheets::channel::{ChannelSettings, channels};
 
 #[cfg(test)]
 mod tests;
 
-/// Places along a cell's side at which the field is asked, in the middles of as many equal parts.
-const POINTS: usize = 4;
-
 /// Lattices that samples may lie on: whole cells, halves, quarters.
 pub(crate) const LEVELS: usize = POINTS.trailing_zeros() as usize + 1;
-
-/// Places in a cell.
-const PER_CELL: usize = POINTS * POINTS * POINTS;
 
 const _: () = assert!(
     LEVELS == 3 && CELL_SIDE <= BRICK_SIDE,
     "a cell is kept whole, in halves and in quarters"
 );
-
-/// Colours times strength, and strength.
-type Sum = [f32; 4];
 
 /// What a cell becomes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -241,17 +235,15 @@ impl Sampler<'_> {
         {
             let scalars = cells.channel(number).scalars;
             if planned.shown.meets(cell_range(scalars, first)) {
-                add_points(
-                    channel,
-                    CELL_CORNERS.map(|offset| scalars[first + offset]),
-                    &mut points,
-                );
+                let corners = CELL_CORNERS.map(|offset| scalars[first + offset]);
+                add_points(channel, corners, &mut points);
                 any = true;
             }
         }
         if !any {
             return None;
         }
+        multiply_tints(self.channels, cells, first, &mut points);
         if let Some(mask) = &cells.mask {
             for (i, point) in points.iter_mut().enumerate() {
                 if mask[first + CELL_CORNERS[nearest_corner(i)]] == 0 {
@@ -334,59 +326,4 @@ impl Filling {
 /// The eight parts of half the side of a part.
 fn octants(at: [usize; 3]) -> [[usize; 3]; 8] {
     std::array::from_fn(|i| std::array::from_fn(|axis| 2 * at[axis] + (i >> axis & 1)))
-}
-
-/// The corner of the cell that is nearest to a point: which half the point lies in, along each axis.
-fn nearest_corner(point: usize) -> usize {
-    let at = [
-        point % POINTS,
-        point / POINTS % POINTS,
-        point / (POINTS * POINTS),
-    ];
-    (0..3).map(|axis| (2 * at[axis] / POINTS) << axis).sum()
-}
-
-/// Adds what a channel shows at the points of a cell.
-fn add_points(channel: &ChannelSettings, corners: [f32; 8], points: &mut [Sum; PER_CELL]) {
-    let mut add = |i: usize, value: f32| {
-        let [r, g, b, strength] = channel.table.at(value);
-        for (sum, part) in
-            points[i]
-                .iter_mut()
-                .zip([r * strength, g * strength, b * strength, strength])
-        {
-            *sum += part;
-        }
-    };
-    if channel.reading == Reading::Nearest {
-        for i in 0..PER_CELL {
-            add(i, corners[nearest_corner(i)]);
-        }
-        return;
-    }
-    let share = |i: usize| (i as f32 + 0.5) / POINTS as f32;
-    let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
-    for z in 0..POINTS {
-        let face: [f32; 4] = std::array::from_fn(|k| mix(corners[k], corners[k + 4], share(z)));
-        for y in 0..POINTS {
-            let (left, right) = (
-                mix(face[0], face[2], share(y)),
-                mix(face[1], face[3], share(y)),
-            );
-            for x in 0..POINTS {
-                add(x + POINTS * (y + POINTS * z), mix(left, right, share(x)));
-            }
-        }
-    }
-}
-
-/// Means over the halves of a cell.
-fn halves_of(points: &[Sum; PER_CELL]) -> [Sum; 8] {
-    let mut means = [[0.0; 4]; 8];
-    for (i, point) in points.iter().enumerate() {
-        for (mean, value) in means[nearest_corner(i)].iter_mut().zip(point) {
-            *mean += 0.125 * value;
-        }
-    }
-    means
 }

@@ -5,6 +5,7 @@
 
 mod axis_sheets;
 mod batches;
+mod cell_points;
 mod cell_samples;
 mod chunks;
 mod every_sample;

@@ -16,8 +16,18 @@ use crate::transfer::TransferFunction;
 pub(crate) struct ChannelSettings {
     pub(crate) table: TransferTable,
     pub(crate) reading: Reading,
+    pub(crate) role: Role,
     /// Least and greatest scalar of the volume; of labels, 0.
     pub(crate) value_range: (f64, f64),
+}
+
+/// What a channel gives to a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Role {
+    /// Extinction, and the colour that it shines in.
+    Extinction,
+    /// A factor of the colour.
+    Tint,
 }
 
 /// How a sample is read from the voxels around it.
@@ -40,6 +50,7 @@ impl ChannelSettings {
         Self {
             table,
             reading: Reading::Trilinear,
+            role: Role::Extinction,
             value_range: range,
         }
     }
@@ -55,10 +66,29 @@ impl ChannelSettings {
                     &Palette::new(channel.volume, labels)?.entries(opacity),
                 ),
                 reading: Reading::Nearest,
+                role: Role::Extinction,
                 value_range: (0.0, 0.0),
+            },
+            Look::Tint(transfer) => Self {
+                role: Role::Tint,
+                ..Self::of_transfer(
+                    &transfer.opaque(),
+                    channel.volume.voxels.finite_range(),
+                    opacity,
+                )
             },
         })
     }
+}
+
+/// The channel by which tints are weighted between voxels, and its least scalar; `None` where all others are labels.
+#[inline(always)]
+pub(crate) fn weights_of_tints(channels: &[ChannelSettings]) -> Option<(usize, f32)> {
+    let holds = |channel: &ChannelSettings| {
+        channel.role == Role::Extinction && channel.reading == Reading::Trilinear
+    };
+    let number = channels.iter().position(holds)?;
+    Some((number, channels[number].value_range.0 as f32))
 }
 
 /// The tables of a scene's channels; an error where the channels do not suit the options.

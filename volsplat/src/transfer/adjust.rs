@@ -44,6 +44,18 @@ impl TransferFunction {
         })
     }
 
+    /// The same colours, all of them opaque.
+    pub(crate) fn opaque(&self) -> Self {
+        let value = self.value_range().0;
+        Self {
+            colours: self.colours.clone(),
+            opacities: vec![OpacityKnot {
+                value,
+                opacity: 1.0,
+            }],
+        }
+    }
+
     /// The same function with its extinction multiplied by `scale`: an opacity a becomes 1 - (1 - a)^scale.
     ///
     /// Opacities 0 and 1 stay. Bent segments get knots enough to be within 1/8192 of the curve, except in the last 2^-32

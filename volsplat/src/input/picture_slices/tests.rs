@@ -4,9 +4,9 @@ use std::path::Path;
 
 use resample_io::Picture;
 
-use super::brightness;
+use super::{brightness, of_component};
 use crate::input::test_files::Folder;
-use crate::input::{Format, LoadOptions, format_of, load};
+use crate::input::{Format, LoadOptions, format_of, load, load_colours};
 use crate::volume::Voxels;
 
 /// A grey PNG of 2x1 pixels of 8 bits, whose data is stored without packing.
@@ -47,6 +47,13 @@ fn slices_come_in_the_order_of_their_numbers() {
     }
     for typed in ["", "s*.png"] {
         let path = folder.path(typed);
+        let second = LoadOptions {
+            component: Some(1),
+            ..LoadOptions::default()
+        };
+        let refused = load(&path, &second).expect_err("grey").to_string();
+        assert!(refused.contains("1 component"), "{refused}");
+        assert!(load_colours(&path, &second).expect("readable").is_none());
         assert_eq!(format_of(&path).expect("readable"), Some(Format::Pictures));
         let options = LoadOptions::default();
         let volume = load(&path, &options).expect("good slices");
@@ -79,6 +86,8 @@ fn colours_are_read_by_their_brightness() {
         coverage: None,
     };
     assert_eq!(brightness(&picture), Voxels::U8(vec![255, 0, 220]));
+    assert_eq!(of_component(&picture, 0), Voxels::U8(vec![255, 0, 0]));
+    assert_eq!(of_component(&picture, 1), Voxels::U8(vec![255, 0, 255]));
 }
 
 #[test]

@@ -15,6 +15,7 @@ use ::tiff::decoder::DecodingResult;
 use ::tiff::decoder::Limits;
 use ::tiff::tags::CompressionMethod;
 use ::tiff::tags::PhotometricInterpretation;
+use ::tiff::tags::PlanarConfiguration;
 use ::tiff::tags::Tag;
 
 use resample_io::tiff::GREATEST_EXPANSION;
@@ -32,14 +33,17 @@ pub(super) struct Kind {
     pub(super) width: usize,
     /// Pixels.
     pub(super) height: usize,
-    /// Bits of a grey value.
+    /// Bits of a number.
     pub(super) bits: u8,
+    /// Numbers of a pixel: 1, or 3 and 4 of colours.
+    pub(super) components: usize,
 }
 
 impl Kind {
     /// Bytes of a page.
     fn bytes(self) -> u64 {
-        self.width as u64 * self.height as u64 * u64::from(self.bits / 8)
+        let numbers = self.width as u64 * self.height as u64 * self.components as u64;
+        numbers.saturating_mul(u64::from(self.bits / 8))
     }
 }
 
@@ -49,7 +53,11 @@ impl fmt::Display for Kind {
             f,
             "{}x{} pixels of {} bits",
             self.width, self.height, self.bits
-        )
+        )?;
+        match self.components {
+            1 => Ok(()),
+            components => write!(f, " in {components} colours"),
+        }
     }
 }
 
@@ -91,13 +99,13 @@ impl Pages {
         description::spacing(text, self.resolution, self.count)
     }
 
-    /// The grey values of all pages, one after the other.
-    pub(super) fn decode(&self, path: &Path) -> Result<Voxels, Error> {
-        self.decode_pages(open(path)?)
+    /// One component of all pages, one after the other.
+    pub(super) fn decode(&self, path: &Path, component: usize) -> Result<Voxels, Error> {
+        self.decode_pages(open(path)?, component)
             .map_err(|fault| fault.at(path))
     }
 
-    fn decode_pages(&self, file: File) -> Result<Voxels, Fault> {
+    fn decode_pages(&self, file: File, component: usize) -> Result<Voxels, Fault> {
         let mut decoder = opened(file, self.limits.clone())?;
         let mut voxels: Option<Voxels> = None;
         for page in 0..self.count {
@@ -105,8 +113,14 @@ impl Pages {
             if page > 0 {
                 decoder.next_image().map_err(fault)?;
             }
-            let part = grey(decoder.read_image().map_err(fault)?);
-            let (needed, held) = (self.kind.width * self.kind.height, part.len());
+            let mut part = numbers(decoder.read_image().map_err(fault)?);
+            let components = self.kind.components;
+            let needed = self.kind.width * self.kind.height * components;
+            let held = part.len();
+            if components > 1 {
+                let places: Vec<usize> = (component..held).step_by(components).collect();
+                part = part.pieces(&places, 1);
+            }
             if held != needed {
                 return Err(Fault::Invalid(format!(
                     "page {page} has {held} values instead of {needed}"
@@ -197,29 +211,45 @@ fn kind(decoder: &mut Decoder<BufReader<File>>, page: usize) -> Result<Kind, Fau
         return Err(colour(page, "colours of a palette"));
     }
     let (width, height) = decoder.dimensions().map_err(fault)?;
-    let bits = match decoder.colortype().map_err(fault)? {
-        ColorType::Gray(bits @ (8 | 16 | 32 | 64)) => bits,
+    let (bits, components) = match decoder.colortype().map_err(fault)? {
+        ColorType::Gray(bits @ (8 | 16 | 32 | 64)) => (bits, 1),
         ColorType::Gray(bits) => {
             return Err(unsupported(format!(
                 "page {page} has {bits} bits per value: save it with 8, 16 or 32"
             )));
         }
+        ColorType::RGB(bits @ (8 | 16)) => (bits, 3),
+        ColorType::RGBA(bits @ (8 | 16)) => (bits, 4),
         ColorType::Multiband { num_samples, .. } => {
             return Err(colour(page, &format!("{num_samples} values per pixel")));
         }
         ColorType::GrayA(_) => return Err(colour(page, "an alpha channel")),
-        _ => return Err(colour(page, "colours")),
+        _ => {
+            return Err(colour(
+                page,
+                "colours that are no red, green and blue of 8 or 16 bits",
+            ));
+        }
     };
+    let planes = decoder
+        .find_tag_unsigned::<u16>(Tag::PlanarConfiguration)
+        .map_err(fault)?;
+    if components > 1 && planes == Some(PlanarConfiguration::Planar.to_u16()) {
+        return Err(unsupported(format!(
+            "page {page} has its colours one behind the other: save them pixel by pixel"
+        )));
+    }
     Ok(Kind {
         width: width as usize,
         height: height as usize,
         bits,
+        components,
     })
 }
 
 fn colour(page: usize, what: &str) -> Fault {
     unsupported(format!(
-        "page {page} has {what}: convert the stack to grey (8, 16 or 32 bits) first"
+        "page {page} has {what}: convert the stack to grey (8, 16 or 32 bits) or to red, green and blue first"
     ))
 }
 
@@ -265,7 +295,7 @@ fn check_promise(
     )))
 }
 
-fn grey(values: DecodingResult) -> Voxels {
+fn numbers(values: DecodingResult) -> Voxels {
     match values {
         DecodingResult::U8(values) => Voxels::U8(values),
         DecodingResult::I8(values) => Voxels::I8(values),

@@ -14,7 +14,7 @@ use ::tiff::tags::Tag;
 
 use crate::Error;
 use crate::input::test_files::{Folder, survive_damage};
-use crate::input::{Format, LoadOptions, format_of, load};
+use crate::input::{Format, LoadOptions, format_of, load, load_colours};
 use crate::volume::{Volume, Voxels};
 
 /// A stack of pages of 3x2 pixels; page p begins with the value 10 p.
@@ -99,6 +99,40 @@ fn every_type_and_packing_reads_back() {
     check!(GrayI64, i64, F64, f64);
     check!(Gray32Float, f32, F32, f32);
     check!(Gray64Float, f64, F64, f64);
+}
+
+#[test]
+fn colours_are_read_one_by_one() {
+    for (name, packing) in packings() {
+        let folder = Folder::new();
+        let bytes = stack::<colortype::RGB8>(2, packing, |i| (7 * i) as u8);
+        let path = folder.write("x", &[&bytes]);
+        let colours = load_colours(&path, &LoadOptions::default())
+            .expect("readable")
+            .expect("colours");
+        for (number, volume) in colours.components.iter().enumerate() {
+            let value = |i: usize| (7 * (10 * (i / 6) + 3 * (i % 6) + number)) as u8;
+            let expected = Voxels::U8((0..12).map(value).collect());
+            assert_eq!(volume.voxels, expected, "{name}: component {number}");
+        }
+        // Blue is the greatest of values that rise.
+        assert_eq!(
+            colours.opacity.voxels, colours.components[2].voxels,
+            "{name}"
+        );
+    }
+    let folder = Folder::new();
+    let bytes = stack::<colortype::RGBA16>(1, Compression::Lzw, |i| 300 * i as u16);
+    let path = folder.write("x", &[&bytes]);
+    let colours = load_colours(&path, &LoadOptions::default())
+        .expect("readable")
+        .expect("colours");
+    let alpha = (0..6).map(|i| 300 * (4 * i + 3)).collect();
+    assert_eq!(colours.opacity.voxels, Voxels::U16(alpha), "alpha varies");
+    assert!(
+        folder.refusal(&[&bytes]).contains("component=N"),
+        "a number is wanted"
+    );
 }
 
 #[test]
@@ -225,9 +259,9 @@ fn slices_that_differ_are_refused_by_name() {
 }
 
 #[test]
-fn colours_are_refused() {
-    let rgb = stack::<colortype::RGB8>(1, Compression::Uncompressed, |i| i as u8);
-    let error = Folder::new().load(&[&rgb]).expect_err("colours");
+fn colours_of_printers_are_refused() {
+    let inks = stack::<colortype::CMYK8>(1, Compression::Uncompressed, |i| i as u8);
+    let error = Folder::new().load(&[&inks]).expect_err("colours");
     assert!(matches!(error, Error::Unsupported { .. }), "{error}");
     assert!(
         error.to_string().contains("convert the stack to grey"),
