@@ -15,6 +15,7 @@ from forward_resample import distributed
 zarr = pytest.importorskip("zarr", minversion="3")
 sys.path.insert(0, str(Path(__file__).parent))
 
+import bounds  # noqa: E402
 from virtual import Waves  # noqa: E402
 
 SHAPE = (128, 192, 256)
@@ -115,12 +116,76 @@ def test_a_pyramid_far_away(waves, tmp_path):
         server.server_close()
 
 
+def test_a_pyramid_in_a_bucket(tmp_path, monkeypatch):
+    pytest.importorskip("s3fs", reason="no s3fs")
+    server = pytest.importorskip("moto.server", reason="no moto with its server")
+    for name in ("AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"):
+        monkeypatch.setenv(name, "none")
+    monkeypatch.setenv("AWS_DEFAULT_REGION", "us-east-1")
+    _, group, look = bounds.made("boxes", 96)
+    view = {"camera": look["camera"], "size": (48, 48)}
+    served = server.ThreadedMotoServer("127.0.0.1", 0, verbose=False)
+    served.start()
+    try:
+        host, port = served.get_host_and_port()
+        monkeypatch.setenv("AWS_ENDPOINT_URL", f"http://{host}:{port}")
+        import s3fs
+
+        s3fs.S3FileSystem().mkdir("bucket")
+        pictures = []
+        for place in (str(tmp_path / "image.zarr"), "s3://bucket/image.zarr"):
+            copy = zarr.open_group(place, mode="w")
+            copy.attrs.update(group.attrs.asdict())
+            for name, array in group.arrays():
+                copy.create_array(name, data=array[:], chunks=array.chunks)
+            stored = fr.Pyramid(place, look["transfer"], opacity_unit=look["opacity_unit"], held_voxels=1 << 14)
+            pictures.append(stored.render(**view))
+            assert pictures[-1].stats["bytes_fetched"] > 0
+        assert np.array_equal(*pictures) and np.asarray(pictures[0]).max() > 0.1
+    finally:
+        served.stop()
+
+
+@pytest.mark.parametrize("scene", bounds.SCENES)
+def test_errors_stay_under_the_bound(scene):
+    for max_error, most in (("1/255", 1.0), ("4/255", 4.0)):
+        picture, fetched, _ = bounds.by_levels(scene, 96, held_voxels=1 << 14, max_error=max_error)
+        error = bounds.worst(picture, bounds.whole(scene, 96))
+        assert error <= most and fetched > 0, (max_error, error)
+
+
+def test_levels_below_a_size_are_left_alone():
+    errors, bytes_fetched = [], []
+    for finest in (0.25, 2.0):
+        picture, fetched, _ = bounds.by_levels("fine_waves", 96, held_voxels=1 << 14, finest_px=finest)
+        errors.append(bounds.worst(picture, bounds.whole("fine_waves", 96)))
+        bytes_fetched.append(fetched)
+    assert errors[0] <= 1.0 and errors[1] > 10.0 and bytes_fetched[1] < bytes_fetched[0], (errors, bytes_fetched)
+
+
+@pytest.mark.parametrize(
+    "light", [{"shade": "phong"}, {"gradient_opacity": (0, 40)}, {"projection": "orthographic"}, {"projection": "orthographic", "shade": "phong"}]
+)
+def test_light_and_parallel_rays_cross_bricks_as_they_cross_the_whole(waves, light):
+    options = dict(light)
+    camera = {**VIEW["camera"], "projection": options.pop("projection", "perspective")}
+    if camera["projection"] == "orthographic":
+        camera["height"] = 260
+    view = {"camera": camera, "size": (48, 40)}
+    picture = pyramid(waves, **options).render(**view)
+    voxels = waves.voxels(0, [0, 0, 0], SHAPE)
+    exact = fr.volsplat(voxels, transfer=TRANSFER, opacity_unit=6.0, subpixels=4, **view, **options)
+    # Gradients of a brick reach a voxel beyond it, so that what differs from the whole is its level, which 1/255 bounds.
+    assert bounds.worst(picture, np.asarray(exact)) <= 1.0
+    if options:
+        plain = fr.volsplat(voxels, transfer=TRANSFER, opacity_unit=6.0, subpixels=4, **view)
+        assert bounds.worst(plain, np.asarray(exact)) > 10.0
+
+
 def test_what_a_pyramid_has_not_is_refused(waves):
     for words in ({"blend": "maximum"}, {"iso": 3.0}, {"layers": "first-hit"}):
         with pytest.raises(ValueError, match="brick by brick"):
             pyramid(waves, **words)
-    with pytest.raises(ValueError, match="perspective"):
-        pyramid(waves).render(projection="orthographic", size=(16, 16))
     with pytest.raises(ValueError, match="transfer"):
         fr.Pyramid(zarr.open_group(waves, mode="r"), "viridis")
     assert len(list(pyramid(waves).pictures(turntable=2, size=(16, 16)))) == 2

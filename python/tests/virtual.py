@@ -121,3 +121,39 @@ class Waves(Store):
     async def list_dir(self, prefix):
         return
         yield
+
+
+def main(words):
+    """`python virtual.py [FINEST_PX [WORKERS]]`: a picture of 1.1 TB, and what it took."""
+    import resource
+    import tempfile
+    import time
+
+    import zarr
+    from distributed import Client, LocalCluster
+
+    import forward_resample as fr
+    from forward_resample import distributed
+
+    finest, workers = float(words[0]) if words else 1.0, int(words[1]) if len(words) > 1 else 1
+    colours, opacities = [[0.2, 0, 0.4], [0, 0.6, 0.5], [1, 1, 0.2]], [0, 0, 0, 0, 0.2, 0.4, 0.6, 0.8, 0.9]
+    transfer = fr.transfer_function(colours, opacities, clim=(0, 255))
+    with tempfile.TemporaryDirectory() as cache, LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster:
+        with Client(cluster) as client:
+            group = zarr.open_group(Waves(), mode="r")
+            volume = fr.Pyramid(group, transfer, opacity_unit=400.0, cache=cache, finest_px=finest, threads=1)
+            start = time.time()
+            picture = distributed.render(volume, client, tile=(256, 256), size=(1024, 1024), subpixels=2)[0]
+            seconds = time.time() - start
+            usage = client.run(lambda: resource.getrusage(resource.RUSAGE_SELF)).values()
+    parts = picture.stats["parts"]
+    total = {name: sum(part[name] for part in parts) for name in parts[0]}
+    print(f"finest_px={finest:g}, {workers} workers: {seconds:.0f} s, {sum(one.ru_utime + one.ru_stime for one in usage):.0f} s of CPU time")
+    print(f"{max(one.ru_maxrss for one in usage) / 1e6:.2f} GB a worker; {total}")
+    picture.save(f"virtual-{finest:g}.png")
+
+
+if __name__ == "__main__":
+    import sys
+
+    main(sys.argv[1:])

@@ -148,8 +148,9 @@ def opened(source: Any, cache: Optional[str]) -> tuple[Any, CachedStore]:
     group = source if hasattr(source, "store") else zarr.open_group(os.fspath(source), mode="r")
     # Two pyramids may share a folder.
     folder = None if cache is None else str(Path(cache) / hashlib.sha256(str(group.store).encode()).hexdigest()[:16])
-    store = CachedStore(group.store, folder)
-    return zarr.open_group(store=store, path=group.path, mode="r"), store
+    cached: Any = zarr.open_group(store=CachedStore(group.store, folder), path=group.path, mode="r")
+    # A store that may be written to is opened again as one that may not.
+    return cached, cached.store
 
 
 def levels(group: Any, at: tuple[int, ...]) -> list[Level]:

@@ -19,6 +19,11 @@ from ._transfer import TransferFunction, transfer_function
 from ._volume import Volume
 
 _Floats = npt.NDArray[np.float64]
+_Picture = npt.NDArray[np.float32]
+#: Two corners of a box, in voxels of the finest level.
+_Box = tuple[_Floats, _Floats]
+#: Columns and rows of sub-pixels, each from the first to the one behind the last.
+_Rect = tuple[int, int, int, int]
 
 #: Voxels along a side of a brick.
 _SIDE = 64
@@ -29,20 +34,28 @@ _HELD_VOXELS = 1 << 24
 #: Beyond this even the coarsest level is too much to be read wholly.
 _MOST_VOXELS = 1 << 28
 
-#: What lies behind so little transmittance is not looked at: half a step of an 8-bit picture.
-_HIDDEN = 1.0 / 512.0
+#: The shares of the allowed error that a brick may take, and what is left out behind nearly opaque ones. Several bricks in a row may
+#: err, and predictions are several times too large; what comes of it is measured on the page.
+_OF_BRICK, _OF_HIDDEN = 0.5, 0.25
 
-#: Two levels differ by three times the error of the finer one where a field is smooth, because errors grow with the square of the spacing.
-_DIFFERENCE = 3.0
+#: From level to level differences become a quarter where a field is smooth (errors grow with the square of the spacing), and a half
+#: at edges. The half is trusted alone.
+_LEAST_GROWTH = 0.5
 
-#: Bricks behind each other that may err in the same direction. A guess; what comes of it is measured on the page.
-_IN_A_ROW = 4.0
+#: They become eight times as large at most: so much of a spot is lost where it is smaller than a voxel of both.
+_MOST_GROWTH = 8.0
 
-#: The values of a finer level reach beyond those of the coarser one by at most this share of their range. A guess.
+#: The values of a finer level may reach beyond those of the coarser one by this share of their range, if not by more. A guess.
 _FINER_RANGE = 0.25
 
-#: Levels whose voxels are smaller than this on the screen are not looked at, px.
-_FINEST_PX = 1.0
+#: Bricks whose voxels are smaller than this on the screen are not compared, px. What it costs and saves is measured on the page.
+_FINEST_PX = 0.25
+
+#: Levels beyond the one that is held: three in a row tell what a brick may show.
+_COARSER = 3
+
+#: The eye of a parallel view is so far from the volume, in lengths of its diagonal: beyond any slope that matters.
+_FAR = 1e9
 
 #: Side of the tiles that one process draws one after another, px.
 _TILE = 256
@@ -68,20 +81,31 @@ class _View(NamedTuple):
     centre: _Floats
     size: tuple[int, int]
     near: float
+    is_parallel: bool
 
-    def rect(self, corners: _Floats) -> Optional[tuple[int, int, int, int]]:
+    def rect(self, corners: _Floats) -> Optional[_Rect]:
         """Columns and rows, each from the first to the one behind the last, that a box may cover."""
         seen = corners @ self.matrix.T + self.shift
         if (seen[:, 2] <= self.near).all():
             return None
-        if (seen[:, 2] <= self.near).any():
+        if not self.is_parallel and (seen[:, 2] <= self.near).any():
             return 0, self.size[0], 0, self.size[1]
-        places = seen[:, :2] / seen[:, 2:] * self.focal + self.centre
+        places = seen[:, :2] / (1.0 if self.is_parallel else seen[:, 2:]) * self.focal + self.centre
         low = np.clip(np.floor(places.min(0)) - 1, 0, self.size).astype(int)
         high = np.clip(np.ceil(places.max(0)) + 1, 0, self.size).astype(int)
         if (low >= high).any():
             return None
         return int(low[0]), int(high[0]), int(low[1]), int(high[1])
+
+    def eye(self, length: float) -> _Floats:
+        """Where rays come from: of parallel ones so far away, for a volume of this length, that they are parallel."""
+        seen = np.array([0.0, 0.0, -_FAR * length]) if self.is_parallel else np.zeros(3)
+        return np.asarray(np.linalg.solve(self.matrix, seen - self.shift))
+
+    def px(self, side: float, corners: _Floats) -> float:
+        """The largest length on the screen of a side of a voxel in a box."""
+        nearest = float((corners @ self.matrix[2] + self.shift[2]).min())
+        return side * float(self.focal.max()) / (1.0 if self.is_parallel else max(nearest, self.near))
 
 
 class Pyramid(Scene):
@@ -89,7 +113,7 @@ class Pyramid(Scene):
 
     The finest level of at most ``held_voxels`` is read wholly. Of the others a picture fetches bricks of 64^3 voxels: those that its tiles see,
     neither transparent nor hidden, each from the coarsest level whose error is predicted to be small enough. To predict it, a brick is
-    drawn from two levels. No voxel smaller than a pixel is looked at.
+    drawn from two levels or three.
 
     Args:
         data: a group of Zarr, a path, or a URL that fsspec reads (``"https://..."``, ``"s3://..."``).
@@ -99,6 +123,7 @@ class Pyramid(Scene):
         at: the place along the axes before z, such as (time, channel).
         cache: a folder for what was fetched, which processes may share.
         held_voxels: the finest level of at most so many voxels is read wholly.
+        finest_px: bricks whose voxels are smaller than this on the screen are drawn as they are, px; larger is cheaper.
         threads: how many draw.
         options: of every picture: ``max_error="1/255"`` (the default) is the error of a pixel that is allowed for coarse levels,
             ``subpixels=4`` (the default) has 4x4 samples in each.
@@ -106,8 +131,7 @@ class Pyramid(Scene):
     Raises:
         ValueError: ``data`` has no levels or not three axes; an option cannot be had for bricks.
 
-    Limits: a view in perspective, light emitted and absorbed. What is so small that the level above a brick does not show it is found
-    only where that level varies.
+    Limits: light emitted and absorbed. What is so small that no coarser level shows it is not found.
     """
 
     def __init__(
@@ -119,6 +143,7 @@ class Pyramid(Scene):
         at: tuple[int, ...] = (),
         cache: Optional[str] = None,
         held_voxels: int = _HELD_VOXELS,
+        finest_px: float = _FINEST_PX,
         threads: Optional[int] = None,
         **options: Any,
     ):
@@ -130,9 +155,12 @@ class Pyramid(Scene):
         if levels[held].shape.prod() > _MOST_VOXELS:
             raise ValueError(f"data: its coarsest level has {levels[held].shape.prod()} voxels: add coarser ones")
         levels[held] = levels[held].hold()
-        self._levels = levels[: held + 1] + [levels[held].halved()]
+        self._levels = levels[: held + 1]
+        for _ in range(_COARSER):
+            self._levels.append(self._levels[-1].halved())
         self._held = held
         self._threads = threads
+        self._finest_px = finest_px
         self._spacing = np.asarray(_chunks.spacing(group) if spacing is None else spacing, float)
         root = self._levels[held]
         function = _function(transfer, root.array)
@@ -189,8 +217,6 @@ class Pyramid(Scene):
     def _part(self, merged: dict[str, Any], number: int, columns: tuple[int, int], rows: tuple[int, int]) -> Any:
         self._native.prepare(self._overview(merged))
         camera = json.loads(self._native.cameras())[number]
-        if camera.get("projection") == "orthographic":
-            raise ValueError("projection: a pyramid is seen in perspective")
         before = self._store.fetched, self._store.fetched_bytes
         tile = _Tile(self, merged, camera, columns, rows)
         rgba = tile.draw()
@@ -217,17 +243,19 @@ class _Tile:
         centre = (np.array([camera["cx"], camera["cy"]]) - self.first) * self.samples
         rotation = np.array(camera["R"]).reshape(3, 3)
         matrix = rotation * pyramid._spacing
-        self.view = _View(matrix, np.array(camera["t"]), focal, centre, size, camera["near"])
-        self.eye = np.linalg.solve(matrix, -self.view.shift)
+        is_parallel = camera.get("projection") == "orthographic"
+        self.view = _View(matrix, np.array(camera["t"]), focal, centre, size, camera["near"], is_parallel)
+        self.last = pyramid._levels[0].shape - 1.0
+        self.eye = self.view.eye(float(np.linalg.norm(self.last * pyramid._spacing)))
         self.options = {name: value for name, value in merged.items() if name not in _OF_VIEWS}
         self.options.update(subpixels=1, opacity_unit=merged["opacity_unit"])
         self.margin = 1 if "shade" in merged or "gradient_opacity" in merged else 0
-        self.allowed = float(Fraction(str(merged.get("max_error", "1/255")))) * _DIFFERENCE / _IN_A_ROW
-        self.last = pyramid._levels[0].shape - 1.0
+        most = float(Fraction(str(merged.get("max_error", "1/255"))))
+        self.allowed, self.hidden = _OF_BRICK * most, _OF_HIDDEN * most
         self.rgba = np.zeros((size[1], size[0], 4), np.float32)
         self.counts = {"bricks": 0, "compared": 0, "transparent": 0, "hidden": 0}
 
-    def draw(self) -> npt.NDArray[np.float32]:
+    def draw(self) -> _Picture:
         held = self.pyramid._held
         self.walk(held, np.full(3, -0.5), self.last + 0.5)
         height, width = (side // self.samples for side in self.rgba.shape[:2])
@@ -253,40 +281,61 @@ class _Tile:
         left, right, top, bottom = self.whole_pixels(rect)
         window = (slice(top, bottom), slice(left, right))
         behind = 1.0 - self.rgba[window][..., 3:]
-        if behind.max() < _HIDDEN:
+        if behind.max() < self.hidden:
             self.counts["hidden"] += 1
             return
-        levels = self.pyramid._levels
-        around, _ = levels[level + 1].block(*inner, 0)
-        lowest, highest = float(around.min()), float(around.max())
-        beyond = _FINER_RANGE * (highest - lowest)
-        if not self.pyramid._shows(lowest - beyond, highest + beyond):
+        if not self.may_show(level + 1, inner):
             self.counts["transparent"] += 1
             return
-        fine = self.drawn(level, inner, (left, right, top, bottom))
-        if level > 0 and self.voxel_px(level, corners) > _FINEST_PX:
-            coarse = self.drawn(level + 1, inner, (left, right, top, bottom))
+        rect = left, right, top, bottom
+        fine = self.drawn(level, inner, rect)
+        if level > 0 and self.voxel_px(level, corners) > self.pyramid._finest_px:
             self.counts["compared"] += 1
-            height, width = ((bottom - top) // self.samples, (right - left) // self.samples)
-            cells = ((fine - coarse) * behind).reshape(height, self.samples, width, self.samples, 4)
-            if np.abs(cells.mean((1, 3))).max() > self.allowed:
+            if self.is_coarse(level, inner, rect, fine, behind):
                 self.walk(level - 1, low, high)
                 return
         self.counts["bricks"] += 1
         self.rgba[window] += behind * fine
 
+    def is_coarse(self, level: int, box: _Box, rect: _Rect, fine: _Picture, behind: _Picture) -> bool:
+        """Whether the levels below this one would change a picture by more than is allowed, as far as those above it tell."""
+        if not fine.any():
+            return self.may_show(level, box)
+        coarse = self.drawn(level + 1, box, rect)
+        last = self.difference(fine, coarse, behind)
+        if last * _series(_LEAST_GROWTH, level) > self.allowed:
+            return True
+        if last * _series(_MOST_GROWTH, level) <= self.allowed:
+            return False
+        before = self.difference(coarse, self.drawn(level + 2, box, rect), behind)
+        return _continued(last, before, level) > self.allowed
+
+    def difference(self, fine: _Picture, coarse: _Picture, behind: _Picture) -> float:
+        """The largest difference of the pixels of two pictures, behind what is before them."""
+        height, width = (side // self.samples for side in fine.shape[:2])
+        cells = ((fine - coarse) * behind).reshape(height, self.samples, width, self.samples, 4)
+        return float(np.abs(cells.mean((1, 3))).max())
+
+    def may_show(self, number: int, box: _Box) -> bool:
+        """Whether the levels below this one may have values in a box that are seen, as far as it and two above it tell."""
+        blocks = [level.block(*box, 0)[0] for level in self.pyramid._levels[number : number + 3]]
+        lowest, highest = ([float(end(block)) for block in blocks] for end in (np.min, np.max))
+        reach = _FINER_RANGE * (highest[0] - lowest[0])
+        below = _continued(lowest[1] - lowest[0], lowest[2] - lowest[1], number)
+        above = _continued(highest[0] - highest[1], highest[1] - highest[2], number)
+        return self.pyramid._shows(lowest[0] - max(reach, below), highest[0] + max(reach, above))
+
     def voxel_px(self, level: int, corners: _Floats) -> float:
         """The largest side of a voxel on the screen, in a box."""
-        nearest = float((corners @ self.view.matrix[2] + self.view.shift[2]).min())
         side = float((self.pyramid._levels[level].scale * self.pyramid._spacing).max())
-        return side * float(self.view.focal.max()) / self.samples / max(nearest, self.view.near)
+        return self.view.px(side, corners) / self.samples
 
-    def whole_pixels(self, rect: tuple[int, int, int, int]) -> tuple[int, int, int, int]:
+    def whole_pixels(self, rect: _Rect) -> _Rect:
         left, right, top, bottom = rect
         side = self.samples
         return left // side * side, -(-right // side) * side, top // side * side, -(-bottom // side) * side
 
-    def drawn(self, number: int, box: tuple[_Floats, _Floats], rect: tuple[int, int, int, int]) -> npt.NDArray[np.float32]:
+    def drawn(self, number: int, box: _Box, rect: _Rect) -> _Picture:
         """A box of a level by itself, on the sub-pixels of a rectangle."""
         left, right, top, bottom = rect
         level, spacing = self.pyramid._levels[number], self.pyramid._spacing
@@ -310,10 +359,23 @@ class _Tile:
             "R": self.camera["R"],
             "t": self.camera["t"],
             "near": self.camera["near"],
+            "projection": "orthographic" if self.view.is_parallel else "perspective",
         }
         scene = _native.Scene.volume(block, place, {}, None, [], self.pyramid._threads)
         scene.prepare({**self.options, "camera": camera, "crop_voxels": np.concatenate(ends).tolist()})
         return scene.draw_window(0, (0, right - left), (0, bottom - top))[0]
+
+
+def _series(ratio: float, count: int) -> float:
+    return sum(ratio**power for power in range(1, count + 1))
+
+
+def _continued(last: float, before: float, count: int) -> float:
+    """The sum of ``count`` further changes, after two that were measured: each grows, or falls, as the last did."""
+    if last <= 0.0:
+        return 0.0
+    growth = last / before if before > 0.0 else _MOST_GROWTH
+    return last * _series(min(max(growth, _LEAST_GROWTH), _MOST_GROWTH), count)
 
 
 def _function(transfer: Any, overview: npt.NDArray[Any]) -> TransferFunction:
