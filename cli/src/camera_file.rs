@@ -177,7 +177,8 @@ pub(crate) fn text(cameras: &[Camera]) -> Result<String> {
     Ok(format!("{}\n", serde_json::to_string_pretty(&value)?))
 }
 
-fn object(camera: &Camera) -> Value {
+/// A calibrated camera as files have it; its numbers read back bit by bit.
+pub fn object(camera: &Camera) -> Value {
     let world = camera.camera_from_world;
     let mut object = json!({
         "width": camera.width,

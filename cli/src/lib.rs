@@ -35,7 +35,7 @@ pub mod background;
 pub mod bands;
 mod blend;
 mod built_in;
-mod camera_file;
+pub mod camera_file;
 mod camera_path;
 mod channel_look;
 mod clip;

@@ -14,6 +14,7 @@ use resample_cli::args::{
     CameraArgs, Drawing, PictureArgs, RenderArgs, SequenceArgs, TransferArgs, names_of,
 };
 use resample_cli::bands::{Pace, Window, in_bands};
+use resample_cli::camera_file;
 use resample_cli::opened::Opened;
 use resample_cli::plan::{Change, Purpose, RunLog};
 use resample_cli::planner::{self, Planned};
@@ -215,22 +216,10 @@ impl Session {
     /// The cameras of the pictures that were prepared, as camera files have them.
     pub(crate) fn cameras(&self) -> String {
         let cameras = self.ready.iter().flat_map(|ready| ready.opened.cameras());
-        let cameras = cameras.map(|camera| {
-            let pose = camera.camera_from_world;
-            json!({
-                "width": camera.width,
-                "height": camera.height,
-                "fx": camera.fx,
-                "fy": camera.fy,
-                "cx": camera.cx,
-                "cy": camera.cy,
-                "R": pose.matrix3.transpose().to_cols_array(),
-                "t": pose.translation.to_array(),
-                "near": camera.near,
-                "projection": camera.projection,
-            })
-        });
-        Value::Array(cameras.collect()).to_string()
+        cameras
+            .map(camera_file::object)
+            .collect::<Value>()
+            .to_string()
     }
 
     /// Lays what the options say behind a whole picture.
