@@ -39,7 +39,7 @@ fn list(count: usize, strength: f32) -> Vec<Primitive> {
     let place = |i: usize, step: f32| (i as f32 * step) % 20.0 - 2.0;
     let primitive = |i: usize| {
         let (x, y) = (place(i, 3.7) + 32.0, place(i, 7.3) + 48.0);
-        let is_point = i / 5 % 2 == 0;
+        let is_point = (i / 5).is_multiple_of(2);
         let radius = 2.0 + (i % 3) as f32;
         Primitive {
             x,
