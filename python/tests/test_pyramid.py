@@ -44,6 +44,20 @@ def test_the_picture_is_that_of_all_voxels(waves):
     assert np.asarray(exact)[..., 3].max() > 0.9
 
 
+def test_what_is_cut_off_is_not_fetched(waves):
+    scene = pyramid(waves)
+    whole = scene.render(**VIEW).stats["bytes_fetched"]
+    box = (100, 60, 40, 160, 120, 90)
+    voxels = waves.voxels(0, [0, 0, 0], SHAPE)
+    for cut in ({"crop": box}, {"crop": "100,60,40,160,120,90"}, {"clip_plane": ["1,0,0,100", "-1,0,0,-160"]}):
+        scene = pyramid(waves)
+        picture = scene.render(subpixels=8, slab=0.25, **cut, **VIEW)
+        assert picture.stats["bytes_fetched"] < 0.9 * whole, cut
+        exact = fr.volsplat(voxels, transfer=TRANSFER, opacity_unit=6.0, subpixels=8, slab=0.25, **cut, **VIEW)
+        error = np.abs(np.asarray(picture) - np.asarray(exact))
+        assert error.max() <= 1.5 / 255 and np.asarray(exact)[..., 3].max() > 0.05, (cut, error.max() * 255)
+
+
 def test_what_is_hidden_or_transparent_is_not_fetched(waves):
     finest = np.prod(SHAPE) / 32**3
     group = zarr.open_group(waves, mode="r")

@@ -69,7 +69,7 @@ _OF_VIEWS = (
 )
 
 #: Options that bricks cannot be drawn with, each by itself.
-_REFUSED = ("layers", "blend", "iso", "mask", "also", "labels", "channel", "order", "max_time", "max_memory", "preset", "colormap", "window")
+_REFUSED = ("crop_voxels", "layers", "blend", "iso", "mask", "also", "labels", "channel", "order", "max_time", "max_memory", "preset", "colormap", "window")
 
 
 class _View(NamedTuple):
@@ -247,6 +247,13 @@ class _Tile:
         self.view = _View(matrix, np.array(camera["t"]), focal, centre, size, camera["near"], is_parallel)
         self.last = pyramid._levels[0].shape - 1.0
         self.eye = self.view.eye(float(np.linalg.norm(self.last * pyramid._spacing)))
+        # What is cut off by itself is not walked through: it shows nothing, however fine it is.
+        self.kept = [np.zeros(3), self.last]
+        if merged.get("crop") is not None:
+            low, high = _numbers(merged["crop"], 6).reshape(2, 3) / pyramid._spacing
+            self.kept = [np.maximum(self.kept[0], low), np.minimum(self.kept[1], high)]
+        planes = merged.get("clip_plane")
+        self.planes = np.zeros((0, 4)) if planes is None else _numbers(planes, 4)
         self.options = {name: value for name, value in merged.items() if name not in _OF_VIEWS}
         self.options.update(subpixels=1, opacity_unit=merged["opacity_unit"])
         self.margin = 1 if "shade" in merged or "gradient_opacity" in merged else 0
@@ -273,10 +280,10 @@ class _Tile:
             self.brick(level, first, np.minimum(first + side, high))
 
     def brick(self, level: int, low: _Floats, high: _Floats) -> None:
-        inner = np.maximum(low, 0.0), np.minimum(high, self.last)
+        inner = np.maximum(low, self.kept[0]), np.minimum(high, self.kept[1])
         corners = np.array(list(product(*zip(*inner))))
         rect = self.view.rect(corners)
-        if rect is None or (inner[0] >= inner[1]).any():
+        if rect is None or (inner[0] >= inner[1]).any() or self.is_clipped(corners):
             return
         left, right, top, bottom = self.whole_pixels(rect)
         window = (slice(top, bottom), slice(left, right))
@@ -296,6 +303,11 @@ class _Tile:
                 return
         self.counts["bricks"] += 1
         self.rgba[window] += behind * fine
+
+    def is_clipped(self, corners: _Floats) -> bool:
+        """Whether a plane cuts off all of a box."""
+        sides = corners @ (self.planes[:, :3] * self.pyramid._spacing).T - self.planes[:, 3]
+        return bool((sides.max(0) < 0).any()) if len(self.planes) else False
 
     def is_coarse(self, level: int, box: _Box, rect: _Rect, fine: _Picture, behind: _Picture) -> bool:
         """Whether the levels below this one would change a picture by more than is allowed, as far as those above it tell."""
@@ -376,6 +388,13 @@ def _continued(last: float, before: float, count: int) -> float:
         return 0.0
     growth = last / before if before > 0.0 else _MOST_GROWTH
     return last * _series(min(max(growth, _LEAST_GROWTH), _MOST_GROWTH), count)
+
+
+def _numbers(value: Any, count: int) -> _Floats:
+    """Rows of numbers, written as the command line or Python has them."""
+    rows = [value] if isinstance(value, str) else value
+    parts = [row.split(",") if isinstance(row, str) else row for row in rows]
+    return np.array(parts, float).reshape(-1, count)
 
 
 def _function(transfer: Any, overview: npt.NDArray[Any]) -> TransferFunction:
