@@ -247,7 +247,7 @@ class _Tile:
         self.view = _View(matrix, np.array(camera["t"]), focal, centre, size, camera["near"], is_parallel)
         self.last = pyramid._levels[0].shape - 1.0
         self.eye = self.view.eye(float(np.linalg.norm(self.last * pyramid._spacing)))
-        # What is cut off by itself is not walked through: it shows nothing, however fine it is.
+        # Parts that are cut off show nothing at any level, so that they are not walked through.
         self.kept = [np.zeros(3), self.last]
         if merged.get("crop") is not None:
             low, high = _numbers(merged["crop"], 6).reshape(2, 3) / pyramid._spacing

@@ -163,7 +163,6 @@ fn tints_multiply_the_colour_of_what_is_opaque() {
                 look: Look::Tint(tint),
             })
             .collect();
-        // A tint has no place among the channels.
         channels.insert(1, scalars(&opacity, &function));
         let scene = Scene {
             channels,
