@@ -83,7 +83,7 @@ fn name(path: &Path) -> String {
         .into_owned()
 }
 
-/// The longest beginning that all names have, and the longest end of what is left.
+/// The longest common prefix of the names, and the longest common suffix behind it.
 fn common_ends(names: &[String]) -> [&str; 2] {
     let first = names[0].as_str();
     let shared = |holds: &dyn Fn(&str, usize) -> bool, most: usize| {

@@ -252,7 +252,7 @@ impl Setup<'_> {
     }
 }
 
-/// How far a scalar may be from what the renderer takes: half a step of a table over what is shown, and the error of its position.
+/// The largest error of the renderer's scalar: half a step of its table over the visible range, and the error of the position.
 fn scalar_error(channel: &Channel, shown: Option<(f64, f64)>) -> f64 {
     let (low, high) = channel.volume.value_range();
     let shown = shown.unwrap_or((low, high));

@@ -44,7 +44,7 @@ pub enum Look<'a> {
     /// Scalars: interpolated, then the colour of the function, whose opacity is not used. The tints of a scene add up, and
     /// their sum multiplies the colour of its other channels: red, green and blue of voxels that are colours. Between voxels
     /// each counts by the scalar of the first transfer function's channel above the least one, as colours with alpha are
-    /// interpolated: what is black or clear darkens no edge.
+    /// interpolated: black or transparent neighbours do not darken an edge.
     Tint(&'a TransferFunction),
 }
 

@@ -1,6 +1,6 @@
 //! Voxels that are colours: three or four bytes each, red first.
 //!
-//! Takes a path and what the caller says; the header alone tells whether there are colours. A reader reads one component, so
+//! Takes a path and the options of reading; the header alone tells whether there are colours. A reader reads one component, so
 //! colours are read once for each, and drawn as tints over one more channel, which gives the opacity.
 
 use std::path::Path;
@@ -85,7 +85,7 @@ pub fn load_colours(path: &Path, options: &LoadOptions) -> Result<Option<ColourV
     }))
 }
 
-/// What a component of colours, red being 0, multiplies the colour by: itself in linear light.
+/// The transfer function of a colour component (0 is red): from its sRGB code to linear light.
 pub fn tint(component: usize, volume: &Volume) -> TransferFunction {
     let most = match volume.voxels {
         Voxels::U16(_) => u16::MAX,

@@ -31,7 +31,7 @@ pub(super) fn begins(head: &[u8]) -> bool {
     head.starts_with(b"\x89PNG\r\n\x1a\n") || head.starts_with(b"\xff\xd8\xff")
 }
 
-/// What the caller says.
+/// The options of the caller.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Choice {
     /// Which of red, green and blue is read; without it, the brightness.
@@ -47,7 +47,7 @@ pub(super) fn colours(files: &[PathBuf]) -> Option<usize> {
     is_colour.then_some(3)
 }
 
-/// Reads the slices; `path` is what was typed.
+/// Reads the slices; errors and notes name `path`, the folder or pattern.
 pub(super) fn load(
     files: &[PathBuf],
     path: &Path,

@@ -14,7 +14,7 @@ pub(super) const PER_CELL: usize = POINTS * POINTS * POINTS;
 /// Colours times strength, and strength.
 pub(super) type Sum = [f32; 4];
 
-/// Multiplies what the points of a cell show by the sum of the tints there.
+/// Multiplies the colours at the points of a cell by the sum of the tints there.
 pub(super) fn multiply_tints(
     channels: &[ChannelSettings],
     cells: &CellBrick,
@@ -64,7 +64,7 @@ pub(super) fn nearest_corner(point: usize) -> usize {
     (0..3).map(|axis| (2 * at[axis] / POINTS) << axis).sum()
 }
 
-/// Adds what a channel shows at the points of a cell.
+/// Adds the extinction and the colour of a channel at the points of a cell.
 pub(super) fn add_points(
     channel: &ChannelSettings,
     corners: [f32; 8],

@@ -21,7 +21,7 @@ pub(crate) struct ChannelSettings {
     pub(crate) value_range: (f64, f64),
 }
 
-/// What a channel gives to a sample.
+/// The part of a channel in a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Role {
     /// Extinction, and the colour that it shines in.
