@@ -44,8 +44,8 @@ pub(crate) struct CellBrick {
     pub(crate) bounds: Bounds,
     /// Scalars at the vertices, x fastest, [`VERTEX_SIDE`] a row. Of labels, their numbers in a palette.
     pub(crate) scalars: Box<Table>,
-    /// The same by cell, of 8-bit voxels.
-    pub(crate) corners: Option<Box<CornerBytes>>,
+    /// The same by face, of 8-bit voxels.
+    pub(crate) faces: Option<Box<FaceBytes>>,
     /// The scalar's gradient at the vertices, per world unit; only where it was asked for.
     pub(crate) gradients: Option<Box<GradientTable>>,
     /// Least and greatest scalar at the vertices.
@@ -117,9 +117,13 @@ impl ShownCells {
     }
 }
 
-/// The bytes at the eight corners of each cell of a brick, x fastest in both, the first corner lowest: one load instead
-/// of eight, of voxels that are whole numbers of eight bits.
-pub(crate) type CornerBytes = [u64; CELLS];
+/// Faces of a brick's cells across z, first those of the first layer of vertices: a cell has the face of its own number
+/// and that of the next layer.
+pub(crate) const FACES: usize = CELLS + CELL_ROWS;
+
+/// The bytes at the four corners of each face, x fastest in both, the first corner lowest: two loads instead of eight, of
+/// voxels that are whole numbers of eight bits.
+pub(crate) type FaceBytes = [u32; FACES];
 
 /// One channel of a brick; the fields are those of [`CellBrick`].
 #[derive(Clone, Debug)]
@@ -158,7 +162,7 @@ impl CellBrick {
         } else {
             0
         };
-        (size_of::<Self>() + size_of::<Table>() + size_of::<CornerBytes>() + vectors) as u64
+        (size_of::<Self>() + size_of::<Table>() + size_of::<FaceBytes>() + vectors) as u64
     }
 
     /// A channel by its number.

@@ -1,12 +1,12 @@
 //! From volumes to bricks of cells: which cells are kept, their scalars, gradients and masks.
 
 use super::cells::{
-    BrickChannel, CELL_SIDE, CellBrick, CellField, CornerBytes, GradientTable, Gradients,
-    TABLE_LEN, Table, VERTEX_SIDE,
+    BrickChannel, CELL_SIDE, CellBrick, CellField, FaceBytes, GradientTable, Gradients, TABLE_LEN,
+    Table, VERTEX_SIDE,
 };
 use crate::bricks::bounds::{Bounds, brick_corners};
 use crate::bricks::cells::ShownCells;
-use crate::bricks::corners::corner_bytes;
+use crate::bricks::faces::face_bytes;
 use crate::bricks::gradients::{gradients, vertex};
 use crate::bricks::shown::{CellRanges, box_of, cells_of, take_in, unmasked};
 use crate::bricks::support::Support;
@@ -196,7 +196,7 @@ impl FieldPlan<'_> {
         } = channels.next()?;
         Some(CellBrick {
             bounds,
-            corners: self.channels[0].corner_bytes(&scalars),
+            faces: self.channels[0].face_bytes(&scalars),
             scalars,
             gradients,
             range,
@@ -255,14 +255,14 @@ impl PlannedChannel<'_> {
     }
 
     /// The bytes at the corners of each cell; `None` where voxels are more than bytes.
-    fn corner_bytes(&self, scalars: &Table) -> Option<Box<CornerBytes>> {
+    fn face_bytes(&self, scalars: &Table) -> Option<Box<FaceBytes>> {
         if !matches!(
             (&self.volume.voxels, &self.shown),
             (Voxels::U8(_), Shown::Scalars(_))
         ) {
             return None;
         }
-        Some(corner_bytes(scalars))
+        Some(face_bytes(scalars))
     }
 
     /// The scalars of a block, or the numbers of its labels, and their range.

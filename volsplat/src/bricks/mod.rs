@@ -2,8 +2,8 @@
 
 pub(crate) mod bounds;
 pub(crate) mod cells;
-mod corners;
 pub(crate) mod cull;
+mod faces;
 pub(crate) mod fill;
 mod gradients;
 pub(crate) mod plan;

@@ -5,6 +5,7 @@ use fearless_simd::{f32x4, f32x8, f32x16, i32x16, u32x16};
 use resample_core::composite::{DepthRule, opacity};
 
 use super::interpolate::interpolate;
+use super::one_by_one;
 use super::samples::{LANES, Numbers, PIXEL_SHIFT, PackedSamples, ROOM, ShownSamples, vertex};
 use crate::bricks::cells::{CELL_CORNERS, GradientTable, TABLE_LEN, VERTEX_SIDE};
 use crate::field::job::Job;
@@ -26,6 +27,7 @@ pub(super) fn classify<S: Simd>(simd: S, job: &Job, samples: &mut PackedSamples)
     let units_per_slab = job.view.units_per_slab.as_flattened();
     let (mut strength, mut units) = ([0.0; ROOM], [0.0; ROOM]);
     for k in 0..count {
+        one_by_one();
         strength[k] = table.strength(entry[k]);
         units[k] = units_per_slab[(samples.place[k] >> PIXEL_SHIFT) as usize % (LANES * LANES)];
     }

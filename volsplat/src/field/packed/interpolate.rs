@@ -3,19 +3,21 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, i32x16, u32x16};
 
+use super::one_by_one;
 use super::samples::{CELL_MASK, LANES, PackedSamples, ROOM, vertex};
-use crate::bricks::cells::{CELL_CORNERS, CellBrick};
+use crate::bricks::cells::{CELL_CORNERS, CELL_ROWS, CellBrick};
 
 /// The field at the samples.
 #[inline(always)]
 pub(super) fn interpolate<S: Simd>(simd: S, brick: &CellBrick, samples: &mut PackedSamples) {
     let count = samples.len();
-    if let Some(corners) = brick.corners.as_deref() {
+    if let Some(faces) = brick.faces.as_deref() {
         let (mut front, mut back) = ([0u32; ROOM], [0u32; ROOM]);
         for k in 0..count {
-            let eight = corners[(samples.place[k] & CELL_MASK) as usize];
-            front[k] = eight as u32;
-            back[k] = (eight >> 32) as u32;
+            one_by_one();
+            let cell = (samples.place[k] & CELL_MASK) as usize;
+            front[k] = faces[cell];
+            back[k] = faces[cell + CELL_ROWS];
         }
         for first in (0..count).step_by(LANES) {
             let range = first..first + LANES;
@@ -41,6 +43,7 @@ pub(super) fn interpolate<S: Simd>(simd: S, brick: &CellBrick, samples: &mut Pac
     }
     let mut corners = [[0.0f32; ROOM]; 8];
     for (k, &place) in samples.place[..count].iter().enumerate() {
+        one_by_one();
         let place = vertex(place);
         for edge in 0..4 {
             let at = place + CELL_CORNERS[2 * edge];

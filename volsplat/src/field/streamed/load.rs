@@ -120,7 +120,7 @@ impl Packed {
         });
         CellBrick {
             shown: ShownCells::all(),
-            corners: None,
+            faces: None,
             bounds: brick.bounds(at),
             scalars,
             gradients: None,
