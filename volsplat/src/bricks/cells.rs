@@ -52,7 +52,7 @@ pub(crate) struct CellBrick {
     pub(crate) range: [f32; 2],
     /// The channels after the first.
     pub(crate) more: Vec<BrickChannel>,
-    /// Which cells may be seen.
+    /// Which cells of the box may be seen.
     pub(crate) shown: ShownCells,
     /// 1 at vertices that the mask shows, 0 at others; `None` where it shows all of them.
     pub(crate) mask: Option<Box<[u8; TABLE_LEN]>>,
@@ -80,6 +80,17 @@ impl ShownCells {
         Self {
             rows: [u8::MAX; CELL_ROWS],
         }
+    }
+
+    /// Every cell between the least and the greatest vertex.
+    pub(crate) fn between(bounds: &Bounds) -> Self {
+        let [least, greatest] = bounds.range().map(|end| end.map(usize::from));
+        let along_x = (least[0]..greatest[0]).fold(0, |cells, x| cells | 1 << x);
+        let mut rows = [0; CELL_ROWS];
+        for z in least[2]..greatest[2] {
+            rows[z * CELL_SIDE..][least[1]..greatest[1]].fill(along_x);
+        }
+        Self { rows }
     }
 
     /// Those that are in either.

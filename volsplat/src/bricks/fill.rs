@@ -222,7 +222,8 @@ impl FieldPlan<'_> {
             let [of_kept, of_near] = channel.shown.cells(table, range);
             (kept, near) = (kept.or(&of_kept), near.or(&of_near));
         }
-        Some((box_of(block.corner, &kept.and(&all))?, near.and(&all)))
+        let bounds = box_of(block.corner, &kept.and(&all))?;
+        Some((bounds, near.and(&all).and(&ShownCells::between(&bounds))))
     }
 }
 

@@ -77,7 +77,7 @@ pub(super) fn located<S: Simd>(
 #[inline(always)]
 pub(super) fn position<S: Simd>(simd: S, plane: &PlaneView, at: HalfRow) -> [f32x8<S>; 3] {
     std::array::from_fn(|axis| {
-        let start = plane.rows[axis][at.row];
+        let start = plane.row(axis, at.row);
         f32x8::from_slice(simd, &plane.lanes[axis][at.first..at.first + LANES])
             + f32x8::splat(simd, start)
     })

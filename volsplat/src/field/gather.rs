@@ -4,6 +4,8 @@
 //! that is compiled into it classifies and composites them.
 //! Bricks come in an order in which none hides an earlier one; a brick behind an opaque tile is never looked at.
 
+use std::ops::Range;
+
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x4, f32x8};
 use fearless_simd_macros::simd;
@@ -84,11 +86,26 @@ impl RememberedPlanes {
     /// The view of a plane.
     #[inline(always)]
     pub(super) fn at(&mut self, view: &TileView, number: u32) -> &PlaneView {
-        let slot = &mut self.planes[number as usize % REMEMBERED_PLANES];
-        if slot.0 != number {
-            *slot = (number, view.plane(number));
+        self.make(view, number..number + 1);
+        self.made(number)
+    }
+
+    /// Makes the views of planes, no more than are remembered.
+    #[inline(always)]
+    pub(super) fn make(&mut self, view: &TileView, numbers: Range<u32>) {
+        for number in numbers {
+            let (remembered, plane) = &mut self.planes[number as usize % REMEMBERED_PLANES];
+            if *remembered != number {
+                *remembered = number;
+                view.put_plane(number, plane);
+            }
         }
-        &slot.1
+    }
+
+    /// The view of a plane that was made.
+    #[inline(always)]
+    pub(super) fn made(&self, number: u32) -> &PlaneView {
+        &self.planes[number as usize % REMEMBERED_PLANES].1
     }
 
     /// Makes ready for another tile.

@@ -12,6 +12,7 @@
 //! Source: K. Mueller, R. Crawfis, "Eliminating Popping Artifacts in Sheet Buffer-Based Splatting", IEEE Visualization
 //! 1998, for the sheets; we sample the plane through a slab's middle instead of integrating the kernel over the slab.
 
+mod ahead;
 mod cell_sample;
 mod change;
 mod clipped;

@@ -3,6 +3,7 @@
 use resample_core::composite::TileCounts;
 use resample_core::dispatch;
 
+use super::ahead;
 use super::gather::{GatherScratch, Window, add_brick};
 use super::iso_rays::AnchoredRays;
 use super::isosurface;
@@ -57,7 +58,11 @@ fn advance_while_open<'a>(
     let rays = settings
         .walks_rays()
         .then(|| AnchoredRays::new(view, &settings.sheets.anchor));
-    for placed in bricks {
+    let mut bricks = bricks.peekable();
+    while let Some(placed) = bricks.next() {
+        if let Some(next) = bricks.peek() {
+            ahead::touch(settings, next.brick);
+        }
         let window = Window::new(placed, view);
         if !is_useful(placed, &window, scratch) {
             continue;

@@ -11,6 +11,9 @@ use resample_core::{GridView, Projection};
 pub(crate) use super::lanes::{HalfRow, LANES};
 use super::settings::{Anchor, BOX_MARGIN, SheetSettings};
 
+/// Pixels along the side of a block: 16 of them are a vector.
+pub(crate) const BLOCK_PX: usize = 4;
+
 /// The camera of one tile.
 #[derive(Clone, Debug)]
 pub(crate) struct TileView {
@@ -33,10 +36,9 @@ pub(crate) struct PlaneView {
     pub(crate) lanes: [[f32; TILE_PX]; 3],
     /// Grid position of the centre of the tile's first pixel, relative to the anchor.
     pub(crate) first: [f32; 4],
-    /// The same for each row of the tile: that much further per pixel along y.
-    pub(crate) rows: [[f32; TILE_PX]; 3],
-    /// The same for each pixel of a block of 4x4 pixels, for the blocks along y.
-    pub(crate) block_rows: [[[f32; TILE_PX]; 4]; 3],
+    /// The same for each row of the tile, that much further per pixel along y: for each pixel of a block of 4x4 pixels,
+    /// for the blocks along y.
+    pub(crate) block_rows: [[[f32; TILE_PX]; BLOCK_PX]; 3],
     /// Change of the grid position per pixel along y.
     pub(crate) step_y: [f32; 4],
     /// From a camera x, y, x, y to tile pixels, so that the first covered pixel is the number rounded up.
@@ -116,6 +118,13 @@ impl TileView {
 
     /// The plane of a slab.
     pub(crate) fn plane(&self, number: u32) -> PlaneView {
+        let mut plane = PlaneView::default();
+        self.put_plane(number, &mut plane);
+        plane
+    }
+
+    /// Puts the plane of a slab where another was.
+    pub(crate) fn put_plane(&self, number: u32, plane: &mut PlaneView) {
         let camera_z = (f64::from(number) + 0.5) * self.thickness;
         let (origin, direction) = self.view.ray(self.corner + 0.5);
         let first = origin - self.anchor.grid + camera_z * direction;
@@ -130,31 +139,34 @@ impl TileView {
         let ends =
             |low: DVec2, high: DVec2| [low.x as f32, low.y as f32, high.x as f32, high.y as f32];
         let (first, step_y) = (four(first), four(step_y));
-        let mut rows = [[0.0; TILE_PX]; 3];
-        for (axis, rows) in rows.iter_mut().enumerate() {
-            for (number, row) in rows.iter_mut().enumerate() {
-                *row = first[axis] + number as f32 * step_y[axis];
+        for (axis, blocks) in plane.block_rows.iter_mut().enumerate() {
+            for (row, pixels) in blocks
+                .as_flattened_mut()
+                .chunks_exact_mut(BLOCK_PX)
+                .enumerate()
+            {
+                pixels.fill(first[axis] + row as f32 * step_y[axis]);
             }
         }
-        let mut block_rows = [[[0.0; TILE_PX]; 4]; 3];
-        for (axis, blocks) in block_rows.iter_mut().enumerate() {
-            for (number, pixel) in blocks.as_flattened_mut().iter_mut().enumerate() {
-                *pixel = rows[axis][number / 4];
+        for (lanes, step) in plane.lanes.iter_mut().zip(step_x.to_array()) {
+            for (number, lane) in lanes.iter_mut().enumerate() {
+                *lane = (number as f64 * step) as f32;
             }
         }
-        PlaneView {
-            rows,
-            block_rows,
-            lanes: step_x
-                .to_array()
-                .map(|step| std::array::from_fn(|lane| (lane as f64 * step) as f32)),
-            first,
-            step_y,
-            pixel_scale: ends(pixels, pixels),
-            pixel_shift: ends(shift - BOX_MARGIN, shift + BOX_MARGIN),
-            offset_z: (camera_z - self.anchor.camera_z) as f32,
-            camera_z: camera_z as f32,
-        }
+        plane.first = first;
+        plane.step_y = step_y;
+        plane.pixel_scale = ends(pixels, pixels);
+        plane.pixel_shift = ends(shift - BOX_MARGIN, shift + BOX_MARGIN);
+        plane.offset_z = (camera_z - self.anchor.camera_z) as f32;
+        plane.camera_z = camera_z as f32;
+    }
+}
+
+impl PlaneView {
+    /// Grid position along an axis of the first pixel of a row of the tile, relative to the anchor.
+    #[inline(always)]
+    pub(crate) fn row(&self, axis: usize, row: usize) -> f32 {
+        self.block_rows[axis].as_flattened()[row * BLOCK_PX]
     }
 }
 

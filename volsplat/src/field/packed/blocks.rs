@@ -13,10 +13,9 @@ use super::rule::PackedRule;
 use crate::field::cell_sample::CellBox;
 use crate::field::gather::{GatherScratch, POSITION_ERROR, Window};
 use crate::field::job::Job;
-use crate::sheets::view::PlaneView;
+use crate::sheets::view::{BLOCK_PX, PlaneView};
 
-/// Pixels along a block's side, and blocks along a tile's.
-pub(super) const BLOCK_PX: usize = 4;
+/// Blocks along a tile's side.
 pub(super) const BLOCKS: usize = TILE_PX / BLOCK_PX;
 
 /// Least movement per plane along an axis, voxels: below it, a ray is taken to run along the faces of that axis.
@@ -59,8 +58,8 @@ pub(super) fn positions<S: Simd>(simd: S, plane: &PlaneView, [x, y]: [usize; 2])
 }
 
 /// The first plane and the last of a brick, as a tile sees them, and how many there are from one to the other.
-pub(super) struct Ends {
-    pub(super) planes: [PlaneView; 2],
+pub(super) struct Ends<'a> {
+    pub(super) planes: [&'a PlaneView; 2],
     pub(super) count: u32,
 }
 
@@ -68,7 +67,7 @@ pub(super) struct Ends {
 #[inline(always)]
 pub(super) fn planes_inside<S: Simd>(
     simd: S,
-    ends: &Ends,
+    ends: &Ends<'_>,
     cells: &CellBox,
     at: [usize; 2],
     open: u64,
@@ -79,8 +78,8 @@ pub(super) fn planes_inside<S: Simd>(
     let constant = |v: f32| f32x16::splat(simd, v);
     let last = (ends.count - 1) as f32;
     let (from, to) = (
-        positions(simd, &ends.planes[0], at),
-        positions(simd, &ends.planes[1], at),
+        positions(simd, ends.planes[0], at),
+        positions(simd, ends.planes[1], at),
     );
     let (mut near, mut far) = (constant(0.0), constant(last));
     for axis in 0..3 {

@@ -5,18 +5,18 @@
 //! permutation.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x16, mask32x16, u8x64, u32x16};
+use fearless_simd::{f32x16, i32x16, mask32x16, u8x64, u32x16};
 use resample_core::composite::DepthRule;
 use resample_core::tile::TILE_PX;
 
-use super::blocks::{BLOCK_PX, Ends, open_blocks, planes_inside, positions};
+use super::blocks::{Ends, open_blocks, planes_inside, positions};
 use super::rule::PackedRule;
 use super::samples::{LANES, PIXEL_SHIFT, PackedSamples};
 use crate::bricks::cells::{CELL_SIDE, TABLE_LEN, VERTEX_SIDE};
 use crate::field::cell_sample::CellBox;
 use crate::field::gather::{GatherScratch, REMEMBERED_PLANES, Window};
 use crate::field::job::Job;
-use crate::sheets::view::PlaneView;
+use crate::sheets::view::{BLOCK_PX, PlaneView};
 
 /// Planes that are gone through together: a tile remembers as many.
 const PLANES: u32 = REMEMBERED_PLANES as u32;
@@ -27,16 +27,22 @@ const _: () = assert!(LANES == BLOCK_PX * BLOCK_PX);
 struct Scan<'a, S: Simd> {
     job: &'a Job<'a>,
     cells: CellBox,
+    /// The brick's first cell, relative to the anchor.
+    first_cell: [i32; 3],
     /// A bit for each cell.
     bits: u8x64<S>,
     /// The pixels of the first block, at the place of the pixel.
     lanes: u32x16<S>,
 }
 
-/// Samples of a block of a plane.
-struct Block<S: Simd> {
-    position: [f32x16<S>; 3],
-    inside: mask32x16<S>,
+/// The cells that samples of a block of a plane lie in.
+struct Located<S: Simd> {
+    /// Their numbers in the brick, of those inside it.
+    cell: u32x16<S>,
+    /// Position in the cell.
+    share: [f32x16<S>; 3],
+    /// Which of them lie in cells of the brick that may show something.
+    shown: mask32x16<S>,
 }
 
 /// Finds the samples of all planes, and composites them. Returns the lanes looked at.
@@ -52,9 +58,11 @@ pub(super) fn add_planes<S: Simd, R: PackedRule>(
     for (lane, number) in numbers.iter_mut().enumerate() {
         *number = (lane / BLOCK_PX * TILE_PX + lane % BLOCK_PX) as u32;
     }
+    let cells = CellBox::new(placed.brick, &settings.sheets.anchor);
     let scan = Scan {
         job,
-        cells: CellBox::new(placed.brick, &settings.sheets.anchor),
+        cells,
+        first_cell: cells.corner.map(|corner| corner as i32),
         bits: u8x64::from_slice(simd, placed.brick.shown.rows()),
         lanes: u32x16::from_slice(simd, &numbers),
     };
@@ -64,11 +72,9 @@ pub(super) fn add_planes<S: Simd, R: PackedRule>(
     let mut touched = 0;
     for first in (placed.planes[0]..placed.planes[1]).step_by(REMEMBERED_PLANES) {
         let count = PLANES.min(placed.planes[1] - first);
+        planes.make(job.view, first..first + count);
         let ends = Ends {
-            planes: [
-                *planes.at(job.view, first),
-                *planes.at(job.view, first + count - 1),
-            ],
+            planes: [planes.made(first), planes.made(first + count - 1)],
             count,
         };
         let [left, right] = window.columns;
@@ -81,7 +87,7 @@ pub(super) fn add_planes<S: Simd, R: PackedRule>(
                 let at = [x, y];
                 for number in planes_inside(simd, &ends, &scan.cells, at, open) {
                     touched += LANES;
-                    let plane = planes.at(job.view, first + number);
+                    let plane = planes.made(first + number);
                     scan.add_block::<R>(simd, plane, (at, open), scratch);
                     if scratch.samples.is_full() {
                         flush::<S, R>(simd, job, scratch);
@@ -116,23 +122,18 @@ impl<S: Simd> Scan<'_, S> {
         ([x, y], open): ([usize; 2], u64),
         scratch: &mut GatherScratch,
     ) {
-        let mut found = self.inside(simd, positions(simd, plane, [x, y]), open);
-        if self.job.placed.cuts != 0 {
-            found.inside &= self.clipped(simd, &found.position);
-        }
-        if found.inside.all_false() {
-            return;
-        }
-        let (cell, share) = self.cells_of(simd, &found.position);
-        let inside = found.inside & self.shown(simd, cell);
+        let position = positions(simd, plane, [x, y]);
+        let Located { cell, share, shown } = self.located(simd, &position);
+        let mut inside = shown & mask32x16::from_bitmask(simd, open);
         if inside.all_false() {
             return;
         }
-        let inside = if self.job.placed.brick.mask.is_some() {
-            inside & self.masked(simd, cell, share)
-        } else {
-            inside
-        };
+        if self.job.placed.cuts != 0 {
+            inside &= self.clipped(simd, &position);
+        }
+        if self.job.placed.brick.mask.is_some() {
+            inside &= self.masked(simd, cell, share);
+        }
         let first = (y * BLOCK_PX * TILE_PX + x * BLOCK_PX) as u32;
         let pixel = self.lanes + u32x16::splat(simd, first);
         append(
@@ -150,44 +151,32 @@ impl<S: Simd> Scan<'_, S> {
         scratch.samples.grow(count);
     }
 
-    /// Which open samples of a block lie in the box of the brick's visible cells.
+    /// Positions in the cells of the brick. A cell begins at a whole number, and rounding down is exact: a sample on a face
+    /// is in one of the two cells, whatever brick asks.
     #[inline(always)]
-    fn inside(&self, simd: S, position: [f32x16<S>; 3], open: u64) -> Block<S> {
-        let mut inside = mask32x16::from_bitmask(simd, open);
-        for (axis, at) in position.iter().enumerate() {
-            inside &= at.simd_ge(f32x16::splat(simd, self.cells.low[axis]))
-                & at.simd_lt(f32x16::splat(simd, self.cells.high[axis]));
-        }
-        Block { position, inside }
-    }
-
-    /// The numbers of the cells of positions, and the positions in them. Those outside the brick get a cell inside.
-    #[inline(always)]
-    fn cells_of(&self, simd: S, position: &[f32x16<S>; 3]) -> (u32x16<S>, [f32x16<S>; 3]) {
-        let constant = |v: f32| f32x16::splat(simd, v);
-        let mut share = *position;
-        let mut number = constant(0.0);
-        for axis in [2, 1, 0] {
-            let in_brick = position[axis] - constant(self.cells.corner[axis]);
-            let cell = in_brick
-                .max(constant(0.0))
-                .min(constant(CELL_SIDE as f32 - 1.0))
-                .trunc();
-            share[axis] = in_brick - cell;
-            number = number.mul_add(constant(CELL_SIDE as f32), cell);
-        }
-        (number.to_int::<u32x16<S>>(), share)
-    }
-
-    /// Which cells may show something.
-    #[inline(always)]
-    fn shown(&self, simd: S, cell: u32x16<S>) -> mask32x16<S> {
+    fn located(&self, simd: S, position: &[f32x16<S>; 3]) -> Located<S> {
         let constant = |v: u32| u32x16::splat(simd, v);
+        let mut share = *position;
+        let (mut cell, mut all_axes) = (constant(0), constant(0));
+        for axis in [2, 1, 0] {
+            let below = position[axis].floor();
+            share[axis] = position[axis] - below;
+            let in_brick = below.to_int::<i32x16<S>>() - i32x16::splat(simd, self.first_cell[axis]);
+            let in_brick: u32x16<S> = in_brick.bitcast();
+            all_axes |= in_brick;
+            cell = cell << 3 | in_brick;
+        }
+        // Beyond the brick a place is negative or has more than three bits, and the cell's number says nothing.
+        let is_inside = (all_axes & constant(!(CELL_SIDE as u32 - 1))).simd_eq(constant(0));
         // The lowest byte of each lane is looked up, the others give something that is not looked at.
         let rows: u8x64<S> = (cell >> 3).bitcast();
         let row: u32x16<S> = self.bits.swizzle_dyn(rows).bitcast();
-        let bit = row >> (cell & constant(7));
-        (bit & constant(1)).simd_eq(constant(1))
+        let bit = row >> (cell & constant(7)) & constant(1);
+        Located {
+            cell,
+            share,
+            shown: is_inside & bit.simd_eq(constant(1)),
+        }
     }
 
     /// Which positions the clip keeps.

@@ -118,10 +118,11 @@ impl Packed {
                 *entry = scalar(value) as f32;
             }
         });
+        let bounds = brick.bounds(at);
         CellBrick {
-            shown: ShownCells::all(),
+            shown: ShownCells::between(&bounds),
             faces: None,
-            bounds: brick.bounds(at),
+            bounds,
             scalars,
             gradients: None,
             range: self.ranges[place],
