@@ -313,7 +313,7 @@ impl Tile<'_> {
             AlphaMode::Mask { .. } => (if base.w > 0.0 { 1.0 / base.w } else { 0.0 }, 1.0),
             AlphaMode::Blend => (factor.w, (factor.w * base.w).min(1.0)),
         };
-        let emitted = material.emissive_colour * emissive * alpha;
+        let emitted = surface.emissive_colour * emissive * alpha;
         (factor * base * (weight * light) + emitted)
             .truncate()
             .extend(alpha)

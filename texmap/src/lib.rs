@@ -35,6 +35,7 @@
 mod accumulate;
 mod adjacency;
 mod backward;
+mod black;
 mod charts;
 mod cull;
 mod cut;

@@ -44,7 +44,7 @@ pub(crate) fn straight(
     Straight {
         base: (factor * base * weight).truncate(),
         scale: alpha,
-        added: (material.emissive_colour * emissive * alpha)
+        added: (surface.emissive_colour * emissive * alpha)
             .truncate()
             .extend(alpha),
     }

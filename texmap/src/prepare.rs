@@ -7,6 +7,7 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3, Vec3, Vec4};
 
 use crate::adjacency::{Neighbour, neighbours};
+use crate::black::black_around;
 use crate::charts::Charts;
 use crate::light::Environment;
 use crate::light::tangents::{self, Tangents};
@@ -45,6 +46,8 @@ pub(crate) struct PreparedMesh {
     pub(crate) base_uv: Vec<DVec2>,
     /// As `base_uv`, for the emissive texture.
     pub(crate) emissive_uv: Vec<DVec2>,
+    /// By triangle: how far around it the emissive texture is black, its texels; empty where that is nowhere.
+    pub(crate) black_around: Vec<f32>,
     /// As `base_uv`, for the maps of light that are not laid as the base texture is.
     pub(crate) map_uv: [Vec<DVec2>; MAPS],
     /// By triangle and corner; empty without a normal map.
@@ -134,7 +137,15 @@ impl Prepared {
         prepared.meshes = scene
             .meshes
             .iter()
-            .map(|mesh| prepared_mesh(scene, mesh, &prepared.materials[mesh.material]))
+            .map(|mesh| {
+                let material = &prepared.materials[mesh.material];
+                let mut made = prepared_mesh(scene, mesh, material);
+                if let Some(emissive) = material.emissive {
+                    let pyramid = &prepared.pyramids[emissive];
+                    made.black_around = black_around(pyramid, &made.emissive_uv, &made.triangles);
+                }
+                made
+            })
             .collect();
         let reflects = |material: &PreparedMaterial| material.light == LightKind::Physical;
         prepared.environment = prepared.materials.iter().any(reflects).then(|| {
@@ -284,6 +295,7 @@ fn prepared_mesh(scene: &Scene, mesh: &Mesh, prepared: &PreparedMaterial) -> Pre
         triangles: mesh.triangles.clone(),
         base_uv,
         emissive_uv,
+        black_around: Vec::new(),
         tangents: match used[NORMALS].filter(|_| map(NORMALS).is_some()) {
             Some(texture) => tangents(scene, mesh, &texture),
             None => Vec::new(),

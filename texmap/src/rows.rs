@@ -89,7 +89,7 @@ fn lay_row<S: Simd>(simd: S, tile: &Tile, work: &mut RowWork, count: usize) {
             run,
             (base, &mut colours.base),
         );
-        emits |= surface.emissive.is_some();
+        emits |= surface.emissive_colour != Vec4::ZERO;
         reflects |= surface.maps.is_some();
     }
     look_up_row(
@@ -144,7 +144,7 @@ impl Tile<'_> {
     #[inline(always)]
     fn shade_run(&self, surface: &Surface, (run, column): (&Run, usize), row: &mut RowColours) {
         let material = surface.material(self.frame.scene);
-        let plain = material.alpha == AlphaMode::Opaque && material.emissive_colour == Vec4::ZERO;
+        let plain = material.alpha == AlphaMode::Opaque && surface.emissive_colour == Vec4::ZERO;
         if plain && surface.colours.is_none() {
             let factor = material.base_colour;
             for at in column..column + run.len {

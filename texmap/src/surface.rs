@@ -13,6 +13,7 @@ use crate::cull::{Facing, ScreenTriangle};
 use crate::plane::{Plane, moved, narrow, value};
 use crate::prepare::{LightKind, LightMap, MAPS, NORMALS, Prepared, PreparedMaterial};
 use crate::scene::Wrap;
+use crate::span::SPAN_PX;
 
 /// A texture's coordinates over the tile.
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +43,8 @@ pub(crate) struct Surface {
     /// Index into the prepared meshes.
     pub(crate) mesh: u32,
     base_colour: Vec4,
+    /// Red, green, blue; 0 where the emissive texture is black as far as the tile sees it.
+    pub(crate) emissive_colour: Vec4,
     pub(crate) light: Light,
     /// Where light comes from all around.
     pub(crate) maps: Option<Box<SurfaceMaps>>,
@@ -224,10 +227,18 @@ impl Surface {
                 side: flip as f32 * tangents[0][3],
             })
         });
+        let over_w = plane([1.0; 3]);
+        let mut emissive = of_list(&mesh.emissive_uv, material.emissive);
+        let mut emissive_colour = material.emissive_colour;
+        let black = mesh.black_around.get(triangle.seen.triangle as usize);
+        if emissive.is_some_and(|planes| is_within(&planes, &over_w, seen_px, black)) {
+            (emissive, emissive_colour) = (None, Vec4::ZERO);
+        }
         Self {
-            over_w: plane([1.0; 3]),
+            over_w,
             base: of_list(&mesh.base_uv, material.base),
-            emissive: of_list(&mesh.emissive_uv, material.emissive),
+            emissive,
+            emissive_colour,
             normal,
             colours,
             material: mesh.material,
@@ -246,17 +257,7 @@ impl Surface {
     /// Texture coordinates at a position of the tile.
     #[inline(always)]
     pub(crate) fn uv_at(&self, planes: &UvPlanes, at: [f32; 2]) -> UvAt {
-        let d = value(&self.over_w, at);
-        let w = 1.0 / d;
-        let (u, v) = (value(&planes.u, at) * w, value(&planes.v, at) * w);
-        let slope = |p: &Plane, t: f32, axis: usize| (p[axis] - t * self.over_w[axis]) * w;
-        let jacobian = [
-            slope(&planes.u, u, 0),
-            slope(&planes.u, u, 1),
-            slope(&planes.v, v, 0),
-            slope(&planes.v, v, 1),
-        ];
-        UvAt { u, v, jacobian }
+        uv_at(planes, &self.over_w, at)
     }
 
     /// Relative change of 1/w per px along x and y.
@@ -300,6 +301,38 @@ impl Surface {
     pub(crate) fn material<'a>(&self, scene: &'a Prepared) -> &'a PreparedMaterial {
         &scene.materials[self.material]
     }
+}
+
+#[inline(always)]
+fn uv_at(planes: &UvPlanes, over_w: &Plane, at: [f32; 2]) -> UvAt {
+    let w = 1.0 / value(over_w, at);
+    let (u, v) = (value(&planes.u, at) * w, value(&planes.v, at) * w);
+    let slope = |p: &Plane, t: f32, axis: usize| (p[axis] - t * over_w[axis]) * w;
+    let jacobian = [
+        slope(&planes.u, u, 0),
+        slope(&planes.u, u, 1),
+        slope(&planes.v, v, 0),
+        slope(&planes.v, v, 1),
+    ];
+    UvAt { u, v, jacobian }
+}
+
+/// Whether every footprint in the tile on a triangle reaches less than this far around it in a texture; `at` is a position
+/// of the triangle.
+fn is_within(planes: &UvPlanes, over_w: &Plane, at: [f32; 2], reach: Option<&f32>) -> bool {
+    let Some(&reach) = reach.filter(|reach| **reach > 0.0) else {
+        return false;
+    };
+    let [ux, uy, vx, vy] = uv_at(planes, over_w, at).jacobian;
+    let per_px = (ux * ux + uy * uy + vx * vx + vy * vy).sqrt();
+    let change = SPAN_PX as f32 * (over_w[0].abs() + over_w[1].abs()) / value(over_w, at).abs();
+    // Over the tile 1/w keeps the share 1 - change or more, and texels per pixel are at most this.
+    let kept = 1.0 - change;
+    let most = per_px * (1.0 / kept + change / (kept * kept));
+    // Points: the Gaussian's cut at 3.25 times 0.5 px and what its own width and perspective add is 2.2 texels for each
+    // texel per pixel, and 2; levels have texels of at most 0.5 for each, and 0.6, which are widened to 0.7 of their own and see
+    // 2.5 around them. That is less than 6 times texels per pixel, and 6; sub-pixels reach less far.
+    change < 0.5 && 6.0 * most + 6.0 <= reach
 }
 
 /// Where the period of the texture begins that holds coordinate `here`, texels.

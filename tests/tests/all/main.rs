@@ -33,6 +33,7 @@ mod shells;
 mod spacing;
 mod statistics;
 mod texmap_alpha;
+mod texmap_emission;
 mod texmap_extremes;
 mod texmap_light;
 mod texmap_outlines;
