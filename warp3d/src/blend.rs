@@ -26,12 +26,12 @@ pub(crate) fn blend(
     }
     let baselines = baseline_weights(references, target);
     let mut out = Layer::empty(layers[0].rgba.len());
+    out.purity = vec![0.0; layers[0].rgba.len()];
     let shares = out.resolution.par_iter_mut().zip(&mut out.purity);
     let planes = out.rgba.par_iter_mut().zip(&mut out.depth).zip(shares);
     planes
         .enumerate()
         .for_each(|(at, ((rgba, depth), (resolution, purity)))| {
-            *purity = 0.0;
             let seen = |l: &Layer| l.rgba[at][3] >= 0.5;
             let nearest = layers
                 .iter()
@@ -42,7 +42,7 @@ pub(crate) fn blend(
             let weight = |i: usize| {
                 let l = &layers[i];
                 // The fourth power: a pixel half covered by a rim says little if another reference covers it whole.
-                let covered = (l.rgba[at][3] * l.purity[at]).powi(4);
+                let covered = (l.rgba[at][3] * l.purity(at)).powi(4);
                 if agrees(l) {
                     baselines[i] * l.resolution[at].max(1e-3) * covered
                 } else {
@@ -62,7 +62,7 @@ pub(crate) fn blend(
                 straight = std::array::from_fn(|c| straight[c] + share * pixel[c] / pixel[3]);
                 transmittance *= 1.0 - pixel[3].min(1.0);
                 *resolution += share * layers[i].resolution[at];
-                *purity += share * layers[i].purity[at];
+                *purity += share * layers[i].purity(at);
             }
             let alpha = 1.0 - transmittance;
             *rgba = [

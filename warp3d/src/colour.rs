@@ -8,6 +8,7 @@
 
 mod area;
 mod cubic;
+mod points;
 mod rim;
 mod samples;
 
@@ -18,8 +19,9 @@ use glam::{DMat2, DVec2};
 use resample_core::point::PIXEL_SIGMA_PX;
 
 use cubic::{Axis, across};
-pub(crate) use cubic::{EightWeights, Weights};
-pub(crate) use samples::Colours;
+pub(crate) use cubic::{EightWeights, Taps, Weights, by_place};
+pub(crate) use points::{EightFilters, FILTERS, through};
+pub(crate) use samples::{Colours, NOWHERE, eight_samples};
 
 use crate::Reference;
 use crate::keys::weights;
@@ -264,24 +266,25 @@ impl Lookup<'_> {
         // Places with no cut around are summed by columns, and the columns once.
         let (mut columns, mut sum) = (f32x16::splat(simd, 0.0), f32x4::splat(simd, 0.0));
         for (k, &weight) in weights.iter().enumerate() {
-            let mut axes = [[0.0; 4]; 2];
-            for axis in 0..2 {
-                for j in 0..4 {
-                    axes[axis][j] = splines[axis][j][k];
-                }
+            let mut taps = [0.0; 8];
+            for (i, tap) in taps.iter_mut().enumerate() {
+                *tap = splines[i / 4][i % 4][k];
             }
             let base = DVec2::new(bases[0][k], bases[1][k]);
             match self.clear_at(base) {
                 Some(index) => {
-                    for value in &mut axes[1] {
+                    for value in &mut taps[4..] {
                         *value *= weight;
                     }
-                    let weights = Weights { axes, turned: None };
+                    let weights = Weights {
+                        taps: &taps,
+                        turned: None,
+                    };
                     let samples = &self.colours.coefficients;
                     columns += weights.columns(simd, samples, index - width - 1, width);
                 }
                 None => {
-                    let value = self.cubic_at_rim(simd, base, axes);
+                    let value = self.cubic_at_rim(simd, base, &taps);
                     sum = value.mul_add(f32x4::splat(simd, weight), sum);
                 }
             }
@@ -303,16 +306,29 @@ impl Lookup<'_> {
         let base = (corner + 1e-6).floor();
         let along_x = Axis::new((corner.x - base.x).max(0.0) as f32);
         let along_y = Axis::new((corner.y - base.y).max(0.0) as f32);
-        let weights = if form == [0.0; 3] {
-            Weights::plain(&along_x, &along_y)
+        let bends = form != [0.0; 3];
+        let [taps, turned] = if bends {
+            Axis::bent(&along_x, &along_y, form)
         } else {
-            Weights::widened(&along_x, &along_y, form)
+            [Axis::plain(&along_x, &along_y), [0.0; 8]]
+        };
+        let weights = Weights {
+            taps: &taps,
+            turned: bends.then_some(&turned),
         };
         let width = self.surfaces.size[0];
         match self.clear_at(base) {
             Some(index) => weights.sum(simd, &self.colours.coefficients, index - width - 1, width),
-            None => self.cubic_at_rim(simd, base, weights.axes),
+            None => self.cubic_at_rim(simd, base, &taps),
         }
+    }
+
+    /// Whether no cut is among the sixteen samples around the place behind the sample `index`, [`NOWHERE`] for one beside
+    /// which there are not sixteen.
+    #[inline(always)]
+    pub(crate) fn is_clear(surfaces: &Surfaces, index: u32) -> bool {
+        let clearance = surfaces.clearance.get(index as usize);
+        clearance.is_some_and(|&clearance| clearance >= 3)
     }
 
     /// The sample at `base` if the sixteen around the place behind it exist, with no cut among them.

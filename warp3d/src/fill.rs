@@ -94,7 +94,7 @@ pub(crate) fn fill(layer: &mut Layer, view: &View<'_>, how: Fill) -> Vec<f32> {
 
 /// Whether a pixel shows one surface alone, so that it may be the rim of a hole.
 fn is_rim(layer: &Layer, at: usize) -> bool {
-    layer.rgba[at][3] >= SOLID && layer.purity[at] >= PURE
+    layer.rgba[at][3] >= SOLID && layer.purity(at) >= PURE
 }
 
 /// For each direction and pixel, the known pixel met first when going against the direction.

@@ -6,6 +6,7 @@
 //! near an edge take it once for each surface that they see, weighted by the coverage that the pixel's Gaussian gives
 //! each.
 
+mod cells;
 mod centres;
 mod fine;
 mod pixels;
@@ -21,6 +22,7 @@ use resample_core::simd::Vectors;
 
 use crate::bands::BAND_ROWS;
 use crate::flags::Flags;
+use crate::layer::Purpose;
 use crate::piece::NO_PATCH;
 use crate::prepared::Prepared;
 use crate::raster::{Projected, Scene};
@@ -72,6 +74,8 @@ pub(crate) struct How {
     pub(crate) subpixels: usize,
     /// Vector instructions.
     pub(crate) level: Vectors,
+    /// What for.
+    pub(crate) purpose: Purpose,
 }
 
 /// What is drawn, and how.

@@ -10,10 +10,30 @@ pub(crate) struct Layer {
     /// Reference pixels per target pixel along the worse direction, inverted and at most 1: how well the reference
     /// resolves what is seen; 0 where nothing is seen.
     pub(crate) resolution: Vec<f32>,
-    /// Share of the pixel's coverage that its main surface has: below 1 where surfaces blend.
+    /// Share of the pixel's coverage that its main surface has: below 1 where surfaces blend. Empty if it is 1 everywhere,
+    /// or if nobody asks for it.
     pub(crate) purity: Vec<f32>,
-    /// Number of pixels in which something is seen, if they were counted when they were drawn.
+    /// Number of pixels in which something is seen, if they were counted when they were drawn; then `resolution` already is
+    /// weighted by coverage.
     pub(crate) seen: Option<u64>,
+}
+
+/// What a layer is drawn for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    /// It is the picture: purity is left out, and resolution is weighted by coverage as it is drawn, while both are in
+    /// the cache.
+    Picture,
+    /// It is blended with others, or its holes are filled.
+    Part,
+}
+
+/// Puts what lies beyond infinity there: a surface that is continued so far would lie behind the eye.
+#[inline(always)]
+pub(crate) fn before_infinity(depths: &mut [f32]) {
+    for depth in depths {
+        *depth = if *depth > 0.0 { *depth } else { f32::INFINITY };
+    }
 }
 
 impl Layer {
@@ -23,9 +43,14 @@ impl Layer {
             rgba: vec![[0.0; 4]; pixels],
             depth: vec![f32::INFINITY; pixels],
             resolution: vec![0.0; pixels],
-            purity: vec![1.0; pixels],
+            purity: Vec::new(),
             seen: None,
         }
+    }
+
+    /// The share of a pixel's coverage that its main surface has.
+    pub(crate) fn purity(&self, at: usize) -> f32 {
+        self.purity.get(at).copied().unwrap_or(1.0)
     }
 
     /// A layer in the buffers of this one, which keep whatever they hold: its drawer clears them, part by part.
@@ -33,7 +58,7 @@ impl Layer {
         self.rgba.resize(pixels, [0.0; 4]);
         self.depth.resize(pixels, f32::INFINITY);
         self.resolution.resize(pixels, 0.0);
-        self.purity.resize(pixels, 1.0);
+        self.purity.clear();
         self.seen = None;
         self
     }

@@ -14,7 +14,7 @@ use resample_core::{Camera, Projection, dispatch};
 use crate::Reference;
 use crate::bands::{BAND_ROWS, RowRange};
 use crate::epipole::OcclusionOrder;
-use crate::layer::Layer;
+use crate::layer::{Layer, before_infinity};
 use crate::options::Visibility;
 use crate::raster::{Terms, narrow};
 use crate::stats::FrameStats;
@@ -124,7 +124,7 @@ impl Nearest {
     ) -> Layer {
         let width = target.width as usize;
         let mut layer = to.reused(width * target.height as usize);
-        layer.purity.fill(1.0);
+        let has_front = target.projection == Projection::Perspective;
         let band = width * BAND_ROWS;
         let planes = layer
             .rgba
@@ -154,6 +154,9 @@ impl Nearest {
                     }
                 };
                 self.visit_band(first, reference.camera.width as usize, order, &mut visit);
+                if has_front {
+                    before_infinity(depth);
+                }
                 let shown = resolution.iter().map(|&seen| u64::from(seen > 0.0));
                 shown.sum::<u64>()
             });

@@ -21,7 +21,7 @@ use resample_core::dispatch;
 use crate::Reference;
 use crate::colour::as_taken;
 use crate::hybrid::{How, Hybrid};
-use crate::layer::Layer;
+use crate::layer::{Layer, Purpose, before_infinity};
 use crate::patch::{Hit, Patch, PlaneMap};
 use crate::prepared::Prepared;
 use crate::stats::FrameStats;
@@ -72,10 +72,14 @@ impl Resolver<'_> {
             .rgba
             .par_chunks_mut(width)
             .zip(layer.depth.par_chunks_mut(width));
-        let shares = layer
-            .resolution
-            .par_chunks_mut(width)
-            .zip(layer.purity.par_chunks_mut(width));
+        let purities: Vec<&mut [f32]> = match self.purpose {
+            Purpose::Picture => (0..self.size[1]).map(|_| Default::default()).collect(),
+            Purpose::Part => {
+                layer.purity.resize(width * self.size[1], 1.0);
+                layer.purity.chunks_mut(width).collect()
+            }
+        };
+        let shares = layer.resolution.par_chunks_mut(width).zip(purities);
         let rows = colours.zip(shares).enumerate();
         let seen = rows.map(|(y, ((rgba, depth), (resolution, purity)))| {
             let to = Row {
@@ -89,7 +93,8 @@ impl Resolver<'_> {
         let seen = seen.sum();
         match &self.home {
             Some(home) => home.give_back(self.reference, width, &mut layer),
-            None => layer.seen = Some(seen),
+            None if self.purpose == Purpose::Picture => layer.seen = Some(seen),
+            None => {}
         }
         layer
     }
@@ -211,8 +216,17 @@ fn row<S: Simd>(simd: S, resolver: &Resolver<'_>, y: usize, mut row: Row<'_>) ->
         if let Some(resolved) = resolver.at_edge(simd, (x, y), &mut parts) {
             row.rgba[x] = resolved.rgba;
             row.depth[x] = resolved.depth;
-            (row.resolution[x], row.purity[x]) = (resolved.resolution, resolved.purity);
+            row.resolution[x] = resolved.resolution;
+            if row.asks_for_purity() {
+                row.purity[x] = resolved.purity;
+            }
         }
+    }
+    if resolver.has_front {
+        before_infinity(row.depth);
+    }
+    if resolver.purpose == Purpose::Picture && resolver.home.is_none() {
+        row.weigh();
     }
     row.seen()
 }

@@ -8,13 +8,13 @@
 
 use glam::{DMat2, DVec2};
 use rayon::prelude::*;
-use resample_core::Camera;
 use resample_core::clock::StageClock;
 use resample_core::point::PIXEL_SIGMA_PX;
+use resample_core::{Camera, Projection};
 
 use crate::Reference;
 use crate::bands::{BAND_ROWS, RowRange};
-use crate::layer::Layer;
+use crate::layer::{Layer, before_infinity};
 use crate::patch::Patch;
 use crate::prepared::Prepared;
 use crate::stats::FrameStats;
@@ -223,6 +223,9 @@ fn draw(
                 let covered = total.min(1.0);
                 *pixel = pixel.map(|v| v * covered / total);
                 resolution[at] = covered;
+            }
+            if target.projection == Projection::Perspective {
+                before_infinity(depth);
             }
         });
     layer

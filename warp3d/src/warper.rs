@@ -2,13 +2,13 @@
 
 use rayon::prelude::*;
 use resample_core::clock::StageClock;
-use resample_core::{Camera, Image, Plane, Projection};
+use resample_core::{Camera, Image, Plane};
 
 use crate::beyond::View;
 use crate::blend::blend;
 use crate::fill::fill;
 use crate::hybrid::{How, Hybrid};
-use crate::layer::Layer;
+use crate::layer::{Layer, Purpose};
 use crate::lengths::{counted_in, length_of};
 use crate::nearest::Nearest;
 use crate::options::{ExtraPlanes, Fill, Method, SurfaceOptions, SurfaceTolerance, WarpOptions};
@@ -130,7 +130,13 @@ impl Warper {
             .map_err(|e| Error::Option(e.to_string()))?;
         let mut stats = FrameStats::default();
         let whole = StageClock::start();
-        let mut layer = self.layer(&camera, &mut stats);
+        let alone = self.references.len() == 1 && self.options.fill == Fill::None;
+        let purpose = if alone {
+            Purpose::Picture
+        } else {
+            Purpose::Part
+        };
+        let mut layer = self.layer(&camera, purpose, &mut stats);
         let view = View {
             camera: &camera,
             references: self.references.iter().map(|r| r.camera).collect(),
@@ -152,32 +158,30 @@ impl Warper {
     }
 
     /// What `camera`, a valid one, sees before holes are filled.
-    pub(crate) fn layer(&mut self, camera: &Camera, stats: &mut FrameStats) -> Layer {
+    pub(crate) fn layer(
+        &mut self,
+        camera: &Camera,
+        purpose: Purpose,
+        stats: &mut FrameStats,
+    ) -> Layer {
         let (references, camera) = match self.length {
             1.0 => (&self.references, *camera),
             length => (&self.counted, camera.in_unit(length)),
         };
         let layers = (0..references.len()).map(|i| {
             self.pipeline
-                .layer(i, &references[i], &camera, &self.options, stats)
+                .layer(i, &references[i], &camera, (&self.options, purpose), stats)
         });
         let layers: Vec<Layer> = layers.collect();
         let clock = StageClock::start();
         let pixels = camera.width as usize * camera.height as usize;
         let layer = blend(layers, references, &camera, self.options.blend);
         let mut layer = layer.unwrap_or_else(|| Layer::empty(pixels));
-        let length = self.length as f32;
-        // A surface continued beyond infinity would lie behind the eye.
-        let has_front = camera.projection == Projection::Perspective;
-        layer.depth.par_chunks_mut(PASS).for_each(|depths| {
-            for depth in depths {
-                *depth = if has_front && !(*depth > 0.0) {
-                    f32::INFINITY
-                } else {
-                    *depth * length
-                };
-            }
-        });
+        if self.length != 1.0 {
+            let length = self.length as f32;
+            let depths = layer.depth.par_chunks_mut(PASS);
+            depths.for_each(|depths| depths.iter_mut().for_each(|depth| *depth *= length));
+        }
         stats.stages.blend += clock.stop();
         layer
     }
@@ -193,8 +197,8 @@ pub(crate) fn finished(
     let camera = view.camera;
     let planes = options.planes == ExtraPlanes::FilledAndConfidence;
     stats.seen = match layer.seen {
-        Some(seen) if !planes => seen,
-        _ => seen(layer, planes),
+        Some(seen) => seen,
+        None => seen(layer, planes),
     };
     let clock = StageClock::start();
     let filled = fill(layer, view, options.fill);
@@ -265,7 +269,7 @@ impl Pipeline {
         index: usize,
         reference: &Reference,
         camera: &Camera,
-        options: &WarpOptions,
+        (options, purpose): (&WarpOptions, Purpose),
         stats: &mut FrameStats,
     ) -> Layer {
         match options.method {
@@ -278,6 +282,7 @@ impl Pipeline {
                 let how = How {
                     subpixels: subpixels as usize,
                     level: options.simd.resolve(),
+                    purpose,
                 };
                 let scene = (reference, &self.prepared[index]);
                 let to = std::mem::take(&mut self.spare);

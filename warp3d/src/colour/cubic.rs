@@ -96,38 +96,54 @@ impl Axis {
     }
 }
 
-/// Weights of sixteen samples: a product of two axes, and a small part that is turned.
-#[derive(Clone, Copy)]
-pub(crate) struct Weights {
-    /// Along x and y.
-    pub(crate) axes: [[f32; 4]; 2],
-    /// Slopes along x, and slopes along y times the covariance, px^2.
-    pub(crate) turned: Option<[[f32; 4]; 2]>,
-}
+/// Weights of four samples along x, then of four along y.
+pub(crate) type Taps = [f32; 8];
 
-impl Weights {
-    /// The spline alone.
-    #[inline(always)]
-    pub(super) fn plain(x: &Axis, y: &Axis) -> Self {
-        Self {
-            axes: [x.value, y.value],
-            turned: None,
+/// Eight weights of eight places, place by place: a transposed matrix.
+#[inline(always)]
+pub(crate) fn by_place<S: Simd>(mut rows: [f32x8<S>; 8]) -> [f32x8<S>; 8] {
+    // Each round moves a bit of the number of the row to the number of the column.
+    for _ in 0..3 {
+        let before = rows;
+        for i in 0..4 {
+            (rows[2 * i], rows[2 * i + 1]) = before[i].interleave(before[i + 4]);
         }
     }
+    rows
+}
 
-    /// The spline with a Gaussian of the small variance (xx, xy, yy), px^2.
+/// Weights of sixteen samples: a product of two axes, and a small part that is turned.
+#[derive(Clone, Copy)]
+pub(crate) struct Weights<'a> {
+    pub(crate) taps: &'a Taps,
+    /// Slopes along x, and slopes along y times the covariance, px^2.
+    pub(crate) turned: Option<&'a Taps>,
+}
+
+impl Axis {
+    /// The spline alone.
     #[inline(always)]
-    pub(super) fn widened(x: &Axis, y: &Axis, [xx, xy, yy]: [f32; 3]) -> Self {
+    pub(super) fn plain(x: &Self, y: &Self) -> Taps {
+        joined(x.value, y.value)
+    }
+
+    /// The spline with a Gaussian of the small variance (xx, xy, yy), px^2, and the part that is turned.
+    #[inline(always)]
+    pub(super) fn bent(x: &Self, y: &Self, [xx, xy, yy]: [f32; 3]) -> [Taps; 2] {
         let mut slope = y.slope;
         for slope in &mut slope {
             *slope *= xy;
         }
-        Self {
-            axes: [x.widened(xx), y.widened(yy)],
-            turned: Some([x.slope, slope]),
-        }
+        [joined(x.widened(xx), y.widened(yy)), joined(x.slope, slope)]
     }
+}
 
+#[inline(always)]
+fn joined([a, b, c, d]: [f32; 4], [e, f, g, h]: [f32; 4]) -> Taps {
+    [a, b, c, d, e, f, g, h]
+}
+
+impl Weights<'_> {
     /// The weighted sum of the sixteen samples whose first is `first`, in rows of `width`.
     #[inline(always)]
     pub(crate) fn sum<S: Simd>(
@@ -156,8 +172,8 @@ impl Weights {
             let from = 4 * (first + j * width);
             *row = f32x16::from_slice(simd, &samples[from..from + 16]);
         }
-        let mut sum = product(simd, &rows, &self.axes);
-        if let Some(turned) = &self.turned {
+        let mut sum = product(simd, &rows, self.taps);
+        if let Some(turned) = self.turned {
             sum += product(simd, &rows, turned);
         }
         sum
@@ -172,13 +188,13 @@ pub(super) fn across<S: Simd>(columns: f32x16<S>) -> f32x4<S> {
     even + odd
 }
 
-/// Four rows of four samples times the weights `x` and `y`, summed down the columns.
+/// Four rows of four samples times their weights, summed down the columns.
 #[inline(always)]
-fn product<S: Simd>(simd: S, rows: &[f32x16<S>; 4], [x, y]: &[[f32; 4]; 2]) -> f32x16<S> {
-    let mut sum = rows[0] * f32x16::splat(simd, y[0]);
+fn product<S: Simd>(simd: S, rows: &[f32x16<S>; 4], taps: &Taps) -> f32x16<S> {
+    let mut sum = rows[0] * f32x16::splat(simd, taps[4]);
     for j in 1..4 {
-        sum = rows[j].mul_add(f32x16::splat(simd, y[j]), sum);
+        sum = rows[j].mul_add(f32x16::splat(simd, taps[4 + j]), sum);
     }
-    let pair = |i: usize| f32x4::splat(simd, x[i]).combine(f32x4::splat(simd, x[i + 1]));
+    let pair = |i: usize| f32x4::splat(simd, taps[i]).combine(f32x4::splat(simd, taps[i + 1]));
     sum * pair(0).combine(pair(2))
 }

@@ -8,18 +8,17 @@ use fearless_simd::{f32x4, f64x4};
 use fearless_simd_macros::simd;
 use glam::DVec2;
 
-use super::Lookup;
+use super::{Lookup, Taps};
 use crate::surface::{BELOW, RIGHT};
 
 impl Lookup<'_> {
     /// The sum over sixteen samples around `base`, those that do not count continued from the others.
     #[simd]
-    pub(crate) fn cubic_at_rim<S: Simd>(
-        &self,
-        simd: S,
-        base: DVec2,
-        [wx, wy]: [[f32; 4]; 2],
-    ) -> f32x4<S> {
+    pub(crate) fn cubic_at_rim<S: Simd>(&self, simd: S, base: DVec2, taps: &Taps) -> f32x4<S> {
+        let (wx, wy) = (
+            [taps[0], taps[1], taps[2], taps[3]],
+            [taps[4], taps[5], taps[6], taps[7]],
+        );
         // A surface seen edge-on is met anywhere: far outside the picture, all places are alike.
         let size = DVec2::from(self.surfaces.size.map(|n| n as f64));
         let base = base.clamp(DVec2::splat(-4.0), size + 4.0);

@@ -1,5 +1,8 @@
 //! The colours of a reference as surfaces have them: the reference's own, but for a few beside edges.
 
+use fearless_simd::prelude::*;
+use fearless_simd::{i32x8, u32x8};
+
 use crate::surface::{RECOLOURED, Surfaces};
 
 /// What colours are looked up in.
@@ -41,4 +44,19 @@ impl Colours {
             .binary_search_by_key(&(index as u32), |&(index, _)| index);
         place.map_or(taken[index], |place| self.recoloured[place].1)
     }
+}
+
+/// The number of a sample beside which there are not sixteen.
+pub(crate) const NOWHERE: u32 = u32::MAX;
+
+/// The numbers of eight samples by their columns and rows, [`NOWHERE`] for those that have not one column and row of samples
+/// before them and two behind.
+#[inline(always)]
+pub(crate) fn eight_samples<S: Simd>(simd: S, [x, y]: [i32x8<S>; 2], size: [usize; 2]) -> u32x8<S> {
+    let constant = |v: i32| i32x8::splat(simd, v);
+    let [width, height] = [size[0] as i32, size[1] as i32];
+    let behind = x.simd_lt(constant(width - 2)) & y.simd_lt(constant(height - 2));
+    let inside = x.simd_gt(constant(0)) & y.simd_gt(constant(0)) & behind;
+    let index: i32x8<S> = inside.select(y * constant(width) + x, constant(NOWHERE as i32));
+    index.bitcast()
 }

@@ -23,26 +23,26 @@ pub(super) struct Centres<'a> {
 }
 
 /// Which of eight pieces cover a few pixel centres at most, and which those may be.
-struct Small<S: Simd> {
-    some: mask32x8<S>,
+pub(super) struct Small<S: Simd> {
+    pub(super) some: mask32x8<S>,
     /// Column and row of the first centre.
-    first: [f32x8<S>; 2],
+    pub(super) first: [f32x8<S>; 2],
     /// From the first to the last.
-    steps: [f32x8<S>; 2],
+    pub(super) steps: [f32x8<S>; 2],
 }
 
 /// Nearness over eight pieces.
-struct Near<S: Simd> {
+pub(super) struct Near<S: Simd> {
     /// Twice the area of a triangle, and its corners: the plane is that of these.
-    triangle: [[f32x8<S>; 3]; 3],
-    area: f32x8<S>,
+    pub(super) triangle: [[f32x8<S>; 3]; 3],
+    pub(super) area: f32x8<S>,
     /// Slivers extrapolate without bound inside the slack: the least and the greatest of the corners.
-    bounds: [f32x8<S>; 2],
+    pub(super) bounds: [f32x8<S>; 2],
 }
 
 /// An edge function of eight pieces, above 0 inside and [`SLACK`] around.
 #[derive(Clone, Copy)]
-struct Edges<S: Simd> {
+pub(super) struct Edges<S: Simd> {
     /// At each piece's first centre.
     first: f32x8<S>,
     dx: f32x8<S>,
@@ -52,7 +52,7 @@ struct Edges<S: Simd> {
 impl<S: Simd> Near<S> {
     /// Nearness at a place, and what a step along x and along y adds.
     #[inline(always)]
-    fn plane(&self, simd: S, at: [f32x8<S>; 2]) -> [f32x8<S>; 3] {
+    pub(super) fn plane(&self, simd: S, at: [f32x8<S>; 2]) -> [f32x8<S>; 3] {
         let [p, q, r] = self.triangle;
         let scale = f32x8::splat(simd, 1.0) / self.area;
         let mut plane = [f32x8::splat(simd, 0.0); 3];
@@ -69,7 +69,7 @@ impl<S: Simd> Near<S> {
 
 impl<S: Simd> Edges<S> {
     #[inline(always)]
-    fn new(simd: S, a: [f32x8<S>; 3], b: [f32x8<S>; 3], [x, y]: [f32x8<S>; 2]) -> Self {
+    pub(super) fn new(simd: S, a: [f32x8<S>; 3], b: [f32x8<S>; 3], [x, y]: [f32x8<S>; 2]) -> Self {
         let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
         let least = f32x8::splat(simd, -SLACK) * (dx.abs() + dy.abs());
         Self {
@@ -79,9 +79,29 @@ impl<S: Simd> Edges<S> {
         }
     }
 
+    /// The same without the slack: 0 on the edge itself.
+    #[inline(always)]
+    pub(super) fn without_slack(&self, simd: S) -> Self {
+        let slack = f32x8::splat(simd, SLACK) * (self.dx.abs() + self.dy.abs());
+        Self {
+            first: self.first - slack,
+            ..*self
+        }
+    }
+
+    /// Of each piece this edge where `this` holds, else the other one.
+    #[inline(always)]
+    pub(super) fn or(&self, other: &Self, this: mask32x8<S>) -> Self {
+        Self {
+            first: this.select(self.first, other.first),
+            dx: this.select(self.dx, other.dx),
+            dy: this.select(self.dy, other.dy),
+        }
+    }
+
     /// Some columns and rows further.
     #[inline(always)]
-    fn at(&self, [columns, rows]: [f32x8<S>; 2]) -> f32x8<S> {
+    pub(super) fn at(&self, [columns, rows]: [f32x8<S>; 2]) -> f32x8<S> {
         self.first + self.dx * rows - self.dy * columns
     }
 }
@@ -131,7 +151,7 @@ impl Centres<'_> {
 
     /// Those of eight pieces that hold a few centres at most, and a bit for each that holds more.
     #[inline(always)]
-    fn small_ones<S: Simd>(
+    pub(super) fn small_ones<S: Simd>(
         &self,
         simd: S,
         some: mask32x8<S>,
@@ -226,7 +246,7 @@ impl Centres<'_> {
     }
 
     #[inline(always)]
-    fn put(&mut self, at: usize, nearness: f32, id: u32) {
+    pub(super) fn put(&mut self, at: usize, nearness: f32, id: u32) {
         if nearness > self.nearness[at] {
             self.nearness[at] = nearness;
             self.patch[at] = id;
@@ -265,12 +285,23 @@ impl Sink for Centres<'_> {
     fn eight<S: Simd>(&mut self, simd: S, cells: &EightCells<S>) {
         let zero = f32x8::splat(simd, 0.0);
         let joined = mask32x8::from_bitmask(simd, cells.joined);
+        let triangles = [cells.triangles(0), cells.triangles(1)];
+        let areas = [triangles[0].area(), triangles[1].area()];
+        let fronts = [
+            areas[0].simd_gt(zero) & joined,
+            areas[1].simd_gt(zero) & joined,
+        ];
+        let whole = self.eight_cells(simd, cells, &triangles, (fronts[0] & fronts[1], areas));
+        // Cells that are turned in part, or drawn large, are taken by triangles.
+        let rest = joined & !whole;
+        if !rest.any_true() {
+            return;
+        }
         for k in 0..2 {
-            let triangles = cells.triangles(k);
-            let area = triangles.area();
-            self.mark_all(simd, area.simd_le(zero) & joined, &triangles);
-            let front = area.simd_gt(zero) & joined;
-            self.eight_triangles(simd, &triangles, (front, area), |lane| cells.id(lane, k));
+            let turned = areas[k].simd_le(zero) & rest;
+            self.mark_all(simd, turned, &triangles[k]);
+            let front = (fronts[k] & rest, areas[k]);
+            self.eight_triangles(simd, &triangles[k], front, |lane| cells.id(lane, k));
         }
     }
 

@@ -10,7 +10,7 @@ use super::LargeReference;
 use super::blocks::OnScreen;
 use super::sheet::Rect;
 use crate::beyond::View;
-use crate::layer::Layer;
+use crate::layer::{Layer, Purpose};
 use crate::memory::{allowed_for_windows, left_for_windows, window_bytes};
 use crate::options::{Fill, Method, SurfaceTolerance, WarpOptions};
 use crate::stats::FrameStats;
@@ -141,7 +141,9 @@ impl LargeWarper {
             .iter()
             .map(|r| r.blocks.on_screen(&r.camera, camera, reach_px));
         let on_screen: Vec<OnScreen<'_>> = on_screen.collect();
-        let layer = Layer::empty(camera.width as usize * camera.height as usize);
+        let pixels = camera.width as usize * camera.height as usize;
+        let mut layer = Layer::empty(pixels);
+        layer.purity = vec![1.0; pixels];
         let mut drawing = Drawing {
             camera,
             room,
@@ -312,6 +314,7 @@ impl Drawing<'_> {
                 cy,
                 ..*camera
             },
+            Purpose::Part,
             &mut self.stats,
         );
         self.stats.windows += 1;
@@ -323,7 +326,9 @@ impl Drawing<'_> {
             self.layer.rgba[to.clone()].copy_from_slice(&part.rgba[from.clone()]);
             self.layer.depth[to.clone()].copy_from_slice(&part.depth[from.clone()]);
             self.layer.resolution[to.clone()].copy_from_slice(&part.resolution[from.clone()]);
-            self.layer.purity[to].copy_from_slice(&part.purity[from]);
+            if !part.purity.is_empty() {
+                self.layer.purity[to].copy_from_slice(&part.purity[from]);
+            }
         }
     }
 }

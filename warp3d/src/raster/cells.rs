@@ -68,6 +68,32 @@ impl<S: Simd> EightCells<S> {
         patch_id(self.first + lane, other + triangle as u32)
     }
 
+    /// Screen x, screen y and nearness of the corners: top left, top right, bottom left, bottom right.
+    #[inline(always)]
+    pub(crate) fn corners(&self) -> &[[f32x8<S>; 3]; 4] {
+        &self.corners
+    }
+
+    /// Which share the main diagonal.
+    #[inline(always)]
+    pub(crate) fn main(&self) -> mask32x8<S> {
+        self.main
+    }
+
+    /// Corners of the cells that share the main diagonal from `on_main`, of the others from `on_other`.
+    #[inline(always)]
+    pub(crate) fn by_diagonal(
+        &self,
+        on_main: [f32x8<S>; 3],
+        on_other: [f32x8<S>; 3],
+    ) -> [f32x8<S>; 3] {
+        let mut corner = on_main;
+        for (to, other) in corner.iter_mut().zip(on_other) {
+            *to = self.main.select(*to, other);
+        }
+        corner
+    }
+
     /// Screen columns and rows of those of the cells in `some`. A corner that is nowhere is left out.
     #[inline(always)]
     pub(crate) fn bounds(&self, simd: S, some: mask32x8<S>) -> [RowRange; 2] {
@@ -92,15 +118,10 @@ impl<S: Simd> EightCells<S> {
     #[inline(always)]
     pub(crate) fn triangles(&self, triangle: usize) -> EightTriangles<S> {
         let [a, b, c, d] = self.corners;
-        let mut shared = [a[0]; 3];
-        let (on_main, on_other) = if triangle == 0 { (d, c) } else { (a, b) };
-        for (corner, (main, other)) in shared.iter_mut().zip(on_main.into_iter().zip(on_other)) {
-            *corner = self.main.select(main, other);
-        }
         EightTriangles(if triangle == 0 {
-            [a, b, shared]
+            [a, b, self.by_diagonal(d, c)]
         } else {
-            [shared, d, c]
+            [self.by_diagonal(a, b), d, c]
         })
     }
 }

@@ -65,7 +65,9 @@ impl Home {
                 *found += self.share * (known - *found);
             }
             layer.resolution[to] += self.share * (1.0 - layer.resolution[to]);
-            layer.purity[to] += self.share * (1.0 - layer.purity[to]);
+            if let Some(purity) = layer.purity.get_mut(to) {
+                *purity += self.share * (1.0 - *purity);
+            }
             if layer.depth[to].is_infinite() {
                 layer.depth[to] = z;
             }

@@ -9,14 +9,17 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x4, f32x8, f64x8, i32x8, mask32x4};
+use fearless_simd_macros::simd;
 use glam::DVec2;
 
 use super::resolver::{Resolver, Row};
 use crate::colour::{
-    BENT_VARIANCE, EightWeights, Footprint, LEAST_VARIANCE, Weights, eight_axes, small_form,
+    BENT_VARIANCE, EightFilters, EightWeights, FILTERS, Footprint, LEAST_VARIANCE, Lookup, NOWHERE,
+    Taps, Weights, by_place, eight_axes, eight_samples, small_form, through,
 };
 use crate::patch::Patch;
 use crate::piece::{ANTI, KINDS, NO_PATCH, cell_of, is_triangle};
+use crate::prepared::Prepared;
 use crate::raster::narrow;
 use crate::surface::Surfaces;
 
@@ -33,7 +36,6 @@ const STEPS: [f64; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 type Lane = [f32; RUN];
 
 /// What a run of pixels sees, and where.
-#[derive(Clone)]
 pub(super) struct Run {
     pieces: [u32; RUN],
     /// The pieces' planes: place x and y, disparity, slope x and y.
@@ -50,10 +52,14 @@ pub(super) struct Run {
     axes: [Lane; 4],
     /// Variance of the filter along its longer axis, reference px^2.
     variance: Lane,
+    /// Its number, as [`eight_samples`] has it.
+    sample: [u32; RUN],
     /// Weights of four samples along x and y.
-    weights: [[Lane; 4]; 2],
+    weights: [Taps; RUN],
     /// Slopes of the weights along x, and along y times the covariance, px^2.
-    turned: [[Lane; 4]; 2],
+    turned: [Taps; RUN],
+    /// Those that eight wide filters are prepared in.
+    filters: EightFilters,
     /// How well the reference resolves the pixel.
     resolution: Lane,
 }
@@ -71,8 +77,10 @@ impl Run {
             depth: zero,
             axes: [zero; 4],
             variance: zero,
-            weights: [[zero; 4]; 2],
-            turned: [[zero; 4]; 2],
+            sample: [NOWHERE; RUN],
+            weights: [[0.0; 8]; RUN],
+            turned: [[0.0; 8]; RUN],
+            filters: EightFilters::NONE,
             resolution: zero,
         }
     }
@@ -95,19 +103,85 @@ impl Run {
             }
         }
         let mut bits = present & self.finite;
-        let colour_bits = mask32x4::from_bitmask(simd, 0b0111);
+        // Pixels whose filter is wide, which are taken eight together.
+        let (mut wide, mut count) = ([0; FILTERS], 0);
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize;
             bits &= bits - 1;
-            let x = first + lane;
-            // A spline may overshoot below 0, where there is no light.
-            let colour = self
-                .colour(simd, resolver, lane)
-                .max(f32x4::splat(simd, 0.0));
-            let covered = colour_bits.select(colour, f32x4::splat(simd, 1.0));
-            covered.store_slice(&mut row.rgba[x]);
-            row.depth[x] = self.depth[lane];
-            row.resolution[x] = self.resolution[lane];
+            if self.variance[lane] < BENT_VARIANCE as f32 {
+                let colour = self.bent(simd, resolver, lane);
+                self.put(simd, (first, lane), colour, row);
+            } else if EightFilters::can_hold(self.axes[2][lane]) {
+                wide[count] = lane;
+                count += 1;
+                if count == FILTERS {
+                    self.through(simd, resolver, (first, &wide), row);
+                    count = 0;
+                }
+            } else {
+                let colour = self.wide(simd, resolver, lane);
+                self.put(simd, (first, lane), colour, row);
+            }
+        }
+        if count > 0 {
+            self.through(simd, resolver, (first, &wide[..count]), row);
+        }
+    }
+
+    /// Stores the colour of the pixel `lane` of the run from `first` on.
+    #[inline(always)]
+    fn put<S: Simd>(
+        &self,
+        simd: S,
+        (first, lane): (usize, usize),
+        colour: f32x4<S>,
+        row: &mut Row<'_>,
+    ) {
+        let x = first + lane;
+        // A spline may overshoot below 0, where there is no light.
+        let colour = colour.max(f32x4::splat(simd, 0.0));
+        let colour_bits = mask32x4::from_bitmask(simd, 0b0111);
+        let covered = colour_bits.select(colour, f32x4::splat(simd, 1.0));
+        covered.store_slice(&mut row.rgba[x]);
+        row.depth[x] = self.depth[lane];
+        row.resolution[x] = self.resolution[lane];
+    }
+
+    /// Resolves up to eight pixels, `lanes` of the run from `first` on, whose filters are wide.
+    #[simd]
+    fn through<S: Simd>(
+        &mut self,
+        simd: S,
+        resolver: &Resolver<'_>,
+        (first, lanes): (usize, &[usize]),
+        row: &mut Row<'_>,
+    ) {
+        let (mut at, mut axes) = ([[0.0f64; FILTERS]; 2], [[1.0f64; FILTERS]; 4]);
+        for (k, &lane) in lanes.iter().enumerate() {
+            for (to, from) in at.iter_mut().zip(&self.place) {
+                to[k] = from[lane];
+            }
+            for (to, from) in axes.iter_mut().zip(&self.axes) {
+                to[k] = f64::from(from[lane]);
+            }
+        }
+        let load = |v: &[f64; FILTERS]| f64x8::simd_from(simd, *v);
+        let [x, y, large, small] = [
+            load(&axes[0]),
+            load(&axes[1]),
+            load(&axes[2]),
+            load(&axes[3]),
+        ];
+        let at = [load(&at[0]), load(&at[1])];
+        let Prepared {
+            surfaces, colours, ..
+        } = resolver.prepared;
+        let axes = ([x, y], [large, small]);
+        self.filters.prepare(simd, at, axes, surfaces.size);
+        for (k, &lane) in lanes.iter().enumerate() {
+            let lookup = || resolver.lookup(&Patch::new(surfaces, self.pieces[lane]));
+            let colour = through(simd, (&self.filters, k), (colours, surfaces), lookup);
+            self.put(simd, (first, lane), colour, row);
         }
     }
 
@@ -135,36 +209,26 @@ impl Run {
     }
 
     #[inline(always)]
-    fn colour<S: Simd>(&self, simd: S, resolver: &Resolver<'_>, lane: usize) -> f32x4<S> {
-        if self.variance[lane] < BENT_VARIANCE as f32 {
-            let (x, y) = (self.base[0][lane], self.base[1][lane]);
-            let [width, height] = resolver.prepared.surfaces.size;
-            // Only where four rows and columns exist, and no cut is among them.
-            if x >= 1 && y >= 1 && x + 2 < width as i32 && y + 2 < height as i32 {
-                let index = y as usize * width + x as usize;
-                if resolver.prepared.surfaces.clearance[index] >= 3 {
-                    let samples = &resolver.prepared.colours.coefficients;
-                    let weights = self.weights_of(lane);
-                    let from = index - width - 1;
-                    return weights.sum(simd, samples, from, width);
-                }
-            }
-            let patch = Patch::new(&resolver.prepared.surfaces, self.pieces[lane]);
-            let base = DVec2::new(f64::from(x), f64::from(y));
-            let axes = self.weights_of(lane).axes;
-            return resolver.lookup(&patch).cubic_at_rim(simd, base, axes);
+    fn bent<S: Simd>(&self, simd: S, resolver: &Resolver<'_>, lane: usize) -> f32x4<S> {
+        let Prepared {
+            surfaces, colours, ..
+        } = resolver.prepared;
+        let (sample, taps) = (self.sample[lane], &self.weights[lane]);
+        if Lookup::is_clear(surfaces, sample) {
+            let weights = Weights {
+                taps,
+                // Nothing is turned where nothing is filtered.
+                turned: (self.variance[lane] >= LEAST_VARIANCE as f32)
+                    .then_some(&self.turned[lane]),
+            };
+            let (samples, width) = (&colours.coefficients, surfaces.size[0]);
+            return weights.sum(simd, samples, sample as usize - width - 1, width);
         }
-        self.wide(simd, resolver, lane)
-    }
-
-    #[inline(always)]
-    fn weights_of(&self, lane: usize) -> Weights {
-        Weights {
-            axes: [four(&self.weights[0], lane), four(&self.weights[1], lane)],
-            // Nothing is turned where nothing is filtered.
-            turned: (self.variance[lane] >= LEAST_VARIANCE as f32)
-                .then(|| [four(&self.turned[0], lane), four(&self.turned[1], lane)]),
-        }
+        let patch = Patch::new(surfaces, self.pieces[lane]);
+        let base = [0, 1].map(|axis| f64::from(self.base[axis][lane]));
+        resolver
+            .lookup(&patch)
+            .cubic_at_rim(simd, base.into(), taps)
     }
 
     #[inline(always)]
@@ -232,12 +296,19 @@ impl Run {
         narrow(depth).store_slice(&mut self.depth[lane..lane + LANES]);
         let known = place[0].is_finite() & place[1].is_finite();
         self.finite |= known.to_bitmask() << lane;
-        self.weigh(simd, lane, place, map);
+        let size = resolver.prepared.surfaces.size;
+        self.weigh(simd, (lane, size), place, map);
     }
 
     /// The weights of the samples around eight places, seen through `map`.
     #[inline(always)]
-    fn weigh<S: Simd>(&mut self, simd: S, lane: usize, place: [f64x8<S>; 2], map: [f32x8<S>; 4]) {
+    fn weigh<S: Simd>(
+        &mut self,
+        simd: S,
+        (lane, size): (usize, [usize; 2]),
+        place: [f64x8<S>; 2],
+        map: [f32x8<S>; 4],
+    ) {
         let [ax, ay, bx, by] = map;
         let area = (ax * by - ay * bx).abs().sqrt();
         let resolution = area.min(f32x8::splat(simd, 1.0));
@@ -259,25 +330,36 @@ impl Run {
                 value.store_slice(&mut to[lane..lane + LANES]);
             }
         }
+        let (mut values, mut slopes) = ([variance; 8], [variance; 8]);
+        let mut bases = [i32x8::splat(simd, 0); 2];
         for (axis, (at, own)) in place.into_iter().zip([xx, yy]).enumerate() {
             let corner = at - f64x8::splat(simd, 0.5);
             // A place that rounding has put just before a sample is at it: otherwise the row before the first is asked for.
             let base = (corner + f64x8::splat(simd, 1e-6)).floor();
             let t = narrow(corner - base).max(f32x8::splat(simd, 0.0));
-            let base: i32x8<S> = narrow(base).to_int();
+            bases[axis] = narrow(base).to_int();
             at.store_slice(&mut self.place[axis][lane..lane + LANES]);
-            base.store_slice(&mut self.base[axis][lane..lane + LANES]);
+            bases[axis].store_slice(&mut self.base[axis][lane..lane + LANES]);
             let spline = EightWeights::new(simd, t);
-            let cross = if axis == 0 {
-                f32x8::splat(simd, 1.0)
-            } else {
-                xy
-            };
             for k in 0..4 {
-                let value = spline.widened(simd, k, own);
-                value.store_slice(&mut self.weights[axis][k][lane..lane + LANES]);
-                let slope = spline.slope[k] * cross;
-                slope.store_slice(&mut self.turned[axis][k][lane..lane + LANES]);
+                values[4 * axis + k] = spline.widened(simd, k, own);
+                slopes[4 * axis + k] = spline.slope[k];
+            }
+        }
+        let samples = eight_samples(simd, bases, size);
+        samples.store_slice(&mut self.sample[lane..lane + LANES]);
+        let weights = &mut self.weights[lane..lane + LANES];
+        for (to, taps) in weights.iter_mut().zip(by_place(values)) {
+            taps.store_slice(to);
+        }
+        let filtered = variance.simd_ge(f32x8::splat(simd, LEAST_VARIANCE as f32));
+        if filtered.any_true() {
+            for along_y in &mut slopes[4..] {
+                *along_y *= xy;
+            }
+            let turned = &mut self.turned[lane..lane + LANES];
+            for (to, taps) in turned.iter_mut().zip(by_place(slopes)) {
+                taps.store_slice(to);
             }
         }
     }
@@ -312,15 +394,5 @@ fn plane_of(surfaces: &Surfaces, piece: u32) -> [f32; 5] {
         if from_b { b } else { a },
         if upper { b - a } else { d - c },
         if upper != anti { d - b } else { c - a },
-    ]
-}
-
-#[inline(always)]
-fn four(lanes: &[Lane; 4], lane: usize) -> [f32; 4] {
-    [
-        lanes[0][lane],
-        lanes[1][lane],
-        lanes[2][lane],
-        lanes[3][lane],
     ]
 }

@@ -1,14 +1,15 @@
 //! What resolving a picture needs: what the pixels see, the reference and the map to the screen.
 
 use glam::DVec3;
-use resample_core::Camera;
 use resample_core::simd::Vectors;
+use resample_core::{Camera, Projection};
 
 use super::home::Home;
 use super::window::WindowWeights;
 use crate::Reference;
 use crate::colour::Lookup;
 use crate::hybrid::{How, Hybrid};
+use crate::layer::Purpose;
 use crate::patch::Patch;
 use crate::prepared::Prepared;
 use crate::warp::Warp;
@@ -18,6 +19,7 @@ pub(super) struct Row<'a> {
     pub(super) rgba: &'a mut [[f32; 4]],
     pub(super) depth: &'a mut [f32],
     pub(super) resolution: &'a mut [f32],
+    /// Empty where nobody asks for it.
     pub(super) purity: &'a mut [f32],
 }
 
@@ -28,6 +30,20 @@ impl Row<'_> {
         self.depth.fill(f32::INFINITY);
         self.resolution.fill(0.0);
         self.purity.fill(1.0);
+    }
+
+    /// Whether purity is asked for.
+    #[inline(always)]
+    pub(super) fn asks_for_purity(&self) -> bool {
+        !self.purity.is_empty()
+    }
+
+    /// Weights resolution by coverage.
+    #[inline(always)]
+    pub(super) fn weigh(&mut self) {
+        for (resolution, pixel) in self.resolution.iter_mut().zip(self.rgba.iter()) {
+            *resolution *= pixel[3];
+        }
     }
 
     /// Number of pixels in which something is seen.
@@ -52,6 +68,10 @@ pub(crate) struct Resolver<'a> {
     pub(super) size: [usize; 2],
     pub(super) level: Vectors,
     pub(super) weights: WindowWeights,
+    /// Whether surfaces end before infinity.
+    pub(super) has_front: bool,
+    /// What the picture is drawn for.
+    pub(super) purpose: Purpose,
     /// Where the reference's own pixels are, if the target is its camera.
     pub(super) home: Option<Home>,
 }
@@ -76,6 +96,8 @@ impl<'a> Resolver<'a> {
             size: [target.width as usize, target.height as usize],
             level: how.level,
             weights: WindowWeights::new(how.subpixels),
+            has_front: target.projection == Projection::Perspective,
+            purpose: how.purpose,
             home: Home::new(&reference.camera, prepared.surfaces.largest, warp),
         }
     }
