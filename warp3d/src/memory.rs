@@ -22,15 +22,16 @@ const READING: u64 = 2 * RGBA + RGB + F32;
 /// Bytes a pixel that every reference keeps: colour and depth.
 const REFERENCE: u64 = RGB + F32;
 
-/// Bytes a sample of surfaces (disparity, slopes, links, clearance) and coefficients.
-const PREPARED: u64 = F32 + size_of::<[f32; 2]>() as u64 + 1 + 1 + RGBA;
+/// Bytes a sample of surfaces (disparity, links, clearance) and coefficients. Slopes are kept beside cuts alone.
+const PREPARED: u64 = F32 + 1 + 1 + RGBA;
 
 /// Bytes a sample that are let go once a reference is prepared: edges, and how cells are joined.
 const PREPARING: u64 = 2 + size_of::<Cell>() as u64;
 
-/// Bytes of a cut cell: four quarters, gathered by segment, kept, and their corners on the screen.
+/// Bytes of a cut cell: four quarters, gathered by segment, kept, their corners on the screen, and the slopes there.
 #[cfg(feature = "input")]
-const CUT_CELL: u64 = 4 * (2 * size_of::<Quarter>() + size_of::<[[f32; 3]; 4]>()) as u64;
+const CUT_CELL: u64 =
+    4 * (2 * size_of::<Quarter>() + size_of::<[[f32; 3]; 4]>() + size_of::<[f32; 2]>()) as u64;
 
 /// Bytes a pixel of one more layer: colour, depth, resolution and purity.
 const LAYER: u64 = RGBA + 3 * F32;
@@ -204,10 +205,10 @@ mod tests {
 
     #[test]
     fn counts_are_those_of_the_types() {
-        assert_eq!([READING, REFERENCE, PREPARED, PREPARING], [48, 16, 30, 3]);
+        assert_eq!([READING, REFERENCE, PREPARED, PREPARING], [48, 16, 22, 3]);
         assert_eq!([LAYER, PICTURE], [28, 60]);
         #[cfg(feature = "input")]
-        assert_eq!(CUT_CELL, 288);
+        assert_eq!(CUT_CELL, 320);
     }
 
     #[test]

@@ -81,7 +81,7 @@ impl Patch {
     #[inline]
     fn of_sample(surfaces: &Surfaces, cx: usize, cy: usize) -> Self {
         let index = (cy - 1) * surfaces.size[0] + cx - 1;
-        let slope = surfaces.slope[index].map(f64::from);
+        let slope = surfaces.slope(index).map(f64::from);
         Self {
             place: DVec2::new(cx as f64 - 0.5, cy as f64 - 0.5),
             disparity: f64::from(surfaces.disparity[index]),

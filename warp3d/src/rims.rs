@@ -136,7 +136,7 @@ impl Rims {
         }
         // A surface that curves away goes on beyond its edge's place on the chord.
         let curved =
-            surfaces.slope[index][axis].abs() > surfaces.tolerance * surfaces.disparity[index];
+            surfaces.slope(index)[axis].abs() > surfaces.tolerance * surfaces.disparity[index];
         Some(if curved { reach.max(0.5) } else { reach })
     }
 }

@@ -6,6 +6,8 @@
 //!
 //! Limits: depth that was smoothed across an edge (a ramp of flying samples) may link both sides.
 
+mod slopes;
+
 use rayon::prelude::*;
 use resample_core::{Camera, Projection};
 
@@ -14,6 +16,7 @@ use crate::options::SurfaceTolerance;
 use crate::piece::CellRows;
 use crate::tolerance::tolerance_of;
 use crate::warp::disparity;
+use slopes::Slopes;
 
 /// A step this many times the one before it, in the same direction, still is one surface: depth falls off like a square
 /// root at the limb of a round body, where the last step of whole samples is 1 / (sqrt 2 - 1) times the one before.
@@ -45,8 +48,8 @@ pub(crate) struct Surfaces {
     pub(crate) size: [usize; 2],
     /// Generalised disparity; NaN where unknown.
     pub(crate) disparity: Vec<f32>,
-    /// Change of disparity per pixel along x and y, on the sample's own surface.
-    pub(crate) slope: Vec<[f32; 2]>,
+    /// The slopes of samples at corners of cut cells.
+    slopes: Slopes,
     /// Bit 0: linked with the sample to the right. Bit 1: with the one below. Bit 2: recoloured.
     pub(crate) links: Vec<u8>,
     /// The cells, rows from the top; empty once they are made into segments.
@@ -85,7 +88,7 @@ impl Surfaces {
         let mut surfaces = Self {
             projection,
             size,
-            slope: Vec::new(),
+            slopes: Slopes::default(),
             cells: Vec::new(),
             cell_rows: CellRows::new(size[0] + 1),
             clearance: Vec::new(),
@@ -94,9 +97,11 @@ impl Surfaces {
             links,
             tolerance,
         };
-        surfaces.slope = surfaces.slopes();
         surfaces.cells = surfaces.joined_cells();
         surfaces.clearance = surfaces.clearances();
+        let (clearance, count) = (&surfaces.clearance, surfaces.disparity.len());
+        let slope = |index| surfaces.slope_anew(index);
+        surfaces.slopes = Slopes::new(count, |index| clearance[index] == 0, slope);
         surfaces
     }
 
@@ -113,18 +118,19 @@ impl Surfaces {
         }
     }
 
-    fn slopes(&self) -> Vec<[f32; 2]> {
+    /// Change of disparity per pixel along x and y, on the sample's own surface.
+    #[inline]
+    pub(crate) fn slope(&self, index: usize) -> [f32; 2] {
+        let kept = self.slopes.get(index);
+        kept.unwrap_or_else(|| self.slope_anew(index))
+    }
+
+    fn slope_anew(&self, index: usize) -> [f32; 2] {
         let width = self.size[0];
-        let slope = |index: usize| {
-            [
-                self.slope_along(index, index % width, 0),
-                self.slope_along(index, index / width, 1),
-            ]
-        };
-        (0..self.disparity.len())
-            .into_par_iter()
-            .map(slope)
-            .collect()
+        [
+            self.slope_along(index, index % width, 0),
+            self.slope_along(index, index / width, 1),
+        ]
     }
 
     /// The mean of the steps to the linked neighbours along an axis, 0 without one. At an end of a surface that

@@ -227,7 +227,7 @@ impl<'a> Finder<'a> {
         for &(index, weight) in group {
             let centre = DVec2::new((index % width) as f64, (index / width) as f64) + 0.5;
             let offset = (pos - centre).as_vec2();
-            let [along_x, along_y] = self.surfaces.slope[index];
+            let [along_x, along_y] = self.surfaces.slope(index);
             let here = self.surfaces.disparity[index] + along_x * offset.x + along_y * offset.y;
             // Weights of nothing still name the surface.
             let weight = weight.max(f32::MIN_POSITIVE);

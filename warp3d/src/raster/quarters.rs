@@ -124,7 +124,7 @@ fn project_quarters<S: Simd>(
         for (lane, quarter) in quarters.iter().enumerate() {
             let (column, row) = quarter.sample(surfaces);
             let index = row * surfaces.size[0] + column;
-            let slope = surfaces.slope[index];
+            let slope = surfaces.slope(index);
             lanes[0][lane] = column as f32;
             lanes[1][lane] = row as f32;
             lanes[2][lane] = surfaces.disparity[index];
