@@ -4,10 +4,13 @@
 //! outer edges and the diagonal are asked instead of twice three edges.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x8, i32x8, mask32x8};
+use fearless_simd::{f32x8, i32x8, mask32x8, u32x8};
 
 use super::centres::{Centres, Edges, Near, Small};
-use crate::raster::{EightCells, EightTriangles};
+use crate::raster::{EightCells, EightTriangles, LANES};
+
+/// 0 to 7.
+const NUMBERS: [i32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7];
 
 /// Eight cells whose two triangles face the eye, from the first centre of each on.
 struct Halves<S: Simd> {
@@ -84,7 +87,51 @@ impl<S: Simd> Halves<S> {
     }
 }
 
+/// Those of eight cells whose first centres lie side by side as the cells do.
+struct CentreRow<S: Simd> {
+    /// The first centre of the first cell.
+    first: usize,
+    cells: mask32x8<S>,
+}
+
 impl Centres<'_> {
+    /// Those of the cells in `some` whose first centres `base` follow each other: where a reference is seen at about its own
+    /// scale, most of them, so that they are drawn without a look at each.
+    #[inline(always)]
+    fn row_of<S: Simd>(&self, simd: S, base: i32x8<S>, some: mask32x8<S>) -> CentreRow<S> {
+        let lane = some.to_bitmask().trailing_zeros() as i32;
+        let first = base.to_array()[lane as usize] - lane;
+        let expected = i32x8::simd_from(simd, NUMBERS) + i32x8::splat(simd, first);
+        let cells = base.simd_eq(expected) & some & expected.simd_ge(i32x8::splat(simd, 0));
+        // A row that begins before the band is taken cell by cell.
+        CentreRow {
+            first: if first < 0 {
+                usize::MAX / 2
+            } else {
+                first as usize
+            },
+            cells,
+        }
+    }
+
+    /// As [`Self::put`], for centres side by side from `at` on, of which some are `seen`.
+    #[inline(always)]
+    fn put_row<S: Simd>(
+        &mut self,
+        simd: S,
+        at: usize,
+        seen: mask32x8<S>,
+        (found, ids): (f32x8<S>, u32x8<S>),
+    ) {
+        let nearness = &mut self.nearness[at..at + LANES];
+        let before = f32x8::from_slice(simd, nearness);
+        let nearer = seen & found.simd_gt(before);
+        nearer.select(found, before).store_slice(nearness);
+        let patch = &mut self.patch[at..at + LANES];
+        let before = u32x8::from_slice(simd, patch);
+        nearer.select(ids, before).store_slice(patch);
+    }
+
     /// Draws those of eight cells in `fronts`, whose two triangles face the eye, that cover a few centres at most; which
     /// these are, and those that cover none.
     #[inline(always)]
@@ -125,7 +172,9 @@ impl Centres<'_> {
         let constant = |v: f32| f32x8::splat(simd, v);
         let [left, top] = small.first;
         let base = (top - constant(self.rows[0] as f32)) * constant(self.width as f32) + left;
-        let base = base.to_int::<i32x8<S>>().to_array();
+        let base = base.to_int::<i32x8<S>>();
+        let row = self.row_of(simd, base, small.some);
+        let base = base.to_array();
         let [columns, rows] = small.steps;
         let none = constant(-1.0);
         let most_columns = small.some.select(columns, none).reduce_max() as usize;
@@ -135,11 +184,23 @@ impl Centres<'_> {
                 let step = [constant(i as f32), constant(j as f32)];
                 let within = columns.simd_ge(step[0]) & rows.simd_ge(step[1]) & small.some;
                 let (inside, on_first) = halves.inside(simd, step);
-                let mut bits = (inside & within).to_bitmask();
+                let inside = inside & within;
+                if !inside.any_true() {
+                    continue;
+                }
+                let found = halves.nearness(on_first, step);
+                let at = row.first + j * self.width + i;
+                let mut bits = (inside & !row.cells).to_bitmask();
+                if at + LANES <= self.nearness.len() {
+                    let seen = inside & row.cells;
+                    self.put_row(simd, at, seen, (found, cells.ids(simd, on_first)));
+                } else {
+                    bits = inside.to_bitmask();
+                }
                 if bits == 0 {
                     continue;
                 }
-                let found = halves.nearness(on_first, step).to_array();
+                let found = found.to_array();
                 let on_first = on_first.to_bitmask();
                 while bits != 0 {
                     let lane = bits.trailing_zeros() as usize;

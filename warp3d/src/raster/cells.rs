@@ -3,13 +3,15 @@
 //! At unit scale a cell holds about one pixel centre, so what a cell costs is what its set-up costs. Eight neighbours
 //! share it: their corners are two rows of samples, loaded once and once more a sample further.
 
-use fearless_simd::f32x8;
-use fearless_simd::mask32x8;
 use fearless_simd::prelude::*;
+use fearless_simd::{f32x8, mask32x8, u32x8};
 
 use super::vertex::{LANES, Planes, Vertex};
 use crate::bands::RowRange;
-use crate::piece::{ANTI, patch_id};
+use crate::piece::{ANTI, KINDS, patch_id};
+
+/// 0 to 7.
+const NUMBERS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7];
 
 /// Eight cells of a row of which some are joined.
 #[derive(Clone, Copy)]
@@ -66,6 +68,16 @@ impl<S: Simd> EightCells<S> {
     pub(crate) fn id(&self, lane: usize, triangle: usize) -> u32 {
         let other = ANTI * (1 - (self.main_bits >> lane & 1) as u32);
         patch_id(self.first + lane, other + triangle as u32)
+    }
+
+    /// The numbers of one piece of each cell: its first triangle or its second one.
+    #[inline(always)]
+    pub(crate) fn ids(&self, simd: S, on_first: mask32x8<S>) -> u32x8<S> {
+        let constant = |v: u32| u32x8::splat(simd, v);
+        let cells = constant(self.first as u32) + u32x8::simd_from(simd, NUMBERS);
+        let other = self.main.select(constant(0), constant(ANTI));
+        let triangle = on_first.select(constant(0), constant(1));
+        cells * constant(KINDS) + other + triangle
     }
 
     /// Screen x, screen y and nearness of the corners: top left, top right, bottom left, bottom right.
