@@ -3,11 +3,13 @@
 
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, Image};
+use resample_tests::choices::with_field;
 use resample_tests::reference::Scene;
 use resample_tests::scenes::{perspective, transfer};
 use resample_tests::sheet_reference::render as reference;
 use volsplat::{
-    FrameStats, RenderOptions, Renderer, Shading, Subpixels, TransferFunction, Volume, Voxels,
+    Blend, FrameStats, Isosurface, RenderOptions, Renderer, Shading, Subpixels, TransferFunction,
+    Volume, Voxels,
 };
 
 /// Whole numbers from 0 to 255, as bytes and as f32.
@@ -111,4 +113,40 @@ fn counts_say_what_was_done() {
         all
     };
     assert_eq!(counts(&bytes), counts(&floats));
+}
+
+/// Channels mixed, statistics of them, surfaces and segments of shells are counted as packed samples are.
+#[test]
+fn every_rule_counts_its_samples() {
+    let [bytes, _] = volumes();
+    let of_field = |blend: Blend| with_field(RenderOptions::default(), |field| field.blend = blend);
+    let surface = Blend::Isosurface(Isosurface {
+        value: 100.0,
+        colour: None,
+        opacity: 1.0,
+    });
+    let mixed = RenderOptions {
+        gradient_opacity: Some([0.0, 20.0]),
+        ..RenderOptions::default()
+    };
+    let shell = transfer(
+        &[(0.0, [1.0; 3]), (255.0, [1.0; 3])],
+        &[(99.0, 0.0), (100.0, 0.9), (101.0, 0.0)],
+    );
+    let bands = bands();
+    for (name, look, options) in [
+        ("mixed", &bands, mixed),
+        ("maximum", &bands, of_field(Blend::Maximum)),
+        ("surface", &bands, of_field(surface)),
+        ("shell", &shell, RenderOptions::default()),
+    ] {
+        let mut renderer = Renderer::new(&bytes, look, &options).expect("valid options");
+        let stats = renderer.render(&camera()).expect("a valid camera").stats;
+        let all = [
+            stats.samples_contributed,
+            stats.samples_shown,
+            stats.lanes_computed,
+        ];
+        assert!(all[0] > 0 && all.is_sorted(), "{name}: {all:?}");
+    }
 }

@@ -11,8 +11,12 @@ use crate::bricks::cells::{CELL_ROWS, CellBrick, VERTEX_SIDE};
 /// Bytes of a line of the cache, on all machines that have vectors which we use.
 const LINE_BYTES: usize = 64;
 
-/// Reads one number of each line, of bricks that are drawn by samples in cells. Statistics pass over most bricks unread.
+/// Reads one number of each line, of bricks that are drawn by samples in cells. Statistics pass over most bricks unread, and
+/// where shells are cut into segments, waiting is no part of the time that shows.
 pub(super) fn touch(settings: &FieldSettings, brick: &CellBrick) {
+    if settings.walks_rays() {
+        return;
+    }
     let is_lit = match settings.rule() {
         Rule::Over => false,
         Rule::Shaded => true,

@@ -105,19 +105,15 @@ pub(super) fn in_cells<S: Simd>(
     inside: mask32x8<S>,
 ) -> Located<S> {
     let constant = |v: f32| f32x8::splat(simd, v);
-    let in_brick: [f32x8<S>; 3] =
-        std::array::from_fn(|axis| position[axis] - constant(cells.corner[axis]));
-    let cell_of = |p: f32x8<S>| {
-        p.max(constant(0.0))
+    // Rounding down is exact, as is what is left of the position.
+    let below: [f32x8<S>; 3] = std::array::from_fn(|axis| position[axis].floor());
+    let share: [f32x8<S>; 3] = std::array::from_fn(|axis| position[axis] - below[axis]);
+    let cell_of = |axis: usize| {
+        (below[axis] - constant(cells.corner[axis]))
+            .max(constant(0.0))
             .min(constant(CELL_SIDE as f32 - 1.0))
-            .trunc()
     };
-    let cell = [
-        cell_of(in_brick[0]),
-        cell_of(in_brick[1]),
-        cell_of(in_brick[2]),
-    ];
-    let (places, share) = at_cells(simd, in_brick, cell);
+    let places = places_of(simd, [cell_of(0), cell_of(1), cell_of(2)]);
     Located {
         at,
         position,
@@ -149,7 +145,8 @@ pub(super) fn in_box_cells<S: Simd>(
             .trunc()
     };
     let cell = [cell_of(0), cell_of(1), cell_of(2)];
-    let (places, share) = at_cells(simd, in_brick, cell);
+    let share = std::array::from_fn(|axis| in_brick[axis] - cell[axis]);
+    let places = places_of(simd, cell);
     Located {
         at,
         position,
@@ -157,17 +154,6 @@ pub(super) fn in_box_cells<S: Simd>(
         places,
         share,
     }
-}
-
-/// The places of cells in the tables, and the positions in them.
-#[inline(always)]
-fn at_cells<S: Simd>(
-    simd: S,
-    in_brick: [f32x8<S>; 3],
-    cell: [f32x8<S>; 3],
-) -> ([i32; LANES], [f32x8<S>; 3]) {
-    let share: [f32x8<S>; 3] = std::array::from_fn(|axis| in_brick[axis] - cell[axis]);
-    (places_of(simd, cell), share)
 }
 
 /// The places of cells in the tables.

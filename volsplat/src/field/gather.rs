@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x4, f32x8};
+use fearless_simd::{f32x4, f32x8, mask32x8};
 use fearless_simd_macros::simd;
 use resample_core::composite::TilePixels;
 use resample_core::maps::TilePlane;
@@ -186,6 +186,12 @@ impl GatherScratch {
     }
 }
 
+/// How many lanes a mask holds.
+#[inline(always)]
+pub(super) fn set_lanes<S: Simd>(lanes: mask32x8<S>) -> usize {
+    lanes.to_bitmask().count_ones() as usize
+}
+
 /// The pixels of a tile that a brick covers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Window {
@@ -272,6 +278,8 @@ pub(super) fn add_brick<S: Simd, R: SampleRule>(
                     };
                     located = kept;
                 }
+                scratch.work.computed += LANES;
+                scratch.work.shown += set_lanes(located.inside);
                 seen |= R::take(simd, job, &plane, &located, scratch);
             }
         }

@@ -15,7 +15,7 @@ use super::iso_rays::{AnchoredRays, IsoSettings};
 use super::rays::Rays;
 use crate::field::cell_sample::{CellBox, Located, in_box_cells, interpolated};
 use crate::field::clipped::masked;
-use crate::field::gather::{GatherScratch, Window};
+use crate::field::gather::{GatherScratch, Window, set_lanes};
 use crate::field::job::Job;
 use crate::field::lit::lit;
 use crate::sheets::view::{HalfRow, LANES};
@@ -109,6 +109,8 @@ fn add_half_row<S: Simd>(
     for number in 1..=steps as usize {
         step.far = length.mul_add(constant(number as f32), first);
         step.at_far = field(simd, job, rays, step.far) - value;
+        scratch.work.computed += LANES;
+        scratch.work.shown += set_lanes(left);
         step.crosses = left & is_across(simd, step.at_near, step.at_far);
         if !step.crosses.all_false() {
             seen |= add_surface(simd, job, iso, rays, step, scratch);
@@ -182,6 +184,7 @@ fn add_surface<S: Simd>(
     if found.inside.all_false() {
         return false;
     }
+    scratch.work.contributed += set_lanes(found.inside);
     let before = load(&scratch.pixels.transmittance);
     let weight = found
         .inside

@@ -10,7 +10,7 @@ use resample_core::composite::{DepthRule, opacity};
 use resample_core::tile::TILE_PX;
 
 use crate::field::cell_sample::{Corners, Located, interpolated, interpolated_gradient, nearest};
-use crate::field::gather::{GatherScratch, SampleRule};
+use crate::field::gather::{GatherScratch, SampleRule, set_lanes};
 use crate::field::job::Job;
 use crate::light::Lit;
 use crate::sheets::channel::{ChannelSettings, Reading, Role, weights_of_tints};
@@ -49,9 +49,11 @@ impl SampleRule for Mixed {
             }
         }
         let strength = f32x8::from_slice(simd, &sums.strengths);
-        if strength.simd_gt(zero).all_false() {
+        let seen = strength.simd_gt(zero);
+        if seen.all_false() {
             return false;
         }
+        scratch.work.contributed += set_lanes(seen & located.inside);
         let at = located.at;
         let range = at.first..at.first + LANES;
         let load = |plane: &[f32; TILE_PX]| f32x8::from_slice(simd, &plane[range.clone()]);

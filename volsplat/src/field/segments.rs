@@ -17,7 +17,7 @@ use super::rays::Rays;
 use crate::bricks::cells::CELL_SIDE;
 use crate::field::cell_sample::{CellBox, Corners, Located, places_of};
 use crate::field::clipped::masked;
-use crate::field::gather::{GatherScratch, Window};
+use crate::field::gather::{GatherScratch, Window, set_lanes};
 use crate::field::job::Job;
 use crate::field::lit::lit;
 use crate::sheets::integrals::{Prefix, TransferIntegrals};
@@ -229,6 +229,8 @@ fn add_cell<S: Simd, const SHADED: bool>(
         let far = length.mul_add(constant(number as f32), part.near);
         let to = row.place(simd, part, &corners, far);
         let met = inside & integrals.meets(simd, from, to);
+        scratch.work.computed += LANES;
+        scratch.work.shown += set_lanes(inside);
         if !met.all_false() {
             let (from, to) = (integrals.up_to(simd, from), integrals.up_to(simd, to));
             let segment = Segment {
@@ -238,8 +240,10 @@ fn add_cell<S: Simd, const SHADED: bool>(
                 to,
                 strength: met.select(integrals.mean(simd, &from, &to), constant(0.0)),
             };
-            if segment.strength.simd_gt(constant(0.0)).any_true() {
+            let shows = segment.strength.simd_gt(constant(0.0));
+            if shows.any_true() {
                 seen = true;
+                scratch.work.contributed += set_lanes(shows);
                 add_segment::<S, SHADED>(simd, row, part, &segment, scratch);
             }
         }

@@ -12,7 +12,7 @@ use resample_core::tile::TILE_PX;
 
 use super::ray_values::{RayValues, Statistic};
 use crate::field::cell_sample::{Located, interpolated};
-use crate::field::gather::{GatherScratch, SampleRule, Window};
+use crate::field::gather::{GatherScratch, SampleRule, Window, set_lanes};
 use crate::field::job::{Job, PlacedBrick};
 use crate::field::settings::FieldSettings;
 use crate::sheets::channel::Role;
@@ -36,6 +36,7 @@ impl SampleRule for Gathered {
         };
         let at = located.at;
         let range = at.first..at.first + LANES;
+        let mut contributed = constant(0.0).simd_gt(constant(0.0));
         for (number, rays) in scratch.rays.iter_mut().enumerate() {
             let cells = job.placed.brick.channel(number);
             let load = |plane: &TilePlane| f32x8::from_slice(simd, &plane[at.row][range.clone()]);
@@ -52,23 +53,24 @@ impl SampleRule for Gathered {
                 continue;
             }
             let scalar = interpolated(simd, cells.scalars, &located.places, located.share);
-            let (value, depth, count) =
-                (load(&rays.values), load(&rays.depths), load(&rays.counts));
+            let (value, depth, met) = (load(&rays.values), load(&rays.depths), load(&rays.counts));
             let z = constant(plane.camera_z);
             let (taken, new_value, new_depth) = match statistic {
                 Statistic::Greatest => (located.inside & scalar.simd_gt(value), scalar, z),
                 Statistic::Least => (located.inside & scalar.simd_lt(value), scalar, z),
                 Statistic::Mean => (located.inside, value + scalar, depth + z),
             };
+            contributed |= taken;
             taken
                 .select(new_value, value)
                 .store_slice(&mut rays.values[at.row][range.clone()]);
             taken
                 .select(new_depth, depth)
                 .store_slice(&mut rays.depths[at.row][range.clone()]);
-            let count = located.inside.select(count + constant(1.0), count);
-            count.store_slice(&mut rays.counts[at.row][range.clone()]);
+            let met = located.inside.select(met + constant(1.0), met);
+            met.store_slice(&mut rays.counts[at.row][range.clone()]);
         }
+        scratch.work.contributed += set_lanes(contributed);
         false
     }
 }
