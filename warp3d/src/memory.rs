@@ -224,17 +224,21 @@ mod tests {
             check_memory(&[large], small, &hybrid, needed).is_ok(),
             "just enough"
         );
-        // Of one alone, reading takes the most, whatever the method.
-        let error = check_memory(&[large; 2], small, &hybrid, 25 << 30)
+        // Of one alone, reading takes the most, whatever the method; of two, the method does.
+        let nearest = WarpOptions::with_method(Method::NEAREST);
+        let [most, least] =
+            [&hybrid, &nearest].map(|method| bytes_needed(&[large; 2], small, method));
+        assert!(least < most, "{least} bytes, {most} bytes");
+        let between = least.midpoint(most);
+        let error = check_memory(&[large; 2], small, &hybrid, between)
             .expect_err("too little")
             .to_string();
         assert!(
             error.contains("16384x16384") && error.contains("the method nearest"),
             "{error}"
         );
-        let nearest = WarpOptions::with_method(Method::NEAREST);
         assert!(
-            check_memory(&[large; 2], small, &nearest, 25 << 30).is_ok(),
+            check_memory(&[large; 2], small, &nearest, between).is_ok(),
             "nearest fits, as the error says"
         );
         let error = check_memory(&[large], small, &nearest, 1 << 20)
