@@ -11,7 +11,9 @@ use resample_core::{Camera, Projection};
 use crate::charts::Borders;
 use crate::cull::{Facing, ScreenTriangle};
 use crate::plane::{Plane, moved, narrow, value};
-use crate::prepare::{LightKind, LightMap, MAPS, NORMALS, Prepared, PreparedMaterial};
+use crate::prepare::{
+    LightKind, LightMap, MAPS, NORMALS, Prepared, PreparedMaterial, PreparedMesh,
+};
 use crate::scene::Wrap;
 use crate::span::SPAN_PX;
 
@@ -140,6 +142,16 @@ impl<'a> TileView<'a> {
             light: light.normalize_or_zero().as_vec3(),
         }
     }
+
+    /// The light of a surface.
+    fn light_of(&self, kind: LightKind) -> Light {
+        match kind {
+            LightKind::None => Light::None,
+            LightKind::Headlight => Light::Eye,
+            LightKind::Lambert => Light::Distant(self.light),
+            LightKind::Physical => Light::Surroundings,
+        }
+    }
 }
 
 /// Gives the planes of texture coordinates, from the coordinate of a corner and the pyramid.
@@ -161,6 +173,12 @@ fn map_planes(map: &LightMap, own: &[DVec2], base: &[DVec2], uv: &UvOf) -> Optio
         None => uv(&|i| own[i], map.pyramid),
     };
     Some(MapPlanes::Own(Box::new(planes)))
+}
+
+/// The plane of the normal of a triangle whose corners have none.
+fn flat_normal(triangle: &ScreenTriangle, mesh: &PreparedMesh) -> [[f32; 3]; 3] {
+    let normal = triangle.flat_normal(mesh).normalize_or_zero();
+    normal.to_array().map(|n| [0.0, 0.0, n as f32])
 }
 
 impl Surface {
@@ -203,11 +221,7 @@ impl Surface {
             -1.0
         };
         let normal = if mesh.normals.is_empty() {
-            triangle
-                .flat_normal(mesh)
-                .normalize_or_zero()
-                .to_array()
-                .map(|n| [0.0, 0.0, n as f32])
+            flat_normal(triangle, mesh)
         } else {
             [0, 1, 2].map(|k| plane(corners.map(|i| flip * f64::from(mesh.normals[i][k]))))
         };
@@ -244,12 +258,7 @@ impl Surface {
             material: mesh.material,
             mesh: triangle.seen.mesh,
             base_colour: material.base_colour,
-            light: match material.light {
-                LightKind::None => Light::None,
-                LightKind::Headlight => Light::Eye,
-                LightKind::Lambert => Light::Distant(tile.light),
-                LightKind::Physical => Light::Surroundings,
-            },
+            light: tile.light_of(material.light),
             maps,
         }
     }
@@ -329,7 +338,7 @@ fn is_within(planes: &UvPlanes, over_w: &Plane, at: [f32; 2], reach: Option<&f32
     // Over the tile 1/w keeps the share 1 - change or more, and texels per pixel are at most this.
     let kept = 1.0 - change;
     let most = per_px * (1.0 / kept + change / (kept * kept));
-    // Points: the Gaussian's cut at 3.25 times 0.5 px and what its own width and perspective add is 2.2 texels for each
+    // Points: the Gaussian's cut at 3.25 times 0.5 px, its own width and perspective make 2.2 texels for each
     // texel per pixel, and 2; levels have texels of at most 0.5 for each, and 0.6, which are widened to 0.7 of their own and see
     // 2.5 around them. That is less than 6 times texels per pixel, and 6; sub-pixels reach less far.
     change < 0.5 && 6.0 * most + 6.0 <= reach

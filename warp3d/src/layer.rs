@@ -18,7 +18,7 @@ pub(crate) struct Layer {
     pub(crate) seen: Option<u64>,
 }
 
-/// What a layer is drawn for.
+/// The purpose of a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
     /// It is the picture: purity is left out, and resolution is weighted by coverage as it is drawn, while both are in

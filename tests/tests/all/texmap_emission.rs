@@ -1,5 +1,5 @@
-//! Emitted light: on every path, what a surface emits is added to what it reflects, as the same texture would be seen as
-//! an unlit surface's colour.
+//! Emitted light: every path adds it to the reflected light, as the same texture would be seen as the colour of an unlit
+//! surface.
 
 use glam::DVec3;
 use resample_core::{Camera, Image};
@@ -60,7 +60,7 @@ fn second() -> TextureUse {
     }
 }
 
-/// What is emitted: by the left third a texture, by the middle one a colour, by the right one nothing.
+/// The left third emits a texture, the middle one a colour, the right one nothing.
 const EMITTED: [[f32; 3]; 3] = [[0.5, 0.25, 1.0], [0.125, 0.5, 0.75], [0.0; 3]];
 
 /// The wall; `emits` says whether it emits, `alpha` holds for all thirds.
@@ -109,7 +109,7 @@ fn rendered(scene: &Scene, camera: &Camera, options: &RenderOptions) -> Image {
     renderer.render(camera).expect("a valid camera").image
 }
 
-/// The largest difference between what emission adds and what it is.
+/// The largest difference between the light that emission adds and the light that was to be added.
 fn worst(side: usize, camera: &Camera, alpha: (AlphaMode, f32), options: &RenderOptions) -> f32 {
     let [with, without] =
         [true, false].map(|emits| rendered(&lit(side, emits, alpha), camera, options));

@@ -105,7 +105,7 @@ pub(super) fn in_cells<S: Simd>(
     inside: mask32x8<S>,
 ) -> Located<S> {
     let constant = |v: f32| f32x8::splat(simd, v);
-    // Rounding down is exact, as is what is left of the position.
+    // Rounding down is exact, and so is the rest of the position.
     let below: [f32x8<S>; 3] = std::array::from_fn(|axis| position[axis].floor());
     let share: [f32x8<S>; 3] = std::array::from_fn(|axis| position[axis] - below[axis]);
     let cell_of = |axis: usize| {

@@ -18,7 +18,7 @@ struct Halves<S: Simd> {
     diagonal: Edges<S>,
     /// The other two edges of each triangle.
     outer: [[Edges<S>; 2]; 2],
-    /// Nearness of each triangle, and what a step along x and y adds.
+    /// Nearness of each triangle, and its change along x and y.
     planes: [[f32x8<S>; 3]; 2],
     /// Least and greatest nearness of the corners.
     bounds: [f32x8<S>; 2],

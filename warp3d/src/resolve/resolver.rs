@@ -70,7 +70,7 @@ pub(crate) struct Resolver<'a> {
     pub(super) weights: WindowWeights,
     /// Whether surfaces end before infinity.
     pub(super) has_front: bool,
-    /// What the picture is drawn for.
+    /// The purpose of the picture.
     pub(super) purpose: Purpose,
     /// Where the reference's own pixels are, if the target is its camera.
     pub(super) home: Option<Home>,
