@@ -119,13 +119,6 @@ impl ShownCells {
     pub(crate) fn rows(&self) -> &[u8; CELL_ROWS] {
         &self.rows
     }
-
-    /// 1 where the cell of this number, x fastest, is shown, else 0.
-    #[inline(always)]
-    pub(crate) fn bit(&self, cell: i32) -> i32 {
-        let row = (cell as usize / CELL_SIDE) % CELL_ROWS;
-        i32::from(self.rows[row]) >> (cell as usize % CELL_SIDE) & 1
-    }
 }
 
 /// Faces of a brick's cells across z, first those of the first layer of vertices: a cell has the face of its own number

@@ -4,11 +4,12 @@
 //! trilinear mix of them is the field. Source: the trilinear kernel, gathered. Limits: a brick's own cells only.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x4, f32x8, i32x8, mask32x8};
+use fearless_simd::{f32x4, f32x8, i32x8, mask32x8, u32x8};
 use glam::DVec3;
 
 use crate::bricks::cells::{
-    CELL_CORNERS, CELL_SIDE, CellBrick, GradientTable, LAST_CELL, TABLE_LEN, VERTEX_SIDE,
+    CELL_CORNERS, CELL_ROWS, CELL_SIDE, CELLS, CellBrick, FaceBytes, GradientTable, LAST_CELL,
+    TABLE_LEN, VERTEX_SIDE,
 };
 use crate::sheets::settings::Anchor;
 use crate::sheets::view::{HalfRow, LANES, PlaneView};
@@ -199,6 +200,27 @@ impl<S: Simd> Corners<S> {
         Self { values }
     }
 
+    /// Those of the cells with these numbers, of 8-bit voxels.
+    #[inline(always)]
+    pub(super) fn of_faces(simd: S, faces: &FaceBytes, numbers: &[usize; LANES]) -> Self {
+        let (mut front, mut back) = ([0; LANES], [0; LANES]);
+        for lane in 0..LANES {
+            let cell = numbers[lane] % CELLS;
+            front[lane] = faces[cell];
+            back[lane] = faces[cell + CELL_ROWS];
+        }
+        let ends = [
+            u32x8::from_slice(simd, &front),
+            u32x8::from_slice(simd, &back),
+        ];
+        let mut values = [f32x8::splat(simd, 0.0); 8];
+        for (k, value) in values.iter_mut().enumerate() {
+            let byte = ends[k / 4] >> (8 * (k % 4) as u32) & u32x8::splat(simd, 0xff);
+            *value = byte.bitcast::<i32x8<S>>().to_float();
+        }
+        Self { values }
+    }
+
     /// The trilinear mix.
     #[inline(always)]
     pub(super) fn interpolated(&self, share: [f32x8<S>; 3]) -> f32x8<S> {
@@ -239,17 +261,6 @@ impl<S: Simd> Corners<S> {
         let least = f32x8::splat(simd, f32::MIN_POSITIVE);
         let products = Self { values: products };
         products.interpolated(share) / weights.interpolated(share).max(least)
-    }
-
-    /// The least and the greatest.
-    #[inline(always)]
-    pub(super) fn range(&self) -> [f32x8<S>; 2] {
-        let [mut least, mut greatest] = [self.values[0]; 2];
-        for &value in &self.values[1..] {
-            least = least.min(value);
-            greatest = greatest.max(value);
-        }
-        [least, greatest]
     }
 }
 

@@ -17,6 +17,7 @@ use super::clipped::clipped;
 use super::job::{Job, PlacedBrick};
 use super::packed::samples::PackedSamples;
 use super::ray_values::{RayValues, at_start};
+use super::segment_list::SegmentList;
 use crate::field::cell_sample::{CellBox, Located, located};
 use crate::field::settings::FieldSettings;
 use crate::sheets::view::{HalfRow, LANES, PlaneView, TileView, covered};
@@ -54,6 +55,7 @@ pub(crate) struct GatherScratch {
     /// Camera z, relative to the anchor's, of the last surface that was hit.
     pub(super) last_hit: TilePlane,
     pub(super) samples: PackedSamples,
+    pub(super) segments: SegmentList,
     /// What was done since the tile was begun or resumed.
     pub(super) work: SampleCounts,
 }
@@ -126,6 +128,7 @@ impl Default for GatherScratch {
             rays: Vec::new(),
             last_hit: [[f32::NEG_INFINITY; TILE_PX]; TILE_PX],
             samples: PackedSamples::default(),
+            segments: SegmentList::default(),
             work: SampleCounts::default(),
         }
     }

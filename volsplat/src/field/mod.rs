@@ -30,6 +30,8 @@ mod place;
 mod prepare;
 mod ray_values;
 mod rays;
+mod segment_flush;
+mod segment_list;
 mod segments;
 mod set_transfer;
 mod settings;

@@ -1,26 +1,26 @@
 //! Segments of rays between the faces of cells, each classified as a whole: for transfer functions with narrow peaks.
 //!
 //! Between the faces of one cell the trilinear field is a cubic along a ray, without a kink; its eight corners are
-//! gathered once, and the field is read at the ends of equal segments inside. Along a segment the scalar is taken to
+//! gathered, and the field is read at the ends of equal segments inside. Along a segment the scalar is taken to
 //! change linearly, and the transfer function is integrated between its ends (`sheets::integrals`): a shell that is
 //! thinner than the distance of samples keeps its opacity, where samples would hit it or miss it and draw rings.
-//! Cells that cannot show anything are passed over. Bricks share their faces to the bit.
+//! Cells that cannot show anything are passed over; segments in the others wait in a list (`segment_list`). Bricks share their faces to the bit.
 //! Limits: the field is linear between the ends of a segment; lit by the gradient at the middle of what it shows.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x8, i32x8, mask32x8};
+use fearless_simd::{f32x8, i32x8, mask32x8, u8x64, u32x8, u32x16};
 use fearless_simd_macros::simd;
-use resample_core::composite::{DepthRule, opacity};
 
 use super::iso_rays::AnchoredRays;
 use super::rays::Rays;
-use crate::bricks::cells::CELL_SIDE;
-use crate::field::cell_sample::{CellBox, Corners, Located, places_of};
+use crate::bricks::cells::{CELL_SIDE, CELLS};
+use crate::field::cell_sample::{CellBox, Located, places_of};
 use crate::field::clipped::masked;
-use crate::field::gather::{GatherScratch, Window, set_lanes};
+use crate::field::gather::{GatherScratch, Window};
 use crate::field::job::Job;
-use crate::field::lit::lit;
-use crate::sheets::integrals::{Prefix, TransferIntegrals};
+use crate::field::segment_flush::flush;
+use crate::field::segment_list::Found;
+use crate::sheets::integrals::TransferIntegrals;
 use crate::sheets::view::{HalfRow, LANES};
 
 /// Most steps of a ray in a brick: one, and one more for each face that it may cross.
@@ -49,21 +49,12 @@ struct RowInBrick<'a, S: Simd> {
 /// The part of each ray in a cell.
 struct CellPart<S: Simd> {
     cell: [f32x8<S>; 3],
-    places: [i32; LANES],
+    /// Its number in the brick.
+    number: u32x8<S>,
     near: f32x8<S>,
     far: f32x8<S>,
     /// Which rays are in it.
     inside: mask32x8<S>,
-}
-
-/// A piece of each ray inside one cell.
-struct Segment<S: Simd> {
-    near: f32x8<S>,
-    far: f32x8<S>,
-    from: Prefix<S>,
-    to: Prefix<S>,
-    /// Mean extinction of the pieces that are seen, 0 for others.
-    strength: f32x8<S>,
 }
 
 /// Composites what the rays of a tile see of a brick. Returns the pixels looked at, and whether the tile is opaque now.
@@ -79,7 +70,7 @@ pub(super) fn add_brick<S: Simd, const SHADED: bool>(
         return (0, false);
     };
     let cells = CellBox::new(job.placed.brick, &job.settings.sheets.anchor);
-    let (mut touched, mut seen) = (0, false);
+    let (mut touched, contributed) = (0, scratch.work.contributed);
     for row in window.rows[0]..window.rows[1] {
         for half in window.columns[0] / LANES..window.columns[1].div_ceil(LANES) {
             let at = HalfRow {
@@ -92,9 +83,11 @@ pub(super) fn add_brick<S: Simd, const SHADED: bool>(
                 integrals,
                 rays: Rays::new(simd, rays, &cells, at),
             };
-            seen |= add_half_row::<S, SHADED>(simd, &row, scratch);
+            add_half_row::<S, SHADED>(simd, &row, scratch);
         }
     }
+    flush::<S, SHADED>(simd, job, integrals, scratch);
+    let seen = scratch.work.contributed > contributed;
     (
         touched,
         seen && scratch
@@ -108,36 +101,34 @@ fn add_half_row<S: Simd, const SHADED: bool>(
     simd: S,
     row: &RowInBrick<S>,
     scratch: &mut GatherScratch,
-) -> bool {
+) {
     let (first, last) = row.rays.inside_brick(simd, row.job, 0.0);
     let in_view = last.simd_gt(first);
     let mut open = is_open(simd, row, scratch);
     if (in_view & open).all_false() {
-        return false;
+        return;
     }
     let mut walk = Walk::new(simd, &row.rays, first, in_view.select(last, first));
-    let mut seen = false;
     for _ in 0..MOST_CELLS {
         let (cell, near) = (walk.cell, walk.at);
         walk.step(simd);
-        let places = places_of(simd, cell);
-        let inside = open & walk.at.simd_gt(near) & row.shown(simd, cell);
+        let (number, shown) = row.shown(simd, cell);
+        let inside = open & walk.at.simd_gt(near) & shown;
         if !inside.all_false() {
             let part = CellPart {
                 cell,
-                places,
+                number,
                 near,
                 far: walk.at,
                 inside,
             };
-            seen |= add_cell::<S, SHADED>(simd, row, &part, scratch);
-            open = is_open(simd, row, scratch);
+            add_cell::<S, SHADED>(simd, row, &part, scratch);
+            open &= is_open(simd, row, scratch);
         }
         if (open & walk.at.simd_lt(walk.last)).all_false() {
             break;
         }
     }
-    seen
 }
 
 /// The pixels that are not opaque.
@@ -200,70 +191,57 @@ impl<S: Simd> Walk<S> {
     }
 }
 
-/// Composites what rays see of a cell. Returns whether that is anything.
+/// Takes the segments of rays in a cell into the list.
 #[inline(always)]
 fn add_cell<S: Simd, const SHADED: bool>(
     simd: S,
     row: &RowInBrick<S>,
     part: &CellPart<S>,
     scratch: &mut GatherScratch,
-) -> bool {
+) {
     let constant = |v: f32| f32x8::splat(simd, v);
-    let (job, integrals) = (row.job, row.integrals);
-    let corners = Corners::new(simd, &job.placed.brick.scalars, &part.places);
-    let [least, greatest] = corners.range();
-    let [low, high] = job.settings.sheets.table.shown();
-    let mut inside = part.inside & least.simd_le(constant(high)) & greatest.simd_ge(constant(low));
-    if inside.all_false() {
-        return false;
-    }
+    let job = row.job;
+    let mut inside = part.inside;
     if job.placed.brick.mask.is_some() {
         let middle = (part.near + part.far) * constant(0.5);
         inside &= masked(simd, job, &row.located(simd, part, middle)).inside;
     }
     let count = job.settings.segments;
     let length = (part.far - part.near) * constant(1.0 / count as f32);
-    let (mut seen, mut near) = (false, part.near);
-    let mut from = row.place(simd, part, &corners, near);
+    let (mut near, mut from) = (part.near, row.share(simd, part, part.near));
     for number in 1..=count {
         let far = length.mul_add(constant(number as f32), part.near);
-        let to = row.place(simd, part, &corners, far);
-        let met = inside & integrals.meets(simd, from, to);
-        scratch.work.computed += LANES;
-        scratch.work.shown += set_lanes(inside);
-        if !met.all_false() {
-            let (from, to) = (integrals.up_to(simd, from), integrals.up_to(simd, to));
-            let segment = Segment {
-                near,
-                far,
-                from,
-                to,
-                strength: met.select(integrals.mean(simd, &from, &to), constant(0.0)),
-            };
-            let shows = segment.strength.simd_gt(constant(0.0));
-            if shows.any_true() {
-                seen = true;
-                scratch.work.contributed += set_lanes(shows);
-                add_segment::<S, SHADED>(simd, row, part, &segment, scratch);
-            }
+        let to = row.share(simd, part, far);
+        let found = Found {
+            inside,
+            cell: part.number,
+            at: row.rays.at,
+            z: [near, far],
+            share: [from, to],
+        };
+        scratch.segments.add(simd, &found);
+        if scratch.segments.is_full() {
+            flush::<S, SHADED>(simd, job, row.integrals, scratch);
         }
         (near, from) = (far, to);
     }
-    seen
 }
 
 impl<S: Simd> RowInBrick<'_, S> {
-    /// Which cells may be seen.
+    /// The numbers of cells, and which of them may be seen.
     #[inline(always)]
-    fn shown(&self, simd: S, [x, y, z]: [f32x8<S>; 3]) -> mask32x8<S> {
+    fn shown(&self, simd: S, [x, y, z]: [f32x8<S>; 3]) -> (u32x8<S>, mask32x8<S>) {
+        let constant = |v: u32| u32x8::splat(simd, v);
         let side = f32x8::splat(simd, CELL_SIDE as f32);
         let numbers = z.mul_add(side, y).mul_add(side, x).to_int::<i32x8<S>>();
-        let numbers = numbers.to_array();
-        let mut bits = [0; LANES];
-        for lane in 0..LANES {
-            bits[lane] = self.job.placed.brick.shown.bit(numbers[lane]);
-        }
-        i32x8::from_slice(simd, &bits).simd_eq(i32x8::splat(simd, 1))
+        let cell: u32x8<S> = numbers.bitcast();
+        // The lowest byte of each lane is looked up, the others give something that is not looked at.
+        let rows: u8x64<S> = (cell >> 3).combine(constant(0)).bitcast();
+        let bits = u8x64::from_slice(simd, self.job.placed.brick.shown.rows());
+        let found: u32x16<S> = bits.swizzle_dyn(rows).bitcast();
+        let (row, _) = found.split();
+        let bit = row >> (cell & constant(7)) & constant(1);
+        (cell & constant(CELLS as u32 - 1), bit.simd_eq(constant(1)))
     }
 
     /// Where rays are in their cells.
@@ -277,89 +255,14 @@ impl<S: Simd> RowInBrick<'_, S> {
         share
     }
 
-    /// The place in the transfer function of the field on the rays.
-    #[inline(always)]
-    fn place(&self, simd: S, part: &CellPart<S>, corners: &Corners<S>, t: f32x8<S>) -> f32x8<S> {
-        let scalar = corners.interpolated(self.share(simd, part, t));
-        self.job.settings.sheets.table.unbounded_place(simd, scalar)
-    }
-
     #[inline(always)]
     fn located(&self, simd: S, part: &CellPart<S>, t: f32x8<S>) -> Located<S> {
         Located {
             at: self.rays.at,
             position: [t; 3],
             inside: part.inside,
-            places: part.places,
+            places: places_of(simd, part.cell),
             share: self.share(simd, part, t),
-        }
-    }
-}
-
-/// Composites a segment.
-#[inline(always)]
-fn add_segment<S: Simd, const SHADED: bool>(
-    simd: S,
-    row: &RowInBrick<S>,
-    part: &CellPart<S>,
-    segment: &Segment<S>,
-    scratch: &mut GatherScratch,
-) {
-    let (job, at) = (row.job, row.rays.at);
-    let settings = job.settings;
-    let constant = |v: f32| f32x8::splat(simd, v);
-    let range = at.first..at.first + LANES;
-    let slabs = (segment.far - segment.near) * constant(1.0 / settings.sheets.thickness as f32);
-    let units = f32x8::from_slice(simd, &job.view.units_per_slab[at.row][range.clone()]) * slabs;
-    let before = f32x8::from_slice(simd, &scratch.pixels.transmittance[at.row][range.clone()]);
-    let added = opacity(simd, settings.sheets.opacity, segment.strength * units);
-    let weight = before * added;
-    (before - weight).store_slice(&mut scratch.pixels.transmittance[at.row][range.clone()]);
-    let (strengths, weights) = (segment.strength.to_array(), weight.to_array());
-    let mut colours = [[0.0f32; 4]; LANES];
-    for lane in 0..LANES {
-        if weights[lane] > 0.0 {
-            colours[lane] =
-                row.integrals
-                    .mean_colour(&segment.from, &segment.to, lane, strengths[lane]);
-        }
-    }
-    // Where in the segment the middle of what it shows lies.
-    let mut middles = [0.0f32; LANES];
-    for lane in 0..LANES {
-        middles[lane] = colours[lane][3];
-    }
-    let span = segment.to.place - segment.from.place;
-    let apart = span.abs().simd_gt(constant(1.0));
-    let share = (f32x8::from_slice(simd, &middles) - segment.from.place)
-        / apart.select(span, constant(1.0));
-    let share = apart
-        .select(share, constant(0.5))
-        .max(constant(0.0))
-        .min(constant(1.0));
-    let middle = (segment.far - segment.near).mul_add(share, segment.near);
-    if settings.sheets.depth == DepthRule::Expected {
-        let z = middle + constant(settings.sheets.anchor.camera_z as f32);
-        let depth = &mut scratch.pixels.depth[at.row][range.clone()];
-        weight
-            .mul_add(z, f32x8::from_slice(simd, depth))
-            .store_slice(depth);
-    }
-    let light = if SHADED {
-        lit(simd, job, &row.located(simd, part, middle), weight)
-    } else {
-        None
-    };
-    let (bodies, highlights) = match light {
-        Some(light) => (
-            (weight * light.body).to_array(),
-            (weight * light.highlight).to_array(),
-        ),
-        None => (weights, [0.0; LANES]),
-    };
-    for (lane, sum) in scratch.rgb[at.row][range].iter_mut().enumerate() {
-        for channel in 0..3 {
-            sum[channel] += bodies[lane] * colours[lane][channel] + highlights[lane];
         }
     }
 }

@@ -38,8 +38,6 @@ pub(crate) struct TransferTable {
     /// A scalar's place is itself times the scale plus the shift, rounded down.
     scale: f32,
     shift: f32,
-    /// The scalars outside which nothing is shown.
-    shown: [f32; 2],
     /// Where narrow peaks are to be integrated between samples.
     integrals: Option<Arc<TransferIntegrals>>,
 }
@@ -52,7 +50,7 @@ impl TransferTable {
         range: (f64, f64),
     ) -> Self {
         let shown = shown_of(transfer, range);
-        let (low, high) = (shown.0.max(range.0), shown.1.min(range.1));
+        let low = shown.0.max(range.0);
         let step = Self::step(transfer, range);
         let mut entries = Box::new([[0.0; 4]; PLACES]);
         for i in 0..ENTRIES {
@@ -75,7 +73,6 @@ impl TransferTable {
             entries,
             scale: (1.0 / step) as f32,
             shift: (1.5 - low / step) as f32,
-            shown: [(low - step) as f32, (high + step) as f32],
             integrals,
         }
     }
@@ -110,7 +107,6 @@ impl TransferTable {
             entries,
             scale: 1.0,
             shift: 1.5,
-            shown: [f32::NEG_INFINITY, f32::INFINITY],
             integrals: None,
         }
     }
@@ -127,11 +123,6 @@ impl TransferTable {
     /// The integrals of a function with narrow peaks.
     pub(crate) fn integrals(&self) -> Option<&TransferIntegrals> {
         self.integrals.as_deref()
-    }
-
-    /// The scalars outside which nothing is shown.
-    pub(crate) fn shown(&self) -> [f32; 2] {
-        self.shown
     }
 
     /// Where scalars lie in the table and beyond its ends.

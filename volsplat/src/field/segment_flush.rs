@@ -1,0 +1,261 @@
+//! Segments that wait are classified and composited.
+//!
+//! Of the segments in cells that may show something a sixth shows anything: those that meet the transfer function's
+//! shown scalars are picked, integrated and lit a vector at a time, and composited one by one. Segments keep the order in
+//! which rays meet them.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{f32x8, mask32x8, u32x8};
+use resample_core::composite::{DepthRule, opacity};
+
+use crate::field::cell_sample::{Corners, Located, interpolated_gradient};
+use crate::field::gather::{GatherScratch, set_lanes};
+use crate::field::job::Job;
+use crate::field::segment_list::{LANE_NUMBERS, ROOM, SegmentList};
+use crate::light::Lit;
+use crate::sheets::integrals::{Prefix, TransferIntegrals};
+use crate::sheets::view::{HalfRow, LANES};
+
+/// Some of the segments that show something.
+struct Shown<S: Simd> {
+    /// Their numbers in the list, and which of them show something.
+    numbers: [usize; LANES],
+    shows: mask32x8<S>,
+    ends: [Prefix<S>; 2],
+    /// Mean extinction, and opacity.
+    strength: f32x8<S>,
+    opacity: f32x8<S>,
+    z: [f32x8<S>; 2],
+}
+
+/// Composites the segments that wait.
+#[inline(always)]
+pub(super) fn flush<S: Simd, const SHADED: bool>(
+    simd: S,
+    job: &Job,
+    integrals: &TransferIntegrals,
+    scratch: &mut GatherScratch,
+) {
+    let met = pick(simd, job, integrals, scratch);
+    for first in (0..met).step_by(LANES) {
+        let lanes = (met - first).min(LANES);
+        if let Some(shown) = shown(simd, job, integrals, &scratch.segments, [first, lanes]) {
+            composite::<S, SHADED>(simd, job, integrals, &shown, scratch);
+        }
+    }
+    scratch.segments.count = 0;
+}
+
+/// Picks the segments between whose ends the transfer function shows something. Returns how many there are.
+#[inline(always)]
+fn pick<S: Simd>(
+    simd: S,
+    job: &Job,
+    integrals: &TransferIntegrals,
+    scratch: &mut GatherScratch,
+) -> usize {
+    let list = &mut scratch.segments;
+    let (brick, table) = (job.placed.brick, &job.settings.sheets.table);
+    scratch.work.computed += list.count.next_multiple_of(LANES);
+    scratch.work.shown += list.count;
+    let mut met = 0;
+    for first in (0..list.count).step_by(LANES) {
+        let corners = match brick.faces.as_deref() {
+            Some(faces) => {
+                let mut cells = [0; LANES];
+                for (lane, cell) in cells.iter_mut().enumerate() {
+                    *cell = list.cell(first + lane);
+                }
+                Corners::of_faces(simd, faces, &cells)
+            }
+            None => {
+                let mut places = [0; LANES];
+                for (lane, place) in places.iter_mut().enumerate() {
+                    *place = list.vertex(first + lane);
+                }
+                Corners::new(simd, &brick.scalars, &places)
+            }
+        };
+        let from = corners.interpolated(list.shares(simd, 0, first));
+        let to = corners.interpolated(list.shares(simd, 1, first));
+        let (from, to) = (
+            table.unbounded_place(simd, from),
+            table.unbounded_place(simd, to),
+        );
+        let lanes = (list.count - first).min(LANES);
+        let some = mask32x8::from_bitmask(simd, (1 << lanes) - 1) & integrals.meets(simd, from, to);
+        if some.all_false() {
+            continue;
+        }
+        let numbers = u32x8::from_slice(simd, &LANE_NUMBERS) + u32x8::splat(simd, first as u32);
+        let at = met..met + LANES;
+        numbers
+            .compress(some)
+            .store_slice(&mut list.met[at.clone()]);
+        from.compress(some)
+            .store_slice(&mut list.scalar[0][at.clone()]);
+        to.compress(some).store_slice(&mut list.scalar[1][at]);
+        met += set_lanes(some);
+    }
+    met
+}
+
+/// The opacities of picked segments, so many from the first; `None` where they show nothing.
+#[inline(always)]
+fn shown<S: Simd>(
+    simd: S,
+    job: &Job,
+    integrals: &TransferIntegrals,
+    list: &SegmentList,
+    [first, lanes]: [usize; 2],
+) -> Option<Shown<S>> {
+    let settings = &job.settings.sheets;
+    let place = |end: usize| f32x8::from_slice(simd, &list.scalar[end][first..first + LANES]);
+    let ends = [
+        integrals.up_to(simd, place(0)),
+        integrals.up_to(simd, place(1)),
+    ];
+    let strength = integrals.mean(simd, &ends[0], &ends[1]);
+    let shows =
+        strength.simd_gt(f32x8::splat(simd, 0.0)) & mask32x8::from_bitmask(simd, (1 << lanes) - 1);
+    if shows.all_false() {
+        return None;
+    }
+    let mut numbers = [0; LANES];
+    for (number, &met) in numbers.iter_mut().zip(&list.met[first..first + LANES]) {
+        *number = (met as usize).min(ROOM - 1);
+    }
+    let units_per_slab = job.view.units_per_slab.as_flattened();
+    let (mut z, mut units) = ([[0.0; LANES]; 2], [0.0; LANES]);
+    for (lane, &number) in numbers.iter().enumerate() {
+        (z[0][lane], z[1][lane]) = (list.z[0][number], list.z[1][number]);
+        units[lane] = units_per_slab[list.pixel(number)];
+    }
+    let z = [
+        f32x8::from_slice(simd, &z[0]),
+        f32x8::from_slice(simd, &z[1]),
+    ];
+    let slabs = (z[1] - z[0]) * f32x8::splat(simd, 1.0 / settings.thickness as f32);
+    let units = f32x8::from_slice(simd, &units) * slabs;
+    Some(Shown {
+        numbers,
+        shows,
+        ends,
+        strength,
+        opacity: opacity(simd, settings.opacity, strength * units),
+        z,
+    })
+}
+
+/// Composites segments one by one behind what their pixels hold.
+#[inline(always)]
+fn composite<S: Simd, const SHADED: bool>(
+    simd: S,
+    job: &Job,
+    integrals: &TransferIntegrals,
+    shown: &Shown<S>,
+    scratch: &mut GatherScratch,
+) {
+    let constant = |v: f32| f32x8::splat(simd, v);
+    let settings = &job.settings.sheets;
+    let (strengths, opacities) = (shown.strength.to_array(), shown.opacity.to_array());
+    let [from, to] = &shown.ends;
+    let bits = shown.shows.to_bitmask();
+    let mut colours = [[0.0f32; 4]; LANES];
+    let mut middles = [0.0f32; LANES];
+    for lane in 0..LANES {
+        if bits >> lane & 1 == 1 {
+            colours[lane] = integrals.mean_colour(from, to, lane, strengths[lane]);
+            middles[lane] = colours[lane][3];
+        }
+    }
+    // Where in the segment the middle of what it shows lies.
+    let span = to.place - from.place;
+    let apart = span.abs().simd_gt(constant(1.0));
+    let share =
+        (f32x8::from_slice(simd, &middles) - from.place) / apart.select(span, constant(1.0));
+    let share = apart
+        .select(share, constant(0.5))
+        .max(constant(0.0))
+        .min(constant(1.0));
+    let middle = (shown.z[1] - shown.z[0]).mul_add(share, shown.z[0]);
+    let camera_z = (middle + constant(settings.anchor.camera_z as f32)).to_array();
+    let light = if SHADED {
+        light(simd, job, shown, share, &scratch.segments)
+    } else {
+        None
+    };
+    let (body, highlight) = light.map_or((constant(1.0), constant(0.0)), |light| {
+        (light.body, light.highlight)
+    });
+    let (bodies, highlights) = (body.to_array(), highlight.to_array());
+    let least = settings.min_transmittance.max(f32::MIN_POSITIVE);
+    let with_depth = settings.depth == DepthRule::Expected;
+    for lane in 0..LANES {
+        let pixel = scratch.segments.pixel(shown.numbers[lane]);
+        let before = scratch.pixels.transmittance.as_flattened()[pixel];
+        // Opaque pixels take no more, one by one.
+        if bits >> lane & 1 == 0 || !(before >= least) {
+            continue;
+        }
+        scratch.work.contributed += 1;
+        let weight = before * opacities[lane];
+        scratch.pixels.transmittance.as_flattened_mut()[pixel] = before - weight;
+        if with_depth {
+            let depth = &mut scratch.pixels.depth.as_flattened_mut()[pixel];
+            *depth = weight.mul_add(camera_z[lane], *depth);
+        }
+        let (body, highlight) = (weight * bodies[lane], weight * highlights[lane]);
+        let sum = &mut scratch.rgb.as_flattened_mut()[pixel];
+        for channel in 0..3 {
+            sum[channel] += body * colours[lane][channel] + highlight;
+        }
+    }
+}
+
+/// What light makes of the middles of what segments show.
+#[inline(always)]
+fn light<S: Simd>(
+    simd: S,
+    job: &Job,
+    shown: &Shown<S>,
+    share: f32x8<S>,
+    list: &SegmentList,
+) -> Option<Lit<S>> {
+    let (shade, gradients) = (
+        job.settings.sheets.shade.as_ref()?,
+        job.placed.brick.gradients.as_ref()?,
+    );
+    let mut ends = [[[0.0; LANES]; 3]; 2];
+    let mut rays = [[0.0; LANES]; 3];
+    for (lane, &number) in shown.numbers.iter().enumerate() {
+        let pixel = list.pixel(number);
+        for axis in 0..3 {
+            ends[0][axis][lane] = list.share[0][axis][number];
+            ends[1][axis][lane] = list.share[1][axis][number];
+            rays[axis][lane] = job.view.ray_in_world[axis].as_flattened()[pixel];
+        }
+    }
+    let load = |values: &[f32; LANES]| f32x8::from_slice(simd, values);
+    let between = |axis: usize| {
+        let (near, far) = (load(&ends[0][axis]), load(&ends[1][axis]));
+        (far - near).mul_add(share, near)
+    };
+    let middle = [between(0), between(1), between(2)];
+    let located = Located {
+        at: HalfRow { row: 0, first: 0 },
+        position: middle,
+        inside: shown.shows,
+        places: std::array::from_fn(|lane| list.vertex(shown.numbers[lane])),
+        share: middle,
+    };
+    let weight = shown
+        .shows
+        .select(f32x8::splat(simd, 1.0), f32x8::splat(simd, 0.0));
+    let gradient = interpolated_gradient(simd, gradients, &located, weight);
+    Some(shade.light(
+        simd,
+        gradient,
+        [load(&rays[0]), load(&rays[1]), load(&rays[2])],
+    ))
+}
