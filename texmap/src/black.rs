@@ -116,7 +116,7 @@ mod tests {
     use crate::mip::TexelUse;
     use crate::scene::{Magnify, Texels, Texture};
 
-    /// Black but for one texel.
+    /// Black, with one bright texel.
     fn pyramid(size: [usize; 2], [x, y]: [usize; 2]) -> Pyramid {
         let mut texels = vec![[0, 0, 0, 255]; size[0] * size[1]];
         texels[y * size[0] + x] = [0, 1, 0, 255];

@@ -39,7 +39,7 @@ fn walls() -> Vec<Mesh> {
     (0..3).map(mesh).collect()
 }
 
-/// Black but for a bright patch near the top of the left third and a spot of one texel further down.
+/// Black, with a bright patch near the top of the left third and a bright spot of one texel further down.
 fn glow(side: usize) -> Texture {
     texture([side, side], |x, y| {
         let [s, t] = [x, y].map(|k| k as f32 / side as f32);
@@ -86,7 +86,7 @@ fn lit(side: usize, emits: bool, (mode, alpha): (AlphaMode, f32)) -> Scene {
     }
 }
 
-/// The wall as its emission alone: colours of unlit surfaces, the second and the third laid with a white texture.
+/// The wall with its emission alone, as colours of unlit surfaces; the second and the third part have a white texture.
 fn emission_alone(side: usize, (mode, alpha): (AlphaMode, f32)) -> Scene {
     let mut scene = lit(side, false, (mode, alpha));
     scene.textures[0] = texture([side, side], |_, _| [1.0; 4]);

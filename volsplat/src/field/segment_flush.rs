@@ -1,4 +1,4 @@
-//! Segments that wait are classified and composited.
+//! Classifies and composites the segments that wait in a list.
 //!
 //! Of the segments in cells that may show something a sixth shows anything: those that meet the transfer function's
 //! shown scalars are picked, integrated and lit a vector at a time, and composited one by one. Segments keep the order in
@@ -169,7 +169,7 @@ fn composite<S: Simd, const SHADED: bool>(
             middles[lane] = colours[lane][3];
         }
     }
-    // Where in the segment the middle of what it shows lies.
+    // The extinction's mean place along the segment, from 0 at its near end to 1.
     let span = to.place - from.place;
     let apart = span.abs().simd_gt(constant(1.0));
     let share =
@@ -213,7 +213,7 @@ fn composite<S: Simd, const SHADED: bool>(
     }
 }
 
-/// What light makes of the middles of what segments show.
+/// The light at that place of each segment.
 #[inline(always)]
 fn light<S: Simd>(
     simd: S,
