@@ -12,7 +12,7 @@ use glam::Vec4;
 
 use crate::backward::{look_up_bilinear, look_up_ewa, look_up_nearest, look_up_trilinear};
 use crate::filter::{AROUND, around};
-use crate::fragments::{Fragment, collect};
+use crate::fragments::Fragment;
 use crate::options::Method;
 use crate::patch::Patch;
 use crate::pixel::{Gathered, PixelOnTexture};
@@ -66,6 +66,7 @@ impl Tile<'_> {
     pub(crate) fn look_up(&self, work: &mut TileWork, image: &mut TileImage) {
         let mut texels = 0;
         let mut waiting = Waiting::default();
+        work.by_row.clear();
         self.each_pixel(work, |work, pixel, cell| {
             match cell {
                 Cell::Layered => return false,
@@ -77,10 +78,9 @@ impl Tile<'_> {
                         at: centre_px(pixel),
                     });
                 }
-                _ => collect(
-                    self.frame.filter,
-                    &work.visibility.ids,
-                    &work.edges,
+                _ => work.by_row.collect(
+                    (self.frame.filter, self.frame.simd),
+                    (&work.visibility.ids, &work.edges),
                     pixel,
                     &mut work.fragments,
                 ),

@@ -14,6 +14,8 @@
 //! Limits: edges are straight between neighbours; what no sub-pixel shows is not found; translucent layers and cuts by
 //! alpha are not corrected.
 
+use std::ops::Range;
+
 use crate::filter::{LatticeStep, PixelFilter};
 use crate::span::SPAN_PX;
 
@@ -92,6 +94,11 @@ impl Edges {
     /// The edges whose first sub-pixel lies in a pixel of the span.
     pub(crate) fn of_cell(&self, cell: usize) -> &[Edge] {
         &self.all[self.first[cell] as usize..self.first[cell + 1] as usize]
+    }
+
+    /// The edges whose first sub-pixels lie in consecutive pixels of the span.
+    pub(crate) fn of_cells(&self, cells: Range<usize>) -> &[Edge] {
+        &self.all[self.first[cells.start] as usize..self.first[cells.end] as usize]
     }
 
     /// Sorts by cell, keeping the order within each.

@@ -5,8 +5,11 @@
 //! edge is seen in n^2 + 1 steps; and as a true lattice it sums smooth functions with the spectral accuracy of the
 //! trapezoid rule, which sub-pixels jittered in each pixel do not. A row of sub-pixels holds one in each pixel.
 
+use fearless_simd::f32x16;
+use fearless_simd::prelude::*;
 use resample_core::point::PIXEL_SIGMA_PX;
 
+use crate::lanes::LANES;
 use crate::span::{BORDER_PX, REACH_PX, SPAN_PX, WINDOW_PX};
 
 /// The lattice of sub-pixels and the weights of those around a pixel.
@@ -26,9 +29,13 @@ pub(crate) struct PixelFilter {
     pub(crate) steps: [LatticeStep; 2],
     /// The filter's second moments along x and y, px^2.
     pub(crate) variance_px2: [f32; 2],
-    /// Weights by row and column from the border's corner, for the tile's first pixel.
+    /// By row from the border's corner, for the first row of pixels: the weights of a sub-pixel in the tile's last column, by
+    /// pixel; those in other columns begin so many pixels later.
     weights: Vec<f32>,
 }
+
+/// Pixels from the first that a sub-pixel in the last column may be in to the last that one in the first column may be in.
+const BY_PIXEL: usize = SPAN_PX - 1 + LANES;
 
 /// A step from one sub-pixel to a neighbour.
 #[derive(Clone, Debug)]
@@ -85,10 +92,11 @@ impl PixelFilter {
         rows.iter_mut()
             .flat_map(|row| &mut row.weights)
             .for_each(|w| *w = (f64::from(*w) / sum) as f32);
-        let mut weights = vec![0.0; WINDOW_PX * WINDOW_PX * per_pixel];
+        let mut weights = vec![0.0; WINDOW_PX * per_pixel * BY_PIXEL];
         for row in &rows {
-            let start = row.row * WINDOW_PX + row.column;
-            weights[start..start + row.weights.len()].copy_from_slice(&row.weights);
+            for (k, weight) in row.weights.iter().enumerate() {
+                weights[row.row * BY_PIXEL + SPAN_PX - 1 - (row.column + k)] = *weight;
+            }
         }
         let from_centre = |row: &WindowRow, k: usize| {
             let x = (row.column + k) as f64 + offset(row.row % per_pixel) - centre;
@@ -129,19 +137,15 @@ impl PixelFilter {
         [x - centre, y - centre]
     }
 
-    /// Weight in pixel (x, y) of the tile of a sub-pixel, by its place in the tile's span.
+    /// Weights of a sub-pixel, by its place in the tile's span, in the sixteen pixels of row `y` of the tile.
     #[inline(always)]
-    pub(crate) fn weight(&self, [x, y]: [usize; 2], subpixel: usize) -> f32 {
-        let column = (subpixel % SPAN_PX).wrapping_sub(x);
+    pub(crate) fn weights<S: Simd>(&self, simd: S, y: usize, subpixel: usize) -> f32x16<S> {
         let row = (subpixel / SPAN_PX).wrapping_sub(y * self.per_pixel);
-        if column < WINDOW_PX {
-            self.weights
-                .get(row.saturating_mul(WINDOW_PX) + column)
-                .copied()
-                .unwrap_or(0.0)
-        } else {
-            0.0
+        if row >= WINDOW_PX * self.per_pixel {
+            return f32x16::splat(simd, 0.0);
         }
+        let start = row * BY_PIXEL + SPAN_PX - 1 - subpixel % SPAN_PX;
+        f32x16::from_slice(simd, &self.weights[start..start + LANES])
     }
 
     /// Position of a sub-pixel, px from the border's corner.

@@ -125,12 +125,7 @@ impl Renderer {
         let clock = StageClock::start();
         let mut image = picture(&window.grid, &tiles);
         if !self.options.planes.is_empty() {
-            let columns = window.grid.columns();
-            add_planes(&mut image, &self.options, |x, y| {
-                tiles[y / TILE_PX * columns + x / TILE_PX]
-                    .planes
-                    .get(y % TILE_PX * TILE_PX + x % TILE_PX)
-            });
+            add_planes(&mut image, &self.options, &window.grid, &tiles);
         }
         stats.pixels_touched = image.rgba.iter().filter(|pixel| pixel[3] > 0.0).count() as u64;
         stats.stages.image = clock.stop();

@@ -11,7 +11,7 @@ use resample_core::simd::Vectors;
 use crate::cull::{InView, ScreenTriangle, SeenTriangle};
 use crate::edges::Edges;
 use crate::filter::PixelFilter;
-use crate::fragments::Fragment;
+use crate::fragments::{Fragment, Fragments};
 use crate::options::{Method, RenderOptions};
 use crate::patch::Patches;
 use crate::plane::{Plane, moved, narrow};
@@ -37,8 +37,8 @@ pub(crate) struct FrameView<'a> {
 pub(crate) struct TileImage {
     /// Linear premultiplied colour, rows from the top; empty where the tile shows nothing.
     pub(crate) rgba: Vec<[f32; 4]>,
-    /// The planes beside colour; empty where none is asked for.
-    pub(crate) planes: Vec<PixelPlanes>,
+    /// The channels of the planes beside colour, one after another; empty where none is asked for.
+    pub(crate) planes: Vec<f32>,
     /// Triangles that some sub-pixel shows.
     pub(crate) drawn: Vec<u32>,
     pub(crate) points: u64,
@@ -46,17 +46,6 @@ pub(crate) struct TileImage {
     pub(crate) visibility_ms: f64,
     pub(crate) accumulate_ms: f64,
     pub(crate) resolve_ms: f64,
-}
-
-/// What the planes hold at one pixel, each but `coverage` and `points` times the share that is covered.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct PixelPlanes {
-    pub(crate) coverage: f32,
-    pub(crate) depth: f32,
-    pub(crate) normal: [f32; 3],
-    pub(crate) texels: f32,
-    /// Whether the pixel is laid as points.
-    pub(crate) points: bool,
 }
 
 /// Storage of one task, reused from tile to tile.
@@ -77,6 +66,7 @@ pub(crate) struct TileWork {
     /// Pixels of the tile that are made from sub-pixels.
     pub(crate) from_subpixels: Vec<u16>,
     pub(crate) fragments: Vec<Fragment>,
+    pub(crate) by_row: Fragments,
     /// By place in the tile's list: opaque and cut-out triangles.
     pub(crate) rasters: Vec<Option<RasterTriangle>>,
     pub(crate) edges: Edges,
