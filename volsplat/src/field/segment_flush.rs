@@ -11,15 +11,15 @@ use resample_core::composite::{DepthRule, opacity};
 use crate::field::cell_sample::{Corners, Located, interpolated_gradient};
 use crate::field::gather::{GatherScratch, set_lanes};
 use crate::field::job::Job;
-use crate::field::segment_list::{LANE_NUMBERS, ROOM, SegmentList};
+use crate::field::segment_list::{LANE_NUMBERS, Segment, SegmentList};
 use crate::light::Lit;
 use crate::sheets::integrals::{Prefix, TransferIntegrals};
 use crate::sheets::view::{HalfRow, LANES};
 
 /// Some of the segments that show something.
 struct Shown<S: Simd> {
-    /// Their numbers in the list, and which of them show something.
-    numbers: [usize; LANES],
+    /// Which of the list they are, and which of them show something.
+    segments: [Segment; LANES],
     shows: mask32x8<S>,
     ends: [Prefix<S>; 2],
     /// Mean extinction, and opacity.
@@ -56,8 +56,9 @@ fn pick<S: Simd>(
 ) -> usize {
     let list = &mut scratch.segments;
     let (brick, table) = (job.placed.brick, &job.settings.sheets.table);
-    scratch.work.computed += list.count.next_multiple_of(LANES);
-    scratch.work.shown += list.count;
+    let halves = list.halves as usize;
+    scratch.work.computed += halves * list.count.next_multiple_of(LANES);
+    scratch.work.shown += halves * list.count;
     let mut met = 0;
     for first in (0..list.count).step_by(LANES) {
         let corners = match brick.faces.as_deref() {
@@ -76,28 +77,53 @@ fn pick<S: Simd>(
                 Corners::new(simd, &brick.scalars, &places)
             }
         };
-        let from = corners.interpolated(list.shares(simd, 0, first));
-        let to = corners.interpolated(list.shares(simd, 1, first));
-        let (from, to) = (
-            table.unbounded_place(simd, from),
-            table.unbounded_place(simd, to),
-        );
-        let lanes = (list.count - first).min(LANES);
-        let some = mask32x8::from_bitmask(simd, (1 << lanes) - 1) & integrals.meets(simd, from, to);
-        if some.all_false() {
+        let (near, far) = (list.shares(simd, 0, first), list.shares(simd, 1, first));
+        let from = table.unbounded_place(simd, corners.interpolated(near));
+        let to = table.unbounded_place(simd, corners.interpolated(far));
+        if halves == 1 {
+            met = add_met(simd, integrals, list, [from, to], [first, met]);
             continue;
         }
-        let numbers = u32x8::from_slice(simd, &LANE_NUMBERS) + u32x8::splat(simd, first as u32);
-        let at = met..met + LANES;
-        numbers
-            .compress(some)
-            .store_slice(&mut list.met[at.clone()]);
-        from.compress(some)
-            .store_slice(&mut list.scalar[0][at.clone()]);
-        to.compress(some).store_slice(&mut list.scalar[1][at]);
-        met += set_lanes(some);
+        let half = f32x8::splat(simd, 0.5);
+        let mut middle = near;
+        for (middle, far) in middle.iter_mut().zip(far) {
+            *middle = (far - *middle).mul_add(half, *middle);
+        }
+        let middle = table.unbounded_place(simd, corners.interpolated(middle));
+        // Both halves of a part come before the next part's: a ray may have two parts here.
+        let ends = [from.zip_low(middle), middle.zip_low(to)];
+        met = add_met(simd, integrals, list, ends, [2 * first, met]);
+        let ends = [from.zip_high(middle), middle.zip_high(to)];
+        met = add_met(simd, integrals, list, ends, [2 * first + LANES, met]);
     }
     met
+}
+
+/// Adds those segments, numbered from the first, that meet something to the `met` ones. Returns how many there are then.
+#[inline(always)]
+fn add_met<S: Simd>(
+    simd: S,
+    integrals: &TransferIntegrals,
+    list: &mut SegmentList,
+    [from, to]: [f32x8<S>; 2],
+    [first, met]: [usize; 2],
+) -> usize {
+    let lanes = (list.count * list.halves as usize)
+        .saturating_sub(first)
+        .min(LANES);
+    let some = mask32x8::from_bitmask(simd, (1 << lanes) - 1) & integrals.meets(simd, from, to);
+    if some.all_false() {
+        return met;
+    }
+    let numbers = u32x8::from_slice(simd, &LANE_NUMBERS) + u32x8::splat(simd, first as u32);
+    let at = met..met + LANES;
+    numbers
+        .compress(some)
+        .store_slice(&mut list.met[at.clone()]);
+    from.compress(some)
+        .store_slice(&mut list.scalar[0][at.clone()]);
+    to.compress(some).store_slice(&mut list.scalar[1][at]);
+    met + set_lanes(some)
 }
 
 /// The opacities of picked segments, so many from the first; `None` where they show nothing.
@@ -121,15 +147,15 @@ fn shown<S: Simd>(
     if shows.all_false() {
         return None;
     }
-    let mut numbers = [0; LANES];
-    for (number, &met) in numbers.iter_mut().zip(&list.met[first..first + LANES]) {
-        *number = (met as usize).min(ROOM - 1);
+    let mut segments = [Segment::default(); LANES];
+    for (segment, &met) in segments.iter_mut().zip(&list.met[first..first + LANES]) {
+        *segment = list.segment(met);
     }
     let units_per_slab = job.view.units_per_slab.as_flattened();
     let (mut z, mut units) = ([[0.0; LANES]; 2], [0.0; LANES]);
-    for (lane, &number) in numbers.iter().enumerate() {
-        (z[0][lane], z[1][lane]) = (list.z[0][number], list.z[1][number]);
-        units[lane] = units_per_slab[list.pixel(number)];
+    for (lane, &segment) in segments.iter().enumerate() {
+        (z[0][lane], z[1][lane]) = (list.z(segment, 0), list.z(segment, 1));
+        units[lane] = units_per_slab[list.pixel(segment.part)];
     }
     let z = [
         f32x8::from_slice(simd, &z[0]),
@@ -138,7 +164,7 @@ fn shown<S: Simd>(
     let slabs = (z[1] - z[0]) * f32x8::splat(simd, 1.0 / settings.thickness as f32);
     let units = f32x8::from_slice(simd, &units) * slabs;
     Some(Shown {
-        numbers,
+        segments,
         shows,
         ends,
         strength,
@@ -192,7 +218,7 @@ fn composite<S: Simd, const SHADED: bool>(
     let least = settings.min_transmittance.max(f32::MIN_POSITIVE);
     let with_depth = settings.depth == DepthRule::Expected;
     for lane in 0..LANES {
-        let pixel = scratch.segments.pixel(shown.numbers[lane]);
+        let pixel = scratch.segments.pixel(shown.segments[lane].part);
         let before = scratch.pixels.transmittance.as_flattened()[pixel];
         // Opaque pixels take no more, one by one.
         if bits >> lane & 1 == 0 || !(before >= least) {
@@ -228,11 +254,11 @@ fn light<S: Simd>(
     );
     let mut ends = [[[0.0; LANES]; 3]; 2];
     let mut rays = [[0.0; LANES]; 3];
-    for (lane, &number) in shown.numbers.iter().enumerate() {
-        let pixel = list.pixel(number);
+    for (lane, &segment) in shown.segments.iter().enumerate() {
+        let pixel = list.pixel(segment.part);
         for axis in 0..3 {
-            ends[0][axis][lane] = list.share[0][axis][number];
-            ends[1][axis][lane] = list.share[1][axis][number];
+            ends[0][axis][lane] = list.share(segment, 0, axis);
+            ends[1][axis][lane] = list.share(segment, 1, axis);
             rays[axis][lane] = job.view.ray_in_world[axis].as_flattened()[pixel];
         }
     }
@@ -246,7 +272,7 @@ fn light<S: Simd>(
         at: HalfRow { row: 0, first: 0 },
         position: middle,
         inside: shown.shows,
-        places: std::array::from_fn(|lane| list.vertex(shown.numbers[lane])),
+        places: std::array::from_fn(|lane| list.vertex(shown.segments[lane].part)),
         share: middle,
     };
     let weight = shown
