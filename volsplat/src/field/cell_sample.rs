@@ -4,12 +4,11 @@
 //! trilinear mix of them is the field. Source: the trilinear kernel, gathered. Limits: a brick's own cells only.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x4, f32x8, i32x8, mask32x8, u32x8};
+use fearless_simd::{f32x4, f32x8, i32x8, mask32x8};
 use glam::DVec3;
 
 use crate::bricks::cells::{
-    CELL_CORNERS, CELL_ROWS, CELL_SIDE, CELLS, CellBrick, FaceBytes, GradientTable, LAST_CELL,
-    TABLE_LEN, VERTEX_SIDE,
+    CELL_CORNERS, CELL_SIDE, CellBrick, GradientTable, LAST_CELL, TABLE_LEN, VERTEX_SIDE,
 };
 use crate::sheets::settings::Anchor;
 use crate::sheets::view::{HalfRow, LANES, PlaneView};
@@ -196,27 +195,6 @@ impl<S: Simd> Corners<S> {
         let mut values = [f32x8::splat(simd, 0.0); 8];
         for (value, corner) in values.iter_mut().zip(&corners) {
             *value = f32x8::from_slice(simd, corner);
-        }
-        Self { values }
-    }
-
-    /// Those of the cells with these numbers, of 8-bit voxels.
-    #[inline(always)]
-    pub(super) fn of_faces(simd: S, faces: &FaceBytes, numbers: &[usize; LANES]) -> Self {
-        let (mut front, mut back) = ([0; LANES], [0; LANES]);
-        for lane in 0..LANES {
-            let cell = numbers[lane] % CELLS;
-            front[lane] = faces[cell];
-            back[lane] = faces[cell + CELL_ROWS];
-        }
-        let ends = [
-            u32x8::from_slice(simd, &front),
-            u32x8::from_slice(simd, &back),
-        ];
-        let mut values = [f32x8::splat(simd, 0.0); 8];
-        for (k, value) in values.iter_mut().enumerate() {
-            let byte = ends[k / 4] >> (8 * (k % 4) as u32) & u32x8::splat(simd, 0xff);
-            *value = byte.bitcast::<i32x8<S>>().to_float();
         }
         Self { values }
     }

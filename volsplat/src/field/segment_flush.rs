@@ -5,13 +5,14 @@
 //! which rays meet them.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x8, mask32x8, u32x8};
+use fearless_simd::{f32x8, f32x16, i32x16, mask32x8, mask32x16, u32x16};
 use resample_core::composite::{DepthRule, opacity};
 
-use crate::field::cell_sample::{Corners, Located, interpolated_gradient};
-use crate::field::gather::{GatherScratch, set_lanes};
+use crate::bricks::cells::{CELL_CORNERS, CELL_ROWS, CELLS, CellBrick, LAST_CELL};
+use crate::field::cell_sample::{Located, interpolated_gradient};
+use crate::field::gather::GatherScratch;
 use crate::field::job::Job;
-use crate::field::segment_list::{LANE_NUMBERS, Segment, SegmentList};
+use crate::field::segment_list::{LANE_NUMBERS, PAIR_LANES, Segment, SegmentList};
 use crate::light::Lit;
 use crate::sheets::integrals::{Prefix, TransferIntegrals};
 use crate::sheets::view::{HalfRow, LANES};
@@ -57,26 +58,11 @@ fn pick<S: Simd>(
     let list = &mut scratch.segments;
     let (brick, table) = (job.placed.brick, &job.settings.sheets.table);
     let halves = list.halves as usize;
-    scratch.work.computed += halves * list.count.next_multiple_of(LANES);
+    scratch.work.computed += halves * list.count.next_multiple_of(PAIR_LANES);
     scratch.work.shown += halves * list.count;
     let mut met = 0;
-    for first in (0..list.count).step_by(LANES) {
-        let corners = match brick.faces.as_deref() {
-            Some(faces) => {
-                let mut cells = [0; LANES];
-                for (lane, cell) in cells.iter_mut().enumerate() {
-                    *cell = list.cell(first + lane);
-                }
-                Corners::of_faces(simd, faces, &cells)
-            }
-            None => {
-                let mut places = [0; LANES];
-                for (lane, place) in places.iter_mut().enumerate() {
-                    *place = list.vertex(first + lane);
-                }
-                Corners::new(simd, &brick.scalars, &places)
-            }
-        };
+    for first in (0..list.count).step_by(PAIR_LANES) {
+        let corners = corners(simd, brick, list, first);
         let (near, far) = (list.shares(simd, 0, first), list.shares(simd, 1, first));
         let from = table.unbounded_place(simd, corners.interpolated(near));
         let to = table.unbounded_place(simd, corners.interpolated(far));
@@ -84,7 +70,7 @@ fn pick<S: Simd>(
             met = add_met(simd, integrals, list, [from, to], [first, met]);
             continue;
         }
-        let half = f32x8::splat(simd, 0.5);
+        let half = f32x16::splat(simd, 0.5);
         let mut middle = near;
         for (middle, far) in middle.iter_mut().zip(far) {
             *middle = (far - *middle).mul_add(half, *middle);
@@ -94,9 +80,69 @@ fn pick<S: Simd>(
         let ends = [from.zip_low(middle), middle.zip_low(to)];
         met = add_met(simd, integrals, list, ends, [2 * first, met]);
         let ends = [from.zip_high(middle), middle.zip_high(to)];
-        met = add_met(simd, integrals, list, ends, [2 * first + LANES, met]);
+        met = add_met(simd, integrals, list, ends, [2 * first + PAIR_LANES, met]);
     }
     met
+}
+
+/// The values at the corners of the cells of parts.
+#[inline(always)]
+fn corners<S: Simd>(
+    simd: S,
+    brick: &CellBrick,
+    list: &SegmentList,
+    first: usize,
+) -> PairCorners<S> {
+    let mut values = [f32x16::splat(simd, 0.0); 8];
+    if let Some(faces) = brick.faces.as_deref() {
+        let (mut front, mut back) = ([0; PAIR_LANES], [0; PAIR_LANES]);
+        for lane in 0..PAIR_LANES {
+            let cell = list.cell(first + lane) % CELLS;
+            front[lane] = faces[cell];
+            back[lane] = faces[cell + CELL_ROWS];
+        }
+        let faces = [
+            u32x16::from_slice(simd, &front),
+            u32x16::from_slice(simd, &back),
+        ];
+        for (k, value) in values.iter_mut().enumerate() {
+            let byte = faces[k / 4] >> (8 * (k % 4) as u32) & u32x16::splat(simd, 0xff);
+            *value = byte.bitcast::<i32x16<S>>().to_float();
+        }
+        return PairCorners { values };
+    }
+    let mut corners = [[0.0; PAIR_LANES]; 8];
+    for lane in 0..PAIR_LANES {
+        let place = (list.vertex(first + lane) as usize).min(LAST_CELL);
+        for (corner, offset) in corners.iter_mut().zip(CELL_CORNERS) {
+            corner[lane] = brick.scalars[place + offset];
+        }
+    }
+    for (value, corner) in values.iter_mut().zip(&corners) {
+        *value = f32x16::from_slice(simd, corner);
+    }
+    PairCorners { values }
+}
+
+/// The values at the corners of cells, x fastest.
+struct PairCorners<S: Simd> {
+    values: [f32x16<S>; 8],
+}
+
+impl<S: Simd> PairCorners<S> {
+    /// The trilinear mix.
+    #[inline(always)]
+    fn interpolated(&self, [x, y, z]: [f32x16<S>; 3]) -> f32x16<S> {
+        let v = &self.values;
+        let front = mix(mix(v[0], v[1], x), mix(v[2], v[3], x), y);
+        let back = mix(mix(v[4], v[5], x), mix(v[6], v[7], x), y);
+        mix(front, back, z)
+    }
+}
+
+#[inline(always)]
+fn mix<S: Simd>(a: f32x16<S>, b: f32x16<S>, t: f32x16<S>) -> f32x16<S> {
+    (b - a).mul_add(t, a)
 }
 
 /// Adds those segments, numbered from the first, that meet something to the `met` ones. Returns how many there are then.
@@ -105,25 +151,26 @@ fn add_met<S: Simd>(
     simd: S,
     integrals: &TransferIntegrals,
     list: &mut SegmentList,
-    [from, to]: [f32x8<S>; 2],
+    [from, to]: [f32x16<S>; 2],
     [first, met]: [usize; 2],
 ) -> usize {
     let lanes = (list.count * list.halves as usize)
         .saturating_sub(first)
-        .min(LANES);
-    let some = mask32x8::from_bitmask(simd, (1 << lanes) - 1) & integrals.meets(simd, from, to);
+        .min(PAIR_LANES);
+    let listed = mask32x16::from_bitmask(simd, (1 << lanes) - 1);
+    let some = listed & integrals.meets(simd, from, to);
     if some.all_false() {
         return met;
     }
-    let numbers = u32x8::from_slice(simd, &LANE_NUMBERS) + u32x8::splat(simd, first as u32);
-    let at = met..met + LANES;
+    let numbers = u32x16::from_slice(simd, &LANE_NUMBERS) + u32x16::splat(simd, first as u32);
+    let at = met..met + PAIR_LANES;
     numbers
         .compress(some)
         .store_slice(&mut list.met[at.clone()]);
     from.compress(some)
         .store_slice(&mut list.scalar[0][at.clone()]);
     to.compress(some).store_slice(&mut list.scalar[1][at]);
-    met + set_lanes(some)
+    met + some.to_bitmask().count_ones() as usize
 }
 
 /// The opacities of picked segments, so many from the first; `None` where they show nothing.

@@ -4,7 +4,7 @@
 //! the cell and the point where they meet.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x8, f32x16, mask32x16, u32x16};
+use fearless_simd::{f32x16, mask32x16, u32x16};
 use resample_core::tile::{TILE_AREA, TILE_PX};
 
 use crate::bricks::cells::{CELL_SIDE, VERTEX_SIDE};
@@ -23,7 +23,8 @@ const ROOM: usize = BATCH + PAIR_LANES;
 const PIXEL_SHIFT: u32 = 16;
 
 /// The numbers of lanes.
-pub(super) const LANE_NUMBERS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7];
+pub(super) const LANE_NUMBERS: [u32; PAIR_LANES] =
+    [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
 
 /// The pixels of two half rows, from the first in the tile.
 const PAIR_NUMBERS: [u32; PAIR_LANES] = {
@@ -167,9 +168,9 @@ impl SegmentList {
     }
 
     #[inline(always)]
-    pub(super) fn shares<S: Simd>(&self, simd: S, end: usize, first: usize) -> [f32x8<S>; 3] {
-        let load =
-            |axis: usize| f32x8::from_slice(simd, &self.share[end][axis][first..first + LANES]);
+    pub(super) fn shares<S: Simd>(&self, simd: S, end: usize, first: usize) -> [f32x16<S>; 3] {
+        let at = first..first + PAIR_LANES;
+        let load = |axis: usize| f32x16::from_slice(simd, &self.share[end][axis][at.clone()]);
         [load(0), load(1), load(2)]
     }
 }

@@ -9,7 +9,7 @@
 //! Limits: inside a piece, no part hides another: pieces must be short beside what the extinction lets through.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x8, i32x8, mask32x8};
+use fearless_simd::{f32x8, f32x16, i32x8, mask32x16};
 
 use super::lanes::LANES;
 
@@ -107,9 +107,9 @@ impl TransferIntegrals {
 
     /// Whether any place between two lies in the table.
     #[inline(always)]
-    pub(crate) fn meets<S: Simd>(&self, simd: S, from: f32x8<S>, to: f32x8<S>) -> mask32x8<S> {
-        let end = f32x8::splat(simd, (self.strength.len() - 1) as f32);
-        from.max(to).simd_ge(f32x8::splat(simd, 0.0)) & from.min(to).simd_le(end)
+    pub(crate) fn meets<S: Simd>(&self, simd: S, from: f32x16<S>, to: f32x16<S>) -> mask32x16<S> {
+        let end = f32x16::splat(simd, (self.strength.len() - 1) as f32);
+        from.max(to).simd_ge(f32x16::splat(simd, 0.0)) & from.min(to).simd_le(end)
     }
 
     /// The mean extinction between two scalars.

@@ -127,8 +127,8 @@ impl TransferTable {
 
     /// Where scalars lie in the table and beyond its ends.
     #[inline(always)]
-    pub(crate) fn unbounded_place<S: Simd>(&self, simd: S, values: f32x8<S>) -> f32x8<S> {
-        let constant = |v: f32| f32x8::splat(simd, v);
+    pub(crate) fn unbounded_place<S: Simd>(&self, simd: S, values: f32x16<S>) -> f32x16<S> {
+        let constant = |v: f32| f32x16::splat(simd, v);
         values.mul_add(constant(self.scale), constant(self.shift))
     }
 
