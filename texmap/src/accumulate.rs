@@ -16,12 +16,12 @@ use crate::fragments::Fragment;
 use crate::options::Method;
 use crate::patch::Patch;
 use crate::pixel::{Gathered, PixelOnTexture};
-use crate::pixel_light::{Shown, Waiting};
-use crate::points::{gather_minified, gather_points, is_minified};
-use crate::prepare::{MAPS, NORMALS};
+use crate::pixel_light::Waiting;
+use crate::points::{gather_minified, gather_points};
 use crate::scene::AlphaMode;
+use crate::shown::OnPatch;
 use crate::span::{BORDER_PX, SPAN_PX, TILE_PX};
-use crate::surface::{MapPlanes, Surface, UvAt, UvPlanes};
+use crate::surface::{Surface, UvPlanes};
 use crate::tile::{Cell, Tile, TileImage, TileWork};
 
 impl Tile<'_> {
@@ -165,113 +165,13 @@ impl Tile<'_> {
         Some(self.shaded(surface, at_px, patch.light, base, emissive))
     }
 
-    /// What a smooth surface that reflects its surroundings shows at a pixel.
-    fn patch_shown<'a>(
-        &self,
-        surface: &'a Surface,
-        patch: &Patch,
-        at_px: [f32; 2],
-        texels: &mut u64,
-    ) -> Option<Shown<'a>> {
-        let material = surface.material(self.frame.scene);
-        let on_patch = OnPatch::new(self, surface, patch, at_px);
-        let of = |planes: &Option<UvPlanes>| planes.as_ref().map(|planes| planes.pyramid);
-        let base = on_patch.gathered(of(&surface.base), [1.0; 2], texels)?;
-        let per_base = material.emissive_per_base.unwrap_or([1.0; 2]);
-        let emissive = on_patch.gathered(of(&surface.emissive), per_base, texels)?;
-        let mut maps = [Vec4::ZERO; MAPS];
-        for (texel, map) in maps
-            .iter_mut()
-            .zip(material.physical.iter().flat_map(|p| p.maps))
-        {
-            let Some(map) = map else { continue };
-            let per_base = map.per_base.unwrap_or([1.0; 2]);
-            *texel = on_patch.gathered(Some(map.pyramid), per_base, texels)?;
-        }
-        Some(Shown {
-            surface,
-            at_px,
-            base,
-            emissive,
-            maps,
-            magnified: None,
-        })
-    }
-
-    /// What a surface that reflects its surroundings shows at a pixel by the method of the frame.
-    fn pixel_shown<'a>(
-        &self,
-        surface: &'a Surface,
-        at_px: [f32; 2],
-        texels: &mut u64,
-    ) -> Option<Shown<'a>> {
-        let mut filtered = |planes: Option<&UvPlanes>, pyramid: Option<usize>| match planes {
-            None => Some(Vec4::ONE),
-            Some(planes) => {
-                let pyramid = pyramid.unwrap_or(planes.pyramid);
-                let gathered = self.pixel_texture(surface, (planes, pyramid), at_px)?;
-                *texels += u64::from(gathered.texels);
-                Some(gathered.rgba)
-            }
-        };
-        let base = filtered(surface.base.as_ref(), None)?;
-        let emissive = filtered(surface.emissive.as_ref(), None)?;
-        let (mut maps, mut magnified) = ([Vec4::ZERO; MAPS], None);
-        let of_surface = surface.maps.as_ref()?;
-        for (k, texel) in maps.iter_mut().enumerate() {
-            let planes = match &of_surface.maps[k] {
-                None => continue,
-                Some(MapPlanes::Own(planes)) => Some(&**planes),
-                Some(MapPlanes::LikeBase { .. }) => surface.base.as_ref(),
-            };
-            let pyramid = of_surface.maps[k].as_ref().map(MapPlanes::pyramid);
-            *texel = filtered(planes, pyramid)?;
-            if k == NORMALS
-                && let (Some(planes), Some(pyramid)) = (planes, pyramid)
-            {
-                magnified = self.magnified(surface, planes, pyramid, at_px);
-            }
-        }
-        Some(Shown {
-            surface,
-            at_px,
-            base,
-            emissive,
-            maps,
-            magnified,
-        })
-    }
-
-    /// Texels across a pixel, squared, where a look-up takes them from the full texture.
-    fn magnified(
-        &self,
-        surface: &Surface,
-        planes: &UvPlanes,
-        pyramid: usize,
-        at_px: [f32; 2],
-    ) -> Option<f32> {
-        let at = surface.uv_at(planes, at_px);
-        let pixel = PixelOnTexture {
-            pyramid: &self.frame.scene.pyramids[pyramid],
-            at,
-            over_w_slope: [0.0; 2],
-        };
-        let [ux, uy, vx, vy] = at.jacobian;
-        let long2 = (ux * ux + vx * vx).max(uy * uy + vy * vy);
-        (!is_minified(&pixel, 1.0)).then_some(long2)
-    }
-
-    fn pixel_texture(
+    pub(crate) fn pixel_texture(
         &self,
         surface: &Surface,
         (planes, pyramid): (&UvPlanes, usize),
         at: [f32; 2],
     ) -> Option<Gathered> {
-        let pixel = PixelOnTexture {
-            pyramid: &self.frame.scene.pyramids[pyramid],
-            at: surface.uv_at(planes, at),
-            over_w_slope: surface.over_w_slope(at),
-        };
+        let pixel = self.pixel_on(surface, (planes, pyramid), at);
         let simd = self.frame.simd;
         match self.frame.options.method {
             Method::Hybrid => gather_minified(&pixel, simd),
@@ -280,6 +180,20 @@ impl Tile<'_> {
             Method::BackwardBilinear => Some(look_up_bilinear(&pixel)),
             Method::BackwardTrilinear => Some(look_up_trilinear(&pixel)),
             Method::BackwardEwa => Some(look_up_ewa(&pixel, simd)),
+        }
+    }
+
+    /// A pixel on a texture of a surface.
+    pub(crate) fn pixel_on(
+        &self,
+        surface: &Surface,
+        (planes, pyramid): (&UvPlanes, usize),
+        at: [f32; 2],
+    ) -> PixelOnTexture<'_> {
+        PixelOnTexture {
+            pyramid: &self.frame.scene.pyramids[pyramid],
+            at: surface.uv_at(planes, at),
+            over_w_slope: surface.over_w_slope(at),
         }
     }
 
@@ -317,59 +231,6 @@ impl Tile<'_> {
         (factor * base * (weight * light) + emitted)
             .truncate()
             .extend(alpha)
-    }
-}
-
-/// A pixel on a smooth surface and its footprint on textures.
-struct OnPatch<'a> {
-    tile: &'a Tile<'a>,
-    uv: UvAt,
-    over_w_slope: [f32; 2],
-}
-
-impl<'a> OnPatch<'a> {
-    fn new(tile: &'a Tile<'a>, surface: &Surface, patch: &Patch, at_px: [f32; 2]) -> Self {
-        let over_w_slope = surface.over_w_slope(at_px);
-        // The mean under the filter differs from the value at the centre by half the second derivative times the variance.
-        let bent = [0, 1].map(|k| tile.frame.filter.variance_px2[k] * over_w_slope[k]);
-        let UvAt { u, v, jacobian } = patch.at;
-        let [ux, uy, vx, vy] = jacobian;
-        let uv = UvAt {
-            u: u + ux * bent[0] + uy * bent[1],
-            v: v + vx * bent[0] + vy * bent[1],
-            jacobian,
-        };
-        Self {
-            tile,
-            uv,
-            over_w_slope,
-        }
-    }
-
-    /// The mean of a texture that is laid as the base texture is, with so many texels of its own to one of that; white without one.
-    fn gathered(
-        &self,
-        pyramid: Option<usize>,
-        [su, sv]: [f32; 2],
-        texels: &mut u64,
-    ) -> Option<Vec4> {
-        let Some(pyramid) = pyramid else {
-            return Some(Vec4::ONE);
-        };
-        let UvAt { u, v, jacobian } = self.uv;
-        let [ux, uy, vx, vy] = jacobian;
-        let pixel = PixelOnTexture {
-            pyramid: &self.tile.frame.scene.pyramids[pyramid],
-            at: UvAt {
-                u: u * su,
-                v: v * sv,
-                jacobian: [ux * su, uy * su, vx * sv, vy * sv],
-            },
-            over_w_slope: self.over_w_slope,
-        };
-        let gathered = gather_minified(&pixel, self.tile.frame.simd)?;
-        *texels += u64::from(gathered.texels);
-        Some(gathered.rgba)
     }
 }
 

@@ -5,18 +5,19 @@
 //! stands for changes by the third power of the same factor (Sherman and Morrison on the homography's rows).
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x4, f32x8, f32x16};
+use fearless_simd::{f32x8, f32x16};
 use fearless_simd_macros::simd;
 use glam::Vec4;
 use resample_core::dispatch;
 use resample_core::simd::Vectors;
 
+use crate::exp2::exp2;
 use crate::lanes::IOTA;
 use crate::mip::{Level, LevelTexels};
 use crate::pixel::{Gathered, PixelOnTexture};
 use crate::scene::Wrap;
+use crate::sums::{OfLevel, OfLevels, Sums};
 use crate::taps::Kind;
-use crate::wrapped::wrapped;
 
 /// A covariance (xx, xy, yy), texels squared.
 #[derive(Clone, Copy, Debug)]
@@ -137,6 +138,17 @@ impl TexelEllipse {
         dispatch!(simd, simd => gather_texels(simd, self, level, wrap))
     }
 
+    /// The means of levels of one size, and how many texels of each there are; `None` if none counts.
+    pub(crate) fn gather_levels(
+        &self,
+        levels: &[&Level],
+        wrap: [Wrap; 2],
+        simd: Vectors,
+        means: &mut [Vec4],
+    ) -> Option<u32> {
+        dispatch!(simd, simd => gather_together(simd, self, (levels, wrap), means))
+    }
+
     #[inline(always)]
     fn gather<S: Simd, K: Kind>(
         &self,
@@ -144,6 +156,15 @@ impl TexelEllipse {
         level: &Level,
         wrap: [Wrap; 2],
     ) -> Option<Gathered> {
+        let mut sums = OfLevel::<S, K>::new(simd, level, wrap);
+        let (texels, total) = self.weigh(simd, &mut sums)?;
+        let rgba = sums.mean(total);
+        Some(Gathered { rgba, texels })
+    }
+
+    /// Gives `sums` every texel of the footprint with what it counts; how many texels there are, and what they count together.
+    #[inline(always)]
+    fn weigh<S: Simd>(&self, simd: S, sums: &mut impl Sums<S>) -> Option<(u32, f32)> {
         let [ixx, ixy, iyy] = self.inverse;
         let reach = self.cut / (1.0 - self.change);
         let [first, last] = whole(self.centre[1], reach * self.extent_v);
@@ -153,10 +174,7 @@ impl TexelEllipse {
             return None;
         }
         let (slant, per_ixx) = (ixy / ixx, 1.0 / ixx);
-        let mut sums = Sums {
-            rgba: [f32x4::splat(simd, 0.0); 4],
-            weight: f32x8::splat(simd, 0.0),
-        };
+        let mut total = f32x8::splat(simd, 0.0);
         let mut texels = 0;
         for row in first..=last {
             let dv = row as f32 - self.centre[1];
@@ -167,8 +185,7 @@ impl TexelEllipse {
             if start > end {
                 continue;
             }
-            let of_row = level.row_start(row, wrap[1]);
-            let of_row = &K::of(level)[of_row..of_row + level.size[0]];
+            sums.start_row(row);
             texels += (end - start + 1) as u32;
             let mut column = start;
             while column <= end {
@@ -177,36 +194,19 @@ impl TexelEllipse {
                 if left > 8 {
                     let weights = self.weights16(simd, du, dv);
                     let (low, high) = weights.split();
-                    sums.weight += low + high;
-                    add_row(
-                        simd,
-                        of_row,
-                        (column, wrap[0]),
-                        &weights.as_slice()[..left.min(16)],
-                        &mut sums.rgba,
-                    );
+                    total += low + high;
+                    sums.add(simd, column, &weights.as_slice()[..left.min(16)]);
                     column += 16;
                 } else {
                     let weights = self.weights8(simd, du, dv);
-                    sums.weight += weights;
-                    add_row(
-                        simd,
-                        of_row,
-                        (column, wrap[0]),
-                        &weights.as_slice()[..left],
-                        &mut sums.rgba,
-                    );
+                    total += weights;
+                    sums.add(simd, column, &weights.as_slice()[..left]);
                     column += 8;
                 }
             }
         }
-        let total = sums.weight.reduce_sum();
-        let [a, b, c, d] = sums.rgba;
-        let sum = (a + b) + (c + d);
-        (total > 0.0).then(|| Gathered {
-            rgba: Vec4::from_slice(sum.as_slice()) * (K::SCALE / total),
-            texels,
-        })
+        let total = total.reduce_sum();
+        (total > 0.0).then_some((texels, total))
     }
 
     #[inline(always)]
@@ -252,46 +252,6 @@ impl TexelEllipse {
 /// Most rows, and most columns of a row.
 const MAX_SIDE: i32 = 1 << 14;
 
-/// The sums of one gathering: colours in four parts, so that no addition waits for the one before.
-struct Sums<S: Simd> {
-    rgba: [f32x4<S>; 4],
-    weight: f32x8<S>,
-}
-
-/// Adds to `sums` the texels of a row from `column` on, times the weights, with what lies beyond the level's borders.
-#[inline(always)]
-fn add_row<S: Simd, K: Kind>(
-    simd: S,
-    texels: &[K],
-    (column, wrap): (i32, Wrap),
-    weights: &[f32],
-    sums: &mut [f32x4<S>; 4],
-) {
-    let first = column as usize;
-    if column >= 0 && first + weights.len() <= texels.len() {
-        let texels = &texels[first..first + weights.len()];
-        let mut k = 0;
-        while k + 4 <= weights.len() {
-            let (one, two) = (K::two(simd, texels, k), K::two(simd, texels, k + 2));
-            sums[0] = one[0].mul_add(f32x4::splat(simd, weights[k]), sums[0]);
-            sums[1] = one[1].mul_add(f32x4::splat(simd, weights[k + 1]), sums[1]);
-            sums[2] = two[0].mul_add(f32x4::splat(simd, weights[k + 2]), sums[2]);
-            sums[3] = two[1].mul_add(f32x4::splat(simd, weights[k + 3]), sums[3]);
-            k += 4;
-        }
-        while k < weights.len() {
-            let weight = f32x4::splat(simd, weights[k]);
-            sums[0] = K::one(simd, texels, k).mul_add(weight, sums[0]);
-            k += 1;
-        }
-        return;
-    }
-    for (at, &weight) in (column..).zip(weights) {
-        let texel = K::one(simd, texels, wrapped(at, texels.len(), wrap));
-        sums[0] = texel.mul_add(f32x4::splat(simd, weight), sums[0]);
-    }
-}
-
 #[simd]
 fn gather_texels<S: Simd>(
     simd: S,
@@ -306,37 +266,17 @@ fn gather_texels<S: Simd>(
     }
 }
 
-/// Adding this rounds a float of magnitude under 2^22 to an integer and leaves that integer in the low bits.
-const ROUND_MAGIC: f32 = 12_582_912.0;
-
-/// 2^f - 1 = f (c0 + c1 f + ... + c4 f^4) for |f| <= 1/2, fitted for the smallest relative error: 4.3e-7.
-const EXP2M1: [f32; 5] = [
-    std::f32::consts::LN_2,
-    0.240_223_5,
-    0.055_505,
-    0.009_666_245,
-    0.001_333_353_3,
-];
-
-/// 2^x for x <= 0, as 2^-126 below that.
-#[inline(always)]
-fn exp2<S, F>(simd: S, x: F) -> F
-where
-    S: Simd,
-    F: SimdFloat<S, Element = f32>,
-    F::Bits: SimdInt<S, Element = u32>,
-{
-    let splat = |x: f32| F::splat(simd, x);
-    let x = x.max(splat(-126.0));
-    let rounded = x + splat(ROUND_MAGIC);
-    let f = x - (rounded - splat(ROUND_MAGIC));
-    let [c0, c1, c2, c3, c4] = EXP2M1;
-    let mut poly = f * c4 + splat(c3);
-    poly = poly * f + splat(c2);
-    poly = poly * f + splat(c1);
-    poly = poly * f + splat(c0);
-    let scale = F::from_bits((rounded.to_bits() << 23) + F::Bits::splat(simd, 1f32.to_bits()));
-    scale + scale * (f * poly)
+#[simd]
+fn gather_together<S: Simd>(
+    simd: S,
+    ellipse: &TexelEllipse,
+    (levels, wrap): (&[&Level], [Wrap; 2]),
+    means: &mut [Vec4],
+) -> Option<u32> {
+    let mut sums = OfLevels::new(simd, levels, wrap);
+    let (texels, total) = ellipse.weigh(simd, &mut sums)?;
+    sums.write_means(simd, total, means);
+    Some(texels)
 }
 
 /// The whole numbers within `half` of `middle`.

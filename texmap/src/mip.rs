@@ -109,6 +109,15 @@ impl Pyramid {
     }
 }
 
+impl Pyramid {
+    /// Whether texels of both lie at the same places, level by level, with the same filters.
+    pub(crate) fn is_alike(&self, other: &Self) -> bool {
+        // Levels and their filters follow from these.
+        let size = |pyramid: &Self| pyramid.levels[0].size;
+        size(self) == size(other) && self.wrap == other.wrap && self.magnify == other.magnify
+    }
+}
+
 impl Level {
     /// The texel at column and row, which may lie beyond the borders.
     #[inline(always)]

@@ -8,12 +8,14 @@
 //!
 //! Limits: a single plane; the Gaussian is cut at [`CUT`] standard deviations.
 
+use glam::Vec4;
 use resample_core::simd::Vectors;
 
 use crate::ellipse::{Covariance, TexelEllipse};
 use crate::mip::{Level, Pyramid};
 use crate::pixel::{Gathered, PIXEL_VARIANCE, PixelOnTexture};
 use crate::scene::Magnify;
+use crate::sums::MOST_TOGETHER;
 
 /// Where the Gaussian is cut, standard deviations. The covariance is widened before by what the cut takes away.
 const CUT: f32 = 3.25;
@@ -38,22 +40,51 @@ pub(crate) fn is_minified(pixel: &PixelOnTexture, share: f32) -> bool {
 /// Gathers the texels around a pixel; `None` where the texture is magnified, or nearly: its texels are splats there.
 pub(crate) fn gather_minified(pixel: &PixelOnTexture, simd: Vectors) -> Option<Gathered> {
     let pyramid = pixel.pyramid;
-    let full = &pyramid.levels[0];
-    let of_full = covariance(pixel, full);
-    if !(of_full.eigenvalues()[0] >= LEAST_VARIANCE) {
-        return None;
-    }
-    let (level, covariance) = coarsest(pixel, (full, of_full));
+    let (index, covariance) = coarsest(pixel)?;
+    let level = &pyramid.levels[index];
     if level.size == [1, 1] {
         return Some(Gathered {
             rgba: level.texels.at(0),
             texels: 1,
         });
     }
-    let fourth = |k: usize| (kernel(pyramid)[1] * level.scale[k].powi(4) - level.kappa[k]) / 24.0;
+    ellipse(pixel, level, covariance)?.gather_level(level, pyramid.wrap, simd)
+}
+
+/// As [`gather_minified`], of textures that are [alike](Pyramid::is_alike) and lie as the pixel's own does: their colours, and
+/// how many texels were looked at.
+pub(crate) fn gather_together(
+    pixel: &PixelOnTexture,
+    pyramids: &[&Pyramid],
+    simd: Vectors,
+    colours: &mut [Vec4],
+) -> Option<u32> {
+    let (index, covariance) = coarsest(pixel)?;
+    let own = &pixel.pyramid.levels[index];
+    let mut levels = [own; MOST_TOGETHER];
+    let levels = &mut levels[..pyramids.len()];
+    for (level, pyramid) in levels.iter_mut().zip(pyramids) {
+        *level = &pyramid.levels[index];
+    }
+    let count = levels.len() as u32;
+    if own.size == [1, 1] {
+        for (colour, level) in colours.iter_mut().zip(levels) {
+            *colour = level.texels.at(0);
+        }
+        return Some(count);
+    }
+    let ellipse = ellipse(pixel, own, covariance)?;
+    let texels = ellipse.gather_levels(levels, pixel.pyramid.wrap, simd, colours)?;
+    Some(count * texels)
+}
+
+/// The footprint in a level.
+fn ellipse(pixel: &PixelOnTexture, level: &Level, covariance: Covariance) -> Option<TexelEllipse> {
+    let kernel = kernel(pixel.pyramid)[1];
+    let fourth = |k: usize| (kernel * level.scale[k].powi(4) - level.kappa[k]) / 24.0;
     let mut ellipse = TexelEllipse::new(pixel, level.scale, covariance.scaled(1.0 / KEPT), CUT)?;
     ellipse.kappa = [fourth(0), fourth(1)];
-    ellipse.gather_level(level, pyramid.wrap, simd)
+    Some(ellipse)
 }
 
 /// Gathers texels as plain points, each with the pixel's Gaussian alone: `None` where no texel is near (a hole).
@@ -99,19 +130,92 @@ pub(crate) fn covariance_with(pixel: &PixelOnTexture, level: &Level, more: [f32;
     ])
 }
 
-/// The coarsest level whose texels still see the footprint as smooth, or a coarser one if that holds too many.
-fn coarsest<'a>(
-    pixel: &PixelOnTexture<'a>,
-    full: (&'a Level, Covariance),
-) -> (&'a Level, Covariance) {
-    let mut chosen = full;
-    for level in &pixel.pyramid.levels[1..] {
+/// The coarsest level whose texels still see the footprint as smooth, or a coarser one if that holds too many, and the
+/// covariance there; `None` where the full texture is too coarse.
+fn coarsest(pixel: &PixelOnTexture) -> Option<(usize, Covariance)> {
+    let of_full = covariance(pixel, &pixel.pyramid.levels[0]);
+    if !(of_full.eigenvalues()[0] >= LEAST_VARIANCE) {
+        return None;
+    }
+    let mut chosen = (0, of_full);
+    for (index, level) in pixel.pyramid.levels.iter().enumerate().skip(1) {
         let next = covariance(pixel, level);
         let texels = std::f32::consts::PI * CUT * CUT * chosen.1.determinant().max(0.0).sqrt();
         if !(next.eigenvalues()[0] >= LEAST_VARIANCE || texels > MAX_TEXELS) {
             break;
         }
-        chosen = (level, next.widened(LEAST_VARIANCE));
+        chosen = (index, next.widened(LEAST_VARIANCE));
     }
-    chosen
+    Some(chosen)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mip::TexelUse;
+    use crate::scene::{Texels, Texture, Wrap};
+    use crate::surface::UvAt;
+    use resample_core::simd::SimdLevel;
+
+    /// A texture of 128x64 numbers without order, in 8 bits or in floating point.
+    fn noise(seed: u32, eight_bits: bool) -> Pyramid {
+        let mut state = seed;
+        let mut random = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 24) as u8
+        };
+        let texels: Vec<[u8; 4]> = (0..128 * 64).map(|_| [(); 4].map(|()| random())).collect();
+        let float = |texel: &[u8; 4]| texel.map(|v| f32::from(v) / 100.0);
+        let texels = if eight_bits {
+            Texels::Srgb8(texels.into())
+        } else {
+            Texels::LinearF32(texels.iter().map(float).collect::<Vec<_>>().into())
+        };
+        let texture = Texture {
+            name: String::new(),
+            width: 128,
+            height: 64,
+            texels,
+        };
+        let wrap = [Wrap::Repeat, Wrap::Clamp];
+        Pyramid::new(&texture, TexelUse::Numbers, wrap, Magnify::Linear)
+    }
+
+    #[test]
+    fn textures_gathered_together_are_those_gathered_alone_to_the_bit() {
+        let pyramids = [noise(1, true), noise(2, false), noise(3, true)];
+        let together: Vec<&Pyramid> = pyramids.iter().collect();
+        // Minified slightly, much, along one axis, beyond the last level, and magnified.
+        let jacobians = [
+            [1.9, 0.3, -0.2, 1.7],
+            [9.0, 2.0, 1.0, 7.0],
+            [40.0, 3.0, 0.0, 1.8],
+            [900.0, 0.0, 0.0, 900.0],
+            [0.5, 0.0, 0.0, 0.5],
+        ];
+        for (case, jacobian) in jacobians.into_iter().enumerate() {
+            for simd in SimdLevel::ALL.map(SimdLevel::resolve) {
+                let on = |pyramid| PixelOnTexture {
+                    pyramid,
+                    at: UvAt {
+                        u: 126.3,
+                        v: 3.2,
+                        jacobian,
+                    },
+                    over_w_slope: [0.01, -0.02],
+                };
+                let mut colours = [Vec4::ZERO; 3];
+                let found = gather_together(&on(together[0]), &together, simd, &mut colours);
+                assert_eq!(found.is_some(), case < 4, "case {case}");
+                let alone = together.iter().map(|p| gather_minified(&on(p), simd));
+                let mut texels = 0;
+                for (colour, alone) in colours.into_iter().zip(alone.flatten()) {
+                    let bits = |colour: Vec4| colour.to_array().map(f32::to_bits);
+                    assert_eq!(bits(colour), bits(alone.rgba), "case {case}");
+                    texels += alone.texels;
+                }
+                assert_eq!(found.unwrap_or(0), texels, "case {case}");
+            }
+        }
+    }
 }

@@ -245,12 +245,13 @@ impl Tile<'_> {
                 image.drawn.push(self.list[id as usize]);
             }
         };
-        let mut before: &[u32] = &[];
+        let mut before: &[u32] = &[NONE; SPAN_PX];
         for (row, ids) in work.visibility.ids.chunks_exact(SPAN_PX).enumerate() {
-            // Most rows show what the row above shows.
-            if ids != before {
-                let shown = ids.iter().enumerate().filter(|(_, id)| **id != NONE);
-                shown.for_each(|(column, &id)| note(row * SPAN_PX + column, id));
+            // Most sub-pixels show what the one above shows.
+            for (column, (&id, &above)) in ids.iter().zip(before).enumerate() {
+                if id != above && id != NONE {
+                    note(row * SPAN_PX + column, id);
+                }
             }
             before = ids;
         }
