@@ -169,7 +169,7 @@ mod tests {
         let texels = if eight_bits {
             Texels::Srgb8(texels.into())
         } else {
-            Texels::LinearF32(texels.iter().map(float).collect::<Vec<_>>().into())
+            Texels::LinearF32(texels.iter().map(float).collect())
         };
         let texture = Texture {
             name: String::new(),
