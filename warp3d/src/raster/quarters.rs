@@ -31,11 +31,20 @@ pub(crate) struct Quarters {
 pub(crate) struct Quarter {
     /// The number of its piece.
     id: u32,
-    /// How far it reaches along x and y, samples, with sign.
-    reach: [f32; 2],
+    /// How far it reaches along x and y, and the corner opposite its sample, from the sample on, in parts of [`ONE`].
+    outline: [i16; 4],
 }
 
+/// A sample's spacing in a quarter's outline.
+const ONE: f32 = 16384.0;
+
 impl Quarter {
+    /// Whether it reaches forwards along one axis and backwards along the other.
+    #[inline(always)]
+    fn is_mirrored(&self) -> bool {
+        matches!(self.id % KINDS - 2, 1 | 2)
+    }
+
     /// Column and row of its sample.
     #[inline(always)]
     fn sample(&self, surfaces: &Surfaces) -> (usize, usize) {
@@ -119,28 +128,32 @@ fn project_quarters<S: Simd>(
     to: &mut [QuadBlock],
 ) {
     for (block, quarters) in to.iter_mut().zip(quarters.chunks(LANES)) {
-        // Place x and y, disparity and its slopes, and the reach.
-        let mut lanes = [[f32::NAN; LANES]; 7];
+        // Place x and y, disparity and its slopes, the reach, and the inner corner.
+        let mut lanes = [[f32::NAN; LANES]; 9];
+        // Mirrored quarters are wound the other way.
+        let mut mirrored = 0;
         for (lane, quarter) in quarters.iter().enumerate() {
             let (column, row) = quarter.sample(surfaces);
+            mirrored |= u64::from(quarter.is_mirrored()) << lane;
             let index = row * surfaces.size[0] + column;
             let slope = surfaces.slope(index);
             lanes[0][lane] = column as f32;
             lanes[1][lane] = row as f32;
             lanes[2][lane] = surfaces.disparity[index];
             (lanes[3][lane], lanes[4][lane]) = (slope[0], slope[1]);
-            (lanes[5][lane], lanes[6][lane]) = (quarter.reach[0], quarter.reach[1]);
+            for (lanes, at) in lanes[5..].iter_mut().zip(quarter.outline) {
+                lanes[lane] = f32::from(at) / ONE;
+            }
         }
         let load = |i: usize| widen(f32x8::simd_from(simd, lanes[i]));
         let half = f64x8::splat(simd, 0.5);
         let (place, here) = ([load(0) + half, load(1) + half], load(2));
         let (slope, reach) = ([load(3), load(4)], [load(5), load(6)]);
+        let inner = [load(7), load(8)];
         let zero = f64x8::splat(simd, 0.0);
         let least = f64x8::splat(simd, 0.25) * here;
-        // Mirrored quarters are wound the other way.
-        let flipped =
-            mask32x8::from_bitmask(simd, (reach[0] * reach[1]).simd_le(zero).to_bitmask());
-        let offsets = [[zero, zero], [reach[0], zero], reach, [zero, reach[1]]];
+        let flipped = mask32x8::from_bitmask(simd, mirrored);
+        let offsets = [[zero, zero], [reach[0], zero], inner, [zero, reach[1]]];
         let mut corners = [[f32x8::splat(simd, 0.0); 3]; 4];
         for (corner, [x, y]) in corners.iter_mut().zip(offsets) {
             // The tangent plane may reach its horizon within a steep quarter: it stays in front of it.
@@ -170,10 +183,21 @@ fn quarter(
     (cx, cy): (usize, usize),
     corner: usize,
 ) -> Option<Quarter> {
-    let sample = surfaces.corners(cx, cy)[corner].filter(|&i| !surfaces.disparity[i].is_nan())?;
+    let corners = surfaces.corners(cx, cy);
+    let sample = corners[corner].filter(|&i| !surfaces.disparity[i].is_nan())?;
     let towards = [1 - 2 * (corner as i32 % 2), 1 - 2 * (corner as i32 / 2)];
-    let reach = rims.reach(surfaces, sample, towards);
+    let shape = rims.shape(surfaces, &corners, (corner, sample));
     let id = patch_id(cy * (surfaces.size[0] + 1) + cx, corner as u32 + 2);
-    let reach = [0, 1].map(|i| (f64::from(towards[i]) * reach[i]) as f32);
-    Some(Quarter { id, reach })
+    let [[x, y], [inner_x, inner_y]] = [shape.reach, shape.inner];
+    let signed = |axis: usize, at: f64| (f64::from(towards[axis]) * at * f64::from(ONE)).round();
+    let outline = [
+        signed(0, x),
+        signed(1, y),
+        signed(0, inner_x),
+        signed(1, inner_y),
+    ];
+    Some(Quarter {
+        id,
+        outline: outline.map(|at| at as i16),
+    })
 }
