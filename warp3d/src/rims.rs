@@ -69,8 +69,8 @@ const LEAST_CONTRAST2: f32 = 3.0 * 0.016 * 0.016;
 /// count as one surface when a pixel is resolved.
 const SMALLEST_JUMP: f32 = 4.0;
 
-/// By how much of its last step a side's colour goes on to the cut, where it changes smoothly: 0 loses 0.5 dB on smooth
-/// patterns, 1 as much on checkerboards.
+/// By how much of its last step a side's colour goes on to the cut, where it changes smoothly. Without, smooth patterns lose
+/// 0.4 dB; all of every step costs the edges of checkerboards 1 dB.
 const GOES_ON: f32 = 0.7;
 
 /// Largest step, squared, in parts of the squared contrast, that counts as smooth.
