@@ -6,7 +6,9 @@ use resample_core::composite::{DepthRule, opacity};
 
 use super::interpolate::interpolate;
 use super::one_by_one;
-use super::samples::{LANES, Numbers, PIXEL_SHIFT, PackedSamples, ROOM, ShownSamples, vertex};
+use super::samples::{
+    BetweenSteps, LANES, Numbers, PIXEL_SHIFT, PackedSamples, ShownSamples, vertex,
+};
 use crate::bricks::cells::{CELL_CORNERS, GradientTable, TABLE_LEN, VERTEX_SIDE};
 use crate::field::job::Job;
 
@@ -17,7 +19,12 @@ pub(super) fn classify<S: Simd>(simd: S, job: &Job, samples: &mut PackedSamples)
     let settings = job.settings;
     let table = &settings.sheets.table;
     let count = samples.len();
-    let mut entry = [0i32; ROOM];
+    let BetweenSteps {
+        entry,
+        strength,
+        units,
+        ..
+    } = &mut samples.between;
     for first in (0..count).step_by(LANES) {
         let values = f32x16::from_slice(simd, &samples.scalar[first..first + LANES]);
         table
@@ -25,12 +32,13 @@ pub(super) fn classify<S: Simd>(simd: S, job: &Job, samples: &mut PackedSamples)
             .store_slice(&mut entry[first..first + LANES]);
     }
     let units_per_slab = job.view.units_per_slab.as_flattened();
-    let (mut strength, mut units) = ([0.0; ROOM], [0.0; ROOM]);
     for k in 0..count {
         one_by_one();
         strength[k] = table.strength(entry[k]);
         units[k] = units_per_slab[(samples.place[k] >> PIXEL_SHIFT) as usize % (LANES * LANES)];
     }
+    // Beyond the count nothing is shown.
+    strength[count..count + LANES].fill(0.0);
     let shown = &mut samples.shown;
     shown.count = 0;
     let with_depth = settings.sheets.depth == DepthRule::Expected;
@@ -38,14 +46,13 @@ pub(super) fn classify<S: Simd>(simd: S, job: &Job, samples: &mut PackedSamples)
     for first in (0..count).step_by(LANES) {
         let range = first..first + LANES;
         let load = |numbers: &Numbers| f32x16::from_slice(simd, &numbers[range.clone()]);
-        // Beyond the count, strengths are 0.
-        let strength = load(&strength);
+        let strength = load(strength);
         let seen = strength.simd_gt(f32x16::splat(simd, 0.0));
         let found = seen.to_bitmask().count_ones() as usize;
         if found == 0 {
             continue;
         }
-        let alpha = opacity(simd, settings.sheets.opacity, strength * load(&units));
+        let alpha = opacity(simd, settings.sheets.opacity, strength * load(units));
         let at = shown.count..shown.count + LANES;
         alpha
             .compress(seen)
@@ -87,8 +94,7 @@ pub(super) fn light<S: Simd>(simd: S, job: &Job, samples: &mut PackedSamples) {
         shown.highlight[..shown.count].fill(0.0);
         return;
     };
-    let mut gradient = [[0.0; ROOM]; 3];
-    let mut ray = [[0.0; ROOM]; 3];
+    let BetweenSteps { gradient, ray, .. } = &mut samples.between;
     for k in 0..shown.count {
         let vector = gradient_at(simd, table, shown, k);
         let pixel = (shown.place[k] >> PIXEL_SHIFT) as usize % (LANES * LANES);

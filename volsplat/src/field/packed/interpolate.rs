@@ -4,7 +4,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, i32x16, u32x16};
 
 use super::one_by_one;
-use super::samples::{CELL_MASK, LANES, PackedSamples, ROOM, vertex};
+use super::samples::{CELL_MASK, LANES, PackedSamples, vertex};
 use crate::bricks::cells::{CELL_CORNERS, CELL_ROWS, CellBrick};
 
 /// The field at the samples.
@@ -12,7 +12,7 @@ use crate::bricks::cells::{CELL_CORNERS, CELL_ROWS, CellBrick};
 pub(super) fn interpolate<S: Simd>(simd: S, brick: &CellBrick, samples: &mut PackedSamples) {
     let count = samples.len();
     if let Some(faces) = brick.faces.as_deref() {
-        let (mut front, mut back) = ([0u32; ROOM], [0u32; ROOM]);
+        let [front, back] = &mut samples.between.faces;
         for k in 0..count {
             one_by_one();
             let cell = (samples.place[k] & CELL_MASK) as usize;
@@ -21,6 +21,7 @@ pub(super) fn interpolate<S: Simd>(simd: S, brick: &CellBrick, samples: &mut Pac
         }
         for first in (0..count).step_by(LANES) {
             let range = first..first + LANES;
+            let [front, back] = &samples.between.faces;
             let front = u32x16::from_slice(simd, &front[range.clone()]);
             let back = u32x16::from_slice(simd, &back[range.clone()]);
             let mix = Mix::new(simd, samples, first);
@@ -41,7 +42,7 @@ pub(super) fn interpolate<S: Simd>(simd: S, brick: &CellBrick, samples: &mut Pac
         }
         return;
     }
-    let mut corners = [[0.0f32; ROOM]; 8];
+    let corners = &mut samples.between.corners;
     for (k, &place) in samples.place[..count].iter().enumerate() {
         one_by_one();
         let place = vertex(place);
@@ -53,7 +54,7 @@ pub(super) fn interpolate<S: Simd>(simd: S, brick: &CellBrick, samples: &mut Pac
     }
     for first in (0..count).step_by(LANES) {
         let range = first..first + LANES;
-        let load = |k: usize| f32x16::from_slice(simd, &corners[k][range.clone()]);
+        let load = |k: usize| f32x16::from_slice(simd, &samples.between.corners[k][range.clone()]);
         let mix = Mix::new(simd, samples, first);
         let front = mix.face(load(0), load(1), load(2), load(3));
         let back = mix.face(load(4), load(5), load(6), load(7));

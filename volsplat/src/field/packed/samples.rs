@@ -27,6 +27,23 @@ pub(crate) struct PackedSamples {
     /// Camera z; only where depth is wanted.
     pub(super) camera_z: Numbers,
     pub(super) shown: ShownSamples,
+    pub(super) between: BetweenSteps,
+}
+
+/// What one step of a batch leaves to the next. It is kept from batch to batch, because to clear it takes longer than to fill it.
+#[derive(Clone, Debug)]
+pub(super) struct BetweenSteps {
+    /// The faces of the samples' cells, nearer and farther along z.
+    pub(super) faces: [[u32; ROOM]; 2],
+    /// The scalars at the corners of the cells.
+    pub(super) corners: [Numbers; 8],
+    /// Places in the transfer function's table, extinctions there, and opacity units of a slab.
+    pub(super) entry: [i32; ROOM],
+    pub(super) strength: Numbers,
+    pub(super) units: Numbers,
+    /// Gradients and rays of the samples that show something, in the world.
+    pub(super) gradient: [Numbers; 3],
+    pub(super) ray: [Numbers; 3],
 }
 
 /// Samples that show something.
@@ -76,6 +93,15 @@ impl Default for PackedSamples {
                 opacity: zero,
                 body: zero,
                 highlight: zero,
+            },
+            between: BetweenSteps {
+                faces: [[0; ROOM]; 2],
+                corners: [zero; 8],
+                entry: [0; ROOM],
+                strength: zero,
+                units: zero,
+                gradient: [zero; 3],
+                ray: [zero; 3],
             },
         }
     }
