@@ -162,7 +162,7 @@ impl TexelEllipse {
         Some(Gathered { rgba, texels })
     }
 
-    /// Gives `sums` every texel of the footprint with what it counts; how many texels there are, and what they count together.
+    /// Adds every texel of the footprint to `sums`, with its weight. Returns the number of texels and their total weight.
     #[inline(always)]
     fn weigh<S: Simd>(&self, simd: S, sums: &mut impl Sums<S>) -> Option<(u32, f32)> {
         let [ixx, ixy, iyy] = self.inverse;

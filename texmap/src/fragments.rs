@@ -1,6 +1,6 @@
-//! What the pixels of a row show, triangle by triangle: the share of its filter that each has, and where that lies.
+//! The triangles that the pixels of a row see: the share of the pixel's filter that each has, and where that lies.
 //!
-//! Takes what sub-pixels show, gives sums and fragments. The pixels of a row of the tile are computed together: each row
+//! Takes the triangles at sub-pixels, gives sums and fragments. The pixels of a row of the tile are computed together: each row
 //! of sub-pixels is a list of triangles with a bit for each column, and the bits under one weight of the filter, shifted,
 //! are sixteen pixels that see the triangle there.
 
@@ -140,7 +140,7 @@ impl Fragments {
         for ids in ids.chunks_exact(SPAN_PX).take(SPAN_PX * filter.per_pixel) {
             let start = self.shown.len();
             if ids == before {
-                // Most rows show what the row above shows.
+                // Most rows show the triangles of the row above.
                 let above = self.starts[self.starts.len() - 2] as usize;
                 self.shown.extend_from_within(above..start);
             } else {
@@ -196,7 +196,7 @@ impl Sums {
     }
 }
 
-/// Sums what the pixels of row `y` see.
+/// Sums the triangles of each pixel of row `y`.
 #[simd]
 fn sum_row<S: Simd>(
     simd: S,
@@ -224,7 +224,7 @@ fn sum_row<S: Simd>(
         let gain = mask32x16::from_bitmask(simd, begins).select(gain, zero);
         let [from, to] = [p, q].map(|at| filter.position_px(at % SPAN_PX, at / SPAN_PX));
         let middle = [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1])];
-        // What the first gains the second loses, and both are weighed where they are.
+        // The second loses as much as the first gains; each at its own place.
         for (id, gain) in [(ids[p], gain), (ids[q], zero - gain)] {
             if id != NONE {
                 fragments.of(id).add(simd, gain, middle);

@@ -1,7 +1,7 @@
 //! The planes beside colour: depth, normal, coverage, selection, texel density.
 //!
 //! All of them speak of the nearest surface at each sub-pixel, whatever its alpha, and weigh it by the pixel's filter:
-//! each triangle in a pixel counts with what it is at the mean of its sub-pixels' positions. The pixels of a row of the
+//! a triangle is read once a pixel, at the mean of its sub-pixels' positions. The pixels of a row of the
 //! tile are computed together, triangle by triangle.
 
 use fearless_simd::prelude::*;
@@ -23,7 +23,7 @@ use crate::tile::{Cell, Tile, TileImage, TileWork};
 /// A number for each pixel of a row of the tile.
 type Row = [f32; TILE_PX];
 
-/// What a row of pixels shows, each but `coverage` times the share that is covered.
+/// Planes of a row of pixels. All but `coverage` are multiplied by the share of the pixel that is covered.
 #[derive(Default)]
 struct RowPlanes {
     coverage: Row,
@@ -179,7 +179,7 @@ impl RowPlanes {
         }
     }
 
-    /// Writes one channel of a plane; `points` is 1 where pixels are laid as points.
+    /// Writes one channel of a plane; `points` is 1 at pixels made of points.
     fn write(&self, kind: Channel, points: &Row, out: &mut [f32]) {
         for (x, out) in out.iter_mut().enumerate() {
             let coverage = self.coverage[x];

@@ -137,7 +137,7 @@ fn packed(bytes: &[u8]) -> Vec<u8> {
     out
 }
 
-/// Where the first run from `start` on begins; the number of bytes where there is none.
+/// The start of the first run at or after `start`; the number of bytes if no run follows.
 fn next_run(bytes: &[u8], start: usize) -> usize {
     const LOW: u64 = 0x7f7f_7f7f_7f7f_7f7f;
     let mut at = start;
