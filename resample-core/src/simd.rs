@@ -178,6 +178,27 @@ where
     (splat(1.0) - scale) - scale * power
 }
 
+/// 2^x for x <= 0, as 2^-126 below that, to 5e-7 relative.
+#[inline(always)]
+pub fn exp2<S, F>(simd: S, x: F) -> F
+where
+    S: Simd,
+    F: SimdFloat<S, Element = f32>,
+    F::Bits: SimdInt<S, Element = u32>,
+{
+    let splat = |x: f32| F::splat(simd, x);
+    let x = x.max(splat(-MAX_LOG2));
+    let rounded = x + splat(ROUND_MAGIC);
+    let f = x - (rounded - splat(ROUND_MAGIC));
+    let [c0, c1, c2, c3, c4] = EXP2M1;
+    let mut poly = f * c4 + splat(c3);
+    poly = poly * f + splat(c2);
+    poly = poly * f + splat(c1);
+    poly = poly * f + splat(c0);
+    let scale = F::from_bits((rounded.to_bits() << 23) + F::Bits::splat(simd, 1f32.to_bits()));
+    scale + scale * (f * poly)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -194,6 +215,26 @@ mod tests {
     #[inline(always)]
     fn first_opacity<S: Simd>(simd: S, depth: f32) -> f32 {
         opacity_from_optical_depth(simd, S::f32s::splat(simd, depth)).as_slice()[0]
+    }
+
+    #[test]
+    fn powers_of_two_keep_their_relative_error() {
+        for level in SimdLevel::ALL {
+            for step in 0..=12_600 {
+                let x = -0.01 * step as f32;
+                let power = crate::dispatch!(level.resolve(), simd => first_power(simd, x));
+                let wanted = f64::from(x).exp2();
+                let error = (f64::from(power) - wanted).abs() / wanted;
+                assert!(error < 5e-7, "2^{x} is {power}, {error:.1e} off");
+            }
+            let power = crate::dispatch!(level.resolve(), simd => first_power(simd, -1e9));
+            assert_eq!(power, f32::MIN_POSITIVE);
+        }
+    }
+
+    #[inline(always)]
+    fn first_power<S: Simd>(simd: S, x: f32) -> f32 {
+        exp2(simd, S::f32s::splat(simd, x)).as_slice()[0]
     }
 
     #[test]

@@ -9,9 +9,8 @@ use fearless_simd::{f32x8, f32x16};
 use fearless_simd_macros::simd;
 use glam::Vec4;
 use resample_core::dispatch;
-use resample_core::simd::Vectors;
+use resample_core::simd::{Vectors, exp2};
 
-use crate::exp2::exp2;
 use crate::lanes::IOTA;
 use crate::mip::{Level, LevelTexels};
 use crate::pixel::{Gathered, PixelOnTexture};

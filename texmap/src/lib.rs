@@ -41,7 +41,6 @@ mod cull;
 mod cut;
 mod edges;
 mod ellipse;
-mod exp2;
 mod filter;
 mod fragments;
 #[cfg(feature = "input")]

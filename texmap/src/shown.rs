@@ -1,7 +1,7 @@
-//! What a pixel of points shows of a surface that reflects its surroundings, and pixels on smooth surfaces.
+//! Means of textures at pixels of surfaces that reflect their surroundings.
 //!
 //! Takes a surface and a place, gives the means of its textures. Maps that lie as the base texture does and have its size are
-//! gathered with it: texels at the same places count as much in each of them, and what they count is computed once.
+//! gathered with it: texels at the same places have the same weights, which are computed once.
 
 use glam::Vec4;
 
@@ -46,7 +46,7 @@ impl Tile<'_> {
         Some((colours[0], places.map(|place| Some(colours[place?]))))
     }
 
-    /// What a smooth surface that reflects its surroundings shows at a pixel.
+    /// The means of the textures of a smooth surface at a pixel.
     pub(crate) fn patch_shown<'a>(
         &self,
         surface: &'a Surface,
@@ -89,7 +89,7 @@ impl Tile<'_> {
         })
     }
 
-    /// What a surface that reflects its surroundings shows at a pixel by the method of the frame.
+    /// The means of the textures of a surface at a pixel, by the method of the frame.
     pub(crate) fn pixel_shown<'a>(
         &self,
         surface: &'a Surface,
@@ -197,7 +197,8 @@ impl<'a> OnPatch<'a> {
         }
     }
 
-    /// The mean of a texture that is laid as the base texture is, with so many texels of its own to one of that; white without one.
+    /// The mean of a texture with the coordinates of the base texture, and so many texels to one of that; white without a
+    /// texture.
     pub(crate) fn gathered(
         &self,
         pyramid: Option<usize>,

@@ -82,7 +82,7 @@ pub(crate) const MOST_TOGETHER: usize = 4;
 /// Chunks that wait: few enough that they stay in the nearest cache.
 const BLOCK: usize = 16;
 
-/// Texels beside each other in a row, and what they count.
+/// Texels beside each other in a row, and their weights.
 #[derive(Clone, Copy, Default)]
 struct Chunk {
     row: i32,

@@ -247,7 +247,7 @@ impl Tile<'_> {
         };
         let mut before: &[u32] = &[NONE; SPAN_PX];
         for (row, ids) in work.visibility.ids.chunks_exact(SPAN_PX).enumerate() {
-            // Most sub-pixels show what the one above shows.
+            // Most sub-pixels show the triangle of the one above.
             for (column, (&id, &above)) in ids.iter().zip(before).enumerate() {
                 if id != above && id != NONE {
                     note(row * SPAN_PX + column, id);

@@ -43,7 +43,7 @@ struct Side {
     deeper: Option<usize>,
 }
 
-/// What the colours tell of a cut.
+/// Where the colours place the edge in a cut, and how well they tell it.
 struct Told {
     /// The share of the farther surface in the nearer pixel, and of the nearer in the farther one.
     shares: [f32; 2],
@@ -188,7 +188,7 @@ fn linked_towards(surfaces: &Surfaces, index: usize, axis: usize, towards: i32) 
 }
 
 impl Cut {
-    /// What the colours tell; `None` where they do not separate the two sides.
+    /// The edge's place by the colours; `None` where they do not separate the two sides.
     fn told(&self, colours: &[[f32; 4]]) -> Option<Told> {
         let [near, far] = [self.nearer, self.farther].map(|side| colours[side.samples[0]]);
         let insides = [self.nearer, self.farther].map(|side| colours[side.samples[1]]);

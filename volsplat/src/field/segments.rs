@@ -39,7 +39,7 @@ struct Walk<S: Simd> {
     last: f32x16<S>,
 }
 
-/// The rays of half a row of pixels and of the half row below it in a brick, and how what they meet is classified.
+/// Two half rows of rays, one below the other, in a brick; and the integrals that classify their segments.
 struct PairInBrick<'a, S: Simd> {
     job: &'a Job<'a>,
     integrals: &'a TransferIntegrals,
