@@ -6,12 +6,11 @@ use fearless_simd_macros::simd;
 use glam::Vec4;
 use resample_core::dispatch;
 
-use crate::lanes::{LANES, ROW};
+use crate::batch::Batch;
+use crate::lanes::LANES;
 use crate::places::Places;
-use crate::run::Run;
 use crate::span::SPAN_PX;
 use crate::surface::Surface;
-use crate::taps::look_up;
 use crate::tile::{Tile, subpixel_px};
 use crate::visibility::{CutOut, Visibility, each_vector, is_nearer};
 
@@ -37,7 +36,7 @@ fn draw_cut_rows<S: Simd>(
 ) {
     let filter = tile.frame.filter;
     let mut places = Places::default();
-    let mut looked_up = [Vec4::ZERO; ROW];
+    let mut texels = [[Vec4::ZERO; LANES]];
     let mut alphas = [0.0; LANES];
     each_vector(
         simd,
@@ -53,26 +52,21 @@ fn draw_cut_rows<S: Simd>(
                 return;
             }
             let first = bits.trailing_zeros() as usize;
-            let run = Run {
-                first_px: filter.position_px(column + first, row),
-                len: 64 - bits.leading_zeros() as usize - first,
-            };
+            let first_px = filter.position_px(column + first, row);
+            let count = 64 - bits.leading_zeros() as usize - first;
+            let batch = Batch::along(simd, first_px, count);
             let surface = surface
                 .get_or_insert_with(|| tile.surface(cut.id, subpixel_px(filter, at + first)));
-            let base = surface.base.as_ref();
-            tile.place_run(
-                simd,
-                surface,
-                base,
-                (&run, 0),
-                (&mut places, &mut looked_up),
-            );
-            if let Some(planes) = base {
-                let pyramid = &tile.frame.scene.pyramids[planes.pyramid];
-                look_up(simd, pyramid, &places, 0..run.len, &mut looked_up);
+            match &surface.base {
+                None => texels[0] = [Vec4::ONE; LANES],
+                Some(planes) => {
+                    let textures = [(0, &tile.frame.scene.pyramids[planes.pyramid])];
+                    let out = (&mut places, &mut texels[..]);
+                    tile.look_up_planes(simd, (surface, planes, &textures), &batch, out);
+                }
             }
-            for k in 0..run.len {
-                alphas[first + k] = surface.factor(run.at(k)).w * looked_up[k].w;
+            for k in 0..count {
+                alphas[first + k] = surface.factor(batch.at(k)).w * texels[0][k].w;
             }
             let alpha = f32x16::from_slice(simd, &alphas);
             let seen = ahead & alpha.simd_ge(f32x16::splat(simd, cut.cutoff));

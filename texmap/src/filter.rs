@@ -5,10 +5,11 @@
 //! edge is seen in n^2 + 1 steps; and as a true lattice it sums smooth functions with the spectral accuracy of the
 //! trapezoid rule, which sub-pixels jittered in each pixel do not. A row of sub-pixels holds one in each pixel.
 
-use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
+use fearless_simd::{f32x16, u32x16};
 use resample_core::point::PIXEL_SIGMA_PX;
 
+use crate::batch::Batch;
 use crate::lanes::LANES;
 use crate::span::{BORDER_PX, REACH_PX, SPAN_PX, WINDOW_PX};
 
@@ -17,6 +18,8 @@ use crate::span::{BORDER_PX, REACH_PX, SPAN_PX, WINDOW_PX};
 pub(crate) struct PixelFilter {
     /// Sub-pixels of a pixel, and their rows.
     pub(crate) per_pixel: usize,
+    /// The lattice's number n.
+    side: usize,
     /// Their distance, px.
     pub(crate) spacing_px: f32,
     /// Distance of two rows, px.
@@ -116,6 +119,7 @@ impl PixelFilter {
             steps: steps(n, per_pixel),
             weights,
             per_pixel,
+            side: n,
             spacing_px: (1.0 / (per_pixel as f64).sqrt()) as f32,
             row_px: (1.0 / per_pixel as f64) as f32,
             offset_px: (0..per_pixel).map(|row| offset(row) as f32).collect(),
@@ -146,6 +150,29 @@ impl PixelFilter {
         }
         let start = row * BY_PIXEL + SPAN_PX - 1 - subpixel % SPAN_PX;
         f32x16::from_slice(simd, &self.weights[start..start + LANES])
+    }
+
+    /// Sub-pixels of a tile by their places in its span.
+    #[inline(always)]
+    pub(crate) fn batch<S: Simd>(&self, simd: S, subpixels: &[u32], count: usize) -> Batch {
+        let splat = |x: f32| f32x16::splat(simd, x);
+        let half = splat(0.5);
+        // Numbers of at most 2^16: halves keep them clear of the next whole number.
+        let place: f32x16<S> = u32x16::from_slice(simd, &subpixels[..LANES]).to_float();
+        let row = ((place + half) * splat(1.0 / SPAN_PX as f32)).floor();
+        let column = place - row * splat(SPAN_PX as f32);
+        let y = (row + half) * splat(self.row_px);
+        let within = row - y.floor() * splat(self.per_pixel as f32);
+        // Its place among the columns of its pixel, less whole pixels.
+        let along = (within * splat(self.side as f32) + half) * splat(self.row_px);
+        let mut batch = Batch {
+            x: [0.0; LANES],
+            y: [0.0; LANES],
+            count,
+        };
+        (column + along - along.floor()).store_slice(&mut batch.x);
+        y.store_slice(&mut batch.y);
+        batch
     }
 
     /// Position of a sub-pixel, px from the border's corner.
@@ -201,6 +228,8 @@ fn steps(n: usize, per_pixel: usize) -> [LatticeStep; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use resample_core::dispatch;
+    use resample_core::simd::SimdLevel;
 
     fn moments(filter: &PixelFilter) -> [f64; 4] {
         let mut sums = [0.0; 4];
@@ -233,6 +262,26 @@ mod tests {
                 (xx - 0.25).abs() < 2e-3 && (yy - 0.25).abs() < 2e-3,
                 "{n}: variances {xx} {yy}"
             );
+        }
+    }
+
+    #[test]
+    fn positions_in_vectors_are_those_of_single_subpixels() {
+        for n in [1, 2, 3, 4, 8] {
+            let filter = PixelFilter::new(n);
+            let all: Vec<u32> = (0..(SPAN_PX * SPAN_PX * filter.per_pixel) as u32).collect();
+            for simd in SimdLevel::ALL.map(SimdLevel::resolve) {
+                for some in all.chunks_exact(LANES) {
+                    let batch = dispatch!(simd, simd => filter.batch(simd, some, LANES));
+                    for (k, &at) in some.iter().enumerate() {
+                        let at = at as usize;
+                        let wanted = filter.position_px(at % SPAN_PX, at / SPAN_PX);
+                        for (is, wanted) in batch.at(k).into_iter().zip(wanted) {
+                            assert!((is - wanted).abs() < 4e-6, "{n}, {at}: {is}, not {wanted}");
+                        }
+                    }
+                }
+            }
         }
     }
 

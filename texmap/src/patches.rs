@@ -15,13 +15,13 @@ use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
 use resample_core::dispatch;
 
+use crate::batch::Batch;
 use crate::filter::{AROUND, PixelFilter, around};
-use crate::lanes::{IOTA, LANES};
+use crate::lanes::LANES;
 use crate::patch::{Patch, Patches};
 use crate::pixel::PixelOnTexture;
 use crate::plane::value;
 use crate::points::is_minified;
-use crate::run::Run;
 use crate::scene::AlphaMode;
 use crate::span::{NONE, SPAN_PX, TILE_PX};
 use crate::surface::{Surface, UvAt, UvPlanes};
@@ -207,28 +207,26 @@ fn fill_fields<S: Simd>(
             while end < SPAN_PX && ids[start + end] == id {
                 end += 1;
             }
-            let run = Run {
-                first_px: filter.position_px(column, row),
-                len: end - column,
-            };
             let surface = surfaces.get(id as usize).and_then(Option::as_deref);
             let fields = surface
                 .filter(|surface| surface.mesh == reference.surface.mesh)
                 .and_then(|surface| Some((surface, surface.base.as_ref()?)));
-            let mut at = start + column;
-            let mut done = 0;
-            while done < run.len {
+            let mut done = column;
+            while done < end {
+                let range = start + done..start + done + LANES;
                 match fields {
                     Some(fields) => {
-                        let [u, v] = distances(simd, fields, (&run, done), reference);
-                        u.store_slice(&mut patches.u[at..at + LANES]);
-                        v.store_slice(&mut patches.v[at..at + LANES]);
-                        run.light_vector(simd, (fields.0, &tile.view), done)
-                            .store_slice(&mut patches.light[at..at + LANES]);
+                        let first_px = filter.position_px(done, row);
+                        let batch = Batch::along(simd, first_px, end - done);
+                        let [u, v] = distances(simd, fields, &batch, reference);
+                        u.store_slice(&mut patches.u[range.clone()]);
+                        v.store_slice(&mut patches.v[range.clone()]);
+                        batch
+                            .light(simd, (fields.0, &tile.view))
+                            .store_slice(&mut patches.light[range]);
                     }
-                    None => nothing.store_slice(&mut patches.u[at..at + LANES]),
+                    None => nothing.store_slice(&mut patches.u[range]),
                 }
-                at += LANES;
                 done += LANES;
             }
             column = end;
@@ -236,31 +234,25 @@ fn fill_fields<S: Simd>(
     }
 }
 
-/// Texture coordinates along a run, less those of the reference's plane.
+/// Texture coordinates of a batch, less those of the reference's plane.
 #[inline(always)]
 fn distances<S: Simd>(
     simd: S,
     (surface, planes): (&Surface, &UvPlanes),
-    (run, done): (&Run, usize),
+    batch: &Batch,
     reference: &Reference,
 ) -> [f32x16<S>; 2] {
     let splat = |x: f32| f32x16::splat(simd, x);
-    let x = f32x16::from_slice(simd, &IOTA) + splat(done as f32);
-    let [w1, w0] = run.line(&surface.over_w);
-    let w = splat(1.0) / (splat(w1) * x + splat(w0));
+    let w = splat(1.0) / batch.on(simd, &surface.over_w);
     let [ux, uy, vx, vy] = reference.uv.jacobian;
-    let [dx, dy] = [
-        run.first_px[0] - reference.at_px[0],
-        run.first_px[1] - reference.at_px[1],
-    ];
+    let dx = f32x16::from_slice(simd, &batch.x) - splat(reference.at_px[0]);
+    let dy = f32x16::from_slice(simd, &batch.y) - splat(reference.at_px[1]);
     let start = |axis: usize| (planes.start[axis] - reference.planes.start[axis]) as f32;
-    let [u1, u0] = run.line(&planes.u);
-    let [v1, v0] = run.line(&planes.v);
-    let u = (splat(u1) * x + splat(u0)) * w + splat(start(0) - reference.uv.u);
-    let v = (splat(v1) * x + splat(v0)) * w + splat(start(1) - reference.uv.v);
+    let u = batch.on(simd, &planes.u) * w + splat(start(0) - reference.uv.u);
+    let v = batch.on(simd, &planes.v) * w + splat(start(1) - reference.uv.v);
     [
-        u - (splat(ux) * (x + splat(dx)) + splat(uy * dy)),
-        v - (splat(vx) * (x + splat(dx)) + splat(vy * dy)),
+        u - (splat(ux) * dx + splat(uy) * dy),
+        v - (splat(vx) * dx + splat(vy) * dy),
     ]
 }
 

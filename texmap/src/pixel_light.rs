@@ -12,7 +12,6 @@ use crate::maps::{mean_normal, variance_within};
 use crate::pixel::PIXEL_VARIANCE;
 use crate::plane::value;
 use crate::prepare::{MAPS, NORMALS, PreparedPhysical, ROUGHNESS};
-use crate::row::RowRun;
 use crate::scene::AlphaMode;
 use crate::surface::{Surface, SurfaceMaps};
 use crate::tile::{Tile, TileImage};
@@ -140,7 +139,7 @@ impl Tile<'_> {
         };
         let mut lit = [Vec4::ZERO; LANES];
         let inputs = &waiting.inputs;
-        dispatch!(self.frame.simd, simd => reflect(simd, environment, inputs, (0, count), &mut lit));
+        dispatch!(self.frame.simd, simd => reflect(simd, environment, inputs, count, &mut lit));
         for (pixel, lit) in waiting.pixels[..count].iter().zip(lit) {
             let sum = &mut image.rgba[pixel.place];
             *sum = (Vec4::from(*sum) + lit * pixel.scale + pixel.added).to_array();
@@ -178,36 +177,11 @@ impl Tile<'_> {
         let turned = tangent * normal.x + bitangent * normal.y + up * normal.z;
         (turned.normalize_or_zero(), slopes)
     }
-
-    /// Puts the maps of a sub-pixel at a column of a row into what light meets.
-    #[inline(always)]
-    pub(crate) fn take_maps(
-        &self,
-        run: &RowRun,
-        at: usize,
-        (texels, base): (&[[Vec4; crate::lanes::ROW]; MAPS], Vec4),
-        inputs: &mut Inputs,
-    ) {
-        let surface = run.surface;
-        let (Some(maps), Some(physical)) =
-            (&surface.maps, &surface.material(self.frame.scene).physical)
-        else {
-            return;
-        };
-        let own = straight(
-            self,
-            surface,
-            run.run.at(at - run.column),
-            (base, Vec4::ZERO),
-        );
-        let texels = [texels[0][at], texels[1][at], texels[2][at]];
-        put(physical, maps, (&texels, own.base), at, inputs);
-    }
 }
 
 /// Puts all but normals into what light meets.
 #[inline(always)]
-fn put(
+pub(crate) fn put(
     physical: &PreparedPhysical,
     maps: &SurfaceMaps,
     (texels, base): (&[Vec4; MAPS], Vec3),

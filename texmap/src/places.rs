@@ -1,20 +1,19 @@
-//! Where sub-pixels of a row lie in a texture, and which look-ups each of them needs.
+//! Where the sub-pixels of a batch lie in a texture, and which look-ups each of them needs.
 //!
 //! A sub-pixel within a texel or so sees the texture's own reconstruction; a longer one takes the mean of several
 //! look-ups along its longer axis, in the two levels whose texels are beside half its width. The same formulas as
-//! [`crate::lookup::small_footprint`], in vectors: a run of one triangle is computed for whole vectors, and what
-//! stands beyond its end is overwritten by the run that follows.
+//! [`crate::lookup::small_footprint`], in vectors.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, i32x16};
 
-use crate::lanes::{IOTA, LANES, Lanes, ROW};
+use crate::batch::Batch;
+use crate::lanes::{LANES, Lanes};
 use crate::lookup::{LEVEL_REACH, MAX_LOOKUPS, TEXELS_ACROSS};
 use crate::mip::Pyramid;
-use crate::run::Run;
 use crate::surface::{Surface, UvPlanes};
 
-/// Where the sub-pixels of a row lie in their textures.
+/// Where the sub-pixels of a batch lie in a texture.
 pub(crate) struct Places {
     /// Texels of the full texture.
     pub(crate) u: Lanes,
@@ -24,7 +23,7 @@ pub(crate) struct Places {
     /// How many look-ups there are along it.
     pub(crate) count: Lanes,
     /// The finer of the two levels, and the share of the coarser one.
-    pub(crate) level: [i32; ROW],
+    pub(crate) level: [i32; LANES],
     pub(crate) share: Lanes,
     /// Around the sub-pixel, what a look-up sees, texels of the full texture.
     reach: Lanes,
@@ -33,63 +32,30 @@ pub(crate) struct Places {
 impl Default for Places {
     fn default() -> Self {
         Self {
-            u: [0.0; ROW],
-            v: [0.0; ROW],
-            along: [[0.0; ROW]; 2],
-            count: [0.0; ROW],
-            level: [0; ROW],
-            share: [0.0; ROW],
-            reach: [0.0; ROW],
+            u: [0.0; LANES],
+            v: [0.0; LANES],
+            along: [[0.0; LANES]; 2],
+            count: [0.0; LANES],
+            level: [0; LANES],
+            share: [0.0; LANES],
+            reach: [0.0; LANES],
         }
     }
 }
 
 impl Places {
-    /// Computes the places of a run, which begins at `column` of the row.
+    /// Computes the places of a batch.
     #[inline(always)]
     pub(crate) fn set<S: Simd>(
         &mut self,
         simd: S,
         (surface, planes): (&Surface, &UvPlanes),
-        (run, column): (&Run, usize),
+        batch: &Batch,
         (pyramid, side_px): (&Pyramid, f32),
     ) {
-        let last = (pyramid.levels.len() - 1) as i32;
-        let mut done = 0;
-        while done < run.len {
-            self.set_vector(simd, (surface, planes), (run, done), column, side_px);
-            let at = column + done;
-            let level = i32x16::from_slice(simd, &self.level[at..at + LANES]);
-            // The coarsest level is mixed with nothing.
-            let coarsest = level.simd_ge(i32x16::splat(simd, last));
-            let share = f32x16::from_slice(simd, &self.share[at..at + LANES]);
-            coarsest
-                .select(f32x16::splat(simd, 0.0), share)
-                .store_slice(&mut self.share[at..at + LANES]);
-            level
-                .min(i32x16::splat(simd, last))
-                .store_slice(&mut self.level[at..at + LANES]);
-            done += LANES;
-        }
-    }
-
-    #[inline(always)]
-    fn set_vector<S: Simd>(
-        &mut self,
-        simd: S,
-        (surface, planes): (&Surface, &UvPlanes),
-        (run, done): (&Run, usize),
-        column: usize,
-        side_px: f32,
-    ) {
         let splat = |x: f32| f32x16::splat(simd, x);
-        let x = f32x16::from_slice(simd, &IOTA) + splat(done as f32);
-        let line = |plane: &[f32; 3]| {
-            let [slope, start] = run.line(plane);
-            splat(slope) * x + splat(start)
-        };
-        let w = splat(1.0) / line(&surface.over_w);
-        let (u, v) = (line(&planes.u) * w, line(&planes.v) * w);
+        let w = splat(1.0) / batch.on(simd, &surface.over_w);
+        let (u, v) = (batch.on(simd, &planes.u) * w, batch.on(simd, &planes.v) * w);
         let scale = w * splat(side_px);
         let slope = |plane: &[f32; 3], at: f32x16<S>, axis: usize| {
             (splat(plane[axis]) - at * splat(surface.over_w[axis])) * scale
@@ -101,7 +67,7 @@ impl Places {
         let long2 = x2.max(y2);
         let long = long2.sqrt();
         let area = ux * vy - uy * vx;
-        let short = area.max(splat(0.0) - area) / long;
+        let short = area.abs() / long;
         // As many texels of the level across the sub-pixel as are to be, or as many as the most look-ups leave.
         let texel = (short * splat(1.0 / TEXELS_ACROSS))
             .max(long * splat(1.0 / MAX_LOOKUPS))
@@ -113,27 +79,20 @@ impl Places {
             .min(splat(MAX_LOOKUPS));
         let (level, share) = log2(simd, texel);
         let zero = splat(0.0);
-        let at = column + done;
-        let range = at..at + LANES;
-        u.store_slice(&mut self.u[range.clone()]);
-        v.store_slice(&mut self.v[range.clone()]);
+        u.store_slice(&mut self.u);
+        v.store_slice(&mut self.v);
         // Of what is not finite in any number, nothing is asked but that it is done once.
         let count = plain.select(splat(1.0), count);
-        count.store_slice(&mut self.count[range.clone()]);
-        upright
-            .select(uy, ux)
-            .store_slice(&mut self.along[0][range.clone()]);
-        upright
-            .select(vy, vx)
-            .store_slice(&mut self.along[1][range.clone()]);
+        count.store_slice(&mut self.count);
+        upright.select(uy, ux).store_slice(&mut self.along[0]);
+        upright.select(vy, vx).store_slice(&mut self.along[1]);
         let reach = long * splat(0.5) + texel * splat(2.0 * LEVEL_REACH);
-        plain
-            .select(zero, reach)
-            .store_slice(&mut self.reach[range.clone()]);
-        plain
-            .select(zero, share)
-            .store_slice(&mut self.share[range.clone()]);
-        level.store_slice(&mut self.level[range]);
+        plain.select(zero, reach).store_slice(&mut self.reach);
+        // The coarsest level is mixed with nothing.
+        let last = i32x16::splat(simd, (pyramid.levels.len() - 1) as i32);
+        let unmixed = plain | level.simd_ge(last);
+        unmixed.select(zero, share).store_slice(&mut self.share);
+        level.min(last).store_slice(&mut self.level);
     }
 
     /// Whether the sub-pixel lies within a texel or so.

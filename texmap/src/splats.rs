@@ -1,17 +1,20 @@
 //! Splats: the texels around each sub-pixel that some pixel is made from, summed there; and sub-pixels to pixels.
 //!
-//! Rows of sub-pixels are laid together, in vector code (`rows`). Where the place of an edge is known, sub-pixels are
-//! corrected before anything translucent is laid over them; translucent layers are rows too, one for each rank in depth.
+//! Sub-pixels of one triangle are computed together, sixteen at once. Where the place of an edge is known, sub-pixels are
+//! corrected before anything translucent is laid over them.
 
 use fearless_simd::prelude::*;
+use fearless_simd::u32x16;
 use fearless_simd_macros::simd;
 use glam::Vec4;
 use resample_core::dispatch;
 
+use crate::batch_light::BatchWork;
+use crate::by_triangle::Run;
 use crate::filter::PixelFilter;
-use crate::row::RowWork;
-use crate::rows::{RowIds, lay_ids};
-use crate::span::{NONE, SPAN_PX, TILE_PX};
+use crate::lanes::LANES;
+use crate::span::{SPAN_PX, TILE_PX};
+use crate::surface::Surface;
 use crate::tile::{Tile, TileImage, TileWork};
 use crate::visibility::Layer;
 
@@ -30,8 +33,7 @@ impl Tile<'_> {
         if work.from_subpixels.is_empty() {
             return;
         }
-        work.colours.resize(work.visibility.ids.len(), [0.0; 4]);
-        image.splats += 4 * dispatch!(self.frame.simd, simd => lay_rows(simd, self, work));
+        image.splats += 4 * dispatch!(self.frame.simd, simd => lay_opaque(simd, self, work));
         let per_pixel = self.frame.filter.per_pixel;
         correct_edges(work, per_pixel);
         if !work.visibility.layers.is_empty() {
@@ -60,85 +62,115 @@ impl Tile<'_> {
 
 /// Lays the splats of every wanted sub-pixel; how many sub-pixels there were.
 #[simd]
-fn lay_rows<S: Simd>(simd: S, tile: &Tile, work: &mut TileWork) -> u64 {
-    let filter = tile.frame.filter;
+fn lay_opaque<S: Simd>(simd: S, tile: &Tile, work: &mut TileWork) -> u64 {
     let TileWork {
         visibility,
         surfaces,
         colours,
         wanted,
+        by_triangle,
         ..
     } = work;
-    let mut row_work = RowWork::default();
-    let mut count = 0;
-    for row in 0..SPAN_PX * filter.per_pixel {
-        let wanted = &wanted[row / filter.per_pixel * SPAN_PX..][..SPAN_PX];
-        let ids = &visibility.ids[row * SPAN_PX..][..SPAN_PX];
-        let shown = RowIds { row, ids, wanted };
-        count += lay_ids(simd, tile, surfaces, &shown, &mut row_work);
-        let colours = &mut colours[row * SPAN_PX..][..SPAN_PX];
-        for (out, colour) in colours.iter_mut().zip(&row_work.colours.base) {
-            *out = colour.to_array();
+    by_triangle.clear();
+    colours.clear();
+    colours.resize(visibility.ids.len(), [0.0; 4]);
+    let per_pixel = tile.frame.filter.per_pixel;
+    let rows = visibility.ids.chunks_exact(per_pixel * SPAN_PX);
+    let mut first = 0;
+    for (rows, wanted) in rows.zip(wanted.chunks_exact(SPAN_PX)) {
+        for ids in rows.chunks_exact(SPAN_PX) {
+            by_triangle.push_row(ids, wanted, [first; 2]);
+            first += SPAN_PX as u32;
         }
     }
-    count
+    let runs = by_triangle.sort(surfaces.len());
+    lay_runs(simd, tile, (surfaces, runs), colours)
 }
 
 /// Lays the translucent layers of every wanted sub-pixel over what lies behind, the farthest first; how many there were.
 #[simd]
 fn lay_layers<S: Simd>(simd: S, tile: &Tile, work: &mut TileWork) -> u64 {
-    let filter = tile.frame.filter;
     let TileWork {
         visibility,
         surfaces,
         colours,
         wanted,
+        by_triangle,
+        layers,
         ..
     } = work;
-    let mut row_work = RowWork::default();
+    let per_pixel = tile.frame.filter.per_pixel;
     let mut count = 0;
-    let mut layers: &[Layer] = &visibility.layers;
-    for row in 0..SPAN_PX * filter.per_pixel {
-        let wanted = &wanted[row / filter.per_pixel * SPAN_PX..][..SPAN_PX];
-        // Where the layers of each column begin; they are sorted.
-        let mut starts = [0; SPAN_PX + 1];
-        let mut most = 0;
-        for column in 0..SPAN_PX {
-            let subpixel = (row * SPAN_PX + column) as u32;
-            let mut end = starts[column];
-            while layers
-                .get(end)
-                .is_some_and(|layer| layer.subpixel == subpixel)
-            {
-                end += 1;
-            }
-            most = most.max(end - starts[column]);
-            starts[column + 1] = end;
+    let mut rest: &[Layer] = &visibility.layers;
+    // Layers of a row of pixels are few enough to be kept.
+    for (y, wanted) in wanted.chunks_exact(SPAN_PX).enumerate() {
+        by_triangle.clear();
+        layers.clear();
+        for row in y * per_pixel..(y + 1) * per_pixel {
+            let first = row * SPAN_PX;
+            let is_beyond = |layer: &Layer| layer.subpixel as usize >= first + SPAN_PX;
+            let of_row = rest.iter().position(is_beyond).unwrap_or(rest.len());
+            layers.add_row(first, &rest[..of_row]);
+            rest = &rest[of_row..];
         }
-        for rank in 0..most {
-            let mut ids = [NONE; SPAN_PX];
-            for column in 0..SPAN_PX {
-                if starts[column] + rank < starts[column + 1] {
-                    ids[column] = layers[starts[column] + rank].id;
-                }
-            }
-            let shown = RowIds {
-                row,
-                ids: &ids,
-                wanted,
-            };
-            count += lay_ids(simd, tile, surfaces, &shown, &mut row_work);
-            for column in 0..SPAN_PX {
-                if ids[column] != NONE && wanted[column] {
-                    let behind = &mut colours[row * SPAN_PX + column];
-                    let front = row_work.colours.base[column];
-                    *behind = (front + (1.0 - front.w) * Vec4::from(*behind)).to_array();
-                }
-            }
+        for (place, row) in layers.rows.iter().enumerate() {
+            let places = [row.first, place * SPAN_PX].map(|at| at as u32);
+            by_triangle.push_row(&row.ids, wanted, places);
         }
-        layers = &layers[starts[SPAN_PX]..];
+        layers.colours.resize(layers.rows.len() * SPAN_PX, [0.0; 4]);
+        let runs = by_triangle.sort(surfaces.len());
+        count += lay_runs(simd, tile, (surfaces, runs), &mut layers.colours);
+        layers.blend(colours);
     }
     count
+}
+
+/// Computes the colours of runs, sixteen sub-pixels of a triangle at a time; how many there were.
+#[inline(always)]
+fn lay_runs<S: Simd>(
+    simd: S,
+    tile: &Tile,
+    (surfaces, runs): (&[Option<Box<Surface>>], &[Run]),
+    colours: &mut [[f32; 4]],
+) -> u64 {
+    let iota = u32x16::from_slice(
+        simd,
+        &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15],
+    );
+    let mut work = BatchWork::default();
+    let mut out = [Vec4::ZERO; LANES];
+    // Room for a vector that begins at the last.
+    let (mut subpixels, mut places) = ([0; 2 * LANES], [0; 2 * LANES]);
+    let mut all = 0;
+    for runs in runs.chunk_by(|a, b| a.id == b.id) {
+        let Some(surface) = &surfaces[runs[0].id as usize] else {
+            continue;
+        };
+        let mut count = 0;
+        for (k, run) in runs.iter().enumerate() {
+            let mut done = 0;
+            while done < run.len {
+                let end = count..count + LANES;
+                (iota + u32x16::splat(simd, run.subpixel + done))
+                    .store_slice(&mut subpixels[end.clone()]);
+                (iota + u32x16::splat(simd, run.place + done)).store_slice(&mut places[end]);
+                let taken = (LANES - count).min((run.len - done) as usize);
+                count += taken;
+                done += taken as u32;
+                if count < LANES && (done < run.len || k + 1 < runs.len()) {
+                    continue;
+                }
+                let batch = tile.frame.filter.batch(simd, &subpixels, count);
+                tile.shade_batch(simd, (surface, &batch), &mut work, &mut out);
+                for (&place, colour) in places[..count].iter().zip(out) {
+                    colours[place as usize] = colour.to_array();
+                }
+                all += count as u64;
+                count = 0;
+            }
+        }
+    }
+    all
 }
 
 /// Filters the sub-pixels of the wanted groups of pixels.

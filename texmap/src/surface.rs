@@ -286,6 +286,12 @@ impl Surface {
         self.base_colour * Vec4::new(c(0), c(1), c(2), c(3)).max(Vec4::ZERO)
     }
 
+    /// How the maps of light lie.
+    #[inline(always)]
+    pub(crate) fn maps_of_light(&self) -> &[Option<MapPlanes>] {
+        self.maps.as_ref().map_or(&[], |maps| &maps.maps)
+    }
+
     /// Unit normal in the world towards the eye; zero where the normals cancel.
     pub(crate) fn normal_at(&self, at: [f32; 2]) -> Vec3 {
         let n = &self.normal;

@@ -1,15 +1,13 @@
-//! The look-ups of a row of sub-pixels in one texture: places in vectors, then the four texels of each look-up.
+//! The look-ups of a batch of sub-pixels in textures: places in vectors, then the four texels of each look-up.
 //!
-//! Takes [`Places`], adds to colours. Texels that stand beside each other in memory are read together; only what lies
+//! Takes [`Places`], adds to colours. Textures whose texels lie at the same places share what is computed of these. Texels that stand beside each other in memory are read together; only what lies
 //! at a border of the picture is wrapped, one by one.
-
-use std::ops::Range;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x4, f32x16, i32x16, u16x8};
 use glam::Vec4;
 
-use crate::lanes::LANES;
+use crate::lanes::{LANES, Lanes};
 use crate::mip::{Level, LevelTexels, Pyramid, UNIT, linear};
 use crate::places::Places;
 use crate::scene::Wrap;
@@ -111,78 +109,63 @@ impl Kind for [u8; 4] {
     }
 }
 
-/// Adds to `out` what the look-ups of the sub-pixels of a row give that lie in `lanes` and have a count above 0.
+/// Adds to `texels`, texture by texture, what the look-ups of the first `count` sub-pixels give that have a count above 0.
+/// All pyramids are alike.
 #[inline(always)]
 pub(crate) fn look_up<S: Simd>(
     simd: S,
-    pyramid: &Pyramid,
-    places: &Places,
-    lanes: Range<usize>,
-    out: &mut [Vec4],
+    pyramids: &[(usize, &Pyramid)],
+    (places, count): (&Places, usize),
+    texels: &mut [[Vec4; LANES]],
 ) {
-    let mut first = lanes.start;
-    while first < lanes.end {
-        let some = first..lanes.end.min(first + LANES);
-        look_up_some(simd, pyramid, places, some, out);
-        first += LANES;
-    }
-}
-
-/// As [`look_up`], for a vector of sub-pixels: those of one level together.
-#[inline(always)]
-fn look_up_some<S: Simd>(
-    simd: S,
-    pyramid: &Pyramid,
-    places: &Places,
-    lanes: Range<usize>,
-    out: &mut [Vec4],
-) {
-    let range = lanes.start..lanes.start + LANES;
-    let load = |lanes: &[f32]| f32x16::from_slice(simd, &lanes[range.clone()]);
+    let load = |lanes: &Lanes| f32x16::from_slice(simd, lanes);
     let (u, v) = (load(&places.u), load(&places.v));
     let along = [load(&places.along[0]), load(&places.along[1])];
-    let (count, share) = (load(&places.count), load(&places.share));
-    let levels = i32x16::from_slice(simd, &places.level[range.clone()]);
+    let (times, share) = (load(&places.count), load(&places.share));
+    let levels = i32x16::from_slice(simd, &places.level);
     let zero = f32x16::splat(simd, 0.0);
-    let wanted = (1u64 << lanes.len()) - 1;
-    let mut left = count.simd_gt(zero).to_bitmask() & wanted;
-    let each = f32x16::splat(simd, 1.0) / count;
+    let mut left = times.simd_gt(zero).to_bitmask() & ((1 << count) - 1);
+    let each = f32x16::splat(simd, 1.0) / times;
     let weights = [each - each * share, each * share];
     let mixed = share.simd_gt(zero).to_bitmask();
     let mut taps = Taps::default();
     while left != 0 {
-        let index = places.level[lanes.start + left.trailing_zeros() as usize];
+        let index = places.level[left.trailing_zeros() as usize];
         let group = left & levels.simd_eq(i32x16::splat(simd, index)).to_bitmask();
         left &= !group;
         for (next, weight) in weights.iter().enumerate() {
             let mut active = if next == 0 { group } else { group & mixed };
-            if active == 0 {
-                continue;
-            }
-            let level = &pyramid.levels[index as usize + next];
             let mut k = 0.0;
             while active != 0 {
-                let t = f32x16::splat(simd, k + 0.5) / count - f32x16::splat(simd, 0.5);
-                taps.set(simd, level, [u + t * along[0], v + t * along[1]]);
-                let out = &mut out[lanes.start..];
-                let level = (level, pyramid.wrap);
-                match level.0.texels {
-                    LevelTexels::Unorm16(_) => {
-                        taps.add::<S, [u16; 4]>(simd, level, *weight, active, out);
+                let t = f32x16::splat(simd, k + 0.5) / times - f32x16::splat(simd, 0.5);
+                let at = [u + t * along[0], v + t * along[1]];
+                for (n, (slot, pyramid)) in pyramids.iter().enumerate() {
+                    let level = &pyramid.levels[index as usize + next];
+                    if n == 0 {
+                        taps.set(simd, level, at);
                     }
-                    LevelTexels::Srgb8(_) => {
-                        taps.add::<S, [u8; 4]>(simd, level, *weight, active, out);
+                    let out = &mut texels[*slot];
+                    let level = (level, pyramid.wrap);
+                    match level.0.texels {
+                        LevelTexels::Unorm16(_) => {
+                            taps.add::<S, [u16; 4]>(simd, level, *weight, active, out);
+                        }
+                        LevelTexels::Srgb8(_) => {
+                            taps.add::<S, [u8; 4]>(simd, level, *weight, active, out);
+                        }
+                        LevelTexels::Float(_) => {
+                            taps.add::<S, Vec4>(simd, level, *weight, active, out);
+                        }
                     }
-                    LevelTexels::Float(_) => taps.add::<S, Vec4>(simd, level, *weight, active, out),
                 }
                 k += 1.0;
-                active &= count.simd_gt(f32x16::splat(simd, k)).to_bitmask();
+                active &= times.simd_gt(f32x16::splat(simd, k)).to_bitmask();
             }
         }
     }
 }
 
-/// One look-up for each sub-pixel of a vector.
+/// One look-up for each sub-pixel of a batch.
 #[derive(Default)]
 struct Taps {
     /// The upper left texel: column, row, and place in the level.
@@ -225,7 +208,7 @@ impl Taps {
         (level, wrap): (&Level, [Wrap; 2]),
         weight: f32x16<S>,
         mut active: u64,
-        out: &mut [Vec4],
+        out: &mut [Vec4; LANES],
     ) {
         (weight * f32x16::splat(simd, K::SCALE)).store_slice(&mut self.weight);
         let texels = K::of(level);

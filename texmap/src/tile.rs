@@ -8,10 +8,12 @@ use resample_core::Camera;
 use resample_core::clock::ThreadClock;
 use resample_core::simd::Vectors;
 
+use crate::by_triangle::ByTriangle;
 use crate::cull::{InView, ScreenTriangle, SeenTriangle};
 use crate::edges::Edges;
 use crate::filter::PixelFilter;
 use crate::fragments::{Fragment, Fragments};
+use crate::layers::Layers;
 use crate::options::{Method, RenderOptions};
 use crate::patch::Patches;
 use crate::plane::{Plane, moved, narrow};
@@ -56,6 +58,8 @@ pub(crate) struct TileWork {
     pub(crate) surfaces: Vec<Option<Box<Surface>>>,
     /// Linear premultiplied colours of sub-pixels.
     pub(crate) colours: Vec<[f32; 4]>,
+    pub(crate) by_triangle: ByTriangle,
+    pub(crate) layers: Layers,
     /// By pixel of the span: what its sub-pixels show.
     pub(crate) cells: Vec<Cell>,
     cells_along: Vec<Cell>,

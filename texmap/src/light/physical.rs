@@ -14,7 +14,7 @@ use glam::Vec4;
 
 use super::environment::{Environment, LEVELS, Map};
 use super::reflectance;
-use crate::lanes::{LANES, Lanes, ROW};
+use crate::lanes::{LANES, Lanes};
 
 /// What a dielectric reflects at normal incidence: an index of refraction of 1.5.
 const DIELECTRIC: f32 = 0.04;
@@ -46,32 +46,32 @@ pub(crate) struct Inputs {
 impl Default for Inputs {
     fn default() -> Self {
         Self {
-            normal: [[0.0; ROW]; 3],
-            eye: [[0.0; ROW]; 3],
-            base: [[0.0; ROW]; 3],
-            metal: [0.0; ROW],
-            roughness: [0.0; ROW],
-            roughness_variance: [0.0; ROW],
-            open: [1.0; ROW],
-            variance: [0.0; ROW],
+            normal: [[0.0; LANES]; 3],
+            eye: [[0.0; LANES]; 3],
+            base: [[0.0; LANES]; 3],
+            metal: [0.0; LANES],
+            roughness: [0.0; LANES],
+            roughness_variance: [0.0; LANES],
+            open: [1.0; LANES],
+            variance: [0.0; LANES],
         }
     }
 }
 
-/// Reflects light at the first `count` places from `first` on, at most a vector of them.
+/// Reflects light at the first `count` places.
 #[simd]
 pub(crate) fn reflect<S: Simd>(
     simd: S,
     environment: &Environment,
     inputs: &Inputs,
-    (first, count): (usize, usize),
+    count: usize,
     out: &mut [Vec4; LANES],
 ) {
     let splat = |x: f32| f32x16::splat(simd, x);
-    let load = |lanes: &Lanes| f32x16::from_slice(simd, &lanes[first..first + LANES]);
+    let load = |lanes: &Lanes| f32x16::from_slice(simd, lanes);
     let (zero, one) = (splat(0.0), splat(1.0));
-    let [nx, ny, nz] = load_3(simd, &inputs.normal, first);
-    let [vx, vy, vz] = load_3(simd, &inputs.eye, first);
+    let [nx, ny, nz] = load_3(simd, &inputs.normal);
+    let [vx, vy, vz] = load_3(simd, &inputs.eye);
     let cosine = nx * vx + ny * vy + nz * vz;
     let twice = cosine + cosine;
     let mirrored = [nx * twice - vx, ny * twice - vy, nz * twice - vz];
@@ -83,7 +83,7 @@ pub(crate) fn reflect<S: Simd>(
     let spread = apart.select(spread2.max(zero).sqrt(), zero);
     let lobes = if apart.any_true() { 2 } else { 1 };
     let (dielectric, metal) = (splat(DIELECTRIC), load(&inputs.metal));
-    let base = load_3(simd, &inputs.base, first);
+    let base = load_3(simd, &inputs.base);
     let mut even = [zero; 3];
     let mut mirror = [zero; 3];
     let mut reflectance = [zero; 2];
@@ -133,13 +133,13 @@ pub(crate) fn reflect<S: Simd>(
     }
 }
 
-/// Three numbers of each place, a vector of places from `first` on.
+/// Three numbers of each place.
 #[inline(always)]
-fn load_3<S: Simd>(simd: S, lanes: &[Lanes; 3], first: usize) -> [f32x16<S>; 3] {
+fn load_3<S: Simd>(simd: S, lanes: &[Lanes; 3]) -> [f32x16<S>; 3] {
     [
-        f32x16::from_slice(simd, &lanes[0][first..first + LANES]),
-        f32x16::from_slice(simd, &lanes[1][first..first + LANES]),
-        f32x16::from_slice(simd, &lanes[2][first..first + LANES]),
+        f32x16::from_slice(simd, &lanes[0]),
+        f32x16::from_slice(simd, &lanes[1]),
+        f32x16::from_slice(simd, &lanes[2]),
     ]
 }
 
