@@ -110,7 +110,10 @@ impl Tile<'_> {
         }
         let nearest = pyramid.magnify == Magnify::Nearest;
         if nearest || planes.borders.any() {
-            for k in 0..batch.count {
+            let mut left = (1u32 << batch.count) - 1;
+            while left != 0 {
+                let k = left.trailing_zeros() as usize;
+                left &= left - 1;
                 if (nearest && places.is_plain(k)) || places.sees_border(k, planes) {
                     places.count[k] = 0.0;
                     let uv = surface.uv_at(planes, batch.at(k));
