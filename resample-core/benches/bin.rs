@@ -19,10 +19,7 @@ fn main() {
 
 #[divan::bench(args = [4, 16, 64])]
 fn chunk(bencher: Bencher, side_px: u16) {
-    let grid = TileGrid {
-        width: 400,
-        height: 400,
-    };
+    let grid = TileGrid::new(400, 400);
     let mut bins = ChunkBins::default();
     for pair in inputs::spread(2 * COUNT, 100.0, 228.0).chunks(2) {
         let [x, y] = [pair[0] as u16, pair[1] as u16];

@@ -47,6 +47,8 @@ pub struct TileGrid {
     pub width: usize,
     /// Picture height, px.
     pub height: usize,
+    /// Height of a tile, px; it is [`TILE_PX`] wide.
+    pub tile_height: usize,
 }
 
 /// A rectangle of tiles: columns and rows, end exclusive.
@@ -63,6 +65,15 @@ pub struct TileRect {
 }
 
 impl TileGrid {
+    /// Square tiles over a picture of so many pixels.
+    pub fn new(width: usize, height: usize) -> Self {
+        Self {
+            width,
+            height,
+            tile_height: TILE_PX,
+        }
+    }
+
     /// Tiles in a row.
     pub fn columns(&self) -> usize {
         self.width.div_ceil(TILE_PX)
@@ -70,7 +81,7 @@ impl TileGrid {
 
     /// Rows of tiles.
     pub fn rows(&self) -> usize {
-        self.height.div_ceil(TILE_PX)
+        self.height.div_ceil(self.tile_height)
     }
 
     /// The tiles that hold any of the pixels columns.0..columns.1 x rows.0..rows.1, which lie in the picture.
@@ -78,12 +89,12 @@ impl TileGrid {
         if columns[0] >= columns[1] || rows[0] >= rows[1] {
             return TileRect::default();
         }
-        let tile = TILE_PX as u16;
+        let (width, height) = (TILE_PX as u16, self.tile_height as u16);
         TileRect {
-            x0: columns[0] / tile,
-            x1: (columns[1] - 1) / tile + 1,
-            y0: rows[0] / tile,
-            y1: (rows[1] - 1) / tile + 1,
+            x0: columns[0] / width,
+            x1: (columns[1] - 1) / width + 1,
+            y0: rows[0] / height,
+            y1: (rows[1] - 1) / height + 1,
         }
     }
 }
@@ -267,10 +278,7 @@ mod tests {
 
     #[test]
     fn rect_holds_exactly_the_tiles_of_its_pixels() {
-        let grid = TileGrid {
-            width: 100,
-            height: 40,
-        };
+        let grid = TileGrid::new(100, 40);
         assert_eq!((grid.columns(), grid.rows()), (7, 3));
         assert_eq!(
             grid.rect([15, 17], [0, 16]),
@@ -295,10 +303,7 @@ mod tests {
 
     #[test]
     fn every_primitive_is_listed_in_each_of_its_tiles_once_and_in_order() {
-        let grid = TileGrid {
-            width: 160,
-            height: 160,
-        };
+        let grid = TileGrid::new(160, 160);
         let mut bins: ChunkBins<u16> = ChunkBins::default();
         for frame in 0..2 {
             bins.clear();
@@ -333,10 +338,7 @@ mod tests {
 
     #[test]
     fn lists_keep_every_item_in_each_of_its_tiles_in_order() {
-        let grid = TileGrid {
-            width: 70,
-            height: 50,
-        };
+        let grid = TileGrid::new(70, 50);
         let rects: Vec<TileRect> = (0..60u16)
             .map(|i| grid.rect([i, (2 * i + 3).min(70)], [i % 40, i % 40 + 9]))
             .collect();

@@ -20,7 +20,7 @@ use crate::pixel_light::Waiting;
 use crate::points::{gather_minified, gather_points};
 use crate::scene::AlphaMode;
 use crate::shown::OnPatch;
-use crate::span::{BORDER_PX, SPAN_PX, TILE_PX};
+use crate::span::{BORDER_PX, SPAN_HEIGHT, SPAN_WIDTH, TILE_HEIGHT, TILE_WIDTH};
 use crate::surface::{Surface, UvPlanes};
 use crate::tile::{Cell, Tile, TileImage, TileWork};
 
@@ -38,7 +38,7 @@ impl Tile<'_> {
                 return false;
             };
             let at = centre_px(pixel);
-            let place = pixel[1] * TILE_PX + pixel[0];
+            let place = pixel[1] * TILE_WIDTH + pixel[0];
             if surface.maps.is_some() {
                 let shown = match patch {
                     None => self.pixel_shown(surface, at, &mut image.points),
@@ -85,7 +85,7 @@ impl Tile<'_> {
                     &mut work.fragments,
                 ),
             }
-            let place = pixel[1] * TILE_PX + pixel[0];
+            let place = pixel[1] * TILE_WIDTH + pixel[0];
             let mut sum = Vec4::ZERO;
             for fragment in &work.fragments {
                 let Some(surface) = &work.surfaces[fragment.id as usize] else {
@@ -121,13 +121,13 @@ impl Tile<'_> {
         mut done: impl FnMut(&mut TileWork, [usize; 2], Cell) -> bool,
     ) {
         work.wanted.clear();
-        work.wanted.resize(SPAN_PX * SPAN_PX, false);
+        work.wanted.resize(SPAN_WIDTH * SPAN_HEIGHT, false);
         work.from_subpixels.clear();
-        for y in 0..TILE_PX {
-            for x in 0..TILE_PX {
-                let cell = work.seen[y * TILE_PX + x];
+        for y in 0..TILE_HEIGHT {
+            for x in 0..TILE_WIDTH {
+                let cell = work.seen[y * TILE_WIDTH + x];
                 if cell != Cell::Empty && !done(work, [x, y], cell) {
-                    work.from_subpixels.push((y * TILE_PX + x) as u16);
+                    work.from_subpixels.push((y * TILE_WIDTH + x) as u16);
                     (0..AROUND).for_each(|k| work.wanted[around([x, y], k)] = true);
                 }
             }

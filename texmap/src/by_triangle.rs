@@ -1,6 +1,6 @@
 //! Sub-pixels sorted by the triangle that they show, so that those of one triangle are computed together.
 
-use crate::span::{NONE, SPAN_PX};
+use crate::span::{NONE, SPAN_WIDTH};
 
 /// Sub-pixels that stand beside each other in a row and show one triangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -35,15 +35,15 @@ impl ByTriangle {
     /// Adds the runs of a row: of the wanted sub-pixels that show something.
     #[inline(always)]
     pub(crate) fn push_row(&mut self, ids: &[u32], wanted: &[bool], [subpixel, place]: [u32; 2]) {
-        let (ids, wanted) = (&ids[..SPAN_PX], &wanted[..SPAN_PX]);
+        let (ids, wanted) = (&ids[..SPAN_WIDTH], &wanted[..SPAN_WIDTH]);
         let mut column = 0;
-        while column < SPAN_PX {
+        while column < SPAN_WIDTH {
             let (first, id) = (column, ids[column]);
             column += 1;
             if !wanted[first] || id == NONE {
                 continue;
             }
-            while column < SPAN_PX && wanted[column] && ids[column] == id {
+            while column < SPAN_WIDTH && wanted[column] && ids[column] == id {
                 column += 1;
             }
             self.runs.push(Run {
@@ -96,10 +96,10 @@ mod tests {
     #[test]
     fn runs_of_a_triangle_stand_together_in_their_order() {
         let mut by_triangle = ByTriangle::default();
-        let mut ids = [NONE; SPAN_PX];
+        let mut ids = [NONE; SPAN_WIDTH];
         ids[2..9].copy_from_slice(&[7, 7, 2, 2, 2, NONE, 7]);
-        ids[SPAN_PX - 1] = 0;
-        let mut wanted = [true; SPAN_PX];
+        ids[SPAN_WIDTH - 1] = 0;
+        let mut wanted = [true; SPAN_WIDTH];
         wanted[5] = false;
         let run = |id, subpixel, len| Run {
             id,
@@ -111,14 +111,14 @@ mod tests {
         for _ in 0..2 {
             by_triangle.clear();
             by_triangle.push_row(&ids, &wanted, [100, 1100]);
-            by_triangle.push_row(&[2; SPAN_PX], &[true; SPAN_PX], [300, 1300]);
-            let last = 100 + SPAN_PX as u32 - 1;
+            by_triangle.push_row(&[2; SPAN_WIDTH], &[true; SPAN_WIDTH], [300, 1300]);
+            let last = 100 + SPAN_WIDTH as u32 - 1;
             let sorted = [
                 run(7, 102, 2),
                 run(7, 108, 1),
                 run(2, 104, 1),
                 run(2, 106, 1),
-                run(2, 300, SPAN_PX as u32),
+                run(2, 300, SPAN_WIDTH as u32),
                 run(0, last, 1),
             ];
             assert_eq!(by_triangle.sort(8), sorted);

@@ -8,12 +8,12 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use resample_core::tile::{TileGrid, TileRect};
+use resample_core::tile::TileRect;
 use resample_core::{Camera, Projection};
 
 use crate::prepare::{Prepared, PreparedMesh};
 use crate::scene::Sides;
-use crate::span::REACH_PX;
+use crate::span::{REACH_PX, tile_grid};
 use crate::stats::FrameStats;
 
 /// Triangles of one task.
@@ -263,11 +263,7 @@ fn tiles(camera: &Camera, bounds: &[f64; 4]) -> Option<TileRect> {
         [first, last]
     };
     let (columns, rows) = (range(0), range(1));
-    let grid = TileGrid {
-        width: camera.width as usize,
-        height: camera.height as usize,
-    };
-    let rect = grid.rect(columns, rows);
+    let rect = tile_grid(camera).rect(columns, rows);
     (rect.area() > 0).then_some(rect)
 }
 

@@ -9,7 +9,7 @@ use resample_core::dispatch;
 use crate::batch::Batch;
 use crate::lanes::LANES;
 use crate::places::Places;
-use crate::span::SPAN_PX;
+use crate::span::SPAN_WIDTH;
 use crate::surface::Surface;
 use crate::tile::{Tile, subpixel_px};
 use crate::visibility::{CutOut, Visibility, each_vector, is_nearer};
@@ -44,7 +44,7 @@ fn draw_cut_rows<S: Simd>(
         (filter, tile.frame.near),
         #[inline(always)]
         |[row, column], inside, key| {
-            let at = row * SPAN_PX + column;
+            let at = row * SPAN_WIDTH + column;
             let before = f32x16::from_slice(simd, &visibility.keys[at..at + LANES]);
             let ahead = inside & is_nearer(simd, key, before);
             let bits = ahead.to_bitmask();

@@ -17,7 +17,7 @@
 use std::ops::Range;
 
 use crate::filter::{LatticeStep, PixelFilter};
-use crate::span::SPAN_PX;
+use crate::span::{SPAN_HEIGHT, SPAN_WIDTH};
 
 /// What an edge between two sub-pixels adds to them of the jump from the second to the first.
 #[derive(Clone, Copy, Debug)]
@@ -88,7 +88,7 @@ impl Edges {
     pub(crate) fn clear(&mut self) {
         self.all.clear();
         self.first.clear();
-        self.first.resize(SPAN_PX * SPAN_PX + 1, 0);
+        self.first.resize(SPAN_WIDTH * SPAN_HEIGHT + 1, 0);
     }
 
     /// The edges whose first sub-pixel lies in a pixel of the span.
@@ -105,14 +105,14 @@ impl Edges {
     fn sort(&mut self, filter: &PixelFilter) {
         let cell = |edge: &Edge| {
             let at = edge.between[0] as usize;
-            at / SPAN_PX / filter.per_pixel * SPAN_PX + at % SPAN_PX
+            at / SPAN_WIDTH / filter.per_pixel * SPAN_WIDTH + at % SPAN_WIDTH
         };
         self.first.clear();
-        self.first.resize(SPAN_PX * SPAN_PX + 1, 0);
+        self.first.resize(SPAN_WIDTH * SPAN_HEIGHT + 1, 0);
         self.unsorted
             .iter()
             .for_each(|edge| self.first[cell(edge) + 1] += 1);
-        for i in 0..SPAN_PX * SPAN_PX {
+        for i in 0..SPAN_WIDTH * SPAN_HEIGHT {
             self.first[i + 1] += self.first[i];
         }
         self.unsorted.sort_by_key(cell);
@@ -134,20 +134,21 @@ fn each_pair(
     step: &LatticeStep,
     mut changed: impl FnMut([u32; 2], Neighbours),
 ) {
-    for row in 0..SPAN_PX * filter.per_pixel - step.rows {
+    for row in 0..SPAN_HEIGHT * filter.per_pixel - step.rows {
         let shift = step.columns[row % filter.per_pixel];
-        let (first, last) = ((-shift).max(0) as usize, SPAN_PX - shift.max(0) as usize);
-        let here = &ids[row * SPAN_PX + first..row * SPAN_PX + last];
-        let start = ((row + step.rows) * SPAN_PX + first).wrapping_add_signed(shift);
+        let (first, last) = ((-shift).max(0) as usize, SPAN_WIDTH - shift.max(0) as usize);
+        let here = &ids[row * SPAN_WIDTH + first..row * SPAN_WIDTH + last];
+        let start = ((row + step.rows) * SPAN_WIDTH + first).wrapping_add_signed(shift);
         let there = &ids[start..start + here.len()];
         if here == there {
             continue;
         }
         for (k, (&a, &b)) in here.iter().zip(there).enumerate() {
             if a != b {
+                // To the last bit where they were drawn: an edge may pass through one of them.
                 let p = filter.position_px(first + k, row);
-                let q = [p[0] + step.vector_px[0], p[1] + step.vector_px[1]];
-                let between = [(row * SPAN_PX + first + k) as u32, (start + k) as u32];
+                let q = filter.position_px((first + k).wrapping_add_signed(shift), row + step.rows);
+                let between = [(row * SPAN_WIDTH + first + k) as u32, (start + k) as u32];
                 changed(
                     between,
                     Neighbours {

@@ -11,7 +11,7 @@ use resample_core::point::PIXEL_SIGMA_PX;
 
 use crate::batch::Batch;
 use crate::lanes::LANES;
-use crate::span::{BORDER_PX, REACH_PX, SPAN_PX, WINDOW_PX};
+use crate::span::{BORDER_PX, REACH_PX, SPAN_WIDTH, WINDOW_PX};
 
 /// The lattice of sub-pixels and the weights of those around a pixel.
 #[derive(Clone, Debug)]
@@ -38,7 +38,7 @@ pub(crate) struct PixelFilter {
 }
 
 /// Pixels from the first that a sub-pixel in the last column may be in to the last that one in the first column may be in.
-const BY_PIXEL: usize = SPAN_PX - 1 + LANES;
+const BY_PIXEL: usize = SPAN_WIDTH - 1 + LANES;
 
 /// A step from one sub-pixel to a neighbour.
 #[derive(Clone, Debug)]
@@ -98,7 +98,7 @@ impl PixelFilter {
         let mut weights = vec![0.0; WINDOW_PX * per_pixel * BY_PIXEL];
         for row in &rows {
             for (k, weight) in row.weights.iter().enumerate() {
-                weights[row.row * BY_PIXEL + SPAN_PX - 1 - (row.column + k)] = *weight;
+                weights[row.row * BY_PIXEL + SPAN_WIDTH - 1 - (row.column + k)] = *weight;
             }
         }
         let from_centre = |row: &WindowRow, k: usize| {
@@ -144,11 +144,11 @@ impl PixelFilter {
     /// Weights of a sub-pixel, by its place in the tile's span, in the sixteen pixels of row `y` of the tile.
     #[inline(always)]
     pub(crate) fn weights<S: Simd>(&self, simd: S, y: usize, subpixel: usize) -> f32x16<S> {
-        let row = (subpixel / SPAN_PX).wrapping_sub(y * self.per_pixel);
+        let row = (subpixel / SPAN_WIDTH).wrapping_sub(y * self.per_pixel);
         if row >= WINDOW_PX * self.per_pixel {
             return f32x16::splat(simd, 0.0);
         }
-        let start = row * BY_PIXEL + SPAN_PX - 1 - subpixel % SPAN_PX;
+        let start = row * BY_PIXEL + SPAN_WIDTH - 1 - subpixel % SPAN_WIDTH;
         f32x16::from_slice(simd, &self.weights[start..start + LANES])
     }
 
@@ -159,8 +159,8 @@ impl PixelFilter {
         let half = splat(0.5);
         // Numbers of at most 2^16: halves keep them clear of the next whole number.
         let place: f32x16<S> = u32x16::from_slice(simd, &subpixels[..LANES]).to_float();
-        let row = ((place + half) * splat(1.0 / SPAN_PX as f32)).floor();
-        let column = place - row * splat(SPAN_PX as f32);
+        let row = ((place + half) * splat(1.0 / SPAN_WIDTH as f32)).floor();
+        let column = place - row * splat(SPAN_WIDTH as f32);
         let y = (row + half) * splat(self.row_px);
         let within = row - y.floor() * splat(self.per_pixel as f32);
         // Its place among the columns of its pixel, less whole pixels.
@@ -191,7 +191,7 @@ pub(crate) const AROUND: usize = WINDOW_PX * WINDOW_PX;
 /// Number of the k-th of the cells that the filter of pixel (x, y) reaches.
 #[inline(always)]
 pub(crate) fn around([x, y]: [usize; 2], k: usize) -> usize {
-    (y + k / WINDOW_PX) * SPAN_PX + x + k % WINDOW_PX
+    (y + k / WINDOW_PX) * SPAN_WIDTH + x + k % WINDOW_PX
 }
 
 /// The steps (n, 1) and (-1, n) over n^2 + 1; without a lattice, to the next column and to the next row.
@@ -228,6 +228,7 @@ fn steps(n: usize, per_pixel: usize) -> [LatticeStep; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::span::SPAN_HEIGHT;
     use resample_core::dispatch;
     use resample_core::simd::SimdLevel;
 
@@ -269,13 +270,13 @@ mod tests {
     fn positions_in_vectors_are_those_of_single_subpixels() {
         for n in [1, 2, 3, 4, 8] {
             let filter = PixelFilter::new(n);
-            let all: Vec<u32> = (0..(SPAN_PX * SPAN_PX * filter.per_pixel) as u32).collect();
+            let all: Vec<u32> = (0..(SPAN_WIDTH * SPAN_HEIGHT * filter.per_pixel) as u32).collect();
             for simd in SimdLevel::ALL.map(SimdLevel::resolve) {
                 for some in all.chunks_exact(LANES) {
                     let batch = dispatch!(simd, simd => filter.batch(simd, some, LANES));
                     for (k, &at) in some.iter().enumerate() {
                         let at = at as usize;
-                        let wanted = filter.position_px(at % SPAN_PX, at / SPAN_PX);
+                        let wanted = filter.position_px(at % SPAN_WIDTH, at / SPAN_WIDTH);
                         for (is, wanted) in batch.at(k).into_iter().zip(wanted) {
                             assert!((is - wanted).abs() < 4e-6, "{n}, {at}: {is}, not {wanted}");
                         }

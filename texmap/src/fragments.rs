@@ -13,7 +13,7 @@ use resample_core::simd::Vectors;
 use crate::edges::Edges;
 use crate::filter::{PixelFilter, WindowRow};
 use crate::lanes::{IOTA, LANES};
-use crate::span::{NONE, SPAN_PX, WINDOW_PX};
+use crate::span::{NONE, SPAN_HEIGHT, SPAN_WIDTH, WINDOW_PX};
 
 /// One triangle in one pixel.
 #[derive(Clone, Copy, Debug)]
@@ -137,7 +137,10 @@ impl Fragments {
         self.shown.clear();
         self.starts.push(0);
         let mut before: &[u32] = &[];
-        for ids in ids.chunks_exact(SPAN_PX).take(SPAN_PX * filter.per_pixel) {
+        for ids in ids
+            .chunks_exact(SPAN_WIDTH)
+            .take(SPAN_HEIGHT * filter.per_pixel)
+        {
             let start = self.shown.len();
             if ids == before {
                 // Most rows show the triangles of the row above.
@@ -213,16 +216,16 @@ fn sum_row<S: Simd>(
             fragments.of(id).add_row(simd, columns, window, first_px);
         }
     }
-    for edge in edges.of_cells(y * SPAN_PX..(y + WINDOW_PX) * SPAN_PX) {
+    for edge in edges.of_cells(y * SPAN_WIDTH..(y + WINDOW_PX) * SPAN_WIDTH) {
         let [p, q] = edge.between.map(|at| at as usize);
         let [of_p, of_q] = [p, q].map(|at| filter.weights(simd, y, at));
         let [share_p, share_q] = edge.shares.map(|share| f32x16::splat(simd, share));
         // Of each pixel count the edges that begin in the cells that its filter reaches.
-        let begins = (((1 << WINDOW_PX) - 1) << (p % SPAN_PX)) >> (WINDOW_PX - 1);
+        let begins = (((1 << WINDOW_PX) - 1) << (p % SPAN_WIDTH)) >> (WINDOW_PX - 1);
         let zero = f32x16::splat(simd, 0.0);
         let gain = share_p * of_p + share_q * of_q;
         let gain = mask32x16::from_bitmask(simd, begins).select(gain, zero);
-        let [from, to] = [p, q].map(|at| filter.position_px(at % SPAN_PX, at / SPAN_PX));
+        let [from, to] = [p, q].map(|at| filter.position_px(at % SPAN_WIDTH, at / SPAN_WIDTH));
         let middle = [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1])];
         // The second loses as much as the first gains; each at its own place.
         for (id, gain) in [(ids[p], gain), (ids[q], zero - gain)] {
@@ -237,19 +240,19 @@ fn sum_row<S: Simd>(
 mod tests {
     use super::*;
     use crate::edges::Crossing;
-    use crate::span::TILE_PX;
+    use crate::span::{TILE_HEIGHT, TILE_WIDTH};
     use resample_core::simd::SimdLevel;
 
     /// Triangles of three slanted bands, one of them broken by a stripe of nothing.
     fn bands(filter: &PixelFilter) -> Vec<u32> {
-        let at = |place: usize| filter.position_px(place % SPAN_PX, place / SPAN_PX);
+        let at = |place: usize| filter.position_px(place % SPAN_WIDTH, place / SPAN_WIDTH);
         let shown = |[x, y]: [f32; 2]| match x + 0.37 * y {
             _ if (6.1..6.6).contains(&(y - 0.2 * x)) => NONE,
             t if t < 9.3 => 4,
             t if t < 11.9 => 0,
             _ => 7,
         };
-        (0..SPAN_PX * SPAN_PX * filter.per_pixel)
+        (0..SPAN_WIDTH * SPAN_HEIGHT * filter.per_pixel)
             .map(|place| shown(at(place)))
             .collect()
     }
@@ -269,12 +272,12 @@ mod tests {
         };
         let at = |place: usize| {
             filter
-                .position_px(place % SPAN_PX, place / SPAN_PX)
+                .position_px(place % SPAN_WIDTH, place / SPAN_WIDTH)
                 .map(f64::from)
         };
         // The weight in the pixel of any sub-pixel, from the list of the filter's rows.
         let weight = |place: usize| {
-            let (column, row) = (place % SPAN_PX, place / SPAN_PX);
+            let (column, row) = (place % SPAN_WIDTH, place / SPAN_WIDTH);
             let window = filter
                 .rows
                 .iter()
@@ -290,7 +293,7 @@ mod tests {
         }
         for edge in &edges.all {
             let [p, q] = edge.between.map(|at| at as usize);
-            let begin = [p % SPAN_PX, p / SPAN_PX / filter.per_pixel];
+            let begin = [p % SPAN_WIDTH, p / SPAN_WIDTH / filter.per_pixel];
             let near = |axis: usize, from: usize| (from..from + WINDOW_PX).contains(&begin[axis]);
             if !(near(0, x) && near(1, y)) {
                 continue;
@@ -326,7 +329,8 @@ mod tests {
             let mut found = Vec::new();
             for simd in SimdLevel::ALL.map(SimdLevel::resolve) {
                 fragments.clear();
-                for pixel in (0..TILE_PX * TILE_PX).map(|i| [i % TILE_PX, i / TILE_PX]) {
+                for pixel in (0..TILE_WIDTH * TILE_HEIGHT).map(|i| [i % TILE_WIDTH, i / TILE_WIDTH])
+                {
                     let shown = (&ids[..], &edges);
                     fragments.collect((&filter, simd), shown, pixel, &mut found);
                     for id in [0, 4, 7] {

@@ -3,7 +3,7 @@
 
 use glam::Vec4;
 
-use crate::span::{NONE, SPAN_PX};
+use crate::span::{NONE, SPAN_WIDTH};
 use crate::visibility::Layer;
 
 /// The layers of some rows of sub-pixels.
@@ -21,7 +21,7 @@ pub(crate) struct LayerRow {
     /// The first sub-pixel of the row.
     pub(crate) first: usize,
     /// Triangles, by their places in the tile's list.
-    pub(crate) ids: [u32; SPAN_PX],
+    pub(crate) ids: [u32; SPAN_WIDTH],
 }
 
 impl Layers {
@@ -39,7 +39,7 @@ impl Layers {
                 if start + rank == self.rows.len() {
                     self.rows.push(LayerRow {
                         first,
-                        ids: [NONE; SPAN_PX],
+                        ids: [NONE; SPAN_WIDTH],
                     });
                 }
                 self.rows[start + rank].ids[layer.subpixel as usize - first] = layer.id;
@@ -49,8 +49,8 @@ impl Layers {
 
     /// Lays the layers over what lies behind; those that were not computed are transparent.
     pub(crate) fn blend(&self, behind: &mut [[f32; 4]]) {
-        for (row, fronts) in self.rows.iter().zip(self.colours.chunks_exact(SPAN_PX)) {
-            let behind = &mut behind[row.first..row.first + SPAN_PX];
+        for (row, fronts) in self.rows.iter().zip(self.colours.chunks_exact(SPAN_WIDTH)) {
+            let behind = &mut behind[row.first..row.first + SPAN_WIDTH];
             for (behind, front) in behind.iter_mut().zip(fronts) {
                 let front = Vec4::from(*front);
                 *behind = (front + (1.0 - front.w) * Vec4::from(*behind)).to_array();

@@ -79,6 +79,7 @@ mod tile;
 mod tile_mesh;
 mod visibility;
 mod walk;
+mod window;
 mod wrapped;
 
 #[cfg(feature = "input")]

@@ -1,6 +1,6 @@
 //! The patches of a tile: pixels that see several triangles of one smooth surface.
 
-use crate::span::TILE_PX;
+use crate::span::TILE_WIDTH;
 use crate::surface::UvAt;
 
 /// A pixel on a smooth surface.
@@ -30,6 +30,6 @@ pub(crate) struct Patches {
 impl Patches {
     /// The patch at a pixel of the tile.
     pub(crate) fn at(&self, [x, y]: [usize; 2]) -> Option<Patch> {
-        self.found.get(y * TILE_PX + x).copied().flatten()
+        self.found.get(y * TILE_WIDTH + x).copied().flatten()
     }
 }

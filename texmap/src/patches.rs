@@ -23,7 +23,7 @@ use crate::pixel::PixelOnTexture;
 use crate::plane::value;
 use crate::points::is_minified;
 use crate::scene::AlphaMode;
-use crate::span::{NONE, SPAN_PX, TILE_PX};
+use crate::span::{NONE, SPAN_HEIGHT, SPAN_WIDTH, TILE_HEIGHT, TILE_WIDTH};
 use crate::surface::{Surface, UvAt, UvPlanes};
 use crate::tile::{Cell, Tile, TileWork};
 
@@ -65,7 +65,7 @@ impl Tile<'_> {
             Cell::Plane(id) => self.smooth_mesh(surfaces, id),
             Cell::Mixed if edges.of_cell(cell).is_empty() => {
                 let subpixels = (0..filter.per_pixel).map(|row| {
-                    (cell / SPAN_PX * filter.per_pixel + row) * SPAN_PX + cell % SPAN_PX
+                    (cell / SPAN_WIDTH * filter.per_pixel + row) * SPAN_WIDTH + cell % SPAN_WIDTH
                 });
                 let mut mesh = None;
                 for at in subpixels {
@@ -80,10 +80,12 @@ impl Tile<'_> {
             _ => NONE,
         };
         patches.meshes.clear();
-        patches.meshes.extend((0..SPAN_PX * SPAN_PX).map(smooth));
+        patches
+            .meshes
+            .extend((0..SPAN_WIDTH * SPAN_HEIGHT).map(smooth));
         patches.candidates.clear();
         for (pixel, cell) in seen.iter().enumerate() {
-            let at = [pixel % TILE_PX, pixel / TILE_PX];
+            let at = [pixel % TILE_WIDTH, pixel / TILE_WIDTH];
             let mesh = patches.meshes[around(at, AROUND / 2)];
             let is_one =
                 || mesh != NONE && (0..AROUND).all(|k| patches.meshes[around(at, k)] == mesh);
@@ -116,18 +118,19 @@ impl Tile<'_> {
         patches: &mut Patches,
     ) {
         let filter = self.frame.filter;
-        let centre = |pixel: usize| around([pixel % TILE_PX, pixel / TILE_PX], AROUND / 2);
+        let centre = |pixel: usize| around([pixel % TILE_WIDTH, pixel / TILE_WIDTH], AROUND / 2);
         let mesh = patches.meshes[centre(first)];
-        let mut rows = [0u16; TILE_PX];
-        for pixel in 0..TILE_PX * TILE_PX {
+        let mut rows = [0u16; TILE_HEIGHT];
+        for pixel in 0..TILE_WIDTH * TILE_HEIGHT {
             if patches.candidates[pixel] && patches.meshes[centre(pixel)] == mesh {
                 patches.candidates[pixel] = false;
-                rows[pixel / TILE_PX] |= 1 << (pixel % TILE_PX);
+                rows[pixel / TILE_WIDTH] |= 1 << (pixel % TILE_WIDTH);
             }
         }
         let middle = |pixel: usize| {
             let cell = centre(pixel);
-            (cell / SPAN_PX * filter.per_pixel + filter.per_pixel / 2) * SPAN_PX + cell % SPAN_PX
+            (cell / SPAN_WIDTH * filter.per_pixel + filter.per_pixel / 2) * SPAN_WIDTH
+                + cell % SPAN_WIDTH
         };
         let Some(Some(surface)) = surfaces.get(ids[middle(first)] as usize) else {
             return;
@@ -144,7 +147,7 @@ impl Tile<'_> {
         if !self.is_minified(&reference.uv, planes.pyramid, 0.5) {
             return;
         }
-        patches.found.resize(TILE_PX * TILE_PX, None);
+        patches.found.resize(TILE_WIDTH * TILE_HEIGHT, None);
         let simd = self.frame.simd;
         dispatch!(simd, simd => fill_fields(simd, self, &reference, ids, surfaces, patches));
         for (y, wanted) in rows
@@ -154,8 +157,8 @@ impl Tile<'_> {
         {
             let mut moments = Moments::default();
             dispatch!(simd, simd => take_moments(simd, filter, y, patches, &mut moments));
-            for x in (0..TILE_PX).filter(|x| wanted >> x & 1 == 1) {
-                let id = ids[middle(y * TILE_PX + x)];
+            for x in (0..TILE_WIDTH).filter(|x| wanted >> x & 1 == 1) {
+                let id = ids[middle(y * TILE_WIDTH + x)];
                 let centre_px = crate::accumulate::centre_px([x, y]);
                 let uv = moments.uv(x, &reference, centre_px, filter);
                 let patch = uv.map(|at| Patch {
@@ -163,7 +166,7 @@ impl Tile<'_> {
                     at,
                     light: moments.light[x],
                 });
-                patches.found[y * TILE_PX + x] =
+                patches.found[y * TILE_WIDTH + x] =
                     patch.filter(|patch| self.is_minified(&patch.at, planes.pyramid, 1.0));
             }
         }
@@ -191,20 +194,20 @@ fn fill_fields<S: Simd>(
     patches: &mut Patches,
 ) {
     let filter = tile.frame.filter;
-    let count = SPAN_PX * SPAN_PX * filter.per_pixel + LANES;
+    let count = SPAN_WIDTH * SPAN_HEIGHT * filter.per_pixel + LANES;
     for field in [&mut patches.u, &mut patches.v, &mut patches.light] {
         field.clear();
         field.resize(count, f32::NAN);
     }
     let splat = |x: f32| f32x16::splat(simd, x);
     let nothing = splat(f32::NAN);
-    for row in 0..SPAN_PX * filter.per_pixel {
-        let start = row * SPAN_PX;
+    for row in 0..SPAN_HEIGHT * filter.per_pixel {
+        let start = row * SPAN_WIDTH;
         let mut column = 0;
-        while column < SPAN_PX {
+        while column < SPAN_WIDTH {
             let id = ids[start + column];
             let mut end = column + 1;
-            while end < SPAN_PX && ids[start + end] == id {
+            while end < SPAN_WIDTH && ids[start + end] == id {
                 end += 1;
             }
             let surface = surfaces.get(id as usize).and_then(Option::as_deref);
@@ -259,9 +262,9 @@ fn distances<S: Simd>(
 /// Means under the filters of a row of pixels.
 #[derive(Default)]
 struct Moments {
-    light: [f32; TILE_PX],
+    light: [f32; TILE_WIDTH],
     /// Of u and of v: the value, its products with the distance along x and y, its square.
-    of_uv: [[[f32; TILE_PX]; 4]; 2],
+    of_uv: [[[f32; TILE_WIDTH]; 4]; 2],
 }
 
 #[simd]
@@ -278,7 +281,7 @@ fn take_moments<S: Simd>(
         let row = y * filter.per_pixel + window.row;
         let [x0, dy] = filter.centred_px(window.row, window.column);
         for (k, &weight) in window.weights.iter().enumerate() {
-            let at = row * SPAN_PX + window.column + k;
+            let at = row * SPAN_WIDTH + window.column + k;
             let (u, v) = (
                 f32x16::from_slice(simd, &patches.u[at..at + LANES]),
                 f32x16::from_slice(simd, &patches.v[at..at + LANES]),

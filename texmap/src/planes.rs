@@ -8,7 +8,6 @@ use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, mask32x16};
 use fearless_simd_macros::simd;
 use rayon::prelude::*;
-use resample_core::tile::TileGrid;
 use resample_core::{Image, Plane, Projection, dispatch};
 
 use crate::accumulate::centre_px;
@@ -16,12 +15,13 @@ use crate::fragments::LEAST_WEIGHT;
 use crate::lanes::IOTA;
 use crate::options::{PlaneKind, RenderOptions};
 use crate::plane::Plane as Linear;
-use crate::span::TILE_PX;
+use crate::span::{TILE_HEIGHT, TILE_WIDTH};
 use crate::surface::Surface;
 use crate::tile::{Cell, Tile, TileImage, TileWork};
+use crate::window::Window;
 
 /// A number for each pixel of a row of the tile.
-type Row = [f32; TILE_PX];
+type Row = [f32; TILE_WIDTH];
 
 /// Planes of a row of pixels. All but `coverage` are multiplied by the share of the pixel that is covered.
 #[derive(Default)]
@@ -43,7 +43,7 @@ struct Part<'a, S: Simd> {
 impl Tile<'_> {
     /// Fills the planes that the options ask for: one after another, each pixel by pixel.
     pub(crate) fn fill_planes(&self, work: &mut TileWork, image: &mut TileImage) {
-        let mut points = [1.0; TILE_PX * TILE_PX];
+        let mut points = [1.0; TILE_WIDTH * TILE_HEIGHT];
         work.from_subpixels
             .iter()
             .for_each(|&pixel| points[usize::from(pixel)] = 0.0);
@@ -53,14 +53,14 @@ impl Tile<'_> {
         }
         work.by_row.clear();
         let names = channels(self.frame.options);
-        image.planes = vec![0.0; names.len() * TILE_PX * TILE_PX];
-        for y in 0..TILE_PX {
+        image.planes = vec![0.0; names.len() * TILE_WIDTH * TILE_HEIGHT];
+        for y in 0..TILE_HEIGHT {
             let mut row = RowPlanes::default();
             dispatch!(self.frame.simd, simd => fill_row(simd, self, work, y, &mut row));
-            let first = y * TILE_PX;
+            let first = y * TILE_WIDTH;
             let points: &Row = points[first..].first_chunk().expect("a row of the tile");
             for (k, (kind, _)) in names.iter().enumerate() {
-                let out = &mut image.planes[k * TILE_PX * TILE_PX + first..][..TILE_PX];
+                let out = &mut image.planes[k * TILE_WIDTH * TILE_HEIGHT + first..][..TILE_WIDTH];
                 row.write(*kind, points, out);
             }
         }
@@ -81,16 +81,19 @@ impl Tile<'_> {
 fn fill_row<S: Simd>(simd: S, tile: &Tile, work: &mut TileWork, y: usize, row: &mut RowPlanes) {
     let projection = tile.frame.camera.projection;
     let seen = |x: usize| 1u64 << x;
-    let cells: [Cell; TILE_PX] = std::array::from_fn(|x| work.seen[y * TILE_PX + x]);
+    let cells: [Cell; TILE_WIDTH] = std::array::from_fn(|x| work.seen[y * TILE_WIDTH + x]);
     let columns = f32x16::from_slice(simd, &IOTA);
     let [x, y_px] = centre_px([0, y]).map(|at| f32x16::splat(simd, at));
     let zero = f32x16::splat(simd, 0.0);
     // Pixels that see one triangle.
     let plane = |&x: &usize| matches!(cells[x], Cell::Plane(_));
-    let mut planes: u64 = (0..TILE_PX).filter(plane).map(seen).sum();
+    let mut planes: u64 = (0..TILE_WIDTH).filter(plane).map(seen).sum();
     while planes != 0 {
         let cell = cells[planes.trailing_zeros() as usize];
-        let alike: u64 = (0..TILE_PX).filter(|&x| cells[x] == cell).map(seen).sum();
+        let alike: u64 = (0..TILE_WIDTH)
+            .filter(|&x| cells[x] == cell)
+            .map(seen)
+            .sum();
         planes &= !alike;
         let Cell::Plane(id) = cell else { continue };
         let alike = mask32x16::from_bitmask(simd, alike);
@@ -105,7 +108,10 @@ fn fill_row<S: Simd>(simd: S, tile: &Tile, work: &mut TileWork, y: usize, row: &
         }
     }
     let several = |cell: Cell| matches!(cell, Cell::Mixed | Cell::Layered);
-    let several: u64 = (0..TILE_PX).filter(|&x| several(cells[x])).map(seen).sum();
+    let several: u64 = (0..TILE_WIDTH)
+        .filter(|&x| several(cells[x]))
+        .map(seen)
+        .sum();
     if several == 0 {
         return;
     }
@@ -236,23 +242,22 @@ fn channels(options: &RenderOptions) -> Vec<(Channel, &'static str)> {
 pub(crate) fn add_planes(
     image: &mut Image,
     options: &RenderOptions,
-    grid: &TileGrid,
+    window: &Window,
     tiles: &[TileImage],
 ) {
+    let [width, height] = window.size;
     for (k, (channel, name)) in channels(options).into_iter().enumerate() {
-        let mut values = vec![channel.empty(); grid.width * grid.height];
-        values
-            .par_chunks_mut(grid.width)
-            .enumerate()
-            .for_each(|(y, row)| {
-                let start = (k * TILE_PX + y % TILE_PX) * TILE_PX;
-                let tiles = &tiles[y / TILE_PX * grid.columns()..];
-                for (part, tile) in row.chunks_mut(TILE_PX).zip(tiles) {
-                    if let Some(planes) = tile.planes.get(start..start + part.len()) {
-                        part.copy_from_slice(planes);
-                    }
+        let mut values = vec![channel.empty(); width * height];
+        let rows = values.par_chunks_mut(width.max(1)).enumerate();
+        rows.for_each(|(y, row)| {
+            let (tiles, y) = window.row(tiles, y);
+            let start = (k * TILE_HEIGHT + y) * TILE_WIDTH;
+            for (part, tile) in row.chunks_mut(TILE_WIDTH).zip(tiles) {
+                if let Some(planes) = tile.planes.get(start..start + part.len()) {
+                    part.copy_from_slice(planes);
                 }
-            });
+            }
+        });
         match channel {
             Channel::Depth => image.depth = Some(values),
             _ => image.planes.push(Plane {

@@ -6,7 +6,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use resample_core::clock::StageClock;
-use resample_core::tile::{TileGrid, TileLists};
+use resample_core::tile::TileLists;
 use resample_core::{Camera, Image};
 
 use crate::cull::{InView, cull};
@@ -14,9 +14,10 @@ use crate::filter::PixelFilter;
 use crate::options::RenderOptions;
 use crate::planes::add_planes;
 use crate::prepare::Prepared;
-use crate::span::TILE_PX;
+use crate::span::{TILE_WIDTH, tile_grid};
 use crate::stats::FrameStats;
 use crate::tile::{FrameView, TileImage, TileWork, near_key, render_tile};
+use crate::window::Window;
 use crate::{Error, Scene};
 
 /// Renders one prepared scene, frame after frame.
@@ -92,8 +93,7 @@ impl Renderer {
     /// Renders a window of a frame: `size` pixels from column and row `first` on, with the bytes that the whole frame has there.
     ///
     /// # Errors
-    /// [`Error::Option`] if the camera is invalid, or the window is not inside and does not begin at edges of tiles of 16
-    /// pixels.
+    /// [`Error::Option`] if the camera is invalid, or the window is not inside or does not begin at a multiple of 16 pixels.
     pub fn render_window(
         &mut self,
         camera: &Camera,
@@ -111,11 +111,8 @@ impl Renderer {
         stats.stages.cull = clock.stop();
 
         let clock = StageClock::start();
-        let grid = TileGrid {
-            width: camera.width as usize,
-            height: camera.height as usize,
-        };
-        let window = TileWindow::new(&grid, first, size)?;
+        let grid = tile_grid(&camera);
+        let window = Window::new(&grid, first, size)?;
         let lists = TileLists::new(&grid, &in_view.rects);
         stats.tile_pairs = in_view.rects.iter().map(|rect| rect.area() as u64).sum();
         stats.stages.bin = clock.stop();
@@ -123,9 +120,9 @@ impl Renderer {
         let tiles = self.tiles(&camera, &in_view, (&window, &lists), &mut stats);
 
         let clock = StageClock::start();
-        let mut image = picture(&window.grid, &tiles);
+        let mut image = picture(&window, &tiles);
         if !self.options.planes.is_empty() {
-            add_planes(&mut image, &self.options, &window.grid, &tiles);
+            add_planes(&mut image, &self.options, &window, &tiles);
         }
         stats.pixels_touched = image.rgba.iter().filter(|pixel| pixel[3] > 0.0).count() as u64;
         stats.stages.image = clock.stop();
@@ -140,7 +137,7 @@ impl Renderer {
         &self,
         camera: &Camera,
         in_view: &InView,
-        (window, lists): (&TileWindow, &TileLists),
+        (window, lists): (&Window, &TileLists),
         stats: &mut FrameStats,
     ) -> Vec<TileImage> {
         let clock = StageClock::start();
@@ -153,8 +150,7 @@ impl Renderer {
             near: near_key(camera),
             simd: self.options.simd.resolve(),
         };
-        let columns = window.grid.columns();
-        let tiles: Vec<TileImage> = (0..columns * window.grid.rows())
+        let tiles: Vec<TileImage> = (0..window.tiles())
             .into_par_iter()
             .map_init(TileWork::default, |work, index| {
                 let at = window.tile(index);
@@ -184,65 +180,22 @@ impl Renderer {
     }
 }
 
-/// The tiles of a window.
-struct TileWindow {
-    first: [usize; 2],
-    grid: TileGrid,
-}
-
-impl TileWindow {
-    fn new(whole: &TileGrid, first: [usize; 2], size: [usize; 2]) -> Result<Self, Error> {
-        let is_inside = (0..2).all(|axis| {
-            let side = [whole.width, whole.height][axis];
-            first[axis].is_multiple_of(TILE_PX)
-                && first[axis]
-                    .checked_add(size[axis])
-                    .is_some_and(|end| end <= side)
-        });
-        if !is_inside {
-            return Err(Error::Option(format!(
-                "a window of {size:?} pixels from {first:?} on is not inside of {}x{}, or begins within a tile",
-                whole.width, whole.height
-            )));
-        }
-        Ok(Self {
-            first: first.map(|px| px / TILE_PX),
-            grid: TileGrid {
-                width: size[0],
-                height: size[1],
-            },
-        })
-    }
-
-    /// Column and row of a tile in the whole picture.
-    fn tile(&self, index: usize) -> [usize; 2] {
-        let columns = self.grid.columns();
-        [
-            self.first[0] + index % columns,
-            self.first[1] + index / columns,
-        ]
-    }
-}
-
 /// Copies the tiles into a picture.
-fn picture(grid: &TileGrid, tiles: &[TileImage]) -> Image {
-    let mut image = Image::transparent(grid.width, grid.height);
-    let columns = grid.columns();
-    image
-        .rgba
-        .par_chunks_mut(grid.width)
-        .enumerate()
-        .for_each(|(y, row)| {
-            for (tile, part) in row.chunks_mut(TILE_PX).enumerate() {
-                let tile = &tiles[y / TILE_PX * columns + tile];
-                if !tile.rgba.is_empty() {
-                    part.copy_from_slice(&tile.rgba[y % TILE_PX * TILE_PX..][..part.len()]);
-                    // A sum of weights may be above 1 by its rounding.
-                    part.iter_mut()
-                        .for_each(|pixel| pixel[3] = pixel[3].min(1.0));
-                }
+fn picture(window: &Window, tiles: &[TileImage]) -> Image {
+    let [width, height] = window.size;
+    let mut image = Image::transparent(width, height);
+    let rows = image.rgba.par_chunks_mut(width.max(1)).enumerate();
+    rows.for_each(|(y, row)| {
+        let (tiles, y) = window.row(tiles, y);
+        for (part, tile) in row.chunks_mut(TILE_WIDTH).zip(tiles) {
+            if !tile.rgba.is_empty() {
+                part.copy_from_slice(&tile.rgba[y * TILE_WIDTH..][..part.len()]);
+                // A sum of weights may be above 1 by its rounding.
+                part.iter_mut()
+                    .for_each(|pixel| pixel[3] = pixel[3].min(1.0));
             }
-        });
+        }
+    });
     image
 }
 

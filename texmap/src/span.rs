@@ -1,10 +1,27 @@
 //! The size of a tile and of the border that its filter needs.
 
-/// A tile's side, px.
-pub(crate) const TILE_PX: usize = resample_core::tile::TILE_PX;
+use resample_core::Camera;
+use resample_core::tile::{TILE_PX, TileGrid};
 
-/// A tile's side with the border that its filter needs, px.
-pub(crate) const SPAN_PX: usize = TILE_PX + 2 * BORDER_PX;
+/// A tile's width, px: a row is one vector.
+pub(crate) const TILE_WIDTH: usize = TILE_PX;
+
+/// A tile's height, px. Each tile computes its border, which neighbours compute too, so that high tiles compute less twice;
+/// the storage of a tile grows with it, and is to stay in the second-level cache.
+pub(crate) const TILE_HEIGHT: usize = 32;
+
+/// A tile's sides with the border that its filter needs, px.
+pub(crate) const SPAN_WIDTH: usize = TILE_WIDTH + 2 * BORDER_PX;
+pub(crate) const SPAN_HEIGHT: usize = TILE_HEIGHT + 2 * BORDER_PX;
+
+/// The tiles of a picture.
+pub(crate) fn tile_grid(camera: &Camera) -> TileGrid {
+    TileGrid {
+        width: camera.width as usize,
+        height: camera.height as usize,
+        tile_height: TILE_HEIGHT,
+    }
+}
 
 /// A sub-pixel that shows nothing.
 pub(crate) const NONE: u32 = u32::MAX;

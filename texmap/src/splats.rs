@@ -13,7 +13,7 @@ use crate::batch_light::BatchWork;
 use crate::by_triangle::Run;
 use crate::filter::PixelFilter;
 use crate::lanes::LANES;
-use crate::span::{SPAN_PX, TILE_PX};
+use crate::span::{SPAN_WIDTH, TILE_HEIGHT, TILE_WIDTH};
 use crate::surface::Surface;
 use crate::tile::{Tile, TileImage, TileWork};
 use crate::visibility::Layer;
@@ -22,10 +22,10 @@ use crate::visibility::Layer;
 const GROUP_PX: usize = 4;
 
 /// Which groups of pixels of a tile are made from sub-pixels.
-type Groups = [[bool; TILE_PX / GROUP_PX]; TILE_PX];
+type Groups = [[bool; TILE_WIDTH / GROUP_PX]; TILE_HEIGHT];
 
 /// The pixels of a tile.
-type Pixels = [[Vec4; TILE_PX]; TILE_PX];
+type Pixels = [[Vec4; TILE_WIDTH]; TILE_HEIGHT];
 
 impl Tile<'_> {
     /// Colours of the sub-pixels that some pixel wants: splats, and translucent surfaces over those behind.
@@ -43,12 +43,17 @@ impl Tile<'_> {
 
     /// Filters sub-pixels down to the pixels that are made from them.
     pub(crate) fn resolve(&self, work: &TileWork, image: &mut TileImage) {
-        let place = |pixel: u16| [usize::from(pixel) % TILE_PX, usize::from(pixel) / TILE_PX];
-        let mut wanted = Groups::default();
+        let place = |pixel: u16| {
+            [
+                usize::from(pixel) % TILE_WIDTH,
+                usize::from(pixel) / TILE_WIDTH,
+            ]
+        };
+        let mut wanted = [[false; TILE_WIDTH / GROUP_PX]; TILE_HEIGHT];
         for [x, y] in work.from_subpixels.iter().copied().map(place) {
             wanted[y][x / GROUP_PX] = true;
         }
-        let mut pixels = [[Vec4::ZERO; TILE_PX]; TILE_PX];
+        let mut pixels = [[Vec4::ZERO; TILE_WIDTH]; TILE_HEIGHT];
         let filter = self.frame.filter;
         dispatch!(self.frame.simd, simd => filter_groups(simd, filter, &work.colours, &wanted, &mut pixels));
         for &pixel in &work.from_subpixels {
@@ -75,12 +80,12 @@ fn lay_opaque<S: Simd>(simd: S, tile: &Tile, work: &mut TileWork) -> u64 {
     colours.clear();
     colours.resize(visibility.ids.len(), [0.0; 4]);
     let per_pixel = tile.frame.filter.per_pixel;
-    let rows = visibility.ids.chunks_exact(per_pixel * SPAN_PX);
+    let rows = visibility.ids.chunks_exact(per_pixel * SPAN_WIDTH);
     let mut first = 0;
-    for (rows, wanted) in rows.zip(wanted.chunks_exact(SPAN_PX)) {
-        for ids in rows.chunks_exact(SPAN_PX) {
+    for (rows, wanted) in rows.zip(wanted.chunks_exact(SPAN_WIDTH)) {
+        for ids in rows.chunks_exact(SPAN_WIDTH) {
             by_triangle.push_row(ids, wanted, [first; 2]);
-            first += SPAN_PX as u32;
+            first += SPAN_WIDTH as u32;
         }
     }
     let runs = by_triangle.sort(surfaces.len());
@@ -103,21 +108,23 @@ fn lay_layers<S: Simd>(simd: S, tile: &Tile, work: &mut TileWork) -> u64 {
     let mut count = 0;
     let mut rest: &[Layer] = &visibility.layers;
     // Layers of a row of pixels are few enough to be kept.
-    for (y, wanted) in wanted.chunks_exact(SPAN_PX).enumerate() {
+    for (y, wanted) in wanted.chunks_exact(SPAN_WIDTH).enumerate() {
         by_triangle.clear();
         layers.clear();
         for row in y * per_pixel..(y + 1) * per_pixel {
-            let first = row * SPAN_PX;
-            let is_beyond = |layer: &Layer| layer.subpixel as usize >= first + SPAN_PX;
+            let first = row * SPAN_WIDTH;
+            let is_beyond = |layer: &Layer| layer.subpixel as usize >= first + SPAN_WIDTH;
             let of_row = rest.iter().position(is_beyond).unwrap_or(rest.len());
             layers.add_row(first, &rest[..of_row]);
             rest = &rest[of_row..];
         }
         for (place, row) in layers.rows.iter().enumerate() {
-            let places = [row.first, place * SPAN_PX].map(|at| at as u32);
+            let places = [row.first, place * SPAN_WIDTH].map(|at| at as u32);
             by_triangle.push_row(&row.ids, wanted, places);
         }
-        layers.colours.resize(layers.rows.len() * SPAN_PX, [0.0; 4]);
+        layers
+            .colours
+            .resize(layers.rows.len() * SPAN_WIDTH, [0.0; 4]);
         let runs = by_triangle.sort(surfaces.len());
         count += lay_runs(simd, tile, (surfaces, runs), &mut layers.colours);
         layers.blend(colours);
@@ -183,13 +190,13 @@ fn filter_groups<S: Simd>(
     pixels: &mut Pixels,
 ) {
     const NUMBERS: usize = 4 * GROUP_PX;
-    for y in 0..TILE_PX {
-        for group in (0..TILE_PX / GROUP_PX).filter(|&group| wanted[y][group]) {
-            let first = y * filter.per_pixel * SPAN_PX + group * GROUP_PX;
+    for y in 0..TILE_HEIGHT {
+        for group in (0..TILE_WIDTH / GROUP_PX).filter(|&group| wanted[y][group]) {
+            let first = y * filter.per_pixel * SPAN_WIDTH + group * GROUP_PX;
             let mut sums = [0.0; NUMBERS];
             for window in &filter.rows {
                 let colours =
-                    colours[first + window.row * SPAN_PX + window.column..].as_flattened();
+                    colours[first + window.row * SPAN_WIDTH + window.column..].as_flattened();
                 for (k, weight) in window.weights.iter().enumerate() {
                     for (sum, colour) in sums.iter_mut().zip(&colours[4 * k..4 * k + NUMBERS]) {
                         *sum += colour * weight;
@@ -215,8 +222,9 @@ fn correct_edges(work: &mut TileWork, per_pixel: usize) {
         jumps,
         ..
     } = work;
-    let wanted =
-        |at: u32| wanted[at as usize / SPAN_PX / per_pixel * SPAN_PX + at as usize % SPAN_PX];
+    let wanted = |at: u32| {
+        wanted[at as usize / SPAN_WIDTH / per_pixel * SPAN_WIDTH + at as usize % SPAN_WIDTH]
+    };
     jumps.clear();
     jumps.extend(
         edges

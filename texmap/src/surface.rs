@@ -15,7 +15,7 @@ use crate::prepare::{
     LightKind, LightMap, MAPS, NORMALS, Prepared, PreparedMaterial, PreparedMesh,
 };
 use crate::scene::Wrap;
-use crate::span::SPAN_PX;
+use crate::span::{SPAN_HEIGHT, SPAN_WIDTH};
 
 /// A texture's coordinates over the tile.
 #[derive(Clone, Copy, Debug)]
@@ -340,7 +340,8 @@ fn is_within(planes: &UvPlanes, over_w: &Plane, at: [f32; 2], reach: Option<&f32
     };
     let [ux, uy, vx, vy] = uv_at(planes, over_w, at).jacobian;
     let per_px = (ux * ux + uy * uy + vx * vx + vy * vy).sqrt();
-    let change = SPAN_PX as f32 * (over_w[0].abs() + over_w[1].abs()) / value(over_w, at).abs();
+    let across = SPAN_WIDTH as f32 * over_w[0].abs() + SPAN_HEIGHT as f32 * over_w[1].abs();
+    let change = across / value(over_w, at).abs();
     // Over the tile 1/w keeps the share 1 - change or more, and texels per pixel are at most this.
     let kept = 1.0 - change;
     let most = per_px * (1.0 / kept + change / (kept * kept));

@@ -19,7 +19,7 @@ use crate::patch::Patches;
 use crate::plane::{Plane, moved, narrow};
 use crate::prepare::Prepared;
 use crate::scene::AlphaMode;
-use crate::span::{BORDER_PX, NONE, SPAN_PX, TILE_PX, WINDOW_PX};
+use crate::span::{BORDER_PX, NONE, SPAN_WIDTH, TILE_HEIGHT, TILE_WIDTH, WINDOW_PX};
 use crate::surface::{Surface, TileView};
 use crate::visibility::{CutOut, NearKey, RasterTriangle, Visibility};
 
@@ -102,7 +102,8 @@ pub(crate) fn render_tile(
     if list.is_empty() {
         return image;
     }
-    let corner_px = at.map(|tile| (tile * TILE_PX) as f64 - BORDER_PX as f64);
+    let corner_px =
+        [at[0] * TILE_WIDTH, at[1] * TILE_HEIGHT].map(|px| px as f64 - BORDER_PX as f64);
     let view = TileView::new(frame.scene, frame.camera, corner_px, frame.options.light);
     let tile = Tile { frame, view, list };
 
@@ -117,7 +118,7 @@ pub(crate) fn render_tile(
     image.visibility_ms = start.elapsed_ms();
 
     let start = ThreadClock::start();
-    image.rgba = vec![[0.0; 4]; TILE_PX * TILE_PX];
+    image.rgba = vec![[0.0; 4]; TILE_WIDTH * TILE_HEIGHT];
     match frame.options.method {
         Method::Hybrid => {
             tile.find_patches(work);
@@ -249,12 +250,12 @@ impl Tile<'_> {
                 image.drawn.push(self.list[id as usize]);
             }
         };
-        let mut before: &[u32] = &[NONE; SPAN_PX];
-        for (row, ids) in work.visibility.ids.chunks_exact(SPAN_PX).enumerate() {
+        let mut before: &[u32] = &[NONE; SPAN_WIDTH];
+        for (row, ids) in work.visibility.ids.chunks_exact(SPAN_WIDTH).enumerate() {
             // Most sub-pixels show the triangle of the one above.
             for (column, (&id, &above)) in ids.iter().zip(before).enumerate() {
                 if id != above && id != NONE {
-                    note(row * SPAN_PX + column, id);
+                    note(row * SPAN_WIDTH + column, id);
                 }
             }
             before = ids;
@@ -270,13 +271,13 @@ impl Tile<'_> {
         let per_pixel = self.frame.filter.per_pixel;
         if let Some(id) = work.visibility.alone {
             work.seen.clear();
-            return work.seen.resize(TILE_PX * TILE_PX, Cell::Plane(id));
+            return work.seen.resize(TILE_WIDTH * TILE_HEIGHT, Cell::Plane(id));
         }
         work.cells.clear();
-        for rows in work.visibility.ids.chunks_exact(per_pixel * SPAN_PX) {
-            let (first, rest) = rows.split_at(SPAN_PX);
-            let mut differ = [false; SPAN_PX];
-            for row in rest.chunks_exact(SPAN_PX) {
+        for rows in work.visibility.ids.chunks_exact(per_pixel * SPAN_WIDTH) {
+            let (first, rest) = rows.split_at(SPAN_WIDTH);
+            let mut differ = [false; SPAN_WIDTH];
+            for row in rest.chunks_exact(SPAN_WIDTH) {
                 differ
                     .iter_mut()
                     .zip(row.iter().zip(first))
@@ -291,10 +292,10 @@ impl Tile<'_> {
         }
         for layer in &work.visibility.layers {
             let (column, row) = (
-                layer.subpixel as usize % SPAN_PX,
-                layer.subpixel as usize / SPAN_PX,
+                layer.subpixel as usize % SPAN_WIDTH,
+                layer.subpixel as usize / SPAN_WIDTH,
             );
-            work.cells[row / per_pixel * SPAN_PX + column] = Cell::Layered;
+            work.cells[row / per_pixel * SPAN_WIDTH + column] = Cell::Layered;
         }
         seen(&work.cells, &mut work.cells_along, &mut work.seen);
     }
@@ -304,18 +305,18 @@ impl Tile<'_> {
 fn seen(cells: &[Cell], along: &mut Vec<Cell>, out: &mut Vec<Cell>) {
     out.clear();
     if cells.iter().all(|&cell| cell == cells[0]) {
-        return out.resize(TILE_PX * TILE_PX, cells[0]);
+        return out.resize(TILE_WIDTH * TILE_HEIGHT, cells[0]);
     }
     along.clear();
-    for row in cells.chunks_exact(SPAN_PX) {
+    for row in cells.chunks_exact(SPAN_WIDTH) {
         along.extend(
             row.windows(WINDOW_PX)
                 .map(|window| window[1..].iter().fold(window[0], joined)),
         );
     }
-    let below = |first: usize| (1..WINDOW_PX).map(move |k| first + k * TILE_PX);
+    let below = |first: usize| (1..WINDOW_PX).map(move |k| first + k * TILE_WIDTH);
     out.extend(
-        (0..TILE_PX * TILE_PX)
+        (0..TILE_WIDTH * TILE_HEIGHT)
             .map(|at| below(at).fold(along[at], |cell, k| joined(cell, &along[k]))),
     );
 }
@@ -332,7 +333,7 @@ fn joined(a: Cell, b: &Cell) -> Cell {
 /// Position of a sub-pixel by its place in the tile.
 #[inline(always)]
 pub(crate) fn subpixel_px(filter: &PixelFilter, at: usize) -> [f32; 2] {
-    filter.position_px(at % SPAN_PX, at / SPAN_PX)
+    filter.position_px(at % SPAN_WIDTH, at / SPAN_WIDTH)
 }
 
 /// Largest key that the near plane lets through.

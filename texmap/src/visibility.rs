@@ -16,7 +16,7 @@ use crate::edges::Crossing;
 use crate::filter::PixelFilter;
 use crate::lanes::{IOTA, LANES};
 use crate::plane::{Plane, moved, narrow, value};
-use crate::span::{NONE, SPAN_PX};
+use crate::span::{NONE, SPAN_HEIGHT, SPAN_WIDTH};
 
 /// Relative rounding of a depth key: three products and two sums in f32 of parts that may be a few times larger than
 /// the key, each rounded by 2^-24.
@@ -72,9 +72,9 @@ impl RasterTriangle {
         corner_px: [f64; 2],
         filter: &PixelFilter,
     ) -> Option<Self> {
-        let range = |axis: usize, per_pixel: usize| {
+        let range = |axis: usize, span: usize, per_pixel: usize| {
             let place = |px: f32| (f64::from(px) - corner_px[axis]) * per_pixel as f64;
-            let count = (SPAN_PX * per_pixel) as f64;
+            let count = (span * per_pixel) as f64;
             // A sub-pixel lies between its column's number and the next, in either direction.
             let first = (place(triangle.seen.bounds_px[axis]) - 1.0).clamp(0.0, count) as usize;
             let last = (place(triangle.seen.bounds_px[axis + 2]) + 1.0)
@@ -82,7 +82,10 @@ impl RasterTriangle {
                 .clamp(0.0, count) as usize;
             [first, last]
         };
-        let (columns, rows) = (range(0, 1), range(1, filter.per_pixel));
+        let (columns, rows) = (
+            range(0, SPAN_WIDTH, 1),
+            range(1, SPAN_HEIGHT, filter.per_pixel),
+        );
         if columns[0] >= columns[1] || rows[0] >= rows[1] {
             return None;
         }
@@ -138,10 +141,11 @@ impl RasterTriangle {
     #[inline(always)]
     pub(crate) fn leaves(&self, p: [f32; 2], q: [f32; 2]) -> Option<(Crossing, usize)> {
         let mut first: Option<(Crossing, usize)> = None;
-        for (corner, line) in self.lines.iter().enumerate() {
+        for (corner, (line, closed)) in self.lines.iter().zip(self.closed).enumerate() {
             let value = |at: [f32; 2]| line[0] * at[0] + line[1] * at[1] + line[2];
             let (here, there) = (value(p), value(q));
-            if there < 0.0 && there < here {
+            let beyond = there < 0.0 || (there == 0.0 && !closed);
+            if beyond && there < here {
                 let t = (here / (here - there)).max(0.0);
                 if first.is_none_or(|(before, _)| t < before.t) {
                     first = Some((
@@ -227,7 +231,7 @@ fn draw_rows<S: Simd>(
         seen_by,
         #[inline(always)]
         |[row, column], inside, key| {
-            let at = row * SPAN_PX + column;
+            let at = row * SPAN_WIDTH + column;
             let before = f32x16::from_slice(simd, &visibility.keys[at..at + LANES]);
             let seen = inside & is_nearer(simd, key, before);
             visibility.show(simd, at, id, (seen, key));
@@ -251,7 +255,7 @@ fn list_rows<S: Simd>(
         seen_by,
         #[inline(always)]
         |[row, column], inside, key| {
-            let at = row * SPAN_PX + column;
+            let at = row * SPAN_WIDTH + column;
             let before = f32x16::from_slice(simd, &keys[at..at + LANES]);
             let mut bits = (inside & key.simd_gt(before)).to_bitmask();
             while bits != 0 {
@@ -269,21 +273,23 @@ fn list_rows<S: Simd>(
 
 /// The corners of the span.
 const TILE_CORNERS: [[f32; 2]; 4] = {
-    let side = SPAN_PX as f32;
-    [[0.0, 0.0], [side, 0.0], [0.0, side], [side, side]]
+    let (width, height) = (SPAN_WIDTH as f32, SPAN_HEIGHT as f32);
+    [[0.0, 0.0], [width, 0.0], [0.0, height], [width, height]]
 };
 
 /// More than the rounding of a plane's values over the tile: of the largest parts of a sum of three, each rounded a few
 /// times by 2^-24.
 fn slack(plane: &Plane) -> f32 {
-    1e-5 * (SPAN_PX as f32 * (plane[0].abs() + plane[1].abs()) + plane[2].abs())
+    1e-5 * (SPAN_WIDTH as f32 * plane[0].abs()
+        + SPAN_HEIGHT as f32 * plane[1].abs()
+        + plane[2].abs())
 }
 
 impl Visibility {
     /// Forgets the last tile.
     pub(crate) fn clear(&mut self, filter: &PixelFilter) {
         // A vector may begin at the last sub-pixel of all.
-        let count = SPAN_PX * SPAN_PX * filter.per_pixel + LANES;
+        let count = SPAN_WIDTH * SPAN_HEIGHT * filter.per_pixel + LANES;
         self.ids.clear();
         self.ids.resize(count, NONE);
         self.keys.clear();

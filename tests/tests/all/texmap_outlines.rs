@@ -59,11 +59,18 @@ fn gaussian_integral(distance_px: f64) -> f64 {
 
 /// The greatest error of coverage along straight edges of many directions.
 fn worst_coverage(options: &RenderOptions) -> f64 {
+    let edges = (0..60).map(|k| {
+        let angle_rad = std::f64::consts::TAU * f64::from(k) / 60.0;
+        (angle_rad, 0.37 * f64::from(k % 7) - 1.0)
+    });
+    worst_coverage_along(edges, options)
+}
+
+/// The same along edges given by their direction and how far they lie beyond the middle of the picture, px.
+fn worst_coverage_along(edges: impl Iterator<Item = (f64, f64)>, options: &RenderOptions) -> f64 {
     let camera = pixel_camera();
     let mut worst = 0.0f64;
-    for k in 0..60 {
-        let angle_rad = std::f64::consts::TAU * f64::from(k) / 60.0;
-        let shift_px = 0.37 * f64::from(k % 7) - 1.0;
+    for (angle_rad, shift_px) in edges {
         let image = rendered(&half_plane(angle_rad, shift_px), &camera, options);
         let right = -DVec2::from_angle(angle_rad).perp();
         for (index, pixel) in image.rgba.iter().enumerate() {
@@ -77,6 +84,22 @@ fn worst_coverage(options: &RenderOptions) -> f64 {
         }
     }
     worst
+}
+
+#[test]
+fn edges_through_subpixels_cover_what_the_gaussian_says() {
+    // A sub-pixel of the lattice of 17 within the pixel to the right of and below the picture's middle.
+    let node = |row: u32| {
+        let place = |k: u32| (f64::from(k % 17) + 0.5) / 17.0;
+        DVec2::new(place(4 * row), -place(row))
+    };
+    let edges = (0..240).map(|k| {
+        let angle_rad = std::f64::consts::TAU * f64::from(k) / 240.0;
+        let right = -DVec2::from_angle(angle_rad).perp();
+        (angle_rad, node(k).dot(right))
+    });
+    let worst = worst_coverage_along(edges, &RenderOptions::default());
+    assert!(worst < 2e-3, "coverage is off by {worst}");
 }
 
 #[test]

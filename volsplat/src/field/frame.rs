@@ -47,10 +47,7 @@ impl FieldFrame<'_> {
         stats.bricks_empty += field.empty;
 
         let clock = StageClock::start();
-        let grid = TileGrid {
-            width: self.camera.width as usize,
-            height: self.camera.height as usize,
-        };
+        let grid = TileGrid::new(self.camera.width as usize, self.camera.height as usize);
         let lists = TileLists::new(&grid, &rects);
         stats.stages.bin = clock.stop();
 

@@ -22,10 +22,7 @@ pub(crate) fn placed<'a>(
     visible: &[usize],
 ) -> (Vec<PlacedBrick<'a>>, Vec<TileRect>) {
     let (view, camera) = (frame.view, frame.camera);
-    let grid = TileGrid {
-        width: camera.width as usize,
-        height: camera.height as usize,
-    };
+    let grid = TileGrid::new(camera.width as usize, camera.height as usize);
     let mut ordered: Vec<(u64, usize)> = visible
         .iter()
         .map(|&i| (distance(view, &bricks[i]), i))

@@ -143,10 +143,7 @@ impl EverySample {
     ) -> TileLayout {
         let (fine, subpixels) = refined(camera, self.subpixels(camera));
         let fine = fine.in_unit(self.length);
-        let grid = TileGrid {
-            width: fine.width as usize,
-            height: fine.height as usize,
-        };
+        let grid = TileGrid::new(fine.width as usize, fine.height as usize);
         let maps: Vec<MapSource> = self
             .layers
             .iter()

@@ -112,10 +112,7 @@ impl BrickPlace {
 
 /// The tiles of the picture that a box in front of the near plane touches.
 fn rect(corners: &[DVec3; 8], view: &GridView, camera: &Camera) -> TileRect {
-    let grid = TileGrid {
-        width: camera.width as usize,
-        height: camera.height as usize,
-    };
+    let grid = TileGrid::new(camera.width as usize, camera.height as usize);
     let ends = |axis: usize, count: usize| {
         let at = corners.map(|corner| {
             let scale = if view.projection == Projection::Perspective {
@@ -139,10 +136,7 @@ mod tests {
 
     #[test]
     fn rectangles_are_hidden_where_every_tile_of_theirs_is_opaque() {
-        let grid = TileGrid {
-            width: 16 * 7,
-            height: 16 * 5,
-        };
+        let grid = TileGrid::new(16 * 7, 16 * 5);
         let opaque = |tile: usize| tile * 7 % 11 < 8;
         let hiding = Hiding::new(&grid, opaque);
         for (x0, y0) in (0..7u16).flat_map(|x| (0..5u16).map(move |y| (x, y))) {

@@ -77,10 +77,7 @@ impl<'a> KernelProjection<'a> {
             settings,
             projection: SheetProjection::new(view, frame.camera, settings),
             view: *view,
-            grid: TileGrid {
-                width: frame.camera.width as usize,
-                height: frame.camera.height as usize,
-            },
+            grid: TileGrid::new(frame.camera.width as usize, frame.camera.height as usize),
             select: choices.select,
             threshold2_px2: choices.point_threshold_px * choices.point_threshold_px,
             mass_scale: (view.cell_volume() * area / settings.unit_in_world) as f32,
@@ -243,10 +240,7 @@ impl SheetFrame<'_> {
         stats: &mut FrameStats,
     ) {
         let clock = StageClock::start();
-        let grid = TileGrid {
-            width: self.camera.width as usize,
-            height: self.camera.height as usize,
-        };
+        let grid = TileGrid::new(self.camera.width as usize, self.camera.height as usize);
         let columns = grid.columns();
         slots.resize_with(columns * grid.rows(), TileSlot::default);
         let voxels: Vec<&[KernelSample]> = chunks

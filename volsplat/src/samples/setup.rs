@@ -65,10 +65,7 @@ impl EverySample {
                 self.opacity_unit,
             ),
             view_volume: ViewVolume::new(camera, &maps.view, self.kernel.radius()),
-            grid: TileGrid {
-                width: camera.width as usize,
-                height: camera.height as usize,
-            },
+            grid: TileGrid::new(camera.width as usize, camera.height as usize),
             select: self.choices.select,
             threshold2_px2: threshold * threshold,
             light: SampleLight::new(

@@ -36,10 +36,7 @@ impl SheetProjection {
         Self {
             view: *view,
             anchor: settings.anchor,
-            grid: TileGrid {
-                width: camera.width as usize,
-                height: camera.height as usize,
-            },
+            grid: TileGrid::new(camera.width as usize, camera.height as usize),
             axes: [m.x_axis.as_vec3(), m.y_axis.as_vec3(), m.z_axis.as_vec3()],
             inverse_thickness: (1.0 / settings.thickness) as f32,
             thickness: settings.thickness as f32,

@@ -74,10 +74,7 @@ impl StreamedCells {
         watch: &mut Watch,
     ) -> Result<(), Error> {
         let clock = StageClock::start();
-        let grid = TileGrid {
-            width: frame.camera.width as usize,
-            height: frame.camera.height as usize,
-        };
+        let grid = TileGrid::new(frame.camera.width as usize, frame.camera.height as usize);
         slots.resize_with(grid.columns() * grid.rows(), TileSlot::default);
         slots.iter_mut().for_each(|slot| slot.reset(0));
         let view_volume = ViewVolume::new(frame.camera, frame.view, 0.0);
