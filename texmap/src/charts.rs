@@ -7,6 +7,8 @@
 //! Limits: a neighbour's border counts only where the whole triangle lies on its inner side;
 //! corners that are stored twice within a chart hide their neighbours' borders.
 
+use fearless_simd::f32x16;
+use fearless_simd::prelude::*;
 use glam::DVec2;
 
 use crate::adjacency::Neighbour;
@@ -155,24 +157,31 @@ impl Border {
         along >= self.span[0] - margin && along <= self.span[1] + margin
     }
 
-    /// How far `place` must be moved inwards to be `margin` texels inside, if the way from `start` leads over the border.
+    /// How far each place must be moved inwards to be `margin` texels inside, if the way from `start` leads over the border.
     #[inline(always)]
-    fn lacking(&self, start: [f32; 2], place: [f32; 2], margin: f32) -> f32 {
-        let (before, after) = (value(&self.line, start).max(0.0), value(&self.line, place));
-        if after >= margin {
-            return 0.0;
-        }
-        let share = if after < 0.0 {
-            before / (before - after)
-        } else {
-            1.0
-        };
-        let crossing = [0, 1].map(|k| start[k] + share * (place[k] - start[k]));
-        if self.spans(self.along(crossing), margin) {
-            margin - after
-        } else {
-            0.0
-        }
+    fn lacking<S: Simd>(
+        &self,
+        simd: S,
+        start: [f32; 2],
+        place: [f32x16<S>; 2],
+        margin: f32,
+    ) -> f32x16<S> {
+        let splat = |x: f32| f32x16::splat(simd, x);
+        let zero = splat(0.0);
+        let before = splat(value(&self.line, start).max(0.0));
+        let [a, b, c] = self.line.map(splat);
+        let after = a * place[0] + b * place[1] + c;
+        let share = after
+            .simd_lt(zero)
+            .select(before / (before - after), splat(1.0));
+        let start = start.map(splat);
+        let crossing_u = start[0] + share * (place[0] - start[0]);
+        let crossing_v = start[1] + share * (place[1] - start[1]);
+        let along = a * crossing_v - b * crossing_u;
+        let led_over = after.simd_lt(splat(margin))
+            & along.simd_ge(splat(self.span[0] - margin))
+            & along.simd_le(splat(self.span[1] + margin));
+        led_over.select(splat(margin) - after, zero)
     }
 }
 
@@ -202,24 +211,105 @@ impl Borders {
         })
     }
 
-    /// The place, moved to where it is `margin` texels inside each border that the way from `start` leads over.
+    /// The places, moved to where they are `margin` texels inside each border that the way from `start` leads over.
     #[inline(always)]
-    pub(crate) fn moved_inside(
+    pub(crate) fn moved_inside<S: Simd>(
         &self,
+        simd: S,
         start: [f32; 2],
-        mut place: [f32; 2],
+        mut place: [f32x16<S>; 2],
         margin: f32,
-    ) -> [f32; 2] {
+    ) -> [f32x16<S>; 2] {
         // Beyond a corner, the way to what one border has moved may lead over the other one: hence twice.
         for _ in 0..2 {
             for border in &self.borders[..self.count] {
-                let lacking = border.lacking(start, place, margin);
-                place = [
-                    place[0] + lacking * border.line[0],
-                    place[1] + lacking * border.line[1],
-                ];
+                let lacking = border.lacking(simd, start, place, margin);
+                for (place, normal) in place.iter_mut().zip(border.line) {
+                    *place += lacking * f32x16::splat(simd, normal);
+                }
             }
         }
         place
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lanes::LANES;
+    use resample_core::dispatch;
+    use resample_core::simd::SimdLevel;
+
+    /// How far one place must be moved, in f64.
+    fn lacking(border: &Border, start: [f64; 2], place: [f64; 2], margin: f64) -> f64 {
+        let [a, b, c] = border.line.map(f64::from);
+        let from_line = |at: [f64; 2]| a * at[0] + b * at[1] + c;
+        let (before, after) = (from_line(start).max(0.0), from_line(place));
+        if after >= margin {
+            return 0.0;
+        }
+        let share = if after < 0.0 {
+            before / (before - after)
+        } else {
+            1.0
+        };
+        let crossing = [0, 1].map(|k| start[k] + share * (place[k] - start[k]));
+        let along = a * crossing[1] - b * crossing[0];
+        let [first, last] = border.span.map(f64::from);
+        if along >= first - margin && along <= last + margin {
+            margin - after
+        } else {
+            0.0
+        }
+    }
+
+    fn moved_inside(borders: &Borders, start: [f64; 2], place: [f64; 2], margin: f64) -> [f64; 2] {
+        let mut place = place;
+        for _ in 0..2 {
+            for border in &borders.borders[..borders.count] {
+                let by = lacking(border, start, place, margin);
+                place = [0, 1].map(|k| place[k] + by * f64::from(border.line[k]));
+            }
+        }
+        place
+    }
+
+    #[test]
+    fn places_are_moved_as_each_is_alone() {
+        // Two borders of a triangle that meet in a corner.
+        let corners = [[10.0, 10.0], [30.0, 12.0], [14.0, 40.0]].map(DVec2::from);
+        let mut borders = Borders::default();
+        borders.add([corners[0], corners[1]], corners[2], corners);
+        borders.add([corners[0], corners[2]], corners[1], corners);
+        assert_eq!(borders.count, 2);
+        let start = [12.0, 13.0];
+        let mut moved = 0;
+        for k in 0..100 {
+            let number = |n: usize| ((k * 16 + n) as f32 * 0.618_034).fract();
+            let place: [[f32; LANES]; 2] = [
+                std::array::from_fn(|n| 8.0 + 10.0 * number(n)),
+                std::array::from_fn(|n| 7.0 + 14.0 * number(n + 7)),
+            ];
+            let margin = 0.25 * (k % 5) as f32;
+            for simd in SimdLevel::ALL.map(SimdLevel::resolve) {
+                let mut found = [[0.0; LANES]; 2];
+                dispatch!(simd, simd => {
+                    let place = [0, 1].map(|axis: usize| f32x16::from_slice(simd, &place[axis]));
+                    let inside = borders.moved_inside(simd, start, place, margin);
+                    inside[0].store_slice(&mut found[0]);
+                    inside[1].store_slice(&mut found[1]);
+                });
+                for n in 0..LANES {
+                    let at = [0, 1].map(|axis: usize| f64::from(place[axis][n]));
+                    let wanted = moved_inside(&borders, start.map(f64::from), at, margin.into());
+                    moved += usize::from(wanted != at);
+                    for axis in 0..2 {
+                        let off = (f64::from(found[axis][n]) - wanted[axis]).abs();
+                        assert!(off < 1e-4, "{at:?}, {margin}: {off} texels off");
+                    }
+                }
+            }
+        }
+        assert!(moved > 1000, "only {moved} places were moved");
     }
 }

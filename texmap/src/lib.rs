@@ -34,6 +34,7 @@
 
 mod accumulate;
 mod adjacency;
+mod at_borders;
 mod backward;
 mod batch;
 mod batch_light;

@@ -1,8 +1,7 @@
 //! Where the sub-pixels of a batch lie in a texture, and which look-ups each of them needs.
 //!
 //! A sub-pixel within a texel or so sees the texture's own reconstruction; a longer one takes the mean of several
-//! look-ups along its longer axis, in the two levels whose texels are beside half its width. The same formulas as
-//! [`crate::lookup::small_footprint`], in vectors.
+//! look-ups along its longer axis, in the two levels whose texels are beside half its width.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, i32x16};

@@ -138,25 +138,12 @@ pub(crate) fn look_up<S: Simd>(
             let mut k = 0.0;
             while active != 0 {
                 let t = f32x16::splat(simd, k + 0.5) / times - f32x16::splat(simd, 0.5);
-                let at = [u + t * along[0], v + t * along[1]];
-                for (n, (slot, pyramid)) in pyramids.iter().enumerate() {
-                    let level = &pyramid.levels[index as usize + next];
-                    if n == 0 {
-                        taps.set(simd, level, at);
-                    }
+                let index = index as usize + next;
+                let alike = &pyramids[0].1.levels[index];
+                taps.set(simd, alike, [u + t * along[0], v + t * along[1]]);
+                for (slot, pyramid) in pyramids {
                     let out = &mut texels[*slot];
-                    let level = (level, pyramid.wrap);
-                    match level.0.texels {
-                        LevelTexels::Unorm16(_) => {
-                            taps.add::<S, [u16; 4]>(simd, level, *weight, active, out);
-                        }
-                        LevelTexels::Srgb8(_) => {
-                            taps.add::<S, [u8; 4]>(simd, level, *weight, active, out);
-                        }
-                        LevelTexels::Float(_) => {
-                            taps.add::<S, Vec4>(simd, level, *weight, active, out);
-                        }
-                    }
+                    taps.add_level(simd, (pyramid, index), *weight, active, out);
                 }
                 k += 1.0;
                 active &= times.simd_gt(f32x16::splat(simd, k)).to_bitmask();
@@ -165,9 +152,9 @@ pub(crate) fn look_up<S: Simd>(
     }
 }
 
-/// One look-up for each sub-pixel of a batch.
+/// Sixteen look-ups, such as one for each sub-pixel of a batch.
 #[derive(Default)]
-struct Taps {
+pub(crate) struct Taps {
     /// The upper left texel: column, row, and place in the level.
     column: [i32; LANES],
     row: [i32; LANES],
@@ -181,8 +168,9 @@ struct Taps {
 }
 
 impl Taps {
+    /// Finds the texels of look-ups in a level, and of those alike.
     #[inline(always)]
-    fn set<S: Simd>(&mut self, simd: S, level: &Level, [u, v]: [f32x16<S>; 2]) {
+    pub(crate) fn set<S: Simd>(&mut self, simd: S, level: &Level, [u, v]: [f32x16<S>; 2]) {
         let half = f32x16::splat(simd, 0.5);
         let u = u * f32x16::splat(simd, level.scale[0]) - half;
         let v = v * f32x16::splat(simd, level.scale[1]) - half;
@@ -200,7 +188,25 @@ impl Taps {
         (row * i32x16::splat(simd, level.stride as i32) + column).store_slice(&mut self.place);
     }
 
-    /// Adds the look-ups whose bit is set.
+    /// Adds the look-ups of a level whose bits are set, each to its own colour.
+    #[inline(always)]
+    pub(crate) fn add_level<S: Simd>(
+        &mut self,
+        simd: S,
+        (pyramid, index): (&Pyramid, usize),
+        weight: f32x16<S>,
+        active: u64,
+        out: &mut [Vec4; LANES],
+    ) {
+        let level = (&pyramid.levels[index], pyramid.wrap);
+        match level.0.texels {
+            LevelTexels::Unorm16(_) => self.add::<S, [u16; 4]>(simd, level, weight, active, out),
+            LevelTexels::Srgb8(_) => self.add::<S, [u8; 4]>(simd, level, weight, active, out),
+            LevelTexels::Float(_) => self.add::<S, Vec4>(simd, level, weight, active, out),
+        }
+    }
+
+    /// Adds the look-ups whose bits are set.
     #[inline(always)]
     fn add<S: Simd, K: Kind>(
         &mut self,

@@ -5,9 +5,10 @@
 use fearless_simd::prelude::*;
 use glam::Vec4;
 
+use crate::at_borders::look_up_at_borders;
 use crate::batch::Batch;
 use crate::lanes::LANES;
-use crate::lookup::small_footprint;
+use crate::lookup::reconstructed;
 use crate::mip::Pyramid;
 use crate::places::Places;
 use crate::prepare::MAPS;
@@ -117,8 +118,13 @@ impl Tile<'_> {
                 if (nearest && places.is_plain(k)) || places.sees_border(k, planes) {
                     places.count[k] = 0.0;
                     let uv = surface.uv_at(planes, batch.at(k));
-                    for (slot, pyramid) in pyramids {
-                        colours[*slot][k] = small_footprint(pyramid, &uv, side_px, &planes.borders);
+                    if places.is_plain(k) {
+                        for (slot, pyramid) in pyramids {
+                            colours[*slot][k] = reconstructed(pyramid, uv.u, uv.v);
+                        }
+                    } else {
+                        let footprint = (&uv, side_px, &planes.borders);
+                        look_up_at_borders(simd, pyramids, footprint, (&mut *colours, k));
                     }
                 }
             }
