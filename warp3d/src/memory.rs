@@ -31,7 +31,7 @@ const PREPARING: u64 = 2 + size_of::<Cell>() as u64;
 /// Bytes of a cut cell: four quarters, gathered by segment, kept, their corners on the screen, and the slopes there.
 #[cfg(feature = "input")]
 const CUT_CELL: u64 =
-    4 * (2 * size_of::<Quarter>() + size_of::<[[f32; 3]; 4]>() + size_of::<[f32; 2]>()) as u64;
+    4 * (2 * size_of::<Quarter>() + size_of::<[[f32; 3]; 4]>() + size_of::<[[f32; 2]; 2]>()) as u64;
 
 /// Bytes a pixel of one more layer: colour, depth, resolution and purity.
 const LAYER: u64 = RGBA + 3 * F32;
@@ -208,7 +208,7 @@ mod tests {
         assert_eq!([READING, REFERENCE, PREPARED, PREPARING], [48, 16, 22, 3]);
         assert_eq!([LAYER, PICTURE], [28, 60]);
         #[cfg(feature = "input")]
-        assert_eq!(CUT_CELL, 320);
+        assert_eq!(CUT_CELL, 352);
     }
 
     #[test]

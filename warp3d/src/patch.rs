@@ -51,7 +51,9 @@ impl Patch {
         let kind = id % KINDS;
         if !is_triangle(id) {
             let corner = kind as usize - 2;
-            return Self::of_sample(surfaces, cx + corner % 2, cy + corner / 2);
+            let at = [cx + corner % 2, cy + corner / 2];
+            let slope = |index| surfaces.slope_of_quarter(index, corner);
+            return Self::of_sample(surfaces, at, slope);
         }
         let first = (cy - 1) * width + cx - 1;
         let [a, b, c, d] = [first, first + 1, first + width, first + width + 1]
@@ -73,15 +75,21 @@ impl Patch {
     /// The tangent plane of a sample; `None` where its depth is unknown.
     pub(crate) fn of_sample_at(surfaces: &Surfaces, index: usize) -> Option<Self> {
         let width = surfaces.size[0];
-        (!surfaces.disparity[index].is_nan())
-            .then(|| Self::of_sample(surfaces, index % width + 1, index / width + 1))
+        (!surfaces.disparity[index].is_nan()).then(|| {
+            let at = [index % width + 1, index / width + 1];
+            Self::of_sample(surfaces, at, |index| surfaces.slope(index))
+        })
     }
 
     /// The tangent plane of the sample whose right lower cell is (cx, cy): sample (cx - 1, cy - 1).
-    #[inline]
-    fn of_sample(surfaces: &Surfaces, cx: usize, cy: usize) -> Self {
+    #[inline(always)]
+    fn of_sample(
+        surfaces: &Surfaces,
+        [cx, cy]: [usize; 2],
+        slope: impl Fn(usize) -> [f32; 2],
+    ) -> Self {
         let index = (cy - 1) * surfaces.size[0] + cx - 1;
-        let slope = surfaces.slope(index).map(f64::from);
+        let slope = slope(index).map(f64::from);
         Self {
             place: DVec2::new(cx as f64 - 0.5, cy as f64 - 0.5),
             disparity: f64::from(surfaces.disparity[index]),

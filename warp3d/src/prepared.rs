@@ -54,6 +54,8 @@ impl Prepared {
             MixedPixels::Keep => Rims::half_way(&surfaces),
             MixedPixels::Unmix => Rims::unmixed(&surfaces, &mut samples),
         };
+        let reach = |s: &Surfaces, index, axis, towards| cuts.to_edge(s, index, axis, towards);
+        surfaces.keep_slopes(reach);
         let segments = Segments::new(&surfaces, Quarters::new(&surfaces, &cuts));
         let mut colours = Colours::new(samples, &reference.colour, &mut surfaces);
         solve(&mut colours.coefficients, &surfaces);

@@ -13,8 +13,8 @@
 mod along;
 mod shape;
 
-use crate::surface::Surfaces;
-use along::{UNKNOWN, spread_of, straightened};
+use crate::surface::{Limb, Surfaces};
+use along::{UNKNOWN, deviation_of, spread_of, straightened};
 
 /// Where edges lie between samples.
 #[derive(Clone, Debug)]
@@ -47,8 +47,9 @@ struct Side {
 struct Told {
     /// The share of the farther surface in the nearer pixel, and of the nearer in the farther one.
     shares: [f32; 2],
-    /// Deviation of the edge's place, in 255ths.
-    spread: u8,
+    /// The edge's place, from the nearer sample on, and its deviation, samples.
+    place: f32,
+    deviation: f32,
 }
 
 /// How far the farther surface goes on behind the nearer one, samples, so that rounding opens no hole: a few steps of the
@@ -100,19 +101,17 @@ impl Rims {
                 let Some(cut) = cut_after(surfaces, index, axis) else {
                     continue;
                 };
-                *spread = UNKNOWN;
-                let Some(told) = cut.told(samples) else {
-                    continue;
-                };
-                *spread = told.spread;
-                let [near_share, far_share] = told.shares;
-                let place = (0.5 - near_share + far_share).clamp(0.0, 1.0);
-                let from_here = if cut.nearer.samples[0] == index {
-                    place
-                } else {
-                    1.0 - place
-                };
+                let first = cut.nearer.samples[0] == index;
+                let limb = surfaces.limb(cut.nearer.samples[0], axis, first);
+                let told = cut.told(samples, limb);
+                let by_limb = limb.map(|limb| (limb.distance, spread_of(limb.deviation)));
+                let by_colours = told.as_ref().map(|t| (t.place, spread_of(t.deviation)));
+                let (place, place_spread) = by_colours.or(by_limb).unwrap_or((0.5, UNKNOWN));
+                let from_here = if first { place } else { 1.0 - place };
                 rims.places[index][axis] = (255.0 * from_here + 0.5) as u8;
+                *spread = place_spread;
+                let Some(told) = told else { continue };
+                let [near_share, far_share] = told.shares;
                 let sides = [
                     (cut.nearer.samples[0], cut.farther.samples[1], near_share),
                     (cut.farther.samples[0], cut.nearer.samples[1], far_share),
@@ -150,7 +149,13 @@ impl Rims {
     }
 
     /// How far a sample reaches along an axis, samples; `None` where it is linked with the next one.
-    fn to_edge(&self, surfaces: &Surfaces, index: usize, axis: usize, towards: i32) -> Option<f64> {
+    pub(crate) fn to_edge(
+        &self,
+        surfaces: &Surfaces,
+        index: usize,
+        axis: usize,
+        towards: i32,
+    ) -> Option<f64> {
         let [width, height] = surfaces.size;
         let place = [index % width, index / width][axis];
         let (step, count) = ([1, width][axis], [width, height][axis]);
@@ -174,6 +179,9 @@ impl Rims {
         if surfaces.nearer(next, index) {
             return Some((reach + BEHIND).min(1.0));
         }
+        if surfaces.limb(index, axis, forwards).is_some() {
+            return Some(reach);
+        }
         // A surface that curves away goes on beyond its edge's place on the chord.
         let curved =
             surfaces.slope(index)[axis].abs() > surfaces.tolerance * surfaces.disparity[index];
@@ -188,8 +196,9 @@ fn linked_towards(surfaces: &Surfaces, index: usize, axis: usize, towards: i32) 
 }
 
 impl Cut {
-    /// The edge's place by the colours; `None` where they do not separate the two sides.
-    fn told(&self, colours: &[[f32; 4]]) -> Option<Told> {
+    /// The edge's place by the colours, and by the limb there if the nearer surface has one; `None` where the colours do not
+    /// separate the two sides.
+    fn told(&self, colours: &[[f32; 4]], limb: Option<Limb>) -> Option<Told> {
         let [near, far] = [self.nearer, self.farther].map(|side| colours[side.samples[0]]);
         let insides = [self.nearer, self.farther].map(|side| colours[side.samples[1]]);
         let plain = difference(insides[0], insides[1]);
@@ -208,10 +217,33 @@ impl Cut {
             let step = dot(side.step(colours), between) / contrast2;
             step * step
         };
-        (plausible(near_share) && plausible(far_share)).then(|| Told {
-            shares: [near_share, far_share].map(|s| s.clamp(0.0, LARGEST_SHARE)),
-            spread: spread_of(change2(self.nearer) + change2(self.farther)),
+        (plausible(near_share) && plausible(far_share)).then(|| {
+            let shares = [near_share, far_share].map(|s| s.clamp(0.0, LARGEST_SHARE));
+            let told = Told {
+                shares,
+                place: (0.5 - shares[0] + shares[1]).clamp(0.0, 1.0),
+                deviation: deviation_of(change2(self.nearer) + change2(self.farther)),
+            };
+            match limb {
+                Some(limb) => told.with(limb),
+                None => told,
+            }
         })
+    }
+}
+
+impl Told {
+    /// With what depth tells of the place, each by its deviation. The two shares move with the place: they are its coverage.
+    fn with(&self, limb: Limb) -> Self {
+        let [here, there] = [self.deviation, limb.deviation].map(|d| 1.0 / (d * d));
+        let place = (here * self.place + there * limb.distance) / (here + there);
+        let [near, far] = self.shares;
+        let moved = 0.5 * (place - self.place);
+        Self {
+            shares: [near - moved, far + moved].map(|s| s.clamp(0.0, LARGEST_SHARE)),
+            place,
+            deviation: (here + there).sqrt().recip(),
+        }
     }
 }
 

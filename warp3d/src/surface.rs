@@ -6,6 +6,7 @@
 //!
 //! Limits: depth that was smoothed across an edge (a ramp of flying samples) may link both sides.
 
+mod limbs;
 mod slopes;
 
 use rayon::prelude::*;
@@ -16,6 +17,7 @@ use crate::options::SurfaceTolerance;
 use crate::piece::CellRows;
 use crate::tolerance::tolerance_of;
 use crate::warp::disparity;
+pub(crate) use limbs::Limb;
 use slopes::Slopes;
 
 /// A step this many times the one before it, in the same direction, still is one surface: depth falls off like a square
@@ -99,10 +101,18 @@ impl Surfaces {
         };
         surfaces.cells = surfaces.joined_cells();
         surfaces.clearance = surfaces.clearances();
-        let (clearance, count) = (&surfaces.clearance, surfaces.disparity.len());
-        let slope = |index| surfaces.slope_anew(index);
-        surfaces.slopes = Slopes::new(count, |index| clearance[index] == 0, slope);
         surfaces
+    }
+
+    /// Keeps the slopes of samples at corners of cut cells, now that it is known how far they `reach` into these.
+    pub(crate) fn keep_slopes(
+        &mut self,
+        reach: impl Fn(&Self, usize, usize, i32) -> Option<f64> + Sync,
+    ) {
+        let (clearance, count) = (&self.clearance, self.disparity.len());
+        let reach = |index, axis, towards| reach(self, index, axis, towards);
+        let slopes = |index| self.slopes_by_side(reach, index);
+        self.slopes = Slopes::new(count, |index| clearance[index] == 0, slopes);
     }
 
     /// Whether the sample at `index` is linked with the next one along an axis (0: x, 1: y).
@@ -119,18 +129,21 @@ impl Surfaces {
     }
 
     /// Change of disparity per pixel along x and y, on the sample's own surface.
-    #[inline]
     pub(crate) fn slope(&self, index: usize) -> [f32; 2] {
-        let kept = self.slopes.get(index);
-        kept.unwrap_or_else(|| self.slope_anew(index))
-    }
-
-    fn slope_anew(&self, index: usize) -> [f32; 2] {
         let width = self.size[0];
         [
             self.slope_along(index, index % width, 0),
             self.slope_along(index, index / width, 1),
         ]
+    }
+
+    /// The same in the quarter of this number of a cut cell's corner: the sample is that corner of the cell.
+    #[inline]
+    pub(crate) fn slope_of_quarter(&self, index: usize, corner: usize) -> [f32; 2] {
+        match self.slopes.get(index) {
+            Some(slopes) => [slopes[0][1 - corner % 2], slopes[1][1 - corner / 2]],
+            None => self.slope(index),
+        }
     }
 
     /// The mean of the steps to the linked neighbours along an axis, 0 without one. At an end of a surface that

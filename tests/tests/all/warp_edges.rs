@@ -51,6 +51,23 @@ fn unmixing_invents_no_colours() {
 }
 
 #[test]
+fn a_limb_seen_from_aside_is_as_smooth_as_the_body() {
+    // Where each row ended at its last sample, the ball ended in teeth of ten pixels: 35.1 dB near edges, 37.7 dB where more
+    // than half is seen; near edges 33.5 dB with mixed pixels kept.
+    let scene = turned();
+    for (options, edge_db, half_seen_db) in [
+        (WarpOptions::default(), 36.5, 39.9),
+        (keeping_mixed_pixels(), 34.3, 35.7),
+    ] {
+        let figures = measure(&warped(&scene, &options), &scene.truth);
+        println!("{figures:?}");
+        assert!(figures.edge_db > edge_db, "{figures:?}");
+        assert!(figures.half_seen_db > half_seen_db, "{figures:?}");
+        assert!(figures.holes_percent < 0.03, "{figures:?}");
+    }
+}
+
+#[test]
 fn known_pixels_come_back_beside_unknown_depth() {
     let home = camera([320, 240], 260.0, DVec3::ZERO, 0.0);
     let scene = filtered_scene("home", &AnalyticScene::room(), &home, &home);

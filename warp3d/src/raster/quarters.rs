@@ -39,6 +39,12 @@ pub(crate) struct Quarter {
 const ONE: f32 = 16384.0;
 
 impl Quarter {
+    /// The corner of its cell that is its sample.
+    #[inline(always)]
+    fn corner(&self) -> usize {
+        (self.id % KINDS) as usize - 2
+    }
+
     /// Whether it reaches forwards along one axis and backwards along the other.
     #[inline(always)]
     fn is_mirrored(&self) -> bool {
@@ -48,7 +54,7 @@ impl Quarter {
     /// Column and row of its sample.
     #[inline(always)]
     fn sample(&self, surfaces: &Surfaces) -> (usize, usize) {
-        let (cell, corner) = (cell_of(self.id), (self.id % KINDS) as usize - 2);
+        let (cell, corner) = (cell_of(self.id), self.corner());
         let cy = surfaces.cell_rows.row(cell);
         let cx = cell - cy * (surfaces.size[0] + 1);
         (cx + corner % 2 - 1, cy + corner / 2 - 1)
@@ -136,7 +142,7 @@ fn project_quarters<S: Simd>(
             let (column, row) = quarter.sample(surfaces);
             mirrored |= u64::from(quarter.is_mirrored()) << lane;
             let index = row * surfaces.size[0] + column;
-            let slope = surfaces.slope(index);
+            let slope = surfaces.slope_of_quarter(index, quarter.corner());
             lanes[0][lane] = column as f32;
             lanes[1][lane] = row as f32;
             lanes[2][lane] = surfaces.disparity[index];

@@ -21,10 +21,14 @@ const SHARPEST: f32 = 0.04;
 /// From 0.02 to 0.1 all scenes agree within 0.1 dB.
 const BEND: f64 = 0.02;
 
-/// Deviation of a place, in 255ths, between sides whose colours change from sample to sample by the square root of this
+/// Deviation of a place, samples, between sides whose colours change from sample to sample by the square root of this
 /// part of the contrast.
-pub(super) fn spread_of(change2: f32) -> u8 {
-    let deviation = (SHARPEST * SHARPEST + change2).sqrt();
+pub(super) fn deviation_of(change2: f32) -> f32 {
+    (SHARPEST * SHARPEST + change2).sqrt()
+}
+
+/// The same in 255ths, at most [`UNKNOWN`].
+pub(super) fn spread_of(deviation: f32) -> u8 {
     (255.0 * deviation).min(f32::from(UNKNOWN)) as u8
 }
 
@@ -161,7 +165,11 @@ mod tests {
         let mut line = Line::default();
         line.add(0, 0.5, UNKNOWN);
         for row in [-2, -1, 1, 2] {
-            line.add(row, 0.2 + 0.1 * f64::from(row), spread_of(0.0));
+            line.add(
+                row,
+                0.2 + 0.1 * f64::from(row),
+                spread_of(deviation_of(0.0)),
+            );
         }
         let place = line.place().expect("five places");
         assert!((place - 0.2).abs() < 0.01, "{place}");

@@ -7,13 +7,13 @@ use rayon::prelude::*;
 /// Samples of a word.
 const WORD: usize = 64;
 
-/// Change of disparity along x and y of some samples.
+/// Change of disparity of some samples along each axis, backwards and forwards.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Slopes {
     kept: Vec<u64>,
     /// Number of slopes before those of each word.
     before: Vec<u32>,
-    slopes: Vec<[f32; 2]>,
+    slopes: Vec<[[f32; 2]; 2]>,
 }
 
 impl Slopes {
@@ -21,7 +21,7 @@ impl Slopes {
     pub(crate) fn new(
         count: usize,
         is_kept: impl Fn(usize) -> bool + Sync,
-        slope: impl Fn(usize) -> [f32; 2] + Sync + Send,
+        slope: impl Fn(usize) -> [[f32; 2]; 2] + Sync + Send,
     ) -> Self {
         let samples = |word: usize| word * WORD..((word + 1) * WORD).min(count);
         let bits = |word: usize| {
@@ -51,7 +51,7 @@ impl Slopes {
 
     /// The slope of a sample if it is kept.
     #[inline(always)]
-    pub(crate) fn get(&self, index: usize) -> Option<[f32; 2]> {
+    pub(crate) fn get(&self, index: usize) -> Option<[[f32; 2]; 2]> {
         let (word, bit) = (index / WORD, 1 << (index % WORD));
         let kept = self.kept[word];
         let among = (kept & (bit - 1)).count_ones();
@@ -66,11 +66,11 @@ mod tests {
     #[test]
     fn kept_slopes_are_found_and_others_are_not() {
         let is_kept = |i: usize| i.is_multiple_of(3) || i == 127;
-        let slopes = Slopes::new(200, is_kept, |i| [i as f32, -(i as f32)]);
+        let slopes = Slopes::new(200, is_kept, |i| [[i as f32; 2], [-(i as f32); 2]]);
         for i in 0..200 {
-            let expected = is_kept(i).then_some([i as f32, -(i as f32)]);
+            let expected = is_kept(i).then_some([[i as f32; 2], [-(i as f32); 2]]);
             assert_eq!(slopes.get(i), expected, "sample {i}");
         }
-        assert!(Slopes::new(0, is_kept, |_| [0.0; 2]).kept.is_empty());
+        assert!(Slopes::new(0, is_kept, |_| [[0.0; 2]; 2]).kept.is_empty());
     }
 }
