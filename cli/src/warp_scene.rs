@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Result, anyhow};
 use warp3d::input::cameras::{self, Distortion, Lens, Pair};
 use warp3d::input::{self, DepthMeaning, Part, Taken, colour, depth};
 use warp3d::large::Files;
@@ -229,14 +229,14 @@ fn held(typed: &Typed, found: &Described) -> Result<Vec<Reference>> {
     };
     if typed.camera == Some(Viewpoint::Equirectangular) {
         let faces = input::panorama(&picture, &stored, &found.meaning, &found.depth.path);
-        return faces.with_context(|| typed.colour.to_owned());
+        return faces.map_err(|error| naming(typed, &found.depth, error));
     }
     let taken = Taken {
         camera: found.from.with_any_near(),
         distortion: found.distortion,
     };
     let reference = input::reference(picture, &stored, taken, &found.meaning, &found.depth.path);
-    let reference = reference.with_context(|| typed.colour.to_owned())?;
+    let reference = reference.map_err(|error| naming(typed, &found.depth, error))?;
     let width = reference.camera.width as usize;
     let note = found.meaning.note(stored.stored, &reference.depth, width);
     if let Some(note) = note {
@@ -271,7 +271,21 @@ fn filed(
         camera: &camera,
         meaning: &found.meaning,
     };
-    LargeReference::read(&files, tolerance, max_memory).with_context(|| typed.colour.to_owned())
+    LargeReference::read(&files, tolerance, max_memory)
+        .map_err(|error| naming(typed, &found.depth, error))
+}
+
+/// An error about a picture and its depth: it names the depth if that is at fault, else the picture.
+fn naming(typed: &Typed, depth: &Part, error: warp3d::Error) -> anyhow::Error {
+    let names_depth = error
+        .to_string()
+        .starts_with(&depth.path.display().to_string());
+    let error = anyhow::Error::from(error);
+    if names_depth {
+        error
+    } else {
+        error.context(typed.colour.to_owned())
+    }
 }
 
 /// The meaning of a depth file's numbers.

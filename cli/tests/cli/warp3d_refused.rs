@@ -2,9 +2,9 @@
 
 use std::io::Write;
 
-use super::assert_good;
 use super::bad_input::{assert_one_line, assert_refused};
 use super::warp3d::{SIZE, VIEW, bench, pfm_of};
+use super::{assert_good, stderr};
 
 #[test]
 fn bad_input_is_refused_in_one_line() {
@@ -60,6 +60,16 @@ fn bad_input_is_refused_in_one_line() {
         &format!("im.png z.pfm {lens} --depth-kind opengl --near 5 --far 1"),
         "near < far",
     );
+}
+
+#[test]
+fn a_fault_of_the_depth_names_the_depth_once_and_no_picture() {
+    let bench = bench();
+    let words = "warp3d im.png z.pfm --intrinsics 30,30,15.5,11.5 --depth-scale 1e60 --to shift:0.1,0,0 -o out/a.png";
+    assert_one_line(&bench, words, "no pixel has a usable depth");
+    let said = stderr(&bench.run(words));
+    assert_eq!(said.matches("z.pfm").count(), 1, "{said}");
+    assert_eq!(said.matches("im.png").count(), 0, "{said}");
 }
 
 #[test]
