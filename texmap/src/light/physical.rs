@@ -8,7 +8,7 @@
 //! Takes [`Inputs`]; gives reflected light, linear.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x4, f32x16};
+use fearless_simd::{f32x4, f32x16, i32x16};
 use fearless_simd_macros::simd;
 use glam::Vec4;
 
@@ -90,7 +90,7 @@ pub(crate) fn reflect<S: Simd>(
     for lobe in 0..lobes {
         let side = if lobe == 0 { spread } else { zero - spread };
         let rough = (mean + side).max(zero).min(one);
-        let widened = widened(simd, environment, (rough, variance), count);
+        let widened = environment.reflectance.widened(simd, rough, variance);
         let mut even = Even::default();
         even.look(simd, environment, (widened, cosine), count);
         let scale = f32x16::from_slice(simd, &even.scale);
@@ -213,23 +213,6 @@ impl Looks {
     }
 }
 
-/// Roughness where normals vary.
-#[inline(always)]
-fn widened<S: Simd>(
-    simd: S,
-    environment: &Environment,
-    (roughness, variance): (f32x16<S>, f32x16<S>),
-    count: usize,
-) -> f32x16<S> {
-    let (mut out, mut by) = ([0.0; LANES], [0.0; LANES]);
-    roughness.store_slice(&mut out);
-    variance.store_slice(&mut by);
-    for (roughness, variance) in out.iter_mut().zip(by).take(count) {
-        *roughness = environment.reflectance.widened(*roughness, variance);
-    }
-    f32x16::from_slice(simd, &out)
-}
-
 /// What a surface makes of even light; see [`reflectance::Reflectance`].
 #[derive(Default)]
 struct Even {
@@ -277,32 +260,73 @@ fn look_around<S: Simd>(
     count: usize,
     out: &mut [[f32; LANES]; 3],
 ) {
-    for (lane, &level) in at.level.iter().enumerate().take(count) {
-        let first = (level as usize).min(LEVELS - 2);
-        let share = level - first as f32;
-        let place = [at.x[lane], at.y[lane]];
-        let fine = in_map(simd, &environment.levels[first], place);
-        let coarse = in_map(simd, &environment.levels[first + 1], place);
-        let radiance = (coarse - fine).mul_add(f32x4::splat(simd, share), fine);
+    let level = f32x16::from_slice(simd, &at.level);
+    let first = level.floor().min(f32x16::splat(simd, (LEVELS - 2) as f32));
+    let mut shares = [0.0; LANES];
+    (level - first).store_slice(&mut shares);
+    let levels: i32x16<S> = first.to_int_precise();
+    let mut maps = [[&environment.levels[0]; LANES]; 2];
+    let mut sides = [[0.0; LANES]; 2];
+    for lane in 0..LANES {
+        let pair = &environment.levels[levels[lane] as usize..][..2];
+        for k in 0..2 {
+            maps[k][lane] = &pair[k];
+            sides[k][lane] = pair[k].side as f32;
+        }
+    }
+    let fine = InMaps::new(simd, &sides[0], at);
+    let coarse = InMaps::new(simd, &sides[1], at);
+    for lane in 0..count {
+        let near = fine.look(simd, maps[0][lane], lane);
+        let far = coarse.look(simd, maps[1][lane], lane);
+        let radiance = (far - near).mul_add(f32x4::splat(simd, shares[lane]), near);
         out[0][lane] = radiance[0];
         out[1][lane] = radiance[1];
         out[2][lane] = radiance[2];
     }
 }
 
-#[inline(always)]
-fn in_map<S: Simd>(simd: S, map: &Map, place: [f32; 2]) -> f32x4<S> {
-    let side = map.side as f32;
-    let (x, y) = (place[0] * side + 0.5, place[1] * side + 0.5);
-    // A place that is no number is at the corner.
-    let (column, row) = ((x as usize).min(map.side), (y as usize).min(map.side));
-    let stride = map.side + 2;
-    four(
-        simd,
-        &map.texels,
-        (row * stride + column, stride),
-        [x - column as f32, y - row as f32],
-    )
+/// Where to look in one map each.
+struct InMaps {
+    /// The upper left texel.
+    place: [i32; LANES],
+    /// Shares of the right and of the lower ones.
+    right: Lanes,
+    lower: Lanes,
+}
+
+impl InMaps {
+    #[inline(always)]
+    fn new<S: Simd>(simd: S, sides: &Lanes, at: &Looks) -> Self {
+        let half = f32x16::splat(simd, 0.5);
+        let side = f32x16::from_slice(simd, sides);
+        let x = f32x16::from_slice(simd, &at.x) * side + half;
+        let y = f32x16::from_slice(simd, &at.y) * side + half;
+        let (column, row) = (x.floor().min(side), y.floor().min(side));
+        let stride = side + f32x16::splat(simd, 2.0);
+        let mut new = Self {
+            place: [0; LANES],
+            right: [0.0; LANES],
+            lower: [0.0; LANES],
+        };
+        // Whole numbers below 2^24. A place that is no number is at the corner.
+        let place: i32x16<S> = (row * stride + column).to_int_precise();
+        place.store_slice(&mut new.place);
+        (x - column).store_slice(&mut new.right);
+        (y - row).store_slice(&mut new.lower);
+        new
+    }
+
+    #[inline(always)]
+    fn look<S: Simd>(&self, simd: S, map: &Map, lane: usize) -> f32x4<S> {
+        let place = (self.place[lane] as usize, map.side + 2);
+        four(
+            simd,
+            &map.texels,
+            place,
+            [self.right[lane], self.lower[lane]],
+        )
+    }
 }
 
 /// The mix of two by two texels.

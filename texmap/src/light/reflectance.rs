@@ -6,8 +6,12 @@
 //! light that changes evenly is reflected exactly. All are summed at the table's nodes over half vectors on a fixed lattice;
 //! look-ups are bilinear.
 
+use fearless_simd::prelude::*;
+use fearless_simd::{f32x16, i32x16};
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
+
+use crate::lanes::LANES;
 
 /// Nodes along each side.
 pub(crate) const SIDE: usize = 32;
@@ -60,15 +64,22 @@ impl Reflectance {
         reflectance
     }
 
-    /// The roughness of a lobe that normals of this variance (mean square distance from their mean) spread further: mirrored
+    /// The roughness of lobes that normals of these variances (mean square distance from their mean) spread further: mirrored
     /// directions turn by twice the angle, and where spreads are independent they add up.
     #[inline(always)]
-    pub(crate) fn widened(&self, roughness: f32, variance: f32) -> f32 {
-        let root = between(&self.spread, roughness);
-        self.of_spread(root * root * root * root + 2.0 * variance)
+    pub(crate) fn widened<S: Simd>(
+        &self,
+        simd: S,
+        roughness: f32x16<S>,
+        variance: f32x16<S>,
+    ) -> f32x16<S> {
+        let root = all_between(simd, &self.spread, roughness);
+        let square = root * root;
+        let spread = square * square + variance + variance;
+        let share = spread.sqrt().sqrt() * f32x16::splat(simd, 1.0 / self.spread[SIDE - 1]);
+        all_between(simd, &self.roughness, share)
     }
 
-    #[inline(always)]
     fn of_spread(&self, spread: f32) -> f32 {
         between(
             &self.roughness,
@@ -80,8 +91,23 @@ impl Reflectance {
 /// Nodes from spread back to roughness.
 const INVERSE: usize = 128;
 
-/// The value at a share of the way through equally spaced nodes.
+/// The values at shares of the way through equally spaced nodes, each as [`between`] gives it.
 #[inline(always)]
+fn all_between<S: Simd>(simd: S, nodes: &[f32], share: f32x16<S>) -> f32x16<S> {
+    let splat = |x: f32| f32x16::splat(simd, x);
+    let at = share.max(splat(0.0)).min(splat(1.0)) * splat((nodes.len() - 1) as f32);
+    let first = at.floor().min(splat((nodes.len() - 2) as f32));
+    let places: i32x16<S> = first.to_int_precise();
+    let (mut low, mut high) = ([0.0; LANES], [0.0; LANES]);
+    for lane in 0..LANES {
+        let pair = &nodes[places[lane] as usize..][..2];
+        (low[lane], high[lane]) = (pair[0], pair[1]);
+    }
+    let [low, high] = [low, high].map(|lanes| f32x16::from_slice(simd, &lanes));
+    low + (high - low) * (at - first)
+}
+
+/// The value at a share of the way through equally spaced nodes.
 fn between(nodes: &[f32], share: f32) -> f32 {
     let at = share.clamp(0.0, 1.0) * (nodes.len() - 1) as f32;
     let first = (at as usize).min(nodes.len() - 2);
@@ -152,4 +178,27 @@ pub(crate) fn half_vector(k: usize, count: usize, alpha: f32) -> Vec3 {
     let (sin, cos) = (std::f32::consts::TAU * v).sin_cos();
     let sine = (1.0 - cosine2).max(0.0).sqrt();
     Vec3::new(sine * cos, sine * sin, cosine2.sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use resample_core::dispatch;
+    use resample_core::simd::SimdLevel;
+
+    #[test]
+    fn values_between_nodes_are_those_of_each_share_alone() {
+        let nodes = [0.0, 1.0, 4.0, 9.0, 16.0];
+        let shares: [f32; LANES] = std::array::from_fn(|k| k as f32 / 12.0 - 0.1);
+        for simd in SimdLevel::ALL.map(SimdLevel::resolve) {
+            let mut found = [0.0; LANES];
+            dispatch!(simd, simd => all_between(simd, &nodes, f32x16::from_slice(simd, &shares)).store_slice(&mut found));
+            for (share, found) in shares.into_iter().zip(found) {
+                assert!(
+                    (found - between(&nodes, share)).abs() < 1e-5,
+                    "at {share}: {found}"
+                );
+            }
+        }
+    }
 }
