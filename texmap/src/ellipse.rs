@@ -175,6 +175,8 @@ impl TexelEllipse {
         let (slant, per_ixx) = (ixy / ixx, 1.0 / ixx);
         let mut total = f32x8::splat(simd, 0.0);
         let mut texels = 0;
+        // Two short rows fill one vector.
+        let mut held: Option<Chord> = None;
         for row in first..=last {
             let dv = row as f32 - self.centre[1];
             // The row's chord of the ellipse: ixx du^2 + 2 ixy du dv + iyy dv^2 = reach^2.
@@ -184,54 +186,88 @@ impl TexelEllipse {
             if start > end {
                 continue;
             }
-            sums.start_row(row);
-            texels += (end - start + 1) as u32;
-            let mut column = start;
-            while column <= end {
-                let left = (end - column + 1) as usize;
-                let du = column as f32 - self.centre[0];
-                if left > 8 {
-                    let weights = self.weights16(simd, du, dv);
-                    let (low, high) = weights.split();
-                    total += low + high;
-                    sums.add(simd, column, &weights.as_slice()[..left.min(16)]);
-                    column += 16;
-                } else {
-                    let weights = self.weights8(simd, du, dv);
-                    total += weights;
-                    sums.add(simd, column, &weights.as_slice()[..left]);
-                    column += 8;
-                }
+            let chord = Chord {
+                row,
+                start,
+                len: (end - start + 1) as usize,
+            };
+            texels += chord.len as u32;
+            if chord.len > 8 {
+                self.weigh_short(simd, [held.take(), None], &mut total, sums);
+                self.weigh_long(simd, &chord, &mut total, sums);
+            } else if held.is_some() {
+                self.weigh_short(simd, [held.take(), Some(chord)], &mut total, sums);
+            } else {
+                held = Some(chord);
             }
         }
+        self.weigh_short(simd, [held, None], &mut total, sums);
         let total = total.reduce_sum();
         (total > 0.0).then_some((texels, total))
     }
 
+    /// Adds up to two rows of at most eight texels each.
     #[inline(always)]
-    fn weights16<S: Simd>(&self, simd: S, du: f32, dv: f32) -> f32x16<S> {
-        let columns = f32x16::from_slice(simd, &IOTA);
-        self.weights(simd, columns + f32x16::splat(simd, du), dv)
+    fn weigh_short<S: Simd>(
+        &self,
+        simd: S,
+        chords: [Option<Chord>; 2],
+        total: &mut f32x8<S>,
+        sums: &mut impl Sums<S>,
+    ) {
+        let [Some(one), two] = chords else { return };
+        let other = two.unwrap_or(one);
+        let columns = f32x8::from_slice(simd, &IOTA[..8]);
+        let offset = |chord: &Chord| {
+            let du = chord.start as f32 - self.centre[0];
+            let dv = chord.row as f32 - self.centre[1];
+            (columns + f32x8::splat(simd, du), f32x8::splat(simd, dv))
+        };
+        let ((du, dv), (other_du, other_dv)) = (offset(&one), offset(&other));
+        let weights = self.weights(simd, du.combine(other_du), dv.combine(other_dv));
+        let (low, high) = weights.split();
+        *total += low;
+        sums.start_row(one.row);
+        sums.add(simd, one.start, &low.as_slice()[..one.len]);
+        if let Some(two) = two {
+            *total += high;
+            sums.start_row(two.row);
+            sums.add(simd, two.start, &high.as_slice()[..two.len]);
+        }
     }
 
+    /// Adds a row, sixteen texels at a time.
     #[inline(always)]
-    fn weights8<S: Simd>(&self, simd: S, du: f32, dv: f32) -> f32x8<S> {
-        let columns = f32x8::from_slice(simd, &IOTA[..8]);
-        self.weights(simd, columns + f32x8::splat(simd, du), dv)
+    fn weigh_long<S: Simd>(
+        &self,
+        simd: S,
+        chord: &Chord,
+        total: &mut f32x8<S>,
+        sums: &mut impl Sums<S>,
+    ) {
+        sums.start_row(chord.row);
+        let dv = f32x16::splat(simd, chord.row as f32 - self.centre[1]);
+        let columns = f32x16::from_slice(simd, &IOTA);
+        let mut done = 0;
+        while done < chord.len {
+            let column = chord.start + done as i32;
+            let du = f32x16::splat(simd, column as f32 - self.centre[0]);
+            let weights = self.weights(simd, columns + du, dv);
+            let (low, high) = weights.split();
+            *total += low + high;
+            let len = (chord.len - done).min(16);
+            sums.add(simd, column, &weights.as_slice()[..len]);
+            done += 16;
+        }
     }
 
     /// What texels at these offsets count; nothing beyond the ellipse.
     #[inline(always)]
-    fn weights<S, F>(&self, simd: S, du: F, dv: f32) -> F
-    where
-        S: Simd,
-        F: SimdFloat<S, Element = f32>,
-        F::Bits: SimdInt<S, Element = u32>,
-    {
-        let splat = |x: f32| F::splat(simd, x);
-        let nearness = splat(1.0 - self.perspective[1] * dv) - splat(self.perspective[0]) * du;
+    fn weights<S: Simd>(&self, simd: S, du: f32x16<S>, dv: f32x16<S>) -> f32x16<S> {
+        let splat = |x: f32| f32x16::splat(simd, x);
+        let nearness = splat(1.0) - dv * self.perspective[1] - du * self.perspective[0];
         let tau = splat(1.0) / nearness;
-        let (du, dv) = (du * tau, tau * dv);
+        let (du, dv) = (du * tau, dv * tau);
         let [ixx, ixy, iyy] = self.inverse;
         let (tu, tv) = (du * ixx + dv * ixy, du * ixy + dv * iyy);
         let q = tu * du + tv * dv;
@@ -246,6 +282,15 @@ impl TexelEllipse {
         let seen = q.simd_le(splat(self.cut * self.cut)) & nearness.simd_gt(splat(0.0));
         seen.select(weight, splat(0.0))
     }
+}
+
+/// The texels of a row that lie within the cut.
+#[derive(Clone, Copy)]
+struct Chord {
+    row: i32,
+    /// The first column.
+    start: i32,
+    len: usize,
 }
 
 /// Most rows, and most columns of a row.
