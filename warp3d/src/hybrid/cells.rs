@@ -170,15 +170,11 @@ impl Centres<'_> {
         small: &Small<S>,
     ) {
         let constant = |v: f32| f32x8::splat(simd, v);
-        let [left, top] = small.first;
-        let base = (top - constant(self.rows[0] as f32)) * constant(self.width as f32) + left;
-        let base = base.to_int::<i32x8<S>>();
+        let base = self.first_centres(simd, small);
         let row = self.row_of(simd, base, small.some);
         let base = base.to_array();
         let [columns, rows] = small.steps;
-        let none = constant(-1.0);
-        let most_columns = small.some.select(columns, none).reduce_max() as usize;
-        let most_rows = small.some.select(rows, none).reduce_max() as usize;
+        let [most_columns, most_rows] = small.most_steps(simd);
         for j in 0..=most_rows {
             for i in 0..=most_columns {
                 let step = [constant(i as f32), constant(j as f32)];

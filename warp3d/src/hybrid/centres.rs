@@ -49,6 +49,18 @@ pub(super) struct Edges<S: Simd> {
     dy: f32x8<S>,
 }
 
+impl<S: Simd> Small<S> {
+    /// Most steps to the last centre, along columns and rows, of any piece that counts.
+    #[inline(always)]
+    pub(super) fn most_steps(&self, simd: S) -> [usize; 2] {
+        let none = f32x8::splat(simd, -1.0);
+        let [columns, rows] = self.steps;
+        let most_columns = self.some.select(columns, none).reduce_max() as usize;
+        let most_rows = self.some.select(rows, none).reduce_max() as usize;
+        [most_columns, most_rows]
+    }
+}
+
 impl<S: Simd> Near<S> {
     /// Nearness at a place, and what a step along x and along y adds.
     #[inline(always)]
@@ -170,6 +182,15 @@ impl Centres<'_> {
         (small, large.to_bitmask())
     }
 
+    /// Where the first centre of each piece lies in the band.
+    #[inline(always)]
+    pub(super) fn first_centres<S: Simd>(&self, simd: S, small: &Small<S>) -> i32x8<S> {
+        let [left, top] = small.first;
+        let above = f32x8::splat(simd, self.rows[0] as f32);
+        let first = (top - above) * f32x8::splat(simd, self.width as f32) + left;
+        first.to_int()
+    }
+
     /// The triangles of `front`, which face the eye.
     #[inline(always)]
     fn eight_triangles<S: Simd>(
@@ -214,12 +235,9 @@ impl Centres<'_> {
             edges[k] = Edges::new(simd, corners[k], corners[(k + 1) % N], centre);
         }
         let plane = near.plane(simd, centre);
-        let base = (top - constant(self.rows[0] as f32)) * constant(self.width as f32) + left;
-        let base = base.to_int::<i32x8<S>>().to_array();
+        let base = self.first_centres(simd, small).to_array();
         let [columns, rows] = small.steps;
-        let none = constant(-1.0);
-        let most_columns = small.some.select(columns, none).reduce_max() as usize;
-        let most_rows = small.some.select(rows, none).reduce_max() as usize;
+        let [most_columns, most_rows] = small.most_steps(simd);
         for j in 0..=most_rows {
             for i in 0..=most_columns {
                 let step = [constant(i as f32), constant(j as f32)];
