@@ -1,8 +1,8 @@
 //! Several references become one picture.
 //!
 //! At each pixel the references that see the nearest surface are blended, weighted by how close their eyes are to the
-//! new one, how well they resolve what is seen, and how much of the pixel they cover. One that sees something behind
-//! (because its nearer samples are missing) is left out; its depth does not agree.
+//! new one, how well they resolve what is seen, and how much of the pixel they cover. The depth of one that sees something
+//! behind does not agree; it shows only as far as the others leave the pixel open.
 
 use rayon::prelude::*;
 use resample_core::Camera;
@@ -65,12 +65,18 @@ pub(crate) fn blend(
                 *purity += share * layers[i].purity(at);
             }
             let alpha = 1.0 - transmittance;
-            *rgba = [
+            // What they leave open shows what another reference sees behind.
+            let behind = (0..layers.len())
+                .filter(|&i| !agrees(&layers[i]))
+                .min_by(|&i, &j| layers[i].depth[at].total_cmp(&layers[j].depth[at]))
+                .map_or([0.0; 4], |i| layers[i].rgba[at]);
+            let front = [
                 straight[0] * alpha,
                 straight[1] * alpha,
                 straight[2] * alpha,
                 alpha,
             ];
+            *rgba = std::array::from_fn(|c| front[c] + (1.0 - alpha) * behind[c]);
             *depth = if nearest.is_finite() {
                 nearest
             } else {

@@ -1,4 +1,4 @@
-//! Edges go on: where one crosses a row is told by its neighbours along it, too.
+//! Edges go on from row to row, so that neighbours along an edge tell its place, too.
 //!
 //! A straight line is fitted to the places where the edge crosses up to seven rows (or columns), weighted by how well
 //! their colours tell them, and each place moves onto the line in its own row. A place that colours do not tell has even chances from one

@@ -1,7 +1,7 @@
 //! Where a round body curves out of sight, and its disparity there.
 //!
 //! Near its limb disparity goes like a square root, w = end + k sqrt(d) + m d, d samples from the limb, whichever way the limb
-//! runs. The ratio of the second differences of four samples then tells d of the last one, and what is left follows. Of
+//! runs. The ratio of the second differences of four samples then tells d of the last one, then the end, k and m. Of
 //! three samples, without m, the squares of their heights above the end grow by the same k^2 from each to the next, which is
 //! linear in the end.
 //!
