@@ -25,7 +25,7 @@ pub(crate) const BASE: usize = 0;
 pub(crate) const EMISSIVE: usize = 1;
 pub(crate) const FIRST_MAP: usize = 2;
 
-/// What a batch of sub-pixels sees in the textures of its surface.
+/// The colours of a surface's textures at a batch of sub-pixels.
 pub(crate) struct Texels {
     /// By texture; white where there is no base texture or no emissive one.
     pub(crate) colours: [[Vec4; LANES]; TEXTURES],
