@@ -1,4 +1,4 @@
-//! What a batch of sub-pixels shows: textures looked up, lit.
+//! The colours of a batch of sub-pixels: textures looked up, lit.
 //!
 //! Under the light of surroundings the maps of light become what light meets, in vectors.
 

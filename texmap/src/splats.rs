@@ -1,7 +1,7 @@
 //! Splats: the texels around each sub-pixel that some pixel is made from, summed there; and sub-pixels to pixels.
 //!
 //! Sub-pixels of one triangle are computed together, sixteen at once. Where the place of an edge is known, sub-pixels are
-//! corrected before anything translucent is laid over them.
+//! corrected before translucent surfaces cover them.
 
 use fearless_simd::prelude::*;
 use fearless_simd::u32x16;

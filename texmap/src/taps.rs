@@ -1,6 +1,6 @@
 //! The look-ups of a batch of sub-pixels in textures: places in vectors, then the four texels of each look-up.
 //!
-//! Takes [`Places`], adds to colours. Textures whose texels lie at the same places share what is computed of these. Texels that stand beside each other in memory are read together; only what lies
+//! Takes [`Places`], adds to colours. Alike textures share places and weights. Texels that stand beside each other in memory are read together; only what lies
 //! at a border of the picture is wrapped, one by one.
 
 use fearless_simd::prelude::*;
@@ -109,8 +109,8 @@ impl Kind for [u8; 4] {
     }
 }
 
-/// Adds to `texels`, texture by texture, what the look-ups of the first `count` sub-pixels give that have a count above 0.
-/// All pyramids are alike.
+/// Adds the look-ups of the first `count` sub-pixels to `texels`, texture by texture; those of places with a count of 0 are
+/// left out. All pyramids are alike.
 #[inline(always)]
 pub(crate) fn look_up<S: Simd>(
     simd: S,

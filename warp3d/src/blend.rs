@@ -1,8 +1,8 @@
 //! Several references become one picture.
 //!
 //! At each pixel the references that see the nearest surface are blended, weighted by how close their eyes are to the
-//! new one, how well they resolve what is seen, and how much of the pixel they cover. The depth of one that sees something
-//! behind does not agree; it shows only as far as the others leave the pixel open.
+//! new one, how well they resolve what is seen, and how much of the pixel they cover. A reference that sees a farther
+//! surface shows only as far as the others leave the pixel open.
 
 use rayon::prelude::*;
 use resample_core::Camera;
@@ -65,7 +65,7 @@ pub(crate) fn blend(
                 *purity += share * layers[i].purity(at);
             }
             let alpha = 1.0 - transmittance;
-            // What they leave open shows what another reference sees behind.
+            // Where they leave the pixel open, the surface behind shows.
             let behind = (0..layers.len())
                 .filter(|&i| !agrees(&layers[i]))
                 .min_by(|&i, &j| layers[i].depth[at].total_cmp(&layers[j].depth[at]))
