@@ -16,6 +16,9 @@
 
 use std::ops::Range;
 
+use resample_core::simd::Vectors;
+
+use crate::changes::{changes, each_bit};
 use crate::filter::{LatticeStep, PixelFilter};
 use crate::span::{SPAN_HEIGHT, SPAN_WIDTH};
 
@@ -35,6 +38,8 @@ pub(crate) struct Edges {
     /// By pixel of the span: where its edges begin; one more for the end.
     first: Vec<u32>,
     unsorted: Vec<Edge>,
+    /// By pair of rows: where they differ.
+    changes: Vec<u32>,
 }
 
 /// An edge on the way between two sub-pixels.
@@ -59,13 +64,15 @@ impl Edges {
     /// Finds the edges between all sub-pixels; `crossing` gives the place of one, if there is a jump there.
     pub(crate) fn find(
         &mut self,
-        filter: &PixelFilter,
+        (filter, simd): (&PixelFilter, Vectors),
         ids: &[u32],
         mut crossing: impl FnMut(&Neighbours) -> Option<Crossing>,
     ) {
         self.unsorted.clear();
         for direction in 0..2 {
-            each_pair(filter, ids, &filter.steps[direction], |between, pair| {
+            let step = &filter.steps[direction];
+            changes(simd, ids, &step.pairs, &mut self.changes);
+            each_pair(filter, ids, (step, &self.changes), |between, pair| {
                 let Some(Crossing { t, across }) = crossing(&pair) else {
                     return;
                 };
@@ -131,32 +138,16 @@ fn shares(t: f32) -> [f32; 2] {
 fn each_pair(
     filter: &PixelFilter,
     ids: &[u32],
-    step: &LatticeStep,
+    (step, changes): (&LatticeStep, &[u32]),
     mut changed: impl FnMut([u32; 2], Neighbours),
 ) {
-    for row in 0..SPAN_HEIGHT * filter.per_pixel - step.rows {
-        let shift = step.columns[row % filter.per_pixel];
-        let (first, last) = ((-shift).max(0) as usize, SPAN_WIDTH - shift.max(0) as usize);
-        let here = &ids[row * SPAN_WIDTH + first..row * SPAN_WIDTH + last];
-        let start = ((row + step.rows) * SPAN_WIDTH + first).wrapping_add_signed(shift);
-        let there = &ids[start..start + here.len()];
-        if here == there {
-            continue;
-        }
-        for (k, (&a, &b)) in here.iter().zip(there).enumerate() {
-            if a != b {
-                // To the last bit where they were drawn: an edge may pass through one of them.
-                let p = filter.position_px(first + k, row);
-                let q = filter.position_px((first + k).wrapping_add_signed(shift), row + step.rows);
-                let between = [(row * SPAN_WIDTH + first + k) as u32, (start + k) as u32];
-                changed(
-                    between,
-                    Neighbours {
-                        ids: [a, b],
-                        at: [p, q],
-                    },
-                );
-            }
+    for (pair, &bits) in step.pairs.iter().zip(changes) {
+        for k in each_bit(bits) {
+            let between = [pair.here + k, pair.there + k];
+            // To the last bit where they were drawn: an edge may pass through one of them.
+            let at = between.map(|at| filter.position_px(at % SPAN_WIDTH, at / SPAN_WIDTH));
+            let ids = between.map(|at| ids[at]);
+            changed(between.map(|at| at as u32), Neighbours { ids, at });
         }
     }
 }

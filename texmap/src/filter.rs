@@ -10,8 +10,9 @@ use fearless_simd::{f32x16, u32x16};
 use resample_core::point::PIXEL_SIGMA_PX;
 
 use crate::batch::Batch;
+use crate::changes::Pair;
 use crate::lanes::LANES;
-use crate::span::{BORDER_PX, REACH_PX, SPAN_WIDTH, WINDOW_PX};
+use crate::span::{BORDER_PX, REACH_PX, SPAN_HEIGHT, SPAN_WIDTH, WINDOW_PX};
 
 /// The lattice of sub-pixels and the weights of those around a pixel.
 #[derive(Clone, Debug)]
@@ -28,6 +29,8 @@ pub(crate) struct PixelFilter {
     pub(crate) offset_px: Vec<f32>,
     /// The rows within reach of the pixel (0, 0) of a tile whose border is [`BORDER_PX`] wide.
     pub(crate) rows: Vec<WindowRow>,
+    /// The rows of a tile, from the second on, and those above.
+    pub(crate) above: Vec<Pair>,
     /// The lattice's two shortest steps, at right angles.
     pub(crate) steps: [LatticeStep; 2],
     /// The filter's second moments along x and y, px^2.
@@ -43,11 +46,9 @@ const BY_PIXEL: usize = SPAN_WIDTH - 1 + LANES;
 /// A step from one sub-pixel to a neighbour.
 #[derive(Clone, Debug)]
 pub(crate) struct LatticeStep {
-    /// Rows down.
-    pub(crate) rows: usize,
-    /// Columns to the right, by row of the pixel.
-    pub(crate) columns: Vec<isize>,
-    /// The same, px.
+    /// Row by row: sub-pixels of a tile, and those one step from them.
+    pub(crate) pairs: Vec<Pair>,
+    /// The step, px.
     pub(crate) vector_px: [f32; 2],
 }
 
@@ -116,6 +117,9 @@ impl PixelFilter {
         }
         Self {
             variance_px2: variance.map(|v| v as f32),
+            above: (1..SPAN_HEIGHT * per_pixel)
+                .map(|row| Pair::of_rows([row, row - 1], 0))
+                .collect(),
             steps: steps(n, per_pixel),
             weights,
             per_pixel,
@@ -196,39 +200,27 @@ pub(crate) fn around([x, y]: [usize; 2], k: usize) -> usize {
 
 /// The steps (n, 1) and (-1, n) over n^2 + 1; without a lattice, to the next column and to the next row.
 fn steps(n: usize, per_pixel: usize) -> [LatticeStep; 2] {
-    if per_pixel == 1 {
-        let step = |rows, columns| LatticeStep {
-            rows,
-            columns: vec![columns],
-            vector_px: [columns as f32, rows as f32],
+    let step = |rows: usize, columns: isize| {
+        // Column numbers within a pixel run through all residues: a step that leaves them changes the pixel.
+        let shift = |row: usize| {
+            ((row % per_pixel * n % per_pixel) as isize + columns).div_euclid(per_pixel as isize)
         };
+        LatticeStep {
+            pairs: (0..SPAN_HEIGHT * per_pixel - rows)
+                .map(|row| Pair::of_rows([row, row + rows], shift(row)))
+                .collect(),
+            vector_px: [columns, rows as isize].map(|steps| steps as f32 / per_pixel as f32),
+        }
+    };
+    if per_pixel == 1 {
         return [step(0, 1), step(1, 0)];
     }
-    let part = 1.0 / per_pixel as f32;
-    // Column numbers within a pixel run through all residues: a step that leaves them changes the pixel.
-    let columns = |step: isize| -> Vec<isize> {
-        (0..per_pixel)
-            .map(|row| ((row * n % per_pixel) as isize + step).div_euclid(per_pixel as isize))
-            .collect()
-    };
-    [
-        LatticeStep {
-            rows: 1,
-            columns: columns(n as isize),
-            vector_px: [n as f32 * part, part],
-        },
-        LatticeStep {
-            rows: n,
-            columns: columns(-1),
-            vector_px: [-part, n as f32 * part],
-        },
-    ]
+    [step(1, n as isize), step(n, -1)]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::span::SPAN_HEIGHT;
     use resample_core::dispatch;
     use resample_core::simd::SimdLevel;
 

@@ -252,9 +252,9 @@ mod tests {
             t if t < 11.9 => 0,
             _ => 7,
         };
-        (0..SPAN_WIDTH * SPAN_HEIGHT * filter.per_pixel)
-            .map(|place| shown(at(place)))
-            .collect()
+        let count = SPAN_WIDTH * SPAN_HEIGHT * filter.per_pixel;
+        let shown = (0..count).map(|place| shown(at(place)));
+        shown.chain([NONE; LANES]).collect()
     }
 
     /// The share and the weighted position of a triangle in a pixel, sub-pixel by sub-pixel, in f64.
@@ -318,7 +318,7 @@ mod tests {
             let filter = PixelFilter::new(n);
             let ids = bands(&filter);
             let mut edges = Edges::default();
-            edges.find(&filter, &ids, |_| {
+            edges.find((&filter, SimdLevel::Auto.resolve()), &ids, |_| {
                 Some(Crossing {
                     t: 0.3,
                     across: [1.0, 0.4],

@@ -40,6 +40,7 @@ mod batch;
 mod batch_light;
 mod black;
 mod by_triangle;
+mod changes;
 mod charts;
 mod cull;
 mod cut;

@@ -2,8 +2,8 @@
 //!
 //! Each texel is a splat with the texture's own reconstruction kernel (tent or box) in its tangent plane. At a
 //! position of the screen whose texture coordinates are known exactly, the splats that reach it are the two by two
-//! texels around: their sum is the bilinear look-up. [`small_footprint`] serves a sub-pixel that holds several
-//! texels: from a coarser level, or, near the border of a chart, from finer ones on this side of it.
+//! texels around: their sum is the bilinear look-up. A sub-pixel that holds several texels looks coarser levels up
+//! (`places`), or, near the border of a chart, finer ones on this side of it (`at_borders`).
 
 use glam::Vec4;
 

@@ -1,7 +1,7 @@
 //! The look-ups of a batch of sub-pixels in textures: places in vectors, then the four texels of each look-up.
 //!
-//! Takes [`Places`], adds to colours. Alike textures share places and weights. Texels that stand beside each other in memory are read together; only what lies
-//! at a border of the picture is wrapped, one by one.
+//! Takes [`Places`], adds to colours. Alike textures share places and weights. Texels that stand beside each other in memory
+//! are read together; only those beyond a border of the picture are wrapped, one by one.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x4, f32x16, i32x16, u16x8};

@@ -9,6 +9,7 @@ use resample_core::clock::ThreadClock;
 use resample_core::simd::Vectors;
 
 use crate::by_triangle::ByTriangle;
+use crate::changes::{changes, each_bit};
 use crate::cull::{InView, ScreenTriangle, SeenTriangle};
 use crate::edges::Edges;
 use crate::filter::PixelFilter;
@@ -60,6 +61,8 @@ pub(crate) struct TileWork {
     pub(crate) colours: Vec<[f32; 4]>,
     pub(crate) by_triangle: ByTriangle,
     pub(crate) layers: Layers,
+    /// By row of sub-pixels, from the second on: where it differs from the one above.
+    changes: Vec<u32>,
     /// By pixel of the span: what its sub-pixels show.
     pub(crate) cells: Vec<Cell>,
     cells_along: Vec<Cell>,
@@ -244,21 +247,17 @@ impl Tile<'_> {
         }
         let mut seen = vec![false; self.list.len()];
         let mut note = |at: usize, id: u32| {
-            if !std::mem::replace(&mut seen[id as usize], true) {
+            if id != NONE && !std::mem::replace(&mut seen[id as usize], true) {
                 let surface = &mut work.surfaces[id as usize];
                 surface.get_or_insert_with(|| self.surface(id, subpixel_px(filter, at)));
                 image.drawn.push(self.list[id as usize]);
             }
         };
-        let mut before: &[u32] = &[NONE; SPAN_WIDTH];
-        for (row, ids) in work.visibility.ids.chunks_exact(SPAN_WIDTH).enumerate() {
-            // Most sub-pixels show the triangle of the one above.
-            for (column, (&id, &above)) in ids.iter().zip(before).enumerate() {
-                if id != above && id != NONE {
-                    note(row * SPAN_WIDTH + column, id);
-                }
-            }
-            before = ids;
+        let ids = &work.visibility.ids;
+        changes(self.frame.simd, ids, &filter.above, &mut work.changes);
+        (0..SPAN_WIDTH).for_each(|at| note(at, ids[at]));
+        for (pair, &bits) in filter.above.iter().zip(&work.changes) {
+            each_bit(bits).for_each(|k| note(pair.here + k, ids[pair.here + k]));
         }
         work.visibility
             .layers
@@ -274,20 +273,16 @@ impl Tile<'_> {
             return work.seen.resize(TILE_WIDTH * TILE_HEIGHT, Cell::Plane(id));
         }
         work.cells.clear();
-        for rows in work.visibility.ids.chunks_exact(per_pixel * SPAN_WIDTH) {
-            let (first, rest) = rows.split_at(SPAN_WIDTH);
-            let mut differ = [false; SPAN_WIDTH];
-            for row in rest.chunks_exact(SPAN_WIDTH) {
-                differ
-                    .iter_mut()
-                    .zip(row.iter().zip(first))
-                    .for_each(|(differ, (a, b))| *differ |= a != b);
-            }
+        let rows = work.visibility.ids.chunks_exact(per_pixel * SPAN_WIDTH);
+        // The rows of a pixel but the first one are compared with those above.
+        for (y, rows) in rows.enumerate() {
+            let below = &work.changes[y * per_pixel..][..per_pixel - 1];
+            let changed = below.iter().fold(0, |all, bits| all | bits);
             work.cells
-                .extend(first.iter().zip(differ).map(|(&id, differ)| match differ {
-                    true => Cell::Mixed,
-                    false if id == NONE => Cell::Empty,
-                    false => Cell::Plane(id),
+                .extend((0..SPAN_WIDTH).map(|column| match rows[column] {
+                    _ if changed >> column & 1 == 1 => Cell::Mixed,
+                    NONE => Cell::Empty,
+                    id => Cell::Plane(id),
                 }));
         }
         for layer in &work.visibility.layers {

@@ -69,9 +69,11 @@ impl Tile<'_> {
             tile: self,
             rasters,
         };
-        edges.find(self.frame.filter, &visibility.ids, |pair| {
-            crossing(&mesh, pair)
-        });
+        edges.find(
+            (self.frame.filter, self.frame.simd),
+            &visibility.ids,
+            |pair| crossing(&mesh, pair),
+        );
     }
 
     /// Whether each triangle of a mesh has a light of its own.
