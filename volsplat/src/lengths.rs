@@ -3,7 +3,7 @@
 //! The world's unit is the user's: metres for molecules, or parsecs. Samples count lengths in a power of two near their
 //! spacing, so that squares and cubes are far from the ends of f32, and a scene in another unit is the same numbers.
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use resample_core::Camera;
 
 use crate::Error;
@@ -32,6 +32,15 @@ pub(crate) fn in_unit(world_from_index: &DAffine3, unit: f64) -> DAffine3 {
     placed.matrix3 *= 1.0 / unit;
     placed.translation /= unit;
     placed
+}
+
+/// From differences along the axes of a grid to gradients in the world's directions, per unit that pictures of the grid count
+/// lengths in: per world unit, f32 may not hold them.
+pub(crate) fn gradient_from_differences(world_from_index: &DMat3) -> DMat3 {
+    let [x, y, z] = [0, 1, 2].map(|axis| world_from_index.col(axis).length());
+    let unit = power_of_two(x.min(y).min(z));
+    // Gradients are covectors: they go to the world by the inverse transpose.
+    (*world_from_index * (1.0 / unit)).inverse().transpose()
 }
 
 /// World length over which opacity is meant, for samples at this spacing.

@@ -1,7 +1,8 @@
 //! What the gradient of the field makes of a sample: Lambert's cosine and Phong's highlight, on both sides, and the ramp over its
 //! length.
 //!
-//! Gradients are in world units, so that a stretched grid is lit as it stands in the world. A sample without a gradient gets the ambient part alone.
+//! Gradients are in the world's directions, so that a stretched grid is lit as it stands in the world, and per unit in which
+//! pictures count lengths. A sample without a gradient gets the ambient part alone.
 //! Source: B. T. Phong, "Illumination for Computer Generated Pictures", Communications of the ACM 18(6), 1975.
 
 use fearless_simd::prelude::*;
@@ -78,8 +79,10 @@ impl<S: Simd> Polar<S> {
 }
 
 impl GradientRamp {
-    /// A ramp from `low` to `high`, value per world unit, `low` below `high`.
-    pub(crate) fn new([low, high]: [f64; 2]) -> Self {
+    /// A ramp from `low` to `high`, value per world unit, `low` below `high`, in a picture that counts lengths in `unit`, world
+    /// units.
+    pub(crate) fn new(ramp: [f64; 2], unit: f64) -> Self {
+        let [low, high] = ramp.map(|slope| slope * unit);
         // A ramp narrower than f32 knows is a step.
         Self {
             low: low as f32,

@@ -46,7 +46,7 @@ pub(crate) struct CellBrick {
     pub(crate) scalars: Box<Table>,
     /// The same by face, of 8-bit voxels.
     pub(crate) faces: Option<Box<FaceBytes>>,
-    /// The scalar's gradient at the vertices, per world unit; only where it was asked for.
+    /// The scalar's gradient at the vertices, per unit in which pictures count lengths; only where it was asked for.
     pub(crate) gradients: Option<Box<GradientTable>>,
     /// Least and greatest scalar at the vertices.
     pub(crate) range: [f32; 2],

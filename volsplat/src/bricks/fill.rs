@@ -11,6 +11,7 @@ use crate::bricks::gradients::{gradients, vertex};
 use crate::bricks::shown::{CellRanges, box_of, cells_of, take_in, unmasked};
 use crate::bricks::support::Support;
 use crate::labels::palette::Palette;
+use crate::lengths::gradient_from_differences;
 use crate::volume::grid::Grid;
 use crate::volume::{Volume, Voxels, with_voxels};
 use rayon::prelude::*;
@@ -281,16 +282,15 @@ impl PlannedChannel<'_> {
     /// The gradients at the vertices of a block up to the greatest that is seen.
     pub(super) fn gradients(&self, bounds: &Bounds) -> Box<GradientTable> {
         let dims = self.volume.dims;
-        // Gradients are covectors: they go to the world by the inverse transpose.
-        let world_from_grid = self.volume.world_from_index.matrix3.inverse().transpose();
+        let to_world = gradient_from_differences(&self.volume.world_from_index.matrix3);
         with_voxels!(&self.volume.voxels, slice => {
             let grid = Grid { voxels: slice, dims };
             match &self.shown {
-                Shown::Scalars(_) => gradients(&grid, |value| value as f32, bounds, &world_from_grid),
+                Shown::Scalars(_) => gradients(&grid, |value| value as f32, bounds, &to_world),
                 // Labels rise and fall with their visible part.
                 Shown::Labels(palette, strengths) => {
                     let strength = |value| strengths[palette.number(value) as usize];
-                    gradients(&grid, strength, bounds, &world_from_grid)
+                    gradients(&grid, strength, bounds, &to_world)
                 }
             }
         })

@@ -24,7 +24,7 @@ pub(super) fn gradients<T: Copy + Into<f64>>(
     grid: &Grid<T>,
     value: impl Fn(f64) -> f32,
     bounds: &Bounds,
-    world_from_grid: &DMat3,
+    gradient_from_differences: &DMat3,
 ) -> Box<GradientTable> {
     const ROW: usize = AROUND;
     const LAYER: usize = AROUND * AROUND;
@@ -39,7 +39,7 @@ pub(super) fn gradients<T: Copy + Into<f64>>(
                 let along =
                     |step: usize| f64::from(around[middle + x + step] - around[middle + x - step]);
                 let difference = DVec3::new(along(1), along(ROW), along(LAYER));
-                let [gx, gy, gz] = gradient_in_f32(*world_from_grid * (0.5 * difference));
+                let [gx, gy, gz] = gradient_in_f32(*gradient_from_differences * (0.5 * difference));
                 *gradient = [gx, gy, gz, 0.0];
             }
         }

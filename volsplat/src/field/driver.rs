@@ -290,6 +290,7 @@ impl FieldPipeline {
                 &self.channels[0].table,
                 Slabs {
                     anchor,
+                    length: self.length,
                     thickness,
                     opacity_unit: opacity_unit(&self.options, self.smallest_spacing) / self.length,
                 },

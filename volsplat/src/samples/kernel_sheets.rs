@@ -190,6 +190,7 @@ impl KernelSheets {
             &self.table,
             Slabs {
                 anchor: Anchor::new(middle, view),
+                length,
                 thickness,
                 opacity_unit: opacity_unit(&self.options, smallest_spacing) / length,
             },

@@ -19,6 +19,7 @@ use resample_core::simd::Vectors;
 use resample_core::{Camera, GridView, Projection, dispatch};
 
 use crate::bricks::bounds::place;
+use crate::lengths::gradient_from_differences;
 use crate::light::{GradientRamp, ShadeSettings, gradient_in_f32};
 use crate::samples::sample::{Brick, Samples};
 use crate::volume::grid::Grid;
@@ -47,17 +48,16 @@ impl Samples {
     }
 }
 
-/// From the places of samples to voxels, and from gradients of voxels to the world.
+/// From the places of samples to voxels, and from differences of voxels to gradients.
 struct GradientPlace {
-    world_from_gradient: DMat3,
+    gradient_from_differences: DMat3,
     index_from_voxel: [f64; 2],
 }
 
 impl GradientPlace {
     fn new(samples: &Samples, world_from_index: &DMat3) -> Self {
         Self {
-            // Gradients are covectors: they go to the world by the inverse transpose.
-            world_from_gradient: world_from_index.inverse().transpose(),
+            gradient_from_differences: gradient_from_differences(world_from_index),
             index_from_voxel: samples.index_from_voxel,
         }
     }
@@ -73,7 +73,7 @@ impl GradientPlace {
         );
         let gradient = |&packed: &u16| {
             let at = differences.at(voxel(place(packed).map(f64::from)));
-            gradient_in_f32(self.world_from_gradient * at)
+            gradient_in_f32(self.gradient_from_differences * at)
         };
         brick.gradients = brick.places.iter().map(gradient).collect();
     }

@@ -70,7 +70,9 @@ impl EverySample {
             threshold2_px2: threshold * threshold,
             light: SampleLight::new(
                 ShadeSettings::new(&self.options, camera),
-                self.options.gradient_opacity.map(GradientRamp::new),
+                self.options
+                    .gradient_opacity
+                    .map(|ramp| GradientRamp::new(ramp, self.length)),
                 camera,
                 &maps.view,
                 self.options.simd.resolve(),

@@ -31,7 +31,9 @@ pub(crate) struct Anchor {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slabs {
     pub(crate) anchor: Anchor,
-    /// Along camera z, in the length in which the picture counts.
+    /// The length in which the picture counts, world units.
+    pub(crate) length: f64,
+    /// Along camera z, in that length.
     pub(crate) thickness: f64,
     /// Over which opacity is meant, in that length.
     pub(crate) opacity_unit: f64,
@@ -81,7 +83,9 @@ impl SheetSettings {
         Self {
             level: options.simd.resolve(),
             table: table.clone(),
-            gradient_ramp: options.gradient_opacity.map(GradientRamp::new),
+            gradient_ramp: options
+                .gradient_opacity
+                .map(|ramp| GradientRamp::new(ramp, slabs.length)),
             ring_len: Self::ring_len(&sections, slabs.thickness),
             sections,
             thickness: slabs.thickness,

@@ -82,3 +82,28 @@ fn a_disc_that_is_stretched_beyond_all_numbers_weighs_nothing() {
         sound(&image).expect("colours");
     }
 }
+
+/// Gradients of 4e-37 per world unit, of which f32 holds few digits.
+#[test]
+fn light_on_gradients_below_normal_numbers_is_the_same() {
+    for choice in 0..choices().len() {
+        let near = View {
+            spacing: 14_551_329_148.538_727,
+            stretch: [1.0; 2],
+            direction: DVec3::Z,
+            distance: 1.0,
+            fov_deg: 1.0,
+            parallel: false,
+            opacity: 1.0,
+            unit: 1.0,
+            scalars: 4.079_591_736_550_679_6e-16,
+            choice,
+        };
+        let far = View {
+            spacing: near.spacing * 2f64.powi(44),
+            ..near.clone()
+        };
+        let apart = worst_difference(&near.draw(), &far.draw());
+        assert!(apart == 0.0, "choice {choice}: they differ by {apart}");
+    }
+}
