@@ -117,10 +117,10 @@ fn print_case(case: &Case, frames: usize) {
     let nearest = of(&WarpOptions::with_method(Method::NEAREST));
     let hybrid = of(&WarpOptions::default());
     let both = on_threads(2, || timed(case, &WarpOptions::default(), frames));
-    let ms = |v: Option<f64>| v.map_or("-".into(), |v| format!("{v:.1}"));
+    let ms = |v: Option<f64>| v.map_or("-".into(), |v| format!("{v:.2}"));
     let ratio = |v: f64, to: Option<f64>| to.map_or("-".into(), |to| format!("{:.2}", v / to));
     println!(
-        "| {} | {} | {:.1} | {} | {:.1} | {} | {} | {:.0} | {:.1} | {:.1} | {:.1} | {} | {:.2} |",
+        "| {} | {} | {:.2} | {} | {:.1} | {} | {} | {:.0} | {:.1} | {:.1} | {:.1} | {} | {:.2} |",
         case.name,
         ms(peers[0]),
         nearest.cpu_ms,
