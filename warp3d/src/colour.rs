@@ -21,7 +21,7 @@ use resample_core::point::PIXEL_SIGMA_PX;
 use cubic::{Axis, across};
 pub(crate) use cubic::{EightWeights, Taps, Weights, by_place};
 pub(crate) use points::{EightFilters, FILTERS, through};
-pub(crate) use samples::{Colours, NOWHERE, eight_samples};
+pub(crate) use samples::{Coefficients, Colours, NOWHERE, eight_samples};
 
 use crate::Reference;
 use crate::keys::weights;

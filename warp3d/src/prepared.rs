@@ -46,8 +46,7 @@ impl Prepared {
             .par_iter()
             .map(|&rgb| {
                 // What is no number would spread, even with no weight.
-                let [r, g, b] = rgb.map(|v| if v.is_finite() { v } else { 0.0 });
-                [r, g, b, 0.0]
+                rgb.map(|v| if v.is_finite() { v } else { 0.0 })
             })
             .collect();
         let cuts = match options.mixed {
@@ -58,7 +57,7 @@ impl Prepared {
         surfaces.keep_slopes(reach);
         let segments = Segments::new(&surfaces, Quarters::new(&surfaces, &cuts));
         let mut colours = Colours::new(samples, &reference.colour, &mut surfaces);
-        solve(&mut colours.coefficients, &surfaces);
+        solve(colours.coefficients.samples_mut(), &surfaces);
         // The segments hold what frames ask of the cells.
         surfaces.cells = Vec::new();
         let known = surfaces.disparity.iter().filter(|d| !d.is_nan()).count() as u64;

@@ -8,9 +8,8 @@ use crate::surface::{RECOLOURED, Surfaces};
 /// What colours are looked up in.
 #[derive(Clone, Debug)]
 pub(crate) struct Colours {
-    /// Coefficients of the cubic spline through the samples: linear red, green, blue, and one unused value, so that a
-    /// sample is one vector.
-    pub(crate) coefficients: Vec<[f32; 4]>,
+    /// Coefficients of the cubic spline through the samples.
+    pub(crate) coefficients: Coefficients,
     /// Samples that have another colour than the reference, in order, and that colour.
     recoloured: Vec<(u32, [f32; 3])>,
 }
@@ -18,17 +17,16 @@ pub(crate) struct Colours {
 impl Colours {
     /// With the samples' colours as they are unmixed, where they differ from those `taken`; `surfaces` are told which.
     /// Coefficients are still to be found.
-    pub(crate) fn new(samples: Vec<[f32; 4]>, taken: &[[f32; 3]], surfaces: &mut Surfaces) -> Self {
+    pub(crate) fn new(samples: Vec<[f32; 3]>, taken: &[[f32; 3]], surfaces: &mut Surfaces) -> Self {
         let mut recoloured = Vec::new();
         for (index, (sample, taken)) in samples.iter().zip(taken).enumerate() {
-            let [r, g, b, _] = *sample;
-            if [r, g, b] != *taken {
-                recoloured.push((index as u32, [r, g, b]));
+            if sample != taken {
+                recoloured.push((index as u32, *sample));
                 surfaces.links[index] |= RECOLOURED;
             }
         }
         Self {
-            coefficients: samples,
+            coefficients: Coefficients::new(samples),
             recoloured,
         }
     }
@@ -43,6 +41,45 @@ impl Colours {
             .recoloured
             .binary_search_by_key(&(index as u32), |&(index, _)| index);
         place.map_or(taken[index], |place| self.recoloured[place].1)
+    }
+}
+
+/// Linear red, green and blue of each sample.
+#[derive(Clone, Debug)]
+pub(crate) struct Coefficients(Vec<[f32; 3]>);
+
+impl Coefficients {
+    /// Entries behind the samples, so that vectors can be loaded at the last ones.
+    const MORE: usize = 2;
+
+    fn new(mut samples: Vec<[f32; 3]>) -> Self {
+        samples.reserve_exact(Self::MORE);
+        samples.extend([[0.0; 3]; Self::MORE]);
+        Self(samples)
+    }
+
+    /// Number of samples.
+    #[inline(always)]
+    pub(crate) fn len(&self) -> usize {
+        self.0.len() - Self::MORE
+    }
+
+    /// The samples.
+    pub(crate) fn samples_mut(&mut self) -> &mut [[f32; 3]] {
+        let count = self.len();
+        &mut self.0[..count]
+    }
+
+    /// The numbers of four samples, and four more.
+    #[inline(always)]
+    pub(crate) fn sixteen(&self, first: usize) -> &[f32] {
+        &self.0.as_flattened()[3 * first..3 * first + 16]
+    }
+
+    /// The numbers of a sample, and one more.
+    #[inline(always)]
+    pub(crate) fn four(&self, sample: usize) -> &[f32] {
+        &self.0.as_flattened()[3 * sample..3 * sample + 4]
     }
 }
 
