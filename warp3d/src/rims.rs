@@ -93,10 +93,13 @@ impl Rims {
         let mut rims = Self::half_way(surfaces);
         // The colours stay as they are until all edges are found.
         let mut own = Vec::new();
-        // The largest share of another surface so far, per sample: the worst edge decides the colour.
-        let mut shares = vec![0.0f32; samples.len()];
+        // The largest share of another surface so far: the worst edge decides the colour. An edge is beside its own sample and
+        // the next one along a row or a column, so that a row of shares and one more are enough.
+        let mut shares = vec![0.0f32; surfaces.size[0] + 1];
+        let held = shares.len();
         let mut spreads = vec![[0; 2]; samples.len()];
         for (index, spreads) in spreads.iter_mut().enumerate() {
+            shares[(index + held - 1) % held] = 0.0;
             for (axis, spread) in spreads.iter_mut().enumerate() {
                 let Some(cut) = cut_after(surfaces, index, axis) else {
                     continue;
@@ -117,8 +120,8 @@ impl Rims {
                     (cut.farther.samples[0], cut.nearer.samples[1], far_share),
                 ];
                 for (sample, other, share) in sides {
-                    if share > shares[sample] {
-                        shares[sample] = share;
+                    if share > shares[sample % held] {
+                        shares[sample % held] = share;
                         let colour = without(samples[sample], samples[other], share);
                         let range = own_range(surfaces, samples, sample);
                         own.push((sample, clamped(colour, range)));

@@ -88,7 +88,7 @@ pub(super) fn seen(picture: &Picture, lens: &Lens) -> Picture {
     };
     let flat = Surfaces::new(
         &grid,
-        &vec![1.0; coefficients.len()],
+        vec![1.0; coefficients.len()],
         SurfaceTolerance::Auto,
     );
     spline::solve(&mut coefficients, &flat);
@@ -138,7 +138,7 @@ impl<'a> Finder<'a> {
         };
         Self {
             picture,
-            surfaces: Surfaces::new(&grid, &plane.values, SurfaceTolerance::Auto),
+            surfaces: Surfaces::new(&grid, plane.values.clone(), SurfaceTolerance::Auto),
             projection: camera.projection,
             scale: DVec2::new(
                 plane.width as f64 / picture.width as f64,
