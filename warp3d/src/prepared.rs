@@ -98,7 +98,10 @@ impl Prepared {
         Reference {
             camera: self.camera,
             colour: samples.clone().into_par_iter().map(colour).collect(),
-            depth: samples.into_par_iter().map(|sample| self.depth(sample)).collect(),
+            depth: samples
+                .into_par_iter()
+                .map(|sample| self.depth(sample))
+                .collect(),
         }
     }
 }

@@ -30,8 +30,8 @@ pub(crate) use project::{Terms, narrow};
 #[cfg(feature = "input")]
 pub(crate) use quarters::Quarter;
 pub(crate) use quarters::Quarters;
-pub(crate) use scan::{SLACK, scan_triangle};
 use rows::WarpedRows;
+pub(crate) use scan::{SLACK, scan_triangle};
 pub(crate) use vertex::{LANES, SEGMENT, Vertex};
 
 use crate::bands::RowRange;
@@ -107,7 +107,10 @@ impl Segments {
             range_of(surfaces, cy, [first, (first + SEGMENT).min(width + 1)])
         };
         Self {
-            ranges: (0..per_row * (height + 1)).into_par_iter().map(range).collect(),
+            ranges: (0..per_row * (height + 1))
+                .into_par_iter()
+                .map(range)
+                .collect(),
             joined: bits(|cell| matches!(cell, Cell::MainDiagonal | Cell::AntiDiagonal)),
             main: bits(|cell| cell == Cell::MainDiagonal),
             quarters,

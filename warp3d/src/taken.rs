@@ -58,7 +58,10 @@ impl TakenDepths {
     pub(crate) fn new(projection: Projection, depths: &[f32], surfaces: &mut Surfaces) -> Self {
         let links = surfaces.links.par_chunks_mut(PART);
         let disparities = surfaces.disparity.par_chunks(PART);
-        let parts = links.zip(disparities).zip(depths.par_chunks(PART)).enumerate();
+        let parts = links
+            .zip(disparities)
+            .zip(depths.par_chunks(PART))
+            .enumerate();
         let listed = parts.flat_map_iter(|(part, ((links, disparities), depths))| {
             let mut listed = Vec::new();
             for (i, (links, depth)) in links.iter_mut().zip(depths).enumerate() {
@@ -135,9 +138,17 @@ mod tests {
                     found.to_bits() == z.to_bits() || (z.is_nan() && found.is_nan()),
                     "sample {index}: {found} for {z}"
                 );
-                assert_eq!(surfaces.links[index] & !BITS, links[index], "other bits stay");
+                assert_eq!(
+                    surfaces.links[index] & !BITS,
+                    links[index],
+                    "other bits stay"
+                );
             }
-            assert!(taken.listed.len() <= odd.len(), "{} are listed", taken.listed.len());
+            assert!(
+                taken.listed.len() <= odd.len(),
+                "{} are listed",
+                taken.listed.len()
+            );
         }
     }
 }

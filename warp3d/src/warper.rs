@@ -178,8 +178,7 @@ impl Warper {
         let camera = in_unit(camera);
         let references: Vec<Camera> = self.cameras.iter().map(in_unit).collect();
         let how = (&self.options, purpose);
-        let layers =
-            (0..references.len()).map(|i| self.pipeline.layer(i, &camera, how, stats));
+        let layers = (0..references.len()).map(|i| self.pipeline.layer(i, &camera, how, stats));
         let layers: Vec<Layer> = layers.collect();
         let clock = StageClock::start();
         let pixels = camera.width as usize * camera.height as usize;

@@ -86,11 +86,7 @@ pub(super) fn seen(picture: &Picture, lens: &Lens) -> Picture {
         height: size[1] as u32,
         ..*lens.camera
     };
-    let flat = Surfaces::new(
-        &grid,
-        vec![1.0; coefficients.len()],
-        SurfaceTolerance::Auto,
-    );
+    let flat = Surfaces::new(&grid, vec![1.0; coefficients.len()], SurfaceTolerance::Auto);
     spline::solve(&mut coefficients, &flat);
     let colours: Vec<[f32; 4]> = (0..lens.pixels())
         .into_par_iter()

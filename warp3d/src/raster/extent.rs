@@ -93,7 +93,11 @@ fn eight_extents<S: Simd>(
     ranges: &[[f32; 2]],
 ) -> EightExtents<S> {
     let (mut columns, mut disparities) = ([[0.0f64; LANES]; 2], [[1.0f64; LANES]; 2]);
-    for (i, range) in ranges.iter().enumerate().filter(|(_, [least, most])| least <= most) {
+    for (i, range) in ranges
+        .iter()
+        .enumerate()
+        .filter(|(_, [least, most])| least <= most)
+    {
         let cell = (first + i) * SEGMENT;
         // Cells lie between the centres of samples.
         columns[0][i] = cell as f64 - 0.5;
@@ -156,7 +160,10 @@ pub(super) fn all_in_front<S: Simd>(simd: S, terms: &Terms, surfaces: &Surfaces)
     let at = [
         f64x8::simd_from(simd, [0.0, width, 0.0, width, 0.0, width, 0.0, width]),
         f64x8::simd_from(simd, [0.0, 0.0, height, height, 0.0, 0.0, height, height]),
-        f64x8::simd_from(simd, [0.0, 0.0, 0.0, 0.0, largest, largest, largest, largest]),
+        f64x8::simd_from(
+            simd,
+            [0.0, 0.0, 0.0, 0.0, largest, largest, largest, largest],
+        ),
     ];
     terms.corner(simd, at).1.all_true()
 }

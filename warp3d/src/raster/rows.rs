@@ -67,7 +67,14 @@ impl WarpedRow {
         let first = block * SEGMENT;
         if block > 0 && self.blocks[block - 1] == Held::Nothing {
             self.blocks[block - 1] = Held::End;
-            warp_samples(simd, terms, disparity, y, [first - LANES, first], &mut self.planes);
+            warp_samples(
+                simd,
+                terms,
+                disparity,
+                y,
+                [first - LANES, first],
+                &mut self.planes,
+            );
         }
         if self.blocks[block] != Held::All {
             self.blocks[block] = Held::All;
@@ -122,7 +129,11 @@ fn warp_samples<S: Simd>(
 ) {
     for first in (first..end).step_by(LANES) {
         let eight = eight_of(simd, disparity, first);
-        for (value, plane) in terms.warped(simd, [first, y], eight).into_iter().zip(&mut *planes) {
+        for (value, plane) in terms
+            .warped(simd, [first, y], eight)
+            .into_iter()
+            .zip(&mut *planes)
+        {
             narrow(value).store_slice(&mut plane[first + LANES..first + 2 * LANES]);
         }
     }

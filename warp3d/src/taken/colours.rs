@@ -73,7 +73,9 @@ impl Values {
         loop {
             match self.slots[slot] {
                 0 => break,
-                number if self.met[number as usize - 1] == bits => return Some(number as usize - 1),
+                number if self.met[number as usize - 1] == bits => {
+                    return Some(number as usize - 1);
+                }
                 _ => slot = (slot + 1) % self.slots.len(),
             }
         }
@@ -109,13 +111,16 @@ impl<C: Code> Coded<C> {
         if all.len() > C::COUNT {
             return None;
         }
-        codes.par_chunks_mut(PART).zip(&met).for_each(|(codes, met)| {
-            let place = |bits| C::new(all.partition_point(|other| other < bits));
-            let places: Vec<C> = met.iter().map(place).collect();
-            for code in codes.as_flattened_mut() {
-                *code = places[(*code).into()];
-            }
-        });
+        codes
+            .par_chunks_mut(PART)
+            .zip(&met)
+            .for_each(|(codes, met)| {
+                let place = |bits| C::new(all.partition_point(|other| other < bits));
+                let places: Vec<C> = met.iter().map(place).collect();
+                for code in codes.as_flattened_mut() {
+                    *code = places[(*code).into()];
+                }
+            });
         let mut values: Vec<f32> = all.into_iter().map(f32::from_bits).collect();
         values.resize(C::COUNT, 0.0);
         Some(Self { codes, values })
@@ -182,7 +187,9 @@ mod tests {
         // More than one part, whose first values differ.
         let of = |count: usize| -> Vec<[f32; 3]> {
             let value = |i: usize| (i / 7 % count) as f32 / count as f32;
-            (0..PART + 5000).map(|i| [value(i), value(i + 3), value(i * 5)]).collect()
+            (0..PART + 5000)
+                .map(|i| [value(i), value(i + 3), value(i * 5)])
+                .collect()
         };
         let mut few = of(250);
         few[PART + 17] = [f32::NAN, -0.0, f32::INFINITY];
