@@ -122,7 +122,7 @@ impl AnyWarper {
         match self {
             Self::Held(warper) => {
                 if !warper.adopt(options)? {
-                    **warper = Warper::new(warper.references().to_vec(), options)?;
+                    **warper = Warper::new(warper.references(), options)?;
                 }
             }
             Self::Filed(warper) if warper.options() == options => {}

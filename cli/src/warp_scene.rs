@@ -9,6 +9,7 @@ use anyhow::{Result, anyhow};
 use warp3d::input::cameras::{self, Distortion, Lens, Pair};
 use warp3d::input::{self, DepthMeaning, Part, Taken, colour, depth};
 use warp3d::large::Files;
+use warp3d::memory::ReferenceSize;
 use warp3d::{LargeReference, Reference, SurfaceTolerance};
 
 use crate::args::{DepthArgs, Warp3dArgs};
@@ -44,6 +45,23 @@ impl Typed<'_> {
         Ok(match self.held {
             Some(held) => [held.colour.width as u32, held.colour.height as u32],
             None => colour::size(&Part::from_text(self.colour))?,
+        })
+    }
+
+    /// What the picture takes.
+    fn storage(&self) -> Result<ReferenceSize> {
+        if self.held.is_some() {
+            return Ok(ReferenceSize::of_floats(self.size()?));
+        }
+        let colour::Storage {
+            size,
+            channel_bytes,
+            decoder_bytes,
+        } = colour::storage(&Part::from_text(self.colour))?;
+        Ok(ReferenceSize {
+            size,
+            channel_bytes,
+            decoder_bytes,
         })
     }
 }
@@ -86,14 +104,22 @@ pub(crate) fn camera(args: &Warp3dArgs) -> Result<FileCamera> {
     Ok(described(&first(args), args)?.from)
 }
 
-/// The sizes of all references, px, from the headers of their pictures alone: a panorama is six.
-pub(crate) fn sizes(args: &Warp3dArgs) -> Result<Vec<[u32; 2]>> {
+/// The sizes of all references, from the headers of their pictures alone: a panorama is six.
+pub(crate) fn sizes(args: &Warp3dArgs) -> Result<Vec<ReferenceSize>> {
     let mut sizes = Vec::new();
     for typed in typed(args)? {
-        let size = typed.size()?;
-        match typed.camera {
-            Some(Viewpoint::Equirectangular) => sizes.extend(input::face_sizes(size)),
-            _ => sizes.push(size),
+        let own = typed.storage()?;
+        if typed.camera == Some(Viewpoint::Equirectangular) {
+            let faces = input::face_sizes(own.size);
+            sizes.extend(faces.into_iter().map(ReferenceSize::of_floats));
+        } else if described(&typed, args)?.distortion.is_some() {
+            // Colours between those of a file may be any numbers.
+            sizes.push(ReferenceSize {
+                channel_bytes: 4,
+                ..own
+            });
+        } else {
+            sizes.push(own);
         }
     }
     Ok(sizes)

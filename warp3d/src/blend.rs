@@ -7,17 +7,16 @@
 use rayon::prelude::*;
 use resample_core::Camera;
 
-use crate::Reference;
 use crate::layer::Layer;
 use crate::options::Blend;
 
 /// Depths within this part of the nearest one are one surface: several tolerances of quantised depth.
 const AGREEMENT: f32 = 0.03;
 
-/// Blends `layers`, one per reference, into the first.
+/// Blends `layers`, one per camera of the `references`, into the first.
 pub(crate) fn blend(
     layers: Vec<Layer>,
-    references: &[Reference],
+    references: &[Camera],
     target: &Camera,
     how: Blend,
 ) -> Option<Layer> {
@@ -87,11 +86,11 @@ pub(crate) fn blend(
 }
 
 /// Weights that fall with the squared distance of the eyes; the nearest one has 1.
-fn baseline_weights(references: &[Reference], target: &Camera) -> Vec<f32> {
+fn baseline_weights(references: &[Camera], target: &Camera) -> Vec<f32> {
     let eye = target.eye_in_world();
     let distances2: Vec<f64> = references
         .iter()
-        .map(|r| r.camera.eye_in_world().distance_squared(eye))
+        .map(|r| r.eye_in_world().distance_squared(eye))
         .collect();
     let largest = distances2.iter().copied().fold(0.0, f64::max);
     // Within a tenth of the largest baseline one reference is as good as another.

@@ -21,11 +21,11 @@ use resample_core::point::PIXEL_SIGMA_PX;
 use cubic::{Axis, across};
 pub(crate) use cubic::{EightWeights, Taps, Weights, by_place};
 pub(crate) use points::{EightFilters, FILTERS, through};
-pub(crate) use samples::{Colours, NOWHERE, eight_samples};
+pub(crate) use samples::{Coefficients, Colours, NOWHERE, eight_samples};
 
-use crate::Reference;
 use crate::keys::weights;
 use crate::patch::{Hit, Patch};
+use crate::prepared::Prepared;
 use crate::raster::narrow;
 use crate::surface::Surfaces;
 
@@ -48,8 +48,6 @@ const MAX_SIGMA_PX: f64 = 32.0;
 pub(crate) struct Lookup<'a> {
     /// The samples' colours.
     pub(crate) colours: &'a Colours,
-    /// The colours of the reference.
-    pub(crate) taken: &'a [[f32; 3]],
     /// Their surfaces.
     pub(crate) surfaces: &'a Surfaces,
     /// The plane on which samples count.
@@ -364,17 +362,17 @@ impl Lookup<'_> {
 }
 
 /// The reference's picture at a place, across all surfaces: the cubic of Keys (1981), which needs no coefficients.
-pub(crate) fn as_taken(reference: &Reference, pos_in_reference: DVec2) -> [f32; 3] {
+pub(crate) fn as_taken(prepared: &Prepared, pos_in_reference: DVec2) -> [f32; 3] {
     let corner = pos_in_reference - 0.5;
     let base = corner.floor();
     let (wx, wy) = (weights(corner.x - base.x), weights(corner.y - base.y));
-    let size = [reference.camera.width, reference.camera.height].map(i64::from);
+    let size = prepared.surfaces.size.map(|n| n as i64);
     let mut sum = [0.0; 3];
     for (dy, wy) in (-1..).zip(wy) {
         for (dx, wx) in (-1..).zip(wx) {
             let x = (base.x as i64 + dx).clamp(0, size[0] - 1);
             let y = (base.y as i64 + dy).clamp(0, size[1] - 1);
-            let sample = reference.colour[(y * size[0] + x) as usize];
+            let sample = prepared.colours.taken.get((y * size[0] + x) as usize);
             sum = std::array::from_fn(|c| sum[c] + wx * wy * sample[c]);
         }
     }

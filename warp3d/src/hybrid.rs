@@ -25,7 +25,7 @@ use crate::flags::Flags;
 use crate::layer::Purpose;
 use crate::piece::NO_PATCH;
 use crate::prepared::Prepared;
-use crate::raster::{Projected, Scene};
+use crate::raster::{Projected, Scene, Terms, in_front};
 use crate::stats::FrameStats;
 use crate::surface::Surfaces;
 use crate::warp::Warp;
@@ -94,14 +94,17 @@ impl Hybrid {
         how: How,
         stats: &mut FrameStats,
     ) {
+        let terms = Terms::new(warp);
         let scene = Scene {
             surfaces: &prepared.surfaces,
             segments: &prepared.segments,
+            terms: &terms,
         };
         let clock = StageClock::start();
-        self.projected.project(&scene, warp, how.level);
-        stats.samples += prepared.known;
-        stats.outside += prepared.known - self.projected.in_front();
+        self.projected.project(&scene, how.level);
+        let known = prepared.known;
+        stats.samples += known;
+        stats.outside += known - in_front(&prepared.surfaces, &terms, known, how.level);
         stats.stages.project += clock.stop();
         let clock = StageClock::start();
         let drawing = Drawing {

@@ -34,16 +34,17 @@ pub(crate) fn length_of(references: &[Reference]) -> f64 {
 }
 
 /// A reference counted in another length.
-pub(crate) fn counted_in(reference: &Reference, length: f64) -> Reference {
-    Reference {
-        camera: reference.camera.in_unit(length),
-        colour: reference.colour.clone(),
-        depth: reference
-            .depth
-            .par_iter()
-            .map(|&depth| (f64::from(depth) / length) as f32)
-            .collect(),
-    }
+pub(crate) fn counted_in(mut reference: Reference, length: f64) -> Reference {
+    reference.camera = reference.camera.in_unit(length);
+    scaled(&mut reference.depth, 1.0 / length);
+    reference
+}
+
+/// Multiplies depths by a power of two.
+pub(crate) fn scaled(depths: &mut [f32], factor: f64) {
+    depths
+        .par_iter_mut()
+        .for_each(|depth| *depth = (f64::from(*depth) * factor) as f32);
 }
 
 /// How many depths have each binary exponent, of those that are known.

@@ -62,6 +62,7 @@ mod splat;
 mod spline;
 pub mod stats;
 mod surface;
+mod taken;
 mod tolerance;
 pub mod warp;
 pub mod warper;

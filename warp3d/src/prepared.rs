@@ -1,23 +1,28 @@
 //! A reference made ready to be drawn: its surfaces, its colours and its cells.
 
 use rayon::prelude::*;
+use resample_core::Camera;
 
 use crate::Reference;
 use crate::colour::Colours;
 use crate::options::{MixedPixels, SurfaceOptions};
-use crate::ramps::{Edges, sharpened};
+use crate::ramps::{Edges, sharpened_in_bands};
 use crate::raster::{Quarters, Segments};
 use crate::rims::Rims;
 use crate::spline::solve;
 use crate::surface::Surfaces;
+use crate::taken::{TakenColours, TakenDepths};
 
-/// A reference made ready for the hybrid.
+/// A reference made ready for the hybrid. What was given follows from what is kept.
 #[derive(Clone, Debug)]
 pub(crate) struct Prepared {
+    /// Its camera.
+    pub(crate) camera: Camera,
     /// Its surfaces.
     pub(crate) surfaces: Surfaces,
     /// Its colours.
     pub(crate) colours: Colours,
+    depths: TakenDepths,
     /// Its cells, as they are drawn.
     pub(crate) segments: Segments,
     /// Number of samples with a depth.
@@ -26,30 +31,37 @@ pub(crate) struct Prepared {
 
 impl Prepared {
     /// Finds surfaces and edges of `reference`, whose depth is made sharp where it is soft.
-    pub(crate) fn new(reference: &Reference, options: &SurfaceOptions) -> Self {
-        let Reference { camera, depth, .. } = reference;
+    pub(crate) fn new(reference: Reference, options: &SurfaceOptions) -> Self {
+        let Reference { camera, depth, .. } = &reference;
         let width = camera.width as usize;
-        match Edges::of(camera.projection, depth, width) {
-            Edges::Sharp => Self::of_sharp(reference, depth, options),
-            edges => {
-                let depth = sharpened(camera.projection, depth, width, edges);
-                Self::of_sharp(reference, &depth, options)
-            }
-        }
+        let sharp = match Edges::of(camera.projection, depth, width) {
+            Edges::Sharp => depth.clone(),
+            edges => sharpened_in_bands(camera.projection, depth, width, edges),
+        };
+        Self::with_depth(reference, sharp, options)
     }
 
-    /// As [`Prepared::new`], with the depth that is given.
-    pub(crate) fn of_sharp(reference: &Reference, depth: &[f32], options: &SurfaceOptions) -> Self {
-        let mut surfaces = Surfaces::new(&reference.camera, depth, options.tolerance);
-        let mut samples: Vec<_> = reference
-            .colour
-            .par_iter()
-            .map(|&rgb| {
-                // What is no number would spread, even with no weight.
-                let [r, g, b] = rgb.map(|v| if v.is_finite() { v } else { 0.0 });
-                [r, g, b, 0.0]
-            })
-            .collect();
+    /// As [`Prepared::new`], of depth that is sharp.
+    pub(crate) fn of_sharp(reference: Reference, options: &SurfaceOptions) -> Self {
+        let sharp = reference.depth.clone();
+        Self::with_depth(reference, sharp, options)
+    }
+
+    /// Surfaces at the depth `sharp`. Each buffer of a number a sample is let go as soon as it can be.
+    fn with_depth(reference: Reference, sharp: Vec<f32>, options: &SurfaceOptions) -> Self {
+        let Reference {
+            camera,
+            colour,
+            depth,
+        } = reference;
+        let mut surfaces = Surfaces::new(&camera, sharp, options.tolerance);
+        let depths = TakenDepths::new(camera.projection, &depth, &mut surfaces);
+        drop(depth);
+        let (taken, mut samples) = TakenColours::new(colour);
+        samples.par_iter_mut().for_each(|rgb| {
+            // What is no number would spread, even with no weight.
+            *rgb = rgb.map(|v| if v.is_finite() { v } else { 0.0 });
+        });
         let cuts = match options.mixed {
             MixedPixels::Keep => Rims::half_way(&surfaces),
             MixedPixels::Unmix => Rims::unmixed(&surfaces, &mut samples),
@@ -57,16 +69,39 @@ impl Prepared {
         let reach = |s: &Surfaces, index, axis, towards| cuts.to_edge(s, index, axis, towards);
         surfaces.keep_slopes(reach);
         let segments = Segments::new(&surfaces, Quarters::new(&surfaces, &cuts));
-        let mut colours = Colours::new(samples, &reference.colour, &mut surfaces);
-        solve(&mut colours.coefficients, &surfaces);
+        drop(cuts);
         // The segments hold what frames ask of the cells.
         surfaces.cells = Vec::new();
+        let mut colours = Colours::new(samples, taken, &mut surfaces);
+        solve(colours.coefficients.samples_mut(), &surfaces);
         let known = surfaces.disparity.iter().filter(|d| !d.is_nan()).count() as u64;
         Self {
+            camera,
             surfaces,
             colours,
+            depths,
             segments,
             known,
+        }
+    }
+
+    /// Camera z of a sample, as it was given.
+    #[inline(always)]
+    pub(crate) fn depth(&self, sample: usize) -> f32 {
+        self.depths.get(&self.surfaces, sample)
+    }
+
+    /// The reference, as it was given.
+    pub(crate) fn reference(&self) -> Reference {
+        let samples = 0..self.surfaces.disparity.len();
+        let colour = |sample| self.colours.taken.get(sample);
+        Reference {
+            camera: self.camera,
+            colour: samples.clone().into_par_iter().map(colour).collect(),
+            depth: samples
+                .into_par_iter()
+                .map(|sample| self.depth(sample))
+                .collect(),
         }
     }
 }

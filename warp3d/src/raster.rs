@@ -1,13 +1,16 @@
 //! Surfaces laid on the screen: which piece of a reference each place of a lattice of screen positions sees.
 //!
-//! Samples are warped once; their cells are scan-converted band by band. Joined cells share their corners, so there are
-//! no cracks; cut cells give each corner its quarter on its own tangent plane. Turned-away pieces are dropped.
+//! Cells are scan-converted band by band; their samples are warped as a band comes to them. Joined cells share their
+//! corners, so there are no cracks; cut cells give each corner its quarter on its own tangent plane. Turned-away pieces are
+//! dropped.
 //!
 //! Limits: a piece with a corner before the near plane is dropped whole; it is smaller than a sample's spacing.
 
 mod cells;
+mod extent;
 mod project;
 mod quarters;
+mod rows;
 mod scan;
 mod vertex;
 
@@ -21,28 +24,25 @@ use resample_core::dispatch;
 use resample_core::simd::Vectors;
 
 pub(crate) use cells::{EightCells, EightQuads, EightTriangles, HALVES, QuadBlock};
-use project::{Bounds, ProjectedRow, project_row};
+use extent::{all_in_front, count_in_front, extents, range_of};
+use project::Bounds;
 pub(crate) use project::{Terms, narrow};
 #[cfg(feature = "input")]
 pub(crate) use quarters::Quarter;
 pub(crate) use quarters::Quarters;
+use rows::WarpedRows;
 pub(crate) use scan::{SLACK, scan_triangle};
-use vertex::Planes;
 pub(crate) use vertex::{LANES, SEGMENT, Vertex};
 
 use crate::bands::RowRange;
 use crate::surface::{Cell, Surfaces};
-use crate::warp::Warp;
 
-/// Samples warped to one screen.
+/// Where a reference lies on one screen.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Projected {
-    planes: Planes,
     /// Corners of the quarters of cut cells.
     quarters: Vec<QuadBlock>,
-    /// Screen columns and rows of each block of each row of samples.
-    blocks: Vec<[RowRange; 2]>,
-    /// Screen columns and rows that each segment of each row of cells touches.
+    /// Screen columns and rows that each segment of each row of cells touches at most.
     segments: Vec<[RowRange; 2]>,
     /// Screen rows that each row of cells touches.
     rows: Vec<RowRange>,
@@ -65,6 +65,8 @@ pub(crate) struct Segments {
     joined: Vec<u32>,
     /// Those joined along the main diagonal.
     main: Vec<u32>,
+    /// Least and greatest disparity of the corners of joined cells.
+    ranges: Vec<[f32; 2]>,
     /// The quarters of cut cells.
     quarters: Quarters,
 }
@@ -76,6 +78,8 @@ pub(crate) struct Scene<'a> {
     pub(crate) surfaces: &'a Surfaces,
     /// Their cells.
     pub(crate) segments: &'a Segments,
+    /// Where they lie on the screen.
+    pub(crate) terms: &'a Terms,
 }
 
 impl Segments {
@@ -98,7 +102,15 @@ impl Segments {
                 .map(of_segment)
                 .collect()
         };
+        let range = |segment: usize| {
+            let (cy, first) = (segment / per_row, segment % per_row * SEGMENT);
+            range_of(surfaces, cy, [first, (first + SEGMENT).min(width + 1)])
+        };
         Self {
+            ranges: (0..per_row * (height + 1))
+                .into_par_iter()
+                .map(range)
+                .collect(),
             joined: bits(|cell| matches!(cell, Cell::MainDiagonal | Cell::AntiDiagonal)),
             main: bits(|cell| cell == Cell::MainDiagonal),
             quarters,
@@ -107,78 +119,36 @@ impl Segments {
 }
 
 impl Projected {
-    /// Warps every sample.
-    pub(crate) fn project(&mut self, scene: &Scene<'_>, warp: &Warp, level: Vectors) {
-        let [width, height] = scene.surfaces.size;
+    /// Finds where the segments and the quarters lie.
+    pub(crate) fn project(&mut self, scene: &Scene<'_>, level: Vectors) {
+        let Scene {
+            surfaces,
+            segments,
+            terms,
+        } = *scene;
+        let [width, height] = surfaces.size;
         let per_row = (width + 1).div_ceil(SEGMENT);
-        for plane in &mut self.planes.0 {
-            plane.resize(width * height + LANES + 1, f32::NAN);
-            // Entries beyond the samples are unknown; a reference of another size may have left numbers there.
-            plane[width * height + 1..].fill(f32::NAN);
-        }
-        self.blocks.resize(per_row * height, [RowRange::EMPTY; 2]);
-        let [xs, ys, nearness] = &mut self.planes.0;
-        let rows = xs[1..]
-            .par_chunks_mut(width)
-            .zip(ys[1..].par_chunks_mut(width));
-        rows.zip(nearness[1..].par_chunks_mut(width))
-            .zip(self.blocks.par_chunks_mut(per_row))
-            .enumerate()
-            .for_each(|(y, ((row, near), blocks))| {
-                let disparity = &scene.surfaces.disparity[y * width..(y + 1) * width];
-                let to = ProjectedRow {
-                    planes: [row.0, row.1, near],
-                    blocks,
-                };
-                dispatch!(level, simd => project_row(simd, warp, y, disparity, to));
-            });
-        scene
-            .segments
+        segments
             .quarters
-            .project(scene.surfaces, warp, level, &mut self.quarters);
+            .project(surfaces, terms, level, &mut self.quarters);
         self.segments
             .resize(per_row * (height + 1), [RowRange::EMPTY; 2]);
-        let (planes, blocks, quarters) = (&self.planes.0, &self.blocks, &self.quarters);
-        self.segments
-            .par_iter_mut()
-            .with_min_len(256)
-            .enumerate()
-            .for_each(|(segment, range)| {
-                *range = [RowRange::EMPTY; 2];
-                let (cy, block) = (segment / per_row, segment % per_row);
-                if scene.segments.joined[segment] != 0 {
-                    for y in [cy - 1, cy] {
-                        range[0].join(blocks[y * per_row + block][0]);
-                        range[1].join(blocks[y * per_row + block][1]);
-                        if block > 0 {
-                            let before = y * width + block * SEGMENT;
-                            range[0].include(planes[0][before]);
-                            range[1].include(planes[1][before]);
-                        }
-                    }
-                }
-                let own = scene.segments.quarters.of_segment(segment);
+        self.rows.resize(height + 1, RowRange::EMPTY);
+        let quarters = &self.quarters;
+        let rows = self.segments.par_chunks_mut(per_row).zip(&mut self.rows);
+        rows.enumerate().for_each(|(cy, (extent, row))| {
+            dispatch!(level, simd => extents(simd, terms, surfaces, segments, cy, extent));
+            for (block, extent) in extent.iter_mut().enumerate() {
+                let own = segments.quarters.of_segment(cy * per_row + block);
                 if !own.is_empty() {
                     let [x, y] = dispatch!(level, simd => quad_bounds(simd, quarters, own));
-                    range[0].join(x);
-                    range[1].join(y);
+                    extent[0].join(x);
+                    extent[1].join(y);
                 }
-            });
-        let joined = |segments: &[[RowRange; 2]]| {
-            segments
-                .iter()
-                .fold(RowRange::EMPTY, |mut row, [_, along]| {
-                    row.join(*along);
-                    row
-                })
-        };
-        self.rows.clear();
-        self.rows.extend(self.segments.chunks(per_row).map(joined));
-    }
-
-    /// Number of warped samples that are in front of the near plane.
-    pub(crate) fn in_front(&self) -> u64 {
-        self.planes.0[0].iter().filter(|x| !x.is_nan()).count() as u64
+            }
+            *row = RowRange::EMPTY;
+            extent.iter().for_each(|[_, along]| row.join(*along));
+        });
     }
 
     /// Gives the pieces that touch the screen rows `rows` to `sink`, in the order of the reference.
@@ -190,12 +160,14 @@ impl Projected {
         rows: [usize; 2],
         sink: &mut impl Sink,
     ) {
-        let per_row = (scene.surfaces.size[0] + 1).div_ceil(SEGMENT);
+        let width = scene.surfaces.size[0];
+        let per_row = (width + 1).div_ceil(SEGMENT);
+        let mut warped = WarpedRows::new(width);
         let touching = (0..self.rows.len()).filter(|&cy| self.rows[cy].touches(rows[0], rows[1]));
         for segment in touching.flat_map(|cy| cy * per_row..(cy + 1) * per_row) {
             let [columns, along] = self.segments[segment];
             if along.touches(rows[0], rows[1]) && sink.wants(columns, along) {
-                self.visit_segment(simd, scene, segment, sink);
+                self.visit_segment(simd, scene, segment, &mut warped, sink);
             }
         }
     }
@@ -206,21 +178,23 @@ impl Projected {
         simd: S,
         scene: &Scene<'_>,
         segment: usize,
+        warped: &mut WarpedRows,
         sink: &mut impl Sink,
     ) {
         let width = scene.surfaces.size[0];
         let per_row = (width + 1).div_ceil(SEGMENT);
-        let (cy, first) = (segment / per_row, segment % per_row * SEGMENT);
+        let (cy, block) = (segment / per_row, segment % per_row);
         let (joined, main) = (scene.segments.joined[segment], scene.segments.main[segment]);
-        for shift in (0..SEGMENT).step_by(LANES) {
-            if joined >> shift & 0xff == 0 {
-                continue;
+        if joined != 0 {
+            let rows = warped.around(simd, scene.terms, scene.surfaces, [cy, block]);
+            for shift in (0..SEGMENT).step_by(LANES) {
+                if joined >> shift & 0xff == 0 {
+                    continue;
+                }
+                let cell = cy * (width + 1) + block * SEGMENT + shift;
+                let bits = [joined >> shift, main >> shift];
+                sink.eight(simd, &EightCells::load(simd, &rows, shift, cell, bits));
             }
-            let cx = first + shift;
-            let (cell, above) = (cy * (width + 1) + cx, (cy - 1) * width + cx);
-            let bits = [joined >> shift, main >> shift];
-            let cells = EightCells::load(simd, &self.planes, cell, above, width, bits);
-            sink.eight(simd, &cells);
         }
         for (block, some) in blocks_of(scene.segments.quarters.of_segment(segment)) {
             let quads = EightQuads::load(simd, &self.quarters[block], some);
@@ -229,6 +203,15 @@ impl Projected {
             });
         }
     }
+}
+
+/// Number of the `known` samples of a reference that are in front of the near plane.
+pub(crate) fn in_front(surfaces: &Surfaces, terms: &Terms, known: u64, level: Vectors) -> u64 {
+    if dispatch!(level, simd => all_in_front(simd, terms, surfaces)) {
+        return known;
+    }
+    let count = |y| dispatch!(level, simd => count_in_front(simd, terms, surfaces, y));
+    (0..surfaces.size[1]).into_par_iter().map(count).sum()
 }
 
 /// The blocks of eight that a range of quarters lies in, and which of the eight belong to it, one bit each.

@@ -18,7 +18,6 @@ use resample_core::Camera;
 use resample_core::clock::StageClock;
 use resample_core::dispatch;
 
-use crate::Reference;
 use crate::colour::as_taken;
 use crate::hybrid::{How, Hybrid};
 use crate::layer::{Layer, Purpose, before_infinity};
@@ -49,16 +48,16 @@ struct Resolved {
 /// Draws `prepared` from `target` into the buffers `to`: `hybrid` finds what the pixels see, then they are resolved.
 pub(crate) fn render(
     hybrid: &mut Hybrid,
-    (reference, prepared): (&Reference, &Prepared),
+    prepared: &Prepared,
     target: &Camera,
     how: How,
     to: Layer,
     stats: &mut FrameStats,
 ) -> Layer {
-    let warp = Warp::new(&reference.camera, target);
+    let warp = Warp::new(&prepared.camera, target);
     hybrid.draw(prepared, &warp, target, how, stats);
     let clock = StageClock::start();
-    let layer = Resolver::new(hybrid, reference, prepared, &warp, target, how).layer(to);
+    let layer = Resolver::new(hybrid, prepared, &warp, target, how).layer(to);
     stats.stages.resolve += clock.stop();
     layer
 }
@@ -92,7 +91,7 @@ impl Resolver<'_> {
         });
         let seen = seen.sum();
         match &self.home {
-            Some(home) => home.give_back(self.reference, width, &mut layer),
+            Some(home) => home.give_back(self.prepared, width, &mut layer),
             None if self.purpose == Purpose::Picture => layer.seen = Some(seen),
             None => {}
         }
@@ -174,9 +173,9 @@ impl Resolver<'_> {
         // Minified, the filter mixes more than the reference's pixels did.
         let unminified = (2.0 - minification2(hit).sqrt()).clamp(0.0, 1.0);
         let share = (1.0 - spread / UNMOVED_PX).max(0.0) * unminified;
-        let known = known_at(self.reference, hit.pos_in_reference);
+        let known = known_at(self.prepared, hit.pos_in_reference);
         (known && share > 0.0)
-            .then(|| (as_taken(self.reference, hit.pos_in_reference), share as f32))
+            .then(|| (as_taken(self.prepared, hit.pos_in_reference), share as f32))
     }
 }
 
@@ -232,12 +231,9 @@ fn row<S: Simd>(simd: S, resolver: &Resolver<'_>, y: usize, mut row: Row<'_>) ->
 }
 
 /// Whether the reference knows a depth at the pixel that holds this place.
-fn known_at(reference: &Reference, pos_in_reference: DVec2) -> bool {
-    let size = DVec2::new(
-        f64::from(reference.camera.width),
-        f64::from(reference.camera.height),
-    );
-    let at = pos_in_reference.clamp(DVec2::ZERO, size - 1.0);
-    let depth = reference.depth[at.y as usize * reference.camera.width as usize + at.x as usize];
-    depth > 0.0
+fn known_at(prepared: &Prepared, pos_in_reference: DVec2) -> bool {
+    let [width, height] = prepared.surfaces.size;
+    let last = DVec2::new(width as f64, height as f64) - 1.0;
+    let at = pos_in_reference.clamp(DVec2::ZERO, last);
+    prepared.depth(at.y as usize * width + at.x as usize) > 0.0
 }

@@ -89,14 +89,17 @@ impl Rims {
     }
 
     /// Finds the edges between `samples` and gives the samples beside them the colour of their own surface.
-    pub(crate) fn unmixed(surfaces: &Surfaces, samples: &mut [[f32; 4]]) -> Self {
+    pub(crate) fn unmixed(surfaces: &Surfaces, samples: &mut [[f32; 3]]) -> Self {
         let mut rims = Self::half_way(surfaces);
         // The colours stay as they are until all edges are found.
         let mut own = Vec::new();
-        // The largest share of another surface so far, per sample: the worst edge decides the colour.
-        let mut shares = vec![0.0f32; samples.len()];
+        // The largest share of another surface so far: the worst edge decides the colour. An edge is beside its own sample and
+        // the next one along a row or a column, so that a row of shares and one more are enough.
+        let mut shares = vec![0.0f32; surfaces.size[0] + 1];
+        let held = shares.len();
         let mut spreads = vec![[0; 2]; samples.len()];
         for (index, spreads) in spreads.iter_mut().enumerate() {
+            shares[(index + held - 1) % held] = 0.0;
             for (axis, spread) in spreads.iter_mut().enumerate() {
                 let Some(cut) = cut_after(surfaces, index, axis) else {
                     continue;
@@ -117,8 +120,8 @@ impl Rims {
                     (cut.farther.samples[0], cut.nearer.samples[1], far_share),
                 ];
                 for (sample, other, share) in sides {
-                    if share > shares[sample] {
-                        shares[sample] = share;
+                    if share > shares[sample % held] {
+                        shares[sample % held] = share;
                         let colour = without(samples[sample], samples[other], share);
                         let range = own_range(surfaces, samples, sample);
                         own.push((sample, clamped(colour, range)));
@@ -198,7 +201,7 @@ fn linked_towards(surfaces: &Surfaces, index: usize, axis: usize, towards: i32) 
 impl Cut {
     /// The edge's place by the colours, and by the limb there if the nearer surface has one; `None` where the colours do not
     /// separate the two sides.
-    fn told(&self, colours: &[[f32; 4]], limb: Option<Limb>) -> Option<Told> {
+    fn told(&self, colours: &[[f32; 3]], limb: Option<Limb>) -> Option<Told> {
         let [near, far] = [self.nearer, self.farther].map(|side| colours[side.samples[0]]);
         let insides = [self.nearer, self.farther].map(|side| colours[side.samples[1]]);
         let plain = difference(insides[0], insides[1]);
@@ -249,14 +252,14 @@ impl Told {
 
 impl Side {
     /// How the colour changes inside, towards the cut.
-    fn step(&self, colours: &[[f32; 4]]) -> [f32; 3] {
+    fn step(&self, colours: &[[f32; 3]]) -> [f32; 3] {
         self.deeper.map_or([0.0; 3], |deeper| {
             difference(colours[self.samples[1]], colours[deeper])
         })
     }
 
     /// The colour of the side at the cut, continued if its step is at most this long, squared.
-    fn at_cut(&self, colours: &[[f32; 4]], smooth2: f32) -> [f32; 4] {
+    fn at_cut(&self, colours: &[[f32; 3]], smooth2: f32) -> [f32; 3] {
         let (mut colour, step) = (colours[self.samples[1]], self.step(colours));
         if dot(step, step) <= smooth2 {
             for (to, step) in colour.iter_mut().zip(step) {
@@ -308,7 +311,7 @@ fn cut_after(surfaces: &Surfaces, index: usize, axis: usize) -> Option<Cut> {
 }
 
 /// Least and greatest channels of a sample and of the samples that it is linked with, and those that these are.
-fn own_range(surfaces: &Surfaces, samples: &[[f32; 4]], sample: usize) -> [[f32; 4]; 2] {
+fn own_range(surfaces: &Surfaces, samples: &[[f32; 3]], sample: usize) -> [[f32; 3]; 2] {
     let mut range = [samples[sample]; 2];
     let mut include = |at: usize| {
         for (c, v) in samples[at].iter().enumerate() {
@@ -346,16 +349,16 @@ fn linked(surfaces: &Surfaces, sample: usize) -> [Option<usize>; 4] {
 }
 
 /// A colour moved into a range.
-fn clamped(colour: [f32; 4], [least, most]: [[f32; 4]; 2]) -> [f32; 4] {
-    [0, 1, 2, 3].map(|c| colour[c].clamp(least[c], most[c]))
+fn clamped(colour: [f32; 3], [least, most]: [[f32; 3]; 2]) -> [f32; 3] {
+    [0, 1, 2].map(|c| colour[c].clamp(least[c], most[c]))
 }
 
 /// The colour that is left when a share of another one is taken out.
-fn without(mixed: [f32; 4], other: [f32; 4], share: f32) -> [f32; 4] {
+fn without(mixed: [f32; 3], other: [f32; 3], share: f32) -> [f32; 3] {
     std::array::from_fn(|c| ((mixed[c] - share * other[c]) / (1.0 - share)).max(0.0))
 }
 
-fn difference(a: [f32; 4], b: [f32; 4]) -> [f32; 3] {
+fn difference(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 

@@ -12,7 +12,6 @@ use resample_core::clock::StageClock;
 use resample_core::point::PIXEL_SIGMA_PX;
 use resample_core::{Camera, Projection};
 
-use crate::Reference;
 use crate::bands::{BAND_ROWS, RowRange};
 use crate::layer::{Layer, before_infinity};
 use crate::patch::Patch;
@@ -59,14 +58,13 @@ struct Splat {
 
 /// Draws `prepared` from `target`.
 pub(crate) fn render(
-    reference: &Reference,
     prepared: &Prepared,
     target: &Camera,
     shape: Shape,
     stats: &mut FrameStats,
 ) -> Layer {
     let clock = StageClock::start();
-    let warp = Warp::new(&reference.camera, target);
+    let warp = Warp::new(&prepared.camera, target);
     let surfaces = &prepared.surfaces;
     let width = surfaces.size[0];
     let rows: Vec<(RowRange, Vec<Splat>)> = (0..surfaces.size[1])
@@ -88,7 +86,7 @@ pub(crate) fn render(
     stats.outside += known - drawn;
     stats.stages.project += clock.stop();
     let clock = StageClock::start();
-    let layer = draw(&rows, (reference, prepared), &warp, target, shape);
+    let layer = draw(&rows, prepared, &warp, target, shape);
     stats.stages.accumulate += clock.stop();
     layer
 }
@@ -154,7 +152,7 @@ fn splat(surfaces: &Surfaces, warp: &Warp, sample: usize, shape: Shape) -> Optio
 
 fn draw(
     rows: &[(RowRange, Vec<Splat>)],
-    (reference, prepared): (&Reference, &Prepared),
+    prepared: &Prepared,
     warp: &Warp,
     target: &Camera,
     shape: Shape,
@@ -190,7 +188,7 @@ fn draw(
             splats().for_each(|s| {
                 let patch = Patch::of_sample_at(&prepared.surfaces, s.sample);
                 let links = prepared.surfaces.links[s.sample];
-                let colour = prepared.colours.sample(s.sample, &reference.colour, links);
+                let colour = prepared.colours.sample(s.sample, links);
                 each_pixel(s, first, size, |at, q, pos| {
                     let hidden = s.nearness + s.slack * s.nearness.abs() < nearest[at];
                     let q = if shape == Shape::Disc {

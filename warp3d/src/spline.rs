@@ -16,12 +16,12 @@ use crate::surface::Surfaces;
 const STRIP: usize = 32;
 
 /// Turns samples into the coefficients whose cubic B-spline passes through them.
-pub(crate) fn solve(rows: &mut [[f32; 4]], surfaces: &Surfaces) {
+pub(crate) fn solve<const C: usize>(rows: &mut [[f32; C]], surfaces: &Surfaces) {
     let width = surfaces.size[0];
     rows.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
         solve_runs(row, |x| surfaces.linked_on(y * width + x, 0));
     });
-    let mut strips: Vec<Vec<&mut [[f32; 4]]>> =
+    let mut strips: Vec<Vec<&mut [[f32; C]]>> =
         (0..width.div_ceil(STRIP)).map(|_| Vec::new()).collect();
     for row in rows.chunks_mut(width) {
         strips
@@ -41,7 +41,10 @@ pub(crate) fn solve(rows: &mut [[f32; 4]], surfaces: &Surfaces) {
 
 /// Solves every run down the columns of a strip, given by its rows, as [`solve_run`] does; `linked(x, y)` says whether an
 /// entry and the one below are in one run. All columns go down together, so that memory is read along rows.
-fn solve_columns(strip: &mut [&mut [[f32; 4]]], linked: impl Fn(usize, usize) -> bool) {
+fn solve_columns<const C: usize>(
+    strip: &mut [&mut [[f32; C]]],
+    linked: impl Fn(usize, usize) -> bool,
+) {
     let width = strip.first().map_or(0, |row| row.len());
     // 0 at the ends of runs, which stay as they are.
     let mut pivots = vec![0.0f32; width * strip.len()];
@@ -68,7 +71,7 @@ fn solve_columns(strip: &mut [&mut [[f32; 4]]], linked: impl Fn(usize, usize) ->
 }
 
 /// Solves every run; `linked(i)` says whether entry i and the next are in one run.
-fn solve_runs(line: &mut [[f32; 4]], linked: impl Fn(usize) -> bool) {
+fn solve_runs<const C: usize>(line: &mut [[f32; C]], linked: impl Fn(usize) -> bool) {
     let mut scratch = vec![0.0; line.len()];
     let mut first = 0;
     for i in 0..line.len() {
@@ -80,7 +83,7 @@ fn solve_runs(line: &mut [[f32; 4]], linked: impl Fn(usize) -> bool) {
 }
 
 /// Solves `(c[i-1] + 4 c[i] + c[i+1]) / 6 = f[i]` with c = f at both ends, in place (Thomas).
-fn solve_run(run: &mut [[f32; 4]], scratch: &mut [f32]) {
+fn solve_run<const C: usize>(run: &mut [[f32; C]], scratch: &mut [f32]) {
     if run.len() < 3 {
         return;
     }

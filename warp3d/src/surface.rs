@@ -16,7 +16,6 @@ use crate::gaps::bridge;
 use crate::options::SurfaceTolerance;
 use crate::piece::CellRows;
 use crate::tolerance::tolerance_of;
-use crate::warp::disparity;
 pub(crate) use limbs::Limb;
 use slopes::Slopes;
 
@@ -52,7 +51,8 @@ pub(crate) struct Surfaces {
     pub(crate) disparity: Vec<f32>,
     /// The slopes of samples at corners of cut cells.
     slopes: Slopes,
-    /// Bit 0: linked with the sample to the right. Bit 1: with the one below. Bit 2: recoloured.
+    /// Bit 0: linked with the sample to the right. Bit 1: with the one below. Bit 2: recoloured. Bits 3 to 5: how the depth
+    /// that was given follows from the disparity.
     pub(crate) links: Vec<u8>,
     /// The cells, rows from the top; empty once they are made into segments.
     pub(crate) cells: Vec<Cell>,
@@ -74,13 +74,19 @@ pub(crate) const BELOW: u8 = 2;
 /// Bit of [`Surfaces::links`]: the sample has another colour than the reference gives it.
 pub(crate) const RECOLOURED: u8 = 4;
 
+/// First bit of [`Surfaces::links`] of those that tell the depth.
+pub(crate) const DEPTH: u8 = 8;
+
 impl Surfaces {
     /// Finds the surfaces of what `camera` sees at these camera z.
-    pub(crate) fn new(camera: &Camera, depth: &[f32], tolerance: SurfaceTolerance) -> Self {
+    pub(crate) fn new(camera: &Camera, depth: Vec<f32>, tolerance: SurfaceTolerance) -> Self {
         let projection: Projection = camera.projection;
         let size = [camera.width as usize, camera.height as usize];
-        let known = |&depth: &f32| disparity(projection, depth).unwrap_or(f32::NAN);
-        let mut disparity: Vec<f32> = depth.par_iter().map(known).collect();
+        // In place: a large depth is not held twice.
+        let mut disparity = depth;
+        disparity
+            .par_iter_mut()
+            .for_each(|z| *z = crate::warp::disparity(projection, *z).unwrap_or(f32::NAN));
         let tolerance = match tolerance {
             SurfaceTolerance::Relative(t) => t,
             SurfaceTolerance::Auto => tolerance_of(&disparity, size),

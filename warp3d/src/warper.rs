@@ -9,7 +9,7 @@ use crate::blend::blend;
 use crate::fill::fill;
 use crate::hybrid::{How, Hybrid};
 use crate::layer::{Layer, Purpose};
-use crate::lengths::{counted_in, length_of};
+use crate::lengths::{counted_in, length_of, scaled};
 use crate::nearest::Nearest;
 use crate::options::{ExtraPlanes, Fill, Method, SurfaceOptions, SurfaceTolerance, WarpOptions};
 use crate::piece::MAX_CELLS;
@@ -27,18 +27,19 @@ const PASS: usize = 1 << 14;
 /// Warps prepared references, frame after frame.
 #[derive(Clone, Debug)]
 pub struct Warper {
-    references: Vec<Reference>,
-    /// The length in which they are drawn, world units.
+    /// The cameras of the references.
+    cameras: Vec<Camera>,
+    /// The length in which references are drawn, world units.
     length: f64,
-    /// The references counted in that length, where it is not 1.
-    counted: Vec<Reference>,
     options: WarpOptions,
     pipeline: Pipeline,
 }
 
-/// What the methods keep: per reference, and from frame to frame. What a method does not use stays empty.
+/// What the methods keep: per reference, counted in the warper's length, and from frame to frame. What a method does not use
+/// stays empty.
 #[derive(Clone, Debug, Default)]
 struct Pipeline {
+    references: Vec<Reference>,
     prepared: Vec<Prepared>,
     nearest: Nearest,
     hybrid: Box<Hybrid>,
@@ -81,21 +82,18 @@ impl Warper {
             .iter()
             .enumerate()
             .try_for_each(|(index, reference)| check(index, reference))?;
+        let cameras = references.iter().map(|r| r.camera).collect();
         let length = length_of(&references);
-        let counted: Vec<Reference> = if length == 1.0 {
-            Vec::new()
-        } else {
-            let counted = references.iter().map(|r| counted_in(r, length));
-            counted.collect()
+        let counted = |reference| match length {
+            1.0 => reference,
+            length => counted_in(reference, length),
         };
-        let drawn = if length == 1.0 { &references } else { &counted };
-        let pipeline = Pipeline::new(drawn, tolerances, options);
+        let drawn = references.into_iter().map(counted);
         Ok(Self {
-            references,
+            cameras,
             length,
-            counted,
+            pipeline: Pipeline::new(drawn, tolerances, options),
             options: options.clone(),
-            pipeline,
         })
     }
 
@@ -115,9 +113,18 @@ impl Warper {
         Ok(true)
     }
 
-    /// The references, as they were given.
-    pub fn references(&self) -> &[Reference] {
-        &self.references
+    /// The references, as they were given: made anew from what the warper keeps of them.
+    pub fn references(&self) -> Vec<Reference> {
+        let references = self.pipeline.references.iter().cloned();
+        let prepared = self.pipeline.prepared.iter().map(Prepared::reference);
+        let mut references: Vec<Reference> = references.chain(prepared).collect();
+        for (reference, camera) in references.iter_mut().zip(&self.cameras) {
+            reference.camera = *camera;
+            if self.length != 1.0 {
+                scaled(&mut reference.depth, self.length);
+            }
+        }
+        references
     }
 
     /// The picture from `camera`.
@@ -130,7 +137,7 @@ impl Warper {
             .map_err(|e| Error::Option(e.to_string()))?;
         let mut stats = FrameStats::default();
         let whole = StageClock::start();
-        let alone = self.references.len() == 1 && self.options.fill == Fill::None;
+        let alone = self.cameras.len() == 1 && self.options.fill == Fill::None;
         let purpose = if alone {
             Purpose::Picture
         } else {
@@ -139,7 +146,7 @@ impl Warper {
         let mut layer = self.layer(&camera, purpose, &mut stats);
         let view = View {
             camera: &camera,
-            references: self.references.iter().map(|r| r.camera).collect(),
+            references: self.cameras.clone(),
         };
         let image = finished(&mut layer, &view, &self.options, &mut stats);
         self.pipeline.spare = layer;
@@ -164,23 +171,21 @@ impl Warper {
         purpose: Purpose,
         stats: &mut FrameStats,
     ) -> Layer {
-        let (references, camera) = match self.length {
-            1.0 => (&self.references, *camera),
-            length => (&self.counted, camera.in_unit(length)),
+        let in_unit = |camera: &Camera| match self.length {
+            1.0 => *camera,
+            length => camera.in_unit(length),
         };
-        let layers = (0..references.len()).map(|i| {
-            self.pipeline
-                .layer(i, &references[i], &camera, (&self.options, purpose), stats)
-        });
+        let camera = in_unit(camera);
+        let references: Vec<Camera> = self.cameras.iter().map(in_unit).collect();
+        let how = (&self.options, purpose);
+        let layers = (0..references.len()).map(|i| self.pipeline.layer(i, &camera, how, stats));
         let layers: Vec<Layer> = layers.collect();
         let clock = StageClock::start();
         let pixels = camera.width as usize * camera.height as usize;
-        let layer = blend(layers, references, &camera, self.options.blend);
+        let layer = blend(layers, &references, &camera, self.options.blend);
         let mut layer = layer.unwrap_or_else(|| Layer::empty(pixels));
         if self.length != 1.0 {
-            let length = self.length as f32;
-            let depths = layer.depth.par_chunks_mut(PASS);
-            depths.for_each(|depths| depths.iter_mut().for_each(|depth| *depth *= length));
+            scaled(&mut layer.depth, self.length);
         }
         stats.stages.blend += clock.stop();
         layer
@@ -241,25 +246,28 @@ fn seen(layer: &mut Layer, confidence: bool) -> u64 {
 
 impl Pipeline {
     fn new(
-        references: &[Reference],
+        references: impl Iterator<Item = Reference>,
         tolerances: Option<&[SurfaceTolerance]>,
         options: &WarpOptions,
     ) -> Self {
         let Some(surfaces) = options.method.surfaces() else {
-            return Self::default();
+            return Self {
+                references: references.collect(),
+                ..Self::default()
+            };
         };
-        let of = |(index, reference): (usize, &Reference)| match tolerances {
+        let of = |(index, reference)| match tolerances {
             None => Prepared::new(reference, &surfaces),
             Some(tolerances) => {
                 let surfaces = SurfaceOptions {
                     tolerance: tolerances[index],
                     ..surfaces
                 };
-                Prepared::of_sharp(reference, &reference.depth, &surfaces)
+                Prepared::of_sharp(reference, &surfaces)
             }
         };
         Self {
-            prepared: references.iter().enumerate().map(of).collect(),
+            prepared: references.enumerate().map(of).collect(),
             ..Self::default()
         }
     }
@@ -267,7 +275,6 @@ impl Pipeline {
     fn layer(
         &mut self,
         index: usize,
-        reference: &Reference,
         camera: &Camera,
         (options, purpose): (&WarpOptions, Purpose),
         stats: &mut FrameStats,
@@ -276,6 +283,7 @@ impl Pipeline {
             Method::Nearest { visibility } => {
                 let to = std::mem::take(&mut self.spare);
                 let how = (visibility, options.simd.resolve());
+                let reference = &self.references[index];
                 self.nearest.render(reference, camera, how, to, stats)
             }
             Method::Hybrid { subpixels, .. } => {
@@ -284,19 +292,15 @@ impl Pipeline {
                     level: options.simd.resolve(),
                     purpose,
                 };
-                let scene = (reference, &self.prepared[index]);
+                let prepared = &self.prepared[index];
                 let to = std::mem::take(&mut self.spare);
-                resolve::render(&mut self.hybrid, scene, camera, how, to, stats)
+                resolve::render(&mut self.hybrid, prepared, camera, how, to, stats)
             }
-            Method::Points { .. } => splat::render(
-                reference,
-                &self.prepared[index],
-                camera,
-                Shape::Point,
-                stats,
-            ),
+            Method::Points { .. } => {
+                splat::render(&self.prepared[index], camera, Shape::Point, stats)
+            }
             Method::Splats { .. } => {
-                splat::render(reference, &self.prepared[index], camera, Shape::Disc, stats)
+                splat::render(&self.prepared[index], camera, Shape::Disc, stats)
             }
         }
     }

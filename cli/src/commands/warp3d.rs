@@ -10,6 +10,7 @@ use anyhow::{Error, Result, anyhow, bail};
 use resample_core::Camera;
 use resample_io::{Gate, Outside};
 use serde_json::{Value, json};
+use warp3d::memory::ReferenceSize;
 use warp3d::{Fill, WarpArgs, WarpOptions};
 
 use crate::args::{CameraArgs, Given, SequenceArgs, Warp3dArgs};
@@ -278,7 +279,7 @@ fn keeping(
 }
 
 /// Refuses small files that unpack to large references.
-fn check_unpacked(args: &Warp3dArgs, sizes: &[[u32; 2]], gate: &Gate) -> Result<()> {
+fn check_unpacked(args: &Warp3dArgs, sizes: &[ReferenceSize], gate: &Gate) -> Result<()> {
     if args.source.held().is_some() {
         return Ok(());
     }
@@ -286,7 +287,7 @@ fn check_unpacked(args: &Warp3dArgs, sizes: &[[u32; 2]], gate: &Gate) -> Result<
     const PIXEL_BYTES: u64 = 4;
     let pixels: u64 = sizes
         .iter()
-        .map(|&[w, h]| u64::from(w) * u64::from(h))
+        .map(|&ReferenceSize { size: [w, h], .. }| u64::from(w) * u64::from(h))
         .sum();
     let held = |path: PathBuf| std::fs::metadata(path).map_or(0, |file| file.len());
     let packed = warp_scene::files(args).into_iter().map(held).sum();

@@ -52,6 +52,33 @@ pub fn size(part: &Part) -> Result<[u32; 2], Error> {
     }
 }
 
+/// What a picture takes while it is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Storage {
+    /// Width and height, px.
+    pub size: [u32; 2],
+    /// Bytes of a channel: 1, 2, or 4 for any number.
+    pub channel_bytes: u8,
+    /// Bytes a pixel that the decoder holds at most.
+    pub decoder_bytes: u64,
+}
+
+/// What reading a picture takes, from its header alone.
+///
+/// # Errors
+/// As [`size`].
+pub fn storage(part: &Part) -> Result<Storage, Error> {
+    if exr::is_exr(&first_bytes(&part.path, 8)?) {
+        return Ok(Storage {
+            size: exr::size(&part.path)?,
+            channel_bytes: 4,
+            // Files whose lines come in any order are held whole, in four channels.
+            decoder_bytes: 16,
+        });
+    }
+    raster::storage(&part.path)
+}
+
 /// A colour that is not a number is no colour: its pixel is not covered. Infinite light is the brightest.
 struct Tamed<'a> {
     to: &'a mut dyn Receiver,

@@ -9,9 +9,16 @@ use std::path::Path;
 
 use ::png::{BitDepth, ColorType, Decoder, DecodingError, Transformations};
 
-use super::files::{fault, open};
+use super::files::{fault, first_bytes, open};
 use super::rows::{Row, Rows};
 use resample_core::Error;
+
+/// Whether the file is interlaced: the last byte of its header, which begins at byte 16 and has 13.
+pub(super) fn is_interlaced(path: &Path) -> Result<bool, Error> {
+    Ok(first_bytes(path, 29)?
+        .get(28)
+        .is_some_and(|&byte| byte != 0))
+}
 
 /// Gives the rows from the top; false, without a row, if the file is interlaced.
 pub(super) fn decode(path: &Path, rows: &mut dyn Rows) -> Result<bool, Error> {

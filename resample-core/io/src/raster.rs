@@ -11,6 +11,7 @@ use std::path::Path;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use resample_core::image::linear_from_srgb;
 
+use super::colour::Storage;
 use super::files::{MAX_PIXELS, cannot_read, check_claim, fault, open};
 use super::plane::Stored;
 use super::png;
@@ -51,6 +52,28 @@ pub(super) fn decode_depth(
 pub(super) fn size(path: &Path) -> Result<[u32; 2], Error> {
     let (_, decoder) = checked_decoder(path)?;
     Ok(decoder.dimensions().into())
+}
+
+/// What reading takes, from the header alone.
+pub(super) fn storage(path: &Path) -> Result<Storage, Error> {
+    let (format, decoder) = checked_decoder(path)?;
+    let colour = decoder.color_type();
+    let is_by_rows = format == ImageFormat::Png && !png::is_interlaced(path)?;
+    Ok(Storage {
+        size: decoder.dimensions().into(),
+        channel_bytes: colour.bytes_per_pixel() / colour.channel_count(),
+        decoder_bytes: if is_by_rows {
+            0
+        } else {
+            u64::from(colour.bytes_per_pixel()) * buffers(format)
+        },
+    })
+}
+
+/// As many decoded pictures as a decoder's buffers are large: the picture, and the packed file, or a progressive JPEG's
+/// coefficients, two bytes for each number.
+fn buffers(format: ImageFormat) -> u64 {
+    if format == ImageFormat::Jpeg { 3 } else { 2 }
 }
 
 /// Rows on their way to linear light.
@@ -188,10 +211,7 @@ fn decode(path: &Path, room: Room, rows: &mut dyn Rows) -> Result<(), Error> {
         return Ok(());
     }
     let (width, height) = decoder.dimensions();
-    // The decoder's own buffers: the packed file, or a progressive JPEG's coefficients, two bytes for each number.
-    let bytes = decoder
-        .total_bytes()
-        .saturating_mul(if format == ImageFormat::Jpeg { 3 } else { 2 });
+    let bytes = decoder.total_bytes().saturating_mul(buffers(format));
     room.check(
         path,
         bytes,

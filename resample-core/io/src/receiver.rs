@@ -49,39 +49,58 @@ impl Room {
 #[derive(Default)]
 pub(super) struct HeldPicture {
     size: [usize; 2],
+    /// NaN, which is no colour of a piece, where no piece has come.
     rgb: Vec<[f32; 3]>,
+    /// Empty as long as every pixel that has come is covered whole.
     coverage: Vec<f32>,
 }
 
 impl HeldPicture {
     /// The picture; its coverage only where the file has one, or lacks pixels.
-    pub(super) fn picture(self, has_alpha: bool) -> Picture {
-        let told = has_alpha || self.coverage.iter().any(|&coverage| coverage != 1.0);
+    pub(super) fn picture(mut self, has_alpha: bool) -> Picture {
+        let lacks_pixels = self.rgb.iter().any(|rgb| rgb[0].is_nan());
+        if has_alpha || lacks_pixels {
+            self.keep_coverage();
+        }
+        if lacks_pixels {
+            let pixels = self.rgb.iter_mut().zip(&mut self.coverage);
+            let missing = pixels.filter(|(rgb, _)| rgb[0].is_nan());
+            missing.for_each(|(rgb, coverage)| (*rgb, *coverage) = ([0.0; 3], 0.0));
+        }
         let [width, height] = self.size;
         Picture {
             width,
             height,
             rgb: self.rgb,
-            coverage: told.then_some(self.coverage),
+            coverage: (!self.coverage.is_empty()).then_some(self.coverage),
         }
+    }
+
+    fn keep_coverage(&mut self) {
+        self.coverage.resize(self.rgb.len(), 1.0);
     }
 }
 
 impl Receiver for HeldPicture {
     fn begin(&mut self, size: [usize; 2]) -> Result<(), Error> {
         self.size = size;
-        self.rgb = vec![[0.0; 3]; size[0] * size[1]];
-        self.coverage = vec![0.0; size[0] * size[1]];
+        self.rgb = vec![[f32::NAN; 3]; size[0] * size[1]];
         Ok(())
     }
 
     fn put(&mut self, [x, y]: [usize; 2], values: &[f32]) -> Result<(), Error> {
         let first = y * self.size[0] + x;
-        let to = self.rgb[first..]
-            .iter_mut()
-            .zip(&mut self.coverage[first..]);
-        for ((rgb, coverage), pixel) in to.zip(values.chunks_exact(4)) {
-            (*rgb, *coverage) = ([pixel[0], pixel[1], pixel[2]], pixel[3]);
+        let pixels = values.chunks_exact(4);
+        for (rgb, pixel) in self.rgb[first..].iter_mut().zip(pixels.clone()) {
+            *rgb = [pixel[0], pixel[1], pixel[2]];
+        }
+        if self.coverage.is_empty() && pixels.clone().any(|pixel| pixel[3] != 1.0) {
+            self.keep_coverage();
+        }
+        if !self.coverage.is_empty() {
+            for (coverage, pixel) in self.coverage[first..].iter_mut().zip(pixels) {
+                *coverage = pixel[3];
+            }
         }
         Ok(())
     }

@@ -132,13 +132,13 @@ impl Lookup<'_> {
             };
             let from = y * width + row.columns.start;
             let links = &self.surfaces.links[from..y * width + row.columns.end];
-            let taken = &self.taken.as_flattened()[3 * from..];
             for (i, links) in links.iter().enumerate() {
                 if clear || self.counts(row.columns.start + i, y, from + i) {
                     let weight = row.weight as f32;
-                    let sample = match taken.get(3 * i..3 * i + 4) {
-                        Some(four) if links & RECOLOURED == 0 => f32x4::from_slice(simd, four),
-                        _ => self.sample(simd, from + i),
+                    let sample = if links & RECOLOURED == 0 {
+                        self.colours.taken.vector(simd, from + i)
+                    } else {
+                        self.sample(simd, from + i)
                     };
                     sum = sample.mul_add(f32x4::splat(simd, weight), sum);
                     total += weight;
@@ -158,7 +158,7 @@ impl Lookup<'_> {
     #[inline(always)]
     pub(super) fn sample<S: Simd>(&self, simd: S, index: usize) -> f32x4<S> {
         let links = self.surfaces.links[index];
-        let [r, g, b] = self.colours.sample(index, self.taken, links);
+        let [r, g, b] = self.colours.sample(index, links);
         f32x4::simd_from(simd, [r, g, b, 0.0])
     }
 }

@@ -6,6 +6,8 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x4, f32x8, f32x16};
 
+use super::Coefficients;
+
 /// Weights of four samples around eight places, each some way past the second, and their first and second derivatives.
 #[derive(Clone, Copy)]
 pub(crate) struct EightWeights<S: Simd> {
@@ -149,28 +151,26 @@ impl Weights<'_> {
     pub(crate) fn sum<S: Simd>(
         &self,
         simd: S,
-        samples: &[[f32; 4]],
+        samples: &Coefficients,
         first: usize,
         width: usize,
     ) -> f32x4<S> {
         across(self.columns(simd, samples, first, width))
     }
 
-    /// The same by columns, four samples side by side.
+    /// The same by columns, four samples side by side; the fourth number of each says nothing.
     #[inline(always)]
     pub(super) fn columns<S: Simd>(
         &self,
         simd: S,
-        samples: &[[f32; 4]],
+        samples: &Coefficients,
         first: usize,
         width: usize,
     ) -> f32x16<S> {
-        let samples = samples.as_flattened();
-        // Four samples a vector.
+        // Four samples a vector, and what follows them.
         let mut rows = [f32x16::splat(simd, 0.0); 4];
         for (j, row) in rows.iter_mut().enumerate() {
-            let from = 4 * (first + j * width);
-            *row = f32x16::from_slice(simd, &samples[from..from + 16]);
+            *row = f32x16::from_slice(simd, samples.sixteen(first + j * width));
         }
         let mut sum = product(simd, &rows, self.taps);
         if let Some(turned) = self.turned {
@@ -188,7 +188,7 @@ pub(super) fn across<S: Simd>(columns: f32x16<S>) -> f32x4<S> {
     even + odd
 }
 
-/// Four rows of four samples times their weights, summed down the columns.
+/// Four rows of four samples of three numbers times their weights, summed down the columns.
 #[inline(always)]
 fn product<S: Simd>(simd: S, rows: &[f32x16<S>; 4], taps: &Taps) -> f32x16<S> {
     let mut sum = rows[0] * f32x16::splat(simd, taps[4]);
@@ -196,5 +196,16 @@ fn product<S: Simd>(simd: S, rows: &[f32x16<S>; 4], taps: &Taps) -> f32x16<S> {
         sum = rows[j].mul_add(f32x16::splat(simd, taps[4 + j]), sum);
     }
     let pair = |i: usize| f32x4::splat(simd, taps[i]).combine(f32x4::splat(simd, taps[i + 1]));
-    sum * pair(0).combine(pair(2))
+    side_by_side(sum) * pair(0).combine(pair(2))
+}
+
+/// Four samples of three numbers each as four of four, of which the fourth says nothing.
+#[inline(always)]
+fn side_by_side<S: Simd>(packed: f32x16<S>) -> f32x16<S> {
+    let (low, high) = packed.split();
+    // r g b r, g b r g, b r g b.
+    let ((first, second), (third, _)) = (low.split(), high.split());
+    let left = first.combine(first.slide::<3>(second));
+    let right = second.slide::<2>(third).combine(third.slide::<1>(third));
+    left.combine(right)
 }

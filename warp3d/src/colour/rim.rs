@@ -46,9 +46,9 @@ impl Lookup<'_> {
             let weights = folded(simd, bits, wx);
             if first >= 0 && first as usize + 4 <= self.colours.coefficients.len() {
                 // A sample that does not count has no weight.
-                let samples = &self.colours.coefficients[first as usize..first as usize + 4];
+                let samples = self.colours.coefficients.sixteen(first as usize);
                 for i in 0..4 {
-                    let sample = f32x4::from_slice(simd, &samples[i]);
+                    let sample = f32x4::from_slice(simd, &samples[3 * i..3 * i + 4]);
                     if bits >> i & 1 != 0 {
                         widen(sample);
                     }
@@ -59,7 +59,7 @@ impl Lookup<'_> {
             // A sample that does not count may lie outside the picture.
             let counting = (0..).zip(weights).filter(|(i, _)| bits >> i & 1 != 0);
             for (i, weight) in counting {
-                let sample = &self.colours.coefficients[(first + i) as usize];
+                let sample = self.colours.coefficients.four((first + i) as usize);
                 let sample = f32x4::from_slice(simd, sample);
                 widen(sample);
                 *sum = sample.mul_add(f32x4::splat(simd, weight), *sum);

@@ -2,15 +2,21 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{i32x8, u32x8};
+use rayon::prelude::*;
 
 use crate::surface::{RECOLOURED, Surfaces};
+use crate::taken::TakenColours;
+
+/// Samples that one task looks at.
+const PART: usize = 1 << 16;
 
 /// What colours are looked up in.
 #[derive(Clone, Debug)]
 pub(crate) struct Colours {
-    /// Coefficients of the cubic spline through the samples: linear red, green, blue, and one unused value, so that a
-    /// sample is one vector.
-    pub(crate) coefficients: Vec<[f32; 4]>,
+    /// Coefficients of the cubic spline through the samples.
+    pub(crate) coefficients: Coefficients,
+    /// The reference's own.
+    pub(crate) taken: TakenColours,
     /// Samples that have another colour than the reference, in order, and that colour.
     recoloured: Vec<(u32, [f32; 3])>,
 }
@@ -18,31 +24,80 @@ pub(crate) struct Colours {
 impl Colours {
     /// With the samples' colours as they are unmixed, where they differ from those `taken`; `surfaces` are told which.
     /// Coefficients are still to be found.
-    pub(crate) fn new(samples: Vec<[f32; 4]>, taken: &[[f32; 3]], surfaces: &mut Surfaces) -> Self {
-        let mut recoloured = Vec::new();
-        for (index, (sample, taken)) in samples.iter().zip(taken).enumerate() {
-            let [r, g, b, _] = *sample;
-            if [r, g, b] != *taken {
-                recoloured.push((index as u32, [r, g, b]));
-                surfaces.links[index] |= RECOLOURED;
+    pub(crate) fn new(
+        samples: Vec<[f32; 3]>,
+        taken: TakenColours,
+        surfaces: &mut Surfaces,
+    ) -> Self {
+        let links = surfaces.links.par_chunks_mut(PART);
+        let parts = links.zip(samples.par_chunks(PART)).enumerate();
+        let recoloured = parts.flat_map_iter(|(part, (links, samples))| {
+            let mut recoloured = Vec::new();
+            for (i, (links, sample)) in links.iter_mut().zip(samples).enumerate() {
+                let index = part * PART + i;
+                if *sample != taken.get(index) {
+                    recoloured.push((index as u32, *sample));
+                    *links |= RECOLOURED;
+                }
             }
-        }
+            recoloured
+        });
         Self {
-            coefficients: samples,
-            recoloured,
+            recoloured: recoloured.collect(),
+            coefficients: Coefficients::new(samples),
+            taken,
         }
     }
 
-    /// The colour of a sample, which is that `taken` unless its links say otherwise.
+    /// The colour of a sample, which is the reference's own unless its links say otherwise.
     #[inline(always)]
-    pub(crate) fn sample(&self, index: usize, taken: &[[f32; 3]], links: u8) -> [f32; 3] {
+    pub(crate) fn sample(&self, index: usize, links: u8) -> [f32; 3] {
         if links & RECOLOURED == 0 {
-            return taken[index];
+            return self.taken.get(index);
         }
         let place = self
             .recoloured
             .binary_search_by_key(&(index as u32), |&(index, _)| index);
-        place.map_or(taken[index], |place| self.recoloured[place].1)
+        place.map_or_else(|_| self.taken.get(index), |place| self.recoloured[place].1)
+    }
+}
+
+/// Linear red, green and blue of each sample.
+#[derive(Clone, Debug)]
+pub(crate) struct Coefficients(Vec<[f32; 3]>);
+
+impl Coefficients {
+    /// Entries behind the samples, so that vectors can be loaded at the last ones.
+    const MORE: usize = 2;
+
+    fn new(mut samples: Vec<[f32; 3]>) -> Self {
+        samples.reserve_exact(Self::MORE);
+        samples.extend([[0.0; 3]; Self::MORE]);
+        Self(samples)
+    }
+
+    /// Number of samples.
+    #[inline(always)]
+    pub(crate) fn len(&self) -> usize {
+        self.0.len() - Self::MORE
+    }
+
+    /// The samples.
+    pub(crate) fn samples_mut(&mut self) -> &mut [[f32; 3]] {
+        let count = self.len();
+        &mut self.0[..count]
+    }
+
+    /// The numbers of four samples, and four more.
+    #[inline(always)]
+    pub(crate) fn sixteen(&self, first: usize) -> &[f32] {
+        &self.0.as_flattened()[3 * first..3 * first + 16]
+    }
+
+    /// The numbers of a sample, and one more.
+    #[inline(always)]
+    pub(crate) fn four(&self, sample: usize) -> &[f32] {
+        &self.0.as_flattened()[3 * sample..3 * sample + 4]
     }
 }
 

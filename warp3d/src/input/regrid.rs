@@ -86,11 +86,7 @@ pub(super) fn seen(picture: &Picture, lens: &Lens) -> Picture {
         height: size[1] as u32,
         ..*lens.camera
     };
-    let flat = Surfaces::new(
-        &grid,
-        &vec![1.0; coefficients.len()],
-        SurfaceTolerance::Auto,
-    );
+    let flat = Surfaces::new(&grid, vec![1.0; coefficients.len()], SurfaceTolerance::Auto);
     spline::solve(&mut coefficients, &flat);
     let colours: Vec<[f32; 4]> = (0..lens.pixels())
         .into_par_iter()
@@ -138,7 +134,7 @@ impl<'a> Finder<'a> {
         };
         Self {
             picture,
-            surfaces: Surfaces::new(&grid, &plane.values, SurfaceTolerance::Auto),
+            surfaces: Surfaces::new(&grid, plane.values.clone(), SurfaceTolerance::Auto),
             projection: camera.projection,
             scale: DVec2::new(
                 plane.width as f64 / picture.width as f64,

@@ -6,7 +6,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, mask32x8, u32x8};
 
-use super::vertex::{LANES, Planes, Vertex};
+use super::vertex::{LANES, Vertex};
 use crate::bands::RowRange;
 use crate::piece::{ANTI, KINDS, patch_id};
 
@@ -32,24 +32,20 @@ pub(crate) struct EightCells<S: Simd> {
 pub(crate) struct EightTriangles<S: Simd>(pub(crate) [[f32x8<S>; 3]; 3]);
 
 impl<S: Simd> EightCells<S> {
-    /// The cells from `cell` on. `above` is the sample at the first one's upper left corner, `width` the samples in a
-    /// row; the bits say which cells are joined, and which of them along the main diagonal.
+    /// The cells from `cell` on, the first of which has its left corners `at` so many samples from the first of the two `rows`
+    /// of samples; the bits say which cells are joined, and which of them along the main diagonal.
     #[inline(always)]
     pub(super) fn load(
         simd: S,
-        planes: &Planes,
+        rows: &[[&[f32]; 3]; 2],
+        at: usize,
         cell: usize,
-        above: usize,
-        width: usize,
         [joined, main]: [u32; 2],
     ) -> Self {
         let mut corners = [[f32x8::splat(simd, 0.0); 3]; 4];
-        for (corner, from) in
-            corners
-                .iter_mut()
-                .zip([above, above + 1, above + width, above + width + 1])
-        {
-            for (values, plane) in corner.iter_mut().zip(&planes.0) {
+        for (number, corner) in corners.iter_mut().enumerate() {
+            let (row, from) = (&rows[number / 2], at + number % 2);
+            for (values, plane) in corner.iter_mut().zip(row) {
                 *values = f32x8::from_slice(simd, &plane[from..from + LANES]);
             }
         }

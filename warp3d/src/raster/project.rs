@@ -1,29 +1,21 @@
-//! A row of samples warped to the screen, eight at a time, in f64.
+//! Samples warped to the screen, eight at a time, in f64.
 //!
 //! The homogeneous screen position is linear in (x, y, 1, d), so a row costs one product a coordinate and sample. What is
 //! kept of it is f32.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x8, f64x8, mask32x8};
-use fearless_simd_macros::simd;
+use fearless_simd::{f32x8, f64x8, mask32x8, mask64x8};
 use resample_core::Projection;
 
-use super::vertex::{LANES, SEGMENT};
+use super::vertex::LANES;
 use crate::bands::RowRange;
 use crate::warp::Warp;
 
 /// 0.5 to 7.5.
 const PLACES: [f64; LANES] = [0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5];
 
-/// A row of samples on the screen.
-pub(super) struct ProjectedRow<'a> {
-    /// Screen x, screen y and nearness of each sample.
-    pub(super) planes: [&'a mut [f32]; 3],
-    /// Screen columns and rows of each block of samples.
-    pub(super) blocks: &'a mut [[RowRange; 2]],
-}
-
 /// What places on the screen are computed from.
+#[derive(Clone, Debug)]
 pub(crate) struct Terms {
     /// Constant, and what x, y and disparity add: screen x, screen y and their divisor, all scaled, and the numerator of
     /// depth.
@@ -100,36 +92,22 @@ impl Terms {
         let x = in_front.select(x, constant(f64::NAN));
         [x, along(simd, self.rows[1], at) * inverse, nearness]
     }
-}
 
-/// Warps the samples of row `y`, and finds what each of its blocks touches.
-#[simd]
-pub(super) fn project_row<S: Simd>(
-    simd: S,
-    warp: &Warp,
-    y: usize,
-    disparity: &[f32],
-    row: ProjectedRow<'_>,
-) {
-    let terms = Terms::new(warp);
-    let [xs, ys, nearness] = row.planes;
-    for (block, ranges) in row.blocks.iter_mut().enumerate() {
-        let mut bounds = Bounds::new(simd);
-        let end = ((block + 1) * SEGMENT).min(disparity.len());
-        for first in (block * SEGMENT..end).step_by(LANES) {
-            let count = LANES.min(end - first);
-            let mut known = [f32::NAN; LANES];
-            known[..count].copy_from_slice(&disparity[first..first + count]);
-            let known = f32x8::simd_from(simd, known);
-            let [x, y, near] = terms.warped(simd, [first, y], known);
-            let [x, y, near] = [narrow(x), narrow(y), narrow(near)];
-            // NaN is no x of a sample in front.
-            bounds.include([x, y], x.simd_eq(x));
-            for (to, from) in [(&mut *xs, x), (&mut *ys, y), (&mut *nearness, near)] {
-                to[first..first + count].copy_from_slice(&from.to_array()[..count]);
-            }
-        }
-        *ranges = bounds.ranges();
+    /// Screen x and y of eight corners of boxes, and which of them are in front: between corners that are, no place is behind
+    /// the eye or before the near plane.
+    #[inline(always)]
+    pub(super) fn corner<S: Simd>(
+        &self,
+        simd: S,
+        at: [f64x8<S>; 3],
+    ) -> ([f64x8<S>; 2], mask64x8<S>) {
+        let constant = |v: f64| f64x8::splat(simd, v);
+        let [x, y, nearness] = self.at(simd, at);
+        let before = along(simd, self.rows[2], at).simd_gt(constant(0.0));
+        // Places between may round differently.
+        let most = nearness.abs().mul_add(constant(1e-9), nearness);
+        let in_front = before & most.simd_le(constant(self.most)) & x.simd_eq(x);
+        ([x, y], in_front)
     }
 }
 

@@ -16,7 +16,6 @@ use super::vertex::{LANES, SEGMENT};
 use crate::piece::{KINDS, cell_of, patch_id};
 use crate::rims::Rims;
 use crate::surface::{Cell, Surfaces};
-use crate::warp::Warp;
 
 /// The quarters of a reference, in the order of its segments of cells.
 #[derive(Clone, Debug)]
@@ -104,7 +103,7 @@ impl Quarters {
     pub(super) fn project(
         &self,
         surfaces: &Surfaces,
-        warp: &Warp,
+        terms: &Terms,
         level: Vectors,
         to: &mut Vec<QuadBlock>,
     ) {
@@ -112,11 +111,10 @@ impl Quarters {
             self.quarters.len().div_ceil(LANES),
             [[[f32::NAN; LANES]; 3]; 4],
         );
-        let terms = Terms::new(warp);
         to.par_chunks_mut(TASK)
             .zip(self.quarters.par_chunks(TASK * LANES))
             .for_each(|(to, quarters)| {
-                dispatch!(level, simd => project_quarters(simd, &terms, surfaces, quarters, to));
+                dispatch!(level, simd => project_quarters(simd, terms, surfaces, quarters, to));
             });
     }
 }

@@ -16,8 +16,3 @@ pub(crate) struct Vertex {
     /// Larger is nearer; linear over the screen on a plane.
     pub(crate) nearness: f32,
 }
-
-/// Screen x, screen y and nearness of every sample, with one more before the first and eight after the last, so that
-/// eight cells can be loaded anywhere: sample i is entry i + 1.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Planes(pub(super) [Vec<f32>; 3]);

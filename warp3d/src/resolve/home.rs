@@ -6,8 +6,8 @@
 use glam::DVec2;
 use resample_core::Camera;
 
-use crate::Reference;
 use crate::layer::Layer;
+use crate::prepared::Prepared;
 use crate::warp::Warp;
 
 /// A reference whose samples move by no more than this on the screen is at home, px. From 0 to this the known pixels fade
@@ -49,11 +49,12 @@ impl Home {
         })
     }
 
-    /// Puts the known pixels of `reference` into `layer`.
-    pub(super) fn give_back(&self, reference: &Reference, width: usize, layer: &mut Layer) {
-        let columns = i64::from(reference.camera.width);
+    /// Puts the known pixels of the reference into `layer`.
+    pub(super) fn give_back(&self, prepared: &Prepared, width: usize, layer: &mut Layer) {
+        let columns = i64::from(prepared.camera.width);
         let height = layer.rgba.len() / width;
-        for (at, (rgb, &z)) in reference.colour.iter().zip(&reference.depth).enumerate() {
+        for at in 0..prepared.surfaces.disparity.len() {
+            let z = prepared.depth(at);
             let x = at as i64 % columns + self.offset[0];
             let y = at as i64 / columns + self.offset[1];
             let inside = (0..width as i64).contains(&x) && (0..height as i64).contains(&y);
@@ -61,6 +62,7 @@ impl Home {
                 continue;
             }
             let to = y as usize * width + x as usize;
+            let rgb = prepared.colours.taken.get(at);
             for (found, known) in layer.rgba[to].iter_mut().zip([rgb[0], rgb[1], rgb[2], 1.0]) {
                 *found += self.share * (known - *found);
             }

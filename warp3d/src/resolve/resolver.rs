@@ -6,7 +6,6 @@ use resample_core::{Camera, Projection};
 
 use super::home::Home;
 use super::window::WindowWeights;
-use crate::Reference;
 use crate::colour::Lookup;
 use crate::hybrid::{How, Hybrid};
 use crate::layer::Purpose;
@@ -60,7 +59,6 @@ impl Row<'_> {
 /// Resolves one picture.
 pub(crate) struct Resolver<'a> {
     pub(super) hybrid: &'a Hybrid,
-    pub(super) reference: &'a Reference,
     pub(super) prepared: &'a Prepared,
     pub(super) warp: &'a Warp,
     /// What x, y, 1 and disparity add to the homogeneous screen position.
@@ -80,7 +78,6 @@ impl<'a> Resolver<'a> {
     /// Everything that the pixels need.
     pub(crate) fn new(
         hybrid: &'a Hybrid,
-        reference: &'a Reference,
         prepared: &'a Prepared,
         warp: &'a Warp,
         target: &Camera,
@@ -89,7 +86,6 @@ impl<'a> Resolver<'a> {
         let [x, y, one] = warp.pixel_columns();
         Self {
             hybrid,
-            reference,
             prepared,
             warp,
             columns: [x, y, one, warp.disparity_column()],
@@ -98,7 +94,7 @@ impl<'a> Resolver<'a> {
             weights: WindowWeights::new(how.subpixels),
             has_front: target.projection == Projection::Perspective,
             purpose: how.purpose,
-            home: Home::new(&reference.camera, prepared.surfaces.largest, warp),
+            home: Home::new(&prepared.camera, prepared.surfaces.largest, warp),
         }
     }
 
@@ -107,7 +103,6 @@ impl<'a> Resolver<'a> {
     pub(super) fn lookup(&self, patch: &Patch) -> Lookup<'_> {
         Lookup {
             colours: &self.prepared.colours,
-            taken: &self.reference.colour,
             surfaces: &self.prepared.surfaces,
             patch: *patch,
         }

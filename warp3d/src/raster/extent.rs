@@ -1,0 +1,187 @@
+//! Where on the screen segments of cells lie at most, from the box around their samples: columns, rows and disparities.
+//!
+//! Screen x, screen y and nearness are quotients of linear functions of these, so that in front of the eye they are
+//! largest and least at corners of the box. Where a corner is not in front, each sample is asked.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{f32x8, f64x8, mask64x8};
+use fearless_simd_macros::simd;
+
+use super::Segments;
+use super::project::{Bounds, Terms, narrow};
+use super::rows::eight_of;
+use super::vertex::{LANES, SEGMENT};
+use crate::bands::RowRange;
+use crate::surface::{Cell, Surfaces};
+
+/// Screen positions are rounded to f32: by less than this up to 2^18 px.
+const ROUNDED_PX: f32 = 1.0 / 64.0;
+
+/// Least and greatest disparity of the corners of joined cells in a segment of the row `cy` from cell `first` on.
+pub(super) fn range_of(surfaces: &Surfaces, cy: usize, [first, end]: [usize; 2]) -> [f32; 2] {
+    let width = surfaces.size[0];
+    let mut range = [f32::INFINITY, f32::NEG_INFINITY];
+    for cx in first..end {
+        let cell = surfaces.cells[cy * (width + 1) + cx];
+        if matches!(cell, Cell::MainDiagonal | Cell::AntiDiagonal) {
+            let above = (cy - 1) * width + cx - 1;
+            for corner in [above, above + 1, above + width, above + width + 1] {
+                let disparity = surfaces.disparity[corner];
+                range = [range[0].min(disparity), range[1].max(disparity)];
+            }
+        }
+    }
+    range
+}
+
+/// Screen columns and rows that the joined cells of each segment of the row `cy` of cells touch at most.
+#[simd]
+pub(super) fn extents<S: Simd>(
+    simd: S,
+    terms: &Terms,
+    surfaces: &Surfaces,
+    segments: &Segments,
+    cy: usize,
+    to: &mut [[RowRange; 2]],
+) {
+    let per_row = to.len();
+    let ranges = &segments.ranges[cy * per_row..(cy + 1) * per_row];
+    for first in (0..per_row).step_by(LANES) {
+        let count = LANES.min(per_row - first);
+        let ranges = &ranges[first..first + count];
+        if ranges.iter().all(|[least, most]| least > most) {
+            to[first..first + count].fill([RowRange::EMPTY; 2]);
+            continue;
+        }
+        let found = eight_extents(simd, terms, surfaces.size[0], [first, cy], ranges);
+        for (i, extent) in to[first..first + count].iter_mut().enumerate() {
+            let is_empty = ranges[i][0] > ranges[i][1];
+            *extent = match (is_empty, found.in_front >> i & 1 != 0) {
+                (true, _) => [RowRange::EMPTY; 2],
+                (false, true) => found.lane(i),
+                (false, false) => by_samples(simd, terms, surfaces, [first + i, cy]),
+            };
+        }
+    }
+}
+
+/// Eight extents.
+struct EightExtents<S: Simd> {
+    low: [f32x8<S>; 2],
+    high: [f32x8<S>; 2],
+    /// Those that are in front as a whole, one bit each.
+    in_front: u64,
+}
+
+impl<S: Simd> EightExtents<S> {
+    #[inline(always)]
+    fn lane(&self, lane: usize) -> [RowRange; 2] {
+        [0, 1].map(|axis| RowRange {
+            low: self.low[axis][lane] - ROUNDED_PX,
+            high: self.high[axis][lane] + ROUNDED_PX,
+        })
+    }
+}
+
+/// Eight segments of the row `cy` of cells from segment `first` on.
+#[inline(always)]
+fn eight_extents<S: Simd>(
+    simd: S,
+    terms: &Terms,
+    width: usize,
+    [first, cy]: [usize; 2],
+    ranges: &[[f32; 2]],
+) -> EightExtents<S> {
+    let (mut columns, mut disparities) = ([[0.0f64; LANES]; 2], [[1.0f64; LANES]; 2]);
+    for (i, range) in ranges
+        .iter()
+        .enumerate()
+        .filter(|(_, [least, most])| least <= most)
+    {
+        let cell = (first + i) * SEGMENT;
+        // Cells lie between the centres of samples.
+        columns[0][i] = cell as f64 - 0.5;
+        columns[1][i] = (cell + SEGMENT).min(width) as f64 - 0.5;
+        for k in 0..2 {
+            disparities[k][i] = f64::from(range[k]);
+        }
+    }
+    let mut low = [f32x8::splat(simd, f32::INFINITY); 2];
+    let mut high = [f32x8::splat(simd, f32::NEG_INFINITY); 2];
+    let mut in_front = mask64x8::splat(simd, true);
+    for corner in 0..8 {
+        let at = [
+            f64x8::simd_from(simd, columns[corner & 1]),
+            f64x8::splat(simd, (cy + (corner >> 1 & 1)) as f64 - 0.5),
+            f64x8::simd_from(simd, disparities[corner >> 2]),
+        ];
+        let (place, is_in_front) = terms.corner(simd, at);
+        in_front &= is_in_front;
+        for axis in 0..2 {
+            low[axis] = low[axis].min(narrow(place[axis]));
+            high[axis] = high[axis].max(narrow(place[axis]));
+        }
+    }
+    EightExtents {
+        low,
+        high,
+        in_front: in_front.to_bitmask(),
+    }
+}
+
+/// Screen columns and rows of the samples that are in front, of those around segment `block` of the row `cy` of cells.
+#[simd]
+fn by_samples<S: Simd>(
+    simd: S,
+    terms: &Terms,
+    surfaces: &Surfaces,
+    [block, cy]: [usize; 2],
+) -> [RowRange; 2] {
+    let width = surfaces.size[0];
+    let mut bounds = Bounds::new(simd);
+    let first = (block * SEGMENT).saturating_sub(LANES);
+    for y in [cy - 1, cy] {
+        let row = &surfaces.disparity[y * width..(y + 1) * width];
+        for first in (first..((block + 1) * SEGMENT).min(width)).step_by(LANES) {
+            let [x, y, _] = terms.warped(simd, [first, y], eight_of(simd, row, first));
+            let [x, y] = [narrow(x), narrow(y)];
+            // NaN is no x of a sample in front.
+            bounds.include([x, y], x.simd_eq(x));
+        }
+    }
+    bounds.ranges()
+}
+
+/// Whether all samples of a reference with disparities up to the largest are in front.
+#[simd]
+pub(super) fn all_in_front<S: Simd>(simd: S, terms: &Terms, surfaces: &Surfaces) -> bool {
+    let [width, height] = surfaces.size.map(|n| n as f64);
+    let largest = f64::from(surfaces.largest);
+    let at = [
+        f64x8::simd_from(simd, [0.0, width, 0.0, width, 0.0, width, 0.0, width]),
+        f64x8::simd_from(simd, [0.0, 0.0, height, height, 0.0, 0.0, height, height]),
+        f64x8::simd_from(
+            simd,
+            [0.0, 0.0, 0.0, 0.0, largest, largest, largest, largest],
+        ),
+    ];
+    terms.corner(simd, at).1.all_true()
+}
+
+/// Number of samples of row `y` that are in front.
+#[simd]
+pub(super) fn count_in_front<S: Simd>(
+    simd: S,
+    terms: &Terms,
+    surfaces: &Surfaces,
+    y: usize,
+) -> u64 {
+    let width = surfaces.size[0];
+    let row = &surfaces.disparity[y * width..(y + 1) * width];
+    let mut count = 0;
+    for first in (0..width).step_by(LANES) {
+        let [x, _, _] = terms.warped(simd, [first, y], eight_of(simd, row, first));
+        count += u64::from(narrow(x).simd_eq(narrow(x)).to_bitmask().count_ones());
+    }
+    count
+}
