@@ -48,7 +48,7 @@ impl Typed<'_> {
         })
     }
 
-    /// What the picture takes.
+    /// The bytes that the picture takes.
     fn storage(&self) -> Result<ReferenceSize> {
         if self.held.is_some() {
             return Ok(ReferenceSize::of_floats(self.size()?));

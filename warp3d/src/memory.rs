@@ -47,7 +47,7 @@ const PICTURE: u64 = LAYER + RGBA + 2 * F32 + 8;
 /// Bytes of the program, its threads and its tables.
 const PROGRAM: u64 = 32 << 20;
 
-/// What a picture takes before its pixels are read.
+/// The size of a reference, known before its pixels are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReferenceSize {
     /// Width and height, px.
@@ -80,8 +80,8 @@ struct Samples {
     channel_bytes: u64,
 }
 
-/// What a method takes: kept of each sample beside its own colour, of each sample of the reference at hand while it is prepared
-/// and drawn, and of each pixel.
+/// Bytes that a method takes: kept of each sample beside its own colour, of each sample of one reference while it is prepared
+/// and while it is drawn, and of each pixel.
 struct Taken {
     prepared: u64,
     preparing: u64,

@@ -13,7 +13,7 @@ use crate::spline::solve;
 use crate::surface::Surfaces;
 use crate::taken::{TakenColours, TakenDepths};
 
-/// A reference made ready for the hybrid. What was given follows from what is kept.
+/// A reference made ready for the hybrid. The colours and depths that were given follow from it, bit by bit.
 #[derive(Clone, Debug)]
 pub(crate) struct Prepared {
     /// Its camera.

@@ -35,8 +35,8 @@ pub struct Warper {
     pipeline: Pipeline,
 }
 
-/// What the methods keep: per reference, counted in the warper's length, and from frame to frame. What a method does not use
-/// stays empty.
+/// The methods' memory: per reference, counted in the warper's length, and from frame to frame. The parts of other methods
+/// stay empty.
 #[derive(Clone, Debug, Default)]
 struct Pipeline {
     references: Vec<Reference>,
@@ -113,7 +113,7 @@ impl Warper {
         Ok(true)
     }
 
-    /// The references, as they were given: made anew from what the warper keeps of them.
+    /// The references as they were given. The warper keeps them in another form, so that each call makes them anew.
     pub fn references(&self) -> Vec<Reference> {
         let references = self.pipeline.references.iter().cloned();
         let prepared = self.pipeline.prepared.iter().map(Prepared::reference);

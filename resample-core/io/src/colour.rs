@@ -52,7 +52,7 @@ pub fn size(part: &Part) -> Result<[u32; 2], Error> {
     }
 }
 
-/// What a picture takes while it is read.
+/// The bytes that a picture takes while it is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Storage {
     /// Width and height, px.

@@ -1,7 +1,7 @@
 //! The two rows of samples on the screen that a row of cells lies between, warped when a band asks for them.
 //!
-//! A band draws rows of cells from the top, so that a row of samples is kept until the next but one. What is asked for
-//! twice is warped twice, to the same numbers: that takes less time than the memory for all samples would.
+//! A band draws rows of cells from the top, so that a row of samples is kept until the next but one. A row that two bands
+//! ask for is warped twice, to the same numbers.
 
 use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
