@@ -185,3 +185,85 @@ pub(super) fn count_in_front<S: Simd>(
     }
     count
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::{DAffine3, DVec2, DVec3};
+    use resample_core::dispatch;
+    use resample_core::simd::SimdLevel;
+    use resample_core::{Camera, LookAt, Projection};
+
+    use super::*;
+    use crate::options::SurfaceTolerance;
+    use crate::raster::Quarters;
+    use crate::rims::Rims;
+    use crate::warp::Warp;
+
+    /// A hilly ground of 150 x 40 samples, which are joined everywhere.
+    fn hills(camera: &Camera) -> Surfaces {
+        let depth = |i: usize| 3.0 + (i as f32 * 0.37).sin() + (i / 150) as f32 * 0.02;
+        let depths = (0..150 * 40).map(depth).collect();
+        Surfaces::new(camera, depths, SurfaceTolerance::Relative(0.9))
+    }
+
+    #[test]
+    fn extents_hold_every_sample_in_front_and_all_of_them_are_counted() {
+        let pose = LookAt {
+            position: DVec3::ZERO,
+            target: DVec3::Z,
+            up: DVec3::NEG_Y,
+        };
+        let camera = Camera::perspective(&pose, 0.9, [150, 40]).expect("a camera");
+        // To the side, turned, and so far forwards that some samples lie behind the eye.
+        let targets = [
+            [0.4, 0.1, 0.0, 0.0],
+            [0.0, 0.0, 0.3, 0.5],
+            [0.3, 0.0, 3.0, 0.2],
+        ];
+        for (projection, [x, y, z, turn]) in [Projection::Perspective, Projection::Orthographic]
+            .into_iter()
+            .flat_map(|projection| targets.map(|target| (projection, target)))
+        {
+            let moved =
+                DAffine3::from_rotation_z(turn) * DAffine3::from_translation(-DVec3::new(x, y, z));
+            let target = Camera {
+                camera_from_world: moved * camera.camera_from_world,
+                projection,
+                ..camera
+            };
+            let surfaces = hills(&camera);
+            let cells = Segments::new(
+                &surfaces,
+                Quarters::new(&surfaces, &Rims::half_way(&surfaces)),
+            );
+            let warp = Warp::new(&camera, &target);
+            let terms = Terms::new(&warp);
+            let level = SimdLevel::Auto.resolve();
+            let mut known_in_front = 0;
+            for cy in 1..40 {
+                let mut found = vec![[RowRange::EMPTY; 2]; 151usize.div_ceil(SEGMENT)];
+                dispatch!(level, simd => extents(simd, &terms, &surfaces, &cells, cy, &mut found));
+                for y in [cy - 1, cy] {
+                    for x in 0..150 {
+                        let place = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+                        let at = warp.at(place, f64::from(surfaces.disparity[y * 150 + x]));
+                        if !warp.in_front(&at) {
+                            continue;
+                        }
+                        known_in_front += u64::from(y == cy);
+                        let [columns, rows] = found[x / SEGMENT];
+                        let pos = at.pos_in_screen().as_vec2();
+                        assert!(
+                            columns.low <= pos.x && pos.x <= columns.high,
+                            "sample {x}, {y}: column {} in {columns:?}",
+                            pos.x
+                        );
+                        assert!(rows.low <= pos.y && pos.y <= rows.high, "sample {x}, {y}");
+                    }
+                }
+            }
+            let count = |y| dispatch!(level, simd => count_in_front(simd, &terms, &surfaces, y));
+            assert_eq!((1..40).map(count).sum::<u64>(), known_in_front);
+        }
+    }
+}

@@ -85,7 +85,7 @@ impl WarpedRow {
 
     /// The entries from the sample before column `first` on.
     #[inline(always)]
-    fn from_before(&self, first: usize) -> [&[f32]; 3] {
+    fn before(&self, first: usize) -> [&[f32]; 3] {
         let [x, y, nearness] = &self.planes;
         let from = first + LANES - 1;
         [&x[from..], &y[from..], &nearness[from..]]
@@ -113,7 +113,7 @@ impl WarpedRows {
             self.rows[y % 2].hold(simd, terms, surfaces, [y, block]);
         }
         let first = block * SEGMENT;
-        [cy - 1, cy].map(|y| self.rows[y % 2].from_before(first))
+        [cy - 1, cy].map(|y| self.rows[y % 2].before(first))
     }
 }
 
