@@ -137,7 +137,8 @@ impl Projected {
         let quarters = &self.quarters;
         let rows = self.segments.par_chunks_mut(per_row).zip(&mut self.rows);
         rows.enumerate().for_each(|(cy, (extent, row))| {
-            dispatch!(level, simd => extents(simd, terms, surfaces, segments, cy, extent));
+            let ranges = &segments.ranges[cy * per_row..(cy + 1) * per_row];
+            dispatch!(level, simd => extents(simd, terms, surfaces, ranges, cy, extent));
             for (block, extent) in extent.iter_mut().enumerate() {
                 let own = segments.quarters.of_segment(cy * per_row + block);
                 if !own.is_empty() {

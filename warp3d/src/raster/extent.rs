@@ -7,7 +7,6 @@ use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, f64x8, mask64x8};
 use fearless_simd_macros::simd;
 
-use super::Segments;
 use super::project::{Bounds, Terms, narrow};
 use super::rows::eight_of;
 use super::vertex::{LANES, SEGMENT};
@@ -34,18 +33,18 @@ pub(super) fn range_of(surfaces: &Surfaces, cy: usize, [first, end]: [usize; 2])
     range
 }
 
-/// Screen columns and rows that the joined cells of each segment of the row `cy` of cells touch at most.
+/// Screen columns and rows that the joined cells of each segment of the row `cy` of cells touch at most, from the
+/// [`range_of`] each.
 #[simd]
 pub(super) fn extents<S: Simd>(
     simd: S,
     terms: &Terms,
     surfaces: &Surfaces,
-    segments: &Segments,
+    ranges: &[[f32; 2]],
     cy: usize,
     to: &mut [[RowRange; 2]],
 ) {
     let per_row = to.len();
-    let ranges = &segments.ranges[cy * per_row..(cy + 1) * per_row];
     for first in (0..per_row).step_by(LANES) {
         let count = LANES.min(per_row - first);
         let ranges = &ranges[first..first + count];
@@ -195,7 +194,7 @@ mod tests {
 
     use super::*;
     use crate::options::SurfaceTolerance;
-    use crate::raster::Quarters;
+    use crate::raster::{Quarters, Segments};
     use crate::rims::Rims;
     use crate::warp::Warp;
 
@@ -241,8 +240,10 @@ mod tests {
             let level = SimdLevel::Auto.resolve();
             let mut known_in_front = 0;
             for cy in 1..40 {
-                let mut found = vec![[RowRange::EMPTY; 2]; 151usize.div_ceil(SEGMENT)];
-                dispatch!(level, simd => extents(simd, &terms, &surfaces, &cells, cy, &mut found));
+                let per_row = 151usize.div_ceil(SEGMENT);
+                let mut found = vec![[RowRange::EMPTY; 2]; per_row];
+                let ranges = &cells.ranges[cy * per_row..(cy + 1) * per_row];
+                dispatch!(level, simd => extents(simd, &terms, &surfaces, ranges, cy, &mut found));
                 for y in [cy - 1, cy] {
                     for x in 0..150 {
                         let place = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
