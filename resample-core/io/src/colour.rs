@@ -7,6 +7,7 @@
 
 use super::files::{Part, fault, first_bytes};
 use super::picture::Picture;
+pub use super::picture::Storage;
 use super::receiver::{HeldPicture, Receiver, Room};
 use super::{exr, raster};
 use resample_core::Error;
@@ -50,17 +51,6 @@ pub fn size(part: &Part) -> Result<[u32; 2], Error> {
     } else {
         raster::size(&part.path)
     }
-}
-
-/// The bytes that a picture takes while it is read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Storage {
-    /// Width and height, px.
-    pub size: [u32; 2],
-    /// Bytes of a channel: 1, 2, or 4 for any number.
-    pub channel_bytes: u8,
-    /// Bytes a pixel that the decoder holds at most.
-    pub decoder_bytes: u64,
 }
 
 /// What reading a picture takes, from its header alone.

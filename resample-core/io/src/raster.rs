@@ -11,8 +11,8 @@ use std::path::Path;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use resample_core::image::linear_from_srgb;
 
-use super::colour::Storage;
 use super::files::{MAX_PIXELS, cannot_read, check_claim, fault, open};
+use super::picture::Storage;
 use super::plane::Stored;
 use super::png;
 use super::receiver::{Receiver, Room};
