@@ -59,7 +59,7 @@ impl Prepared {
         drop(depth);
         let (taken, mut samples) = TakenColours::new(colour);
         samples.par_iter_mut().for_each(|rgb| {
-            // What is no number would spread, even with no weight.
+            // A NaN or an infinity times a weight of 0 is NaN, which would spread.
             *rgb = rgb.map(|v| if v.is_finite() { v } else { 0.0 });
         });
         let cuts = match options.mixed {

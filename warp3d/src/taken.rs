@@ -54,7 +54,7 @@ fn relation(depth: f32, inverse: f32) -> u8 {
 }
 
 impl TakenDepths {
-    /// Of the `depths` that were given; `surfaces` are told what they need beside their disparities.
+    /// Keeps the `depths` that were given. The links of `surfaces` get the bits that tell a depth from its disparity.
     pub(crate) fn new(projection: Projection, depths: &[f32], surfaces: &mut Surfaces) -> Self {
         let links = surfaces.links.par_chunks_mut(PART);
         let disparities = surfaces.disparity.par_chunks(PART);
