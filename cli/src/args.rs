@@ -243,6 +243,8 @@ pub enum Goes {
     /// To the file of `--output`.
     #[default]
     File,
+    /// To the file of `--output`, or to numbered ones: none of them may exist yet.
+    NewFile,
     /// To the program that uses this library: nothing is written, and the name only says which format it would have.
     Memory,
 }

@@ -127,6 +127,14 @@ pub fn check_writable(path: &Path) -> Result<()> {
     Ok(())
 }
 
+/// Checks that writing `path` would replace nothing, not even a link that leads nowhere.
+pub(crate) fn check_new(path: &Path) -> Result<()> {
+    if path.symlink_metadata().is_ok() {
+        bail!("{} exists: choose another name", path.display());
+    }
+    Ok(())
+}
+
 /// Checks that writing `output` would not replace a file that is read.
 pub fn check_not_input(output: &Path, inputs: &[&Path]) -> Result<()> {
     check_not_inputs([output].into_iter(), inputs)

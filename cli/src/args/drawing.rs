@@ -113,7 +113,16 @@ impl Drawing {
 
     /// Names the picture to write.
     pub fn write_to(&mut self, path: &Path) {
-        self.picture_mut().goes = Goes::File;
+        self.write(path, Goes::File);
+    }
+
+    /// Names the picture to write; files that exist are an error, numbered ones too.
+    pub fn write_to_new(&mut self, path: &Path) {
+        self.write(path, Goes::NewFile);
+    }
+
+    fn write(&mut self, path: &Path, goes: Goes) {
+        self.picture_mut().goes = goes;
         let output = match self {
             Self::Texmap(args) => &mut args.output,
             Self::Volsplat(args) => &mut args.output,

@@ -45,6 +45,11 @@ pub(super) fn check_pictures(
             numbers.map(|index| names.frame(index)).collect()
         }
     };
+    if request.picture.goes == Goes::NewFile {
+        pictures
+            .iter()
+            .try_for_each(|path| output::check_new(path))?;
+    }
     for picture in pictures.iter().filter(|picture| picture.exists()) {
         output::check_writable(picture)?;
     }

@@ -4,8 +4,8 @@
 //! nothing is answered. Host and Origin must name this machine, so that a page of somebody else's, in the same browser,
 //! reaches nothing even if it learns the port.
 
-use std::io::Read;
-use std::net::IpAddr;
+use std::io::{ErrorKind, Read};
+use std::net::{IpAddr, Ipv6Addr};
 
 use anyhow::{Context, Result, bail};
 
@@ -61,9 +61,11 @@ impl Head {
             if bytes.len() > MAX_HEAD_BYTES {
                 bail!("the head of the request is too long");
             }
-            match stream.read(&mut part)? {
-                0 => bail!("the request ends in its head"),
-                count => bytes.extend(&part[..count]),
+            match stream.read(&mut part) {
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(error.into()),
+                Ok(0) => bail!("the request ends in its head"),
+                Ok(count) => bytes.extend(&part[..count]),
             }
         }
         Self::of(&bytes)
@@ -122,21 +124,17 @@ impl Door {
         match (last, &head.socket_key) {
             ("", _) => Ok(Wanted::Page),
             ("socket", Some(key)) => {
-                let origin = head
-                    .origin
-                    .as_deref()
-                    .and_then(|origin| origin.split_once("://"));
-                self.allowed(origin.map(|(_, host)| host))?;
+                self.allowed(head.origin.as_deref().and_then(host_of_origin))?;
                 Ok(Wanted::Socket(key.clone()))
             }
             _ => Err(Refusal::NotFound),
         }
     }
 
-    /// Whether a name, with or without a port, is this machine's or was allowed.
+    /// Refuses hosts, with or without a port, that are neither this machine nor allowed by name.
     fn allowed(&self, host: Option<&str>) -> Result<(), Refusal> {
         let host = host.ok_or(Refusal::Forbidden)?;
-        let name = without_port(host);
+        let name = name_of_host(host).ok_or(Refusal::Forbidden)?;
         let is_local = name.eq_ignore_ascii_case("localhost")
             || name
                 .parse::<IpAddr>()
@@ -154,12 +152,38 @@ impl Door {
     }
 }
 
-/// The name of `name:port`, `[v6]:port`, or either without a port.
-fn without_port(host: &str) -> &str {
-    if let Some(rest) = host.strip_prefix('[') {
-        return rest.split(']').next().unwrap_or(rest);
-    }
-    host.split(':').next().unwrap_or(host)
+/// The host of an origin, with its port: `scheme://host[:port]` of a page that came by HTTP.
+fn host_of_origin(origin: &str) -> Option<&str> {
+    let (scheme, host) = origin.split_once("://")?;
+    ["http", "https"]
+        .iter()
+        .any(|known| scheme.eq_ignore_ascii_case(known))
+        .then_some(host)
+}
+
+/// The name in `name[:port]`, `v4[:port]` or `[v6][:port]`; `None` for any other text, so that nothing can stand before or
+/// behind a good name.
+pub(super) fn name_of_host(host: &str) -> Option<&str> {
+    let (name, port) = match host.strip_prefix('[') {
+        Some(rest) => {
+            let (address, port) = rest.split_once(']')?;
+            address.parse::<Ipv6Addr>().ok()?;
+            (address, port)
+        }
+        None => {
+            let (name, port) = host.split_at(host.find(':').unwrap_or(host.len()));
+            let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-._".contains(&byte);
+            let is_name = !name.is_empty() && name.bytes().all(is_plain);
+            (is_name.then_some(name)?, port)
+        }
+    };
+    let is_port = match port.strip_prefix(':') {
+        Some(digits) => {
+            digits.bytes().all(|byte| byte.is_ascii_digit()) && digits.parse::<u16>().is_ok()
+        }
+        None => port.is_empty(),
+    };
+    is_port.then_some(name)
 }
 
 #[cfg(test)]
@@ -217,6 +241,19 @@ mod tests {
             "Host: evil.org",
             "Host: localhost.evil.org",
             "Host: 10.0.0.1",
+            "Host: [::1].evil.org",
+            "Host: [::1]evil.org:80",
+            "Host: [localhost]",
+            "Host: localhost:80@evil.org",
+            "Host: localhost@evil.org",
+            "Host: 127.0.0.1:80:evil.org",
+            "Host: 127.0.0.1:99999",
+            "Host: localhost:+80",
+            "Host: localhost:80/evil.org",
+            "Host: localhost/evil.org",
+            "Host: localhost#evil.org",
+            "Host: hub.example.org:80@evil.org",
+            "Host: ",
             "Accept: */*",
             "Host: localhost\r\nHost: localhost",
         ] {
@@ -243,7 +280,16 @@ mod tests {
                 "{origin}"
             );
         }
-        for origin in ["Origin: http://evil.org", "Origin: null", "Accept: */*"] {
+        for origin in [
+            "Origin: http://evil.org",
+            "Origin: http://[::1].evil.org",
+            "Origin: http://localhost:80@evil.org",
+            "Origin: http://127.0.0.1:80:evil.org",
+            "Origin: http://evil.org/http://localhost",
+            "Origin: evil://localhost",
+            "Origin: null",
+            "Accept: */*",
+        ] {
             assert_eq!(asked(origin), Err(Refusal::Forbidden), "{origin}");
         }
     }

@@ -3,12 +3,13 @@
 //! Takes the words of the command that draws the file, and serves one page on this machine. The page sends cameras and
 //! options; a thread that owns the scene draws them: quickly while something moves, then exactly as the command line would.
 //!
-//! `words` finds the command and takes the page's changes of it; `subject` is the scene as it is drawn; `server`, `http` and
-//! `socket` speak to the browser; `mailbox` keeps the newest request; `studio` draws and answers; `ladder` chooses the
+//! `words` finds the command and takes the page's changes of it; `subject` is the scene as it is drawn; `server`, `heads`,
+//! `http` and `socket` speak to the browser; `mailbox` keeps the newest request; `studio` draws and answers; `ladder` chooses the
 //! size of moving frames; `save` writes what was found by hand.
 
 mod encode;
 mod facts;
+mod heads;
 mod http;
 mod ladder;
 mod mailbox;

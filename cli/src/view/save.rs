@@ -103,16 +103,14 @@ pub(super) fn save(
     Ok(path)
 }
 
-/// A name in the current folder that is not taken.
+/// A name in the current folder that no file has.
 fn free(name: &str) -> Result<PathBuf> {
     let is_plain = |c: char| c.is_alphanumeric() || "-_. ()%".contains(c);
     if name.is_empty() || name.len() > 100 || name.starts_with('.') || !name.chars().all(is_plain) {
         bail!("'{name}': expected a file name of letters, digits, - and _");
     }
     let path = PathBuf::from(name);
-    if path.exists() {
-        bail!("{name} is there already: choose another name");
-    }
+    output::check_new(&path)?;
     Ok(path)
 }
 
@@ -176,10 +174,8 @@ fn camera(subject: &Subject, view: &View, camera: &Value) -> Result<String> {
 /// Runs the command that draws a view from other cameras.
 fn run(subject: &Subject, path: &Path, view: &View, cameras: &Cameras) -> Result<()> {
     let (Cameras::List(text) | Cameras::Path(text)) = cameras;
-    let file = tempfile::Builder::new().suffix(".json").tempfile()?;
-    std::fs::write(file.path(), text)?;
     let mut drawing = subject.whole(view)?;
-    let named = Some(file.path().to_owned());
+    let named = Some(subject.own_file("cameras.json", text)?);
     let (list, keys) = match cameras {
         Cameras::List(_) => (named, None),
         Cameras::Path(_) => (None, named),
@@ -193,7 +189,7 @@ fn run(subject: &Subject, path: &Path, view: &View, cameras: &Cameras) -> Result
         }
     }
     set_size(&mut drawing, view);
-    drawing.write_to(path);
+    drawing.write_to_new(path);
     let log = RunLog {
         start: Instant::now(),
         verbosity: Verbosity::Quiet,

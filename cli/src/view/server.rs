@@ -3,21 +3,18 @@
 use std::io::{ErrorKind, Write};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use anyhow::{Context, Result};
 
+use super::heads::OpenHeads;
 use super::http::{Door, Head, Refusal, Wanted};
 use super::mailbox::Mailbox;
 use super::{page, socket};
 use crate::args::ServeArgs;
 
-/// Connections at once; a browser opens six at most.
-const MOST_CONNECTIONS: usize = 32;
-
-/// Time in which the head of a request must come.
-const PATIENCE: Duration = Duration::from_secs(10);
+/// Time after which a client that takes no more bytes of an answer is given up.
+const WRITE_PATIENCE: Duration = Duration::from_secs(10);
 
 /// A port that is listened at.
 pub(super) struct Server {
@@ -54,45 +51,33 @@ impl Server {
     pub(super) fn start(self) -> Result<Mailbox> {
         let mailbox = Mailbox::default();
         let (to, door) = (mailbox.clone(), Arc::new(self.door));
-        let open = Arc::new(AtomicUsize::new(0));
+        let open = OpenHeads::default();
         std::thread::Builder::new()
             .name("listener".to_owned())
             .spawn(move || {
                 for stream in self.listener.incoming() {
                     let Ok(stream) = stream else { continue };
-                    if open.load(Ordering::SeqCst) >= MOST_CONNECTIONS {
-                        continue;
-                    }
                     let (to, door, open) = (to.clone(), door.clone(), open.clone());
-                    open.fetch_add(1, Ordering::SeqCst);
-                    let served = std::thread::Builder::new()
+                    // A connection that breaks off, or finds no thread, is nobody's fault.
+                    let _ = std::thread::Builder::new()
                         .name("connection".to_owned())
-                        .spawn({
-                            let open = open.clone();
-                            move || {
-                                // A connection that breaks off is nobody's fault.
-                                let _ = serve(stream, &door, &to);
-                                open.fetch_sub(1, Ordering::SeqCst);
-                            }
-                        });
-                    if served.is_err() {
-                        open.fetch_sub(1, Ordering::SeqCst);
-                    }
+                        .spawn(move || serve(stream, &open, &door, &to));
                 }
             })?;
         Ok(mailbox)
     }
 }
 
-fn serve(mut stream: TcpStream, door: &Door, mailbox: &Mailbox) -> Result<()> {
-    stream.set_read_timeout(Some(PATIENCE))?;
+fn serve(mut stream: TcpStream, open: &OpenHeads, door: &Door, mailbox: &Mailbox) -> Result<()> {
+    stream.set_write_timeout(Some(WRITE_PATIENCE))?;
     stream.set_nodelay(true)?;
-    let Ok(head) = Head::read(&mut stream) else {
+    let head = Head::read(&mut open.admit(stream.try_clone()?)?);
+    let Ok(head) = head else {
         return answer(&mut stream, "400 Bad Request", &[], b"");
     };
     match door.wanted(&head) {
         Ok(Wanted::Page) => {
-            let page = page::page()?;
+            let page = page::page(&door.hosts)?;
             answer(&mut stream, "200 OK", &page.headers, page.html.as_bytes())
         }
         Ok(Wanted::Moved) => {

@@ -18,7 +18,6 @@ use super::save;
 use super::sender::Sender;
 use super::subject::Subject;
 use crate::bands::{self, Next, Pace, Window};
-use crate::report;
 
 /// Time after which the end is looked for.
 const IDLE: Duration = Duration::from_millis(200);
@@ -78,7 +77,7 @@ impl Studio {
                 Request::Draw(id, Motion::Resting, view) => self.resting(id, &view),
             };
             if let Err(error) = done {
-                self.tell(&json!({ "type": "error", "text": report::one_line(&error) }));
+                self.tell(&json!({ "type": "error", "text": self.subject.message(&error) }));
             }
         }
     }

@@ -1,6 +1,6 @@
 //! The scene as it is drawn: read once, then seen from any camera under any options of the page.
 
-use std::path::PathBuf;
+use std::path::{MAIN_SEPARATOR, PathBuf};
 
 use anyhow::{Context, Error, Result, bail};
 use glam::DVec3;
@@ -20,7 +20,7 @@ use crate::opened::Opened;
 use crate::picture;
 use crate::plan::{DEFAULT_SIZE, Purpose};
 use crate::planner;
-use crate::report::Verbosity;
+use crate::report::{self, Verbosity};
 use crate::seen;
 use crate::setting::Setting;
 use crate::values::{self, BackgroundWord, Size};
@@ -275,15 +275,24 @@ impl Subject {
         }
     }
 
-    /// Writes what the page has edited to where it is read from.
+    /// Writes a file of the page into the folder of this scene, where commands read it.
+    pub(super) fn own_file(&self, name: &str, text: &str) -> Result<PathBuf> {
+        let path = self.folder.path().join(name);
+        std::fs::write(&path, text)?;
+        Ok(path)
+    }
+
+    /// An error as the page shows it: files of the page without the folder, which is nobody's business.
+    pub(super) fn message(&self, error: &Error) -> String {
+        let folder = format!("{}{MAIN_SEPARATOR}", self.folder.path().display());
+        report::one_line(error).replace(&folder, "")
+    }
+
+    /// Writes the edited transfer function and labels to files, where the command reads them.
     fn files(&self, view: &View) -> Result<Files> {
         let file = |name: &str, content: &Option<Value>| -> Result<Option<PathBuf>> {
-            let Some(content) = content else {
-                return Ok(None);
-            };
-            let path = self.folder.path().join(name);
-            std::fs::write(&path, content.to_string())?;
-            Ok(Some(path))
+            let text = content.as_ref().map(Value::to_string);
+            text.map(|text| self.own_file(name, &text)).transpose()
         };
         Ok(Files {
             transfer: file("transfer.json", &view.transfer)?,

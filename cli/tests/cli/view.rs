@@ -1,5 +1,8 @@
 //! `resample view`: who is let in, what the page may ask for, and that a resting picture is the command line's.
 
+use std::io::{Read, Write};
+use std::net::TcpStream;
+
 use serde_json::{Value, json};
 use tungstenite::Message;
 
@@ -155,7 +158,7 @@ fn moving_pictures_come_at_once_and_only_the_newest_counts() {
     }
     let mut ids = Vec::new();
     while ids.last() != Some(&40) {
-        if let Message::Binary(bytes) = page.socket.read().expect("it answers") {
+        if let Message::Binary(bytes) = page.read() {
             let (head, picture) = page.shown(&bytes);
             assert_eq!(
                 (&head["kind"], &picture[..2]),
@@ -209,6 +212,94 @@ fn nothing_is_answered_without_the_token_or_to_other_names() {
         );
         assert!(socket.0.contains("403"), "{origin}: {}", socket.0);
     }
+}
+
+#[test]
+fn requests_that_never_end_keep_no_page_waiting() {
+    let bench = Bench::new();
+    let viewer = Viewer::start(&bench, &format!("ball.raw {BALL}"));
+    let begun: Vec<TcpStream> = (0..100)
+        .map(|_| {
+            let mut stream = TcpStream::connect(&viewer.host).expect("it listens");
+            stream.write_all(b"GET / HTTP/1.1\r\n").expect("it reads");
+            stream
+        })
+        .collect();
+    let own = format!("Host: {}\r\n", viewer.host);
+    for _ in 0..3 {
+        let (status, _) = viewer.get(&format!("/{}/", viewer.token), &own);
+        assert!(status.contains("200"), "{status}");
+    }
+    drop(begun);
+}
+
+#[test]
+fn frames_of_other_sites_are_refused_and_those_of_notebooks_allowed() {
+    let bench = Bench::new();
+    let words = format!("ball.raw {BALL} --allow-host hub.example --allow-host x;y");
+    let viewer = Viewer::start(&bench, &words);
+    let mut stream = TcpStream::connect(&viewer.host).expect("it listens");
+    let (host, token) = (&viewer.host, &viewer.token);
+    write!(stream, "GET /{token}/ HTTP/1.1\r\nHost: {host}\r\n\r\n").expect("it reads");
+    let mut text = String::new();
+    stream.read_to_string(&mut text).expect("it answers");
+    let frames = text
+        .lines()
+        .find_map(|line| line.strip_prefix("Content-Security-Policy: "))
+        .and_then(|policy| {
+            policy
+                .split("; ")
+                .find(|part| part.starts_with("frame-ancestors"))
+        })
+        .expect("a policy of frames");
+    for allowed in ["'self'", "http://localhost:*", "https://hub.example"] {
+        assert!(frames.split(' ').any(|word| word == allowed), "{frames}");
+    }
+    assert!(
+        !frames.contains('*') || frames.split(' ').all(|word| word != "*"),
+        "{frames}"
+    );
+    assert!(!text.contains("x;y"), "a name cannot end the list");
+}
+
+#[test]
+fn numbered_pictures_replace_no_files() {
+    let bench = Bench::new();
+    bench.write("t_0001.png", b"mine");
+    let viewer = Viewer::start(&bench, &format!("ball.raw {BALL}"));
+    let mut page = viewer.page();
+    let scene = page.hear("scene");
+    let view = view(&scene, json!({}));
+    let keys = json!({ "keys": [{ "time": 0, "camera": view["camera"] }, { "time": 2, "camera": view["camera"] }] });
+    let cameras = json!([view["camera"], view["camera"]]);
+    for (what, name, detail) in [
+        ("turntable", "t.png", cameras.clone()),
+        ("turntable", "t_%04d.png", cameras),
+        ("film", "t.png", keys),
+    ] {
+        let save = json!({ "type": "save", "what": what, "name": name, "detail": detail });
+        let why = page.refusal(&with(&view, save));
+        assert!(why.contains("t_0001.png exists"), "{why}");
+    }
+    let read = std::fs::read(bench.path("t_0001.png")).expect("still there");
+    assert_eq!(read, b"mine");
+    assert!(
+        !bench.path("t_0000.png").exists(),
+        "all names are tested first"
+    );
+}
+
+#[test]
+fn messages_name_no_folders_of_the_viewer() {
+    let bench = Bench::new();
+    let viewer = Viewer::start(&bench, &format!("ball.raw {BALL}"));
+    let mut page = viewer.page();
+    let scene = page.hear("scene");
+    let view = view(&scene, json!({ "transfer": { "Points": "none" } }));
+    let draw = json!({ "type": "draw", "id": 1, "motion": "resting" });
+    let why = page.refusal(&with(&view, draw));
+    assert!(why.contains("transfer.json"), "{why}");
+    assert!(!why.contains('/') && !why.contains('\\'), "{why}");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! A viewer that runs, and a page without a browser.
 
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -92,10 +92,20 @@ impl Page {
             .expect("it listens");
     }
 
+    /// The next message. A process that was stopped and goes on finds its reading interrupted.
+    pub(super) fn read(&mut self) -> Message {
+        loop {
+            match self.socket.read() {
+                Err(tungstenite::Error::Io(error)) if error.kind() == ErrorKind::Interrupted => {}
+                message => return message.expect("it answers"),
+            }
+        }
+    }
+
     /// The next answer of a kind. Pictures on the way are shown.
     pub(super) fn hear(&mut self, kind: &str) -> Value {
         loop {
-            match self.socket.read().expect("it answers") {
+            match self.read() {
                 Message::Text(text) => {
                     let answer: Value = serde_json::from_str(&text).expect("JSON");
                     if answer["type"] == kind {
@@ -126,7 +136,7 @@ impl Page {
             json!({ "type": "draw", "id": 1, "motion": "resting" }),
         ));
         loop {
-            match self.socket.read().expect("it answers") {
+            match self.read() {
                 Message::Binary(bytes) => {
                     let (head, picture) = self.shown(&bytes);
                     if head["is_last"] == true {
@@ -143,7 +153,7 @@ impl Page {
     pub(super) fn refusal(&mut self, message: &Value) -> String {
         self.say(message);
         loop {
-            if let Message::Text(text) = self.socket.read().expect("it answers") {
+            if let Message::Text(text) = self.read() {
                 let answer: Value = serde_json::from_str(&text).expect("JSON");
                 if answer["type"] == "error" {
                     return answer["text"].as_str().expect("a text").to_owned();
