@@ -169,6 +169,7 @@ fn draw(drawing: Drawing, typed: &Typed, verbosity: Verbosity) -> Result<()> {
     let log = RunLog {
         start: Instant::now(),
         verbosity,
+        follow: None,
     };
     drawing.check_part()?;
     if let Some(Planned { opened, record }) = planner::planned(&drawing, typed, verbosity)? {

@@ -26,6 +26,8 @@ use crate::output::{self, Depth, FilmKind, FilmPlan, Format, FrameNames};
 use crate::picture::{self, Finish, RenderShot};
 use crate::report::{self, RunStats, Verbosity};
 use crate::sequence::{self, Existing, Fingerprint, Part, Sequence};
+
+pub use crate::sequence::Follow;
 use crate::values::{BackgroundWord, Orbit, Size};
 
 pub(crate) use records::{camera_record, picture_record};
@@ -90,19 +92,21 @@ pub enum Change {
 
 /// When a command started, and how much it says.
 #[derive(Clone, Copy)]
-pub struct RunLog {
+pub struct RunLog<'a> {
     /// The start, for the time at the end.
     pub start: Instant,
     /// How much is said.
     pub verbosity: Verbosity,
+    /// Follows the run, where it is part of another program.
+    pub follow: Option<Follow<'a>>,
 }
 
 /// The messages and the statistics of a run.
-pub(crate) struct Run {
+pub(crate) struct Run<'a> {
     /// The stats file, as far as it is known before drawing.
     pub stats: RunStats,
     /// Its start and its verbosity.
-    pub log: RunLog,
+    pub log: RunLog<'a>,
 }
 
 impl Plan {
@@ -234,8 +238,8 @@ impl Plan {
             fingerprint: Fingerprint::new(&stats, &read),
         };
         let outcome = match &self.film {
-            Some(film) => sequence::draw_film(render, &sequence, film, log.verbosity)?,
-            None => sequence::draw(render, &sequence, log.verbosity)?,
+            Some(film) => sequence::draw_film(render, &sequence, film, &log)?,
+            None => sequence::draw(render, &sequence, &log)?,
         };
         stats.frames = outcome.frames;
         stats.peak_bytes = report::peak_bytes();

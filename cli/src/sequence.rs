@@ -15,16 +15,28 @@ use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
 use resample_core::Camera;
 
-use crate::bands::Window;
+use crate::bands::{Next, Window};
 use crate::input_picture::{self, Content, Known};
 use crate::interrupt::{self, Interrupted};
 use crate::output::{Film, FilmPlan, Format, FrameNames};
 use crate::picture::{self, Drawn, Finish, RenderShot, Shot};
+use crate::plan::RunLog;
 use crate::report::{self, Verbosity, WrittenFrame};
 use crate::tiles::Kind;
 
 pub(crate) use fingerprint::Fingerprint;
 pub(crate) use part::Part;
+
+/// Called before each picture with the number of those that are done and of all; says whether it is drawn.
+pub type Follow<'a> = &'a dyn Fn(usize, usize) -> Next;
+
+/// Whether the next picture is drawn: nobody has pressed Ctrl-C, and whoever follows the run wants it.
+fn goes_on(log: &RunLog, done: usize, total: usize) -> bool {
+    let wanted = log
+        .follow
+        .is_none_or(|follow| follow(done, total) == Next::Draw);
+    wanted && !interrupt::asked()
+}
 
 /// The pictures of a run and their files.
 pub(crate) struct Sequence<'a> {
@@ -93,11 +105,8 @@ impl Sequence<'_> {
 }
 
 /// Draws the sequence.
-pub(crate) fn draw(
-    render: &mut RenderShot,
-    sequence: &Sequence,
-    verbosity: Verbosity,
-) -> Result<Outcome> {
+pub(crate) fn draw(render: &mut RenderShot, sequence: &Sequence, log: &RunLog) -> Result<Outcome> {
+    let verbosity = log.verbosity;
     let (todo, kept) = todo(sequence)?;
     let total = sequence.part.numbers.len();
     // A single picture has no end that is worth waiting for.
@@ -105,7 +114,7 @@ pub(crate) fn draw(
     let bar = progress(todo.len(), verbosity);
     let mut frames = Vec::with_capacity(todo.len());
     for (file, (camera, number)) in todo {
-        if interrupt::asked() {
+        if !goes_on(log, kept + frames.len(), total) {
             break;
         }
         let shot = Shot {
@@ -140,7 +149,7 @@ pub(crate) fn draw_film(
     render: &mut RenderShot,
     sequence: &Sequence,
     plan: &FilmPlan,
-    verbosity: Verbosity,
+    log: &RunLog,
 ) -> Result<Outcome> {
     let (cameras, file) = (sequence.cameras, &plan.path);
     let size = cameras
@@ -148,10 +157,10 @@ pub(crate) fn draw_film(
         .map_or([1; 2], |camera| [camera.width, camera.height]);
     let _patience = (cameras.len() > 1).then(interrupt::patience);
     let mut film = Film::begin(plan, size, u32::try_from(cameras.len())?)?;
-    let bar = progress(cameras.len(), verbosity);
+    let bar = progress(cameras.len(), log.verbosity);
     let mut frames = Vec::with_capacity(cameras.len());
     for (number, camera) in cameras.iter().enumerate() {
-        if interrupt::asked() {
+        if !goes_on(log, number, cameras.len()) {
             bar.finish_and_clear();
             let state = format!("{} is not written", file.display());
             return Ok(Outcome {

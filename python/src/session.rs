@@ -237,6 +237,7 @@ impl Session {
         let log = RunLog {
             start: Instant::now(),
             verbosity: Verbosity::Quiet,
+            follow: None,
         };
         match planner::planned(&drawing, &typed, Verbosity::Normal)? {
             Some(Planned { opened, record }) => opened.finish(Some(record), log),

@@ -36,4 +36,7 @@ pub enum Error {
     /// An option or a combination of options makes no sense.
     #[error("{0}")]
     Option(String),
+    /// The frame was not finished, because the caller asked for its end.
+    #[error("the frame was stopped: nobody waits for it")]
+    Stopped,
 }

@@ -7,7 +7,7 @@
 use glam::DVec3;
 use resample_core::clock::StageClock;
 use resample_core::image::Plane;
-use resample_core::{Camera, Image, Projection};
+use resample_core::{Camera, Image, Projection, Stop};
 
 use crate::clip::Clip;
 use crate::field::{FieldPipeline, Kept, Layer, layers_refused};
@@ -296,6 +296,17 @@ impl Renderer {
 
     /// Renders one frame and reports its progress, for volumes that stay in their file.
     pub fn render_watched(&mut self, camera: &Camera, watch: &mut Watch) -> Result<Frame, Error> {
+        self.render_until(camera, &Stop::default(), watch)
+    }
+
+    /// As [`Renderer::render_watched`]; [`Error::Stopped`] as soon as `stop` is asked for. The field leaves out the tiles that
+    /// it has not begun; the orders of samples finish their frame first.
+    pub fn render_until(
+        &mut self,
+        camera: &Camera,
+        stop: &Stop,
+        watch: &mut Watch,
+    ) -> Result<Frame, Error> {
         let camera = camera
             .validated()
             .map_err(|e| Error::Option(e.to_string()))?;
@@ -307,8 +318,11 @@ impl Renderer {
         let layout = match &mut self.pipeline {
             Pipeline::Samples(p) => p.render(&camera, &mut self.tiles, &mut stats),
             Pipeline::Sheets(p) => p.render(&camera, &mut self.tiles, &mut stats),
-            Pipeline::Field(p) => p.render(&camera, &mut self.tiles, &mut stats, watch)?,
+            Pipeline::Field(p) => p.render(&camera, &mut self.tiles, &mut stats, (watch, stop))?,
         };
+        if stop.is_asked() {
+            return Err(Error::Stopped);
+        }
         let mut image = picture(&self.tiles, &layout, self.options.depth, &mut stats);
         image
             .depth

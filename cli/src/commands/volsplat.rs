@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use glam::DVec3;
-use resample_core::Camera;
+use resample_core::{Camera, Stop};
 use serde_json::{Value, json};
 use volsplat::{Described, LabelLook, Layer, RenderOptions, Renderer, Reuse, TransferFunction};
 
@@ -41,6 +41,8 @@ pub(crate) struct Open {
     keeping: Keeping,
     renderer: Renderer,
     options: RenderOptions,
+    /// Ends a frame that nobody waits for.
+    stop: Stop,
     /// What changes from picture to picture beside the camera.
     motion: Option<VolumeMotion>,
     cameras: Vec<Camera>,
@@ -150,9 +152,14 @@ impl Open {
         self.content.suggested()
     }
 
+    /// Has frames end early once `stop` is asked for.
+    pub(crate) fn stop_with(&mut self, stop: Stop) {
+        self.stop = stop;
+    }
+
     /// Draws the picture of one camera.
     pub(crate) fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
-        drawn(&mut self.renderer, camera, Progress::Hidden)
+        drawn(&mut self.renderer, camera, Progress::Hidden, &self.stop)
     }
 
     /// Draws and writes all pictures, and reports.
@@ -188,7 +195,7 @@ impl Open {
                 motion.set(shot.number, &mut renderer, content, &options)?;
             }
             picture::in_window(shot.camera, &shot.window, &mut |camera| {
-                let mut drawn = drawn(&mut renderer, camera, progress)?;
+                let mut drawn = drawn(&mut renderer, camera, progress, &self.stop)?;
                 drawn.image.planes.extend(renderer.layers(camera, &layers)?);
                 Ok(drawn)
             })
@@ -261,8 +268,13 @@ impl Open {
 }
 
 /// The picture of a volume renderer, with its counts and times.
-pub(crate) fn drawn(renderer: &mut Renderer, camera: &Camera, progress: Progress) -> Result<Drawn> {
-    let frame = renderer.render_watched(camera, &mut watch("drawing", progress))?;
+fn drawn(
+    renderer: &mut Renderer,
+    camera: &Camera,
+    progress: Progress,
+    stop: &Stop,
+) -> Result<Drawn> {
+    let frame = renderer.render_until(camera, stop, &mut watch("drawing", progress))?;
     let account = Account {
         keys: serde_json::to_value(&frame.stats)?,
         line: said::stage_line(&frame.stats),
@@ -337,6 +349,7 @@ fn loaded(
         keeping,
         renderer,
         options,
+        stop: Stop::default(),
         motion,
         cameras: Vec::new(),
         load_ms,

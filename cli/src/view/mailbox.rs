@@ -4,6 +4,8 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use resample_core::Stop;
+
 use super::message::{Asked, Motion, View};
 use super::sender::Sender;
 
@@ -28,12 +30,14 @@ struct Inside {
     page: u64,
     waiting: VecDeque<Asked>,
     newest: Option<(u32, Motion, View)>,
+    /// Whether the page wants the picture in work no longer.
+    is_cancelled: bool,
     shown: Option<u32>,
 }
 
 /// Shared by the threads that listen and the one that draws.
 #[derive(Clone, Default)]
-pub(super) struct Mailbox(Arc<(Mutex<Inside>, Condvar)>);
+pub(super) struct Mailbox(Arc<(Mutex<Inside>, Condvar)>, Stop);
 
 impl Mailbox {
     /// A page was opened. The number is for [`Mailbox::put`].
@@ -44,8 +48,18 @@ impl Mailbox {
             page: inside.page + 1,
             ..Inside::default()
         };
+        self.1.ask();
         self.0.1.notify_all();
         inside.page
+    }
+
+    /// Asks for the end of a resting picture as soon as something newer waits. Call it before such a picture.
+    pub(super) fn stop(&self) -> Stop {
+        self.1.clear();
+        if self.has_newer() {
+            self.1.ask();
+        }
+        self.1.clone()
     }
 
     /// Takes a request; false if another page has been opened since.
@@ -55,7 +69,17 @@ impl Mailbox {
             return false;
         }
         match asked {
-            Asked::Draw { id, motion, view } => inside.newest = Some((id, motion, view)),
+            Asked::Draw { id, motion, view } => {
+                inside.newest = Some((id, motion, view));
+                self.1.ask();
+            }
+            Asked::Cancel => {
+                if !inside.is_cancelled {
+                    inside.waiting.push_front(Asked::Cancel);
+                }
+                inside.is_cancelled = true;
+                self.1.ask();
+            }
             Asked::Shown { id } => inside.shown = Some(id),
             other if inside.waiting.len() < MOST_WAITING => inside.waiting.push_back(other),
             _ => {}
@@ -72,6 +96,7 @@ impl Mailbox {
             if let Some(sender) = inside.opened.take() {
                 return Some(Next::Opened(sender));
             }
+            inside.is_cancelled = false;
             if let Some(asked) = inside.waiting.pop_front() {
                 return Some(Next::Asked(asked));
             }
@@ -94,10 +119,10 @@ impl Mailbox {
         }
     }
 
-    /// Whether a view, or another page, waits.
+    /// Whether a view or another page waits, or the page wants the picture in work no longer.
     pub(super) fn has_newer(&self) -> bool {
         let inside = self.lock();
-        inside.newest.is_some() || inside.opened.is_some()
+        inside.newest.is_some() || inside.opened.is_some() || inside.is_cancelled
     }
 
     fn wait<'a>(

@@ -82,6 +82,9 @@ pub(super) enum Asked {
     /// What lies under a place of the picture, px.
     Probe {
         at: [f64; 2],
+        /// A word of the page's own, which comes back with the answer.
+        #[serde(default)]
+        purpose: Option<String>,
         #[serde(flatten)]
         view: View,
     },
@@ -96,6 +99,8 @@ pub(super) enum Asked {
         #[serde(flatten)]
         view: View,
     },
+    /// End the picture in work, and the file that is being written.
+    Cancel,
     /// Write a file into the folder where the command was started.
     Save {
         what: Saved,

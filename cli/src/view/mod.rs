@@ -5,12 +5,13 @@
 //!
 //! `words` finds the command and takes the page's changes of it; `subject` is the scene as it is drawn; `server`, `heads`,
 //! `http` and `socket` speak to the browser; `mailbox` keeps the newest request; `studio` draws and answers; `ladder` chooses the
-//! size of moving frames; `save` writes what was found by hand.
+//! size of moving frames; `save` writes what was found by hand, pictures as a `job` beside the viewing.
 
 mod encode;
 mod facts;
 mod heads;
 mod http;
+mod job;
 mod ladder;
 mod mailbox;
 mod message;

@@ -1,21 +1,17 @@
 //! Nothing found by hand is lost: the command that repeats a view, and files in the folder where this one was started.
 
-use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use serde_json::{Value, json};
 
-use super::message::{Exactness, Saved, View};
+use super::job::Job;
+use super::message::{Saved, View};
 use super::subject::Subject;
 use super::words::Files;
 use crate::args::Drawing;
-use crate::opened::Opened;
 use crate::output::{self, Format};
-use crate::plan::{Purpose, RunLog};
-use crate::planner;
-use crate::report::Verbosity;
-use crate::typed::{self, Typed};
+use crate::typed;
 use crate::values::Size;
 use crate::viewpoint::Viewpoint;
 
@@ -58,17 +54,24 @@ pub(super) fn command(subject: &Subject, view: &View) -> Result<String> {
     Ok(text)
 }
 
-/// Writes a file and gives its path.
+/// What became of a request to save.
+pub(super) enum Saving {
+    /// The file is there.
+    Written(PathBuf),
+    /// Pictures are drawn for it on a thread of their own.
+    Begun(Job),
+}
+
+/// Writes a file, or begins to where pictures have to be drawn for it. `shown` is the PNG of a view that is shown at rest.
 pub(super) fn save(
-    subject: &mut Subject,
-    what: Saved,
-    name: &str,
-    view: &View,
-    detail: &Value,
-) -> Result<PathBuf> {
+    subject: &Subject,
+    (what, name): (Saved, &str),
+    (view, detail): (&View, &Value),
+    shown: Option<&(View, Vec<u8>)>,
+) -> Result<Saving> {
     let path = free(name)?;
     match what {
-        Saved::Picture => picture(subject, &path, view)?,
+        Saved::Picture => return picture(subject, path, view, shown),
         Saved::Transfer => {
             let Some(transfer) = &view.transfer else {
                 bail!(
@@ -93,14 +96,14 @@ pub(super) fn save(
         }
         Saved::Turntable => {
             let cameras = cameras(subject, view, detail)?;
-            run(subject, &path, view, &Cameras::List(cameras))?;
+            return begin(subject, path, view, &Cameras::List(cameras));
         }
         Saved::Film => {
             let keys = keys(subject, view, detail)?;
-            run(subject, &path, view, &Cameras::Path(keys.to_string()))?;
+            return begin(subject, path, view, &Cameras::Path(keys.to_string()));
         }
     }
-    Ok(path)
+    Ok(Saving::Written(path))
 }
 
 /// A name in the current folder that no file has.
@@ -114,22 +117,19 @@ fn free(name: &str) -> Result<PathBuf> {
     Ok(path)
 }
 
-fn picture(subject: &mut Subject, path: &Path, view: &View) -> Result<()> {
-    let format = output::format_of(path, None)?;
-    if format == Format::Exr {
-        // An EXR file has depth and further planes: the command itself is run.
-        let (_, camera) = subject.camera(view)?;
-        return run(subject, path, view, &Cameras::List(camera));
+fn picture(
+    subject: &Subject,
+    path: PathBuf,
+    view: &View,
+    shown: Option<&(View, Vec<u8>)>,
+) -> Result<Saving> {
+    let format = output::format_of(&path, None)?;
+    if let (Format::Png(_), Some((_, png))) = (format, shown.filter(|(of, _)| of == view)) {
+        output::write_bytes(&path, png)?;
+        return Ok(Saving::Written(path));
     }
-    let exactness = match view.exactness {
-        Exactness::Fast => Exactness::Default,
-        exactness => exactness,
-    };
-    subject.prepare(view, exactness)?;
-    let (camera, _) = subject.camera(view)?;
-    let image = subject.draw(&camera)?;
-    output::write_picture(path, format, &image)?;
-    Ok(())
+    let (_, camera) = subject.camera(view)?;
+    begin(subject, path, view, &Cameras::List(camera))
 }
 
 /// Where the cameras of a command come from: the text of a camera file, or of a file of keys.
@@ -171,8 +171,8 @@ fn camera(subject: &Subject, view: &View, camera: &Value) -> Result<String> {
     Ok(subject.camera(&view)?.1)
 }
 
-/// Runs the command that draws a view from other cameras.
-fn run(subject: &Subject, path: &Path, view: &View, cameras: &Cameras) -> Result<()> {
+/// Begins the command that draws a view from other cameras.
+fn begin(subject: &Subject, path: PathBuf, view: &View, cameras: &Cameras) -> Result<Saving> {
     let (Cameras::List(text) | Cameras::Path(text)) = cameras;
     let mut drawing = subject.whole(view)?;
     let named = Some(subject.own_file("cameras.json", text)?);
@@ -189,16 +189,8 @@ fn run(subject: &Subject, path: &Path, view: &View, cameras: &Cameras) -> Result
         }
     }
     set_size(&mut drawing, view);
-    drawing.write_to_new(path);
-    let log = RunLog {
-        start: Instant::now(),
-        verbosity: Verbosity::Quiet,
-    };
-    let typed = Typed::default();
-    match planner::planned(&drawing, &typed, Verbosity::Quiet)? {
-        Some(planned) => planned.opened.finish(Some(planned.record), log),
-        None => Opened::read(drawing, Purpose::Draw, Verbosity::Quiet)?.finish(None, log),
-    }
+    drawing.write_to_new(&path);
+    Ok(Saving::Begun(Job::begin(path, drawing)?))
 }
 
 fn set_size(drawing: &mut Drawing, view: &View) {

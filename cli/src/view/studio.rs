@@ -6,15 +6,16 @@
 
 use std::time::{Duration, Instant};
 
-use anyhow::Result;
-use resample_core::{Camera, Image};
+use anyhow::{Result, bail};
+use resample_core::{Camera, Image, Stop};
 use serde_json::{Value, json};
 
 use super::encode;
+use super::job::{Job, News};
 use super::ladder::Ladder;
 use super::mailbox::{Mailbox, Next as Request};
-use super::message::{Asked, Exactness, Motion, PictureHead, View};
-use super::save;
+use super::message::{Asked, Exactness, Motion, PictureHead, Saved, View};
+use super::save::{self, Saving};
 use super::sender::Sender;
 use super::subject::Subject;
 use crate::bands::{self, Next, Pace, Window};
@@ -31,6 +32,9 @@ const BAND_PX: u32 = 160 * 1024;
 /// Options of the page that a preset replaces.
 const WITH_LOOK: [&str; 6] = ["window", "colormap", "preset", "shade", "blend", "light"];
 
+/// Time between two messages on how much of a picture is done.
+const PROGRESS: Duration = Duration::from_millis(500);
+
 /// Side of a preset's picture, px.
 const THUMBNAIL_PX: u32 = 96;
 
@@ -44,6 +48,10 @@ pub(super) struct Studio {
     function: Value,
     /// The last picture that was sent, until the page has shown it.
     in_flight: Option<u32>,
+    /// The last picture at rest, as a PNG, and its view.
+    shown: Option<(View, Vec<u8>)>,
+    /// The file that is being written.
+    job: Option<Job>,
     /// Whether it is over.
     is_over: IsOver,
 }
@@ -60,6 +68,8 @@ impl Studio {
             ladder: Ladder::default(),
             function: Value::Null,
             in_flight: None,
+            shown: None,
+            job: None,
             is_over,
         }
     }
@@ -67,6 +77,7 @@ impl Studio {
     /// Draws until it is over.
     pub(super) fn run(mut self) {
         while !(self.is_over)() {
+            self.tell_news();
             let Some(next) = self.mailbox.next(IDLE) else {
                 continue;
             };
@@ -149,10 +160,11 @@ impl Studio {
     }
 
     fn resting(&mut self, id: u32, view: &View) -> Result<()> {
+        let stop = self.mailbox.stop();
         let (camera, _) = self.subject.camera(view)?;
         self.subject.prepare(view, Exactness::Fast)?;
         let start = Instant::now();
-        let Some(quick) = self.in_bands(&camera)? else {
+        let Some(quick) = self.in_bands(id, &camera, &stop)? else {
             return Ok(());
         };
         let mut last = head(id, "resting", "image/png", &quick, ms(start));
@@ -161,38 +173,110 @@ impl Studio {
         if last.is_last || self.mailbox.has_newer() {
             return Ok(());
         }
-        self.subject.prepare(view, view.exactness)?;
+        let prepared = self
+            .subject
+            .until(&stop, |subject| subject.prepare(view, view.exactness))?;
+        if prepared.is_none() {
+            return Ok(());
+        }
         let start = Instant::now();
-        let Some(image) = self.in_bands(&camera)? else {
+        let Some(image) = self.in_bands(id, &camera, &stop)? else {
             return Ok(());
         };
         let mut last = head(id, "resting", "image/png", &image, ms(start));
         last.is_last = true;
-        self.send(&last, &encode::png(&image)?);
+        let png = encode::png(&image)?;
+        self.send(&last, &png);
+        self.shown = Some((view.clone(), png));
         Ok(())
     }
 
-    /// The picture, band by band; `None` as soon as a newer view is asked for.
-    fn in_bands(&mut self, camera: &Camera) -> Result<Option<Image>> {
-        if !self.subject.has_bands() {
-            return self.subject.draw(camera).map(Some);
-        }
-        let (subject, mailbox, is_over) = (&mut self.subject, &self.mailbox, &self.is_over);
-        let mut next = |_| match mailbox.has_newer() || is_over() {
-            true => Next::Stop,
-            false => Next::Draw,
+    /// The picture, band by band; `None` as soon as it is not wanted any more. The page hears how much is done.
+    fn in_bands(&mut self, id: u32, camera: &Camera, stop: &Stop) -> Result<Option<Image>> {
+        let Self {
+            subject,
+            mailbox,
+            is_over,
+            page,
+            ..
+        } = self;
+        let mut told = Instant::now();
+        let mut next = |share: f64| {
+            if told.elapsed() > PROGRESS {
+                told = Instant::now();
+                let text = json!({ "type": "progress", "id": id, "share": share });
+                // A page that has gone is noticed when the picture is sent.
+                let _ = page.as_mut().map(|page| page.text(text.to_string()));
+            }
+            match mailbox.has_newer() || is_over() {
+                true => Next::Stop,
+                false => Next::Draw,
+            }
         };
         let mut pace = Pace {
             band_px: BAND_PX,
             seconds: None,
         };
-        let mut draw = |band: &Window| subject.draw_window(camera, band);
-        bands::in_bands(camera, &mut pace, &mut draw, &mut next)
+        let drawn = subject.until(stop, |subject| {
+            if !subject.has_bands() {
+                return subject.draw(camera).map(Some);
+            }
+            let mut draw = |band: &Window| subject.draw_window(camera, band);
+            bands::in_bands(camera, &mut pace, &mut draw, &mut next)
+        })?;
+        Ok(drawn.flatten())
+    }
+
+    /// Tells what has become of the file that is being written.
+    fn tell_news(&mut self) {
+        while let Some(job) = &self.job {
+            let path = job.path().display().to_string();
+            match job.news() {
+                None => return,
+                Some(News::Progress(done, total)) => {
+                    let said =
+                        json!({ "type": "saving", "path": path, "done": done, "total": total });
+                    self.tell(&said);
+                }
+                Some(News::Ended(Ok(()))) => {
+                    self.job = None;
+                    self.tell(&json!({ "type": "saved", "path": path }));
+                }
+                Some(News::Ended(Err(error))) => {
+                    self.job = None;
+                    let text = self.subject.message(&error);
+                    self.tell(&json!({ "type": "not-saved", "path": path, "text": text }));
+                }
+            }
+        }
+    }
+
+    fn save(&mut self, (what, name): (Saved, &str), (view, detail): (&View, &Value)) -> Result<()> {
+        if let Some(job) = &self.job {
+            bail!(
+                "{} is still being written: wait for it, or cancel it",
+                job.path().display()
+            );
+        }
+        let shown = self.shown.as_ref();
+        match save::save(&self.subject, (what, name), (view, detail), shown)? {
+            Saving::Written(path) => {
+                self.tell(&json!({ "type": "saved", "path": path.display().to_string() }));
+            }
+            Saving::Begun(job) => self.job = Some(job),
+        }
+        Ok(())
     }
 
     fn answer(&mut self, asked: &Asked) -> Result<()> {
         match asked {
-            Asked::Thumbnail { preset, view } => self.thumbnail(preset, view),
+            Asked::Thumbnail { preset, view } => {
+                // A picture that nobody asked for is no reason for an error; its place stays empty.
+                if self.thumbnail(preset, view).is_err() {
+                    self.tell(&json!({ "type": "no-thumbnail", "preset": preset }));
+                }
+                Ok(())
+            }
             Asked::Command { view } => {
                 let text = save::command(&self.subject, view)?;
                 self.tell(&json!({ "type": "command", "text": text }));
@@ -203,14 +287,16 @@ impl Studio {
                 name,
                 view,
                 detail,
-            } => {
-                let path = save::save(&mut self.subject, *what, name, view, detail)?;
-                self.tell(&json!({ "type": "saved", "path": path.display().to_string() }));
+            } => self.save((*what, name), (view, detail)),
+            Asked::Cancel => {
+                if let Some(job) = &self.job {
+                    job.cancel();
+                }
                 Ok(())
             }
-            Asked::Probe { at, view } => {
+            Asked::Probe { at, purpose, view } => {
                 let found = self.subject.probe(view, *at)?;
-                self.tell(&json!({ "type": "probe", "found": found }));
+                self.tell(&json!({ "type": "probe", "purpose": purpose, "found": found }));
                 Ok(())
             }
             // The mailbox keeps these for itself.

@@ -4,7 +4,7 @@ use std::path::{MAIN_SEPARATOR, PathBuf};
 
 use anyhow::{Context, Error, Result, bail};
 use glam::DVec3;
-use resample_core::{Camera, Image, LookAt, Projection};
+use resample_core::{Camera, Image, LookAt, Projection, Stop};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -37,8 +37,8 @@ pub(super) struct Subject {
     folder: TempDir,
     /// The camera of the command line.
     first_camera: Camera,
-    /// The options under which the scene stands ready.
-    ready: Ready,
+    /// The options under which the scene stands ready; none while it is made ready, so that an end halfway is noticed.
+    ready: Option<Ready>,
     /// The command with the page's options.
     drawing: Drawing,
 }
@@ -65,13 +65,13 @@ impl Subject {
             opened,
             folder: tempfile::tempdir()?,
             first_camera,
-            ready: Ready {
+            ready: Some(Ready {
                 changes: Changes::new(),
                 transfer: None,
                 labels: None,
                 exactness: Exactness::Default,
                 planned_for: None,
-            },
+            }),
             drawing,
         })
     }
@@ -90,6 +90,7 @@ impl Subject {
             "start": start,
             "options": facts::options(&self.drawing)?,
             "volume": volume,
+            "unit": self.unit(),
             "backdrop": super::encode::BACKDROP,
         }))
     }
@@ -109,6 +110,21 @@ impl Subject {
         };
         let name = path.file_name().unwrap_or(path.as_os_str());
         name.to_string_lossy().into_owned()
+    }
+
+    /// The unit of lengths, where the file's format says it: millimetres of a patient, metres of glTF.
+    fn unit(&mut self) -> Option<&'static str> {
+        if let Some(open) = self.opened.volume() {
+            return facts::unit(open.described());
+        }
+        let Drawing::Texmap(args) = &self.drawing else {
+            return None;
+        };
+        let extension = args.input.path.extension()?.to_str()?;
+        let is_gltf = ["glb", "gltf"]
+            .iter()
+            .any(|known| extension.eq_ignore_ascii_case(known));
+        is_gltf.then_some("m")
     }
 
     /// The camera of the command line, as the page turns it: around the middle of the scene.
@@ -224,6 +240,27 @@ impl Subject {
         }))
     }
 
+    /// Does some work that ends early once `stop` is asked for; `None` where it did.
+    pub(super) fn until<T>(
+        &mut self,
+        stop: &Stop,
+        work: impl FnOnce(&mut Self) -> Result<T>,
+    ) -> Result<Option<T>> {
+        self.stop_with(stop.clone());
+        let done = work(self);
+        self.stop_with(Stop::default());
+        match done {
+            Err(error) if is_stopped(&error) => Ok(None),
+            done => done.map(Some),
+        }
+    }
+
+    fn stop_with(&mut self, stop: Stop) {
+        if let Some(open) = self.opened.volume() {
+            open.stop_with(stop);
+        }
+    }
+
     /// Takes the options of a view; true if they are new.
     pub(super) fn prepare(&mut self, view: &View, exactness: Exactness) -> Result<bool> {
         let planned_for = match exactness.bound() {
@@ -237,7 +274,7 @@ impl Subject {
             exactness,
             planned_for,
         };
-        if ready == self.ready {
+        if self.ready.as_ref() == Some(&ready) {
             return Ok(false);
         }
         let drawing = self.words.drawing(&view.changes, &self.files(view)?)?;
@@ -247,6 +284,7 @@ impl Subject {
             Exactness::Exact => planner::ends(&typed)?.exact,
             Exactness::Default | Exactness::Within64 | Exactness::Within255 => typed.clone(),
         };
+        self.ready = None;
         self.restyle(&drawing, &setting)?;
         if let (Some(bound), Some(camera)) = (exactness.bound(), planned_for) {
             let bound = values::bound(bound).map_err(Error::msg)?;
@@ -254,7 +292,7 @@ impl Subject {
             self.opened.set(&setting)?;
         }
         self.drawing = drawing;
-        self.ready = ready;
+        self.ready = Some(ready);
         Ok(true)
     }
 
@@ -401,4 +439,10 @@ impl Subject {
         }
         Ok(drawing)
     }
+}
+
+/// Whether an error says that a frame was stopped.
+fn is_stopped(error: &Error) -> bool {
+    let stopped = error.downcast_ref::<volsplat::Error>();
+    matches!(stopped, Some(volsplat::Error::Stopped))
 }

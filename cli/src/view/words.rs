@@ -61,6 +61,9 @@ const LOOKS: [&str; 6] = [
     "colormap",
 ];
 
+/// Blendings that show a scalar of each ray, without light.
+const UNLIT: [&str; 3] = ["maximum", "minimum", "average"];
+
 /// Options of the viewer and of the program, which no command that draws has.
 const OWN: [&str; 7] = [
     "no-open",
@@ -213,6 +216,7 @@ impl Words {
             OWN.contains(&name)
                 || REPLACED.contains(&name)
                 || changes.contains_key(name)
+                || is_overridden(name, changes)
                 || (has_look && LOOKS.contains(&name))
                 || (files.labels.is_some() && name == "label-colours")
         })
@@ -234,6 +238,24 @@ impl Words {
             }
         }
         Ok(drawing)
+    }
+}
+
+/// Whether a typed option cannot stand beside the page's changes, which are newer.
+fn is_overridden(name: &str, changes: &Changes) -> bool {
+    let chosen = |option: &str| changes.get(option)?.first().map(String::as_str);
+    let is_surface = |blend| blend == "isosurface";
+    match name {
+        // A preset brings its light and its blending; a surface shows none of its colours.
+        "shade" | "blend" | "iso" | "iso-colour" | "iso-opacity" if chosen("preset").is_some() => {
+            true
+        }
+        "shade" => chosen("blend").is_some_and(|blend| UNLIT.contains(&blend)),
+        "blend" => chosen("iso").is_some() || chosen("shade").is_some_and(|shade| shade != "none"),
+        "iso" | "iso-colour" | "iso-opacity" => {
+            chosen("blend").is_some_and(|blend| !is_surface(blend))
+        }
+        _ => false,
     }
 }
 

@@ -10,9 +10,11 @@ use super::{BALL, Bench, warp3d};
 use page::{Viewer, run_copied, view, with};
 
 mod browser;
+mod choices;
 mod colours;
 mod figures;
 mod page;
+mod waiting;
 
 /// What a page shows at rest, and what the copied command writes, are the same file.
 fn assert_same(bench: &Bench, words: &str, more: Value) {
@@ -278,7 +280,8 @@ fn numbered_pictures_replace_no_files() {
         ("film", "t.png", keys),
     ] {
         let save = json!({ "type": "save", "what": what, "name": name, "detail": detail });
-        let why = page.refusal(&with(&view, save));
+        page.say(&with(&view, save));
+        let why = page.not_saved();
         assert!(why.contains("t_0001.png exists"), "{why}");
     }
     let read = std::fs::read(bench.path("t_0001.png")).expect("still there");

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
-use resample_core::{Camera, GridView};
+use resample_core::{Camera, GridView, Stop};
 
 use super::iso_rays::IsoSettings;
 use super::prepare::{self, Kept};
@@ -183,7 +183,7 @@ impl FieldPipeline {
         camera: &Camera,
         tiles: &mut Vec<TileSlot>,
         stats: &mut FrameStats,
-        watch: &mut Watch,
+        (watch, stop): (&mut Watch, &Stop),
     ) -> Result<TileLayout, Error> {
         let subpixels = self.subpixels(camera);
         let (fine, subpixels) = refined(&camera.in_unit(self.length), subpixels);
@@ -203,6 +203,7 @@ impl FieldPipeline {
             subpixels,
             means,
             uniform,
+            stop,
         };
         match &mut self.source {
             Source::Cells(field) => {

@@ -60,7 +60,7 @@ impl FieldFrame<'_> {
                 let at = [index % columns, index / columns];
                 let list = lists.tile(at[0], at[1]);
                 slot.reset(list.len());
-                if list.is_empty() {
+                if list.is_empty() || self.stop.is_asked() {
                     return;
                 }
                 let start = ThreadClock::start();

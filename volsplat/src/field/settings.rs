@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::DMat3;
-use resample_core::{Camera, GridView};
+use resample_core::{Camera, GridView, Stop};
 
 use super::iso_rays::IsoSettings;
 use super::ray_values::Statistic;
@@ -43,6 +43,8 @@ pub(crate) struct FieldFrame<'a> {
     pub(crate) means: Means,
     /// Which bricks of one colour are crossed in one step.
     pub(crate) uniform: Option<UniformChoice>,
+    /// Tiles are left out once it is asked for.
+    pub(crate) stop: &'a Stop,
 }
 
 impl FieldFrame<'_> {

@@ -9,14 +9,28 @@ const REST_MS = 150;
 // Most pixels of a picture at rest.
 const MAX_PIXELS = 2e6;
 
+// Time for which a note stays, ms.
+const NOTE_MS = 6000;
+
 let restTimer = 0;
+let noteUntil = 0;
 const frames = []; // times at which moving frames were shown, ms
 const times = {};  // time of a resting picture by exactness, ms
 let lastBlob = null;
 
 function say(text, isBad = false) {
+  // Sizes and times of pictures do not push a note away.
+  if (!isBad && performance.now() < noteUntil) return;
+  noteUntil = 0;
   statusLine.textContent = text;
   statusLine.classList.toggle("bad", isBad);
+}
+
+// Says something that a person should have the time to read.
+function note(text) {
+  noteUntil = 0;
+  say(text);
+  noteUntil = performance.now() + NOTE_MS;
 }
 
 // Size of the picture, px of the screen.
@@ -33,6 +47,7 @@ function changed({ panel = false, moving = true } = {}) {
   if (panel) buildPanel();
   const size = fullSize();
   clearTimeout(restTimer);
+  scaleDepth = null;
   if (moving) {
     send({ type: "draw", id: nextId++, motion: "moving", ...view(size) });
     restTimer = setTimeout(() => changed({ moving: false }), REST_MS);
@@ -68,8 +83,9 @@ function show(bitmap, head, blob) {
       times[state.exactness] = head.draw_ms;
       lastBlob = blob;
       showTimes();
+      askScale();
     }
-    say(`${head.width} x ${head.height}, ${head.draw_ms.toFixed(0)} ms${head.is_last ? "" : ", refining..."}`);
+    say(`${head.width} x ${head.height}, ${head.draw_ms.toFixed(0)} ms${head.is_last ? "" : ", refining... (Esc cancels)"}`);
   }
 }
 
@@ -105,8 +121,27 @@ function drawMarks() {
   scaleBar(context, box);
 }
 
+// What the middle of the picture shows decides where the bar is true; null as long as that is not known.
+let scaleDepth = null;
+
+function askScale() {
+  if (state.camera.projection === "orthographic") return;
+  const size = fullSize();
+  send({ type: "probe", purpose: "scale", at: size.map((side) => side / 2), ...view(size) });
+}
+
+function scaleFound(found) {
+  if (!found) return;
+  const { forward } = axes(state.camera);
+  const depth = dot(sub(found.world, state.camera.position), forward);
+  if (depth > 0) scaleDepth = depth;
+  drawMarks();
+}
+
+// A length on the screen, in world units. In perspective it holds at one depth: that of what the middle of the picture shows.
 function scaleBar(context, box) {
-  const perPixel = heightAtTarget(state.camera) / box.height;
+  const atTarget = heightAtTarget(state.camera) / box.height;
+  const perPixel = scaleDepth ? (atTarget * scaleDepth) / axes(state.camera).distance : atTarget;
   const most = perPixel * Math.min(160, box.width / 4);
   const power = 10 ** Math.floor(Math.log10(most));
   const world = [5, 2, 1].map((n) => n * power).find((n) => n <= most);
@@ -121,7 +156,9 @@ function scaleBar(context, box) {
   context.stroke();
   context.textAlign = "center";
   context.textBaseline = "bottom";
-  context.fillText(Number(world.toPrecision(2)).toString(), x + width / 2, y - 4);
+  const where = state.camera.projection === "orthographic" ? "" : scaleDepth ? " in the middle" : " at the centre";
+  context.textAlign = "right";
+  context.fillText(`${Number(world.toPrecision(2))} ${state.scene.unit ?? "units"}${where}`, x + width, y - 4);
 }
 
 // The side of the patient that each world axis points to, where the file says it.
@@ -134,15 +171,29 @@ function patientSides() {
 
 let drag = null;
 let probeTimer = 0;
+// The fingers, or the mouse, that hold the picture: places by number.
+const held = new Map();
+
+// Two fingers: where their middle is, and how far apart they are.
+function pinch() {
+  const [a, b] = [...held.values()];
+  return { x: (a.x + b.x) / 2, y: (a.y + b.y) / 2, apart: Math.max(1, Math.hypot(a.x - b.x, a.y - b.y)) };
+}
 
 canvas.addEventListener("pointerdown", (event) => {
   canvas.setPointerCapture(event.pointerId);
+  held.set(event.pointerId, { x: event.clientX, y: event.clientY });
   drag = { x: event.clientX, y: event.clientY, pans: event.shiftKey || event.button === 1 };
   canvas.classList.add("turning");
 });
 
 canvas.addEventListener("pointermove", (event) => {
   if (!drag) return hover(event);
+  if (!held.has(event.pointerId)) return;
+  const before = held.size === 2 ? pinch() : null;
+  held.set(event.pointerId, { x: event.clientX, y: event.clientY });
+  if (before) return pinched(before, pinch());
+  if (held.size > 2) return;
   const [dx, dy] = [event.clientX - drag.x, event.clientY - drag.y];
   if (dx === 0 && dy === 0) return;
   Object.assign(drag, { x: event.clientX, y: event.clientY });
@@ -152,10 +203,20 @@ canvas.addEventListener("pointermove", (event) => {
   soon();
 });
 
+// Two fingers zoom by their distance and pan by their middle.
+function pinched(before, now) {
+  zoom(before.apart / now.apart);
+  pan(now.x - before.x, now.y - before.y, canvas.getBoundingClientRect().height);
+  soon();
+}
+
 for (const name of ["pointerup", "pointercancel"]) {
-  canvas.addEventListener(name, () => {
-    drag = null;
-    canvas.classList.remove("turning");
+  canvas.addEventListener(name, (event) => {
+    held.delete(event.pointerId);
+    const [rest] = held.values();
+    // The finger that stays goes on from where it is.
+    drag = rest ? { ...drag, ...rest } : null;
+    canvas.classList.toggle("turning", Boolean(drag));
   });
 }
 
@@ -207,11 +268,19 @@ function probed(found) {
 }
 
 window.addEventListener("keydown", (event) => {
-  if (event.target.matches("input, select, textarea") || !state.scene) return;
+  if (!state.scene) return;
+  // A slider has no text of its own; text fields and lists keep their keys.
+  const types = event.target.matches("input:not([type=range]), textarea");
+  const chooses = event.target.matches("select");
+  if (event.key === "Escape" && !dialog.open) return cancel();
+  if (event.key === "z" && (event.ctrlKey || event.metaKey) && !types) {
+    event.preventDefault();
+    return undo();
+  }
+  if (types || chooses || event.ctrlKey || event.metaKey || event.altKey) return;
   const axis = { 1: [0, 1], 2: [0, -1], 3: [1, 1], 4: [1, -1], 5: [2, 1], 6: [2, -1] }[event.key];
   if (axis) lookAlong(...axis);
   else if (event.key === "r") state.camera = { ...state.start };
-  else if (event.key === "z" && (event.ctrlKey || event.metaKey)) return undo();
   else return;
   changed();
 });

@@ -25,9 +25,13 @@ function heard(message) {
     case "function": return functionArrived(message.function);
     case "error": return say(message.text, true);
     case "elsewhere": return say("the page was opened elsewhere", true);
-    case "saved": return say(`saved ${message.path}`);
+    case "saving": return saving(message);
+    case "saved": return saved(`saved ${message.path}`);
+    case "not-saved": return saved(message.text, true);
+    case "progress": return progressed(message);
+    case "no-thumbnail": return thumbnailFailed(message.preset);
     case "command": return showCommand(message.text);
-    case "probe": return probed(message.found);
+    case "probe": return message.purpose === "scale" ? scaleFound(message.found) : probed(message.found);
   }
 }
 

@@ -25,15 +25,16 @@ function button(text, act, fields = {}) {
 }
 
 // A choice among words; the first means "as the command line has it".
-function choice(name, option_, words, first) {
+function choice(name, option_, words, first, value = option(option_)) {
   const select = make("select", {
     onchange: () => {
       remember();
       setOption(option_, select.value || null);
+      if (state.scene.volume) settle(option_);
       changed({ panel: true });
     },
   }, ...[["", first], ...words.map((word) => [word, word])].map(([value, text]) => make("option", { value }, text)));
-  select.value = option(option_) ?? "";
+  select.value = value ?? "";
   return row(name, select);
 }
 
@@ -116,9 +117,10 @@ function volumePanel() {
   }
   if (volume.channels.length) parts.push(make("h2", {}, "Channels"), ...volume.channels.map(channelRow));
   if (volume.labels.length) parts.push(make("h2", {}, "Labels"), ...labelRows());
+  const isUnlit = UNLIT.includes(option("blend") ?? suggested("blend"));
   parts.push(make("h2", {}, "Light and blending"),
-    choice("light", "shade", volume.shadings, suggested("shade") ?? "none"),
-    lightSliders(),
+    isUnlit ? choice("light", "shade", volume.shadings, "none", null) : choice("light", "shade", volume.shadings, suggested("shade") ?? "none"),
+    isUnlit ? "" : lightSliders(),
     choice("blend", "blend", volume.blends, suggested("blend") ?? "emission"));
   if (option("blend") === "isosurface" || option("iso") !== null) {
     const [least, most] = volume.range;
@@ -228,6 +230,12 @@ function askThumbnails() {
   waiting.pictures ??= {};
   const next = names.find((name) => !waiting.pictures[name]);
   if (next) send({ type: "thumbnail", preset: next, ...view([96, 96]) });
+}
+
+// One that cannot be drawn leaves its place empty; the others follow.
+function thumbnailFailed(name) {
+  waiting.pictures[name] = "data:,";
+  askThumbnails();
 }
 
 function thumbnailArrived(head, blob) {
@@ -343,6 +351,31 @@ function play() {
 function showTimes() {
   const line = document.getElementById("times");
   if (line) line.textContent = Object.entries(times).map(([name, ms]) => `${name} ${ms.toFixed(0)} ms`).join(", ");
+}
+
+// A file that is being written, and the button that cancels it.
+const task = document.getElementById("task");
+
+function saving({ path, done, total }) {
+  task.replaceChildren(
+    make("span", {}, total > 1 ? `writing ${path}: ${done} of ${total}` : `writing ${path}...`),
+    button("cancel", cancel, { title: "Key Esc" }));
+}
+
+function saved(text, isBad = false) {
+  task.replaceChildren();
+  if (isBad) say(text, true);
+  else note(text);
+}
+
+// Ends the picture that is being refined, and the file that is being written.
+function cancel() {
+  send({ type: "cancel" });
+  say("cancelled");
+}
+
+function progressed({ id, share }) {
+  if (id === nextId - 1) say(`refining: ${Math.round(100 * share)}% (Esc cancels)`);
 }
 
 function close() {

@@ -43,6 +43,27 @@ function setOption(name, ...words) {
   else state.changes[name] = words.map(String);
 }
 
+// Blendings that show a scalar of each ray, without light.
+const UNLIT = ["maximum", "minimum", "average"];
+
+// The newest choice wins: takes off what cannot stand beside it, and says so.
+function settle(newest) {
+  const blend = option("blend") ?? suggested("blend");
+  const shade = option("shade") ?? suggested("shade") ?? "none";
+  if (newest === "blend" && state.changes.blend?.[0] !== "isosurface") {
+    for (const name of ["iso", "iso-colour", "iso-opacity"]) setOption(name);
+  }
+  if (!UNLIT.includes(blend) || shade === "none") return;
+  if (newest === "shade") {
+    setOption("blend", "emission");
+    note(`${blend} has no light: blending is emission now`);
+  } else {
+    setOption("shade");
+    setOption("light");
+    note(`${blend} has no light: ${shade} is off`);
+  }
+}
+
 function option(name) {
   return state.changes[name]?.[0] ?? state.scene.options.set[name] ?? null;
 }

@@ -104,7 +104,7 @@ impl Browser {
         result["result"]["value"].clone()
     }
 
-    fn wait(&mut self, condition: &str) {
+    pub(super) fn wait(&mut self, condition: &str) {
         let end = Instant::now() + PATIENCE;
         while self.value(condition) != true {
             let status = "document.getElementById('status')?.textContent";
@@ -129,7 +129,7 @@ impl Browser {
         self.call("Input.dispatchMouseEvent", params);
     }
 
-    fn drag(&mut self, from: [f64; 2], to: [f64; 2]) {
+    pub(super) fn drag(&mut self, from: [f64; 2], to: [f64; 2]) {
         let held: Value = serde_json::from_str(HELD).expect("JSON");
         self.mouse("mousePressed", from, held.clone());
         for step in 1..=10 {
@@ -138,6 +138,25 @@ impl Browser {
             self.mouse("mouseMoved", at, held.clone());
         }
         self.mouse("mouseReleased", to, held);
+    }
+
+    /// Presses a key; the modifiers are those of the protocol: 2 is Ctrl.
+    pub(super) fn key(&mut self, key: &str, modifiers: u8) {
+        for kind in ["rawKeyDown", "keyUp"] {
+            let params = json!({ "type": kind, "key": key, "modifiers": modifiers });
+            self.call("Input.dispatchKeyEvent", params);
+        }
+    }
+
+    /// Puts fingers to places, px.
+    pub(super) fn touch(&mut self, kind: &str, fingers: &[[f64; 2]]) {
+        let points: Vec<Value> = fingers
+            .iter()
+            .enumerate()
+            .map(|(id, at)| json!({ "id": id, "x": at[0], "y": at[1] }))
+            .collect();
+        let params = json!({ "type": kind, "touchPoints": points });
+        self.call("Input.dispatchTouchEvent", params);
     }
 
     /// Middle of the first element that a selector finds, px.
@@ -153,7 +172,7 @@ impl Browser {
     }
 
     /// Presses the button with this text.
-    fn press(&mut self, text: &str) {
+    pub(super) fn press(&mut self, text: &str) {
         let found = self.value(&format!(
             "(() => {{ const b = [...document.querySelectorAll('button')].find((b) => b.textContent === {text:?}); b?.click(); return Boolean(b); }})()"
         ));
@@ -161,7 +180,7 @@ impl Browser {
     }
 
     /// The file of the last resting picture.
-    fn picture(&mut self) -> Vec<u8> {
+    pub(super) fn picture(&mut self) -> Vec<u8> {
         let text = self.value("lastBlob.arrayBuffer().then((b) => btoa([...new Uint8Array(b)].map((x) => String.fromCharCode(x)).join('')))");
         let text = text.as_str().expect("a picture");
         base64::engine::general_purpose::STANDARD
@@ -213,7 +232,7 @@ fn tab(port: &str) -> String {
 }
 
 /// A viewer of the ball, and a browser at its page; `None` where there is no browser.
-fn open(bench: &Bench, words: &str) -> Option<(Viewer, Browser)> {
+pub(super) fn open(bench: &Bench, words: &str) -> Option<(Viewer, Browser)> {
     let viewer = Viewer::start(bench, &format!("ball.raw {BALL} {words}"));
     let Some(mut browser) = Browser::open(&viewer.address(), [900, 640]) else {
         println!("skipped: no Chromium");

@@ -149,6 +149,12 @@ impl Page {
         }
     }
 
+    /// Why a file is not written.
+    pub(super) fn not_saved(&mut self) -> String {
+        let answer = self.hear("not-saved");
+        answer["text"].as_str().expect("a text").to_owned()
+    }
+
     /// The error that a message is answered with.
     pub(super) fn refusal(&mut self, message: &Value) -> String {
         self.say(message);

@@ -127,6 +127,9 @@ impl Band<'_> {
         let rows = self.outwards(rows, 1);
         let mut waiting: Vec<Candidate> = Vec::new();
         for (done, &layer) in layers.iter().enumerate() {
+            if self.frame.stop.is_asked() {
+                return Err(Error::Stopped);
+            }
             let found = self.candidates(layer, &rows);
             let count: usize = found.iter().map(Vec::len).sum();
             // Layers that hold little are drawn together; one that holds much is cut between rows.

@@ -1,0 +1,159 @@
+//! Choices that exclude one another: the page's are newer than those that were typed, and its newest wins.
+
+use serde_json::{Value, json};
+use tungstenite::Message;
+
+use super::super::{BALL, Bench};
+use super::assert_same;
+use super::browser;
+use super::page::{Viewer, view, with};
+
+/// Typed words, and changes of the page that cannot stand beside them.
+const CONTRARY: [(&str, &str, &str); 6] = [
+    ("--shade phong", "blend", "maximum"),
+    ("--shade lambert", "preset", "brightest"),
+    ("--blend maximum", "shade", "lambert"),
+    ("--blend average", "preset", "solid"),
+    ("--iso 100", "blend", "minimum"),
+    ("--iso 100", "preset", "brightest"),
+];
+
+#[test]
+fn changes_of_the_page_replace_typed_options_that_exclude_them() {
+    let bench = Bench::new();
+    for (words, name, value) in CONTRARY {
+        let more = json!({ "changes": { name: [value] } });
+        assert_same(&bench, &format!("ball.raw {BALL} {words}"), more);
+    }
+}
+
+#[test]
+fn every_preset_has_its_picture_whatever_was_typed() {
+    let bench = Bench::new();
+    for words in ["--shade phong", "--blend maximum", "--iso 100"] {
+        let viewer = Viewer::start(&bench, &format!("ball.raw {BALL} {words}"));
+        let mut page = viewer.page();
+        let scene = page.hear("scene");
+        let view = view(&scene, json!({}));
+        let presets = scene["volume"]["presets"].as_array().expect("a list");
+        assert!(presets.len() > 5);
+        for preset in presets {
+            let name = &preset["name"];
+            page.say(&with(&view, json!({ "type": "thumbnail", "preset": name })));
+            loop {
+                match page.read() {
+                    Message::Binary(bytes) => {
+                        assert_eq!(&page.shown(&bytes).0["preset"], name, "{words}");
+                        break;
+                    }
+                    Message::Text(text) => panic!("{words}, {name}: {text}"),
+                    _ => {}
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_preset_that_cannot_be_drawn_is_passed_over() {
+    let bench = Bench::new();
+    let viewer = Viewer::start(&bench, &format!("ball.raw {BALL}"));
+    let mut page = viewer.page();
+    let scene = page.hear("scene");
+    let view = view(&scene, json!({}));
+    page.say(&with(
+        &view,
+        json!({ "type": "thumbnail", "preset": "no such" }),
+    ));
+    assert_eq!(page.hear("no-thumbnail")["preset"], "no such");
+}
+
+/// Chooses a word in the list behind a label.
+fn choose(browser: &mut browser::Browser, label: &str, word: &str) {
+    browser.value(&format!(
+        "(() => {{ const s = document.getElementById('field-{label}'); s.value = {word:?}; s.dispatchEvent(new Event('change')); }})()"
+    ));
+    browser.wait_rest();
+}
+
+#[test]
+fn the_newest_choice_wins_and_the_other_is_taken_off() {
+    let bench = Bench::new();
+    let Some((_viewer, mut browser)) = browser::open(&bench, "") else {
+        return;
+    };
+    let first = browser.picture();
+    choose(&mut browser, "light", "lambert");
+    choose(&mut browser, "blend", "maximum");
+    let status = "document.getElementById('status')";
+    assert_eq!(
+        browser.value(&format!("{status}.classList.contains('bad')")),
+        false
+    );
+    let said = browser.value(&format!("{status}.textContent"));
+    assert!(said.to_string().contains("lambert is off"), "{said}");
+    assert_eq!(
+        browser.value("state.changes"),
+        json!({ "blend": ["maximum"] })
+    );
+    choose(&mut browser, "light", "phong");
+    assert_eq!(browser.value("option('blend')"), "emission");
+    choose(&mut browser, "light", "");
+    choose(&mut browser, "blend", "isosurface");
+    let surface = browser.picture();
+    choose(&mut browser, "blend", "");
+    assert_eq!(browser.value("state.changes"), json!({}));
+    assert!(surface != first && first == browser.picture());
+}
+
+#[test]
+fn keys_of_the_picture_hold_while_a_slider_has_the_focus() {
+    let bench = Bench::new();
+    let Some((_viewer, mut browser)) = browser::open(&bench, "") else {
+        return;
+    };
+    let first = browser.picture();
+    let slider = browser.middle("#field-width");
+    browser.drag(slider, [slider[0] - 30.0, slider[1]]);
+    browser.wait_rest();
+    assert!(first != browser.picture(), "the slider changes the picture");
+    assert_eq!(
+        browser.value("document.activeElement.type"),
+        "range",
+        "it has the focus"
+    );
+    browser.key("z", 2);
+    browser.wait_rest();
+    assert!(first == browser.picture(), "Ctrl-Z undoes it");
+    browser.value("document.querySelector('input[type=range]').focus()");
+    browser.key("3", 0);
+    browser.wait_rest();
+    assert!(first != browser.picture(), "a key looks along an axis");
+}
+
+#[test]
+fn two_fingers_zoom_and_pan() {
+    let bench = Bench::new();
+    let Some((_viewer, mut browser)) = browser::open(&bench, "") else {
+        return;
+    };
+    let axes = |browser: &mut browser::Browser| -> [f64; 4] {
+        let read = "(() => { const a = axes(state.camera); return [...a.forward, a.distance]; })()";
+        let list: Value = browser.value(read);
+        [0, 1, 2, 3].map(|k| list[k].as_f64().expect("a number"))
+    };
+    let before = axes(&mut browser);
+    let [x, y] = browser.middle("#picture");
+    let fingers = |apart: f64| [[x - apart, y], [x + apart, y]];
+    browser.touch("touchStart", &fingers(40.0));
+    for step in 1..=5 {
+        browser.touch("touchMove", &fingers(40.0 + 8.0 * f64::from(step)));
+    }
+    browser.touch("touchEnd", &[]);
+    browser.wait_rest();
+    let after = axes(&mut browser);
+    let ratio = after[3] / before[3];
+    assert!((ratio - 0.5).abs() < 0.02, "twice as near: {ratio}");
+    let turned: f64 = (0..3).map(|k| (after[k] - before[k]).abs()).sum();
+    assert!(turned < 1e-9, "nothing turns: {turned}");
+}

@@ -1,0 +1,32 @@
+//! A request to stop drawing a frame, shared by the thread that draws and by those that know that nobody waits for it.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Says that a frame is wanted no longer. Clones share the request.
+///
+/// ```
+/// let stop = resample_core::Stop::default();
+/// let of_another_thread = stop.clone();
+/// of_another_thread.ask();
+/// assert!(stop.is_asked());
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Stop(Arc<AtomicBool>);
+
+impl Stop {
+    /// Asks for the end of the frame in work.
+    pub fn ask(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Withdraws the request, before a frame that is wanted.
+    pub fn clear(&self) {
+        self.0.store(false, Ordering::Relaxed);
+    }
+
+    /// Whether the end was asked for.
+    pub fn is_asked(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
