@@ -14,7 +14,7 @@ mod webp;
 
 use std::collections::HashSet;
 use std::fs;
-use std::io::{BufWriter, Seek, Write};
+use std::io::{BufWriter, ErrorKind, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
@@ -101,6 +101,7 @@ pub fn check_writable(path: &Path) -> Result<()> {
     if is_stdout(path) {
         return Ok(());
     }
+    check_name(path)?;
     // A device or a pipe would be replaced by the renaming, like a file.
     if path.exists() && !path.is_file() {
         bail!(
@@ -125,6 +126,20 @@ pub fn check_writable(path: &Path) -> Result<()> {
         )
     })?;
     Ok(())
+}
+
+/// Checks that the system can have a file of this name: it may be too long, or hold what no name may.
+pub(crate) fn check_name(path: &Path) -> Result<()> {
+    match path.symlink_metadata() {
+        Err(error) if error.kind() == ErrorKind::InvalidFilename => {
+            bail!(
+                "{}: cannot write: {error}: choose a shorter name",
+                path.display()
+            )
+        }
+        // Other errors are those of the folder.
+        _ => Ok(()),
+    }
 }
 
 /// Checks that writing `path` would replace nothing, not even a link that leads nowhere.
@@ -307,6 +322,10 @@ fn sweep(folder: &Path) {
     let is_ours = |name: &str| name.starts_with(PREFIX) && name.ends_with(SUFFIX);
     for entry in entries.filter(|entry| entry.file_name().to_str().is_some_and(is_ours)) {
         let path = entry.path();
+        // To open a pipe would wait for whoever writes to it.
+        if !entry.file_type().is_ok_and(|kind| kind.is_file()) {
+            continue;
+        }
         let is_left = fs::File::open(&path).is_ok_and(|file| file.try_lock().is_ok());
         if is_left {
             // It may be gone already, which is as good.

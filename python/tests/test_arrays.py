@@ -124,6 +124,16 @@ def test_xarray(codes):
         fr.volsplat(xarray.DataArray(codes, dims=("z", "y", "x"), coords=places))
 
 
+def test_xarray_datasets(codes):
+    xarray = pytest.importorskip("xarray")
+    temperature = xarray.DataArray(codes, dims=("z", "y", "x"))
+    one = xarray.Dataset({"T": temperature, "level": ("z", np.arange(codes.shape[0]))})
+    assert np.array_equal(fr.volsplat(one, **SIZE), fr.volsplat(codes, **SIZE))
+    for several in (one.assign(p=2 * temperature), xarray.Dataset()):
+        with pytest.raises(ValueError, match="Dataset .* dataset"):
+            fr.volsplat(several, **SIZE)
+
+
 def test_zarr(codes, tmp_path):
     zarr = pytest.importorskip("zarr")
     array = zarr.create_array(str(tmp_path / "a.zarr"), shape=codes.shape, chunks=(8, 16, 16), dtype=codes.dtype)

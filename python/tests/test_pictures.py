@@ -79,6 +79,15 @@ def test_opacities_of_pyvista():
     assert points("geom")[-1] == 1.0
 
 
+def test_colour_maps_of_matplotlib_by_either_name():
+    matplotlib = pytest.importorskip("matplotlib")
+    expected = fr.volsplat(RAMP, size=(30, 20), transfer="coolwarm")
+    for colormap in ("coolwarm", matplotlib.colormaps["coolwarm"]):
+        assert np.array_equal(fr.volsplat(RAMP, size=(30, 20), colormap=colormap), expected)
+    with pytest.raises(ValueError, match="nothing"):
+        fr.volsplat(RAMP, size=(30, 20), colormap="nothing")
+
+
 def test_matplotlib():
     matplotlib = pytest.importorskip("matplotlib")
     named = fr.volsplat(RAMP, size=(30, 20), transfer=("bone", "linear"))

@@ -38,6 +38,18 @@ def test_meshes_and_depth_images_are_shown():
         page.close()
 
 
+def test_looks_that_were_typed_keep_no_preset_from_being_drawn():
+    page = fr.view(fr.Volume(RAMP, shade="phong"))
+    with connect(page.address.replace("http", "ws") + "socket", origin=page.address.rsplit("/", 2)[0]) as socket:
+        scene = json.loads(socket.recv(timeout=20))
+        camera = {key: scene["start"][key] for key in ("position", "target", "up", "fov_y")}
+        for preset in scene["volume"]["presets"]:
+            ask = {"type": "thumbnail", "preset": preset["name"], "camera": camera, "size": [64, 64]}
+            socket.send(json.dumps(ask))
+            assert isinstance(socket.recv(timeout=20), bytes), preset["name"]
+    page.close()
+
+
 def test_proxies_and_errors():
     page = fr.view(RAMP, through="/user/me/proxy/{port}/")
     port = page.address.split(":")[2].split("/")[0]

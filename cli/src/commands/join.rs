@@ -70,8 +70,8 @@ pub(crate) fn run(args: &JoinArgs, verbosity: Verbosity) -> Result<()> {
 
 /// Reads the record of a file.
 fn found(path: &PathBuf) -> Result<Found> {
-    // A file that cannot be read has an error of its own.
-    std::fs::File::open(path).with_context(|| path.display().to_string())?;
+    // A file that cannot be read has an error of its own, and a pipe may never begin.
+    resample_io::files::open(path)?;
     let mark = output::exr_mark(path).and_then(|text| serde_json::from_str(&text).ok());
     let mark: PartMark =
         mark.ok_or_else(|| anyhow!("{}: expected a file that --tile wrote", path.display()))?;

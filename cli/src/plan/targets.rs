@@ -50,6 +50,9 @@ pub(super) fn check_pictures(
             .iter()
             .try_for_each(|path| output::check_new(path))?;
     }
+    pictures
+        .iter()
+        .try_for_each(|path| output::check_name(path))?;
     for picture in pictures.iter().filter(|picture| picture.exists()) {
         output::check_writable(picture)?;
     }

@@ -5,12 +5,12 @@
 //! bytes; neither the names of files nor the machine matter. The digits are no proof: 64 bits of the standard library's
 //! hash, which another compiler may change, and a change between two samples of a large file is not seen.
 
-use std::fs::File;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use resample_core::Camera;
+use resample_io::files;
 use serde_json::Value;
 
 use crate::report::RunStats;
@@ -52,15 +52,11 @@ impl Fingerprint {
 
 /// Adds the size of a file and samples of its bytes, all of them where it is small.
 fn sample(path: &Path, hasher: &mut DefaultHasher) -> io::Result<()> {
-    let known = path.metadata()?;
-    if !known.is_file() {
-        return Ok(());
-    }
-    let mut file = File::open(path)?;
-    let step = (known.len() / SAMPLES).max(SAMPLE_BYTES);
-    known.len().hash(hasher);
+    let (mut file, length) = files::open_regular(path)?;
+    let step = (length / SAMPLES).max(SAMPLE_BYTES);
+    length.hash(hasher);
     let mut bytes = Vec::new();
-    for start in (0..known.len()).step_by(usize::try_from(step).unwrap_or(usize::MAX)) {
+    for start in (0..length).step_by(usize::try_from(step).unwrap_or(usize::MAX)) {
         bytes.clear();
         file.seek(SeekFrom::Start(start))?;
         file.by_ref().take(SAMPLE_BYTES).read_to_end(&mut bytes)?;

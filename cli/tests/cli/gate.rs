@@ -149,6 +149,8 @@ fn devices_and_pipes_are_refused_at_once() {
         assert_refused(&bench, &words, "a device, a pipe or a socket");
     }
     assert_refused(&bench, "compare pipe pipe", "a device, a pipe or a socket");
+    let joined = "join pipe ball.raw -o out/a.png";
+    assert_refused(&bench, joined, "a device, a pipe or a socket");
     assert!(start.elapsed() < Duration::from_secs(20), "nothing waits");
 }
 

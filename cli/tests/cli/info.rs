@@ -163,3 +163,35 @@ fn depths_have_a_range_and_unknown_pixels() {
         "{text}"
     );
 }
+
+#[test]
+fn all_arrays_of_a_file_are_listed() {
+    let bench = Bench::new();
+    let array = |name: &str| {
+        let values = "1 2 3 4 5 6 7 8";
+        format!("<DataArray type=\"UInt8\" Name=\"{name}\" format=\"ascii\">{values}</DataArray>")
+    };
+    let file = format!(
+        "<?xml version=\"1.0\"?><VTKFile type=\"ImageData\"><ImageData WholeExtent=\"0 1 0 1 0 1\"><Piece Extent=\"0 1 0 1 0 1\">\
+         <PointData Scalars=\"T\">{}{}</PointData></Piece></ImageData></VTKFile>",
+        array("T"),
+        array("p")
+    );
+    bench.write("sim.vti", file.as_bytes());
+    let printed = |words: &str| {
+        let output = bench.run(words);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        String::from_utf8(output.stdout).expect("text")
+    };
+    let text = printed("info sim.vti");
+    assert!(text.contains("arrays     T, p (FILE#array=NAME)"), "{text}");
+    let json: Value = serde_json::from_str(&printed("info --json sim.vti")).expect("JSON");
+    assert_eq!(json["arrays"], serde_json::json!(["T", "p"]));
+    let one = printed(&format!("info ball.raw {BALL}"));
+    assert!(!one.contains("arrays"), "{one}");
+    let said = stderr(&bench.run("volsplat sim.vti --size 8x8 -o out/a.png"));
+    assert!(
+        said.contains("the array T is read, there is also p"),
+        "{said}"
+    );
+}

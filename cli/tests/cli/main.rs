@@ -20,6 +20,7 @@ mod exr_files;
 mod gate;
 mod good_runs;
 mod info;
+mod limits;
 mod looks;
 mod motion;
 mod pages;

@@ -111,7 +111,7 @@ def transfer_options(transfer: Any) -> dict[str, Any]:
         return {"transfer": os.fspath(transfer)}
     if isinstance(transfer, str):
         for option in ("preset", "colormap"):
-            if _is_known(option, transfer):
+            if is_known(option, transfer):
                 return {option: transfer}
         return transfer_function(transfer).options()
     if isinstance(transfer, dict) or (isinstance(transfer, list) and all(isinstance(map, dict) for map in transfer)):
@@ -121,7 +121,10 @@ def transfer_options(transfer: Any) -> dict[str, Any]:
     return transfer_function(transfer).options()
 
 
-def _is_known(option: str, word: str) -> bool:
+def is_known(option: str, word: Any) -> bool:
+    """Whether an option of ``resample volsplat`` has this value."""
+    if not isinstance(word, str):
+        return False
     try:
         _native.check("volsplat", ["array"], {option: word})
     except ValueError:

@@ -13,7 +13,7 @@ from . import _native
 from ._arrays import as_array, scalars
 from ._picture import Picture
 from ._scene import Progress, Scene
-from ._transfer import transfer_options
+from ._transfer import is_known, transfer_options
 
 #: Options that change the voxels themselves, or are refused for arrays; all others change how voxels are drawn.
 _TAKEN_OVER = ("nan_as", "rescale_values", "max_memory", "dims", "type", "endian", "skip")
@@ -44,8 +44,8 @@ class Volume(Scene):
 
     Args:
         data: an array of the shape (z, y, x) of any scalar type, in either memory order; the name of a file that ``resample`` reads
-            (NRRD, NIfTI, MetaImage, DICOM, OME-Zarr, ``.npy``, ``.vti``, TIFF), which may end in ``#PART``; an ``xarray.DataArray``, a
-            Zarr array, an image of SimpleITK or nibabel, a grid of PyVista, or a tensor. The voxels of an array are copied once.
+            (NRRD, NIfTI, MetaImage, DICOM, OME-Zarr, ``.npy``, ``.vti``, TIFF), which may end in ``#PART``; an ``xarray.DataArray``
+            or a ``Dataset`` with one array of three axes, a Zarr array, an image of SimpleITK or nibabel, a grid of PyVista, or a tensor. The voxels of an array are copied once.
         spacing: distance between voxels along x, y and z, world units.
         origin: world position of the first voxel.
         direction: 3x3, whose columns are the world's directions of the array's x, y and z axes, as SimpleITK and ITK have it.
@@ -115,6 +115,9 @@ class Volume(Scene):
         own = super()._given(given)
         if "transfer" in own:
             own.update(transfer_options(own.pop("transfer")))
+        if "colormap" in own and not is_known("colormap", own["colormap"]):
+            # A map of Matplotlib, or its name; the error for a name that nobody knows lists both places.
+            own.update(transfer_options(own.pop("colormap")))
         return own
 
     def _all(self, given: Any) -> dict[str, Any]:
@@ -198,6 +201,8 @@ def _placed(data: Any) -> _Placed:
         return _of_simple_itk(data)
     if hasattr(data, "affine") and hasattr(data, "dataobj"):
         return _of_nibabel(data)
+    if hasattr(data, "data_vars"):
+        data = _only_array(data)
     if hasattr(data, "coords") and hasattr(data, "dims"):
         return _of_xarray(data)
     if hasattr(data, "active_scalars") and hasattr(data, "dimensions"):
@@ -235,6 +240,15 @@ def _of_pyvista(grid: Any) -> _Placed:
         raise ValueError(f"data: expected one number for each of {x}x{y}x{z} points, got the shape {scalars.shape}")
     direction = getattr(grid, "direction_matrix", np.eye(3))
     return _Placed(_voxels(scalars.reshape(z, y, x), "data"), grid.spacing, grid.origin, np.asarray(direction))
+
+
+def _only_array(data: Any) -> Any:
+    """The array of an xarray.Dataset that holds one; such a set is no array itself."""
+    names = [name for name in data.data_vars if data[name].ndim == 3]
+    if len(names) != 1:
+        found = ", ".join(f"{name!r} {tuple(data[name].shape)}" for name in data.data_vars) or "nothing"
+        raise ValueError(f"data: a Dataset that holds {found}: give one array of three axes, such as dataset[NAME]")
+    return data[names[0]]
 
 
 def _of_xarray(data: Any) -> _Placed:

@@ -140,7 +140,7 @@ impl Gate {
             return Ok(());
         }
         let origin = match self.budget {
-            Budget::Usual(_) => "three quarters of this machine's memory",
+            Budget::Usual(_) => "three quarters of what this process may have",
             Budget::Given(_) => "as --max-memory says",
         };
         let (bytes, budget) = (memory::human(bytes), memory::human(budget));

@@ -6,10 +6,11 @@ use std::path::Path;
 /// Where the system does not tell, bytes. A guess: what a small laptop has to spare.
 const UNKNOWN_BYTES: u64 = 4 << 30;
 
-/// Three quarters of the memory that the machine has, or that this process's control group allows, bytes. The rest is
-/// for the system, and for what a frame needs beside its data.
+/// Three quarters of the memory that the machine has, or that this process's control group or its own limits allow, bytes.
+/// The rest is for the system, and for what a frame needs beside its data.
 pub fn usual_budget() -> u64 {
-    let total = [machine_bytes(), group_bytes()].into_iter().flatten().min();
+    let limits = [machine_bytes(), group_bytes(), process_bytes()];
+    let total = limits.into_iter().flatten().min();
     total.unwrap_or(UNKNOWN_BYTES) / 4 * 3
 }
 
@@ -59,9 +60,39 @@ fn group_bytes() -> Option<u64> {
     limits.min()
 }
 
+/// The smaller one of the limits that a shell sets with `ulimit -v` and `ulimit -d`; Linux only.
+fn process_bytes() -> Option<u64> {
+    limit_in(&read_to_string("/proc/self/limits").ok()?)
+}
+
+/// The smallest soft limit on address space and data in the table of a process's limits; none where both are unlimited.
+fn limit_in(table: &str) -> Option<u64> {
+    let limits = ["Max address space", "Max data size"].map(|name| {
+        let line = table.lines().find_map(|line| line.strip_prefix(name))?;
+        line.split_whitespace().next()?.parse().ok()
+    });
+    limits.into_iter().flatten().min()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn limits_of_the_process_are_read() {
+        let table = |space: &str, data: &str| {
+            format!(
+                "Limit                     Soft Limit           Hard Limit           Units     \n\
+                 Max cpu time              unlimited            unlimited            seconds   \n\
+                 Max data size             {data:<20} unlimited            bytes     \n\
+                 Max address space         {space:<20} unlimited            bytes     \n"
+            )
+        };
+        assert_eq!(limit_in(&table("unlimited", "unlimited")), None);
+        assert_eq!(limit_in(&table("8589934592", "unlimited")), Some(8 << 30));
+        assert_eq!(limit_in(&table("8589934592", "1048576")), Some(1 << 20));
+        assert_eq!(limit_in(""), None);
+    }
 
     #[test]
     fn the_usual_budget_is_plausible() {

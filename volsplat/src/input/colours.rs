@@ -46,10 +46,22 @@ pub fn colours_of(path: &Path, options: &LoadOptions) -> Result<Option<usize>, E
         Format::Vti => vti::colours(path, array)?,
         Format::Vtk => vtk::colours(path, array)?,
         Format::Tiff => tiff_stack::colours(&files)?,
-        Format::Pictures => picture_slices::colours(&files),
+        Format::Pictures => picture_slices::colours(&files, &options.gate),
         _ => None,
     };
     Ok(colours.filter(|count| matches!(count, 3 | 4)))
+}
+
+/// The names of the arrays of a file of VTK, which may hold several; empty for other formats.
+///
+/// # Errors
+/// As [`crate::load`] has them for headers.
+pub fn arrays_of(path: &Path) -> Result<Vec<String>, Error> {
+    match format::detect(path)? {
+        Detected::Known(Format::Vti, _) => vti::array_names(path),
+        Detected::Known(Format::Vtk, _) => vtk::array_names(path),
+        _ => Ok(Vec::new()),
+    }
 }
 
 /// Reads voxels that are colours; `None` where [`colours_of`] has none.

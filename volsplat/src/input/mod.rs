@@ -31,7 +31,7 @@ mod vti;
 mod vtk;
 mod zarr;
 
-pub use colours::{ColourVoxels, colours_of, load_colours, tint};
+pub use colours::{ColourVoxels, arrays_of, colours_of, load_colours, tint};
 pub(crate) use file::{Parts, cannot_read, invalid, open, open_sized, unsupported_file};
 pub use format::{Format, format_of};
 pub use load::{load, of_memory};

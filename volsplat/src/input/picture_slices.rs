@@ -40,9 +40,12 @@ pub(super) struct Choice {
     pub(super) spacing: Option<[f64; 3]>,
 }
 
-/// How many colours a pixel of the middle slice has; `None` where it is grey or cannot be read.
-pub(super) fn colours(files: &[PathBuf]) -> Option<usize> {
-    let middle = part(files.get(files.len() / 2)?);
+/// How many colours a pixel of the middle slice has; `None` where it is grey or cannot be read, or where the slices do not fit
+/// the memory.
+pub(super) fn colours(files: &[PathBuf], gate: &Gate) -> Option<usize> {
+    let file = files.get(files.len() / 2)?;
+    ask(size(file).ok()?, files.len(), gate).ok()?;
+    let middle = part(file);
     let is_colour = depth::read(&middle).is_err() && colour::read(&middle).is_ok();
     is_colour.then_some(3)
 }
@@ -68,9 +71,7 @@ pub(super) fn load(
         }
         gate.note(file);
     }
-    let bytes = (u64::from(width) * u64::from(height)).saturating_mul(files.len() as u64);
-    gate.ask(bytes.saturating_mul(PIXEL_BYTES), "the slices")
-        .map_err(|what| invalid(path, what))?;
+    ask([width, height], files.len(), gate).map_err(|what| invalid(path, what))?;
     let slices = files.par_iter().map(|file| slice(file, choice.component));
     let mut slices = slices.collect::<Result<Vec<Slice>, Error>>()?;
     let is_colour = slices.iter().any(|slice| slice.is_colour);
@@ -113,6 +114,12 @@ pub(super) fn load(
 struct Slice {
     voxels: Voxels,
     is_colour: bool,
+}
+
+/// Asks for the memory of so many slices of a size, before the first of them is decoded.
+fn ask([width, height]: [u32; 2], slices: usize, gate: &Gate) -> Result<(), String> {
+    let pixels = (u64::from(width) * u64::from(height)).saturating_mul(slices as u64);
+    gate.ask(pixels.saturating_mul(PIXEL_BYTES), "the slices")
 }
 
 fn size(path: &Path) -> Result<[u32; 2], Error> {

@@ -69,6 +69,17 @@ pub(super) fn facts(args: &InfoArgs) -> Result<(Vec<Line>, Value)> {
         );
         json["colours"] = json!(count);
     }
+    let arrays = match args.volume.dims {
+        Some(_) => Vec::new(),
+        None => volsplat::input::arrays_of(&args.input.path)?,
+    };
+    if arrays.len() > 1 {
+        lines.push(line(
+            "arrays",
+            format!("{} (FILE#array=NAME)", arrays.join(", ")),
+        ));
+        json["arrays"] = json!(arrays);
+    }
     Ok((lines, json))
 }
 

@@ -82,7 +82,7 @@ impl Report {
                 path.display()
             )
         };
-        let text = std::fs::read_to_string(&path).with_context(unusable)?;
+        let text = resample_io::files::read_text(&path).with_context(unusable)?;
         let report: Self = serde_json::from_str(&text).with_context(unusable)?;
         Ok(if report.command == command {
             report.rows

@@ -17,6 +17,8 @@ pub(super) struct Image {
     pub(super) world_from_index: DAffine3,
     /// Name of the array.
     pub(super) array: String,
+    /// Names of all arrays, in the order of the file.
+    pub(super) arrays: Vec<String>,
     pub(super) voxel_type: VoxelType,
     /// At least 1.
     pub(super) components: usize,
@@ -89,7 +91,8 @@ pub(super) fn parse(xml: &str, array: Option<&str>) -> Result<Image, Fault> {
     Ok(Image {
         dims,
         world_from_index,
-        array: node.attribute("Name").unwrap_or_default().to_owned(),
+        array: name(node),
+        arrays: arrays(piece).iter().map(|(_, node)| name(*node)).collect(),
         voxel_type: voxel_type(node)?,
         components: components(node)?,
         endian: match root.attribute("byte_order") {
@@ -263,6 +266,19 @@ fn arrays<'a>(piece: Node<'a, 'a>) -> Vec<(Centring, Node<'a, 'a>)> {
         arrays.extend(nodes.map(|node| (centring, node)));
     }
     arrays
+}
+
+fn name(node: Node) -> String {
+    node.attribute("Name").unwrap_or_default().to_owned()
+}
+
+/// The names of all arrays, in the order of the file.
+pub(super) fn array_names(xml: &str) -> Result<Vec<String>, Fault> {
+    check_tags(xml)?;
+    let document = Document::parse(xml).map_err(|error| format!("the XML is broken: {error}"))?;
+    check_kind(document.root_element())?;
+    let piece = only_piece(child(document.root_element(), "ImageData")?)?;
+    Ok(arrays(piece).iter().map(|(_, node)| name(*node)).collect())
 }
 
 fn chosen_array<'a>(

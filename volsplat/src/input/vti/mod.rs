@@ -13,7 +13,7 @@ use resample_io::Gate;
 
 use crate::Error;
 use crate::input::component::chosen;
-use crate::input::fault::Fault;
+use crate::input::fault::{Fault, excerpt};
 use crate::input::{Parts, decode, open_sized};
 use crate::volume::{Lattice, VoxelType, Voxels};
 
@@ -29,6 +29,22 @@ const APPENDED: &[u8] = b"<AppendedData";
 /// The remark where values stand in cells.
 pub(super) const CELLS_REMARK: &str =
     "its values are those of cells and stand at their centres, half a step beside the points";
+
+/// The remark where a file has several arrays and the caller has not chosen one of them.
+pub(super) fn others_remark(read: &str, arrays: &[String]) -> Option<String> {
+    let others: Vec<String> = arrays
+        .iter()
+        .filter(|name| *name != read)
+        .map(|name| excerpt(name))
+        .collect();
+    (!others.is_empty()).then(|| {
+        format!(
+            "the array {} is read, there is also {}: FILE#array=NAME names another",
+            excerpt(read),
+            others.join(", ")
+        )
+    })
+}
 
 /// What the caller chose.
 #[derive(Clone, Copy, Debug, Default)]
@@ -62,6 +78,14 @@ pub(super) fn colours(path: &Path, array: Option<&str>) -> Result<Option<usize>,
     Ok(Some(image.components).filter(|_| image.voxel_type == VoxelType::U8))
 }
 
+/// The names of all arrays of a file.
+pub(super) fn array_names(path: &Path) -> Result<Vec<String>, Error> {
+    let (mut file, _) = open_sized(path)?;
+    XmlText::read(&mut file)
+        .and_then(|text| head::array_names(&text.xml))
+        .map_err(|fault| fault.at(path))
+}
+
 fn read(file: &mut File, held: u64, choice: Choice, gate: &Gate) -> Result<Parts, Fault> {
     let text = XmlText::read(file)?;
     let image = head::parse(&text.xml, choice.array)?;
@@ -69,6 +93,11 @@ fn read(file: &mut File, held: u64, choice: Choice, gate: &Gate) -> Result<Parts
     gate.ask_unpacked(data::bytes(&image)?, held, "the voxels")?;
     if image.is_of_cells {
         gate.remark(CELLS_REMARK.to_owned());
+    }
+    if choice.array.is_none() {
+        others_remark(&image.array, &image.arrays)
+            .into_iter()
+            .for_each(|remark| gate.remark(remark));
     }
     let voxels = match &image.source {
         Source::Inline(content) => data::inline(content, &image, component)?,

@@ -69,6 +69,21 @@ impl<'a> Arrays<'a> {
         })
     }
 
+    /// The names of the arrays that follow, up to the end or to the first that is damaged.
+    pub(super) fn names(&mut self) -> Vec<String> {
+        let mut names = Vec::new();
+        while let Ok(Some((array, has_place))) = self.next() {
+            let passed = self.pass(&array);
+            if has_place {
+                names.push(array.name);
+            }
+            if passed.is_err() {
+                break;
+            }
+        }
+        names
+    }
+
     /// The numbers of an array at which the stream stands.
     pub(super) fn values(
         &mut self,

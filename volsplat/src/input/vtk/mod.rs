@@ -15,7 +15,7 @@ use super::component;
 use super::decode::Layout;
 use super::fault::{Fault, excerpt};
 use super::file::{Parts, open_sized};
-use super::vti::CELLS_REMARK;
+use super::vti::{CELLS_REMARK, others_remark};
 use crate::Error;
 use crate::volume::{Endian, Lattice, VoxelType, voxel_count};
 
@@ -48,6 +48,14 @@ pub(super) fn colours(path: &Path, array: Option<&str>) -> Result<Option<usize>,
     let array = found().map_err(|fault| fault.at(path))?;
     let is_colour = array.voxel_type == VoxelType::U8 && matches!(array.components, 3 | 4);
     Ok(is_colour.then_some(array.components))
+}
+
+/// The names of all arrays of a file.
+pub(super) fn array_names(path: &Path) -> Result<Vec<String>, Error> {
+    let (file, held) = open_sized(path)?;
+    let mut bytes = BufReader::new(file);
+    let head = Head::read(&mut bytes).map_err(|fault| fault.at(path))?;
+    Ok(Arrays::new(&mut bytes, held, head.is_binary).names())
 }
 
 pub(super) fn load(path: &Path, choice: Choice, gate: &Gate) -> Result<Parts, Error> {
@@ -96,13 +104,8 @@ fn read(
     if array.centring == Centring::Cells {
         remarks.push(CELLS_REMARK.to_owned());
     }
-    if choice.array.is_none()
-        && let Ok(other) = arrays.find(None)
-    {
-        let [read, other] = [&array.name, &other.name].map(|name| excerpt(name));
-        remarks.push(format!(
-            "the array {read} is read, there is also {other}: FILE#array=NAME names another"
-        ));
+    if choice.array.is_none() {
+        remarks.extend(others_remark(&array.name, &arrays.names()));
     }
     let axes = DMat3::from_diagonal(head.spacing);
     let map = DAffine3::from_mat3_translation(axes, head.origin + axes * first);

@@ -108,7 +108,10 @@ fn an_array_is_chosen_among_several() {
     ));
     let (volume, remarks) = chosen(&file, None, None);
     assert_eq!(volume.voxels, Voxels::U8((0..12).collect()));
-    assert!(remarks[0].contains("there is also v"), "{remarks:?}");
+    assert!(
+        remarks[0].contains("the array a is read, there is also v, b, c"),
+        "{remarks:?}"
+    );
     assert_eq!(
         chosen(&file, Some("b"), None).0.voxels,
         Voxels::I16((0..12).collect())
