@@ -26,30 +26,27 @@ pub enum Background {
     Picture(Arc<Backdrop>),
 }
 
-/// A background picture: linear RGB, rows from the top, at least one pixel.
+/// A background picture: rows from the top, at least one pixel.
 #[derive(Debug)]
 pub struct Backdrop {
     width: usize,
     height: usize,
-    rgb: Vec<[f32; 3]>,
+    /// As they are stored: a photograph takes four bytes a pixel.
+    texels: Texels,
+    /// Linear light of each code of 8 bits.
+    light: Vec<f32>,
 }
 
 impl Background {
     /// Reads a picture file.
     pub fn read(path: &Path) -> Result<Self> {
         let texture = texmap::load_picture(path, &Gate::default())?;
-        let linear = |code: u8| linear_from_srgb(f32::from(code) / 255.0);
-        let rgb = match texture.texels {
-            Texels::Srgb8(texels) => texels
-                .iter()
-                .map(|&[r, g, b, _]| [r, g, b].map(linear))
-                .collect(),
-            Texels::LinearF32(texels) => texels.iter().map(|&[r, g, b, _]| [r, g, b]).collect(),
-        };
+        let light = |code: u8| linear_from_srgb(f32::from(code) / 255.0);
         Ok(Self::Picture(Arc::new(Backdrop {
             width: texture.width,
             height: texture.height,
-            rgb,
+            texels: texture.texels,
+            light: (0..=u8::MAX).map(light).collect(),
         })))
     }
 
@@ -96,8 +93,22 @@ impl Backdrop {
     /// One row of the backdrop, mixed from those under a row of the picture.
     fn mixed_rows(&self, taps: &[(usize, f32)]) -> Vec<[f32; 3]> {
         (0..self.width)
-            .map(|x| mixed(taps, |y| self.rgb[y * self.width + x]))
+            .map(|x| mixed(taps, |y| self.linear(y * self.width + x)))
             .collect()
+    }
+
+    /// Linear RGB of a pixel.
+    fn linear(&self, at: usize) -> [f32; 3] {
+        match &self.texels {
+            Texels::Srgb8(texels) => {
+                let [r, g, b, _] = texels[at];
+                [r, g, b].map(|code| self.light[usize::from(code)])
+            }
+            Texels::LinearF32(texels) => {
+                let [r, g, b, _] = texels[at];
+                [r, g, b]
+            }
+        }
     }
 }
 
@@ -141,10 +152,16 @@ mod tests {
         height: usize,
         colour: impl Fn(usize, usize) -> [f32; 3],
     ) -> Background {
-        let rgb = (0..width * height)
-            .map(|i| colour(i % width, i / width))
-            .collect();
-        Background::Picture(Arc::new(Backdrop { width, height, rgb }))
+        let texel = |i: usize| {
+            let [r, g, b] = colour(i % width, i / width);
+            [r, g, b, 1.0]
+        };
+        Background::Picture(Arc::new(Backdrop {
+            width,
+            height,
+            texels: Texels::LinearF32((0..width * height).map(texel).collect()),
+            light: Vec::new(),
+        }))
     }
 
     #[test]

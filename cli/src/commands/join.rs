@@ -25,7 +25,11 @@ struct Found {
 
 /// Checks, joins and writes.
 pub(crate) fn run(args: &JoinArgs, verbosity: Verbosity) -> Result<()> {
-    let found: Vec<Found> = args.parts.iter().map(found).collect::<Result<_>>()?;
+    let found: Vec<Found> = args
+        .parts
+        .iter()
+        .map(|path| found(path))
+        .collect::<Result<_>>()?;
     let first = found.first().context("there is no part")?;
     found
         .iter()
@@ -69,7 +73,7 @@ pub(crate) fn run(args: &JoinArgs, verbosity: Verbosity) -> Result<()> {
 }
 
 /// Reads the record of a file.
-fn found(path: &PathBuf) -> Result<Found> {
+fn found(path: &Path) -> Result<Found> {
     // A file that cannot be read has an error of its own, and a pipe may never begin.
     resample_io::files::open(path)?;
     let mark = output::exr_mark(path).and_then(|text| serde_json::from_str(&text).ok());
@@ -80,7 +84,7 @@ fn found(path: &PathBuf) -> Result<Found> {
         bail!("{}: its picture has an impossible size", path.display());
     }
     Ok(Found {
-        path: path.clone(),
+        path: path.to_owned(),
         mark,
     })
 }

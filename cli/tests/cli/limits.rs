@@ -44,17 +44,33 @@ fn run_within(bench: &Bench, limit_kb: u64, words: &str) -> std::process::Output
         .expect("a shell")
 }
 
+/// A colourful JPEG of 4000x4000 pixels.
+#[cfg(target_os = "linux")]
+fn large_jpeg() -> Vec<u8> {
+    let mut picture = Vec::new();
+    let encoder = image::codecs::jpeg::JpegEncoder::new(&mut picture);
+    let pixel = |x, y| image::Rgb([(x / 16) as u8, (y / 16) as u8, 90]);
+    image::RgbImage::from_fn(4000, 4000, pixel)
+        .write_with_encoder(encoder)
+        .expect("in memory");
+    picture
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_background_takes_little_more_than_its_pixels() {
+    let bench = Bench::new();
+    bench.write("behind.jpg", &large_jpeg());
+    // Pixels of three and of four bytes take 112 MB; as three real numbers each they would take 192 MB beside them.
+    let words = format!("volsplat ball.raw {BALL} --size 8x8 --background behind.jpg -o out/a.png");
+    assert_good(&run_within(&bench, 300_000, &words));
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn slices_are_held_against_the_address_space_before_they_are_decoded() {
     let bench = Bench::new();
-    let side = 4000;
-    let mut picture = Vec::new();
-    let encoder = image::codecs::jpeg::JpegEncoder::new(&mut picture);
-    let rows = image::RgbImage::from_fn(side, side, |x, y| {
-        image::Rgb([(x / 16) as u8, (y / 16) as u8, 90])
-    });
-    rows.write_with_encoder(encoder).expect("in memory");
+    let picture = large_jpeg();
     bench.write("s_0.jpg", &picture);
     bench.write("s_1.jpg", &picture);
     // Two slices of 4000x4000 take 0.58 GB, three quarters of 700 MB are 0.54 GB.
