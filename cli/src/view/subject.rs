@@ -41,6 +41,8 @@ pub(super) struct Subject {
     ready: Option<Ready>,
     /// The command with the page's options.
     drawing: Drawing,
+    /// The picture that was typed as the background; the page can only choose colours.
+    backdrop: Option<Background>,
 }
 
 /// What was set last.
@@ -59,6 +61,10 @@ impl Subject {
     pub(super) fn open(words: Words, verbosity: Verbosity) -> Result<Self> {
         let drawing = words.first_drawing()?;
         let opened = Opened::read(drawing.clone(), Purpose::Change, verbosity)?;
+        let backdrop = match background_word(&drawing) {
+            Some(BackgroundWord::File(path)) => Some(Background::read(path)?),
+            _ => None,
+        };
         let first_camera = *opened.cameras().first().context("no camera")?;
         Ok(Self {
             words,
@@ -73,6 +79,7 @@ impl Subject {
                 planned_for: None,
             }),
             drawing,
+            backdrop,
         })
     }
 
@@ -386,16 +393,10 @@ impl Subject {
     }
 
     fn background(&self) -> Background {
-        let picture = match &self.drawing {
-            Drawing::Volsplat(args) => &args.picture,
-            Drawing::Texmap(args) => &args.picture,
-            Drawing::Warp3d(args) => &args.picture,
-        };
-        match &picture.background {
+        match background_word(&self.drawing) {
             Some(BackgroundWord::Colour(colour)) => Background::Colour(*colour),
-            // A picture would have to be read for every frame.
-            Some(BackgroundWord::File(path)) => {
-                Background::read(path).unwrap_or(Background::Transparent)
+            Some(BackgroundWord::File(_)) => {
+                self.backdrop.clone().unwrap_or(Background::Transparent)
             }
             Some(BackgroundWord::Transparent) | None => Background::Transparent,
         }
@@ -445,4 +446,14 @@ impl Subject {
 fn is_stopped(error: &Error) -> bool {
     let stopped = error.downcast_ref::<volsplat::Error>();
     matches!(stopped, Some(volsplat::Error::Stopped))
+}
+
+/// The background that a command asks for.
+fn background_word(drawing: &Drawing) -> Option<&BackgroundWord> {
+    let picture = match drawing {
+        Drawing::Volsplat(args) => &args.picture,
+        Drawing::Texmap(args) => &args.picture,
+        Drawing::Warp3d(args) => &args.picture,
+    };
+    picture.background.as_ref()
 }

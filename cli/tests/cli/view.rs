@@ -59,6 +59,9 @@ fn a_resting_volume_is_the_command_lines_picture() {
     ] {
         assert_same(&bench, &format!("ball.raw {BALL}"), more);
     }
+    super::assert_good(&bench.draw("--size 40x30 -o behind.png"));
+    let behind = format!("ball.raw {BALL} --background behind.png");
+    assert_same(&bench, &behind, json!({}));
     assert_same(
         &bench,
         &format!("ball.raw {BALL} --projection orthographic"),
