@@ -54,6 +54,8 @@ pub(crate) struct GatherScratch {
     pub(super) rays: Vec<RayValues>,
     /// Camera z, relative to the anchor's, of the last surface that was hit.
     pub(super) last_hit: TilePlane,
+    /// The planes of the brick in work that may be met.
+    pub(super) runs: Vec<Range<u32>>,
     pub(super) samples: PackedSamples,
     pub(super) segments: SegmentList,
     /// What was done since the tile was begun or resumed.
@@ -127,6 +129,7 @@ impl Default for GatherScratch {
             pixels: TilePixels::default(),
             rays: Vec::new(),
             last_hit: [[f32::NEG_INFINITY; TILE_PX]; TILE_PX],
+            runs: Vec::new(),
             samples: PackedSamples::default(),
             segments: SegmentList::default(),
             work: SampleCounts::default(),
@@ -254,7 +257,8 @@ pub(super) fn add_brick<S: Simd, R: SampleRule>(
     let is_cut = placed.cuts != 0 || placed.brick.mask.is_some();
     let mut touched = 0;
     let mut seen = false;
-    for number in placed.planes[0]..placed.planes[1] {
+    let runs = std::mem::take(&mut scratch.runs);
+    for number in runs.iter().cloned().flatten() {
         let plane = *scratch.plane(job.view, number);
         let section = window.section(simd, settings, &plane, placed);
         let halves = section.columns[0] / LANES..section.columns[1].div_ceil(LANES);
@@ -287,6 +291,7 @@ pub(super) fn add_brick<S: Simd, R: SampleRule>(
             }
         }
     }
+    scratch.runs = runs;
     (
         touched,
         seen && scratch

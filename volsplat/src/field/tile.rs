@@ -122,6 +122,7 @@ fn add_brick_by_rule(job: &Job, window: Window, scratch: &mut GatherScratch) -> 
     if let Some(uniform) = job.placed.uniform {
         return dispatch!(settings.sheets.level, simd => add_uniform(simd, job, window, uniform, scratch));
     }
+    dispatch!(level, simd => packed::runs::find(simd, job, window, &mut scratch.runs));
     match settings.rule() {
         Rule::Over => {
             dispatch!(level, simd => packed::add_brick::<_, packed::Composite<false>>(simd, job, window, scratch))

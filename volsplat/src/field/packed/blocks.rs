@@ -57,15 +57,27 @@ pub(super) fn positions<S: Simd>(simd: S, plane: &PlaneView, [x, y]: [usize; 2])
     positions
 }
 
+/// How large the terms of a block's positions along an axis may be: that of the first pixel, and the steps along both sides.
+#[inline(always)]
+fn magnitude(plane: &PlaneView, axis: usize) -> f32 {
+    let [left, right] = [0, TILE_PX - 1].map(|lane| plane.lanes[axis][lane].abs());
+    plane.first[axis].abs() + TILE_PX as f32 * plane.step_y[axis].abs() + left.max(right)
+}
+
 /// The first plane and the last of a brick, as a tile sees them, and how many there are from one to the other.
 pub(super) struct Ends<'a> {
     pub(super) planes: [&'a PlaneView; 2],
     pub(super) count: u32,
 }
 
-/// The planes, counted from the first, on which samples of a block can lie in the box.
+/// By how much of its terms f32 may move a position far beyond the brick: each of the three terms is rounded, and their sums; on
+/// the plane in question and on both ends.
+const FAR_ERROR: f32 = 7.5 * f32::EPSILON;
+
+/// The planes, counted from the first, on which samples of a block can lie in the box. With `FAR`, pixels or
+/// planes may lie so many voxels apart that positions have lost digits.
 #[inline(always)]
-pub(super) fn planes_inside<S: Simd>(
+pub(super) fn planes_inside<S: Simd, const FAR: bool>(
     simd: S,
     ends: &Ends<'_>,
     cells: &CellBox,
@@ -88,7 +100,12 @@ pub(super) fn planes_inside<S: Simd>(
         let inverse = constant(1.0) / tiny.select(constant(LEAST_STEP), step);
         let low = (constant(cells.low[axis]) - from[axis]) * inverse;
         let high = (constant(cells.high[axis]) - from[axis]) * inverse;
-        let error = constant(POSITION_ERROR) * inverse.abs();
+        let mut position_error = constant(POSITION_ERROR);
+        if FAR {
+            let [from, to] = ends.planes.map(|plane| magnitude(plane, axis));
+            position_error += constant(FAR_ERROR * from.max(to));
+        }
+        let error = position_error * inverse.abs();
         near = near.max(low.min(high) - error);
         far = far.min(low.max(high) + error);
     }

@@ -1,7 +1,7 @@
 //! Samples of a brick, packed: those in cells that may show something, side by side, whatever pixels they belong to.
 //!
 //! For one channel of scalars: emission and absorption with light or without (`composite`), and statistics of rays
-//! (`gathered`). A scan over blocks of pixels (`blocks`) finds which samples on the planes of a brick lie in such cells, a bit a cell, and appends them to
+//! (`gathered`). `runs` finds the planes of a long brick that are met at all. A scan over blocks of pixels (`blocks`) finds which samples on the planes of a brick lie in such cells, a bit a cell, and appends them to
 //! a list (`scan`). The list is interpolated (`interpolate`), classified and lit a vector at a time (`classify`), and
 //! what is left of it is taken in sample by sample. Samples keep the order of planes, so that each pixel sees its own
 //! front to back.
@@ -12,6 +12,7 @@ mod composite;
 mod gathered;
 mod interpolate;
 mod rule;
+pub(super) mod runs;
 pub(super) mod samples;
 mod scan;
 

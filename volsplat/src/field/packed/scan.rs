@@ -11,6 +11,7 @@ use resample_core::tile::TILE_PX;
 
 use super::blocks::{Ends, open_blocks, planes_inside, positions};
 use super::rule::PackedRule;
+use super::runs;
 use super::samples::{LANES, PIXEL_SHIFT, PackedSamples};
 use crate::bricks::cells::{CELL_SIDE, TABLE_LEN, VERTEX_SIDE};
 use crate::field::cell_sample::CellBox;
@@ -69,9 +70,16 @@ pub(super) fn add_planes<S: Simd, R: PackedRule>(
     let open = open_blocks::<S, R>(simd, job, window, scratch);
     // Out of the scratch storage as long as the rest of it changes.
     let mut planes = std::mem::take(&mut scratch.planes);
+    let met = std::mem::take(&mut scratch.runs);
+    let is_long = runs::is_long(placed);
     let mut touched = 0;
-    for first in (placed.planes[0]..placed.planes[1]).step_by(REMEMBERED_PLANES) {
-        let count = PLANES.min(placed.planes[1] - first);
+    let batches = met.iter().flat_map(|run| {
+        run.clone()
+            .step_by(REMEMBERED_PLANES)
+            .map(|first| (first, run.end))
+    });
+    for (first, end) in batches {
+        let count = PLANES.min(end - first);
         planes.make(job.view, first..first + count);
         let ends = Ends {
             planes: [planes.made(first), planes.made(first + count - 1)],
@@ -85,7 +93,11 @@ pub(super) fn add_planes<S: Simd, R: PackedRule>(
                     continue;
                 }
                 let at = [x, y];
-                for number in planes_inside(simd, &ends, &scan.cells, at, open) {
+                let inside = match is_long {
+                    true => planes_inside::<S, true>(simd, &ends, &scan.cells, at, open),
+                    false => planes_inside::<S, false>(simd, &ends, &scan.cells, at, open),
+                };
+                for number in inside {
                     touched += LANES;
                     let plane = planes.made(first + number);
                     scan.add_block::<R>(simd, plane, (at, open), scratch);
@@ -98,6 +110,7 @@ pub(super) fn add_planes<S: Simd, R: PackedRule>(
     }
     flush::<S, R>(simd, job, scratch);
     scratch.planes = planes;
+    scratch.runs = met;
     touched
 }
 
