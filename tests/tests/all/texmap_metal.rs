@@ -152,11 +152,11 @@ fn a_fine_map_of_metal_and_paint_gives_the_mean_of_both() {
     let [silver, gold, red, black] = [[250; 3], [255, 220, 150], [200, 20, 15], [30, 30, 35]];
     for roughnesses in [[60, 60], [128, 128], [230, 230], [40, 220]] {
         for colours in [[silver, silver], [gold, red], [silver, black]] {
-            // Mean colours forget which of them is the metal's: rough metal scatters its own colour more than once.
+            // Mean colours forget which of them is the metal's, and rough metal scatters its own colour more than once: a limit.
             let most = if colours[0] == colours[1] {
                 0.005
             } else {
-                0.06
+                0.12
             };
             let off = off(&even, colours, roughnesses);
             println!("{colours:?}, roughness {roughnesses:?}: {off:.3}");
