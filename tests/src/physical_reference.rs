@@ -20,6 +20,9 @@ pub struct Reflector {
     pub roughness: f64,
 }
 
+/// What a dielectric reflects along its normal.
+const DIELECTRIC: DVec3 = DVec3::splat(0.04);
+
 /// Surroundings with lamps, walls and colours, by a formula: `height` rows.
 pub fn lamps(height: usize) -> Surroundings {
     let width = 2 * height;
@@ -75,7 +78,7 @@ pub fn reflected(
     let (side, above) = normal.any_orthonormal_pair();
     let world = |v: DVec3| side * v.x + above * v.y + normal * v.z;
     let to_eye = normal.dot(eye).max(1e-3);
-    let f0 = DVec3::splat(0.04).lerp(surface.base, surface.metal);
+    let f0 = DIELECTRIC.lerp(surface.base, surface.metal);
     let alpha = surface.roughness.powi(2);
     let (mut specular, mut irradiance) = (DVec3::ZERO, DVec3::ZERO);
     let (mut scale, mut offset) = (0.0, 0.0);
@@ -103,11 +106,16 @@ pub fn reflected(
         specular += share * weight * radiance(from, light);
     }
     let lost = 1.0 - scale - offset;
-    let once = f0 * scale + DVec3::splat(offset);
-    let average = f0 + (DVec3::ONE - f0) / 21.0;
-    let often = once * average * lost / (DVec3::ONE - average * lost);
-    let matt = surface.base * (1.0 - surface.metal) * (DVec3::ONE - once - often);
-    specular + (often + matt) * irradiance
+    let again = |f0: DVec3| {
+        let once = f0 * scale + DVec3::splat(offset);
+        let average = f0 + (DVec3::ONE - f0) / 21.0;
+        (once, once * average * lost / (DVec3::ONE - average * lost))
+    };
+    // As the standard has it, the mix of the dielectric's and the metal's result; what is reflected once is a line in f0.
+    let (once, often) = again(DIELECTRIC);
+    let dielectric = often + surface.base * (DVec3::ONE - once - often);
+    let (_, metal) = again(surface.base);
+    specular + dielectric.lerp(metal, surface.metal) * irradiance
 }
 
 /// Fills the unit square evenly.

@@ -198,6 +198,22 @@ fn decoded(texture: &Texture, usage: TexelUse, wrap: [Wrap; 2]) -> (LevelTexels,
     }
 }
 
+/// The memory that the levels of a texture take, bytes; what they share with the scene is not counted.
+#[cfg(feature = "input")]
+pub(crate) fn bytes_of_levels(texture: &Texture, usage: TexelUse) -> u64 {
+    let texels = (texture.width * texture.height) as u64;
+    let is_shared = texels as usize >= SHARED && usage == TexelUse::Opaque;
+    let (first, texel) = match (&texture.texels, usage) {
+        (Texels::Srgb8(_), _) if is_shared => (0, size_of::<[u16; 4]>()),
+        (Texels::LinearF32(_), TexelUse::Opaque | TexelUse::Weighted) => {
+            (texels, size_of::<Vec4>())
+        }
+        _ => (texels, size_of::<[u16; 4]>()),
+    };
+    // Coarser levels have a quarter of the texels each.
+    (first + texels / 3) * texel as u64
+}
+
 /// Texels of a picture that is read where it lies: 16 million of them are 128 MB as [`LevelTexels::Unorm16`].
 const SHARED: usize = 1 << 24;
 

@@ -213,6 +213,16 @@ pub struct Texture {
     pub texels: Texels,
 }
 
+impl Texture {
+    /// The memory that its texels take, bytes.
+    pub fn bytes(&self) -> u64 {
+        match &self.texels {
+            Texels::Srgb8(texels) => size_of_val(texels.as_slice()) as u64,
+            Texels::LinearF32(texels) => size_of_val(texels.as_slice()) as u64,
+        }
+    }
+}
+
 /// Texels as they are kept: what the file has, decoded where it is used.
 #[derive(Clone, Debug)]
 pub enum Texels {

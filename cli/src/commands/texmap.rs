@@ -132,13 +132,17 @@ impl Open {
         Ok(())
     }
 
-    /// Takes the textures and the render options of `args`; the file is not read again.
+    /// Takes the textures and the render options of `args`; the file is read again only where its pictures were left out.
     pub(crate) fn restyle(&mut self, args: TexmapArgs) -> Result<()> {
         let render = args.render.clone();
-        let is_same = args.model.textures == self.args.model.textures;
+        let before = self.args.model.textures;
         self.args = args;
-        if is_same {
+        if before == self.args.model.textures {
             return self.set(&render);
+        }
+        if before == Textures::LeftOut {
+            // What could not be read was left out with the rest; now it is missed.
+            self.scene = loaded(&self.args, 0, self.plan.gate())?.scene;
         }
         let options = settings::render_options(&render.options, self.plan.finish.format)?;
         self.renderer = prepared(&self.scene, &self.args, &options)?;

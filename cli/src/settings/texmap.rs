@@ -3,8 +3,8 @@
 use anyhow::{Result, bail};
 use resample_io::Gate;
 use serde_json::{Value, json};
-use texmap::input::{LightMaps, SceneChoice};
-use texmap::{LoadOptions, PlaneKind, Pose, RenderOptions, Shade};
+use texmap::input::{LightMaps, SceneChoice, Unreadable};
+use texmap::{LoadOptions, PlaneKind, Pose, RenderOptions, Shade, Textures};
 
 use crate::args::{ModelArgs, SequenceArgs, TexmapArgs};
 use crate::framing::Stance;
@@ -24,6 +24,10 @@ pub(crate) fn load_options(args: &TexmapArgs, number: usize, gate: &Gate) -> Loa
         light_maps: match args.render.options.shade {
             Shade::Auto | Shade::Pbr => LightMaps::Read,
             Shade::Unlit | Shade::Headlight | Shade::Lambert => LightMaps::LeftOut,
+        },
+        unreadable: match args.model.textures {
+            Textures::Shown | Textures::Grid => Unreadable::Refused,
+            Textures::LeftOut => Unreadable::Noted,
         },
         texture: args.model.texture.clone(),
         gate: gate.clone(),

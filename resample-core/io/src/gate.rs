@@ -4,6 +4,7 @@
 //! and the folders below it, and nowhere else, unless the user allows it. Every file that is found through such a name is
 //! noted, so that nothing that was read is written over. Before packed data is unpacked, its size is held against a budget.
 
+use std::collections::HashSet;
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -33,8 +34,15 @@ enum Budget {
 pub struct Gate {
     outside: Outside,
     budget: Budget,
-    files: Arc<Mutex<Vec<PathBuf>>>,
+    files: Arc<Mutex<Noted>>,
     remarks: Arc<Mutex<Vec<String>>>,
+}
+
+/// Files in the order in which they were first noted.
+#[derive(Debug, Default)]
+struct Noted {
+    known: HashSet<PathBuf>,
+    in_order: Vec<PathBuf>,
 }
 
 /// Unpacked data up to this size is never called a bomb, bytes. A guess: it unpacks within half a second.
@@ -95,9 +103,12 @@ impl Gate {
         Ok(path)
     }
 
-    /// Notes a file that is read beside the one that was typed.
+    /// Notes a file that is read beside the one that was typed; one that is named many times is noted once.
     pub fn note(&self, path: &Path) {
-        self.noted().push(path.to_owned());
+        let mut noted = self.noted();
+        if noted.known.insert(path.to_owned()) {
+            noted.in_order.push(path.to_owned());
+        }
     }
 
     /// Remarks on what a reader had to decide, for the person who reads the file; each is kept once.
@@ -130,7 +141,7 @@ impl Gate {
 
     /// The files that were noted.
     pub fn files(&self) -> Vec<PathBuf> {
-        self.noted().clone()
+        self.noted().in_order.clone()
     }
 
     /// Asks for memory. The error says how much there is.
@@ -175,7 +186,7 @@ impl Gate {
         }
     }
 
-    fn noted(&self) -> std::sync::MutexGuard<'_, Vec<PathBuf>> {
+    fn noted(&self) -> std::sync::MutexGuard<'_, Noted> {
         // A list of names is sound whatever a thread did that panicked.
         self.files.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -250,6 +261,8 @@ mod tests {
             assert!(named(bad, &root).is_err(), "{bad} leads out");
         }
         assert_eq!(gate.files().len(), 3, "refused names are not read");
+        (0..1000).for_each(|_| assert!(named("a.png", &root).is_ok()));
+        assert_eq!(gate.files().len(), 3, "each file is noted once");
         let open = Gate::new(Outside::Allowed, None);
         assert!(
             open.named_file("../outside.png", &root, &root).is_ok(),

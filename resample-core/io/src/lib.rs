@@ -30,6 +30,7 @@ pub mod tiff;
 pub mod whole_picture;
 
 pub mod exr;
+mod jpeg;
 mod npy_depth;
 mod pfm;
 mod picture;

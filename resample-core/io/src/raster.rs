@@ -5,13 +5,14 @@
 //! interlaced PNG, are held whole as they are stored. The decoding itself is the crates' `image` and `png`.
 
 use std::fs::File;
-use std::io::{BufReader, Seek};
+use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use resample_core::image::linear_from_srgb;
 
 use super::files::{MAX_PIXELS, cannot_read, check_claim, fault, open};
+use super::jpeg;
 use super::picture::Storage;
 use super::plane::Stored;
 use super::png;
@@ -260,6 +261,13 @@ fn checked_decoder(path: &Path) -> Result<(ImageFormat, impl ImageDecoder + use<
         ));
     };
     file.rewind().map_err(|source| cannot_read(path, &source))?;
+    if format == ImageFormat::Jpeg {
+        let mut bytes = Vec::new();
+        let read = file.by_ref().take(length).read_to_end(&mut bytes);
+        read.map_err(|source| cannot_read(path, &source))?;
+        jpeg::check_whole(&bytes).map_err(|what| fault(path, what))?;
+        file.rewind().map_err(|source| cannot_read(path, &source))?;
+    }
     let mut reader = ImageReader::with_format(file, format);
     let mut limits = Limits::default();
     // Four channels of four bytes, the widest type, and as much again for the decoder's own buffers.

@@ -14,6 +14,7 @@ use resample_core::image::linear_from_srgb;
 
 use crate::exr;
 use crate::gate::Gate;
+use crate::jpeg;
 
 /// Most bytes of a decoded picture: 16384 x 16384 texels of 8 bits, which is as large as graphics cards take them.
 const MAX_BYTES: u64 = 1 << 30;
@@ -60,6 +61,9 @@ pub fn decode(
         told.ok_or("not a picture of a known format: expected PNG, JPEG, WebP, TGA or BMP")?;
     if format == ImageFormat::OpenExr {
         exr::check_all(Cursor::new(bytes))?;
+    }
+    if format == ImageFormat::Jpeg {
+        jpeg::check_whole(bytes)?;
     }
     let reader = ImageReader::with_format(Cursor::new(bytes), format);
     let unreadable = |error| format!("cannot be decoded as a picture: {error}");

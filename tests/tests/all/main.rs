@@ -36,6 +36,7 @@ mod texmap_alpha;
 mod texmap_emission;
 mod texmap_extremes;
 mod texmap_light;
+mod texmap_metal;
 mod texmap_outlines;
 mod texmap_reference;
 mod texmap_seams;

@@ -17,6 +17,8 @@ pub struct LoadOptions {
     pub environment: Option<PathBuf>,
     /// Whether the maps of light (roughness, metal, normals, occlusion) are read.
     pub light_maps: LightMaps,
+    /// What becomes of pictures and material files that the file names and that cannot be read.
+    pub unreadable: Unreadable,
     /// Picture for meshes that have texture coordinates and no texture.
     pub texture: Option<PathBuf>,
     /// Which names inside files are followed, and how much memory their data may take.
@@ -31,6 +33,16 @@ pub enum LightMaps {
     Read,
     /// No other light needs them.
     LeftOut,
+}
+
+/// What becomes of pictures and material files that are named and cannot be read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Unreadable {
+    /// An error: a surface without its picture looks like one that never had any.
+    #[default]
+    Refused,
+    /// A note says it, and the material's plain colour stands alone.
+    Noted,
 }
 
 /// A scene by its name, or by its number from 0.

@@ -89,11 +89,11 @@ fn of_head(head: &[u8], length: u64) -> Option<Format> {
     if ply::looks_like(head) {
         return Some(Format::Ply);
     }
-    if stl::looks_like(head, length) {
-        return Some(Format::Stl);
-    }
     if foreign_mark(head).is_some() {
         return None;
+    }
+    if stl::looks_like(head, length) {
+        return Some(Format::Stl);
     }
     match text_of(head).first() {
         Some(b'{') => Some(Format::Gltf),

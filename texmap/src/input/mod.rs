@@ -2,7 +2,8 @@
 //!
 //! Takes a path and what the user says about it, gives a scene and notes about what was left out. All formats end in one
 //! check (`checked`), so that what a scene promises does not depend on its format. What a file has and a scene
-//! does not need is left out with a note; what would make the picture wrong is an error.
+//! does not need is left out with a note; what would make the picture wrong is an error, and so is a picture that is named and
+//! cannot be read.
 //! Limits: glTF 2.0, OBJ with MTL, PLY and STL.
 
 mod checked;
@@ -17,6 +18,7 @@ pub mod origin;
 pub mod picture;
 mod ply;
 mod polygon;
+mod room;
 mod stl;
 mod surroundings;
 
@@ -27,7 +29,7 @@ use resample_io::Gate;
 
 use crate::{Error, Scene};
 
-pub use choice::{LightMaps, LoadOptions, Loaded, Pose, SceneChoice};
+pub use choice::{LightMaps, LoadOptions, Loaded, Pose, SceneChoice, Unreadable};
 use files::Names;
 pub use format::{Format, format_of};
 pub use gltf::contents::{Animation, Contents};
@@ -48,7 +50,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Error> {
         root: folder,
         gate: &options.gate,
     };
-    let mut notes = Notes::default();
+    let mut notes = Notes::new(options.unreadable);
     let at = |what: String| Error::Input(format!("{}: {what}", path.display()));
     let format = format::told(&bytes).map_err(at)?;
     if let Some(name) = format.plain_name() {
@@ -67,7 +69,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Error> {
         Format::Gltf => gltf::load(&bytes, &names, options, &mut notes),
         Format::Obj => obj::load(&bytes, &names, &mut notes),
         Format::Ply => ply::load(&bytes, &names, &mut notes),
-        Format::Stl => stl::load(&bytes),
+        Format::Stl => stl::load(&bytes, &mut notes),
     }
     .map_err(at)?;
     finished(path, scene, options, notes)
@@ -100,7 +102,7 @@ pub fn contents(path: &Path, gate: &Gate) -> Result<Contents, Error> {
 /// As [`load`] has them; they name `name`.
 pub fn of_memory(name: &Path, scene: Scene, options: &LoadOptions) -> Result<Loaded, Error> {
     indices::check(&scene).map_err(|what| Error::Input(format!("{}: {what}", name.display())))?;
-    finished(name, scene, options, Notes::default())
+    finished(name, scene, options, Notes::new(options.unreadable))
 }
 
 /// Makes what was read or given the scene that was asked for.
@@ -120,9 +122,10 @@ fn finished(
         scene.surroundings = Some(Arc::new(surroundings::read(environment)?));
     }
     let scene = checked::scene(scene, &mut notes).map_err(at)?;
+    room::ask(&scene, &options.gate).map_err(at)?;
     Ok(Loaded {
         scene,
-        notes: notes.0,
+        notes: notes.said,
     })
 }
 

@@ -9,9 +9,6 @@ use super::files;
 use crate::Error;
 use crate::scene::{Texels, Texture};
 
-/// Most bytes of all pictures of a scene: a small file can name many large pictures of one colour.
-const MAX_BYTES_IN_ALL: u64 = 4 << 30;
-
 /// Reads a picture file.
 ///
 /// # Errors
@@ -32,18 +29,11 @@ pub(super) struct Pictures {
 }
 
 impl Pictures {
-    /// Adds a picture and gives its place.
-    pub(super) fn add(&mut self, texture: Texture) -> Result<usize, String> {
-        let texel_bytes = match texture.texels {
-            Texels::Srgb8(_) => 4,
-            Texels::LinearF32(_) => 16,
-        };
-        let bytes = self.bytes + (texture.width * texture.height) as u64 * texel_bytes;
-        if bytes > MAX_BYTES_IN_ALL {
-            return Err(format!(
-                "all textures together have more than {MAX_BYTES_IN_ALL} bytes"
-            ));
-        }
+    /// Adds a picture and gives its place; the gate says how much memory all of them may take, since a small file can name
+    /// many large pictures of one colour.
+    pub(super) fn add(&mut self, texture: Texture, gate: &Gate) -> Result<usize, String> {
+        let bytes = self.bytes + texture.bytes();
+        gate.ask(bytes, "this picture and those before it")?;
         self.bytes = bytes;
         self.textures.push(texture);
         Ok(self.textures.len() - 1)

@@ -54,7 +54,7 @@ pub(super) fn load(bytes: &[u8], names: &Names, notes: &mut Notes) -> Result<Sce
     };
     origin::place(&mut scene, &[positions]);
     if let Some(name) = texture_name(&header) {
-        bind(&mut scene, name, names, notes);
+        bind(&mut scene, name, names, notes)?;
     }
     Ok(scene)
 }
@@ -114,15 +114,19 @@ fn texture_name(header: &Header) -> Option<&str> {
     })
 }
 
-fn bind(scene: &mut Scene, name: &str, names: &Names, notes: &mut Notes) {
+fn bind(scene: &mut Scene, name: &str, names: &Names, notes: &mut Notes) -> Result<(), String> {
+    let left_out = |what: &str| format!("the texture '{}' is left out: {what}", excerpt(name));
     let picture = files::resolve(names, name)
         .and_then(|path| load_picture(&path, names.gate).map_err(|error| error.to_string()));
-    if let Err(what) = picture.and_then(|picture| checked::bind(scene, picture)) {
-        notes.say(format!(
-            "the texture '{}' is left out: {what}",
-            excerpt(name)
-        ));
+    match picture.map(|picture| checked::bind(scene, picture)) {
+        Ok(Ok(())) => {}
+        Ok(Err(what)) => notes.say(left_out(&what)),
+        Err(what) => {
+            let what = format!("the texture '{}': {what}", excerpt(name));
+            notes.unreadable(&what, "surfaces are plain")?;
+        }
     }
+    Ok(())
 }
 
 /// One vertex as it is stored; colours as parts of their largest value.

@@ -58,8 +58,8 @@ fn folders_and_missing_files_are_refused() {
 fn notes_are_said_once_and_come_to_an_end() {
     let mut notes = Notes::default();
     (0..1000).for_each(|i| notes.say(format!("note {}", i / 2)));
-    assert_eq!(notes.0.len(), MAX_NOTES + 1, "as many as anybody reads");
-    assert_eq!(notes.0[1], "note 1", "each once");
+    assert_eq!(notes.said.len(), MAX_NOTES + 1, "as many as anybody reads");
+    assert_eq!(notes.said[1], "note 1", "each once");
 }
 
 /// A folded panel, as an OBJ whose vertices are that far from the origin.

@@ -19,6 +19,8 @@ pub(super) fn facts(args: &InfoArgs) -> Result<(Vec<Line>, Value)> {
     let options = LoadOptions {
         scene: scene.map(input::SceneChoice),
         gate: gate.clone(),
+        // What is missing is a fact about the file.
+        unreadable: input::Unreadable::Noted,
         ..LoadOptions::default()
     };
     let Loaded { scene, notes } = texmap::load(path, &options)?;

@@ -1,7 +1,7 @@
 //! Extensions: which are decoded, which a picture can do without, and which end the reading.
 //!
-//! One rule: what changes only the light on surfaces, or nothing that is seen, is left out with a note; what changes shape
-//! or colour, or is needed to read the file, is refused where the file requires it.
+//! One rule: what changes only the light on surfaces and its colours, or nothing that is seen, is left out with a note; what
+//! changes shape, or is needed to read the file, is refused where the file requires it.
 
 use gltf::json::Root;
 
@@ -79,7 +79,9 @@ pub(super) fn tell(root: &Root, notes: &mut Notes) {
     for name in names {
         let what = match effect(name) {
             Effect::Decoded => continue,
-            Effect::Light => "not modelled: light on surfaces differs, colour and shape do not",
+            Effect::Light => {
+                "not modelled: light on surfaces and its colours differ, shapes do not"
+            }
             Effect::Unseen => "left out: what the file shows first is drawn without it",
             Effect::Unknown => "not decoded: what it adds to the picture is left out",
         };

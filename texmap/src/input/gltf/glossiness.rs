@@ -4,6 +4,9 @@ use gltf::json::texture::Info;
 
 use crate::scene::Physical;
 
+/// What a dielectric reflects along its normal, which is drawn in place of the specular colour.
+const DIELECTRIC: f64 = 0.04;
+
 /// The diffuse colour and picture of KHR_materials_pbrSpecularGlossiness, which stand for the base colour's; of a metal its
 /// specular colour.
 pub(super) fn diffuse(
@@ -32,6 +35,20 @@ pub(super) fn diffuse(
     let specular = specular.map(serde_json::from_value).transpose();
     let [r, g, b] = specular.map_err(broken)?.unwrap_or([1.0; 3]);
     Ok(([r, g, b, a], info))
+}
+
+/// Whether it says more than is drawn: a picture of specular colour and gloss, or a reflection that is neither a dielectric's nor that of a metal.
+pub(super) fn is_simplified(value: &serde_json::Value) -> bool {
+    let is_metal = light(value).metal == 1.0;
+    // Without a factor it is white, which no dielectric has.
+    let specular = value.get("specularFactor").and_then(|v| v.as_array());
+    let near = |factor: &serde_json::Value| {
+        factor
+            .as_f64()
+            .is_some_and(|f| (f - DIELECTRIC).abs() < 0.02)
+    };
+    let is_dielectric = specular.is_some_and(|factors| factors.iter().all(near));
+    value.get("specularGlossinessTexture").is_some() || !is_metal && !is_dielectric
 }
 
 /// What KHR_materials_pbrSpecularGlossiness says of light: a dielectric, or a metal where nothing scatters.

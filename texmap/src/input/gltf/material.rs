@@ -1,7 +1,7 @@
 //! Materials and textures: colour, alpha, emitted light, and metal and roughness with their maps.
 //!
 //! Takes the document and its buffers, gives materials and textures in the order in which meshes ask for them: what
-//! nobody uses is not decoded. A picture that cannot be read leaves its factor, and a note.
+//! nobody uses is not decoded. A picture that cannot be read is an error, or leaves its factor and a note, as is asked for.
 //! Source: glTF 2.0, 3.8 and 3.9, with KHR_texture_transform, KHR_materials_unlit, KHR_materials_emissive_strength,
 //! KHR_materials_pbrSpecularGlossiness (its diffuse part), KHR_materials_transmission (its factor) and EXT_texture_webp. Limits: every further
 //! layer of light is left out.
@@ -33,7 +33,13 @@ const DEFAULT_CUTOFF: f32 = 0.5;
 /// The part of the light that a wholly transmitting surface lets through: it reflects some, or nobody would see it. A guess.
 const MOST_TRANSMITTED: f32 = 0.9;
 
-const TRANSMISSION: &str = "transmission is drawn as thin transparency by its factor: refraction and its texture are left out";
+const FACTOR_ALONE: &str = "its factor stands alone";
+
+const TRANSMISSION: &str = "KHR_materials_transmission is drawn as thin transparency by its factor: refraction, its texture and the tint of what \
+     is seen through it are left out: colours differ";
+
+const GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness is drawn as a metal or a dielectric: specular colours, and pictures of them and of \
+     gloss, are left out: colours of reflections differ";
 
 /// The materials of a file, read when they are asked for.
 pub(super) struct Materials<'a> {
@@ -103,6 +109,9 @@ impl<'a> Materials<'a> {
                 (pbr.base_color_factor.0, pbr.base_color_texture.clone())
             }
         };
+        if diffuse.is_some_and(glossiness::is_simplified) {
+            notes.say(GLOSSINESS.to_owned());
+        }
         let strength = extensions
             .and_then(|e| e.emissive_strength.as_ref())
             .map_or(1.0, |e| e.emissive_strength.0);
@@ -228,9 +237,8 @@ impl<'a> Materials<'a> {
         // The crate gives the largest index where the file gives none.
         let source = Some(json.source.value()).filter(|&source| source != u32::MAX as usize);
         let Some(image) = webp.or(source) else {
-            notes.say(format!(
-                "texture {index} has no picture of a known kind: its colour factor stands alone"
-            ));
+            let what = format!("texture {index} has no picture of a known kind");
+            notes.unreadable(&what, FACTOR_ALONE)?;
             return Ok(None);
         };
         let Some(texture) = self.image(image, notes)? else {
@@ -288,13 +296,11 @@ impl<'a> Materials<'a> {
         };
         let place = self
             .decoded(json, &label)
-            .and_then(|texture| self.textures.add(texture));
-        let place = place.map_err(|what| {
-            notes.say(format!(
-                "texture {label}: {what}: its colour factor stands alone"
-            ))
-        });
-        self.by_image.insert(index, place.ok());
+            .and_then(|texture| self.textures.add(texture, self.names.gate));
+        if let Err(what) = &place {
+            notes.unreadable(&format!("texture {label}: {what}"), FACTOR_ALONE)?;
+        }
+        self.by_image.insert(index, place.as_ref().ok().copied());
         Ok(place.ok())
     }
 

@@ -89,7 +89,16 @@ impl Maker {
     }
 
     fn load_with(&self, rest: Value, options: &LoadOptions) -> Result<(Scene, Notes), String> {
-        let (bytes, mut notes) = (self.json(rest).to_string().into_bytes(), Notes::default());
+        self.load_noting(rest, options, Notes::default())
+    }
+
+    fn load_noting(
+        &self,
+        rest: Value,
+        options: &LoadOptions,
+        mut notes: Notes,
+    ) -> Result<(Scene, Notes), String> {
+        let bytes = self.json(rest).to_string().into_bytes();
         load(&bytes, &nowhere(&Gate::default()), options, &mut notes).map(|scene| (scene, notes))
     }
 }
@@ -194,7 +203,7 @@ fn strips_and_fans_become_lists_and_lines_are_left_out() {
         )
         .expect("lines are no error");
     assert!(
-        scene.meshes.is_empty() && notes.0.len() == 1,
+        scene.meshes.is_empty() && notes.said.len() == 1,
         "lines are left out, and that is said"
     );
 }
@@ -345,9 +354,9 @@ fn cameras_stand_where_their_nodes_do_without_scale() {
         "twice the file's halves"
     );
     assert_eq!(
-        notes.0.len(),
+        notes.said.len(),
         1,
         "a camera without opening is left out and told: {:?}",
-        notes.0
+        notes.said
     );
 }

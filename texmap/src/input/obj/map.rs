@@ -1,18 +1,13 @@
-//! Texture maps of MTL files: their options, their files, and colour and alpha from two files.
+//! Texture maps of MTL files: their options and their files.
 //!
 //! Takes the text of a `map_` line, gives where and how a picture lies. A name is looked for as it stands, with
 //! back-slashes as slashes, then by its last part beside the MTL file, and then without regard to capitals: files written
 //! on another system keep working.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-
-use resample_core::image::srgb_from_linear;
-use resample_io::Gate;
 
 use super::super::files::{Names, excerpt};
-use super::super::picture::load_picture;
-use crate::scene::{Texels, Texture};
+use super::channels::Channel;
 
 /// A map as it is written.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +20,10 @@ pub(super) struct Map {
     pub offset: [f32; 2],
     /// Whether the border goes on outside, instead of the picture again.
     pub clamp: bool,
+    /// Which channel is the number, of a map of numbers.
+    pub channel: Channel,
+    /// Factor of bumps or normals.
+    pub strength: f32,
 }
 
 impl Map {
@@ -35,6 +34,8 @@ impl Map {
             scale: [1.0; 2],
             offset: [0.0; 2],
             clamp: false,
+            channel: Channel::Mean,
+            strength: 1.0,
         };
         let mut rest = text.trim();
         while let Some((option, after)) = option(rest) {
@@ -47,8 +48,19 @@ impl Map {
                     map.clamp = after.starts_with("on");
                     skipped(after, 1)
                 }
-                "-blendu" | "-blendv" | "-cc" | "-boost" | "-texres" | "-bm" | "-imfchan"
-                | "-type" | "-colorspace" => skipped(after, 1),
+                "-bm" => {
+                    let mut strength = [1.0; 2];
+                    let rest = numbers_into(&mut strength, after)?;
+                    map.strength = strength[0];
+                    rest
+                }
+                "-imfchan" => {
+                    map.channel = Channel::of_word(after);
+                    skipped(after, 1)
+                }
+                "-blendu" | "-blendv" | "-cc" | "-boost" | "-texres" | "-type" | "-colorspace" => {
+                    skipped(after, 1)
+                }
                 _ => break,
             };
         }
@@ -76,73 +88,6 @@ pub(super) fn find(names: &Names, name: &str) -> Result<PathBuf, String> {
     match spelt.find(|name| names.folder.join(name).is_file()) {
         Some(name) => names.file(name),
         None => names.file(&in_any_case(names.folder, last).ok_or_else(absent)?),
-    }
-}
-
-/// A picture with colour from one file and alpha from another: its alpha channel where it has one, else how bright it
-/// is. The alpha is taken at the place of each texel of the colour; without a colour, it is white.
-pub(super) fn with_alpha(
-    colour: Option<&Path>,
-    alpha: &Path,
-    gate: &Gate,
-) -> Result<Texture, String> {
-    let load = |path: &Path| load_picture(path, gate).map_err(|error| error.to_string());
-    let mask = load(alpha)?;
-    let values = alphas(&mask);
-    let Some(colour) = colour else {
-        let texels: Vec<_> = values.iter().map(|&a| [255, 255, 255, a]).collect();
-        return Ok(Texture {
-            texels: Texels::Srgb8(texels.into()),
-            ..mask
-        });
-    };
-    let mut picture = load(colour)?;
-    let (width, height) = (picture.width, picture.height);
-    let at = |index: usize| {
-        let column = ((index % width) * 2 + 1) * mask.width / (2 * width);
-        let row = ((index / width) * 2 + 1) * mask.height / (2 * height);
-        values[row * mask.width + column]
-    };
-    match &mut picture.texels {
-        Texels::Srgb8(texels) => Arc::make_mut(texels)
-            .iter_mut()
-            .enumerate()
-            .for_each(|(index, texel)| texel[3] = at(index)),
-        Texels::LinearF32(texels) => {
-            texels
-                .iter_mut()
-                .enumerate()
-                .for_each(|(index, texel)| texel[3] = f32::from(at(index)) / 255.0);
-        }
-    }
-    Ok(picture)
-}
-
-fn alphas(mask: &Texture) -> Vec<u8> {
-    let texels: Vec<[u8; 4]> = match &mask.texels {
-        Texels::Srgb8(texels) => texels.to_vec(),
-        Texels::LinearF32(texels) => {
-            let byte = |channel: f32| (channel * 255.0).round() as u8;
-            let encoded = |&[r, g, b, a]: &[f32; 4]| {
-                [r, g, b]
-                    .map(|c| byte(srgb_from_linear(c)))
-                    .into_iter()
-                    .chain([byte(a)])
-            };
-            texels
-                .iter()
-                .map(|texel| encoded(texel).collect::<Vec<_>>())
-                .map(|t| [t[0], t[1], t[2], t[3]])
-                .collect()
-        }
-    };
-    match texels.iter().any(|texel| texel[3] != 255) {
-        true => texels.iter().map(|texel| texel[3]).collect(),
-        // Masks are numbers and not light: the mean of the codes, as programs take it.
-        false => texels
-            .iter()
-            .map(|t| ((u16::from(t[0]) + u16::from(t[1]) + u16::from(t[2])) / 3) as u8)
-            .collect(),
     }
 }
 
@@ -199,6 +144,8 @@ fn in_any_case(folder: &Path, name: &str) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use resample_io::Gate;
+
     use super::*;
 
     #[test]
@@ -209,6 +156,8 @@ mod tests {
             scale: [2.0, 3.0],
             offset: [0.5, 0.0],
             clamp: true,
+            channel: Channel::Mean,
+            strength: 1.5,
         };
         assert_eq!(map, expected, "each option by its own arguments");
         assert_eq!(

@@ -6,6 +6,8 @@
 //! coordinates where only some corners have them, and cannot name the line of an error; tests compare with it.
 //! Source: the Wavefront format as the programs of today write it. Limits: no curves, no lines and points.
 
+mod channels;
+mod entry;
 mod lines;
 mod map;
 mod mtl;
@@ -47,7 +49,7 @@ pub(super) fn load(bytes: &[u8], names: &Names, notes: &mut Notes) -> Result<Sce
             .line(&line, notes)
             .map_err(|what| format!("line {}: {what}", line.number))?;
     }
-    Ok(reading.into_scene(notes))
+    reading.into_scene(notes)
 }
 
 /// A corner of a polygon: position, texture coordinates and normal, each by its place in the file.
@@ -110,10 +112,7 @@ impl Reading<'_> {
                 self.use_material(line.rest);
                 Ok(())
             }
-            "mtllib" => {
-                self.library.read(line.rest, notes);
-                Ok(())
-            }
+            "mtllib" => self.library.read(line.rest, notes),
             "l" | "p" => {
                 notes.say("points and lines are left out: only triangles are drawn".to_owned());
                 Ok(())
@@ -226,7 +225,7 @@ impl Reading<'_> {
         ))
     }
 
-    fn into_scene(self, notes: &mut Notes) -> Scene {
+    fn into_scene(self, notes: &mut Notes) -> Result<Scene, String> {
         let Self {
             positions,
             colours,
@@ -268,12 +267,12 @@ impl Reading<'_> {
                     .map(|corner| colour(&colours, corner.0))
                     .collect();
             }
-            mesh.material = library.place(&group.material, &mut scene.materials);
+            mesh.material = library.place(&group.material, &mut scene.materials, notes)?;
             scene.meshes.push(mesh);
         }
         origin::place(&mut scene, &in_world);
-        scene.textures = library.into_textures(notes);
-        scene
+        scene.textures = library.into_textures();
+        Ok(scene)
     }
 }
 

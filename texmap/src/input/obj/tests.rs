@@ -8,6 +8,8 @@ use super::super::{LoadOptions, Loaded, load};
 use crate::Error;
 use crate::scene::{AlphaMode, Lighting, Scene, Texels, Wrap};
 
+mod materials;
+
 /// A folder with an OBJ, and what else is written into it.
 struct Folder(TempDir);
 
@@ -239,20 +241,6 @@ fn opacity_is_d_before_tr_and_tr_1_alone_is_opaque() {
         let scene = folder.scene(format!("mtllib a.mtl\n{SQUARE}usemtl m\nf 1/1 2/2 3/3"));
         assert_eq!(scene.materials[0].base_colour[3], expected, "{lines}");
     }
-}
-
-#[test]
-fn what_is_missing_leaves_the_colour_and_a_note() {
-    let folder = Folder::new();
-    folder.write("a.mtl", "newmtl m\nKd 1 0 0\nmap_Kd nothing.png\n");
-    let Loaded { scene, notes } = folder
-        .load(format!(
-            "mtllib a.mtl none.mtl\n{SQUARE}usemtl m\nf 1/1 2/2 3/3"
-        ))
-        .expect("a good file");
-    assert_eq!(scene.materials[0].base_colour, [1.0, 0.0, 0.0, 1.0], "Kd");
-    assert!(scene.materials[0].base_texture.is_none(), "no texture");
-    assert_eq!(notes.len(), 2, "the file and the picture: {notes:?}");
 }
 
 #[test]

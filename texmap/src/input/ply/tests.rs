@@ -3,6 +3,7 @@
 use resample_io::Gate;
 
 use super::*;
+use crate::input::Unreadable;
 use crate::input::files::nowhere;
 
 const HEADER: &str = "element vertex 4\nproperty float x\nproperty double y\nproperty float z\nproperty uchar red\n\
@@ -76,7 +77,14 @@ fn texture_coordinates_stand_at_vertices_or_at_corners_of_faces() {
                       property float y\nproperty float z\nelement face 2\nproperty list uchar int vertex_indices\n\
                       property list uchar float texcoord\nend_header\n0 0 0\n1 0 0\n0 1 0\n\
                       3 0 1 2 6 0 0 1 0 0 1\n3 2 1 0 6 0.5 0.5 1 0 0 1\n";
-    let mut notes = Notes::default();
+    let missing = load(
+        at_corners.as_bytes(),
+        &nowhere(&Gate::default()),
+        &mut Notes::default(),
+    );
+    let error = missing.expect_err("a picture that is not there");
+    assert!(error.contains("a b.png"), "{error}");
+    let mut notes = Notes::new(Unreadable::Noted);
     let scene = load(
         at_corners.as_bytes(),
         &nowhere(&Gate::default()),
@@ -91,9 +99,9 @@ fn texture_coordinates_stand_at_vertices_or_at_corners_of_faces() {
     );
     assert_eq!(mesh.uvs[0][3], [0.5, 0.5]);
     assert!(
-        notes.0[0].contains("a b.png"),
+        notes.said[0].contains("a b.png"),
         "a picture that is not there: {:?}",
-        notes.0
+        notes.said
     );
 }
 

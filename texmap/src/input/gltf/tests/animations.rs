@@ -40,7 +40,7 @@ impl Animated {
     fn mesh(&self, time_s: f64) -> Mesh {
         let loaded = self.maker.load_with(self.rest.clone(), &at(time_s, None));
         let (scene, notes) = loaded.expect("a good file");
-        assert!(notes.0.is_empty(), "{:?}", notes.0);
+        assert!(notes.said.is_empty(), "{:?}", notes.said);
         scene.meshes[0].clone()
     }
 }

@@ -6,13 +6,22 @@ use glam::DVec2;
 use serde_json::{Value, json};
 
 use super::{Maker, SQUARE};
-use crate::input::{LoadOptions, Notes};
+use crate::input::{LoadOptions, Notes, Unreadable};
 use crate::scene::{
     AlphaMode, Lighting, Magnify, Material, Scene, Sides, Texels, TextureUse, Wrap,
 };
 
 /// A square with two sets of coordinates and one material; `rest` adds textures and the like.
 fn load(maker: &mut Maker, material: Value, rest: Value) -> Result<(Scene, Notes), String> {
+    load_with(maker, material, rest, Notes::default())
+}
+
+fn load_with(
+    maker: &mut Maker,
+    material: Value,
+    rest: Value,
+    notes: Notes,
+) -> Result<(Scene, Notes), String> {
     let position = maker.floats("VEC3", 3, &SQUARE);
     let first = maker.floats("VEC2", 2, &[0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
     let second = maker.floats("VEC2", 2, &[0.25; 8]);
@@ -26,7 +35,7 @@ fn load(maker: &mut Maker, material: Value, rest: Value) -> Result<(Scene, Notes
     };
     rest.into_iter()
         .for_each(|(key, value)| document[key] = value);
-    maker.load_with(document, &LoadOptions::default())
+    maker.load_noting(document, &LoadOptions::default(), notes)
 }
 
 /// A PNG of that many texels, all of one colour.
@@ -166,9 +175,9 @@ fn a_set_that_is_missing_leaves_the_plain_colour() {
     let material = &scene.materials[scene.meshes[0].material];
     assert!(material.base_texture.is_none(), "there is no sixth set");
     assert!(
-        notes.0.iter().any(|note| note.contains("coordinates")),
+        notes.said.iter().any(|note| note.contains("coordinates")),
         "and that is said: {:?}",
-        notes.0
+        notes.said
     );
 }
 
@@ -211,19 +220,32 @@ fn alpha_modes_and_factors_are_the_files() {
 }
 
 #[test]
-fn a_picture_that_cannot_be_had_leaves_its_factor_and_a_note() {
+fn a_picture_that_cannot_be_had_is_an_error_or_leaves_its_factor_and_a_note() {
     let missing = json!({ "uri": "nothing.png" });
     let broken = json!({ "uri": "data:image/png,abc" });
     let outside = json!({ "uri": "http://host/a.png" });
     for image in [missing, broken, outside, json!({})] {
         let rest = json!({ "images": [image], "textures": [{ "source": 0 }] });
-        let (scene, notes) = load(&mut Maker::default(), textured(json!({ "index": 0 })), rest)
-            .expect("the mesh can be had");
+        let read = |unreadable: Unreadable| {
+            let (maker, notes) = (&mut Maker::default(), Notes::new(unreadable));
+            load_with(maker, textured(json!({ "index": 0 })), rest.clone(), notes)
+        };
+        let error = read(Unreadable::Refused).expect_err("a white surface is no picture of it");
+        assert!(
+            error.contains("texture") && error.contains("--textures left-out"),
+            "{error}"
+        );
+        let (scene, notes) = read(Unreadable::Noted).expect("the mesh can be had");
         assert!(
             scene.materials[0].base_texture.is_none() && scene.textures.is_empty(),
             "{image}: no texture"
         );
-        assert_eq!(notes.0.len(), 1, "{image}: one note, not {:?}", notes.0);
+        assert_eq!(
+            notes.said.len(),
+            1,
+            "{image}: one note, not {:?}",
+            notes.said
+        );
     }
 }
 
@@ -247,7 +269,7 @@ fn webp_and_the_older_material_model_are_read() {
     assert!(
         scene.materials[0].base_texture.is_some(),
         "its picture, by the extension: {:?}",
-        notes.0
+        notes.said
     );
 }
 
@@ -274,9 +296,9 @@ fn glass_is_thin_and_metal_of_the_older_model_has_a_colour() {
         glass.base_colour
     );
     assert!(
-        notes.0.iter().any(|note| note.contains("transmission")),
+        notes.said.iter().any(|note| note.contains("transmission")),
         "{:?}",
-        notes.0
+        notes.said
     );
     let (scene, notes) = of("KHR_materials_transmission", json!({}));
     assert_eq!(
@@ -284,8 +306,18 @@ fn glass_is_thin_and_metal_of_the_older_model_has_a_colour() {
         AlphaMode::Opaque,
         "by default nothing goes through"
     );
-    assert!(notes.0.is_empty(), "{:?}", notes.0);
+    assert!(notes.said.is_empty(), "{:?}", notes.said);
     let gold = json!({ "diffuseFactor": [0, 0, 0, 1], "specularFactor": [1.0, 0.7, 0.3] });
     let (scene, _) = of("KHR_materials_pbrSpecularGlossiness", gold);
     assert_eq!(scene.materials[0].base_colour, [1.0, 0.7, 0.3, 1.0]);
+    let paint = json!({ "diffuseFactor": [0.2, 0, 0, 1], "specularFactor": [0.3, 0.5, 0.1] });
+    let (_, notes) = of("KHR_materials_pbrSpecularGlossiness", paint);
+    assert!(
+        notes
+            .said
+            .iter()
+            .any(|note| note.contains("colours of reflections differ")),
+        "{:?}",
+        notes.said
+    );
 }
