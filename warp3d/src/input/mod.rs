@@ -15,6 +15,7 @@ pub mod cameras;
 mod finish;
 pub mod meaning;
 mod panoramas;
+mod range;
 mod regrid;
 
 use cameras::Distortion;
@@ -22,6 +23,7 @@ pub(crate) use finish::nothing_known;
 use finish::{along_the_axis, assembled};
 pub use meaning::{DepthKind, DepthMeaning};
 pub use panoramas::{face_sizes, panorama};
+pub use range::range_of_sequence;
 use regrid::{Lens, Model};
 use resample_io::files::fault;
 pub use resample_io::files::read_text;
