@@ -8,6 +8,7 @@
 
 use resample_core::{Camera, Projection};
 
+use super::codes;
 use super::range::RangeOf;
 use resample_io::{Plane, Stored};
 
@@ -117,11 +118,13 @@ impl DepthMeaning {
         Self { range, ..*self }
     }
 
-    /// Camera z of each pixel, world units, above 0; NaN where unknown.
+    /// Camera z of each pixel, world units, above 0; NaN where unknown. Coarse codes are made smooth.
     ///
     /// The error says which option is missing or out of range.
     pub fn camera_z(&self, stored: &Plane, camera: &Camera) -> Result<Vec<f32>, String> {
         let numbers = self.numbers(stored);
+        let smooth = codes::smoothed(stored, &*self.distance(&numbers, camera)?);
+        let stored = smooth.as_ref().unwrap_or(stored);
         let z_of = self.converter(&numbers, camera)?;
         let per_pixel = stored.values.iter().enumerate();
         Ok(per_pixel

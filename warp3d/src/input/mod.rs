@@ -12,6 +12,7 @@ use resample_core::Camera;
 use crate::{Error, Reference};
 
 pub mod cameras;
+mod codes;
 mod finish;
 pub mod meaning;
 mod panoramas;
@@ -102,6 +103,8 @@ fn regridded(
         .resized(stored.width as u32, stored.height as u32)
         .map_err(|error| error.to_string())?;
     let distance = meaning.distance(&meaning.numbers(stored), &own)?;
+    let smooth = codes::smoothed(stored, &*distance);
+    let stored = smooth.as_ref().unwrap_or(stored);
     let distances = Plane {
         values: stored.values.iter().map(|&v| distance(v) as f32).collect(),
         ..*stored
