@@ -133,7 +133,7 @@ mod tests {
             blocks: Blocks::Tiles(Vec2(16, 16)),
             ..Encoding::UNCOMPRESSED
         };
-        let channels = AnyChannels::sort(smallvec::smallvec![channel]);
+        let channels = AnyChannels::sort([channel].into_iter().collect());
         let layer = Layer::new(size, LayerAttributes::default(), encoding, channels);
         let mut file = Cursor::new(Vec::new());
         let image = Image::from_layer(layer);
