@@ -54,6 +54,7 @@ mod machine;
 mod measure;
 pub mod memory;
 pub mod multiview;
+mod notes;
 pub mod opened;
 mod order;
 pub mod output;

@@ -51,7 +51,9 @@ impl Opened {
                 }
                 Scene::Volume(Box::new(open))
             }
-            Drawing::Warp3d(args) => Scene::Depth(Box::new(warp3d::Open::read(*args, purpose)?)),
+            Drawing::Warp3d(args) => {
+                Scene::Depth(Box::new(warp3d::Open::read(*args, purpose, verbosity)?))
+            }
         };
         Ok(Self { scene })
     }

@@ -128,6 +128,14 @@ pub fn pair(text: &str) -> Result<[f64; 2], String> {
     }
 }
 
+/// `A,B`, finite numbers, the first the smaller.
+pub fn ascending(text: &str) -> Result<[f64; 2], String> {
+    match numbers(text).as_deref() {
+        Some(&[a, b]) if a < b => Ok([a, b]),
+        _ => Err("expected two numbers, the first the smaller, such as 0,255".into()),
+    }
+}
+
 /// `X,Y,Z`, finite numbers.
 pub fn vector(text: &str) -> Result<[f64; 3], String> {
     match numbers(text).as_deref() {

@@ -7,12 +7,15 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use warp3d::input::{Part, colour, read_text};
+use resample_io::{Gate, Outside, Room};
+use warp3d::input::{Part, colour, range_of_sequence, read_text};
 
 use crate::args::Warp3dArgs;
 use crate::output::FrameNames;
+use crate::progress::{Progress, watch};
 use crate::report;
 use crate::viewpoint::{self, Known, Viewpoint};
+use crate::warp_scene;
 
 /// Largest difference of the times of a picture and its depth, s: that of the TUM benchmark's own tool.
 const TIME_TOLERANCE_S: f64 = 0.02;
@@ -21,6 +24,8 @@ const TIME_TOLERANCE_S: f64 = 0.02;
 #[derive(Clone, Debug)]
 pub(crate) struct Frames {
     frames: Vec<Frame>,
+    /// The range of their depths where these have no unit: one for all.
+    range: Option<[f64; 2]>,
 }
 
 /// One picture and its depth.
@@ -73,7 +78,10 @@ impl Frames {
                 })
             })
             .collect();
-        let frames = Self { frames };
+        let frames = Self {
+            frames,
+            range: None,
+        };
         frames.note_missing(pictures, "depth of their number or time", &args.depth)?;
         let size = colour::size(&Part::from_text(&frames.frames[0].colour))?;
         let count = frames.len();
@@ -93,7 +101,20 @@ impl Frames {
         let mut words = args.clone();
         (words.colour, words.depth) = (frame.colour, frame.depth);
         (words.cameras.from, words.cameras.to) = (frame.from, frame.to);
+        words.meaning.relative_range = self.range.or(words.meaning.relative_range);
         words
+    }
+
+    /// Looks through the depths of the whole sequence where one range has to be found for all of them.
+    pub(crate) fn find_range(&mut self, args: &Warp3dArgs, progress: Progress) -> Result<()> {
+        let depths: Vec<Part> = (self.frames.iter())
+            .map(|frame| Part::from_text(&frame.depth))
+            .collect();
+        let meaning = warp_scene::meaning(&args.meaning, None);
+        let room = Room(Gate::new(Outside::Refused, args.max_memory).max_memory());
+        let mut watch = watch("looking through the depths", progress);
+        self.range = range_of_sequence(&depths, &meaning, room, &mut watch)?;
+        Ok(())
     }
 
     /// The files that the frames are read from.
@@ -185,7 +206,7 @@ impl<'a> CameraSource<'a> {
                 let known = Known {
                     picture: size,
                     size: None,
-                    lens: crate::warp_scene::lens(args, size)?,
+                    lens: warp_scene::lens(args, size)?,
                 };
                 SourceKind::Names(viewpoint::Names::of_file(path, &known)?)
             }

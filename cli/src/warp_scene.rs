@@ -14,7 +14,7 @@ use warp3d::{LargeReference, Reference, SurfaceTolerance};
 
 use crate::args::{DepthArgs, Warp3dArgs};
 use crate::camera_file::{FileCamera, NEAR_FRACTION};
-use crate::report;
+use crate::notes::Notes;
 use crate::source::HeldPicture;
 use crate::values::IntrinsicsWord;
 use crate::viewpoint::{self, Known, TakenWith, Viewpoint};
@@ -67,7 +67,7 @@ impl Typed<'_> {
 }
 
 /// Reads all that is named.
-pub(crate) fn read(args: &Warp3dArgs, keeping: Keeping) -> Result<WarpScene> {
+pub(crate) fn read(args: &Warp3dArgs, keeping: Keeping, notes: &mut Notes) -> Result<WarpScene> {
     let typed = typed(args)?;
     let described: Vec<Described> = typed
         .iter()
@@ -77,7 +77,7 @@ pub(crate) fn read(args: &Warp3dArgs, keeping: Keeping) -> Result<WarpScene> {
     let mut references = match keeping {
         Keeping::Memory => {
             let held: Vec<_> = both
-                .map(|(typed, found)| held(typed, found))
+                .map(|(typed, found)| held(typed, found, notes))
                 .collect::<Result<_>>()?;
             References::Held(held.into_iter().flatten().collect())
         }
@@ -248,25 +248,26 @@ fn described(typed: &Typed, args: &Warp3dArgs) -> Result<Described> {
 }
 
 /// Reads a picture into memory: one reference, or the faces of a panorama.
-fn held(typed: &Typed, found: &Described) -> Result<Vec<Reference>> {
+fn held(typed: &Typed, found: &Described, notes: &mut Notes) -> Result<Vec<Reference>> {
     let (picture, stored) = match typed.held {
         Some(held) => (held.colour.clone(), held.depth.clone()),
         None => (colour::read(&found.colour)?, depth::read(&found.depth)?),
     };
+    let meaning = found.meaning.with_range_of(&stored);
     if typed.camera == Some(Viewpoint::Equirectangular) {
-        let faces = input::panorama(&picture, &stored, &found.meaning, &found.depth.path);
+        let faces = input::panorama(&picture, &stored, &meaning, &found.depth.path);
         return faces.map_err(|error| naming(typed, &found.depth, error));
     }
     let taken = Taken {
         camera: found.from.with_any_near(),
         distortion: found.distortion,
     };
-    let reference = input::reference(picture, &stored, taken, &found.meaning, &found.depth.path);
+    let reference = input::reference(picture, &stored, taken, &meaning, &found.depth.path);
     let reference = reference.map_err(|error| naming(typed, &found.depth, error))?;
     let width = reference.camera.width as usize;
-    let note = found.meaning.note(stored.stored, &reference.depth, width);
+    let note = meaning.note(stored.stored, &reference.depth, width);
     if let Some(note) = note {
-        report::say(&format!("note: {}: {note}", typed.depth));
+        notes.say_of(typed.depth, note);
     }
     Ok(vec![reference])
 }
@@ -315,7 +316,7 @@ fn naming(typed: &Typed, depth: &Part, error: warp3d::Error) -> anyhow::Error {
 }
 
 /// The meaning of a depth file's numbers.
-fn meaning(args: &DepthArgs, pair: Option<&Pair>) -> DepthMeaning {
+pub(crate) fn meaning(args: &DepthArgs, pair: Option<&Pair>) -> DepthMeaning {
     DepthMeaning {
         kind: args.depth_kind,
         scale: args.depth_scale,
@@ -323,5 +324,6 @@ fn meaning(args: &DepthArgs, pair: Option<&Pair>) -> DepthMeaning {
         baseline: args.baseline.or(pair.map(|pair| pair.baseline)),
         doffs: args.doffs.or(pair.map(|pair| pair.doffs)).unwrap_or(0.0),
         near_far: args.near.zip(args.far).map(|(near, far)| [near, far]),
+        range: args.relative_range,
     }
 }

@@ -11,11 +11,11 @@ use resample_core::Camera;
 use crate::layer::Layer;
 
 /// Places of the disc.
-const PLACES: usize = 48;
+pub(crate) const PLACES: usize = 48;
 
 /// Radius of the disc: this part of the distance to the nearest known pixel, and this many px at least. Guesses: of 0.4 to
 /// 1.2 and 3 to 6, these lose least on two of three real pairs and 0.4 dB to the best on the third.
-const GROWTH: f64 = 1.1;
+pub(crate) const GROWTH: f64 = 1.1;
 const LEAST_RADIUS_PX: f64 = 6.0;
 
 /// Turn from one place of the disc to the next, rad: the golden angle, which fills a disc evenly.
@@ -31,7 +31,7 @@ pub(crate) struct View<'a> {
 }
 
 /// The number of no pixel.
-const NOWHERE: u32 = u32::MAX;
+pub(crate) const NOWHERE: u32 = u32::MAX;
 
 /// Colour and depth of the pixels of `layer` that are not `known` and lie beyond; `None` for all others.
 pub(crate) fn beyond(
@@ -73,7 +73,7 @@ fn is_beyond(view: &View<'_>, at: usize, depth: f32) -> bool {
 }
 
 /// Places of a disc of radius 1, with weights that fall to its rim.
-fn disc() -> [(DVec2, f32); PLACES] {
+pub(crate) fn disc() -> [(DVec2, f32); PLACES] {
     let mut places = [(DVec2::ZERO, 0.0); PLACES];
     for (k, place) in places.iter_mut().enumerate() {
         let square = (k as f64 + 0.5) / PLACES as f64;
@@ -110,7 +110,11 @@ fn mean(
 }
 
 /// The nearest known pixel of each pixel, exactly (Felzenszwalb and Huttenlocher 2012); [`NOWHERE`] if there is none.
-fn nearest_known(count: usize, width: usize, known: impl Fn(usize) -> bool + Sync) -> Vec<u32> {
+pub(crate) fn nearest_known(
+    count: usize,
+    width: usize,
+    known: impl Fn(usize) -> bool + Sync,
+) -> Vec<u32> {
     let height = count / width;
     // In each column: the nearest known pixel above or below.
     let mut rows = vec![NOWHERE; count];

@@ -1,15 +1,17 @@
 //! What is put where no reference saw anything.
 //!
 //! A hole that opens behind a surface shows what is behind, so only the far side of its rim says what it may look like.
-//! `Background` carries the nearest far rim pixels inwards along eight directions; `Natural` interpolates between the far
+//! `Background` takes the mean of the far rim pixels that are nearest to a disc around the pixel, which grows with the
+//! distance from them, so that no single rim pixel draws a line across the hole; `Natural` interpolates between the far
 //! rim pixels by natural neighbours (Sibson 1981), and falls back to `Background` outside their hull. Pixels beyond the
 //! frames of the references are continued from the known pixels that are nearest (`beyond`). A mask says what was filled,
 //! 1 minus what was seen.
 
+use glam::DVec2;
 use rayon::prelude::*;
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
 
-use crate::beyond::{View, beyond};
+use crate::beyond::{GROWTH, NOWHERE, PLACES, View, beyond, disc, nearest_known};
 use crate::layer::Layer;
 use crate::options::Fill;
 
@@ -21,6 +23,13 @@ const PURE: f32 = 0.97;
 
 /// Depths within this ratio of the farthest rim count as far as well. A guess: surfaces behind are rarely flat.
 const FAR_RATIO: f32 = 1.15;
+
+/// A rim pixel is one of a surface if this many of its eight neighbours are known at about its depth: a corner of the picture has
+/// three. A stray pixel has fewer.
+const LEAST_NEIGHBOURS: usize = 3;
+
+/// Least radius of the disc over which far rims are averaged, px: next to the rim the fill goes on as it is.
+const LEAST_RADIUS_PX: f64 = 1.0;
 
 /// Steps along x and y of the eight directions.
 const DIRECTIONS: [[isize; 2]; 8] = [
@@ -63,12 +72,13 @@ pub(crate) fn fill(layer: &mut Layer, view: &View<'_>, how: Fill) -> Vec<f32> {
         return mask;
     }
     let rims = rims(layer, width);
+    let far_rims = FarRims::new(layer, &rims, width);
     let background: Vec<Option<([f32; 3], f32)>> = (0..layer.rgba.len())
         .into_par_iter()
-        .map(|i| background(layer, &rims, i))
+        .map(|i| far_rims.behind(layer, &rims, [i, width]))
         .collect();
     let natural = if how == Fill::Natural {
-        natural(layer, &rims, width)
+        natural(layer, &far_rims.is_site, width)
     } else {
         Vec::new()
     };
@@ -129,6 +139,110 @@ fn rims(layer: &Layer, width: usize) -> Vec<Vec<Option<Rim>>> {
     DIRECTIONS.par_iter().map(sweep).collect()
 }
 
+/// The far rim pixels: those behind which a hole goes on.
+struct FarRims {
+    is_site: Vec<bool>,
+    /// The nearest one of each pixel.
+    nearest: Vec<u32>,
+    disc: [(DVec2, f32); PLACES],
+}
+
+impl FarRims {
+    fn new(layer: &Layer, rims: &[Vec<Option<Rim>>], width: usize) -> Self {
+        let mut is_site = vec![false; layer.rgba.len()];
+        for hole in (0..layer.rgba.len()).filter(|&i| layer.rgba[i][3] < SOLID) {
+            let Some(far) = farthest(layer, rims, hole) else {
+                continue;
+            };
+            let met = rims.iter().filter_map(|r| r[hole]);
+            for rim in met.filter(|rim| layer.depth[rim.pixel as usize] * FAR_RATIO >= far) {
+                is_site[rim.pixel as usize] = true;
+            }
+        }
+        // A stray pixel says nothing of the surface behind, unless there is nothing else.
+        let of_surface: Vec<bool> = (0..is_site.len())
+            .map(|i| is_site[i] && is_of_surface(layer, width, i))
+            .collect();
+        let has_surface = of_surface.contains(&true);
+        let counts = |i: usize| {
+            if has_surface {
+                of_surface[i]
+            } else {
+                is_site[i]
+            }
+        };
+        let nearest = nearest_known(is_site.len(), width, counts);
+        Self {
+            is_site,
+            nearest,
+            disc: disc(),
+        }
+    }
+
+    /// Colour and depth behind a pixel; `None` where the pixel is known or has no rim.
+    fn behind(
+        &self,
+        layer: &Layer,
+        rims: &[Vec<Option<Rim>>],
+        [at, width]: [usize; 2],
+    ) -> Option<([f32; 3], f32)> {
+        if layer.rgba[at][3] >= SOLID {
+            return None;
+        }
+        let far = farthest(layer, rims, at)?;
+        let from = self.nearest[at];
+        if from == NOWHERE {
+            return None;
+        }
+        // Depths over a power of two near the farthest: their sum stays finite.
+        let unit = f32::from_bits(far.to_bits() & 0x7f80_0000).max(f32::MIN_POSITIVE);
+        let place = |i: usize| DVec2::new((i % width) as f64, (i / width) as f64);
+        let distance = place(at).distance(place(from as usize));
+        let radius = (GROWTH * distance).max(LEAST_RADIUS_PX);
+        let last = place(self.nearest.len() - 1);
+        let (mut sum, mut depth, mut total) = ([0.0; 3], 0.0, 0.0);
+        for (offset, weight) in &self.disc {
+            let met = (place(at) + radius * *offset).round();
+            let met = met.clamp(DVec2::ZERO, last);
+            let known = self.nearest[met.y as usize * width + met.x as usize] as usize;
+            let z = layer.depth[known];
+            if z * FAR_RATIO < far {
+                continue;
+            }
+            let colour = layer.rgba[known];
+            sum = std::array::from_fn(|c| sum[c] + weight * colour[c]);
+            depth += weight * (z / unit);
+            total += weight;
+        }
+        if total == 0.0 {
+            return background(layer, rims, at);
+        }
+        // An infinite depth has no mean: the farthest stands for all.
+        let z = if far.is_finite() {
+            depth / total * unit
+        } else {
+            far
+        };
+        Some((sum.map(|v| v / total), z))
+    }
+}
+
+/// Whether a rim pixel has neighbours enough of its own surface.
+fn is_of_surface(layer: &Layer, width: usize, at: usize) -> bool {
+    let height = layer.rgba.len() / width;
+    let (x, y, z) = (at % width, at / width, layer.depth[at]);
+    let is_own = |&[dx, dy]: &[isize; 2]| {
+        let place = x.checked_add_signed(dx).zip(y.checked_add_signed(dy));
+        let inside = place.filter(|&(x, y)| x < width && y < height);
+        inside.is_some_and(|(x, y)| {
+            let beside = layer.depth[y * width + x];
+            layer.rgba[y * width + x][3] >= SOLID
+                && (beside == z || (beside < z * FAR_RATIO && z < beside * FAR_RATIO))
+        })
+    };
+    DIRECTIONS.iter().filter(|step| is_own(step)).count() >= LEAST_NEIGHBOURS
+}
+
 /// Colour and depth behind a pixel from the far rims around it; `None` where the pixel is known or has no rim.
 fn background(layer: &Layer, rims: &[Vec<Option<Rim>>], at: usize) -> Option<([f32; 3], f32)> {
     if layer.rgba[at][3] >= SOLID {
@@ -168,20 +282,10 @@ fn farthest(layer: &Layer, rims: &[Vec<Option<Rim>>], at: usize) -> Option<f32> 
 }
 
 /// Natural-neighbour interpolation between all far rim pixels; `None` outside their hull.
-fn natural(layer: &Layer, rims: &[Vec<Option<Rim>>], width: usize) -> Vec<Option<([f32; 3], f32)>> {
+fn natural(layer: &Layer, is_site: &[bool], width: usize) -> Vec<Option<([f32; 3], f32)>> {
     let holes: Vec<usize> = (0..layer.rgba.len())
         .filter(|&i| layer.rgba[i][3] < SOLID)
         .collect();
-    let mut is_site = vec![false; layer.rgba.len()];
-    for &hole in &holes {
-        let Some(far) = farthest(layer, rims, hole) else {
-            continue;
-        };
-        let met = rims.iter().filter_map(|r| r[hole]);
-        for rim in met.filter(|rim| layer.depth[rim.pixel as usize] * FAR_RATIO >= far) {
-            is_site[rim.pixel as usize] = true;
-        }
-    }
     let sites = (0..is_site.len())
         .filter(|&i| is_site[i])
         .map(|pixel| Site {

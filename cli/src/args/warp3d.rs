@@ -77,7 +77,8 @@ pub struct Warp3dArgs {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Cameras")]
 pub struct WarpCameraArgs {
-    /// Camera of the picture: FILE, FILE#ENTRY, fov:DEGREES or equirectangular [default: the lens of --intrinsics, at the origin]
+    /// Camera of the picture: FILE, FILE#ENTRY, fov:DEGREES (the vertical angle of view) or equirectangular [default: the
+    /// lens of --intrinsics, at the origin]
     ///
     /// Files: this program's JSON, Middlebury calib.txt, Open3D and TUM trajectories, Open3D's camera JSON, a COLMAP
     /// model (its folder, images.txt or images.bin), NeRF and Blender transforms.json, MPEG camera JSON, poses as 4x4 or
@@ -125,6 +126,10 @@ pub struct DepthArgs {
     /// Far plane of an MPEG or OpenGL depth code or of relative depth, world units
     #[arg(long, value_name = "Z", value_parser = values::positive, requires = "near")]
     pub far: Option<f64>,
+    /// Stored numbers of relative depth that mean the far and the near plane, such as 0,255; numbers beyond are put there
+    /// [default: all but 0.5 % of the numbers at each end, of all pictures of a sequence together]
+    #[arg(long, value_name = "FAR,NEAR", value_parser = values::ascending, allow_hyphen_values = true)]
+    pub relative_range: Option<[f64; 2]>,
     /// A stored number that means "unknown", beside 0, NaN and infinity
     #[arg(long, value_name = "V", value_parser = values::number, allow_hyphen_values = true)]
     pub invalid: Option<f64>,

@@ -10,6 +10,7 @@ use anyhow::{Error, Result, anyhow, bail};
 use resample_core::Camera;
 use resample_io::{Gate, Outside};
 use serde_json::{Value, json};
+use warp3d::input::DepthKind;
 use warp3d::memory::ReferenceSize;
 use warp3d::{Fill, WarpArgs, WarpOptions};
 
@@ -17,10 +18,11 @@ use crate::args::{CameraArgs, Given, SequenceArgs, Warp3dArgs};
 use crate::background::Background;
 use crate::camera_path::KeyKind;
 use crate::multiview::Layout;
+use crate::notes::Notes;
 use crate::output;
 use crate::picture::Drawn;
 use crate::plan::{Pictures, Plan, Purpose, Request, Run, RunLog};
-use crate::report::{self, RunStats};
+use crate::report::{self, RunStats, Verbosity};
 use crate::warp_frames::Frames;
 use crate::warp_references::{AnyWarper, Keeping};
 use crate::warp_scene;
@@ -57,8 +59,8 @@ struct Ready {
 
 impl Open {
     /// Checks the arguments, reads the references, places the cameras and prepares the warp.
-    pub(crate) fn read(args: Warp3dArgs, purpose: Purpose) -> Result<Self> {
-        let ready = Ready::new(&args, purpose)?;
+    pub(crate) fn read(args: Warp3dArgs, purpose: Purpose, verbosity: Verbosity) -> Result<Self> {
+        let ready = Ready::new(&args, purpose, verbosity)?;
         Ok(Self { args, ready })
     }
 
@@ -143,32 +145,33 @@ impl Open {
 }
 
 impl Ready {
-    fn new(args: &Warp3dArgs, purpose: Purpose) -> Result<Self> {
+    fn new(args: &Warp3dArgs, purpose: Purpose, verbosity: Verbosity) -> Result<Self> {
         check_words(args)?;
-        let frames = match args.source.held() {
+        let mut frames = match args.source.held() {
             None => Frames::find(args)?,
             Some(_) => None,
-        };
-        let first = match &frames {
-            Some(frames) => {
-                check_frames(args, purpose)?;
-                frames.words(args, 0)
-            }
-            None => args.clone(),
         };
         let shared = shared(args, frames.as_ref());
         let request = request(args, &shared);
         // How many pictures there will be is known when the cameras are read; a name that cannot be is refused now.
         Plan::without_cameras(&request, Pictures::One)?;
         let options = args.render.options.options()?;
-        let start = Instant::now();
+        let (start, mut notes) = (Instant::now(), Notes::default());
+        let first = match &mut frames {
+            Some(frames) => {
+                check_frames(args, purpose)?;
+                frames.find_range(args, verbosity.progress())?;
+                frames.words(args, 0)
+            }
+            None => args.clone(),
+        };
         // How large the new picture is, cameras say later.
         let guess = args
             .cameras
             .size
             .map_or([1, 1], |size| [size.width, size.height]);
         let mut keeping = keeping(&first, &options, guess, purpose)?;
-        let mut scene = warp_scene::read(&first, keeping)?;
+        let mut scene = warp_scene::read(&first, keeping, &mut notes)?;
         let layout = layout(args, scene.nearest);
         let mut targets = targets(&first, &scene)?;
         let convergence = convergence(args, &scene, &targets[0])?;
@@ -186,7 +189,7 @@ impl Ready {
             keeping = self::keeping(&first, &options, largest.unwrap_or(guess), purpose)?;
             if keeping != Keeping::Memory {
                 drop(scene);
-                scene = warp_scene::read(&first, keeping)?;
+                scene = warp_scene::read(&first, keeping, &mut notes)?;
             }
         }
         let load_ms = report::ms_since(start);
@@ -203,6 +206,7 @@ impl Ready {
             }),
             layout,
             convergence,
+            notes,
             last: LastPicture::NotKept,
         };
         Ok(Self {
@@ -351,6 +355,9 @@ fn check_words(args: &Warp3dArgs) -> Result<()> {
     }
     if args.confidence.is_some() && args.views.anaglyph.is_some() {
         bail!("--confidence: an anaglyph shows two views at once: leave it out");
+    }
+    if args.meaning.relative_range.is_some() && args.meaning.depth_kind != DepthKind::Relative {
+        bail!("--relative-range is the range of relative depth: give --depth-kind relative too");
     }
     let views = &args.views;
     let is_single = views.stereo.is_none()

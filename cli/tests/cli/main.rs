@@ -38,6 +38,7 @@ mod view;
 mod warp3d;
 mod warp3d_found;
 mod warp3d_refused;
+mod warp3d_relative;
 
 /// Voxels along an axis of the test volume.
 const SIDE: usize = 32;

@@ -327,4 +327,19 @@ fn a_white_metal_in_even_light_is_as_bright_as_the_light() {
     let middle = rgb[(36 * width as usize + 32) * 3];
     // sRGB of a quarter is 137.
     assert!((135..=139).contains(&middle), "{middle}");
+    // Runs of one byte: 24 MiB of light in 132 kB.
+    let [runs, rest] = [[255, 128], [128 + 16, 128]];
+    let row = [
+        vec![2, 2, 8, 0],
+        [runs.repeat(16), rest.to_vec()].concat().repeat(4),
+    ]
+    .concat();
+    let head = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1024 +X 2048\n";
+    bench.write("wide.hdr", &[head.to_vec(), row.repeat(1024)].concat());
+    let words = "texmap a.gltf --environment wide.hdr --size 16x16 -o out/b.png";
+    assert_good(&bench.run(words));
+    let output = bench.run(&format!("{words} --max-memory 20M"));
+    assert_eq!(output.status.code(), Some(2));
+    let said = stderr(&output);
+    assert!(said.contains("wide.hdr: the surroundings take"), "{said}");
 }

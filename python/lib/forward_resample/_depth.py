@@ -28,7 +28,7 @@ class DepthImage(Scene):
             ``depth_scale=`` say otherwise; 0, NaN and infinity are unknown. Millimetres of a depth camera in uint16 need
             ``depth_scale=0.001``. It may have another size than the colours.
         K: the camera's matrix, 3x3, in pixels, with the centre of the first pixel at (0, 0) as OpenCV and Open3D have it
-            (``pixel_centre="half"`` puts it at (0.5, 0.5)). Without it ``from_=`` says what the camera is, such as ``"fov:60"``.
+            (``pixel_centre="half"`` puts it at (0.5, 0.5)). Without it ``from_=`` says what the camera is, such as ``"fov:60"``, 60 degrees from top to bottom.
         pose: 4x4, from the world to the camera: x right, y down, z forward; OpenCV's (R|t), Open3D's ``extrinsic``. The identity if
             not given.
         references: further pictures, each ``(colour, depth, K, pose)``.

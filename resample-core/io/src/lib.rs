@@ -36,6 +36,7 @@ mod pfm;
 mod picture;
 mod plane;
 mod png;
+mod radiance;
 mod raster;
 pub mod refused;
 mod rows;

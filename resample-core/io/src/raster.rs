@@ -1,7 +1,7 @@
 //! PNG, JPEG, TIFF, PNM and the other formats that hold a plain picture.
 //!
 //! Takes a path, gives a linear picture, or the numbers of a grey one, row by row. The size in the header is held
-//! against the length of the file before the pixels are decoded. PNG is decoded row by row (`png.rs`); the others, and
+//! against the length of the file before the pixels are decoded. PNG and Radiance are decoded row by row (`png.rs`, `radiance.rs`); the others, and
 //! interlaced PNG, are held whole as they are stored. The decoding itself is the crates' `image` and `png`.
 
 use std::fs::File;
@@ -16,6 +16,7 @@ use super::jpeg;
 use super::picture::Storage;
 use super::plane::Stored;
 use super::png;
+use super::radiance;
 use super::receiver::{Receiver, Room};
 use super::rows::{Row, Rows};
 use resample_core::Error;
@@ -59,7 +60,11 @@ pub(super) fn size(path: &Path) -> Result<[u32; 2], Error> {
 pub(super) fn storage(path: &Path) -> Result<Storage, Error> {
     let (format, decoder) = checked_decoder(path)?;
     let colour = decoder.color_type();
-    let is_by_rows = format == ImageFormat::Png && !png::is_interlaced(path)?;
+    let is_by_rows = match format {
+        ImageFormat::Png => !png::is_interlaced(path)?,
+        ImageFormat::Hdr => radiance::is_by_rows(path)?,
+        _ => false,
+    };
     Ok(Storage {
         size: decoder.dimensions().into(),
         channel_bytes: colour.bytes_per_pixel() / colour.channel_count(),
@@ -208,7 +213,12 @@ impl GreyRows<'_> {
 /// Gives the rows of a picture from the top.
 fn decode(path: &Path, room: Room, rows: &mut dyn Rows) -> Result<(), Error> {
     let (format, decoder) = checked_decoder(path)?;
-    if format == ImageFormat::Png && png::decode(path, rows)? {
+    let is_done = match format {
+        ImageFormat::Png => png::decode(path, rows)?,
+        ImageFormat::Hdr => radiance::decode(path, rows)?,
+        _ => false,
+    };
+    if is_done {
         return Ok(());
     }
     let (width, height) = decoder.dimensions();

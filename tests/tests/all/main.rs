@@ -48,6 +48,7 @@ mod uniform_bricks;
 mod unit_scaling;
 mod volume_layers;
 mod volume_views;
+mod warp_codes;
 mod warp_colmap;
 mod warp_edges;
 mod warp_equation;

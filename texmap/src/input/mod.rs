@@ -119,7 +119,7 @@ fn finished(
         })?;
     }
     if let Some(environment) = &options.environment {
-        scene.surroundings = Some(Arc::new(surroundings::read(environment)?));
+        scene.surroundings = Some(Arc::new(surroundings::read(environment, &options.gate)?));
     }
     let scene = checked::scene(scene, &mut notes).map_err(at)?;
     room::ask(&scene, &options.gate).map_err(at)?;

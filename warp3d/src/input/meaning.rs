@@ -8,6 +8,8 @@
 
 use resample_core::{Camera, Projection};
 
+use super::codes;
+use super::range::RangeOf;
 use resample_io::{Plane, Stored};
 
 /// Camera z of a stored number at a column and row, world units; NaN where unknown.
@@ -27,19 +29,22 @@ const INVERTED_RATIO: f64 = 1.25;
 /// Facts about the numbers of a depth file.
 pub(crate) struct Numbers {
     pub(crate) stored: Stored,
-    /// The least and the largest known number, where all have been seen.
+    /// The numbers at the far and at the near end, where all have been seen.
     pub(crate) range: Option<[f64; 2]>,
 }
 
 impl Numbers {
     fn known_range(&self) -> Result<[f64; 2], String> {
-        let [least, most] = self.range.ok_or(
-            "depth without a unit is scaled by all of its numbers: keep the picture in memory",
+        let [far, near] = self.range.ok_or(
+            "depth without a unit is scaled by all of its numbers: keep the picture in memory, or give the range of \
+             relative depth",
         )?;
-        if least <= most {
-            Ok([least, most])
-        } else {
-            Err("the depth file holds no usable number".into())
+        match [far, near] {
+            range if far <= near => Ok(range),
+            _ if far == f64::INFINITY => Err("the depth file holds no usable number".into()),
+            _ => Err(format!(
+                "a range of depth from {far} to {near}: expected the number of the far end first, which is the smaller"
+            )),
         }
     }
 }
@@ -59,10 +64,10 @@ pub enum DepthKind {
     Ray,
     /// Shift between the pictures of a rectified pair, px: z = fx * baseline / (d + doffs)
     Disparity,
-    /// Inverse of camera z; whole numbers without a scale put the largest at 1 unit
+    /// Inverse of camera z; whole numbers without a scale put the nearest pixels at 1 unit
     Inverse,
     /// Inverse of camera z up to a scale and an offset, as networks give it: larger is nearer; put between --near and
-    /// --far [default: 1 and 10]
+    /// --far [default: 1 and 10], all pictures of a sequence by one range
     Relative,
     /// MPEG code from 0 (far) to its largest value (near), linear in inverse z, between the near and the far plane
     Mpeg,
@@ -88,6 +93,9 @@ pub struct DepthMeaning {
     pub doffs: f64,
     /// Camera z of the near and the far plane, world units (MPEG, OpenGL, relative).
     pub near_far: Option<[f64; 2]>,
+    /// Stored numbers that mean the far and the near plane (relative; numbers beyond are put there), the second the one at
+    /// distance 1 (inverse without a scale). Where none are given they are quantiles of the file's own numbers.
+    pub range: Option<[f64; 2]>,
 }
 
 impl DepthMeaning {
@@ -100,14 +108,23 @@ impl DepthMeaning {
             baseline: None,
             doffs: 0.0,
             near_far: None,
+            range: None,
         }
     }
 
-    /// Camera z of each pixel, world units, above 0; NaN where unknown.
+    /// The same with the range of these numbers, where they need one and none is given.
+    pub fn with_range_of(&self, stored: &Plane) -> Self {
+        let range = self.range_of(stored);
+        Self { range, ..*self }
+    }
+
+    /// Camera z of each pixel, world units, above 0; NaN where unknown. Coarse codes are made smooth.
     ///
     /// The error says which option is missing or out of range.
     pub fn camera_z(&self, stored: &Plane, camera: &Camera) -> Result<Vec<f32>, String> {
         let numbers = self.numbers(stored);
+        let smooth = codes::smoothed(stored, &*self.distance(&numbers, camera)?);
+        let stored = smooth.as_ref().unwrap_or(stored);
         let z_of = self.converter(&numbers, camera)?;
         let per_pixel = stored.values.iter().enumerate();
         Ok(per_pixel
@@ -117,21 +134,42 @@ impl DepthMeaning {
 
     /// Facts about the numbers of a plane, as far as their meaning needs them.
     pub(crate) fn numbers(&self, stored: &Plane) -> Numbers {
-        if !matches!(self.kind, DepthKind::Relative | DepthKind::Inverse) {
-            return Numbers {
-                stored: stored.stored,
-                range: None,
-            };
-        }
-        let known = |&&value: &&f32| value.is_finite() && !self.is_invalid(f64::from(value));
-        let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
-        for &value in stored.values.iter().filter(known) {
-            (least, most) = (least.min(value), most.max(value));
-        }
         Numbers {
             stored: stored.stored,
-            range: Some([least, most].map(f64::from)),
+            range: self.range_of(stored),
         }
+    }
+
+    /// The range that was given, or that of the numbers of a plane where they need one.
+    fn range_of(&self, stored: &Plane) -> Option<[f64; 2]> {
+        if self.range.is_some() || !self.needs_range(stored.stored) {
+            return self.range;
+        }
+        let mut range = RangeOf::new(self);
+        range.take(stored);
+        Some(range.found().unwrap_or([f64::INFINITY, f64::NEG_INFINITY]))
+    }
+
+    /// Whether numbers of some kind need a range, and none is given.
+    pub(crate) fn may_need_range(&self) -> bool {
+        let is_open = match self.kind {
+            DepthKind::Relative => true,
+            DepthKind::Inverse => self.scale.is_none(),
+            _ => false,
+        };
+        is_open && self.range.is_none()
+    }
+
+    /// Whether numbers of this kind need a range, and none is given.
+    pub(crate) fn needs_range(&self, stored: Stored) -> bool {
+        let is_code = matches!(stored, Stored::Code(_));
+        self.may_need_range() && (is_code || self.kind == DepthKind::Relative)
+    }
+
+    /// Whether a stored number may mean a depth.
+    pub(crate) fn is_known(&self, value: f32) -> bool {
+        let is_unknown_code = self.kind == DepthKind::Inverse && value <= 0.0;
+        value.is_finite() && !self.is_invalid(f64::from(value)) && !is_unknown_code
     }
 
     /// The camera z of a stored number at a column and row, as above.
@@ -192,9 +230,14 @@ impl DepthMeaning {
             });
         }
         let [near, far] = self.near_far.unwrap_or(RELATIVE_PLANES);
+        let numbers = self.range.map_or(String::new(), |[least, most]| {
+            format!(", its numbers from {most} to {least}")
+        });
         is_open.then(|| match self.kind {
-            DepthKind::Inverse => "the depth has no unit: its nearest pixel is put at 1".into(),
-            _ => format!("the depth has no unit: it is put between {near} and {far} units"),
+            DepthKind::Inverse => "the depth has no unit: its nearest pixels are put at 1".into(),
+            _ => {
+                format!("the depth has no unit: it is put between {near} and {far} units{numbers}")
+            }
         })
     }
 
@@ -271,7 +314,8 @@ impl DepthMeaning {
                 let [least, most] = numbers.known_range()?;
                 // A map of one number is a plane at the far end.
                 let step = (1.0 / near - 1.0 / far) / (most - least).max(f64::MIN_POSITIVE);
-                Box::new(move |value| 1.0 / (1.0 / far + (value - least) * step))
+                // Wild numbers are no nearer than the near plane, and no farther than the far one.
+                Box::new(move |value| 1.0 / (1.0 / far + (value.clamp(least, most) - least) * step))
             }
             DepthKind::Disparity => {
                 let baseline = self.baseline.ok_or(

@@ -12,9 +12,11 @@ use resample_core::Camera;
 use crate::{Error, Reference};
 
 pub mod cameras;
+mod codes;
 mod finish;
 pub mod meaning;
 mod panoramas;
+mod range;
 mod regrid;
 
 use cameras::Distortion;
@@ -22,6 +24,7 @@ pub(crate) use finish::nothing_known;
 use finish::{along_the_axis, assembled};
 pub use meaning::{DepthKind, DepthMeaning};
 pub use panoramas::{face_sizes, panorama};
+pub use range::range_of_sequence;
 use regrid::{Lens, Model};
 use resample_io::files::fault;
 pub use resample_io::files::read_text;
@@ -100,6 +103,8 @@ fn regridded(
         .resized(stored.width as u32, stored.height as u32)
         .map_err(|error| error.to_string())?;
     let distance = meaning.distance(&meaning.numbers(stored), &own)?;
+    let smooth = codes::smoothed(stored, &*distance);
+    let stored = smooth.as_ref().unwrap_or(stored);
     let distances = Plane {
         values: stored.values.iter().map(|&v| distance(v) as f32).collect(),
         ..*stored

@@ -10,7 +10,7 @@ use resample_core::Camera;
 
 use super::finish::{along_the_axis, assembled, nothing_known};
 use super::regrid::{self, Lens, Model};
-use super::{DepthKind, DepthMeaning, Picture, Plane};
+use super::{DepthKind, DepthMeaning, Picture, Plane, codes};
 use crate::{Error, Reference, panorama};
 use resample_io::files::fault;
 
@@ -49,6 +49,8 @@ pub fn panorama(
     let distance = meaning
         .distance(&meaning.numbers(stored), &cameras[0])
         .map_err(|what| fault(depth_file, what))?;
+    let smooth = codes::smoothed(stored, &*distance);
+    let stored = smooth.as_ref().unwrap_or(stored);
     let distances: Vec<f32> = stored.values.iter().map(|&v| distance(v) as f32).collect();
     let distances = Plane {
         values: repeated(&distances, picture.width),

@@ -43,7 +43,7 @@ pub(super) fn survey(
     let path = &files.depth.path;
     let numbers = Numbers {
         stored: unpacked.stored,
-        range: None,
+        range: files.meaning.range,
     };
     let z_of = files
         .meaning

@@ -59,6 +59,10 @@ pub(super) fn check_layout(args: &Warp3dArgs) -> Result<()> {
     let name = name.as_ref().map_or("", |name| name.get_name());
     match (layout.places(), args.views.stereo) {
         (Some(_), None) => bail!("--layout {name}: it shows two views: give --stereo BASELINE"),
+        (None, Some(_)) if layout == LayoutWord::Equirectangular => bail!(
+            "--layout {name}: it shows one eye's view: leave --stereo out (eyes side by side see depth ahead alone; a \
+             picture for each of them is drawn with --to shift:X,0,0)"
+        ),
         (None, Some(_)) => bail!("--layout {name}: it shows one view: leave --stereo out"),
         _ => Ok(()),
     }

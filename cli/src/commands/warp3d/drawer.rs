@@ -7,8 +7,9 @@ use warp3d::FrameStats;
 
 use crate::args::Warp3dArgs;
 use crate::multiview::Layout;
+use crate::notes::Notes;
 use crate::picture::Drawn;
-use crate::report::{self, Account};
+use crate::report::Account;
 use crate::warp_frames::Frames;
 use crate::warp_references::{AnyWarper, Keeping};
 use crate::warp_scene;
@@ -20,6 +21,8 @@ pub(super) struct Drawer {
     pub(super) source: Option<Source>,
     pub(super) layout: Layout,
     pub(super) convergence: f64,
+    /// What the user has been told.
+    pub(super) notes: Notes,
     pub(super) last: LastPicture,
 }
 
@@ -42,13 +45,13 @@ pub(super) struct Source {
 
 impl Source {
     /// The warper of picture `number`, if it is another than the present one.
-    fn next(&mut self, number: usize) -> Result<Option<AnyWarper>> {
+    fn next(&mut self, number: usize, notes: &mut Notes) -> Result<Option<AnyWarper>> {
         if self.current == number {
             return Ok(None);
         }
         self.current = number;
         let words = self.frames.words(&self.args, number);
-        let scene = warp_scene::read(&words, self.keeping)?;
+        let scene = warp_scene::read(&words, self.keeping, notes)?;
         AnyWarper::new(scene.references, &self.args.render.options.options()?).map(Some)
     }
 }
@@ -59,7 +62,7 @@ impl Drawer {
         self.turn_to(number)?;
         let drawn = self.draw_silently(sheet)?;
         if drawn.image.rgba.iter().all(|pixel| !(pixel[3] > 0.0)) {
-            report::say(
+            self.notes.say(
                 "warning: nothing of the references is seen from this camera: the picture is empty",
             );
         }
@@ -69,7 +72,7 @@ impl Drawer {
     /// Takes the references of picture `number`.
     pub(super) fn turn_to(&mut self, number: usize) -> Result<()> {
         if let Some(source) = &mut self.source
-            && let Some(warper) = source.next(number)?
+            && let Some(warper) = source.next(number, &mut self.notes)?
         {
             self.warper = warper;
         }

@@ -17,12 +17,20 @@ pub(super) fn record(
     format: Format,
     convergence: f64,
 ) -> Value {
+    let meaning = &args.meaning;
     let mut record = json!({
         "colour": args.colour,
         "depth": args.depth,
         "from": args.cameras.from.as_ref().map(ToString::to_string),
         "to": args.cameras.to.as_ref().map(ToString::to_string),
-        "depth_kind": args.meaning.depth_kind,
+        "depth_kind": meaning.depth_kind,
+        "depth_scale": meaning.depth_scale,
+        "near": meaning.near,
+        "far": meaning.far,
+        "relative_range": meaning.relative_range,
+        "invalid": meaning.invalid,
+        "baseline": meaning.baseline,
+        "doffs": meaning.doffs,
         "stereo": args.views.stereo,
         "convergence": convergence.is_finite().then_some(convergence),
         "picture": plan::picture_record(request, format),

@@ -35,6 +35,10 @@ pub(super) fn check(chunk: &Chunk, headers: &[Header]) -> Result<(), String> {
     ) {
         return Ok(());
     }
+    // A block that would not become smaller is stored as it is, and begins with pixels.
+    if packed.len() == plain_bytes(chunk, header) {
+        return Ok(());
+    }
     // The transform works on squares of 8x8, which a row or a column of pixels fills to an eighth; run lengths of data
     // without runs take twice its size.
     let most = (header.max_block_byte_size() as u64).saturating_mul(16) + SPARE_BYTES;
@@ -50,6 +54,16 @@ pub(super) fn check(chunk: &Chunk, headers: &[Header]) -> Result<(), String> {
         )),
         _ => Ok(()),
     }
+}
+
+/// Bytes of a block's pixels; the largest number where it lies nowhere in the picture, which the decoder refuses.
+fn plain_bytes(chunk: &Chunk, header: &Header) -> usize {
+    let place = header.get_block_data_indices(&chunk.compressed_block);
+    let place = place.and_then(|tile| header.get_absolute_block_pixel_coordinates(tile));
+    place.map_or(usize::MAX, |place| {
+        let pixels = place.size.area();
+        pixels.saturating_mul(header.channels.bytes_per_pixel)
+    })
 }
 
 /// Checks all blocks of a file, for decoders that cannot be asked in between.
@@ -104,6 +118,45 @@ mod tests {
             bytes[at..at + 8].copy_from_slice(&claimed.to_le_bytes());
         }
         bytes
+    }
+
+    /// A picture of noise whose blocks are stored as they are, in a file that says `compression`.
+    fn stored(size: (usize, usize), compression: u8) -> Vec<u8> {
+        let mut state = 7u32;
+        let noise = std::iter::repeat_with(|| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f16::from_bits((state >> 17) as u16)
+        });
+        let samples: Vec<f16> = noise.take(size.0 * size.1).collect();
+        let channel = AnyChannel::new("Z", FlatSamples::F16(samples));
+        let encoding = Encoding {
+            blocks: Blocks::Tiles(Vec2(16, 16)),
+            ..Encoding::UNCOMPRESSED
+        };
+        let channels = AnyChannels::sort([channel].into_iter().collect());
+        let layer = Layer::new(size, LayerAttributes::default(), encoding, channels);
+        let mut file = Cursor::new(Vec::new());
+        let image = Image::from_layer(layer);
+        image.write().to_buffered(&mut file).expect("memory");
+        let mut bytes = file.into_inner();
+        let name = b"compression\0compression\0";
+        let at = bytes.windows(name.len()).position(|window| window == name);
+        bytes[at.expect("an attribute") + name.len() + 4] = compression;
+        bytes
+    }
+
+    #[test]
+    fn blocks_that_are_stored_as_they_are_claim_nothing() {
+        // DWAA and DWAB; tiles that the border cuts among them.
+        for (size, compression) in [((64, 32), 8), ((37, 19), 8), ((40, 3), 9)] {
+            let bytes = stored(size, compression);
+            assert_eq!(check_all(Cursor::new(bytes.clone())), Ok(()), "{size:?}");
+            let file = tempfile::NamedTempFile::new().expect("a file");
+            std::fs::write(file.path(), bytes).expect("written");
+            let part = crate::Part::from_text(&file.path().display().to_string());
+            let plane = crate::depth::read(&part).expect("readable");
+            assert_eq!((plane.width, plane.height), size);
+        }
     }
 
     #[test]
