@@ -108,6 +108,7 @@ impl Account<'_> {
         }
         match (other.keeps, self.asked) {
             (Keeps::Yes, _) => {}
+            (Keeps::Worse, _) => parts.push("a larger error than the default".into()),
             (Keeps::No, Asked::Error(_)) => parts.push("over the bound".into()),
             (Keeps::No, Asked::Time(_)) => parts.push("over the time".into()),
         }

@@ -30,7 +30,7 @@ pub(super) struct Pilot {
     views: Vec<View>,
     guard_px: usize,
     /// Draws of each picture so far.
-    draws: usize,
+    pub(super) draws: usize,
     /// Pictures of the whole sequence.
     pub(super) pictures: usize,
     /// CPU time, ms, and work of all that the pilot has drawn.
@@ -67,6 +67,16 @@ pub(super) struct Effort {
     pub(super) views: usize,
     /// Pictures of which a preview is drawn.
     pub(super) previews: usize,
+    pub(super) steps: Steps,
+}
+
+/// Where windows stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Steps {
+    /// Also where the default changes the preview.
+    Compared,
+    /// On contrast alone.
+    Ignored,
 }
 
 /// A preview has half of a picture's pixels along a side, and no more than this.
@@ -94,18 +104,28 @@ pub(super) fn side_px(scene: &Scene) -> u32 {
     }
 }
 
+/// The camera of a picture's preview.
+fn preview_camera(camera: &Camera) -> Result<Camera> {
+    let long_px = u64::from(camera.width.max(camera.height));
+    let small = |px: u32| {
+        let most = (u64::from(px) * u64::from(MOST_PREVIEW_PX)).div_ceil(long_px);
+        px.div_ceil(2).min(most as u32)
+    };
+    Ok(camera.resized(small(camera.width), small(camera.height))?)
+}
+
 /// Small pictures by their places in the sequence.
 struct Previews {
     candidate: Candidate,
     side_px: u32,
-    seen: BTreeMap<usize, Cells>,
+    seen: BTreeMap<usize, (Cells, Image)>,
 }
 
 impl Previews {
     /// The place of the one with the most contrast, among some.
     fn most(&self, among: impl Fn(usize) -> bool) -> Option<usize> {
         let seen = self.seen.iter().filter(|(place, _)| among(**place));
-        let most = seen.max_by(|(_, a), (_, b)| a.contrast.total_cmp(&b.contrast));
+        let most = seen.max_by(|(_, (a, _)), (_, (b, _))| a.contrast.total_cmp(&b.contrast));
         most.map(|(&place, _)| place)
     }
 }
@@ -151,7 +171,13 @@ impl Pilot {
         }
         for place in chosen {
             pilot.preview(scene, &mut previews, place)?;
-            if let Some(cells) = previews.seen.remove(&place).filter(|cells| cells.len() > 0) {
+            let Some((mut cells, seen)) = previews.seen.remove(&place) else {
+                continue;
+            };
+            if cells.len() > 0 {
+                if effort.steps == Steps::Compared {
+                    cells = pilot.compared(scene, ladder, &cells, &seen)?;
+                }
                 pilot.views.push(View {
                     cells,
                     windows: Vec::new(),
@@ -202,19 +228,29 @@ impl Pilot {
         }
         let camera = scene.cameras[place];
         let long_px = u64::from(camera.width.max(camera.height));
-        let small = |px: u32| {
-            let most = (u64::from(px) * u64::from(MOST_PREVIEW_PX)).div_ceil(long_px);
-            px.div_ceil(2).min(most as u32)
-        };
-        let small = camera.resized(small(camera.width), small(camera.height))?;
+        let small = preview_camera(&camera)?;
         let (seen, _) = self.drawn(scene, &previews.candidate, &small)?;
         let wall_per_cpu = seen.time.wall_ms / seen.time.cpu_ms.max(f64::MIN_POSITIVE);
         self.wall_per_cpu = self.wall_per_cpu.min(wall_per_cpu);
         let side_px = previews.side_px.min(long_px as u32);
-        previews
-            .seen
-            .insert(place, Cells::new(&camera, &seen.image, side_px));
+        let cells = Cells::new(&camera, &seen.image, None, side_px);
+        previews.seen.insert(place, (cells, seen.image));
         Ok(())
+    }
+
+    /// The cells of a preview after its difference from one under the default.
+    fn compared(
+        &mut self,
+        scene: &mut Scene,
+        ladder: &Ladder,
+        cells: &Cells,
+        preview: &Image,
+    ) -> Result<Cells> {
+        let small = preview_camera(cells.camera())?;
+        scene.set(&ladder.default)?;
+        let (seen, _) = self.drawn(scene, &Candidate::new(&ladder.default), &small)?;
+        scene.set(&ladder.preview)?;
+        Ok(cells.with_steps(preview, &seen.image))
     }
 
     /// Draws, and counts the time and the work of it.
@@ -287,6 +323,17 @@ impl Pilot {
             candidate.fixed_ms = seen.time.cpu_ms;
         }
         Ok(())
+    }
+
+    /// Elapsed time of one whole picture, ms: of the one with the most contrast in all.
+    pub(super) fn whole_ms(&self, scene: &mut Scene, setting: &Setting) -> Result<f64> {
+        scene.opened.set(&scene.typed.with(setting)?)?;
+        let most = |cells: &Cells| cells.contrast * cells.covered_px;
+        let views = self.views.iter().map(|view| &view.cells);
+        let view = views.max_by(|a, b| most(a).total_cmp(&most(b)));
+        let camera = *view.map_or(&scene.cameras[0], Cells::camera);
+        let time = measure::rendered(scene.opened, &camera)?.time;
+        Ok(time.wall_ms.min(time.cpu_ms * self.wall_per_cpu))
     }
 
     /// The errors of a candidate in the pictures.

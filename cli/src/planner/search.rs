@@ -5,7 +5,7 @@ use anyhow::Result;
 use super::candidate::Candidate;
 use super::estimate::{MOST_VIEWS, predicted, seen};
 use super::ladder::{Ladder, Rung};
-use super::pilot::{Effort, Pilot, Scene, side_px};
+use super::pilot::{Effort, Pilot, Scene, Steps, side_px};
 use super::windows::pixels;
 use crate::setting::Setting;
 use crate::values::Bound;
@@ -23,7 +23,7 @@ pub(super) enum Asked {
 #[derive(Clone, Debug)]
 pub(super) struct Tried {
     pub(super) setting: Setting,
-    /// The predicted error of the worst picture; none where only time counts.
+    /// The error of the worst picture: predicted with a margin for an error, and seen in the windows for a time.
     pub(super) error: Option<f64>,
     /// Work of a picture, of one under the default setting.
     pub(super) work: f64,
@@ -37,6 +37,8 @@ pub(super) struct Tried {
 pub(super) enum Keeps {
     Yes,
     No,
+    /// It keeps the bound, but the default, which is dearer, has a smaller error.
+    Worse,
 }
 
 /// The result of a search.
@@ -69,6 +71,10 @@ const NOTHING_KEEPS: &str = "no cheaper setting is predicted to keep the bound";
 const DRAWS: usize = 4;
 const MOST_DRAWS: usize = 24;
 
+/// Draws in all from which on a cheaper setting than a volume's default is tried: those of a sequence of sixteen pictures. With
+/// four, one of 350 random pictures took a setting of twelve times the predicted error.
+const UNDERCUT_DRAWS: usize = 16;
+
 /// Part of a run under the exact setting that looking may take; and the part where the default does not keep the bound, to
 /// know better which settings lie above it. Where only the margin is in the way, looking may take as much as a run under the default:
 /// a dearer setting would take two to four times as much.
@@ -87,6 +93,9 @@ const TIMED_VIEWS: usize = 3;
 /// CPU time of windows after which no more are added for a time, ms: a quarter of the tenth of a second that planning may take.
 const ENOUGH_MS: f64 = 25.0;
 
+/// The same where the exact setting is drawn in the windows too, most of whose time it takes.
+const ENOUGH_WITH_ERRORS_MS: f64 = 60.0;
+
 /// The time of a picture grows at least by this part of the growth of its work. A guess; it saves tries.
 const LEAST_GROWTH: f64 = 0.3;
 
@@ -98,13 +107,16 @@ enum Verdict {
     Unsure,
 }
 
-struct Search<'a, 'b> {
+pub(super) struct Search<'a, 'b> {
     asked: Asked,
-    scene: &'a mut Scene<'b>,
-    ladder: &'a Ladder,
-    pilot: Pilot,
-    default: Candidate,
-    tried: Vec<Tried>,
+    pub(super) scene: &'a mut Scene<'b>,
+    pub(super) ladder: &'a Ladder,
+    pub(super) pilot: Pilot,
+    pub(super) default: Candidate,
+    pub(super) tried: Vec<Tried>,
+    /// Measured over predicted time of a whole picture under the default, where that was drawn; else 1.
+    pub(super) time_scale: f64,
+    pub(super) default_is_measured: bool,
 }
 
 /// Looks for the cheapest setting that keeps an error, or for the most exact one that keeps a time.
@@ -127,21 +139,36 @@ pub(super) fn found(scene: &mut Scene, ladder: &Ladder, asked: Asked) -> Result<
         Asked::Error(_) => pictures.min(PREVIEWS),
         Asked::Time(_) => 0,
     };
+    let steps = match (asked, &scene.typed) {
+        (Asked::Error(_), Setting::Volume(_)) => Steps::Compared,
+        _ => Steps::Ignored,
+    };
+    let effort = Effort {
+        views,
+        previews,
+        steps,
+    };
     let mut search = Search {
         asked,
-        pilot: Pilot::new(scene, ladder, &Effort { views, previews })?,
+        pilot: Pilot::new(scene, ladder, &effort)?,
         scene,
         ladder,
         default: Candidate::new(&ladder.default),
         tried: Vec::new(),
+        time_scale: 1.0,
+        default_is_measured: false,
     };
     let (best, why_exact) = match asked {
         _ if !search.pilot.sees_something() => (None, NOTHING_SEEN),
         Asked::Error(_) if !search.looked_for_errors()? => (None, TOO_DEAR),
         Asked::Error(_) => (search.best()?, NOTHING_KEEPS),
-        Asked::Time(_) => {
-            search.looked_for_times()?;
-            (search.best()?.or(search.shortest()), NOTHING_KEEPS)
+        Asked::Time(most_ms) => {
+            let has_errors = search.looked_for_times()?;
+            let best = match has_errors {
+                true => search.best_in_time(most_ms)?,
+                false => search.best()?,
+            };
+            (best.or(search.shortest()), NOTHING_KEEPS)
         }
     };
     Ok(Found {
@@ -196,13 +223,24 @@ impl Search<'_, '_> {
         Ok(true)
     }
 
-    /// Adds windows under the default setting until there are enough to know its time.
-    fn looked_for_times(&mut self) -> Result<()> {
+    /// Adds windows under the exact and the default setting until there are enough to know the default's time; false where
+    /// there are no parts to see errors in, because each window would be a whole picture.
+    fn looked_for_times(&mut self) -> Result<bool> {
+        let mut exact = Candidate::new(self.ladder.exact());
+        let has_errors = side_px(self.scene) < u32::MAX;
         let previews_ms = self.pilot.cpu_ms;
-        for _ in 0..MOST_DRAWS {
+        for draw in 1..=MOST_DRAWS {
             self.pilot.add_windows(1);
+            if has_errors {
+                self.pilot.measure(self.scene, &mut exact)?;
+            }
             self.pilot.measure(self.scene, &mut self.default)?;
-            if self.pilot.cpu_ms - previews_ms > ENOUGH_MS {
+            let own_ms = self.pilot.cpu_ms - previews_ms;
+            let (enough_ms, least) = match has_errors {
+                true => (ENOUGH_WITH_ERRORS_MS, DRAWS),
+                false => (ENOUGH_MS, 1),
+            };
+            if own_ms > enough_ms && draw >= least {
                 break;
             }
         }
@@ -213,7 +251,7 @@ impl Search<'_, '_> {
             let share = self.pilot.picture_work(&self.default) / self.pilot.picture_work(&cheapest);
             self.place_default(cheapest.rung.work * share);
         }
-        Ok(())
+        Ok(has_errors)
     }
 
     /// The windows' figures of the default so far.
@@ -244,6 +282,9 @@ impl Search<'_, '_> {
         let (keeps, mut last) = (best.is_some(), self.default.rung.clone());
         let (below, above) = self.ladder.around(&last);
         let is_error = matches!(self.asked, Asked::Error(_));
+        if is_error && keeps && !self.may_undercut() {
+            return Ok(best);
+        }
         let rungs: Vec<&Rung> = match keeps == is_error {
             true => below.iter().rev().collect(),
             false => above.iter().collect(),
@@ -258,6 +299,9 @@ impl Search<'_, '_> {
                 break;
             }
             let found = self.note(rung)?;
+            if is_error && keeps && self.is_worse_than_default() {
+                break;
+            }
             best = found.or(best);
             if found.is_some() != keeps {
                 break;
@@ -272,6 +316,29 @@ impl Search<'_, '_> {
         match (self.asked, self.tried.last()) {
             (Asked::Time(most_ms), Some(tried)) => {
                 tried.time_ms * LEAST_GROWTH * rung.work / last.work > most_ms
+            }
+            _ => false,
+        }
+    }
+
+    /// Whether so much was looked at that a volume's default may be left for less: a few windows of a single picture cannot
+    /// show which of two settings has the smaller error, and more of them cost as much as is saved.
+    fn may_undercut(&self) -> bool {
+        let is_volume = matches!(self.scene.typed, Setting::Volume(_));
+        !is_volume || self.pilot.draws * self.pilot.size().0 >= UNDERCUT_DRAWS
+    }
+
+    /// Whether the last one tried has a larger error than the default, which came first. Windows miss errors that stand in a
+    /// few pixels alone, and a volume's long steps have such errors: a bound is no licence to draw worse than the default.
+    fn is_worse_than_default(&mut self) -> bool {
+        let default = self.tried[0].error;
+        let is_volume = matches!(self.scene.typed, Setting::Volume(_));
+        match self.tried.last_mut() {
+            Some(last) if is_volume && last.error > default => {
+                if last.keeps == Keeps::Yes {
+                    last.keeps = Keeps::Worse;
+                }
+                true
             }
             _ => false,
         }
@@ -300,7 +367,7 @@ impl Search<'_, '_> {
         keeps.then_some(self.tried.len() - 1)
     }
 
-    fn judged(&self, candidate: &Candidate) -> Tried {
+    pub(super) fn judged(&self, candidate: &Candidate) -> Tried {
         let error = |metric| predicted(metric, &self.pilot.errors(candidate), self.pilot.pictures);
         let time_ms = self.pilot.picture_ms(candidate);
         let (error, keeps) = match self.asked {

@@ -40,23 +40,32 @@ pub(super) const COVERED: f32 = 1.0 / 255.0;
 
 impl Cells {
     /// The covered cells of this side, after a preview of the picture.
-    pub(super) fn new(camera: &Camera, preview: &Image, side_px: u32) -> Self {
+    ///
+    /// `steps` has them by the error of long steps: the preview under another setting, where one was drawn. Contrast shows where
+    /// pixels are too few, and not where steps are: in thin parts, and along a spacing that is unlike the others.
+    pub(super) fn new(
+        camera: &Camera,
+        preview: &Image,
+        steps: Option<&Image>,
+        side_px: u32,
+    ) -> Self {
         let columns = camera.width.div_ceil(side_px);
         let corners = (0..columns * camera.height.div_ceil(side_px))
             .map(|index| [index % columns * side_px, index / columns * side_px]);
-        let shown: Vec<([u32; 2], f64)> = corners
-            .filter_map(|at| {
-                Some((
-                    at,
-                    contrast(preview, pixels_of(preview, camera, at, side_px))?,
-                ))
-            })
-            .collect();
-        let mean =
-            shown.iter().map(|(_, contrast)| contrast).sum::<f64>() / shown.len().max(1) as f64;
+        let seen = |at: [u32; 2]| {
+            let pixels = pixels_of(preview, camera, at, side_px);
+            let changed = steps.map_or(0.0, |steps| change(preview, steps, pixels));
+            Some((at, contrast(preview, pixels)?, changed))
+        };
+        let shown: Vec<([u32; 2], f64, f64)> = corners.filter_map(seen).collect();
+        let cells = shown.len().max(1) as f64;
+        let mean = shown.iter().map(|(_, contrast, _)| contrast).sum::<f64>() / cells;
+        let mean_change = shown.iter().map(|(.., change)| change).sum::<f64>() / cells;
+        // Both counts weigh the same over the whole picture, so that either finds its cells with half of the draws.
+        let per_change = mean / mean_change.max(f64::MIN_POSITIVE.sqrt());
         let mut passed = 0.0;
-        let count = |(at, contrast): ([u32; 2], f64)| {
-            passed += contrast + FLOOR * mean + f64::MIN_POSITIVE.sqrt();
+        let count = |(at, contrast, change): ([u32; 2], f64, f64)| {
+            passed += contrast + per_change * change + FLOOR * mean + f64::MIN_POSITIVE.sqrt();
             (at, passed)
         };
         let covered = preview
@@ -72,6 +81,11 @@ impl Cells {
             covered_px: covered as f64 / preview.rgba.len().max(1) as f64 * pixels(camera),
             contrast: contrast(preview, whole).unwrap_or(0.0) / covered.max(1) as f64,
         }
+    }
+
+    /// The cells of the same picture after its preview under another setting too.
+    pub(super) fn with_steps(&self, preview: &Image, steps: &Image) -> Self {
+        Self::new(&self.camera, preview, Some(steps), self.side_px)
     }
 
     /// The camera of the whole picture.
@@ -127,6 +141,19 @@ fn pixels_of(preview: &Image, camera: &Camera, at: [u32; 2], side_px: u32) -> [[
         range(at[0], camera.width, preview.width),
         range(at[1], camera.height, preview.height),
     ]
+}
+
+/// The sum of the squared differences of two pictures of one size.
+fn change(image: &Image, other: &Image, [columns, rows]: [[usize; 2]; 2]) -> f64 {
+    let mut sum = 0.0;
+    for y in rows[0]..rows[1] {
+        let row = y * image.width + columns[0]..y * image.width + columns[1];
+        for (pixel, other) in image.rgba[row.clone()].iter().zip(&other.rgba[row]) {
+            let squares = (0..3).map(|k| f64::from(pixel[k] - other[k]).powi(2));
+            sum += squares.sum::<f64>();
+        }
+    }
+    sum
 }
 
 /// The sum of the squared differences of neighbours; `None` where nothing is covered.
@@ -186,7 +213,7 @@ mod tests {
     #[test]
     fn windows_stand_on_what_is_covered_and_mostly_on_contrast() {
         // The preview stands for a picture of four times as many pixels.
-        let cells = Cells::new(&camera(2), &picture(), 32);
+        let cells = Cells::new(&camera(2), &picture(), None, 32);
         assert_eq!(cells.len(), 9, "the right half, and cells beside it");
         assert_eq!(cells.covered_px, 4.0 * 1536.0);
         let windows: Vec<Window> = (0..16).filter_map(|draw| cells.window(draw)).collect();
@@ -207,6 +234,26 @@ mod tests {
     }
 
     #[test]
+    fn windows_stand_where_long_steps_change_the_picture() {
+        let (preview, mut steps) = (picture(), picture());
+        // Flat in the preview: contrast alone would hardly ever draw it.
+        for y in 40..44 {
+            for x in 52..56 {
+                steps.rgba[y * 64 + x] = [0.4, 0.4, 0.4, 1.0];
+            }
+        }
+        let drawn = |steps: Option<&Image>| {
+            let cells = Cells::new(&camera(1), &preview, steps, 8);
+            let windows = (0..16).filter_map(|draw| cells.window(draw));
+            let part = camera(1);
+            let there = |w: &Window| w.camera.cx == part.cx - 48.0 && w.camera.cy == part.cy - 40.0;
+            windows.filter(there).count()
+        };
+        assert!(drawn(None) <= 1, "contrast does not show it");
+        assert!(drawn(Some(&steps)) >= 6, "{}", drawn(Some(&steps)));
+    }
+
+    #[test]
     fn a_narrow_thing_has_more_contrast_than_a_wide_one() {
         let mut narrow = picture();
         let outside = narrow
@@ -215,13 +262,13 @@ mod tests {
             .enumerate()
             .filter(|(i, _)| i % 64 >= 34);
         outside.for_each(|(_, pixel)| *pixel = [0.0; 4]);
-        let of = |image: &Image| Cells::new(&camera(1), image, 16).contrast;
+        let of = |image: &Image| Cells::new(&camera(1), image, None, 16).contrast;
         assert!(of(&narrow) > of(&picture()), "edges count for fewer pixels");
     }
 
     #[test]
     fn an_empty_picture_has_no_windows() {
-        let empty = Cells::new(&camera(1), &Image::transparent(64, 48), 16);
+        let empty = Cells::new(&camera(1), &Image::transparent(64, 48), None, 16);
         assert!(empty.window(0).is_none() && empty.covered_px == 0.0 && empty.contrast == 0.0);
     }
 }

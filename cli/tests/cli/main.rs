@@ -26,6 +26,7 @@ mod motion;
 mod pages;
 mod parts;
 mod planner;
+mod planner_random;
 mod saved_camera;
 mod scenes;
 mod sequences;

@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use super::{BALL, Bench, assert_good, stderr};
 
-fn json(bench: &Bench, name: &str) -> Value {
+pub(super) fn json(bench: &Bench, name: &str) -> Value {
     serde_json::from_str(&fs::read_to_string(bench.path(name)).expect("a file")).expect("JSON")
 }
 
@@ -266,5 +266,39 @@ fn bad_requests_are_refused_in_one_line() {
             stderr(&output)
         );
         assert!(bench.written().is_empty(), "{words}: nothing is written");
+    }
+}
+
+#[test]
+fn a_time_gets_the_least_error_that_fits() {
+    let bench = Bench::new();
+    // Two narrow peaks are drawn along rays, where errors and times do not follow the ladder's order.
+    bench.write(
+        "peaks.json",
+        br#"[{"ColorSpace":"RGB","RGBPoints":[0,0.1,0.2,0.9,255,0.9,0.3,0.1],"Points":[0,0,0.5,0,78,0,0.5,0,
+        80,0.6,0.5,0,82,0,0.5,0,168,0,0.5,0,170,0.9,0.5,0,172,0,0.5,0,255,0,0.5,0]}]"#,
+    );
+    for time_ms in [40.0, 400.0] {
+        let words = format!("--size 200x200 --transfer peaks.json --max-time {time_ms}ms");
+        assert_good(&bench.draw(&format!("{words} -o out/a.png --stats out/s.json")));
+        let planned = &json(&bench, "out/s.json")["planned"];
+        let number = |of: &Value, name: &str| of[name].as_f64();
+        let Some(chosen) = number(planned, "predicted_error") else {
+            panic!("errors are measured for a time too: {planned}");
+        };
+        let others = planned["considered"].as_array().expect("a list");
+        assert!(
+            others.iter().any(|other| other["setting"] == ""),
+            "the default is a candidate: {planned}"
+        );
+        // Nearer to the time, settings may be left out because one took longer than predicted.
+        let fits = |other: &&Value| number(other, "predicted_ms").expect("ms") < 0.25 * time_ms;
+        for other in others.iter().filter(fits) {
+            let error = number(other, "predicted_error").expect("an error");
+            assert!(
+                planned["kept"] == false || chosen <= error,
+                "{time_ms} ms: {other} is better: {planned}"
+            );
+        }
     }
 }
