@@ -9,6 +9,7 @@
 use resample_core::{Camera, Projection};
 
 use super::codes;
+use super::inverted::looks_inverted;
 use super::range::RangeOf;
 use resample_io::{Plane, Stored};
 
@@ -21,10 +22,6 @@ type Formula = Box<dyn Fn(f64) -> f64 + Sync>;
 /// Near and far plane of relative depth where none are given, world units: a picture's subject at 1, and a background
 /// that still moves a little. A guess: a network's map does not say how deep its scene is.
 const RELATIVE_PLANES: [f64; 2] = [1.0, 10.0];
-
-/// How much nearer the upper third of a picture must be than the lower third to look upside down. Floors make the lower
-/// part nearer in almost every picture; a guess that leaves ceilings and close walls without a note.
-const INVERTED_RATIO: f64 = 1.25;
 
 /// Facts about the numbers of a depth file.
 pub(crate) struct Numbers {
@@ -145,7 +142,8 @@ impl DepthMeaning {
         if self.range.is_some() || !self.needs_range(stored.stored) {
             return self.range;
         }
-        let mut range = RangeOf::new(self);
+        let is_known = |value| self.is_known(value);
+        let mut range = RangeOf::new(&is_known);
         range.take(stored);
         Some(range.found().unwrap_or([f64::INFINITY, f64::NEG_INFINITY]))
     }
@@ -378,21 +376,6 @@ fn usable(z: f64) -> f32 {
     } else {
         f32::NAN
     }
-}
-
-/// Whether the upper third of a picture is clearly nearer than the lower third.
-fn looks_inverted(z: &[f32], width: usize) -> bool {
-    let third = z.len() / width.max(1) / 3 * width;
-    let median = |part: &[f32]| -> Option<f64> {
-        let mut known: Vec<f32> = part.iter().copied().filter(|z| !z.is_nan()).collect();
-        let middle = known.len() / 2;
-        (!known.is_empty())
-            .then(|| f64::from(*known.select_nth_unstable_by(middle, f32::total_cmp).1))
-    };
-    let (upper, lower) = (median(&z[..third]), median(&z[z.len() - third..]));
-    upper
-        .zip(lower)
-        .is_some_and(|(upper, lower)| lower > INVERTED_RATIO * upper)
 }
 
 /// Length of the ray through a pixel's centre from the eye to camera z = 1.

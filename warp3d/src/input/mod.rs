@@ -14,21 +14,23 @@ use crate::{Error, Reference};
 pub mod cameras;
 mod codes;
 mod finish;
+mod inverted;
 pub mod meaning;
 mod panoramas;
 mod range;
 mod regrid;
+mod sequence;
 
 use cameras::Distortion;
 pub(crate) use finish::nothing_known;
 use finish::{along_the_axis, assembled};
 pub use meaning::{DepthKind, DepthMeaning};
 pub use panoramas::{face_sizes, panorama};
-pub use range::range_of_sequence;
 use regrid::{Lens, Model};
 use resample_io::files::fault;
 pub use resample_io::files::read_text;
 pub use resample_io::{MAX_PIXELS, Part, Picture, Plane, Stored, colour, depth};
+pub use sequence::range_of_sequence;
 
 /// The camera that a picture was taken with, and how its lens departs from a pinhole.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,41 +1,33 @@
 //! Between which stored numbers the depth of a picture or of a sequence lies, where its numbers have no unit.
 //!
-//! Takes the numbers of one depth file or of many, gives two of them: the quantile of the far end and that of the near
+//! Takes the numbers of one depth file or of many (`sequence`), gives two of them: the quantile of the far end and that of the near
 //! end. A sequence has one range for all of its frames, so that a thing that stands still keeps its depth whatever else
 //! comes into the picture. Single wrong numbers decide nothing. Limits: a thing that covers less than [`SHARE`] of all
 //! pixels and is nearer than all others becomes flat, at the near end.
 
-use std::path::PathBuf;
-
-use super::meaning::DepthMeaning;
 use crate::Error;
-use resample_io::files::fault;
-use resample_io::{Part, Plane, Receiver, Room, depth};
+use resample_io::{Plane, Receiver};
 
 /// Share of the numbers that lie beyond the range at each end. A guess: of sensible sizes the smallest that leaves out
 /// the flying pixels of a map of 200x100, some tens; 2 %, which pictures of such maps often take, flattens small heads.
-const SHARE: f64 = 0.005;
-
-/// Frames of a sequence that are looked through, evenly spread: a thing that is missed shows in fewer than one frame of
-/// these, so that its numbers are less than [`SHARE`] of all, even if it fills those frames.
-const FRAMES: usize = (1.0 / SHARE) as usize;
+pub(crate) const SHARE: f64 = 0.005;
 
 /// Most numbers of a frame that count. The rank of a quantile then is off by 3 % of `SHARE` (one deviation of a binomial).
 const FRAME_NUMBERS: usize = 1 << 18;
 
 /// The numbers that decide a range.
-#[derive(Clone, Debug)]
 pub(crate) struct RangeOf<'a> {
-    meaning: &'a DepthMeaning,
+    /// Whether a stored number may mean a depth.
+    is_known: &'a dyn Fn(f32) -> bool,
     width: usize,
     step: usize,
     numbers: Vec<f32>,
 }
 
 impl<'a> RangeOf<'a> {
-    pub(crate) fn new(meaning: &'a DepthMeaning) -> Self {
+    pub(crate) fn new(is_known: &'a dyn Fn(f32) -> bool) -> Self {
         Self {
-            meaning,
+            is_known,
             width: 0,
             step: 1,
             numbers: Vec::new(),
@@ -61,7 +53,7 @@ impl<'a> RangeOf<'a> {
     fn take_from(&mut self, first: usize, values: &[f32]) {
         let skipped = (self.step - first % self.step) % self.step;
         let counted = values.iter().skip(skipped).step_by(self.step).copied();
-        let is_known = |value: &f32| self.meaning.is_known(*value);
+        let is_known = |value: &f32| (self.is_known)(*value);
         self.numbers.extend(counted.filter(is_known));
     }
 
@@ -95,45 +87,6 @@ impl Receiver for RangeOf<'_> {
     }
 }
 
-/// The range of the numbers of a sequence's depth files, the same whichever of its pictures are drawn; `None` where the
-/// meaning needs none. A file may take `room` to be decoded; `watch` takes the share that is done.
-///
-/// # Errors
-/// A file that cannot be read, or none that holds a usable number.
-pub fn range_of_sequence(
-    files: &[Part],
-    meaning: &DepthMeaning,
-    room: Room,
-    watch: &mut dyn FnMut(f64),
-) -> Result<Option<[f64; 2]>, Error> {
-    if !meaning.may_need_range() {
-        return Ok(None);
-    }
-    let count = files.len().min(FRAMES);
-    let mut range = RangeOf::new(meaning);
-    for number in 0..count {
-        // From the first to the last.
-        let place = number * files.len().saturating_sub(1) / count.saturating_sub(1).max(1);
-        let stored = depth::decode(&files[place], room, &mut range)?;
-        if !meaning.needs_range(stored) {
-            return Ok(None);
-        }
-        watch((number + 1) as f64 / count as f64);
-    }
-    let named = || {
-        files
-            .first()
-            .map_or_else(PathBuf::new, |file| file.path.clone())
-    };
-    let nothing = || {
-        fault(
-            &named(),
-            "no depth file of the sequence holds a usable number",
-        )
-    };
-    range.found().map(Some).ok_or_else(nothing)
-}
-
 /// Whether two numbers above 0 have a factor above 1 in common.
 fn has_common_factor(mut a: usize, mut b: usize) -> bool {
     while b > 0 {
@@ -145,7 +98,6 @@ fn has_common_factor(mut a: usize, mut b: usize) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::input::DepthKind;
     use resample_io::Stored;
 
     fn plane(width: usize, values: Vec<f32>) -> Plane {
@@ -158,8 +110,7 @@ mod tests {
     }
 
     fn range(planes: &[Plane]) -> Option<[f64; 2]> {
-        let meaning = DepthMeaning::of(DepthKind::Relative);
-        let mut range = RangeOf::new(&meaning);
+        let mut range = RangeOf::new(&|value| value.is_finite());
         planes.iter().for_each(|plane| range.take(plane));
         range.found()
     }
@@ -192,8 +143,8 @@ mod tests {
         );
         let both = range(&[near.clone(), far.clone()]).expect("numbers");
         assert!(both[0] < 12.0 && both[1] > 1000.0, "{both:?}");
-        let meaning = DepthMeaning::of(DepthKind::Relative);
-        let (mut whole, mut pieces) = (RangeOf::new(&meaning), RangeOf::new(&meaning));
+        let is_known = |value: f32| value.is_finite();
+        let (mut whole, mut pieces) = (RangeOf::new(&is_known), RangeOf::new(&is_known));
         whole.take(&far);
         pieces.begin([width, height]).expect("a frame");
         for (y, row) in far.values.chunks(width).enumerate() {
