@@ -6,7 +6,7 @@
 //! that of normals widens the lobe (Tokuyoshi and Kaplanyan 2019; Toksvig 2005), and roughnesses far apart are two lobes.
 //!
 //! Takes [`Inputs`]; gives reflected light, linear. Limits: a footprint has one mean colour and one mean of metal, so that metal and paint of
-//! different colours that are too fine to be seen swap some of their light; in even light their sum is right to 2 % where they are smooth, to 11 % where they are rough.
+//! different colours that are too fine to be seen swap some of their light; in even light their sum is right to 2 % where they are smooth, to 16 % where they are rough.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x4, f32x16, i32x16};
