@@ -118,6 +118,23 @@ pub fn reflected(
     specular + dielectric.lerp(metal, surface.metal) * irradiance
 }
 
+/// What a surface sends to the eye of a small light of radiance times solid angle 1, reflected once.
+pub fn of_small_light(surface: &Reflector, (normal, eye): (DVec3, DVec3), light: DVec3) -> DVec3 {
+    let (to_light, to_eye) = (normal.dot(light), normal.dot(eye));
+    if to_light <= 0.0 || to_eye <= 0.0 {
+        return DVec3::ZERO;
+    }
+    let half = (light + eye).normalize();
+    let alpha2 = surface.roughness.powi(4);
+    let spread = 1.0 + normal.dot(half).powi(2) * (alpha2 - 1.0);
+    let dense = alpha2 / (PI * spread * spread);
+    let smith = |a: f64, b: f64| a * (b * b * (1.0 - alpha2) + alpha2).sqrt();
+    let visible = 0.5 / (smith(to_light, to_eye) + smith(to_eye, to_light));
+    let fresnel = (1.0 - half.dot(eye)).powi(5);
+    let f0 = DIELECTRIC.lerp(surface.base, surface.metal);
+    (f0 * (1.0 - fresnel) + DVec3::splat(fresnel)) * (dense * visible * to_light)
+}
+
 /// Fills the unit square evenly.
 fn lattice(k: usize, count: usize) -> (f64, f64) {
     let golden = 0.618_033_988_749_894_9;

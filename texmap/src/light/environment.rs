@@ -5,7 +5,7 @@
 //! surfaces in nine spherical harmonics (Ramamoorthi and Hanrahan 2001); and the table of reflectance. A lobe's mean is
 //! taken from copies of the map that are as coarse as its samples are apart (Křivánek and Colbert 2008).
 //!
-//! Limits: a lobe does not stretch at grazing angles; light comes from infinitely far away and nothing shadows it.
+//! Small bright lights are kept apart (`suns`). Limits: a lobe in blurred light does not stretch at grazing angles; light comes from infinitely far away and nothing shadows it.
 
 use glam::{Quat, Vec3, Vec4};
 use rayon::prelude::*;
@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use super::octahedron::{direction_of_texel, folded, square_from_direction};
 use super::reflectance::{Reflectance, half_vector, visibility};
 use super::studio;
+use super::suns::{self, Sun};
 use crate::scene::Surroundings;
 
 /// Roughnesses for which radiance is kept: 0, 1/12, ..., 1.
@@ -23,6 +24,9 @@ const SIDES: [usize; LEVELS] = [256, 256, 128, 128, 64, 64, 32, 32, 32, 32, 32, 
 
 /// Samples of a lobe: narrow lobes are covered by few.
 const SAMPLES: [usize; LEVELS] = [0, 24, 64, 96, 128, 128, 128, 128, 128, 128, 128, 128, 128];
+
+/// The first level that lacks small bright lights: its lobe is some times wider than they are, and those before it show them as they are.
+pub(crate) const WITHOUT_SUNS: usize = 2;
 
 /// Texels along the side of the sharpest map of a picture: finer than a screen shows of a mirrored room.
 const PICTURE_SIDE: usize = 512;
@@ -36,6 +40,8 @@ pub(crate) struct Environment {
     /// 3 y^2 - 1, z^2 - x^2.
     pub(crate) irradiance: [Vec3; 9],
     pub(crate) reflectance: Reflectance,
+    /// Lights that are not in the levels from [`WITHOUT_SUNS`] on.
+    pub(crate) suns: Vec<Sun>,
 }
 
 /// Radiance on the octahedral square, with a border of one texel.
@@ -51,18 +57,14 @@ impl Environment {
     /// The built-in studio, or the surroundings of a picture, turned about +y by an angle in radians.
     pub(crate) fn new(picture: Option<&Surroundings>, turn_rad: f32) -> Self {
         let turn = Quat::from_rotation_y(-turn_rad);
-        let sharp = match picture {
-            None => Map::new(SIDES[0], |d| studio::radiance(turn * d)),
-            Some(picture) => {
-                // As many looks at the picture as it has pixels in a texel.
-                let side = (2 * picture.height.next_power_of_two()).clamp(64, PICTURE_SIDE);
-                let looks = picture.height.div_ceil(side).clamp(2, 8);
-                Map::fine(side, looks, |d| seen(picture, turn * d))
-            }
-        };
-        let mut coarser = vec![sharp];
-        while let Some(next) = coarser.last().filter(|map| map.side > 4).map(Map::halved) {
-            coarser.push(next);
+        let mut coarser = Map::sharp(picture, turn).with_coarser();
+        let mut without = None;
+        let mut suns = Vec::new();
+        if let Some((found, rest)) = picture.and_then(suns::taken_out) {
+            suns = found;
+            suns.iter_mut()
+                .for_each(|sun| sun.direction = turn.inverse() * sun.direction);
+            without = Some(Map::sharp(Some(&rest), turn).with_coarser());
         }
         let irradiance = irradiance(
             coarser
@@ -70,17 +72,46 @@ impl Environment {
                 .find(|map| map.side <= 64)
                 .unwrap_or(&coarser[0]),
         );
-        let mut levels: Vec<Map> = (1..LEVELS).map(|level| blurred(&coarser, level)).collect();
+        let of_level = |level: usize| match &without {
+            Some(without) if level >= WITHOUT_SUNS => without,
+            _ => &coarser,
+        };
+        let mut levels: Vec<Map> = (1..LEVELS)
+            .map(|level| blurred(of_level(level), level))
+            .collect();
         levels.insert(0, coarser.swap_remove(0));
         Self {
             levels,
             irradiance,
             reflectance: Reflectance::new(),
+            suns,
         }
     }
 }
 
 impl Map {
+    /// The studio, or a picture, as it is.
+    fn sharp(picture: Option<&Surroundings>, turn: Quat) -> Self {
+        match picture {
+            None => Self::new(SIDES[0], |d| studio::radiance(turn * d)),
+            Some(picture) => {
+                // As many looks at the picture as it has pixels in a texel.
+                let side = (2 * picture.height.next_power_of_two()).clamp(64, PICTURE_SIDE);
+                let looks = picture.height.div_ceil(side).clamp(2, 8);
+                Self::fine(side, looks, |d| seen(picture, turn * d))
+            }
+        }
+    }
+
+    /// The map and its ever coarser copies.
+    fn with_coarser(self) -> Vec<Self> {
+        let mut coarser = vec![self];
+        while let Some(next) = coarser.last().filter(|map| map.side > 4).map(Self::halved) {
+            coarser.push(next);
+        }
+        coarser
+    }
+
     /// A map with the given radiance at texels' centres.
     fn new(side: usize, radiance: impl Fn(Vec3) -> Vec3 + Sync) -> Self {
         let stride = side + 2;

@@ -5,6 +5,7 @@ mod octahedron;
 pub(crate) mod physical;
 mod reflectance;
 mod studio;
+mod suns;
 pub(crate) mod tangents;
 
 pub(crate) use environment::Environment;

@@ -6,15 +6,16 @@
 //! that of normals widens the lobe (Tokuyoshi and Kaplanyan 2019; Toksvig 2005), and roughnesses far apart are two lobes.
 //!
 //! Takes [`Inputs`]; gives reflected light, linear. Limits: a footprint has one mean colour and one mean of metal, so that metal and paint of
-//! different colours that are too fine to be seen swap some of their light; in even light their sum is right to 2 % where they are smooth, to 11 % where they are rough.
+//! different colours that are too fine to be seen swap some of their light; in even light their sum is right to 2 % where they are smooth, to 16 % where they are rough.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x4, f32x16, i32x16};
 use fearless_simd_macros::simd;
 use glam::Vec4;
 
-use super::environment::{Environment, LEVELS, Map};
+use super::environment::{Environment, LEVELS, Map, WITHOUT_SUNS};
 use super::reflectance;
+use super::suns::Met;
 use crate::lanes::{LANES, Lanes};
 
 /// What a dielectric reflects at normal incidence: an index of refraction of 1.5.
@@ -112,6 +113,24 @@ pub(crate) fn reflect<S: Simd>(
             let f0 = dielectric + (base[k] - dielectric) * metal;
             let radiance = f32x16::from_slice(simd, &seen[k]);
             mirror[k] += (f0 * scale + offset) * radiance;
+        }
+        // The share of the looks that lack the lights.
+        let lacking = lobe * splat((LEVELS - 1) as f32) - splat((WITHOUT_SUNS - 1) as f32);
+        let lacking = lacking.max(zero).min(one);
+        for sun in &environment.suns {
+            let met = Met {
+                normal: [nx, ny, nz],
+                eye: [vx, vy, vz],
+                cosine,
+                roughness: rough,
+                variance,
+            };
+            let [plain, fresnel] = met.lit_by(simd, sun);
+            for k in 0..3 {
+                let f0 = dielectric + (base[k] - dielectric) * metal;
+                let light = splat(sun.power[k]) * lacking;
+                mirror[k] += (f0 * (plain - fresnel) + fresnel) * light;
+            }
         }
     }
     let share = splat(1.0 / lobes as f32);
