@@ -199,12 +199,13 @@ impl FarRims {
         let place = |i: usize| DVec2::new((i % width) as f64, (i / width) as f64);
         let distance = place(at).distance(place(from as usize));
         let radius = (GROWTH * distance).max(LEAST_RADIUS_PX);
-        let last = place(self.nearest.len() - 1);
+        let last = [width - 1, self.nearest.len() / width - 1];
         let (mut sum, mut depth, mut total) = ([0.0; 3], 0.0, 0.0);
         for (offset, weight) in &self.disc {
-            let met = (place(at) + radius * *offset).round();
-            let met = met.clamp(DVec2::ZERO, last);
-            let known = self.nearest[met.y as usize * width + met.x as usize] as usize;
+            // A cast rounds down, and takes negative numbers for 0.
+            let met = place(at) + radius * *offset + 0.5;
+            let [x, y] = [met.x as usize, met.y as usize];
+            let known = self.nearest[y.min(last[1]) * width + x.min(last[0])] as usize;
             let z = layer.depth[known];
             if z * FAR_RATIO < far {
                 continue;

@@ -262,26 +262,28 @@ impl Codes {
     }
 
     /// Takes over what the neighbours of the rows and columns on one side know.
+    #[inline(always)]
     fn relax(&self, border: &mut Border, i: usize, side: isize) {
-        let (x, width) = ((i % self.width) as isize, self.width as isize);
-        let row = side * width;
-        for (step, across, length) in [
-            (side, side, 1.0),
-            (row, 0, 1.0),
-            (row - 1, -1, std::f32::consts::SQRT_2),
-            (row + 1, 1, std::f32::consts::SQRT_2),
-        ] {
-            let j = i as isize + step;
-            if j < 0 || j as usize >= self.levels.len() || !(0..width).contains(&(x + across)) {
-                continue;
+        let (x, width) = (i % self.width, self.width as isize);
+        let row = i as isize + side * width;
+        let has_row = (0..self.levels.len() as isize).contains(&row);
+        let [has_left, has_right] = [x > 0, x + 1 < self.width];
+        let has_side = if side < 0 { has_left } else { has_right };
+        let mut take = |is_there: bool, j: isize, length: f32| {
+            if !is_there {
+                return;
             }
             let j = j as usize;
             let distance_px = border.distance_px[j] + length;
-            if self.levels[j] == self.levels[i] && distance_px < border.distance_px[i] {
+            if distance_px < border.distance_px[i] && self.levels[j] == self.levels[i] {
                 border.distance_px[i] = distance_px;
                 border.beside[i] = border.beside[j];
             }
-        }
+        };
+        take(has_side, i as isize + side, 1.0);
+        take(has_row, row, 1.0);
+        take(has_row && has_left, row - 1, std::f32::consts::SQRT_2);
+        take(has_row && has_right, row + 1, std::f32::consts::SQRT_2);
     }
 
     /// Each sample between the borders of its level.
@@ -319,22 +321,24 @@ impl Codes {
 
     /// Takes out the kinks: each sample goes towards the middle of its neighbours on either side, within its interval.
     fn relaxed(&self, mut now: Vec<f32>) -> Vec<f32> {
+        // Whether a sample has linked neighbours on both sides along x (bit 0) and along y (bit 1).
+        let between = |i: usize| {
+            let [across, along] = self.beside(i).map(|pair| pair.iter().all(Option::is_some));
+            u8::from(across) + 2 * u8::from(along)
+        };
+        let between: Vec<u8> = (0..now.len()).into_par_iter().map(between).collect();
         for _ in 0..ROUNDS {
             let next = |i: usize| {
-                let (mut sum, mut count) = (0.0, 0.0);
-                for pair in self.beside(i) {
-                    if let [Some(before), Some(behind)] = pair {
-                        sum += 0.5 * (now[before] + now[behind]);
-                        count += 1.0;
-                    }
-                }
+                let middle = |step: usize| 0.5 * (now[i - step] + now[i + step]);
+                let mean = match between[i] {
+                    0 => return now[i],
+                    1 => middle(1),
+                    2 => middle(self.width),
+                    _ => 0.5 * (middle(1) + middle(self.width)),
+                };
                 let level = self.levels[i] as f32;
-                let here = now[i];
-                if count == 0.0 {
-                    return here;
-                }
                 // Half way: an undamped round turns a chequerboard over.
-                (0.5 * (here + sum / count)).clamp(level - HALF, level + HALF)
+                (0.5 * (now[i] + mean)).clamp(level - HALF, level + HALF)
             };
             now = (0..now.len()).into_par_iter().map(next).collect();
         }
