@@ -80,6 +80,13 @@ impl Search<'_, '_> {
         Ok(None)
     }
 
+    /// The setting of the least time.
+    pub(super) fn shortest(&self) -> Option<usize> {
+        let times = self.tried.iter().enumerate();
+        let least = times.min_by(|(_, a), (_, b)| a.time_ms.total_cmp(&b.time_ms));
+        least.map(|(place, _)| place)
+    }
+
     /// Of those that fit, the one with the least error; of several the shortest.
     fn first_in_rank(&self) -> Option<usize> {
         let rank = |tried: &Tried| (tried.error.unwrap_or_default(), tried.time_ms);

@@ -250,7 +250,10 @@ mod tests {
             windows.filter(there).count()
         };
         assert!(drawn(None) <= 1, "contrast does not show it");
-        assert!(drawn(Some(&steps)) >= 6, "{}", drawn(Some(&steps)));
+        // A cell looks one pixel around it: the patch is 16 pixels of its own, and 9 of three neighbours. Contrast, change and
+        // floor are 1, 1 and 1/4 in all: 16/25 of 1/2.25 of 16 draws are 4.6.
+        let found = drawn(Some(&steps));
+        assert!(found >= 4, "change shows it: {found}");
     }
 
     #[test]
