@@ -63,6 +63,7 @@ pub mod plan;
 pub mod planner;
 mod progress;
 pub mod report;
+mod run_log;
 mod scene;
 mod scene_camera;
 mod seen;

@@ -9,7 +9,6 @@ mod request;
 mod targets;
 
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use glam::DVec3;
@@ -27,7 +26,7 @@ use crate::picture::{self, Finish, RenderShot};
 use crate::report::{self, RunStats, Verbosity};
 use crate::sequence::{self, Existing, Fingerprint, Part, Sequence};
 
-pub use crate::sequence::Follow;
+pub use crate::run_log::{Follow, RunLog};
 use crate::values::{BackgroundWord, Orbit, Size};
 
 pub(crate) use records::{camera_record, picture_record};
@@ -88,17 +87,6 @@ pub enum Change {
     Render,
     /// The transfer function of a volume.
     Look,
-}
-
-/// When a command started, and how much it says.
-#[derive(Clone, Copy)]
-pub struct RunLog<'a> {
-    /// The start, for the time at the end.
-    pub start: Instant,
-    /// How much is said.
-    pub verbosity: Verbosity,
-    /// Follows the run, where it is part of another program.
-    pub follow: Option<Follow<'a>>,
 }
 
 /// The messages and the statistics of a run.

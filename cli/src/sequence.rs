@@ -20,15 +20,12 @@ use crate::input_picture::{self, Content, Known};
 use crate::interrupt::{self, Interrupted};
 use crate::output::{Film, FilmPlan, Format, FrameNames};
 use crate::picture::{self, Drawn, Finish, RenderShot, Shot};
-use crate::plan::RunLog;
 use crate::report::{self, Verbosity, WrittenFrame};
+use crate::run_log::RunLog;
 use crate::tiles::Kind;
 
 pub(crate) use fingerprint::Fingerprint;
 pub(crate) use part::Part;
-
-/// Called before each picture with the number of those that are done and of all; says whether it is drawn.
-pub type Follow<'a> = &'a dyn Fn(usize, usize) -> Next;
 
 /// Whether the next picture is drawn: nobody has pressed Ctrl-C, and whoever follows the run wants it.
 fn goes_on(log: &RunLog, done: usize, total: usize) -> bool {

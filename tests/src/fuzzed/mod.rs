@@ -127,6 +127,12 @@ fn mesh(folder: &Folder, bytes: &[u8]) -> Result<(), String> {
         gate: gate(),
         ..Default::default()
     };
+    let _ = texmap::load(&path, &options);
+    // Of the bytes of a mesh no picture can be made.
+    let options = texmap::LoadOptions {
+        unreadable: texmap::input::Unreadable::Noted,
+        ..options
+    };
     let loaded = texmap::load(&path, &options).map_err(said)?;
     // In the midst of its animation, where it has one.
     let posed = texmap::LoadOptions {

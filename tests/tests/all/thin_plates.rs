@@ -46,13 +46,14 @@ fn counts(thickness: f64, blend: Blend) -> [u64; 2] {
 #[test]
 fn the_cost_of_a_plate_does_not_follow_its_thinness() {
     for blend in [Blend::Emission, Blend::Maximum] {
-        let [touched, shown] = counts(1e-2, blend.clone());
+        let [touched, shown] = counts(1e-2, blend);
         assert!(shown > 500, "{blend:?}: {shown} samples");
         for thickness in [1e-4, 1e-6] {
-            let thin = counts(thickness, blend.clone());
+            let thin = counts(thickness, blend);
             println!("{blend:?}, {thickness:e}: {thin:?}, {touched} and {shown} at 1e-2");
-            // A ray meets as many planes of a thinner plate: its angle to the plate is the same.
-            assert!(thin[0] < 2 * touched, "{blend:?}, {thickness}: {thin:?}");
+            // A ray meets as many planes of a thinner plate: its angle to the plate is the same. At 1e-6 the tile's far pixels
+            // are 8e6 voxels apart, positions are known to 7 voxels, and so much is looked at before and behind six voxels.
+            assert!(thin[0] < 4 * touched, "{blend:?}, {thickness}: {thin:?}");
             let change = thin[1] as f64 / shown as f64 - 1.0;
             assert!(change.abs() < 0.02, "{blend:?}, {thickness}: {thin:?}");
         }

@@ -43,7 +43,8 @@ pub(in crate::field) fn find<S: Simd>(
     }
     let cells = CellBox::new(job.placed.brick, &job.settings.sheets.anchor);
     let open = of_window(window);
-    let mut waiting = Vec::from([first..end]);
+    let mut waiting = Vec::new();
+    waiting.push(first..end);
     while let Some(run) = waiting.pop() {
         if run.len() <= REMEMBERED_PLANES {
             runs.push(run);
