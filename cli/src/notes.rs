@@ -1,4 +1,4 @@
-//! Notes for the user, each once in a command: what is true of one picture of a sequence is most often true of all.
+//! Notes for the user. Equal notes on several pictures of a sequence are printed once.
 
 use std::collections::HashSet;
 

@@ -128,7 +128,7 @@ pub fn check_writable(path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Checks that the system can have a file of this name: it may be too long, or hold what no name may.
+/// Refuses names that the file system does not allow, such as names that are too long.
 pub(crate) fn check_name(path: &Path) -> Result<()> {
     match path.symlink_metadata() {
         Err(error) if error.kind() == ErrorKind::InvalidFilename => {

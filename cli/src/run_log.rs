@@ -1,4 +1,4 @@
-//! What a command that draws tells while it runs, and to whom: people at the terminal, or the program that it is part of.
+//! Reports of a running command: to the terminal, and to the program that it is part of.
 
 use std::time::Instant;
 
@@ -13,7 +13,7 @@ pub type Follow<'a> = &'a dyn Fn(usize, usize) -> Next;
 pub struct RunLog<'a> {
     /// The start, for the time at the end.
     pub start: Instant,
-    /// How much is said.
+    /// Amount of messages on stderr.
     pub verbosity: Verbosity,
     /// Follows the run, where it is part of another program.
     pub follow: Option<Follow<'a>>,

@@ -5,7 +5,7 @@
 //!
 //! `words` finds the command and takes the page's changes of it; `subject` is the scene as it is drawn; `server`, `heads`,
 //! `http` and `socket` speak to the browser; `mailbox` keeps the newest request; `studio` draws and answers; `ladder` chooses the
-//! size of moving frames; `save` writes what was found by hand, pictures as a `job` beside the viewing.
+//! size of moving frames; `save` writes files; those that need pictures are drawn by a `job` on a thread of its own.
 
 mod encode;
 mod facts;

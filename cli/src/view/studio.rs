@@ -227,7 +227,7 @@ impl Studio {
         Ok(drawn.flatten())
     }
 
-    /// Tells what has become of the file that is being written.
+    /// Sends the progress of the file that is being written, and its end.
     fn tell_news(&mut self) {
         while let Some(job) = &self.job {
             let path = job.path().display().to_string();

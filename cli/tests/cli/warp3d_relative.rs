@@ -35,7 +35,7 @@ fn frames(count: usize, number: impl Fn(usize, [usize; 2], f32) -> f32) -> Bench
 
 const WORDS: &str = "warp3d c_%d.png z_%d.pfm --depth-kind relative --from fov:40 --method nearest";
 
-/// The bytes of the pictures of a run, and what it said.
+/// The bytes of the pictures of a run, and its messages.
 fn drawn(bench: &Bench, words: &str) -> (Vec<Vec<u8>>, String) {
     let output = bench.run(&format!("{WORDS} --to shift:0.1,0,0 {words} -o out/a.png"));
     assert_good(&output);
@@ -78,7 +78,7 @@ fn what_walks_into_a_picture_moves_nothing_else() {
         rows.flat_map(|row| row[..30 * 4].to_vec()).collect()
     };
     assert_eq!(left(&pictures[0]), left(&pictures[2]));
-    // A part is what the whole has, and so is what one frame is with the range of all.
+    // A part has the bytes of the whole run; so has a single frame under the range of all.
     let (part, _) = drawn(&frames(3, walker), "--frames 2..3");
     assert_eq!(part, pictures[2..]);
     let (with_range, _) = drawn(&frames(2, walker), "--relative-range 1,30");

@@ -86,6 +86,7 @@ pub(crate) fn reflect<S: Simd>(
     let lobes = if apart.any_true() { 2 } else { 1 };
     let (dielectric, metal) = (splat(DIELECTRIC), load(&inputs.metal));
     let base = load_3(simd, &inputs.base);
+    let f0 = base.map(|base| dielectric + (base - dielectric) * metal);
     let mut even = [zero; 3];
     let mut mirror = [zero; 3];
     let mut reflectance = [zero; 2];
@@ -110,28 +111,17 @@ pub(crate) fn reflect<S: Simd>(
         reflectance[0] += scale;
         reflectance[1] += offset;
         for k in 0..3 {
-            let f0 = dielectric + (base[k] - dielectric) * metal;
             let radiance = f32x16::from_slice(simd, &seen[k]);
-            mirror[k] += (f0 * scale + offset) * radiance;
+            mirror[k] += (f0[k] * scale + offset) * radiance;
         }
-        // The share of the looks that lack the lights.
-        let lacking = lobe * splat((LEVELS - 1) as f32) - splat((WITHOUT_SUNS - 1) as f32);
-        let lacking = lacking.max(zero).min(one);
-        for sun in &environment.suns {
-            let met = Met {
-                normal: [nx, ny, nz],
-                eye: [vx, vy, vz],
-                cosine,
-                roughness: rough,
-                variance,
-            };
-            let [plain, fresnel] = met.lit_by(simd, sun);
-            for k in 0..3 {
-                let f0 = dielectric + (base[k] - dielectric) * metal;
-                let light = splat(sun.power[k]) * lacking;
-                mirror[k] += (f0 * (plain - fresnel) + fresnel) * light;
-            }
-        }
+        let met = Met {
+            normal: [nx, ny, nz],
+            eye: [vx, vy, vz],
+            cosine,
+            roughness: rough,
+            variance,
+        };
+        add_suns(simd, environment, (&met, lobe), &f0, &mut mirror);
     }
     let share = splat(1.0 / lobes as f32);
     let (scale, offset) = (reflectance[0] * share, reflectance[1] * share);
@@ -158,6 +148,27 @@ pub(crate) fn reflect<S: Simd>(
     }
     for lane in 0..count {
         out[lane] = Vec4::new(rgb[0][lane], rgb[1][lane], rgb[2][lane], 0.0);
+    }
+}
+
+/// Adds the light of the suns, as far as the looks around of this lobe lack them.
+#[inline(always)]
+fn add_suns<S: Simd>(
+    simd: S,
+    environment: &Environment,
+    (met, lobe): (&Met<S>, f32x16<S>),
+    f0: &[f32x16<S>; 3],
+    mirror: &mut [f32x16<S>; 3],
+) {
+    let splat = |x: f32| f32x16::splat(simd, x);
+    let lacking = lobe * splat((LEVELS - 1) as f32) - splat((WITHOUT_SUNS - 1) as f32);
+    let lacking = lacking.max(splat(0.0)).min(splat(1.0));
+    for sun in &environment.suns {
+        let [plain, fresnel] = met.lit_by(simd, sun);
+        for k in 0..3 {
+            let light = splat(sun.power[k]) * lacking;
+            mirror[k] += (f0[k] * (plain - fresnel) + fresnel) * light;
+        }
     }
 }
 

@@ -19,7 +19,7 @@ pub(super) fn facts(args: &InfoArgs) -> Result<(Vec<Line>, Value)> {
     let options = LoadOptions {
         scene: scene.map(input::SceneChoice),
         gate: gate.clone(),
-        // What is missing is a fact about the file.
+        // Missing pictures are reported, not refused: `info` describes the file.
         unreadable: input::Unreadable::Noted,
         ..LoadOptions::default()
     };

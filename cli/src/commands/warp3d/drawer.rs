@@ -21,7 +21,7 @@ pub(super) struct Drawer {
     pub(super) source: Option<Source>,
     pub(super) layout: Layout,
     pub(super) convergence: f64,
-    /// What the user has been told.
+    /// Notes that were printed.
     pub(super) notes: Notes,
     pub(super) last: LastPicture,
 }
