@@ -32,64 +32,27 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod accumulate;
-mod adjacency;
-mod at_borders;
-mod backward;
-mod batch;
-mod batch_light;
-mod black;
-mod by_triangle;
-mod changes;
-mod charts;
-mod cull;
-mod cut;
-mod edges;
-mod ellipse;
-mod filter;
-mod fragments;
 #[cfg(feature = "input")]
 pub mod input;
-mod lanes;
-mod layers;
-mod light;
-mod lookup;
-mod maps;
-mod mip;
+
+// In the order in which data flow through a frame.
 pub mod options;
-mod patch;
-mod patches;
-mod pixel;
-mod pixel_light;
-mod places;
-mod plane;
-mod planes;
-mod points;
+mod light;
+mod screen;
 mod prepare;
-pub mod render;
-pub mod scene;
-mod shown;
-mod span;
-mod splats;
-pub mod stats;
-mod sums;
-mod surface;
-mod taps;
-mod texels;
-mod textures;
-mod tile;
-mod tile_mesh;
+mod project;
 mod visibility;
-mod walk;
-mod window;
-mod wrapped;
+mod texture;
+mod tile;
+pub mod render;
+pub mod stats;
 
 #[cfg(feature = "input")]
 pub use input::{LoadOptions, Loaded, Pose, load, load_picture};
 pub use options::{Method, PlaneKind, RenderOptions, Shade};
+pub use prepare::textures::Textures;
 pub use render::{Frame, Renderer};
 pub use resample_core::Error;
 pub use resample_core::clock::StageTime;
-pub use scene::Scene;
+pub use resample_mesh::scene::{self, Scene};
 pub use stats::{FrameStats, StageTimes};
-pub use textures::Textures;

@@ -9,15 +9,15 @@ use resample_core::clock::StageClock;
 use resample_core::tile::TileLists;
 use resample_core::{Camera, Image};
 
-use crate::cull::{InView, cull};
-use crate::filter::PixelFilter;
 use crate::options::RenderOptions;
-use crate::planes::add_planes;
 use crate::prepare::Prepared;
-use crate::span::{TILE_WIDTH, tile_grid};
+use crate::project::cull::{InView, cull};
+use crate::screen::padded_tile::{TILE_WIDTH, tile_grid};
+use crate::screen::window::Window;
 use crate::stats::FrameStats;
+use crate::tile::planes::add_planes;
 use crate::tile::{FrameView, TileImage, TileWork, near_key, render_tile};
-use crate::window::Window;
+use crate::visibility::filter::PixelFilter;
 use crate::{Error, Scene};
 
 /// Renders one prepared scene, frame after frame.

@@ -213,7 +213,7 @@ fn prepared(scene: &Scene, args: &TexmapArgs, options: &RenderOptions) -> Result
     Ok(match textures {
         Textures::Shown => Renderer::new(scene, options)?,
         Textures::LeftOut | Textures::Grid => {
-            Renderer::new(&scene.clone().with_textures(textures), options)?
+            Renderer::new(&textures.applied_to(scene.clone()), options)?
         }
     })
 }

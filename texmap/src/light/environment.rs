@@ -9,12 +9,12 @@
 
 use glam::{Quat, Vec3, Vec4};
 use rayon::prelude::*;
+use resample_mesh::scene::Surroundings;
 
 use super::octahedron::{direction_of_texel, folded, square_from_direction};
 use super::reflectance::{Reflectance, half_vector, visibility};
-use super::studio;
-use super::suns::{self, Sun};
-use crate::scene::Surroundings;
+use super::suns::Sun;
+use super::{studio, suns};
 
 /// Roughnesses for which radiance is kept: 0, 1/12, ..., 1.
 pub(crate) const LEVELS: usize = 13;

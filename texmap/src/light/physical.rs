@@ -16,7 +16,7 @@ use glam::Vec4;
 use super::environment::{Environment, LEVELS, Map, WITHOUT_SUNS};
 use super::reflectance;
 use super::suns::Met;
-use crate::lanes::{LANES, Lanes};
+use crate::screen::lanes::{LANES, Lanes};
 
 /// What a dielectric reflects at normal incidence: an index of refraction of 1.5.
 const DIELECTRIC: f32 = 0.04;

@@ -11,7 +11,7 @@ use fearless_simd::{f32x16, i32x16};
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 
-use crate::lanes::LANES;
+use crate::screen::lanes::LANES;
 
 /// Nodes along each side.
 pub(crate) const SIDE: usize = 32;

@@ -12,8 +12,7 @@ use std::f32::consts::{PI, TAU};
 use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 use glam::Vec3;
-
-use crate::scene::Surroundings;
+use resample_mesh::scene::Surroundings;
 
 /// A small bright light.
 #[derive(Clone, Copy, Debug)]

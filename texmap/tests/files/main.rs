@@ -1,5 +1,6 @@
 //! The mesh readers and the files of the test data: good, odd and damaged ones.
 
 mod bounded_files;
+mod far_files;
 mod mesh_files;
 mod real_files;

@@ -1,0 +1,362 @@
+//! Materials and textures: colour, alpha, emitted light, and metal and roughness with their maps.
+//!
+//! Takes the document and its buffers, gives materials and textures in the order in which meshes ask for them: what
+//! nobody uses is not decoded. A picture that cannot be read is an error, or leaves its factor and a note, as is asked for.
+//! Source: glTF 2.0, 3.8 and 3.9, with KHR_texture_transform, KHR_materials_unlit, KHR_materials_emissive_strength,
+//! KHR_materials_pbrSpecularGlossiness (its diffuse part), KHR_materials_transmission (its factor) and EXT_texture_webp. Limits: every further
+//! layer of light is left out.
+
+use std::collections::HashMap;
+
+use glam::{DMat2, DVec2};
+use gltf::json::Root;
+use gltf::json::extensions::material::Material as MaterialExtensions;
+use gltf::json::material::AlphaMode as JsonAlpha;
+use gltf::json::texture::{Info, MagFilter, WrappingMode};
+use gltf::json::validation::Checked;
+use resample_io::whole_picture::ImageFormat;
+
+use super::super::choice::LightMaps;
+use super::super::files;
+use super::super::files::Names;
+use super::super::notes::Notes;
+use super::accessor::Numbers;
+use super::{container, glossiness};
+use crate::input::pictures::picture;
+use crate::scene::{
+    AlphaMode, Lighting, Magnify, Material, Physical, Sides, Texture, TextureUse, Wrap,
+};
+
+/// Cutoff of masked materials that give none: glTF 2.0, 5.19.
+const DEFAULT_CUTOFF: f32 = 0.5;
+
+/// The part of the light that a wholly transmitting surface lets through: it reflects some, or nobody would see it. A guess.
+const MOST_TRANSMITTED: f32 = 0.9;
+
+const FACTOR_ALONE: &str = "its factor stands alone";
+
+const TRANSMISSION: &str = "KHR_materials_transmission is drawn as thin transparency by its factor: refraction, its texture and the tint of what \
+     is seen through it are left out: colours differ";
+
+const GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness is drawn as a metal or a dielectric: specular colours, and pictures of them and of \
+     gloss, are left out: colours of reflections differ";
+
+/// The materials of a file, read when they are asked for.
+pub(super) struct Materials<'a> {
+    root: &'a Root,
+    numbers: &'a Numbers<'a>,
+    names: &'a Names<'a>,
+    light_maps: LightMaps,
+    /// What was read.
+    pub materials: Vec<Material>,
+    /// What was read.
+    pub textures: picture::Pictures,
+    by_index: HashMap<Option<usize>, usize>,
+    by_image: HashMap<usize, Option<usize>>,
+}
+
+impl<'a> Materials<'a> {
+    /// Nothing is read yet.
+    pub(super) fn new(
+        root: &'a Root,
+        numbers: &'a Numbers<'a>,
+        names: &'a Names<'a>,
+        light_maps: LightMaps,
+    ) -> Self {
+        let (materials, textures) = (Vec::new(), picture::Pictures::default());
+        Self {
+            root,
+            numbers,
+            names,
+            light_maps,
+            materials,
+            textures,
+            by_index: HashMap::new(),
+            by_image: HashMap::new(),
+        }
+    }
+
+    /// The place of a material of the file, or of the default one, in `materials`.
+    pub(super) fn place(
+        &mut self,
+        index: Option<usize>,
+        notes: &mut Notes,
+    ) -> Result<usize, String> {
+        if let Some(&place) = self.by_index.get(&index) {
+            return Ok(place);
+        }
+        let material = match index {
+            None => Material::default(),
+            Some(index) => self.material(index, notes)?,
+        };
+        self.materials.push(material);
+        self.by_index.insert(index, self.materials.len() - 1);
+        Ok(self.materials.len() - 1)
+    }
+
+    fn material(&mut self, index: usize, notes: &mut Notes) -> Result<Material, String> {
+        let json = self
+            .root
+            .materials
+            .get(index)
+            .ok_or_else(|| format!("material {index} does not exist"))?;
+        let extensions = json.extensions.as_ref();
+        let diffuse = extensions.and_then(|e| e.others.get("KHR_materials_pbrSpecularGlossiness"));
+        let (base_colour, base_info) = match diffuse {
+            Some(value) => glossiness::diffuse(value, index)?,
+            None => {
+                let pbr = &json.pbr_metallic_roughness;
+                (pbr.base_color_factor.0, pbr.base_color_texture.clone())
+            }
+        };
+        if diffuse.is_some_and(glossiness::is_simplified) {
+            notes.say(GLOSSINESS.to_owned());
+        }
+        let strength = extensions
+            .and_then(|e| e.emissive_strength.as_ref())
+            .map_or(1.0, |e| e.emissive_strength.0);
+        let Checked::Valid(alpha) = json.alpha_mode else {
+            return Err(format!(
+                "material {index}: alphaMode must be OPAQUE, MASK or BLEND"
+            ));
+        };
+        let cutoff = json.alpha_cutoff.map_or(DEFAULT_CUTOFF, |cutoff| cutoff.0);
+        let base_colour = match transmission(extensions) {
+            Some(factor) => {
+                notes.say(TRANSMISSION.to_owned());
+                let [r, g, b, a] = base_colour;
+                let a = if alpha == JsonAlpha::Opaque { 1.0 } else { a };
+                [r, g, b, a * (1.0 - MOST_TRANSMITTED * factor)]
+            }
+            None => base_colour,
+        };
+        let material = Material {
+            name: json
+                .name
+                .clone()
+                .unwrap_or_else(|| format!("material {index}")),
+            base_colour,
+            base_texture: self.texture_use(base_info.as_ref(), notes)?,
+            emissive: json.emissive_factor.0.map(|factor| factor * strength),
+            emissive_texture: self.texture_use(json.emissive_texture.as_ref(), notes)?,
+            alpha: match alpha {
+                _ if transmission(extensions).is_some() => AlphaMode::Blend,
+                JsonAlpha::Opaque => AlphaMode::Opaque,
+                JsonAlpha::Mask => AlphaMode::Mask { cutoff },
+                JsonAlpha::Blend => AlphaMode::Blend,
+            },
+            sides: if json.double_sided {
+                Sides::Both
+            } else {
+                Sides::Front
+            },
+            lighting: match extensions.and_then(|e| e.unlit.as_ref()) {
+                Some(_) => Lighting::Unlit,
+                None => Lighting::Lit,
+            },
+            physical: Some(match diffuse {
+                Some(value) => glossiness::light(value),
+                None => self.physical(json, notes)?,
+            }),
+        };
+        let numbers = material.base_colour.iter().chain(&material.emissive);
+        let of_light = material.physical.iter().all(|physical| {
+            let factors = [physical.metal, physical.roughness, physical.normal_scale];
+            factors.iter().all(|factor| factor.is_finite())
+                && physical.occlusion_strength.is_finite()
+        });
+        if !of_light || !numbers.chain([&cutoff]).all(|number| number.is_finite()) {
+            return Err(format!("material {index}: a factor is not finite"));
+        }
+        Ok(material)
+    }
+
+    /// Metal, roughness and the maps of light.
+    fn physical(
+        &mut self,
+        json: &gltf::json::Material,
+        notes: &mut Notes,
+    ) -> Result<Physical, String> {
+        let pbr = &json.pbr_metallic_roughness;
+        if self.light_maps == LightMaps::LeftOut {
+            return Ok(Physical {
+                metal: pbr.metallic_factor.0,
+                roughness: pbr.roughness_factor.0,
+                ..Physical::default()
+            });
+        }
+        let normal = json.normal_texture.as_ref();
+        let normal_info = normal.map(|normal| Info {
+            index: normal.index,
+            tex_coord: normal.tex_coord,
+            extensions: normal
+                .extensions
+                .as_ref()
+                .and_then(|e| transformed(&e.others)),
+            extras: normal.extras.clone(),
+        });
+        let occlusion = json.occlusion_texture.as_ref();
+        let occlusion_info = occlusion.map(|occlusion| Info {
+            index: occlusion.index,
+            tex_coord: occlusion.tex_coord,
+            extensions: occlusion
+                .extensions
+                .as_ref()
+                .and_then(|e| transformed(&e.others)),
+            extras: occlusion.extras.clone(),
+        });
+        Ok(Physical {
+            metal: pbr.metallic_factor.0,
+            roughness: pbr.roughness_factor.0,
+            metal_roughness_texture: self
+                .texture_use(pbr.metallic_roughness_texture.as_ref(), notes)?,
+            normal_texture: self.texture_use(normal_info.as_ref(), notes)?,
+            normal_scale: normal.map_or(1.0, |normal| normal.scale),
+            occlusion_texture: self.texture_use(occlusion_info.as_ref(), notes)?,
+            occlusion_strength: occlusion.map_or(1.0, |occlusion| occlusion.strength.0),
+        })
+    }
+
+    fn texture_use(
+        &mut self,
+        info: Option<&Info>,
+        notes: &mut Notes,
+    ) -> Result<Option<TextureUse>, String> {
+        let Some(info) = info else { return Ok(None) };
+        let index = info.index.value();
+        let json = self
+            .root
+            .textures
+            .get(index)
+            .ok_or_else(|| format!("texture {index} does not exist"))?;
+        let webp = json
+            .extensions
+            .as_ref()
+            .and_then(|e| e.others.get("EXT_texture_webp"));
+        let webp = webp.and_then(|value| usize::try_from(value.get("source")?.as_u64()?).ok());
+        // The crate gives the largest index where the file gives none.
+        let source = Some(json.source.value()).filter(|&source| source != u32::MAX as usize);
+        let Some(image) = webp.or(source) else {
+            let what = format!("texture {index} has no picture of a known kind");
+            notes.unreadable(&what, FACTOR_ALONE)?;
+            return Ok(None);
+        };
+        let Some(texture) = self.image(image, notes)? else {
+            return Ok(None);
+        };
+        let sampler = match json.sampler.map(|sampler| sampler.value()) {
+            None => gltf::json::texture::Sampler::default(),
+            Some(at) => {
+                let sampler = self.root.samplers.get(at);
+                sampler
+                    .ok_or_else(|| format!("texture {index}: sampler {at} does not exist"))?
+                    .clone()
+            }
+        };
+        let transform = info
+            .extensions
+            .as_ref()
+            .and_then(|e| e.texture_transform.as_ref());
+        let (uv_linear, uv_offset) = transform.map_or((DMat2::IDENTITY, DVec2::ZERO), uv_transform);
+        if !uv_linear.is_finite() || !uv_offset.is_finite() {
+            return Err(format!("texture {index}: its transform is not finite"));
+        }
+        let uv_set = transform
+            .and_then(|transform| transform.tex_coord)
+            .unwrap_or(info.tex_coord) as usize;
+        let wrap = [wrap(sampler.wrap_s, index)?, wrap(sampler.wrap_t, index)?];
+        let magnify = match sampler.mag_filter {
+            Some(Checked::Valid(MagFilter::Nearest)) => Magnify::Nearest,
+            _ => Magnify::Linear,
+        };
+        Ok(Some(TextureUse {
+            texture,
+            uv_set,
+            uv_linear,
+            uv_offset,
+            wrap,
+            magnify,
+        }))
+    }
+
+    /// The place of a picture in `textures`; none if it cannot be had, which a note says.
+    fn image(&mut self, index: usize, notes: &mut Notes) -> Result<Option<usize>, String> {
+        if let Some(&place) = self.by_image.get(&index) {
+            return Ok(place);
+        }
+        let json = self
+            .root
+            .images
+            .get(index)
+            .ok_or_else(|| format!("image {index} does not exist"))?;
+        let label = match (&json.name, &json.uri) {
+            (_, Some(uri)) if files::data_uri(uri).is_none() => files::excerpt(uri),
+            (Some(name), _) => files::excerpt(name),
+            (None, _) => format!("image {index}"),
+        };
+        let place = self
+            .decoded(json, &label)
+            .and_then(|texture| self.textures.add(texture, self.names.gate));
+        if let Err(what) = &place {
+            notes.unreadable(&format!("texture {label}: {what}"), FACTOR_ALONE)?;
+        }
+        self.by_image.insert(index, place.as_ref().ok().copied());
+        Ok(place.ok())
+    }
+
+    fn decoded(&self, json: &gltf::json::Image, label: &str) -> Result<Texture, String> {
+        let mime = json
+            .mime_type
+            .as_ref()
+            .and_then(|mime| ImageFormat::from_mime_type(&mime.0));
+        let format = mime.or_else(|| ImageFormat::from_path(json.uri.as_deref()?).ok());
+        match (json.buffer_view, &json.uri) {
+            (Some(view), _) => picture::decode(
+                self.numbers.view(view.value())?,
+                (format, label),
+                self.names.gate,
+            ),
+            (None, Some(uri)) => picture::decode(
+                &container::from_uri(uri, self.names)?,
+                (format, label),
+                self.names.gate,
+            ),
+            (None, None) => Err("has neither a file nor data".into()),
+        }
+    }
+}
+
+/// The extensions of a normal or an occlusion map, which the crate leaves undecoded.
+fn transformed(
+    others: &serde_json::Map<String, serde_json::Value>,
+) -> Option<gltf::json::extensions::texture::Info> {
+    serde_json::from_value(others.clone().into()).ok()
+}
+
+/// The factor of KHR_materials_transmission, where it lets anything through.
+fn transmission(extensions: Option<&MaterialExtensions>) -> Option<f32> {
+    let value = extensions?.others.get("KHR_materials_transmission")?;
+    let factor = value.get("transmissionFactor")?.as_f64()? as f32;
+    (factor > 0.0).then(|| factor.min(1.0))
+}
+
+fn wrap(mode: Checked<WrappingMode>, index: usize) -> Result<Wrap, String> {
+    match mode {
+        Checked::Valid(WrappingMode::Repeat) => Ok(Wrap::Repeat),
+        Checked::Valid(WrappingMode::MirroredRepeat) => Ok(Wrap::Mirror),
+        Checked::Valid(WrappingMode::ClampToEdge) => Ok(Wrap::Clamp),
+        Checked::Invalid => Err(format!("texture {index}: unknown wrap mode")),
+    }
+}
+
+/// Scale first, then rotation, then offset. Positive angles turn the coordinates counter-clockwise as seen in the
+/// picture, where v points down, so the picture on the surface turns clockwise.
+fn uv_transform(transform: &gltf::json::extensions::texture::TextureTransform) -> (DMat2, DVec2) {
+    let (sin, cos) = f64::from(transform.rotation.0).sin_cos();
+    let rotation = DMat2::from_cols(DVec2::new(cos, -sin), DVec2::new(sin, cos));
+    let scale = DMat2::from_diagonal(DVec2::from_array(transform.scale.0.map(f64::from)));
+    (
+        rotation * scale,
+        DVec2::from_array(transform.offset.0.map(f64::from)),
+    )
+}

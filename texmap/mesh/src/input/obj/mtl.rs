@@ -1,0 +1,325 @@
+//! MTL: the materials of OBJ files.
+//!
+//! Takes the names of MTL files, gives materials and textures for the materials that meshes use. Colours are written as
+//! on a screen and become linear. A line that cannot be read is left out with a note. A material file that is not there
+//! leaves plain materials and a note; a picture, or a file that cannot be read, is an error, or a note, as is asked for.
+//! Source: the Wavefront format as the programs of today write it: names with spaces and back-slashes, `Tr` for 1 - `d`,
+//! `Tr 1` alone for a surface that is there, and a black `Kd` beside a `map_Kd`, which is meant to be white. Limits: of the options of a map, `-s`, `-o` and
+//! `-clamp` are followed; of materials only colour, alpha, emitted light, and metal, roughness and normals
+//! are read. A map of metal or roughness stands for its number, as other programs take it.
+
+use std::collections::{BTreeSet, HashMap, HashSet};
+use std::path::{Path, PathBuf};
+
+use glam::{DMat2, DVec2};
+use resample_core::image::linear_from_srgb;
+
+use super::super::files;
+use super::super::files::Names;
+use super::super::notes::Notes;
+use super::channels::Channel;
+use super::entry::Entry;
+use super::lines::{decode_text, lines};
+use super::map::Map;
+use super::{channels, map};
+use crate::input::pictures::picture::{Pictures, load_picture};
+use crate::scene::{
+    AlphaMode, Lighting, Magnify, Material, Physical, Sides, Texture, TextureUse, Wrap,
+};
+
+/// Largest MTL file, bytes. A material takes about 300, so this is 200 000 of them.
+const MAX_FILE_BYTES: u64 = 64 << 20;
+
+/// The materials of all MTL files that were named, and the textures of those that are used.
+pub(super) struct Library<'a> {
+    names: &'a Names<'a>,
+    /// The files that were read: a file that is named again says nothing new.
+    read: BTreeSet<PathBuf>,
+    /// Lines that named files.
+    mentioned: HashSet<String>,
+    entries: HashMap<String, Entry>,
+    places: HashMap<String, usize>,
+    textures: Pictures,
+    by_file: HashMap<Source, Option<usize>>,
+}
+
+/// The files that a texture is made of.
+#[derive(Clone, PartialEq, Eq, Hash)]
+enum Source {
+    /// Colour, and alpha.
+    Colour([Option<PathBuf>; 2]),
+    /// Roughness, and metal, each a channel.
+    Numbers([Option<(PathBuf, Channel)>; 2]),
+}
+
+const COLOUR_ALONE: &str = "the material's colour stands alone";
+
+impl<'a> Library<'a> {
+    /// Nothing is read yet; names count from the folder of the OBJ file.
+    pub(super) fn new(names: &'a Names<'a>) -> Self {
+        Self {
+            names,
+            read: BTreeSet::new(),
+            mentioned: HashSet::new(),
+            entries: HashMap::new(),
+            places: HashMap::new(),
+            textures: Pictures::default(),
+            by_file: HashMap::new(),
+        }
+    }
+
+    /// Reads the MTL files that a `mtllib` line names.
+    pub(super) fn read(&mut self, names: &str, notes: &mut Notes) -> Result<(), String> {
+        if !self.mentioned.insert(names.to_owned()) {
+            return Ok(());
+        }
+        // A name may hold spaces, and a line may hold several names.
+        let found: Vec<_> = match map::find(self.names, names) {
+            Ok(path) => vec![Ok(path)],
+            Err(_) => names
+                .split_ascii_whitespace()
+                .map(|name| map::find(self.names, name))
+                .collect(),
+        };
+        for path in found {
+            match path {
+                Ok(path) if self.read.contains(&path) => {}
+                Ok(path) => {
+                    self.read_file(&path, notes)?;
+                    self.read.insert(path);
+                }
+                // Many models come without it, and are meant to be seen with a picture of the user's.
+                Err(what) => notes.say(format!("material file {what}: its materials are plain")),
+            }
+        }
+        Ok(())
+    }
+
+    /// The place of a material among `materials`; one that no file describes is plain.
+    pub(super) fn place(
+        &mut self,
+        name: &str,
+        materials: &mut Vec<Material>,
+        notes: &mut Notes,
+    ) -> Result<usize, String> {
+        if let Some(&place) = self.places.get(name) {
+            return Ok(place);
+        }
+        let material = match self.entries.remove(name) {
+            None => plain(name),
+            Some(entry) => self
+                .material(name, &entry, notes)
+                .map_err(|what| format!("material '{}': {what}", files::excerpt(name)))?,
+        };
+        materials.push(material);
+        self.places.insert(name.to_owned(), materials.len() - 1);
+        Ok(materials.len() - 1)
+    }
+
+    /// The textures that materials point to.
+    pub(super) fn into_textures(self) -> Vec<Texture> {
+        self.textures.into_textures()
+    }
+
+    fn read_file(&mut self, path: &Path, notes: &mut Notes) -> Result<(), String> {
+        let size = std::fs::metadata(path).map_or(0, |metadata| metadata.len());
+        if size > MAX_FILE_BYTES {
+            let what = format!("{} is too large for a material file", path.display());
+            return notes.unreadable(&what, "its materials are plain");
+        }
+        let bytes = match files::read(path) {
+            Ok(bytes) => bytes,
+            Err(error) => return notes.unreadable(&error.to_string(), "its materials are plain"),
+        };
+        let text = decode_text(&bytes);
+        let folder = files::folder_of(path);
+        let mut current: Option<(String, Entry)> = None;
+        for line in lines(&text) {
+            if line.word == "newmtl" {
+                self.entries.extend(current.take());
+                current = Some((line.rest.to_owned(), Entry::new(folder)));
+            } else if let Some((_, entry)) = &mut current
+                && let Err(what) = entry.line(&line)
+            {
+                let (path, number) = (path.display(), line.number);
+                notes.say(format!(
+                    "{path}, line {number}: {what}: the line is left out"
+                ));
+            }
+        }
+        self.entries.extend(current);
+        Ok(())
+    }
+
+    fn material(
+        &mut self,
+        name: &str,
+        entry: &Entry,
+        notes: &mut Notes,
+    ) -> Result<Material, String> {
+        if !entry.unread.is_empty() {
+            let words: Vec<&str> = entry.unread.iter().copied().collect();
+            notes.say(format!(
+                "material files say {}, which is not read: light on surfaces and its colours differ",
+                words.join(", ")
+            ));
+        }
+        let base_texture =
+            self.colour(entry, entry.map_kd.as_ref(), entry.map_d.as_ref(), notes)?;
+        let emissive_texture = self.colour(entry, entry.map_ke.as_ref(), None, notes)?;
+        let black = entry.kd == [0.0; 3] && entry.map_kd.is_some() && base_texture.is_some();
+        let [r, g, b] = if black {
+            [1.0; 3]
+        } else {
+            entry.kd.map(linear_from_srgb)
+        };
+        let emissive = if emissive_texture.is_some() && entry.ke == [0.0; 3] {
+            [1.0; 3]
+        } else {
+            entry.ke
+        };
+        let opacity = entry.opacity();
+        let see_through = opacity < 1.0 || (entry.map_d.is_some() && base_texture.is_some());
+        let physical = match entry.is_physical() {
+            true => Some(self.physical(entry, notes)?),
+            false => None,
+        };
+        Ok(Material {
+            base_colour: [r, g, b, opacity],
+            base_texture,
+            emissive: emissive.map(linear_from_srgb),
+            emissive_texture,
+            alpha: if see_through {
+                AlphaMode::Blend
+            } else {
+                AlphaMode::Opaque
+            },
+            // Illumination 0 is the plain colour without light.
+            lighting: if entry.illumination == 0 {
+                Lighting::Unlit
+            } else {
+                Lighting::Lit
+            },
+            physical,
+            ..plain(name)
+        })
+    }
+
+    /// Metal, roughness and normals.
+    fn physical(&mut self, entry: &Entry, notes: &mut Notes) -> Result<Physical, String> {
+        let maps = [entry.map_pr.as_ref(), entry.map_pm.as_ref()];
+        let mut made_of = [None, None];
+        for (of, map) in made_of.iter_mut().zip(maps) {
+            let Some(map) = map else { continue };
+            *of = self
+                .found(&entry.folder, map, notes)?
+                .map(|path| (path, map.channel));
+        }
+        let is_mapped = made_of.each_ref().map(Option::is_some);
+        let texture = self.texture(Source::Numbers(made_of), notes)?;
+        let placed = maps.into_iter().flatten().next();
+        let number =
+            |k: usize, number: Option<f32>, plain: f32| match is_mapped[k] && texture.is_some() {
+                true => 1.0,
+                false => number.unwrap_or(plain),
+            };
+        let plain = Physical::default();
+        Ok(Physical {
+            roughness: number(0, entry.roughness, plain.roughness),
+            metal: number(1, entry.metal, plain.metal),
+            metal_roughness_texture: placed.zip(texture).map(|(map, texture)| used(map, texture)),
+            normal_texture: self.colour(entry, entry.norm.as_ref(), None, notes)?,
+            normal_scale: entry.norm.as_ref().map_or(1.0, |map| map.strength),
+            ..plain
+        })
+    }
+
+    /// A texture of a colour map, with alpha from another map where there is one.
+    fn colour(
+        &mut self,
+        entry: &Entry,
+        colour: Option<&Map>,
+        alpha: Option<&Map>,
+        notes: &mut Notes,
+    ) -> Result<Option<TextureUse>, String> {
+        let Some(placed) = colour.or(alpha) else {
+            return Ok(None);
+        };
+        let mut paths = [None, None];
+        for (path, map) in paths.iter_mut().zip([colour, alpha]) {
+            if let Some(map) = map {
+                *path = self.found(&entry.folder, map, notes)?;
+            }
+        }
+        let texture = self.texture(Source::Colour(paths), notes)?;
+        Ok(texture.map(|texture| used(placed, texture)))
+    }
+
+    fn found(
+        &self,
+        folder: &Path,
+        map: &Map,
+        notes: &mut Notes,
+    ) -> Result<Option<PathBuf>, String> {
+        let path = map::find(&self.names.inside(folder), &map.file);
+        if let Err(what) = &path {
+            notes.unreadable(&format!("texture {what}"), COLOUR_ALONE)?;
+        }
+        Ok(path.ok())
+    }
+
+    /// The place of a texture that is made of these files; each is read once.
+    fn texture(&mut self, source: Source, notes: &mut Notes) -> Result<Option<usize>, String> {
+        if let Some(&texture) = self.by_file.get(&source) {
+            return Ok(texture);
+        }
+        let gate = self.names.gate;
+        let made = match &source {
+            Source::Colour([None, None]) | Source::Numbers([None, None]) => return Ok(None),
+            Source::Colour([Some(colour), None]) => {
+                load_picture(colour, gate).map_err(|error| error.to_string())
+            }
+            Source::Colour([colour, Some(alpha)]) => {
+                channels::with_alpha(colour.as_deref(), alpha, gate)
+            }
+            Source::Numbers(files) => channels::roughness_and_metal(files, gate),
+        };
+        let place = match made.and_then(|texture| self.textures.add(texture, gate)) {
+            Ok(place) => Some(place),
+            Err(what) => {
+                notes.unreadable(&what, COLOUR_ALONE)?;
+                None
+            }
+        };
+        self.by_file.insert(source, place);
+        Ok(place)
+    }
+}
+
+/// A texture where a map lays it.
+fn used(placed: &Map, texture: usize) -> TextureUse {
+    // With v from the top, s * v + o from the bottom is s * v + 1 - s - o.
+    let [scale, offset] =
+        [placed.scale, placed.offset].map(|v| DVec2::from_array(v.map(f64::from)));
+    TextureUse {
+        texture,
+        uv_set: 0,
+        uv_linear: DMat2::from_diagonal(scale),
+        uv_offset: DVec2::new(offset.x, 1.0 - scale.y - offset.y),
+        wrap: [if placed.clamp {
+            Wrap::Clamp
+        } else {
+            Wrap::Repeat
+        }; 2],
+        magnify: Magnify::Linear,
+    }
+}
+
+/// An OBJ has no front sides: both are seen.
+fn plain(name: &str) -> Material {
+    Material {
+        name: name.to_owned(),
+        sides: Sides::Both,
+        ..Material::default()
+    }
+}

@@ -1,0 +1,354 @@
+//! What the renderer keeps of a scene: meshes with texture coordinates in texels, materials, pyramids.
+//!
+//! Takes a [`Scene`], once. A picture that several materials use in one way is decoded once. In the order of use: pictures that
+//! replace those of the file (`textures`), wrapping (`wrap`), maps of light (`maps`), mip levels (`mip`), triangles that share
+//! an edge (`adjacency`), borders of charts (`charts`), and triangles whose emission is black (`no_emission`).
+
+pub(crate) mod textures;
+pub(crate) mod wrap;
+pub(crate) mod maps;
+pub(crate) mod mip;
+pub(crate) mod adjacency;
+pub(crate) mod charts;
+pub(crate) mod no_emission;
+
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3, Vec3, Vec4};
+use resample_mesh::scene::{
+    AlphaMode, Lighting, Magnify, Material, Mesh, Physical, Scene, Sides, TextureUse, Wrap,
+};
+
+use crate::light::tangents::Tangents;
+use crate::light::{Environment, tangents};
+use crate::options::{RenderOptions, Shade};
+use crate::prepare::adjacency::{Neighbour, neighbours};
+use crate::prepare::charts::Charts;
+use crate::prepare::mip::{Pyramid, TexelUse};
+use crate::prepare::no_emission::black_around;
+
+/// A scene, ready to be drawn.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Prepared {
+    pub(crate) meshes: Vec<PreparedMesh>,
+    pub(crate) materials: Vec<PreparedMaterial>,
+    pub(crate) pyramids: Vec<Pyramid>,
+    /// Light from all around, where a material reflects it.
+    pub(crate) environment: Option<Arc<Environment>>,
+}
+
+/// Triangles of one material.
+#[derive(Clone, Debug)]
+pub(crate) struct PreparedMesh {
+    /// The point that positions count from.
+    pub(crate) origin_in_world: DVec3,
+    pub(crate) positions: Vec<[f32; 3]>,
+    /// Empty: triangles are flat.
+    pub(crate) normals: Vec<[f32; 3]>,
+    /// Empty: white.
+    pub(crate) colours: Vec<[f32; 4]>,
+    pub(crate) triangles: Vec<[u32; 3]>,
+    /// By triangle and corner: what lies beyond the line opposite the corner.
+    pub(crate) neighbours: Vec<[Option<Neighbour>; 3]>,
+    /// Where charts of texture coordinates end.
+    pub(crate) charts: Charts,
+    /// Coordinates in the base texture, texels of the full texture; empty without one.
+    pub(crate) base_uv: Vec<DVec2>,
+    /// As `base_uv`, for the emissive texture.
+    pub(crate) emissive_uv: Vec<DVec2>,
+    /// By triangle: how far around it the emissive texture is black, its texels; empty where that is nowhere.
+    pub(crate) black_around: Vec<f32>,
+    /// As `base_uv`, for the maps of light that are not laid as the base texture is.
+    pub(crate) map_uv: [Vec<DVec2>; MAPS],
+    /// By triangle and corner; empty without a normal map.
+    pub(crate) tangents: Vec<Tangents>,
+    pub(crate) material: usize,
+}
+
+/// What a surface looks like.
+#[derive(Clone, Debug)]
+pub(crate) struct PreparedMaterial {
+    pub(crate) base_colour: Vec4,
+    /// Index into the pyramids.
+    pub(crate) base: Option<usize>,
+    /// Red, green, blue; the fourth counts for nothing.
+    pub(crate) emissive_colour: Vec4,
+    /// Index into the pyramids.
+    pub(crate) emissive: Option<usize>,
+    /// Texels of the emissive texture per texel of the base texture, if both are laid in the same way.
+    pub(crate) emissive_per_base: Option<[f32; 2]>,
+    pub(crate) alpha: AlphaMode,
+    pub(crate) sides: Sides,
+    pub(crate) light: LightKind,
+    /// Where [`LightKind::Physical`].
+    pub(crate) physical: Option<PreparedPhysical>,
+}
+
+impl PreparedMaterial {
+    /// Whether every map of light is laid as the base texture is.
+    pub(crate) fn maps_lie_as_base(&self) -> bool {
+        let mut maps = self
+            .physical
+            .iter()
+            .flat_map(|physical| physical.maps)
+            .flatten();
+        maps.all(|map| map.per_base.is_some())
+    }
+}
+
+/// The maps of light: roughness with metal, normals, and occlusion where it has a picture of its own.
+pub(crate) const MAPS: usize = 3;
+
+/// The maps' places.
+pub(crate) const ROUGHNESS: usize = 0;
+pub(crate) const NORMALS: usize = 1;
+pub(crate) const OCCLUSION: usize = 2;
+
+/// Metal, roughness, and the maps of light.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PreparedPhysical {
+    pub(crate) metal: f32,
+    pub(crate) roughness: f32,
+    pub(crate) occlusion_strength: f32,
+    /// The map that holds occlusion, if there is one.
+    pub(crate) occlusion: Option<usize>,
+    pub(crate) maps: [Option<LightMap>; MAPS],
+}
+
+/// A map of light.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LightMap {
+    /// Index into the pyramids.
+    pub(crate) pyramid: usize,
+    /// Its texels per texel of the base texture, if both are laid in the same way.
+    pub(crate) per_base: Option<[f32; 2]>,
+}
+
+/// How one material is lit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum LightKind {
+    None,
+    Headlight,
+    Lambert,
+    Physical,
+}
+
+/// What makes two uses of a picture the same pyramid.
+type PyramidKey = (usize, TexelUse, [Wrap; 2], Magnify);
+
+impl Prepared {
+    pub(crate) fn new(scene: &Scene, options: &RenderOptions) -> Self {
+        let mut prepared = Self::default();
+        let mut keys = Vec::new();
+        for material in &scene.materials {
+            let material = prepared.material(scene, material, options.shade, &mut keys);
+            prepared.materials.push(material);
+        }
+        prepared.meshes = scene
+            .meshes
+            .iter()
+            .map(|mesh| {
+                let material = &prepared.materials[mesh.material];
+                let mut made = prepared_mesh(scene, mesh, material);
+                if let Some(emissive) = material.emissive {
+                    let pyramid = &prepared.pyramids[emissive];
+                    made.black_around = black_around(pyramid, &made.emissive_uv, &made.triangles);
+                }
+                made
+            })
+            .collect();
+        let reflects = |material: &PreparedMaterial| material.light == LightKind::Physical;
+        prepared.environment = prepared.materials.iter().any(reflects).then(|| {
+            let picture = scene.surroundings.as_deref();
+            let turn_rad = options.environment_turn_deg.to_radians() as f32;
+            Arc::new(Environment::new(picture, turn_rad))
+        });
+        prepared
+    }
+
+    fn material(
+        &mut self,
+        scene: &Scene,
+        material: &Material,
+        shade: Shade,
+        keys: &mut Vec<PyramidKey>,
+    ) -> PreparedMaterial {
+        let alpha = match material.alpha {
+            AlphaMode::Opaque => TexelUse::Opaque,
+            AlphaMode::Mask { .. } | AlphaMode::Blend => TexelUse::Weighted,
+        };
+        let light = light_kind(shade, material);
+        let mut pyramid = |texture: &Option<TextureUse>, usage| {
+            texture.as_ref().map(|t| {
+                let key = (t.texture, usage, t.wrap, t.magnify);
+                keys.iter().position(|k| *k == key).unwrap_or_else(|| {
+                    keys.push(key);
+                    self.pyramids.push(Pyramid::new(
+                        &scene.textures[t.texture],
+                        usage,
+                        t.wrap,
+                        t.magnify,
+                    ));
+                    keys.len() - 1
+                })
+            })
+        };
+        PreparedMaterial {
+            base_colour: Vec4::from(material.base_colour),
+            base: pyramid(&material.base_texture, alpha),
+            emissive_colour: Vec3::from(material.emissive).extend(0.0),
+            emissive: pyramid(&material.emissive_texture, TexelUse::Opaque)
+                .filter(|_| material.emissive != [0.0; 3]),
+            emissive_per_base: material
+                .emissive_texture
+                .and_then(|emissive| per_base(scene, material, emissive)),
+            alpha: material.alpha,
+            sides: material.sides,
+            light,
+            physical: (light == LightKind::Physical)
+                .then(|| prepared_physical(scene, material, &mut pyramid)),
+        }
+    }
+}
+
+fn light_kind(shade: Shade, material: &Material) -> LightKind {
+    match (shade, material.lighting) {
+        (Shade::Unlit, _) | (Shade::Auto | Shade::Pbr, Lighting::Unlit) => LightKind::None,
+        (Shade::Pbr, Lighting::Lit) => LightKind::Physical,
+        (Shade::Auto, Lighting::Lit) if material.physical.is_some() => LightKind::Physical,
+        (Shade::Headlight, _) | (Shade::Auto, Lighting::Lit) => LightKind::Headlight,
+        (Shade::Lambert, _) => LightKind::Lambert,
+    }
+}
+
+fn prepared_physical(
+    scene: &Scene,
+    material: &Material,
+    pyramid: &mut impl FnMut(&Option<TextureUse>, TexelUse) -> Option<usize>,
+) -> PreparedPhysical {
+    let physical = material.physical.unwrap_or_default();
+    let mut used = textures_of_light(&physical);
+    let shared = used[OCCLUSION].is_some() && used[OCCLUSION] == used[ROUGHNESS];
+    let occlusion = match used[OCCLUSION] {
+        Some(_) if shared => Some(ROUGHNESS),
+        own => own.map(|_| OCCLUSION),
+    };
+    if shared {
+        used[OCCLUSION] = None;
+    }
+    let scale = physical.normal_scale;
+    let usage = [
+        TexelUse::Numbers,
+        TexelUse::Normals { scale },
+        TexelUse::Numbers,
+    ];
+    let map = |k: usize| {
+        let per_base = used[k].and_then(|map| per_base(scene, material, map));
+        pyramid(&used[k], usage[k]).map(|pyramid| LightMap { pyramid, per_base })
+    };
+    PreparedPhysical {
+        metal: physical.metal.clamp(0.0, 1.0),
+        roughness: physical.roughness.clamp(0.0, 1.0),
+        occlusion_strength: physical.occlusion_strength.clamp(0.0, 1.0),
+        occlusion,
+        maps: [ROUGHNESS, NORMALS, OCCLUSION].map(map),
+    }
+}
+
+fn textures_of_light(physical: &Physical) -> [Option<TextureUse>; MAPS] {
+    [
+        physical.metal_roughness_texture,
+        physical.normal_texture,
+        physical.occlusion_texture,
+    ]
+}
+
+/// Texels of another texture per texel of the base texture, if both are laid in the same way.
+fn per_base(scene: &Scene, material: &Material, other: TextureUse) -> Option<[f32; 2]> {
+    let base = material.base_texture?;
+    let alike = TextureUse {
+        texture: base.texture,
+        wrap: base.wrap,
+        magnify: base.magnify,
+        ..other
+    };
+    let [of_base, of_other] = [base, other].map(|texture| &scene.textures[texture.texture]);
+    (alike == base).then(|| {
+        [
+            of_other.width as f32 / of_base.width as f32,
+            of_other.height as f32 / of_base.height as f32,
+        ]
+    })
+}
+
+fn prepared_mesh(scene: &Scene, mesh: &Mesh, prepared: &PreparedMaterial) -> PreparedMesh {
+    let material = &scene.materials[mesh.material];
+    let uv = |texture: &Option<TextureUse>| {
+        texture.map_or_else(Vec::new, |t| texel_coordinates(scene, mesh, &t))
+    };
+    let (base_uv, emissive_uv) = (uv(&material.base_texture), uv(&material.emissive_texture));
+    let neighbours = neighbours(&mesh.positions, &mesh.triangles);
+    let used = textures_of_light(&material.physical.unwrap_or_default());
+    let map = |k: usize| prepared.physical.and_then(|physical| physical.maps[k]);
+    let map_uv = [ROUGHNESS, NORMALS, OCCLUSION].map(|k| {
+        let is_own = map(k).is_some_and(|map| map.per_base.is_none());
+        if is_own { uv(&used[k]) } else { Vec::new() }
+    });
+    let [a, b, c] = &map_uv;
+    PreparedMesh {
+        charts: Charts::new(mesh, &neighbours, &[&base_uv, &emissive_uv, a, b, c]),
+        origin_in_world: scene.origin_in_world,
+        positions: mesh.positions.clone(),
+        normals: mesh.normals.clone(),
+        colours: mesh.colours.clone(),
+        neighbours,
+        triangles: mesh.triangles.clone(),
+        base_uv,
+        emissive_uv,
+        black_around: Vec::new(),
+        tangents: match used[NORMALS].filter(|_| map(NORMALS).is_some()) {
+            Some(texture) => tangents(scene, mesh, &texture),
+            None => Vec::new(),
+        },
+        map_uv,
+        material: mesh.material,
+    }
+}
+
+fn tangents(scene: &Scene, mesh: &Mesh, texture: &TextureUse) -> Vec<Tangents> {
+    if !mesh.tangents.is_empty() {
+        let of_corner = |corner: u32| mesh.tangents[corner as usize];
+        return mesh.triangles.iter().map(|t| t.map(of_corner)).collect();
+    }
+    tangents::made(tangents::Surface {
+        positions: &mesh.positions,
+        normals: &mesh.normals,
+        triangles: &mesh.triangles,
+        uv: &texel_coordinates(scene, mesh, texture),
+    })
+}
+
+fn texel_coordinates(scene: &Scene, mesh: &Mesh, texture: &TextureUse) -> Vec<DVec2> {
+    let picture = &scene.textures[texture.texture];
+    let size = DVec2::new(picture.width as f64, picture.height as f64);
+    let Some(set) = mesh.uvs.get(texture.uv_set) else {
+        return Vec::new();
+    };
+    set.iter()
+        .map(|uv| (texture.uv_linear * DVec2::from(uv.map(f64::from)) + texture.uv_offset) * size)
+        .collect()
+}
+
+impl PreparedMesh {
+    /// The corners of a triangle, world units.
+    #[inline]
+    pub(crate) fn corners(&self, triangle: usize) -> [DVec3; 3] {
+        self.triangles[triangle].map(|i| self.in_world(&self.positions[i as usize]))
+    }
+
+    /// A position, world units.
+    #[inline]
+    pub(crate) fn in_world(&self, pos: &[f32; 3]) -> DVec3 {
+        self.origin_in_world + DVec3::from(pos.map(f64::from))
+    }
+}

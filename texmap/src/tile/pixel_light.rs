@@ -1,0 +1,208 @@
+//! The light of surroundings on pixels that are laid as points, and on what backward methods look up.
+//!
+//! Pixels wait until a vector of them is full; light is then reflected for all of them together. Each counts by the means of its maps
+//! over its whole footprint and by the variance of normals there.
+
+use glam::{Vec3, Vec4};
+use resample_core::dispatch;
+use resample_mesh::scene::AlphaMode;
+
+use crate::light::physical::{Inputs, reflect};
+use crate::prepare::maps::{mean_normal, variance_within};
+use crate::prepare::{MAPS, NORMALS, PreparedPhysical, ROUGHNESS};
+use crate::project::pixel::PIXEL_VARIANCE;
+use crate::project::surface::{Surface, SurfaceMaps};
+use crate::screen::lanes::LANES;
+use crate::screen::plane::value;
+use crate::tile::{Tile, TileImage};
+
+/// A surface's own colour, and what its light is multiplied by and what is added to it.
+pub(crate) struct Straight {
+    pub(crate) base: Vec3,
+    pub(crate) scale: f32,
+    /// Emitted light, premultiplied, and alpha.
+    pub(crate) added: Vec4,
+}
+
+/// What base and emissive texture make of a surface, before light.
+#[inline(always)]
+pub(crate) fn straight(
+    tile: &Tile,
+    surface: &Surface,
+    at: [f32; 2],
+    (base, emissive): (Vec4, Vec4),
+) -> Straight {
+    let material = surface.material(tile.frame.scene);
+    let factor = surface.factor(at);
+    let per_alpha = if base.w > 0.0 { 1.0 / base.w } else { 0.0 };
+    let (weight, alpha) = match material.alpha {
+        AlphaMode::Opaque => (1.0, 1.0),
+        AlphaMode::Mask { .. } => (per_alpha, 1.0),
+        AlphaMode::Blend => (per_alpha, (factor.w * base.w).min(1.0)),
+    };
+    Straight {
+        base: (factor * base * weight).truncate(),
+        scale: alpha,
+        added: (surface.emissive_colour * emissive * alpha)
+            .truncate()
+            .extend(alpha),
+    }
+}
+
+/// Pixels that wait for their light.
+#[derive(Default)]
+pub(crate) struct Waiting {
+    inputs: Inputs,
+    pixels: [Pixel; LANES],
+    count: usize,
+}
+
+/// A pixel that waits.
+#[derive(Clone, Copy, Default)]
+struct Pixel {
+    place: usize,
+    scale: f32,
+    added: Vec4,
+}
+
+/// What a pixel shows of a surface.
+pub(crate) struct Shown<'a> {
+    pub(crate) surface: &'a Surface,
+    pub(crate) at_px: [f32; 2],
+    pub(crate) base: Vec4,
+    pub(crate) emissive: Vec4,
+    pub(crate) maps: [Vec4; MAPS],
+    /// Texels across the pixel, squared, where the normal map is magnified.
+    pub(crate) magnified: Option<f32>,
+}
+
+impl Tile<'_> {
+    /// Adds a pixel, `weight` of it, by its place in the tile.
+    pub(crate) fn wait(
+        &self,
+        waiting: &mut Waiting,
+        (place, weight): (usize, f32),
+        shown: &Shown,
+        image: &mut TileImage,
+    ) {
+        let surface = shown.surface;
+        let (Some(maps), Some(physical)) =
+            (&surface.maps, &surface.material(self.frame.scene).physical)
+        else {
+            return;
+        };
+        let lane = waiting.count;
+        let own = straight(self, surface, shown.at_px, (shown.base, shown.emissive));
+        put(
+            physical,
+            maps,
+            (&shown.maps, own.base),
+            lane,
+            &mut waiting.inputs,
+        );
+        let (mut normal, mut variance) = (Vec3::Z, 0.0);
+        if maps.maps[NORMALS].is_some() {
+            (normal, variance) = mean_normal(shown.maps[NORMALS]);
+            if let Some(side2) = shown.magnified {
+                variance = variance_within(shown.maps[NORMALS], side2);
+            }
+        }
+        let (normal, of_surface) = self.turned(surface, maps, shown.at_px, normal);
+        let rays = &self.view.rays;
+        let eye = -Vec3::new(
+            value(&rays[0], shown.at_px),
+            value(&rays[1], shown.at_px),
+            value(&rays[2], shown.at_px),
+        )
+        .normalize_or_zero();
+        for k in 0..3 {
+            waiting.inputs.normal[k][lane] = normal[k];
+            waiting.inputs.eye[k][lane] = eye[k];
+        }
+        waiting.inputs.variance[lane] = variance + of_surface * PIXEL_VARIANCE;
+        waiting.pixels[lane] = Pixel {
+            place,
+            scale: own.scale * weight,
+            added: own.added * weight,
+        };
+        waiting.count += 1;
+        if waiting.count == LANES {
+            self.light_waiting(waiting, image);
+        }
+    }
+
+    /// Lights all pixels that wait.
+    pub(crate) fn light_waiting(&self, waiting: &mut Waiting, image: &mut TileImage) {
+        let count = std::mem::take(&mut waiting.count);
+        let Some(environment) = self.frame.scene.environment.as_ref().filter(|_| count > 0) else {
+            return;
+        };
+        let mut lit = [Vec4::ZERO; LANES];
+        let inputs = &waiting.inputs;
+        dispatch!(self.frame.simd, simd => reflect(simd, environment, inputs, count, &mut lit));
+        for (pixel, lit) in waiting.pixels[..count].iter().zip(lit) {
+            let sum = &mut image.rgba[pixel.place];
+            *sum = (Vec4::from(*sum) + lit * pixel.scale + pixel.added).to_array();
+        }
+    }
+
+    /// A normal of tangent space in the world, and how much the surface's own normal changes from pixel to pixel, squared.
+    fn turned(
+        &self,
+        surface: &Surface,
+        maps: &SurfaceMaps,
+        at: [f32; 2],
+        normal: Vec3,
+    ) -> (Vec3, f32) {
+        let place = |planes: &[[f32; 3]; 3]| {
+            Vec3::new(
+                value(&planes[0], at),
+                value(&planes[1], at),
+                value(&planes[2], at),
+            )
+        };
+        let own = place(&surface.normal);
+        let per_length = own.length_recip();
+        if !per_length.is_finite() {
+            return (Vec3::ZERO, 0.0);
+        }
+        let up = own * per_length;
+        let mut slopes = 0.0;
+        for axis in 0..2 {
+            let slope = Vec3::from([0, 1, 2].map(|k: usize| surface.normal[k][axis])) * per_length;
+            slopes += slope.reject_from_normalized(up).length_squared();
+        }
+        let tangent = place(&maps.tangent).normalize_or_zero();
+        let bitangent = up.cross(tangent) * maps.side;
+        let turned = tangent * normal.x + bitangent * normal.y + up * normal.z;
+        (turned.normalize_or_zero(), slopes)
+    }
+}
+
+/// Puts all but normals into what light meets.
+#[inline(always)]
+pub(crate) fn put(
+    physical: &PreparedPhysical,
+    maps: &SurfaceMaps,
+    (texels, base): (&[Vec4; MAPS], Vec3),
+    at: usize,
+    inputs: &mut Inputs,
+) {
+    for k in 0..3 {
+        inputs.base[k][at] = base[k];
+    }
+    let (mut roughness, mut metal, mut variance) = (physical.roughness, physical.metal, 0.0);
+    if maps.maps[ROUGHNESS].is_some() {
+        let [_, rough, of_metal, square] = texels[ROUGHNESS].to_array();
+        variance = (square - rough * rough).max(0.0) * roughness * roughness;
+        roughness *= rough;
+        metal *= of_metal;
+    }
+    inputs.roughness[at] = roughness;
+    inputs.roughness_variance[at] = variance;
+    inputs.metal[at] = metal;
+    inputs.open[at] = match physical.occlusion.filter(|&map| maps.maps[map].is_some()) {
+        Some(map) => 1.0 + physical.occlusion_strength * (texels[map].x - 1.0),
+        None => 1.0,
+    };
+}

@@ -1,0 +1,269 @@
+//! The planes beside colour: depth, normal, coverage, selection, texel density.
+//!
+//! All of them speak of the nearest surface at each sub-pixel, whatever its alpha, and weigh it by the pixel's filter:
+//! a triangle is read once a pixel, at the mean of its sub-pixels' positions. The pixels of a row of the
+//! tile are computed together, triangle by triangle.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{f32x16, mask32x16};
+use fearless_simd_macros::simd;
+use rayon::prelude::*;
+use resample_core::{Image, Plane, Projection, dispatch};
+
+use crate::options::{PlaneKind, RenderOptions};
+use crate::project::surface::Surface;
+use crate::screen::lanes::IOTA;
+use crate::screen::padded_tile::{TILE_HEIGHT, TILE_WIDTH};
+use crate::screen::plane::Plane as Linear;
+use crate::screen::window::Window;
+use crate::tile::accumulate::centre_px;
+use crate::tile::{Cell, Tile, TileImage, TileWork};
+use crate::visibility::fragments::LEAST_WEIGHT;
+
+/// A number for each pixel of a row of the tile.
+type Row = [f32; TILE_WIDTH];
+
+/// Planes of a row of pixels. All but `coverage` are multiplied by the share of the pixel that is covered.
+#[derive(Default)]
+struct RowPlanes {
+    coverage: Row,
+    depth: Row,
+    normal: [Row; 3],
+    texels: Row,
+}
+
+/// A triangle in the pixels of a row: its share of each, and where that lies, px from the corner of the tile's border.
+struct Part<'a, S: Simd> {
+    surface: &'a Surface,
+    key: Linear,
+    weight: f32x16<S>,
+    at: [f32x16<S>; 2],
+}
+
+impl Tile<'_> {
+    /// Fills the planes that the options ask for: one after another, each pixel by pixel.
+    pub(crate) fn fill_planes(&self, work: &mut TileWork, image: &mut TileImage) {
+        let mut points = [1.0; TILE_WIDTH * TILE_HEIGHT];
+        work.from_subpixels
+            .iter()
+            .for_each(|&pixel| points[usize::from(pixel)] = 0.0);
+        // Layers are sorted, the nearest last.
+        for layer in &work.visibility.layers {
+            work.visibility.ids[layer.subpixel as usize] = layer.id;
+        }
+        work.by_row.clear();
+        let names = channels(self.frame.options);
+        image.planes = vec![0.0; names.len() * TILE_WIDTH * TILE_HEIGHT];
+        for y in 0..TILE_HEIGHT {
+            let mut row = RowPlanes::default();
+            dispatch!(self.frame.simd, simd => fill_row(simd, self, work, y, &mut row));
+            let first = y * TILE_WIDTH;
+            let points: &Row = points[first..].first_chunk().expect("a row of the tile");
+            for (k, (kind, _)) in names.iter().enumerate() {
+                let out = &mut image.planes[k * TILE_WIDTH * TILE_HEIGHT + first..][..TILE_WIDTH];
+                row.write(*kind, points, out);
+            }
+        }
+    }
+
+    /// The depth key of a triangle over the tile.
+    fn key_of(&self, work: &TileWork, id: u32) -> Linear {
+        // Of translucent triangles none is kept.
+        match &work.rasters[id as usize] {
+            Some(raster) => *raster.key(),
+            None => self.key_plane(id),
+        }
+    }
+}
+
+/// Sums what row `y` of the tile's pixels shows.
+#[simd]
+fn fill_row<S: Simd>(simd: S, tile: &Tile, work: &mut TileWork, y: usize, row: &mut RowPlanes) {
+    let projection = tile.frame.camera.projection;
+    let seen = |x: usize| 1u64 << x;
+    let cells: [Cell; TILE_WIDTH] = std::array::from_fn(|x| work.seen[y * TILE_WIDTH + x]);
+    let columns = f32x16::from_slice(simd, &IOTA);
+    let [x, y_px] = centre_px([0, y]).map(|at| f32x16::splat(simd, at));
+    let zero = f32x16::splat(simd, 0.0);
+    // Pixels that see one triangle.
+    let plane = |&x: &usize| matches!(cells[x], Cell::Plane(_));
+    let mut planes: u64 = (0..TILE_WIDTH).filter(plane).map(seen).sum();
+    while planes != 0 {
+        let cell = cells[planes.trailing_zeros() as usize];
+        let alike: u64 = (0..TILE_WIDTH)
+            .filter(|&x| cells[x] == cell)
+            .map(seen)
+            .sum();
+        planes &= !alike;
+        let Cell::Plane(id) = cell else { continue };
+        let alike = mask32x16::from_bitmask(simd, alike);
+        if let Some(surface) = &work.surfaces[id as usize] {
+            let part = Part {
+                surface,
+                key: tile.key_of(work, id),
+                weight: alike.select(f32x16::splat(simd, 1.0), zero),
+                at: [columns + x, y_px],
+            };
+            row.add(simd, projection, &part);
+        }
+    }
+    let several = |cell: Cell| matches!(cell, Cell::Mixed | Cell::Layered);
+    let several: u64 = (0..TILE_WIDTH)
+        .filter(|&x| several(cells[x]))
+        .map(seen)
+        .sum();
+    if several == 0 {
+        return;
+    }
+    let mixed = mask32x16::from_bitmask(simd, several);
+    let mut by_row = std::mem::take(&mut work.by_row);
+    let shown = (&work.visibility.ids[..], &work.edges);
+    for sums in by_row.sums((tile.frame.filter, tile.frame.simd), shown, y) {
+        let Some(surface) = &work.surfaces[sums.id as usize] else {
+            continue;
+        };
+        let weight = f32x16::from_slice(simd, &sums.weight);
+        let mixed = mixed & weight.simd_gt(f32x16::splat(simd, LEAST_WEIGHT));
+        if mixed.all_false() {
+            continue;
+        }
+        let scale = f32x16::splat(simd, 1.0) / weight;
+        let part = Part {
+            surface,
+            key: tile.key_of(work, sums.id),
+            weight: mixed.select(weight, zero),
+            at: [0, 1].map(|k: usize| f32x16::from_slice(simd, &sums.at[k]) * scale),
+        };
+        row.add(simd, projection, &part);
+    }
+    work.by_row = by_row;
+}
+
+impl RowPlanes {
+    /// Adds a triangle where its weight is above 0.
+    #[inline(always)]
+    fn add<S: Simd>(&mut self, simd: S, projection: Projection, part: &Part<S>) {
+        let splat = |x: f32| f32x16::splat(simd, x);
+        let (zero, one) = (splat(0.0), splat(1.0));
+        let Part {
+            surface,
+            weight,
+            at: [x, y],
+            ..
+        } = *part;
+        let seen = weight.simd_gt(zero);
+        let sum = |row: &mut Row, value: f32x16<S>| {
+            let more = seen.select(weight * value, zero);
+            (f32x16::from_slice(simd, row) + more).store_slice(row);
+        };
+        let at = |plane: &Linear| splat(plane[0]) * x + splat(plane[1]) * y + splat(plane[2]);
+        sum(&mut self.coverage, one);
+        let key = at(&part.key);
+        let depth = match projection {
+            Projection::Perspective => one / key,
+            Projection::Orthographic => zero - key,
+        };
+        sum(&mut self.depth, depth);
+        let normal = [0, 1, 2].map(|k: usize| at(&surface.normal[k]));
+        let length2 = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
+        let per_length = one / length2.sqrt();
+        // Zero where the normals cancel.
+        let finite = per_length.simd_lt(splat(f32::INFINITY));
+        let per_length = finite.select(per_length, zero);
+        for (row, n) in self.normal.iter_mut().zip(normal) {
+            sum(row, n * per_length);
+        }
+        if let Some(base) = &surface.base {
+            let w = one / at(&surface.over_w);
+            let (u, v) = (at(&base.u) * w, at(&base.v) * w);
+            let slope = |plane: &Linear, at: f32x16<S>, axis: usize| {
+                (splat(plane[axis]) - at * splat(surface.over_w[axis])) * w
+            };
+            let area = slope(&base.u, u, 0) * slope(&base.v, v, 1)
+                - slope(&base.u, u, 1) * slope(&base.v, v, 0);
+            sum(&mut self.texels, area.abs());
+        }
+    }
+
+    /// Writes one channel of a plane; `points` is 1 at pixels made of points.
+    fn write(&self, kind: Channel, points: &Row, out: &mut [f32]) {
+        for (x, out) in out.iter_mut().enumerate() {
+            let coverage = self.coverage[x];
+            let shown = match kind {
+                Channel::Depth => self.depth[x] / coverage,
+                Channel::Normal(axis) => self.normal[axis][x],
+                Channel::Coverage => coverage.min(1.0),
+                Channel::Selection => points[x],
+                Channel::Texels => self.texels[x] / coverage,
+            };
+            *out = if coverage > 0.0 { shown } else { kind.empty() };
+        }
+    }
+}
+
+/// One channel of a plane.
+#[derive(Clone, Copy)]
+enum Channel {
+    Depth,
+    Normal(usize),
+    Coverage,
+    Selection,
+    Texels,
+}
+
+impl Channel {
+    /// The value where nothing is seen.
+    fn empty(self) -> f32 {
+        match self {
+            Self::Depth => f32::INFINITY,
+            _ => 0.0,
+        }
+    }
+}
+
+/// The channels of the planes that the options ask for, in order, with their names.
+fn channels(options: &RenderOptions) -> Vec<(Channel, &'static str)> {
+    let of = |kind| match kind {
+        PlaneKind::Depth => vec![(Channel::Depth, "Z")],
+        PlaneKind::Normal => vec![
+            (Channel::Normal(0), "normal.X"),
+            (Channel::Normal(1), "normal.Y"),
+            (Channel::Normal(2), "normal.Z"),
+        ],
+        PlaneKind::Coverage => vec![(Channel::Coverage, "coverage")],
+        PlaneKind::Selection => vec![(Channel::Selection, "selection")],
+        PlaneKind::Texels => vec![(Channel::Texels, "texels")],
+    };
+    let kinds = PlaneKind::ALL.into_iter().filter(|&kind| options.has(kind));
+    kinds.flat_map(of).collect()
+}
+
+/// Adds to the picture the planes that the options ask for.
+pub(crate) fn add_planes(
+    image: &mut Image,
+    options: &RenderOptions,
+    window: &Window,
+    tiles: &[TileImage],
+) {
+    let [width, height] = window.size;
+    for (k, (channel, name)) in channels(options).into_iter().enumerate() {
+        let mut values = vec![channel.empty(); width * height];
+        let rows = values.par_chunks_mut(width.max(1)).enumerate();
+        rows.for_each(|(y, row)| {
+            let (tiles, y) = window.row(tiles, y);
+            let start = (k * TILE_HEIGHT + y) * TILE_WIDTH;
+            for (part, tile) in row.chunks_mut(TILE_WIDTH).zip(tiles) {
+                if let Some(planes) = tile.planes.get(start..start + part.len()) {
+                    part.copy_from_slice(planes);
+                }
+            }
+        });
+        match channel {
+            Channel::Depth => image.depth = Some(values),
+            _ => image.planes.push(Plane {
+                name: name.into(),
+                values,
+            }),
+        }
+    }
+}

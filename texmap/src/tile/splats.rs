@@ -1,0 +1,247 @@
+//! Splats: the texels around each sub-pixel that some pixel is made from, summed there; and sub-pixels to pixels.
+//!
+//! Sub-pixels of one triangle are computed together, sixteen at once. Where the place of an edge is known, sub-pixels are
+//! corrected before translucent surfaces cover them.
+
+use fearless_simd::prelude::*;
+use fearless_simd::u32x16;
+use fearless_simd_macros::simd;
+use glam::Vec4;
+use resample_core::dispatch;
+
+use crate::project::surface::Surface;
+use crate::screen::lanes::LANES;
+use crate::screen::padded_tile::{SPAN_WIDTH, TILE_HEIGHT, TILE_WIDTH};
+use crate::tile::batch_light::BatchWork;
+use crate::tile::{Tile, TileImage, TileWork};
+use crate::visibility::Layer;
+use crate::visibility::by_triangle::Run;
+use crate::visibility::filter::PixelFilter;
+
+/// Pixels that are filtered together: four of four channels fill one 512-bit vector.
+const GROUP_PX: usize = 4;
+
+/// Which groups of pixels of a tile are made from sub-pixels.
+type Groups = [[bool; TILE_WIDTH / GROUP_PX]; TILE_HEIGHT];
+
+/// The pixels of a tile.
+type Pixels = [[Vec4; TILE_WIDTH]; TILE_HEIGHT];
+
+impl Tile<'_> {
+    /// Colours of the sub-pixels that some pixel wants: splats, and translucent surfaces over those behind.
+    pub(crate) fn lay_splats(&self, work: &mut TileWork, image: &mut TileImage) {
+        if work.from_subpixels.is_empty() {
+            return;
+        }
+        image.splats += 4 * dispatch!(self.frame.simd, simd => lay_opaque(simd, self, work));
+        let per_pixel = self.frame.filter.per_pixel;
+        correct_edges(work, per_pixel);
+        if !work.visibility.layers.is_empty() {
+            image.splats += 4 * dispatch!(self.frame.simd, simd => lay_layers(simd, self, work));
+        }
+    }
+
+    /// Filters sub-pixels down to the pixels that are made from them.
+    pub(crate) fn resolve(&self, work: &TileWork, image: &mut TileImage) {
+        let place = |pixel: u16| {
+            [
+                usize::from(pixel) % TILE_WIDTH,
+                usize::from(pixel) / TILE_WIDTH,
+            ]
+        };
+        let mut wanted = [[false; TILE_WIDTH / GROUP_PX]; TILE_HEIGHT];
+        for [x, y] in work.from_subpixels.iter().copied().map(place) {
+            wanted[y][x / GROUP_PX] = true;
+        }
+        let mut pixels = [[Vec4::ZERO; TILE_WIDTH]; TILE_HEIGHT];
+        let filter = self.frame.filter;
+        dispatch!(self.frame.simd, simd => filter_groups(simd, filter, &work.colours, &wanted, &mut pixels));
+        for &pixel in &work.from_subpixels {
+            let [x, y] = place(pixel);
+            // The corrections at edges are exact only in their sum, and may leave a remainder of either sign.
+            let sum = pixels[y][x].max(Vec4::ZERO);
+            image.rgba[usize::from(pixel)] = sum.truncate().extend(sum.w.min(1.0)).to_array();
+        }
+    }
+}
+
+/// Lays the splats of every wanted sub-pixel; how many sub-pixels there were.
+#[simd]
+fn lay_opaque<S: Simd>(simd: S, tile: &Tile, work: &mut TileWork) -> u64 {
+    let TileWork {
+        visibility,
+        surfaces,
+        colours,
+        wanted,
+        by_triangle,
+        ..
+    } = work;
+    by_triangle.clear();
+    colours.clear();
+    colours.resize(visibility.ids.len(), [0.0; 4]);
+    let per_pixel = tile.frame.filter.per_pixel;
+    let rows = visibility.ids.chunks_exact(per_pixel * SPAN_WIDTH);
+    let mut first = 0;
+    for (rows, wanted) in rows.zip(wanted.chunks_exact(SPAN_WIDTH)) {
+        for ids in rows.chunks_exact(SPAN_WIDTH) {
+            by_triangle.push_row(ids, wanted, [first; 2]);
+            first += SPAN_WIDTH as u32;
+        }
+    }
+    let runs = by_triangle.sort(surfaces.len());
+    lay_runs(simd, tile, (surfaces, runs), colours)
+}
+
+/// Lays the translucent layers of every wanted sub-pixel over what lies behind, the farthest first; how many there were.
+#[simd]
+fn lay_layers<S: Simd>(simd: S, tile: &Tile, work: &mut TileWork) -> u64 {
+    let TileWork {
+        visibility,
+        surfaces,
+        colours,
+        wanted,
+        by_triangle,
+        layers,
+        ..
+    } = work;
+    let per_pixel = tile.frame.filter.per_pixel;
+    let mut count = 0;
+    let mut rest: &[Layer] = &visibility.layers;
+    // Layers of a row of pixels are few enough to be kept.
+    for (y, wanted) in wanted.chunks_exact(SPAN_WIDTH).enumerate() {
+        by_triangle.clear();
+        layers.clear();
+        for row in y * per_pixel..(y + 1) * per_pixel {
+            let first = row * SPAN_WIDTH;
+            let is_beyond = |layer: &Layer| layer.subpixel as usize >= first + SPAN_WIDTH;
+            let of_row = rest.iter().position(is_beyond).unwrap_or(rest.len());
+            layers.add_row(first, &rest[..of_row]);
+            rest = &rest[of_row..];
+        }
+        for (place, row) in layers.rows.iter().enumerate() {
+            let places = [row.first, place * SPAN_WIDTH].map(|at| at as u32);
+            by_triangle.push_row(&row.ids, wanted, places);
+        }
+        layers
+            .colours
+            .resize(layers.rows.len() * SPAN_WIDTH, [0.0; 4]);
+        let runs = by_triangle.sort(surfaces.len());
+        count += lay_runs(simd, tile, (surfaces, runs), &mut layers.colours);
+        layers.blend(colours);
+    }
+    count
+}
+
+/// Computes the colours of runs, sixteen sub-pixels of a triangle at a time; how many there were.
+#[inline(always)]
+fn lay_runs<S: Simd>(
+    simd: S,
+    tile: &Tile,
+    (surfaces, runs): (&[Option<Box<Surface>>], &[Run]),
+    colours: &mut [[f32; 4]],
+) -> u64 {
+    let iota = u32x16::from_slice(
+        simd,
+        &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15],
+    );
+    let mut work = BatchWork::default();
+    let mut out = [Vec4::ZERO; LANES];
+    // Room for a vector that begins at the last.
+    let (mut subpixels, mut places) = ([0; 2 * LANES], [0; 2 * LANES]);
+    let mut all = 0;
+    for runs in runs.chunk_by(|a, b| a.id == b.id) {
+        let Some(surface) = &surfaces[runs[0].id as usize] else {
+            continue;
+        };
+        let mut count = 0;
+        for (k, run) in runs.iter().enumerate() {
+            let mut done = 0;
+            while done < run.len {
+                let end = count..count + LANES;
+                (iota + u32x16::splat(simd, run.subpixel + done))
+                    .store_slice(&mut subpixels[end.clone()]);
+                (iota + u32x16::splat(simd, run.place + done)).store_slice(&mut places[end]);
+                let taken = (LANES - count).min((run.len - done) as usize);
+                count += taken;
+                done += taken as u32;
+                if count < LANES && (done < run.len || k + 1 < runs.len()) {
+                    continue;
+                }
+                let batch = tile.frame.filter.batch(simd, &subpixels, count);
+                tile.shade_batch(simd, (surface, &batch), &mut work, &mut out);
+                for (&place, colour) in places[..count].iter().zip(out) {
+                    colours[place as usize] = colour.to_array();
+                }
+                all += count as u64;
+                count = 0;
+            }
+        }
+    }
+    all
+}
+
+/// Filters the sub-pixels of the wanted groups of pixels.
+#[simd]
+fn filter_groups<S: Simd>(
+    _: S,
+    filter: &PixelFilter,
+    colours: &[[f32; 4]],
+    wanted: &Groups,
+    pixels: &mut Pixels,
+) {
+    const NUMBERS: usize = 4 * GROUP_PX;
+    for y in 0..TILE_HEIGHT {
+        for group in (0..TILE_WIDTH / GROUP_PX).filter(|&group| wanted[y][group]) {
+            let first = y * filter.per_pixel * SPAN_WIDTH + group * GROUP_PX;
+            let mut sums = [0.0; NUMBERS];
+            for window in &filter.rows {
+                let colours =
+                    colours[first + window.row * SPAN_WIDTH + window.column..].as_flattened();
+                for (k, weight) in window.weights.iter().enumerate() {
+                    for (sum, colour) in sums.iter_mut().zip(&colours[4 * k..4 * k + NUMBERS]) {
+                        *sum += colour * weight;
+                    }
+                }
+            }
+            for (pixel, sum) in pixels[y][group * GROUP_PX..]
+                .iter_mut()
+                .zip(sums.chunks_exact(4))
+            {
+                *pixel = Vec4::from_slice(sum);
+            }
+        }
+    }
+}
+
+/// Adds to the colours of neighbouring sub-pixels what the place of the edge between them makes of the jump.
+fn correct_edges(work: &mut TileWork, per_pixel: usize) {
+    let TileWork {
+        edges,
+        colours,
+        wanted,
+        jumps,
+        ..
+    } = work;
+    let wanted = |at: u32| {
+        wanted[at as usize / SPAN_WIDTH / per_pixel * SPAN_WIDTH + at as usize % SPAN_WIDTH]
+    };
+    jumps.clear();
+    jumps.extend(
+        edges
+            .all
+            .iter()
+            .map(|edge| match edge.between.map(&wanted) {
+                [true, true] => {
+                    let [p, q] = edge.between.map(|at| Vec4::from(colours[at as usize]));
+                    p - q
+                }
+                _ => Vec4::ZERO,
+            }),
+    );
+    for (edge, jump) in edges.all.iter().zip(jumps) {
+        for (at, share) in edge.between.into_iter().zip(edge.shares) {
+            let colour = &mut colours[at as usize];
+            *colour = (Vec4::from(*colour) + *jump * share).to_array();
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! The triangles of a tile as a surface to walk over.
+
+use crate::prepare::{LightKind, PreparedMesh};
+use crate::tile::{Tile, TileWork};
+use crate::visibility::walk::{Beyond, crossing};
+use crate::visibility::{RasterTriangle, walk};
+
+/// The triangles of a tile as a surface to walk over.
+struct TileMesh<'a> {
+    tile: &'a Tile<'a>,
+    rasters: &'a [Option<RasterTriangle>],
+}
+
+impl walk::Mesh for TileMesh<'_> {
+    fn triangle(&self, id: u32) -> Option<&RasterTriangle> {
+        self.rasters.get(id as usize)?.as_ref()
+    }
+
+    fn meet(&self, [a, b]: [u32; 2]) -> bool {
+        let tile = self.tile;
+        let (Some(&of_a), Some(&of_b)) = (tile.list.get(a as usize), tile.list.get(b as usize))
+        else {
+            return false;
+        };
+        let triangles = &tile.frame.in_view.triangles;
+        let (a, b) = (&triangles[of_a as usize], &triangles[of_b as usize]);
+        let mesh = &tile.frame.scene.meshes[a.mesh as usize];
+        if a.mesh != b.mesh || a.facing != b.facing || tile.is_flat(mesh) {
+            return false;
+        }
+        let [x, y, z] = mesh.triangles[a.triangle as usize];
+        let others = mesh.triangles[b.triangle as usize];
+        others.contains(&x) | others.contains(&y) | others.contains(&z)
+    }
+
+    fn beyond(&self, id: u32, corner: usize, expected: u32) -> Option<Beyond> {
+        let seen = self.tile.seen(id);
+        let mesh = &self.tile.frame.scene.meshes[seen.mesh as usize];
+        let next = mesh.neighbours[seen.triangle as usize][corner]?;
+        let id = self.tile.place(seen.mesh, next.triangle, expected)?;
+        let line = |triangle: u32, corner: usize| {
+            let corners = mesh.triangles[triangle as usize];
+            [corners[(corner + 1) % 3], corners[(corner + 2) % 3]]
+        };
+        let [a, b] = line(seen.triangle, corner);
+        let jumps = self.tile.is_flat(mesh)
+            || ![[a, b], [b, a]].contains(&line(next.triangle, next.corner()));
+        Some(Beyond {
+            id,
+            corner: next.corner(),
+            jumps,
+        })
+    }
+}
+
+impl Tile<'_> {
+    /// Finds the edges between sub-pixels across which colour may jump.
+    pub(crate) fn find_edges(&self, work: &mut TileWork) {
+        let TileWork {
+            edges,
+            visibility,
+            rasters,
+            ..
+        } = work;
+        if visibility.alone.is_some() {
+            return edges.clear();
+        }
+        let mesh = TileMesh {
+            tile: self,
+            rasters,
+        };
+        edges.find(
+            (self.frame.filter, self.frame.simd),
+            &visibility.ids,
+            |pair| crossing(&mesh, pair),
+        );
+    }
+
+    /// Whether each triangle of a mesh has a light of its own.
+    fn is_flat(&self, mesh: &PreparedMesh) -> bool {
+        mesh.normals.is_empty()
+            && self.frame.scene.materials[mesh.material].light != LightKind::None
+    }
+
+    /// Place in the tile's list of a triangle of the scene; likely it is `expected`.
+    fn place(&self, mesh: u32, triangle: u32, expected: u32) -> Option<u32> {
+        let key = |&index: &u32| {
+            let seen = &self.frame.in_view.triangles[index as usize];
+            (seen.mesh, seen.triangle)
+        };
+        let wanted = (mesh, triangle);
+        if self.list.get(expected as usize).map(key) == Some(wanted) {
+            return Some(expected);
+        }
+        // Lists keep the order of the scene.
+        let place = self.list.binary_search_by_key(&wanted, key).ok()?;
+        Some(place as u32)
+    }
+}
