@@ -28,44 +28,27 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod options;
 #[cfg(feature = "clap")]
 pub mod args;
-mod bands;
-mod beyond;
-mod blend;
-mod colour;
-mod epipole;
-mod fill;
-mod flags;
-mod gaps;
-mod hybrid;
+
+// In the order in which data flow.
 #[cfg(feature = "input")]
 pub mod input;
+mod view;
+mod surfaces;
+mod project;
+mod prepared;
+mod hybrid;
+mod resolve;
 pub mod keys;
+mod fill;
+mod paper;
+pub mod warper;
+pub mod stats;
+pub mod memory;
 #[cfg(feature = "input")]
 pub mod large;
-mod layer;
-mod lengths;
-pub mod memory;
-mod nearest;
-pub mod options;
-pub mod panorama;
-mod patch;
-mod piece;
-mod prepared;
-mod ramps;
-mod raster;
-pub mod reference;
-mod resolve;
-mod rims;
-mod splat;
-mod spline;
-pub mod stats;
-mod surface;
-mod taken;
-mod tolerance;
-pub mod warp;
-pub mod warper;
 
 #[cfg(feature = "clap")]
 pub use args::WarpArgs;
@@ -75,8 +58,9 @@ pub use options::{
     Blend, ExtraPlanes, Fill, Method, MixedPixels, SurfaceOptions, SurfaceTolerance, Visibility,
     WarpOptions,
 };
-pub use reference::Reference;
 pub use resample_core::Error;
 pub use resample_core::clock::StageTime;
 pub use stats::{FrameStats, StageTimes};
+pub use view::reference::{self, Reference};
+pub use view::{panorama, warp};
 pub use warper::{Frame, Warper};

@@ -8,8 +8,8 @@
 use crate::Error;
 use crate::options::{Fill, Method, WarpOptions};
 #[cfg(feature = "input")]
-use crate::raster::Quarter;
-use crate::surface::Cell;
+use crate::project::Quarter;
+use crate::surfaces::surface::Cell;
 
 const F32: u64 = size_of::<f32>() as u64;
 const RGB: u64 = size_of::<[f32; 3]>() as u64;

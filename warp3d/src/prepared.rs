@@ -4,14 +4,14 @@ use rayon::prelude::*;
 use resample_core::Camera;
 
 use crate::Reference;
-use crate::colour::Colours;
 use crate::options::{MixedPixels, SurfaceOptions};
-use crate::ramps::{Edges, sharpened_in_bands};
-use crate::raster::{Quarters, Segments};
-use crate::rims::Rims;
-use crate::spline::solve;
-use crate::surface::Surfaces;
-use crate::taken::{TakenColours, TakenDepths};
+use crate::project::{Quarters, Segments};
+use crate::resolve::colour::Colours;
+use crate::surfaces::input_copy::{TakenColours, TakenDepths};
+use crate::surfaces::rims::Rims;
+use crate::surfaces::sharpen_edges::{Edges, sharpened_in_bands};
+use crate::surfaces::spline::solve;
+use crate::surfaces::surface::Surfaces;
 
 /// A reference made ready for the hybrid. The colours and depths that were given follow from it, bit by bit.
 #[derive(Clone, Debug)]

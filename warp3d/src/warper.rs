@@ -4,18 +4,19 @@ use rayon::prelude::*;
 use resample_core::clock::StageClock;
 use resample_core::{Camera, Image, Plane};
 
-use crate::beyond::View;
-use crate::blend::blend;
-use crate::fill::fill;
+use crate::fill::blend::blend;
+use crate::fill::extrapolate::View;
+use crate::fill::holes::fill;
 use crate::hybrid::{How, Hybrid};
-use crate::layer::{Layer, Purpose};
-use crate::lengths::{counted_in, length_of, scaled};
-use crate::nearest::Nearest;
 use crate::options::{ExtraPlanes, Fill, Method, SurfaceOptions, SurfaceTolerance, WarpOptions};
-use crate::piece::MAX_CELLS;
+use crate::paper::nearest::Nearest;
+use crate::paper::splat;
+use crate::paper::splat::Shape;
 use crate::prepared::Prepared;
-use crate::splat::{self, Shape};
 use crate::stats::FrameStats;
+use crate::surfaces::piece::MAX_CELLS;
+use crate::view::layer::{Layer, Purpose};
+use crate::view::units::{counted_in, length_of, scaled};
 use crate::{Error, Reference, resolve};
 
 /// The plane that says how well each pixel is seen.

@@ -7,7 +7,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, i32x8, mask32x8, u32x8};
 
 use super::centres::{Centres, Edges, Near, Small};
-use crate::raster::{EightCells, EightTriangles, LANES};
+use crate::project::{EightCells, EightTriangles, LANES};
 
 /// 0 to 7.
 const NUMBERS: [i32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7];

@@ -4,8 +4,8 @@ use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, i32x8, mask32x8};
 
 use super::pixels::{Boxes, PixelBox};
-use crate::bands::RowRange;
-use crate::raster::{EightCells, EightQuads, EightTriangles, HALVES, Sink, Vertex, scan_triangle};
+use crate::project::{EightCells, EightQuads, EightTriangles, HALVES, Sink, Vertex, scan_triangle};
+use crate::view::bands::RowRange;
 
 /// Triangles over more pixel centres than this along an axis are drawn one by one.
 const MOST_STEPS: f32 = 3.0;

@@ -7,10 +7,10 @@ use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, f32x16, mask32x8, u32x16};
 
 use super::pixels::{Boxes, NO_SLOT, PixelBox};
-use crate::bands::RowRange;
-use crate::flags::Flags;
-use crate::piece::NO_PATCH;
-use crate::raster::{EightCells, EightQuads, EightTriangles, HALVES, SLACK, Sink, Vertex};
+use crate::project::{EightCells, EightQuads, EightTriangles, HALVES, SLACK, Sink, Vertex};
+use crate::surfaces::piece::NO_PATCH;
+use crate::view::bands::RowRange;
+use crate::view::flags::Flags;
 
 /// Places that are asked at once: those of a pixel with four sub-pixels along its side.
 const PLACES: usize = 16;

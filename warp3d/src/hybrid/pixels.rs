@@ -3,7 +3,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, mask32x8};
 
-use crate::raster::LANES;
+use crate::project::LANES;
 
 /// A pixel that no finer lattice belongs to.
 pub(crate) const NO_SLOT: u32 = u32::MAX;

@@ -3,9 +3,9 @@
 //! Pieces of joined cells that share a corner are one surface, as their numbers alone show; other pieces are
 //! one if the one lies on the plane of the other.
 
-use crate::patch::{Patch, share_a_corner};
-use crate::piece::NO_PATCH;
-use crate::surface::Surfaces;
+use crate::surfaces::patch::{Patch, share_a_corner};
+use crate::surfaces::piece::NO_PATCH;
+use crate::surfaces::surface::Surfaces;
 
 /// One surface in one pixel.
 #[derive(Clone, Copy, Debug)]

@@ -7,12 +7,13 @@ use std::path::Path;
 
 use glam::DAffine3;
 use resample_core::Camera;
+use resample_io::files::fault;
 
 use super::finish::{along_the_axis, assembled, nothing_known};
-use super::regrid::{self, Lens, Model};
-use super::{DepthKind, DepthMeaning, Picture, Plane, codes};
-use crate::{Error, Reference, panorama};
-use resample_io::files::fault;
+use super::regrid::{Lens, Model};
+use super::{DepthKind, DepthMeaning, Picture, Plane, codes, regrid};
+use crate::view::panorama;
+use crate::{Error, Reference};
 
 /// Columns of a panorama that are repeated at both ends: more than the spline and an interpolation read.
 const REPEATED: usize = 8;

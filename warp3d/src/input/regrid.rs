@@ -8,13 +8,13 @@ use glam::{DMat3, DVec2};
 use rayon::prelude::*;
 use resample_core::image::srgb_from_linear;
 use resample_core::{Camera, Projection};
+use resample_io::{Picture, Plane};
 
 use super::cameras::Distortion;
 use crate::options::SurfaceTolerance;
-use crate::panorama;
-use crate::spline;
-use crate::surface::{Cell, Surfaces};
-use resample_io::{Picture, Plane};
+use crate::surfaces::spline;
+use crate::surfaces::surface::{Cell, Surfaces};
+use crate::view::panorama;
 
 /// Difference of two colours, in steps of sRGB from 0 to 1, at which the one speaks e^(-1/2) for the other's surface.
 /// A guess: the contrast of most outlines is several times as large, noise several times smaller.

@@ -9,9 +9,9 @@ use rayon::prelude::*;
 use resample_core::Camera;
 
 use super::sheet::Rect;
-use crate::gaps;
-use crate::surface::{BELOW, LIMB_RATIO, RIGHT, links};
-use crate::warp::Warp;
+use crate::surfaces::gaps;
+use crate::surfaces::surface::{BELOW, LIMB_RATIO, RIGHT, links};
+use crate::view::warp::Warp;
 
 /// Samples along a block's side.
 pub(super) const BLOCK: usize = 64;

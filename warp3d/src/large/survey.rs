@@ -3,6 +3,7 @@
 
 use rayon::prelude::*;
 use resample_core::{Camera, Projection};
+use resample_io::files::fault;
 
 use super::blocks::{BLOCK, Blocks, HALO};
 use super::files::Files;
@@ -12,11 +13,11 @@ use crate::Error;
 use crate::input::meaning::{Numbers, ZOf};
 use crate::input::nothing_known;
 use crate::options::SurfaceTolerance;
-use crate::ramps::{self, Edges, Votes, sharpened};
-use crate::reference::nearest;
-use crate::tolerance::{BEND_STRIDE, bends_of_row, tolerance_of_bends};
-use crate::warp::disparity;
-use resample_io::files::fault;
+use crate::surfaces::sharpen_edges;
+use crate::surfaces::sharpen_edges::{Edges, Votes, sharpened};
+use crate::surfaces::tolerance::{BEND_STRIDE, bends_of_row, tolerance_of_bends};
+use crate::view::reference::nearest;
+use crate::view::warp::disparity;
 
 /// What was found.
 pub(super) struct Found {
@@ -130,7 +131,7 @@ fn sharpen(sheet: &Sheet, projection: Projection, edges: Edges) -> Result<(), Er
         let end = (first + BLOCK).min(height);
         let rows = Rect {
             first: [0, first],
-            size: [width, (end + ramps::HALO).min(height) - first],
+            size: [width, (end + sharpen_edges::HALO).min(height) - first],
         };
         let mut depth = std::mem::take(&mut above);
         let before = depth.len();
@@ -138,7 +139,7 @@ fn sharpen(sheet: &Sheet, projection: Projection, edges: Edges) -> Result<(), Er
         let sharp = sharpened(projection, &depth, width, edges);
         let own = before..before + (end - first) * width;
         sheet.write(Kind::Depth, [0, first], &sharp[own.clone()])?;
-        above = depth[own.end.saturating_sub(ramps::HALO * width)..own.end].to_vec();
+        above = depth[own.end.saturating_sub(sharpen_edges::HALO * width)..own.end].to_vec();
     }
     Ok(())
 }

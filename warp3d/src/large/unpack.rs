@@ -1,15 +1,15 @@
 //! From files to the temporary file, piece by piece, in whatever order the formats have the pieces.
 
+use resample_io::files::first_bytes;
+use resample_io::{Receiver, Room, Stored, colour, depth};
+
 use super::blocks::BLOCK;
 use super::files::Files;
 use super::sheet::{Kind, Sheet};
 use crate::Error;
-use crate::ramps;
-use resample_io::files::first_bytes;
-use resample_io::{Receiver, Room, Stored, colour, depth};
-
 use crate::input::check_sizes;
 use crate::memory::survey_bytes;
+use crate::surfaces::sharpen_edges;
 
 /// The unpacked files.
 pub(super) struct Unpacked {
@@ -54,7 +54,7 @@ pub(super) fn unpacked(
     size: [usize; 2],
     max_memory: u64,
 ) -> Result<Unpacked, Error> {
-    let needed = survey_bytes(size, BLOCK + 2 * ramps::HALO);
+    let needed = survey_bytes(size, BLOCK + 2 * sharpen_edges::HALO);
     if needed > max_memory {
         return Err(Error::Option(format!(
             "{max_memory} bytes of memory are too little: a picture of {}x{} takes at least {needed} bytes to be looked \

@@ -9,11 +9,11 @@ use resample_core::clock::StageClock;
 use super::LargeReference;
 use super::blocks::OnScreen;
 use super::sheet::Rect;
-use crate::beyond::View;
-use crate::layer::{Layer, Purpose};
+use crate::fill::extrapolate::View;
 use crate::memory::{allowed_for_windows, left_for_windows, window_bytes};
 use crate::options::{Fill, Method, SurfaceTolerance, WarpOptions};
 use crate::stats::FrameStats;
+use crate::view::layer::{Layer, Purpose};
 use crate::warper::finished;
 use crate::{Error, Frame, Warper};
 

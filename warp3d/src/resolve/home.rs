@@ -6,9 +6,9 @@
 use glam::DVec2;
 use resample_core::Camera;
 
-use crate::layer::Layer;
 use crate::prepared::Prepared;
-use crate::warp::Warp;
+use crate::view::layer::Layer;
+use crate::view::warp::Warp;
 
 /// A reference whose samples move by no more than this on the screen is at home, px. From 0 to this the known pixels fade
 /// from as they are to as they are drawn; a guess, small against what the spline resolves.

@@ -5,7 +5,7 @@
 //! inverse the footprint. Only the constants and the place subtract nearly equal numbers, and they are f64; the
 //! footprint, and the weights of the samples around the place, are f32.
 //!
-//! [`Footprint`]: crate::colour::Footprint
+//! [`Footprint`]: crate::resolve::colour::Footprint
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x4, f32x8, f64x8, i32x8, mask32x4};
@@ -13,15 +13,15 @@ use fearless_simd_macros::simd;
 use glam::DVec2;
 
 use super::resolver::{Resolver, Row};
-use crate::colour::{
+use crate::prepared::Prepared;
+use crate::project::narrow;
+use crate::resolve::colour::{
     BENT_VARIANCE, EightFilters, EightWeights, FILTERS, Footprint, LEAST_VARIANCE, Lookup, NOWHERE,
     Taps, Weights, by_place, eight_axes, eight_samples, small_form, through,
 };
-use crate::patch::Patch;
-use crate::piece::{ANTI, KINDS, NO_PATCH, cell_of, is_triangle};
-use crate::prepared::Prepared;
-use crate::raster::narrow;
-use crate::surface::Surfaces;
+use crate::surfaces::patch::Patch;
+use crate::surfaces::piece::{ANTI, KINDS, NO_PATCH, cell_of, is_triangle};
+use crate::surfaces::surface::Surfaces;
 
 /// Pixels that are traced at once.
 const LANES: usize = 8;

@@ -4,10 +4,10 @@ use glam::DVec2;
 
 use super::resolver::Resolver;
 use super::window::{REACH_PX, Subset, WindowPixel, add};
-use crate::bands::BAND_ROWS;
 use crate::hybrid::{NO_SLOT, one_surface};
-use crate::patch::{Hit, Patch, PlaneMap, share_a_corner};
-use crate::piece::NO_PATCH;
+use crate::surfaces::patch::{Hit, Patch, PlaneMap, share_a_corner};
+use crate::surfaces::piece::NO_PATCH;
+use crate::view::bands::BAND_ROWS;
 
 /// One surface as a pixel sees it.
 #[derive(Clone, Copy, Debug)]

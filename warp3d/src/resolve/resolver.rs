@@ -6,12 +6,12 @@ use resample_core::{Camera, Projection};
 
 use super::home::Home;
 use super::window::WindowWeights;
-use crate::colour::Lookup;
 use crate::hybrid::{How, Hybrid};
-use crate::layer::Purpose;
-use crate::patch::Patch;
 use crate::prepared::Prepared;
-use crate::warp::Warp;
+use crate::resolve::colour::Lookup;
+use crate::surfaces::patch::Patch;
+use crate::view::layer::Purpose;
+use crate::view::warp::Warp;
 
 /// A row of the picture.
 pub(super) struct Row<'a> {

@@ -1,0 +1,317 @@
+//! What is put where no reference saw anything.
+//!
+//! A hole that opens behind a surface shows what is behind, so only the far side of its rim says what it may look like.
+//! `Background` takes the mean of the far rim pixels that are nearest to a disc around the pixel, which grows with the
+//! distance from them, so that no single rim pixel draws a line across the hole; `Natural` interpolates between the far
+//! rim pixels by natural neighbours (Sibson 1981), and falls back to `Background` outside their hull. Pixels beyond the
+//! frames of the references are continued from the known pixels that are nearest (`beyond`). A mask says what was filled,
+//! 1 minus what was seen.
+
+use glam::DVec2;
+use rayon::prelude::*;
+use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
+
+use crate::fill::extrapolate::{GROWTH, NOWHERE, PLACES, View, beyond, disc, nearest_known};
+use crate::options::Fill;
+use crate::view::layer::Layer;
+
+/// From this coverage on a pixel is known and may be a rim.
+const SOLID: f32 = 0.99;
+
+/// A rim's colour is that of one surface if that surface has this share of it.
+const PURE: f32 = 0.97;
+
+/// Depths within this ratio of the farthest rim count as far as well. A guess: surfaces behind are rarely flat.
+const FAR_RATIO: f32 = 1.15;
+
+/// A rim pixel is one of a surface if this many of its eight neighbours are known at about its depth: a corner of the picture has
+/// three. A stray pixel has fewer.
+const LEAST_NEIGHBOURS: usize = 3;
+
+/// Least radius of the disc over which far rims are averaged, px: next to the rim the fill goes on as it is.
+const LEAST_RADIUS_PX: f64 = 1.0;
+
+/// Steps along x and y of the eight directions.
+const DIRECTIONS: [[isize; 2]; 8] = [
+    [1, 0],
+    [-1, 0],
+    [0, 1],
+    [0, -1],
+    [1, 1],
+    [-1, 1],
+    [1, -1],
+    [-1, -1],
+];
+
+/// A known pixel that a direction meets first.
+#[derive(Clone, Copy, Debug)]
+struct Rim {
+    pixel: u32,
+    distance: f32,
+}
+
+/// A far rim pixel in the triangulation.
+struct Site {
+    at: Point2<f64>,
+    pixel: usize,
+}
+
+impl HasPosition for Site {
+    type Scalar = f64;
+    fn position(&self) -> Point2<f64> {
+        self.at
+    }
+}
+
+/// Fills the holes of `layer` and gives the mask of what was filled, 0 to 1.
+pub(crate) fn fill(layer: &mut Layer, view: &View<'_>, how: Fill) -> Vec<f32> {
+    let width = view.camera.width as usize;
+    let mut mask = vec![0.0; layer.rgba.len()];
+    let known = layer.rgba.iter().any(|p| p[3] >= SOLID);
+    if how == Fill::None || !known {
+        return mask;
+    }
+    let rims = rims(layer, width);
+    let far_rims = FarRims::new(layer, &rims, width);
+    let background: Vec<Option<([f32; 3], f32)>> = (0..layer.rgba.len())
+        .into_par_iter()
+        .map(|i| far_rims.behind(layer, &rims, [i, width]))
+        .collect();
+    let natural = if how == Fill::Natural {
+        natural(layer, &far_rims.is_site, width)
+    } else {
+        Vec::new()
+    };
+    let known = |i: usize| is_rim(layer, i);
+    let beyond = beyond(layer, view, known, |i| layer.rgba[i][3] < SOLID);
+    for (i, behind) in background.into_iter().enumerate() {
+        let inside = natural.get(i).copied().flatten().or(behind);
+        let Some((rgb, depth)) = beyond[i].or(inside) else {
+            continue;
+        };
+        let pixel = &mut layer.rgba[i];
+        let missing = 1.0 - pixel[3];
+        for (c, v) in pixel.iter_mut().zip([rgb[0], rgb[1], rgb[2], 1.0]) {
+            *c += missing * v;
+        }
+        mask[i] = missing;
+        if missing > 0.5 {
+            layer.depth[i] = depth;
+        }
+    }
+    mask
+}
+
+/// Whether a pixel shows one surface alone, so that it may be the rim of a hole.
+fn is_rim(layer: &Layer, at: usize) -> bool {
+    layer.rgba[at][3] >= SOLID && layer.purity(at) >= PURE
+}
+
+/// For each direction and pixel, the known pixel met first when going against the direction.
+fn rims(layer: &Layer, width: usize) -> Vec<Vec<Option<Rim>>> {
+    let height = layer.rgba.len() / width;
+    let sweep = |&[dx, dy]: &[isize; 2]| {
+        let mut met: Vec<Option<Rim>> = vec![None; layer.rgba.len()];
+        for row in 0..height {
+            let y = if dy >= 0 { row } else { height - 1 - row };
+            for column in 0..width {
+                let x = if dx >= 0 { column } else { width - 1 - column };
+                let at = y * width + x;
+                if is_rim(layer, at) {
+                    met[at] = Some(Rim {
+                        pixel: at as u32,
+                        distance: 0.0,
+                    });
+                    continue;
+                }
+                let (px, py) = (x as isize - dx, y as isize - dy);
+                if px >= 0 && py >= 0 && px < width as isize && py < height as isize {
+                    let step = ((dx * dx + dy * dy) as f32).sqrt();
+                    met[at] = met[py as usize * width + px as usize].map(|rim| Rim {
+                        distance: rim.distance + step,
+                        ..rim
+                    });
+                }
+            }
+        }
+        met
+    };
+    DIRECTIONS.par_iter().map(sweep).collect()
+}
+
+/// The far rim pixels: those behind which a hole goes on.
+struct FarRims {
+    is_site: Vec<bool>,
+    /// The nearest one of each pixel.
+    nearest: Vec<u32>,
+    disc: [(DVec2, f32); PLACES],
+}
+
+impl FarRims {
+    fn new(layer: &Layer, rims: &[Vec<Option<Rim>>], width: usize) -> Self {
+        let mut is_site = vec![false; layer.rgba.len()];
+        for hole in (0..layer.rgba.len()).filter(|&i| layer.rgba[i][3] < SOLID) {
+            let Some(far) = farthest(layer, rims, hole) else {
+                continue;
+            };
+            let met = rims.iter().filter_map(|r| r[hole]);
+            for rim in met.filter(|rim| layer.depth[rim.pixel as usize] * FAR_RATIO >= far) {
+                is_site[rim.pixel as usize] = true;
+            }
+        }
+        // A stray pixel says nothing of the surface behind, unless there is nothing else.
+        let of_surface: Vec<bool> = (0..is_site.len())
+            .map(|i| is_site[i] && is_of_surface(layer, width, i))
+            .collect();
+        let has_surface = of_surface.contains(&true);
+        let counts = |i: usize| {
+            if has_surface {
+                of_surface[i]
+            } else {
+                is_site[i]
+            }
+        };
+        let nearest = nearest_known(is_site.len(), width, counts);
+        Self {
+            is_site,
+            nearest,
+            disc: disc(),
+        }
+    }
+
+    /// Colour and depth behind a pixel; `None` where the pixel is known or has no rim.
+    fn behind(
+        &self,
+        layer: &Layer,
+        rims: &[Vec<Option<Rim>>],
+        [at, width]: [usize; 2],
+    ) -> Option<([f32; 3], f32)> {
+        if layer.rgba[at][3] >= SOLID {
+            return None;
+        }
+        let far = farthest(layer, rims, at)?;
+        let from = self.nearest[at];
+        if from == NOWHERE {
+            return None;
+        }
+        // Depths over a power of two near the farthest: their sum stays finite.
+        let unit = f32::from_bits(far.to_bits() & 0x7f80_0000).max(f32::MIN_POSITIVE);
+        let place = |i: usize| DVec2::new((i % width) as f64, (i / width) as f64);
+        let distance = place(at).distance(place(from as usize));
+        let radius = (GROWTH * distance).max(LEAST_RADIUS_PX);
+        let last = [width - 1, self.nearest.len() / width - 1];
+        let (mut sum, mut depth, mut total) = ([0.0; 3], 0.0, 0.0);
+        for (offset, weight) in &self.disc {
+            // A cast rounds down, and takes negative numbers for 0.
+            let met = place(at) + radius * *offset + 0.5;
+            let [x, y] = [met.x as usize, met.y as usize];
+            let known = self.nearest[y.min(last[1]) * width + x.min(last[0])] as usize;
+            let z = layer.depth[known];
+            if z * FAR_RATIO < far {
+                continue;
+            }
+            let colour = layer.rgba[known];
+            sum = std::array::from_fn(|c| sum[c] + weight * colour[c]);
+            depth += weight * (z / unit);
+            total += weight;
+        }
+        if total == 0.0 {
+            return background(layer, rims, at);
+        }
+        // An infinite depth has no mean: the farthest stands for all.
+        let z = if far.is_finite() {
+            depth / total * unit
+        } else {
+            far
+        };
+        Some((sum.map(|v| v / total), z))
+    }
+}
+
+/// Whether a rim pixel has neighbours enough of its own surface.
+fn is_of_surface(layer: &Layer, width: usize, at: usize) -> bool {
+    let height = layer.rgba.len() / width;
+    let (x, y, z) = (at % width, at / width, layer.depth[at]);
+    let is_own = |&[dx, dy]: &[isize; 2]| {
+        let place = x.checked_add_signed(dx).zip(y.checked_add_signed(dy));
+        let inside = place.filter(|&(x, y)| x < width && y < height);
+        inside.is_some_and(|(x, y)| {
+            let beside = layer.depth[y * width + x];
+            layer.rgba[y * width + x][3] >= SOLID
+                && (beside == z || (beside < z * FAR_RATIO && z < beside * FAR_RATIO))
+        })
+    };
+    DIRECTIONS.iter().filter(|step| is_own(step)).count() >= LEAST_NEIGHBOURS
+}
+
+/// Colour and depth behind a pixel from the far rims around it; `None` where the pixel is known or has no rim.
+fn background(layer: &Layer, rims: &[Vec<Option<Rim>>], at: usize) -> Option<([f32; 3], f32)> {
+    if layer.rgba[at][3] >= SOLID {
+        return None;
+    }
+    let far = farthest(layer, rims, at)?;
+    // Depths over a power of two near the farthest: their sum stays finite.
+    let unit = f32::from_bits(far.to_bits() & 0x7f80_0000).max(f32::MIN_POSITIVE);
+    let (mut sum, mut depth, mut total) = ([0.0; 3], 0.0, 0.0);
+    for rim in rims.iter().filter_map(|r| r[at]) {
+        let z = layer.depth[rim.pixel as usize];
+        if z * FAR_RATIO < far {
+            continue;
+        }
+        let weight = 1.0 / (rim.distance * rim.distance);
+        let colour = layer.rgba[rim.pixel as usize];
+        sum = std::array::from_fn(|c| sum[c] + weight * colour[c]);
+        depth += weight * (z / unit);
+        total += weight;
+    }
+    Some((
+        sum.map(|v| v / total),
+        // An infinite depth has no mean: the farthest stands for all.
+        if far.is_finite() {
+            depth / total * unit
+        } else {
+            far
+        },
+    ))
+}
+
+fn farthest(layer: &Layer, rims: &[Vec<Option<Rim>>], at: usize) -> Option<f32> {
+    rims.iter()
+        .filter_map(|r| r[at])
+        .map(|rim| layer.depth[rim.pixel as usize])
+        .reduce(f32::max)
+}
+
+/// Natural-neighbour interpolation between all far rim pixels; `None` outside their hull.
+fn natural(layer: &Layer, is_site: &[bool], width: usize) -> Vec<Option<([f32; 3], f32)>> {
+    let holes: Vec<usize> = (0..layer.rgba.len())
+        .filter(|&i| layer.rgba[i][3] < SOLID)
+        .collect();
+    let sites = (0..is_site.len())
+        .filter(|&i| is_site[i])
+        .map(|pixel| Site {
+            at: Point2::new((pixel % width) as f64, (pixel / width) as f64),
+            pixel,
+        });
+    let mut out = vec![None; layer.rgba.len()];
+    let Ok(triangulation) = DelaunayTriangulation::<Site>::bulk_load(sites.collect()) else {
+        return out;
+    };
+    let neighbours = triangulation.natural_neighbor();
+    // What is infinitely far away counts as far away.
+    let finite = layer.depth.iter().copied().filter(|z| z.is_finite());
+    let most = finite.fold(f32::MAX.sqrt(), f32::max);
+    for hole in holes {
+        let at = Point2::new((hole % width) as f64, (hole / width) as f64);
+        let value = |of: &dyn Fn(usize) -> f32| {
+            neighbours.interpolate(|v| f64::from(of(v.data().pixel)), at)
+        };
+        let channel = |c: usize| value(&|i| layer.rgba[i][c]).map(|v| v as f32);
+        let depth = value(&|i| layer.depth[i].min(most)).map(|v| v as f32);
+        out[hole] = match (channel(0), channel(1), channel(2), depth) {
+            (Some(r), Some(g), Some(b), Some(z)) => Some(([r, g, b], z)),
+            _ => None,
+        };
+    }
+    out
+}

@@ -1,0 +1,354 @@
+//! Soft depth edges made sharp: depth that was blurred, enlarged or packed with loss has ramps between surfaces.
+//!
+//! Along a row or column a ramp is a run of steps of inverse depth that are much larger than those before and behind it.
+//! Exact depth steps from one surface to the other at once. So a map whose edges are ramps for the most part was
+//! softened, and only then are its ramps cut: half way, in the numbers in which they are symmetric, and each sample moves
+//! to the surface on its side. In a map whose edges are sharp nothing changes.
+//!
+//! Limits: a wall seen at a grazing angle looks like a ramp in a softened map, and a thing that is thinner than the
+//! blur keeps the depth that is left of it.
+
+use rayon::prelude::*;
+use resample_core::Projection;
+
+use crate::view::warp::disparity;
+
+/// Most steps of a ramp to either side of its largest one: a Gaussian of 4 px, or an enlargement by 8 with a cubic.
+const REACH: usize = 12;
+
+/// A step belongs to a ramp if it is at least this part of the largest one. A blur of half a sample's sigma leaves 0.23
+/// beside the largest step where the edge lies between two samples.
+const BODY: f32 = 0.1;
+
+/// The tails of a ramp of three steps or more go on down to this part of the largest step.
+const TAIL: f32 = 0.04;
+
+/// Steps of a tail fall off from one to the next at least by this factor.
+const TAIL_DECAY: f32 = 0.9;
+
+/// Least step at a ramp's middle, relative to the nearer end's disparity.
+const LEAST_STEP: f32 = 0.005;
+
+/// Least jump from surface to surface, relative to the nearer end's disparity.
+const LEAST_JUMP: f32 = 0.03;
+
+/// Samples beside a ramp in which a surface does not turn back, and by which part of the ramp at most in one step.
+const FLAT: usize = 4;
+const TURN: f32 = 0.01;
+
+/// Rows around a sample on which its sharpened depth depends: both halves of a ramp, and the slopes beside it.
+pub(crate) const HALO: usize = 2 * REACH + 8;
+
+/// How the edges of a depth map are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Edges {
+    /// Most are steps: the map stays as it is.
+    Sharp,
+    /// Most are ramps, half way in camera z.
+    SoftInDepth,
+    /// Most are ramps, half way in inverse depth.
+    SoftInDisparity,
+}
+
+impl Edges {
+    /// How the edges along the rows of a depth map are.
+    pub(crate) fn of(projection: Projection, depth: &[f32], width: usize) -> Self {
+        depth
+            .par_chunks(width)
+            .map(|row| Votes::of_row(projection, row))
+            .reduce(Votes::default, Votes::with)
+            .edges()
+    }
+}
+
+/// What some edges vote for.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Votes {
+    sharp: u64,
+    soft: u64,
+    /// Ramps from surface to surface, in disparity and in depth, and the sum of how far they are from symmetric, samples.
+    whole: [u64; 2],
+    skew: [f64; 2],
+}
+
+/// A ramp: the last samples of the two surfaces, and what lies between them.
+#[derive(Clone, Copy, Debug)]
+struct Ramp {
+    first: usize,
+    last: usize,
+    /// The largest step, without sign, relative to the larger end.
+    step: f32,
+}
+
+impl Votes {
+    /// The edges along a row of camera z.
+    pub(crate) fn of_row(projection: Projection, depth: &[f32]) -> Self {
+        let mut votes = Self::default();
+        for (numbers, edges) in [Edges::SoftInDisparity, Edges::SoftInDepth]
+            .into_iter()
+            .enumerate()
+        {
+            let line = numbers_of(projection, depth, edges);
+            for ramp in ramps(&line) {
+                if ramp.last - ramp.first < 2 {
+                    votes.sharp += 1;
+                } else {
+                    votes.soft += 1;
+                    // A bump that a blur has left of something thin is half way nowhere.
+                    if is_flat_around(&line, &ramp) {
+                        votes.whole[numbers] += 1;
+                        votes.skew[numbers] += skew(&line[ramp.first..=ramp.last]);
+                    }
+                }
+            }
+        }
+        votes
+    }
+
+    /// Both together.
+    pub(crate) fn with(self, other: Self) -> Self {
+        Self {
+            sharp: self.sharp + other.sharp,
+            soft: self.soft + other.soft,
+            whole: [
+                self.whole[0] + other.whole[0],
+                self.whole[1] + other.whole[1],
+            ],
+            skew: [self.skew[0] + other.skew[0], self.skew[1] + other.skew[1]],
+        }
+    }
+
+    /// What most edges are.
+    pub(crate) fn edges(self) -> Edges {
+        let mean = |i: usize| self.skew[i] / self.whole[i].max(1) as f64;
+        match self {
+            _ if self.soft <= self.sharp => Edges::Sharp,
+            _ if mean(1) < mean(0) => Edges::SoftInDepth,
+            _ => Edges::SoftInDisparity,
+        }
+    }
+}
+
+/// Whether the surfaces beside a ramp go on without turning back.
+fn is_flat_around(line: &[f32], ramp: &Ramp) -> bool {
+    let rise = line[ramp.last] - line[ramp.first];
+    let turns = |from: usize| {
+        let step = line
+            .get(from + 1)
+            .zip(line.get(from))
+            .map_or(0.0, |(b, a)| b - a);
+        step * rise.signum() < -TURN * rise.abs()
+    };
+    let before = ramp.first.saturating_sub(FLAT)..ramp.first;
+    !before.chain(ramp.last..ramp.last + FLAT).any(turns)
+}
+
+/// How far a ramp's centre of gravity lies from the place where it is half way, samples.
+fn skew(ramp: &[f32]) -> f64 {
+    let number = |i: usize| f64::from(ramp[i]);
+    let (from, to) = (number(0), number(ramp.len() - 1));
+    let half = 0.5 * (from + to);
+    let (mut gravity, mut crossing) = (0.0, 0.0);
+    for i in 0..ramp.len() - 1 {
+        let (a, b) = (number(i), number(i + 1));
+        gravity += (b - a) / (to - from) * (i as f64 + 0.5);
+        if (a - half) * (b - half) <= 0.0 && a != b {
+            crossing = i as f64 + (half - a) / (b - a);
+        }
+    }
+    (gravity - crossing).abs()
+}
+
+/// Rows that are sharpened together: with [`HALO`] above and below, a sixteenth more than without.
+const BAND: usize = 1024;
+
+/// As [`sharpened`], with the memory that it takes beside for a band of rows alone.
+pub(crate) fn sharpened_in_bands(
+    projection: Projection,
+    depth: &[f32],
+    width: usize,
+    edges: Edges,
+) -> Vec<f32> {
+    let height = depth.len() / width;
+    let mut sharp = Vec::with_capacity(depth.len());
+    for first in (0..height).step_by(BAND) {
+        let (from, end) = (first.saturating_sub(HALO), (first + BAND).min(height));
+        let around = &depth[from * width..(end + HALO).min(height) * width];
+        let band = sharpened(projection, around, width, edges);
+        sharp.extend_from_slice(&band[(first - from) * width..(end - from) * width]);
+    }
+    sharp
+}
+
+/// Camera z with its soft edges made sharp.
+pub(crate) fn sharpened(
+    projection: Projection,
+    depth: &[f32],
+    width: usize,
+    edges: Edges,
+) -> Vec<f32> {
+    let height = depth.len() / width;
+    let surfaces = numbers_of(projection, depth, Edges::SoftInDisparity);
+    let numbers = numbers_of(projection, depth, edges);
+    // The better proposal so far: the largest step of its ramp, and the disparity.
+    let mut rows = vec![(0.0f32, 0.0f32); depth.len()];
+    rows.par_chunks_mut(width)
+        .zip(numbers.par_chunks(width))
+        .zip(surfaces.par_chunks(width))
+        .for_each(|((to, numbers), line)| {
+            propose(numbers, line, |at, step, value| to[at] = (step, value))
+        });
+    let columns: Vec<Vec<(usize, f32, f32)>> = (0..width)
+        .into_par_iter()
+        .map(|x| {
+            let column =
+                |of: &[f32]| -> Vec<f32> { (0..height).map(|y| of[y * width + x]).collect() };
+            let mut proposed = Vec::new();
+            propose(&column(&numbers), &column(&surfaces), |y, step, value| {
+                proposed.push((y * width + x, step, value))
+            });
+            proposed
+        })
+        .collect();
+    for (at, step, value) in columns.into_iter().flatten() {
+        if step > rows[at].0 {
+            rows[at] = (step, value);
+        }
+    }
+    let sharp = |(&z, &(step, d)): (&f32, &(f32, f32))| match projection {
+        _ if step == 0.0 => z,
+        Projection::Perspective => 1.0 / d,
+        Projection::Orthographic => d,
+    };
+    depth.par_iter().zip(&rows).map(sharp).collect()
+}
+
+/// Calls `to(sample, relative size of the largest step, disparity)` for the samples inside the ramps of a line of
+/// `numbers`, whose disparities are `line`.
+fn propose(numbers: &[f32], line: &[f32], mut to: impl FnMut(usize, f32, f32)) {
+    for ramp in ramps(numbers).filter(|ramp| ramp.last - ramp.first >= 2) {
+        let (first, last) = (line[ramp.first], line[ramp.last]);
+        let half = 0.5 * (numbers[ramp.first] + numbers[ramp.last]);
+        let largest = (ramp.first..ramp.last)
+            .map(|i| (line[i + 1] - line[i]).abs())
+            .fold(0.0, f32::max);
+        let before = slope(line, ramp.first, -1, largest);
+        let behind = slope(line, ramp.last, 1, largest);
+        for at in ramp.first + 1..ramp.last {
+            let is_first = (numbers[at] - half) * (numbers[ramp.first] - half) >= 0.0;
+            let value = if is_first {
+                first + before * (at - ramp.first) as f32
+            } else {
+                last - behind * (ramp.last - at) as f32
+            };
+            // A surface goes on in front of its horizon.
+            let value = if value > 0.0 {
+                value
+            } else {
+                [last, first][usize::from(is_first)]
+            };
+            to(at, ramp.step, value);
+        }
+    }
+}
+
+/// The slope of the surface that ends at `end`, along the line: the least of three steps away from the ramp.
+fn slope(line: &[f32], end: usize, away: isize, largest: f32) -> f32 {
+    let step = |k: isize| {
+        let from = end.checked_add_signed(k)?;
+        Some(line.get(from + 1)? - line[from])
+    };
+    let mut least: Option<f32> = None;
+    for k in 0..3 {
+        let place = if away < 0 { -k - 1 } else { k };
+        let Some(found) = step(place).filter(|s| s.abs() < BODY * largest) else {
+            return 0.0;
+        };
+        least = Some(match least {
+            None => found,
+            Some(least) if least * found <= 0.0 => return 0.0,
+            Some(least) if least.abs() <= found.abs() => least,
+            Some(_) => found,
+        });
+    }
+    least.unwrap_or(0.0)
+}
+
+/// The edges of a line of disparities, ramps and steps.
+fn ramps(line: &[f32]) -> impl Iterator<Item = Ramp> + '_ {
+    (0..line.len().saturating_sub(1)).filter_map(|at| ramp_at(line, at))
+}
+
+/// The ramp whose largest step leads from the sample `at` to the next.
+fn ramp_at(line: &[f32], at: usize) -> Option<Ramp> {
+    // Relative to the larger end a jump is as large in depth as in inverse depth.
+    let step = line[at + 1] - line[at];
+    let nearer = line[at].max(line[at + 1]);
+    if !(step.abs() >= LEAST_STEP * nearer) {
+        return None;
+    }
+    // The steps outwards, in the direction of the ramp: below 0 or NaN is none of it.
+    let sign = step.signum();
+    let before = |k: usize| {
+        let i = at.checked_sub(k)?;
+        Some(sign * (line[i + 1] - line[i]))
+    };
+    let behind = |k: usize| Some(sign * (line.get(at + k + 1)? - line[at + k]));
+    let left = extent(step.abs(), true, before)?;
+    let right = extent(step.abs(), false, behind)?;
+    let (mut first, mut last) = (at - left, at + 1 + right);
+    if last - first >= 3 {
+        first -= tail(step.abs(), left, before);
+        last += tail(step.abs(), right, behind);
+    }
+    let jump = (line[last] - line[first]).abs();
+    let nearer = line[first].max(line[last]);
+    (jump >= LEAST_JUMP * nearer).then_some(Ramp {
+        first,
+        last,
+        step: step.abs() / nearer,
+    })
+}
+
+/// Steps of a ramp's body to one side of its largest; `None` if there is a larger one, or the ramp does not end before the
+/// known depths do.
+fn extent(largest: f32, ties: bool, step: impl Fn(usize) -> Option<f32>) -> Option<usize> {
+    for k in 1..=REACH {
+        match step(k) {
+            // The steepest step beside unknown depth is the limb of something round: nothing says that it falls off again.
+            found if k == 1 && found.is_none_or(f32::is_nan) => return None,
+            Some(found) if found > largest || (ties && found == largest) => return None,
+            Some(found) if found >= BODY * largest => {}
+            _ => return Some(k - 1),
+        }
+    }
+    None
+}
+
+/// Steps of a ramp's tail behind the `body` steps to one side.
+fn tail(largest: f32, body: usize, step: impl Fn(usize) -> Option<f32>) -> usize {
+    let mut before = step(body).unwrap_or(largest);
+    for k in 1..=REACH - body.min(REACH) {
+        match step(body + k) {
+            Some(found) if found >= TAIL * largest && found <= TAIL_DECAY * before => {
+                before = found
+            }
+            _ => return k - 1,
+        }
+    }
+    REACH - body.min(REACH)
+}
+
+/// The numbers in which ramps are looked for: camera z, or disparity; NaN where unknown.
+fn numbers_of(projection: Projection, depth: &[f32], edges: Edges) -> Vec<f32> {
+    depth
+        .iter()
+        .map(|&z| match edges {
+            Edges::SoftInDepth => z,
+            Edges::Sharp | Edges::SoftInDisparity => disparity(projection, z).unwrap_or(f32::NAN),
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests;
