@@ -7,18 +7,9 @@ use glam::{DAffine3, DMat3, DVec3};
 use resample_core::Camera;
 
 use crate::Error;
-use crate::options::RenderOptions;
-
-/// Lengths from its inverse to this are f32 numbers of full precision.
-pub(crate) const LONGEST: f64 = 8.507_059_173_023_462e37;
 
 /// Farthest a camera may be, spacings. There f64 counts 1/4 spacing, so that nothing is where it should be.
 const FARTHEST: f64 = (1u64 << 51) as f64;
-
-/// Shortest opacity unit, spacings: products of optical depths with strengths and with depths stay far below the end of
-/// f32. An opacity of 1e-12 over it is two thirds over a voxel; what is fainter still over a shorter unit comes out fainter
-/// than it is.
-const SHORTEST_UNIT: f64 = 1e-12;
 
 /// The largest power of two that is not above a length.
 pub(crate) fn power_of_two(length: f64) -> f64 {
@@ -41,12 +32,6 @@ pub(crate) fn gradient_from_differences(world_from_index: &DMat3) -> DMat3 {
     let unit = power_of_two(x.min(y).min(z));
     // Gradients are covectors: they go to the world by the inverse transpose.
     (*world_from_index * (1.0 / unit)).inverse().transpose()
-}
-
-/// World length over which opacity is meant, for samples at this spacing.
-pub(crate) fn opacity_unit(options: &RenderOptions, smallest_spacing: f64) -> f64 {
-    let unit = options.opacity_unit.unwrap_or(smallest_spacing);
-    unit.max(SHORTEST_UNIT * smallest_spacing)
 }
 
 /// Refuses a camera from which f64 cannot tell voxels apart.

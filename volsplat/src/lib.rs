@@ -51,6 +51,7 @@ pub mod scene;
 mod sheets;
 pub mod stats;
 pub mod transfer;
+mod visible_values;
 pub mod volume;
 mod watch;
 

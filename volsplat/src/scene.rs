@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use resample_core::OpacityMode;
 
 use crate::Error;
-use crate::bricks::support::count_visible;
+use crate::visible_values::count_visible;
 use crate::labels::{LabelLook, LabelTable};
 use crate::transfer::TransferFunction;
 use crate::transfer::strength::{classified, strength_of};

@@ -17,7 +17,7 @@ use crate::bricks::plan::{check_dims, support};
 use crate::bricks::support::Support;
 use crate::clip::{Clip, GridClip, bounds_in_world};
 use crate::large::LargeVolume;
-use crate::lengths::{in_unit, opacity_unit, power_of_two};
+use crate::lengths::{in_unit, power_of_two};
 use crate::options::{Blend, FieldOptions, RenderOptions, Subpixels};
 use crate::picture::assemble::{TileDepth, TileLayout};
 use crate::picture::subpixels::{automatic, refined};
@@ -293,7 +293,7 @@ impl FieldPipeline {
                     anchor,
                     length: self.length,
                     thickness,
-                    opacity_unit: opacity_unit(&self.options, self.smallest_spacing) / self.length,
+                    opacity_unit: self.options.opacity_unit_in_world(self.smallest_spacing) / self.length,
                 },
             ),
             brick_sections: FieldSettings::of_bricks(view.camera_from_grid.matrix3, CELL_SIDE),

@@ -6,19 +6,17 @@
 use std::path::Path;
 
 use rayon::prelude::*;
-use resample_core::image::linear_from_srgb;
 
 use super::format::{self, Detected, Format};
 use super::load::load;
 use super::options::LoadOptions;
 use super::{invalid, meta_image, nifti, nrrd, picture_slices, tiff_stack, vti, vtk};
 use crate::Error;
-use crate::transfer::{ColourKnot, OpacityKnot, TransferFunction};
 use crate::volume::{Volume, Voxels};
 
 /// The components of voxels that are colours.
 pub struct ColourVoxels {
-    /// Red, green and blue, in display colours (sRGB), each to be drawn as [`crate::Look::Tint`] of [`tint`].
+    /// Red, green and blue, in display colours (sRGB), each the tint of one more channel.
     pub components: [Volume; 3],
     /// The scalar that the opacity follows: alpha where it varies, else the greatest of red, green and blue.
     pub opacity: Volume,
@@ -95,31 +93,6 @@ pub fn load_colours(path: &Path, options: &LoadOptions) -> Result<Option<ColourV
         components,
         opacity,
     }))
-}
-
-/// The transfer function of a colour component (0 is red): from its sRGB code to linear light.
-pub fn tint(component: usize, volume: &Volume) -> TransferFunction {
-    let most = match volume.voxels {
-        Voxels::U16(_) => u16::MAX,
-        _ => u16::from(u8::MAX),
-    };
-    let knot = |code: u16| {
-        let share = f32::from(code) / f32::from(u8::MAX);
-        let mut rgb = [0.0; 3];
-        rgb[component] = linear_from_srgb(share);
-        ColourKnot {
-            value: f64::from(share) * f64::from(most),
-            rgb,
-        }
-    };
-    let opaque = OpacityKnot {
-        value: 0.0,
-        opacity: 1.0,
-    };
-    TransferFunction {
-        colours: (0..=u16::from(u8::MAX)).map(knot).collect(),
-        opacities: vec![opaque],
-    }
 }
 
 /// The greatest of three components at each voxel.

@@ -31,13 +31,13 @@ mod vti;
 mod vtk;
 mod zarr;
 
-pub use colours::{ColourVoxels, arrays_of, colours_of, load_colours, tint};
+pub use colours::{ColourVoxels, arrays_of, colours_of, load_colours};
 pub(crate) use file::{Parts, cannot_read, invalid, open, open_sized, unsupported_file};
 pub use format::{Format, format_of};
 pub use load::{load, of_memory};
 pub use options::LoadOptions;
 pub use raw::RawOptions;
-pub use stays::peek;
+pub use stays::{Unread, open_unread, peek};
 pub use tiff_stack::pages_of;
 
 #[cfg(test)]

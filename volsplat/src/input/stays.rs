@@ -1,4 +1,4 @@
-//! Volume files whose voxels stay in them: opened as a [`LargeVolume`], read box by box.
+//! Volume files whose voxels stay in them, read box by box.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -10,41 +10,17 @@ use super::options::{LoadOptions, refuse_superfluous, replaced_lattice, undecide
 use super::stored::Stored;
 use super::{meta_image, nifti, nrrd, raw, zarr};
 use crate::Error;
-use crate::large::{LargeVolume, VoxelSource};
+use crate::large::VoxelSource;
 use crate::volume::{Lattice, VoxelType};
 use crate::watch::Watch;
 
-impl LargeVolume {
-    /// Reads a volume file once, holding at most about `max_memory` bytes.
-    ///
-    /// `None` for a file that has to be unpacked as a whole, which [`crate::load`] does. Errors are those of
-    /// [`crate::load`]; [`Error::Option`] also where `max_memory` is too little for any brick-wise work, and where the
-    /// temporary file of a Zarr array has no room.
-    pub fn open(
-        path: &Path,
-        options: &LoadOptions,
-        max_memory: u64,
-        watch: &mut Watch,
-    ) -> Result<Option<Self>, Error> {
-        // Unpacking, where there is any, is the first half of the work.
-        let mut begun = 0.0;
-        let mut unpacking = |share: f64| {
-            begun = 0.5;
-            watch(begun * share);
-        };
-        let opened = open_unread(path, options, max_memory, &mut unpacking)?;
-        let Some(Unread { stored, lattice }) = opened else {
-            return Ok(None);
-        };
-        let mut reading = |share| watch(begun + (1.0 - begun) * share);
-        Self::new(lattice, Arc::new(stored), max_memory, &mut reading).map(Some)
-    }
-}
-
-/// What is known of a volume file whose voxels stay in it.
-struct Unread {
-    stored: Stored,
-    lattice: Lattice,
+/// A volume file whose voxels stay in it.
+#[derive(Debug)]
+pub struct Unread {
+    /// The voxels, read box by box.
+    pub source: Arc<dyn VoxelSource>,
+    /// Their grid.
+    pub lattice: Lattice,
 }
 
 /// The lattice and the voxel type of a file whose voxels can be read in parts, without reading them; `None` for
@@ -58,7 +34,7 @@ pub fn peek(path: &Path, options: &LoadOptions) -> Result<Option<(Lattice, Voxel
         )));
     }
     let unread = open_unread(path, options, 0, &mut |_| {})?;
-    Ok(unread.map(|unread| (unread.lattice, unread.stored.voxel_type())))
+    Ok(unread.map(|unread| (unread.lattice, unread.source.voxel_type())))
 }
 
 /// The array of a Zarr store that can be unpacked chunk by chunk.
@@ -80,8 +56,9 @@ fn checked_lattice(path: &Path, lattice: Lattice, options: &LoadOptions) -> Resu
 /// Opens a volume file whose voxels can be read box by box, unpacking chunks into a temporary file within `max_memory`
 /// bytes where it has any; `None` for a file that must be unpacked as a whole. `watch` hears how far unpacking is.
 ///
-/// Errors as in [`crate::load`]; the values are not looked at.
-fn open_unread(
+/// # Errors
+/// Those of [`crate::load`], without a look at the values; and where the temporary file of a Zarr array has no room.
+pub fn open_unread(
     path: &Path,
     options: &LoadOptions,
     max_memory: u64,
@@ -90,7 +67,10 @@ fn open_unread(
     if let Some(zarr) = open_zarr(path, options)? {
         let lattice = checked_lattice(path, zarr.lattice.clone(), options)?;
         let stored = zarr.unpack(max_memory, watch, options.nan)?;
-        return Ok(Some(Unread { stored, lattice }));
+        return Ok(Some(Unread {
+            source: Arc::new(stored),
+            lattice,
+        }));
     }
     if options.rescale.is_some() {
         // Box by box, values would have no type that suits all of them.
@@ -121,5 +101,8 @@ fn open_unread(
         return Ok(None);
     };
     let lattice = checked_lattice(path, located.lattice, options)?;
-    Ok(Some(Unread { stored, lattice }))
+    Ok(Some(Unread {
+        source: Arc::new(stored),
+        lattice,
+    }))
 }

@@ -10,7 +10,7 @@ use glam::DAffine3;
 use super::source::{Region, VoxelSource};
 use crate::Error;
 use crate::bricks::cells::CELL_SIDE;
-use crate::bricks::support::VisibleValues;
+use crate::visible_values::VisibleValues;
 use crate::volume::{Volume, scalar, with_voxels};
 
 /// Rows of bricks of one layer, to be read together.

@@ -47,6 +47,32 @@ impl LargeVolume {
         })
     }
 
+    /// Reads a volume file once, holding at most about `max_memory` bytes.
+    ///
+    /// `None` for a file that has to be unpacked as a whole, which [`crate::load`] does. Errors are those of
+    /// [`crate::load`]; [`Error::Option`] also where `max_memory` is too little for any brick-wise work, and where the
+    /// temporary file of a Zarr array has no room.
+    #[cfg(feature = "input")]
+    pub fn open(
+        path: &std::path::Path,
+        options: &crate::LoadOptions,
+        max_memory: u64,
+        watch: &mut Watch,
+    ) -> Result<Option<Self>, Error> {
+        // Unpacking, where there is any, is the first half of the work.
+        let mut begun = 0.0;
+        let mut unpacking = |share: f64| {
+            begun = 0.5;
+            watch(begun * share);
+        };
+        let opened = crate::input::open_unread(path, options, max_memory, &mut unpacking)?;
+        let Some(unread) = opened else {
+            return Ok(None);
+        };
+        let mut reading = |share| watch(begun + (1.0 - begun) * share);
+        Self::new(unread.lattice, unread.source, max_memory, &mut reading).map(Some)
+    }
+
     /// Bytes that the voxels take in the file.
     pub fn bytes(&self) -> u64 {
         self.lattice.len() as u64 * self.source.voxel_type().bytes() as u64

@@ -18,6 +18,11 @@ pub use crate::options::samples::{
 };
 pub use crate::options::seen::{DepthPlane, Light, Shading, Subpixels};
 
+/// Shortest opacity unit, spacings: products of optical depths with strengths and with depths stay far below the end of
+/// f32. An opacity of 1e-12 over it is two thirds over a voxel; what is fainter still over a shorter unit comes out fainter
+/// than it is.
+const SHORTEST_UNIT: f64 = 1e-12;
+
 /// The choices of one rendering. `RenderOptions::default()` is what the measured trade favours.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
@@ -161,6 +166,12 @@ impl RenderOptions {
     /// Whether the gradient changes the picture.
     pub(crate) fn follows_gradient(&self) -> bool {
         self.shading != Shading::None || self.gradient_opacity.is_some()
+    }
+
+    /// World length over which opacity is meant, for samples at this spacing.
+    pub(crate) fn opacity_unit_in_world(&self, smallest_spacing: f64) -> f64 {
+        let unit = self.opacity_unit.unwrap_or(smallest_spacing);
+        unit.max(SHORTEST_UNIT * smallest_spacing)
     }
 
     /// Whether what was prepared for these options serves the others: only what each frame reads anew differs.

@@ -23,7 +23,7 @@ use resample_core::{Camera, Kernel};
 use crate::Error;
 use crate::bricks::visible::visible_bricks;
 use crate::clip::{Clip, Cut};
-use crate::lengths::{opacity_unit, power_of_two};
+use crate::lengths::{power_of_two};
 use crate::options::{Cells, RenderOptions, SampleOptions, SampleOrder, Subpixels};
 use crate::picture::assemble::{TileDepth, TileLayout};
 use crate::picture::subpixels::{automatic, refined};
@@ -102,7 +102,7 @@ impl EverySample {
             dims: volume.dims,
             length,
             smallest_spacing: spacing / length,
-            opacity_unit: opacity_unit(options, spacing) / length,
+            opacity_unit: options.opacity_unit_in_world(spacing) / length,
             chunks: Vec::new(),
             open: Vec::new(),
         })

@@ -10,7 +10,8 @@ use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use crate::bricks::bounds::{BRICK_SIDE, Bounds, brick_corners, pack_place, place};
-use crate::bricks::support::{Support, count_visible};
+use crate::bricks::support::Support;
+use crate::visible_values::count_visible;
 use crate::samples::sample::{Brick, Samples};
 use crate::transfer::TransferFunction;
 use crate::volume::grid::Grid;

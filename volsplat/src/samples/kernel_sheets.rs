@@ -24,10 +24,10 @@ use crate::bricks::bounds::Bounds;
 use crate::bricks::cells::Gradients;
 use crate::bricks::cull::ViewVolume;
 use crate::bricks::plan::{check_dims, gradients};
-use crate::bricks::support::count_visible;
+use crate::visible_values::count_visible;
 use crate::bricks::visible::visible_bricks;
 use crate::clip::{Clip, GridClip, bounds_in_world};
-use crate::lengths::{in_unit, opacity_unit, power_of_two};
+use crate::lengths::{in_unit, power_of_two};
 use crate::options::{Cells, Classify, Interpolate, RenderOptions, SampleOptions, Subpixels};
 use crate::picture::assemble::{TileDepth, TileLayout};
 use crate::picture::subpixels::{automatic, refined};
@@ -192,7 +192,7 @@ impl KernelSheets {
                 anchor: Anchor::new(middle, view),
                 length,
                 thickness,
-                opacity_unit: opacity_unit(&self.options, smallest_spacing) / length,
+                opacity_unit: self.options.opacity_unit_in_world(smallest_spacing) / length,
             },
         )
     }

@@ -7,6 +7,7 @@
 //! Readers and makers of transfer functions are in the child modules; whatever they know is brought to knots.
 
 use crate::Error;
+use crate::transfer::histogram::share_of;
 
 /// Scalar to colour and opacity, both piecewise linear.
 #[derive(Clone, Debug, PartialEq)]
@@ -178,18 +179,6 @@ impl TransferFunction {
     pub fn opacity_knots(&self) -> &[OpacityKnot] {
         &self.opacities
     }
-}
-
-/// Where `value` lies between two scalars, 0..=1.
-pub(super) fn share_of(value: f64, low: f64, high: f64) -> f64 {
-    let span = high - low;
-    let share = if span.is_finite() {
-        (value - low) / span
-    } else {
-        // Two scalars near the ends of f64: halved, their distance is finite.
-        (0.5 * value - 0.5 * low) / (0.5 * high - 0.5 * low)
-    };
-    share.clamp(0.0, 1.0)
 }
 
 fn check_ascending(kind: &str, values: impl Iterator<Item = f64>) -> Result<(), Error> {

@@ -9,7 +9,6 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::transfer::function::share_of;
 use crate::volume::{Volume, Voxels, scalar, with_voxels};
 
 /// Counts of the scalars of a volume in equal bins.
@@ -200,6 +199,18 @@ pub(crate) fn range_within(voxels: &Voxels, from: f64, to: f64) -> (f64, f64) {
 mod tally;
 
 pub(crate) use tally::Tally;
+
+/// Where `value` lies between two scalars, 0..=1.
+pub fn share_of(value: f64, low: f64, high: f64) -> f64 {
+    let span = high - low;
+    let share = if span.is_finite() {
+        (value - low) / span
+    } else {
+        // Two scalars near the ends of f64: halved, their distance is finite.
+        (0.5 * value - 0.5 * low) / (0.5 * high - 0.5 * low)
+    };
+    share.clamp(0.0, 1.0)
+}
 
 #[cfg(test)]
 mod tests {

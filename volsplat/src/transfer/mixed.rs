@@ -4,7 +4,7 @@
 //! mean has its knots at the union of theirs, and where either steps, two of them: the limits from below and above.
 //! Limits: opacities are mixed, not extinctions; an opaque surface that fades is half opaque half way.
 
-use crate::transfer::function::share_of;
+use crate::transfer::histogram::share_of;
 use crate::transfer::{ColourKnot, OpacityKnot, TransferFunction};
 
 /// A knot of either kind: a scalar and the numbers there.

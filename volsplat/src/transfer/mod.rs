@@ -22,6 +22,7 @@ pub mod presets;
 #[cfg(feature = "input")]
 mod slicer;
 pub(crate) mod strength;
+mod tint;
 
 pub use colour_map::ColourMap;
 #[cfg(feature = "input")]
@@ -31,3 +32,4 @@ pub use histogram::Histogram;
 pub use kind::DataKind;
 pub use looks::DefaultLook;
 pub use presets::{Preset, PresetScale};
+pub use tint::tint;

@@ -13,10 +13,12 @@ use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use crate::Error;
-use crate::lengths::LONGEST;
 
 #[cfg(test)]
 mod tests;
+
+/// Lengths from its inverse to this are f32 numbers of full precision.
+pub(crate) const LONGEST: f64 = 8.507_059_173_023_462e37;
 
 /// A scalar volume in the world.
 ///

@@ -13,7 +13,7 @@ use crate::Error;
 use crate::bricks::bounds::Bounds;
 use crate::bricks::cells::{CellBrick, CellField, Gradients};
 use crate::bricks::plan::{gradients, support};
-use crate::bricks::support::VisibleValues;
+use crate::visible_values::VisibleValues;
 use crate::large::LargeVolume;
 use crate::large::blocks::bricks_along;
 use crate::options::RenderOptions;
