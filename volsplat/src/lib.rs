@@ -31,49 +31,38 @@
 //! another preparation where that is possible. For a program in which a person turns the knobs, a renderer keeps all of the
 //! volume ([`Renderer::for_changes`]) and takes every change quickly ([`Renderer::change`]).
 
-mod bricks;
-pub mod clip;
-pub mod error;
-mod field;
-#[cfg(feature = "input")]
-pub mod input;
-pub mod labels;
-pub mod large;
-mod lengths;
+// In the order in which data flow.
+mod look;
+mod grid;
 mod light;
-mod narrow;
-pub mod options;
+mod slabs;
+mod bricks;
+pub mod large;
 mod picture;
+mod field;
+mod paper;
 pub mod render;
 mod reuse;
-mod samples;
-pub mod scene;
-mod sheets;
 pub mod stats;
-pub mod transfer;
-mod visible_values;
-pub mod volume;
-mod watch;
 
-pub use clip::{Clip, ClipPlane};
-pub use error::Error;
 pub use field::Layer;
-#[cfg(feature = "input")]
-pub use input::{LoadOptions, RawOptions, load};
-pub use labels::{LabelLook, LabelTable};
 pub use large::LargeVolume;
-pub use options::{
+pub use look::clip::{Clip, ClipPlane};
+pub use look::options::{
     Blend, Cells, Classify, ColourBy, DepthPlane, FieldOptions, Interpolate, Isosurface,
     KernelSheets, Light, Order, RenderOptions, SampleOptions, SampleOrder, Shading, Subpixels,
 };
+pub use look::scene::{Channel, Look, Scene};
+pub use look::transfer::{ColourEncoding, ColourMap, TransferFunction};
+pub use look::{clip, options, scene, transfer};
+pub use paper::samples::sample::Samples;
 pub use render::{Frame, Renderer};
 pub use resample_core::clock::StageTime;
-pub use reuse::Reuse;
-pub use samples::sample::Samples;
-pub use scene::{Channel, Look, Scene};
-pub use stats::{FrameStats, StageTimes};
-pub use transfer::{ColourEncoding, ColourMap, Histogram, TransferFunction};
-pub use volume::{
-    Described, Endian, Lattice, Modality, NanPolicy, Volume, VoxelType, Voxels, procedural,
+pub use resample_volume::{
+    Described, Endian, Error, Histogram, LabelLook, LabelTable, Lattice, Modality, NanPolicy,
+    Volume, VoxelType, Voxels, Watch, error, labels, procedural, volume,
 };
-pub use watch::Watch;
+#[cfg(feature = "input")]
+pub use resample_volume::{LoadOptions, RawOptions, input, load};
+pub use reuse::Reuse;
+pub use stats::{FrameStats, StageTimes};

@@ -11,7 +11,7 @@ use glam::DVec3;
 use resample_core::Camera;
 use resample_core::light::{AMBIENT, DIFFUSE};
 
-use crate::options::{Light, RenderOptions, Shading};
+use crate::look::options::{Light, RenderOptions, Shading};
 
 /// Strength of the highlight, white, and its exponent. Habits too.
 const SPECULAR: f32 = 0.2;

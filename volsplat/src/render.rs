@@ -1,6 +1,6 @@
 //! The renderer: a volume prepared once, then one picture per camera.
 //!
-//! The orders of compositing are whole pipelines of their own ([`crate::options::Order`]); what they share is that
+//! The orders of compositing are whole pipelines of their own ([`crate::look::options::Order`]); what they share is that
 //! they fill the tiles of a picture. Every buffer is kept from frame to frame. Chunks and tiles are cut without regard
 //! to the number of threads, and each is owned by one task, so the same bytes come out on any number of them.
 
@@ -8,22 +8,22 @@ use glam::DVec3;
 use resample_core::clock::StageClock;
 use resample_core::image::Plane;
 use resample_core::{Camera, Image, Projection, Stop};
+use resample_volume::Watch;
+use resample_volume::volume::{Described, Lattice};
 
-use crate::clip::Clip;
+use crate::bricks::rescale::{Narrowed, Narrowing};
 use crate::field::{FieldPipeline, Kept, Layer, layers_refused};
+use crate::grid::units::check_distance;
 use crate::large::LargeVolume;
-use crate::lengths::check_distance;
-use crate::narrow::{Narrowed, Narrowing};
-use crate::options::{DepthPlane, Order, RenderOptions};
+use crate::look::clip::Clip;
+use crate::look::options::{DepthPlane, Order, RenderOptions};
+use crate::look::scene::Scene;
+use crate::look::transfer::TransferFunction;
+use crate::paper::{EverySample, KernelSheets, Painting};
 use crate::picture::assemble::picture;
 use crate::picture::tiles::TileSlot;
 use crate::reuse::Reuse;
-use crate::samples::{EverySample, KernelSheets, Painting};
-use crate::scene::Scene;
 use crate::stats::FrameStats;
-use crate::transfer::TransferFunction;
-use crate::volume::{Described, Lattice};
-use crate::watch::Watch;
 use crate::{Error, Volume};
 
 /// Renders one prepared volume, frame after frame.

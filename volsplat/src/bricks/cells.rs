@@ -5,7 +5,7 @@
 //! hold no visible scalar are dropped, and the others know the box of their visible cells. Further channels and a mask go
 //! with the brick, in tables of the same layout.
 
-use crate::bricks::bounds::Bounds;
+use crate::grid::bounds::Bounds;
 
 /// Cells along a brick's side: small enough to hug thin structures, large enough that finding a brick on the screen
 /// costs little beside its samples. 4 and 16 were slower on both a dense and a sparse volume.

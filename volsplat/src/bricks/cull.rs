@@ -7,7 +7,7 @@
 use glam::DVec3;
 use resample_core::{Camera, GridView, Projection};
 
-use crate::bricks::bounds::Bounds;
+use crate::grid::bounds::Bounds;
 
 /// Pixels around the picture from which a point still reaches into it (the pixel filter has four taps).
 const MARGIN_PX: f64 = 2.0;

@@ -1,20 +1,21 @@
 //! From volumes to bricks of cells: which cells are kept, their scalars, gradients and masks.
 
+use rayon::prelude::*;
+use resample_volume::volume::grid::Grid;
+use resample_volume::volume::{Volume, Voxels, with_voxels};
+
 use super::cells::{
     BrickChannel, CELL_SIDE, CellBrick, CellField, FaceBytes, GradientTable, Gradients, TABLE_LEN,
     Table, VERTEX_SIDE,
 };
-use crate::bricks::bounds::{Bounds, brick_corners};
 use crate::bricks::cells::ShownCells;
 use crate::bricks::faces::face_bytes;
 use crate::bricks::gradients::{gradients, vertex};
 use crate::bricks::shown::{CellRanges, box_of, cells_of, take_in, unmasked};
 use crate::bricks::support::Support;
-use crate::labels::palette::Palette;
-use crate::lengths::gradient_from_differences;
-use crate::volume::grid::Grid;
-use crate::volume::{Volume, Voxels, with_voxels};
-use rayon::prelude::*;
+use crate::grid::bounds::{Bounds, brick_corners};
+use crate::grid::units::gradient_from_differences;
+use crate::look::palette::Palette;
 
 /// What a field is made from.
 pub(crate) struct FieldPlan<'a> {

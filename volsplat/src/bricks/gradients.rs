@@ -6,11 +6,11 @@
 use std::array::from_fn;
 
 use glam::{DMat3, DVec3};
+use resample_volume::volume::grid::Grid;
 
-use super::bounds::Bounds;
 use super::cells::{GradientTable, TABLE_LEN, VERTEX_SIDE};
+use crate::grid::bounds::Bounds;
 use crate::light::gradient_in_f32;
-use crate::volume::grid::Grid;
 
 /// Vertices of a brick along an axis with one more on either side.
 const AROUND: usize = VERTEX_SIDE + 2;

@@ -7,11 +7,11 @@ use super::cells::Gradients;
 use super::fill::{FieldPlan, PlannedChannel, Shown};
 use super::support::Support;
 use crate::Error;
-use crate::labels::palette::Palette;
-use crate::options::{Blend, RenderOptions};
-use crate::scene::{Channel, Look, Scene};
-use crate::sheets::channel::ChannelSettings;
-use crate::transfer::TransferFunction;
+use crate::look::options::{Blend, RenderOptions};
+use crate::look::palette::Palette;
+use crate::look::scene::{Channel, Look, Scene};
+use crate::look::transfer::TransferFunction;
+use crate::slabs::channel::ChannelSettings;
 
 /// What the bricks of a scene are made from.
 pub(crate) fn plan<'a>(scene: &Scene<'a>, options: &RenderOptions) -> Result<FieldPlan<'a>, Error> {

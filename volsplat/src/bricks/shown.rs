@@ -2,8 +2,8 @@
 //!
 //! Ranges are found along one axis after another, all cells side by side: loops that become vector instructions.
 
-use super::bounds::Bounds;
 use super::cells::{CELL_ROWS, CELL_SIDE, CELLS, ShownCells, TABLE_LEN, Table, VERTEX_SIDE};
+use crate::grid::bounds::Bounds;
 
 /// Vertices of a brick with cells along x, and of those with cells along y too.
 const EDGES: usize = CELL_SIDE * VERTEX_SIDE * VERTEX_SIDE;

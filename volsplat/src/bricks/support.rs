@@ -3,16 +3,14 @@
 //! Cells and voxels are dropped when their scalars miss the support; the test may keep what it could drop, and never
 //! drops what is seen.
 
-use std::ops::{Range, RangeInclusive};
+use std::ops::RangeInclusive;
 
-use rayon::prelude::*;
 use resample_core::dispatch;
 use resample_core::simd::SimdLevel;
 
 use super::cells::{ShownCells, Table};
 use super::shown::CellRanges;
-use crate::transfer::TransferFunction;
-use crate::volume::{Volume, VoxelType, Voxels, scalar, with_voxels};
+use crate::look::transfer::TransferFunction;
 
 /// The scalars whose opacity is above 0.
 #[derive(Clone, Debug)]
@@ -156,7 +154,7 @@ fn joined(mut intervals: Vec<RangeInclusive<f32>>) -> Vec<RangeInclusive<f32>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::transfer::{ColourKnot, OpacityKnot};
+    use crate::look::transfer::{ColourKnot, OpacityKnot};
 
     fn support(knots: &[(f64, f64)]) -> Support {
         let colours = vec![ColourKnot {

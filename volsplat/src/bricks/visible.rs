@@ -1,12 +1,11 @@
 //! Culling: the bricks that may reach into the view.
 
 use rayon::prelude::*;
-
-use super::bounds::Bounds;
-use super::cells::CellBrick;
-use super::cull::ViewVolume;
 use resample_core::clock::StageClock;
 
+use super::cells::CellBrick;
+use super::cull::ViewVolume;
+use crate::grid::bounds::Bounds;
 use crate::stats::FrameStats;
 
 /// A brick of either kind, as culling and chunking see it.

@@ -6,13 +6,13 @@
 use std::sync::Arc;
 
 use super::driver::{FieldPipeline, Source};
-use super::prepare;
 use crate::Error;
 use crate::bricks::plan::{plan, support};
-use crate::options::RenderOptions;
+use crate::field::setup::prepare;
+use crate::look::options::RenderOptions;
+use crate::look::scene::Scene;
 use crate::reuse::Reuse;
-use crate::scene::Scene;
-use crate::sheets::channel::{ChannelSettings, check};
+use crate::slabs::channel::{ChannelSettings, check};
 
 impl FieldPipeline {
     /// Draws a scene of the voxels and the mask that this was prepared with, by these options.

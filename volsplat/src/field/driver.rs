@@ -4,33 +4,33 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, GridView, Stop};
+use resample_volume::Watch;
+use resample_volume::volume::{Described, Lattice};
 
-use super::iso_rays::IsoSettings;
-use super::prepare::{self, Kept};
-use super::settings::{FieldFrame, FieldSettings};
 use super::streamed::{LargeCells, StreamedCells};
-use super::uniform::UniformChoice;
 use crate::Error;
-use crate::bricks::bounds::Bounds;
 use crate::bricks::cells::{CELL_SIDE, CellField};
 use crate::bricks::plan::{check_dims, support};
 use crate::bricks::support::Support;
-use crate::clip::{Clip, GridClip, bounds_in_world};
+use crate::field::setup::constant_brick::UniformChoice;
+use crate::field::setup::iso_rays::IsoSettings;
+use crate::field::setup::prepare;
+use crate::field::setup::prepare::Kept;
+use crate::field::setup::settings::{FieldFrame, FieldSettings};
+use crate::grid::bounds::Bounds;
+use crate::grid::units::{in_unit, power_of_two};
 use crate::large::LargeVolume;
-use crate::lengths::{in_unit, power_of_two};
-use crate::options::{Blend, FieldOptions, RenderOptions, Subpixels};
+use crate::look::clip::{Clip, GridClip, bounds_in_world};
+use crate::look::options::{Blend, FieldOptions, RenderOptions, Subpixels};
+use crate::look::scene::{Look, Scene};
+use crate::look::transfer::TransferFunction;
 use crate::picture::assemble::{TileDepth, TileLayout};
 use crate::picture::subpixels::{automatic, refined};
-use crate::picture::tiles::Means;
-use crate::picture::tiles::TileSlot;
-use crate::scene::{Look, Scene};
-use crate::sheets::channel::{ChannelSettings, Reading, channels};
-use crate::sheets::section::SectionTable;
-use crate::sheets::settings::{Anchor, SheetSettings, Slabs};
+use crate::picture::tiles::{Means, TileSlot};
+use crate::slabs::channel::{ChannelSettings, Reading, channels};
+use crate::slabs::section::SectionTable;
+use crate::slabs::settings::{Anchor, SheetSettings, Slabs};
 use crate::stats::FrameStats;
-use crate::transfer::TransferFunction;
-use crate::volume::{Described, Lattice};
-use crate::watch::Watch;
 
 /// Sub-pixels along a pixel's side for what has hard edges: 16 a pixel, so that an edge has 17 shades. At 2 it has 5, and
 /// stairs show.
@@ -293,7 +293,8 @@ impl FieldPipeline {
                     anchor,
                     length: self.length,
                     thickness,
-                    opacity_unit: self.options.opacity_unit_in_world(self.smallest_spacing) / self.length,
+                    opacity_unit: self.options.opacity_unit_in_world(self.smallest_spacing)
+                        / self.length,
                 },
             ),
             brick_sections: FieldSettings::of_bricks(view.camera_from_grid.matrix3, CELL_SIDE),

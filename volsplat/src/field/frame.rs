@@ -7,16 +7,16 @@ use rayon::prelude::*;
 use resample_core::clock::{StageClock, ThreadClock};
 use resample_core::tile::{TILE_PX, TileGrid, TileLists};
 
-use super::settings::FieldFrame;
 use crate::bricks::cells::CellField;
 use crate::bricks::cull::ViewVolume;
 use crate::bricks::support::Support;
 use crate::bricks::visible::visible_bricks;
-use crate::field::gather::GatherScratch;
 use crate::field::place::placed;
+use crate::field::setup::settings::FieldFrame;
 use crate::field::tile::render_tile;
+use crate::field::walk::gather::GatherScratch;
 use crate::picture::tiles::{TileSlot, tally};
-use crate::sheets::view::TileView;
+use crate::slabs::view::TileView;
 use crate::stats::FrameStats;
 
 impl FieldFrame<'_> {

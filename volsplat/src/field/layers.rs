@@ -14,9 +14,9 @@ use resample_core::{Camera, GridView, OpacityMode};
 use super::driver::{FieldPipeline, Source};
 use crate::Error;
 use crate::bricks::cells::{CELL_SIDE, CellBrick, CellField, VERTEX_SIDE};
-use crate::clip::GridClip;
-use crate::field::settings::FieldSettings;
-use crate::options::Blend;
+use crate::field::setup::settings::FieldSettings;
+use crate::look::clip::GridClip;
+use crate::look::options::Blend;
 
 /// A plane, or planes that belong together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,36 +12,21 @@
 //! Source: K. Mueller, R. Crawfis, "Eliminating Popping Artifacts in Sheet Buffer-Based Splatting", IEEE Visualization
 //! 1998, for the sheets; we sample the plane through a slab's middle instead of integrating the kernel over the slab.
 
-mod ahead;
-mod cell_sample;
+pub(crate) mod batch;
+pub(crate) mod look_ahead;
+pub(crate) mod setup;
+pub(crate) mod walk;
+
 mod change;
-mod clipped;
 mod driver;
 mod frame;
-mod gather;
-mod iso_rays;
-mod isosurface;
-mod job;
 mod layers;
-mod lit;
-mod mixed;
-mod packed;
 mod place;
-mod prepare;
-mod ray_values;
-mod rays;
-mod segment_flush;
-mod segment_list;
-mod segments;
 mod set_transfer;
-mod settings;
-mod statistic;
 mod streamed;
 mod tile;
-mod uniform;
-mod uniform_walk;
 
 pub(crate) use driver::FieldPipeline;
 pub use layers::Layer;
 pub(crate) use layers::refused as layers_refused;
-pub(crate) use prepare::Kept;
+pub(crate) use setup::prepare::Kept;

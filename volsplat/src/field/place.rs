@@ -9,11 +9,11 @@ use rayon::prelude::*;
 use resample_core::tile::{TileGrid, TileRect};
 use resample_core::{GridView, Projection};
 
-use crate::bricks::bounds::Bounds;
 use crate::bricks::cells::{CELL_SIDE, CellBrick};
-use crate::clip::Cut;
-use crate::field::job::PlacedBrick;
-use crate::field::settings::{FieldFrame, FieldSettings};
+use crate::field::setup::settings::{FieldFrame, FieldSettings};
+use crate::field::setup::tile_context::PlacedBrick;
+use crate::grid::bounds::Bounds;
+use crate::look::clip::Cut;
 
 /// The bricks numbered in `visible`, front to back, with the tiles that each covers.
 pub(crate) fn placed<'a>(

@@ -8,12 +8,12 @@
 use std::sync::Arc;
 
 use super::driver::FieldPipeline;
-use super::prepare;
 use crate::bricks::plan::support;
+use crate::field::setup::prepare;
+use crate::look::scene::Look;
+use crate::look::transfer::TransferFunction;
 use crate::reuse::Reuse;
-use crate::scene::Look;
-use crate::sheets::channel::ChannelSettings;
-use crate::transfer::TransferFunction;
+use crate::slabs::channel::ChannelSettings;
 
 impl FieldPipeline {
     /// Takes another transfer function.

@@ -3,18 +3,16 @@
 use resample_core::composite::TileCounts;
 use resample_core::dispatch;
 
-use super::ahead;
-use super::gather::{GatherScratch, Window, add_brick};
-use super::iso_rays::AnchoredRays;
-use super::isosurface;
-use super::job::{Job, PlacedBrick};
-use super::mixed::Mixed;
-use super::packed;
-use super::segments;
-use super::settings::{FieldSettings, Rule};
-use super::statistic::{self, Gathered};
-use super::uniform_walk::add_uniform;
-use crate::sheets::view::TileView;
+use crate::field::setup::iso_rays::AnchoredRays;
+use crate::field::setup::settings::{FieldSettings, Rule};
+use crate::field::setup::tile_context::{Job, PlacedBrick};
+use crate::field::walk::constant_walk::add_uniform;
+use crate::field::walk::gather::{GatherScratch, Window, add_brick};
+use crate::field::walk::mixed::Mixed;
+use crate::field::walk::statistic::Gathered;
+use crate::field::walk::{isosurface, segments, statistic};
+use crate::field::{batch, look_ahead};
+use crate::slabs::view::TileView;
 
 /// Renders a tile from the bricks that touch it, in front-to-back order.
 pub(crate) fn render_tile<'a>(
@@ -61,7 +59,7 @@ fn advance_while_open<'a>(
     let mut bricks = bricks.peekable();
     while let Some(placed) = bricks.next() {
         if let Some(next) = bricks.peek() {
-            ahead::touch(settings, next.brick);
+            look_ahead::touch(settings, next.brick);
         }
         let window = Window::new(placed, view);
         if !is_useful(placed, &window, scratch) {
@@ -122,17 +120,17 @@ fn add_brick_by_rule(job: &Job, window: Window, scratch: &mut GatherScratch) -> 
     if let Some(uniform) = job.placed.uniform {
         return dispatch!(settings.sheets.level, simd => add_uniform(simd, job, window, uniform, scratch));
     }
-    dispatch!(level, simd => packed::runs::find(simd, job, window, &mut scratch.runs));
+    dispatch!(level, simd => batch::runs::find(simd, job, window, &mut scratch.runs));
     match settings.rule() {
         Rule::Over => {
-            dispatch!(level, simd => packed::add_brick::<_, packed::Composite<false>>(simd, job, window, scratch))
+            dispatch!(level, simd => batch::add_brick::<_, batch::Composite<false>>(simd, job, window, scratch))
         }
         Rule::Shaded => {
-            dispatch!(level, simd => packed::add_brick::<_, packed::Composite<true>>(simd, job, window, scratch))
+            dispatch!(level, simd => batch::add_brick::<_, batch::Composite<true>>(simd, job, window, scratch))
         }
         Rule::Mixed => add!(Mixed),
         Rule::Statistic if settings.is_one_channel() => {
-            dispatch!(level, simd => packed::add_brick::<_, packed::Statistics>(simd, job, window, scratch))
+            dispatch!(level, simd => batch::add_brick::<_, batch::Statistics>(simd, job, window, scratch))
         }
         Rule::Statistic => add!(Gathered),
     }

@@ -6,12 +6,12 @@
 use std::ops::Range;
 
 use glam::DAffine3;
+use resample_volume::source::{Region, VoxelSource};
+use resample_volume::volume::{Volume, scalar, with_voxels};
 
-use super::source::{Region, VoxelSource};
 use crate::Error;
 use crate::bricks::cells::CELL_SIDE;
-use crate::visible_values::VisibleValues;
-use crate::volume::{Volume, scalar, with_voxels};
+use crate::look::visible_values::VisibleValues;
 
 /// Rows of bricks of one layer, to be read together.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -4,18 +4,18 @@
 //! least and greatest scalar of every brick of cells. Its results equal those of a volume in memory.
 
 use rayon::prelude::*;
+use resample_volume::Watch;
+use resample_volume::source::VoxelSource;
+use resample_volume::volume::grid::Grid;
+use resample_volume::volume::histogram::Tally;
+use resample_volume::volume::{VoxelType, Voxels, with_voxels};
 
-use super::source::VoxelSource;
 use crate::Error;
 use crate::bricks::cells::CELL_SIDE;
 use crate::bricks::fill::least_and_greatest;
+use crate::bricks::rescale::Narrowing;
 use crate::large::blocks::{Block, Rows, blocks, bricks_along};
-use crate::narrow::Narrowing;
-use crate::transfer::Histogram;
-use crate::transfer::histogram::Tally;
-use crate::volume::grid::Grid;
-use crate::volume::{VoxelType, Voxels, with_voxels};
-use crate::watch::Watch;
+use crate::look::transfer::Histogram;
 
 /// Share of the memory that a block of voxels may take: it is held twice while it is put together from its slices, and
 /// the ranges of the bricks need room beside it.
@@ -136,7 +136,7 @@ impl Passes<'_> {
                 self.for_each(|voxels| {
                     range = union(
                         range,
-                        crate::transfer::histogram::range_within(voxels, from, to),
+                        resample_volume::volume::histogram::range_within(voxels, from, to),
                     );
                 })?;
                 Ok(range)

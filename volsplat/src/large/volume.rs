@@ -6,17 +6,18 @@
 
 use std::sync::Arc;
 
+use resample_volume::Watch;
+use resample_volume::source::VoxelSource;
+use resample_volume::volume::{Described, Lattice, VoxelType};
+
 use super::blocks::bricks_along;
-use super::source::VoxelSource;
 use super::survey::Survey;
 use crate::Error;
 use crate::bricks::cells::CellBrick;
 use crate::bricks::plan::gradients;
-use crate::narrow::Narrowing;
-use crate::options::RenderOptions;
-use crate::transfer::Histogram;
-use crate::volume::{Described, Lattice, VoxelType};
-use crate::watch::Watch;
+use crate::bricks::rescale::Narrowing;
+use crate::look::options::RenderOptions;
+use crate::look::transfer::Histogram;
 
 /// A volume whose voxels stay in their file.
 #[derive(Debug)]
@@ -65,7 +66,8 @@ impl LargeVolume {
             begun = 0.5;
             watch(begun * share);
         };
-        let opened = crate::input::open_unread(path, options, max_memory, &mut unpacking)?;
+        let opened =
+            resample_volume::input::open_unread(path, options, max_memory, &mut unpacking)?;
         let Some(unread) = opened else {
             return Ok(None);
         };

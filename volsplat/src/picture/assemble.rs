@@ -6,7 +6,7 @@ use resample_core::clock::StageClock;
 use resample_core::tile::TILE_PX;
 use resample_core::{Camera, Image};
 
-use crate::options::DepthPlane;
+use crate::look::options::DepthPlane;
 use crate::picture::means::{Four, PixelGrid, correct};
 use crate::picture::tiles::{Means, TileSlot, Values};
 use crate::stats::FrameStats;

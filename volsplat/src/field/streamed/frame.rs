@@ -12,21 +12,21 @@ use std::ops::Range;
 use rayon::prelude::*;
 use resample_core::clock::{StageClock, ThreadClock};
 use resample_core::tile::{TILE_PX, TileGrid, TileLists, TileRect};
+use resample_volume::Watch;
 
 use crate::Error;
 use crate::bricks::cells::{CELL_SIDE, CellBrick};
 use crate::bricks::cull::ViewVolume;
-use crate::clip::Cut;
-use crate::field::gather::{GatherScratch, Unfinished};
 use crate::field::place::{axis_distance, placed, tile_rect};
-use crate::field::settings::{FieldFrame, FieldSettings};
+use crate::field::setup::settings::{FieldFrame, FieldSettings};
 use crate::field::streamed::index::IndexedBrick;
 use crate::field::streamed::{Budget, StreamedCells};
 use crate::field::tile::{TileState, advance_tile, end_tile};
+use crate::field::walk::gather::{GatherScratch, Unfinished};
+use crate::look::clip::Cut;
 use crate::picture::tiles::{TileSlot, tally};
-use crate::sheets::view::TileView;
+use crate::slabs::view::TileView;
 use crate::stats::FrameStats;
-use crate::watch::Watch;
 
 /// Fewest bricks of a batch: below, the lists of tiles cost more than the bricks. A guess.
 const MIN_BATCH: usize = 64;

@@ -1,7 +1,7 @@
 //! The index of the visible bricks of a large volume: eight bytes a brick, row by row.
 
-use crate::bricks::bounds::Bounds;
 use crate::bricks::cells::CELL_SIDE;
+use crate::grid::bounds::Bounds;
 
 /// A brick in its row.
 #[derive(Clone, Copy, Debug)]

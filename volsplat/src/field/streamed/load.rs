@@ -3,16 +3,16 @@
 use std::sync::Arc;
 
 use glam::DAffine3;
+use resample_volume::volume::{VoxelType, Voxels, scalar, with_voxels};
 
 use crate::Error;
 use crate::bricks::cells::{CellBrick, Gradients, ShownCells, TABLE_LEN};
 use crate::bricks::fill::{FieldPlan, PlannedChannel, Shown};
+use crate::bricks::rescale::Narrowing;
 use crate::bricks::support::Support;
 use crate::field::streamed::index::IndexedBrick;
 use crate::large::VoxelSource;
 use crate::large::blocks::{Block, Rows};
-use crate::narrow::Narrowing;
-use crate::volume::{VoxelType, Voxels, scalar, with_voxels};
 
 /// What reads rows of bricks.
 #[derive(Clone, Debug)]

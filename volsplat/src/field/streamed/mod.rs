@@ -8,19 +8,19 @@
 use std::sync::Arc;
 
 use rayon::prelude::*;
+use resample_volume::Watch;
+use resample_volume::volume::Described;
 
 use crate::Error;
-use crate::bricks::bounds::Bounds;
 use crate::bricks::cells::{CellBrick, CellField, Gradients};
 use crate::bricks::plan::{gradients, support};
-use crate::visible_values::VisibleValues;
+use crate::grid::bounds::Bounds;
 use crate::large::LargeVolume;
 use crate::large::blocks::bricks_along;
-use crate::options::RenderOptions;
-use crate::sheets::table::TransferTable;
-use crate::transfer::TransferFunction;
-use crate::volume::Described;
-use crate::watch::Watch;
+use crate::look::options::RenderOptions;
+use crate::look::transfer::TransferFunction;
+use crate::look::visible_values::VisibleValues;
+use crate::slabs::table::TransferTable;
 
 mod frame;
 mod index;

@@ -1,0 +1,150 @@
+//! A list of samples, a vector at a time: the field, the transfer function, light.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{f32x4, f32x8, f32x16, i32x16, u32x16};
+use resample_core::composite::{DepthRule, opacity};
+
+use super::interpolate::interpolate;
+use super::one_by_one;
+use crate::bricks::cells::{CELL_CORNERS, GradientTable, TABLE_LEN, VERTEX_SIDE};
+use crate::field::setup::tile_context::Job;
+use crate::field::walk::samples::{
+    BetweenSteps, LANES, Numbers, PIXEL_SHIFT, PackedSamples, ShownSamples, vertex,
+};
+
+/// Finds what shows something, and its opacity.
+#[inline(always)]
+pub(crate) fn classify<S: Simd>(simd: S, job: &Job, samples: &mut PackedSamples) {
+    interpolate(simd, job.placed.brick, samples);
+    let settings = job.settings;
+    let table = &settings.sheets.table;
+    let count = samples.len();
+    let BetweenSteps {
+        entry,
+        strength,
+        units,
+        ..
+    } = &mut samples.between;
+    for first in (0..count).step_by(LANES) {
+        let values = f32x16::from_slice(simd, &samples.scalar[first..first + LANES]);
+        table
+            .places16(simd, values)
+            .store_slice(&mut entry[first..first + LANES]);
+    }
+    let units_per_slab = job.view.units_per_slab.as_flattened();
+    for k in 0..count {
+        one_by_one();
+        strength[k] = table.strength(entry[k]);
+        units[k] = units_per_slab[(samples.place[k] >> PIXEL_SHIFT) as usize % (LANES * LANES)];
+    }
+    // Beyond the count nothing is shown.
+    strength[count..count + LANES].fill(0.0);
+    let shown = &mut samples.shown;
+    shown.count = 0;
+    let with_depth = settings.sheets.depth == DepthRule::Expected;
+    let with_light = settings.sheets.shade.is_some();
+    for first in (0..count).step_by(LANES) {
+        let range = first..first + LANES;
+        let load = |numbers: &Numbers| f32x16::from_slice(simd, &numbers[range.clone()]);
+        let strength = load(strength);
+        let seen = strength.simd_gt(f32x16::splat(simd, 0.0));
+        let found = seen.to_bitmask().count_ones() as usize;
+        if found == 0 {
+            continue;
+        }
+        let alpha = opacity(simd, settings.sheets.opacity, strength * load(units));
+        let at = shown.count..shown.count + LANES;
+        alpha
+            .compress(seen)
+            .store_slice(&mut shown.opacity[at.clone()]);
+        u32x16::from_slice(simd, &samples.place[range.clone()])
+            .compress(seen)
+            .store_slice(&mut shown.place[at.clone()]);
+        i32x16::from_slice(simd, &entry[range.clone()])
+            .bitcast::<u32x16<S>>()
+            .compress(seen)
+            .store_slice(&mut shown.entry[at.clone()]);
+        if with_depth {
+            load(&samples.camera_z)
+                .compress(seen)
+                .store_slice(&mut shown.camera_z[at.clone()]);
+        }
+        if with_light {
+            for axis in 0..3 {
+                load(&samples.share[axis])
+                    .compress(seen)
+                    .store_slice(&mut shown.share[axis][at.clone()]);
+            }
+        }
+        shown.count += found;
+    }
+}
+
+/// What light makes of the samples that show something.
+#[inline(always)]
+pub(crate) fn light<S: Simd>(simd: S, job: &Job, samples: &mut PackedSamples) {
+    const EIGHT: usize = 8;
+    let shown = &mut samples.shown;
+    let (Some(shade), Some(table)) = (
+        job.settings.sheets.shade.as_ref(),
+        job.placed.brick.gradients.as_deref(),
+    ) else {
+        // What is not lit has its own colour.
+        shown.body[..shown.count].fill(1.0);
+        shown.highlight[..shown.count].fill(0.0);
+        return;
+    };
+    let BetweenSteps { gradient, ray, .. } = &mut samples.between;
+    for k in 0..shown.count {
+        let vector = gradient_at(simd, table, shown, k);
+        let pixel = (shown.place[k] >> PIXEL_SHIFT) as usize % (LANES * LANES);
+        for axis in 0..3 {
+            gradient[axis][k] = vector[axis];
+            ray[axis][k] = job.view.ray_in_world[axis].as_flattened()[pixel];
+        }
+    }
+    for first in (0..shown.count).step_by(EIGHT) {
+        let range = first..first + EIGHT;
+        let load = |numbers: &Numbers| f32x8::from_slice(simd, &numbers[range.clone()]);
+        let lit = shade.light(
+            simd,
+            [load(&gradient[0]), load(&gradient[1]), load(&gradient[2])],
+            [load(&ray[0]), load(&ray[1]), load(&ray[2])],
+        );
+        lit.body.store_slice(&mut shown.body[range.clone()]);
+        lit.highlight
+            .store_slice(&mut shown.highlight[range.clone()]);
+    }
+}
+
+/// The trilinear mix of the vectors at the corners of a sample's cell, a vector at a time: eight loads instead of
+/// twenty-four.
+#[inline(always)]
+fn gradient_at<S: Simd>(
+    simd: S,
+    table: &GradientTable,
+    shown: &ShownSamples,
+    number: usize,
+) -> [f32; 4] {
+    let place = vertex(shown.place[number]);
+    let share = |axis: usize| f32x4::splat(simd, shown.share[axis][number]);
+    let (x, y, z) = (share(0), share(1), share(2));
+    let front = face_of(simd, table, place, x, y);
+    let back = face_of(simd, table, place + TABLE_LEN / VERTEX_SIDE, x, y);
+    (back - front).mul_add(z, front).to_array()
+}
+
+/// The mix over four corners.
+#[inline(always)]
+fn face_of<S: Simd>(
+    simd: S,
+    table: &GradientTable,
+    place: usize,
+    x: f32x4<S>,
+    y: f32x4<S>,
+) -> f32x4<S> {
+    let load = |k: usize| f32x4::from_slice(simd, &table[place + CELL_CORNERS[k]]);
+    let (a, b, c, d) = (load(0), load(1), load(2), load(3));
+    let (near, far) = ((b - a).mul_add(x, a), (d - c).mul_add(x, c));
+    (far - near).mul_add(y, near)
+}

@@ -1,0 +1,4 @@
+//! Settings of a frame: takes a scene, options and a camera, returns what every tile reads.
+//!
+//! `prepare` turns a scene into bricks of cells; `constant_brick` finds bricks of one colour; `settings` holds what the tiles of a
+//! frame share, `iso_rays` and `ray_values` what an isosurface and a projection need; `tile_context` is one brick in one tile.

@@ -1,0 +1,337 @@
+//! Samples on a plane inside a brick of cells: where they lie, and what the field is there.
+//!
+//! Half a row of a tile is one vector. A sample lies in exactly one brick's box; its cell gives eight values, and the
+//! trilinear mix of them is the field. Source: the trilinear kernel, gathered. Limits: a brick's own cells only.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{f32x4, f32x8, i32x8, mask32x8};
+use glam::DVec3;
+
+use crate::bricks::cells::{
+    CELL_CORNERS, CELL_SIDE, CellBrick, GradientTable, LAST_CELL, TABLE_LEN, VERTEX_SIDE,
+};
+use crate::slabs::settings::Anchor;
+use crate::slabs::view::{HalfRow, LANES, PlaneView};
+
+/// The box of a brick's visible cells, in grid units relative to the anchor.
+#[derive(Clone, Copy)]
+pub(crate) struct CellBox {
+    /// The brick's first vertex.
+    pub(crate) corner: [f32; 3],
+    pub(crate) low: [f32; 3],
+    pub(crate) high: [f32; 3],
+}
+
+impl CellBox {
+    pub(crate) fn new(brick: &CellBrick, anchor: &Anchor) -> Self {
+        let corner = DVec3::from(brick.bounds.corner.map(f64::from)) - anchor.grid;
+        let [low, high] = brick.bounds.range();
+        // Whole numbers: exact in f32, so that neighbouring bricks share their faces to the bit.
+        let at = |v: [u8; 3]| {
+            (corner + DVec3::from(v.map(f64::from)))
+                .as_vec3()
+                .to_array()
+        };
+        Self {
+            corner: corner.as_vec3().to_array(),
+            low: at(low),
+            high: at(high),
+        }
+    }
+}
+
+/// Where half a row of samples on a plane lies.
+#[derive(Clone, Copy)]
+pub(crate) struct Located<S: Simd> {
+    /// Their place in the tile.
+    pub(crate) at: HalfRow,
+    /// Position in the grid relative to the anchor.
+    pub(crate) position: [f32x8<S>; 3],
+    /// Which of them lie in the brick's box.
+    pub(crate) inside: mask32x8<S>,
+    /// Place of each one's cell in the brick's tables.
+    pub(crate) places: [i32; LANES],
+    /// Its position in the cell.
+    pub(crate) share: [f32x8<S>; 3],
+}
+
+/// The positions of half a row on a plane, and which of those that are still open lie in the box; `None` if none does.
+#[inline(always)]
+pub(crate) fn located<S: Simd>(
+    simd: S,
+    plane: &PlaneView,
+    cells: &CellBox,
+    open: mask32x8<S>,
+    at: HalfRow,
+) -> Option<Located<S>> {
+    let position = position(simd, plane, at);
+    let inside = inside(simd, cells, position) & open;
+    if inside.all_false() {
+        return None;
+    }
+    Some(in_cells(simd, cells, at, position, inside))
+}
+
+/// Where half a row of a plane lies in the grid, relative to the anchor. It comes out the same for every brick, so that
+/// a sample on a face between two of them belongs to exactly one.
+#[inline(always)]
+pub(crate) fn position<S: Simd>(simd: S, plane: &PlaneView, at: HalfRow) -> [f32x8<S>; 3] {
+    std::array::from_fn(|axis| {
+        let start = plane.row(axis, at.row);
+        f32x8::from_slice(simd, &plane.lanes[axis][at.first..at.first + LANES])
+            + f32x8::splat(simd, start)
+    })
+}
+
+/// Which positions lie in the box of a brick's visible cells.
+#[inline(always)]
+pub(crate) fn inside<S: Simd>(simd: S, cells: &CellBox, position: [f32x8<S>; 3]) -> mask32x8<S> {
+    // Written out: a call of the array's `map` is left as a call here, and costs half of the frame.
+    let within = |axis: usize| {
+        let p = position[axis];
+        p.simd_ge(f32x8::splat(simd, cells.low[axis]))
+            & p.simd_lt(f32x8::splat(simd, cells.high[axis]))
+    };
+    within(0) & within(1) & within(2)
+}
+
+/// The cells of positions; those outside the box are read from a cell inside, and left out later.
+#[inline(always)]
+pub(crate) fn in_cells<S: Simd>(
+    simd: S,
+    cells: &CellBox,
+    at: HalfRow,
+    position: [f32x8<S>; 3],
+    inside: mask32x8<S>,
+) -> Located<S> {
+    let constant = |v: f32| f32x8::splat(simd, v);
+    // Rounding down is exact, and so is the rest of the position.
+    let below: [f32x8<S>; 3] = std::array::from_fn(|axis| position[axis].floor());
+    let share: [f32x8<S>; 3] = std::array::from_fn(|axis| position[axis] - below[axis]);
+    let cell_of = |axis: usize| {
+        (below[axis] - constant(cells.corner[axis]))
+            .max(constant(0.0))
+            .min(constant(CELL_SIDE as f32 - 1.0))
+    };
+    let places = places_of(simd, [cell_of(0), cell_of(1), cell_of(2)]);
+    Located {
+        at,
+        position,
+        inside,
+        places,
+        share,
+    }
+}
+
+/// As [`in_cells`], with every position in a cell of the box: a position outside the box counts on from the nearest.
+#[inline(always)]
+pub(crate) fn in_box_cells<S: Simd>(
+    simd: S,
+    cells: &CellBox,
+    at: HalfRow,
+    position: [f32x8<S>; 3],
+) -> Located<S> {
+    let constant = |v: f32| f32x8::splat(simd, v);
+    let in_brick: [f32x8<S>; 3] =
+        std::array::from_fn(|axis| position[axis] - constant(cells.corner[axis]));
+    let cell_of = |axis: usize| {
+        let (low, high) = (
+            cells.low[axis] - cells.corner[axis],
+            cells.high[axis] - cells.corner[axis] - 1.0,
+        );
+        in_brick[axis]
+            .max(constant(low))
+            .min(constant(high))
+            .trunc()
+    };
+    let cell = [cell_of(0), cell_of(1), cell_of(2)];
+    let share = std::array::from_fn(|axis| in_brick[axis] - cell[axis]);
+    let places = places_of(simd, cell);
+    Located {
+        at,
+        position,
+        inside: constant(0.0).simd_eq(constant(0.0)),
+        places,
+        share,
+    }
+}
+
+/// The places of cells in the tables.
+#[inline(always)]
+pub(crate) fn places_of<S: Simd>(simd: S, cell: [f32x8<S>; 3]) -> [i32; LANES] {
+    let constant = |v: f32| f32x8::splat(simd, v);
+    let row_stride = VERTEX_SIDE as f32;
+    let places = cell[2].mul_add(
+        constant(row_stride * row_stride),
+        cell[1].mul_add(constant(row_stride), cell[0]),
+    );
+    places.to_int::<i32x8<S>>().to_array()
+}
+
+/// The trilinear mix of a table's values at the corners of each lane's cell.
+#[inline(always)]
+pub(crate) fn interpolated<S: Simd>(
+    simd: S,
+    table: &[f32; TABLE_LEN],
+    places: &[i32; LANES],
+    share: [f32x8<S>; 3],
+) -> f32x8<S> {
+    let corners = corners(table, places);
+    let load = |k: usize| f32x8::from_slice(simd, &corners[k]);
+    let x: [f32x8<S>; 4] = std::array::from_fn(|k| mix(load(2 * k), load(2 * k + 1), share[0]));
+    let y = [mix(x[0], x[1], share[1]), mix(x[2], x[3], share[1])];
+    mix(y[0], y[1], share[2])
+}
+
+/// The values at the corners of each lane's cell, x fastest.
+pub(crate) struct Corners<S: Simd> {
+    values: [f32x8<S>; 8],
+}
+
+impl<S: Simd> Corners<S> {
+    #[inline(always)]
+    pub(crate) fn new(simd: S, table: &[f32; TABLE_LEN], places: &[i32; LANES]) -> Self {
+        let corners = corners(table, places);
+        let mut values = [f32x8::splat(simd, 0.0); 8];
+        for (value, corner) in values.iter_mut().zip(&corners) {
+            *value = f32x8::from_slice(simd, corner);
+        }
+        Self { values }
+    }
+
+    /// The trilinear mix.
+    #[inline(always)]
+    pub(crate) fn interpolated(&self, share: [f32x8<S>; 3]) -> f32x8<S> {
+        let v = &self.values;
+        let y = [
+            mix(
+                mix(v[0], v[1], share[0]),
+                mix(v[2], v[3], share[0]),
+                share[1],
+            ),
+            mix(
+                mix(v[4], v[5], share[0]),
+                mix(v[6], v[7], share[0]),
+                share[1],
+            ),
+        ];
+        mix(y[0], y[1], share[2])
+    }
+
+    /// How far the values are above one.
+    #[inline(always)]
+    pub(crate) fn above(&self, simd: S, least: f32) -> Self {
+        let (zero, least) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, least));
+        let mut values = self.values;
+        for value in &mut values {
+            *value = (*value - least).max(zero);
+        }
+        Self { values }
+    }
+
+    /// The trilinear mix in which each value counts by its weight.
+    #[inline(always)]
+    pub(crate) fn weighted(&self, simd: S, weights: &Self, share: [f32x8<S>; 3]) -> f32x8<S> {
+        let mut products = self.values;
+        for (product, &weight) in products.iter_mut().zip(&weights.values) {
+            *product *= weight;
+        }
+        let least = f32x8::splat(simd, f32::MIN_POSITIVE);
+        let products = Self { values: products };
+        products.interpolated(share) / weights.interpolated(share).max(least)
+    }
+}
+
+#[inline(always)]
+fn mix<S: Simd>(a: f32x8<S>, b: f32x8<S>, t: f32x8<S>) -> f32x8<S> {
+    (b - a).mul_add(t, a)
+}
+
+/// The trilinear mix of the vectors at the corners of the cells of those lanes whose weight is above 0; 0 in the others.
+/// Lane by lane, a vector at a time: eight loads instead of twenty-four gathers, and none for what is not seen.
+#[inline(always)]
+pub(crate) fn interpolated_gradient<S: Simd>(
+    simd: S,
+    table: &GradientTable,
+    located: &Located<S>,
+    weight: f32x8<S>,
+) -> [f32x8<S>; 3] {
+    let weights = weight.to_array();
+    let shares = [
+        located.share[0].to_array(),
+        located.share[1].to_array(),
+        located.share[2].to_array(),
+    ];
+    let mut lanes = [[0.0; LANES]; 3];
+    for lane in 0..LANES {
+        if !(weights[lane] > 0.0) {
+            continue;
+        }
+        let place = (located.places[lane] as usize).min(LAST_CELL);
+        // Written out: closures over an array of vectors are left as calls here, and cost a third of a lit frame.
+        let edge = |k: usize, t: f32x4<S>| {
+            let first = f32x4::from_slice(simd, &table[place + CELL_CORNERS[k]]);
+            let second = f32x4::from_slice(simd, &table[place + CELL_CORNERS[k + 1]]);
+            (second - first).mul_add(t, first)
+        };
+        let [x, y, z] = [shares[0][lane], shares[1][lane], shares[2][lane]];
+        let (x, y, z) = (
+            f32x4::splat(simd, x),
+            f32x4::splat(simd, y),
+            f32x4::splat(simd, z),
+        );
+        let (near, far) = (edge(0, x), edge(2, x));
+        let front = (far - near).mul_add(y, near);
+        let (near, far) = (edge(4, x), edge(6, x));
+        let back = (far - near).mul_add(y, near);
+        let vector = (back - front).mul_add(z, front).to_array();
+        (lanes[0][lane], lanes[1][lane], lanes[2][lane]) = (vector[0], vector[1], vector[2]);
+    }
+    let load = |axis: usize| f32x8::from_slice(simd, &lanes[axis]);
+    [load(0), load(1), load(2)]
+}
+
+/// The values at the eight corners of each lane's cell, corner by corner, x fastest. A plain loop over the lanes: it
+/// becomes vector code where the CPU has what it takes.
+#[inline(always)]
+fn corners(table: &[f32; TABLE_LEN], places: &[i32; LANES]) -> [[f32; LANES]; 8] {
+    let mut corners = [[0.0; LANES]; 8];
+    for lane in 0..LANES {
+        let place = (places[lane] as usize).min(LAST_CELL);
+        for (corner, offset) in corners.iter_mut().zip(CELL_CORNERS) {
+            corner[lane] = table[place + offset];
+        }
+    }
+    corners
+}
+
+/// The places of the voxels that are nearest to samples.
+#[inline(always)]
+pub(crate) fn nearest_places<S: Simd>(simd: S, located: &Located<S>) -> [i32; LANES] {
+    let constant = |v: f32| f32x8::splat(simd, v);
+    let step = |axis: usize, stride: usize| {
+        located.share[axis]
+            .simd_ge(constant(0.5))
+            .select(constant(stride as f32), constant(0.0))
+    };
+    let steps = step(0, 1) + step(1, VERTEX_SIDE) + step(2, VERTEX_SIDE * VERTEX_SIDE);
+    let mut places = steps.to_int::<i32x8<S>>().to_array();
+    for (place, cell) in places.iter_mut().zip(located.places) {
+        *place += cell;
+    }
+    places
+}
+
+/// What the nearest voxels hold.
+#[inline(always)]
+pub(crate) fn nearest<S: Simd>(
+    simd: S,
+    table: &[f32; TABLE_LEN],
+    located: &Located<S>,
+) -> f32x8<S> {
+    let mut values = [0.0f32; LANES];
+    for (value, place) in values.iter_mut().zip(nearest_places(simd, located)) {
+        *value = table[(place as usize).min(TABLE_LEN - 1)];
+    }
+    f32x8::from_slice(simd, &values)
+}

@@ -1,0 +1,6 @@
+//! Walks over one brick in one tile: takes its samples front to back, composites them into the tile's pixels.
+//!
+//! `gather` walks planes and hands vectors of samples to a rule. `cell_sample` interpolates, `clipped` hides samples, `lit` lights them.
+//! The rules: several channels (`mixed`), projections (`statistic`), rays through a far brick of one colour (`constant_walk`), an
+//! isosurface (`rays`, `isosurface`), and narrow peaks by ray segments (`segments`, `segment_list`, `segment_flush`). `samples` is the
+//! list that `batch` fills.

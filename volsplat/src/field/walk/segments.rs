@@ -1,0 +1,315 @@
+//! Segments of rays between the faces of cells, each classified as a whole: for transfer functions with narrow peaks.
+//!
+//! Between the faces of one cell the trilinear field is a cubic along a ray, without a kink; its eight corners are
+//! gathered, and the field is read at the ends of equal segments inside. Along a segment the scalar is taken to
+//! change linearly, and the transfer function is integrated between its ends (`sheets::integrals`): a shell that is
+//! thinner than the distance of samples keeps its opacity, where samples would hit it or miss it and draw rings.
+//! Cells that cannot show anything are passed over; segments in the others wait in a list (`segment_list`). Bricks share their faces to the bit.
+//! Limits: the field is linear between the ends of a segment; lit by the gradient at the middle of what it shows.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{f32x8, f32x16, i32x16, mask32x8, mask32x16, u8x64, u32x16};
+use fearless_simd_macros::simd;
+
+use super::rays::Rays;
+use crate::bricks::cells::{CELL_SIDE, CELLS};
+use crate::field::setup::iso_rays::AnchoredRays;
+use crate::field::setup::tile_context::Job;
+use crate::field::walk::cell_sample::{CellBox, Located, places_of};
+use crate::field::walk::clipped::masked;
+use crate::field::walk::gather::{GatherScratch, Window};
+use crate::field::walk::segment_flush::flush;
+use crate::field::walk::segment_list::{Found, PAIR_LANES};
+use crate::slabs::integrals::TransferIntegrals;
+use crate::slabs::view::{HalfRow, LANES};
+
+/// Most steps of a ray in a brick: one, and one more for each face that it may cross.
+const MOST_CELLS: usize = 3 * CELL_SIDE + 1;
+
+/// Where rays are on their way from cell to cell.
+#[derive(Clone, Copy)]
+struct Walk<S: Simd> {
+    /// Cell, counted from the brick's first.
+    cell: [f32x16<S>; 3],
+    /// Along each axis: where the cell ends, how far it is through a cell, and the next cell's number less this one's.
+    end: [f32x16<S>; 3],
+    stride: [f32x16<S>; 3],
+    sign: [f32x16<S>; 3],
+    at: f32x16<S>,
+    last: f32x16<S>,
+}
+
+/// Two half rows of rays, one below the other, in a brick; and the integrals that classify their segments.
+struct PairInBrick<'a, S: Simd> {
+    job: &'a Job<'a>,
+    integrals: &'a TransferIntegrals,
+    rows: [Rays<'a, S>; 2],
+    start: [f32x16<S>; 3],
+    direction: [f32x16<S>; 3],
+}
+
+/// The part of each ray in a cell.
+struct CellPart<S: Simd> {
+    cell: [f32x16<S>; 3],
+    /// Its number in the brick.
+    number: u32x16<S>,
+    near: f32x16<S>,
+    far: f32x16<S>,
+    /// Which rays are in it.
+    inside: mask32x16<S>,
+}
+
+/// Composites what the rays of a tile see of a brick. Returns the pixels looked at, and whether the tile is opaque now.
+#[simd]
+pub(crate) fn add_brick<S: Simd, const SHADED: bool>(
+    simd: S,
+    job: &Job,
+    rays: &AnchoredRays,
+    window: Window,
+    scratch: &mut GatherScratch,
+) -> (usize, bool) {
+    let Some(integrals) = job.settings.sheets.table.integrals() else {
+        return (0, false);
+    };
+    let cells = CellBox::new(job.placed.brick, &job.settings.sheets.anchor);
+    let (mut touched, contributed) = (0, scratch.work.contributed);
+    scratch.segments.halves = if job.settings.segments.is_multiple_of(2) {
+        2
+    } else {
+        1
+    };
+    for pair in window.rows[0] / 2..window.rows[1].div_ceil(2) {
+        for half in window.columns[0] / LANES..window.columns[1].div_ceil(LANES) {
+            let (row, first) = (2 * pair, half * LANES);
+            touched += PAIR_LANES;
+            let above = Rays::new(simd, rays, &cells, HalfRow { row, first });
+            let row = row + 1;
+            let below = Rays::new(simd, rays, &cells, HalfRow { row, first });
+            let pair = PairInBrick::new(simd, job, integrals, [above, below]);
+            add_pair::<S, SHADED>(simd, &pair, scratch);
+        }
+    }
+    flush::<S, SHADED>(simd, job, integrals, scratch);
+    let seen = scratch.work.contributed > contributed;
+    (
+        touched,
+        seen && scratch
+            .pixels
+            .is_opaque(simd, job.settings.sheets.min_transmittance),
+    )
+}
+
+#[inline(always)]
+fn add_pair<S: Simd, const SHADED: bool>(
+    simd: S,
+    pair: &PairInBrick<S>,
+    scratch: &mut GatherScratch,
+) {
+    let (first, last) = pair.rows[0].inside_brick(simd, pair.job, 0.0);
+    let (first_below, last_below) = pair.rows[1].inside_brick(simd, pair.job, 0.0);
+    let (first, last) = (first.combine(first_below), last.combine(last_below));
+    let in_view = last.simd_gt(first);
+    let mut open = pair.open(simd, scratch);
+    if (in_view & open).all_false() {
+        return;
+    }
+    let mut walk = Walk::new(simd, pair, first, in_view.select(last, first));
+    for _ in 0..MOST_CELLS {
+        let (cell, near) = (walk.cell, walk.at);
+        walk.step(simd);
+        let (number, shown) = pair.shown(simd, cell);
+        let inside = open & walk.at.simd_gt(near) & shown;
+        if !inside.all_false() {
+            let part = CellPart {
+                cell,
+                number,
+                near,
+                far: walk.at,
+                inside,
+            };
+            if add_cell::<S, SHADED>(simd, pair, &part, scratch) {
+                open &= pair.open(simd, scratch);
+            }
+        }
+        if (open & walk.at.simd_lt(walk.last)).all_false() {
+            break;
+        }
+    }
+}
+
+impl<S: Simd> Walk<S> {
+    #[inline(always)]
+    fn new(simd: S, pair: &PairInBrick<S>, first: f32x16<S>, last: f32x16<S>) -> Self {
+        let constant = |v: f32| f32x16::splat(simd, v);
+        let zero = [constant(0.0); 3];
+        let mut walk = Self {
+            cell: zero,
+            end: zero,
+            stride: zero,
+            sign: zero,
+            at: first,
+            last,
+        };
+        let cells = pair.rows[0].cells;
+        for axis in 0..3 {
+            let (corner, low, high) = (cells.corner[axis], cells.low[axis], cells.high[axis]);
+            let [above, below] = &pair.rows;
+            let inverse = above.inverse(simd, axis).combine(below.inverse(simd, axis));
+            let start = pair.start[axis] - constant(corner);
+            let place = pair.direction[axis].mul_add(first, start);
+            let cell = place
+                .max(constant(low - corner))
+                .min(constant(high - corner - 1.0))
+                .trunc();
+            let forward = inverse.simd_gt(constant(0.0));
+            let face = cell + forward.select(constant(1.0), constant(0.0));
+            walk.cell[axis] = cell;
+            walk.end[axis] = (face - start) * inverse;
+            walk.stride[axis] = inverse.abs();
+            walk.sign[axis] = forward.select(constant(1.0), constant(-1.0));
+        }
+        walk
+    }
+
+    /// On to the next face.
+    #[inline(always)]
+    fn step(&mut self, simd: S) {
+        let zero = f32x16::splat(simd, 0.0);
+        let [x, y, z] = self.end;
+        let far = x.min(y).min(z).min(self.last).max(self.at);
+        for axis in 0..3 {
+            let crossed = self.end[axis].simd_le(far);
+            self.cell[axis] += crossed.select(self.sign[axis], zero);
+            self.end[axis] += crossed.select(self.stride[axis], zero);
+        }
+        self.at = far;
+    }
+}
+
+/// Takes the parts of rays in a cell into the list, cut into as many as their segments need. Returns whether any pixel may
+/// have become more opaque.
+#[inline(always)]
+fn add_cell<S: Simd, const SHADED: bool>(
+    simd: S,
+    pair: &PairInBrick<S>,
+    part: &CellPart<S>,
+    scratch: &mut GatherScratch,
+) -> bool {
+    let constant = |v: f32| f32x16::splat(simd, v);
+    let job = pair.job;
+    let mut inside = part.inside;
+    if job.placed.brick.mask.is_some() {
+        inside &= pair.masked(simd, part);
+    }
+    let count = job.settings.segments / scratch.segments.halves;
+    let length = (part.far - part.near) * constant(1.0 / count as f32);
+    let (mut near, mut from) = (part.near, pair.share(simd, part, part.near));
+    let mut is_flushed = false;
+    for number in 1..=count {
+        let far = length.mul_add(constant(number as f32), part.near);
+        let to = pair.share(simd, part, far);
+        let found = Found {
+            inside,
+            cell: part.number,
+            at: pair.rows[0].at,
+            z: [near, far],
+            share: [from, to],
+        };
+        scratch.segments.add(simd, &found);
+        if scratch.segments.is_full() {
+            flush::<S, SHADED>(simd, job, pair.integrals, scratch);
+            is_flushed = true;
+        }
+        (near, from) = (far, to);
+    }
+    is_flushed
+}
+
+impl<'a, S: Simd> PairInBrick<'a, S> {
+    #[inline(always)]
+    fn new(
+        simd: S,
+        job: &'a Job<'a>,
+        integrals: &'a TransferIntegrals,
+        rows: [Rays<'a, S>; 2],
+    ) -> Self {
+        let zero = [f32x16::splat(simd, 0.0); 3];
+        let (mut start, mut direction) = (zero, zero);
+        for axis in 0..3 {
+            start[axis] = rows[0].start[axis].combine(rows[1].start[axis]);
+            direction[axis] = rows[0].direction[axis].combine(rows[1].direction[axis]);
+        }
+        Self {
+            job,
+            integrals,
+            rows,
+            start,
+            direction,
+        }
+    }
+
+    /// The pixels that are not opaque.
+    #[inline(always)]
+    fn open(&self, simd: S, scratch: &GatherScratch) -> mask32x16<S> {
+        let HalfRow { row, first } = self.rows[0].at;
+        let left = &scratch.pixels.transmittance;
+        let above = f32x8::from_slice(simd, &left[row][first..first + LANES]);
+        let below = f32x8::from_slice(simd, &left[row + 1][first..first + LANES]);
+        let least = self.job.settings.sheets.min_transmittance;
+        above
+            .combine(below)
+            .simd_ge(f32x16::splat(simd, least.max(f32::MIN_POSITIVE)))
+    }
+
+    /// The numbers of cells, and which of them may be seen.
+    #[inline(always)]
+    fn shown(&self, simd: S, [x, y, z]: [f32x16<S>; 3]) -> (u32x16<S>, mask32x16<S>) {
+        let constant = |v: u32| u32x16::splat(simd, v);
+        let side = f32x16::splat(simd, CELL_SIDE as f32);
+        let numbers = z.mul_add(side, y).mul_add(side, x).to_int::<i32x16<S>>();
+        let cell: u32x16<S> = numbers.bitcast();
+        // The lowest byte of each lane is looked up, the others give something that is not looked at.
+        let rows: u8x64<S> = (cell >> 3).bitcast();
+        let bits = u8x64::from_slice(simd, self.job.placed.brick.shown.rows());
+        let row: u32x16<S> = bits.swizzle_dyn(rows).bitcast();
+        let bit = row >> (cell & constant(7)) & constant(1);
+        (cell & constant(CELLS as u32 - 1), bit.simd_eq(constant(1)))
+    }
+
+    /// Where rays are in their cells.
+    #[inline(always)]
+    fn share(&self, simd: S, part: &CellPart<S>, t: f32x16<S>) -> [f32x16<S>; 3] {
+        let mut share = [f32x16::splat(simd, 0.0); 3];
+        for (axis, share) in share.iter_mut().enumerate() {
+            let corner = f32x16::splat(simd, self.rows[0].cells.corner[axis]) + part.cell[axis];
+            *share = self.direction[axis].mul_add(t, self.start[axis] - corner);
+        }
+        share
+    }
+
+    /// Which rays are in the parts of cells whose nearest voxel the mask shows, at the middle of each part.
+    #[inline(always)]
+    fn masked(&self, simd: S, part: &CellPart<S>) -> mask32x16<S> {
+        let middle = (part.near + part.far) * f32x16::splat(simd, 0.5);
+        let share = self.share(simd, part, middle);
+        let mut bits = 0;
+        for row in 0..2 {
+            let inside = part.inside.to_bitmask() >> (row * LANES) & ((1 << LANES) - 1);
+            let half = |v: f32x16<S>| {
+                let (above, below) = v.split();
+                [above, below][row]
+            };
+            let cell = [half(part.cell[0]), half(part.cell[1]), half(part.cell[2])];
+            let located = Located {
+                at: self.rows[row].at,
+                position: [half(middle); 3],
+                inside: mask32x8::from_bitmask(simd, inside),
+                places: places_of(simd, cell),
+                share: [half(share[0]), half(share[1]), half(share[2])],
+            };
+            let shown = masked(simd, self.job, &located).inside;
+            bits |= shown.to_bitmask() << (row * LANES);
+        }
+        mask32x16::from_bitmask(simd, bits)
+    }
+}

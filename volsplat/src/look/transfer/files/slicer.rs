@@ -1,0 +1,341 @@
+//! Volume properties of 3D Slicer: `.vp`, a text of nine lines, and `.vp.json`.
+//!
+//! Takes the content of a file, gives colour and opacity knots, the light, and the unit of opacity. A `.vp` has a line each of
+//! interpolation, shade, diffuse, ambient, specular, specular power, then lists with their count in front: scalar opacity
+//! (value, opacity), gradient opacity (gradient, opacity), colours (value, r, g, b). The JSON names the same.
+//! Source: the developer guide of Slicer's module Volume Rendering, and its JSON schema.
+//! Limits: the first component; the strengths of light are this program's own; gradient opacity and isosurfaces are left
+//! aside with a note (`--gradient-opacity` and `--iso` do that); colours are straight between their points.
+
+use serde_json::Value;
+
+use super::knots::{Knots, decoded};
+use crate::look::options::Shading;
+use crate::look::transfer::files::curve;
+use crate::look::transfer::files::curve::Node;
+use crate::look::transfer::{ColourEncoding, ColourKnot, OpacityKnot};
+
+/// Lines of a `.vp` file.
+const LINES: usize = 9;
+
+/// The note where opacity depends on the gradient.
+const GRADIENT_NOTE: &str = "its gradient opacity is left aside: --gradient-opacity LOW,HIGH lets opacity rise with the gradient";
+
+/// The knots of a `.vp` file; an error names the line.
+pub(crate) fn parse_text(text: &str, encoding: ColourEncoding) -> Result<Knots, String> {
+    let lines: Vec<(usize, &str)> = text
+        .lines()
+        .enumerate()
+        .map(|(number, line)| (number + 1, line.trim()))
+        .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
+        .collect();
+    let [_, shade, _, _, specular, _, scalar, gradient, colours] = lines.as_slice() else {
+        return Err(format!(
+            "{} lines with content: a Slicer .vp file has {LINES}: interpolation, shade, diffuse, ambient, specular, specular \
+             power, scalar opacity, gradient opacity, colours",
+            lines.len()
+        ));
+    };
+    let opacities = list::<2>(scalar, "scalar opacity")?
+        .into_iter()
+        .map(|[value, opacity]| OpacityKnot { value, opacity });
+    let colours = list::<4>(colours, "colours")?
+        .into_iter()
+        .map(|[value, r, g, b]| ColourKnot {
+            value,
+            rgb: decoded([r, g, b], encoding),
+        });
+    let gradient = list::<2>(gradient, "gradient opacity")?;
+    Ok(Knots {
+        colours: Some(colours.collect()),
+        opacities: Some(opacities.collect()),
+        shading: Some(shading(
+            single(shade, "shade")?,
+            single(specular, "specular")?,
+        )),
+        opacity_unit: None,
+        notes: gradient_note(gradient.iter().map(|[_, opacity]| *opacity)),
+    })
+}
+
+/// The knots of a `.vp.json`; an error names the key.
+pub(crate) fn parse_document(document: &Value, encoding: ColourEncoding) -> Result<Knots, String> {
+    let first = |value: &Value, key: &str| -> Result<(Value, usize), String> {
+        let list = value.get(key).and_then(Value::as_array);
+        match list.and_then(|list| Some((list.first()?.clone(), list.len()))) {
+            Some(found) => Ok(found),
+            None => Err(format!("{key}: expected a list of at least one object")),
+        }
+    };
+    let (property, _) = first(document, "volumeProperties")?;
+    let (component, components) = first(&property, "components")?;
+    let points = |key: &str| -> Result<&[Value], String> {
+        match component
+            .get(key)
+            .and_then(|function| function.get("points"))
+        {
+            None => Ok(&[]),
+            Some(Value::Array(points)) => Ok(points),
+            Some(_) => Err(format!("{key}.points: expected a list")),
+        }
+    };
+    let opacities = opacity_nodes("scalarOpacity", points("scalarOpacity")?)?;
+    let colours = colour_knots(
+        "rgbTransferFunction",
+        points("rgbTransferFunction")?,
+        encoding,
+    )?;
+    let gradient = opacity_nodes("gradientOpacity", points("gradientOpacity")?)?;
+    let mut notes = gradient_note(gradient.iter().map(|node| node.opacity));
+    if components > 1 {
+        notes.push(format!("the first of its {components} components is used"));
+    }
+    let is_listed = |key: &str| {
+        component
+            .get(key)
+            .or_else(|| property.get(key))
+            .and_then(Value::as_array)
+    };
+    if is_listed("isoSurfaceValues").is_some_and(|values| !values.is_empty()) {
+        notes.push("its isosurfaces are left aside: --iso VALUE draws one".to_owned());
+    }
+    let is_shaded = component.get("shade").or_else(|| property.get("shade"));
+    let is_shaded = is_shaded.map(|value| value.as_bool().unwrap_or(value.as_f64() == Some(1.0)));
+    let specular = component
+        .pointer("/lighting/specular")
+        .and_then(Value::as_f64);
+    let unit = component
+        .get("scalarOpacityUnitDistance")
+        .and_then(Value::as_f64);
+    if let Some(unit) = unit.filter(|&unit| !(unit > 0.0 && unit.is_finite())) {
+        return Err(format!(
+            "scalarOpacityUnitDistance is {unit}: expected a length above 0"
+        ));
+    }
+    if opacities.is_empty() && colours.is_empty() {
+        return Err("neither scalarOpacity nor rgbTransferFunction has points".to_owned());
+    }
+    Ok(Knots {
+        colours: (!colours.is_empty()).then_some(colours),
+        opacities: (!opacities.is_empty()).then(|| curve::knots(&opacities)),
+        shading: is_shaded.map(|on| shading(f64::from(u8::from(on)), specular.unwrap_or(1.0))),
+        opacity_unit: unit,
+        notes,
+    })
+}
+
+/// The light: none, or with a highlight where there is one.
+fn shading(shade: f64, specular: f64) -> Shading {
+    match (shade != 0.0, specular > 0.0) {
+        (false, _) => Shading::None,
+        (true, false) => Shading::Lambert,
+        (true, true) => Shading::Phong,
+    }
+}
+
+/// A note where opacity is not the same for every gradient.
+fn gradient_note(opacities: impl Iterator<Item = f64>) -> Vec<String> {
+    let is_constant = { opacities }.all(|opacity| opacity == 1.0);
+    if is_constant {
+        Vec::new()
+    } else {
+        vec![GRADIENT_NOTE.to_owned()]
+    }
+}
+
+/// The number of a line that holds one.
+fn single(&(number, line): &(usize, &str), what: &str) -> Result<f64, String> {
+    let value = line.parse().ok().filter(|value: &f64| value.is_finite());
+    value.ok_or_else(|| format!("line {number} ({what}): expected one number"))
+}
+
+/// The rows of a line that begins with its count, of numbers or of rows: both are found.
+fn list<const N: usize>(
+    &(number, line): &(usize, &str),
+    what: &str,
+) -> Result<Vec<[f64; N]>, String> {
+    let located = |text: String| format!("line {number} ({what}): {text}");
+    let mut words = line.split_ascii_whitespace();
+    let count: usize = words
+        .next()
+        .and_then(|word| word.parse().ok())
+        .ok_or_else(|| located("expected a count and then numbers".to_owned()))?;
+    let mut numbers = Vec::new();
+    for (place, word) in words.enumerate() {
+        let value = word.parse().ok().filter(|value: &f64| value.is_finite());
+        numbers.push(value.ok_or_else(|| located(format!("number {place} is '{}'", short(word))))?);
+    }
+    let held = numbers.len();
+    let (rows, rest) = numbers.as_chunks::<N>();
+    if rows.is_empty() || !rest.is_empty() || (count != held && count != rows.len()) {
+        return Err(located(format!(
+            "the count is {count}, but {held} numbers follow: expected that many numbers, in rows of {N}"
+        )));
+    }
+    let rows = rows.to_vec();
+    check_rows(&rows).map_err(located)?;
+    Ok(rows)
+}
+
+/// Values must ascend, and what stands behind them lie in 0 to 1.
+fn check_rows<const N: usize>(rows: &[[f64; N]]) -> Result<(), String> {
+    for (place, row) in rows.iter().enumerate() {
+        if place > 0 && row[0] < rows[place - 1][0] {
+            return Err(format!(
+                "point {place} is at {} after {}: expected ascending values",
+                row[0],
+                rows[place - 1][0]
+            ));
+        }
+        if let Some(bad) = row[1..].iter().find(|value| !(0.0..=1.0).contains(*value)) {
+            return Err(format!("point {place} has {bad}: expected 0 to 1"));
+        }
+    }
+    Ok(())
+}
+
+fn opacity_nodes(key: &str, points: &[Value]) -> Result<Vec<Node>, String> {
+    let number = |point: &Value, field: &str| point.get(field).and_then(Value::as_f64);
+    let mut nodes = Vec::new();
+    let mut rows = Vec::new();
+    for (place, point) in points.iter().enumerate() {
+        let (Some(value), Some(opacity)) = (number(point, "x"), number(point, "y")) else {
+            return Err(format!("{key}.points[{place}]: expected numbers x and y"));
+        };
+        rows.push([value, opacity]);
+        nodes.push(Node {
+            value,
+            opacity,
+            midpoint: number(point, "midpoint").unwrap_or(0.5).clamp(0.0, 1.0),
+            sharpness: number(point, "sharpness").unwrap_or(0.0).clamp(0.0, 1.0),
+        });
+    }
+    check_rows(&rows).map_err(|what| format!("{key}.points: {what}"))?;
+    Ok(nodes)
+}
+
+fn colour_knots(
+    key: &str,
+    points: &[Value],
+    encoding: ColourEncoding,
+) -> Result<Vec<ColourKnot>, String> {
+    let mut rows = Vec::new();
+    for (place, point) in points.iter().enumerate() {
+        let value = point.get("x").and_then(Value::as_f64);
+        let rgb = point
+            .get("color")
+            .and_then(Value::as_array)
+            .filter(|list| list.len() == 3);
+        let rgb =
+            rgb.and_then(|list| Some([list[0].as_f64()?, list[1].as_f64()?, list[2].as_f64()?]));
+        let (Some(value), Some([r, g, b])) = (value, rgb) else {
+            return Err(format!(
+                "{key}.points[{place}]: expected a number x, and color as three numbers"
+            ));
+        };
+        rows.push([value, r, g, b]);
+    }
+    check_rows(&rows).map_err(|what| format!("{key}.points: {what}"))?;
+    let knot = |[value, r, g, b]: [f64; 4]| ColourKnot {
+        value,
+        rgb: decoded([r, g, b], encoding),
+    };
+    Ok(rows.into_iter().map(knot).collect())
+}
+
+/// The start of a word, short enough for a message.
+fn short(word: &str) -> String {
+    word.chars().take(40).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str =
+        "1\n1\n0.9\n0.1\n0.2\n10\n6 0 0 100 0.25 200 1\n4 0 1 255 1\n8 0 0 0 0 200 1 0.5 0\n";
+
+    fn opacities(knots: &Knots) -> Vec<(f64, f64)> {
+        let list = knots.opacities.as_deref().unwrap_or_default();
+        list.iter().map(|knot| (knot.value, knot.opacity)).collect()
+    }
+
+    #[test]
+    fn text_and_json_say_the_same() {
+        let json = r#"{"volumeProperties":[{"components":[{"shade":true,
+            "lighting":{"diffuse":0.9,"ambient":0.1,"specular":0.2,"specularPower":10},
+            "scalarOpacityUnitDistance":2.5,
+            "scalarOpacity":{"points":[{"x":0,"y":0},{"x":100,"y":0.25},{"x":200,"y":1,"midpoint":0.5,"sharpness":0}]},
+            "gradientOpacity":{"points":[{"x":0,"y":1},{"x":255,"y":1}]},
+            "rgbTransferFunction":{"points":[{"x":0,"color":[0,0,0]},{"x":200,"color":[1,0.5,0]}]}}]}]}"#;
+        let text = parse_text(TEXT, ColourEncoding::Linear).expect("good");
+        let document = serde_json::from_str(json).expect("JSON");
+        let json = parse_document(&document, ColourEncoding::Linear).expect("good");
+        for knots in [&text, &json] {
+            assert_eq!(opacities(knots), [(0.0, 0.0), (100.0, 0.25), (200.0, 1.0)]);
+            let colours = knots.colours.as_deref().expect("colours");
+            assert_eq!(colours[1].rgb, [1.0, 0.5, 0.0]);
+            assert_eq!(knots.shading, Some(Shading::Phong));
+            assert!(knots.notes.is_empty(), "{:?}", knots.notes);
+        }
+        assert_eq!((text.opacity_unit, json.opacity_unit), (None, Some(2.5)));
+    }
+
+    #[test]
+    fn counts_may_be_of_rows() {
+        let rows = TEXT.replace("6 0 0", "3 0 0").replace("8 0 0", "2 0 0");
+        let knots = parse_text(&rows, ColourEncoding::Linear).expect("good");
+        assert_eq!(opacities(&knots).len(), 3);
+    }
+
+    #[test]
+    fn light_follows_shade_and_specular() {
+        assert_eq!(shading(0.0, 1.0), Shading::None);
+        assert_eq!(shading(1.0, 0.0), Shading::Lambert);
+    }
+
+    #[test]
+    fn a_gradient_that_counts_is_a_note() {
+        let knots = parse_text(
+            &TEXT.replace("4 0 1 255 1", "4 0 0 255 1"),
+            ColourEncoding::Linear,
+        );
+        assert!(knots.expect("good").notes[0].contains("--gradient-opacity"));
+    }
+
+    #[test]
+    fn faults_name_their_place() {
+        for (from, to, said) in [
+            (
+                "6 0 0",
+                "7 0 0",
+                "line 7 (scalar opacity): the count is 7, but 6 numbers",
+            ),
+            (
+                "100 0.25",
+                "100 x",
+                "line 7 (scalar opacity): number 3 is 'x'",
+            ),
+            ("100 0.25", "300 0.25", "point 2 is at 200 after 300"),
+            (
+                "200 1 0.5 0",
+                "200 2 0.5 0",
+                "line 9 (colours): point 1 has 2",
+            ),
+            ("1\n1\n0.9", "1\nyes\n0.9", "line 2 (shade)"),
+            ("10\n", "", "8 lines with content"),
+        ] {
+            let error = parse_text(&TEXT.replacen(from, to, 1), ColourEncoding::Linear);
+            let error = error.expect_err("bad");
+            assert!(error.contains(said), "{error}");
+        }
+        let refused = |json: &str| {
+            let document: Value = serde_json::from_str(json).expect("JSON");
+            parse_document(&document, ColourEncoding::Linear).expect_err("bad")
+        };
+        assert!(refused(r#"{"volumeProperties":[]}"#).contains("volumeProperties"));
+        let bad =
+            r#"{"volumeProperties":[{"components":[{"scalarOpacity":{"points":[{"x":0}]}}]}]}"#;
+        assert!(refused(bad).contains("scalarOpacity.points[0]"));
+    }
+}

@@ -1,0 +1,207 @@
+//! The transfer function: from a scalar to a colour and an opacity.
+//!
+//! Takes colour knots and opacity knots, gives both at any scalar. Between knots the colour (linear light) and the
+//! opacity are interpolated linearly, beyond the ends they are constant. Two knots at one value are a step, and the
+//! upper side of the step holds from that value on: with knots (71, 0) and (71, 1), a scalar of 71 is opaque.
+//! Opacity is meant per unit of length; 1 is allowed, and the renderer bounds the extinction that follows from it.
+//! Readers and makers of transfer functions are in the child modules; whatever they know is brought to knots.
+
+use resample_volume::volume::histogram::share_of;
+
+use crate::Error;
+
+/// Scalar to colour and opacity, both piecewise linear.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TransferFunction {
+    pub(crate) colours: Vec<ColourKnot>,
+    pub(crate) opacities: Vec<OpacityKnot>,
+}
+
+/// The colour at one scalar.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ColourKnot {
+    /// The scalar, finite.
+    pub value: f64,
+    /// Red, green, blue in linear light, each finite and at least 0.
+    pub rgb: [f32; 3],
+}
+
+/// The opacity at one scalar.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OpacityKnot {
+    /// The scalar, finite.
+    pub value: f64,
+    /// Opacity over one unit of length, 0..=1.
+    pub opacity: f64,
+}
+
+/// What the numbers of a colour in a file mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum ColourEncoding {
+    /// Proportional to light
+    #[default]
+    Linear,
+    /// As on a screen; interpolated as written, then decoded
+    Srgb,
+}
+
+impl TransferFunction {
+    /// A transfer function of at least one knot each, in ascending order of their scalars; equal ones are steps.
+    ///
+    /// Refused with [`Error::Option`], naming the knot: descending or non-finite scalars, negative or non-finite
+    /// colours, opacities outside 0..=1.
+    pub fn new(colours: Vec<ColourKnot>, opacities: Vec<OpacityKnot>) -> Result<Self, Error> {
+        check_ascending("colour", colours.iter().map(|knot| knot.value))?;
+        check_ascending("opacity", opacities.iter().map(|knot| knot.value))?;
+        let is_colour = |knot: &ColourKnot| {
+            knot.rgb
+                .iter()
+                .all(|&channel| channel >= 0.0 && channel.is_finite())
+        };
+        if let Some(place) = colours.iter().position(|knot| !is_colour(knot)) {
+            let rgb = colours[place].rgb;
+            return Err(Error::Option(format!(
+                "colour knot {place} is {rgb:?}: expected finite values from 0 on"
+            )));
+        }
+        if let Some(place) = opacities
+            .iter()
+            .position(|knot| !(0.0..=1.0).contains(&knot.opacity))
+        {
+            let opacity = opacities[place].opacity;
+            return Err(Error::Option(format!(
+                "opacity knot {place} is {opacity}: expected 0 to 1"
+            )));
+        }
+        Ok(Self { colours, opacities })
+    }
+
+    /// Linear RGB and opacity at a scalar; a NaN scalar gives the first knots.
+    pub fn sample(&self, value: f64) -> ([f32; 3], f64) {
+        (self.colour(value), self.opacity(value))
+    }
+
+    /// Linear RGB at a scalar.
+    pub fn colour(&self, value: f64) -> [f32; 3] {
+        let above = self.colours.partition_point(|knot| knot.value <= value);
+        let (Some(low), Some(high)) = (
+            above.checked_sub(1).map(|k| &self.colours[k]),
+            self.colours.get(above),
+        ) else {
+            return self.colours[above.saturating_sub(1)].rgb;
+        };
+        let share = share_of(value, low.value, high.value) as f32;
+        [0, 1, 2].map(|channel| low.rgb[channel] + share * (high.rgb[channel] - low.rgb[channel]))
+    }
+
+    /// Opacity per unit of length at a scalar, 0..=1.
+    pub fn opacity(&self, value: f64) -> f64 {
+        let above = self.opacities.partition_point(|knot| knot.value <= value);
+        let (Some(low), Some(high)) = (
+            above.checked_sub(1).map(|k| &self.opacities[k]),
+            self.opacities.get(above),
+        ) else {
+            return self.opacities[above.saturating_sub(1)].opacity;
+        };
+        let mixed =
+            low.opacity + share_of(value, low.value, high.value) * (high.opacity - low.opacity);
+        // Rounding must not lift it above the knots, or `max_opacity_in` would not bound it.
+        mixed.clamp(low.opacity.min(high.opacity), low.opacity.max(high.opacity))
+    }
+
+    /// The greatest opacity of the scalars `low..=high`, exactly (just below a step counts as its lower side).
+    pub fn max_opacity_in(&self, low: f64, high: f64) -> f64 {
+        // A knot at `low` holds below it, unless it is the last one there: that one is `opacity(low)`.
+        let first = self.opacities.partition_point(|knot| knot.value <= low);
+        let inside = self.opacities[first..]
+            .iter()
+            .take_while(|knot| knot.value <= high);
+        let ends = self.opacity(low).max(self.opacity(high));
+        inside.fold(ends, |greatest, knot| greatest.max(knot.opacity))
+    }
+
+    /// The least closed interval of scalars outside which the opacity is 0; `None` if it is 0 everywhere.
+    ///
+    /// An end is infinite where the opacity stays above 0 beyond the last knot.
+    pub fn visible_range(&self) -> Option<(f64, f64)> {
+        let knots = &self.opacities;
+        let first = knots.iter().position(|knot| knot.opacity > 0.0)?;
+        let last = knots.iter().rposition(|knot| knot.opacity > 0.0)?;
+        let low = first
+            .checked_sub(1)
+            .map_or(f64::NEG_INFINITY, |before| knots[before].value);
+        let high = knots
+            .get(last + 1)
+            .map_or(f64::INFINITY, |after| after.value);
+        Some((low, high))
+    }
+
+    /// The same shape with its knots, from the first to the last of both kinds, moved to span `low..=high`.
+    ///
+    /// For colour maps that are written over 0..1 or -1..1. A function of one scalar only cannot span a range and is
+    /// returned unchanged, as it is for a range that is not finite and ascending.
+    pub fn rescaled(mut self, low: f64, high: f64) -> Self {
+        let (first, last) = self.value_range();
+        if !(last > first && high > low && (high - low).is_finite()) {
+            return self;
+        }
+        let moved = |value: f64| low + share_of(value, first, last) * (high - low);
+        self.colours
+            .iter_mut()
+            .for_each(|knot| knot.value = moved(knot.value));
+        self.opacities
+            .iter_mut()
+            .for_each(|knot| knot.value = moved(knot.value));
+        self
+    }
+
+    /// The scalars of the first and the last knot of either kind.
+    pub fn value_range(&self) -> (f64, f64) {
+        let colours = self.colours.iter().map(|knot| knot.value);
+        colours
+            .chain(self.opacities.iter().map(|knot| knot.value))
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+                (low.min(value), high.max(value))
+            })
+    }
+
+    /// The colour knots, ascending.
+    pub fn colour_knots(&self) -> &[ColourKnot] {
+        &self.colours
+    }
+
+    /// The opacity knots, ascending.
+    pub fn opacity_knots(&self) -> &[OpacityKnot] {
+        &self.opacities
+    }
+}
+
+fn check_ascending(kind: &str, values: impl Iterator<Item = f64>) -> Result<(), Error> {
+    let mut before = f64::NEG_INFINITY;
+    let mut count = 0;
+    for value in values {
+        if !value.is_finite() || value < before {
+            return Err(Error::Option(format!(
+                "{kind} knot {count} is at {value}: expected finite values in ascending order"
+            )));
+        }
+        before = value;
+        count += 1;
+    }
+    if count == 0 {
+        Err(Error::Option(format!(
+            "a transfer function needs at least one {kind} knot"
+        )))
+    } else {
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;

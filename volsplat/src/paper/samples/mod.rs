@@ -1,0 +1,4 @@
+//! Samples of a volume in memory: classified voxels, or means over cells.
+//!
+//! `sample` classifies voxels and `sample_light` lights them; `cell_points` and `cell_samples` average cells; a `layer` holds the samples
+//! of one size.

@@ -1,0 +1,124 @@
+//! What every tile of a frame of sheets shares: the slabs, the transfer function, the light.
+//!
+//! Slabs are parallel to the image plane and equally thick; the plane of slab k is at camera z = (k + 1/2) thickness,
+//! fixed to the eye, so that nothing pops when the view turns.
+
+use glam::{DMat3, DVec3};
+use resample_core::composite::DepthRule;
+use resample_core::simd::Vectors;
+use resample_core::{Camera, GridView, OpacityMode};
+
+use super::section::SectionTable;
+use super::table::TransferTable;
+use crate::light::{GradientRamp, ShadeSettings};
+use crate::look::options::{DepthPlane, RenderOptions};
+
+/// Boxes on the screen and along the view are wider than what they hold by this much, in pixels and in voxels, so that
+/// the rounding of their ends never drops a sample that lies on them: f32 counts 2^17 pixels to 1/128.
+pub(crate) const BOX_MARGIN: f64 = 1.0 / 64.0;
+
+/// A point in the middle of the field. Positions on planes and of voxels are taken relative to it, in f64 once per
+/// plane and once per brick, so that the weights of a cell sum to 1 however far the eye is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Anchor {
+    /// A whole grid position: voxels are then whole numbers away.
+    pub(crate) grid: DVec3,
+    /// Its camera z, world units.
+    pub(crate) camera_z: f64,
+}
+
+/// The slabs of a frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Slabs {
+    pub(crate) anchor: Anchor,
+    /// The length in which the picture counts, world units.
+    pub(crate) length: f64,
+    /// Along camera z, in that length.
+    pub(crate) thickness: f64,
+    /// Over which opacity is meant, in that length.
+    pub(crate) opacity_unit: f64,
+}
+
+/// What every tile of a frame shares.
+#[derive(Clone, Debug)]
+pub(crate) struct SheetSettings {
+    pub(crate) level: Vectors,
+    pub(crate) table: TransferTable,
+    /// Sections of a kernel.
+    pub(crate) sections: SectionTable,
+    pub(crate) anchor: Anchor,
+    /// Slab thickness along camera z, world units.
+    pub(crate) thickness: f64,
+    /// Planes that are open at a time: a power of two, and at least what one kernel may span.
+    pub(crate) ring_len: usize,
+    /// Where extinction follows the gradient: how.
+    pub(crate) gradient_ramp: Option<GradientRamp>,
+    /// World length over which the transfer function's opacity is meant.
+    pub(crate) unit_in_world: f64,
+    pub(crate) opacity: OpacityMode,
+    /// Where samples are lit: how.
+    pub(crate) shade: Option<ShadeSettings>,
+    pub(crate) world_from_camera: DMat3,
+    pub(crate) depth: DepthRule,
+    pub(crate) min_transmittance: f32,
+}
+
+impl Anchor {
+    /// The anchor at a place of the grid.
+    pub(crate) fn new(grid: DVec3, view: &GridView) -> Self {
+        let camera_z = view.camera_from_grid.transform_point3(grid).z;
+        Self { grid, camera_z }
+    }
+}
+
+impl SheetSettings {
+    /// The settings of a frame.
+    pub(crate) fn new(
+        options: &RenderOptions,
+        camera: &Camera,
+        sections: SectionTable,
+        table: &TransferTable,
+        slabs: Slabs,
+    ) -> Self {
+        Self {
+            level: options.simd.resolve(),
+            table: table.clone(),
+            gradient_ramp: options
+                .gradient_opacity
+                .map(|ramp| GradientRamp::new(ramp, slabs.length)),
+            ring_len: Self::ring_len(&sections, slabs.thickness),
+            sections,
+            thickness: slabs.thickness,
+            unit_in_world: slabs.opacity_unit,
+            anchor: slabs.anchor,
+            opacity: options.opacity,
+            shade: ShadeSettings::new(options, camera),
+            world_from_camera: camera.camera_from_world.matrix3.transpose(),
+            depth: match options.depth {
+                DepthPlane::None => DepthRule::Skip,
+                DepthPlane::Expected => DepthRule::Expected,
+            },
+            min_transmittance: options.min_transmittance,
+        }
+    }
+
+    /// Whether the picture depends on the gradient.
+    pub(crate) fn needs_gradients(&self) -> bool {
+        self.shade.is_some() || self.gradient_ramp.is_some()
+    }
+
+    /// The slab, fractional, whose plane lies at a camera z.
+    pub(crate) fn plane_from_z(&self, z: f64) -> f64 {
+        z / self.thickness - 0.5
+    }
+
+    /// The margin of a box along camera z, world units: as far as its corners move when it grows by the margin.
+    pub(crate) fn margin_z(&self) -> f64 {
+        BOX_MARGIN * f64::from(self.sections.reach_z)
+    }
+
+    /// Length of the ring: a power of two that holds the planes that a kernel of these sections may span.
+    pub(crate) fn ring_len(sections: &SectionTable, thickness: f64) -> usize {
+        ((2.0 * f64::from(sections.reach_z) / thickness).floor() as usize + 2).next_power_of_two()
+    }
+}

@@ -1,0 +1,193 @@
+//! The format of a file, detected by its content and never by its name.
+//!
+//! Takes a path, reads its first bytes, and compares them with what each format must begin with. What is known but not
+//! read here, such as HDF5, is named too, so that the message can say more than "unknown".
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use crate::Error;
+use crate::input::decode::packed;
+use crate::input::formats::{
+    dicom, meta_image, mgh, nifti, npy, nrrd, picture_slices, tiff_stack, vti, vtk, zarr,
+};
+use crate::input::{cannot_read, open, slices};
+
+/// The formats that are detected by their content. A headerless file has no format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// NRRD, attached or detached.
+    Nrrd,
+    /// MetaImage, `.mha` or `.mhd`.
+    MetaImage,
+    /// NIfTI, one file or a pair.
+    Nifti,
+    /// An array of NumPy, `.npy`.
+    Npy,
+    /// VTK ImageData in XML, `.vti`.
+    Vti,
+    /// Grey TIFF pictures: a file of many pages, or a folder of slices.
+    Tiff,
+    /// DICOM pictures: a file, or a folder of slices.
+    Dicom,
+    /// A legacy file of VTK, `.vtk`.
+    Vtk,
+    /// FreeSurfer's volume, `.mgh` or packed `.mgz`.
+    Mgh,
+    /// Slices in PNG or JPEG pictures: a folder.
+    Pictures,
+    /// OME-Zarr or a plain Zarr array: a folder.
+    Zarr,
+}
+
+impl Format {
+    /// The usual name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Nrrd => "NRRD",
+            Self::MetaImage => "MetaImage",
+            Self::Nifti => "NIfTI",
+            Self::Npy => "NumPy array",
+            Self::Vti => "VTK ImageData",
+            Self::Tiff => "TIFF stack",
+            Self::Dicom => "DICOM",
+            Self::Vtk => "legacy VTK",
+            Self::Mgh => "FreeSurfer MGH",
+            Self::Pictures => "pictures",
+            Self::Zarr => "OME-Zarr",
+        }
+    }
+}
+
+/// What the content says.
+pub(crate) enum Detected {
+    /// A format, and the files that hold it: one, or the slices in their order.
+    Known(Format, Vec<PathBuf>),
+    /// A format that is not read here: its name and what to do.
+    NotRead(&'static str),
+    Nothing,
+}
+
+/// Enough for every mark below: the latest one, of XML behind a comment, has no fixed place. A guess.
+const HEAD_BYTES: u64 = 4096;
+
+/// Marks of formats that people may hand in and that are not read here, with what to do.
+const NOT_READ: [(&[u8], &str); 7] = [
+    (b"glTF", "a mesh (glTF): the command texmap draws it"),
+    (b"ply\n", "a mesh (PLY): the command texmap draws it"),
+    (
+        b"\x89HDF\r\n\x1a\n",
+        "an HDF5 file: write the data set to NRRD or .npy first",
+    ),
+    (
+        b"PK\x03\x04",
+        "a ZIP archive (.npz, .zip): unpack it and give one file of it",
+    ),
+    (
+        b"\x89PNG\r\n\x1a\n",
+        "one PNG picture: the slices of a volume are named by their folder, or by a pattern such as 'slices/*.png'",
+    ),
+    (
+        b"\xff\xd8\xff",
+        "one JPEG picture: the slices of a volume are named by their folder, or by a pattern such as 'slices/*.jpg'",
+    ),
+    (b"BZh", "a bzip2 file: unpack it first"),
+];
+
+const NO_SLICES: &str = "a folder without slices (DICOM, TIFF, PNG or JPEG files)";
+const GZIP: &str = "a gzip file that holds neither NIfTI nor MGH: unpack it first";
+const ANALYZE: &str =
+    "an ANALYZE 7.5 header, which does not say which side is left: convert it to NIfTI";
+
+/// The format of the file, the folder of slices or the pattern (`slices/img*.tif`) at `path`.
+///
+/// `None` where nothing marks one, as in a headerless file. Errors: [`Error::Read`], and [`Error::Invalid`] for a pattern
+/// that no file fits.
+pub fn format_of(path: &Path) -> Result<Option<Format>, Error> {
+    let header = nifti::header_beside(path);
+    Ok(match detect(header.as_deref().unwrap_or(path))? {
+        Detected::Known(format, _) => Some(format),
+        Detected::NotRead(_) | Detected::Nothing => None,
+    })
+}
+
+pub(crate) fn detect(path: &Path) -> Result<Detected, Error> {
+    if zarr::begins(path) {
+        return Ok(Detected::Known(Format::Zarr, vec![path.to_owned()]));
+    }
+    let Some(paths) = slices::paths(path)? else {
+        return detect_file(path);
+    };
+    let mut slices =
+        [Format::Dicom, Format::Tiff, Format::Pictures].map(|format| (format, Vec::new()));
+    for path in paths {
+        let head = head_of(&path)?;
+        let format = known(&head).or(picture_slices::begins(&head).then_some(Format::Pictures));
+        // Folders also hold notes, previews and indices.
+        if let Some((_, files)) = slices.iter_mut().find(|(of, _)| Some(*of) == format) {
+            files.push(path);
+        }
+    }
+    let found = slices.into_iter().find(|(_, files)| !files.is_empty());
+    Ok(match found {
+        Some((format, files)) => Detected::Known(format, files),
+        None => Detected::NotRead(NO_SLICES),
+    })
+}
+
+fn detect_file(path: &Path) -> Result<Detected, Error> {
+    let head = head_of(path)?;
+    let known = |format| Detected::Known(format, vec![path.to_owned()]);
+    if let Some(format) = self::known(&head) {
+        return Ok(known(format));
+    }
+    if head.starts_with(packed::GZIP_MAGIC) {
+        let head = unpacked(&head);
+        return Ok(if nifti::is_nifti(&head) {
+            known(Format::Nifti)
+        } else if mgh::begins(&head) {
+            known(Format::Mgh)
+        } else {
+            Detected::NotRead(GZIP)
+        });
+    }
+    if nifti::is_analyze(&head) {
+        return Ok(Detected::NotRead(ANALYZE));
+    }
+    let not_read = NOT_READ.iter().find(|(mark, _)| head.starts_with(mark));
+    Ok(not_read.map_or(Detected::Nothing, |(_, advice)| Detected::NotRead(advice)))
+}
+
+fn head_of(path: &Path) -> Result<Vec<u8>, Error> {
+    let mut head = Vec::new();
+    open(path)?
+        .take(HEAD_BYTES)
+        .read_to_end(&mut head)
+        .map_err(|source| cannot_read(path, source))?;
+    Ok(head)
+}
+
+/// What the beginning of a gzip file unpacks to, as far as a header goes.
+fn unpacked(head: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let stream = flate2::bufread::MultiGzDecoder::new(head).take(nifti::MAX_HEADER_BYTES);
+    // The packed bytes are cut off, so an error at their end means nothing; what came before it counts.
+    let _ = { stream }.read_to_end(&mut bytes);
+    bytes
+}
+
+fn known(head: &[u8]) -> Option<Format> {
+    match head {
+        // Its first 128 bytes are free, and some files have the mark of TIFF there to be both.
+        _ if dicom::begins(head) => Some(Format::Dicom),
+        _ if head.starts_with(nrrd::MAGIC) => Some(Format::Nrrd),
+        _ if nifti::is_nifti(head) => Some(Format::Nifti),
+        _ if head.starts_with(npy::MAGIC) => Some(Format::Npy),
+        _ if tiff_stack::begins(head) => Some(Format::Tiff),
+        _ if vti::begins(head) => Some(Format::Vti),
+        _ if head.starts_with(vtk::MAGIC) => Some(Format::Vtk),
+        _ if meta_image::begins(head) => Some(Format::MetaImage),
+        _ if mgh::begins(head) => Some(Format::Mgh),
+        _ => None,
+    }
+}

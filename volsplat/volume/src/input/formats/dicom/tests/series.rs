@@ -1,0 +1,237 @@
+//! Many files: their order, their place, and what makes a series unfit.
+
+use resample_io::Gate;
+
+use crate::Error;
+use crate::input::formats::dicom::tests::files::{EXPLICIT, Elements, SLICE, Slice};
+use crate::input::test_files::Folder;
+use crate::input::{Format, LoadOptions, format_of, load};
+use crate::volume::{Volume, Voxels};
+
+/// Writes slices as 0.dcm, 1.dcm and so on, and loads the folder.
+fn loaded(slices: &[Slice], options: &LoadOptions) -> Result<Volume, Error> {
+    let folder = Folder::new();
+    folder.write("README.txt", &[b"not a slice"]);
+    folder.write(
+        "report.dcm",
+        &[&Elements::new(EXPLICIT).text(0x0020_000E, "9").file()],
+    );
+    for (index, slice) in slices.iter().enumerate() {
+        folder.write(&format!("{index}.dcm"), &[&slice.file()]);
+    }
+    assert_eq!(
+        format_of(&folder.path("")).expect("readable"),
+        Some(Format::Dicom)
+    );
+    load(&folder.path(""), options)
+}
+
+fn at(position: &'static str, value: u16) -> Slice {
+    Slice {
+        position,
+        values: [value; 4],
+        ..SLICE
+    }
+}
+
+fn refusal(slices: &[Slice]) -> String {
+    loaded(slices, &LoadOptions::default())
+        .expect_err("these slices are no volume")
+        .to_string()
+}
+
+#[test]
+fn slices_are_sorted_along_their_normal_and_never_mirrored() {
+    let slices = [at("0\\0\\6", 3), at("0\\0\\2", 1), at("0\\0\\4", 2)];
+    let volume = loaded(&slices, &LoadOptions::default()).expect("even");
+    assert_eq!(volume.dims, [2, 2, 3]);
+    assert_eq!([0, 4, 8].map(|index| volume.value(index)), [1.0, 2.0, 3.0]);
+    assert_eq!(
+        volume.world_from_index.translation.to_array(),
+        [0.0, 0.0, 2.0]
+    );
+    assert_eq!(
+        volume.spacing(),
+        [2.0, 3.0, 2.0],
+        "the step of the positions, not the thickness"
+    );
+    // Rows that run up turn the normal down: the order of the slices turns with it.
+    let upward = slices.map(|slice| Slice {
+        orientation: "1\\0\\0\\0\\-1\\0",
+        ..slice
+    });
+    let volume = loaded(&upward, &LoadOptions::default()).expect("even");
+    assert_eq!([0, 4, 8].map(|index| volume.value(index)), [3.0, 2.0, 1.0]);
+    assert!(
+        volume.world_from_index.matrix3.determinant() > 0.0,
+        "a mirrored patient"
+    );
+    assert_eq!(
+        volume.world_from_index.matrix3.z_axis.to_array(),
+        [0.0, 0.0, -2.0]
+    );
+}
+
+#[test]
+fn a_tilted_gantry_shears_the_lattice() {
+    // The slices are turned around x, and the table moves along z.
+    let tilted = |position, value| Slice {
+        orientation: "1\\0\\0\\0\\0.8\\-0.6",
+        ..at(position, value)
+    };
+    let slices = [
+        tilted("0\\0\\0", 1),
+        tilted("0\\0\\5", 2),
+        tilted("0\\0\\10", 3),
+    ];
+    let volume = loaded(&slices, &LoadOptions::default()).expect("even");
+    let map = volume.world_from_index.matrix3;
+    assert_eq!(
+        map.z_axis.to_array(),
+        [0.0, 0.0, 5.0],
+        "the step is not along the normal"
+    );
+    assert!(
+        (map.y_axis - glam::DVec3::new(0.0, 2.4, -1.8)).length() < 1e-12,
+        "{}",
+        map.y_axis
+    );
+    assert_eq!([0, 4, 8].map(|index| volume.value(index)), [1.0, 2.0, 3.0]);
+}
+
+#[test]
+fn uneven_slices_are_resampled_with_a_remark() {
+    let gate = Gate::default();
+    let options = LoadOptions {
+        gate: gate.clone(),
+        ..LoadOptions::default()
+    };
+    // One slice is missing.
+    let slices = [
+        at("0\\0\\0", 10),
+        at("0\\0\\2", 20),
+        at("0\\0\\6", 40),
+        at("0\\0\\8", 5),
+    ];
+    let volume = loaded(&slices, &options).expect("resampled");
+    assert_eq!((volume.dims, volume.spacing()[2]), ([2, 2, 5], 2.0));
+    let values = [0, 4, 8, 12, 16].map(|index| volume.value(index));
+    assert_eq!(values, [10.0, 20.0, 30.0, 40.0, 5.0]);
+    let said = gate.remarks().join(" ");
+    assert!(
+        said.contains("0 to 1 are 2.00 mm apart, 1 to 2 are 4.00 mm apart"),
+        "{said}"
+    );
+    assert!(
+        said.contains("resampled to 5 slices 2.00 mm apart"),
+        "{said}"
+    );
+    // A step aside is no gap.
+    let bent = ["0\\0\\0", "0\\0\\2", "3\\0\\4"].map(|position| at(position, 1));
+    assert!(refusal(&bent).contains("a folder of their own"));
+    let text = refusal(&["0\\0\\0", "0\\0\\0", "0\\0\\2"].map(|position| at(position, 1)));
+    assert!(
+        text.contains("slices 0 and 1 lie at the same place"),
+        "{text}"
+    );
+    let rounded = ["0\\0\\0", "0\\0\\1.0004", "0\\0\\2"].map(|position| at(position, 1));
+    assert!(
+        loaded(&rounded, &LoadOptions::default()).is_ok(),
+        "rounding is no gap"
+    );
+}
+
+#[test]
+fn slices_that_do_not_belong_together_are_refused() {
+    let turned = Slice {
+        orientation: "0\\1\\0\\0\\0\\1",
+        ..at("0\\0\\2", 1)
+    };
+    assert!(refusal(&[at("0\\0\\0", 1), turned]).contains("is turned against"));
+    let signed = Slice {
+        is_signed: true,
+        ..at("0\\0\\2", 1)
+    };
+    let text = refusal(&[at("0\\0\\0", 1), signed]);
+    assert!(text.contains("1.dcm") && text.contains("signed"), "{text}");
+    let nowhere = at("", 1);
+    assert!(
+        refusal(&[at("0\\0\\0", 1), nowhere])
+            .contains("1 of 2 slices have no ImagePositionPatient")
+    );
+    assert!(refusal(&[nowhere, nowhere]).contains("their order is not known"));
+}
+
+#[test]
+fn slices_without_positions_follow_their_instance_numbers() {
+    let gate = Gate::default();
+    let options = LoadOptions {
+        gate: gate.clone(),
+        ..LoadOptions::default()
+    };
+    let numbered = |instance, value| Slice {
+        instance,
+        ..at("", value)
+    };
+    let slices = [numbered("10", 3), numbered("2", 1), numbered("3", 2)];
+    let volume = loaded(&slices, &options).expect("in order");
+    assert_eq!([0, 4, 8].map(|index| volume.value(index)), [1.0, 2.0, 3.0]);
+    assert!(
+        gate.remarks()[0].contains("instance numbers"),
+        "{:?}",
+        gate.remarks()
+    );
+    let twice = [numbered("1", 3), numbered("1", 1)];
+    assert!(refusal(&twice).contains("their order is not known"));
+}
+
+#[test]
+fn of_several_series_the_largest_is_taken_or_the_one_that_was_asked_for() {
+    let other = |position| Slice {
+        series: "4.5.6",
+        ..at(position, 9)
+    };
+    let slices = [
+        at("0\\0\\0", 1),
+        other("0\\0\\0"),
+        at("0\\0\\2", 2),
+        other("0\\0\\3"),
+        other("0\\0\\6"),
+    ];
+    let gate = Gate::default();
+    let options = LoadOptions {
+        gate: gate.clone(),
+        ..LoadOptions::default()
+    };
+    let largest = loaded(&slices, &options).expect("one of them");
+    assert_eq!((largest.dims[2], largest.value(0)), (3, 9.0));
+    let text = gate.remarks().join(" ");
+    assert!(
+        text.contains("series=UID") && text.contains("1.2.3 (2 slices, 'a name')"),
+        "{text}"
+    );
+    assert!(text.contains("the largest was taken, 4.5.6"), "{text}");
+    let of = |uid: &str| {
+        loaded(
+            &slices,
+            &LoadOptions {
+                series: Some(uid.to_owned()),
+                ..LoadOptions::default()
+            },
+        )
+    };
+    assert_eq!(of("1.2.3").expect("chosen").dims, [2, 2, 2]);
+    assert_eq!(of("4.5.6").expect("chosen").spacing()[2], 3.0);
+    assert!(matches!(of("7"), Err(Error::Option(_))));
+}
+
+#[test]
+fn slices_of_different_scales_become_singles() {
+    let half = Slice {
+        slope: "0.5",
+        intercept: "1",
+        ..at("0\\0\\2", 5)
+    };
+    let volume = loaded(&[at("0\\0\\0", 5), half], &LoadOptions::default()).expect("even");
+    assert_eq!(volume.voxels, Voxels::F32([[5.0; 4], [3.5; 4]].concat()));
+}

@@ -1,0 +1,196 @@
+//! FreeSurfer's volumes, `.mgh`, and packed by gzip, `.mgz`.
+//!
+//! Takes a path, gives the parts of a volume. A header of 284 bytes has fixed places, all numbers big-endian: version,
+//! sizes, volumes over time, type, and, where a flag says so, spacing, directions of the axes and the world position of the
+//! voxel at half of each size. What follows the last volume (scanner parameters, tags) is passed over.
+//! Source: the description of the format in FreeSurfer's wiki (FsTutorial/MghFormat).
+//! World coordinates are the format's own: x to the right, y to the front, z to the head.
+
+use std::io::Read;
+use std::path::Path;
+
+use glam::{DAffine3, DMat3, DVec3};
+use resample_io::Gate;
+
+use crate::Error;
+use crate::input::decode;
+use crate::input::decode::Layout;
+use crate::input::decode::packed::Stream;
+use crate::input::fault::{Fault, unsupported};
+use crate::input::file::Parts;
+use crate::volume::{Endian, Lattice, VoxelType, voxel_count};
+
+/// Bytes before the first voxel.
+const HEADER_BYTES: usize = 284;
+
+/// Bytes of the header that mean something.
+const USED_BYTES: usize = 90;
+
+/// Most voxels along an axis of a file that counts as one of this format, which has no mark but its version.
+const PLAUSIBLE_SIZE: i32 = 1 << 16;
+
+/// What the header says.
+struct Header {
+    dims: [usize; 3],
+    times: usize,
+    kind: i32,
+    world_from_index: DAffine3,
+}
+
+/// Whether an unpacked file that begins with `head` is of this format.
+pub(crate) fn begins(head: &[u8]) -> bool {
+    let Some(fields) = head.get(..USED_BYTES) else {
+        return false;
+    };
+    let [version, x, y, z, times, kind, _] =
+        [0, 1, 2, 3, 4, 5, 6].map(|place| word(fields, 4 * place));
+    let flag = i16::from_be_bytes([fields[28], fields[29]]);
+    version == 1
+        && [x, y, z, times]
+            .iter()
+            .all(|size| (1..=PLAUSIBLE_SIZE).contains(size))
+        && (0..=10).contains(&kind)
+        && (0..=1).contains(&flag)
+}
+
+/// Reads the volume of a point in time; the first, with a remark, where there are several and none is named.
+pub(crate) fn load(path: &Path, time: Option<usize>, gate: &Gate) -> Result<Parts, Error> {
+    let mut stream = Stream::open(path)?;
+    read(&mut stream, path, time, gate).map_err(|fault| fault.at(path))
+}
+
+fn read(
+    stream: &mut Stream,
+    path: &Path,
+    time: Option<usize>,
+    gate: &Gate,
+) -> Result<Parts, Fault> {
+    let header = header(stream)?;
+    let times = header.times;
+    if time.is_some_and(|time| time >= times) {
+        return Err(Fault::Option(format!(
+            "time={}: the file holds {times} point(s) in time, counted from 0",
+            time.unwrap_or_default()
+        )));
+    }
+    if times > 1 && time.is_none() {
+        let name = path.display();
+        gate.remark(format!(
+            "{name}: holds {times} volumes over time, the first is read: {name}#time=N names another, from 0 on"
+        ));
+    }
+    let layout = Layout {
+        voxel_type: voxel_type(header.kind)?,
+        endian: Endian::Big,
+        count: voxel_count(header.dims)?,
+    };
+    let one = layout.bytes()?;
+    let behind = |volumes: usize| {
+        let bytes = one.checked_mul(volumes as u64);
+        bytes.and_then(|bytes| bytes.checked_add(HEADER_BYTES as u64))
+    };
+    let before = time.unwrap_or(0);
+    let (Some(all), Some(until)) = (behind(times), behind(before + 1)) else {
+        return Err(Fault::Invalid(
+            "its sizes promise more than can be addressed".to_owned(),
+        ));
+    };
+    if stream.is_packed {
+        decode::check_expansion(all, stream.held)?;
+        decode::check_deflated(until, stream.held, gate)?;
+    } else if all > stream.held {
+        let ([x, y, z], held) = (header.dims, stream.held);
+        return Err(Fault::Invalid(format!(
+            "the header promises {x}x{y}x{z} voxels of {} at {times} time(s), which are {all} bytes with the header, but {held} \
+             are there: the file is cut off or its sizes are wrong",
+            layout.voxel_type.name()
+        )));
+    }
+    stream.pass(until - one - HEADER_BYTES as u64)?;
+    let voxels = decode::binary(&mut (&mut stream.bytes).take(one), &layout)?;
+    Ok(Parts {
+        lattice: Lattice {
+            dims: header.dims,
+            world_from_index: header.world_from_index,
+            up_hint: Some(DVec3::Z),
+            space: Some("right-anterior-superior".to_owned()),
+            modality: None,
+        },
+        voxels,
+    })
+}
+
+fn header(stream: &mut Stream) -> Result<Header, Fault> {
+    let mut bytes = Vec::new();
+    let got = (&mut stream.bytes)
+        .take(HEADER_BYTES as u64)
+        .read_to_end(&mut bytes);
+    got.map_err(|error| decode::broken(&error))?;
+    if bytes.len() < HEADER_BYTES {
+        return Err(Fault::Invalid(format!(
+            "the header needs {HEADER_BYTES} bytes, the file has {}: it is cut off",
+            bytes.len()
+        )));
+    }
+    let size = |place: usize, name: &str| {
+        let size = word(&bytes, place);
+        usize::try_from(size)
+            .ok()
+            .filter(|&size| size > 0)
+            .ok_or_else(|| format!("{name} (byte {place}) is {size}: expected at least 1"))
+    };
+    let dims = [size(4, "width")?, size(8, "height")?, size(12, "depth")?];
+    Ok(Header {
+        dims,
+        times: size(16, "the number of frames")?,
+        kind: word(&bytes, 20),
+        world_from_index: place(&bytes, dims),
+    })
+}
+
+/// Where the image lies: as the flag says, or as coronal slices of 1 mm around the origin, which is the format's default.
+fn place(bytes: &[u8], dims: [usize; 3]) -> DAffine3 {
+    let float = |number: usize| {
+        let at = 30 + 4 * number;
+        f64::from(f32::from_be_bytes([
+            bytes[at],
+            bytes[at + 1],
+            bytes[at + 2],
+            bytes[at + 3],
+        ]))
+    };
+    let vector = |first: usize| DVec3::new(float(first), float(first + 1), float(first + 2));
+    let is_given = i16::from_be_bytes([bytes[28], bytes[29]]) == 1;
+    let (spacing, axes, middle) = if is_given {
+        (vector(0), [vector(3), vector(6), vector(9)], vector(12))
+    } else {
+        (
+            DVec3::ONE,
+            [DVec3::NEG_X, DVec3::NEG_Z, DVec3::Y],
+            DVec3::ZERO,
+        )
+    };
+    let axes = DMat3::from_cols(axes[0], axes[1], axes[2]) * DMat3::from_diagonal(spacing);
+    let half = 0.5 * DVec3::from_array(dims.map(|size| size as f64));
+    DAffine3::from_mat3_translation(axes, middle - axes * half)
+}
+
+fn voxel_type(kind: i32) -> Result<VoxelType, Fault> {
+    match kind {
+        0 => Ok(VoxelType::U8),
+        1 => Ok(VoxelType::I32),
+        3 => Ok(VoxelType::F32),
+        4 => Ok(VoxelType::I16),
+        10 => Ok(VoxelType::U16),
+        other => Err(unsupported(format!(
+            "type {other} (byte 20): expected 0 (u8), 1 (i32), 3 (f32), 4 (i16) or 10 (u16); save it as one of these"
+        ))),
+    }
+}
+
+fn word(bytes: &[u8], at: usize) -> i32 {
+    i32::from_be_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,225 @@
+//! Slices in PNG or JPEG pictures: a folder, or a pattern such as `slices/*.png`.
+//!
+//! Takes paths in the order of the slices, gives the parts of a volume. All headers are looked at first: every slice must have
+//! the size of the first. Grey pictures of 8 or 16 bits give their numbers as they are stored, three equal channels too;
+//! colours give one of red, green and blue in 8 bits, or their brightness. Pictures say no spacing, so it is 1 unless the caller says another.
+//! The decoding is the crate `image`'s.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use rayon::prelude::*;
+use resample_core::image::srgb_from_linear;
+use resample_io::{Gate, Part, Picture, Plane, Stored, colour, depth};
+
+use crate::Error;
+use crate::input::decode;
+use crate::input::decode::{axes, component};
+use crate::input::file::{Parts, invalid};
+use crate::volume::{Lattice, Voxels};
+
+/// Bytes of a pixel while a slice is read: its number and its colours.
+const PIXEL_BYTES: u64 = 2 + 16;
+
+/// Red, green and blue.
+const COLOURS: usize = 3;
+
+/// Red, green and blue in the brightness of linear light (Rec. 709).
+const BRIGHTNESS: [f32; 3] = [0.2126, 0.7152, 0.0722];
+
+/// Whether a file that begins with `head` is such a picture.
+pub(crate) fn begins(head: &[u8]) -> bool {
+    head.starts_with(b"\x89PNG\r\n\x1a\n") || head.starts_with(b"\xff\xd8\xff")
+}
+
+/// The options of the caller.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Choice {
+    /// Which of red, green and blue is read; without it, the brightness.
+    pub(crate) component: Option<usize>,
+    /// Distance between voxels.
+    pub(crate) spacing: Option<[f64; 3]>,
+}
+
+/// How many colours a pixel of the middle slice has; `None` where it is grey or cannot be read, or where the slices do not fit
+/// the memory.
+pub(crate) fn colours(files: &[PathBuf], gate: &Gate) -> Option<usize> {
+    let file = files.get(files.len() / 2)?;
+    ask(size(file).ok()?, files.len(), gate).ok()?;
+    let middle = part(file);
+    let is_colour = depth::read(&middle).is_err() && colour::read(&middle).is_ok();
+    is_colour.then_some(3)
+}
+
+/// Reads the slices; errors and notes name `path`, the folder or pattern.
+pub(crate) fn load(
+    files: &[PathBuf],
+    path: &Path,
+    choice: Choice,
+    gate: &Gate,
+) -> Result<Parts, Error> {
+    let first = files.first().ok_or_else(|| invalid(path, "no slices"))?;
+    let [width, height] = size(first)?;
+    for file in files {
+        let [w, h] = size(file)?;
+        if [w, h] != [width, height] {
+            let what = format!(
+                "a slice of {w}x{h} pixels, but {} has {width}x{height}: slices of a volume have one size; name them alone \
+                 by a pattern such as 'slice*.png'",
+                first.display()
+            );
+            return Err(invalid(file, what));
+        }
+        gate.note(file);
+    }
+    ask([width, height], files.len(), gate).map_err(|what| invalid(path, what))?;
+    let slices = files.par_iter().map(|file| slice(file, choice.component));
+    let mut slices = slices.collect::<Result<Vec<Slice>, Error>>()?;
+    let is_colour = slices.iter().any(|slice| slice.is_colour);
+    if is_colour {
+        widen(&mut slices);
+    }
+    match choice.component {
+        None if is_colour => gate.remark(format!(
+            "{}: slices in colour are read by their brightness",
+            path.display()
+        )),
+        None => {}
+        Some(_) => {
+            let components = if is_colour { COLOURS } else { 1 };
+            component::chosen(choice.component, components).map_err(|fault| fault.at(path))?;
+        }
+    }
+    if choice.spacing.is_none() {
+        gate.remark(format!(
+            "{}: {} slices in the natural order of their names, with a spacing of 1: --spacing X,Y,Z says another",
+            path.display(),
+            files.len()
+        ));
+    }
+    let lattice = Lattice {
+        // Rows run from the top of a picture down.
+        up_hint: Some(DVec3::NEG_Y),
+        ..Lattice::unnamed(
+            [width as usize, height as usize, files.len()],
+            axes::upright([1.0; 3], [0.0; 3]),
+        )
+    };
+    Ok(Parts {
+        lattice,
+        voxels: joined(slices, files)?,
+    })
+}
+
+/// One slice.
+struct Slice {
+    voxels: Voxels,
+    is_colour: bool,
+}
+
+/// Asks for the memory of so many slices of a size, before the first of them is decoded.
+fn ask([width, height]: [u32; 2], slices: usize, gate: &Gate) -> Result<(), String> {
+    let pixels = (u64::from(width) * u64::from(height)).saturating_mul(slices as u64);
+    gate.ask(pixels.saturating_mul(PIXEL_BYTES), "the slices")
+}
+
+fn size(path: &Path) -> Result<[u32; 2], Error> {
+    colour::size(&part(path)).map_err(|error| named(path, error))
+}
+
+fn part(path: &Path) -> Part {
+    Part {
+        path: path.to_owned(),
+        name: None,
+    }
+}
+
+/// An error that names the file already.
+fn named(path: &Path, error: resample_core::Error) -> Error {
+    let text = error.to_string();
+    let name = format!("{}: ", path.display());
+    invalid(path, text.strip_prefix(&name).unwrap_or(&text))
+}
+
+fn slice(path: &Path, component: Option<usize>) -> Result<Slice, Error> {
+    if let Ok(plane) = depth::read(&part(path)) {
+        return Ok(Slice {
+            voxels: grey(plane),
+            is_colour: false,
+        });
+    }
+    // Either colours or broken: the second reader says what is wrong.
+    let picture = colour::read(&part(path)).map_err(|error| named(path, error))?;
+    Ok(Slice {
+        voxels: match component {
+            // A number beyond is refused when all slices are known.
+            Some(number) => of_component(&picture, number.min(COLOURS - 1)),
+            None => brightness(&picture),
+        },
+        is_colour: true,
+    })
+}
+
+/// Numbers as they are stored, which are whole.
+fn grey(plane: Plane) -> Voxels {
+    match plane.stored {
+        Stored::Code(most) if most <= u32::from(u8::MAX) => {
+            Voxels::U8(plane.values.iter().map(|&value| value as u8).collect())
+        }
+        Stored::Code(_) => Voxels::U16(plane.values.iter().map(|&value| value as u16).collect()),
+        Stored::Float => Voxels::F32(plane.values),
+    }
+}
+
+/// How bright a picture is on a screen, of 255.
+fn brightness(picture: &Picture) -> Voxels {
+    let of = |rgb: &[f32; 3]| {
+        let light: f32 = rgb
+            .iter()
+            .zip(BRIGHTNESS)
+            .map(|(&v, share)| v * share)
+            .sum();
+        code(light)
+    };
+    Voxels::U8(picture.rgb.iter().map(of).collect())
+}
+
+/// Red, green or blue as a screen takes it, of 255.
+fn of_component(picture: &Picture, number: usize) -> Voxels {
+    let of = |rgb: &[f32; 3]| code(rgb[number]);
+    Voxels::U8(picture.rgb.iter().map(of).collect())
+}
+
+/// Linear light as a screen takes it, of 255.
+fn code(light: f32) -> u8 {
+    (255.0 * srgb_from_linear(light.clamp(0.0, 1.0))).round() as u8
+}
+
+/// Brings slices of 16 bits to 8 where others have colours, which have 8.
+fn widen(slices: &mut [Slice]) {
+    for slice in slices {
+        if let Voxels::U16(values) = &slice.voxels {
+            slice.voxels = Voxels::U8(values.iter().map(|&value| (value / 257) as u8).collect());
+        }
+    }
+}
+
+fn joined(slices: Vec<Slice>, files: &[PathBuf]) -> Result<Voxels, Error> {
+    let mut slices = slices.into_iter().map(|slice| slice.voxels).zip(files);
+    let Some((mut all, _)) = slices.next() else {
+        return Ok(Voxels::U8(Vec::new()));
+    };
+    for (slice, file) in slices {
+        if !decode::same_type(&all, &slice) {
+            return Err(invalid(
+                file,
+                "a slice of another number type than the slices before it: save all with 8 or all with 16 bits",
+            ));
+        }
+        decode::append(&mut all, slice);
+    }
+    Ok(all)
+}
+
+#[cfg(test)]
+mod tests;

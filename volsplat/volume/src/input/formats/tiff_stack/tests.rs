@@ -1,0 +1,306 @@
+//! TIFF stacks: small files of every type and packing, written by the crate's encoder and read back.
+
+use std::io::Cursor;
+use std::path::PathBuf;
+
+use tiff::encoder::{Compression, DeflateLevel, Rational, TiffEncoder, TiffValue, colortype};
+use tiff::tags::{ResolutionUnit, Tag};
+
+use crate::Error;
+use crate::input::test_files::{Folder, survive_damage};
+use crate::input::{Format, LoadOptions, format_of, load, load_colours};
+use crate::volume::{Volume, Voxels};
+
+/// A stack of pages of 3x2 pixels; page p begins with the value 10 p.
+fn stack<C: colortype::ColorType>(
+    pages: usize,
+    packing: Compression,
+    value: impl Fn(usize) -> C::Inner,
+) -> Vec<u8>
+where
+    [C::Inner]: TiffValue,
+{
+    let mut bytes = Cursor::new(Vec::new());
+    let mut encoder = TiffEncoder::new(&mut bytes)
+        .expect("encoder")
+        .with_compression(packing);
+    for page in 0..pages {
+        let samples = 6 * C::BITS_PER_SAMPLE.len();
+        let values: Vec<C::Inner> = (0..samples).map(|i| value(10 * page + i)).collect();
+        encoder.write_image::<C>(3, 2, &values).expect("page");
+    }
+    bytes.into_inner()
+}
+
+/// Two pages with a description and 4 pixels per unit.
+fn described(description: &str) -> Vec<u8> {
+    let mut bytes = Cursor::new(Vec::new());
+    let mut encoder = TiffEncoder::new(&mut bytes).expect("encoder");
+    for page in 0..2u8 {
+        let mut image = encoder.new_image::<colortype::Gray8>(3, 2).expect("page");
+        image.resolution(ResolutionUnit::Inch, Rational { n: 4, d: 1 });
+        image
+            .encoder()
+            .write_tag(Tag::ImageDescription, description)
+            .expect("tag");
+        image.write_data(&[page; 6]).expect("data");
+    }
+    bytes.into_inner()
+}
+
+fn loaded(bytes: &[u8]) -> Volume {
+    Folder::new()
+        .load(&[bytes])
+        .unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn refusal(bytes: &[u8]) -> String {
+    Folder::new().refusal(&[bytes])
+}
+
+fn packings() -> [(&'static str, Compression); 4] {
+    let deflate = Compression::Deflate(DeflateLevel::Balanced);
+    [
+        ("plain", Compression::Uncompressed),
+        ("LZW", Compression::Lzw),
+        ("deflate", deflate),
+        ("PackBits", Compression::Packbits),
+    ]
+}
+
+#[test]
+fn every_type_and_packing_reads_back() {
+    macro_rules! check {
+        ($colour:ident, $stored:ty, $kind:ident, $held:ty) => {
+            for (name, packing) in packings() {
+                let volume = loaded(&stack::<colortype::$colour>(2, packing, |i| i as $stored));
+                let expected = (0..12).map(|i| (10 * (i / 6) + i % 6) as $held).collect();
+                assert_eq!(
+                    (volume.dims, volume.voxels),
+                    ([3, 2, 2], Voxels::$kind(expected)),
+                    "{name}"
+                );
+            }
+        };
+    }
+    check!(Gray8, u8, U8, u8);
+    check!(GrayI8, i8, I8, i8);
+    check!(Gray16, u16, U16, u16);
+    check!(GrayI16, i16, I16, i16);
+    check!(Gray32, u32, U32, u32);
+    check!(GrayI32, i32, I32, i32);
+    check!(Gray64, u64, F64, f64);
+    check!(GrayI64, i64, F64, f64);
+    check!(Gray32Float, f32, F32, f32);
+    check!(Gray64Float, f64, F64, f64);
+}
+
+#[test]
+fn colours_are_read_one_by_one() {
+    for (name, packing) in packings() {
+        let folder = Folder::new();
+        let bytes = stack::<colortype::RGB8>(2, packing, |i| (7 * i) as u8);
+        let path = folder.write("x", &[&bytes]);
+        let colours = load_colours(&path, &LoadOptions::default())
+            .expect("readable")
+            .expect("colours");
+        for (number, volume) in colours.components.iter().enumerate() {
+            let value = |i: usize| (7 * (10 * (i / 6) + 3 * (i % 6) + number)) as u8;
+            let expected = Voxels::U8((0..12).map(value).collect());
+            assert_eq!(volume.voxels, expected, "{name}: component {number}");
+        }
+        // Blue is the greatest of values that rise.
+        assert_eq!(
+            colours.opacity.voxels, colours.components[2].voxels,
+            "{name}"
+        );
+    }
+    let folder = Folder::new();
+    let bytes = stack::<colortype::RGBA16>(1, Compression::Lzw, |i| 300 * i as u16);
+    let path = folder.write("x", &[&bytes]);
+    let colours = load_colours(&path, &LoadOptions::default())
+        .expect("readable")
+        .expect("colours");
+    let alpha = (0..6).map(|i| 300 * (4 * i + 3)).collect();
+    assert_eq!(colours.opacity.voxels, Voxels::U16(alpha), "alpha varies");
+    assert!(
+        folder.refusal(&[&bytes]).contains("component=N"),
+        "a number is wanted"
+    );
+}
+
+#[test]
+fn big_tiff_is_read_and_told_by_content() {
+    let mut bytes = Cursor::new(Vec::new());
+    let mut encoder = TiffEncoder::new_big(&mut bytes).expect("encoder");
+    encoder
+        .write_image::<colortype::Gray8>(2, 1, &[7, 8])
+        .expect("page");
+    let folder = Folder::new();
+    let path = folder.write("x", &[&bytes.into_inner()]);
+    assert_eq!(format_of(&path).expect("readable"), Some(Format::Tiff));
+    let volume = load(&path, &LoadOptions::default()).expect("one page");
+    assert_eq!(
+        (volume.dims, volume.voxels),
+        ([2, 1, 1], Voxels::U8(vec![7, 8]))
+    );
+    assert_eq!(volume.up_hint.map(|up| up.y), Some(-1.0), "rows run down");
+}
+
+#[test]
+fn notes_of_image_j_and_ome_give_the_spacing() {
+    let spacing = |text: &str| loaded(&described(text)).spacing();
+    assert_eq!(
+        spacing("some text"),
+        [1.0; 3],
+        "resolution alone is for printers"
+    );
+    assert_eq!(
+        spacing("ImageJ=1.53\nimages=2\nslices=2\nunit=micron\nspacing=2.5\n"),
+        [0.25, 0.25, 2.5]
+    );
+    assert_eq!(
+        spacing("ImageJ=1.53\nimages=2\nspacing=-2.5\n"),
+        [1.0, 1.0, 2.5]
+    );
+    let ome = |sizes: &str| {
+        format!(
+            "<?xml version=\"1.0\"?><OME xmlns=\"o\"><Image><Pixels {sizes} PhysicalSizeX=\"0.5\" \
+             PhysicalSizeY=\"0.6\" PhysicalSizeZ=\"2\"/></Image></OME>"
+        )
+    };
+    assert_eq!(spacing(&ome("SizeC=\"1\" SizeT=\"1\"")), [0.5, 0.6, 2.0]);
+    for (text, named) in [
+        (ome("SizeC=\"2\" SizeT=\"1\""), "2 channel(s)"),
+        (
+            "ImageJ=1.53\nimages=2\nchannels=2\n".to_owned(),
+            "2 channel(s)",
+        ),
+        ("ImageJ=1.53\nimages=2\nframes=2\n".to_owned(), "2 time(s)"),
+        (
+            "ImageJ=1.53\nimages=3000\nslices=3000\n".to_owned(),
+            "beyond 4 GB",
+        ),
+        ("ImageJ=1.53\nspacing=0\n".to_owned(), "above 0"),
+    ] {
+        let text = refusal(&described(&text));
+        assert!(text.contains(named), "{named}: {text}");
+    }
+}
+
+/// A folder with the slices 1, 2 and 10, each filled with its number.
+fn folder_of_slices() -> (Folder, PathBuf) {
+    let folder = Folder::new();
+    for number in [10, 1, 2] {
+        let bytes = stack::<colortype::Gray8>(1, Compression::Lzw, |_| number);
+        folder.write(&format!("img{number}.tif"), &[&bytes]);
+    }
+    let path = folder.path("");
+    (folder, path)
+}
+
+#[test]
+fn slices_of_a_folder_or_a_pattern_are_in_natural_order() {
+    let (folder, path) = folder_of_slices();
+    folder.write("notes.txt", &[b"not a slice"]);
+    folder.write(".hidden", &[b"MM\0*"]);
+    assert_eq!(format_of(&path).expect("readable"), Some(Format::Tiff));
+    for path in [path, folder.path("img*.tif"), folder.path("img*")] {
+        let volume = load(&path, &LoadOptions::default()).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(volume.dims, [3, 2, 3]);
+        assert_eq!(
+            [0, 6, 12].map(|index| volume.value(index)),
+            [1.0, 2.0, 10.0],
+            "{}",
+            path.display()
+        );
+    }
+    let two = load(&folder.path("img?.tif"), &LoadOptions::default()).expect("two of three");
+    assert_eq!(two.dims, [3, 2, 2]);
+    let none = load(&folder.path("no*.tif"), &LoadOptions::default()).expect_err("no file");
+    assert!(none.to_string().contains("of this pattern"), "{none}");
+}
+
+#[test]
+fn slices_that_differ_are_refused_by_name() {
+    let (folder, path) = folder_of_slices();
+    let refused = |bytes: Vec<u8>| {
+        folder.write("img3.tif", &[&bytes]);
+        load(&path, &LoadOptions::default())
+            .expect_err("this slice differs")
+            .to_string()
+    };
+    let text = refused(stack::<colortype::Gray16>(1, Compression::Lzw, |i| {
+        i as u16
+    }));
+    assert!(
+        text.contains("img3.tif") && text.contains("3x2 pixels of 16 bits"),
+        "{text}"
+    );
+    assert!(
+        refused(stack::<colortype::GrayI8>(1, Compression::Lzw, |i| i as i8))
+            .contains("another number type")
+    );
+    assert!(
+        refused(stack::<colortype::Gray8>(2, Compression::Lzw, |i| i as u8))
+            .contains("2 pages, but it is one of")
+    );
+    let empty = Folder::new();
+    let text = load(&empty.path(""), &LoadOptions::default())
+        .expect_err("empty")
+        .to_string();
+    assert!(text.contains("a folder without slices"), "{text}");
+}
+
+#[test]
+fn colours_of_printers_are_refused() {
+    let inks = stack::<colortype::CMYK8>(1, Compression::Uncompressed, |i| i as u8);
+    let error = Folder::new().load(&[&inks]).expect_err("colours");
+    assert!(matches!(error, Error::Unsupported { .. }), "{error}");
+    assert!(
+        error.to_string().contains("convert the stack to grey"),
+        "{error}"
+    );
+}
+
+#[test]
+fn forged_sizes_are_refused_before_memory_is_taken() {
+    for (name, packing) in packings() {
+        let file = stack::<colortype::Gray8>(1, packing, |i| i as u8);
+        // The entries of a directory are 12 bytes: tag, type, count, value. Type 4 is a number of 32 bits.
+        let mut forged = file.clone();
+        for (tag, value) in [(257u16, 1_000_000_000u32), (278, 1_000_000_000)] {
+            let is_entry = |at: &usize| {
+                file[*at..*at + 2] == tag.to_le_bytes()
+                    && file[*at + 4..*at + 8] == 1u32.to_le_bytes()
+            };
+            let entry = (8..file.len() - 12).find(is_entry).expect("the tag");
+            forged[entry + 2..entry + 4].copy_from_slice(&4u16.to_le_bytes());
+            forged[entry + 8..entry + 12].copy_from_slice(&value.to_le_bytes());
+        }
+        let text = refusal(&forged);
+        // The encoder writes PackBits in one strip per row, which the decoder counts before anything else.
+        let expected = if name == "PackBits" {
+            "inconsistent sizes"
+        } else {
+            "the pages promise 3000000000 bytes"
+        };
+        assert!(text.contains(expected), "{name}: {text}");
+    }
+}
+
+#[test]
+fn damaged_files_are_refused_and_never_panic() {
+    for (_, packing) in packings() {
+        survive_damage(
+            &stack::<colortype::Gray16>(2, packing, |i| i as u16),
+            &LoadOptions::default(),
+            700,
+        );
+    }
+    survive_damage(
+        &described("ImageJ=1.53\nimages=2\nunit=mm\nspacing=2\n"),
+        &LoadOptions::default(),
+        700,
+    );
+}

@@ -1,0 +1,244 @@
+//! From the bytes of a chunk's file to its elements: compression undone, shards taken apart, axes put in order.
+
+use super::packed::{SURPLUS_BYTES, Size, all_of, lz4_block, zstd};
+use crate::input::decode::check_expansion;
+use crate::input::fault::Fault;
+use crate::input::formats::zarr::blosc;
+use crate::input::formats::zarr::boxes::{PlaceIn, copy_box, len, reordered};
+use crate::volume::Endian;
+
+/// How the elements of a chunk become bytes.
+#[derive(Debug, Default)]
+pub(crate) struct Codecs {
+    pub(crate) endian: Endian,
+    /// The axes as they are stored, the slowest first.
+    pub(crate) order: Vec<usize>,
+    /// Where a chunk is a shard: how it is cut.
+    pub(crate) shard: Option<Box<Shard>>,
+    /// What was done to the bytes, in order.
+    pub(crate) packings: Vec<Packing>,
+}
+
+/// A chunk that is cut into chunks of its own.
+#[derive(Debug)]
+pub(crate) struct Shard {
+    /// The shape of an inner chunk.
+    pub(crate) chunk: Vec<usize>,
+    pub(crate) codecs: Codecs,
+    pub(crate) index_is_first: bool,
+    pub(crate) index_packings: Vec<Packing>,
+}
+
+/// A compression, or a checksum behind the bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Packing {
+    Blosc,
+    Zlib,
+    Gzip,
+    Zstd,
+    Lz4,
+    Bzip2,
+    Crc32c,
+}
+
+/// The mark of an inner chunk that was never written.
+const ABSENT: u64 = u64::MAX;
+
+impl Codecs {
+    /// The codecs that the elements themselves go through.
+    pub(crate) fn innermost(&self) -> &Self {
+        self.shard
+            .as_ref()
+            .map_or(self, |shard| shard.codecs.innermost())
+    }
+}
+
+/// The bytes of `count` elements that were never written.
+pub(crate) fn filled(fill: &[u8], count: usize) -> Result<Vec<u8>, String> {
+    let bytes = count
+        .checked_mul(fill.len())
+        .ok_or_else(|| "more bytes than can be counted".to_owned())?;
+    if fill.iter().all(|&byte| byte == 0) {
+        // The system hands out zeros without touching them.
+        return Ok(vec![0; bytes]);
+    }
+    Ok(fill.iter().copied().cycle().take(bytes).collect())
+}
+
+/// The elements of a chunk of this shape, in the usual order of its axes.
+pub(crate) fn unpack(
+    codecs: &Codecs,
+    shape: &[usize],
+    packed: &[u8],
+    fill: &[u8],
+) -> Result<Vec<u8>, Fault> {
+    let too_large = || Fault::Invalid("the chunk is larger than can be counted".to_owned());
+    let needed = len(shape)
+        .and_then(|count| count.checked_mul(fill.len()))
+        .ok_or_else(too_large)?;
+    if let Some(shard) = &codecs.shard {
+        return unshard(
+            shard,
+            shape,
+            &undone(&codecs.packings, packed, shard.size(shape, needed))?,
+            fill,
+        );
+    }
+    let bytes = undone(&codecs.packings, packed, Size::Exactly(needed))?;
+    if bytes.len() != needed {
+        return Err(Fault::Invalid(format!(
+            "the chunk has {} bytes, and its shape needs {needed}",
+            bytes.len()
+        )));
+    }
+    if codecs.order.iter().copied().eq(0..shape.len()) {
+        return Ok(bytes);
+    }
+    Ok(reordered(&bytes, shape, &codecs.order, fill.len()))
+}
+
+impl Shard {
+    /// The size of a shard of this shape that holds so many bytes unpacked: each of its chunks packed, and the index.
+    fn size(&self, shape: &[usize], needed: usize) -> Size {
+        let chunks: usize = shape
+            .iter()
+            .zip(&self.chunk)
+            .map(|(outer, inner)| outer / inner)
+            .product();
+        let most = Size::Exactly(needed).packed().most();
+        // 16 bytes of the index, and the surplus, for each chunk; the checksum is part of the first surplus.
+        Size::AtMost(most.saturating_add(chunks.saturating_mul(16 + SURPLUS_BYTES)))
+    }
+}
+
+/// Undoes compression, the last one first; `size` is that of the bytes in the end.
+fn undone(packings: &[Packing], packed: &[u8], size: Size) -> Result<Vec<u8>, Fault> {
+    let mut bytes = packed.to_vec();
+    for (place, packing) in packings.iter().enumerate().rev() {
+        // Between two compressions the size is not known; each of them adds a bounded number of bytes.
+        let needed = if place == 0 { size } else { size.packed() };
+        bytes = match packing {
+            Packing::Crc32c => {
+                let end = bytes
+                    .len()
+                    .checked_sub(4)
+                    .ok_or_else(|| "the chunk has no checksum".to_owned())?;
+                bytes.truncate(end);
+                bytes
+            }
+            Packing::Blosc => blosc::unpack(&bytes, needed)?,
+            Packing::Lz4 => lz4(&bytes, needed)?,
+            Packing::Zlib => {
+                deflated(&bytes, needed)?;
+                all_of(flate2::read::ZlibDecoder::new(bytes.as_slice()), needed)?
+            }
+            Packing::Gzip => {
+                deflated(&bytes, needed)?;
+                all_of(flate2::read::MultiGzDecoder::new(bytes.as_slice()), needed)?
+            }
+            Packing::Bzip2 => all_of(bzip2::read::MultiBzDecoder::new(bytes.as_slice()), needed)?,
+            Packing::Zstd => zstd(&bytes, needed)?,
+        };
+    }
+    Ok(bytes)
+}
+
+fn deflated(packed: &[u8], size: Size) -> Result<(), String> {
+    match size {
+        Size::Exactly(needed) => check_expansion(needed as u64, packed.len() as u64),
+        Size::AtMost(_) => Ok(()),
+    }
+}
+
+/// Unpacks what numcodecs calls LZ4: the size of the data in four bytes, then a block.
+fn lz4(packed: &[u8], needed: Size) -> Result<Vec<u8>, String> {
+    let (size, block) = packed
+        .split_first_chunk::<4>()
+        .ok_or_else(|| "the chunk ends early".to_owned())?;
+    let size = u32::from_le_bytes(*size) as usize;
+    needed.check(size)?;
+    let mut bytes = vec![0; size];
+    lz4_block(block, &mut bytes)?;
+    Ok(bytes)
+}
+
+fn unshard(shard: &Shard, shape: &[usize], bytes: &[u8], fill: &[u8]) -> Result<Vec<u8>, Fault> {
+    let cut: Vec<usize> = shape
+        .iter()
+        .zip(&shard.chunk)
+        .map(|(outer, inner)| outer / inner)
+        .collect();
+    let count: usize = cut.iter().product();
+    let index = index_of(shard, bytes, count)?;
+    let mut whole = filled(fill, shape.iter().product())?;
+    let zeros = vec![0; shape.len()];
+    for (number, entry) in index.chunks_exact(16).take(count).enumerate() {
+        let (offset, size) = entry.split_at(8);
+        let word = |bytes: &[u8]| {
+            bytes
+                .iter()
+                .rev()
+                .fold(0u64, |word, &byte| word << 8 | u64::from(byte))
+        };
+        let (offset, size) = (word(offset), word(size));
+        if offset == ABSENT && size == ABSENT {
+            continue;
+        }
+        let end = offset
+            .checked_add(size)
+            .and_then(|end| usize::try_from(end).ok());
+        let part = end.and_then(|end| bytes.get(offset as usize..end));
+        let part = part.ok_or_else(|| format!("chunk {number} of the shard lies outside of it"))?;
+        let inner = unpack(&shard.codecs, &shard.chunk, part, fill)?;
+        let mut rest = number;
+        let mut to = vec![0; cut.len()];
+        for axis in (0..cut.len()).rev() {
+            to[axis] = rest % cut[axis] * shard.chunk[axis];
+            rest /= cut[axis];
+        }
+        copy_box(
+            &PlaceIn {
+                bytes: inner.as_slice(),
+                shape: &shard.chunk,
+                at: &zeros,
+            },
+            &mut PlaceIn {
+                bytes: whole.as_mut_slice(),
+                shape,
+                at: &to,
+            },
+            &shard.chunk,
+            fill.len(),
+        );
+    }
+    Ok(whole)
+}
+
+/// The index of a shard: offset and size of each inner chunk, eight bytes each.
+fn index_of(shard: &Shard, bytes: &[u8], count: usize) -> Result<Vec<u8>, Fault> {
+    let checksums = shard
+        .index_packings
+        .iter()
+        .filter(|&&packing| packing == Packing::Crc32c)
+        .count();
+    if checksums != shard.index_packings.len() {
+        return Err(Fault::Unsupported(
+            "a shard whose index is compressed".to_owned(),
+        ));
+    }
+    let size = count
+        .checked_mul(16)
+        .and_then(|size| size.checked_add(4 * checksums));
+    let start = size.and_then(|size| bytes.len().checked_sub(size));
+    let (Some(size), Some(start)) = (size, start) else {
+        return Err(Fault::Invalid(
+            "the shard ends before its index does".to_owned(),
+        ));
+    };
+    let index = if shard.index_is_first {
+        &bytes[..size]
+    } else {
+        &bytes[start..]
+    };
+    undone(&shard.index_packings, index, Size::AtMost(index.len()))
+}

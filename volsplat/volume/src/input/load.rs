@@ -1,0 +1,164 @@
+//! Volume files: finds the format by the content and gives a checked [`Volume`].
+//!
+//! Takes a path and what the user says about it. The first bytes tell the format (`format.rs`); a file without a known
+//! mark is headerless, and then its size and type must be given. All formats end in one decoder of scalars
+//! (`decode.rs`) and one check of the result ([`Volume::new`]), so the promises of a volume do not depend on the format.
+
+use std::path::{Path, PathBuf};
+
+use resample_io::Gate;
+
+use super::file::{Parts, at, invalid};
+use super::format;
+use super::format::{Detected, Format};
+use super::options::{LoadOptions, refuse_superfluous, replaced_lattice, undecided};
+use crate::Error;
+use crate::input::decode::rescale;
+use crate::input::formats::{
+    dicom, meta_image, mgh, nifti, npy, nrrd, picture_slices, raw, tiff_stack, vti, vtk, zarr,
+};
+use crate::volume::{Lattice, NanPolicy, Volume, Voxels};
+
+/// Reads a volume file.
+///
+/// Errors name the file: [`Error::Read`] if the system cannot read it, [`Error::Invalid`] if it contradicts its own
+/// header or the options, [`Error::Unsupported`] if it is no scalar volume, [`Error::Option`] if options are missing
+/// or superfluous.
+pub fn load(path: &Path, options: &LoadOptions) -> Result<Volume, Error> {
+    // The image of a NIfTI pair has no mark of its own.
+    let header = if options.raw.is_none() {
+        nifti::header_beside(path)
+    } else {
+        None
+    };
+    let path = header.as_deref().unwrap_or(path);
+    ask_for_plain(path, &options.gate)?;
+    let parts = match (format::detect(path)?, &options.raw) {
+        (Detected::Known(format, files), None) => read(format, path, &files, options)?,
+        (Detected::NotRead(_) | Detected::Nothing, Some(raw)) => raw::load(path, raw)?,
+        (detected, _) => return Err(undecided(path, &detected)),
+    };
+    finished(path, parts, options)
+}
+
+/// A volume of memory, as if a file held it: spacing, origin, and what happens to values come from the options.
+///
+/// Errors name `name`. The layout of raw files and the parts of files mean nothing here and are refused.
+pub fn of_memory(
+    name: &Path,
+    lattice: Lattice,
+    voxels: Voxels,
+    options: &LoadOptions,
+) -> Result<Volume, Error> {
+    let parts = [
+        ("the layout of raw files", options.raw.is_some()),
+        ("series", options.series.is_some()),
+        ("array", options.array.is_some()),
+        ("component", options.component.is_some()),
+        ("level", options.level.is_some()),
+        ("time", options.time.is_some()),
+    ];
+    if let Some((what, _)) = parts.iter().find(|(_, is_given)| *is_given) {
+        return Err(Error::Option(format!(
+            "{}: {what} is for files: leave it out",
+            name.display()
+        )));
+    }
+    finished(name, Parts { lattice, voxels }, options)
+}
+
+/// Makes what was read or given the volume that was asked for.
+fn finished(path: &Path, mut parts: Parts, options: &LoadOptions) -> Result<Volume, Error> {
+    if let Some([slope, intercept]) = options.rescale {
+        parts.voxels = rescaled(parts.voxels, slope, intercept)?;
+    }
+    if let NanPolicy::Replace(value) = options.nan {
+        parts
+            .voxels
+            .replace_non_finite(value)
+            .map_err(Error::Option)?;
+    }
+    let lattice = replaced_lattice(parts.lattice, options)?;
+    let volume = Volume::new(lattice.dims, parts.voxels, lattice.world_from_index)
+        .map_err(|error| at(path, error))?;
+    Ok(Volume {
+        up_hint: lattice.up_hint,
+        space: lattice.space,
+        modality: lattice.modality,
+        ..volume
+    })
+}
+
+/// Voxels take at least as much memory as their file, packed or not, as good as always.
+fn ask_for_plain(path: &Path, gate: &Gate) -> Result<(), Error> {
+    // A folder, or a file that is not there: the readers say more about it.
+    let bytes =
+        std::fs::metadata(path).map_or(0, |file| if file.is_file() { file.len() } else { 0 });
+    gate.ask(bytes, "the voxels")
+        .map_err(|what| invalid(path, what))
+}
+
+/// Integers stay integers where all of their values do.
+fn rescaled(voxels: Voxels, slope: f64, intercept: f64) -> Result<Voxels, Error> {
+    if !(slope.is_finite() && intercept.is_finite() && slope != 0.0) {
+        return Err(Error::Option(format!(
+            "values are to be multiplied with {slope} and {intercept} added: expected finite numbers, the first not 0"
+        )));
+    }
+    Ok(rescale::Rescale { slope, intercept }.apply(voxels))
+}
+
+fn read(
+    format: Format,
+    path: &Path,
+    files: &[PathBuf],
+    options: &LoadOptions,
+) -> Result<Parts, Error> {
+    refuse_superfluous(format, path, options)?;
+    let gate = &options.gate;
+    match format {
+        Format::Nrrd => nrrd::load(path, options.component, gate),
+        Format::MetaImage => meta_image::load(path, options.component, gate),
+        Format::Nifti => {
+            let choice = nifti::Choice {
+                component: options.component,
+                time: options.time,
+            };
+            nifti::load(path, choice, gate)
+        }
+        Format::Npy => npy::load(path),
+        Format::Dicom => dicom::load(files, path, options.series.as_deref(), gate),
+        Format::Tiff => tiff_stack::load(files, options.component, gate),
+        Format::Vti => {
+            let choice = vti::Choice {
+                array: options.array.as_deref(),
+                component: options.component,
+            };
+            vti::load(path, choice, gate)
+        }
+        Format::Vtk => {
+            let choice = vtk::Choice {
+                array: options.array.as_deref(),
+                component: options.component,
+            };
+            vtk::load(path, choice, gate)
+        }
+        Format::Mgh => mgh::load(path, options.time, gate),
+        Format::Pictures => {
+            let choice = picture_slices::Choice {
+                component: options.component,
+                spacing: options.spacing,
+            };
+            picture_slices::load(files, path, choice, gate)
+        }
+        Format::Zarr => zarr::load(path, zarr_choice(options), gate),
+    }
+}
+
+pub(crate) fn zarr_choice(options: &LoadOptions) -> zarr::Choice {
+    zarr::Choice {
+        level: options.level,
+        channel: options.component,
+        time: options.time,
+    }
+}

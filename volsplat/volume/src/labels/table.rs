@@ -1,0 +1,127 @@
+//! Labels: a volume whose scalars are names, and the table that says how each of them looks.
+//!
+//! Takes a label, gives a colour and an opacity. Labels are never mixed: a sample has the label of its nearest voxel. A
+//! label that a table does not list is not drawn. Tables are read from ITK-SNAP label files, CSV and JSON (`files.rs`),
+//! or made of colours that are easy to tell apart.
+//! Source of those colours: the scheme Tableau 10 and the map "sinebow", from the crate colorous.
+//! Limits: labels are whole numbers up to 2^53 in size; at most [`MAX_LABELS`] of a volume can be drawn at once.
+
+use std::collections::BTreeMap;
+
+use resample_core::image::linear_from_srgb;
+
+use crate::Error;
+
+/// Most labels of a volume that can be drawn: what the table of a transfer function holds, whose place they take.
+pub const MAX_LABELS: usize = 4096;
+
+/// How labels look.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LabelTable {
+    looks: Looks,
+    opacity_scale: f64,
+}
+
+/// How one label looks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LabelLook {
+    /// Red, green, blue in linear light, each finite and at least 0.
+    pub rgb: [f32; 3],
+    /// Opacity over one unit of length, 0..=1.
+    pub opacity: f64,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Looks {
+    /// Every label but 0 has a colour of its own.
+    Distinct,
+    Listed(BTreeMap<i64, LabelLook>),
+}
+
+impl LabelTable {
+    /// Opaque colours that are easy to tell apart, for every label but 0, which is not drawn.
+    ///
+    /// Labels 1 to 10 have the colours of Tableau 10; further ones go around the hues in steps of the golden ratio.
+    pub fn distinct() -> Self {
+        Self {
+            looks: Looks::Distinct,
+            opacity_scale: 1.0,
+        }
+    }
+
+    /// A table of labels and their looks; of a label that occurs twice the last look holds.
+    ///
+    /// [`Error::Option`] names a label whose colour is negative or not finite, or whose opacity is not 0 to 1.
+    pub fn new(looks: impl IntoIterator<Item = (i64, LabelLook)>) -> Result<Self, Error> {
+        let listed: BTreeMap<i64, LabelLook> = looks.into_iter().collect();
+        let is_good = |look: &LabelLook| {
+            look.rgb.iter().all(|c| c.is_finite() && *c >= 0.0)
+                && (0.0..=1.0).contains(&look.opacity)
+        };
+        match listed.iter().find(|(_, look)| !is_good(look)) {
+            Some((label, look)) => Err(Error::Option(format!(
+                "label {label} has the colour {:?} and the opacity {}: expected finite values from 0 on, and 0 to 1",
+                look.rgb, look.opacity
+            ))),
+            None => Ok(Self {
+                looks: Looks::Listed(listed),
+                opacity_scale: 1.0,
+            }),
+        }
+    }
+
+    /// The table with the extinction of every label multiplied: an opacity A becomes 1 - (1 - A)^scale.
+    #[must_use]
+    pub fn with_opacity_scaled(mut self, scale: f64) -> Self {
+        self.opacity_scale *= scale;
+        self
+    }
+
+    /// Whether a label is drawn; as [`LabelTable::look`], without making a colour.
+    pub fn shows(&self, label: i64) -> bool {
+        let is_shown = match &self.looks {
+            Looks::Distinct => label != 0,
+            Looks::Listed(listed) => listed.get(&label).is_some_and(|look| look.opacity > 0.0),
+        };
+        is_shown && self.opacity_scale > 0.0
+    }
+
+    /// How a label looks; an opacity of 0 where it is not drawn.
+    pub fn look(&self, label: i64) -> LabelLook {
+        let hidden = LabelLook {
+            rgb: [0.0; 3],
+            opacity: 0.0,
+        };
+        let look = match &self.looks {
+            Looks::Distinct if label == 0 => hidden,
+            Looks::Distinct => LabelLook {
+                rgb: distinct_colour(label),
+                opacity: 1.0,
+            },
+            Looks::Listed(listed) => listed.get(&label).copied().unwrap_or(hidden),
+        };
+        LabelLook {
+            opacity: -((self.opacity_scale * (-look.opacity).ln_1p()).exp_m1()),
+            ..look
+        }
+    }
+}
+
+/// Linear red, green, blue of a label in the built-in table.
+fn distinct_colour(label: i64) -> [f32; 3] {
+    let scheme = colorous::TABLEAU10;
+    let place = label.unsigned_abs();
+    let colour = match usize::try_from(place)
+        .ok()
+        .and_then(|place| scheme.get(place.wrapping_sub(1)))
+    {
+        Some(colour) => *colour,
+        None => {
+            // The fraction of multiples of the golden ratio never comes near an earlier one for long.
+            let golden = 0.618_033_988_749_894_9;
+            colorous::SINEBOW.eval_continuous(((place % (1 << 20)) as f64 * golden).fract())
+        }
+    };
+    let encoded: [u8; 3] = colour.as_array();
+    encoded.map(|channel| linear_from_srgb(f32::from(channel) / 255.0))
+}

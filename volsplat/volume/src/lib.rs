@@ -1,0 +1,39 @@
+//! Volumes in memory, labels, and the files they come from: DICOM, NIfTI, NRRD, MetaImage, MGH, VTK, Zarr, TIFF, pictures, `.npy` and
+//! raw numbers.
+//!
+//! Takes a path and [`LoadOptions`], returns a checked [`Volume`]: voxels of their own type on a lattice in the world. The format
+//! follows from the content, never from the name. A volume larger than memory is a [`VoxelSource`]: any box of its voxels is
+//! read when it is asked for.
+//! Limits: one scalar per voxel (a component of several, if it is chosen), regular lattices.
+//!
+//! ```
+//! use glam::DAffine3;
+//! use resample_volume::{Described, Volume, Voxels};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let values = (0..8 * 8 * 8).map(|i| i as f32).collect();
+//! let volume = Volume::new([8; 3], Voxels::F32(values), DAffine3::IDENTITY)?;
+//! assert_eq!(volume.value_range(), (0.0, 511.0));
+//! # Ok(())
+//! # }
+//! ```
+
+// In the order in which data flow.
+#[cfg(feature = "input")]
+pub mod input;
+pub mod volume;
+pub mod labels;
+pub mod source;
+pub mod error;
+mod watch;
+
+pub use error::Error;
+#[cfg(feature = "input")]
+pub use input::{LoadOptions, RawOptions, load};
+pub use labels::{LabelLook, LabelTable};
+pub use source::{Region, VoxelSource};
+pub use volume::{
+    Described, Endian, Histogram, Lattice, Modality, NanPolicy, Volume, VoxelType, Voxels,
+    procedural,
+};
+pub use watch::Watch;
