@@ -12,19 +12,18 @@
 //! Source: K. Mueller, R. Crawfis, "Eliminating Popping Artifacts in Sheet Buffer-Based Splatting", IEEE Visualization
 //! 1998, for the sheets; we sample the plane through a slab's middle instead of integrating the kernel over the slab.
 
-pub(crate) mod batch;
-pub(crate) mod look_ahead;
 pub(crate) mod setup;
-pub(crate) mod walk;
-
-mod change;
 mod driver;
-mod frame;
+mod change;
+mod set_transfer;
 mod layers;
 mod place;
-mod set_transfer;
+pub(crate) mod look_ahead;
+mod frame;
 mod streamed;
 mod tile;
+pub(crate) mod walk;
+pub(crate) mod batch;
 
 pub(crate) use driver::FieldPipeline;
 pub use layers::Layer;

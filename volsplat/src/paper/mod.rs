@@ -3,19 +3,18 @@
 //! One pipeline with three orders: every sample over those behind it, slices of the grid (`axis_sheets`), and slabs
 //! parallel to the picture in which kernels are summed (`kernel_sheets`).
 
-pub(crate) mod image_sheets;
 pub(crate) mod samples;
-
-mod axis_sheets;
+mod every_sample;
+mod setup;
 mod batches;
 mod chunks;
-mod every_sample;
 mod geometry;
-mod hiding;
 mod near;
 mod project;
-mod setup;
+mod hiding;
 mod tile_stage;
+mod axis_sheets;
+pub(crate) mod image_sheets;
 
 pub(crate) use every_sample::EverySample;
 pub(crate) use image_sheets::kernel_sheets::KernelSheets;

@@ -2,3 +2,10 @@
 //!
 //! `prepare` turns a scene into bricks of cells; `constant_brick` finds bricks of one colour; `settings` holds what the tiles of a
 //! frame share, `iso_rays` and `ray_values` what an isosurface and a projection need; `tile_context` is one brick in one tile.
+
+pub(crate) mod prepare;
+pub(crate) mod constant_brick;
+pub(crate) mod iso_rays;
+pub(crate) mod ray_values;
+pub(crate) mod settings;
+pub(crate) mod tile_context;

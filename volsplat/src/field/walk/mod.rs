@@ -4,3 +4,17 @@
 //! The rules: several channels (`mixed`), projections (`statistic`), rays through a far brick of one colour (`constant_walk`), an
 //! isosurface (`rays`, `isosurface`), and narrow peaks by ray segments (`segments`, `segment_list`, `segment_flush`). `samples` is the
 //! list that `batch` fills.
+
+pub(crate) mod samples;
+pub(crate) mod segment_list;
+pub(crate) mod cell_sample;
+pub(crate) mod clipped;
+pub(crate) mod lit;
+pub(crate) mod rays;
+pub(crate) mod gather;
+pub(crate) mod mixed;
+pub(crate) mod statistic;
+pub(crate) mod constant_walk;
+pub(crate) mod isosurface;
+pub(crate) mod segments;
+pub(crate) mod segment_flush;

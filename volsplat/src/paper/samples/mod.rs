@@ -2,3 +2,9 @@
 //!
 //! `sample` classifies voxels and `sample_light` lights them; `cell_points` and `cell_samples` average cells; a `layer` holds the samples
 //! of one size.
+
+pub(crate) mod sample;
+pub(crate) mod sample_light;
+pub(crate) mod cell_points;
+pub(crate) mod cell_samples;
+pub(crate) mod layer;

@@ -1,20 +1,22 @@
-//! Volume files: finds the format by the content and gives a checked volume.
+//! Volume files: finds the format by the content and returns a checked volume.
 //!
+//! In the order in which data flow: opened files (`file`, `lines`, `slices`, `data_files`) with faults that name a place (`fault`);
+//! scalars (`decode`); one part for each format (`formats`), found by content (`format`); the user's `options`; `load` for a volume in
+//! memory, `stays` for one that stays in its file, `colours` for voxels that are colours.
 //! Limits: one scalar per voxel, of colours and vectors one component; one volume per file. World coordinates stay as the format defines them.
 
-pub(crate) mod formats;
-
-mod colours;
+mod file;
+mod fault;
+mod lines;
+mod slices;
 mod data_files;
 mod decode;
-mod fault;
-mod file;
+pub(crate) mod formats;
 pub mod format;
-mod lines;
-mod load;
 mod options;
-mod slices;
+mod load;
 mod stays;
+mod colours;
 
 pub use colours::{ColourVoxels, arrays_of, colours_of, load_colours};
 pub(crate) use file::{Parts, cannot_read, invalid, open, open_sized, unsupported_file};
